@@ -1,0 +1,2 @@
+//! The application of the actuator management board.
+#![no_std]

@@ -1,0 +1,1 @@
+//! Frequency responses, margins of the sampled loop and figures of merit of a step.

@@ -1,0 +1,3 @@
+//! `actuator`: the smart actuator on a PC.
+
+fn main() {}

@@ -1,0 +1,1 @@
+//! Figures: SVG for papers, self-contained interactive HTML for the desk.

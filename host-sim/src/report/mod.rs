@@ -1,0 +1,1 @@
+//! The report: every model on every input of the paper, in one file.

@@ -1,0 +1,1 @@
+//! From a plant, or from a wish, to gains.

@@ -1,0 +1,1 @@
+//! Test inputs by integer tick, exact on every target.

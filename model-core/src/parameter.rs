@@ -1,0 +1,202 @@
+//! Parameters that describe themselves: name, unit, default, range and source in one place.
+//!
+//! [`parameters!`](crate::parameters) makes a struct of `f64` fields together with the table that
+//! a command line, a file reader or an object dictionary needs to list, read and write them.
+
+use core::fmt;
+
+/// What is known of one parameter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Parameter {
+    /// Its name, which ends in its unit where the unit is simple.
+    pub name: &'static str,
+    /// The short symbol of the paper or of the formula; empty where there is none.
+    pub symbol: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// Its value unless somebody says otherwise.
+    pub default: f64,
+    /// The least value it takes.
+    pub min: f64,
+    /// The greatest value it takes; infinite where there is no bound.
+    pub max: f64,
+    /// Where the default comes from.
+    pub source: &'static str,
+    /// What it is, in a sentence.
+    pub meaning: &'static str,
+}
+
+impl Parameter {
+    /// Whether this is the parameter that somebody calls `name`, by name or by symbol.
+    pub fn is_called(&self, name: &str) -> bool {
+        self.name == name || (!self.symbol.is_empty() && self.symbol == name)
+    }
+
+    /// `value`, if this parameter can take it.
+    ///
+    /// # Errors
+    /// [`ParameterError::OutOfRange`] for NaN and for anything outside `min..=max`.
+    pub fn check(&self, value: f64) -> Result<f64, ParameterError> {
+        // Written so that NaN fails.
+        if value >= self.min && value <= self.max {
+            Ok(value)
+        } else {
+            Err(ParameterError::OutOfRange {
+                parameter: *self,
+                value,
+            })
+        }
+    }
+}
+
+/// A set of parameters with its table.
+pub trait Parameters: Clone + Default {
+    /// One row a field, in the order of the fields.
+    const TABLE: &'static [Parameter];
+
+    /// The value of row `index` of the table; `None` beyond its end.
+    fn get(&self, index: usize) -> Option<f64>;
+
+    /// A place to write row `index` of the table, unchecked; `None` beyond its end.
+    fn get_mut(&mut self, index: usize) -> Option<&mut f64>;
+
+    /// Sets the parameter called `name`, by name or by symbol.
+    ///
+    /// # Errors
+    /// [`ParameterError::Unknown`] where no parameter has this name, and
+    /// [`ParameterError::OutOfRange`] where the value is NaN or outside its range; nothing is
+    /// changed then.
+    fn set(&mut self, name: &str, value: f64) -> Result<(), ParameterError> {
+        let index = Self::TABLE
+            .iter()
+            .position(|p| p.is_called(name))
+            .ok_or(ParameterError::Unknown)?;
+        let value = Self::TABLE[index].check(value)?;
+        if let Some(place) = self.get_mut(index) {
+            *place = value;
+        }
+        Ok(())
+    }
+
+    /// Checks every value against its range.
+    ///
+    /// # Errors
+    /// [`ParameterError::OutOfRange`] of the first that is NaN or outside its range.
+    fn check(&self) -> Result<(), ParameterError> {
+        for (index, parameter) in Self::TABLE.iter().enumerate() {
+            parameter.check(self.get(index).unwrap_or(f64::NAN))?;
+        }
+        Ok(())
+    }
+}
+
+/// Why a parameter was not taken.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ParameterError {
+    /// No parameter has this name or symbol.
+    Unknown,
+    /// The value is NaN or outside the range.
+    OutOfRange {
+        /// The parameter that was to be set.
+        parameter: Parameter,
+        /// The value that it was to have.
+        value: f64,
+    },
+}
+
+impl fmt::Display for ParameterError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Unknown => write!(f, "no parameter has this name"),
+            Self::OutOfRange {
+                parameter: p,
+                value,
+            } => write!(
+                f,
+                "{} is {value}, expected a number from {} to {} {}",
+                p.name, p.min, p.max, p.unit
+            ),
+        }
+    }
+}
+
+impl core::error::Error for ParameterError {}
+
+/// Makes a struct of `f64` parameters that implements [`Parameters`] and [`Default`].
+///
+/// ```
+/// use model_core::parameter::Parameters;
+///
+/// model_core::parameters! {
+///     /// A lag.
+///     pub struct Lag {
+///         /// Time constant.
+///         time_constant_s ["tau"]: 0.1, "s", 1e-4, 10.0, "an example";
+///     }
+/// }
+///
+/// let mut lag = Lag::default();
+/// lag.set("tau", 0.5).unwrap();
+/// assert_eq!(lag.time_constant_s, 0.5);
+/// assert!(lag.set("tau", f64::NAN).is_err());
+/// assert_eq!(Lag::TABLE[0].unit, "s");
+/// assert_eq!(Lag::TABLE[0].meaning, "Time constant.");
+/// ```
+#[macro_export]
+macro_rules! parameters {
+    (
+        $(#[doc = $doc:literal])*
+        pub struct $Name:ident {
+            $(
+                $(#[doc = $meaning:literal])+
+                $field:ident [$symbol:literal]: $default:expr, $unit:literal, $min:expr, $max:expr, $source:literal;
+            )+
+        }
+    ) => {
+        $(#[doc = $doc])*
+        #[derive(Debug, Clone, Copy, PartialEq)]
+        pub struct $Name {
+            $(
+                $(#[doc = $meaning])+
+                #[doc = concat!("\n\nUnit: ", $unit, ". Default: `", stringify!($default), "` (", $source, ").")]
+                pub $field: f64,
+            )+
+        }
+
+        impl Default for $Name {
+            fn default() -> Self {
+                Self { $($field: $default,)+ }
+            }
+        }
+
+        impl $crate::parameter::Parameters for $Name {
+            const TABLE: &'static [$crate::parameter::Parameter] = &[
+                $($crate::parameter::Parameter {
+                    name: stringify!($field),
+                    symbol: $symbol,
+                    unit: $unit,
+                    default: $default,
+                    min: $min,
+                    max: $max,
+                    source: $source,
+                    meaning: $crate::parameter::trimmed(concat!($($meaning),+)),
+                },)+
+            ];
+
+            fn get(&self, index: usize) -> Option<f64> {
+                [$(self.$field),+].get(index).copied()
+            }
+
+            fn get_mut(&mut self, index: usize) -> Option<&mut f64> {
+                let mut fields = [$(Some(&mut self.$field)),+];
+                fields.get_mut(index).and_then(Option::take)
+            }
+        }
+    };
+}
+
+/// A doc comment without the blank that stands in front of it.
+#[doc(hidden)]
+pub const fn trimmed(text: &'static str) -> &'static str {
+    text.trim_ascii()
+}

@@ -1,0 +1,1 @@
+//! What the board sees of the plant: encoder and analogue front ends with their errors.
