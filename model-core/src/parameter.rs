@@ -36,7 +36,7 @@ impl Parameter {
     ///
     /// # Errors
     /// [`ParameterError::OutOfRange`] for NaN and for anything outside `min..=max`.
-    pub fn check(&self, value: f64) -> Result<f64, ParameterError> {
+    pub const fn check(&self, value: f64) -> Result<f64, ParameterError> {
         // Written so that NaN fails.
         if value >= self.min && value <= self.max {
             Ok(value)
@@ -77,17 +77,6 @@ pub trait Parameters: Clone + Default {
         }
         Ok(())
     }
-
-    /// Checks every value against its range.
-    ///
-    /// # Errors
-    /// [`ParameterError::OutOfRange`] of the first that is NaN or outside its range.
-    fn check(&self) -> Result<(), ParameterError> {
-        for (index, parameter) in Self::TABLE.iter().enumerate() {
-            parameter.check(self.get(index).unwrap_or(f64::NAN))?;
-        }
-        Ok(())
-    }
 }
 
 /// Why a parameter was not taken.
@@ -101,6 +90,22 @@ pub enum ParameterError {
         parameter: Parameter,
         /// The value that it was to have.
         value: f64,
+    },
+    /// The value is none of the few that mean something.
+    NotAllowed {
+        /// Name of the parameter.
+        name: &'static str,
+        /// The value that it was to have.
+        value: f64,
+        /// The values that it takes, in words.
+        allowed: &'static str,
+    },
+    /// A lower limit stands above its upper limit.
+    Disordered {
+        /// Name of the lower limit.
+        low: &'static str,
+        /// Name of the upper limit.
+        high: &'static str,
     },
 }
 
@@ -116,6 +121,14 @@ impl fmt::Display for ParameterError {
                 "{} is {value}, expected a number from {} to {} {}",
                 p.name, p.min, p.max, p.unit
             ),
+            Self::NotAllowed {
+                name,
+                value,
+                allowed,
+            } => {
+                write!(f, "{name} is {value}, expected {allowed}")
+            }
+            Self::Disordered { low, high } => write!(f, "{low} is above {high}"),
         }
     }
 }
@@ -165,7 +178,30 @@ macro_rules! parameters {
 
         impl Default for $Name {
             fn default() -> Self {
-                Self { $($field: $default,)+ }
+                Self::DEFAULT
+            }
+        }
+
+        impl $Name {
+            /// The defaults, for constant expressions.
+            pub const DEFAULT: Self = Self { $($field: $default,)+ };
+
+            /// Checks every value against its range.
+            ///
+            /// # Errors
+            /// [`OutOfRange`]($crate::parameter::ParameterError::OutOfRange) names the first value
+            /// that is NaN or outside its range.
+            pub const fn check(&self) -> Result<(), $crate::parameter::ParameterError> {
+                let table = <Self as $crate::parameter::Parameters>::TABLE;
+                let values = [$(self.$field),+];
+                let mut i = 0;
+                while i < values.len() {
+                    if let Err(error) = table[i].check(values[i]) {
+                        return Err(error);
+                    }
+                    i += 1;
+                }
+                Ok(())
             }
         }
 

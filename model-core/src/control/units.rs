@@ -1,17 +1,17 @@
 //! The numbers of the control path.
 //!
-//! An encoder count is 45/512 deg, so that every measured angle and every difference quotient
-//! `counts * 45/512 deg / 4 ms` is exact in 16 fractional bits.
+//! An encoder count is 45/512 deg, so every measured angle is exact in 16 fractional bits, and so
+//! is every difference quotient `counts * 45/512 deg / 4 ms`.
 
 use fixed::types::{I16F16, I32F32};
 
 /// An angle, deg: +-32,768 deg (91 turns) in steps of 1.5e-5 deg.
 pub type Angle = I16F16;
 
-/// An angular rate, deg/s: +-32,768 deg/s in steps of 1.5e-5 deg/s.
-pub type Rate = I16F16;
+/// An angular rate, deg/s, in steps of 2.3e-10 deg/s.
+pub type Rate = I32F32;
 
-/// A share of the supply voltage before it is limited, %, in steps of 2.3e-10 %.
+/// A share of the supply voltage, %, in steps of 2.3e-10 %.
 pub type Percent = I32F32;
 
 /// The angle nearest to `degrees`; beyond its ends the last one, for NaN zero.
@@ -22,7 +22,27 @@ pub type Percent = I32F32;
 /// assert_eq!(angle(1e9), Angle::MAX);
 /// assert_eq!(angle(f64::NAN), Angle::ZERO);
 /// ```
-pub fn angle(degrees: f64) -> Angle {
-    // `as` saturates and takes NaN to 0; `round` keeps the error within half a step.
-    Angle::from_bits(libm::round(degrees * 65536.0) as i32)
+pub const fn angle(degrees: f64) -> Angle {
+    // The cast saturates and takes NaN to 0.
+    Angle::from_bits(round(degrees * 65536.0) as i32)
+}
+
+/// The number in steps of 2^-32 that lies nearest to `value`; saturates, NaN gives zero.
+///
+/// ```
+/// use model_core::control::units::{Percent, percent};
+/// assert_eq!(percent(100.0), Percent::from_num(100));
+/// assert_eq!(percent(f64::INFINITY), Percent::MAX);
+/// ```
+pub const fn percent(value: f64) -> Percent {
+    Percent::from_bits(round(value * 4_294_967_296.0) as i64)
+}
+
+/// Half away from zero, in constant expressions too.
+pub(crate) const fn round(value: f64) -> f64 {
+    if value < 0.0 {
+        value - 0.5
+    } else {
+        value + 0.5
+    }
 }

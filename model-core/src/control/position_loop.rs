@@ -1,0 +1,51 @@
+//! The outer loop: a pure gain from the error of the angle to a commanded rate.
+
+use super::{
+    arithmetic::{Coefficient, within},
+    units::{Angle, Rate},
+};
+
+/// No commanded rate is greater: thrice what the encoder can follow.
+pub(crate) const WIDEST_RATE: Rate = Rate::const_from_int(1 << 17);
+
+/// Coefficients of the position loop.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PositionLoop {
+    /// P, 1/s, below 2^9.
+    pub gain: Coefficient<22>,
+    /// Least command.
+    pub min: Angle,
+    /// Greatest command, not below `min`.
+    pub max: Angle,
+    /// Greatest rate upward, 0 to 2^17 deg/s.
+    pub rate_up: Rate,
+    /// Greatest rate downward, 0 to 2^17 deg/s.
+    pub rate_down: Rate,
+}
+
+/// What the position loop asks of the rate loop.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RateCommand {
+    /// The commanded rate.
+    pub rate: Rate,
+    /// Whether a position limit held the command back.
+    pub position_limited: bool,
+    /// Whether a rate limit held the rate back.
+    pub rate_limited: bool,
+}
+
+impl PositionLoop {
+    /// The commanded rate for a commanded and a measured angle.
+    pub fn rate_command(&self, command: Angle, angle: Angle) -> RateCommand {
+        let target = within(command, self.min, self.max);
+        // Both lie within 2^15 deg, so the error lies within 2^16 and P times it within 2^25.
+        let error = Rate::from_num(target) - Rate::from_num(angle);
+        let wanted = self.gain.times(error);
+        let rate = within(wanted, -self.rate_down, self.rate_up);
+        RateCommand {
+            rate,
+            position_limited: target != command,
+            rate_limited: rate != wanted,
+        }
+    }
+}

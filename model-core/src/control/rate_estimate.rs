@@ -1,0 +1,40 @@
+//! The angular rate, from differences of the encoder through a first-order filter.
+//!
+//! `rate += alpha (counts * 45/512 deg / (periods * 4 ms) - rate)`, every 4 ms.
+
+use super::{arithmetic::Coefficient, shaft_angle::Motion, units::Rate};
+
+/// One count a control period, in steps of 2^-15 deg/s: 45/512 deg / 4 ms = 11,250/512 deg/s.
+const COUNT_RATE_STEPS: i32 = 11_250 << (15 - 9);
+
+/// Share of a new difference that enters the estimate.
+pub type FilterShare = Coefficient<30>;
+
+/// The filtered rate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct RateEstimate(Rate);
+
+impl RateEstimate {
+    /// Takes the motion of one reading.
+    ///
+    /// ```
+    /// use model_core::control::{rate_estimate::*, shaft_angle::Motion};
+    /// let mut estimate = RateEstimate::default();
+    /// estimate.update(FilterShare::new(0.5), Motion { counts: 512, periods: 1 });
+    /// assert_eq!(estimate.rate(), 5625.0);
+    /// ```
+    pub fn update(&mut self, share: FilterShare, motion: Motion) {
+        // |counts| <= 2^11 and COUNT_RATE_STEPS = 720,000: within 1.48e9 < 2^31, that is
+        // +-45,000 deg/s. A single period divides by one, so it is exact.
+        let steps = motion.counts * COUNT_RATE_STEPS / motion.periods;
+        let raw = Rate::from_bits((steps as i64) << (32 - 15));
+        // Both lie within 45,000 deg/s (the estimate is a mean of raw rates, as 0 < share <= 1),
+        // so the difference lies within 2^17 and the product within 2^17.
+        self.0 += share.times(raw - self.0);
+    }
+
+    /// The estimate, +-45,000 deg/s.
+    pub fn rate(&self) -> Rate {
+        self.0
+    }
+}

@@ -1,0 +1,102 @@
+//! The inner loop: PI on the rate, with feed-forward, duty and slew limits, and back-calculation.
+//!
+//! ```text
+//!   e = r - rate
+//!   v = Kp e + x + Kff r
+//!   u = v held within the duty limits and within one slew step of the last u
+//!   x = x + T Ki e + T Kaw (u - v)
+//! ```
+//!
+//! Whatever limiter acted, the integrator is told (`u - v`). With `Kaw = Ki/Kp` this is the
+//! external-reset form, whose integrator cannot leave the duty limits.
+//!
+//! Bounds: `|r| <= 2^17`, `|rate| < 2^16`, so `|e| < 2^18`; `Kp, Kff < 2^7`, so `|Kp e| < 2^25`
+//! and `|Kff r| <= 2^24`; `|x| <= 2^28`, hence `|v|, |u - v| < 2^29`. With `T Ki < 2` and
+//! `T Kaw <= 1` the new `x` is below `2^28 + 2^19 + 2^29 < 2^30` before it is held within 2^28.
+//! All of it fits the +-2^31 of [`Percent`].
+
+use super::{
+    arithmetic::{Coefficient, within},
+    units::{Percent, Rate},
+};
+
+/// Where the integrator ends if nothing else holds it: far beyond any duty.
+const INTEGRATOR_END: Percent = Percent::const_from_int(1 << 28);
+
+/// Coefficients of the rate loop.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RateLoop {
+    /// Kp, %/(deg/s), below 2^7.
+    pub proportional: Coefficient<24>,
+    /// Ki times the control period, %/(deg/s), below 2.
+    pub integral: Coefficient<30>,
+    /// Kaw times the control period, 0 to 1.
+    pub anti_windup: Coefficient<30>,
+    /// Kff, %/(deg/s), below 2^7.
+    pub feed_forward: Coefficient<24>,
+    /// Greatest magnitude of the duty, 0 to 100 %.
+    pub duty_limit: Percent,
+    /// Greatest change of the duty in one period, 0 to 200 %.
+    pub duty_step: Percent,
+}
+
+/// The duty of one step and which limiter acted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct LimitedDuty {
+    /// The duty, within the duty limit.
+    pub duty: Percent,
+    /// Whether the duty limit held it back.
+    pub duty_limited: bool,
+    /// Whether the slew limit held it back.
+    pub slew_limited: bool,
+}
+
+/// State of the rate loop.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct RateLoopState {
+    integrator: Percent,
+    duty: Percent,
+}
+
+impl RateLoopState {
+    /// One control period: from commanded and estimated rate to the duty.
+    pub fn step(&mut self, loop_: &RateLoop, command: Rate, rate: Rate) -> LimitedDuty {
+        let error = command - rate;
+        let wanted = self.unlimited(loop_, command, rate);
+        let limited = within(wanted, -loop_.duty_limit, loop_.duty_limit);
+        // The last duty may lie outside limits that were narrowed since: the limit wins.
+        let slewed = within(
+            limited,
+            self.duty - loop_.duty_step,
+            self.duty + loop_.duty_step,
+        );
+        let duty = within(slewed, -loop_.duty_limit, loop_.duty_limit);
+        let correction = loop_.integral.times(error) + loop_.anti_windup.times(duty - wanted);
+        self.integrator = within(
+            self.integrator + correction,
+            -INTEGRATOR_END,
+            INTEGRATOR_END,
+        );
+        self.duty = duty;
+        LimitedDuty {
+            duty,
+            duty_limited: limited != wanted,
+            slew_limited: duty != limited,
+        }
+    }
+
+    /// Goes over to new coefficients without a jump of the duty: the integrator takes the
+    /// difference.
+    ///
+    /// `before` and `after` are the commanded rates under the old and the new position loop.
+    pub fn transfer(&mut self, old: (&RateLoop, Rate), new: (&RateLoop, Rate), rate: Rate) {
+        let jump = self.unlimited(new.0, new.1, rate) - self.unlimited(old.0, old.1, rate);
+        self.integrator = within(self.integrator - jump, -INTEGRATOR_END, INTEGRATOR_END);
+    }
+
+    fn unlimited(&self, loop_: &RateLoop, command: Rate, rate: Rate) -> Percent {
+        loop_.proportional.times(command - rate)
+            + self.integrator
+            + loop_.feed_forward.times(command)
+    }
+}

@@ -1,0 +1,255 @@
+//! The control step against its equations in `f64`, and against inputs that no bench would give.
+
+use proptest::prelude::*;
+
+use super::{
+    cascade::{Coefficients, State},
+    compare::PWM_COUNTS,
+    encoder_word::{COUNT_DEG, EncoderCount, EncoderError, EncoderWord},
+    parameters::ControlParameters,
+    units::{angle, percent},
+};
+use crate::{parameter::Parameters, time::CONTROL_PERIOD_S};
+
+/// The equations of the module's documentation in `f64`, without slew limit.
+#[derive(Default)]
+struct Referee {
+    counts: Option<i32>,
+    rate: f64,
+    integrator: f64,
+}
+
+impl Referee {
+    fn duty(&mut self, p: &ControlParameters, counts: i32, command: f64) -> f64 {
+        let travelled = counts - self.counts.unwrap_or(counts);
+        self.counts = Some(counts);
+        let raw = travelled as f64 * COUNT_DEG / CONTROL_PERIOD_S;
+        self.rate += p.rate_filter * (raw - self.rate);
+        let r = (p.position_gain * (command - counts as f64 * COUNT_DEG))
+            .max(-p.rate_command_limit_down_deg_s)
+            .min(p.rate_command_limit_up_deg_s);
+        let e = r - self.rate;
+        let v = p.proportional_gain * e + self.integrator + p.feed_forward_gain * r;
+        let u = v.max(-p.duty_limit_pct).min(p.duty_limit_pct);
+        self.integrator += CONTROL_PERIOD_S * (p.integral_gain * e + p.anti_windup_gain * (u - v));
+        u
+    }
+}
+
+fn healthy(counts: i32) -> EncoderWord {
+    EncoderWord::healthy(EncoderCount::new(counts as u16))
+}
+
+fn coefficients(parameters: &ControlParameters) -> Coefficients {
+    Coefficients::try_new(parameters).expect("parameters within their ranges")
+}
+
+/// Any parameters that the constructor takes.
+fn parameters() -> impl Strategy<Value = ControlParameters> {
+    let table = ControlParameters::TABLE;
+    proptest::collection::vec(0.0..=1.0, table.len()).prop_map(move |shares| {
+        let mut p = ControlParameters::default();
+        for (i, (row, share)) in table.iter().zip(shares).enumerate() {
+            let max = row.max.min(1e6);
+            *p.get_mut(i).unwrap() = row.min + share * (max - row.min);
+        }
+        p.encoder_direction = if p.encoder_direction < 0.0 { -1.0 } else { 1.0 };
+        if p.position_min_deg > p.position_max_deg {
+            core::mem::swap(&mut p.position_min_deg, &mut p.position_max_deg);
+        }
+        p
+    })
+}
+
+#[test]
+fn the_duty_is_that_of_the_equations_in_double_precision() {
+    let p = ControlParameters {
+        feed_forward_gain: 0.1,
+        rate_command_limit_up_deg_s: 240.0,
+        rate_command_limit_down_deg_s: 350.0,
+        ..Default::default()
+    };
+    let gains = coefficients(&p);
+    let (mut state, mut referee) = (State::default(), Referee::default());
+    let mut counts = 0;
+    for k in 0..20_000 {
+        // A shaft that runs to and fro over several turns while the command steps.
+        counts += [3, -7, 12, -2, 40, -46][k / 700 % 6];
+        let command = [0.0, 90.0, -33.25, 170.5, 1.0][k / 250 % 5];
+        let word = healthy(counts);
+        state.observe(&gains, word).unwrap();
+        let duty = state.regulate(&gains, angle(command)).duty.to_num::<f64>();
+        let expected = referee.duty(&p, counts, command);
+        // The coefficients are rounded to 2^-24 and finer; errors up to 5,000 deg/s pass through
+        // them and the integrator forgets with its anti-windup: 5,000 * 2^-25 = 1.5e-4.
+        assert!(
+            (duty - expected).abs() < 3e-4,
+            "step {k}: {duty} is not {expected}"
+        );
+    }
+}
+
+#[test]
+fn every_single_bit_error_of_a_valid_word_is_seen() {
+    for count in 0..4096 {
+        for bit in 0..18 {
+            let broken = EncoderWord::new(healthy(count).bits() ^ 1 << bit);
+            assert_eq!(broken.read(), Err(EncoderError::Parity));
+        }
+    }
+}
+
+#[test]
+fn a_line_stuck_at_either_level_is_never_an_angle() {
+    assert_eq!(EncoderWord::new(0).read(), Err(EncoderError::NotReady));
+    assert_eq!(
+        EncoderWord::new(u32::MAX).read(),
+        Err(EncoderError::CordicOverflow)
+    );
+}
+
+#[test]
+fn the_angle_counts_turns_and_knows_direction_and_zero() {
+    let p = ControlParameters {
+        encoder_zero_deg: 90.0,
+        encoder_direction: -1.0,
+        ..Default::default()
+    };
+    let gains = coefficients(&p);
+    let mut state = State::default();
+    for turn in 0..10 {
+        for quarter in 0..4 {
+            state
+                .observe(&gains, healthy(1024 - 1024 * quarter))
+                .unwrap();
+            let expected = f64::from(turn * 4 + quarter) * 90.0;
+            assert_eq!(state.angle().to_num::<f64>(), expected);
+        }
+    }
+}
+
+#[test]
+fn lost_samples_leave_no_jump_in_the_rate() {
+    let gains = coefficients(&ControlParameters::default());
+    let mut state = State::default();
+    for k in 0..200 {
+        // Eight counts a period are 175.78125 deg/s; every third word is broken.
+        let word = if k % 3 == 1 {
+            EncoderWord::new(0)
+        } else {
+            healthy(8 * k)
+        };
+        let _ = state.observe(&gains, word);
+        if k > 100 {
+            let error = state.rate().to_num::<f64>() - 175.781_25;
+            assert!(error.abs() < 1e-3, "period {k}: off by {error}");
+        }
+    }
+}
+
+#[test]
+fn a_duty_of_half_the_supply_is_half_the_pwm_period() {
+    let gains = coefficients(&ControlParameters {
+        proportional_gain: 1.0,
+        position_gain: 1.0,
+        ..Default::default()
+    });
+    let mut state = State::default();
+    state.observe(&gains, healthy(0)).unwrap();
+    assert_eq!(
+        state.regulate(&gains, angle(50.0)).compare.get(),
+        PWM_COUNTS / 2
+    );
+}
+
+#[test]
+fn a_reversal_of_the_command_moves_the_duty_by_its_slew_and_the_integrator_is_told() {
+    let p = ControlParameters {
+        duty_slew_pct_s: 2500.0,
+        ..Default::default()
+    };
+    let gains = coefficients(&p);
+    let mut state = State::default();
+    state.observe(&gains, healthy(0)).unwrap();
+    for _ in 0..250 {
+        state.regulate(&gains, angle(90.0));
+    }
+    // From 100 % to -100 % at 10 % a period.
+    for k in 1..=20 {
+        let step = state.regulate(&gains, angle(-90.0));
+        assert_eq!(step.duty, percent(100.0 - 10.0 * f64::from(k)));
+        assert_eq!(step.limits.slew, k < 20);
+    }
+    // An integrator that had wound up for a second would hold the duty at its end.
+    assert!(state.regulate(&gains, angle(0.0)).duty > percent(-100.0));
+}
+
+#[test]
+fn with_anti_windup_at_the_inverse_integral_time_the_integrator_stays_within_the_duty() {
+    let gains = coefficients(&ControlParameters::default());
+    let mut state = State::default();
+    state.observe(&gains, healthy(0)).unwrap();
+    for _ in 0..100_000 {
+        state.regulate(&gains, angle(170.0));
+    }
+    // The error vanishes: what is left is the integrator.
+    let rest = state.regulate(&gains, angle(0.0)).duty;
+    assert!(rest <= percent(100.0) && rest > percent(99.0), "{rest}");
+}
+
+proptest! {
+    #[test]
+    fn no_input_makes_the_step_overflow_or_leave_its_limits(
+        p in parameters(),
+        inputs in proptest::collection::vec((any::<u32>(), any::<i32>(), any::<bool>()), 1..200),
+    ) {
+        let gains = coefficients(&p);
+        let mut state = State::default();
+        let limit = percent(p.duty_limit_pct);
+        for (word, command, valid) in inputs {
+            let word = if valid { healthy(word as i32) } else { EncoderWord::new(word) };
+            let _ = state.observe(&gains, word);
+            let step = state.regulate(&gains, fixed::types::I16F16::from_bits(command));
+            prop_assert!(step.duty.abs() <= limit);
+            prop_assert!(step.compare.get().abs() <= PWM_COUNTS);
+        }
+    }
+
+    #[test]
+    fn no_number_makes_the_coefficients_panic(values in proptest::collection::vec(any::<f64>(), 14)) {
+        let mut p = ControlParameters::default();
+        for (i, value) in values.iter().enumerate() {
+            *p.get_mut(i).unwrap() = *value;
+        }
+        let _ = Coefficients::try_new(&p);
+    }
+
+    #[test]
+    fn a_change_of_gains_does_not_move_the_duty(
+        old in parameters(),
+        new in parameters(),
+        counts in proptest::collection::vec(-50i32..50, 1..50),
+    ) {
+        // Position and encoder settings stay: they change what the angle means. Limits are wide,
+        // as narrower limits have to act at once.
+        let wide = |p: ControlParameters| ControlParameters {
+            position_min_deg: -32768.0,
+            position_max_deg: 32767.0,
+            encoder_zero_deg: 0.0,
+            encoder_direction: 1.0,
+            duty_limit_pct: 100.0,
+            duty_slew_pct_s: f64::INFINITY,
+            ..p
+        };
+        let (old, new) = (coefficients(&wide(old)), coefficients(&wide(new)));
+        let mut state = State::default();
+        for count in counts {
+            state.observe(&old, healthy(count)).unwrap();
+            state.regulate(&old, angle(1.0));
+        }
+        let mut retuned = state;
+        retuned.retune(&old, &new);
+        let kept = state.regulate(&old, angle(1.0)).duty;
+        prop_assert_eq!(retuned.regulate(&new, angle(1.0)).duty, kept);
+    }
+}
