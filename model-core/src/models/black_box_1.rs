@@ -1,0 +1,169 @@
+//! The paper's first-order black box (section III.A): one pole between two saturations.
+//!
+//! `theta' = sat(p (gain c + offset - theta), -rdn, rup)`, `theta` stopped at `+-pos`, by a
+//! Runge-Kutta step of one tick. Gain and offset are 1 and 0 in the paper; an identification
+//! needs them. The rate limits go by the sign of the rate.
+
+use super::{ActuatorModel, Output, rk4, saturate};
+use crate::parameter::{ParameterError, Parameters};
+use crate::time::TICK_S;
+
+crate::parameters! {
+    /// Parameters of the first-order black box.
+    pub struct BlackBox1Parameters {
+        // 10,000 rad/s is half a radian a tick; the Runge-Kutta step is stable up to 2.78.
+        /// Pole of the position loop, the paper's "gain".
+        pole_rad_s ["p"]: 30.0, "rad/s", 0.0, 10_000.0, "paper, section III.A: 30 rad/s, 4.78 Hz";
+        /// Steady angle per commanded angle.
+        gain [""]: 1.0, "1", -100.0, 100.0, "none in the paper";
+        /// Steady angle at a command of zero.
+        offset_deg [""]: 0.0, "deg", -32000.0, 32000.0, "none in the paper";
+        /// Greatest rate upward.
+        rate_limit_up_deg_s ["rup"]: 240.0, "deg/s", 0.0, f64::INFINITY, "paper, section III.A: 240 deg/s approaching the step";
+        /// Greatest rate downward.
+        rate_limit_down_deg_s ["rdn"]: 350.0, "deg/s", 0.0, f64::INFINITY, "paper, section III.A: -350 deg/s leaving the step";
+        /// Hard stops at plus and minus this angle.
+        position_limit_deg ["pos"]: 180.0, "deg", 0.0, f64::INFINITY, "paper, section III.A: deflection limit of 180 degrees";
+    }
+}
+
+/// The first-order black box.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BlackBox1 {
+    parameters: BlackBox1Parameters,
+    angle_deg: f64,
+}
+
+impl BlackBox1 {
+    /// The model with these parameters, at zero.
+    ///
+    /// # Errors
+    /// The first parameter that is NaN or outside its range.
+    ///
+    /// ```
+    /// use model_core::models::{ActuatorModel, black_box_1::BlackBox1};
+    ///
+    /// let mut model = BlackBox1::try_new(Default::default()).unwrap();
+    /// for _ in 0..200 {
+    ///     model.step(90.0);
+    /// }
+    /// // 10 ms at the limit of 240 deg/s.
+    /// assert!((model.output(90.0).angle_deg - 2.4).abs() < 1e-12);
+    /// ```
+    pub fn try_new(parameters: BlackBox1Parameters) -> Result<Self, ParameterError> {
+        parameters.check()?;
+        Ok(Self {
+            parameters,
+            angle_deg: 0.0,
+        })
+    }
+}
+
+impl BlackBox1Parameters {
+    /// Steady angle under a command.
+    #[inline]
+    fn target_deg(&self, command_deg: f64) -> f64 {
+        self.gain * command_deg + self.offset_deg
+    }
+
+    /// Rate at an angle on the way to another.
+    #[inline]
+    fn rate_deg_s(&self, target_deg: f64, angle_deg: f64) -> f64 {
+        saturate(
+            self.pole_rad_s * (target_deg - angle_deg),
+            -self.rate_limit_down_deg_s,
+            self.rate_limit_up_deg_s,
+        )
+    }
+}
+
+impl ActuatorModel for BlackBox1 {
+    fn output(&self, command_deg: f64) -> Output {
+        let target_deg = self.parameters.target_deg(command_deg);
+        Output {
+            angle_deg: self.angle_deg,
+            rate_deg_s: self.parameters.rate_deg_s(target_deg, self.angle_deg),
+            duty_pct: 0.0,
+        }
+    }
+
+    #[inline]
+    fn step(&mut self, command_deg: f64) {
+        let p = &self.parameters;
+        let target_deg = p.target_deg(command_deg);
+        let [angle_deg] = rk4::step([self.angle_deg], TICK_S, |[angle_deg]| {
+            [p.rate_deg_s(target_deg, angle_deg)]
+        });
+        self.angle_deg = saturate(angle_deg, -p.position_limit_deg, p.position_limit_deg);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::models::tests::{angle_after, ramp_lag_s};
+    use crate::time::TICKS_PER_SECOND;
+
+    fn model(set: &[(&str, f64)]) -> BlackBox1 {
+        let mut parameters = BlackBox1Parameters::default();
+        for (name, value) in set {
+            parameters.set(name, *value).unwrap();
+        }
+        BlackBox1::try_new(parameters).unwrap()
+    }
+
+    #[test]
+    fn a_small_step_is_answered_by_one_minus_an_exponential() {
+        // 5 deg ask for 150 deg/s at most: no limit acts.
+        let mut model = model(&[]);
+        for tick in 0..TICKS_PER_SECOND {
+            let exact = 5.0 * (1.0 - libm::exp(-30.0 * crate::time::seconds(tick)));
+            // Local error (p h)^5/120 = 6e-17 a tick, rounding 4e-16 a tick: 1e-12 is ample.
+            assert!((model.output(5.0).angle_deg - exact).abs() < 1e-12);
+            model.step(5.0);
+        }
+    }
+
+    #[test]
+    fn a_ramp_is_followed_with_a_lag_of_one_over_the_pole() {
+        // The command is a staircase of ticks, which adds half a tick.
+        let expected = 1.0 / 30.0 + TICK_S / 2.0;
+        // The rest of the staircase is p h^2/12 = 6e-9 s.
+        assert!((ramp_lag_s(&mut model(&[]), 60.0) - expected).abs() < 1e-8);
+    }
+
+    #[test]
+    fn both_rate_limits_are_reached_exactly_by_the_sign_of_the_rate() {
+        let mut model = model(&[]);
+        assert_eq!(model.output(90.0).rate_deg_s, 240.0);
+        assert!((angle_after(&mut model, 90.0, 2000) - 24.0).abs() < 1e-10);
+        assert_eq!(model.output(0.0).rate_deg_s, -350.0);
+        assert_eq!(model.output(-90.0).rate_deg_s, -350.0);
+        let before = model.output(0.0).angle_deg;
+        assert!((angle_after(&mut model, -90.0, 20) - before + 0.35).abs() < 1e-10);
+    }
+
+    #[test]
+    fn the_position_limit_is_reached_exactly_and_left_at_once() {
+        let mut model = model(&[]);
+        assert_eq!(angle_after(&mut model, 300.0, 20_000), 180.0);
+        assert!(angle_after(&mut model, 0.0, 1) < 180.0);
+        assert_eq!(angle_after(&mut model, -300.0, 40_000), -180.0);
+    }
+
+    #[test]
+    fn gain_and_offset_set_the_steady_angle() {
+        let mut model = model(&[("gain", -0.5), ("offset_deg", 3.0)]);
+        // After 30 time constants 1e-13 of the step is left.
+        assert!((angle_after(&mut model, 10.0, 20_000) + 2.0).abs() < 1e-10);
+    }
+
+    #[test]
+    fn a_parameter_outside_its_range_is_refused() {
+        let parameters = BlackBox1Parameters {
+            pole_rad_s: f64::NAN,
+            ..Default::default()
+        };
+        assert!(BlackBox1::try_new(parameters).is_err());
+    }
+}

@@ -1,0 +1,88 @@
+//! A transport delay of whole ticks, without a heap.
+
+/// Gives back each value `delay_ticks` calls after it came in, for up to `N` ticks.
+///
+/// The paper puts one such delay in front of the actuator (section III: 0.0175 s, 350 ticks,
+/// "because of the test setup"). Before its first value the line gives its first value: the
+/// command is taken to have stood there for ever.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DelayLine<const N: usize> {
+    delay_ticks: usize,
+    /// The values under way, in the first `delay_ticks` places; none before the first came in.
+    ring: Option<[f64; N]>,
+    oldest: usize,
+}
+
+impl<const N: usize> DelayLine<N> {
+    /// A line that delays by `delay_ticks`; `None` if that is more than `N`.
+    ///
+    /// ```
+    /// use model_core::models::delay::DelayLine;
+    ///
+    /// let mut line = DelayLine::<4>::try_new(2).unwrap();
+    /// assert_eq!([5.0, 6.0, 7.0, 8.0].map(|value| line.shift(value)), [5.0, 5.0, 5.0, 6.0]);
+    /// assert!(DelayLine::<4>::try_new(5).is_none());
+    /// ```
+    pub fn try_new(delay_ticks: u64) -> Option<Self> {
+        let delay_ticks = usize::try_from(delay_ticks).ok().filter(|d| *d <= N)?;
+        Some(Self {
+            delay_ticks,
+            ring: None,
+            oldest: 0,
+        })
+    }
+
+    /// Takes the value of this tick and gives the one of `delay_ticks` ago. Any value passes
+    /// unchanged, NaN included.
+    #[inline]
+    pub fn shift(&mut self, value: f64) -> f64 {
+        let ring = self.ring.get_or_insert([value; N]);
+        if self.delay_ticks == 0 {
+            return value;
+        }
+        // `oldest < delay_ticks <= N` always; `map_or` spares the panic path of an index.
+        let delayed = ring
+            .get_mut(self.oldest)
+            .map_or(value, |place| core::mem::replace(place, value));
+        self.oldest += 1;
+        if self.oldest == self.delay_ticks {
+            self.oldest = 0;
+        }
+        delayed
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::DelayLine;
+    use proptest::prelude::*;
+
+    #[test]
+    fn the_longest_delay_is_the_capacity() {
+        assert!(DelayLine::<350>::try_new(350).is_some());
+        assert!(DelayLine::<350>::try_new(351).is_none());
+        assert!(DelayLine::<350>::try_new(u64::MAX).is_none());
+    }
+
+    #[test]
+    fn nan_and_infinity_pass_like_any_value() {
+        let mut line = DelayLine::<1>::try_new(1).unwrap();
+        assert!(line.shift(f64::NAN).is_nan());
+        assert!(line.shift(f64::INFINITY).is_nan());
+        assert_eq!(line.shift(1.0), f64::INFINITY);
+        assert_eq!(line.shift(2.0), 1.0);
+    }
+
+    proptest! {
+        #[test]
+        fn each_value_comes_out_the_delay_later_and_the_first_before_that(
+            delay in 0_usize..=8,
+            values in proptest::collection::vec(-1e3..1e3, 1..40),
+        ) {
+            let mut line = DelayLine::<8>::try_new(delay as u64).unwrap();
+            for (i, value) in values.iter().enumerate() {
+                prop_assert_eq!(line.shift(*value), values[i.saturating_sub(delay)]);
+            }
+        }
+    }
+}

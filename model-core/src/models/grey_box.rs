@@ -1,0 +1,229 @@
+//! The paper's grey box (section III.C): motor, rate PI with anti-windup and position P.
+//!
+//! ```text
+//! r  = P (c - theta)            ws = sat(w, -rdn, rup)            e = r - ws
+//! v  = Kp e + x                 u  = sat(v, -umax, umax)
+//! x' = Ki e + Kaw (u - v) + Kawr (ws - w)
+//! w' = (K(u) u - w)/tau         K(u) = Kup for u > 0, Kdn otherwise
+//! theta' = ws, stopped at +-pos
+//! ```
+//!
+//! in continuous time, by a Runge-Kutta step of one tick. The defaults are the consistent reading
+//! of equations (1) and (2); [`crate::presets`] has the others.
+//!
+//! The paper describes the anti-windup as "a gain to offset the accumulated error in the
+//! integral" and prints no number: it can act on the duty limit (Kaw) and on the rate limit (Kawr).
+
+use super::{ActuatorModel, Output, hard_stop, rk4, saturate};
+use crate::parameter::{ParameterError, Parameters};
+use crate::time::TICK_S;
+
+crate::parameters! {
+    /// Parameters of the grey box.
+    ///
+    /// The ranges bound each alone. Together, the pole of the rate loop, `K Kp/tau`, has to stay
+    /// below 2.7 a tick, 54,000 rad/s, for the Runge-Kutta step to be stable; the default is 28.
+    pub struct GreyBoxParameters {
+        /// Steady rate per duty for positive duty.
+        motor_gain_up ["Kup"]: 2.836, "(deg/s)/%", 0.0, 1000.0, "paper, eq. (2), read as G(s) = 2.836/(1 + 0.1318 s)";
+        /// Steady rate per duty for negative duty.
+        motor_gain_down ["Kdn"]: 2.836, "(deg/s)/%", 0.0, 1000.0, "paper, eq. (2), read as G(s) = 2.836/(1 + 0.1318 s)";
+        /// Time constant of the rate.
+        motor_time_constant_s ["tau"]: 1.0 / 7.586, "s", 1e-4, 100.0, "paper, eq. (2): pole at 7.586 rad/s";
+        /// Proportional gain of the rate loop.
+        proportional_gain ["Kp"]: 10.0 / 7.586, "%/(deg/s)", 0.0, 1000.0, "paper, eq. (1), read as F(s) = 10 (1 + 0.1318 s)/s";
+        /// Integral gain of the rate loop.
+        integral_gain ["Ki"]: 10.0, "%/deg", 0.0, 1e5, "paper, eq. (1), read as F(s) = 10 (1 + 0.1318 s)/s";
+        /// Gain of the position loop.
+        position_gain ["P"]: 8.0, "1/s", 0.0, 10_000.0, "paper, section II.B: outer loop gain of eight";
+        /// Gain of the anti-windup by back-calculation from the duty limit.
+        anti_windup_gain ["Kaw"]: 7.586, "1/s", 0.0, 10_000.0, "1/Ti, the external-reset form; the paper prints none";
+        /// Gain of the anti-windup by back-calculation from the rate limit.
+        rate_anti_windup_gain ["Kawr"]: 0.0, "%/deg", 0.0, 10_000.0, "none; the paper prints no anti-windup number";
+        /// Greatest magnitude of the duty.
+        duty_limit_pct ["umax"]: 100.0, "%", 0.0, f64::INFINITY, "the whole bridge";
+        /// Greatest rate upward.
+        rate_limit_up_deg_s ["rup"]: f64::INFINITY, "deg/s", 0.0, f64::INFINITY, "none beyond the duty limit";
+        /// Greatest rate downward.
+        rate_limit_down_deg_s ["rdn"]: f64::INFINITY, "deg/s", 0.0, f64::INFINITY, "none beyond the duty limit";
+        /// Hard stops at plus and minus this angle.
+        position_limit_deg ["pos"]: 180.0, "deg", 0.0, f64::INFINITY, "paper, section III.A: deflection limit of 180 degrees";
+    }
+}
+
+/// The grey box.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GreyBox {
+    parameters: GreyBoxParameters,
+    angle_deg: f64,
+    /// Rate of the motor before its limit.
+    rate_deg_s: f64,
+    /// Integrator of the rate loop.
+    integral_pct: f64,
+}
+
+/// What the controller makes of a state.
+struct Control {
+    /// Rate after its limit, `ws`.
+    limited_rate_deg_s: f64,
+    /// Error of the rate, `e`.
+    error_deg_s: f64,
+    /// Duty before its limit, `v`.
+    demand_pct: f64,
+    /// Duty, `u`.
+    duty_pct: f64,
+}
+
+impl GreyBox {
+    /// The model with these parameters, at rest at zero.
+    ///
+    /// # Errors
+    /// The first parameter that is NaN or outside its range.
+    ///
+    /// ```
+    /// use model_core::models::{ActuatorModel, grey_box::GreyBox};
+    ///
+    /// let model = GreyBox::try_new(Default::default()).unwrap();
+    /// // Kp P = 10.55 %/deg.
+    /// assert!((model.output(1.0).duty_pct - 10.0 / 7.586 * 8.0).abs() < 1e-12);
+    /// assert_eq!(model.output(90.0).duty_pct, 100.0);
+    /// ```
+    pub fn try_new(parameters: GreyBoxParameters) -> Result<Self, ParameterError> {
+        parameters.check()?;
+        Ok(Self {
+            parameters,
+            angle_deg: 0.0,
+            rate_deg_s: 0.0,
+            integral_pct: 0.0,
+        })
+    }
+
+    fn state(&self) -> [f64; 3] {
+        [self.angle_deg, self.rate_deg_s, self.integral_pct]
+    }
+}
+
+impl GreyBoxParameters {
+    #[inline]
+    fn control(&self, command_deg: f64, [angle, rate, integral]: [f64; 3]) -> Control {
+        let limited_rate_deg_s =
+            saturate(rate, -self.rate_limit_down_deg_s, self.rate_limit_up_deg_s);
+        let error_deg_s = self.position_gain * (command_deg - angle) - limited_rate_deg_s;
+        let demand_pct = self.proportional_gain * error_deg_s + integral;
+        Control {
+            limited_rate_deg_s,
+            error_deg_s,
+            demand_pct,
+            duty_pct: saturate(demand_pct, -self.duty_limit_pct, self.duty_limit_pct),
+        }
+    }
+
+    /// Derivative of angle, rate and integrator.
+    #[inline]
+    fn derivative(&self, command_deg: f64, state: [f64; 3]) -> [f64; 3] {
+        let [_, rate, _] = state;
+        let control = self.control(command_deg, state);
+        let motor_gain = if control.duty_pct > 0.0 {
+            self.motor_gain_up
+        } else {
+            self.motor_gain_down
+        };
+        [
+            control.limited_rate_deg_s,
+            (motor_gain * control.duty_pct - rate) / self.motor_time_constant_s,
+            self.integral_gain * control.error_deg_s
+                + self.anti_windup_gain * (control.duty_pct - control.demand_pct)
+                + self.rate_anti_windup_gain * (control.limited_rate_deg_s - rate),
+        ]
+    }
+}
+
+impl ActuatorModel for GreyBox {
+    fn output(&self, command_deg: f64) -> Output {
+        let control = self.parameters.control(command_deg, self.state());
+        Output {
+            angle_deg: self.angle_deg,
+            rate_deg_s: control.limited_rate_deg_s,
+            duty_pct: control.duty_pct,
+        }
+    }
+
+    #[inline]
+    fn step(&mut self, command_deg: f64) {
+        let p = &self.parameters;
+        let [angle, rate, integral] = rk4::step(self.state(), TICK_S, |state| {
+            p.derivative(command_deg, state)
+        });
+        (self.angle_deg, self.rate_deg_s) = hard_stop(angle, rate, p.position_limit_deg);
+        self.integral_pct = integral;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::models::tests::{angle_after, second_order_step};
+    use crate::time::TICKS_PER_SECOND;
+
+    fn model(set: &[(&str, f64)]) -> GreyBox {
+        let mut parameters = GreyBoxParameters::default();
+        for (name, value) in set {
+            parameters.set(name, *value).unwrap();
+        }
+        GreyBox::try_new(parameters).unwrap()
+    }
+
+    #[test]
+    fn a_small_step_is_answered_as_if_the_pi_zero_cancels_the_motor_pole() {
+        // F G = 28.36/s closed over the rate, 8/s over the angle.
+        let natural_rad_s = libm::sqrt(8.0 * 28.36);
+        let damping = 28.36 / (2.0 * natural_rad_s);
+        let mut model = model(&[]);
+        for tick in 0..TICKS_PER_SECOND {
+            let exact = second_order_step(natural_rad_s, damping, crate::time::seconds(tick));
+            // Rounding of at most 4e-16 a tick, times the 20,000 ticks.
+            assert!((model.output(1.0).angle_deg - exact).abs() < 1e-11);
+            model.step(1.0);
+        }
+    }
+
+    #[test]
+    fn the_duty_limit_is_reached_exactly_and_gives_the_rate_of_the_motor_gain() {
+        let mut model = model(&[("Kup", 2.40), ("Kdn", 3.50), ("tau", 1.0 / 54.0)]);
+        for (command_deg, rate_deg_s) in [(179.0, 240.0), (-179.0, -350.0)] {
+            angle_after(&mut model, command_deg, 8000);
+            let seen = model.output(command_deg);
+            assert_eq!(seen.duty_pct.abs(), 100.0);
+            // Of the way from -350 to 240 exp(-0.4 54) = 4e-10 is left.
+            assert!((seen.rate_deg_s - rate_deg_s).abs() < 1e-6, "{seen:?}");
+        }
+    }
+
+    #[test]
+    fn a_rate_limit_is_reached_exactly() {
+        let mut model = model(&[("rup", 100.0), ("rdn", 150.0)]);
+        for (command_deg, rate_deg_s) in [(90.0, 100.0), (-90.0, -150.0)] {
+            angle_after(&mut model, command_deg, 10_000);
+            assert_eq!(model.output(command_deg).rate_deg_s, rate_deg_s);
+        }
+    }
+
+    #[test]
+    fn the_hard_stop_takes_all_of_the_rate() {
+        let mut model = model(&[]);
+        assert_eq!(angle_after(&mut model, 300.0, 40_000), 180.0);
+        assert_eq!(model.output(300.0).rate_deg_s, 0.0);
+        assert!(angle_after(&mut model, 0.0, 1) <= 180.0);
+        assert_eq!(angle_after(&mut model, -300.0, 60_000), -180.0);
+    }
+
+    #[test]
+    fn anti_windup_from_the_duty_limit_shortens_the_overshoot() {
+        let highest = |anti_windup_gain| {
+            let mut model = model(&[("Kaw", anti_windup_gain)]);
+            (0..40_000).fold(0.0_f64, |top, _| top.max(angle_after(&mut model, 90.0, 1)))
+        };
+        assert!(highest(7.586) < 90.5, "{}", highest(7.586));
+        assert!(highest(0.0) > 95.0, "{}", highest(0.0));
+    }
+}
