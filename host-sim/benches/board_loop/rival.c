@@ -1,0 +1,137 @@
+/* The rival of the benchmark: the board's loop (reference semantics S9) in double precision, as a
+ * C programmer would write it, plainly (-DPLAIN) or tuned.
+ *
+ * usage: rival ACTUATORS THREADS
+ * prints: seconds of one run, then a sum over what it watched, so that nothing can be left out
+ *
+ * Both watch the greatest angle and the greatest rate of every 50 us tick, and keep angle and rate
+ * of every millisecond. */
+#include <math.h>
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <time.h>
+
+enum { SECONDS = 60, MILLISECONDS = SECONDS * 1000, TICKS = MILLISECONDS * 20, DELAY = 350 };
+static const double H = 50e-6, T = 4e-3, LSB = 360.0 / 4096.0;
+static const double LEVELS[14] = {0, 30, -20, 60, -60, 90, -45, 120, -120, 45, 0, 10, -10, 0};
+
+typedef struct { double kup, kdn, tau; } Motor;
+typedef struct { double angle, rate; } Row;
+typedef struct { double top_angle, top_rate; Row *rows; } Record;
+
+/* 4 s a level, the last one held. */
+static double command(long tick) {
+    long level = tick < 0 ? 0 : tick / 80000;
+    return LEVELS[level < 13 ? level : 13];
+}
+
+static double limit(double x, double low, double high) {
+    return x < low ? low : x > high ? high : x;
+}
+
+typedef struct { double x, rh; long last; int started; } Control;
+
+static double control(Control *s, double theta, double c) {
+    long count = (long)floor(theta / LSB + 0.5);
+    long d = s->started ? ((count - s->last + 2048) & 4095) - 2048 : 0;
+    s->started = 1;
+    s->last = count;
+    s->rh += 0.4 * (d * LSB / T - s->rh);
+    double e = 8.0 * (c - count * LSB) - s->rh;
+    double v = 10.0 / 7.586 * e + s->x;
+    double u = limit(v, -100.0, 100.0);
+    s->x += T * (10.0 * e + 7.586 * (u - v));
+    return u;
+}
+
+#ifdef PLAIN
+static void simulate(Motor m, Record *r) {
+    Control s = {0};
+    double theta = 0, w = 0, pending = 0, active = 0, E = exp(-H / m.tau);
+    for (long i = 0; i < TICKS; i++) {
+        if (i % 20 == 0) active = pending;
+        if (i % 80 == 0) pending = control(&s, theta, command(i - DELAY));
+        if (i % 20 == 0) r->rows[i / 20] = (Row){theta, w};
+        if (theta > r->top_angle) r->top_angle = theta;
+        if (w > r->top_rate) r->top_rate = w;
+        double winf = (active > 0 ? m.kup : m.kdn) * active;
+        theta += winf * H + (w - winf) * m.tau * (1 - E);
+        w = winf + (w - winf) * E;
+        if (theta > 180 || theta < -180) {
+            theta = limit(theta, -180, 180);
+            if (theta * w > 0) w = 0;
+        }
+    }
+}
+#else
+static void simulate(Motor m, Record *r) {
+    Control s = {0};
+    const double E = exp(-H / m.tau), travel = m.tau * (1 - E);
+    double theta = 0, w = 0, pending = 0, top_angle = 0, top_rate = 0;
+    Row *row = r->rows;
+    for (long i = 0; i < TICKS; i += 80) {
+        const double active = pending;
+        pending = control(&s, theta, command(i - DELAY));
+        double winf = (active > 0 ? m.kup : m.kdn) * active;
+        for (int period = 0; period < 4; period++) {
+            if (period == 1) winf = (pending > 0 ? m.kup : m.kdn) * pending;
+            *row++ = (Row){theta, w};
+            const double step = winf * H;
+            double excess = w - winf;
+            for (int tick = 0; tick < 20; tick++) {
+                top_angle = theta > top_angle ? theta : top_angle;
+                const double rate = winf + excess;
+                top_rate = rate > top_rate ? rate : top_rate;
+                theta += step + excess * travel;
+                excess *= E;
+                if (__builtin_expect(fabs(theta) > 180, 0)) {
+                    theta = limit(theta, -180, 180);
+                    if (theta * (winf + excess) > 0) excess = -winf;
+                }
+            }
+            w = winf + excess;
+        }
+    }
+    r->top_angle = top_angle;
+    r->top_rate = top_rate;
+}
+#endif
+
+typedef struct { long first, end, actuators; double sum; } Share;
+
+static void *run(void *argument) {
+    Share *share = argument;
+    Record record = {0, 0, malloc(MILLISECONDS * sizeof(Row))};
+    for (long k = share->first; k < share->end; k++) {
+        /* Gain and time constant spread by +-10 %. */
+        double spread = share->actuators > 1 ? 0.9 + 0.2 * k / (share->actuators - 1) : 1.0;
+        Motor m = {2.836 * spread, 2.836 * spread, spread / 7.586};
+        record.top_angle = record.top_rate = 0;
+        simulate(m, &record);
+        share->sum += record.top_angle + record.top_rate + record.rows[MILLISECONDS - 1].angle;
+    }
+    free(record.rows);
+    return NULL;
+}
+
+int main(int argc, char **argv) {
+    long actuators = argc > 1 ? atol(argv[1]) : 1, threads = argc > 2 ? atol(argv[2]) : 1;
+    pthread_t *ids = malloc(threads * sizeof *ids);
+    Share *shares = calloc(threads, sizeof *shares);
+    struct timespec start, end;
+    clock_gettime(CLOCK_MONOTONIC, &start);
+    for (long t = 0; t < threads; t++) {
+        shares[t] = (Share){actuators * t / threads, actuators * (t + 1) / threads, actuators, 0};
+        pthread_create(&ids[t], NULL, run, &shares[t]);
+    }
+    double sum = 0;
+    for (long t = 0; t < threads; t++) {
+        pthread_join(ids[t], NULL);
+        sum += shares[t].sum;
+    }
+    clock_gettime(CLOCK_MONOTONIC, &end);
+    double seconds = (end.tv_sec - start.tv_sec) + 1e-9 * (end.tv_nsec - start.tv_nsec);
+    printf("%.9f %.9f\n", seconds, sum);
+    return 0;
+}

@@ -1,0 +1,42 @@
+//! The command line of `actuator`.
+
+mod output;
+mod report;
+mod simulate;
+mod tune;
+
+use clap::{Parser, Subcommand};
+
+pub use output::Failure;
+
+/// A smart RC-servo actuator on the desk: its control core, its models and its bench.
+///
+/// Exit status: 0 done, 1 a file could not be read or written, 2 the command line, a parameter or
+/// an input is not what was expected.
+#[derive(Debug, Parser)]
+#[command(name = "actuator", version, max_term_width = 100)]
+pub struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Simulate(simulate::Simulate),
+    Report(report::Report),
+    Tune(tune::Tune),
+}
+
+impl Arguments {
+    /// Does what the command line says.
+    ///
+    /// # Errors
+    /// What went wrong, with its exit status.
+    pub fn run(self) -> Result<(), Failure> {
+        match self.command {
+            Command::Simulate(simulate) => simulate.run(),
+            Command::Report(report) => report.run(),
+            Command::Tune(tune) => tune.run(),
+        }
+    }
+}

@@ -1,0 +1,111 @@
+//! Where results go, and how a command ends.
+
+use std::{
+    fs::{self, File},
+    io::{self, BufWriter, Write},
+    path::{Path, PathBuf},
+    process::ExitCode,
+};
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+use crate::error::Error;
+
+/// Why a command ended early.
+#[derive(Debug)]
+pub struct Failure(Error);
+
+impl From<Error> for Failure {
+    fn from(error: Error) -> Self {
+        Self(error)
+    }
+}
+
+impl Failure {
+    /// Says so on standard error, and gives the exit status.
+    pub fn report(self) -> ExitCode {
+        if self.is_closed_pipe() {
+            return ExitCode::SUCCESS;
+        }
+        eprintln!("error: {}", self.0);
+        match self.0 {
+            Error::Read { .. } | Error::Write { .. } => ExitCode::from(1),
+            _ => ExitCode::from(2),
+        }
+    }
+
+    /// Whether the reader of our output had enough: no error of anybody.
+    fn is_closed_pipe(&self) -> bool {
+        matches!(&self.0, Error::Write { source, .. } if source.kind() == io::ErrorKind::BrokenPipe)
+    }
+}
+
+/// The sink of that name: a file, or standard output for `-`.
+pub fn open(path: &Path) -> Result<Box<dyn Write>, Error> {
+    if is_standard_output(path) {
+        return Ok(Box::new(BufWriter::new(io::stdout().lock())));
+    }
+    let file = File::create(path).map_err(|source| Error::Write { path: path.into(), source })?;
+    Ok(Box::new(BufWriter::new(file)))
+}
+
+/// Whether the name stands for standard output.
+pub fn is_standard_output(path: &Path) -> bool {
+    path == Path::new("-")
+}
+
+/// Writes a whole file or standard output.
+pub fn write(path: &Path, text: &str) -> Result<(), Error> {
+    let result = if is_standard_output(path) {
+        io::stdout().lock().write_all(text.as_bytes())
+    } else {
+        fs::write(path, text)
+    };
+    result.map_err(|source| Error::Write { path: path.into(), source })
+}
+
+/// A writer of CSV that names its file when it fails.
+pub struct CsvSink {
+    path: PathBuf,
+    writer: csv::Writer<Box<dyn Write>>,
+}
+
+impl CsvSink {
+    /// Opens the file, or standard output for `-`, and writes the header.
+    pub fn create(path: &Path, columns: &[&str]) -> Result<Self, Error> {
+        let mut sink = Self { path: path.into(), writer: csv::Writer::from_writer(open(path)?) };
+        sink.record(columns.iter().copied())?;
+        Ok(sink)
+    }
+
+    /// Writes a row of numbers, each with as many digits as bring it back exactly.
+    pub fn numbers(&mut self, values: &[f64]) -> Result<(), Error> {
+        self.record(values.iter().map(f64::to_string))
+    }
+
+    fn record(
+        &mut self,
+        fields: impl IntoIterator<Item = impl AsRef<[u8]>>,
+    ) -> Result<(), Error> {
+        let result = self.writer.write_record(fields);
+        result.map_err(|error| self.failed(io::Error::other(error)))
+    }
+
+    /// Writes what is left.
+    pub fn finish(mut self) -> Result<(), Error> {
+        let result = self.writer.flush();
+        result.map_err(|source| self.failed(source))
+    }
+
+    fn failed(&self, source: io::Error) -> Error {
+        Error::Write { path: self.path.clone(), source }
+    }
+}
+
+/// A progress bar on standard error; nothing where that is not a terminal.
+pub fn progress(steps: u64, what: &'static str) -> ProgressBar {
+    let style = ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len} {eta}");
+    ProgressBar::new(steps)
+        .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+        .with_message(what)
+}

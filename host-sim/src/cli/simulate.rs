@@ -1,0 +1,235 @@
+//! `actuator simulate`.
+
+use std::{collections::BTreeMap, path::PathBuf};
+
+use clap::Args;
+use indicatif::ProgressBar;
+
+use super::{
+    Failure,
+    output::{self, CsvSink},
+};
+use crate::{
+    error::Error,
+    plot,
+    scenario::{PwmKind, Scenario},
+    settings::{ModelKind, PlantKind, Settings},
+    simulate::{Rows, Simulation},
+    table::Table,
+    trace::Trace,
+};
+
+/// Runs a model on an input
+///
+/// Without --csv and --plot a summary is printed.
+#[derive(Debug, Args)]
+#[command(after_long_help = lists())]
+pub struct Simulate {
+    /// What to simulate
+    model: Option<ModelKind>,
+    /// A scenario in TOML; options given beside it win
+    #[arg(long, value_name = "FILE")]
+    scenario: Option<PathBuf>,
+    /// A reading of the paper [default: `paper` for a black box, else `consistent`]
+    #[arg(long, value_name = "NAME")]
+    preset: Option<String>,
+    /// What the board drives [default: first-order]
+    #[arg(long)]
+    plant: Option<PlantKind>,
+    /// A command by name, `NAME` or `NAME:parameter=value,...` [default: pulse]
+    #[arg(long, value_name = "NAME", conflicts_with = "input_file")]
+    input: Option<String>,
+    /// A command from a CSV file with the columns t (s) and command_deg, held piecewise constant
+    #[arg(long, value_name = "FILE")]
+    input_file: Option<PathBuf>,
+    /// Sets a parameter, by name or by symbol
+    #[arg(long, value_name = "NAME=VALUE", value_parser = assignment)]
+    set: Vec<(String, f64)>,
+    /// Prints every parameter with value, unit, range and source, and ends
+    #[arg(long)]
+    list_parameters: bool,
+    /// With --list-parameters: as JSON
+    #[arg(long, requires = "list_parameters")]
+    json: bool,
+    /// How long to run, s [default: as long as the input]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
+    duration: Option<f64>,
+    /// Makes a row of every Nth tick of 50 us [default: 20]
+    #[arg(long, value_name = "N")]
+    every: Option<u64>,
+    /// Seed of all that is random [default: 0]
+    #[arg(long)]
+    seed: Option<u64>,
+    /// How the bridge is switched [default: average]
+    #[arg(long)]
+    pwm: Option<PwmKind>,
+    /// Writes the trace; `-` is standard output
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+    /// Draws the trace, as .svg or as interactive .html
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
+}
+
+fn assignment(text: &str) -> Result<(String, f64), String> {
+    let (name, value) = text.split_once('=').ok_or("expected NAME=VALUE")?;
+    let number = value.trim().parse();
+    let number = number.map_err(|_| format!("`{value}` is not a number"))?;
+    Ok((name.trim().to_owned(), number))
+}
+
+fn lists() -> String {
+    let mut text = String::from("Presets:\n");
+    for preset in model_core::presets::PRESETS {
+        let models = preset.models.join(", ");
+        text += &format!("  {:<20} {} [{models}]\n", preset.name, preset.summary);
+    }
+    text += "\nInputs:\n";
+    for (name, summary) in crate::input::named::summaries() {
+        text += &format!("  {name:<20} {summary}\n");
+    }
+    text
+}
+
+impl Simulate {
+    pub(super) fn run(self) -> Result<(), Failure> {
+        let scenario = self.scenario()?;
+        if self.list_parameters {
+            return self.list(&scenario.settings()?);
+        }
+        let simulation = scenario.resolve()?;
+        warn(&scenario);
+        let mut sinks = Sinks::create(&self, &simulation)?;
+        simulation.run(&mut sinks)?;
+        sinks.finish(&self, &simulation)?;
+        Ok(())
+    }
+
+    fn scenario(&self) -> Result<Scenario, Error> {
+        let base = match &self.scenario {
+            Some(path) => Scenario::read(path)?,
+            None => Scenario::default(),
+        };
+        Ok(base.overridden_by(Scenario {
+            model: self.model,
+            plant: self.plant,
+            preset: self.preset.clone(),
+            input: self.input.clone(),
+            input_file: self.input_file.clone(),
+            duration_s: self.duration,
+            every: self.every,
+            seed: self.seed,
+            pwm: self.pwm,
+            set: self.set.iter().cloned().collect::<BTreeMap<_, _>>(),
+        }))
+    }
+
+    fn list(&self, settings: &Settings) -> Result<(), Failure> {
+        let text = if self.json { json(settings) } else { table(settings).to_terminal() };
+        Ok(output::write("-".as_ref(), &(text + "\n"))?)
+    }
+}
+
+/// What must be said of a preset is said on standard error.
+fn warn(scenario: &Scenario) {
+    let preset = scenario.preset.as_deref().and_then(model_core::presets::preset);
+    if let Some(warning) = preset.and_then(|preset| preset.warning) {
+        eprintln!("warning: {warning}");
+    }
+}
+
+fn table(settings: &Settings) -> Table {
+    let columns = ["name", "symbol", "value", "unit", "default", "range", "meaning", "source"];
+    let rows = settings.values().into_iter().map(|v| {
+        let p = v.parameter;
+        vec![
+            p.name.to_owned(),
+            p.symbol.to_owned(),
+            v.value.to_string(),
+            p.unit.to_owned(),
+            p.default.to_string(),
+            format!("{} to {}", p.min, p.max),
+            p.meaning.to_owned(),
+            p.source.to_owned(),
+        ]
+    });
+    Table::new("", &columns, rows.collect())
+}
+
+fn json(settings: &Settings) -> String {
+    // JSON has no infinity: an unbounded limit is null.
+    let rows = settings.values().into_iter().map(|v| {
+        let p = v.parameter;
+        serde_json::json!({
+            "name": p.name, "symbol": p.symbol, "value": v.value, "unit": p.unit,
+            "default": p.default, "min": p.min, "max": p.max,
+            "meaning": p.meaning, "source": p.source,
+        })
+    });
+    format!("{:#}", serde_json::Value::from_iter(rows))
+}
+
+/// Where the rows of a run go.
+struct Sinks {
+    csv: Option<CsvSink>,
+    trace: Option<Trace>,
+    progress: ProgressBar,
+}
+
+impl Sinks {
+    fn create(options: &Simulate, simulation: &Simulation) -> Result<Self, Error> {
+        let columns = simulation.columns();
+        if let Some(path) = &options.plot {
+            plot::Format::of(path)?;
+        }
+        let csv = options.csv.as_ref().map(|path| CsvSink::create(path, &columns)).transpose()?;
+        let is_kept = options.plot.is_some() || options.csv.is_none();
+        Ok(Self {
+            csv,
+            trace: is_kept.then(|| Trace::new(&columns, 0)),
+            progress: output::progress(simulation.rows(), "rows"),
+        })
+    }
+
+    fn finish(self, options: &Simulate, simulation: &Simulation) -> Result<(), Error> {
+        self.progress.finish_and_clear();
+        let to_stdout = options.csv.as_deref().is_some_and(output::is_standard_output);
+        if let Some(csv) = self.csv {
+            csv.finish()?;
+        }
+        if let (Some(path), Some(trace)) = (&options.plot, &self.trace) {
+            plot::Format::of(path)?.write(path, &plot::trace_figure(simulation, trace))?;
+            eprintln!("plot: {}", path.display());
+        }
+        if let (false, Some(trace)) = (to_stdout, &self.trace) {
+            output::write("-".as_ref(), &summary(trace))?;
+        }
+        Ok(())
+    }
+}
+
+impl Rows for Sinks {
+    fn row(&mut self, values: &[f64]) -> Result<(), Error> {
+        if let Some(csv) = &mut self.csv {
+            csv.numbers(values)?;
+        }
+        if let Some(trace) = &mut self.trace {
+            trace.push(values);
+        }
+        self.progress.inc(1);
+        Ok(())
+    }
+}
+
+/// Least, greatest and last value of every column.
+fn summary(trace: &Trace) -> String {
+    let rows = trace.names().iter().filter_map(|name| {
+        let column = trace.column(name)?;
+        let last = column.last()?;
+        let least = column.iter().copied().fold(f64::INFINITY, f64::min);
+        let greatest = column.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let cell = |value: f64| format!("{value:.3}");
+        Some(vec![(*name).to_owned(), cell(least), cell(greatest), cell(*last)])
+    });
+    Table::new("", &["column", "least", "greatest", "last"], rows.collect()).to_terminal() + "\n"
+}

@@ -1,0 +1,96 @@
+//! What can go wrong, said so that it can be mended: what, where, and what was expected.
+
+use std::{io, path::PathBuf};
+
+use model_core::parameter::ParameterError;
+
+/// Why a command could not be carried out.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// A file could not be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// A file could not be written.
+    #[error("cannot write {}: {source}", path.display())]
+    Write {
+        /// The file, or `-` for standard output.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// An input file holds something else than a command sequence.
+    #[error("{}:{line}: {problem}", path.display())]
+    InputFile {
+        /// The file.
+        path: PathBuf,
+        /// The line, counted from 1.
+        line: u64,
+        /// What is there, with its column, and what was expected.
+        problem: String,
+    },
+    /// A scenario file is not TOML, or holds an unknown key or a value of another kind.
+    #[error("{}: {problem}", path.display())]
+    ScenarioFile {
+        /// The file.
+        path: PathBuf,
+        /// The line, the key and what was expected.
+        problem: String,
+    },
+    /// A name that nobody knows.
+    #[error("unknown {kind} `{name}`{}; expected {expected}", suggestion(closest))]
+    UnknownName {
+        /// What should have been named: `parameter`, `preset`, `input` ...
+        kind: &'static str,
+        /// What was named.
+        name: String,
+        /// The known name that is most like it.
+        closest: Option<String>,
+        /// What would have been known.
+        expected: String,
+    },
+    /// A parameter got a value that it cannot take.
+    #[error("parameter {0}")]
+    Parameter(#[from] ParameterError),
+    /// An option got a value that it cannot take.
+    #[error("{option} is {value}, expected {expected}")]
+    Option {
+        /// The option, as on the command line.
+        option: &'static str,
+        /// What it was given.
+        value: String,
+        /// What it takes.
+        expected: &'static str,
+    },
+    /// Something that was asked for does not go together.
+    #[error("{0}")]
+    Conflict(String),
+}
+
+fn suggestion(closest: &Option<String>) -> String {
+    closest.as_ref().map_or(String::new(), |name| format!(", did you mean `{name}`?"))
+}
+
+impl Error {
+    /// An [`Error::UnknownName`] that knows these names.
+    pub fn unknown<'a>(
+        kind: &'static str,
+        name: &str,
+        known: impl IntoIterator<Item = &'a str>,
+        expected: impl Into<String>,
+    ) -> Self {
+        // Below this likeness (Jaro-Winkler, 0 to 1) a guess confuses more than it helps.
+        const LIKE_ENOUGH: f64 = 0.8;
+        let closest = known
+            .into_iter()
+            .map(|known| (strsim::jaro_winkler(name, known), known))
+            .filter(|(likeness, _)| *likeness >= LIKE_ENOUGH)
+            .max_by(|a, b| a.0.total_cmp(&b.0))
+            .map(|(_, known)| known.to_owned());
+        Self::UnknownName { kind, name: name.to_owned(), closest, expected: expected.into() }
+    }
+}

@@ -1,0 +1,97 @@
+//! Commands by integer tick: the excitations of the control core, or a sequence from a file.
+
+pub mod file;
+
+use model_core::{
+    control::units::{Angle, angle},
+    excitation::Excitation,
+};
+
+/// A command that is held piecewise constant, from each of its ticks on.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Sequence {
+    ticks: Vec<u64>,
+    command_deg: Vec<f64>,
+}
+
+impl Sequence {
+    /// Appends a command; one for the same tick replaces the last.
+    ///
+    /// # Panics
+    /// If the tick lies before the last one: an error of the caller.
+    pub fn push(&mut self, tick: u64, command_deg: f64) {
+        match self.ticks.last() {
+            Some(last) if *last == tick => {
+                self.command_deg.pop();
+            }
+            last => {
+                assert!(last.is_none_or(|last| *last < tick), "ticks do not decrease");
+                self.ticks.push(tick);
+            }
+        }
+        self.command_deg.push(command_deg);
+    }
+
+    /// Whether there is no command.
+    pub fn is_empty(&self) -> bool {
+        self.ticks.is_empty()
+    }
+
+    /// The tick of the last command.
+    pub fn last_tick(&self) -> u64 {
+        self.ticks.last().copied().unwrap_or(0)
+    }
+
+    /// The command at a tick: the last one at or before it, the first one before all.
+    fn at(&self, tick: u64) -> f64 {
+        let index = self.ticks.partition_point(|t| *t <= tick).saturating_sub(1);
+        self.command_deg.get(index).copied().unwrap_or(0.0)
+    }
+}
+
+/// What commands an actuator.
+#[derive(Debug, Clone)]
+pub enum Command {
+    /// An excitation of the control core, exact on every target.
+    Excitation(Excitation<'static>),
+    /// A sequence from a file.
+    Sequence(Sequence),
+}
+
+impl Command {
+    /// The command at a tick, deg.
+    pub fn at(&self, tick: u64) -> f64 {
+        match self {
+            Self::Excitation(excitation) => excitation.command(tick).to_num(),
+            Self::Sequence(sequence) => sequence.at(tick),
+        }
+    }
+
+    /// The command at a tick as the board gets it.
+    pub fn board(&self, tick: u64) -> Angle {
+        match self {
+            Self::Excitation(excitation) => excitation.command(tick),
+            Self::Sequence(sequence) => angle(sequence.at(tick)),
+        }
+    }
+}
+
+/// The way of a command through the test set-up: sampled by the host, then delayed.
+#[derive(Debug, Clone)]
+pub struct CommandPath {
+    /// What is commanded.
+    pub command: Command,
+    /// Transport delay, ticks.
+    pub delay_ticks: u64,
+    /// Period of the host, ticks; 0 where every tick passes.
+    pub host_ticks: u64,
+}
+
+impl CommandPath {
+    /// The tick whose command arrives at the actuator at `tick`; the first one before all.
+    pub fn source(&self, tick: u64) -> u64 {
+        let sent = tick.saturating_sub(self.delay_ticks);
+        // Without a host period every tick is its own sample.
+        sent - sent.checked_rem(self.host_ticks).unwrap_or(0)
+    }
+}

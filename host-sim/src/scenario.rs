@@ -1,0 +1,191 @@
+//! What to simulate, as people say it: on a command line, in a TOML file, or both.
+//!
+//! ```toml
+//! model = "board"
+//! preset = "as-measured"
+//! input = "3-2-1-1"
+//! duration_s = 4.0
+//! pwm = "switched"
+//!
+//! [set]
+//! position_gain = 10.0
+//! ```
+
+use std::{
+    collections::BTreeMap,
+    fs,
+    path::{Path, PathBuf},
+};
+
+use model_core::{plant::Pwm, time::ticks};
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    error::Error,
+    input::{self, Command},
+    settings::{ModelKind, PlantKind, Settings},
+    simulate::Simulation,
+};
+
+/// Ticks between rows unless somebody says otherwise: 1 ms.
+pub const DEFAULT_EVERY: u64 = 20;
+
+/// The longest run, s: four months.
+const LONGEST_S: f64 = 1e7;
+
+/// How the bridge is switched.
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum, Serialize, Deserialize,
+)]
+#[serde(rename_all = "kebab-case")]
+pub enum PwmKind {
+    /// The mean voltage all through the period
+    #[default]
+    Average,
+    /// Full voltage for the on time, brake for the rest
+    Switched,
+}
+
+/// What to simulate. What is left out has its default, given in brackets.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Scenario {
+    /// The model. It must be given.
+    pub model: Option<ModelKind>,
+    /// The plant behind the board [`first-order`].
+    pub plant: Option<PlantKind>,
+    /// The preset [the model's first].
+    pub preset: Option<String>,
+    /// The input by name [`pulse`].
+    pub input: Option<String>,
+    /// The input from a file, in place of `input`; in a scenario file, relative to it.
+    pub input_file: Option<PathBuf>,
+    /// How long to run, s [as long as the input].
+    pub duration_s: Option<f64>,
+    /// Ticks of 50 us between rows [20].
+    pub every: Option<u64>,
+    /// Seed of all that is random [0].
+    pub seed: Option<u64>,
+    /// How the bridge is switched [`average`].
+    pub pwm: Option<PwmKind>,
+    /// Parameters by name, after the preset.
+    pub set: BTreeMap<String, f64>,
+}
+
+impl Scenario {
+    /// Reads a TOML file.
+    ///
+    /// # Errors
+    /// [`Error::Read`], and [`Error::ScenarioFile`] with line, key and what was expected.
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        let text =
+            fs::read_to_string(path).map_err(|source| Error::Read { path: path.into(), source })?;
+        let mut scenario: Self = toml::from_str(&text).map_err(|error| Error::ScenarioFile {
+            path: path.into(),
+            problem: error.to_string().trim_end().to_owned(),
+        })?;
+        if let (Some(file), Some(folder)) = (&mut scenario.input_file, path.parent()) {
+            *file = folder.join(&file);
+        }
+        Ok(scenario)
+    }
+
+    /// This scenario with everything that `over` gives in its place.
+    pub fn overridden_by(mut self, over: Self) -> Self {
+        if over.input.is_some() || over.input_file.is_some() {
+            (self.input, self.input_file) = (over.input, over.input_file);
+        }
+        self.set.extend(over.set);
+        Self {
+            model: over.model.or(self.model),
+            plant: over.plant.or(self.plant),
+            preset: over.preset.or(self.preset),
+            duration_s: over.duration_s.or(self.duration_s),
+            every: over.every.or(self.every),
+            seed: over.seed.or(self.seed),
+            pwm: over.pwm.or(self.pwm),
+            ..self
+        }
+    }
+
+    /// Every parameter with the value that this scenario gives it.
+    ///
+    /// # Errors
+    /// As [`Scenario::resolve`].
+    pub fn settings(&self) -> Result<Settings, Error> {
+        let model = self.model.ok_or_else(|| {
+            let names = ModelKind::ALL.map(ModelKind::name).join(", ");
+            Error::Conflict(format!("no model, expected one of {names}"))
+        })?;
+        if self.plant.is_some() && model != ModelKind::Board {
+            let name = model.name();
+            return Err(Error::Conflict(format!(
+                "a plant goes with the model `board`, `{name}` has none"
+            )));
+        }
+        let mut settings = Settings::new(model, self.plant.unwrap_or_default());
+        if let Some(preset) = &self.preset {
+            settings.apply(preset)?;
+        }
+        for (name, value) in &self.set {
+            settings.set(name, *value)?;
+        }
+        Ok(settings)
+    }
+
+    /// The run that this scenario describes.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`], [`Error::Parameter`], [`Error::Option`] or [`Error::Conflict`] for
+    /// what does not exist, is out of range or does not go together; those of
+    /// [`input::file::read`].
+    pub fn resolve(&self) -> Result<Simulation, Error> {
+        let settings = self.settings()?;
+        let (command, natural_ticks) = self.command()?;
+        let ticks = match self.duration_s {
+            None => natural_ticks,
+            Some(duration) if duration > 0.0 && duration <= LONGEST_S => ticks(duration).max(1),
+            Some(duration) => {
+                return Err(Error::Option {
+                    option: "--duration",
+                    value: duration.to_string(),
+                    expected: "more than 0 and at most 10,000,000 s",
+                });
+            }
+        };
+        let every = self.every.unwrap_or(DEFAULT_EVERY);
+        if every == 0 {
+            return Err(Error::Option {
+                option: "--every",
+                value: "0".into(),
+                expected: "at least 1 tick",
+            });
+        }
+        let pwm = match self.pwm.unwrap_or_default() {
+            PwmKind::Average => Pwm::Average,
+            PwmKind::Switched => Pwm::Switched,
+        };
+        Ok(Simulation { settings, command, ticks, every, pwm, seed: self.seed.unwrap_or(0) })
+    }
+
+    /// The command, and how many ticks it runs.
+    fn command(&self) -> Result<(Command, u64), Error> {
+        match (&self.input, &self.input_file) {
+            (Some(_), Some(_)) => Err(Error::Conflict(
+                "both an input by name and an input file, expected one of them".into(),
+            )),
+            (None, Some(path)) => {
+                let sequence = input::file::read(path)?;
+                // The last row of the file is the last of the run.
+                let ticks = sequence.last_tick() + 1;
+                Ok((Command::Sequence(sequence), ticks))
+            }
+            (name, None) => named_input(name.as_deref().unwrap_or("pulse")),
+        }
+    }
+}
+
+fn named_input(name: &str) -> Result<(Command, u64), Error> {
+    let _ = name;
+    Err(Error::Conflict(String::new()))
+}

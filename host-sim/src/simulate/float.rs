@@ -1,0 +1,33 @@
+//! The models in `f64`, tick by tick.
+
+use model_core::models::ActuatorModel;
+
+use super::{Rows, Simulation, time_s};
+use crate::{error::Error, input::CommandPath};
+
+pub(super) fn run(
+    mut model: impl ActuatorModel,
+    simulation: &Simulation,
+    path: &CommandPath,
+    rows: &mut dyn Rows,
+) -> Result<(), Error> {
+    for tick in 0..simulation.ticks {
+        let delayed = path.command.at(path.source(tick));
+        if tick % simulation.every.max(1) == 0 {
+            let now = model.output(delayed);
+            let command = path.command.at(tick);
+            rows.row(&[
+                time_s(tick),
+                command,
+                delayed,
+                now.angle_deg,
+                now.rate_deg_s,
+                now.duty_pct,
+                now.angle_deg,
+                now.rate_deg_s,
+            ])?;
+        }
+        model.step(delayed);
+    }
+    Ok(())
+}
