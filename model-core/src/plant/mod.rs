@@ -1,3 +1,65 @@
 //! What stands in for the bench: motors, gear train, friction and load.
+//!
+//! A plant is driven by PWM periods of 20 ticks. The duty of a period is latched at its start and
+//! holds until its end, so a plant knows then all that happens within the period, and any of its
+//! ticks can be looked at without changing what follows.
 
+pub mod bench;
 pub mod first_order;
+
+use crate::time::PWM_PERIOD_TICKS;
+
+/// Ticks in one PWM period, as an index.
+pub const PERIOD: usize = PWM_PERIOD_TICKS as usize;
+
+/// What the bridge does with a duty.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Pwm {
+    /// The mean voltage of the duty all through the period.
+    Average,
+    /// Edge-aligned sign-magnitude switching: the whole supply for |duty|/100 of the period from
+    /// its start, then off. An edge between two ticks is taken where it is.
+    Switched,
+}
+
+/// What the encoder could see of a plant.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct PlantState {
+    /// Angle of the output shaft, deg.
+    pub angle_deg: f64,
+    /// Rate of the output shaft, deg/s.
+    pub rate_deg_s: f64,
+}
+
+/// A motor and what it moves, from the duty of the bridge to the output shaft.
+pub trait Plant {
+    /// The PWM latch: closes the running period and starts the next with this duty, %.
+    ///
+    /// The duty is limited to +-100 %; NaN is taken as 0.
+    fn start_period(&mut self, duty_pct: f64);
+
+    /// The state at a tick of the running period, from 0 to 20; later ticks give that of 20.
+    ///
+    /// `at(20)` of a period is `at(0)` of the next to the last bit.
+    fn at(&self, tick_in_period: usize) -> PlantState;
+}
+
+/// `value` limited to `low..=high`; NaN stays NaN. Unlike `f64::clamp` it cannot panic.
+pub(crate) fn limited(value: f64, low: f64, high: f64) -> f64 {
+    if value < low {
+        low
+    } else if value > high {
+        high
+    } else {
+        value
+    }
+}
+
+/// A duty that a bridge can follow: limited to +-100 %, 0 for NaN.
+pub(crate) fn bridge_duty_pct(duty_pct: f64) -> f64 {
+    if duty_pct.is_nan() {
+        0.0
+    } else {
+        limited(duty_pct, -100.0, 100.0)
+    }
+}
