@@ -94,11 +94,9 @@ pub const PRESETS: &[Preset] = &[
     },
     Preset {
         name: "as-printed",
-        summary: "G and F as printed, duty not limited, rate limited to +240 and -350 deg/s",
-        warning: Some(
-            "the duty is in the paper's unit and not limited: no board can do this; the \
-             anti-windup gain of 2 is ours",
-        ),
+        summary: "G and F as printed, duty in the paper's unit and not limited, which no board can do; \
+                  rate limited to +240 and -350 deg/s; the anti-windup gain of 2 is ours",
+        warning: None,
         models: GREY_BOX,
         values: &[
             ("motor_gain_up", PRINTED_MOTOR_GAIN),
