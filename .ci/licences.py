@@ -1,0 +1,41 @@
+#!/usr/bin/env python3
+"""Fails where a dependency has no licence that goes with MIT OR Apache-2.0."""
+import json
+import re
+import subprocess
+import sys
+
+ALLOWED = {
+    "0BSD", "Apache-2.0", "Apache-2.0 WITH LLVM-exception", "BSD-2-Clause", "BSD-3-Clause",
+    "BSL-1.0", "CC0-1.0", "ISC", "MIT", "MIT-0", "Unicode-3.0", "Unlicense", "Zlib",
+}
+
+
+def allowed(expression):
+    """Whether an SPDX expression can be met; `/` is what old crates write for OR."""
+    python = re.sub(
+        r"\(|\)|\bAND\b|\bOR\b|/|[A-Za-z0-9.+-]+( WITH [A-Za-z0-9.+-]+)?",
+        lambda m: {"AND": " and ", "OR": " or ", "/": " or ", "(": "(", ")": ")"}.get(
+            m[0], str(m[0] in ALLOWED)),
+        expression,
+    )
+    if not re.fullmatch(r"(True|False|and|or|[() ])+", python):
+        return False
+    return eval(python)
+
+
+def main():
+    command = ["cargo", "metadata", "--format-version", "1", "--locked"]
+    packages = json.loads(subprocess.run(command, check=True, capture_output=True).stdout)["packages"]
+    refused = [
+        f"{p['name']} {p['version']}: {p['license'] or 'no licence named'}"
+        for p in packages
+        if not allowed(p["license"] or "")
+    ]
+    print(f"{len(packages)} packages, {len(refused)} refused")
+    print("\n".join(refused))
+    return 1 if refused else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
