@@ -1,0 +1,143 @@
+//! A sine whose frequency sweeps once from one end to the other.
+
+use super::phase::{Exponential, Quadratic};
+use super::sine::{scaled, sine};
+use crate::control::units::{Angle, angle};
+use crate::parameter::{ParameterError, Parameters};
+use crate::time::ticks;
+
+crate::parameters! {
+    /// A chirp, linear or logarithmic.
+    pub struct ChirpParameters {
+        /// Amplitude.
+        amplitude_deg [""]: 5.0, "deg", -32768.0, 32767.0, "the rate limits do not show below 7 Hz; the paper prints none";
+        /// Frequency at the start.
+        start_hz ["f0"]: 0.1, "Hz", 1e-4, 1000.0, "far below the bandwidth; the paper prints none";
+        /// Frequency at the end.
+        end_hz ["f1"]: 10.0, "Hz", 1e-4, 1000.0, "twice the bandwidth of 4.775 Hz; the paper prints none";
+        /// Length of the sweep; zero after it.
+        duration_s ["T"]: 20.0, "s", 1e-3, 3600.0, "the paper prints none";
+    }
+}
+
+/// How the frequency runs from one end to the other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sweep {
+    /// Equal times for equal differences.
+    Linear(Quadratic),
+    /// Equal times for equal ratios.
+    Logarithmic(Exponential),
+}
+
+/// A sweep that starts with phase zero at tick 0 and is zero after its end.
+///
+/// ```
+/// use model_core::control::units::Angle;
+/// use model_core::excitation::{chirp::{Chirp, Sweep}, phase::Quadratic};
+/// // Computed by the compiler: no floating point is left for the board.
+/// const CHIRP: Chirp = Chirp {
+///     amplitude: Angle::lit("5"),
+///     duration_ticks: 400_000,
+///     sweep: Sweep::Linear(Quadratic::sweep(0.1, 10.0, 400_000)),
+/// };
+/// assert!((CHIRP.command(20_000).to_num::<f64>() - 4.8616).abs() < 1e-4);
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Chirp {
+    /// Amplitude.
+    pub amplitude: Angle,
+    /// Length of the sweep.
+    pub duration_ticks: u64,
+    /// Its law.
+    pub sweep: Sweep,
+}
+
+impl Chirp {
+    /// A chirp whose frequency is a linear function of time.
+    ///
+    /// ```
+    /// use model_core::excitation::chirp::{Chirp, ChirpParameters};
+    /// let chirp = Chirp::try_linear(&ChirpParameters::default()).unwrap();
+    /// assert_eq!((chirp.command(0), chirp.duration_ticks), (0.into(), 400_000));
+    /// ```
+    ///
+    /// # Errors
+    /// [`ParameterError::OutOfRange`] of the first parameter that is NaN or outside its range.
+    pub fn try_linear(parameters: &ChirpParameters) -> Result<Self, ParameterError> {
+        parameters.check()?;
+        let duration_ticks = ticks(parameters.duration_s);
+        let sweep = Quadratic::sweep(parameters.start_hz, parameters.end_hz, duration_ticks);
+        Ok(Self {
+            amplitude: angle(parameters.amplitude_deg),
+            duration_ticks,
+            sweep: Sweep::Linear(sweep),
+        })
+    }
+
+    /// A chirp whose frequency is an exponential function of time.
+    ///
+    /// ```
+    /// use model_core::excitation::chirp::{Chirp, ChirpParameters};
+    /// let chirp = Chirp::try_logarithmic(&ChirpParameters::default()).unwrap();
+    /// // After 10 s it is at 1 Hz and has made (1 - 0.1) * 20/ln 100 = 3.9087 turns.
+    /// assert!((chirp.command(200_000).to_num::<f64>() + 2.7135).abs() < 1e-4);
+    /// ```
+    ///
+    /// # Errors
+    /// [`ParameterError::OutOfRange`] of the first parameter that is NaN or outside its range.
+    pub fn try_logarithmic(parameters: &ChirpParameters) -> Result<Self, ParameterError> {
+        let mut chirp = Self::try_linear(parameters)?;
+        let ticks = chirp.duration_ticks;
+        // Where the ends are too near to each other the linear law is the logarithmic one.
+        if let Some(sweep) = Exponential::sweep(parameters.start_hz, parameters.end_hz, ticks) {
+            chirp.sweep = Sweep::Logarithmic(sweep);
+        }
+        Ok(chirp)
+    }
+
+    /// The command at a tick.
+    pub fn command(&self, tick: u64) -> Angle {
+        if tick >= self.duration_ticks {
+            return Angle::ZERO;
+        }
+        let phase = match &self.sweep {
+            Sweep::Linear(law) => law.at(tick),
+            Sweep::Logarithmic(law) => law.at(tick),
+        };
+        scaled(self.amplitude, sine(phase).to_bits().into())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_logarithmic_chirp_between_equal_ends_is_a_sine() {
+        let steady = ChirpParameters {
+            start_hz: 2.0,
+            end_hz: 2.0,
+            ..Default::default()
+        };
+        let chirp = Chirp::try_logarithmic(&steady).unwrap();
+        // An eighth of a second is a quarter of a turn.
+        assert_eq!(chirp.command(2_500), 5);
+    }
+
+    #[test]
+    fn each_law_spends_its_time_as_it_says() {
+        let turns = |chirp: Chirp, until: u64| {
+            let positive = |tick| chirp.command(tick) > 0;
+            (1..until)
+                .filter(|&i| positive(i) && !positive(i - 1))
+                .count()
+        };
+        let parameters = ChirpParameters::default();
+        // In the first half: 20 s/8 * (3 * 0.1 + 10) Hz, and 3.9 from the doctest.
+        assert_eq!(turns(Chirp::try_linear(&parameters).unwrap(), 200_000), 26);
+        assert_eq!(
+            turns(Chirp::try_logarithmic(&parameters).unwrap(), 200_000),
+            4
+        );
+    }
+}

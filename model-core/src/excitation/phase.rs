@@ -1,0 +1,210 @@
+//! Phases by integer tick, exact modulo one turn.
+//!
+//! A phase is a fraction of a turn in units of 2^-64. Whole turns fall off at the upper end of the
+//! integer: what wraps there is right by nature, and no phase drifts however late it is asked for.
+
+use super::exp2::exp2_negative;
+use crate::time::TICK_S;
+use core::f64::consts::LN_2;
+
+const TWO_TO_THE_64: f64 = 18_446_744_073_709_551_616.0;
+const TWO_TO_THE_96: f64 = (1_u128 << 96) as f64;
+const TWO_TO_THE_128: f64 = TWO_TO_THE_64 * TWO_TO_THE_64;
+
+/// A phase that is a quadratic function of time: a linear sweep of the frequency, or a steady one.
+///
+/// `phase(i) = per_tick * i + per_tick_squared * i^2`. With 128 bits a coefficient is off by 2^-129
+/// turn at most, and after 1,000 s (2e7 ticks) the phase by 1e-24 turn. What remains is the `f64` of
+/// the constructor: 2e-16 of the turns made so far.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Quadratic {
+    /// In units of 2^-128 turn per tick; negative ones as two's complement.
+    pub per_tick: u128,
+    /// In units of 2^-128 turn per tick squared; negative ones as two's complement.
+    pub per_tick_squared: u128,
+}
+
+impl Quadratic {
+    /// A sweep from one frequency to another within `duration_ticks`, and on beyond it.
+    ///
+    /// ```
+    /// use model_core::excitation::phase::Quadratic;
+    /// let sweep = Quadratic::sweep(1.0, 3.0, 20_000);
+    /// // (1 + 3)/2 Hz make half a turn within the first third: 1/3 + 1/9 turn.
+    /// assert!((sweep.at(6_667) as f64 / 2f64.powi(64) - 4.0 / 9.0).abs() < 1e-4);
+    /// ```
+    pub const fn sweep(start_hz: f64, end_hz: f64, duration_ticks: u64) -> Self {
+        // t^2 (f1 - f0)/(2 T), all times in ticks.
+        let growth = (end_hz - start_hz) * TICK_S / (2.0 * duration_ticks as f64);
+        Self {
+            per_tick: turns(start_hz * TICK_S),
+            per_tick_squared: turns(growth),
+        }
+    }
+
+    /// One frequency for ever.
+    ///
+    /// ```
+    /// use model_core::excitation::phase::Quadratic;
+    /// assert!(Quadratic::steady(1.0).at(5_000).abs_diff(1 << 62) < 1 << 12);
+    /// ```
+    pub const fn steady(frequency_hz: f64) -> Self {
+        Self::sweep(frequency_hz, frequency_hz, 1)
+    }
+
+    /// The phase at a tick.
+    pub const fn at(&self, tick: u64) -> u64 {
+        let tick = tick as u128;
+        let slope = self
+            .per_tick
+            .wrapping_add(self.per_tick_squared.wrapping_mul(tick));
+        (slope.wrapping_mul(tick) >> 64) as u64
+    }
+}
+
+/// A fraction of a turn in units of 2^-128; NaN is none, and half a turn is the most either way.
+const fn turns(fraction: f64) -> u128 {
+    (fraction * TWO_TO_THE_128) as i128 as u128
+}
+
+/// A phase whose frequency is an exponential function of time: a logarithmic sweep.
+///
+/// With `B = f T / ln r` for the faster end `f`, the ratio `r` of the ends, and `y` octaves below
+/// the faster end, the phase is `B 2^-y` (`-B 2^-y` where the frequency falls) plus a constant. Counted from the faster end
+/// the power never exceeds one, so that its error of 1e-18 costs `B * 1e-18` turn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Exponential {
+    /// `B` in units of 2^-64 turn.
+    pub scale: u128,
+    /// Change of the frequency in octaves per tick, in units of 2^-96.
+    pub octaves_per_tick: u128,
+    /// Length of the sweep.
+    pub duration_ticks: u64,
+    /// Whether the frequency rises.
+    pub rising: bool,
+    /// What makes the sweep start at phase zero, in units of 2^-64 turn.
+    pub offset: u64,
+}
+
+impl Exponential {
+    /// A sweep from one frequency to another, both above zero, within `duration_ticks`. `None`
+    /// where the two are so near to each other (one part in a million) that [`Quadratic`] is the
+    /// better way to say it: the two laws then differ by 1e-13 of the turns made.
+    ///
+    /// ```
+    /// use model_core::excitation::phase::Exponential;
+    /// let sweep = Exponential::sweep(0.5, 8.0, 60_000).unwrap();
+    /// // 3 s * 7.5 Hz / ln 16 = 8.1151 turns.
+    /// assert!((sweep.at(60_000) as f64 / 2f64.powi(64) - 0.1151).abs() < 1e-4);
+    /// assert!(Exponential::sweep(1.0, 1.0, 60_000).is_none());
+    /// ```
+    pub fn sweep(start_hz: f64, end_hz: f64, duration_ticks: u64) -> Option<Self> {
+        let rising = end_hz > start_hz;
+        let fast_hz = if rising { end_hz } else { start_hz };
+        let octaves = libm::fabs(libm::log2(end_hz / start_hz));
+        let duration = duration_ticks as f64;
+        let scale = fast_hz * TICK_S * duration / (octaves * LN_2);
+        let mut sweep = Self {
+            scale: (scale * TWO_TO_THE_64) as u128,
+            octaves_per_tick: (octaves / duration * TWO_TO_THE_96) as u128,
+            duration_ticks,
+            rising,
+            offset: 0,
+        };
+        sweep.offset = sweep.at(0).wrapping_neg();
+        // Written so that NaN fails.
+        (octaves * LN_2 > 1e-6).then_some(sweep)
+    }
+
+    /// The phase at a tick of the sweep.
+    pub const fn at(&self, tick: u64) -> u64 {
+        let turns = if self.rising {
+            self.turns(self.duration_ticks.saturating_sub(tick))
+        } else {
+            self.turns(tick).wrapping_neg()
+        };
+        turns.wrapping_add(self.offset)
+    }
+
+    /// `B 2^-y` modulo one turn, so many ticks away from the faster end.
+    const fn turns(&self, ticks: u64) -> u64 {
+        let power = exp2_negative(self.octaves_per_tick.wrapping_mul(ticks as u128));
+        let whole = (self.scale >> 64) as u64;
+        let fraction = self.scale as u64;
+        // Units of 2^-63 times whole turns: the upper bit that the shift drops is a whole turn.
+        let of_whole = whole.wrapping_mul(power) << 1;
+        of_whole.wrapping_add(((fraction as u128 * power as u128) >> 63) as u64)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::time::TICKS_PER_SECOND;
+
+    /// Distance of a phase from a number of turns, in turns.
+    fn distance(phase: u64, turns: f64) -> f64 {
+        let difference = phase as f64 / TWO_TO_THE_64 - turns;
+        (difference - libm::round(difference)).abs()
+    }
+
+    #[test]
+    fn a_linear_sweep_of_1000_s_keeps_its_phase_within_1e_9_turn() {
+        let ticks = 1000 * TICKS_PER_SECOND;
+        for (start, end) in [(0.1, 10.0), (10.0, 0.1), (0.0, 100.0)] {
+            let sweep = Quadratic::sweep(start, end, ticks);
+            for tick in (0..=ticks).step_by(9_973) {
+                let t = tick as f64 / TICKS_PER_SECOND as f64;
+                let turns = (start + (end - start) / 2000.0 * t) * t;
+                // 1e-11 of it is the f64 formula's own: 50,000 turns of 2^-53.
+                assert!(
+                    distance(sweep.at(tick), turns) < 1e-9,
+                    "{start} {end} {tick}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_steady_frequency_does_not_drift_in_a_year() {
+        // A frequency of 2^-k turn a tick is exact, and so is its phase, for ever.
+        let steady = Quadratic::steady(20_000.0 / 1024.0);
+        for year in [1, 631_152_000_000, u64::MAX / 1024] {
+            assert_eq!(steady.at(year * 1024), 0);
+            assert_eq!(steady.at(year * 1024 + 256), 1 << 62);
+        }
+    }
+
+    #[test]
+    fn a_logarithmic_sweep_follows_its_closed_form() {
+        for (start, end, duration) in [(0.1, 10.0, 20.0), (10.0, 0.1, 20.0), (1e-3, 100.0, 1000.0)]
+        {
+            let ticks = crate::time::ticks(duration);
+            let sweep = Exponential::sweep(start, end, ticks).unwrap();
+            let log_ratio = libm::log(end / start);
+            for tick in (0..=ticks).step_by(997) {
+                let t = crate::time::seconds(tick);
+                let grown = libm::expm1(log_ratio * t / duration);
+                let turns = start * duration / log_ratio * grown;
+                assert!(
+                    distance(sweep.at(tick), turns) < 1e-9,
+                    "{start} {end} {tick}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn where_the_two_laws_meet_they_agree() {
+        let ticks = 100 * TICKS_PER_SECOND;
+        let end = 10.0 * (1.0 + 1.1e-6);
+        let exponential = Exponential::sweep(10.0, end, ticks).unwrap();
+        let quadratic = Quadratic::sweep(10.0, end, ticks);
+        assert_eq!(Exponential::sweep(10.0, 10.000_005, ticks), None);
+        for tick in (0..=ticks).step_by(1009) {
+            let apart = exponential.at(tick).wrapping_sub(quadratic.at(tick)) as i64;
+            // B is 1e9 turns here: 1e9 * 1e-18, and 2e-16 of 1,000 turns.
+            assert!((apart as f64 / TWO_TO_THE_64).abs() < 1e-8, "{tick}");
+        }
+    }
+}

@@ -1,0 +1,165 @@
+//! Straight lines between breakpoints.
+
+use super::sine::saturated;
+use crate::control::units::{Angle, angle};
+use crate::parameter::{ParameterError, Parameters};
+use crate::time::ticks;
+
+/// Breakpoints of a ramp at most.
+pub const MOST_POINTS: usize = 8;
+
+crate::parameters! {
+    /// Up, hold, down through zero to the other side, hold, and back.
+    pub struct RampParameters {
+        /// Level of the first hold; the second is its opposite.
+        amplitude_deg [""]: 90.0, "deg", -32768.0, 32767.0, "half the way to the hard stop; the paper prints none";
+        /// Slope.
+        rate_deg_s [""]: 60.0, "deg/s", 1e-3, 1e6, "a quarter of the slower rate limit; the paper prints none";
+        /// Time of rest at the start and at both levels; twice as long at the end.
+        hold_s [""]: 0.5, "s", 0.0, 1e6, "the actuator settles in it; the paper prints none";
+    }
+}
+
+/// A straight line that is followed until the next one starts.
+///
+/// The slope is off by 2^-48 deg per tick at most, thus the line by half a step of the angle after
+/// 2^31 ticks, 30 hours. The next line starts at its own breakpoint.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Line {
+    start_tick: u64,
+    start: Angle,
+    /// In units of 2^-48 deg per tick.
+    slope: i64,
+}
+
+impl Line {
+    const fn between(from: (u64, Angle), to: (u64, Angle)) -> Self {
+        let rise = (to.1.to_bits() as i128 - from.1.to_bits() as i128) << 32;
+        let slope = match to.0.saturating_sub(from.0) {
+            // Of so short a line only the start is ever asked for.
+            0 | 1 => 0,
+            // From -(2^32 - 1) * 2^32 / 2 to its opposite: within 2^63.
+            run => (rise / run as i128) as i64,
+        };
+        Self {
+            start_tick: from.0,
+            start: from.1,
+            slope,
+        }
+    }
+
+    fn at(&self, tick: u64) -> Angle {
+        // Below 2^63 * 2^64 - 2^64 in magnitude, so that neither half a unit nor the start is
+        // too much for 127 bits.
+        let change = i128::from(self.slope) * i128::from(tick.saturating_sub(self.start_tick));
+        saturated(i128::from(self.start.to_bits()) + ((change + (1 << 31)) >> 32))
+    }
+}
+
+/// Straight lines between breakpoints; the first and the last level are held before and after.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Ramp {
+    lines: [Line; MOST_POINTS],
+}
+
+impl Ramp {
+    /// Lines through one to [`MOST_POINTS`] breakpoints, in the order of their ticks. Where two
+    /// share a tick, the later one holds from that tick on.
+    ///
+    /// ```
+    /// use model_core::{control::units::Angle, excitation::ramp::Ramp};
+    /// const UP: Ramp = Ramp::through(&[(100, Angle::lit("-1")), (104, Angle::lit("1"))]);
+    /// assert_eq!([0, 101, 102, 900].map(|i| UP.command(i).to_num::<f64>()), [-1.0, -0.5, 0.0, 1.0]);
+    /// ```
+    pub const fn through<const N: usize>(points: &[(u64, Angle); N]) -> Self {
+        const { assert!(N >= 1 && N <= MOST_POINTS) }
+        let last = points[N - 1];
+        let mut lines = [Line::between(last, last); MOST_POINTS];
+        let mut k = 0;
+        while k + 1 < N {
+            lines[k] = Line::between(points[k], points[k + 1]);
+            k += 1;
+        }
+        Self { lines }
+    }
+
+    /// Up, hold, down through zero to the other side, hold, and back.
+    ///
+    /// ```
+    /// use model_core::excitation::ramp::{Ramp, RampParameters};
+    /// let ramp = Ramp::try_new(&RampParameters::default()).unwrap();
+    /// assert_eq!([25_000, 45_000, 80_000].map(|i| ramp.command(i).to_num::<i32>()), [45, 90, 0]);
+    /// ```
+    ///
+    /// # Errors
+    /// [`ParameterError::OutOfRange`] of the first parameter that is NaN or outside its range.
+    pub fn try_new(parameters: &RampParameters) -> Result<Self, ParameterError> {
+        parameters.check()?;
+        let RampParameters {
+            amplitude_deg,
+            rate_deg_s,
+            hold_s,
+        } = *parameters;
+        let level = angle(amplitude_deg);
+        let rise_s = libm::fabs(amplitude_deg) / rate_deg_s;
+        let bend = |holds: f64, rises: f64| ticks(holds * hold_s + rises * rise_s);
+        Ok(Self::through(&[
+            (0, Angle::ZERO),
+            (bend(1.0, 0.0), Angle::ZERO),
+            (bend(1.0, 1.0), level),
+            (bend(2.0, 1.0), level),
+            (bend(2.0, 3.0), level.saturating_neg()),
+            (bend(3.0, 3.0), level.saturating_neg()),
+            (bend(3.0, 4.0), Angle::ZERO),
+            (bend(5.0, 4.0), Angle::ZERO),
+        ]))
+    }
+
+    /// The command at a tick.
+    pub fn command(&self, tick: u64) -> Angle {
+        let [first, ..] = &self.lines;
+        let started = self.lines.iter().rev().find(|l| l.start_tick <= tick);
+        started.unwrap_or(first).at(tick)
+    }
+
+    /// Tick of the last breakpoint.
+    pub fn duration_ticks(&self) -> u64 {
+        let [.., last] = &self.lines;
+        last.start_tick
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn an_infinitely_steep_ramp_is_a_step() {
+        let steep = RampParameters {
+            amplitude_deg: 1.0,
+            rate_deg_s: 1e6,
+            hold_s: 1.0,
+        };
+        let ramp = Ramp::try_new(&steep).unwrap();
+        let commands = [19_999, 20_000, 40_000].map(|tick| ramp.command(tick).to_num::<i32>());
+        assert_eq!(commands, [0, 1, -1]);
+    }
+
+    proptest! {
+        #[test]
+        fn a_line_meets_both_its_ends_and_never_leaves_them(
+            run in 1_u64..1 << 31, from: i32, to: i32, share in 0.0..1.0
+        ) {
+            let [a, b] = [from, to].map(Angle::from_bits);
+            let ramp = Ramp::through(&[(7, a), (7 + run, b)]);
+            prop_assert_eq!((ramp.command(0), ramp.command(7)), (a, a));
+            prop_assert_eq!((ramp.command(7 + run), ramp.command(u64::MAX)), (b, b));
+            let within = (share * run as f64) as u64;
+            let exact = f64::from(from) + (f64::from(to) - f64::from(from)) * within as f64 / run as f64;
+            // Half a step for the slope, half a step for the result.
+            let bits = f64::from(ramp.command(7 + within).to_bits());
+            prop_assert!((bits - exact).abs() <= 1.001, "{} {}", bits, exact);
+        }
+    }
+}

@@ -1,0 +1,223 @@
+//! The standard inputs against the formulas of the referee, and all inputs against abuse.
+
+use super::Excitation;
+use super::catalogue::Input;
+use super::recorded::Recorded;
+use crate::control::units::Angle;
+use crate::parameter::ParameterError;
+use crate::time::seconds;
+use core::f64::consts::PI;
+use proptest::prelude::*;
+use std::vec::Vec;
+
+/// The referee's allowance: half a step of the angle (7.6e-6 deg) and the error of the sine.
+const ALLOWED_DEG: f64 = 1e-5;
+
+fn standard(name: &str) -> Excitation<'static> {
+    Input::named(name).unwrap().excitation().unwrap()
+}
+
+fn assert_follows(name: &str, formula: impl Fn(u64) -> f64) {
+    let input = standard(name);
+    let ticks = Input::named(name).unwrap().duration_ticks().unwrap();
+    for tick in 0..ticks + 20_000 {
+        let error = (input.command(tick).to_num::<f64>() - formula(tick)).abs();
+        assert!(error < ALLOWED_DEG, "{name} at tick {tick}: {error}");
+    }
+}
+
+#[test]
+fn the_pulse_follows_the_referee() {
+    assert_follows("pulse", |i| {
+        if (20_000..60_000).contains(&i) {
+            90.0
+        } else {
+            0.0
+        }
+    });
+}
+
+#[test]
+fn the_variable_step_follows_the_referee() {
+    let levels = [0, 30, -20, 60, -60, 90, -45, 120, -120, 45, 0, 10, -10, 0];
+    assert_follows("varstep", |i| {
+        f64::from(levels[(i as usize / 10_000).min(13)])
+    });
+}
+
+#[test]
+fn the_ramp_follows_the_referee() {
+    let points = [
+        (0.0, 0.0),
+        (0.5, 0.0),
+        (2.0, 90.0),
+        (2.5, 90.0),
+        (5.5, -90.0),
+        (6.0, -90.0),
+        (7.5, 0.0),
+    ];
+    assert_follows("ramp", |i| {
+        let t = seconds(i);
+        let line = points.windows(2).find(|line| t < line[1].0);
+        line.map_or(0.0, |line| {
+            let [(t0, a0), (t1, a1)] = [line[0], line[1]];
+            a0 + (a1 - a0) * (t - t0) / (t1 - t0)
+        })
+    });
+}
+
+#[test]
+fn the_chirp_follows_the_referee() {
+    assert_follows("chirp", |i| {
+        let t = seconds(i);
+        let turns = 0.1 * t + 9.9 / 40.0 * t * t;
+        if i < 400_000 {
+            5.0 * libm::sin(2.0 * PI * turns)
+        } else {
+            0.0
+        }
+    });
+}
+
+#[test]
+fn the_logarithmic_chirp_follows_its_formula() {
+    assert_follows("log-chirp", |i| {
+        let grown = libm::exp(libm::log(100.0) * seconds(i) / 20.0) - 1.0;
+        let turns = 0.1 * 20.0 / libm::log(100.0) * grown;
+        if i < 400_000 {
+            5.0 * libm::sin(2.0 * PI * turns)
+        } else {
+            0.0
+        }
+    });
+}
+
+#[test]
+fn the_sine_follows_the_referee() {
+    assert_follows("sine", |i| 20.0 * libm::sin(2.0 * PI * seconds(i)));
+}
+
+#[test]
+fn the_3_2_1_1_follows_the_referee() {
+    let units = [20.0, 20.0, 20.0, -20.0, -20.0, 20.0, -20.0];
+    assert_follows("3211", |i| match i.checked_sub(20_000) {
+        Some(since) => units.get(since as usize / 6_000).copied().unwrap_or(0.0),
+        None => 0.0,
+    });
+}
+
+#[test]
+fn the_doublet_follows_its_formula() {
+    assert_follows("doublet", |i| match i {
+        20_000..26_000 => 20.0,
+        26_000..32_000 => -20.0,
+        _ => 0.0,
+    });
+}
+
+#[test]
+fn the_standard_runs_take_as_long_as_the_referee_s() {
+    let durations = [
+        ("pulse", 5.0),
+        ("varstep", 7.0),
+        ("ramp", 8.5),
+        ("chirp", 20.5),
+        ("sine", 5.0),
+        ("3211", 5.0),
+    ];
+    for (name, duration_s) in durations {
+        let ticks = Input::named(name).unwrap().duration_ticks().unwrap();
+        assert_eq!(seconds(ticks), duration_s, "{name}");
+    }
+}
+
+#[test]
+fn every_name_leads_to_an_input_of_this_name_with_a_summary_and_defaults_in_range() {
+    assert_eq!(Input::NAMES.len(), 10);
+    for name in Input::NAMES {
+        let input = Input::named(name).unwrap();
+        assert_eq!(input.name(), *name);
+        assert!(input.summary().ends_with('.') && !input.summary().contains('\n'));
+        for (index, parameter) in input.table().iter().enumerate() {
+            assert_eq!(input.get(index), Some(parameter.default), "{name}");
+        }
+        assert!(input.excitation().is_ok());
+    }
+    assert_eq!(Input::named("varstep"), Input::named("variable-step"));
+    assert_eq!(Input::named("3211"), Input::named("3-2-1-1"));
+    assert_eq!(Input::named("Pulse"), None);
+}
+
+#[test]
+fn a_setting_out_of_range_or_unknown_is_refused() {
+    let mut sine = Input::named("sine").unwrap();
+    assert_eq!(sine.set("frequency", 1.0), Err(ParameterError::Unknown));
+    for value in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(matches!(
+            sine.set("f", value),
+            Err(ParameterError::OutOfRange { .. })
+        ));
+    }
+    assert_eq!(sine, Input::named("sine").unwrap());
+}
+
+/// Any standard input, each parameter anywhere in its range or at an end of it.
+fn any_input() -> impl Strategy<Value = Input> {
+    let shares = prop::collection::vec(prop_oneof![Just(0.0), Just(1.0), Just(1e-9), 0.0..1.0], 8);
+    (prop::sample::select(Input::NAMES), shares).prop_map(|(name, shares)| {
+        let mut input = Input::named(name).unwrap();
+        for (parameter, share) in input.table().iter().zip(shares) {
+            let value = parameter.min + share * (parameter.max - parameter.min);
+            input.set(parameter.name, value).unwrap();
+        }
+        input
+    })
+}
+
+proptest! {
+    #[test]
+    fn no_parameter_and_no_tick_makes_an_input_panic(
+        input in any_input(), ticks in prop::collection::vec(any::<u64>(), 8)
+    ) {
+        let excitation = input.excitation().unwrap();
+        let end = excitation.duration_ticks();
+        let corners = [0, 1, end.saturating_sub(1), end, end.saturating_add(1), u64::MAX];
+        for tick in ticks.into_iter().chain(corners) {
+            excitation.command(tick);
+        }
+        input.duration_ticks().unwrap();
+    }
+
+    #[test]
+    fn the_order_of_asking_does_not_matter(input in any_input(), tick in 0_u64..400_000) {
+        let excitation = input.excitation().unwrap();
+        let board: Vec<Angle> = (0..8).map(|k| excitation.command(tick + 80 * k)).collect();
+        let desk: Vec<Angle> = (0..640).rev().map(|k| excitation.command(tick + k)).collect();
+        for (k, command) in board.iter().enumerate() {
+            prop_assert_eq!(*command, desk[639 - 80 * k]);
+        }
+    }
+
+    #[test]
+    fn what_ends_holds_its_final_value(input in any_input(), beyond: u64) {
+        let excitation = input.excitation().unwrap();
+        let end = excitation.duration_ticks();
+        use Excitation::{Multisine, Prbs, Sine};
+        if !matches!(excitation, Sine(_) | Prbs(_) | Multisine(_)) {
+            prop_assert_eq!(
+                excitation.command(end.saturating_add(beyond)), excitation.command(end)
+            );
+        }
+    }
+
+    #[test]
+    fn any_record_in_order_is_held_right_continuously(
+        mut ticks in prop::collection::vec(any::<u64>(), 1..20), asked: u64
+    ) {
+        ticks.sort_unstable();
+        let commands: Vec<_> = (0_i32..).zip(&ticks).map(|(k, &tick)| (tick, Angle::from_bits(k))).collect();
+        let recorded = Excitation::Recorded(Recorded::try_new(&commands).unwrap());
+        let expected = ticks.iter().rposition(|&tick| tick <= asked).unwrap_or(0);
+        prop_assert_eq!(recorded.command(asked).to_bits(), expected as i32);
+    }
+}

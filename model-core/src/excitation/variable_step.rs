@@ -1,0 +1,128 @@
+//! A staircase of arbitrary levels, each held for the same time: the paper's variable step.
+
+use super::multistep::at_least_one;
+use super::sine::saturated;
+use crate::control::units::{Angle, angle};
+use crate::parameter::{ParameterError, Parameters};
+use crate::time::ticks;
+use core::num::NonZeroU64;
+
+crate::parameters! {
+    /// The variable step over its standard [`LEVELS`].
+    pub struct VariableStepParameters {
+        /// Time that each level is held.
+        dwell_s [""]: 0.5, "s", 50e-6, 1e6, "the largest steps do not settle in it, as in the paper; it prints none";
+        /// Factor on every level.
+        scale [""]: 1.0, "1", -1000.0, 1000.0, "the levels as they stand";
+    }
+}
+
+/// The standard levels: small and large steps both ways, some too large to be followed. The paper
+/// prints none.
+pub const LEVELS: [Angle; 14] = {
+    let degrees = [
+        0, 30, -20, 60, -60, 90, -45, 120, -120, 45, 0, 10, -10, 0_i32,
+    ];
+    let mut levels = [Angle::ZERO; 14];
+    let mut k = 0;
+    while k < levels.len() {
+        levels[k] = Angle::const_from_int(degrees[k]);
+        k += 1;
+    }
+    levels
+};
+
+/// Levels one after the other; the last one is held for good.
+///
+/// ```
+/// use core::num::NonZeroU64;
+/// use model_core::{control::units::Angle, excitation::variable_step::VariableStep};
+/// let stairs = VariableStep {
+///     levels: &[Angle::lit("1"), Angle::lit("-2")],
+///     dwell_ticks: NonZeroU64::new(5).unwrap(),
+///     scale: Angle::lit("1.5"),
+/// };
+/// assert_eq!([0, 4, 5, 99].map(|i| stairs.command(i).to_num::<f64>()), [1.5, 1.5, -3.0, -3.0]);
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct VariableStep<'a> {
+    /// The levels; zero where there are none.
+    pub levels: &'a [Angle],
+    /// Ticks for which each level is held.
+    pub dwell_ticks: NonZeroU64,
+    /// Factor on every level: a plain number in the format of an angle.
+    pub scale: Angle,
+}
+
+impl VariableStep<'static> {
+    /// The standard levels with another dwell or scale.
+    ///
+    /// ```
+    /// use model_core::excitation::variable_step::{VariableStep, VariableStepParameters};
+    /// let stairs = VariableStep::try_new(&VariableStepParameters::default()).unwrap();
+    /// assert_eq!([0, 10_000, 75_000].map(|i| stairs.command(i).to_num::<i32>()), [0, 30, 120]);
+    /// ```
+    ///
+    /// # Errors
+    /// [`ParameterError::OutOfRange`] of the first parameter that is NaN or outside its range.
+    pub fn try_new(parameters: &VariableStepParameters) -> Result<Self, ParameterError> {
+        parameters.check()?;
+        Ok(Self {
+            levels: &LEVELS,
+            dwell_ticks: at_least_one(ticks(parameters.dwell_s)),
+            scale: angle(parameters.scale),
+        })
+    }
+}
+
+impl VariableStep<'_> {
+    /// The command at a tick.
+    pub fn command(&self, tick: u64) -> Angle {
+        // A board's usize is narrower than the quotient: what does not fit is beyond the last level.
+        let index = usize::try_from(tick / self.dwell_ticks).ok();
+        let level = index
+            .and_then(|index| self.levels.get(index))
+            .or(self.levels.last());
+        level.map_or(Angle::ZERO, |level| {
+            let product = i128::from(level.to_bits()) * i128::from(self.scale.to_bits());
+            saturated((product + (1 << 15)) >> 16)
+        })
+    }
+
+    /// Ticks until the last level has been held as long as the others.
+    pub fn duration_ticks(&self) -> u64 {
+        self.dwell_ticks
+            .get()
+            .saturating_mul(self.levels.len() as u64)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_scaled_staircase_is_rounded_and_saturates() {
+        let parameters = VariableStepParameters {
+            scale: -1000.0,
+            ..Default::default()
+        };
+        let stairs = VariableStep::try_new(&parameters).unwrap();
+        assert_eq!(stairs.command(75_000), Angle::MIN);
+        assert_eq!(stairs.command(115_000), -10_000);
+    }
+
+    #[test]
+    fn without_levels_there_is_zero_for_ever() {
+        let none = VariableStep {
+            levels: &[],
+            dwell_ticks: NonZeroU64::MIN,
+            scale: Angle::ONE,
+        };
+        assert_eq!(
+            (none.command(0), none.command(u64::MAX)),
+            (Angle::ZERO, Angle::ZERO)
+        );
+        assert_eq!(none.duration_ticks(), 0);
+    }
+}
