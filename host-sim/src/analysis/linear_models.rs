@@ -1,0 +1,221 @@
+//! The models without their limits, as transfer functions from command to angle.
+//!
+//! Position P around rate PI, with the duty at the motor as the loop's input:
+//!
+//! ```text
+//! C = Kp + Ki/x    H = a x/(T x + a)    x = (z - 1)/T, or s where T = 0
+//! open   = G (C (P + H) + Kff P)        closed = G P (C + Kff)/(1 + open)
+//! ```
+//!
+//! The integrator is forward Euler, `H` the filtered encoder difference, both exactly as the board
+//! computes them. `G` is the motor from duty to angle, `K/(s (tau s + 1))`; sampled, it is exact for
+//! a duty that is held and acts some time after the samples that it was computed from. So the grey
+//! box is the board at a period of zero. Anti-windup and limits do nothing to small signals.
+
+use super::polynomial::Polynomial;
+use super::transfer_function::TransferFunction;
+use model_core::control::parameters::ControlParameters;
+use model_core::parameter::{Parameter, ParameterError, Parameters};
+use model_core::plant::first_order::FirstOrderParameters;
+
+model_core::parameters! {
+    /// The motor for one sense of turning.
+    pub struct Motor {
+        /// Steady rate per duty.
+        motor_gain ["K"]: 2.836, "(deg/s)/%", 1e-6, 1000.0, "paper, eq. (2), read as G(s) = 2.836/(1 + 0.1318 s)";
+        /// Time constant of the rate.
+        motor_time_constant_s ["tau"]: 1.0 / 7.586, "s", 1e-4, 100.0, "paper, eq. (2): pole at 7.586 rad/s";
+    }
+}
+
+impl Motor {
+    /// The motor as it turns upward.
+    ///
+    /// ```
+    /// use host_sim::analysis::linear_models::Motor;
+    /// assert_eq!(Motor::upward(&Default::default()).motor_gain, 2.836);
+    /// ```
+    pub fn upward(plant: &FirstOrderParameters) -> Self {
+        Self {
+            motor_gain: plant.motor_gain_up,
+            motor_time_constant_s: plant.motor_time_constant_s,
+        }
+    }
+
+    /// The motor as it turns downward.
+    ///
+    /// ```
+    /// use host_sim::analysis::linear_models::Motor;
+    /// assert_eq!(Motor::downward(&Default::default()).motor_gain, 2.836);
+    /// ```
+    pub fn downward(plant: &FirstOrderParameters) -> Self {
+        Self {
+            motor_gain: plant.motor_gain_down,
+            ..Self::upward(plant)
+        }
+    }
+}
+
+model_core::parameters! {
+    /// When the board samples and when it acts.
+    pub struct Timing {
+        /// Time from control step to control step.
+        control_period_s ["T"]: 0.004, "s", 1e-4, 0.1, "paper, section II.A: 250 Hz";
+        /// Time from the sampling of the angle to the change of the duty.
+        duty_delay_s [""]: 0.001, "s", 0.0, 0.8, "the next edge of the 1 kHz PWM; at most 8 control periods";
+    }
+}
+
+/// Greatest delay of the duty, in control periods: more is no servo, and a high polynomial.
+pub const MOST_DELAY_PERIODS: f64 = 8.0;
+
+/// Black box 1, `p/(s + p)` (paper, section III.A).
+///
+/// ```
+/// let model = host_sim::analysis::linear_models::black_box_1(30.0);
+/// assert_eq!(model.steady_gain(), 1.0);
+/// ```
+pub fn black_box_1(pole_rad_s: f64) -> TransferFunction {
+    TransferFunction::continuous(
+        Polynomial::new([pole_rad_s]),
+        Polynomial::new([pole_rad_s, 1.0]),
+    )
+}
+
+/// Black box 2, `A/(s^2 + B s + A)` (paper, section III.B).
+///
+/// ```
+/// use host_sim::analysis::{frequency::bandwidth_hz, linear_models::black_box_2};
+/// let model = black_box_2(900.0, 54.0);
+/// assert!((bandwidth_hz(&model).unwrap() - 3.562).abs() < 1e-3);
+/// ```
+pub fn black_box_2(position_gain_per_s2: f64, rate_gain_per_s: f64) -> TransferFunction {
+    TransferFunction::continuous(
+        Polynomial::new([position_gain_per_s2]),
+        Polynomial::new([position_gain_per_s2, rate_gain_per_s, 1.0]),
+    )
+}
+
+/// The position servo seen from two sides.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Loop {
+    /// Once around the loop, cut at the duty; the feedback's minus sign left out.
+    pub open: TransferFunction,
+    /// From position command to angle, without the transport delay of the test set-up.
+    pub closed: TransferFunction,
+}
+
+impl Loop {
+    /// The grey box (paper, section III.C): everything continuous, the true rate fed back.
+    ///
+    /// ```
+    /// use host_sim::analysis::{frequency::bandwidth_hz, linear_models::Loop};
+    /// let grey = Loop::continuous(&Default::default(), &Default::default()).unwrap();
+    /// assert!((bandwidth_hz(&grey.closed).unwrap() - 1.680).abs() < 1e-3);
+    /// ```
+    ///
+    /// # Errors
+    /// A parameter that is NaN or outside its range.
+    pub fn continuous(motor: &Motor, control: &ControlParameters) -> Result<Self, ParameterError> {
+        motor.check()?;
+        control.check()?;
+        let numerator = Polynomial::new([motor.motor_gain]);
+        let denominator = Polynomial::new([0.0, 1.0, motor.motor_time_constant_s]);
+        Ok(Self::around(&numerator, &denominator, control, 0.0))
+    }
+
+    /// The board: control step at `timing.control_period_s`, duty held and late, and the rate from
+    /// the filtered encoder difference. Angles are meant at the control steps.
+    ///
+    /// ```
+    /// use host_sim::analysis::{frequency::bandwidth_hz, linear_models::Loop};
+    /// let defaults = (Default::default(), Default::default(), Default::default());
+    /// let board = Loop::sampled(&defaults.0, &defaults.1, &defaults.2).unwrap();
+    /// assert!((bandwidth_hz(&board.closed).unwrap() - 1.646).abs() < 1e-3);
+    /// ```
+    ///
+    /// # Errors
+    /// A parameter that is NaN or outside its range, and a delay of more than
+    /// [`MOST_DELAY_PERIODS`].
+    pub fn sampled(
+        motor: &Motor,
+        control: &ControlParameters,
+        timing: &Timing,
+    ) -> Result<Self, ParameterError> {
+        motor.check()?;
+        control.check()?;
+        timing.check()?;
+        delay_limit(timing.control_period_s).check(timing.duty_delay_s)?;
+        let (numerator, denominator) = sampled_motor(motor, timing);
+        let period_s = timing.control_period_s;
+        Ok(Self::around(&numerator, &denominator, control, period_s))
+    }
+
+    /// Closes the controller around a motor given from duty to angle.
+    fn around(
+        motor_numerator: &Polynomial,
+        motor_denominator: &Polynomial,
+        control: &ControlParameters,
+        period_s: f64,
+    ) -> Self {
+        let scalar = |value: f64| Polynomial::new([value]);
+        let position_gain = scalar(control.position_gain);
+        let feed_forward = scalar(control.feed_forward_gain);
+        let (pi, pi_denominator) = if control.integral_gain == 0.0 {
+            // An integrator that nothing feeds is no part of the loop.
+            (scalar(control.proportional_gain), scalar(1.0))
+        } else {
+            let gains = [control.integral_gain, control.proportional_gain];
+            (Polynomial::new(gains), Polynomial::new([0.0, 1.0]))
+        };
+        let rate = Polynomial::new([0.0, control.rate_filter]);
+        let rate_denominator = Polynomial::new([control.rate_filter, period_s]);
+
+        let forward = &pi + &(&feed_forward * &pi_denominator);
+        let forward = &(&forward * &position_gain) * &rate_denominator;
+        let once_around = &forward + &(&pi * &rate);
+        let denominator = &(motor_denominator * &pi_denominator) * &rate_denominator;
+        let open = TransferFunction::sampled(motor_numerator * &once_around, denominator, period_s);
+        let closed = TransferFunction::closing(&open, motor_numerator * &forward);
+        Self { open, closed }
+    }
+}
+
+/// The delay's row of the table with the limit that the control period sets.
+fn delay_limit(control_period_s: f64) -> Parameter {
+    Parameter {
+        max: MOST_DELAY_PERIODS * control_period_s,
+        ..Timing::TABLE[1]
+    }
+}
+
+/// The motor from held, late duty to sampled angle, as polynomials in `x = (z - 1)/T`.
+///
+/// With `E = 1 - exp(-T/tau)`, `m` what remains of a period after the delay, and
+/// `g(t) = t - tau (1 - exp(-t/tau))` the angle that unit gain and unit duty reach in `t`:
+///
+/// ```text
+///         E/T + (g(T) + E m)/T x + g(m) x^2
+/// G = K ------------------------------------
+///           x (x + E/T) (1 + T x)^(n + 1)
+/// ```
+///
+/// the step response `g(k T - delay)` transformed; `n` counts the delay's whole periods.
+fn sampled_motor(motor: &Motor, timing: &Timing) -> (Polynomial, Polynomial) {
+    let tau = motor.motor_time_constant_s;
+    let period = timing.control_period_s;
+    let whole_periods = (timing.duty_delay_s / period).floor();
+    let m = period - (timing.duty_delay_s - whole_periods * period);
+    let share = -(-period / tau).exp_m1();
+    let g = |t: f64| t + tau * (-t / tau).exp_m1();
+
+    let numerator = [share / period, (g(period) + share * m) / period, g(m)];
+    let poles = Polynomial::new([0.0, share / period, 1.0]);
+    let late = Polynomial::new([1.0, period]).power(whole_periods as usize + 1);
+    let gain = Polynomial::new([motor.motor_gain]);
+    (&gain * &Polynomial::new(numerator), &poles * &late)
+}
+
+#[cfg(test)]
+#[path = "linear_models_tests.rs"]
+mod tests;

@@ -1,0 +1,131 @@
+//! Figures of merit of steps: rise, overshoot, settling and the largest rates.
+//!
+//! Levels are shares of the commanded step, from the command before it to the command after it;
+//! times count from the step of the command, a transport delay included. A step ends where the next
+//! one begins.
+
+/// Width of the band in which a step counts as settled, as a share of the step.
+pub const SETTLED: f64 = 0.02;
+
+/// One step of a command and its response.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Step {
+    /// Instant of the step, s.
+    pub time_s: f64,
+    /// Command before it, deg.
+    pub from_deg: f64,
+    /// Command after it, deg.
+    pub to_deg: f64,
+    /// Time from 10 % to 90 % of the step, s; `None` where 90 % are never reached.
+    pub rise_time_s: Option<f64>,
+    /// Time from the step to 90 %, s; `None` where they are never reached.
+    pub t90_s: Option<f64>,
+    /// How far the response goes beyond the command, % of the step; negative where it falls short.
+    pub overshoot_pct: f64,
+    /// Time from the step until the response stays within 2 %, s; `None` where it does not.
+    pub settling_time_s: Option<f64>,
+}
+
+/// What the steps of a trace show.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StepMetrics {
+    /// The steps in order.
+    pub steps: Vec<Step>,
+    /// Largest rate upward, deg/s.
+    pub max_rate_deg_s: f64,
+    /// Largest rate downward, deg/s; negative.
+    pub min_rate_deg_s: f64,
+}
+
+/// Evaluates every step of a piecewise constant command. Columns of unequal length are read as far
+/// as the shortest goes; between samples the response is taken as straight.
+///
+/// ```
+/// use host_sim::analysis::step_metrics::step_metrics;
+/// let t = [0.0, 1.0, 2.0, 3.0];
+/// let found = step_metrics(&t, &[0.0, 10.0, 10.0, 10.0], &[0.0, 0.0, 10.0, 10.0], &[0.0; 4]);
+/// assert_eq!(found.steps[0].t90_s, Some(0.9));
+/// assert_eq!(found.steps[0].overshoot_pct, 0.0);
+/// ```
+pub fn step_metrics(
+    t_s: &[f64],
+    command_deg: &[f64],
+    angle_deg: &[f64],
+    rate_deg_s: &[f64],
+) -> StepMetrics {
+    let lengths = [
+        t_s.len(),
+        command_deg.len(),
+        angle_deg.len(),
+        rate_deg_s.len(),
+    ];
+    let len = lengths.into_iter().min().unwrap_or(0);
+    let starts: Vec<usize> = (1..len)
+        .filter(|i| command_deg[*i] != command_deg[i - 1])
+        .collect();
+    let ends = starts.iter().skip(1).copied().chain([len]);
+    let steps = starts.iter().zip(ends).map(|(&start, end)| {
+        let (from_deg, to_deg) = (command_deg[start - 1], command_deg[start]);
+        let samples = t_s[start..end].iter().zip(&angle_deg[start..end]);
+        let shares: Vec<(f64, f64)> = samples
+            .map(|(t, angle)| (t - t_s[start], (angle - from_deg) / (to_deg - from_deg)))
+            .collect();
+        evaluate(t_s[start], from_deg, to_deg, &shares)
+    });
+    let rate_deg_s = &rate_deg_s[..len];
+    StepMetrics {
+        steps: steps.collect(),
+        max_rate_deg_s: rate_deg_s.iter().copied().fold(0.0, f64::max),
+        min_rate_deg_s: rate_deg_s.iter().copied().fold(0.0, f64::min),
+    }
+}
+
+/// Evaluates one step from pairs of time after it and share of it.
+fn evaluate(time_s: f64, from_deg: f64, to_deg: f64, shares: &[(f64, f64)]) -> Step {
+    let t10_s = reaches(shares, 0.1);
+    let t90_s = reaches(shares, 0.9);
+    let most = shares.iter().map(|s| s.1).fold(f64::NEG_INFINITY, f64::max);
+    Step {
+        time_s,
+        from_deg,
+        to_deg,
+        rise_time_s: t10_s.zip(t90_s).map(|(t10, t90)| t90 - t10),
+        t90_s,
+        overshoot_pct: 100.0 * (most - 1.0),
+        settling_time_s: settles(shares),
+    }
+}
+
+/// When the response first reaches `level`.
+fn reaches(shares: &[(f64, f64)], level: f64) -> Option<f64> {
+    let after = shares.iter().position(|s| s.1 >= level)?;
+    if after == 0 {
+        return Some(shares[0].0);
+    }
+    Some(between(shares[after - 1], shares[after], level))
+}
+
+/// When the response enters the band that it does not leave any more.
+fn settles(shares: &[(f64, f64)]) -> Option<f64> {
+    // Written so that NaN lies outside.
+    let outside = |s: &(f64, f64)| !((s.1 - 1.0).abs() <= SETTLED);
+    let Some(last) = shares.iter().rposition(outside) else {
+        return shares.first().map(|s| s.0);
+    };
+    let next = shares.get(last + 1)?;
+    let edge = if shares[last].1 > 1.0 {
+        1.0 + SETTLED
+    } else {
+        1.0 - SETTLED
+    };
+    Some(between(shares[last], *next, edge))
+}
+
+/// The time at which the straight line between two samples has this level.
+fn between(a: (f64, f64), b: (f64, f64), level: f64) -> f64 {
+    a.0 + (b.0 - a.0) * (level - a.1) / (b.1 - a.1)
+}
+
+#[cfg(test)]
+#[path = "step_metrics_tests.rs"]
+mod tests;
