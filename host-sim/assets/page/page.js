@@ -2,7 +2,6 @@
   'use strict';
   const root = document.documentElement;
   root.classList.add('js');
-  const dark = matchMedia('(prefers-color-scheme: dark)');
   const css = name => getComputedStyle(root).getPropertyValue(name).trim();
   const short = v => v == null ? '–' : String(+v.toPrecision(5));
   const charts = [];
@@ -36,9 +35,9 @@
 
   const curve = s => ({
     label: s.label, width: 1.6, dash: s.style === 'dashed' ? [7, 4] : undefined, value: (u, v) => short(v),
-    stroke: () => (dark.matches ? PALETTE_DARK : PALETTE)[s.colour],
+    stroke: () => css(`--c${s.colour}`), pxAlign: 0,
     points: { show: false },
-    ...(s.style === 'step' && { paths: uPlot.paths.stepped({ align: 1 }) }),
+    ...(s.style === 'step' && { pxAlign: 1, paths: uPlot.paths.stepped({ align: 1 }) }),
     ...(s.style === 'points' && { paths: () => null, points: { show: true, size: 5, width: 1, fill: (u, i) => u.series[i].stroke() } }),
   });
 
@@ -61,7 +60,11 @@
         axis(panel.y_label, panel.y_log, { size: 56, ...steps(panel.y_step) }),
       ],
       series: [{ label: figure.x_label, value: (u, v) => short(v) }, ...panel.series.map(curve)],
-      legend: { markers: { width: 2 } },
+      legend: { markers: {
+        width: 2,
+        stroke: (u, i) => i ? `var(--c${panel.series[i - 1].colour})` : 'transparent',
+        dash: (u, i) => ({ dashed: 'dashed', points: 'dotted' })[panel.series[i - 1]?.style] ?? 'solid',
+      } },
       cursor: {
         drag: { x: true, y: false, dist: 4 },
         sync: {
@@ -96,5 +99,5 @@
     data.panels.forEach((panel, i) => draw(host, data, figure.id, panel, i + 1 === data.panels.length, height));
     tools(figure);
   }
-  dark.addEventListener('change', () => charts.forEach(c => c.redraw(false)));
+  matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => charts.forEach(c => c.redraw(false)));
 })();

@@ -9,10 +9,11 @@ use serde::{Serialize, Serializer};
 
 use super::figure::{Figure, Panel, Scale, Series, Style};
 use super::palette::{PALETTE, PALETTE_DARK};
-use super::points::points;
+use super::points::{Point, points, range};
 use super::svg;
 
 const UPLOT_JS: &str = include_str!("../../assets/uplot/uPlot.iife.min.js");
+const UPLOT_LICENSE: &str = include_str!("../../assets/uplot/LICENSE");
 const UPLOT_CSS: &str = include_str!("../../assets/uplot/uPlot.min.css");
 const PAGE_JS: &str = include_str!("../../assets/page/page.js");
 const PAGE_CSS: &str = include_str!("../../assets/page/page.css");
@@ -20,32 +21,46 @@ const PAGE_CSS: &str = include_str!("../../assets/page/page.css");
 /// Twice the columns of the SVG, for those who zoom in.
 const COLUMNS: usize = 1200;
 /// Significant digits of the data: a ms in a day, and a thousandth of a degree in a turn.
-const X_DIGITS: usize = 8;
-const Y_DIGITS: usize = 6;
+const X_DIGITS: u8 = 8;
+const Y_DIGITS: u8 = 6;
+
+/// How the plots are handled, as a paragraph; it is seen only where they are.
+pub(crate) const HINT: &str = "<p class=\"hint\">Drag across a plot to zoom, double-click to \
+    return. Click a name in a legend to hide its curve.</p>\n";
 
 /// A page with this figure alone.
 pub fn render(figure: &Figure) -> String {
-    document(&figure.title, &fragment(figure, 1))
+    document(&figure.title, &(fragment(figure, 1) + HINT))
 }
 
 /// A complete HTML document around `body`, which may hold any number of [`fragment`]s.
 pub fn document(title: &str, body: &str) -> String {
     let title = escape(title);
-    let palettes = format!("const PALETTE={PALETTE:?},PALETTE_DARK={PALETTE_DARK:?};");
+    let light = variables(&PALETTE);
+    let dark = variables(&PALETTE_DARK);
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; \
          style-src 'unsafe-inline'; script-src 'unsafe-inline'\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <title>{title}</title>\n<style>{UPLOT_CSS}\n{PAGE_CSS}</style>\n</head>\n<body>\n\
-         {body}<script>{UPLOT_JS}\n{palettes}\n{PAGE_JS}</script>\n</body>\n</html>\n"
+         <title>{title}</title>\n<style>{UPLOT_CSS}\n:root{{{light}}}\n\
+         @media (prefers-color-scheme: dark){{:root{{{dark}}}}}\n{PAGE_CSS}</style>\n</head>\n\
+         <body>\n{body}<script>/* {UPLOT_LICENSE}*/\n{UPLOT_JS}\n{PAGE_JS}</script>\n</body>\n</html>\n"
     )
 }
 
+/// The colours of a palette as the CSS variables `--c0`, `--c1` ...
+fn variables(palette: &[&str]) -> String {
+    let variable = |(i, colour)| format!("--c{i}:{colour};");
+    palette.iter().enumerate().map(variable).collect()
+}
+
 /// The `<figure>` of a page. `number` is that of the figure in its page.
+///
+/// What is of class `twice` stands in the SVG too and gives way to it.
 pub fn fragment(figure: &Figure, number: usize) -> String {
     let mut html = format!(
-        "<figure id=\"figure-{number}\">\n<div class=\"head\"><h3>Figure {number}. {}</h3>\
+        "<figure id=\"figure-{number}\">\n<div class=\"head\"><h3>Figure {number}. <span class=\"twice\">{}</span></h3>\
          <span class=\"tools\"><button aria-pressed=\"false\">Show SVG</button>\
          <button>Save SVG</button></span></div>\n<div class=\"plots\"></div>\n\
          <div class=\"static\">{}</div>\n<script type=\"application/json\">{}</script>\n",
@@ -57,7 +72,7 @@ pub fn fragment(figure: &Figure, number: usize) -> String {
         let _ = writeln!(html, "<figcaption>{}</figcaption>", escape(&figure.caption));
     }
     for warning in &figure.warnings {
-        let _ = writeln!(html, "<p class=\"warning\">{}</p>", escape(warning));
+        let _ = writeln!(html, "<p class=\"warning twice\">{}</p>", escape(warning));
     }
     html + "</figure>\n"
 }
@@ -106,10 +121,24 @@ struct SeriesData<'a> {
 struct Number(f64);
 
 impl Number {
-    fn rounded(value: f64, digits: usize) -> Self {
-        let text = format!("{value:.*e}", digits - 1);
+    fn rounded(value: f64, digits: u8) -> Self {
+        let text = format!("{value:.*e}", usize::from(digits) - 1);
         Self(text.parse().unwrap_or(f64::NAN))
     }
+}
+
+/// The ordinates. On a linear axis the digits are counted from those of the largest value: what
+/// cannot be told from zero there is zero.
+fn ordinates(points: &[Point], scale: Scale) -> Vec<Number> {
+    let y = points.iter().map(|p| p.1);
+    if scale == Scale::Log {
+        return y.map(|y| Number::rounded(y, Y_DIGITS)).collect();
+    }
+    let largest = range(y.clone().map(f64::abs)).map_or(0.0, |(_, largest)| largest);
+    // 308: the smallest normal number has as many decimals. Without NaN: the limits are constant.
+    let decimals = (f64::from(Y_DIGITS) - 1.0 - largest.log10().floor()).clamp(0.0, 308.0) as usize;
+    let rounded = |y| format!("{y:.decimals$}").parse().unwrap_or(f64::NAN);
+    y.map(|y| Number(rounded(y))).collect()
 }
 
 impl Serialize for Number {
@@ -162,9 +191,6 @@ fn series_data(series: &Series, x_scale: Scale, y_scale: Scale) -> SeriesData<'_
             .iter()
             .map(|p| Number::rounded(p.0, X_DIGITS))
             .collect(),
-        y: points
-            .iter()
-            .map(|p| Number::rounded(p.1, Y_DIGITS))
-            .collect(),
+        y: ordinates(&points, y_scale),
     }
 }

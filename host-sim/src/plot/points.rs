@@ -62,7 +62,8 @@ fn representatives(column: &[Point]) -> Vec<usize> {
         finite().next(),
         finite().next_back(),
         finite().min_by(by_y),
-        finite().max_by(by_y),
+        // The first of equals here as there: a jump stays at its sample.
+        finite().rev().max_by(by_y),
         (0..column.len()).find(|&i| column[i].1.is_nan()),
     ]
     .into_iter()
@@ -121,6 +122,20 @@ mod tests {
             prop_assert!(thinned.len() <= 5 * columns.max(1));
             prop_assert!(thinned.is_sorted_by_key(|p| p.0));
         }
+    }
+
+    #[test]
+    fn a_jump_stays_at_its_sample() {
+        let y: Vec<f64> = (0..1000)
+            .map(|i| f64::from((503..707).contains(&i)))
+            .collect();
+        let thinned = linear(&y, 10);
+        let jumps: Vec<f64> = thinned
+            .windows(2)
+            .filter(|w| w[0].1 != w[1].1)
+            .map(|w| w[1].0)
+            .collect();
+        assert_eq!(jumps, [503.0, 707.0]);
     }
 
     #[test]

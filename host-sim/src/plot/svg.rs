@@ -2,10 +2,12 @@
 //!
 //! The heading, the warnings and the legend stand above the panels, so that no curve is covered.
 
+use std::sync::Arc;
+
 use kuva::backend::svg::SvgBackend;
 use kuva::plot::scatter::ScatterPlot;
 use kuva::plot::{LinePlot, LineStyle};
-use kuva::render::layout::Layout;
+use kuva::render::layout::{Layout, TickFormat};
 use kuva::render::plots::Plot;
 use kuva::render::render::{Primitive, Scene, TextAnchor, render_multiple};
 use kuva::render::render_utils::wrap_text;
@@ -22,7 +24,7 @@ const WIDTH: f64 = 720.0;
 const LEFT: f64 = 78.0;
 const RIGHT: f64 = 22.0;
 /// Room for the tick labels and the label of the x axis, below the last panel.
-const BOTTOM: f64 = 46.0;
+const BOTTOM: f64 = 43.0;
 /// Room between two panels; half of it lets the topmost tick label stand out of the axes.
 const GAP: f64 = 14.0;
 const ONE_PANEL: f64 = 320.0;
@@ -33,7 +35,7 @@ const DASHES: &str = "7 4";
 const COLUMNS: usize = 600;
 const TITLE_SIZE: u32 = 15;
 const TEXT_SIZE: u32 = 12;
-/// The mean width of a letter in units of its size; DejaVu Sans, the widest of the fonts, has 0.58.
+/// The mean width of a letter of running text in units of its size, in the widest of the fonts.
 const LETTER: f64 = 0.6;
 
 /// The SVG of a figure: a complete XML document but for the prologue, fit to stand in HTML as well.
@@ -70,6 +72,18 @@ fn text(scene: &mut Scene, (x, y): Point, content: &str, size: u32) {
         bold: size == TITLE_SIZE,
         color: None,
     });
+}
+
+/// About how wide a label is, in DejaVu Sans, the widest of the fonts.
+fn text_width(label: &str) -> f64 {
+    let letter = |c: char| match c {
+        'm' | 'w' | 'M' | 'W' | '%' | '@' => 0.97,
+        'A'..='Z' => 0.72,
+        'f' | 'i' | 'j' | 'l' | 'r' | 't' | 'I' | ' ' | ',' | '.' | '-' | '(' | ')' => 0.4,
+        _ if c.is_ascii() => 0.62,
+        _ => 1.0,
+    };
+    label.chars().map(letter).sum::<f64>() * f64::from(TEXT_SIZE)
 }
 
 /// Draws title and warnings, and tells the y below them.
@@ -114,8 +128,7 @@ fn legend(scene: &mut Scene, figure: &Figure, top: f64) -> f64 {
     }
     let (mut x, mut y) = (LEFT, top + ROW - 5.0);
     for series in entries {
-        let letters = series.label.chars().count() as f64;
-        let width = SWATCH + 6.0 + letters * f64::from(TEXT_SIZE) * LETTER;
+        let width = SWATCH + 6.0 + text_width(&series.label);
         if x > LEFT && x + width > WIDTH - RIGHT {
             (x, y) = (LEFT, y + ROW);
         }
@@ -178,7 +191,10 @@ fn panels(scene: &mut Scene, figure: &Figure, y: &mut f64) {
             title: None,
             extra_attrs: None,
         });
-        drawing.elements.into_iter().for_each(|e| scene.add(e));
+        // The axes enclose all data. Without clipping there is no id that two figures of a page share.
+        let clip = |e: &Primitive| matches!(e, Primitive::ClipStart { .. } | Primitive::ClipEnd);
+        let drawn = drawing.elements.into_iter().filter(|e| !clip(e));
+        drawn.for_each(|e| scene.add(e));
         if curves.iter().all(Vec::is_empty) {
             text(scene, (LEFT + 12.0, GAP / 2.0 + 22.0), "no data", TEXT_SIZE);
         }
@@ -217,15 +233,19 @@ fn layout(
         .with_box_axes()
         .with_theme(theme)
         .with_label_size(TEXT_SIZE)
-        .with_tick_size(TEXT_SIZE - 1);
+        .with_tick_size(TEXT_SIZE - 1)
+        // As many as the length of the axis allows.
+        .with_ticks(0);
     if let Some((_, step)) = stepped {
         layout = layout.with_y_tick_step(step);
     }
     if figure.x_scale == Scale::Log {
-        layout = layout.with_log_x();
+        let ticks = TickFormat::Custom(Arc::new(log_tick));
+        layout = layout.with_log_x().with_x_tick_format(ticks);
     }
     if panel.y_scale == Scale::Log {
-        layout = layout.with_log_y();
+        let ticks = TickFormat::Custom(Arc::new(log_tick));
+        layout = layout.with_log_y().with_y_tick_format(ticks);
     }
     if last {
         layout = layout.with_x_label(plain(&figure.x_label));
@@ -234,6 +254,16 @@ fn layout(
     }
     layout.show_legend = false;
     layout
+}
+
+/// A tick of a logarithmic axis: 0.1, 0.2, 0.5, 1 ... without the noise of the powers of ten.
+fn log_tick(value: f64) -> String {
+    let rounded: f64 = format!("{value:.2e}").parse().unwrap_or(value);
+    if (1e-4..1e6).contains(&rounded) {
+        format!("{rounded}")
+    } else {
+        format!("{rounded:e}")
+    }
 }
 
 /// The curves of a panel: one line for each stretch without gap, a dot for a lone point.

@@ -169,3 +169,10 @@ proptest! {
         embedded(&html::render(&figure));
     }
 }
+
+#[test]
+fn a_figure_is_drawn_the_same_every_time_and_needs_no_ids() {
+    let svg = svg::render(&hostile());
+    assert_eq!(svg, svg::render(&hostile()));
+    assert!(!svg.contains(" id="));
+}

@@ -144,12 +144,16 @@ impl Page {
         if self.sections.is_empty() {
             return;
         }
+        let mut blocks = self.sections.iter().flat_map(|s| &s.blocks);
         body.push_str("<nav aria-label=\"Contents\"><ol>\n");
         for (number, section) in (1..).zip(&self.sections) {
             let title = escape(&section.title);
             let _ = writeln!(body, "<li><a href=\"#section-{number}\">{title}</a></li>");
         }
         body.push_str("</ol></nav>\n");
+        if blocks.any(|b| matches!(b, Block::Figure(_))) {
+            body.push_str(html::HINT);
+        }
     }
 
     fn footer(&self, body: &mut String) {
