@@ -1,1 +1,10 @@
 //! The report: every model on every input of the paper, in one file.
+
+pub mod page;
+pub mod table;
+
+pub use page::{Page, Section};
+pub use table::{Cell, Column, Table};
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,176 @@
+//! What a figure shows, apart from how it is drawn. Both renderers take this description.
+//!
+//! The x of a series is meant to ascend. Points are put in that order before they are drawn; two
+//! points of the same x keep their order and make a vertical line.
+
+/// The scale of an axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Scale {
+    /// Equal distances for equal differences.
+    #[default]
+    Linear,
+    /// Equal distances for equal ratios. Values that are not positive are not drawn.
+    Log,
+}
+
+/// How the points of a series are joined.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Style {
+    /// Straight lines from point to point.
+    #[default]
+    Line,
+    /// The same, dashed.
+    Dashed,
+    /// Held until the next point (right-continuous), as a command is.
+    Step,
+    /// Dots that nothing joins, as measurements are.
+    Points,
+}
+
+/// One curve. A NaN in `y` is a gap.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Series {
+    /// The name in the legend.
+    pub label: String,
+    /// Index into [`super::palette::PALETTE`].
+    pub colour: usize,
+    /// How the points are joined.
+    pub style: Style,
+    /// Abscissa of each point, ascending.
+    pub x: Vec<f64>,
+    /// Ordinate of each point. What is longer than `x` is not drawn.
+    pub y: Vec<f64>,
+}
+
+impl Series {
+    /// A solid curve through these points.
+    ///
+    /// ```
+    /// # use host_sim::plot::Series;
+    /// assert_eq!(Series::new("angle", 1, &[0.0, 1.0], &[0.0, 30.0]).y[1], 30.0);
+    /// ```
+    pub fn new(label: impl Into<String>, colour: usize, x: &[f64], y: &[f64]) -> Self {
+        Self {
+            label: label.into(),
+            colour,
+            style: Style::Line,
+            x: x.to_vec(),
+            y: y.to_vec(),
+        }
+    }
+
+    /// The same points, joined in another way.
+    pub fn style(mut self, style: Style) -> Self {
+        self.style = style;
+        self
+    }
+}
+
+/// One pair of axes. The panels of a figure stand one below the other and share their x.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Panel {
+    /// The quantity and, in brackets, its unit.
+    pub y_label: String,
+    /// The scale of the y axis.
+    pub y_scale: Scale,
+    /// The distance of the ticks where another one than a round number reads better: 45 for a phase.
+    pub y_step: Option<f64>,
+    /// The curves, the first of them lowest.
+    pub series: Vec<Series>,
+}
+
+impl Panel {
+    /// An empty panel with a linear axis.
+    ///
+    /// ```
+    /// # use host_sim::plot::Panel;
+    /// assert_eq!(Panel::new("phase (deg)").y_step(45.0).y_step, Some(45.0));
+    /// ```
+    pub fn new(y_label: impl Into<String>) -> Self {
+        Self {
+            y_label: y_label.into(),
+            y_scale: Scale::Linear,
+            y_step: None,
+            series: Vec::new(),
+        }
+    }
+
+    /// With a logarithmic y axis.
+    pub fn log_y(mut self) -> Self {
+        self.y_scale = Scale::Log;
+        self
+    }
+
+    /// With ticks at multiples of `step`.
+    pub fn y_step(mut self, step: f64) -> Self {
+        self.y_step = Some(step);
+        self
+    }
+
+    /// With one more curve on top.
+    pub fn series(mut self, series: Series) -> Self {
+        self.series.push(series);
+        self
+    }
+}
+
+/// A figure of one or more panels over a common x axis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Figure {
+    /// The heading.
+    pub title: String,
+    /// What the reader should see in it. Not part of the SVG: a paper sets its own.
+    pub caption: String,
+    /// What speaks against the figure. Part of the SVG too, lest it be lost on the way.
+    pub warnings: Vec<String>,
+    /// The quantity and, in brackets, its unit.
+    pub x_label: String,
+    /// The scale of the x axis.
+    pub x_scale: Scale,
+    /// From top to bottom.
+    pub panels: Vec<Panel>,
+}
+
+impl Figure {
+    /// A figure without panels over a linear x axis.
+    ///
+    /// ```
+    /// # use host_sim::plot::{Figure, Panel};
+    /// let figure = Figure::new("Step", "time (s)").panel(Panel::new("angle (deg)"));
+    /// assert_eq!(figure.panels.len(), 1);
+    /// ```
+    pub fn new(title: impl Into<String>, x_label: impl Into<String>) -> Self {
+        Self {
+            title: title.into(),
+            caption: String::new(),
+            warnings: Vec::new(),
+            x_label: x_label.into(),
+            x_scale: Scale::Linear,
+            panels: Vec::new(),
+        }
+    }
+
+    /// With a logarithmic x axis.
+    pub fn log_x(mut self) -> Self {
+        self.x_scale = Scale::Log;
+        self
+    }
+
+    /// With this caption.
+    pub fn caption(mut self, text: impl Into<String>) -> Self {
+        self.caption = text.into();
+        self
+    }
+
+    /// With one more warning.
+    pub fn warning(mut self, text: impl Into<String>) -> Self {
+        self.warnings.push(text.into());
+        self
+    }
+
+    /// With one more panel below.
+    pub fn panel(mut self, panel: Panel) -> Self {
+        self.panels.push(panel);
+        self
+    }
+}

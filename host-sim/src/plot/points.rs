@@ -1,0 +1,171 @@
+//! From the samples of a series to the points that are worth drawing.
+//!
+//! Of each run of samples that falls into one column of pixels the first, the last, the smallest
+//! and the largest are kept, and one gap if there is any. A line through these covers the same
+//! pixels as a line through all samples (the aggregation M4: Jugel, Jerzak, Hackenbroich and Markl,
+//! PVLDB 7(10), 2014), and no extreme is lost.
+
+use super::figure::{Scale, Series};
+
+/// Beyond this magnitude, far outside of anything an actuator does, a value is a gap: the
+/// differences of what remains are finite.
+const LARGEST: f64 = 1e30;
+/// On a logarithmic axis the smallest value: `kuva` knows none below 1e-10.
+const SMALLEST_LOG: f64 = 1e-9;
+
+/// A point. NaN in y is a gap, x is finite.
+pub type Point = (f64, f64);
+
+/// Whether a value has a place on an axis of this scale.
+fn drawable(value: f64, scale: Scale) -> bool {
+    match scale {
+        Scale::Linear => value.abs() <= LARGEST,
+        Scale::Log => (SMALLEST_LOG..=LARGEST).contains(&value),
+    }
+}
+
+/// The points of a series in ascending x, at most five of them for each of `columns` columns.
+///
+/// What has no place on the axis (NaN, not positive on a logarithmic axis, above 1e30) is left out
+/// if it is an x and a gap if it is a y.
+pub fn points(series: &Series, x_scale: Scale, y_scale: Scale, columns: usize) -> Vec<Point> {
+    let mut all: Vec<Point> = series
+        .x
+        .iter()
+        .zip(&series.y)
+        .filter(|(x, _)| drawable(**x, x_scale))
+        .map(|(&x, &y)| (x, if drawable(y, y_scale) { y } else { f64::NAN }))
+        .collect();
+    all.sort_by(|a, b| a.0.total_cmp(&b.0));
+    thin(all, columns.max(1))
+}
+
+/// Keeps what a column of pixels shows. Columns hold equally many samples.
+fn thin(all: Vec<Point>, columns: usize) -> Vec<Point> {
+    let width = all.len().div_ceil(columns);
+    // A column of up to four samples would be kept whole.
+    if width <= 4 {
+        return all;
+    }
+    let mut kept = Vec::with_capacity(4 * columns);
+    for column in all.chunks(width) {
+        kept.extend(representatives(column).into_iter().map(|i| column[i]));
+    }
+    kept
+}
+
+/// The indices of the first, last, smallest and largest sample and of the first gap, ascending.
+fn representatives(column: &[Point]) -> Vec<usize> {
+    let finite = || (0..column.len()).filter(|&i| !column[i].1.is_nan());
+    let by_y = |a: &usize, b: &usize| column[*a].1.total_cmp(&column[*b].1);
+    let mut chosen: Vec<usize> = [
+        finite().next(),
+        finite().next_back(),
+        finite().min_by(by_y),
+        // The first of equals here as there: a jump stays at its sample.
+        finite().rev().max_by(by_y),
+        (0..column.len()).find(|&i| column[i].1.is_nan()),
+    ]
+    .into_iter()
+    .flatten()
+    .collect();
+    chosen.sort_unstable();
+    chosen.dedup();
+    chosen
+}
+
+/// The smallest and the largest of the values that are no gaps.
+pub fn range(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
+    values.filter(|v| !v.is_nan()).fold(None, |range, v| {
+        let (low, high) = range.unwrap_or((v, v));
+        Some((
+            if v < low { v } else { low },
+            if v > high { v } else { high },
+        ))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn linear(y: &[f64], columns: usize) -> Vec<Point> {
+        let x: Vec<f64> = (0..y.len()).map(|i| i as f64).collect();
+        points(
+            &Series::new("", 0, &x, y),
+            Scale::Linear,
+            Scale::Linear,
+            columns,
+        )
+    }
+
+    fn any_value() -> impl Strategy<Value = f64> {
+        prop_oneof![8 => -1e3..1e3, 1 => Just(f64::NAN), 1 => any::<f64>()]
+    }
+
+    proptest! {
+        #[test]
+        fn extremes_and_ends_survive_the_thinning(
+            y in prop::collection::vec(any_value(), 0..2000), columns in 0_usize..50,
+        ) {
+            let all = linear(&y, usize::MAX);
+            let thinned = linear(&y, columns);
+            let y_range = |points: &[Point]| range(points.iter().map(|p| p.1));
+            prop_assert_eq!(y_range(&all), y_range(&thinned));
+            let ends = |points: &[Point]| {
+                let mut finite = points.iter().copied().filter(|p| !p.1.is_nan());
+                (finite.next(), finite.next_back())
+            };
+            prop_assert_eq!(ends(&all), ends(&thinned));
+            prop_assert!(thinned.len() <= 5 * columns.max(1));
+            prop_assert!(thinned.is_sorted_by_key(|p| p.0));
+        }
+    }
+
+    #[test]
+    fn a_jump_stays_at_its_sample() {
+        let y: Vec<f64> = (0..1000)
+            .map(|i| f64::from((503..707).contains(&i)))
+            .collect();
+        let thinned = linear(&y, 10);
+        let jumps: Vec<f64> = thinned
+            .windows(2)
+            .filter(|w| w[0].1 != w[1].1)
+            .map(|w| w[1].0)
+            .collect();
+        assert_eq!(jumps, [503.0, 707.0]);
+    }
+
+    #[test]
+    fn a_short_gap_survives_the_thinning() {
+        let mut y = vec![1.0; 10_000];
+        y[5_003] = f64::NAN;
+        let gap = linear(&y, 10).iter().position(|p| p.1.is_nan());
+        assert!(gap.is_some_and(|i| i > 0));
+    }
+
+    #[test]
+    fn a_logarithmic_axis_ignores_values_that_are_not_positive() {
+        let series = Series::new(
+            "",
+            0,
+            &[-1.0, 0.0, 1.0, 2.0, 3.0],
+            &[1.0, 1.0, 0.0, -1.0, 5.0],
+        );
+        let points = points(&series, Scale::Log, Scale::Log, 100);
+        assert_eq!(points.len(), 3);
+        assert!(points[0].1.is_nan() && points[1].1.is_nan());
+        assert_eq!(points[2], (3.0, 5.0));
+    }
+
+    #[test]
+    fn points_are_drawn_in_the_order_of_x_and_jumps_keep_theirs() {
+        let series = Series::new("", 0, &[2.0, 1.0, 1.0], &[5.0, 0.0, 4.0]);
+        assert_eq!(
+            points(&series, Scale::Linear, Scale::Linear, 100),
+            [(1.0, 0.0), (1.0, 4.0), (2.0, 5.0)]
+        );
+    }
+}
