@@ -2,7 +2,13 @@
 //! and everything that looks at their traces.
 
 pub mod analysis;
+pub mod cli;
+pub mod error;
+pub mod input;
 pub mod plot;
 pub mod report;
+pub mod scenario;
+pub mod settings;
+pub mod simulate;
 pub mod trace;
 pub mod tune;

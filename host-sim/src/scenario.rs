@@ -9,6 +9,7 @@
 //!
 //! [set]
 //! position_gain = 10.0
+//! "input.amplitude_deg" = 5.0
 //! ```
 
 use std::{
@@ -17,7 +18,9 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use model_core::{plant::Pwm, time::ticks};
+use model_core::{
+    excitation::catalogue::Input, parameter::ParameterError, plant::Pwm, time::ticks,
+};
 use serde::{Deserialize, Serialize};
 
 use crate::{
@@ -32,6 +35,9 @@ pub const DEFAULT_EVERY: u64 = 20;
 
 /// The longest run, s: four months.
 const LONGEST_S: f64 = 1e7;
+
+/// What stands before the name of a parameter of the input.
+pub const INPUT_PREFIX: &str = "input.";
 
 /// How the bridge is switched.
 #[derive(
@@ -128,7 +134,9 @@ impl Scenario {
             settings.apply(preset)?;
         }
         for (name, value) in &self.set {
-            settings.set(name, *value)?;
+            if !name.starts_with(INPUT_PREFIX) {
+                settings.set(name, *value)?;
+            }
         }
         Ok(settings)
     }
@@ -141,7 +149,7 @@ impl Scenario {
     /// [`input::file::read`].
     pub fn resolve(&self) -> Result<Simulation, Error> {
         let settings = self.settings()?;
-        let (command, natural_ticks) = self.command()?;
+        let (command, natural_ticks, input) = self.command()?;
         let ticks = match self.duration_s {
             None => natural_ticks,
             Some(duration) if duration > 0.0 && duration <= LONGEST_S => ticks(duration).max(1),
@@ -165,27 +173,57 @@ impl Scenario {
             PwmKind::Average => Pwm::Average,
             PwmKind::Switched => Pwm::Switched,
         };
-        Ok(Simulation { settings, command, ticks, every, pwm, seed: self.seed.unwrap_or(0) })
+        Ok(Simulation { settings, command, input, ticks, every, pwm, seed: self.seed.unwrap_or(0) })
     }
 
-    /// The command, and how many ticks it runs.
-    fn command(&self) -> Result<(Command, u64), Error> {
-        match (&self.input, &self.input_file) {
-            (Some(_), Some(_)) => Err(Error::Conflict(
-                "both an input by name and an input file, expected one of them".into(),
-            )),
-            (None, Some(path)) => {
-                let sequence = input::file::read(path)?;
-                // The last row of the file is the last of the run.
-                let ticks = sequence.last_tick() + 1;
-                Ok((Command::Sequence(sequence), ticks))
-            }
-            (name, None) => named_input(name.as_deref().unwrap_or("pulse")),
+    /// The standard input that this scenario names, with its parameters; `None` where the command
+    /// comes from a file.
+    ///
+    /// # Errors
+    /// As [`Scenario::resolve`].
+    pub fn standard_input(&self) -> Result<Option<Input>, Error> {
+        if self.input_file.is_some() {
+            return match self.settings_of_input().next() {
+                Some((name, _)) => Err(Error::Conflict(format!(
+                    "`{INPUT_PREFIX}{name}` is set, but an input file has no parameters"
+                ))),
+                None => Ok(None),
+            };
         }
+        let mut input = input::named(self.input.as_deref().unwrap_or("pulse"))?;
+        for (name, value) in self.settings_of_input() {
+            input.set(name, value).map_err(|error| match error {
+                ParameterError::Unknown => {
+                    let known: Vec<_> = input.table().iter().map(|p| p.name).collect();
+                    let expected = format!("{INPUT_PREFIX} and one of {}", known.join(", "));
+                    Error::unknown("input parameter", name, known, expected)
+                }
+                error => error.into(),
+            })?;
+        }
+        Ok(Some(input))
     }
-}
 
-fn named_input(name: &str) -> Result<(Command, u64), Error> {
-    let _ = name;
-    Err(Error::Conflict(String::new()))
+    fn settings_of_input(&self) -> impl Iterator<Item = (&str, f64)> {
+        self.set.iter().filter_map(move |(name, value)| {
+            name.strip_prefix(INPUT_PREFIX).map(|name| (name, *value))
+        })
+    }
+
+    /// The command, how many ticks it runs, and what it is called.
+    fn command(&self) -> Result<(Command, u64, String), Error> {
+        if self.input.is_some() && self.input_file.is_some() {
+            let both = "both an input by name and an input file, expected one of them";
+            return Err(Error::Conflict(both.into()));
+        }
+        if let Some(input) = self.standard_input()? {
+            let ticks = input.duration_ticks()?;
+            return Ok((Command::Excitation(input.excitation()?), ticks, input.name().into()));
+        }
+        let path = self.input_file.as_deref().unwrap_or("".as_ref());
+        let sequence = input::file::read(path)?;
+        // The last row of the file is the last of the run.
+        let ticks = sequence.last_tick() + 1;
+        Ok((Command::Sequence(sequence), ticks, path.display().to_string()))
+    }
 }

@@ -7,9 +7,8 @@ use model_core::{
         grey_box::GreyBoxParameters,
     },
     parameter::{Parameter, ParameterError, Parameters},
-    plant::{bench::BenchParameters, first_order::FirstOrderParameters},
+    plant::first_order::FirstOrderParameters,
     presets::{self, Preset},
-    sensors::SensorParameters,
 };
 use serde::{Deserialize, Serialize};
 
@@ -98,10 +97,6 @@ pub struct BoardSettings {
     pub plant: PlantKind,
     /// The plant of [`PlantKind::FirstOrder`].
     pub first_order: FirstOrderParameters,
-    /// The plant of [`PlantKind::Bench`].
-    pub bench: BenchParameters,
-    /// Encoder and analogue front ends.
-    pub sensors: SensorParameters,
 }
 
 /// Parameters of one model.
@@ -169,9 +164,8 @@ impl Settings {
                 groups.push(&mut board.control);
                 match board.plant {
                     PlantKind::FirstOrder => groups.push(&mut board.first_order),
-                    PlantKind::Bench => groups.push(&mut board.bench),
+                    PlantKind::Bench => {}
                 }
-                groups.push(&mut board.sensors);
             }
         }
         groups

@@ -1,9 +1,9 @@
 //! The command line of `actuator`.
 
 mod output;
-mod report;
+//mod report;
 mod simulate;
-mod tune;
+//mod tune;
 
 use clap::{Parser, Subcommand};
 
@@ -23,8 +23,6 @@ pub struct Arguments {
 #[derive(Debug, Subcommand)]
 enum Command {
     Simulate(simulate::Simulate),
-    Report(report::Report),
-    Tune(tune::Tune),
 }
 
 impl Arguments {
@@ -35,8 +33,6 @@ impl Arguments {
     pub fn run(self) -> Result<(), Failure> {
         match self.command {
             Command::Simulate(simulate) => simulate.run(),
-            Command::Report(report) => report.run(),
-            Command::Tune(tune) => tune.run(),
         }
     }
 }

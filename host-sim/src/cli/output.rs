@@ -1,7 +1,7 @@
 //! Where results go, and how a command ends.
 
 use std::{
-    fs::{self, File},
+    fs::File,
     io::{self, BufWriter, Write},
     path::{Path, PathBuf},
     process::ExitCode,
@@ -9,7 +9,7 @@ use std::{
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::error::Error;
+use crate::{error::Error, report::Table};
 
 /// Why a command ended early.
 #[derive(Debug)]
@@ -54,14 +54,18 @@ pub fn is_standard_output(path: &Path) -> bool {
     path == Path::new("-")
 }
 
-/// Writes a whole file or standard output.
-pub fn write(path: &Path, text: &str) -> Result<(), Error> {
-    let result = if is_standard_output(path) {
-        io::stdout().lock().write_all(text.as_bytes())
-    } else {
-        fs::write(path, text)
-    };
-    result.map_err(|source| Error::Write { path: path.into(), source })
+/// Writes to standard output.
+pub fn print(text: &str) -> Result<(), Error> {
+    let result = io::stdout().lock().write_all(text.as_bytes());
+    result.map_err(|source| Error::Write { path: "-".into(), source })
+}
+
+/// Writes a table to standard output, as wide as the terminal.
+pub fn print_table(table: &Table) -> Result<(), Error> {
+    /// Where there is no terminal: wide enough that no cell is wrapped.
+    const UNBOUNDED: u16 = 1000;
+    let width = terminal_size::terminal_size().map_or(UNBOUNDED, |(width, _)| width.0);
+    print(&(table.to_terminal(width) + "\n"))
 }
 
 /// A writer of CSV that names its file when it fails.

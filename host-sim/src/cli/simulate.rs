@@ -4,6 +4,7 @@ use std::{collections::BTreeMap, path::PathBuf};
 
 use clap::Args;
 use indicatif::ProgressBar;
+use model_core::excitation::catalogue::Input;
 
 use super::{
     Failure,
@@ -12,10 +13,10 @@ use super::{
 use crate::{
     error::Error,
     plot,
-    scenario::{PwmKind, Scenario},
-    settings::{ModelKind, PlantKind, Settings},
+    report::{Cell, Table, figures},
+    scenario::{INPUT_PREFIX, PwmKind, Scenario},
+    settings::{ModelKind, PlantKind, Value},
     simulate::{Rows, Simulation},
-    table::Table,
     trace::Trace,
 };
 
@@ -36,13 +37,13 @@ pub struct Simulate {
     /// What the board drives [default: first-order]
     #[arg(long)]
     plant: Option<PlantKind>,
-    /// A command by name, `NAME` or `NAME:parameter=value,...` [default: pulse]
+    /// A command by name [default: pulse]
     #[arg(long, value_name = "NAME", conflicts_with = "input_file")]
     input: Option<String>,
     /// A command from a CSV file with the columns t (s) and command_deg, held piecewise constant
     #[arg(long, value_name = "FILE")]
     input_file: Option<PathBuf>,
-    /// Sets a parameter, by name or by symbol
+    /// Sets a parameter, by name or by symbol; those of the input are called `input.NAME`
     #[arg(long, value_name = "NAME=VALUE", value_parser = assignment)]
     set: Vec<(String, f64)>,
     /// Prints every parameter with value, unit, range and source, and ends
@@ -85,8 +86,8 @@ fn lists() -> String {
         text += &format!("  {:<20} {} [{models}]\n", preset.name, preset.summary);
     }
     text += "\nInputs:\n";
-    for (name, summary) in crate::input::named::summaries() {
-        text += &format!("  {name:<20} {summary}\n");
+    for input in Input::NAMES.iter().filter_map(|name| Input::named(name)) {
+        text += &format!("  {:<20} {}\n", input.name(), input.summary());
     }
     text
 }
@@ -95,7 +96,7 @@ impl Simulate {
     pub(super) fn run(self) -> Result<(), Failure> {
         let scenario = self.scenario()?;
         if self.list_parameters {
-            return self.list(&scenario.settings()?);
+            return Ok(self.list(&scenario)?);
         }
         let simulation = scenario.resolve()?;
         warn(&scenario);
@@ -124,9 +125,13 @@ impl Simulate {
         }))
     }
 
-    fn list(&self, settings: &Settings) -> Result<(), Failure> {
-        let text = if self.json { json(settings) } else { table(settings).to_terminal() };
-        Ok(output::write("-".as_ref(), &(text + "\n"))?)
+    fn list(&self, scenario: &Scenario) -> Result<(), Error> {
+        let parameters = parameters(scenario)?;
+        if self.json {
+            output::print(&json(&parameters))
+        } else {
+            output::print_table(&table(&parameters))
+        }
     }
 }
 
@@ -138,35 +143,41 @@ fn warn(scenario: &Scenario) {
     }
 }
 
-fn table(settings: &Settings) -> Table {
-    let columns = ["name", "symbol", "value", "unit", "default", "range", "meaning", "source"];
-    let rows = settings.values().into_iter().map(|v| {
-        let p = v.parameter;
-        vec![
-            p.name.to_owned(),
-            p.symbol.to_owned(),
-            v.value.to_string(),
-            p.unit.to_owned(),
-            p.default.to_string(),
-            format!("{} to {}", p.min, p.max),
-            p.meaning.to_owned(),
-            p.source.to_owned(),
-        ]
+/// The parameters of the model and of its input.
+fn parameters(scenario: &Scenario) -> Result<Vec<(String, Value)>, Error> {
+    let model = scenario.settings()?.values().into_iter().map(|v| (v.parameter.name.into(), v));
+    let Some(input) = scenario.standard_input()? else {
+        return Ok(model.collect());
+    };
+    let input = input.table().iter().enumerate().map(|(i, parameter)| {
+        let value = input.get(i).unwrap_or(f64::NAN);
+        (format!("{INPUT_PREFIX}{}", parameter.name), Value { parameter, value })
     });
-    Table::new("", &columns, rows.collect())
+    Ok(model.chain(input).collect())
 }
 
-fn json(settings: &Settings) -> String {
+fn table(parameters: &[(String, Value)]) -> Table {
+    let columns = ["name", "symbol", "value", "unit", "default", "range", "meaning", "source"];
+    let mut table = Table::new("", &columns.map(|name| (name, "")));
+    for (name, Value { parameter: p, value }) in parameters {
+        let range = format!("{} to {}", p.min, p.max);
+        let (value, default) = (value.to_string(), p.default.to_string());
+        let row = [name, p.symbol, &value, p.unit, &default, &range, p.meaning, p.source];
+        table.push(row.map(Cell::from));
+    }
+    table
+}
+
+fn json(parameters: &[(String, Value)]) -> String {
     // JSON has no infinity: an unbounded limit is null.
-    let rows = settings.values().into_iter().map(|v| {
-        let p = v.parameter;
+    let rows = parameters.iter().map(|(name, Value { parameter: p, value })| {
         serde_json::json!({
-            "name": p.name, "symbol": p.symbol, "value": v.value, "unit": p.unit,
+            "name": name, "symbol": p.symbol, "value": value, "unit": p.unit,
             "default": p.default, "min": p.min, "max": p.max,
             "meaning": p.meaning, "source": p.source,
         })
     });
-    format!("{:#}", serde_json::Value::from_iter(rows))
+    format!("{:#}\n", serde_json::Value::from_iter(rows))
 }
 
 /// Where the rows of a run go.
@@ -198,11 +209,11 @@ impl Sinks {
             csv.finish()?;
         }
         if let (Some(path), Some(trace)) = (&options.plot, &self.trace) {
-            plot::Format::of(path)?.write(path, &plot::trace_figure(simulation, trace))?;
+            plot::save(&figures::of_trace(&simulation.title(), trace), path)?;
             eprintln!("plot: {}", path.display());
         }
         if let (false, Some(trace)) = (to_stdout, &self.trace) {
-            output::write("-".as_ref(), &summary(trace))?;
+            output::print_table(&summary(trace))?;
         }
         Ok(())
     }
@@ -222,14 +233,16 @@ impl Rows for Sinks {
 }
 
 /// Least, greatest and last value of every column.
-fn summary(trace: &Trace) -> String {
-    let rows = trace.names().iter().filter_map(|name| {
-        let column = trace.column(name)?;
-        let last = column.last()?;
+fn summary(trace: &Trace) -> Table {
+    let columns = ["column", "least", "greatest", "last"];
+    let mut table = Table::new("", &columns.map(|name| (name, "")));
+    for name in trace.names() {
+        let column = trace.column(name).unwrap_or_default();
         let least = column.iter().copied().fold(f64::INFINITY, f64::min);
         let greatest = column.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let cell = |value: f64| format!("{value:.3}");
-        Some(vec![(*name).to_owned(), cell(least), cell(greatest), cell(*last)])
-    });
-    Table::new("", &["column", "least", "greatest", "last"], rows.collect()).to_terminal() + "\n"
+        let last = column.last().copied().unwrap_or(f64::NAN);
+        let numbers = [least, greatest, last].map(|value| Cell::Number(value, 3));
+        table.push([Cell::from(*name)].into_iter().chain(numbers));
+    }
+    table
 }

@@ -4,8 +4,21 @@ pub mod file;
 
 use model_core::{
     control::units::{Angle, angle},
-    excitation::Excitation,
+    excitation::{Excitation, catalogue::Input},
 };
+
+use crate::error::Error;
+
+/// The standard input of this name with its default parameters.
+///
+/// # Errors
+/// [`Error::UnknownName`].
+pub fn named(name: &str) -> Result<Input, Error> {
+    Input::named(name).ok_or_else(|| {
+        let known = Input::NAMES.iter().copied();
+        Error::unknown("input", name, known, Input::NAMES.join(", "))
+    })
+}
 
 /// A command that is held piecewise constant, from each of its ticks on.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -16,22 +16,45 @@ pub mod svg;
 pub use figure::{Figure, Panel, Scale, Series, Style};
 pub use palette::Colours;
 
+use crate::error::Error;
+
+/// What a figure is written as.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// For a paper.
+    Svg,
+    /// A self-contained interactive page.
+    Html,
+}
+
+impl Format {
+    /// The format that a file's name asks for.
+    ///
+    /// # Errors
+    /// [`Error::Option`] if the name ends in neither `.svg` nor `.html`.
+    pub fn of(path: &Path) -> Result<Self, Error> {
+        match path.extension().and_then(|extension| extension.to_str()) {
+            Some("svg") => Ok(Self::Svg),
+            Some("html") => Ok(Self::Html),
+            _ => Err(Error::Option {
+                option: "--plot",
+                value: path.display().to_string(),
+                expected: "a name that ends in .svg or .html",
+            }),
+        }
+    }
+}
+
 /// Writes a figure as `FILE.svg` or as a self-contained page `FILE.html`.
 ///
 /// # Errors
-/// If the name ends in anything else, or the file cannot be written. The message names the file.
-pub fn save(figure: &Figure, path: &Path) -> io::Result<()> {
-    match path.extension().and_then(|e| e.to_str()) {
-        Some("svg") => write_file(path, &svg::render(figure)),
-        Some("html") => write_file(path, &html::render(figure)),
-        _ => Err(io::Error::new(
-            io::ErrorKind::InvalidInput,
-            format!(
-                "{}: a plot's name must end in .svg or .html",
-                path.display()
-            ),
-        )),
-    }
+/// Those of [`Format::of`], and [`Error::Write`].
+pub fn save(figure: &Figure, path: &Path) -> Result<(), Error> {
+    let text = match Format::of(path)? {
+        Format::Svg => svg::render(figure),
+        Format::Html => html::render(figure),
+    };
+    std::fs::write(path, text).map_err(|source| Error::Write { path: path.into(), source })
 }
 
 /// Writes a text file; the error names it.

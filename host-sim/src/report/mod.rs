@@ -1,5 +1,6 @@
 //! The report: every model on every input of the paper, in one file.
 
+pub mod figures;
 pub mod page;
 pub mod table;
 

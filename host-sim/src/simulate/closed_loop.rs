@@ -7,6 +7,7 @@ use firmware::application::{Application, Bridge, Outputs, Request, Samples};
 use model_core::{
     control::{
         cascade::Coefficients,
+        compare::Compare,
         encoder_word::{COUNT_DEG, EncoderCount, EncoderWord},
         units::Angle,
     },
@@ -62,16 +63,21 @@ impl<P: Plant, E: Encoder<P>> ClosedLoop<P, E> {
     /// `command` gives the command that has arrived at a tick.
     #[inline]
     pub fn start_period(&mut self, command: impl FnOnce(u64) -> Angle) {
-        self.duty_pct = match self.outputs.bridge {
-            Bridge::Driven(compare) => compare.duty_pct(),
-            Bridge::Off => 0.0,
-        };
+        self.duty_pct = self.compare().duty_pct();
         self.plant.start_period(self.duty_pct);
         if self.tick.is_multiple_of(CONTROL_PERIOD_TICKS) {
             let encoder = self.encoder.word(&self.plant);
             self.outputs = self.application.step(&Samples { encoder, command: command(self.tick) });
         }
         self.tick += PWM_PERIOD_TICKS;
+    }
+
+    /// What the timer was given last: in force from the next edge on.
+    pub fn compare(&self) -> Compare {
+        match self.outputs.bridge {
+            Bridge::Driven(compare) => compare,
+            Bridge::Off => Compare::default(),
+        }
     }
 
     /// The duty of the running period, %.

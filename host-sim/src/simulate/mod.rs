@@ -4,6 +4,7 @@
 //! before the plant moves on.
 
 mod board;
+pub mod closed_loop;
 mod float;
 
 use model_core::{
@@ -38,6 +39,8 @@ pub struct Simulation {
     pub settings: Settings,
     /// What is commanded.
     pub command: Command,
+    /// How the command is called.
+    pub input: String,
     /// How many ticks to run, from tick 0.
     pub ticks: u64,
     /// Every how many ticks a row is made; not 0.
@@ -65,6 +68,11 @@ impl Rows for Trace {
 }
 
 impl Simulation {
+    /// What is run, in a line.
+    pub fn title(&self) -> String {
+        format!("{} on {}", self.settings.kind().name(), self.input)
+    }
+
     /// The names of the columns.
     pub fn columns(&self) -> Vec<&'static str> {
         let more = match &self.settings.model {
