@@ -8,7 +8,7 @@ use crate::control::units::Angle;
 use fixed::types::I2F30;
 
 /// A quarter of a turn.
-const QUARTER: u64 = 1 << 62;
+pub(super) const QUARTER: u64 = 1 << 62;
 
 /// Terms of the power series; the first one left out, (pi/2)^17/17!, is 6e-12.
 const TERMS: usize = 8;
@@ -19,13 +19,14 @@ const SERIES: [u64; TERMS] = series();
 const fn series() -> [u64; TERMS] {
     // In units of 2^-62, where pi/2 fits: 1.58 * 2^62 < 2^63.
     const HALF_PI: u128 = (core::f64::consts::FRAC_PI_2 * QUARTER as f64) as u128;
+    const SQUARE: u128 = (HALF_PI * HALF_PI) >> 62;
     let mut series = [0; TERMS];
     let mut term = HALF_PI;
     let mut k = 0;
     while k < TERMS {
         series[k] = ((term + (1 << 29)) >> 30) as u64;
         let order = 2 * k as u128 + 2;
-        term = ((term * HALF_PI >> 62) * HALF_PI >> 62) / (order * (order + 1));
+        term = ((term * SQUARE) >> 62) / (order * (order + 1));
         k += 1;
     }
     series
