@@ -1,9 +1,9 @@
 //! A sum of cosines of equal amplitude at multiples of one frequency.
 //!
 //! The phases after Schroeder (IEEE Transactions on Information Theory 16 (1970) 85-89),
-//! `-pi k (k - 1)/N` for line `k` of `N`, keep the peak low: odd lines stay below 1.9 times the RMS.
-//! From line to line the phase changes by an amount that itself changes evenly, so that two sums
-//! replace all products.
+//! `-pi k (k - 1)/N` for line `k` of `N`, keep the peak low: with odd lines it stays below 1.9
+//! times the RMS. From line to line the phase changes by an amount that itself changes evenly, so
+//! that two sums replace all products.
 
 use super::phase::Quadratic;
 use super::sine::{QUARTER, scaled, sine};
@@ -16,7 +16,7 @@ crate::parameters! {
     /// A multisine with Schroeder phases.
     pub struct MultisineParameters {
         /// Amplitude of each line; the RMS of the whole is `sqrt(lines/2)` times as much.
-        amplitude_deg [""]: 1.0, "deg", -32768.0, 32767.0, "eleven encoder counts a line, and a peak of 6 deg";
+        amplitude_deg [""]: 1.0, "deg", -32768.0, 32767.0, "eleven encoder counts a line, and a peak of 5.4 deg";
         /// Frequency of which all lines are multiples; its inverse is the period.
         base_hz ["f0"]: 0.25, "Hz", 1e-4, 100.0, "a period of 4 s";
         /// First line as a multiple of the base frequency, a whole number.
@@ -74,7 +74,7 @@ impl Multisine {
     /// The command at a tick.
     pub fn command(&self, tick: u64) -> Angle {
         let base = self.phase.at(tick);
-        // Phases wrap at a turn. 1/N turn is off by 2^-64, which the last of 255 lines sees 2^15-fold.
+        // 1/N turn is off by 2^-64 turn, which the last of 255 lines sees 2^15-fold.
         let share = u64::MAX / u64::from(self.lines.get());
         let mut phase = base
             .wrapping_mul(self.first_line.into())

@@ -3,9 +3,10 @@
 //! The register after `c` chips holds the polynomial `x^c` modulo a primitive polynomial, and the
 //! output is its constant term. The power is found by squaring and multiplying, so that any chip
 //! can be asked for without those before it, for some hundred instructions. The sequence of order
-//! `n` repeats itself after `2^n - 1` chips; its spectrum has fallen by 3 dB at 0.44 of the chip rate.
+//! `n` repeats itself after `2^n - 1` chips; its spectrum has fallen by 3 dB at 0.44 of the chip
+//! rate.
 
-use super::multistep::at_least_one;
+use super::at_least_one;
 use crate::control::units::{Angle, angle};
 use crate::parameter::{ParameterError, Parameters};
 use crate::time::ticks;
