@@ -127,6 +127,6 @@ catalogue! {
     Doublet(DoubletParameters) => Multistep, Multistep::try_doublet, "doublet", rest 1.9;
     /// A pseudo-random binary sequence.
     Prbs(PrbsParameters) => Prbs, Prbs::try_new, "prbs", rest 0.0;
-    /// A sum of sines at the odd multiples of one frequency.
+    /// A sum of cosines at the odd multiples of one frequency.
     Multisine(MultisineParameters) => Multisine, Multisine::try_new, "multisine", rest 4.0;
 }

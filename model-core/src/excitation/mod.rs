@@ -21,6 +21,7 @@ pub mod steady_sine;
 pub mod variable_step;
 
 use crate::control::units::Angle;
+use core::num::NonZeroU64;
 
 /// A test input.
 ///
@@ -64,7 +65,7 @@ impl Excitation<'_> {
         }
     }
 
-    /// Ticks until all of it has been seen: the end of what ends, one period of what repeats itself.
+    /// Ticks until all of it has been seen: the end of what ends, a period of what repeats itself.
     pub fn duration_ticks(&self) -> u64 {
         match self {
             Self::Multistep(input) => input.duration_ticks(),
@@ -77,6 +78,22 @@ impl Excitation<'_> {
             Self::Recorded(input) => input.duration_ticks(),
         }
     }
+}
+
+/// The angle of so many of its least steps; beyond its ends the last one.
+const fn saturated(bits: i128) -> Angle {
+    if bits > i32::MAX as i128 {
+        Angle::MAX
+    } else if bits < i32::MIN as i128 {
+        Angle::MIN
+    } else {
+        Angle::from_bits(bits as i32)
+    }
+}
+
+/// `ticks`, or one where there are none.
+fn at_least_one(ticks: u64) -> NonZeroU64 {
+    NonZeroU64::new(ticks).unwrap_or(NonZeroU64::MIN)
 }
 
 #[cfg(test)]

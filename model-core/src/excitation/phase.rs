@@ -14,8 +14,8 @@ const TWO_TO_THE_128: f64 = TWO_TO_THE_64 * TWO_TO_THE_64;
 /// A phase that is a quadratic function of time: a linear sweep of the frequency, or a steady one.
 ///
 /// `phase(i) = per_tick * i + per_tick_squared * i^2`. With 128 bits a coefficient is off by 2^-129
-/// turn at most, and after 1,000 s (2e7 ticks) the phase by 1e-24 turn. What remains is the `f64` of
-/// the constructor: 2e-16 of the turns made so far.
+/// turn at most, and after 1,000 s (2e7 ticks) the phase by 1e-24 turn. What remains is the `f64`
+/// of the constructor: 2e-16 of the turns made so far.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Quadratic {
     /// In units of 2^-128 turn per tick; negative ones as two's complement.
@@ -30,7 +30,7 @@ impl Quadratic {
     /// ```
     /// use model_core::excitation::phase::Quadratic;
     /// let sweep = Quadratic::sweep(1.0, 3.0, 20_000);
-    /// // (1 + 3)/2 Hz make half a turn within the first third: 1/3 + 1/9 turn.
+    /// // t + t^2 after a third of a second.
     /// assert!((sweep.at(6_667) as f64 / 2f64.powi(64) - 4.0 / 9.0).abs() < 1e-4);
     /// ```
     pub const fn sweep(start_hz: f64, end_hz: f64, duration_ticks: u64) -> Self {
@@ -69,9 +69,10 @@ const fn turns(fraction: f64) -> u128 {
 
 /// A phase whose frequency is an exponential function of time: a logarithmic sweep.
 ///
-/// With `B = f T / ln r` for the faster end `f`, the ratio `r` of the ends, and `y` octaves below
-/// the faster end, the phase is `B 2^-y` (`-B 2^-y` where the frequency falls) plus a constant. Counted from the faster end
-/// the power never exceeds one, so that its error of 1e-18 costs `B * 1e-18` turn.
+/// With `B = f T / ln r` for the faster end `f` and the ratio `r` of the ends, the phase at `y`
+/// octaves below the faster end is `B 2^-y` plus a constant, or `-B 2^-y` where the frequency
+/// falls. Counted from the faster end the power never exceeds one: its error of 1e-18 costs
+/// `B * 1e-18` turn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Exponential {
     /// `B` in units of 2^-64 turn.
@@ -166,12 +167,12 @@ mod tests {
     }
 
     #[test]
-    fn a_steady_frequency_does_not_drift_in_a_year() {
+    fn a_steady_frequency_never_drifts() {
         // A frequency of 2^-k turn a tick is exact, and so is its phase, for ever.
         let steady = Quadratic::steady(20_000.0 / 1024.0);
-        for year in [1, 631_152_000_000, u64::MAX / 1024] {
-            assert_eq!(steady.at(year * 1024), 0);
-            assert_eq!(steady.at(year * 1024 + 256), 1 << 62);
+        for turns in [1, 631_152_000_000, u64::MAX / 1024] {
+            assert_eq!(steady.at(turns * 1024), 0);
+            assert_eq!(steady.at(turns * 1024 + 256), 1 << 62);
         }
     }
 

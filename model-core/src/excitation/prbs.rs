@@ -3,9 +3,10 @@
 //! The register after `c` chips holds the polynomial `x^c` modulo a primitive polynomial, and the
 //! output is its constant term. The power is found by squaring and multiplying, so that any chip
 //! can be asked for without those before it, for some hundred instructions. The sequence of order
-//! `n` repeats itself after `2^n - 1` chips; its spectrum has fallen by 3 dB at 0.44 of the chip rate.
+//! `n` repeats itself after `2^n - 1` chips; its spectrum has fallen by 3 dB at 0.44 of the chip
+//! rate.
 
-use super::multistep::at_least_one;
+use super::at_least_one;
 use crate::control::units::{Angle, angle};
 use crate::parameter::{ParameterError, Parameters};
 use crate::time::ticks;
@@ -86,15 +87,17 @@ impl Prbs {
         let order = libm::round(parameters.order) as u32;
         let chip_ticks = at_least_one(ticks(parameters.chip_s));
         let seed = libm::round(parameters.seed) as u32;
-        Self::new(amplitude, order, chip_ticks, seed).ok_or(ParameterError::Unknown)
+        Self::new(amplitude, order, chip_ticks, seed).ok_or(ParameterError::OutOfRange {
+            parameter: PrbsParameters::TABLE[1],
+            value: parameters.order,
+        })
     }
 
     /// The command at a tick.
     pub fn command(&self, tick: u64) -> Angle {
-        let period = u64::from(self.period());
         // Both are below 2^32: the sum does not overflow.
-        let chip = (tick / self.chip_ticks) % period + u64::from(self.seed);
-        if self.power((chip % period) as u32) & 1 == 1 {
+        let chip = (tick / self.chip_ticks) % self.period() + u64::from(self.seed);
+        if self.power((chip % self.period()) as u32) & 1 == 1 {
             self.amplitude
         } else {
             self.amplitude.saturating_neg()
@@ -103,11 +106,13 @@ impl Prbs {
 
     /// Ticks of one period.
     pub fn duration_ticks(&self) -> u64 {
-        u64::from(self.period()).saturating_mul(self.chip_ticks.get())
+        self.period().get().saturating_mul(self.chip_ticks.get())
     }
 
-    const fn period(&self) -> u32 {
-        (1 << self.order) - 1
+    /// Chips in a period.
+    fn period(&self) -> NonZeroU64 {
+        // An odd number: the lowest bit is there already.
+        NonZeroU64::MIN | ((1 << self.order) - 1)
     }
 
     const fn power(&self, exponent: u32) -> u32 {
@@ -166,12 +171,12 @@ mod tests {
         for order in 3..=16 {
             let prbs = prbs(order, 0);
             let mut state = 1;
-            for chip in 0..prbs.period() {
-                assert_eq!(prbs.power(chip), state, "order {order}, chip {chip}");
+            for chip in 0..prbs.period().get() {
+                assert_eq!(prbs.power(chip as u32), state, "order {order}, chip {chip}");
                 state = prbs.times_x(state);
                 assert_eq!(
                     state == 1,
-                    chip + 1 == prbs.period(),
+                    chip + 1 == prbs.period().get(),
                     "order {order}, chip {chip}"
                 );
             }

@@ -1,6 +1,6 @@
 //! Straight lines between breakpoints.
 
-use super::sine::saturated;
+use super::saturated;
 use crate::control::units::{Angle, angle};
 use crate::parameter::{ParameterError, Parameters};
 use crate::time::ticks;
@@ -69,7 +69,8 @@ impl Ramp {
     /// ```
     /// use model_core::{control::units::Angle, excitation::ramp::Ramp};
     /// const UP: Ramp = Ramp::through(&[(100, Angle::lit("-1")), (104, Angle::lit("1"))]);
-    /// assert_eq!([0, 101, 102, 900].map(|i| UP.command(i).to_num::<f64>()), [-1.0, -0.5, 0.0, 1.0]);
+    /// let commands = [0, 101, 102, 900].map(|i| UP.command(i).to_num::<f64>());
+    /// assert_eq!(commands, [-1.0, -0.5, 0.0, 1.0]);
     /// ```
     pub const fn through<const N: usize>(points: &[(u64, Angle); N]) -> Self {
         const { assert!(N >= 1 && N <= MOST_POINTS) }
@@ -156,7 +157,8 @@ mod tests {
             prop_assert_eq!((ramp.command(0), ramp.command(7)), (a, a));
             prop_assert_eq!((ramp.command(7 + run), ramp.command(u64::MAX)), (b, b));
             let within = (share * run as f64) as u64;
-            let exact = f64::from(from) + (f64::from(to) - f64::from(from)) * within as f64 / run as f64;
+            let rise = f64::from(to) - f64::from(from);
+            let exact = f64::from(from) + rise * within as f64 / run as f64;
             // Half a step for the slope, half a step for the result.
             let bits = f64::from(ramp.command(7 + within).to_bits());
             prop_assert!((bits - exact).abs() <= 1.001, "{} {}", bits, exact);

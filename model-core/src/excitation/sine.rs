@@ -4,11 +4,12 @@
 //! [`I2F30`], which holds both plus and minus one. It is off by less than 1.5e-9. The `cossin` of
 //! the crate `idsp` is lighter, but its error of 1e-5 would show in an [`Angle`] of 20 deg.
 
+use super::saturated;
 use crate::control::units::Angle;
 use fixed::types::I2F30;
 
 /// A quarter of a turn.
-const QUARTER: u64 = 1 << 62;
+pub(super) const QUARTER: u64 = 1 << 62;
 
 /// Terms of the power series; the first one left out, (pi/2)^17/17!, is 6e-12.
 const TERMS: usize = 8;
@@ -19,13 +20,14 @@ const SERIES: [u64; TERMS] = series();
 const fn series() -> [u64; TERMS] {
     // In units of 2^-62, where pi/2 fits: 1.58 * 2^62 < 2^63.
     const HALF_PI: u128 = (core::f64::consts::FRAC_PI_2 * QUARTER as f64) as u128;
+    const SQUARE: u128 = (HALF_PI * HALF_PI) >> 62;
     let mut series = [0; TERMS];
     let mut term = HALF_PI;
     let mut k = 0;
     while k < TERMS {
         series[k] = ((term + (1 << 29)) >> 30) as u64;
         let order = 2 * k as u128 + 2;
-        term = ((term * HALF_PI >> 62) * HALF_PI >> 62) / (order * (order + 1));
+        term = ((term * SQUARE) >> 62) / (order * (order + 1));
         k += 1;
     }
     series
@@ -54,7 +56,8 @@ pub const fn sine(phase: u64) -> I2F30 {
     let mut k = TERMS - 1;
     while k > 0 {
         k -= 1;
-        // Each coefficient is more than the next one, which is below 2^32 like all but the first.
+        // All coefficients but the first are below 2^32: the product fits. Each is more than the
+        // next one: the difference is not negative.
         sum = SERIES[k] - ((square * sum) >> 32);
     }
     // At most 2^31 * 1.58 * 2^32 < 2^64.
@@ -76,17 +79,6 @@ pub const fn sine(phase: u64) -> I2F30 {
 pub const fn scaled(amplitude: Angle, sum: i64) -> Angle {
     // 2^31 * 2^63 stays below 2^127.
     saturated((amplitude.to_bits() as i128 * sum as i128 + (1 << 29)) >> 30)
-}
-
-/// The angle of so many of its least steps; beyond its ends the last one.
-pub(super) const fn saturated(bits: i128) -> Angle {
-    if bits > i32::MAX as i128 {
-        Angle::MAX
-    } else if bits < i32::MIN as i128 {
-        Angle::MIN
-    } else {
-        Angle::from_bits(bits as i32)
-    }
 }
 
 #[cfg(test)]

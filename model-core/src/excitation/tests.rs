@@ -2,11 +2,19 @@
 
 use super::Excitation;
 use super::catalogue::Input;
+use super::chirp::{Chirp, Sweep};
+use super::multisine::Multisine;
+use super::multistep::Multistep;
+use super::phase::{Exponential, Quadratic};
+use super::prbs::Prbs;
+use super::ramp::Ramp;
 use super::recorded::Recorded;
+use super::variable_step::VariableStep;
 use crate::control::units::Angle;
 use crate::parameter::ParameterError;
 use crate::time::seconds;
 use core::f64::consts::PI;
+use core::num::{NonZeroU8, NonZeroU64};
 use proptest::prelude::*;
 use std::vec::Vec;
 
@@ -189,6 +197,48 @@ proptest! {
     }
 
     #[test]
+    fn no_integer_in_a_field_makes_an_input_panic(
+        amplitude: i32, wide: [u128; 4], narrow: [u64; 2], tick: u64
+    ) {
+        let ([a, b, c, d], [e, f]) = (wide, narrow);
+        let amplitude = Angle::from_bits(amplitude);
+        let unit_ticks = NonZeroU64::MIN | e;
+        let phase = Quadratic { per_tick: a, per_tick_squared: b };
+        let law = Exponential {
+            scale: c, octaves_per_tick: d, duration_ticks: e, rising: f % 2 == 0, offset: f,
+        };
+        let inputs = [
+            Excitation::Multistep(Multistep {
+                amplitude, start_tick: f, unit_ticks, widths: &[0, 255, 1],
+            }),
+            Excitation::VariableStep(VariableStep {
+                levels: &[Angle::MIN, Angle::MAX], dwell_ticks: unit_ticks, scale: amplitude,
+            }),
+            // Out of order more often than not.
+            Excitation::Ramp(Ramp::through(&[(e, Angle::MIN), (f, Angle::MAX), (tick, amplitude)])),
+            Excitation::Chirp(Chirp {
+                amplitude, duration_ticks: u64::MAX, sweep: Sweep::Linear(phase),
+            }),
+            Excitation::Chirp(Chirp {
+                amplitude, duration_ticks: u64::MAX, sweep: Sweep::Logarithmic(law),
+            }),
+            Excitation::Prbs(
+                Prbs::new(amplitude, 3 + f as u32 % 14, unit_ticks, u32::MAX).unwrap()
+            ),
+            Excitation::Multisine(Multisine {
+                amplitude, phase, period_ticks: e, first_line: u16::MAX, line_step: u16::MAX,
+                lines: NonZeroU8::MAX,
+            }),
+        ];
+        for input in inputs {
+            for tick in [tick, 0, e, f, u64::MAX] {
+                input.command(tick);
+            }
+            input.duration_ticks();
+        }
+    }
+
+    #[test]
     fn the_order_of_asking_does_not_matter(input in any_input(), tick in 0_u64..400_000) {
         let excitation = input.excitation().unwrap();
         let board: Vec<Angle> = (0..8).map(|k| excitation.command(tick + 80 * k)).collect();
@@ -202,8 +252,11 @@ proptest! {
     fn what_ends_holds_its_final_value(input in any_input(), beyond: u64) {
         let excitation = input.excitation().unwrap();
         let end = excitation.duration_ticks();
-        use Excitation::{Multisine, Prbs, Sine};
-        if !matches!(excitation, Sine(_) | Prbs(_) | Multisine(_)) {
+        let repeats = matches!(
+            excitation,
+            Excitation::Sine(_) | Excitation::Prbs(_) | Excitation::Multisine(_)
+        );
+        if !repeats {
             prop_assert_eq!(
                 excitation.command(end.saturating_add(beyond)), excitation.command(end)
             );
@@ -215,7 +268,8 @@ proptest! {
         mut ticks in prop::collection::vec(any::<u64>(), 1..20), asked: u64
     ) {
         ticks.sort_unstable();
-        let commands: Vec<_> = (0_i32..).zip(&ticks).map(|(k, &tick)| (tick, Angle::from_bits(k))).collect();
+        let commands: Vec<_> =
+            (0_i32..).zip(&ticks).map(|(k, &tick)| (tick, Angle::from_bits(k))).collect();
         let recorded = Excitation::Recorded(Recorded::try_new(&commands).unwrap());
         let expected = ticks.iter().rposition(|&tick| tick <= asked).unwrap_or(0);
         prop_assert_eq!(recorded.command(asked).to_bits(), expected as i32);

@@ -1,7 +1,6 @@
 //! A staircase of arbitrary levels, each held for the same time: the paper's variable step.
 
-use super::multistep::at_least_one;
-use super::sine::saturated;
+use super::{at_least_one, saturated};
 use crate::control::units::{Angle, angle};
 use crate::parameter::{ParameterError, Parameters};
 use crate::time::ticks;
@@ -78,7 +77,7 @@ impl VariableStep<'static> {
 impl VariableStep<'_> {
     /// The command at a tick.
     pub fn command(&self, tick: u64) -> Angle {
-        // A board's usize is narrower than the quotient: what does not fit is beyond the last level.
+        // A board's usize is narrower: what does not fit is beyond the last level.
         let index = usize::try_from(tick / self.dwell_ticks).ok();
         let level = index
             .and_then(|index| self.levels.get(index))
