@@ -85,7 +85,7 @@ fn panels(scene: &mut Scene, figure: &Figure, top: f64) -> f64 {
             title: None,
             extra_attrs: None,
         });
-        // The axes enclose all data. Without clipping there is no id that two figures of a page share.
+        // The axes enclose all data. Clipping would need ids, and figures of a page share those.
         let clip = |e: &Primitive| matches!(e, Primitive::ClipStart { .. } | Primitive::ClipEnd);
         let drawn = drawing.elements.into_iter().filter(|e| !clip(e));
         drawn.for_each(|e| scene.add(e));
