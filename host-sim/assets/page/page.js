@@ -41,10 +41,10 @@
     ...(s.style === 'points' && { paths: () => null, points: { show: true, size: 5, width: 1, fill: (u, i) => u.series[i].stroke() } }),
   });
 
-  const steps = step => step && { incrs: [1 / 45, 1 / 9, 1 / 3, 1, 2, 4, 8, 16].map(k => k * step) };
+  const steps = step => step > 0 && { incrs: [1 / 45, 1 / 9, 1 / 3, 1, 2, 4, 8, 16].map(k => k * step) };
 
   const draw = (host, figure, key, panel, last, height) => {
-    if (!panel.series.some(s => s.x.length)) {
+    if (!panel.series.some(s => s.y.some(v => v != null))) {
       host.append(Object.assign(document.createElement('p'), { className: 'empty', textContent: `${panel.y_label}: no data` }));
       return;
     }

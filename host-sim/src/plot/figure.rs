@@ -73,7 +73,7 @@ pub struct Panel {
     pub y_label: String,
     /// The scale of the y axis.
     pub y_scale: Scale,
-    /// The distance of the ticks where another one than a round number reads better: 45 for a phase.
+    /// The distance of the ticks where a round number does not read best: 45 for a phase.
     pub y_step: Option<f64>,
     /// The curves, the first of them lowest.
     pub series: Vec<Series>,

@@ -45,7 +45,8 @@ pub fn document(title: &str, body: &str) -> String {
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <title>{title}</title>\n<style>{UPLOT_CSS}\n:root{{{light}}}\n\
          @media (prefers-color-scheme: dark){{:root{{{dark}}}}}\n{PAGE_CSS}</style>\n</head>\n\
-         <body>\n{body}<script>/* {UPLOT_LICENSE}*/\n{UPLOT_JS}\n{PAGE_JS}</script>\n</body>\n</html>\n"
+         <body>\n{body}<script>/* {UPLOT_LICENSE}*/\n{UPLOT_JS}\n{PAGE_JS}</script>\n\
+         </body>\n</html>\n"
     )
 }
 
@@ -60,7 +61,8 @@ fn variables(palette: &[&str]) -> String {
 /// What is of class `twice` stands in the SVG too and gives way to it.
 pub fn fragment(figure: &Figure, number: usize) -> String {
     let mut html = format!(
-        "<figure id=\"figure-{number}\">\n<div class=\"head\"><h3>Figure {number}. <span class=\"twice\">{}</span></h3>\
+        "<figure id=\"figure-{number}\">\n<div class=\"head\"><h3>Figure {number}. \
+         <span class=\"twice\">{}</span></h3>\
          <span class=\"tools\"><button aria-pressed=\"false\">Show SVG</button>\
          <button>Save SVG</button></span></div>\n<div class=\"plots\"></div>\n\
          <div class=\"static\">{}</div>\n<script type=\"application/json\">{}</script>\n",
