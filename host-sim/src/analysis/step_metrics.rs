@@ -107,9 +107,9 @@ fn reaches(shares: &[(f64, f64)], level: f64) -> Option<f64> {
 
 /// When the response enters the band that it does not leave any more.
 fn settles(shares: &[(f64, f64)]) -> Option<f64> {
-    // Written so that NaN lies outside.
-    let outside = |s: &(f64, f64)| !((s.1 - 1.0).abs() <= SETTLED);
-    let Some(last) = shares.iter().rposition(outside) else {
+    // NaN is not inside.
+    let inside = |s: &(f64, f64)| (s.1 - 1.0).abs() <= SETTLED;
+    let Some(last) = shares.iter().rposition(|s| !inside(s)) else {
         return shares.first().map(|s| s.0);
     };
     let next = shares.get(last + 1)?;
