@@ -72,7 +72,9 @@ pub enum Error {
 }
 
 fn suggestion(closest: &Option<String>) -> String {
-    closest.as_ref().map_or(String::new(), |name| format!(", did you mean `{name}`?"))
+    closest
+        .as_ref()
+        .map_or(String::new(), |name| format!(", did you mean `{name}`?"))
 }
 
 impl Error {
@@ -91,6 +93,11 @@ impl Error {
             .filter(|(likeness, _)| *likeness >= LIKE_ENOUGH)
             .max_by(|a, b| a.0.total_cmp(&b.0))
             .map(|(_, known)| known.to_owned());
-        Self::UnknownName { kind, name: name.to_owned(), closest, expected: expected.into() }
+        Self::UnknownName {
+            kind,
+            name: name.to_owned(),
+            closest,
+            expected: expected.into(),
+        }
     }
 }

@@ -40,9 +40,7 @@ const LONGEST_S: f64 = 1e7;
 pub const INPUT_PREFIX: &str = "input.";
 
 /// How the bridge is switched.
-#[derive(
-    Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum, Serialize, Deserialize,
-)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum PwmKind {
     /// The mean voltage all through the period
@@ -84,8 +82,10 @@ impl Scenario {
     /// # Errors
     /// [`Error::Read`], and [`Error::ScenarioFile`] with line, key and what was expected.
     pub fn read(path: &Path) -> Result<Self, Error> {
-        let text =
-            fs::read_to_string(path).map_err(|source| Error::Read { path: path.into(), source })?;
+        let text = fs::read_to_string(path).map_err(|source| Error::Read {
+            path: path.into(),
+            source,
+        })?;
         let mut scenario: Self = toml::from_str(&text).map_err(|error| Error::ScenarioFile {
             path: path.into(),
             problem: error.to_string().trim_end().to_owned(),
@@ -173,7 +173,15 @@ impl Scenario {
             PwmKind::Average => Pwm::Average,
             PwmKind::Switched => Pwm::Switched,
         };
-        Ok(Simulation { settings, command, input, ticks, every, pwm, seed: self.seed.unwrap_or(0) })
+        Ok(Simulation {
+            settings,
+            command,
+            input,
+            ticks,
+            every,
+            pwm,
+            seed: self.seed.unwrap_or(0),
+        })
     }
 
     /// The standard input that this scenario names, with its parameters; `None` where the command
@@ -218,12 +226,20 @@ impl Scenario {
         }
         if let Some(input) = self.standard_input()? {
             let ticks = input.duration_ticks()?;
-            return Ok((Command::Excitation(input.excitation()?), ticks, input.name().into()));
+            return Ok((
+                Command::Excitation(input.excitation()?),
+                ticks,
+                input.name().into(),
+            ));
         }
         let path = self.input_file.as_deref().unwrap_or("".as_ref());
         let sequence = input::file::read(path)?;
         // The last row of the file is the last of the run.
         let ticks = sequence.last_tick() + 1;
-        Ok((Command::Sequence(sequence), ticks, path.display().to_string()))
+        Ok((
+            Command::Sequence(sequence),
+            ticks,
+            path.display().to_string(),
+        ))
     }
 }

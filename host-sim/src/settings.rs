@@ -50,14 +50,14 @@ impl ModelKind {
 
     /// The presets that apply to it, its default first.
     pub fn presets(self) -> impl Iterator<Item = &'static Preset> {
-        presets::PRESETS.iter().filter(move |preset| preset.models.contains(&self.name()))
+        presets::PRESETS
+            .iter()
+            .filter(move |preset| preset.models.contains(&self.name()))
     }
 }
 
 /// What stands for the motor and what it moves, behind the board.
-#[derive(
-    Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum, Serialize, Deserialize,
-)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum PlantKind {
     /// The paper's first-order motor, solved exactly
@@ -137,11 +137,15 @@ impl Settings {
             ModelKind::BlackBox1 => ModelSettings::BlackBox1(Default::default()),
             ModelKind::BlackBox2 => ModelSettings::BlackBox2(Default::default()),
             ModelKind::GreyBox => ModelSettings::GreyBox(Default::default()),
-            ModelKind::Board => {
-                ModelSettings::Board(Box::new(BoardSettings { plant, ..Default::default() }))
-            }
+            ModelKind::Board => ModelSettings::Board(Box::new(BoardSettings {
+                plant,
+                ..Default::default()
+            })),
         };
-        Self { setup: SetupParameters::default(), model }
+        Self {
+            setup: SetupParameters::default(),
+            model,
+        }
     }
 
     /// Which model it is.
@@ -176,7 +180,12 @@ impl Settings {
         let mut copy = self.clone();
         let rows = copy.groups().into_iter().flat_map(|group| {
             let table = group.table();
-            (0..table.len()).map(|i| Value { parameter: &table[i], value: group.value(i) }).collect::<Vec<_>>()
+            (0..table.len())
+                .map(|i| Value {
+                    parameter: &table[i],
+                    value: group.value(i),
+                })
+                .collect::<Vec<_>>()
         });
         rows.collect()
     }
@@ -195,7 +204,9 @@ impl Settings {
         }
         let kind = self.kind().name();
         let known = self.values();
-        let known = known.iter().flat_map(|v| [v.parameter.name, v.parameter.symbol]);
+        let known = known
+            .iter()
+            .flat_map(|v| [v.parameter.name, v.parameter.symbol]);
         Err(Error::unknown(
             "parameter",
             name,
@@ -232,7 +243,9 @@ impl Settings {
     fn no_preset(&self, name: &str) -> Error {
         let kind = self.kind();
         if let Some(elsewhere) = presets::preset(name) {
-            let why = elsewhere.warning.map_or(String::new(), |why| format!(": {why}"));
+            let why = elsewhere
+                .warning
+                .map_or(String::new(), |why| format!(": {why}"));
             return Error::Conflict(format!(
                 "preset `{name}` is for {}, not for {}{why}",
                 elsewhere.models.join(" and "),

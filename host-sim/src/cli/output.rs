@@ -45,7 +45,10 @@ pub fn open(path: &Path) -> Result<Box<dyn Write>, Error> {
     if is_standard_output(path) {
         return Ok(Box::new(BufWriter::new(io::stdout().lock())));
     }
-    let file = File::create(path).map_err(|source| Error::Write { path: path.into(), source })?;
+    let file = File::create(path).map_err(|source| Error::Write {
+        path: path.into(),
+        source,
+    })?;
     Ok(Box::new(BufWriter::new(file)))
 }
 
@@ -57,7 +60,10 @@ pub fn is_standard_output(path: &Path) -> bool {
 /// Writes to standard output.
 pub fn print(text: &str) -> Result<(), Error> {
     let result = io::stdout().lock().write_all(text.as_bytes());
-    result.map_err(|source| Error::Write { path: "-".into(), source })
+    result.map_err(|source| Error::Write {
+        path: "-".into(),
+        source,
+    })
 }
 
 /// Writes a table to standard output, as wide as the terminal.
@@ -77,7 +83,10 @@ pub struct CsvSink {
 impl CsvSink {
     /// Opens the file, or standard output for `-`, and writes the header.
     pub fn create(path: &Path, columns: &[&str]) -> Result<Self, Error> {
-        let mut sink = Self { path: path.into(), writer: csv::Writer::from_writer(open(path)?) };
+        let mut sink = Self {
+            path: path.into(),
+            writer: csv::Writer::from_writer(open(path)?),
+        };
         sink.record(columns.iter().copied())?;
         Ok(sink)
     }
@@ -87,10 +96,7 @@ impl CsvSink {
         self.record(values.iter().map(f64::to_string))
     }
 
-    fn record(
-        &mut self,
-        fields: impl IntoIterator<Item = impl AsRef<[u8]>>,
-    ) -> Result<(), Error> {
+    fn record(&mut self, fields: impl IntoIterator<Item = impl AsRef<[u8]>>) -> Result<(), Error> {
         let result = self.writer.write_record(fields);
         result.map_err(|error| self.failed(io::Error::other(error)))
     }
@@ -102,7 +108,10 @@ impl CsvSink {
     }
 
     fn failed(&self, source: io::Error) -> Error {
-        Error::Write { path: self.path.clone(), source }
+        Error::Write {
+            path: self.path.clone(),
+            source,
+        }
     }
 }
 

@@ -137,7 +137,10 @@ impl Simulate {
 
 /// What must be said of a preset is said on standard error.
 fn warn(scenario: &Scenario) {
-    let preset = scenario.preset.as_deref().and_then(model_core::presets::preset);
+    let preset = scenario
+        .preset
+        .as_deref()
+        .and_then(model_core::presets::preset);
     if let Some(warning) = preset.and_then(|preset| preset.warning) {
         eprintln!("warning: {warning}");
     }
@@ -145,24 +148,42 @@ fn warn(scenario: &Scenario) {
 
 /// The parameters of the model and of its input.
 fn parameters(scenario: &Scenario) -> Result<Vec<(String, Value)>, Error> {
-    let model = scenario.settings()?.values().into_iter().map(|v| (v.parameter.name.into(), v));
+    let model = scenario
+        .settings()?
+        .values()
+        .into_iter()
+        .map(|v| (v.parameter.name.into(), v));
     let Some(input) = scenario.standard_input()? else {
         return Ok(model.collect());
     };
     let input = input.table().iter().enumerate().map(|(i, parameter)| {
         let value = input.get(i).unwrap_or(f64::NAN);
-        (format!("{INPUT_PREFIX}{}", parameter.name), Value { parameter, value })
+        (
+            format!("{INPUT_PREFIX}{}", parameter.name),
+            Value { parameter, value },
+        )
     });
     Ok(model.chain(input).collect())
 }
 
 fn table(parameters: &[(String, Value)]) -> Table {
-    let columns = ["name", "symbol", "value", "unit", "default", "range", "meaning", "source"];
+    let columns = [
+        "name", "symbol", "value", "unit", "default", "range", "meaning", "source",
+    ];
     let mut table = Table::new("", &columns.map(|name| (name, "")));
-    for (name, Value { parameter: p, value }) in parameters {
+    for (
+        name,
+        Value {
+            parameter: p,
+            value,
+        },
+    ) in parameters
+    {
         let range = format!("{} to {}", p.min, p.max);
         let (value, default) = (value.to_string(), p.default.to_string());
-        let row = [name, p.symbol, &value, p.unit, &default, &range, p.meaning, p.source];
+        let row = [
+            name, p.symbol, &value, p.unit, &default, &range, p.meaning, p.source,
+        ];
         table.push(row.map(Cell::from));
     }
     table
@@ -170,13 +191,21 @@ fn table(parameters: &[(String, Value)]) -> Table {
 
 fn json(parameters: &[(String, Value)]) -> String {
     // JSON has no infinity: an unbounded limit is null.
-    let rows = parameters.iter().map(|(name, Value { parameter: p, value })| {
-        serde_json::json!({
-            "name": name, "symbol": p.symbol, "value": value, "unit": p.unit,
-            "default": p.default, "min": p.min, "max": p.max,
-            "meaning": p.meaning, "source": p.source,
-        })
-    });
+    let rows = parameters.iter().map(
+        |(
+            name,
+            Value {
+                parameter: p,
+                value,
+            },
+        )| {
+            serde_json::json!({
+                "name": name, "symbol": p.symbol, "value": value, "unit": p.unit,
+                "default": p.default, "min": p.min, "max": p.max,
+                "meaning": p.meaning, "source": p.source,
+            })
+        },
+    );
     format!("{:#}\n", serde_json::Value::from_iter(rows))
 }
 
@@ -193,7 +222,11 @@ impl Sinks {
         if let Some(path) = &options.plot {
             plot::Format::of(path)?;
         }
-        let csv = options.csv.as_ref().map(|path| CsvSink::create(path, &columns)).transpose()?;
+        let csv = options
+            .csv
+            .as_ref()
+            .map(|path| CsvSink::create(path, &columns))
+            .transpose()?;
         let is_kept = options.plot.is_some() || options.csv.is_none();
         Ok(Self {
             csv,
@@ -204,7 +237,10 @@ impl Sinks {
 
     fn finish(self, options: &Simulate, simulation: &Simulation) -> Result<(), Error> {
         self.progress.finish_and_clear();
-        let to_stdout = options.csv.as_deref().is_some_and(output::is_standard_output);
+        let to_stdout = options
+            .csv
+            .as_deref()
+            .is_some_and(output::is_standard_output);
         if let Some(csv) = self.csv {
             csv.finish()?;
         }

@@ -17,15 +17,26 @@ const LAST_S: f64 = 1e7;
 /// # Errors
 /// [`Error::Read`], and [`Error::InputFile`] with line, column and what was expected.
 pub fn read(path: &Path) -> Result<Sequence, Error> {
-    let file = File::open(path).map_err(|source| Error::Read { path: path.into(), source })?;
-    let mut reader =
-        csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(file);
+    let file = File::open(path).map_err(|source| Error::Read {
+        path: path.into(),
+        source,
+    })?;
+    let mut reader = csv::ReaderBuilder::new()
+        .comment(Some(b'#'))
+        .trim(csv::Trim::All)
+        .from_reader(file);
     let columns = Columns::find(path, &mut reader)?;
     let mut sequence = Sequence::default();
     let mut record = csv::StringRecord::new();
     let mut last_s = 0.0;
-    while reader.read_record(&mut record).map_err(|error| broken(path, error))? {
-        let at = Place { path, line: record.position().map_or(0, csv::Position::line) };
+    while reader
+        .read_record(&mut record)
+        .map_err(|error| broken(path, error))?
+    {
+        let at = Place {
+            path,
+            line: record.position().map_or(0, csv::Position::line),
+        };
         let t = at.number(&record, columns.t, "t", "a time in s")?;
         let command_deg = at.number(&record, columns.command, "command_deg", "an angle in deg")?;
         if !(0.0..=LAST_S).contains(&t) {
@@ -40,7 +51,10 @@ pub fn read(path: &Path) -> Result<Sequence, Error> {
         sequence.push(ticks(t), command_deg);
     }
     if sequence.is_empty() {
-        let at = Place { path, line: reader.position().line() };
+        let at = Place {
+            path,
+            line: reader.position().line(),
+        };
         return Err(at.problem("no row of data, expected at least one".into()));
     }
     Ok(sequence)
@@ -54,19 +68,32 @@ struct Columns {
 
 impl Columns {
     fn find(path: &Path, reader: &mut csv::Reader<File>) -> Result<Self, Error> {
-        let header = reader.headers().map_err(|error| broken(path, error))?.clone();
+        let header = reader
+            .headers()
+            .map_err(|error| broken(path, error))?
+            .clone();
         let find = |name: &str| {
-            header.iter().position(|column| column == name).ok_or_else(|| {
-                let found = if header.is_empty() {
-                    "the file is empty".into()
-                } else {
-                    format!("the columns are `{}`", header.iter().collect::<Vec<_>>().join("`, `"))
-                };
-                Place { path, line: 1 }
-                    .problem(format!("no column `{name}`: {found}, expected `t,command_deg`"))
-            })
+            header
+                .iter()
+                .position(|column| column == name)
+                .ok_or_else(|| {
+                    let found = if header.is_empty() {
+                        "the file is empty".into()
+                    } else {
+                        format!(
+                            "the columns are `{}`",
+                            header.iter().collect::<Vec<_>>().join("`, `")
+                        )
+                    };
+                    Place { path, line: 1 }.problem(format!(
+                        "no column `{name}`: {found}, expected `t,command_deg`"
+                    ))
+                })
         };
-        Ok(Self { t: find("t")?, command: find("command_deg")? })
+        Ok(Self {
+            t: find("t")?,
+            command: find("command_deg")?,
+        })
     }
 }
 
@@ -78,7 +105,11 @@ struct Place<'a> {
 
 impl Place<'_> {
     fn problem(&self, problem: String) -> Error {
-        Error::InputFile { path: self.path.into(), line: self.line, problem }
+        Error::InputFile {
+            path: self.path.into(),
+            line: self.line,
+            problem,
+        }
     }
 
     fn number(
@@ -103,9 +134,15 @@ impl Place<'_> {
 fn broken(path: &Path, error: csv::Error) -> Error {
     let line = error.position().map_or(0, csv::Position::line);
     match error.into_kind() {
-        csv::ErrorKind::Io(source) => Error::Read { path: path.into(), source },
-        csv::ErrorKind::UnequalLengths { expected_len, len, .. } => Place { path, line }
-            .problem(format!("{len} columns, expected {expected_len} as in the header")),
+        csv::ErrorKind::Io(source) => Error::Read {
+            path: path.into(),
+            source,
+        },
+        csv::ErrorKind::UnequalLengths {
+            expected_len, len, ..
+        } => Place { path, line }.problem(format!(
+            "{len} columns, expected {expected_len} as in the header"
+        )),
         csv::ErrorKind::Utf8 { err, .. } => {
             Place { path, line }.problem(format!("{err}, expected UTF-8 text"))
         }
@@ -113,4 +150,7 @@ fn broken(path: &Path, error: csv::Error) -> Error {
     }
 }
 
-const _: () = assert!(LAST_S * TICKS_PER_SECOND as f64 <= 9e15, "ticks are exact in f64");
+const _: () = assert!(
+    LAST_S * TICKS_PER_SECOND as f64 <= 9e15,
+    "ticks are exact in f64"
+);

@@ -38,7 +38,10 @@ impl Sequence {
                 self.command_deg.pop();
             }
             last => {
-                assert!(last.is_none_or(|last| *last < tick), "ticks do not decrease");
+                assert!(
+                    last.is_none_or(|last| *last < tick),
+                    "ticks do not decrease"
+                );
                 self.ticks.push(tick);
             }
         }

@@ -54,7 +54,10 @@ pub fn save(figure: &Figure, path: &Path) -> Result<(), Error> {
         Format::Svg => svg::render(figure),
         Format::Html => html::render(figure),
     };
-    std::fs::write(path, text).map_err(|source| Error::Write { path: path.into(), source })
+    std::fs::write(path, text).map_err(|source| Error::Write {
+        path: path.into(),
+        source,
+    })
 }
 
 /// Writes a text file; the error names it.

@@ -19,10 +19,16 @@ pub fn of_trace(title: &str, trace: &Trace) -> Figure {
     let mut colours = Colours::default();
     let mut figure = Figure::new(title, "time (s)");
     for (label, names) in PANELS {
-        let columns = names.iter().filter_map(|name| Some((*name, trace.column(name)?)));
+        let columns = names
+            .iter()
+            .filter_map(|name| Some((*name, trace.column(name)?)));
         let mut panel = Panel::new(label);
         for (name, column) in columns.filter(|(name, c)| is_shown(name, c)) {
-            let style = if name == "command" { Style::Step } else { Style::Line };
+            let style = if name == "command" {
+                Style::Step
+            } else {
+                Style::Line
+            };
             panel = panel.series(Series::new(name, colours.of(name), t, column).style(style));
         }
         if !panel.series.is_empty() {

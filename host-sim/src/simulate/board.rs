@@ -32,7 +32,12 @@ pub(super) fn run(
     match settings.plant {
         PlantKind::FirstOrder => {
             let plant = FirstOrder::try_new(settings.first_order, simulation.pwm)?;
-            record(ClosedLoop::new(coefficients, plant, IdealEncoder), simulation, path, rows)
+            record(
+                ClosedLoop::new(coefficients, plant, IdealEncoder),
+                simulation,
+                path,
+                rows,
+            )
         }
         PlantKind::Bench => unreachable!(),
     }

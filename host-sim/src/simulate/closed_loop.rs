@@ -54,9 +54,19 @@ impl<P: Plant, E: Encoder<P>> ClosedLoop<P, E> {
     pub fn new(coefficients: Coefficients, plant: P, mut encoder: E) -> Self {
         let mut application = Application::new(coefficients);
         let encoder_word = encoder.word(&plant);
-        let outputs = application.step(&Samples { encoder: encoder_word, command: Angle::ZERO });
+        let outputs = application.step(&Samples {
+            encoder: encoder_word,
+            command: Angle::ZERO,
+        });
         application.request(Request::Enable);
-        Self { application, plant, encoder, outputs, duty_pct: 0.0, tick: 0 }
+        Self {
+            application,
+            plant,
+            encoder,
+            outputs,
+            duty_pct: 0.0,
+            tick: 0,
+        }
     }
 
     /// The PWM edge at which the next period of 20 ticks starts, and what belongs to that instant;
@@ -67,7 +77,10 @@ impl<P: Plant, E: Encoder<P>> ClosedLoop<P, E> {
         self.plant.start_period(self.duty_pct);
         if self.tick.is_multiple_of(CONTROL_PERIOD_TICKS) {
             let encoder = self.encoder.word(&self.plant);
-            self.outputs = self.application.step(&Samples { encoder, command: command(self.tick) });
+            self.outputs = self.application.step(&Samples {
+                encoder,
+                command: command(self.tick),
+            });
         }
         self.tick += PWM_PERIOD_TICKS;
     }

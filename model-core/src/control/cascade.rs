@@ -2,7 +2,7 @@
 
 use super::{
     arithmetic::Coefficient,
-    compare::Compare,
+    compare::{Compare, Modulator},
     encoder_word::{COUNT_DEG, EncoderCount, EncoderError, EncoderReading, EncoderWord},
     parameters::ControlParameters,
     position_loop::{PositionLoop, WIDEST_RATE},
@@ -110,6 +110,7 @@ pub struct State {
     shaft: ShaftAngle,
     rate: RateEstimate,
     regulator: RateLoopState,
+    modulator: Modulator,
     /// The last command, which a change of gains needs.
     command: Angle,
 }
@@ -179,7 +180,7 @@ impl State {
         Step {
             rate_command: wanted.rate,
             duty: limited.duty,
-            compare: Compare::from_duty(limited.duty),
+            compare: self.modulator.next(limited.duty),
             limits: ActiveLimits {
                 position: wanted.position_limited,
                 rate: wanted.rate_limited,

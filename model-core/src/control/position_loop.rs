@@ -13,9 +13,9 @@ pub(crate) const WIDEST_RATE: Rate = Rate::const_from_int(1 << 17);
 pub struct PositionLoop {
     /// P, 1/s, below 2^9.
     pub gain: Coefficient<22>,
-    /// Least command.
+    /// Least command, within 2^15 deg.
     pub min: Angle,
-    /// Greatest command, not below `min`.
+    /// Greatest command, not below `min`, within 2^15 deg.
     pub max: Angle,
     /// Greatest rate upward, 0 to 2^17 deg/s.
     pub rate_up: Rate,
@@ -39,7 +39,7 @@ impl PositionLoop {
     pub fn rate_command(&self, command: Angle, angle: Angle) -> RateCommand {
         let target = within(command, self.min, self.max);
         // Both lie within 2^15 deg, so the error lies within 2^16 and P times it within 2^25.
-        let error = Rate::from_num(target) - Rate::from_num(angle);
+        let error = target - angle;
         let wanted = self.gain.times(error);
         let rate = within(wanted, -self.rate_down, self.rate_up);
         RateCommand {

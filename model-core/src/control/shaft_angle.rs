@@ -1,12 +1,13 @@
 //! From encoder counts to the angle of the shaft: direction, zero, turns.
 
 use super::{
+    arithmetic::within,
     encoder_word::{COUNTS_PER_TURN, EncoderCount},
-    units::Angle,
+    units::{ANGLE_END, Angle},
 };
 
-/// One count in steps of [`Angle`]: 45/512 deg is 5760 steps of 2^-16 deg.
-const COUNT_STEPS: i64 = 45 << 7;
+/// One count in steps of [`Angle`]: 45/512 deg.
+const COUNT_STEPS: i64 = 45 << (32 - 9);
 
 /// How the encoder sits on the shaft.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -91,24 +92,15 @@ impl ShaftAngle {
         self.lost = self.lost.saturating_add(1);
     }
 
-    /// The angle; beyond 91 turns the last that [`Angle`] can hold.
+    /// The angle, held within [`ANGLE_END`].
     pub fn angle(&self) -> Angle {
-        // |counts| < 2^31 and COUNT_STEPS < 2^13: the product lies within 2^44.
-        Angle::from_bits(saturated(self.counts as i64 * COUNT_STEPS))
+        // |counts| <= 2^31 and COUNT_STEPS < 2^29: the product lies within 2^60.
+        let angle = Angle::from_bits(self.counts as i64 * COUNT_STEPS);
+        within(angle, -ANGLE_END, ANGLE_END)
     }
 
     /// Whether there was a valid reading.
     pub fn is_known(&self) -> bool {
         self.last.is_some()
-    }
-}
-
-const fn saturated(bits: i64) -> i32 {
-    if bits > i32::MAX as i64 {
-        i32::MAX
-    } else if bits < i32::MIN as i64 {
-        i32::MIN
-    } else {
-        bits as i32
     }
 }

@@ -7,7 +7,7 @@ use super::{
     compare::PWM_COUNTS,
     encoder_word::{COUNT_DEG, EncoderCount, EncoderError, EncoderWord},
     parameters::ControlParameters,
-    units::{angle, percent},
+    units::{Angle, angle, percent},
 };
 use crate::{parameter::Parameters, time::CONTROL_PERIOD_S};
 
@@ -201,7 +201,7 @@ proptest! {
     #[test]
     fn no_input_makes_the_step_overflow_or_leave_its_limits(
         p in parameters(),
-        inputs in proptest::collection::vec((any::<u32>(), any::<i32>(), any::<bool>()), 1..200),
+        inputs in proptest::collection::vec((any::<u32>(), any::<i64>(), any::<bool>()), 1..200),
     ) {
         let gains = coefficients(&p);
         let mut state = State::default();
@@ -209,7 +209,7 @@ proptest! {
         for (word, command, valid) in inputs {
             let word = if valid { healthy(word as i32) } else { EncoderWord::new(word) };
             let _ = state.observe(&gains, word);
-            let step = state.regulate(&gains, fixed::types::I16F16::from_bits(command));
+            let step = state.regulate(&gains, Angle::from_bits(command));
             prop_assert!(step.duty.abs() <= limit);
             prop_assert!(step.compare.get().abs() <= PWM_COUNTS);
         }

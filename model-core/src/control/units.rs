@@ -1,12 +1,17 @@
 //! The numbers of the control path.
 //!
-//! An encoder count is 45/512 deg, so every measured angle is exact in 16 fractional bits, and so
-//! is every difference quotient `counts * 45/512 deg / 4 ms`.
+//! An encoder count is 45/512 deg, so every measured angle is exact in 9 fractional bits, and so
+//! is every difference quotient `counts * 45/512 deg / 4 ms`. The other 23 bits serve the commands:
+//! where a loop hunts around one encoder count, a command that is off by 1e-5 deg moves the instant
+//! at which the count changes, and the trace is another one from there on.
 
-use fixed::types::{I16F16, I32F32};
+use fixed::types::I32F32;
 
-/// An angle, deg: +-32,768 deg (91 turns) in steps of 1.5e-5 deg.
-pub type Angle = I16F16;
+/// An angle, deg, in steps of 2.3e-10 deg.
+pub type Angle = I32F32;
+
+/// The control step takes angles within +-32,768 deg, 91 turns; what lies beyond is held there.
+pub const ANGLE_END: Angle = Angle::const_from_int(1 << 15);
 
 /// An angular rate, deg/s, in steps of 2.3e-10 deg/s.
 pub type Rate = I32F32;
@@ -18,13 +23,12 @@ pub type Percent = I32F32;
 ///
 /// ```
 /// use model_core::control::units::{Angle, angle};
-/// assert_eq!(angle(45.0 / 512.0), Angle::from_bits(45 << 7));
-/// assert_eq!(angle(1e9), Angle::MAX);
+/// assert_eq!(angle(45.0 / 512.0), Angle::from_bits(45 << 23));
+/// assert_eq!(angle(1e10), Angle::MAX);
 /// assert_eq!(angle(f64::NAN), Angle::ZERO);
 /// ```
 pub const fn angle(degrees: f64) -> Angle {
-    // The cast saturates and takes NaN to 0.
-    Angle::from_bits(round(degrees * 65536.0) as i32)
+    nearest(degrees)
 }
 
 /// The number in steps of 2^-32 that lies nearest to `value`; saturates, NaN gives zero.
@@ -35,7 +39,13 @@ pub const fn angle(degrees: f64) -> Angle {
 /// assert_eq!(percent(f64::INFINITY), Percent::MAX);
 /// ```
 pub const fn percent(value: f64) -> Percent {
-    Percent::from_bits(round(value * 4_294_967_296.0) as i64)
+    nearest(value)
+}
+
+/// The number in steps of 2^-32 that lies nearest to `value`; saturates, NaN gives zero.
+const fn nearest(value: f64) -> I32F32 {
+    // The cast saturates and takes NaN to 0.
+    I32F32::from_bits(round(value * 4_294_967_296.0) as i64)
 }
 
 /// Half away from zero, in constant expressions too.

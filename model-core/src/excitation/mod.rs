@@ -82,12 +82,12 @@ impl Excitation<'_> {
 
 /// The angle of so many of its least steps; beyond its ends the last one.
 const fn saturated(bits: i128) -> Angle {
-    if bits > i32::MAX as i128 {
+    if bits > i64::MAX as i128 {
         Angle::MAX
-    } else if bits < i32::MIN as i128 {
+    } else if bits < i64::MIN as i128 {
         Angle::MIN
     } else {
-        Angle::from_bits(bits as i32)
+        Angle::from_bits(bits as i64)
     }
 }
 

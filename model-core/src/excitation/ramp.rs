@@ -1,7 +1,7 @@
 //! Straight lines between breakpoints.
 
 use super::saturated;
-use crate::control::units::{Angle, angle};
+use crate::control::units::{ANGLE_END, Angle, angle};
 use crate::parameter::{ParameterError, Parameters};
 use crate::time::ticks;
 
@@ -22,28 +22,40 @@ crate::parameters! {
 
 /// A straight line that is followed until the next one starts.
 ///
-/// The slope is off by 2^-48 deg per tick at most, thus the line by half a step of the angle after
-/// 2^31 ticks, 30 hours. The next line starts at its own breakpoint.
+/// The slope is off by 2^-47 deg per tick at most, thus the line by 1e-8 deg after a minute. The
+/// next line starts at its own breakpoint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Line {
     start_tick: u64,
     start: Angle,
-    /// In units of 2^-48 deg per tick.
+    /// In units of 2^-47 deg per tick.
     slope: i64,
+}
+
+/// A level that the control step takes.
+const fn held(level: Angle) -> Angle {
+    if level.to_bits() > ANGLE_END.to_bits() {
+        ANGLE_END
+    } else if level.to_bits() < -ANGLE_END.to_bits() {
+        Angle::from_bits(-ANGLE_END.to_bits())
+    } else {
+        level
+    }
 }
 
 impl Line {
     const fn between(from: (u64, Angle), to: (u64, Angle)) -> Self {
-        let rise = (to.1.to_bits() as i128 - from.1.to_bits() as i128) << 32;
+        let (start, end) = (held(from.1), held(to.1));
+        let rise = (end.to_bits() as i128 - start.to_bits() as i128) << 15;
         let slope = match to.0.saturating_sub(from.0) {
             // Of so short a line only the start is ever asked for.
             0 | 1 => 0,
-            // From -(2^32 - 1) * 2^32 / 2 to its opposite: within 2^63.
+            // Two levels are at most 2^16 deg apart, 2^63 units, half of which is taken at most.
             run => (rise / run as i128) as i64,
         };
         Self {
             start_tick: from.0,
-            start: from.1,
+            start,
             slope,
         }
     }
@@ -52,7 +64,7 @@ impl Line {
         // Below 2^63 * 2^64 - 2^64 in magnitude, so that neither half a unit nor the start is
         // too much for 127 bits.
         let change = i128::from(self.slope) * i128::from(tick.saturating_sub(self.start_tick));
-        saturated(i128::from(self.start.to_bits()) + ((change + (1 << 31)) >> 32))
+        saturated(i128::from(self.start.to_bits()) + ((change + (1 << 14)) >> 15))
     }
 }
 
@@ -63,7 +75,7 @@ pub struct Ramp {
 }
 
 impl Ramp {
-    /// Lines through one to [`MOST_POINTS`] breakpoints, in the order of their ticks. Where two
+    /// Lines through one to [`MOST_POINTS`] breakpoints, in the order of their ticks, held within [`ANGLE_END`]. Where two
     /// share a tick, the later one holds from that tick on.
     ///
     /// ```
@@ -152,15 +164,15 @@ mod tests {
         fn a_line_meets_both_its_ends_and_never_leaves_them(
             run in 1_u64..1 << 31, from: i32, to: i32, share in 0.0..1.0
         ) {
-            let [a, b] = [from, to].map(Angle::from_bits);
+            let [a, b] = [from, to].map(|bits| Angle::from_bits(i64::from(bits) << 16));
             let ramp = Ramp::through(&[(7, a), (7 + run, b)]);
             prop_assert_eq!((ramp.command(0), ramp.command(7)), (a, a));
             prop_assert_eq!((ramp.command(7 + run), ramp.command(u64::MAX)), (b, b));
             let within = (share * run as f64) as u64;
             let rise = f64::from(to) - f64::from(from);
             let exact = f64::from(from) + rise * within as f64 / run as f64;
-            // Half a step for the slope, half a step for the result.
-            let bits = f64::from(ramp.command(7 + within).to_bits());
+            let bits = ramp.command(7 + within).to_bits() as f64 / 65536.0;
+            // 2^31 ticks with a slope that is off by 2^-47 deg a tick, in units of 2^-16 deg.
             prop_assert!((bits - exact).abs() <= 1.001, "{} {}", bits, exact);
         }
     }

@@ -20,7 +20,7 @@ crate::parameters! {
 /// prints none.
 pub const LEVELS: [Angle; 14] = {
     let degrees = [
-        0, 30, -20, 60, -60, 90, -45, 120, -120, 45, 0, 10, -10, 0_i32,
+        0, 30, -20, 60, -60, 90, -45, 120, -120, 45, 0, 10, -10, 0,
     ];
     let mut levels = [Angle::ZERO; 14];
     let mut k = 0;
@@ -84,7 +84,7 @@ impl VariableStep<'_> {
             .or(self.levels.last());
         level.map_or(Angle::ZERO, |level| {
             let product = i128::from(level.to_bits()) * i128::from(self.scale.to_bits());
-            saturated((product + (1 << 15)) >> 16)
+            saturated((product + (1 << 31)) >> 32)
         })
     }
 
