@@ -133,16 +133,19 @@ impl FirstOrder {
         if self.is_stepped {
             return core::array::from_fn(|j| self.stepped[j]);
         }
-        let driven = self.bridge.driven.plus(self.start);
-        let braked = self.bridge.braked.plus(self.start);
-        core::array::from_fn(|j| {
-            let segment = if j < self.bridge.off_from {
-                &driven
-            } else {
-                &braked
-            };
-            self.along(segment, j)
-        })
+        let mut states = [PlantState::default(); PERIOD];
+        let (on, off) = states.split_at_mut(self.bridge.off_from.min(PERIOD));
+        self.fill(on, 0, &self.bridge.driven);
+        self.fill(off, self.bridge.off_from, &self.bridge.braked);
+        states
+    }
+
+    #[inline(always)]
+    fn fill(&self, states: &mut [PlantState], first_tick: usize, segment: &Segment) {
+        let segment = segment.plus(self.start);
+        for (j, state) in states.iter_mut().enumerate() {
+            *state = self.along(&segment, first_tick + j);
+        }
     }
 
     #[inline(always)]
