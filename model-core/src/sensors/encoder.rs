@@ -116,8 +116,12 @@ impl Encoder {
         if !seen_deg.is_finite() {
             return 0;
         }
-        // `as` saturates; the last twelve bits of two's complement are the rest modulo 4096.
-        (libm::floor(seen_deg / LSB_DEG + 0.5) as i64 & 0xfff) as u16
+        // `as` saturates and cuts off towards 0; one less below 0 makes it the floor. The last
+        // twelve bits of two's complement are the rest modulo 4096.
+        let counts = seen_deg / LSB_DEG + 0.5;
+        let cut = counts as i64;
+        let floor = cut.saturating_sub(i64::from(cut as f64 > counts));
+        (floor & 0xfff) as u16
     }
 
     /// The 18 bits of the serial word at a shaft angle. D11, which is sent first, is bit 17; then

@@ -98,24 +98,24 @@ impl Friction {
     /// and the external torque at the output, Nm.
     pub fn budget_nm(&self, rate_rad_s: f64, motor_nm: f64, external_nm: f64) -> f64 {
         let p = &self.coefficients;
-        let share = self.stribeck_share(rate_rad_s);
         let load = |external: f64, motor: f64| (external * external_nm - motor * motor_nm).abs();
+        let at_rest_nm = p.stribeck_friction_nm
+            + load(p.load_stribeck_external, p.load_stribeck_motor)
+            + self.quadratic_nm(motor_nm, external_nm);
         p.coulomb_friction_nm
             + self.viscous_nm_s * rate_rad_s.abs()
             + load(p.load_friction_external, p.load_friction_motor)
-            + share
-                * (p.stribeck_friction_nm
-                    + load(p.load_stribeck_external, p.load_stribeck_motor)
-                    + self.quadratic_nm(motor_nm, external_nm))
+            + self.stribeck_nm(rate_rad_s, at_rest_nm)
     }
 
-    /// `s`: 1 at rest, towards 0 in motion.
-    fn stribeck_share(&self, rate_rad_s: f64) -> f64 {
-        if rate_rad_s == 0.0 {
-            return 1.0;
+    /// `s` times a torque: all of it at rest, towards none in motion.
+    fn stribeck_nm(&self, rate_rad_s: f64, at_rest_nm: f64) -> f64 {
+        // The power is the dearest part of a step, and often needless.
+        if rate_rad_s == 0.0 || at_rest_nm == 0.0 {
+            return at_rest_nm;
         }
         let ratio = (rate_rad_s / self.stribeck_rad_s).abs();
-        libm::exp(-libm::pow(ratio, self.coefficients.stribeck_exponent))
+        at_rest_nm * libm::exp(-libm::pow(ratio, self.coefficients.stribeck_exponent))
     }
 
     fn quadratic_nm(&self, motor_nm: f64, external_nm: f64) -> f64 {
