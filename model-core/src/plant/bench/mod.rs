@@ -6,8 +6,8 @@
 //!
 //! # The Futaba S3305
 //!
-//! Its catalogue gives 8.9 kg cm and 0.20 s/60 deg at 6 V (7.1 kg cm and 0.25 s/60 deg at 4.8 V);
-//! it gives nothing of the motor within. The defaults are estimates, made to agree with the stall
+//! Its catalogue, as commonly quoted, gives 8.9 kg cm and 0.20 s/60 deg at 6 V (7.1 kg cm and
+//! 0.25 s/60 deg at 4.8 V), and nothing of the motor within. The defaults are estimates, made to agree with the stall
 //! torque and with equation (2) of the paper as this project reads it, `2.836/(1 + 0.1318 s)`
 //! (deg/s)/%: 283.6 deg/s = 4.950 rad/s at full duty. All at the output shaft:
 //!
