@@ -12,6 +12,9 @@
 //! start of the period, and one step over the whole period is as exact as 20 small ones.
 //! Once the bridge has switched off, `W` is 0: the motor is braked with the same time constant.
 
+mod motion;
+
+use self::motion::{Lag, Motion, Response};
 use super::{PERIOD, Plant, PlantState, Pwm, bridge_duty_pct, limited};
 use crate::parameter::{ParameterError, Parameters};
 use crate::time::TICK_S;
@@ -39,61 +42,13 @@ crate::parameters! {
 pub struct FirstOrder {
     parameters: FirstOrderParameters,
     pwm: Pwm,
-    /// `D` at every tick of a period.
-    decay: [f64; PERIOD + 1],
-    bridge: Bridge,
+    lag: Lag,
+    response: Response,
     start: PlantState,
     end: PlantState,
     /// The period at its ticks, where a limit may act and no closed form holds.
     stepped: [PlantState; PERIOD + 1],
     is_stepped: bool,
-}
-
-/// What a duty makes of a period: how a motor at rest at zero would move.
-///
-/// The motor is linear between its limits. So its motion is this one, plus the decay of the rate
-/// that it starts with.
-#[derive(Debug, Clone, Copy, Default)]
-struct Bridge {
-    duty_pct: f64,
-    /// How long the bridge is on, ticks; the whole period where it does not switch.
-    on_ticks: f64,
-    /// The motion before tick `off_from`, and from it on.
-    driven: Segment,
-    braked: Segment,
-    off_from: usize,
-    end: PlantState,
-}
-
-/// A free motion towards a steady rate, told by where it is, or would have been, at tick 0.
-#[derive(Debug, Clone, Copy, Default)]
-struct Segment {
-    start: PlantState,
-    target_deg_s: f64,
-}
-
-impl Segment {
-    #[inline(always)]
-    fn at(&self, time_s: f64, decay: f64, tau_s: f64) -> PlantState {
-        let excess_deg_s = self.start.rate_deg_s - self.target_deg_s;
-        PlantState {
-            angle_deg: self.start.angle_deg + self.target_deg_s * time_s
-                - tau_s * excess_deg_s * decay,
-            rate_deg_s: self.start.rate_deg_s + excess_deg_s * decay,
-        }
-    }
-
-    /// The same motion from another start.
-    #[inline(always)]
-    fn plus(&self, start: PlantState) -> Self {
-        Self {
-            start: PlantState {
-                angle_deg: self.start.angle_deg + start.angle_deg,
-                rate_deg_s: self.start.rate_deg_s + start.rate_deg_s,
-            },
-            ..*self
-        }
-    }
 }
 
 impl FirstOrder {
@@ -112,19 +67,17 @@ impl FirstOrder {
     /// ```
     pub fn try_new(parameters: FirstOrderParameters, pwm: Pwm) -> Result<Self, ParameterError> {
         parameters.check()?;
-        let tau_s = parameters.motor_time_constant_s;
-        let mut motor = Self {
+        let lag = Lag::new(parameters.motor_time_constant_s);
+        Ok(Self {
+            response: Response::new(&parameters, &lag, pwm, 0.0),
             parameters,
             pwm,
-            decay: core::array::from_fn(|j| libm::expm1(-(j as f64 * TICK_S) / tau_s)),
-            bridge: Bridge::default(),
+            lag,
             start: PlantState::default(),
             end: PlantState::default(),
             stepped: [PlantState::default(); PERIOD + 1],
             is_stepped: false,
-        };
-        motor.bridge = motor.latch(0.0);
-        Ok(motor)
+        })
     }
 
     /// The states at the ticks 0 to 19 of the running period: a record of every tick.
@@ -133,87 +86,28 @@ impl FirstOrder {
         if self.is_stepped {
             return core::array::from_fn(|j| self.stepped[j]);
         }
-        let driven = self.bridge.driven.plus(self.start);
-        let braked = self.bridge.braked.plus(self.start);
-        core::array::from_fn(|j| {
-            let segment = if j < self.bridge.off_from {
-                &driven
-            } else {
-                &braked
-            };
-            self.along(segment, j)
-        })
+        let mut states = [PlantState::default(); PERIOD];
+        let off_from = self.response.off_from;
+        let (on, off) = states.split_at_mut(off_from.min(PERIOD));
+        self.fill(on, 0, &self.response.driven);
+        self.fill(off, off_from, &self.response.braked);
+        states
     }
 
+    /// A loop without a branch, for the compiler to turn into vectors.
     #[inline(always)]
-    fn along(&self, segment: &Segment, tick: usize) -> PlantState {
-        let tau_s = self.parameters.motor_time_constant_s;
-        segment.at(tick as f64 * TICK_S, self.decay[tick], tau_s)
-    }
-
-    fn latch(&self, duty_pct: f64) -> Bridge {
-        let p = &self.parameters;
-        let tau_s = p.motor_time_constant_s;
-        let gain = if duty_pct > 0.0 {
-            p.motor_gain_up
-        } else {
-            p.motor_gain_down
-        };
-        let (level_pct, on_ticks) = match self.pwm {
-            Pwm::Average => (duty_pct, PERIOD as f64),
-            Pwm::Switched => (
-                libm::copysign(100.0, duty_pct),
-                duty_pct.abs() / 100.0 * PERIOD as f64,
-            ),
-        };
-        let driven = Segment {
-            start: PlantState::default(),
-            target_deg_s: gain * level_pct,
-        };
-        // `on_ticks` is from 0 to 20.
-        let off_from = on_ticks as usize + 1;
-        if off_from > PERIOD {
-            return Bridge {
-                duty_pct,
-                on_ticks,
-                driven,
-                braked: driven,
-                off_from,
-                end: self.along(&driven, PERIOD),
-            };
+    fn fill(&self, states: &mut [PlantState], first_tick: usize, motion: &Motion) {
+        let motion = motion.plus(self.start);
+        for (j, state) in states.iter_mut().enumerate() {
+            *state = self.lag.at(&motion, first_tick + j);
         }
-        let decay = self.decay_over(on_ticks);
-        let edge = driven.at(on_ticks * TICK_S, decay, tau_s);
-        // The braked motion, followed back from the edge to tick 0. The time constant is at least
-        // 1e-4 s, hence 1 + D at least exp(-10).
-        let rate_deg_s = edge.rate_deg_s / (1.0 + decay);
-        let angle_deg = edge.angle_deg + tau_s * rate_deg_s * decay;
-        let braked = Segment {
-            start: PlantState {
-                angle_deg,
-                rate_deg_s,
-            },
-            target_deg_s: 0.0,
-        };
-        Bridge {
-            duty_pct,
-            on_ticks,
-            driven,
-            braked,
-            off_from,
-            end: self.along(&braked, PERIOD),
-        }
-    }
-
-    fn decay_over(&self, ticks: f64) -> f64 {
-        libm::expm1(-(ticks * TICK_S) / self.parameters.motor_time_constant_s)
     }
 
     /// Whether no limit can act within a period that starts here.
     #[inline]
     fn runs_free(&self) -> bool {
         let p = &self.parameters;
-        let (rate, target) = (self.start.rate_deg_s, self.bridge.driven.target_deg_s);
+        let (rate, target) = (self.start.rate_deg_s, self.response.driven.target_deg_s);
         // The rate stays between its start, the target and, braked, zero. So the angle moves by
         // less than the sum of both times the period; one tick more covers the rounding.
         let reach_deg = (rate.abs() + target.abs()) * ((PERIOD + 1) as f64 * TICK_S);
@@ -226,9 +120,9 @@ impl FirstOrder {
     /// The end of a period without limits.
     #[inline]
     fn free_end(&self) -> PlantState {
-        let forced = &self.bridge.end;
-        let lost_deg_s = self.start.rate_deg_s * self.decay[PERIOD];
-        let coasted_deg = self.parameters.motor_time_constant_s * lost_deg_s;
+        let forced = &self.response.end;
+        let lost_deg_s = self.start.rate_deg_s * self.lag.decay[PERIOD];
+        let coasted_deg = self.lag.tau_s * lost_deg_s;
         PlantState {
             angle_deg: self.start.angle_deg - coasted_deg + forced.angle_deg,
             rate_deg_s: self.start.rate_deg_s + lost_deg_s + forced.rate_deg_s,
@@ -238,27 +132,23 @@ impl FirstOrder {
     /// Tick by tick, with the limits after each.
     #[cold]
     fn run_stepped(&mut self) {
-        let tau_s = self.parameters.motor_time_constant_s;
-        let (on_ticks, target) = (self.bridge.on_ticks, self.bridge.driven.target_deg_s);
+        let (on_ticks, target) = (self.response.on_ticks, self.response.driven.target_deg_s);
         let edge = on_ticks - libm::floor(on_ticks);
-        let (before, after) = (self.decay_over(edge), self.decay_over(1.0 - edge));
-        let moved = |start, target_deg_s, ticks: f64, decay| {
-            let segment = Segment {
-                start,
-                target_deg_s,
-            };
-            segment.at(ticks * TICK_S, decay, tau_s)
+        let towards = |target_deg_s, start| Motion {
+            start,
+            target_deg_s,
         };
         self.stepped[0] = self.start;
         for tick in 0..PERIOD {
             let on = on_ticks - tick as f64;
             let state = self.stepped[tick];
             let next = if on >= 1.0 {
-                moved(state, target, 1.0, self.decay[1])
+                self.lag.at(&towards(target, state), 1)
             } else if on > 0.0 {
-                moved(moved(state, target, edge, before), 0.0, 1.0 - edge, after)
+                let switched = self.lag.between(&towards(target, state), edge);
+                self.lag.between(&towards(0.0, switched), 1.0 - edge)
             } else {
-                moved(state, 0.0, 1.0, self.decay[1])
+                self.lag.at(&towards(0.0, state), 1)
             };
             self.stepped[tick + 1] = self.within_limits(next);
         }
@@ -287,8 +177,8 @@ impl Plant for FirstOrder {
     fn start_period(&mut self, duty_pct: f64) {
         let duty_pct = bridge_duty_pct(duty_pct);
         // The duty changes at every fourth period at most: what it does is kept till then.
-        if duty_pct != self.bridge.duty_pct {
-            self.bridge = self.latch(duty_pct);
+        if duty_pct != self.response.duty_pct {
+            self.response = Response::new(&self.parameters, &self.lag, self.pwm, duty_pct);
         }
         self.start = self.end;
         self.is_stepped = !self.runs_free();
@@ -306,10 +196,10 @@ impl Plant for FirstOrder {
             0 => self.start,
             PERIOD.. => self.end,
             tick if self.is_stepped => self.stepped[tick],
-            tick if tick < self.bridge.off_from => {
-                self.along(&self.bridge.driven.plus(self.start), tick)
+            tick if tick < self.response.off_from => {
+                self.lag.at(&self.response.driven.plus(self.start), tick)
             }
-            tick => self.along(&self.bridge.braked.plus(self.start), tick),
+            tick => self.lag.at(&self.response.braked.plus(self.start), tick),
         }
     }
 }

@@ -1,1 +1,5 @@
 //! What the board sees of the plant: encoder and analogue front ends with their errors.
+
+pub mod adc;
+pub mod encoder;
+pub mod noise;

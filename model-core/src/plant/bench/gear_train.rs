@@ -1,0 +1,267 @@
+//! The gear train: up to three inertias in a row, all told at the output shaft.
+//!
+//! ```text
+//! motor ──[ backlash, gear stiffness ]── output gear ──[ shaft stiffness ]── load
+//!   friction M1..M6                        bearing friction                    external torque
+//!                                          encoder, hard stops
+//! ```
+//!
+//! A joint that is stiffer than the shortest step resolves is rigid: what it joins is then one
+//! inertia. With backlash it cannot be; it is as stiff as the shortest step resolves.
+//!
+//! Each step is semi-implicit: torques from the angles and rates at its start, then the rates,
+//! then the angles with the new rates. Friction takes what momentum it can and no more, so what
+//! stands still under less than its budget keeps a rate of exactly zero.
+
+use core::f64::consts::PI;
+
+use super::friction::Friction;
+use super::load::Load;
+use crate::plant::limited;
+use crate::time::TICK_S;
+
+crate::parameters! {
+    /// Gears, shafts, inertias and stops. The estimates are derived in [`crate::plant::bench`].
+    pub struct GearTrainParameters {
+        /// Turns of the motor per turn of the output.
+        gear_ratio [""]: 320.0, "1", 1.0, 2000.0, "estimate: 15,100 rpm of the motor at the no-load rate";
+        /// Inertia of rotor and pinion.
+        motor_inertia_kg_m2 [""]: 2.27e-7, "kg m^2", 1e-10, 1e-2, "estimate from the time constant of the paper's eq. (2)";
+        /// Inertia of the output gear with the encoder's magnet.
+        output_inertia_kg_m2 [""]: 2e-6, "kg m^2", 1e-8, 1.0, "estimate: 20 g at 1 cm";
+        /// Inertia of horn and surface.
+        load_inertia_kg_m2 [""]: 2e-6, "kg m^2", 1e-8, 1.0, "estimate: a bare horn";
+        /// Free play of the output with the motor held, from flank to flank.
+        backlash_deg [""]: 0.1, "deg", 0.0, 20.0, "estimate: one encoder count; paper, section II.B: negligible";
+        /// Stiffness of the gears; infinite where they are rigid.
+        gear_stiffness_nm_deg [""]: 2.0, "Nm/deg", 1e-3, f64::INFINITY, "estimate: 0.4 deg at the stall torque";
+        /// Damping of the gears' flexibility.
+        gear_damping_nm_s_deg [""]: 5e-5, "Nm s/deg", 0.0, 1.0, "estimate: a tenth of critical";
+        /// Stiffness of the shaft to the load; infinite where it is rigid.
+        shaft_stiffness_nm_deg [""]: 4.0, "Nm/deg", 1e-3, f64::INFINITY, "estimate: twice the gears'";
+        /// Damping of that shaft.
+        shaft_damping_nm_s_deg [""]: 5e-5, "Nm s/deg", 0.0, 1.0, "estimate: as the gears'";
+        /// Coulomb friction of the output bearing, which holds the output within the backlash.
+        bearing_friction_nm [""]: 0.002, "Nm", 0.0, 10.0, "estimate";
+        /// Inelastic stops of the output at plus and minus this angle.
+        hard_stop_deg [""]: 180.0, "deg", 0.0, 32000.0, "paper, section III.A: deflection limit of 180 degrees";
+    }
+}
+
+const RAD: f64 = PI / 180.0;
+
+/// The shortest step: 64 a tick keep a second of simulation below two million steps.
+pub(super) const SHORTEST_STEP_S: f64 = TICK_S / 64.0;
+
+/// Angle of the fastest oscillation, and share of the fastest decay, in a step. The scheme is
+/// stable up to 2; at 0.2 its frequencies are right within 0.2^2/24 = 0.2 %.
+pub(super) const STEP_SHARE: f64 = 0.2;
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Body {
+    inertia_kg_m2: f64,
+    angle_rad: f64,
+    rate_rad_s: f64,
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Joint {
+    stiffness_nm: f64,
+    damping_nm_s: f64,
+    half_gap_rad: f64,
+}
+
+impl Joint {
+    /// The torque that the first body hands to the second.
+    fn torque_nm(&self, first: &Body, second: &Body) -> f64 {
+        let lead_rad = first.angle_rad - second.angle_rad;
+        let gap = self.half_gap_rad;
+        let twist_rad = lead_rad - limited(lead_rad, -gap, gap);
+        let torque_nm = self.stiffness_nm * twist_rad
+            + self.damping_nm_s * (first.rate_rad_s - second.rate_rad_s);
+        // Flanks with play push, but do not pull.
+        if gap > 0.0 && torque_nm * twist_rad <= 0.0 {
+            0.0
+        } else {
+            torque_nm
+        }
+    }
+}
+
+/// The moving parts.
+#[derive(Debug, Clone)]
+pub(super) struct GearTrain {
+    bodies: [Body; 3],
+    /// `joints[i]` stands between `bodies[i]` and `bodies[i + 1]`.
+    joints: [Joint; 2],
+    count: usize,
+    /// Which of the bodies is the output gear.
+    output: usize,
+    friction: Friction,
+    bearing_nm: f64,
+    stop_rad: f64,
+    /// Torque of all friction in the last step.
+    pub friction_nm: f64,
+}
+
+/// Angle and rate of a part, rad and rad/s at the output.
+pub(super) type Motion = (f64, f64);
+
+impl GearTrain {
+    pub fn new(p: &GearTrainParameters, friction: Friction, load: &Load) -> Self {
+        let inertias = [
+            p.motor_inertia_kg_m2 * p.gear_ratio * p.gear_ratio,
+            p.output_inertia_kg_m2,
+            p.load_inertia_kg_m2 + load.inertia_kg_m2,
+        ];
+        let least = inertias[0].min(inertias[1]).min(inertias[2]);
+        // So that neither 2 sum(k)/J nor sum(c)/J of a body between two joints is too fast.
+        let fastest = STEP_SHARE / SHORTEST_STEP_S;
+        let stiffest_nm = least / 4.0 * fastest * fastest;
+        let joint = |stiffness: f64, damping: f64, backlash: f64| Joint {
+            stiffness_nm: (stiffness / RAD).min(stiffest_nm),
+            damping_nm_s: (damping / RAD).min(least / 2.0 * fastest),
+            half_gap_rad: backlash / 2.0 * RAD,
+        };
+        let joints = [
+            joint(
+                p.gear_stiffness_nm_deg,
+                p.gear_damping_nm_s_deg,
+                p.backlash_deg,
+            ),
+            joint(p.shaft_stiffness_nm_deg, p.shaft_damping_nm_s_deg, 0.0),
+        ];
+        let mut train = Self {
+            bodies: [Body::default(); 3],
+            joints: [Joint::default(); 2],
+            count: 1,
+            output: 0,
+            friction,
+            bearing_nm: p.bearing_friction_nm,
+            stop_rad: p.hard_stop_deg * RAD,
+            friction_nm: 0.0,
+        };
+        train.bodies[0].inertia_kg_m2 = inertias[0];
+        for (i, joint) in joints.into_iter().enumerate() {
+            if joint.stiffness_nm < stiffest_nm || joint.half_gap_rad > 0.0 {
+                train.joints[train.count - 1] = joint;
+                train.count += 1;
+            }
+            train.bodies[train.count - 1].inertia_kg_m2 += inertias[i + 1];
+            if i == 0 {
+                train.output = train.count - 1;
+            }
+        }
+        train
+    }
+
+    /// The longest step that resolves every oscillation and decay, at most a tick.
+    pub fn longest_step_s(&self, load: &Load) -> f64 {
+        let mut step_s = TICK_S;
+        for (i, body) in self.bodies[..self.count].iter().enumerate() {
+            let is_last = i + 1 == self.count;
+            let own_nm = if is_last {
+                load.hinge_nm_rad.abs() + load.weight_nm
+            } else {
+                0.0
+            };
+            // The joints before and behind; those beyond the ends are zero.
+            let before = i
+                .checked_sub(1)
+                .map_or(Joint::default(), |j| self.joints[j]);
+            let behind = self.joints.get(i).copied().unwrap_or_default();
+            let stiffness_nm = before.stiffness_nm + behind.stiffness_nm + own_nm;
+            let damping_nm_s = before.damping_nm_s + behind.damping_nm_s;
+            let inertia = body.inertia_kg_m2;
+            // Gershgorin: no mode is faster than the stiffest row, 2 sum(k)/J.
+            let fastest = libm::sqrt(2.0 * stiffness_nm / inertia).max(damping_nm_s / inertia);
+            // A rate of zero divides to infinity, which is never the least.
+            step_s = step_s.min(STEP_SHARE / fastest);
+        }
+        step_s.max(SHORTEST_STEP_S)
+    }
+
+    /// Moves through a step under the motor's torque and the load.
+    pub fn advance(&mut self, step_s: f64, motor_nm: f64, load: &Load) {
+        let last = self.count - 1;
+        // torques[i] enters body i, and torques[i + 1] leaves it.
+        let mut torques = [motor_nm, 0.0, 0.0, 0.0];
+        for (i, pair) in self.bodies[..self.count].windows(2).enumerate() {
+            torques[i + 1] = self.joints[i].torque_nm(&pair[0], &pair[1]);
+        }
+        torques[self.count] = -load_nm(load, &self.bodies[last]);
+        let gearbox_nm = self
+            .friction
+            .budget_nm(self.bodies[0].rate_rad_s, motor_nm, -torques[1]);
+        self.friction_nm = 0.0;
+        for (i, body) in self.bodies[..self.count].iter_mut().enumerate() {
+            let gearbox = if i == 0 { gearbox_nm } else { 0.0 };
+            let bearing = if i == self.output {
+                self.bearing_nm
+            } else {
+                0.0
+            };
+            let budget = (gearbox + bearing) * step_s;
+            // The damping of the load acts on the new rate, so that none is too strong.
+            let damping = if i == last { load.damping_nm_s } else { 0.0 };
+            let inertia = body.inertia_kg_m2 + damping * step_s;
+            let momentum = inertia * body.rate_rad_s + (torques[i] - torques[i + 1]) * step_s;
+            let taken = limited(momentum, -budget, budget);
+            self.friction_nm += taken / step_s;
+            body.rate_rad_s = (momentum - taken) / inertia;
+            body.angle_rad += body.rate_rad_s * step_s;
+        }
+        self.stop();
+    }
+
+    fn stop(&mut self) {
+        let body = &mut self.bodies[self.output];
+        if body.angle_rad.abs() > self.stop_rad {
+            body.angle_rad = limited(body.angle_rad, -self.stop_rad, self.stop_rad);
+            if body.angle_rad * body.rate_rad_s > 0.0 {
+                body.rate_rad_s = 0.0;
+            }
+        }
+    }
+
+    pub fn motor(&self) -> Motion {
+        self.motion(0)
+    }
+
+    pub fn output(&self) -> Motion {
+        self.motion(self.output)
+    }
+
+    pub fn load(&self) -> Motion {
+        self.motion(self.count - 1)
+    }
+
+    /// The external torque at the load.
+    pub fn load_nm(&self, load: &Load) -> f64 {
+        load_nm(load, &self.bodies[self.count - 1])
+    }
+
+    fn motion(&self, index: usize) -> Motion {
+        let body = &self.bodies[index];
+        (body.angle_rad, body.rate_rad_s)
+    }
+
+    /// Kinetic and elastic energy, J.
+    #[cfg(test)]
+    pub fn energy_j(&self) -> f64 {
+        let bodies = &self.bodies[..self.count];
+        let kinetic = bodies
+            .iter()
+            .map(|b| b.inertia_kg_m2 * b.rate_rad_s * b.rate_rad_s / 2.0);
+        let elastic = bodies.windows(2).zip(&self.joints).map(|(pair, joint)| {
+            let lead = pair[0].angle_rad - pair[1].angle_rad;
+            let twist = lead - limited(lead, -joint.half_gap_rad, joint.half_gap_rad);
+            joint.stiffness_nm * twist * twist / 2.0
+        });
+        kinetic.chain(elastic).sum()
+    }
+}
+
+fn load_nm(load: &Load, body: &Body) -> f64 {
+    load.torque_nm(body.angle_rad) - load.damping_nm_s * body.rate_rad_s
+}

@@ -1,0 +1,274 @@
+mod energy;
+mod robustness;
+
+use super::pwm::PwmBench;
+use super::*;
+use crate::plant::first_order::{FirstOrder, FirstOrderParameters};
+use crate::plant::{PERIOD, Plant, Pwm};
+use crate::time::TICK_S;
+
+const FULL: Terminal = Terminal::Driven(6.0);
+
+/// One rigid inertia without any friction.
+fn ideal() -> BenchParameters {
+    let mut p = BenchParameters::default();
+    p.gear_train.gear_stiffness_nm_deg = f64::INFINITY;
+    p.gear_train.shaft_stiffness_nm_deg = f64::INFINITY;
+    p.gear_train.backlash_deg = 0.0;
+    p.gear_train.bearing_friction_nm = 0.0;
+    p.gear_train.hard_stop_deg = 32000.0;
+    p.friction.coulomb_friction_nm = 0.0;
+    p.friction.viscous_friction_nm_s_deg = 0.0;
+    p
+}
+
+fn without_stops() -> BenchParameters {
+    let mut p = BenchParameters::default();
+    p.gear_train.hard_stop_deg = 32000.0;
+    p
+}
+
+fn bench(p: &BenchParameters) -> Bench {
+    Bench::try_new(p).unwrap()
+}
+
+fn advance(bench: &mut Bench, terminal: Terminal, seconds: f64) {
+    let ticks = libm::round(seconds / TICK_S) as u32;
+    for _ in 0..ticks {
+        bench.advance(terminal, TICK_S);
+    }
+}
+
+#[test]
+fn a_rigid_bench_without_friction_runs_up_to_the_closed_form_of_rate_and_current() {
+    let p = ideal();
+    let mut b = bench(&p);
+    advance(&mut b, FULL, 4.0);
+    // Without friction: e = V, no current.
+    let free_deg_s = 6.0 / (320.0 * 3.62e-3) * 180.0 / PI;
+    assert!((b.reading().output.rate_deg_s - free_deg_s).abs() < 1e-6);
+    assert!(b.reading().current_a.abs() < 1e-9);
+    // Under 0.4 Nm against the motion: i = 0.4/(n k), e = V - R i.
+    b.set_recorded_torque_nm(-0.4);
+    advance(&mut b, FULL, 4.0);
+    let current_a = 0.4 / (320.0 * 3.62e-3);
+    assert!((b.reading().current_a - current_a).abs() < 1e-9);
+    assert!((b.reading().back_emf_v - (6.0 - 7.7 * current_a)).abs() < 1e-9);
+}
+
+#[test]
+fn the_default_bench_has_the_no_load_rate_and_time_constant_of_the_paper() {
+    let mut b = bench(&without_stops());
+    // Steps about a working point, from 50 % to 100 %: friction is then a constant.
+    advance(&mut b, Terminal::Driven(3.0), 3.0);
+    let low = b.reading().output.rate_deg_s;
+    advance(&mut b, FULL, 1.0 / 7.586);
+    let after_one_time_constant = b.reading().output.rate_deg_s;
+    advance(&mut b, FULL, 3.0);
+    let high = b.reading().output.rate_deg_s;
+    assert!((high - 283.6).abs() < 0.5, "{high}");
+    let gain = (high - low) / 50.0;
+    assert!((gain / 2.836 - 1.0).abs() < 0.04, "{gain}");
+    // 1 - 1/e = 0.632 within what 10 % of the time constant makes of it.
+    let risen = (after_one_time_constant - low) / (high - low);
+    assert!((0.60..0.67).contains(&risen), "{risen}");
+}
+
+#[test]
+fn without_friction_the_bench_follows_the_first_order_motor() {
+    // The same gain and time constant: K = V/(n k), tau = R J/(n k)^2. The electrical lag of
+    // 0.13 ms, which the first-order motor has not, makes about 283 deg/s * 0.13 ms.
+    let p = ideal();
+    let constant: f64 = 320.0 * 3.62e-3;
+    let motor = FirstOrderParameters {
+        motor_gain_up: 0.06 / constant * 180.0 / PI,
+        motor_time_constant_s: 7.7 * (2.27e-7 * 320.0 * 320.0 + 4e-6) / (constant * constant),
+        position_limit_deg: 32000.0,
+        ..Default::default()
+    };
+    let mut simple = FirstOrder::try_new(motor, Pwm::Average).unwrap();
+    let mut full = PwmBench::try_new(&p, Pwm::Average, None).unwrap();
+    for _ in 0..500 {
+        simple.start_period(100.0);
+        full.start_period(100.0);
+        let difference = simple.at(PERIOD).angle_deg - full.at(PERIOD).angle_deg;
+        assert!(difference.abs() < 0.05, "{difference}");
+    }
+}
+
+#[test]
+fn the_output_lags_the_motor_by_the_backlash_from_turn_to_turn() {
+    let mut p = without_stops();
+    p.gear_train.backlash_deg = 1.0;
+    p.gear_train.gear_stiffness_nm_deg = 50.0;
+    let mut b = bench(&p);
+    let lead = |b: &Bench| b.reading().motor.angle_deg / 320.0 - b.reading().output.angle_deg;
+    advance(&mut b, Terminal::Driven(1.0), 1.0);
+    let forward = lead(&b);
+    advance(&mut b, Terminal::Driven(-1.0), 1.0);
+    let width = forward - lead(&b);
+    // The bearing's 2 mNm twist the gears by 2 x 0.04 mdeg on top.
+    assert!((width - 1.0).abs() < 1e-3, "{width}");
+}
+
+#[test]
+fn the_output_stands_still_while_the_motor_crosses_the_backlash() {
+    let mut p = without_stops();
+    p.gear_train.backlash_deg = 2.0;
+    let mut b = bench(&p);
+    advance(&mut b, Terminal::Driven(1.0), 1.0);
+    advance(&mut b, Terminal::Brake, 1.0);
+    let (start, motor) = (b.reading().output, b.reading().motor.angle_deg);
+    assert_eq!(start.rate_deg_s, 0.0);
+    let mut crossed = 0.0;
+    while b.reading().output.angle_deg == start.angle_deg && crossed < 3.0 {
+        b.advance(Terminal::Driven(-1.0), TICK_S);
+        crossed = (motor - b.reading().motor.angle_deg) / 320.0;
+    }
+    // From wherever the output was left in the gap, which cannot be more than all of it.
+    assert!((0.5..2.01).contains(&crossed), "{crossed}");
+}
+
+#[test]
+fn what_pulls_below_the_friction_moves_nothing_at_all_and_above_it_does() {
+    let mut p = ideal();
+    p.friction.friction_model = 2.0;
+    p.friction.coulomb_friction_nm = 0.03;
+    p.friction.stribeck_friction_nm = 0.02;
+    // Breaks loose at 0.05 Nm: V = R 0.05/(n k).
+    let threshold_v = 7.7 * 0.05 / (320.0 * 3.62e-3);
+    let mut b = bench(&p);
+    advance(&mut b, Terminal::Driven(threshold_v * (1.0 - 1e-9)), 1.0);
+    assert_eq!(b.reading().output, PlantState::default());
+    advance(&mut b, Terminal::Driven(threshold_v * (1.0 + 1e-6)), 1.0);
+    assert!(b.reading().output.rate_deg_s > 0.0);
+}
+
+#[test]
+fn load_dependent_friction_holds_a_load_that_the_coulomb_friction_alone_would_not() {
+    let mut p = ideal();
+    p.friction.coulomb_friction_nm = 0.05;
+    p.friction.load_friction_motor = 0.5;
+    p.load.load_torque_nm = 0.0999;
+    p.friction.friction_model = 1.0;
+    let mut slides = bench(&p);
+    advance(&mut slides, Terminal::Coast, 0.1);
+    assert!(slides.reading().output.angle_deg > 0.1);
+    // 0.05 + 0.5 tau holds all tau up to 0.1 Nm.
+    p.friction.friction_model = 3.0;
+    let mut holds = bench(&p);
+    advance(&mut holds, Terminal::Coast, 0.1);
+    assert_eq!(holds.reading().output, PlantState::default());
+    holds.set_recorded_torque_nm(2e-4);
+    advance(&mut holds, Terminal::Coast, 0.1);
+    assert!(holds.reading().output.angle_deg > 0.0);
+}
+
+#[test]
+fn a_braked_motor_stops_with_its_time_constant_and_a_coasting_one_runs_on() {
+    let p = ideal();
+    let mut braked = bench(&p);
+    advance(&mut braked, FULL, 2.0);
+    let start = braked.reading().output.rate_deg_s;
+    let mut coasting = braked.clone();
+    // R J/(n k)^2 = 0.1334 s.
+    advance(&mut braked, Terminal::Brake, 0.1334);
+    advance(&mut coasting, Terminal::Coast, 0.1334);
+    // The electrical lag of 0.13 ms shifts 1/e by 0.1 %.
+    let left = braked.reading().output.rate_deg_s / start;
+    assert!((left - libm::exp(-1.0)).abs() < 2e-3, "{left}");
+    assert!((coasting.reading().output.rate_deg_s / start - 1.0).abs() < 1e-6);
+    assert_eq!(coasting.reading().current_a, 0.0);
+}
+
+#[test]
+fn coulomb_friction_stops_a_coasting_motor_by_a_straight_line_to_exactly_zero() {
+    let mut p = ideal();
+    p.friction.coulomb_friction_nm = 0.05;
+    let mut b = bench(&p);
+    advance(&mut b, FULL, 2.0);
+    advance(&mut b, Terminal::Coast, 0.01);
+    let start = b.reading().output.rate_deg_s;
+    advance(&mut b, Terminal::Coast, 0.5);
+    let slope = 0.05 / (2.27e-7 * 320.0 * 320.0 + 4e-6) * 180.0 / PI;
+    assert!((b.reading().output.rate_deg_s - (start - slope * 0.5)).abs() < 1e-6);
+    advance(&mut b, Terminal::Coast, start / slope - 0.5 + TICK_S);
+    assert_eq!(b.reading().output.rate_deg_s, 0.0);
+}
+
+#[test]
+fn a_switching_bridge_that_coasts_runs_faster_at_part_duty_than_one_that_brakes() {
+    let mut p = without_stops();
+    let mut rate = |coast| {
+        p.electrical.coast_when_off = coast;
+        let mut b = PwmBench::try_new(&p, Pwm::Switched, None).unwrap();
+        for _ in 0..1000 {
+            b.start_period(30.0);
+        }
+        b.at(PERIOD).rate_deg_s
+    };
+    let (braking, coasting) = (rate(0.0), rate(1.0));
+    // Braking averages the voltage as the mean does: K 30 % less the friction's share.
+    assert!((braking - 78.2).abs() < 2.0, "{braking}");
+    assert!(coasting > 1.5 * braking, "{coasting}");
+}
+
+#[test]
+fn the_hard_stop_holds_the_output_while_the_motor_stalls_at_its_closed_form_current() {
+    let mut p = BenchParameters::default();
+    p.gear_train.hard_stop_deg = 30.0;
+    let mut b = bench(&p);
+    // The rotor swings in the gears at 70 rad/s and comes to rest with about 4/s.
+    for _ in 0..60_000 {
+        b.advance(FULL, TICK_S);
+        assert!(b.reading().output.angle_deg <= 30.0 + 1e-12);
+    }
+    assert_eq!(b.reading().output.rate_deg_s, 0.0);
+    assert!((b.reading().current_a - 6.0 / 7.7).abs() < 1e-9);
+    // The gears are twisted by stall torque less friction, and half the backlash.
+    let twist = b.reading().motor.angle_deg / 320.0 - 30.0;
+    let stall_nm = 320.0 * 3.62e-3 * 6.0 / 7.7;
+    assert!(
+        (twist - (stall_nm / 2.0 + 0.05)).abs() < 0.028 / 2.0 + 1e-6,
+        "{twist}"
+    );
+}
+
+#[test]
+fn a_pendulum_pulls_the_angle_that_its_weight_and_the_current_balance() {
+    let mut p = ideal();
+    p.load.pendulum_mass_kg = 1.0;
+    p.load.pendulum_length_m = 0.1;
+    p.load.load_damping_nm_s_deg = 0.01;
+    let mut b = bench(&p);
+    advance(&mut b, Terminal::Driven(3.0), 10.0);
+    let torque_nm = 320.0 * 3.62e-3 * 3.0 / 7.7;
+    let angle_deg = libm::asin(torque_nm / (9.80665 * 0.1)) * 180.0 / PI;
+    assert!((b.reading().output.angle_deg - angle_deg).abs() < 1e-3);
+}
+
+#[test]
+fn a_recorded_load_acts_from_its_own_tick() {
+    let p = ideal();
+    let steps = [(25, -0.5)];
+    let recording = load::Recording::try_new(&steps).unwrap();
+    let mut b = PwmBench::try_new(&p, Pwm::Average, Some(recording)).unwrap();
+    b.start_period(0.0);
+    b.start_period(0.0);
+    assert_eq!(b.at(5), PlantState::default());
+    assert!(b.at(6).rate_deg_s < 0.0);
+}
+
+#[test]
+fn very_stiff_and_infinitely_stiff_joints_agree() {
+    let rigid = ideal();
+    let mut stiff = rigid;
+    stiff.gear_train.gear_stiffness_nm_deg = 100.0;
+    stiff.gear_train.gear_damping_nm_s_deg = 1e-4;
+    let (mut rigid, mut stiff) = (bench(&rigid), bench(&stiff));
+    advance(&mut rigid, FULL, 0.3);
+    advance(&mut stiff, FULL, 0.3);
+    let difference = rigid.reading().output.angle_deg - stiff.reading().output.angle_deg;
+    // Half a step of 50 us at 287 deg/s, by which the rigid one is ahead.
+    assert!(difference.abs() < 0.015, "{difference}");
+}

@@ -1,0 +1,78 @@
+//! Nothing that comes in makes the bench panic.
+
+use proptest::prelude::*;
+
+use super::super::pwm::PwmBench;
+use super::super::*;
+use super::bench;
+use crate::plant::{PERIOD, Plant, Pwm};
+
+#[test]
+fn a_rotor_too_light_to_be_resolved_is_refused() {
+    let mut p = BenchParameters::default();
+    p.electrical.torque_constant_nm_a = 1.0;
+    let refused = Bench::try_new(&p).unwrap_err();
+    assert!(std::format!("{refused}").starts_with("motor_inertia_kg_m2 is 0.0000002"));
+}
+
+/// Every parameter anywhere in its range, ends and infinity included.
+fn any_bench() -> impl Strategy<Value = BenchParameters> {
+    prop::collection::vec((0.0..1.0, 0..10u8), 40).prop_map(|picks| {
+        let mut picks = picks.into_iter().cycle();
+        let mut p = BenchParameters::default();
+        fill(&mut p.electrical, &mut picks);
+        fill(&mut p.gear_train, &mut picks);
+        fill(&mut p.friction, &mut picks);
+        fill(&mut p.load, &mut picks);
+        p
+    })
+}
+
+fn fill<P: Parameters>(p: &mut P, picks: &mut impl Iterator<Item = (f64, u8)>) {
+    for (i, row) in P::TABLE.iter().enumerate() {
+        let (share, kind) = picks.next().unwrap();
+        let value = match kind {
+            0 => row.min,
+            1 => row.max,
+            2..5 => row.min + share * (row.max.min(100.0) - row.min),
+            _ => row.default,
+        };
+        *p.get_mut(i).unwrap() = value;
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn no_parameters_duties_or_torques_panic_and_periods_join_bit_for_bit(
+        p in any_bench(), duties in prop::collection::vec(any::<f64>(), 1..8),
+        pwm in prop_oneof![Just(Pwm::Average), Just(Pwm::Switched)]
+    ) {
+        if let Ok(mut b) = PwmBench::try_new(&p, pwm, None) {
+            for duty in duties {
+                let end = b.reading_at(PERIOD);
+                b.start_period(duty);
+                prop_assert_eq!(std::format!("{:?}", end), std::format!("{:?}", b.reading_at(0)));
+            }
+            // An overbalanced surface may run away; everything else stays within the stops.
+            let angle = b.at(PERIOD).angle_deg;
+            if p.load.hinge_moment_nm_deg >= 0.0 {
+                prop_assert!(angle.abs() <= p.gear_train.hard_stop_deg + 1e-9);
+            }
+        }
+    }
+
+    #[test]
+    fn any_terminal_and_any_time_are_survived(
+        v in any::<f64>(), dt in prop_oneof![any::<f64>().prop_filter("long ones take long", |t| *t < 1e-3 || t.is_nan()), Just(f64::NAN)],
+        torque in any::<f64>()
+    ) {
+        let mut b = bench(&BenchParameters::default());
+        b.set_recorded_torque_nm(torque);
+        for terminal in [Terminal::Driven(v), Terminal::Brake, Terminal::Coast] {
+            b.advance(terminal, dt);
+            prop_assert!(b.reading().current_a.is_finite() || torque.abs() > 1e6);
+        }
+    }
+}

@@ -1,0 +1,134 @@
+//! The closed forms: free motion towards a steady rate, and what a duty makes of a period.
+
+use super::FirstOrderParameters;
+use crate::plant::{PERIOD, PlantState, Pwm};
+use crate::time::TICK_S;
+
+/// The lag of the motor, `D` at every tick of a period.
+#[derive(Debug, Clone)]
+pub(super) struct Lag {
+    pub tau_s: f64,
+    pub decay: [f64; PERIOD + 1],
+}
+
+impl Lag {
+    pub fn new(tau_s: f64) -> Self {
+        let decay = core::array::from_fn(|tick| decay_over(tick as f64, tau_s));
+        Self { tau_s, decay }
+    }
+
+    /// A motion at a tick of the period.
+    #[inline(always)]
+    pub fn at(&self, motion: &Motion, tick: usize) -> PlantState {
+        motion.after(tick as f64, self.decay[tick], self.tau_s)
+    }
+
+    /// A motion at any time of the period, ticks.
+    pub fn between(&self, motion: &Motion, ticks: f64) -> PlantState {
+        motion.after(ticks, decay_over(ticks, self.tau_s), self.tau_s)
+    }
+}
+
+fn decay_over(ticks: f64, tau_s: f64) -> f64 {
+    libm::expm1(-(ticks * TICK_S) / tau_s)
+}
+
+/// A free motion towards a steady rate, told by where it is, or would have been, at tick 0.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Motion {
+    pub start: PlantState,
+    pub target_deg_s: f64,
+}
+
+impl Motion {
+    #[inline(always)]
+    fn after(&self, ticks: f64, decay: f64, tau_s: f64) -> PlantState {
+        let excess_deg_s = self.start.rate_deg_s - self.target_deg_s;
+        PlantState {
+            angle_deg: self.start.angle_deg + self.target_deg_s * (ticks * TICK_S)
+                - tau_s * excess_deg_s * decay,
+            rate_deg_s: self.start.rate_deg_s + excess_deg_s * decay,
+        }
+    }
+
+    /// The same motion on top of another start.
+    #[inline(always)]
+    pub fn plus(&self, start: PlantState) -> Self {
+        Self {
+            start: PlantState {
+                angle_deg: self.start.angle_deg + start.angle_deg,
+                rate_deg_s: self.start.rate_deg_s + start.rate_deg_s,
+            },
+            ..*self
+        }
+    }
+}
+
+/// What a duty makes of a period: how a motor at rest at zero would move.
+///
+/// The motor is linear between its limits. So its motion is this one, plus the decay of the rate
+/// that it starts with.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Response {
+    pub duty_pct: f64,
+    /// How long the bridge is on, ticks; the whole period where it does not switch.
+    pub on_ticks: f64,
+    /// The motion before tick `off_from`, and from it on.
+    pub driven: Motion,
+    pub braked: Motion,
+    pub off_from: usize,
+    /// The state at tick 20.
+    pub end: PlantState,
+}
+
+impl Response {
+    /// The response to a duty from -100 to 100 %.
+    pub fn new(p: &FirstOrderParameters, lag: &Lag, pwm: Pwm, duty_pct: f64) -> Self {
+        let gain = if duty_pct > 0.0 {
+            p.motor_gain_up
+        } else {
+            p.motor_gain_down
+        };
+        let (level_pct, on_ticks) = match pwm {
+            Pwm::Average => (duty_pct, PERIOD as f64),
+            Pwm::Switched => (
+                libm::copysign(100.0, duty_pct),
+                duty_pct.abs() / 100.0 * PERIOD as f64,
+            ),
+        };
+        let driven = Motion {
+            start: PlantState::default(),
+            target_deg_s: gain * level_pct,
+        };
+        // `on_ticks` is from 0 to 20.
+        let off_from = on_ticks as usize + 1;
+        let braked = if off_from > PERIOD {
+            driven
+        } else {
+            braked_from(lag, lag.between(&driven, on_ticks), on_ticks)
+        };
+        Self {
+            duty_pct,
+            on_ticks,
+            driven,
+            braked,
+            off_from,
+            end: lag.at(&braked, PERIOD),
+        }
+    }
+}
+
+/// The braked motion that passes a state, followed back to tick 0.
+fn braked_from(lag: &Lag, passed: PlantState, ticks: f64) -> Motion {
+    let decay = decay_over(ticks, lag.tau_s);
+    // The time constant is at least 1e-4 s, hence 1 + D at least exp(-10) within the period.
+    let rate_deg_s = passed.rate_deg_s / (1.0 + decay);
+    let angle_deg = passed.angle_deg + lag.tau_s * rate_deg_s * decay;
+    Motion {
+        start: PlantState {
+            angle_deg,
+            rate_deg_s,
+        },
+        target_deg_s: 0.0,
+    }
+}

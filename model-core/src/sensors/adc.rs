@@ -1,0 +1,206 @@
+//! Analogue front ends of motor current and back-EMF, and the 12-bit converter behind them.
+//!
+//! ```text
+//! pin voltage = offset + gain x quantity x (1 + gain error) + noise
+//! code        = floor(pin voltage / LSB + 1/2), limited to 0..=4095
+//! ```
+
+use super::noise::Noise;
+
+/// What the converter gives: 0 to 4095.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct AdcCode(u16);
+
+impl AdcCode {
+    /// Volts per code: 12 bits of a 3.3 V reference (STM32F427, section ADC).
+    pub const LSB_V: f64 = 3.3 / 4096.0;
+
+    /// The greatest code.
+    pub const MAX: Self = Self(4095);
+
+    /// The code of a voltage at the pin, V; beyond its ends the last one, for NaN 0.
+    ///
+    /// ```
+    /// use model_core::sensors::adc::AdcCode;
+    ///
+    /// assert_eq!(AdcCode::from_pin_v(1.65).bits(), 2048);
+    /// assert_eq!(AdcCode::from_pin_v(5.0), AdcCode::MAX);
+    /// ```
+    pub fn from_pin_v(pin_v: f64) -> Self {
+        // `as` saturates at 0 and takes NaN to 0.
+        let code = libm::floor(pin_v / Self::LSB_V + 0.5) as u16;
+        Self(code.min(Self::MAX.0))
+    }
+
+    /// The code as a number.
+    pub fn bits(self) -> u16 {
+        self.0
+    }
+
+    /// The voltage in the middle of the code, V.
+    pub fn pin_v(self) -> f64 {
+        f64::from(self.0) * Self::LSB_V
+    }
+}
+
+crate::parameters! {
+    /// Front end of the motor current: a shunt with a bidirectional amplifier.
+    pub struct CurrentSenseParameters {
+        /// Volts at the pin per ampere.
+        current_gain_v_a [""]: 1.0, "V/A", 1e-3, 1000.0, "estimate: +-1.65 A, twice the stall current";
+        /// Volts at the pin without current.
+        current_offset_v [""]: 1.65, "V", 0.0, 3.3, "estimate: half the reference, for both signs";
+        /// True gain over nominal gain, less 1.
+        current_gain_error [""]: 0.0, "1", -0.5, 0.5, "ideal";
+        /// True offset less nominal offset.
+        current_offset_error_v [""]: 0.0, "V", -3.3, 3.3, "ideal";
+        /// Standard deviation of the noise at the pin.
+        current_noise_v [""]: 0.0, "V", 0.0, 3.3, "ideal";
+    }
+}
+
+crate::parameters! {
+    /// Front end of the back-EMF: a differential amplifier across the motor, read with the bridge off.
+    pub struct BackEmfSenseParameters {
+        /// Volts at the pin per volt.
+        back_emf_gain [""]: 0.25, "V/V", 1e-3, 1000.0, "estimate: +-6.6 V, the supply and a tenth";
+        /// Volts at the pin at standstill.
+        back_emf_offset_v [""]: 1.65, "V", 0.0, 3.3, "estimate: half the reference, for both signs";
+        /// True gain over nominal gain, less 1.
+        back_emf_gain_error [""]: 0.0, "1", -0.5, 0.5, "ideal";
+        /// True offset less nominal offset.
+        back_emf_offset_error_v [""]: 0.0, "V", -3.3, 3.3, "ideal";
+        /// Standard deviation of the noise at the pin.
+        back_emf_noise_v [""]: 0.0, "V", 0.0, 3.3, "ideal";
+    }
+}
+
+/// A front end with its converter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FrontEnd {
+    gain: f64,
+    offset_v: f64,
+    gain_error: f64,
+    offset_error_v: f64,
+    noise_v: f64,
+}
+
+impl From<&CurrentSenseParameters> for FrontEnd {
+    fn from(p: &CurrentSenseParameters) -> Self {
+        Self {
+            gain: p.current_gain_v_a,
+            offset_v: p.current_offset_v,
+            gain_error: p.current_gain_error,
+            offset_error_v: p.current_offset_error_v,
+            noise_v: p.current_noise_v,
+        }
+    }
+}
+
+impl From<&BackEmfSenseParameters> for FrontEnd {
+    fn from(p: &BackEmfSenseParameters) -> Self {
+        Self {
+            gain: p.back_emf_gain,
+            offset_v: p.back_emf_offset_v,
+            gain_error: p.back_emf_gain_error,
+            offset_error_v: p.back_emf_offset_error_v,
+            noise_v: p.back_emf_noise_v,
+        }
+    }
+}
+
+impl FrontEnd {
+    /// The code that a quantity gives, A or V.
+    ///
+    /// ```
+    /// use model_core::sensors::{adc::{CurrentSenseParameters, FrontEnd}, noise::Noise};
+    ///
+    /// let current = FrontEnd::from(&CurrentSenseParameters::default());
+    /// let code = current.convert(0.5, &mut Noise::new(0, 0));
+    /// assert_eq!(code.bits(), 2669); // (1.65 + 0.5) V / 3.3 V x 4096 = 2668.6
+    /// ```
+    pub fn convert(&self, quantity: f64, noise: &mut Noise) -> AdcCode {
+        let ideal_v = self.offset_v + self.gain * quantity * (1.0 + self.gain_error);
+        AdcCode::from_pin_v(ideal_v + self.offset_error_v + noise.gaussian(self.noise_v))
+    }
+
+    /// The quantity that the board takes a code for, A or V: gain and offset at their nominal
+    /// values.
+    pub fn quantity(&self, code: AdcCode) -> f64 {
+        (code.pin_v() - self.offset_v) / self.gain
+    }
+
+    /// What one code means, A or V.
+    pub fn lsb(&self) -> f64 {
+        AdcCode::LSB_V / self.gain
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn quiet() -> Noise {
+        Noise::new(0, 0)
+    }
+
+    #[test]
+    fn codes_end_at_0_and_4095_whatever_the_voltage() {
+        let ends = [-1.0, f64::NEG_INFINITY, f64::NAN].map(|v| AdcCode::from_pin_v(v).bits());
+        assert_eq!(ends, [0, 0, 0]);
+        let ends = [3.3, 1e9, f64::INFINITY].map(AdcCode::from_pin_v);
+        assert_eq!(ends, [AdcCode::MAX; 3]);
+    }
+
+    #[test]
+    fn the_range_of_the_current_ends_where_the_pin_saturates() {
+        let current = FrontEnd::from(&CurrentSenseParameters::default());
+        assert_eq!(current.convert(2.0, &mut quiet()), AdcCode::MAX);
+        assert!((current.quantity(AdcCode::MAX) - 1.65).abs() < 1e-3);
+        assert_eq!(current.convert(-2.0, &mut quiet()).bits(), 0);
+    }
+
+    #[test]
+    fn errors_of_gain_and_offset_reach_the_board_uncorrected() {
+        let sense = FrontEnd::from(&BackEmfSenseParameters {
+            back_emf_gain_error: 0.1,
+            back_emf_offset_error_v: 0.05,
+            ..Default::default()
+        });
+        let seen = sense.quantity(sense.convert(4.0, &mut quiet()));
+        // 4 V x 1.1 + 0.05/0.25 V.
+        assert!((seen - 4.6).abs() <= sense.lsb() / 2.0 + 1e-12);
+    }
+
+    #[test]
+    fn noise_of_several_codes_has_the_deviation_that_was_asked_for() {
+        let sense = FrontEnd::from(&CurrentSenseParameters {
+            current_noise_v: 0.01,
+            ..Default::default()
+        });
+        let mut noise = Noise::new(3, 0);
+        let square: f64 = (0..10_000)
+            .map(|_| sense.quantity(sense.convert(0.0, &mut noise)))
+            .map(|a| a * a)
+            .sum();
+        let rms = libm::sqrt(square / 1e4);
+        // Three standard errors of 0.7 %, and the quantisation's 0.03 %.
+        assert!((rms / 0.01 - 1.0).abs() < 0.025);
+    }
+
+    proptest! {
+        #[test]
+        fn within_the_range_a_conversion_is_right_within_half_a_code(volts in -6.59..6.59) {
+            let sense = FrontEnd::from(&BackEmfSenseParameters::default());
+            let seen = sense.quantity(sense.convert(volts, &mut quiet()));
+            prop_assert!((seen - volts).abs() <= sense.lsb() / 2.0 + 1e-12);
+        }
+
+        #[test]
+        fn any_quantity_gives_a_code(quantity in any::<f64>()) {
+            let sense = FrontEnd::from(&CurrentSenseParameters::default());
+            prop_assert!(sense.convert(quantity, &mut quiet()) <= AdcCode::MAX);
+        }
+    }
+}
