@@ -73,7 +73,7 @@ impl<P: Plant, E: Encoder<P>> ClosedLoop<P, E> {
     /// `command` gives the command that has arrived at a tick.
     #[inline]
     pub fn start_period(&mut self, command: impl FnOnce(u64) -> Angle) {
-        self.duty_pct = self.compare().duty_pct();
+        self.duty_pct = self.outputs.duty.to_num();
         self.plant.start_period(self.duty_pct);
         if self.tick.is_multiple_of(CONTROL_PERIOD_TICKS) {
             let encoder = self.encoder.word(&self.plant);

@@ -4,25 +4,38 @@ use fixed::types::I32F32;
 
 use super::units::round;
 
-/// A coefficient with `FRACTION` fractional bits.
+/// A coefficient: 31 bits and a sign, as far to the left as the value allows.
 ///
 /// Coefficients have 32 bits, signals 64: their product is two 32 x 32 -> 64 bit multiplications,
 /// which a Cortex-M4 does in one instruction each.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Coefficient<const FRACTION: i32>(i32);
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Coefficient {
+    mantissa: i32,
+    /// The mantissa is the value times 2^shift; 62 at the most.
+    shift: u8,
+}
 
-impl<const FRACTION: i32> Coefficient<FRACTION> {
-    /// The coefficient nearest to `value`; saturates, NaN gives zero.
+impl Coefficient {
+    /// The coefficient nearest to `value`, off by 2^-31 of it at most where it is 2^-32 or more.
+    /// Saturates at +-2^31; NaN gives zero.
     ///
     /// ```
     /// use model_core::control::arithmetic::Coefficient;
     /// use fixed::types::I32F32;
     ///
-    /// let half = Coefficient::<30>::new(0.5);
-    /// assert_eq!(half.times(I32F32::from_num(-3)), I32F32::from_num(-1.5));
+    /// let third = Coefficient::new(1.0 / 3.0);
+    /// assert_eq!(third.times(I32F32::from_num(-3)), I32F32::from_num(-1));
     /// ```
     pub const fn new(value: f64) -> Self {
-        Self(round(value * (1u64 << FRACTION) as f64) as i32)
+        let mut shift = 62;
+        // 2^31 - 1 is odd: half a step more would round to what no i32 holds.
+        while shift > 0 && magnitude(value) * (1u64 << shift) as f64 >= i32::MAX as f64 - 0.5 {
+            shift -= 1;
+        }
+        Self {
+            mantissa: round(value * (1u64 << shift) as f64) as i32,
+            shift,
+        }
     }
 
     /// The product with a signal, rounded to the nearest step of the signal.
@@ -31,20 +44,34 @@ impl<const FRACTION: i32> Coefficient<FRACTION> {
     #[inline]
     pub const fn times(self, signal: I32F32) -> I32F32 {
         let bits = signal.to_bits();
-        let k = self.0 as i64;
-        let high = bits >> 32;
-        let low = bits & 0xffff_ffff;
-        // |low k| <= (2^32 - 1) 2^31 = 2^63 - 2^31, and half of the last place is at most 2^30:
-        // the sum stays below 2^63.
-        let half = 1 << (FRACTION - 1);
-        // high k 2^(32 - FRACTION) is the product less a fraction, so it fits if the product does.
-        I32F32::from_bits(((high * k) << (32 - FRACTION)) + ((low * k + half) >> FRACTION))
+        let k = self.mantissa as i64;
+        let (high, low) = ((bits >> 32) * k, (bits & 0xffff_ffff) * k);
+        let shift = self.shift as u32;
+        // The product is (high 2^32 + low) / 2^shift. |low| <= (2^32 - 1) 2^31 = 2^63 - 2^31 and
+        // |high| <= 2^62.
+        I32F32::from_bits(if shift > 32 {
+            // What falls off `low` lies below the step of the result.
+            let half = 1 << (shift - 33);
+            (high + (low >> 32) + half) >> (shift - 32)
+        } else {
+            // At most 2^31, which `low` has room for. `high` goes to the left by what the product
+            // is less a fraction, so it fits if the product does.
+            let half = (1 << shift) >> 1;
+            (high << (32 - shift)) + ((low + half) >> shift)
+        })
     }
+}
 
-    /// The integer that is the coefficient times 2^`FRACTION`.
-    pub const fn to_bits(self) -> i32 {
-        self.0
+#[cfg(test)]
+impl Coefficient {
+    /// The coefficient in units of 2^-62.
+    pub(crate) fn exactly(self) -> i128 {
+        i128::from(self.mantissa) << (62 - self.shift)
     }
+}
+
+const fn magnitude(value: f64) -> f64 {
+    if value < 0.0 { -value } else { value }
 }
 
 /// `value` held between `low` and `high`; unlike `clamp` it cannot panic.

@@ -12,7 +12,7 @@ pub(crate) const WIDEST_RATE: Rate = Rate::const_from_int(1 << 17);
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PositionLoop {
     /// P, 1/s, below 2^9.
-    pub gain: Coefficient<22>,
+    pub gain: Coefficient,
     /// Least command, within 2^15 deg.
     pub min: Angle,
     /// Greatest command, not below `min`, within 2^15 deg.

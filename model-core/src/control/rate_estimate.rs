@@ -8,7 +8,7 @@ use super::{arithmetic::Coefficient, shaft_angle::Motion, units::Rate};
 const COUNT_RATE_STEPS: i32 = 11_250 << (15 - 9);
 
 /// Share of a new difference that enters the estimate.
-pub type FilterShare = Coefficient<30>;
+pub type FilterShare = Coefficient;
 
 /// The filtered rate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

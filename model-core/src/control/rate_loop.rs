@@ -27,13 +27,13 @@ const INTEGRATOR_END: Percent = Percent::const_from_int(1 << 28);
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RateLoop {
     /// Kp, %/(deg/s), below 2^7.
-    pub proportional: Coefficient<24>,
+    pub proportional: Coefficient,
     /// Ki times the control period, %/(deg/s), below 2.
-    pub integral: Coefficient<30>,
+    pub integral: Coefficient,
     /// Kaw times the control period, 0 to 1.
-    pub anti_windup: Coefficient<30>,
+    pub anti_windup: Coefficient,
     /// Kff, %/(deg/s), below 2^7.
-    pub feed_forward: Coefficient<24>,
+    pub feed_forward: Coefficient,
     /// Greatest magnitude of the duty, 0 to 100 %.
     pub duty_limit: Percent,
     /// Greatest change of the duty in one period, 0 to 200 %.

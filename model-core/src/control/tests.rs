@@ -3,11 +3,12 @@
 use proptest::prelude::*;
 
 use super::{
+    arithmetic::Coefficient,
     cascade::{Coefficients, State},
     compare::PWM_COUNTS,
     encoder_word::{COUNT_DEG, EncoderCount, EncoderError, EncoderWord},
     parameters::ControlParameters,
-    units::{Angle, angle, percent},
+    units::{Angle, Percent, angle, percent},
 };
 use crate::{parameter::Parameters, time::CONTROL_PERIOD_S};
 
@@ -251,5 +252,17 @@ proptest! {
         retuned.retune(&old, &new);
         let kept = state.regulate(&old, angle(1.0)).duty;
         prop_assert_eq!(retuned.regulate(&new, angle(1.0)).duty, kept);
+    }
+}
+
+proptest! {
+    #[test]
+    fn a_product_is_the_nearest_step_to_the_true_one(value in -1e3..1e3, exponent in -20..1, signal: i64) {
+        let k = Coefficient::new(value * libm::exp2(f64::from(exponent)));
+        let signal = Percent::from_bits(signal >> 10);
+        let exact = k.exactly() * i128::from(signal.to_bits());
+        let bits = i128::from(k.times(signal).to_bits()) << 62;
+        // Half a step, and what falls off the low half.
+        prop_assert!((bits - exact).abs() <= (1 << 61) + (1 << 32));
     }
 }

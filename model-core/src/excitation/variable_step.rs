@@ -19,9 +19,7 @@ crate::parameters! {
 /// The standard levels: small and large steps both ways, some too large to be followed. The paper
 /// prints none.
 pub const LEVELS: [Angle; 14] = {
-    let degrees = [
-        0, 30, -20, 60, -60, 90, -45, 120, -120, 45, 0, 10, -10, 0,
-    ];
+    let degrees = [0, 30, -20, 60, -60, 90, -45, 120, -120, 45, 0, 10, -10, 0];
     let mut levels = [Angle::ZERO; 14];
     let mut k = 0;
     while k < levels.len() {
