@@ -185,7 +185,9 @@ impl Application {
 #[cfg(test)]
 mod tests {
     use model_core::control::{
-        encoder_word::EncoderCount, parameters::ControlParameters, units::angle,
+        encoder_word::{EncoderCount, Magnet},
+        parameters::ControlParameters,
+        units::angle,
     };
 
     use super::*;
@@ -200,7 +202,7 @@ mod tests {
     }
 
     fn zero() -> EncoderWord {
-        EncoderWord::healthy(EncoderCount::new(0))
+        EncoderWord::of(EncoderCount::new(0), Magnet::Steady)
     }
 
     fn enabled() -> Application {

@@ -64,6 +64,8 @@ pub struct Scenario {
     pub input: Option<String>,
     /// The input from a file, in place of `input`; in a scenario file, relative to it.
     pub input_file: Option<PathBuf>,
+    /// A torque on the load of the bench from a file; in a scenario file, relative to it.
+    pub load_file: Option<PathBuf>,
     /// How long to run, s [as long as the input].
     pub duration_s: Option<f64>,
     /// Ticks of 50 us between rows [20].
@@ -90,8 +92,9 @@ impl Scenario {
             path: path.into(),
             problem: error.to_string().trim_end().to_owned(),
         })?;
-        if let (Some(file), Some(folder)) = (&mut scenario.input_file, path.parent()) {
-            *file = folder.join(&file);
+        let files = [&mut scenario.input_file, &mut scenario.load_file];
+        for file in files.into_iter().flatten() {
+            *file = path.with_file_name("").join(&file);
         }
         Ok(scenario)
     }
@@ -106,6 +109,7 @@ impl Scenario {
             model: over.model.or(self.model),
             plant: over.plant.or(self.plant),
             preset: over.preset.or(self.preset),
+            load_file: over.load_file.or(self.load_file),
             duration_s: over.duration_s.or(self.duration_s),
             every: over.every.or(self.every),
             seed: over.seed.or(self.seed),
@@ -138,6 +142,10 @@ impl Scenario {
                 settings.set(name, *value)?;
             }
         }
+        if self.load_file.is_some() && self.plant != Some(PlantKind::Bench) {
+            let alone = "a load file goes with the plant `bench`, no other has a load";
+            return Err(Error::Conflict(alone.into()));
+        }
         Ok(settings)
     }
 
@@ -169,6 +177,10 @@ impl Scenario {
                 expected: "at least 1 tick",
             });
         }
+        let load = self.load_file.as_deref();
+        let load = load
+            .map(|path| input::file::read(path, input::file::LOAD))
+            .transpose()?;
         let pwm = match self.pwm.unwrap_or_default() {
             PwmKind::Average => Pwm::Average,
             PwmKind::Switched => Pwm::Switched,
@@ -177,6 +189,7 @@ impl Scenario {
             settings,
             command,
             input,
+            load,
             ticks,
             every,
             pwm,
@@ -233,7 +246,7 @@ impl Scenario {
             ));
         }
         let path = self.input_file.as_deref().unwrap_or("".as_ref());
-        let sequence = input::file::read(path)?;
+        let sequence = input::file::read(path, input::file::COMMAND)?;
         // The last row of the file is the last of the run.
         let ticks = sequence.last_tick() + 1;
         Ok((

@@ -7,12 +7,16 @@ use model_core::{
         grey_box::GreyBoxParameters,
     },
     parameter::{Parameter, ParameterError, Parameters},
-    plant::first_order::FirstOrderParameters,
+    plant::{bench::BenchParameters, first_order::FirstOrderParameters},
     presets::{self, Preset},
+    sensors::{
+        adc::{BackEmfSenseParameters, CurrentSenseParameters},
+        encoder::EncoderParameters,
+    },
 };
 use serde::{Deserialize, Serialize};
 
-use crate::error::Error;
+use crate::{error::Error, simulate::closed_loop::TimerParameters};
 
 /// The models that can be simulated.
 #[derive(
@@ -97,6 +101,16 @@ pub struct BoardSettings {
     pub plant: PlantKind,
     /// The plant of [`PlantKind::FirstOrder`].
     pub first_order: FirstOrderParameters,
+    /// The plant of [`PlantKind::Bench`].
+    pub bench: BenchParameters,
+    /// The encoder.
+    pub encoder: EncoderParameters,
+    /// The front end of the motor current, on the bench.
+    pub current_sense: CurrentSenseParameters,
+    /// The front end of the back-EMF, on the bench.
+    pub back_emf_sense: BackEmfSenseParameters,
+    /// The timer of the bridge.
+    pub timer: TimerParameters,
 }
 
 /// Parameters of one model.
@@ -166,9 +180,19 @@ impl Settings {
             ModelSettings::GreyBox(p) => groups.push(p),
             ModelSettings::Board(board) => {
                 groups.push(&mut board.control);
+                groups.push(&mut board.timer);
+                groups.push(&mut board.encoder);
                 match board.plant {
                     PlantKind::FirstOrder => groups.push(&mut board.first_order),
-                    PlantKind::Bench => {}
+                    PlantKind::Bench => {
+                        let bench = &mut board.bench;
+                        groups.push(&mut bench.electrical);
+                        groups.push(&mut bench.gear_train);
+                        groups.push(&mut bench.friction);
+                        groups.push(&mut bench.load);
+                        groups.push(&mut board.current_sense);
+                        groups.push(&mut board.back_emf_sense);
+                    }
                 }
             }
         }

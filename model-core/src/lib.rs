@@ -11,6 +11,7 @@ extern crate std;
 
 pub mod control;
 pub mod excitation;
+mod limits;
 pub mod models;
 pub mod parameter;
 pub mod plant;

@@ -43,6 +43,9 @@ pub struct Simulate {
     /// A command from a CSV file with the columns t (s) and command_deg, held piecewise constant
     #[arg(long, value_name = "FILE")]
     input_file: Option<PathBuf>,
+    /// A torque on the load of the bench, from a CSV file with the columns t (s) and torque_nm
+    #[arg(long, value_name = "FILE")]
+    load_file: Option<PathBuf>,
     /// Sets a parameter, by name or by symbol; those of the input are called `input.NAME`
     #[arg(long, value_name = "NAME=VALUE", value_parser = assignment)]
     set: Vec<(String, f64)>,
@@ -117,6 +120,7 @@ impl Simulate {
             preset: self.preset.clone(),
             input: self.input.clone(),
             input_file: self.input_file.clone(),
+            load_file: self.load_file.clone(),
             duration_s: self.duration,
             every: self.every,
             seed: self.seed,

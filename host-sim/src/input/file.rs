@@ -1,4 +1,4 @@
-//! Command sequences from CSV files with the columns `t` (s) and `command_deg`.
+//! Sequences from CSV files with a column `t` (s) and one of values.
 
 use std::{fs::File, path::Path};
 
@@ -10,13 +10,34 @@ use crate::error::Error;
 /// The last instant that a file may name, s: four months.
 const LAST_S: f64 = 1e7;
 
+/// What a file is read for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Quantity {
+    /// The name of its column.
+    pub column: &'static str,
+    /// What stands in it, in words.
+    pub meaning: &'static str,
+}
+
+/// A commanded angle.
+pub const COMMAND: Quantity = Quantity {
+    column: "command_deg",
+    meaning: "an angle in deg",
+};
+
+/// A torque on the load.
+pub const LOAD: Quantity = Quantity {
+    column: "torque_nm",
+    meaning: "a torque in Nm",
+};
+
 /// Reads a file. Other columns are passed over, lines that start with `#` as well.
 ///
 /// Times do not decrease; of several rows in one tick the last counts.
 ///
 /// # Errors
 /// [`Error::Read`], and [`Error::InputFile`] with line, column and what was expected.
-pub fn read(path: &Path) -> Result<Sequence, Error> {
+pub fn read(path: &Path, quantity: Quantity) -> Result<Sequence, Error> {
     let file = File::open(path).map_err(|source| Error::Read {
         path: path.into(),
         source,
@@ -25,7 +46,7 @@ pub fn read(path: &Path) -> Result<Sequence, Error> {
         .comment(Some(b'#'))
         .trim(csv::Trim::All)
         .from_reader(file);
-    let columns = Columns::find(path, &mut reader)?;
+    let columns = Columns::find(path, &mut reader, quantity)?;
     let mut sequence = Sequence::default();
     let mut record = csv::StringRecord::new();
     let mut last_s = 0.0;
@@ -38,7 +59,7 @@ pub fn read(path: &Path) -> Result<Sequence, Error> {
             line: record.position().map_or(0, csv::Position::line),
         };
         let t = at.number(&record, columns.t, "t", "a time in s")?;
-        let command_deg = at.number(&record, columns.command, "command_deg", "an angle in deg")?;
+        let value = at.number(&record, columns.value, quantity.column, quantity.meaning)?;
         if !(0.0..=LAST_S).contains(&t) {
             return Err(at.problem(format!("t is {t}, expected 0 to {LAST_S} s")));
         }
@@ -48,9 +69,9 @@ pub fn read(path: &Path) -> Result<Sequence, Error> {
             )));
         }
         last_s = t;
-        sequence.push(ticks(t), command_deg);
+        sequence.push(ticks(t), value);
     }
-    if sequence.is_empty() {
+    if sequence.points().is_empty() {
         let at = Place {
             path,
             line: reader.position().line(),
@@ -63,11 +84,15 @@ pub fn read(path: &Path) -> Result<Sequence, Error> {
 /// Where the two columns stand.
 struct Columns {
     t: usize,
-    command: usize,
+    value: usize,
 }
 
 impl Columns {
-    fn find(path: &Path, reader: &mut csv::Reader<File>) -> Result<Self, Error> {
+    fn find(
+        path: &Path,
+        reader: &mut csv::Reader<File>,
+        quantity: Quantity,
+    ) -> Result<Self, Error> {
         let header = reader
             .headers()
             .map_err(|error| broken(path, error))?
@@ -86,13 +111,14 @@ impl Columns {
                         )
                     };
                     Place { path, line: 1 }.problem(format!(
-                        "no column `{name}`: {found}, expected `t,command_deg`"
+                        "no column `{name}`: {found}, expected `t` and `{}`",
+                        quantity.column
                     ))
                 })
         };
         Ok(Self {
             t: find("t")?,
-            command: find("command_deg")?,
+            value: find(quantity.column)?,
         })
     }
 }

@@ -20,48 +20,46 @@ pub fn named(name: &str) -> Result<Input, Error> {
     })
 }
 
-/// A command that is held piecewise constant, from each of its ticks on.
+/// Values that are held piecewise constant, each from its tick on.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Sequence {
-    ticks: Vec<u64>,
-    command_deg: Vec<f64>,
+    points: Vec<(u64, f64)>,
 }
 
 impl Sequence {
-    /// Appends a command; one for the same tick replaces the last.
+    /// Appends a value; one for the same tick replaces the last.
     ///
     /// # Panics
     /// If the tick lies before the last one: an error of the caller.
-    pub fn push(&mut self, tick: u64, command_deg: f64) {
-        match self.ticks.last() {
-            Some(last) if *last == tick => {
-                self.command_deg.pop();
-            }
+    pub fn push(&mut self, tick: u64, value: f64) {
+        match self.points.last_mut() {
+            Some(last) if last.0 == tick => last.1 = value,
             last => {
                 assert!(
-                    last.is_none_or(|last| *last < tick),
+                    last.is_none_or(|last| last.0 < tick),
                     "ticks do not decrease"
                 );
-                self.ticks.push(tick);
+                self.points.push((tick, value));
             }
         }
-        self.command_deg.push(command_deg);
     }
 
-    /// Whether there is no command.
-    pub fn is_empty(&self) -> bool {
-        self.ticks.is_empty()
+    /// Ticks and values in order.
+    pub fn points(&self) -> &[(u64, f64)] {
+        &self.points
     }
 
-    /// The tick of the last command.
+    /// The tick of the last value.
     pub fn last_tick(&self) -> u64 {
-        self.ticks.last().copied().unwrap_or(0)
+        self.points.last().map_or(0, |point| point.0)
     }
 
-    /// The command at a tick: the last one at or before it, the first one before all.
+    /// The value at a tick: the last one at or before it, the first one before all.
     fn at(&self, tick: u64) -> f64 {
-        let index = self.ticks.partition_point(|t| *t <= tick).saturating_sub(1);
-        self.command_deg.get(index).copied().unwrap_or(0.0)
+        let index = self.points.partition_point(|point| point.0 <= tick);
+        self.points
+            .get(index.saturating_sub(1))
+            .map_or(0.0, |point| point.1)
     }
 }
 

@@ -2,24 +2,48 @@
 
 use model_core::{
     control::cascade::Coefficients,
-    plant::{Plant, first_order::FirstOrder},
+    plant::{
+        Plant,
+        bench::{load::Recording, pwm::PwmBench},
+        first_order::FirstOrder,
+    },
+    sensors::{adc::FrontEnd, encoder::Encoder, noise::Noise},
     time::PWM_PERIOD_TICKS,
 };
 
-use super::{
-    Rows, Simulation,
-    closed_loop::{ClosedLoop, Encoder, IdealEncoder},
-    time_s,
-};
+use super::{Rows, Simulation, closed_loop::ClosedLoop, time_s};
 use crate::{
     error::Error,
     input::CommandPath,
     settings::{BoardSettings, PlantKind},
 };
 
+/// The streams of the noise generator: one a sensor, so that none shifts the numbers of another.
+const ENCODER_STREAM: u64 = 0;
+const CURRENT_STREAM: u64 = 1;
+const BACK_EMF_STREAM: u64 = 2;
+
+const BOARD_COLUMNS: [&str; 2] = ["rate_command_deg_s", "compare"];
+
+const BENCH_COLUMNS: [&str; 9] = [
+    "current_a",
+    "back_emf_v",
+    "current_meas_a",
+    "back_emf_meas_v",
+    "motor_angle_deg",
+    "load_angle_deg",
+    "motor_torque_nm",
+    "friction_torque_nm",
+    "load_torque_nm",
+];
+
 /// The columns that the board has beyond the common ones.
-pub(super) fn columns(_settings: &BoardSettings) -> Vec<&'static str> {
-    vec!["rate_command_deg_s", "compare"]
+pub(super) fn columns(settings: &BoardSettings) -> Vec<&'static str> {
+    let bench: &[_] = match settings.plant {
+        PlantKind::FirstOrder => &[],
+        PlantKind::Bench => &BENCH_COLUMNS,
+    };
+    [&BOARD_COLUMNS, bench].concat()
 }
 
 pub(super) fn run(
@@ -29,43 +53,107 @@ pub(super) fn run(
     rows: &mut dyn Rows,
 ) -> Result<(), Error> {
     let coefficients = Coefficients::try_new(&settings.control)?;
+    let encoder = Encoder::new(
+        settings.encoder,
+        Noise::new(simulation.seed, ENCODER_STREAM),
+    );
     match settings.plant {
         PlantKind::FirstOrder => {
             let plant = FirstOrder::try_new(settings.first_order, simulation.pwm)?;
-            record(
-                ClosedLoop::new(coefficients, plant, IdealEncoder),
-                simulation,
-                path,
-                rows,
-            )
+            let board = ClosedLoop::new(coefficients, settings.timer, encoder, plant);
+            record(board, simulation, path, rows, |_, _, _| {})
         }
-        PlantKind::Bench => unreachable!(),
+        PlantKind::Bench => {
+            let load = simulation.load.as_ref();
+            let load = load.and_then(|load| Recording::try_new(load.points()));
+            let plant = PwmBench::try_new(&settings.bench, simulation.pwm, load)?;
+            let board = ClosedLoop::new(coefficients, settings.timer, encoder, plant);
+            let mut sensing = Sensing::new(settings, simulation.seed);
+            record(board, simulation, path, rows, |plant, tick, row| {
+                sensing.append(plant, tick, row)
+            })
+        }
     }
 }
 
-fn record<P: Plant, E: Encoder<P>>(
-    mut board: ClosedLoop<P, E>,
+/// Runs the loop; `append` adds the columns that only this plant has.
+fn record<P: Plant>(
+    mut board: ClosedLoop<P>,
     simulation: &Simulation,
     path: &CommandPath,
     rows: &mut dyn Rows,
+    mut append: impl FnMut(&P, usize, &mut Vec<f64>),
 ) -> Result<(), Error> {
+    let mut row = Vec::new();
     for edge in (0..simulation.ticks).step_by(PWM_PERIOD_TICKS as usize) {
         board.start_period(|tick| path.command.board(path.source(tick)));
         for tick in simulation.row_ticks(edge, edge + PWM_PERIOD_TICKS) {
-            let now = board.plant.at((tick - edge) as usize);
-            rows.row(&[
-                time_s(tick),
-                path.command.at(tick),
-                path.command.at(path.source(tick)),
-                now.angle_deg,
-                now.rate_deg_s,
-                board.duty_pct(),
-                board.outputs.angle.to_num(),
-                board.outputs.rate.to_num(),
-                board.outputs.rate_command.to_num(),
-                board.compare().get().into(),
-            ])?;
+            let within = (tick - edge) as usize;
+            row.clear();
+            row.extend(board_row(&board, path, tick, within));
+            append(&board.plant, within, &mut row);
+            rows.row(&row)?;
         }
     }
     Ok(())
+}
+
+fn board_row<P: Plant>(
+    board: &ClosedLoop<P>,
+    path: &CommandPath,
+    tick: u64,
+    within: usize,
+) -> [f64; 10] {
+    let now = board.plant.at(within);
+    [
+        time_s(tick),
+        path.command.at(tick),
+        path.command.at(path.source(tick)),
+        now.angle_deg,
+        now.rate_deg_s,
+        board.duty_pct(),
+        board.outputs.angle.to_num(),
+        board.outputs.rate.to_num(),
+        board.outputs.rate_command.to_num(),
+        board.compare().get().into(),
+    ]
+}
+
+/// The analogue front ends of the bench.
+struct Sensing {
+    current: (FrontEnd, Noise),
+    back_emf: (FrontEnd, Noise),
+}
+
+impl Sensing {
+    fn new(settings: &BoardSettings, seed: u64) -> Self {
+        Self {
+            current: (
+                (&settings.current_sense).into(),
+                Noise::new(seed, CURRENT_STREAM),
+            ),
+            back_emf: (
+                (&settings.back_emf_sense).into(),
+                Noise::new(seed, BACK_EMF_STREAM),
+            ),
+        }
+    }
+
+    fn append(&mut self, plant: &PwmBench, tick_in_period: usize, row: &mut Vec<f64>) {
+        let now = plant.reading_at(tick_in_period);
+        let measured = |(front_end, noise): &mut (FrontEnd, Noise), quantity| {
+            front_end.quantity(front_end.convert(quantity, noise))
+        };
+        row.extend([
+            now.current_a,
+            now.back_emf_v,
+            measured(&mut self.current, now.current_a),
+            measured(&mut self.back_emf, now.back_emf_v),
+            now.motor.angle_deg,
+            now.load.angle_deg,
+            now.motor_torque_nm,
+            now.friction_torque_nm,
+            now.load_torque_nm,
+        ]);
+    }
 }

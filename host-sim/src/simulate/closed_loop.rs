@@ -5,64 +5,55 @@
 
 use firmware::application::{Application, Bridge, Outputs, Request, Samples};
 use model_core::{
-    control::{
-        cascade::Coefficients,
-        compare::Compare,
-        encoder_word::{COUNT_DEG, EncoderCount, EncoderWord},
-        units::Angle,
-    },
+    control::{cascade::Coefficients, compare::Compare, units::Angle},
     plant::Plant,
+    sensors::encoder::Encoder,
     time::{CONTROL_PERIOD_TICKS, PWM_PERIOD_TICKS},
 };
 
-/// What an encoder gives for a shaft.
-pub trait Encoder<P> {
-    /// The word at this instant.
-    fn word(&mut self, plant: &P) -> EncoderWord;
-}
-
-/// An encoder without any error but its 12 bits.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct IdealEncoder;
-
-impl<P: Plant> Encoder<P> for IdealEncoder {
-    #[inline]
-    fn word(&mut self, plant: &P) -> EncoderWord {
-        let counts = plant.at(0).angle_deg / COUNT_DEG + 0.5;
-        // Rounded down; the cast alone rounds toward zero.
-        let whole = counts as i64;
-        let below = whole - i64::from(whole as f64 > counts);
-        EncoderWord::healthy(EncoderCount::new(below as u16))
+model_core::parameters! {
+    /// The timer that switches the bridge.
+    pub struct TimerParameters {
+        /// 1 where the bridge is on for whole counts of the timer, 1/560 %; 0 where it is on for
+        /// just as long as the control step decided.
+        timer_counts [""]: 0.0, "1", 0.0, 1.0, "0: the loop is that of the equations; the board's timer counts";
     }
 }
 
 /// A board that was switched on and enabled at rest, just before tick 0.
 #[derive(Debug, Clone)]
-pub struct ClosedLoop<P, E> {
+pub struct ClosedLoop<P> {
     application: Application,
+    timer: TimerParameters,
+    encoder: Encoder,
     /// The motor and what it moves.
     pub plant: P,
-    encoder: E,
     /// What the application said last.
     pub outputs: Outputs,
     duty_pct: f64,
     tick: u64,
 }
 
-impl<P: Plant, E: Encoder<P>> ClosedLoop<P, E> {
+impl<P: Plant> ClosedLoop<P> {
     /// Closes the loop around a plant.
-    pub fn new(coefficients: Coefficients, plant: P, mut encoder: E) -> Self {
+    pub fn new(
+        coefficients: Coefficients,
+        timer: TimerParameters,
+        mut encoder: Encoder,
+        plant: P,
+    ) -> Self {
         let mut application = Application::new(coefficients);
-        let encoder_word = encoder.word(&plant);
+        let word = encoder.word(plant.at(0).angle_deg);
         let outputs = application.step(&Samples {
-            encoder: encoder_word,
+            encoder: word,
             command: Angle::ZERO,
         });
         application.request(Request::Enable);
         Self {
             application,
-            plant,
+            timer,
             encoder,
+            plant,
             outputs,
             duty_pct: 0.0,
             tick: 0,
@@ -73,16 +64,23 @@ impl<P: Plant, E: Encoder<P>> ClosedLoop<P, E> {
     /// `command` gives the command that has arrived at a tick.
     #[inline]
     pub fn start_period(&mut self, command: impl FnOnce(u64) -> Angle) {
-        self.duty_pct = self.outputs.duty.to_num();
+        self.duty_pct = self.pending_duty_pct();
         self.plant.start_period(self.duty_pct);
         if self.tick.is_multiple_of(CONTROL_PERIOD_TICKS) {
-            let encoder = self.encoder.word(&self.plant);
-            self.outputs = self.application.step(&Samples {
-                encoder,
-                command: command(self.tick),
-            });
+            let encoder = self.encoder.word(self.plant.at(0).angle_deg);
+            let command = command(self.tick);
+            self.outputs = self.application.step(&Samples { encoder, command });
         }
         self.tick += PWM_PERIOD_TICKS;
+    }
+
+    /// The duty that is in force from the next edge on, %. A bridge that is off brakes here.
+    fn pending_duty_pct(&self) -> f64 {
+        match self.outputs.bridge {
+            Bridge::Driven(compare) if self.timer.timer_counts >= 0.5 => compare.duty_pct(),
+            Bridge::Driven(_) => self.outputs.duty.to_num(),
+            Bridge::Off => 0.0,
+        }
     }
 
     /// What the timer was given last: in force from the next edge on.

@@ -15,7 +15,7 @@ use model_core::{
 
 use crate::{
     error::Error,
-    input::{Command, CommandPath},
+    input::{Command, CommandPath, Sequence},
     settings::{ModelSettings, Settings},
     trace::Trace,
 };
@@ -41,6 +41,8 @@ pub struct Simulation {
     pub command: Command,
     /// How the command is called.
     pub input: String,
+    /// A torque on the load of the bench, Nm, beside that of its parameters.
+    pub load: Option<Sequence>,
     /// How many ticks to run, from tick 0.
     pub ticks: u64,
     /// Every how many ticks a row is made; not 0.

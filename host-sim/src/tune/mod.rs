@@ -14,7 +14,7 @@ use crate::analysis::frequency::bandwidth_hz;
 use crate::analysis::linear_models::{Loop, Motor, Timing};
 use crate::analysis::loop_gain::Margins;
 use model_core::control::parameters::ControlParameters;
-use model_core::parameter::{ParameterError, Parameters};
+use model_core::parameter::ParameterError;
 
 /// Angle of one encoder count, deg: 12 bits a turn (AS5045).
 const COUNT_DEG: f64 = 360.0 / 4096.0;

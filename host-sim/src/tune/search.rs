@@ -10,7 +10,7 @@ use crate::analysis::frequency::{HALF_POWER_DB, bisect, decibel, logarithmic_gri
 use crate::analysis::linear_models::Loop;
 use crate::analysis::loop_gain::Margins;
 use crate::analysis::transfer_function::TransferFunction;
-use model_core::parameter::{ParameterError, Parameters};
+use model_core::parameter::ParameterError;
 
 // Shares P/w searched: from 0.02, where P alone makes the bandwidth, to 2, where without any delay
 // 38.7 degrees of phase margin are left.

@@ -1,4 +1,4 @@
-//! What the control path computes with: a signal times a coefficient, and a limit.
+//! The one multiplication of the control path: a signal by a coefficient.
 
 use fixed::types::I32F32;
 
@@ -23,8 +23,8 @@ impl Coefficient {
     /// use model_core::control::arithmetic::Coefficient;
     /// use fixed::types::I32F32;
     ///
-    /// let third = Coefficient::new(1.0 / 3.0);
-    /// assert_eq!(third.times(I32F32::from_num(-3)), I32F32::from_num(-1));
+    /// let half = Coefficient::new(0.5);
+    /// assert_eq!(half.times(I32F32::from_num(-3)), I32F32::from_num(-1.5));
     /// ```
     pub const fn new(value: f64) -> Self {
         let mut shift = 62;
@@ -72,16 +72,4 @@ impl Coefficient {
 
 const fn magnitude(value: f64) -> f64 {
     if value < 0.0 { -value } else { value }
-}
-
-/// `value` held between `low` and `high`; unlike `clamp` it cannot panic.
-#[inline]
-pub(crate) fn within<T: PartialOrd>(value: T, low: T, high: T) -> T {
-    if value < low {
-        low
-    } else if value > high {
-        high
-    } else {
-        value
-    }
 }

@@ -166,7 +166,7 @@ impl State {
     ///
     /// let gains = Coefficients::try_new(&ControlParameters::default()).unwrap();
     /// let mut state = State::default();
-    /// state.observe(&gains, EncoderWord::healthy(EncoderCount::new(0))).unwrap();
+    /// state.observe(&gains, EncoderWord::of(EncoderCount::new(0), Magnet::Steady)).unwrap();
     /// let step = state.regulate(&gains, model_core::control::units::angle(1.0));
     /// assert_eq!(step.rate_command, 8.0);
     /// assert_eq!(step.compare.get(), 5906); // 8 deg/s * 1.3182 %/(deg/s) * 560 counts/%

@@ -4,7 +4,8 @@
 //! (first-order noise shaping), so that the mean duty is exact and the shaft does not creep away
 //! from where the loop in exact numbers would have it.
 
-use super::{arithmetic::within, units::Percent};
+use super::units::Percent;
+use crate::limits::within;
 
 /// Counts in one PWM period: 1 kHz from a timer clock of 56 MHz (168 MHz divided by three), the
 /// finest that fits the 16 bits of the timer.

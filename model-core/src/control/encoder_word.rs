@@ -43,16 +43,31 @@ impl EncoderCount {
 }
 
 /// What the encoder says of its magnet (data sheet, table 4).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Magnet {
     /// The field is strong enough and steady.
+    #[default]
     Steady,
     /// The magnet comes nearer.
     Approaching,
     /// The magnet moves away.
     Receding,
     /// The field is out of the recommended range; the angle still serves, with less accuracy.
-    Weak,
+    Marginal,
+    /// The field is far out of range. No valid reading says so.
+    Lost,
+}
+
+impl Magnet {
+    const fn bits(self) -> u32 {
+        match self {
+            Self::Steady => 0,
+            Self::Approaching => MAG_INC,
+            Self::Receding => MAG_DEC,
+            Self::Marginal => MAG_INC | MAG_DEC,
+            Self::Lost => LIN | MAG_INC | MAG_DEC,
+        }
+    }
 }
 
 /// Why a word is not an angle.
@@ -93,9 +108,15 @@ impl EncoderWord {
         Self(bits & 0x3_ffff)
     }
 
-    /// The word of a healthy encoder at this count.
-    pub const fn healthy(count: EncoderCount) -> Self {
-        let bits = (count.get() as u32) << 6 | OCF;
+    /// The word of a working encoder at this count.
+    ///
+    /// ```
+    /// use model_core::control::encoder_word::{EncoderCount, EncoderWord, Magnet};
+    /// let word = EncoderWord::of(EncoderCount::new(0xfff), Magnet::Steady);
+    /// assert_eq!(word.bits(), 0b1111_1111_1111_10_000_1);
+    /// ```
+    pub const fn of(count: EncoderCount, magnet: Magnet) -> Self {
+        let bits = (count.get() as u32) << 6 | OCF | magnet.bits();
         Self(bits | bits.count_ones() & 1)
     }
 
@@ -126,7 +147,7 @@ impl EncoderWord {
             (false, false) => Magnet::Steady,
             (true, false) => Magnet::Approaching,
             (false, true) => Magnet::Receding,
-            (true, true) => Magnet::Weak,
+            (true, true) => Magnet::Marginal,
         };
         Ok(EncoderReading {
             count: EncoderCount::new((bits >> 6) as u16),

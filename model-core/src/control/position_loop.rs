@@ -1,9 +1,10 @@
 //! The outer loop: a pure gain from the error of the angle to a commanded rate.
 
 use super::{
-    arithmetic::{Coefficient, within},
+    arithmetic::Coefficient,
     units::{Angle, Rate},
 };
+use crate::limits::within;
 
 /// No commanded rate is greater: thrice what the encoder can follow.
 pub(crate) const WIDEST_RATE: Rate = Rate::const_from_int(1 << 17);

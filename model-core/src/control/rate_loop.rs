@@ -16,9 +16,10 @@
 //! All of it fits the +-2^31 of [`Percent`].
 
 use super::{
-    arithmetic::{Coefficient, within},
+    arithmetic::Coefficient,
     units::{Percent, Rate},
 };
+use crate::limits::within;
 
 /// Where the integrator ends if nothing else holds it: far beyond any duty.
 const INTEGRATOR_END: Percent = Percent::const_from_int(1 << 28);

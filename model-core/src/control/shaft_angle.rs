@@ -1,10 +1,10 @@
 //! From encoder counts to the angle of the shaft: direction, zero, turns.
 
 use super::{
-    arithmetic::within,
     encoder_word::{COUNTS_PER_TURN, EncoderCount},
     units::{ANGLE_END, Angle},
 };
+use crate::limits::within;
 
 /// One count in steps of [`Angle`]: 45/512 deg.
 const COUNT_STEPS: i64 = 45 << (32 - 9);

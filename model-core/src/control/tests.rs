@@ -6,7 +6,7 @@ use super::{
     arithmetic::Coefficient,
     cascade::{Coefficients, State},
     compare::PWM_COUNTS,
-    encoder_word::{COUNT_DEG, EncoderCount, EncoderError, EncoderWord},
+    encoder_word::{COUNT_DEG, EncoderCount, EncoderError, EncoderWord, Magnet},
     parameters::ControlParameters,
     units::{Angle, Percent, angle, percent},
 };
@@ -38,7 +38,7 @@ impl Referee {
 }
 
 fn healthy(counts: i32) -> EncoderWord {
-    EncoderWord::healthy(EncoderCount::new(counts as u16))
+    EncoderWord::of(EncoderCount::new(counts as u16), Magnet::Steady)
 }
 
 fn coefficients(parameters: &ControlParameters) -> Coefficients {
@@ -265,4 +265,23 @@ proptest! {
         // Half a step, and what falls off the low half.
         prop_assert!((bits - exact).abs() <= (1 << 61) + (1 << 32));
     }
+}
+
+#[test]
+fn the_magnet_stands_in_its_own_bits_and_a_lost_one_is_an_alarm() {
+    let word = |magnet| EncoderWord::of(EncoderCount::new(0), magnet);
+    assert_eq!(word(Magnet::Steady).bits(), 0b10_0001);
+    assert_eq!(word(Magnet::Receding).bits(), 0b10_0010);
+    assert_eq!(word(Magnet::Approaching).bits(), 0b10_0100);
+    assert_eq!(word(Magnet::Marginal).bits(), 0b10_0111);
+    assert_eq!(word(Magnet::Lost).bits(), 0b10_1110);
+    for magnet in [
+        Magnet::Steady,
+        Magnet::Receding,
+        Magnet::Approaching,
+        Magnet::Marginal,
+    ] {
+        assert_eq!(word(magnet).read().unwrap().magnet, magnet);
+    }
+    assert_eq!(word(Magnet::Lost).read(), Err(EncoderError::Linearity));
 }

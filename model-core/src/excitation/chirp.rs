@@ -3,7 +3,7 @@
 use super::phase::{Exponential, Quadratic};
 use super::sine::{scaled, sine};
 use crate::control::units::{Angle, angle};
-use crate::parameter::{ParameterError, Parameters};
+use crate::parameter::ParameterError;
 use crate::time::ticks;
 
 crate::parameters! {

@@ -8,7 +8,7 @@
 use super::phase::Quadratic;
 use super::sine::{QUARTER, scaled, sine};
 use crate::control::units::{Angle, angle};
-use crate::parameter::{ParameterError, Parameters};
+use crate::parameter::ParameterError;
 use crate::time::ticks;
 use core::num::NonZeroU8;
 

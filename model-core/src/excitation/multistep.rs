@@ -6,7 +6,7 @@
 
 use super::at_least_one;
 use crate::control::units::{Angle, angle};
-use crate::parameter::{ParameterError, Parameters};
+use crate::parameter::ParameterError;
 use crate::time::ticks;
 use core::num::NonZeroU64;
 
@@ -193,11 +193,8 @@ mod tests {
 
     #[test]
     fn the_least_angle_saturates_when_its_sign_changes() {
-        let least = DoubletParameters {
-            amplitude_deg: -32768.0,
-            ..Default::default()
-        };
-        let doublet = Multistep::try_doublet(&least).unwrap();
+        let mut doublet = Multistep::try_doublet(&Default::default()).unwrap();
+        doublet.amplitude = Angle::MIN;
         assert_eq!(doublet.command(20_000), Angle::MIN);
         assert_eq!(doublet.command(26_000), Angle::MAX);
     }

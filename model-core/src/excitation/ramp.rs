@@ -2,7 +2,7 @@
 
 use super::saturated;
 use crate::control::units::{ANGLE_END, Angle, angle};
-use crate::parameter::{ParameterError, Parameters};
+use crate::parameter::ParameterError;
 use crate::time::ticks;
 
 /// Breakpoints of a ramp at most.

@@ -2,7 +2,7 @@
 
 use super::{at_least_one, saturated};
 use crate::control::units::{Angle, angle};
-use crate::parameter::{ParameterError, Parameters};
+use crate::parameter::ParameterError;
 use crate::time::ticks;
 use core::num::NonZeroU64;
 
@@ -104,9 +104,10 @@ mod tests {
             scale: -1000.0,
             ..Default::default()
         };
-        let stairs = VariableStep::try_new(&parameters).unwrap();
-        assert_eq!(stairs.command(75_000), Angle::MIN);
+        let mut stairs = VariableStep::try_new(&parameters).unwrap();
         assert_eq!(stairs.command(115_000), -10_000);
+        stairs.scale = Angle::MIN;
+        assert_eq!(stairs.command(75_000), Angle::MIN);
     }
 
     #[test]

@@ -4,8 +4,9 @@
 //! Runge-Kutta step of one tick. Gain and offset are 1 and 0 in the paper; an identification
 //! needs them. The rate limits go by the sign of the rate.
 
-use super::{ActuatorModel, Output, rk4, saturate};
-use crate::parameter::{ParameterError, Parameters};
+use super::{ActuatorModel, Output, rk4};
+use crate::limits::within;
+use crate::parameter::ParameterError;
 use crate::time::TICK_S;
 
 crate::parameters! {
@@ -69,7 +70,7 @@ impl BlackBox1Parameters {
     /// Rate at an angle on the way to another.
     #[inline]
     fn rate_deg_s(&self, target_deg: f64, angle_deg: f64) -> f64 {
-        saturate(
+        within(
             self.pole_rad_s * (target_deg - angle_deg),
             -self.rate_limit_down_deg_s,
             self.rate_limit_up_deg_s,
@@ -94,7 +95,7 @@ impl ActuatorModel for BlackBox1 {
         let [angle_deg] = rk4::step([self.angle_deg], TICK_S, |[angle_deg]| {
             [p.rate_deg_s(target_deg, angle_deg)]
         });
-        self.angle_deg = saturate(angle_deg, -p.position_limit_deg, p.position_limit_deg);
+        self.angle_deg = within(angle_deg, -p.position_limit_deg, p.position_limit_deg);
     }
 }
 
@@ -102,6 +103,7 @@ impl ActuatorModel for BlackBox1 {
 mod tests {
     use super::*;
     use crate::models::tests::{angle_after, ramp_lag_s};
+    use crate::parameter::Parameters;
     use crate::time::TICKS_PER_SECOND;
 
     fn model(set: &[(&str, f64)]) -> BlackBox1 {

@@ -5,8 +5,9 @@
 //! natural frequency is 30 rad/s (4.775 Hz) and the damping 0.9; the -3 dB bandwidth is 3.56 Hz.
 //! The paper does not say where in the block diagram the rate is limited: [`RateLimitForm`].
 
-use super::{ActuatorModel, Output, hard_stop, rk4, saturate};
-use crate::parameter::{ParameterError, Parameters};
+use super::{ActuatorModel, Output, rk4};
+use crate::limits::{hard_stop, within};
+use crate::parameter::ParameterError;
 use crate::time::TICK_S;
 
 crate::parameters! {
@@ -88,16 +89,17 @@ impl BlackBox2Parameters {
             0.0 => Ok(RateLimitForm::LimitedIntegrator),
             1.0 => Ok(RateLimitForm::LimitedFeedback),
             2.0 => Ok(RateLimitForm::UnlimitedFeedback),
-            value => Err(ParameterError::OutOfRange {
-                parameter: Self::TABLE[Self::TABLE.len() - 1],
+            value => Err(ParameterError::NotAllowed {
+                name: "rate_limit_form",
                 value,
+                allowed: "0, 1 or 2",
             }),
         }
     }
 
     #[inline]
     fn limited(&self, rate_deg_s: f64) -> f64 {
-        saturate(
+        within(
             rate_deg_s,
             -self.rate_limit_down_deg_s,
             self.rate_limit_up_deg_s,
@@ -156,6 +158,7 @@ impl ActuatorModel for BlackBox2 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::parameter::Parameters;
     use crate::models::tests::{angle_after, ramp_lag_s, second_order_step};
     use crate::time::TICKS_PER_SECOND;
 
@@ -237,7 +240,10 @@ mod tests {
         };
         assert!(matches!(
             BlackBox2::try_new(parameters),
-            Err(ParameterError::OutOfRange { parameter, .. }) if parameter.symbol == "bb2_sat"
+            Err(ParameterError::NotAllowed {
+                name: "rate_limit_form",
+                ..
+            })
         ));
     }
 }

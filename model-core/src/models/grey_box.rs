@@ -14,8 +14,9 @@
 //! The paper describes the anti-windup as "a gain to offset the accumulated error in the
 //! integral" and prints no number: it can act on the duty limit (Kaw) and on the rate limit (Kawr).
 
-use super::{ActuatorModel, Output, hard_stop, rk4, saturate};
-use crate::parameter::{ParameterError, Parameters};
+use super::{ActuatorModel, Output, rk4};
+use crate::limits::{hard_stop, within};
+use crate::parameter::ParameterError;
 use crate::time::TICK_S;
 
 crate::parameters! {
@@ -107,14 +108,14 @@ impl GreyBoxParameters {
     #[inline]
     fn control(&self, command_deg: f64, [angle, rate, integral]: [f64; 3]) -> Control {
         let limited_rate_deg_s =
-            saturate(rate, -self.rate_limit_down_deg_s, self.rate_limit_up_deg_s);
+            within(rate, -self.rate_limit_down_deg_s, self.rate_limit_up_deg_s);
         let error_deg_s = self.position_gain * (command_deg - angle) - limited_rate_deg_s;
         let demand_pct = self.proportional_gain * error_deg_s + integral;
         Control {
             limited_rate_deg_s,
             error_deg_s,
             demand_pct,
-            duty_pct: saturate(demand_pct, -self.duty_limit_pct, self.duty_limit_pct),
+            duty_pct: within(demand_pct, -self.duty_limit_pct, self.duty_limit_pct),
         }
     }
 
@@ -163,6 +164,7 @@ impl ActuatorModel for GreyBox {
 mod tests {
     use super::*;
     use crate::models::tests::{angle_after, second_order_step};
+    use crate::parameter::Parameters;
     use crate::time::TICKS_PER_SECOND;
 
     fn model(set: &[(&str, f64)]) -> GreyBox {

@@ -47,29 +47,3 @@ pub trait ActuatorModel {
     /// Moves through one tick with `command_deg` held.
     fn step(&mut self, command_deg: f64);
 }
-
-/// `value`, not below `low` and not above `high`; NaN stays NaN.
-///
-/// Unlike `f64::clamp` it cannot panic, whatever the limits are.
-#[inline]
-fn saturate(value: f64, low: f64, high: f64) -> f64 {
-    if value < low {
-        low
-    } else if value > high {
-        high
-    } else {
-        value
-    }
-}
-
-/// Angle and rate after the hard stops at plus and minus `limit_deg`, which are inelastic: a rate
-/// that points outward is lost.
-#[inline]
-fn hard_stop(angle_deg: f64, rate_deg_s: f64, limit_deg: f64) -> (f64, f64) {
-    let stopped_deg = saturate(angle_deg, -limit_deg, limit_deg);
-    if stopped_deg != angle_deg && stopped_deg * rate_deg_s > 0.0 {
-        (stopped_deg, 0.0)
-    } else {
-        (stopped_deg, rate_deg_s)
-    }
-}

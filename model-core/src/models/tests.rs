@@ -1,9 +1,10 @@
 //! What the tests of the models share, and what holds for each of them.
 
+use super::ActuatorModel;
 use super::black_box_1::{BlackBox1, BlackBox1Parameters};
 use super::black_box_2::{BlackBox2, BlackBox2Parameters};
 use super::grey_box::{GreyBox, GreyBoxParameters};
-use super::{ActuatorModel, hard_stop};
+use crate::limits::hard_stop;
 use crate::time::TICK_S;
 use proptest::prelude::*;
 use std::boxed::Box;

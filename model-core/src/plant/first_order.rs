@@ -15,8 +15,9 @@
 mod motion;
 
 use self::motion::{Lag, Motion, Response};
-use super::{PERIOD, Plant, PlantState, Pwm, bridge_duty_pct, limited};
-use crate::parameter::{ParameterError, Parameters};
+use super::{PERIOD, Plant, PlantState, Pwm, bridge_duty_pct};
+use crate::limits::{hard_stop, within};
+use crate::parameter::ParameterError;
 use crate::time::TICK_S;
 
 crate::parameters! {
@@ -157,17 +158,15 @@ impl FirstOrder {
     /// The state after the rate limit and the inelastic hard stop.
     fn within_limits(&self, state: PlantState) -> PlantState {
         let p = &self.parameters;
-        let rate = limited(
+        let rate = within(
             state.rate_deg_s,
             -p.rate_limit_down_deg_s,
             p.rate_limit_up_deg_s,
         );
-        let stop = p.position_limit_deg;
-        let angle = limited(state.angle_deg, -stop, stop);
-        let is_pushed = state.angle_deg.abs() > stop && angle * rate > 0.0;
+        let (angle_deg, rate_deg_s) = hard_stop(state.angle_deg, rate, p.position_limit_deg);
         PlantState {
-            angle_deg: angle,
-            rate_deg_s: if is_pushed { 0.0 } else { rate },
+            angle_deg,
+            rate_deg_s,
         }
     }
 }

@@ -7,6 +7,7 @@
 pub mod bench;
 pub mod first_order;
 
+use crate::limits::within;
 use crate::time::PWM_PERIOD_TICKS;
 
 /// Ticks in one PWM period, as an index.
@@ -44,22 +45,11 @@ pub trait Plant {
     fn at(&self, tick_in_period: usize) -> PlantState;
 }
 
-/// `value` limited to `low..=high`; NaN stays NaN. Unlike `f64::clamp` it cannot panic.
-pub(crate) fn limited(value: f64, low: f64, high: f64) -> f64 {
-    if value < low {
-        low
-    } else if value > high {
-        high
-    } else {
-        value
-    }
-}
-
 /// A duty that a bridge can follow: limited to +-100 %, 0 for NaN.
 pub(crate) fn bridge_duty_pct(duty_pct: f64) -> f64 {
     if duty_pct.is_nan() {
         0.0
     } else {
-        limited(duty_pct, -100.0, 100.0)
+        within(duty_pct, -100.0, 100.0)
     }
 }

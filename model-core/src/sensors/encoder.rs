@@ -5,12 +5,13 @@
 //! count = floor(seen / LSB + 1/2) mod 4096                  LSB = 360/4096 deg
 //! ```
 //!
-//! A magnet off the chip's axis makes the first two harmonics. The word follows the data sheet of
-//! the AS5045 (ams, revision 1.7), section 8.1 and tables 3 to 5.
+//! A magnet off the chip's axis makes the first two harmonics. The word is that of
+//! [`crate::control::encoder_word`].
 
 use core::f64::consts::PI;
 
 use super::noise::Noise;
+use crate::control::encoder_word::{COUNT_DEG, EncoderCount, EncoderWord, Magnet};
 
 crate::parameters! {
     /// The encoder's mounting and errors.
@@ -32,38 +33,6 @@ crate::parameters! {
     }
 }
 
-/// Degrees per count.
-pub const LSB_DEG: f64 = 360.0 / 4096.0;
-
-/// What the chip says of its magnet: the bits LIN, MagINC and MagDEC.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Magnet {
-    /// In range, at a steady distance.
-    #[default]
-    Good,
-    /// In range, coming closer: MagINC, for the field.
-    Approaching,
-    /// In range, moving away: MagDEC.
-    Receding,
-    /// Field weaker or stronger than recommended; the angle is less accurate.
-    Marginal,
-    /// Field far out of range: linearity alarm, the angle may be invalid.
-    Lost,
-}
-
-impl Magnet {
-    /// LIN, MagINC, MagDEC in the bits 3 to 1 of the word.
-    const fn bits(self) -> u32 {
-        match self {
-            Self::Good => 0b000 << 1,
-            Self::Approaching => 0b010 << 1,
-            Self::Receding => 0b001 << 1,
-            Self::Marginal => 0b011 << 1,
-            Self::Lost => 0b111 << 1,
-        }
-    }
-}
-
 /// The chip.
 #[derive(Debug, Clone)]
 pub struct Encoder {
@@ -80,8 +49,7 @@ impl Encoder {
     /// use model_core::sensors::{encoder::{Encoder, EncoderParameters}, noise::Noise};
     ///
     /// let mut encoder = Encoder::new(EncoderParameters::default(), Noise::new(0, 0));
-    /// assert_eq!(encoder.count(90.0), 1024);
-    /// assert_eq!(encoder.word(90.0), 1024 << 6 | 1 << 5); // OCF; two ones are even
+    /// assert_eq!(encoder.count(90.0).get(), 1024);
     /// ```
     pub fn new(parameters: EncoderParameters, noise: Noise) -> Self {
         Self {
@@ -91,8 +59,8 @@ impl Encoder {
         }
     }
 
-    /// The count at a shaft angle, 0 to 4095; 0 for an angle that is not finite.
-    pub fn count(&mut self, shaft_deg: f64) -> u16 {
+    /// The count at a shaft angle; 0 for an angle that is not finite.
+    pub fn count(&mut self, shaft_deg: f64) -> EncoderCount {
         let p = &self.parameters;
         let harmonic = |amplitude: f64, order: f64, phase: f64| {
             if amplitude == 0.0 {
@@ -114,34 +82,20 @@ impl Encoder {
         let ideal_deg = direction * shaft_deg + p.magnet_zero_deg;
         let seen_deg = ideal_deg + error_deg + self.noise.gaussian(p.encoder_noise_deg);
         if !seen_deg.is_finite() {
-            return 0;
+            return EncoderCount::new(0);
         }
         // `as` saturates and cuts off towards 0; one less below 0 makes it the floor. The last
-        // twelve bits of two's complement are the rest modulo 4096.
-        let counts = seen_deg / LSB_DEG + 0.5;
+        // twelve bits of two's complement, which the count keeps, are the rest modulo 4096.
+        let counts = seen_deg / COUNT_DEG + 0.5;
         let cut = counts as i64;
         let floor = cut.saturating_sub(i64::from(cut as f64 > counts));
-        (floor & 0xfff) as u16
+        EncoderCount::new(floor as u16)
     }
 
-    /// The 18 bits of the serial word at a shaft angle. D11, which is sent first, is bit 17; then
-    /// down to D0, OCF, COF, LIN, MagINC, MagDEC, and in bit 0 even parity.
-    pub fn word(&mut self, shaft_deg: f64) -> u32 {
-        word(self.count(shaft_deg), self.magnet)
+    /// The serial word at a shaft angle.
+    pub fn word(&mut self, shaft_deg: f64) -> EncoderWord {
+        EncoderWord::of(self.count(shaft_deg), self.magnet)
     }
-}
-
-/// The serial word of a count: offset compensation finished, no overflow.
-///
-/// ```
-/// use model_core::sensors::encoder::{Magnet, word};
-///
-/// assert_eq!(word(0xfff, Magnet::Good), 0b1111_1111_1111_10_000_1);
-/// ```
-pub const fn word(count: u16, magnet: Magnet) -> u32 {
-    const OFFSET_COMPENSATION_FINISHED: u32 = 1 << 5;
-    let bits = (count as u32 & 0xfff) << 6 | OFFSET_COMPENSATION_FINISHED | magnet.bits();
-    bits | (bits.count_ones() % 2)
 }
 
 #[cfg(test)]
@@ -156,11 +110,11 @@ mod tests {
     #[test]
     fn the_ideal_count_is_the_nearest_and_wraps() {
         let mut e = encoder(EncoderParameters::default());
-        assert_eq!(e.count(0.0439), 0);
-        assert_eq!(e.count(0.0440), 1);
-        assert_eq!(e.count(-0.05), 4095);
-        assert_eq!(e.count(360.0 * 7.0 + 45.0), 512);
-        assert_eq!(e.count(359.97), 0);
+        assert_eq!(e.count(0.0439).get(), 0);
+        assert_eq!(e.count(0.0440).get(), 1);
+        assert_eq!(e.count(-0.05).get(), 4095);
+        assert_eq!(e.count(360.0 * 7.0 + 45.0).get(), 512);
+        assert_eq!(e.count(359.97).get(), 0);
     }
 
     #[test]
@@ -170,22 +124,22 @@ mod tests {
             magnet_direction: -1.0,
             ..Default::default()
         });
-        assert_eq!(e.count(45.0), 0);
-        assert_eq!(e.count(-45.0), 1024);
+        assert_eq!(e.count(45.0).get(), 0);
+        assert_eq!(e.count(-45.0).get(), 1024);
     }
 
     #[test]
     fn misalignment_bends_the_angle_once_and_twice_a_turn() {
         let mut e = encoder(EncoderParameters {
-            misalignment_first_deg: LSB_DEG * 8.0,
-            misalignment_second_deg: LSB_DEG * 4.0,
+            misalignment_first_deg: COUNT_DEG * 8.0,
+            misalignment_second_deg: COUNT_DEG * 4.0,
             misalignment_second_phase_deg: 90.0,
             ..Default::default()
         });
         // 8 sin(x) + 4 cos(2 x).
-        assert_eq!(e.count(0.0), 4);
-        assert_eq!(e.count(90.0), 1024 + 8 - 4);
-        assert_eq!(e.count(270.0), 3072 - 8 - 4);
+        assert_eq!(e.count(0.0).get(), 4);
+        assert_eq!(e.count(90.0).get(), 1024 + 8 - 4);
+        assert_eq!(e.count(270.0).get(), 3072 - 8 - 4);
     }
 
     #[test]
@@ -195,41 +149,18 @@ mod tests {
             ..Default::default()
         });
         // On the edge of two counts they come half of the time each; one more is 3 sigma away.
-        let edge = 0.5 * LSB_DEG;
-        let ones = (0..10_000).filter(|_| e.count(edge) == 1).count();
+        let edge = 0.5 * COUNT_DEG;
+        let ones = (0..10_000).filter(|_| e.count(edge).get() == 1).count();
         // Three standard errors, and a few that reach beyond.
         assert!((4820..5180).contains(&ones), "{ones}");
     }
 
-    #[test]
-    fn the_alarms_stand_in_their_own_bits() {
-        assert_eq!(word(0, Magnet::Good), 0b10_0001);
-        assert_eq!(word(0, Magnet::Receding), 0b10_0010);
-        assert_eq!(word(0, Magnet::Approaching), 0b10_0100);
-        assert_eq!(word(0, Magnet::Marginal), 0b10_0111);
-        assert_eq!(word(0, Magnet::Lost), 0b10_1110);
-    }
-
     proptest! {
         #[test]
-        fn every_word_has_even_parity_eighteen_bits_and_its_count(
-            count in 0u16..4096,
-            magnet in prop::sample::select(&[
-                Magnet::Good, Magnet::Approaching, Magnet::Receding, Magnet::Marginal, Magnet::Lost,
-            ][..])
-        ) {
-            let word = word(count, magnet);
-            prop_assert_eq!(word.count_ones() % 2, 0);
-            prop_assert_eq!(word >> 6, u32::from(count));
-            // OCF set, COF clear.
-            prop_assert_eq!(word >> 4 & 0b11, 0b10);
-        }
-
-        #[test]
         fn the_ideal_count_is_that_of_the_referee(angle in -32000.0..32000.0f64) {
-            let n = (angle / LSB_DEG + 0.5).floor() as i64;
+            let n = (angle / COUNT_DEG + 0.5).floor() as i64;
             let mut e = encoder(EncoderParameters::default());
-            prop_assert_eq!(i64::from(e.count(angle)), n.rem_euclid(4096));
+            prop_assert_eq!(i64::from(e.count(angle).get()), n.rem_euclid(4096));
         }
 
         #[test]
@@ -238,7 +169,7 @@ mod tests {
                 misalignment_first_deg: amplitude,
                 ..Default::default()
             });
-            prop_assert!(e.count(angle) < 4096);
+            prop_assert!(e.count(angle).get() < 4096);
         }
     }
 }

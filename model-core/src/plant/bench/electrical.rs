@@ -81,7 +81,7 @@ impl Winding {
             Terminal::Coast if self.current_a > 0.0 => -self.diode_v,
             Terminal::Coast if self.current_a < 0.0 => self.diode_v,
             // Diodes conduct again where the motor is spun beyond the supply.
-            Terminal::Coast => crate::plant::limited(back_emf_v, -self.diode_v, self.diode_v),
+            Terminal::Coast => crate::plant::within(back_emf_v, -self.diode_v, self.diode_v),
         }
     }
 

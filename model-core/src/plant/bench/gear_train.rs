@@ -17,7 +17,8 @@ use core::f64::consts::PI;
 
 use super::friction::Friction;
 use super::load::Load;
-use crate::plant::limited;
+use crate::limits::within;
+
 use crate::time::TICK_S;
 
 crate::parameters! {
@@ -76,7 +77,7 @@ impl Joint {
     fn torque_nm(&self, first: &Body, second: &Body) -> f64 {
         let lead_rad = first.angle_rad - second.angle_rad;
         let gap = self.half_gap_rad;
-        let twist_rad = lead_rad - limited(lead_rad, -gap, gap);
+        let twist_rad = lead_rad - within(lead_rad, -gap, gap);
         let torque_nm = self.stiffness_nm * twist_rad
             + self.damping_nm_s * (first.rate_rad_s - second.rate_rad_s);
         // Flanks with play push, but do not pull.
@@ -206,7 +207,7 @@ impl GearTrain {
             let damping = if i == last { load.damping_nm_s } else { 0.0 };
             let inertia = body.inertia_kg_m2 + damping * step_s;
             let momentum = inertia * body.rate_rad_s + (torques[i] - torques[i + 1]) * step_s;
-            let taken = limited(momentum, -budget, budget);
+            let taken = within(momentum, -budget, budget);
             self.friction_nm += taken / step_s;
             body.rate_rad_s = (momentum - taken) / inertia;
             body.angle_rad += body.rate_rad_s * step_s;
@@ -217,7 +218,7 @@ impl GearTrain {
     fn stop(&mut self) {
         let body = &mut self.bodies[self.output];
         if body.angle_rad.abs() > self.stop_rad {
-            body.angle_rad = limited(body.angle_rad, -self.stop_rad, self.stop_rad);
+            body.angle_rad = within(body.angle_rad, -self.stop_rad, self.stop_rad);
             if body.angle_rad * body.rate_rad_s > 0.0 {
                 body.rate_rad_s = 0.0;
             }
@@ -255,7 +256,7 @@ impl GearTrain {
             .map(|b| b.inertia_kg_m2 * b.rate_rad_s * b.rate_rad_s / 2.0);
         let elastic = bodies.windows(2).zip(&self.joints).map(|(pair, joint)| {
             let lead = pair[0].angle_rad - pair[1].angle_rad;
-            let twist = lead - limited(lead, -joint.half_gap_rad, joint.half_gap_rad);
+            let twist = lead - within(lead, -joint.half_gap_rad, joint.half_gap_rad);
             joint.stiffness_nm * twist * twist / 2.0
         });
         kinetic.chain(elastic).sum()

@@ -37,7 +37,8 @@ use self::electrical::{ElectricalParameters, Terminal, Winding};
 use self::friction::{Friction, FrictionParameters};
 use self::gear_train::{GearTrain, GearTrainParameters, Motion, SHORTEST_STEP_S, STEP_SHARE};
 use self::load::{Load, LoadParameters};
-use super::{PlantState, limited};
+use super::PlantState;
+use crate::limits::within;
 use crate::parameter::{ParameterError, Parameters};
 
 /// All parameters of the bench.
@@ -162,7 +163,7 @@ impl Bench {
     pub fn advance(&mut self, terminal: Terminal, dt_s: f64) {
         self.terminal = match terminal {
             Terminal::Driven(v) if v.is_nan() => Terminal::Driven(0.0),
-            Terminal::Driven(v) => Terminal::Driven(limited(v, -self.supply_v, self.supply_v)),
+            Terminal::Driven(v) => Terminal::Driven(within(v, -self.supply_v, self.supply_v)),
             other => other,
         };
         if dt_s.is_nan() || dt_s <= 0.0 {

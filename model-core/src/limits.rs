@@ -1,0 +1,25 @@
+//! Limits of signals, shared by the control path and the models.
+
+/// `value` held between `low` and `high`; NaN stays NaN. Unlike `clamp` it cannot panic.
+#[inline]
+pub(crate) fn within<T: PartialOrd>(value: T, low: T, high: T) -> T {
+    if value < low {
+        low
+    } else if value > high {
+        high
+    } else {
+        value
+    }
+}
+
+/// Angle and rate after the hard stops at plus and minus `limit_deg`, which are inelastic: a rate
+/// that points outward is lost.
+#[inline]
+pub(crate) fn hard_stop(angle_deg: f64, rate_deg_s: f64, limit_deg: f64) -> (f64, f64) {
+    let stopped_deg = within(angle_deg, -limit_deg, limit_deg);
+    if stopped_deg != angle_deg && stopped_deg * rate_deg_s > 0.0 {
+        (stopped_deg, 0.0)
+    } else {
+        (stopped_deg, rate_deg_s)
+    }
+}
