@@ -1,12 +1,13 @@
 //! Which model, and the values of all of its parameters.
 
+pub mod group;
+
 use model_core::{
     control::parameters::ControlParameters,
     models::{
         SetupParameters, black_box_1::BlackBox1Parameters, black_box_2::BlackBox2Parameters,
         grey_box::GreyBoxParameters,
     },
-    parameter::{Parameter, ParameterError, Parameters},
     plant::{bench::BenchParameters, first_order::FirstOrderParameters},
     presets::{self, Preset},
     sensors::{
@@ -14,14 +15,14 @@ use model_core::{
         encoder::EncoderParameters,
     },
 };
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 
 use crate::{error::Error, simulate::closed_loop::TimerParameters};
+use group::Group;
+pub use group::Value;
 
 /// The models that can be simulated.
-#[derive(
-    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, clap::ValueEnum, Serialize, Deserialize,
-)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, clap::ValueEnum, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ModelKind {
     /// First-order lag with rate and position limits
@@ -61,7 +62,7 @@ impl ModelKind {
 }
 
 /// What stands for the motor and what it moves, behind the board.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum PlantKind {
     /// The paper's first-order motor, solved exactly
@@ -71,24 +72,13 @@ pub enum PlantKind {
     Bench,
 }
 
-/// Parameters behind one interface, whatever their table.
-trait Group {
-    fn table(&self) -> &'static [Parameter];
-    fn value(&self, index: usize) -> f64;
-    fn assign(&mut self, name: &str, value: f64) -> Result<(), ParameterError>;
-}
-
-impl<P: Parameters> Group for P {
-    fn table(&self) -> &'static [Parameter] {
-        P::TABLE
-    }
-
-    fn value(&self, index: usize) -> f64 {
-        self.get(index).unwrap_or(f64::NAN)
-    }
-
-    fn assign(&mut self, name: &str, value: f64) -> Result<(), ParameterError> {
-        self.set(name, value)
+impl PlantKind {
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::FirstOrder => "first-order",
+            Self::Bench => "bench",
+        }
     }
 }
 
@@ -135,15 +125,6 @@ pub struct Settings {
     pub model: ModelSettings,
 }
 
-/// One parameter of a model with its present value.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Value {
-    /// Its row in the table.
-    pub parameter: &'static Parameter,
-    /// Its value.
-    pub value: f64,
-}
-
 impl Settings {
     /// The defaults of a model.
     pub fn new(model: ModelKind, plant: PlantKind) -> Self {
@@ -169,6 +150,13 @@ impl Settings {
             ModelSettings::BlackBox2(_) => ModelKind::BlackBox2,
             ModelSettings::GreyBox(_) => ModelKind::GreyBox,
             ModelSettings::Board(_) => ModelKind::Board,
+        }
+    }
+
+    fn plant(&self) -> PlantKind {
+        match &self.model {
+            ModelSettings::Board(board) => board.plant,
+            _ => PlantKind::FirstOrder,
         }
     }
 
@@ -201,17 +189,7 @@ impl Settings {
 
     /// Every parameter with its present value, in the order of the tables.
     pub fn values(&self) -> Vec<Value> {
-        let mut copy = self.clone();
-        let rows = copy.groups().into_iter().flat_map(|group| {
-            let table = group.table();
-            (0..table.len())
-                .map(|i| Value {
-                    parameter: &table[i],
-                    value: group.value(i),
-                })
-                .collect::<Vec<_>>()
-        });
-        rows.collect()
+        group::values(&self.clone().groups())
     }
 
     /// Sets a parameter by name or by symbol.
@@ -220,23 +198,11 @@ impl Settings {
     /// [`Error::UnknownName`] where the model has none of this name, [`Error::Parameter`] where it
     /// cannot take the value.
     pub fn set(&mut self, name: &str, value: f64) -> Result<(), Error> {
-        for group in self.groups() {
-            match group.assign(name, value) {
-                Err(ParameterError::Unknown) => {}
-                result => return Ok(result?),
-            }
-        }
-        let kind = self.kind().name();
-        let known = self.values();
-        let known = known
-            .iter()
-            .flat_map(|v| [v.parameter.name, v.parameter.symbol]);
-        Err(Error::unknown(
-            "parameter",
-            name,
-            known,
-            format!("one that `actuator simulate {kind} --list-parameters` prints"),
-        ))
+        let command = match self.kind() {
+            ModelKind::Board => format!("simulate board --plant {}", self.plant().name()),
+            kind => format!("simulate {}", kind.name()),
+        };
+        group::set(&mut self.groups(), name, value, &command)
     }
 
     /// Applies a preset of this model.
@@ -249,10 +215,9 @@ impl Settings {
         let Some(found) = kind.presets().find(|known| known.name == preset) else {
             return Err(self.no_preset(preset));
         };
-        let bench = matches!(&self.model, ModelSettings::Board(b) if b.plant == PlantKind::Bench);
         for (name, value) in found.values {
             match self.set(name, *value) {
-                Err(Error::UnknownName { .. }) if bench => {
+                Err(Error::UnknownName { .. }) if self.plant() == PlantKind::Bench => {
                     return Err(Error::Conflict(format!(
                         "preset `{preset}` sets {name} of the first-order motor, which --plant \
                          bench replaces; expected --plant first-order, or --set for the bench"
@@ -266,17 +231,16 @@ impl Settings {
 
     fn no_preset(&self, name: &str) -> Error {
         let kind = self.kind();
-        if let Some(elsewhere) = presets::preset(name) {
-            let why = elsewhere
-                .warning
-                .map_or(String::new(), |why| format!(": {why}"));
-            return Error::Conflict(format!(
-                "preset `{name}` is for {}, not for {}{why}",
-                elsewhere.models.join(" and "),
-                kind.name()
-            ));
-        }
         let names: Vec<_> = kind.presets().map(|preset| preset.name).collect();
-        Error::unknown("preset", name, names.iter().copied(), names.join(", "))
+        let expected = names.join(", ");
+        match presets::preset(name) {
+            Some(elsewhere) => Error::Conflict(format!(
+                "preset `{name}` is for {}, not for {}: {}; expected {expected}",
+                elsewhere.models.join(" and "),
+                kind.name(),
+                elsewhere.summary
+            )),
+            None => Error::unknown("preset", name, names, expected),
+        }
     }
 }

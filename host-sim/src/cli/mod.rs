@@ -1,9 +1,10 @@
 //! The command line of `actuator`.
 
 mod output;
+mod parameters;
 //mod report;
 mod simulate;
-//mod tune;
+mod tune;
 
 use clap::{Parser, Subcommand};
 
@@ -23,6 +24,7 @@ pub struct Arguments {
 #[derive(Debug, Subcommand)]
 enum Command {
     Simulate(simulate::Simulate),
+    Tune(tune::Tune),
 }
 
 impl Arguments {
@@ -33,6 +35,7 @@ impl Arguments {
     pub fn run(self) -> Result<(), Failure> {
         match self.command {
             Command::Simulate(simulate) => simulate.run(),
+            Command::Tune(tune) => tune.run(),
         }
     }
 }

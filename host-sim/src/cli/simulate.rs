@@ -1,14 +1,18 @@
 //! `actuator simulate`.
 
-use std::{collections::BTreeMap, path::PathBuf};
+use std::path::PathBuf;
 
-use clap::Args;
+use clap::{
+    Args,
+    builder::{PossibleValue, PossibleValuesParser},
+};
 use indicatif::ProgressBar;
 use model_core::excitation::catalogue::Input;
 
 use super::{
     Failure,
     output::{self, CsvSink},
+    parameters::{self, ParameterOptions},
 };
 use crate::{
     error::Error,
@@ -24,7 +28,6 @@ use crate::{
 ///
 /// Without --csv and --plot a summary is printed.
 #[derive(Debug, Args)]
-#[command(after_long_help = lists())]
 pub struct Simulate {
     /// What to simulate
     model: Option<ModelKind>,
@@ -32,13 +35,13 @@ pub struct Simulate {
     #[arg(long, value_name = "FILE")]
     scenario: Option<PathBuf>,
     /// A reading of the paper [default: `paper` for a black box, else `consistent`]
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = parameters::preset_names())]
     preset: Option<String>,
     /// What the board drives [default: first-order]
     #[arg(long)]
     plant: Option<PlantKind>,
     /// A command by name [default: pulse]
-    #[arg(long, value_name = "NAME", conflicts_with = "input_file")]
+    #[arg(long, value_name = "NAME", value_parser = input_names(), conflicts_with = "input_file")]
     input: Option<String>,
     /// A command from a CSV file with the columns t (s) and command_deg, held piecewise constant
     #[arg(long, value_name = "FILE")]
@@ -46,23 +49,19 @@ pub struct Simulate {
     /// A torque on the load of the bench, from a CSV file with the columns t (s) and torque_nm
     #[arg(long, value_name = "FILE")]
     load_file: Option<PathBuf>,
-    /// Sets a parameter, by name or by symbol; those of the input are called `input.NAME`
-    #[arg(long, value_name = "NAME=VALUE", value_parser = assignment)]
-    set: Vec<(String, f64)>,
-    /// Prints every parameter with value, unit, range and source, and ends
-    #[arg(long)]
-    list_parameters: bool,
+    #[command(flatten)]
+    parameters: ParameterOptions,
     /// With --list-parameters: as JSON
-    #[arg(long, requires = "list_parameters")]
+    #[arg(long, requires = "list")]
     json: bool,
     /// How long to run, s [default: as long as the input]
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     duration: Option<f64>,
     /// Makes a row of every Nth tick of 50 us [default: 20]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     every: Option<u64>,
     /// Seed of all that is random [default: 0]
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     seed: Option<u64>,
     /// How the bridge is switched [default: average]
     #[arg(long)]
@@ -75,31 +74,21 @@ pub struct Simulate {
     plot: Option<PathBuf>,
 }
 
-fn assignment(text: &str) -> Result<(String, f64), String> {
-    let (name, value) = text.split_once('=').ok_or("expected NAME=VALUE")?;
-    let number = value.trim().parse();
-    let number = number.map_err(|_| format!("`{value}` is not a number"))?;
-    Ok((name.trim().to_owned(), number))
-}
-
-fn lists() -> String {
-    let mut text = String::from("Presets:\n");
-    for preset in model_core::presets::PRESETS {
-        let models = preset.models.join(", ");
-        text += &format!("  {:<20} {} [{models}]\n", preset.name, preset.summary);
-    }
-    text += "\nInputs:\n";
-    for input in Input::NAMES.iter().filter_map(|name| Input::named(name)) {
-        text += &format!("  {:<20} {}\n", input.name(), input.summary());
-    }
-    text
+fn input_names() -> PossibleValuesParser {
+    let inputs = Input::NAMES.iter().filter_map(|name| Input::named(name));
+    PossibleValuesParser::new(inputs.map(|input| {
+        PossibleValue::new(input.name())
+            .help(input.summary().trim_end_matches('.'))
+            .aliases(input.alias())
+    }))
 }
 
 impl Simulate {
     pub(super) fn run(self) -> Result<(), Failure> {
         let scenario = self.scenario()?;
-        if self.list_parameters {
-            return Ok(self.list(&scenario)?);
+        if self.parameters.list {
+            let parameters = parameters(&scenario)?;
+            return Ok(parameters::print(&parameters, self.json)?);
         }
         let simulation = scenario.resolve()?;
         warn(&scenario);
@@ -125,17 +114,9 @@ impl Simulate {
             every: self.every,
             seed: self.seed,
             pwm: self.pwm,
-            set: self.set.iter().cloned().collect::<BTreeMap<_, _>>(),
+            set: self.parameters.set.clone(),
+            path: None,
         }))
-    }
-
-    fn list(&self, scenario: &Scenario) -> Result<(), Error> {
-        let parameters = parameters(scenario)?;
-        if self.json {
-            output::print(&json(&parameters))
-        } else {
-            output::print_table(&table(&parameters))
-        }
     }
 }
 
@@ -168,49 +149,6 @@ fn parameters(scenario: &Scenario) -> Result<Vec<(String, Value)>, Error> {
         )
     });
     Ok(model.chain(input).collect())
-}
-
-fn table(parameters: &[(String, Value)]) -> Table {
-    let columns = [
-        "name", "symbol", "value", "unit", "default", "range", "meaning", "source",
-    ];
-    let mut table = Table::new("", &columns.map(|name| (name, "")));
-    for (
-        name,
-        Value {
-            parameter: p,
-            value,
-        },
-    ) in parameters
-    {
-        let range = format!("{} to {}", p.min, p.max);
-        let (value, default) = (value.to_string(), p.default.to_string());
-        let row = [
-            name, p.symbol, &value, p.unit, &default, &range, p.meaning, p.source,
-        ];
-        table.push(row.map(Cell::from));
-    }
-    table
-}
-
-fn json(parameters: &[(String, Value)]) -> String {
-    // JSON has no infinity: an unbounded limit is null.
-    let rows = parameters.iter().map(
-        |(
-            name,
-            Value {
-                parameter: p,
-                value,
-            },
-        )| {
-            serde_json::json!({
-                "name": name, "symbol": p.symbol, "value": value, "unit": p.unit,
-                "default": p.default, "min": p.min, "max": p.max,
-                "meaning": p.meaning, "source": p.source,
-            })
-        },
-    );
-    format!("{:#}\n", serde_json::Value::from_iter(rows))
 }
 
 /// Where the rows of a run go.

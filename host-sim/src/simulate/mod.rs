@@ -115,9 +115,9 @@ impl Simulation {
         }
     }
 
-    fn path(&self) -> CommandPath {
+    fn path(&self) -> CommandPath<'_> {
         CommandPath {
-            command: self.command.clone(),
+            command: &self.command,
             delay_ticks: ticks(self.settings.setup.delay_s),
             host_ticks: ticks(self.settings.setup.host_period_s),
         }
