@@ -7,8 +7,6 @@ use std::{
 
 use model_core::parameter::ParameterError;
 
-use crate::tune::TuneError;
-
 /// Why a command could not be carried out.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
@@ -81,9 +79,6 @@ pub enum Error {
         /// What went wrong.
         error: Box<Error>,
     },
-    /// There are no gains for a wish.
-    #[error(transparent)]
-    Tune(#[from] TuneError),
     /// Something that was asked for does not go together.
     #[error("{0}")]
     Conflict(String),

@@ -26,6 +26,7 @@ use crate::{
     input::{self, Command},
     settings::{ModelKind, PlantKind, Settings},
     simulate::Simulation,
+    trace::Trace,
 };
 
 /// Ticks between rows unless somebody says otherwise: 1 ms.
@@ -54,27 +55,27 @@ pub enum PwmKind {
 pub struct Scenario {
     /// The model. It must be given.
     pub model: Option<ModelKind>,
-    /// The plant behind the board [`first-order`].
+    /// The plant behind the board (`first-order`).
     pub plant: Option<PlantKind>,
-    /// The preset [the model's first].
+    /// The preset (the model's first).
     #[serde(deserialize_with = "file::preset")]
     pub preset: Option<String>,
-    /// The input by name [`pulse`].
+    /// The input by name (`pulse`).
     #[serde(deserialize_with = "file::input")]
     pub input: Option<String>,
     /// The input from a file, in place of `input`; in a scenario file, relative to it.
     pub input_file: Option<PathBuf>,
     /// A torque on the load of the bench from a file; in a scenario file, relative to it.
     pub load_file: Option<PathBuf>,
-    /// How long to run, s [as long as the input].
+    /// How long to run, s (as long as the input).
     #[serde(deserialize_with = "file::duration")]
     pub duration_s: Option<f64>,
-    /// Ticks of 50 us between rows [20].
+    /// Ticks of 50 us between rows (20).
     #[serde(deserialize_with = "file::every")]
     pub every: Option<u64>,
-    /// Seed of all that is random [0].
+    /// Seed of all that is random (0).
     pub seed: Option<u64>,
-    /// How the bridge is switched [`average`].
+    /// How the bridge is switched (`average`).
     pub pwm: Option<PwmKind>,
     /// Parameters by name, after the preset; of several values for one the last counts.
     #[serde(deserialize_with = "file::set")]
@@ -182,16 +183,20 @@ impl Scenario {
             PwmKind::Average => Pwm::Average,
             PwmKind::Switched => Pwm::Switched,
         };
-        Ok(Simulation {
+        let mut simulation = Simulation {
             settings,
             command,
             input,
             load,
-            ticks,
+            ticks: 0,
             every,
             pwm,
             seed: self.seed.unwrap_or(0),
-        })
+        };
+        // A run of no ticks finds parameters that do not go together, before any output is made.
+        simulation.run(&mut Trace::default())?;
+        simulation.ticks = ticks;
+        Ok(simulation)
     }
 
     /// The standard input that this scenario names, with its parameters; `None` where the command

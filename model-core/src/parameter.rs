@@ -118,7 +118,7 @@ impl fmt::Display for ParameterError {
                 value,
             } => write!(
                 f,
-                "{} is {value:?}, expected a number from {} to {} {}",
+                "{} is {value}, expected a number from {} to {} {}",
                 p.name, p.min, p.max, p.unit
             ),
             Self::NotAllowed {

@@ -4,7 +4,7 @@ use clap::{
     Args,
     builder::{PossibleValue, PossibleValuesParser},
 };
-use model_core::presets::PRESETS;
+use model_core::presets::Preset;
 
 use super::output;
 use crate::{
@@ -16,8 +16,7 @@ use crate::{
 
 #[derive(Debug, Args)]
 pub struct ParameterOptions {
-    /// Sets a parameter, by name or by symbol, as often as needed; those of an input are called
-    /// `input.NAME`
+    /// Sets a parameter by name or by symbol, as often as needed; of two values the last counts
     #[arg(long, value_name = "NAME=VALUE", value_parser = setting)]
     pub set: Vec<Setting>,
     /// Prints every parameter with value, unit, range and source, and ends
@@ -32,9 +31,9 @@ fn setting(text: &str) -> Result<Setting, String> {
     Ok(Setting::new(name.trim(), number))
 }
 
-/// The names of the presets, each with what it is and for which models.
-pub fn preset_names() -> PossibleValuesParser {
-    PossibleValuesParser::new(PRESETS.iter().map(|preset| {
+/// The names of presets, each with what it is and for which models.
+pub fn preset_names(presets: impl IntoIterator<Item = &'static Preset>) -> PossibleValuesParser {
+    PossibleValuesParser::new(presets.into_iter().map(|preset| {
         let models = preset.models.join(", ");
         PossibleValue::new(preset.name).help(format!("{models}: {}", preset.summary))
     }))

@@ -1,32 +1,33 @@
 //! `actuator simulate`.
 
+mod sinks;
+
 use std::path::PathBuf;
 
 use clap::{
     Args,
     builder::{PossibleValue, PossibleValuesParser},
 };
-use indicatif::ProgressBar;
-use model_core::excitation::catalogue::Input;
+use model_core::{
+    excitation::catalogue::Input,
+    presets::{self, PRESETS},
+};
 
 use super::{
     Failure,
-    output::{self, CsvSink},
     parameters::{self, ParameterOptions},
 };
 use crate::{
     error::Error,
-    plot,
-    report::{Cell, Table, figures},
     scenario::{INPUT_PREFIX, PwmKind, Scenario},
     settings::{ModelKind, PlantKind, Value},
-    simulate::{Rows, Simulation},
-    trace::Trace,
 };
+use sinks::Sinks;
 
 /// Runs a model on an input
 ///
-/// Without --csv and --plot a summary is printed.
+/// Without --csv a summary is printed. --set also takes the parameters of the input, as
+/// `input.NAME=VALUE`; --list-parameters prints those of the model and of the input that are chosen.
 #[derive(Debug, Args)]
 pub struct Simulate {
     /// What to simulate
@@ -35,7 +36,7 @@ pub struct Simulate {
     #[arg(long, value_name = "FILE")]
     scenario: Option<PathBuf>,
     /// A reading of the paper [default: `paper` for a black box, else `consistent`]
-    #[arg(long, value_name = "NAME", value_parser = parameters::preset_names())]
+    #[arg(long, value_name = "NAME", value_parser = parameters::preset_names(PRESETS))]
     preset: Option<String>,
     /// What the board drives [default: first-order]
     #[arg(long)]
@@ -92,9 +93,9 @@ impl Simulate {
         }
         let simulation = scenario.resolve()?;
         warn(&scenario);
-        let mut sinks = Sinks::create(&self, &simulation)?;
+        let mut sinks = Sinks::create(&simulation, self.csv, self.plot)?;
         simulation.run(&mut sinks)?;
-        sinks.finish(&self, &simulation)?;
+        sinks.finish()?;
         Ok(())
     }
 
@@ -122,10 +123,7 @@ impl Simulate {
 
 /// What must be said of a preset is said on standard error.
 fn warn(scenario: &Scenario) {
-    let preset = scenario
-        .preset
-        .as_deref()
-        .and_then(model_core::presets::preset);
+    let preset = scenario.preset.as_deref().and_then(presets::preset);
     if let Some(warning) = preset.and_then(|preset| preset.warning) {
         eprintln!("warning: {warning}");
     }
@@ -149,78 +147,4 @@ fn parameters(scenario: &Scenario) -> Result<Vec<(String, Value)>, Error> {
         )
     });
     Ok(model.chain(input).collect())
-}
-
-/// Where the rows of a run go.
-struct Sinks {
-    csv: Option<CsvSink>,
-    trace: Option<Trace>,
-    progress: ProgressBar,
-}
-
-impl Sinks {
-    fn create(options: &Simulate, simulation: &Simulation) -> Result<Self, Error> {
-        let columns = simulation.columns();
-        if let Some(path) = &options.plot {
-            plot::Format::of(path)?;
-        }
-        let csv = options
-            .csv
-            .as_ref()
-            .map(|path| CsvSink::create(path, &columns))
-            .transpose()?;
-        let is_kept = options.plot.is_some() || options.csv.is_none();
-        Ok(Self {
-            csv,
-            trace: is_kept.then(|| Trace::new(&columns, 0)),
-            progress: output::progress(simulation.rows(), "rows"),
-        })
-    }
-
-    fn finish(self, options: &Simulate, simulation: &Simulation) -> Result<(), Error> {
-        self.progress.finish_and_clear();
-        let to_stdout = options
-            .csv
-            .as_deref()
-            .is_some_and(output::is_standard_output);
-        if let Some(csv) = self.csv {
-            csv.finish()?;
-        }
-        if let (Some(path), Some(trace)) = (&options.plot, &self.trace) {
-            plot::save(&figures::of_trace(&simulation.title(), trace), path)?;
-            eprintln!("plot: {}", path.display());
-        }
-        if let (false, Some(trace)) = (to_stdout, &self.trace) {
-            output::print_table(&summary(trace))?;
-        }
-        Ok(())
-    }
-}
-
-impl Rows for Sinks {
-    fn row(&mut self, values: &[f64]) -> Result<(), Error> {
-        if let Some(csv) = &mut self.csv {
-            csv.numbers(values)?;
-        }
-        if let Some(trace) = &mut self.trace {
-            trace.push(values);
-        }
-        self.progress.inc(1);
-        Ok(())
-    }
-}
-
-/// Least, greatest and last value of every column.
-fn summary(trace: &Trace) -> Table {
-    let columns = ["column", "least", "greatest", "last"];
-    let mut table = Table::new("", &columns.map(|name| (name, "")));
-    for name in trace.names() {
-        let column = trace.column(name).unwrap_or_default();
-        let least = column.iter().copied().fold(f64::INFINITY, f64::min);
-        let greatest = column.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let last = column.last().copied().unwrap_or(f64::NAN);
-        let numbers = [least, greatest, last].map(|value| Cell::Number(value, 3));
-        table.push([Cell::from(*name)].into_iter().chain(numbers));
-    }
-    table
 }

@@ -16,6 +16,7 @@ use crate::{
     error::Error,
     plot,
     scenario::Setting,
+    settings::ModelKind,
     tune::{self, TuneError},
 };
 use wish::Wish;
@@ -29,7 +30,7 @@ use wish::Wish;
 #[derive(Debug, Args)]
 pub struct Tune {
     /// Starts from the motor and the board of a preset [default: consistent]
-    #[arg(long, value_name = "NAME", value_parser = parameters::preset_names())]
+    #[arg(long, value_name = "NAME", value_parser = parameters::preset_names(ModelKind::Board.presets()))]
     preset: Option<String>,
     /// Steady rate of the motor per duty, (deg/s)/%
     #[arg(long, value_name = "K", allow_negative_numbers = true)]
@@ -104,13 +105,13 @@ impl Tune {
     }
 }
 
-/// Says of a gain out of range, which nobody has set, where it comes from.
+/// Why there are no gains; of one out of range, which nobody has set, where it comes from.
 fn explained(error: TuneError) -> Error {
     match error {
         TuneError::Parameter(parameter) if wish::is_found(&parameter) => Error::Conflict(format!(
             "the wish asks for a gain that the board does not take: {parameter}"
         )),
         TuneError::Parameter(parameter) => parameter.into(),
-        other => other.into(),
+        out_of_reach => Error::Conflict(out_of_reach.to_string()),
     }
 }

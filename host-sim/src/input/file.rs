@@ -75,7 +75,7 @@ pub fn read(path: &Path, quantity: &Quantity) -> Result<Sequence, Error> {
     while let Some(line) = lines.next()? {
         if line.fields.len() != width {
             let found = line.fields.len();
-            let problem = format!("fields: {found}, expected {width} as in the header");
+            let problem = format!("the fields are {found}, expected {width} as in the header");
             return Err(line.problem(problem));
         }
         let t = line.number(t_index, &TIME)?;
@@ -95,13 +95,12 @@ pub fn read(path: &Path, quantity: &Quantity) -> Result<Sequence, Error> {
 impl Line<'_> {
     /// The index of the column of this name.
     fn column(&self, name: &str) -> Result<usize, String> {
-        let mut found = (0..self.fields.len()).filter(|&index| &self.fields[index] == name);
+        let mut found = (0..self.fields.len()).filter(|&index| self.fields[index] == name);
         match (found.next(), found.next()) {
             (Some(index), None) => Ok(index),
             (Some(_), Some(_)) => Err(format!("two columns `{name}`")),
             (None, _) => {
-                let columns: Vec<_> = self.fields.iter().collect();
-                let columns = columns.join("`, `");
+                let columns = self.fields.join("`, `");
                 Err(format!("no column `{name}`: the columns are `{columns}`"))
             }
         }

@@ -1,5 +1,6 @@
 //! The Bode plot of a tuned loop.
 
+use super::result::stable_margins;
 use crate::{
     analysis::{
         frequency::{Response, logarithmic_grid},
@@ -17,7 +18,8 @@ pub fn bode(request: &Request, tuning: &Tuning) -> Result<Figure, Error> {
     let servo = Loop::sampled(&request.motor, &tuning.control, &request.timing)?;
     let nyquist_hz = 0.5 / request.timing.control_period_s;
     // From well below the slowest of the crossings to where the sampled loop ends.
-    let crossings = [tuning.margins.phase_deg, tuning.margins.gain_db];
+    let margins = stable_margins(tuning);
+    let crossings = [margins.phase_deg, margins.gain_db];
     let slowest_hz = crossings.into_iter().flatten().map(|m| m.frequency_hz);
     let from_hz = 0.05 * slowest_hz.fold(0.1 * nyquist_hz, f64::min);
     let grid = logarithmic_grid(from_hz, 0.999 * nyquist_hz, POINTS_PER_DECADE);
@@ -32,14 +34,14 @@ pub fn bode(request: &Request, tuning: &Tuning) -> Result<Figure, Error> {
     let mut mark = |name: &str, hz: f64, ends: [f64; 2]| {
         Series::new(name, colours.of(name), &[hz, hz], &ends).style(Style::Dashed)
     };
-    if let Some(margin) = tuning.margins.gain_db {
+    if let Some(margin) = margins.gain_db {
         gain = gain.series(mark(
             "gain margin",
             margin.frequency_hz,
             [-margin.value, 0.0],
         ));
     }
-    if let Some(margin) = tuning.margins.phase_deg {
+    if let Some(margin) = margins.phase_deg {
         let ends = [-180.0, margin.value - 180.0];
         phase = phase.series(mark("phase margin", margin.frequency_hz, ends));
     }

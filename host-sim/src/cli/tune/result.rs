@@ -5,7 +5,7 @@ use serde_json::json;
 
 use super::wish::FOUND;
 use crate::{
-    analysis::loop_gain::Margin,
+    analysis::loop_gain::{Margin, Margins},
     cli::output,
     error::Error,
     report::{Cell, Table},
@@ -43,7 +43,7 @@ fn outcome(tuning: &Tuning) -> Table {
     let columns = [("", ""), ("value", ""), ("unit", ""), ("at", "Hz")];
     let mut table = Table::new("The loop on the board", &columns);
     let number = |value: Option<f64>| value.map_or(Cell::None, |value| Cell::Number(value, 3));
-    let margins = &tuning.margins;
+    let margins = stable_margins(tuning);
     let value = |margin: Option<Margin>| margin.map(|m| m.value);
     let place = |margin: Option<Margin>| margin.map(|m| m.frequency_hz);
     let (gain, phase) = (margins.gain_db, margins.phase_deg);
@@ -77,6 +77,19 @@ fn outcome(tuning: &Tuning) -> Table {
     table
 }
 
+/// The margins; none where the loop is not stable, for their signs would mean nothing.
+pub fn stable_margins(tuning: &Tuning) -> Margins {
+    match tuning.margins {
+        margins if margins.stable => margins,
+        margins => Margins {
+            gain_db: None,
+            phase_deg: None,
+            delay_s: None,
+            ..margins
+        },
+    }
+}
+
 /// The same as JSON.
 pub fn json(tuning: &Tuning, command: Option<&str>) -> String {
     let gains = ControlParameters::TABLE[..FOUND].iter().enumerate();
@@ -84,15 +97,16 @@ pub fn json(tuning: &Tuning, command: Option<&str>) -> String {
     let margin = |margin: Option<Margin>| {
         margin.map(|m| json!({ "value": m.value, "frequency_hz": m.frequency_hz }))
     };
+    let margins = stable_margins(tuning);
     let warnings: Vec<_> = tuning.warnings.iter().map(|w| w.to_string()).collect();
     let value = json!({
         "gains": serde_json::Map::from_iter(gains),
         "inner_bandwidth_rad_s": tuning.inner_bandwidth_rad_s,
         "bandwidth_hz": tuning.bandwidth_hz,
-        "is_stable": tuning.margins.stable,
-        "gain_margin_db": margin(tuning.margins.gain_db),
-        "phase_margin_deg": margin(tuning.margins.phase_deg),
-        "delay_margin_s": tuning.margins.delay_s,
+        "is_stable": margins.stable,
+        "gain_margin_db": margin(margins.gain_db),
+        "phase_margin_deg": margin(margins.phase_deg),
+        "delay_margin_s": margins.delay_s,
         "duty_jump_pct": tuning.duty_jump_pct,
         "warnings": warnings,
         "simulate": command,

@@ -6,8 +6,6 @@ use std::{
     path::Path,
 };
 
-use csv::{ReaderBuilder, StringRecord, Trim};
-
 use crate::error::Error;
 
 /// The longest line, bytes: a file without line ends is given up here, not when memory is.
@@ -19,7 +17,6 @@ pub struct Lines<'a> {
     file: BufReader<File>,
     number: u64,
     text: Vec<u8>,
-    csv: ReaderBuilder,
 }
 
 /// A line that holds something.
@@ -27,7 +24,7 @@ pub struct Line<'a> {
     path: &'a Path,
     number: u64,
     /// Its fields without quotes and without blanks around them.
-    pub fields: StringRecord,
+    pub fields: Vec<String>,
 }
 
 impl<'a> Lines<'a> {
@@ -37,15 +34,11 @@ impl<'a> Lines<'a> {
             path: path.into(),
             source,
         })?;
-        let mut csv = ReaderBuilder::new();
-        // A small buffer: every line gets a reader of its own.
-        csv.has_headers(false).trim(Trim::All).buffer_capacity(256);
         Ok(Self {
             path,
             file: BufReader::new(file),
             number: 0,
             text: Vec::new(),
-            csv,
         })
     }
 
@@ -58,7 +51,15 @@ impl<'a> Lines<'a> {
             if text.is_empty() || text.starts_with('#') {
                 continue;
             }
-            return self.split(text).map(Some);
+            let Some(fields) = fields(text) else {
+                let problem = "a quote is not closed, expected its end in the same line";
+                return Err(self.problem(problem.into()));
+            };
+            return Ok(Some(Line {
+                path: self.path,
+                number: self.number,
+                fields,
+            }));
         }
         Ok(None)
     }
@@ -81,23 +82,6 @@ impl<'a> Lines<'a> {
         Ok(length > 0)
     }
 
-    fn split(&self, text: &str) -> Result<Line<'a>, Error> {
-        if !text.matches('"').count().is_multiple_of(2) {
-            let problem = "a quote is not closed, expected its end in the same line";
-            return Err(self.problem(problem.into()));
-        }
-        let mut fields = StringRecord::new();
-        self.csv
-            .from_reader(text.as_bytes())
-            .read_record(&mut fields)
-            .map_err(|error| self.problem(format!("{error}, expected CSV text")))?;
-        Ok(Line {
-            path: self.path,
-            number: self.number,
-            fields,
-        })
-    }
-
     /// What is wrong with the line that was read last.
     pub fn problem(&self, problem: String) -> Error {
         Error::InputFile {
@@ -116,5 +100,52 @@ impl Line<'_> {
             line: self.number,
             problem,
         }
+    }
+}
+
+/// The fields of a line; `None` if a quote is not closed.
+fn fields(line: &str) -> Option<Vec<String>> {
+    let mut fields = vec![String::new()];
+    let (mut is_quoted, mut previous) = (false, ',');
+    for character in line.chars() {
+        match (character, fields.last_mut()) {
+            (',', _) if !is_quoted => fields.push(String::new()),
+            ('"', Some(field)) => {
+                // A quote behind a closing one stands for itself.
+                if !is_quoted && previous == '"' {
+                    field.push('"');
+                }
+                is_quoted = !is_quoted;
+            }
+            (_, Some(field)) => field.push(character),
+            (_, None) => {}
+        }
+        previous = character;
+    }
+    for field in &mut fields {
+        *field = field.trim().to_owned();
+    }
+    (!is_quoted).then_some(fields)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::fields;
+
+    fn split(line: &str) -> Vec<String> {
+        fields(line).expect("the quotes are closed")
+    }
+
+    #[test]
+    fn fields_end_at_commas_that_stand_in_no_quotes() {
+        assert_eq!(split("1,2,"), ["1", "2", ""]);
+        assert_eq!(split(r#""a, b" , "" ,3"#), ["a, b", "", "3"]);
+        assert_eq!(split(""), [""]);
+    }
+
+    #[test]
+    fn a_doubled_quote_within_quotes_is_one() {
+        assert_eq!(split(r#""5"" pipe","""""#), [r#"5" pipe"#, r#"""#]);
+        assert_eq!(fields(r#""a,b"#), None);
     }
 }
