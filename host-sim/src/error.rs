@@ -59,10 +59,10 @@ pub enum Error {
     /// A parameter got a value that it cannot take.
     #[error("parameter {0}")]
     Parameter(#[from] ParameterError),
-    /// An option got a value that it cannot take.
+    /// An option, or the entry of a scenario file, got a value that it cannot take.
     #[error("{option} is {value}, expected {expected}")]
     Option {
-        /// The option, as on the command line.
+        /// Which one.
         option: &'static str,
         /// What it was given.
         value: String,

@@ -12,13 +12,12 @@
 //! "input.amplitude_deg" = 5.0
 //! ```
 
+mod checks;
 mod file;
 
 use std::path::PathBuf;
 
-use model_core::{
-    excitation::catalogue::Input, parameter::ParameterError, plant::Pwm, presets, time::ticks,
-};
+use model_core::{excitation::catalogue::Input, plant::Pwm, time::ticks};
 use serde::Deserialize;
 
 use crate::{
@@ -31,9 +30,6 @@ use crate::{
 
 /// Ticks between rows unless somebody says otherwise: 1 ms.
 pub const DEFAULT_EVERY: u64 = 20;
-
-/// The longest run, s: four months.
-const LONGEST_S: f64 = 1e7;
 
 /// What stands before the name of a parameter of the input.
 pub const INPUT_PREFIX: &str = "input.";
@@ -172,9 +168,9 @@ impl Scenario {
         let (command, natural_ticks, input) = self.command()?;
         let ticks = match self.duration_s {
             None => natural_ticks,
-            Some(duration_s) => ticks(check_duration(duration_s)?).max(1),
+            Some(duration_s) => ticks(checks::duration(duration_s)?).max(1),
         };
-        let every = check_every(self.every.unwrap_or(DEFAULT_EVERY))?;
+        let every = checks::every(self.every.unwrap_or(DEFAULT_EVERY))?;
         let load = self.load_file.as_deref();
         let load = load
             .map(|path| input::file::read(path, &input::file::LOAD))
@@ -222,7 +218,7 @@ impl Scenario {
         let mut input = input::named(self.input.as_deref().unwrap_or("pulse"))?;
         for (setting, name) in settings {
             let result = input.set(name, setting.value);
-            result.map_err(|error| self.at(setting, not_taken(&input, name, error)))?;
+            result.map_err(|error| self.at(setting, checks::not_taken(&input, name, error)))?;
         }
         Ok(Some(input))
     }
@@ -263,50 +259,4 @@ impl Scenario {
             path.display().to_string(),
         ))
     }
-}
-
-/// Why an input did not take a value for the parameter called `name`.
-fn not_taken(input: &Input, name: &str, error: ParameterError) -> Error {
-    if error != ParameterError::Unknown {
-        return error.into();
-    }
-    let known = input.table().iter().map(|parameter| parameter.name);
-    let expected = known
-        .clone()
-        .map(|name| format!("{INPUT_PREFIX}{name}"))
-        .collect::<Vec<_>>()
-        .join(", ");
-    Error::unknown("input parameter", name, known, expected)
-}
-
-fn check_duration(duration_s: f64) -> Result<f64, Error> {
-    // Written so that NaN fails.
-    if duration_s > 0.0 && duration_s <= LONGEST_S {
-        return Ok(duration_s);
-    }
-    Err(Error::Option {
-        option: "duration",
-        value: duration_s.to_string(),
-        expected: "more than 0 and at most 10,000,000 s",
-    })
-}
-
-fn check_every(every: u64) -> Result<u64, Error> {
-    if every > 0 {
-        return Ok(every);
-    }
-    Err(Error::Option {
-        option: "every",
-        value: every.to_string(),
-        expected: "at least 1 tick",
-    })
-}
-
-fn check_preset(name: String) -> Result<String, Error> {
-    if presets::preset(&name).is_some() {
-        return Ok(name);
-    }
-    let known: Vec<_> = presets::PRESETS.iter().map(|preset| preset.name).collect();
-    let expected = known.join(", ");
-    Err(Error::unknown("preset", &name, known, expected))
 }

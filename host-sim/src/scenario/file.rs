@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, fs, path::Path};
 use serde::{Deserialize, Deserializer, de::Error as _};
 use toml::Spanned;
 
-use super::{Scenario, Setting, check_duration, check_every, check_preset};
+use super::{Scenario, Setting, checks};
 use crate::{error::Error, input};
 
 impl Scenario {
@@ -47,7 +47,7 @@ fn checked<'de, T: Deserialize<'de>, D: Deserializer<'de>>(
 }
 
 pub fn preset<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<String>, D::Error> {
-    checked(deserializer, check_preset)
+    checked(deserializer, checks::preset)
 }
 
 pub fn input<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<String>, D::Error> {
@@ -57,11 +57,11 @@ pub fn input<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<String
 }
 
 pub fn duration<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
-    checked(deserializer, check_duration)
+    checked(deserializer, checks::duration)
 }
 
 pub fn every<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<u64>, D::Error> {
-    checked(deserializer, check_every)
+    checked(deserializer, checks::every)
 }
 
 /// The settings in the order of the file, each with its byte in place of its line: here nobody

@@ -89,6 +89,10 @@ fn a_value_that_an_option_does_not_take_is_named_with_what_was_expected() {
             "encoder_direction is 0, expected 1 or -1",
         ),
         (
+            "--input chirp --set input.duration_s=0",
+            "parameter input.duration_s is 0, expected a number from 0.001 to 3600 s",
+        ),
+        (
             "--set position_min_deg=10 --set position_max_deg=0",
             "position_min_deg is above position_max_deg",
         ),
