@@ -158,8 +158,8 @@ impl ActuatorModel for BlackBox2 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::parameter::Parameters;
     use crate::models::tests::{angle_after, ramp_lag_s, second_order_step};
+    use crate::parameter::Parameters;
     use crate::time::TICKS_PER_SECOND;
 
     fn model(set: &[(&str, f64)]) -> BlackBox2 {
