@@ -193,7 +193,11 @@ pub fn campaign(simulations: &[Simulation]) -> Vec<Result<Extremes, Error>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{scenario::Scenario, settings::ModelKind, trace::Trace};
+    use crate::{
+        scenario::{Scenario, Setting},
+        settings::ModelKind,
+        trace::Trace,
+    };
 
     fn simulation(model: ModelKind, every: u64, set: &[(&str, f64)]) -> Simulation {
         let scenario = Scenario {
@@ -204,7 +208,7 @@ mod tests {
             every: Some(every),
             set: set
                 .iter()
-                .map(|(name, value)| ((*name).into(), *value))
+                .map(|(name, value)| Setting::new(*name, *value))
                 .collect(),
             ..Default::default()
         };
