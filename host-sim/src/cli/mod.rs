@@ -1,7 +1,7 @@
 //! The command line of `actuator`.
 
 mod output;
-//mod report;
+mod report;
 mod simulate;
 //mod tune;
 
@@ -23,6 +23,7 @@ pub struct Arguments {
 #[derive(Debug, Subcommand)]
 enum Command {
     Simulate(simulate::Simulate),
+    Report(report::Report),
 }
 
 impl Arguments {
@@ -33,6 +34,7 @@ impl Arguments {
     pub fn run(self) -> Result<(), Failure> {
         match self.command {
             Command::Simulate(simulate) => simulate.run(),
+            Command::Report(report) => report.run(),
         }
     }
 }

@@ -1,12 +1,12 @@
 //! The page of a report: sections of text, figures and tables in one self-contained HTML file.
 
 use std::fmt::Write as _;
-use std::io;
 use std::path::Path;
 
-use super::table::Table;
+use super::{file, table::Table};
+use crate::error::Error;
+use crate::plot::Figure;
 use crate::plot::html::{self, escape};
-use crate::plot::{Figure, write_file};
 
 /// What stands in a section.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,7 +14,7 @@ enum Block {
     Text(String),
     Note(String),
     Warning(String),
-    Figure(Figure),
+    Figures(Vec<Figure>),
     Table(Table),
 }
 
@@ -62,7 +62,12 @@ impl Section {
 
     /// With a figure. The page numbers its figures.
     pub fn figure(self, figure: Figure) -> Self {
-        self.with(Block::Figure(figure))
+        self.with(Block::Figures(vec![figure]))
+    }
+
+    /// With small figures, two beside each other where there is room.
+    pub fn gallery(self, figures: impl IntoIterator<Item = Figure>) -> Self {
+        self.with(Block::Figures(figures.into_iter().collect()))
     }
 
     /// With a table.
@@ -132,26 +137,34 @@ impl Page {
         html::document(&self.title, &body)
     }
 
-    /// Writes the page.
+    /// Writes the page, all of it or nothing.
     ///
     /// # Errors
-    /// If the file cannot be written. The message names it.
-    pub fn write(&self, path: &Path) -> io::Result<()> {
-        write_file(path, &self.render())
+    /// [`Error::Write`].
+    pub fn write(&self, path: &Path) -> Result<(), Error> {
+        file::write(path, &self.render())
+    }
+
+    /// The figures in their order.
+    pub fn figures(&self) -> impl Iterator<Item = &Figure> {
+        let blocks = self.sections.iter().flat_map(|section| &section.blocks);
+        blocks.flat_map(|block| match block {
+            Block::Figures(figures) => figures.as_slice(),
+            _ => &[],
+        })
     }
 
     fn contents(&self, body: &mut String) {
         if self.sections.is_empty() {
             return;
         }
-        let mut blocks = self.sections.iter().flat_map(|s| &s.blocks);
         body.push_str("<nav aria-label=\"Contents\"><ol>\n");
         for (number, section) in (1..).zip(&self.sections) {
             let title = escape(&section.title);
             let _ = writeln!(body, "<li><a href=\"#section-{number}\">{title}</a></li>");
         }
         body.push_str("</ol></nav>\n");
-        if blocks.any(|b| matches!(b, Block::Figure(_))) {
+        if self.figures().next().is_some() {
             body.push_str(html::HINT);
         }
     }
@@ -179,9 +192,18 @@ fn render_block(body: &mut String, block: &Block, figures: &mut usize) {
         Block::Note(text) => boxed(body, "note", text),
         Block::Warning(text) => boxed(body, "warning", text),
         Block::Table(table) => body.push_str(&table.to_html()),
-        Block::Figure(figure) => {
-            *figures += 1;
-            body.push_str(&html::fragment(figure, *figures));
+        Block::Figures(shown) => {
+            let gallery = shown.len() > 1;
+            body.push_str(if gallery {
+                "<div class=\"gallery\">\n"
+            } else {
+                ""
+            });
+            for figure in shown {
+                *figures += 1;
+                body.push_str(&html::fragment(figure, *figures));
+            }
+            body.push_str(if gallery { "</div>\n" } else { "" });
         }
     }
 }
