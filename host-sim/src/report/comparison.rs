@@ -61,26 +61,20 @@ impl Comparison {
         Ok(Self { outcomes })
     }
 
-    /// The first models of each family, and the families with several: what is drawn together.
-    pub fn groups(&self) -> Vec<(&'static str, Vec<&Outcome>)> {
-        let those = |holds: fn(&Model) -> bool| -> Vec<_> {
-            self.outcomes
-                .iter()
-                .filter(|o| holds(&o.runs.model))
-                .collect()
+    /// What is drawn together: the paper's models with the board, and each family with readings.
+    pub fn groups(&self) -> [(&'static str, Vec<&Outcome>); 3] {
+        let those = |holds: fn(&Model) -> bool| {
+            let outcomes = self.outcomes.iter();
+            outcomes.filter(|o| holds(&o.runs.model)).collect()
         };
-        let groups = [
+        [
             ("the paper's models and the board", those(|m| m.leads)),
             (
                 "readings of the grey box",
                 those(|m| m.family == Family::GreyBox),
             ),
             ("boards", those(|m| m.family == Family::Board)),
-        ];
-        groups
-            .into_iter()
-            .filter(|(_, outcomes)| !outcomes.is_empty())
-            .collect()
+        ]
     }
 
     /// All figures of the tables as JSON; `null` is what does not exist.

@@ -32,6 +32,16 @@ impl Curve {
         }
     }
 
+    /// Whether it is dashed: drawn last, it lets what it covers be seen.
+    pub fn is_dashed(&self) -> bool {
+        self.style == Style::Dashed
+    }
+
+    /// Draws it solid, where it covers nothing.
+    pub fn undash(&mut self) {
+        self.style = Style::Line;
+    }
+
     /// What a model does, in the line of that model.
     pub fn of(model: &Model, y: impl Into<Vec<f64>>) -> Self {
         Self {

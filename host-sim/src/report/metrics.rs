@@ -8,7 +8,7 @@ use crate::{
     analysis::{
         frequency::{bandwidth_hz, falls_to_hz},
         sine_fit::fit,
-        step_metrics::{Step, step_metrics},
+        step_metrics::{SETTLED, Step, step_metrics},
     },
     trace::Trace,
 };
@@ -52,12 +52,13 @@ pub struct Pulse {
     pub min_rate_deg_s: f64,
 }
 
-/// The fourteen steps of the variable step.
+/// The thirteen steps of the variable step.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct VariableStep {
-    /// Largest overshoot, % of its step; zero where none overshoots.
-    pub worst_overshoot_pct: f64,
-    /// Steps that are overshot by more than 2 %.
+    /// Farthest beyond a command, deg, seen from where the angle was when the step came: it need
+    /// not have reached the command before.
+    pub worst_overshoot_deg: f64,
+    /// Steps that are overshot by more than 2 % of them.
     pub overshot_steps: usize,
     /// Steps that do not settle within 2 % before the next.
     pub unsettled_steps: usize,
@@ -117,13 +118,35 @@ fn pulse(trace: &Trace) -> Pulse {
 fn variable_step(trace: &Trace) -> VariableStep {
     let [t, command, angle, rate] = columns(trace);
     let steps = step_metrics(t, command, angle, rate).steps;
-    let overshoots = steps.iter().map(|step| step.overshoot_pct);
-    let count = |holds: fn(&Step) -> bool| steps.iter().filter(|step| holds(step)).count();
+    let starts = steps
+        .iter()
+        .map(|step| t.partition_point(|at| *at < step.time_s));
+    let ends = starts.clone().skip(1).chain([angle.len()]);
+    let spans = steps.iter().zip(starts.zip(ends));
+    let overshoots: Vec<f64> = spans
+        .map(|(step, (start, end))| overshoot_deg(step, &angle[start..end]))
+        .collect();
+    let shares = steps.iter().zip(&overshoots);
+    let is_overshot =
+        |(step, deg): &(&Step, &f64)| **deg > SETTLED * (step.to_deg - step.from_deg).abs();
     VariableStep {
-        worst_overshoot_pct: overshoots.fold(0.0, f64::max),
-        overshot_steps: count(|step| step.overshoot_pct > 2.0),
-        unsettled_steps: count(|step| step.settling_time_s.is_none()),
+        worst_overshoot_deg: overshoots.iter().copied().fold(0.0, f64::max),
+        overshot_steps: shares.filter(is_overshot).count(),
+        unsettled_steps: steps
+            .iter()
+            .filter(|step| step.settling_time_s.is_none())
+            .count(),
     }
+}
+
+/// How far these angles of a step go beyond it, from the side on which they begin.
+fn overshoot_deg(step: &Step, angle: &[f64]) -> f64 {
+    let to = step.to_deg;
+    let upward = angle.first().is_some_and(|first| *first < to);
+    let beyond = angle
+        .iter()
+        .map(|angle| if upward { angle - to } else { to - angle });
+    beyond.fold(0.0, f64::max)
 }
 
 /// The mean lag over the last quarter of a second before the command first reaches its top.

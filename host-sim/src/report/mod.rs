@@ -10,6 +10,7 @@ mod curves;
 pub mod document;
 pub mod figures;
 pub mod file;
+mod input_sections;
 pub mod metrics;
 pub mod models;
 pub mod page;

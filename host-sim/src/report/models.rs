@@ -124,10 +124,10 @@ const GREY: usize = 7;
 pub const BASELINE: &str = "board";
 
 /// All of them. What shares a colour is akin: `board as-measured-retuned` has the linear loop of
-/// `black-box-2`.
+/// `black-box-2`. Dashed are those that lie on others, so that both can be seen.
 pub const MODELS: [Model; 12] = [
     Model::black_box("black-box-1", ModelKind::BlackBox1).drawn(BLUE, Style::Line),
-    Model::black_box("black-box-2", ModelKind::BlackBox2).drawn(RED, Style::Line),
+    Model::black_box("black-box-2", ModelKind::BlackBox2).drawn(RED, Style::Dashed),
     Model::grey_box("grey-box", "consistent")
         .leading()
         .drawn(GREEN, Style::Line),
@@ -141,13 +141,13 @@ pub const MODELS: [Model; 12] = [
     },
     Model::board(BASELINE, "consistent")
         .leading()
-        .drawn(PINK, Style::Line),
+        .drawn(PINK, Style::Dashed),
     Model {
         pwm: PwmKind::Switched,
-        ..Model::board("board, switched PWM", "consistent").drawn(PINK, Style::Dashed)
+        ..Model::board("board, switched PWM", "consistent").drawn(PINK, Style::Line)
     },
     Model::board("board as-measured", "as-measured").drawn(SKY, Style::Line),
-    Model::board("board as-measured-retuned", "as-measured-retuned").drawn(RED, Style::Dashed),
+    Model::board("board as-measured-retuned", "as-measured-retuned").drawn(RED, Style::Line),
     Model {
         plant: Some(PlantKind::Bench),
         ..Model::board("board on the bench", "consistent").drawn(GREY, Style::Line)

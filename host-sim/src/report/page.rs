@@ -14,6 +14,7 @@ enum Block {
     Text(String),
     Note(String),
     Warning(String),
+    Remark(&'static str, &'static str),
     Figures(Vec<Figure>),
     Table(Table),
 }
@@ -58,6 +59,11 @@ impl Section {
     /// With a box that tells what is wrong or contradictory.
     pub fn warning(self, text: impl Into<String>) -> Self {
         self.with(Block::Warning(text.into()))
+    }
+
+    /// With a box that tells, under a title, what does not fit together.
+    pub fn remark(self, title: &'static str, text: &'static str) -> Self {
+        self.with(Block::Remark(title, text))
     }
 
     /// With a figure. The page numbers its figures.
@@ -189,8 +195,9 @@ impl Page {
 fn render_block(body: &mut String, block: &Block, figures: &mut usize) {
     match block {
         Block::Text(text) => paragraphs(body, text),
-        Block::Note(text) => boxed(body, "note", text),
-        Block::Warning(text) => boxed(body, "warning", text),
+        Block::Note(text) => boxed(body, "note", "", text),
+        Block::Warning(text) => boxed(body, "warning", "", text),
+        Block::Remark(title, text) => boxed(body, "warning", title, text),
         Block::Table(table) => body.push_str(&table.to_html()),
         Block::Figures(shown) => {
             let gallery = shown.len() > 1;
@@ -210,10 +217,28 @@ fn render_block(body: &mut String, block: &Block, figures: &mut usize) {
 
 fn paragraphs(body: &mut String, text: &str) {
     for paragraph in text.split("\n\n").filter(|p| !p.trim().is_empty()) {
-        let _ = writeln!(body, "<p>{}</p>", escape(paragraph.trim()));
+        let _ = writeln!(body, "<p>{}</p>", inline(paragraph.trim()));
     }
 }
 
-fn boxed(body: &mut String, class: &str, text: &str) {
-    let _ = writeln!(body, "<p class=\"{class}\">{}</p>", escape(text));
+fn boxed(body: &mut String, class: &str, title: &str, text: &str) {
+    let title = match title {
+        "" => String::new(),
+        title => format!("<strong>{}</strong> ", escape(title)),
+    };
+    let _ = writeln!(body, "<p class=\"{class}\">{title}{}</p>", inline(text));
+}
+
+/// Escaped text with its names between `` ` `` as code.
+fn inline(text: &str) -> String {
+    let escaped = escape(text);
+    let mut parts = escaped.split('`');
+    let mut html = parts.next().unwrap_or_default().to_owned();
+    while let Some(code) = parts.next() {
+        let _ = match parts.next() {
+            Some(after) => write!(html, "<code>{code}</code>{after}"),
+            None => write!(html, "`{code}"),
+        };
+    }
+    html
 }

@@ -79,7 +79,11 @@ fn panel_of(quantity: Quantity, label: &str, shown: &[Shown]) -> Option<Panel> {
         .column("command")
         .filter(|_| quantity == Quantity::Angle);
     let of = |shown: &Shown| Some(Curve::of(shown.0, quantity.of(*shown)?));
-    let models: Vec<_> = shown.iter().filter_map(of).collect();
+    let mut models: Vec<_> = shown.iter().filter_map(of).collect();
+    models.sort_by_key(Curve::is_dashed);
+    if let [alone] = &mut models[..] {
+        alone.undash();
+    }
     if models.is_empty() {
         return None;
     }

@@ -2,6 +2,7 @@
 
 use super::{
     contradictions,
+    document::remarks,
     models::Model,
     page::Section,
     responses::{self, Quantity},
@@ -58,27 +59,28 @@ pub fn section() -> Result<Section, Error> {
     for (name, settings, delay_s) in readings {
         loops.extend(margins(settings, delay_s)?.map(|margins| (name, margins)));
     }
-    let caption = "Margins of the sampled loop, cut at the duty, by reading and by the time from sample to duty. \
-        The board has 1 ms; 4 ms is a controller that uses its result a period later.";
+    let caption = "Margins of the sampled loop, cut at the duty, by reading and by the time from \
+        sample to duty. The board has 1 ms; 4 ms is a controller that uses its result a period \
+        later.";
     let figure = responses::figure(
         "Both gains literal: a limit cycle",
         &[(&LITERAL, &trace()?)],
         &[Quantity::Angle, Quantity::Duty],
     );
     let figure = figure.caption(
-        "A counter-example, not one of the models above: K = 2.836 (deg/s)/% and Kp = 10 %/(deg/s) together, \
-         on the first half second of the pulse. The duty hits one limit, then the other; the angle stays near its command.",
+        "A counter-example, not one of the models above: K = 2.836 (deg/s)/% and Kp = 10 %/(deg/s) \
+         together, until the pulse ends. The angle arrives and stays within a count or two; the \
+         duty never rests and goes from one limit to the other.",
     );
-    Ok(Section::new("Stability of the sampled loop")
+    let section = Section::new("Stability of the sampled loop")
         .text(
-            "The board computes its duty from an angle that it has sampled, and the duty acts from the next edge \
-             of the PWM, 1 ms later. The margins are those of this very loop: zero-order hold, delay and \
-             filtered encoder difference, exact.",
+            "The board computes its duty from an angle that it has sampled, and the duty acts from \
+             the next edge of the PWM, 1 ms later. The margins are those of this very loop: \
+             zero-order hold, delay and filtered encoder difference, exact.",
         )
-        .table(tables::margins(caption, &loops))
-        .warning(contradictions::STEADY_GAIN)
-        .warning(contradictions::LITERAL_GAINS)
-        .figure(figure))
+        .table(tables::margins(caption, &loops));
+    let doubts = [contradictions::STEADY_GAIN, contradictions::LITERAL_GAINS];
+    Ok(remarks(section, &doubts).figure(figure))
 }
 
 fn margins(settings: &Settings, duty_delay_s: f64) -> Result<Option<Margins>, Error> {
@@ -94,7 +96,7 @@ fn margins(settings: &Settings, duty_delay_s: f64) -> Result<Option<Margins>, Er
 
 fn trace() -> Result<Trace, Error> {
     let scenario = Scenario {
-        duration_s: Some(1.6),
+        duration_s: Some(3.0),
         ..literal()
     };
     scenario.resolve()?.record()

@@ -21,7 +21,12 @@ impl fmt::Display for Cell {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Text(text) => f.write_str(text),
-            Self::Number(value, decimals) if value.is_finite() => write!(f, "{value:.decimals$}"),
+            Self::Number(value, decimals) if value.is_finite() => {
+                let text = format!("{value:.decimals$}");
+                // What is rounded to zero has no sign.
+                let is_zero = !text.contains(|c: char| ('1'..='9').contains(&c));
+                f.write_str(text.trim_start_matches(if is_zero { "-" } else { "" }))
+            }
             Self::Number(..) | Self::None => f.write_str("–"),
         }
     }

@@ -24,14 +24,14 @@ fn pulse(comparison: &Comparison) -> Table {
         ("rise 10–90 %", "ms"),
         ("t90", "ms"),
         ("overshoot up", "%"),
-        ("down", "%"),
+        ("overshoot down", "%"),
         ("settling up", "ms"),
-        ("down", "ms"),
+        ("settling down", "ms"),
         ("fastest up", "deg/s"),
-        ("down", "deg/s"),
+        ("fastest down", "deg/s"),
     ];
-    let caption = "Pulse of 90 deg. Times count from the command, settling is to within 2 %; a negative \
-        overshoot falls short.";
+    let caption = "Pulse of 90 deg. Times count from the command, settling is to within 2 %; a \
+        negative overshoot falls short.";
     filled(comparison, caption, &columns, |o| {
         let Pulse {
             rise_time_s,
@@ -59,19 +59,20 @@ fn pulse(comparison: &Comparison) -> Table {
 fn other_inputs(comparison: &Comparison) -> Table {
     let columns = [
         ("model", ""),
-        ("variable step: worst overshoot", "%"),
-        ("overshot steps", ""),
-        ("unsettled steps", ""),
+        ("variable step: worst overshoot", "deg"),
+        ("variable step: overshot", "of 13"),
+        ("variable step: unsettled", "of 13"),
         ("ramp: lag", "deg"),
         ("sine: gain", ""),
-        ("phase", "deg"),
+        ("sine: phase", "deg"),
     ];
-    let caption = "The other inputs. A step of the fourteen counts as overshot beyond 2 %, as unsettled if it is \
-        not within 2 % when the next comes. The ramp has 60 deg/s, the sine 20 deg and 1 Hz.";
+    let caption = "The other inputs. The overshoot is seen from where the angle was when the step \
+        came. A step counts as overshot beyond 2 % of it, as unsettled if it is not within 2 % \
+        when the next comes. The ramp has 60 deg/s, the sine 20 deg and 1 Hz.";
     filled(comparison, caption, &columns, |o| {
         let m = &o.metrics;
         vec![
-            Cell::Number(m.variable_step.worst_overshoot_pct, 1),
+            Cell::Number(m.variable_step.worst_overshoot_deg, 1),
             Cell::Number(m.variable_step.overshot_steps as f64, 0),
             Cell::Number(m.variable_step.unsettled_steps as f64, 0),
             number(m.ramp_lag_deg, 2),
@@ -85,14 +86,14 @@ fn small_signals(comparison: &Comparison) -> Table {
     let columns = [
         ("model", ""),
         ("half power", "Hz"),
-        ("the same, measured", "Hz"),
+        ("half power, measured", "Hz"),
         ("−3.000 dB", "Hz"),
         ("gain margin", "dB"),
         ("phase margin", "deg"),
         ("delay margin", "ms"),
     ];
-    let caption = "Small signals: bandwidths, computed and measured by sines, and margins of the loop cut at the \
-        duty, sampled at 250 Hz for the board.";
+    let caption = "Small signals: bandwidths, computed and measured by sines, and margins of the \
+        loop cut at the duty, sampled at 250 Hz for the board.";
     filled(comparison, caption, &columns, |o| {
         let SmallSignalMetrics {
             half_power_hz,

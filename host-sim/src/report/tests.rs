@@ -49,6 +49,14 @@ fn texts_are_escaped_and_parted_into_paragraphs() {
 }
 
 #[test]
+fn names_in_backticks_are_code_and_a_lone_backtick_is_itself() {
+    let section = Section::new("").note("`a<b` and `c").remark("Why?", "`d`");
+    let html = Page::new("").section(section).render();
+    assert!(html.contains("<p class=\"note\"><code>a&lt;b</code> and `c</p>"));
+    assert!(html.contains("<p class=\"warning\"><strong>Why?</strong> <code>d</code></p>"));
+}
+
+#[test]
 fn all_links_stay_on_the_page() {
     let html = page().render();
     assert!(!html.contains("src=") && !html.contains("url("));
