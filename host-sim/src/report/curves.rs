@@ -119,7 +119,8 @@ mod tests {
     proptest! {
         #[test]
         fn what_is_left_out_lies_on_the_line_to_within_the_tolerance(
-            ys in prop::collection::vec((-90.0..90.0f64, -90.0..90.0f64), 0..200), tolerance in 0.1..50.0f64,
+            ys in prop::collection::vec((-90.0..90.0f64, -90.0..90.0f64), 0..200),
+            tolerance in 0.1..50.0f64,
         ) {
             let (a, b): (Vec<_>, Vec<_>) = ys.into_iter().unzip();
             let t = times(a.len());

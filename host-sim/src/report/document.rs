@@ -11,15 +11,18 @@ use super::{
 };
 use crate::{error::Error, plot::Figure, scenario::Scenario, trace::Trace};
 
-const TITLE: &str = "Models of a low-cost actuator, and a board that is one";
+const TITLE: &str = "Smart actuator: the models of the paper and the board";
 
-const INTRODUCTION: &str = "Carlson, Dorobantu, Taylor and Seiler compare three models of a servo in “Analysis of \
-    Modeling Techniques for Low-Cost Actuators”: two black boxes and a grey box. Here they are computed beside the \
-    board itself: the fixed-point control step that runs on the hardware, in closed loop with a motor, with encoder, \
-    delay and PWM.\n\n\
-    Each model has one line through the whole page. The paper's data and figures were not at hand: where a figure \
-    is said to be like one of the paper's, it follows the paper's words. The paper prints no amplitude, duration or \
-    frequency of its inputs either; those are choices of this project.";
+const INTRODUCTION: &str = "In “Analysis of Modeling Techniques for Low-Cost Actuators” Carlson, \
+    Dorobantu, Taylor and Seiler compare three models of a servo: two black boxes and a grey box. \
+    Here they stand beside the board itself: the fixed-point control step that runs on the \
+    hardware, in closed loop with a motor, with encoder, timing and PWM.\n\n\
+    Each model keeps its line through the whole page. The numbers of the paper contradict each \
+    other; a name behind a model is a reading of them, and what contradicts what stands beside the \
+    figure that it touches.\n\n\
+    The data and figures of the paper were not at hand: where a figure is said to be like one of \
+    the paper's, it follows the paper's words. Nor does the paper print any amplitude, duration or \
+    frequency of its inputs: those are choices of this project.";
 
 /// The page of a comparison.
 ///
@@ -114,17 +117,17 @@ fn frequency_response(comparison: &Comparison) -> Section {
         "As printed and strict have the loop F G of consistent, and so its line: what tells these \
          readings apart are limits.",
         "The board's samples and delays turn the phase beyond that of the grey box. The default \
-         gains around the motor as measured leave a resonance at 26 Hz. The bench has points \
+         gains around the motor as measured leave a resonance at 24 Hz. The bench has points \
          alone: its friction, 3 % of the stall torque, and its backlash hold back small motions \
          more than large ones.",
     ];
     let mut section = Section::new("Frequency response").text(
         "As in the paper's figure 11 the transport delay is left out. Lines are computed from the \
-         parameters, without limits and rounding. Points are measured: sine by sine, 5 deg (1 deg \
-         for the strict reading), through the simulator with its limits, encoder and timing, the \
-         delay of 17.5 ms then taken out of the phase. 5 deg are 57 encoder counts, and ask for at \
-         most 77 % duty. Where the motor's gains up and down differ, the line is that of their \
-         harmonic mean.",
+         parameters, without limits and rounding. Points are measured: sine by sine through the \
+         simulator with its limits, encoder and timing, the delay of 17.5 ms then taken out of the \
+         phase. A sine of 5 deg is 57 encoder counts and leaves every limit alone; the strict reading \
+         bears 1 deg. Where the motor's gains up and down differ, the line is that of their harmonic \
+         mean.",
     );
     let groups = comparison.groups().into_iter().zip(CAPTIONS);
     for (i, ((group, outcomes), caption)) in groups.enumerate() {

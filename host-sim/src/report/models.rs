@@ -37,11 +37,11 @@ pub struct Model {
     pub preset: &'static str,
     /// Amplitude with which its frequency response is measured, deg.
     ///
-    /// Small enough that no limit acts: a duty of up to `Kp P` for a degree, 10.5 % by default, so
-    /// that 5 deg take 53 % (77 % with what the loop adds around its bandwidth); black box 1 turns
-    /// at up to `p` times it, 150 deg/s. Large enough for the encoder: 5 deg are 57 counts, and a
-    /// count's rounding, 0.025 deg RMS, is 0.5 % of them. As printed, `Kp P` is 80 % for a degree:
-    /// where the duty is limited, 1 deg is all that it bears; the grey box has no encoder.
+    /// Small enough that no limit acts: a degree takes a duty of up to `Kp P`, 10.5 % by default,
+    /// so that 5 deg take 53 %, and 94 % in the worst resonance, that of `board as-measured`; black
+    /// box 1 turns at up to `p` times it, 150 deg/s. Large enough for the encoder: 5 deg are 57
+    /// counts, and a count's rounding, 0.025 deg RMS, is 0.5 % of them. As printed, `Kp P` is 80 %
+    /// a degree: where the duty is limited, 1 deg is all that it bears. The grey box has no encoder.
     pub sweep_amplitude_deg: f64,
 }
 

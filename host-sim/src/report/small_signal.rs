@@ -25,7 +25,9 @@ impl SmallSignal {
     /// small to.
     ///
     /// ```
-    /// use host_sim::{analysis::frequency::bandwidth_hz, report::small_signal::SmallSignal, settings::{ModelKind, Settings}};
+    /// use host_sim::analysis::frequency::bandwidth_hz;
+    /// use host_sim::report::small_signal::SmallSignal;
+    /// use host_sim::settings::{ModelKind, Settings};
     /// let settings = Settings::new(ModelKind::BlackBox1, Default::default());
     /// let linear = SmallSignal::of(&settings).unwrap().unwrap();
     /// assert!((bandwidth_hz(&linear.closed).unwrap() - 4.7746).abs() < 1e-4);

@@ -7,11 +7,12 @@ use crate::{
         sine_fit::fit,
     },
     error::Error,
+    trace::Trace,
 };
 use model_core::time::CONTROL_PERIOD_TICKS;
 
-/// The frequencies of the sweep, Hz; one of them is the paper's 30 rad/s. At 20 Hz the board's angle
-/// moves by an encoder count: there is nothing to measure beyond.
+/// The frequencies of the sweep, Hz; one of them is the paper's 30 rad/s. At 20 Hz the angle of the
+/// board moves by an encoder count: there is nothing to measure beyond.
 pub const FREQUENCIES_HZ: [f64; 12] = [
     0.2,
     0.5,
@@ -37,7 +38,7 @@ const FEWEST_PERIODS: f64 = 3.0;
 /// frequencies: each step leaves less than a tenth of the error.
 const REFINEMENTS: usize = 3;
 
-/// Gain, dB, and phase within half a turn, deg, from command to angle, the transport delay included.
+/// Gain, dB, and phase within half a turn, deg, from command to angle, transport delay included.
 pub type Point = (f64, f64);
 
 /// Measures one frequency. It is NaN where there is no sine to be found.
@@ -45,6 +46,21 @@ pub type Point = (f64, f64);
 /// # Errors
 /// Those of [`crate::scenario::Scenario::resolve`].
 pub fn measure(model: &Model, frequency_hz: f64) -> Result<Point, Error> {
+    let trace = trace(model, frequency_hz)?;
+    let t = trace.column("t").unwrap_or_default();
+    let settled = t.partition_point(|t| *t < SETTLING_S);
+    let sine = |name| {
+        let column = trace.column(name).unwrap_or_default();
+        fit(&t[settled..], &column[settled..], frequency_hz)
+    };
+    let point = sine("angle_deg").zip(sine("command"));
+    Ok(point.map_or((f64::NAN, f64::NAN), |(angle, command)| {
+        angle.over(&command)
+    }))
+}
+
+/// The sine at one frequency, from its start on.
+pub(super) fn trace(model: &Model, frequency_hz: f64) -> Result<Trace, Error> {
     let mut scenario = model.scenario("sine");
     scenario.set = [
         ("input.frequency_hz".into(), frequency_hz),
@@ -54,20 +70,7 @@ pub fn measure(model: &Model, frequency_hz: f64) -> Result<Point, Error> {
     scenario.duration_s = Some(SETTLING_S + SHORTEST_S.max(FEWEST_PERIODS / frequency_hz));
     // At the control steps, which is where the linear model of the board means its angle.
     scenario.every = Some(CONTROL_PERIOD_TICKS);
-    let trace = scenario.resolve()?.record()?;
-    let t = trace.column("t").unwrap_or_default();
-    let settled = t.partition_point(|t| *t < SETTLING_S);
-    let sine = |name| {
-        fit(
-            &t[settled..],
-            &trace.column(name).unwrap_or_default()[settled..],
-            frequency_hz,
-        )
-    };
-    let point = sine("angle_deg").zip(sine("command"));
-    Ok(point.map_or((f64::NAN, f64::NAN), |(angle, command)| {
-        angle.over(&command)
-    }))
+    scenario.resolve()?.record()
 }
 
 /// The response of measurements at [`FREQUENCIES_HZ`].

@@ -182,6 +182,12 @@ mod tests {
     }
 
     #[test]
+    fn what_is_rounded_to_zero_has_no_sign() {
+        let shown = [-0.004, -0.006, 0.0, -10.0].map(|value| Cell::Number(value, 2).to_string());
+        assert_eq!(shown, ["0.00", "-0.01", "0.00", "-10.00"]);
+    }
+
+    #[test]
     fn the_terminal_gets_units_and_no_line_beyond_its_width() {
         for width in [20, 80] {
             let text = table().to_terminal(width);
