@@ -3,7 +3,7 @@
 pub mod file;
 
 use model_core::{
-    control::units::{Angle, angle},
+    control::units::{Angle, angle, float},
     excitation::{Excitation, catalogue::Input},
 };
 
@@ -76,7 +76,7 @@ impl Command {
     /// The command at a tick, deg.
     pub fn at(&self, tick: u64) -> f64 {
         match self {
-            Self::Excitation(excitation) => excitation.command(tick).to_num(),
+            Self::Excitation(excitation) => float(excitation.command(tick)),
             Self::Sequence(sequence) => sequence.at(tick),
         }
     }

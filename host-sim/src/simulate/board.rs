@@ -1,7 +1,7 @@
 //! The rows of the board in closed loop.
 
 use model_core::{
-    control::cascade::Coefficients,
+    control::{cascade::Coefficients, units::float},
     plant::{
         Plant,
         bench::{load::Recording, pwm::PwmBench},
@@ -52,50 +52,83 @@ pub(super) fn run(
     path: &CommandPath,
     rows: &mut dyn Rows,
 ) -> Result<(), Error> {
-    let coefficients = Coefficients::try_new(&settings.control)?;
-    let encoder = Encoder::new(
-        settings.encoder,
-        Noise::new(simulation.seed, ENCODER_STREAM),
-    );
+    let mut row = Vec::new();
     match settings.plant {
         PlantKind::FirstOrder => {
-            let plant = FirstOrder::try_new(settings.first_order, simulation.pwm)?;
-            let board = ClosedLoop::new(coefficients, settings.timer, encoder, plant);
-            record(board, simulation, path, rows, |_, _, _| {})
+            let board = around_first_order(settings, simulation)?;
+            board.run(simulation, path, |board, tick, within| {
+                row.clear();
+                row.extend(board_row(board, path, tick, within));
+                rows.row(&row)
+            })
         }
         PlantKind::Bench => {
             let load = simulation.load.as_ref();
             let load = load.and_then(|load| Recording::try_new(load.points()));
             let plant = PwmBench::try_new(&settings.bench, simulation.pwm, load)?;
-            let board = ClosedLoop::new(coefficients, settings.timer, encoder, plant);
             let mut sensing = Sensing::new(settings, simulation.seed);
-            record(board, simulation, path, rows, |plant, tick, row| {
-                sensing.append(plant, tick, row)
+            around(plant, settings, simulation)?.run(simulation, path, |board, tick, within| {
+                row.clear();
+                row.extend(board_row(board, path, tick, within));
+                sensing.append(&board.plant, within, &mut row);
+                rows.row(&row)
             })
         }
     }
 }
 
-/// Runs the loop; `append` adds the columns that only this plant has.
-fn record<P: Plant>(
-    mut board: ClosedLoop<P>,
+/// The loop around the paper's motor.
+pub(super) fn around_first_order(
+    settings: &BoardSettings,
     simulation: &Simulation,
-    path: &CommandPath,
-    rows: &mut dyn Rows,
-    mut append: impl FnMut(&P, usize, &mut Vec<f64>),
-) -> Result<(), Error> {
-    let mut row = Vec::new();
-    for edge in (0..simulation.ticks).step_by(PWM_PERIOD_TICKS as usize) {
-        board.start_period(|tick| path.command.board(path.source(tick)));
-        for tick in simulation.row_ticks(edge, edge + PWM_PERIOD_TICKS) {
-            let within = (tick - edge) as usize;
-            row.clear();
-            row.extend(board_row(&board, path, tick, within));
-            append(&board.plant, within, &mut row);
-            rows.row(&row)?;
+) -> Result<ClosedLoop<FirstOrder>, Error> {
+    around(
+        FirstOrder::try_new(settings.first_order, simulation.pwm)?,
+        settings,
+        simulation,
+    )
+}
+
+fn around<P: Plant>(
+    plant: P,
+    settings: &BoardSettings,
+    simulation: &Simulation,
+) -> Result<ClosedLoop<P>, Error> {
+    let coefficients = Coefficients::try_new(&settings.control)?;
+    let encoder = Encoder::new(
+        settings.encoder,
+        Noise::new(simulation.seed, ENCODER_STREAM),
+    );
+    Ok(ClosedLoop::new(
+        coefficients,
+        settings.timer,
+        encoder,
+        plant,
+    ))
+}
+
+impl<P: Plant> ClosedLoop<P> {
+    /// Runs, and shows every tick of which a row is made, with its place in the running period.
+    #[inline(always)]
+    pub(super) fn run(
+        mut self,
+        simulation: &Simulation,
+        path: &CommandPath,
+        mut show: impl FnMut(&Self, u64, usize) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        let (ticks, every) = (simulation.ticks, simulation.every.max(1));
+        let (mut edge, mut shown) = (0, 0_u64);
+        while edge < ticks {
+            self.start_period(|tick| path.command.board(path.source(tick)));
+            let end = ticks.min(edge + PWM_PERIOD_TICKS);
+            while shown < end {
+                show(&self, shown, (shown - edge) as usize)?;
+                shown = shown.saturating_add(every);
+            }
+            edge += PWM_PERIOD_TICKS;
         }
+        Ok(())
     }
-    Ok(())
 }
 
 fn board_row<P: Plant>(
@@ -112,9 +145,9 @@ fn board_row<P: Plant>(
         now.angle_deg,
         now.rate_deg_s,
         board.duty_pct(),
-        board.outputs.angle.to_num(),
-        board.outputs.rate.to_num(),
-        board.outputs.rate_command.to_num(),
+        float(board.outputs.angle),
+        float(board.outputs.rate),
+        float(board.outputs.rate_command),
         board.compare().get().into(),
     ]
 }

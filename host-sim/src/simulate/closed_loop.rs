@@ -5,7 +5,11 @@
 
 use firmware::application::{Application, Bridge, Outputs, Request, Samples};
 use model_core::{
-    control::{cascade::Coefficients, compare::Compare, units::Angle},
+    control::{
+        cascade::Coefficients,
+        compare::Compare,
+        units::{Angle, float},
+    },
     plant::Plant,
     sensors::encoder::Encoder,
     time::{CONTROL_PERIOD_TICKS, PWM_PERIOD_TICKS},
@@ -20,6 +24,17 @@ model_core::parameters! {
     }
 }
 
+impl TimerParameters {
+    /// The duty that the timer makes, %. A bridge that is off brakes here.
+    fn duty_pct(&self, outputs: &Outputs) -> f64 {
+        match outputs.bridge {
+            Bridge::Driven(compare) if self.timer_counts >= 0.5 => compare.duty_pct(),
+            Bridge::Driven(_) => float(outputs.duty),
+            Bridge::Off => 0.0,
+        }
+    }
+}
+
 /// A board that was switched on and enabled at rest, just before tick 0.
 #[derive(Debug, Clone)]
 pub struct ClosedLoop<P> {
@@ -31,6 +46,8 @@ pub struct ClosedLoop<P> {
     /// What the application said last.
     pub outputs: Outputs,
     duty_pct: f64,
+    /// The duty that is in force from the next edge on, %.
+    pending_duty_pct: f64,
     tick: u64,
 }
 
@@ -56,31 +73,24 @@ impl<P: Plant> ClosedLoop<P> {
             plant,
             outputs,
             duty_pct: 0.0,
+            pending_duty_pct: 0.0,
             tick: 0,
         }
     }
 
     /// The PWM edge at which the next period of 20 ticks starts, and what belongs to that instant;
     /// `command` gives the command that has arrived at a tick.
-    #[inline]
+    #[inline(always)]
     pub fn start_period(&mut self, command: impl FnOnce(u64) -> Angle) {
-        self.duty_pct = self.pending_duty_pct();
+        self.duty_pct = self.pending_duty_pct;
         self.plant.start_period(self.duty_pct);
         if self.tick.is_multiple_of(CONTROL_PERIOD_TICKS) {
             let encoder = self.encoder.word(self.plant.at(0).angle_deg);
             let command = command(self.tick);
             self.outputs = self.application.step(&Samples { encoder, command });
+            self.pending_duty_pct = self.timer.duty_pct(&self.outputs);
         }
         self.tick += PWM_PERIOD_TICKS;
-    }
-
-    /// The duty that is in force from the next edge on, %. A bridge that is off brakes here.
-    fn pending_duty_pct(&self) -> f64 {
-        match self.outputs.bridge {
-            Bridge::Driven(compare) if self.timer.timer_counts >= 0.5 => compare.duty_pct(),
-            Bridge::Driven(_) => self.outputs.duty.to_num(),
-            Bridge::Off => 0.0,
-        }
     }
 
     /// What the timer was given last: in force from the next edge on.

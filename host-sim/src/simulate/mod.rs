@@ -5,6 +5,7 @@
 
 mod board;
 pub mod closed_loop;
+pub mod extremes;
 mod float;
 
 use model_core::{
@@ -121,12 +122,6 @@ impl Simulation {
             delay_ticks: ticks(self.settings.setup.delay_s),
             host_ticks: ticks(self.settings.setup.host_period_s),
         }
-    }
-
-    /// The ticks of which a row is made, below `end`.
-    fn row_ticks(&self, start: u64, end: u64) -> impl Iterator<Item = u64> + use<> {
-        let every = self.every.max(1);
-        (start.next_multiple_of(every)..end.min(self.ticks)).step_by(every as usize)
     }
 }
 

@@ -42,6 +42,17 @@ pub const fn percent(value: f64) -> Percent {
     nearest(value)
 }
 
+/// The number in floating point, to 53 bits; the general conversion of the `fixed` crate goes bit
+/// by bit.
+///
+/// ```
+/// use model_core::control::units::{angle, float};
+/// assert_eq!(float(angle(-45.0 / 512.0)), -45.0 / 512.0);
+/// ```
+pub const fn float(value: I32F32) -> f64 {
+    value.to_bits() as f64 / 4_294_967_296.0
+}
+
 /// The number in steps of 2^-32 that lies nearest to `value`; saturates, NaN gives zero.
 const fn nearest(value: f64) -> I32F32 {
     // The cast saturates and takes NaN to 0.

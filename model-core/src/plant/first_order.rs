@@ -38,6 +38,15 @@ crate::parameters! {
     }
 }
 
+/// Every tick of a period, in columns.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ticks {
+    /// Angle of the output shaft, deg.
+    pub angle_deg: [f64; PERIOD],
+    /// Its rate, deg/s.
+    pub rate_deg_s: [f64; PERIOD],
+}
+
 /// The first-order motor behind a PWM bridge.
 #[derive(Debug, Clone)]
 pub struct FirstOrder {
@@ -81,31 +90,28 @@ impl FirstOrder {
         })
     }
 
-    /// The states at the ticks 0 to 19 of the running period: a record of every tick.
-    #[inline]
-    pub fn ticks(&self) -> [PlantState; PERIOD] {
-        if self.is_stepped {
-            return core::array::from_fn(|j| self.stepped[j]);
-        }
-        let mut states = [PlantState::default(); PERIOD];
-        let off_from = self.response.off_from;
-        let (on, off) = states.split_at_mut(off_from.min(PERIOD));
-        self.fill(on, 0, &self.response.driven);
-        self.fill(off, off_from, &self.response.braked);
-        states
-    }
-
-    /// A loop without a branch, for the compiler to turn into vectors.
+    /// Angle and rate at the ticks 0 to 19 of the running period: a record of every tick.
     #[inline(always)]
-    fn fill(&self, states: &mut [PlantState], first_tick: usize, motion: &Motion) {
-        let motion = motion.plus(self.start);
-        for (j, state) in states.iter_mut().enumerate() {
-            *state = self.lag.at(&motion, first_tick + j);
+    pub fn ticks(&self) -> Ticks {
+        if self.is_stepped {
+            return Ticks {
+                angle_deg: core::array::from_fn(|j| self.stepped[j].angle_deg),
+                rate_deg_s: core::array::from_fn(|j| self.stepped[j].rate_deg_s),
+            };
         }
+        let mut ticks = self.lag.ticks(&self.response.driven.plus(self.start));
+        if self.response.off_from < PERIOD {
+            let braked = self.lag.ticks(&self.response.braked.plus(self.start));
+            for j in self.response.off_from..PERIOD {
+                ticks.angle_deg[j] = braked.angle_deg[j];
+                ticks.rate_deg_s[j] = braked.rate_deg_s[j];
+            }
+        }
+        ticks
     }
 
     /// Whether no limit can act within a period that starts here.
-    #[inline]
+    #[inline(always)]
     fn runs_free(&self) -> bool {
         let p = &self.parameters;
         let (rate, target) = (self.start.rate_deg_s, self.response.driven.target_deg_s);
@@ -119,7 +125,7 @@ impl FirstOrder {
     }
 
     /// The end of a period without limits.
-    #[inline]
+    #[inline(always)]
     fn free_end(&self) -> PlantState {
         let forced = &self.response.end;
         let lost_deg_s = self.start.rate_deg_s * self.lag.decay[PERIOD];
@@ -172,7 +178,7 @@ impl FirstOrder {
 }
 
 impl Plant for FirstOrder {
-    #[inline]
+    #[inline(always)]
     fn start_period(&mut self, duty_pct: f64) {
         let duty_pct = bridge_duty_pct(duty_pct);
         // The duty changes at every fourth period at most: what it does is kept till then.
@@ -189,7 +195,7 @@ impl Plant for FirstOrder {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn at(&self, tick_in_period: usize) -> PlantState {
         match tick_in_period {
             0 => self.start,

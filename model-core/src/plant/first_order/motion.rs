@@ -1,8 +1,19 @@
 //! The closed forms: free motion towards a steady rate, and what a duty makes of a period.
 
-use super::FirstOrderParameters;
+use super::{FirstOrderParameters, Ticks};
 use crate::plant::{PERIOD, PlantState, Pwm};
 use crate::time::TICK_S;
+
+/// The times of the ticks of a period, s.
+const TIMES_S: [f64; PERIOD + 1] = {
+    let mut times_s = [0.0; PERIOD + 1];
+    let mut tick = 0;
+    while tick <= PERIOD {
+        times_s[tick] = tick as f64 * TICK_S;
+        tick += 1;
+    }
+    times_s
+};
 
 /// The lag of the motor, `D` at every tick of a period.
 #[derive(Debug, Clone)]
@@ -20,12 +31,28 @@ impl Lag {
     /// A motion at a tick of the period.
     #[inline(always)]
     pub fn at(&self, motion: &Motion, tick: usize) -> PlantState {
-        motion.after(tick as f64, self.decay[tick], self.tau_s)
+        motion.after(TIMES_S[tick], self.decay[tick], self.tau_s)
+    }
+
+    /// A motion at all ticks of the period but the last: loops without a branch and of a length
+    /// that the compiler knows, for it to turn into vectors.
+    #[inline(always)]
+    pub fn ticks(&self, motion: &Motion) -> Ticks {
+        let mut ticks = Ticks {
+            angle_deg: [0.0; PERIOD],
+            rate_deg_s: [0.0; PERIOD],
+        };
+        for j in 0..PERIOD {
+            let state = self.at(motion, j);
+            ticks.angle_deg[j] = state.angle_deg;
+            ticks.rate_deg_s[j] = state.rate_deg_s;
+        }
+        ticks
     }
 
     /// A motion at any time of the period, ticks.
     pub fn between(&self, motion: &Motion, ticks: f64) -> PlantState {
-        motion.after(ticks, decay_over(ticks, self.tau_s), self.tau_s)
+        motion.after(ticks * TICK_S, decay_over(ticks, self.tau_s), self.tau_s)
     }
 }
 
@@ -42,10 +69,10 @@ pub(super) struct Motion {
 
 impl Motion {
     #[inline(always)]
-    fn after(&self, ticks: f64, decay: f64, tau_s: f64) -> PlantState {
+    fn after(&self, time_s: f64, decay: f64, tau_s: f64) -> PlantState {
         let excess_deg_s = self.start.rate_deg_s - self.target_deg_s;
         PlantState {
-            angle_deg: self.start.angle_deg + self.target_deg_s * (ticks * TICK_S)
+            angle_deg: self.start.angle_deg + self.target_deg_s * time_s
                 - tau_s * excess_deg_s * decay,
             rate_deg_s: self.start.rate_deg_s + excess_deg_s * decay,
         }

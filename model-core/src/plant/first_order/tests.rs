@@ -130,8 +130,10 @@ proptest! {
         for duty in duties {
             watched.start_period(duty);
             unwatched.start_period(duty);
-            for (q, state) in watched.ticks().iter().enumerate() {
-                prop_assert_eq!(*state, watched.at(q));
+            let ticks = watched.ticks();
+            for q in 0..PERIOD {
+                let PlantState { angle_deg, rate_deg_s } = watched.at(q);
+                prop_assert_eq!((ticks.angle_deg[q], ticks.rate_deg_s[q]), (angle_deg, rate_deg_s));
             }
         }
         prop_assert_eq!(watched.at(PERIOD), unwatched.at(PERIOD));
