@@ -16,7 +16,7 @@ use crate::{
 
 /// Runs every model on every input of the paper and writes one page of it
 ///
-/// The page needs no network. Its tables are printed too. The same program writes the same bytes.
+/// The page needs no network, and its tables are printed too. Each run writes the same bytes.
 #[derive(Debug, Args)]
 pub struct Report {
     /// The page
@@ -39,6 +39,7 @@ impl Report {
         page.write(&self.out)?;
         if let Some(folder) = &self.figures {
             write_figures(&page, folder)?;
+            eprintln!("figures: {}", folder.display());
         }
         match self.json.as_deref() {
             Some(path) if output::is_standard_output(path) => output::print(&comparison.to_json())?,
@@ -46,7 +47,10 @@ impl Report {
                 for table in tables::all(&comparison) {
                     output::print_table(&table)?;
                 }
-                json.map_or(Ok(()), |path| file::write(path, &comparison.to_json()))?;
+                if let Some(path) = json {
+                    file::write(path, &comparison.to_json())?;
+                    eprintln!("figures of merit: {}", path.display());
+                }
             }
         }
         eprintln!("report: {}", self.out.display());

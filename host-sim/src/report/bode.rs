@@ -19,9 +19,7 @@ pub fn figure(title: &str, outcomes: &[&Outcome]) -> Figure {
         .y_step(10.0)
         .series(level.style(Style::Dashed));
     let mut phase = Panel::new("phase without delay (deg)").y_step(45.0);
-    let mut ordered = outcomes.to_vec();
-    ordered.sort_by_key(|outcome| outcome.runs.model.style == Style::Dashed);
-    let lines = ordered.iter().filter_map(|o| {
+    let lines = outcomes.iter().filter_map(|o| {
         let computed = Response::of(&o.linear.as_ref()?.closed, &grid);
         Some((
             o,
@@ -30,7 +28,7 @@ pub fn figure(title: &str, outcomes: &[&Outcome]) -> Figure {
             o.runs.model.style,
         ))
     });
-    let points = ordered.iter().map(|o| {
+    let points = outcomes.iter().map(|o| {
         let label = format!("{}, measured", o.runs.model.name);
         (
             o,

@@ -9,7 +9,7 @@ use super::{
     runs::{self, INPUTS, Runs},
     small_signal::SmallSignal,
 };
-use crate::error::Error;
+use crate::{error::Error, plot::Style};
 
 /// What came out for one model.
 #[derive(Debug, Clone)]
@@ -63,18 +63,21 @@ impl Comparison {
 
     /// What is drawn together: the paper's models with the board, and each family with readings.
     pub fn groups(&self) -> [(&'static str, Vec<&Outcome>); 3] {
-        let those = |holds: fn(&Model) -> bool| {
+        let leading = self.outcomes.iter().filter(|o| o.runs.model.leads);
+        let family_of = |family| {
             let outcomes = self.outcomes.iter();
-            outcomes.filter(|o| holds(&o.runs.model)).collect()
+            dashed_last(outcomes.filter(|o| o.runs.model.family == family))
         };
         [
-            ("the paper's models and the board", those(|m| m.leads)),
-            (
-                "readings of the grey box",
-                those(|m| m.family == Family::GreyBox),
-            ),
-            ("boards", those(|m| m.family == Family::Board)),
+            ("the paper's models and the board", leading.collect()),
+            ("readings of the grey box", family_of(Family::GreyBox)),
+            ("boards", family_of(Family::Board)),
         ]
+    }
+
+    /// All of them.
+    pub fn all(&self) -> Vec<&Outcome> {
+        dashed_last(self.outcomes.iter())
     }
 
     /// All figures of the tables as JSON; `null` is what does not exist.
@@ -93,6 +96,13 @@ impl Comparison {
         // Strings, numbers and maps of strings always serialise.
         serde_json::to_string_pretty(&report).unwrap_or_default() + "\n"
     }
+}
+
+/// In the order of drawing: what is dashed lets what it covers be seen.
+fn dashed_last<'a>(outcomes: impl Iterator<Item = &'a Outcome>) -> Vec<&'a Outcome> {
+    let mut outcomes: Vec<_> = outcomes.collect();
+    outcomes.sort_by_key(|outcome| outcome.runs.model.style == Style::Dashed);
+    outcomes
 }
 
 #[derive(Serialize)]

@@ -32,11 +32,6 @@ impl Curve {
         }
     }
 
-    /// Whether it is dashed: drawn last, it lets what it covers be seen.
-    pub fn is_dashed(&self) -> bool {
-        self.style == Style::Dashed
-    }
-
     /// Draws it solid, where it covers nothing.
     pub fn undash(&mut self) {
         self.style = Style::Line;

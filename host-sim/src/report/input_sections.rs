@@ -139,8 +139,7 @@ impl InputSection {
             }
         }
         if !self.all.is_empty() {
-            let all: Vec<_> = comparison.outcomes.iter().collect();
-            section = section.figure(self.figure("all models", &all, self.all));
+            section = section.figure(self.figure("all models", &comparison.all(), self.all));
         }
         section
     }

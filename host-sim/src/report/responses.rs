@@ -80,7 +80,6 @@ fn panel_of(quantity: Quantity, label: &str, shown: &[Shown]) -> Option<Panel> {
         .filter(|_| quantity == Quantity::Angle);
     let of = |shown: &Shown| Some(Curve::of(shown.0, quantity.of(*shown)?));
     let mut models: Vec<_> = shown.iter().filter_map(of).collect();
-    models.sort_by_key(Curve::is_dashed);
     if let [alone] = &mut models[..] {
         alone.undash();
     }

@@ -2,7 +2,7 @@
 
 use super::super::{contradictions, document, runs::INPUTS};
 use super::*;
-use crate::plot::html::escape;
+use crate::plot::{html::escape, svg};
 
 fn html() -> String {
     document::page(comparison()).expect("a page").render()
@@ -80,6 +80,18 @@ fn titles_are_unique_for_they_become_names_of_files() {
     titles.sort_unstable();
     titles.dedup();
     assert_eq!(titles.len(), count);
+}
+
+#[test]
+fn the_picture_of_the_readme_is_the_first_figure() {
+    let page = document::page(comparison()).expect("a page");
+    let first = page.figures().next().expect("a figure");
+    // If it is to change: `actuator report --figures DIR`, and DIR/step-responses.svg is the new one.
+    let picture = include_str!("../../../../docs/report-step.svg");
+    assert!(
+        picture == svg::render(first),
+        "docs/report-step.svg is another one"
+    );
 }
 
 #[test]
