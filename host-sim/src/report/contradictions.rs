@@ -47,9 +47,9 @@ pub const STEADY_GAIN: Contradiction = Contradiction {
 pub const LITERAL_GAINS: Contradiction = Contradiction {
     title: "2.836 and 10 both literally?",
     text: "As (deg/s)/% and %/(deg/s) they cannot both be meant. Sampled at 250 Hz with a full \
-        period of delay that loop is unstable. With the 1 ms of this board the linear loop keeps 3 \
-        dB; what is seen then is a limit cycle between the duty limits, kept up by the encoder's \
-        counts.",
+        period of delay that loop is unstable. With the 1 ms of this board the linear loop keeps \
+        3 dB; what is seen then is a limit cycle of the encoder's counts, which reaches both \
+        limits of the duty.",
 };
 
 /// One bandwidth for two models.
