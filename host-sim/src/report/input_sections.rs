@@ -36,8 +36,8 @@ pub(super) const SECTIONS: [InputSection; 6] = [
              box and board lie on each other but for some milliseconds at the end, the cost of \
              sampling, encoder and PWM.",
             "As printed, with the duty unlimited, the grey box follows the rise, overshoots the \
-             peak and again overshoots zero: as the paper says of its figure 12. With the duty limited to what a bridge \
-             can do, it does so by 1 % at the most.",
+             peak and again overshoots zero: as the paper says of its figure 12. \
+             With the duty limited to what a bridge can do, it does so by 1 % at the most.",
             "Average and switched PWM and the bench lie on each other. Around the motor as \
              measured the default gains leave 6.8 dB, and the rate answers to single encoder \
              counts; retuned, the board is as fast as the black boxes and quiet.",
