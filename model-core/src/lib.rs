@@ -9,10 +9,12 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod actuator;
 pub mod control;
 pub mod excitation;
 mod limits;
 pub mod models;
+mod named;
 pub mod parameter;
 pub mod plant;
 pub mod presets;

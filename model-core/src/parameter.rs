@@ -236,3 +236,44 @@ macro_rules! parameters {
 pub const fn trimmed(text: &'static str) -> &'static str {
     text.trim_ascii()
 }
+
+/// One parameter with its present value.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Value {
+    /// Its row in the table.
+    pub parameter: &'static Parameter,
+    /// Its value.
+    pub value: f64,
+}
+
+/// Parameters behind one interface, whatever their table.
+pub trait Group {
+    /// What is known of each of them.
+    fn table(&self) -> &'static [Parameter];
+
+    /// Row `index` of the table with its value; `None` beyond its end.
+    fn value(&self, index: usize) -> Option<Value>;
+
+    /// Sets one by name or by symbol.
+    ///
+    /// # Errors
+    /// Those of [`Parameters::set`].
+    fn assign(&mut self, name: &str, value: f64) -> Result<(), ParameterError>;
+}
+
+impl<P: Parameters> Group for P {
+    fn table(&self) -> &'static [Parameter] {
+        P::TABLE
+    }
+
+    fn value(&self, index: usize) -> Option<Value> {
+        Some(Value {
+            parameter: P::TABLE.get(index)?,
+            value: self.get(index)?,
+        })
+    }
+
+    fn assign(&mut self, name: &str, value: f64) -> Result<(), ParameterError> {
+        self.set(name, value)
+    }
+}

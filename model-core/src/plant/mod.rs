@@ -8,19 +8,21 @@ pub mod bench;
 pub mod first_order;
 
 use crate::limits::within;
+use crate::named::named;
 use crate::time::PWM_PERIOD_TICKS;
 
 /// Ticks in one PWM period, as an index.
 pub const PERIOD: usize = PWM_PERIOD_TICKS as usize;
 
-/// What the bridge does with a duty.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Pwm {
-    /// The mean voltage of the duty all through the period.
-    Average,
-    /// Edge-aligned sign-magnitude switching: the whole supply for |duty|/100 of the period from
-    /// its start, then off. An edge between two ticks is taken where it is.
-    Switched,
+named! {
+    /// What the bridge does with a duty.
+    Pwm {
+        /// The mean voltage of the duty all through the period.
+        Average = "average",
+        /// Edge-aligned sign-magnitude switching: the whole supply for |duty|/100 of the period
+        /// from its start, then off. An edge between two ticks is taken where it is.
+        Switched = "switched",
+    }
 }
 
 /// What the encoder could see of a plant.

@@ -63,6 +63,11 @@ impl<'a> PwmBench<'a> {
         self.readings[tick_in_period.min(PERIOD)]
     }
 
+    /// Adds a torque to the external load from the next period on, Nm, where no recording does.
+    pub fn set_load_torque_nm(&mut self, torque_nm: f64) {
+        self.bench.set_recorded_torque_nm(torque_nm);
+    }
+
     /// One tick, `on` ticks of the period before its switching edge.
     fn run_tick(&mut self, level_v: f64, on: f64) {
         if on >= 1.0 {

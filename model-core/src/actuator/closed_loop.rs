@@ -1,0 +1,125 @@
+//! The board's control step in closed loop with a plant (reference semantics S9).
+//!
+//! At each PWM edge the timer takes the duty that it was given; at every fourth edge the control
+//! step then samples the encoder and decides on the next one, which acts a period later.
+
+use crate::control::{
+    cascade::{Coefficients, State, Step},
+    units::{Angle, float},
+};
+use crate::plant::Plant;
+use crate::sensors::encoder::Encoder;
+use crate::time::{CONTROL_PERIOD_TICKS, PWM_PERIOD_TICKS};
+
+crate::parameters! {
+    /// The timer that switches the bridge.
+    pub struct TimerParameters {
+        /// 1 where the bridge is on for whole counts of the timer, 1/560 %; 0 where it is on for
+        /// just as long as the control step decided.
+        timer_counts [""]: 0.0, "1", 0.0, 1.0, "0: the loop is that of the equations; the board's timer counts";
+    }
+}
+
+impl TimerParameters {
+    /// The duty that the timer makes of a step, %.
+    fn duty_pct(&self, step: &Step) -> f64 {
+        if self.timer_counts >= 0.5 {
+            step.compare.duty_pct()
+        } else {
+            float(step.duty)
+        }
+    }
+}
+
+/// A board that controls since just before tick 0.
+#[derive(Debug, Clone)]
+pub struct ClosedLoop<P> {
+    coefficients: Coefficients,
+    control: State,
+    timer: TimerParameters,
+    encoder: Encoder,
+    /// The motor and what it moves.
+    pub plant: P,
+    /// What the last control step decided.
+    pub step: Step,
+    duty_pct: f64,
+    /// The duty that is in force from the next edge on, %.
+    pending_duty_pct: f64,
+    tick: u64,
+}
+
+impl<P: Plant> ClosedLoop<P> {
+    /// Closes the loop around a plant.
+    ///
+    /// ```
+    /// use model_core::actuator::closed_loop::ClosedLoop;
+    /// use model_core::control::{cascade::Coefficients, units::angle};
+    /// use model_core::plant::{Plant, Pwm, first_order::FirstOrder};
+    /// use model_core::sensors::{encoder::Encoder, noise::Noise};
+    ///
+    /// let gains = Coefficients::try_new(&Default::default()).unwrap();
+    /// let encoder = Encoder::new(Default::default(), Noise::new(0, 0));
+    /// let motor = FirstOrder::try_new(Default::default(), Pwm::Average).unwrap();
+    /// let mut board = ClosedLoop::new(gains, Default::default(), encoder, motor);
+    /// for _ in 0..2000 {
+    ///     board.start_period(|_| angle(90.0));
+    /// }
+    /// // Within one encoder count after two seconds.
+    /// assert!((board.plant.at(20).angle_deg - 90.0).abs() < 0.09);
+    /// ```
+    pub fn new(
+        coefficients: Coefficients,
+        timer: TimerParameters,
+        encoder: Encoder,
+        plant: P,
+    ) -> Self {
+        Self {
+            coefficients,
+            control: State::default(),
+            timer,
+            encoder,
+            plant,
+            step: Step::default(),
+            duty_pct: 0.0,
+            pending_duty_pct: 0.0,
+            tick: 0,
+        }
+    }
+
+    /// The PWM edge at which the next period of 20 ticks starts, and what belongs to that instant;
+    /// `command` gives the command that has arrived at a tick.
+    #[inline(always)]
+    pub fn start_period(&mut self, command: impl FnOnce(u64) -> Angle) {
+        self.duty_pct = self.pending_duty_pct;
+        self.plant.start_period(self.duty_pct);
+        if self.tick.is_multiple_of(CONTROL_PERIOD_TICKS) {
+            self.control(command(self.tick));
+        }
+        self.tick += PWM_PERIOD_TICKS;
+    }
+
+    fn control(&mut self, command: Angle) {
+        let word = self.encoder.word(self.plant.at(0).angle_deg);
+        // A magnet that is lost leaves the duty as it is; what a board does then is the business
+        // of its application.
+        if self.control.observe(&self.coefficients, word).is_ok() {
+            self.step = self.control.regulate(&self.coefficients, command);
+            self.pending_duty_pct = self.timer.duty_pct(&self.step);
+        }
+    }
+
+    /// The duty of the running period, %.
+    pub fn duty_pct(&self) -> f64 {
+        self.duty_pct
+    }
+
+    /// The measured angle, deg.
+    pub fn angle_meas_deg(&self) -> f64 {
+        float(self.control.angle())
+    }
+
+    /// The estimated rate, deg/s.
+    pub fn rate_meas_deg_s(&self) -> f64 {
+        float(self.control.rate())
+    }
+}

@@ -1,0 +1,344 @@
+//! An actuator that its caller steps, from tick to tick.
+
+use super::closed_loop::ClosedLoop;
+use super::kind::{ModelKind, PlantKind};
+use super::settings::Settings;
+use crate::control::{cascade::Coefficients, units::angle};
+use crate::models::delay::DelayLine;
+use crate::models::{
+    ActuatorModel, black_box_1::BlackBox1, black_box_2::BlackBox2, grey_box::GreyBox,
+};
+use crate::parameter::ParameterError;
+use crate::plant::{PERIOD, Plant, bench::pwm::PwmBench, first_order::FirstOrder};
+use crate::sensors::{adc::FrontEnd, encoder::Encoder, noise::Noise};
+use crate::time::{TICKS_PER_SECOND, ticks};
+
+/// The longest transport delay, ticks: the end of its range, 1 s.
+const LONGEST_DELAY: usize = TICKS_PER_SECOND as usize;
+
+/// What can be seen of an actuator. What a model does not have is zero; what it does not measure
+/// is its true value.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Reading {
+    /// The command that has arrived, deg.
+    pub command_deg: f64,
+    /// Angle of the output shaft, deg.
+    pub angle_deg: f64,
+    /// Its rate, deg/s.
+    pub rate_deg_s: f64,
+    /// Duty of the bridge, %.
+    pub duty_pct: f64,
+    /// Measured angle, deg.
+    pub angle_meas_deg: f64,
+    /// Measured rate, deg/s.
+    pub rate_meas_deg_s: f64,
+    /// Motor current, A.
+    pub current_a: f64,
+    /// Back-EMF, V.
+    pub back_emf_v: f64,
+}
+
+/// The command, the load or the time was not a number that can be taken; nothing moved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct CommandError;
+
+impl core::fmt::Display for CommandError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str("the command is not a finite number of degrees")
+    }
+}
+
+impl core::error::Error for CommandError {}
+
+/// Room for any model: there is no heap to put the greater ones on.
+#[derive(Debug, Clone)]
+#[allow(clippy::large_enum_variant, reason = "no heap")]
+enum Model {
+    BlackBox1(BlackBox1),
+    BlackBox2(BlackBox2),
+    GreyBox(GreyBox),
+    FirstOrder(ClosedLoop<FirstOrder>),
+    Bench(ClosedLoop<PwmBench<'static>>),
+}
+
+/// An actuator at rest at zero, until it is stepped.
+#[derive(Debug, Clone)]
+pub struct Actuator {
+    model: Model,
+    delay: DelayLine<LONGEST_DELAY>,
+    /// Period of the host, ticks; 0 where every tick passes.
+    host_ticks: u64,
+    /// What the host sampled last.
+    sampled_deg: f64,
+    /// What has arrived behind the delay.
+    arrived_deg: f64,
+    tick: u64,
+}
+
+impl Actuator {
+    /// The actuator of these settings.
+    ///
+    /// # Errors
+    /// That of the first parameter which is out of its range or at odds with another.
+    ///
+    /// ```
+    /// use model_core::actuator::{Actuator, ModelKind, PlantKind, Settings};
+    ///
+    /// let settings = Settings::new(ModelKind::BlackBox1, PlantKind::FirstOrder);
+    /// let mut actuator = Actuator::try_new(&settings).unwrap();
+    /// // The first command is taken to have stood there for ever: no delay. 240 deg/s for 100 ms.
+    /// actuator.advance(90.0, 2000).unwrap();
+    /// assert!((actuator.reading().angle_deg - 24.0).abs() < 1e-9);
+    /// ```
+    pub fn try_new(settings: &Settings) -> Result<Self, ParameterError> {
+        settings.setup.check()?;
+        let s = settings;
+        let model = match (s.model, s.plant) {
+            (ModelKind::BlackBox1, _) => Model::BlackBox1(BlackBox1::try_new(s.black_box_1)?),
+            (ModelKind::BlackBox2, _) => Model::BlackBox2(BlackBox2::try_new(s.black_box_2)?),
+            (ModelKind::GreyBox, _) => Model::GreyBox(GreyBox::try_new(s.grey_box)?),
+            (ModelKind::Board, PlantKind::FirstOrder) => {
+                Model::FirstOrder(s.around(FirstOrder::try_new(s.first_order, s.pwm)?)?)
+            }
+            (ModelKind::Board, PlantKind::Bench) => {
+                Model::Bench(s.around(PwmBench::try_new(&s.bench, s.pwm, None)?)?)
+            }
+        };
+        // The range of the delay ends where the line does.
+        let delay = DelayLine::try_new(ticks(s.setup.delay_s)).ok_or(ParameterError::Unknown)?;
+        Ok(Self {
+            model,
+            delay,
+            host_ticks: ticks(s.setup.host_period_s),
+            sampled_deg: 0.0,
+            arrived_deg: 0.0,
+            tick: 0,
+        })
+    }
+
+    /// Moves by so many ticks of 50 us with this command held.
+    ///
+    /// # Errors
+    /// [`CommandError`] for a command that is not finite.
+    pub fn advance(&mut self, command_deg: f64, ticks: u64) -> Result<(), CommandError> {
+        if !command_deg.is_finite() {
+            return Err(CommandError);
+        }
+        for _ in 0..ticks {
+            self.step(command_deg);
+        }
+        Ok(())
+    }
+
+    /// Puts a torque on the load from the next PWM period on, Nm, beside that of the parameters;
+    /// only the bench has a load.
+    ///
+    /// # Errors
+    /// [`CommandError`] for a torque that is not finite.
+    pub fn set_load_torque_nm(&mut self, torque_nm: f64) -> Result<(), CommandError> {
+        if !torque_nm.is_finite() {
+            return Err(CommandError);
+        }
+        if let Model::Bench(board) = &mut self.model {
+            board.plant.set_load_torque_nm(torque_nm);
+        }
+        Ok(())
+    }
+
+    /// The ticks moved so far.
+    pub fn tick(&self) -> u64 {
+        self.tick
+    }
+
+    fn step(&mut self, command_deg: f64) {
+        if self.tick.checked_rem(self.host_ticks).unwrap_or(0) == 0 {
+            self.sampled_deg = command_deg;
+        }
+        self.arrived_deg = self.delay.shift(self.sampled_deg);
+        let (arrived_deg, tick) = (self.arrived_deg, self.tick);
+        match &mut self.model {
+            Model::BlackBox1(model) => model.step(arrived_deg),
+            Model::BlackBox2(model) => model.step(arrived_deg),
+            Model::GreyBox(model) => model.step(arrived_deg),
+            Model::FirstOrder(board) => board.pass(tick, arrived_deg),
+            Model::Bench(board) => board.pass(tick, arrived_deg),
+        }
+        self.tick += 1;
+    }
+
+    /// What can be seen now, before whatever the next step does at this instant.
+    pub fn reading(&self) -> Reading {
+        let arrived_deg = self.arrived_deg;
+        match &self.model {
+            Model::BlackBox1(model) => of_model(model, arrived_deg),
+            Model::BlackBox2(model) => of_model(model, arrived_deg),
+            Model::GreyBox(model) => of_model(model, arrived_deg),
+            Model::FirstOrder(board) => board.reading(self.tick, arrived_deg),
+            Model::Bench(board) => {
+                let now = board.plant.reading_at(ticks_into_period(self.tick));
+                Reading {
+                    current_a: now.current_a,
+                    back_emf_v: now.back_emf_v,
+                    ..board.reading(self.tick, arrived_deg)
+                }
+            }
+        }
+    }
+}
+
+/// Ticks since the start of the period that runs until now: 1 to 20, and 0 at the very start.
+fn ticks_into_period(tick: u64) -> usize {
+    match tick {
+        0 => 0,
+        tick => (tick - 1) as usize % PERIOD + 1,
+    }
+}
+
+fn of_model(model: &impl ActuatorModel, command_deg: f64) -> Reading {
+    let output = model.output(command_deg);
+    Reading {
+        command_deg,
+        angle_deg: output.angle_deg,
+        rate_deg_s: output.rate_deg_s,
+        duty_pct: output.duty_pct,
+        angle_meas_deg: output.angle_deg,
+        rate_meas_deg_s: output.rate_deg_s,
+        ..Default::default()
+    }
+}
+
+impl<P: Plant> ClosedLoop<P> {
+    /// Passes one tick, a PWM edge at its start if there is one.
+    fn pass(&mut self, tick: u64, arrived_deg: f64) {
+        if tick.is_multiple_of(PERIOD as u64) {
+            self.start_period(|_| angle(arrived_deg));
+        }
+    }
+
+    fn reading(&self, tick: u64, command_deg: f64) -> Reading {
+        let now = self.plant.at(ticks_into_period(tick));
+        Reading {
+            command_deg,
+            angle_deg: now.angle_deg,
+            rate_deg_s: now.rate_deg_s,
+            duty_pct: self.duty_pct(),
+            angle_meas_deg: self.angle_meas_deg(),
+            rate_meas_deg_s: self.rate_meas_deg_s(),
+            ..Default::default()
+        }
+    }
+}
+
+/// The streams of the noise generator: one a sensor, so that none shifts the numbers of another.
+const ENCODER_STREAM: u64 = 0;
+const CURRENT_STREAM: u64 = 1;
+const BACK_EMF_STREAM: u64 = 2;
+
+impl Settings {
+    /// The board's loop around a plant.
+    ///
+    /// # Errors
+    /// That of the first parameter of control or encoder which is out of its range.
+    pub fn around<P: Plant>(&self, plant: P) -> Result<ClosedLoop<P>, ParameterError> {
+        self.timer.check()?;
+        self.encoder.check()?;
+        let coefficients = Coefficients::try_new(&self.control)?;
+        let encoder = Encoder::new(self.encoder, Noise::new(self.seed, ENCODER_STREAM));
+        Ok(ClosedLoop::new(coefficients, self.timer, encoder, plant))
+    }
+
+    /// The analogue front ends of the bench: those of the current and of the back-EMF, with their
+    /// noise.
+    pub fn front_ends(&self) -> [(FrontEnd, Noise); 2] {
+        [
+            (
+                (&self.current_sense).into(),
+                Noise::new(self.seed, CURRENT_STREAM),
+            ),
+            (
+                (&self.back_emf_sense).into(),
+                Noise::new(self.seed, BACK_EMF_STREAM),
+            ),
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn actuator(model: ModelKind, plant: PlantKind) -> Actuator {
+        Actuator::try_new(&Settings::new(model, plant)).unwrap()
+    }
+
+    fn any_choice() -> impl Strategy<Value = (ModelKind, PlantKind)> {
+        let models = proptest::sample::select(ModelKind::ALL);
+        (models, proptest::sample::select(PlantKind::ALL))
+    }
+
+    proptest! {
+        #[test]
+        fn the_way_to_a_tick_does_not_depend_on_the_length_of_the_steps(
+            (model, plant) in any_choice(),
+            cuts in proptest::collection::vec(0_u64..90, 1..20),
+        ) {
+            let mut by_cuts = actuator(model, plant);
+            for ticks in &cuts {
+                by_cuts.advance(30.0, *ticks).unwrap();
+            }
+            let mut at_once = actuator(model, plant);
+            at_once.advance(30.0, cuts.iter().sum()).unwrap();
+            prop_assert_eq!(by_cuts.reading(), at_once.reading());
+        }
+
+        #[test]
+        fn a_copy_goes_on_as_the_original(
+            (model, plant) in any_choice(), before in 0_u64..2000, after in 0_u64..2000
+        ) {
+            let mut original = actuator(model, plant);
+            original.advance(-40.0, before).unwrap();
+            let mut copy = original.clone();
+            original.advance(25.0, after).unwrap();
+            copy.advance(25.0, after).unwrap();
+            prop_assert_eq!(original.reading(), copy.reading());
+        }
+    }
+
+    #[test]
+    fn a_command_that_is_no_number_is_refused_and_moves_nothing() {
+        let mut actuator = actuator(ModelKind::Board, PlantKind::Bench);
+        for command in [f64::NAN, f64::INFINITY] {
+            assert_eq!(actuator.advance(command, 1000), Err(CommandError));
+            assert_eq!(actuator.set_load_torque_nm(command), Err(CommandError));
+        }
+        assert_eq!(
+            (actuator.tick(), actuator.reading()),
+            (0, Reading::default())
+        );
+    }
+
+    #[test]
+    fn a_torque_on_the_load_holds_the_bench_back() {
+        let angle_after = |torque_nm: f64| {
+            let mut actuator = actuator(ModelKind::Board, PlantKind::Bench);
+            actuator.set_load_torque_nm(torque_nm).unwrap();
+            actuator.advance(60.0, 4000).unwrap();
+            actuator.reading().angle_deg
+        };
+        assert!(angle_after(-0.3) < angle_after(0.0) - 1.0);
+    }
+
+    #[test]
+    fn a_host_that_samples_every_20_ms_passes_on_what_it_saw_then() {
+        let mut settings = Settings::new(ModelKind::BlackBox1, PlantKind::FirstOrder);
+        settings.setup.host_period_s = 0.02;
+        settings.setup.delay_s = 0.0;
+        let mut actuator = Actuator::try_new(&settings).unwrap();
+        actuator.advance(0.0, 1).unwrap();
+        actuator.advance(10.0, 399).unwrap();
+        assert_eq!(actuator.reading().command_deg, 0.0);
+        actuator.advance(10.0, 1).unwrap();
+        assert_eq!(actuator.reading().command_deg, 10.0);
+    }
+}
