@@ -2,7 +2,7 @@
 
 mod output;
 mod parameters;
-//mod report;
+mod report;
 mod simulate;
 mod tune;
 
@@ -25,6 +25,7 @@ pub struct Arguments {
 enum Command {
     Simulate(simulate::Simulate),
     Tune(tune::Tune),
+    Report(report::Report),
 }
 
 impl Arguments {
@@ -36,6 +37,7 @@ impl Arguments {
         match self.command {
             Command::Simulate(simulate) => simulate.run(),
             Command::Tune(tune) => tune.run(),
+            Command::Report(report) => report.run(),
         }
     }
 }
