@@ -312,6 +312,12 @@ proptest! {
     }
 }
 
+#[test]
+fn a_product_of_simple_fractions_is_exact() {
+    let half = Coefficient::new(0.5);
+    assert_eq!(half.times(Percent::from_num(-3)), -1.5);
+}
+
 proptest! {
     #[test]
     fn a_product_is_the_nearest_step_to_the_true_one(value in -1e3..1e3, exponent in -20..1, signal: i64) {
