@@ -17,13 +17,13 @@ mod file;
 
 use std::path::PathBuf;
 
-use model_core::{excitation::catalogue::Input, plant::Pwm, time::ticks};
+use model_core::{excitation::catalogue::Input, named::Named, time::ticks};
 use serde::Deserialize;
 
 use crate::{
     error::Error,
     input::{self, Command},
-    settings::{ModelKind, PlantKind, Settings},
+    settings::{self, ModelKind, PlantKind, Pwm, Settings},
     simulate::Simulation,
     trace::Trace,
 };
@@ -34,24 +34,15 @@ pub const DEFAULT_EVERY: u64 = 20;
 /// What stands before the name of a parameter of the input.
 pub const INPUT_PREFIX: &str = "input.";
 
-/// How the bridge is switched.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum PwmKind {
-    /// The mean voltage all through the period
-    #[default]
-    Average,
-    /// Full voltage for the on time, brake for the rest
-    Switched,
-}
-
 /// What to simulate. What is left out has its default, given in brackets.
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Scenario {
     /// The model. It must be given.
+    #[serde(deserialize_with = "file::named")]
     pub model: Option<ModelKind>,
     /// The plant behind the board (`first-order`).
+    #[serde(deserialize_with = "file::named")]
     pub plant: Option<PlantKind>,
     /// The preset (the model's first).
     #[serde(deserialize_with = "file::preset")]
@@ -72,7 +63,8 @@ pub struct Scenario {
     /// Seed of all that is random (0).
     pub seed: Option<u64>,
     /// How the bridge is switched (`average`).
-    pub pwm: Option<PwmKind>,
+    #[serde(deserialize_with = "file::named")]
+    pub pwm: Option<Pwm>,
     /// Parameters by name, after the preset; of several values for one the last counts.
     #[serde(deserialize_with = "file::set")]
     pub set: Vec<Setting>,
@@ -133,21 +125,22 @@ impl Scenario {
     /// As [`Scenario::resolve`].
     pub fn settings(&self) -> Result<Settings, Error> {
         let model = self.model.ok_or_else(|| {
-            let names = ModelKind::ALL.map(ModelKind::name).join(", ");
-            Error::Conflict(format!("no model, expected one of {names}"))
+            let names: Vec<_> = ModelKind::ALL.iter().map(|model| model.name()).collect();
+            Error::Conflict(format!("no model, expected one of {}", names.join(", ")))
         })?;
         if self.plant.is_some() && model != ModelKind::Board {
-            let name = model.name();
             return Err(Error::Conflict(format!(
-                "a plant goes with the model `board`, `{name}` has none"
+                "a plant goes with the model `board`, `{model}` has none"
             )));
         }
-        let mut settings = Settings::new(model, self.plant.unwrap_or_default());
+        let mut settings = Settings::new(model, self.plant.unwrap_or(PlantKind::FirstOrder));
+        settings.pwm = self.pwm.unwrap_or(settings.pwm);
+        settings.seed = self.seed.unwrap_or(settings.seed);
         if let Some(preset) = &self.preset {
-            settings.apply(preset)?;
+            settings::apply(&mut settings, preset)?;
         }
         for setting in self.set.iter().filter(|s| s.name_in_input().is_none()) {
-            let result = settings.set(&setting.name, setting.value);
+            let result = settings::set(&mut settings, &setting.name, setting.value);
             result.map_err(|error| self.at(setting, error))?;
         }
         if self.load_file.is_some() && self.plant != Some(PlantKind::Bench) {
@@ -175,10 +168,6 @@ impl Scenario {
         let load = load
             .map(|path| input::file::read(path, &input::file::LOAD))
             .transpose()?;
-        let pwm = match self.pwm.unwrap_or_default() {
-            PwmKind::Average => Pwm::Average,
-            PwmKind::Switched => Pwm::Switched,
-        };
         let mut simulation = Simulation {
             settings,
             command,
@@ -186,8 +175,6 @@ impl Scenario {
             load,
             ticks: 0,
             every,
-            pwm,
-            seed: self.seed.unwrap_or(0),
         };
         // A run of no ticks finds parameters that do not go together, before any output is made.
         simulation.run(&mut Trace::default())?;

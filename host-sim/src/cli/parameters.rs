@@ -2,9 +2,9 @@
 
 use clap::{
     Args,
-    builder::{PossibleValue, PossibleValuesParser},
+    builder::{PossibleValue, PossibleValuesParser, TypedValueParser},
 };
-use model_core::presets::Preset;
+use model_core::{named::Named, presets::Preset};
 
 use super::output;
 use crate::{
@@ -29,6 +29,15 @@ fn setting(text: &str) -> Result<Setting, String> {
     let number = value.trim().parse();
     let number = number.map_err(|_| format!("`{value}` is not a number"))?;
     Ok(Setting::new(name.trim(), number))
+}
+
+/// One of the values that have names, each with what it is.
+pub fn named<T: Named>() -> impl TypedValueParser<Value = T> {
+    let values = T::ALL
+        .iter()
+        .map(|value| PossibleValue::new(value.name()).help(value.summary().trim_end_matches('.')));
+    let unknown = "the parser has let a name pass that it does not know";
+    PossibleValuesParser::new(values).map(move |name| T::named(&name).expect(unknown))
 }
 
 /// The names of presets, each with what it is and for which models.

@@ -19,8 +19,8 @@ use super::{
 };
 use crate::{
     error::Error,
-    scenario::{INPUT_PREFIX, PwmKind, Scenario},
-    settings::{ModelKind, PlantKind, Value},
+    scenario::{INPUT_PREFIX, Scenario},
+    settings::{ModelKind, PlantKind, Pwm, Value},
 };
 use sinks::Sinks;
 
@@ -31,6 +31,7 @@ use sinks::Sinks;
 #[derive(Debug, Args)]
 pub struct Simulate {
     /// What to simulate
+    #[arg(value_parser = parameters::named::<ModelKind>())]
     model: Option<ModelKind>,
     /// A scenario in TOML; options given beside it win
     #[arg(long, value_name = "FILE")]
@@ -39,7 +40,7 @@ pub struct Simulate {
     #[arg(long, value_name = "NAME", value_parser = parameters::preset_names(PRESETS))]
     preset: Option<String>,
     /// What the board drives [default: first-order]
-    #[arg(long)]
+    #[arg(long, value_parser = parameters::named::<PlantKind>())]
     plant: Option<PlantKind>,
     /// A command by name [default: pulse]
     #[arg(long, value_name = "NAME", value_parser = input_names(), conflicts_with = "input_file")]
@@ -65,8 +66,8 @@ pub struct Simulate {
     #[arg(long, allow_negative_numbers = true)]
     seed: Option<u64>,
     /// How the bridge is switched [default: average]
-    #[arg(long)]
-    pwm: Option<PwmKind>,
+    #[arg(long, value_parser = parameters::named::<Pwm>())]
+    pwm: Option<Pwm>,
     /// Writes the trace; `-` is standard output
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
@@ -131,11 +132,8 @@ fn warn(scenario: &Scenario) {
 
 /// The parameters of the model and of its input.
 fn parameters(scenario: &Scenario) -> Result<Vec<(String, Value)>, Error> {
-    let model = scenario
-        .settings()?
-        .values()
-        .into_iter()
-        .map(|v| (v.parameter.name.into(), v));
+    let settings = scenario.settings()?;
+    let model = settings.values().map(|v| (v.parameter.name.into(), v));
     let Some(input) = scenario.standard_input()? else {
         return Ok(model.collect());
     };

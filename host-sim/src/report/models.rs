@@ -2,8 +2,8 @@
 
 use crate::{
     plot::Style,
-    scenario::{PwmKind, Scenario},
-    settings::{ModelKind, PlantKind},
+    scenario::Scenario,
+    settings::{ModelKind, PlantKind, Pwm},
 };
 
 /// In which figures a model stands.
@@ -32,7 +32,7 @@ pub struct Model {
     pub style: Style,
     kind: ModelKind,
     plant: Option<PlantKind>,
-    pwm: PwmKind,
+    pwm: Pwm,
     /// The preset.
     pub preset: &'static str,
     /// Amplitude with which its frequency response is measured, deg.
@@ -77,7 +77,7 @@ impl Model {
             style: Style::Line,
             kind,
             plant: None,
-            pwm: PwmKind::Average,
+            pwm: Pwm::Average,
             preset,
             sweep_amplitude_deg: 5.0,
         }
@@ -143,7 +143,7 @@ pub const MODELS: [Model; 12] = [
         .leading()
         .drawn(PINK, Style::Dashed),
     Model {
-        pwm: PwmKind::Switched,
+        pwm: Pwm::Switched,
         ..Model::board("board, switched PWM", "consistent").drawn(PINK, Style::Line)
     },
     Model::board("board as-measured", "as-measured").drawn(SKY, Style::Line),

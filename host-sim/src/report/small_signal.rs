@@ -7,7 +7,7 @@ use crate::{
         transfer_function::TransferFunction,
     },
     error::Error,
-    settings::{BoardSettings, ModelSettings, PlantKind, Settings},
+    settings::{ModelKind, PlantKind, Settings},
 };
 use model_core::{control::parameters::ControlParameters, models::grey_box::GreyBoxParameters};
 
@@ -27,8 +27,8 @@ impl SmallSignal {
     /// ```
     /// use host_sim::analysis::frequency::bandwidth_hz;
     /// use host_sim::report::small_signal::SmallSignal;
-    /// use host_sim::settings::{ModelKind, Settings};
-    /// let settings = Settings::new(ModelKind::BlackBox1, Default::default());
+    /// use host_sim::settings::{ModelKind, PlantKind, Settings};
+    /// let settings = Settings::new(ModelKind::BlackBox1, PlantKind::FirstOrder);
     /// let linear = SmallSignal::of(&settings).unwrap().unwrap();
     /// assert!((bandwidth_hz(&linear.closed).unwrap() - 4.7746).abs() < 1e-4);
     /// ```
@@ -36,14 +36,18 @@ impl SmallSignal {
     /// # Errors
     /// [`Error::Parameter`] for a parameter that has no linear model.
     pub fn of(settings: &Settings) -> Result<Option<Self>, Error> {
-        Ok(Some(match &settings.model {
-            ModelSettings::BlackBox1(p) => Self::open(black_box_1(p.pole_rad_s)),
-            ModelSettings::BlackBox2(p) => {
+        let s = settings;
+        Ok(Some(match (s.model, s.plant) {
+            (ModelKind::BlackBox1, _) => Self::open(black_box_1(s.black_box_1.pole_rad_s)),
+            (ModelKind::BlackBox2, _) => {
+                let p = &s.black_box_2;
                 Self::open(black_box_2(p.position_gain_per_s2, p.rate_gain_per_s))
             }
-            ModelSettings::GreyBox(p) => Self::around(grey_box(p)?),
-            ModelSettings::Board(board) if board.plant == PlantKind::Bench => return Ok(None),
-            ModelSettings::Board(p) => Self::around(sampled(p, Timing::default())?),
+            (ModelKind::GreyBox, _) => Self::around(grey_box(&s.grey_box)?),
+            (ModelKind::Board, PlantKind::FirstOrder) => {
+                Self::around(sampled(s, Timing::default())?)
+            }
+            (ModelKind::Board, PlantKind::Bench) => return Ok(None),
         }))
     }
 
@@ -67,7 +71,7 @@ impl SmallSignal {
 ///
 /// # Errors
 /// [`Error::Parameter`] for a parameter that has no linear model.
-pub fn sampled(settings: &BoardSettings, timing: Timing) -> Result<Loop, Error> {
+pub fn sampled(settings: &Settings, timing: Timing) -> Result<Loop, Error> {
     let p = &settings.first_order;
     let motor = motor(p.motor_gain_up, p.motor_gain_down, p.motor_time_constant_s);
     Ok(Loop::sampled(&motor, &settings.control, &timing)?)

@@ -14,7 +14,7 @@ use crate::{
     error::Error,
     plot::Figure,
     scenario::{Scenario, Setting},
-    settings::{ModelSettings, Settings},
+    settings::Settings,
     trace::Trace,
 };
 
@@ -65,7 +65,7 @@ fn table() -> Result<Table, Error> {
     ];
     let mut loops = Vec::new();
     for (name, settings, delay_s) in readings {
-        loops.extend(margins(settings, delay_s)?.map(|margins| (name, margins)));
+        loops.push((name, margins(settings, delay_s)?));
     }
     let caption = "Margins of the sampled loop, cut at the duty, by reading and by the time from \
         sample to duty. The board has 1 ms; 4 ms is a controller that uses its result a period \
@@ -87,15 +87,12 @@ fn figure() -> Result<Figure, Error> {
     ))
 }
 
-fn margins(settings: &Settings, duty_delay_s: f64) -> Result<Option<Margins>, Error> {
-    let ModelSettings::Board(board) = &settings.model else {
-        return Ok(None);
-    };
+fn margins(settings: &Settings, duty_delay_s: f64) -> Result<Margins, Error> {
     let timing = Timing {
         duty_delay_s,
         ..Timing::default()
     };
-    Ok(Some(Margins::of(&sampled(board, timing)?)))
+    Ok(Margins::of(&sampled(settings, timing)?))
 }
 
 fn trace() -> Result<Trace, Error> {
@@ -113,11 +110,7 @@ mod tests {
     #[test]
     fn both_gains_literal_are_stable_with_1_ms_by_3_db_and_unstable_with_4_ms() {
         let settings = literal().settings().expect("a board");
-        let margins = |delay_s| {
-            margins(&settings, delay_s)
-                .expect("in range")
-                .expect("a board")
-        };
+        let margins = |delay_s| margins(&settings, delay_s).expect("in range");
         assert!(margins(1e-3).stable && !margins(4e-3).stable);
         assert!((margins(1e-3).gain_db.expect("one").value - 3.05).abs() < 0.005);
     }

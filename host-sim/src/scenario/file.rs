@@ -2,6 +2,7 @@
 
 use std::{collections::BTreeMap, fs, path::Path};
 
+use model_core::named::Named;
 use serde::{Deserialize, Deserializer, de::Error as _};
 use toml::Spanned;
 
@@ -44,6 +45,21 @@ fn checked<'de, T: Deserialize<'de>, D: Deserializer<'de>>(
 ) -> Result<Option<T>, D::Error> {
     let value = T::deserialize(deserializer)?;
     check(value).map(Some).map_err(D::Error::custom)
+}
+
+pub fn named<'de, T: Named, D: Deserializer<'de>>(deserializer: D) -> Result<Option<T>, D::Error> {
+    let name = String::deserialize(deserializer)?;
+    let names: Vec<_> = T::ALL.iter().map(|value| value.name()).collect();
+    let unknown = || {
+        let expected = names.join(", ");
+        D::Error::custom(Error::unknown(
+            "name",
+            &name,
+            names.iter().copied(),
+            expected,
+        ))
+    };
+    T::named(&name).ok_or_else(unknown).map(Some)
 }
 
 pub fn preset<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<String>, D::Error> {

@@ -82,7 +82,7 @@ fn an_error_names_file_and_line_and_says_what_was_expected() {
         ),
         (
             "model = \"bord\"\n",
-            "unknown variant `bord`, expected one of `black-box-1`",
+            "unknown name `bord`, did you mean `board`?; expected black-box-1",
         ),
         ("model = \"board\n", "line 1, column 15"),
         (

@@ -2,17 +2,14 @@
 
 use model_core::{
     control::parameters::ControlParameters,
-    parameter::{Parameter, ParameterError, Parameters},
+    parameter::{Group, Parameter, ParameterError, Parameters, Value},
 };
 
 use crate::{
     analysis::linear_models::{Motor, Timing},
     error::Error,
     scenario::Setting,
-    settings::{
-        BoardSettings, ModelKind, ModelSettings, PlantKind, Settings, Value,
-        group::{self, Group},
-    },
+    settings::{self, ModelKind, PlantKind, Settings, group},
     tune::{Goal, InnerLoop, PositionLoop, Request, Ripple, Tuning},
 };
 
@@ -28,7 +25,7 @@ impl Group for Given {
         &ControlParameters::TABLE[FOUND..]
     }
 
-    fn value(&self, index: usize) -> f64 {
+    fn value(&self, index: usize) -> Option<Value> {
         self.0.value(FOUND + index)
     }
 
@@ -53,7 +50,7 @@ pub fn is_found(error: &ParameterError) -> bool {
 /// Motor, board and what is wanted of them.
 pub struct Wish {
     preset: Option<String>,
-    board: BoardSettings,
+    board: Settings,
     motor: Motor,
     inner: InnerLoop,
     position: PositionLoop,
@@ -122,8 +119,10 @@ impl Wish {
 
     /// Every parameter with its value.
     pub fn parameters(mut self) -> Vec<(String, Value)> {
-        let values = group::values(&self.groups()).into_iter();
-        values.map(|v| (v.parameter.name.into(), v)).collect()
+        let groups = self.groups();
+        group::values(&groups)
+            .map(|v| (v.parameter.name.into(), v))
+            .collect()
     }
 
     /// What tuning is asked for.
@@ -147,7 +146,7 @@ impl Wish {
         if self.timing != Timing::default() {
             return Ok(None);
         }
-        let mut wanted = self.board.clone();
+        let mut wanted = self.board;
         wanted.control = tuning.control;
         let (upward, downward) = senses(&self.board);
         if self.motor != upward && self.motor != downward {
@@ -167,29 +166,22 @@ impl Wish {
 }
 
 /// The board of a preset.
-fn board(preset: Option<&str>) -> Result<BoardSettings, Error> {
+fn board(preset: Option<&str>) -> Result<Settings, Error> {
     let mut settings = Settings::new(ModelKind::Board, PlantKind::FirstOrder);
     if let Some(preset) = preset {
-        settings.apply(preset)?;
+        settings::apply(&mut settings, preset)?;
     }
-    match settings.model {
-        ModelSettings::Board(board) => Ok(*board),
-        _ => Ok(BoardSettings::default()),
-    }
+    Ok(settings)
 }
 
-fn senses(board: &BoardSettings) -> (Motor, Motor) {
+fn senses(board: &Settings) -> (Motor, Motor) {
     let motor = &board.first_order;
     (Motor::upward(motor), Motor::downward(motor))
 }
 
 /// The parameters of `to` that differ from those of `from`, to six digits.
-fn changes(from: &BoardSettings, to: &BoardSettings) -> Vec<(&'static str, f64)> {
-    let values = |board: &BoardSettings| {
-        let (mut control, mut plant) = (board.control, board.first_order);
-        group::values(&[&mut control, &mut plant])
-    };
-    let pairs = values(from).into_iter().zip(values(to));
+fn changes(from: &Settings, to: &Settings) -> Vec<(&'static str, f64)> {
+    let pairs = from.values().zip(to.values());
     let rounded = pairs.map(|(from, to)| (from.value, to.parameter.name, six_digits(to.value)));
     rounded
         .filter(|(from, _, to)| six_digits(*from) != *to)
