@@ -39,7 +39,7 @@ impl<const N: usize> DelayLine<N> {
     /// unchanged, NaN included.
     #[inline]
     pub fn shift(&mut self, value: f64) -> f64 {
-        let ring = self.ring.get_or_insert([value; N]);
+        let ring = self.ring.get_or_insert_with(|| [value; N]);
         if self.delay_ticks == 0 {
             return value;
         }
