@@ -6,6 +6,7 @@ cd "$(dirname "$0")"
 target=$(cd ../.. && pwd)/target
 place=$target/python
 mkdir -p "$place"
+export PYTHONDONTWRITEBYTECODE=1
 
 say() { printf '\n-- %s\n' "$*"; }
 
