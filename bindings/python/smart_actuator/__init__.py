@@ -6,7 +6,7 @@ end in their unit. One tick is 50 us. Results are bit for bit those of the progr
 >>> import smart_actuator as sa
 >>> trace = sa.simulate("board", input="pulse", every=20)
 >>> float(trace.angle_deg.max().round(2))
-30.06
+89.97
 """
 
 from ._native import __version__

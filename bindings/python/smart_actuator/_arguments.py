@@ -60,7 +60,7 @@ def array(name: str, value: ArrayLike) -> NDArray[np.float64]:
     if given.dtype.kind not in "fiub" or np.ma.isMaskedArray(given):
         raise TypeError(f"{wanted}, got {type(value).__name__} of {given.dtype}")
     # A copy is contiguous and aligned, and nobody else writes to it meanwhile.
-    return np.require(np.array(given, np.float64), np.float64, "CA")
+    return np.require(np.array(given, np.float64), np.float64, ["C", "A"])
 
 
 def points(name: str, value: Optional[Points]) -> Optional[Tuple[NDArray[np.float64], ...]]:

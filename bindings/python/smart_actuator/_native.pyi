@@ -1,10 +1,11 @@
-from typing import Any, Optional, TypedDict
+from typing import Any, Optional, TypedDict, final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ._tables import Input, Parameter, Preset
 
+__all__: list[str]
 __version__: str
 
 class _Settings(TypedDict):
@@ -16,6 +17,7 @@ class _Settings(TypedDict):
 
 _Reading = tuple[float, float, float, float, float, float, float, float, float]
 
+@final
 class Actuator:
     def __new__(
         cls,

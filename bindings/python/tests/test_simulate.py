@@ -178,7 +178,7 @@ def test_a_trace_can_be_pickled():
 
 def test_the_tables_say_what_there_is():
     gain = next(p for p in sa.parameters("board") if p["name"] == "position_gain")
-    assert (gain["symbol"], gain["default"], gain["min"]) == ("P", 10.0, 0.0)
+    assert (gain["symbol"], gain["default"], gain["min"]) == ("P", 8.0, 0.0)
     assert all(p["meaning"] and p["source"] for p in sa.parameters("board", "bench"))
     assert {p["name"] for p in sa.presets()} > {"paper", "consistent", "as-measured"}
     pulse = next(i for i in sa.inputs() if i["name"] == "pulse")
