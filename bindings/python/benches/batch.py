@@ -16,7 +16,7 @@ import smart_actuator as sa
 
 ACTUATORS = 1000
 SECONDS = 60.0
-ROUNDS = 5
+ROUNDS = 3
 
 
 def own(every):

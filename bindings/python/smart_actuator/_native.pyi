@@ -5,7 +5,15 @@ from numpy.typing import NDArray
 
 from ._tables import Input, Parameter, Preset
 
-__all__: list[str]
+__all__ = [
+    "__version__",
+    "Actuator",
+    "simulate",
+    "monte_carlo",
+    "presets",
+    "parameters",
+    "inputs",
+]
 __version__: str
 
 class _Settings(TypedDict):
