@@ -1,7 +1,11 @@
 // Plots whose curves may come and go.
 
 const css = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-const short = (v, digits = 4) => v == null || !Number.isFinite(v) ? '–' : String(+v.toPrecision(digits));
+const short = (v, digits = 4) => {
+  if (v == null || !Number.isFinite(v)) return '–';
+  const rounded = +v.toPrecision(digits);
+  return rounded && Math.abs(rounded) < 1e-3 ? rounded.toExponential() : String(rounded);
+};
 
 // A plot is rebuilt when its curves are others, and fed otherwise.
 class Chart {
@@ -47,7 +51,7 @@ class Chart {
       width: this.host.clientWidth, height: this.tall(), padding: [8, 12, 0, 0],
       scales: { x: { time: false, distr: this.log ? 3 : 1, range: (u, min, max) => [min, max] } },
       axes: [
-        axis({ label: this.x, size: 26, ...(this.log && { values: (u, at) => decades(at) }) }),
+        axis({ label: this.x, size: 26, ...(this.log && { filter: (u, at) => at, values: (u, at) => decades(at) }) }),
         axis({ label: this.y, size: 50, ...(this.incrs && { incrs: this.incrs }) }),
       ],
       series: [{ label: this.x, value: (u, v) => short(v) }, ...series.map(s => ({

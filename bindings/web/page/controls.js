@@ -32,7 +32,7 @@ const make = (tag, properties = {}, ...children) => {
 };
 
 const units = /_(deg_s|deg|s|pct|nm_s_deg|nm_deg|nm_a|nm|v_a|hz|v|a|h|ohm|kg_m2|kg|m|rad_s|per_s2|per_s|1_nm)$/;
-const spoken = name => name.replace(units, '').replaceAll('_', ' ');
+const spoken = name => name.replace(units, '').replaceAll('_', ' ').replace('anti windup', 'anti-windup');
 const written = v => v === Infinity ? '∞' : short(v, 6);
 const told = (v, unit) => v === Infinity || v == null ? 'no limit' : `${short(v, 6)}${unit === '1' ? '' : ' ' + unit}`;
 const read = text => /^\s*(∞|no limit|none|inf(inity)?)\s*$/i.test(text) ? 'inf' : text.replace(/[^\w.+-]/g, '');

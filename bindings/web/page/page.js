@@ -176,6 +176,7 @@ async function start(base64) {
     document.body.dataset.bodeMs = (performance.now() - before).toFixed(1);
     drawBode();
     drawMerits();
+    by('spoken').textContent = [...by('merits').children].map(tile => `${tile.children[0].textContent} ${tile.children[1].textContent}`).join(', ');
     keepAddress();
     document.body.dataset.state = 'ready';
   };
@@ -236,7 +237,8 @@ async function start(base64) {
     by('merits').replaceChildren(...MERITS.map(([name, of, scale, unit]) => {
       const value = (f, b) => {
         const v = of(f, b);
-        return v == null ? '–' : `${short(v * scale, 3)} ${unit}`;
+        // What is below a hundredth is noise to a reader.
+        return v == null ? '–' : `${short(Math.round(v * scale * 100) / 100, 3)} ${unit}`;
       };
       const tile = make('div', { className: 'tile' }, make('span', {}, name), make('b', {}, value(now.figures, bode)));
       if (pinned) tile.append(make('span', { className: 'ghost', title: 'pinned' }, value(pinned.trace.figures, pinned.bode)));

@@ -174,7 +174,11 @@ mod tests {
             assert_eq!(not_reached(step.rise_s), expected.rise_time_s, "{text}");
             assert_eq!(not_reached(step.t90_s), expected.t90_s, "{text}");
             assert_eq!(step.overshoot_pct, expected.overshoot_pct, "{text}");
-            assert_eq!(not_reached(step.settling_s), expected.settling_time_s, "{text}");
+            assert_eq!(
+                not_reached(step.settling_s),
+                expected.settling_time_s,
+                "{text}"
+            );
             assert_eq!(found.max_rate_deg_s, report.max_rate_deg_s);
             assert_eq!(found.min_rate_deg_s, report.min_rate_deg_s);
         }

@@ -118,7 +118,9 @@ fn evaluate(scenario: &Scenario, turn: &[f64], angles: &[f64]) -> Response {
         last_deg = phase_deg - 360.0 * libm::round((phase_deg - last_deg) / 360.0);
         Line {
             frequency_hz,
-            gain_db: decibel(libm::sqrt(re * re + im * im) / amplitude(*line) / scenario.amplitude_deg),
+            gain_db: decibel(
+                libm::sqrt(re * re + im * im) / amplitude(*line) / scenario.amplitude_deg,
+            ),
             phase_deg: last_deg - delay_deg,
         }
     };
@@ -185,7 +187,10 @@ mod tests {
                 let phase_deg = -s.atan().to_degrees() - delay_deg;
                 let gain_db = -10.0 * (1.0 + s * s).log10();
                 assert!((line.gain_db - gain_db).abs() < 1e-3, "{line:?} {gain_db}");
-                assert!((line.phase_deg - phase_deg).abs() < 0.01, "{line:?} {phase_deg}");
+                assert!(
+                    (line.phase_deg - phase_deg).abs() < 0.01,
+                    "{line:?} {phase_deg}"
+                );
             }
             // Nothing limits, and e^(-30*4) of the start is left.
             assert!((response.linear_share - 1.0).abs() < 1e-6);

@@ -254,7 +254,10 @@ mod tests {
         assert_eq!(refusal("quux=1").0, 1);
         assert_eq!(refusal("input.quux=1").0, 1);
         assert_eq!(refusal("P=NaN").0, 2);
-        assert_eq!(refusal("P=-1").1, "position_gain is -1, expected a number from 0 to 500 1/s");
+        assert_eq!(
+            refusal("P=-1").1,
+            "position_gain is -1, expected a number from 0 to 500 1/s"
+        );
         assert_eq!(refusal("P=many").1, "P is `many`, expected a number");
         assert_eq!(refusal("duration_s=inf").0, 2);
         assert_eq!(refusal("every=0").0, 2);
