@@ -58,6 +58,8 @@ fn assemble(root: &Path, wasm: &[u8]) -> Result<String, Box<dyn Error>> {
         ("charts.js", of_page("charts.js")?),
         ("controls.js", of_page("controls.js")?),
         ("core.js", of_page("core.js")?),
+        ("state.js", of_page("state.js")?),
+        ("plots.js", of_page("plots.js")?),
         ("page.js", of_page("page.js")?),
         ("wasm", base64(wasm)),
     ];
