@@ -86,6 +86,22 @@ try {
   assert.throws(() => core.follow('', [0, NaN]), { code: 3 });
   assert.throws(() => core.follow('', { length: 1e9 }), /too many/);
   assert.throws(() => core.run('x'.repeat(1e6)), /too long/);
+
+  // Either end of every range: a refusal has a code, a trap would not.
+  const ends = ({ name, min, max }, prefix = '') => [min, max ?? 'inf'].map(value => `${prefix}${name}=${value}`);
+  const choices = core.catalogue.choices.flatMap(({ model, plant, parameters }) =>
+    parameters.flatMap(p => ends(p)).map(end => `model=${model}&${plant ? `plant=${plant}&` : ''}${end}`));
+  const inputs = core.catalogue.inputs.flatMap(({ name, parameters }) =>
+    parameters.flatMap(p => ends(p, 'input.')).map(end => `input=${name}&${end}`));
+  for (const request of [...choices, ...inputs]) {
+    try {
+      const { columns } = core.run(`${request}&duration_s=1.2`);
+      assert.ok(columns.angle_deg.every(Number.isFinite), request);
+    } catch (error) {
+      assert.ok(error.code > 0, `${request}: ${error}`);
+    }
+  }
+  console.log(`${choices.length + inputs.length} parameters at the ends of their ranges`);
   assert.equal(core.run('').rows, 5000, 'it still runs');
 } finally {
   rmSync(directory, { recursive: true });
