@@ -36,7 +36,11 @@ impl<const N: usize> DelayLine<N> {
     /// unchanged, NaN included.
     #[inline]
     pub fn shift(&mut self, value: f64) -> f64 {
-        let ring = self.ring.get_or_insert([value; N]);
+        #[expect(
+            clippy::unnecessary_lazy_evaluations,
+            reason = "where the compiler does not see through it, N values are built at every tick"
+        )]
+        let ring = self.ring.get_or_insert_with(|| [value; N]);
         if self.delay_ticks == 0 {
             return value;
         }
