@@ -2,6 +2,7 @@
 
 use model_core::actuator::{ModelKind, PlantKind, Settings};
 use model_core::excitation::catalogue::Input;
+use model_core::named::Named;
 use model_core::parameter::Parameter;
 use model_core::presets::Preset;
 

@@ -9,6 +9,7 @@ use core::fmt;
 
 use model_core::actuator::{ModelKind, PlantKind, Settings};
 use model_core::excitation::catalogue::Input;
+use model_core::named::Named;
 use model_core::parameter::{Parameter, ParameterError};
 use model_core::presets::preset;
 use model_core::time::{PWM_PERIOD_TICKS, TICKS_PER_SECOND, ticks};
