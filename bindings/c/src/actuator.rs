@@ -23,7 +23,7 @@ pub const ACTUATOR_TICKS_PER_SECOND: u64 = 20_000;
 
 const _: () = assert!(ACTUATOR_TICKS_PER_SECOND == TICKS_PER_SECOND);
 
-/// The longest single step, ticks: an hour, which takes about as many seconds to compute. More is
+/// The longest single step, ticks: an hour, which a PC computes in two minutes at the most. More is
 /// rather a wrong unit, or a time that nobody set.
 pub const ACTUATOR_LONGEST_STEP_TICKS: u64 = 72_000_000;
 
@@ -92,7 +92,7 @@ pub extern "C" fn actuator_size() -> usize {
 /// Puts an actuator of these settings at rest at zero, time zero. Whatever was there is
 /// overwritten; where it fails the actuator is not ready. The settings are needed no longer.
 ///
-/// `size` is `sizeof *actuator`.
+/// `size` is `sizeof *actuator`. The call needs 500 KiB of stack; the others need 16 KiB.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn actuator_start(
     actuator: *mut Actuator,

@@ -21,7 +21,8 @@ pub enum Code {
     None = 0,
     /// A pointer is null or misaligned.
     Pointer = 1,
-    /// A size is not that of this library: header and library are of different versions.
+    /// A size is not that of this library: header and library are of different versions. Nothing
+    /// was touched.
     Size = 2,
     /// The memory holds no settings or no started actuator.
     NotReady = 3,

@@ -15,7 +15,7 @@ mod memory;
 pub mod settings;
 pub mod text;
 
-/// Nothing in this library panics; the linker wants a place to go all the same.
+/// No input makes `model-core` or this library panic; the linker wants a place to go all the same.
 #[cfg(target_os = "none")]
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo) -> ! {
