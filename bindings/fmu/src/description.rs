@@ -4,12 +4,13 @@ use std::collections::BTreeSet;
 use std::fmt::{self, Write};
 
 use model_core::actuator::{ModelKind, PlantKind, Settings};
+use model_core::parameter::Parameter;
 use model_core::plant::Pwm;
 use model_core::time::CONTROL_PERIOD_S;
 use uuid::Uuid;
 
 use crate::units::{self, Unit};
-use crate::variables::{self, Quantity, Type, Variable};
+use crate::variables::{self, Inputs, Quantity, Type, Variable};
 use crate::xml::{Escaped, Number};
 
 /// The one category of messages.
@@ -156,7 +157,7 @@ fn write_variable(
     variable: &Variable,
 ) -> fmt::Result {
     let role = match variable.quantity {
-        Quantity::Command | Quantity::LoadTorque => r#"causality="input" variability="continuous""#,
+        Quantity::Input(_) => r#"causality="input" variability="continuous""#,
         Quantity::Output(_) => {
             r#"causality="output" variability="continuous" initial="calculated""#
         }
@@ -174,17 +175,11 @@ fn write_variable(
         write!(xml, r#" unit="{}""#, Escaped(variable.unit))?;
     }
     match variable.quantity {
-        Quantity::Command | Quantity::LoadTorque => write!(xml, r#" start="0""#)?,
         Quantity::Output(_) => {}
+        Quantity::Input(p) => write_range(xml, p, Inputs::at_start(settings).named(p))?,
         Quantity::Parameter(p) => {
             let value = settings.values().find(|v| v.parameter.name == p.name);
-            let start = value.map_or(p.default, |v| v.value);
-            write!(xml, r#" start="{}""#, Number(start))?;
-            for (limit, value) in [("min", p.min), ("max", p.max)] {
-                if value.is_finite() {
-                    write!(xml, r#" {limit}="{}""#, Number(value))?;
-                }
-            }
+            write_range(xml, p, value.map_or(p.default, |v| v.value))?;
         }
         Quantity::Seed => write!(xml, r#" start="{}" min="0""#, settings.seed)?,
         Quantity::SwitchedPwm => {
@@ -192,6 +187,16 @@ fn write_variable(
         }
     }
     writeln!(xml, "/>\n    </ScalarVariable>")
+}
+
+fn write_range(xml: &mut String, parameter: &Parameter, start: f64) -> fmt::Result {
+    write!(xml, r#" start="{}""#, Number(start))?;
+    for (limit, value) in [("min", parameter.min), ("max", parameter.max)] {
+        if value.is_finite() {
+            write!(xml, r#" {limit}="{}""#, Number(value))?;
+        }
+    }
+    Ok(())
 }
 
 /// What a variable is and where its default comes from.

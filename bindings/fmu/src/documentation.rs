@@ -44,7 +44,7 @@ fn write(html: &mut String, settings: &Settings) -> fmt::Result {
     )?;
     for variable in variables::of(settings) {
         let (kind, range, source) = match variable.quantity {
-            Quantity::Command | Quantity::LoadTorque => ("input", String::new(), ""),
+            Quantity::Input(p) => ("input", format!("{} to {}", p.min, p.max), p.source),
             Quantity::Output(_) => ("output", String::new(), ""),
             Quantity::Parameter(p) => ("parameter", format!("{} to {}", p.min, p.max), p.source),
             Quantity::Seed | Quantity::SwitchedPwm => ("parameter", String::new(), ""),

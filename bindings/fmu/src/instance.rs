@@ -122,7 +122,10 @@ impl Instance {
     /// Where it had not begun, and for parameters that do not go together.
     pub fn exit_initialization(&mut self) -> Result<()> {
         self.expect(&[Phase::Initialization])?;
-        let actuator = Actuator::try_new(&self.state.settings);
+        let mut settings = self.state.settings;
+        // The input gives all of it.
+        settings.bench.load.load_torque_nm = 0.0;
+        let actuator = Actuator::try_new(&settings);
         let actuator = actuator.map_err(|error| error.to_string())?;
         self.state.actuator = Some(Box::new(actuator));
         self.state.phase = Phase::Stepping;
@@ -258,14 +261,14 @@ impl Instance {
         Ok(self.kept(key)?.to_bytes(&self.guid)?)
     }
 
-    /// Keeps a state that was turned to bytes by an instance of the same FMU; `key` as in
-    /// [`Instance::keep`].
+    /// Keeps a state that was turned to bytes by an instance of the same FMU, in place of the one
+    /// with this key if there is one: the standard does not say that a host clears its variable.
     ///
     /// # Errors
-    /// For bytes that are no such state, or damaged, and those of [`Instance::keep`].
+    /// For bytes that are no such state, or damaged.
     pub fn keep_bytes(&mut self, bytes: &[u8], key: Option<usize>) -> Result<usize> {
         let state = State::from_bytes(bytes, &self.guid, &self.initial);
         let state = state.map_err(|why| format!("the state is refused: {why}"))?;
-        self.keep_under(key, state)
+        self.keep_under(key.filter(|key| self.kept.contains_key(key)), state)
     }
 }

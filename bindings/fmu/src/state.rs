@@ -5,8 +5,11 @@
 //! version or start value, and damage; they are no protection against somebody who forges them.
 
 use model_core::actuator::{Actuator, Settings};
+use model_core::parameter::Parameters;
 use model_core::plant::Pwm;
 use serde::{Deserialize, Serialize};
+
+use crate::variables::Inputs;
 
 /// What calls are allowed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -21,15 +24,6 @@ pub enum Phase {
     Terminated,
     /// Something failed within: only a reset or a kept state helps.
     Failed,
-}
-
-/// The inputs as they were set last.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Inputs {
-    /// Commanded angle, deg.
-    pub command_deg: f64,
-    /// Torque on the load, Nm.
-    pub load_torque_nm: f64,
 }
 
 /// The time of the host.
@@ -50,7 +44,7 @@ pub struct State {
     pub phase: Phase,
     /// The parameters.
     pub settings: Settings,
-    /// The inputs.
+    /// The inputs as they were set last.
     pub inputs: Inputs,
     /// The time.
     pub time: Time,
@@ -65,7 +59,7 @@ struct Written<A> {
     seed: u64,
     pwm: Pwm,
     values: Vec<f64>,
-    inputs: Inputs,
+    inputs: [f64; Inputs::TABLE.len()],
     time: Time,
     actuator: Option<A>,
 }
@@ -80,7 +74,7 @@ impl State {
         Self {
             phase: Phase::Instantiated,
             settings,
-            inputs: Inputs::default(),
+            inputs: Inputs::at_start(&settings),
             time: Time::default(),
             actuator: None,
         }
@@ -106,7 +100,7 @@ impl State {
             seed: self.settings.seed,
             pwm: self.settings.pwm,
             values: self.settings.values().map(|v| v.value).collect(),
-            inputs: self.inputs,
+            inputs: [self.inputs.command_deg, self.inputs.load_torque_nm],
             time: self.time,
             actuator: self.actuator.as_deref(),
         };
@@ -160,10 +154,16 @@ impl Written<Box<Actuator>> {
             let set = settings.set(known.parameter.name, value);
             set.map_err(|error| error.to_string())?;
         }
+        let [command_deg, load_torque_nm] = self.inputs;
+        let inputs = Inputs {
+            command_deg,
+            load_torque_nm,
+        };
+        inputs.check().map_err(|error| error.to_string())?;
         Ok(State {
             phase: self.phase,
             settings,
-            inputs: self.inputs,
+            inputs,
             time: self.time,
             actuator: self.actuator,
         })

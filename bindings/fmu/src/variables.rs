@@ -1,15 +1,13 @@
 //! What a model shows to its host: inputs, outputs, and every parameter of its tables.
 
 use model_core::actuator::{ModelKind, PlantKind, Reading, Settings};
-use model_core::parameter::Parameter;
+use model_core::parameter::{Parameter, Parameters};
 
 /// What a variable stands for.
 #[derive(Debug, Clone, Copy)]
 pub enum Quantity {
-    /// The commanded angle.
-    Command,
-    /// The torque on the load.
-    LoadTorque,
+    /// An input, held from one communication point to the next.
+    Input(&'static Parameter),
     /// Something that can be read off the actuator.
     Output(fn(&Reading) -> f64),
     /// A parameter, fixed from the end of the initialization on.
@@ -69,19 +67,32 @@ const fn variable(
     }
 }
 
-const COMMAND: Variable = variable(
-    "command_deg",
-    "deg",
-    "Commanded angle, held from one communication point to the next.",
-    Quantity::Command,
-);
+model_core::parameters! {
+    /// The inputs.
+    pub struct Inputs {
+        /// Commanded angle.
+        command_deg [""]: 0.0, "deg", -1e6, 1e6, "beyond every stop, and no sum of it overflows";
+        /// Torque on the load, from the next PWM period on.
+        load_torque_nm [""]: 0.0, "Nm", -100.0, 100.0, "the range of the parameter of this name, which the input stands in for";
+    }
+}
 
-const LOAD_TORQUE: Variable = variable(
-    "load_torque_nm",
-    "Nm",
-    "Torque on the load beside that of the parameters, from the next PWM period on.",
-    Quantity::LoadTorque,
-);
+impl Inputs {
+    /// The inputs before they are set: the torque is that of the parameters.
+    pub fn at_start(settings: &Settings) -> Self {
+        Self {
+            load_torque_nm: settings.bench.load.load_torque_nm,
+            ..Self::default()
+        }
+    }
+
+    /// The value of one of them.
+    pub fn named(&self, parameter: &Parameter) -> f64 {
+        let index = Self::TABLE.iter().position(|p| p.name == parameter.name);
+        let value = index.and_then(|index| self.get(index));
+        value.unwrap_or(parameter.default)
+    }
+}
 
 /// The columns that `actuator simulate` gives for every model, by the same names.
 const OUTPUTS: [Variable; 5] = [
@@ -156,14 +167,15 @@ const BOARD_SWITCHES: [Variable; 2] = [
 pub fn of(settings: &Settings) -> Vec<Variable> {
     let is_board = settings.model == ModelKind::Board;
     let is_bench = is_board && settings.plant == PlantKind::Bench;
-    let mut list = vec![COMMAND];
-    list.extend(is_bench.then_some(LOAD_TORQUE));
+    let inputs = Inputs::TABLE.iter().take(if is_bench { 2 } else { 1 });
+    let mut list: Vec<_> = inputs
+        .map(|p| variable(p.name, p.unit, p.meaning, Quantity::Input(p)))
+        .collect();
     list.extend(OUTPUTS);
     list.extend(BENCH_OUTPUTS.iter().filter(|_| is_bench));
-    list.extend(settings.values().map(|value| {
-        let p = value.parameter;
-        variable(p.name, p.unit, p.meaning, Quantity::Parameter(p))
-    }));
+    let parameters = settings.values().map(|value| value.parameter);
+    let parameters = parameters.filter(|p| Inputs::TABLE.iter().all(|input| input.name != p.name));
+    list.extend(parameters.map(|p| variable(p.name, p.unit, p.meaning, Quantity::Parameter(p))));
     list.extend(BOARD_SWITCHES.iter().filter(|_| is_board));
     list
 }

@@ -1,8 +1,9 @@
 //! Reading and writing of variables.
 
-use super::{BEFORE_STEPPING, Instance, Phase, Pwm, Quantity, Reading, Refusal, Result, Type};
+use super::{BEFORE_STEPPING, Instance, Phase, Pwm, Quantity, Reading, Result, Type};
 use super::{Settings, Variable};
-use crate::state::Inputs;
+use crate::variables::Inputs;
+use model_core::parameter::Parameters;
 
 /// The phases in which outputs mean something.
 const READABLE: &[Phase] = &[
@@ -79,14 +80,12 @@ impl Instance {
     fn value(&self, variable: &Variable, reading: &Reading) -> Value {
         let settings = &self.state.settings;
         match variable.quantity {
-            Quantity::Command => Value::Real(self.state.inputs.command_deg),
-            Quantity::LoadTorque => Value::Real(self.state.inputs.load_torque_nm),
             Quantity::Output(of) => Value::Real(of(reading)),
+            Quantity::Input(parameter) => Value::Real(self.state.inputs.named(parameter)),
             Quantity::Parameter(parameter) => {
-                let value = settings
-                    .values()
-                    .find(|v| v.parameter.name == parameter.name);
-                Value::Real(value.map_or(f64::NAN, |v| v.value))
+                let mut values = settings.values();
+                let value = values.find(|v| v.parameter.name == parameter.name);
+                Value::Real(value.map_or(parameter.default, |v| v.value))
             }
             // Seeds are set as positive integers; that of the start values may be greater.
             Quantity::Seed => Value::Integer(settings.seed.try_into().unwrap_or(i32::MAX)),
@@ -107,10 +106,8 @@ impl Instance {
         };
         for (reference, value) in values {
             let variable = self.variable(reference, value.of_type())?;
-            let is_parameter = !matches!(
-                variable.quantity,
-                Quantity::Command | Quantity::LoadTorque | Quantity::Output(_)
-            );
+            let is_parameter =
+                !matches!(variable.quantity, Quantity::Input(_) | Quantity::Output(_));
             if is_parameter && !BEFORE_STEPPING.contains(&self.state.phase) {
                 return Err(format!(
                     "{} is fixed, expected to be set before the end of the initialization",
@@ -129,11 +126,9 @@ impl Draft {
     fn write(&mut self, variable: &Variable, value: Value) -> Result<()> {
         let name = variable.name;
         match (variable.quantity, value) {
-            (Quantity::Command, Value::Real(value)) => {
-                self.inputs.command_deg = finite(variable, value)?;
-            }
-            (Quantity::LoadTorque, Value::Real(value)) => {
-                self.inputs.load_torque_nm = finite(variable, value)?;
+            (Quantity::Input(_), Value::Real(value)) => {
+                let set = self.inputs.set(name, value);
+                set.map_err(|error| error.to_string())?;
             }
             (Quantity::Parameter(_), Value::Real(value)) => {
                 let set = self.settings.set(name, value);
@@ -155,12 +150,4 @@ impl Draft {
         }
         Ok(())
     }
-}
-
-fn finite(variable: &Variable, value: f64) -> std::result::Result<f64, Refusal> {
-    if value.is_finite() {
-        return Ok(value);
-    }
-    let Variable { name, unit, .. } = variable;
-    Err(format!("{name} is {value}, expected a finite number of {unit}").into())
 }
