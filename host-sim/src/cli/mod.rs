@@ -1,5 +1,6 @@
 //! The command line of `actuator`.
 
+mod fmu;
 mod output;
 //mod report;
 mod simulate;
@@ -22,6 +23,7 @@ pub struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Fmu(fmu::Fmu),
     Simulate(simulate::Simulate),
 }
 
@@ -32,6 +34,7 @@ impl Arguments {
     /// What went wrong, with its exit status.
     pub fn run(self) -> Result<(), Failure> {
         match self.command {
+            Command::Fmu(fmu) => fmu.run(),
             Command::Simulate(simulate) => simulate.run(),
         }
     }
