@@ -3,8 +3,8 @@
 //! It sees the whole way of a command: excitation, delay, model or board, rows. It does not see
 //! the hard stops, which no input of the referee reaches.
 
-use host_sim::scenario::{PwmKind, Scenario};
-use host_sim::settings::ModelKind;
+use host_sim::scenario::{Scenario, Setting};
+use host_sim::settings::{ModelKind, Pwm};
 use host_sim::trace::Trace;
 use system_tests::{INPUTS, Row, golden};
 
@@ -86,9 +86,9 @@ fn every_model_in_floating_point_agrees_within_a_micro_degree() {
 #[test]
 fn the_board_in_fixed_point_gives_the_referees_encoder_counts_at_every_sample() {
     for (referee, preset, pwm) in [
-        ("fw", "consistent", PwmKind::Average),
-        ("fw-pwm", "consistent", PwmKind::Switched),
-        ("fw-meas", "as-measured", PwmKind::Average),
+        ("fw", "consistent", Pwm::Average),
+        ("fw-pwm", "consistent", Pwm::Switched),
+        ("fw-meas", "as-measured", Pwm::Average),
     ] {
         let scenario = Scenario {
             model: Some(ModelKind::Board),
@@ -110,7 +110,7 @@ fn the_board_in_fixed_point_gives_the_referees_encoder_counts_at_every_sample() 
 fn the_steps_of_the_boards_timer_change_the_angle_by_less_than_two_encoder_counts() {
     let scenario = Scenario {
         model: Some(ModelKind::Board),
-        set: [("timer_counts".into(), 1.0)].into(),
+        set: vec![Setting::new("timer_counts", 1.0)],
         ..Default::default()
     };
     for input in INPUTS {

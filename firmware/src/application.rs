@@ -7,8 +7,8 @@
 //! | [`Fault`](State::Fault) | off, the motor coasts | [`Request::Acknowledge`] |
 //!
 //! The encoder may lose [`ENCODER_PATIENCE`] samples in a row; meanwhile the last duty stays and
-//! the integrator rests. The next lost sample is [`Fault::EncoderLost`], and the bridge is off in
-//! the same period: 16 ms after the first lost sample.
+//! the integrator rests. The next lost sample is [`Fault::EncoderLost`], and the bridge is off from
+//! the next PWM edge on: 13 ms after the first lost sample, 17 ms after the last valid one.
 
 use model_core::control::{
     cascade::{self, Coefficients},
@@ -232,8 +232,35 @@ mod tests {
         application.request(Request::Disable);
         assert_eq!(application.step(&samples(zero())).bridge, Bridge::Off);
         application.request(Request::Enable);
-        let again = application.step(&samples(zero()));
-        assert_eq!(again, enabled().step(&samples(zero())));
+        // Small enough for no limit to hide what is left: 8/s 1 deg 1.318 %/(deg/s).
+        let small = Samples {
+            encoder: zero(),
+            command: angle(1.0),
+        };
+        assert_eq!(application.step(&small), enabled().step(&small));
+    }
+
+    #[test]
+    fn gains_changed_while_the_bridge_is_off_do_not_kick_it_when_it_is_enabled() {
+        let stiffer = Coefficients::try_new(&ControlParameters {
+            proportional_gain: 10.0,
+            ..ControlParameters::DEFAULT
+        })
+        .unwrap();
+        for requests in [[Request::Disable, Request::Enable], [Request::Enable; 2]] {
+            let mut application = enabled();
+            application.step(&samples(zero()));
+            application.request(Request::Disable);
+            application.step(&samples(zero()));
+            application.request(requests[0]);
+            application.retune(stiffer);
+            application.request(requests[1]);
+            let at_rest = Samples {
+                encoder: zero(),
+                command: Angle::ZERO,
+            };
+            assert_eq!(application.step(&at_rest).duty, Percent::ZERO);
+        }
     }
 
     #[test]

@@ -1,6 +1,9 @@
 //! What can go wrong, said so that it can be mended: what, where, and what was expected.
 
-use std::{io, path::PathBuf};
+use std::{
+    io,
+    path::{Path, PathBuf},
+};
 
 use model_core::parameter::ParameterError;
 
@@ -16,7 +19,7 @@ pub enum Error {
         source: io::Error,
     },
     /// A file could not be written.
-    #[error("cannot write {}: {source}", path.display())]
+    #[error("cannot write {}: {source}", sink(path))]
     Write {
         /// The file, or `-` for standard output.
         path: PathBuf,
@@ -56,19 +59,36 @@ pub enum Error {
     /// A parameter got a value that it cannot take.
     #[error("parameter {0}")]
     Parameter(#[from] ParameterError),
-    /// An option got a value that it cannot take.
+    /// An option, or the entry of a scenario file, got a value that it cannot take.
     #[error("{option} is {value}, expected {expected}")]
     Option {
-        /// The option, as on the command line.
+        /// Which one.
         option: &'static str,
         /// What it was given.
         value: String,
         /// What it takes.
         expected: &'static str,
     },
+    /// What went wrong with something that stands in a file.
+    #[error("{}:{line}: {error}", path.display())]
+    At {
+        /// The file.
+        path: PathBuf,
+        /// The line, counted from 1.
+        line: usize,
+        /// What went wrong.
+        error: Box<Error>,
+    },
     /// Something that was asked for does not go together.
     #[error("{0}")]
     Conflict(String),
+}
+
+fn sink(path: &Path) -> String {
+    if path == Path::new("-") {
+        return "standard output".into();
+    }
+    path.display().to_string()
 }
 
 fn suggestion(closest: &Option<String>) -> String {
@@ -89,6 +109,8 @@ impl Error {
         const LIKE_ENOUGH: f64 = 0.8;
         let closest = known
             .into_iter()
+            // A parameter without a symbol has an empty one.
+            .filter(|known| !known.is_empty())
             .map(|known| (strsim::jaro_winkler(name, known), known))
             .filter(|(likeness, _)| *likeness >= LIKE_ENOUGH)
             .max_by(|a, b| a.0.total_cmp(&b.0))

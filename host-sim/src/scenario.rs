@@ -12,93 +12,94 @@
 //! "input.amplitude_deg" = 5.0
 //! ```
 
-use std::{
-    collections::BTreeMap,
-    fs,
-    path::{Path, PathBuf},
-};
+mod checks;
+mod file;
 
-use model_core::{
-    excitation::catalogue::Input, parameter::ParameterError, plant::Pwm, time::ticks,
-};
-use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+
+use model_core::{excitation::catalogue::Input, named::Named, time::ticks};
+use serde::Deserialize;
 
 use crate::{
     error::Error,
     input::{self, Command},
-    settings::{ModelKind, PlantKind, Settings},
+    settings::{self, ModelKind, PlantKind, Pwm, Settings},
     simulate::Simulation,
+    trace::Trace,
 };
 
 /// Ticks between rows unless somebody says otherwise: 1 ms.
 pub const DEFAULT_EVERY: u64 = 20;
 
-/// The longest run, s: four months.
-const LONGEST_S: f64 = 1e7;
-
 /// What stands before the name of a parameter of the input.
 pub const INPUT_PREFIX: &str = "input.";
 
-/// How the bridge is switched.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum PwmKind {
-    /// The mean voltage all through the period
-    #[default]
-    Average,
-    /// Full voltage for the on time, brake for the rest
-    Switched,
-}
-
 /// What to simulate. What is left out has its default, given in brackets.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Scenario {
     /// The model. It must be given.
+    #[serde(deserialize_with = "file::named")]
     pub model: Option<ModelKind>,
-    /// The plant behind the board [`first-order`].
+    /// The plant behind the board (`first-order`).
+    #[serde(deserialize_with = "file::named")]
     pub plant: Option<PlantKind>,
-    /// The preset [the model's first].
+    /// The preset (the model's first).
+    #[serde(deserialize_with = "file::preset")]
     pub preset: Option<String>,
-    /// The input by name [`pulse`].
+    /// The input by name (`pulse`).
+    #[serde(deserialize_with = "file::input")]
     pub input: Option<String>,
     /// The input from a file, in place of `input`; in a scenario file, relative to it.
     pub input_file: Option<PathBuf>,
     /// A torque on the load of the bench from a file; in a scenario file, relative to it.
     pub load_file: Option<PathBuf>,
-    /// How long to run, s [as long as the input].
+    /// How long to run, s (as long as the input).
+    #[serde(deserialize_with = "file::duration")]
     pub duration_s: Option<f64>,
-    /// Ticks of 50 us between rows [20].
+    /// Ticks of 50 us between rows (20).
+    #[serde(deserialize_with = "file::every")]
     pub every: Option<u64>,
-    /// Seed of all that is random [0].
+    /// Seed of all that is random (0).
     pub seed: Option<u64>,
-    /// How the bridge is switched [`average`].
-    pub pwm: Option<PwmKind>,
-    /// Parameters by name, after the preset.
-    pub set: BTreeMap<String, f64>,
+    /// How the bridge is switched (`average`).
+    #[serde(deserialize_with = "file::named")]
+    pub pwm: Option<Pwm>,
+    /// Parameters by name, after the preset; of several values for one the last counts.
+    #[serde(deserialize_with = "file::set")]
+    pub set: Vec<Setting>,
+    /// The file that it was read from.
+    #[serde(skip)]
+    pub path: Option<PathBuf>,
+}
+
+/// A value for a parameter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Setting {
+    /// Name or symbol; that of a parameter of the input begins with [`INPUT_PREFIX`].
+    pub name: String,
+    /// The value.
+    pub value: f64,
+    /// The line of the scenario file that says so, counted from 1.
+    pub line: Option<usize>,
+}
+
+impl Setting {
+    /// A value that stands in no file.
+    pub fn new(name: impl Into<String>, value: f64) -> Self {
+        Self {
+            name: name.into(),
+            value,
+            line: None,
+        }
+    }
+
+    fn name_in_input(&self) -> Option<&str> {
+        self.name.strip_prefix(INPUT_PREFIX)
+    }
 }
 
 impl Scenario {
-    /// Reads a TOML file.
-    ///
-    /// # Errors
-    /// [`Error::Read`], and [`Error::ScenarioFile`] with line, key and what was expected.
-    pub fn read(path: &Path) -> Result<Self, Error> {
-        let text = fs::read_to_string(path).map_err(|source| Error::Read {
-            path: path.into(),
-            source,
-        })?;
-        let mut scenario: Self = toml::from_str(&text).map_err(|error| Error::ScenarioFile {
-            path: path.into(),
-            problem: error.to_string().trim_end().to_owned(),
-        })?;
-        let files = [&mut scenario.input_file, &mut scenario.load_file];
-        for file in files.into_iter().flatten() {
-            *file = path.with_file_name("").join(&file);
-        }
-        Ok(scenario)
-    }
-
     /// This scenario with everything that `over` gives in its place.
     pub fn overridden_by(mut self, over: Self) -> Self {
         if over.input.is_some() || over.input_file.is_some() {
@@ -124,23 +125,23 @@ impl Scenario {
     /// As [`Scenario::resolve`].
     pub fn settings(&self) -> Result<Settings, Error> {
         let model = self.model.ok_or_else(|| {
-            let names = ModelKind::ALL.map(ModelKind::name).join(", ");
-            Error::Conflict(format!("no model, expected one of {names}"))
+            let names: Vec<_> = ModelKind::ALL.iter().map(|model| model.name()).collect();
+            Error::Conflict(format!("no model, expected one of {}", names.join(", ")))
         })?;
         if self.plant.is_some() && model != ModelKind::Board {
-            let name = model.name();
             return Err(Error::Conflict(format!(
-                "a plant goes with the model `board`, `{name}` has none"
+                "a plant goes with the model `board`, `{model}` has none"
             )));
         }
-        let mut settings = Settings::new(model, self.plant.unwrap_or_default());
+        let mut settings = Settings::new(model, self.plant.unwrap_or(PlantKind::FirstOrder));
+        settings.pwm = self.pwm.unwrap_or(settings.pwm);
+        settings.seed = self.seed.unwrap_or(settings.seed);
         if let Some(preset) = &self.preset {
-            settings.apply(preset)?;
+            settings::apply(&mut settings, preset)?;
         }
-        for (name, value) in &self.set {
-            if !name.starts_with(INPUT_PREFIX) {
-                settings.set(name, *value)?;
-            }
+        for setting in self.set.iter().filter(|s| s.name_in_input().is_none()) {
+            let result = settings::set(&mut settings, &setting.name, setting.value);
+            result.map_err(|error| self.at(setting, error))?;
         }
         if self.load_file.is_some() && self.plant != Some(PlantKind::Bench) {
             let alone = "a load file goes with the plant `bench`, no other has a load";
@@ -160,41 +161,25 @@ impl Scenario {
         let (command, natural_ticks, input) = self.command()?;
         let ticks = match self.duration_s {
             None => natural_ticks,
-            Some(duration) if duration > 0.0 && duration <= LONGEST_S => ticks(duration).max(1),
-            Some(duration) => {
-                return Err(Error::Option {
-                    option: "--duration",
-                    value: duration.to_string(),
-                    expected: "more than 0 and at most 10,000,000 s",
-                });
-            }
+            Some(duration_s) => ticks(checks::duration(duration_s)?).max(1),
         };
-        let every = self.every.unwrap_or(DEFAULT_EVERY);
-        if every == 0 {
-            return Err(Error::Option {
-                option: "--every",
-                value: "0".into(),
-                expected: "at least 1 tick",
-            });
-        }
+        let every = checks::every(self.every.unwrap_or(DEFAULT_EVERY))?;
         let load = self.load_file.as_deref();
         let load = load
-            .map(|path| input::file::read(path, input::file::LOAD))
+            .map(|path| input::file::read(path, &input::file::LOAD))
             .transpose()?;
-        let pwm = match self.pwm.unwrap_or_default() {
-            PwmKind::Average => Pwm::Average,
-            PwmKind::Switched => Pwm::Switched,
-        };
-        Ok(Simulation {
+        let mut simulation = Simulation {
             settings,
             command,
             input,
             load,
-            ticks,
+            ticks: 0,
             every,
-            pwm,
-            seed: self.seed.unwrap_or(0),
-        })
+        };
+        // A run of no ticks finds parameters that do not go together, before any output is made.
+        simulation.run(&mut Trace::default())?;
+        simulation.ticks = ticks;
+        Ok(simulation)
     }
 
     /// The standard input that this scenario names, with its parameters; `None` where the command
@@ -203,32 +188,38 @@ impl Scenario {
     /// # Errors
     /// As [`Scenario::resolve`].
     pub fn standard_input(&self) -> Result<Option<Input>, Error> {
+        let mut settings = self
+            .set
+            .iter()
+            .filter_map(|s| Some((s, s.name_in_input()?)));
         if self.input_file.is_some() {
-            return match self.settings_of_input().next() {
-                Some((name, _)) => Err(Error::Conflict(format!(
-                    "`{INPUT_PREFIX}{name}` is set, but an input file has no parameters"
-                ))),
+            return match settings.next() {
+                Some((setting, _)) => {
+                    let name = &setting.name;
+                    let problem = format!("`{name}` is set, but an input file has no parameters");
+                    Err(self.at(setting, Error::Conflict(problem)))
+                }
                 None => Ok(None),
             };
         }
         let mut input = input::named(self.input.as_deref().unwrap_or("pulse"))?;
-        for (name, value) in self.settings_of_input() {
-            input.set(name, value).map_err(|error| match error {
-                ParameterError::Unknown => {
-                    let known: Vec<_> = input.table().iter().map(|p| p.name).collect();
-                    let expected = format!("{INPUT_PREFIX} and one of {}", known.join(", "));
-                    Error::unknown("input parameter", name, known, expected)
-                }
-                error => error.into(),
-            })?;
+        for (setting, name) in settings {
+            let result = input.set(name, setting.value);
+            result.map_err(|error| self.at(setting, checks::not_taken(&input, name, error)))?;
         }
         Ok(Some(input))
     }
 
-    fn settings_of_input(&self) -> impl Iterator<Item = (&str, f64)> {
-        self.set.iter().filter_map(move |(name, value)| {
-            name.strip_prefix(INPUT_PREFIX).map(|name| (name, *value))
-        })
+    /// The error with the place of the setting that it comes from.
+    fn at(&self, setting: &Setting, error: Error) -> Error {
+        match (&self.path, setting.line) {
+            (Some(path), Some(line)) => Error::At {
+                path: path.clone(),
+                line,
+                error: Box::new(error),
+            },
+            _ => error,
+        }
     }
 
     /// The command, how many ticks it runs, and what it is called.
@@ -246,7 +237,7 @@ impl Scenario {
             ));
         }
         let path = self.input_file.as_deref().unwrap_or("".as_ref());
-        let sequence = input::file::read(path, input::file::COMMAND)?;
+        let sequence = input::file::read(path, &input::file::COMMAND)?;
         // The last row of the file is the last of the run.
         let ticks = sequence.last_tick() + 1;
         Ok((

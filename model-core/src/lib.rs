@@ -14,7 +14,7 @@ pub mod control;
 pub mod excitation;
 mod limits;
 pub mod models;
-mod named;
+pub mod named;
 pub mod parameter;
 pub mod plant;
 pub mod presets;

@@ -1,5 +1,22 @@
 //! Enums whose values have names, for command lines, files and other languages.
 
+/// Values that have names.
+pub trait Named: Copy + Send + Sync + 'static {
+    /// All of them.
+    const ALL: &'static [Self];
+
+    /// Its name.
+    fn name(self) -> &'static str;
+
+    /// What it is, in a sentence.
+    fn summary(self) -> &'static str;
+
+    /// The one of this name.
+    fn named(name: &str) -> Option<Self> {
+        Self::ALL.iter().copied().find(|value| value.name() == name)
+    }
+}
+
 /// Makes an enum whose values have names.
 macro_rules! named {
     (
@@ -13,37 +30,23 @@ macro_rules! named {
             $( $(#[doc = $summary])+ $Variant, )+
         }
 
-        impl $Name {
-            /// All of them.
-            pub const ALL: &'static [Self] = &[$(Self::$Variant),+];
+        impl $crate::named::Named for $Name {
+            const ALL: &'static [Self] = &[$(Self::$Variant),+];
 
-            /// Their names, in the same order.
-            pub const NAMES: &'static [&'static str] = &[$($name),+];
-
-            /// The one of this name.
-            pub fn named(name: &str) -> Option<Self> {
-                match name {
-                    $($name => Some(Self::$Variant),)+
-                    _ => None,
-                }
-            }
-
-            /// Its name.
-            pub const fn name(self) -> &'static str {
+            fn name(self) -> &'static str {
                 match self { $(Self::$Variant => $name,)+ }
             }
 
-            /// What it is, in a sentence.
-            pub const fn summary(self) -> &'static str {
+            fn summary(self) -> &'static str {
                 match self {
-                    $(Self::$Variant => crate::parameter::trimmed(concat!($($summary),+)),)+
+                    $(Self::$Variant => $crate::parameter::trimmed(concat!($($summary),+)),)+
                 }
             }
         }
 
         impl core::fmt::Display for $Name {
             fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-                f.pad(self.name())
+                f.pad($crate::named::Named::name(*self))
             }
         }
     };

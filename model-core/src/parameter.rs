@@ -174,7 +174,10 @@ macro_rules! parameters {
         pub struct $Name {
             $(
                 $(#[doc = $meaning])+
-                #[doc = concat!("\n\nUnit: ", $unit, ". Default: `", stringify!($default), "` (", $source, ").")]
+                #[doc = concat!(
+                    "\n\nUnit: ", $unit, ". Default: `", stringify!($default), "` (", $source, "). Range: `",
+                    stringify!($min), "` to `", stringify!($max), "`.",
+                )]
                 pub $field: f64,
             )+
         }

@@ -13,7 +13,7 @@ use std::{
 
 use host_sim::{
     report::{Cell, Table},
-    scenario::Scenario,
+    scenario::{Scenario, Setting},
     settings::ModelKind,
     simulate::{
         Simulation,
@@ -51,7 +51,7 @@ fn simulations(actuators: usize, every: u64) -> Vec<Simulation> {
             input: Some("variable-step".into()),
             duration_s: Some(SECONDS),
             every: Some(every),
-            set: set.map(|(name, value)| (name.into(), value)).into(),
+            set: set.map(|(name, value)| Setting::new(name, value)).into(),
             ..Default::default()
         };
         scenario.resolve().expect("a scenario that resolves")

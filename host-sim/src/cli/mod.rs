@@ -2,9 +2,10 @@
 
 mod fmu;
 mod output;
-//mod report;
+mod parameters;
+mod report;
 mod simulate;
-//mod tune;
+mod tune;
 
 use clap::{Parser, Subcommand};
 
@@ -25,6 +26,8 @@ pub struct Arguments {
 enum Command {
     Fmu(fmu::Fmu),
     Simulate(simulate::Simulate),
+    Tune(tune::Tune),
+    Report(report::Report),
 }
 
 impl Arguments {
@@ -36,6 +39,8 @@ impl Arguments {
         match self.command {
             Command::Fmu(fmu) => fmu.run(),
             Command::Simulate(simulate) => simulate.run(),
+            Command::Tune(tune) => tune.run(),
+            Command::Report(report) => report.run(),
         }
     }
 }

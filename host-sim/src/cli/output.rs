@@ -71,13 +71,15 @@ pub fn print_table(table: &Table) -> Result<(), Error> {
     /// Where there is no terminal: wide enough that no cell is wrapped.
     const UNBOUNDED: u16 = 1000;
     let width = terminal_size::terminal_size().map_or(UNBOUNDED, |(width, _)| width.0);
-    print(&(table.to_terminal(width) + "\n"))
+    // A table without a caption begins with an empty line.
+    print(&format!("{}\n", table.to_terminal(width).trim_start()))
 }
 
 /// A writer of CSV that names its file when it fails.
 pub struct CsvSink {
     path: PathBuf,
-    writer: csv::Writer<Box<dyn Write>>,
+    writer: Box<dyn Write>,
+    line: String,
 }
 
 impl CsvSink {
@@ -85,20 +87,30 @@ impl CsvSink {
     pub fn create(path: &Path, columns: &[&str]) -> Result<Self, Error> {
         let mut sink = Self {
             path: path.into(),
-            writer: csv::Writer::from_writer(open(path)?),
+            writer: open(path)?,
+            line: columns.join(",") + "\n",
         };
-        sink.record(columns.iter().copied())?;
+        sink.write_line()?;
         Ok(sink)
     }
 
     /// Writes a row of numbers, each with as many digits as bring it back exactly.
     pub fn numbers(&mut self, values: &[f64]) -> Result<(), Error> {
-        self.record(values.iter().map(f64::to_string))
+        self.line.clear();
+        let mut digits = zmij::Buffer::new();
+        for value in values {
+            let digits = digits.format(*value);
+            self.line += digits.strip_suffix(".0").unwrap_or(digits);
+            self.line.push(',');
+        }
+        self.line.pop();
+        self.line.push('\n');
+        self.write_line()
     }
 
-    fn record(&mut self, fields: impl IntoIterator<Item = impl AsRef<[u8]>>) -> Result<(), Error> {
-        let result = self.writer.write_record(fields);
-        result.map_err(|error| self.failed(io::Error::other(error)))
+    fn write_line(&mut self) -> Result<(), Error> {
+        let result = self.writer.write_all(self.line.as_bytes());
+        result.map_err(|source| self.failed(source))
     }
 
     /// Writes what is left.

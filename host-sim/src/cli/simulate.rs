@@ -1,44 +1,49 @@
 //! `actuator simulate`.
 
-use std::{collections::BTreeMap, path::PathBuf};
+mod sinks;
 
-use clap::Args;
-use indicatif::ProgressBar;
-use model_core::excitation::catalogue::Input;
+use std::path::PathBuf;
+
+use clap::{
+    Args,
+    builder::{PossibleValue, PossibleValuesParser},
+};
+use model_core::{
+    excitation::catalogue::Input,
+    presets::{self, PRESETS},
+};
 
 use super::{
     Failure,
-    output::{self, CsvSink},
+    parameters::{self, ParameterOptions},
 };
 use crate::{
     error::Error,
-    plot,
-    report::{Cell, Table, figures},
-    scenario::{INPUT_PREFIX, PwmKind, Scenario},
-    settings::{ModelKind, PlantKind, Value},
-    simulate::{Rows, Simulation},
-    trace::Trace,
+    scenario::{INPUT_PREFIX, Scenario},
+    settings::{ModelKind, PlantKind, Pwm, Value},
 };
+use sinks::Sinks;
 
 /// Runs a model on an input
 ///
-/// Without --csv and --plot a summary is printed.
+/// Without --csv a summary is printed. --set also takes the parameters of the input, as
+/// `input.NAME=VALUE`; --list-parameters prints those of the model and of the input that are chosen.
 #[derive(Debug, Args)]
-#[command(after_long_help = lists())]
 pub struct Simulate {
     /// What to simulate
+    #[arg(value_parser = parameters::named::<ModelKind>())]
     model: Option<ModelKind>,
     /// A scenario in TOML; options given beside it win
     #[arg(long, value_name = "FILE")]
     scenario: Option<PathBuf>,
     /// A reading of the paper [default: `paper` for a black box, else `consistent`]
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = parameters::preset_names(PRESETS))]
     preset: Option<String>,
     /// What the board drives [default: first-order]
-    #[arg(long)]
+    #[arg(long, value_parser = parameters::named::<PlantKind>())]
     plant: Option<PlantKind>,
     /// A command by name [default: pulse]
-    #[arg(long, value_name = "NAME", conflicts_with = "input_file")]
+    #[arg(long, value_name = "NAME", value_parser = input_names(), conflicts_with = "input_file")]
     input: Option<String>,
     /// A command from a CSV file with the columns t (s) and command_deg, held piecewise constant
     #[arg(long, value_name = "FILE")]
@@ -46,27 +51,23 @@ pub struct Simulate {
     /// A torque on the load of the bench, from a CSV file with the columns t (s) and torque_nm
     #[arg(long, value_name = "FILE")]
     load_file: Option<PathBuf>,
-    /// Sets a parameter, by name or by symbol; those of the input are called `input.NAME`
-    #[arg(long, value_name = "NAME=VALUE", value_parser = assignment)]
-    set: Vec<(String, f64)>,
-    /// Prints every parameter with value, unit, range and source, and ends
-    #[arg(long)]
-    list_parameters: bool,
+    #[command(flatten)]
+    parameters: ParameterOptions,
     /// With --list-parameters: as JSON
-    #[arg(long, requires = "list_parameters")]
+    #[arg(long, requires = "list")]
     json: bool,
     /// How long to run, s [default: as long as the input]
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     duration: Option<f64>,
     /// Makes a row of every Nth tick of 50 us [default: 20]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     every: Option<u64>,
     /// Seed of all that is random [default: 0]
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     seed: Option<u64>,
     /// How the bridge is switched [default: average]
-    #[arg(long)]
-    pwm: Option<PwmKind>,
+    #[arg(long, value_parser = parameters::named::<Pwm>())]
+    pwm: Option<Pwm>,
     /// Writes the trace; `-` is standard output
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
@@ -75,37 +76,27 @@ pub struct Simulate {
     plot: Option<PathBuf>,
 }
 
-fn assignment(text: &str) -> Result<(String, f64), String> {
-    let (name, value) = text.split_once('=').ok_or("expected NAME=VALUE")?;
-    let number = value.trim().parse();
-    let number = number.map_err(|_| format!("`{value}` is not a number"))?;
-    Ok((name.trim().to_owned(), number))
-}
-
-fn lists() -> String {
-    let mut text = String::from("Presets:\n");
-    for preset in model_core::presets::PRESETS {
-        let models = preset.models.join(", ");
-        text += &format!("  {:<20} {} [{models}]\n", preset.name, preset.summary);
-    }
-    text += "\nInputs:\n";
-    for input in Input::NAMES.iter().filter_map(|name| Input::named(name)) {
-        text += &format!("  {:<20} {}\n", input.name(), input.summary());
-    }
-    text
+fn input_names() -> PossibleValuesParser {
+    let inputs = Input::NAMES.iter().filter_map(|name| Input::named(name));
+    PossibleValuesParser::new(inputs.map(|input| {
+        PossibleValue::new(input.name())
+            .help(input.summary().trim_end_matches('.'))
+            .aliases(input.alias())
+    }))
 }
 
 impl Simulate {
     pub(super) fn run(self) -> Result<(), Failure> {
         let scenario = self.scenario()?;
-        if self.list_parameters {
-            return Ok(self.list(&scenario)?);
+        if self.parameters.list {
+            let parameters = parameters(&scenario)?;
+            return Ok(parameters::print(&parameters, self.json)?);
         }
         let simulation = scenario.resolve()?;
         warn(&scenario);
-        let mut sinks = Sinks::create(&self, &simulation)?;
+        let mut sinks = Sinks::create(&simulation, self.csv, self.plot)?;
         simulation.run(&mut sinks)?;
-        sinks.finish(&self, &simulation)?;
+        sinks.finish()?;
         Ok(())
     }
 
@@ -125,26 +116,15 @@ impl Simulate {
             every: self.every,
             seed: self.seed,
             pwm: self.pwm,
-            set: self.set.iter().cloned().collect::<BTreeMap<_, _>>(),
+            set: self.parameters.set.clone(),
+            path: None,
         }))
-    }
-
-    fn list(&self, scenario: &Scenario) -> Result<(), Error> {
-        let parameters = parameters(scenario)?;
-        if self.json {
-            output::print(&json(&parameters))
-        } else {
-            output::print_table(&table(&parameters))
-        }
     }
 }
 
 /// What must be said of a preset is said on standard error.
 fn warn(scenario: &Scenario) {
-    let preset = scenario
-        .preset
-        .as_deref()
-        .and_then(model_core::presets::preset);
+    let preset = scenario.preset.as_deref().and_then(presets::preset);
     if let Some(warning) = preset.and_then(|preset| preset.warning) {
         eprintln!("warning: {warning}");
     }
@@ -152,11 +132,8 @@ fn warn(scenario: &Scenario) {
 
 /// The parameters of the model and of its input.
 fn parameters(scenario: &Scenario) -> Result<Vec<(String, Value)>, Error> {
-    let model = scenario
-        .settings()?
-        .values()
-        .into_iter()
-        .map(|v| (v.parameter.name.into(), v));
+    let settings = scenario.settings()?;
+    let model = settings.values().map(|v| (v.parameter.name.into(), v));
     let Some(input) = scenario.standard_input()? else {
         return Ok(model.collect());
     };
@@ -168,121 +145,4 @@ fn parameters(scenario: &Scenario) -> Result<Vec<(String, Value)>, Error> {
         )
     });
     Ok(model.chain(input).collect())
-}
-
-fn table(parameters: &[(String, Value)]) -> Table {
-    let columns = [
-        "name", "symbol", "value", "unit", "default", "range", "meaning", "source",
-    ];
-    let mut table = Table::new("", &columns.map(|name| (name, "")));
-    for (
-        name,
-        Value {
-            parameter: p,
-            value,
-        },
-    ) in parameters
-    {
-        let range = format!("{} to {}", p.min, p.max);
-        let (value, default) = (value.to_string(), p.default.to_string());
-        let row = [
-            name, p.symbol, &value, p.unit, &default, &range, p.meaning, p.source,
-        ];
-        table.push(row.map(Cell::from));
-    }
-    table
-}
-
-fn json(parameters: &[(String, Value)]) -> String {
-    // JSON has no infinity: an unbounded limit is null.
-    let rows = parameters.iter().map(
-        |(
-            name,
-            Value {
-                parameter: p,
-                value,
-            },
-        )| {
-            serde_json::json!({
-                "name": name, "symbol": p.symbol, "value": value, "unit": p.unit,
-                "default": p.default, "min": p.min, "max": p.max,
-                "meaning": p.meaning, "source": p.source,
-            })
-        },
-    );
-    format!("{:#}\n", serde_json::Value::from_iter(rows))
-}
-
-/// Where the rows of a run go.
-struct Sinks {
-    csv: Option<CsvSink>,
-    trace: Option<Trace>,
-    progress: ProgressBar,
-}
-
-impl Sinks {
-    fn create(options: &Simulate, simulation: &Simulation) -> Result<Self, Error> {
-        let columns = simulation.columns();
-        if let Some(path) = &options.plot {
-            plot::Format::of(path)?;
-        }
-        let csv = options
-            .csv
-            .as_ref()
-            .map(|path| CsvSink::create(path, &columns))
-            .transpose()?;
-        let is_kept = options.plot.is_some() || options.csv.is_none();
-        Ok(Self {
-            csv,
-            trace: is_kept.then(|| Trace::new(&columns, 0)),
-            progress: output::progress(simulation.rows(), "rows"),
-        })
-    }
-
-    fn finish(self, options: &Simulate, simulation: &Simulation) -> Result<(), Error> {
-        self.progress.finish_and_clear();
-        let to_stdout = options
-            .csv
-            .as_deref()
-            .is_some_and(output::is_standard_output);
-        if let Some(csv) = self.csv {
-            csv.finish()?;
-        }
-        if let (Some(path), Some(trace)) = (&options.plot, &self.trace) {
-            plot::save(&figures::of_trace(&simulation.title(), trace), path)?;
-            eprintln!("plot: {}", path.display());
-        }
-        if let (false, Some(trace)) = (to_stdout, &self.trace) {
-            output::print_table(&summary(trace))?;
-        }
-        Ok(())
-    }
-}
-
-impl Rows for Sinks {
-    fn row(&mut self, values: &[f64]) -> Result<(), Error> {
-        if let Some(csv) = &mut self.csv {
-            csv.numbers(values)?;
-        }
-        if let Some(trace) = &mut self.trace {
-            trace.push(values);
-        }
-        self.progress.inc(1);
-        Ok(())
-    }
-}
-
-/// Least, greatest and last value of every column.
-fn summary(trace: &Trace) -> Table {
-    let columns = ["column", "least", "greatest", "last"];
-    let mut table = Table::new("", &columns.map(|name| (name, "")));
-    for name in trace.names() {
-        let column = trace.column(name).unwrap_or_default();
-        let least = column.iter().copied().fold(f64::INFINITY, f64::min);
-        let greatest = column.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let last = column.last().copied().unwrap_or(f64::NAN);
-        let numbers = [least, greatest, last].map(|value| Cell::Number(value, 3));
-        table.push([Cell::from(*name)].into_iter().chain(numbers));
-    }
-    table
 }

@@ -1,182 +1,125 @@
 //! Sequences from CSV files with a column `t` (s) and one of values.
 
-use std::{fs::File, path::Path};
+mod lines;
 
+use std::{ops::RangeInclusive, path::Path};
+
+use lines::{Line, Lines};
 use model_core::time::{TICKS_PER_SECOND, ticks};
 
 use super::Sequence;
 use crate::error::Error;
 
-/// The last instant that a file may name, s: four months.
-const LAST_S: f64 = 1e7;
-
-/// What a file is read for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// What a column holds.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Quantity {
     /// The name of its column.
     pub column: &'static str,
     /// What stands in it, in words.
     pub meaning: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// The values that it takes.
+    pub range: RangeInclusive<f64>,
 }
 
-/// A commanded angle.
+/// The time of a row: at most four months.
+const TIME: Quantity = Quantity {
+    column: "t",
+    meaning: "a time",
+    unit: "s",
+    range: 0.0..=1e7,
+};
+
+const _: () = assert!(
+    *TIME.range.end() * TICKS_PER_SECOND as f64 <= 9e15,
+    "ticks are exact in f64"
+);
+
+/// A commanded angle, within what the control step takes.
 pub const COMMAND: Quantity = Quantity {
     column: "command_deg",
-    meaning: "an angle in deg",
+    meaning: "an angle",
+    unit: "deg",
+    range: -32768.0..=32767.0,
 };
 
-/// A torque on the load.
+/// A torque on the load, within what the bench takes as a constant one.
 pub const LOAD: Quantity = Quantity {
     column: "torque_nm",
-    meaning: "a torque in Nm",
+    meaning: "a torque",
+    unit: "Nm",
+    range: -100.0..=100.0,
 };
 
-/// Reads a file. Other columns are passed over, lines that start with `#` as well.
+/// Reads a file. Other columns are passed over, as are blank lines and those that start with `#`.
+/// Fields may stand in quotes, a row is a line.
 ///
 /// Times do not decrease; of several rows in one tick the last counts.
 ///
 /// # Errors
 /// [`Error::Read`], and [`Error::InputFile`] with line, column and what was expected.
-pub fn read(path: &Path, quantity: Quantity) -> Result<Sequence, Error> {
-    let file = File::open(path).map_err(|source| Error::Read {
-        path: path.into(),
-        source,
-    })?;
-    let mut reader = csv::ReaderBuilder::new()
-        .comment(Some(b'#'))
-        .trim(csv::Trim::All)
-        .from_reader(file);
-    let columns = Columns::find(path, &mut reader, quantity)?;
+pub fn read(path: &Path, quantity: &Quantity) -> Result<Sequence, Error> {
+    let mut lines = Lines::open(path)?;
+    let expected = format!("expected a header with `t` and `{}`", quantity.column);
+    let Some(header) = lines.next()? else {
+        return Err(lines.problem(format!("the file is empty, {expected}")));
+    };
+    let find = |name| header.column(name).map_err(|p| format!("{p}, {expected}"));
+    let places = find(TIME.column).and_then(|t| Ok((t, find(quantity.column)?)));
+    let (t_index, value_index) = places.map_err(|problem| header.problem(problem))?;
+    let width = header.fields.len();
+
     let mut sequence = Sequence::default();
-    let mut record = csv::StringRecord::new();
     let mut last_s = 0.0;
-    while reader
-        .read_record(&mut record)
-        .map_err(|error| broken(path, error))?
-    {
-        let at = Place {
-            path,
-            line: record.position().map_or(0, csv::Position::line),
-        };
-        let t = at.number(&record, columns.t, "t", "a time in s")?;
-        let value = at.number(&record, columns.value, quantity.column, quantity.meaning)?;
-        if !(0.0..=LAST_S).contains(&t) {
-            return Err(at.problem(format!("t is {t}, expected 0 to {LAST_S} s")));
+    while let Some(line) = lines.next()? {
+        if line.fields.len() != width {
+            let found = line.fields.len();
+            let problem = format!("the fields are {found}, expected {width} as in the header");
+            return Err(line.problem(problem));
         }
+        let t = line.number(t_index, &TIME)?;
         if t < last_s {
-            return Err(at.problem(format!(
-                "t is {t} after {last_s}, expected times that do not decrease"
-            )));
+            let problem = format!("t is {t} after {last_s}, expected times that do not decrease");
+            return Err(line.problem(problem));
         }
         last_s = t;
-        sequence.push(ticks(t), value);
+        sequence.push(ticks(t), line.number(value_index, quantity)?);
     }
     if sequence.points().is_empty() {
-        let at = Place {
-            path,
-            line: reader.position().line(),
-        };
-        return Err(at.problem("no row of data, expected at least one".into()));
+        return Err(lines.problem("no row of data, expected at least one".into()));
     }
     Ok(sequence)
 }
 
-/// Where the two columns stand.
-struct Columns {
-    t: usize,
-    value: usize,
-}
-
-impl Columns {
-    fn find(
-        path: &Path,
-        reader: &mut csv::Reader<File>,
-        quantity: Quantity,
-    ) -> Result<Self, Error> {
-        let header = reader
-            .headers()
-            .map_err(|error| broken(path, error))?
-            .clone();
-        let find = |name: &str| {
-            header
-                .iter()
-                .position(|column| column == name)
-                .ok_or_else(|| {
-                    let found = if header.is_empty() {
-                        "the file is empty".into()
-                    } else {
-                        format!(
-                            "the columns are `{}`",
-                            header.iter().collect::<Vec<_>>().join("`, `")
-                        )
-                    };
-                    Place { path, line: 1 }.problem(format!(
-                        "no column `{name}`: {found}, expected `t` and `{}`",
-                        quantity.column
-                    ))
-                })
-        };
-        Ok(Self {
-            t: find("t")?,
-            value: find(quantity.column)?,
-        })
-    }
-}
-
-/// A line of a file, for saying what is wrong there.
-struct Place<'a> {
-    path: &'a Path,
-    line: u64,
-}
-
-impl Place<'_> {
-    fn problem(&self, problem: String) -> Error {
-        Error::InputFile {
-            path: self.path.into(),
-            line: self.line,
-            problem,
+impl Line<'_> {
+    /// The index of the column of this name.
+    fn column(&self, name: &str) -> Result<usize, String> {
+        let mut found = (0..self.fields.len()).filter(|&index| self.fields[index] == name);
+        match (found.next(), found.next()) {
+            (Some(index), None) => Ok(index),
+            (Some(_), Some(_)) => Err(format!("two columns `{name}`")),
+            (None, _) => {
+                let columns = self.fields.join("`, `");
+                Err(format!("no column `{name}`: the columns are `{columns}`"))
+            }
         }
     }
 
-    fn number(
-        &self,
-        record: &csv::StringRecord,
-        index: usize,
-        column: &str,
-        expected: &str,
-    ) -> Result<f64, Error> {
-        let text = record.get(index).unwrap_or("");
+    /// The number in a field.
+    fn number(&self, index: usize, quantity: &Quantity) -> Result<f64, Error> {
+        let text = &self.fields[index];
         match text.parse::<f64>() {
-            Ok(value) if value.is_finite() => Ok(value),
+            Ok(value) if quantity.range.contains(&value) => Ok(value),
             _ => Err(self.problem(format!(
-                "column {} (`{column}`) is `{text}`, expected {expected}",
-                index + 1
+                "column {} (`{}`) is `{text}`, expected {} from {} to {} {}",
+                index + 1,
+                quantity.column,
+                quantity.meaning,
+                quantity.range.start(),
+                quantity.range.end(),
+                quantity.unit
             ))),
         }
     }
 }
-
-/// What the CSV reader said, with the place it said it of.
-fn broken(path: &Path, error: csv::Error) -> Error {
-    let line = error.position().map_or(0, csv::Position::line);
-    match error.into_kind() {
-        csv::ErrorKind::Io(source) => Error::Read {
-            path: path.into(),
-            source,
-        },
-        csv::ErrorKind::UnequalLengths {
-            expected_len, len, ..
-        } => Place { path, line }.problem(format!(
-            "{len} columns, expected {expected_len} as in the header"
-        )),
-        csv::ErrorKind::Utf8 { err, .. } => {
-            Place { path, line }.problem(format!("{err}, expected UTF-8 text"))
-        }
-        other => Place { path, line }.problem(format!("{other:?}, expected CSV")),
-    }
-}
-
-const _: () = assert!(
-    LAST_S * TICKS_PER_SECOND as f64 <= 9e15,
-    "ticks are exact in f64"
-);

@@ -92,16 +92,16 @@ impl Command {
 
 /// The way of a command through the test set-up: sampled by the host, then delayed.
 #[derive(Debug, Clone)]
-pub struct CommandPath {
+pub struct CommandPath<'a> {
     /// What is commanded.
-    pub command: Command,
+    pub command: &'a Command,
     /// Transport delay, ticks.
     pub delay_ticks: u64,
     /// Period of the host, ticks; 0 where every tick passes.
     pub host_ticks: u64,
 }
 
-impl CommandPath {
+impl CommandPath<'_> {
     /// The tick whose command arrives at the actuator at `tick`; the first one before all.
     pub fn source(&self, tick: u64) -> u64 {
         let sent = tick.saturating_sub(self.delay_ticks);

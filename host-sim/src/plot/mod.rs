@@ -3,7 +3,6 @@
 //! A [`Figure`] says what is shown; [`svg::render`] and [`html::render`] draw it, and [`save`]
 //! chooses between them by the name of the file.
 
-use std::io;
 use std::path::Path;
 
 mod axis;
@@ -58,12 +57,6 @@ pub fn save(figure: &Figure, path: &Path) -> Result<(), Error> {
         path: path.into(),
         source,
     })
-}
-
-/// Writes a text file; the error names it.
-pub(crate) fn write_file(path: &Path, text: &str) -> io::Result<()> {
-    std::fs::write(path, text)
-        .map_err(|e| io::Error::new(e.kind(), format!("cannot write {}: {e}", path.display())))
 }
 
 #[cfg(test)]

@@ -1,9 +1,28 @@
 //! The report: every model on every input of the paper, in one file.
+//!
+//! [`Comparison::of`] runs the [`models::MODELS`] and evaluates what they did; [`document::page`]
+//! makes the page of it and [`tables::all`] the tables.
 
+mod bode;
+pub mod comparison;
+pub mod contradictions;
+mod curves;
+pub mod document;
 pub mod figures;
+pub mod file;
+mod input_sections;
+pub mod metrics;
+pub mod models;
 pub mod page;
+mod responses;
+pub mod runs;
+pub mod small_signal;
+mod stability;
+mod sweep;
 pub mod table;
+pub mod tables;
 
+pub use comparison::Comparison;
 pub use page::{Page, Section};
 pub use table::{Cell, Column, Table};
 

@@ -1,12 +1,12 @@
 //! The page of a report: sections of text, figures and tables in one self-contained HTML file.
 
 use std::fmt::Write as _;
-use std::io;
 use std::path::Path;
 
-use super::table::Table;
+use super::{file, table::Table};
+use crate::error::Error;
+use crate::plot::Figure;
 use crate::plot::html::{self, escape};
-use crate::plot::{Figure, write_file};
 
 /// What stands in a section.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,7 +14,8 @@ enum Block {
     Text(String),
     Note(String),
     Warning(String),
-    Figure(Figure),
+    Remark(&'static str, &'static str),
+    Figures(Vec<Figure>),
     Table(Table),
 }
 
@@ -60,9 +61,19 @@ impl Section {
         self.with(Block::Warning(text.into()))
     }
 
+    /// With a box that tells, under a title, what does not fit together.
+    pub fn remark(self, title: &'static str, text: &'static str) -> Self {
+        self.with(Block::Remark(title, text))
+    }
+
     /// With a figure. The page numbers its figures.
     pub fn figure(self, figure: Figure) -> Self {
-        self.with(Block::Figure(figure))
+        self.with(Block::Figures(vec![figure]))
+    }
+
+    /// With small figures, two beside each other where there is room.
+    pub fn gallery(self, figures: impl IntoIterator<Item = Figure>) -> Self {
+        self.with(Block::Figures(figures.into_iter().collect()))
     }
 
     /// With a table.
@@ -132,26 +143,34 @@ impl Page {
         html::document(&self.title, &body)
     }
 
-    /// Writes the page.
+    /// Writes the page, all of it or nothing.
     ///
     /// # Errors
-    /// If the file cannot be written. The message names it.
-    pub fn write(&self, path: &Path) -> io::Result<()> {
-        write_file(path, &self.render())
+    /// [`Error::Write`].
+    pub fn write(&self, path: &Path) -> Result<(), Error> {
+        file::write(path, &self.render())
+    }
+
+    /// The figures in their order.
+    pub fn figures(&self) -> impl Iterator<Item = &Figure> {
+        let blocks = self.sections.iter().flat_map(|section| &section.blocks);
+        blocks.flat_map(|block| match block {
+            Block::Figures(figures) => figures.as_slice(),
+            _ => &[],
+        })
     }
 
     fn contents(&self, body: &mut String) {
         if self.sections.is_empty() {
             return;
         }
-        let mut blocks = self.sections.iter().flat_map(|s| &s.blocks);
         body.push_str("<nav aria-label=\"Contents\"><ol>\n");
         for (number, section) in (1..).zip(&self.sections) {
             let title = escape(&section.title);
             let _ = writeln!(body, "<li><a href=\"#section-{number}\">{title}</a></li>");
         }
         body.push_str("</ol></nav>\n");
-        if blocks.any(|b| matches!(b, Block::Figure(_))) {
+        if self.figures().next().is_some() {
             body.push_str(html::HINT);
         }
     }
@@ -176,22 +195,50 @@ impl Page {
 fn render_block(body: &mut String, block: &Block, figures: &mut usize) {
     match block {
         Block::Text(text) => paragraphs(body, text),
-        Block::Note(text) => boxed(body, "note", text),
-        Block::Warning(text) => boxed(body, "warning", text),
+        Block::Note(text) => boxed(body, "note", "", text),
+        Block::Warning(text) => boxed(body, "warning", "", text),
+        Block::Remark(title, text) => boxed(body, "warning", title, text),
         Block::Table(table) => body.push_str(&table.to_html()),
-        Block::Figure(figure) => {
-            *figures += 1;
-            body.push_str(&html::fragment(figure, *figures));
+        Block::Figures(shown) => {
+            let gallery = shown.len() > 1;
+            body.push_str(if gallery {
+                "<div class=\"gallery\">\n"
+            } else {
+                ""
+            });
+            for figure in shown {
+                *figures += 1;
+                body.push_str(&html::fragment(figure, *figures));
+            }
+            body.push_str(if gallery { "</div>\n" } else { "" });
         }
     }
 }
 
 fn paragraphs(body: &mut String, text: &str) {
     for paragraph in text.split("\n\n").filter(|p| !p.trim().is_empty()) {
-        let _ = writeln!(body, "<p>{}</p>", escape(paragraph.trim()));
+        let _ = writeln!(body, "<p>{}</p>", inline(paragraph.trim()));
     }
 }
 
-fn boxed(body: &mut String, class: &str, text: &str) {
-    let _ = writeln!(body, "<p class=\"{class}\">{}</p>", escape(text));
+fn boxed(body: &mut String, class: &str, title: &str, text: &str) {
+    let title = match title {
+        "" => String::new(),
+        title => format!("<strong>{}</strong> ", escape(title)),
+    };
+    let _ = writeln!(body, "<p class=\"{class}\">{title}{}</p>", inline(text));
+}
+
+/// Escaped text with its names between `` ` `` as code.
+fn inline(text: &str) -> String {
+    let escaped = escape(text);
+    let mut parts = escaped.split('`');
+    let mut html = parts.next().unwrap_or_default().to_owned();
+    while let Some(code) = parts.next() {
+        let _ = match parts.next() {
+            Some(after) => write!(html, "<code>{code}</code>{after}"),
+            None => write!(html, "`{code}"),
+        };
+    }
+    html
 }

@@ -21,7 +21,12 @@ impl fmt::Display for Cell {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Text(text) => f.write_str(text),
-            Self::Number(value, decimals) if value.is_finite() => write!(f, "{value:.decimals$}"),
+            Self::Number(value, decimals) if value.is_finite() => {
+                let text = format!("{value:.decimals$}");
+                // What is rounded to zero has no sign.
+                let is_zero = !text.contains(|c: char| ('1'..='9').contains(&c));
+                f.write_str(text.trim_start_matches(if is_zero { "-" } else { "" }))
+            }
             Self::Number(..) | Self::None => f.write_str("–"),
         }
     }
@@ -174,6 +179,12 @@ mod tests {
         assert!(html.contains("Steps &amp; &lt;ramps&gt;"));
         assert!(html.contains("<td class=\"number\">–</td>"));
         roxmltree::Document::parse(&html).expect("the table is well-formed");
+    }
+
+    #[test]
+    fn what_is_rounded_to_zero_has_no_sign() {
+        let shown = [-0.004, -0.006, 0.0, -10.0].map(|value| Cell::Number(value, 2).to_string());
+        assert_eq!(shown, ["0.00", "-0.01", "0.00", "-10.00"]);
     }
 
     #[test]

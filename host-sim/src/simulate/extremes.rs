@@ -1,12 +1,13 @@
 //! Campaigns: many runs on all cores, each told by the ends of its motion.
 
+use model_core::actuator::closed_loop::ClosedLoop;
 use model_core::plant::{PERIOD, Plant, PlantState, first_order::FirstOrder};
 use rayon::prelude::*;
 
-use super::{Rows, Simulation, board, closed_loop::ClosedLoop};
+use super::{Rows, Simulation, board};
 use crate::{
     error::Error,
-    settings::{ModelSettings, PlantKind},
+    settings::{ModelKind, PlantKind},
 };
 
 /// The ends of the motion of a run, over the ticks that it looked at.
@@ -146,13 +147,13 @@ impl Simulation {
     #[inline(always)]
     fn watch(&self) -> Result<Extremes, Error> {
         let mut watch = Watch::default();
-        match &self.settings.model {
-            ModelSettings::Board(settings) if settings.plant == PlantKind::FirstOrder => {
-                let board = board::around_first_order(settings, self)?;
+        match (self.settings.model, self.settings.plant) {
+            (ModelKind::Board, PlantKind::FirstOrder) => {
+                let board = board::around_first_order(&self.settings)?;
                 if self.every == 1 {
                     self.watch_every_tick(board, &mut watch);
                 } else {
-                    board.run(self, &self.path(), |board, _, within| {
+                    board::drive(board, self, &self.path(), |board, _, within| {
                         watch.see(board.plant.at(within));
                         Ok(())
                     })?;
@@ -193,7 +194,12 @@ pub fn campaign(simulations: &[Simulation]) -> Vec<Result<Extremes, Error>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{scenario::Scenario, settings::ModelKind, trace::Trace};
+    use crate::{
+        scenario::{Scenario, Setting},
+        settings::ModelKind,
+        trace::Trace,
+    };
+    use model_core::named::Named;
 
     fn simulation(model: ModelKind, every: u64, set: &[(&str, f64)]) -> Simulation {
         let scenario = Scenario {
@@ -204,7 +210,7 @@ mod tests {
             every: Some(every),
             set: set
                 .iter()
-                .map(|(name, value)| ((*name).into(), *value))
+                .map(|(name, value)| Setting::new(*name, *value))
                 .collect(),
             ..Default::default()
         };
@@ -255,7 +261,10 @@ mod tests {
 
     #[test]
     fn every_model_can_be_in_a_campaign() {
-        let simulations = ModelKind::ALL.map(|model| simulation(model, 20, &[]));
+        let simulations: Vec<_> = ModelKind::ALL
+            .iter()
+            .map(|model| simulation(*model, 20, &[]))
+            .collect();
         for (simulation, extremes) in simulations.iter().zip(campaign(&simulations)) {
             assert_eq!(extremes.unwrap(), of_trace(&simulation.record().unwrap()));
         }

@@ -1,8 +1,8 @@
 //! The models in `f64`, tick by tick.
 
-use model_core::models::ActuatorModel;
+use model_core::{models::ActuatorModel, time::seconds};
 
-use super::{Rows, Simulation, time_s};
+use super::{Rows, Simulation};
 use crate::{error::Error, input::CommandPath};
 
 pub(super) fn run(
@@ -17,7 +17,7 @@ pub(super) fn run(
             let now = model.output(delayed);
             let command = path.command.at(tick);
             rows.row(&[
-                time_s(tick),
+                seconds(tick),
                 command,
                 delayed,
                 now.angle_deg,

@@ -4,20 +4,18 @@
 //! before the plant moves on.
 
 mod board;
-pub mod closed_loop;
 pub mod extremes;
 mod float;
 
 use model_core::{
     models::{black_box_1::BlackBox1, black_box_2::BlackBox2, grey_box::GreyBox},
-    plant::Pwm,
-    time::{TICKS_PER_SECOND, ticks},
+    time::ticks,
 };
 
 use crate::{
     error::Error,
     input::{Command, CommandPath, Sequence},
-    settings::{ModelSettings, Settings},
+    settings::{ModelKind, Settings},
     trace::Trace,
 };
 
@@ -48,10 +46,6 @@ pub struct Simulation {
     pub ticks: u64,
     /// Every how many ticks a row is made; not 0.
     pub every: u64,
-    /// How the bridge is switched.
-    pub pwm: Pwm,
-    /// Seed of all that is random.
-    pub seed: u64,
 }
 
 /// Takes the rows of a run as they are made.
@@ -73,13 +67,13 @@ impl Rows for Trace {
 impl Simulation {
     /// What is run, in a line.
     pub fn title(&self) -> String {
-        format!("{} on {}", self.settings.kind().name(), self.input)
+        format!("{} on {}", self.settings.model, self.input)
     }
 
     /// The names of the columns.
     pub fn columns(&self) -> Vec<&'static str> {
-        let more = match &self.settings.model {
-            ModelSettings::Board(settings) => board::columns(settings),
+        let more = match self.settings.model {
+            ModelKind::Board => board::columns(self.settings.plant),
             _ => Vec::new(),
         };
         COMMON_COLUMNS.into_iter().chain(more).collect()
@@ -108,24 +102,26 @@ impl Simulation {
     /// [`Error::Parameter`] for parameters that do not go together, and whatever `rows` says.
     pub fn run(&self, rows: &mut dyn Rows) -> Result<(), Error> {
         let path = self.path();
-        match &self.settings.model {
-            ModelSettings::BlackBox1(p) => float::run(BlackBox1::try_new(*p)?, self, &path, rows),
-            ModelSettings::BlackBox2(p) => float::run(BlackBox2::try_new(*p)?, self, &path, rows),
-            ModelSettings::GreyBox(p) => float::run(GreyBox::try_new(*p)?, self, &path, rows),
-            ModelSettings::Board(settings) => board::run(settings, self, &path, rows),
+        let settings = &self.settings;
+        match settings.model {
+            ModelKind::BlackBox1 => {
+                float::run(BlackBox1::try_new(settings.black_box_1)?, self, &path, rows)
+            }
+            ModelKind::BlackBox2 => {
+                float::run(BlackBox2::try_new(settings.black_box_2)?, self, &path, rows)
+            }
+            ModelKind::GreyBox => {
+                float::run(GreyBox::try_new(settings.grey_box)?, self, &path, rows)
+            }
+            ModelKind::Board => board::run(self, &path, rows),
         }
     }
 
-    fn path(&self) -> CommandPath {
+    fn path(&self) -> CommandPath<'_> {
         CommandPath {
-            command: self.command.clone(),
+            command: &self.command,
             delay_ticks: ticks(self.settings.setup.delay_s),
             host_ticks: ticks(self.settings.setup.host_period_s),
         }
     }
-}
-
-/// The time of a tick, s, with the last bit as a decimal fraction has it.
-fn time_s(tick: u64) -> f64 {
-    tick as f64 / TICKS_PER_SECOND as f64
 }

@@ -29,12 +29,12 @@ named! {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::named::Named;
 
     #[test]
     fn every_name_leads_back_to_its_value() {
-        for (kind, name) in ModelKind::ALL.iter().zip(ModelKind::NAMES) {
-            assert_eq!(ModelKind::named(name), Some(*kind));
-            assert_eq!(kind.name(), *name);
+        for kind in ModelKind::ALL {
+            assert_eq!(ModelKind::named(kind.name()), Some(*kind));
         }
         assert_eq!(ModelKind::named("bord"), None);
     }

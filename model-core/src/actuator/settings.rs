@@ -7,6 +7,7 @@ use crate::models::SetupParameters;
 use crate::models::black_box_1::BlackBox1Parameters;
 use crate::models::black_box_2::BlackBox2Parameters;
 use crate::models::grey_box::GreyBoxParameters;
+use crate::named::Named;
 use crate::parameter::{Group, ParameterError, Value};
 use crate::plant::{Pwm, bench::BenchParameters, first_order::FirstOrderParameters};
 use crate::presets::{PRESETS, Preset};

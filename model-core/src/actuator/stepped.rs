@@ -268,6 +268,7 @@ impl Settings {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::named::Named;
     use proptest::prelude::*;
 
     fn actuator(model: ModelKind, plant: PlantKind) -> Actuator {

@@ -19,14 +19,6 @@ pub struct Coefficient {
 impl Coefficient {
     /// The coefficient nearest to `value`, off by 2^-31 of it at most where it is 2^-32 or more.
     /// Saturates at +-2^31; NaN gives zero.
-    ///
-    /// ```
-    /// use model_core::control::arithmetic::Coefficient;
-    /// use fixed::types::I32F32;
-    ///
-    /// let half = Coefficient::new(0.5);
-    /// assert_eq!(half.times(I32F32::from_num(-3)), I32F32::from_num(-1.5));
-    /// ```
     pub const fn new(value: f64) -> Self {
         let mut shift = 62;
         // 2^31 - 1 is odd: half a step more would round to what no i32 holds.

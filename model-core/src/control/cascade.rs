@@ -113,8 +113,8 @@ pub struct State {
     rate: RateEstimate,
     regulator: RateLoopState,
     modulator: Modulator,
-    /// The last command, which a change of gains needs.
-    command: Angle,
+    /// The last command, which a change of gains needs; none while the bridge is off.
+    command: Option<Angle>,
 }
 
 /// What one control step decided; nothing, by default.
@@ -180,7 +180,7 @@ impl State {
         let limited = self
             .regulator
             .step(&coefficients.rate, wanted.rate, self.rate());
-        self.command = command;
+        self.command = Some(command);
         Step {
             rate_command: wanted.rate,
             duty: limited.duty,
@@ -198,12 +198,17 @@ impl State {
     /// is emptied, angle and rate are kept.
     pub fn release(&mut self) {
         self.regulator = RateLoopState::default();
+        self.command = None;
     }
 
-    /// Goes over from old to new coefficients without a jump of the duty.
+    /// Goes over from old to new coefficients without a jump of the duty. While the bridge is off
+    /// there is no duty to keep, and the integrator stays empty.
     pub fn retune(&mut self, old: &Coefficients, new: &Coefficients) {
-        let before = old.position.rate_command(self.command, self.angle()).rate;
-        let after = new.position.rate_command(self.command, self.angle()).rate;
+        let Some(command) = self.command else {
+            return;
+        };
+        let before = old.position.rate_command(command, self.angle()).rate;
+        let after = new.position.rate_command(command, self.angle()).rate;
         self.regulator
             .transfer((&old.rate, before), (&new.rate, after), self.rate());
     }

@@ -22,17 +22,18 @@
 //!
 //! Everything is fixed point; no step allocates, divides by a variable that may be zero, or
 //! panics, whatever the encoder and the bus deliver. [`cascade`] puts the parts together; its
-//! callers are the firmware's application and, through it, every simulation.
+//! callers are the firmware's application and every simulation. The parts are private: each leans
+//! on bounds that [`cascade::Coefficients::try_new`] has checked.
 
-pub mod arithmetic;
+mod arithmetic;
 pub mod cascade;
 pub mod compare;
 pub mod encoder_word;
 pub mod parameters;
-pub mod position_loop;
-pub mod rate_estimate;
-pub mod rate_loop;
-pub mod shaft_angle;
+mod position_loop;
+mod rate_estimate;
+mod rate_loop;
+mod shaft_angle;
 pub mod units;
 
 #[cfg(test)]

@@ -17,13 +17,6 @@ pub struct RateEstimate(Rate);
 
 impl RateEstimate {
     /// Takes the motion of one reading.
-    ///
-    /// ```
-    /// use model_core::control::{rate_estimate::*, shaft_angle::Motion};
-    /// let mut estimate = RateEstimate::default();
-    /// estimate.update(FilterShare::new(0.5), Motion { counts: 512, periods: 1 });
-    /// assert_eq!(estimate.rate(), 5625.0);
-    /// ```
     pub fn update(&mut self, share: FilterShare, motion: Motion) {
         // |counts| <= 2^11 and COUNT_RATE_STEPS = 720,000: within 1.48e9 < 2^31, that is
         // +-45,000 deg/s. A single period divides by one, so it is exact.
@@ -37,5 +30,19 @@ impl RateEstimate {
     /// The estimate, +-45,000 deg/s.
     pub fn rate(&self) -> Rate {
         self.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn half_of_a_difference_enters_with_a_share_of_a_half() {
+        let mut estimate = RateEstimate::default();
+        let (counts, periods) = (512, 1);
+        estimate.update(FilterShare::new(0.5), Motion { counts, periods });
+        // 512 counts are 45 deg: 11,250 deg/s.
+        assert_eq!(estimate.rate(), 5625.0);
     }
 }

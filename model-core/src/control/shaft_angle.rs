@@ -59,16 +59,6 @@ pub struct ShaftAngle {
 
 impl ShaftAngle {
     /// Takes a valid reading.
-    ///
-    /// ```
-    /// use model_core::control::{encoder_word::EncoderCount, shaft_angle::*};
-    /// let mounting = Mounting { zero: EncoderCount::new(0), reversed: false };
-    /// let mut shaft = ShaftAngle::default();
-    /// shaft.reading(mounting, EncoderCount::new(4095));
-    /// let motion = shaft.reading(mounting, EncoderCount::new(1));
-    /// assert_eq!(motion, Motion { counts: 2, periods: 1 });
-    /// assert_eq!(shaft.angle(), 45.0 / 512.0);
-    /// ```
     pub fn reading(&mut self, mounting: Mounting, count: EncoderCount) -> Motion {
         let now = mounting.relative(count);
         let travelled = match self.last {
@@ -104,5 +94,24 @@ impl ShaftAngle {
     /// Whether there was a valid reading.
     pub fn is_known(&self) -> bool {
         self.last.is_some()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_way_through_zero_is_the_short_one() {
+        let mounting = Mounting {
+            zero: EncoderCount::new(0),
+            reversed: false,
+        };
+        let mut shaft = ShaftAngle::default();
+        shaft.reading(mounting, EncoderCount::new(4095));
+        let motion = shaft.reading(mounting, EncoderCount::new(1));
+        let (counts, periods) = (2, 1);
+        assert_eq!(motion, Motion { counts, periods });
+        assert_eq!(shaft.angle(), 45.0 / 512.0);
     }
 }

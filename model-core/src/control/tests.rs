@@ -81,10 +81,10 @@ fn the_duty_is_that_of_the_equations_in_double_precision() {
         state.observe(&gains, word).unwrap();
         let duty = state.regulate(&gains, angle(command)).duty.to_num::<f64>();
         let expected = referee.duty(&p, counts, command);
-        // The coefficients are rounded to 2^-24 and finer; errors up to 5,000 deg/s pass through
-        // them and the integrator forgets with its anti-windup: 5,000 * 2^-25 = 1.5e-4.
+        // The coefficients are off by 2^-31 of them. Errors up to 1,400 deg/s pass through Kp, and
+        // the integrator forgets with its anti-windup, Ki/Kaw = Kp: 2 * 1.32 * 1,400 * 2^-31.
         assert!(
-            (duty - expected).abs() < 3e-4,
+            (duty - expected).abs() < 2e-6,
             "step {k}: {duty} is not {expected}"
         );
     }
@@ -134,8 +134,8 @@ fn lost_samples_leave_no_jump_in_the_rate() {
     let gains = coefficients(&ControlParameters::default());
     let mut state = State::default();
     for k in 0..200 {
-        // Eight counts a period are 175.78125 deg/s; every third word is broken.
-        let word = if k % 3 == 1 {
+        // Eight counts a period are 175.78125 deg/s; of four words two in a row are broken.
+        let word = if k % 4 == 1 || k % 4 == 2 {
             EncoderWord::new(0)
         } else {
             healthy(8 * k)
@@ -183,6 +183,63 @@ fn a_reversal_of_the_command_moves_the_duty_by_its_slew_and_the_integrator_is_to
     }
     // An integrator that had wound up for a second would hold the duty at its end.
     assert!(state.regulate(&gains, angle(0.0)).duty > percent(-100.0));
+}
+
+#[test]
+fn beyond_the_position_limits_the_command_is_held_at_them() {
+    let gains = coefficients(&ControlParameters {
+        position_min_deg: -10.0,
+        position_max_deg: 20.0,
+        ..Default::default()
+    });
+    let mut state = State::default();
+    state.observe(&gains, healthy(0)).unwrap();
+    for (command_deg, rate_deg_s, limited) in [
+        (15.0, 120.0, false),
+        (20.0, 160.0, false),
+        (90.0, 160.0, true),
+        (-90.0, -80.0, true),
+    ] {
+        let step = state.regulate(&gains, angle(command_deg));
+        assert_eq!(step.rate_command, rate_deg_s);
+        assert_eq!(step.limits.position, limited, "{command_deg}");
+    }
+}
+
+#[test]
+fn a_narrower_duty_limit_acts_at_once_whatever_the_slew() {
+    let with_limit = |duty_limit_pct| {
+        coefficients(&ControlParameters {
+            duty_limit_pct,
+            duty_slew_pct_s: 250.0,
+            ..Default::default()
+        })
+    };
+    let (wide, narrow) = (with_limit(100.0), with_limit(40.0));
+    let mut state = State::default();
+    state.observe(&wide, healthy(0)).unwrap();
+    for _ in 0..250 {
+        state.regulate(&wide, angle(90.0));
+    }
+    state.retune(&wide, &narrow);
+    assert_eq!(state.regulate(&narrow, angle(90.0)).duty, percent(40.0));
+}
+
+#[test]
+fn the_zero_is_the_nearest_count_and_the_angle_ends_after_91_turns() {
+    // 0.05 deg are 0.57 counts.
+    let gains = coefficients(&ControlParameters {
+        encoder_zero_deg: 0.05,
+        ..Default::default()
+    });
+    let mut state = State::default();
+    state.observe(&gains, healthy(1)).unwrap();
+    assert_eq!(state.angle(), 0.0);
+    for quarter in 1..400 {
+        state.observe(&gains, healthy(1 + 1024 * quarter)).unwrap();
+        let turned_deg = f64::from(quarter) * 90.0;
+        assert_eq!(state.angle(), turned_deg.min(32_768.0));
+    }
 }
 
 #[test]
@@ -253,6 +310,12 @@ proptest! {
         let kept = state.regulate(&old, angle(1.0)).duty;
         prop_assert_eq!(retuned.regulate(&new, angle(1.0)).duty, kept);
     }
+}
+
+#[test]
+fn a_product_of_simple_fractions_is_exact() {
+    let half = Coefficient::new(0.5);
+    assert_eq!(half.times(Percent::from_num(-3)), -1.5);
 }
 
 proptest! {

@@ -56,6 +56,11 @@ macro_rules! catalogue {
                 match self { $(Self::$Variant(_) => $name,)+ }
             }
 
+            /// Its other name, if it has one.
+            pub fn alias(&self) -> Option<&'static str> {
+                match self { $(Self::$Variant(_) => None$(.or(Some($alias)))?,)+ }
+            }
+
             /// What it is, in a sentence.
             pub fn summary(&self) -> &'static str {
                 match self {

@@ -269,3 +269,29 @@ impl GearTrain {
 fn load_nm(load: &Load, body: &Body) -> f64 {
     load.torque_nm(body.angle_rad) - load.damping_nm_s * body.rate_rad_s
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn flanks_with_play_push_but_do_not_pull() {
+        let joint = |half_gap_rad| Joint {
+            stiffness_nm: 10.0,
+            damping_nm_s: 1.0,
+            half_gap_rad,
+        };
+        let body = |angle_rad, rate_rad_s| Body {
+            angle_rad,
+            rate_rad_s,
+            ..Default::default()
+        };
+        // 0.125 rad beyond the gap, coming together and parting.
+        let rest = body(0.0, 0.0);
+        assert_eq!(joint(0.25).torque_nm(&body(0.375, 0.5), &rest), 1.75);
+        assert_eq!(joint(0.25).torque_nm(&body(0.375, -2.0), &rest), 0.0);
+        assert_eq!(joint(0.25).torque_nm(&body(0.125, 0.5), &rest), 0.0);
+        // Without play the same shaft pulls.
+        assert_eq!(joint(0.0).torque_nm(&body(0.125, -2.0), &rest), -0.75);
+    }
+}

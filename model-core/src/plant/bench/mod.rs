@@ -39,7 +39,7 @@ use self::gear_train::{GearTrain, GearTrainParameters, Motion, SHORTEST_STEP_S, 
 use self::load::{Load, LoadParameters};
 use super::PlantState;
 use crate::limits::within;
-use crate::parameter::{ParameterError, Parameters};
+use crate::parameter::{Parameter, ParameterError, Parameters};
 
 /// All parameters of the bench.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -58,8 +58,9 @@ impl BenchParameters {
     /// Checks every value against its range.
     ///
     /// # Errors
-    /// That of the first parameter outside its range, and that of a rotor so light that the
-    /// back-EMF would stop it faster than the shortest step resolves.
+    /// That of the first parameter outside its range, that of a rotor so light that the back-EMF
+    /// would stop it faster than the shortest step resolves, and that of a hinge moment that drives
+    /// the load away more strongly than its shaft holds it: no stop stands behind the shaft.
     fn check(&self) -> Result<(), ParameterError> {
         self.electrical.check()?;
         self.gear_train.check()?;
@@ -69,13 +70,26 @@ impl BenchParameters {
         let lightest = motor.torque_constant_nm_a * motor.torque_constant_nm_a
             / motor.winding_resistance_ohm
             * (SHORTEST_STEP_S / STEP_SHARE);
-        let table = GearTrainParameters::TABLE.iter();
-        for row in table.filter(|row| row.is_called("motor_inertia_kg_m2")) {
-            let min = row.min.max(lightest);
-            crate::parameter::Parameter { min, ..*row }.check(gears.motor_inertia_kg_m2)?;
-        }
-        Ok(())
+        check_from::<GearTrainParameters>(
+            "motor_inertia_kg_m2",
+            lightest,
+            gears.motor_inertia_kg_m2,
+        )?;
+        check_from::<LoadParameters>(
+            "hinge_moment_nm_deg",
+            -gears.shaft_stiffness_nm_deg,
+            self.load.hinge_moment_nm_deg,
+        )
     }
+}
+
+/// Checks a value against a range whose lower end other parameters may raise.
+fn check_from<P: Parameters>(name: &str, least: f64, value: f64) -> Result<(), ParameterError> {
+    for row in P::TABLE.iter().filter(|row| row.name == name) {
+        let min = row.min.max(least);
+        Parameter { min, ..*row }.check(value)?;
+    }
+    Ok(())
 }
 
 /// Everything that can be read off the bench at an instant.
@@ -119,6 +133,10 @@ pub struct Bench {
 
 /// Longest time that one call simulates, s: it bounds the work of a call.
 const LONGEST_ADVANCE_S: f64 = 1.0;
+
+/// Greatest recorded torque. On the lightest load, 1e-8 kg m^2, it makes 1e14 rad/s^2: far from the
+/// ends of the numbers after any time that somebody waits for.
+const GREATEST_TORQUE_NM: f64 = 1e6;
 
 impl Bench {
     /// A bench at rest at zero, without current.
@@ -185,12 +203,12 @@ impl Bench {
     }
 
     /// Adds a torque to the external load until the next call, Nm: a recording, a gust.
-    /// One that is not finite is 0.
+    /// It is held within +-1e6 Nm; NaN is 0.
     pub fn set_recorded_torque_nm(&mut self, torque_nm: f64) {
-        self.load.recorded_nm = if torque_nm.is_finite() {
-            torque_nm
-        } else {
+        self.load.recorded_nm = if torque_nm.is_nan() {
             0.0
+        } else {
+            within(torque_nm, -GREATEST_TORQUE_NM, GREATEST_TORQUE_NM)
         };
     }
 

@@ -86,14 +86,30 @@ fn without_friction_the_bench_follows_the_first_order_motor() {
         position_limit_deg: 32000.0,
         ..Default::default()
     };
-    let mut simple = FirstOrder::try_new(motor, Pwm::Average).unwrap();
-    let mut full = PwmBench::try_new(&p, Pwm::Average, None).unwrap();
-    for _ in 0..500 {
-        simple.start_period(100.0);
-        full.start_period(100.0);
-        let difference = simple.at(PERIOD).angle_deg - full.at(PERIOD).angle_deg;
-        assert!(difference.abs() < 0.05, "{difference}");
+    // 33.3 % switches within a tick.
+    for (pwm, duty_pct) in [(Pwm::Average, 100.0), (Pwm::Switched, 33.3)] {
+        let mut simple = FirstOrder::try_new(motor, pwm).unwrap();
+        let mut full = PwmBench::try_new(&p, pwm, None).unwrap();
+        for _ in 0..500 {
+            simple.start_period(duty_pct);
+            full.start_period(duty_pct);
+            let difference = simple.at(PERIOD).angle_deg - full.at(PERIOD).angle_deg;
+            assert!(difference.abs() < 0.05, "{pwm:?}: {difference}");
+        }
     }
+}
+
+#[test]
+fn a_damped_load_slows_the_free_rate_by_its_share_of_the_damping() {
+    let mut p = ideal();
+    p.load.load_damping_nm_s_deg = 1e-3;
+    let mut b = bench(&p);
+    advance(&mut b, FULL, 2.0);
+    // n k (V - n k w)/R = c w.
+    let constant: f64 = 320.0 * 3.62e-3;
+    let damping = 1e-3 * 180.0 / PI;
+    let rate_rad_s = constant * 6.0 / 7.7 / (constant * constant / 7.7 + damping);
+    assert!((b.reading().output.rate_deg_s - rate_rad_s * 180.0 / PI).abs() < 1e-6);
 }
 
 #[test]
@@ -162,6 +178,26 @@ fn load_dependent_friction_holds_a_load_that_the_coulomb_friction_alone_would_no
     holds.set_recorded_torque_nm(2e-4);
     advance(&mut holds, Terminal::Coast, 0.1);
     assert!(holds.reading().output.angle_deg > 0.0);
+}
+
+#[test]
+fn load_dependent_friction_holds_opposing_torques_and_frees_those_that_agree() {
+    let mut p = ideal();
+    p.electrical.winding_inductance_h = 0.0;
+    p.friction.friction_model = 3.0;
+    p.friction.load_friction_motor = 0.5;
+    let motor = Terminal::Driven(7.7 * 0.1 / (320.0 * 3.62e-3));
+    // 0.1 Nm against 0.05 Nm load the gears with 0.15 Nm, half of which holds the other 0.05 Nm.
+    p.load.load_torque_nm = -0.05;
+    let mut opposed = bench(&p);
+    advance(&mut opposed, motor, 0.1);
+    assert_eq!(opposed.reading().output, PlantState::default());
+    // 0.1 Nm along with 0.1 Nm load them with nothing.
+    p.load.load_torque_nm = 0.1;
+    let mut agreed = bench(&p);
+    agreed.advance(motor, TICK_S);
+    assert!(agreed.reading().friction_torque_nm < 1e-15);
+    assert!(agreed.reading().output.rate_deg_s > 0.0);
 }
 
 #[test]

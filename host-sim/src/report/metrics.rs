@@ -1,0 +1,190 @@
+//! The figures of merit of a model.
+
+use model_core::excitation::steady_sine::SineParameters;
+use serde::Serialize;
+
+use super::{runs::Runs, small_signal::SmallSignal};
+use crate::{
+    analysis::{
+        frequency::{bandwidth_hz, falls_to_hz},
+        sine_fit::fit,
+        step_metrics::{SETTLED, Step, step_metrics},
+    },
+    trace::Trace,
+};
+
+/// Everything that the tables show of one model. `None` is what does not exist: a time of a level
+/// that is not reached, a margin of a model without a loop.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Metrics {
+    /// On the pulse.
+    pub pulse: Pulse,
+    /// On the variable step.
+    pub variable_step: VariableStep,
+    /// How far the angle is behind the command at the end of the first slope of the ramp, deg.
+    pub ramp_lag_deg: Option<f64>,
+    /// Gain on the sine.
+    pub sine_gain: Option<f64>,
+    /// Phase on the sine, deg.
+    pub sine_phase_deg: Option<f64>,
+    /// Of small signals.
+    pub small_signal: SmallSignalMetrics,
+}
+
+/// The way up and the way down of the pulse; times count from the command.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Pulse {
+    /// From 10 % to 90 % of the way up, s.
+    pub rise_time_s: Option<f64>,
+    /// From the command to 90 % of the way up, s.
+    pub t90_s: Option<f64>,
+    /// Beyond the command on the way up, % of the step; negative where it falls short.
+    pub overshoot_up_pct: Option<f64>,
+    /// The same on the way down.
+    pub overshoot_down_pct: Option<f64>,
+    /// Until the angle stays within 2 % on the way up, s.
+    pub settling_up_s: Option<f64>,
+    /// The same on the way down, s.
+    pub settling_down_s: Option<f64>,
+    /// Largest rate upward, deg/s.
+    pub max_rate_deg_s: f64,
+    /// Largest rate downward, deg/s; negative.
+    pub min_rate_deg_s: f64,
+}
+
+/// The thirteen steps of the variable step.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct VariableStep {
+    /// Farthest beyond a command, deg, seen from where the angle was when the step came: it need
+    /// not have reached the command before.
+    pub worst_overshoot_deg: f64,
+    /// Steps that are overshot by more than 2 % of them.
+    pub overshot_steps: usize,
+    /// Steps that do not settle within 2 % before the next.
+    pub unsettled_steps: usize,
+}
+
+/// The response to small signals.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct SmallSignalMetrics {
+    /// Where the power has fallen to a half, -3.0103 dB, computed, Hz.
+    pub half_power_hz: Option<f64>,
+    /// The same as sines through the simulator find it, Hz.
+    pub measured_half_power_hz: Option<f64>,
+    /// Where the gain has fallen by 3.000 dB, computed, Hz.
+    pub minus_3_db_hz: Option<f64>,
+    /// Gain margin of the loop, dB.
+    pub gain_margin_db: Option<f64>,
+    /// Phase margin of the loop, deg.
+    pub phase_margin_deg: Option<f64>,
+    /// Delay that the loop bears in addition, s.
+    pub delay_margin_s: Option<f64>,
+}
+
+impl Metrics {
+    /// The figures of these runs.
+    pub fn of(runs: &Runs, linear: Option<&SmallSignal>) -> Self {
+        let sine = runs.trace("sine").and_then(sine);
+        Self {
+            pulse: runs.trace("pulse").map(pulse).unwrap_or_default(),
+            variable_step: runs
+                .trace("variable-step")
+                .map(variable_step)
+                .unwrap_or_default(),
+            ramp_lag_deg: runs.trace("ramp").and_then(ramp_lag_deg),
+            sine_gain: sine.map(|sine| sine.0),
+            sine_phase_deg: sine.map(|sine| sine.1),
+            small_signal: small_signal(runs, linear),
+        }
+    }
+}
+
+fn pulse(trace: &Trace) -> Pulse {
+    let [t, command, angle, rate] = columns(trace);
+    let found = step_metrics(t, command, angle, rate);
+    let (up, down) = (found.steps.first(), found.steps.get(1));
+    Pulse {
+        rise_time_s: up.and_then(|step| step.rise_time_s),
+        t90_s: up.and_then(|step| step.t90_s),
+        overshoot_up_pct: up.map(|step| step.overshoot_pct),
+        overshoot_down_pct: down.map(|step| step.overshoot_pct),
+        settling_up_s: up.and_then(|step| step.settling_time_s),
+        settling_down_s: down.and_then(|step| step.settling_time_s),
+        max_rate_deg_s: found.max_rate_deg_s,
+        min_rate_deg_s: found.min_rate_deg_s,
+    }
+}
+
+fn variable_step(trace: &Trace) -> VariableStep {
+    let [t, command, angle, rate] = columns(trace);
+    let steps = step_metrics(t, command, angle, rate).steps;
+    let starts = steps
+        .iter()
+        .map(|step| t.partition_point(|at| *at < step.time_s));
+    let ends = starts.clone().skip(1).chain([angle.len()]);
+    let spans = steps.iter().zip(starts.zip(ends));
+    let overshoots: Vec<f64> = spans
+        .map(|(step, (start, end))| overshoot_deg(step, &angle[start..end]))
+        .collect();
+    let shares = steps.iter().zip(&overshoots);
+    let is_overshot =
+        |(step, deg): &(&Step, &f64)| **deg > SETTLED * (step.to_deg - step.from_deg).abs();
+    VariableStep {
+        worst_overshoot_deg: overshoots.iter().copied().fold(0.0, f64::max),
+        overshot_steps: shares.filter(is_overshot).count(),
+        unsettled_steps: steps
+            .iter()
+            .filter(|step| step.settling_time_s.is_none())
+            .count(),
+    }
+}
+
+/// How far these angles of a step go beyond it, from the side on which they begin.
+fn overshoot_deg(step: &Step, angle: &[f64]) -> f64 {
+    let to = step.to_deg;
+    let upward = angle.first().is_some_and(|first| *first < to);
+    let beyond = angle
+        .iter()
+        .map(|angle| if upward { angle - to } else { to - angle });
+    beyond.fold(0.0, f64::max)
+}
+
+/// The mean lag over the last quarter of a second before the command first reaches its top.
+fn ramp_lag_deg(trace: &Trace) -> Option<f64> {
+    const WINDOW_S: f64 = 0.25;
+    let [t, command, angle, _] = columns(trace);
+    let top = command.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let end = command.iter().position(|c| *c == top)?;
+    let start = t.partition_point(|at| *at < t[end] - WINDOW_S);
+    let lags: Vec<f64> = (start..end).map(|i| command[i] - angle[i]).collect();
+    (!lags.is_empty()).then(|| lags.iter().sum::<f64>() / lags.len() as f64)
+}
+
+/// Gain and phase, deg, of all periods but the first.
+fn sine(trace: &Trace) -> Option<(f64, f64)> {
+    let frequency_hz = SineParameters::default().frequency_hz;
+    let [t, command, angle, _] = columns(trace);
+    let start = t.partition_point(|t| *t < 1.0 / frequency_hz);
+    let angle = fit(&t[start..], &angle[start..], frequency_hz)?;
+    let command = fit(&t[start..], &command[start..], frequency_hz)?;
+    let (_, phase_deg) = angle.over(&command);
+    Some((angle.amplitude / command.amplitude, phase_deg))
+}
+
+fn small_signal(runs: &Runs, linear: Option<&SmallSignal>) -> SmallSignalMetrics {
+    let closed = linear.map(|linear| &linear.closed);
+    let margins = linear.and_then(|linear| linear.margins);
+    SmallSignalMetrics {
+        half_power_hz: closed.and_then(bandwidth_hz),
+        measured_half_power_hz: runs.bandwidth_hz,
+        minus_3_db_hz: closed.and_then(|closed| falls_to_hz(closed, -3.0)),
+        gain_margin_db: margins.and_then(|m| m.gain_db).map(|m| m.value),
+        phase_margin_deg: margins.and_then(|m| m.phase_deg).map(|m| m.value),
+        delay_margin_s: margins.and_then(|m| m.delay_s),
+    }
+}
+
+/// Time, command, angle and rate.
+fn columns(trace: &Trace) -> [&[f64]; 4] {
+    ["t", "command", "angle_deg", "rate_deg_s"].map(|name| trace.column(name).unwrap_or_default())
+}

@@ -1,0 +1,130 @@
+//! The sampled loop: how far it is from instability, and a reading of the paper that is beyond.
+
+use super::{
+    Table, contradictions,
+    document::remarks,
+    models::Model,
+    page::Section,
+    responses::{self, Quantity},
+    small_signal::sampled,
+    tables,
+};
+use crate::{
+    analysis::{linear_models::Timing, loop_gain::Margins},
+    error::Error,
+    plot::Figure,
+    scenario::{Scenario, Setting},
+    settings::Settings,
+    trace::Trace,
+};
+
+/// The gains of equation (1) as printed around the faster reading of equation (2).
+const LITERAL: Model = Model::literal("board with both gains literal");
+
+/// Both gains at their face value: K = 2.836 (deg/s)/% and Kp = 10 %/(deg/s).
+fn literal() -> Scenario {
+    let gains = [("proportional_gain", 10.0), ("integral_gain", 75.86)];
+    let set = gains.map(|(name, value)| Setting::new(name, value)).into();
+    Scenario {
+        set,
+        ..LITERAL.scenario("pulse")
+    }
+}
+
+/// The section.
+///
+/// # Errors
+/// None with the presets as they are.
+pub fn section() -> Result<Section, Error> {
+    let section = Section::new("Stability of the sampled loop")
+        .text(
+            "The board computes its duty from an angle that it has sampled, and the duty acts from \
+             the next edge of the PWM, 1 ms later. The margins are those of this very loop: \
+             zero-order hold, delay and filtered encoder difference, exact.",
+        )
+        .table(table()?);
+    let doubts = [contradictions::STEADY_GAIN, contradictions::LITERAL_GAINS];
+    Ok(remarks(section, &doubts).figure(figure()?))
+}
+
+fn table() -> Result<Table, Error> {
+    let of = |preset: &str| {
+        let preset = Some(preset.into());
+        let scenario = LITERAL.scenario("pulse");
+        Scenario { preset, ..scenario }.settings()
+    };
+    let (consistent, literal) = (of("consistent")?, literal().settings()?);
+    let (measured, retuned) = (of("as-measured")?, of("as-measured-retuned")?);
+    let readings = [
+        ("consistent, 1 ms", &consistent, 1e-3),
+        ("consistent, 4 ms", &consistent, 4e-3),
+        ("as-measured, 1 ms", &measured, 1e-3),
+        ("as-measured-retuned, 1 ms", &retuned, 1e-3),
+        ("both gains literal, 1 ms", &literal, 1e-3),
+        ("both gains literal, 4 ms", &literal, 4e-3),
+    ];
+    let mut loops = Vec::new();
+    for (name, settings, delay_s) in readings {
+        loops.push((name, margins(settings, delay_s)?));
+    }
+    let caption = "Margins of the sampled loop, cut at the duty, by reading and by the time from \
+        sample to duty. The board has 1 ms; 4 ms is a controller that uses its result a period \
+        later.";
+    Ok(tables::margins(caption, &loops))
+}
+
+fn figure() -> Result<Figure, Error> {
+    let figure = responses::figure(
+        "Both gains literal: hunting by encoder counts",
+        &[(&LITERAL, &trace()?)],
+        &[Quantity::Angle, Quantity::Duty],
+    );
+    Ok(figure.caption(
+        "A counter-example, not one of the models above: K = 2.836 (deg/s)/% and \
+         Kp = 10 %/(deg/s) together, until the pulse ends. The angle arrives and stays within a \
+         count or two; the duty never rests, for each count that comes or goes throws it toward a \
+         limit and back.",
+    ))
+}
+
+fn margins(settings: &Settings, duty_delay_s: f64) -> Result<Margins, Error> {
+    let timing = Timing {
+        duty_delay_s,
+        ..Timing::default()
+    };
+    Ok(Margins::of(&sampled(settings, timing)?))
+}
+
+fn trace() -> Result<Trace, Error> {
+    let scenario = Scenario {
+        duration_s: Some(3.0),
+        ..literal()
+    };
+    scenario.resolve()?.record()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_gains_literal_are_stable_with_1_ms_by_3_db_and_unstable_with_4_ms() {
+        let settings = literal().settings().expect("a board");
+        let margins = |delay_s| margins(&settings, delay_s).expect("in range");
+        assert!(margins(1e-3).stable && !margins(4e-3).stable);
+        assert!((margins(1e-3).gain_db.expect("one").value - 3.05).abs() < 0.005);
+    }
+
+    #[test]
+    fn both_gains_literal_the_duty_reaches_both_limits_and_the_angle_stays_within_two_counts() {
+        let trace = trace().expect("a run");
+        let column = |name: &str| trace.column(name).expect(name);
+        let arrived = column("t").partition_point(|t| *t < 2.25);
+        let duty = &column("duty_pct")[arrived..];
+        assert!(duty.contains(&100.0) && duty.contains(&-100.0));
+        let two_counts = 2.0 * 360.0 / 4096.0;
+        let angle = column("angle_deg")[arrived..].iter();
+        let worst = angle.fold(0.0_f64, |worst, angle| worst.max((angle - 90.0).abs()));
+        assert!(worst < two_counts, "{worst}");
+    }
+}

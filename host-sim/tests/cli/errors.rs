@@ -1,0 +1,206 @@
+//! What the command line refuses, and how.
+
+use super::Desk;
+
+#[test]
+fn an_unknown_name_is_answered_with_the_nearest_known_one() {
+    let desk = Desk::new();
+    let bad = [
+        ("simulat", "a similar subcommand exists: 'simulate'"),
+        ("simulate bord", "a similar value exists: 'board'"),
+        (
+            "simulate board --preset consistant",
+            "a similar value exists: 'consistent'",
+        ),
+        (
+            "simulate board --input puls",
+            "a similar value exists: 'pulse'",
+        ),
+        (
+            "simulate board --plott x",
+            "a similar argument exists: '--plot'",
+        ),
+        (
+            "simulate board --set position_gian=3",
+            "unknown parameter `position_gian`, did you mean `position_gain`?; expected one that \
+             `actuator simulate board --plant first-order --list-parameters` prints",
+        ),
+        (
+            "simulate board --set input.amplitude=3",
+            "unknown input parameter `amplitude`, did you mean `amplitude_deg`?; expected \
+             input.amplitude_deg, input.start_s, input.end_s",
+        ),
+        // A parameter without a symbol is not called by the empty name.
+        (
+            "simulate board --set =3",
+            "unknown parameter ``; expected one",
+        ),
+    ];
+    for (arguments, message) in bad {
+        desk.assert_error(arguments, 2, message);
+    }
+}
+
+#[test]
+fn a_value_that_an_option_does_not_take_is_named_with_what_was_expected() {
+    let desk = Desk::new();
+    let bad = [
+        (
+            "--duration 0",
+            "duration is 0, expected more than 0 and at most 10,000,000 s",
+        ),
+        ("--duration -1", "duration is -1, expected more than 0"),
+        ("--duration nan", "duration is NaN, expected more than 0"),
+        ("--duration inf", "duration is inf, expected more than 0"),
+        (
+            "--duration 1e9",
+            "duration is 1000000000, expected more than 0 and at most",
+        ),
+        (
+            "--duration soon",
+            "invalid value 'soon' for '--duration <SECONDS>'",
+        ),
+        ("--every 0", "every is 0, expected at least 1 tick"),
+        ("--every -1", "invalid value '-1' for '--every <N>'"),
+        ("--every 1.5", "invalid value '1.5' for '--every <N>'"),
+        ("--seed -1", "invalid value '-1' for '--seed <SEED>'"),
+        ("--pwm often", "possible values: average, switched"),
+        (
+            "--set P",
+            "invalid value 'P' for '--set <NAME=VALUE>': expected NAME=VALUE",
+        ),
+        ("--set P=", "`` is not a number"),
+        ("--set P=1,5", "`1,5` is not a number"),
+        (
+            "--set P=-3",
+            "parameter position_gain is -3, expected a number from 0 to 500 1/s",
+        ),
+        (
+            "--set P=nan",
+            "parameter position_gain is NaN, expected a number from 0 to 500 1/s",
+        ),
+        ("--set P=1e300", "parameter position_gain is 1000000"),
+        (
+            "--set duty_slew_pct_s=-inf",
+            "parameter duty_slew_pct_s is -inf, expected a number",
+        ),
+        (
+            "--set encoder_direction=0",
+            "encoder_direction is 0, expected 1 or -1",
+        ),
+        (
+            "--input chirp --set input.duration_s=0",
+            "parameter input.duration_s is 0, expected a number from 0.001 to 3600 s",
+        ),
+        (
+            "--set position_min_deg=10 --set position_max_deg=0",
+            "position_min_deg is above position_max_deg",
+        ),
+        (
+            "--plot p.png",
+            "--plot is p.png, expected a name that ends in .svg or .html",
+        ),
+    ];
+    for (options, message) in bad {
+        // No header either is written before all is known to be good.
+        desk.assert_error(&format!("simulate board --csv - {options}"), 2, message);
+    }
+}
+
+#[test]
+fn what_does_not_go_together_is_refused_with_the_reason() {
+    let desk = Desk::new();
+    desk.write("in.csv", "t,command_deg\n0,1\n");
+    let bad = [
+        (
+            "board --preset as-printed",
+            "preset `as-printed` is for grey-box, not for board: G and F as printed, duty in the \
+             paper's unit and not limited, which no board can do",
+        ),
+        (
+            "black-box-1 --preset asymmetric",
+            "is for grey-box and board, not for black-box-1",
+        ),
+        (
+            "board --plant bench --preset asymmetric",
+            "preset `asymmetric` sets motor_gain_up of the first-order motor, which --plant bench \
+             replaces",
+        ),
+        (
+            "grey-box --plant bench",
+            "a plant goes with the model `board`, `grey-box` has none",
+        ),
+        (
+            "board --load-file in.csv",
+            "a load file goes with the plant `bench`",
+        ),
+        (
+            "board --input sine --input-file in.csv",
+            "cannot be used with '--input-file <FILE>'",
+        ),
+        (
+            "board --input-file in.csv --set input.f=1",
+            "`input.f` is set, but an input file has no parameters",
+        ),
+        (
+            "",
+            "no model, expected one of black-box-1, black-box-2, grey-box, board",
+        ),
+        ("board --json", "--list-parameters"),
+    ];
+    for (arguments, message) in bad {
+        desk.assert_error(&format!("simulate {arguments}"), 2, message);
+    }
+}
+
+#[test]
+fn a_file_that_cannot_be_written_is_named_with_status_1() {
+    let desk = Desk::new();
+    let bad = [
+        (
+            "simulate board --csv none/out.csv",
+            "cannot write none/out.csv: ",
+        ),
+        ("simulate board --csv .", "cannot write .: "),
+        (
+            "simulate board --csv out.csv --plot none/p.svg",
+            "cannot write none/p.svg: ",
+        ),
+        ("tune --json --plot none/p.svg", "cannot write none/p.svg: "),
+    ];
+    for (arguments, message) in bad {
+        let assert = desk.actuator(arguments).assert().code(1);
+        let error = String::from_utf8_lossy(&assert.get_output().stderr).into_owned();
+        assert!(error.contains(message), "{arguments}\n{error}");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_said_of_files_and_of_standard_output() {
+    let desk = Desk::new();
+    desk.assert_error(
+        "simulate board --csv /dev/full",
+        1,
+        "cannot write /dev/full: No space",
+    );
+    let full = std::fs::File::options().write(true).open("/dev/full");
+    let output = std::process::Command::new(assert_cmd::cargo::cargo_bin!("actuator"))
+        .args(["simulate", "board", "--csv", "-"])
+        .stdout(full.expect("Linux has it"))
+        .output()
+        .expect("the program runs");
+    assert_eq!(output.status.code(), Some(1));
+    let error = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(
+        error.contains("cannot write standard output: No space"),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_plot_of_more_rows_than_fit_into_memory_is_refused() {
+    let desk = Desk::new();
+    let message = "the plot would have 10000000 rows, expected at most 2000000";
+    desk.assert_error("simulate board --duration 10000 --plot p.svg", 2, message);
+}

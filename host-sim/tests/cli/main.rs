@@ -1,0 +1,93 @@
+//! The program `actuator` as its user sees it.
+
+mod errors;
+mod input_file;
+mod parameters;
+mod scenario;
+mod simulate;
+mod tune;
+
+use std::path::{Path, PathBuf};
+
+use assert_cmd::{Command, cargo::cargo_bin_cmd};
+use tempfile::TempDir;
+
+/// The program, in a directory of its own.
+struct Desk {
+    directory: TempDir,
+}
+
+impl Desk {
+    fn new() -> Self {
+        let directory = tempfile::tempdir().expect("a temporary directory can be made");
+        Self { directory }
+    }
+
+    /// The program with these arguments, which blanks separate.
+    fn actuator(&self, arguments: &str) -> Command {
+        let mut command = cargo_bin_cmd!("actuator");
+        command.current_dir(self.directory.path());
+        command.args(arguments.split_whitespace());
+        command
+    }
+
+    fn path(&self, name: impl AsRef<Path>) -> PathBuf {
+        self.directory.path().join(name)
+    }
+
+    fn write(&self, name: &str, content: impl AsRef<[u8]>) {
+        std::fs::write(self.path(name), content).expect("the temporary directory can be written");
+    }
+
+    fn read(&self, name: &str) -> String {
+        std::fs::read_to_string(self.path(name)).expect("the file was written")
+    }
+
+    /// What `actuator simulate ARGUMENTS --csv -` writes.
+    fn trace(&self, arguments: &str) -> Csv {
+        Csv::parse(&self.text(&format!("simulate {arguments} --csv -")))
+    }
+
+    /// What the program writes to standard output when all goes well.
+    fn text(&self, arguments: &str) -> String {
+        let output = self.actuator(arguments).assert().success();
+        String::from_utf8(output.get_output().stdout.clone()).expect("the output is UTF-8")
+    }
+
+    /// That the program ends with this status and writes this, and nothing but this, to standard
+    /// error.
+    #[track_caller]
+    fn assert_error(&self, arguments: &str, status: i32, message: &str) {
+        let assert = self.actuator(arguments).assert().code(status);
+        let error = String::from_utf8_lossy(&assert.get_output().stderr).into_owned();
+        assert!(
+            error.contains(message),
+            "{arguments}\n{error}\nlacks: {message}"
+        );
+        assert!(assert.get_output().stdout.is_empty(), "{arguments}");
+    }
+}
+
+/// A table of numbers.
+struct Csv {
+    names: Vec<String>,
+    rows: Vec<Vec<f64>>,
+}
+
+impl Csv {
+    fn parse(text: &str) -> Self {
+        let mut lines = text.lines();
+        let names = lines.next().unwrap_or_default().split(',');
+        let names: Vec<String> = names.map(str::to_owned).collect();
+        let number = |field: &str| field.parse().unwrap_or_else(|_| panic!("number: {field}"));
+        let rows: Vec<Vec<f64>> = lines.map(|l| l.split(',').map(number).collect()).collect();
+        assert!(rows.iter().all(|row| row.len() == names.len()));
+        Self { names, rows }
+    }
+
+    fn column(&self, name: &str) -> Vec<f64> {
+        let index = self.names.iter().position(|n| n == name);
+        let index = index.unwrap_or_else(|| panic!("column {name}"));
+        self.rows.iter().map(|row| row[index]).collect()
+    }
+}

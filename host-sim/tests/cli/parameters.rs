@@ -1,0 +1,127 @@
+//! Parameters: listed and set.
+
+use serde_json::Value;
+
+use super::Desk;
+
+const TABLES: [&str; 6] = [
+    "simulate black-box-1",
+    "simulate black-box-2",
+    "simulate grey-box",
+    "simulate board",
+    "simulate board --plant bench --input chirp",
+    "tune",
+];
+
+/// What `--list-parameters --json` prints.
+fn list(desk: &Desk, command: &str) -> Vec<Value> {
+    let text = desk.text(&format!("{command} --list-parameters --json"));
+    serde_json::from_str(&text).expect("the list is JSON")
+}
+
+fn text<'a>(row: &'a Value, key: &str) -> &'a str {
+    row[key]
+        .as_str()
+        .unwrap_or_else(|| panic!("{key} of {row}"))
+}
+
+#[test]
+fn every_parameter_has_a_unit_a_range_and_a_source() {
+    let desk = Desk::new();
+    for command in TABLES {
+        let rows = list(&desk, command);
+        assert!(rows.len() > 5, "{command}");
+        for row in rows {
+            for key in ["name", "unit", "meaning", "source"] {
+                assert!(!text(&row, key).is_empty(), "{command}: {key} of {row}");
+            }
+            // Infinity is null.
+            let bound = |key: &str, otherwise| row[key].as_f64().unwrap_or(otherwise);
+            let (min, max) = (bound("min", f64::NEG_INFINITY), bound("max", f64::INFINITY));
+            let default = bound("default", f64::INFINITY);
+            assert!(min < max && (min..=max).contains(&default), "{row}");
+        }
+    }
+}
+
+#[test]
+fn no_name_or_symbol_stands_for_two_parameters() {
+    let desk = Desk::new();
+    for command in TABLES {
+        let rows = list(&desk, command);
+        let input = |row: &Value| text(row, "name").starts_with("input.");
+        let rows: Vec<_> = rows.iter().filter(|row| !input(row)).collect();
+        let names = rows
+            .iter()
+            .flat_map(|row| [text(row, "name"), text(row, "symbol")]);
+        let mut names: Vec<_> = names.filter(|name| !name.is_empty()).collect();
+        let count = names.len();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), count, "{command}");
+    }
+}
+
+#[test]
+fn every_parameter_can_be_set_by_name_and_by_symbol() {
+    let desk = Desk::new();
+    for command in TABLES {
+        for key in ["name", "symbol"] {
+            let rows = list(&desk, command);
+            let settable = |row: &&Value| {
+                // A tuning has one goal, and an input's parameters are set below `input.`.
+                let name = text(row, "name");
+                let other_goal = ["bandwidth_hz", "phase_margin_deg"].contains(&name);
+                let hidden = key == "symbol" && name.starts_with("input.");
+                !text(row, key).is_empty() && !(command == "tune" && other_goal) && !hidden
+            };
+            let bound = |row: &Value| row["min"].as_f64().or(row["max"].as_f64());
+            let mut arguments = command.to_owned();
+            for row in rows.iter().filter(settable) {
+                let value = bound(row).expect("one of the bounds is finite");
+                arguments += &format!(" --set {}={value}", text(row, key));
+            }
+            for row in list(&desk, &arguments).iter().filter(settable) {
+                assert_eq!(row["value"].as_f64(), bound(row), "{command}: {row}");
+            }
+        }
+    }
+}
+
+#[test]
+fn of_two_values_the_last_counts_whatever_it_is_called_by() {
+    let desk = Desk::new();
+    let value = |sets: &str| {
+        let rows = list(&desk, &format!("simulate board {sets}"));
+        let row = rows.iter().find(|row| text(row, "name") == "position_gain");
+        row.and_then(|row| row["value"].as_f64())
+    };
+    assert_eq!(value("--set position_gain=3 --set P=4"), Some(4.0));
+    assert_eq!(value("--set P=4 --set position_gain=3"), Some(3.0));
+}
+
+#[test]
+fn the_list_shows_what_preset_scenario_and_options_make_of_the_values() {
+    let desk = Desk::new();
+    desk.write("s.toml", "[set]\nP = 5\n");
+    let options = "--scenario s.toml --preset as-measured --input sine --set input.f=2";
+    let rows = list(&desk, &format!("simulate board {options}"));
+    let value = |name: &str| {
+        let row = rows.iter().find(|row| text(row, "name") == name);
+        row.unwrap_or_else(|| panic!("{name}"))["value"].as_f64()
+    };
+    assert_eq!(value("position_gain"), Some(5.0));
+    assert_eq!(value("motor_gain_down"), Some(3.5));
+    assert_eq!(value("input.frequency_hz"), Some(2.0));
+}
+
+#[test]
+fn the_table_shows_the_same_parameters_as_the_json() {
+    let desk = Desk::new();
+    let table = desk.text("simulate grey-box --list-parameters");
+    for row in list(&desk, "simulate grey-box") {
+        for key in ["name", "unit", "meaning", "source"] {
+            assert!(table.contains(text(&row, key)), "{key} of {row}");
+        }
+    }
+}

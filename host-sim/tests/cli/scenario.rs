@@ -1,0 +1,151 @@
+//! Scenarios from TOML files.
+
+use super::Desk;
+
+#[test]
+fn a_scenario_says_all_that_options_say() {
+    let desk = Desk::new();
+    desk.write(
+        "s.toml",
+        "model = \"board\"\nplant = \"first-order\"\npreset = \"as-measured\"\ninput = \"sine\"\n\
+         duration_s = 0.5\nevery = 40\nseed = 3\npwm = \"switched\"\n[set]\nP = 10\n\
+         encoder_noise_deg = 0.03\n\"input.amplitude_deg\" = 5.5\n",
+    );
+    let options = "board --plant first-order --preset as-measured --input sine --duration 0.5 \
+                   --every 40 --seed 3 --pwm switched --set P=10 --set encoder_noise_deg=0.03 \
+                   --set input.amplitude_deg=5.5";
+    let [one, two] = [
+        desk.text("simulate --scenario s.toml --csv -"),
+        desk.text(&format!("simulate {options} --csv -")),
+    ];
+    assert!(one == two);
+}
+
+#[test]
+fn options_win_over_the_scenario() {
+    let desk = Desk::new();
+    desk.write(
+        "s.toml",
+        "model = \"grey-box\"\ninput = \"sine\"\nduration_s = 1\nevery = 1\n\
+         [set]\nposition_gain = 20\nKp = 2\n",
+    );
+    // A symbol wins over the name of the same parameter.
+    let options = "board --input pulse --duration 1.3 --every 30 --set P=9";
+    let [one, two] = [
+        desk.text(&format!("simulate --scenario s.toml --csv - {options}")),
+        desk.text(&format!("simulate {options} --set Kp=2 --csv -")),
+    ];
+    assert!(one == two);
+}
+
+#[test]
+fn an_input_file_is_looked_for_beside_the_scenario_and_an_input_option_replaces_it() {
+    let desk = Desk::new();
+    std::fs::create_dir(desk.path("runs")).expect("the directory can be made");
+    desk.write("runs/in.csv", "t,command_deg\n0,4\n");
+    desk.write(
+        "runs/s.toml",
+        "model = \"black-box-1\"\ninput_file = \"in.csv\"\n",
+    );
+    let command = desk.trace("--scenario runs/s.toml").column("command");
+    assert_eq!(command, [4.0]);
+    let command = desk
+        .trace("--scenario runs/s.toml --input pulse")
+        .column("command");
+    assert_eq!(command.len(), 5000);
+    // An option's file is looked for where the user is.
+    desk.write("here.csv", "t,command_deg\n0,6\n");
+    let command = desk
+        .trace("--scenario runs/s.toml --input-file here.csv")
+        .column("command");
+    assert_eq!(command, [6.0]);
+}
+
+#[test]
+fn windows_line_ends_and_a_byte_order_mark_are_read() {
+    let desk = Desk::new();
+    desk.write(
+        "s.toml",
+        "\u{feff}model = \"board\"\r\nduration_s = 0.01\r\n",
+    );
+    assert_eq!(desk.trace("--scenario s.toml").rows.len(), 10);
+}
+
+#[test]
+fn an_error_names_file_and_line_and_says_what_was_expected() {
+    let desk = Desk::new();
+    let bad = [
+        ("model = \"board\"\nspeed = 1\n", "line 2, column 1"),
+        (
+            "model = \"board\"\nspeed = 1\n",
+            "unknown field `speed`, expected one of `model`",
+        ),
+        (
+            "model = \"bord\"\n",
+            "unknown name `bord`, did you mean `board`?; expected black-box-1",
+        ),
+        ("model = \"board\n", "line 1, column 15"),
+        (
+            "model = \"board\"\nduration_s = \"x\"\n",
+            "line 2, column 14",
+        ),
+        (
+            "model = \"board\"\nduration_s = -1\n",
+            "duration is -1, expected more than 0",
+        ),
+        (
+            "model = \"board\"\nduration_s = nan\n",
+            "duration is NaN, expected more than 0",
+        ),
+        (
+            "model = \"board\"\nevery = 0\n",
+            "every is 0, expected at least 1 tick",
+        ),
+        ("model = \"board\"\nseed = 1.5\n", "line 2, column 8"),
+        ("model = \"board\"\ninput = \"puls\"\n", "line 2, column 9"),
+        (
+            "model = \"board\"\ninput = \"puls\"\n",
+            "unknown input `puls`, did you mean `pulse`?",
+        ),
+        (
+            "model = \"board\"\npreset = \"as-prined\"\n",
+            "did you mean `as-printed`?",
+        ),
+        ("model = \"board\"\n[set]\nP = \"x\"\n", "line 3, column 5"),
+        (
+            "model = \"board\"\n[set]\nP = nan\n",
+            "s.toml:3: parameter position_gain is NaN",
+        ),
+        (
+            "model = \"board\"\n[set]\n\nKp = 1e9\n",
+            "s.toml:4: parameter proportional_gain is",
+        ),
+        (
+            "model = \"board\"\n[set]\nKp = 1\ngian = 1\n",
+            "s.toml:4: unknown parameter `gian`",
+        ),
+        (
+            "model = \"board\"\n[set]\n\"input.amplitude\" = 1\n",
+            "s.toml:3: unknown input parameter `amplitude`, did you mean `amplitude_deg`?",
+        ),
+        (
+            "",
+            "no model, expected one of black-box-1, black-box-2, grey-box, board",
+        ),
+        (
+            "model = \"board\"\ninput = \"sine\"\ninput_file = \"in.csv\"\n",
+            "both an input by name and an input file, expected one of them",
+        ),
+    ];
+    for (content, message) in bad {
+        desk.write("s.toml", content);
+        desk.assert_error("simulate --scenario s.toml --csv -", 2, message);
+    }
+    desk.write("s.toml", b"\xff");
+    desk.assert_error("simulate --scenario s.toml", 2, "s.toml: invalid utf-8");
+    desk.assert_error(
+        "simulate --scenario none.toml",
+        1,
+        "cannot read none.toml: ",
+    );
+}

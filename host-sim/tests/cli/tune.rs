@@ -1,0 +1,242 @@
+//! `actuator tune`: from a motor and a wish to gains that the board takes.
+
+use host_sim::analysis::sine_fit::fit;
+use predicates::prelude::*;
+use serde_json::Value;
+
+use super::Desk;
+
+/// What `actuator tune --json` prints.
+fn tune(desk: &Desk, options: &str) -> Value {
+    serde_json::from_str(&desk.text(&format!("tune --json {options}"))).expect("JSON")
+}
+
+fn number(value: &Value, pointer: &str) -> f64 {
+    let number = value.pointer(pointer).and_then(Value::as_f64);
+    number.unwrap_or_else(|| panic!("{pointer} of {value}"))
+}
+
+/// The arguments of the command line that a tuning prints, without the program's name.
+fn simulate_command(tuning: &Value) -> &str {
+    let command = tuning["simulate"]
+        .as_str()
+        .expect("there is a command line");
+    command
+        .strip_prefix("actuator simulate ")
+        .expect("it is ours")
+}
+
+#[test]
+fn the_papers_motor_gives_the_papers_gains() {
+    let desk = Desk::new();
+    let tuning = tune(
+        &desk,
+        "--gain 2.836 --time-constant 0.1318 --inner-bandwidth 28.36",
+    );
+    // Ki = w/K and Kp = Ki tau.
+    assert!((number(&tuning, "/gains/integral_gain") - 10.0).abs() < 1e-9);
+    assert!((number(&tuning, "/gains/proportional_gain") - 1.318).abs() < 1e-9);
+    assert!((number(&tuning, "/gains/position_gain") - 8.0).abs() < 1e-9);
+    // The margins of the default loop, as the project's facts have them.
+    assert!((number(&tuning, "/phase_margin_deg/value") - 57.0).abs() < 0.5);
+    assert!((number(&tuning, "/gain_margin_db/value") - 20.6).abs() < 0.1);
+    assert_eq!(tuning["warnings"], serde_json::json!([]));
+}
+
+#[test]
+fn without_options_the_gains_are_the_boards_own() {
+    let desk = Desk::new();
+    assert_eq!(tune(&desk, "")["simulate"], "actuator simulate board");
+}
+
+#[test]
+fn the_table_says_gains_margins_and_how_to_simulate_them() {
+    let desk = Desk::new();
+    let text = desk.text("tune --inner-bandwidth 20 --position-share 0.25");
+    let words = [
+        "position_gain",
+        "Kaw",
+        "%/(deg/s)",
+        "gain margin",
+        "phase margin",
+        "delay margin",
+        "bandwidth, command to angle",
+        "per encoder count",
+        "\nactuator simulate board --set position_gain=5 --set ",
+    ];
+    for word in words {
+        assert!(text.contains(word), "{word}\n{text}");
+    }
+}
+
+#[test]
+fn options_are_settings_by_another_name() {
+    let desk = Desk::new();
+    let options = "--gain 2 --time-constant 0.05 --inner-bandwidth 40 --position-share 0.3";
+    let settings = "--set K=2 --set tau=0.05 --set w=40 --set position_share=0.3";
+    assert_eq!(tune(&desk, options), tune(&desk, settings));
+}
+
+#[test]
+fn the_promised_bandwidth_is_that_of_the_simulated_board() {
+    let desk = Desk::new();
+    let motor = "--gain 2.0 --time-constant 0.05";
+    let tuning = tune(&desk, &format!("{motor} --bandwidth 3 --phase-margin 48"));
+    let promised_hz = number(&tuning, "/bandwidth_hz");
+    assert!((promised_hz - 3.0).abs() < 1e-6);
+    assert!(number(&tuning, "/phase_margin_deg/value") > 47.99);
+    // 3 deg take 3 x 2 pi x 3 Hz = 57 deg/s, far from the 200 of this motor.
+    let sine = "--input sine --set input.frequency_hz=3 --set input.amplitude_deg=3 --duration 4";
+    let csv = desk.trace(&format!("{} {sine}", simulate_command(&tuning)));
+    let fitted = fit(&csv.column("t"), &csv.column("angle_deg"), 3.0).expect("whole periods");
+    // Half the power. An encoder count is 3 % of the amplitude.
+    assert!(
+        (fitted.amplitude / 3.0 - 0.5_f64.sqrt()).abs() < 0.03,
+        "{fitted:?}"
+    );
+}
+
+#[test]
+fn a_quarter_share_steps_without_overshoot_and_a_larger_one_overshoots() {
+    let desk = Desk::new();
+    let greatest = |share: &str| {
+        let tuning = tune(
+            &desk,
+            &format!("--inner-bandwidth 28 --position-share {share}"),
+        );
+        let step = "--set input.amplitude_deg=2";
+        let csv = desk.trace(&format!("{} {step}", simulate_command(&tuning)));
+        csv.column("angle_deg").into_iter().fold(0.0, f64::max)
+    };
+    // A share of one is a damping of a half: 16 % overshoot. An encoder count is 0.09 deg.
+    assert!(greatest("0.25") < 2.1);
+    assert!((greatest("1") - 2.32).abs() < 0.1);
+}
+
+#[test]
+fn of_a_presets_unequal_motor_the_greater_gain_is_taken() {
+    let desk = Desk::new();
+    let tuning = tune(&desk, "--preset as-measured --inner-bandwidth 35");
+    // 35/3.50, and 54/s as the zero of the PI.
+    assert!((number(&tuning, "/gains/integral_gain") - 10.0).abs() < 1e-9);
+    assert!((number(&tuning, "/gains/anti_windup_gain") - 54.0).abs() < 1e-9);
+    // The motor stays the preset's.
+    let command = simulate_command(&tuning);
+    assert!(
+        command.starts_with("board --preset as-measured --set "),
+        "{command}"
+    );
+    assert!(!command.contains("motor"), "{command}");
+    desk.trace(&format!("{command} --duration 0.1"));
+}
+
+#[test]
+fn other_parameters_of_the_board_go_with_the_gains() {
+    let desk = Desk::new();
+    let tuning = tune(&desk, "--set rate_filter=0.2 --set Kff=0.3");
+    let command = simulate_command(&tuning);
+    assert!(command.contains("--set rate_filter=0.2"), "{command}");
+    assert!(command.contains("--set feed_forward_gain=0.3"), "{command}");
+    // A board of another period is not ours to simulate.
+    assert_eq!(
+        tune(&desk, "--set control_period_s=0.002")["simulate"],
+        Value::Null
+    );
+}
+
+#[test]
+fn gains_that_fall_short_are_given_with_warnings() {
+    let desk = Desk::new();
+    let assert = desk
+        .actuator("tune --inner-bandwidth 120")
+        .assert()
+        .success();
+    assert
+        .stdout(predicate::str::contains("Gains"))
+        .stderr(predicate::str::contains(
+            "warning: one encoder count moves the duty by",
+        ));
+    let assert = desk
+        .actuator("tune --inner-bandwidth 300 --json")
+        .assert()
+        .success();
+    assert.stderr(predicate::str::contains(
+        "warning: the sampled loop is unstable",
+    ));
+    let unstable = tune(&desk, "--inner-bandwidth 300");
+    assert_eq!(unstable["is_stable"], Value::Bool(false));
+    assert_eq!(unstable["phase_margin_deg"], Value::Null);
+}
+
+#[test]
+fn wishes_that_cannot_be_had_are_refused_with_what_can() {
+    let desk = Desk::new();
+    let bad = [
+        ("--bandwidth 60", "bandwidth_hz is 60, expected at most "),
+        (
+            "--bandwidth 0",
+            "parameter bandwidth_hz is 0, expected a number from 0.01 to 1000 Hz",
+        ),
+        ("--bandwidth nan", "parameter bandwidth_hz is NaN"),
+        (
+            "--phase-margin 91",
+            "parameter phase_margin_deg is 91, expected a number from 0 to 90",
+        ),
+        (
+            "--gain 0",
+            "parameter motor_gain is 0, expected a number from 0.000001",
+        ),
+        ("--gain -2", "parameter motor_gain is -2"),
+        (
+            "--time-constant inf",
+            "parameter motor_time_constant_s is inf",
+        ),
+        (
+            "--inner-bandwidth 2000",
+            "the wish asks for a gain that the board does not take: position_gain is",
+        ),
+        ("--bandwidth 2 --inner-bandwidth 20", "cannot be used with"),
+        (
+            "--bandwidth 2 --set w=20",
+            "both the rate loop and the position loop, expected one",
+        ),
+        ("--set Kp=2", "`Kp` is what tuning finds"),
+        (
+            "--set rate_fliter=1",
+            "did you mean `rate_filter`?; expected one that `actuator tune",
+        ),
+        (
+            "--preset as-printed",
+            "possible values: consistent, asymmetric",
+        ),
+        ("--plot p.pdf", "expected a name that ends in .svg or .html"),
+    ];
+    for (options, message) in bad {
+        desk.assert_error(&format!("tune {options}"), 2, message);
+    }
+}
+
+#[test]
+fn the_bode_plot_shows_both_loops_and_both_margins() {
+    let desk = Desk::new();
+    desk.actuator("tune --plot bode.svg")
+        .assert()
+        .success()
+        .stderr("plot: bode.svg\n");
+    let svg = desk.read("bode.svg");
+    roxmltree::Document::parse(&svg).expect("the plot is well-formed");
+    for label in [
+        "open loop",
+        "closed loop",
+        "gain margin",
+        "phase margin",
+        "frequency (Hz)",
+    ] {
+        assert!(svg.contains(label), "{label}");
+    }
+    desk.actuator("tune --inner-bandwidth 300 --plot bode.html")
+        .assert()
+        .success();
+    let html = desk.read("bode.html");
+    assert!(html.contains("the sampled loop is unstable") && !html.contains("phase margin"));
+}

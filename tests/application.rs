@@ -1,0 +1,51 @@
+//! The firmware's application closes the very loop that the simulations close.
+
+use firmware::application::{Application, Bridge, Request, Samples};
+use model_core::actuator::{ModelKind, PlantKind, Settings};
+use model_core::control::cascade::Coefficients;
+use model_core::control::units::{angle, float};
+use model_core::plant::{Plant, first_order::FirstOrder};
+use model_core::sensors::{encoder::Encoder, noise::Noise};
+use system_tests::{INPUTS, command};
+
+#[test]
+fn the_enabled_application_gives_the_compare_values_of_the_simulated_board_integer_for_integer() {
+    let settings = Settings::new(ModelKind::Board, PlantKind::FirstOrder);
+    let motor = || FirstOrder::try_new(settings.first_order, settings.pwm).expect("in range");
+    for input in INPUTS {
+        let mut simulated = settings.around(motor()).expect("in range");
+        let mut plant = motor();
+        let mut encoder = Encoder::new(settings.encoder, Noise::new(0, 0));
+        let coefficients = Coefficients::try_new(&settings.control).expect("in range");
+        let mut application = Application::new(coefficients);
+        // Before the run: the encoder is seen once, then the loop is closed.
+        let mut samples = Samples {
+            encoder: encoder.word(plant.at(0).angle_deg),
+            command: angle(0.0),
+        };
+        application.step(&samples);
+        application.request(Request::Enable);
+        let (mut duty_pct, mut steps) = (0.0, 0);
+        for edge in 0..5000_u64 {
+            plant.start_period(duty_pct);
+            let target = angle(command(input, edge * 20));
+            if edge % 4 == 0 {
+                samples = Samples {
+                    encoder: encoder.word(plant.at(0).angle_deg),
+                    command: target,
+                };
+                let outputs = application.step(&samples);
+                let Bridge::Driven(compare) = outputs.bridge else {
+                    panic!("{input}: the bridge is off at edge {edge}");
+                };
+                duty_pct = float(outputs.duty);
+                simulated.start_period(|_| target);
+                assert_eq!(compare, simulated.step.compare, "{input}, edge {edge}");
+                steps += i32::from(compare.get() != 0);
+            } else {
+                simulated.start_period(|_| target);
+            }
+        }
+        assert!(steps > 100, "{input}: hardly a duty in {steps} steps");
+    }
+}
