@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::fmt::{self, Write};
 
 use model_core::actuator::{ModelKind, PlantKind, Settings};
+use model_core::named::Named;
 use model_core::parameter::Parameter;
 use model_core::plant::Pwm;
 use model_core::time::CONTROL_PERIOD_S;

@@ -9,6 +9,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use model_core::actuator::{ModelKind, PlantKind, Settings};
+use model_core::named::Named;
 use model_core::plant::Pwm;
 
 use crate::description::guid;
