@@ -28,6 +28,7 @@ macro_rules! named {
     ) => {
         $(#[doc = $doc])+
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
         pub enum $Name {
             $( $(#[doc = $summary])+ $Variant, )+
         }

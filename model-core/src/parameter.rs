@@ -5,6 +5,9 @@
 
 use core::fmt;
 
+#[cfg(feature = "serde")]
+pub(crate) mod as_values;
+
 /// What is known of one parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parameter {

@@ -123,7 +123,7 @@ impl Simulate {
 }
 
 /// What must be said of a preset is said on standard error.
-fn warn(scenario: &Scenario) {
+pub(super) fn warn(scenario: &Scenario) {
     let preset = scenario.preset.as_deref().and_then(presets::preset);
     if let Some(warning) = preset.and_then(|preset| preset.warning) {
         eprintln!("warning: {warning}");

@@ -1,6 +1,7 @@
 //! The program `actuator` as its user sees it.
 
 mod errors;
+mod fmu;
 mod input_file;
 mod parameters;
 mod scenario;

@@ -33,9 +33,11 @@ impl TimerParameters {
 
 /// A board that controls since just before tick 0.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ClosedLoop<P> {
     coefficients: Coefficients,
     control: State,
+    #[cfg_attr(feature = "serde", serde(with = "crate::parameter::as_values"))]
     timer: TimerParameters,
     encoder: Encoder,
     /// The motor and what it moves.

@@ -52,6 +52,7 @@ impl core::error::Error for CommandError {}
 
 /// Room for any model: there is no heap to put the greater ones on.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[allow(clippy::large_enum_variant, reason = "no heap")]
 enum Model {
     BlackBox1(BlackBox1),
@@ -63,6 +64,7 @@ enum Model {
 
 /// An actuator at rest at zero, until it is stepped.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Actuator {
     model: Model,
     delay: DelayLine<LONGEST_DELAY>,

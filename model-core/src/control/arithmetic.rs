@@ -9,6 +9,7 @@ use super::units::round;
 /// Coefficients have 32 bits, signals 64: their product is two 32 x 32 -> 64 bit multiplications,
 /// which a Cortex-M4 does in one instruction each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Coefficient {
     mantissa: i32,
     /// The mantissa is the value times 2^shift; 62 at the most.

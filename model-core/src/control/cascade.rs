@@ -15,6 +15,7 @@ use crate::{parameter::ParameterError, time::CONTROL_PERIOD_S};
 
 /// Everything that does not change from step to step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Coefficients {
     mounting: Mounting,
     filter: FilterShare,
@@ -106,6 +107,7 @@ const fn least(a: Percent, b: Percent) -> Percent {
 
 /// What the controller remembers from step to step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct State {
     shaft: ShaftAngle,
     rate: RateEstimate,
@@ -117,6 +119,7 @@ pub struct State {
 
 /// What one control step decided; nothing, by default.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Step {
     /// The commanded rate after its limit, deg/s.
     pub rate_command: Rate,
@@ -130,6 +133,7 @@ pub struct Step {
 
 /// The limits that acted in a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ActiveLimits {
     /// The position limit held the command.
     pub position: bool,

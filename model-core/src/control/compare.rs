@@ -16,6 +16,7 @@ const COUNTS_PER_PERCENT: i64 = PWM_COUNTS as i64 / 100;
 
 /// On time of the bridge in counts of the timer, with the sign of the voltage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Compare(i32);
 
 impl Compare {
@@ -32,6 +33,7 @@ impl Compare {
 
 /// Rounds duties to compare values and remembers what that took away.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Modulator {
     /// What the last compare value fell short by, in 2^-32 counts: half a count at most.
     remainder: i64,

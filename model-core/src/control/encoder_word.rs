@@ -23,6 +23,7 @@ const MAG_DEC: u32 = 1 << 1;
 
 /// An absolute angle in counts, 0 to 4095.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct EncoderCount(u16);
 
 impl EncoderCount {
@@ -44,6 +45,7 @@ impl EncoderCount {
 
 /// What the encoder says of its magnet (data sheet, table 4).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Magnet {
     /// The field is strong enough and steady.
     #[default]

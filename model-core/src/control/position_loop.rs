@@ -11,6 +11,7 @@ pub(crate) const WIDEST_RATE: Rate = Rate::const_from_int(1 << 17);
 
 /// Coefficients of the position loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PositionLoop {
     /// P, 1/s, below 2^9.
     pub gain: Coefficient,

@@ -12,6 +12,7 @@ pub type FilterShare = Coefficient;
 
 /// The filtered rate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct RateEstimate(Rate);
 
 impl RateEstimate {

@@ -26,6 +26,7 @@ const INTEGRATOR_END: Percent = Percent::const_from_int(1 << 28);
 
 /// Coefficients of the rate loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct RateLoop {
     /// Kp, %/(deg/s), below 2^7.
     pub proportional: Coefficient,
@@ -54,6 +55,7 @@ pub struct LimitedDuty {
 
 /// State of the rate loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct RateLoopState {
     integrator: Percent,
     duty: Percent,

@@ -11,6 +11,7 @@ const COUNT_STEPS: i64 = 45 << (32 - 9);
 
 /// How the encoder sits on the shaft.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Mounting {
     /// The count that is called zero.
     pub zero: EncoderCount,
@@ -45,6 +46,7 @@ pub struct Motion {
 /// The first reading lies within half a turn of zero. From then on the shaft may turn by less
 /// than half a turn between two valid readings: 45,000 deg/s without a loss.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ShaftAngle {
     /// Counts from zero, over all turns. Two billion counts are 70 minutes at 45,000 deg/s; from
     /// there on they stay.

@@ -30,7 +30,9 @@ crate::parameters! {
 
 /// The first-order black box.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct BlackBox1 {
+    #[cfg_attr(feature = "serde", serde(with = "crate::parameter::as_values"))]
     parameters: BlackBox1Parameters,
     angle_deg: f64,
 }

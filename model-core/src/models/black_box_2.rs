@@ -37,6 +37,7 @@ crate::parameters! {
 
 /// Where the rate is limited.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum RateLimitForm {
     /// The integrator of the rate stops at its limits.
     LimitedIntegrator,
@@ -48,7 +49,9 @@ pub enum RateLimitForm {
 
 /// The second-order black box.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct BlackBox2 {
+    #[cfg_attr(feature = "serde", serde(with = "crate::parameter::as_values"))]
     parameters: BlackBox2Parameters,
     form: RateLimitForm,
     angle_deg: f64,

@@ -1,5 +1,8 @@
 //! A transport delay of whole ticks, without a heap.
 
+#[cfg(feature = "serde")]
+mod kept;
+
 /// Gives back each value `delay_ticks` calls after it came in, for up to `N` ticks.
 ///
 /// The paper puts one such delay in front of the actuator (section III: 0.0175 s, 350 ticks,

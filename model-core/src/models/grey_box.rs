@@ -54,7 +54,9 @@ crate::parameters! {
 
 /// The grey box.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct GreyBox {
+    #[cfg_attr(feature = "serde", serde(with = "crate::parameter::as_values"))]
     parameters: GreyBoxParameters,
     angle_deg: f64,
     /// Rate of the motor before its limit.

@@ -49,7 +49,9 @@ pub struct Ticks {
 
 /// The first-order motor behind a PWM bridge.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FirstOrder {
+    #[cfg_attr(feature = "serde", serde(with = "crate::parameter::as_values"))]
     parameters: FirstOrderParameters,
     pwm: Pwm,
     lag: Lag,

@@ -27,6 +27,7 @@ named! {
 
 /// What the encoder could see of a plant.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PlantState {
     /// Angle of the output shaft, deg.
     pub angle_deg: f64,

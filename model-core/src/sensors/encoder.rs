@@ -35,7 +35,9 @@ crate::parameters! {
 
 /// The chip.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Encoder {
+    #[cfg_attr(feature = "serde", serde(with = "crate::parameter::as_values"))]
     parameters: EncoderParameters,
     noise: Noise,
     /// What it says of its magnet.

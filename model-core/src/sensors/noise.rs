@@ -9,6 +9,7 @@ use rand_pcg::{Pcg32, rand_core::Rng};
 
 /// A stream of Gaussian numbers.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Noise {
     bits: Pcg32,
     /// Box and Muller's numbers come in pairs: the second of the last one.

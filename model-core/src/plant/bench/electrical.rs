@@ -27,6 +27,7 @@ crate::parameters! {
 
 /// What the bridge does to the ends of the winding.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Terminal {
     /// This voltage, V, limited to the supply.
     Driven(f64),
@@ -38,6 +39,7 @@ pub enum Terminal {
 
 /// The winding and its current.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Winding {
     resistance_ohm: f64,
     time_constant_s: f64,

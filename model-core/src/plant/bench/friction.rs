@@ -53,7 +53,9 @@ crate::parameters! {
 
 /// The friction budget.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Friction {
+    #[cfg_attr(feature = "serde", serde(with = "crate::parameter::as_values"))]
     coefficients: FrictionParameters,
     viscous_nm_s: f64,
     stribeck_rad_s: f64,

@@ -59,6 +59,7 @@ pub(super) const SHORTEST_STEP_S: f64 = TICK_S / 64.0;
 pub(super) const STEP_SHARE: f64 = 0.2;
 
 #[derive(Debug, Clone, Copy, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Body {
     inertia_kg_m2: f64,
     angle_rad: f64,
@@ -66,6 +67,7 @@ struct Body {
 }
 
 #[derive(Debug, Clone, Copy, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Joint {
     stiffness_nm: f64,
     damping_nm_s: f64,
@@ -91,6 +93,7 @@ impl Joint {
 
 /// The moving parts.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct GearTrain {
     bodies: [Body; 3],
     /// `joints[i]` stands between `bodies[i]` and `bodies[i + 1]`.

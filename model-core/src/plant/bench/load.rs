@@ -23,6 +23,7 @@ const GRAVITY_M_S2: f64 = 9.80665;
 
 /// The load in SI units.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Load {
     constant_nm: f64,
     pub hinge_nm_rad: f64,

@@ -94,6 +94,7 @@ fn check_from<P: Parameters>(name: &str, least: f64, value: f64) -> Result<(), P
 
 /// Everything that can be read off the bench at an instant.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Reading {
     /// The output shaft, where the encoder sits.
     pub output: PlantState,
@@ -117,6 +118,7 @@ pub struct Reading {
 
 /// The bench, driven by whatever stands at the ends of the winding.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Bench {
     winding: Winding,
     train: GearTrain,

@@ -11,10 +11,12 @@ use crate::time::TICK_S;
 ///
 /// A period is simulated when it starts and its readings are kept, so looking changes nothing.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PwmBench<'a> {
     bench: Bench,
     pwm: Pwm,
     off: Terminal,
+    #[cfg_attr(feature = "serde", serde(skip))]
     recording: Option<Recording<'a>>,
     tick: u64,
     readings: [Reading; PERIOD + 1],

@@ -17,6 +17,7 @@ const TIMES_S: [f64; PERIOD + 1] = {
 
 /// The lag of the motor, `D` at every tick of a period.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Lag {
     pub tau_s: f64,
     pub decay: [f64; PERIOD + 1],
@@ -62,6 +63,7 @@ fn decay_over(ticks: f64, tau_s: f64) -> f64 {
 
 /// A free motion towards a steady rate, told by where it is, or would have been, at tick 0.
 #[derive(Debug, Clone, Copy, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Motion {
     pub start: PlantState,
     pub target_deg_s: f64,
@@ -96,6 +98,7 @@ impl Motion {
 /// The motor is linear between its limits. So its motion is this one, plus the decay of the rate
 /// that it starts with.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Response {
     pub duty_pct: f64,
     /// How long the bridge is on, ticks; the whole period where it does not switch.

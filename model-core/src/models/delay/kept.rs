@@ -1,0 +1,62 @@
+//! A delay line to and from a file: the values that are under way, and no more.
+
+use core::fmt;
+
+use serde::de::{Deserializer, Error, SeqAccess, Visitor};
+use serde::ser::{SerializeSeq, Serializer};
+use serde::{Deserialize, Serialize};
+
+use super::DelayLine;
+
+/// First the delay, then whether a value came in, the place of the oldest, and the values.
+impl<const N: usize> Serialize for DelayLine<N> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let under_way = self.ring.as_ref();
+        let under_way = under_way.and_then(|ring| ring.get(..self.delay_ticks));
+        let count = under_way.map_or(0, <[f64]>::len);
+        let mut seq = serializer.serialize_seq(Some(3 + count))?;
+        seq.serialize_element(&(self.delay_ticks as u64))?;
+        seq.serialize_element(&under_way.is_some())?;
+        seq.serialize_element(&(self.oldest as u64))?;
+        for value in under_way.into_iter().flatten() {
+            seq.serialize_element(value)?;
+        }
+        seq.end()
+    }
+}
+
+impl<'de, const N: usize> Deserialize<'de> for DelayLine<N> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_seq(Line::<N>)
+    }
+}
+
+struct Line<const N: usize>;
+
+impl<'de, const N: usize> Visitor<'de> for Line<N> {
+    type Value = DelayLine<N>;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "a delay of at most {N} ticks and the values under way")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Self::Value, A::Error> {
+        let missing = |at| A::Error::invalid_length(at, &self);
+        let delay_ticks = seq.next_element()?.ok_or_else(|| missing(0))?;
+        let has_begun = seq.next_element()?.ok_or_else(|| missing(1))?;
+        let oldest: u64 = seq.next_element()?.ok_or_else(|| missing(2))?;
+        let line = DelayLine::try_new(delay_ticks);
+        let mut line = line.ok_or_else(|| A::Error::custom("a delay beyond the line"))?;
+        if oldest != 0 && oldest >= delay_ticks {
+            return Err(A::Error::custom("a place beyond the delay"));
+        }
+        line.oldest = oldest as usize;
+        if has_begun {
+            let ring = line.ring.insert([0.0; N]);
+            for (i, place) in ring.iter_mut().take(line.delay_ticks).enumerate() {
+                *place = seq.next_element()?.ok_or_else(|| missing(3 + i))?;
+            }
+        }
+        Ok(line)
+    }
+}

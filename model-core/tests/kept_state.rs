@@ -1,0 +1,73 @@
+//! An actuator that was turned to bytes and back goes on as if nothing had happened.
+#![cfg(feature = "serde")]
+
+use model_core::actuator::{Actuator, ModelKind, PlantKind, Settings};
+use model_core::models::delay::DelayLine;
+use model_core::named::Named;
+use proptest::prelude::*;
+
+fn any_settings() -> impl Strategy<Value = Settings> {
+    let models = proptest::sample::select(ModelKind::ALL);
+    let plants = proptest::sample::select(PlantKind::ALL);
+    (models, plants, 0.0..0.1).prop_map(|(model, plant, delay_s)| {
+        let mut settings = Settings::new(model, plant);
+        settings.setup.delay_s = delay_s;
+        // Noise draws from its stream: the stream has to be kept as well.
+        settings.encoder.encoder_noise_deg = 0.1;
+        settings
+    })
+}
+
+fn through_bytes(actuator: &Actuator) -> Actuator {
+    let bytes = postcard::to_stdvec(actuator).unwrap();
+    postcard::from_bytes(&bytes).unwrap()
+}
+
+proptest! {
+    // Each case simulates up to 100 ms twice.
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    #[test]
+    fn an_actuator_goes_on_from_its_bytes_to_the_last_bit(
+        settings in any_settings(),
+        before in 0_u64..1500,
+        after in 1_u64..500,
+    ) {
+        let mut original = Actuator::try_new(&settings).unwrap();
+        original.advance(-40.0, before).unwrap();
+        let mut restored = through_bytes(&original);
+        for actuator in [&mut original, &mut restored] {
+            actuator.advance(25.0, after).unwrap();
+        }
+        prop_assert_eq!(original.reading(), restored.reading());
+        prop_assert_eq!(original.tick(), restored.tick());
+    }
+
+    #[test]
+    fn bytes_of_anything_else_are_refused_or_taken_but_never_panic(
+        bytes in proptest::collection::vec(any::<u8>(), 0..400),
+    ) {
+        let _ = postcard::from_bytes::<Actuator>(&bytes);
+    }
+}
+
+#[test]
+fn a_delay_beyond_the_line_and_a_place_beyond_the_delay_are_refused() {
+    let line = |delay: u64, oldest: u64| {
+        let bytes = postcard::to_stdvec(&(3_u64, delay, false, oldest)).unwrap();
+        postcard::from_bytes::<DelayLine<4>>(&bytes)
+    };
+    assert!(line(4, 3).is_ok());
+    assert!(line(5, 0).is_err());
+    assert!(line(4, 4).is_err());
+}
+
+#[test]
+fn a_parameter_outside_its_range_is_refused() {
+    let settings = Settings::new(ModelKind::BlackBox1, PlantKind::FirstOrder);
+    let actuator = Actuator::try_new(&settings).unwrap();
+    let mut bytes = postcard::to_stdvec(&actuator).unwrap();
+    // The tag of the model is one byte, the pole follows.
+    bytes[1..9].copy_from_slice(&f64::NAN.to_le_bytes());
+    assert!(postcard::from_bytes::<Actuator>(&bytes).is_err());
+}
