@@ -5,6 +5,7 @@ mod input_file;
 mod parameters;
 mod scenario;
 mod simulate;
+mod trace_file;
 mod tune;
 
 use std::path::{Path, PathBuf};

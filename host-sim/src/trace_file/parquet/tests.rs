@@ -1,6 +1,6 @@
 //! The library's reader gives back what was written.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, fs::File};
 
 use parquet::{
     file::reader::{FileReader, SerializedFileReader},
@@ -9,7 +9,7 @@ use parquet::{
 
 use super::*;
 
-fn written(rows: usize) -> (Vec<[f64; 2]>, SerializedFileReader<bytes::Bytes>) {
+fn written(rows: usize) -> (Vec<[f64; 2]>, SerializedFileReader<File>) {
     let description = Description {
         texts: vec![("model", "board".into())],
         groups: vec![(
@@ -20,17 +20,14 @@ fn written(rows: usize) -> (Vec<[f64; 2]>, SerializedFileReader<bytes::Bytes>) {
     let odd = [0.0, -0.0, f64::NAN, f64::NEG_INFINITY, 5e-324, f64::MAX];
     let value = |row: usize| *odd.get(row).unwrap_or(&(row as f64 / 3.0));
     let rows: Vec<_> = (0..rows).map(|row| [row as f64, value(row)]).collect();
-    let file = Vec::new();
+    let file = tempfile::tempfile().expect("a file");
     let mut parquet =
-        Parquet::create(file, &["t", "angle_deg"], &description).expect("memory takes it");
+        Parquet::create(file, &["t", "angle_deg"], &description).expect("the disk takes it");
     for row in &rows {
-        parquet.row(row).expect("memory takes it");
+        parquet.row(row).expect("the disk takes it");
     }
-    let file = parquet.finish().expect("memory takes it");
-    (
-        rows,
-        SerializedFileReader::new(file.into()).expect("it is one"),
-    )
+    let file = parquet.finish().expect("the disk takes it");
+    (rows, SerializedFileReader::new(file).expect("it is one"))
 }
 
 #[test]
