@@ -7,9 +7,10 @@ use super::Desk;
 #[test]
 fn each_file_is_written_as_its_name_says_beside_the_summary() {
     let desk = Desk::new();
-    let run = desk.actuator("simulate board --duration 0.1 --out a.csv --out b.mat --out c.csv");
-    run.unwrap()
-        .assert()
+    let mut run =
+        desk.actuator("simulate board --duration 0.1 --out a.csv --out b.mat --out c.csv");
+    run.assert()
+        .success()
         .stdout(predicate::str::contains("rate_command_deg_s"))
         .stderr("trace: a.csv\ntrace: b.mat\ntrace: c.csv\n");
     assert!(desk.read("a.csv") == desk.text("simulate board --duration 0.1 --csv -"));
@@ -25,10 +26,10 @@ fn each_file_is_written_as_its_name_says_beside_the_summary() {
 #[test]
 fn standard_output_takes_csv_beside_files() {
     let desk = Desk::new();
-    let run = desk.actuator("simulate grey-box --csv - --out run.mat --plot run.svg");
+    let mut run = desk.actuator("simulate grey-box --csv - --out run.mat --plot run.svg");
     let assert = run
-        .unwrap()
         .assert()
+        .success()
         .stderr("trace: run.mat\nplot: run.svg\n");
     assert.stdout(predicate::str::starts_with("t,command,"));
 }
@@ -59,8 +60,8 @@ fn a_name_that_says_no_format_or_stands_twice_is_refused_before_the_run() {
             "a.mat is to be written twice".into(),
         ),
         (
-            "--csv a.csv --out a.csv",
-            "a.csv is to be written twice".into(),
+            "--csv a.csv --out ./a.csv",
+            "./a.csv is to be written twice".into(),
         ),
     ];
     for (options, message) in bad {
@@ -73,7 +74,7 @@ fn a_name_that_says_no_format_or_stands_twice_is_refused_before_the_run() {
 fn a_trace_beyond_the_limit_of_a_mat_file_is_refused_before_the_run() {
     let desk = Desk::new();
     desk.assert_error(
-        "simulate black-box-1 --duration 10000000 --every 1 --out run.mat",
+        "simulate black-box-1 --csv - --duration 10000000 --every 1 --out run.mat",
         2,
         "run.mat would have 200000000000 rows, expected at most 33538047: a variable of a MAT file \
          holds 2 GiB",

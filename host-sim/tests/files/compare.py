@@ -12,11 +12,12 @@ def same_bits(name, one, other):
 
 
 def parameters(meta):
-    return {name: float(meta["parameters"][name][0, 0].item()) for name in meta["parameters"].dtype.names}
+    numbers = meta["parameters"][0, 0]
+    return {name: numbers[name][0, 0].item() for name in numbers.dtype.names}
 
 
 def main(csv_path, mat_path, parquet_path):
-    csv = np.genfromtxt(csv_path, delimiter=",", names=True)
+    csv = np.genfromtxt(csv_path, delimiter=",", names=True, ndmin=1)
     names = list(csv.dtype.names)
 
     trace = scipy.io.loadmat(mat_path)["trace"]

@@ -3,7 +3,7 @@
 use std::{
     collections::BTreeSet,
     io::{self, BufWriter, StdoutLock, Write},
-    path::PathBuf,
+    path::{self, Path, PathBuf},
 };
 
 use indicatif::ProgressBar;
@@ -53,30 +53,26 @@ impl Sinks {
     ) -> Result<Self, Error> {
         outputs.check()?;
         let description = Description::of(scenario, simulation)?;
-        let mut sinks: Vec<Box<dyn Sink>> = vec![match &outputs.csv {
-            None => Box::new(Summary::new(&simulation.columns())),
-            Some(path) if output::is_standard_output(path) => {
-                Box::new(StandardOutput::create(simulation)?)
-            }
-            Some(path) => {
-                let csv = TraceFile::create(path, Format::Csv, simulation, &description)?;
-                Box::new(FileSink {
-                    file: csv,
-                    said: None,
-                })
-            }
-        }];
+        let file = |path: &Path, format, said| {
+            let file = TraceFile::create(path, format, simulation, &description)?;
+            Ok::<Box<dyn Sink>, Error>(Box::new(FileSink { file, said }))
+        };
+        let mut sinks = Vec::new();
         for path in outputs.files {
-            let format = Format::of(&path)?;
-            let file = TraceFile::create(&path, format, simulation, &description)?;
-            sinks.push(Box::new(FileSink {
-                file,
-                said: Some(path),
-            }));
+            sinks.push(file(&path, Format::of(&path)?, Some(path.clone()))?);
         }
         if let Some(path) = outputs.plot {
             sinks.push(Box::new(PlotSink::create(simulation, path)?));
         }
+        // Made last: its header is not written before all is known to be good.
+        let table: Box<dyn Sink> = match &outputs.csv {
+            None => Box::new(Summary::new(&simulation.columns())),
+            Some(path) if output::is_standard_output(path) => {
+                Box::new(StandardOutput::create(simulation)?)
+            }
+            Some(path) => file(path, Format::Csv, None)?,
+        };
+        sinks.insert(0, table);
         Ok(Self {
             sinks,
             progress: output::progress(simulation.rows(), "rows"),
@@ -106,12 +102,13 @@ impl Outputs {
         for path in &self.files {
             Format::of(path)?;
         }
-        self.plot
-            .as_deref()
-            .map_or(Ok(plot::Format::Svg), plot::Format::of)?;
+        if let Some(path) = &self.plot {
+            plot::Format::of(path)?;
+        }
         let mut seen = BTreeSet::new();
-        let paths = self.csv.iter().chain(&self.files).chain(&self.plot);
-        match paths.into_iter().find(|path| !seen.insert(path.as_path())) {
+        let mut paths = self.csv.iter().chain(&self.files).chain(&self.plot);
+        let twice = paths.find(|path| !seen.insert(path::absolute(path).unwrap_or_default()));
+        match twice {
             None => Ok(()),
             Some(twice) => Err(Error::Conflict(format!(
                 "{} is to be written twice, expected a name for each",
@@ -182,7 +179,6 @@ struct PlotSink {
 
 impl PlotSink {
     fn create(simulation: &Simulation, path: PathBuf) -> Result<Self, Error> {
-        plot::Format::of(&path)?;
         let rows = simulation.rows();
         if rows > MOST_PLOTTED {
             return Err(Error::Conflict(format!(
