@@ -68,7 +68,7 @@ pub struct Simulate {
     /// How the bridge is switched [default: average]
     #[arg(long, value_parser = parameters::named::<Pwm>())]
     pwm: Option<Pwm>,
-    /// Writes the trace; `-` is standard output
+    /// Writes the trace as CSV, whatever the name; `-` is standard output
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
     /// Writes the trace, as .csv, as .mat for MATLAB and Octave, or as .parquet where that is built
