@@ -6,6 +6,7 @@ mod input_file;
 mod parameters;
 mod scenario;
 mod simulate;
+mod trace_file;
 mod tune;
 
 use std::path::{Path, PathBuf};
