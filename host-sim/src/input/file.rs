@@ -24,7 +24,7 @@ pub struct Quantity {
 }
 
 /// The time of a row: at most four months.
-const TIME: Quantity = Quantity {
+pub const TIME: Quantity = Quantity {
     column: "t",
     meaning: "a time",
     unit: "s",

@@ -1,0 +1,28 @@
+"""A smart RC-servo actuator: the control core of the board itself, the paper's models and campaigns.
+
+Angles are in degrees, rates in deg/s, times in seconds, duties in percent, torques in Nm; names
+end in their unit. One tick is 50 us. Results are bit for bit those of the program ``actuator``.
+
+>>> import smart_actuator as sa
+>>> trace = sa.simulate("board", input="pulse", every=20)
+>>> float(trace.angle_deg.max().round(2))
+89.97
+"""
+
+from ._native import __version__
+from ._simulate import monte_carlo, simulate
+from ._stepped import Actuator, Reading
+from ._tables import inputs, parameters, presets
+from ._trace import Trace
+
+__all__ = [
+    "Actuator",
+    "Reading",
+    "Trace",
+    "__version__",
+    "inputs",
+    "monte_carlo",
+    "parameters",
+    "presets",
+    "simulate",
+]

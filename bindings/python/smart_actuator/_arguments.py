@@ -1,0 +1,129 @@
+"""Brings arguments into the form that the compiled half takes, or says what is wrong with them."""
+
+from __future__ import annotations
+
+import operator
+import warnings
+from typing import Any, Mapping, Optional, Tuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _native
+
+#: Times in s and the values that hold from each of them on.
+Points = Tuple[ArrayLike, ArrayLike]
+
+
+def number(name: str, value: object) -> float:
+    """``value`` as a float; text is no number."""
+    if not isinstance(value, (str, bytes, bytearray)):
+        try:
+            return float(value)  # type: ignore[arg-type]
+        except (TypeError, ValueError):
+            pass
+        except OverflowError:
+            raise ValueError(f"{name} is {value!r}, expected a number within float") from None
+    raise TypeError(f"{name} is {value!r}, expected a number")
+
+
+def whole(name: str, value: object, least: int = 0) -> int:
+    """``value`` as an integer that 64 bits hold."""
+    try:
+        integer = operator.index(value)  # type: ignore[arg-type]
+    except TypeError:
+        raise TypeError(f"{name} is {value!r}, expected an integer") from None
+    if not least <= integer < 2**64:
+        raise ValueError(f"{name} is {integer}, expected an integer from {least} to 2**64 - 1")
+    return integer
+
+
+def text(name: str, value: object) -> str:
+    """``value``, which must be a string."""
+    if isinstance(value, str):
+        return value
+    raise TypeError(f"{name} is {value!r}, expected a string")
+
+
+def optional_text(name: str, value: object) -> Optional[str]:
+    """``value``, which must be a string or None."""
+    return None if value is None else text(name, value)
+
+
+def array(name: str, value: ArrayLike) -> NDArray[np.float64]:
+    """``value`` as doubles, contiguous and aligned: what Dask hands over is not always."""
+    wanted = f"{name}: expected an array of real numbers"
+    try:
+        given = np.asanyarray(value)
+    except ValueError as error:
+        raise ValueError(f"{wanted}: {error}") from None
+    if given.dtype.kind not in "fiub" or np.ma.isMaskedArray(given):
+        raise TypeError(f"{wanted}, got {type(value).__name__} of {given.dtype}")
+    # A copy is contiguous and aligned, and nobody else writes to it meanwhile.
+    return np.require(np.array(given, np.float64), np.float64, ["C", "A"])
+
+
+def points(name: str, value: Optional[Points]) -> Optional[Tuple[NDArray[np.float64], ...]]:
+    """Times and values as two arrays of one dimension."""
+    if value is None:
+        return None
+    try:
+        times, values = value
+    except (TypeError, ValueError):
+        raise TypeError(f"{name}: expected a pair of arrays, times in s and values") from None
+    arrays = array(f"{name}, times", times), array(f"{name}, values", values)
+    for each in arrays:
+        if each.ndim != 1:
+            raise ValueError(f"{name} has an array of shape {each.shape}, expected one dimension")
+    return arrays
+
+
+def pairs(parameters: Mapping[str, object], prefix: str = "") -> list[tuple[str, float]]:
+    """Parameters by name with their values as floats."""
+    if not isinstance(parameters, Mapping):
+        raise TypeError(f"expected a mapping from names to values, got {parameters!r}")
+    return [
+        (prefix + text("name of a parameter", name), number(f"parameter {name}", value))
+        for name, value in parameters.items()
+    ]
+
+
+def request(
+    *,
+    model: str,
+    plant: Optional[str],
+    preset: Optional[str],
+    input: Optional[str],
+    input_parameters: Optional[Mapping[str, float]],
+    command: Optional[Points],
+    duration: Optional[float],
+    every: int,
+    seed: int,
+    pwm: str,
+    load: Optional[Points],
+    parameters: Mapping[str, object],
+) -> dict[str, Any]:
+    """Everything that a run depends on."""
+    if command is not None and (input is not None or input_parameters):
+        raise ValueError("both an input by name and a command, expected one of them")
+    warn(preset)
+    return {
+        "model": text("model", model),
+        "plant": optional_text("plant", plant),
+        "preset": optional_text("preset", preset),
+        "input": optional_text("input", input),
+        "command": points("command", command),
+        "load": points("load", load),
+        "duration": None if duration is None else number("duration", duration),
+        "every": whole("every", every, 1),
+        "seed": whole("seed", seed),
+        "pwm": text("pwm", pwm),
+        "parameters": pairs(parameters) + pairs(input_parameters or {}, "input."),
+    }
+
+
+def warn(preset: Optional[str]) -> None:
+    """Says what must be said wherever results of a preset are shown."""
+    for known in _native.presets():
+        if known["name"] == preset and known["warning"]:
+            warnings.warn(f"preset `{preset}`: {known['warning']}", UserWarning, stacklevel=4)

@@ -1,0 +1,50 @@
+from typing import Any, Optional, TypedDict, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._tables import Input, Parameter, Preset
+
+__all__: list[str]
+__version__: str
+
+class _Settings(TypedDict):
+    model: str
+    plant: Optional[str]
+    pwm: str
+    seed: int
+    parameters: dict[str, float]
+
+_Reading = tuple[float, float, float, float, float, float, float, float, float]
+
+@final
+class Actuator:
+    def __new__(
+        cls,
+        model: str,
+        plant: Optional[str],
+        preset: Optional[str],
+        seed: int,
+        pwm: str,
+        parameters: list[tuple[str, float]],
+    ) -> Actuator: ...
+    def advance(self, command_deg: float, ticks: int) -> _Reading: ...
+    def reading(self) -> _Reading: ...
+    def set_load_torque(self, torque_nm: float) -> None: ...
+    @property
+    def tick(self) -> int: ...
+    @property
+    def settings(self) -> _Settings: ...
+    def snapshot(self) -> bytes: ...
+    def restore(self, bytes: bytes) -> None: ...
+    @staticmethod
+    def kept(bytes: bytes) -> Actuator: ...
+    def copy(self) -> Actuator: ...
+
+def simulate(request: dict[str, Any]) -> tuple[str, dict[str, NDArray[np.float64]]]: ...
+def monte_carlo(
+    request: dict[str, Any], names: list[str], values: NDArray[np.float64], threads: int
+) -> NDArray[np.float64]: ...
+def parameters(model: str, plant: Optional[str]) -> list[Parameter]: ...
+def presets() -> list[Preset]: ...
+def inputs() -> list[Input]: ...

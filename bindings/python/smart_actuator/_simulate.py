@@ -1,0 +1,145 @@
+"""One run, and many."""
+
+from __future__ import annotations
+
+from typing import Any, Mapping, Optional
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _arguments, _native
+from ._arguments import Points
+from ._trace import Trace
+
+#: What :func:`monte_carlo` tells of a run.
+EXTREMES = np.dtype(
+    [
+        (name, np.float64)
+        for name in (
+            "least_angle_deg",
+            "greatest_angle_deg",
+            "least_rate_deg_s",
+            "greatest_rate_deg_s",
+            "last_angle_deg",
+            "last_rate_deg_s",
+        )
+    ]
+)
+
+
+def simulate(
+    model: str = "board",
+    *,
+    plant: Optional[str] = None,
+    preset: Optional[str] = None,
+    input: Optional[str] = None,
+    input_parameters: Optional[Mapping[str, float]] = None,
+    command: Optional[Points] = None,
+    duration: Optional[float] = None,
+    every: int = 20,
+    seed: int = 0,
+    pwm: str = "average",
+    load: Optional[Points] = None,
+    **parameters: float,
+) -> Trace:
+    """Runs a model on an input and records it.
+
+    :param model: ``board`` (the board's fixed-point control around a motor), ``grey-box``,
+        ``black-box-1`` or ``black-box-2``.
+    :param plant: what the board drives: ``first-order`` (default) or ``bench``.
+    :param preset: a reading of the paper; :func:`presets` lists them.
+    :param input: a command by name; :func:`inputs` lists them. ``pulse`` where there is no
+        ``command`` either.
+    :param input_parameters: parameters of the input by name, such as ``{"amplitude_deg": 5.0}``.
+    :param command: in place of ``input``: times, s, and commands, deg, each held until the next.
+    :param duration: how long to run, s, up to 1e7. As long as the input unless given.
+    :param every: ticks of 50 us between rows. 20 is 1 ms.
+    :param seed: of all that is random.
+    :param pwm: ``average`` or ``switched``.
+    :param load: times, s, and torques on the load of the bench, Nm.
+    :param parameters: of the model, by name or symbol; :func:`parameters` lists them with units.
+    :raises KeyError: a parameter or preset that does not exist.
+    :raises ValueError: a value out of range or at odds with another, a name that does not exist.
+    :raises TypeError: an argument of another kind.
+    :raises MemoryError: more than 2**29 numbers.
+    """
+    request = _arguments.request(
+        model=model,
+        plant=plant,
+        preset=preset,
+        input=input,
+        input_parameters=input_parameters,
+        command=command,
+        duration=duration,
+        every=every,
+        seed=seed,
+        pwm=pwm,
+        load=load,
+        parameters=parameters,
+    )
+    return Trace(*_native.simulate(request))
+
+
+def monte_carlo(
+    parameters: Mapping[str, ArrayLike],
+    *,
+    model: str = "board",
+    plant: Optional[str] = None,
+    preset: Optional[str] = None,
+    input: Optional[str] = None,
+    input_parameters: Optional[Mapping[str, float]] = None,
+    command: Optional[Points] = None,
+    duration: Optional[float] = None,
+    every: int = 20,
+    seed: int = 0,
+    pwm: str = "average",
+    load: Optional[Points] = None,
+    threads: Optional[int] = None,
+    **fixed: float,
+) -> NDArray[Any]:
+    """Runs a model once for each element of parameter arrays, on all cores.
+
+    The interpreter is released meanwhile.
+
+    :param parameters: arrays by the name or symbol of a parameter, broadcast against each other;
+        a parameter of the input is called ``input.NAME``.
+    :param every: a run is looked at at every so many ticks of 50 us; at 20 (1 ms) it is fastest.
+    :param threads: how many; all cores unless given. 1 for use within a distributed engine that
+        has a worker on each core.
+    :param fixed: parameters that are the same in all runs.
+    :returns: an array of the broadcast shape with the fields ``least_angle_deg``,
+        ``greatest_angle_deg``, ``least_rate_deg_s``, ``greatest_rate_deg_s``, ``last_angle_deg``
+        and ``last_rate_deg_s``: the ends of each motion and its last state.
+    :raises ValueError: also where the arrays do not broadcast; a message about one run names it.
+
+    The other arguments and exceptions are those of :func:`simulate`.
+    """
+    request = _arguments.request(
+        model=model,
+        plant=plant,
+        preset=preset,
+        input=input,
+        input_parameters=input_parameters,
+        command=command,
+        duration=duration,
+        every=every,
+        seed=seed,
+        pwm=pwm,
+        load=load,
+        parameters=fixed,
+    )
+    if not isinstance(parameters, Mapping) or not parameters:
+        raise TypeError("parameters: expected a mapping from names to arrays, at least one")
+    names = [_arguments.text("name of a parameter", name) for name in parameters]
+    arrays = [_arguments.array(f"parameter {name}", parameters[name]) for name in names]
+    try:
+        arrays = list(np.broadcast_arrays(*arrays))
+    except ValueError:
+        shapes = ", ".join(f"{name} {a.shape}" for name, a in zip(names, arrays))
+        raise ValueError(f"shapes that do not broadcast: {shapes}") from None
+    values = np.stack([a.ravel() for a in arrays], axis=1)
+    count = 0 if threads is None else _arguments.whole("threads", threads, 1)
+    if count > 1024:
+        raise ValueError(f"threads is {count}, expected 1024 at most")
+    ends = _native.monte_carlo(request, names, values, count)
+    return ends.view(EXTREMES).reshape(arrays[0].shape)

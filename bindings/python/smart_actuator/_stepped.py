@@ -1,0 +1,198 @@
+"""The actuator within another simulation."""
+
+from __future__ import annotations
+
+import zlib
+from typing import Dict, NamedTuple, Optional
+
+from . import _arguments, _native
+
+_TICKS_PER_SECOND = 20_000
+#: Four months, as for a run.
+_MOST_TICKS = 10**7 * _TICKS_PER_SECOND
+
+
+class Reading(NamedTuple):
+    """What can be seen of an actuator.
+
+    What a model does not have is zero, what it does not measure is its true value.
+    """
+
+    t: float
+    """Time, s."""
+    command_deg: float
+    """The command that has arrived, deg."""
+    angle_deg: float
+    """Angle of the output shaft, deg."""
+    rate_deg_s: float
+    """Rate of the output shaft, deg/s."""
+    duty_pct: float
+    """Duty of the bridge, %."""
+    angle_meas_deg: float
+    """Measured angle, deg."""
+    rate_meas_deg_s: float
+    """Measured rate, deg/s."""
+    current_a: float
+    """Motor current, A; of the bench only."""
+    back_emf_v: float
+    """Back-EMF, V; of the bench only."""
+
+
+def _checked(snapshot: bytes) -> bytes:
+    """What is kept in a snapshot, behind its CRC-32."""
+    if not isinstance(snapshot, bytes):
+        raise TypeError(f"snapshot is of {type(snapshot).__name__}, expected bytes")
+    kept = snapshot[4:]
+    if zlib.crc32(kept).to_bytes(4, "big") != snapshot[:4]:
+        raise ValueError("not a snapshot of an actuator: its checksum is wrong")
+    return kept
+
+
+class Actuator:
+    """An actuator that its caller steps; at rest at 0 deg until then.
+
+    The board's control runs every 4 ms within, whatever the steps are, and the way to an instant
+    does not depend on them. It can be copied and pickled. Threads that share one take turns.
+
+    :param model: as for :func:`simulate`, as are ``plant``, ``preset``, ``seed``, ``pwm`` and
+        ``parameters``.
+    """
+
+    __slots__ = ("_native",)
+    _native: _native.Actuator
+
+    def __init__(
+        self,
+        model: str = "board",
+        *,
+        plant: Optional[str] = None,
+        preset: Optional[str] = None,
+        seed: int = 0,
+        pwm: str = "average",
+        **parameters: float,
+    ) -> None:
+        _arguments.warn(preset)
+        self._native = _native.Actuator(
+            _arguments.text("model", model),
+            _arguments.optional_text("plant", plant),
+            _arguments.optional_text("preset", preset),
+            _arguments.whole("seed", seed),
+            _arguments.text("pwm", pwm),
+            _arguments.pairs(parameters),
+        )
+
+    def advance(
+        self,
+        command_deg: float,
+        *,
+        ticks: Optional[int] = None,
+        seconds: Optional[float] = None,
+    ) -> Reading:
+        """Moves on with this command held, and reads.
+
+        :param command_deg: the command, deg. The first one is taken to have stood there for ever.
+        :param ticks: how far, ticks of 50 us; or
+        :param seconds: how far, s, a whole number of ticks, up to 1e7.
+        """
+        if (ticks is None) == (seconds is None):
+            raise TypeError("expected either ticks or seconds")
+        if seconds is not None:
+            count = _ticks(_arguments.number("seconds", seconds))
+        else:
+            count = _arguments.whole("ticks", ticks)
+        if count > _MOST_TICKS:
+            raise ValueError(f"a step of {count} ticks, expected {_MOST_TICKS} at most")
+        command_deg = _arguments.number("command_deg", command_deg)
+        return Reading(*self._native.advance(command_deg, count))
+
+    def reading(self) -> Reading:
+        """What can be seen now, before whatever the next step does at this instant."""
+        return Reading(*self._native.reading())
+
+    def set_load_torque(self, torque_nm: float) -> None:
+        """Puts a torque on the load of the bench from the next PWM period (1 ms) on, Nm, beside
+        that of its parameters."""
+        self._native.set_load_torque(_arguments.number("torque_nm", torque_nm))
+
+    def snapshot(self) -> bytes:
+        """The whole state, for :meth:`restore`. It is of this version of the package only."""
+        kept = self._native.snapshot()
+        return zlib.crc32(kept).to_bytes(4, "big") + kept
+
+    def restore(self, snapshot: bytes) -> None:
+        """Goes back to a snapshot of an actuator of the same model, seed and parameters.
+
+        :raises ValueError: a snapshot of another one or of another version, or a damaged one.
+        """
+        self._native.restore(_checked(snapshot))
+
+    @property
+    def time(self) -> float:
+        """The time so far, s."""
+        return self.tick / _TICKS_PER_SECOND
+
+    @property
+    def tick(self) -> int:
+        """The time so far, ticks of 50 us."""
+        return self._native.tick
+
+    @property
+    def model(self) -> str:
+        """Which model it is."""
+        return self._native.settings["model"]
+
+    @property
+    def plant(self) -> Optional[str]:
+        """What the board drives; None for the other models."""
+        return self._native.settings["plant"]
+
+    @property
+    def seed(self) -> int:
+        """The seed of all that is random."""
+        return self._native.settings["seed"]
+
+    @property
+    def pwm(self) -> str:
+        """How the bridge is switched."""
+        return self._native.settings["pwm"]
+
+    @property
+    def parameters(self) -> Dict[str, float]:
+        """Every parameter by name; :func:`smart_actuator.parameters` has the units."""
+        return self._native.settings["parameters"]
+
+    def __copy__(self) -> Actuator:
+        copy = object.__new__(type(self))
+        copy._native = self._native.copy()
+        return copy
+
+    def __deepcopy__(self, memo: object) -> Actuator:
+        return self.__copy__()
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return _kept, (type(self), self.snapshot())
+
+    def __repr__(self) -> str:
+        plant = f" on {self.plant}" if self.plant else ""
+        now = self.reading()
+        return f"<Actuator {self.model}{plant} at {now.t} s: {now.angle_deg:.3f} deg>"
+
+
+def _kept(kind: type[Actuator], snapshot: bytes) -> Actuator:
+    actuator = object.__new__(kind)
+    actuator._native = _native.Actuator.kept(_checked(snapshot))
+    return actuator
+
+
+def _ticks(seconds: float) -> int:
+    # Written so that NaN fails.
+    if not 0.0 <= seconds <= 1e7:
+        raise ValueError(f"seconds is {seconds}, expected a time from 0 to 1e7 s")
+    exact = seconds * _TICKS_PER_SECOND
+    count = round(exact)
+    # What the seconds of a whole number of ticks lack is rounding, some 1e-16 of them.
+    if abs(exact - count) > 1e-9 * max(1.0, exact):
+        raise ValueError(
+            f"seconds is {seconds}, {exact:.6g} ticks, expected a whole number of ticks of 50 us"
+        )
+    return count

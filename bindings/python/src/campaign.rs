@@ -1,0 +1,81 @@
+//! Many runs on all cores.
+
+use host_sim::{error::Error, scenario::Setting, simulate::extremes::Extremes};
+use numpy::{IntoPyArray, PyArray1, PyReadonlyArray2};
+use pyo3::{exceptions::PyRuntimeError, prelude::*};
+use rayon::prelude::*;
+
+use crate::{
+    exception::exception,
+    request::{Plan, Request},
+};
+
+/// Runs of each thread between two looks at whether the user wants to stop.
+const RUNS_PER_LOOK: usize = 64;
+
+fn numbers(ends: &Extremes) -> [f64; 6] {
+    [
+        ends.least_angle_deg,
+        ends.greatest_angle_deg,
+        ends.least_rate_deg_s,
+        ends.greatest_rate_deg_s,
+        ends.last.angle_deg,
+        ends.last.rate_deg_s,
+    ]
+}
+
+/// A plan and, run by run, values for some of its parameters.
+struct Campaign {
+    plan: Plan,
+    names: Vec<String>,
+    /// As many for each run as there are names.
+    values: Vec<f64>,
+}
+
+impl Campaign {
+    fn run(&self, index: usize) -> Result<[f64; 6], Error> {
+        let width = self.names.len();
+        let values = &self.values[index * width..][..width];
+        let more = self.names.iter().zip(values);
+        let more = more.map(|(name, value)| Setting::new(name.as_str(), *value));
+        Ok(numbers(&self.plan.simulation(more)?.extremes()?))
+    }
+}
+
+/// Six numbers a run, run after run.
+///
+/// The threads are made for this call: those of a pool that is kept would be missing in a process
+/// that was forked meanwhile.
+#[pyfunction]
+pub fn monte_carlo<'py>(
+    py: Python<'py>,
+    request: Request<'py>,
+    names: Vec<String>,
+    values: PyReadonlyArray2<'py, f64>,
+    threads: usize,
+) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    let (runs, plan) = (values.as_array().nrows(), request.plan()?);
+    // A copy: others may write to the array while the interpreter is released.
+    let values = values.as_array().iter().copied().collect();
+    let campaign = Campaign {
+        plan,
+        names,
+        values,
+    };
+    let threads = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let threads = threads.map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
+    let mut all = Vec::with_capacity(6 * runs);
+    let mut first = 0;
+    while first < runs {
+        let end = runs.min(first + RUNS_PER_LOOK * threads.current_num_threads());
+        let run = |index| campaign.run(index);
+        let done: Vec<_> =
+            py.detach(|| threads.install(|| (first..end).into_par_iter().map(run).collect()));
+        for (index, result) in (first..end).zip(done) {
+            all.extend(result.map_err(|error| exception(&error, &format!("run {index}: ")))?);
+        }
+        py.check_signals()?;
+        first = end;
+    }
+    Ok(all.into_pyarray(py))
+}

@@ -1,0 +1,24 @@
+//! The compiled half of the Python package `smart_actuator`.
+//!
+//! It takes arguments that the Python half has brought into form, and releases the interpreter
+//! while it computes. What a user sees is documented there.
+
+mod campaign;
+mod exception;
+mod request;
+mod stepped;
+mod tables;
+mod trace;
+
+use pyo3::prelude::*;
+
+#[pymodule(gil_used = false)]
+fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_class::<stepped::Actuator>()?;
+    module.add_function(wrap_pyfunction!(trace::simulate, module)?)?;
+    module.add_function(wrap_pyfunction!(campaign::monte_carlo, module)?)?;
+    module.add_function(wrap_pyfunction!(tables::presets, module)?)?;
+    module.add_function(wrap_pyfunction!(tables::parameters, module)?)?;
+    module.add_function(wrap_pyfunction!(tables::inputs, module)?)
+}

@@ -1,0 +1,162 @@
+import copy
+import pickle
+import threading
+
+import numpy as np
+import pytest
+
+import smart_actuator as sa
+
+KINDS = [
+    {"model": "board"},
+    {"model": "board", "plant": "bench", "seed": 3, "encoder_noise_deg": 0.2, "P": 12.0},
+    {"model": "grey-box", "preset": "as-printed"},
+    {"model": "black-box-1"},
+    {"model": "black-box-2", "delay_s": 0.1},
+]
+
+
+def moved(servo):
+    """Readings on a way that is not still at its end."""
+    readings = [servo.advance(40.0, ticks=1), servo.advance(40.0, seconds=0.0333)]
+    return [*readings, servo.advance(-25.0, ticks=977), servo.advance(10.0, ticks=200)]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_steps_lead_where_the_recorded_run_leads(kind):
+    t, command = [0.0, 0.5, 0.7], [20.0, -10.0, 5.0]
+    trace = sa.simulate(**kind, command=(t, command), duration=1.0, every=7)
+    servo = sa.Actuator(**kind)
+    for row, time in enumerate(trace.t):
+        # A row is the state after the edge at its tick; the step ends just before it.
+        tick = round(time * 20_000)
+        while servo.tick < tick:
+            now = command[np.searchsorted(t, servo.time + 1e-9, side="right") - 1]
+            reading = servo.advance(now, ticks=1)
+        if tick:
+            assert reading.angle_deg == trace.angle_deg[row], time
+            # The rate of black box 1 jumps with its command, which a row has seen already.
+            if kind["model"] != "black-box-1":
+                assert reading.rate_deg_s == trace.rate_deg_s[row], time
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(
+    "keep", [copy.copy, copy.deepcopy, lambda servo: pickle.loads(pickle.dumps(servo))]
+)
+def test_a_copy_goes_on_exactly_and_alone(kind, keep):
+    servo = sa.Actuator(**kind)
+    moved(servo)
+    kept = keep(servo)
+    assert kept.time == servo.time and kept.parameters == servo.parameters
+    expected = moved(servo)
+    assert moved(kept) == expected
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_snapshot_leads_back_exactly(kind):
+    servo = sa.Actuator(**kind)
+    at_rest = servo.snapshot()
+    first = moved(servo)
+    later = servo.snapshot()
+    onward = moved(servo)
+    servo.restore(later)
+    assert moved(servo) == onward
+    servo.restore(at_rest)
+    assert moved(servo) == first
+
+
+def test_a_snapshot_of_another_or_a_damaged_one_is_refused_and_changes_nothing():
+    servo = sa.Actuator()
+    servo.advance(10.0, ticks=500)
+    before = servo.reading()
+    with pytest.raises(ValueError, match="another model, seed or parameters"):
+        servo.restore(sa.Actuator(P=11.0).snapshot())
+    snapshot = servo.snapshot()
+    for place in range(0, len(snapshot), 97):
+        damaged = bytearray(snapshot)
+        damaged[place] ^= 0x10
+        with pytest.raises(ValueError, match="not a snapshot"):
+            servo.restore(bytes(damaged))
+    for cut in (b"", snapshot[:3], snapshot[:-1], b"\0\0\0\0"):
+        with pytest.raises(ValueError, match="not a snapshot"):
+            servo.restore(cut)
+    with pytest.raises(TypeError, match="expected bytes"):
+        servo.restore("snapshot")
+    assert servo.reading() == before
+
+
+def test_a_torque_on_the_load_holds_the_bench_back():
+    free, held = sa.Actuator(plant="bench"), sa.Actuator(plant="bench")
+    held.set_load_torque(-0.3)
+    ends = [servo.advance(60.0, seconds=0.2).angle_deg for servo in (free, held)]
+    assert ends[1] < ends[0] - 1.0
+    with pytest.raises(ValueError, match="a load torque goes with"):
+        sa.Actuator().set_load_torque(0.1)
+
+
+NAN = float("nan")
+
+
+@pytest.mark.parametrize(
+    "error, message, arguments",
+    [
+        (ValueError, "command_deg is NaN, expected", {"command_deg": NAN, "ticks": 1}),
+        (ValueError, "command_deg is inf, expected", {"command_deg": float("inf"), "ticks": 1}),
+        (TypeError, "command_deg is 'a', expected", {"command_deg": "a", "ticks": 1}),
+        (TypeError, "either ticks or seconds", {"command_deg": 1.0}),
+        (TypeError, "either ticks or seconds", {"command_deg": 1.0, "ticks": 1, "seconds": 1.0}),
+        (ValueError, "ticks is -1, expected", {"command_deg": 1.0, "ticks": -1}),
+        (TypeError, "ticks is 1.5, expected", {"command_deg": 1.0, "ticks": 1.5}),
+        (ValueError, "expected 200000000000 at most", {"command_deg": 1.0, "ticks": 2**63}),
+        (ValueError, "seconds is -0.1, expected", {"command_deg": 1.0, "seconds": -0.1}),
+        (ValueError, "seconds is nan, expected", {"command_deg": 1.0, "seconds": NAN}),
+        (ValueError, "whole number of ticks", {"command_deg": 1.0, "seconds": 1e-5}),
+        (ValueError, "whole number of ticks", {"command_deg": 1.0, "seconds": 1 / 60}),
+    ],
+)
+def test_a_step_that_cannot_be_taken_is_refused_and_moves_nothing(error, message, arguments):
+    servo = sa.Actuator()
+    with pytest.raises(error, match=message):
+        servo.advance(**arguments)
+    assert servo.tick == 0
+
+
+def test_a_torque_that_is_no_number_is_refused():
+    with pytest.raises(ValueError, match="torque_nm is NaN"):
+        sa.Actuator(plant="bench").set_load_torque(NAN)
+
+
+def test_parameters_are_checked_as_for_a_run():
+    with pytest.raises(KeyError, match="did you mean `position_gain`"):
+        sa.Actuator(postion_gain=1.0)
+    with pytest.raises(ValueError, match="position_gain is -1"):
+        sa.Actuator(position_gain=-1.0)
+
+
+def test_an_actuator_says_what_it_is():
+    servo = sa.Actuator(plant="bench", seed=5, P=12.5)
+    assert (servo.model, servo.plant, servo.pwm, servo.seed) == ("board", "bench", "average", 5)
+    assert servo.parameters["position_gain"] == 12.5
+    assert repr(servo) == "<Actuator board on bench at 0.0 s: 0.000 deg>"
+    assert sa.Actuator("grey-box").plant is None
+    assert servo.reading()._fields[2] == "angle_deg"
+
+
+def test_threads_that_share_an_actuator_take_turns():
+    servo, alone = sa.Actuator(plant="bench"), sa.Actuator(plant="bench")
+    barrier = threading.Barrier(4)
+
+    def step():
+        barrier.wait()
+        for _ in range(300):
+            servo.advance(30.0, ticks=7)
+            servo.reading()
+            copy.copy(servo)
+
+    threads = [threading.Thread(target=step) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert servo.reading() == alone.advance(30.0, ticks=4 * 300 * 7)
