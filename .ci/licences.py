@@ -10,6 +10,9 @@ ALLOWED = {
     "BSL-1.0", "CC0-1.0", "ISC", "MIT", "MIT-0", "Unicode-3.0", "Unlicense", "Zlib",
 }
 
+# Tools of the tests that are part of nothing that is built here, with the licence that they have.
+TOOLS = {"cbindgen": "MPL-2.0"}
+
 
 def allowed(expression):
     """Whether an SPDX expression can be met; `/` is what old crates write for OR."""
@@ -30,7 +33,7 @@ def main():
     refused = [
         f"{p['name']} {p['version']}: {p['license'] or 'no licence named'}"
         for p in packages
-        if not allowed(p["license"] or "")
+        if not allowed(p["license"] or "") and TOOLS.get(p["name"]) != p["license"]
     ]
     print(f"{len(packages)} packages, {len(refused)} refused")
     print("\n".join(refused))

@@ -84,7 +84,7 @@ fn every_model_in_floating_point_agrees_within_a_micro_degree() {
 }
 
 #[test]
-fn the_board_in_fixed_point_gives_the_referees_encoder_counts_at_every_sample() {
+fn the_board_in_fixed_point_gives_the_referees_encoder_counts_in_every_recorded_row() {
     for (referee, preset, pwm) in [
         ("fw", "consistent", Pwm::Average),
         ("fw-pwm", "consistent", Pwm::Switched),

@@ -130,6 +130,10 @@ impl Application {
     ///
     /// Closing the loop takes that the encoder is valid at this moment.
     pub fn request(&mut self, request: Request) {
+        if let (State::Fault(Fault::EncoderLost), Request::Acknowledge) = (self.state, request) {
+            // The shaft may have turned by any angle meanwhile.
+            self.control.disorient();
+        }
         self.state = match (self.state, request) {
             (State::Disabled, Request::Enable) if self.is_oriented() => State::Enabled,
             (State::Enabled, Request::Disable) => State::Disabled,
@@ -288,6 +292,10 @@ mod tests {
         );
         application.request(Request::Acknowledge);
         assert_eq!(application.state(), State::Disabled);
+        // The angle has to be found first.
+        application.request(Request::Enable);
+        assert_eq!(application.state(), State::Disabled);
+        application.step(&samples(zero()));
         application.request(Request::Enable);
         assert_eq!(application.state(), State::Enabled);
     }

@@ -4,6 +4,7 @@
 pub mod analysis;
 pub mod cli;
 pub mod error;
+pub mod file;
 pub mod input;
 pub mod plot;
 pub mod report;
@@ -11,4 +12,5 @@ pub mod scenario;
 pub mod settings;
 pub mod simulate;
 pub mod trace;
+pub mod trace_file;
 pub mod tune;

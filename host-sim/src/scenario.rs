@@ -125,8 +125,8 @@ impl Scenario {
     /// As [`Scenario::resolve`].
     pub fn settings(&self) -> Result<Settings, Error> {
         let model = self.model.ok_or_else(|| {
-            let names: Vec<_> = ModelKind::ALL.iter().map(|model| model.name()).collect();
-            Error::Conflict(format!("no model, expected one of {}", names.join(", ")))
+            let names = ModelKind::NAMES.join(", ");
+            Error::Conflict(format!("no model, expected one of {names}"))
         })?;
         if self.plant.is_some() && model != ModelKind::Board {
             return Err(Error::Conflict(format!(

@@ -36,6 +36,17 @@ impl Trace {
         &self.names
     }
 
+    /// The columns, each with its name, in order.
+    pub fn columns(&self) -> impl Iterator<Item = (&'static str, &[f64])> {
+        let columns = self.columns.iter().map(Vec::as_slice);
+        self.names.iter().copied().zip(columns)
+    }
+
+    /// Takes all rows away.
+    pub fn clear(&mut self) {
+        self.columns.iter_mut().for_each(Vec::clear);
+    }
+
     /// The column of this name.
     pub fn column(&self, name: &str) -> Option<&[f64]> {
         let index = self.names.iter().position(|n| *n == name)?;

@@ -5,6 +5,9 @@ pub trait Named: Copy + Send + Sync + 'static {
     /// All of them.
     const ALL: &'static [Self];
 
+    /// Their names, in the same order.
+    const NAMES: &'static [&'static str];
+
     /// Its name.
     fn name(self) -> &'static str;
 
@@ -32,6 +35,7 @@ macro_rules! named {
 
         impl $crate::named::Named for $Name {
             const ALL: &'static [Self] = &[$(Self::$Variant),+];
+            const NAMES: &'static [&'static str] = &[$($name),+];
 
             fn name(self) -> &'static str {
                 match self { $(Self::$Variant => $name,)+ }

@@ -35,11 +35,24 @@ impl Parameter {
         self.name == name || (!self.symbol.is_empty() && self.symbol == name)
     }
 
+    /// Whether only whole numbers mean something: each is another form of what is modelled.
+    pub const fn is_choice(&self) -> bool {
+        matches!(self.unit.as_bytes(), b"choice")
+    }
+
     /// `value`, if this parameter can take it.
     ///
     /// # Errors
-    /// [`ParameterError::OutOfRange`] for NaN and for anything outside `min..=max`.
+    /// [`ParameterError::OutOfRange`] for NaN, for anything outside `min..=max`, and for what lies
+    /// between the choices of a choice.
     pub const fn check(&self, value: f64) -> Result<f64, ParameterError> {
+        // A cast toward zero and back keeps whole numbers only.
+        if self.is_choice() && (value as i64) as f64 != value {
+            return Err(ParameterError::OutOfRange {
+                parameter: *self,
+                value,
+            });
+        }
         // Written so that NaN fails.
         if value >= self.min && value <= self.max {
             Ok(value)
@@ -119,11 +132,24 @@ impl fmt::Display for ParameterError {
             Self::OutOfRange {
                 parameter: p,
                 value,
-            } => write!(
-                f,
-                "{} is {value}, expected a number from {} to {} {}",
-                p.name, p.min, p.max, p.unit
-            ),
+            } => {
+                let kind = if p.is_choice() {
+                    "whole number"
+                } else {
+                    "number"
+                };
+                let unit = if p.is_choice() { "" } else { p.unit };
+                write!(
+                    f,
+                    "{} is {value}, expected a {kind} from {} to {}",
+                    p.name, p.min, p.max
+                )?;
+                if unit.is_empty() {
+                    Ok(())
+                } else {
+                    write!(f, " {unit}")
+                }
+            }
             Self::NotAllowed {
                 name,
                 value,
@@ -281,5 +307,46 @@ impl<P: Parameters> Group for P {
 
     fn assign(&mut self, name: &str, value: f64) -> Result<(), ParameterError> {
         self.set(name, value)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    crate::parameters! {
+        /// An example.
+        pub struct Example {
+            /// A form.
+            form [""]: 1.0, "choice", 0.0, 2.0, "an example";
+            /// A length.
+            length_m ["l"]: 0.5, "m", 0.0, f64::INFINITY, "an example";
+        }
+    }
+
+    #[test]
+    fn a_choice_takes_whole_numbers_only() {
+        let mut example = Example::default();
+        assert_eq!(example.set("form", 2.0), Ok(()));
+        for value in [0.5, 3.0, -1.0, f64::NAN] {
+            assert!(example.set("form", value).is_err(), "{value}");
+        }
+        assert_eq!(
+            std::string::ToString::to_string(&example.set("form", 0.5).unwrap_err()),
+            "form is 0.5, expected a whole number from 0 to 2",
+        );
+    }
+
+    #[test]
+    fn a_refused_value_changes_nothing_and_names_the_range_and_the_unit() {
+        let mut example = Example::default();
+        assert_eq!(example.check(), Ok(()));
+        let error = example.set("l", -1.0).unwrap_err();
+        assert_eq!(
+            std::string::ToString::to_string(&error),
+            "length_m is -1, expected a number from 0 to inf m",
+        );
+        assert_eq!(example, Example::DEFAULT);
+        assert_eq!(example.set("l", f64::INFINITY), Ok(()));
     }
 }

@@ -3,6 +3,7 @@
 
 use model_core::actuator::{Actuator, ModelKind, PlantKind, Settings};
 use model_core::models::delay::DelayLine;
+use model_core::named::Named;
 use proptest::prelude::*;
 
 fn any_settings() -> impl Strategy<Value = Settings> {

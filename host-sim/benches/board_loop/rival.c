@@ -1,12 +1,14 @@
-/* The rival of the benchmark: the board's loop (reference semantics S9) in double precision, as a
- * C programmer would write it, plainly (-DPLAIN) or tuned.
+/* The rivals of the benchmark: the board's loop (reference semantics S9) in double precision, as a
+ * C programmer would write it: plainly (-DPLAIN), with tuned loops (-DSTEPPED), or with the closed
+ * form of this project's own program.
  *
  * usage: rival ACTUATORS THREADS
  * prints: seconds of the run, then a sum over what it saw, so that nothing can be left out
  *
- * Both step the motor by 50 us and follow the ends of angle and rate over every step. The tuned
- * one knows that the duty holds for a millisecond: it nests the loops, keeps everything in
- * registers and has one multiplication on the critical path of a step. */
+ * All look at angle and rate at every 50 us and follow their ends. With tuned loops, the duty is
+ * known to hold for a millisecond: the loops are nested, everything stays in registers, and one
+ * multiplication is on the critical path of a step. With the closed form, the steps of a millisecond
+ * do not depend on each other, and the compiler makes vectors of them. */
 #include <math.h>
 #include <pthread.h>
 #include <stdio.h>
@@ -70,7 +72,7 @@ static Ends simulate(Motor m) {
     }
     return r;
 }
-#else
+#elif defined STEPPED
 static Ends simulate(Motor m) {
     Control s = {0};
     Ends r = {1e9, -1e9, 1e9, -1e9};
@@ -99,6 +101,65 @@ static Ends simulate(Motor m) {
             }
             w = winf + excess;
         }
+    }
+    return r;
+}
+#else
+static Ends simulate(Motor m) {
+    enum { LANES = 4 };
+    Control s = {0};
+    double decay[21], time[21], low_angle[LANES], high_angle[LANES], low_rate[LANES], high_rate[LANES];
+    for (int j = 0; j <= 20; j++) {
+        time[j] = j * H;
+        decay[j] = expm1(-time[j] / m.tau);
+    }
+    for (int l = 0; l < LANES; l++) {
+        low_angle[l] = low_rate[l] = 1e9;
+        high_angle[l] = high_rate[l] = -1e9;
+    }
+    double theta = 0, w = 0, pending = 0;
+    for (long i = 0; i < TICKS; i += 80) {
+        const double active = pending;
+        pending = control(&s, theta, command(i - DELAY));
+        double winf = (active > 0 ? m.kup : m.kdn) * active;
+        for (int period = 0; period < 4; period++) {
+            if (period == 1) winf = (pending > 0 ? m.kup : m.kdn) * pending;
+            const double excess = w - winf, lag = m.tau * excess;
+            if (__builtin_expect(fabs(theta) + (fabs(w) + fabs(winf)) * 21 * H >= 180, 0)) {
+                for (int tick = 0; tick < 20; tick++) {
+                    low_angle[0] = less(theta, low_angle[0]);
+                    high_angle[0] = more(theta, high_angle[0]);
+                    low_rate[0] = less(w, low_rate[0]);
+                    high_rate[0] = more(w, high_rate[0]);
+                    const double e = w - winf;
+                    theta += winf * H - m.tau * e * decay[1];
+                    w += e * decay[1];
+                    if (fabs(theta) > 180) {
+                        theta = limit(theta, -180, 180);
+                        if (theta * w > 0) w = 0;
+                    }
+                }
+                continue;
+            }
+            for (int j = 0; j < 20; j += LANES)
+                for (int l = 0; l < LANES; l++) {
+                    const double angle = theta + winf * time[j + l] - lag * decay[j + l];
+                    const double rate = w + excess * decay[j + l];
+                    low_angle[l] = less(angle, low_angle[l]);
+                    high_angle[l] = more(angle, high_angle[l]);
+                    low_rate[l] = less(rate, low_rate[l]);
+                    high_rate[l] = more(rate, high_rate[l]);
+                }
+            theta += winf * time[20] - lag * decay[20];
+            w += excess * decay[20];
+        }
+    }
+    Ends r = {1e9, -1e9, 1e9, -1e9};
+    for (int l = 0; l < LANES; l++) {
+        r.low_angle = less(low_angle[l], r.low_angle);
+        r.high_angle = more(high_angle[l], r.high_angle);
+        r.low_rate = less(low_rate[l], r.low_rate);
+        r.high_rate = more(high_rate[l], r.high_rate);
     }
     return r;
 }

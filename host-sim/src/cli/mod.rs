@@ -1,5 +1,6 @@
 //! The command line of `actuator`.
 
+mod fmu;
 mod output;
 mod parameters;
 mod report;
@@ -23,6 +24,7 @@ pub struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Fmu(fmu::Fmu),
     Simulate(simulate::Simulate),
     Tune(tune::Tune),
     Report(report::Report),
@@ -35,6 +37,7 @@ impl Arguments {
     /// What went wrong, with its exit status.
     pub fn run(self) -> Result<(), Failure> {
         match self.command {
+            Command::Fmu(fmu) => fmu.run(),
             Command::Simulate(simulate) => simulate.run(),
             Command::Tune(tune) => tune.run(),
             Command::Report(report) => report.run(),

@@ -1,9 +1,8 @@
 //! Where results go, and how a command ends.
 
 use std::{
-    fs::File,
-    io::{self, BufWriter, Write},
-    path::{Path, PathBuf},
+    io::{self, Write},
+    path::Path,
     process::ExitCode,
 };
 
@@ -40,18 +39,6 @@ impl Failure {
     }
 }
 
-/// The sink of that name: a file, or standard output for `-`.
-pub fn open(path: &Path) -> Result<Box<dyn Write>, Error> {
-    if is_standard_output(path) {
-        return Ok(Box::new(BufWriter::new(io::stdout().lock())));
-    }
-    let file = File::create(path).map_err(|source| Error::Write {
-        path: path.into(),
-        source,
-    })?;
-    Ok(Box::new(BufWriter::new(file)))
-}
-
 /// Whether the name stands for standard output.
 pub fn is_standard_output(path: &Path) -> bool {
     path == Path::new("-")
@@ -73,58 +60,6 @@ pub fn print_table(table: &Table) -> Result<(), Error> {
     let width = terminal_size::terminal_size().map_or(UNBOUNDED, |(width, _)| width.0);
     // A table without a caption begins with an empty line.
     print(&format!("{}\n", table.to_terminal(width).trim_start()))
-}
-
-/// A writer of CSV that names its file when it fails.
-pub struct CsvSink {
-    path: PathBuf,
-    writer: Box<dyn Write>,
-    line: String,
-}
-
-impl CsvSink {
-    /// Opens the file, or standard output for `-`, and writes the header.
-    pub fn create(path: &Path, columns: &[&str]) -> Result<Self, Error> {
-        let mut sink = Self {
-            path: path.into(),
-            writer: open(path)?,
-            line: columns.join(",") + "\n",
-        };
-        sink.write_line()?;
-        Ok(sink)
-    }
-
-    /// Writes a row of numbers, each with as many digits as bring it back exactly.
-    pub fn numbers(&mut self, values: &[f64]) -> Result<(), Error> {
-        self.line.clear();
-        let mut digits = zmij::Buffer::new();
-        for value in values {
-            let digits = digits.format(*value);
-            self.line += digits.strip_suffix(".0").unwrap_or(digits);
-            self.line.push(',');
-        }
-        self.line.pop();
-        self.line.push('\n');
-        self.write_line()
-    }
-
-    fn write_line(&mut self) -> Result<(), Error> {
-        let result = self.writer.write_all(self.line.as_bytes());
-        result.map_err(|source| self.failed(source))
-    }
-
-    /// Writes what is left.
-    pub fn finish(mut self) -> Result<(), Error> {
-        let result = self.writer.flush();
-        result.map_err(|source| self.failed(source))
-    }
-
-    fn failed(&self, source: io::Error) -> Error {
-        Error::Write {
-            path: self.path.clone(),
-            source,
-        }
-    }
 }
 
 /// A progress bar on standard error; nothing where that is not a terminal.

@@ -24,7 +24,8 @@ pub struct ParameterOptions {
     pub list: bool,
 }
 
-fn setting(text: &str) -> Result<Setting, String> {
+/// The value of `--set`.
+pub fn setting(text: &str) -> Result<Setting, String> {
     let (name, value) = text.split_once('=').ok_or("expected NAME=VALUE")?;
     let number = value.trim().parse();
     let number = number.map_err(|_| format!("`{value}` is not a number"))?;

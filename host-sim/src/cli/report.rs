@@ -10,8 +10,9 @@ use clap::Args;
 use super::{Failure, output};
 use crate::{
     error::Error,
+    file,
     plot::svg,
-    report::{Comparison, Page, document, file, models::MODELS, tables},
+    report::{Comparison, Page, document, models::MODELS, tables},
 };
 
 /// Runs every model on every input of the paper and writes one page of it

@@ -22,7 +22,7 @@ use crate::{
     scenario::{INPUT_PREFIX, Scenario},
     settings::{ModelKind, PlantKind, Pwm, Value},
 };
-use sinks::Sinks;
+use sinks::{Outputs, Sinks};
 
 /// Runs a model on an input
 ///
@@ -68,9 +68,13 @@ pub struct Simulate {
     /// How the bridge is switched [default: average]
     #[arg(long, value_parser = parameters::named::<Pwm>())]
     pwm: Option<Pwm>,
-    /// Writes the trace; `-` is standard output
+    /// Writes the trace as CSV, whatever the name; `-` is standard output
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
+    /// Writes the trace, as .csv, as .mat for MATLAB and Octave, or as .parquet where that is built
+    /// in; as often as needed
+    #[arg(long, value_name = "FILE")]
+    out: Vec<PathBuf>,
     /// Draws the trace, as .svg or as interactive .html
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
@@ -94,7 +98,12 @@ impl Simulate {
         }
         let simulation = scenario.resolve()?;
         warn(&scenario);
-        let mut sinks = Sinks::create(&simulation, self.csv, self.plot)?;
+        let outputs = Outputs {
+            csv: self.csv,
+            files: self.out,
+            plot: self.plot,
+        };
+        let mut sinks = Sinks::create(&scenario, &simulation, outputs)?;
         simulation.run(&mut sinks)?;
         sinks.finish()?;
         Ok(())
@@ -123,7 +132,7 @@ impl Simulate {
 }
 
 /// What must be said of a preset is said on standard error.
-fn warn(scenario: &Scenario) {
+pub(super) fn warn(scenario: &Scenario) {
     let preset = scenario.preset.as_deref().and_then(presets::preset);
     if let Some(warning) = preset.and_then(|preset| preset.warning) {
         eprintln!("warning: {warning}");

@@ -102,9 +102,14 @@ pub struct CommandPath<'a> {
 }
 
 impl CommandPath<'_> {
-    /// The tick whose command arrives at the actuator at `tick`; the first one before all.
+    /// The tick whose command is only delayed to `tick`; the first one before all.
+    pub fn sent(&self, tick: u64) -> u64 {
+        tick.saturating_sub(self.delay_ticks)
+    }
+
+    /// The tick whose command arrives at the actuator at `tick`, sampled by the host as well.
     pub fn source(&self, tick: u64) -> u64 {
-        let sent = tick.saturating_sub(self.delay_ticks);
+        let sent = self.sent(tick);
         // Without a host period every tick is its own sample.
         sent - sent.checked_rem(self.host_ticks).unwrap_or(0)
     }

@@ -15,7 +15,7 @@ pub mod svg;
 pub use figure::{Figure, Panel, Scale, Series, Style};
 pub use palette::Colours;
 
-use crate::error::Error;
+use crate::{error::Error, file};
 
 /// What a figure is written as.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -53,10 +53,7 @@ pub fn save(figure: &Figure, path: &Path) -> Result<(), Error> {
         Format::Svg => svg::render(figure),
         Format::Html => html::render(figure),
     };
-    std::fs::write(path, text).map_err(|source| Error::Write {
-        path: path.into(),
-        source,
-    })
+    file::write(path, &text)
 }
 
 #[cfg(test)]

@@ -9,7 +9,6 @@ pub mod contradictions;
 mod curves;
 pub mod document;
 pub mod figures;
-pub mod file;
 mod input_sections;
 pub mod metrics;
 pub mod models;

@@ -3,8 +3,9 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use super::{file, table::Table};
+use super::table::Table;
 use crate::error::Error;
+use crate::file;
 use crate::plot::Figure;
 use crate::plot::html::{self, escape};
 

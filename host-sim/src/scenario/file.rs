@@ -49,16 +49,8 @@ fn checked<'de, T: Deserialize<'de>, D: Deserializer<'de>>(
 
 pub fn named<'de, T: Named, D: Deserializer<'de>>(deserializer: D) -> Result<Option<T>, D::Error> {
     let name = String::deserialize(deserializer)?;
-    let names: Vec<_> = T::ALL.iter().map(|value| value.name()).collect();
-    let unknown = || {
-        let expected = names.join(", ");
-        D::Error::custom(Error::unknown(
-            "name",
-            &name,
-            names.iter().copied(),
-            expected,
-        ))
-    };
+    let names = T::NAMES.iter().copied();
+    let unknown = || D::Error::custom(Error::unknown("name", &name, names, T::NAMES.join(", ")));
     T::named(&name).ok_or_else(unknown).map(Some)
 }
 

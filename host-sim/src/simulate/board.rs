@@ -110,7 +110,7 @@ fn board_row<P: Plant>(
     [
         seconds(tick),
         path.command.at(tick),
-        path.command.at(path.source(tick)),
+        path.command.at(path.sent(tick)),
         now.angle_deg,
         now.rate_deg_s,
         board.duty_pct(),

@@ -12,14 +12,14 @@ pub(super) fn run(
     rows: &mut dyn Rows,
 ) -> Result<(), Error> {
     for tick in 0..simulation.ticks {
-        let delayed = path.command.at(path.source(tick));
+        let arrived = path.command.at(path.source(tick));
         if tick % simulation.every.max(1) == 0 {
-            let now = model.output(delayed);
+            let now = model.output(arrived);
             let command = path.command.at(tick);
             rows.row(&[
                 seconds(tick),
                 command,
-                delayed,
+                path.command.at(path.sent(tick)),
                 now.angle_deg,
                 now.rate_deg_s,
                 now.duty_pct,
@@ -27,7 +27,7 @@ pub(super) fn run(
                 now.rate_deg_s,
             ])?;
         }
-        model.step(delayed);
+        model.step(arrived);
     }
     Ok(())
 }

@@ -1,10 +1,12 @@
 //! The program `actuator` as its user sees it.
 
 mod errors;
+mod fmu;
 mod input_file;
 mod parameters;
 mod scenario;
 mod simulate;
+mod trace_file;
 mod tune;
 
 use std::path::{Path, PathBuf};

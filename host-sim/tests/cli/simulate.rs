@@ -264,3 +264,34 @@ fn the_help_names_models_presets_inputs_and_the_exit_status() {
             .contains("Exit status: 0 done, 1 a file")
     );
 }
+
+#[test]
+fn a_host_of_50_hz_holds_what_it_samples_and_the_delayed_command_shows_what_it_was_given() {
+    let scenario = |host_period_s: f64| Scenario {
+        model: Some(ModelKind::BlackBox1),
+        input: Some("ramp".into()),
+        every: Some(1),
+        duration_s: Some(1.0),
+        set: vec![host_sim::scenario::Setting::new(
+            "host_period_s",
+            host_period_s,
+        )],
+        ..Default::default()
+    };
+    let run = |host_period_s| scenario(host_period_s).resolve().unwrap().record().unwrap();
+    let (held, free) = (run(0.02), run(0.0));
+    assert_eq!(
+        held.column("command_delayed"),
+        free.column("command_delayed")
+    );
+    // Black box 1 turns at p (c - angle): the command that arrived can be read off its rate.
+    let arrived = |trace: &host_sim::trace::Trace, tick: usize| {
+        let column = |name| trace.column(name).unwrap()[tick];
+        column("rate_deg_s") / 30.0 + column("angle_deg")
+    };
+    let command = free.column("command").unwrap();
+    for tick in (11_000..12_000).step_by(7) {
+        let sampled = command[(tick - 350) / 400 * 400];
+        assert!((arrived(&held, tick) - sampled).abs() < 1e-9, "tick {tick}");
+    }
+}

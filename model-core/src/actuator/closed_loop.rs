@@ -16,7 +16,7 @@ crate::parameters! {
     pub struct TimerParameters {
         /// 1 where the bridge is on for whole counts of the timer, 1/560 %; 0 where it is on for
         /// just as long as the control step decided.
-        timer_counts [""]: 0.0, "1", 0.0, 1.0, "0: the loop is that of the equations; the board's timer counts";
+        timer_counts [""]: 0.0, "choice", 0.0, 1.0, "0: the loop is that of the equations; the board's timer counts";
     }
 }
 

@@ -201,9 +201,18 @@ impl State {
         self.command = None;
     }
 
-    /// Goes over from old to new coefficients without a jump of the duty. While the bridge is off
+    /// Forgets the angle: the next valid word is taken to lie within half a turn of zero again.
+    pub fn disorient(&mut self) {
+        self.shaft = ShaftAngle::default();
+    }
+
+    /// Goes over from old to new coefficients without a jump of the duty. With another zero or
+    /// direction of the encoder the angle is another one: it is taken anew from the next word. While the bridge is off
     /// there is no duty to keep, and the integrator stays empty.
     pub fn retune(&mut self, old: &Coefficients, new: &Coefficients) {
+        if old.mounting != new.mounting {
+            self.disorient();
+        }
         let Some(command) = self.command else {
             return;
         };

@@ -63,18 +63,18 @@ pub struct RateLoopState {
 
 impl RateLoopState {
     /// One control period: from commanded and estimated rate to the duty.
-    pub fn step(&mut self, loop_: &RateLoop, command: Rate, rate: Rate) -> LimitedDuty {
+    pub fn step(&mut self, gains: &RateLoop, command: Rate, rate: Rate) -> LimitedDuty {
         let error = command - rate;
-        let wanted = self.unlimited(loop_, command, rate);
-        let limited = within(wanted, -loop_.duty_limit, loop_.duty_limit);
+        let wanted = self.unlimited(gains, command, rate);
+        let limited = within(wanted, -gains.duty_limit, gains.duty_limit);
         // The last duty may lie outside limits that were narrowed since: the limit wins.
         let slewed = within(
             limited,
-            self.duty - loop_.duty_step,
-            self.duty + loop_.duty_step,
+            self.duty - gains.duty_step,
+            self.duty + gains.duty_step,
         );
-        let duty = within(slewed, -loop_.duty_limit, loop_.duty_limit);
-        let correction = loop_.integral.times(error) + loop_.anti_windup.times(duty - wanted);
+        let duty = within(slewed, -gains.duty_limit, gains.duty_limit);
+        let correction = gains.integral.times(error) + gains.anti_windup.times(duty - wanted);
         self.integrator = within(
             self.integrator + correction,
             -INTEGRATOR_END,
@@ -97,9 +97,9 @@ impl RateLoopState {
         self.integrator = within(self.integrator - jump, -INTEGRATOR_END, INTEGRATOR_END);
     }
 
-    fn unlimited(&self, loop_: &RateLoop, command: Rate, rate: Rate) -> Percent {
-        loop_.proportional.times(command - rate)
+    fn unlimited(&self, gains: &RateLoop, command: Rate, rate: Rate) -> Percent {
+        gains.proportional.times(command - rate)
             + self.integrator
-            + loop_.feed_forward.times(command)
+            + gains.feed_forward.times(command)
     }
 }

@@ -274,12 +274,17 @@ proptest! {
     }
 
     #[test]
-    fn no_number_makes_the_coefficients_panic(values in proptest::collection::vec(any::<f64>(), 14)) {
+    fn any_number_in_any_parameter_is_taken_within_its_range_and_refused_outside(
+        index in 0..ControlParameters::TABLE.len(), value: f64
+    ) {
         let mut p = ControlParameters::default();
-        for (i, value) in values.iter().enumerate() {
-            *p.get_mut(i).unwrap() = *value;
-        }
-        let _ = Coefficients::try_new(&p);
+        *p.get_mut(index).unwrap() = value;
+        let row = ControlParameters::TABLE[index];
+        let fits = row.check(value).is_ok();
+        // Two rules look beyond the range of one parameter.
+        let is_alone = !matches!(row.name, "encoder_direction" | "position_min_deg" | "position_max_deg");
+        let taken = Coefficients::try_new(&p).is_ok();
+        prop_assert!(taken == fits || (fits && !is_alone), "{} = {value}", row.name);
     }
 
     #[test]
@@ -347,4 +352,22 @@ fn the_magnet_stands_in_its_own_bits_and_a_lost_one_is_an_alarm() {
         assert_eq!(word(magnet).read().unwrap().magnet, magnet);
     }
     assert_eq!(word(Magnet::Lost).read(), Err(EncoderError::Linearity));
+}
+
+#[test]
+fn another_zero_of_the_encoder_counts_from_the_next_word_on() {
+    let at = |encoder_zero_deg| {
+        coefficients(&ControlParameters {
+            encoder_zero_deg,
+            ..Default::default()
+        })
+    };
+    let (old, new) = (at(0.0), at(90.0));
+    let mut state = State::default();
+    state.observe(&old, healthy(1024)).unwrap();
+    state.regulate(&old, angle(90.0));
+    state.retune(&old, &new);
+    assert!(!state.is_oriented());
+    state.observe(&new, healthy(1024)).unwrap();
+    assert_eq!(state.angle(), 0.0);
 }

@@ -59,9 +59,13 @@ const fn nearest(value: f64) -> I32F32 {
     I32F32::from_bits(round(value * 4_294_967_296.0) as i64)
 }
 
-/// Half away from zero, in constant expressions too.
+/// What a cast to an integer makes the nearest one of, in constant expressions too.
 pub(crate) const fn round(value: f64) -> f64 {
-    if value < 0.0 {
+    // From 2^52 on there are only integers, and a half more would be rounded itself.
+    const INTEGERS: f64 = (1u64 << 52) as f64;
+    if value >= INTEGERS || value <= -INTEGERS {
+        value
+    } else if value < 0.0 {
         value - 0.5
     } else {
         value + 0.5

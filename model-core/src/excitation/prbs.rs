@@ -18,7 +18,7 @@ crate::parameters! {
         /// Magnitude of both levels.
         amplitude_deg [""]: 5.0, "deg", -32768.0, 32767.0, "as the chirp";
         /// Order of the shift register, a whole number: a period has 2^order - 1 chips.
-        order ["n"]: 7.0, "1", 3.0, 16.0, "a period of 10 s";
+        order ["n"]: 7.0, "choice", 3.0, 16.0, "a period of 10 s";
         /// Time for which a chip is held.
         chip_s [""]: 0.08, "s", 50e-6, 1e6, "0.44/chip = 5.5 Hz is above the bandwidth of 4.775 Hz";
         /// Chip of the sequence that comes first.

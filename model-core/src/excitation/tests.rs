@@ -175,7 +175,10 @@ fn any_input() -> impl Strategy<Value = Input> {
     (prop::sample::select(Input::NAMES), shares).prop_map(|(name, shares)| {
         let mut input = Input::named(name).unwrap();
         for (parameter, share) in input.table().iter().zip(shares) {
-            let value = parameter.min + share * (parameter.max - parameter.min);
+            let mut value = parameter.min + share * (parameter.max - parameter.min);
+            if parameter.is_choice() {
+                value = libm::floor(value);
+            }
             input.set(parameter.name, value).unwrap();
         }
         input

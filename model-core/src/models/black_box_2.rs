@@ -31,7 +31,7 @@ crate::parameters! {
         position_limit_deg ["pos"]: 180.0, "deg", 0.0, f64::INFINITY, "paper, section III.A: deflection limit of 180 degrees";
         /// Where the rate is limited: 0 in the integrator, 1 and 2 behind it, with the limited (1)
         /// or the unlimited rate (2) fed back.
-        rate_limit_form ["bb2_sat"]: 0.0, "1", 0.0, 2.0, "a limited integrator does not wind up; the paper does not say";
+        rate_limit_form ["bb2_sat"]: 0.0, "choice", 0.0, 2.0, "a limited integrator does not wind up; the paper does not say";
     }
 }
 
@@ -63,8 +63,7 @@ impl BlackBox2 {
     /// The model with these parameters, at rest at zero.
     ///
     /// # Errors
-    /// The first parameter that is NaN or outside its range, and a `rate_limit_form` that is not
-    /// one of 0, 1 and 2.
+    /// The first parameter that is NaN or outside its range.
     ///
     /// ```
     /// use model_core::models::{ActuatorModel, black_box_2::BlackBox2};
@@ -79,7 +78,7 @@ impl BlackBox2 {
         parameters.check()?;
         Ok(Self {
             parameters,
-            form: parameters.form()?,
+            form: parameters.form(),
             angle_deg: 0.0,
             rate_deg_s: 0.0,
         })
@@ -87,16 +86,12 @@ impl BlackBox2 {
 }
 
 impl BlackBox2Parameters {
-    fn form(&self) -> Result<RateLimitForm, ParameterError> {
+    /// Which of the forms it is; the range of the choice has been checked.
+    fn form(&self) -> RateLimitForm {
         match self.rate_limit_form {
-            0.0 => Ok(RateLimitForm::LimitedIntegrator),
-            1.0 => Ok(RateLimitForm::LimitedFeedback),
-            2.0 => Ok(RateLimitForm::UnlimitedFeedback),
-            value => Err(ParameterError::NotAllowed {
-                name: "rate_limit_form",
-                value,
-                allowed: "0, 1 or 2",
-            }),
+            0.0 => RateLimitForm::LimitedIntegrator,
+            1.0 => RateLimitForm::LimitedFeedback,
+            _ => RateLimitForm::UnlimitedFeedback,
         }
     }
 
@@ -243,10 +238,7 @@ mod tests {
         };
         assert!(matches!(
             BlackBox2::try_new(parameters),
-            Err(ParameterError::NotAllowed {
-                name: "rate_limit_form",
-                ..
-            })
+            Err(ParameterError::OutOfRange { parameter, .. }) if parameter.symbol == "bb2_sat"
         ));
     }
 }

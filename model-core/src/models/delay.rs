@@ -11,9 +11,11 @@ mod kept;
 #[derive(Debug, Clone, PartialEq)]
 pub struct DelayLine<const N: usize> {
     delay_ticks: usize,
-    /// The values under way, in the first `delay_ticks` places; none before the first came in.
-    ring: Option<[f64; N]>,
+    /// The values under way, in the first `delay_ticks` places.
+    ring: [f64; N],
     oldest: usize,
+    /// Whether the first value came in.
+    started: bool,
 }
 
 impl<const N: usize> DelayLine<N> {
@@ -30,8 +32,9 @@ impl<const N: usize> DelayLine<N> {
         let delay_ticks = usize::try_from(delay_ticks).ok().filter(|d| *d <= N)?;
         Some(Self {
             delay_ticks,
-            ring: None,
+            ring: [0.0; N],
             oldest: 0,
+            started: false,
         })
     }
 
@@ -39,12 +42,17 @@ impl<const N: usize> DelayLine<N> {
     /// unchanged, NaN included.
     #[inline]
     pub fn shift(&mut self, value: f64) -> f64 {
-        let ring = self.ring.get_or_insert_with(|| [value; N]);
         if self.delay_ticks == 0 {
             return value;
         }
+        if !self.started {
+            // In place: the line of the actuator is 160 KB, too much for a stack and for every tick.
+            self.ring.fill(value);
+            self.started = true;
+        }
         // `oldest < delay_ticks <= N` always; `map_or` spares the panic path of an index.
-        let delayed = ring
+        let delayed = self
+            .ring
             .get_mut(self.oldest)
             .map_or(value, |place| core::mem::replace(place, value));
         self.oldest += 1;

@@ -1,31 +1,174 @@
 //! Where the rows of a run go.
 
-use std::path::PathBuf;
+use std::{
+    collections::BTreeSet,
+    io::{self, BufWriter, StdoutLock, Write},
+    path::{self, Path, PathBuf},
+};
 
 use indicatif::ProgressBar;
 
 use crate::{
-    cli::output::{self, CsvSink},
+    cli::output,
     error::Error,
     plot,
     report::{Cell, Table, figures},
+    scenario::Scenario,
     simulate::{Rows, Simulation},
     trace::Trace,
+    trace_file::{Description, Format, TraceFile, csv::Csv},
 };
 
 /// The most rows that are kept for a plot: some 0.4 GB, and more than any screen resolves.
 const MOST_PLOTTED: u64 = 2_000_000;
 
-/// A CSV file or a summary, and a plot where one is wanted.
+/// What the command line asks for.
+pub struct Outputs {
+    /// CSV, whatever the name; a summary where there is none.
+    pub csv: Option<PathBuf>,
+    /// Trace files, each as its name says.
+    pub files: Vec<PathBuf>,
+    /// A plot.
+    pub plot: Option<PathBuf>,
+}
+
+/// Everything that takes the rows of a run.
 pub struct Sinks {
-    table: TableSink,
-    plot: Option<PlotSink>,
+    sinks: Vec<Box<dyn Sink>>,
     progress: ProgressBar,
 }
 
-enum TableSink {
-    Csv(CsvSink),
-    Summary(Summary),
+/// Something that takes the rows of a run.
+trait Sink: Rows {
+    /// Writes what is left.
+    fn finish(self: Box<Self>) -> Result<(), Error>;
+}
+
+impl Sinks {
+    /// Opens what the rows of this run go to.
+    pub fn create(
+        scenario: &Scenario,
+        simulation: &Simulation,
+        outputs: Outputs,
+    ) -> Result<Self, Error> {
+        outputs.check()?;
+        let description = Description::of(scenario, simulation)?;
+        let file = |path: &Path, format, said| {
+            let file = TraceFile::create(path, format, simulation, &description)?;
+            Ok::<Box<dyn Sink>, Error>(Box::new(FileSink { file, said }))
+        };
+        let mut sinks = Vec::new();
+        for path in outputs.files {
+            sinks.push(file(&path, Format::of(&path)?, Some(path.clone()))?);
+        }
+        if let Some(path) = outputs.plot {
+            sinks.push(Box::new(PlotSink::create(simulation, path)?));
+        }
+        // Made last: its header is not written before all is known to be good.
+        let table: Box<dyn Sink> = match &outputs.csv {
+            None => Box::new(Summary::new(&simulation.columns())),
+            Some(path) if output::is_standard_output(path) => {
+                Box::new(StandardOutput::create(simulation)?)
+            }
+            Some(path) => file(path, Format::Csv, None)?,
+        };
+        sinks.insert(0, table);
+        Ok(Self {
+            sinks,
+            progress: output::progress(simulation.rows(), "rows"),
+        })
+    }
+
+    /// Writes what is left.
+    pub fn finish(self) -> Result<(), Error> {
+        self.progress.finish_and_clear();
+        self.sinks.into_iter().try_for_each(Sink::finish)
+    }
+}
+
+impl Rows for Sinks {
+    fn row(&mut self, values: &[f64]) -> Result<(), Error> {
+        for sink in &mut self.sinks {
+            sink.row(values)?;
+        }
+        self.progress.inc(1);
+        Ok(())
+    }
+}
+
+impl Outputs {
+    /// Before anything is opened: whether each name says its format, and stands once.
+    fn check(&self) -> Result<(), Error> {
+        for path in &self.files {
+            Format::of(path)?;
+        }
+        if let Some(path) = &self.plot {
+            plot::Format::of(path)?;
+        }
+        let mut seen = BTreeSet::new();
+        let mut paths = self.csv.iter().chain(&self.files).chain(&self.plot);
+        let twice = paths.find(|path| !seen.insert(path::absolute(path).unwrap_or_default()));
+        match twice {
+            None => Ok(()),
+            Some(twice) => Err(Error::Conflict(format!(
+                "{} is to be written twice, expected a name for each",
+                twice.display()
+            ))),
+        }
+    }
+}
+
+/// CSV on standard output.
+struct StandardOutput(Csv<BufWriter<StdoutLock<'static>>>);
+
+impl StandardOutput {
+    fn create(simulation: &Simulation) -> Result<Self, Error> {
+        let out = BufWriter::new(io::stdout().lock());
+        Csv::create(out, &simulation.columns())
+            .map(Self)
+            .map_err(Self::failed)
+    }
+
+    fn failed(source: io::Error) -> Error {
+        Error::Write {
+            path: "-".into(),
+            source,
+        }
+    }
+}
+
+impl Rows for StandardOutput {
+    fn row(&mut self, values: &[f64]) -> Result<(), Error> {
+        self.0.row(values).map_err(Self::failed)
+    }
+}
+
+impl Sink for StandardOutput {
+    fn finish(self: Box<Self>) -> Result<(), Error> {
+        self.0.finish().flush().map_err(Self::failed)
+    }
+}
+
+/// A file, whose name is said when it is complete where it was asked for by its format.
+struct FileSink {
+    file: TraceFile,
+    said: Option<PathBuf>,
+}
+
+impl Rows for FileSink {
+    fn row(&mut self, values: &[f64]) -> Result<(), Error> {
+        self.file.row(values)
+    }
+}
+
+impl Sink for FileSink {
+    fn finish(self: Box<Self>) -> Result<(), Error> {
+        self.file.finish()?;
+        if let Some(path) = self.said {
+            eprintln!("trace: {}", path.display());
+        }
+        Ok(())
+    }
 }
 
 struct PlotSink {
@@ -34,53 +177,8 @@ struct PlotSink {
     trace: Trace,
 }
 
-impl Sinks {
-    /// Opens what the rows of this run go to.
-    pub fn create(
-        simulation: &Simulation,
-        csv: Option<PathBuf>,
-        plot: Option<PathBuf>,
-    ) -> Result<Self, Error> {
-        let columns = simulation.columns();
-        let plot = plot.map(|path| PlotSink::create(simulation, path));
-        Ok(Self {
-            plot: plot.transpose()?,
-            table: match csv {
-                Some(path) => TableSink::Csv(CsvSink::create(&path, &columns)?),
-                None => TableSink::Summary(Summary::new(&columns)),
-            },
-            progress: output::progress(simulation.rows(), "rows"),
-        })
-    }
-
-    /// Writes what is left.
-    pub fn finish(self) -> Result<(), Error> {
-        self.progress.finish_and_clear();
-        match self.table {
-            TableSink::Csv(csv) => csv.finish()?,
-            TableSink::Summary(summary) => output::print_table(&summary.table())?,
-        }
-        self.plot.map_or(Ok(()), PlotSink::finish)
-    }
-}
-
-impl Rows for Sinks {
-    fn row(&mut self, values: &[f64]) -> Result<(), Error> {
-        match &mut self.table {
-            TableSink::Csv(csv) => csv.numbers(values)?,
-            TableSink::Summary(summary) => summary.take(values),
-        }
-        if let Some(plot) = &mut self.plot {
-            plot.trace.push(values);
-        }
-        self.progress.inc(1);
-        Ok(())
-    }
-}
-
 impl PlotSink {
     fn create(simulation: &Simulation, path: PathBuf) -> Result<Self, Error> {
-        plot::Format::of(&path)?;
         let rows = simulation.rows();
         if rows > MOST_PLOTTED {
             return Err(Error::Conflict(format!(
@@ -94,8 +192,16 @@ impl PlotSink {
             trace: Trace::new(&simulation.columns(), rows as usize),
         })
     }
+}
 
-    fn finish(self) -> Result<(), Error> {
+impl Rows for PlotSink {
+    fn row(&mut self, values: &[f64]) -> Result<(), Error> {
+        self.trace.row(values)
+    }
+}
+
+impl Sink for PlotSink {
+    fn finish(self: Box<Self>) -> Result<(), Error> {
         plot::save(&figures::of_trace(&self.title, &self.trace), &self.path)?;
         eprintln!("plot: {}", self.path.display());
         Ok(())
@@ -115,14 +221,6 @@ impl Summary {
         }
     }
 
-    fn take(&mut self, values: &[f64]) {
-        for ((_, [least, greatest, last]), value) in self.rows.iter_mut().zip(values) {
-            *least = least.min(*value);
-            *greatest = greatest.max(*value);
-            *last = *value;
-        }
-    }
-
     fn table(&self) -> Table {
         let columns = ["column", "least", "greatest", "last"];
         let mut table = Table::new("", &columns.map(|name| (name, "")));
@@ -131,5 +229,22 @@ impl Summary {
             table.push([Cell::from(*name)].into_iter().chain(numbers));
         }
         table
+    }
+}
+
+impl Rows for Summary {
+    fn row(&mut self, values: &[f64]) -> Result<(), Error> {
+        for ((_, [least, greatest, last]), value) in self.rows.iter_mut().zip(values) {
+            *least = least.min(*value);
+            *greatest = greatest.max(*value);
+            *last = *value;
+        }
+        Ok(())
+    }
+}
+
+impl Sink for Summary {
+    fn finish(self: Box<Self>) -> Result<(), Error> {
+        output::print_table(&self.table())
     }
 }

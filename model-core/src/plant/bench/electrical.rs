@@ -21,7 +21,7 @@ crate::parameters! {
         /// Forward drop of each diode that carries the current when all switches are open.
         diode_drop_v [""]: 0.7, "V", 0.0, 5.0, "body diode of a small MOSFET";
         /// What the bridge does in the off part of a PWM period: 0 brakes, 1 coasts.
-        coast_when_off [""]: 0.0, "1", 0.0, 1.0, "sign-magnitude drive brakes";
+        coast_when_off [""]: 0.0, "choice", 0.0, 1.0, "sign-magnitude drive brakes";
     }
 }
 

@@ -25,7 +25,7 @@ crate::parameters! {
     /// Friction at the output shaft, of the gearbox and all before it.
     pub struct FrictionParameters {
         /// Which of the models M1 to M6; a fraction is cut off.
-        friction_model [""]: 1.0, "1", 1.0, 6.0, "the simplest";
+        friction_model [""]: 1.0, "choice", 1.0, 6.0, "the simplest";
         /// Coulomb friction `Kc`.
         coulomb_friction_nm [""]: 0.028, "Nm", 0.0, 10.0, "estimate: with the bearing's, 3 % of the stall torque";
         /// Viscous friction `Kv`.

@@ -1,0 +1,54 @@
+#!/usr/bin/env bash
+# What `cargo test` leaves out because it needs more than a C compiler: C++, valgrind, sanitisers, bare metal, JSBSim and
+# Octave. Installs what is missing (apt, and a Python environment under target/).
+set -euo pipefail
+cd "$(dirname "$0")/../.."
+
+out=$PWD/target/bindings-c
+venv=$out/venv
+here=$PWD/bindings/c
+library=$PWD/target/debug/libactuator_c
+mkdir -p "$out"
+
+say() { printf '\n-- C library: %s\n' "$*"; }
+
+say "tools"
+missing=0
+for tool in mkoctfile octave-cli valgrind c++; do
+    command -v "$tool" >/dev/null || missing=1
+done
+if [ "$missing" = 1 ]; then
+    apt-get update -qq
+    DEBIAN_FRONTEND=noninteractive apt-get install -yqq --no-install-recommends octave octave-dev valgrind g++ >"$out/apt.log"
+fi
+[ -x "$venv/bin/pip" ] || python3 -m venv "$venv"
+"$venv/bin/pip" install --quiet --disable-pip-version-check jsbsim==1.3.3
+
+say "build"
+cargo build --quiet --locked -p actuator-c
+cargo build --quiet --locked -p host-sim --bin actuator
+cargo rustc --quiet --locked --release -p actuator-c --target thumbv7em-none-eabihf --crate-type staticlib
+
+say "C++"
+strict="-Wall -Wextra -Wpedantic -Werror -g -I $here/include"
+system="-lm -lpthread -ldl"
+c++ -std=c++11 $strict -x c++ "$here/tests/trace.c" -x none "$library.a" $system -o "$out/trace"
+
+say "valgrind"
+cc -std=c99 $strict "$here/tests/misuse.c" "$library.a" $system -o "$out/misuse"
+valgrind --quiet --error-exitcode=1 "$out/misuse"
+seq -f '%g 83 0.1' -30 30 | valgrind --quiet --error-exitcode=1 "$out/trace" board bench consistent switched 7 | tail -n 1
+
+say "sanitisers"
+cc -std=c99 $strict -fsanitize=address,undefined -fno-sanitize-recover "$here/tests/misuse.c" "$library.a" $system -o "$out/misuse-san"
+"$out/misuse-san"
+
+say "JSBSim: black box 1 as a system"
+"$venv/bin/python" "$here/examples/jsbsim/compare.py" "$library.so"
+say "JSBSim: the servo in the elevator"
+"$venv/bin/python" "$here/examples/jsbsim/fly.py" "$library.so"
+
+say "Octave"
+CFLAGS="-std=c99 -O2 -Wall -Werror" mkoctfile --mex -I"$here/include" -o "$out/actuator_mex.mex" \
+    "$here/examples/octave/actuator_mex.c" "$library.a"
+octave-cli --norc --path "$out" "$here/examples/octave/compare.m" "$PWD/target/debug/actuator"

@@ -1,0 +1,124 @@
+//! What stands in memory that the caller owns.
+//!
+//! The caller's structs are opaque words. The library keeps a mark and its own value there, so
+//! that memory which was zeroed, or holds another thing, is told from memory that it has filled.
+#![allow(
+    unsafe_code,
+    reason = "the caller's memory is reached through raw pointers"
+)]
+
+use core::ffi::{CStr, c_char};
+use core::mem::MaybeUninit;
+
+use crate::error::Code;
+
+/// A struct of the caller that holds a value of the library.
+///
+/// The value has no destructor and points to nothing of its own (nothing in `model-core` does), so
+/// a copy of its bytes is another value: C may copy, keep and forget it.
+pub trait Holds: Sized {
+    /// What it holds.
+    type Value;
+    /// What tells it from anything else: eight characters, the last of them for the layout.
+    const MARK: u64;
+    /// Fails to compile where the value does not fit, or would have to be dropped.
+    const FITS: () = {
+        assert!(size_of::<Marked<Self::Value>>() <= size_of::<Self>());
+        assert!(align_of::<Marked<Self::Value>>() <= align_of::<Self>());
+        assert!(!core::mem::needs_drop::<Self::Value>());
+    };
+}
+
+/// A value with its mark in front of it.
+#[repr(C)]
+pub struct Marked<T> {
+    mark: u64,
+    value: MaybeUninit<T>,
+}
+
+/// Pointer and size as the caller gave them.
+fn place<H: Holds>(memory: *const H) -> Result<*const Marked<H::Value>, Code> {
+    const { H::FITS };
+    if memory.is_null() || !memory.is_aligned() {
+        return Err(Code::Pointer);
+    }
+    Ok(memory.cast())
+}
+
+/// Fills the caller's memory with what `make` gives; where that is an error, the memory holds
+/// nothing afterwards.
+///
+/// # Safety
+/// `memory` is null, misaligned or the caller's own, `size` bytes of it.
+pub unsafe fn fill<H: Holds, E: From<Code>>(
+    memory: *mut H,
+    size: usize,
+    make: impl FnOnce() -> Result<H::Value, E>,
+) -> Result<(), E> {
+    let place = place(memory)?.cast_mut();
+    if size != size_of::<H>() {
+        return Err(Code::Size.into());
+    }
+    // The parts are written one by one: a whole would stand on the stack first.
+    // SAFETY: not null, aligned, and large enough by `FITS`; the caller owns it.
+    unsafe {
+        (&raw mut (*place).mark).write(0);
+        (&raw mut (*place).value).write(MaybeUninit::new(make()?));
+        (&raw mut (*place).mark).write(H::MARK);
+    }
+    Ok(())
+}
+
+/// The value in the caller's memory.
+///
+/// # Safety
+/// `memory` is null, misaligned, or the caller's own: zeroed, or filled by [`fill`].
+pub unsafe fn look<'a, H: Holds>(memory: *const H) -> Result<&'a H::Value, Code> {
+    // SAFETY: not null, aligned, and large enough by `FITS`; nobody changes it during the call.
+    let marked = unsafe { &*place(memory)? };
+    if marked.mark != H::MARK {
+        return Err(Code::NotReady);
+    }
+    // SAFETY: the mark is written by `fill` alone, together with the value.
+    Ok(unsafe { marked.value.assume_init_ref() })
+}
+
+/// The value in the caller's memory, to be changed.
+///
+/// # Safety
+/// As [`look`], and nobody else uses it during the call.
+pub unsafe fn change<'a, H: Holds>(memory: *mut H) -> Result<&'a mut H::Value, Code> {
+    // SAFETY: not null, aligned, and large enough by `FITS`; it is ours during the call.
+    let marked = unsafe { &mut *place(memory)?.cast_mut() };
+    if marked.mark != H::MARK {
+        return Err(Code::NotReady);
+    }
+    // SAFETY: the mark is written by `fill` alone, together with the value.
+    Ok(unsafe { marked.value.assume_init_mut() })
+}
+
+/// Writes a result to where the caller wants it.
+///
+/// # Safety
+/// `out` is null, misaligned or the caller's own.
+pub unsafe fn put<T>(out: *mut T, value: T) -> Result<(), Code> {
+    if out.is_null() || !out.is_aligned() {
+        return Err(Code::Pointer);
+    }
+    // SAFETY: not null and aligned; the caller owns it.
+    unsafe { out.write(value) };
+    Ok(())
+}
+
+/// The caller's text; what is not UTF-8 is no name of anything.
+///
+/// # Safety
+/// `text` is null or ends in a zero, and stays as it is during the call.
+pub unsafe fn text<'a>(text: *const c_char) -> Result<&'a str, Code> {
+    if text.is_null() {
+        return Err(Code::Pointer);
+    }
+    // SAFETY: not null; the caller vouches for the zero.
+    let text = unsafe { CStr::from_ptr(text) };
+    text.to_str().map_err(|_| Code::Name)
+}

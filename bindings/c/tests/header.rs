@@ -1,0 +1,23 @@
+//! The committed header is the one that the source makes.
+
+use std::{fs, path::Path};
+
+#[test]
+fn the_header_is_that_of_the_source() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let config = cbindgen::Config::from_file(root.join("cbindgen.toml")).unwrap();
+    let sources = ["error", "settings", "actuator"].map(|name| root.join(format!("src/{name}.rs")));
+    let builder = cbindgen::Builder::new().with_config(config);
+    let builder = sources.iter().fold(builder, |b, source| b.with_src(source));
+    let mut made = Vec::new();
+    builder.generate().unwrap().write(&mut made);
+    let path = root.join("include/actuator.h");
+    if std::env::var_os("UPDATE_HEADER").is_some() {
+        fs::write(&path, &made).unwrap();
+    }
+    let kept = fs::read_to_string(&path).unwrap_or_default();
+    assert!(
+        kept.as_bytes() == made,
+        "actuator.h is not what the source makes; UPDATE_HEADER=1 cargo test -p actuator-c writes it"
+    );
+}

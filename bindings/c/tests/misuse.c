@@ -1,0 +1,161 @@
+/* Everything that a caller can get wrong gives the error code that the header names. */
+#include "actuator.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+static int failures;
+
+#define EXPECT(condition)                                                  \
+    do {                                                                   \
+        if (!(condition)) {                                                \
+            fprintf(stderr, "line %d: %s\n", __LINE__, #condition);        \
+            failures++;                                                    \
+        }                                                                  \
+    } while (0)
+
+#define EXPECT_ERROR(name, call) EXPECT((call) == ACTUATOR_ERROR_##name)
+
+static struct actuator actuator;
+static struct actuator_settings settings;
+static struct actuator_why why;
+
+static void memory_that_holds_nothing(void)
+{
+    struct actuator_parameter parameter;
+    struct actuator_preset preset;
+    struct actuator_reading reading;
+    double value;
+
+    EXPECT_ERROR(NOT_READY, actuator_settings_set(&settings, "P", 1.0, &why));
+    EXPECT(strlen(why.text) > 0);
+    EXPECT_ERROR(NOT_READY, actuator_settings_get(&settings, "P", &value));
+    EXPECT_ERROR(NOT_READY, actuator_settings_apply(&settings, "consistent", NULL));
+    EXPECT_ERROR(NOT_READY, actuator_settings_set_pwm(&settings, "switched", NULL));
+    EXPECT_ERROR(NOT_READY, actuator_settings_set_seed(&settings, 1));
+    EXPECT_ERROR(NOT_READY, actuator_settings_parameter(&settings, 0, &parameter));
+    EXPECT_ERROR(NOT_READY, actuator_settings_preset(&settings, 0, &preset));
+    EXPECT_ERROR(NOT_READY, actuator_start(&actuator, sizeof actuator, &settings, NULL));
+    EXPECT_ERROR(NOT_READY, actuator_advance(&actuator, 0.0, 1));
+    EXPECT_ERROR(NOT_READY, actuator_advance_to(&actuator, 0.0, 1.0));
+    EXPECT_ERROR(NOT_READY, actuator_set_load_nm(&actuator, 0.0));
+    EXPECT_ERROR(NOT_READY, actuator_read(&actuator, &reading));
+    /* Settings are no actuator, nor is anything else. */
+    memset(&actuator, 0xff, sizeof actuator);
+    EXPECT_ERROR(NOT_READY, actuator_read(&actuator, &reading));
+}
+
+static void pointers(void)
+{
+    size_t size = sizeof settings;
+    void *odd = (char *)&actuator + 1;
+
+    EXPECT_ERROR(POINTER, actuator_settings_init(NULL, size, "board", NULL, &why));
+    EXPECT_ERROR(POINTER, actuator_settings_init(&settings, size, NULL, NULL, &why));
+    EXPECT_ERROR(SIZE, actuator_settings_init(&settings, size - 8, "board", NULL, &why));
+    EXPECT_ERROR(NONE, actuator_settings_init(&settings, size, "board", NULL, &why));
+    EXPECT(strlen(why.text) == 0);
+    EXPECT_ERROR(POINTER, actuator_settings_set(NULL, "P", 1.0, NULL));
+    EXPECT_ERROR(POINTER, actuator_settings_set(&settings, NULL, 1.0, NULL));
+    EXPECT_ERROR(POINTER, actuator_settings_get(&settings, "P", NULL));
+    EXPECT_ERROR(POINTER, actuator_settings_apply(&settings, NULL, NULL));
+    EXPECT_ERROR(POINTER, actuator_settings_set_pwm(&settings, NULL, NULL));
+    EXPECT_ERROR(POINTER, actuator_settings_set_seed(NULL, 0));
+    EXPECT_ERROR(POINTER, actuator_settings_parameter(&settings, 0, NULL));
+    EXPECT_ERROR(POINTER, actuator_settings_preset(&settings, 0, NULL));
+    EXPECT_ERROR(POINTER, actuator_start(NULL, sizeof actuator, &settings, NULL));
+    EXPECT_ERROR(POINTER, actuator_start(odd, sizeof actuator, &settings, NULL));
+    EXPECT_ERROR(POINTER, actuator_start(&actuator, sizeof actuator, NULL, NULL));
+    EXPECT_ERROR(SIZE, actuator_start(&actuator, sizeof actuator + 8, &settings, NULL));
+    EXPECT_ERROR(POINTER, actuator_advance(NULL, 0.0, 1));
+    EXPECT_ERROR(POINTER, actuator_advance_to(NULL, 0.0, 1.0));
+    EXPECT_ERROR(POINTER, actuator_set_load_nm(NULL, 0.0));
+    EXPECT_ERROR(POINTER, actuator_read(NULL, NULL));
+    EXPECT_ERROR(POINTER, actuator_read(odd, NULL));
+}
+
+static void names_and_values(void)
+{
+    double value = 0.0;
+    char endless[1000];
+
+    EXPECT_ERROR(NAME, actuator_settings_init(&settings, sizeof settings, "bord", NULL, &why));
+    EXPECT(strstr(why.text, "`bord`") != NULL);
+    EXPECT_ERROR(NOT_READY, actuator_settings_set_seed(&settings, 0));
+    EXPECT_ERROR(NAME, actuator_settings_init(&settings, sizeof settings, "board", "desk", &why));
+    EXPECT_ERROR(NONE, actuator_settings_init(&settings, sizeof settings, "board", NULL, &why));
+    EXPECT_ERROR(NAME, actuator_settings_set(&settings, "pole", 30.0, &why));
+    EXPECT(strstr(why.text, "`pole`") != NULL);
+    EXPECT_ERROR(NAME, actuator_settings_set(&settings, "", 30.0, &why));
+    EXPECT_ERROR(NAME, actuator_settings_set(&settings, "\xff\xfe", 30.0, &why));
+    memset(endless, 'x', sizeof endless);
+    endless[sizeof endless - 1] = 0;
+    EXPECT_ERROR(NAME, actuator_settings_set(&settings, endless, 30.0, &why));
+    EXPECT(strlen(why.text) == ACTUATOR_WHY_SIZE - 1);
+    EXPECT_ERROR(NAME, actuator_settings_get(&settings, "pole", &value));
+    EXPECT_ERROR(NAME, actuator_settings_apply(&settings, "as-printed", &why));
+    EXPECT_ERROR(NAME, actuator_settings_set_pwm(&settings, "sometimes", &why));
+    EXPECT_ERROR(NONE, actuator_settings_set(&settings, "P", 16.0, &why));
+    EXPECT_ERROR(PARAMETER, actuator_settings_set(&settings, "P", NAN, &why));
+    EXPECT(strstr(why.text, "position_gain is NaN") != NULL);
+    EXPECT_ERROR(PARAMETER, actuator_settings_set(&settings, "P", -HUGE_VAL, NULL));
+    EXPECT_ERROR(NONE, actuator_settings_get(&settings, "position_gain", &value));
+    EXPECT(value == 16.0);
+}
+
+static void time_and_commands(void)
+{
+    struct actuator_reading before, after;
+
+    EXPECT_ERROR(NONE, actuator_start(&actuator, sizeof actuator, &settings, &why));
+    EXPECT_ERROR(NONE, actuator_advance_to(&actuator, 10.0, 1.0 / 120.0));
+    EXPECT_ERROR(NONE, actuator_read(&actuator, &before));
+    EXPECT(before.tick == 167);
+    EXPECT_ERROR(COMMAND, actuator_advance(&actuator, NAN, 1));
+    EXPECT_ERROR(COMMAND, actuator_advance_to(&actuator, HUGE_VAL, 1.0));
+    EXPECT_ERROR(COMMAND, actuator_set_load_nm(&actuator, -HUGE_VAL));
+    EXPECT_ERROR(TIME, actuator_advance(&actuator, 0.0, UINT64_MAX));
+    EXPECT_ERROR(TIME, actuator_advance_to(&actuator, 0.0, NAN));
+    EXPECT_ERROR(TIME, actuator_advance_to(&actuator, 0.0, -1.0));
+    EXPECT_ERROR(TIME, actuator_advance_to(&actuator, 0.0, 0.0));
+    EXPECT_ERROR(TIME, actuator_advance_to(&actuator, 0.0, HUGE_VAL));
+    EXPECT_ERROR(NONE, actuator_read(&actuator, &after));
+    EXPECT(memcmp(&before, &after, sizeof before) == 0);
+    /* A start that fails leaves no actuator. */
+    EXPECT_ERROR(POINTER, actuator_start(&actuator, sizeof actuator, NULL, NULL));
+    EXPECT_ERROR(NOT_READY, actuator_advance(&actuator, 0.0, 1));
+}
+
+static void lists(void)
+{
+    struct actuator_parameter parameter;
+    struct actuator_preset preset;
+    size_t parameters = 0, presets = 0;
+
+    while (actuator_settings_parameter(&settings, parameters, &parameter) == ACTUATOR_ERROR_NONE) {
+        EXPECT(parameter.min <= parameter.default_value);
+        EXPECT(parameter.default_value <= parameter.max);
+        EXPECT(strlen(parameter.meaning) > 0);
+        parameters++;
+    }
+    while (actuator_settings_preset(&settings, presets, &preset) == ACTUATOR_ERROR_NONE)
+        presets++;
+    EXPECT(parameters > 20);
+    EXPECT(presets > 3);
+    EXPECT_ERROR(NAME, actuator_settings_parameter(&settings, SIZE_MAX, &parameter));
+    EXPECT_ERROR(NAME, actuator_settings_preset(&settings, SIZE_MAX, &preset));
+}
+
+int main(void)
+{
+    for (int code = -1; code <= 8; code++)
+        EXPECT(strlen(actuator_error_text(code)) > 0);
+    EXPECT(strcmp(actuator_error_text(INT32_MIN), "unknown error") == 0);
+    memory_that_holds_nothing();
+    pointers();
+    names_and_values();
+    time_and_commands();
+    lists();
+    return failures != 0;
+}

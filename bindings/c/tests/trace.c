@@ -1,0 +1,80 @@
+/*
+ * Prints the trace of an actuator, number by number in bits.
+ *
+ * Usage: trace MODEL PLANT PRESET PWM SEED < steps
+ * Each step is a line `command_deg ticks load_nm`. Half way the actuator is kept, driven astray and
+ * put back.
+ */
+#include "actuator.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static void check(enum actuator_error error, const char *what)
+{
+    if (error != ACTUATOR_ERROR_NONE) {
+        fprintf(stderr, "%s: %s\n", what, actuator_error_text(error));
+        exit(1);
+    }
+}
+
+static void print(double value)
+{
+    uint64_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    printf(" %016" PRIx64, bits);
+}
+
+static void show(const struct actuator *actuator)
+{
+    struct actuator_reading r;
+    check(actuator_read(actuator, &r), "read");
+    printf("%" PRIu64, r.tick);
+    print(r.command_deg);
+    print(r.angle_deg);
+    print(r.rate_deg_s);
+    print(r.duty_pct);
+    print(r.angle_meas_deg);
+    print(r.rate_meas_deg_s);
+    print(r.current_a);
+    print(r.back_emf_v);
+    putchar('\n');
+}
+
+static void go_astray_and_back(struct actuator *actuator)
+{
+    static struct actuator kept;
+    memcpy(&kept, actuator, sizeof kept);
+    check(actuator_advance(actuator, -123.0, 4321), "astray");
+    memcpy(actuator, &kept, sizeof kept);
+}
+
+int main(int argc, char **argv)
+{
+    static struct actuator actuator;
+    struct actuator_settings settings;
+    struct actuator_why why;
+    double command_deg, load_nm;
+    uint64_t ticks;
+    int steps = 0;
+
+    if (argc != 6 || actuator_abi_version() != ACTUATOR_ABI_VERSION ||
+        actuator_size() != sizeof actuator)
+        return 2;
+    check(actuator_settings_init(&settings, sizeof settings, argv[1], argv[2], &why), why.text);
+    check(actuator_settings_apply(&settings, argv[3], &why), why.text);
+    check(actuator_settings_set_pwm(&settings, argv[4], &why), why.text);
+    check(actuator_settings_set_seed(&settings, strtoull(argv[5], NULL, 10)), "seed");
+    check(actuator_start(&actuator, sizeof actuator, &settings, &why), why.text);
+    show(&actuator);
+    while (scanf("%lf %" SCNu64 " %lf", &command_deg, &ticks, &load_nm) == 3) {
+        if (++steps == 20)
+            go_astray_and_back(&actuator);
+        check(actuator_set_load_nm(&actuator, load_nm), "load");
+        check(actuator_advance(&actuator, command_deg, ticks), "advance");
+        show(&actuator);
+    }
+    return 0;
+}

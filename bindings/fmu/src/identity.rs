@@ -1,0 +1,212 @@
+//! Which settings belong to a GUID.
+//!
+//! Every FMU carries its settings in `resources/settings.txt`. The GUID is a hash over them, so it
+//! tells whether library, model description and settings belong together. An FMU with the defaults
+//! is known by its GUID alone and needs no resources.
+
+use std::fmt::Write;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use model_core::actuator::{ModelKind, PlantKind, Settings};
+use model_core::named::Named;
+use model_core::plant::Pwm;
+
+use crate::description::guid;
+
+/// The name of the file with the settings, within the resources.
+pub const SETTINGS_FILE: &str = "settings.txt";
+
+/// The defaults of every model and plant.
+pub fn defaults() -> impl Iterator<Item = Settings> {
+    let others = ModelKind::ALL.iter().filter(|m| **m != ModelKind::Board);
+    let others = others.map(|model| (*model, PlantKind::FirstOrder));
+    let boards = PlantKind::ALL
+        .iter()
+        .map(|plant| (ModelKind::Board, *plant));
+    others
+        .chain(boards)
+        .map(|(model, plant)| Settings::new(model, plant))
+}
+
+/// The settings of the FMU with this GUID; `resources` is the place of its resources, as a URI.
+///
+/// # Errors
+/// What does not fit, in words.
+///
+/// ```
+/// use actuator_fmu::{description::guid, identity};
+///
+/// let settings = identity::defaults().next().unwrap();
+/// assert_eq!(identity::find(&guid(&settings), None), Ok(settings));
+/// assert!(identity::find("{0}", None).is_err());
+/// ```
+pub fn find(wanted: &str, resources: Option<&str>) -> Result<Settings, String> {
+    if let Some(settings) = defaults().find(|settings| guid(settings) == wanted) {
+        return Ok(settings);
+    }
+    let unknown =
+        |why: &str| format!("guid is `{wanted}`, which is of no model of this library{why}");
+    let Some(resources) = resources else {
+        return Err(unknown(", and there is no resource location"));
+    };
+    let path = path_of_uri(resources).join(SETTINGS_FILE);
+    let text = read(&path).map_err(|why| unknown(&format!(", and {why}")))?;
+    let settings = from_text(&text).map_err(|why| format!("{}: {why}", path.display()))?;
+    if guid(&settings) == wanted {
+        Ok(settings)
+    } else {
+        Err(unknown(&format!(
+            " with the settings of {}",
+            path.display()
+        )))
+    }
+}
+
+/// Reads what can be a file of settings: a short text.
+fn read(path: &Path) -> Result<String, String> {
+    /// Ten times as long as the longest.
+    const LONGEST: u64 = 1 << 16;
+    let failed = |error| format!("cannot read {}: {error}", path.display());
+    let metadata = fs::metadata(path).map_err(failed)?;
+    if !metadata.is_file() || metadata.len() > LONGEST {
+        return Err(format!("{} is no file of settings", path.display()));
+    }
+    fs::read_to_string(path).map_err(failed)
+}
+
+/// The settings as lines of a name, a blank and a value.
+pub fn to_text(settings: &Settings) -> String {
+    let mut text = format!(
+        "model {}\nplant {}\npwm {}\nseed {}\n",
+        settings.model, settings.plant, settings.pwm, settings.seed
+    );
+    for value in settings.values() {
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{} {}", value.parameter.name, value.value);
+    }
+    text
+}
+
+/// The settings that [`to_text`] wrote.
+///
+/// # Errors
+/// Which line is not as expected.
+pub fn from_text(text: &str) -> Result<Settings, String> {
+    let mut lines = text.lines().filter_map(|line| line.split_once(' '));
+    let mut next = |name: &str| match lines.next() {
+        Some((found, value)) if found == name => Ok(value),
+        _ => Err(format!("expected a line `{name} ...`")),
+    };
+    let unknown = |value: &str| format!("`{value}` is not known");
+    let (model, plant) = (next("model")?, next("plant")?);
+    let mut settings = Settings::new(
+        ModelKind::named(model).ok_or_else(|| unknown(model))?,
+        PlantKind::named(plant).ok_or_else(|| unknown(plant))?,
+    );
+    let (pwm, seed) = (next("pwm")?, next("seed")?);
+    settings.pwm = Pwm::named(pwm).ok_or_else(|| unknown(pwm))?;
+    settings.seed = seed.parse().map_err(|_| unknown(seed))?;
+    for (name, value) in lines {
+        let number = value.parse().map_err(|_| unknown(value))?;
+        settings
+            .set(name, number)
+            .map_err(|error| format!("{name}: {error}"))?;
+    }
+    Ok(settings)
+}
+
+/// The path that a `file:` URI names; anything else is taken for a path as it is.
+fn path_of_uri(uri: &str) -> PathBuf {
+    let Some(rest) = uri.strip_prefix("file:") else {
+        return uri.into();
+    };
+    // `file:/path`, `file:///path` and `file://localhost/path` all occur.
+    let path = match rest.strip_prefix("//") {
+        Some(with_host) => with_host.find('/').map_or("", |at| &with_host[at..]),
+        None => rest,
+    };
+    let path = percent_decoded(path);
+    if cfg!(windows) {
+        // `/C:/path`.
+        return path.trim_start_matches('/').into();
+    }
+    path.into()
+}
+
+fn percent_decoded(text: &str) -> String {
+    let mut bytes = Vec::with_capacity(text.len());
+    let mut rest = text.as_bytes();
+    while let [first, after @ ..] = rest {
+        let hex = after.get(..2).and_then(|two| str::from_utf8(two).ok());
+        let byte = hex.and_then(|two| u8::from_str_radix(two, 16).ok());
+        if let (b'%', Some(byte)) = (first, byte) {
+            bytes.push(byte);
+            rest = &after[2..];
+        } else {
+            bytes.push(*first);
+            rest = after;
+        }
+    }
+    String::from_utf8_lossy(&bytes).into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use model_core::presets::PRESETS;
+    use proptest::prelude::*;
+
+    fn changed() -> Settings {
+        let mut settings = Settings::new(ModelKind::GreyBox, PlantKind::FirstOrder);
+        let preset = PRESETS.iter().find(|p| p.name == "as-printed").unwrap();
+        settings.apply(preset).unwrap();
+        settings
+    }
+
+    #[test]
+    fn settings_come_back_from_their_text() {
+        for settings in defaults().chain([changed()]) {
+            assert_eq!(from_text(&to_text(&settings)), Ok(settings));
+        }
+    }
+
+    #[test]
+    fn changed_settings_are_found_by_their_file_and_only_with_their_guid() {
+        let folder = tempfile::tempdir().unwrap();
+        let place = folder.path().join("a b");
+        fs::create_dir(&place).unwrap();
+        fs::write(place.join(SETTINGS_FILE), to_text(&changed())).unwrap();
+        let uri = format!("file://{}/a%20b", folder.path().display());
+        assert_eq!(find(&guid(&changed()), Some(&uri)), Ok(changed()));
+        assert_eq!(
+            find(&guid(&changed()), place.to_str()),
+            Ok(changed()),
+            "a plain path"
+        );
+        let mut other = changed();
+        other.set("position_gain", 1.0).unwrap();
+        assert!(find(&guid(&other), Some(&uri)).is_err());
+        assert!(find(&guid(&changed()), Some("file:///nowhere")).is_err());
+    }
+
+    #[test]
+    fn uris_of_every_shape_name_the_same_path() {
+        for uri in [
+            "file:/x/y%25",
+            "file:///x/y%25",
+            "file://localhost/x/y%25",
+            "/x/y%",
+        ] {
+            assert_eq!(path_of_uri(uri), Path::new("/x/y%"));
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn no_text_is_taken_for_settings_by_accident(text in "\\PC*", uri in "file:\\PC*") {
+            prop_assert!(from_text(&text).is_err());
+            let _ = path_of_uri(&uri);
+        }
+    }
+}

@@ -1,0 +1,274 @@
+//! One instance of an FMU, without the C.
+//!
+//! A call either does what it should or changes nothing and says why.
+
+use std::collections::BTreeMap;
+
+use model_core::actuator::{Actuator, Reading, Settings};
+use model_core::plant::Pwm;
+use model_core::time::{TICK_S, ticks};
+
+use crate::description::guid;
+use crate::state::{Phase, State, Time};
+use crate::variables::{self, Quantity, Type, Variable};
+
+pub mod values;
+
+/// Why a call was refused.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{message}")]
+pub struct Refusal {
+    /// Whether the host may go on without what it asked for (`fmi2Discard`).
+    pub is_discard: bool,
+    /// What was wrong and what was expected.
+    pub message: String,
+}
+
+impl From<String> for Refusal {
+    fn from(message: String) -> Self {
+        Self {
+            is_discard: false,
+            message,
+        }
+    }
+}
+
+impl From<&str> for Refusal {
+    fn from(message: &str) -> Self {
+        message.to_owned().into()
+    }
+}
+
+type Result<T> = std::result::Result<T, Refusal>;
+
+/// The longest run, s: four months. Ticks are exact in `f64` until then.
+const LONGEST_S: f64 = 1e7;
+
+/// How far the host's sums of steps may be from ours, s.
+const HALF_TICK_S: f64 = TICK_S / 2.0;
+
+const BEFORE_STEPPING: &[Phase] = &[Phase::Instantiated, Phase::Initialization];
+
+/// One instance of an FMU.
+#[derive(Debug)]
+pub struct Instance {
+    guid: String,
+    variables: Vec<Variable>,
+    initial: Settings,
+    state: State,
+    kept: BTreeMap<usize, Box<State>>,
+    last_key: usize,
+}
+
+impl Instance {
+    /// An instance with these start values.
+    pub fn new(settings: Settings) -> Self {
+        Self {
+            guid: guid(&settings),
+            variables: variables::of(&settings),
+            initial: settings,
+            state: State::new(settings),
+            kept: BTreeMap::new(),
+            last_key: 0,
+        }
+    }
+
+    fn expect(&self, allowed: &[Phase]) -> Result<()> {
+        if allowed.contains(&self.state.phase) {
+            return Ok(());
+        }
+        Err(format!(
+            "not allowed in phase {:?}, expected {allowed:?}",
+            self.state.phase
+        )
+        .into())
+    }
+
+    /// Says where time starts and, if the host knows, where it ends, s.
+    ///
+    /// # Errors
+    /// After the initialization began, and for times that are no numbers or in the wrong order.
+    pub fn set_up_experiment(&mut self, start_s: f64, stop_s: Option<f64>) -> Result<()> {
+        self.expect(&[Phase::Instantiated])?;
+        if !start_s.is_finite() {
+            return Err(format!("startTime is {start_s}, expected a number of seconds").into());
+        }
+        if let Some(stop_s) = stop_s
+            && !(stop_s.is_finite() && stop_s >= start_s)
+        {
+            return Err(format!("stopTime is {stop_s}, expected {start_s} s or more").into());
+        }
+        self.state.time = Time {
+            start_s,
+            stop_s,
+            now_s: start_s,
+        };
+        Ok(())
+    }
+
+    /// Begins the initialization.
+    ///
+    /// # Errors
+    /// If it had begun.
+    pub fn enter_initialization(&mut self) -> Result<()> {
+        self.expect(&[Phase::Instantiated])?;
+        self.state.phase = Phase::Initialization;
+        Ok(())
+    }
+
+    /// Ends the initialization: the parameters stay as they are.
+    ///
+    /// # Errors
+    /// Where it had not begun, and for parameters that do not go together.
+    pub fn exit_initialization(&mut self) -> Result<()> {
+        self.expect(&[Phase::Initialization])?;
+        let mut settings = self.state.settings;
+        // The input gives all of it.
+        settings.bench.load.load_torque_nm = 0.0;
+        let actuator = Actuator::try_new(&settings);
+        let actuator = actuator.map_err(|error| error.to_string())?;
+        self.state.actuator = Some(Box::new(actuator));
+        self.state.phase = Phase::Stepping;
+        Ok(())
+    }
+
+    /// Ends the run; outputs stay readable.
+    ///
+    /// # Errors
+    /// Where no step can be taken anyway.
+    pub fn terminate(&mut self) -> Result<()> {
+        self.expect(&[Phase::Stepping])?;
+        self.state.phase = Phase::Terminated;
+        Ok(())
+    }
+
+    /// Puts everything back to what it was right after the instantiation; kept states stay.
+    pub fn reset(&mut self) {
+        self.state = State::new(self.initial);
+    }
+
+    /// Notes that a call ended in the middle: nothing can be relied on.
+    pub fn fail(&mut self) {
+        self.state.phase = Phase::Failed;
+    }
+
+    /// The communication point that was reached, s.
+    pub fn now_s(&self) -> f64 {
+        self.state.time.now_s
+    }
+
+    /// Steps from one communication point over `step_s`.
+    ///
+    /// The end is rounded to a tick from the start time, so lengths that are no whole number of
+    /// ticks do not add up their errors.
+    ///
+    /// # Errors
+    /// For a point other than the one reached, a step that is no positive number, and one beyond
+    /// the stop time or four months.
+    pub fn step(&mut self, point_s: f64, step_s: f64) -> Result<()> {
+        self.expect(&[Phase::Stepping])?;
+        let time = &self.state.time;
+        // Written so that NaN fails, here and below.
+        if !(step_s > 0.0 && step_s <= LONGEST_S) {
+            return Err(format!(
+                "communicationStepSize is {step_s}, expected more than 0 and at most {LONGEST_S} s"
+            )
+            .into());
+        }
+        let is_here = (point_s - time.now_s).abs() <= HALF_TICK_S;
+        if !is_here {
+            return Err(format!(
+                "currentCommunicationPoint is {point_s}, expected {} s",
+                time.now_s
+            )
+            .into());
+        }
+        let end_s = point_s + step_s;
+        let last_s = time.stop_s.unwrap_or(f64::INFINITY);
+        let last_s = last_s.min(time.start_s + LONGEST_S);
+        if end_s > last_s + HALF_TICK_S {
+            return Err(format!("the step ends at {end_s}, expected at most {last_s} s").into());
+        }
+        self.advance_to(ticks(end_s - time.start_s))?;
+        self.state.time.now_s = end_s;
+        Ok(())
+    }
+
+    fn advance_to(&mut self, tick: u64) -> Result<()> {
+        let inputs = self.state.inputs;
+        let actuator = self.state.actuator.as_deref_mut();
+        let actuator = actuator.ok_or("there is no actuator")?;
+        let taken = actuator
+            .set_load_torque_nm(inputs.load_torque_nm)
+            .and_then(|()| {
+                let count = tick.saturating_sub(actuator.tick());
+                actuator.advance(inputs.command_deg, count)
+            });
+        taken.map_err(|error| error.to_string().into())
+    }
+
+    /// Keeps a copy of everything, and gives the key to it. With the key of a kept state that one
+    /// is replaced.
+    ///
+    /// # Errors
+    /// For a key that belongs to no kept state.
+    pub fn keep(&mut self, key: Option<usize>) -> Result<usize> {
+        self.keep_under(key, self.state.clone())
+    }
+
+    fn keep_under(&mut self, key: Option<usize>, state: State) -> Result<usize> {
+        let key = match key {
+            Some(key) => self.kept(key).map(|_| key)?,
+            None => {
+                // Counted for ever: a key that was forgotten does not come back.
+                self.last_key += 1;
+                self.last_key
+            }
+        };
+        self.kept.insert(key, Box::new(state));
+        Ok(key)
+    }
+
+    fn kept(&self, key: usize) -> Result<&State> {
+        let state = self.kept.get(&key).map(Box::as_ref);
+        state.ok_or_else(|| "the state is none that this instance keeps".into())
+    }
+
+    /// Goes back to a kept state.
+    ///
+    /// # Errors
+    /// For a key that belongs to no kept state.
+    pub fn put_back(&mut self, key: usize) -> Result<()> {
+        self.state = self.kept(key)?.clone();
+        Ok(())
+    }
+
+    /// Forgets a kept state.
+    ///
+    /// # Errors
+    /// For a key that belongs to no kept state.
+    pub fn forget(&mut self, key: usize) -> Result<()> {
+        self.kept(key)?;
+        self.kept.remove(&key);
+        Ok(())
+    }
+
+    /// A kept state as bytes.
+    ///
+    /// # Errors
+    /// For a key that belongs to no kept state.
+    pub fn bytes(&self, key: usize) -> Result<Vec<u8>> {
+        Ok(self.kept(key)?.to_bytes(&self.guid)?)
+    }
+
+    /// Keeps a state that was turned to bytes by an instance of the same FMU, in place of the one
+    /// with this key if there is one: the standard does not say that a host clears its variable.
+    ///
+    /// # Errors
+    /// For bytes that are no such state, or damaged.
+    pub fn keep_bytes(&mut self, bytes: &[u8], key: Option<usize>) -> Result<usize> {
+        let state = State::from_bytes(bytes, &self.guid, &self.initial);
+        let state = state.map_err(|why| format!("the state is refused: {why}"))?;
+        self.keep_under(key.filter(|key| self.kept.contains_key(key)), state)
+    }
+}

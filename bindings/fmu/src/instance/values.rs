@@ -1,0 +1,153 @@
+//! Reading and writing of variables.
+
+use super::{BEFORE_STEPPING, Instance, Phase, Pwm, Quantity, Reading, Result, Type};
+use super::{Settings, Variable};
+use crate::variables::Inputs;
+use model_core::parameter::Parameters;
+
+/// The phases in which outputs mean something.
+const READABLE: &[Phase] = &[
+    Phase::Initialization,
+    Phase::Stepping,
+    Phase::Terminated,
+    Phase::Failed,
+];
+
+/// A value of any type.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Value {
+    /// `fmi2Real`.
+    Real(f64),
+    /// `fmi2Integer`.
+    Integer(i32),
+    /// `fmi2Boolean`.
+    Boolean(bool),
+}
+
+impl Value {
+    fn of_type(self) -> Type {
+        match self {
+            Self::Real(_) => Type::Real,
+            Self::Integer(_) => Type::Integer,
+            Self::Boolean(_) => Type::Boolean,
+        }
+    }
+}
+
+/// What can be written.
+struct Draft {
+    settings: Settings,
+    inputs: Inputs,
+}
+
+impl Instance {
+    fn variable(&self, reference: u32, of_type: Type) -> Result<&Variable> {
+        let variable = usize::try_from(reference).ok();
+        let variable = variable.and_then(|index| self.variables.get(index));
+        let variable = variable.ok_or_else(|| {
+            let last = self.variables.len().saturating_sub(1);
+            format!("value reference {reference} is unknown, expected 0 to {last}")
+        })?;
+        match variable.quantity.of_type() {
+            known if known == of_type => Ok(variable),
+            known => Err(format!("{} is {known:?}, not {of_type:?}", variable.name).into()),
+        }
+    }
+
+    /// Reads variables of a type, one after the other, into `take`.
+    ///
+    /// # Errors
+    /// Before the initialization, and for references that are none of this type.
+    pub fn read(
+        &self,
+        of_type: Type,
+        references: &[u32],
+        mut take: impl FnMut(usize, Value),
+    ) -> Result<()> {
+        self.expect(READABLE)?;
+        for reference in references {
+            self.variable(*reference, of_type)?;
+        }
+        let actuator = self.state.actuator.as_deref();
+        let reading = actuator.map_or(Reading::default(), |actuator| actuator.reading());
+        for (place, reference) in references.iter().enumerate() {
+            let variable = self.variable(*reference, of_type)?;
+            take(place, self.value(variable, &reading));
+        }
+        Ok(())
+    }
+
+    fn value(&self, variable: &Variable, reading: &Reading) -> Value {
+        let settings = &self.state.settings;
+        match variable.quantity {
+            Quantity::Output(of) => Value::Real(of(reading)),
+            Quantity::Input(parameter) => Value::Real(self.state.inputs.named(parameter)),
+            Quantity::Parameter(parameter) => {
+                let mut values = settings.values();
+                let value = values.find(|v| v.parameter.name == parameter.name);
+                Value::Real(value.map_or(parameter.default, |v| v.value))
+            }
+            // Seeds are set as positive integers; that of the start values may be greater.
+            Quantity::Seed => Value::Integer(settings.seed.try_into().unwrap_or(i32::MAX)),
+            Quantity::SwitchedPwm => Value::Boolean(settings.pwm == Pwm::Switched),
+        }
+    }
+
+    /// Writes variables: all of them or, where one is refused, none.
+    ///
+    /// # Errors
+    /// For references that are none of the type, variables that cannot be written or not in this
+    /// phase, and values out of range; the message names the variable.
+    pub fn write(&mut self, values: impl IntoIterator<Item = (u32, Value)>) -> Result<()> {
+        self.expect(&[Phase::Instantiated, Phase::Initialization, Phase::Stepping])?;
+        let mut draft = Draft {
+            settings: self.state.settings,
+            inputs: self.state.inputs,
+        };
+        for (reference, value) in values {
+            let variable = self.variable(reference, value.of_type())?;
+            let is_parameter =
+                !matches!(variable.quantity, Quantity::Input(_) | Quantity::Output(_));
+            if is_parameter && !BEFORE_STEPPING.contains(&self.state.phase) {
+                return Err(format!(
+                    "{} is fixed, expected to be set before the end of the initialization",
+                    variable.name
+                )
+                .into());
+            }
+            draft.write(variable, value)?;
+        }
+        (self.state.settings, self.state.inputs) = (draft.settings, draft.inputs);
+        Ok(())
+    }
+}
+
+impl Draft {
+    fn write(&mut self, variable: &Variable, value: Value) -> Result<()> {
+        let name = variable.name;
+        match (variable.quantity, value) {
+            (Quantity::Input(_), Value::Real(value)) => {
+                let set = self.inputs.set(name, value);
+                set.map_err(|error| error.to_string())?;
+            }
+            (Quantity::Parameter(_), Value::Real(value)) => {
+                let set = self.settings.set(name, value);
+                set.map_err(|error| error.to_string())?;
+            }
+            (Quantity::Seed, Value::Integer(value)) => {
+                let seed = value.try_into();
+                self.settings.seed =
+                    seed.map_err(|_| format!("{name} is {value}, expected 0 or more"))?;
+            }
+            (Quantity::SwitchedPwm, Value::Boolean(is_switched)) => {
+                self.settings.pwm = if is_switched {
+                    Pwm::Switched
+                } else {
+                    Pwm::Average
+                };
+            }
+            _ => return Err(format!("{name} is an output and cannot be set").into()),
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,222 @@
+//! Everything that an instance remembers, and the same as bytes.
+//!
+//! Bytes: magic (8), GUID (38), length of what follows the head (8, little endian), CRC-32 of it
+//! (4, little endian), then the state in postcard's format. They tell a state of another model,
+//! version or start value, and damage; they are no protection against somebody who forges them.
+
+use model_core::actuator::{Actuator, Settings};
+use model_core::parameter::Parameters;
+use model_core::plant::Pwm;
+use serde::{Deserialize, Serialize};
+
+use crate::variables::Inputs;
+
+/// What calls are allowed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Phase {
+    /// Parameters can be set.
+    Instantiated,
+    /// Parameters and inputs can be set.
+    Initialization,
+    /// Steps can be taken.
+    Stepping,
+    /// Outputs can be read.
+    Terminated,
+    /// Something failed within: only a reset or a kept state helps.
+    Failed,
+}
+
+/// The time of the host.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Time {
+    /// Where tick 0 is, s.
+    pub start_s: f64,
+    /// Where the host will stop, s, if it said so.
+    pub stop_s: Option<f64>,
+    /// The communication point that was reached, s.
+    pub now_s: f64,
+}
+
+/// Everything that an instance remembers.
+#[derive(Debug, Clone)]
+pub struct State {
+    /// What calls are allowed.
+    pub phase: Phase,
+    /// The parameters.
+    pub settings: Settings,
+    /// The inputs as they were set last.
+    pub inputs: Inputs,
+    /// The time.
+    pub time: Time,
+    /// The actuator, from the end of the initialization on.
+    pub actuator: Option<Box<Actuator>>,
+}
+
+/// A state as it is written: the settings by value, for the model is known.
+#[derive(Serialize, Deserialize)]
+struct Written<A> {
+    phase: Phase,
+    seed: u64,
+    pwm: Pwm,
+    values: Vec<f64>,
+    inputs: [f64; Inputs::TABLE.len()],
+    time: Time,
+    actuator: Option<A>,
+}
+
+const MAGIC: &[u8; 8] = b"ActFMU\x00\x01";
+const GUID_LENGTH: usize = 38;
+const HEAD_LENGTH: usize = MAGIC.len() + GUID_LENGTH + 8 + 4;
+
+impl State {
+    /// The state right after the instantiation.
+    pub fn new(settings: Settings) -> Self {
+        Self {
+            phase: Phase::Instantiated,
+            settings,
+            inputs: Inputs::at_start(&settings),
+            time: Time::default(),
+            actuator: None,
+        }
+    }
+
+    /// The state as bytes, marked with the GUID of its FMU.
+    ///
+    /// # Errors
+    /// What the writer said; not known to happen.
+    ///
+    /// ```
+    /// use actuator_fmu::{description::guid, identity, state::State};
+    ///
+    /// let settings = identity::defaults().next().unwrap();
+    /// let bytes = State::new(settings).to_bytes(&guid(&settings)).unwrap();
+    /// let state = State::from_bytes(&bytes, &guid(&settings), &settings).unwrap();
+    /// assert_eq!(state.settings, settings);
+    /// assert!(State::from_bytes(&bytes[1..], &guid(&settings), &settings).is_err());
+    /// ```
+    pub fn to_bytes(&self, guid: &str) -> Result<Vec<u8>, String> {
+        let written = Written {
+            phase: self.phase,
+            seed: self.settings.seed,
+            pwm: self.settings.pwm,
+            values: self.settings.values().map(|v| v.value).collect(),
+            inputs: [self.inputs.command_deg, self.inputs.load_torque_nm],
+            time: self.time,
+            actuator: self.actuator.as_deref(),
+        };
+        let body = postcard::to_stdvec(&written).map_err(|error| error.to_string())?;
+        Ok([head(guid, &body).as_slice(), body.as_slice()].concat())
+    }
+
+    /// The state that [`State::to_bytes`] wrote for the FMU of this GUID and these start values.
+    ///
+    /// # Errors
+    /// What is wrong with the bytes, in words.
+    pub fn from_bytes(bytes: &[u8], guid: &str, initial: &Settings) -> Result<Self, String> {
+        let (found, body) = bytes
+            .split_at_checked(HEAD_LENGTH)
+            .ok_or("it is shorter than its head")?;
+        let expected = head(guid, body);
+        let (found_origin, found_sums) = found.split_at(MAGIC.len() + GUID_LENGTH);
+        let (origin, sums) = expected.split_at(MAGIC.len() + GUID_LENGTH);
+        if found_origin != origin {
+            return Err("it is no state of this FMU".into());
+        }
+        if found_sums != sums {
+            return Err("it is damaged: length or checksum differ".into());
+        }
+        let (written, rest): (Written<Box<Actuator>>, _) =
+            postcard::take_from_bytes(body).map_err(|error| error.to_string())?;
+        if !rest.is_empty() {
+            return Err("more follows where it should end".into());
+        }
+        written.restored(initial)
+    }
+}
+
+/// What stands before a body.
+fn head(guid: &str, body: &[u8]) -> Vec<u8> {
+    let mut head = MAGIC.to_vec();
+    head.extend(guid.bytes().chain(std::iter::repeat(0)).take(GUID_LENGTH));
+    head.extend((body.len() as u64).to_le_bytes());
+    head.extend(crc32fast::hash(body).to_le_bytes());
+    head
+}
+
+impl Written<Box<Actuator>> {
+    fn restored(self, initial: &Settings) -> Result<State, String> {
+        let mut settings = *initial;
+        (settings.seed, settings.pwm) = (self.seed, self.pwm);
+        if self.values.len() != initial.values().count() {
+            return Err("it has another number of parameters".into());
+        }
+        for (known, value) in initial.values().zip(self.values) {
+            let set = settings.set(known.parameter.name, value);
+            set.map_err(|error| error.to_string())?;
+        }
+        let [command_deg, load_torque_nm] = self.inputs;
+        let inputs = Inputs {
+            command_deg,
+            load_torque_nm,
+        };
+        inputs.check().map_err(|error| error.to_string())?;
+        Ok(State {
+            phase: self.phase,
+            settings,
+            inputs,
+            time: self.time,
+            actuator: self.actuator,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::description::guid;
+    use crate::identity;
+
+    fn stepped(settings: &Settings) -> State {
+        let mut actuator = Actuator::try_new(settings).unwrap();
+        actuator.advance(20.0, 777).unwrap();
+        let mut state = State::new(*settings);
+        state.phase = Phase::Stepping;
+        state.time.now_s = 777.0 * 50e-6;
+        state.actuator = Some(Box::new(actuator));
+        state
+    }
+
+    #[test]
+    fn no_bit_of_a_state_can_be_turned_unnoticed() {
+        let settings = identity::defaults().last().unwrap();
+        let (state, guid) = (stepped(&settings), guid(&settings));
+        let bytes = state.to_bytes(&guid).unwrap();
+        // Every 7th bit: the CRC finds any single one.
+        for bit in (0..bytes.len() * 8).step_by(7) {
+            let mut broken = bytes.clone();
+            broken[bit / 8] ^= 1 << (bit % 8);
+            assert!(State::from_bytes(&broken, &guid, &settings).is_err());
+        }
+        for length in 0..bytes.len() {
+            assert!(State::from_bytes(&bytes[..length], &guid, &settings).is_err());
+        }
+    }
+
+    #[test]
+    fn a_state_of_another_model_is_refused() {
+        let all: Vec<_> = identity::defaults().collect();
+        for (mine, other) in all.iter().zip(&all[1..]) {
+            let bytes = stepped(mine).to_bytes(&guid(mine)).unwrap();
+            let error = State::from_bytes(&bytes, &guid(other), other).unwrap_err();
+            assert_eq!(error, "it is no state of this FMU");
+        }
+    }
+
+    #[test]
+    fn a_state_is_as_long_as_what_is_under_way() {
+        let settings = identity::defaults().next().unwrap();
+        let bytes = stepped(&settings).to_bytes(&guid(&settings)).unwrap();
+        // 350 ticks of delay, 8 bytes each.
+        assert!((2800..3100).contains(&bytes.len()), "{}", bytes.len());
+    }
+}

@@ -1,0 +1,208 @@
+//! What a model shows to its host: inputs, outputs, and every parameter of its tables.
+
+use model_core::actuator::{ModelKind, PlantKind, Reading, Settings};
+use model_core::parameter::{Parameter, Parameters};
+
+/// What a variable stands for.
+#[derive(Debug, Clone, Copy)]
+pub enum Quantity {
+    /// An input, held from one communication point to the next.
+    Input(&'static Parameter),
+    /// Something that can be read off the actuator.
+    Output(fn(&Reading) -> f64),
+    /// A parameter, fixed from the end of the initialization on.
+    Parameter(&'static Parameter),
+    /// The seed of all noise.
+    Seed,
+    /// Whether the bridge is simulated as it switches.
+    SwitchedPwm,
+}
+
+/// The types of FMI that occur here.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Type {
+    /// `fmi2Real`.
+    Real,
+    /// `fmi2Integer`.
+    Integer,
+    /// `fmi2Boolean`.
+    Boolean,
+}
+
+/// A variable. Its value reference is its place in the list.
+#[derive(Debug, Clone, Copy)]
+pub struct Variable {
+    /// Its name, which ends in its unit where the unit is simple.
+    pub name: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// What it is, in a sentence.
+    pub meaning: &'static str,
+    /// What it stands for.
+    pub quantity: Quantity,
+}
+
+impl Quantity {
+    /// The type in which it is read and written.
+    pub fn of_type(self) -> Type {
+        match self {
+            Self::Seed => Type::Integer,
+            Self::SwitchedPwm => Type::Boolean,
+            _ => Type::Real,
+        }
+    }
+}
+
+const fn variable(
+    name: &'static str,
+    unit: &'static str,
+    meaning: &'static str,
+    quantity: Quantity,
+) -> Variable {
+    Variable {
+        name,
+        unit,
+        meaning,
+        quantity,
+    }
+}
+
+model_core::parameters! {
+    /// The inputs.
+    pub struct Inputs {
+        /// Commanded angle.
+        command_deg [""]: 0.0, "deg", -1e6, 1e6, "beyond every stop, and no sum of it overflows";
+        /// Torque on the load, from the next PWM period on.
+        load_torque_nm [""]: 0.0, "Nm", -100.0, 100.0, "the range of the parameter of this name, which the input stands in for";
+    }
+}
+
+impl Inputs {
+    /// The inputs before they are set: the torque is that of the parameters.
+    pub fn at_start(settings: &Settings) -> Self {
+        Self {
+            load_torque_nm: settings.bench.load.load_torque_nm,
+            ..Self::default()
+        }
+    }
+
+    /// The value of one of them.
+    pub fn named(&self, parameter: &Parameter) -> f64 {
+        let index = Self::TABLE.iter().position(|p| p.name == parameter.name);
+        let value = index.and_then(|index| self.get(index));
+        value.unwrap_or(parameter.default)
+    }
+}
+
+/// The columns that `actuator simulate` gives for every model, by the same names.
+const OUTPUTS: [Variable; 5] = [
+    variable(
+        "angle_deg",
+        "deg",
+        "Angle of the output shaft.",
+        Quantity::Output(|r| r.angle_deg),
+    ),
+    variable(
+        "rate_deg_s",
+        "deg/s",
+        "Rate of the output shaft.",
+        Quantity::Output(|r| r.rate_deg_s),
+    ),
+    variable(
+        "duty_pct",
+        "%",
+        "Duty of the bridge; 0 for a model that has none.",
+        Quantity::Output(|r| r.duty_pct),
+    ),
+    variable(
+        "angle_meas_deg",
+        "deg",
+        "Angle that the board measured last; the true one for a model that measures nothing.",
+        Quantity::Output(|r| r.angle_meas_deg),
+    ),
+    variable(
+        "rate_meas_deg_s",
+        "deg/s",
+        "Rate that the board estimated last; the true one for a model that measures nothing.",
+        Quantity::Output(|r| r.rate_meas_deg_s),
+    ),
+];
+
+const BENCH_OUTPUTS: [Variable; 2] = [
+    variable(
+        "current_a",
+        "A",
+        "Motor current.",
+        Quantity::Output(|r| r.current_a),
+    ),
+    variable(
+        "back_emf_v",
+        "V",
+        "Back-EMF of the motor.",
+        Quantity::Output(|r| r.back_emf_v),
+    ),
+];
+
+const BOARD_SWITCHES: [Variable; 2] = [
+    variable("seed", "1", "Seed of all that is random.", Quantity::Seed),
+    variable(
+        "pwm_switched",
+        "1",
+        "Whether the bridge switches within each PWM period; else it gives the mean voltage.",
+        Quantity::SwitchedPwm,
+    ),
+];
+
+/// The variables of a model and plant, in the order of their value references. They do not depend
+/// on the values of the parameters.
+///
+/// ```
+/// use actuator_fmu::variables;
+/// use model_core::actuator::{ModelKind, PlantKind, Settings};
+///
+/// let list = variables::of(&Settings::new(ModelKind::Board, PlantKind::FirstOrder));
+/// assert_eq!(list[0].name, "command_deg");
+/// assert_eq!(list.iter().position(|v| v.name == "angle_deg"), Some(1));
+/// ```
+pub fn of(settings: &Settings) -> Vec<Variable> {
+    let is_board = settings.model == ModelKind::Board;
+    let is_bench = is_board && settings.plant == PlantKind::Bench;
+    let inputs = Inputs::TABLE.iter().take(if is_bench { 2 } else { 1 });
+    let mut list: Vec<_> = inputs
+        .map(|p| variable(p.name, p.unit, p.meaning, Quantity::Input(p)))
+        .collect();
+    list.extend(OUTPUTS);
+    list.extend(BENCH_OUTPUTS.iter().filter(|_| is_bench));
+    let parameters = settings.values().map(|value| value.parameter);
+    let parameters = parameters.filter(|p| Inputs::TABLE.iter().all(|input| input.name != p.name));
+    list.extend(parameters.map(|p| variable(p.name, p.unit, p.meaning, Quantity::Parameter(p))));
+    list.extend(BOARD_SWITCHES.iter().filter(|_| is_board));
+    list
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::identity;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn no_two_variables_of_a_model_share_a_name() {
+        for settings in identity::defaults() {
+            let list = of(&settings);
+            let names: BTreeSet<_> = list.iter().map(|variable| variable.name).collect();
+            assert_eq!(names.len(), list.len());
+        }
+    }
+
+    #[test]
+    fn only_the_bench_takes_a_load_and_shows_a_current() {
+        for settings in identity::defaults() {
+            let list = of(&settings);
+            let has = |name| list.iter().any(|variable| variable.name == name);
+            let is_bench = (settings.model, settings.plant) == (ModelKind::Board, PlantKind::Bench);
+            assert_eq!(has("load_torque_nm"), is_bench);
+            assert_eq!(has("current_a"), is_bench);
+        }
+    }
+}

@@ -1,0 +1,285 @@
+"""The FMUs that `actuator fmu` writes, in FMPy, against the traces of `actuator simulate`.
+
+The environment names the program in ACTUATOR. Everything is compared bit for bit.
+"""
+
+import ctypes
+import functools
+import io
+import os
+import shutil
+import subprocess
+import tempfile
+import unittest
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+from fmpy import extract, read_model_description, simulate_fmu
+from fmpy.fmi2 import FMU2Slave, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
+from fmpy.validation import validate_fmu
+
+PROGRAM = os.environ["ACTUATOR"]
+MODELS = {
+    "black-box-1": [],
+    "black-box-2": [],
+    "grey-box": [],
+    "board": [],
+    "bench": ["--plant", "bench"],
+}
+COMMON = ["angle_deg", "rate_deg_s", "duty_pct", "angle_meas_deg", "rate_meas_deg_s"]
+BENCH = ["current_a", "back_emf_v"]
+TICK_S = 50e-6
+DURATION_S = 1.2
+
+
+def actuator(*arguments):
+    run = subprocess.run([PROGRAM, *map(str, arguments)], check=True, capture_output=True, text=True)
+    return run.stdout
+
+
+def model_name(model):
+    return "board" if model == "bench" else model
+
+
+class Unit:
+    """An FMU on the disk, unpacked."""
+
+    def __init__(self, folder, model, *options):
+        self.model = model
+        self.path = Path(folder) / f"{model}{len(os.listdir(folder))}.fmu"
+        actuator("fmu", "--out", self.path, "--model", model_name(model), *MODELS[model], *options)
+        self.unpacked = extract(str(self.path), unzipdir=str(self.path.with_suffix("")))
+        self.description = read_model_description(str(self.path))
+        self.references = {v.name: v.valueReference for v in self.description.modelVariables}
+
+    def outputs(self):
+        return COMMON + (BENCH if self.model == "bench" else [])
+
+
+class Instance:
+    """A running FMU, and what its logger was told."""
+
+    def __init__(self, unit, guid=None, messages=None):
+        self.unit = unit
+        self.messages = [] if messages is None else messages
+        self.callbacks = fmi2CallbackFunctions()
+        self.callbacks.logger = fmi2CallbackLoggerTYPE(
+            lambda _, name, status, category, text: self.messages.append(text.decode())
+        )
+        self.fmu = FMU2Slave(
+            guid=guid or unit.description.guid,
+            unzipDirectory=unit.unpacked,
+            modelIdentifier=unit.description.coSimulation.modelIdentifier,
+            instanceName="test",
+        )
+        self.fmu.instantiate(callbacks=self.callbacks)
+
+    def initialize(self):
+        self.fmu.setupExperiment(startTime=0.0)
+        self.fmu.enterInitializationMode()
+        self.fmu.exitInitializationMode()
+        return self
+
+    def set(self, name, value):
+        self.fmu.setReal([self.unit.references[name]], [value])
+
+    def get(self, names):
+        return self.fmu.getReal([self.unit.references[name] for name in names])
+
+    def run(self, step_ms, first=0, steps=None):
+        """Steps; the command of each 20 ms is random but known. Gives time in ms and outputs."""
+        rows = {}
+        steps = steps or round(DURATION_S * 1e3 / step_ms)
+        for i in range(first, first + steps):
+            self.set("command_deg", COMMANDS[i * step_ms // 20])
+            self.fmu.doStep(i * step_ms * 1e-3, step_ms * 1e-3)
+            rows[(i + 1) * step_ms] = self.get(self.unit.outputs())
+        return rows
+
+    def close(self):
+        self.fmu.terminate()
+        self.fmu.freeInstance()
+
+
+COMMANDS = np.random.default_rng(1).uniform(-90.0, 90.0, 100)
+
+
+def for_each_unit(test):
+    """Runs a test on every FMU, whichever fails."""
+
+    @functools.wraps(test)
+    def run(self):
+        for unit in self.units:
+            with self.subTest(unit.model):
+                test(self, unit)
+
+    return run
+
+
+class Fmus(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.mkdtemp()
+        cls.units = [Unit(cls.folder, model) for model in MODELS]
+
+    @classmethod
+    def tearDownClass(cls):
+        shutil.rmtree(cls.folder)
+
+    def simulated(self, unit, times_s, commands, *options):
+        """The trace of every tick that `actuator simulate` gives for these commands."""
+        file = Path(self.folder) / "command.csv"
+        rows = "".join(f"{t!r},{c!r}\n" for t, c in zip(times_s.tolist(), commands.tolist()))
+        file.write_text("t,command_deg\n" + rows)
+        text = actuator(
+            "simulate", model_name(unit.model), *MODELS[unit.model], "--input-file", file,
+            "--duration", DURATION_S + 0.1, "--every", 1, "--csv", "-", *options,
+        )
+        return np.genfromtxt(io.StringIO(text), delimiter=",", names=True)
+
+    def compare(self, unit, result, trace):
+        """A row of the trace is seen after the PWM edge and the control step of its instant, an
+        output before it: what these change stands one tick earlier in the trace."""
+        ticks = np.rint(result["time"] / TICK_S).astype(int)
+        ticks, result = ticks[ticks > 0], result[ticks > 0]
+        settled = trace["command_delayed"][ticks] == trace["command_delayed"][ticks - 1]
+        self.assertGreater(settled.sum(), len(ticks) / 2)
+        for name in unit.outputs():
+            if model_name(unit.model) == "board":
+                at_edge = name in ("duty_pct", "angle_meas_deg", "rate_meas_deg_s")
+                expected, seen = trace[name][ticks - at_edge], result[name]
+            else:
+                # Rate and duty of the other models depend on the command of the very instant.
+                expected, seen = trace[name][ticks][settled], result[name][settled]
+            np.testing.assert_array_equal(seen, expected, err_msg=name)
+
+    @for_each_unit
+    def test_the_validation_reports_nothing(self, unit):
+        self.assertEqual(validate_fmu(str(unit.path)), [])
+
+    @for_each_unit
+    def test_the_trace_is_that_of_the_simulator_whatever_the_communication_step(self, unit):
+        for step_s in (1e-3, 4e-3, 10e-3):
+            times_s = np.arange(round(DURATION_S / step_s) + 1) * step_s
+            commands = COMMANDS[(times_s / 0.02 + 1e-6).astype(int)]
+            trace = self.simulated(unit, times_s, commands)
+            signal = np.array(
+                list(zip(times_s, commands)),
+                dtype=[("time", float), ("command_deg", float)],
+            )
+            result = simulate_fmu(
+                str(unit.path), stop_time=DURATION_S, step_size=step_s,
+                output_interval=step_s, input=signal, output=unit.outputs(),
+            )
+            self.assertEqual(len(result), len(times_s))
+            self.compare(unit, result, trace)
+
+    @for_each_unit
+    def test_steps_of_1_and_4_and_10_ms_agree_where_they_meet(self, unit):
+        runs = []
+        for step_ms in (1, 4, 10):
+            instance = Instance(unit).initialize()
+            runs.append(instance.run(step_ms))
+            instance.close()
+        for other in runs[1:]:
+            common = runs[0].keys() & other.keys()
+            self.assertGreaterEqual(len(common), 120)
+            for at in common:
+                self.assertEqual(runs[0][at], other[at], at)
+
+    def test_start_values_of_file_and_host_act_alike(self):
+        changed = Unit(self.folder, "board", "--preset", "as-measured", "--set", "P=12")
+        self.assertNotEqual(changed.description.guid, self.units[3].description.guid)
+        values = {"motor_gain_up": 2.4, "motor_gain_down": 3.5, "position_gain": 12.0,
+                  "motor_time_constant_s": 1 / 54}
+        from_file = Instance(changed)
+        from_host = Instance(self.units[3])
+        for name, value in values.items():
+            from_host.set(name, value)
+        runs = [instance.initialize().run(4) for instance in (from_file, from_host)]
+        self.assertEqual(*runs)
+        times_s = np.arange(round(DURATION_S / 0.02)) * 0.02
+        trace = self.simulated(changed, times_s, COMMANDS[: len(times_s)],
+                               "--preset", "as-measured", "--set", "P=12")
+        result = np.array(
+            [(at * 1e-3, *row) for at, row in runs[0].items()],
+            dtype=[(name, float) for name in ["time", *COMMON]],
+        )
+        self.compare(changed, result, trace)
+
+    @for_each_unit
+    def test_a_reset_leads_back_to_the_beginning(self, unit):
+        instance = Instance(unit).initialize()
+        first = instance.run(10)
+        instance.fmu.reset()
+        self.assertEqual(instance.initialize().run(10), first)
+        instance.close()
+
+    @for_each_unit
+    def test_a_state_is_gone_back_to_and_taken_to_another_instance(self, unit):
+        instance = Instance(unit).initialize()
+        instance.run(4, steps=100)
+        state = instance.fmu.getFMUstate()
+        expected = instance.run(4, first=100, steps=100)
+        instance.fmu.setFMUstate(state)
+        self.assertEqual(instance.run(4, first=100, steps=100), expected)
+        data = instance.fmu.serializeFMUstate(state)
+        instance.fmu.freeFMUstate(state)
+        instance.close()
+        other = Instance(unit).initialize()
+        other.fmu.setFMUstate(other.fmu.deSerializeFMUstate(data))
+        self.assertEqual(other.run(4, first=100, steps=100), expected)
+        for garbage in (data[:-1], data[:-1] + bytes([data[-1] ^ 1]), b"", bytes(5000)):
+            with self.assertRaises(Exception):
+                other.fmu.deSerializeFMUstate(garbage)
+        other.close()
+
+    @for_each_unit
+    def test_eight_threads_run_eight_instances(self, unit):
+        alone = Instance(unit).initialize().run(1)
+        with ThreadPoolExecutor(8) as pool:
+            runs = pool.map(lambda _: Instance(unit).initialize().run(1), range(8))
+            for run in runs:
+                self.assertEqual(run, alone)
+
+    @for_each_unit
+    def test_a_wrong_guid_is_refused_with_a_message(self, unit):
+        messages = []
+        with self.assertRaises(Exception):
+            Instance(unit, guid="{00000000-0000-0000-0000-000000000000}", messages=messages)
+        self.assertIn("{00000000-0000-0000-0000-000000000000}", messages[0])
+
+    @for_each_unit
+    def test_misuse_is_an_error_that_names_what_is_wrong_and_leaves_the_host_alive(self, unit):
+        instance = Instance(unit)
+        fmu = instance.fmu
+        with self.assertRaises(Exception):
+            fmu.doStep(0.0, 0.01)
+        instance.initialize()
+        for call, word in [
+            (lambda: instance.set("command_deg", float("nan")), "command_deg"),
+            (lambda: instance.set("command_deg", float("inf")), "command_deg"),
+            (lambda: instance.set("angle_deg", 0.0), "angle_deg"),
+            (lambda: instance.set("delay_s", 0.0), "delay_s"),
+            (lambda: fmu.setReal([99999], [0.0]), "99999"),
+            (lambda: fmu.getReal([99999]), "99999"),
+            (lambda: fmu.getString([0]), "string"),
+            (lambda: fmu.doStep(0.0, 0.0), "communicationStepSize"),
+            (lambda: fmu.doStep(0.0, -0.01), "communicationStepSize"),
+            (lambda: fmu.doStep(0.0, float("nan")), "communicationStepSize"),
+            (lambda: fmu.doStep(1.0, 0.01), "currentCommunicationPoint"),
+            (lambda: fmu.setFMUstate(ctypes.c_void_p(12345)), "state"),
+            (fmu.enterInitializationMode, "phase"),
+            (fmu.cancelStep, "step"),
+        ]:
+            with self.assertRaises(Exception):
+                call()
+            self.assertIn(word, instance.messages[-1])
+        self.assertEqual(instance.get(["angle_deg"]), [0.0])
+        fmu.doStep(0.0, 0.01)
+        instance.close()
+
+
+if __name__ == "__main__":
+    unittest.main()

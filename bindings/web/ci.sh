@@ -1,0 +1,22 @@
+#!/usr/bin/env bash
+# Builds the page, compares its core with the simulator and uses it in Chromium.
+# Needs node; Chromium is installed where it is missing.
+set -euo pipefail
+cd "$(dirname "$0")/../.."
+
+target=${CARGO_TARGET_DIR:-target}
+page=$target/web-page/actuator.html
+mkdir -p "$target/web-page"
+
+if ! command -v node >/dev/null || ! command -v "${CHROMIUM:-chromium}" >/dev/null; then
+  apt-get update && apt-get install -y --no-install-recommends chromium nodejs
+fi
+
+cargo test --locked -p actuator-web
+cargo build --locked -p host-sim --bin actuator
+cargo run --locked -p actuator-web --example page -- "$page"
+wasm=$(stat -c %s "$target/wasm32-unknown-unknown/web/actuator_web.wasm")
+[ "$wasm" -lt 250000 ] || { echo "the core has $wasm bytes, more than 250000"; exit 1; }
+
+node bindings/web/tests/exact.mjs "$page" "$target/debug/actuator"
+node bindings/web/tests/page.mjs "$page" "$target/web-page/screenshots"

@@ -1,0 +1,164 @@
+//! Runs an actuator and keeps what is seen of it.
+
+use model_core::actuator::{Actuator, Reading};
+use model_core::control::units::float;
+use model_core::time::seconds;
+
+use crate::scenario::{Error, MOST_ROWS, Scenario};
+
+/// The columns of a trace: the time, the command given at that time, and what can be seen then,
+/// before anything else happens at this instant ([`Actuator::reading`]).
+pub const COLUMNS: [&str; 10] = [
+    "t",
+    "command",
+    "command_delayed",
+    "angle_deg",
+    "rate_deg_s",
+    "duty_pct",
+    "angle_meas_deg",
+    "rate_meas_deg_s",
+    "current_a",
+    "back_emf_v",
+];
+
+/// The recording of a run: one column after the other.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Trace {
+    values: Vec<f64>,
+    rows: usize,
+}
+
+impl Trace {
+    fn zeros(rows: usize) -> Self {
+        Self {
+            values: vec![0.0; rows * COLUMNS.len()],
+            rows,
+        }
+    }
+
+    fn put(&mut self, row: usize, t_s: f64, command_deg: f64, r: &Reading) {
+        let values = [
+            t_s,
+            command_deg,
+            r.command_deg,
+            r.angle_deg,
+            r.rate_deg_s,
+            r.duty_pct,
+            r.angle_meas_deg,
+            r.rate_meas_deg_s,
+            r.current_a,
+            r.back_emf_v,
+        ];
+        for (column, value) in values.into_iter().enumerate() {
+            self.values[column * self.rows + row] = value;
+        }
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// All values, column after column.
+    pub fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    /// The column of this name; empty where there is none.
+    pub fn column(&self, name: &str) -> &[f64] {
+        let index = COLUMNS.iter().position(|column| *column == name);
+        let columns = index.and_then(|i| self.values.get(i * self.rows..(i + 1) * self.rows));
+        columns.unwrap_or_default()
+    }
+}
+
+/// Runs a scenario on its own input.
+///
+/// ```
+/// use actuator_web::{run::run, scenario::Scenario};
+///
+/// let trace = run(&Scenario::parse("model=black-box-1&input.amplitude_deg=90").unwrap()).unwrap();
+/// // 240 deg/s since 1.0175 s.
+/// assert!((trace.column("angle_deg")[1_100] - 240.0 * 0.0825).abs() < 1e-9);
+/// ```
+///
+/// # Errors
+/// [`Error::Parameter`] for parameters that do not go together.
+pub fn run(scenario: &Scenario) -> Result<Trace, Error> {
+    let input = scenario.input.excitation()?;
+    let mut actuator = Actuator::try_new(&scenario.settings)?;
+    let mut trace = Trace::zeros(scenario.rows() as usize);
+    for row in 0..trace.rows {
+        let start = row as u64 * scenario.every;
+        let command = float(input.command(start));
+        trace.put(row, seconds(start), command, &actuator.reading());
+        for tick in start..start + scenario.every {
+            let command = float(input.command(tick));
+            actuator.advance(command, 1).map_err(|_| Error::Command)?;
+        }
+    }
+    Ok(trace)
+}
+
+/// Runs a scenario on given commands instead, each held for `every` ticks.
+///
+/// # Errors
+/// [`Error::TooLong`], [`Error::Command`] where one is not finite, and those of [`run`].
+pub fn follow(scenario: &Scenario, commands_deg: &[f64]) -> Result<Trace, Error> {
+    if commands_deg.len() as u64 > MOST_ROWS {
+        return Err(Error::TooLong(format!(
+            "{} commands, expected at most {MOST_ROWS}",
+            commands_deg.len()
+        )));
+    }
+    let mut actuator = Actuator::try_new(&scenario.settings)?;
+    let mut trace = Trace::zeros(commands_deg.len());
+    for (row, command) in commands_deg.iter().enumerate() {
+        let start = row as u64 * scenario.every;
+        trace.put(row, seconds(start), *command, &actuator.reading());
+        let moved = actuator.advance(*command, scenario.every);
+        moved.map_err(|_| Error::Command)?;
+    }
+    Ok(trace)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scenario(text: &str) -> Scenario {
+        Scenario::parse(text).unwrap()
+    }
+
+    #[test]
+    fn an_input_and_the_same_commands_tick_by_tick_give_the_same_bits() {
+        for choice in ["model=black-box-2", "model=grey-box", "plant=bench"] {
+            let text = format!("{choice}&input=3211&input.start_s=0.01&duration_s=0.5&every=1");
+            let scenario = scenario(&text);
+            let trace = run(&scenario).unwrap();
+            assert_eq!(follow(&scenario, trace.column("command")), Ok(trace));
+        }
+    }
+
+    #[test]
+    fn a_command_that_is_no_number_is_refused() {
+        let scenario = scenario("");
+        let refused = follow(&scenario, &[0.0, f64::NAN]);
+        assert_eq!(refused, Err(Error::Command));
+    }
+
+    #[test]
+    fn too_many_commands_are_refused_before_anything_is_kept() {
+        let commands = vec![0.0; MOST_ROWS as usize + 1];
+        assert_eq!(follow(&scenario(""), &commands).unwrap_err().code(), 4);
+    }
+
+    #[test]
+    fn the_bench_shows_a_current_and_the_columns_have_their_names() {
+        let trace = run(&scenario("plant=bench")).unwrap();
+        assert_eq!(trace.rows(), 5000);
+        assert!(trace.column("current_a").iter().any(|a| *a > 0.1));
+        assert_eq!(trace.column("t")[4999], 4.999);
+        assert!(trace.column("no such").is_empty());
+    }
+}

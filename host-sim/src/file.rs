@@ -1,0 +1,152 @@
+//! Files that are there as a whole or not at all.
+
+use std::{
+    fs::{self, File},
+    io::{self, BufWriter, Seek, SeekFrom, Write},
+    path::{Path, PathBuf},
+};
+
+use crate::error::Error;
+
+/// A file that is written beside its place and moved there when it is complete, so that no half of
+/// it is ever found under its name and an old one stays until then. What is dropped before
+/// [`WholeFile::complete`] is removed; of a program that is killed, `FILE.part` remains.
+///
+/// A device or a pipe of that name is written to as it stands.
+#[derive(Debug)]
+pub struct WholeFile {
+    writer: BufWriter<File>,
+    /// Where it is written, and where it goes.
+    places: Option<(PathBuf, PathBuf)>,
+}
+
+impl WholeFile {
+    /// Opens a file of this name.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn create(path: &Path) -> io::Result<Self> {
+        if fs::metadata(path).is_ok_and(|found| !found.is_file()) {
+            return Ok(Self {
+                writer: BufWriter::new(File::create(path)?),
+                places: None,
+            });
+        }
+        // A link to a file stays a link.
+        let path = fs::canonicalize(path).unwrap_or_else(|_| path.into());
+        let mut name = path.file_name().unwrap_or_default().to_owned();
+        name.push(".part");
+        let part = path.with_file_name(name);
+        Ok(Self {
+            writer: BufWriter::new(File::create(&part)?),
+            places: Some((part, path)),
+        })
+    }
+
+    /// Writes what is left and gives the file its name.
+    ///
+    /// # Errors
+    /// What the system says; nothing remains then.
+    pub fn complete(mut self) -> io::Result<()> {
+        self.writer.flush()?;
+        if let Some((part, path)) = &self.places {
+            fs::rename(part, path)?;
+            self.places = None;
+        }
+        Ok(())
+    }
+}
+
+impl Drop for WholeFile {
+    fn drop(&mut self) {
+        if let Some((part, _)) = &self.places {
+            // Whatever hindered the file hinders this too, or not: there is nothing else to be done.
+            let _: io::Result<()> = fs::remove_file(part);
+        }
+    }
+}
+
+impl Write for WholeFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.writer.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.writer.flush()
+    }
+}
+
+impl Seek for WholeFile {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.writer.seek(to)
+    }
+}
+
+/// Writes a text file as a [`WholeFile`].
+///
+/// # Errors
+/// [`Error::Write`].
+pub fn write(path: &Path, text: &str) -> Result<(), Error> {
+    let result = WholeFile::create(path).and_then(|mut file| {
+        file.write_all(text.as_bytes())?;
+        file.complete()
+    });
+    result.map_err(|source| Error::Write {
+        path: path.into(),
+        source,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_is_replaced_and_nothing_else_remains() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("report.html");
+        write(&path, "old").expect("a first one");
+        write(&path, "new").expect("a second one");
+        assert_eq!(fs::read_to_string(&path).expect("the file"), "new");
+        assert_eq!(fs::read_dir(folder.path()).expect("the folder").count(), 1);
+    }
+
+    #[test]
+    fn what_cannot_be_written_is_named_and_leaves_nothing_behind() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let taken = folder.path().join("taken");
+        fs::create_dir(&taken).expect("a folder in the way");
+        let error = write(&taken, "text").expect_err("no file").to_string();
+        assert!(error.contains("taken"), "{error}");
+        assert_eq!(fs::read_dir(folder.path()).expect("the folder").count(), 1);
+    }
+
+    #[test]
+    fn until_it_is_complete_the_old_file_stays_and_what_is_dropped_is_gone() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("run.csv");
+        write(&path, "old").expect("an old one");
+        let mut half = WholeFile::create(&path).expect("a new one");
+        half.write_all(b"ne").expect("its first half");
+        half.flush().expect("on the disk");
+        assert_eq!(fs::read_to_string(&path).expect("the file"), "old");
+        drop(half);
+        assert_eq!(fs::read_to_string(&path).expect("the file"), "old");
+        assert_eq!(fs::read_dir(folder.path()).expect("the folder").count(), 1);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_stays_a_link_and_a_device_a_device() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let [path, link] = ["run.csv", "latest.csv"].map(|name| folder.path().join(name));
+        write(&path, "old").expect("the file");
+        std::os::unix::fs::symlink(&path, &link).expect("a link");
+        write(&link, "new").expect("through the link");
+        assert!(fs::symlink_metadata(&link).expect("it is").is_symlink());
+        assert_eq!(fs::read_to_string(&path).expect("the file"), "new");
+
+        write(Path::new("/dev/null"), "text").expect("a device takes it");
+        assert!(!fs::metadata("/dev/null").expect("it is").is_file());
+    }
+}

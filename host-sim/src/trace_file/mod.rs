@@ -1,0 +1,160 @@
+//! Traces as files: CSV for all, MAT for MATLAB and Octave, Parquet for data frames.
+//!
+//! MAT and Parquet also say what was run: a [`Description`], and the unit of each column. Rows are
+//! written as they come, so that a trace may be longer than the memory.
+
+pub mod csv;
+pub mod description;
+pub mod mat;
+#[cfg(feature = "parquet")]
+pub mod parquet;
+pub mod unit;
+
+use std::{
+    io,
+    path::{Path, PathBuf},
+};
+
+pub use description::Description;
+
+use crate::{
+    error::Error,
+    file::WholeFile,
+    simulate::{Rows, Simulation},
+};
+use csv::Csv;
+use mat::Mat;
+
+/// What a trace is written as.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// Comma-separated text with a header.
+    Csv,
+    /// MAT level 5.
+    Mat,
+    /// Apache Parquet; behind the feature `parquet`.
+    Parquet,
+}
+
+impl Format {
+    /// The format that a file's name asks for.
+    ///
+    /// # Errors
+    /// [`Error::Option`] if the name ends in none of `.csv`, `.mat` and `.parquet`.
+    pub fn of(path: &Path) -> Result<Self, Error> {
+        match path.extension().and_then(|extension| extension.to_str()) {
+            Some("csv") => Ok(Self::Csv),
+            Some("mat") => Ok(Self::Mat),
+            Some("parquet") => Ok(Self::Parquet),
+            _ => Err(Error::Option {
+                option: "--out",
+                value: path.display().to_string(),
+                expected: "a name that ends in .csv, .mat or .parquet",
+            }),
+        }
+    }
+}
+
+/// A file that takes the rows of a run.
+pub struct TraceFile {
+    path: PathBuf,
+    writer: Writer,
+}
+
+enum Writer {
+    Csv(Csv<WholeFile>),
+    Mat(Mat<WholeFile>),
+    #[cfg(feature = "parquet")]
+    Parquet(parquet::Parquet<WholeFile>),
+}
+
+impl TraceFile {
+    /// Opens the file for the rows of this run.
+    ///
+    /// # Errors
+    /// [`Error::Write`], and [`Error::Conflict`] where the format cannot hold the run or this build
+    /// has it not.
+    pub fn create(
+        path: &Path,
+        format: Format,
+        simulation: &Simulation,
+        description: &Description,
+    ) -> Result<Self, Error> {
+        let columns = simulation.columns();
+        let file = || WholeFile::create(path);
+        let writer = match format {
+            Format::Csv => file().and_then(|file| Ok(Writer::Csv(Csv::create(file, &columns)?))),
+            Format::Mat => {
+                let rows = simulation.rows();
+                fits(path, rows, mat::most_rows(columns.len()))?;
+                let mat = file().and_then(|file| Mat::create(file, &columns, rows, description));
+                mat.map(Writer::Mat)
+            }
+            #[cfg(feature = "parquet")]
+            Format::Parquet => file()
+                .and_then(|file| parquet::Parquet::create(file, &columns, description))
+                .map(Writer::Parquet),
+            #[cfg(not(feature = "parquet"))]
+            Format::Parquet => return Err(without_parquet(path)),
+        };
+        let writer = writer.map_err(|source| failed(path, source))?;
+        Ok(Self {
+            path: path.into(),
+            writer,
+        })
+    }
+
+    /// Writes what is left and gives the file its name.
+    ///
+    /// # Errors
+    /// [`Error::Write`].
+    pub fn finish(self) -> Result<(), Error> {
+        let file = match self.writer {
+            Writer::Csv(csv) => Ok(csv.finish()),
+            Writer::Mat(mat) => mat.finish(),
+            #[cfg(feature = "parquet")]
+            Writer::Parquet(parquet) => parquet.finish(),
+        };
+        let result = file.and_then(WholeFile::complete);
+        result.map_err(|source| failed(&self.path, source))
+    }
+}
+
+impl Rows for TraceFile {
+    fn row(&mut self, values: &[f64]) -> Result<(), Error> {
+        let result = match &mut self.writer {
+            Writer::Csv(csv) => csv.row(values),
+            Writer::Mat(mat) => mat.row(values),
+            #[cfg(feature = "parquet")]
+            Writer::Parquet(parquet) => parquet.row(values),
+        };
+        result.map_err(|source| failed(&self.path, source))
+    }
+}
+
+fn failed(path: &Path, source: io::Error) -> Error {
+    Error::Write {
+        path: path.into(),
+        source,
+    }
+}
+
+fn fits(path: &Path, rows: u64, most: u64) -> Result<(), Error> {
+    if rows <= most {
+        return Ok(());
+    }
+    Err(Error::Conflict(format!(
+        "{} would have {rows} rows, expected at most {most}: a variable of a MAT file holds 2 GiB; \
+         a greater --every, a smaller --duration, or another format",
+        path.display()
+    )))
+}
+
+#[cfg(not(feature = "parquet"))]
+fn without_parquet(path: &Path) -> Error {
+    Error::Conflict(format!(
+        "{}: this program was built without the feature `parquet`, expected \
+         `cargo build --release --features parquet`",
+        path.display()
+    ))
+}

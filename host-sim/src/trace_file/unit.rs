@@ -1,0 +1,46 @@
+//! The units of the columns of a trace.
+
+/// What a column's name ends in, and the unit that it stands for; the longer of two endings first.
+const ENDINGS: [(&str, &str); 6] = [
+    ("_deg_s", "deg/s"),
+    ("_deg", "deg"),
+    ("_pct", "%"),
+    ("_nm", "N m"),
+    ("_a", "A"),
+    ("_v", "V"),
+];
+
+/// The unit of the column of this name; `1` for a plain number.
+pub fn of(column: &str) -> &'static str {
+    match column {
+        "t" => "s",
+        "command" | "command_delayed" => "deg",
+        _ => ENDINGS
+            .iter()
+            .find(|(ending, _)| column.ends_with(ending))
+            .map_or("1", |(_, unit)| unit),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        scenario::Scenario,
+        settings::{ModelKind, PlantKind},
+    };
+
+    #[test]
+    fn every_column_but_the_compare_value_of_the_timer_has_a_unit() {
+        let bench = Scenario {
+            model: Some(ModelKind::Board),
+            plant: Some(PlantKind::Bench),
+            ..Scenario::default()
+        };
+        let columns = bench.resolve().expect("it is one").columns();
+        let plain: Vec<_> = columns.iter().filter(|name| of(name) == "1").collect();
+        assert_eq!(plain, [&"compare"]);
+        let some = ["rate_command_deg_s", "load_angle_deg", "current_meas_a"];
+        assert_eq!(some.map(of), ["deg/s", "deg", "A"]);
+    }
+}

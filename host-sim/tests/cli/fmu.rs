@@ -1,0 +1,49 @@
+//! `actuator fmu`.
+
+use predicates::str::contains;
+
+use super::Desk;
+
+#[test]
+fn a_unit_is_written_with_the_library_that_was_built_along() {
+    let desk = Desk::new();
+    desk.actuator("fmu --out a.fmu --plant bench --set P=9")
+        .assert()
+        .success();
+    let unit = std::fs::read(desk.path("a.fmu")).expect("the file is there");
+    // The directory of a zip file lists the names as they are.
+    for name in [
+        "modelDescription.xml",
+        "documentation/index.html",
+        "binaries/linux64/actuator_board_bench.so",
+    ] {
+        let is_listed = unit.windows(name.len()).any(|w| w == name.as_bytes());
+        assert!(is_listed || cfg!(not(target_os = "linux")), "{name}");
+    }
+}
+
+#[test]
+fn what_does_not_go_together_is_said_before_a_file_is_made() {
+    let desk = Desk::new();
+    desk.write("text.so", "no library");
+    for (options, expected) in [
+        ("--model grey-box --plant bench", "`grey-box` has none"),
+        ("--plant bench --preset asymmetric", "first-order motor"),
+        ("--set P=-1", "position_gain is -1"),
+        ("--set input.amplitude_deg=1", "input.amplitude_deg"),
+        (
+            "--set position_min_deg=5 --set position_max_deg=-5",
+            "position_m",
+        ),
+        ("--library text.so", "text.so is not a shared library"),
+    ] {
+        desk.actuator(&format!("fmu --out a.fmu {options}"))
+            .assert()
+            .code(2)
+            .stderr(contains(expected));
+        assert!(!desk.path("a.fmu").exists(), "{options}");
+    }
+    desk.actuator("fmu --out a.fmu --library nowhere.so")
+        .assert()
+        .code(1);
+}

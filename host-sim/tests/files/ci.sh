@@ -1,0 +1,32 @@
+#!/usr/bin/env bash
+# Trace files as others read them: Octave, scipy and pyarrow against the CSV of the same run, bit for bit.
+# Installs what it needs: Octave by apt where it is not there, Python's packages below target/.
+set -euo pipefail
+cd "$(dirname "$0")/../../.."
+tests=$PWD/host-sim/tests/files
+python=$PWD/target/files-venv/bin/python
+runs=$PWD/target/files-runs
+
+command -v octave-cli >/dev/null || {
+    [ "$(id -u)" -eq 0 ] || sudo=sudo
+    ${sudo:-} apt-get update -q
+    ${sudo:-} apt-get install -y -q --no-install-recommends octave
+}
+[ -x "$python" ] || python3 -m venv target/files-venv
+"$python" -m pip install -q numpy==2.4.6 scipy==1.17.1 pyarrow==26.0.1
+
+cargo clippy -p host-sim --features parquet --all-targets --locked -- -D warnings
+cargo test -p host-sim --features parquet --locked trace_file
+cargo build -p host-sim --features parquet --locked
+
+compare() {
+    target/debug/actuator simulate "$@" --csv "$runs/run.csv" \
+        --out "$runs/run.mat" --out "$runs/run.parquet" >"$runs/summary.txt"
+    "$python" "$tests/compare.py" "$runs/run.csv" "$runs/run.mat" "$runs/run.parquet"
+    octave-cli --no-gui --no-init-file "$tests/compare.m" "$runs/run.csv" "$runs/run.mat"
+}
+mkdir -p "$runs"
+# One row; all columns there are; more rows than a format gathers before it writes.
+compare board --duration 1e-9
+compare board --plant bench --set encoder_noise_deg=0.03 --input 3-2-1-1
+compare board --input chirp --every 1 --duration 15
