@@ -11,14 +11,12 @@ use super::DelayLine;
 /// First the delay, then whether a value came in, the place of the oldest, and the values.
 impl<const N: usize> Serialize for DelayLine<N> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let under_way = self.ring.as_ref();
-        let under_way = under_way.and_then(|ring| ring.get(..self.delay_ticks));
-        let count = under_way.map_or(0, <[f64]>::len);
+        let count = if self.started { self.delay_ticks } else { 0 };
         let mut seq = serializer.serialize_seq(Some(3 + count))?;
         seq.serialize_element(&(self.delay_ticks as u64))?;
-        seq.serialize_element(&under_way.is_some())?;
+        seq.serialize_element(&self.started)?;
         seq.serialize_element(&(self.oldest as u64))?;
-        for value in under_way.into_iter().flatten() {
+        for value in self.ring.iter().take(count) {
             seq.serialize_element(value)?;
         }
         seq.end()
@@ -51,9 +49,9 @@ impl<'de, const N: usize> Visitor<'de> for Line<N> {
             return Err(A::Error::custom("a place beyond the delay"));
         }
         line.oldest = oldest as usize;
+        line.started = has_begun;
         if has_begun {
-            let ring = line.ring.insert([0.0; N]);
-            for (i, place) in ring.iter_mut().take(line.delay_ticks).enumerate() {
+            for (i, place) in line.ring.iter_mut().take(line.delay_ticks).enumerate() {
                 *place = seq.next_element()?.ok_or_else(|| missing(3 + i))?;
             }
         }
