@@ -11,8 +11,7 @@ use super::DelayLine;
 /// First the delay, then whether a value came in, the place of the oldest, and the values.
 impl<const N: usize> Serialize for DelayLine<N> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let under_way = self.ring.as_ref();
-        let under_way = under_way.and_then(|ring| ring.get(..self.delay_ticks));
+        let under_way = self.ring.get(..self.delay_ticks).filter(|_| self.started);
         let count = under_way.map_or(0, <[f64]>::len);
         let mut seq = serializer.serialize_seq(Some(3 + count))?;
         seq.serialize_element(&(self.delay_ticks as u64))?;
@@ -51,9 +50,10 @@ impl<'de, const N: usize> Visitor<'de> for Line<N> {
             return Err(A::Error::custom("a place beyond the delay"));
         }
         line.oldest = oldest as usize;
+        line.started = has_begun;
         if has_begun {
-            let ring = line.ring.insert([0.0; N]);
-            for (i, place) in ring.iter_mut().take(line.delay_ticks).enumerate() {
+            let ring = line.ring.iter_mut().take(line.delay_ticks);
+            for (i, place) in ring.enumerate() {
                 *place = seq.next_element()?.ok_or_else(|| missing(3 + i))?;
             }
         }
