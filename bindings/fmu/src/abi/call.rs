@@ -93,3 +93,45 @@ fn check<T>(pointer: *const T, count: usize, what: &str) -> Result<()> {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::abi::{CallbackFunctions, fmi2Reset, fmi2Terminate, report::Reporter};
+    use crate::identity;
+
+    #[test]
+    fn a_panic_ends_at_the_boundary_and_a_reset_mends_it() {
+        let callbacks = CallbackFunctions {
+            logger: None,
+            allocate_memory: None,
+            free_memory: None,
+            step_finished: None,
+            component_environment: std::ptr::null_mut(),
+        };
+        let mut component = Component {
+            instance: Instance::new(identity::defaults().next().unwrap()),
+            reporter: Reporter::new(&callbacks, c"test"),
+        };
+        let c = &raw mut component;
+        // SAFETY: the component lives, and nobody else uses it.
+        unsafe {
+            assert_eq!(call(c, "test", |_| panic!("on purpose")), Status::Error);
+            let enter = call(c, "test", Instance::enter_initialization);
+            assert_eq!(enter, Status::Error);
+            assert_eq!(fmi2Reset(c), Status::Ok);
+            assert_eq!(call(c, "test", Instance::enter_initialization), Status::Ok);
+            assert_eq!(fmi2Terminate(c), Status::Error);
+        }
+    }
+
+    #[test]
+    fn null_and_crooked_pointers_and_impossible_counts_are_refused() {
+        let numbers = [0_u64; 2];
+        let crooked = numbers.as_ptr().wrapping_byte_add(1);
+        assert!(check(std::ptr::null::<u64>(), 1, "it").is_err());
+        assert!(check(crooked, 1, "it").is_err());
+        assert!(check(numbers.as_ptr(), usize::MAX / 8, "it").is_err());
+        assert!(check(numbers.as_ptr(), 2, "it").is_ok());
+    }
+}

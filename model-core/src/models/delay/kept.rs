@@ -11,7 +11,8 @@ use super::DelayLine;
 /// First the delay, then whether a value came in, the place of the oldest, and the values.
 impl<const N: usize> Serialize for DelayLine<N> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let count = if self.started { self.delay_ticks } else { 0 };
+        let under_way = self.ring.get(..self.delay_ticks).filter(|_| self.started);
+        let count = under_way.map_or(0, <[f64]>::len);
         let mut seq = serializer.serialize_seq(Some(3 + count))?;
         seq.serialize_element(&(self.delay_ticks as u64))?;
         seq.serialize_element(&self.started)?;
@@ -51,7 +52,8 @@ impl<'de, const N: usize> Visitor<'de> for Line<N> {
         line.oldest = oldest as usize;
         line.started = has_begun;
         if has_begun {
-            for (i, place) in line.ring.iter_mut().take(line.delay_ticks).enumerate() {
+            let ring = line.ring.iter_mut().take(line.delay_ticks);
+            for (i, place) in ring.enumerate() {
                 *place = seq.next_element()?.ok_or_else(|| missing(3 + i))?;
             }
         }
