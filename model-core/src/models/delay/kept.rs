@@ -15,9 +15,9 @@ impl<const N: usize> Serialize for DelayLine<N> {
         let count = under_way.map_or(0, <[f64]>::len);
         let mut seq = serializer.serialize_seq(Some(3 + count))?;
         seq.serialize_element(&(self.delay_ticks as u64))?;
-        seq.serialize_element(&self.started)?;
+        seq.serialize_element(&under_way.is_some())?;
         seq.serialize_element(&(self.oldest as u64))?;
-        for value in self.ring.iter().take(count) {
+        for value in under_way.into_iter().flatten() {
             seq.serialize_element(value)?;
         }
         seq.end()
