@@ -16,8 +16,8 @@ command -v octave-cli >/dev/null || {
 "$python" -m pip install -q numpy==2.4.6 scipy==1.17.1 pyarrow==26.0.1
 
 cargo clippy -p host-sim --features parquet --all-targets --locked -- -D warnings
+# Builds the program too.
 cargo test -p host-sim --features parquet --locked trace_file
-cargo build -p host-sim --features parquet --locked
 
 compare() {
     target/debug/actuator simulate "$@" --csv "$runs/run.csv" \
