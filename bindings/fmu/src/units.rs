@@ -27,6 +27,7 @@ const fn unit(name: &'static str, factor: f64, powers: &'static [(&'static str, 
 /// Every unit of the parameter tables and of the inputs and outputs.
 pub const UNITS: &[Unit] = &[
     unit("1", 1.0, &[]),
+    unit("choice", 1.0, &[]),
     unit("%", PCT, &[]),
     unit("deg", DEG, &[("rad", 1)]),
     unit("deg/s", DEG, &[("rad", 1), ("s", -1)]),
