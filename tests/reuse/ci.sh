@@ -1,0 +1,16 @@
+#!/usr/bin/env bash
+# One command sequence through Rust, Python, FMU, C and wasm. Needs node and Python 3 with venv.
+set -euo pipefail
+cd "$(dirname "$0")/../.."
+place=$PWD/target/reuse
+mkdir -p "$place"
+
+[ -x "$place/venv/bin/maturin" ] || python3 -m venv "$place/venv"
+"$place/venv/bin/pip" install --quiet --disable-pip-version-check "maturin>=1.9.4,<2" numpy fmpy==0.3.32
+(cd bindings/python && CARGO_TARGET_DIR=$PWD/../../target "$place/venv/bin/maturin" build --quiet --locked --out "$place/wheels")
+"$place/venv/bin/pip" install --quiet --force-reinstall --no-deps "$place"/wheels/*.whl
+
+cargo build --quiet --locked
+cargo run --quiet --locked -p actuator-web --example page -- "$place/actuator.html"
+"$place/venv/bin/python" tests/reuse/compare.py \
+    target/debug/actuator target/debug/libactuator_c.so "$place/actuator.html"

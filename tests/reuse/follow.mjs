@@ -1,0 +1,12 @@
+// The angle after each millisecond, from the page's core: node follow.mjs PAGE.html REQUEST < commands, one a tick
+import { readFileSync } from 'node:fs';
+import { runInThisContext } from 'node:vm';
+
+const [page, request] = process.argv.slice(2);
+const [, base64] = readFileSync(page, 'utf8').match(/start\('([^']*)'\)/);
+const source = readFileSync(new URL('../../bindings/web/page/core.js', import.meta.url), 'utf8');
+const core = await runInThisContext(`${source}\nloadCore`)(base64);
+const commands = Float64Array.from(readFileSync(0, 'utf8').trim().split('\n'), Number);
+const { angle_deg } = core.follow(request, commands).columns;
+// The shortest digits that name a number name it exactly.
+process.stdout.write(Array.from(angle_deg).join('\n'));
