@@ -1,7 +1,10 @@
 #!/usr/bin/env bash
 # Trace files as others read them: Octave, scipy and pyarrow against the CSV of the same run, bit for bit.
 # Installs what it needs: Octave by apt where it is not there, Python's packages below target/.
+# With --parquet the Parquet files too: building their crate takes some minutes.
 set -euo pipefail
+features=()
+[ "${1:-}" != --parquet ] || features=(--features parquet)
 cd "$(dirname "$0")/../../.."
 tests=$PWD/host-sim/tests/files
 python=$PWD/target/files-venv/bin/python
@@ -15,14 +18,15 @@ command -v octave-cli >/dev/null || {
 [ -x "$python" ] || python3 -m venv target/files-venv
 "$python" -m pip install -q numpy==2.4.6 scipy==1.17.1 pyarrow==26.0.1
 
-cargo clippy -p host-sim --features parquet --all-targets --locked -- -D warnings
+cargo clippy -p host-sim "${features[@]}" --all-targets --locked -- -D warnings
 # Builds the program too.
-cargo test -p host-sim --features parquet --locked trace_file
+cargo test -p host-sim "${features[@]}" --locked trace_file
 
 compare() {
-    target/debug/actuator simulate "$@" --csv "$runs/run.csv" \
-        --out "$runs/run.mat" --out "$runs/run.parquet" >"$runs/summary.txt"
-    "$python" "$tests/compare.py" "$runs/run.csv" "$runs/run.mat" "$runs/run.parquet"
+    local files=("$runs/run.mat")
+    [ -z "${features[*]}" ] || files+=("$runs/run.parquet")
+    target/debug/actuator simulate "$@" --csv "$runs/run.csv" "${files[@]/#/--out=}" >"$runs/summary.txt"
+    "$python" "$tests/compare.py" "$runs/run.csv" "${files[@]}"
     octave-cli --no-gui --no-init-file "$tests/compare.m" "$runs/run.csv" "$runs/run.mat"
 }
 mkdir -p "$runs"
