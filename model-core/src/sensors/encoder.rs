@@ -40,6 +40,8 @@ pub struct Encoder {
     #[cfg_attr(feature = "serde", serde(with = "crate::parameter::as_values"))]
     parameters: EncoderParameters,
     noise: Noise,
+    /// Whether it sees the shaft's own angle: most campaigns run so, and a control step is short.
+    is_ideal: bool,
     /// What it says of its magnet.
     pub magnet: Magnet,
 }
@@ -55,6 +57,7 @@ impl Encoder {
     /// ```
     pub fn new(parameters: EncoderParameters, noise: Noise) -> Self {
         Self {
+            is_ideal: parameters == EncoderParameters::DEFAULT,
             parameters,
             noise,
             magnet: Magnet::default(),
@@ -62,7 +65,26 @@ impl Encoder {
     }
 
     /// The count at a shaft angle; 0 for an angle that is not finite.
+    #[inline]
     pub fn count(&mut self, shaft_deg: f64) -> EncoderCount {
+        let seen_deg = if self.is_ideal {
+            shaft_deg
+        } else {
+            self.seen_deg(shaft_deg)
+        };
+        if !seen_deg.is_finite() {
+            return EncoderCount::new(0);
+        }
+        // `as` saturates and cuts off towards 0; one less below 0 makes it the floor. The last
+        // twelve bits of two's complement, which the count keeps, are the rest modulo 4096.
+        let counts = seen_deg / COUNT_DEG + 0.5;
+        let cut = counts as i64;
+        let floor = cut.saturating_sub(i64::from(cut as f64 > counts));
+        EncoderCount::new(floor as u16)
+    }
+
+    /// What the chip sees, with all its errors.
+    fn seen_deg(&mut self, shaft_deg: f64) -> f64 {
         let p = &self.parameters;
         let harmonic = |amplitude: f64, order: f64, phase: f64| {
             if amplitude == 0.0 {
@@ -82,19 +104,11 @@ impl Encoder {
         );
         let direction = if p.magnet_direction < 0.0 { -1.0 } else { 1.0 };
         let ideal_deg = direction * shaft_deg + p.magnet_zero_deg;
-        let seen_deg = ideal_deg + error_deg + self.noise.gaussian(p.encoder_noise_deg);
-        if !seen_deg.is_finite() {
-            return EncoderCount::new(0);
-        }
-        // `as` saturates and cuts off towards 0; one less below 0 makes it the floor. The last
-        // twelve bits of two's complement, which the count keeps, are the rest modulo 4096.
-        let counts = seen_deg / COUNT_DEG + 0.5;
-        let cut = counts as i64;
-        let floor = cut.saturating_sub(i64::from(cut as f64 > counts));
-        EncoderCount::new(floor as u16)
+        ideal_deg + error_deg + self.noise.gaussian(p.encoder_noise_deg)
     }
 
     /// The serial word at a shaft angle.
+    #[inline]
     pub fn word(&mut self, shaft_deg: f64) -> EncoderWord {
         EncoderWord::of(self.count(shaft_deg), self.magnet)
     }
