@@ -18,6 +18,15 @@ impl AdcCode {
     /// The greatest code.
     pub const MAX: Self = Self(4095);
 
+    /// What the converter's data register holds: the low 12 bits of `bits`.
+    ///
+    /// ```
+    /// assert_eq!(model_core::sensors::adc::AdcCode::new(0x1801).bits(), 0x801);
+    /// ```
+    pub const fn new(bits: u16) -> Self {
+        Self(bits & Self::MAX.0)
+    }
+
     /// The code of a voltage at the pin, V; beyond its ends the last one, for NaN 0.
     ///
     /// ```
@@ -33,7 +42,7 @@ impl AdcCode {
     }
 
     /// The code as a number.
-    pub fn bits(self) -> u16 {
+    pub const fn bits(self) -> u16 {
         self.0
     }
 

@@ -1,0 +1,84 @@
+//! Supply, motor legs and temperature on the board: what the pins see of them.
+//!
+//! | quantity | at the pin | range |
+//! |---|---|---|
+//! | supply | [`SUPPLY_DIVIDER`] of it | 0 to 16.5 V |
+//! | each leg of the motor | [`LEG_DIVIDER`] of it | 0 to 9.9 V |
+//! | temperature | share of the reference over the NTC, below a pull-up of [`NTC_PULL_UP_OHM`] | -40 to 125 deg C |
+//!
+//! With the bridge off, equal resistors to supply and ground hold the floating winding at half the
+//! supply: leg A lies at `(supply + back-EMF)/2`, leg B at `(supply - back-EMF)/2`, and neither goes
+//! below ground. The back-EMF is the difference.
+
+use super::adc::AdcCode;
+
+/// Volts at the pin per volt of the supply: 40 kohm over 10 kohm.
+pub const SUPPLY_DIVIDER: f64 = 1.0 / 5.0;
+
+/// Volts at the pin per volt of a leg: 20 kohm over 10 kohm.
+pub const LEG_DIVIDER: f64 = 1.0 / 3.0;
+
+/// Resistance of the NTC at 25 deg C, ohm.
+pub const NTC_OHM: f64 = 10e3;
+
+/// Its B value, K.
+pub const NTC_B_K: f64 = 3950.0;
+
+/// Resistor from the reference to the NTC, whose other end is at ground, ohm.
+pub const NTC_PULL_UP_OHM: f64 = 10e3;
+
+/// 0 deg C, K.
+const ZERO_CELSIUS_K: f64 = 273.15;
+
+/// The code of a supply voltage, V.
+///
+/// ```
+/// assert_eq!(model_core::sensors::dividers::supply_code(6.0).bits(), 1489); // 1.2 V / 3.3 V x 4096
+/// ```
+pub fn supply_code(supply_v: f64) -> AdcCode {
+    AdcCode::from_pin_v(supply_v * SUPPLY_DIVIDER)
+}
+
+/// The code of a leg's voltage, V.
+///
+/// ```
+/// assert_eq!(model_core::sensors::dividers::leg_code(3.0).bits(), 1241); // 1 V / 3.3 V x 4096
+/// ```
+pub fn leg_code(leg_v: f64) -> AdcCode {
+    AdcCode::from_pin_v(leg_v * LEG_DIVIDER)
+}
+
+/// The code of a temperature, deg C: `R = R25 exp(B (1/T - 1/T25))`.
+///
+/// ```
+/// use model_core::sensors::dividers::temperature_code;
+/// assert_eq!(temperature_code(25.0).bits(), 2048);
+/// assert!(temperature_code(80.0) < temperature_code(20.0));
+/// ```
+pub fn temperature_code(temperature_deg_c: f64) -> AdcCode {
+    let kelvin = temperature_deg_c + ZERO_CELSIUS_K;
+    let exponent = NTC_B_K * (1.0 / kelvin - 1.0 / (25.0 + ZERO_CELSIUS_K));
+    let ohm = NTC_OHM * libm::exp(exponent);
+    AdcCode::from_pin_v(AdcCode::LSB_V * 4096.0 * ohm / (ohm + NTC_PULL_UP_OHM))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_ntc_gives_the_resistances_of_its_b_value() {
+        // 10k B3950: 33.6 kohm at 0 deg C, 3.59 kohm at 50 deg C, 0.697 kohm at 100 deg C.
+        for (temperature_deg_c, ohm) in [(0.0, 33_621.0), (50.0, 3_588.0), (100.0, 697.0)] {
+            let code = f64::from(temperature_code(temperature_deg_c).bits());
+            let expected = 4096.0 * ohm / (ohm + NTC_PULL_UP_OHM);
+            assert!((code - expected).abs() < 1.0, "{temperature_deg_c}: {code}");
+        }
+    }
+
+    #[test]
+    fn an_open_ntc_is_the_greatest_code_and_a_short_one_the_least() {
+        assert_eq!(temperature_code(-200.0), AdcCode::MAX);
+        assert!(temperature_code(1000.0).bits() < 5);
+    }
+}
