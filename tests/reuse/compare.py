@@ -103,9 +103,10 @@ def c(library, model, plant):
 
 def wasm(page, model, plant):
     request = f"model={model}&every={TICKS}" + ("" if plant is None else f"&plant={plant}")
-    ticks = np.append(np.repeat(COMMANDS, TICKS), COMMANDS[-1])
+    # Each held for TICKS ticks; one more, for the row at the end of the last one.
+    held = np.append(COMMANDS, COMMANDS[-1])
     run = subprocess.run(
-        ["node", HERE / "follow.mjs", page, request], input="\n".join(map(repr, ticks.tolist())),
+        ["node", HERE / "follow.mjs", page, request], input="\n".join(map(repr, held.tolist())),
         check=True, capture_output=True, text=True)
     return np.array(run.stdout.split(), dtype=float)[1:]
 

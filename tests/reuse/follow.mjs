@@ -1,4 +1,4 @@
-// The angle after each millisecond, from the page's core: node follow.mjs PAGE.html REQUEST < commands, one a tick
+// The angle before each command, from the page's core: node follow.mjs PAGE.html REQUEST < commands, each held as `every` says
 import { readFileSync } from 'node:fs';
 import { runInThisContext } from 'node:vm';
 

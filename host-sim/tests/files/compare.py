@@ -16,7 +16,7 @@ def parameters(meta):
     return {name: numbers[name][0, 0].item() for name in numbers.dtype.names}
 
 
-def main(csv_path, mat_path, parquet_path):
+def main(csv_path, mat_path, parquet_path=None):
     csv = np.genfromtxt(csv_path, delimiter=",", names=True, ndmin=1)
     names = list(csv.dtype.names)
 
