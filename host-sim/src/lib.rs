@@ -5,6 +5,7 @@ pub mod analysis;
 pub mod cli;
 pub mod error;
 pub mod file;
+pub mod identify;
 pub mod input;
 pub mod plot;
 pub mod report;

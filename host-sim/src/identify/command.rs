@@ -1,0 +1,132 @@
+//! A sampled command as a function of time: cubic polynomials from sample to sample.
+//!
+//! A recording does not say what its command does between two samples. A step is one from the
+//! sample where the new value stands; a chirp is a smooth curve through the samples. A model that
+//! is given the one for the other is wrong by half a sample of delay.
+
+mod spline;
+
+use super::recording::Hold;
+
+/// A stretch of the command: `q0 + q1 u + q2 u^2 + q3 u^3`, `u` in s from its start.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Segment {
+    /// Its start after the first sample, ns.
+    pub start_ns: i64,
+    /// Its coefficients.
+    pub q: [f64; 4],
+    /// Whether only `q0` is not zero.
+    pub is_constant: bool,
+    /// Whether the command jumps at its start.
+    pub jumps: bool,
+}
+
+impl Segment {
+    fn constant(start_ns: i64, value: f64) -> Self {
+        Self {
+            start_ns,
+            q: [value, 0.0, 0.0, 0.0],
+            is_constant: true,
+            jumps: true,
+        }
+    }
+}
+
+/// What the command does within the interval that follows a sample.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Interval {
+    Held,
+    Smooth,
+}
+
+/// Of a command with at most so many levels, each is held.
+const FEW_LEVELS: usize = 24;
+
+/// The command through these samples, the instants counted from the first. A missing value is the
+/// one before it.
+pub fn segments(time_ns: &[i64], command: &[f64], hold: Hold) -> Vec<Segment> {
+    let values = filled(command);
+    let kinds = intervals(&values, hold);
+    let mut segments: Vec<Segment> = Vec::new();
+    let mut i = 0;
+    while i < values.len() {
+        if kinds.get(i) != Some(&Interval::Smooth) {
+            let last = segments.last().map(|s| (s.is_constant, s.q[0]));
+            if last != Some((true, values[i])) {
+                segments.push(Segment::constant(time_ns[i], values[i]));
+            }
+            i += 1;
+            continue;
+        }
+        let smooth = kinds[i..].iter().take_while(|k| **k == Interval::Smooth);
+        let end = i + smooth.count();
+        spline::append(&mut segments, &time_ns[i..=end], &values[i..=end]);
+        i = end;
+        if i + 1 == values.len() {
+            break;
+        }
+    }
+    mark_jumps(&mut segments);
+    segments
+}
+
+/// The values with each missing one replaced by the one before, or by the first that there is.
+fn filled(command: &[f64]) -> Vec<f64> {
+    let first = command.iter().copied().find(|c| !c.is_nan());
+    let mut last = first.unwrap_or(0.0);
+    let next = |value: &f64| {
+        if !value.is_nan() {
+            last = *value;
+        }
+        last
+    };
+    command.iter().map(next).collect()
+}
+
+/// What happens in each interval but the one after the last sample.
+fn intervals(values: &[f64], hold: Hold) -> Vec<Interval> {
+    let moves: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    if hold == Hold::Zero || (hold == Hold::Auto && has_few_levels(values)) {
+        return vec![Interval::Held; moves.len()];
+    }
+    let size = |i: usize| moves.get(i).map_or(0.0, |m| m.abs());
+    let kind = |i: usize| {
+        let (before, after) = (i.checked_sub(1).map_or(0.0, size), size(i + 1));
+        // A move with none beside it is a step; a slope goes on at least on one side.
+        let is_step = hold == Hold::Auto && before.max(after) < size(i) / 4.0;
+        if size(i) == 0.0 || is_step {
+            Interval::Held
+        } else {
+            Interval::Smooth
+        }
+    };
+    (0..moves.len()).map(kind).collect()
+}
+
+fn has_few_levels(values: &[f64]) -> bool {
+    let mut levels: Vec<f64> = Vec::with_capacity(FEW_LEVELS);
+    for value in values {
+        if !levels.contains(value) {
+            if levels.len() == FEW_LEVELS.min(values.len() / 4) {
+                return false;
+            }
+            levels.push(*value);
+        }
+    }
+    true
+}
+
+/// Says of each segment whether it begins where the one before ended.
+fn mark_jumps(segments: &mut [Segment]) {
+    for i in 1..segments.len() {
+        let before = segments[i - 1];
+        let u = (segments[i].start_ns - before.start_ns) as f64 * 1e-9;
+        let [q0, q1, q2, q3] = before.q;
+        let end = q0 + u * (q1 + u * (q2 + u * q3));
+        let scale = end.abs().max(segments[i].q[0].abs()).max(1e-9);
+        segments[i].jumps = (segments[i].q[0] - end).abs() > 1e-9 * scale;
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,82 @@
+use super::*;
+
+const STEP_NS: i64 = 4_000_000;
+
+fn instants(count: usize) -> Vec<i64> {
+    (0..count as i64).map(|i| i * STEP_NS).collect()
+}
+
+fn at(segments: &[Segment], time_ns: i64) -> f64 {
+    let index = segments.partition_point(|s| s.start_ns <= time_ns);
+    let segment = segments[index - 1];
+    let u = (time_ns - segment.start_ns) as f64 * 1e-9;
+    let [q0, q1, q2, q3] = segment.q;
+    q0 + u * (q1 + u * (q2 + u * q3))
+}
+
+#[test]
+fn a_step_is_held_from_its_sample_on() {
+    let mut command = vec![0.0; 50];
+    command[20..].fill(90.0);
+    let segments = segments(&instants(50), &command, Hold::Auto);
+    assert_eq!(segments.len(), 2);
+    assert_eq!(segments[1], Segment::constant(20 * STEP_NS, 90.0));
+    assert_eq!(at(&segments, 20 * STEP_NS - 1), 0.0);
+}
+
+#[test]
+fn a_sine_of_25_samples_a_period_is_met_between_its_samples() {
+    let omega = std::f64::consts::TAU * 10.0;
+    let sine = |ns: i64| 5.0 * (omega * ns as f64 * 1e-9).sin();
+    let command: Vec<f64> = instants(500).iter().map(|t| sine(*t)).collect();
+    let segments = segments(&instants(500), &command, Hold::Auto);
+    for i in 50..1900 {
+        let time_ns = i * STEP_NS / 4;
+        // Within: 5 (w h)^4 5/384 at most, 2.6e-4; a straight line errs by 4e-2.
+        assert!((at(&segments, time_ns) - sine(time_ns)).abs() < 3e-4, "{i}");
+    }
+}
+
+#[test]
+fn the_corners_of_a_ramp_stay_corners() {
+    let level = |i: usize| -> f64 {
+        match i {
+            0..40 => 0.0,
+            40..80 => 0.24 * (i - 40) as f64,
+            80..120 => 9.6 - 0.24 * (i - 80) as f64,
+            _ => 0.0,
+        }
+    };
+    let command: Vec<f64> = (0..160).map(level).collect();
+    let segments = segments(&instants(160), &command, Hold::Auto);
+    for i in 0..159 {
+        let middle = at(&segments, i as i64 * STEP_NS + STEP_NS / 2);
+        assert!(
+            (middle - (command[i] + command[i + 1]) / 2.0).abs() < 1e-9,
+            "{i}"
+        );
+    }
+}
+
+#[test]
+fn a_command_with_few_levels_is_held_even_where_it_moves_with_every_sample() {
+    let command: Vec<f64> = (0..200).map(|i| f64::from(i * 7 % 3)).collect();
+    let segments = segments(&instants(200), &command, Hold::Auto);
+    assert!(segments.iter().all(|s| s.is_constant));
+}
+
+#[test]
+fn a_missing_command_is_the_one_before() {
+    let command = [f64::NAN, 1.0, f64::NAN, 2.0, f64::NAN];
+    assert_eq!(filled(&command), [1.0, 1.0, 1.0, 2.0, 2.0]);
+}
+
+#[test]
+fn a_staircase_that_is_wanted_is_made_of_any_command() {
+    let command: Vec<f64> = (0..100).map(|i| f64::from(i).sin()).collect();
+    let held = segments(&instants(100), &command, Hold::Zero);
+    assert_eq!(held.len(), 100);
+    assert_eq!(at(&held, 10 * STEP_NS + 1), command[10]);
+    let smooth = segments(&instants(100), &command, Hold::Smooth);
+    assert!(smooth.iter().all(|s| !s.jumps || s.start_ns == 0));
+}

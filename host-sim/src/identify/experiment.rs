@@ -1,0 +1,77 @@
+//! A recording made ready for simulation.
+
+use std::sync::Arc;
+
+use super::command::{Segment, segments};
+use super::recording::{Recording, RecordingError};
+
+/// A recording that was checked, and its command as a function of time.
+#[derive(Debug, Clone)]
+pub struct Experiment {
+    /// The recording.
+    pub recording: Arc<Recording>,
+    /// Instants of the samples after the first, ns. Of even samples all steps are alike to the last
+    /// bit, so that what is computed for one serves all.
+    pub time_ns: Vec<i64>,
+    /// The command.
+    pub command: Vec<Segment>,
+    /// Whether there are few lengths of step.
+    pub is_even: bool,
+}
+
+/// Time steps that are few enough to be kept.
+const FEW_STEPS: usize = 4;
+
+impl Experiment {
+    /// Makes a recording ready.
+    ///
+    /// # Errors
+    /// Those of [`Recording::check`].
+    pub fn try_new(recording: Recording) -> Result<Self, RecordingError> {
+        recording.check()?;
+        let first_s = recording.time_s[0];
+        let instant = |time_s: &f64| ((time_s - first_s) * 1e9).round() as i64;
+        let mut time_ns: Vec<i64> = recording.time_s.iter().map(instant).collect();
+        // Less than a nanosecond apart is apart.
+        for i in 1..time_ns.len() {
+            time_ns[i] = time_ns[i].max(time_ns[i - 1] + 1);
+        }
+        Ok(Self {
+            command: segments(&time_ns, &recording.command_deg, recording.hold),
+            is_even: is_even(&time_ns),
+            recording: Arc::new(recording),
+            time_ns,
+        })
+    }
+
+    /// Number of samples.
+    pub fn len(&self) -> usize {
+        self.time_ns.len()
+    }
+
+    /// Whether there is no sample; never, as it was checked.
+    pub fn is_empty(&self) -> bool {
+        self.time_ns.is_empty()
+    }
+
+    /// From the first to the last sample, s.
+    pub fn duration_s(&self) -> f64 {
+        *self.time_ns.last().unwrap_or(&0) as f64 * 1e-9
+    }
+}
+
+/// Whether nine of ten steps have one of few lengths.
+fn is_even(time_ns: &[i64]) -> bool {
+    let mut lengths: Vec<i64> = Vec::new();
+    let mut others = 0;
+    for step in time_ns.windows(2).map(|t| t[1] - t[0]) {
+        if !lengths.contains(&step) {
+            if lengths.len() < FEW_STEPS {
+                lengths.push(step);
+            } else {
+                others += 1;
+            }
+        }
+    }
+    others * 10 <= time_ns.len()
+}

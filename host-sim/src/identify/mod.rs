@@ -1,0 +1,22 @@
+//! From recordings to the parameters of a model: output-error identification in the time domain.
+//!
+//! The model is simulated on the recorded command alone and its angle is compared with the recorded
+//! one; the parameters are those with the least sum of squared differences (Ljung, System
+//! Identification, 2nd ed., section 7.2; Maine and Iliff, NASA RP-1138: output error).
+//!
+//! [`Recording`] is what was measured, [`Experiment`] the same made ready for simulation,
+//! [`Model`] what is fitted, [`Problem`] which parameters are free, [`Fit`] the outcome.
+
+pub mod command;
+pub mod experiment;
+pub mod fit;
+pub mod model;
+pub mod problem;
+pub mod recording;
+pub mod scalar;
+
+pub use experiment::Experiment;
+pub use fit::{Bound, Estimate, ExperimentFit, Fit, Termination};
+pub use model::{Model, Sample, State};
+pub use problem::{IdentifyError, Problem, Role, Scope, Spec};
+pub use recording::{Hold, Recording, RecordingError};

@@ -1,0 +1,77 @@
+//! What can be fitted: a model that answers a recorded command.
+
+use model_core::parameter::Parameter;
+
+use super::experiment::Experiment;
+use super::recording::{Recording, RecordingError};
+
+/// Which limit holds the model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum State {
+    /// None.
+    #[default]
+    Free,
+    /// The upper limit of the rate.
+    RateUp,
+    /// The lower limit of the rate.
+    RateDown,
+    /// The limit of the duty, either way.
+    Duty,
+    /// A stop of the position.
+    Stop,
+    /// Friction: it stands.
+    Stuck,
+}
+
+/// What a model shows at an instant of the recording.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Sample {
+    /// Its angle, deg.
+    pub angle_deg: f64,
+    /// Its rate, deg/s.
+    pub rate_deg_s: f64,
+    /// What limits it.
+    pub state: State,
+}
+
+/// A model of an actuator with parameters.
+pub trait Model: Send + Sync {
+    /// Its name on a command line.
+    fn name(&self) -> &'static str;
+
+    /// What it is, in a sentence.
+    fn summary(&self) -> &'static str;
+
+    /// All of its parameters, those of the initial state included; their order is that of the
+    /// values of every other function.
+    fn parameters(&self) -> &[Parameter];
+
+    /// Which of the parameters belong to a run and not to the actuator: the initial state.
+    fn is_of_the_run(&self, parameter: usize) -> bool;
+
+    /// Whether a parameter is held at its start value unless somebody frees it.
+    fn is_fixed_by_default(&self, parameter: usize) -> bool;
+
+    /// Checks that a recording has the columns that the model needs.
+    ///
+    /// # Errors
+    /// [`RecordingError::Missing`].
+    fn accepts(&self, recording: &Recording) -> Result<(), RecordingError>;
+
+    /// Start values that a regression or a look at the data gives; all inside the ranges of the
+    /// parameters.
+    fn start(&self, experiments: &[Experiment]) -> Vec<f64>;
+
+    /// Simulates the run and hands out each sample of the recording in order. A model that leaves
+    /// the numbers hands out NaN.
+    fn simulate(&self, run: &Experiment, values: &[f64], seen: &mut dyn FnMut(usize, Sample));
+
+    /// The same with the derivative of the angle by the parameters `free`, in their order.
+    fn sensitivity(
+        &self,
+        run: &Experiment,
+        values: &[f64],
+        free: &[usize],
+        seen: &mut dyn FnMut(usize, f64, &[f64]),
+    );
+}
