@@ -5,5 +5,6 @@
 //! simulation closes too.
 
 #![no_std]
+#![forbid(unsafe_code)]
 
 pub mod application;

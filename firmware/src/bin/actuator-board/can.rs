@@ -1,0 +1,193 @@
+//! CAN1 with a queue towards the bus: nobody waits for it.
+//!
+//! A frame that came in is taken out of the controller at once, by an interrupt. What is to be sent
+//! waits in a queue until one of the three mailboxes is free; mailboxes go out in the order in which
+//! they were filled. After bus-off the controller comes back by itself, 128 times 11 recessive bits
+//! later (RM0090, section 32.7.6).
+
+use embedded_can::{Frame as _, Id};
+use heapless::Deque;
+use stm32f4xx_hal::{
+    can::Can as Pins,
+    pac::{CAN1, can1},
+};
+
+use crate::can_frame::{CanFrame, identifier};
+
+/// The bit rate.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum BitRate {
+    /// 1 Mbit/s.
+    M1,
+    /// 500 kbit/s.
+    K500,
+}
+
+impl BitRate {
+    /// What 42 MHz are divided by for 14 quanta a bit.
+    const fn prescaler(self) -> u16 {
+        match self {
+            Self::M1 => 3,
+            Self::K500 => 6,
+        }
+    }
+}
+
+/// Standard data frames whose identifier agrees with `id` in the bits of `mask`.
+#[derive(Clone, Copy)]
+pub struct Filter {
+    pub id: u16,
+    pub mask: u16,
+}
+
+/// Frames that may wait for a mailbox: a tick's worth of telemetry and answers.
+const WAITING: usize = 16;
+
+/// The controller.
+pub struct Can {
+    registers: CAN1,
+    waiting: Deque<CanFrame, WAITING>,
+}
+
+impl Can {
+    /// Joins the bus. Frames that pass one of at most 28 filters come in.
+    pub fn new(pins: Pins<CAN1>, rate: BitRate, filters: &[Filter]) -> Self {
+        let (can, _) = pins.release();
+        can.mcr().write(|w| w.inrq().set_bit());
+        while can.msr().read().inak().bit_is_clear() {}
+        // Comes back from bus-off by itself; sends in order; keeps what it has when a queue is full.
+        can.mcr().write(|w| {
+            w.inrq()
+                .set_bit()
+                .abom()
+                .set_bit()
+                .txfp()
+                .set_bit()
+                .rflm()
+                .set_bit()
+        });
+        // 1 + 11 + 2 quanta: sampled at 85.7 %, resynchronised by up to two of them.
+        // SAFETY: the fields hold one less than these numbers.
+        can.btr().write(|w| unsafe {
+            w.brp()
+                .bits(rate.prescaler() - 1)
+                .ts1()
+                .bits(11 - 1)
+                .ts2()
+                .bits(2 - 1)
+                .sjw()
+                .bits(2 - 1)
+        });
+        accept(&can, filters);
+        can.ier().write(|w| w.fmpie0().enabled().tmeie().enabled());
+        // It joins after 11 recessive bits; nobody waits for them.
+        can.mcr().modify(|_, w| w.inrq().clear_bit());
+        Self {
+            registers: can,
+            waiting: Deque::new(),
+        }
+    }
+
+    /// The next frame that came in.
+    pub fn receive(&mut self) -> Option<CanFrame> {
+        let queue = self.registers.rfr(0);
+        if queue.read().fmp().bits() == 0 {
+            return None;
+        }
+        let mailbox = self.registers.rx(0);
+        let (id, length) = (mailbox.rir().read(), mailbox.rdtr().read());
+        let [low, high] =
+            [mailbox.rdlr().read().bits(), mailbox.rdhr().read().bits()].map(u32::to_le_bytes);
+        let [a, b, c, d] = low;
+        let [e, f, g, h] = high;
+        let address = identifier(id.ide().bit(), id.stid().bits(), id.exid().bits());
+        let frame = CanFrame::received(
+            address,
+            id.rtr().bit(),
+            length.dlc().bits(),
+            [a, b, c, d, e, f, g, h],
+        );
+        queue.write(|w| w.rfom().set_bit());
+        Some(frame)
+    }
+
+    /// Sends a frame as soon as a mailbox is free; whether it could be taken.
+    pub fn send(&mut self, frame: CanFrame) -> bool {
+        let taken = self.waiting.push_back(frame).is_ok();
+        self.fill_mailboxes();
+        taken
+    }
+
+    /// Mailboxes have become free.
+    pub fn mailbox_is_free(&mut self) {
+        self.registers
+            .tsr()
+            .write(|w| w.rqcp0().set_bit().rqcp1().set_bit().rqcp2().set_bit());
+        self.fill_mailboxes();
+    }
+
+    fn fill_mailboxes(&mut self) {
+        let Self { registers, waiting } = self;
+        for mailbox in registers.tx_iter() {
+            if mailbox.tir().read().txrq().bit() {
+                continue;
+            }
+            let Some(frame) = waiting.pop_front() else {
+                return;
+            };
+            load(mailbox, &frame);
+        }
+    }
+}
+
+/// Puts a frame into a free mailbox and asks for it to be sent.
+fn load(mailbox: &can1::TX, frame: &CanFrame) {
+    let [a, b, c, d, e, f, g, h] = frame.bytes();
+    // SAFETY: any bits are data, and a length is at most 8.
+    unsafe {
+        mailbox.tdtr().write(|w| w.dlc().bits(frame.dlc() as u8));
+        mailbox
+            .tdlr()
+            .write(|w| w.bits(u32::from_le_bytes([a, b, c, d])));
+        mailbox
+            .tdhr()
+            .write(|w| w.bits(u32::from_le_bytes([e, f, g, h])));
+    }
+    // SAFETY: identifiers fit their fields.
+    mailbox.tir().write(|w| unsafe {
+        match frame.id() {
+            Id::Standard(id) => w.stid().bits(id.as_raw()).ide().standard(),
+            Id::Extended(id) => w
+                .stid()
+                .bits((id.as_raw() >> 18) as u16)
+                .exid()
+                .bits(id.as_raw() & 0x3_ffff)
+                .ide()
+                .extended(),
+        };
+        w.rtr().bit(frame.is_remote_frame()).txrq().set_bit()
+    });
+}
+
+/// One bank of 32 bits with a mask for each filter, all into queue 0.
+fn accept(can: &CAN1, filters: &[Filter]) {
+    can.fmr().modify(|_, w| w.finit().set_bit());
+    let mut banks = 0u32;
+    for (bank, filter) in can.fb_iter().zip(filters) {
+        banks = banks << 1 | 1;
+        // Bits 1 and 2 are RTR and IDE: both must be clear.
+        // SAFETY: any bits make a filter.
+        bank.fr1()
+            .write(|w| unsafe { w.bits(u32::from(filter.id) << 21) });
+        bank.fr2()
+            .write(|w| unsafe { w.bits(u32::from(filter.mask) << 21 | 0b110) });
+    }
+    // SAFETY: one bit for each bank.
+    unsafe {
+        can.fm1r().write(|w| w.bits(0));
+        can.ffa1r().write(|w| w.bits(0));
+        can.fs1r().write(|w| w.bits(banks));
+        can.fa1r().write(|w| w.bits(banks));
+    }
+    can.fmr().modify(|_, w| w.finit().clear_bit());
+}

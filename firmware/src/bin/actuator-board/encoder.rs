@@ -1,0 +1,103 @@
+//! The AS5045 at SPI1, read by DMA.
+//!
+//! The encoder latches its angle when CSn falls; its first bit comes with the first *rising* edge of
+//! the clock, at most 413 ns after it (data sheet, section 8.1 and table 14), each further bit with the
+//! next. The clock rests high, so the first edge is a falling one. Sampling at falling edges
+//! (CPOL = 1, CPHA = 0) gives each bit half a period of 762 ns to settle, and leaves the same time
+//! between CSn and the first edge, of which 500 ns are asked for. What the first edge samples is no
+//! bit yet, but the level of a selected, silent encoder:
+//!
+//! ```text
+//! CSn  \___________________________________________/
+//! CLK  ----\_/-\_/-\_/-\_ ... 24 periods of 656 kHz, 36.6 us
+//! DO   ~~------<D11<D10<D9   ... parity, then zeros
+//!          ^   ^   ^   ^     sampled: dummy, D11, D10, ...
+//! ```
+
+use core::sync::atomic::{AtomicU8, Ordering::Relaxed};
+
+use model_core::control::encoder_word::EncoderWord;
+use stm32f4xx_hal::{
+    dma::{DmaChannel, DmaDirection, StreamX, config::Priority},
+    gpio::{Output, PA4},
+    pac::{DMA2, SPI1},
+};
+
+use crate::dma::{Lane, Wiring};
+
+static RECEIVED: [AtomicU8; 3] = [const { AtomicU8::new(0) }; 3];
+/// The encoder does not listen; the clock runs while something is sent.
+static SENT: [AtomicU8; 3] = [const { AtomicU8::new(0) }; 3];
+
+/// Bits of the 24 behind the word: one dummy before it, 18 of it.
+const TRAILING_BITS: u32 = 24 - 1 - 18;
+
+/// The encoder and the streams that read it.
+pub struct Encoder {
+    select: PA4<Output>,
+    receive: Lane<0>,
+    send: Lane<3>,
+}
+
+impl Encoder {
+    /// Sets SPI1 and its streams up.
+    pub fn new(
+        spi: &SPI1,
+        select: PA4<Output>,
+        streams: (StreamX<DMA2, 0>, StreamX<DMA2, 3>),
+    ) -> Self {
+        spi.cr2()
+            .write(|w| w.rxdmaen().enabled().txdmaen().enabled());
+        // 84 MHz / 128; a master whose select line is not the peripheral's business.
+        spi.cr1().write(|w| {
+            w.mstr()
+                .master()
+                .br()
+                .div128()
+                .cpol()
+                .idle_high()
+                .cpha()
+                .first_edge();
+            w.ssm().enabled().ssi().slave_not_selected().spe().enabled()
+        });
+        let wiring = |direction| Wiring {
+            channel: DmaChannel::Channel3,
+            direction,
+            register: spi.dr().as_ptr() as u32,
+            circular: false,
+            priority: Priority::High,
+        };
+        let mut receive = Lane::new(
+            streams.0,
+            &wiring(DmaDirection::PeripheralToMemory),
+            &RECEIVED,
+        );
+        receive.listen();
+        let send = Lane::new(streams.1, &wiring(DmaDirection::MemoryToPeripheral), &SENT);
+        Self {
+            select,
+            receive,
+            send,
+        }
+    }
+
+    /// Latches the angle and starts to fetch it; the interrupt of stream 0 says when it is there.
+    pub fn start(&mut self) {
+        self.receive.stop();
+        self.send.stop();
+        self.select.set_low();
+        self.receive.start();
+        self.send.start();
+    }
+
+    /// The word that was fetched.
+    pub fn finish(&mut self) -> Option<EncoderWord> {
+        self.select.set_high();
+        if !self.receive.take_complete() {
+            return None;
+        }
+        let [a, b, c] = [0, 1, 2].map(|i| RECEIVED.get(i).map_or(0, |byte| byte.load(Relaxed)));
+        let bits = u32::from_be_bytes([0, a, b, c]) >> TRAILING_BITS;
+        Some(EncoderWord::new(bits))
+    }
+}

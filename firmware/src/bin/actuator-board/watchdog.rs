@@ -1,0 +1,37 @@
+//! The independent watchdog: it runs on its own oscillator, and nothing stops it once started.
+
+use stm32f4xx_hal::pac::IWDG;
+
+/// Counts of 0.25 ms until the watchdog bites: 25 ms, six ticks, at the oscillator's nominal 32 kHz;
+/// 17 to 47 ms over its tolerance (data sheet, table 41).
+const RELOAD: u16 = 100;
+
+/// The watchdog.
+pub struct Watchdog(IWDG);
+
+impl Watchdog {
+    /// Starts it.
+    pub fn start(iwdg: IWDG) -> Self {
+        const START: u16 = 0xcccc;
+        const ACCESS: u16 = 0x5555;
+        let key = |key| {
+            // SAFETY: the keys are those of RM0090, section 21.4.1.
+            iwdg.kr().write(|w| unsafe { w.key().bits(key) });
+        };
+        key(START);
+        key(ACCESS);
+        iwdg.pr().write(|w| w.pr().divide_by8());
+        iwdg.rlr().write(|w| w.rl().set(RELOAD));
+        let mut watchdog = Self(iwdg);
+        watchdog.feed();
+        watchdog
+    }
+
+    /// Lets it wait anew. The reload value needs up to five cycles of its oscillator to arrive; until
+    /// then the reset value of 1 s holds.
+    pub fn feed(&mut self) {
+        const RELOAD_KEY: u16 = 0xaaaa;
+        // SAFETY: as above.
+        self.0.kr().write(|w| unsafe { w.key().bits(RELOAD_KEY) });
+    }
+}
