@@ -1,6 +1,7 @@
 //! The firmware's application closes the very loop that the simulations close.
 
 use firmware::application::{Application, Bridge, Request, Samples};
+use firmware::parameters::BoardParameters;
 use model_core::actuator::{ModelKind, PlantKind, Settings};
 use model_core::control::cascade::Coefficients;
 use model_core::control::units::{angle, float};
@@ -16,30 +17,31 @@ fn the_enabled_application_gives_the_compare_values_of_the_simulated_board_integ
         let mut simulated = settings.around(motor()).expect("in range");
         let mut plant = motor();
         let mut encoder = Encoder::new(settings.encoder, Noise::new(0, 0));
-        let coefficients = Coefficients::try_new(&settings.control).expect("in range");
-        let mut application = Application::new(coefficients);
+        let mut application = Application::new(BoardParameters {
+            control: Coefficients::try_new(&settings.control).expect("in range"),
+            ..BoardParameters::DEFAULT
+        });
         // Before the run: the encoder is seen once, then the loop is closed.
-        let mut samples = Samples {
-            encoder: encoder.word(plant.at(0).angle_deg),
-            command: angle(0.0),
-        };
-        application.step(&samples);
-        application.request(Request::Enable);
+        application.step(&Samples::at_rest(encoder.word(plant.at(0).angle_deg)));
+        application
+            .request(Request::Enable)
+            .expect("nothing is wrong");
         let (mut duty_pct, mut steps) = (0.0, 0);
         for edge in 0..5000_u64 {
             plant.start_period(duty_pct);
             let target = angle(command(input, edge * 20));
             if edge % 4 == 0 {
-                samples = Samples {
-                    encoder: encoder.word(plant.at(0).angle_deg),
-                    command: target,
-                };
+                application
+                    .request(Request::Command(target))
+                    .expect("from the bus");
+                let samples = Samples::at_rest(encoder.word(plant.at(0).angle_deg));
                 let outputs = application.step(&samples);
                 let Bridge::Driven(compare) = outputs.bridge else {
                     panic!("{input}: the bridge is off at edge {edge}");
                 };
-                duty_pct = float(outputs.duty);
+                duty_pct = float(outputs.telemetry.duty);
                 simulated.start_period(|_| target);
+                assert_eq!(outputs.fault, None, "{input}, edge {edge}: {:?}", outputs);
                 assert_eq!(compare, simulated.step.compare, "{input}, edge {edge}");
                 steps += i32::from(compare.get() != 0);
             } else {

@@ -1,117 +1,108 @@
-//! One control period of the board.
+//! One control period of the board, and its operating states.
 //!
-//! | state | bridge | left by |
+//! | from | to | when |
 //! |---|---|---|
-//! | [`Disabled`](State::Disabled) | off, the motor coasts | [`Request::Enable`], once the encoder was valid |
-//! | [`Enabled`](State::Enabled) | driven by the control step | [`Request::Disable`], a fault |
-//! | [`Fault`](State::Fault) | off, the motor coasts | [`Request::Acknowledge`] |
+//! | initialising | disabled | encoder, current, supply and temperature were measured |
+//! | initialising | fault | they were not within 200 ms; or the reset was the watchdog's; or the stored parameters were corrupt |
+//! | disabled | enabled | [`Request::Enable`], and nothing is wrong |
+//! | enabled | disabled | [`Request::Disable`] |
+//! | enabled | quick stop | [`Request::QuickStop`] |
+//! | quick stop | disabled | the shaft has come to rest and is not to be held; `quick_stop_ms` is over; [`Request::Disable`] |
+//! | quick stop | enabled | [`Request::Enable`] |
+//! | enabled, quick stop | fault reaction | a fault whose reaction is a quick stop |
+//! | fault reaction | fault | the shaft has come to rest; `quick_stop_ms` is over; [`Request::Disable`] |
+//! | any | fault | a fault whose reaction is to coast |
+//! | fault | disabled | [`Request::Acknowledge`] |
 //!
-//! The encoder may lose [`ENCODER_PATIENCE`] samples in a row; meanwhile the last duty stays and
-//! the integrator rests. The next lost sample is [`Fault::EncoderLost`], and the bridge is off from
-//! the next PWM edge on: 13 ms after the first lost sample, 17 ms after the last valid one.
+//! While the bridge is off, what would be a fault is none: it stands in [`Telemetry::present`] and
+//! blocks [`Request::Enable`]. Only what is lost otherwise is latched in any state: a trip of the
+//! bridge, missed control periods, corrupt parameters and a reset by the watchdog.
+//!
+//! Order of a control period: measure, judge the encoder's word, observe, command, protect, change
+//! the state, regulate.
 
-use model_core::control::{
-    cascade::{self, Coefficients},
-    compare::Compare,
-    encoder_word::EncoderWord,
-    units::{Angle, Percent, Rate},
+mod interface;
+mod stopping;
+
+use model_core::control::{cascade, encoder_word::EncoderWord, units::Angle};
+
+pub use interface::{
+    Bridge, BusState, Outputs, Refused, Request, Samples, Scan, Source, State, Telemetry,
 };
 
-/// Encoder samples in a row that may be lost before the bridge is switched off.
-pub const ENCODER_PATIENCE: u8 = 3;
+use self::stopping::Stopping;
+use crate::{
+    command::{Commander, excitation::Run},
+    faults::{ALWAYS, Fault, FaultLog, FaultSet, Reaction},
+    parameters::BoardParameters,
+    protection::{Conditions, Measured, Protection},
+    timing::periods,
+};
 
-/// What the board wants of the application.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Request {
-    /// Close the loop.
-    Enable,
-    /// Open the loop.
-    Disable,
-    /// Take note of the fault and go to [`State::Disabled`].
-    Acknowledge,
+/// Control periods within which everything has to be measured after a reset: the AS5045 takes up to
+/// 80 ms to its first angle (data sheet, power-up time).
+const INITIALISING_PERIODS: u32 = periods(200) as u32;
+
+/// How a reset left the board, as far as the application minds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Start {
+    /// The watchdog has reset it.
+    pub watchdog: bool,
+    /// There were stored parameters, and none of them could be read.
+    pub parameters_corrupt: bool,
 }
 
-/// Why the bridge was switched off.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(u8)]
-pub enum Fault {
-    /// The encoder gave no valid word for too long.
-    EncoderLost = 1,
-}
-
-/// The operating state.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum State {
-    /// The loop is open.
-    Disabled,
-    /// The loop is closed.
-    Enabled,
-    /// The loop is open until somebody acknowledges.
-    Fault(Fault),
-}
-
-/// What was sampled at the start of the period.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Samples {
-    /// The encoder's word.
-    pub encoder: EncoderWord,
-    /// The commanded angle.
-    pub command: Angle,
-}
-
-/// What the bridge shall do from the next PWM edge on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Bridge {
-    /// All switches open.
-    Off,
-    /// Driven for this share of each PWM period, braked for the rest.
-    Driven(Compare),
-}
-
-/// What a period decided, and what it knows of the actuator.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Outputs {
-    /// For the bridge.
-    pub bridge: Bridge,
-    /// The operating state.
-    pub state: State,
-    /// The measured angle.
-    pub angle: Angle,
-    /// The estimated rate.
-    pub rate: Rate,
-    /// The commanded rate.
-    pub rate_command: Rate,
-    /// The duty before the timer rounds it.
-    pub duty: Percent,
-}
-
-/// The application: coefficients, and everything that it remembers.
+/// The application: parameters, and everything that it remembers.
 #[derive(Debug, Clone)]
 pub struct Application {
-    coefficients: Coefficients,
+    parameters: BoardParameters,
     control: cascade::State,
     state: State,
-    lost_samples: u8,
     held: cascade::Step,
+    commander: Commander,
+    protection: Protection,
+    stopping: Stopping,
+    log: FaultLog,
+    start: FaultSet,
+    telemetry: Telemetry,
 }
 
 impl Application {
-    /// A disabled application with these coefficients.
+    /// An application after an ordinary reset, with parameters that were checked.
     ///
     /// ```
-    /// use firmware::application::{Application, State};
-    /// use model_core::control::{cascade::Coefficients, parameters::ControlParameters};
+    /// use firmware::{application::{Application, State}, parameters::BoardParameters};
     ///
-    /// let coefficients = Coefficients::try_new(&ControlParameters::DEFAULT).unwrap();
-    /// assert_eq!(Application::new(coefficients).state(), State::Disabled);
+    /// assert_eq!(Application::new(BoardParameters::DEFAULT).state(), State::Initialising);
     /// ```
-    pub fn new(coefficients: Coefficients) -> Self {
+    pub fn new(parameters: BoardParameters) -> Self {
+        Self::after(parameters, Start::default())
+    }
+
+    /// An application after a reset of any kind; what went wrong before becomes a fault.
+    ///
+    /// ```
+    /// use firmware::application::{Application, Start};
+    /// use firmware::parameters::BoardParameters;
+    ///
+    /// let start = Start { watchdog: true, ..Start::default() };
+    /// assert!(Application::after(BoardParameters::DEFAULT, start).faults().latched().is_empty());
+    /// ```
+    pub fn after(parameters: BoardParameters, start: Start) -> Self {
+        let mut faults = FaultSet::EMPTY;
+        faults.put(Fault::WatchdogReset, start.watchdog);
+        faults.put(Fault::ParametersCorrupt, start.parameters_corrupt);
         Self {
-            coefficients,
+            parameters,
             control: cascade::State::default(),
-            state: State::Disabled,
-            lost_samples: 0,
+            state: State::Initialising,
             held: cascade::Step::default(),
+            commander: Commander::new(&parameters.command),
+            protection: Protection::default(),
+            stopping: Stopping::default(),
+            log: FaultLog::default(),
+            start: faults,
+            telemetry: Telemetry::default(),
         }
     }
 
@@ -120,183 +111,305 @@ impl Application {
         self.state
     }
 
-    /// Takes new coefficients; the duty does not jump.
-    pub fn retune(&mut self, coefficients: Coefficients) {
-        self.control.retune(&self.coefficients, &coefficients);
-        self.coefficients = coefficients;
+    /// The faults that are latched and that were.
+    pub fn faults(&self) -> &FaultLog {
+        &self.log
     }
 
-    /// Asks for another operating state; what does not fit the present one is ignored.
+    /// Empties the history of faults.
+    pub fn clear_fault_history(&mut self) {
+        self.log.clear_history();
+    }
+
+    /// The parameters in force.
+    pub fn parameters(&self) -> &BoardParameters {
+        &self.parameters
+    }
+
+    /// Takes other parameters, which it checks; the duty does not jump.
     ///
-    /// Closing the loop takes that the encoder is valid at this moment.
-    pub fn request(&mut self, request: Request) {
-        if let (State::Fault(Fault::EncoderLost), Request::Acknowledge) = (self.state, request) {
-            // The shaft may have turned by any angle meanwhile.
-            self.control.disorient();
+    /// # Errors
+    /// [`Refused::Parameter`] names one that is not possible, [`Refused::NotWhileDriving`] says that
+    /// more than gains and limits of the control step are to change, or anything during a stop.
+    pub fn retune(&mut self, parameters: &BoardParameters) -> Result<(), Refused> {
+        parameters.check().map_err(Refused::Parameter)?;
+        let gains_alone = BoardParameters {
+            control: self.parameters.control,
+            ..*parameters
+        } == self.parameters;
+        let may_change = match self.state {
+            State::Enabled => gains_alone,
+            State::QuickStop | State::FaultReaction => *parameters == self.parameters,
+            _ => true,
+        };
+        if !may_change {
+            return Err(Refused::NotWhileDriving);
         }
-        self.state = match (self.state, request) {
-            (State::Disabled, Request::Enable) if self.is_oriented() => State::Enabled,
-            (State::Enabled, Request::Disable) => State::Disabled,
-            (State::Fault(_), Request::Acknowledge) => State::Disabled,
-            (state, _) => state,
+        self.control
+            .retune(&self.parameters.control, &parameters.control);
+        self.parameters = *parameters;
+        Ok(())
+    }
+
+    /// Asks for something.
+    ///
+    /// # Errors
+    /// Why it is refused; nothing has changed then.
+    pub fn request(&mut self, request: Request) -> Result<(), Refused> {
+        match request {
+            Request::Enable => return self.enable(),
+            Request::Disable => self.disable(),
+            Request::QuickStop => match self.state {
+                State::Enabled => self.stop(State::QuickStop),
+                State::QuickStop | State::FaultReaction => {}
+                state => return Err(Refused::State(state)),
+            },
+            Request::Acknowledge => match self.state {
+                State::Fault => self.acknowledge(),
+                state => return Err(Refused::State(state)),
+            },
+            Request::Command(angle) => {
+                if !self.commander.take(angle) {
+                    return Err(Refused::Source(self.commander.source()));
+                }
+            }
+            Request::Source(source) => {
+                if !self.commander.switch(source) {
+                    return Err(Refused::Source(source));
+                }
+            }
+            Request::StopExcitation => self.commander.stop(),
+        }
+        Ok(())
+    }
+
+    /// Adds this input to the present command, from its tick 0 on, until it has been seen.
+    ///
+    /// # Errors
+    /// [`Refused::State`] where the loop is not closed.
+    pub fn start_excitation(&mut self, run: Run) -> Result<(), Refused> {
+        if self.state != State::Enabled {
+            return Err(Refused::State(self.state));
+        }
+        self.commander.start(run);
+        Ok(())
+    }
+
+    fn enable(&mut self) -> Result<(), Refused> {
+        match self.state {
+            State::Enabled => return Ok(()),
+            State::Disabled => {}
+            State::QuickStop => {}
+            state => return Err(Refused::State(state)),
+        }
+        if let Some(fault) = self.telemetry.present.first() {
+            return Err(Refused::Blocked(fault));
+        }
+        if !self.control.is_oriented() {
+            return Err(Refused::Blocked(Fault::EncoderInvalid));
+        }
+        self.commander.hold(self.control.angle());
+        self.protection.restart();
+        self.state = State::Enabled;
+        Ok(())
+    }
+
+    fn disable(&mut self) {
+        self.state = match self.state {
+            State::Enabled | State::QuickStop => State::Disabled,
+            State::FaultReaction => State::Fault,
+            state => state,
         };
     }
 
-    fn is_oriented(&self) -> bool {
-        self.control.is_oriented() && self.lost_samples == 0
+    fn stop(&mut self, state: State) {
+        self.stopping = Stopping::from(self.control.rate());
+        self.commander.stop();
+        self.state = state;
+    }
+
+    fn acknowledge(&mut self) {
+        const OF_THE_ENCODER: FaultSet = FaultSet::of(&[
+            Fault::EncoderInvalid,
+            Fault::MagnetLost,
+            Fault::EncoderStuck,
+            Fault::EncoderJump,
+        ]);
+        if !self.log.latched().and(OF_THE_ENCODER).is_empty() {
+            // The shaft may have turned by any angle meanwhile.
+            self.control.disorient();
+            self.protection.disorient();
+        }
+        self.log.acknowledge();
+        self.start = FaultSet::EMPTY;
+        self.state = State::Disabled;
     }
 
     /// One control period.
     pub fn step(&mut self, samples: &Samples) -> Outputs {
+        self.telemetry.tick = self.telemetry.tick.wrapping_add(1);
+        self.miss(samples.missed_periods);
+        let measured = self.protection.measure(&self.parameters, samples);
+        self.note(samples, &measured);
         let valid = self
             .control
-            .observe(&self.coefficients, samples.encoder)
+            .observe(&self.parameters.control, measured.word)
             .is_ok();
-        self.lost_samples = if valid {
-            0
-        } else {
-            self.lost_samples.saturating_add(1)
-        };
-        if self.state == State::Enabled && self.lost_samples > ENCODER_PATIENCE {
-            self.state = State::Fault(Fault::EncoderLost);
-        }
-        if self.state != State::Enabled {
-            self.control.release();
-            self.held = cascade::Step::default();
-        } else if valid {
-            self.held = self.control.regulate(&self.coefficients, samples.command);
-        }
-        self.outputs()
+        let command = self
+            .commander
+            .next(&self.parameters, samples.servo_pulse_us);
+        self.protect(samples, &measured, command);
+        self.regulate(valid, command);
+        self.outputs(command)
     }
 
-    fn outputs(&self) -> Outputs {
-        let driven = self.state == State::Enabled;
-        Outputs {
-            bridge: if driven {
-                Bridge::Driven(self.held.compare)
-            } else {
-                Bridge::Off
-            },
-            state: self.state,
+    /// Periods that were missed are samples that were lost, for the rate is a difference over time.
+    fn miss(&mut self, periods: u8) {
+        let missed = u32::from(periods);
+        self.telemetry.missed_periods = self.telemetry.missed_periods.saturating_add(missed);
+        for _ in 0..periods.min(8) {
+            let _ = self
+                .control
+                .observe(&self.parameters.control, EncoderWord::new(0));
+        }
+    }
+
+    fn note(&mut self, samples: &Samples, measured: &Measured) {
+        let t = &mut self.telemetry;
+        t.bus = samples.bus;
+        t.current_ma = measured.current_ma.unwrap_or(t.current_ma);
+        t.back_emf_mv = measured.back_emf_mv.unwrap_or(t.back_emf_mv);
+        t.supply_mv = measured.supply_mv.unwrap_or(t.supply_mv);
+        t.temperature_mdeg_c = measured.temperature_mdeg_c.unwrap_or(t.temperature_mdeg_c);
+        t.magnet = measured.magnet.unwrap_or(t.magnet);
+    }
+
+    fn protect(&mut self, samples: &Samples, measured: &Measured, command: Angle) {
+        let conditions = Conditions {
+            measured,
+            is_driving: self.state.is_driving(),
+            is_following: self.state == State::Enabled,
             angle: self.control.angle(),
             rate: self.control.rate(),
-            rate_command: self.held.rate_command,
+            command: self.parameters.control.reachable(command),
             duty: self.held.duty,
+            is_stale: self.state == State::Enabled
+                && self.commander.is_stale(&self.parameters.command),
+            is_bus_lost: samples.bus == BusState::Off && self.commander.source() == Source::Bus,
+            is_tripped: samples.bridge_tripped,
+            missed_periods: samples.missed_periods,
+        };
+        let present = self.protection.check(&self.parameters, &conditions);
+        self.telemetry.present = present;
+        match self.state {
+            State::Initialising => self.initialise(present),
+            _ => self.judge(present),
+        }
+    }
+
+    fn initialise(&mut self, present: FaultSet) {
+        let is_measured = self.control.is_oriented() && self.protection.is_complete();
+        if !is_measured && self.telemetry.tick < INITIALISING_PERIODS {
+            return;
+        }
+        let mut faults = self.start;
+        if !is_measured {
+            faults = faults.or(present);
+            faults.put(Fault::EncoderInvalid, !self.control.is_oriented());
+            faults.put(Fault::MeasurementLost, !self.protection.is_complete());
+        }
+        self.state = State::Disabled;
+        self.latch(faults);
+    }
+
+    /// Which of the present conditions matter in this state.
+    fn judge(&mut self, present: FaultSet) {
+        // A shaft that is being brought to rest follows no command.
+        const OF_COMMANDS: FaultSet =
+            FaultSet::of(&[Fault::FollowingError, Fault::CommandTimeout, Fault::BusOff]);
+        self.latch(match self.state {
+            State::Enabled => present,
+            State::QuickStop | State::FaultReaction => present.without(OF_COMMANDS),
+            _ => present.and(ALWAYS),
+        });
+    }
+
+    fn latch(&mut self, faults: FaultSet) {
+        for fault in faults.without(self.log.latched()).iter() {
+            self.log.latch(fault, self.telemetry.tick);
+            match (fault.reaction(), self.state) {
+                (Reaction::QuickStop, State::Enabled) => self.stop(State::FaultReaction),
+                // The ramp is running already.
+                (Reaction::QuickStop, State::QuickStop) => self.state = State::FaultReaction,
+                (Reaction::QuickStop, State::FaultReaction) => {}
+                _ => self.state = State::Fault,
+            }
+        }
+    }
+
+    fn regulate(&mut self, valid: bool, command: Angle) {
+        if matches!(self.state, State::QuickStop | State::FaultReaction) {
+            self.decelerate(valid);
+        } else if self.state == State::Enabled && valid {
+            self.held = self.control.regulate(&self.parameters.control, command);
+        }
+        if !self.state.is_driving() {
+            self.control.release();
+            self.held = cascade::Step::default();
+        }
+    }
+
+    /// One period of a quick stop, and its end.
+    fn decelerate(&mut self, valid: bool) {
+        let BoardParameters {
+            stop: settings,
+            control: gains,
+            ..
+        } = &self.parameters;
+        let may_hold = self.state == State::QuickStop && settings.quick_stop_hold == 1;
+        match self.stopping.holds_at().filter(|_| may_hold) {
+            Some(_) if !valid => {}
+            Some(angle) => self.held = self.control.regulate(gains, angle),
+            None => {
+                let command = self.stopping.next(settings, self.control.rate());
+                if valid {
+                    self.held = self.control.regulate_rate(gains, command);
+                }
+                if self.stopping.is_over(settings) {
+                    match self.state {
+                        _ if may_hold => self.stopping.hold(self.control.angle()),
+                        State::QuickStop => self.state = State::Disabled,
+                        _ => self.state = State::Fault,
+                    }
+                }
+            }
+        }
+    }
+
+    fn outputs(&mut self, command: Angle) -> Outputs {
+        let t = &mut self.telemetry;
+        t.angle = self.control.angle();
+        t.rate = self.control.rate();
+        t.command = command;
+        t.rate_command = self.held.rate_command;
+        t.duty = self.held.duty;
+        t.limits = self.held.limits;
+        t.servo_pulse_us = self.commander.servo_pulse_us();
+        t.servo_glitches = self.commander.servo_glitches();
+        t.source = self.commander.source();
+        t.latched = self.log.latched();
+        Outputs {
+            bridge: if self.state.is_driving() {
+                Bridge::Driven(self.held.compare)
+            } else {
+                Bridge::Coast
+            },
+            state: self.state,
+            fault: self.log.first().map(|record| record.fault),
+            telemetry: self.telemetry,
         }
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use model_core::control::{
-        encoder_word::{EncoderCount, Magnet},
-        parameters::ControlParameters,
-        units::angle,
-    };
-
-    use super::*;
-
-    const LOST: EncoderWord = EncoderWord::new(0);
-
-    fn samples(encoder: EncoderWord) -> Samples {
-        Samples {
-            encoder,
-            command: angle(10.0),
-        }
-    }
-
-    fn zero() -> EncoderWord {
-        EncoderWord::of(EncoderCount::new(0), Magnet::Steady)
-    }
-
-    fn enabled() -> Application {
-        let coefficients = Coefficients::try_new(&ControlParameters::DEFAULT).unwrap();
-        let mut application = Application::new(coefficients);
-        application.step(&samples(zero()));
-        application.request(Request::Enable);
-        assert_eq!(application.state(), State::Enabled);
-        application
-    }
-
-    #[test]
-    fn the_loop_is_not_closed_before_the_encoder_was_valid() {
-        let coefficients = Coefficients::try_new(&ControlParameters::DEFAULT).unwrap();
-        let mut application = Application::new(coefficients);
-        application.step(&samples(LOST));
-        application.request(Request::Enable);
-        assert_eq!(application.state(), State::Disabled);
-    }
-
-    #[test]
-    fn a_disabled_bridge_is_off_and_the_integrator_empty() {
-        let mut application = enabled();
-        for _ in 0..100 {
-            application.step(&samples(zero()));
-        }
-        application.request(Request::Disable);
-        assert_eq!(application.step(&samples(zero())).bridge, Bridge::Off);
-        application.request(Request::Enable);
-        // Small enough for no limit to hide what is left: 8/s 1 deg 1.318 %/(deg/s).
-        let small = Samples {
-            encoder: zero(),
-            command: angle(1.0),
-        };
-        assert_eq!(application.step(&small), enabled().step(&small));
-    }
-
-    #[test]
-    fn gains_changed_while_the_bridge_is_off_do_not_kick_it_when_it_is_enabled() {
-        let stiffer = Coefficients::try_new(&ControlParameters {
-            proportional_gain: 10.0,
-            ..ControlParameters::DEFAULT
-        })
-        .unwrap();
-        for requests in [[Request::Disable, Request::Enable], [Request::Enable; 2]] {
-            let mut application = enabled();
-            application.step(&samples(zero()));
-            application.request(Request::Disable);
-            application.step(&samples(zero()));
-            application.request(requests[0]);
-            application.retune(stiffer);
-            application.request(requests[1]);
-            let at_rest = Samples {
-                encoder: zero(),
-                command: Angle::ZERO,
-            };
-            assert_eq!(application.step(&at_rest).duty, Percent::ZERO);
-        }
-    }
-
-    #[test]
-    fn three_lost_samples_hold_the_duty_and_the_fourth_switches_the_bridge_off() {
-        let mut application = enabled();
-        let driven = application.step(&samples(zero())).bridge;
-        for _ in 0..ENCODER_PATIENCE {
-            assert_eq!(application.step(&samples(LOST)).bridge, driven);
-        }
-        let outputs = application.step(&samples(LOST));
-        assert_eq!(outputs.bridge, Bridge::Off);
-        assert_eq!(outputs.state, State::Fault(Fault::EncoderLost));
-    }
-
-    #[test]
-    fn a_fault_stays_until_it_is_acknowledged_and_then_wants_a_new_enable() {
-        let mut application = enabled();
-        for _ in 0..=ENCODER_PATIENCE {
-            application.step(&samples(LOST));
-        }
-        application.request(Request::Enable);
-        assert_eq!(
-            application.step(&samples(zero())).state,
-            State::Fault(Fault::EncoderLost)
-        );
-        application.request(Request::Acknowledge);
-        assert_eq!(application.state(), State::Disabled);
-        // The angle has to be found first.
-        application.request(Request::Enable);
-        assert_eq!(application.state(), State::Disabled);
-        application.step(&samples(zero()));
-        application.request(Request::Enable);
-        assert_eq!(application.state(), State::Enabled);
-    }
-}
+mod tests;

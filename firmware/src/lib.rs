@@ -2,9 +2,30 @@
 //!
 //! [`application::Application::step`] runs once in each control period of 4 ms: what was sampled
 //! goes in, what the bridge shall do comes out. It closes the loop of `model-core`, which every
-//! simulation closes too.
+//! simulation closes too. Beside it stands what else a board needs and a PC can test:
+//!
+//! | module | is |
+//! |---|---|
+//! | [`application`] | operating states, the control step, what the board can be asked for |
+//! | [`command`] | bus, servo pulse and excitation as sources of the commanded angle |
+//! | [`measure`] | codes of the converter to mA, mV and degrees Celsius |
+//! | [`protection`] | what is watched in every control period |
+//! | [`faults`] | numbered faults, latched and acknowledged |
+//! | [`parameters`] | everything that can be set, its ranges |
+//! | [`store`] | parameters in flash |
+//! | [`frames`] | plain CAN frames for commands and telemetry |
+//!
+//! Nothing here allocates, blocks, or panics, whatever comes in.
 
 #![no_std]
 #![forbid(unsafe_code)]
 
 pub mod application;
+pub mod command;
+pub mod faults;
+pub mod frames;
+pub mod measure;
+pub mod parameters;
+pub mod protection;
+pub mod store;
+pub mod timing;

@@ -11,7 +11,7 @@ use super::{
     shaft_angle::{Mounting, ShaftAngle},
     units::{Angle, Percent, Rate, angle, percent, round},
 };
-use crate::{parameter::ParameterError, time::CONTROL_PERIOD_S};
+use crate::{limits::within, parameter::ParameterError, time::CONTROL_PERIOD_S};
 
 /// Everything that does not change from step to step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -64,6 +64,18 @@ impl Coefficients {
             position: position_loop(p),
             rate: rate_loop(p),
         })
+    }
+
+    /// The command that the position limits leave of this one.
+    ///
+    /// ```
+    /// use model_core::control::{cascade::Coefficients, parameters::ControlParameters, units::angle};
+    ///
+    /// let p = ControlParameters { position_max_deg: 60.0, ..ControlParameters::DEFAULT };
+    /// assert_eq!(Coefficients::try_new(&p).unwrap().reachable(angle(90.0)), 60);
+    /// ```
+    pub fn reachable(&self, command: Angle) -> Angle {
+        within(command, self.position.min, self.position.max)
     }
 }
 
@@ -188,6 +200,39 @@ impl State {
             limits: ActiveLimits {
                 position: wanted.position_limited,
                 rate: wanted.rate_limited,
+                duty: limited.duty_limited,
+                slew: limited.slew_limited,
+            },
+        }
+    }
+
+    /// Closes the inner loop alone, around a commanded rate; held within 2^17 deg/s.
+    ///
+    /// Between this and [`State::regulate`] the duty does not jump by more than the commanded rate
+    /// asks for: the integrator is the same. [`State::retune`] finds no command to keep then.
+    ///
+    /// ```
+    /// use model_core::control::{cascade::*, encoder_word::*, parameters::ControlParameters};
+    ///
+    /// let gains = Coefficients::try_new(&ControlParameters::default()).unwrap();
+    /// let mut state = State::default();
+    /// state.observe(&gains, EncoderWord::of(EncoderCount::new(0), Magnet::Steady)).unwrap();
+    /// let step = state.regulate_rate(&gains, model_core::control::units::Rate::from_num(8));
+    /// assert_eq!(step.compare.get(), 5906); // as a command of 1 deg gives with a gain of 8/s
+    /// ```
+    pub fn regulate_rate(&mut self, coefficients: &Coefficients, rate: Rate) -> Step {
+        let command = within(rate, -WIDEST_RATE, WIDEST_RATE);
+        let limited = self
+            .regulator
+            .step(&coefficients.rate, command, self.rate());
+        self.command = None;
+        Step {
+            rate_command: command,
+            duty: limited.duty,
+            compare: self.modulator.next(limited.duty),
+            limits: ActiveLimits {
+                position: false,
+                rate: command != rate,
                 duty: limited.duty_limited,
                 slew: limited.slew_limited,
             },

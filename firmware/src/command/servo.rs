@@ -1,0 +1,94 @@
+//! The pulse of a radio-control receiver as a command.
+//!
+//! ```text
+//! angle = travel (width - centre)/(max - centre)      width >= centre
+//! angle = travel (width - centre)/(centre - min)      width <  centre
+//! ```
+
+use model_core::control::units::Angle;
+
+use crate::{parameters::integers::integers, timing::angle_of_mdeg};
+
+integers! {
+    /// What a pulse means.
+    pub struct ServoSettings {
+        /// Pulse of the least angle.
+        pulse_min_us: 1000, "us", 500, 2500, "usual for radio control";
+        /// Pulse of angle zero.
+        pulse_centre_us: 1500, "us", 500, 2500, "usual for radio control";
+        /// Pulse of the greatest angle.
+        pulse_max_us: 2000, "us", 500, 2500, "usual for radio control";
+        /// How far beyond its ends a pulse is taken for its end; further off it is none.
+        pulse_margin_us: 200, "us", 0, 500, "trims of transmitters";
+        /// Angle at the greatest pulse; at the least its opposite.
+        pulse_travel_mdeg: 60000, "mdeg", -180000, 180000, "usual travel of a servo";
+    }
+}
+
+impl ServoSettings {
+    /// The angle of a pulse; `None` where the width is none of a servo pulse.
+    ///
+    /// ```
+    /// use firmware::command::servo::ServoSettings;
+    /// let angle = |width_us| ServoSettings::DEFAULT.angle(width_us).map(|a| a.to_num::<f64>());
+    /// assert_eq!([1250, 2000, 2150].map(angle), [Some(-30.0), Some(60.0), Some(60.0)]);
+    /// assert_eq!([799, 2201].map(angle), [None; 2]);
+    /// ```
+    pub fn angle(&self, width_us: u16) -> Option<Angle> {
+        let (least, greatest) = (self.pulse_min_us, self.pulse_max_us);
+        let width_us = i32::from(width_us);
+        if width_us < least - self.pulse_margin_us || width_us > greatest + self.pulse_margin_us {
+            return None;
+        }
+        let from_centre = width_us.max(least).min(greatest) - self.pulse_centre_us;
+        let half_us = if from_centre < 0 {
+            self.pulse_centre_us - least
+        } else {
+            greatest - self.pulse_centre_us
+        };
+        // |travel| <= 180,000 and |from_centre| <= 2000: within 3.6e8.
+        let scaled = self.pulse_travel_mdeg.checked_mul(from_centre)?;
+        Some(angle_of_mdeg(scaled.checked_div(half_us)?))
+    }
+}
+
+/// The last valid pulse.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct ServoPulse {
+    width_us: u16,
+    angle: Option<Angle>,
+    glitches: u32,
+}
+
+impl ServoPulse {
+    /// Takes what the capture gave; whether that was a valid pulse.
+    pub fn update(&mut self, settings: &ServoSettings, width_us: Option<u16>) -> bool {
+        let Some(width_us) = width_us else {
+            return false;
+        };
+        match settings.angle(width_us) {
+            Some(angle) => {
+                self.width_us = width_us;
+                self.angle = Some(angle);
+                true
+            }
+            None => {
+                self.glitches = self.glitches.saturating_add(1);
+                false
+            }
+        }
+    }
+
+    pub fn width_us(&self) -> u16 {
+        self.width_us
+    }
+
+    pub fn glitches(&self) -> u32 {
+        self.glitches
+    }
+
+    /// The angle of the last valid pulse.
+    pub fn angle(&self) -> Option<Angle> {
+        self.angle
+    }
+}

@@ -1,0 +1,114 @@
+//! Faults: numbered, latched, acknowledged; what each means and what follows from it.
+
+mod log;
+mod set;
+mod table;
+
+pub use log::{FaultLog, FaultRecord, HISTORY};
+pub use set::FaultSet;
+pub use table::{ALWAYS, Description, Reaction};
+
+/// What went wrong. The numbers are for good: they go over the bus and into logs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[repr(u16)]
+pub enum Fault {
+    /// The encoder's words do not arrive, or not whole.
+    EncoderInvalid = 1,
+    /// The encoder has lost its magnet.
+    MagnetLost = 2,
+    /// The magnet's field is out of the recommended range for long.
+    MagnetWeak = 3,
+    /// The motor turns, or is driven and must turn, while the encoder stands still.
+    EncoderStuck = 4,
+    /// The encoder's angle jumps further than the shaft can turn.
+    EncoderJump = 5,
+    /// The motor current is above its limit.
+    OverCurrent = 6,
+    /// The motor current was above its continuous value for too long.
+    Overload = 7,
+    /// The bridge's own over-current trip has switched it off.
+    BridgeTripped = 8,
+    /// The shaft does not turn while the motor pulls.
+    Stall = 9,
+    /// The shaft does not follow the command.
+    FollowingError = 10,
+    /// The supply voltage is too low to drive.
+    UnderVoltage = 11,
+    /// The supply voltage is too high.
+    OverVoltage = 12,
+    /// The board is too hot.
+    OverTemperature = 13,
+    /// Current, legs, supply or temperature cannot be measured.
+    MeasurementLost = 14,
+    /// No command arrived in time.
+    CommandTimeout = 15,
+    /// Control periods were missed.
+    LoopOverrun = 16,
+    /// The stored parameters could not be read; the defaults serve.
+    ParametersCorrupt = 17,
+    /// The CAN controller has left the bus.
+    BusOff = 18,
+    /// The watchdog has reset the board.
+    WatchdogReset = 19,
+}
+
+impl Fault {
+    /// All of them, by number.
+    pub const ALL: [Self; 19] = [
+        Self::EncoderInvalid,
+        Self::MagnetLost,
+        Self::MagnetWeak,
+        Self::EncoderStuck,
+        Self::EncoderJump,
+        Self::OverCurrent,
+        Self::Overload,
+        Self::BridgeTripped,
+        Self::Stall,
+        Self::FollowingError,
+        Self::UnderVoltage,
+        Self::OverVoltage,
+        Self::OverTemperature,
+        Self::MeasurementLost,
+        Self::CommandTimeout,
+        Self::LoopOverrun,
+        Self::ParametersCorrupt,
+        Self::BusOff,
+        Self::WatchdogReset,
+    ];
+
+    /// Its number.
+    ///
+    /// ```
+    /// assert_eq!(firmware::faults::Fault::BusOff.number(), 18);
+    /// ```
+    pub const fn number(self) -> u16 {
+        self as u16
+    }
+
+    /// The fault of a number.
+    ///
+    /// ```
+    /// use firmware::faults::Fault;
+    /// assert_eq!(Fault::of_number(9), Some(Fault::Stall));
+    /// assert_eq!(Fault::of_number(0), None);
+    /// ```
+    pub fn of_number(number: u16) -> Option<Self> {
+        let index = usize::from(number).checked_sub(1)?;
+        Self::ALL.get(index).copied()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_those_of_the_places_in_the_list() {
+        for (index, fault) in Fault::ALL.into_iter().enumerate() {
+            assert_eq!(usize::from(fault.number()), index + 1);
+            assert_eq!(Fault::of_number(fault.number()), Some(fault));
+        }
+        assert_eq!(Fault::of_number(20), None);
+        assert_eq!(Fault::of_number(u16::MAX), None);
+    }
+}

@@ -1,0 +1,116 @@
+//! From codes of the converter to mA, mV and thousandths of a degree Celsius, in integers.
+//!
+//! Gains and offsets are those of `model_core::sensors`, taken over when the program is built, so
+//! that the board and what is simulated around it cannot differ.
+
+mod ntc;
+
+use model_core::sensors::{
+    adc::{AdcCode, CurrentSenseParameters},
+    dividers::{LEG_DIVIDER, SUPPLY_DIVIDER},
+};
+
+pub use ntc::temperature_mdeg_c;
+
+/// A straight line from codes to thousandths of a unit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Line {
+    /// In 2^-16 thousandths per code.
+    slope: i32,
+    /// In 2^-16 thousandths.
+    offset: i32,
+}
+
+/// 1 in 2^-16.
+const ONE: f64 = 65_536.0;
+
+impl Line {
+    /// The line of a front end: pin voltage = offset + gain x quantity.
+    const fn of(gain: f64, offset_v: f64) -> Self {
+        Self {
+            slope: (AdcCode::LSB_V / gain * 1000.0 * ONE + 0.5) as i32,
+            offset: (-offset_v / gain * 1000.0 * ONE) as i32,
+        }
+    }
+
+    const fn at(self, code: i32) -> i32 {
+        // The steepest is the supply's: 4.03 mV a code are 264,000 < 2^19, and |code| < 2^12; the
+        // greatest offset is the current's, 1650 mA, 1.1e8 < 2^27.
+        (code * self.slope + self.offset + (1 << 15)) >> 16
+    }
+}
+
+const CURRENT: Line = Line::of(
+    CurrentSenseParameters::DEFAULT.current_gain_v_a,
+    CurrentSenseParameters::DEFAULT.current_offset_v,
+);
+const LEGS: Line = Line::of(LEG_DIVIDER, 0.0);
+const SUPPLY: Line = Line::of(SUPPLY_DIVIDER, 0.0);
+
+/// The motor current of a code, mA.
+///
+/// ```
+/// use firmware::measure::current_ma;
+/// use model_core::sensors::adc::AdcCode;
+/// assert_eq!([2048, 2669, 0].map(|code| current_ma(AdcCode::new(code))), [0, 500, -1650]);
+/// ```
+pub const fn current_ma(code: AdcCode) -> i32 {
+    CURRENT.at(code.bits() as i32)
+}
+
+/// The back-EMF of the codes of both legs with the bridge off, mV; positive where leg A is higher.
+///
+/// ```
+/// use firmware::measure::back_emf_mv;
+/// use model_core::sensors::dividers::leg_code;
+/// assert_eq!(back_emf_mv(leg_code(5.0), leg_code(1.0)), 4000);
+/// ```
+pub const fn back_emf_mv(leg_a: AdcCode, leg_b: AdcCode) -> i32 {
+    LEGS.at(leg_a.bits() as i32 - leg_b.bits() as i32)
+}
+
+/// The supply voltage of a code, mV.
+///
+/// ```
+/// use firmware::measure::supply_mv;
+/// use model_core::sensors::dividers::supply_code;
+/// assert_eq!(supply_mv(supply_code(6.0)), 5998); // a code is 4 mV
+/// ```
+pub const fn supply_mv(code: AdcCode) -> i32 {
+    SUPPLY.at(code.bits() as i32)
+}
+
+#[cfg(test)]
+mod tests {
+    use model_core::sensors::{adc::FrontEnd, noise::Noise};
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn the_current_is_the_nearest_ma_to_what_the_front_end_means(code in 0u16..4096) {
+            let code = AdcCode::new(code);
+            let front_end = FrontEnd::from(&CurrentSenseParameters::DEFAULT);
+            let exact_ma = front_end.quantity(code) * 1000.0;
+            // Half a mA, and 4095 times half a step of the slope.
+            prop_assert!((f64::from(current_ma(code)) - exact_ma).abs() < 0.5 + 0.04);
+        }
+
+        #[test]
+        fn legs_and_supply_come_back_within_a_code(a in 0.0..9.8, b in 0.0..9.8, supply in 0.0..16.4) {
+            use model_core::sensors::dividers::{leg_code, supply_code};
+            let difference_mv = f64::from(back_emf_mv(leg_code(a), leg_code(b)));
+            // A code of a leg is 2.42 mV: half of it each, and half a mV.
+            prop_assert!((difference_mv - (a - b) * 1000.0).abs() < 2.42 + 0.6);
+            prop_assert!((f64::from(supply_mv(supply_code(supply))) - supply * 1000.0).abs() < 2.02 + 0.6);
+        }
+    }
+
+    #[test]
+    fn no_current_reads_as_none() {
+        let front_end = FrontEnd::from(&CurrentSenseParameters::DEFAULT);
+        let code = front_end.convert(0.0, &mut Noise::new(0, 0));
+        assert_eq!(current_ma(code), 0);
+    }
+}

@@ -1,0 +1,69 @@
+//! Motor current: too much at once, and too much for too long.
+//!
+//! ```text
+//! heat = max(0, heat + current^2 - continuous^2)           every 4 ms
+//! Overload while heat >= 3 continuous^2 overload_ms/4 ms
+//! ```
+//!
+//! Twice the continuous current has four times its heat, three times it above what is carried
+//! away: it reaches the limit after `overload_ms`. A missing sample leaves the heat as it is.
+
+use super::{Conditions, lasting::Lasting};
+use crate::{
+    faults::{Fault, FaultSet},
+    parameters::integers::integers,
+    timing::periods,
+};
+
+integers! {
+    /// What the motor current is allowed.
+    pub struct CurrentLimits {
+        /// Greatest motor current.
+        over_current_ma: 1600, "mA", 100, 1640, "a reversal at full rate takes 1520 mA; the converter ends at 1650 mA";
+        /// Samples in a row above it.
+        over_current_samples: 2, "1", 1, 25, "one may be noise";
+        /// Current that the motor bears for ever.
+        continuous_ma: 500, "mA", 50, 1600, "estimate: two thirds of the stall current of 780 mA";
+        /// Time for which it bears twice that, from cold.
+        overload_ms: 2000, "ms", 20, 60000, "estimate: a small motor's winding";
+    }
+}
+
+/// Heat above what the motor carries away, mA^2 times control periods.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct CurrentGuard {
+    over: Lasting,
+    heat: i64,
+}
+
+impl CurrentGuard {
+    /// What is wrong with the current.
+    pub fn check(&mut self, limits: &CurrentLimits, c: &Conditions<'_>) -> FaultSet {
+        let current_ma = c.measured.current_ma.map(i32::abs);
+        let is_over = current_ma.map(|current_ma| current_ma > limits.over_current_ma);
+        // 1 to 25.
+        let samples = limits.over_current_samples as u16;
+        let mut present = FaultSet::EMPTY;
+        present.put(Fault::OverCurrent, self.over.update(is_over, samples));
+        present.put(Fault::Overload, self.is_overloaded(limits, current_ma));
+        present
+    }
+
+    fn is_overloaded(&mut self, limits: &CurrentLimits, current_ma: Option<i32>) -> bool {
+        // Currents are below 2^11 mA: squares below 2^22. 60 s are 15,000 < 2^14 periods: the limit
+        // is below 3 * 2^36, and the heat ends at twice that, so that it also cools in time.
+        let continuous = i64::from(limits.continuous_ma * limits.continuous_ma);
+        let limit = 3 * continuous * i64::from(periods(limits.overload_ms));
+        if let Some(current_ma) = current_ma {
+            let heated = self.heat + i64::from(current_ma * current_ma) - continuous;
+            self.heat = if heated < 0 {
+                0
+            } else if heated > 2 * limit {
+                2 * limit
+            } else {
+                heated
+            };
+        }
+        self.heat >= limit
+    }
+}

@@ -1,0 +1,71 @@
+//! The shaft does not follow the command.
+//!
+//! A command may step, and no shaft can: the plain difference of both says little. A shaft follows
+//! if it is near the command, or on its way there:
+//!
+//! ```text
+//! |command - angle| <= following_window_mdeg
+//! or rate sign(command - angle) >= following_rate_deg_s
+//! ```
+//!
+//! Neither of them for `following_ms` in a row is [`Fault::FollowingError`].
+//!
+//! [`Fault::FollowingError`]: crate::faults::Fault::FollowingError
+
+use model_core::control::units::{ANGLE_END, Angle, Rate};
+
+use super::{Conditions, lasting::Lasting};
+use crate::{
+    parameters::integers::integers,
+    timing::{angle_of_mdeg, periods},
+};
+
+integers! {
+    /// How far the shaft may stay behind.
+    pub struct FollowingLimits {
+        /// How far it may be off.
+        following_window_mdeg: 10000, "mdeg", 100, 360000, "half of what a rate of 160 deg/s leaves at a gain of 8/s";
+        /// Rate at which it has to come nearer where it is further off.
+        following_rate_deg_s: 20, "deg/s", 1, 2000, "a twelfth of full rate";
+        /// Time for which it need not.
+        following_ms: 300, "ms", 4, 60000, "a reversal at full rate takes 150 ms";
+    }
+}
+
+/// For how long the shaft has not followed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct FollowingGuard(Lasting);
+
+impl FollowingGuard {
+    /// Whether it has been too long.
+    pub fn check(&mut self, limits: &FollowingLimits, c: &Conditions<'_>) -> bool {
+        // An angle that is not known says nothing.
+        let strays = c.measured.travelled.map(|_| strays(limits, c));
+        self.0.update(strays, periods(limits.following_ms))
+    }
+}
+
+fn strays(limits: &FollowingLimits, c: &Conditions<'_>) -> bool {
+    let window = angle_of_mdeg(limits.following_window_mdeg);
+    // Both within 2^15 deg.
+    let error = held(c.command) - c.angle;
+    let least = Rate::from_bits(i64::from(limits.following_rate_deg_s) << 32);
+    let comes_nearer = if error > Angle::ZERO {
+        c.rate >= least
+    } else {
+        c.rate <= -least
+    };
+    let is_off = error > window || error < -window;
+    c.is_following && is_off && !comes_nearer
+}
+
+/// `angle` within [`ANGLE_END`].
+fn held(angle: Angle) -> Angle {
+    if angle > ANGLE_END {
+        ANGLE_END
+    } else if angle < -ANGLE_END {
+        -ANGLE_END
+    } else {
+        angle
+    }
+}

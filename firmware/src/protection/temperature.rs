@@ -1,0 +1,34 @@
+//! Temperature of the board.
+
+use super::{Conditions, lasting::Lasting};
+use crate::{
+    faults::{Fault, FaultSet},
+    parameters::integers::integers,
+    timing::periods,
+};
+
+integers! {
+    /// What the temperature is allowed.
+    pub struct TemperatureLimits {
+        /// Greatest temperature.
+        over_temperature_mdeg_c: 85000, "mdeg C", 30000, 125000, "parts of the industrial range";
+        /// Time for which it may be above.
+        over_temperature_ms: 1000, "ms", 4, 60000, "heat is slow";
+    }
+}
+
+/// For how long it has been too hot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct TemperatureGuard(Lasting);
+
+impl TemperatureGuard {
+    /// Whether it is too hot.
+    pub fn check(&mut self, limits: &TemperatureLimits, c: &Conditions<'_>) -> FaultSet {
+        let temperature = c.measured.temperature_mdeg_c;
+        let is_hot = temperature.map(|mdeg_c| mdeg_c > limits.over_temperature_mdeg_c);
+        let periods = periods(limits.over_temperature_ms);
+        let mut present = FaultSet::EMPTY;
+        present.put(Fault::OverTemperature, self.0.update(is_hot, periods));
+        present
+    }
+}

@@ -1,0 +1,59 @@
+//! Control periods that were missed, and measurements that do not come.
+
+use super::{Conditions, lasting::Lasting};
+use crate::{
+    faults::{Fault, FaultSet},
+    parameters::integers::integers,
+    timing::periods,
+};
+
+integers! {
+    /// What may be missed.
+    pub struct TimingLimits {
+        /// Missed control periods that are borne; 250 good ones make up for one.
+        overruns: 3, "1", 0, 250, "three within a second";
+        /// Time for which a measurement may be missing.
+        measurement_ms: 20, "ms", 4, 1000, "five periods";
+    }
+}
+
+/// Good control periods that make up for a missed one: a second of them.
+const GOOD_PERIODS: u16 = 250;
+
+/// What was missed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct TimingGuard {
+    missed: u16,
+    good: u16,
+    unmeasured: Lasting,
+}
+
+impl TimingGuard {
+    /// What is missing.
+    pub fn check(&mut self, limits: &TimingLimits, c: &Conditions<'_>) -> FaultSet {
+        let mut present = FaultSet::EMPTY;
+        let overruns = i32::from(self.overruns(c.missed_periods));
+        present.put(Fault::LoopOverrun, overruns > limits.overruns);
+        // The temperature is missing with the scan, or with the NTC.
+        let is_missing = c.measured.current_ma.is_none() || c.measured.temperature_mdeg_c.is_none();
+        let is_lost = self
+            .unmeasured
+            .update(Some(is_missing), periods(limits.measurement_ms));
+        present.put(Fault::MeasurementLost, is_lost);
+        present
+    }
+
+    fn overruns(&mut self, missed_periods: u8) -> u16 {
+        if missed_periods > 0 {
+            self.missed = self.missed.saturating_add(u16::from(missed_periods));
+            self.good = 0;
+        } else {
+            self.good += 1;
+        }
+        if self.good >= GOOD_PERIODS {
+            self.good = 0;
+            self.missed = self.missed.saturating_sub(1);
+        }
+        self.missed
+    }
+}

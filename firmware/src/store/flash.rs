@@ -1,0 +1,40 @@
+//! What the store needs of a flash memory.
+
+/// One of the two pages. On the STM32F427 they are sectors 12 and 13, at 0x0810_0000 and
+/// 0x0810_4000, 16 KiB each: bank 2, which is erased and written while the program runs from bank 1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Page {
+    /// The first.
+    First,
+    /// The second.
+    Second,
+}
+
+/// What the flash is doing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Status {
+    /// Nothing; the last operation went well.
+    Ready,
+    /// It erases or writes.
+    Busy,
+    /// Nothing; the last operation failed.
+    Failed,
+}
+
+/// Two pages of flash that are erased and written without waiting for them.
+///
+/// An erased word reads as [`u32::MAX`]. A word is written once after each erase.
+pub trait Flash {
+    /// Starts to erase a page; called only while not [`Status::Busy`].
+    fn start_erase(&mut self, page: Page);
+
+    /// Starts to write the word at `offset` bytes, a multiple of four; called only while not
+    /// [`Status::Busy`].
+    fn start_program(&mut self, page: Page, offset: u16, word: u32);
+
+    /// What it is doing.
+    fn status(&mut self) -> Status;
+
+    /// The word at `offset` bytes, a multiple of four; called only while not [`Status::Busy`].
+    fn read(&self, page: Page, offset: u16) -> u32;
+}
