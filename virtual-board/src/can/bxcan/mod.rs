@@ -1,0 +1,169 @@
+//! The controller bxCAN of the STM32 (RM0090, chapter 32): three mailboxes, two FIFOs, 28 filter
+//! banks, error counters, bus-off and its recovery, all interrupts, silent and loop-back mode,
+//! time stamps.
+//!
+//! Left out: debug freeze (`DBF`: a halted core stops the virtual time), and bus activity as wake-up
+//! within a frame (it counts from the frame's start).
+
+mod device;
+mod mailboxes;
+mod mode;
+mod receive;
+mod status;
+#[cfg(test)]
+mod tests;
+mod transmit;
+
+use rigless::device::Level;
+use rigless::time::EventId;
+
+use self::mailboxes::Mailboxes;
+use self::mode::Mode;
+use self::status::Status;
+use super::fifo::Fifo;
+use super::filters::Filters;
+use super::{BitTiming, ErrorCounters, ErrorState, Station, Transfer, Wire};
+
+/// Bits of `CAN_MCR`.
+mod mcr {
+    pub const INRQ: u32 = 1;
+    pub const SLEEP: u32 = 1 << 1;
+    pub const TXFP: u32 = 1 << 2;
+    pub const RFLM: u32 = 1 << 3;
+    pub const NART: u32 = 1 << 4;
+    pub const AWUM: u32 = 1 << 5;
+    pub const ABOM: u32 = 1 << 6;
+    pub const TTCM: u32 = 1 << 7;
+    pub const RESET: u32 = 1 << 15;
+}
+
+/// Bits of `CAN_BTR`.
+mod btr {
+    pub const LBKM: u32 = 1 << 30;
+    pub const SILM: u32 = 1 << 31;
+}
+
+/// The frame that occupies the controller until its outcome is known.
+#[derive(Debug, Clone, Copy)]
+struct Carried {
+    transfer: Transfer,
+    ends_ns: u64,
+    started_ns: u64,
+    /// The mailbox that it comes from.
+    mailbox: Option<usize>,
+    /// The controller's own number among the stations.
+    index: usize,
+    /// Whether it never reaches the wire: silent loop-back.
+    is_private: bool,
+}
+
+/// One controller, alone on a [`Wire`] with its ports or on a wire that its
+/// user shares among several.
+#[derive(Debug)]
+pub struct BxCan {
+    /// The bus with its ports; `None` where it is shared, and its owner calls [`BxCan::begin`].
+    pub wire: Option<Wire>,
+    clock_hz: u64,
+    control: u32,
+    bit_timing: u32,
+    mode: Mode,
+    mailboxes: Mailboxes,
+    fifos: [Fifo; 2],
+    filters: Filters,
+    counters: ErrorCounters,
+    status: Status,
+    carried: Option<Carried>,
+    wake: Option<EventId>,
+    lines: [Level; 4],
+    /// Zero of the time stamps, ns.
+    epoch_ns: u64,
+}
+
+/// `CAN_MCR` out of reset: asleep, and frozen in debug.
+const CONTROL_AFTER_RESET: u32 = 0x0001_0002;
+
+/// `CAN_BTR` out of reset.
+const BIT_TIMING_AFTER_RESET: u32 = 0x0123_0000;
+
+impl BxCan {
+    /// A controller out of reset, on a wire of its own or on a shared one.
+    pub fn new(wire: Option<Wire>) -> Self {
+        Self {
+            wire,
+            clock_hz: 16_000_000,
+            control: CONTROL_AFTER_RESET,
+            bit_timing: BIT_TIMING_AFTER_RESET,
+            mode: Mode::Asleep,
+            mailboxes: Mailboxes::default(),
+            fifos: Default::default(),
+            filters: Filters::default(),
+            counters: ErrorCounters::default(),
+            status: Status::default(),
+            carried: None,
+            wake: None,
+            lines: [Level::Low; 4],
+            epoch_ns: 0,
+        }
+    }
+
+    /// Its error counters.
+    pub fn counters(&self) -> ErrorCounters {
+        self.counters
+    }
+
+    /// Frames that the firmware has not fetched, of both FIFOs.
+    pub fn unread(&self) -> usize {
+        self.fifos.iter().map(Fifo::len).sum()
+    }
+
+    /// Puts back what a reset of the part clears; the wire and the clock stay.
+    pub fn restart(&mut self) {
+        let mut wire = self.wire.take();
+        if let (Some(wire), Some(carried)) = (&mut wire, &self.carried) {
+            wire.abandon(carried.transfer.sender);
+        }
+        let clock_hz = self.clock_hz;
+        *self = Self {
+            clock_hz,
+            ..Self::new(wire)
+        };
+    }
+
+    fn is(&self, control: u32) -> bool {
+        self.control & control != 0
+    }
+
+    fn is_silent(&self) -> bool {
+        self.bit_timing & btr::SILM != 0
+    }
+
+    fn is_looped(&self) -> bool {
+        self.bit_timing & btr::LBKM != 0
+    }
+
+    fn timing(&self) -> Option<BitTiming> {
+        BitTiming::from_btr(self.bit_timing, self.clock_hz)
+    }
+
+    /// The controller as the wire sees it at this instant; `None` while it does not take part.
+    pub fn station(&self, now_ns: u64) -> Option<Station> {
+        if self.mode != Mode::Running || self.counters.state() == ErrorState::BusOff {
+            return None;
+        }
+        Some(Station {
+            timing: self.timing()?,
+            state: self.counters.state(),
+            offer: self
+                .offer()
+                .filter(|_| !self.is_silent() || self.is_looped()),
+            speaks: !self.is_silent(),
+            needs_acknowledge: !self.is_looped(),
+        })
+    }
+
+    /// Time stamp of an instant: bit times, modulo 2^16.
+    fn stamp(&self, at_ns: u64) -> u16 {
+        let bit_ps = self.timing().map_or(1, |timing| timing.bit_ps.max(1));
+        (at_ns.saturating_sub(self.epoch_ns) * 1000 / bit_ps) as u16
+    }
+}

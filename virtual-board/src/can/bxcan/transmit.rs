@@ -1,0 +1,179 @@
+//! From a mailbox onto the wire, and what comes of it.
+
+use super::super::{ErrorState, Frame, Outcome, Transfer, WireFault, contest};
+use super::mailboxes::Flags;
+use super::status::LastError;
+use super::{BxCan, Carried, btr, mcr};
+
+impl BxCan {
+    fn next_mailbox(&self) -> Option<usize> {
+        let order = self.mailboxes.in_order(self.is(mcr::TXFP));
+        order.first().copied()
+    }
+
+    /// The frame that goes next, with the time that `TGT` sends along.
+    pub(super) fn offer(&self, now_ns: u64) -> Option<Frame> {
+        let mailbox = &self.mailboxes.boxes[self.next_mailbox()?];
+        let mut frame = mailbox.frame();
+        if self.is(mcr::TTCM) && mailbox.sends_stamp() {
+            frame.data[6..].copy_from_slice(&self.stamp(now_ns).to_le_bytes());
+        }
+        Some(frame)
+    }
+
+    /// Whether its frames stay within the controller.
+    pub(super) fn is_private(&self) -> bool {
+        self.bit_timing & (btr::LBKM | btr::SILM) == btr::LBKM | btr::SILM
+    }
+
+    /// Starts a frame that no wire sees.
+    pub(super) fn begin_private(&mut self, now_ns: u64) {
+        if self.carried.is_some() {
+            return;
+        }
+        let Some(transfer) = contest(&[self.station(now_ns)], WireFault::None, false) else {
+            return;
+        };
+        let ends_ns = now_ns + transfer.outcome_ns();
+        self.carry(now_ns, ends_ns, transfer, 0, true);
+    }
+
+    /// A contest was held, and this frame is on the wire until `ends_ns`; `index` is the
+    /// controller's own among the stations. Of a shared wire, its owner calls this and has
+    /// the controller woken by [`BxCan::schedule`].
+    pub fn begin(&mut self, now_ns: u64, ends_ns: u64, transfer: Transfer, index: usize) {
+        self.carry(now_ns, ends_ns, transfer, index, false);
+    }
+
+    fn carry(
+        &mut self,
+        now_ns: u64,
+        ends_ns: u64,
+        transfer: Transfer,
+        index: usize,
+        is_private: bool,
+    ) {
+        let Some(station) = self.station(now_ns) else {
+            self.notice_traffic(ends_ns);
+            return;
+        };
+        let own = self.next_mailbox().filter(|_| station.offer.is_some());
+        let mailbox = own.filter(|_| transfer.sender == index);
+        if let Some(lost) = own.filter(|_| mailbox.is_none()) {
+            self.lose_arbitration(lost);
+        }
+        if let Some(sent) = mailbox {
+            self.stamp_mailbox(sent, now_ns);
+        }
+        self.carried = Some(Carried {
+            transfer,
+            ends_ns,
+            started_ns: now_ns,
+            mailbox,
+            index,
+            is_private,
+        });
+    }
+
+    fn lose_arbitration(&mut self, index: usize) {
+        let only_once = self.is(mcr::NART);
+        let mailbox = &mut self.mailboxes.boxes[index];
+        mailbox.flags.lost_arbitration = true;
+        if only_once || mailbox.is_aborted {
+            mailbox.complete(mailbox.flags);
+        }
+    }
+
+    /// `TDTxR.TIME`.
+    fn stamp_mailbox(&mut self, index: usize, now_ns: u64) {
+        if !self.is(mcr::TTCM) {
+            return;
+        }
+        let stamp = self.stamp(now_ns);
+        let mailbox = &mut self.mailboxes.boxes[index];
+        mailbox.words[1] = mailbox.words[1] & 0xffff | u32::from(stamp) << 16;
+    }
+
+    /// The attempt of a mailbox has ended.
+    pub(super) fn finish_sending(&mut self, index: usize, transfer: &Transfer) {
+        let only_once = self.is(mcr::NART);
+        let mailbox = &mut self.mailboxes.boxes[index];
+        if transfer.outcome == Outcome::Delivered {
+            mailbox.complete(Flags {
+                is_ok: true,
+                ..Flags::default()
+            });
+            self.counters.sent();
+            self.status.note(LastError::None);
+            return;
+        }
+        mailbox.flags.had_error = true;
+        if only_once || mailbox.is_aborted {
+            mailbox.complete(mailbox.flags);
+        }
+        let error = match transfer.outcome {
+            Outcome::Unacknowledged => LastError::Acknowledge,
+            Outcome::Unheard => LastError::BitDominant,
+            _ => LastError::BitRecessive,
+        };
+        self.counters.send_failed(error == LastError::Acknowledge);
+        self.status.note(error);
+    }
+
+    /// `ABRQ`: at once, or after the running attempt.
+    pub(super) fn abort(&mut self, index: usize) {
+        let is_sending = self.carried.is_some_and(|c| c.mailbox == Some(index));
+        let mailbox = &mut self.mailboxes.boxes[index];
+        if !mailbox.is_pending {
+            return;
+        }
+        if is_sending {
+            mailbox.is_aborted = true;
+        } else {
+            mailbox.complete(mailbox.flags);
+        }
+    }
+
+    /// Ends what its time has come for.
+    pub(super) fn finish_carried(&mut self, now_ns: u64) {
+        let Some(carried) = self.carried.take_if(|carried| carried.ends_ns <= now_ns) else {
+            return;
+        };
+        let transfer = carried.transfer;
+        match carried.mailbox {
+            Some(mailbox) => {
+                self.finish_sending(mailbox, &transfer);
+                if self.is_looped() && transfer.outcome == Outcome::Delivered {
+                    self.take_in(&transfer.frame, carried.started_ns);
+                }
+            }
+            None if self.is_looped() => {}
+            None => self.finish_receiving(&carried),
+        }
+        self.check_bus_off(now_ns);
+    }
+
+    fn finish_receiving(&mut self, carried: &Carried) {
+        let transfer = &carried.transfer;
+        let understands = self
+            .timing()
+            .is_some_and(|own| own.agrees(&transfer.timing));
+        let passive = self.counters.state() == ErrorState::Passive;
+        match transfer.outcome {
+            Outcome::Delivered if understands => {
+                self.counters.received();
+                self.status.note(LastError::None);
+                self.take_in(&transfer.frame, carried.started_ns);
+            }
+            Outcome::Disturbed(by) => {
+                self.counters.receive_failed(by == Some(carried.index));
+                self.status.note(LastError::Stuff);
+            }
+            _ if !understands && passive => {
+                self.counters.receive_failed(false);
+                self.status.note(LastError::Stuff);
+            }
+            _ => {}
+        }
+    }
+}

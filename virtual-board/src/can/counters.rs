@@ -1,0 +1,142 @@
+//! Fault confinement: the error counters of ISO 11898-1, section 12.1.4, as RM0090 section 32.7.6
+//! has them.
+
+/// What a station may still do on the bus.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum ErrorState {
+    /// It destroys a frame in which it finds an error.
+    Active,
+    /// It takes part, but its error flags are recessive and disturb nobody.
+    Passive,
+    /// It neither sends nor receives.
+    BusOff,
+}
+
+/// Transmit and receive error counters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct ErrorCounters {
+    transmit: u16,
+    receive: u8,
+}
+
+/// From here on a counter says that the bus is heavily disturbed.
+const WARNING: u16 = 96;
+/// Beyond it a station is error-passive.
+const PASSIVE: u16 = 127;
+/// Beyond it a station is bus-off.
+const BUS_OFF: u16 = 255;
+/// What RM0090 resets a receive counter above 128 to at a good frame.
+const AFTER_GOOD_FRAME: u8 = 120;
+
+impl ErrorCounters {
+    /// The transmit error counter, 0 to 255: its eight bits show no more.
+    pub fn transmit(&self) -> u8 {
+        self.transmit.min(BUS_OFF) as u8
+    }
+
+    /// The receive error counter, 0 to 255.
+    pub fn receive(&self) -> u8 {
+        self.receive
+    }
+
+    /// What the counters make of the station.
+    pub fn state(&self) -> ErrorState {
+        if self.transmit > BUS_OFF {
+            ErrorState::BusOff
+        } else if self.transmit > PASSIVE || u16::from(self.receive) > PASSIVE {
+            ErrorState::Passive
+        } else {
+            ErrorState::Active
+        }
+    }
+
+    /// Whether a counter has reached the warning limit of 96.
+    pub fn is_warning(&self) -> bool {
+        self.transmit >= WARNING || u16::from(self.receive) >= WARNING
+    }
+
+    /// A frame went out and was acknowledged.
+    pub fn sent(&mut self) {
+        self.transmit = self.transmit.saturating_sub(1);
+    }
+
+    /// A frame failed that this station sent. An error-passive sender that misses only the
+    /// acknowledgement does not count: alone on the bus it must not go bus-off.
+    pub fn send_failed(&mut self, only_acknowledge: bool) {
+        if only_acknowledge && self.state() == ErrorState::Passive {
+            return;
+        }
+        self.transmit = (self.transmit + 8).min(BUS_OFF + 8);
+    }
+
+    /// A good frame came in.
+    pub fn received(&mut self) {
+        self.receive = if u16::from(self.receive) > PASSIVE {
+            AFTER_GOOD_FRAME
+        } else {
+            self.receive.saturating_sub(1)
+        };
+    }
+
+    /// A frame failed that another station sent; `is_first` where this one raised the error flag.
+    pub fn receive_failed(&mut self, is_first: bool) {
+        self.receive = self.receive.saturating_add(if is_first { 8 } else { 1 });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lone_sender_stops_at_error_passive() {
+        let mut counters = ErrorCounters::default();
+        for _ in 0..16 {
+            counters.send_failed(true);
+        }
+        assert_eq!(
+            (counters.transmit(), counters.state()),
+            (128, ErrorState::Passive)
+        );
+        counters.send_failed(true);
+        assert_eq!(counters.transmit(), 128);
+    }
+
+    #[test]
+    fn thirty_two_failed_frames_take_a_station_off_the_bus() {
+        let mut counters = ErrorCounters::default();
+        for sent in 0..32 {
+            assert_ne!(counters.state(), ErrorState::BusOff, "after {sent}");
+            counters.send_failed(false);
+        }
+        assert_eq!(counters.state(), ErrorState::BusOff);
+        assert_eq!(counters.transmit(), 255);
+    }
+
+    #[test]
+    fn a_good_frame_makes_up_for_an_eighth_of_a_failed_one() {
+        let mut counters = ErrorCounters::default();
+        counters.send_failed(false);
+        counters.sent();
+        assert_eq!(counters.transmit(), 7);
+    }
+
+    #[test]
+    fn a_receiver_warns_at_96_is_passive_above_127_and_comes_back_at_120() {
+        let mut counters = ErrorCounters::default();
+        for _ in 0..12 {
+            counters.receive_failed(true);
+        }
+        assert!(counters.is_warning());
+        assert_eq!(counters.state(), ErrorState::Active);
+        for _ in 0..32 {
+            counters.receive_failed(false);
+        }
+        assert_eq!(counters.state(), ErrorState::Passive);
+        counters.received();
+        assert_eq!(
+            (counters.receive(), counters.state()),
+            (120, ErrorState::Active)
+        );
+    }
+}

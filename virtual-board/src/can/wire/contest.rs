@@ -1,0 +1,125 @@
+//! Arbitration, acknowledgement and error frames of one frame (ISO 11898-1).
+
+use rigless::chip::can::{ERROR_DELIMITER_BITS, ERROR_FLAG_BITS, INTERMISSION_BITS, SUSPEND_BITS};
+
+use super::super::{BitTiming, ErrorState, Frame};
+use super::WireFault;
+
+/// A station on the bus at the start of a frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Station {
+    /// Its bit timing.
+    pub timing: BitTiming,
+    /// Its error state; a station in bus-off is none.
+    pub state: ErrorState,
+    /// What it wants to send.
+    pub offer: Option<Frame>,
+    /// Whether it acknowledges and signals errors: not so in silent mode.
+    pub speaks: bool,
+    /// Whether its own frames need an acknowledgement: not so in loop-back mode.
+    pub needs_acknowledge: bool,
+}
+
+/// What becomes of a frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outcome {
+    /// Another station acknowledged it.
+    Delivered,
+    /// Nobody did.
+    Unacknowledged,
+    /// An error flag destroyed it: of this station, whose bit timing differs, or of the disturbance
+    /// that all saw.
+    Disturbed(Option<usize>),
+    /// The sender's own dominant bit did not appear on the wire.
+    Unheard,
+}
+
+/// A frame on the wire.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Transfer {
+    /// The station that won the wire.
+    pub sender: usize,
+    /// Its frame.
+    pub frame: Frame,
+    /// Its bit timing.
+    pub timing: BitTiming,
+    /// What will become of it.
+    pub outcome: Outcome,
+    suspended: bool,
+}
+
+/// Bits until a station with a wrong bit timing has met a stuff error: five bits and the sixth, at
+/// half the rate.
+const BITS_TO_STUFF_ERROR: u32 = 12;
+
+impl Transfer {
+    fn outcome_bits(&self) -> u32 {
+        let error_frame = ERROR_FLAG_BITS + ERROR_DELIMITER_BITS;
+        match self.outcome {
+            Outcome::Delivered => self.frame.bits_on_the_wire(),
+            Outcome::Unacknowledged => self.frame.bits_through_acknowledge() + error_frame,
+            Outcome::Disturbed(_) => BITS_TO_STUFF_ERROR + error_frame,
+            Outcome::Unheard => 1 + error_frame,
+        }
+    }
+
+    /// From the start of the frame until all know its outcome, ns.
+    pub fn outcome_ns(&self) -> u64 {
+        self.timing.bits_ns(self.outcome_bits())
+    }
+
+    /// From the start of the frame until the next may start, ns.
+    pub(super) fn busy_ns(&self) -> u64 {
+        let failed = self.outcome != Outcome::Delivered;
+        let suspend = if failed && self.suspended {
+            SUSPEND_BITS
+        } else {
+            0
+        };
+        (self.timing).bits_ns(self.outcome_bits() + INTERMISSION_BITS + suspend)
+    }
+}
+
+/// Who of these stations sends next, and what becomes of its frame; `None` where nobody wants to.
+/// A station that is not on the bus is `None`.
+pub fn contest(
+    stations: &[Option<Station>],
+    fault: WireFault,
+    is_disturbed: bool,
+) -> Option<Transfer> {
+    let present = || {
+        (stations.iter().enumerate())
+            .filter_map(|(index, station)| station.as_ref().map(|station| (index, station)))
+    };
+    let (sender, station, frame) = present()
+        .filter_map(|(index, station)| station.offer.map(|frame| (index, station, frame)))
+        .min_by(|(_, _, a), (_, _, b)| a.arbitrates(b))?;
+    let others = || present().filter(|(index, _)| *index != sender);
+    let clash = others().any(|(_, other)| {
+        let equal = |offer: &Frame| offer.arbitrates(&frame).is_eq() && *offer != frame;
+        other.offer.as_ref().is_some_and(equal)
+    });
+    let stranger = others().find(|(_, other)| {
+        other.speaks && other.state == ErrorState::Active && !other.timing.agrees(&station.timing)
+    });
+    let is_acknowledged =
+        others().any(|(_, other)| other.speaks && other.timing.agrees(&station.timing));
+    let outcome = if fault == WireFault::Short {
+        Outcome::Unheard
+    } else if is_disturbed || clash {
+        Outcome::Disturbed(None)
+    } else if let Some((index, _)) = stranger {
+        Outcome::Disturbed(Some(index))
+    } else if is_acknowledged || !station.needs_acknowledge {
+        Outcome::Delivered
+    } else {
+        Outcome::Unacknowledged
+    };
+    Some(Transfer {
+        sender,
+        frame,
+        timing: station.timing,
+        outcome,
+        suspended: station.state == ErrorState::Passive,
+    })
+}

@@ -1,0 +1,37 @@
+//! What can break on the rig.
+
+use model_core::control::encoder_word::Magnet;
+use model_core::sensors::adc::AdcCode;
+
+use super::encoder::{Line, Stuck};
+
+/// Everything that is broken.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Defects {
+    /// A wire of the encoder that lies at one level.
+    pub encoder_wire: Option<(Line, Stuck)>,
+    /// Bits of the encoder's word that are inverted on their way.
+    pub encoder_flipped: u32,
+    /// What the encoder's magnet does; none is its own state.
+    pub magnet: Option<Magnet>,
+    /// The encoder repeats its last count.
+    pub is_encoder_frozen: bool,
+    /// The magnet has slipped on the shaft by this angle, deg.
+    pub magnet_slip_deg: f64,
+    /// A resistance across the motor, ohm.
+    pub motor_short_ohm: Option<f64>,
+    /// A wire of the motor is off.
+    pub is_motor_open: bool,
+    /// The gear train is stuck.
+    pub is_jammed: bool,
+    /// Torque from outside, Nm.
+    pub torque_nm: f64,
+    /// The source's voltage, V.
+    pub source_v: Option<f64>,
+    /// The source's resistance, ohm.
+    pub source_ohm: Option<f64>,
+    /// Temperature of the board, deg C.
+    pub temperature_deg_c: Option<f64>,
+    /// The current sense gives this code.
+    pub stuck_current: Option<AdcCode>,
+}

@@ -1,0 +1,102 @@
+//! The encoder with its three wires.
+
+use model_core::control::encoder_word::{EncoderCount, EncoderWord, Magnet};
+use model_core::parameter::{ParameterError, Parameters};
+use model_core::sensors::encoder::{Encoder, EncoderParameters};
+use model_core::sensors::noise::Noise;
+
+use super::Defects;
+
+/// A wire of the encoder.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Line {
+    /// Data out.
+    Data,
+    /// Clock.
+    Clock,
+    /// Chip select.
+    Select,
+}
+
+/// The level of a broken wire.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Stuck {
+    /// Ground.
+    Low,
+    /// The supply, or a pull-up.
+    High,
+}
+
+/// What a controller that clocks 24 times reads of the encoder's 18 bits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct SsiWord(u32);
+
+impl SsiWord {
+    /// Clocks of a transfer: three bytes.
+    pub(crate) const CLOCKS: u32 = 24;
+
+    /// The data line is high from the select on, and stays so at the first falling edge of the clock;
+    /// each rising edge after it shifts a bit out, and after the last of 18 the line is low.
+    fn of(word: EncoderWord) -> Self {
+        Self(1 << 23 | word.bits() << 5)
+    }
+
+    /// 24 bits, the first of them the most significant.
+    pub fn bits(self) -> u32 {
+        self.0
+    }
+
+    /// The encoder's word in it.
+    pub fn word(self) -> EncoderWord {
+        EncoderWord::new(self.0 >> 5)
+    }
+}
+
+#[derive(Debug, Clone)]
+pub(super) struct RigEncoder {
+    chip: Encoder,
+    own_magnet: Magnet,
+    last: EncoderCount,
+}
+
+impl RigEncoder {
+    pub fn try_new(parameters: EncoderParameters, noise: Noise) -> Result<Self, ParameterError> {
+        parameters.check()?;
+        let chip = Encoder::new(parameters, noise);
+        Ok(Self {
+            own_magnet: chip.magnet,
+            chip,
+            last: EncoderCount::new(0),
+        })
+    }
+
+    /// What is read of it at this angle of the shaft.
+    pub fn word(&mut self, shaft_deg: f64, defects: &Defects) -> SsiWord {
+        let count = self.chip.count(shaft_deg + defects.magnet_slip_deg);
+        if !defects.is_encoder_frozen {
+            self.last = count;
+        }
+        let magnet = defects.magnet.unwrap_or(self.own_magnet);
+        let word = EncoderWord::of(self.last, magnet);
+        let flipped = EncoderWord::new(word.bits() ^ defects.encoder_flipped);
+        broken(SsiWord::of(flipped), defects)
+    }
+}
+
+/// What a broken wire leaves of it.
+fn broken(whole: SsiWord, defects: &Defects) -> SsiWord {
+    const ALL: u32 = (1 << SsiWord::CLOCKS) - 1;
+    match defects.encoder_wire {
+        None => whole,
+        Some((Line::Data, Stuck::Low)) => SsiWord(0),
+        Some((Line::Data, Stuck::High)) => SsiWord(ALL),
+        // Selected or not, without a clock the line keeps its first level.
+        Some((Line::Clock, _)) => SsiWord(ALL),
+        // Never selected: the pull-up holds the line that nobody drives.
+        Some((Line::Select, Stuck::High)) => SsiWord(ALL),
+        // Always selected: the next transfer goes on behind the 18 bits of the first.
+        Some((Line::Select, Stuck::Low)) => SsiWord(0),
+    }
+}

@@ -1,0 +1,74 @@
+//! What a rig is made of.
+
+use model_core::plant::bench::BenchParameters;
+use model_core::sensors::adc::CurrentSenseParameters;
+use model_core::sensors::encoder::EncoderParameters;
+
+use super::SupplyParameters;
+
+/// The parts of a rig.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RigOptions {
+    /// Motor, gear train, friction, load.
+    pub bench: BenchParameters,
+    /// The encoder's mounting and errors.
+    pub encoder: EncoderParameters,
+    /// The current's front end.
+    pub current: CurrentSenseParameters,
+    /// Noise of the other converter channels at their pins, rms, V.
+    pub pin_noise_v: f64,
+    /// The source.
+    pub supply: SupplyParameters,
+    /// Temperature of the board, deg C.
+    pub ambient_deg_c: f64,
+    /// Decides every draw.
+    pub seed: u64,
+}
+
+impl Default for RigOptions {
+    fn default() -> Self {
+        Self {
+            bench: BenchParameters::default(),
+            encoder: EncoderParameters::default(),
+            current: CurrentSenseParameters::default(),
+            pin_noise_v: 0.0,
+            supply: SupplyParameters::default(),
+            ambient_deg_c: 25.0,
+            seed: 0,
+        }
+    }
+}
+
+impl RigOptions {
+    /// A rig as one finds it: noise everywhere, a crooked magnet, a source that gives way, and
+    /// friction that differs from its estimate by up to a third, all of it by the seed.
+    ///
+    /// ```
+    /// use virtual_board::rig::{Rig, RigOptions};
+    ///
+    /// let (a, b) = (RigOptions::realistic(1), RigOptions::realistic(2));
+    /// assert_ne!(a.bench.friction.coulomb_friction_nm, b.bench.friction.coulomb_friction_nm);
+    /// assert!(Rig::try_new(&a).is_ok());
+    /// ```
+    pub fn realistic(seed: u64) -> Self {
+        let mut chance = model_core::sensors::noise::Noise::new(seed, u64::MAX);
+        // Three standard deviations are a third.
+        let mut spread = || 1.0 + chance.gaussian(1.0 / 9.0).max(-1.0 / 3.0).min(1.0 / 3.0);
+        let mut options = Self {
+            seed,
+            pin_noise_v: 1e-3,
+            ..Self::default()
+        };
+        let friction = &mut options.bench.friction;
+        friction.coulomb_friction_nm *= spread();
+        friction.viscous_friction_nm_s_deg *= spread();
+        options.bench.gear_train.bearing_friction_nm *= spread();
+        options.encoder.encoder_noise_deg = 0.03;
+        options.encoder.misalignment_first_deg = 0.5 * spread();
+        options.current.current_noise_v = 2e-3;
+        options.current.current_gain_error = 0.02 * (spread() - 1.0);
+        options.supply.source_resistance_ohm = 0.1 * spread();
+        options.supply.ripple_v = 0.02;
+        options
+    }
+}
