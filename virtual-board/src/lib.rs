@@ -2,3 +2,5 @@
 //! model.
 
 pub mod can;
+pub mod chip;
+pub mod flash;

@@ -1,6 +1,5 @@
 //! What the array does at a time.
 
-use rigless::device::DeviceContext;
 use rigless::soc::Width;
 
 /// A change of the array.
@@ -10,15 +9,15 @@ pub enum Operation {
     Erase {
         /// First address.
         base: u64,
-        /// Bytes.
+        /// Bytes, a multiple of 8.
         size: u64,
     },
     /// Clears bits of a unit.
     Program {
         /// Its address.
         address: u64,
-        /// 1, 2, 4 or 8 bytes.
-        bytes: u8,
+        /// How wide it is.
+        width: Width,
         /// What it is to hold.
         value: u64,
     },
@@ -43,28 +42,29 @@ impl Operation {
             Self::Program { address, .. } => *address,
         }
     }
-}
 
-pub(super) fn width(bytes: u8) -> Width {
-    match bytes {
-        1 => Width::W8,
-        2 => Width::W16,
-        4 => Width::W32,
-        _ => Width::W64,
+    /// The pieces in which the array is read and written.
+    pub(super) fn pieces(&self) -> impl Iterator<Item = u64> {
+        let (base, size) = match self {
+            Self::Erase { base, size } => (*base, *size),
+            Self::Program { address, width, .. } => (*address, u64::from(width.bytes())),
+        };
+        let step = self.piece_width().bytes();
+        (base..base + size).step_by(step as usize)
+    }
+
+    pub(super) fn piece_width(&self) -> Width {
+        match self {
+            Self::Erase { .. } => Width::W64,
+            Self::Program { width, .. } => *width,
+        }
+    }
+
+    /// What a piece holds afterwards that held this before.
+    pub(super) fn complete(&self, held: u64) -> u64 {
+        match self {
+            Self::Erase { .. } => u64::MAX,
+            Self::Program { value, .. } => held & value,
+        }
     }
 }
-
-/// Makes a range hold what `word` says of each double word.
-pub(super) fn fill(
-    base: u64,
-    size: u64,
-    context: &mut DeviceContext<'_>,
-    mut word: impl FnMut(u64) -> u64,
-) {
-    for address in (base..base + size).step_by(8) {
-        context.program(address, Width::W64, word(address), IGNORED);
-    }
-}
-
-/// Token of accesses whose answer nobody waits for.
-pub(super) const IGNORED: u64 = 0;

@@ -1,50 +1,90 @@
 //! What is left of an operation that the supply did not outlast.
 
 use rand_pcg::{Pcg32, rand_core::Rng};
-use rigless::device::DeviceContext;
 
-use super::operation::{IGNORED, Operation, Started, fill, width};
+use super::operation::{Operation, Started};
 
-/// A generator of what no firmware can foresee.
-pub(super) fn chance(seed: u64, at_ns: u64) -> Pcg32 {
-    Pcg32::new(seed, at_ns)
+/// How far an operation came, and the chance that decides the rest.
+#[derive(Debug, Clone)]
+pub(super) struct Damage {
+    operation: Operation,
+    /// Eighths of its time that were over.
+    eighths: u64,
+    chance: Pcg32,
 }
 
-fn word(chance: &mut Pcg32) -> u64 {
-    u64::from(chance.next_u32()) | u64::from(chance.next_u32()) << 32
+impl Damage {
+    /// `started`, cut off at this instant. The same seed and instant leave the same bits.
+    pub fn new(started: &Started, seed: u64, at_ns: u64) -> Self {
+        let whole_ns = (started.until_ns - started.from_ns).max(1);
+        Self {
+            operation: started.operation,
+            eighths: at_ns.saturating_sub(started.from_ns) * 8 / whole_ns,
+            chance: Pcg32::new(seed, at_ns),
+        }
+    }
+
+    pub fn operation(&self) -> Operation {
+        self.operation
+    }
+
+    fn word(&mut self) -> u64 {
+        u64::from(self.chance.next_u32()) | u64::from(self.chance.next_u32()) << 32
+    }
+
+    /// What a piece holds that held this before. A bit that was to change has changed or not: in
+    /// the first eighth none, and from each eighth to the next half of those left.
+    pub fn leave(&mut self, held: u64) -> u64 {
+        let mut changed = 0;
+        for _ in 0..self.eighths {
+            changed |= self.word();
+        }
+        let complete = self.operation.complete(held);
+        held & !changed | complete & changed
+    }
 }
 
-/// Leaves the unit with some of the bits cleared that were to be cleared, given what it held.
-pub(super) fn leave_half_programmed(
-    started: &Started,
-    held: u64,
-    seed: u64,
-    at_ns: u64,
-    context: &mut DeviceContext<'_>,
-) {
-    let Operation::Program { address, bytes, value } = started.operation else {
-        return;
-    };
-    let reached = word(&mut chance(seed, at_ns));
-    context.program(address, width(bytes), held & (value | reached), IGNORED);
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-/// Leaves a sector half erased: early on, cells still hold their zeros here and there, and towards
-/// the end hardly any do. No word of it can be relied on.
-pub(super) fn leave_half_erased(
-    started: &Started,
-    seed: u64,
-    at_ns: u64,
-    context: &mut DeviceContext<'_>,
-) {
-    let Operation::Erase { base, size } = started.operation else {
-        return;
-    };
-    let mut chance = chance(seed, at_ns);
-    let whole_ns = (started.until_ns - started.from_ns).max(1);
-    let quarter = at_ns.saturating_sub(started.from_ns) * 4 / whole_ns;
-    fill(base, size, context, |_| {
-        // Each step halves the share of zeros.
-        (0..=quarter).fold(0, |ones, _| ones | word(&mut chance))
-    });
+    fn erase(eighths: u64) -> Damage {
+        let started = Started {
+            operation: Operation::Erase { base: 0, size: 8 },
+            from_ns: 1000,
+            until_ns: 9000,
+        };
+        Damage::new(&started, 1, 1000 + eighths * 1000)
+    }
+
+    #[test]
+    fn an_operation_that_hardly_began_leaves_what_was_there() {
+        assert_eq!(erase(0).leave(0x1234), 0x1234);
+    }
+
+    #[test]
+    fn later_more_bits_have_changed_and_none_that_was_not_to() {
+        let ones = |eighths| erase(eighths).leave(0).count_ones();
+        assert!((20..44).contains(&ones(1)), "half: {}", ones(1));
+        assert!(ones(7) > 60);
+        let started = Started {
+            operation: Operation::Program {
+                address: 0,
+                width: rigless::soc::Width::W32,
+                value: 0x00ff_00ff,
+            },
+            from_ns: 0,
+            until_ns: 16_000,
+        };
+        let left = Damage::new(&started, 1, 5_000).leave(0xffff_ff00);
+        assert_eq!(left & 0x00ff_0000, 0x00ff_0000);
+        assert_eq!(left & 0xff, 0);
+        assert!(left != 0xffff_ff00 && left != 0x00ff_0000);
+    }
+
+    #[test]
+    fn the_same_seed_leaves_the_same_bits() {
+        assert_eq!(erase(3).leave(0), erase(3).leave(0));
+        assert_ne!(erase(3).leave(0), erase(4).leave(0));
+    }
 }

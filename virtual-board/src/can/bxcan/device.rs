@@ -113,7 +113,7 @@ impl BxCan {
     pub fn schedule(&mut self, context: &mut DeviceContext<'_>) {
         let now_ns = context.now().0;
         let offers = self
-            .station()
+            .station(now_ns)
             .is_some_and(|station| station.offer.is_some());
         let offers_wire = offers && !self.is_private();
         let wire_ns = self

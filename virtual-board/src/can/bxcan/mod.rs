@@ -154,7 +154,7 @@ impl BxCan {
             timing: self.timing()?,
             state: self.counters.state(),
             offer: self
-                .offer()
+                .offer(now_ns)
                 .filter(|_| !self.is_silent() || self.is_looped()),
             speaks: !self.is_silent(),
             needs_acknowledge: !self.is_looped(),

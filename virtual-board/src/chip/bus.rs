@@ -1,0 +1,166 @@
+//! The bus of the chip: that of rigless, described anew with a flash that its interface programs,
+//! and with CAN1.
+//!
+//! The description cannot be changed once it is made, and the one of rigless is not handed out in
+//! parts. Hence it is read off a built part: instances, reset values and clocks; what a built part does
+//! not show - gates, reset lines, who hears requests, write rules - is stated here for the
+//! instances that the board uses.
+
+use std::num::{NonZeroU32, NonZeroU64};
+
+use rigless::mcu::{Mcu, Operate};
+use rigless::soc::stm32f427::Stm32f427;
+use rigless::soc::stm32f427::peripherals::{TIMERS, flash, rcc};
+use rigless::soc::{Builder, Bus, Clock, EraseBlocks, Error, Gate, Region, WriteModify};
+use rigless::time::VirtualNanos;
+
+const fn blocks(bytes: u64, count: u32) -> EraseBlocks {
+    match (NonZeroU64::new(bytes), NonZeroU32::new(count)) {
+        (Some(size), Some(count)) => EraseBlocks { size, count },
+        _ => panic!("a block has bytes"),
+    }
+}
+
+/// RM0090, table 6.
+static SECTORS: [EraseBlocks; 6] = [
+    blocks(16 << 10, 4),
+    blocks(64 << 10, 1),
+    blocks(128 << 10, 7),
+    blocks(16 << 10, 4),
+    blocks(64 << 10, 1),
+    blocks(128 << 10, 7),
+];
+
+/// RM0090, section 2.3.
+static MEMORY: [Region; 5] = [
+    Region::flash("flash", crate::flash::BASE, crate::flash::SIZE)
+        .erased_in(&SECTORS)
+        .erased_to(0xff)
+        .programmed_by("FLASH"),
+    Region::ram("ccm", 0x1000_0000, 64 << 10),
+    Region::system("system", 0x1fff_0000, 32 << 10),
+    Region::ram("sram", 0x2000_0000, 192 << 10),
+    Region::ram("backup_sram", 0x4002_4000, 4 << 10),
+];
+
+/// An instance with the bits of RCC that enable its clock and reset it: they bear its name.
+macro_rules! clocked {
+    ($($bus:literal: $($instance:literal)*;)*) => {
+        [$($((
+            $instance,
+            Gate::by("RCC", concat!($bus, "ENR"), concat!($instance, "EN")),
+            Gate::by("RCC", concat!($bus, "RSTR"), concat!($instance, "RST")),
+        ),)*)*]
+    };
+}
+
+/// RM0090, sections 6.3.5 to 6.3.14.
+const CLOCKED: [(&str, Gate, Gate); 23] = clocked! {
+    "AHB1": "GPIOA" "GPIOB" "GPIOC" "GPIOD" "GPIOE" "GPIOF" "GPIOG" "GPIOH" "GPIOI" "DMA1" "DMA2";
+    "APB1": "TIM2" "TIM3" "TIM4" "TIM5" "SPI2" "SPI3" "CAN1" "PWR";
+    "APB2": "TIM1" "TIM8" "SPI1" "USART1";
+};
+
+/// The converters and their common block, which one bit resets together.
+const CONVERTERS: [(&str, &str); 4] = [
+    ("ADC1", "ADC1EN"),
+    ("ADC2", "ADC2EN"),
+    ("ADC3", "ADC3EN"),
+    ("C_ADC", "ADC1EN"),
+];
+
+/// Who hears the requests of others: DMA, the converter of its trigger, the port selects of a chip.
+const LISTENERS: [&str; 11] = [
+    "RTC", "SPI1", "SPI2", "SPI3", "TIM1", "TIM8", "RCC", "C_ADC", "ADC1", "DMA1", "DMA2",
+];
+
+const NO_PART: VirtualNanos = VirtualNanos(0);
+
+/// The description.
+///
+/// # Errors
+/// That of rigless, where its own part does not build.
+pub fn builder() -> Result<Builder, Error> {
+    let mut stock = Stm32f427::new()?;
+    let instances: Vec<_> = stock.bus().peripherals().copied().collect();
+    let cpu = Operate::cpu(&stock);
+    let mut builder = Bus::builder(cpu, &MEMORY, instances.iter().copied());
+    for instance in &instances {
+        for register in instance.registers {
+            let address = instance.base + u64::from(register.offset);
+            let width = register.width;
+            // A register that another one shares its place with answers for that one.
+            if let Ok(value) = stock.peek(NO_PART, address, width)
+                && value != register.reset & width.mask()
+                && is_alone(instance.registers, register.offset)
+            {
+                builder = builder.reset(instance.name, register.name, value);
+            }
+        }
+        if let Some(clock) = stock.bus().clock_of(instance.name) {
+            builder = builder.clocked_by(instance.name, clock);
+        }
+    }
+    Ok(wired(builder))
+}
+
+fn is_alone(registers: &[rigless::soc::RegisterSpec], offset: u32) -> bool {
+    registers
+        .iter()
+        .filter(|other| other.offset == offset)
+        .count()
+        == 1
+}
+
+fn wired(mut builder: Builder) -> Builder {
+    builder = builder.clocked_by("CAN1", Clock::output("RCC", rcc::PCLK1));
+    for (instance, enable, reset) in CLOCKED {
+        builder = builder.gate(instance, enable).reset_by(instance, reset);
+    }
+    for (instance, enable) in CONVERTERS {
+        builder = builder.gate(instance, Gate::by("RCC", "APB2ENR", enable));
+        builder = builder.reset_by(instance, Gate::by("RCC", "APB2RSTR", "ADCRST"));
+    }
+    builder = builder.gate_writes("RCC", &["BDCR"], Gate::by("PWR", "CR", "DBP"));
+    builder = builder.gate_writes("RTC", &[], Gate::by("PWR", "CR", "DBP"));
+    for listener in LISTENERS {
+        builder = builder.reads_requests(listener);
+    }
+    let timers = TIMERS.iter().map(|timer| timer.instance);
+    for timer in timers.chain(["TIM1", "TIM8"]) {
+        builder = builder.write_modify(timer, "SR", WriteModify::ZeroToClear);
+    }
+    builder
+        .field("FLASH", "ACR", "LATENCY", flash::LATENCY)
+        .field("FLASH", "CR", "LOCK", flash::LOCK)
+        .field("FLASH", "CR", "STRT", flash::STRT)
+        .field("FLASH", "OPTCR", "OPTLOCK", flash::OPTLOCK)
+        .field("FLASH", "OPTCR", "OPTSTRT", flash::OPTSTRT)
+        .declare("FLASH", "SR", &flash::RDERR)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_register_of_the_bus_resets_as_that_of_the_stock_part() {
+        let mut stock = Stm32f427::new().unwrap();
+        let mut own = rigless::mcu::Bare::new(builder().unwrap()).unwrap();
+        let instances: Vec<_> = stock.bus().peripherals().copied().collect();
+        let mut compared = 0;
+        for instance in &instances {
+            for register in instance.registers {
+                let address = instance.base + u64::from(register.offset);
+                let of = |part: &mut dyn Mcu| part.peek(NO_PART, address, register.width).ok();
+                let (expected, found) = (of(&mut stock), of(&mut own));
+                // A clock tree that runs shows more than its register file holds.
+                if instance.name != "RCC" {
+                    assert_eq!(found, expected, "{}.{}", instance.name, register.name);
+                }
+                compared += 1;
+            }
+        }
+        assert!(compared > 1000, "{compared}");
+    }
+}

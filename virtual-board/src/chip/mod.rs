@@ -1,0 +1,3 @@
+//! The microcontroller: the parts of rigless, with what they lack.
+
+pub mod bus;

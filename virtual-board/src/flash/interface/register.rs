@@ -1,0 +1,61 @@
+//! Bits of the registers, and the key that unlocks them (RM0090, sections 3.6.1 and 3.9).
+
+/// Bits of `FLASH_CR`.
+pub(super) mod cr {
+    pub const PG: u64 = 1;
+    pub const SER: u64 = 1 << 1;
+    pub const MER: u64 = 1 << 2;
+    pub const SNB_SHIFT: u32 = 3;
+    pub const PSIZE_SHIFT: u32 = 8;
+    pub const MER1: u64 = 1 << 15;
+    pub const STRT: u64 = 1 << 16;
+    pub const EOPIE: u64 = 1 << 24;
+    pub const ERRIE: u64 = 1 << 25;
+    pub const LOCK: u64 = 1 << 31;
+}
+
+/// Bits of `FLASH_SR`.
+pub(super) mod sr {
+    pub const EOP: u64 = 1;
+    pub const OPERR: u64 = 1 << 1;
+    pub const WRPERR: u64 = 1 << 4;
+    pub const PGAERR: u64 = 1 << 5;
+    pub const PGPERR: u64 = 1 << 6;
+    pub const PGSERR: u64 = 1 << 7;
+    pub const BSY: u64 = 1 << 16;
+}
+
+const KEYS: [u64; 2] = [0x4567_0123, 0xcdef_89ab];
+
+/// How far the key has been entered.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Key {
+    entered: usize,
+    is_stuck: bool,
+}
+
+/// What a word of the key did.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Turned {
+    /// More is to come.
+    On,
+    /// The register is unlocked.
+    Open,
+    /// It was wrong: the register stays locked until the next reset.
+    Stuck,
+}
+
+impl Key {
+    pub fn turn(&mut self, word: u64) -> Turned {
+        if self.is_stuck || KEYS.get(self.entered) != Some(&word) {
+            self.is_stuck = true;
+            return Turned::Stuck;
+        }
+        self.entered = (self.entered + 1) % KEYS.len();
+        if self.entered == 0 {
+            Turned::Open
+        } else {
+            Turned::On
+        }
+    }
+}
