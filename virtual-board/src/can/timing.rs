@@ -25,7 +25,7 @@ impl BitTiming {
     /// // 42 MHz / 3, 1 + 11 + 2 quanta, jump width 1.
     /// let timing = BitTiming::from_btr(0x001a_0002, 42_000_000).unwrap();
     /// assert_eq!(timing.bit_ps, 1_000_000);
-    /// assert_eq!(timing.tolerance_ppm, 2747); // 1/(2 (13 14 - 2)) < 1/(20 14)
+    /// assert_eq!(timing.tolerance_ppm, 3571); // 1/(20 14) < 2/(2 (13 14 - 2))
     /// ```
     pub fn from_btr(btr: u32, clock_hz: u64) -> Option<Self> {
         let field = |shift: u32, mask: u32| u64::from((btr >> shift) & mask) + 1;
