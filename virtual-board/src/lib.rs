@@ -4,3 +4,4 @@
 pub mod can;
 pub mod chip;
 pub mod flash;
+pub mod rig;

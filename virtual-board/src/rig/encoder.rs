@@ -1,7 +1,7 @@
 //! The encoder with its three wires.
 
 use model_core::control::encoder_word::{EncoderCount, EncoderWord, Magnet};
-use model_core::parameter::{ParameterError, Parameters};
+use model_core::parameter::ParameterError;
 use model_core::sensors::encoder::{Encoder, EncoderParameters};
 use model_core::sensors::noise::Noise;
 

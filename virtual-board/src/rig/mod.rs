@@ -90,7 +90,8 @@ impl Rig {
 
     fn advance_with(&mut self, bridge: Bridge, share: f64, time_s: f64) {
         self.bridge = bridge;
-        self.supply.advance(time_s, self.bridge_a * share, &self.defects);
+        self.supply
+            .advance(time_s, self.bridge_a * share, &self.defects);
         let supply_v = self.supply.volts();
         self.bench.set_supply_v(supply_v);
         self.bench.set_jammed(self.defects.is_jammed);
@@ -121,7 +122,11 @@ impl Rig {
             _ => 0.0,
         };
         let open = self.bridge == Bridge::Coast && self.defects.motor_short_ohm.is_some();
-        if open { 0.0 } else { reading.current_a + short_a }
+        if open {
+            0.0
+        } else {
+            reading.current_a + short_a
+        }
     }
 
     /// The encoder's word and the converter's codes, for what follows.
@@ -130,7 +135,10 @@ impl Rig {
         let quantities = sensed::Quantities {
             current_a: self.bridge_a,
             supply_v: self.supply.volts(),
-            temperature_deg_c: self.defects.temperature_deg_c.unwrap_or(self.front_ends.ambient_deg_c),
+            temperature_deg_c: self
+                .defects
+                .temperature_deg_c
+                .unwrap_or(self.front_ends.ambient_deg_c),
         };
         let mut sensed = self.front_ends.sense(&quantities, self.legs(self.bridge));
         sensed.encoder = self.encoder.word(reading.output.angle_deg, &self.defects);
@@ -151,11 +159,12 @@ impl Rig {
         let supply_v = self.supply.volts();
         match bridge {
             Bridge::Coast => {
-                let back_emf_v = if self.defects.is_motor_open || self.defects.motor_short_ohm.is_some() {
-                    0.0
-                } else {
-                    self.bench.reading().back_emf_v
-                };
+                let back_emf_v =
+                    if self.defects.is_motor_open || self.defects.motor_short_ohm.is_some() {
+                        0.0
+                    } else {
+                        self.bench.reading().back_emf_v
+                    };
                 [(supply_v + back_emf_v) / 2.0, (supply_v - back_emf_v) / 2.0]
             }
             Bridge::Brake => [0.0; 2],

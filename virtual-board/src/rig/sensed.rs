@@ -1,6 +1,6 @@
 //! The analogue front ends and the codes that the converter makes of them.
 
-use model_core::parameter::{ParameterError, Parameters};
+use model_core::parameter::ParameterError;
 use model_core::sensors::adc::{AdcCode, FrontEnd};
 use model_core::sensors::dividers::{LEG_DIVIDER, SUPPLY_DIVIDER, temperature_code};
 use model_core::sensors::noise::Noise;
@@ -49,7 +49,10 @@ pub(super) struct FrontEnds {
 }
 
 impl FrontEnds {
-    pub fn try_new(options: &RigOptions, noise: impl Fn(u64) -> Noise) -> Result<Self, ParameterError> {
+    pub fn try_new(
+        options: &RigOptions,
+        noise: impl Fn(u64) -> Noise,
+    ) -> Result<Self, ParameterError> {
         options.current.check()?;
         Ok(Self {
             ambient_deg_c: options.ambient_deg_c,
@@ -73,7 +76,9 @@ impl FrontEnds {
         let temperature = temperature_code(quantities.temperature_deg_c);
         Sensed {
             encoder: SsiWord::default(),
-            current: self.current.convert(quantities.current_a, &mut self.current_noise),
+            current: self
+                .current
+                .convert(quantities.current_a, &mut self.current_noise),
             legs: self.legs(legs_v),
             supply: AdcCode::from_pin_v(supply_pin_v),
             temperature,

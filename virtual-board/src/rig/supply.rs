@@ -2,7 +2,7 @@
 
 use core::f64::consts::TAU;
 
-use model_core::parameter::{ParameterError, Parameters};
+use model_core::parameter::ParameterError;
 use model_core::plant::bench::electrical::ElectricalParameters;
 
 use super::Defects;
@@ -30,7 +30,10 @@ pub(super) struct Supply {
 }
 
 impl Supply {
-    pub fn try_new(motor: &ElectricalParameters, parameters: &SupplyParameters) -> Result<Self, ParameterError> {
+    pub fn try_new(
+        motor: &ElectricalParameters,
+        parameters: &SupplyParameters,
+    ) -> Result<Self, ParameterError> {
         parameters.check()?;
         Ok(Self {
             parameters: *parameters,

@@ -46,7 +46,10 @@ fn no_broken_wire_of_the_encoder_gives_a_valid_word() {
     for line in [Line::Data, Line::Clock, Line::Select] {
         for stuck in [Stuck::Low, Stuck::High] {
             rig.defects.encoder_wire = Some((line, stuck));
-            assert!(rig.sense().encoder.word().read().is_err(), "{line:?} {stuck:?}");
+            assert!(
+                rig.sense().encoder.word().read().is_err(),
+                "{line:?} {stuck:?}"
+            );
         }
     }
 }
@@ -56,7 +59,10 @@ fn a_flipped_bit_breaks_the_parity_and_a_lost_magnet_says_so() {
     let mut rig = rig();
     rig.defects.encoder_flipped = 1 << 9;
     assert_eq!(rig.sense().encoder.word().read(), Err(EncoderError::Parity));
-    rig.defects = Defects { magnet: Some(Magnet::Lost), ..Defects::default() };
+    rig.defects = Defects {
+        magnet: Some(Magnet::Lost),
+        ..Defects::default()
+    };
     assert!(rig.sense().encoder.word().read().is_err());
 }
 
@@ -93,7 +99,11 @@ fn a_weak_source_sags_under_the_current() {
     run(&mut rig, 56_000, 7);
     // 6 V behind 1 ohm, 7.7 ohm of winding and 60 mA of board; a window every fourth period.
     let current_a = (6.0 - 0.06) / 8.7;
-    assert!((rig.supply_v() - (6.0 - 0.06 - current_a)).abs() < 0.02, "{}", rig.supply_v());
+    assert!(
+        (rig.supply_v() - (6.0 - 0.06 - current_a)).abs() < 0.02,
+        "{}",
+        rig.supply_v()
+    );
 }
 
 #[test]

@@ -7,11 +7,14 @@
 //! With the back-EMF `e = k w` held over a step, current and charge have closed forms in
 //! `E = exp(-dt R/L)`. They hold for every step length, and for no inductance at all.
 
+/// Greatest supply voltage, V.
+pub(super) const GREATEST_SUPPLY_V: f64 = 60.0;
+
 crate::parameters! {
     /// The motor and its supply. The estimates are derived in [`crate::plant::bench`].
     pub struct ElectricalParameters {
         /// Supply voltage of the bridge.
-        supply_v [""]: 6.0, "V", 0.0, 60.0, "Futaba S3305: rated 4.8 V to 6 V";
+        supply_v [""]: 6.0, "V", 0.0, GREATEST_SUPPLY_V, "Futaba S3305: rated 4.8 V to 6 V";
         /// Resistance of winding, brushes and bridge.
         winding_resistance_ohm [""]: 7.7, "ohm", 0.05, 1000.0, "estimate from the catalogue's stall torque";
         /// Inductance of the winding.
@@ -43,7 +46,9 @@ pub enum Terminal {
 pub(super) struct Winding {
     resistance_ohm: f64,
     time_constant_s: f64,
-    /// What the diodes hold against the current.
+    /// Drop of the two diodes in the current's way.
+    drop_v: f64,
+    /// What supply and diodes hold against the current.
     diode_v: f64,
     pub current_a: f64,
 }
@@ -61,9 +66,14 @@ impl Winding {
         Self {
             resistance_ohm: p.winding_resistance_ohm,
             time_constant_s: p.winding_inductance_h / p.winding_resistance_ohm,
+            drop_v: 2.0 * p.diode_drop_v,
             diode_v: p.supply_v + 2.0 * p.diode_drop_v,
             current_a: 0.0,
         }
+    }
+
+    pub fn set_supply_v(&mut self, supply_v: f64) {
+        self.diode_v = supply_v + self.drop_v;
     }
 
     /// The closed form over `step_s`, which is above 0.

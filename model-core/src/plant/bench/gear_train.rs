@@ -104,6 +104,8 @@ pub(super) struct GearTrain {
     friction: Friction,
     bearing_nm: f64,
     stop_rad: f64,
+    /// Whether everything that turns is held fast.
+    pub is_jammed: bool,
     /// Torque of all friction in the last step.
     pub friction_nm: f64,
 }
@@ -143,6 +145,7 @@ impl GearTrain {
             friction,
             bearing_nm: p.bearing_friction_nm,
             stop_rad: p.hard_stop_deg * RAD,
+            is_jammed: false,
             friction_nm: 0.0,
         };
         train.bodies[0].inertia_kg_m2 = inertias[0];
@@ -205,7 +208,11 @@ impl GearTrain {
             } else {
                 0.0
             };
-            let budget = (gearbox + bearing) * step_s;
+            let budget = if self.is_jammed {
+                f64::INFINITY
+            } else {
+                (gearbox + bearing) * step_s
+            };
             // The damping of the load acts on the new rate, so that none is too strong.
             let damping = if i == last { load.damping_nm_s } else { 0.0 };
             let inertia = body.inertia_kg_m2 + damping * step_s;

@@ -212,6 +212,31 @@ impl Bench {
         };
     }
 
+    /// Changes the supply of the bridge, V, held within its parameter's range; NaN is 0.
+    ///
+    /// ```
+    /// use model_core::plant::bench::{Bench, BenchParameters, electrical::Terminal};
+    ///
+    /// let mut bench = Bench::try_new(&BenchParameters::default()).unwrap();
+    /// bench.set_supply_v(3.0);
+    /// bench.advance(Terminal::Driven(6.0), 1e-6);
+    /// assert_eq!(bench.reading().terminal_v, 3.0);
+    /// ```
+    pub fn set_supply_v(&mut self, supply_v: f64) {
+        let (least, most) = (0.0, electrical::GREATEST_SUPPLY_V);
+        self.supply_v = if supply_v.is_nan() {
+            0.0
+        } else {
+            within(supply_v, least, most)
+        };
+        self.winding.set_supply_v(self.supply_v);
+    }
+
+    /// Jams the gear train, or frees it: what is jammed takes every torque and stands still.
+    pub fn set_jammed(&mut self, is_jammed: bool) {
+        self.train.is_jammed = is_jammed;
+    }
+
     /// Everything that can be read off now.
     pub fn reading(&self) -> Reading {
         let back_emf_v = self.back_emf_v();

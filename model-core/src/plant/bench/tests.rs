@@ -308,3 +308,34 @@ fn very_stiff_and_infinitely_stiff_joints_agree() {
     // Half a step of 50 us at 287 deg/s, by which the rigid one is ahead.
     assert!(difference.abs() < 0.015, "{difference}");
 }
+
+#[test]
+fn a_jammed_gear_train_stops_at_once_and_draws_the_stall_current() {
+    let mut bench = Bench::try_new(&BenchParameters::default()).unwrap();
+    bench.advance(Terminal::Driven(6.0), 0.3);
+    let before = bench.reading().output;
+    assert!(before.rate_deg_s > 200.0);
+    bench.set_jammed(true);
+    bench.advance(Terminal::Driven(6.0), 0.01);
+    let jammed = bench.reading();
+    assert_eq!(jammed.output.rate_deg_s, 0.0);
+    // 0.01 s is 77 time constants of the winding: 6 V / 7.7 ohm.
+    assert!((jammed.current_a - 6.0 / 7.7).abs() < 1e-9);
+    bench.set_jammed(false);
+    bench.advance(Terminal::Driven(6.0), 0.3);
+    assert!(bench.reading().output.rate_deg_s > 200.0);
+}
+
+#[test]
+fn a_lower_supply_limits_the_voltage_and_what_the_diodes_hold() {
+    let mut bench = Bench::try_new(&BenchParameters::default()).unwrap();
+    bench.set_supply_v(2.0);
+    bench.advance(Terminal::Driven(6.0), 1e-4);
+    assert_eq!(bench.reading().terminal_v, 2.0);
+    bench.advance(Terminal::Coast, 1e-9);
+    // 2 V and twice 0.7 V against a current that has not died yet.
+    assert_eq!(bench.reading().terminal_v, -3.4);
+    bench.set_supply_v(f64::NAN);
+    bench.advance(Terminal::Driven(6.0), 1e-4);
+    assert_eq!(bench.reading().terminal_v, 0.0);
+}
