@@ -1,7 +1,10 @@
 //! Everything of the board that can be set, in one typed set.
 
+mod by_number;
 pub mod integers;
 mod motion;
+#[cfg(test)]
+mod tests;
 
 use model_core::control::{cascade::Coefficients, parameters::ControlParameters};
 
@@ -13,6 +16,7 @@ pub use crate::{
         timing::TimingLimits,
     },
 };
+pub use by_number::{CONTROL, Meaning, Value, WORDS};
 pub use motion::{BusSettings, StopSettings};
 
 /// All parameters of the board.
@@ -63,17 +67,50 @@ impl BoardParameters {
         temperature: TemperatureLimits::DEFAULT,
         timing: TimingLimits::DEFAULT,
     };
-}
 
-impl BoardParameters {
-    /// Checks every value against its range and against the others.
+    /// Checks every integer against its range, and all against each other. Coefficients of the
+    /// control step cannot be out of theirs.
+    ///
+    /// | rule | because |
+    /// |---|---|
+    /// | `pulse_min_us` < `pulse_centre_us` < `pulse_max_us` | angles are shares of both halves |
+    /// | `bit_rate_kbit_s` is 500 or 1000 | the timing of the bits is made for these |
+    /// | `under_voltage_mv` < `over_voltage_mv` | some voltage has to be right |
+    /// | `continuous_ma` <= `over_current_ma` | what is borne for ever must be allowed |
     ///
     /// # Errors
     /// The number of the first parameter that is not possible.
     pub fn check(&self) -> Result<(), u8> {
-        Ok(())
+        if let Some(number) = self.out_of_range() {
+            return Err(number);
+        }
+        let servo = &self.servo;
+        let is_ordered = servo.pulse_min_us < servo.pulse_centre_us
+            && servo.pulse_centre_us < servo.pulse_max_us;
+        let rules = [
+            (is_ordered, PULSE_CENTRE),
+            (matches!(self.bus.bit_rate_kbit_s, 500 | 1000), BIT_RATE),
+            (
+                self.supply.under_voltage_mv < self.supply.over_voltage_mv,
+                UNDER_VOLTAGE,
+            ),
+            (
+                self.current.continuous_ma <= self.current.over_current_ma,
+                CONTINUOUS,
+            ),
+        ];
+        match rules.into_iter().find(|(holds, _)| !holds) {
+            Some((_, number)) => Err(number),
+            None => Ok(()),
+        }
     }
 }
+
+// Numbers that the rules name; a test holds them to their names.
+const PULSE_CENTRE: u8 = 21;
+const BIT_RATE: u8 = 26;
+const CONTINUOUS: u8 = 36;
+const UNDER_VOLTAGE: u8 = 44;
 
 impl Default for BoardParameters {
     fn default() -> Self {

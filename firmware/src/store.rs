@@ -1,5 +1,87 @@
 //! Parameters in flash, so that a loss of power at any moment leaves the old set or the new one.
+//!
+//! Two pages take turns. A page holds one set:
+//!
+//! | offset | word |
+//! |---|---|
+//! | 0 | magic and version of the layout |
+//! | 4 | sequence number, one more than that of the other page |
+//! | 8 | the parameters |
+//! | behind them | CRC-32 (ISO-HDLC) of all words before, their bytes little endian |
+//!
+//! A save erases the page that does not hold the newest set, then writes the words in order, the
+//! CRC last, then reads all of it back. Until the CRC stands, the page is not valid, and the other
+//! one is as it was. Whatever a page holds after a loss of power, it is valid only if its CRC is;
+//! half-written words and half-erased pages fail it as they would any page.
+//!
+//! [`load`] reads both pages when the board starts; [`Saver`] writes one, a word in each call.
 
 mod flash;
+mod page;
+mod saver;
+#[cfg(test)]
+mod tests;
 
 pub use flash::{Flash, Page, Status};
+pub use saver::{Progress, SaveError, Saver};
+
+use crate::parameters::BoardParameters;
+use page::{Content, Image};
+
+/// What the flash holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Loaded {
+    /// The newest set that is valid, or the defaults.
+    pub parameters: BoardParameters,
+    /// Where they come from.
+    pub origin: Origin,
+    newest: Option<Newest>,
+}
+
+/// Where the newest set is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Newest {
+    page: Page,
+    sequence: u32,
+}
+
+/// Where parameters come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Origin {
+    /// The flash.
+    Stored,
+    /// The flash is empty: nothing was ever stored.
+    Defaults,
+    /// The flash holds something, but no valid set: the defaults serve.
+    DefaultsInsteadOfCorrupt,
+}
+
+/// Reads the newest valid set.
+///
+/// Call it while the flash is not busy.
+pub fn load(flash: &impl Flash) -> Loaded {
+    let content = |page| Image::read(flash, page).content();
+    let pages = (content(Page::First), content(Page::Second));
+    let newest = match pages {
+        (Content::Valid(a), Content::Valid(b)) if is_newer(b, a) => Some((Page::Second, b)),
+        (Content::Valid(sequence), _) => Some((Page::First, sequence)),
+        (_, Content::Valid(sequence)) => Some((Page::Second, sequence)),
+        _ => None,
+    };
+    let stored = newest.and_then(|(page, _)| Image::read(flash, page).parameters());
+    Loaded {
+        parameters: stored.unwrap_or(BoardParameters::DEFAULT),
+        origin: match pages {
+            _ if stored.is_some() => Origin::Stored,
+            // The first save of all may have lost its power.
+            (Content::Empty | Content::Unfinished, Content::Empty) => Origin::Defaults,
+            _ => Origin::DefaultsInsteadOfCorrupt,
+        },
+        newest: newest.map(|(page, sequence)| Newest { page, sequence }),
+    }
+}
+
+/// Whether a sequence number comes after another; they wrap.
+fn is_newer(a: u32, b: u32) -> bool {
+    a != b && a.wrapping_sub(b) < 1 << 31
+}

@@ -31,6 +31,16 @@ impl Coefficient {
         }
     }
 
+    /// Mantissa and shift: the value is `mantissa * 2^-shift`.
+    pub(super) const fn parts(self) -> (i32, u8) {
+        (self.mantissa, self.shift)
+    }
+
+    /// The coefficient of these parts; the shift is 62 at the most.
+    pub(super) const fn from_parts(mantissa: i32, shift: u8) -> Self {
+        Self { mantissa, shift }
+    }
+
     /// The product with a signal, rounded to the nearest step of the signal.
     ///
     /// The caller shows that the product lies within +-2^31.

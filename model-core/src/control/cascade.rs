@@ -11,7 +11,18 @@ use super::{
     shaft_angle::{Mounting, ShaftAngle},
     units::{Angle, Percent, Rate, angle, percent, round},
 };
-use crate::{limits::within, parameter::ParameterError, time::CONTROL_PERIOD_S};
+use crate::{
+    limits::within,
+    parameter::{Parameter, ParameterError},
+    time::CONTROL_PERIOD_S,
+};
+
+mod by_number;
+
+pub use by_number::COEFFICIENT_WORDS;
+
+/// From one end of the duty to the other: no limit to its change.
+const WIDEST_STEP: Percent = Percent::const_from_int(200);
 
 /// Everything that does not change from step to step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -105,11 +116,7 @@ const fn rate_loop(p: &ControlParameters) -> RateLoop {
         anti_windup: Coefficient::new(p.anti_windup_gain * CONTROL_PERIOD_S),
         feed_forward: Coefficient::new(p.feed_forward_gain),
         duty_limit: percent(p.duty_limit_pct),
-        // From one end of the duty to the other: no limit.
-        duty_step: least(
-            percent(p.duty_slew_pct_s * CONTROL_PERIOD_S),
-            Percent::const_from_int(200),
-        ),
+        duty_step: least(percent(p.duty_slew_pct_s * CONTROL_PERIOD_S), WIDEST_STEP),
     }
 }
 

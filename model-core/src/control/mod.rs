@@ -33,6 +33,7 @@ pub mod parameters;
 mod position_loop;
 mod rate_estimate;
 mod rate_loop;
+mod scaled;
 mod shaft_angle;
 pub mod units;
 

@@ -7,7 +7,7 @@ use super::{
 use crate::limits::within;
 
 /// One count in steps of [`Angle`]: 45/512 deg.
-const COUNT_STEPS: i64 = 45 << (32 - 9);
+pub const COUNT_STEPS: i64 = 45 << (32 - 9);
 
 /// How the encoder sits on the shaft.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -20,6 +20,12 @@ pub struct Mounting {
 }
 
 impl Mounting {
+    /// The angle that is called zero, -180 deg to 180 deg.
+    pub fn zero_deg(self) -> Angle {
+        // |counts| <= 2^11 and COUNT_STEPS < 2^29.
+        Angle::from_bits(i64::from(wrap(i32::from(self.zero.get()))) * COUNT_STEPS)
+    }
+
     /// Counts from zero, -2048 to 2047, in the sense of the duty.
     const fn relative(self, count: EncoderCount) -> i32 {
         let from_zero = count.get() as i32 - self.zero.get() as i32;

@@ -1,0 +1,148 @@
+//! Writes a set of parameters, one operation of the flash after the other.
+
+use super::{
+    Flash, Loaded, Newest, Page, Status,
+    page::{Content, Image},
+};
+use crate::parameters::BoardParameters;
+
+/// How far a save is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Progress {
+    /// Nothing to do.
+    Idle,
+    /// Call again.
+    Running,
+    /// The set is stored.
+    Done,
+    /// It is not; the set before is.
+    Failed(SaveError),
+}
+
+/// Why a set was not stored.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SaveError {
+    /// The flash could not erase the page.
+    Erase,
+    /// The flash could not write a word.
+    Program,
+    /// What was read back is not what was written.
+    Verify,
+}
+
+/// What is to be done next.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Step {
+    Idle,
+    Erase,
+    Erased,
+    /// The word of this index is to be written.
+    Program(u16),
+    /// It was.
+    Programmed(u16),
+}
+
+/// Saves parameters without ever waiting.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Saver {
+    newest: Option<Newest>,
+    sequence: u32,
+    image: Image,
+    step: Step,
+}
+
+impl Saver {
+    /// A saver that knows what the flash holds.
+    pub fn new(loaded: &Loaded) -> Self {
+        Self {
+            newest: loaded.newest,
+            sequence: 0,
+            image: Image::new(0, &BoardParameters::DEFAULT),
+            step: Step::Idle,
+        }
+    }
+
+    /// Starts to save this set; `false`, and nothing is done, while another save is running.
+    pub fn start(&mut self, parameters: &BoardParameters) -> bool {
+        let is_idle = self.step == Step::Idle;
+        if is_idle {
+            self.sequence = self.newest.map_or(0, |n| n.sequence.wrapping_add(1));
+            self.image = Image::new(self.sequence, parameters);
+            self.step = Step::Erase;
+        }
+        is_idle
+    }
+
+    /// Whether a save is running.
+    pub fn is_running(&self) -> bool {
+        self.step != Step::Idle
+    }
+
+    /// Does what can be done without waiting: one operation of the flash at the most.
+    ///
+    /// [`Progress::Done`] and [`Progress::Failed`] are told once.
+    pub fn poll(&mut self, flash: &mut impl Flash) -> Progress {
+        let status = match self.step {
+            Step::Idle => return Progress::Idle,
+            _ => flash.status(),
+        };
+        let page = self.page();
+        self.step = match (self.step, status) {
+            (_, Status::Busy) => return Progress::Running,
+            (Step::Idle, _) => return Progress::Idle,
+            (Step::Erase, _) => {
+                flash.start_erase(page);
+                Step::Erased
+            }
+            (Step::Erased, Status::Failed) => return self.failed(SaveError::Erase),
+            (Step::Programmed(_), Status::Failed) => return self.failed(SaveError::Program),
+            (Step::Erased, Status::Ready) => Step::Program(0),
+            (Step::Programmed(index), Status::Ready) => Step::Program(index.saturating_add(1)),
+            (Step::Program(index), _) => match self.image.word(index) {
+                Some(word) => {
+                    flash.start_program(page, index.saturating_mul(4), word);
+                    Step::Programmed(index)
+                }
+                None => return self.finish(flash, page),
+            },
+        };
+        Progress::Running
+    }
+
+    /// The page that does not hold the newest set.
+    fn page(&self) -> Page {
+        match self.newest {
+            Some(Newest {
+                page: Page::First, ..
+            }) => Page::Second,
+            _ => Page::First,
+        }
+    }
+
+    fn finish(&mut self, flash: &impl Flash, page: Page) -> Progress {
+        self.step = Step::Idle;
+        let sequence = self.sequence;
+        let there = Image::read(flash, page);
+        if there != self.image || there.content() != Content::Valid(sequence) {
+            return Progress::Failed(SaveError::Verify);
+        }
+        self.newest = Some(Newest { page, sequence });
+        Progress::Done
+    }
+
+    fn failed(&mut self, error: SaveError) -> Progress {
+        self.step = Step::Idle;
+        Progress::Failed(error)
+    }
+}
+
+#[cfg(test)]
+impl Saver {
+    /// Words that were written so far.
+    pub(super) fn step_index(&self) -> u16 {
+        match self.step {
+            Step::Program(index) | Step::Programmed(index) => index,
+            _ => 0,
+        }
+    }
+}
