@@ -32,6 +32,42 @@ impl Segment {
     }
 }
 
+impl Segment {
+    /// The command so long after its start, s.
+    #[inline]
+    pub fn after(&self, u: f64) -> f64 {
+        let [q0, q1, q2, q3] = self.q;
+        q0 + u * (q1 + u * (q2 + u * q3))
+    }
+}
+
+/// Reads a command at instants that grow.
+#[derive(Debug, Clone)]
+pub struct Reader<'a> {
+    segments: &'a [Segment],
+    index: usize,
+}
+
+impl<'a> Reader<'a> {
+    /// A reader of these segments, of which there is at least one.
+    pub fn new(segments: &'a [Segment]) -> Self {
+        Self { segments, index: 0 }
+    }
+
+    /// The command at an instant that is not before the last one that was asked for.
+    pub fn at(&mut self, time_ns: i64) -> f64 {
+        while self
+            .segments
+            .get(self.index + 1)
+            .is_some_and(|s| s.start_ns <= time_ns)
+        {
+            self.index += 1;
+        }
+        let segment = &self.segments[self.index];
+        segment.after((time_ns - segment.start_ns).max(0) as f64 * 1e-9)
+    }
+}
+
 /// What the command does within the interval that follows a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Interval {
@@ -90,14 +126,17 @@ fn intervals(values: &[f64], hold: Hold) -> Vec<Interval> {
         return vec![Interval::Held; moves.len()];
     }
     let size = |i: usize| moves.get(i).map_or(0.0, |m| m.abs());
+    let before = |i: usize| i.checked_sub(1).map_or(0.0, size);
+    // A move with none beside it is a step; a slope goes on at least on one side.
+    let is_step = |i: usize| hold == Hold::Auto && before(i).max(size(i + 1)) < size(i) / 4.0;
+    let is_slope = |i: usize| size(i) > 0.0 && !is_step(i);
     let kind = |i: usize| {
-        let (before, after) = (i.checked_sub(1).map_or(0.0, size), size(i + 1));
-        // A move with none beside it is a step; a slope goes on at least on one side.
-        let is_step = hold == Hold::Auto && before.max(after) < size(i) / 4.0;
-        if size(i) == 0.0 || is_step {
-            Interval::Held
-        } else {
+        // Two samples beside the top of a curve may be alike.
+        let is_top = size(i) == 0.0 && i > 0 && is_slope(i - 1) && is_slope(i + 1);
+        if is_slope(i) || is_top {
             Interval::Smooth
+        } else {
+            Interval::Held
         }
     };
     (0..moves.len()).map(kind).collect()
@@ -120,9 +159,7 @@ fn has_few_levels(values: &[f64]) -> bool {
 fn mark_jumps(segments: &mut [Segment]) {
     for i in 1..segments.len() {
         let before = segments[i - 1];
-        let u = (segments[i].start_ns - before.start_ns) as f64 * 1e-9;
-        let [q0, q1, q2, q3] = before.q;
-        let end = q0 + u * (q1 + u * (q2 + u * q3));
+        let end = before.after((segments[i].start_ns - before.start_ns) as f64 * 1e-9);
         let scale = end.abs().max(segments[i].q[0].abs()).max(1e-9);
         segments[i].jumps = (segments[i].q[0] - end).abs() > 1e-9 * scale;
     }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::command::{Segment, segments};
+use super::command::{Reader, Segment, segments};
 use super::recording::{Recording, RecordingError};
 
 /// A recording that was checked, and its command as a function of time.
@@ -52,6 +52,38 @@ impl Experiment {
     /// Whether there is no sample; never, as it was checked.
     pub fn is_empty(&self) -> bool {
         self.time_ns.is_empty()
+    }
+
+    /// The command, to be read at instants that grow.
+    pub fn commands(&self) -> Reader<'_> {
+        Reader::new(&self.command)
+    }
+
+    /// The same with only every `every`th of its samples compared; the command stays whole.
+    pub fn thinned(&self, every: usize) -> Self {
+        let kept = |i: &usize| i.is_multiple_of(every.max(1));
+        let places: Vec<usize> = (0..self.len()).filter(kept).collect();
+        let take = |column: &[f64]| places.iter().map(|i| column[*i]).collect::<Vec<f64>>();
+        let some = |column: &Option<Vec<f64>>| column.as_deref().map(take);
+        let full = &self.recording;
+        let time_ns: Vec<i64> = places.iter().map(|i| self.time_ns[*i]).collect();
+        Self {
+            recording: Arc::new(Recording {
+                name: full.name.clone(),
+                time_s: take(&full.time_s),
+                command_deg: take(&full.command_deg),
+                angle_deg: take(&full.angle_deg),
+                rate_deg_s: some(&full.rate_deg_s),
+                duty_pct: some(&full.duty_pct),
+                current_ma: some(&full.current_ma),
+                supply_v: some(&full.supply_v),
+                hold: full.hold,
+                constants: full.constants.clone(),
+            }),
+            is_even: is_even(&time_ns),
+            time_ns,
+            command: self.command.clone(),
+        }
     }
 
     /// From the first to the last sample, s.

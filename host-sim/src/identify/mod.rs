@@ -8,15 +8,28 @@
 //! [`Model`] what is fitted, [`Problem`] which parameters are free, [`Fit`] the outcome.
 
 pub mod command;
+mod covariance;
+pub mod engine;
 pub mod experiment;
 pub mod fit;
+pub mod flow;
+pub mod levenberg;
 pub mod model;
+pub mod models;
+pub mod normal;
 pub mod problem;
 pub mod recording;
 pub mod scalar;
+pub mod start;
+#[cfg(test)]
+mod testing;
+pub mod unknowns;
 
+pub use engine::{Options, Progress, Quiet, fit, normal_equations, predict};
 pub use experiment::Experiment;
 pub use fit::{Bound, Estimate, ExperimentFit, Fit, Termination};
+pub use levenberg::Limits;
 pub use model::{Model, Sample, State};
+pub use normal::Normal;
 pub use problem::{IdentifyError, Problem, Role, Scope, Spec};
 pub use recording::{Hold, Recording, RecordingError};

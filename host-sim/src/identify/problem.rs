@@ -54,6 +54,155 @@ pub struct Problem {
     pub specs: Vec<Spec>,
 }
 
+impl Problem {
+    /// A model and recordings with everything as it usually is: what belongs to the actuator is
+    /// shared, what belongs to a run is its own, and the search begins where a first look says.
+    ///
+    /// # Errors
+    /// [`IdentifyError::NoRecording`], or [`IdentifyError::Recording`] where one lacks what the
+    /// model needs.
+    pub fn try_new(
+        model: Arc<dyn Model>,
+        experiments: Vec<Experiment>,
+    ) -> Result<Self, IdentifyError> {
+        if experiments.is_empty() {
+            return Err(IdentifyError::NoRecording);
+        }
+        for experiment in &experiments {
+            let recording = &experiment.recording;
+            model
+                .accepts(recording)
+                .map_err(|error| IdentifyError::Recording {
+                    name: recording.name.clone(),
+                    error,
+                })?;
+        }
+        let start = model.start(&experiments);
+        let spec = |(index, (parameter, start)): (usize, (&Parameter, f64))| Spec {
+            parameter: *parameter,
+            role: if model.is_fixed_by_default(index) {
+                Role::Fixed
+            } else {
+                Role::Free
+            },
+            scope: if model.is_of_the_run(index) {
+                Scope::Own
+            } else {
+                Scope::Shared
+            },
+            start: start.clamp(parameter.min, parameter.max),
+            low: parameter.min,
+            high: parameter.max,
+        };
+        let specs = model.parameters().iter().zip(start).enumerate().map(spec);
+        Ok(Self {
+            specs: specs.collect(),
+            model,
+            experiments,
+        })
+    }
+
+    fn spec(&mut self, name: &str) -> Result<&mut Spec, IdentifyError> {
+        let names = self.specs.iter().map(|s| s.parameter.name);
+        let unknown = IdentifyError::UnknownParameter {
+            model: self.model.name(),
+            name: name.into(),
+            expected: names.collect::<Vec<_>>().join(", "),
+        };
+        let mut specs = self.specs.iter_mut();
+        specs.find(|s| s.parameter.is_called(name)).ok_or(unknown)
+    }
+
+    /// Holds a parameter at a value.
+    ///
+    /// # Errors
+    /// [`IdentifyError::UnknownParameter`]; [`IdentifyError::Start`] for a value that it cannot
+    /// take.
+    pub fn fix(&mut self, name: &str, value: f64) -> Result<(), IdentifyError> {
+        let spec = self.spec(name)?;
+        let Parameter { min, max, .. } = spec.parameter;
+        // What is not looked for may be what the search could not find, such as no limit.
+        let is_no_limit = value == f64::INFINITY && spec.parameter.default == f64::INFINITY;
+        if !(value >= min && value <= max || is_no_limit) {
+            return Err(spec.wrong_start(value));
+        }
+        spec.role = Role::Fixed;
+        spec.start = value;
+        Ok(())
+    }
+
+    /// Has a parameter looked for.
+    ///
+    /// # Errors
+    /// [`IdentifyError::UnknownParameter`].
+    pub fn free(&mut self, name: &str) -> Result<(), IdentifyError> {
+        let spec = self.spec(name)?;
+        spec.role = Role::Free;
+        Ok(())
+    }
+
+    /// Begins the search for a parameter at a value.
+    ///
+    /// # Errors
+    /// [`IdentifyError::UnknownParameter`]; [`IdentifyError::Start`] for a value beyond its bounds.
+    pub fn start(&mut self, name: &str, value: f64) -> Result<(), IdentifyError> {
+        let spec = self.spec(name)?;
+        if !(value >= spec.low && value <= spec.high) {
+            return Err(spec.wrong_start(value));
+        }
+        spec.start = value;
+        Ok(())
+    }
+
+    /// Keeps a parameter within bounds, which may be infinite where its range is.
+    ///
+    /// # Errors
+    /// [`IdentifyError::UnknownParameter`]; [`IdentifyError::Start`] for bounds that leave nothing.
+    pub fn bound(&mut self, name: &str, low: f64, high: f64) -> Result<(), IdentifyError> {
+        let spec = self.spec(name)?;
+        (spec.low, spec.high) = (low.max(spec.parameter.min), high.min(spec.parameter.max));
+        if low.is_nan() || high.is_nan() || spec.low >= spec.high {
+            (spec.low, spec.high) = (low, high);
+            return Err(spec.wrong_start(spec.start));
+        }
+        spec.start = spec.start.clamp(spec.low, spec.high);
+        Ok(())
+    }
+
+    /// Has all experiments have one value of a parameter, or each its own.
+    ///
+    /// # Errors
+    /// [`IdentifyError::UnknownParameter`].
+    pub fn scope(&mut self, name: &str, scope: Scope) -> Result<(), IdentifyError> {
+        self.spec(name)?.scope = scope;
+        Ok(())
+    }
+
+    /// The problem of the same model with other experiments, each start value as it is.
+    pub fn with_experiments(&self, experiments: Vec<Experiment>) -> Self {
+        Self {
+            experiments,
+            ..self.clone()
+        }
+    }
+}
+
+impl Spec {
+    fn wrong_start(&self, start: f64) -> IdentifyError {
+        IdentifyError::Start {
+            name: self.parameter.name,
+            start,
+            low: self.low,
+            high: self.high,
+        }
+    }
+
+    /// Whether it is a size, whose logarithm is the better unknown: factors count, not differences.
+    pub fn is_size(&self) -> bool {
+        self.parameter.min > 0.0
+    }
+}
+
 /// Why nothing could be identified.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum IdentifyError {

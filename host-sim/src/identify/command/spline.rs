@@ -2,7 +2,7 @@
 //!
 //! A stretch is cut where its slope jumps, as at the corner of a ramp. Within a piece the spline has
 //! two continuous derivatives (de Boor, A Practical Guide to Splines, chapter IV); at its ends its
-//! slope is that of the parabola through the three outermost samples.
+//! slope is that of the cubic through the four outermost samples.
 
 use super::Segment;
 
@@ -69,8 +69,8 @@ fn slopes(widths: &[f64], secants: &[f64]) -> Vec<f64> {
     if n == 1 {
         return vec![secants[0]; 2];
     }
-    let first = end_slope(widths[0], widths[1], secants[0], secants[1]);
-    let last = end_slope(widths[n - 1], widths[n - 2], secants[n - 1], secants[n - 2]);
+    let first = end_slope(widths.iter().zip(secants));
+    let last = end_slope(widths.iter().zip(secants).rev());
     let mut slopes = vec![first; n + 1];
     // Thomas' algorithm on h_i m_{i-1} + 2 (h_{i-1} + h_i) m_i + h_{i-1} m_{i+1} = rhs.
     let mut ratios = vec![0.0; n + 1];
@@ -88,7 +88,25 @@ fn slopes(widths: &[f64], secants: &[f64]) -> Vec<f64> {
     slopes
 }
 
-/// Slope of the parabola at its outer sample, the outer interval first.
-fn end_slope(outer: f64, inner: f64, outer_secant: f64, inner_secant: f64) -> f64 {
-    outer_secant + (outer_secant - inner_secant) * outer / (outer + inner)
+/// Slope at its end of the polynomial through up to four samples, in Newton's form from the end:
+/// intervals with their secants, the outermost first.
+fn end_slope<'a>(intervals: impl Iterator<Item = (&'a f64, &'a f64)>) -> f64 {
+    let (mut slope, mut distance, mut product) = (0.0, 0.0, 1.0);
+    // Divided differences that end at the last sample taken, lowest order first.
+    let mut differences: Vec<f64> = Vec::with_capacity(3);
+    let mut distances: Vec<f64> = vec![0.0];
+    for (width, secant) in intervals.take(3) {
+        distance += width;
+        let mut next = vec![*secant];
+        for (order, before) in differences.iter().enumerate() {
+            let from = distances[distances.len() - 2 - order];
+            next.push((next[order] - before) / (distance - from));
+        }
+        // d/dt of (t - t0)(t - t1)... at t0 is the product of (t0 - t1)...
+        slope += next[next.len() - 1] * product;
+        product *= -distance;
+        differences = next;
+        distances.push(distance);
+    }
+    slope
 }

@@ -7,11 +7,7 @@ fn instants(count: usize) -> Vec<i64> {
 }
 
 fn at(segments: &[Segment], time_ns: i64) -> f64 {
-    let index = segments.partition_point(|s| s.start_ns <= time_ns);
-    let segment = segments[index - 1];
-    let u = (time_ns - segment.start_ns) as f64 * 1e-9;
-    let [q0, q1, q2, q3] = segment.q;
-    q0 + u * (q1 + u * (q2 + u * q3))
+    Reader::new(segments).at(time_ns)
 }
 
 #[test]

@@ -1,0 +1,173 @@
+//! What the data say of how well the unknowns are known.
+//!
+//! For white residuals of variance `s^2` the covariance is that of Cramer and Rao, `s^2 (J' J)^-1`.
+//! Residuals of a model that is not the truth are correlated in time, and the white formula is too
+//! bold; with their autocorrelation `R` it is `(J' J)^-1 (sum J_i' R(i - j) J_j) (J' J)^-1`
+//! (Morelli and Klein, J. Aircraft 34, 1997, "Accuracy of aerodynamic model parameters estimated
+//! from flight test data").
+
+use nalgebra::{DMatrix, SymmetricEigen};
+
+use super::normal::normal;
+use super::problem::Problem;
+use super::unknowns::Unknowns;
+
+/// Covariances of the unknowns at an optimum.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Covariance {
+    /// The unknowns that the matrices are about: neither at a bound nor without influence.
+    pub rows: Vec<usize>,
+    /// For white residuals.
+    pub white: DMatrix<f64>,
+    /// For residuals that are correlated in time.
+    pub coloured: DMatrix<f64>,
+    /// Standard deviation of the residuals, deg.
+    pub noise_deg: f64,
+}
+
+/// Of the eigenvalues of the normalised `J' J`, below this share of the greatest a direction is
+/// not seen: two parameters whose effects differ by less than 1e-5 of either.
+const UNSEEN: f64 = 1e-10;
+
+/// How strongly an unknown takes part in an unseen direction to be called unseen itself.
+const TAKES_PART: f64 = 0.1;
+
+/// The covariances at `point`. `is_held` says which unknowns stand at a bound.
+pub fn covariance(
+    problem: &Problem,
+    unknowns: &Unknowns,
+    point: &[f64],
+    is_held: &[bool],
+) -> Covariance {
+    let here = normal(problem, unknowns, point);
+    let free: Vec<usize> = (0..point.len())
+        .filter(|i| !is_held[*i] && here.hessian[(*i, *i)] > 0.0)
+        .collect();
+    let rows = seen(&here.hessian, free);
+    let n = rows.len();
+    let freedom = here.samples.saturating_sub(n).max(1);
+    let variance = 2.0 * here.cost / freedom as f64;
+    let scale: Vec<f64> = rows.iter().map(|i| here.hessian[(*i, *i)].sqrt()).collect();
+    let normalised = DMatrix::from_fn(n, n, |i, j| {
+        here.hessian[(rows[i], rows[j])] / (scale[i] * scale[j])
+    });
+    let inverse = normalised
+        .cholesky()
+        .map_or(DMatrix::zeros(n, n), |c| c.inverse());
+    let inverse = DMatrix::from_fn(n, n, |i, j| inverse[(i, j)] / (scale[i] * scale[j]));
+    let middle = middle(problem, unknowns, point, &rows) * (here.samples as f64 / freedom as f64);
+    Covariance {
+        white: &inverse * variance,
+        coloured: &inverse * middle * &inverse,
+        noise_deg: variance.sqrt(),
+        rows,
+    }
+}
+
+/// Those of the unknowns that take no part in a direction that the data do not see.
+fn seen(hessian: &DMatrix<f64>, mut rows: Vec<usize>) -> Vec<usize> {
+    while !rows.is_empty() {
+        let n = rows.len();
+        let scale = |i: usize| hessian[(rows[i], rows[i])].sqrt();
+        let normalised = DMatrix::from_fn(n, n, |i, j| {
+            hessian[(rows[i], rows[j])] / (scale(i) * scale(j))
+        });
+        let eigen = SymmetricEigen::new(normalised);
+        let greatest = eigen.eigenvalues.max();
+        let unseen = (0..n).filter(|k| eigen.eigenvalues[*k] < UNSEEN * greatest);
+        let takes_part = |i: usize, k: usize| eigen.eigenvectors[(i, k)].abs() > TAKES_PART;
+        let unseen: Vec<usize> = unseen.collect();
+        if unseen.is_empty() {
+            break;
+        }
+        let left = (0..n).filter(|i| !unseen.iter().any(|k| takes_part(*i, *k)));
+        rows = left.map(|i| rows[i]).collect();
+    }
+    rows
+}
+
+/// `sum J_i' R(i - j) J_j`.
+fn middle(problem: &Problem, unknowns: &Unknowns, point: &[f64], rows: &[usize]) -> DMatrix<f64> {
+    let mut sum = DMatrix::zeros(rows.len(), rows.len());
+    for experiment in 0..problem.experiments.len() {
+        let (residuals, slopes) = table(problem, unknowns, point, rows, experiment);
+        let correlation = autocovariance(&residuals);
+        for (i, slope) in slopes.iter().enumerate() {
+            for (lag, level) in correlation.iter().enumerate().take(i + 1) {
+                let weight = if lag == 0 { *level } else { 2.0 * level };
+                add_product(&mut sum, weight, slope, &slopes[i - lag]);
+            }
+        }
+    }
+    // Each pair of different samples was taken once, in one order, with the weight of both.
+    (&sum + sum.transpose()) * 0.5
+}
+
+fn add_product(sum: &mut DMatrix<f64>, weight: f64, left: &[f64], right: &[f64]) {
+    for (i, a) in left.iter().enumerate() {
+        for (j, b) in right.iter().enumerate() {
+            sum[(i, j)] += weight * a * b;
+        }
+    }
+}
+
+/// Residuals and derivatives by `rows` of an experiment, at the samples that have an angle.
+fn table(
+    problem: &Problem,
+    unknowns: &Unknowns,
+    point: &[f64],
+    rows: &[usize],
+    experiment: usize,
+) -> (Vec<f64>, Vec<Vec<f64>>) {
+    let run = &problem.experiments[experiment];
+    let own = &unknowns.runs[experiment];
+    let place = |row: &usize| own.columns.iter().position(|c| c == row);
+    let places: Vec<Option<usize>> = rows.iter().map(place).collect();
+    let (mut residuals, mut slopes) = (Vec::new(), Vec::new());
+    let angles = &run.recording.angle_deg;
+    problem.model.sensitivity(
+        run,
+        &own.values(point),
+        &own.free,
+        &mut |i, angle, slope| {
+            if !angles[i].is_nan() {
+                residuals.push(angles[i] - angle);
+                slopes.push(places.iter().map(|p| p.map_or(0.0, |p| slope[p])).collect());
+            }
+        },
+    );
+    (residuals, slopes)
+}
+
+/// Products of samples that are worth computing: a second.
+const MOST_PRODUCTS: usize = 50_000_000;
+
+/// Autocovariance of residuals from lag 0, to where it is lost in its own uncertainty.
+fn autocovariance(residuals: &[f64]) -> Vec<f64> {
+    let n = residuals.len();
+    let at = |lag: usize| {
+        let pairs = residuals[lag..].iter().zip(residuals);
+        pairs.map(|(a, b)| a * b).sum::<f64>() / n as f64
+    };
+    let variance = at(0);
+    let mut levels = vec![variance];
+    // Twice the standard error of the autocorrelation of white noise, three times in a row.
+    let band = 2.0 * variance / (n as f64).sqrt();
+    let most = (n / 4).min(MOST_PRODUCTS / n.max(1)).max(1);
+    let mut quiet = 0;
+    for lag in 1..most {
+        let level = at(lag);
+        quiet = if level.abs() < band { quiet + 1 } else { 0 };
+        levels.push(level);
+        if quiet == 3 {
+            levels.truncate(lag - 2);
+            break;
+        }
+    }
+    // Bartlett's taper keeps the sum from becoming negative.
+    let count = levels.len() as f64;
+    let tapered = levels.iter().enumerate();
+    tapered
+        .map(|(lag, level)| level * (1.0 - lag as f64 / count))
+        .collect()
+}

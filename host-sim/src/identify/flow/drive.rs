@@ -1,0 +1,102 @@
+//! A model along the samples of a recording, behind a delay.
+
+use super::linear::Kept;
+use super::{Command, Flow, Runner};
+use crate::identify::command::Segment;
+use crate::identify::experiment::Experiment;
+use crate::identify::model::State;
+use crate::identify::scalar::Scalar;
+
+/// Where the last step ended: at a sample, or where a segment of the command arrived.
+#[derive(Clone, Copy)]
+struct Place {
+    time_ns: i64,
+    is_arrival: bool,
+}
+
+/// Simulates a run from the state `x` at its first sample, and hands out angle, rate and limit at
+/// each sample. Before the first sample the command is what it is there.
+///
+/// The delay is exact, whatever its fraction of a sample: the model's steps end where the delayed
+/// command changes and where the angle was sampled, so that nothing is interpolated.
+pub fn drive<S: Scalar, const N: usize, F: Flow<S, N>>(
+    flow: &F,
+    run: &Experiment,
+    x: [S; N],
+    delay: S,
+    seen: &mut impl FnMut(usize, S, f64, State),
+) {
+    let segments = &run.command;
+    let before = segments.first().map_or(0.0, |s| s.q[0]);
+    let mut runner = Runner::new(flow, x, before);
+    let mut segment: Option<&Segment> = None;
+    let mut upcoming = segments.iter().peekable();
+    let mut place = Place {
+        time_ns: 0,
+        is_arrival: false,
+    };
+    for (i, &time_ns) in run.time_ns.iter().enumerate() {
+        let sample = Place {
+            time_ns,
+            is_arrival: false,
+        };
+        while let Some(next) =
+            upcoming.next_if(|s| (s.start_ns - time_ns) as f64 * 1e-9 + delay.value() <= 0.0)
+        {
+            let arrival = Place {
+                time_ns: next.start_ns,
+                is_arrival: true,
+            };
+            step(&mut runner, run, segment, before, (place, arrival), delay);
+            (place, segment) = (arrival, Some(next));
+            if next.jumps {
+                runner.decide(next.q[0]);
+            }
+        }
+        if i > 0 {
+            step(&mut runner, run, segment, before, (place, sample), delay);
+            place = sample;
+        }
+        let since_s = segment.map_or(0.0, |s| (time_ns - s.start_ns) as f64 * 1e-9) - delay.value();
+        let level = segment.map_or(before, |s| s.after(since_s));
+        let (angle, rate, state) = flow.seen(runner.mode, &runner.x, level);
+        seen(i, angle, rate, state);
+    }
+}
+
+/// One step between two places under a segment of the command.
+#[inline]
+fn step<S: Scalar, const N: usize, F: Flow<S, N>>(
+    runner: &mut Runner<F, S, N>,
+    run: &Experiment,
+    segment: Option<&Segment>,
+    before: f64,
+    (from, to): (Place, Place),
+    delay: S,
+) {
+    let length = S::constant((to.time_ns - from.time_ns) as f64 * 1e-9);
+    let (length, side) = match (from.is_arrival, to.is_arrival) {
+        (true, false) => (length - delay, -1),
+        (false, true) => (length + delay, 1),
+        _ => (length, 0),
+    };
+    let command = match segment {
+        None => Command::Constant(before),
+        Some(s) if s.is_constant => Command::Constant(s.q[0]),
+        Some(s) => {
+            let start = Command::Cubic(s.q.map(S::constant));
+            if from.is_arrival {
+                start
+            } else {
+                let since = S::constant((from.time_ns - s.start_ns) as f64 * 1e-9) - delay;
+                start.later(since)
+            }
+        }
+    };
+    let kept = if run.is_even {
+        Kept::As(side)
+    } else {
+        Kept::No
+    };
+    runner.advance(length, kept, command);
+}

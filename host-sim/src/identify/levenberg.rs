@@ -1,0 +1,217 @@
+//! Bounded Levenberg-Marquardt.
+//!
+//! The search goes by `s`: the logarithm of an unknown that is a size, the unknown itself
+//! otherwise. Each step solves `(H + lambda D) ds = -g` over those unknowns that are not held by
+//! a bound, `D` being the greatest diagonal of `H` so far (Marquardt, SIAM J. Appl. Math. 11, 1963;
+//! More, LNM 630, 1978), and is cut off at the bounds (projection). `lambda` follows the ratio of
+//! the won to the promised decrease (Nielsen, IMM-REP-1999-05). A step into NaN counts as one
+//! without gain.
+
+use nalgebra::{Cholesky, DMatrix, DVector};
+
+use super::fit::Termination;
+use super::normal::{Normal, cost, normal};
+use super::problem::Problem;
+use super::unknowns::{Unknown, Unknowns};
+
+/// When the search ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    /// The most iterations.
+    pub iterations: usize,
+    /// The search has converged when a full Gauss-Newton step promises less than this share of the
+    /// cost: of 1e-12 the distance to the optimum is 1e-6 sqrt(samples) standard errors.
+    pub decrease: f64,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self {
+            iterations: 200,
+            decrease: 1e-12,
+        }
+    }
+}
+
+/// Where a search ended.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Found {
+    /// The unknowns.
+    pub point: Vec<f64>,
+    /// Half the sum of squared residuals there.
+    pub cost: f64,
+    /// Iterations made.
+    pub iterations: usize,
+    /// Why it ended.
+    pub termination: Termination,
+}
+
+/// A size does not change by more than this factor's logarithm in a step.
+const LONGEST_STEP: f64 = 1.5;
+
+/// Below this `lambda` a step is Gauss and Newton's.
+const LEAST_LAMBDA: f64 = 1e-14;
+const GREATEST_LAMBDA: f64 = 1e14;
+
+struct Search<'a> {
+    problem: &'a Problem,
+    unknowns: &'a Unknowns,
+    point: Vec<f64>,
+    here: Normal,
+    scale: DVector<f64>,
+    lambda: f64,
+}
+
+/// Searches from `start`; `None` where the model has no finite answer there.
+pub fn search(
+    problem: &Problem,
+    unknowns: &Unknowns,
+    start: &[f64],
+    limits: &Limits,
+    is_stopped: &(dyn Fn() -> bool + Sync),
+) -> Option<Found> {
+    let here = normal(problem, unknowns, start);
+    if !here.cost.is_finite() {
+        return None;
+    }
+    let mut search = Search {
+        scale: DVector::zeros(start.len()),
+        problem,
+        unknowns,
+        point: start.to_vec(),
+        here: here.clone(),
+        lambda: 1e-3,
+    };
+    search.take(here);
+    let (mut iterations, mut termination) = (0, Termination::IterationLimit);
+    while iterations < limits.iterations {
+        if is_stopped() {
+            termination = Termination::Interrupted;
+            break;
+        }
+        iterations += 1;
+        if let Some(end) = search.step(limits) {
+            termination = end;
+            break;
+        }
+    }
+    Some(Found {
+        point: search.point,
+        cost: search.here.cost,
+        iterations,
+        termination,
+    })
+}
+
+impl Search<'_> {
+    /// Takes what was found at the point, told by `s`.
+    fn take(&mut self, mut normal: Normal) {
+        for (i, unknown) in self.unknowns.list.iter().enumerate() {
+            if unknown.is_size {
+                let value = self.point[i];
+                normal.gradient[i] *= value;
+                normal.hessian.row_mut(i).scale_mut(value);
+                normal.hessian.column_mut(i).scale_mut(value);
+            }
+        }
+        for i in 0..self.point.len() {
+            self.scale[i] = self.scale[i].max(normal.hessian[(i, i)]);
+        }
+        self.here = normal;
+    }
+
+    /// The unknowns that may move: not at a bound that the gradient pushes against, and seen.
+    fn movable(&self) -> Vec<usize> {
+        let is_movable = |i: &usize| {
+            let (unknown, slope) = (&self.unknowns.list[*i], self.here.gradient[*i]);
+            let is_held = (self.point[*i] <= unknown.low && slope >= 0.0)
+                || (self.point[*i] >= unknown.high && slope <= 0.0);
+            !is_held && self.here.hessian[(*i, *i)] > 0.0
+        };
+        (0..self.point.len()).filter(is_movable).collect()
+    }
+
+    /// One iteration; says why the search ends, if it does.
+    fn step(&mut self, limits: &Limits) -> Option<Termination> {
+        let movable = self.movable();
+        let promised = self.solve(&movable, LEAST_LAMBDA).map(|s| s.1);
+        if movable.is_empty() || promised.is_some_and(|p| p <= limits.decrease * self.here.cost) {
+            return Some(Termination::Converged);
+        }
+        let mut growth = 2.0;
+        while self.lambda <= GREATEST_LAMBDA {
+            let Some((step, promised)) = self.solve(&movable, self.lambda) else {
+                self.lambda *= 10.0;
+                continue;
+            };
+            let trial = self.moved(&movable, &step);
+            if trial == self.point {
+                return Some(Termination::Converged);
+            }
+            let trial_cost = cost(self.problem, self.unknowns, &trial);
+            let won = self.here.cost - trial_cost;
+            if won > 0.0 {
+                self.point = trial;
+                let there = normal(self.problem, self.unknowns, &self.point);
+                self.take(there);
+                let ratio = (won / promised).min(1.0);
+                let factor = (1.0 - (2.0 * ratio - 1.0).powi(3)).max(0.1);
+                self.lambda = (self.lambda * factor).max(LEAST_LAMBDA);
+                return None;
+            }
+            // Nothing won where nothing to speak of was promised: that is as exact as it gets.
+            if won.is_finite() && promised <= 1e-9 * self.here.cost.max(f64::MIN_POSITIVE) {
+                return Some(Termination::Converged);
+            }
+            self.lambda *= growth;
+            growth *= 2.0;
+        }
+        Some(Termination::Stalled)
+    }
+
+    /// The step of the movable unknowns and the decrease that it promises.
+    fn solve(&self, movable: &[usize], lambda: f64) -> Option<(DVector<f64>, f64)> {
+        let n = movable.len();
+        let entry = |i: usize, j: usize| {
+            let (row, column) = (movable[i], movable[j]);
+            let damping = if i == j {
+                lambda * self.scale[row]
+            } else {
+                0.0
+            };
+            self.here.hessian[(row, column)] + damping
+        };
+        let matrix = DMatrix::from_fn(n, n, entry);
+        let gradient = DVector::from_fn(n, |i, _| self.here.gradient[movable[i]]);
+        let step = -Cholesky::new(matrix)?.solve(&gradient);
+        let damped: f64 = (0..n)
+            .map(|i| self.scale[movable[i]] * step[i].powi(2))
+            .sum();
+        // g ds + ds H ds/2 with (H + lambda D) ds = -g.
+        let promised = -0.5 * gradient.dot(&step) + 0.5 * lambda * damped;
+        step.iter()
+            .all(|s| s.is_finite())
+            .then_some((step, promised))
+    }
+
+    /// The point after a step, within bounds.
+    fn moved(&self, movable: &[usize], step: &DVector<f64>) -> Vec<f64> {
+        let list = &self.unknowns.list;
+        let longest = movable.iter().zip(step).filter(|(i, _)| list[**i].is_size);
+        let longest = longest.fold(0.0_f64, |m, (_, s)| m.max(s.abs()));
+        let share = (LONGEST_STEP / longest).min(1.0);
+        let mut point = self.point.clone();
+        for (&i, step) in movable.iter().zip(step) {
+            let Unknown {
+                low, high, is_size, ..
+            } = list[i];
+            let moved = if is_size {
+                point[i] * (step * share).exp()
+            } else {
+                point[i] + step * share
+            };
+            point[i] = moved.max(low).min(high);
+        }
+        point
+    }
+}

@@ -1,0 +1,114 @@
+//! Cost, gradient and Gauss-Newton matrix of a problem.
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use super::problem::Problem;
+use super::unknowns::Unknowns;
+
+/// The least-squares problem around a point: `cost + g dx + dx H dx/2`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Normal {
+    /// Half the sum of squared residuals, deg^2; not finite where the model has no answer.
+    pub cost: f64,
+    /// Derivative of the cost by the unknowns.
+    pub gradient: DVector<f64>,
+    /// `J' J`, `J` being the derivatives of the angle.
+    pub hessian: DMatrix<f64>,
+    /// Residuals that were compared.
+    pub samples: usize,
+}
+
+/// Samples from which experiments are worth a thread each.
+const WORTH_A_THREAD: usize = 4000;
+
+/// Half the sum of squared residuals, deg^2.
+pub fn cost(problem: &Problem, unknowns: &Unknowns, point: &[f64]) -> f64 {
+    over_experiments(problem, |experiment| {
+        let run = &problem.experiments[experiment];
+        let values = unknowns.runs[experiment].values(point);
+        let angles = &run.recording.angle_deg;
+        let mut sum = 0.0;
+        problem.model.simulate(run, &values, &mut |i, sample| {
+            let residual = angles[i] - sample.angle_deg;
+            // What was not measured is not compared; an answer that is none spoils the sum.
+            if !angles[i].is_nan() {
+                sum += residual * residual;
+            }
+        });
+        0.5 * sum
+    })
+    .into_iter()
+    .sum()
+}
+
+/// Cost, gradient and Gauss-Newton matrix.
+pub fn normal(problem: &Problem, unknowns: &Unknowns, point: &[f64]) -> Normal {
+    let width = unknowns.list.len();
+    let mut all = Normal {
+        cost: 0.0,
+        gradient: DVector::zeros(width),
+        hessian: DMatrix::zeros(width, width),
+        samples: 0,
+    };
+    let parts = over_experiments(problem, |experiment| {
+        part(problem, unknowns, point, experiment)
+    });
+    for (run, part) in unknowns.runs.iter().zip(parts) {
+        all.cost += part.cost;
+        all.samples += part.samples;
+        for (i, &row) in run.columns.iter().enumerate() {
+            all.gradient[row] += part.gradient[i];
+            for (j, &column) in run.columns.iter().enumerate() {
+                all.hessian[(row, column)] += part.hessian[(i.max(j), i.min(j))];
+            }
+        }
+    }
+    all
+}
+
+/// What one experiment adds, by its own free parameters; of the matrix the lower half.
+fn part(problem: &Problem, unknowns: &Unknowns, point: &[f64], experiment: usize) -> Normal {
+    let run = &problem.experiments[experiment];
+    let own = &unknowns.runs[experiment];
+    let width = own.free.len();
+    let angles = &run.recording.angle_deg;
+    let (mut sum, mut samples) = (0.0, 0);
+    let mut gradient = vec![0.0; width];
+    let mut hessian = vec![0.0; width * width];
+    let values = own.values(point);
+    problem
+        .model
+        .sensitivity(run, &values, &own.free, &mut |i, angle, slope| {
+            if angles[i].is_nan() {
+                return;
+            }
+            let residual = angles[i] - angle;
+            sum += residual * residual;
+            samples += 1;
+            for (row, by_row) in slope.iter().enumerate() {
+                gradient[row] -= by_row * residual;
+                let line = &mut hessian[row * width..=row * width + row];
+                for (place, by_column) in line.iter_mut().zip(slope) {
+                    *place += by_row * by_column;
+                }
+            }
+        });
+    Normal {
+        cost: 0.5 * sum,
+        gradient: DVector::from_vec(gradient),
+        hessian: DMatrix::from_row_slice(width, width, &hessian),
+        samples,
+    }
+}
+
+/// Something of each experiment, in parallel where it is long enough.
+fn over_experiments<T: Send>(problem: &Problem, f: impl Fn(usize) -> T + Sync + Send) -> Vec<T> {
+    let count = problem.experiments.len();
+    let samples: usize = problem.experiments.iter().map(|e| e.len()).sum();
+    if count > 1 && samples / count > WORTH_A_THREAD {
+        (0..count).into_par_iter().map(f).collect()
+    } else {
+        (0..count).map(f).collect()
+    }
+}

@@ -1,0 +1,150 @@
+//! Where a search begins: a first look at the recordings.
+//!
+//! The lag of the angle behind the command is the shift at which a straight line through command
+//! and angle fits best; that line gives gain and offset. The steepest slopes give the limits of the
+//! rate. Half of the lag is taken as delay, half as the actuator's own: the search sorts that out.
+
+use super::experiment::Experiment;
+
+/// What is seen at first sight.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Look {
+    /// Steady angle per command.
+    pub gain: f64,
+    /// Steady angle at a command of zero, deg.
+    pub offset_deg: f64,
+    /// Lag of the angle behind the command, s.
+    pub lag_s: f64,
+    /// Delay of a first-order model, s.
+    pub delay_s: f64,
+    /// Its pole, rad/s.
+    pub pole_rad_s: f64,
+    /// Delay of a second-order model, s.
+    pub second_order_delay_s: f64,
+    /// Its undamped natural frequency, rad/s.
+    pub natural_frequency_rad_s: f64,
+    /// Its damping ratio.
+    pub damping: f64,
+    /// The steepest slope upward, deg/s.
+    pub rate_up_deg_s: f64,
+    /// The steepest slope downward, deg/s.
+    pub rate_down_deg_s: f64,
+    /// Angle at the first sample of the first recording, deg.
+    pub initial_angle_deg: f64,
+    /// Rate there, deg/s.
+    pub initial_rate_deg_s: f64,
+}
+
+/// Shifts that are tried, s: finer where servos are.
+const LAGS: usize = 40;
+const LONGEST_LAG_S: f64 = 0.6;
+
+/// Samples that are looked at of each recording.
+const MOST_SAMPLES: usize = 2000;
+
+/// A look at recordings, of which there is at least one.
+pub fn look(experiments: &[Experiment]) -> Look {
+    let points: Vec<Vec<Point>> = experiments.iter().map(points).collect();
+    let lags = (0..LAGS).map(|i| LONGEST_LAG_S * (i as f64 / (LAGS - 1) as f64).powi(2));
+    let lines = lags.map(|lag_s| (lag_s, line(experiments, &points, lag_s)));
+    let best = lines.min_by(|a, b| a.1.error.total_cmp(&b.1.error));
+    let (lag_s, line) = best.unwrap_or((0.0, Line::default()));
+    let lag_s = lag_s.max(4e-3);
+    let (up, down) = steepest(&points);
+    let first = points.first().and_then(|p| p.first());
+    Look {
+        gain: line.gain,
+        offset_deg: line.offset_deg,
+        lag_s,
+        delay_s: 0.5 * lag_s,
+        pole_rad_s: 2.0 / lag_s,
+        second_order_delay_s: 0.3 * lag_s,
+        // The lag of an oscillator is 2 zeta/wn.
+        natural_frequency_rad_s: 2.0 * 0.9 / (0.7 * lag_s),
+        damping: 0.9,
+        rate_up_deg_s: up,
+        rate_down_deg_s: down,
+        initial_angle_deg: first.map_or(0.0, |p| p.angle_deg),
+        initial_rate_deg_s: 0.0,
+    }
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Point {
+    time_ns: i64,
+    angle_deg: f64,
+}
+
+/// Samples that have an angle, evenly thinned.
+fn points(run: &Experiment) -> Vec<Point> {
+    let every = run.len().div_ceil(MOST_SAMPLES).max(1);
+    let all = run.time_ns.iter().zip(&run.recording.angle_deg);
+    all.step_by(every)
+        .filter(|(_, angle)| !angle.is_nan())
+        .map(|(time, angle)| Point {
+            time_ns: *time,
+            angle_deg: *angle,
+        })
+        .collect()
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Line {
+    gain: f64,
+    offset_deg: f64,
+    error: f64,
+}
+
+/// The line through shifted command and angle with the least squares.
+fn line(experiments: &[Experiment], points: &[Vec<Point>], lag_s: f64) -> Line {
+    let lag_ns = (lag_s * 1e9) as i64;
+    let (mut n, mut c, mut a, mut cc, mut ca, mut aa) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    for (run, points) in experiments.iter().zip(points) {
+        let mut command = run.commands();
+        for point in points {
+            let u = command.at(point.time_ns - lag_ns);
+            let y = point.angle_deg;
+            n += 1.0;
+            c += u;
+            a += y;
+            cc += u * u;
+            ca += u * y;
+            aa += y * y;
+        }
+    }
+    let (var_c, cov, var_a) = (cc - c * c / n, ca - c * a / n, aa - a * a / n);
+    let gain = if var_c > 1e-12 * cc.max(1e-12) {
+        cov / var_c
+    } else {
+        1.0
+    };
+    Line {
+        gain,
+        offset_deg: (a - gain * c) / n,
+        error: var_a - 2.0 * gain * cov + gain * gain * var_c,
+    }
+}
+
+/// Slopes over so long a time are those of the servo and not of its encoder's noise, s.
+const SLOPE_S: f64 = 0.02;
+
+/// The steepest slopes up and down, deg/s; of both senses where only one is seen.
+fn steepest(points: &[Vec<Point>]) -> (f64, f64) {
+    let (mut up, mut down) = (0.0_f64, 0.0_f64);
+    for points in points {
+        let mut from = 0;
+        for to in points {
+            let width_s = |from: usize| (to.time_ns - points[from].time_ns) as f64 * 1e-9;
+            while from + 1 < points.len() && width_s(from + 1) >= SLOPE_S {
+                from += 1;
+            }
+            if width_s(from) >= SLOPE_S {
+                let slope = (to.angle_deg - points[from].angle_deg) / width_s(from);
+                (up, down) = (up.max(slope), down.max(-slope));
+            }
+        }
+    }
+    let most = up.max(down).max(1.0);
+    let or_most = |slope: f64| if slope < 0.05 * most { most } else { slope };
+    (or_most(up), or_most(down))
+}
