@@ -3,6 +3,8 @@
 use std::f64::consts::PI;
 use std::path::Path;
 
+pub mod board_elf;
+
 /// Ticks in one second.
 const SECOND: u64 = 20_000;
 

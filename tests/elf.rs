@@ -1,0 +1,254 @@
+//! What holds for the program of the board without running it.
+
+use std::{fmt::Write as _, fs, ops::Range, path::Path};
+
+use object::{File, Object, ObjectSection, ObjectSymbol, SectionFlags, elf};
+use system_tests::board_elf::board_elf;
+
+/// The capture buffer, which the limits leave out: it takes what is left of the memory.
+const CAPTURE_BUFFER: &str = "CAPTURE";
+
+fn with_elf<T>(test: impl FnOnce(&File<'_>) -> T) -> T {
+    let bytes = fs::read(board_elf()).expect("the ELF was built");
+    test(&File::parse(&*bytes).expect("an ELF"))
+}
+
+/// Demangled names of everything that was linked.
+fn symbols(elf: &File<'_>) -> Vec<String> {
+    let names = elf
+        .symbols()
+        .filter_map(|symbol| symbol.name().ok().map(str::to_owned));
+    names
+        .map(|name| format!("{:#}", rustc_demangle::demangle(&name)))
+        .collect()
+}
+
+fn address(elf: &File<'_>, name: &str) -> u64 {
+    let symbol = elf.symbols().find(|symbol| symbol.name() == Ok(name));
+    symbol
+        .unwrap_or_else(|| panic!("{name} is no symbol"))
+        .address()
+}
+
+/// Name and addresses of each region of `memory.x`.
+fn regions() -> Vec<(String, Range<u64>)> {
+    let script = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../memory.x"));
+    let script = script.expect("memory.x lies at the top");
+    let number = |text: &str| {
+        let (digits, unit) = text
+            .strip_suffix('K')
+            .map_or((text, 1), |digits| (digits, 1024));
+        let value = digits
+            .strip_prefix("0x")
+            .map_or_else(|| digits.parse(), |digits| u64::from_str_radix(digits, 16));
+        value.unwrap_or_else(|_| panic!("{text} is no number")) * unit
+    };
+    let lines = script.lines().filter(|line| line.contains("LENGTH ="));
+    lines
+        .map(|line| {
+            let words: Vec<_> = line
+                .split([' ', ',', ':', '='])
+                .filter(|w| !w.is_empty())
+                .collect();
+            let [name, "ORIGIN", origin, "LENGTH", length] = words[..] else {
+                panic!("not a region: {line}");
+            };
+            let origin = number(origin);
+            (name.to_owned(), origin..origin + number(length))
+        })
+        .collect()
+}
+
+fn region(name: &str) -> Range<u64> {
+    let regions = regions();
+    let found = regions.into_iter().find(|(other, _)| other == name);
+    found.unwrap_or_else(|| panic!("memory.x has no {name}")).1
+}
+
+/// Name and addresses of each section that is in the processor's memory.
+fn allocated(elf: &File<'_>) -> Vec<(String, Range<u64>)> {
+    let in_memory = |flags| matches!(flags, SectionFlags::Elf { sh_flags } if sh_flags & u64::from(elf::SHF_ALLOC) != 0);
+    let sections = elf
+        .sections()
+        .filter(|section| in_memory(section.flags()) && section.size() > 0);
+    sections
+        .map(|s| {
+            (
+                s.name().unwrap_or_default().to_owned(),
+                s.address()..s.address() + s.size(),
+            )
+        })
+        .collect()
+}
+
+fn lies_in(inner: &Range<u64>, outer: &Range<u64>) -> bool {
+    outer.start <= inner.start && inner.end <= outer.end
+}
+
+#[test]
+fn nothing_can_panic_allocate_or_compute_in_emulated_floating_point() {
+    // What the runtime of C calls its floating point, and what Rust calls it: arithmetic, comparison
+    // and conversion, single and double.
+    let emulated = |name: &str| {
+        let aeabi = name.strip_prefix("__aeabi_").is_some_and(|operation| {
+            let first = operation.chars().next();
+            let converts = ["i2f", "i2d", "l2f", "l2d"]
+                .iter()
+                .any(|c| operation.ends_with(c));
+            matches!(first, Some('f' | 'd'))
+                || operation.starts_with("cd")
+                || operation.starts_with("cf")
+                || converts
+        });
+        aeabi
+            || name.contains("compiler_builtins::float")
+            || name.ends_with("df3")
+            || name.ends_with("sf3")
+    };
+    let allocates = |name: &str| {
+        name.contains("__rust_alloc") || name.contains("__rg_alloc") || name == "malloc"
+    };
+    let panics =
+        |name: &str| name.contains("core::panicking") || name.contains("a_path_to_a_panic");
+    let found = with_elf(|elf| {
+        let mut found = symbols(elf);
+        found.retain(|name| panics(name) || allocates(name) || emulated(name));
+        found
+    });
+    assert_eq!(found, Vec::<String>::new());
+}
+
+#[test]
+fn every_section_lies_in_the_memory_that_memory_x_gives_it() {
+    let (flash, ram) = (region("FLASH"), region("RAM"));
+    for (name, addresses) in with_elf(|elf| allocated(elf)) {
+        let right = if addresses.start < ram.start {
+            &flash
+        } else {
+            &ram
+        };
+        assert!(lies_in(&addresses, right), "{name} lies at {addresses:x?}");
+    }
+}
+
+#[test]
+fn the_regions_are_those_of_the_reference_manual_and_do_not_overlap() {
+    // RM0090, table 6 and section 2.3.1.
+    let bank_1 = 0x0800_0000..0x0810_0000;
+    let sram = 0x2000_0000..0x2003_0000;
+    let (flash, stack, ram) = (region("FLASH"), region("STACK"), region("RAM"));
+    assert!(lies_in(&flash, &bank_1), "parameters are in bank 2");
+    assert_eq!((stack.start, ram.end), (sram.start, sram.end));
+    assert_eq!(stack.end, ram.start);
+}
+
+#[test]
+fn the_stack_lies_below_the_data_at_the_very_end_of_the_memory() {
+    let stack = region("STACK");
+    with_elf(|elf| {
+        assert_eq!(address(elf, "_stack_start"), stack.end);
+        assert_eq!(address(elf, "_stack_end"), stack.start);
+        // What the processor loads at reset.
+        let vectors = elf
+            .section_by_name(".vector_table")
+            .expect("a vector table");
+        let first = vectors
+            .data()
+            .expect("its contents")
+            .first_chunk::<4>()
+            .copied();
+        assert_eq!(
+            u64::from(u32::from_le_bytes(first.expect("a vector"))),
+            stack.end
+        );
+        for (name, addresses) in allocated(elf) {
+            let below = addresses.end <= region("FLASH").end;
+            assert!(
+                below || addresses.start >= stack.end,
+                "{name} lies at {addresses:x?}"
+            );
+        }
+    });
+}
+
+/// Bytes of flash; of RAM without stack and capture buffer; of the stack.
+fn sizes() -> [u64; 3] {
+    with_elf(|elf| {
+        let ram = region("RAM");
+        let (mut flash_bytes, mut ram_bytes) = (0, 0);
+        for (name, addresses) in allocated(elf) {
+            let size = addresses.end - addresses.start;
+            if addresses.start < ram.start || name == ".data" {
+                flash_bytes += size;
+            }
+            if addresses.start >= ram.start {
+                ram_bytes += size;
+            }
+        }
+        let names = elf
+            .symbols()
+            .filter(|s| s.name().is_ok_and(|name| name.contains(CAPTURE_BUFFER)));
+        let capture: u64 = names.map(|symbol| symbol.size()).sum();
+        let stack = region("STACK");
+        [flash_bytes, ram_bytes - capture, stack.end - stack.start]
+    })
+}
+
+#[test]
+fn flash_and_ram_stay_below_their_limits() {
+    let [flash, ram, stack] = sizes();
+    println!(
+        "flash {flash} bytes, RAM {} bytes, {stack} of them stack",
+        ram + stack
+    );
+    assert!(flash < 24 * 1024);
+    assert!(ram + stack < 8 * 1024);
+}
+
+#[test]
+fn flash_and_ram_are_as_large_as_they_were() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("golden/actuator-board.size");
+    let now = sizes();
+    if std::env::var_os("UPDATE_GOLDEN").is_some() {
+        let mut text = String::new();
+        for (name, size) in ["flash", "ram", "stack"].iter().zip(now) {
+            writeln!(text, "{name} {size}").expect("a string");
+        }
+        fs::write(&path, &text).expect("the golden file is written");
+    }
+    let golden = fs::read_to_string(&path).expect("the golden file");
+    for (line, size) in golden.lines().zip(now) {
+        let golden: u64 = line
+            .split(' ')
+            .next_back()
+            .and_then(|n| n.parse().ok())
+            .expect("a size");
+        // What moves by less than a fiftieth is the compiler's taste, not a change of the program.
+        assert!(
+            size.abs_diff(golden) * 50 <= golden,
+            "{line}, now {size}; if that is as it should be: UPDATE_GOLDEN=1 cargo test -p system-tests --test elf"
+        );
+    }
+}
+
+#[test]
+fn what_the_board_logs_decodes() {
+    let bytes = fs::read(board_elf()).expect("the ELF was built");
+    let table = defmt_decoder::Table::parse(&bytes)
+        .expect("a table")
+        .expect("a log");
+    let started = table
+        .raw_symbols()
+        .find(|text| text.contains("started after"));
+    assert!(
+        started.is_some(),
+        "{:?}",
+        table.raw_symbols().collect::<Vec<_>>()
+    );
+    let places = table.get_locations(&bytes).expect("debug information");
+    assert!(
+        table
+            .indices()
+            .all(|index| places.contains_key(&(index as u64)))
+    );
+}

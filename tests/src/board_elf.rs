@@ -1,0 +1,35 @@
+//! The program of the board, built as it is flashed.
+
+use std::{
+    path::{Path, PathBuf},
+    process::Command,
+    sync::OnceLock,
+};
+
+/// Builds the board's release ELF, once in a process, and says where it is.
+///
+/// It has a target directory of its own, so that it waits for no other cargo.
+///
+/// # Panics
+/// If it does not build; the compiler's words are in the test's output.
+pub fn board_elf() -> &'static Path {
+    static ELF: OnceLock<PathBuf> = OnceLock::new();
+    ELF.get_or_init(build)
+}
+
+fn build() -> PathBuf {
+    let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let target = workspace.join("target").join("board");
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let status = Command::new(cargo)
+        .current_dir(&workspace)
+        .args(["build-board", "--locked", "--quiet", "--target-dir"])
+        .arg(&target)
+        // What the outer build was told about its own target does not hold for this one.
+        .env_remove("RUSTFLAGS")
+        .env_remove("CARGO_ENCODED_RUSTFLAGS")
+        .status()
+        .expect("cargo runs");
+    assert!(status.success(), "the program of the board does not build");
+    target.join("thumbv7em-none-eabihf/board/actuator-board")
+}
