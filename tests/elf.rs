@@ -121,7 +121,7 @@ fn nothing_can_panic_allocate_or_compute_in_emulated_floating_point() {
 #[test]
 fn every_section_lies_in_the_memory_that_memory_x_gives_it() {
     let (flash, ram) = (region("FLASH"), region("RAM"));
-    for (name, addresses) in with_elf(|elf| allocated(elf)) {
+    for (name, addresses) in with_elf(allocated) {
         let right = if addresses.start < ram.start {
             &flash
         } else {

@@ -10,6 +10,8 @@
 
 use core::sync::atomic::{AtomicU16, Ordering::Relaxed};
 
+use firmware::application::Scan;
+use model_core::sensors::adc::AdcCode;
 use stm32f4xx_hal::{
     dma::{DmaChannel, DmaDirection, StreamX, config::Priority},
     pac::{ADC_COMMON, ADC1, DMA2},
@@ -18,16 +20,6 @@ use stm32f4xx_hal::{
 use crate::dma::{Lane, Wiring};
 
 static SCANNED: [AtomicU16; 4] = [const { AtomicU16::new(0) }; 4];
-
-/// What was converted, codes of 12 bits.
-#[derive(Clone, Copy)]
-pub struct Codes {
-    pub current: u16,
-    pub leg_a: u16,
-    pub leg_b: u16,
-    pub supply: u16,
-    pub temperature: u16,
-}
 
 /// The converter.
 pub struct Analog {
@@ -80,19 +72,22 @@ impl Analog {
         self.adc.cr2().modify(|_, w| w.swstart().start());
     }
 
-    /// The codes of the last conversions.
-    pub fn codes(&self) -> Codes {
-        let scanned = |i| {
-            SCANNED
-                .get(i)
-                .map_or(0, |code: &AtomicU16| code.load(Relaxed))
-        };
-        Codes {
-            current: self.adc.jdr1().read().jdata().bits(),
-            leg_a: scanned(0),
-            leg_b: scanned(1),
-            supply: scanned(2),
-            temperature: scanned(3),
-        }
+    /// The current, if it was converted since this was asked last.
+    pub fn take_current(&mut self) -> Option<AdcCode> {
+        let converted = self.adc.sr().read().jeoc().bit();
+        self.adc.sr().write(|w| w.jeoc().clear_bit());
+        converted.then(|| AdcCode::new(self.adc.jdr1().read().jdata().bits()))
+    }
+
+    /// The others, if they were since this was asked last.
+    pub fn take_scan(&mut self) -> Option<Scan> {
+        let code = |code: &AtomicU16| AdcCode::new(code.load(Relaxed));
+        let [leg_a, leg_b, supply, temperature] = &SCANNED;
+        self.scan.take_complete().then(|| Scan {
+            leg_a: code(leg_a),
+            leg_b: code(leg_b),
+            supply: code(supply),
+            temperature: code(temperature),
+        })
     }
 }

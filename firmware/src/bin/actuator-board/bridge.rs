@@ -90,10 +90,10 @@ impl Bridge {
     /// What the bridge shall do from the next edge on.
     pub fn command(&mut self, command: Command) {
         let counts = match command {
-            Command::Off => 0,
+            Command::Coast | Command::Brake => 0,
             Command::Driven(compare) => compare.get(),
         };
-        self.wanted = command != Command::Off;
+        self.wanted = command != Command::Coast;
         let on = counts.unsigned_abs() as u16;
         let (a, b) = if counts < 0 { (0, on) } else { (on, 0) };
         self.tim.ccr1().write(|w| w.ccr().set(a));

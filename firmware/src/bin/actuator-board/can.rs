@@ -6,6 +6,7 @@
 //! later (RM0090, section 32.7.6).
 
 use embedded_can::{Frame as _, Id};
+use firmware::{application::BusState, parameters::BusSettings};
 use heapless::Deque;
 use stm32f4xx_hal::{
     can::Can as Pins,
@@ -14,22 +15,12 @@ use stm32f4xx_hal::{
 
 use crate::can_frame::{CanFrame, identifier};
 
-/// The bit rate.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub enum BitRate {
-    /// 1 Mbit/s.
-    M1,
-    /// 500 kbit/s.
-    K500,
-}
-
-impl BitRate {
-    /// What 42 MHz are divided by for 14 quanta a bit.
-    const fn prescaler(self) -> u16 {
-        match self {
-            Self::M1 => 3,
-            Self::K500 => 6,
-        }
+/// What 42 MHz are divided by for 14 quanta a bit: at 500 kbit/s twice what 1 Mbit/s takes.
+fn prescaler(settings: &BusSettings) -> u16 {
+    if settings.bit_rate_kbit_s == 500 {
+        6
+    } else {
+        3
     }
 }
 
@@ -51,7 +42,7 @@ pub struct Can {
 
 impl Can {
     /// Joins the bus. Frames that pass one of at most 28 filters come in.
-    pub fn new(pins: Pins<CAN1>, rate: BitRate, filters: &[Filter]) -> Self {
+    pub fn new(pins: Pins<CAN1>, settings: &BusSettings, filters: &[Filter]) -> Self {
         let (can, _) = pins.release();
         can.mcr().write(|w| w.inrq().set_bit());
         while can.msr().read().inak().bit_is_clear() {}
@@ -70,7 +61,7 @@ impl Can {
         // SAFETY: the fields hold one less than these numbers.
         can.btr().write(|w| unsafe {
             w.brp()
-                .bits(rate.prescaler() - 1)
+                .bits(prescaler(settings) - 1)
                 .ts1()
                 .bits(11 - 1)
                 .ts2()
@@ -79,7 +70,10 @@ impl Can {
                 .bits(2 - 1)
         });
         accept(&can, filters);
-        can.ier().write(|w| w.fmpie0().enabled().tmeie().enabled());
+        can.ier().write(|w| {
+            w.fmpie0().enabled().tmeie().enabled();
+            w.bofie().enabled().epvie().enabled().errie().enabled()
+        });
         // It joins after 11 recessive bits; nobody waits for them.
         can.mcr().modify(|_, w| w.inrq().clear_bit());
         Self {
@@ -124,6 +118,19 @@ impl Can {
             .tsr()
             .write(|w| w.rqcp0().set_bit().rqcp1().set_bit().rqcp2().set_bit());
         self.fill_mailboxes();
+    }
+
+    /// What the controller may do at present; forgets what it interrupted for.
+    pub fn state(&mut self) -> BusState {
+        self.registers.msr().write(|w| w.erri().set_bit());
+        let errors = self.registers.esr().read();
+        if errors.boff().bit() {
+            BusState::Off
+        } else if errors.epvf().bit() {
+            BusState::Passive
+        } else {
+            BusState::Active
+        }
     }
 
     fn fill_mailboxes(&mut self) {

@@ -96,7 +96,8 @@ impl Encoder {
         if !self.receive.take_complete() {
             return None;
         }
-        let [a, b, c] = [0, 1, 2].map(|i| RECEIVED.get(i).map_or(0, |byte| byte.load(Relaxed)));
+        let [a, b, c] = &RECEIVED;
+        let [a, b, c] = [a, b, c].map(|byte| byte.load(Relaxed));
         let bits = u32::from_be_bytes([0, a, b, c]) >> TRAILING_BITS;
         Some(EncoderWord::new(bits))
     }

@@ -5,11 +5,15 @@
 
 use core::ptr;
 
-use firmware::store::flash::{Flash as Pages, Page, Status};
+use firmware::store::{Flash as Pages, Page, Status};
 use stm32f4xx_hal::pac::FLASH;
 
 /// Words are written whole: 32 bits at 2.7 to 3.6 V (table 13).
 const WORDS: u8 = 0b10;
+
+/// Flags of the status register (section 3.9.6): EOP; OPERR, WRPERR, PGAERR, PGPERR, PGSERR, RDERR.
+const END_OF_OPERATION: u32 = 1;
+const ERRORS: u32 = 1 << 1 | 0b1_1111 << 4;
 
 /// The flash interface.
 pub struct Flash {
@@ -21,7 +25,10 @@ pub struct Flash {
 impl Flash {
     /// The interface, at rest and locked.
     pub fn new(registers: FLASH) -> Self {
-        Self { registers, started: false }
+        Self {
+            registers,
+            started: false,
+        }
     }
 
     /// Opens the control register and forgets earlier errors.
@@ -32,18 +39,16 @@ impl Flash {
                 self.registers.keyr().write(|w| unsafe { w.bits(key) });
             }
         }
-        self.registers.sr().write(|w| {
-            w.eop().set_bit().operr().set_bit().wrperr().set_bit();
-            w.pgaerr().set_bit().pgperr().set_bit().pgserr().set_bit().rderr().set_bit()
-        });
+        // SAFETY: a flag is cleared by a one.
+        self.registers
+            .sr()
+            .write(|w| unsafe { w.bits(END_OF_OPERATION | ERRORS) });
         self.started = true;
     }
 
     /// What went wrong in the operation that has just ended.
     fn has_failed(&self) -> bool {
-        let flags = self.registers.sr().read();
-        let refused = flags.operr().bit() || flags.wrperr().bit() || flags.rderr().bit();
-        refused || flags.pgaerr().bit() || flags.pgperr().bit() || flags.pgserr().bit()
+        self.registers.sr().read().bits() & ERRORS != 0
     }
 
     /// The data cache knows nothing of erasing and writing (section 3.5.2).
@@ -83,7 +88,9 @@ impl Pages for Flash {
     fn start_program(&mut self, page: Page, offset: u16, word: u32) {
         self.unlock();
         // SAFETY: as above.
-        self.registers.cr().write(|w| unsafe { w.pg().set_bit().psize().bits(WORDS) });
+        self.registers
+            .cr()
+            .write(|w| unsafe { w.pg().set_bit().psize().bits(WORDS) });
         // SAFETY: an aligned word of a sector that holds nothing but parameters.
         unsafe { ptr::write_volatile(address(page, offset), word) };
     }
@@ -98,7 +105,11 @@ impl Pages for Flash {
             self.registers.cr().write(|w| w.lock().set_bit());
             self.forget_cache();
         }
-        if self.has_failed() { Status::Failed } else { Status::Ready }
+        if self.has_failed() {
+            Status::Failed
+        } else {
+            Status::Ready
+        }
     }
 
     fn read(&self, page: Page, offset: u16) -> u32 {

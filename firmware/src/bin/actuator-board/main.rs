@@ -8,8 +8,8 @@
 //! | 4 | `TIM1_UP_TIM10` | each PWM edge, 1 ms | outputs; in period 0 reads the encoder, in period 3 asks for the window |
 //! | 4 | `TIM1_CC` | period 3 | samples the current, opens the window, samples back-EMF, supply, temperature |
 //! | 4 | `DMA2_STREAM0` | 38 us into the tick | the control step |
-//! | 2 | `CAN1_RX0`, `CAN1_TX` | a frame came in, a mailbox is free | moves frames between controller and queues |
-//! | 1 | `background` | after the control step | everything that may wait |
+//! | 2 | `CAN1_RX0`, `CAN1_TX`, `CAN1_SCE` | a frame came in, a mailbox is free, the bus is in trouble | moves frames between controller and queues |
+//! | 1 | `UART8`, which is no UART here | after the control step | everything that may wait |
 //!
 //! Nothing preempts the control step, and nothing less urgent locks it out: it hands over through
 //! queues that need no lock.
@@ -21,14 +21,20 @@
 
 mod analog;
 mod bridge;
+mod bus_state;
 mod can;
 mod can_frame;
+mod control_step;
 mod dma;
 mod encoder;
+mod flash;
 mod log;
+mod report;
 mod reset_cause;
 mod safe_state;
 mod servo_pulse;
+mod stack;
+mod ticks;
 mod watchdog;
 mod wiring;
 
@@ -36,35 +42,33 @@ mod wiring;
 #[allow(missing_docs)]
 #[rtic::app(device = stm32f4xx_hal::pac, peripherals = true)]
 mod app {
-    use embedded_can::{Frame as _, StandardId};
-    use firmware::application::{Application, Outputs, Request, Samples};
-    use heapless::spsc::{Consumer, Producer, Queue};
-    use model_core::control::{
-        cascade::Coefficients, encoder_word::EncoderWord, parameters::ControlParameters,
-        units::Angle,
+    use firmware::{
+        application::{Application, BusState, Outputs, Start},
+        frames::{COMMAND, Frames, Message},
+        parameters::BoardParameters,
     };
+    use heapless::spsc::{Consumer, Producer, Queue};
     use stm32f4xx_hal::pac::Interrupt;
 
     use crate::{
         analog::Analog,
         bridge::{Bridge, Instant},
-        can::Can,
+        bus_state,
+        can::{Can, Filter},
         can_frame::CanFrame,
+        control_step::{ControlStep, gather},
         encoder::Encoder,
+        flash::Flash,
+        report::Report,
+        reset_cause::ResetCause,
         servo_pulse::ServoPulse,
+        ticks::Ticks,
         watchdog::Watchdog,
         wiring::Board,
     };
 
-    const COEFFICIENTS: Coefficients = match Coefficients::try_new(&ControlParameters::DEFAULT) {
-        Ok(coefficients) => coefficients,
-        Err(_) => panic!("the defaults are valid"),
-    };
-
     /// PWM periods in a tick.
     const PERIODS: u8 = 4;
-
-    type Command = (Angle, Option<Request>);
 
     #[shared]
     struct Shared {
@@ -80,40 +84,60 @@ mod app {
     #[local]
     struct Local {
         period: u8,
-        application: Application,
-        command: Angle,
+        step: ControlStep,
         servo_pulse: ServoPulse,
         decided: Producer<'static, Outputs>,
         outputs: Consumer<'static, Outputs>,
-        requested: Producer<'static, Command>,
-        requests: Consumer<'static, Command>,
+        frames: Frames,
+        telemetry: Frames,
+        said: Producer<'static, Message>,
         watchdog: Watchdog,
+        flash: Flash,
+        report: Report,
     }
 
-    #[init(local = [output_queue: Queue<Outputs, 4> = Queue::new(), request_queue: Queue<Command, 4> = Queue::new()])]
+    #[init(local = [
+        output_queue: Queue<Outputs, 4> = Queue::new(),
+        message_queue: Queue<Message, 8> = Queue::new(),
+    ])]
     fn init(cx: init::Context) -> (Shared, Local) {
         let mut board = Board::new(cx.device);
         defmt::info!("started after: {}", board.reset_cause);
         let (decided, outputs) = cx.local.output_queue.split();
-        let (requested, requests) = cx.local.request_queue.split();
+        let (said, messages) = cx.local.message_queue.split();
+        let parameters = BoardParameters::DEFAULT;
+        let start = Start {
+            watchdog: board.reset_cause == ResetCause::Watchdog,
+            parameters_corrupt: false,
+        };
+        let node_id = parameters.bus.node_id as u8;
+        let commands = Filter {
+            id: COMMAND + u16::from(node_id),
+            mask: 0x7ff,
+        };
+        let can = Can::new(board.can, &parameters.bus, &[commands]);
+        let application = Application::after(parameters, start);
+        let ticks = Ticks::new(cx.core.DCB, cx.core.DWT);
         let watchdog = Watchdog::start(board.watchdog);
         board.bridge.start();
         let shared = Shared {
             bridge: board.bridge,
             analog: board.analog,
             encoder: board.encoder,
-            can: board.can,
+            can,
         };
         let local = Local {
             period: PERIODS - 1,
-            application: Application::new(COEFFICIENTS),
-            command: Angle::ZERO,
+            step: ControlStep::new(application, ticks, messages),
             servo_pulse: board.servo_pulse,
             decided,
             outputs,
-            requested,
-            requests,
+            frames: Frames::new(node_id),
+            telemetry: Frames::new(node_id),
+            said,
             watchdog,
+            flash: board.flash,
+            report: Report::default(),
         };
         (shared, local)
     }
@@ -148,65 +172,63 @@ mod app {
     #[task(
         binds = DMA2_STREAM0,
         priority = 4,
-        local = [application, command, servo_pulse, decided, requests],
+        local = [step, servo_pulse, decided],
         shared = [bridge, analog, encoder],
     )]
     fn control(cx: control::Context) {
-        let local = cx.local;
-        let word = cx.shared.encoder.finish();
-        let _codes = cx.shared.analog.codes();
-        let _pulse = local.servo_pulse.take_us();
-        while let Some((command, request)) = local.requests.dequeue() {
-            *local.command = command;
-            if let Some(request) = request {
-                local.application.request(request);
-            }
-        }
-        let samples = Samples {
-            encoder: word.unwrap_or(EncoderWord::new(0)),
-            command: *local.command,
-        };
-        let outputs = local.application.step(&samples);
+        let step = cx.local.step;
+        let mut samples = gather(
+            cx.shared.encoder,
+            cx.shared.analog,
+            cx.local.servo_pulse,
+            cx.shared.bridge,
+        );
+        let outputs = step.run(&mut samples);
         cx.shared.bridge.command(outputs.bridge);
-        let _ = local.decided.enqueue(outputs);
+        let _ = cx.local.decided.enqueue(outputs);
+        step.end(cx.shared.bridge.is_late());
         rtic::pend(Interrupt::UART8);
     }
 
-    #[task(binds = CAN1_RX0, priority = 2, local = [requested], shared = [can])]
+    #[task(binds = CAN1_RX0, priority = 2, local = [frames, said], shared = [can])]
     fn received(mut cx: received::Context) {
         while let Some(frame) = cx.shared.can.lock(Can::receive) {
-            if let Some([a, b, c, d, request]) = frame.data().get(..5) {
-                let mdeg = i32::from_le_bytes([*a, *b, *c, *d]);
-                let command = Angle::from_bits((i64::from(mdeg) << 32) / 1000);
-                let request = match request {
-                    1 => Some(Request::Enable),
-                    2 => Some(Request::Disable),
-                    3 => Some(Request::Acknowledge),
-                    _ => None,
-                };
-                let _ = cx.local.requested.enqueue((command, request));
+            if let Some(message) = cx.local.frames.receive(&frame) {
+                // Eight commands between two ticks: the last ones are dropped.
+                let _ = cx.local.said.enqueue(message);
             }
         }
     }
 
     #[task(binds = CAN1_TX, priority = 2, shared = [can])]
-    fn transmitted(mut cx: transmitted::Context) {
+    fn mailbox_is_free(mut cx: mailbox_is_free::Context) {
         cx.shared.can.lock(Can::mailbox_is_free);
     }
 
-    // No UART is in use: its interrupt is the one that the control step asks for.
-    #[task(binds = UART8, priority = 1, local = [outputs, watchdog], shared = [can])]
+    #[task(binds = CAN1_SCE, priority = 2, shared = [can])]
+    fn bus_is_in_trouble(mut cx: bus_is_in_trouble::Context) {
+        bus_state::note(cx.shared.can.lock(Can::state));
+    }
+
+    #[task(binds = UART8, priority = 1, local = [outputs, telemetry, watchdog, flash, report], shared = [can])]
     fn background(mut cx: background::Context) {
-        while let Some(outputs) = cx.local.outputs.dequeue() {
-            let mdeg = ((outputs.angle.to_bits() >> 16) * 1000) >> 16;
-            let rate = ((outputs.rate.to_bits() >> 16) * 10) >> 16;
-            let [a, b, c, d] = (mdeg as i32).to_le_bytes();
-            let [e, f] = (rate as i16).to_le_bytes();
-            let id = StandardId::new(0x181);
-            if let Some(frame) = id.and_then(|id| CanFrame::new(id, &[a, b, c, d, e, f])) {
+        let local = cx.local;
+        while let Some(outputs) = local.outputs.dequeue() {
+            for frame in local
+                .telemetry
+                .telemetry::<CanFrame>(&outputs)
+                .into_iter()
+                .flatten()
+            {
                 cx.shared.can.lock(|can| can.send(frame));
             }
-            cx.local.watchdog.feed();
+            local.watchdog.feed();
+            local.report.update(&outputs);
         }
+        let state = cx.shared.can.lock(Can::state);
+        if state != BusState::Active {
+            bus_state::note(state);
+        }
+        let _ = &local.flash;
     }
 }

@@ -12,8 +12,8 @@ use stm32f4xx_hal::{
 use crate::{
     analog::Analog,
     bridge::Bridge,
-    can::{BitRate, Can, Filter},
     encoder::Encoder,
+    flash::Flash,
     reset_cause::{self, ResetCause},
     servo_pulse::ServoPulse,
 };
@@ -24,7 +24,9 @@ pub struct Board {
     pub analog: Analog,
     pub encoder: Encoder,
     pub servo_pulse: ServoPulse,
-    pub can: Can,
+    /// CAN1 with its pins, not on the bus yet: which bit rate it has is a parameter.
+    pub can: CanPins<pac::CAN1>,
+    pub flash: Flash,
     pub watchdog: pac::IWDG,
     pub reset_cause: ResetCause,
 }
@@ -82,20 +84,14 @@ impl Board {
 
         let transmit = d.pd1.into_alternate::<9>().speed(Speed::High);
         let receive = d.pd0.into_alternate::<9>().internal_resistor(Pull::Up);
-        let can = Can::new(
-            CanPins::new(dp.CAN1, (transmit, receive), &mut rcc),
-            BitRate::M1,
-            &[Filter {
-                id: 0x201,
-                mask: 0x7ff,
-            }],
-        );
+        let can = CanPins::new(dp.CAN1, (transmit, receive), &mut rcc);
         Self {
             bridge,
             analog,
             encoder,
             servo_pulse,
             can,
+            flash: Flash::new(dp.FLASH),
             watchdog: dp.IWDG,
             reset_cause,
         }
