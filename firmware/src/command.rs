@@ -4,7 +4,7 @@
 //! |---|---|---|---|
 //! | bus | at once | the command stays until the next one comes | after `command_timeout_ms` |
 //! | servo pulse | at once | approached at `approach_rate_deg_s` | after `command_timeout_ms` without a valid pulse |
-//! | excitation | added to the command at its start | starts where the command is | never; ends by itself |
+//! | excitation | added to the command at its start | starts where the command is | never; at its end the command is that at its start |
 //!
 //! When the loop is closed the command is the measured angle, whatever the source.
 
@@ -127,11 +127,16 @@ impl Commander {
         let pulse = self.servo.update(&parameters.servo, pulse_us);
         self.age = self.age.saturating_add(1);
         if let Some(running) = &mut self.running {
-            self.command = running.next();
-            if running.is_over() {
-                self.stop();
+            match running.next() {
+                Some(command) => {
+                    self.command = command;
+                    return command;
+                }
+                None => {
+                    let base = running.base();
+                    self.hold(base);
+                }
             }
-            return self.command;
         }
         self.command = match self.source {
             Source::ServoPulse => {

@@ -13,6 +13,8 @@
 //! | [`faults`] | numbered faults, latched and acknowledged |
 //! | [`parameters`] | everything that can be set, its ranges |
 //! | [`store`] | parameters in flash |
+//! | [`capture`] | chosen signals at 250 Hz into a buffer |
+//! | [`supervisor`] | when the watchdog is fed, missed control periods, cause of the reset |
 //! | [`frames`] | plain CAN frames for commands and telemetry |
 //!
 //! Nothing here allocates, blocks, or panics, whatever comes in.
@@ -21,6 +23,7 @@
 #![forbid(unsafe_code)]
 
 pub mod application;
+pub mod capture;
 pub mod command;
 pub mod faults;
 pub mod frames;
@@ -28,4 +31,5 @@ pub mod measure;
 pub mod parameters;
 pub mod protection;
 pub mod store;
+pub mod supervisor;
 pub mod timing;

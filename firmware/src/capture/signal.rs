@@ -1,0 +1,80 @@
+//! What can be recorded.
+
+use crate::{
+    application::{Bridge, Outputs},
+    timing::thousandths,
+};
+
+macro_rules! signals {
+    ($($(#[doc = $doc:literal])+ $Signal:ident = $number:literal, $value:expr;)+) => {
+        /// What can be recorded; each is an `i32`. The numbers are for good.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        #[repr(u8)]
+        pub enum Signal {
+            $($(#[doc = $doc])+ $Signal = $number,)+
+        }
+
+        impl Signal {
+            /// All of them.
+            pub const ALL: &'static [Self] = &[$(Self::$Signal),+];
+
+            /// The signal of a number.
+            ///
+            /// ```
+            /// use firmware::capture::Signal;
+            /// assert_eq!(Signal::of_number(0), Some(Signal::Angle));
+            /// assert_eq!(Signal::of_number(200), None);
+            /// ```
+            pub const fn of_number(number: u8) -> Option<Self> {
+                match number {
+                    $($number => Some(Self::$Signal),)+
+                    _ => None,
+                }
+            }
+
+            /// Its value in a control period.
+            pub fn of(self, outputs: &Outputs) -> i32 {
+                match self {
+                    $(Self::$Signal => {
+                        let value: fn(&Outputs) -> i32 = $value;
+                        value(outputs)
+                    })+
+                }
+            }
+        }
+    };
+}
+
+signals! {
+    /// The measured angle, mdeg.
+    Angle = 0, |o| thousandths(o.telemetry.angle);
+    /// The estimated rate, mdeg/s.
+    Rate = 1, |o| thousandths(o.telemetry.rate);
+    /// Motor current, mA.
+    Current = 2, |o| o.telemetry.current_ma;
+    /// Back-EMF, mV.
+    BackEmf = 3, |o| o.telemetry.back_emf_mv;
+    /// The duty, 0.001 %.
+    Duty = 4, |o| thousandths(o.telemetry.duty);
+    /// The commanded angle, mdeg.
+    Command = 5, |o| thousandths(o.telemetry.command);
+    /// The commanded rate, mdeg/s.
+    RateCommand = 6, |o| thousandths(o.telemetry.rate_command);
+    /// Supply voltage, mV.
+    Supply = 7, |o| o.telemetry.supply_mv;
+    /// Temperature, thousandths of a degree Celsius.
+    Temperature = 8, |o| o.telemetry.temperature_mdeg_c;
+    /// The compare value of the bridge, 0 where it is off.
+    Compare = 9, |o| match o.bridge {
+        Bridge::Driven(compare) => compare.get(),
+        Bridge::Coast | Bridge::Brake => 0,
+    };
+    /// The operating state.
+    State = 10, |o| o.state as i32;
+    /// The number of the first fault that is latched, 0 for none.
+    Fault = 11, |o| o.fault.map_or(0, |fault| i32::from(fault.number()));
+    /// The number of the control period, its low 31 bits.
+    Tick = 12, |o| (o.telemetry.tick & 0x7fff_ffff) as i32;
+    /// The servo pulse, us.
+    ServoPulse = 13, |o| i32::from(o.telemetry.servo_pulse_us);
+}

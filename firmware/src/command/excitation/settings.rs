@@ -1,0 +1,345 @@
+//! Excitations by integer settings: their constructors in `model_core` work in double precision,
+//! which the board has not.
+//!
+//! | shape | is | uses |
+//! |---|---|---|
+//! | 0 | pulse | amplitude, unit |
+//! | 1 | doublet | amplitude, unit |
+//! | 2 | 3-2-1-1 | amplitude, unit |
+//! | 3 | variable step | amplitude (of its greatest level, 120 deg by default), unit |
+//! | 4 | ramp up, down and back | amplitude, rate, unit (holds) |
+//! | 5 | linear chirp | amplitude, start, end, duration |
+//! | 6 | logarithmic chirp | amplitude, start, end, duration |
+//! | 7 | sine | amplitude, start |
+//! | 8 | pseudo-random binary sequence | amplitude, order, unit (chip) |
+//! | 9 | multisine of odd lines | amplitude (of a line), start (base frequency), lines |
+
+use core::num::{NonZeroU8, NonZeroU64};
+
+use model_core::{
+    control::units::Angle,
+    excitation::{
+        Excitation,
+        chirp::{Chirp, Sweep},
+        multisine::Multisine,
+        multistep::Multistep,
+        phase::Quadratic,
+        prbs::Prbs,
+        ramp::Ramp,
+        steady_sine::SteadySine,
+        variable_step::{LEVELS, VariableStep},
+    },
+};
+
+use super::{Run, logarithmic};
+use crate::{parameters::integers::integers, timing::angle_of_mdeg};
+
+integers! {
+    /// The excitation that the board runs when it is told to start one. None of it is stored.
+    pub struct ExcitationSettings {
+        /// Its shape, by the table above.
+        shape: 5, "choice", 0, 9, "what identifies best";
+        /// Amplitude.
+        amplitude_mdeg: 5000, "mdeg", -180000, 180000, "as model-core's chirp";
+        /// Frequency, or that at the start.
+        start_mhz: 100, "1e-3 Hz", 1, 100000, "as model-core's chirp";
+        /// Frequency at the end.
+        end_mhz: 10000, "1e-3 Hz", 1, 100000, "as model-core's chirp";
+        /// Length of a chirp.
+        duration_ms: 20000, "ms", 10, 3600000, "as model-core's chirp";
+        /// Width, dwell, hold or chip.
+        unit_ms: 300, "ms", 4, 100000, "as model-core's 3-2-1-1";
+        /// Slope of a ramp.
+        rate_deg_s: 60, "deg/s", 1, 10000, "as model-core's ramp";
+        /// Order of the shift register of a pseudo-random binary sequence.
+        order: 7, "1", 3, 16, "as model-core's";
+        /// Lines of a multisine.
+        lines: 8, "1", 1, 8, "each takes 150 instructions of the control period";
+        /// How often it is run.
+        repetitions: 1, "1", 1, 10000, "once";
+    }
+}
+
+/// Ticks in a millisecond.
+const TICKS_PER_MS: u64 = 20;
+
+/// 1e-3 Hz in units of 2^-128 turn a tick.
+const PER_TICK: u128 = u128::MAX / 20_000_000;
+
+impl ExcitationSettings {
+    /// The run that these settings mean; `None` where one is out of its range.
+    ///
+    /// ```
+    /// use firmware::command::excitation::ExcitationSettings;
+    /// let doublet = ExcitationSettings { shape: 1, ..ExcitationSettings::DEFAULT };
+    /// let run = doublet.run().unwrap();
+    /// assert_eq!(run.excitation.command(0), 5);
+    /// assert_eq!(run.ticks, 2 * 6_000);
+    /// ```
+    pub fn run(&self) -> Option<Run> {
+        use crate::parameters::integers::Integers;
+        let is_possible = Self::RANGES
+            .iter()
+            .enumerate()
+            .all(|(row, range)| self.get(row).is_some_and(|value| range.takes(value)));
+        if !is_possible {
+            return None;
+        }
+        let excitation = match self.shape {
+            0 => self.steps(&[1]),
+            1 => self.steps(&[1, 1]),
+            2 => self.steps(&[3, 2, 1, 1]),
+            3 => self.variable_step(),
+            4 => self.ramp(),
+            5 => self.chirp(self.linear()),
+            6 => self.chirp(self.logarithmic()),
+            7 => Excitation::Sine(SteadySine {
+                amplitude: self.amplitude(),
+                phase: self.steady(),
+                period_ticks: self.period_ticks(),
+            }),
+            8 => Excitation::Prbs(Prbs::new(
+                self.amplitude(),
+                self.order as u32,
+                self.unit_ticks(),
+                0,
+            )?),
+            _ => self.multisine()?,
+        };
+        Some(Run::new(excitation, self.repetitions as u16))
+    }
+
+    fn amplitude(&self) -> Angle {
+        angle_of_mdeg(self.amplitude_mdeg)
+    }
+
+    fn unit_ticks(&self) -> NonZeroU64 {
+        NonZeroU64::new(self.unit_ms as u64 * TICKS_PER_MS).unwrap_or(NonZeroU64::MIN)
+    }
+
+    fn duration_ticks(&self) -> NonZeroU64 {
+        NonZeroU64::new(self.duration_ms as u64 * TICKS_PER_MS).unwrap_or(NonZeroU64::MIN)
+    }
+
+    /// Ticks of one period of the frequency, rounded.
+    fn period_ticks(&self) -> u64 {
+        let frequency = NonZeroU64::new(self.start_mhz as u64).unwrap_or(NonZeroU64::MIN);
+        (20_000_000 + frequency.get() / 2) / frequency
+    }
+
+    fn steps(&self, widths: &'static [u8]) -> Excitation<'static> {
+        Excitation::Multistep(Multistep {
+            amplitude: self.amplitude(),
+            start_tick: 0,
+            unit_ticks: self.unit_ticks(),
+            widths,
+        })
+    }
+
+    fn variable_step(&self) -> Excitation<'static> {
+        Excitation::VariableStep(VariableStep {
+            levels: &LEVELS,
+            dwell_ticks: self.unit_ticks(),
+            // The greatest level is 120 deg.
+            scale: angle_of_mdeg(self.amplitude_mdeg / 120),
+        })
+    }
+
+    fn ramp(&self) -> Excitation<'static> {
+        let hold = self.unit_ticks().get();
+        let rate = NonZeroU64::new(self.rate_deg_s as u64).unwrap_or(NonZeroU64::MIN);
+        let level = self.amplitude();
+        // mdeg over deg/s are ms.
+        let way = u64::from(self.amplitude_mdeg.unsigned_abs()) * TICKS_PER_MS;
+        let at = |holds: u64, ways: u64| holds * hold + (ways * way + rate.get() / 2) / rate;
+        Excitation::Ramp(Ramp::through(&[
+            (at(1, 0), Angle::ZERO),
+            (at(1, 1), level),
+            (at(2, 1), level),
+            (at(2, 3), -level),
+            (at(3, 3), -level),
+            (at(3, 4), Angle::ZERO),
+            (at(5, 4), Angle::ZERO),
+        ]))
+    }
+
+    fn chirp(&self, sweep: Sweep) -> Excitation<'static> {
+        Excitation::Chirp(Chirp {
+            amplitude: self.amplitude(),
+            duration_ticks: self.duration_ticks().get(),
+            sweep,
+        })
+    }
+
+    fn steady(&self) -> Quadratic {
+        Quadratic {
+            per_tick: self.start_mhz as u128 * PER_TICK,
+            per_tick_squared: 0,
+        }
+    }
+
+    fn linear(&self) -> Sweep {
+        let rise = i128::from(self.end_mhz - self.start_mhz);
+        let twice = NonZeroU64::new(2 * self.duration_ticks().get()).unwrap_or(NonZeroU64::MIN);
+        // t^2 (f1 - f0)/(2 T): below 2^17 * 2^104.
+        let growth = rise.unsigned_abs() * PER_TICK / u128::from(twice.get()).max(1);
+        Sweep::Linear(Quadratic {
+            per_tick_squared: if rise < 0 {
+                growth.wrapping_neg()
+            } else {
+                growth
+            },
+            ..self.steady()
+        })
+    }
+
+    fn logarithmic(&self) -> Sweep {
+        let ends = [self.start_mhz, self.end_mhz].map(|mhz| mhz as u32);
+        logarithmic::sweep(ends, self.duration_ticks())
+            .map_or_else(|| self.linear(), Sweep::Logarithmic)
+    }
+
+    fn multisine(&self) -> Option<Excitation<'static>> {
+        Some(Excitation::Multisine(Multisine {
+            amplitude: self.amplitude(),
+            phase: self.steady(),
+            period_ticks: self.period_ticks(),
+            first_line: 1,
+            line_step: 2,
+            lines: NonZeroU8::new(self.lines as u8)?,
+        }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use model_core::excitation::{
+        chirp::ChirpParameters, multisine::MultisineParameters,
+        multistep::ThreeTwoOneOneParameters, prbs::PrbsParameters, ramp::RampParameters,
+        steady_sine::SineParameters, variable_step::VariableStepParameters,
+    };
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn excitation(settings: ExcitationSettings) -> Excitation<'static> {
+        settings.run().expect("possible").excitation
+    }
+
+    /// The greatest difference of two excitations, deg.
+    fn apart_deg(one: &Excitation<'_>, other: &Excitation<'_>) -> f64 {
+        let difference = |tick| {
+            let apart = one.command(tick).saturating_sub(other.command(tick));
+            apart.to_num::<f64>().abs()
+        };
+        (0..500_000).step_by(77).map(difference).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn the_shapes_are_those_of_double_precision() {
+        let set = |shape| ExcitationSettings {
+            shape,
+            ..ExcitationSettings::DEFAULT
+        };
+        let chirp = ChirpParameters::DEFAULT;
+        let steps = ThreeTwoOneOneParameters {
+            amplitude_deg: 5.0,
+            start_s: 0.0,
+            unit_s: 0.3,
+        };
+        let (dwell_s, scale) = (0.3, 5.0 / 120.0);
+        let stairs = VariableStepParameters { dwell_s, scale };
+        let (amplitude_deg, rate_deg_s, hold_s) = (5.0, 60.0, 0.3);
+        let ramp = RampParameters {
+            amplitude_deg,
+            rate_deg_s,
+            hold_s,
+        };
+        let frequency_hz = 0.1;
+        let sine = SineParameters {
+            amplitude_deg,
+            frequency_hz,
+        };
+        let prbs = PrbsParameters {
+            chip_s: 0.3,
+            ..PrbsParameters::DEFAULT
+        };
+        let multisine = MultisineParameters {
+            amplitude_deg,
+            base_hz: 0.1,
+            lines: 8.0,
+            ..MultisineParameters::DEFAULT
+        };
+        let references = [
+            (
+                2,
+                Excitation::Multistep(Multistep::try_3211(&steps).unwrap()),
+            ),
+            (
+                3,
+                Excitation::VariableStep(VariableStep::try_new(&stairs).unwrap()),
+            ),
+            (4, Excitation::Ramp(Ramp::try_new(&ramp).unwrap())),
+            (5, Excitation::Chirp(Chirp::try_linear(&chirp).unwrap())),
+            (
+                6,
+                Excitation::Chirp(Chirp::try_logarithmic(&chirp).unwrap()),
+            ),
+            (7, Excitation::Sine(SteadySine::try_new(&sine).unwrap())),
+            (8, Excitation::Prbs(Prbs::try_new(&prbs).unwrap())),
+            (
+                9,
+                Excitation::Multisine(Multisine::try_new(&multisine).unwrap()),
+            ),
+        ];
+        for (shape, reference) in references {
+            let apart = apart_deg(&excitation(set(shape)), &reference);
+            // An amplitude in mdeg makes 1/24 deg of the stairs 0.041 deg: 120 levels of it.
+            let bound = if shape == 3 { 0.1 } else { 1e-6 };
+            assert!(apart < bound, "shape {shape}: {apart}");
+        }
+    }
+
+    #[test]
+    fn a_chirp_that_falls_mirrors_one_that_rises() {
+        for shape in [5, 6] {
+            let falling = excitation(ExcitationSettings {
+                shape,
+                start_mhz: 10_000,
+                end_mhz: 100,
+                ..ExcitationSettings::DEFAULT
+            });
+            let ends = ChirpParameters {
+                start_hz: 10.0,
+                end_hz: 0.1,
+                ..ChirpParameters::DEFAULT
+            };
+            let reference = match shape {
+                5 => Chirp::try_linear(&ends),
+                _ => Chirp::try_logarithmic(&ends),
+            };
+            let apart = apart_deg(&falling, &Excitation::Chirp(reference.unwrap()));
+            assert!(apart < 1e-6, "shape {shape}: {apart}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn any_settings_are_run_or_refused(values in proptest::array::uniform10(any::<i32>()), tick: u64) {
+            use crate::parameters::integers::Integers;
+            let mut settings = ExcitationSettings::DEFAULT;
+            for (row, value) in values.into_iter().enumerate() {
+                *settings.get_mut(row).unwrap() = value;
+            }
+            prop_assert!(settings.run().is_none());
+            for (row, value) in values.into_iter().enumerate() {
+                let range = ExcitationSettings::RANGES[row];
+                let span = i64::from(range.max) - i64::from(range.min) + 1;
+                let offset = i64::from(value).rem_euclid(span);
+                *settings.get_mut(row).unwrap() = (i64::from(range.min) + offset) as i32;
+            }
+            let run = settings.run().expect("within the ranges");
+            let _ = run.excitation.command(tick);
+        }
+    }
+}
