@@ -1,0 +1,136 @@
+//! Data types of objects (CiA 301, 7.1).
+
+/// Data type of an object; the number is that of its DEFTYPE.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[repr(u8)]
+pub enum DataType {
+    /// BOOLEAN, in one byte.
+    Boolean = 0x01,
+    /// INTEGER8.
+    I8 = 0x02,
+    /// INTEGER16.
+    I16 = 0x03,
+    /// INTEGER32.
+    I32 = 0x04,
+    /// UNSIGNED8.
+    U8 = 0x05,
+    /// UNSIGNED16.
+    U16 = 0x06,
+    /// UNSIGNED32.
+    U32 = 0x07,
+    /// REAL32.
+    F32 = 0x08,
+    /// VISIBLE_STRING.
+    Text = 0x09,
+    /// OCTET_STRING.
+    Octets = 0x0A,
+    /// DOMAIN.
+    Domain = 0x0F,
+    /// REAL64.
+    F64 = 0x11,
+    /// INTEGER64.
+    I64 = 0x15,
+    /// UNSIGNED64.
+    U64 = 0x1B,
+}
+
+impl DataType {
+    /// Bytes of a number; `None` for what has no fixed size.
+    #[must_use]
+    pub const fn size(self) -> Option<u8> {
+        Some(match self {
+            Self::Boolean | Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::I32 | Self::U32 | Self::F32 => 4,
+            Self::I64 | Self::U64 | Self::F64 => 8,
+            Self::Text | Self::Octets | Self::Domain => return None,
+        })
+    }
+
+    /// The number in little-endian bytes; signed integers are extended to 64 bits.
+    pub(crate) fn decode(self, bytes: &[u8]) -> u64 {
+        let raw = bytes
+            .iter()
+            .take(8)
+            .rev()
+            .fold(0, |value: u64, byte| value << 8 | u64::from(*byte));
+        match self {
+            Self::I8 => raw as i8 as u64,
+            Self::I16 => raw as i16 as u64,
+            Self::I32 => raw as i32 as u64,
+            _ => raw,
+        }
+    }
+
+    /// A number that orders values of this type as the type does; REAL64 is not ordered here.
+    pub(crate) const fn ordered(self, value: u64) -> i128 {
+        match self {
+            Self::I8 | Self::I16 | Self::I32 | Self::I64 => value as i64 as i128,
+            Self::F32 => {
+                // IEEE 754 orders as sign and magnitude. Minus zero is zero; NaN lies beyond infinity.
+                let magnitude = (value & 0x7FFF_FFFF) as i128;
+                if value & 0x8000_0000 == 0 {
+                    magnitude
+                } else {
+                    -magnitude
+                }
+            }
+            _ => value as i128,
+        }
+    }
+
+    /// The type of a dummy entry in the mapping of an RPDO (CiA 301, 7.4.7).
+    pub(crate) const fn dummy(index: u16) -> Option<Self> {
+        Some(match index {
+            0x02 => Self::I8,
+            0x03 => Self::I16,
+            0x04 => Self::I32,
+            0x05 => Self::U8,
+            0x06 => Self::U16,
+            0x07 => Self::U32,
+            0x08 => Self::F32,
+            0x11 => Self::F64,
+            0x15 => Self::I64,
+            0x1B => Self::U64,
+            _ => return None,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::DataType;
+
+    #[test]
+    fn signed_numbers_are_extended_and_unsigned_are_not() {
+        assert_eq!(DataType::I16.decode(&[0xFE, 0xFF]) as i64, -2);
+        assert_eq!(DataType::U16.decode(&[0xFE, 0xFF]), 0xFFFE);
+        assert_eq!(
+            DataType::U64.decode(&[1, 2, 3, 4, 5, 6, 7, 8]),
+            0x0807_0605_0403_0201
+        );
+    }
+
+    #[test]
+    fn floats_are_ordered_as_numbers_are() {
+        let order = |value: f32| DataType::F32.ordered(u64::from(value.to_bits()));
+        let values = [
+            f32::NEG_INFINITY,
+            -2.0,
+            -1.0,
+            -1e-30,
+            0.0,
+            1e-30,
+            1.0,
+            2.0,
+            f32::INFINITY,
+        ];
+        assert!(
+            values
+                .windows(2)
+                .all(|pair| order(pair[0]) < order(pair[1]))
+        );
+        assert_eq!(order(-0.0), order(0.0));
+        assert!(order(f32::NAN) > order(f32::INFINITY));
+    }
+}

@@ -1,0 +1,258 @@
+//! Emergency object, error register and history (CiA 301, 7.2.7).
+
+use crate::Abort;
+use crate::message::{IDENTIFIER, Message, assignable};
+use crate::ring::Ring;
+
+/// Errors that can be there at a time.
+const ACTIVE: usize = 16;
+/// Length of the history 1003h; the dictionary says how much of it is seen.
+const HISTORY: usize = 8;
+/// EMCY that wait for the bus or for their inhibit time.
+const QUEUE: usize = 8;
+
+/// Error code of an EMCY message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct ErrorCode(pub u16);
+
+impl ErrorCode {
+    /// Error reset, or no error.
+    pub const NONE: Self = Self(0x0000);
+    /// CAN overrun: frames were lost.
+    pub const CAN_OVERRUN: Self = Self(0x8110);
+    /// CAN controller in error passive mode.
+    pub const CAN_PASSIVE: Self = Self(0x8120);
+    /// Heartbeat of a watched node stayed out.
+    pub const HEARTBEAT: Self = Self(0x8130);
+    /// Recovered from bus-off.
+    pub const BUS_OFF_RECOVERED: Self = Self(0x8140);
+    /// PDO not processed, as it was too short.
+    pub const PDO_LENGTH: Self = Self(0x8210);
+    /// Unexpected length of a SYNC.
+    pub const SYNC_LENGTH: Self = Self(0x8240);
+    /// An RPDO did not come in time.
+    pub const RPDO_TIMEOUT: Self = Self(0x8250);
+}
+
+/// Errors of what a reset of communication begins anew.
+const WATCHED: [ErrorCode; 4] = [
+    ErrorCode::HEARTBEAT,
+    ErrorCode::PDO_LENGTH,
+    ErrorCode::SYNC_LENGTH,
+    ErrorCode::RPDO_TIMEOUT,
+];
+
+/// Bits of the error register 1001h.
+pub mod register {
+    /// Generic error; set with every other bit.
+    pub const GENERIC: u8 = 1 << 0;
+    /// Current.
+    pub const CURRENT: u8 = 1 << 1;
+    /// Voltage.
+    pub const VOLTAGE: u8 = 1 << 2;
+    /// Temperature.
+    pub const TEMPERATURE: u8 = 1 << 3;
+    /// Communication error.
+    pub const COMMUNICATION: u8 = 1 << 4;
+    /// Specific to the device profile.
+    pub const PROFILE: u8 = 1 << 5;
+    /// Specific to the manufacturer.
+    pub const MANUFACTURER: u8 = 1 << 7;
+}
+
+/// An error as the application, or the server itself, raises it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Emergency {
+    /// What it is.
+    pub code: ErrorCode,
+    /// Its bits in the error register; [`register::GENERIC`] goes with them.
+    pub register: u8,
+    /// Which of several of the kind: byte 3 of the message. Code and instance name an error.
+    pub instance: u8,
+    /// Bytes 4 to 7 of the message, as the manufacturer likes.
+    pub information: [u8; 4],
+}
+
+impl Emergency {
+    /// An error of which there is only one.
+    #[must_use]
+    pub const fn new(code: ErrorCode, register: u8) -> Self {
+        Self {
+            code,
+            register,
+            instance: 0,
+            information: [0; 4],
+        }
+    }
+
+    pub(crate) const fn communication(code: ErrorCode, instance: u8) -> Self {
+        Self {
+            code,
+            register: register::COMMUNICATION,
+            instance,
+            information: [0; 4],
+        }
+    }
+}
+
+/// Objects 1001h, 1003h, 1014h and 1015h, and what they are about.
+#[derive(Debug)]
+pub(crate) struct Service {
+    cob_id: u32,
+    inhibit_100us: u16,
+    active: [Option<Emergency>; ACTIVE],
+    history: [u32; HISTORY],
+    recorded: u8,
+    queue: Ring<[u8; 8], QUEUE>,
+    free_us: u64,
+}
+
+impl Service {
+    pub const fn new() -> Self {
+        Self {
+            cob_id: 1 << 31,
+            inhibit_100us: 0,
+            active: [None; ACTIVE],
+            history: [0; HISTORY],
+            recorded: 0,
+            queue: Ring::new(),
+            free_us: 0,
+        }
+    }
+
+    /// Errors stay, messages that were not sent do not, and 1014h may be set to anything.
+    pub fn reset_communication(&mut self) {
+        self.cob_id = 1 << 31;
+        self.inhibit_100us = 0;
+        self.queue = Ring::new();
+        self.free_us = 0;
+        for slot in &mut self.active {
+            if slot.is_some_and(|error| WATCHED.contains(&error.code)) {
+                *slot = None;
+            }
+        }
+    }
+
+    /// Object 1001h.
+    pub fn register(&self) -> u8 {
+        self.active
+            .iter()
+            .flatten()
+            .fold(0, |bits, error| bits | error.register | register::GENERIC)
+    }
+
+    /// Whether the error is new. A seventeenth is told and recorded, but cannot be cleared by itself.
+    pub fn raise(&mut self, error: Emergency) -> bool {
+        if self.position(error.code, error.instance).is_some() {
+            return false;
+        }
+        if let Some(free) = self.active.iter_mut().find(|slot| slot.is_none()) {
+            *free = Some(error);
+        }
+        self.record(error);
+        self.send(error.code, error.register, error);
+        true
+    }
+
+    /// Whether the error was there.
+    pub fn clear(&mut self, code: ErrorCode, instance: u8) -> bool {
+        let Some(slot) = self
+            .position(code, instance)
+            .and_then(|at| self.active.get_mut(at))
+        else {
+            return false;
+        };
+        let Some(error) = slot.take() else {
+            return false;
+        };
+        self.send(ErrorCode::NONE, 0, error);
+        true
+    }
+
+    fn position(&self, code: ErrorCode, instance: u8) -> Option<usize> {
+        self.active.iter().position(|slot| {
+            slot.is_some_and(|error| error.code == code && error.instance == instance)
+        })
+    }
+
+    fn record(&mut self, error: Emergency) {
+        for at in (1..HISTORY).rev() {
+            if let Some(older) = self.history.get(at - 1).copied()
+                && let Some(slot) = self.history.get_mut(at)
+            {
+                *slot = older;
+            }
+        }
+        self.history[0] = u32::from(error.instance) << 16 | u32::from(error.code.0);
+        self.recorded = (self.recorded + 1).min(HISTORY as u8);
+    }
+
+    fn send(&mut self, code: ErrorCode, register: u8, error: Emergency) {
+        let generic = if register == 0 {
+            0
+        } else {
+            register | register::GENERIC
+        };
+        let [low, high] = code.0.to_le_bytes();
+        let [a, b, c, d] = error.information;
+        let bits = self.register() | generic;
+        // When the queue is full, the history still has it.
+        self.queue
+            .push([low, high, bits, error.instance, a, b, c, d]);
+    }
+
+    pub fn transmit(&mut self, now_us: u64) -> Option<Message> {
+        if self.cob_id & 1 << 31 != 0 || now_us < self.free_us {
+            return None;
+        }
+        let data = self.queue.pop()?;
+        self.free_us = now_us.saturating_add(u64::from(self.inhibit_100us) * 100);
+        Some(Message::new(self.cob_id & IDENTIFIER, &data))
+    }
+
+    /// Object 1003h; `shown` is how many errors the dictionary shows.
+    pub fn history(&self, sub: u8, shown: u8) -> Result<u32, Abort> {
+        let recorded = self.recorded.min(shown);
+        match sub.checked_sub(1) {
+            None => Ok(u32::from(recorded)),
+            Some(at) if at < recorded => self
+                .history
+                .get(usize::from(at))
+                .copied()
+                .ok_or(Abort::NoData),
+            Some(_) => Err(Abort::NoData),
+        }
+    }
+
+    pub fn clear_history(&mut self, value: u32) -> Result<(), Abort> {
+        if value != 0 {
+            return Err(Abort::Value);
+        }
+        self.recorded = 0;
+        self.history = [0; HISTORY];
+        Ok(())
+    }
+
+    pub fn cob_id(&self) -> u32 {
+        self.cob_id
+    }
+
+    pub fn set_cob_id(&mut self, new: u32) -> Result<(), Abort> {
+        let valid = |word: u32| word & 1 << 31 == 0;
+        let moved = (new ^ self.cob_id) & IDENTIFIER != 0;
+        if new & 1 << 30 != 0 || (valid(new) && (!assignable(new) || (valid(self.cob_id) && moved)))
+        {
+            return Err(Abort::Value);
+        }
+        self.cob_id = new;
+        Ok(())
+    }
+
+    pub fn inhibit_100us(&self) -> u16 {
+        self.inhibit_100us
+    }
+
+    pub fn set_inhibit(&mut self, time_100us: u16) {
+        self.inhibit_100us = time_100us;
+    }
+}

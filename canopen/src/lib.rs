@@ -1,0 +1,71 @@
+//! A CANopen device: the CiA 301 server, layer setting services (CiA 305) and the logic of the
+//! drive profile (CiA 402).
+//!
+//! No heap, no `unsafe`, no I/O, no clock. A [`Node`] takes frames of any
+//! [`embedded_can::Frame`] and the time, and gives frames back. Its user brings a [`Dictionary`] of const
+//! data and an [`Application`] that holds the values of what is not communication.
+//!
+//! ```
+//! use canopen::dictionary::{Access, Address, DataType, Dictionary, Entry, Mapping};
+//! use canopen::{Abort, Application, Node, NodeId};
+//!
+//! const ENTRIES: &[Entry] = &[
+//!     Entry::new(0x1000, 0, DataType::U32, Access::Const).value(0x0002_0192),
+//!     Entry::new(0x1017, 0, DataType::U16, Access::ReadWrite).value(100),
+//!     Entry::new(0x6064, 0, DataType::I32, Access::Read).mappable(Mapping::Transmit),
+//! ];
+//! const DICTIONARY: Dictionary = match Dictionary::new(ENTRIES, &[], &[]) {
+//!     Ok(dictionary) => dictionary,
+//!     Err(_) => panic!("the dictionary is not sound"),
+//! };
+//!
+//! struct Encoder {
+//!     angle_mdeg: i32,
+//! }
+//!
+//! impl Application for Encoder {
+//!     fn read(&mut self, address: Address) -> Result<u64, Abort> {
+//!         match (address.index, address.sub) {
+//!             (0x6064, 0) => Ok(self.angle_mdeg as u64),
+//!             _ => Err(Abort::NoObject),
+//!         }
+//!     }
+//!     fn write(&mut self, _: Address, _: u64) -> Result<(), Abort> {
+//!         Err(Abort::NoObject)
+//!     }
+//! }
+//!
+//! let mut encoder = Encoder { angle_mdeg: -45_000 };
+//! let mut node = Node::<0, 1>::new(&DICTIONARY, NodeId::new(5), &mut encoder, 0);
+//! assert_eq!(node.node_id().map(NodeId::get), Some(5));
+//! ```
+
+#![no_std]
+#![forbid(unsafe_code)]
+
+#[cfg(test)]
+extern crate std;
+
+mod abort;
+mod application;
+pub mod dictionary;
+mod emergency;
+mod heartbeat;
+mod lss;
+mod message;
+mod nmt;
+mod node;
+mod objects;
+mod pdo;
+mod ring;
+mod sdo;
+mod services;
+mod sync;
+mod time;
+
+pub use abort::Abort;
+pub use application::{Application, BitRate, Event, ParameterGroup, Reset, TimeOfDay};
+pub use dictionary::Dictionary;
+pub use emergency::{Emergency, ErrorCode, register};
+pub use nmt::{NmtState, NodeId};
+pub use node::{BusEvent, Node};

@@ -1,0 +1,96 @@
+//! What the master can do with a node in configuration state.
+
+use super::{Activation, Data, Identity, Outcome, Server};
+use crate::Abort;
+use crate::application::{Application, BitRate};
+use crate::nmt::NodeId;
+
+/// No node-ID.
+const UNCONFIGURED: u8 = 0xFF;
+
+impl Server {
+    pub(super) fn configure(
+        &mut self,
+        request: &Data,
+        identity: Identity,
+        active: Option<NodeId>,
+        app: &mut impl Application,
+        now_us: u64,
+    ) -> Outcome {
+        let [command, first, second, ..] = *request;
+        match command {
+            0x11 => return self.set_node_id(first),
+            0x13 => self.set_bit_rate(first, second, app),
+            0x15 => {
+                let delay_ms = u16::from_le_bytes([first, second]);
+                self.activation = self
+                    .bit_rate
+                    .map(|bit_rate| Activation::new(bit_rate, delay_ms, now_us));
+            }
+            0x17 => self.storing = true,
+            0x5A..=0x5D => {
+                let number = identity
+                    .get(usize::from(command - 0x5A))
+                    .copied()
+                    .unwrap_or(0);
+                let [a, b, c, d] = number.to_le_bytes();
+                self.reply = Some([command, a, b, c, d, 0, 0, 0]);
+            }
+            0x5E => self.inform(command, active.map_or(UNCONFIGURED, NodeId::get)),
+            _ => {}
+        }
+        Outcome::Nothing
+    }
+
+    fn inform(&mut self, command: u8, value: u8) {
+        self.reply = Some([command, value, 0, 0, 0, 0, 0, 0]);
+    }
+
+    fn set_node_id(&mut self, id: u8) -> Outcome {
+        let new = NodeId::new(id);
+        if new.is_none() && id != UNCONFIGURED {
+            self.inform(0x11, 1);
+            return Outcome::Nothing;
+        }
+        self.inform(0x11, 0);
+        self.node_id = new;
+        Outcome::NodeIdChanged
+    }
+
+    fn set_bit_rate(&mut self, table: u8, index: u8, app: &impl Application) {
+        let bit_rate = (table == 0).then(|| from_index(index)).flatten();
+        match bit_rate.filter(|bit_rate| app.supports_bit_rate(*bit_rate)) {
+            Some(bit_rate) => {
+                self.bit_rate = Some(bit_rate);
+                self.inform(0x13, 0);
+            }
+            None => self.inform(0x13, 1),
+        }
+    }
+}
+
+/// The answer to "store configuration".
+pub(super) fn stored(done: Result<(), Abort>) -> Data {
+    let error = match done {
+        Ok(()) => 0,
+        Err(Abort::UnsupportedAccess) => 1,
+        Err(_) => 2,
+    };
+    [0x17, error, 0, 0, 0, 0, 0, 0]
+}
+
+/// Bit timing table 0; index 5 is reserved.
+const fn from_index(index: u8) -> Option<BitRate> {
+    Some(match index {
+        0 => BitRate::Kbit1000,
+        1 => BitRate::Kbit800,
+        2 => BitRate::Kbit500,
+        3 => BitRate::Kbit250,
+        4 => BitRate::Kbit125,
+        6 => BitRate::Kbit50,
+        7 => BitRate::Kbit20,
+        8 => BitRate::Kbit10,
+        9 => BitRate::Automatic,
+        _ => return None,
+    })
+}

@@ -1,0 +1,75 @@
+//! Network management (CiA 301, 7.2.8).
+
+/// State of a node; the number is that of its heartbeat.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum NmtState {
+    /// Initialising: boot-up not sent yet, or no node-ID.
+    Initialising = 0x00,
+    /// Only NMT, heartbeat and LSS.
+    Stopped = 0x04,
+    /// Everything.
+    Operational = 0x05,
+    /// Everything but PDOs.
+    PreOperational = 0x7F,
+}
+
+impl NmtState {
+    /// Whether SDO, SYNC, TIME and EMCY are served.
+    pub(crate) const fn communicates(self) -> bool {
+        matches!(self, Self::Operational | Self::PreOperational)
+    }
+}
+
+/// Node-ID from 1 to 127.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct NodeId(u8);
+
+impl NodeId {
+    /// `None` outside 1 to 127.
+    ///
+    /// ```
+    /// use canopen::NodeId;
+    /// assert_eq!(NodeId::new(127).map(NodeId::get), Some(127));
+    /// assert_eq!(NodeId::new(0), None);
+    /// assert_eq!(NodeId::new(128), None);
+    /// ```
+    #[must_use]
+    pub const fn new(id: u8) -> Option<Self> {
+        if matches!(id, 1..=127) {
+            Some(Self(id))
+        } else {
+            None
+        }
+    }
+
+    /// The number.
+    #[must_use]
+    pub const fn get(self) -> u8 {
+        self.0
+    }
+}
+
+/// What an NMT master can ask for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Command {
+    Enter(NmtState),
+    ResetNode,
+    ResetCommunication,
+}
+
+/// The command in an NMT message, if it is for this node.
+pub(crate) fn command(data: &[u8], node_id: NodeId) -> Option<Command> {
+    let [specifier, node] = data else { return None };
+    if *node != 0 && *node != node_id.get() {
+        return None;
+    }
+    Some(match specifier {
+        1 => Command::Enter(NmtState::Operational),
+        2 => Command::Enter(NmtState::Stopped),
+        128 => Command::Enter(NmtState::PreOperational),
+        129 => Command::ResetNode,
+        130 => Command::ResetCommunication,
+        _ => return None,
+    })
+}

@@ -1,0 +1,200 @@
+//! PDOs and SYNC of the node.
+
+use super::Node;
+use crate::application::{Application, Event};
+use crate::dictionary::Address;
+use crate::emergency::{Emergency, ErrorCode};
+use crate::message::{Message, copy};
+use crate::nmt::NmtState;
+use crate::objects::Objects;
+use crate::pdo::{Map, Received};
+use crate::sync::Sync;
+
+impl<const R: usize, const T: usize> Node<R, T> {
+    /// An object has changed: the event-driven TPDOs (types 254 and 255) that carry it are sent with the
+    /// next [`Node::tick`], or once their inhibit time is over; those of type 0 after the next SYNC.
+    pub fn object_changed(&mut self, address: Address) {
+        for tpdo in &mut self.services.tpdos {
+            if tpdo.channel.map.maps(address) {
+                tpdo.request();
+            }
+        }
+    }
+
+    /// Asks for one TPDO as [`Node::object_changed`] does; `number` begins with 1.
+    pub fn request_tpdo(&mut self, number: u8) {
+        let at = usize::from(number).checked_sub(1);
+        if let Some(tpdo) = at.and_then(|at| self.services.tpdos.get_mut(at)) {
+            tpdo.request();
+        }
+    }
+
+    pub(super) fn start_process_data(&mut self) {
+        for rpdo in &mut self.services.rpdos {
+            rpdo.start();
+        }
+        for tpdo in &mut self.services.tpdos {
+            tpdo.start(self.now_us);
+        }
+    }
+
+    pub(super) fn tick_process_data(&mut self, app: &mut impl Application) {
+        for number in 0..T {
+            let now_us = self.now_us;
+            if self.state == NmtState::Operational
+                && self
+                    .services
+                    .tpdos
+                    .get_mut(number)
+                    .is_some_and(|tpdo| tpdo.tick(now_us))
+            {
+                self.sample(number, app);
+            }
+        }
+        for number in 0..R {
+            let now_us = self.now_us;
+            if self.state == NmtState::Operational
+                && self
+                    .services
+                    .rpdos
+                    .get_mut(number)
+                    .is_some_and(|rpdo| rpdo.timed_out(now_us))
+            {
+                self.raise(
+                    Emergency::communication(ErrorCode::RPDO_TIMEOUT, from_one(number)),
+                    app,
+                );
+                app.event(Event::RpdoTimeout(from_one(number)));
+            }
+        }
+    }
+
+    /// Reads the objects of a TPDO.
+    fn sample(&mut self, number: usize, app: &mut impl Application) {
+        let Some(map) = self.services.tpdos.get(number).map(|tpdo| tpdo.channel.map) else {
+            return;
+        };
+        let (mut objects, _) = self.split(app);
+        let mut sample = [0; 8];
+        let mut rest: &mut [u8] = &mut sample;
+        for slot in map.slots() {
+            let Some((to, after)) = rest.split_at_mut_checked(usize::from(slot.size)) else {
+                break;
+            };
+            if let Some(entry) = slot.entry {
+                // What cannot be read now is sent as zero.
+                copy(to, &objects.read_number(entry).unwrap_or(0).to_le_bytes());
+            }
+            rest = after;
+        }
+        if let Some(tpdo) = self.services.tpdos.get_mut(number) {
+            tpdo.set_sample(sample);
+        }
+    }
+
+    pub(super) fn transmit_process_data(&mut self) -> Option<Message> {
+        if self.state != NmtState::Operational {
+            return None;
+        }
+        let closed = self.services.sync.window_closed(self.now_us);
+        self.services
+            .tpdos
+            .iter_mut()
+            .find_map(|tpdo| tpdo.transmit(closed))
+    }
+
+    pub(super) fn receive_process_data(&mut self, message: &Message, app: &mut impl Application) {
+        if message.remote {
+            return self.remote_request(message.id, app);
+        }
+        for number in 0..R {
+            let now_us = self.now_us;
+            let Some(rpdo) = self.services.rpdos.get_mut(number) else {
+                continue;
+            };
+            if !rpdo.channel.valid() || rpdo.channel.id() != message.id {
+                continue;
+            }
+            let map = rpdo.channel.map;
+            let instance = from_one(number);
+            match rpdo.receive(message, now_us) {
+                Received::TooShort => {
+                    self.raise(
+                        Emergency::communication(ErrorCode::PDO_LENGTH, instance),
+                        app,
+                    );
+                    continue;
+                }
+                Received::Apply(data) => self.apply(number, &map, data, app),
+                Received::Waits => {}
+            }
+            self.clear(ErrorCode::PDO_LENGTH, instance);
+            self.clear(ErrorCode::RPDO_TIMEOUT, instance);
+        }
+    }
+
+    /// Writes what an RPDO carries. An object that refuses its value keeps the old one.
+    fn apply(&mut self, number: usize, map: &Map, data: [u8; 8], app: &mut impl Application) {
+        let mut objects: Objects<'_, _, R, T> = self.split(app).0;
+        let mut rest: &[u8] = &data;
+        for slot in map.slots() {
+            let Some((bytes, after)) = rest.split_at_checked(usize::from(slot.size)) else {
+                break;
+            };
+            if let Some(entry) = slot.entry {
+                let _ = objects.write_number(entry, entry.data_type().decode(bytes));
+            }
+            rest = after;
+        }
+        app.event(Event::Rpdo(from_one(number)));
+    }
+
+    fn remote_request(&mut self, id: u32, app: &mut impl Application) {
+        let at = self
+            .services
+            .tpdos
+            .iter()
+            .position(|tpdo| tpdo.channel.remote_allowed() && tpdo.channel.id() == id);
+        let Some(number) = at else { return };
+        if self
+            .services
+            .tpdos
+            .get_mut(number)
+            .is_some_and(|tpdo| tpdo.remote())
+        {
+            self.sample(number, app);
+        }
+    }
+
+    /// A SYNC came, or one of the node's own is due.
+    pub(super) fn sync(&mut self, sync: Sync, app: &mut impl Application) {
+        if sync.length_ok {
+            self.clear(ErrorCode::SYNC_LENGTH, 0);
+        } else {
+            self.raise(Emergency::communication(ErrorCode::SYNC_LENGTH, 0), app);
+        }
+        if self.state == NmtState::Operational {
+            for number in 0..R {
+                let Some(rpdo) = self.services.rpdos.get_mut(number) else {
+                    continue;
+                };
+                let map = rpdo.channel.map;
+                if let Some(data) = rpdo.sync() {
+                    self.apply(number, &map, data, app);
+                }
+            }
+            for number in 0..T {
+                let due = self.services.tpdos.get_mut(number);
+                if due.is_some_and(|tpdo| tpdo.sync(sync.counter)) {
+                    self.sample(number, app);
+                }
+            }
+        }
+        app.event(Event::Sync(sync.counter));
+    }
+}
+
+/// The number of a PDO as the standard counts.
+fn from_one(number: usize) -> u8 {
+    number.saturating_add(1).min(255) as u8
+}

@@ -1,0 +1,164 @@
+//! Which objects a PDO carries.
+
+use super::Direction;
+use crate::Abort;
+use crate::dictionary::{Address, DataType, Dictionary, Entry, Mapping};
+
+/// Objects in a PDO at most: eight bytes, and no bit-wise mapping.
+const SLOTS: usize = 8;
+
+/// One mapped object.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Slot {
+    /// Bytes that it takes; 0 where there is no object any more.
+    pub size: u8,
+    /// Its entry; `None` for a dummy, which takes room in an RPDO and goes nowhere.
+    pub entry: Option<&'static Entry>,
+}
+
+/// Object 16xxh or 1Axxh.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Map {
+    words: [u32; SLOTS],
+    count: u8,
+    slots: [Slot; SLOTS],
+    length: u8,
+}
+
+impl Map {
+    pub const fn new() -> Self {
+        let empty = Slot {
+            size: 0,
+            entry: None,
+        };
+        Self {
+            words: [0; SLOTS],
+            count: 0,
+            slots: [empty; SLOTS],
+            length: 0,
+        }
+    }
+
+    /// Bytes of the PDO.
+    pub const fn length(&self) -> u8 {
+        self.length
+    }
+
+    /// The mapped objects, in their order.
+    pub const fn slots(&self) -> [Slot; SLOTS] {
+        self.slots
+    }
+
+    pub fn maps(&self, address: Address) -> bool {
+        self.slots
+            .iter()
+            .flat_map(|slot| slot.entry)
+            .any(|entry| entry.address() == address)
+    }
+
+    pub fn read(&self, sub: u8) -> Option<u32> {
+        match sub.checked_sub(1) {
+            None => Some(u32::from(self.count)),
+            Some(at) => self.words.get(usize::from(at)).copied(),
+        }
+    }
+
+    pub fn load(&mut self, sub: u8, value: u32) {
+        match sub
+            .checked_sub(1)
+            .map(|at| self.words.get_mut(usize::from(at)))
+        {
+            None => self.count = value.min(u32::from(u8::MAX)) as u8,
+            Some(Some(word)) => *word = value,
+            Some(None) => {}
+        }
+    }
+
+    pub fn disable(&mut self) {
+        let words = self.words;
+        *self = Self::new();
+        self.words = words;
+    }
+
+    /// Writes sub-index 0: 0 takes the mapping out of use, a number puts that many into use.
+    pub fn enable(
+        &mut self,
+        count: u32,
+        direction: Direction,
+        dictionary: &Dictionary,
+    ) -> Result<(), Abort> {
+        let mut new = *self;
+        new.disable();
+        new.count = u8::try_from(count).map_err(|_| Abort::Value)?;
+        new.resolve(direction, dictionary)?;
+        *self = new;
+        Ok(())
+    }
+
+    /// Writes one mapping entry; zero leaves it empty.
+    pub fn write(
+        &mut self,
+        sub: u8,
+        word: u32,
+        direction: Direction,
+        dictionary: &Dictionary,
+    ) -> Result<(), Abort> {
+        if self.count != 0 {
+            return Err(Abort::UnsupportedAccess);
+        }
+        if word != 0 {
+            resolve(word, direction, dictionary)?;
+        }
+        let at = usize::from(sub.wrapping_sub(1));
+        *self.words.get_mut(at).ok_or(Abort::NoSubIndex)? = word;
+        Ok(())
+    }
+
+    /// Finds the objects of all entries in use.
+    pub fn resolve(&mut self, direction: Direction, dictionary: &Dictionary) -> Result<(), Abort> {
+        let used = self
+            .words
+            .get(..usize::from(self.count))
+            .ok_or(Abort::PdoLength)?;
+        let mut slots = [Slot::default(); SLOTS];
+        let mut length = 0;
+        for (slot, word) in slots.iter_mut().zip(used) {
+            *slot = resolve(*word, direction, dictionary)?;
+            length += slot.size;
+        }
+        if length > 8 {
+            return Err(Abort::PdoLength);
+        }
+        self.slots = slots;
+        self.length = length;
+        Ok(())
+    }
+}
+
+fn resolve(word: u32, direction: Direction, dictionary: &Dictionary) -> Result<Slot, Abort> {
+    let address = Address::new((word >> 16) as u16, (word >> 8) as u8);
+    let bits = word as u8;
+    let fits = |size: u8| u32::from(size) * 8 == u32::from(bits);
+    if direction == Direction::Receive
+        && address.sub == 0
+        && let Some(size) = DataType::dummy(address.index).and_then(DataType::size)
+    {
+        return if fits(size) {
+            Ok(Slot { size, entry: None })
+        } else {
+            Err(Abort::NotMappable)
+        };
+    }
+    let entry = dictionary.find(address)?;
+    let allowed = match direction {
+        Direction::Receive => matches!(entry.mapping(), Mapping::Receive | Mapping::Both),
+        Direction::Transmit => matches!(entry.mapping(), Mapping::Transmit | Mapping::Both),
+    };
+    match entry.data_type().size() {
+        Some(size) if allowed && fits(size) => Ok(Slot {
+            size,
+            entry: Some(entry),
+        }),
+        _ => Err(Abort::NotMappable),
+    }
+}

@@ -1,0 +1,162 @@
+//! Process data objects (CiA 301, 7.2.2): communication parameters and mapping that RPDO and
+//! TPDO have in common.
+
+mod map;
+mod receive;
+mod transmit;
+
+pub(crate) use map::Map;
+pub(crate) use receive::{Received, Rpdo};
+pub(crate) use transmit::Tpdo;
+
+use crate::Abort;
+use crate::dictionary::Dictionary;
+use crate::message::{EXTENDED, IDENTIFIER, assignable};
+
+/// Bit 31 of a COB-ID: the PDO does not exist.
+const INVALID: u32 = 1 << 31;
+/// Bit 30 of a TPDO's COB-ID: no remote frames.
+const NO_REMOTE: u32 = 1 << 30;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Direction {
+    Receive,
+    Transmit,
+}
+
+/// Objects 14xxh and 16xxh, or 18xxh and 1Axxh.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Channel {
+    direction: Direction,
+    cob_id: u32,
+    pub transmission: u8,
+    pub inhibit_100us: u16,
+    pub event_ms: u16,
+    pub sync_start: u8,
+    pub map: Map,
+}
+
+impl Channel {
+    pub const fn new(direction: Direction) -> Self {
+        Self {
+            direction,
+            cob_id: INVALID,
+            transmission: 255,
+            inhibit_100us: 0,
+            event_ms: 0,
+            sync_start: 0,
+            map: Map::new(),
+        }
+    }
+
+    pub const fn valid(&self) -> bool {
+        self.cob_id & INVALID == 0
+    }
+
+    pub const fn id(&self) -> u32 {
+        self.cob_id & IDENTIFIER
+    }
+
+    /// Whether a remote frame may ask for it.
+    pub const fn remote_allowed(&self) -> bool {
+        self.valid() && self.cob_id & NO_REMOTE == 0
+    }
+
+    /// Applied or sampled with SYNC.
+    pub const fn synchronous(&self) -> bool {
+        matches!(self.transmission, 0..=240 | 252)
+    }
+
+    pub const fn event_driven(&self) -> bool {
+        matches!(self.transmission, 254 | 255)
+    }
+
+    pub fn event_us(&self) -> u64 {
+        u64::from(self.event_ms) * 1000
+    }
+
+    pub fn read_parameter(&self, sub: u8) -> Option<u32> {
+        Some(match sub {
+            1 => self.cob_id,
+            2 => u32::from(self.transmission),
+            3 => u32::from(self.inhibit_100us),
+            5 => u32::from(self.event_ms),
+            6 => u32::from(self.sync_start),
+            _ => return None,
+        })
+    }
+
+    /// A default or stored value, before [`Channel::settle`] has judged the whole.
+    pub fn load_parameter(&mut self, sub: u8, value: u32) {
+        match sub {
+            1 => self.cob_id = value,
+            2 => self.transmission = value as u8,
+            3 => self.inhibit_100us = value as u16,
+            5 => self.event_ms = value as u16,
+            6 => self.sync_start = value as u8,
+            _ => {}
+        }
+    }
+
+    /// Puts a loaded PDO into use, or out of use where it makes no sense.
+    pub fn settle(&mut self, dictionary: &Dictionary) {
+        let sound = self.map.resolve(self.direction, dictionary).is_ok()
+            && assignable(self.cob_id)
+            && self.accepts(self.transmission)
+            && self.sync_start <= 240;
+        if !sound {
+            self.cob_id |= INVALID;
+            self.map.disable();
+        }
+    }
+
+    fn accepts(&self, transmission: u8) -> bool {
+        match self.direction {
+            Direction::Receive => matches!(transmission, 0..=240 | 254 | 255),
+            Direction::Transmit => matches!(transmission, 0..=240 | 252..=255),
+        }
+    }
+
+    /// Writes a communication parameter.
+    pub fn write_parameter(&mut self, sub: u8, value: u32) -> Result<(), Abort> {
+        match sub {
+            1 => return self.write_cob_id(value),
+            2 if !self.accepts(value as u8) => return Err(Abort::Value),
+            3 | 6 if self.valid() => return Err(Abort::DeviceState),
+            6 if value > 240 => return Err(Abort::Value),
+            _ => {}
+        }
+        self.load_parameter(sub, value);
+        Ok(())
+    }
+
+    fn write_cob_id(&mut self, value: u32) -> Result<(), Abort> {
+        if value & INVALID == 0 {
+            // Bits 0 to 29 of a PDO that exists stay (CiA 301, 7.5.2.35).
+            let moved = (value ^ self.cob_id) & IDENTIFIER != 0;
+            if !assignable(value) || (self.valid() && moved) {
+                return Err(Abort::Value);
+            }
+        } else if value & EXTENDED == 0 && value & IDENTIFIER > 0x7FF {
+            return Err(Abort::Value);
+        }
+        self.cob_id = value;
+        Ok(())
+    }
+
+    /// Writes to the mapping, which is allowed in every state in which the PDO does not exist.
+    pub fn write_mapping(
+        &mut self,
+        sub: u8,
+        value: u32,
+        dictionary: &Dictionary,
+    ) -> Result<(), Abort> {
+        if self.valid() {
+            return Err(Abort::UnsupportedAccess);
+        }
+        match sub {
+            0 => self.map.enable(value, self.direction, dictionary),
+            _ => self.map.write(sub, value, self.direction, dictionary),
+        }
+    }
+}

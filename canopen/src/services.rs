@@ -1,0 +1,279 @@
+//! The communication objects that the server keeps itself, 1000h to 1FFFh.
+
+use crate::dictionary::{Access, Address, Dictionary};
+use crate::pdo::{Channel, Rpdo, Tpdo};
+use crate::{Abort, emergency, heartbeat, sync, time};
+
+/// All services but SDO and LSS, and the objects that configure them.
+#[derive(Debug)]
+pub(crate) struct Services<const R: usize, const T: usize> {
+    pub heartbeat: heartbeat::Producer,
+    pub consumers: heartbeat::Consumers,
+    pub emergency: emergency::Service,
+    pub sync: sync::Service,
+    pub time: time::Service,
+    pub rpdos: [Rpdo; R],
+    pub tpdos: [Tpdo; T],
+    /// Object 1029h:1.
+    pub communication_error: u8,
+    /// Object 1F80h.
+    pub startup: u32,
+    /// Object 1020h: date and time of the configuration.
+    pub verified: [u32; 2],
+}
+
+/// First communication parameters of RPDOs and TPDOs, and the way from them to the mapping.
+const RPDO: u16 = 0x1400;
+const TPDO: u16 = 0x1800;
+const MAPPING: u16 = 0x0200;
+
+/// Objects whose values the server keeps, but which are no parameters to be stored.
+const fn transient(index: u16) -> bool {
+    matches!(index, 0x1001 | 0x1003)
+}
+
+/// Position of `index` among the `count` objects from `base` on.
+fn position(index: u16, base: u16, count: usize) -> Option<usize> {
+    let at = usize::from(index.checked_sub(base)?);
+    (at < count).then_some(at)
+}
+
+impl<const R: usize, const T: usize> Services<R, T> {
+    pub const fn new() -> Self {
+        Self {
+            heartbeat: heartbeat::Producer::new(),
+            consumers: heartbeat::Consumers::new(),
+            emergency: emergency::Service::new(),
+            sync: sync::Service::new(),
+            time: time::Service::new(),
+            rpdos: [Rpdo::new(); R],
+            tpdos: [Tpdo::new(); T],
+            communication_error: 0,
+            // Without 1F80h a node waits in PRE-OPERATIONAL.
+            startup: SELF_START_OFF,
+            verified: [0; 2],
+        }
+    }
+
+    /// Takes defaults, or what was stored of them; errors that are there stay.
+    pub fn load(
+        &mut self,
+        dictionary: &Dictionary,
+        node_id: u8,
+        mut stored: impl FnMut(Address) -> Option<u32>,
+        now_us: u64,
+    ) {
+        let old = core::mem::replace(self, Self::new());
+        self.emergency = old.emergency;
+        self.emergency.reset_communication();
+        // 1019h first, which is not to be written while SYNC is produced.
+        let first = dictionary
+            .entries()
+            .iter()
+            .filter(|entry| entry.index == 0x1019);
+        let others = dictionary
+            .entries()
+            .iter()
+            .filter(|entry| entry.index != 0x1019);
+        for entry in first
+            .chain(others)
+            .filter(|entry| (0x1000..0x2000).contains(&entry.index))
+        {
+            let address = entry.address();
+            let stored = if entry.writable() {
+                stored(address)
+            } else {
+                None
+            };
+            let value = stored.unwrap_or_else(|| entry.value_for(node_id));
+            self.load_one(address, value, now_us);
+        }
+        for rpdo in &mut self.rpdos {
+            rpdo.channel.settle(dictionary);
+        }
+        for tpdo in &mut self.tpdos {
+            tpdo.channel.settle(dictionary);
+        }
+    }
+
+    fn load_one(&mut self, address: Address, value: u32, now_us: u64) {
+        let Address { index, sub } = address;
+        if let Some(channel) = self.channel_mut(index, 0) {
+            channel.load_parameter(sub, value);
+        } else if let Some(channel) = self.channel_mut(index, MAPPING) {
+            channel.map.load(sub, value);
+        } else if !transient(index) && !(index == 0x1016 && sub == 0) {
+            // What was stored is refused where it makes no sense; the service stays off then.
+            let _ = self.write_service(address, value, now_us);
+        }
+    }
+
+    /// The value of an object that is kept here.
+    pub fn read(&self, address: Address, dictionary: &Dictionary) -> Option<Result<u32, Abort>> {
+        let Address { index, sub } = address;
+        if let Some(channel) = self.channel(index, 0) {
+            return channel.read_parameter(sub).map(Ok);
+        }
+        if let Some(channel) = self.channel(index, MAPPING) {
+            return channel.map.read(sub).map(Ok);
+        }
+        Some(Ok(match (index, sub) {
+            (0x1001, 0) => u32::from(self.emergency.register()),
+            (0x1003, _) => {
+                let shown =
+                    (1..=8).take_while(|sub| dictionary.find(Address::new(0x1003, *sub)).is_ok());
+                return Some(self.emergency.history(sub, shown.count() as u8));
+            }
+            (0x1005, 0) => self.sync.cob_id(),
+            (0x1006, 0) => self.sync.period_us(),
+            (0x1007, 0) => self.sync.window_us(),
+            (0x1012, 0) => self.time.cob_id(),
+            (0x1014, 0) => self.emergency.cob_id(),
+            (0x1015, 0) => u32::from(self.emergency.inhibit_100us()),
+            (0x1016, _) => self.consumers.word(sub)?,
+            (0x1017, 0) => u32::from(self.heartbeat.period_ms()),
+            (0x1019, 0) => u32::from(self.sync.overflow()),
+            (0x1020, 1 | 2) => *self.verified.get(usize::from(sub) - 1)?,
+            (0x1029, 1) => u32::from(self.communication_error),
+            (0x1F80, 0) => self.startup,
+            _ => return None,
+        }))
+    }
+
+    /// Writes an object that is kept here; `None` if it is not.
+    pub fn write(
+        &mut self,
+        address: Address,
+        value: u32,
+        dictionary: &Dictionary,
+        now_us: u64,
+    ) -> Option<Result<(), Abort>> {
+        let Address { index, sub } = address;
+        if let Some(channel) = self.channel_mut(index, MAPPING) {
+            return Some(channel.write_mapping(sub, value, dictionary));
+        }
+        if let Some(channel) = self.channel_mut(index, 0) {
+            let existed = channel.valid();
+            let done = channel.write_parameter(sub, value);
+            self.restart_pdo(index, sub, existed, now_us);
+            return Some(done);
+        }
+        self.write_service(address, value, now_us)
+    }
+
+    /// Starts anew what a change of a communication parameter makes another PDO.
+    fn restart_pdo(&mut self, index: u16, sub: u8, existed: bool, now_us: u64) {
+        if let Some(rpdo) = position(index, RPDO, R).and_then(|at| self.rpdos.get_mut(at))
+            && (!existed || matches!(sub, 2 | 5))
+        {
+            rpdo.start();
+        }
+        if let Some(tpdo) = position(index, TPDO, T).and_then(|at| self.tpdos.get_mut(at)) {
+            match sub {
+                _ if !existed => tpdo.start(now_us),
+                2 => tpdo.start(now_us),
+                5 => tpdo.restart_timer(now_us),
+                _ => {}
+            }
+        }
+    }
+
+    /// The PDO whose communication parameters (`offset` 0) or mapping stand at `index`.
+    fn channel(&self, index: u16, offset: u16) -> Option<&Channel> {
+        if let Some(at) = position(index, RPDO + offset, R) {
+            return self.rpdos.get(at).map(|rpdo| &rpdo.channel);
+        }
+        let at = position(index, TPDO + offset, T)?;
+        self.tpdos.get(at).map(|tpdo| &tpdo.channel)
+    }
+
+    fn channel_mut(&mut self, index: u16, offset: u16) -> Option<&mut Channel> {
+        if let Some(at) = position(index, RPDO + offset, R) {
+            return self.rpdos.get_mut(at).map(|rpdo| &mut rpdo.channel);
+        }
+        let at = position(index, TPDO + offset, T)?;
+        self.tpdos.get_mut(at).map(|tpdo| &mut tpdo.channel)
+    }
+
+    fn write_service(
+        &mut self,
+        address: Address,
+        value: u32,
+        now_us: u64,
+    ) -> Option<Result<(), Abort>> {
+        let done = match (address.index, address.sub) {
+            (0x1003, 0) => self.emergency.clear_history(value),
+            (0x1005, 0) => self.sync.set_cob_id(value, now_us),
+            (0x1006, 0) => {
+                self.sync.set_period(value, now_us);
+                Ok(())
+            }
+            (0x1007, 0) => {
+                self.sync.set_window(value);
+                Ok(())
+            }
+            (0x1012, 0) => self.time.set_cob_id(value),
+            (0x1014, 0) => self.emergency.set_cob_id(value),
+            (0x1015, 0) => {
+                self.emergency.set_inhibit(value as u16);
+                Ok(())
+            }
+            (0x1016, sub) => self.write_consumer(sub, value),
+            (0x1017, 0) => {
+                self.heartbeat.set_period(value as u16, now_us);
+                Ok(())
+            }
+            (0x1019, 0) => self.sync.set_overflow(value as u8),
+            (0x1020, sub @ (1 | 2)) => {
+                if let Some(word) = self.verified.get_mut(usize::from(sub) - 1) {
+                    *word = value;
+                }
+                Ok(())
+            }
+            (0x1029, 1) if value > 2 => Err(Abort::Value),
+            (0x1029, 1) => {
+                self.communication_error = value as u8;
+                Ok(())
+            }
+            // Of 1F80h a node that is no NMT master has bit 2 alone.
+            (0x1F80, 0) if value & !SELF_START_OFF != 0 => Err(Abort::Value),
+            (0x1F80, 0) => {
+                self.startup = value;
+                Ok(())
+            }
+            _ => return None,
+        };
+        Some(done)
+    }
+
+    fn write_consumer(&mut self, sub: u8, value: u32) -> Result<(), Abort> {
+        let lost = self.consumers.configure(sub, value)?;
+        if let Some(node) = lost {
+            self.emergency.clear(crate::ErrorCode::HEARTBEAT, node);
+        }
+        Ok(())
+    }
+
+    /// Whether the node goes on to OPERATIONAL by itself.
+    pub const fn starts_itself(&self) -> bool {
+        self.startup & SELF_START_OFF == 0
+    }
+
+    /// The parameters that 1010h stores.
+    pub fn parameters<'a>(
+        &'a self,
+        dictionary: &'a Dictionary,
+    ) -> impl Iterator<Item = (Address, u32)> + 'a {
+        let kept = dictionary
+            .entries()
+            .iter()
+            .filter(|entry| entry.access() == Access::ReadWrite && !transient(entry.index));
+        kept.filter_map(|entry| {
+            let value = self.read(entry.address(), dictionary)?.ok()?;
+            Some((entry.address(), value))
+        })
+    }
+}
+
+/// Bit 2 of 1F80h: the node does not enter OPERATIONAL by itself.
+const SELF_START_OFF: u32 = 1 << 2;

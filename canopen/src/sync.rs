@@ -1,0 +1,152 @@
+//! SYNC producer and consumer (CiA 301, 7.2.5).
+
+use crate::Abort;
+use crate::heartbeat::next_on_grid;
+use crate::message::{IDENTIFIER, Message, assignable};
+
+/// Bit 30 of 1005h: the node generates SYNC.
+const PRODUCE: u32 = 1 << 30;
+
+/// Objects 1005h, 1006h, 1007h and 1019h.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Service {
+    cob_id: u32,
+    period_us: u32,
+    window_us: u32,
+    overflow: u8,
+    counter: u8,
+    due_us: u64,
+    pending: bool,
+    /// When the last SYNC was received or sent.
+    last_us: u64,
+}
+
+/// What came with a SYNC.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Sync {
+    pub counter: Option<u8>,
+    pub length_ok: bool,
+}
+
+impl Service {
+    pub const fn new() -> Self {
+        Self {
+            // Before 1005h is set there is nothing to receive: NMT's identifier never gets here.
+            cob_id: 0,
+            period_us: 0,
+            window_us: 0,
+            overflow: 0,
+            counter: 0,
+            due_us: 0,
+            pending: false,
+            last_us: 0,
+        }
+    }
+
+    /// CiA 301, 7.2.5.1: the counter starts anew when the node enters OPERATIONAL from STOPPED.
+    pub fn restart_counter(&mut self) {
+        self.counter = 0;
+    }
+
+    pub fn is_for(&self, message: &Message) -> bool {
+        self.cob_id != 0 && !message.remote && message.id == self.cob_id & IDENTIFIER
+    }
+
+    pub fn receive(&mut self, payload: &[u8], now_us: u64) -> Sync {
+        self.last_us = now_us;
+        let length_ok = payload.len() == usize::from(self.overflow != 0);
+        let counter = if self.overflow == 0 {
+            None
+        } else {
+            payload.first().copied()
+        };
+        Sync { counter, length_ok }
+    }
+
+    /// Whether a SYNC of the node's own is due; it counts as received, too.
+    pub fn tick(&mut self, now_us: u64) -> Option<Sync> {
+        if self.cob_id & PRODUCE == 0 || self.period_us == 0 || now_us < self.due_us {
+            return None;
+        }
+        self.due_us = next_on_grid(self.due_us, u64::from(self.period_us), now_us);
+        self.pending = true;
+        self.last_us = now_us;
+        if self.overflow != 0 {
+            self.counter = if self.counter >= self.overflow {
+                1
+            } else {
+                self.counter + 1
+            };
+        }
+        Some(Sync {
+            counter: (self.overflow != 0).then_some(self.counter),
+            length_ok: true,
+        })
+    }
+
+    pub fn transmit(&mut self) -> Option<Message> {
+        if !core::mem::take(&mut self.pending) {
+            return None;
+        }
+        let counter = [self.counter];
+        let data: &[u8] = if self.overflow == 0 { &[] } else { &counter };
+        Some(Message::new(self.cob_id & IDENTIFIER, data))
+    }
+
+    /// Whether the synchronous window 1007h is over.
+    pub fn window_closed(&self, now_us: u64) -> bool {
+        self.window_us != 0 && now_us.saturating_sub(self.last_us) > u64::from(self.window_us)
+    }
+
+    pub fn cob_id(&self) -> u32 {
+        self.cob_id
+    }
+
+    pub fn set_cob_id(&mut self, new: u32, now_us: u64) -> Result<(), Abort> {
+        let moved = (new ^ self.cob_id) & IDENTIFIER != 0;
+        let produces = new & PRODUCE != 0;
+        // While SYNC is generated its identifier stays (CiA 301, 7.5.2.5).
+        if !assignable(new) || (produces && self.cob_id & PRODUCE != 0 && moved) {
+            return Err(Abort::Value);
+        }
+        self.cob_id = new & !(1 << 31);
+        self.counter = 0;
+        self.pending = false;
+        self.due_us = now_us.saturating_add(u64::from(self.period_us));
+        Ok(())
+    }
+
+    pub fn period_us(&self) -> u32 {
+        self.period_us
+    }
+
+    pub fn set_period(&mut self, period_us: u32, now_us: u64) {
+        self.period_us = period_us;
+        self.due_us = now_us.saturating_add(u64::from(period_us));
+        self.counter = 0;
+    }
+
+    pub fn window_us(&self) -> u32 {
+        self.window_us
+    }
+
+    pub fn set_window(&mut self, window_us: u32) {
+        self.window_us = window_us;
+    }
+
+    pub fn overflow(&self) -> u8 {
+        self.overflow
+    }
+
+    pub fn set_overflow(&mut self, value: u8) -> Result<(), Abort> {
+        if self.period_us != 0 {
+            return Err(Abort::DeviceState);
+        }
+        if value == 1 || value > 240 {
+            return Err(Abort::Value);
+        }
+        self.overflow = value;
+        self.counter = 0;
+        Ok(())
+    }
+}

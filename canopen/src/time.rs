@@ -1,0 +1,48 @@
+//! TIME consumer (CiA 301, 7.2.6).
+
+use crate::Abort;
+use crate::application::TimeOfDay;
+use crate::message::{IDENTIFIER, Message, assignable};
+
+/// Object 1012h.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Service {
+    cob_id: u32,
+}
+
+/// Bit 31: the node consumes TIME. Bit 30: it produces it.
+const CONSUME: u32 = 1 << 31;
+const PRODUCE: u32 = 1 << 30;
+
+impl Service {
+    pub const fn new() -> Self {
+        Self { cob_id: 0 }
+    }
+
+    pub fn receive(&self, message: &Message) -> Option<TimeOfDay> {
+        if self.cob_id & CONSUME == 0 || message.remote || message.id != self.cob_id & IDENTIFIER {
+            return None;
+        }
+        let [a, b, c, d, e, f] = message.payload() else {
+            return None;
+        };
+        Some(TimeOfDay {
+            milliseconds: u32::from_le_bytes([*a, *b, *c, *d]) & 0x0FFF_FFFF,
+            days: u16::from_le_bytes([*e, *f]),
+        })
+    }
+
+    pub fn cob_id(&self) -> u32 {
+        self.cob_id
+    }
+
+    pub fn set_cob_id(&mut self, new: u32) -> Result<(), Abort> {
+        let moved = (new ^ self.cob_id) & IDENTIFIER != 0;
+        let stays = new & self.cob_id & CONSUME != 0;
+        if new & PRODUCE != 0 || !assignable(new) || (stays && moved) {
+            return Err(Abort::Value);
+        }
+        self.cob_id = new;
+        Ok(())
+    }
+}

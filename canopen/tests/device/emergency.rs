@@ -1,0 +1,146 @@
+use canopen::{BusEvent, Emergency, ErrorCode, NmtState, register};
+
+use crate::bench::Bench;
+
+const FOLLOWING: ErrorCode = ErrorCode(0x8611);
+
+fn error(code: u16) -> Emergency {
+    Emergency {
+        code: ErrorCode(code),
+        register: register::PROFILE,
+        instance: 3,
+        information: [4, 5, 6, 7],
+    }
+}
+
+#[test]
+fn an_error_is_told_once_with_its_register_and_again_when_it_is_gone() {
+    let mut bench = Bench::new();
+    bench.node.raise(error(0x8611), &mut bench.device);
+    bench.node.raise(error(0x8611), &mut bench.device);
+    assert_eq!(
+        bench.drain(),
+        [(0x85, vec![0x11, 0x86, 0x21, 3, 4, 5, 6, 7])]
+    );
+    assert_eq!(bench.node.error_register(), 0x21);
+    bench.node.clear(FOLLOWING, 3);
+    bench.node.clear(FOLLOWING, 3);
+    assert_eq!(bench.drain(), [(0x85, vec![0, 0, 0, 3, 4, 5, 6, 7])]);
+}
+
+#[test]
+fn the_register_keeps_the_bits_of_what_remains() {
+    let mut bench = Bench::new();
+    bench.node.raise(
+        Emergency::new(ErrorCode(0x2310), register::CURRENT),
+        &mut bench.device,
+    );
+    bench.node.raise(
+        Emergency::new(ErrorCode(0x4310), register::TEMPERATURE),
+        &mut bench.device,
+    );
+    assert_eq!(bench.read(0x1001, 0), Ok(0x0B));
+    bench.drain();
+    bench.node.clear(ErrorCode(0x2310), 0);
+    assert_eq!(bench.drain(), [(0x85, vec![0, 0, 0x09, 0, 0, 0, 0, 0])]);
+    assert_eq!(bench.read(0x1001, 0), Ok(0x09));
+}
+
+#[test]
+fn the_history_has_the_newest_first_and_is_cleared_by_zero_alone() {
+    let mut bench = Bench::new();
+    assert_eq!(bench.read(0x1003, 0), Ok(0));
+    assert_eq!(bench.read(0x1003, 1), Err(0x0800_0024));
+    for code in 0x1000..0x100A {
+        bench.node.raise(error(code), &mut bench.device);
+    }
+    assert_eq!(bench.read(0x1003, 0), Ok(8));
+    assert_eq!(bench.read(0x1003, 1), Ok(0x0003_1009));
+    assert_eq!(bench.read(0x1003, 8), Ok(0x0003_1002));
+    assert_eq!(bench.write(0x1003, 0, &[1]), Err(0x0609_0030));
+    assert_eq!(bench.write(0x1003, 0, &[0]), Ok(()));
+    assert_eq!(bench.read(0x1003, 0), Ok(0));
+    assert_eq!(bench.write_u32(0x1003, 1, 0), Err(0x0601_0002));
+}
+
+#[test]
+fn the_inhibit_time_holds_messages_back() {
+    let mut bench = Bench::new();
+    bench.write_u16(0x1015, 0, 100).expect("10 ms");
+    for code in [0x1000, 0x1001, 0x1002] {
+        bench.node.raise(error(code), &mut bench.device);
+    }
+    assert_eq!(bench.drain().len(), 1);
+    let times: Vec<_> = bench.run_ms(30).into_iter().map(|(at, _)| at).collect();
+    assert_eq!(times, [10, 20]);
+}
+
+#[test]
+fn nothing_is_told_where_1014h_is_not_valid_or_the_node_is_stopped() {
+    let mut bench = Bench::new();
+    bench.send(0, &[2, 5]);
+    bench.node.raise(error(0x1000), &mut bench.device);
+    assert!(bench.drain().is_empty());
+    assert_eq!(
+        bench.send(0, &[128, 5]).len(),
+        1,
+        "told as soon as it may be"
+    );
+    bench.write_u32(0x1014, 0, 0x8000_0085).expect("off");
+    bench.node.raise(error(0x1001), &mut bench.device);
+    assert!(bench.drain().is_empty());
+    assert_eq!(bench.read(0x1003, 1), Ok(0x0003_1001));
+}
+
+#[test]
+fn the_cob_id_changes_only_while_it_is_not_valid() {
+    let mut bench = Bench::new();
+    assert_eq!(bench.read(0x1014, 0), Ok(0x85));
+    assert_eq!(bench.write_u32(0x1014, 0, 0x86), Err(0x0609_0030));
+    assert_eq!(bench.write_u32(0x1014, 0, 0x8000_0086), Ok(()));
+    assert_eq!(
+        bench.write_u32(0x1014, 0, 0x601),
+        Err(0x0609_0030),
+        "restricted"
+    );
+    assert_eq!(bench.write_u32(0x1014, 0, 0x86), Ok(()));
+    bench.node.raise(error(0x1000), &mut bench.device);
+    assert_eq!(bench.drain()[0].0, 0x86);
+}
+
+#[test]
+fn the_bus_has_errors_of_its_own() {
+    let mut bench = Bench::operational();
+    bench
+        .node
+        .bus_event(BusEvent::ErrorPassive, &mut bench.device);
+    bench.node.bus_event(BusEvent::Overrun, &mut bench.device);
+    let codes: Vec<_> = bench
+        .drain()
+        .iter()
+        .map(|(_, data)| u16::from_le_bytes([data[0], data[1]]))
+        .collect();
+    assert_eq!(codes, [0x8120, 0x8110]);
+    bench.node.bus_event(BusEvent::Recovered, &mut bench.device);
+    assert_eq!(bench.node.error_register(), 0);
+    bench.node.bus_event(BusEvent::BusOff, &mut bench.device);
+    assert_eq!(bench.node.state(), NmtState::PreOperational, "by 1029h");
+    bench.drain();
+    bench
+        .node
+        .bus_event(BusEvent::BusOffRecovered, &mut bench.device);
+    assert_eq!(bench.drain()[0].1[..3], [0x40, 0x81, 0x11]);
+}
+
+#[test]
+fn a_flood_of_errors_is_bounded_and_all_are_cleared_again() {
+    let mut bench = Bench::new();
+    for code in 0x1000..0x1010 {
+        bench.node.raise(error(code), &mut bench.device);
+    }
+    assert_eq!(bench.drain().len(), 8);
+    for code in 0x1000..0x1010 {
+        bench.node.clear(ErrorCode(code), 3);
+    }
+    assert_eq!(bench.node.error_register(), 0);
+}

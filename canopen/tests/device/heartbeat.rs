@@ -1,0 +1,98 @@
+use canopen::{Event, NmtState};
+
+use crate::bench::{Bench, Seen};
+
+fn heartbeats(seen: Vec<(u64, Seen)>) -> Vec<(u64, u8)> {
+    seen.into_iter()
+        .filter(|(_, (id, _))| *id == 0x705)
+        .map(|(at, (_, data))| (at, data[0]))
+        .collect()
+}
+
+#[test]
+fn a_write_to_1017h_sends_a_heartbeat_at_once() {
+    let mut bench = Bench::new();
+    let seen = bench.send(0x605, &[0x2B, 0x17, 0x10, 0, 100, 0, 0, 0]);
+    assert!(seen.contains(&(0x705, vec![127])), "{seen:?}");
+    assert_eq!(
+        heartbeats(bench.run_ms(300)),
+        [(100, 127), (200, 127), (300, 127)]
+    );
+}
+
+#[test]
+fn heartbeats_tell_the_state_and_end_with_a_period_of_zero() {
+    let mut bench = Bench::new();
+    bench.write_u16(0x1017, 0, 20).expect("any period");
+    assert_eq!(
+        bench.send(0, &[2, 5]),
+        [(0x705, vec![4])],
+        "a new state is told at once"
+    );
+    assert_eq!(heartbeats(bench.run_ms(20)), [(20, 4)], "in STOPPED, too");
+    bench.send(0, &[1, 5]);
+    assert_eq!(heartbeats(bench.run_ms(20)), [(20, 5)]);
+    bench.write_u16(0x1017, 0, 0).expect("any period");
+    assert!(heartbeats(bench.run_ms(100)).is_empty());
+}
+
+#[test]
+fn late_ticks_do_not_make_heartbeats_catch_up() {
+    let mut bench = Bench::new();
+    bench.write_u16(0x1017, 0, 10).expect("any period");
+    assert_eq!(bench.wait_us(1_000_000).len(), 1);
+    assert_eq!(bench.wait_us(9_999).len(), 0);
+    assert_eq!(bench.wait_us(1).len(), 1);
+}
+
+fn watching(error_behaviour: u8) -> Bench {
+    let mut bench = Bench::operational();
+    bench.write(0x1029, 1, &[error_behaviour]).expect("0 to 2");
+    bench
+        .write_u32(0x1016, 1, 9 << 16 | 50)
+        .expect("node 9, 50 ms");
+    bench.send(0x709, &[5]);
+    bench
+}
+
+#[test]
+fn a_lost_heartbeat_is_an_error_and_changes_the_state_as_1029h_says() {
+    for (behaviour, state) in [
+        (0, NmtState::PreOperational),
+        (1, NmtState::Operational),
+        (2, NmtState::Stopped),
+    ] {
+        let mut bench = watching(behaviour);
+        assert!(bench.run_ms(49).is_empty());
+        bench.wait_us(1000);
+        assert_eq!(bench.node.state(), state);
+        assert!(bench.device.events.contains(&Event::HeartbeatLost(9)));
+        bench.send(0, &[128, 5]);
+        assert_eq!(bench.read(0x1001, 0), Ok(0x11));
+        assert_eq!(bench.read(0x1003, 1), Ok(0x0009_8130));
+    }
+}
+
+#[test]
+fn a_heartbeat_that_comes_back_clears_the_error() {
+    let mut bench = watching(1);
+    let seen = bench.run_ms(50);
+    assert_eq!(seen, [(50, (0x85, vec![0x30, 0x81, 0x11, 9, 0, 0, 0, 0]))]);
+    assert_eq!(
+        bench.send(0x709, &[127]),
+        [(0x85, vec![0, 0, 0, 9, 0, 0, 0, 0])]
+    );
+    assert_eq!(bench.read(0x1001, 0), Ok(0));
+    assert_eq!(bench.run_ms(50).len(), 1, "and it may be lost again");
+}
+
+#[test]
+fn consumers_refuse_a_node_twice_and_forget_the_error_of_one_that_they_leave() {
+    let mut bench = watching(1);
+    assert_eq!(bench.write_u32(0x1016, 2, 9 << 16 | 70), Err(0x0604_0043));
+    bench.run_ms(60);
+    assert_eq!(bench.read(0x1001, 0), Ok(0x11));
+    bench.write_u32(0x1016, 1, 0).expect("off");
+    assert_eq!(bench.read(0x1001, 0), Ok(0));
+    assert_eq!(bench.write(0x1029, 1, &[3]), Err(0x0609_0030));
+}

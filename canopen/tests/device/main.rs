@@ -1,0 +1,21 @@
+//! The server as its bus sees it, frame by frame, against CiA 301 and CiA 305.
+
+mod bench;
+mod block;
+mod emergency;
+mod heartbeat;
+mod lss;
+mod nmt;
+mod pdo;
+mod random;
+mod sdo;
+mod store;
+mod sync;
+mod transmission;
+
+#[path = "../../examples/loopback/device.rs"]
+mod device;
+#[path = "../../examples/loopback/dictionary.rs"]
+mod dictionary;
+#[path = "../../examples/loopback/frame.rs"]
+mod frame;

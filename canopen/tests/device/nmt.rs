@@ -1,0 +1,117 @@
+use canopen::{Event, NmtState, Reset};
+
+use crate::bench::Bench;
+
+#[test]
+fn boot_up_is_one_zero_byte_and_leads_to_pre_operational() {
+    let mut bench = Bench::cold(Some(5));
+    assert_eq!(bench.node.state(), NmtState::Initialising);
+    assert_eq!(bench.drain(), [(0x705, vec![0])]);
+    assert_eq!(bench.node.state(), NmtState::PreOperational);
+    assert!(bench.run_ms(100).is_empty(), "boot-up is sent once");
+}
+
+#[test]
+fn commands_are_for_this_node_or_for_all() {
+    let mut bench = Bench::new();
+    for (command, node, state) in [
+        (1, 5, NmtState::Operational),
+        (2, 0, NmtState::Stopped),
+        (128, 5, NmtState::PreOperational),
+        (1, 6, NmtState::PreOperational),
+        (3, 5, NmtState::PreOperational),
+        (1, 0, NmtState::Operational),
+    ] {
+        bench.send(0, &[command, node]);
+        assert_eq!(bench.node.state(), state);
+    }
+    bench.send(0, &[2]);
+    bench.send(0, &[2, 5, 0]);
+    bench.remote(0, 2);
+    assert_eq!(
+        bench.node.state(),
+        NmtState::Operational,
+        "not two bytes of data"
+    );
+}
+
+#[test]
+fn resets_send_boot_up_again_and_only_one_resets_the_application() {
+    for (command, reset) in [(129, Reset::Node), (130, Reset::Communication)] {
+        let mut bench = Bench::operational();
+        bench.write(0x2000, 0, &[2]).expect("in range");
+        bench.write_u16(0x1017, 0, 50).expect("any period");
+        assert_eq!(bench.send(0, &[command, 0]), [(0x705, vec![0])]);
+        assert_eq!(bench.node.state(), NmtState::PreOperational);
+        assert_eq!(bench.device.resets.last(), Some(&reset));
+        assert_eq!(bench.read(0x1017, 0), Ok(0));
+        assert_eq!(
+            bench.read(0x2000, 0),
+            Ok(if reset == Reset::Node { 0 } else { 2 })
+        );
+    }
+}
+
+#[test]
+fn a_stopped_node_answers_no_sdo() {
+    let mut bench = Bench::operational();
+    assert!(bench.sdo([0x40, 0, 0x10, 0, 0, 0, 0, 0]).is_some());
+    bench.send(0, &[2, 5]);
+    assert_eq!(bench.sdo([0x40, 0, 0x10, 0, 0, 0, 0, 0]), None);
+    bench.send(0, &[128, 5]);
+    assert!(bench.sdo([0x40, 0, 0x10, 0, 0, 0, 0, 0]).is_some());
+}
+
+#[test]
+fn a_transfer_does_not_survive_the_stop() {
+    let mut bench = Bench::new();
+    bench.sdo([0x21, 0x10, 0x20, 0, 20, 0, 0, 0]);
+    bench.send(0, &[2, 5]);
+    assert_eq!(bench.device.cancelled, 1);
+    bench.send(0, &[128, 5]);
+    let answer = bench.sdo([0, 1, 2, 3, 4, 5, 6, 7]).expect("an answer");
+    assert_eq!(answer, [0x80, 0, 0, 0, 1, 0, 4, 5]);
+}
+
+#[test]
+fn node_guarding_is_refused() {
+    let mut bench = Bench::operational();
+    assert!(bench.remote(0x705, 1).is_empty());
+    assert_eq!(bench.read(0x100C, 0), Err(0x0602_0000));
+    assert_eq!(bench.read(0x100D, 0), Err(0x0602_0000));
+}
+
+#[test]
+fn the_node_starts_itself_where_1f80_says_so() {
+    let mut bench = Bench::new();
+    assert_eq!(
+        bench.write_u32(0x1F80, 0, 1),
+        Err(0x0609_0030),
+        "no NMT master"
+    );
+    bench.write_u32(0x1F80, 0, 0).expect("self-starting");
+    bench.save(1);
+    let seen = bench.send(0, &[129, 5]);
+    assert_eq!(seen[0], (0x705, vec![0]));
+    assert_eq!(bench.node.state(), NmtState::Operational);
+}
+
+#[test]
+fn the_application_hears_of_each_state() {
+    let mut bench = Bench::operational();
+    bench.send(0, &[2, 5]);
+    let states: Vec<_> = bench
+        .device
+        .events
+        .iter()
+        .filter_map(|event| {
+            if let Event::State(state) = event {
+                Some(*state)
+            } else {
+                None
+            }
+        })
+        .collect();
+    use NmtState::{Initialising, Operational, PreOperational, Stopped};
+    assert_eq!(states, [Initialising, PreOperational, Operational, Stopped]);
+}

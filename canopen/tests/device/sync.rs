@@ -1,0 +1,172 @@
+//! SYNC, synchronous PDOs and TIME.
+
+use canopen::{Event, TimeOfDay};
+
+use crate::bench::Bench;
+
+/// TPDO 1 of a type, with a SYNC counter up to `overflow` and a start value.
+fn bench(transmission: u8, overflow: u8, start: u8) -> Bench {
+    let mut bench = Bench::new();
+    bench.write_u32(0x1800, 1, 0x8000_0185).expect("off");
+    bench.write(0x1800, 2, &[transmission]).expect("a type");
+    bench.write(0x1800, 6, &[start]).expect("off");
+    bench.write(0x1019, 0, &[overflow]).expect("no period");
+    bench.write_u32(0x1800, 1, 0x185).expect("on");
+    bench.start();
+    bench
+}
+
+/// Which of the SYNCs 1, 2, ... were answered by TPDO 1.
+fn answered(bench: &mut Bench, count: u8, overflow: u8) -> Vec<u8> {
+    (1..=count)
+        .filter(|at| {
+            let counter = [if overflow == 0 {
+                0
+            } else {
+                (at - 1) % overflow + 1
+            }];
+            let data: &[u8] = if overflow == 0 { &[] } else { &counter };
+            bench.send(0x80, data).iter().any(|(id, _)| *id == 0x185)
+        })
+        .collect()
+}
+
+#[test]
+fn cyclic_pdos_are_sent_with_every_nth_sync() {
+    assert_eq!(answered(&mut bench(1, 0, 0), 4, 0), [1, 2, 3, 4]);
+    assert_eq!(answered(&mut bench(3, 0, 0), 9, 0), [3, 6, 9]);
+    assert_eq!(answered(&mut bench(240, 0, 0), 240, 0), [240]);
+}
+
+#[test]
+fn the_first_sync_is_the_one_with_the_start_value() {
+    assert_eq!(answered(&mut bench(1, 10, 4), 6, 10), [4, 5, 6]);
+    assert_eq!(answered(&mut bench(3, 10, 4), 12, 10), [4, 7, 10]);
+    assert_eq!(
+        answered(&mut bench(2, 0, 4), 4, 0),
+        [2, 4],
+        "without a counter there is no start"
+    );
+}
+
+#[test]
+fn an_acyclic_pdo_is_sent_with_the_sync_after_an_event() {
+    let mut bench = bench(0, 0, 0);
+    assert!(answered(&mut bench, 3, 0).is_empty());
+    bench.node.request_tpdo(1);
+    assert!(bench.run_ms(10).is_empty());
+    assert_eq!(answered(&mut bench, 3, 0), [1]);
+}
+
+#[test]
+fn type_252_samples_with_sync_and_sends_on_demand() {
+    let mut bench = bench(252, 0, 0);
+    bench.device.set(0x6041, 1);
+    assert!(bench.send(0x80, &[]).is_empty());
+    bench.device.set(0x6041, 2);
+    assert_eq!(bench.remote(0x185, 6)[0].1[0], 1);
+}
+
+#[test]
+fn a_synchronous_rpdo_waits_for_sync_and_the_last_one_counts() {
+    let mut bench = Bench::new();
+    bench.write(0x1400, 2, &[1]).expect("a type");
+    bench.start();
+    bench.send(0x205, &[6, 0, 0, 0, 0, 0]);
+    bench.send(0x205, &[7, 0, 0, 0, 0, 0]);
+    assert_eq!(bench.device.number(0x6040, 0), 0);
+    bench.send(0x80, &[]);
+    assert_eq!(bench.device.number(0x6040, 0), 7);
+    bench.device.set(0x6040, 0);
+    bench.send(0x80, &[]);
+    assert_eq!(bench.device.number(0x6040, 0), 0, "applied once");
+}
+
+#[test]
+fn rpdos_are_applied_before_tpdos_are_sampled() {
+    let mut bench = bench(1, 0, 0);
+    bench.write(0x1400, 2, &[0]).expect("a type");
+    bench.write_u32(0x1800, 1, 0x8000_0185).expect("off");
+    bench.write(0x1A00, 0, &[0]).expect("off");
+    bench.write_u32(0x1A00, 1, 0x6040_0010).expect("mappable");
+    bench.write(0x1A00, 0, &[1]).expect("one object");
+    bench.write_u32(0x1800, 1, 0x185).expect("on");
+    bench.send(0x205, &[9, 0, 0, 0, 0, 0]);
+    assert_eq!(bench.send(0x80, &[]), [(0x185, vec![9, 0])]);
+}
+
+#[test]
+fn a_sync_of_unexpected_length_is_an_error_that_a_good_one_clears() {
+    let mut bench = bench(1, 10, 0);
+    let seen = bench.send(0x80, &[]);
+    assert_eq!(seen[0], (0x85, vec![0x40, 0x82, 0x11, 0, 0, 0, 0, 0]));
+    assert_eq!(bench.send(0x80, &[1])[0].1[..3], [0, 0, 0]);
+}
+
+#[test]
+fn the_producer_counts_to_its_overflow() {
+    let mut bench = Bench::new();
+    bench.write(0x1019, 0, &[3]).expect("no period");
+    bench.write_u32(0x1006, 0, 10_000).expect("any");
+    assert!(bench.run_ms(50).is_empty(), "it does not produce yet");
+    bench
+        .write_u32(0x1005, 0, 0x4000_0080)
+        .expect("same identifier");
+    let seen = bench.run_ms(40);
+    let expected =
+        [(10, 1), (20, 2), (30, 3), (40, 1)].map(|(at, count)| (at, (0x80, vec![count])));
+    assert_eq!(seen, expected);
+    assert!(
+        bench.device.events.contains(&Event::Sync(Some(3))),
+        "and hears itself"
+    );
+}
+
+#[test]
+fn what_produces_sync_is_not_changed_under_way() {
+    let mut bench = Bench::new();
+    bench.write_u32(0x1006, 0, 10_000).expect("any");
+    assert_eq!(bench.write(0x1019, 0, &[10]), Err(0x0800_0022));
+    bench.write_u32(0x1006, 0, 0).expect("off");
+    for bad in [1, 241, 255] {
+        assert_eq!(bench.write(0x1019, 0, &[bad]), Err(0x0609_0030));
+    }
+    bench.write_u32(0x1005, 0, 0x4000_0080).expect("produces");
+    assert_eq!(bench.write_u32(0x1005, 0, 0x4000_0081), Err(0x0609_0030));
+    assert_eq!(bench.write_u32(0x1005, 0, 0x81), Ok(()));
+    assert_eq!(bench.write_u32(0x1005, 0, 0x701), Err(0x0609_0030));
+}
+
+#[test]
+fn a_tpdo_that_misses_the_window_is_dropped() {
+    let mut bench = bench(1, 0, 0);
+    bench.write_u32(0x1007, 0, 500).expect("any");
+    bench.node.receive(
+        &crate::bench::data_frame(0x80, &[]),
+        bench.now_us,
+        &mut bench.device,
+    );
+    assert!(bench.wait_us(501).is_empty());
+    assert_eq!(bench.send(0x80, &[]).len(), 1);
+}
+
+#[test]
+fn the_application_hears_the_time_of_day() {
+    let mut bench = Bench::new();
+    bench.send(0x100, &[0x01, 0x02, 0x03, 0xF4, 0x10, 0x27]);
+    let time = TimeOfDay {
+        milliseconds: 0x0403_0201,
+        days: 10_000,
+    };
+    assert_eq!(bench.device.events.last(), Some(&Event::Time(time)));
+    let heard = bench.device.events.len();
+    bench.send(0x100, &[1, 2, 3, 4, 5]);
+    bench.write_u32(0x1012, 0, 0x100).expect("off");
+    bench.send(0x100, &[1, 2, 3, 4, 5, 6]);
+    assert_eq!(bench.device.events.len(), heard);
+    assert_eq!(
+        bench.write_u32(0x1012, 0, 0x4000_0100),
+        Err(0x0609_0030),
+        "no producer"
+    );
+}

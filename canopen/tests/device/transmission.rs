@@ -1,0 +1,143 @@
+//! When PDOs are sent and applied, but for SYNC.
+
+use canopen::Event;
+use canopen::dictionary::Address;
+
+use crate::bench::Bench;
+
+/// TPDO 2 carries 2020h and exists; what it sends is looked at.
+fn bench(transmission: u8, inhibit_100us: u16, event_ms: u16) -> Bench {
+    let mut bench = Bench::new();
+    bench.write(0x1A01, 0, &[0]).expect("not valid");
+    bench.write_u32(0x1A01, 1, 0x2020_0008).expect("mappable");
+    bench.write(0x1A01, 0, &[1]).expect("one object");
+    bench.write(0x1801, 2, &[transmission]).expect("a type");
+    bench
+        .write_u16(0x1801, 3, inhibit_100us)
+        .expect("not valid");
+    bench.write_u16(0x1801, 5, event_ms).expect("any");
+    bench
+        .write_u32(0x1801, 1, 0x285)
+        .expect("remote frames allowed");
+    bench.start();
+    bench
+}
+
+fn times(bench: &mut Bench, time_ms: u64) -> Vec<u64> {
+    bench
+        .run_ms(time_ms)
+        .into_iter()
+        .filter(|(_, (id, _))| *id == 0x285)
+        .map(|(at, _)| at)
+        .collect()
+}
+
+#[test]
+fn an_event_driven_pdo_is_sent_at_the_start_and_on_each_change() {
+    let mut bench = Bench::new();
+    bench.send(0, &[1, 5]);
+    assert_eq!(bench.wait_us(1000), [(0x185, vec![0; 6])]);
+    assert!(bench.run_ms(100).is_empty());
+    bench.device.set(0x6041, 0x0237);
+    bench.node.object_changed(Address::new(0x6041, 0));
+    assert_eq!(bench.wait_us(1000), [(0x185, vec![0x37, 2, 0, 0, 0, 0])]);
+    bench.node.object_changed(Address::new(0x6040, 0));
+    assert!(bench.run_ms(10).is_empty(), "not mapped");
+    bench.node.request_tpdo(1);
+    assert_eq!(bench.run_ms(10).len(), 1);
+}
+
+#[test]
+fn pdos_are_for_operational_only() {
+    let mut bench = bench(254, 0, 5);
+    assert_eq!(times(&mut bench, 10).len(), 2);
+    for command in [128, 2] {
+        bench.send(0, &[command, 5]);
+        assert!(times(&mut bench, 20).is_empty());
+        bench.send(0x205, &[15, 0, 0, 0, 0, 0]);
+        assert_eq!(bench.device.number(0x6040, 0), 0);
+    }
+}
+
+#[test]
+fn the_event_timer_keeps_its_grid() {
+    assert_eq!(times(&mut bench(254, 0, 4), 12), [4, 8, 12]);
+    assert_eq!(times(&mut bench(255, 0, 7), 21), [7, 14, 21]);
+    assert!(times(&mut bench(254, 0, 0), 100).is_empty());
+}
+
+#[test]
+fn an_event_begins_the_timer_anew() {
+    let mut bench = bench(254, 0, 10);
+    times(&mut bench, 6);
+    bench.node.request_tpdo(2);
+    assert_eq!(times(&mut bench, 12), [1, 11]);
+}
+
+#[test]
+fn the_inhibit_time_parts_two_transmissions() {
+    let mut bench = bench(254, 50, 0);
+    times(&mut bench, 20);
+    bench.node.request_tpdo(2);
+    assert_eq!(times(&mut bench, 1), [1]);
+    bench.node.request_tpdo(2);
+    bench.node.request_tpdo(2);
+    assert_eq!(
+        times(&mut bench, 20),
+        [5],
+        "5 ms after the last, and once for both requests"
+    );
+}
+
+#[test]
+fn the_inhibit_time_holds_back_the_event_timer() {
+    assert_eq!(times(&mut bench(254, 100, 4), 40).len(), 4);
+}
+
+#[test]
+fn the_event_timer_changes_while_the_pdo_exists() {
+    let mut bench = bench(254, 0, 100);
+    bench.write_u16(0x1801, 5, 3).expect("allowed");
+    assert_eq!(times(&mut bench, 6), [3, 6]);
+}
+
+#[test]
+fn remote_frames_are_answered_where_bit_30_allows_it() {
+    for transmission in [253, 254, 255] {
+        let mut bench = bench(transmission, 0, 0);
+        bench.device.set(0x2020, 7);
+        assert_eq!(bench.remote(0x285, 1), [(0x285, vec![7])], "{transmission}");
+        assert!(bench.remote(0x185, 6).is_empty(), "bit 30 of TPDO 1 is set");
+    }
+    let mut bench = bench(253, 0, 5);
+    assert!(
+        times(&mut bench, 20).is_empty(),
+        "type 253 is sent on demand only"
+    );
+}
+
+#[test]
+fn an_rpdo_is_applied_at_once_and_told() {
+    let mut bench = Bench::operational();
+    bench.send(0x205, &[15, 0, 0x10, 0x27, 0, 0]);
+    assert_eq!(bench.device.number(0x607A, 0), 10_000);
+    assert_eq!(bench.device.events.last(), Some(&Event::Rpdo(1)));
+}
+
+#[test]
+fn an_rpdo_that_stays_out_is_an_error_until_it_comes() {
+    let mut bench = Bench::operational();
+    bench.write_u16(0x1400, 5, 20).expect("any");
+    assert!(
+        bench.run_ms(100).is_empty(),
+        "it is watched from the first on"
+    );
+    bench.send(0x205, &[0; 6]);
+    assert_eq!(
+        bench.run_ms(20),
+        [(20, (0x85, vec![0x50, 0x82, 0x11, 1, 0, 0, 0, 0]))]
+    );
+    assert!(bench.device.events.contains(&Event::RpdoTimeout(1)));
+    assert!(bench.run_ms(100).is_empty(), "told once");
+    assert_eq!(bench.send(0x205, &[0; 6])[0].1[..3], [0, 0, 0]);
+}
