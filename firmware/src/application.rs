@@ -116,6 +116,11 @@ impl Application {
         &self.log
     }
 
+    /// What was known of the actuator in the last control period.
+    pub fn telemetry(&self) -> &Telemetry {
+        &self.telemetry
+    }
+
     /// Empties the history of faults.
     pub fn clear_fault_history(&mut self) {
         self.log.clear_history();

@@ -3,6 +3,8 @@
 //! | identifier | to | bytes | content |
 //! |---|---|---|---|
 //! | 0x200 + n | board | 5 | i32 commanded angle, mdeg; u8 request ([`Order`]) |
+//! | 0x300 + n | board | 8 | [`Access`]: u8 operation; u8 number; u16 index; u32 value |
+//! | 0x380 + n | bus | 8 | its answer, in the same layout; bit 7 of the operation: refused |
 //! | 0x180 + n | bus | 8 | i32 angle, mdeg; i16 rate, 0.1 deg/s; u8 state; u8 fault |
 //! | 0x280 + n | bus | 8 | i16 current, mA; i16 back-EMF, mV; i16 duty, 0.01 %; u16 supply, mV |
 //! | 0x480 + n | bus | 8 | u16 control period; i16 temperature, 0.01 deg C; u32 conditions present, bit n for fault n |
@@ -20,8 +22,18 @@ use crate::{
     timing::{angle_of_mdeg, thousandths},
 };
 
+mod access;
+#[cfg(test)]
+mod tests;
+
+pub use access::{Access, Operation};
+
 /// Base of the command frame's identifier.
 pub const COMMAND: u16 = 0x200;
+/// Base of the identifier of a frame that reads or writes one value.
+pub const ACCESS: u16 = 0x300;
+/// Base of the identifier of its answer.
+pub const ANSWER: u16 = 0x380;
 /// Bases of the telemetry frames' identifiers.
 pub const TELEMETRY: [u16; 3] = [0x180, 0x280, 0x480];
 
@@ -29,12 +41,18 @@ pub const TELEMETRY: [u16; 3] = [0x180, 0x280, 0x480];
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Order {
     /// 1 to 6: enable, disable, quick stop, acknowledge, commands from the bus, commands from the
-    /// servo pulse.
+    /// servo pulse; 10: end the excitation.
     Application(Request),
     /// 7: write the parameters into the flash.
     SaveParameters,
     /// 8: take the defaults; they are not saved.
     RestoreDefaults,
+    /// 9: start the excitation that the settings mean. 10, to end it, is a request.
+    StartExcitation,
+    /// 11: start the capture that the settings mean.
+    StartCapture,
+    /// 12: end it.
+    StopCapture,
 }
 
 impl Order {
@@ -48,6 +66,10 @@ impl Order {
             6 => Request::Source(Source::ServoPulse),
             7 => return Some(Self::SaveParameters),
             8 => return Some(Self::RestoreDefaults),
+            9 => return Some(Self::StartExcitation),
+            10 => Request::StopExcitation,
+            11 => return Some(Self::StartCapture),
+            12 => return Some(Self::StopCapture),
             _ => return None,
         }))
     }
@@ -63,6 +85,8 @@ pub enum Message {
         /// The commanded angle.
         angle: Angle,
     },
+    /// One value is to be read or written.
+    Access(Access),
 }
 
 /// The frames of one node.
@@ -93,6 +117,7 @@ impl Frames {
     pub fn receive(&mut self, frame: &impl Frame) -> Option<Message> {
         let message = match frame.id() {
             Id::Standard(id) if id.as_raw() == COMMAND + self.node_id => Self::command(frame),
+            Id::Standard(id) if id.as_raw() == ACCESS + self.node_id => Self::access(frame),
             Id::Standard(_) => return None,
             Id::Extended(_) => None,
         };
@@ -116,6 +141,19 @@ impl Frames {
             },
             angle: angle_of_mdeg(i32::from_le_bytes([a, b, c, d])),
         })
+    }
+
+    fn access(frame: &impl Frame) -> Option<Message> {
+        let bytes = frame.data().try_into().ok()?;
+        if frame.is_remote_frame() {
+            return None;
+        }
+        Access::of_bytes(bytes).map(Message::Access)
+    }
+
+    /// The answer to an access.
+    pub fn answer<F: Frame>(&self, access: Access, is_refused: bool) -> Option<F> {
+        self.frame(ANSWER, &access.bytes(is_refused))
     }
 
     /// The telemetry of a control period.

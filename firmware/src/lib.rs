@@ -15,7 +15,8 @@
 //! | [`store`] | parameters in flash |
 //! | [`capture`] | chosen signals at 250 Hz into a buffer |
 //! | [`supervisor`] | when the watchdog is fed, missed control periods, cause of the reset |
-//! | [`frames`] | plain CAN frames for commands and telemetry |
+//! | [`frames`] | plain CAN frames for commands, telemetry, and values by number |
+//! | [`service`] | serves them: parameters, excitations, capture, history of faults |
 //!
 //! Nothing here allocates, blocks, or panics, whatever comes in.
 
@@ -30,6 +31,7 @@ pub mod frames;
 pub mod measure;
 pub mod parameters;
 pub mod protection;
+pub mod service;
 pub mod store;
 pub mod supervisor;
 pub mod timing;

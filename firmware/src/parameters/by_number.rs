@@ -83,6 +83,19 @@ macro_rules! groups {
                 None
             }
 
+            /// The first integer that is out of its range, by its number.
+            pub(super) fn out_of_range(&self) -> Option<u8> {
+                let number = CONTROL;
+                $(
+                    if let Some(row) = self.$field.out_of_range() {
+                        return Some((number + row) as u8);
+                    }
+                    let number = number + <super::$Group as Integers>::RANGES.len();
+                )+
+                let _ = number;
+                None
+            }
+
             /// What is known of a parameter; `None` beyond the last one.
             pub fn meaning(number: u8) -> Option<Meaning> {
                 let number = usize::from(number);
@@ -169,16 +182,6 @@ impl BoardParameters {
                 place.map(|place| *place = value).is_some()
             }
         }
-    }
-
-    /// The first integer that is out of its range, by its number.
-    pub(super) fn out_of_range(&self) -> Option<u8> {
-        (0..INTEGERS)
-            .find(|&n| {
-                self.integer(n)
-                    .is_some_and(|(value, range)| !range.takes(value))
-            })
-            .map(|n| (CONTROL + n) as u8)
     }
 
     /// Everything in a fixed layout: the words of the coefficients, then the integers by number.

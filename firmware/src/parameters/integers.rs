@@ -42,6 +42,9 @@ pub trait Integers {
     /// The range of each: apart from the table, so that a board carries no texts.
     const RANGES: &'static [Range];
 
+    /// The first row whose value is out of its range.
+    fn out_of_range(&self) -> Option<usize>;
+
     /// The value of a row; `None` beyond the end.
     fn get(&self, row: usize) -> Option<i32>;
 
@@ -98,6 +101,11 @@ macro_rules! integers {
             const RANGES: &'static [$crate::parameters::integers::Range] = &[
                 $($crate::parameters::integers::Range { min: $min, max: $max },)+
             ];
+
+            fn out_of_range(&self) -> Option<usize> {
+                let fits = [$(self.$field >= $min && self.$field <= $max),+];
+                fits.into_iter().position(|fits| !fits)
+            }
 
             fn get(&self, row: usize) -> Option<i32> {
                 [$(self.$field),+].get(row).copied()

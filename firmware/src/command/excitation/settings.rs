@@ -32,7 +32,10 @@ use model_core::{
 };
 
 use super::{Run, logarithmic};
-use crate::{parameters::integers::integers, timing::angle_of_mdeg};
+use crate::{
+    parameters::integers::{Integers, integers},
+    timing::angle_of_mdeg,
+};
 
 integers! {
     /// The excitation that the board runs when it is told to start one. None of it is stored.
@@ -77,12 +80,7 @@ impl ExcitationSettings {
     /// assert_eq!(run.ticks, 2 * 6_000);
     /// ```
     pub fn run(&self) -> Option<Run> {
-        use crate::parameters::integers::Integers;
-        let is_possible = Self::RANGES
-            .iter()
-            .enumerate()
-            .all(|(row, range)| self.get(row).is_some_and(|value| range.takes(value)));
-        if !is_possible {
+        if self.out_of_range().is_some() {
             return None;
         }
         let excitation = match self.shape {
@@ -326,7 +324,6 @@ mod tests {
     proptest! {
         #[test]
         fn any_settings_are_run_or_refused(values in proptest::array::uniform10(any::<i32>()), tick: u64) {
-            use crate::parameters::integers::Integers;
             let mut settings = ExcitationSettings::DEFAULT;
             for (row, value) in values.into_iter().enumerate() {
                 *settings.get_mut(row).unwrap() = value;
