@@ -1,6 +1,6 @@
 //! What must hold in a dictionary, checked while the compiler runs.
 
-use super::{Access, Address, DataType, Dictionary, Mapping};
+use super::{Access, Address, DataType, Dictionary, Entry, Mapping};
 
 /// What is wrong with the tables of a dictionary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,38 +20,32 @@ pub enum DictionaryError {
 }
 
 pub(super) const fn check(dictionary: &Dictionary) -> Result<(), DictionaryError> {
-    let mut at = 0;
+    let mut rest = dictionary.entries;
     let mut last = None;
-    while at < dictionary.entries.len() {
-        if let Err(error) = check_entry(dictionary, at, last) {
+    while let [entry, after @ ..] = rest {
+        if let Some(last) = last
+            && last >= entry.address().key()
+        {
+            return Err(DictionaryError::Order(entry.address()));
+        }
+        if let Err(error) = check_entry(entry) {
             return Err(error);
         }
-        last = Some(dictionary.entries[at].address().key());
-        at += 1;
+        last = Some(entry.address().key());
+        rest = after;
     }
-    let mut at = 0;
-    while at < dictionary.texts.len() {
-        let address = dictionary.texts[at].address;
-        match entry_type(dictionary, address) {
-            Some((DataType::Text, Access::Const)) => at += 1,
-            _ => return Err(DictionaryError::Text(address)),
+    let mut texts = dictionary.texts;
+    while let [text, after @ ..] = texts {
+        match find(dictionary, text.address) {
+            Some((DataType::Text, Access::Const)) => texts = after,
+            _ => return Err(DictionaryError::Text(text.address)),
         }
     }
     check_relations(dictionary)
 }
 
-const fn check_entry(
-    dictionary: &Dictionary,
-    at: usize,
-    last: Option<u32>,
-) -> Result<(), DictionaryError> {
-    let entry = &dictionary.entries[at];
+const fn check_entry(entry: &Entry) -> Result<(), DictionaryError> {
     let address = entry.address();
-    if let Some(last) = last
-        && last >= address.key()
-    {
-        return Err(DictionaryError::Order(address));
-    }
     let size = entry.data_type().size();
     let fits = match entry.mapping() {
         Mapping::None => true,
@@ -76,29 +70,82 @@ const fn check_entry(
 }
 
 const fn check_relations(dictionary: &Dictionary) -> Result<(), DictionaryError> {
-    let mut at = 0;
-    while at < dictionary.relations.len() {
-        let relation = &dictionary.relations[at];
-        let lower = entry_type(dictionary, relation.lower);
-        let upper = entry_type(dictionary, relation.upper);
+    let mut relations = dictionary.relations;
+    while let [relation, after @ ..] = relations {
+        let lower = find(dictionary, relation.lower);
+        let upper = find(dictionary, relation.upper);
         match (lower, upper) {
             (Some((a, _)), Some((b, _)))
                 if a as u8 == b as u8 && a.size().is_some() && !matches!(a, DataType::F64) => {}
             _ => return Err(DictionaryError::Relation(relation.lower)),
         }
-        at += 1;
+        relations = after;
     }
     Ok(())
 }
 
-const fn entry_type(dictionary: &Dictionary, address: Address) -> Option<(DataType, Access)> {
-    let mut at = 0;
-    while at < dictionary.entries.len() {
-        let entry = &dictionary.entries[at];
+const fn find(dictionary: &Dictionary, address: Address) -> Option<(DataType, Access)> {
+    let mut rest = dictionary.entries;
+    while let [entry, after @ ..] = rest {
         if entry.address().key() == address.key() {
             return Some((entry.data_type(), entry.access()));
         }
-        at += 1;
+        rest = after;
     }
     None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dictionary::{Limits, Relation, Text};
+
+    const fn number(index: u16, sub: u8) -> Entry {
+        Entry::new(index, sub, DataType::U16, Access::ReadWrite)
+    }
+
+    #[test]
+    fn what_is_wrong_is_named_with_its_address() {
+        use DictionaryError::{Limits as BadLimits, Mapping as BadMapping, Order, TooLong};
+        const UNSORTED: &[Entry] = &[number(0x2000, 1), number(0x2000, 1)];
+        const CROSSED: &[Entry] = &[number(0x2000, 0).limits(&Limits::unsigned(5, 4))];
+        const READ_BY_PDO: &[Entry] =
+            &[Entry::new(0x2000, 0, DataType::U8, Access::Read).mappable(Mapping::Both)];
+        const LONG: &[Entry] =
+            &[Entry::new(0x2000, 0, DataType::Text, Access::ReadWrite).value(65)];
+        let at = Address::new(0x2000, 0);
+        for (entries, error) in [
+            (UNSORTED, Order(Address::new(0x2000, 1))),
+            (CROSSED, BadLimits(at)),
+            (READ_BY_PDO, BadMapping(at)),
+            (LONG, TooLong(at)),
+        ] {
+            assert_eq!(Dictionary::new(entries, &[], &[]).err(), Some(error));
+        }
+    }
+
+    #[test]
+    fn texts_and_relations_need_entries_of_their_kind() {
+        const ENTRIES: &[Entry] = &[
+            number(0x2000, 0),
+            Entry::new(0x2001, 0, DataType::I32, Access::ReadWrite),
+        ];
+        let (a, b) = (Address::new(0x2000, 0), Address::new(0x2001, 0));
+        const TEXT: &[Text] = &[Text {
+            address: Address::new(0x2000, 0),
+            text: "",
+        }];
+        const RELATION: &[Relation] = &[Relation {
+            lower: Address::new(0x2001, 0),
+            upper: Address::new(0x2000, 0),
+        }];
+        assert_eq!(
+            Dictionary::new(ENTRIES, TEXT, &[]).err(),
+            Some(DictionaryError::Text(a))
+        );
+        assert_eq!(
+            Dictionary::new(ENTRIES, &[], RELATION).err(),
+            Some(DictionaryError::Relation(b))
+        );
+    }
 }

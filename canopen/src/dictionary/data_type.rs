@@ -63,19 +63,20 @@ impl DataType {
     }
 
     /// A number that orders values of this type as the type does; REAL64 is not ordered here.
-    pub(crate) const fn ordered(self, value: u64) -> i128 {
+    pub(crate) const fn ordered(self, value: u64) -> i64 {
         match self {
-            Self::I8 | Self::I16 | Self::I32 | Self::I64 => value as i64 as i128,
             Self::F32 => {
                 // IEEE 754 orders as sign and magnitude. Minus zero is zero; NaN lies beyond infinity.
-                let magnitude = (value & 0x7FFF_FFFF) as i128;
+                let magnitude = (value & 0x7FFF_FFFF) as i64;
                 if value & 0x8000_0000 == 0 {
                     magnitude
                 } else {
                     -magnitude
                 }
             }
-            _ => value as i128,
+            // Moved down by half the range.
+            Self::U64 => (value ^ 1 << 63) as i64,
+            _ => value as i64,
         }
     }
 

@@ -181,7 +181,7 @@ impl Entry {
         }
     }
 
-    pub(crate) const fn limit_pair(&self) -> Option<(i128, i128)> {
+    pub(crate) const fn limit_pair(&self) -> Option<(i64, i64)> {
         let Some(limits) = self.limits else {
             return None;
         };

@@ -1,0 +1,263 @@
+#!/usr/bin/env python3
+"""python-canopen, unmodified, against a node that it reaches by python-can's slcan driver.
+
+    python_canopen.py target/debug/examples/loopback
+"""
+import logging
+import struct
+import subprocess
+import sys
+import time
+import unittest
+
+import canopen
+from canopen import objectdictionary as od
+from canopen.lss import LssError
+from canopen.sdo import SdoAbortedError
+
+PROGRAM = sys.argv.pop(1)
+DATA = bytes((at * 7 + at // 256) & 255 for at in range(1 << 16))
+
+
+def dictionary():
+    """What the tests use of the objects; the rest python-canopen reads by number."""
+    objects = od.ObjectDictionary()
+
+    def variable(index, name, data_type, sub=None):
+        var = od.ODVariable(name, index, sub or 0)
+        var.data_type = data_type
+        var.pdo_mappable = True
+        if sub is None:
+            objects.add_object(var)
+        return var
+
+    def record(index, name, members):
+        group = od.ODRecord(name, index)
+        for sub, (member, data_type) in members.items():
+            group.add_member(variable(index, member, data_type, sub))
+        objects.add_object(group)
+
+    u8, u16, u32 = od.UNSIGNED8, od.UNSIGNED16, od.UNSIGNED32
+    for index, name, data_type in (
+        (0x1001, "Error register", u8), (0x1005, "COB-ID SYNC", u32), (0x1017, "Heartbeat", u16),
+        (0x2000, "Choice", u8), (0x2001, "Level", od.INTEGER16), (0x2005, "Name", od.VISIBLE_STRING),
+        (0x2007, "Error", u16), (0x2010, "Data", od.DOMAIN), (0x6040, "Controlword", u16),
+        (0x6041, "Statusword", u16), (0x6064, "Position", od.INTEGER32), (0x607A, "Target", od.INTEGER32),
+        (0x1008, "Device name", od.VISIBLE_STRING),
+    ):
+        variable(index, name, data_type)
+    record(0x1003, "History", {sub: (f"Error {sub}", u32 if sub else u8) for sub in range(9)})
+    record(0x1010, "Store", {0: ("Count", u8), 1: ("All", u32)})
+    record(0x1011, "Restore", {0: ("Count", u8), 1: ("All", u32)})
+    for base in (0x1400, 0x1800):
+        for index in (base, base + 1):
+            record(index, f"PDO {index:X}", {
+                0: ("Highest", u8), 1: ("COB-ID", u32), 2: ("Type", u8), 3: ("Inhibit", u16),
+                5: ("Event timer", u16), 6: ("SYNC start", u8)})
+            record(index + 0x200, f"Map {index:X}",
+                   {sub: (f"Object {sub}", u32 if sub else u8) for sub in range(9)})
+    return objects
+
+
+class Served(unittest.TestCase):
+    """A node of its own for each test."""
+
+    node_id = 5
+
+    def setUp(self):
+        self.process = subprocess.Popen(
+            [PROGRAM, "0", str(self.node_id)], stdout=subprocess.PIPE, text=True)
+        port = self.process.stdout.readline().rsplit(":", 1)[1].strip()
+        self.network = canopen.Network()
+        self.network.NOTIFIER_CYCLE = 0.02
+        self.frames = []
+        self.network.subscribe(0x700 + 5, lambda *frame: self.frames.append(frame))
+        self.network.connect(
+            interface="slcan", channel=f"socket://127.0.0.1:{port}", bitrate=500_000, sleep_after_open=0)
+        self.node = self.network.add_node(5, dictionary())
+        self.node.sdo.RESPONSE_TIMEOUT = 2
+
+    def tearDown(self):
+        self.network.disconnect()
+        self.process.kill()
+        self.process.wait()
+        self.process.stdout.close()
+
+    def wait_for(self, condition, message):
+        end = time.monotonic() + 2
+        while not condition():
+            self.assertLess(time.monotonic(), end, message)
+            time.sleep(0.002)
+
+    def aborts(self, code, action, *arguments):
+        with self.assertRaises(SdoAbortedError) as caught:
+            action(*arguments)
+        self.assertEqual(caught.exception.code, code)
+
+
+class Management(Served):
+    def test_the_scanner_finds_the_node(self):
+        self.network.scanner.search()
+        self.wait_for(lambda: self.network.scanner.nodes == [5], "node 5 is not found")
+
+    def test_states_are_reached_and_told_by_heartbeat(self):
+        self.node.sdo[0x1017].raw = 20
+        for state in ("OPERATIONAL", "STOPPED", "PRE-OPERATIONAL"):
+            self.node.nmt.state = state
+            self.wait_for(lambda: self.node.nmt.state == state, state)
+            self.assertEqual(self.node.nmt.wait_for_heartbeat(1), state)
+        self.node.nmt.state = "RESET"
+        self.node.nmt.wait_for_bootup(2)
+        self.assertEqual(self.node.sdo[0x1017].raw, 0)
+
+    def test_heartbeats_keep_their_period(self):
+        self.node.sdo[0x1017].raw = 50
+        time.sleep(1.0)
+        stamps = [stamp for _, data, stamp in self.frames if data == b"\x7f"]
+        self.assertTrue(18 <= len(stamps) <= 22, len(stamps))
+
+    def test_lost_heartbeat_of_the_client_is_an_emergency(self):
+        self.node.sdo.download(0x1016, 1, struct.pack("<I", 100 << 16 | 60))
+        self.network.send_message(0x700 + 100, b"\x05")
+        error = self.node.emcy.wait(0x8130, 2)
+        self.assertEqual((error.register, error.data), (0x11, bytes([100, 0, 0, 0, 0])))
+
+
+class Transfers(Served):
+    def test_numbers_and_strings(self):
+        self.node.sdo[0x2001].raw = -321
+        self.assertEqual(self.node.sdo[0x2001].raw, -321)
+        self.assertEqual(self.node.sdo[0x1008].raw, "CANOPEN-EXAMPLE")
+        self.node.sdo[0x2005].raw = "thirty-two bytes are not too long"[:32]
+        self.assertEqual(self.node.sdo[0x2005].raw, "thirty-two bytes are not too lon")
+
+    def test_segments_both_ways(self):
+        for size in (1, 4, 5, 7, 8, 1000):
+            self.node.sdo.download(0x2010, 0, DATA[:size], force_segment=True)
+            self.assertEqual(self.node.sdo.upload(0x2010, 0), DATA[:size])
+
+    def block(self, size):
+        with self.node.sdo[0x2010].open("wb", size=size, block_transfer=True) as out:
+            out.write(DATA[:size])
+        with self.node.sdo[0x2010].open("rb", block_transfer=True, request_crc_support=True) as back:
+            self.assertEqual(back.read(), DATA[:size])
+
+    def test_blocks_both_ways_with_checksum(self):
+        for size in (5, 7, 8, 888, 889, 890, 5000):
+            self.block(size)
+
+    def test_64_kib_in_blocks(self):
+        self.block(1 << 16)
+
+    def test_abort_codes(self):
+        sdo = self.node.sdo
+        self.aborts(0x0602_0000, sdo.upload, 0x2FFF, 0)
+        self.aborts(0x0609_0011, sdo.upload, 0x1018, 9)
+        self.aborts(0x0601_0001, sdo.upload, 0x2002, 0)
+        self.aborts(0x0601_0002, sdo.download, 0x1000, 0, bytes(4))
+        self.aborts(0x0607_0012, sdo.download, 0x6040, 0, bytes(4))
+        self.aborts(0x0607_0013, sdo.download, 0x6040, 0, bytes(1))
+        self.aborts(0x0609_0031, sdo.download, 0x2000, 0, b"\x03")
+        self.aborts(0x0609_0036, sdo.download, 0x607D, 1, struct.pack("<i", 70_000))
+        self.aborts(0x0800_0020, sdo.download, 0x1010, 1, b"evas")
+
+    def test_parameters_are_stored_across_a_reset(self):
+        self.node.sdo[0x1017].raw = 500
+        self.node.sdo[0x2000].raw = 2
+        self.node.store()
+        self.node.sdo[0x2000].raw = 1
+        self.node.nmt.state = "RESET"
+        self.node.nmt.wait_for_bootup(2)
+        self.assertEqual((self.node.sdo[0x1017].raw, self.node.sdo[0x2000].raw), (500, 2))
+        self.node.restore()
+        self.node.nmt.state = "RESET"
+        self.node.nmt.wait_for_bootup(2)
+        self.assertEqual((self.node.sdo[0x1017].raw, self.node.sdo[0x2000].raw), (0, 0))
+
+
+class ProcessData(Served):
+    def setUp(self):
+        super().setUp()
+        self.node.tpdo.read()
+        self.node.rpdo.read()
+
+    def test_the_default_mapping_is_read(self):
+        self.assertEqual([var.index for var in self.node.tpdo[1]], [0x6041, 0x6064])
+        self.assertEqual(self.node.rpdo[1].cob_id, 0x205)
+
+    def test_pdos_are_mapped_anew_and_flow(self):
+        pdo = self.node.tpdo[2]
+        pdo.clear()
+        pdo.add_variable(0x2001)
+        pdo.add_variable(0x6064)
+        pdo.trans_type, pdo.event_timer, pdo.enabled = 254, 10, True
+        pdo.save()
+        self.node.nmt.state = "OPERATIONAL"
+        self.node.sdo[0x2001].raw = -7
+        command = self.node.rpdo[1]
+        command[0x607A].raw = 123_456
+        command.transmit()
+        self.wait_for(lambda: pdo[0x6064].raw == 123_456 and pdo[0x2001].raw == -7, "values")
+        begun, count = time.monotonic(), 0
+        while time.monotonic() - begun < 0.5:
+            count += pdo.wait_for_reception(0.1) is not None
+        self.assertTrue(45 <= count <= 55, count)
+
+    def test_sync_triggers(self):
+        pdo = self.node.tpdo[1]
+        pdo.trans_type, pdo.enabled = 2, True
+        pdo.save()
+        self.node.nmt.state = "OPERATIONAL"
+        seen = []
+        pdo.add_callback(seen.append)
+        for _ in range(6):
+            self.network.sync.transmit()
+            time.sleep(0.02)
+        self.assertEqual(len(seen), 3)
+
+    def test_mapping_is_refused_where_it_makes_no_sense(self):
+        self.node.sdo.download(0x1A01, 0, b"\x00")
+        self.aborts(0x0604_0041, self.node.sdo.download, 0x1A01, 1, struct.pack("<I", 0x2000_0008))
+        self.aborts(0x0602_0000, self.node.sdo.download, 0x1A01, 1, struct.pack("<I", 0x2FFF_0008))
+        self.aborts(0x0601_0000, self.node.sdo.download, 0x1A00, 0, b"\x00")
+
+
+class Emergencies(Served):
+    def test_errors_are_told_recorded_and_reset(self):
+        self.node.sdo[0x2007].raw = 0x8611
+        self.wait_for(lambda: self.node.emcy.active, "emergency")
+        [error] = self.node.emcy.active
+        self.assertEqual((error.code, error.register), (0x8611, 0x21))
+        self.assertEqual(self.node.sdo[0x1001].raw, 0x21)
+        self.assertEqual(self.node.sdo[0x1003][1].raw, 0x8611)
+        self.node.sdo[0x2007].raw = 0
+        self.wait_for(lambda: not self.node.emcy.active, "error reset")
+        self.assertEqual(self.node.sdo[0x1001].raw, 0)
+
+
+class LayerSettings(Served):
+    node_id = 255
+
+    def test_fast_scan_finds_the_node_and_gives_it_a_node_id(self):
+        found, identity = self.network.lss.fast_scan()
+        self.assertTrue(found)
+        self.assertEqual(identity, [0x1234, 0x5341, 0x0001_0000, 0xCAFE_F00D])
+        self.assertEqual(self.network.lss.inquire_node_id(), 255)
+        self.network.lss.configure_node_id(5)
+        self.network.lss.store_configuration()
+        self.network.lss.send_switch_state_global(self.network.lss.WAITING_STATE)
+        self.node.nmt.wait_for_bootup(2)
+        self.assertEqual(self.node.sdo[0x1008].raw, "CANOPEN-EXAMPLE")
+
+    def test_selection_by_identity(self):
+        lss = self.network.lss
+        self.assertTrue(lss.send_switch_state_selective(0x1234, 0x5341, 0x0001_0000, 0xCAFE_F00D))
+        self.assertEqual(lss.inquire_lss_address(0x5D), 0xCAFE_F00D)
+        with self.assertRaises(LssError):
+            lss.configure_bit_timing(9)
+        lss.configure_bit_timing(2)
+
+
+if __name__ == "__main__":
+    logging.getLogger("canopen").setLevel(logging.CRITICAL)
+    unittest.main()

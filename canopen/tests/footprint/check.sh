@@ -1,0 +1,20 @@
+#!/usr/bin/env bash
+# Links the server for the board's processor and fails where it could panic, or is larger than it may be.
+set -euo pipefail
+cd "$(dirname "$0")/../../.."
+
+target=thumbv7em-none-eabihf
+# Bytes of code, without the dictionary.
+most=20480
+
+cargo build --quiet --locked --profile board -p canopen-footprint --target "$target"
+elf=target/$target/board/canopen-footprint
+
+if nm -C "$elf" | grep -iE 'panic|unwind'; then
+    echo "the server can panic"
+    exit 1
+fi
+section() { size -A "$elf" | awk -v name="$1" '$1 == name {print $2}'; }
+code=$(section .text)
+echo "code: $code bytes (at most $most), constants with a dictionary: $(section .rodata) bytes; no path to a panic"
+[ "$code" -le "$most" ]
