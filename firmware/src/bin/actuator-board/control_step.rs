@@ -8,7 +8,7 @@ use firmware::{
     frames::{Message, Order},
     parameters::BoardParameters,
 };
-use heapless::spsc::Consumer;
+use heapless::spsc::{Consumer, Producer};
 
 use crate::{
     analog::Analog, bridge::Bridge, bus_state, encoder::Encoder, servo_pulse::ServoPulse,
@@ -46,21 +46,24 @@ fn application_step(application: &mut Application, samples: &Samples) -> Outputs
 pub struct ControlStep {
     application: Application,
     ticks: Ticks,
-    messages: Consumer<'static, Message>,
+    messages: Consumer<'static, Message, 8>,
+    save: Producer<'static, BoardParameters, 2>,
     was_late: bool,
 }
 
 impl ControlStep {
-    /// An application that gets these messages.
+    /// An application that gets these messages and has its parameters saved there.
     pub fn new(
         application: Application,
         ticks: Ticks,
-        messages: Consumer<'static, Message>,
+        messages: Consumer<'static, Message, 8>,
+        save: Producer<'static, BoardParameters, 2>,
     ) -> Self {
         Self {
             application,
             ticks,
             messages,
+            save,
             was_late: false,
         }
     }
@@ -88,7 +91,12 @@ impl ControlStep {
         let _ = match order {
             Some(Order::Application(request)) => self.application.request(request),
             Some(Order::RestoreDefaults) => self.application.retune(&BoardParameters::DEFAULT),
-            Some(Order::SaveParameters) | None => Ok(()),
+            Some(Order::SaveParameters) => {
+                // One that finds the queue full asks for what is being saved anyway.
+                let _ = self.save.enqueue(*self.application.parameters());
+                Ok(())
+            }
+            None => Ok(()),
         };
     }
 }

@@ -20,6 +20,7 @@
 #![allow(unsafe_code)]
 
 mod analog;
+mod background;
 mod bridge;
 mod bus_state;
 mod can;
@@ -29,6 +30,7 @@ mod dma;
 mod encoder;
 mod flash;
 mod log;
+mod memory;
 mod report;
 mod reset_cause;
 mod safe_state;
@@ -46,20 +48,19 @@ mod app {
         application::{Application, BusState, Outputs, Start},
         frames::{COMMAND, Frames, Message},
         parameters::BoardParameters,
+        store::{self, Origin},
     };
-    use heapless::spsc::{Consumer, Producer, Queue};
+    use heapless::spsc::{Producer, Queue};
     use stm32f4xx_hal::pac::Interrupt;
 
     use crate::{
         analog::Analog,
+        background::Background,
         bridge::{Bridge, Instant},
         bus_state,
         can::{Can, Filter},
-        can_frame::CanFrame,
         control_step::{ControlStep, gather},
         encoder::Encoder,
-        flash::Flash,
-        report::Report,
         reset_cause::ResetCause,
         servo_pulse::ServoPulse,
         ticks::Ticks,
@@ -86,30 +87,34 @@ mod app {
         period: u8,
         step: ControlStep,
         servo_pulse: ServoPulse,
-        decided: Producer<'static, Outputs>,
-        outputs: Consumer<'static, Outputs>,
+        decided: Producer<'static, Outputs, 4>,
         frames: Frames,
-        telemetry: Frames,
-        said: Producer<'static, Message>,
-        watchdog: Watchdog,
-        flash: Flash,
-        report: Report,
+        said: Producer<'static, Message, 8>,
+        background: Background,
     }
 
     #[init(local = [
         output_queue: Queue<Outputs, 4> = Queue::new(),
         message_queue: Queue<Message, 8> = Queue::new(),
+        save_queue: Queue<BoardParameters, 2> = Queue::new(),
     ])]
     fn init(cx: init::Context) -> (Shared, Local) {
         let mut board = Board::new(cx.device);
-        defmt::info!("started after: {}", board.reset_cause);
-        let (decided, outputs) = cx.local.output_queue.split();
-        let (said, messages) = cx.local.message_queue.split();
-        let parameters = BoardParameters::DEFAULT;
+        let loaded = store::load(&board.flash);
+        let parameters = loaded.parameters;
         let start = Start {
             watchdog: board.reset_cause == ResetCause::Watchdog,
-            parameters_corrupt: false,
+            parameters_corrupt: loaded.origin == Origin::DefaultsInsteadOfCorrupt,
         };
+        defmt::info!(
+            "started after: {}, parameters: {}",
+            board.reset_cause,
+            loaded.origin as u8
+        );
+        let (decided, outputs) = cx.local.output_queue.split();
+        let (said, messages) = cx.local.message_queue.split();
+        let (save, to_save) = cx.local.save_queue.split();
+
         let node_id = parameters.bus.node_id as u8;
         let commands = Filter {
             id: COMMAND + u16::from(node_id),
@@ -128,16 +133,12 @@ mod app {
         };
         let local = Local {
             period: PERIODS - 1,
-            step: ControlStep::new(application, ticks, messages),
+            step: ControlStep::new(application, ticks, messages, save),
             servo_pulse: board.servo_pulse,
             decided,
-            outputs,
             frames: Frames::new(node_id),
-            telemetry: Frames::new(node_id),
             said,
-            watchdog,
-            flash: board.flash,
-            report: Report::default(),
+            background: Background::new(outputs, to_save, (board.flash, &loaded), watchdog),
         };
         (shared, local)
     }
@@ -210,25 +211,17 @@ mod app {
         bus_state::note(cx.shared.can.lock(Can::state));
     }
 
-    #[task(binds = UART8, priority = 1, local = [outputs, telemetry, watchdog, flash, report], shared = [can])]
+    #[task(binds = UART8, priority = 1, local = [background], shared = [can])]
     fn background(mut cx: background::Context) {
-        let local = cx.local;
-        while let Some(outputs) = local.outputs.dequeue() {
-            for frame in local
-                .telemetry
-                .telemetry::<CanFrame>(&outputs)
-                .into_iter()
-                .flatten()
-            {
-                cx.shared.can.lock(|can| can.send(frame));
-            }
-            local.watchdog.feed();
-            local.report.update(&outputs);
-        }
-        let state = cx.shared.can.lock(Can::state);
+        let can = &mut cx.shared.can;
+        cx.local.background.run(|frame| {
+            // A bus that takes no frames loses telemetry, which is out of date by then.
+            can.lock(|can| can.send(frame));
+        });
+        // It stays passive for long, and interrupts only when it becomes so.
+        let state = can.lock(Can::state);
         if state != BusState::Active {
             bus_state::note(state);
         }
-        let _ = &local.flash;
     }
 }
