@@ -6,7 +6,7 @@ use object::{File, Object, ObjectSection, ObjectSymbol, SectionFlags, elf};
 use system_tests::board_elf::board_elf;
 
 /// The capture buffer, which the limits leave out: it takes what is left of the memory.
-const CAPTURE_BUFFER: &str = "CAPTURE";
+const CAPTURE_BUFFER: &str = "capture_buffer";
 
 fn with_elf<T>(test: impl FnOnce(&File<'_>) -> T) -> T {
     let bytes = fs::read(board_elf()).expect("the ELF was built");
@@ -239,7 +239,7 @@ fn what_the_board_logs_decodes() {
         .expect("a log");
     let started = table
         .raw_symbols()
-        .find(|text| text.contains("started after"));
+        .find(|text| text.contains("reset cause"));
     assert!(
         started.is_some(),
         "{:?}",

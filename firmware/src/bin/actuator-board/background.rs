@@ -1,57 +1,61 @@
-//! What may wait until the control step is over: telemetry, parameters, log, watchdog.
+//! What may wait until the control step is over: telemetry, answers, parameters, log.
 
 use firmware::{
     application::Outputs,
     frames::Frames,
     parameters::BoardParameters,
     store::{Loaded, Progress, Saver},
+    supervisor::Part,
 };
 use heapless::spsc::Consumer;
 
-use crate::{can_frame::CanFrame, flash::Flash, report::Report, watchdog::Watchdog};
+use crate::{can_frame::CanFrame, control_step::Answer, flash::Flash, heard, report::Report};
 
 /// The background's own.
 pub struct Background {
     outputs: Consumer<'static, Outputs, 4>,
+    answers: Consumer<'static, Answer, 8>,
     to_save: Consumer<'static, BoardParameters, 2>,
     frames: Frames,
     flash: Flash,
     saver: Saver,
-    watchdog: Watchdog,
     report: Report,
 }
 
 impl Background {
-    /// Takes over what the control step decides and hands over for saving.
+    /// Takes over what the control step decides, answers and hands over for saving.
     pub fn new(
         outputs: Consumer<'static, Outputs, 4>,
+        answers: Consumer<'static, Answer, 8>,
         to_save: Consumer<'static, BoardParameters, 2>,
         (flash, loaded): (Flash, &Loaded),
-        watchdog: Watchdog,
     ) -> Self {
         Self {
             outputs,
+            answers,
             to_save,
             frames: Frames::new(loaded.parameters.bus.node_id as u8),
             flash,
             saver: Saver::new(loaded),
-            watchdog,
             report: Report::default(),
         }
     }
 
     /// Serves the control periods that have passed since the last call, usually one.
     pub fn run(&mut self, mut send: impl FnMut(CanFrame)) {
-        while let Some(outputs) = self.outputs.dequeue() {
+        while let Some((access, refused)) = self.answers.dequeue() {
             self.frames
-                .telemetry(&outputs)
+                .answer(access, refused)
                 .into_iter()
-                .flatten()
                 .for_each(&mut send);
+        }
+        while let Some(outputs) = self.outputs.dequeue() {
+            let frames = self.frames.telemetry(&outputs);
+            frames.into_iter().flatten().for_each(&mut send);
             self.report.update(&outputs);
-            self.watchdog.feed();
         }
         self.save();
+        heard::from(Part::Background);
     }
 
     /// Goes on with a save, or begins one.

@@ -29,6 +29,7 @@ mod control_step;
 mod dma;
 mod encoder;
 mod flash;
+mod heard;
 mod log;
 mod memory;
 mod report;
@@ -45,10 +46,13 @@ mod wiring;
 #[rtic::app(device = stm32f4xx_hal::pac, peripherals = true)]
 mod app {
     use firmware::{
-        application::{Application, BusState, Outputs, Start},
-        frames::{COMMAND, Frames, Message},
+        application::{Application, Outputs, Start},
+        capture::Capture,
+        frames::{ACCESS, COMMAND, Frames, Message},
         parameters::BoardParameters,
+        service::Service,
         store::{self, Origin},
+        supervisor::{Part, ResetCause, Supervisor},
     };
     use heapless::spsc::{Producer, Queue};
     use stm32f4xx_hal::pac::Interrupt;
@@ -59,14 +63,17 @@ mod app {
         bridge::{Bridge, Instant},
         bus_state,
         can::{Can, Filter},
-        control_step::{ControlStep, gather},
+        control_step::{Answer, ControlStep, Queues, gather},
         encoder::Encoder,
-        reset_cause::ResetCause,
+        heard,
         servo_pulse::ServoPulse,
         ticks::Ticks,
         watchdog::Watchdog,
         wiring::Board,
     };
+
+    /// Words of the capture: 20 s of eight signals.
+    const CAPTURE_WORDS: usize = 40 * 1024;
 
     /// PWM periods in a tick.
     const PERIODS: u8 = 4;
@@ -87,7 +94,6 @@ mod app {
         period: u8,
         step: ControlStep,
         servo_pulse: ServoPulse,
-        decided: Producer<'static, Outputs, 4>,
         frames: Frames,
         said: Producer<'static, Message, 8>,
         background: Background,
@@ -96,7 +102,9 @@ mod app {
     #[init(local = [
         output_queue: Queue<Outputs, 4> = Queue::new(),
         message_queue: Queue<Message, 8> = Queue::new(),
+        answer_queue: Queue<Answer, 8> = Queue::new(),
         save_queue: Queue<BoardParameters, 2> = Queue::new(),
+        capture_buffer: [i32; CAPTURE_WORDS] = [0; CAPTURE_WORDS],
     ])]
     fn init(cx: init::Context) -> (Shared, Local) {
         let mut board = Board::new(cx.device);
@@ -107,23 +115,36 @@ mod app {
             parameters_corrupt: loaded.origin == Origin::DefaultsInsteadOfCorrupt,
         };
         defmt::info!(
-            "started after: {}, parameters: {}",
-            board.reset_cause,
+            "reset cause {}, parameters from {}",
+            board.reset_cause as u8,
             loaded.origin as u8
         );
         let (decided, outputs) = cx.local.output_queue.split();
         let (said, messages) = cx.local.message_queue.split();
+        let (answered, answers) = cx.local.answer_queue.split();
         let (save, to_save) = cx.local.save_queue.split();
 
         let node_id = parameters.bus.node_id as u8;
-        let commands = Filter {
-            id: COMMAND + u16::from(node_id),
+        let filters = [COMMAND, ACCESS].map(|base| Filter {
+            id: base + u16::from(node_id),
             mask: 0x7ff,
+        });
+        let can = Can::new(board.can, &parameters.bus, &filters);
+        let step = ControlStep {
+            application: Application::after(parameters, start),
+            capture: Capture::new(cx.local.capture_buffer),
+            service: Service::default(),
+            supervisor: Supervisor::new(),
+            watchdog: Watchdog::start(board.watchdog),
+            ticks: Ticks::new(cx.core.DCB, cx.core.DWT),
+            queues: Queues {
+                messages,
+                answers: answered,
+                save,
+                outputs: decided,
+            },
+            was_late: false,
         };
-        let can = Can::new(board.can, &parameters.bus, &[commands]);
-        let application = Application::after(parameters, start);
-        let ticks = Ticks::new(cx.core.DCB, cx.core.DWT);
-        let watchdog = Watchdog::start(board.watchdog);
         board.bridge.start();
         let shared = Shared {
             bridge: board.bridge,
@@ -133,12 +154,11 @@ mod app {
         };
         let local = Local {
             period: PERIODS - 1,
-            step: ControlStep::new(application, ticks, messages, save),
+            step,
             servo_pulse: board.servo_pulse,
-            decided,
             frames: Frames::new(node_id),
             said,
-            background: Background::new(outputs, to_save, (board.flash, &loaded), watchdog),
+            background: Background::new(outputs, answers, to_save, (board.flash, &loaded)),
         };
         (shared, local)
     }
@@ -173,21 +193,20 @@ mod app {
     #[task(
         binds = DMA2_STREAM0,
         priority = 4,
-        local = [step, servo_pulse, decided],
+        local = [step, servo_pulse],
         shared = [bridge, analog, encoder],
     )]
     fn control(cx: control::Context) {
-        let step = cx.local.step;
+        let (step, bridge) = (cx.local.step, cx.shared.bridge);
         let mut samples = gather(
             cx.shared.encoder,
             cx.shared.analog,
             cx.local.servo_pulse,
-            cx.shared.bridge,
+            bridge,
         );
         let outputs = step.run(&mut samples);
-        cx.shared.bridge.command(outputs.bridge);
-        let _ = cx.local.decided.enqueue(outputs);
-        step.end(cx.shared.bridge.is_late());
+        bridge.command(outputs.bridge);
+        step.end(outputs, bridge.is_late());
         rtic::pend(Interrupt::UART8);
     }
 
@@ -206,22 +225,19 @@ mod app {
         cx.shared.can.lock(Can::mailbox_is_free);
     }
 
+    // The controller asks for this when it goes to another state, the background in each tick.
     #[task(binds = CAN1_SCE, priority = 2, shared = [can])]
-    fn bus_is_in_trouble(mut cx: bus_is_in_trouble::Context) {
+    fn bus(mut cx: bus::Context) {
         bus_state::note(cx.shared.can.lock(Can::state));
+        heard::from(Part::Bus);
     }
 
     #[task(binds = UART8, priority = 1, local = [background], shared = [can])]
     fn background(mut cx: background::Context) {
-        let can = &mut cx.shared.can;
         cx.local.background.run(|frame| {
             // A bus that takes no frames loses telemetry, which is out of date by then.
-            can.lock(|can| can.send(frame));
+            cx.shared.can.lock(|can| can.send(frame));
         });
-        // It stays passive for long, and interrupts only when it becomes so.
-        let state = can.lock(Can::state);
-        if state != BusState::Active {
-            bus_state::note(state);
-        }
+        rtic::pend(Interrupt::CAN1_SCE);
     }
 }

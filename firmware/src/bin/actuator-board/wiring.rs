@@ -1,5 +1,6 @@
 //! Clocks, and which pin goes where; `docs/hardware.md` has the same table.
 
+use firmware::supervisor::ResetCause;
 use stm32f4xx_hal::{
     can::Can as CanPins,
     dma::StreamsTuple,
@@ -10,11 +11,7 @@ use stm32f4xx_hal::{
 };
 
 use crate::{
-    analog::Analog,
-    bridge::Bridge,
-    encoder::Encoder,
-    flash::Flash,
-    reset_cause::{self, ResetCause},
+    analog::Analog, bridge::Bridge, encoder::Encoder, flash::Flash, reset_cause,
     servo_pulse::ServoPulse,
 };
 
