@@ -48,6 +48,7 @@ extern crate std;
 
 mod abort;
 mod application;
+pub mod cia402;
 pub mod dictionary;
 mod emergency;
 mod heartbeat;

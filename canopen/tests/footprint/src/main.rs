@@ -17,6 +17,7 @@ mod board {
     use core::hint::black_box;
     use core::panic::PanicInfo;
 
+    use canopen::cia402::{Axis, Fault, Input, Mode, Options, Parameters};
     use canopen::dictionary::Address;
     use canopen::{Abort, Application, BusEvent, Emergency, ErrorCode, Node, NodeId};
     use embedded_can::{Frame, StandardId};
@@ -37,6 +38,42 @@ mod board {
         }
     }
 
+    /// Some axis; that its numbers are constants is hidden from the compiler.
+    fn drive() -> (Input, Parameters) {
+        let input = Input {
+            controlword: 0,
+            mode: Mode::None,
+            target_position: 0,
+            target_velocity: 0,
+            velocity_offset: 0,
+            position_actual: 0,
+            velocity_actual: 0,
+            fault: Fault::None,
+            voltage: true,
+            initialised: true,
+        };
+        let parameters = Parameters {
+            period_us: 4_000,
+            options: Options::default(),
+            position_limits: None,
+            max_velocity: 0,
+            profile_velocity: 0,
+            acceleration: 0,
+            deceleration: 0,
+            quick_stop_deceleration: 0,
+            interpolation_us: 0,
+            following_error_window: 0,
+            following_error_timeout_ms: 0,
+            position_window: 0,
+            position_window_time_ms: 0,
+            velocity_window: 0,
+            velocity_window_time_ms: 0,
+            velocity_threshold: 0,
+            velocity_threshold_time_ms: 0,
+        };
+        (black_box(input), black_box(parameters))
+    }
+
     /// Uses the whole interface with arguments of which the compiler knows nothing.
     #[expect(unsafe_code, reason = "the symbol that the linker starts from")]
     // SAFETY: no other symbol has this name; nothing calls it but the processor's reset.
@@ -47,7 +84,11 @@ mod board {
         let mut node =
             Node::<4, 4>::new(&crate::dictionary::DICTIONARY, id, &mut app, black_box(0));
         let mut frame = BoardFrame::new(StandardId::ZERO, &[]);
+        let mut axis = Axis::new();
+        let (mut input, parameters) = drive();
         loop {
+            input.controlword = black_box(0);
+            black_box(axis.step(black_box(&input), black_box(&parameters)));
             if let Some(frame) = black_box(frame) {
                 node.receive(&frame, black_box(0), &mut app);
             }

@@ -1,0 +1,47 @@
+//! Modes of operation 6060h.
+
+/// A mode of operation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(i8)]
+pub enum Mode {
+    /// None: stands still.
+    None = 0,
+    /// Profile position.
+    ProfilePosition = 1,
+    /// Profile velocity.
+    ProfileVelocity = 3,
+    /// Cyclic synchronous position.
+    CyclicPosition = 8,
+    /// Cyclic synchronous velocity.
+    CyclicVelocity = 9,
+}
+
+impl Mode {
+    /// Object 6502h of a drive with all of them.
+    pub const SUPPORTED: u32 = 1 << 0 | 1 << 2 | 1 << 7 | 1 << 8;
+
+    /// `None` for what is not supported.
+    ///
+    /// ```
+    /// use canopen::cia402::Mode;
+    /// assert_eq!(Mode::from_code(8), Some(Mode::CyclicPosition));
+    /// assert_eq!(Mode::from_code(6), None);
+    /// assert_eq!(Mode::SUPPORTED, 0x185);
+    /// ```
+    #[must_use]
+    pub const fn from_code(code: i8) -> Option<Self> {
+        Some(match code {
+            0 => Self::None,
+            1 => Self::ProfilePosition,
+            3 => Self::ProfileVelocity,
+            8 => Self::CyclicPosition,
+            9 => Self::CyclicVelocity,
+            _ => return None,
+        })
+    }
+
+    /// Whether it demands positions.
+    pub(super) const fn is_position(self) -> bool {
+        matches!(self, Self::ProfilePosition | Self::CyclicPosition)
+    }
+}

@@ -1,0 +1,62 @@
+//! Parameters of an axis, as the object dictionary has them.
+
+use super::{Limits, Options};
+
+/// Position units are the user's; velocities are that per second, accelerations that per second squared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Parameters {
+    /// Control period in microseconds.
+    pub period_us: u32,
+    /// Option codes 605Ah to 605Eh.
+    pub options: Options,
+    /// Software position limits 607Dh: lower and upper, or none.
+    pub position_limits: Option<(i32, i32)>,
+    /// Max profile velocity 607Fh.
+    pub max_velocity: u32,
+    /// Profile velocity 6081h.
+    pub profile_velocity: u32,
+    /// Profile acceleration 6083h.
+    pub acceleration: u32,
+    /// Profile deceleration 6084h.
+    pub deceleration: u32,
+    /// Quick stop deceleration 6085h.
+    pub quick_stop_deceleration: u32,
+    /// Interpolation time period 60C2h in microseconds; 0 follows each command at once.
+    pub interpolation_us: u32,
+    /// Following error window 6065h; `u32::MAX` watches nothing.
+    pub following_error_window: u32,
+    /// Following error time out 6066h in milliseconds.
+    pub following_error_timeout_ms: u16,
+    /// Position window 6067h; `u32::MAX` is always reached.
+    pub position_window: u32,
+    /// Position window time 6068h in milliseconds.
+    pub position_window_time_ms: u16,
+    /// Velocity window 606Dh.
+    pub velocity_window: u32,
+    /// Velocity window time 606Eh in milliseconds.
+    pub velocity_window_time_ms: u16,
+    /// Velocity threshold 606Fh, below which the speed is zero.
+    pub velocity_threshold: u32,
+    /// Velocity threshold time 6070h in milliseconds.
+    pub velocity_threshold_time_ms: u16,
+}
+
+impl Parameters {
+    /// Limits of a profile.
+    pub(super) fn profile(&self, velocity: u32) -> Limits {
+        Limits {
+            velocity: velocity.min(self.max_velocity),
+            acceleration: self.acceleration,
+            deceleration: self.deceleration,
+        }
+    }
+
+    /// The position within the software limits, and whether they changed it.
+    pub(super) fn limited(&self, position: i32) -> (i32, bool) {
+        let Some((low, high)) = self.position_limits else {
+            return (position, false);
+        };
+        let limited = position.max(low).min(high);
+        (limited, limited != position)
+    }
+}

@@ -1,0 +1,299 @@
+//! Ramps in integers.
+//!
+//! The position is kept in millionths of a unit and the velocity in thousandths of a unit per second: one period of
+//! `T` microseconds moves the position by `velocity * T / 1000`, and an acceleration of `a` units per second
+//! squared changes the velocity by `a * T / 1000`. No float, no drift.
+
+/// Position steps in a unit.
+const UNIT: i64 = 1_000_000;
+/// Velocity steps in a unit per second.
+const UNIT_PER_S: i64 = 1_000;
+/// Longest period: |velocity| <= 2^31 * 1000, times this is below 2^63.
+const PERIOD_MAX_US: u32 = 1_000_000;
+
+/// How fast a ramp may be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// Velocity in units per second.
+    pub velocity: u32,
+    /// Acceleration in units per second squared; 0 is taken for the least there is.
+    pub acceleration: u32,
+    /// Deceleration, likewise.
+    pub deceleration: u32,
+}
+
+/// A demand that moves.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Ramp {
+    position: i64,
+    velocity: i64,
+}
+
+impl Ramp {
+    /// Stands at a position.
+    #[must_use]
+    pub const fn at(position: i32) -> Self {
+        Self {
+            position: position as i64 * UNIT,
+            velocity: 0,
+        }
+    }
+
+    /// Position, rounded to units.
+    #[must_use]
+    pub const fn position(&self) -> i32 {
+        let half = if self.position < 0 {
+            -UNIT / 2
+        } else {
+            UNIT / 2
+        };
+        saturate((self.position + half) / UNIT)
+    }
+
+    /// Velocity in units per second.
+    #[must_use]
+    pub const fn velocity(&self) -> i32 {
+        saturate(self.velocity / UNIT_PER_S)
+    }
+
+    /// Whether the velocity is zero.
+    #[must_use]
+    pub const fn stands(&self) -> bool {
+        self.velocity == 0
+    }
+
+    /// One period toward a position, at which it stops; as fast as a trapezoid within the limits.
+    /// Whether it is there.
+    pub fn to_position(&mut self, target: i32, limits: &Limits, period_us: u32) -> bool {
+        let target = i64::from(target) * UNIT;
+        let distance = target - self.position;
+        let slower = change(limits.deceleration, period_us);
+        if distance.abs() < UNIT / 2 && self.velocity.abs() <= slower {
+            *self = Self {
+                position: target,
+                velocity: 0,
+            };
+            return true;
+        }
+        let forward = if distance < 0 { -1 } else { 1 };
+        let toward = self.velocity * forward;
+        let allowed = braking(distance.unsigned_abs(), slower, period_us).min(top(limits));
+        let next = if toward > allowed {
+            (toward - slower).max(allowed)
+        } else if toward < 0 {
+            (toward + slower).min(allowed)
+        } else {
+            (toward + change(limits.acceleration, period_us)).min(allowed)
+        };
+        self.move_at(next * forward, period_us);
+        false
+    }
+
+    /// One period toward a velocity.
+    pub fn to_velocity(&mut self, target: i32, limits: &Limits, period_us: u32) {
+        let top = top(limits);
+        let target = (i64::from(target) * UNIT_PER_S).max(-top).min(top);
+        let away = (target < 0) != (self.velocity < 0) || target.abs() < self.velocity.abs();
+        let slows = away && self.velocity != 0;
+        let rate = if slows {
+            limits.deceleration
+        } else {
+            limits.acceleration
+        };
+        let step = change(rate, period_us);
+        let next = if target > self.velocity {
+            (self.velocity + step).min(target)
+        } else {
+            (self.velocity - step).max(target)
+        };
+        self.move_at(next, period_us);
+    }
+
+    /// Goes to a position at once, with the velocity that this takes.
+    pub fn follow(&mut self, position: i64, period_us: u32) {
+        let period = i64::from(period_us.max(1));
+        // |difference| <= 2^32 * 10^6, times 1000 is below 2^63.
+        self.velocity = bounded((position - self.position) * 1000 / period, TOP);
+        self.position = position;
+    }
+
+    /// One period of the given number of equal steps that lead to a position.
+    pub fn interpolate(&mut self, target: i32, steps: u32, period_us: u32) {
+        let target = i64::from(target) * UNIT;
+        let next = self.position + (target - self.position) / i64::from(steps.max(1));
+        self.follow(next, period_us);
+    }
+
+    /// Takes a velocity at once.
+    pub fn take_velocity(&mut self, velocity: i32, period_us: u32) {
+        self.move_at(i64::from(velocity) * UNIT_PER_S, period_us);
+    }
+
+    /// Goes on with its velocity from elsewhere.
+    pub fn set_position(&mut self, position: i32) {
+        self.position = i64::from(position) * UNIT;
+    }
+
+    /// Takes off what is above a velocity, as a step of a cyclic position may be.
+    pub fn bound(&mut self, velocity: u32) {
+        self.velocity = bounded(self.velocity, i64::from(velocity) * UNIT_PER_S);
+    }
+
+    /// Stands where it is.
+    pub fn freeze(&mut self) {
+        self.velocity = 0;
+    }
+
+    /// The fastest velocity toward a limit from which it can still be kept.
+    #[must_use]
+    pub fn fastest_toward(position: i32, limit: i32, deceleration: u32, period_us: u32) -> i32 {
+        let distance = (i64::from(limit) - i64::from(position)).unsigned_abs() * UNIT as u64;
+        saturate(braking(distance, change(deceleration, period_us), period_us) / UNIT_PER_S)
+    }
+
+    fn move_at(&mut self, velocity: i64, period_us: u32) {
+        self.velocity = bounded(velocity, TOP);
+        let way = self.velocity * i64::from(period_us.min(PERIOD_MAX_US)) / 1000;
+        self.position = bounded(self.position + way, i32::MAX as i64 * UNIT);
+    }
+}
+
+/// Velocity that the types can hold.
+const TOP: i64 = i32::MAX as i64 * UNIT_PER_S;
+
+const fn top(limits: &Limits) -> i64 {
+    let top = limits.velocity as i64 * UNIT_PER_S;
+    if top < TOP { top } else { TOP }
+}
+
+fn bounded(value: i64, bound: i64) -> i64 {
+    value.max(-bound).min(bound)
+}
+
+const fn saturate(value: i64) -> i32 {
+    if value > i32::MAX as i64 {
+        i32::MAX
+    } else if value < i32::MIN as i64 {
+        i32::MIN
+    } else {
+        value as i32
+    }
+}
+
+/// By how much an acceleration changes the velocity in a period: at most 2^32 * 10^6 / 1000.
+fn change(acceleration: u32, period_us: u32) -> i64 {
+    (i64::from(acceleration) * i64::from(period_us.min(PERIOD_MAX_US)) / 1000).max(1)
+}
+
+/// The largest velocity from which it is possible to stop within `distance` when each period takes `slower` off it.
+///
+/// From `k * slower + r` the way is that of `(k + 1)` periods at this velocity less `slower * k * (k + 1) / 2`
+/// periods' worth; `k` is the largest for which `slower * k * (k + 1) / 2` fits. All in velocities times one period.
+fn braking(distance: u64, slower: i64, period_us: u32) -> i64 {
+    // distance <= 2^32 * 10^6, times 1000 is below 2^63.
+    let way = distance * 1000 / u64::from(period_us.max(1));
+    let slower = slower.unsigned_abs().max(1);
+    let eighths = (way / slower)
+        .saturating_mul(8)
+        .saturating_add(way % slower * 8 / slower);
+    let k = (eighths.saturating_add(1).isqrt() - 1) / 2;
+    // slower * k * (k + 1) / 2 <= way < 2^63.
+    let saved = slower.saturating_mul(k).saturating_mul(k + 1) / 2;
+    i64::try_from(way.saturating_add(saved) / (k + 1))
+        .unwrap_or(TOP)
+        .min(TOP)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const PERIOD_US: u32 = 4000;
+
+    #[test]
+    fn a_trapezoid_takes_the_time_of_the_closed_form() {
+        // 60 deg at 300 deg/s and 3000 deg/s^2: v/a + s/v = 0.1 s + 0.2 s.
+        let limits = Limits {
+            velocity: 300_000,
+            acceleration: 3_000_000,
+            deceleration: 3_000_000,
+        };
+        let mut ramp = Ramp::at(0);
+        let mut periods = 0;
+        while !ramp.to_position(60_000, &limits, PERIOD_US) {
+            periods += 1;
+        }
+        assert_eq!(ramp, Ramp::at(60_000));
+        // The velocity changes at the beginning of a period, which saves half a period at each end.
+        assert_eq!(periods, 75 - 1, "0.3 s in periods of 4 ms");
+    }
+
+    #[test]
+    fn velocity_ramps_use_acceleration_up_and_deceleration_down() {
+        let limits = Limits {
+            velocity: 1000,
+            acceleration: 1000,
+            deceleration: 2000,
+        };
+        let mut ramp = Ramp::at(0);
+        let mut until = |target: i32| {
+            (1..).find(|_| {
+                ramp.to_velocity(target, &limits, 1000);
+                ramp.velocity() == target
+            })
+        };
+        assert_eq!(until(500), Some(500));
+        assert_eq!(until(0), Some(250));
+        assert_eq!(until(-100), Some(100));
+        assert_eq!(until(100), Some(50 + 100), "down to zero, then up");
+    }
+
+    #[test]
+    fn nothing_overflows_at_the_ends_of_the_range() {
+        let limits = Limits {
+            velocity: u32::MAX,
+            acceleration: u32::MAX,
+            deceleration: u32::MAX,
+        };
+        for period_us in [0, 1, 4000, u32::MAX] {
+            let mut ramp = Ramp::at(i32::MIN);
+            for _ in 0..100 {
+                ramp.to_position(i32::MAX, &limits, period_us);
+                ramp.to_velocity(i32::MIN, &limits, period_us);
+                ramp.interpolate(i32::MAX, 0, period_us);
+                ramp.take_velocity(i32::MIN, period_us);
+                assert!(Ramp::fastest_toward(i32::MIN, i32::MAX, 0, period_us) >= 0);
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn a_move_ends_at_its_target_within_its_limits(
+            start in -100_000..100_000_i32,
+            target in -100_000..100_000_i32,
+            velocity in 1_000..2_000_000_u32,
+            acceleration in 10_000..10_000_000_u32,
+            deceleration in 10_000..10_000_000_u32,
+            period_us in 100..20_000_u32,
+        ) {
+            let limits = Limits { velocity, acceleration, deceleration };
+            let mut ramp = Ramp::at(start);
+            let (low, high) = (start.min(target), start.max(target));
+            for period in 0.. {
+                let before = ramp.velocity;
+                if ramp.to_position(target, &limits, period_us) {
+                    break;
+                }
+                prop_assert!(period < 30_000_000 / period_us * 10);
+                let faster = ramp.velocity.abs() > before.abs();
+                let rate = if faster { acceleration } else { deceleration };
+                prop_assert!((ramp.velocity - before).abs() <= change(rate, period_us));
+                prop_assert!(ramp.velocity.unsigned_abs() <= u64::from(velocity) * 1000);
+                prop_assert!((low..=high).contains(&ramp.position()), "no overshoot");
+            }
+            prop_assert_eq!(ramp, Ramp::at(target));
+        }
+    }
+}

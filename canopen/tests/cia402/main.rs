@@ -1,0 +1,120 @@
+//! The drive profile against CiA 402: states, stops, modes and windows.
+
+mod modes;
+mod random;
+mod states;
+mod stops;
+
+use canopen::cia402::{
+    Axis, Demand, Fault, Input, Mode, Options, Output, Parameters, StateMachine, controlword,
+};
+
+const ENABLE: u16 = 0x000F;
+
+/// An axis whose motor is where it is told to be one period later.
+struct Bench {
+    axis: Axis,
+    input: Input,
+    parameters: Parameters,
+    follows: bool,
+}
+
+impl Bench {
+    fn new(mode: Mode) -> Self {
+        let input = Input {
+            controlword: 0,
+            mode,
+            target_position: 0,
+            target_velocity: 0,
+            velocity_offset: 0,
+            position_actual: 0,
+            velocity_actual: 0,
+            fault: Fault::None,
+            voltage: true,
+            initialised: true,
+        };
+        Self {
+            axis: Axis::new(),
+            input,
+            parameters: parameters(),
+            follows: true,
+        }
+    }
+
+    /// In OPERATION ENABLED.
+    fn enabled(mode: Mode) -> Self {
+        let mut bench = Self::new(mode);
+        for word in [0, 0x06, 0x07, ENABLE] {
+            bench.command(word);
+        }
+        assert_eq!(bench.axis.state(), canopen::cia402::State::OperationEnabled);
+        bench
+    }
+
+    fn step(&mut self) -> Output {
+        let output = self.axis.step(&self.input, &self.parameters);
+        if self.follows {
+            match output.demand {
+                Demand::Off => self.input.velocity_actual = 0,
+                Demand::Position { position, velocity } => {
+                    self.input.position_actual = position;
+                    self.input.velocity_actual = velocity;
+                }
+                Demand::Velocity(velocity) => {
+                    self.input.velocity_actual = velocity;
+                    let way =
+                        i64::from(velocity) * i64::from(self.parameters.period_us) / 1_000_000;
+                    self.input.position_actual += way as i32;
+                }
+            }
+        }
+        output
+    }
+
+    fn command(&mut self, word: u16) -> Output {
+        self.input.controlword = word;
+        self.step()
+    }
+
+    fn run(&mut self, periods: usize) {
+        for _ in 0..periods {
+            self.step();
+        }
+    }
+
+    /// Periods until the condition holds.
+    fn until(&mut self, holds: impl Fn(&Output) -> bool) -> usize {
+        (1..10_000)
+            .find(|_| holds(&self.step()))
+            .expect("it never holds")
+    }
+}
+
+fn parameters() -> Parameters {
+    Parameters {
+        period_us: 4_000,
+        options: Options::default(),
+        position_limits: Some((-60_000, 60_000)),
+        max_velocity: 500_000,
+        profile_velocity: 300_000,
+        acceleration: 3_000_000,
+        deceleration: 3_000_000,
+        quick_stop_deceleration: 6_000_000,
+        interpolation_us: 20_000,
+        following_error_window: 5_000,
+        following_error_timeout_ms: 200,
+        position_window: 500,
+        position_window_time_ms: 20,
+        velocity_window: 1_000,
+        velocity_window_time_ms: 20,
+        velocity_threshold: 500,
+        velocity_threshold_time_ms: 20,
+    }
+}
+
+const NEW: u16 = ENABLE | controlword::NEW_SET_POINT;
+
+/// A machine that was never used.
+fn machine() -> StateMachine {
+    StateMachine::new()
+}

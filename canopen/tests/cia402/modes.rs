@@ -1,0 +1,223 @@
+use canopen::cia402::{Demand, Mode, controlword, statusword};
+
+use crate::{Bench, ENABLE, NEW};
+
+const ACKNOWLEDGE: u16 = statusword::MODE_12;
+
+fn has(word: u16, bit: u16) -> bool {
+    word & bit != 0
+}
+
+#[test]
+fn a_set_point_is_acknowledged_moved_to_and_reached() {
+    let mut bench = Bench::enabled(Mode::ProfilePosition);
+    bench.input.target_position = 30_000;
+    let still = bench.step();
+    assert!(
+        !has(still.statusword, ACKNOWLEDGE),
+        "607Ah alone moves nothing"
+    );
+    assert!(has(bench.command(NEW).statusword, ACKNOWLEDGE));
+    assert!(!has(bench.command(ENABLE).statusword, ACKNOWLEDGE));
+    let periods = bench.until(|output| has(output.statusword, statusword::TARGET_REACHED));
+    assert_eq!(bench.input.position_actual, 30_000);
+    // 0.2 s of motion and 20 ms in the window, of which the command took two periods.
+    assert!((50..=56).contains(&periods), "{periods}");
+}
+
+#[test]
+fn one_set_point_waits_for_the_other_and_a_third_is_not_acknowledged() {
+    let mut bench = Bench::enabled(Mode::ProfilePosition);
+    let mut targets = [10_000, 20_000].into_iter();
+    for _ in 0..2 {
+        bench.input.target_position = targets.next().expect("two");
+        assert!(has(bench.command(NEW).statusword, ACKNOWLEDGE));
+        bench.command(ENABLE);
+    }
+    assert!(
+        has(bench.step().statusword, ACKNOWLEDGE),
+        "no room while one waits"
+    );
+    bench.input.target_position = 30_000;
+    bench.command(NEW);
+    bench.command(ENABLE);
+    bench.until(|output| !has(output.statusword, ACKNOWLEDGE));
+    // The first was reached; one period of 12 deg/s toward the second is 48 mdeg.
+    assert_eq!(bench.input.position_actual, 10_048);
+    bench.until(|output| has(output.statusword, statusword::TARGET_REACHED));
+    assert_eq!(bench.input.position_actual, 20_000, "and the third dropped");
+}
+
+#[test]
+fn a_set_point_may_replace_the_one_under_way() {
+    let mut bench = Bench::enabled(Mode::ProfilePosition);
+    bench.input.target_position = 50_000;
+    bench.command(NEW);
+    bench.command(ENABLE);
+    bench.run(9);
+    bench.input.target_position = -5_000;
+    bench.command(NEW | controlword::CHANGE_AT_ONCE);
+    bench.until(|output| has(output.statusword, statusword::TARGET_REACHED));
+    assert_eq!(bench.input.position_actual, -5_000);
+}
+
+#[test]
+fn relative_set_points_add_up() {
+    let mut bench = Bench::enabled(Mode::ProfilePosition);
+    bench.input.target_position = 4_000;
+    for _ in 0..2 {
+        bench.command(NEW | controlword::RELATIVE);
+        bench.command(ENABLE);
+    }
+    bench.until(|output| has(output.statusword, statusword::TARGET_REACHED));
+    assert_eq!(bench.input.position_actual, 8_000);
+}
+
+#[test]
+fn positions_stay_within_the_software_limits() {
+    for mode in [Mode::ProfilePosition, Mode::CyclicPosition] {
+        let mut bench = Bench::enabled(mode);
+        bench.input.target_position = 70_000;
+        bench.command(NEW);
+        let mut limited = false;
+        for _ in 0..200 {
+            limited |= has(bench.command(ENABLE).statusword, statusword::INTERNAL_LIMIT);
+            assert!(bench.input.position_actual <= 60_000);
+        }
+        assert!(limited);
+        assert_eq!(bench.input.position_actual, 60_000);
+    }
+}
+
+#[test]
+fn velocities_slow_down_before_the_software_limits_and_may_leave_them() {
+    for mode in [Mode::ProfileVelocity, Mode::CyclicVelocity] {
+        let mut bench = Bench::enabled(mode);
+        bench.input.target_velocity = 300_000;
+        for _ in 0..200 {
+            bench.step();
+            assert!(bench.input.position_actual <= 60_000);
+        }
+        assert!(
+            bench.input.position_actual > 59_000,
+            "{}",
+            bench.input.position_actual
+        );
+        bench.input.target_velocity = -100_000;
+        bench.run(100);
+        assert!(bench.input.position_actual < 59_000);
+    }
+}
+
+#[test]
+fn cyclic_positions_are_interpolated_over_the_host_s_period() {
+    let mut bench = Bench::enabled(Mode::CyclicPosition);
+    let mut seen = Vec::new();
+    for target in [1_000, 2_000, 2_000] {
+        bench.input.target_position = target;
+        for _ in 0..5 {
+            if let Demand::Position { position, velocity } = bench.step().demand {
+                seen.push((position, velocity));
+            }
+        }
+    }
+    let expected: Vec<_> = (1..=10)
+        .map(|at| (at * 200, 50_000))
+        .chain([(2_000, 0); 5])
+        .collect();
+    assert_eq!(seen, expected, "200 mdeg in each 4 ms");
+}
+
+#[test]
+fn a_cyclic_velocity_has_its_offset_and_its_limit() {
+    let mut bench = Bench::enabled(Mode::CyclicVelocity);
+    bench.parameters.position_limits = None;
+    (bench.input.target_velocity, bench.input.velocity_offset) = (100_000, 20_000);
+    let output = bench.step();
+    assert_eq!(output.demand, Demand::Velocity(120_000));
+    assert!(
+        has(output.statusword, statusword::MODE_12),
+        "it follows the command"
+    );
+    bench.input.target_velocity = 600_000;
+    let output = bench.step();
+    assert_eq!(output.demand, Demand::Velocity(500_000));
+    assert!(has(output.statusword, statusword::INTERNAL_LIMIT));
+}
+
+#[test]
+fn profile_velocity_tells_target_reached_and_zero_speed() {
+    let mut bench = Bench::enabled(Mode::ProfileVelocity);
+    bench.parameters.position_limits = None;
+    bench.run(10);
+    assert!(has(bench.step().statusword, statusword::MODE_12));
+    bench.input.target_velocity = 120_000;
+    // 10 periods of ramp and 20 ms in the window.
+    let periods = bench.until(|output| {
+        has(output.statusword, statusword::TARGET_REACHED)
+            && !has(output.statusword, statusword::MODE_12)
+    });
+    assert!((15..=17).contains(&periods), "{periods}");
+}
+
+#[test]
+fn a_following_error_is_told_after_its_time() {
+    let mut bench = Bench::enabled(Mode::CyclicPosition);
+    bench.follows = false;
+    bench.input.target_position = 6_000;
+    let periods = bench.until(|output| output.following_error_exceeded);
+    // Above 5 deg in the fifth period, then 200 ms.
+    assert_eq!(periods, 5 + 50);
+    let output = bench.step();
+    assert_eq!(output.following_error, 6_000);
+    assert!(has(output.statusword, statusword::FOLLOWING_ERROR));
+    bench.input.position_actual = 2_000;
+    assert!(!bench.step().following_error_exceeded);
+    bench.parameters.following_error_window = u32::MAX;
+    bench.input.position_actual = -60_000;
+    (0..100).for_each(|_| assert!(!bench.step().following_error_exceeded));
+}
+
+#[test]
+fn a_motor_out_of_its_window_has_not_reached_the_target() {
+    let mut bench = Bench::enabled(Mode::ProfilePosition);
+    bench.input.target_position = 10_000;
+    bench.command(NEW);
+    bench.until(|output| has(output.statusword, statusword::TARGET_REACHED));
+    bench.follows = false;
+    bench.input.position_actual = 10_501;
+    assert!(!has(bench.step().statusword, statusword::TARGET_REACHED));
+    bench.input.position_actual = 10_500;
+    let periods = bench.until(|output| has(output.statusword, statusword::TARGET_REACHED));
+    assert_eq!(periods, 6, "20 ms in the window");
+}
+
+#[test]
+fn enabling_never_jumps() {
+    for mode in [Mode::ProfilePosition, Mode::CyclicPosition] {
+        let mut bench = Bench::new(mode);
+        bench.input.position_actual = 12_345;
+        bench.input.target_position = 12_345;
+        for word in [0, 6, 7, ENABLE, ENABLE] {
+            let output = bench.command(word);
+            if let Demand::Position { position, .. } = output.demand {
+                assert_eq!(position, 12_345);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_change_of_mode_goes_on_where_the_motor_is() {
+    let mut bench = Bench::enabled(Mode::CyclicVelocity);
+    bench.input.target_velocity = 100_000;
+    bench.run(50);
+    let place = bench.input.position_actual;
+    bench.input.mode = Mode::ProfilePosition;
+    bench.step();
+    bench.run(50);
+    assert!(
+        (bench.input.position_actual - place).abs() < 2_500,
+        "it stops within its deceleration"
+    );
+}

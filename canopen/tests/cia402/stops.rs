@@ -1,0 +1,164 @@
+use canopen::cia402::{
+    Deceleration, Demand, Fault, Mode, QuickStop, State, StopOption, controlword, statusword,
+};
+
+use crate::{Bench, ENABLE};
+
+/// At 300 deg/s in profile velocity.
+fn moving() -> Bench {
+    let mut bench = Bench::enabled(Mode::ProfileVelocity);
+    bench.parameters.position_limits = None;
+    bench.input.target_velocity = 300_000;
+    bench.until(|output| output.demand == Demand::Velocity(300_000));
+    bench
+}
+
+fn standing(bench: &mut Bench) -> usize {
+    bench.until(|output| matches!(output.demand, Demand::Off | Demand::Velocity(0)))
+}
+
+#[test]
+fn quick_stop_options_decelerate_and_stay_as_they_say() {
+    // 300 deg/s at 12 (slow) or 24 deg/s (quick) a period; coasting and limits stop at once.
+    for (code, periods, stays) in [
+        (0, 1, false),
+        (1, 25, false),
+        (2, 13, false),
+        (3, 1, false),
+        (4, 1, false),
+        (5, 25, true),
+        (6, 13, true),
+        (7, 1, true),
+        (8, 1, true),
+    ] {
+        let mut bench = moving();
+        bench.parameters.options.quick_stop = QuickStop::from_code(code).expect("an option");
+        bench.input.controlword = 0x02;
+        assert_eq!(standing(&mut bench), periods, "option {code}");
+        bench.step();
+        let expected = if stays {
+            State::QuickStopActive
+        } else {
+            State::SwitchOnDisabled
+        };
+        assert_eq!(bench.axis.state(), expected, "option {code}");
+        if stays {
+            bench.command(ENABLE);
+            assert_eq!(bench.axis.state(), State::OperationEnabled);
+        }
+    }
+}
+
+#[test]
+fn disable_voltage_coasts_at_once() {
+    let mut bench = moving();
+    assert_eq!(bench.command(0).demand, Demand::Off);
+    assert_eq!(bench.axis.state(), State::SwitchOnDisabled);
+    let mut bench = moving();
+    bench.command(0x02);
+    assert_eq!(
+        bench.command(0).demand,
+        Demand::Off,
+        "amid a quick stop, too"
+    );
+}
+
+#[test]
+fn shutdown_and_disable_operation_stop_by_their_options() {
+    for (word, end) in [(0x06, State::ReadyToSwitchOn), (0x07, State::SwitchedOn)] {
+        for (option, periods) in [
+            (StopOption::Disable, 1),
+            (StopOption::Stop(Deceleration::SlowDown), 25),
+        ] {
+            let mut bench = moving();
+            bench.parameters.options.shutdown = option;
+            bench.parameters.options.disable_operation = option;
+            bench.input.controlword = word;
+            assert_eq!(standing(&mut bench), periods);
+            assert_eq!(bench.step().demand, Demand::Off);
+            assert_eq!(bench.axis.state(), end);
+        }
+    }
+}
+
+#[test]
+fn a_stop_for_disable_operation_can_be_called_off() {
+    let mut bench = moving();
+    bench.command(0x07);
+    assert_eq!(
+        bench.axis.state(),
+        State::OperationEnabled,
+        "still stopping"
+    );
+    bench.command(ENABLE);
+    bench.until(|output| output.demand == Demand::Velocity(300_000));
+}
+
+#[test]
+fn a_halt_stops_in_operation_and_ends_with_its_bit() {
+    for (option, periods) in [
+        (Deceleration::SlowDown, 25),
+        (Deceleration::QuickStop, 13),
+        (Deceleration::Limit, 1),
+    ] {
+        let mut bench = moving();
+        bench.parameters.options.halt = StopOption::Stop(option);
+        bench.input.controlword = ENABLE | controlword::HALT;
+        assert_eq!(standing(&mut bench), periods);
+        let output = bench.step();
+        assert_eq!(output.state, State::OperationEnabled);
+        assert_ne!(
+            output.statusword & statusword::TARGET_REACHED,
+            0,
+            "it stands"
+        );
+        bench.command(ENABLE);
+        bench.until(|output| output.demand == Demand::Velocity(300_000));
+    }
+}
+
+#[test]
+fn fault_reactions_stop_by_their_option_unless_power_must_go() {
+    for (fault, code, periods) in [
+        (Fault::Controlled, 0, 1),
+        (Fault::Controlled, 1, 25),
+        (Fault::Controlled, 2, 13),
+        (Fault::Immediate, 2, 1),
+    ] {
+        let mut bench = moving();
+        bench.parameters.options.fault_reaction = StopOption::from_code(code).expect("an option");
+        bench.input.fault = fault;
+        assert_eq!(standing(&mut bench), periods, "option {code}");
+        bench.step();
+        assert_eq!(bench.axis.state(), State::Fault);
+    }
+    let mut bench = moving();
+    bench.input.fault = Fault::Controlled;
+    bench.step();
+    bench.input.fault = Fault::Immediate;
+    assert_eq!(
+        bench.step().demand,
+        Demand::Off,
+        "it got worse while stopping"
+    );
+}
+
+#[test]
+fn a_move_is_taken_up_after_a_halt_but_not_after_a_quick_stop() {
+    let mut bench = Bench::enabled(Mode::ProfilePosition);
+    bench.parameters.options.quick_stop = QuickStop::from_code(6).expect("an option");
+    bench.input.target_position = 50_000;
+    bench.command(crate::NEW);
+    bench.run(30);
+    bench.input.controlword = ENABLE | controlword::HALT;
+    bench.until(|output| matches!(output.demand, Demand::Position { velocity: 0, .. }));
+    bench.input.controlword = ENABLE;
+    bench.run(10);
+    bench.input.controlword = 0x02;
+    bench.until(|output| matches!(output.demand, Demand::Position { velocity: 0, .. }));
+    let place = bench.input.position_actual;
+    assert!((1..50_000).contains(&place));
+    bench.input.controlword = ENABLE;
+    bench.run(100);
+    assert_eq!(bench.input.position_actual, place);
+}
