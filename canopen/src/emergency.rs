@@ -101,7 +101,9 @@ pub(crate) struct Service {
     cob_id: u32,
     inhibit_100us: u16,
     active: [Option<Emergency>; ACTIVE],
+    /// Around its end, the newest at `newest`.
     history: [u32; HISTORY],
+    newest: usize,
     recorded: u8,
     queue: Ring<[u8; 8], QUEUE>,
     free_us: u64,
@@ -114,6 +116,7 @@ impl Service {
             inhibit_100us: 0,
             active: [None; ACTIVE],
             history: [0; HISTORY],
+            newest: 0,
             recorded: 0,
             queue: Ring::new(),
             free_us: 0,
@@ -176,14 +179,14 @@ impl Service {
     }
 
     fn record(&mut self, error: Emergency) {
-        for at in (1..HISTORY).rev() {
-            if let Some(older) = self.history.get(at - 1).copied()
-                && let Some(slot) = self.history.get_mut(at)
-            {
-                *slot = older;
-            }
+        self.newest = if self.newest == 0 {
+            HISTORY - 1
+        } else {
+            self.newest - 1
+        };
+        if let Some(slot) = self.history.get_mut(self.newest) {
+            *slot = u32::from(error.instance) << 16 | u32::from(error.code.0);
         }
-        self.history[0] = u32::from(error.instance) << 16 | u32::from(error.code.0);
         self.recorded = (self.recorded + 1).min(HISTORY as u8);
     }
 
@@ -215,11 +218,10 @@ impl Service {
         let recorded = self.recorded.min(shown);
         match sub.checked_sub(1) {
             None => Ok(u32::from(recorded)),
-            Some(at) if at < recorded => self
-                .history
-                .get(usize::from(at))
-                .copied()
-                .ok_or(Abort::NoData),
+            Some(at) if at < recorded => {
+                let at = (self.newest + usize::from(at)) % HISTORY;
+                self.history.get(at).copied().ok_or(Abort::NoData)
+            }
             Some(_) => Err(Abort::NoData),
         }
     }
@@ -229,7 +231,6 @@ impl Service {
             return Err(Abort::Value);
         }
         self.recorded = 0;
-        self.history = [0; HISTORY];
         Ok(())
     }
 

@@ -196,12 +196,28 @@ fn braking(distance: u64, slower: i64, period_us: u32) -> i64 {
     let eighths = (way / slower)
         .saturating_mul(8)
         .saturating_add(way % slower * 8 / slower);
-    let k = (eighths.saturating_add(1).isqrt() - 1) / 2;
+    let k = (root(eighths.saturating_add(1)) - 1) / 2;
     // slower * k * (k + 1) / 2 <= way < 2^63.
     let saved = slower.saturating_mul(k).saturating_mul(k + 1) / 2;
     i64::try_from(way.saturating_add(saved) / (k + 1))
         .unwrap_or(TOP)
         .min(TOP)
+}
+
+/// Integer square root of what is not 0, bit by bit: a tenth of the size of the standard library's, which is made for speed.
+fn root(value: u64) -> u64 {
+    let (mut rest, mut root) = (value, 0);
+    let mut bit = 1 << 62;
+    while bit != 0 {
+        if rest >= root + bit {
+            rest -= root + bit;
+            root = root / 2 + bit;
+        } else {
+            root /= 2;
+        }
+        bit /= 4;
+    }
+    root
 }
 
 #[cfg(test)]
@@ -269,6 +285,11 @@ mod tests {
     }
 
     proptest! {
+        #[test]
+        fn the_root_is_the_standard_librarys(value: u64, shift in 0..64_u32) {
+            prop_assert_eq!(root(value >> shift), (value >> shift).isqrt());
+        }
+
         #[test]
         fn a_move_ends_at_its_target_within_its_limits(
             start in -100_000..100_000_i32,
