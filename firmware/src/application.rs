@@ -33,7 +33,7 @@ pub use interface::{
 use self::stopping::Stopping;
 use crate::{
     command::{Commander, excitation::Run},
-    faults::{ALWAYS, Fault, FaultLog, FaultSet, Reaction},
+    faults::{ALWAYS, Fault, FaultLog, FaultSet, OF_COMMANDS, Reaction},
     parameters::BoardParameters,
     protection::{Conditions, Measured, Protection},
     timing::periods,
@@ -329,9 +329,6 @@ impl Application {
 
     /// Which of the present conditions matter in this state.
     fn judge(&mut self, present: FaultSet) {
-        // A shaft that is being brought to rest follows no command.
-        const OF_COMMANDS: FaultSet =
-            FaultSet::of(&[Fault::FollowingError, Fault::CommandTimeout, Fault::BusOff]);
         self.latch(match self.state {
             State::Enabled => present,
             State::QuickStop | State::FaultReaction => present.without(OF_COMMANDS),

@@ -3,10 +3,12 @@
 mod log;
 mod set;
 mod table;
+#[cfg(test)]
+mod tests;
 
 pub use log::{FaultLog, FaultRecord, HISTORY};
 pub use set::FaultSet;
-pub use table::{ALWAYS, Description, Reaction};
+pub use table::{ALWAYS, Description, OF_COMMANDS, Reaction, TABLE, Watched};
 
 /// What went wrong. The numbers are for good: they go over the bus and into logs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -95,20 +97,5 @@ impl Fault {
     pub fn of_number(number: u16) -> Option<Self> {
         let index = usize::from(number).checked_sub(1)?;
         Self::ALL.get(index).copied()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_are_those_of_the_places_in_the_list() {
-        for (index, fault) in Fault::ALL.into_iter().enumerate() {
-            assert_eq!(usize::from(fault.number()), index + 1);
-            assert_eq!(Fault::of_number(fault.number()), Some(fault));
-        }
-        assert_eq!(Fault::of_number(20), None);
-        assert_eq!(Fault::of_number(u16::MAX), None);
     }
 }

@@ -1,0 +1,73 @@
+extern crate std;
+
+use std::{format, string::String};
+
+use super::*;
+use crate::parameters::BoardParameters;
+
+#[test]
+fn numbers_are_those_of_the_places_in_list_and_table() {
+    for (index, fault) in Fault::ALL.into_iter().enumerate() {
+        assert_eq!(usize::from(fault.number()), index + 1);
+        assert_eq!(Fault::of_number(fault.number()), Some(fault));
+        assert_eq!(TABLE[index].fault, fault);
+    }
+    assert_eq!(Fault::of_number(20), None);
+    assert_eq!(Fault::of_number(u16::MAX), None);
+}
+
+#[test]
+fn the_sets_say_what_the_table_says() {
+    for row in TABLE {
+        let always = matches!(row.watched, Watched::Always | Watched::Start);
+        assert_eq!(ALWAYS.contains(row.fault), always, "{}", row.name);
+        let following = row.watched == Watched::Following;
+        assert_eq!(OF_COMMANDS.contains(row.fault), following, "{}", row.name);
+    }
+}
+
+/// The table of `docs/faults.md`.
+fn table() -> String {
+    let mut text = String::from(
+        "| no. | fault | latched when | watched | reaction | detected after | safe after | error code |\n\
+         |---|---|---|---|---|---|---|---|\n",
+    );
+    for row in TABLE {
+        let p = &BoardParameters::DEFAULT;
+        let watched = match row.watched {
+            Watched::Driven => "driven",
+            Watched::Following => "enabled",
+            Watched::Always => "always",
+            Watched::Start => "at the start",
+        };
+        let reaction = match (row.watched, row.fault.reaction()) {
+            (Watched::Start, _) => "stays off",
+            (_, Reaction::Coast) => "coast",
+            (_, Reaction::QuickStop) => "quick stop",
+        };
+        let time = |ms| match row.watched {
+            Watched::Start => String::from("first step"),
+            _ => format!("{ms} ms"),
+        };
+        text += &format!(
+            "| {} | {} | {} | {watched} | {reaction} | {} | {} | 0x{:04X} |\n",
+            row.fault.number(),
+            row.name,
+            row.condition,
+            time(row.fault.detected_ms(p)),
+            time(row.fault.safe_ms(p)),
+            row.error_code,
+        );
+    }
+    text
+}
+
+#[test]
+fn the_document_holds_the_table_of_the_code() {
+    let document = include_str!("../../../docs/faults.md");
+    let table = table();
+    assert!(
+        document.contains(&table),
+        "docs/faults.md shall contain\n\n{table}"
+    );
+}
