@@ -138,13 +138,9 @@ impl Application {
     /// more than gains and limits of the control step are to change, or anything during a stop.
     pub fn retune(&mut self, parameters: &BoardParameters) -> Result<(), Refused> {
         parameters.check().map_err(Refused::Parameter)?;
-        let gains_alone = BoardParameters {
-            control: self.parameters.control,
-            ..*parameters
-        } == self.parameters;
         let may_change = match self.state {
-            State::Enabled => gains_alone,
-            State::QuickStop | State::FaultReaction => *parameters == self.parameters,
+            State::Enabled => parameters.integers() == self.parameters.integers(),
+            State::QuickStop | State::FaultReaction => false,
             _ => true,
         };
         if !may_change {

@@ -28,6 +28,7 @@ pub const fn periods(time_ms: i32) -> u16 {
 /// use firmware::timing::angle_of_mdeg;
 /// assert_eq!(angle_of_mdeg(-12_500), -12.5);
 /// ```
+#[inline(never)]
 pub const fn angle_of_mdeg(angle_mdeg: i32) -> Angle {
     // 2^52/1000 to the nearest: times at most 999 it is below 2^52, off by 2^9, which the shift by
     // 20 drops to 5e-4 of a step.
@@ -43,6 +44,7 @@ pub const fn angle_of_mdeg(angle_mdeg: i32) -> Angle {
 /// use firmware::timing::{angle_of_mdeg, thousandths};
 /// assert_eq!(thousandths(angle_of_mdeg(-179_999)), -179_999);
 /// ```
+#[inline(never)]
 pub const fn thousandths(value: Angle) -> i32 {
     // Held within 2^21 units: times 2^32 and 1000 that is below 2^63, and 2,097,151,000 is an i32.
     const END: i64 = 2_097_151 << 32;

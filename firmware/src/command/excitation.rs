@@ -1,6 +1,7 @@
 //! Excitations that run on the board.
 
 mod logarithmic;
+mod quotient;
 mod settings;
 
 pub use settings::ExcitationSettings;

@@ -36,8 +36,10 @@ impl FaultLog {
         }
         self.latched.put(fault, true);
         self.count = self.count.saturating_add(1);
-        self.history.rotate_right(1);
-        self.history[0] = Some(record);
+        let mut newest = Some(record);
+        for place in &mut self.history {
+            core::mem::swap(place, &mut newest);
+        }
     }
 
     /// Takes note: nothing is latched any more; the history stays.

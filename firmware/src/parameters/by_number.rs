@@ -48,52 +48,46 @@ impl Meaning {
     }
 }
 
-/// Does the same to each group of integers, in the order of their numbers.
+/// Flattens the groups of integers, in the order of their numbers: what concerns all of them is a
+/// loop then, which takes less of the flash than code for each field.
 macro_rules! groups {
     ($($field:ident: $Group:ident),+ $(,)?) => {
         /// Parameters beyond those of the control step.
         const INTEGERS: usize = 0 $(+ <super::$Group as Integers>::RANGES.len())+;
 
+        /// Their ranges.
+        const RANGES: [Range; INTEGERS] = {
+            let mut ranges = [Range { min: 0, max: 0 }; INTEGERS];
+            let mut number = 0;
+            $(
+                let mut row = 0;
+                while row < <super::$Group as Integers>::RANGES.len() {
+                    ranges[number] = <super::$Group as Integers>::RANGES[row];
+                    row += 1;
+                    number += 1;
+                }
+            )+
+            ranges
+        };
+
         impl BoardParameters {
-            /// The integer of this number, counted from the first integer.
-            fn integer(&self, number: usize) -> Option<(i32, Range)> {
-                let row = number;
-                $(
-                    let ranges = <super::$Group as Integers>::RANGES;
-                    if let Some(&range) = ranges.get(row) {
-                        return Some((self.$field.get(row)?, range));
-                    }
-                    let row = row.saturating_sub(ranges.len());
-                )+
-                let _ = row;
-                None
+            /// All integers.
+            #[inline(never)]
+            pub(crate) fn integers(&self) -> [i32; INTEGERS] {
+                let mut integers = [0; INTEGERS];
+                let rest = integers.as_mut_slice();
+                $(let rest = self.$field.give(rest);)+
+                let _ = rest;
+                integers
             }
 
-            /// Where the integer of this number stands.
-            fn integer_mut(&mut self, number: usize) -> Option<&mut i32> {
-                let row = number;
-                $(
-                    let count = <super::$Group as Integers>::RANGES.len();
-                    if row < count {
-                        return self.$field.get_mut(row);
-                    }
-                    let row = row.saturating_sub(count);
-                )+
-                let _ = row;
-                None
-            }
-
-            /// The first integer that is out of its range, by its number.
-            pub(super) fn out_of_range(&self) -> Option<u8> {
-                let number = CONTROL;
-                $(
-                    if let Some(row) = self.$field.out_of_range() {
-                        return Some((number + row) as u8);
-                    }
-                    let number = number + <super::$Group as Integers>::RANGES.len();
-                )+
-                let _ = number;
-                None
+            /// The same with other integers.
+            #[inline(never)]
+            fn with_integers(mut self, integers: &[i32; INTEGERS]) -> Self {
+                let rest = integers.as_slice();
+                $(let rest = self.$field.take(rest);)+
+                let _ = rest;
+                self
             }
 
             /// What is known of a parameter; `None` beyond the last one.
@@ -151,8 +145,10 @@ impl BoardParameters {
         match self.control.get(number) {
             Some(value) => Some(Value::Real(value)),
             None => {
-                let (value, _) = self.integer(number.checked_sub(CONTROL)?)?;
-                Some(Value::Integer(value))
+                let integers = self.integers();
+                integers
+                    .get(number.checked_sub(CONTROL)?)
+                    .map(|&value| Value::Integer(value))
             }
         }
     }
@@ -172,30 +168,39 @@ impl BoardParameters {
         match value {
             Value::Real(value) => self.control.set(number, value),
             Value::Integer(value) => {
-                let Some(number) = number.checked_sub(CONTROL) else {
+                let mut integers = self.integers();
+                let number = number.checked_sub(CONTROL);
+                let place = number.and_then(|number| integers.get_mut(number));
+                let range = number.and_then(|number| RANGES.get(number));
+                let (Some(place), Some(range)) = (place, range) else {
                     return false;
                 };
-                let fits = self
-                    .integer(number)
-                    .is_some_and(|(_, range)| range.takes(value));
-                let place = self.integer_mut(number).filter(|_| fits);
-                place.map(|place| *place = value).is_some()
+                *place = value;
+                if !range.takes(value) {
+                    return false;
+                }
+                *self = self.with_integers(&integers);
+                true
             }
         }
     }
 
+    /// The first integer that is out of its range, by its number.
+    pub(super) fn out_of_range(&self) -> Option<u8> {
+        let integers = self.integers();
+        let mut values = integers.iter().zip(&RANGES);
+        let index = values.position(|(&value, range)| !range.takes(value))?;
+        Some((CONTROL + index) as u8)
+    }
+
     /// Everything in a fixed layout: the words of the coefficients, then the integers by number.
     pub fn words(&self) -> [u32; WORDS] {
-        let control = self.control.words();
+        let integers = self.integers();
+        let content = self.control.words().into_iter();
         let mut words = [0; WORDS];
-        for (index, word) in words.iter_mut().enumerate() {
-            *word = match control.get(index) {
-                Some(&word) => word,
-                None => {
-                    let number = index.saturating_sub(COEFFICIENT_WORDS);
-                    self.integer(number).map_or(0, |(value, _)| value as u32)
-                }
-            };
+        let content = content.chain(integers.into_iter().map(|value| value as u32));
+        for (word, content) in words.iter_mut().zip(content) {
+            *word = content;
         }
         words
     }
@@ -203,13 +208,23 @@ impl BoardParameters {
     /// What [`BoardParameters::words`] gave; `None` where it is not possible as a whole.
     pub fn from_words(words: &[u32; WORDS]) -> Option<Self> {
         let (control, integers) = words.split_first_chunk::<COEFFICIENT_WORDS>()?;
-        let mut parameters = Self {
+        let mut values = [0; INTEGERS];
+        for (value, &word) in values.iter_mut().zip(integers) {
+            *value = word as i32;
+        }
+        let parameters = Self {
             control: Coefficients::from_words(control)?,
             ..Self::DEFAULT
-        };
-        for (number, &word) in integers.iter().enumerate() {
-            *parameters.integer_mut(number)? = word as i32;
         }
+        .with_integers(&values);
         parameters.check().is_ok().then_some(parameters)
     }
 }
+
+impl PartialEq for BoardParameters {
+    fn eq(&self, other: &Self) -> bool {
+        self.words() == other.words()
+    }
+}
+
+impl Eq for BoardParameters {}

@@ -42,6 +42,12 @@ pub trait Integers {
     /// The range of each: apart from the table, so that a board carries no texts.
     const RANGES: &'static [Range];
 
+    /// Writes all values to the front; returns the rest.
+    fn give<'a>(&self, values: &'a mut [i32]) -> &'a mut [i32];
+
+    /// Takes as many values as there are rows from the front; returns the rest.
+    fn take<'a>(&mut self, values: &'a [i32]) -> &'a [i32];
+
     /// The first row whose value is out of its range.
     fn out_of_range(&self) -> Option<usize>;
 
@@ -102,9 +108,34 @@ macro_rules! integers {
                 $($crate::parameters::integers::Range { min: $min, max: $max },)+
             ];
 
+            fn give<'a>(&self, values: &'a mut [i32]) -> &'a mut [i32] {
+                let rest = values;
+                $(
+                    let Some((value, rest)) = rest.split_first_mut() else {
+                        return &mut [];
+                    };
+                    *value = self.$field;
+                )+
+                rest
+            }
+
+            fn take<'a>(&mut self, values: &'a [i32]) -> &'a [i32] {
+                let rest = values;
+                $(
+                    let Some((&value, rest)) = rest.split_first() else {
+                        return &[];
+                    };
+                    self.$field = value;
+                )+
+                rest
+            }
+
             fn out_of_range(&self) -> Option<usize> {
-                let fits = [$(self.$field >= $min && self.$field <= $max),+];
-                fits.into_iter().position(|fits| !fits)
+                let mut rows = Self::RANGES.iter().enumerate();
+                let (row, _) = rows.find(|(row, range)| {
+                    self.get(*row).is_some_and(|value| !range.takes(value))
+                })?;
+                Some(row)
             }
 
             fn get(&self, row: usize) -> Option<i32> {

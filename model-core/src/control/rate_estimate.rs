@@ -20,7 +20,7 @@ impl RateEstimate {
     pub fn update(&mut self, share: FilterShare, motion: Motion) {
         // |counts| <= 2^11 and COUNT_RATE_STEPS = 720,000: within 1.48e9 < 2^31, that is
         // +-45,000 deg/s. A single period divides by one, so it is exact.
-        let steps = motion.counts * COUNT_RATE_STEPS / motion.periods;
+        let steps = motion.counts * COUNT_RATE_STEPS / i32::from(motion.periods.get());
         let raw = Rate::from_bits((steps as i64) << (32 - 15));
         // Both lie within 45,000 deg/s (the estimate is a mean of raw rates, as 0 < share <= 1),
         // so the difference lies within 2^17 and the product within 2^17.
@@ -40,7 +40,7 @@ mod tests {
     #[test]
     fn half_of_a_difference_enters_with_a_share_of_a_half() {
         let mut estimate = RateEstimate::default();
-        let (counts, periods) = (512, 1);
+        let (counts, periods) = (512, core::num::NonZeroU16::MIN);
         estimate.update(FilterShare::new(0.5), Motion { counts, periods });
         // 512 counts are 45 deg: 11,250 deg/s.
         assert_eq!(estimate.rate(), 5625.0);

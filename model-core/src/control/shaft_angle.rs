@@ -1,5 +1,7 @@
 //! From encoder counts to the angle of the shaft: direction, zero, turns.
 
+use core::num::NonZeroU16;
+
 use super::{
     encoder_word::{COUNTS_PER_TURN, EncoderCount},
     units::{ANGLE_END, Angle},
@@ -43,8 +45,8 @@ const fn wrap(counts: i32) -> i32 {
 pub struct Motion {
     /// Counts travelled since the last valid reading, -2048 to 2047; 0 at the first.
     pub counts: i32,
-    /// Control periods since then, 1 at the least.
-    pub periods: i32,
+    /// Control periods since then.
+    pub periods: NonZeroU16,
 }
 
 /// Follows the shaft over turns and over samples that were lost.
@@ -77,7 +79,7 @@ impl ShaftAngle {
         self.counts = self.counts.saturating_add(travelled);
         self.last = Some(count);
         // 256 at the most, since `lost` is a u8.
-        let periods = 1 + self.lost as i32;
+        let periods = NonZeroU16::MIN.saturating_add(self.lost.into());
         self.lost = 0;
         Motion {
             counts: travelled,
@@ -116,7 +118,7 @@ mod tests {
         let mut shaft = ShaftAngle::default();
         shaft.reading(mounting, EncoderCount::new(4095));
         let motion = shaft.reading(mounting, EncoderCount::new(1));
-        let (counts, periods) = (2, 1);
+        let (counts, periods) = (2, NonZeroU16::MIN);
         assert_eq!(motion, Motion { counts, periods });
         assert_eq!(shaft.angle(), 45.0 / 512.0);
     }

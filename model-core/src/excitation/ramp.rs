@@ -46,12 +46,18 @@ const fn held(level: Angle) -> Angle {
 impl Line {
     const fn between(from: (u64, Angle), to: (u64, Angle)) -> Self {
         let (start, end) = (held(from.1), held(to.1));
-        let rise = (end.to_bits() as i128 - start.to_bits() as i128) << 15;
+        // Two levels are at most 2^16 deg apart: 2^63 units.
+        let rise = start.to_bits().abs_diff(end.to_bits()) << 15;
         let slope = match to.0.saturating_sub(from.0) {
             // Of so short a line only the start is ever asked for.
             0 | 1 => 0,
-            // Two levels are at most 2^16 deg apart, 2^63 units, half of which is taken at most.
-            run => (rise / run as i128) as i64,
+            // At most half of the 2^63.
+            run => (rise / run) as i64,
+        };
+        let slope = if end.to_bits() < start.to_bits() {
+            -slope
+        } else {
+            slope
         };
         Self {
             start_tick: from.0,

@@ -4,34 +4,35 @@ use core::num::NonZeroU64;
 
 use model_core::excitation::phase::Exponential;
 
+use super::quotient::quotient;
+
 /// Bits behind the point of a logarithm.
 const LOG_BITS: u32 = 56;
 
 /// ln 2 in units of 2^-64.
 const LN_2: u128 = 12_786_308_645_202_655_660;
 
-/// A sweep between two frequencies in 1e-3 Hz, both above zero. `None` where they are equal: the
-/// linear law is the same then.
+/// 1 Hz in 1e-3 Hz, times the ticks in a second.
+const PER_SECOND: NonZeroU64 = NonZeroU64::new(20_000_000).unwrap();
+
+/// A sweep between two frequencies in 1e-3 Hz, both above zero and below 2^17, within less than 2^27
+/// ticks. `None` where they are equal: the linear law is the same then.
 pub(super) fn sweep([start, end]: [u32; 2], duration_ticks: NonZeroU64) -> Option<Exponential> {
     let (slow, fast) = if start < end {
         (start, end)
     } else {
         (end, start)
     };
-    // At most 17 octaves of 2^56.
-    let octaves = binary_logarithm(fast, slow);
-    let ln_ratio = (u128::from(octaves) * LN_2) >> 64;
-    if ln_ratio == 0 {
-        return None;
-    }
-    let duration = u128::from(duration_ticks.get());
-    // B = f T / ln r: with f below 2^17 and T below 2^27 the turns f T are below 2^20, in units of
-    // 2^-108 below 2^128. Over ln r, in units of 2^-56, they come out in units of 2^-52.
-    let turns = (((u128::from(fast) * duration) << 80) / 20_000_000) << 28;
-    let scale = (turns / ln_ratio.max(1)) << 12;
+    // At most 17 octaves of 2^56, hence below 2^61, and so is the natural logarithm.
+    let octaves = binary_logarithm(fast, NonZeroU64::new(slow.into())?);
+    let ln_ratio = NonZeroU64::new(((u128::from(octaves) * LN_2) >> 64) as u64)?;
+    // B = f T / ln r: the turns f T are below 2^20; in units of 2^-43 they fit. Over 2^-56 and times
+    // 2^64 they come out in units of 2^-51.
+    let product = u64::from(fast).saturating_mul(duration_ticks.get());
+    let turns = (quotient(product, PER_SECOND) >> (64 - 43)) as u64;
     let mut sweep = Exponential {
-        scale,
-        octaves_per_tick: (u128::from(octaves) << (96 - LOG_BITS)) / duration.max(1),
+        scale: quotient(turns, ln_ratio) << (64 - 51),
+        octaves_per_tick: quotient(octaves, duration_ticks) >> (64 + LOG_BITS - 96),
         duration_ticks: duration_ticks.get(),
         rising: start < end,
         offset: 0,
@@ -42,24 +43,24 @@ pub(super) fn sweep([start, end]: [u32; 2], duration_ticks: NonZeroU64) -> Optio
 
 /// `log2(fast/slow)` in units of 2^-56, bit by bit: squaring a number from 1 to 2 doubles its
 /// logarithm.
-fn binary_logarithm(fast: u32, slow: u32) -> u64 {
-    let Some(slow) = NonZeroU64::new(u64::from(slow)) else {
+fn binary_logarithm(fast: u32, slow: NonZeroU64) -> u64 {
+    // In units of 2^-64.
+    let ratio = quotient(fast.into(), slow);
+    let Some(whole) = ratio.checked_ilog2().and_then(|log| log.checked_sub(64)) else {
         return 0;
     };
-    // In units of 2^-32, below 2^49.
-    let ratio = (u64::from(fast) << 32) / slow;
-    let Some(whole) = ratio.checked_ilog2().and_then(|log| log.checked_sub(32)) else {
-        return 0;
-    };
-    // In units of 2^-63, from 1 to 2: the ratio anew, with all its bits.
-    let mut mantissa = (u128::from(fast) << (63 - whole)) / u128::from(slow.get()).max(1);
+    // In units of 2^-63, from 1 to 2.
+    let mut mantissa = (ratio >> (whole + 1)) as u64;
     let mut logarithm = u64::from(whole) << LOG_BITS;
     for bit in (0..LOG_BITS).rev() {
-        mantissa = (mantissa * mantissa) >> 63;
-        if mantissa >= 1 << 64 {
-            mantissa >>= 1;
+        // From 2^63 to 2^65.
+        let square = (u128::from(mantissa) * u128::from(mantissa)) >> 63;
+        mantissa = if square >= 1 << 64 {
             logarithm |= 1 << bit;
-        }
+            (square >> 1) as u64
+        } else {
+            square as u64
+        };
     }
     logarithm
 }
@@ -72,7 +73,7 @@ mod tests {
     fn logarithms_are_those_of_floating_point() {
         extern crate std;
         for (fast, slow) in [
-            (2, 1),
+            (2_u32, 1_u32),
             (3, 1),
             (100_000, 1),
             (101, 100),
@@ -80,7 +81,8 @@ mod tests {
             (7, 7),
         ] {
             let exact = (f64::from(fast) / f64::from(slow)).log2();
-            let ours = binary_logarithm(fast, slow) as f64 / (1u64 << LOG_BITS) as f64;
+            let slow_too = NonZeroU64::new(slow.into()).unwrap();
+            let ours = binary_logarithm(fast, slow_too) as f64 / (1u64 << LOG_BITS) as f64;
             assert!(
                 (ours - exact).abs() < 1e-13,
                 "{fast}/{slow}: {ours} {exact}"

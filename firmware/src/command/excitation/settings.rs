@@ -31,7 +31,7 @@ use model_core::{
     },
 };
 
-use super::{Run, logarithmic};
+use super::{Run, logarithmic, quotient::quotient};
 use crate::{
     parameters::integers::{Integers, integers},
     timing::angle_of_mdeg,
@@ -65,6 +65,8 @@ integers! {
 
 /// Ticks in a millisecond.
 const TICKS_PER_MS: u64 = 20;
+
+const TWO: NonZeroU64 = NonZeroU64::MIN.saturating_add(1);
 
 /// 1e-3 Hz in units of 2^-128 turn a tick.
 const PER_TICK: u128 = u128::MAX / 20_000_000;
@@ -177,10 +179,10 @@ impl ExcitationSettings {
     }
 
     fn linear(&self) -> Sweep {
-        let rise = i128::from(self.end_mhz - self.start_mhz);
-        let twice = NonZeroU64::new(2 * self.duration_ticks().get()).unwrap_or(NonZeroU64::MIN);
-        // t^2 (f1 - f0)/(2 T): below 2^17 * 2^104.
-        let growth = rise.unsigned_abs() * PER_TICK / u128::from(twice.get()).max(1);
+        let rise = self.end_mhz - self.start_mhz;
+        let twice = self.duration_ticks().saturating_mul(TWO);
+        // t^2 (f1 - f0)/(2 T): below 2^17 * 2^64 * 2^40.
+        let growth = quotient(u64::from(rise.unsigned_abs()), twice) * (PER_TICK >> 64);
         Sweep::Linear(Quadratic {
             per_tick_squared: if rise < 0 {
                 growth.wrapping_neg()

@@ -1,0 +1,287 @@
+//! Every fault, provoked; detected and safe within its stated times.
+
+use model_core::{
+    control::{encoder_word::Magnet, units::angle},
+    sensors::{
+        adc::AdcCode,
+        dividers::{leg_code, supply_code, temperature_code},
+    },
+};
+
+use super::*;
+use crate::faults::{TABLE, Watched};
+
+/// The code of a motor current.
+fn current(current_ma: i32) -> AdcCode {
+    AdcCode::from_pin_v(1.65 + f64::from(current_ma) / 1000.0)
+}
+
+fn scan(samples: &mut Samples) -> &mut Scan {
+    samples.scan.as_mut().expect("scanned")
+}
+
+/// Does in each control period what provokes a fault; `since` counts them.
+fn provoke(fault: Fault, samples: &mut Samples, since: u32) {
+    let count = samples.encoder.and_then(|word| word.read().ok());
+    let count = count.map_or(0, |reading| reading.count.get());
+    match fault {
+        Fault::EncoderInvalid => {
+            samples.encoder = samples.encoder.map(|w| EncoderWord::new(w.bits() ^ 1))
+        }
+        Fault::MagnetLost => {
+            samples.encoder = Some(EncoderWord::of(EncoderCount::new(count), Magnet::Lost))
+        }
+        Fault::MagnetWeak => {
+            samples.encoder = Some(EncoderWord::of(EncoderCount::new(count), Magnet::Marginal))
+        }
+        Fault::EncoderStuck => {
+            samples.encoder = Some(word(0));
+            scan(samples).leg_a = leg_code(4.0);
+        }
+        Fault::EncoderJump => {
+            samples.encoder = Some(word(
+                count
+                    .wrapping_add(1000)
+                    .wrapping_add(317u16.wrapping_mul(since as u16)),
+            ))
+        }
+        Fault::OverCurrent => samples.current = Some(current(-1640)),
+        Fault::Overload => samples.current = Some(current(1010)),
+        Fault::BridgeTripped => samples.bridge_tripped = true,
+        Fault::Stall => {
+            samples.encoder = Some(word(0));
+            samples.current = Some(current(700));
+        }
+        // Held, at a current between that of a free motor and that of a stall.
+        Fault::FollowingError => {
+            samples.encoder = Some(word(0));
+            samples.current = Some(current(300));
+        }
+        Fault::UnderVoltage => scan(samples).supply = supply_code(3.8),
+        Fault::OverVoltage => scan(samples).supply = supply_code(9.2),
+        Fault::OverTemperature => scan(samples).temperature = temperature_code(90.0),
+        Fault::MeasurementLost => scan(samples).temperature = AdcCode::MAX,
+        Fault::LoopOverrun => samples.missed_periods = 4,
+        Fault::BusOff => samples.bus = BusState::Off,
+        Fault::CommandTimeout | Fault::ParametersCorrupt | Fault::WatchdogReset => {}
+    }
+}
+
+/// A board that is about to meet a fault.
+fn prepared(fault: Fault) -> Rig {
+    let mut rig = match fault {
+        // At rest it would be a stall.
+        Fault::Overload => Rig::turning(),
+        _ => Rig::enabled(),
+    };
+    match fault {
+        Fault::CommandTimeout => {
+            rig.command = None;
+        }
+        Fault::FollowingError => {
+            rig.command = Some(angle(30.0));
+        }
+        // The controller pulls, within the window of the following error.
+        Fault::Stall => rig.command = Some(angle(5.0)),
+        _ => {}
+    }
+    rig
+}
+
+#[test]
+fn every_fault_is_latched_and_safe_within_its_times() {
+    for row in TABLE.iter().filter(|row| row.watched != Watched::Start) {
+        let fault = row.fault;
+        let mut rig = prepared(fault);
+        let p = *rig.application.parameters();
+        let (mut detected, mut safe) = (None, None);
+        for since in 1..1000 {
+            let outputs = rig.step_with(|samples| provoke(fault, samples, since));
+            let ms = since * 4;
+            if outputs.fault.is_some() && detected.is_none() {
+                assert_eq!(outputs.fault, Some(fault), "{}", row.name);
+                detected = Some(ms);
+            }
+            if outputs.state == State::Fault {
+                assert_eq!(outputs.bridge, Bridge::Coast);
+                safe = Some(ms + 1);
+                break;
+            }
+        }
+        let (detected, safe) = (detected.expect(row.name), safe.expect(row.name));
+        assert!(
+            detected <= fault.detected_ms(&p),
+            "{}: {detected} ms",
+            row.name
+        );
+        assert!(safe <= fault.safe_ms(&p), "{}: {safe} ms", row.name);
+    }
+}
+
+#[test]
+fn faults_of_driving_block_enabling_while_the_board_is_disabled_and_are_none() {
+    for row in TABLE.iter().filter(|row| row.watched == Watched::Driven) {
+        let fault = row.fault;
+        let mut rig = Rig::new(BoardParameters::DEFAULT);
+        for since in 1..700 {
+            let outputs = rig.step_with(|samples| provoke(fault, samples, since));
+            assert_eq!(
+                (outputs.state, outputs.fault),
+                (State::Disabled, None),
+                "{}",
+                row.name
+            );
+        }
+        // A shaft that stands, and a shaft that is elsewhere, are no news where nothing drives it.
+        if matches!(fault, Fault::Stall | Fault::EncoderJump) {
+            continue;
+        }
+        assert!(
+            rig.outputs.telemetry.present.contains(fault),
+            "{}",
+            row.name
+        );
+        let refused = rig.application.request(Request::Enable);
+        assert_eq!(refused, Err(Refused::Blocked(fault)), "{}", row.name);
+    }
+}
+
+#[test]
+fn a_fault_stays_until_it_is_acknowledged_and_then_wants_a_new_enable() {
+    let mut rig = Rig::enabled();
+    for _ in 0..4 {
+        rig.step_with(|samples| provoke(Fault::EncoderInvalid, samples, 1));
+    }
+    assert_eq!(rig.outputs.fault, Some(Fault::EncoderInvalid));
+    let refused = Err(Refused::State(State::Fault));
+    assert_eq!(rig.application.request(Request::Enable), refused);
+    assert_eq!(rig.step().state, State::Fault);
+    rig.request(Request::Acknowledge);
+    assert_eq!(rig.application.state(), State::Disabled);
+    // The angle has to be found first.
+    let blocked = Err(Refused::Blocked(Fault::EncoderInvalid));
+    assert_eq!(rig.application.request(Request::Enable), blocked);
+    assert_eq!(rig.step().fault, None);
+    rig.request(Request::Enable);
+    assert_eq!(rig.step().state, State::Enabled);
+    let last = rig.application.faults().last().unwrap();
+    assert_eq!(last.fault, Fault::EncoderInvalid);
+}
+
+#[test]
+fn three_lost_samples_hold_the_duty_and_the_fourth_switches_the_bridge_off() {
+    let mut rig = Rig::enabled();
+    rig.command = Some(angle(20.0));
+    let driven = rig.step().bridge;
+    for _ in 0..3 {
+        assert_eq!(
+            rig.step_with(|samples| samples.encoder = None).bridge,
+            driven
+        );
+    }
+    let outputs = rig.step_with(|samples| samples.encoder = None);
+    assert_eq!(
+        (outputs.bridge, outputs.state),
+        (Bridge::Coast, State::Fault)
+    );
+}
+
+#[test]
+fn a_single_jump_of_the_encoder_is_passed_over() {
+    let mut rig = Rig::enabled();
+    let before = rig.step().telemetry;
+    let outputs = rig.step_with(|samples| samples.encoder = Some(word(1500)));
+    assert_eq!(
+        (outputs.telemetry.angle, outputs.fault),
+        (before.angle, None)
+    );
+    assert_eq!(rig.step().telemetry.angle, before.angle);
+}
+
+#[test]
+fn a_missing_sample_holds_the_counter_of_a_condition() {
+    let mut rig = Rig::enabled();
+    let over = |samples: &mut Samples| samples.current = Some(current(1640));
+    assert_eq!(rig.step_with(over).fault, None);
+    for _ in 0..3 {
+        assert_eq!(rig.step_with(|samples| samples.current = None).fault, None);
+    }
+    assert_eq!(rig.step_with(over).fault, Some(Fault::OverCurrent));
+    // One that contradicts clears it.
+    let mut rig = Rig::enabled();
+    rig.step_with(over);
+    rig.step();
+    assert_eq!(rig.step_with(over).fault, None);
+}
+
+#[test]
+fn a_fault_that_coasts_ends_a_quick_stop_at_once() {
+    let mut rig = Rig::turning();
+    rig.command = None;
+    for _ in 0..26 {
+        rig.step();
+    }
+    assert_eq!(rig.outputs.state, State::FaultReaction);
+    assert_eq!(rig.outputs.fault, Some(Fault::CommandTimeout));
+    let outputs = rig.step_with(|samples| samples.bridge_tripped = true);
+    assert_eq!(outputs.state, State::Fault);
+    // The cause is still the first one.
+    assert_eq!(outputs.fault, Some(Fault::CommandTimeout));
+    assert!(outputs.telemetry.latched.contains(Fault::BridgeTripped));
+}
+
+#[test]
+fn bus_off_matters_only_where_commands_come_from_the_bus() {
+    let mut rig = Rig::enabled();
+    rig.request(Request::Source(Source::ServoPulse));
+    for _ in 0..50 {
+        let outputs = rig.step_with(|samples| {
+            samples.bus = BusState::Off;
+            samples.servo_pulse_us = Some(1500);
+        });
+        assert_eq!(outputs.fault, None);
+    }
+}
+
+#[test]
+fn a_motor_that_is_not_connected_looks_like_a_stuck_encoder() {
+    let mut rig = Rig::enabled();
+    rig.command = Some(angle(9.0));
+    let mut periods = 0;
+    while rig.outputs.fault.is_none() && periods < 200 {
+        rig.step_with(|samples| samples.encoder = Some(word(0)));
+        periods += 1;
+    }
+    assert_eq!(rig.outputs.fault, Some(Fault::EncoderStuck));
+}
+
+#[test]
+fn overload_comes_after_its_time_at_twice_the_current_and_never_at_the_continuous_one() {
+    let periods_at = |current_ma| {
+        let mut rig = Rig::turning();
+        (1..5000).find(|_| {
+            let outputs = rig.step_with(|samples| samples.current = Some(current(current_ma)));
+            outputs.fault == Some(Fault::Overload)
+        })
+    };
+    assert_eq!(periods_at(495), None);
+    // 2 s, a little less for what the code rounds up.
+    assert!((490..=501).contains(&periods_at(1000).unwrap()));
+    // 780 mA: 3 * 0.25/(0.61 - 0.25) * 2 s = 4.2 s.
+    assert!((1030..1060).contains(&periods_at(780).unwrap()));
+}
+
+#[test]
+fn four_missed_periods_are_one_too_many_unless_good_ones_lie_between() {
+    let mut rig = Rig::enabled();
+    for _ in 0..20 {
+        rig.step_with(|samples| samples.missed_periods = 1);
+        rig.steps(250);
+    }
+    assert_eq!(rig.outputs.fault, None);
+    for _ in 0..4 {
+        rig.step_with(|samples| samples.missed_periods = 1);
+        rig.step();
+    }
+    assert_eq!(rig.outputs.fault, Some(Fault::LoopOverrun));
+}

@@ -1,0 +1,121 @@
+//! The application around a simulated motor.
+
+extern crate std;
+
+mod faults;
+mod sources;
+mod states;
+
+use model_core::{
+    control::{
+        encoder_word::{EncoderCount, EncoderWord, Magnet},
+        units::{Angle, float},
+    },
+    plant::{
+        Plant, Pwm,
+        first_order::{FirstOrder, FirstOrderParameters},
+    },
+    sensors::{encoder::Encoder, noise::Noise},
+};
+
+use super::*;
+
+/// A motor that turns as far as it likes.
+fn without_stop() -> FirstOrderParameters {
+    FirstOrderParameters {
+        position_limit_deg: 32_000.0,
+        ..FirstOrderParameters::DEFAULT
+    }
+}
+
+/// A board, the motor that it drives, and a hand in the wiring.
+pub(super) struct Rig {
+    pub application: Application,
+    plant: FirstOrder,
+    encoder: Encoder,
+    pub outputs: Outputs,
+    /// What is commanded in each control period, if anything.
+    pub command: Option<Angle>,
+    duty_pct: f64,
+}
+
+impl Rig {
+    pub fn new(parameters: BoardParameters) -> Self {
+        let mut rig = Self {
+            application: Application::new(parameters),
+            plant: FirstOrder::try_new(without_stop(), Pwm::Average).unwrap(),
+            encoder: Encoder::new(Default::default(), Noise::new(0, 0)),
+            outputs: Outputs {
+                bridge: Bridge::Coast,
+                state: State::Initialising,
+                fault: None,
+                telemetry: Telemetry::default(),
+            },
+            command: None,
+            duty_pct: 0.0,
+        };
+        rig.step();
+        rig
+    }
+
+    /// A rig whose loop is closed.
+    pub fn enabled() -> Self {
+        let mut rig = Self::new(BoardParameters::DEFAULT);
+        rig.request(Request::Enable);
+        rig.command = Some(Angle::ZERO);
+        rig.step();
+        assert_eq!(rig.outputs.state, State::Enabled);
+        rig
+    }
+
+    /// A rig at full rate.
+    pub fn turning() -> Self {
+        let mut rig = Self::enabled();
+        rig.command = Some(Angle::from_num(30_000));
+        rig.steps(300);
+        // 283.6 deg/s, and a count is 22 deg/s.
+        assert!(rig.outputs.telemetry.rate > 270);
+        rig
+    }
+
+    pub fn request(&mut self, request: Request) {
+        assert_eq!(self.application.request(request), Ok(()), "{request:?}");
+    }
+
+    /// One control period with an undisturbed board.
+    pub fn step(&mut self) -> Outputs {
+        self.step_with(|_| {})
+    }
+
+    /// One control period; the hand changes what is sampled.
+    pub fn step_with(&mut self, hand: impl FnOnce(&mut Samples)) -> Outputs {
+        let mut samples = Samples::at_rest(self.encoder.word(self.plant.at(20).angle_deg));
+        hand(&mut samples);
+        if let Some(angle) = self.command {
+            let _ = self.application.request(Request::Command(angle));
+        }
+        self.outputs = self.application.step(&samples);
+        for period in 0..4 {
+            self.plant.start_period(self.duty_pct);
+            if period == 0 {
+                self.duty_pct = match self.outputs.bridge {
+                    Bridge::Driven(_) => float(self.outputs.telemetry.duty),
+                    Bridge::Coast | Bridge::Brake => 0.0,
+                };
+            }
+        }
+        self.outputs
+    }
+
+    pub fn steps(&mut self, count: u32) -> Outputs {
+        for _ in 0..count {
+            self.step();
+        }
+        self.outputs
+    }
+}
+
+/// A word of a healthy encoder.
+pub(super) fn word(count: u16) -> EncoderWord {
+    EncoderWord::of(EncoderCount::new(count), Magnet::Steady)
+}

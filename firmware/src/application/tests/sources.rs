@@ -1,0 +1,151 @@
+//! Where commands come from, and how one source follows another.
+
+use model_core::{
+    control::units::angle,
+    excitation::{
+        Excitation,
+        chirp::Chirp,
+        multistep::{DoubletParameters, Multistep},
+    },
+};
+
+use super::*;
+use crate::command::excitation::Run;
+
+fn pulse(width_us: u16) -> impl Fn(&mut Samples) {
+    move |samples| samples.servo_pulse_us = Some(width_us)
+}
+
+#[test]
+fn a_command_of_the_bus_is_followed_at_once() {
+    let mut rig = Rig::enabled();
+    rig.command = Some(angle(30.0));
+    assert_eq!(rig.step().telemetry.command, 30);
+    rig.steps(500);
+    assert!((rig.outputs.telemetry.angle - angle(30.0)).abs() < 0.2);
+}
+
+#[test]
+fn the_servo_pulse_is_approached_slowly_and_followed_at_once_from_there_on() {
+    let mut rig = Rig::enabled();
+    rig.request(Request::Source(Source::ServoPulse));
+    rig.command = None;
+    // 2000 us are 60 deg: a second at 60 deg/s.
+    let mut last = rig.outputs.telemetry.command;
+    for _ in 0..260 {
+        let command = rig.step_with(pulse(2000)).telemetry.command;
+        assert!(command - last <= angle(0.241), "{last} {command}");
+        last = command;
+    }
+    assert_eq!(last, 60);
+    assert_eq!(rig.step_with(pulse(1000)).telemetry.command, -60);
+    assert_eq!(rig.outputs.telemetry.source, Source::ServoPulse);
+}
+
+#[test]
+fn commands_of_the_bus_are_refused_while_the_servo_pulse_commands() {
+    let mut rig = Rig::enabled();
+    rig.request(Request::Source(Source::ServoPulse));
+    let refused = Err(Refused::Source(Source::ServoPulse));
+    let request = Request::Command(angle(1.0));
+    assert_eq!(rig.application.request(request), refused);
+}
+
+#[test]
+fn back_on_the_bus_the_command_stays_until_the_next_one() {
+    let mut rig = Rig::enabled();
+    rig.request(Request::Source(Source::ServoPulse));
+    rig.command = None;
+    for _ in 0..100 {
+        rig.step_with(pulse(1750));
+    }
+    let reached = rig.outputs.telemetry.command;
+    assert!(reached > 20);
+    rig.request(Request::Source(Source::Bus));
+    assert_eq!(rig.step().telemetry.command, reached);
+    rig.command = Some(angle(-5.0));
+    assert_eq!(rig.step().telemetry.command, -5);
+}
+
+#[test]
+fn pulses_that_are_none_are_counted_and_do_not_keep_the_command_alive() {
+    let mut rig = Rig::enabled();
+    rig.request(Request::Source(Source::ServoPulse));
+    rig.command = None;
+    rig.step_with(pulse(1500));
+    let command = rig.outputs.telemetry.command;
+    for _ in 0..25 {
+        let outputs = rig.step_with(pulse(3000));
+        assert_eq!((outputs.fault, outputs.telemetry.command), (None, command));
+    }
+    let outputs = rig.step_with(pulse(100));
+    assert_eq!(outputs.fault, Some(Fault::CommandTimeout));
+    assert_eq!(outputs.telemetry.servo_glitches, 26);
+    assert_eq!(outputs.telemetry.servo_pulse_us, 1500);
+}
+
+#[test]
+fn an_excitation_is_added_to_the_command_and_ends_where_it_began() {
+    let mut rig = Rig::enabled();
+    rig.command = Some(angle(10.0));
+    rig.steps(300);
+    rig.command = None;
+    let doublet = Multistep::try_doublet(&DoubletParameters {
+        amplitude_deg: 2.0,
+        start_s: 0.0,
+        unit_s: 0.1,
+    });
+    let run = Run::new(Excitation::Multistep(doublet.unwrap()), 2);
+    rig.application.start_excitation(run).unwrap();
+    for _ in 0..2 {
+        // 0.2 s are 50 control periods, and the tick at the end is one more.
+        for period in 0..51 {
+            let outputs = rig.step();
+            let expected = match period {
+                0..25 => 12,
+                25..50 => 8,
+                _ => 10,
+            };
+            assert_eq!(outputs.telemetry.command, expected, "{period}");
+            assert_eq!(outputs.telemetry.source, Source::Excitation);
+        }
+    }
+    let outputs = rig.step();
+    assert_eq!(outputs.telemetry.command, 10);
+    assert_eq!(outputs.telemetry.source, Source::Bus);
+}
+
+#[test]
+fn an_excitation_that_is_ended_leaves_the_command_where_it_is() {
+    let mut rig = Rig::enabled();
+    let chirp = Chirp::try_linear(&Default::default()).unwrap();
+    let run = Run::new(Excitation::Chirp(chirp), 1);
+    rig.application.start_excitation(run).unwrap();
+    rig.command = None;
+    // The timeout of commands does not run meanwhile.
+    rig.steps(300);
+    assert_eq!(rig.outputs.fault, None);
+    let command = rig.outputs.telemetry.command;
+    assert_ne!(command, 0);
+    rig.request(Request::StopExcitation);
+    assert_eq!(rig.step().telemetry.command, command);
+}
+
+#[test]
+fn an_excitation_starts_in_the_enabled_state_only() {
+    let mut rig = Rig::new(BoardParameters::DEFAULT);
+    let chirp = Chirp::try_linear(&Default::default()).unwrap();
+    let run = Run::new(Excitation::Chirp(chirp), 1);
+    let refused = Err(Refused::State(State::Disabled));
+    assert_eq!(rig.application.start_excitation(run), refused);
+}
+
+#[test]
+fn a_timeout_of_zero_is_none() {
+    let mut parameters = BoardParameters::DEFAULT;
+    parameters.command.command_timeout_ms = 0;
+    let mut rig = Rig::new(parameters);
+    rig.request(Request::Enable);
+    rig.steps(1000);
+    assert_eq!(rig.outputs.state, State::Enabled);
+}

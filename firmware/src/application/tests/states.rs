@@ -1,0 +1,240 @@
+//! Operating states and the ways between them.
+
+use model_core::control::{cascade::Coefficients, parameters::ControlParameters, units::angle};
+
+use super::*;
+
+#[test]
+fn the_loop_is_not_closed_before_everything_was_measured() {
+    let mut application = Application::new(BoardParameters::DEFAULT);
+    let mut samples = Samples::at_rest(word(0));
+    samples.scan = None;
+    assert_eq!(application.step(&samples).state, State::Initialising);
+    let refused = Refused::State(State::Initialising);
+    assert_eq!(application.request(Request::Enable), Err(refused));
+    let outputs = application.step(&Samples::at_rest(word(0)));
+    assert_eq!(outputs.state, State::Disabled);
+    assert_eq!(application.request(Request::Enable), Ok(()));
+}
+
+#[test]
+fn what_cannot_be_measured_within_200_ms_of_the_start_is_a_fault() {
+    let mut application = Application::new(BoardParameters::DEFAULT);
+    let mut samples = Samples::at_rest(word(0));
+    samples.encoder = None;
+    for _ in 0..49 {
+        assert_eq!(application.step(&samples).state, State::Initialising);
+    }
+    let outputs = application.step(&samples);
+    assert_eq!(
+        (outputs.state, outputs.fault),
+        (State::Fault, Some(Fault::EncoderInvalid))
+    );
+}
+
+#[test]
+fn a_watchdog_reset_and_corrupt_parameters_are_faults_of_the_start() {
+    for (start, fault) in [
+        (
+            Start {
+                watchdog: true,
+                ..Start::default()
+            },
+            Fault::WatchdogReset,
+        ),
+        (
+            Start {
+                parameters_corrupt: true,
+                ..Start::default()
+            },
+            Fault::ParametersCorrupt,
+        ),
+    ] {
+        let mut application = Application::after(BoardParameters::DEFAULT, start);
+        let outputs = application.step(&Samples::at_rest(word(0)));
+        assert_eq!((outputs.state, outputs.fault), (State::Fault, Some(fault)));
+        assert_eq!(application.request(Request::Acknowledge), Ok(()));
+        let outputs = application.step(&Samples::at_rest(word(0)));
+        assert_eq!((outputs.state, outputs.fault), (State::Disabled, None));
+    }
+}
+
+#[test]
+fn every_request_that_does_not_fit_the_state_is_refused_and_changes_nothing() {
+    let mut disabled = Rig::new(BoardParameters::DEFAULT);
+    for request in [Request::QuickStop, Request::Acknowledge] {
+        let refused = Err(Refused::State(State::Disabled));
+        assert_eq!(disabled.application.request(request), refused);
+    }
+    let mut enabled = Rig::enabled();
+    let refused = Err(Refused::State(State::Enabled));
+    assert_eq!(enabled.application.request(Request::Acknowledge), refused);
+    assert_eq!(enabled.application.request(Request::Enable), Ok(()));
+    assert_eq!(enabled.application.state(), State::Enabled);
+    let refused = Err(Refused::Source(Source::Excitation));
+    let request = Request::Source(Source::Excitation);
+    assert_eq!(enabled.application.request(request), refused);
+}
+
+#[test]
+fn a_disabled_bridge_is_off_and_the_integrator_empty() {
+    let mut rig = Rig::enabled();
+    rig.command = Some(angle(10.0));
+    rig.steps(100);
+    rig.request(Request::Disable);
+    assert_eq!(rig.step().bridge, Bridge::Coast);
+    // At rest, with the angle as the command, there is no duty.
+    rig.steps(500);
+    rig.command = None;
+    rig.request(Request::Enable);
+    let outputs = rig.step();
+    assert_eq!(outputs.state, State::Enabled);
+    assert!(outputs.telemetry.duty.abs() < 1e-6);
+}
+
+#[test]
+fn enabling_holds_the_angle_wherever_the_last_command_was() {
+    let mut rig = Rig::enabled();
+    rig.command = Some(angle(90.0));
+    rig.steps(60);
+    rig.request(Request::Disable);
+    rig.steps(500);
+    let held = rig.outputs.telemetry.angle;
+    rig.command = None;
+    rig.request(Request::Enable);
+    rig.steps(20);
+    assert_eq!(rig.outputs.telemetry.command, held);
+    assert_eq!(rig.outputs.telemetry.angle, held);
+}
+
+#[test]
+fn a_quick_stop_brings_the_shaft_to_rest_by_the_ramp_and_goes_off() {
+    let mut rig = Rig::turning();
+    let before = rig.outputs.telemetry;
+    rig.request(Request::QuickStop);
+    let mut periods = 0;
+    while rig.outputs.state != State::Disabled {
+        let outputs = rig.step();
+        periods += 1;
+        // 2000 deg/s^2 are 8 deg/s a period.
+        let ramp = (before.rate - Angle::from_num(8 * periods)).max(Angle::ZERO);
+        if outputs.state == State::QuickStop {
+            assert_eq!(outputs.telemetry.rate_command, ramp, "{periods}");
+        }
+    }
+    // 283 deg/s take 36 periods; the shaft follows within some more.
+    assert!((36 + 5..=100).contains(&periods), "{periods}");
+    assert!(rig.outputs.telemetry.rate.abs() < 5);
+    assert_eq!(rig.outputs.bridge, Bridge::Coast);
+    // v^2/2a = 20 deg, and what the lag adds.
+    let way = rig.outputs.telemetry.angle - before.angle;
+    assert!(way > 18 && way < 45, "{way}");
+}
+
+#[test]
+fn a_quick_stop_starts_without_a_jump_of_the_duty() {
+    let mut rig = Rig::turning();
+    let before = rig.outputs.telemetry.duty;
+    rig.request(Request::QuickStop);
+    let after = rig.step().telemetry.duty;
+    // 8 deg/s less at 1.32 %/(deg/s), and what the integrator makes of it.
+    assert!((after - before).abs() < 15, "{before} {after}");
+}
+
+#[test]
+fn a_quick_stop_that_holds_stays_until_it_is_enabled_or_disabled() {
+    let mut parameters = BoardParameters::DEFAULT;
+    parameters.stop.quick_stop_hold = 1;
+    let mut rig = Rig::new(parameters);
+    rig.request(Request::Enable);
+    rig.command = Some(angle(500.0));
+    rig.steps(100);
+    rig.request(Request::QuickStop);
+    rig.steps(150);
+    assert_eq!(rig.outputs.state, State::QuickStop);
+    let held = rig.outputs.telemetry.angle;
+    rig.steps(500);
+    assert_eq!(rig.outputs.state, State::QuickStop);
+    assert!((rig.outputs.telemetry.angle - held).abs() < 2);
+    rig.command = None;
+    rig.request(Request::Enable);
+    assert_eq!(rig.step().state, State::Enabled);
+    rig.request(Request::QuickStop);
+    rig.request(Request::Disable);
+    assert_eq!(rig.step().state, State::Disabled);
+}
+
+#[test]
+fn other_gains_while_the_loop_is_closed_do_not_move_the_duty() {
+    let stiffer = BoardParameters {
+        control: Coefficients::try_new(&ControlParameters {
+            proportional_gain: 3.0,
+            position_gain: 12.0,
+            ..ControlParameters::DEFAULT
+        })
+        .unwrap(),
+        ..BoardParameters::DEFAULT
+    };
+    let (mut kept, mut retuned) = (Rig::enabled(), Rig::enabled());
+    // A shaft that is held, so that what is measured is the same in both periods.
+    let held = |rig: &mut Rig| rig.step_with(|samples| samples.encoder = Some(word(20)));
+    for rig in [&mut kept, &mut retuned] {
+        rig.command = Some(angle(5.0));
+        for _ in 0..20 {
+            held(rig);
+        }
+    }
+    assert_eq!(retuned.application.retune(&stiffer), Ok(()));
+    let apart = held(&mut retuned).telemetry.duty - held(&mut kept).telemetry.duty;
+    // What is left of the filtered rate after 20 periods: 440 deg/s 0.6^20, times 3 %/(deg/s).
+    assert!(apart.abs() < 0.05, "{apart}");
+    // From there on the new gains act: 12/s instead of 8/s at 3 deg and 10 %/deg are 0.5 % a period.
+    for _ in 0..5 {
+        held(&mut retuned);
+        held(&mut kept);
+    }
+    let apart = held(&mut retuned).telemetry.duty - held(&mut kept).telemetry.duty;
+    assert!(apart > 2, "{apart}");
+}
+
+#[test]
+fn parameters_beyond_the_control_step_wait_until_the_bridge_is_off() {
+    let mut other = BoardParameters::DEFAULT;
+    other.stall.stall_ms = 600;
+    let mut rig = Rig::enabled();
+    assert_eq!(
+        rig.application.retune(&other),
+        Err(Refused::NotWhileDriving)
+    );
+    rig.request(Request::QuickStop);
+    let mut gains = BoardParameters::DEFAULT;
+    assert!(gains.control.set(0, 9.0));
+    assert_eq!(
+        rig.application.retune(&gains),
+        Err(Refused::NotWhileDriving)
+    );
+    rig.request(Request::Disable);
+    assert_eq!(rig.application.retune(&other), Ok(()));
+    other.stall.stall_ms = 0;
+    let number = BoardParameters::number_of("stall_ms").unwrap();
+    assert_eq!(
+        rig.application.retune(&other),
+        Err(Refused::Parameter(number))
+    );
+}
+
+#[test]
+fn missed_periods_are_counted_and_leave_no_jump_in_the_rate() {
+    let mut rig = Rig::turning();
+    let before = rig.outputs.telemetry.rate;
+    // Two periods pass without a step.
+    for _ in 0..8 {
+        rig.plant.start_period(rig.duty_pct);
+    }
+    let outputs = rig.step_with(|samples| samples.missed_periods = 2);
+    assert_eq!(outputs.telemetry.missed_periods, 2);
+    assert_eq!(outputs.fault, None);
+    let jump = outputs.telemetry.rate - before;
+    // A count a period is 22 deg/s; over three periods and with a share of 0.4 a tenth of that.
+    assert!(jump.abs() < 9, "{jump}");
+}
