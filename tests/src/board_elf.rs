@@ -18,11 +18,14 @@ pub fn board_elf() -> &'static Path {
 }
 
 fn build() -> PathBuf {
-    let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let workspace = (package.ancestors())
+        .find(|folder| folder.join("Cargo.lock").is_file())
+        .expect("a workspace has a lock file");
     let target = workspace.join("target").join("board");
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let status = Command::new(cargo)
-        .current_dir(&workspace)
+        .current_dir(workspace)
         .args(["build-board", "--locked", "--quiet", "--target-dir"])
         .arg(&target)
         // What the outer build was told about its own target does not hold for this one.

@@ -1,7 +1,27 @@
 //! The emulated actuator board: an STM32F427 that runs the release ELF in lockstep with a motor
 //! model.
+//!
+//! ```text
+//!             ┌ chip ── rigless: core, RCC, TIM1, SPI1, ADC1, DMA2, IWDG ..
+//! ELF ── run ─┤        └ own: CAN1 (can), FLASH (flash)
+//!             ├ board ── encoder on SPI1, comparator at the break input, servo pulses
+//!             ├ rig ──── bridge, motor, gear train, supply, front ends, encoder
+//!             ├ faults ─ what breaks when
+//!             └ trace ── what was seen, and its hash
+//! ```
+//!
+//! Time is virtual and one instruction takes one cycle of 168 MHz, so the same ELF, options and faults
+//! give the same trace, whatever the machine and however busy it is.
+//!
+//! What the emulation does not show: silicon cycles (flash wait states, bus contention), analogue
+//! settling, the ripple of the current within a PWM period (the rig sees the mean of each slot of
+//! its grid), and everything that the models of `rigless` list as left out.
 
+pub mod board;
 pub mod can;
 pub mod chip;
+pub mod faults;
 pub mod flash;
 pub mod rig;
+pub mod run;
+pub mod trace;

@@ -1,3 +1,7 @@
 //! The microcontroller: the parts of rigless, with what they lack.
 
-pub mod bus;
+pub(crate) mod bus;
+mod mcu;
+mod outputs;
+
+pub use mcu::Chip;

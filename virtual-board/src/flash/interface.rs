@@ -30,6 +30,7 @@ pub struct Interface {
     /// Decides what an operation leaves that the supply does not outlast.
     pub seed: u64,
     options: Flash,
+    supply_mv: Option<NonZeroU32>,
     control: u64,
     status: u64,
     key: Key,
@@ -52,6 +53,7 @@ impl Interface {
             times,
             seed,
             options: Flash::with_clock(16_000_000),
+            supply_mv: None,
             control: cr::LOCK,
             status: 0,
             key: Key::default(),
@@ -69,6 +71,7 @@ impl Interface {
 
     /// The supply, which decides about wait states and parallelism, mV.
     pub fn set_supply(&mut self, supply_mv: NonZeroU32) {
+        self.supply_mv = Some(supply_mv);
         self.options.set_supply(supply_mv);
     }
 
@@ -115,9 +118,13 @@ impl Interface {
         let (option, option_1) = self.options.committed_options();
         let mut options = Flash::with_clock(16_000_000);
         options.keep_options(option, option_1, registers);
+        if let Some(supply_mv) = self.supply_mv {
+            options.set_supply(supply_mv);
+        }
         let log = std::mem::take(&mut self.log);
         *self = Self {
             options,
+            supply_mv: self.supply_mv,
             log,
             cut: self.cut,
             operations: self.operations,

@@ -11,6 +11,9 @@ const CYCLES_PER_COUNT: u32 = PERIOD_CYCLES / PWM_COUNTS as u32;
 /// 1 us, during which neither switch of a leg conducts.
 const DEAD_CYCLES: u32 = 168;
 
+/// What the dead time leaves of a full period, which has no edge and loses nothing.
+const FULL_CYCLES: u32 = PERIOD_CYCLES - DEAD_CYCLES;
+
 /// State of the bridge, for as long as it stays.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Bridge {
@@ -43,19 +46,23 @@ impl Bridge {
         Self::of_cycles(compare > 0, cycles)
     }
 
-    /// The state for a reference that is active for so many cycles.
-    pub(crate) fn of_cycles(is_positive: bool, cycles: u32) -> Self {
-        let on_cycles = if cycles >= PERIOD_CYCLES {
-            PERIOD_CYCLES
-        } else {
-            cycles.saturating_sub(DEAD_CYCLES)
-        };
-        if on_cycles == 0 {
-            return Self::Brake;
-        }
-        Self::Driven {
-            is_positive,
-            on_cycles,
+    fn of_cycles(is_positive: bool, cycles: u32) -> Self {
+        Self::after_dead_time(is_positive, cycles.saturating_sub(DEAD_CYCLES))
+    }
+
+    /// The state for a high side that conducts for so many cycles. The timer knows of no full
+    /// period: it takes the dead time off that one as well.
+    pub(crate) fn after_dead_time(is_positive: bool, cycles: u32) -> Self {
+        match cycles {
+            0 => Self::Brake,
+            1..FULL_CYCLES => Self::Driven {
+                is_positive,
+                on_cycles: cycles,
+            },
+            _ => Self::Driven {
+                is_positive,
+                on_cycles: PERIOD_CYCLES,
+            },
         }
     }
 

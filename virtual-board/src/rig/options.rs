@@ -53,7 +53,7 @@ impl RigOptions {
     pub fn realistic(seed: u64) -> Self {
         let mut chance = model_core::sensors::noise::Noise::new(seed, u64::MAX);
         // Three standard deviations are a third.
-        let mut spread = || 1.0 + chance.gaussian(1.0 / 9.0).max(-1.0 / 3.0).min(1.0 / 3.0);
+        let mut spread = || 1.0 + chance.gaussian(1.0 / 9.0).clamp(-1.0 / 3.0, 1.0 / 3.0);
         let mut options = Self {
             seed,
             pin_noise_v: 1e-3,

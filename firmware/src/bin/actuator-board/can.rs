@@ -44,11 +44,14 @@ impl Can {
     /// Joins the bus. Frames that pass one of at most 28 filters come in.
     pub fn new(pins: Pins<CAN1>, settings: &BusSettings, filters: &[Filter]) -> Self {
         let (can, _) = pins.release();
-        can.mcr().write(|w| w.inrq().set_bit());
+        // It sleeps after a reset, and only one that is awake starts to initialise.
+        can.mcr().write(|w| w.sleep().clear_bit().inrq().set_bit());
         while can.msr().read().inak().bit_is_clear() {}
         // Comes back from bus-off by itself; sends in order; keeps what it has when a queue is full.
         can.mcr().write(|w| {
-            w.inrq()
+            w.sleep()
+                .clear_bit()
+                .inrq()
                 .set_bit()
                 .abom()
                 .set_bit()

@@ -1,0 +1,3 @@
+//! The release ELF on the emulated board.
+
+mod closed_loop;

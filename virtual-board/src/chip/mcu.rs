@@ -1,0 +1,201 @@
+//! The whole STM32F427: that of rigless, with our bus, CAN1 and flash.
+
+use std::num::NonZeroU32;
+
+use rigless::device::{Device, ErasedDevice, Level, ResetCause};
+use rigless::mcu::{Mcu, Operate};
+use rigless::soc::stm32f427::Stm32f427;
+use rigless::soc::stm32f427::generated::{dbg, pwr, rcc, rtc};
+use rigless::soc::{Bus, Error, Layout, Width, stm32f427};
+use rigless::time::VirtualNanos;
+
+use super::bus;
+use crate::can::{BxCan, Wire};
+use crate::flash::{FlashTimes, Interface};
+
+/// Rail of the chip, mV.
+const RAIL_MV: u32 = 3300;
+
+/// The chip of the board.
+#[derive(Debug)]
+pub struct Chip {
+    /// What rigless models.
+    pub part: Stm32f427,
+    /// The CAN controller.
+    pub can: BxCan,
+    /// The flash.
+    pub flash: Interface,
+    can_slot: usize,
+    flash_slot: usize,
+    /// The level that the board drives at the break input.
+    break_level: Level,
+}
+
+/// Carries registers from one bus to another of the same instances.
+fn keep<L: Layout>(
+    from: &Bus,
+    to: &mut Bus,
+    instance: &'static str,
+    registers: impl IntoIterator<Item = L>,
+) {
+    let (Some(source), Some(sink)) = (from.slot_of(instance), to.slot_of(instance)) else {
+        return;
+    };
+    for register in registers {
+        let value = from.slots()[source].registers().get(register);
+        to.slot_mut(sink).registers_mut().set(register, value);
+    }
+}
+
+/// What a reset of the part keeps (RM0090, section 6.1).
+fn keep_backup(from: &Bus, to: &mut Bus) {
+    keep(from, to, "RCC", [rcc::Register::Csr, rcc::Register::Bdcr]);
+    keep(from, to, "PWR", [pwr::Register::Csr]);
+    keep(from, to, "RTC", rtc::Register::ALL.iter().copied());
+    keep(from, to, "DBG", dbg::Register::ALL.iter().copied());
+}
+
+/// The part of rigless with what the board puts on its pins.
+fn fresh_part() -> Result<Stm32f427, Error> {
+    let mut part = Stm32f427::new()?;
+    part.rcc.attach_crystals(8_000_000, 0);
+    part.set_supply(RAIL_MV);
+    // A converter that compares codes with codes: what the rig gives comes out as it is.
+    part.adc[0].set_reference(u32::from(super::outputs::FULL_SCALE));
+    Ok(part)
+}
+
+impl Chip {
+    /// A chip after power-on, with an oscillator of 8 MHz at HSE.
+    ///
+    /// # Errors
+    /// That of rigless, where the description of the part does not hold together.
+    pub fn try_new(wire: Wire, times: FlashTimes, seed: u64) -> Result<Self, Error> {
+        let mut part = fresh_part()?;
+        // The same instances in the same order, so that the part's wiring of slots to models holds.
+        *part.bus_mut() = bus::builder()?.build()?;
+        let can_slot = part.bus().slot("CAN1")?;
+        let flash_slot = part.bus().slot("FLASH")?;
+        let mut flash = Interface::new(times, seed);
+        if let Some(rail_mv) = NonZeroU32::new(RAIL_MV) {
+            flash.set_supply(rail_mv);
+        }
+        let mut chip = Self {
+            part,
+            can: BxCan::new(Some(wire)),
+            flash,
+            can_slot,
+            flash_slot,
+            break_level: Level::High,
+        };
+        chip.check()?;
+        chip.drive_break(VirtualNanos(0), Level::High);
+        Ok(chip)
+    }
+
+    /// Drives the break input; low is a break.
+    pub fn drive_break(&mut self, at: VirtualNanos, level: Level) {
+        self.break_level = level;
+        self.part
+            .drive_advanced_timer(at, 0, |timer, registers, context| {
+                timer.drive_break(level, registers, context);
+            });
+    }
+
+    /// Cuts the chip's supply, or gives it back.
+    pub fn set_power(&mut self, at: VirtualNanos, is_on: bool) {
+        let (_, mut context) = self.part.bus_mut().drive(at, self.flash_slot);
+        if is_on {
+            context.request_power(true);
+        } else {
+            self.flash.lose_power(&mut context);
+        }
+    }
+
+    /// A register as a debugger sees it: nothing changes.
+    pub fn peek_register(&mut self, at: VirtualNanos, address: u64) -> u64 {
+        self.peek(at, address, Width::W32).unwrap_or(0)
+    }
+
+    /// The part rebuilds its own bus and reads off the old one what survives: it gets a stock bus
+    /// with that for as long, and ours takes over again.
+    fn restart(&mut self, at: VirtualNanos, cause: ResetCause, mut stock: Bus, mut ours: Bus) {
+        keep_backup(self.part.bus(), &mut stock);
+        let old = std::mem::replace(self.part.bus_mut(), stock);
+        self.part.reset(at, cause);
+        keep_backup(self.part.bus(), &mut ours);
+        self.put_in(ours, &old);
+    }
+
+    /// A power-on reset keeps nothing but what hangs on the pins.
+    fn power_up(&mut self, ours: Bus) {
+        let Ok(fresh) = fresh_part() else {
+            unreachable!("it was built before");
+        };
+        let mut before = std::mem::replace(&mut self.part, fresh);
+        for (fresh, before) in self.part.spi.iter_mut().zip(&mut before.spi) {
+            fresh.inherit(before);
+        }
+        for (fresh, before) in self.part.adc.iter_mut().zip(&before.adc) {
+            fresh.inherit(before);
+        }
+        self.put_in(ours, before.bus());
+    }
+
+    /// Our bus, on which no event of before is taken for one of now.
+    fn put_in(&mut self, mut ours: Bus, before: &Bus) {
+        let continued = ours.keep_added(before);
+        debug_assert!(continued.is_ok());
+        *self.part.bus_mut() = ours;
+    }
+
+    fn restart_own_models(&mut self, at: VirtualNanos) {
+        let registers = self
+            .part
+            .bus_mut()
+            .slot_mut(self.flash_slot)
+            .registers_mut();
+        self.flash.restart(registers);
+        let (registers, mut context) = self.part.bus_mut().drive(at, self.can_slot);
+        Device::reset_line(&mut self.can, registers, &mut context);
+        self.drive_break(at, self.break_level);
+    }
+}
+
+impl Mcu for Chip {
+    fn bus(&self) -> &Bus {
+        self.part.bus()
+    }
+
+    fn bus_mut(&mut self) -> &mut Bus {
+        self.part.bus_mut()
+    }
+
+    fn reset(&mut self, at: VirtualNanos, cause: ResetCause) {
+        let build = || bus::builder().and_then(|builder| builder.build());
+        let (Ok(stock), Ok(ours)) = (stm32f427::builder().build(), build()) else {
+            unreachable!("both were built before");
+        };
+        if cause == ResetCause::PowerOn {
+            self.power_up(ours);
+        } else {
+            self.restart(at, cause, stock, ours);
+        }
+        self.restart_own_models(at);
+    }
+
+    fn poll(&mut self, now: VirtualNanos) {
+        let (registers, mut context) = self.part.bus_mut().drive(now, self.can_slot);
+        Device::poll(&mut self.can, registers, &mut context);
+    }
+
+    fn split(&mut self, slot: usize) -> (&mut Bus, Option<&mut dyn ErasedDevice>) {
+        if slot == self.can_slot {
+            (self.part.bus_mut(), Some(&mut self.can))
+        } else if slot == self.flash_slot {
+            (self.part.bus_mut(), Some(&mut self.flash))
+        } else {
+            self.part.split(slot)
+        }
+    }
+}

@@ -1,0 +1,106 @@
+//! What the board around the chip sees of its pins, and does to them.
+
+use rigless::device::Level;
+use rigless::soc::stm32f427::peripherals::adc::Channel as Input;
+use rigless::soc::stm32f427::peripherals::tim::Channel;
+use rigless::time::VirtualNanos;
+
+use super::Chip;
+use crate::rig::{Bridge, Legs, PERIOD_CYCLES, Sensed};
+
+/// The greatest code of the converter.
+pub(super) const FULL_SCALE: u16 = 4095;
+
+const TIM1: u64 = 0x4001_0000;
+const CR1: u64 = TIM1;
+const CNT: u64 = TIM1 + 0x24;
+const PSC: u64 = TIM1 + 0x28;
+
+/// Channels of the converter (schematic).
+mod input {
+    pub const CURRENT: u8 = 3;
+    pub const TEMPERATURE: u8 = 9;
+    pub const LEG_A: u8 = 10;
+    pub const LEG_B: u8 = 12;
+    pub const SUPPLY: u8 = 13;
+}
+
+/// What a leg of the bridge does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Leg {
+    /// Both switches open.
+    Off,
+    /// The high side conducts for so many cycles from the start of a period, the low side for the rest.
+    High(u32),
+}
+
+impl Chip {
+    /// The state of the bridge, as TIM1 drives its pins.
+    pub fn bridge(&mut self) -> Bridge {
+        match (self.leg(1), self.leg(2)) {
+            (Leg::High(a), Leg::High(b)) if a >= b => Bridge::after_dead_time(true, a - b),
+            (Leg::High(a), Leg::High(b)) => Bridge::after_dead_time(false, b - a),
+            _ => Bridge::Coast,
+        }
+    }
+
+    fn leg(&mut self, number: u8) -> Leg {
+        let (timer, registers) = self.part.advanced_timer(0);
+        let Some(channel) = Channel::new(number) else {
+            return Leg::Off;
+        };
+        if let Some(pulse) = timer.pulse(channel, registers) {
+            // Rounded down to ns from cycles of 5.95 ns: rounding up again finds the cycles.
+            let cycles = (pulse.width.0 * u64::from(PERIOD_CYCLES)).div_ceil(1_000_000);
+            return Leg::High(cycles as u32);
+        }
+        let high = timer.output(channel, registers);
+        let low = timer.complementary_output(channel, registers);
+        match (high, low) {
+            (Some(Level::High), _) => Leg::High(PERIOD_CYCLES),
+            (_, Some(Level::High)) => Leg::High(0),
+            _ => Leg::Off,
+        }
+    }
+
+    /// How long ago the running PWM period began, ns; `None` while TIM1 stands.
+    pub fn since_edge_ns(&mut self, at: VirtualNanos) -> Option<u64> {
+        if self.peek_register(at, CR1) & 1 == 0 {
+            return None;
+        }
+        let count = self.peek_register(at, CNT);
+        let cycles = count * (self.peek_register(at, PSC) + 1);
+        Some(cycles * 1_000_000 / u64::from(PERIOD_CYCLES))
+    }
+
+    /// Puts the codes at the converter's inputs.
+    pub fn show(&mut self, sensed: &Sensed) {
+        self.set_input(input::CURRENT, sensed.current.bits());
+        self.set_input(input::SUPPLY, sensed.supply.bits());
+        self.set_input(input::TEMPERATURE, sensed.temperature.bits());
+        self.show_legs(&sensed.legs);
+    }
+
+    /// Puts the legs' codes there.
+    pub fn show_legs(&mut self, legs: &Legs) {
+        self.set_input(input::LEG_A, legs.a.bits());
+        self.set_input(input::LEG_B, legs.b.bits());
+    }
+
+    fn set_input(&mut self, channel: u8, code: u16) {
+        if let Some(channel) = Input::new(channel) {
+            self.part.adc[0].set_input(channel, code.into());
+        }
+    }
+
+    /// The level of the servo's pulse at TIM4.
+    pub fn drive_servo(&mut self, at: VirtualNanos, level: Level) {
+        const TIM4: usize = 2;
+        self.part
+            .drive_timer(at, TIM4, |timer, registers, context| {
+                if let Some(channel) = Channel::new(1) {
+                    timer.drive_input(channel, level, registers, context);
+                }
+            });
+    }
+}

@@ -1,0 +1,146 @@
+//! Keeps the plan, and says what begins and ends.
+
+use super::{Fault, Planned, Trigger};
+
+/// A fault that is there.
+#[derive(Debug, Clone)]
+struct Standing {
+    until_ns: u64,
+    fault: Fault,
+}
+
+/// What happens to a fault.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Change {
+    Begin(Fault),
+    End(Fault),
+}
+
+/// The plan of a run.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Injector {
+    waiting: Vec<Planned>,
+    standing: Vec<Standing>,
+}
+
+impl Injector {
+    pub fn new(plan: Vec<Planned>) -> Self {
+        Self {
+            waiting: plan,
+            standing: Vec::new(),
+        }
+    }
+
+    /// Adds a fault while the run goes on.
+    pub fn add(&mut self, planned: Planned) {
+        self.waiting.push(planned);
+    }
+
+    /// Functions at whose entry something begins.
+    pub fn symbols(&self) -> impl Iterator<Item = &str> {
+        self.waiting
+            .iter()
+            .filter_map(|planned| match &planned.trigger {
+                Trigger::Symbol { name, .. } => Some(name.as_str()),
+                _ => None,
+            })
+    }
+
+    /// The next instant that something begins or ends at, ns.
+    pub fn next_ns(&self) -> Option<u64> {
+        let begins = self
+            .waiting
+            .iter()
+            .filter_map(|planned| match planned.trigger {
+                Trigger::At { ns } => Some(ns),
+                _ => None,
+            });
+        let ends = self.standing.iter().map(|standing| standing.until_ns);
+        begins.chain(ends).min()
+    }
+
+    /// The next instruction count that something begins at.
+    pub fn next_instruction(&self) -> Option<u64> {
+        let counts = self
+            .waiting
+            .iter()
+            .filter_map(|planned| match planned.trigger {
+                Trigger::Instruction { count } => Some(count),
+                _ => None,
+            });
+        counts.min()
+    }
+
+    /// The core arrived at a function.
+    pub fn arrive(&mut self, at: &str) {
+        for planned in &mut self.waiting {
+            if let Trigger::Symbol { name, hit } = &mut planned.trigger
+                && name == at
+            {
+                *hit -= 1;
+            }
+        }
+    }
+
+    /// What ends and begins by now.
+    pub fn due(&mut self, now_ns: u64, instructions: u64) -> Vec<Change> {
+        let ends = |standing: &mut Standing| standing.until_ns <= now_ns;
+        let mut changes: Vec<_> = (self.standing.extract_if(.., ends))
+            .map(|standing| Change::End(standing.fault))
+            .collect();
+        let begins = |planned: &mut Planned| match planned.trigger {
+            Trigger::At { ns } => ns <= now_ns,
+            Trigger::Instruction { count } => count <= instructions,
+            Trigger::Symbol { hit, .. } => hit == 0,
+        };
+        let begun: Vec<_> = self.waiting.extract_if(.., begins).collect();
+        for planned in begun {
+            changes.push(Change::Begin(planned.fault.clone()));
+            if let Some(for_ns) = planned.for_ns {
+                self.standing.push(Standing {
+                    until_ns: now_ns + for_ns,
+                    fault: planned.fault,
+                });
+            }
+        }
+        changes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fault_begins_in_its_time_and_ends_in_its_time() {
+        let mut injector = Injector::new(vec![Planned::at_ms(2, Fault::Jam).for_ms(3)]);
+        assert_eq!(injector.next_ns(), Some(2_000_000));
+        assert_eq!(injector.due(1_999_999, 0), []);
+        assert_eq!(injector.due(2_000_006, 0), [Change::Begin(Fault::Jam)]);
+        assert_eq!(injector.next_ns(), Some(5_000_006));
+        assert_eq!(injector.due(5_000_006, 0), [Change::End(Fault::Jam)]);
+        assert_eq!(injector.next_ns(), None);
+    }
+
+    #[test]
+    fn counts_and_arrivals_trigger_once() {
+        let planned = |trigger| Planned {
+            trigger,
+            for_ns: None,
+            fault: Fault::Jam,
+        };
+        let name = "step".to_owned();
+        let mut injector = Injector::new(vec![
+            planned(Trigger::Instruction { count: 100 }),
+            planned(Trigger::Symbol { name, hit: 2 }),
+        ]);
+        assert_eq!(injector.due(0, 99).len(), 0);
+        assert_eq!(injector.due(0, 100).len(), 1);
+        injector.arrive("other");
+        injector.arrive("step");
+        assert_eq!(injector.due(0, 101).len(), 0);
+        injector.arrive("step");
+        assert_eq!(injector.due(0, 102).len(), 1);
+        assert_eq!(injector.due(0, 103).len(), 0);
+    }
+}

@@ -1,0 +1,353 @@
+//! The lockstep of chip and rig.
+
+use rigless::device::Level;
+use rigless::emulator::{Driver, Host, Settled, Stop, Watch};
+use rigless::session::Session;
+use rigless::time::VirtualNanos;
+
+use super::firmware::Firmware;
+use super::grid::{Grid, Point};
+use super::options::Options;
+use super::probe::Probes;
+use super::servo::Servo;
+use super::view::{Flow, Script, View};
+use super::{RunError, faulty};
+use crate::board::{ActuatorBoard, CORE_HZ};
+use crate::faults::Injector;
+use crate::rig::{Bridge, Rig, Slot};
+use crate::trace::{Row, Trace};
+
+/// Stops while the timer has not started, or is expected to start anew, ns.
+const LOOK_NS: u64 = 100_000;
+
+/// Current that trips the comparator at the bridge's ground return, A.
+const TRIP_A: f64 = 2.0;
+
+/// Supply below which the regulator no longer holds the chip's rail, and above which it does, V.
+const BROWN_OUT_V: (f64, f64) = (3.6, 3.9);
+
+/// The run's driver.
+#[derive(Debug)]
+pub(super) struct Lockstep<S> {
+    pub script: S,
+    pub rig: Rig,
+    pub trace: Trace,
+    pub probes: Probes,
+    pub faults: Injector,
+    pub servo: Servo,
+    /// Virtual time, ns, and instructions at the last stop.
+    pub last: (u64, u64),
+    /// Faults that are not the rig's.
+    pub faulty: faulty::Faulty,
+    /// Functions that faults wait for, by their entries.
+    entries: Vec<(u64, String)>,
+    grid: Grid,
+    /// The rig stands at this instant, ns.
+    rig_ns: u64,
+    until_ns: u64,
+    next_look_ns: u64,
+    is_watching: bool,
+    is_held: bool,
+    is_powered: bool,
+    resets: usize,
+    firmware: Firmware,
+    row: Row,
+}
+
+impl<S: Script> Lockstep<S> {
+    pub fn try_new(firmware: &Firmware, options: Options, script: S) -> Result<Self, RunError> {
+        let mut rig = Rig::try_new(&options.rig)?;
+        let faults = Injector::new(options.faults);
+        let mut entries = Vec::new();
+        for name in faults.symbols() {
+            entries.push((firmware.function(name)?.entry, name.to_owned()));
+        }
+        let sensed = rig.sense();
+        Ok(Self {
+            script,
+            trace: Trace::new(options.keeps_trace),
+            probes: Probes::try_new(firmware, &options.probes)?,
+            servo: Servo::new(options.servo_us),
+            last: (0, 0),
+            faulty: faulty::Faulty::default(),
+            entries,
+            faults,
+            grid: Grid::new(),
+            rig_ns: 0,
+            until_ns: options.until_ns,
+            next_look_ns: 1,
+            is_watching: false,
+            is_held: false,
+            is_powered: true,
+            resets: 0,
+            firmware: firmware.clone(),
+            row: Row {
+                at_ns: 0,
+                instructions: 0,
+                bridge: Bridge::Coast,
+                sensed,
+                angle_deg: 0.0,
+                rate_deg_s: 0.0,
+                current_a: 0.0,
+                supply_v: 0.0,
+            },
+            rig,
+        })
+    }
+
+    /// The next instant at which the run has to stop, ns.
+    pub fn next_ns(&self, now_ns: u64) -> u64 {
+        let grid_ns = self.grid.is_locked.then(|| self.grid.next().0);
+        let others = [self.faults.next_ns(), self.servo.next_ns(), grid_ns];
+        let next_ns = others.into_iter().flatten().min().unwrap_or(u64::MAX);
+        next_ns
+            .min(self.next_look_ns)
+            .min(self.until_ns)
+            .max(now_ns + 1)
+    }
+
+    fn watch(&mut self, session: &mut Session<ActuatorBoard>) {
+        let faults = self.entries.iter().map(|(address, _)| *address);
+        for address in self.probes.addresses().chain(faults) {
+            session.watch(Watch::Instruction(address));
+        }
+    }
+
+    /// Everything whose time has come.
+    fn act(
+        &mut self,
+        session: &mut Session<ActuatorBoard>,
+        stop: Stop,
+        host: &mut dyn Host,
+    ) -> Flow {
+        self.notice_resets(session, stop.at, host);
+        faulty::apply_due(self, session, stop, host);
+        self.follow_timer(session.board_mut(), stop.at);
+        let mut flow = Flow::On;
+        while self.grid.is_locked && self.grid.next().0 <= stop.at.0 {
+            let (_, point) = self.grid.next();
+            flow = self.pass(point, session.board_mut(), stop, host);
+            self.grid.pass();
+        }
+        if let Some(level) = self.servo.edge(stop.at.0) {
+            session.board_mut().chip.drive_servo(stop.at, level);
+        }
+        flow
+    }
+
+    /// After a reset the timer starts anew, and until then nothing is known of its phase.
+    fn notice_resets(
+        &mut self,
+        session: &Session<ActuatorBoard>,
+        at: VirtualNanos,
+        host: &mut dyn Host,
+    ) {
+        // Cut within an operation of the flash.
+        if session.unpowered() && self.is_powered {
+            self.is_powered = false;
+            faulty::forget_ram(host, at.0);
+        }
+        let resets = session.resets().len();
+        if resets != self.resets {
+            self.resets = resets;
+            self.probes.forget();
+        }
+    }
+
+    fn follow_timer(&mut self, board: &mut ActuatorBoard, at: VirtualNanos) {
+        let since_ns = board.chip.since_edge_ns(at);
+        self.next_look_ns = if self.grid.is_locked && since_ns.is_some() {
+            u64::MAX
+        } else {
+            at.0 + LOOK_NS
+        };
+        let Some(since_ns) = since_ns else {
+            if self.rig_ns == 0 && !self.grid.is_locked {
+                board.set_encoder(self.row.sensed.encoder);
+                board.chip.show(&self.row.sensed);
+            }
+            return;
+        };
+        let edge_ns = at.0.saturating_sub(since_ns);
+        let is_first = !self.grid.is_locked;
+        if self.grid.follow(edge_ns) && is_first {
+            // Whatever the firmware did before, the shaft has stood still.
+            self.rig_ns = edge_ns;
+        }
+    }
+
+    fn pass(
+        &mut self,
+        point: Point,
+        board: &mut ActuatorBoard,
+        stop: Stop,
+        host: &mut dyn Host,
+    ) -> Flow {
+        let bridge = if self.is_powered {
+            board.chip.bridge()
+        } else {
+            Bridge::Coast
+        };
+        let Point::Boundary(slot) = point else {
+            let legs = self.rig.sense_legs(bridge);
+            board.chip.show_legs(&legs);
+            return Flow::On;
+        };
+        self.move_rig(slot, bridge);
+        let sensed = self.rig.sense();
+        board.set_encoder(sensed.encoder);
+        board.chip.show(&sensed);
+        self.compare(board, stop.at);
+        self.supply(board, stop.at, host);
+        self.row.sensed = sensed;
+        if slot == Slot::Head {
+            return Flow::On;
+        }
+        self.note(bridge, stop);
+        self.run_script(board, stop, host)
+    }
+
+    fn move_rig(&mut self, slot: Slot, bridge: Bridge) {
+        let boundary_ns = self.grid.boundary_ns(slot);
+        let ahead_ns = boundary_ns.saturating_sub(self.rig_ns);
+        if ahead_ns == slot.until_ns() - slot.from_ns() {
+            self.rig.advance(bridge, slot);
+        } else {
+            // The timer was started anew.
+            self.rig.advance_by(bridge, ahead_ns as f64 * 1e-9);
+        }
+        self.rig_ns = self.rig_ns.max(boundary_ns);
+    }
+
+    /// The comparator at the bridge's ground return.
+    fn compare(&mut self, board: &mut ActuatorBoard, at: VirtualNanos) {
+        let trips = self.faulty.trips || self.rig.bridge_current_a().abs() > TRIP_A;
+        board.chip.drive_break(at, Level::from(!trips));
+    }
+
+    /// The regulator, which lets go of the chip when its input is too low.
+    fn supply(&mut self, board: &mut ActuatorBoard, at: VirtualNanos, host: &mut dyn Host) {
+        let supply_v = self.rig.supply_v();
+        let limit_v = if self.is_powered {
+            BROWN_OUT_V.0
+        } else {
+            BROWN_OUT_V.1
+        };
+        let is_powered = supply_v >= limit_v && !self.faulty.has_lost_power;
+        if is_powered != self.is_powered {
+            self.is_powered = is_powered;
+            board.chip.set_power(at, is_powered);
+            if !is_powered {
+                faulty::forget_ram(host, at.0);
+            }
+        }
+    }
+
+    fn note(&mut self, bridge: Bridge, stop: Stop) {
+        let reading = self.rig.reading();
+        self.row = Row {
+            at_ns: self.rig_ns,
+            instructions: stop.instruction_count,
+            bridge,
+            sensed: self.row.sensed,
+            angle_deg: reading.output.angle_deg,
+            rate_deg_s: reading.output.rate_deg_s,
+            current_a: self.rig.bridge_current_a(),
+            supply_v: self.rig.supply_v(),
+        };
+        self.trace.row(self.row);
+    }
+
+    fn run_script(&mut self, board: &mut ActuatorBoard, stop: Stop, host: &mut dyn Host) -> Flow {
+        if let Some(wire) = &mut board.chip.can.wire {
+            wire.take_log()
+                .into_iter()
+                .for_each(|sent| self.trace.frame(sent));
+        }
+        let mut view = View {
+            row: &self.row,
+            rig: &mut self.rig,
+            now_ns: stop.at.0,
+            board,
+            memory: host,
+            faults: &mut self.faults,
+            servo: &mut self.servo,
+            resets: self.resets,
+        };
+        self.script.at_edge(&mut view)
+    }
+
+    /// The core stands still while the bank that it runs from is changed, or a fault holds it.
+    fn hold_core(&mut self, session: &mut Session<ActuatorBoard>, host: &mut dyn Host) {
+        let holds = self.faulty.stalls || session.board().chip.flash.holds_core();
+        if holds != self.is_held && !session.unpowered() {
+            self.is_held = holds;
+            host.hold(holds);
+        }
+    }
+
+    /// Stops where the core will have executed so many instructions, if it does not sleep: then it
+    /// stops again.
+    fn approach_instruction(&self, session: &mut Session<ActuatorBoard>, now_ns: u64, count: u64) {
+        if let Some(target) = self.faults.next_instruction() {
+            let left = target.saturating_sub(count);
+            let ns = left * 1_000_000_000 / CORE_HZ;
+            session.pause_at(Some(VirtualNanos(now_ns + ns.max(1))));
+        }
+    }
+
+    pub(super) fn firmware(&self) -> &Firmware {
+        &self.firmware
+    }
+}
+
+impl<S: Script> Driver<ActuatorBoard> for Lockstep<S> {
+    fn on_settled(
+        &mut self,
+        session: &mut Session<ActuatorBoard>,
+        host: &mut dyn Host,
+        settled: Settled,
+    ) {
+        match settled {
+            Settled::Hit(hit) => {
+                self.probes
+                    .arrive(hit.address, hit.at.0, hit.instruction_count);
+                if self
+                    .entries
+                    .iter()
+                    .any(|(address, _)| *address == hit.address)
+                {
+                    let arrived = self.entries.iter().filter(|(at, _)| *at == hit.address);
+                    arrived.for_each(|(_, name)| self.faults.arrive(name));
+                    let (at, count) = (hit.at, hit.instruction_count);
+                    faulty::apply_due_at(self, session, at, count, host);
+                }
+            }
+            Settled::Stop(stop) if self.faults.next_instruction().is_some() => {
+                faulty::apply_due(self, session, stop, host);
+                self.approach_instruction(session, stop.at.0, stop.instruction_count);
+            }
+            _ => {}
+        }
+        self.hold_core(session, host);
+    }
+
+    fn on_stop(
+        &mut self,
+        session: &mut Session<ActuatorBoard>,
+        stop: Stop,
+        host: &mut dyn Host,
+    ) -> Option<VirtualNanos> {
+        if !self.is_watching {
+            self.is_watching = true;
+            self.watch(session);
+        }
+        self.last = (stop.at.0, stop.instruction_count);
+        let flow = self.act(session, stop, host);
+        self.hold_core(session, host);
+        if flow == Flow::End || stop.at.0 >= self.until_ns {
+            return None;
+        }
+        Some(VirtualNanos(self.next_ns(stop.at.0)))
+    }
+}

@@ -1,0 +1,146 @@
+//! Puts faults into effect.
+
+use model_core::sensors::adc::AdcCode;
+use rand_pcg::{Pcg32, rand_core::Rng};
+use rigless::emulator::{Host, Stop};
+use rigless::session::Session;
+use rigless::soc::Width;
+use rigless::time::VirtualNanos;
+
+use super::driver::Lockstep;
+use super::view::Script;
+use crate::board::ActuatorBoard;
+use crate::can::WireFault;
+use crate::faults::{Change, Fault, Place};
+
+/// What is broken beside the rig.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Faulty {
+    pub trips: bool,
+    pub has_lost_power: bool,
+    pub stalls: bool,
+    /// The servo's pulses as they were before the fault.
+    servo_us: Option<f64>,
+}
+
+/// RAM of the chip.
+const RAM: [(u64, u64); 2] = [(0x2000_0000, 192 << 10), (0x1000_0000, 64 << 10)];
+
+/// RAM without supply: what it holds afterwards nobody knows.
+pub(super) fn forget_ram(host: &mut dyn Host, at_ns: u64) {
+    let mut chance = Pcg32::new(at_ns, 0);
+    for (base, size) in RAM {
+        for address in (base..base + size).step_by(4) {
+            let word = chance.next_u32().into();
+            let written = host.write(address, Width::W32, word);
+            debug_assert!(written.is_ok(), "{address:#x} is RAM");
+        }
+    }
+}
+
+pub(super) fn apply_due<S: Script>(
+    run: &mut Lockstep<S>,
+    session: &mut Session<ActuatorBoard>,
+    stop: Stop,
+    host: &mut dyn Host,
+) {
+    apply_due_at(run, session, stop.at, stop.instruction_count, host);
+}
+
+pub(super) fn apply_due_at<S: Script>(
+    run: &mut Lockstep<S>,
+    session: &mut Session<ActuatorBoard>,
+    at: VirtualNanos,
+    instructions: u64,
+    host: &mut dyn Host,
+) {
+    for change in run.faults.due(at.0, instructions) {
+        let (fault, begins) = match &change {
+            Change::Begin(fault) => (fault, true),
+            Change::End(fault) => (fault, false),
+        };
+        if !break_rig(run, fault, begins) {
+            break_board(run, session, (at, instructions), host, (fault, begins));
+        }
+    }
+}
+
+/// Faults of the rig; whether this is one.
+fn break_rig<S>(run: &mut Lockstep<S>, fault: &Fault, begins: bool) -> bool {
+    let defects = &mut run.rig.defects;
+    let number = |value: f64| if begins { value } else { 0.0 };
+    match *fault {
+        Fault::EncoderWire { line, stuck } => {
+            defects.encoder_wire = begins.then_some((line, stuck));
+        }
+        Fault::EncoderBits { mask } => defects.encoder_flipped = if begins { mask } else { 0 },
+        Fault::Magnet { state } => defects.magnet = begins.then_some(state.into()),
+        Fault::EncoderFrozen => defects.is_encoder_frozen = begins,
+        Fault::MagnetSlips { deg } => defects.magnet_slip_deg = number(deg),
+        Fault::MotorShort { ohm } => defects.motor_short_ohm = begins.then_some(ohm),
+        Fault::MotorOpen => defects.is_motor_open = begins,
+        Fault::Jam => defects.is_jammed = begins,
+        Fault::Torque { nm } => defects.torque_nm = number(nm),
+        Fault::Supply { volts } => defects.source_v = begins.then_some(volts),
+        Fault::Source { ohm } => defects.source_ohm = begins.then_some(ohm),
+        Fault::Temperature { deg_c } => defects.temperature_deg_c = begins.then_some(deg_c),
+        Fault::CurrentSense { code } => {
+            defects.stuck_current = begins.then_some(AdcCode::new(code));
+        }
+        _ => return false,
+    }
+    true
+}
+
+fn break_board<S: Script>(
+    run: &mut Lockstep<S>,
+    session: &mut Session<ActuatorBoard>,
+    (at, instructions): (VirtualNanos, u64),
+    host: &mut dyn Host,
+    (fault, begins): (&Fault, bool),
+) {
+    let chip = &mut session.board_mut().chip;
+    match fault {
+        Fault::BridgeTrip => run.faulty.trips = begins,
+        Fault::PowerLoss => run.faulty.has_lost_power = begins,
+        Fault::StallCore => run.faulty.stalls = begins,
+        Fault::FlashCut {
+            operation,
+            permille,
+        } if begins => chip.flash.cut_during(*operation, *permille),
+        Fault::Can { wire } => {
+            if let Some(shared) = &mut chip.can.wire {
+                shared.fault = if begins { *wire } else { WireFault::None };
+            }
+        }
+        Fault::CanNoise { frames } if begins => {
+            if let Some(wire) = &mut chip.can.wire {
+                wire.noise = *frames;
+            }
+        }
+        Fault::ServoPulse { us } => {
+            let before = run.servo.pulse_us;
+            let pulse_us = if begins { *us } else { run.faulty.servo_us };
+            run.faulty.servo_us = before;
+            run.servo.set(at.0, pulse_us);
+        }
+        Fault::ResetPin if begins => session.reset_by_pin(at, instructions, host),
+        Fault::FlipRam { place, bit } if begins => flip(run, place, *bit, host),
+        _ => {}
+    }
+}
+
+/// Flips a bit, at once.
+fn flip<S: Script>(run: &Lockstep<S>, place: &Place, bit: u32, host: &mut dyn Host) {
+    let address = match place {
+        Place::Address(address) => Some(*address),
+        Place::Symbol(name) => run.firmware().address(name).ok(),
+    };
+    if let Some(address) = address {
+        let address = address + u64::from(bit / 8);
+        if let Ok(byte) = host.read(address, Width::W8) {
+            let flipped = host.write(address, Width::W8, byte ^ 1 << (bit % 8));
+            debug_assert!(flipped.is_ok(), "{address:#x} was read");
+        }
+    }
+}

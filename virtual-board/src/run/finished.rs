@@ -1,0 +1,102 @@
+//! What a run leaves behind.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use rigless::emulator;
+use rigless::session::{Reset, Session};
+
+use super::driver::Lockstep;
+use super::probe::Span;
+use crate::board::ActuatorBoard;
+use crate::flash::Operation;
+use crate::rig::Rig;
+use crate::trace::Trace;
+
+/// Where the emulation did not stand in for the chip; empty, or the run proves nothing.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Gaps(Vec<String>);
+
+impl Gaps {
+    fn of(session: &Session<ActuatorBoard>) -> Self {
+        let mut gaps: Vec<String> = Vec::new();
+        gaps.extend(session.unmapped().iter().map(ToString::to_string));
+        let refused = session.refused().iter();
+        gaps.extend(refused.map(|(at, fault)| format!("refused at={at:#010x}: {fault}")));
+        gaps.extend(session.unimplemented().values().map(|gap| {
+            let (instance, register, pc) = (gap.instance, gap.register, gap.program_counter);
+            format!("unimplemented {instance}.{register} pc={pc:#010x}")
+        }));
+        let unrouted = session.unrouted().iter();
+        gaps.extend(unrouted.map(|(instance, line)| format!("unrouted {instance} line {line}")));
+        gaps.extend(session.told().map(|told| {
+            let (instance, register) = (told.instance, told.register);
+            format!(
+                "told {instance}.{register} at {} ns: {}",
+                told.at.0, told.reason
+            )
+        }));
+        Self(gaps)
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+}
+
+impl fmt::Display for Gaps {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(&self.0.join("\n"))
+    }
+}
+
+/// A finished run.
+#[derive(Debug)]
+pub struct Finished<S> {
+    /// The script with what it kept.
+    pub script: S,
+    /// The trace.
+    pub trace: Trace,
+    /// Where the emulation fell short.
+    pub gaps: Gaps,
+    /// Every restart and its cause, power-on but the first included.
+    pub resets: Vec<Reset>,
+    /// Calls of the probed functions.
+    pub spans: BTreeMap<String, Vec<Span>>,
+    /// Operations of the flash, in their order.
+    pub flash_operations: Vec<Operation>,
+    /// Transfers from the encoder.
+    pub encoder_reads: u64,
+    /// Instructions executed.
+    pub instructions: u64,
+    /// Virtual time at the end, ns.
+    pub end_ns: u64,
+    /// The rig at the end.
+    pub rig: Rig,
+}
+
+impl<S> Finished<S> {
+    pub(super) fn of(finished: emulator::Finished<ActuatorBoard, Lockstep<S>>) -> Self {
+        let mut session = finished.session;
+        let gaps = Gaps::of(&session);
+        let resets = session.resets().to_vec();
+        let board = session.board_mut();
+        let flash_operations = board.chip.flash.take_log();
+        let encoder_reads = board.encoder_reads();
+        let driver = finished.driver;
+        let (end_ns, instructions) = driver.last;
+        Self {
+            script: driver.script,
+            trace: driver.trace,
+            gaps,
+            resets,
+            spans: driver.probes.into_spans(),
+            flash_operations,
+            encoder_reads,
+            instructions,
+            end_ns,
+            rig: driver.rig,
+        }
+    }
+}

@@ -1,0 +1,184 @@
+//! The ELF file: image, symbols, and where functions return.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use object::{Object, ObjectSection, ObjectSymbol, SymbolKind};
+use rigless::image::Image;
+
+/// Why an ELF file does not serve.
+#[derive(Debug, thiserror::Error)]
+pub enum FirmwareError {
+    /// It cannot be read.
+    #[error("{path}: {message}", path = path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        message: String,
+    },
+    /// It has no such symbol.
+    #[error("{path} has no symbol {name}", path = path.display())]
+    NoSymbol {
+        /// The file.
+        path: PathBuf,
+        /// The name.
+        name: String,
+    },
+}
+
+/// A function of the firmware.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Function {
+    pub entry: u64,
+    /// Instructions that return from it.
+    pub exits: Vec<u64>,
+}
+
+#[derive(Debug, Clone)]
+struct Symbol {
+    address: u64,
+    size: u64,
+    is_code: bool,
+}
+
+/// A firmware.
+#[derive(Debug, Clone)]
+pub struct Firmware {
+    path: PathBuf,
+    bytes: Vec<u8>,
+    symbols: BTreeMap<String, Symbol>,
+}
+
+impl Firmware {
+    /// Reads an ELF file.
+    ///
+    /// # Errors
+    /// Names the file and why it cannot be read.
+    pub fn read(path: &Path) -> Result<Self, FirmwareError> {
+        let unreadable = |message: String| FirmwareError::Unreadable {
+            path: path.into(),
+            message,
+        };
+        let bytes = std::fs::read(path).map_err(|error| unreadable(error.to_string()))?;
+        let file = object::File::parse(&*bytes).map_err(|error| unreadable(error.to_string()))?;
+        let symbols = file.symbols().filter_map(|symbol| {
+            let is_code = symbol.kind() == SymbolKind::Text;
+            let name = symbol.name().ok().filter(|name| !name.is_empty())?;
+            let entry = Symbol {
+                // A function's lowest bit says Thumb.
+                address: symbol.address() & !u64::from(is_code),
+                size: symbol.size(),
+                is_code,
+            };
+            Some((name.to_owned(), entry))
+        });
+        Ok(Self {
+            path: path.into(),
+            symbols: symbols.collect(),
+            bytes,
+        })
+    }
+
+    pub(super) fn image(&self) -> Result<Image, rigless::emulator::Error> {
+        Ok(Image::new(&self.path, self.bytes.clone(), None)?)
+    }
+
+    fn no_symbol(&self, name: &str) -> FirmwareError {
+        FirmwareError::NoSymbol {
+            path: self.path.clone(),
+            name: name.into(),
+        }
+    }
+
+    /// Address of a symbol.
+    ///
+    /// # Errors
+    /// Where the file has none of this name.
+    pub fn address(&self, name: &str) -> Result<u64, FirmwareError> {
+        let symbol = self.symbols.get(name).ok_or_else(|| self.no_symbol(name))?;
+        Ok(symbol.address)
+    }
+
+    /// Size of a section, bytes; 0 where there is none.
+    pub fn section_size(&self, name: &str) -> u64 {
+        let file = object::File::parse(&*self.bytes).ok();
+        let section = file.as_ref().and_then(|file| file.section_by_name(name));
+        section.map_or(0, |section| section.size())
+    }
+
+    /// Names of all functions.
+    pub fn functions(&self) -> impl Iterator<Item = &str> {
+        let functions = self.symbols.iter().filter(|(_, symbol)| symbol.is_code);
+        functions.map(|(name, _)| name.as_str())
+    }
+
+    pub(super) fn function(&self, name: &str) -> Result<Function, FirmwareError> {
+        let symbol = self.symbols.get(name).filter(|symbol| symbol.is_code);
+        let symbol = symbol.ok_or_else(|| self.no_symbol(name))?;
+        let code = self.code(symbol).ok_or_else(|| self.no_symbol(name))?;
+        Ok(Function {
+            entry: symbol.address,
+            exits: returns(code, symbol.address),
+        })
+    }
+
+    fn code(&self, symbol: &Symbol) -> Option<&[u8]> {
+        let file = object::File::parse(&*self.bytes).ok()?;
+        let section = file.sections().find(|section| {
+            (section.address()..section.address() + section.size()).contains(&symbol.address)
+        })?;
+        let (offset, _) = section.file_range()?;
+        let start = (offset + symbol.address - section.address()) as usize;
+        self.bytes.get(start..start + symbol.size as usize)
+    }
+}
+
+/// Where Thumb code of a function leaves it: `bx lr`, `pop {.., pc}`, `ldmia sp!, {.., pc}`, `ldr pc, [sp], #..`.
+fn returns(code: &[u8], address: u64) -> Vec<u64> {
+    let half = |at: usize| Some(u16::from_le_bytes([*code.get(at)?, *code.get(at + 1)?]));
+    let mut exits = Vec::new();
+    let mut at = 0;
+    while let Some(first) = half(at) {
+        let second = half(at + 2).unwrap_or(0);
+        let is_wide = first >> 11 >= 0b11101;
+        let leaves = match first {
+            0x4770 => true,
+            0xe8bd => second >> 15 == 1,
+            0xf85d => second >> 12 == 0xf,
+            narrow => narrow >> 8 == 0xbd,
+        };
+        if leaves {
+            exits.push(address + at as u64);
+        }
+        at += if is_wide { 4 } else { 2 };
+    }
+    exits
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn returns_are_found_between_narrow_and_wide_instructions() {
+        let halves: [u16; 8] = [
+            0xb510, // push {r4, lr}
+            0xf240, 0x4770, // movw: its second half looks like bx lr
+            0xbd10, // pop {r4, pc}
+            0xe8bd, 0x87f0, // pop.w {r4-r10, pc}
+            0xbf00, // nop
+            0x4770, // bx lr
+        ];
+        let code: Vec<u8> = halves.iter().flat_map(|half| half.to_le_bytes()).collect();
+        assert_eq!(returns(&code, 0x100), [0x106, 0x108, 0x10e]);
+    }
+
+    #[test]
+    fn a_file_that_is_none_is_named() {
+        let error = Firmware::read(Path::new("no/such.elf"))
+            .unwrap_err()
+            .to_string();
+        assert!(error.starts_with("no/such.elf: "), "{error}");
+    }
+}

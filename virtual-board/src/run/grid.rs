@@ -1,0 +1,111 @@
+//! When the run stops for the rig: 5 us before each boundary of its grid, and within the window.
+
+use crate::rig::Slot;
+
+/// What is due at a stop.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Point {
+    /// The slot ends: its bridge state is read, and the rig moves.
+    Boundary(Slot),
+    /// Half of the window is over: the legs are looked at again.
+    Window,
+}
+
+/// How long before a boundary the bridge state is read, ns.
+const AHEAD_NS: u64 = 5_000;
+
+/// Where the legs are looked at, ns in the period.
+const WINDOW_AT_NS: u64 = 950_000;
+
+const PERIOD_NS: u64 = Slot::Tail.until_ns();
+
+/// A difference that no edge of the timer makes by itself: more than an instruction, ns.
+const SLACK_NS: u64 = 1_000;
+
+/// The grid, locked to the PWM periods of the timer.
+#[derive(Debug, Clone)]
+pub(super) struct Grid {
+    period_ns: u64,
+    next: Point,
+    /// The timer has run.
+    pub is_locked: bool,
+}
+
+impl Grid {
+    pub fn new() -> Self {
+        Self {
+            period_ns: 0,
+            next: Point::Boundary(Slot::Head),
+            is_locked: false,
+        }
+    }
+
+    /// The next point and its instant.
+    pub fn next(&self) -> (u64, Point) {
+        let within_ns = match self.next {
+            Point::Boundary(slot) => slot.until_ns() - AHEAD_NS,
+            Point::Window => WINDOW_AT_NS,
+        };
+        (self.period_ns + within_ns, self.next)
+    }
+
+    /// The nominal end of the slot that the next boundary ends, ns.
+    pub fn boundary_ns(&self, slot: Slot) -> u64 {
+        self.period_ns + slot.until_ns()
+    }
+
+    /// Goes on behind the next point.
+    pub fn pass(&mut self) {
+        self.next = match self.next {
+            Point::Boundary(Slot::Head) => Point::Window,
+            Point::Window => Point::Boundary(Slot::Tail),
+            Point::Boundary(Slot::Tail) => {
+                self.period_ns += PERIOD_NS;
+                Point::Boundary(Slot::Head)
+            }
+        };
+    }
+
+    /// Follows the timer, whose period began at this instant, ns. Whether it had to move; then the
+    /// first boundary is that of the period's head.
+    pub fn follow(&mut self, edge_ns: u64) -> bool {
+        let apart_ns = (edge_ns % PERIOD_NS).abs_diff(self.period_ns % PERIOD_NS);
+        let apart_ns = apart_ns.min(PERIOD_NS - apart_ns);
+        if self.is_locked && apart_ns < SLACK_NS {
+            return false;
+        }
+        self.is_locked = true;
+        self.period_ns = edge_ns;
+        self.next = Point::Boundary(Slot::Head);
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_points_of_a_period_come_in_their_order() {
+        let mut grid = Grid::new();
+        assert!(grid.follow(3_000_000));
+        let mut points = Vec::new();
+        for _ in 0..4 {
+            points.push(grid.next().0);
+            grid.pass();
+        }
+        assert_eq!(points, [3_895_000, 3_950_000, 3_995_000, 4_895_000]);
+    }
+
+    #[test]
+    fn an_edge_where_it_is_expected_moves_nothing() {
+        let mut grid = Grid::new();
+        grid.follow(3_000_000);
+        grid.pass();
+        assert!(!grid.follow(9_000_012));
+        assert!(!grid.follow(2_999_990));
+        assert_eq!(grid.next().1, Point::Window);
+        assert!(grid.follow(9_400_000));
+        assert_eq!(grid.next(), (10_295_000, Point::Boundary(Slot::Head)));
+    }
+}

@@ -1,0 +1,46 @@
+//! How a run is set up.
+
+use crate::faults::Planned;
+use crate::flash::FlashTimes;
+use crate::rig::RigOptions;
+
+/// A run.
+#[derive(Debug, Clone)]
+pub struct Options {
+    /// The rig.
+    pub rig: RigOptions,
+    /// Stations on the CAN bus, by their rate, bit/s.
+    pub ports_bit_s: Vec<u32>,
+    /// The times of the flash.
+    pub flash_times: FlashTimes,
+    /// What breaks.
+    pub faults: Vec<Planned>,
+    /// Functions whose instructions are counted.
+    pub probes: Vec<String>,
+    /// Length of the servo's pulses, us; none are sent without it.
+    pub servo_us: Option<f64>,
+    /// Whether the trace keeps its rows and not only their hash.
+    pub keeps_trace: bool,
+    /// End of the run, ns of virtual time.
+    pub until_ns: u64,
+}
+
+impl Options {
+    /// A run of so many ms on the default rig, with one CAN port at 1 Mbit/s and its trace kept.
+    ///
+    /// ```
+    /// assert_eq!(virtual_board::run::Options::for_ms(5).until_ns, 5_000_000);
+    /// ```
+    pub fn for_ms(ms: u64) -> Self {
+        Self {
+            rig: RigOptions::default(),
+            ports_bit_s: vec![1_000_000],
+            flash_times: FlashTimes::TYPICAL,
+            faults: Vec::new(),
+            probes: Vec::new(),
+            servo_us: None,
+            keeps_trace: true,
+            until_ns: ms * 1_000_000,
+        }
+    }
+}
