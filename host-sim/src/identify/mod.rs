@@ -24,6 +24,7 @@ pub mod start;
 #[cfg(test)]
 mod testing;
 pub mod unknowns;
+pub mod statistics;
 
 pub use engine::{Options, Progress, Quiet, fit, normal_equations, predict};
 pub use experiment::Experiment;

@@ -1,0 +1,175 @@
+//! Samples of any spacing in slots of equal length, for correlations.
+//!
+//! Each sample goes to the slot that is nearest in time; a slot that got none is missing. Even samples
+//! stay what they are. For uneven ones it is the slotting of W. T. Mayo (1974), known from laser
+//! anemometry: a correlation at a lag is the mean over all pairs of slots that are both there.
+
+use realfft::{RealFftPlanner, num_complex::Complex64};
+
+/// Values in slots of equal length, those of several signals in the same ones.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Slots {
+    /// Length of a slot, s.
+    pub step_s: f64,
+    /// One column a signal; NaN where nothing is known.
+    pub columns: Vec<Vec<f64>>,
+    /// Longest lag that keeps its meaning, in slots: longer gaps were shortened to it.
+    pub longest_lag: usize,
+}
+
+/// The median step from sample to sample, s; `None` where there is not one.
+pub fn median_step_s(time_s: &[f64]) -> Option<f64> {
+    let mut steps: Vec<f64> = time_s.windows(2).map(|t| t[1] - t[0]).collect();
+    if steps.is_empty() {
+        return None;
+    }
+    let middle = steps.len() / 2;
+    let (_, median, _) = steps.select_nth_unstable_by(middle, f64::total_cmp);
+    Some(*median).filter(|step| step.is_finite() && *step > 0.0)
+}
+
+impl Slots {
+    /// Sorts signals over one increasing time into slots, as long as the median step is. Gaps longer
+    /// than `longest_lag_s` are shortened to that, which leaves every shorter lag as it is; `None` of
+    /// fewer than two samples.
+    pub fn new(time_s: &[f64], signals: &[&[f64]], longest_lag_s: f64) -> Option<Self> {
+        let step_s = median_step_s(time_s)?;
+        // Bounded, as a step may be far shorter than the lag that is asked for.
+        let longest_lag = (longest_lag_s / step_s)
+            .round()
+            .clamp(1.0, time_s.len() as f64) as usize;
+        let mut places = Vec::with_capacity(time_s.len());
+        let (mut place, mut anchor_s, mut anchor) = (0usize, *time_s.first()?, 0usize);
+        let mut before_s = anchor_s;
+        for &t in time_s {
+            if t - before_s > longest_lag as f64 * step_s {
+                (anchor_s, anchor) = (t, place + longest_lag + 1);
+            }
+            place = place.max(anchor + ((t - anchor_s) / step_s).round() as usize);
+            places.push(place);
+            before_s = t;
+        }
+        let column = |signal: &&[f64]| {
+            let mut column = vec![f64::NAN; place + 1];
+            for (&place, &value) in places.iter().zip(signal.iter()) {
+                if value.is_finite() {
+                    column[place] = value;
+                }
+            }
+            column
+        };
+        Some(Self {
+            step_s,
+            columns: signals.iter().map(column).collect(),
+            longest_lag,
+        })
+    }
+
+    /// Fills the missing slots of a signal with its last value before: what a command does.
+    pub fn held(&mut self, signal: usize) {
+        let Some(column) = self.columns.get_mut(signal) else {
+            return;
+        };
+        let mut last = f64::NAN;
+        for value in column {
+            if value.is_nan() {
+                *value = last;
+            }
+            last = *value;
+        }
+    }
+}
+
+/// Sums of products at lags, and how many pairs each sum has.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LaggedProducts {
+    /// The sum of `a[i + lag] b[i]` for lag 0, 1 ...
+    pub sums: Vec<f64>,
+    /// The number of its terms.
+    pub pairs: Vec<f64>,
+}
+
+/// The products of two signals in slots at the lags `0..=longest`, their means taken off before.
+pub fn lagged_products(a: &[f64], b: &[f64], longest: usize) -> LaggedProducts {
+    let length = (a.len().max(b.len()) + longest + 1).next_power_of_two();
+    let mut planner = RealFftPlanner::<f64>::new();
+    let forward = planner.plan_fft_forward(length);
+    let inverse = planner.plan_fft_inverse(length);
+    let spectrum = |mut padded: Vec<f64>| {
+        padded.resize(length, 0.0);
+        let mut spectrum = forward.make_output_vec();
+        // It fails for other lengths alone, and both are its own.
+        let _ = forward.process(&mut padded, &mut spectrum);
+        spectrum
+    };
+    let product = |a: Vec<f64>, b: Vec<f64>| {
+        let (a, b) = (spectrum(a), spectrum(b));
+        let mut product: Vec<Complex64> = a.iter().zip(&b).map(|(a, b)| a * b.conj()).collect();
+        // Of a real signal both are; rounding must not say otherwise.
+        for end in [0, product.len() - 1] {
+            product[end].im = 0.0;
+        }
+        let mut lags = inverse.make_output_vec();
+        let _ = inverse.process(&mut product, &mut lags);
+        lags.truncate(longest + 1);
+        lags.iter().map(|v| v / length as f64).collect::<Vec<f64>>()
+    };
+    LaggedProducts {
+        sums: product(centred(a), centred(b)),
+        pairs: product(presence(a), presence(b))
+            .iter()
+            .map(|pairs| pairs.round())
+            .collect(),
+    }
+}
+
+/// Without its mean, and zero where it is missing.
+fn centred(signal: &[f64]) -> Vec<f64> {
+    let present = || signal.iter().filter(|v| v.is_finite());
+    let mean = present().sum::<f64>() / present().count().max(1) as f64;
+    let centred = |v: &f64| if v.is_finite() { v - mean } else { 0.0 };
+    signal.iter().map(centred).collect()
+}
+
+fn presence(signal: &[f64]) -> Vec<f64> {
+    let presence = |v: &f64| f64::from(u8::from(v.is_finite()));
+    signal.iter().map(presence).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn even_samples_keep_their_places_and_a_missing_one_leaves_its_slot_empty() {
+        let time = [0.0, 0.1, 0.2, 0.4, 0.5];
+        let slots = Slots::new(&time, &[&[1.0, 2.0, 3.0, 4.0, 5.0]], 1.0).expect("samples");
+        assert!((slots.step_s - 0.1).abs() < 1e-12);
+        assert_eq!(slots.columns[0].len(), 6);
+        assert!(slots.columns[0][3].is_nan() && slots.columns[0][4] == 4.0);
+    }
+
+    #[test]
+    fn a_gap_of_a_day_costs_no_memory() {
+        let time: Vec<f64> = (0..200)
+            .map(|i| f64::from(i) * 1e-3 + if i < 100 { 0.0 } else { 86_400.0 })
+            .collect();
+        let slots = Slots::new(&time, &[&time], 0.05).expect("samples");
+        assert_eq!(slots.longest_lag, 50);
+        assert_eq!(slots.columns[0].len(), 200 + 50);
+    }
+
+    #[test]
+    fn products_are_those_of_the_plain_sum_with_missing_pairs_left_out() {
+        let a: Vec<f64> = (0..40).map(|i| f64::from((i * 7) % 11)).collect();
+        let mut b: Vec<f64> = (0..40).map(|i| f64::from((i * 5) % 13)).collect();
+        b[7] = f64::NAN;
+        let (ca, cb) = (centred(&a), centred(&b));
+        let products = lagged_products(&a, &b, 5);
+        for lag in 0..=5 {
+            let plain: f64 = (0..40 - lag).map(|i| ca[i + lag] * cb[i]).sum();
+            assert!((products.sums[lag] - plain).abs() < 1e-9);
+            assert_eq!(products.pairs[lag], (40 - lag - 1) as f64);
+        }
+    }
+}
