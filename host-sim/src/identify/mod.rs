@@ -14,6 +14,8 @@ pub mod experiment;
 pub mod fit;
 pub mod flow;
 pub mod levenberg;
+pub mod data;
+pub mod frequency;
 pub mod model;
 pub mod models;
 pub mod normal;

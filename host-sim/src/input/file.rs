@@ -1,6 +1,6 @@
 //! Sequences from CSV files with a column `t` (s) and one of values.
 
-mod lines;
+pub(crate) mod lines;
 
 use std::{ops::RangeInclusive, path::Path};
 
@@ -78,13 +78,13 @@ pub fn read(path: &Path, quantity: &Quantity) -> Result<Sequence, Error> {
             let problem = format!("the fields are {found}, expected {width} as in the header");
             return Err(line.problem(problem));
         }
-        let t = line.number(t_index, &TIME)?;
+        let t = line.value(t_index, &TIME)?;
         if t < last_s {
             let problem = format!("t is {t} after {last_s}, expected times that do not decrease");
             return Err(line.problem(problem));
         }
         last_s = t;
-        sequence.push(ticks(t), line.number(value_index, quantity)?);
+        sequence.push(ticks(t), line.value(value_index, quantity)?);
     }
     if sequence.points().is_empty() {
         return Err(lines.problem("no row of data, expected at least one".into()));
@@ -107,7 +107,7 @@ impl Line<'_> {
     }
 
     /// The number in a field.
-    fn number(&self, index: usize, quantity: &Quantity) -> Result<f64, Error> {
+    fn value(&self, index: usize, quantity: &Quantity) -> Result<f64, Error> {
         let text = &self.fields[index];
         match text.parse::<f64>() {
             Ok(value) if quantity.range.contains(&value) => Ok(value),

@@ -189,7 +189,12 @@ impl Normalised {
     /// `1 + 2 sum rho` up to where pairs of lags first sum to less than nothing: what follows is
     /// noise (C. J. Geyer, Statistical Science 7, 1992).
     fn correlation_length(&self) -> f64 {
-        let pairs = self.values.chunks_exact(2).map(|pair| pair[0] + pair[1]);
+        let pairs = self
+            .values
+            .as_chunks()
+            .0
+            .iter()
+            .map(|[a, b]: &[f64; 2]| a + b);
         let sum: f64 = pairs.take_while(|sum| *sum > 0.0).sum();
         (2.0 * sum - 1.0).max(1.0)
     }

@@ -81,7 +81,7 @@ fn vertex(values: &[f64], peak: usize) -> f64 {
     };
     let curvature = before - 2.0 * values[peak] + after;
     if curvature < 0.0 {
-        (0.5 * (before - after) / curvature).max(-0.5).min(0.5)
+        (0.5 * (before - after) / curvature).clamp(-0.5, 0.5)
     } else {
         0.0
     }

@@ -1,6 +1,9 @@
 //! Whether one model predicts better than another, or only by chance.
 
-use super::correlation::Correlations;
+use super::{
+    correlation::Correlations,
+    distributions::{COVERED, two_sided},
+};
 
 /// The mean difference of the squared errors of two predictions of the same recording, and how
 /// sure its sign is.
@@ -63,8 +66,8 @@ impl LossDifference {
 
     /// Whether chance explains it, in more than one case of twenty.
     pub fn is_by_chance(&self) -> bool {
-        // Written so that NaN is.
-        !(self.z().abs() > super::distributions::two_sided(super::distributions::COVERED))
+        let z = self.z().abs();
+        z.is_nan() || z <= two_sided(COVERED)
     }
 }
 

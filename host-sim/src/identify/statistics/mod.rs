@@ -18,11 +18,11 @@ pub use quality::{Quality, Theil};
 pub use slots::Slots;
 
 #[cfg(test)]
-mod tests {
+pub(in crate::identify) mod tests {
     use model_core::sensors::noise::Noise;
 
     /// Seeded white noise of variance 1.
-    pub(in crate::identify) fn white(samples: usize, seed: u64) -> Vec<f64> {
+    pub fn white(samples: usize, seed: u64) -> Vec<f64> {
         let mut noise = Noise::new(seed, 0);
         (0..samples).map(|_| noise.gaussian(1.0)).collect()
     }

@@ -11,12 +11,35 @@ use crate::error::Error;
 /// The longest line, bytes: a file without line ends is given up here, not when memory is.
 const LONGEST: usize = 1 << 16;
 
+/// What stands between two fields.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Delimiter {
+    /// This character, outside of quotes.
+    Character(u8),
+    /// Blanks, as many as there are.
+    Blanks,
+}
+
+impl Delimiter {
+    /// The delimiter that a line is most likely written with. A semicolon goes before a comma: that
+    /// may be a decimal one then.
+    pub fn of(line: &str) -> Self {
+        let character = b";\t,".iter().copied();
+        let mut found = character.filter(|&c| line.contains(char::from(c)));
+        found.next().map_or(Self::Blanks, Self::Character)
+    }
+}
+
 /// A file that is read line by line.
 pub struct Lines<'a> {
     path: &'a Path,
     file: BufReader<File>,
     number: u64,
+    /// Bytes that were read.
+    pub read: u64,
     text: Vec<u8>,
+    /// Found in the first line where it is not given.
+    delimiter: Option<Delimiter>,
     /// Making one takes longer than using it.
     reader: csv_core::Reader,
 }
@@ -30,8 +53,13 @@ pub struct Line<'a> {
 }
 
 impl<'a> Lines<'a> {
-    /// Opens a file.
+    /// Opens a file of comma-separated values.
     pub fn open(path: &'a Path) -> Result<Self, Error> {
+        Self::delimited(path, Some(Delimiter::Character(b',')))
+    }
+
+    /// Opens a file of values that this stands between, or what the first line shows.
+    pub fn delimited(path: &'a Path, delimiter: Option<Delimiter>) -> Result<Self, Error> {
         let file = File::open(path).map_err(|source| Error::Read {
             path: path.into(),
             source,
@@ -40,8 +68,10 @@ impl<'a> Lines<'a> {
             path,
             file: BufReader::new(file),
             number: 0,
+            read: 0,
             text: Vec::new(),
-            reader: csv_core::Reader::new(),
+            reader: reader(delimiter),
+            delimiter,
         })
     }
 
@@ -50,11 +80,22 @@ impl<'a> Lines<'a> {
         while self.advance()? {
             let text = str::from_utf8(&self.text)
                 .map_err(|error| self.problem(format!("{error}, expected UTF-8 text")))?;
-            let text = text.trim_start_matches('\u{feff}').trim();
-            if text.is_empty() || text.starts_with('#') {
+            let text = text.trim_start_matches('\u{feff}');
+            let text = text.trim_matches(['\r', '\n', ' ']);
+            if text.trim().is_empty() || text.trim_start().starts_with('#') {
                 continue;
             }
-            let Some(fields) = fields(&mut self.reader, text) else {
+            if self.delimiter.is_none() {
+                self.delimiter = Some(Delimiter::of(text));
+                self.reader = reader(self.delimiter);
+            }
+            let fields = match self.delimiter {
+                Some(Delimiter::Blanks) => {
+                    Some(text.split_whitespace().map(String::from).collect())
+                }
+                _ => fields(&mut self.reader, text),
+            };
+            let Some(fields) = fields else {
                 let problem = "a quote is not closed, expected its end in the same line";
                 return Err(self.problem(problem.into()));
             };
@@ -78,6 +119,7 @@ impl<'a> Lines<'a> {
                 source,
             })?;
         self.number += u64::from(length > 0);
+        self.read += length as u64;
         if length == LONGEST {
             let problem = format!("more than {LONGEST} bytes in a line, expected CSV text");
             return Err(self.problem(problem));
@@ -95,7 +137,22 @@ impl<'a> Lines<'a> {
     }
 }
 
+/// A reader of fields that this stands between.
+fn reader(delimiter: Option<Delimiter>) -> csv_core::Reader {
+    match delimiter {
+        Some(Delimiter::Character(character)) => {
+            csv_core::ReaderBuilder::new().delimiter(character).build()
+        }
+        _ => csv_core::Reader::new(),
+    }
+}
+
 impl Line<'_> {
+    /// Its number, counted from 1.
+    pub fn number(&self) -> u64 {
+        self.number
+    }
+
     /// What is wrong with this line.
     pub fn problem(&self, problem: String) -> Error {
         Error::InputFile {

@@ -1,0 +1,91 @@
+//! Units that recordings come in, and what one of each is in ours.
+
+use super::Quantity;
+
+/// Units of times, in s.
+const TIMES: [(&str, f64); 5] = [
+    ("s", 1.0),
+    ("ms", 1e-3),
+    ("us", 1e-6),
+    ("ns", 1e-9),
+    ("min", 60.0),
+];
+/// Units of angles, in deg.
+const ANGLES: [(&str, f64); 5] = [
+    ("deg", 1.0),
+    ("rad", 180.0 / std::f64::consts::PI),
+    ("mrad", 0.18 / std::f64::consts::PI),
+    ("turn", 360.0),
+    ("count12", 360.0 / 4096.0),
+];
+/// Units of rates, in deg/s.
+const RATES: [(&str, f64); 6] = [
+    ("deg_s", 1.0),
+    ("deg/s", 1.0),
+    ("rad_s", 180.0 / std::f64::consts::PI),
+    ("rad/s", 180.0 / std::f64::consts::PI),
+    ("rpm", 6.0),
+    ("turn/s", 360.0),
+];
+/// Units of the duty, in %.
+const DUTIES: [(&str, f64); 4] = [("pct", 1.0), ("%", 1.0), ("permille", 0.1), ("1", 100.0)];
+/// Units of currents, in mA.
+const CURRENTS: [(&str, f64); 2] = [("a", 1e3), ("ma", 1.0)];
+/// Units of voltages, in V.
+const VOLTAGES: [(&str, f64); 2] = [("v", 1.0), ("mv", 1e-3)];
+
+/// The units that a quantity may have, each with its size in ours.
+fn units(quantity: Quantity) -> &'static [(&'static str, f64)] {
+    match quantity {
+        Quantity::Time => &TIMES,
+        Quantity::Command | Quantity::Angle => &ANGLES,
+        Quantity::Rate => &RATES,
+        Quantity::Duty => &DUTIES,
+        Quantity::Current => &CURRENTS,
+        Quantity::Supply => &VOLTAGES,
+    }
+}
+
+/// What a unit of this name, or a number of our units, is in ours.
+pub fn factor(quantity: Quantity, unit: &str) -> Option<f64> {
+    let lower = unit.trim().to_ascii_lowercase();
+    let known = units(quantity).iter().find(|(name, _)| *name == lower);
+    let number = || {
+        lower
+            .parse()
+            .ok()
+            .filter(|f: &f64| f.is_finite() && *f != 0.0)
+    };
+    known.map(|(_, factor)| *factor).or_else(number)
+}
+
+/// The units of a quantity in words.
+pub fn expected(quantity: Quantity) -> String {
+    let names: Vec<&str> = units(quantity).iter().map(|(name, _)| *name).collect();
+    format!("{}, or a number of {}", names.join(", "), names[0])
+}
+
+/// A column's name without the unit at its end, and that: `pos (rad)`, `pos [rad]`, `pos_rad`.
+pub fn split(quantity: Quantity, name: &str) -> (String, Option<f64>) {
+    let name = name.trim().to_ascii_lowercase();
+    if let Some((base, unit)) = name.split_once(['(', '[']) {
+        let unit = unit.trim_end_matches([')', ']']);
+        if let Some(factor) = factor(quantity, unit) {
+            return (base.trim().replace([' ', '-'], "_"), Some(factor));
+        }
+    }
+    let name = name.replace([' ', '-'], "_");
+    let suffix = units(quantity)
+        .iter()
+        .filter(|(unit, _)| unit.chars().all(|c| c.is_ascii_alphabetic() || c == '_'))
+        .filter_map(|(unit, factor)| {
+            let base = name.strip_suffix(unit)?.strip_suffix('_')?;
+            Some((base.to_owned(), *factor))
+        })
+        // Of `rad_s` and `s` the longer one.
+        .min_by_key(|(base, _)| base.len());
+    match suffix {
+        Some((base, factor)) => (base, Some(factor)),
+        None => (name, None),
+    }
+}
