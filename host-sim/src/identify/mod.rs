@@ -9,13 +9,13 @@
 
 pub mod command;
 mod covariance;
+pub mod data;
 pub mod engine;
 pub mod experiment;
 pub mod fit;
 pub mod flow;
-pub mod levenberg;
-pub mod data;
 pub mod frequency;
+pub mod levenberg;
 pub mod model;
 pub mod models;
 pub mod normal;
@@ -23,10 +23,10 @@ pub mod problem;
 pub mod recording;
 pub mod scalar;
 pub mod start;
+pub mod statistics;
 #[cfg(test)]
 mod testing;
 pub mod unknowns;
-pub mod statistics;
 
 pub use engine::{Options, Progress, Quiet, fit, normal_equations, predict};
 pub use experiment::Experiment;

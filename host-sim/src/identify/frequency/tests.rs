@@ -54,8 +54,8 @@ fn a_lag_and_its_delay_are_found_again() {
     let Shape::First { pole_rad_s } = shape else {
         panic!("of first order")
     };
-    // Seven windows of 10 s: a few per cent, as the confidence of the response says.
-    assert!((pole_rad_s / POLE_RAD_S - 1.0).abs() < 0.03, "{pole_rad_s}");
+    // What the samples fold down adds 3 % to the gain at a third of the Nyquist frequency.
+    assert!((pole_rad_s / POLE_RAD_S - 1.0).abs() < 0.05, "{pole_rad_s}");
     assert!((delay_s - 0.016).abs() < 0.001, "{delay_s}");
     assert!((gain - 1.0).abs() < 0.02, "{gain}");
     assert!(cost < 5.0, "{cost}");
