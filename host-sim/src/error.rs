@@ -7,6 +7,8 @@ use std::{
 
 use model_core::parameter::ParameterError;
 
+use crate::identify::IdentifyError;
+
 /// Why a command could not be carried out.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
@@ -79,6 +81,9 @@ pub enum Error {
         /// What went wrong.
         error: Box<Error>,
     },
+    /// Nothing could be identified.
+    #[error("{0}")]
+    Identify(#[from] IdentifyError),
     /// Something that was asked for does not go together.
     #[error("{0}")]
     Conflict(String),

@@ -115,6 +115,7 @@ impl Scenario {
             every: over.every.or(self.every),
             seed: over.seed.or(self.seed),
             pwm: over.pwm.or(self.pwm),
+            path: self.path.or(over.path),
             ..self
         }
     }

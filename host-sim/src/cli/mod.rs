@@ -1,6 +1,8 @@
 //! The command line of `actuator`.
 
+mod compare;
 mod fmu;
+mod identify;
 mod output;
 mod parameters;
 mod report;
@@ -24,7 +26,9 @@ pub struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Compare(compare::Compare),
     Fmu(fmu::Fmu),
+    Identify(identify::Identify),
     Simulate(simulate::Simulate),
     Tune(tune::Tune),
     Report(report::Report),
@@ -37,7 +41,9 @@ impl Arguments {
     /// What went wrong, with its exit status.
     pub fn run(self) -> Result<(), Failure> {
         match self.command {
+            Command::Compare(compare) => compare.run(),
             Command::Fmu(fmu) => fmu.run(),
+            Command::Identify(identify) => identify.run(),
             Command::Simulate(simulate) => simulate.run(),
             Command::Tune(tune) => tune.run(),
             Command::Report(report) => report.run(),

@@ -36,6 +36,9 @@ pub struct Simulate {
     /// A scenario in TOML; options given beside it win
     #[arg(long, value_name = "FILE")]
     scenario: Option<PathBuf>,
+    /// Parameters that `identify --parameters` has written, with their model; those of --set win
+    #[arg(long = "parameters", value_name = "FILE")]
+    parameter_file: Option<PathBuf>,
     /// A reading of the paper [default: `paper` for a black box, else `consistent`]
     #[arg(long, value_name = "NAME", value_parser = parameters::preset_names(PRESETS))]
     preset: Option<String>,
@@ -114,7 +117,18 @@ impl Simulate {
             Some(path) => Scenario::read(path)?,
             None => Scenario::default(),
         };
-        Ok(base.overridden_by(Scenario {
+        let mut fitted = match &self.parameter_file {
+            Some(path) => Scenario::read(path)?,
+            None => Scenario::default(),
+        };
+        if base.path.is_some() {
+            // Of two files an error names the first: the lines of the second would mislead.
+            fitted
+                .set
+                .iter_mut()
+                .for_each(|setting| setting.line = None);
+        }
+        Ok(base.overridden_by(fitted).overridden_by(Scenario {
             model: self.model,
             plant: self.plant,
             preset: self.preset.clone(),

@@ -65,7 +65,7 @@ pub fn covariance(
 }
 
 /// Those of the unknowns that take no part in a direction that the data do not see.
-fn seen(hessian: &DMatrix<f64>, mut rows: Vec<usize>) -> Vec<usize> {
+pub(super) fn seen(hessian: &DMatrix<f64>, mut rows: Vec<usize>) -> Vec<usize> {
     while !rows.is_empty() {
         let n = rows.len();
         let scale = |i: usize| hessian[(rows[i], rows[i])].sqrt();

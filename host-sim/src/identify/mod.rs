@@ -7,9 +7,13 @@
 //! [`Recording`] is what was measured, [`Experiment`] the same made ready for simulation,
 //! [`Model`] what is fitted, [`Problem`] which parameters are free, [`Fit`] the outcome.
 
+pub mod assessment;
 pub mod command;
+pub mod compare;
 mod covariance;
 pub mod data;
+pub mod design;
+pub mod document;
 pub mod engine;
 pub mod experiment;
 pub mod fit;
@@ -19,6 +23,8 @@ pub mod levenberg;
 pub mod model;
 pub mod models;
 pub mod normal;
+pub mod page;
+pub mod parameter_file;
 pub mod problem;
 pub mod recording;
 pub mod scalar;

@@ -22,7 +22,8 @@ pub struct Correlations {
     pub auto_band: Vec<f64>,
     /// Lags of the cross-correlation, s; positive ones are of a residual after the input.
     pub cross_lag_s: Vec<f64>,
-    /// Correlation of the residual with the input.
+    /// Correlation of the residual with the changes of the input: those of a step or a held sequence are
+    /// nearly white, as its values are not, and what a model lacks shows at its lag.
     pub cross: Vec<f64>,
     /// Half of its band. Residual and input may both be coloured: the variance is the sum of the
     /// products of their autocorrelations over the pairs (Ljung, eq. 16.63).
@@ -66,7 +67,7 @@ impl Whiteness {
 }
 
 impl Correlations {
-    /// The correlations of a residual with itself and with the input at the same instants. `None`
+    /// The correlations of a residual with itself and with the changes of the input at the same instants. `None`
     /// where there are too few residuals, or only ones that are alike.
     ///
     /// ```
@@ -80,6 +81,9 @@ impl Correlations {
     pub fn of(time_s: &[f64], residual: &[f64], input: &[f64]) -> Option<Self> {
         let mut slots = Slots::new(time_s, &[residual, input], LONGEST_LAG_S)?;
         slots.held(1);
+        if let Some(input) = slots.columns.get_mut(1) {
+            take_changes(input);
+        }
         let (e, u) = (&slots.columns[0], &slots.columns[1]);
         let samples = e.iter().filter(|v| v.is_finite()).count();
         let lags = shown_lags(samples, &slots);
@@ -133,6 +137,14 @@ impl Correlations {
     pub fn is_correlated_with_input(&self) -> bool {
         let lags = (self.cross.len() / 2 + 1) as f64;
         self.cross_ratio > two_sided(1.0 - 0.01 / lags) / two_sided(COVERED)
+    }
+}
+
+/// Changes from slot to slot in place of the values.
+fn take_changes(input: &mut [f64]) {
+    let mut before = input.first().copied().unwrap_or(f64::NAN);
+    for value in input {
+        (*value, before) = (*value - before, *value);
     }
 }
 

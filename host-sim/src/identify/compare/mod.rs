@@ -1,0 +1,141 @@
+//! Which model is enough? All of them side by side, with and without delay and limits.
+
+mod ranking;
+
+use std::sync::Arc;
+
+pub use ranking::{Rank, Ranking};
+
+use super::{
+    assessment::Assessment,
+    engine::{Options, Progress, fit},
+    experiment::Experiment,
+    model::Model,
+    problem::{IdentifyError, Problem},
+};
+
+/// A model, and what is left out of it.
+#[derive(Clone)]
+pub struct Candidate {
+    /// What it is called: `black-box-1 without delay`.
+    pub name: String,
+    /// The model.
+    pub model: Arc<dyn Model>,
+    /// Parameters that are held, each at the value that makes it do nothing.
+    pub held: Vec<(&'static str, f64)>,
+}
+
+/// A delay of none.
+const NO_DELAY: [(&str, f64); 1] = [("delay_s", 0.0)];
+/// Rate limits that are none: the search's own bound where infinity is not allowed.
+const NO_LIMITS: [&str; 2] = ["rate_limit_up_deg_s", "rate_limit_down_deg_s"];
+
+impl Candidate {
+    /// A model in all its forms: whole, without delay, without rate limits, without both. A form that
+    /// leaves out what the model has not, or what is held anyway, is not made.
+    pub fn forms(model: &Arc<dyn Model>) -> Vec<Self> {
+        let parameters = model.parameters();
+        let free = |name: &str| {
+            let index = parameters.iter().position(|p| p.name == name)?;
+            (!model.is_fixed_by_default(index)).then_some(&parameters[index])
+        };
+        let delay: Vec<_> = NO_DELAY
+            .into_iter()
+            .filter(|(name, _)| free(name).is_some())
+            .collect();
+        let limits: Vec<_> = NO_LIMITS
+            .into_iter()
+            .filter_map(|name| Some((name, unlimited(free(name)?))))
+            .collect();
+        let mut forms = vec![(String::new(), Vec::new())];
+        if !delay.is_empty() {
+            forms.push((" without delay".into(), delay.clone()));
+        }
+        if !limits.is_empty() {
+            forms.push((" without rate limits".into(), limits.clone()));
+        }
+        if !delay.is_empty() && !limits.is_empty() {
+            let both = [delay, limits].concat();
+            forms.push((" without delay and rate limits".into(), both));
+        }
+        let candidate = |(form, held): (String, Vec<(&'static str, f64)>)| Self {
+            name: format!("{}{form}", model.name()),
+            model: model.clone(),
+            held,
+        };
+        forms.into_iter().map(candidate).collect()
+    }
+
+    /// Fits it and assesses the fit.
+    ///
+    /// # Errors
+    /// Those of [`Problem::try_new`] and of [`fit`].
+    pub fn assess(
+        &self,
+        experiments: &[Experiment],
+        held_out: &[Experiment],
+        options: &Options,
+        progress: &dyn Progress,
+    ) -> Result<Assessment, IdentifyError> {
+        let mut problem = Problem::try_new(self.model.clone(), experiments.to_vec())?;
+        for (name, value) in &self.held {
+            problem.fix(name, *value)?;
+        }
+        let fitted = fit(&problem, options, progress)?;
+        Assessment::of(self.name.clone(), &problem, fitted, held_out)
+    }
+}
+
+/// The value of a limit that limits nothing.
+fn unlimited(limit: &model_core::parameter::Parameter) -> f64 {
+    if limit.default.is_infinite() {
+        f64::INFINITY
+    } else {
+        limit.max
+    }
+}
+
+/// Models that were fitted to the same recordings, and those that cannot be.
+pub struct Comparison {
+    /// The fits, in the order of the candidates.
+    pub assessments: Vec<Assessment>,
+    /// Candidates that could not be fitted, each with the reason.
+    pub refused: Vec<(String, IdentifyError)>,
+    /// Which one is best, and why.
+    pub ranking: Ranking,
+}
+
+impl Comparison {
+    /// Fits all candidates, and tells how many are done. That one cannot be fitted is no failure.
+    ///
+    /// # Errors
+    /// The first candidate's, if no candidate can be fitted.
+    pub fn of(
+        candidates: &[Candidate],
+        experiments: &[Experiment],
+        held_out: &[Experiment],
+        options: &Options,
+        told: &dyn Fn(usize),
+    ) -> Result<Self, IdentifyError> {
+        let (mut assessments, mut refused) = (Vec::new(), Vec::new());
+        for (index, candidate) in candidates.iter().enumerate() {
+            match candidate.assess(experiments, held_out, options, &super::Quiet) {
+                Ok(assessment) => assessments.push(assessment),
+                Err(error) => refused.push((candidate.name.clone(), error)),
+            }
+            told(index + 1);
+        }
+        if assessments.is_empty() {
+            let first = refused.into_iter().next();
+            return Err(first.map_or(IdentifyError::NoRecording, |(_, error)| error));
+        }
+        Ok(Self {
+            ranking: Ranking::of(&assessments),
+            assessments,
+            refused,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,250 @@
+//! Which input tells most of an actuator, before anyone runs it.
+//!
+//! For a model with expected parameters, a noise and a sampling, the inverse of the Fisher
+//! information is what no unbiased estimator can beat: the Cramer-Rao bound (Maine and Iliff, NASA
+//! RP-1138, chapter 11; Jategaonkar, Flight Vehicle System Identification, chapter 2). Of output error
+//! with white noise it is `sigma^2 (J' J)^-1`, `J` being the derivatives of the angle.
+
+pub mod inputs;
+
+use std::sync::Arc;
+
+use model_core::{
+    control::encoder_word::COUNT_DEG,
+    excitation::{Excitation, catalogue::Input},
+    time::{TICKS_PER_SECOND, ticks},
+};
+use nalgebra::DMatrix;
+
+use super::{
+    assessment::Limited,
+    covariance::seen,
+    engine::normal_equations,
+    experiment::Experiment,
+    model::{Model, Sample, State},
+    problem::{IdentifyError, Problem, Role},
+    recording::{Hold, Recording},
+    unknowns::Unknowns,
+};
+
+/// What is expected of the actuator and of the bench.
+#[derive(Clone)]
+pub struct Bench {
+    /// What will be fitted.
+    pub model: Arc<dyn Model>,
+    /// Its expected parameters, in its order.
+    pub values: Vec<f64>,
+    /// Which of them will be looked for.
+    pub free: Vec<bool>,
+    /// Standard deviation of the noise on the angle, deg.
+    pub noise_deg: f64,
+    /// Resolution of the encoder, deg; 0 for none.
+    pub resolution_deg: f64,
+    /// Time from sample to sample, s.
+    pub step_s: f64,
+    /// Length of the experiment, s.
+    pub duration_s: f64,
+}
+
+/// Resolution of the actuator's own encoder, deg.
+pub const ENCODER_DEG: f64 = COUNT_DEG;
+
+/// What an input will tell.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Prediction {
+    /// The Cramer-Rao standard error of each parameter that is looked for; `None` where the input
+    /// does not tell it from the others.
+    pub parameters: Vec<Predicted>,
+    /// How long the actuator will be at its limits.
+    pub limited: Limited,
+    /// The largest angle that the actuator will reach, deg.
+    pub largest_angle_deg: f64,
+}
+
+/// A parameter as it will be known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Predicted {
+    /// Its name.
+    pub name: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// Its expected value.
+    pub value: f64,
+    /// Its Cramer-Rao standard error.
+    pub standard_error: Option<f64>,
+}
+
+impl Predicted {
+    /// The standard error as a share of the value, %; of a value near zero infinite.
+    pub fn percent(&self) -> Option<f64> {
+        Some(100.0 * self.standard_error? / self.value.abs())
+    }
+}
+
+impl Prediction {
+    /// How many parameters the input tells.
+    pub fn told(&self) -> usize {
+        self.parameters
+            .iter()
+            .filter(|p| p.standard_error.is_some())
+            .count()
+    }
+
+    /// The greatest share of its value that the error of a parameter has, %, of those that have a
+    /// scale: not of offsets and initial states, which may be zero.
+    pub fn worst_percent(&self) -> f64 {
+        let percent = self.parameters.iter().filter_map(Predicted::percent);
+        percent.filter(|p| p.is_finite()).fold(0.0, f64::max)
+    }
+}
+
+impl Bench {
+    /// The bench for a model with the parameters that it has by default. What is infinite or belongs
+    /// to a run's start is not looked for.
+    pub fn new(model: Arc<dyn Model>) -> Self {
+        let parameters = model.parameters();
+        let values: Vec<f64> = parameters.iter().map(|p| p.default).collect();
+        let free = |(index, value): (usize, &f64)| {
+            value.is_finite() && !model.is_fixed_by_default(index) && !model.is_of_the_run(index)
+        };
+        Self {
+            free: values.iter().enumerate().map(free).collect(),
+            values,
+            noise_deg: 0.05,
+            resolution_deg: ENCODER_DEG,
+            step_s: 0.004,
+            duration_s: 10.0,
+            model,
+        }
+    }
+
+    /// The command of an input at the instants of the samples, deg.
+    pub fn command(&self, excitation: &Excitation<'_>) -> Vec<f64> {
+        let samples = (self.duration_s / self.step_s).floor() as u64;
+        let at = |i: u64| {
+            let tick = ticks(i as f64 * self.step_s);
+            excitation.command(tick).to_num::<f64>()
+        };
+        (0..=samples).map(at).collect()
+    }
+
+    /// What an input will tell.
+    ///
+    /// # Errors
+    /// [`IdentifyError`] of an input that moves nothing, or of a bench without a free parameter.
+    pub fn predict(&self, command_deg: &[f64]) -> Result<Prediction, IdentifyError> {
+        let (experiment, samples) = self.simulated(command_deg)?;
+        let recording = &experiment.recording;
+        let states: Vec<State> = samples.iter().map(|s| s.state).collect();
+        let limited = Limited::of(&recording.time_s, &states);
+        let angles = recording.angle_deg.iter().map(|a| a.abs());
+        let largest_angle_deg = angles.fold(0.0, f64::max);
+        let mut problem = Problem::try_new(self.model.clone(), vec![experiment])?;
+        for (index, spec) in problem.specs.iter_mut().enumerate() {
+            spec.start = self.values[index];
+            // The state at the start is always looked for: what it costs belongs to the errors.
+            let free = self.free[index] || self.model.is_of_the_run(index);
+            spec.role = if free { Role::Free } else { Role::Fixed };
+        }
+        let unknowns = Unknowns::of(&problem)?.list;
+        let point: Vec<f64> = unknowns.iter().map(|u| self.values[u.parameter]).collect();
+        let information = normal_equations(&problem, &point)?.hessian;
+        let errors = standard_errors(&information, self.variance_deg2());
+        let told = unknowns.iter().zip(errors);
+        let told = told.filter(|(u, _)| !self.model.is_of_the_run(u.parameter));
+        let predicted = |(unknown, standard_error): (&super::unknowns::Unknown, Option<f64>)| {
+            let parameter = &self.model.parameters()[unknown.parameter];
+            Predicted {
+                name: parameter.name,
+                unit: parameter.unit,
+                value: self.values[unknown.parameter],
+                standard_error,
+            }
+        };
+        Ok(Prediction {
+            parameters: told.map(predicted).collect(),
+            limited,
+            largest_angle_deg,
+        })
+    }
+
+    /// Time at a limit of rate or duty under this command, as a share of the experiment.
+    pub fn limited_share(&self, command_deg: &[f64]) -> Result<f64, IdentifyError> {
+        let (experiment, samples) = self.simulated(command_deg)?;
+        let states: Vec<State> = samples.iter().map(|s| s.state).collect();
+        let limited = Limited::of(&experiment.recording.time_s, &states);
+        Ok(limited.rate_limited_s() / limited.duration_s)
+    }
+
+    /// Variance of a sample: noise, and the rounding of the encoder as noise that is even over a
+    /// count.
+    fn variance_deg2(&self) -> f64 {
+        self.noise_deg.powi(2) + self.resolution_deg.powi(2) / 12.0
+    }
+
+    /// The experiment as it will be recorded but for the noise.
+    fn simulated(&self, command_deg: &[f64]) -> Result<(Experiment, Vec<Sample>), IdentifyError> {
+        let time_s: Vec<f64> = (0..command_deg.len())
+            .map(|i| i as f64 * self.step_s)
+            .collect();
+        let mut recording = Recording {
+            name: "experiment".into(),
+            // An angle is needed before there is one.
+            angle_deg: time_s.clone(),
+            time_s,
+            command_deg: command_deg.to_vec(),
+            hold: Hold::Zero,
+            ..Recording::default()
+        };
+        let ready = |recording: Recording| {
+            let name = recording.name.clone();
+            let ready = Experiment::try_new(recording);
+            ready.map_err(|error| IdentifyError::Recording { name, error })
+        };
+        let blank = ready(recording.clone())?;
+        let mut samples = vec![Sample::default(); command_deg.len()];
+        self.model
+            .simulate(&blank, &self.values, &mut |i, sample| samples[i] = sample);
+        recording.angle_deg = samples.iter().map(|s| s.angle_deg).collect();
+        Ok((ready(recording)?, samples))
+    }
+}
+
+/// The smallest step of a sampling: a tick of the simulator, s.
+pub const LEAST_STEP_S: f64 = 1.0 / TICKS_PER_SECOND as f64;
+
+/// Roots of the diagonal of `variance * information^-1`; `None` of what takes part in a direction
+/// without information.
+fn standard_errors(information: &DMatrix<f64>, variance: f64) -> Vec<Option<f64>> {
+    let n = information.nrows();
+    let present = (0..n).filter(|i| information[(*i, *i)] > 0.0).collect();
+    let rows = seen(information, present);
+    let scale: Vec<f64> = rows.iter().map(|i| information[(*i, *i)].sqrt()).collect();
+    let normalised = DMatrix::from_fn(rows.len(), rows.len(), |i, j| {
+        information[(rows[i], rows[j])] / (scale[i] * scale[j])
+    });
+    let inverse = normalised.cholesky().map(|cholesky| cholesky.inverse());
+    let error = |i: usize| {
+        let row = rows.iter().position(|r| *r == i)?;
+        Some((variance * inverse.as_ref()?[(row, row)]).sqrt() / scale[row])
+    };
+    (0..n).map(error).collect()
+}
+
+/// An input of the catalogue with its parameters, as it will be run.
+#[derive(Debug, Clone)]
+pub struct Designed {
+    /// The input.
+    pub input: Input,
+    /// Whether it goes beyond the rate limit on purpose.
+    pub is_beyond: bool,
+    /// The largest command, deg.
+    pub amplitude_deg: f64,
+    /// The command at the samples, deg.
+    pub command_deg: Vec<f64>,
+    /// What it will tell.
+    pub prediction: Prediction,
+}
+
+#[cfg(test)]
+mod tests;

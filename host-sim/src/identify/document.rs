@@ -1,0 +1,245 @@
+//! Everything that identification found, as JSON.
+
+use nalgebra::DMatrix;
+use serde_json::{Map, Value, json};
+
+use super::{
+    assessment::{Assessed, Assessment, Limited, SecondOpinion, overall},
+    data::Note,
+    fit::{Bound, Estimate, Fit, Termination},
+    frequency::{Equivalent, FrequencyResponse, Shape},
+    model::State,
+    statistics::{Correlations, Quality},
+};
+
+/// The document of an identification: its models, the second opinion, and what was odd in the files.
+/// Numbers that are not finite are null.
+pub fn document(
+    assessments: &[Assessment],
+    second_opinion: &SecondOpinion,
+    notes: &[Note],
+) -> Map<String, Value> {
+    let models: Vec<Value> = assessments.iter().map(model).collect();
+    let notes: Vec<Value> = notes
+        .iter()
+        .map(|note| json!({ "file": note.path, "line": note.line, "text": note.text }))
+        .collect();
+    let entries = [
+        ("program", json!("actuator")),
+        ("version", json!(env!("CARGO_PKG_VERSION"))),
+        ("models", json!(models)),
+        ("second_opinion", opinion(second_opinion)),
+        ("notes", json!(notes)),
+    ];
+    entries
+        .into_iter()
+        .map(|(k, v)| (k.to_owned(), v))
+        .collect()
+}
+
+/// One model.
+fn model(assessment: &Assessment) -> Value {
+    let fit = &assessment.fit;
+    let names = fit.rows.iter().map(|row| fit.estimates[*row].name);
+    let parameters: Vec<Value> = fit.estimates.iter().map(|e| estimate(fit, e)).collect();
+    let assessed = |all: &[Assessed]| all.iter().map(experiment).collect::<Vec<_>>();
+    json!({
+        "name": assessment.name,
+        "model": fit.model,
+        "fit_percent": fit.fit_percent,
+        "parameters": parameters,
+        "quality": quality(overall(&assessment.experiments).as_ref()),
+        "noise_deg": fit.noise_deg,
+        "cost_deg2": fit.cost,
+        "samples": fit.samples,
+        "effective_samples": assessment.effective_samples,
+        "free_parameters": assessment.unknowns(),
+        "aic": assessment.criteria.aic,
+        "bic": assessment.criteria.bic,
+        "bic_effective": assessment.criteria.bic_effective,
+        "correlation": {
+            "parameters": names.collect::<Vec<_>>(),
+            "matrix": matrix(&fit.correlation),
+        },
+        "covariance": matrix(&fit.covariance),
+        "covariance_coloured": matrix(&fit.covariance_coloured),
+        "search": {
+            "termination": termination(fit.termination),
+            "iterations": fit.iterations,
+            "starts": fit.starts.0,
+            "starts_that_ended_here": fit.starts.1,
+        },
+        "experiments": assessed(&assessment.experiments),
+        "validation": assessed(&assessment.validation),
+        "validation_quality": quality(overall(&assessment.validation).as_ref()),
+        "warnings": assessment.warnings,
+    })
+}
+
+fn termination(termination: Termination) -> &'static str {
+    match termination {
+        Termination::Converged => "converged",
+        Termination::IterationLimit => "iteration limit",
+        Termination::Stalled => "stalled",
+        Termination::Interrupted => "interrupted",
+    }
+}
+
+fn estimate(fit: &Fit, estimate: &Estimate) -> Value {
+    let experiment = estimate.experiment.and_then(|i| fit.experiments.get(i));
+    json!({
+        "name": estimate.name,
+        "unit": estimate.unit,
+        "estimate": estimate.value,
+        "standard_error": estimate.standard_error,
+        "standard_error_coloured": estimate.standard_error_coloured,
+        "at_bound": estimate.at_bound.is_some(),
+        "bound": estimate.at_bound.map(|bound| match bound {
+            Bound::Low => "low",
+            Bound::High => "high",
+        }),
+        "bounds": [estimate.bounds.0, estimate.bounds.1],
+        "identifiable": estimate.identifiable,
+        "fixed": estimate.fixed,
+        "experiment": experiment.map(|e| e.name.as_str()),
+    })
+}
+
+fn matrix(matrix: &DMatrix<f64>) -> Vec<Vec<f64>> {
+    let rows = matrix.row_iter();
+    rows.map(|row| row.iter().copied().collect()).collect()
+}
+
+/// Figures of merit.
+pub fn quality(quality: Option<&Quality>) -> Value {
+    let Some(q) = quality else {
+        return Value::Null;
+    };
+    json!({
+        "samples": q.samples,
+        "fit_percent": q.fit_percent,
+        "vaf_percent": q.vaf_percent,
+        "rms_deg": q.rms_deg,
+        "mean_absolute_deg": q.mean_absolute_deg,
+        "largest_deg": q.largest_deg,
+        "bias_deg": q.bias_deg,
+        "theil": {
+            "inequality": q.theil.inequality,
+            "bias": q.theil.bias,
+            "variance": q.theil.variance,
+            "covariance": q.theil.covariance,
+        },
+    })
+}
+
+fn experiment(assessed: &Assessed) -> Value {
+    json!({
+        "name": assessed.recording.name,
+        "samples": assessed.recording.len(),
+        "quality": quality(assessed.quality.as_ref()),
+        "limited": limited(&assessed.limited),
+        "residuals": assessed.correlations.as_ref().map(correlations),
+    })
+}
+
+fn limited(limited: &Limited) -> Value {
+    let stretch = |s: &super::assessment::Stretch| {
+        let at = match s.state {
+            State::RateUp => "rate up",
+            State::RateDown => "rate down",
+            _ => "duty",
+        };
+        json!({ "limit": at, "from_s": s.from_s, "to_s": s.to_s })
+    };
+    json!({
+        "duration_s": limited.duration_s,
+        "rate_limited_s": limited.rate_limited_s(),
+        "rate_up_s": limited.rate_up_s,
+        "rate_down_s": limited.rate_down_s,
+        "duty_s": limited.duty_s,
+        "stop_s": limited.stop_s,
+        "stuck_s": limited.stuck_s,
+        "stretches": limited.stretches.iter().map(stretch).collect::<Vec<_>>(),
+    })
+}
+
+fn correlations(c: &Correlations) -> Value {
+    json!({
+        "is_white": c.whiteness.is_white(),
+        "whiteness_statistic": c.whiteness.statistic,
+        "whiteness_lags": c.whiteness.lags,
+        "whiteness_p_value": c.whiteness.p_value,
+        "outside_band": c.whiteness.outside,
+        "effective_samples": c.effective_samples,
+        "is_correlated_with_command": c.is_correlated_with_input(),
+        "largest_cross_ratio": c.cross_ratio,
+        "autocorrelation": { "lag_s": c.auto_lag_s, "value": c.auto, "band": c.auto_band },
+        "cross_correlation": { "lag_s": c.cross_lag_s, "value": c.cross, "band": c.cross_band },
+    })
+}
+
+fn opinion(opinion: &SecondOpinion) -> Value {
+    let delay = |(name, delay): &(String, Option<super::statistics::delay::DelayEstimate>)| {
+        json!({
+            "experiment": name,
+            "peak_s": delay.map(|d| d.peak_s),
+            "onset_s": delay.map(|d| d.onset_s),
+            "correlation": delay.map(|d| d.correlation),
+            "resolution_s": delay.map(|d| d.resolution_s),
+        })
+    };
+    json!({
+        "delay": opinion.delays.iter().map(delay).collect::<Vec<_>>(),
+        "frequency_response": opinion.response.as_ref().map(response),
+        "first_order": opinion.first_order.as_ref().map(equivalent),
+        "second_order": opinion.second_order.as_ref().map(equivalent),
+    })
+}
+
+fn response(r: &FrequencyResponse) -> Value {
+    json!({
+        "frequency_hz": r.frequency_hz,
+        "gain_db": r.gain_db,
+        "phase_deg": r.phase_deg,
+        "coherence": r.coherence,
+        "gain_error_db": r.gain_error_db,
+        "phase_error_deg": r.phase_error_deg,
+        "averages": r.averages,
+    })
+}
+
+fn equivalent(e: &Equivalent) -> Value {
+    let poles = match e.shape {
+        Shape::First { pole_rad_s } => json!({ "pole_rad_s": pole_rad_s }),
+        Shape::Second {
+            natural_frequency_rad_s,
+            damping,
+        } => json!({ "natural_frequency_rad_s": natural_frequency_rad_s, "damping": damping }),
+    };
+    json!({
+        "poles": poles,
+        "gain": e.gain,
+        "delay_s": e.delay_s,
+        "cost": e.cost,
+        "from_hz": e.from_hz,
+        "to_hz": e.to_hz,
+    })
+}
+
+/// The ranking of a comparison.
+pub fn ranking(ranking: &super::compare::Ranking, assessments: &[Assessment]) -> Value {
+    let rank = |rank: &super::compare::Rank| {
+        json!({
+            "name": assessments[rank.index].name,
+            "score": rank.score,
+            "is_distinguishable_from_best": rank.is_distinguishable,
+            "reason": rank.reason,
+        })
+    };
+    json!({
+        "criterion": ranking.criterion,
+        "ranks": ranking.ranks.iter().map(rank).collect::<Vec<_>>(),
+        "enough": assessments[ranking.enough].name,
+        "verdict": ranking.verdict,
+    })
+}

@@ -1,0 +1,56 @@
+//! The page holds what it promises.
+
+use super::*;
+use crate::{
+    identify::{
+        Experiment, Options,
+        compare::{Candidate, Comparison},
+        models::named,
+        testing::{noisy, simulated},
+    },
+    settings::ModelKind,
+};
+
+#[test]
+fn the_page_shows_every_recording_residual_and_parameter_and_loads_nothing() {
+    let experiment = |input, seed| {
+        let recording = noisy(simulated(ModelKind::BlackBox1, input, 80, &[]), seed);
+        Experiment::try_new(recording).expect("a recording")
+    };
+    let (fitted, held_out) = ([experiment("pulse", 1)], [experiment("3-2-1-1", 2)]);
+    let candidates = Candidate::forms(&named("black-box-1").expect("a model"));
+    let options = Options {
+        starts: 2,
+        ..Options::default()
+    };
+    let comparison = Comparison::of(&candidates, &fitted, &held_out, &options, &|_| {});
+    let comparison = comparison.expect("they fit");
+    let second_opinion = SecondOpinion::of(&fitted);
+    let page = page(&Content {
+        assessments: &comparison.assessments,
+        ranking: Some(&comparison.ranking),
+        second_opinion: &second_opinion,
+        notes: &[],
+    });
+    let titles: Vec<&str> = page.figures().map(|f| f.title.as_str()).collect();
+    assert_eq!(titles[..2], ["pulse", "3-2-1-1"]);
+    let residuals = titles.iter().filter(|t| t.starts_with("Residuals of"));
+    assert_eq!(residuals.count(), 4);
+    assert!(titles.contains(&"Bode plot of the recordings"));
+    let html = page.render();
+    for text in [
+        "pole_rad_s",
+        "black-box-1 is enough",
+        "is rate limited for",
+        "Theil",
+        "AIC",
+    ] {
+        assert!(html.contains(text), "{text}");
+    }
+    assert!(html.contains("default-src 'none'") && !html.contains("src="));
+    let document = super::super::document::document(&comparison.assessments, &second_opinion, &[]);
+    let pole = &document["models"][0]["parameters"][0];
+    assert_eq!(pole["name"], "pole_rad_s");
+    assert!((pole["estimate"].as_f64().expect("a number") - 30.0).abs() < 0.5);
+    assert_eq!(pole["identifiable"], true);
+}

@@ -1,0 +1,76 @@
+//! A fitted model as a file that `actuator simulate --parameters` takes: a scenario in TOML with its
+//! model and parameters.
+
+use std::fmt::Write as _;
+
+use model_core::named::Named;
+
+use super::fit::{Estimate, Fit};
+use crate::{
+    error::Error,
+    settings::{ModelKind, PlantKind, Settings},
+};
+
+/// The text of the file.
+///
+/// # Errors
+/// [`Error::Conflict`] of a model that the simulator has not.
+pub fn text(fit: &Fit) -> Result<String, Error> {
+    let kind = ModelKind::named(simulated_as(fit.model)).ok_or_else(|| {
+        Error::Conflict(format!(
+            "{} cannot be simulated by itself, expected one of {}",
+            fit.model,
+            ModelKind::NAMES.join(", ")
+        ))
+    })?;
+    let settings = Settings::new(kind, PlantKind::FirstOrder);
+    let known: Vec<&str> = settings.values().map(|v| v.parameter.name).collect();
+    let mut text = format!(
+        "# Fitted by actuator {}: fit {:.2} %, noise {:.4} deg.\nmodel = \"{}\"\n\n[set]\n",
+        env!("CARGO_PKG_VERSION"),
+        fit.fit_percent,
+        fit.noise_deg,
+        kind.name(),
+    );
+    for (name, value, estimate) in values(fit) {
+        if !known.contains(&name) || !value.is_finite() {
+            continue;
+        }
+        // What comes back from the text is the number itself.
+        let _ = write!(text, "{name} = {value:?}");
+        let _ = match estimate {
+            Some(e) if e.standard_error.is_finite() => writeln!(
+                text,
+                " # {}, standard error {:.3e}",
+                e.unit,
+                e.standard_error.max(e.standard_error_coloured)
+            ),
+            Some(e) if !e.identifiable => writeln!(text, " # {}, not identifiable", e.unit),
+            _ => writeln!(text),
+        };
+    }
+    Ok(text)
+}
+
+/// The simulator's name of a model.
+fn simulated_as(model: &str) -> &str {
+    match model {
+        "black-box-2-oscillator" => "black-box-2",
+        model => model,
+    }
+}
+
+/// The parameters of the actuator by the simulator's names.
+fn values(fit: &Fit) -> Vec<(&'static str, f64, Option<&Estimate>)> {
+    let shared = fit.estimates.iter().filter(|e| e.experiment.is_none());
+    let mut values: Vec<_> = shared.map(|e| (e.name, e.value, Some(e))).collect();
+    // The simulator has the gains of the oscillator.
+    let oscillator = fit
+        .value("natural_frequency_rad_s")
+        .zip(fit.value("damping"));
+    if let Some((w, damping)) = oscillator {
+        values.push(("position_gain_per_s2", w * w, None));
+        values.push(("rate_gain_per_s", 2.0 * damping * w, None));
+    }
+    values
+}
