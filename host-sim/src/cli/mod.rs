@@ -1,6 +1,7 @@
 //! The command line of `actuator`.
 
 mod compare;
+mod experiment;
 mod fmu;
 mod identify;
 mod output;
@@ -27,6 +28,7 @@ pub struct Arguments {
 #[derive(Debug, Subcommand)]
 enum Command {
     Compare(compare::Compare),
+    Experiment(experiment::Experiment),
     Fmu(fmu::Fmu),
     Identify(identify::Identify),
     Simulate(simulate::Simulate),
@@ -42,6 +44,7 @@ impl Arguments {
     pub fn run(self) -> Result<(), Failure> {
         match self.command {
             Command::Compare(compare) => compare.run(),
+            Command::Experiment(experiment) => experiment.run(),
             Command::Fmu(fmu) => fmu.run(),
             Command::Identify(identify) => identify.run(),
             Command::Simulate(simulate) => simulate.run(),

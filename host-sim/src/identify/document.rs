@@ -183,7 +183,7 @@ fn opinion(opinion: &SecondOpinion) -> Value {
         json!({
             "experiment": name,
             "peak_s": delay.map(|d| d.peak_s),
-            "onset_s": delay.map(|d| d.onset_s),
+            "onset_s": delay.and_then(|d| d.onset_s),
             "correlation": delay.map(|d| d.correlation),
             "resolution_s": delay.map(|d| d.resolution_s),
         })

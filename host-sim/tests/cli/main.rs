@@ -2,6 +2,7 @@
 
 mod errors;
 mod fmu;
+mod identify;
 mod input_file;
 mod parameters;
 mod scenario;

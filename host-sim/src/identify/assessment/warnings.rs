@@ -8,6 +8,8 @@ use crate::identify::{
 
 /// Two estimates this much correlated can hardly be told apart.
 const STRONG_CORRELATION: f64 = 0.98;
+/// An error as small as this comes from no sensor, deg.
+const EXACT_DEG: f64 = 1e-6;
 /// Theil's coefficient above which the agreement is called poor.
 const POOR_INEQUALITY: f64 = 0.3;
 /// Share of the error that a bias may have.
@@ -123,7 +125,15 @@ fn limits(experiment: &Assessed, warnings: &mut Vec<String>) {
     ));
 }
 
+/// Whether nothing but rounding is left: there is nothing to be said of it.
+fn is_exact(experiment: &Assessed) -> bool {
+    experiment.quality.is_some_and(|q| q.rms_deg < EXACT_DEG)
+}
+
 fn residuals(experiment: &Assessed, warnings: &mut Vec<String>) {
+    if is_exact(experiment) {
+        return;
+    }
     let name = &experiment.recording.name;
     if let Some(quality) = &experiment.quality {
         let theil = quality.theil;
@@ -153,7 +163,8 @@ fn residuals(experiment: &Assessed, warnings: &mut Vec<String>) {
 
 /// That the standard errors for white residuals are too small, and by how much.
 fn colour(assessment: &Assessment, warnings: &mut Vec<String>) {
-    let coloured = assessment.experiments.iter().filter(|e| {
+    let inexact = assessment.experiments.iter().filter(|e| !is_exact(e));
+    let coloured = inexact.filter(|e| {
         let whiteness = e.correlations.as_ref().map(|c| c.whiteness);
         whiteness.is_some_and(|w| !w.is_white())
     });

@@ -106,21 +106,29 @@ fn by_held_out(best: &Assessment, other: &Assessment) -> (bool, String) {
     let Some(difference) = LossDifference::of(residuals) else {
         return (false, "not distinguishable: nothing was compared".into());
     };
-    let ratio = [other, best].map(|a| overall(&a.validation).map_or(f64::NAN, |q| q.rms_deg));
-    let more = 100.0 * (ratio[0] / ratio[1] - 1.0);
+    let errors = [other, best].map(|a| overall(&a.validation).map_or(f64::NAN, |q| q.rms_deg));
+    let error = relative(errors[0] / errors[1]);
     let z = difference.z();
     match difference.is_by_chance() {
         true => (
             false,
             format!(
-                "not distinguishable from the best: {more:.1} % more error on held-out data is \
-                 within chance (z = {z:.1})"
+                "not distinguishable from the best: {error} on held-out data, within chance (z = {z:.1})"
             ),
         ),
         false => (
             true,
-            format!("{more:.1} % more error on held-out data, beyond chance (z = {z:.1})"),
+            format!("{error} on held-out data, beyond chance (z = {z:.1})"),
         ),
+    }
+}
+
+/// A ratio of errors in words.
+fn relative(ratio: f64) -> String {
+    match 100.0 * (ratio - 1.0) {
+        more if more > 200.0 => format!("{ratio:.0} times the error"),
+        more if more >= 0.0 => format!("{more:.1} % more error"),
+        more => format!("{:.1} % less error", -more),
     }
 }
 
@@ -128,16 +136,13 @@ fn by_bic(best: &Assessment, other: &Assessment) -> (bool, String) {
     let difference = other.criteria.bic_effective - best.criteria.bic_effective;
     let parameters = other.unknowns() as i64 - best.unknowns() as i64;
     let errors = [other, best].map(|a| a.fit.cost.sqrt());
-    let more = 100.0 * (errors[0] / errors[1] - 1.0);
+    let error = relative(errors[0] / errors[1]);
     let costs = match parameters {
         0 => "with as many parameters".to_owned(),
+        1 => "with one parameter more".to_owned(),
+        -1 => "with one parameter less".to_owned(),
         n if n > 0 => format!("with {n} parameters more"),
         n => format!("with {} parameters less", -n),
-    };
-    let error = if more >= 0.0 {
-        format!("{more:.1} % more error")
-    } else {
-        format!("{:.1} % less error", -more)
     };
     if difference.is_nan() || difference < SMALL_BIC {
         let text = format!(

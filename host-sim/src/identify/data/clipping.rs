@@ -15,11 +15,16 @@ pub struct Clipped {
 const FEWEST: usize = 5;
 /// Arriving at the end with this share of the fastest change of all is no settling.
 const ABRUPT: f64 = 0.3;
-/// A command that changes by this share of its range while the angle stands still asks for motion.
+/// A command beyond the end by this share of its range asks for an angle there.
+const BEYOND: f64 = 0.02;
+/// A command that goes on by this share of its range, away from the end, asks for motion.
 const MOVING: f64 = 0.1;
 
-/// Finds the stretches: at the very least or greatest angle of all, and either reached at full speed
-/// and held at once, or held while the command goes on moving beyond it.
+/// Finds the stretches: at the very least or greatest angle of all, with the command beyond it, and
+/// either reached at full speed and held at once, or held while the command goes on further away.
+///
+/// An actuator that settles on its command, that stands short of it or that friction holds at a
+/// crest does none of that.
 pub fn find(command_deg: &[f64], angle_deg: &[f64]) -> Vec<Clipped> {
     let Some((least, greatest)) = range(angle_deg) else {
         return Vec::new();
@@ -36,20 +41,23 @@ pub fn find(command_deg: &[f64], angle_deg: &[f64]) -> Vec<Clipped> {
         if run.len() < FEWEST || !at_end || least == greatest {
             continue;
         }
+        let outward = if run[0] == greatest { 1.0 } else { -1.0 };
+        let commands = command_deg.get(samples.clone()).unwrap_or(&[]);
+        // How far the command is beyond the end, as a share of its range.
+        let beyond = |command: &f64| outward * (command - run[0]) / command_range;
+        let count = commands.iter().filter(|c| beyond(c) > BEYOND).count();
         let before = samples.start.checked_sub(1).map(|i| angle_deg[i]);
         let arrival = before.map_or(0.0, |before| (run[0] - before).abs());
-        let commands = command_deg.get(samples.clone()).unwrap_or(&[]);
-        let moved = range(commands).map_or(0.0, |(low, high)| high - low);
-        let is_beyond = |c: &&f64| {
-            if run[0] == greatest {
-                **c > greatest
-            } else {
-                **c < least
-            }
-        };
-        let beyond = commands.iter().filter(is_beyond).count();
-        let held_back = moved > MOVING * command_range && beyond * 2 > commands.len();
-        if arrival > ABRUPT * fastest || held_back {
+        // Until its middle: at its end the command may have turned already.
+        let first_half = commands.get(..=run.len() / 2).unwrap_or(&[]);
+        let farthest = first_half
+            .iter()
+            .map(beyond)
+            .fold(f64::NEG_INFINITY, f64::max);
+        let goes_on = first_half
+            .first()
+            .is_some_and(|c| farthest - beyond(c) > MOVING);
+        if count * 2 > run.len() && (arrival > ABRUPT * fastest || goes_on) {
             let angle_deg = run[0];
             found.push(Clipped { samples, angle_deg });
         }

@@ -237,6 +237,47 @@ fn an_actuator_that_settles_on_an_encoder_is_not_clipped() {
     assert_eq!(imported.notes, []);
 }
 
+#[test]
+fn a_fast_actuator_on_its_command_or_short_of_it_is_not_clipped() {
+    for gain in [1.0, 0.3] {
+        // There in one sample, and behind the command by two.
+        let row = |i: usize| {
+            let command = |i: usize| if (20..60).contains(&i) { 90.0 } else { 0.0 };
+            let angle = gain * command(i.saturating_sub(2));
+            format!("{},{},{angle}\n", i as f64 * 0.02, command(i))
+        };
+        let rows: String = (0..100).map(row).collect();
+        let imported = read(&format!("t,command_deg,angle_deg\n{rows}")).expect("a pulse");
+        let clipped = imported.notes.len();
+        // One that stops short at full speed cannot be told from a clipped sensor.
+        assert_eq!(clipped, usize::from(gain < 1.0), "{:?}", imported.notes);
+    }
+}
+
+#[test]
+fn an_actuator_that_friction_holds_at_its_crest_is_not_clipped() {
+    // A third of the command, late and stuck for 20 samples after each crest.
+    let row = |i: i32| {
+        let phase = |i: i32| 0.02 * f64::from(i);
+        let late = phase(i) - 0.3;
+        let since_crest = (late - std::f64::consts::FRAC_PI_2).rem_euclid(std::f64::consts::PI);
+        let stuck = if since_crest < 0.4 {
+            late - since_crest
+        } else {
+            late
+        };
+        let (command, angle) = (30.0 * phase(i).sin(), 10.0 * stuck.sin());
+        format!(
+            "{},{command},{}\n",
+            f64::from(i) * 0.01,
+            (angle * 1e6).round() / 1e6
+        )
+    };
+    let rows: String = (0..1000).map(row).collect();
+    let imported = read(&format!("t,command_deg,angle_deg\n{rows}")).expect("a sine");
+    assert_eq!(imported.notes, []);
+}
+
 /// As the recordings of BAM are written.
 const BAM: &str = r#"{"mass": 0.49, "length": 0.1, "kp": 400, "vin": 7.4, "motor": "xl330",
 "trajectory": "sin_sin", "entries": [

@@ -18,8 +18,10 @@ pub struct Limits {
 
 /// Share of the time at the rate limit that an input beyond it aims at.
 const BEYOND_SHARE: f64 = 0.25;
-/// Within the limit a single sample may touch it.
-const WITHIN_SHARE: f64 = 1e-9;
+/// Within the limit no sample may touch it.
+const WITHIN_SHARE: f64 = 0.0;
+/// What is within the limit keeps this much off it: between two samples the rate is greater.
+const WITHIN_MARGIN: f64 = 0.9;
 /// Halvings of the range of the amplitude: to 0.1 %.
 const HALVINGS: usize = 10;
 
@@ -145,7 +147,7 @@ fn scaled(
                 low = middle;
             }
         }
-        amplitude_deg = if is_beyond { high } else { low };
+        amplitude_deg = if is_beyond { high } else { WITHIN_MARGIN * low };
     }
     if amplitude_deg == 0.0 {
         return Err("no amplitude stays within the rate limit".into());

@@ -24,7 +24,7 @@ fn designed(bench: &Bench, name: &str, is_beyond: bool) -> Designed {
 #[test]
 fn the_predicted_errors_are_those_that_fits_scatter_by() {
     let bench = bench(4.0);
-    let design = designed(&bench, "3-2-1-1", true);
+    let design = designed(&bench, "log-chirp", true);
     let (experiment, _) = bench.simulated(&design.command_deg).expect("an experiment");
     let runs = 60;
     let mut poles = Vec::new();

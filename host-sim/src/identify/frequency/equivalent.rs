@@ -82,7 +82,7 @@ pub struct Equivalent {
 }
 
 impl Equivalent {
-    /// The first-order system nearest to a response. `None` where fewer than four frequencies are
+    /// The first-order system nearest to a response. `None` where fewer than eight frequencies are
     /// coherent.
     pub fn first_order(response: &FrequencyResponse) -> Option<Self> {
         Self::nearest(response, [POLES_RAD_S, (1.0, 1.0)], |[pole_rad_s, _]| {
@@ -90,7 +90,7 @@ impl Equivalent {
         })
     }
 
-    /// The second-order system nearest to a response. `None` where fewer than five frequencies are
+    /// The second-order system nearest to a response. `None` where fewer than ten frequencies are
     /// coherent.
     pub fn second_order(response: &FrequencyResponse) -> Option<Self> {
         Self::nearest(response, [POLES_RAD_S, DAMPINGS], |[w, damping]| {
@@ -114,7 +114,7 @@ impl Equivalent {
     ) -> Option<Self> {
         let points = points(response)?;
         let unknowns = 2 + ranges.iter().filter(|(low, high)| low < high).count();
-        if points.len() <= unknowns {
+        if points.len() < 2 * unknowns + 2 {
             return None;
         }
         let fit = |at: [f64; 2]| fitted(&points, shape(at));

@@ -33,7 +33,13 @@ pub fn parameters(assessment: &Assessment) -> Table {
             Some(experiment) => format!("{} ({})", e.name, experiment.name),
             None => e.name.to_owned(),
         };
-        let share = 100.0 * e.standard_error.max(e.standard_error_coloured) / e.value.abs();
+        // An angle may be zero: no share of it means anything.
+        let size = if e.unit == "deg" {
+            f64::NAN
+        } else {
+            e.value.abs()
+        };
+        let share = 100.0 * e.standard_error.max(e.standard_error_coloured) / size;
         table.push([
             name.into(),
             e.unit.into(),
@@ -252,7 +258,7 @@ pub fn delays(opinion: &SecondOpinion) -> Table {
         let ms = |value: Option<f64>| value.map_or(Cell::None, |s| Cell::Number(1e3 * s, 2));
         table.push([
             name.as_str().into(),
-            ms(delay.map(|d| d.onset_s)),
+            ms(delay.and_then(|d| d.onset_s)),
             ms(delay.map(|d| d.peak_s)),
             delay.map_or(Cell::None, |d| Cell::Number(d.correlation, 3)),
             ms(delay.map(|d| d.resolution_s)),

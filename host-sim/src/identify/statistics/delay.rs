@@ -17,12 +17,15 @@ pub struct DelayEstimate {
     pub peak_s: f64,
     /// The correlation there.
     pub correlation: f64,
-    /// The first lag at which the correlation leaves its 99.9 % band for good before the peak, s.
-    pub onset_s: f64,
+    /// The first lag at which the correlation leaves its 99.9 % band for good before the peak, s; `None`
+    /// of a smooth command, whose changes announce each other.
+    pub onset_s: Option<f64>,
     /// One sample, s: nothing is known finer.
     pub resolution_s: f64,
 }
 
+/// Correlation of neighbouring changes below which a command counts as sudden.
+const SUDDEN: f64 = 0.3;
 /// Longest delay that is looked for, s.
 const LONGEST_S: f64 = 0.5;
 
@@ -62,10 +65,17 @@ impl DelayEstimate {
         Some(Self {
             peak_s: (peak as f64 + vertex(&rho, peak)) * slots.step_s,
             correlation: rho[peak],
-            onset_s: inside.map_or(0, |lag| lag + 1) as f64 * slots.step_s,
+            onset_s: is_sudden(&command)
+                .then(|| inside.map_or(0, |lag| lag + 1) as f64 * slots.step_s),
             resolution_s: slots.step_s,
         })
     }
+}
+
+/// Whether the changes of a command come without notice: next to no correlation from one to the next.
+fn is_sudden(changes: &[f64]) -> bool {
+    let products = lagged_products(changes, changes, 1);
+    products.sums[1] < SUDDEN * products.sums[0]
 }
 
 fn changes(signal: &[f64]) -> Vec<f64> {
@@ -113,7 +123,12 @@ mod tests {
             .collect();
         let delay = DelayEstimate::of(&time_s, &command, &angle).expect("it moves");
         // The state answers one sample after the delayed command.
-        assert!((delay.onset_s - 6.0 * STEP_S).abs() < 1e-9, "{delay:?}");
+        assert!(
+            delay
+                .onset_s
+                .is_some_and(|s| (s - 6.0 * STEP_S).abs() < 1e-9),
+            "{delay:?}"
+        );
         assert!(delay.peak_s >= 5.5 * STEP_S && delay.peak_s < 8.0 * STEP_S);
     }
 

@@ -1,0 +1,205 @@
+//! `actuator identify`, `compare` and `experiment`: from a file to an answer.
+
+use super::Desk;
+
+/// A desk with a recording of black box 1 on a pulse, `pulse.csv`.
+fn desk() -> Desk {
+    let desk = Desk::new();
+    desk.text("simulate black-box-1 --input pulse --every 80 --csv pulse.csv");
+    desk
+}
+
+fn json(text: &str) -> serde_json::Value {
+    serde_json::from_str(text).expect("JSON")
+}
+
+fn parameter<'a>(document: &'a serde_json::Value, name: &str) -> &'a serde_json::Value {
+    let parameters = document["models"][0]["parameters"]
+        .as_array()
+        .expect("a list");
+    let found = parameters.iter().find(|p| p["name"] == name);
+    found.unwrap_or_else(|| panic!("no parameter {name}"))
+}
+
+#[test]
+fn a_simulated_trace_gives_back_the_parameters_that_made_it() {
+    let desk = desk();
+    let document = json(&desk.text("identify pulse.csv --model black-box-1 --json -"));
+    assert_eq!(document["models"][0]["name"], "black-box-1");
+    for (name, truth) in [
+        ("pole_rad_s", 30.0),
+        ("delay_s", 0.0175),
+        ("rate_limit_up_deg_s", 240.0),
+        ("rate_limit_down_deg_s", 350.0),
+    ] {
+        let found = parameter(&document, name);
+        let estimate = found["estimate"].as_f64().expect("a number");
+        // The trace is without noise; of its integration steps a millionth remains.
+        assert!(
+            (estimate / truth - 1.0).abs() < 1e-4,
+            "{name} is {estimate}"
+        );
+        assert_eq!(found["identifiable"], true);
+        assert_eq!(found["at_bound"], false);
+    }
+    let limited = &document["models"][0]["experiments"][0]["limited"];
+    assert!(limited["rate_limited_s"].as_f64().expect("a number") > 0.5);
+}
+
+#[test]
+fn fitted_parameters_are_simulated_again() {
+    let desk = desk();
+    desk.text("identify pulse.csv --model black-box-1 --parameters fitted.toml");
+    assert!(desk.read("fitted.toml").contains("model = \"black-box-1\""));
+    let columns = |trace: super::Csv| trace.column("angle_deg");
+    let again = columns(desk.trace("--parameters fitted.toml --every 80"));
+    let truth = columns(desk.trace("black-box-1 --every 80"));
+    for (again, truth) in again.iter().zip(&truth) {
+        assert!((again - truth).abs() < 1e-2, "{again} and {truth}");
+    }
+}
+
+#[test]
+fn a_report_is_one_file_and_a_comparison_says_which_model_is_enough() {
+    let desk = desk();
+    desk.text("simulate black-box-1 --input 3-2-1-1 --every 80 --csv other.csv");
+    let text = desk.text(
+        "compare pulse.csv --model black-box-1 --model black-box-2 --starts 2 --validate other.csv \
+         --html report.html --json all.json",
+    );
+    assert!(text.contains("black-box-1 is enough"), "{text}");
+    let html = desk.read("report.html");
+    assert!(html.contains("Validation") && html.contains("other.csv"));
+    let document = json(&desk.read("all.json"));
+    assert_eq!(document["ranking"]["enough"], "black-box-1");
+    assert_eq!(document["models"].as_array().map(Vec::len), Some(8));
+}
+
+#[test]
+fn files_that_cannot_be_used_are_refused_by_name() {
+    let desk = desk();
+    let header = "t,command_deg,angle_deg\n";
+    desk.write("empty.csv", "");
+    desk.write("three.csv", format!("{header}0,0,0\n1,1,1\n2,1,1\n"));
+    let rows: String = (0..50).map(|i| format!("{i},1,1\n")).collect();
+    desk.write("rest.csv", format!("{header}{rows}"));
+    desk.write(
+        "nan.csv",
+        format!("{header}{}", rows.replace(",1,1", ",1,nan")),
+    );
+    desk.write("words.csv", format!("{header}0,0,0\n1,0,fast\n"));
+    for (file, expected) in [
+        ("empty.csv", "empty.csv:1: the file is empty"),
+        (
+            "three.csv",
+            "three.csv: 3 samples with an angle, expected at least 8",
+        ),
+        (
+            "rest.csv",
+            "nothing can be identified from a recording at rest",
+        ),
+        ("nan.csv", "0 samples with an angle"),
+        (
+            "words.csv",
+            "words.csv:3: column 3 (`angle_deg`) is no finite number",
+        ),
+    ] {
+        let failure = desk.actuator(&format!("identify {file}")).assert().code(2);
+        let said = String::from_utf8_lossy(&failure.get_output().stderr).into_owned();
+        assert!(said.contains(expected), "{file}: {said}");
+    }
+    desk.actuator("identify missing.csv").assert().code(1);
+    let typo = desk
+        .actuator("identify pulse.csv --fix pole=30")
+        .assert()
+        .code(2);
+    let said = String::from_utf8_lossy(&typo.get_output().stderr).into_owned();
+    assert!(said.contains("did you mean `pole_rad_s`"), "{said}");
+}
+
+#[test]
+fn columns_and_units_are_mapped_and_oddities_said_with_their_lines() {
+    let desk = desk();
+    let trace = desk.trace("black-box-1 --input pulse --every 80");
+    let (t, u, y) = (
+        trace.column("t"),
+        trace.column("command"),
+        trace.column("angle_deg"),
+    );
+    let row = |i: usize| {
+        format!(
+            "{};{};{}\n",
+            1e3 * t[i],
+            u[i].to_radians(),
+            y[i].to_radians()
+        )
+    };
+    let rows: String = (0..t.len())
+        .filter(|i| !(800..850).contains(i))
+        .map(row)
+        .collect();
+    desk.write("odd.txt", format!("clock;want;have\n{rows}"));
+    let output = desk
+        .actuator(
+            "identify odd.txt --model black-box-1 --column time=clock:ms --column \
+             command=want:rad --column angle=have:rad --json -",
+        )
+        .assert()
+        .success();
+    let said = String::from_utf8_lossy(&output.get_output().stderr).into_owned();
+    assert!(
+        said.contains("odd.txt:802: 1 gaps without samples"),
+        "{said}"
+    );
+    let document = json(&String::from_utf8_lossy(&output.get_output().stdout));
+    let pole = parameter(&document, "pole_rad_s")["estimate"].as_f64();
+    assert!(pole.is_some_and(|p| (p - 30.0).abs() < 0.01), "{pole:?}");
+}
+
+#[test]
+fn an_experiment_is_designed_simulated_and_keeps_its_promise() {
+    let desk = Desk::new();
+    let document = json(&desk.text("experiment black-box-1 --duration 6 --json --csv best.csv"));
+    let best = document["best"].as_u64().expect("there is one") as usize;
+    let best = &document["inputs"][best];
+    let errors = best["parameters"].as_array().expect("a list");
+    assert!(errors.iter().all(|p| p["identifiable"] == true), "{best}");
+    desk.text("simulate black-box-1 --input-file best.csv --every 80 --duration 6 --csv run.csv");
+    let found = json(&desk.text("identify run.csv --model black-box-1 --json -"));
+    let pole = parameter(&found, "pole_rad_s");
+    assert!((pole["estimate"].as_f64().expect("a number") - 30.0).abs() < 0.01);
+
+    let text = desk.text("experiment black-box-1 --input doublet --input prbs");
+    assert!(text.contains("simulate --input"), "{text}");
+    desk.actuator("experiment black-box-1 --duration 0")
+        .assert()
+        .code(2);
+    desk.actuator("experiment black-box-1 --set pole=3")
+        .assert()
+        .code(2);
+}
+
+/// The commands of the worked example, one after the other.
+#[test]
+fn the_worked_example_of_the_documentation_works() {
+    let document = include_str!("../../../docs/identification.md");
+    let commands: Vec<&str> = document
+        .lines()
+        .filter_map(|line| line.strip_prefix("$ actuator "))
+        .collect();
+    assert_eq!(commands.len(), 7);
+    let desk = Desk::new();
+    let said: Vec<String> = commands.iter().map(|command| desk.text(command)).collect();
+    assert!(said[2].contains("pole_rad_s"), "{}", said[2]);
+    assert!(said[3].contains("is enough"), "{}", said[3]);
+    for file in [
+        "fit.json",
+        "fit.html",
+        "fitted.toml",
+        "ramp.csv",
+        "best.csv",
+        "best-run.csv",
+    ] {
+        assert!(!desk.read(file).is_empty(), "{file}");
+    }
+}
