@@ -165,7 +165,7 @@ fn an_experiment_is_designed_simulated_and_keeps_its_promise() {
     let errors = best["parameters"].as_array().expect("a list");
     assert!(errors.iter().all(|p| p["identifiable"] == true), "{best}");
     desk.text("simulate black-box-1 --input-file best.csv --every 80 --duration 6 --csv run.csv");
-    let found = json(&desk.text("identify run.csv --model black-box-1 --json -"));
+    let found = json(&desk.text("identify run.csv --model black-box-1 --hold zero --json -"));
     let pole = parameter(&found, "pole_rad_s");
     assert!((pole["estimate"].as_f64().expect("a number") - 30.0).abs() < 0.01);
 
