@@ -134,26 +134,48 @@ impl Firmware {
     }
 }
 
-/// Where Thumb code of a function leaves it: `bx lr`, `pop {.., pc}`, `ldmia sp!, {.., pc}`, `ldr pc, [sp], #..`.
+/// Where Thumb code of a function leaves it: `bx lr`, `pop {.., pc}`, `ldmia sp!, {.., pc}`,
+/// `ldr pc, [sp], #..`, and a jump out of the function, which is a tail call or a shared epilogue.
 fn returns(code: &[u8], address: u64) -> Vec<u64> {
     let half = |at: usize| Some(u16::from_le_bytes([*code.get(at)?, *code.get(at + 1)?]));
+    let end = address + code.len() as u64;
     let mut exits = Vec::new();
     let mut at = 0;
     while let Some(first) = half(at) {
         let second = half(at + 2).unwrap_or(0);
         let is_wide = first >> 11 >= 0b11101;
+        let here = address + at as u64;
+        let jumps_out = jump(first, second)
+            .map(|offset| here.wrapping_add_signed(4 + offset))
+            .is_some_and(|target| !(address..end).contains(&target));
         let leaves = match first {
             0x4770 => true,
             0xe8bd => second >> 15 == 1,
             0xf85d => second >> 12 == 0xf,
             narrow => narrow >> 8 == 0xbd,
         };
-        if leaves {
-            exits.push(address + at as u64);
+        if leaves || jumps_out {
+            exits.push(here);
         }
         at += if is_wide { 4 } else { 2 };
     }
     exits
+}
+
+/// Offset of an unconditional jump (DDI 0403E, A7.7.12, encodings T2 and T4).
+fn jump(first: u16, second: u16) -> Option<i64> {
+    let bits = |word: u16, low: u32, count: u32| i64::from(word >> low) & ((1 << count) - 1);
+    if first >> 11 == 0b11100 {
+        return Some(bits(first, 0, 11) << 53 >> 52);
+    }
+    if first >> 11 != 0b11110 || second & 0xd000 != 0x9000 {
+        return None;
+    }
+    let sign = bits(first, 10, 1);
+    let from = |j: i64| 1 - (j ^ sign);
+    let high = sign << 24 | from(bits(second, 13, 1)) << 23 | from(bits(second, 11, 1)) << 22;
+    let offset = high | bits(first, 0, 10) << 12 | bits(second, 0, 11) << 1;
+    Some(offset << 39 >> 39)
 }
 
 #[cfg(test)]
@@ -172,6 +194,19 @@ mod tests {
         ];
         let code: Vec<u8> = halves.iter().flat_map(|half| half.to_le_bytes()).collect();
         assert_eq!(returns(&code, 0x100), [0x106, 0x108, 0x10e]);
+    }
+
+    #[test]
+    fn a_jump_out_of_the_function_ends_it_and_one_within_does_not() {
+        let halves: [u16; 4] = [
+            0xe7fe, // b.n to itself
+            0xf007, 0xbf7c, // b.w +0x7ef8, as 8000071a jumps to 8008616
+            0xe001, // b.n beyond the end
+        ];
+        let code: Vec<u8> = halves.iter().flat_map(|half| half.to_le_bytes()).collect();
+        assert_eq!(jump(0xf007, 0xbf7c), Some(0x0800_8616 - 0x0800_071a - 4));
+        assert_eq!(jump(0xe7fe, 0), Some(-4));
+        assert_eq!(returns(&code, 0x0800_0004 - 2), [0x0800_0004, 0x0800_0008]);
     }
 
     #[test]
