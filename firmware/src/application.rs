@@ -43,6 +43,10 @@ use crate::{
 /// 80 ms to its first angle (data sheet, power-up time).
 const INITIALISING_PERIODS: u32 = periods(200) as u32;
 
+/// The angle is lost: a word that comes later may be a turn away.
+const LOST: FaultSet =
+    FaultSet::of(&[Fault::EncoderInvalid, Fault::MagnetLost, Fault::EncoderJump]);
+
 /// How a reset left the board, as far as the application minds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Start {
@@ -64,6 +68,7 @@ pub struct Application {
     stopping: Stopping,
     log: FaultLog,
     start: FaultSet,
+    is_late: bool,
     telemetry: Telemetry,
 }
 
@@ -102,6 +107,7 @@ impl Application {
             stopping: Stopping::default(),
             log: FaultLog::default(),
             start: faults,
+            is_late: false,
             telemetry: Telemetry::default(),
         }
     }
@@ -133,13 +139,20 @@ impl Application {
 
     /// Takes other parameters, which it checks; the duty does not jump.
     ///
+    /// While the loop is closed only gains and limits of the control step change, not how the encoder
+    /// sits on the shaft.
+    ///
     /// # Errors
     /// [`Refused::Parameter`] names one that is not possible, [`Refused::NotWhileDriving`] says that
     /// more than gains and limits of the control step are to change, or anything during a stop.
     pub fn retune(&mut self, parameters: &BoardParameters) -> Result<(), Refused> {
         parameters.check().map_err(Refused::Parameter)?;
         let may_change = match self.state {
-            State::Enabled => parameters.integers() == self.parameters.integers(),
+            // Another zero or sense of the encoder is another angle: the shaft would jump.
+            State::Enabled => {
+                parameters.integers() == self.parameters.integers()
+                    && parameters.control.has_mounting_of(&self.parameters.control)
+            }
             State::QuickStop | State::FaultReaction => false,
             _ => true,
         };
@@ -209,6 +222,9 @@ impl Application {
         if !self.control.is_oriented() {
             return Err(Refused::Blocked(Fault::EncoderInvalid));
         }
+        if !self.commander.may_start() {
+            return Err(Refused::Blocked(Fault::CommandTimeout));
+        }
         self.commander.hold(self.control.angle());
         self.protection.restart();
         self.state = State::Enabled;
@@ -230,20 +246,18 @@ impl Application {
     }
 
     fn acknowledge(&mut self) {
-        const OF_THE_ENCODER: FaultSet = FaultSet::of(&[
-            Fault::EncoderInvalid,
-            Fault::MagnetLost,
-            Fault::EncoderStuck,
-            Fault::EncoderJump,
-        ]);
-        if !self.log.latched().and(OF_THE_ENCODER).is_empty() {
-            // The shaft may have turned by any angle meanwhile.
-            self.control.disorient();
-            self.protection.disorient();
+        if self.log.latched().contains(Fault::EncoderStuck) {
+            self.lose_the_angle();
         }
         self.log.acknowledge();
         self.start = FaultSet::EMPTY;
         self.state = State::Disabled;
+    }
+
+    /// The shaft may have turned by any angle: the next valid word is the first one.
+    fn lose_the_angle(&mut self) {
+        self.control.disorient();
+        self.protection.disorient();
     }
 
     /// One control period.
@@ -262,6 +276,12 @@ impl Application {
         self.protect(samples, &measured, command);
         self.regulate(valid, command);
         self.outputs(command)
+    }
+
+    /// The step before this one ended too late: its duty took effect a PWM period after it was due.
+    /// That counts as a missed control period, but no sample was lost.
+    pub fn was_late(&mut self) {
+        self.is_late = true;
     }
 
     /// Periods that were missed are samples that were lost, for the rate is a difference over time.
@@ -293,12 +313,15 @@ impl Application {
             angle: self.control.angle(),
             rate: self.control.rate(),
             command: self.parameters.control.reachable(command),
+            rate_command: self.held.rate_command,
             duty: self.held.duty,
             is_stale: self.state == State::Enabled
                 && self.commander.is_stale(&self.parameters.command),
-            is_bus_lost: samples.bus == BusState::Off && self.commander.source() == Source::Bus,
+            is_bus_lost: samples.bus == BusState::Off && self.commander.is_of_the_bus(),
             is_tripped: samples.bridge_tripped,
-            missed_periods: samples.missed_periods,
+            missed_periods: samples
+                .missed_periods
+                .saturating_add(u8::from(core::mem::take(&mut self.is_late))),
         };
         let present = self.protection.check(&self.parameters, &conditions);
         self.telemetry.present = present;
@@ -325,6 +348,9 @@ impl Application {
 
     /// Which of the present conditions matter in this state.
     fn judge(&mut self, present: FaultSet) {
+        if !self.state.is_driving() && !present.and(LOST).is_empty() {
+            self.lose_the_angle();
+        }
         self.latch(match self.state {
             State::Enabled => present,
             State::QuickStop | State::FaultReaction => present.without(OF_COMMANDS),

@@ -69,6 +69,16 @@ impl Commander {
         }
     }
 
+    /// Whether the bus commands, or would but for an excitation.
+    pub fn is_of_the_bus(&self) -> bool {
+        self.source == Source::Bus
+    }
+
+    /// Whether there is a command to start from: the servo pulse has to be there.
+    pub fn may_start(&self) -> bool {
+        self.is_of_the_bus() || self.servo.angle().is_some()
+    }
+
     /// The last valid servo pulse, us; 0 before the first.
     pub fn servo_pulse_us(&self) -> u16 {
         self.servo.width_us()
@@ -126,6 +136,10 @@ impl Commander {
     pub fn next(&mut self, parameters: &BoardParameters, pulse_us: Option<u16>) -> Angle {
         let pulse = self.servo.update(&parameters.servo, pulse_us);
         self.age = self.age.saturating_add(1);
+        if self.servo.is_stale(&parameters.command) {
+            self.servo.forget();
+            self.joined = false;
+        }
         if let Some(running) = &mut self.running {
             match running.next() {
                 Some(command) => {

@@ -3,6 +3,7 @@
 //! | identifier | to | bytes | content |
 //! |---|---|---|---|
 //! | 0x200 + n | board | 5 | i32 commanded angle, mdeg; u8 request ([`Order`]) |
+//! | 0x200 + n | board | 1 | u8 request |
 //! | 0x300 + n | board | 8 | [`Access`]: u8 operation; u8 number; u16 index; u32 value |
 //! | 0x380 + n | bus | 8 | its answer, in the same layout; bit 7 of the operation: refused |
 //! | 0x180 + n | bus | 8 | i32 angle, mdeg; i16 rate, 0.1 deg/s; u8 state; u8 fault |
@@ -12,7 +13,8 @@
 //! Numbers beyond their field end at its ends. State and fault are the numbers of
 //! [`State`](crate::application::State) and [`Fault`](crate::faults::Fault), 0 for no fault.
 //!
-//! The request of a command frame is served first, then the angle is commanded.
+//! The request of a command frame is served first. The angle is commanded only beside no request, 0,
+//! and beside 1, enable: whoever acknowledges or saves does not mean to move the shaft.
 
 use embedded_can::{Frame, Id, StandardId};
 use model_core::control::units::{Angle, Percent};
@@ -82,8 +84,8 @@ pub enum Message {
     Command {
         /// What is to be done first.
         order: Option<Order>,
-        /// The commanded angle.
-        angle: Angle,
+        /// The commanded angle, if one is.
+        angle: Option<Angle>,
     },
     /// One value is to be read or written.
     Access(Access),
@@ -128,8 +130,10 @@ impl Frames {
     }
 
     fn command(frame: &impl Frame) -> Option<Message> {
-        let &[a, b, c, d, code] = frame.data() else {
-            return None;
+        let (code, angle) = match *frame.data() {
+            [code] => (code, None),
+            [a, b, c, d, code] => (code, Some([a, b, c, d])),
+            _ => return None,
         };
         if frame.is_remote_frame() {
             return None;
@@ -139,7 +143,9 @@ impl Frames {
                 0 => None,
                 code => Some(Order::of(code)?),
             },
-            angle: angle_of_mdeg(i32::from_le_bytes([a, b, c, d])),
+            angle: angle
+                .filter(|_| code <= 1)
+                .map(|bytes| angle_of_mdeg(i32::from_le_bytes(bytes))),
         })
     }
 

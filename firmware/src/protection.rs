@@ -63,6 +63,8 @@ pub struct Conditions<'a> {
     pub rate: Rate,
     /// The commanded angle, within the position limits.
     pub command: Angle,
+    /// The rate that the position loop commanded in the last control period.
+    pub rate_command: Rate,
     /// The duty of the last control period.
     pub duty: Percent,
     /// Whether the source of the command is silent.

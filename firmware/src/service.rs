@@ -60,7 +60,9 @@ impl Service {
                     // Telemetry shows what came of it.
                     let _ = self.obey(application, capture, order);
                 }
-                let _ = application.request(Request::Command(angle));
+                if let Some(angle) = angle {
+                    let _ = application.request(Request::Command(angle));
+                }
                 Served { answer: None, save }
             }
             Message::Access(access) => Served {

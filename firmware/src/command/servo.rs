@@ -7,7 +7,11 @@
 
 use model_core::control::units::Angle;
 
-use crate::{parameters::integers::integers, timing::angle_of_mdeg};
+use super::bus::CommandSettings;
+use crate::{
+    parameters::integers::integers,
+    timing::{angle_of_mdeg, periods},
+};
 
 integers! {
     /// What a pulse means.
@@ -57,18 +61,22 @@ impl ServoSettings {
 pub(super) struct ServoPulse {
     width_us: u16,
     angle: Option<Angle>,
+    /// Control periods since then.
+    age: u16,
     glitches: u32,
 }
 
 impl ServoPulse {
     /// Takes what the capture gave; whether that was a valid pulse.
     pub fn update(&mut self, settings: &ServoSettings, width_us: Option<u16>) -> bool {
+        self.age = self.age.saturating_add(1);
         let Some(width_us) = width_us else {
             return false;
         };
         match settings.angle(width_us) {
             Some(angle) => {
                 self.width_us = width_us;
+                self.age = 0;
                 self.angle = Some(angle);
                 true
             }
@@ -77,6 +85,16 @@ impl ServoPulse {
                 false
             }
         }
+    }
+
+    /// Whether the last valid pulse is too old to be followed.
+    pub fn is_stale(&self, settings: &CommandSettings) -> bool {
+        settings.command_timeout_ms > 0 && self.age > periods(settings.command_timeout_ms)
+    }
+
+    /// There is no angle until the next valid pulse.
+    pub fn forget(&mut self) {
+        self.angle = None;
     }
 
     pub fn width_us(&self) -> u16 {

@@ -62,12 +62,11 @@ impl Fault {
     /// What the board does when it latches this fault while it drives.
     pub const fn reaction(self) -> Reaction {
         match self {
-            // Angle, current and motor are known and well: they can bring the shaft to rest.
-            Self::MagnetWeak
-            | Self::FollowingError
-            | Self::OverTemperature
-            | Self::CommandTimeout
-            | Self::BusOff => Reaction::QuickStop,
+            // Angle, current and motor are known and well: they can bring the shaft to rest. Behind a
+            // following error the sense of the encoder may be wrong, and a ramp would drive on.
+            Self::MagnetWeak | Self::OverTemperature | Self::CommandTimeout | Self::BusOff => {
+                Reaction::QuickStop
+            }
             _ => Reaction::Coast,
         }
     }
@@ -89,7 +88,8 @@ impl Fault {
             Self::OverCurrent => p.current.over_current_samples,
             Self::Overload => periods(p.current.overload_ms) as i32,
             Self::Stall => periods(p.stall.stall_ms) as i32,
-            Self::FollowingError => periods(p.following.following_ms) as i32,
+            // The commanded rate that is compared is that of the control period before.
+            Self::FollowingError => periods(p.following.following_ms) as i32 + 1,
             Self::UnderVoltage | Self::OverVoltage => periods(p.supply.supply_ms) as i32,
             Self::OverTemperature => periods(p.temperature.over_temperature_ms) as i32,
             Self::MeasurementLost => periods(p.timing.measurement_ms) as i32,
@@ -200,15 +200,15 @@ pub const TABLE: [Description; 19] = {
         row(
             Fault::Stall,
             "stall",
-            "`stall_current_ma` or more at `stall_rate_deg_s` or less for `stall_ms`",
+            "`stall_current_ma` or more for `stall_ms` on a way of `stall_way_mdeg` or less",
             Driven,
             0x7121,
         ),
         row(
             Fault::FollowingError,
             "following error",
-            "off by more than `following_window_mdeg`, and nearing by less than `following_rate_deg_s`, for \
-             `following_ms`",
+            "off by more than `following_window_mdeg`, and nearing by less than `following_rate_deg_s` and half the \
+             commanded rate, for `following_ms`",
             Following,
             0x8611,
         ),

@@ -66,12 +66,21 @@ fn a_command_frame_is_an_angle_and_a_request() {
     let mut frames = Frames::new(5);
     // -90 deg are -90,000 mdeg.
     let mut data = (-90_000_i32).to_le_bytes().to_vec();
-    data.push(3);
+    data.push(1);
     let expected = Message::Command {
-        order: Some(Order::Application(Request::QuickStop)),
-        angle: Angle::from_num(-90),
+        order: Some(Order::Application(Request::Enable)),
+        angle: Some(Angle::from_num(-90)),
     };
     assert_eq!(frames.receive(&standard(0x205, &data)), Some(expected));
+    // Whoever stops does not command an angle, in a frame with or without one.
+    data[4] = 3;
+    let expected = Message::Command {
+        order: Some(Order::Application(Request::QuickStop)),
+        angle: None,
+    };
+    for data in [&data[..], &[3]] {
+        assert_eq!(frames.receive(&standard(0x205, data)), Some(expected));
+    }
     // Of another node.
     assert_eq!(frames.receive(&standard(0x206, &data)), None);
     assert_eq!(frames.malformed(), 0);

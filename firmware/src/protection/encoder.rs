@@ -59,7 +59,7 @@ pub(super) struct Judged {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct EncoderGuard {
     last: Option<EncoderCount>,
-    /// Samples lost since the last valid word, those of missed periods included.
+    /// Control periods since the last valid word in which there was none, missed ones included.
     away: u16,
     /// Samples lost in a row.
     lost: u16,
@@ -105,7 +105,10 @@ impl EncoderGuard {
                 }
             }
             Err(cause) => {
-                self.away = self.away.saturating_add(1);
+                // A word that says too much lets the shaft turn no further than one before it: otherwise
+                // a jump that stays would soon be within reach.
+                let grows = u16::from(cause != Fault::EncoderJump);
+                self.away = self.away.saturating_add(grows);
                 self.lost = self.lost.saturating_add(1);
                 self.cause = Some(cause);
                 self.travelled = None;
@@ -180,8 +183,8 @@ impl EncoderGuard {
         self.stuck = Lasting::default();
     }
 
-    /// The next valid word is the first one.
+    /// The next valid word is the first one; words that are lost count on.
     pub fn disorient(&mut self) {
-        *self = Self::default();
+        (self.last, self.away) = (None, 0);
     }
 }

@@ -8,6 +8,8 @@
 //! or rate sign(command - angle) >= following_rate_deg_s
 //! ```
 //!
+//! or half of the commanded rate, where its limit or a weak gain make that the less.
+//!
 //! Neither of them for `following_ms` in a row is [`Fault::FollowingError`].
 //!
 //! [`Fault::FollowingError`]: crate::faults::Fault::FollowingError
@@ -49,7 +51,10 @@ fn strays(limits: &FollowingLimits, c: &Conditions<'_>) -> bool {
     let window = angle_of_mdeg(limits.following_window_mdeg);
     // Both within 2^15 deg.
     let error = held(c.command) - c.angle;
-    let least = Rate::from_bits(i64::from(limits.following_rate_deg_s) << 32);
+    let wanted = Rate::from_bits(i64::from(limits.following_rate_deg_s) << 32);
+    // Within 2^17 deg/s.
+    let half = Rate::from_bits(c.rate_command.to_bits().abs() >> 1);
+    let least = if half < wanted { half } else { wanted };
     let comes_nearer = if error > Angle::ZERO {
         c.rate >= least
     } else {

@@ -1,40 +1,55 @@
 //! The shaft does not turn while the motor pulls.
+//!
+//! Standing is judged by the way since the motor began to pull, not by the rate: a count that
+//! flickers at its edge is a rate of 9 deg/s, and no way.
 
-use model_core::control::units::Rate;
+use model_core::control::units::Angle;
 
 use super::{Conditions, lasting::Lasting};
-use crate::{parameters::integers::integers, timing::periods};
+use crate::{
+    parameters::integers::integers,
+    timing::{angle_of_mdeg, periods},
+};
 
 integers! {
     /// What counts as a stall.
     pub struct StallLimits {
         /// Motor current from which on the motor pulls.
         stall_current_ma: 500, "mA", 20, 1640, "two thirds of the stall current of 780 mA";
-        /// Rate up to which the shaft stands.
-        stall_rate_deg_s: 5, "deg/s", 1, 1000, "a quarter of a count a period";
+        /// Way within which the shaft stands.
+        stall_way_mdeg: 1000, "mdeg", 100, 90000, "eleven counts: 2 deg/s";
         /// Time for which it may.
         stall_ms: 500, "ms", 20, 60000, "breaking loose takes less";
     }
 }
 
-/// For how long the shaft has stood.
+/// For how long the shaft has stood, and where.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(super) struct StallGuard(Lasting);
+pub(super) struct StallGuard {
+    lasting: Lasting,
+    place: Angle,
+}
 
 impl StallGuard {
     /// Whether the motor has stalled.
     pub fn check(&mut self, limits: &StallLimits, c: &Conditions<'_>) -> bool {
-        // 1 to 1000 deg/s.
-        let standing = Rate::from_bits(i64::from(limits.stall_rate_deg_s) << 32);
-        let stands = c.rate <= standing && c.rate >= -standing;
-        // An angle that is not known says nothing of the rate.
+        // An angle that is not known says nothing of the way.
         let is_known = c.measured.travelled.is_some();
-        let pulls = c
-            .measured
-            .current_ma
-            .filter(|_| is_known)
-            .map(|current_ma| current_ma.abs() >= limits.stall_current_ma);
-        let stalls = pulls.map(|pulls| pulls && stands && c.is_driving);
-        self.0.update(stalls, periods(limits.stall_ms))
+        let current_ma = c.measured.current_ma.filter(|_| is_known);
+        let stalls = current_ma.map(|current_ma| {
+            let pulls = c.is_driving && current_ma.abs() >= limits.stall_current_ma;
+            pulls && self.stands(limits, c.angle)
+        });
+        if stalls == Some(false) {
+            self.place = c.angle;
+        }
+        self.lasting.update(stalls, periods(limits.stall_ms))
+    }
+
+    fn stands(&self, limits: &StallLimits, angle: Angle) -> bool {
+        // Both within 2^15 deg.
+        let way = angle - self.place;
+        let end = angle_of_mdeg(limits.stall_way_mdeg);
+        way <= end && way >= -end
     }
 }

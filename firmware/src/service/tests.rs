@@ -1,5 +1,4 @@
 use model_core::control::encoder_word::{EncoderCount, EncoderWord, Magnet};
-use model_core::control::units::Angle;
 
 use super::{
     values::{EXCITATION, SIGNALS, TRIGGER},
@@ -40,7 +39,7 @@ impl<'a> Bench<'a> {
     fn order(&mut self, order: Order) -> Served {
         let message = Message::Command {
             order: Some(order),
-            angle: Angle::ZERO,
+            angle: None,
         };
         self.service
             .serve(&mut self.application, &mut self.capture, &message)

@@ -90,9 +90,14 @@ impl Saver {
         self.step = match (self.step, status) {
             (_, Status::Busy) => return Progress::Running,
             (Step::Idle, _) => return Progress::Idle,
+            // The first save of all: an erase that loses its power could leave anything there.
+            (Step::Erase, _) if self.newest.is_none() && is_blank(flash, page) => Step::Program(0),
             (Step::Erase, _) => {
                 flash.start_erase(page);
                 Step::Erased
+            }
+            (Step::Erased, Status::Ready) if !is_blank(flash, page) => {
+                return self.failed(SaveError::Erase);
             }
             (Step::Erased, Status::Failed) => return self.failed(SaveError::Erase),
             (Step::Programmed(_), Status::Failed) => return self.failed(SaveError::Program),
@@ -134,6 +139,11 @@ impl Saver {
         self.step = Step::Idle;
         Progress::Failed(error)
     }
+}
+
+/// Whether nothing is written where a set goes.
+fn is_blank(flash: &impl Flash, page: Page) -> bool {
+    Image::read(flash, page).content() == Content::Empty
 }
 
 #[cfg(test)]

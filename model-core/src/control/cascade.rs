@@ -77,6 +77,11 @@ impl Coefficients {
         })
     }
 
+    /// Whether an angle means the same under others: the encoder's zero and sense are equal.
+    pub fn has_mounting_of(&self, other: &Self) -> bool {
+        self.mounting == other.mounting
+    }
+
     /// The command that the position limits leave of this one.
     ///
     /// ```

@@ -158,9 +158,6 @@ fn a_fault_stays_until_it_is_acknowledged_and_then_wants_a_new_enable() {
     assert_eq!(rig.step().state, State::Fault);
     rig.request(Request::Acknowledge);
     assert_eq!(rig.application.state(), State::Disabled);
-    // The angle has to be found first.
-    let blocked = Err(Refused::Blocked(Fault::EncoderInvalid));
-    assert_eq!(rig.application.request(Request::Enable), blocked);
     assert_eq!(rig.step().fault, None);
     rig.request(Request::Enable);
     assert_eq!(rig.step().state, State::Enabled);
@@ -284,4 +281,79 @@ fn four_missed_periods_are_one_too_many_unless_good_ones_lie_between() {
         rig.step();
     }
     assert_eq!(rig.outputs.fault, Some(Fault::LoopOverrun));
+}
+
+#[test]
+fn an_offset_that_stays_is_a_jump_however_small_beyond_the_reach() {
+    for offset in [80, 128, 270, 2000] {
+        let mut rig = Rig::enabled();
+        let slipped = |samples: &mut Samples| samples.encoder = Some(word(offset));
+        for _ in 0..3 {
+            assert_eq!(rig.step_with(slipped).fault, None, "{offset}");
+        }
+        let outputs = rig.step_with(slipped);
+        assert_eq!(outputs.fault, Some(Fault::EncoderJump), "{offset}");
+    }
+}
+
+#[test]
+fn a_count_that_flickers_hides_no_stall() {
+    let mut rig = Rig::enabled();
+    let mut periods = 0;
+    while rig.outputs.fault.is_none() && periods < 200 {
+        periods += 1;
+        rig.step_with(|samples| {
+            samples.encoder = Some(word(periods % 2));
+            samples.current = Some(current(600));
+        });
+    }
+    assert_eq!((rig.outputs.fault, periods), (Some(Fault::Stall), 125));
+}
+
+#[test]
+fn a_rate_limit_below_that_of_the_following_error_is_followed_without_one() {
+    let mut parameters = BoardParameters::DEFAULT;
+    assert!(parameters.control.set(8, 10.0));
+    let mut rig = Rig::new(parameters);
+    rig.request(Request::Enable);
+    rig.command = Some(angle(30.0));
+    rig.steps(500);
+    assert_eq!(rig.outputs.fault, None);
+    assert!(rig.outputs.telemetry.angle > 15);
+}
+
+#[test]
+fn a_shaft_that_was_turned_while_the_encoder_was_away_has_a_new_angle() {
+    let mut rig = Rig::new(BoardParameters::DEFAULT);
+    for _ in 0..60 {
+        rig.step_with(|samples| samples.encoder = None);
+    }
+    // 200 deg further: within half a turn of zero that is -160 deg.
+    let count = 2276;
+    let outputs = rig.step_with(|samples| samples.encoder = Some(word(count)));
+    assert!((outputs.telemetry.angle + angle(160.0)).abs() < 0.1);
+}
+
+#[test]
+fn bus_off_ends_an_excitation_that_the_bus_has_started() {
+    use crate::command::excitation::{ExcitationSettings, Run};
+    let run: Run = ExcitationSettings::DEFAULT.run().unwrap();
+    let mut rig = Rig::enabled();
+    rig.application.start_excitation(run).unwrap();
+    rig.steps(10);
+    let outputs = rig.step_with(|samples| samples.bus = BusState::Off);
+    assert_eq!(outputs.fault, Some(Fault::BusOff));
+    assert_eq!(outputs.state, State::FaultReaction);
+}
+
+#[test]
+fn a_late_step_counts_as_missed_and_leaves_the_rate_alone() {
+    let (mut late, mut punctual) = (Rig::turning(), Rig::turning());
+    late.application.was_late();
+    assert_eq!(late.step().telemetry.rate, punctual.step().telemetry.rate);
+    for _ in 0..3 {
+        late.application.was_late();
+        late.step();
+    }
+    assert_eq!(late.outputs.fault, Some(Fault::LoopOverrun));
 }

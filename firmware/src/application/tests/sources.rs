@@ -141,6 +141,20 @@ fn an_excitation_starts_in_the_enabled_state_only() {
 }
 
 #[test]
+fn without_a_fresh_servo_pulse_the_loop_is_not_closed() {
+    let mut rig = Rig::new(BoardParameters::DEFAULT);
+    rig.request(Request::Source(Source::ServoPulse));
+    let blocked = Err(Refused::Blocked(Fault::CommandTimeout));
+    assert_eq!(rig.application.request(Request::Enable), blocked);
+    rig.step_with(pulse(1700));
+    assert_eq!(rig.application.request(Request::Enable), Ok(()));
+    rig.request(Request::Disable);
+    // It grows stale.
+    rig.steps(30);
+    assert_eq!(rig.application.request(Request::Enable), blocked);
+}
+
+#[test]
 fn a_timeout_of_zero_is_none() {
     let mut parameters = BoardParameters::DEFAULT;
     parameters.command.command_timeout_ms = 0;

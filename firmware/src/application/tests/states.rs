@@ -206,6 +206,13 @@ fn parameters_beyond_the_control_step_wait_until_the_bridge_is_off() {
         rig.application.retune(&other),
         Err(Refused::NotWhileDriving)
     );
+    // The encoder's zero and sense: the shaft would jump, or run away.
+    for (number, value) in [(12, 10.0), (13, -1.0)] {
+        let mut turned = BoardParameters::DEFAULT;
+        assert!(turned.control.set(number, value));
+        let refused = Err(Refused::NotWhileDriving);
+        assert_eq!(rig.application.retune(&turned), refused);
+    }
     rig.request(Request::QuickStop);
     let mut gains = BoardParameters::DEFAULT;
     assert!(gains.control.set(0, 9.0));
