@@ -15,6 +15,7 @@
 //! | [`store`] | parameters in flash |
 //! | [`capture`] | chosen signals at 250 Hz into a buffer |
 //! | [`supervisor`] | when the watchdog is fed, missed control periods, cause of the reset |
+//! | [`dictionary`] | the CANopen object dictionary |
 //! | [`frames`] | plain CAN frames for commands, telemetry, and values by number |
 //! | [`service`] | serves them: parameters, excitations, capture, history of faults |
 //!
@@ -26,6 +27,7 @@
 pub mod application;
 pub mod capture;
 pub mod command;
+pub mod dictionary;
 pub mod faults;
 pub mod frames;
 pub mod measure;

@@ -172,8 +172,9 @@ impl Entry {
         self.flags & GUARDED != 0
     }
 
-    /// The value in the table, for a node.
-    pub(crate) const fn value_for(&self, node_id: u8) -> u32 {
+    /// The value in the table as bits of the data type, for a node of this node-ID.
+    #[must_use]
+    pub const fn value_for(&self, node_id: u8) -> u32 {
         if self.flags & NODE_ID == 0 {
             self.value
         } else {

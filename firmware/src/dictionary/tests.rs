@@ -1,0 +1,142 @@
+//! The defaults hold what the actuator promises to a master that configures nothing.
+
+extern crate std;
+
+use canopen::dictionary::Address;
+use canopen::{Abort, Application, Node, NodeId};
+use embedded_can::{ExtendedId, Frame, Id, StandardId};
+use std::vec;
+use std::vec::Vec;
+
+use super::DICTIONARY;
+
+/// A frame in memory.
+#[derive(Clone, Debug, PartialEq)]
+struct Seen(u16, Vec<u8>);
+
+impl Frame for Seen {
+    fn new(id: impl Into<Id>, data: &[u8]) -> Option<Self> {
+        match id.into() {
+            Id::Standard(id) => Some(Self(id.as_raw(), data.to_vec())),
+            Id::Extended(_) => None,
+        }
+    }
+    fn new_remote(_: impl Into<Id>, _: usize) -> Option<Self> {
+        None
+    }
+    fn is_extended(&self) -> bool {
+        false
+    }
+    fn is_remote_frame(&self) -> bool {
+        false
+    }
+    fn id(&self) -> Id {
+        StandardId::new(self.0).map_or(ExtendedId::ZERO.into(), Id::Standard)
+    }
+    fn dlc(&self) -> usize {
+        self.1.len()
+    }
+    fn data(&self) -> &[u8] {
+        &self.1
+    }
+}
+
+/// Takes every command, and measures nothing.
+#[derive(Default)]
+struct Recorder(Vec<(Address, u64)>);
+
+impl Application for Recorder {
+    fn read(&mut self, _: Address) -> Result<u64, Abort> {
+        Ok(0)
+    }
+    fn write(&mut self, address: Address, value: u64) -> Result<(), Abort> {
+        self.0.push((address, value));
+        Ok(())
+    }
+}
+
+fn operational() -> (Node<4, 4>, Recorder) {
+    let mut app = Recorder::default();
+    let mut node = Node::new(&DICTIONARY, NodeId::new(1), &mut app, 0);
+    while node.transmit::<Seen>(&mut app).is_some() {}
+    node.receive(&Seen(0, vec![1, 1]), 0, &mut app);
+    (node, app)
+}
+
+#[test]
+fn two_telemetry_pdos_come_at_250_hz_and_a_status_at_50_hz() {
+    let (mut node, mut app) = operational();
+    let mut seen = Vec::new();
+    for tick in 1..=250 {
+        node.tick(tick * 4_000, &mut app);
+        while let Some(frame) = node.transmit::<Seen>(&mut app) {
+            seen.push((frame.0, frame.1.len()));
+        }
+    }
+    let count = |wanted| seen.iter().filter(|frame| **frame == wanted).count();
+    assert_eq!(count((0x181, 8)), 250);
+    assert_eq!(count((0x281, 8)), 250);
+    assert_eq!(count((0x381, 5)), 50);
+    assert_eq!(seen.len(), 550);
+}
+
+#[test]
+fn the_default_commands_are_controlword_target_mode_and_velocity() {
+    let (mut node, mut app) = operational();
+    node.receive(&Seen(0x201, vec![0x0F, 0, 0x10, 0x27, 0, 0]), 0, &mut app);
+    node.receive(&Seen(0x301, vec![0xFF, 0xFF, 0xFF, 0xFF, 9]), 0, &mut app);
+    let expected = [
+        (0x6040, 15),
+        (0x607A, 10_000),
+        (0x60FF, u64::MAX),
+        (0x6060, 9),
+    ];
+    assert_eq!(
+        app.0,
+        expected.map(|(index, value)| (Address::new(index, 0), value))
+    );
+}
+
+#[test]
+fn every_default_mapping_can_be_used() {
+    for number in 0..4 {
+        for (communication, mapping) in [(0x1400, 0x1600), (0x1800, 0x1A00)] {
+            let address = |base: u16, sub| Address::new(base + number, sub);
+            assert!(DICTIONARY.find(address(communication, 1)).is_ok());
+            let count = DICTIONARY
+                .find(address(mapping, 0))
+                .expect("a mapping")
+                .value_for(1);
+            let bits = (1..=count as u8).map(|sub| {
+                let word = DICTIONARY
+                    .find(address(mapping, sub))
+                    .expect("an entry")
+                    .value_for(1);
+                let mapped = Address::new((word >> 16) as u16, (word >> 8) as u8);
+                let size = DICTIONARY
+                    .find(mapped)
+                    .expect("an object")
+                    .data_type()
+                    .size();
+                assert_eq!(
+                    size.map(u32::from),
+                    Some(word as u8 as u32 / 8),
+                    "{mapped:?}"
+                );
+                word as u8 as u32
+            });
+            assert!(bits.sum::<u32>() <= 64);
+        }
+    }
+}
+
+#[test]
+fn supported_modes_and_counts_are_those_of_the_profile() {
+    let value = |index, sub| {
+        DICTIONARY
+            .find(Address::new(index, sub))
+            .map(|entry| entry.value_for(1))
+    };
+    assert_eq!(value(0x6502, 0), Ok(canopen::cia402::Mode::SUPPORTED));
+    assert_eq!(value(0x1000, 0).map(|device| device & 0xFFFF), Ok(402));
+}
