@@ -28,6 +28,8 @@ pub struct Bridge {
     tim: TIM1,
     /// Whether the outputs are on from the next edge on.
     wanted: bool,
+    /// Whether the control step of this tick has spoken.
+    was_commanded: bool,
 }
 
 /// What the timer asks for in the coast window and before it.
@@ -45,7 +47,9 @@ impl Bridge {
     pub fn new(tim: TIM1, debug: &DBGMCU) -> Self {
         // A halted program must not leave a motor driven, nor be bitten by the watchdog.
         debug.apb2_fz().modify(|_, w| w.dbg_tim1_stop().set_bit());
-        debug.apb1_fz().modify(|_, w| w.dbg_iwdg_stop().set_bit());
+        debug
+            .apb1_fz()
+            .modify(|_, w| w.dbg_iwdg_stop().set_bit().dbg_tim2_stop().set_bit());
         tim.psc().write(|w| w.psc().set(PRESCALER));
         tim.arr().write(|w| w.arr().set((PWM_COUNTS - 1) as u16));
         // Both legs: PWM mode 1 with preload. Channels 3 and 4 have no pin: they mark instants,
@@ -79,7 +83,11 @@ impl Bridge {
         tim.egr().write(|w| w.ug().set_bit());
         tim.sr().write(|w| w.uif().clear_bit());
         tim.dier().write(|w| w.uie().set_bit());
-        Self { tim, wanted: false }
+        Self {
+            tim,
+            wanted: false,
+            was_commanded: false,
+        }
     }
 
     /// Starts the first period.
@@ -94,8 +102,11 @@ impl Bridge {
             Command::Driven(compare) => compare.get(),
         };
         self.wanted = command != Command::Coast;
+        self.was_commanded = true;
         let on = counts.unsigned_abs() as u16;
         let (a, b) = if counts < 0 { (0, on) } else { (on, 0) };
+        // All three come into force at the same edge.
+        self.tim.cr1().modify(|_, w| w.udis().set_bit());
         self.tim.ccr1().write(|w| w.ccr().set(a));
         self.tim.ccr2().write(|w| w.ccr().set(b));
         let middle = if on < 2 * CURRENT_EARLIEST {
@@ -104,6 +115,14 @@ impl Bridge {
             on / 2
         };
         self.tim.ccr4().write(|w| w.ccr().set(middle));
+        self.tim.cr1().modify(|_, w| w.udis().clear_bit());
+    }
+
+    /// A tick begins. If the one before had no control step, the motor coasts from now on, for an old
+    /// duty is nobody's decision.
+    pub fn tick_began(&mut self) {
+        self.wanted &= self.was_commanded;
+        self.was_commanded = false;
     }
 
     /// A period has begun: the outputs go to what was commanded, out of the coast window too.
@@ -162,11 +181,6 @@ impl Bridge {
             self.tim.sr().write(|w| w.bif().clear_bit());
         }
         tripped
-    }
-
-    /// Whether another period began since [`Bridge::period_began`].
-    pub fn is_late(&self) -> bool {
-        self.tim.sr().read().uif().bit()
     }
 
     fn has_tripped(&self) -> bool {

@@ -31,6 +31,9 @@ pub struct Filter {
     pub mask: u16,
 }
 
+/// Reads of the status register until initialisation is given up: some milliseconds.
+const ANSWERS_WITHIN: u32 = 100_000;
+
 /// Frames that may wait for a mailbox: a tick's worth of telemetry and answers.
 const WAITING: usize = 16;
 
@@ -41,12 +44,13 @@ pub struct Can {
 }
 
 impl Can {
-    /// Joins the bus. Frames that pass one of at most 28 filters come in.
+    /// Joins the bus. Frames that pass one of at most 14 filters, CAN1's share, come in.
     pub fn new(pins: Pins<CAN1>, settings: &BusSettings, filters: &[Filter]) -> Self {
         let (can, _) = pins.release();
-        // It sleeps after a reset, and only one that is awake starts to initialise.
+        // After a reset it sleeps, and the reset value with which a write begins says so.
         can.mcr().write(|w| w.sleep().clear_bit().inrq().set_bit());
-        while can.msr().read().inak().bit_is_clear() {}
+        // It answers at once, unless its receive line is stuck: then the board goes on without a bus.
+        let _ = (0..ANSWERS_WITHIN).find(|_| can.msr().read().inak().bit());
         // Comes back from bus-off by itself; sends in order; keeps what it has when a queue is full.
         can.mcr().write(|w| {
             w.sleep()

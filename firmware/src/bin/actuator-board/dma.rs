@@ -3,7 +3,11 @@
 //! A buffer is made of atomics: the controller writes it behind the compiler's back, and whoever
 //! reads one element reads a whole one. That a transfer is complete is said by the stream's flag.
 
-use core::sync::atomic::{AtomicU8, AtomicU16};
+use core::sync::atomic::{
+    AtomicU8, AtomicU16,
+    Ordering::{Acquire, Release},
+    fence,
+};
 
 use stm32f4xx_hal::{
     dma::{
@@ -98,6 +102,8 @@ where
     pub fn start(&mut self) {
         self.clear();
         self.stream.set_number_of_transfers(self.items);
+        // What was read of the last transfer was read before this one.
+        fence(Release);
         // SAFETY: the buffer is a static of as many atomics, see `Buffer`.
         unsafe { self.stream.enable() };
     }
@@ -105,6 +111,8 @@ where
     /// Whether a transfer is complete; notes that it was asked.
     pub fn take_complete(&mut self) -> bool {
         let complete = self.stream.is_transfer_complete();
+        // What is read of the transfer is read after its flag.
+        fence(Acquire);
         self.clear();
         complete
     }

@@ -1,8 +1,8 @@
 //! The AS5045 at SPI1, read by DMA.
 //!
-//! The encoder latches its angle when CSn falls; its first bit comes with the first *rising* edge of
-//! the clock, at most 413 ns after it (data sheet, section 8.1 and table 14), each further bit with the
-//! next. The clock rests high, so the first edge is a falling one. Sampling at falling edges
+//! The encoder latches its angle at the first falling edge of the clock after CSn fell, 0.8 us later
+//! (data sheet, section 8.1 and table 14); its first bit comes with the first *rising* edge, at
+//! most 413 ns after it, each further bit with the next. The clock rests high, so the first edge is a falling one. Sampling at falling edges
 //! (CPOL = 1, CPHA = 0) gives each bit half a period of 762 ns to settle, and leaves the same time
 //! between CSn and the first edge, of which 500 ns are asked for. What the first edge samples is no
 //! bit yet, but the level of a selected, silent encoder:
@@ -37,12 +37,13 @@ pub struct Encoder {
     select: PA4<Output>,
     receive: Lane<0>,
     send: Lane<3>,
+    spi: SPI1,
 }
 
 impl Encoder {
     /// Sets SPI1 and its streams up.
     pub fn new(
-        spi: &SPI1,
+        spi: SPI1,
         select: PA4<Output>,
         streams: (StreamX<DMA2, 0>, StreamX<DMA2, 3>),
     ) -> Self {
@@ -78,6 +79,7 @@ impl Encoder {
             select,
             receive,
             send,
+            spi,
         }
     }
 
@@ -85,6 +87,9 @@ impl Encoder {
     pub fn start(&mut self) {
         self.receive.stop();
         self.send.stop();
+        // What a transfer left behind that was cut: the next word would be shifted by it.
+        let _ = self.spi.dr().read();
+        let _ = self.spi.sr().read();
         self.select.set_low();
         self.receive.start();
         self.send.start();

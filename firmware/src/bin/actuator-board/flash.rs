@@ -32,7 +32,11 @@ impl Flash {
     }
 
     /// Opens the control register and forgets earlier errors.
+    ///
+    /// The data cache rests from here to the end of the operation: lines that are filled while the
+    /// other bank is written may be corrupt (ES0206, section 2.2.12).
     fn unlock(&mut self) {
+        self.registers.acr().modify(|_, w| w.dcen().clear_bit());
         if self.registers.cr().read().lock().bit() {
             for key in [0x4567_0123, 0xcdef_89ab] {
                 // SAFETY: the keys of section 3.6.1.
@@ -51,10 +55,9 @@ impl Flash {
         self.registers.sr().read().bits() & ERRORS != 0
     }
 
-    /// The data cache knows nothing of erasing and writing (section 3.5.2).
-    fn forget_cache(&self) {
+    /// The data cache knows nothing of erasing and writing (section 3.5.2): it starts empty.
+    fn restart_cache(&self) {
         let access = self.registers.acr();
-        access.modify(|_, w| w.dcen().clear_bit());
         access.modify(|_, w| w.dcrst().set_bit());
         access.modify(|_, w| w.dcrst().clear_bit());
         access.modify(|_, w| w.dcen().set_bit());
@@ -81,7 +84,16 @@ impl Pages for Flash {
         };
         let control = self.registers.cr();
         // SAFETY: both numbers are those of the section.
-        control.write(|w| unsafe { w.ser().set_bit().snb().bits(sector).psize().bits(WORDS) });
+        control.write(|w| unsafe {
+            w.lock()
+                .clear_bit()
+                .ser()
+                .set_bit()
+                .snb()
+                .bits(sector)
+                .psize()
+                .bits(WORDS)
+        });
         control.modify(|_, w| w.strt().set_bit());
     }
 
@@ -90,7 +102,7 @@ impl Pages for Flash {
         // SAFETY: as above.
         self.registers
             .cr()
-            .write(|w| unsafe { w.pg().set_bit().psize().bits(WORDS) });
+            .write(|w| unsafe { w.lock().clear_bit().pg().set_bit().psize().bits(WORDS) });
         // SAFETY: an aligned word of a sector that holds nothing but parameters.
         unsafe { ptr::write_volatile(address(page, offset), word) };
     }
@@ -103,7 +115,7 @@ impl Pages for Flash {
             self.started = false;
             // Locked, and with neither erasing nor writing selected.
             self.registers.cr().write(|w| w.lock().set_bit());
-            self.forget_cache();
+            self.restart_cache();
         }
         if self.has_failed() {
             Status::Failed

@@ -63,20 +63,17 @@ mod app {
         bridge::{Bridge, Instant},
         bus_state,
         can::{Can, Filter},
-        control_step::{Answer, ControlStep, Queues, gather},
+        control_step::{Answer, COMMANDS, ControlStep, Queues, gather},
         encoder::Encoder,
         heard,
         servo_pulse::ServoPulse,
-        ticks::Ticks,
+        ticks::{Clock, Ticks},
         watchdog::Watchdog,
         wiring::Board,
     };
 
     /// Words of the capture: 20 s of eight signals.
     const CAPTURE_WORDS: usize = 40 * 1024;
-
-    /// PWM periods in a tick.
-    const PERIODS: u8 = 4;
 
     #[shared]
     struct Shared {
@@ -86,22 +83,25 @@ mod app {
         analog: Analog,
         #[lock_free]
         encoder: Encoder,
+        #[lock_free]
+        clock: Clock,
         can: Can,
     }
 
     #[local]
     struct Local {
-        period: u8,
         step: ControlStep,
         servo_pulse: ServoPulse,
         frames: Frames,
-        said: Producer<'static, Message, 8>,
+        commands: Producer<'static, Message, COMMANDS>,
+        accesses: Producer<'static, Message, 8>,
         background: Background,
     }
 
     #[init(local = [
         output_queue: Queue<Outputs, 4> = Queue::new(),
-        message_queue: Queue<Message, 8> = Queue::new(),
+        command_queue: Queue<Message, COMMANDS> = Queue::new(),
+        access_queue: Queue<Message, 8> = Queue::new(),
         answer_queue: Queue<Answer, 8> = Queue::new(),
         save_queue: Queue<BoardParameters, 2> = Queue::new(),
         capture_buffer: [i32; CAPTURE_WORDS] = [0; CAPTURE_WORDS],
@@ -120,7 +120,8 @@ mod app {
             loaded.origin as u8
         );
         let (decided, outputs) = cx.local.output_queue.split();
-        let (said, messages) = cx.local.message_queue.split();
+        let (commands, commanded) = cx.local.command_queue.split();
+        let (accesses, accessed) = cx.local.access_queue.split();
         let (answered, answers) = cx.local.answer_queue.split();
         let (save, to_save) = cx.local.save_queue.split();
 
@@ -138,26 +139,28 @@ mod app {
             watchdog: Watchdog::start(board.watchdog),
             ticks: Ticks::new(cx.core.DCB, cx.core.DWT),
             queues: Queues {
-                messages,
+                commands: commanded,
+                accesses: accessed,
                 answers: answered,
                 save,
                 outputs: decided,
             },
-            was_late: false,
         };
+        board.clock.start();
         board.bridge.start();
         let shared = Shared {
             bridge: board.bridge,
             analog: board.analog,
             encoder: board.encoder,
+            clock: board.clock,
             can,
         };
         let local = Local {
-            period: PERIODS - 1,
             step,
             servo_pulse: board.servo_pulse,
             frames: Frames::new(node_id),
-            said,
+            commands,
+            accesses,
             background: Background::new(outputs, answers, to_save, (board.flash, &loaded)),
         };
         (shared, local)
@@ -170,14 +173,21 @@ mod app {
         }
     }
 
-    #[task(binds = TIM1_UP_TIM10, priority = 4, local = [period], shared = [bridge, encoder])]
+    #[task(binds = TIM1_UP_TIM10, priority = 4, shared = [bridge, encoder, clock])]
     fn pwm_edge(cx: pwm_edge::Context) {
-        *cx.local.period = (*cx.local.period + 1) % PERIODS;
-        cx.shared.bridge.period_began();
-        match *cx.local.period {
-            0 => cx.shared.encoder.start(),
-            3 => cx.shared.bridge.open_window_in_this_period(),
-            _ => {}
+        let bridge = cx.shared.bridge;
+        match cx.shared.clock.now() {
+            (0, _) => {
+                cx.shared.encoder.start();
+                bridge.tick_began();
+                bridge.period_began();
+            }
+            (period, _) => {
+                bridge.period_began();
+                if period == 3 {
+                    bridge.open_window_in_this_period();
+                }
+            }
         }
     }
 
@@ -194,7 +204,7 @@ mod app {
         binds = DMA2_STREAM0,
         priority = 4,
         local = [step, servo_pulse],
-        shared = [bridge, analog, encoder],
+        shared = [bridge, analog, encoder, clock],
     )]
     fn control(cx: control::Context) {
         let (step, bridge) = (cx.local.step, cx.shared.bridge);
@@ -204,19 +214,21 @@ mod app {
             cx.local.servo_pulse,
             bridge,
         );
-        let outputs = step.run(&mut samples);
+        let outputs = step.run(&mut samples, cx.shared.clock.now().1);
         bridge.command(outputs.bridge);
-        step.end(outputs, bridge.is_late());
+        step.end(outputs);
         rtic::pend(Interrupt::UART8);
     }
 
-    #[task(binds = CAN1_RX0, priority = 2, local = [frames, said], shared = [can])]
+    #[task(binds = CAN1_RX0, priority = 2, local = [frames, commands, accesses], shared = [can])]
     fn received(mut cx: received::Context) {
         while let Some(frame) = cx.shared.can.lock(Can::receive) {
-            if let Some(message) = cx.local.frames.receive(&frame) {
-                // Eight commands between two ticks: the last ones are dropped.
-                let _ = cx.local.said.enqueue(message);
-            }
+            let _ = match cx.local.frames.receive(&frame) {
+                Some(command @ Message::Command { .. }) => cx.local.commands.enqueue(command),
+                // Who asks for more before the answers came gets fewer answers.
+                Some(access @ Message::Access(_)) => cx.local.accesses.enqueue(access),
+                None => continue,
+            };
         }
     }
 

@@ -26,20 +26,24 @@ impl ServoPulse {
         // SAFETY: the codes are those of section 18.4.3: trigger TI1FP1, reset mode.
         tim.smcr()
             .write(|w| unsafe { w.ts().bits(0b101).sms().bits(0b100) });
-        tim.egr().write(|w| w.ug().set_bit());
         tim.sr()
             .write(|w| w.uif().clear_bit().cc1if().clear_bit().cc2if().clear_bit());
-        tim.cr1().write(|w| w.cen().enabled());
+        // Edges do not set UIF.
+        tim.cr1().write(|w| w.urs().counter_only().cen().enabled());
         Self { tim }
     }
 
     /// The width of the pulse that ended since this was asked last, us.
     pub fn take_us(&mut self) -> Option<u16> {
         let flags = self.tim.sr().read();
+        if !flags.cc2if().bit() {
+            return None;
+        }
         // Reading the capture clears its flag.
-        flags
-            .cc2if()
-            .bit()
-            .then(|| self.tim.ccr2().read().ccr().bits())
+        let width_us = self.tim.ccr2().read().ccr().bits();
+        // The count ran over: the line was at one level for 65 ms, and the width is what is left.
+        let ran_over = flags.uif().bit();
+        self.tim.sr().write(|w| w.uif().clear_bit());
+        (!ran_over).then_some(width_us)
     }
 }

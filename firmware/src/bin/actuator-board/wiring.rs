@@ -12,7 +12,7 @@ use stm32f4xx_hal::{
 
 use crate::{
     analog::Analog, bridge::Bridge, encoder::Encoder, flash::Flash, reset_cause,
-    servo_pulse::ServoPulse,
+    servo_pulse::ServoPulse, ticks::Clock,
 };
 
 /// Everything that is wired to the processor, at rest, and the watchdog.
@@ -21,6 +21,7 @@ pub struct Board {
     pub analog: Analog,
     pub encoder: Encoder,
     pub servo_pulse: ServoPulse,
+    pub clock: Clock,
     /// CAN1 with its pins, not on the bus yet: which bit rate it has is a parameter.
     pub can: CanPins<pac::CAN1>,
     pub flash: Flash,
@@ -40,7 +41,10 @@ impl Board {
             .pclk1(42.MHz())
             .pclk2(84.MHz());
         let mut rcc = dp.RCC.freeze(clocks);
+        // If the 8 MHz fail, the clock control breaks TIM1's outputs within cycles (RM0090, section 6.2.7).
+        rcc.cr().modify(|_, w| w.csson().set_bit());
         pac::TIM1::enable(&mut rcc);
+        pac::TIM2::enable(&mut rcc);
         pac::TIM4::enable(&mut rcc);
         pac::SPI1::enable(&mut rcc);
         pac::ADC1::enable(&mut rcc);
@@ -70,7 +74,7 @@ impl Board {
         let select = a
             .pa4
             .into_push_pull_output_in_state(stm32f4xx_hal::gpio::PinState::High);
-        let encoder = Encoder::new(&dp.SPI1, select, (streams.0, streams.3));
+        let encoder = Encoder::new(dp.SPI1, select, (streams.0, streams.3));
         // A broken wire reads as zeros, which are no valid word.
         let _ = a.pa5.into_alternate::<5>();
         let _ = a.pa6.into_alternate::<5>().internal_resistor(Pull::Down);
@@ -87,6 +91,7 @@ impl Board {
             analog,
             encoder,
             servo_pulse,
+            clock: Clock::new(dp.TIM2),
             can,
             flash: Flash::new(dp.FLASH),
             watchdog: dp.IWDG,
