@@ -183,6 +183,11 @@ impl Bridge {
         tripped
     }
 
+    /// Whether the next period has begun, and with it the time for what was commanded too late.
+    pub fn is_late(&self) -> bool {
+        self.tim.sr().read().uif().bit()
+    }
+
     fn has_tripped(&self) -> bool {
         self.tim.sr().read().bif().bit()
     }

@@ -82,7 +82,10 @@ impl ControlStep {
     }
 
     /// The bridge has been told: hands over, and feeds the watchdog if every part is alive.
-    pub fn end(&mut self, outputs: Outputs) {
+    pub fn end(&mut self, outputs: Outputs, is_late: bool) {
+        if is_late {
+            self.application.was_late();
+        }
         // The background is behind: telemetry has a gap.
         let _ = self.queues.outputs.enqueue(outputs);
         heard::from(Part::Control);

@@ -216,7 +216,7 @@ mod app {
         );
         let outputs = step.run(&mut samples, cx.shared.clock.now().1);
         bridge.command(outputs.bridge);
-        step.end(outputs);
+        step.end(outputs, bridge.is_late());
         rtic::pend(Interrupt::UART8);
     }
 
