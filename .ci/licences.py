@@ -11,7 +11,7 @@ ALLOWED = {
 }
 
 # Tools of the tests that are part of nothing that is built here, with the licence that they have.
-TOOLS = {"cbindgen": "MPL-2.0"}
+TOOLS = {"alterable_logger": "MPL-2.0", "cbindgen": "MPL-2.0", "colored": "MPL-2.0"}
 
 
 def allowed(expression):
