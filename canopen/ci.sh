@@ -13,6 +13,9 @@ packages=(canopen==2.4.1 python-can==4.6.1 pyserial==3.5 dcf-tools==2.4.2)
 printf '\n-- CANopen: size, and no path to a panic\n'
 bash canopen/tests/footprint/check.sh
 
+printf '\n-- CANopen: what the conformance page names\n'
+python3 canopen/tests/conformance.py
+
 printf '\n-- CANopen: data sheet\n'
 complaints=$("$venv/bin/dcfchk" -n 1 docs/smart-actuator.eds 2>&1)
 [ -z "$complaints" ] || { echo "dcfchk: $complaints"; exit 1; }

@@ -44,7 +44,7 @@ impl ParameterGroup {
     }
 }
 
-/// Time of day as a TIME message carries it (CiA 301, 7.1.6.5).
+/// Time of day as a TIME message carries it (CiA 301, 7.2.6).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TimeOfDay {
     /// Milliseconds after midnight.

@@ -77,7 +77,7 @@ pub(crate) fn copy(to: &mut [u8], from: &[u8]) -> usize {
     length
 }
 
-/// CAN-IDs of 11 bits that CiA 301, table 41, forbids to give to a service.
+/// CAN-IDs of 11 bits that CiA 301, 7.3.5, forbids to give to a service.
 pub(crate) fn restricted(id: u32) -> bool {
     matches!(
         id,

@@ -43,7 +43,7 @@ impl Service {
         }
     }
 
-    /// CiA 301, 7.2.5.1: the counter starts anew when the node enters OPERATIONAL from STOPPED.
+    /// CiA 301, 7.2.5: the counter starts anew when the node enters OPERATIONAL from STOPPED.
     pub fn restart_counter(&mut self) {
         self.counter = 0;
     }

@@ -80,7 +80,7 @@ impl DataType {
         }
     }
 
-    /// The type of a dummy entry in the mapping of an RPDO (CiA 301, 7.4.7).
+    /// The type of a dummy entry in the mapping of an RPDO (CiA 301, 7.4).
     pub(crate) const fn dummy(index: u16) -> Option<Self> {
         Some(match index {
             0x02 => Self::I8,

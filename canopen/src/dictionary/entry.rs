@@ -2,7 +2,7 @@
 
 use super::{Address, DataType};
 
-/// Who may read and write an object (CiA 301, table 39).
+/// Who may read and write an object (CiA 301, 7.4).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Access {

@@ -66,7 +66,7 @@ impl Tpdo {
             self.requested = true;
             self.due_us = next_on_grid(self.due_us, period, now_us);
         } else if self.requested && now_us >= self.free_us {
-            // The event timer is the longest time between two (CiA 301, 7.2.2.3).
+            // The event timer is the longest time between two (CiA 301, 7.2.2).
             self.restart_timer(now_us);
         }
         if !self.requested || now_us < self.free_us {

@@ -1,4 +1,4 @@
-//! Block download (CiA 301, 7.2.4.3.7 to 7.2.4.3.11): up to 127 segments are confirmed at once.
+//! Block download (CiA 301, 7.2.4.3): up to 127 segments are confirmed at once.
 
 use super::{BUFFER, Data, Download, Objects, State, Step, address, crc, reply, word};
 use crate::Abort;

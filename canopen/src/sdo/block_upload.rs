@@ -1,4 +1,4 @@
-//! Block upload (CiA 301, 7.2.4.3.12 to 7.2.4.3.15).
+//! Block upload (CiA 301, 7.2.4.3).
 
 use super::{BUFFER, Data, Objects, State, Step, Upload, address, crc, expedited, reply};
 use crate::Abort;

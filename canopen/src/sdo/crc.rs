@@ -1,4 +1,4 @@
-//! Checksum of block transfers (CiA 301, 7.2.4.3.16): polynomial x^16 + x^12 + x^5 + 1, from 0.
+//! Checksum of block transfers (CiA 301, 7.2.4.3): polynomial x^16 + x^12 + x^5 + 1, from 0.
 
 /// Remainders of the 16 values of a nibble.
 const TABLE: [u16; 16] = table();

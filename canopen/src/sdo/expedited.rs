@@ -1,4 +1,4 @@
-//! Initiate (CiA 301, 7.2.4.3.3 and 7.2.4.3.5): up to four bytes go in the same frame, more in segments.
+//! Initiate (CiA 301, 7.2.4.3): up to four bytes go in the same frame, more in segments.
 
 use super::segmented::{SegmentedDownload, SegmentedUpload};
 use super::{BUFFER, Data, Download, Objects, State, Step, Upload, address, reply, word};

@@ -1,4 +1,4 @@
-//! Segments of seven bytes, each confirmed (CiA 301, 7.2.4.3.4 and 7.2.4.3.6).
+//! Segments of seven bytes, each confirmed (CiA 301, 7.2.4.3).
 
 use super::{BUFFER, Data, Download, Objects, State, Step, Upload};
 use crate::Abort;

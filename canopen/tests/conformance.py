@@ -1,0 +1,17 @@
+#!/usr/bin/env python3
+"""Fails where docs/conformance.md names a test that there is not."""
+import pathlib
+import re
+import sys
+
+sources = "".join(
+    path.read_text()
+    for folder in ("canopen/src", "canopen/tests")
+    for suffix in ("*.rs", "*.py")
+    for path in sorted(pathlib.Path(folder).rglob(suffix))
+)
+tests = set(re.findall(r"\b(?:fn|def) (\w+)\(", sources))
+named = re.findall(r"`([a-z][a-z0-9]*(?:_[a-z0-9]+){2,})`", pathlib.Path("docs/conformance.md").read_text())
+missing = sorted(set(named) - tests)
+print(f"{len(set(named))} tests named, {len(missing)} of them not there", *missing, sep="\n")
+sys.exit(bool(missing))
