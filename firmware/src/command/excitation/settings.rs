@@ -106,7 +106,33 @@ impl ExcitationSettings {
             )?),
             _ => self.multisine()?,
         };
-        Some(Run::new(excitation, self.repetitions as u16))
+        let repetitions = self.repetitions as u16;
+        // What is periodic goes on without a seam.
+        let (runs, more) = if self.shape >= 7 {
+            (repetitions, 0)
+        } else {
+            (1, repetitions.saturating_sub(1))
+        };
+        Some(Run {
+            excitation,
+            ticks: self.once_ticks() * u64::from(runs),
+            more,
+        })
+    }
+
+    /// Ticks until all of it has been seen once; below 2^34.
+    fn once_ticks(&self) -> u64 {
+        let unit = self.unit_ticks().get();
+        match self.shape {
+            0 => unit,
+            1 => 2 * unit,
+            2 => 7 * unit,
+            3 => LEVELS.len() as u64 * unit,
+            4 => self.bend_ticks(5, 4),
+            5 | 6 => self.duration_ticks().get(),
+            8 => ((1 << self.order) - 1) * unit,
+            _ => self.period_ticks(),
+        }
     }
 
     fn amplitude(&self) -> Angle {
@@ -145,13 +171,17 @@ impl ExcitationSettings {
         })
     }
 
-    fn ramp(&self) -> Excitation<'static> {
-        let hold = self.unit_ticks().get();
+    /// Tick of a ramp's bend, behind so many holds and so many times the way to its level.
+    fn bend_ticks(&self, holds: u64, ways: u64) -> u64 {
         let rate = NonZeroU64::new(self.rate_deg_s as u64).unwrap_or(NonZeroU64::MIN);
-        let level = self.amplitude();
         // mdeg over deg/s are ms.
         let way = u64::from(self.amplitude_mdeg.unsigned_abs()) * TICKS_PER_MS;
-        let at = |holds: u64, ways: u64| holds * hold + (ways * way + rate.get() / 2) / rate;
+        holds * self.unit_ticks().get() + (ways * way + rate.get() / 2) / rate
+    }
+
+    fn ramp(&self) -> Excitation<'static> {
+        let level = self.amplitude();
+        let at = |holds: u64, ways: u64| self.bend_ticks(holds, ways);
         Excitation::Ramp(Ramp::through(&[
             (at(1, 0), Angle::ZERO),
             (at(1, 1), level),
@@ -297,6 +327,22 @@ mod tests {
             // An amplitude in mdeg makes 1/24 deg of the stairs 0.041 deg: 120 levels of it.
             let bound = if shape == 3 { 0.1 } else { 1e-6 };
             assert!(apart < bound, "shape {shape}: {apart}");
+        }
+    }
+
+    #[test]
+    fn each_shape_runs_for_as_long_as_the_excitation_itself_says() {
+        for shape in 0..10 {
+            for repetitions in [1, 3] {
+                let run = ExcitationSettings {
+                    shape,
+                    repetitions,
+                    ..ExcitationSettings::DEFAULT
+                }
+                .run()
+                .unwrap();
+                assert_eq!(run, Run::new(run.excitation, repetitions as u16), "{shape}");
+            }
         }
     }
 
