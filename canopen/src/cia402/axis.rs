@@ -1,10 +1,11 @@
 //! One axis: the state machine, the modes and what is watched.
 
+mod report;
+
 use super::set_point::SetPoints;
 use super::window::Held;
 use super::{
     Conditions, Deceleration, Fault, Limits, Mode, Motion, Parameters, Ramp, State, StateMachine,
-    statusword,
 };
 
 /// What an axis needs in each period.
@@ -246,84 +247,6 @@ impl Axis {
             limited,
             ended: false,
             target,
-        }
-    }
-
-    fn tell(
-        &mut self,
-        input: &Input,
-        parameters: &Parameters,
-        motion: Motion,
-        course: Course,
-    ) -> Output {
-        let position_mode = input.mode.is_position();
-        let powered = motion != Motion::Off;
-        let error = if powered && position_mode {
-            self.ramp.position().saturating_sub(input.position_actual)
-        } else {
-            0
-        };
-        let too_far = error.unsigned_abs() > parameters.following_error_window;
-        let time_ms = parameters.following_error_timeout_ms;
-        let exceeded = self.error_held.step(too_far, time_ms, parameters.period_us);
-        let mut word = self.machine.state().statusword() | statusword::REMOTE;
-        let mut set = |bit: u16, on: bool| word |= if on { bit } else { 0 };
-        set(statusword::VOLTAGE_ENABLED, input.voltage);
-        set(statusword::INTERNAL_LIMIT, course.limited);
-        set(statusword::FOLLOWING_ERROR, exceeded);
-        let (reached, mode_12) = self.mode_bits(input, parameters, motion, course);
-        set(statusword::TARGET_REACHED, reached);
-        set(statusword::MODE_12, mode_12);
-        let velocity = self.ramp.velocity();
-        let demand = match (powered, position_mode) {
-            (false, _) => Demand::Off,
-            (true, true) => Demand::Position {
-                position: self.ramp.position(),
-                velocity,
-            },
-            (true, false) => Demand::Velocity(velocity),
-        };
-        Output {
-            state: self.machine.state(),
-            statusword: word,
-            mode_display: input.mode,
-            demand,
-            following_error: error,
-            following_error_exceeded: exceeded,
-        }
-    }
-
-    /// Bits 10 and 12.
-    fn mode_bits(
-        &mut self,
-        input: &Input,
-        parameters: &Parameters,
-        motion: Motion,
-        course: Course,
-    ) -> (bool, bool) {
-        let period_us = parameters.period_us;
-        let runs = motion == Motion::Run;
-        let stopped = matches!(motion, Motion::Stop(_)) && self.ramp.stands();
-        let slow = input.velocity_actual.unsigned_abs() <= parameters.velocity_threshold;
-        let slow_ms = parameters.velocity_threshold_time_ms;
-        let zero = self.slow_held.step(slow, slow_ms, period_us);
-        match input.mode {
-            Mode::ProfilePosition => {
-                let off = input.position_actual.abs_diff(course.target);
-                let near = runs && course.ended && off <= parameters.position_window;
-                let time_ms = parameters.position_window_time_ms;
-                let reached = self.reached_held.step(near, time_ms, period_us);
-                (reached || stopped, runs && self.set_points.acknowledged())
-            }
-            Mode::ProfileVelocity => {
-                let off = input.velocity_actual.abs_diff(input.target_velocity);
-                let near = runs && off <= parameters.velocity_window;
-                let time_ms = parameters.velocity_window_time_ms;
-                let reached = self.reached_held.step(near, time_ms, period_us);
-                (reached || stopped, zero)
-            }
-            Mode::CyclicPosition | Mode::CyclicVelocity => (false, runs && !course.limited),
-            Mode::None => (false, false),
         }
     }
 }

@@ -1,0 +1,12 @@
+//! The largest dictionary that there is.
+
+#[path = "../../../../firmware/src/dictionary/table.rs"]
+mod table;
+
+use canopen::Dictionary;
+
+pub const DICTIONARY: Dictionary =
+    match Dictionary::new(table::ENTRIES, table::TEXTS, table::RELATIONS) {
+        Ok(dictionary) => dictionary,
+        Err(_) => panic!("the dictionary is not sound"),
+    };
