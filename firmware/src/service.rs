@@ -10,6 +10,7 @@ use crate::{
     command::excitation::ExcitationSettings,
     frames::{Access, Message, Operation, Order},
     parameters::BoardParameters,
+    supervisor::ResetCause,
 };
 
 /// What came of a message.
@@ -37,15 +38,37 @@ pub struct Served {
 /// | 195 | faults that are latched, bit n for fault n; read only | |
 /// | 196 | control periods that were missed; read only | |
 /// | 197 | servo pulses that were none; read only | |
+/// | 198 | cause of the reset, by the numbers of [`ResetCause`]; read only | |
+/// | 199 | control periods in which a late part kept the watchdog unfed; read only | |
 ///
 /// Settings of excitation and capture are used by the next start. None of them is stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Service {
     excitation: ExcitationSettings,
     capture: CaptureSettings,
+    reset_cause: ResetCause,
+    starved_periods: u32,
 }
 
 impl Service {
+    /// A service with default settings, on a board that started for this reason.
+    ///
+    /// ```
+    /// use firmware::{service::Service, supervisor::ResetCause};
+    /// assert_eq!(Service::after(ResetCause::Power), Service::default());
+    /// ```
+    pub fn after(reset_cause: ResetCause) -> Self {
+        Self {
+            reset_cause,
+            ..Self::default()
+        }
+    }
+
+    /// Takes note of what [`Supervisor::starved`](crate::supervisor::Supervisor::starved) counts.
+    pub fn note_starved(&mut self, periods: u32) {
+        self.starved_periods = periods;
+    }
+
     /// Does what a message asks for. What is refused leaves everything as it was.
     pub fn serve(
         &mut self,

@@ -111,10 +111,11 @@ impl Periods {
 }
 
 /// Why the processor started.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u8)]
 pub enum ResetCause {
     /// The supply came up, or fell below the threshold of the brown-out reset.
+    #[default]
     Power = 0,
     /// The reset pin alone.
     Pin = 1,

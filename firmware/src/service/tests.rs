@@ -163,3 +163,16 @@ fn the_history_of_faults_is_read_the_last_one_first() {
     assert_eq!(record, Some(number << 16 | 2));
     assert_eq!(bench.access(Operation::ReadHistory, 0, 1, 0), None);
 }
+
+#[test]
+fn the_cause_of_the_reset_and_a_starved_watchdog_are_told() {
+    let mut bench = Bench::new(&mut []);
+    bench.service = Service::after(ResetCause::Watchdog);
+    bench.service.note_starved(5);
+    let told = (ResetCause::Watchdog as u32, 5);
+    assert_eq!(
+        (bench.read(198), bench.read(199)),
+        (Some(told.0), Some(told.1))
+    );
+    assert_eq!(bench.write(198, 0), None);
+}

@@ -45,6 +45,8 @@ impl Service {
             195 => application.faults().latched().bits(),
             196 => application.telemetry().missed_periods,
             197 => application.telemetry().servo_glitches,
+            198 => self.reset_cause as u32,
+            199 => self.starved_periods,
             _ => return None,
         })
     }

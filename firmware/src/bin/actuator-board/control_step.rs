@@ -93,6 +93,7 @@ impl ControlStep {
         if self.supervisor.period() {
             self.watchdog.feed();
         }
+        self.service.note_starved(self.supervisor.starved());
         self.ticks.end();
     }
 }

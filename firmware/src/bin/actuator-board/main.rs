@@ -134,7 +134,7 @@ mod app {
         let step = ControlStep {
             application: Application::after(parameters, start),
             capture: Capture::new(cx.local.capture_buffer),
-            service: Service::default(),
+            service: Service::after(board.reset_cause),
             supervisor: Supervisor::new(),
             watchdog: Watchdog::start(board.watchdog),
             ticks: Ticks::new(cx.core.DCB, cx.core.DWT),
