@@ -1,3 +1,7 @@
 //! The release ELF on the emulated board.
 
-mod closed_loop;
+mod bit_exact;
+mod instructions;
+mod power_loss;
+mod resets;
+mod same_trace;

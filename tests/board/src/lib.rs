@@ -1,4 +1,9 @@
-//! What the tests on the emulated board share.
+//! What the tests on the emulated board share: the program, its frames, and the same application
+//! run natively on the same rig.
 
 #[path = "../../src/board_elf.rs"]
 pub mod board_elf;
+
+pub mod frames;
+pub mod native;
+pub mod runs;

@@ -1,0 +1,85 @@
+//! Runs of the emulated board.
+
+use std::sync::OnceLock;
+
+use virtual_board::run::{Finished, Firmware, Flow, Options, Script, View, run};
+
+use crate::board_elf::board_elf;
+use crate::frames::{Frame, Status, order};
+
+/// The board's program.
+///
+/// # Panics
+/// If it does not build.
+pub fn firmware() -> &'static Firmware {
+    static FIRMWARE: OnceLock<Firmware> = OnceLock::new();
+    FIRMWARE.get_or_init(|| Firmware::read(board_elf()).expect("an ELF file"))
+}
+
+/// PWM periods in a control period.
+pub const PERIODS: u64 = 4;
+
+/// What is commanded: for a control period the frame that comes in before it.
+pub type Schedule = fn(tick: u64) -> Option<Frame>;
+
+/// Sends what a schedule says, two PWM periods before the control period.
+pub struct Commander {
+    schedule: Schedule,
+    period: u64,
+}
+
+impl Commander {
+    /// From the first control period on.
+    pub fn new(schedule: Schedule) -> Self {
+        Self {
+            schedule,
+            period: 0,
+        }
+    }
+}
+
+impl Script for Commander {
+    fn at_edge(&mut self, view: &mut View<'_>) -> Flow {
+        // Row 4 k is the start of control period k.
+        if self.period % PERIODS == 2
+            && let Some(frame) = (self.schedule)(self.period / PERIODS + 1)
+        {
+            let now_ns = view.now_ns();
+            if let Some(port) = view.port(0) {
+                port.send(now_ns, frame.on_the_wire());
+            }
+        }
+        self.period += 1;
+        Flow::On
+    }
+}
+
+/// Commands 10 deg and back each second, after enabling.
+pub fn to_and_fro(tick: u64) -> Option<Frame> {
+    let mdeg = if tick / 250 % 2 == 0 { 10_000 } else { -10_000 };
+    match tick {
+        0..30 => None,
+        30 => Some(Frame::command(0, order::ENABLE)),
+        _ => tick
+            .is_multiple_of(5)
+            .then(|| Frame::command(mdeg, order::NONE)),
+    }
+}
+
+/// Runs a schedule, and asserts that the emulation had no gap.
+///
+/// # Panics
+/// If it had, or the run does not come about.
+pub fn run_schedule(options: Options, schedule: Schedule) -> Finished<Commander> {
+    let finished = run(firmware(), options, Commander::new(schedule)).expect("it runs");
+    assert!(finished.gaps.is_empty(), "{}", finished.gaps);
+    finished
+}
+
+/// Status frames of a run with their ends, ns.
+pub fn statuses<S>(finished: &Finished<S>) -> Vec<(u64, Status)> {
+    let frames = finished.trace.frames.iter();
+    frames
+        .filter_map(|sent| Some((sent.at_ns, Status::of(&sent.frame)?)))
+        .collect()
+}
