@@ -1,5 +1,7 @@
 //! The command line of `actuator`.
 
+#[cfg(feature = "board")]
+mod board;
 mod compare;
 mod experiment;
 mod fmu;
@@ -27,6 +29,8 @@ pub struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    #[cfg(feature = "board")]
+    Board(board::Board),
     Compare(compare::Compare),
     Experiment(experiment::Experiment),
     Fmu(fmu::Fmu),
@@ -43,6 +47,8 @@ impl Arguments {
     /// What went wrong, with its exit status.
     pub fn run(self) -> Result<(), Failure> {
         match self.command {
+            #[cfg(feature = "board")]
+            Command::Board(board) => board.run(),
             Command::Compare(compare) => compare.run(),
             Command::Experiment(experiment) => experiment.run(),
             Command::Fmu(fmu) => fmu.run(),
