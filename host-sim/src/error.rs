@@ -46,6 +46,10 @@ pub enum Error {
         /// The line, the key and what was expected.
         problem: String,
     },
+    /// The emulated board cannot run as it was asked to.
+    #[cfg(feature = "board")]
+    #[error("{0}")]
+    Board(String),
     /// A name that nobody knows.
     #[error("unknown {kind} `{name}`{}; expected {expected}", suggestion(closest))]
     UnknownName {

@@ -16,6 +16,7 @@ use virtual_board::run::{Company, Firmware, Flow, Options, Script, View, run_wit
 use self::console::Command;
 use self::show::Show;
 use super::Failure;
+use crate::error::Error;
 
 /// Runs the board's program on the emulated board, around the bench.
 ///
@@ -77,18 +78,19 @@ impl Board {
     /// # Errors
     /// A file that cannot be read, a port that is taken, or a time outside its range.
     pub fn run(self) -> Result<(), Failure> {
-        let input = |error: &dyn std::fmt::Display| Failure::input(error.to_string());
         if !(0.001..=LONGEST_S).contains(&self.seconds) {
             let message = format!("--for is {}, expected 0.001 to {LONGEST_S} s", self.seconds);
-            return Err(Failure::input(message));
+            return Err(refusal(&message));
         }
-        let firmware = Firmware::read(&self.elf).map_err(|error| input(&error))?;
+        let firmware = Firmware::read(&self.elf).map_err(|error| refusal(&error))?;
         let faults = match &self.faults {
-            Some(path) => read_plan(path).map_err(|error| input(&error))?,
+            Some(path) => read_plan(path).map_err(|error| refusal(&error))?,
             None => Vec::new(),
         };
         let options = Options {
-            rig: self.seed.map_or_else(RigOptions::default, RigOptions::realistic),
+            rig: self
+                .seed
+                .map_or_else(RigOptions::default, RigOptions::realistic),
             ports_bit_s: vec![self.bit_rate],
             faults,
             keeps_trace: false,
@@ -101,7 +103,7 @@ impl Board {
         };
         let script = Session::new(&self);
         let finished =
-            run_with(&firmware, options, script, &company).map_err(|error| input(&error))?;
+            run_with(&firmware, options, script, &company).map_err(|error| refusal(&error))?;
         let seconds = finished.end_ns as f64 * 1e-9;
         eprintln!("{seconds} s, {} instructions", finished.instructions);
         eprintln!("trace {}", finished.trace.hash());
@@ -119,12 +121,16 @@ impl Board {
             return Ok(None);
         };
         let listener = TcpListener::bind(("127.0.0.1", port))
-            .map_err(|error| Failure::input(format!("--gdb {port}: {error}")))?;
+            .map_err(|error| refusal(&format!("--gdb {port}: {error}")))?;
         if let Ok(address) = listener.local_addr() {
             eprintln!("GDB: target remote {address}");
         }
         Ok(Some(listener))
     }
+}
+
+fn refusal(what: &dyn std::fmt::Display) -> Failure {
+    Error::Board(what.to_string()).into()
 }
 
 /// The person at the keyboard.
@@ -190,7 +196,10 @@ impl Script for Session {
         {
             port.send(now_ns, console::frame(deg, console::NO_ORDER));
         }
-        let heard = view.port(0).map(|port| port.take_heard()).unwrap_or_default();
+        let heard = view
+            .port(0)
+            .map(|port| port.take_heard())
+            .unwrap_or_default();
         let shown = self.show.row(view.row, self.angle_deg, &heard);
         self.wait_for_the_wall(now_ns);
         if shown { Flow::On } else { Flow::End }

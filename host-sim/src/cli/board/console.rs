@@ -38,7 +38,13 @@ fn parse(line: &str) -> Result<Command, String> {
         ["end"] => Command::End,
         ["servo", "off"] => Command::Servo(None),
         ["servo", us] => Command::Servo(Some(number(us, "a pulse of", 1.0, 19_000.0, "us")?)),
-        [deg] => Command::Angle(number(deg, "an angle of", -GREATEST_DEG, GREATEST_DEG, "deg")?),
+        [deg] => Command::Angle(number(
+            deg,
+            "an angle of",
+            -GREATEST_DEG,
+            GREATEST_DEG,
+            "deg",
+        )?),
         _ => return Err(format!("`{line}` is no command")),
     })
 }

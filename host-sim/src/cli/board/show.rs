@@ -47,7 +47,11 @@ impl Show {
             Format::Plot => Ok(()),
             Format::Csv => {
                 let header = "time_s,angle_deg,rate_deg_s,current_a,supply_v,state,fault";
-                let begun = if is_first { writeln!(out, "{header}") } else { Ok(()) };
+                let begun = if is_first {
+                    writeln!(out, "{header}")
+                } else {
+                    Ok(())
+                };
                 begun.and_then(|()| writeln!(out, "{}", self.values(row)))
             }
         };
@@ -96,6 +100,9 @@ mod tests {
 
     #[test]
     fn the_axis_ends_at_its_columns() {
-        assert_eq!([-1e9, -90.0, 0.0, 90.0, 1e9].map(column), [0, 0, 30, 60, 60]);
+        assert_eq!(
+            [-1e9, -90.0, 0.0, 90.0, 1e9].map(column),
+            [0, 0, 30, 60, 60]
+        );
     }
 }
