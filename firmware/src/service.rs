@@ -20,6 +20,12 @@ pub struct Served {
     pub answer: Option<(Access, bool)>,
     /// The parameters in force are to be saved.
     pub save: bool,
+    /// This excitation is to be started: what it takes to make a [`Run`] of it has no place in a
+    /// control period. The caller makes it where there is time and hands it to
+    /// [`Application::start_excitation`] in a later one.
+    ///
+    /// [`Run`]: crate::command::excitation::Run
+    pub start: Option<ExcitationSettings>,
 }
 
 /// Serves messages; called in the control step's context, before the step.
@@ -86,7 +92,12 @@ impl Service {
                 if let Some(angle) = angle {
                     let _ = application.request(Request::Command(angle));
                 }
-                Served { answer: None, save }
+                let is_start = order == Some(Order::StartExcitation);
+                Served {
+                    answer: None,
+                    save,
+                    start: is_start.then_some(self.excitation),
+                }
             }
             Message::Access(access) => Served {
                 answer: Some(match self.access(application, capture, access) {
@@ -94,6 +105,7 @@ impl Service {
                     None => (access, true),
                 }),
                 save: false,
+                start: None,
             },
         }
     }
@@ -107,13 +119,8 @@ impl Service {
         match order {
             Order::Application(request) => application.request(request),
             // The caller's.
-            Order::SaveParameters => Ok(()),
+            Order::SaveParameters | Order::StartExcitation => Ok(()),
             Order::RestoreDefaults => application.retune(&BoardParameters::DEFAULT),
-            Order::StartExcitation => match self.excitation.run() {
-                Some(run) => application.start_excitation(run),
-                // Each value was checked when it was written.
-                None => Ok(()),
-            },
             Order::StartCapture => {
                 capture.arm(self.capture);
                 Ok(())

@@ -41,8 +41,16 @@ impl<'a> Bench<'a> {
             order: Some(order),
             angle: None,
         };
-        self.service
-            .serve(&mut self.application, &mut self.capture, &message)
+        let served = self
+            .service
+            .serve(&mut self.application, &mut self.capture, &message);
+        // As the background of a board does.
+        if let Some(run) = served.start.and_then(|settings| settings.run()) {
+            self.application
+                .start_excitation(run)
+                .expect("the loop is closed");
+        }
+        served
     }
 
     fn access(&mut self, operation: Operation, number: u8, index: u16, value: u32) -> Option<u32> {

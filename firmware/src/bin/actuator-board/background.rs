@@ -2,20 +2,28 @@
 
 use firmware::{
     application::Outputs,
+    command::excitation::{ExcitationSettings, Run},
     frames::Frames,
     parameters::BoardParameters,
     store::{Loaded, Progress, Saver},
     supervisor::Part,
 };
-use heapless::spsc::Consumer;
+use heapless::spsc::{Consumer, Producer};
 
 use crate::{can_frame::CanFrame, control_step::Answer, flash::Flash, heard, report::Report};
+
+/// Excitations that are asked for, and what has been made of them.
+pub struct Excitations {
+    pub asked: Consumer<'static, ExcitationSettings, 2>,
+    pub made: Producer<'static, Run, 2>,
+}
 
 /// The background's own.
 pub struct Background {
     outputs: Consumer<'static, Outputs, 4>,
     answers: Consumer<'static, Answer, 8>,
     to_save: Consumer<'static, BoardParameters, 2>,
+    excitations: Excitations,
     frames: Frames,
     flash: Flash,
     saver: Saver,
@@ -28,12 +36,14 @@ impl Background {
         outputs: Consumer<'static, Outputs, 4>,
         answers: Consumer<'static, Answer, 8>,
         to_save: Consumer<'static, BoardParameters, 2>,
+        excitations: Excitations,
         (flash, loaded): (Flash, &Loaded),
     ) -> Self {
         Self {
             outputs,
             answers,
             to_save,
+            excitations,
             frames: Frames::new(loaded.parameters.bus.node_id as u8),
             flash,
             saver: Saver::new(loaded),
@@ -53,6 +63,10 @@ impl Background {
             let frames = self.frames.telemetry(&outputs);
             frames.into_iter().flatten().for_each(&mut send);
             self.report.update(&outputs);
+        }
+        if let Some(settings) = self.excitations.asked.dequeue() {
+            // The last one has not been fetched: it is as good.
+            let _ = settings.run().map(|run| self.excitations.made.enqueue(run));
         }
         self.save();
         heard::from(Part::Background);

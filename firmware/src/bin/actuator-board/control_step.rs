@@ -6,6 +6,7 @@
 use firmware::{
     application::{Application, Outputs, Samples},
     capture::Capture,
+    command::excitation::{ExcitationSettings, Run},
     frames::{Access, Message},
     parameters::BoardParameters,
     service::Service,
@@ -69,6 +70,8 @@ pub struct Queues {
     pub answers: Producer<'static, Answer, 8>,
     pub save: Producer<'static, BoardParameters, 2>,
     pub outputs: Producer<'static, Outputs, 4>,
+    pub excitations: Producer<'static, ExcitationSettings, 2>,
+    pub runs: Consumer<'static, Run, 2>,
 }
 
 impl ControlStep {
@@ -102,6 +105,10 @@ impl ControlStep {
 #[unsafe(no_mangle)]
 #[inline(never)]
 fn serve(step: &mut ControlStep) {
+    if let Some(run) = step.queues.runs.dequeue() {
+        // The loop may have been opened meanwhile: there is nothing to excite then.
+        let _ = step.application.start_excitation(run);
+    }
     let mut newest = None;
     while let Some(message) = step.queues.commands.dequeue() {
         if matches!(message, Message::Command { order: None, .. }) {
@@ -131,6 +138,10 @@ fn answer(step: &mut ControlStep, message: &Message) {
     if served.save {
         // One that finds the queue full asks for what is being saved anyway.
         let _ = step.queues.save.enqueue(*step.application.parameters());
+    }
+    if let Some(settings) = served.start {
+        // One that finds the queue full comes in the very tick of another.
+        let _ = step.queues.excitations.enqueue(settings);
     }
 }
 

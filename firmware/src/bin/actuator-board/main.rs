@@ -48,6 +48,7 @@ mod app {
     use firmware::{
         application::{Application, Outputs, Start},
         capture::Capture,
+        command::excitation::{ExcitationSettings, Run},
         frames::{ACCESS, COMMAND, Frames, Message},
         parameters::BoardParameters,
         service::Service,
@@ -59,7 +60,7 @@ mod app {
 
     use crate::{
         analog::Analog,
-        background::Background,
+        background::{Background, Excitations},
         bridge::{Bridge, Instant},
         bus_state,
         can::{Can, Filter},
@@ -104,6 +105,8 @@ mod app {
         access_queue: Queue<Message, 8> = Queue::new(),
         answer_queue: Queue<Answer, 8> = Queue::new(),
         save_queue: Queue<BoardParameters, 2> = Queue::new(),
+        excitation_queue: Queue<ExcitationSettings, 2> = Queue::new(),
+        run_queue: Queue<Run, 2> = Queue::new(),
         capture_buffer: [i32; CAPTURE_WORDS] = [0; CAPTURE_WORDS],
     ])]
     fn init(cx: init::Context) -> (Shared, Local) {
@@ -124,6 +127,8 @@ mod app {
         let (accesses, accessed) = cx.local.access_queue.split();
         let (answered, answers) = cx.local.answer_queue.split();
         let (save, to_save) = cx.local.save_queue.split();
+        let (excitations, asked) = cx.local.excitation_queue.split();
+        let (made, runs) = cx.local.run_queue.split();
 
         let node_id = parameters.bus.node_id as u8;
         let filters = [COMMAND, ACCESS].map(|base| Filter {
@@ -144,6 +149,8 @@ mod app {
                 answers: answered,
                 save,
                 outputs: decided,
+                excitations,
+                runs,
             },
         };
         board.clock.start();
@@ -161,7 +168,13 @@ mod app {
             frames: Frames::new(node_id),
             commands,
             accesses,
-            background: Background::new(outputs, answers, to_save, (board.flash, &loaded)),
+            background: Background::new(
+                outputs,
+                answers,
+                to_save,
+                Excitations { asked, made },
+                (board.flash, &loaded),
+            ),
         };
         (shared, local)
     }
