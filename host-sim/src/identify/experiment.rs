@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::command::{Reader, Segment, segments};
-use super::recording::{Recording, RecordingError};
+use super::recording::{Hold, Recording, RecordingError};
 
 /// A recording that was checked, and its command as a function of time.
 #[derive(Debug, Clone)]
@@ -15,6 +15,11 @@ pub struct Experiment {
     pub time_ns: Vec<i64>,
     /// The command.
     pub command: Vec<Segment>,
+    /// The logged voltage at the motor as a share of the mean supply, held from sample to sample;
+    /// empty where no duty was logged.
+    pub drive: Vec<Segment>,
+    /// The mean supply, V, where it was logged.
+    pub supply_v: Option<f64>,
     /// Whether there are few lengths of step.
     pub is_even: bool,
 }
@@ -36,7 +41,10 @@ impl Experiment {
         for i in 1..time_ns.len() {
             time_ns[i] = time_ns[i].max(time_ns[i - 1] + 1);
         }
+        let supply_v = recording.supply_v.as_deref().and_then(mean);
         Ok(Self {
+            drive: drive(&recording, &time_ns, supply_v),
+            supply_v,
             command: segments(&time_ns, &recording.command_deg, recording.hold),
             is_even: is_even(&time_ns),
             recording: Arc::new(recording),
@@ -83,6 +91,8 @@ impl Experiment {
             is_even: is_even(&time_ns),
             time_ns,
             command: self.command.clone(),
+            drive: self.drive.clone(),
+            supply_v: self.supply_v,
         }
     }
 
@@ -90,6 +100,29 @@ impl Experiment {
     pub fn duration_s(&self) -> f64 {
         *self.time_ns.last().unwrap_or(&0) as f64 * 1e-9
     }
+}
+
+/// The logged duty, corrected for a supply that moves.
+fn drive(recording: &Recording, time_ns: &[i64], mean_v: Option<f64>) -> Vec<Segment> {
+    let Some(duty_pct) = &recording.duty_pct else {
+        return Vec::new();
+    };
+    let supply = |i: usize| recording.supply_v.as_ref().map(|v| v[i]);
+    let share = |(i, duty_pct): (usize, &f64)| match (supply(i), mean_v) {
+        (Some(supply_v), Some(mean_v)) if !supply_v.is_nan() => {
+            duty_pct / 100.0 * supply_v / mean_v
+        }
+        _ => duty_pct / 100.0,
+    };
+    let shares: Vec<f64> = duty_pct.iter().enumerate().map(share).collect();
+    segments(time_ns, &shares, Hold::Zero)
+}
+
+/// The mean of what is no NaN, if that is above zero.
+fn mean(values: &[f64]) -> Option<f64> {
+    let numbers = || values.iter().filter(|v| !v.is_nan());
+    let mean = numbers().sum::<f64>() / numbers().count() as f64;
+    (mean > 0.0).then_some(mean)
 }
 
 /// Whether nine of ten steps have one of few lengths.

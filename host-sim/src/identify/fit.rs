@@ -58,6 +58,14 @@ pub struct ExperimentFit {
     pub rate_limited_s: f64,
 }
 
+impl ExperimentFit {
+    /// Mean magnitude of the residuals, deg.
+    pub fn mean_absolute_error_deg(&self) -> f64 {
+        let compared = || self.residual_deg.iter().filter(|r| !r.is_nan());
+        compared().map(|r| r.abs()).sum::<f64>() / compared().count() as f64
+    }
+}
+
 /// Why the search ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Termination {

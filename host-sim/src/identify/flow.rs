@@ -11,10 +11,10 @@ mod crossing;
 mod drive;
 mod linear;
 
-pub use drive::drive;
-pub use linear::System;
+pub use drive::{Steps, drive, drive_steps};
+pub use linear::{Kept, System};
 
-use self::linear::{Kept, Propagator};
+use self::linear::Propagator;
 use super::model::State;
 use super::scalar::Scalar;
 
@@ -95,15 +95,17 @@ struct Runner<'a, F, S, const N: usize> {
 
 /// Coefficients of a command in the time from the start of a step.
 #[derive(Clone, Copy)]
-enum Command<S> {
+pub enum Command<S> {
+    /// It stands still.
     Constant(f64),
+    /// A cubic polynomial, lowest power first.
     Cubic([S; 4]),
 }
 
 impl<S: Scalar> Command<S> {
     /// As it is `time` later.
     #[inline]
-    fn later(self, u: S) -> Self {
+    pub fn later(self, u: S) -> Self {
         let Self::Cubic([q0, q1, q2, q3]) = self else {
             return self;
         };
@@ -117,7 +119,8 @@ impl<S: Scalar> Command<S> {
     }
 
     #[inline]
-    fn value_after(&self, u: f64) -> f64 {
+    /// Its value so many seconds later.
+    pub fn value_after(&self, u: f64) -> f64 {
         match self {
             Self::Constant(value) => *value,
             Self::Cubic(q) => {

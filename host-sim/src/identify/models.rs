@@ -4,7 +4,9 @@
 
 mod black_box_1;
 mod black_box_2;
+mod friction;
 mod grey_box;
+mod motor;
 mod tables;
 
 use std::sync::Arc;
@@ -19,6 +21,7 @@ use super::scalar::{Dual, Scalar};
 pub use black_box_1::BlackBox1;
 pub use black_box_2::{BlackBox2, Form};
 pub use grey_box::GreyBox;
+pub use motor::{Drive, Motor};
 
 /// A model that is written over [`Scalar`].
 pub trait Dynamics: Send + Sync {
@@ -147,12 +150,18 @@ fn in_passes<D: Dynamics>(
 
 /// All models, simplest first.
 pub fn all() -> Vec<Arc<dyn Model>> {
-    vec![
+    let mut all: Vec<Arc<dyn Model>> = vec![
         Arc::new(BlackBox1::default()),
         Arc::new(BlackBox2::new(Form::Gains)),
         Arc::new(BlackBox2::new(Form::Oscillator)),
         Arc::new(GreyBox::default()),
-    ]
+    ];
+    for drive in [Drive::Duty, Drive::Position] {
+        for friction in 1..=6 {
+            all.push(Arc::new(Motor::new(drive, friction)));
+        }
+    }
+    all
 }
 
 /// The model of this name.

@@ -32,6 +32,11 @@ pub trait Scalar:
         self.chain(e, e)
     }
 
+    /// Its natural logarithm.
+    fn ln(self) -> Self {
+        self.chain(self.value().ln(), 1.0 / self.value())
+    }
+
     /// Its sine.
     fn sin(self) -> Self {
         let (sin, cos) = self.value().sin_cos();
@@ -181,7 +186,9 @@ mod tests {
     use super::*;
 
     fn expression<S: Scalar>(x: S, y: S) -> S {
-        (x * y + x / y - (x * 0.3).exp()).sin() * (y - x).abs() + x.within(y * -1.0, y) + 1.5
+        (x * y + x / y - (x * 0.3).exp() + y.ln()).sin() * (y - x).abs()
+            + x.within(y * -1.0, y)
+            + 1.5
     }
 
     #[test]

@@ -14,11 +14,34 @@ struct Place {
     is_arrival: bool,
 }
 
-/// Simulates a run from the state `x` at its first sample, and hands out angle, rate and limit at
-/// each sample. Before the first sample the command is what it is there.
-///
-/// The delay is exact, whatever its fraction of a sample: the model's steps end where the delayed
-/// command changes and where the angle was sampled, so that nothing is interpolated.
+/// Something that moves under a command.
+pub trait Steps<S: Scalar> {
+    /// Moves through `step`; `kept` is how to keep what is computed for its length.
+    fn advance(&mut self, step: S, kept: Kept, command: Command<S>);
+
+    /// The command jumps to this value.
+    fn jump(&mut self, command: f64);
+
+    /// Angle, rate and limit that are seen under a command.
+    fn seen(&self, command: f64) -> (S, f64, State);
+}
+
+impl<S: Scalar, const N: usize, F: Flow<S, N>> Steps<S> for Runner<'_, F, S, N> {
+    fn advance(&mut self, step: S, kept: Kept, command: Command<S>) {
+        Runner::advance(self, step, kept, command);
+    }
+
+    fn jump(&mut self, command: f64) {
+        self.decide(command);
+    }
+
+    fn seen(&self, command: f64) -> (S, f64, State) {
+        self.flow.seen(self.mode, &self.x, command)
+    }
+}
+
+/// Simulates a run of a model that is linear between its limits, from the state `x` at the first
+/// sample.
 pub fn drive<S: Scalar, const N: usize, F: Flow<S, N>>(
     flow: &F,
     run: &Experiment,
@@ -26,9 +49,24 @@ pub fn drive<S: Scalar, const N: usize, F: Flow<S, N>>(
     delay: S,
     seen: &mut impl FnMut(usize, S, f64, State),
 ) {
-    let segments = &run.command;
-    let before = segments.first().map_or(0.0, |s| s.q[0]);
+    let before = run.command.first().map_or(0.0, |s| s.q[0]);
     let mut runner = Runner::new(flow, x, before);
+    drive_steps(&mut runner, run, &run.command, delay, seen);
+}
+
+/// Moves something along a run under these segments of command, and hands out angle, rate and limit
+/// at each sample. Before the first sample the command is what it is there.
+///
+/// The delay is exact, whatever its fraction of a sample: the steps end where the delayed command
+/// changes and where the angle was sampled, so that nothing is interpolated.
+pub fn drive_steps<S: Scalar>(
+    runner: &mut impl Steps<S>,
+    run: &Experiment,
+    segments: &[Segment],
+    delay: S,
+    seen: &mut impl FnMut(usize, S, f64, State),
+) {
+    let before = segments.first().map_or(0.0, |s| s.q[0]);
     let mut segment: Option<&Segment> = None;
     let mut upcoming = segments.iter().peekable();
     let mut place = Place {
@@ -47,27 +85,27 @@ pub fn drive<S: Scalar, const N: usize, F: Flow<S, N>>(
                 time_ns: next.start_ns,
                 is_arrival: true,
             };
-            step(&mut runner, run, segment, before, (place, arrival), delay);
+            step(runner, run, segment, before, (place, arrival), delay);
             (place, segment) = (arrival, Some(next));
             if next.jumps {
-                runner.decide(next.q[0]);
+                runner.jump(next.q[0]);
             }
         }
         if i > 0 {
-            step(&mut runner, run, segment, before, (place, sample), delay);
+            step(runner, run, segment, before, (place, sample), delay);
             place = sample;
         }
         let since_s = segment.map_or(0.0, |s| (time_ns - s.start_ns) as f64 * 1e-9) - delay.value();
         let level = segment.map_or(before, |s| s.after(since_s));
-        let (angle, rate, state) = flow.seen(runner.mode, &runner.x, level);
+        let (angle, rate, state) = runner.seen(level);
         seen(i, angle, rate, state);
     }
 }
 
 /// One step between two places under a segment of the command.
 #[inline]
-fn step<S: Scalar, const N: usize, F: Flow<S, N>>(
-    runner: &mut Runner<F, S, N>,
+fn step<S: Scalar>(
+    runner: &mut impl Steps<S>,
     run: &Experiment,
     segment: Option<&Segment>,
     before: f64,

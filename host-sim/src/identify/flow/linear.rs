@@ -97,7 +97,7 @@ struct Transition<S, const N: usize> {
 const MOST_KEPT: usize = 8;
 
 /// The most of `step times fastest eigenvalue` within which no limit is passed unseen.
-const LONGEST_PART: f64 = 0.5;
+const LONGEST_PART: f64 = 1.0;
 
 /// A system with what has been computed of it.
 pub struct Propagator<S, const N: usize> {

@@ -34,7 +34,7 @@ impl Default for BlackBox1 {
         type Table = BlackBox1Parameters;
         Self {
             parameters: vec![
-                bounded::<Table>("pole_rad_s", 0.05, 5000.0),
+                bounded::<Table>("pole_rad_s", 0.05, 1000.0),
                 delay(),
                 rate_limit::<Table>("rate_limit_up_deg_s"),
                 rate_limit::<Table>("rate_limit_down_deg_s"),

@@ -17,7 +17,7 @@ model_core::parameters! {
     /// The second-order black box as an oscillator: `A = wn^2`, `B = 2 zeta wn`.
     pub struct OscillatorParameters {
         /// Undamped natural frequency, `sqrt(A)`.
-        natural_frequency_rad_s ["wn"]: 30.0, "rad/s", 0.1, 2000.0, "paper, section III.B: A = 900";
+        natural_frequency_rad_s ["wn"]: 30.0, "rad/s", 0.1, 1000.0, "paper, section III.B: A = 900";
         /// Damping ratio, `B/(2 sqrt(A))`.
         damping ["zeta"]: 0.9, "1", 0.01, 50.0, "paper, section III.B: A = 900, B = 54";
     }
@@ -55,8 +55,8 @@ impl BlackBox2 {
         type Table = BlackBox2Parameters;
         let [first, second] = match form {
             Form::Gains => [
-                bounded::<Table>("position_gain_per_s2", 0.01, 4e6),
-                bounded::<Table>("rate_gain_per_s", 0.01, 10_000.0),
+                bounded::<Table>("position_gain_per_s2", 0.01, 1e6),
+                bounded::<Table>("rate_gain_per_s", 0.01, 2000.0),
             ],
             Form::Oscillator => {
                 ["natural_frequency_rad_s", "damping"].map(row::<OscillatorParameters>)
