@@ -40,10 +40,10 @@ pub fn covariance(
     is_held: &[bool],
 ) -> Covariance {
     let here = normal(problem, unknowns, point);
-    let free: Vec<usize> = (0..point.len())
-        .filter(|i| !is_held[*i] && here.hessian[(*i, *i)] > 0.0)
-        .collect();
-    let rows = seen(&here.hessian, free);
+    let acting = (0..point.len()).filter(|i| here.hessian[(*i, *i)] > 0.0);
+    // One that stands at a bound for want of data takes others with it.
+    let mut rows = seen(&here.hessian, acting.collect());
+    rows.retain(|i| !is_held[*i]);
     let n = rows.len();
     let freedom = here.samples.saturating_sub(n).max(1);
     let variance = 2.0 * here.cost / freedom as f64;

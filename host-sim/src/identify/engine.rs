@@ -1,11 +1,13 @@
 //! The search as a whole: many starts, the best of them, and what is to be said of it.
 
+mod nested;
 mod outcome;
+mod release;
 
 use rayon::prelude::*;
 
 use super::experiment::Experiment;
-use super::fit::{ExperimentFit, Fit, Termination};
+use super::fit::{ExperimentFit, Fit};
 use super::levenberg::{Found, Limits, search};
 use super::normal::{Normal, normal};
 use super::problem::{IdentifyError, Problem, Role, Scope};
@@ -62,28 +64,42 @@ pub fn fit(
     options: &Options,
     progress: &dyn Progress,
 ) -> Result<Fit, IdentifyError> {
+    let (unknowns, found, share) = solve(problem, options, progress)?;
+    let is_stopped = || progress.is_stopped();
+    let found = release::needless_limits(problem, &unknowns, found, &options.limits, &is_stopped);
+    Ok(outcome::fit(problem, &unknowns, &found, share))
+}
+
+/// The unknowns, where they fit best, how many searches there were, and how many ended there.
+type Solution = (Unknowns, Found, (usize, usize));
+
+fn solve(
+    problem: &Problem,
+    options: &Options,
+    progress: &dyn Progress,
+) -> Result<Solution, IdentifyError> {
     let unknowns = Unknowns::of(problem)?;
-    let starts = starts(problem, &unknowns, options);
+    let mut starts = starts(problem, &unknowns, options);
+    if starts.len() > 1 {
+        starts.extend(nested::starts(problem, &unknowns, options, progress)?);
+    }
     let samples: usize = problem.experiments.iter().map(Experiment::len).sum();
     let every = samples.div_ceil(MANY_SAMPLES);
-    let (best, share) = if every > 1 && starts.len() > 1 {
+    let (point, share) = if starts.len() == 1 {
+        (starts.swap_remove(0), (1, 1))
+    } else if every > 1 {
         let thinned = problem.experiments.iter().map(|e| e.thinned(every));
         let thinned = problem.with_experiments(thinned.collect());
         let (best, share) = best(&thinned, &unknowns, &starts, options, progress)?;
         (best.point, share)
-    } else if starts.len() > 1 {
-        let (best, share) = best(problem, &unknowns, &starts, options, progress)?;
-        return Ok(outcome::fit(problem, &unknowns, &best, share));
     } else {
-        (starts[0].clone(), (1, 1))
+        let (best, share) = best(problem, &unknowns, &starts, options, progress)?;
+        return Ok((unknowns, best, share));
     };
     let is_stopped = || progress.is_stopped();
-    let found = search(problem, &unknowns, &best, &options.limits, &is_stopped);
+    let found = search(problem, &unknowns, &point, &options.limits, &is_stopped);
     let found = found.ok_or(IdentifyError::NotFinite)?;
-    if found.termination == Termination::Interrupted && found.iterations == 0 && share.0 == 0 {
-        return Err(IdentifyError::Interrupted);
-    }
-    Ok(outcome::fit(problem, &unknowns, &found, share))
+    Ok((unknowns, found, share))
 }
 
 /// The best of several searches, how many there were, and how many ended at its cost.

@@ -1,5 +1,7 @@
 //! What can be fitted: a model that answers a recorded command.
 
+use std::sync::Arc;
+
 use model_core::parameter::Parameter;
 
 use super::experiment::Experiment;
@@ -52,6 +54,11 @@ pub trait Model: Send + Sync {
     /// Whether a parameter is held at its start value unless somebody frees it.
     fn is_fixed_by_default(&self, parameter: usize) -> bool;
 
+    /// Whether a parameter is a limit, which does nothing where it is not reached.
+    fn is_limit(&self, _parameter: usize) -> bool {
+        false
+    }
+
     /// Checks that a recording has the columns that the model needs.
     ///
     /// # Errors
@@ -61,6 +68,17 @@ pub trait Model: Send + Sync {
     /// Start values that a regression or a look at the data gives; all inside the ranges of the
     /// parameters.
     fn start(&self, experiments: &[Experiment]) -> Vec<f64>;
+
+    /// Models with the same parameters that are this one with some of them at a neutral value: where
+    /// they fit best is a good place to begin, and this one cannot fit worse.
+    fn special_cases(&self) -> Vec<Arc<dyn Model>> {
+        Vec::new()
+    }
+
+    /// The value at which a parameter has no effect, given all values of a special case.
+    fn neutral(&self, parameter: usize, values: &[f64]) -> f64 {
+        values[parameter]
+    }
 
     /// Simulates the run and hands out each sample of the recording in order. A model that leaves
     /// the numbers hands out NaN.

@@ -35,10 +35,23 @@ pub trait Dynamics: Send + Sync {
     fn is_of_the_run(&self, parameter: usize) -> bool;
     /// As [`Model::is_fixed_by_default`].
     fn is_fixed_by_default(&self, parameter: usize) -> bool;
+    /// As [`Model::is_limit`].
+    fn is_limit(&self, _parameter: usize) -> bool {
+        false
+    }
     /// As [`Model::accepts`].
     fn accepts(&self, recording: &Recording) -> Result<(), RecordingError>;
     /// As [`Model::start`].
     fn start(&self, experiments: &[Experiment]) -> Vec<f64>;
+
+    /// As [`Model::special_cases`].
+    fn special_cases(&self) -> Vec<Arc<dyn Model>> {
+        Vec::new()
+    }
+    /// As [`Model::neutral`].
+    fn neutral(&self, parameter: usize, values: &[f64]) -> f64 {
+        values[parameter]
+    }
 
     /// Simulates the run and hands out angle, rate and limit at each sample.
     fn run<S: Scalar>(
@@ -70,12 +83,24 @@ impl<D: Dynamics> Model for D {
         Dynamics::is_fixed_by_default(self, parameter)
     }
 
+    fn is_limit(&self, parameter: usize) -> bool {
+        Dynamics::is_limit(self, parameter)
+    }
+
     fn accepts(&self, recording: &Recording) -> Result<(), RecordingError> {
         Dynamics::accepts(self, recording)
     }
 
     fn start(&self, experiments: &[Experiment]) -> Vec<f64> {
         Dynamics::start(self, experiments)
+    }
+
+    fn special_cases(&self) -> Vec<Arc<dyn Model>> {
+        Dynamics::special_cases(self)
+    }
+
+    fn neutral(&self, parameter: usize, values: &[f64]) -> f64 {
+        Dynamics::neutral(self, parameter, values)
     }
 
     fn simulate(&self, run: &Experiment, values: &[f64], seen: &mut dyn FnMut(usize, Sample)) {

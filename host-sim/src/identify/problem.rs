@@ -253,7 +253,4 @@ pub enum IdentifyError {
     /// No start value gives a finite answer.
     #[error("the model answers with no numbers from any start value")]
     NotFinite,
-    /// The caller stopped the search before it found anything.
-    #[error("interrupted")]
-    Interrupted,
 }

@@ -68,6 +68,10 @@ impl Dynamics for BlackBox1 {
         parameter == STOP
     }
 
+    fn is_limit(&self, parameter: usize) -> bool {
+        matches!(parameter, UP | DOWN)
+    }
+
     fn accepts(&self, _recording: &Recording) -> Result<(), RecordingError> {
         Ok(())
     }

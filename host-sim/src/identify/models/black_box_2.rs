@@ -107,6 +107,10 @@ impl Dynamics for BlackBox2 {
         parameter == STOP || parameter == RATE
     }
 
+    fn is_limit(&self, parameter: usize) -> bool {
+        matches!(parameter, UP | DOWN)
+    }
+
     fn accepts(&self, _recording: &Recording) -> Result<(), RecordingError> {
         Ok(())
     }

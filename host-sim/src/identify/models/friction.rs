@@ -42,6 +42,17 @@ pub fn coefficients(model: usize) -> impl Iterator<Item = (Parameter, bool)> {
     })
 }
 
+/// The value of a coefficient with which a model is the one before it, that has these values.
+pub fn neutral(coefficient: usize, values: &[f64]) -> f64 {
+    match coefficient {
+        // Without a Stribeck share, its rate and exponent do nothing.
+        3 | 4 => values[coefficient],
+        // One for both torques.
+        6 | 8 => values[coefficient - 1],
+        _ => 0.0,
+    }
+}
+
 /// A friction budget; what its model does not have is zero.
 #[derive(Clone, Copy)]
 pub struct Friction<S> {

@@ -92,6 +92,10 @@ impl Dynamics for GreyBox {
         )
     }
 
+    fn is_limit(&self, parameter: usize) -> bool {
+        matches!(parameter, UP | DOWN)
+    }
+
     fn accepts(&self, _recording: &Recording) -> Result<(), RecordingError> {
         Ok(())
     }

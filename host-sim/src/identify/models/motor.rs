@@ -13,14 +13,16 @@
 
 mod shaft;
 
+use std::sync::Arc;
+
 use model_core::parameter::{Parameter, Parameters};
 use model_core::plant::bench::electrical::ElectricalParameters;
 use model_core::plant::bench::gear_train::GearTrainParameters;
 use model_core::plant::bench::load::LoadParameters;
 
-use super::friction::{COUNT, coefficients};
+use super::friction::{COUNT, coefficients, neutral};
 use super::tables::{InitialState, delay, row};
-use super::{Dynamics, RecordingError};
+use super::{Dynamics, Model, RecordingError};
 use crate::identify::experiment::Experiment;
 use crate::identify::flow::drive_steps;
 use crate::identify::model::State;
@@ -118,9 +120,8 @@ impl Motor {
         ];
         let mut fixed: Vec<bool> = (0..parameters.len())
             .map(|i| match i {
+                // What is seen is k/R, and k^2/R with the viscous friction: R is to be measured.
                 TORQUE_CONSTANT | INERTIA | DELAY => false,
-                // Of a loop that is seen from outside, only gain times k/R counts.
-                RESISTANCE => drive == Drive::Position,
                 DUTY_PER_ERROR => drive == Drive::Duty,
                 _ => true,
             })
@@ -201,6 +202,25 @@ impl Dynamics for Motor {
         }
         values[ANGLE] = look.initial_angle_deg;
         values
+    }
+
+    fn special_cases(&self) -> Vec<Arc<dyn Model>> {
+        let cases: &[usize] = match self.friction {
+            1 => &[],
+            2 | 3 => &[1],
+            4 => &[2, 3],
+            5 => &[4],
+            _ => &[5],
+        };
+        let case = |friction: &usize| Arc::new(Self::new(self.drive, *friction)) as _;
+        cases.iter().map(case).collect()
+    }
+
+    fn neutral(&self, parameter: usize, values: &[f64]) -> f64 {
+        match parameter.checked_sub(FRICTION) {
+            Some(coefficient) if coefficient < COUNT => neutral(coefficient, &values[FRICTION..]),
+            _ => values[parameter],
+        }
     }
 
     fn run<S: Scalar>(

@@ -1,0 +1,97 @@
+/* The black boxes as compiled rivals: exact between their limits, for a command of steps.
+ * p: the parameters in the order of the example `fit_speed`; y: angles at n samples t. */
+#include <math.h>
+
+/* Of first order: exact pieces of exponential and straight line. */
+static double lag(double y, double target, double h, double pole, double up, double down) {
+    double limit = target > y ? up : -down;
+    double reach = limit / pole;              /* distance at which the limit lets go */
+    double far = target - y;
+    if (fabs(far) > fabs(reach)) {
+        double t = (far - reach) / limit;
+        if (t >= h) return y + limit * h;
+        y += limit * t;
+        h -= t;
+    }
+    return target - (target - y) * exp(-pole * h);
+}
+
+void black_box_1(const double *p, int n, const double *t, int m, const double *step_t,
+                 const double *step, double first, double *y) {
+    double pole = p[0], delay = p[1], up = p[2], down = p[3], gain = p[4], offset = p[5];
+    double x = 0.0, now = t[0], target = gain * first + offset;
+    int j = 0;
+    for (int i = 0; i < n; i++) {
+        while (j < m && step_t[j] + delay <= t[i]) {
+            x = lag(x, target, step_t[j] + delay - now, pole, up, down);
+            now = step_t[j] + delay;
+            target = gain * step[j++] + offset;
+        }
+        x = lag(x, target, t[i] - now, pole, up, down);
+        now = t[i];
+        y[i] = x;
+    }
+}
+
+/* Of second order: the damped oscillator, its limited integrator, and the times between. */
+static void free_motion(double A, double B, double e, double w, double h, double *e1, double *w1) {
+    /* e = target - angle: e'' + B e' + A e = 0, e' = -w */
+    double s = 0.5 * B, d = A - s * s, v = -w, E = exp(-s * h), c, sn;
+    if (d > 1e-9) { double r = sqrt(d); c = cos(r * h); sn = sin(r * h) / r; }
+    else if (d < -1e-9) { double r = sqrt(-d); c = cosh(r * h); sn = sinh(r * h) / r; }
+    else { c = 1.0; sn = h; }
+    *e1 = E * (e * c + (v + s * e) * sn);
+    *w1 = -E * (v * c - (s * v + A * e) * sn);
+}
+
+static void oscillator(double *x, double *w, double target, double h, const double *p) {
+    double A = p[0], B = p[1], up = p[3], down = p[4];
+    for (int k = 0; k < 16 && h > 0.0; k++) {
+        double e = target - *x, a = A * e - B * *w;
+        if ((*w >= up && a > 0.0) || (*w <= -down && a < 0.0)) {
+            *w = *w > 0.0 ? up : -down;
+            double t = (A * e - B * *w) / (A * *w); /* until the acceleration turns */
+            if (t >= h) { *x += *w * h; return; }
+            *x += *w * t;
+            h -= t;
+            double e2 = target - *x, e1, w1;       /* past the turn for certain */
+            free_motion(A, B, e2, *w, h, &e1, &w1);
+            if (w1 <= up && w1 >= -down) { *x = target - e1; *w = w1; return; }
+            continue;
+        }
+        double e1, w1;
+        free_motion(A, B, e, *w, h, &e1, &w1);
+        if (w1 <= up && w1 >= -down) { *x = target - e1; *w = w1; return; }
+        double limit = w1 > up ? up : -down, lo = 0.0, hi = h;
+        double f = w1 - limit, t = h;
+        for (int i = 0; i < 60 && hi - lo > 1e-15; i++) { /* Newton, kept within brackets */
+            double slope = A * e1 - B * w1;
+            if ((f > 0.0) == (limit > 0.0)) hi = t; else lo = t;
+            double next = t - f / slope;
+            t = next > lo && next < hi ? next : 0.5 * (lo + hi);
+            free_motion(A, B, e, *w, t, &e1, &w1);
+            f = w1 - limit;
+            if (fabs(f) < 1e-11) break;
+        }
+        *x = target - e1;
+        *w = limit;
+        h -= t;
+    }
+}
+
+void black_box_2(const double *p, int n, const double *t, int m, const double *step_t,
+                 const double *step, double first, double *y) {
+    double delay = p[2], gain = p[5], offset = p[6];
+    double x = 0.0, w = 0.0, now = t[0], target = gain * first + offset;
+    int j = 0;
+    for (int i = 0; i < n; i++) {
+        while (j < m && step_t[j] + delay <= t[i]) {
+            oscillator(&x, &w, target, step_t[j] + delay - now, p);
+            now = step_t[j] + delay;
+            target = gain * step[j++] + offset;
+        }
+        oscillator(&x, &w, target, t[i] - now, p);
+        now = t[i];
+        y[i] = x;
+    }
+}

@@ -1,0 +1,94 @@
+//! From forty starts at a quarter to four times the truth: how often each search alone, and all of
+//! them together, end at the optimum. A line for each model and input.
+
+use host_sim::identify::{Experiment, Options, Problem, Quiet, Recording, fit, models};
+use host_sim::input::Command;
+use host_sim::settings::{ModelKind, PlantKind, Settings};
+use host_sim::simulate::Simulation;
+use model_core::excitation::catalogue::Input;
+use model_core::sensors::noise::Noise;
+
+const STARTS: u64 = 40;
+const COUNT_DEG: f64 = 360.0 / 4096.0;
+
+fn recording(kind: ModelKind, input: &str) -> Recording {
+    let input = Input::named(input).expect("an input");
+    let trace = Simulation {
+        settings: Settings::new(kind, PlantKind::FirstOrder),
+        command: Command::Excitation(input.excitation().expect("it is in range")),
+        input: input.name().into(),
+        load: None,
+        ticks: input.duration_ticks().expect("it is in range"),
+        every: 80,
+    }
+    .record()
+    .expect("a run");
+    let column = |name| trace.column(name).expect("a column").to_vec();
+    let mut noise = Noise::new(1, 0);
+    let seen = |a: &f64| ((a + noise.gaussian(0.05)) / COUNT_DEG).round() * COUNT_DEG;
+    Recording {
+        name: input.name().into(),
+        time_s: column("t"),
+        command_deg: column("command"),
+        angle_deg: column("angle_deg").iter().map(seen).collect(),
+        ..Default::default()
+    }
+}
+
+/// A problem that starts at the truth times factors from 1/4 to 4, each parameter by its own.
+fn scattered(problem: &Problem, truth: &[f64], start: u64) -> Problem {
+    let mut problem = problem.clone();
+    let mut noise = Noise::new(start, 77);
+    for (spec, truth) in problem.specs.iter_mut().zip(truth) {
+        if spec.parameter.name.starts_with("initial") || *truth == 0.0 || !truth.is_finite() {
+            continue;
+        }
+        let factor = 4.0_f64.powf(noise.gaussian(0.7).clamp(-1.0, 1.0));
+        spec.start = (truth * factor).clamp(spec.low, spec.high);
+    }
+    problem
+}
+
+fn row(model: &str, kind: ModelKind, input: &str) {
+    let run = Experiment::try_new(recording(kind, input)).expect("a recording");
+    let model = models::named(model).expect("a model");
+    let problem = Problem::try_new(model, vec![run]).expect("a problem");
+    let best = fit(&problem, &Options::default(), &Quiet).expect("a fit");
+    let found = |name: &str| best.value(name).expect("an estimate");
+    let truth: Vec<f64> = problem
+        .specs
+        .iter()
+        .map(|s| found(s.parameter.name))
+        .collect();
+    let (mut alone, mut together) = (0, 0);
+    for start in 0..STARTS {
+        let scattered = scattered(&problem, &truth, start);
+        let ends_there = |starts| {
+            let options = Options {
+                starts,
+                seed: start,
+                ..Default::default()
+            };
+            let fit = fit(&scattered, &options, &Quiet).expect("a fit");
+            usize::from(fit.cost <= best.cost * (1.0 + 1e-6))
+        };
+        alone += ends_there(1);
+        together += ends_there(Options::default().starts);
+    }
+    println!(
+        "{:12} {input:14} one start {alone:2}, all {together:2} of {STARTS}",
+        best.model
+    );
+}
+
+fn main() {
+    for (model, kind) in [
+        ("black-box-1", ModelKind::BlackBox1),
+        ("black-box-2", ModelKind::BlackBox2),
+        ("grey-box", ModelKind::GreyBox),
+    ] {
+        for input in ["pulse", "variable-step", "ramp", "chirp", "sine", "3-2-1-1"] {
+            row(model, kind, input);
+        }
+    }
+}
