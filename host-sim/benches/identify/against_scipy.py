@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Our fits against scipy.optimize.least_squares on the same model, data and start.
 
-    python3 host-sim/benches/identify/against_scipy.py
+    python3 host-sim/benches/identify/against_scipy.py [PROGRAM]
 
-Needs numpy, scipy and a C compiler. scipy gets the model compiled (exact between limits, `rivals.c`)
+PROGRAM is the example `fit_speed`; without it, it is built. Needs numpy, scipy and a C compiler. scipy gets the model compiled (exact between limits, `rivals.c`)
 and, for black box 1, in Python. All run in this one run on this one machine; each number is the best
 of several. Fails where an optimum differs in the first six digits or a ratio falls short.
 """
@@ -99,9 +99,9 @@ def main():
     failures = 0
     with tempfile.TemporaryDirectory() as directory:
         directory = pathlib.Path(directory)
-        ours = subprocess.run(
-            ["cargo", "run", "--quiet", "--release", "-p", "host-sim", "--example", "fit_speed",
-             "--", str(directory)], check=True, capture_output=True, text=True, cwd=HERE)
+        program = sys.argv[1:2] or ["cargo", "run", "--quiet", "--release", "-p", "host-sim",
+                                    "--example", "fit_speed", "--"]
+        ours = subprocess.run([*program, str(directory)], check=True, capture_output=True, text=True)
         fast = compiled(directory)
         print(f"{'model':12} {'rival':9} {'ours ms':>9} {'scipy ms':>9} {'ratio':>7} {'worst digit':>12}")
         for line in ours.stdout.splitlines():

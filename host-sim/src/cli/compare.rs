@@ -24,7 +24,8 @@ use crate::identify::{
 pub struct Compare {
     #[command(flatten)]
     data: DataOptions,
-    /// What to compare; as often as needed [default: all models that the recordings allow]
+    /// What to compare; as often as needed [default: the paper's models, and where a pendulum was moved
+    /// the motors too]
     #[arg(long, value_name = "NAME", value_parser = model_names())]
     model: Vec<String>,
     /// How many starts to search from
@@ -39,9 +40,17 @@ pub struct Compare {
 
 impl Compare {
     pub(super) fn run(self) -> Result<(), Failure> {
-        let is_asked = |name: &str| self.model.is_empty() || self.model.iter().any(|m| m == name);
         let loaded = self.data.load()?;
-        let chosen = models::all().into_iter().filter(|m| is_asked(m.name()));
+        let has_pendulum = |e: &crate::identify::Experiment| {
+            e.recording.constants.contains_key("pendulum_mass_kg")
+        };
+        let known = if self.model.is_empty() && !loaded.fitted.iter().any(has_pendulum) {
+            models::of_the_paper()
+        } else {
+            models::all()
+        };
+        let is_asked = |name: &str| self.model.is_empty() || self.model.iter().any(|m| m == name);
+        let chosen = known.into_iter().filter(|m| is_asked(m.name()));
         let candidates: Vec<Candidate> = chosen.flat_map(|m| Candidate::forms(&m)).collect();
         let options = Options {
             starts: self.starts.into(),

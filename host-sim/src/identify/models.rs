@@ -173,14 +173,19 @@ fn in_passes<D: Dynamics>(
     }
 }
 
-/// All models, simplest first.
-pub fn all() -> Vec<Arc<dyn Model>> {
-    let mut all: Vec<Arc<dyn Model>> = vec![
+/// The paper's models, simplest first.
+pub fn of_the_paper() -> Vec<Arc<dyn Model>> {
+    vec![
         Arc::new(BlackBox1::default()),
         Arc::new(BlackBox2::new(Form::Gains)),
         Arc::new(BlackBox2::new(Form::Oscillator)),
         Arc::new(GreyBox::default()),
-    ];
+    ]
+}
+
+/// All models, simplest first.
+pub fn all() -> Vec<Arc<dyn Model>> {
+    let mut all = of_the_paper();
     for drive in [Drive::Duty, Drive::Position] {
         for friction in 1..=6 {
             all.push(Arc::new(Motor::new(drive, friction)));

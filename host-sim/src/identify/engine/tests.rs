@@ -35,8 +35,11 @@ const GREY_BOX: [(&str, f64); 4] = [
     ("delay_s", 0.0175),
 ];
 
+/// Parameters by name.
+type Truth = &'static [(&'static str, f64)];
+
 /// A model with the kind that simulates it and its truth.
-fn truths() -> [(&'static str, ModelKind, &'static [(&'static str, f64)]); 3] {
+fn truths() -> [(&'static str, ModelKind, Truth); 3] {
     [
         ("black-box-1", ModelKind::BlackBox1, &BLACK_BOX_1),
         ("black-box-2", ModelKind::BlackBox2, &BLACK_BOX_2),
