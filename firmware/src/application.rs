@@ -22,6 +22,7 @@
 //! the state, regulate.
 
 mod interface;
+mod requests;
 mod stopping;
 
 use model_core::control::{cascade, encoder_word::EncoderWord, units::Angle};
@@ -32,7 +33,7 @@ pub use interface::{
 
 use self::stopping::Stopping;
 use crate::{
-    command::{Commander, excitation::Run},
+    command::Commander,
     faults::{ALWAYS, Fault, FaultLog, FaultSet, OF_COMMANDS, Reaction},
     parameters::BoardParameters,
     protection::{Conditions, Measured, Protection},
@@ -135,123 +136,6 @@ impl Application {
     /// The parameters in force.
     pub fn parameters(&self) -> &BoardParameters {
         &self.parameters
-    }
-
-    /// Takes other parameters, which it checks; the duty does not jump.
-    ///
-    /// While the loop is closed only gains and limits of the control step change, not how the encoder
-    /// sits on the shaft.
-    ///
-    /// # Errors
-    /// [`Refused::Parameter`] names one that is not possible, [`Refused::NotWhileDriving`] says that
-    /// more than gains and limits of the control step are to change, or anything during a stop.
-    pub fn retune(&mut self, parameters: &BoardParameters) -> Result<(), Refused> {
-        parameters.check().map_err(Refused::Parameter)?;
-        let may_change = match self.state {
-            // Another zero or sense of the encoder is another angle: the shaft would jump.
-            State::Enabled => {
-                parameters.integers() == self.parameters.integers()
-                    && parameters.control.has_mounting_of(&self.parameters.control)
-            }
-            State::QuickStop | State::FaultReaction => false,
-            _ => true,
-        };
-        if !may_change {
-            return Err(Refused::NotWhileDriving);
-        }
-        self.control
-            .retune(&self.parameters.control, &parameters.control);
-        self.parameters = *parameters;
-        Ok(())
-    }
-
-    /// Asks for something.
-    ///
-    /// # Errors
-    /// Why it is refused; nothing has changed then.
-    pub fn request(&mut self, request: Request) -> Result<(), Refused> {
-        match request {
-            Request::Enable => return self.enable(),
-            Request::Disable => self.disable(),
-            Request::QuickStop => match self.state {
-                State::Enabled => self.stop(State::QuickStop),
-                State::QuickStop | State::FaultReaction => {}
-                state => return Err(Refused::State(state)),
-            },
-            Request::Acknowledge => match self.state {
-                State::Fault => self.acknowledge(),
-                state => return Err(Refused::State(state)),
-            },
-            Request::Command(angle) => {
-                if !self.commander.take(angle) {
-                    return Err(Refused::Source(self.commander.source()));
-                }
-            }
-            Request::Source(source) => {
-                if !self.commander.switch(source) {
-                    return Err(Refused::Source(source));
-                }
-            }
-            Request::StopExcitation => self.commander.stop(),
-        }
-        Ok(())
-    }
-
-    /// Adds this input to the present command, from its tick 0 on, until it has been seen.
-    ///
-    /// # Errors
-    /// [`Refused::State`] where the loop is not closed.
-    pub fn start_excitation(&mut self, run: Run) -> Result<(), Refused> {
-        if self.state != State::Enabled {
-            return Err(Refused::State(self.state));
-        }
-        self.commander.start(run);
-        Ok(())
-    }
-
-    fn enable(&mut self) -> Result<(), Refused> {
-        match self.state {
-            State::Enabled => return Ok(()),
-            State::Disabled => {}
-            State::QuickStop => {}
-            state => return Err(Refused::State(state)),
-        }
-        if let Some(fault) = self.telemetry.present.first() {
-            return Err(Refused::Blocked(fault));
-        }
-        if !self.control.is_oriented() {
-            return Err(Refused::Blocked(Fault::EncoderInvalid));
-        }
-        if !self.commander.may_start() {
-            return Err(Refused::Blocked(Fault::CommandTimeout));
-        }
-        self.commander.hold(self.control.angle());
-        self.protection.restart();
-        self.state = State::Enabled;
-        Ok(())
-    }
-
-    fn disable(&mut self) {
-        self.state = match self.state {
-            State::Enabled | State::QuickStop => State::Disabled,
-            State::FaultReaction => State::Fault,
-            state => state,
-        };
-    }
-
-    fn stop(&mut self, state: State) {
-        self.stopping = Stopping::from(self.control.rate());
-        self.commander.stop();
-        self.state = state;
-    }
-
-    fn acknowledge(&mut self) {
-        if self.log.latched().contains(Fault::EncoderStuck) {
-            self.lose_the_angle();
-        }
-        self.log.acknowledge();
-        self.start = FaultSet::EMPTY;
-        self.state = State::Disabled;
     }
 
     /// The shaft may have turned by any angle: the next valid word is the first one.

@@ -1,0 +1,144 @@
+use model_core::excitation::{
+    chirp::ChirpParameters, multisine::MultisineParameters, multistep::ThreeTwoOneOneParameters,
+    prbs::PrbsParameters, ramp::RampParameters, steady_sine::SineParameters,
+    variable_step::VariableStepParameters,
+};
+use proptest::prelude::*;
+
+use super::*;
+
+fn excitation(settings: ExcitationSettings) -> Excitation<'static> {
+    settings.run().expect("possible").excitation
+}
+
+/// The greatest difference of two excitations, deg.
+fn apart_deg(one: &Excitation<'_>, other: &Excitation<'_>) -> f64 {
+    let difference = |tick| {
+        let apart = one.command(tick).saturating_sub(other.command(tick));
+        apart.to_num::<f64>().abs()
+    };
+    (0..500_000).step_by(77).map(difference).fold(0.0, f64::max)
+}
+
+#[test]
+fn the_shapes_are_those_of_double_precision() {
+    let set = |shape| ExcitationSettings {
+        shape,
+        ..ExcitationSettings::DEFAULT
+    };
+    let chirp = ChirpParameters::DEFAULT;
+    let steps = ThreeTwoOneOneParameters {
+        amplitude_deg: 5.0,
+        start_s: 0.0,
+        unit_s: 0.3,
+    };
+    let (dwell_s, scale) = (0.3, 5.0 / 120.0);
+    let stairs = VariableStepParameters { dwell_s, scale };
+    let (amplitude_deg, rate_deg_s, hold_s) = (5.0, 60.0, 0.3);
+    let ramp = RampParameters {
+        amplitude_deg,
+        rate_deg_s,
+        hold_s,
+    };
+    let frequency_hz = 0.1;
+    let sine = SineParameters {
+        amplitude_deg,
+        frequency_hz,
+    };
+    let prbs = PrbsParameters {
+        chip_s: 0.3,
+        ..PrbsParameters::DEFAULT
+    };
+    let multisine = MultisineParameters {
+        amplitude_deg,
+        base_hz: 0.1,
+        lines: 8.0,
+        ..MultisineParameters::DEFAULT
+    };
+    let references = [
+        (
+            2,
+            Excitation::Multistep(Multistep::try_3211(&steps).unwrap()),
+        ),
+        (
+            3,
+            Excitation::VariableStep(VariableStep::try_new(&stairs).unwrap()),
+        ),
+        (4, Excitation::Ramp(Ramp::try_new(&ramp).unwrap())),
+        (5, Excitation::Chirp(Chirp::try_linear(&chirp).unwrap())),
+        (
+            6,
+            Excitation::Chirp(Chirp::try_logarithmic(&chirp).unwrap()),
+        ),
+        (7, Excitation::Sine(SteadySine::try_new(&sine).unwrap())),
+        (8, Excitation::Prbs(Prbs::try_new(&prbs).unwrap())),
+        (
+            9,
+            Excitation::Multisine(Multisine::try_new(&multisine).unwrap()),
+        ),
+    ];
+    for (shape, reference) in references {
+        let apart = apart_deg(&excitation(set(shape)), &reference);
+        // An amplitude in mdeg makes 1/24 deg of the stairs 0.041 deg: 120 levels of it.
+        let bound = if shape == 3 { 0.1 } else { 1e-6 };
+        assert!(apart < bound, "shape {shape}: {apart}");
+    }
+}
+
+#[test]
+fn each_shape_runs_for_as_long_as_the_excitation_itself_says() {
+    for shape in 0..10 {
+        for repetitions in [1, 3] {
+            let run = ExcitationSettings {
+                shape,
+                repetitions,
+                ..ExcitationSettings::DEFAULT
+            }
+            .run()
+            .unwrap();
+            assert_eq!(run, Run::new(run.excitation, repetitions as u16), "{shape}");
+        }
+    }
+}
+
+#[test]
+fn a_chirp_that_falls_mirrors_one_that_rises() {
+    for shape in [5, 6] {
+        let falling = excitation(ExcitationSettings {
+            shape,
+            start_mhz: 10_000,
+            end_mhz: 100,
+            ..ExcitationSettings::DEFAULT
+        });
+        let ends = ChirpParameters {
+            start_hz: 10.0,
+            end_hz: 0.1,
+            ..ChirpParameters::DEFAULT
+        };
+        let reference = match shape {
+            5 => Chirp::try_linear(&ends),
+            _ => Chirp::try_logarithmic(&ends),
+        };
+        let apart = apart_deg(&falling, &Excitation::Chirp(reference.unwrap()));
+        assert!(apart < 1e-6, "shape {shape}: {apart}");
+    }
+}
+
+proptest! {
+    #[test]
+    fn any_settings_are_run_or_refused(values in proptest::array::uniform10(any::<i32>()), tick: u64) {
+        let mut settings = ExcitationSettings::DEFAULT;
+        for (row, value) in values.into_iter().enumerate() {
+            *settings.get_mut(row).unwrap() = value;
+        }
+        prop_assert!(settings.run().is_none());
+        for (row, value) in values.into_iter().enumerate() {
+            let range = ExcitationSettings::RANGES[row];
+            let span = i64::from(range.max) - i64::from(range.min) + 1;
+            let offset = i64::from(value).rem_euclid(span);
+            *settings.get_mut(row).unwrap() = (i64::from(range.min) + offset) as i32;
+        }
+        let run = settings.run().expect("within the ranges");
+        let _ = run.excitation.command(tick);
+    }
+}
