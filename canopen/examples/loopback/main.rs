@@ -5,10 +5,12 @@
 //! ```
 //!
 //! listens on port 29536 (0: any) with node-ID 5 (255: none, for LSS) and prints one line when it
-//! is ready. A write to 2007h raises the error of that code, and 0 clears it.
+//! is ready. Behind it is a CiA 402 drive. A write to 2007h raises the error of that code, which is a fault of the
+//! drive, and 0 clears it.
 
 mod device;
 mod dictionary;
+mod drive;
 mod frame;
 mod slcan;
 
@@ -19,11 +21,13 @@ use std::time::{Duration, Instant};
 
 use canopen::{Emergency, ErrorCode, Node, NodeId, register};
 use device::Device;
+use drive::Drive;
 use frame::CanFrame;
 
 struct Bench {
     node: Node<2, 2>,
     device: Device,
+    drive: Drive,
     begun: Instant,
     error: u16,
 }
@@ -44,11 +48,7 @@ impl Bench {
             }
             self.error = wanted;
         }
-        // A drive that is where it is told to be.
-        let target = self.device.number(0x607A, 0) as i64;
-        self.device.set(0x6064, target);
-        let mode = self.device.number(0x6060, 0) as i64;
-        self.device.set(0x6061, mode);
+        self.drive.run(now_us, &mut self.device, &mut self.node);
         self.node.tick(now_us, &mut self.device);
     }
 
@@ -115,6 +115,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut bench = Bench {
         node,
         device,
+        drive: Drive::default(),
         begun: Instant::now(),
         error: 0,
     };

@@ -1,0 +1,94 @@
+//! A drive whose motor is where it is told to be, behind the objects of the example.
+
+use canopen::Node;
+use canopen::cia402::{Axis, Demand, Fault, Input, Mode, Options, Parameters, State};
+use canopen::dictionary::Address;
+
+use crate::device::Device;
+
+const PERIOD_US: u32 = 4_000;
+
+/// The axis and when it is stepped next.
+#[derive(Default)]
+pub struct Drive {
+    axis: Axis,
+    next_us: u64,
+    position: i32,
+    velocity: i32,
+}
+
+impl Drive {
+    /// Steps as often as the time wants, and tells the node when the statusword changes.
+    pub fn run(&mut self, now_us: u64, device: &mut Device, node: &mut Node<2, 2>) {
+        while self.next_us <= now_us {
+            self.next_us += u64::from(PERIOD_US);
+            let before = device.number(0x6041, 0);
+            self.step(device);
+            if device.number(0x6041, 0) != before {
+                node.object_changed(Address::new(0x6041, 0));
+            }
+        }
+    }
+
+    fn step(&mut self, device: &mut Device) {
+        let mode = Mode::from_code(device.number(0x6060, 0) as i8).unwrap_or(Mode::None);
+        let input = Input {
+            controlword: device.number(0x6040, 0) as u16,
+            mode,
+            target_position: device.number(0x607A, 0) as i32,
+            target_velocity: device.number(0x60FF, 0) as i32,
+            velocity_offset: 0,
+            position_actual: self.position,
+            velocity_actual: self.velocity,
+            fault: if device.number(0x2007, 0) == 0 {
+                Fault::None
+            } else {
+                Fault::Controlled
+            },
+            voltage: true,
+            initialised: true,
+        };
+        let limits = (
+            device.number(0x607D, 1) as i32,
+            device.number(0x607D, 2) as i32,
+        );
+        let output = self.axis.step(&input, &parameters(limits));
+        self.velocity = 0;
+        match output.demand {
+            Demand::Off => {}
+            Demand::Position { position, velocity } => {
+                (self.position, self.velocity) = (position, velocity);
+            }
+            Demand::Velocity(velocity) => {
+                self.velocity = velocity;
+                self.position += (i64::from(velocity) * i64::from(PERIOD_US) / 1_000_000) as i32;
+            }
+        }
+        device.enabled = output.state == State::OperationEnabled;
+        device.set(0x6041, i64::from(output.statusword));
+        device.set(0x6061, i64::from(mode as i8));
+        device.set(0x6064, i64::from(self.position));
+    }
+}
+
+fn parameters(position_limits: (i32, i32)) -> Parameters {
+    Parameters {
+        period_us: PERIOD_US,
+        options: Options::default(),
+        position_limits: Some(position_limits),
+        max_velocity: 500_000,
+        profile_velocity: 300_000,
+        acceleration: 3_000_000,
+        deceleration: 3_000_000,
+        quick_stop_deceleration: 6_000_000,
+        interpolation_us: 20_000,
+        following_error_window: 5_000,
+        following_error_timeout_ms: 200,
+        position_window: 500,
+        position_window_time_ms: 20,
+        velocity_window: 2_000,
+        velocity_window_time_ms: 20,
+        velocity_threshold: 1_000,
+        velocity_threshold_time_ms: 20,
+    }
+}
