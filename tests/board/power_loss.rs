@@ -1,19 +1,46 @@
 //! The supply fails in every operation of a save: afterwards the old parameters are there or the new.
 
 use board_tests::frames::{Frame, order};
-use board_tests::runs::{Commander, firmware};
+use board_tests::runs::{Commander, Schedule, firmware};
+use firmware::parameters::BoardParameters;
 use virtual_board::faults::{Fault, Planned};
+use virtual_board::flash::Operation;
 use virtual_board::run::{Flow, Options, Script, View, run};
 
-/// Which parameter is changed, by its number, and to what.
-const NUMBER: u8 = 0;
+/// The over-current limit as it is by default, and as it is saved one time after the other, mA.
+const LIMITS_MA: [u32; 4] = [
+    BoardParameters::DEFAULT.current.over_current_ma as u32,
+    1234,
+    1235,
+    1236,
+];
 
-fn schedule(tick: u64) -> Option<Frame> {
-    match tick {
-        30 => Some(Frame::write(NUMBER, 9.0_f32.to_bits())),
-        40 => Some(Frame::command(0, order::SAVE)),
+/// Its number.
+fn number() -> u8 {
+    let is_it = |number: &u8| {
+        let meaning = BoardParameters::meaning(*number);
+        meaning.is_some_and(|meaning| meaning.name() == "over_current_ma")
+    };
+    (0..128).find(is_it).expect("it has a number")
+}
+
+/// Writes the limit of this number at a tick, and saves it a little later.
+fn save(tick: u64, at: u64, limit: usize) -> Option<Frame> {
+    match tick.checked_sub(at)? {
+        0 => Some(Frame::write(number(), LIMITS_MA[limit])),
+        10 => Some(Frame::command(0, order::SAVE)),
         _ => None,
     }
+}
+
+fn first_save(tick: u64) -> Option<Frame> {
+    save(tick, 30, 1)
+}
+
+fn three_saves(tick: u64) -> Option<Frame> {
+    save(tick, 30, 1)
+        .or_else(|| save(tick, 150, 2))
+        .or_else(|| save(tick, 270, 3))
 }
 
 /// Reads the parameter by frames at the end, or some time after the supply has come back.
@@ -41,12 +68,12 @@ impl Script for Asker {
         };
         for (_, frame) in port.take_heard() {
             let [operation, number, _, _, a, b, c, d] = frame.data;
-            if frame.id.value() == 0x381 && number == NUMBER && operation & 0x80 == 0 {
+            if frame.id.value() == 0x381 && number == self::number() && operation & 0x80 == 0 {
                 self.value = Some(u32::from_le_bytes([a, b, c, d]));
             }
         }
         if ms.is_multiple_of(10) {
-            let mut ask = Frame::write(NUMBER, 0);
+            let mut ask = Frame::write(self::number(), 0);
             ask.data[0] = 0;
             port.send(now_ns, ask.on_the_wire());
         }
@@ -58,7 +85,11 @@ impl Script for Asker {
     }
 }
 
-fn run_with(faults: Vec<Planned>, ask_from_ms: u64) -> (Option<f32>, usize, usize) {
+fn run_with(
+    schedule: Schedule,
+    faults: Vec<Planned>,
+    ask_from_ms: u64,
+) -> (Option<u32>, Vec<Operation>, usize) {
     let options = Options {
         faults,
         ..Options::for_ms(ask_from_ms + 500)
@@ -70,50 +101,50 @@ fn run_with(faults: Vec<Planned>, ask_from_ms: u64) -> (Option<f32>, usize, usiz
     };
     let finished = run(firmware(), options, script).expect("it runs");
     assert!(finished.gaps.is_empty(), "{}", finished.gaps);
-    let value = finished.script.value.map(f32::from_bits);
-    (
-        value,
-        finished.flash_operations.len(),
-        finished.resets.len(),
-    )
+    let value = finished.script.value;
+    (value, finished.flash_operations, finished.resets.len())
 }
 
-#[test]
-fn after_a_loss_of_supply_in_any_operation_of_a_save_a_valid_set_is_there() {
-    let (saved, operations, _) = run_with(Vec::new(), 900);
-    assert_eq!(saved, Some(9.0));
-    assert!(operations > 20, "an erase and the words: {operations}");
-    let default = {
-        let (value, ..) = run_with(vec![Planned::at_ms(140, Fault::ResetPin)], 200);
-        value.expect("it answers")
-    };
-    assert_ne!(default, 9.0);
+/// Cuts the supply in every operation from `first` on, and counts which of two sets is there then.
+fn cut_everywhere(schedule: Schedule, sets: [u32; 2], first: usize, end_ms: u64) -> [u32; 2] {
+    let (saved, operations, _) = run_with(schedule, Vec::new(), end_ms);
+    assert_eq!(saved, Some(sets[1]));
     let mut kept = [0; 2];
-    for operation in 0..operations as u64 {
-        // A word takes 16 us, the erase the first 250 ms.
-        let stages: &[u64] = if operation == 0 {
-            &[0, 10, 130, 300, 500, 700, 900, 999]
-        } else {
-            &[500]
+    for (number, operation) in operations.iter().enumerate().skip(first) {
+        let stages: &[u64] = match operation {
+            Operation::Erase { .. } => &[0, 10, 130, 300, 500, 700, 900, 999],
+            Operation::Program { .. } => &[500],
         };
         for &permille in stages {
             let cut = Fault::FlashCut {
-                operation,
+                operation: number as u64,
                 permille,
             };
-            let (value, _, resets) = run_with(vec![Planned::at_ms(1, cut)], 900);
-            assert_eq!(resets, 1, "operation {operation}, {permille}");
-            let value = value.expect("it answers");
-            assert!(
-                value == default || value == 9.0,
-                "operation {operation}, {permille}: {value}"
-            );
-            kept[usize::from(value == 9.0)] += 1;
+            let (value, _, resets) = run_with(schedule, vec![Planned::at_ms(1, cut)], end_ms);
+            assert_eq!(resets, 1, "operation {number}, {permille}");
+            let set = sets.iter().position(|set| Some(*set) == value);
+            let set = set.unwrap_or_else(|| panic!("operation {number}, {permille}: {value:?}"));
+            kept[set] += 1;
         }
     }
-    println!(
-        "{operations} operations: old {} times, new {} times",
-        kept[0], kept[1]
-    );
-    assert!(kept[0] > 0);
+    println!("old {} times, new {} times", kept[0], kept[1]);
+    kept
+}
+
+#[test]
+fn after_a_loss_of_supply_in_any_word_of_the_first_save_a_valid_set_is_there() {
+    let kept = cut_everywhere(first_save, [LIMITS_MA[0], LIMITS_MA[1]], 0, 700);
+    assert!(kept[0] > 20, "{kept:?}");
+}
+
+#[test]
+fn after_a_loss_of_supply_in_an_erase_or_a_word_after_it_a_valid_set_is_there() {
+    let (_, operations, _) = run_with(three_saves, Vec::new(), 1900);
+    let is_erase = |operation: &Operation| matches!(operation, Operation::Erase { .. });
+    let erase = operations
+        .iter()
+        .position(is_erase)
+        .expect("the third page is not blank");
+    let kept = cut_everywhere(three_saves, [LIMITS_MA[2], LIMITS_MA[3]], erase, 1900);
+    assert!(kept[0] > 8, "{kept:?}");
 }
