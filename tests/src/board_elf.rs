@@ -14,10 +14,19 @@ use std::{
 /// If it does not build; the compiler's words are in the test's output.
 pub fn board_elf() -> &'static Path {
     static ELF: OnceLock<PathBuf> = OnceLock::new();
-    ELF.get_or_init(build)
+    ELF.get_or_init(|| build("actuator-board"))
 }
 
-fn build() -> PathBuf {
+/// The same for the program that runs nothing but the control law.
+///
+/// # Panics
+/// As above.
+pub fn control_law_elf() -> &'static Path {
+    static ELF: OnceLock<PathBuf> = OnceLock::new();
+    ELF.get_or_init(|| build("control-law"))
+}
+
+fn build(program: &str) -> PathBuf {
     let package = Path::new(env!("CARGO_MANIFEST_DIR"));
     let workspace = (package.ancestors())
         .find(|folder| folder.join("Cargo.lock").is_file())
@@ -26,7 +35,14 @@ fn build() -> PathBuf {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let status = Command::new(cargo)
         .current_dir(workspace)
-        .args(["build-board", "--locked", "--quiet", "--target-dir"])
+        .args([
+            "build-board",
+            "--bin",
+            program,
+            "--locked",
+            "--quiet",
+            "--target-dir",
+        ])
         .arg(&target)
         // What the outer build was told about its own target does not hold for this one.
         .env_remove("RUSTFLAGS")
@@ -34,5 +50,5 @@ fn build() -> PathBuf {
         .status()
         .expect("cargo runs");
     assert!(status.success(), "the program of the board does not build");
-    target.join("thumbv7em-none-eabihf/board/actuator-board")
+    target.join("thumbv7em-none-eabihf/board").join(program)
 }

@@ -1,0 +1,11 @@
+#!/usr/bin/env bash
+# Counts the instructions of the control law beside those of its rival in C.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+if ! command -v arm-none-eabi-gcc >/dev/null; then
+    sudo=$(command -v sudo || true)
+    $sudo apt-get update -qq
+    $sudo apt-get install -y -qq gcc-arm-none-eabi
+fi
+cargo bench -p virtual-board --bench control_law --profile dev --locked
