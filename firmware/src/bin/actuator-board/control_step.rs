@@ -60,8 +60,8 @@ pub struct ControlStep {
     pub queues: Queues,
 }
 
-/// Commands that may come in a tick, and one: a frame of 5 bytes takes 90 us at 1 Mbit/s.
-pub const COMMANDS: usize = 64;
+/// Commands that may wait for a tick, and one: a bus that brings one each 0.3 ms.
+pub const COMMANDS: usize = 16;
 
 /// What the control step hands over, and what it gets.
 pub struct Queues {
