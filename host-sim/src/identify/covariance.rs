@@ -88,37 +88,39 @@ pub(super) fn seen(hessian: &DMatrix<f64>, mut rows: Vec<usize>) -> Vec<usize> {
 
 /// `sum J_i' R(i - j) J_j`.
 fn middle(problem: &Problem, unknowns: &Unknowns, point: &[f64], rows: &[usize]) -> DMatrix<f64> {
-    let mut sum = DMatrix::zeros(rows.len(), rows.len());
+    let width = rows.len();
+    let mut sum = vec![0.0; width * width];
+    let mut weighted = vec![0.0; width];
     for experiment in 0..problem.experiments.len() {
         let (residuals, slopes) = table(problem, unknowns, point, rows, experiment);
         let correlation = autocovariance(&residuals);
-        for (i, slope) in slopes.iter().enumerate() {
+        let at = |i: usize| &slopes[i * width..(i + 1) * width];
+        for i in 0..residuals.len() {
+            weighted.fill(0.0);
             for (lag, level) in correlation.iter().enumerate().take(i + 1) {
                 let weight = if lag == 0 { *level } else { 2.0 * level };
-                add_product(&mut sum, weight, slope, &slopes[i - lag]);
+                let terms = weighted.iter_mut().zip(at(i - lag));
+                terms.for_each(|(place, slope)| *place += weight * slope);
+            }
+            for (row, by_row) in sum.chunks_exact_mut(width.max(1)).zip(at(i)) {
+                let terms = row.iter_mut().zip(&weighted);
+                terms.for_each(|(place, term)| *place += by_row * term);
             }
         }
     }
+    let sum = DMatrix::from_row_slice(width, width, &sum);
     // Each pair of different samples was taken once, in one order, with the weight of both.
     (&sum + sum.transpose()) * 0.5
 }
 
-fn add_product(sum: &mut DMatrix<f64>, weight: f64, left: &[f64], right: &[f64]) {
-    for (i, a) in left.iter().enumerate() {
-        for (j, b) in right.iter().enumerate() {
-            sum[(i, j)] += weight * a * b;
-        }
-    }
-}
-
-/// Residuals and derivatives by `rows` of an experiment, at the samples that have an angle.
+/// Residuals and derivatives by `rows` of an experiment, row after row, at the samples that have an angle.
 fn table(
     problem: &Problem,
     unknowns: &Unknowns,
     point: &[f64],
     rows: &[usize],
     experiment: usize,
-) -> (Vec<f64>, Vec<Vec<f64>>) {
+) -> (Vec<f64>, Vec<f64>) {
     let run = &problem.experiments[experiment];
     let own = &unknowns.runs[experiment];
     let place = |row: &usize| own.columns.iter().position(|c| c == row);
@@ -132,7 +134,7 @@ fn table(
         &mut |i, angle, slope| {
             if !angles[i].is_nan() {
                 residuals.push(angles[i] - angle);
-                slopes.push(places.iter().map(|p| p.map_or(0.0, |p| slope[p])).collect());
+                slopes.extend(places.iter().map(|p| p.map_or(0.0, |p| slope[p])));
             }
         },
     );

@@ -189,6 +189,10 @@ impl<'a, S: Scalar, const N: usize, F: Flow<S, N>> Runner<'a, F, S, N> {
         command: &mut Command<S>,
     ) -> Option<Crossing<S>> {
         let mode = self.modes[self.mode].as_deref_mut()?;
+        if mode.linear.is_too_fast() {
+            self.x = [S::constant(f64::NAN); N];
+            return None;
+        }
         let parts = mode.linear.parts(step.value());
         let part = if parts == 1 {
             step

@@ -92,4 +92,46 @@ pub trait Model: Send + Sync {
         free: &[usize],
         seen: &mut dyn FnMut(usize, f64, &[f64]),
     );
+
+    /// What a run adds to the normal equations: the residuals against `angles` and their derivatives
+    /// by the parameters `free`. An angle that is NaN is not compared.
+    fn sums(&self, run: &Experiment, values: &[f64], free: &[usize], angles: &[f64]) -> Sums;
+}
+
+/// Sums over the samples of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sums {
+    /// Of squared residuals.
+    pub squares: f64,
+    /// Of ones.
+    pub samples: usize,
+    /// Of residuals times derivatives of the angle.
+    pub products: Vec<f64>,
+    /// Of products of derivatives, by rows.
+    pub information: Vec<f64>,
+}
+
+impl Sums {
+    /// Nothing yet, for so many parameters.
+    pub fn new(width: usize) -> Self {
+        Self {
+            squares: 0.0,
+            samples: 0,
+            products: vec![0.0; width],
+            information: vec![0.0; width * width],
+        }
+    }
+
+    /// Adds a sample.
+    pub fn add(&mut self, residual: f64, slope: &[f64]) {
+        self.squares += residual * residual;
+        self.samples += 1;
+        let rows = self.information.chunks_exact_mut(slope.len());
+        for ((product, row), by_row) in self.products.iter_mut().zip(rows).zip(slope) {
+            *product += by_row * residual;
+            for (place, by_column) in row.iter_mut().zip(slope) {
+                *place += by_row * by_column;
+            }
+        }
+    }
 }

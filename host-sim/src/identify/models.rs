@@ -14,7 +14,7 @@ use std::sync::Arc;
 use model_core::parameter::Parameter;
 
 use super::experiment::Experiment;
-use super::model::{Model, Sample, State};
+use super::model::{Model, Sample, State, Sums};
 use super::recording::{Recording, RecordingError};
 use super::scalar::{Dual, Scalar};
 
@@ -127,10 +127,85 @@ impl<D: Dynamics> Model for D {
         match free.len() {
             0..=2 => with_duals::<2, D>(self, run, values, free, seen),
             3..=4 => with_duals::<4, D>(self, run, values, free, seen),
-            5..=8 => with_duals::<8, D>(self, run, values, free, seen),
+            5..=6 => with_duals::<6, D>(self, run, values, free, seen),
+            7..=8 => with_duals::<8, D>(self, run, values, free, seen),
             _ => in_passes(self, run, values, free, seen),
         }
     }
+
+    fn sums(&self, run: &Experiment, values: &[f64], free: &[usize], angles: &[f64]) -> Sums {
+        match free.len() {
+            0..=2 => sums_with_duals::<2, D>(self, run, values, free, angles),
+            3..=4 => sums_with_duals::<4, D>(self, run, values, free, angles),
+            5..=6 => sums_with_duals::<6, D>(self, run, values, free, angles),
+            7..=8 => sums_with_duals::<8, D>(self, run, values, free, angles),
+            _ => sums_in_passes(self, run, values, free, angles),
+        }
+    }
+}
+
+/// The parameters, those of `free` as what derivatives are by.
+fn duals<const N: usize>(values: &[f64], free: &[usize]) -> Vec<Dual<N>> {
+    let mut duals: Vec<Dual<N>> = values.iter().map(|v| Dual::constant(*v)).collect();
+    for (index, parameter) in free.iter().enumerate() {
+        duals[*parameter] = Dual::parameter(values[*parameter], index);
+    }
+    duals
+}
+
+/// The sums with a width that the compiler knows: the inner loop of every search.
+fn sums_with_duals<const N: usize, D: Dynamics>(
+    model: &D,
+    run: &Experiment,
+    values: &[f64],
+    free: &[usize],
+    angles: &[f64],
+) -> Sums {
+    let (mut squares, mut samples) = (0.0, 0);
+    let mut products = [0.0; N];
+    let mut information = [[0.0; N]; N];
+    model.run(run, &duals(values, free), &mut |i, angle: Dual<N>, _, _| {
+        if angles[i].is_nan() {
+            return;
+        }
+        let residual = angles[i] - angle.value;
+        squares += residual * residual;
+        samples += 1;
+        for (row, by_row) in angle.slope.iter().enumerate() {
+            products[row] += by_row * residual;
+            for (place, by_column) in information[row].iter_mut().zip(&angle.slope) {
+                *place += by_row * by_column;
+            }
+        }
+    });
+    let width = free.len();
+    Sums {
+        squares,
+        samples,
+        products: products[..width].to_vec(),
+        information: information[..width]
+            .iter()
+            .flat_map(|row| &row[..width])
+            .copied()
+            .collect(),
+    }
+}
+
+/// The sums of more than eight parameters.
+fn sums_in_passes<D: Dynamics>(
+    model: &D,
+    run: &Experiment,
+    values: &[f64],
+    free: &[usize],
+    angles: &[f64],
+) -> Sums {
+    let mut sums = Sums::new(free.len());
+    in_passes(model, run, values, free, &mut |i, angle, slope| {
+        if !angles[i].is_nan() {
+            sums.add(angles[i] - angle, slope);
+        }
+    });
+    sums
 }
 
 /// One pass with all the derivatives.
@@ -141,11 +216,7 @@ fn with_duals<const N: usize, D: Dynamics>(
     free: &[usize],
     seen: &mut dyn FnMut(usize, f64, &[f64]),
 ) {
-    let mut duals: Vec<Dual<N>> = values.iter().map(|v| Dual::constant(*v)).collect();
-    for (index, parameter) in free.iter().enumerate() {
-        duals[*parameter] = Dual::parameter(values[*parameter], index);
-    }
-    model.run(run, &duals, &mut |i, angle: Dual<N>, _, _| {
+    model.run(run, &duals(values, free), &mut |i, angle: Dual<N>, _, _| {
         seen(i, angle.value, &angle.slope[..free.len()]);
     });
 }

@@ -60,45 +60,26 @@ pub fn normal(problem: &Problem, unknowns: &Unknowns, point: &[f64]) -> Normal {
         for (i, &row) in run.columns.iter().enumerate() {
             all.gradient[row] += part.gradient[i];
             for (j, &column) in run.columns.iter().enumerate() {
-                all.hessian[(row, column)] += part.hessian[(i.max(j), i.min(j))];
+                all.hessian[(row, column)] += part.hessian[(i, j)];
             }
         }
     }
     all
 }
 
-/// What one experiment adds, by its own free parameters; of the matrix the lower half.
+/// What one experiment adds, by its own free parameters.
 fn part(problem: &Problem, unknowns: &Unknowns, point: &[f64], experiment: usize) -> Normal {
     let run = &problem.experiments[experiment];
     let own = &unknowns.runs[experiment];
-    let width = own.free.len();
-    let angles = &run.recording.angle_deg;
-    let (mut sum, mut samples) = (0.0, 0);
-    let mut gradient = vec![0.0; width];
-    let mut hessian = vec![0.0; width * width];
-    let values = own.values(point);
-    problem
+    let (width, angles) = (own.free.len(), &run.recording.angle_deg);
+    let sums = problem
         .model
-        .sensitivity(run, &values, &own.free, &mut |i, angle, slope| {
-            if angles[i].is_nan() {
-                return;
-            }
-            let residual = angles[i] - angle;
-            sum += residual * residual;
-            samples += 1;
-            for (row, by_row) in slope.iter().enumerate() {
-                gradient[row] -= by_row * residual;
-                let line = &mut hessian[row * width..=row * width + row];
-                for (place, by_column) in line.iter_mut().zip(slope) {
-                    *place += by_row * by_column;
-                }
-            }
-        });
+        .sums(run, &own.values(point), &own.free, angles);
     Normal {
-        cost: 0.5 * sum,
-        gradient: DVector::from_vec(gradient),
-        hessian: DMatrix::from_row_slice(width, width, &hessian),
-        samples,
+        cost: 0.5 * sums.squares,
+        gradient: -DVector::from_vec(sums.products),
+        hessian: DMatrix::from_row_slice(width, width, &sums.information),
+        samples: sums.samples,
     }
 }
 

@@ -99,6 +99,10 @@ const MOST_KEPT: usize = 8;
 /// The most of `step times fastest eigenvalue` within which no limit is passed unseen.
 const LONGEST_PART: f64 = 1.0;
 
+/// A model with an eigenvalue beyond this is none of a servo, rad/s: it would take a hundred steps
+/// from sample to sample to follow it.
+const FASTEST_RAD_S: f64 = 2e4;
+
 /// A system with what has been computed of it.
 pub struct Propagator<S, const N: usize> {
     pub system: System<S, N>,
@@ -118,6 +122,11 @@ impl<S: Scalar, const N: usize> Propagator<S, N> {
             kept: Vec::new(),
             oldest: 0,
         }
+    }
+
+    /// Whether it is too fast to be followed, or no system at all.
+    pub fn is_too_fast(&self) -> bool {
+        self.fastest.is_nan() || self.fastest > FASTEST_RAD_S
     }
 
     /// Into how many parts a step is cut.
