@@ -48,7 +48,11 @@ fn stimulus(step: u32) -> (EncoderWord, Angle) {
         EncoderCount::new((count * 8 / 5).wrapping_sub(200)),
         Magnet::Steady,
     );
-    let command = Angle::from_num(if step / 200 % 2 == 0 { 20 } else { -20 });
+    let command = Angle::from_num(if (step / 200).is_multiple_of(2) {
+        20
+    } else {
+        -20
+    });
     (word, command)
 }
 

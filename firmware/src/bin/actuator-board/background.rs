@@ -66,7 +66,9 @@ impl Background {
         }
         if let Some(settings) = self.excitations.asked.dequeue() {
             // The last one has not been fetched: it is as good.
-            let _ = settings.run().map(|run| self.excitations.made.enqueue(run));
+            if let Some(run) = settings.run() {
+                let _ = self.excitations.made.enqueue(run);
+            }
         }
         self.save();
         heard::from(Part::Background);
