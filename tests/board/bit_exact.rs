@@ -18,7 +18,7 @@ fn mixed(tick: u64) -> Option<Frame> {
         2 => (seconds % 5.0) * 12.0 - 30.0,
         3 => 2.0 * (2.0 * std::f64::consts::PI * 5.0 * seconds).sin(),
         4 => {
-            if tick / 50 % 2 == 0 {
+            if (tick / 50).is_multiple_of(2) {
                 60.0
             } else {
                 -60.0

@@ -57,13 +57,13 @@ fn the_samples_are_taken_at_their_instants() {
     // Entry into the interrupt takes below a microsecond; an edge is known to a count, 18 ns.
     let near = |at_us: f64, instant_us: f64| (-0.02..1.0).contains(&(at_us - instant_us));
     let instants: Vec<f64> = finished.spans["TIM1_CC"].iter().map(within_us).collect();
-    for tick in instants.chunks_exact(3) {
+    for tick @ [current, window, back_emf] in instants.as_chunks::<3>().0 {
         assert!(
-            tick[0] <= 501.0,
+            *current <= 501.0,
             "the current in the middle of the on time: {tick:?}"
         );
-        assert!(near(tick[1], 900.0), "the window opens: {tick:?}");
-        assert!(near(tick[2], 975.0), "the back-EMF is sampled: {tick:?}");
+        assert!(near(*window, 900.0), "the window opens: {tick:?}");
+        assert!(near(*back_emf, 975.0), "the back-EMF is sampled: {tick:?}");
     }
     let edges = finished.spans["TIM1_UP_TIM10"].iter().map(within_us);
     assert!(edges.skip(1).all(|at_us| near(at_us, 0.0)));

@@ -1,6 +1,7 @@
 //! The release ELF on the emulated board.
 
 mod bit_exact;
+mod faults;
 mod instructions;
 mod power_loss;
 mod resets;

@@ -8,7 +8,13 @@ use virtual_board::run::{Options, ResetCause};
 
 const FAULT_MS: u64 = 1000;
 
-fn restart(fault: Planned) -> (Vec<ResetCause>, Vec<(u64, Status)>, Vec<(u64, Bridge)>) {
+/// Frames of the board, by their ends, ns.
+type Statuses = Vec<(u64, Status)>;
+
+/// What the bridge did, by ms.
+type Bridges = Vec<(u64, Bridge)>;
+
+fn restart(fault: Planned) -> (Vec<ResetCause>, Statuses, Bridges) {
     let options = Options {
         faults: vec![fault],
         ..Options::for_ms(1600)

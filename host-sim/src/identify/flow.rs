@@ -2,8 +2,8 @@
 //!
 //! Such a model is a set of modes. Within a mode `x' = A x + b c + d`, the command `c` being a cubic
 //! polynomial of time; a mode ends where an affine function of state and command, its face, falls
-//! below zero. Each step is the exact solution ([`linear`]), each crossing of a face is found within
-//! its step ([`crossing`]): no step length stands between the model and its answer. Since the
+//! below zero. Each step is the exact solution (`linear`), each crossing of a face is found within
+//! its step (`crossing`): no step length stands between the model and its answer. Since the
 //! numbers may be [`Dual`](super::scalar::Dual), crossings included, the derivatives are those of
 //! the exact solution too.
 

@@ -56,13 +56,18 @@ impl Script for Commander {
 
 /// Commands 10 deg and back each second, after enabling.
 pub fn to_and_fro(tick: u64) -> Option<Frame> {
-    let mdeg = if tick / 250 % 2 == 0 { 10_000 } else { -10_000 };
+    steps(tick, 10_000, 250)
+}
+
+/// Commands an angle and its opposite in turns of so many control periods, after enabling.
+pub fn steps(tick: u64, mdeg: i32, turn: u64) -> Option<Frame> {
+    let is_first = tick.checked_div(turn)?.is_multiple_of(2);
     match tick {
         0..30 => None,
         30 => Some(Frame::command(0, order::ENABLE)),
         _ => tick
             .is_multiple_of(5)
-            .then(|| Frame::command(mdeg, order::NONE)),
+            .then(|| Frame::command(if is_first { mdeg } else { -mdeg }, order::NONE)),
     }
 }
 

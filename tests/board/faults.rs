@@ -1,0 +1,211 @@
+//! Faults of the table, provoked on the emulated board: told within their time, safe within theirs.
+
+use board_tests::frames::Frame;
+use board_tests::runs::{Schedule, run_schedule, statuses, steps, to_and_fro};
+use firmware::faults::Fault as Told;
+use firmware::parameters::BoardParameters;
+use virtual_board::can::WireFault;
+use virtual_board::faults::{Fault, MagnetState, Planned};
+use virtual_board::rig::{Bridge, Line, Stuck};
+use virtual_board::run::Options;
+
+/// In the middle of a control period; the shaft is on its way then.
+const FROM_MS: u64 = 1102;
+
+/// Beyond the table's times, which are those of the control step: a control period until it looks,
+/// and the frame that tells.
+const TELLING_MS: u64 = 5;
+
+/// A fault of the board, and what provokes it.
+struct Case {
+    told: Told,
+    /// From it on the fault's condition holds `delay_ms` later at the most.
+    cause: fn() -> Planned,
+    delay_ms: u64,
+    schedule: Schedule,
+}
+
+const fn case(told: Told, cause: fn() -> Planned, delay_ms: u64) -> Case {
+    Case {
+        told,
+        cause,
+        delay_ms,
+        schedule: to_and_fro,
+    }
+}
+
+fn at(fault: Fault) -> Planned {
+    Planned::at_ms(FROM_MS, fault)
+}
+
+/// Never at rest for as long as a stall takes.
+fn restless(tick: u64) -> Option<Frame> {
+    steps(tick, 10_000, 60)
+}
+
+/// Steps that do not leave the window of the following error.
+fn gentle(tick: u64) -> Option<Frame> {
+    steps(tick, 4_500, 250)
+}
+
+const CASES: [Case; 18] = [
+    case(
+        Told::EncoderInvalid,
+        || {
+            at(Fault::EncoderWire {
+                line: Line::Data,
+                stuck: Stuck::Low,
+            })
+        },
+        0,
+    ),
+    case(
+        Told::MagnetLost,
+        || {
+            at(Fault::Magnet {
+                state: MagnetState::Lost,
+            })
+        },
+        0,
+    ),
+    case(
+        Told::MagnetWeak,
+        || {
+            at(Fault::Magnet {
+                state: MagnetState::Marginal,
+            })
+        },
+        0,
+    ),
+    case(Told::EncoderStuck, || at(Fault::EncoderFrozen), 0),
+    case(
+        Told::EncoderJump,
+        || at(Fault::MagnetSlips { deg: 40.0 }),
+        0,
+    ),
+    // 1.63 A.
+    case(
+        Told::OverCurrent,
+        || at(Fault::CurrentSense { code: 4071 }),
+        0,
+    ),
+    // 1 A, twice what it may be for long.
+    Case {
+        schedule: restless,
+        ..case(Told::Overload, || at(Fault::CurrentSense { code: 3290 }), 0)
+    },
+    // The integrator has to drive the current up to that of a stall first.
+    Case {
+        schedule: gentle,
+        ..case(Told::Stall, || at(Fault::Jam), 100)
+    },
+    case(Told::BridgeTripped, || at(Fault::BridgeTrip), 0),
+    // The comparator sees the current at the end of a slot of the grid.
+    case(
+        Told::BridgeTripped,
+        || at(Fault::MotorShort { ohm: 0.1 }),
+        4,
+    ),
+    // The error has to grow to its window first.
+    case(Told::FollowingError, || at(Fault::Jam), 300),
+    case(Told::UnderVoltage, || at(Fault::Supply { volts: 3.8 }), 0),
+    case(Told::OverVoltage, || at(Fault::Supply { volts: 8.0 }), 0),
+    case(
+        Told::OverTemperature,
+        || at(Fault::Temperature { deg_c: 120.0 }),
+        0,
+    ),
+    case(
+        Told::MeasurementLost,
+        || at(Fault::Temperature { deg_c: 250.0 }),
+        0,
+    ),
+    case(Told::LoopOverrun, || at(Fault::StallCore).for_ms(14), 14),
+    // Back at once: 32 frames that fail, then the time that the controller stays away.
+    case(
+        Told::BusOff,
+        || {
+            at(Fault::Can {
+                wire: WireFault::Short,
+            })
+            .for_ms(20)
+        },
+        25,
+    ),
+    case(Told::WatchdogReset, || at(Fault::StallCore).for_ms(60), 60),
+];
+
+/// The first instant from which on the bridge stays off, ms.
+fn safe_from_ms(rows: &[(u64, Bridge)]) -> u64 {
+    let last_on = rows
+        .iter()
+        .rev()
+        .find(|(_, bridge)| *bridge != Bridge::Coast);
+    last_on.map_or(0, |(at_ns, _)| at_ns / 1_000_000)
+}
+
+fn provoke(case: &Case) -> (u8, u64, u64) {
+    let options = Options {
+        faults: vec![(case.cause)()],
+        ..Options::for_ms(FROM_MS + 2600)
+    };
+    let finished = run_schedule(options, case.schedule);
+    let told = statuses(&finished);
+    let first = told
+        .iter()
+        .find(|(at_ns, status)| at_ns / 1_000_000 >= FROM_MS && status.fault != 0);
+    let (at_ns, status) = first.unwrap_or_else(|| panic!("{:?} is not told", case.told));
+    let rows = finished
+        .trace
+        .rows
+        .iter()
+        .map(|row| (row.at_ns, row.bridge));
+    let safe_ms = safe_from_ms(&rows.collect::<Vec<_>>());
+    let since = |ms: u64| ms.saturating_sub(FROM_MS);
+    (status.fault, since(at_ns / 1_000_000), since(safe_ms))
+}
+
+#[test]
+fn every_provoked_fault_is_told_and_safe_within_its_times() {
+    let parameters = BoardParameters::DEFAULT;
+    println!("| fault | told after | limit | safe after | limit |");
+    println!("|---|---|---|---|---|");
+    let mut wrong = Vec::new();
+    for case in &CASES {
+        let (number, told_ms, safe_ms) = provoke(case);
+        let detected_ms = u64::from(case.told.detected_ms(&parameters));
+        let limits = [
+            detected_ms + case.delay_ms + TELLING_MS,
+            u64::from(case.told.safe_ms(&parameters)) + case.delay_ms + TELLING_MS,
+        ];
+        println!(
+            "| {:?} | {told_ms} ms | {} ms | {safe_ms} ms | {} ms |",
+            case.told, limits[0], limits[1]
+        );
+        let is_right = u16::from(number) == case.told.number();
+        if !is_right || told_ms > limits[0] || safe_ms > limits[1] {
+            wrong.push(format!(
+                "{:?}: told {number} after {told_ms} ms, safe after {safe_ms} ms",
+                case.told
+            ));
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn without_commands_the_board_stops_by_itself() {
+    let options = Options::for_ms(2000);
+    let last_tick = 275;
+    let schedule = |tick| to_and_fro(tick).filter(|_: &Frame| tick <= 275);
+    let finished = run_schedule(options, schedule);
+    let told = statuses(&finished);
+    let (at_ns, status) = told
+        .iter()
+        .find(|(_, status)| status.fault != 0)
+        .expect("it is told");
+    assert_eq!(u16::from(status.fault), Told::CommandTimeout.number());
+    // The tick is some 6 ms after power-on.
+    let after_ms = at_ns / 1_000_000 - 4 * last_tick;
+    assert!((100..120).contains(&after_ms), "{after_ms}");
+}
