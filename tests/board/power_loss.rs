@@ -106,8 +106,8 @@ fn a_first_save_that_was_cut_in_its_crc_is_told_as_corrupt_parameters_and_the_bo
     let finished = run_schedule(options, first_save);
     let reset_ns = finished.resets.first().expect("the supply came back").at.0;
     let told = statuses(&finished);
-    let after = told.iter().filter(|(at_ns, _)| *at_ns > reset_ns);
-    let (_, last) = after.last().expect("the board tells something");
+    let mut after = told.iter().filter(|(at_ns, _)| *at_ns > reset_ns);
+    let (_, last) = after.next_back().expect("the board tells something");
     assert_eq!(u16::from(last.fault), Told::ParametersCorrupt.number());
     let rows = finished.trace.rows.iter();
     assert!(rows.clone().any(|row| row.at_ns > reset_ns));
