@@ -108,7 +108,10 @@ pub enum BitRate {
 ///
 /// A hook that returns [`Poll::Pending`] is called again, with the same arguments, from
 /// [`Node::tick`](crate::Node::tick) until it is ready: erasing flash takes longer than a control period.
-#[allow(unused_variables)]
+#[allow(
+    unused_variables,
+    reason = "the defaults refuse; their parameters are named for the documentation"
+)]
 pub trait Application {
     /// The value of an object.
     ///

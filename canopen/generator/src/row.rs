@@ -2,18 +2,28 @@
 
 /// Data type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs)]
 pub enum Kind {
+    /// 8 bits, not negative.
     U8,
+    /// 16 bits, not negative.
     U16,
+    /// 32 bits, not negative.
     U32,
+    /// 64 bits, not negative.
     U64,
+    /// 8 bits, signed.
     I8,
+    /// 16 bits, signed.
     I16,
+    /// 32 bits, signed.
     I32,
+    /// 64 bits, signed.
     I64,
+    /// IEEE 754, single precision.
     F32,
+    /// A string of visible characters.
     Text,
+    /// Bytes of any number, moved by segments.
     Domain,
 }
 
@@ -106,12 +116,16 @@ impl Kind {
 
 /// Access, as an EDS writes it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs)]
 pub enum Access {
+    /// Read only, and never changes.
     Const,
+    /// Read only.
     Ro,
+    /// Write only.
     Wo,
+    /// Read and write; read where a PDO maps it.
     Rw,
+    /// Read and write; written where a PDO maps it.
     Rww,
 }
 

@@ -42,7 +42,10 @@ mod watchdog;
 mod wiring;
 
 /// Interrupts, and what each of them owns.
-#[allow(missing_docs)]
+#[allow(
+    missing_docs,
+    reason = "RTIC makes public items here that nobody can document"
+)]
 #[rtic::app(device = stm32f4xx_hal::pac, peripherals = true)]
 mod app {
     use firmware::{

@@ -11,7 +11,6 @@ fn open_all_switches() {
 }
 
 // SAFETY: the handler touches the timer alone and never returns.
-#[allow(unsafe_code)]
 #[exception]
 unsafe fn HardFault(_: &ExceptionFrame) -> ! {
     open_all_switches();
@@ -22,7 +21,6 @@ unsafe fn HardFault(_: &ExceptionFrame) -> ! {
 
 // An interrupt that nobody handles has been enabled by a mistake: the same.
 // SAFETY: as above.
-#[allow(unsafe_code)]
 #[exception]
 unsafe fn DefaultHandler(_: i16) -> ! {
     open_all_switches();
