@@ -7,38 +7,24 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::time::Instant;
 
+use host_sim::identify::synthetic::{noisy, simulated};
 use host_sim::identify::{Experiment, Options, Problem, Quiet, Recording, fit, models};
-use host_sim::input::Command;
-use host_sim::settings::{ModelKind, PlantKind, Settings};
-use host_sim::simulate::Simulation;
-use model_core::excitation::catalogue::Input;
-use model_core::sensors::noise::Noise;
+use host_sim::settings::ModelKind;
 
-const FITS: usize = 15;
-const COUNT_DEG: f64 = 360.0 / 4096.0;
+const FITS: usize = 25;
 
+/// What the rivals are told of the grey box beside what they look for.
+const HELD: [&str; 5] = [
+    "proportional_gain",
+    "integral_gain",
+    "position_gain",
+    "anti_windup_gain",
+    "duty_limit_pct",
+];
+
+/// What an encoder shows of a model at 250 Hz.
 fn recording(kind: ModelKind, input: &str) -> Recording {
-    let input = Input::named(input).expect("an input");
-    let trace = Simulation {
-        settings: Settings::new(kind, PlantKind::FirstOrder),
-        command: Command::Excitation(input.excitation().expect("it is in range")),
-        input: input.name().into(),
-        load: None,
-        ticks: input.duration_ticks().expect("it is in range"),
-        every: 80,
-    }
-    .record()
-    .expect("a run");
-    let column = |name| trace.column(name).expect("a column").to_vec();
-    let mut noise = Noise::new(1, 0);
-    let seen = |a: &f64| ((a + noise.gaussian(0.05)) / COUNT_DEG).round() * COUNT_DEG;
-    Recording {
-        name: input.name().into(),
-        time_s: column("t"),
-        command_deg: column("command"),
-        angle_deg: column("angle_deg").iter().map(seen).collect(),
-        ..Default::default()
-    }
+    noisy(simulated(kind, input, 80, &[]).expect("a run"), 1)
 }
 
 fn write(recording: &Recording, path: &Path) -> std::io::Result<()> {
@@ -78,11 +64,13 @@ fn report(model: &str, file: &str, recording: Recording, start: &[(&str, f64)], 
             serde_json::json!({ "name": name, "start": value, "estimate": found.value(name) })
         })
         .collect();
+    let held = HELD.iter().filter(|name| found.value(name).is_some());
     println!(
         "{}",
         serde_json::json!({
             "model": found.model, "file": file, "samples": found.samples, "ms": least_ms,
             "cost": found.cost, "iterations": found.iterations, "parameters": values,
+            "fixed": held.map(|name| found.value(name)).collect::<Vec<_>>(),
         })
     );
 }

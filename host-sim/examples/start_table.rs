@@ -1,38 +1,16 @@
 //! From forty starts at a quarter to four times the truth: how often each search alone, and all of
 //! them together, end at the optimum. A line for each model and input.
 
+use host_sim::identify::synthetic::{noisy, simulated};
 use host_sim::identify::{Experiment, Options, Problem, Quiet, Recording, fit, models};
-use host_sim::input::Command;
-use host_sim::settings::{ModelKind, PlantKind, Settings};
-use host_sim::simulate::Simulation;
-use model_core::excitation::catalogue::Input;
+use host_sim::settings::ModelKind;
 use model_core::sensors::noise::Noise;
 
 const STARTS: u64 = 40;
-const COUNT_DEG: f64 = 360.0 / 4096.0;
 
+/// What an encoder shows of a model at 250 Hz.
 fn recording(kind: ModelKind, input: &str) -> Recording {
-    let input = Input::named(input).expect("an input");
-    let trace = Simulation {
-        settings: Settings::new(kind, PlantKind::FirstOrder),
-        command: Command::Excitation(input.excitation().expect("it is in range")),
-        input: input.name().into(),
-        load: None,
-        ticks: input.duration_ticks().expect("it is in range"),
-        every: 80,
-    }
-    .record()
-    .expect("a run");
-    let column = |name| trace.column(name).expect("a column").to_vec();
-    let mut noise = Noise::new(1, 0);
-    let seen = |a: &f64| ((a + noise.gaussian(0.05)) / COUNT_DEG).round() * COUNT_DEG;
-    Recording {
-        name: input.name().into(),
-        time_s: column("t"),
-        command_deg: column("command"),
-        angle_deg: column("angle_deg").iter().map(seen).collect(),
-        ..Default::default()
-    }
+    noisy(simulated(kind, input, 80, &[]).expect("a run"), 1)
 }
 
 /// A problem that starts at the truth times factors from 1/4 to 4, each parameter by its own.

@@ -3,8 +3,8 @@
 
     python3 host-sim/benches/identify/against_scipy.py [PROGRAM]
 
-PROGRAM is the example `fit_speed`; without it, it is built. Needs numpy, scipy and a C compiler. scipy gets the model compiled (exact between limits, `rivals.c`)
-and, for black box 1, in Python. All run in this one run on this one machine; each number is the best
+PROGRAM is the example `fit_speed`; without it, it is built. Needs numpy, scipy and a C compiler.
+scipy gets the model compiled (exact between limits, `rivals.c`) and, for black box 1, in Python. All run in this one run on this one machine; each number is the best
 of several. Fails where an optimum differs in the first six digits or a ratio falls short.
 """
 import ctypes
@@ -76,20 +76,27 @@ def compiled(directory):
             raw(at(p), len(time_s), at(time_s), len(step_t), at(step_t), at(step), first, at(y))
             return y
         return simulate
-    return {"black-box-1": function("black_box_1"), "black-box-2": function("black_box_2")}
+    models = ["black-box-1", "black-box-2", "grey-box"]
+    return {model: function(model.replace("-", "_")) for model in models}
 
 
-def fit(simulate, data, start, names, repeats):
+def fit(simulate, data, start, names, fixed, repeats):
     """scipy's optimum and the time of the best of several fits, ms."""
     time_s, command, angle = (np.ascontiguousarray(c) for c in data.T)
     jumps = np.flatnonzero(np.diff(command)) + 1
     step_t, step = time_s[jumps].copy(), command[jumps].copy()
-    low = [LOWEST.get(name, 1e-2) for name in names]
+    low = [LOWEST.get(name, 1e-3) for name in names]
+    fixed = np.array(fixed)
+
+    def residual(p):
+        # What is held stands behind what is looked for.
+        p = np.concatenate([p, fixed]) if len(fixed) else p
+        return simulate(p, time_s, step_t, step, command[0]) - angle
     best = math.inf
     for _ in range(repeats):
         began = time.perf_counter()
         found = least_squares(
-            lambda p: simulate(p, time_s, step_t, step, command[0]) - angle, start,
+            residual, start,
             bounds=(low, np.inf), x_scale="jac", ftol=1e-12, xtol=1e-12, gtol=1e-12)
         best = min(best, (time.perf_counter() - began) * 1e3)
     return found, best
@@ -116,7 +123,7 @@ def main():
             if own["model"] == "black-box-1":
                 rivals.append(("Python", black_box_1, 3))
             for rival, simulate, repeats in rivals:
-                found, ms = fit(simulate, data, start, names, repeats)
+                found, ms = fit(simulate, data, start, names, own["fixed"], repeats)
                 mine = np.array([p["estimate"] for p in own["parameters"]])
                 # An offset near zero counts in degrees.
                 worst = np.max(np.abs(mine - found.x) / np.maximum(np.abs(found.x), 1e-2))

@@ -8,7 +8,8 @@
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
-use super::normal::normal;
+use super::fit::ExperimentFit;
+use super::levenberg::Found;
 use super::problem::Problem;
 use super::unknowns::Unknowns;
 
@@ -32,36 +33,47 @@ const UNSEEN: f64 = 1e-10;
 /// How strongly an unknown takes part in an unseen direction to be called unseen itself.
 const TAKES_PART: f64 = 0.1;
 
-/// The covariances at `point`. `is_held` says which unknowns stand at a bound.
+/// The covariances where a search ended, with the fits of all experiments there. `is_held` says
+/// which unknowns stand at a bound.
 pub fn covariance(
     problem: &Problem,
     unknowns: &Unknowns,
-    point: &[f64],
+    found: &Found,
     is_held: &[bool],
+    fits: &[ExperimentFit],
 ) -> Covariance {
-    let here = normal(problem, unknowns, point);
-    let acting = (0..point.len()).filter(|i| here.hessian[(*i, *i)] > 0.0);
+    let hessian = &found.information;
+    let residuals: Vec<Vec<f64>> = fits.iter().map(compared).collect();
+    let samples: usize = residuals.iter().map(Vec::len).sum();
+    let acting = (0..found.point.len()).filter(|i| hessian[(*i, *i)] > 0.0);
     // One that stands at a bound for want of data takes others with it.
-    let mut rows = seen(&here.hessian, acting.collect());
+    let mut rows = seen(hessian, acting.collect());
     rows.retain(|i| !is_held[*i]);
     let n = rows.len();
-    let freedom = here.samples.saturating_sub(n).max(1);
-    let variance = 2.0 * here.cost / freedom as f64;
-    let scale: Vec<f64> = rows.iter().map(|i| here.hessian[(*i, *i)].sqrt()).collect();
+    let freedom = samples.saturating_sub(n).max(1) as f64;
+    let variance = 2.0 * found.cost / freedom;
+    let scale: Vec<f64> = rows.iter().map(|i| hessian[(*i, *i)].sqrt()).collect();
     let normalised = DMatrix::from_fn(n, n, |i, j| {
-        here.hessian[(rows[i], rows[j])] / (scale[i] * scale[j])
+        hessian[(rows[i], rows[j])] / (scale[i] * scale[j])
     });
     let inverse = normalised
         .cholesky()
         .map_or(DMatrix::zeros(n, n), |c| c.inverse());
     let inverse = DMatrix::from_fn(n, n, |i, j| inverse[(i, j)] / (scale[i] * scale[j]));
-    let middle = middle(problem, unknowns, point, &rows) * (here.samples as f64 / freedom as f64);
+    let all = middle(problem, unknowns, &found.point, &residuals);
+    let middle = all.select_rows(&rows).select_columns(&rows) * (samples as f64 / freedom);
     Covariance {
         white: &inverse * variance,
         coloured: &inverse * middle * &inverse,
         noise_deg: variance.sqrt(),
         rows,
     }
+}
+
+/// The residuals that there are.
+fn compared(fit: &ExperimentFit) -> Vec<f64> {
+    let residuals = fit.residual_deg.iter().copied();
+    residuals.filter(|r| !r.is_nan()).collect()
 }
 
 /// Those of the unknowns that take no part in a direction that the data do not see.
@@ -86,59 +98,60 @@ pub(super) fn seen(hessian: &DMatrix<f64>, mut rows: Vec<usize>) -> Vec<usize> {
     rows
 }
 
-/// `sum J_i' R(i - j) J_j`.
-fn middle(problem: &Problem, unknowns: &Unknowns, point: &[f64], rows: &[usize]) -> DMatrix<f64> {
-    let width = rows.len();
+/// `sum J_i' R(i - j) J_j` of all unknowns.
+fn middle(
+    problem: &Problem,
+    unknowns: &Unknowns,
+    point: &[f64],
+    residuals: &[Vec<f64>],
+) -> DMatrix<f64> {
+    let mut all = DMatrix::zeros(point.len(), point.len());
+    for (experiment, (run, own)) in problem.experiments.iter().zip(&unknowns.runs).enumerate() {
+        let correlation = autocovariance(&residuals[experiment]);
+        let (values, angles) = (own.values(point), &run.recording.angle_deg);
+        let width = own.free.len();
+        let sum = if let [level] = correlation.as_slice() {
+            let sums = problem.model.sums(run, &values, &own.free, angles);
+            DMatrix::from_row_slice(width, width, &sums.information) * *level
+        } else {
+            let mut slopes = Vec::with_capacity(angles.len() * width);
+            let seen = &mut |i: usize, angle: f64, slope: &[f64]| {
+                if !(angles[i] - angle).is_nan() {
+                    slopes.extend_from_slice(slope);
+                }
+            };
+            problem.model.sensitivity(run, &values, &own.free, seen);
+            weighted_products(&slopes, width, &correlation)
+        };
+        for (i, &row) in own.columns.iter().enumerate() {
+            for (j, &column) in own.columns.iter().enumerate() {
+                all[(row, column)] += sum[(i, j)];
+            }
+        }
+    }
+    all
+}
+
+/// The same of one run with derivatives `slopes`, sample after sample.
+fn weighted_products(slopes: &[f64], width: usize, correlation: &[f64]) -> DMatrix<f64> {
     let mut sum = vec![0.0; width * width];
     let mut weighted = vec![0.0; width];
-    for experiment in 0..problem.experiments.len() {
-        let (residuals, slopes) = table(problem, unknowns, point, rows, experiment);
-        let correlation = autocovariance(&residuals);
-        let at = |i: usize| &slopes[i * width..(i + 1) * width];
-        for i in 0..residuals.len() {
-            weighted.fill(0.0);
-            for (lag, level) in correlation.iter().enumerate().take(i + 1) {
-                let weight = if lag == 0 { *level } else { 2.0 * level };
-                let terms = weighted.iter_mut().zip(at(i - lag));
-                terms.for_each(|(place, slope)| *place += weight * slope);
-            }
-            for (row, by_row) in sum.chunks_exact_mut(width.max(1)).zip(at(i)) {
-                let terms = row.iter_mut().zip(&weighted);
-                terms.for_each(|(place, term)| *place += by_row * term);
-            }
+    let at = |i: usize| &slopes[i * width..(i + 1) * width];
+    for i in 0..slopes.len() / width.max(1) {
+        weighted.fill(0.0);
+        for (lag, level) in correlation.iter().enumerate().take(i + 1) {
+            let weight = if lag == 0 { *level } else { 2.0 * level };
+            let terms = weighted.iter_mut().zip(at(i - lag));
+            terms.for_each(|(place, slope)| *place += weight * slope);
+        }
+        for (row, by_row) in sum.chunks_exact_mut(width.max(1)).zip(at(i)) {
+            let terms = row.iter_mut().zip(&weighted);
+            terms.for_each(|(place, term)| *place += by_row * term);
         }
     }
     let sum = DMatrix::from_row_slice(width, width, &sum);
     // Each pair of different samples was taken once, in one order, with the weight of both.
     (&sum + sum.transpose()) * 0.5
-}
-
-/// Residuals and derivatives by `rows` of an experiment, row after row, at the samples that have an angle.
-fn table(
-    problem: &Problem,
-    unknowns: &Unknowns,
-    point: &[f64],
-    rows: &[usize],
-    experiment: usize,
-) -> (Vec<f64>, Vec<f64>) {
-    let run = &problem.experiments[experiment];
-    let own = &unknowns.runs[experiment];
-    let place = |row: &usize| own.columns.iter().position(|c| c == row);
-    let places: Vec<Option<usize>> = rows.iter().map(place).collect();
-    let (mut residuals, mut slopes) = (Vec::new(), Vec::new());
-    let angles = &run.recording.angle_deg;
-    problem.model.sensitivity(
-        run,
-        &own.values(point),
-        &own.free,
-        &mut |i, angle, slope| {
-            if !angles[i].is_nan() {
-                residuals.push(angles[i] - angle);
-                slopes.extend(places.iter().map(|p| p.map_or(0.0, |p| slope[p])));
-            }
-        },
-    );
-    (residuals, slopes)
 }
 
 /// Products of samples that are worth computing: a second.

@@ -40,6 +40,8 @@ pub struct Found {
     pub point: Vec<f64>,
     /// Half the sum of squared residuals there.
     pub cost: f64,
+    /// `J' J` there.
+    pub information: DMatrix<f64>,
     /// Iterations made.
     pub iterations: usize,
     /// Why it ended.
@@ -49,17 +51,28 @@ pub struct Found {
 /// A size does not change by more than this factor's logarithm in a step.
 const LONGEST_STEP: f64 = 1.5;
 
+/// Of a first step, cautious: what is steepest at a start is seldom what leads to the optimum.
+const FIRST_LAMBDA: f64 = 1e-2;
+
 /// Below this `lambda` a step is Gauss and Newton's.
 const LEAST_LAMBDA: f64 = 1e-14;
 const GREATEST_LAMBDA: f64 = 1e14;
+
+/// What `lambda` is multiplied by after the first trial of a step that wins nothing.
+const FIRST_GROWTH: f64 = 2.0;
 
 struct Search<'a> {
     problem: &'a Problem,
     unknowns: &'a Unknowns,
     point: Vec<f64>,
     here: Normal,
+    /// `J' J` by the unknowns as they are.
+    information: DMatrix<f64>,
     scale: DVector<f64>,
     lambda: f64,
+    /// Whether the last step won at its first trial. The next will as a rule: its derivatives are
+    /// taken together with its cost.
+    is_trusted: bool,
 }
 
 /// Searches from `start`; `None` where the model has no finite answer there.
@@ -80,7 +93,9 @@ pub fn search(
         unknowns,
         point: start.to_vec(),
         here: here.clone(),
-        lambda: 1e-3,
+        information: here.hessian.clone(),
+        lambda: FIRST_LAMBDA,
+        is_trusted: true,
     };
     search.take(here);
     let (mut iterations, mut termination) = (0, Termination::IterationLimit);
@@ -98,6 +113,7 @@ pub fn search(
     Some(Found {
         point: search.point,
         cost: search.here.cost,
+        information: search.information,
         iterations,
         termination,
     })
@@ -106,6 +122,7 @@ pub fn search(
 impl Search<'_> {
     /// Takes what was found at the point, told by `s`.
     fn take(&mut self, mut normal: Normal) {
+        self.information.copy_from(&normal.hessian);
         for (i, unknown) in self.unknowns.list.iter().enumerate() {
             if unknown.is_size {
                 let value = self.point[i];
@@ -138,7 +155,7 @@ impl Search<'_> {
         if movable.is_empty() || promised.is_some_and(|p| p <= limits.decrease * self.here.cost) {
             return Some(Termination::Converged);
         }
-        let mut growth = 2.0;
+        let mut growth = FIRST_GROWTH;
         while self.lambda <= GREATEST_LAMBDA {
             let Some((step, promised)) = self.solve(&movable, self.lambda) else {
                 self.lambda *= 10.0;
@@ -148,11 +165,12 @@ impl Search<'_> {
             if trial == self.point {
                 return Some(Termination::Converged);
             }
-            let trial_cost = cost(self.problem, self.unknowns, &trial);
+            let (trial_cost, there) = self.look(&trial);
             let won = self.here.cost - trial_cost;
+            self.is_trusted = won > 0.0 && growth == FIRST_GROWTH;
             if won > 0.0 {
+                let there = there.unwrap_or_else(|| normal(self.problem, self.unknowns, &trial));
                 self.point = trial;
-                let there = normal(self.problem, self.unknowns, &self.point);
                 self.take(there);
                 let ratio = (won / promised).min(1.0);
                 let factor = (1.0 - (2.0 * ratio - 1.0).powi(3)).max(0.1);
@@ -167,6 +185,15 @@ impl Search<'_> {
             growth *= 2.0;
         }
         Some(Termination::Stalled)
+    }
+
+    /// The cost of a trial, and its derivatives where they are likely to be needed.
+    fn look(&self, trial: &[f64]) -> (f64, Option<Normal>) {
+        if self.is_trusted {
+            let there = normal(self.problem, self.unknowns, trial);
+            return (there.cost, Some(there));
+        }
+        (cost(self.problem, self.unknowns, trial), None)
     }
 
     /// The step of the movable unknowns and the decrease that it promises.

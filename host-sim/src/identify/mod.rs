@@ -30,6 +30,7 @@ pub mod recording;
 pub mod scalar;
 pub mod start;
 pub mod statistics;
+pub mod synthetic;
 #[cfg(test)]
 mod testing;
 pub mod unknowns;
@@ -38,7 +39,7 @@ pub use engine::{Options, Progress, Quiet, fit, normal_equations, predict};
 pub use experiment::Experiment;
 pub use fit::{Bound, Estimate, ExperimentFit, Fit, Termination};
 pub use levenberg::Limits;
-pub use model::{Model, Sample, State};
+pub use model::{Description, Model, Sample, State};
 pub use normal::Normal;
 pub use problem::{IdentifyError, Problem, Role, Scope, Spec};
 pub use recording::{Hold, Recording, RecordingError};

@@ -36,8 +36,8 @@ pub struct Sample {
     pub state: State,
 }
 
-/// A model of an actuator with parameters.
-pub trait Model: Send + Sync {
+/// What a model is called, what its parameters are, and where a search for them begins.
+pub trait Description: Send + Sync {
     /// Its name on a command line.
     fn name(&self) -> &'static str;
 
@@ -59,11 +59,13 @@ pub trait Model: Send + Sync {
         false
     }
 
-    /// Checks that a recording has the columns that the model needs.
+    /// Checks that a recording has the columns that the model needs beside command and angle.
     ///
     /// # Errors
     /// [`RecordingError::Missing`].
-    fn accepts(&self, recording: &Recording) -> Result<(), RecordingError>;
+    fn accepts(&self, _recording: &Recording) -> Result<(), RecordingError> {
+        Ok(())
+    }
 
     /// Start values that a regression or a look at the data gives; all inside the ranges of the
     /// parameters.
@@ -79,7 +81,10 @@ pub trait Model: Send + Sync {
     fn neutral(&self, parameter: usize, values: &[f64]) -> f64 {
         values[parameter]
     }
+}
 
+/// A model of an actuator with parameters.
+pub trait Model: Description {
     /// Simulates the run and hands out each sample of the recording in order. A model that leaves
     /// the numbers hands out NaN.
     fn simulate(&self, run: &Experiment, values: &[f64], seen: &mut dyn FnMut(usize, Sample));

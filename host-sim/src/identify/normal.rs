@@ -28,15 +28,7 @@ pub fn cost(problem: &Problem, unknowns: &Unknowns, point: &[f64]) -> f64 {
         let run = &problem.experiments[experiment];
         let values = unknowns.runs[experiment].values(point);
         let angles = &run.recording.angle_deg;
-        let mut sum = 0.0;
-        problem.model.simulate(run, &values, &mut |i, sample| {
-            let residual = angles[i] - sample.angle_deg;
-            // What was not measured is not compared; an answer that is none spoils the sum.
-            if !angles[i].is_nan() {
-                sum += residual * residual;
-            }
-        });
-        0.5 * sum
+        0.5 * problem.model.sums(run, &values, &[], angles).squares
     })
     .into_iter()
     .sum()

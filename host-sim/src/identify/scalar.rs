@@ -91,13 +91,17 @@ impl<const N: usize> Dual<N> {
     }
 
     #[inline(always)]
-    fn with(value: f64, slope: impl FnMut(usize) -> f64) -> Self {
-        let slope = std::array::from_fn(slope);
+    fn with(value: f64, of: impl Fn(usize) -> f64) -> Self {
+        let mut slope = [0.0; N];
+        for (i, place) in slope.iter_mut().enumerate() {
+            *place = of(i);
+        }
         Self { value, slope }
     }
 }
 
 impl<const N: usize> Scalar for Dual<N> {
+    #[inline(always)]
     fn constant(value: f64) -> Self {
         Self {
             value,
@@ -105,6 +109,7 @@ impl<const N: usize> Scalar for Dual<N> {
         }
     }
 
+    #[inline(always)]
     fn value(self) -> f64 {
         self.value
     }

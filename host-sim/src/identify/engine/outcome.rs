@@ -18,10 +18,10 @@ pub fn fit(problem: &Problem, unknowns: &Unknowns, found: &Found, starts: (usize
         .map(|i| bound(unknowns, i, found.point[i]))
         .collect();
     let is_held: Vec<bool> = bounds.iter().map(Option::is_some).collect();
-    let covariance = covariance(problem, unknowns, &found.point, &is_held);
     let experiments: Vec<ExperimentFit> = (0..problem.experiments.len())
         .map(|i| experiment_fit(problem, i, &unknowns.runs[i].values(&found.point)))
         .collect();
+    let covariance = covariance(problem, unknowns, found, &is_held, &experiments);
     let (estimates, rows) = estimates(problem, unknowns, found, &bounds, &covariance);
     let residuals = experiments.iter().flat_map(|e| &e.residual_deg);
     Fit {

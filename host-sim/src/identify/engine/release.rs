@@ -5,7 +5,7 @@
 //! likelihood ratio, is moved beyond all that was seen; its standard error is none then.
 
 use crate::identify::levenberg::{Found, Limits, search};
-use crate::identify::normal::cost;
+use crate::identify::normal::{cost, normal};
 use crate::identify::problem::Problem;
 use crate::identify::unknowns::Unknowns;
 
@@ -44,7 +44,8 @@ pub fn needless_limits(
         if worse(refit.cost) < ACCIDENT {
             let beyond = (2.0 * found.point[column]).min(unknown.high);
             refit.point[column] = beyond;
-            refit.cost = cost(problem, unknowns, &refit.point);
+            let there = normal(problem, unknowns, &refit.point);
+            (refit.cost, refit.information) = (there.cost, there.hessian);
             refit.iterations += found.iterations;
             found = refit;
         }

@@ -1,78 +1,103 @@
 //! Where within a step a mode is left.
 
 use super::linear::Propagator;
-use super::{Command, Face, Mode, SLACK, values};
+use super::runner::{Mode, SLACK};
+use super::{Command, Face, values};
 use crate::identify::scalar::Scalar;
 
-/// Halvings and secants after which a crossing is known to rounding.
+/// Steps and halvings after which a crossing is known to rounding.
 const MOST_TRIALS: usize = 60;
 
-/// The time of the first crossing within a step that ends outside, and the mode behind it. The
-/// time depends on the parameters as the crossing does.
+/// The first crossing of a face within a step.
+pub struct Crossing<S, const N: usize> {
+    /// When: it depends on the parameters as the crossing does.
+    pub time: S,
+    /// The state there.
+    pub x: [S; N],
+    /// The mode behind the face.
+    pub next: usize,
+}
+
+/// The first crossing within a step that ends outside.
 pub fn first<S: Scalar, const N: usize>(
     mode: &Mode<S, N>,
     x: &[S; N],
     command: &Command<S>,
-    step_s: f64,
-) -> (S, usize) {
-    let plain = values(x);
-    let q = match command {
-        Command::Constant(value) => [*value, 0.0, 0.0, 0.0],
-        Command::Cubic(q) => q.map(S::value),
-    };
-    let end = mode.linear.solve_plain(&plain, &q, step_s);
-    let end_command = command.value_after(step_s);
-    let mut earliest: Option<(f64, &Face<S, N>)> = None;
-    for face in &mode.faces {
-        if face.value(&end, end_command) >= -SLACK {
+    step: S,
+) -> Crossing<S, N> {
+    let (plain, plain_command, step_s) = (values(x), command.without_derivatives(), step.value());
+    let at = |time_s: f64| mode.linear.solve_plain(&plain, &plain_command, time_s);
+    let (end, end_command) = (at(step_s), command.value_after(step_s));
+    let mut earliest: Option<(f64, usize)> = None;
+    for (index, edge) in mode.edges.iter().enumerate() {
+        if edge.at(&end, end_command) >= -SLACK {
             continue;
         }
-        let height = |time_s: f64| {
-            let there = mode.linear.solve_plain(&plain, &q, time_s);
-            face.value(&there, command.value_after(time_s))
+        // What lies on the face already crosses it now.
+        let time_s = if edge.at(&plain, command.value_after(0.0)) <= 0.0 {
+            0.0
+        } else {
+            let height = |time_s: f64| height_of(mode, edge, &at(time_s), plain_command.at(time_s));
+            root(height, step_s)
         };
-        let time_s = root(height, step_s);
         if earliest.is_none_or(|(before, _)| time_s < before) {
-            earliest = Some((time_s, face));
+            earliest = Some((time_s, index));
         }
     }
-    let Some((time_s, face)) = earliest else {
-        // Rounding: kept and plain solution lie on both sides of the slack.
-        let next = mode.faces.iter().min_by(|a, b| {
-            let height = |face: &Face<S, N>| face.value(&end, end_command);
-            height(a).total_cmp(&height(b))
-        });
-        return (S::constant(step_s), next.map_or(0, |face| face.next));
-    };
-    (exact(&mode.linear, face, x, command, time_s), face.next)
+    match earliest {
+        Some((time_s, index)) => exact(&mode.linear, &mode.faces[index], x, command, time_s),
+        None => {
+            // Rounding: kept and plain solution lie on both sides of the slack.
+            let height = |edge: &&Face<f64, N>| edge.at(&end, end_command);
+            let lowest = mode
+                .edges
+                .iter()
+                .min_by(|a, b| height(a).total_cmp(&height(b)));
+            Crossing {
+                time: step,
+                x: mode.linear.solve(x, command, step),
+                next: lowest.map_or(0, |edge| edge.next),
+            }
+        }
+    }
 }
 
-/// The zero of a function that is not negative at 0 and negative at `end` (Illinois method, Dowell
-/// and Jarratt, BIT 11, 1971).
-fn root(height: impl Fn(f64) -> f64, end: f64) -> f64 {
-    let (mut left, mut right) = (0.0, end);
-    let (mut above, mut below) = (height(left), height(right));
-    if above <= 0.0 {
-        return 0.0;
-    }
-    let mut last_side = 0;
+/// How far a state is above an edge under a command of this value and slope, and how fast that
+/// changes.
+fn height_of<S: Scalar, const N: usize>(
+    mode: &Mode<S, N>,
+    edge: &Face<f64, N>,
+    x: &[f64; N],
+    (command, slope): (f64, f64),
+) -> (f64, f64) {
+    let rates = mode.linear.plain.rates(x, command);
+    (edge.at(x, command), edge.slope(&rates, slope))
+}
+
+/// The zero of a function that is above zero at 0 and below it at `end`, by its values and slopes
+/// (Newton's method, kept within brackets: Press et al., Numerical Recipes, 3rd ed., section 9.4).
+fn root(height: impl Fn(f64) -> (f64, f64), end: f64) -> f64 {
+    let (mut left, mut right, mut time) = (0.0, end, end);
     for _ in 0..MOST_TRIALS {
-        let middle = (left * below - right * above) / (below - above);
-        let value = height(middle);
+        let (value, slope) = height(time);
         if value.abs() <= 1e-3 * SLACK || right - left <= 1e-15 * end {
-            return middle;
+            break;
         }
         if value > 0.0 {
-            (left, above) = (middle, value);
-            below *= if last_side == 1 { 0.5 } else { 1.0 };
-            last_side = 1;
+            left = time;
         } else {
-            (right, below) = (middle, value);
-            above *= if last_side == -1 { 0.5 } else { 1.0 };
-            last_side = -1;
+            right = time;
         }
+        let next = time - value / slope;
+        // Written so that NaN fails.
+        let is_within = next > left && next < right;
+        time = if is_within {
+            next
+        } else {
+            0.5 * (left + right)
+        };
     }
-    right
+    time
 }
 
 /// One step of Newton's method on a root: the value stays, the derivatives come in (implicit
@@ -83,23 +108,31 @@ fn exact<S: Scalar, const N: usize>(
     x: &[S; N],
     command: &Command<S>,
     time_s: f64,
-) -> S {
+) -> Crossing<S, N> {
     let time = S::constant(time_s);
-    let there = linear.solve(x, command, time);
-    let (level, slope) = match command.later(time) {
-        Command::Constant(value) => (S::constant(value), 0.0),
-        Command::Cubic(q) => (q[0], q[1].value()),
+    let mut there = linear.solve(x, command, time);
+    let level = match command.later(time) {
+        Command::Constant(value) => S::constant(value),
+        Command::Cubic(q) => q[0],
     };
     let height = face.at(&there, level);
-    let (plain, system) = (values(&there), &linear.plain);
-    let mut fall = face.command.value() * slope;
-    for i in 0..N {
-        let a_x: f64 = (0..N).map(|j| system.a[i][j] * plain[j]).sum();
-        fall += face.row[i].value() * (a_x + system.b[i] * level.value() + system.d[i]);
-    }
+    let (plain, plain_command) = (values(&there), command.without_derivatives().at(time_s));
+    let rates = linear.plain.rates(&plain, plain_command.0);
+    let fall = face.without_derivatives().slope(&rates, plain_command.1);
     // A face that is only touched is crossed at no definite time.
-    if fall.abs() < 1e-9 || time_s == 0.0 {
-        return time;
+    let is_touched = fall.abs() < 1e-9 || time_s == 0.0;
+    let later = if is_touched {
+        S::constant(0.0)
+    } else {
+        height * (-1.0 / fall)
+    };
+    // So little later that its square is lost in rounding.
+    for i in 0..N {
+        there[i] = there[i] + later * rates[i];
     }
-    time + height * (-1.0 / fall)
+    Crossing {
+        time: time + later,
+        x: there,
+        next: face.next,
+    }
 }

@@ -1,7 +1,8 @@
 //! A model along the samples of a recording, behind a delay.
 
 use super::linear::Kept;
-use super::{Command, Flow, Runner};
+use super::runner::Runner;
+use super::{Command, Flow};
 use crate::identify::command::Segment;
 use crate::identify::experiment::Experiment;
 use crate::identify::model::State;
@@ -14,10 +15,29 @@ struct Place {
     is_arrival: bool,
 }
 
+/// Takes what is seen of a model, sample after sample.
+pub trait Watch<S> {
+    /// Number of the sample, angle in deg, rate in deg/s, and what limits it.
+    fn see(&mut self, i: usize, angle_deg: S, rate_deg_s: f64, state: State);
+}
+
+impl<S, F: FnMut(usize, S, f64, State)> Watch<S> for F {
+    #[inline(always)]
+    fn see(&mut self, i: usize, angle_deg: S, rate_deg_s: f64, state: State) {
+        self(i, angle_deg, rate_deg_s, state);
+    }
+}
+
 /// Something that moves under a command.
 pub trait Steps<S: Scalar> {
     /// Moves through `step`; `kept` is how to keep what is computed for its length.
-    fn advance(&mut self, step: S, kept: Kept, command: Command<S>);
+    fn advance(&mut self, step: S, kept: Kept, command: &Command<S>);
+
+    /// Moves through a step of a length that depends on no parameter, under a command that stands
+    /// still, if there is a short way: it says whether there was.
+    fn glide(&mut self, _step_s: f64, _command: f64) -> bool {
+        false
+    }
 
     /// The command jumps to this value.
     fn jump(&mut self, command: f64);
@@ -27,14 +47,20 @@ pub trait Steps<S: Scalar> {
 }
 
 impl<S: Scalar, const N: usize, F: Flow<S, N>> Steps<S> for Runner<'_, F, S, N> {
-    fn advance(&mut self, step: S, kept: Kept, command: Command<S>) {
+    fn advance(&mut self, step: S, kept: Kept, command: &Command<S>) {
         Runner::advance(self, step, kept, command);
+    }
+
+    #[inline(always)]
+    fn glide(&mut self, step_s: f64, command: f64) -> bool {
+        Runner::glide(self, step_s, command)
     }
 
     fn jump(&mut self, command: f64) {
         self.decide(command);
     }
 
+    #[inline(always)]
     fn seen(&self, command: f64) -> (S, f64, State) {
         self.flow.seen(self.mode, &self.x, command)
     }
@@ -42,12 +68,13 @@ impl<S: Scalar, const N: usize, F: Flow<S, N>> Steps<S> for Runner<'_, F, S, N> 
 
 /// Simulates a run of a model that is linear between its limits, from the state `x` at the first
 /// sample.
+#[inline(always)]
 pub fn drive<S: Scalar, const N: usize, F: Flow<S, N>>(
     flow: &F,
     run: &Experiment,
     x: [S; N],
     delay: S,
-    seen: &mut impl FnMut(usize, S, f64, State),
+    seen: &mut impl Watch<S>,
 ) {
     let before = run.command.first().map_or(0.0, |s| s.q[0]);
     let mut runner = Runner::new(flow, x, before);
@@ -59,12 +86,13 @@ pub fn drive<S: Scalar, const N: usize, F: Flow<S, N>>(
 ///
 /// The delay is exact, whatever its fraction of a sample: the steps end where the delayed command
 /// changes and where the angle was sampled, so that nothing is interpolated.
+#[inline(always)]
 pub fn drive_steps<S: Scalar>(
     runner: &mut impl Steps<S>,
     run: &Experiment,
     segments: &[Segment],
     delay: S,
-    seen: &mut impl FnMut(usize, S, f64, State),
+    seen: &mut impl Watch<S>,
 ) {
     let before = segments.first().map_or(0.0, |s| s.q[0]);
     let mut segment: Option<&Segment> = None;
@@ -79,7 +107,7 @@ pub fn drive_steps<S: Scalar>(
             is_arrival: false,
         };
         while let Some(next) =
-            upcoming.next_if(|s| (s.start_ns - time_ns) as f64 * 1e-9 + delay.value() <= 0.0)
+            upcoming.next_if(|s| seconds(s.start_ns - time_ns) + delay.value() <= 0.0)
         {
             let arrival = Place {
                 time_ns: next.start_ns,
@@ -91,19 +119,36 @@ pub fn drive_steps<S: Scalar>(
                 runner.jump(next.q[0]);
             }
         }
+        let standing = match segment {
+            None => Some(before),
+            Some(s) => s.is_constant.then_some(s.q[0]),
+        };
         if i > 0 {
-            step(runner, run, segment, before, (place, sample), delay);
+            let is_along = run.is_even && !place.is_arrival;
+            let step_s = seconds(time_ns - place.time_ns);
+            if !(is_along && standing.is_some_and(|c| runner.glide(step_s, c))) {
+                step(runner, run, segment, before, (place, sample), delay);
+            }
             place = sample;
         }
-        let since_s = segment.map_or(0.0, |s| (time_ns - s.start_ns) as f64 * 1e-9) - delay.value();
-        let level = segment.map_or(before, |s| s.after(since_s));
+        let level = standing.unwrap_or_else(|| {
+            let since = |s: &Segment| s.after(seconds(time_ns - s.start_ns) - delay.value());
+            segment.map_or(before, since)
+        });
         let (angle, rate, state) = runner.seen(level);
-        seen(i, angle, rate, state);
+        seen.see(i, angle, rate, state);
     }
 }
 
+#[inline(always)]
+fn seconds(time_ns: i64) -> f64 {
+    time_ns as f64 * 1e-9
+}
+
+/// Of so few segments, the steps to and from their arrivals are not worth being kept.
+const FEW_SEGMENTS: usize = 16;
+
 /// One step between two places under a segment of the command.
-#[inline]
 fn step<S: Scalar>(
     runner: &mut impl Steps<S>,
     run: &Experiment,
@@ -112,7 +157,7 @@ fn step<S: Scalar>(
     (from, to): (Place, Place),
     delay: S,
 ) {
-    let length = S::constant((to.time_ns - from.time_ns) as f64 * 1e-9);
+    let length = S::constant(seconds(to.time_ns - from.time_ns));
     let (length, side) = match (from.is_arrival, to.is_arrival) {
         (true, false) => (length - delay, -1),
         (false, true) => (length + delay, 1),
@@ -126,15 +171,16 @@ fn step<S: Scalar>(
             if from.is_arrival {
                 start
             } else {
-                let since = S::constant((from.time_ns - s.start_ns) as f64 * 1e-9) - delay;
+                let since = S::constant(seconds(from.time_ns - s.start_ns)) - delay;
                 start.later(since)
             }
         }
     };
-    let kept = if run.is_even {
+    let is_worth = side == 0 || run.command.len() > FEW_SEGMENTS;
+    let kept = if run.is_even && is_worth {
         Kept::As(side)
     } else {
         Kept::No
     };
-    runner.advance(length, kept, command);
+    runner.advance(length, kept, &command);
 }

@@ -1,9 +1,12 @@
 //! The exact solution of `x' = A x + b c + d` for a command that is a cubic polynomial.
 //!
-//! Its Taylor series is summed to rounding over steps that are short against the fastest mode. For
-//! a step length that comes again, the series are summed once and kept as matrices.
+//! Its Taylor series is summed to rounding over steps that are short against the fastest eigenvalue.
+//! For a length that comes again, the series are summed once and kept as matrices. A longer step is
+//! cut into a short rest and rungs of a ladder, each twice as long as the one below it: a servo that
+//! is fast against its samples takes a few products from sample to sample and no hundred series.
 
 use super::Command;
+use super::transition::Transition;
 use crate::identify::scalar::Scalar;
 
 /// The equations of a mode.
@@ -27,33 +30,72 @@ impl<S: Scalar, const N: usize> System<S, N> {
     }
 
     /// `A x`.
-    #[inline]
-    fn apply(&self, x: &[S; N]) -> [S; N] {
-        std::array::from_fn(|i| {
-            let products = self.a[i].iter().zip(x).map(|(a, x)| *a * *x);
-            products.fold(S::constant(0.0), |sum, product| sum + product)
-        })
+    #[inline(always)]
+    pub fn apply(&self, x: &[S; N]) -> [S; N] {
+        let mut sums = [S::constant(0.0); N];
+        for (sum, row) in sums.iter_mut().zip(&self.a) {
+            *sum = row[0] * x[0];
+            for j in 1..N {
+                *sum = *sum + row[j] * x[j];
+            }
+        }
+        sums
+    }
+
+    /// `A x + b c + d`.
+    pub fn rates(&self, x: &[S; N], command: S) -> [S; N] {
+        let mut rates = self.apply(x);
+        for (i, rate) in rates.iter_mut().enumerate() {
+            *rate = *rate + self.b[i] * command + self.d[i];
+        }
+        rates
     }
 
     /// `x` after `step`: `X_{k+1} = (A X_k + b q_k + d [k = 0]) step/(k + 1)`.
-    fn solve(&self, x: &[S; N], q: &[S; 4], step: S, terms: usize) -> [S; N] {
-        let mut sum = *x;
-        let mut term = *x;
+    pub fn solve(&self, x: &[S; N], command: &Command<S>, step: S, terms: usize) -> [S; N] {
         let mut power = S::constant(1.0);
+        self.series(x, step, terms, |k, next| match command {
+            Command::Constant(value) if k == 0 => {
+                for i in 0..N {
+                    next[i] = next[i] + self.b[i] * *value + self.d[i];
+                }
+            }
+            Command::Constant(_) => {}
+            Command::Cubic(q) => {
+                if let Some(q) = q.get(k) {
+                    let force = *q * power;
+                    for i in 0..N {
+                        next[i] = next[i] + self.b[i] * force;
+                    }
+                    power = power * step;
+                }
+                if k == 0 {
+                    for i in 0..N {
+                        next[i] = next[i] + self.d[i];
+                    }
+                }
+            }
+        })
+    }
+
+    /// The series that begins with `x`; `force` adds to its derivatives.
+    #[inline(always)]
+    pub fn series(
+        &self,
+        x: &[S; N],
+        step: S,
+        terms: usize,
+        mut force: impl FnMut(usize, &mut [S; N]),
+    ) -> [S; N] {
+        let (mut sum, mut term) = (*x, *x);
         for k in 0..terms {
             let factor = step * (1.0 / (k + 1) as f64);
             let mut next = self.apply(&term);
+            force(k, &mut next);
             for i in 0..N {
-                if let Some(q) = q.get(k) {
-                    next[i] = next[i] + self.b[i] * *q * power;
-                }
-                if k == 0 {
-                    next[i] = next[i] + self.d[i];
-                }
                 next[i] = next[i] * factor;
                 sum[i] = sum[i] + next[i];
             }
-            power = power * step;
             term = next;
         }
         sum
@@ -81,17 +123,8 @@ pub enum Kept {
     As(i8),
 }
 
-/// Length of a part, which way the delay moves its ends, and how many parts there are.
-type Key = (u64, i8, usize);
-
-/// The solution over one step length.
-#[derive(Clone, Copy)]
-struct Transition<S, const N: usize> {
-    key: Key,
-    state: [[S; N]; N],
-    command: [[S; N]; 4],
-    constant: [S; N],
-}
+/// A step length, and which way the delay moves its ends.
+type Key = (u64, i8);
 
 /// Transitions that are kept of a mode: even samples have one, with a delay three.
 const MOST_KEPT: usize = 8;
@@ -99,9 +132,11 @@ const MOST_KEPT: usize = 8;
 /// The most of `step times fastest eigenvalue` within which no limit is passed unseen.
 const LONGEST_PART: f64 = 1.0;
 
-/// A model with an eigenvalue beyond this is none of a servo, rad/s: it would take a hundred steps
-/// from sample to sample to follow it.
+/// A model with an eigenvalue beyond this is none of a servo, rad/s.
 const FASTEST_RAD_S: f64 = 2e4;
+
+/// A rung is at most this share of the time since the step began: what is fast has settled by then.
+const SHARE: u64 = 4;
 
 /// A system with what has been computed of it.
 pub struct Propagator<S, const N: usize> {
@@ -109,18 +144,26 @@ pub struct Propagator<S, const N: usize> {
     /// The same without derivatives.
     pub plain: System<f64, N>,
     fastest: f64,
-    kept: Vec<Transition<S, N>>,
-    oldest: usize,
+    kept: Vec<(Key, Transition<S, N>)>,
+    /// The one that was used last.
+    last: usize,
+    /// Transitions over `rung_s`, twice that, and so on.
+    ladder: Vec<Transition<S, N>>,
+    rung_s: f64,
 }
 
 impl<S: Scalar, const N: usize> Propagator<S, N> {
     pub fn new(system: System<S, N>) -> Self {
+        let fastest = system.fastest();
         Self {
             plain: system.without_derivatives(),
-            fastest: system.fastest(),
+            // A power of two: multiples of it are exact.
+            rung_s: (LONGEST_PART / fastest.max(1e-9)).log2().floor().exp2(),
+            fastest,
             system,
             kept: Vec::new(),
-            oldest: 0,
+            last: 0,
+            ladder: Vec::new(),
         }
     }
 
@@ -129,12 +172,45 @@ impl<S: Scalar, const N: usize> Propagator<S, N> {
         self.fastest.is_nan() || self.fastest > FASTEST_RAD_S
     }
 
-    /// Into how many parts a step is cut.
-    #[inline]
-    pub fn parts(&self, step_s: f64) -> usize {
-        let parts = step_s * self.fastest / LONGEST_PART;
-        // `as` takes NaN to 0 and saturates; a model so fast is at its steady state anyway.
-        (parts.ceil() as usize).clamp(1, 100_000)
+    /// A step as a short rest, which depends on the parameters as the step does, and so many of the
+    /// lowest rung.
+    pub fn cut(&self, step: S) -> (S, u64) {
+        if step.value() * self.fastest <= LONGEST_PART {
+            return (step, 0);
+        }
+        // `as` takes NaN to 0 and saturates.
+        let rungs = (step.value() / self.rung_s) as u64;
+        (step + rungs as f64 * -self.rung_s, rungs)
+    }
+
+    /// The rung to be taken after `done` of the lowest ones, of which `left` are left.
+    pub fn rung(done: u64, left: u64) -> usize {
+        let calm = (done / SHARE).max(1).ilog2();
+        calm.min(left.max(1).ilog2()) as usize
+    }
+
+    /// Length of a rung, s.
+    pub fn rung_s(&self, rung: usize) -> f64 {
+        self.rung_s * (1u64 << rung.min(63)) as f64
+    }
+
+    /// The state after a rung.
+    pub fn climb(&mut self, x: &[S; N], command: &Command<S>, rung: usize) -> [S; N] {
+        while self.ladder.len() <= rung {
+            let next = match self.ladder.last() {
+                Some(last) => last.twice(),
+                None => self.transition(S::constant(self.rung_s)),
+            };
+            self.ladder.push(next);
+        }
+        if matches!(command, Command::Cubic(_)) && !self.ladder[rung].has_moments() {
+            self.ladder[0].make_moments(&self.system);
+            for upper in 1..=rung {
+                let (below, above) = self.ladder.split_at_mut(upper);
+                above[0].make_moments_from(&below[upper - 1]);
+            }
+        }
+        self.ladder[rung].apply(x, command, &self.system)
     }
 
     /// Terms after which the series has rounding left: `z^k/k! < 1e-17`, and some for
@@ -149,96 +225,50 @@ impl<S: Scalar, const N: usize> Propagator<S, N> {
         terms + 4
     }
 
-    /// The state after a step, from scratch.
+    fn transition(&self, step: S) -> Transition<S, N> {
+        Transition::new(&self.system, step, self.terms(step.value()))
+    }
+
+    /// The state after a short step, from scratch.
     pub fn solve(&self, x: &[S; N], command: &Command<S>, step: S) -> [S; N] {
-        let q = match command {
-            Command::Constant(value) => {
-                let zero = S::constant(0.0);
-                [S::constant(*value), zero, zero, zero]
-            }
-            Command::Cubic(q) => *q,
-        };
-        self.system.solve(x, &q, step, self.terms(step.value()))
+        let terms = self.terms(step.value());
+        self.system.solve(x, command, step, terms)
     }
 
     /// The same without derivatives.
-    pub fn solve_plain(&self, x: &[f64; N], q: &[f64; 4], step_s: f64) -> [f64; N] {
-        self.plain.solve(x, q, step_s, self.terms(step_s))
+    pub fn solve_plain(&self, x: &[f64; N], command: &Command<f64>, step_s: f64) -> [f64; N] {
+        self.plain.solve(x, command, step_s, self.terms(step_s))
     }
 
-    /// The state after a step, by what is kept for its length.
-    #[inline]
-    pub fn propagate(
-        &mut self,
-        x: &[S; N],
-        command: &Command<S>,
-        step: S,
-        (kept, parts): (Kept, usize),
-    ) -> [S; N] {
+    /// The state after a step that was used last, under a command that stands still; `None` where
+    /// the last one was another.
+    #[inline(always)]
+    pub fn again(&mut self, x: &[S; N], command: f64, step_s: f64) -> Option<[S; N]> {
+        let (key, transition) = self.kept.get_mut(self.last)?;
+        (*key == (step_s.to_bits(), 0)).then(|| transition.hold(x, command))
+    }
+
+    /// The state after a short step, by what is kept for its length.
+    pub fn propagate(&mut self, x: &[S; N], command: &Command<S>, step: S, kept: Kept) -> [S; N] {
         let Kept::As(side) = kept else {
             return self.solve(x, command, step);
         };
-        let key = (step.value().to_bits(), side, parts);
-        let index = match self.kept.iter().position(|t| t.key == key) {
+        let key = (step.value().to_bits(), side);
+        self.last = match self.kept.iter().position(|t| t.0 == key) {
             Some(index) => index,
             None => self.keep(key, step),
         };
-        self.kept[index].apply(x, command)
+        self.kept[self.last].1.apply(x, command, &self.system)
     }
 
     fn keep(&mut self, key: Key, step: S) -> usize {
-        let transition = self.transition(key, step);
+        let transition = (key, self.transition(step));
         if self.kept.len() < MOST_KEPT {
             self.kept.push(transition);
             return self.kept.len() - 1;
         }
-        self.oldest = (self.oldest + 1) % MOST_KEPT;
-        self.kept[self.oldest] = transition;
-        self.oldest
-    }
-
-    fn transition(&self, key: Key, step: S) -> Transition<S, N> {
-        let terms = self.terms(step.value());
-        let (zero, one) = (S::constant(0.0), S::constant(1.0));
-        let forced = System {
-            d: [zero; N],
-            ..self.system
-        };
-        let column = |j: usize| {
-            let unit = std::array::from_fn(|i| if i == j { one } else { zero });
-            forced.solve(&unit, &[zero; 4], step, terms)
-        };
-        let columns: [[S; N]; N] = std::array::from_fn(column);
-        let moment = |j: usize| {
-            let unit = std::array::from_fn(|i| if i == j { one } else { zero });
-            forced.solve(&[zero; N], &unit, step, terms)
-        };
-        Transition {
-            key,
-            state: std::array::from_fn(|i| std::array::from_fn(|j| columns[j][i])),
-            command: std::array::from_fn(moment),
-            constant: self.system.solve(&[zero; N], &[zero; 4], step, terms),
-        }
-    }
-}
-
-impl<S: Scalar, const N: usize> Transition<S, N> {
-    #[inline]
-    fn apply(&self, x: &[S; N], command: &Command<S>) -> [S; N] {
-        std::array::from_fn(|i| {
-            let mut sum = self.constant[i];
-            for (state, x) in self.state[i].iter().zip(x) {
-                sum = sum + *state * *x;
-            }
-            match command {
-                Command::Constant(value) => sum + self.command[0][i] * *value,
-                Command::Cubic(q) => {
-                    for (moment, q) in self.command.iter().zip(q) {
-                        sum = sum + moment[i] * *q;
-                    }
-                    sum
-                }
-            }
-        })
+        let oldest = (self.last + 1) % MOST_KEPT;
+        self.kept[oldest] = transition;
+        oldest
     }
 }

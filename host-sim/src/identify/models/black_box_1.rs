@@ -4,12 +4,12 @@
 use model_core::models::black_box_1::BlackBox1Parameters;
 use model_core::parameter::Parameter;
 
+use super::Dynamics;
+use super::limits::{self, FREE, Limits, RATE_DOWN, RATE_UP, STOP_HIGH, STOP_LOW};
 use super::tables::{InitialState, bounded, delay, rate_limit, row};
-use super::{Dynamics, RecordingError};
 use crate::identify::experiment::Experiment;
-use crate::identify::flow::{Face, Flow, System, drive};
-use crate::identify::model::State;
-use crate::identify::recording::Recording;
+use crate::identify::flow::{Face, Flow, System, Watch, drive};
+use crate::identify::model::{Description, State};
 use crate::identify::scalar::Scalar;
 use crate::identify::start;
 
@@ -24,8 +24,6 @@ const POLE: usize = 0;
 const DELAY: usize = 1;
 const UP: usize = 2;
 const DOWN: usize = 3;
-const GAIN: usize = 4;
-const OFFSET: usize = 5;
 const STOP: usize = 6;
 const ANGLE: usize = 7;
 
@@ -47,7 +45,7 @@ impl Default for BlackBox1 {
     }
 }
 
-impl Dynamics for BlackBox1 {
+impl Description for BlackBox1 {
     fn name(&self) -> &'static str {
         "black-box-1"
     }
@@ -72,10 +70,6 @@ impl Dynamics for BlackBox1 {
         matches!(parameter, UP | DOWN)
     }
 
-    fn accepts(&self, _recording: &Recording) -> Result<(), RecordingError> {
-        Ok(())
-    }
-
     fn start(&self, experiments: &[Experiment]) -> Vec<f64> {
         let look = start::look(experiments);
         vec![
@@ -89,20 +83,14 @@ impl Dynamics for BlackBox1 {
             look.initial_angle_deg,
         ]
     }
+}
 
-    fn run<S: Scalar>(
-        &self,
-        run: &Experiment,
-        values: &[S],
-        seen: &mut impl FnMut(usize, S, f64, State),
-    ) {
+impl Dynamics for BlackBox1 {
+    #[inline(always)]
+    fn run<S: Scalar>(&self, run: &Experiment, values: &[S], seen: &mut impl Watch<S>) {
         let lag = Lag {
             pole: values[POLE],
-            up: values[UP],
-            down: values[DOWN],
-            gain: values[GAIN],
-            offset: values[OFFSET],
-            stop: values[STOP],
+            limits: Limits::new(&values[UP..=STOP]),
         };
         drive(&lag, run, [values[ANGLE]], values[DELAY], seen);
     }
@@ -110,18 +98,8 @@ impl Dynamics for BlackBox1 {
 
 struct Lag<S> {
     pole: S,
-    up: S,
-    down: S,
-    gain: S,
-    offset: S,
-    stop: S,
+    limits: Limits<S>,
 }
-
-const FREE: usize = 0;
-const RATE_UP: usize = 1;
-const RATE_DOWN: usize = 2;
-const STOP_HIGH: usize = 3;
-const STOP_LOW: usize = 4;
 
 impl<S: Scalar> Lag<S> {
     /// `sign (p (target - angle)) + more`.
@@ -129,35 +107,29 @@ impl<S: Scalar> Lag<S> {
         let pole = self.pole * sign;
         Face {
             row: [-pole],
-            command: pole * self.gain,
-            constant: pole * self.offset + more,
+            command: pole * self.limits.gain,
+            constant: pole * self.limits.offset + more,
             next,
-        }
-    }
-
-    fn stops(&self, faces: &mut Vec<Face<S, 1>>) {
-        if self.stop.value().is_finite() {
-            faces.extend(
-                [(-1.0, STOP_HIGH), (1.0, STOP_LOW)].map(|(sign, next)| Face {
-                    row: [S::constant(sign)],
-                    command: S::constant(0.0),
-                    constant: self.stop,
-                    next,
-                }),
-            );
         }
     }
 }
 
 impl<S: Scalar> Flow<S, 1> for Lag<S> {
-    const MODES: usize = 5;
+    const MODES: usize = limits::MODES;
 
     fn system(&self, mode: usize) -> System<S, 1> {
         let zero = S::constant(0.0);
+        let Limits {
+            up,
+            down,
+            gain,
+            offset,
+            ..
+        } = self.limits;
         let (a, b, d) = match mode {
-            FREE => (-self.pole, self.pole * self.gain, self.pole * self.offset),
-            RATE_UP => (zero, zero, self.up),
-            RATE_DOWN => (zero, zero, -self.down),
+            FREE => (-self.pole, self.pole * gain, self.pole * offset),
+            RATE_UP => (zero, zero, up),
+            RATE_DOWN => (zero, zero, -down),
             _ => (zero, zero, zero),
         };
         System {
@@ -169,31 +141,31 @@ impl<S: Scalar> Flow<S, 1> for Lag<S> {
 
     fn faces(&self, mode: usize) -> Vec<Face<S, 1>> {
         let zero = S::constant(0.0);
+        let (up, down) = (self.limits.up, self.limits.down);
         let mut faces = match mode {
             FREE => vec![
-                self.rate(-1.0, self.up, RATE_UP),
-                self.rate(1.0, self.down, RATE_DOWN),
+                self.rate(-1.0, up, RATE_UP),
+                self.rate(1.0, down, RATE_DOWN),
             ],
-            RATE_UP => vec![self.rate(1.0, -self.up, FREE)],
-            RATE_DOWN => vec![self.rate(-1.0, -self.down, FREE)],
+            RATE_UP => vec![self.rate(1.0, -up, FREE)],
+            RATE_DOWN => vec![self.rate(-1.0, -down, FREE)],
             STOP_HIGH => return vec![self.rate(1.0, zero, FREE)],
             _ => return vec![self.rate(-1.0, zero, FREE)],
         };
-        self.stops(&mut faces);
+        self.limits.stops(&mut faces);
         faces
     }
 
     fn mode_at(&self, x: &[f64; 1], command: f64) -> usize {
-        let target = self.gain.value() * command + self.offset.value();
-        let rate = self.pole.value() * (target - x[0]);
-        let stop = self.stop.value();
+        let rate = self.pole.value() * (self.limits.target(command) - x[0]);
+        let stop = self.limits.stop.value();
         if x[0] >= stop && rate > 0.0 {
             STOP_HIGH
         } else if x[0] <= -stop && rate < 0.0 {
             STOP_LOW
-        } else if rate > self.up.value() {
+        } else if rate > self.limits.up.value() {
             RATE_UP
-        } else if rate < -self.down.value() {
+        } else if rate < -self.limits.down.value() {
             RATE_DOWN
         } else {
             FREE
@@ -202,20 +174,20 @@ impl<S: Scalar> Flow<S, 1> for Lag<S> {
 
     fn enter(&self, mode: usize, x: &mut [S; 1]) {
         match mode {
-            STOP_HIGH => x[0] = self.stop,
-            STOP_LOW => x[0] = -self.stop,
+            STOP_HIGH => x[0] = self.limits.stop,
+            STOP_LOW => x[0] = -self.limits.stop,
             _ => {}
         }
     }
 
+    #[inline]
     fn seen(&self, mode: usize, x: &[S; 1], command: f64) -> (S, f64, State) {
-        let target = self.gain.value() * command + self.offset.value();
-        let (rate, state) = match mode {
-            FREE => (self.pole.value() * (target - x[0].value()), State::Free),
-            RATE_UP => (self.up.value(), State::RateUp),
-            RATE_DOWN => (-self.down.value(), State::RateDown),
-            _ => (0.0, State::Stop),
+        let rate = match mode {
+            FREE => self.pole.value() * (self.limits.target(command) - x[0].value()),
+            RATE_UP => self.limits.up.value(),
+            RATE_DOWN => -self.limits.down.value(),
+            _ => 0.0,
         };
-        (x[0], rate, state)
+        (x[0], rate, limits::state(mode))
     }
 }

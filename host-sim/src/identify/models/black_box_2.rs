@@ -4,12 +4,12 @@
 use model_core::models::black_box_2::BlackBox2Parameters;
 use model_core::parameter::Parameter;
 
+use super::Dynamics;
+use super::limits::{self, FREE, Limits, RATE_DOWN, RATE_UP, STOP_HIGH, STOP_LOW};
 use super::tables::{InitialState, bounded, delay, rate_limit, row};
-use super::{Dynamics, RecordingError};
 use crate::identify::experiment::Experiment;
-use crate::identify::flow::{Face, Flow, System, drive};
-use crate::identify::model::State;
-use crate::identify::recording::Recording;
+use crate::identify::flow::{Face, Flow, System, Watch, drive};
+use crate::identify::model::{Description, State};
 use crate::identify::scalar::Scalar;
 use crate::identify::start;
 
@@ -43,8 +43,6 @@ pub struct BlackBox2 {
 const DELAY: usize = 2;
 const UP: usize = 3;
 const DOWN: usize = 4;
-const GAIN: usize = 5;
-const OFFSET: usize = 6;
 const STOP: usize = 7;
 const ANGLE: usize = 8;
 const RATE: usize = 9;
@@ -80,7 +78,7 @@ impl BlackBox2 {
     }
 }
 
-impl Dynamics for BlackBox2 {
+impl Description for BlackBox2 {
     fn name(&self) -> &'static str {
         match self.form {
             Form::Gains => "black-box-2",
@@ -111,10 +109,6 @@ impl Dynamics for BlackBox2 {
         matches!(parameter, UP | DOWN)
     }
 
-    fn accepts(&self, _recording: &Recording) -> Result<(), RecordingError> {
-        Ok(())
-    }
-
     fn start(&self, experiments: &[Experiment]) -> Vec<f64> {
         let look = start::look(experiments);
         let (frequency, damping) = (look.natural_frequency_rad_s, look.damping);
@@ -135,13 +129,11 @@ impl Dynamics for BlackBox2 {
             look.initial_rate_deg_s,
         ]
     }
+}
 
-    fn run<S: Scalar>(
-        &self,
-        run: &Experiment,
-        values: &[S],
-        seen: &mut impl FnMut(usize, S, f64, State),
-    ) {
+impl Dynamics for BlackBox2 {
+    #[inline(always)]
+    fn run<S: Scalar>(&self, run: &Experiment, values: &[S], seen: &mut impl Watch<S>) {
         let (first, second) = (values[0], values[1]);
         let (position, rate) = match self.form {
             Form::Gains => (first, second),
@@ -150,11 +142,7 @@ impl Dynamics for BlackBox2 {
         let lag = Lag {
             position,
             rate,
-            up: values[UP],
-            down: values[DOWN],
-            gain: values[GAIN],
-            offset: values[OFFSET],
-            stop: values[STOP],
+            limits: Limits::new(&values[UP..=STOP]),
         };
         let initial = [values[ANGLE], values[RATE]];
         drive(&lag, run, initial, values[DELAY], seen);
@@ -164,18 +152,8 @@ impl Dynamics for BlackBox2 {
 struct Lag<S> {
     position: S,
     rate: S,
-    up: S,
-    down: S,
-    gain: S,
-    offset: S,
-    stop: S,
+    limits: Limits<S>,
 }
-
-const FREE: usize = 0;
-const RATE_UP: usize = 1;
-const RATE_DOWN: usize = 2;
-const STOP_HIGH: usize = 3;
-const STOP_LOW: usize = 4;
 
 impl<S: Scalar> Lag<S> {
     /// `sign w'`.
@@ -183,27 +161,15 @@ impl<S: Scalar> Lag<S> {
         let position = self.position * sign;
         Face {
             row: [-position, self.rate * -sign],
-            command: position * self.gain,
-            constant: position * self.offset,
+            command: position * self.limits.gain,
+            constant: position * self.limits.offset,
             next: FREE,
-        }
-    }
-
-    /// `sign x[state] + limit`.
-    fn limit(state: usize, sign: f64, limit: S, next: usize) -> Face<S, 2> {
-        let mut row = [S::constant(0.0); 2];
-        row[state] = S::constant(sign);
-        Face {
-            row,
-            command: S::constant(0.0),
-            constant: limit,
-            next,
         }
     }
 }
 
 impl<S: Scalar> Flow<S, 2> for Lag<S> {
-    const MODES: usize = 5;
+    const MODES: usize = limits::MODES;
 
     fn system(&self, mode: usize) -> System<S, 2> {
         let (zero, one) = (S::constant(0.0), S::constant(1.0));
@@ -217,41 +183,40 @@ impl<S: Scalar> Flow<S, 2> for Lag<S> {
         }
         if mode == FREE {
             system.a[1] = [-self.position, -self.rate];
-            system.b[1] = self.position * self.gain;
-            system.d[1] = self.position * self.offset;
+            system.b[1] = self.position * self.limits.gain;
+            system.d[1] = self.position * self.limits.offset;
         }
         system
     }
 
     fn faces(&self, mode: usize) -> Vec<Face<S, 2>> {
+        let (up, down) = (self.limits.up, self.limits.down);
         let mut faces = match mode {
             FREE => vec![
-                Self::limit(1, -1.0, self.up, RATE_UP),
-                Self::limit(1, 1.0, self.down, RATE_DOWN),
+                Limits::face(1, -1.0, up, RATE_UP),
+                Limits::face(1, 1.0, down, RATE_DOWN),
             ],
             RATE_UP => vec![self.acceleration(1.0)],
             RATE_DOWN => vec![self.acceleration(-1.0)],
             STOP_HIGH => return vec![self.acceleration(1.0)],
             _ => return vec![self.acceleration(-1.0)],
         };
-        if self.stop.value().is_finite() {
-            faces.push(Self::limit(0, -1.0, self.stop, STOP_HIGH));
-            faces.push(Self::limit(0, 1.0, self.stop, STOP_LOW));
-        }
+        self.limits.stops(&mut faces);
         faces
     }
 
     fn mode_at(&self, &[angle, rate]: &[f64; 2], command: f64) -> usize {
-        let target = self.gain.value() * command + self.offset.value();
-        let acceleration = self.position.value() * (target - angle) - self.rate.value() * rate;
-        let stop = self.stop.value();
+        let limits = &self.limits;
+        let far = limits.target(command) - angle;
+        let acceleration = self.position.value() * far - self.rate.value() * rate;
+        let stop = limits.stop.value();
         if angle >= stop && rate >= 0.0 && acceleration > 0.0 {
             STOP_HIGH
         } else if angle <= -stop && rate <= 0.0 && acceleration < 0.0 {
             STOP_LOW
-        } else if rate >= self.up.value() && acceleration > 0.0 {
+        } else if rate >= limits.up.value() && acceleration > 0.0 {
             RATE_UP
-        } else if rate <= -self.down.value() && acceleration < 0.0 {
+        } else if rate <= -limits.down.value() && acceleration < 0.0 {
             RATE_DOWN
         } else {
             FREE
@@ -259,22 +224,18 @@ impl<S: Scalar> Flow<S, 2> for Lag<S> {
     }
 
     fn enter(&self, mode: usize, x: &mut [S; 2]) {
+        let still = S::constant(0.0);
         match mode {
-            RATE_UP => x[1] = self.up,
-            RATE_DOWN => x[1] = -self.down,
-            STOP_HIGH => *x = [self.stop, S::constant(0.0)],
-            STOP_LOW => *x = [-self.stop, S::constant(0.0)],
+            RATE_UP => x[1] = self.limits.up,
+            RATE_DOWN => x[1] = -self.limits.down,
+            STOP_HIGH => *x = [self.limits.stop, still],
+            STOP_LOW => *x = [-self.limits.stop, still],
             _ => {}
         }
     }
 
+    #[inline]
     fn seen(&self, mode: usize, x: &[S; 2], _command: f64) -> (S, f64, State) {
-        let state = match mode {
-            FREE => State::Free,
-            RATE_UP => State::RateUp,
-            RATE_DOWN => State::RateDown,
-            _ => State::Stop,
-        };
-        (x[0], x[1].value(), state)
+        (x[0], x[1].value(), limits::state(mode))
     }
 }

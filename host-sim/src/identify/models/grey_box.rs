@@ -6,12 +6,11 @@ mod modes;
 use model_core::models::grey_box::GreyBoxParameters;
 use model_core::parameter::Parameter;
 
+use super::Dynamics;
 use super::tables::{InitialState, bounded, delay, rate_limit, row};
-use super::{Dynamics, RecordingError};
 use crate::identify::experiment::Experiment;
-use crate::identify::flow::drive;
-use crate::identify::model::State;
-use crate::identify::recording::Recording;
+use crate::identify::flow::{Watch, drive};
+use crate::identify::model::Description;
 use crate::identify::scalar::Scalar;
 use crate::identify::start;
 use modes::Servo;
@@ -68,7 +67,7 @@ impl Default for GreyBox {
     }
 }
 
-impl Dynamics for GreyBox {
+impl Description for GreyBox {
     fn name(&self) -> &'static str {
         "grey-box"
     }
@@ -96,10 +95,6 @@ impl Dynamics for GreyBox {
         matches!(parameter, UP | DOWN)
     }
 
-    fn accepts(&self, _recording: &Recording) -> Result<(), RecordingError> {
-        Ok(())
-    }
-
     fn start(&self, experiments: &[Experiment]) -> Vec<f64> {
         let look = start::look(experiments);
         let mut values: Vec<f64> = self.parameters.iter().map(|p| p.default).collect();
@@ -114,13 +109,11 @@ impl Dynamics for GreyBox {
         values[RATE] = look.initial_rate_deg_s;
         values
     }
+}
 
-    fn run<S: Scalar>(
-        &self,
-        run: &Experiment,
-        values: &[S],
-        seen: &mut impl FnMut(usize, S, f64, State),
-    ) {
+impl Dynamics for GreyBox {
+    #[inline(always)]
+    fn run<S: Scalar>(&self, run: &Experiment, values: &[S], seen: &mut impl Watch<S>) {
         let servo = Servo {
             gain_up: values[GAIN_UP],
             gain_down: values[GAIN_DOWN],

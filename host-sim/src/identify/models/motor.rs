@@ -20,13 +20,13 @@ use model_core::plant::bench::electrical::ElectricalParameters;
 use model_core::plant::bench::gear_train::GearTrainParameters;
 use model_core::plant::bench::load::LoadParameters;
 
+use super::Dynamics;
 use super::friction::{COUNT, coefficients, neutral};
 use super::tables::{InitialState, delay, row};
-use super::{Dynamics, Model, RecordingError};
 use crate::identify::experiment::Experiment;
-use crate::identify::flow::drive_steps;
-use crate::identify::model::State;
-use crate::identify::recording::Recording;
+use crate::identify::flow::{Watch, drive_steps};
+use crate::identify::model::{Description, Model};
+use crate::identify::recording::{Recording, RecordingError};
 use crate::identify::scalar::Scalar;
 use crate::identify::start;
 use shaft::Shaft;
@@ -142,7 +142,7 @@ impl Motor {
     }
 }
 
-impl Dynamics for Motor {
+impl Description for Motor {
     fn name(&self) -> &'static str {
         const MOTORS: [&str; 6] = [
             "motor-m1", "motor-m2", "motor-m3", "motor-m4", "motor-m5", "motor-m6",
@@ -222,13 +222,10 @@ impl Dynamics for Motor {
             _ => values[parameter],
         }
     }
+}
 
-    fn run<S: Scalar>(
-        &self,
-        run: &Experiment,
-        values: &[S],
-        seen: &mut impl FnMut(usize, S, f64, State),
-    ) {
+impl Dynamics for Motor {
+    fn run<S: Scalar>(&self, run: &Experiment, values: &[S], seen: &mut impl Watch<S>) {
         let is_known = run.recording.constants.contains_key("supply_v");
         let supply = match run.supply_v {
             Some(mean_v) if !is_known => S::constant(mean_v),

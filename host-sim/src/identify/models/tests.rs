@@ -1,6 +1,8 @@
 //! The exact solutions against the tick-by-tick models of the simulator, and derivatives against
 //! differences.
 
+use model_core::parameter::Parameter;
+
 use super::*;
 use crate::identify::testing::simulated;
 use crate::settings::{ModelKind, PlantKind, Settings};

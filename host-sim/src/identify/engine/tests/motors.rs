@@ -1,7 +1,25 @@
 //! Motors with friction: made by the model itself, as the simulator's bench has more parts.
 
 use super::*;
-use std::sync::Arc;
+
+/// What a model of this truth answers, as an encoder shows it.
+fn answered(model: &str, mut recording: Recording, truth: &[(&str, f64)], seed: u64) -> Recording {
+    let mut problem = problem(model, vec![recording.clone()]);
+    for (name, value) in truth {
+        problem.start(name, *value).expect("a parameter");
+    }
+    let value = |s: &crate::identify::problem::Spec| {
+        let known = recording.constants.get(s.parameter.name);
+        known.copied().unwrap_or(s.start)
+    };
+    let values: Vec<f64> = problem.specs.iter().map(value).collect();
+    let mut angles = vec![0.0; recording.len()];
+    let run = &problem.experiments[0];
+    let seen = &mut |i: usize, sample: crate::identify::Sample| angles[i] = sample.angle_deg;
+    problem.model.simulate(run, &values, seen);
+    recording.angle_deg = angles;
+    noisy(recording, seed)
+}
 
 /// A servo with a pendulum and friction M4 on a slow double sine, with the 12 bits of its encoder.
 fn pendulum(seed: u64, gain: f64) -> Recording {
@@ -33,25 +51,7 @@ fn pendulum(seed: u64, gain: f64) -> Recording {
         ("load_friction_motor", 0.1),
         ("load_stribeck_motor", 0.1),
     ];
-    let mut problem = problem("servo-m4", vec![recording.clone()]);
-    for (name, value) in truth {
-        problem.start(name, value).expect("a parameter");
-    }
-    let run = &problem.experiments[0];
-    let values: Vec<f64> = problem
-        .specs
-        .iter()
-        .map(|s| {
-            let known = recording.constants.get(s.parameter.name);
-            known.copied().unwrap_or(s.start)
-        })
-        .collect();
-    let mut angles = vec![0.0; run.len()];
-    problem
-        .model
-        .simulate(run, &values, &mut |i, s| angles[i] = s.angle_deg);
-    recording.angle_deg = angles;
-    noisy(recording, seed)
+    answered("servo-m4", recording, &truth, seed)
 }
 
 #[test]
@@ -74,15 +74,12 @@ fn a_richer_friction_model_fits_no_worse_and_predicts_better() {
 
 #[test]
 fn a_motor_is_found_from_its_logged_duty() {
-    let motor = models::named("motor-m1").expect("a model");
     let mut recording = pendulum(1, 100.0);
     let duty = recording
         .time_s
         .iter()
         .map(|t| 25.0 * (5.0 * t).sin() * (0.9 * t).cos() + 15.0 * (1.3 * t).sin());
     recording.duty_pct = Some(duty.collect());
-    let experiment = Experiment::try_new(recording.clone()).expect("a recording");
-    let mut problem = Problem::try_new(Arc::clone(&motor), vec![experiment]).expect("a problem");
     let truth = [
         ("torque_constant_nm_a", 0.5),
         ("winding_resistance_ohm", 3.0),
@@ -91,22 +88,8 @@ fn a_motor_is_found_from_its_logged_duty() {
         ("coulomb_friction_nm", 0.05),
         ("viscous_friction_nm_s_deg", 3e-4),
     ];
-    for (name, value) in truth {
-        problem.start(name, value).expect("a parameter");
-    }
-    let values: Vec<f64> = problem
-        .specs
-        .iter()
-        .map(|s| {
-            let known = recording.constants.get(s.parameter.name);
-            known.copied().unwrap_or(s.start)
-        })
-        .collect();
-    let run = problem.experiments[0].clone();
-    let mut angles = vec![0.0; run.len()];
-    motor.simulate(&run, &values, &mut |i, s| angles[i] = s.angle_deg);
-    recording.angle_deg = angles;
-    let mut again = super::problem("motor-m1", vec![noisy(recording, 5)]);
+    let recording = answered("motor-m1", recording, &truth, 5);
+    let mut again = problem("motor-m1", vec![recording]);
     again
         .fix("winding_resistance_ohm", 3.0)
         .expect("a parameter");

@@ -125,7 +125,7 @@ impl<S: Scalar> Shaft<S> {
 }
 
 impl<S: Scalar> Steps<S> for Shaft<S> {
-    fn advance(&mut self, step: S, _kept: Kept, command: Command<S>) {
+    fn advance(&mut self, step: S, _kept: Kept, command: &Command<S>) {
         // `as` takes NaN to 0 and saturates.
         let parts = (step.value() / LONGEST_STEP_S).ceil().clamp(1.0, 1e6) as usize;
         if step.value() <= 0.0 {
@@ -134,7 +134,7 @@ impl<S: Scalar> Steps<S> for Shaft<S> {
         let part = step * (1.0 / parts as f64);
         for i in 0..parts {
             let input = match command {
-                Command::Constant(value) => S::constant(value),
+                Command::Constant(value) => S::constant(*value),
                 Command::Cubic(_) => match command.later(part * (i as f64 + 0.5)) {
                     Command::Cubic([level, ..]) => level,
                     Command::Constant(value) => S::constant(value),

@@ -1,0 +1,174 @@
+//! A model in motion, from mode to mode.
+
+use super::linear::{Kept, Propagator};
+use super::{Command, Face, Flow, crossing, values};
+use crate::identify::scalar::Scalar;
+
+/// By how much a face may be below zero without being crossed: rounding of values of 1e3.
+pub const SLACK: f64 = 1e-9;
+
+/// Crossings within one step after which the mode is decided anew.
+const MOST_CROSSINGS: usize = 16;
+
+/// All that is known of a mode.
+pub struct Mode<S, const N: usize> {
+    pub linear: Propagator<S, N>,
+    pub faces: Vec<Face<S, N>>,
+    /// The same without derivatives.
+    pub edges: Vec<Face<f64, N>>,
+}
+
+impl<S: Scalar, const N: usize> Mode<S, N> {
+    /// Whether a state lies beyond a face. NaN does not: no crossing is looked for there.
+    #[inline(always)]
+    fn is_left(&self, x: &[S; N], command: f64) -> bool {
+        let plain = values(x);
+        let is_beyond = |edge: &Face<f64, N>| edge.at(&plain, command) < -SLACK;
+        self.edges.iter().any(is_beyond)
+    }
+}
+
+/// A model in motion.
+pub struct Runner<'a, F, S, const N: usize> {
+    pub flow: &'a F,
+    modes: Vec<Option<Box<Mode<S, N>>>>,
+    pub mode: usize,
+    pub x: [S; N],
+}
+
+/// A mode that was left: when, and the one that was entered.
+type Crossing<S> = (S, usize);
+
+impl<'a, S: Scalar, const N: usize, F: Flow<S, N>> Runner<'a, F, S, N> {
+    pub fn new(flow: &'a F, x: [S; N], command: f64) -> Self {
+        let mut runner = Self {
+            flow,
+            modes: (0..F::MODES).map(|_| None).collect(),
+            mode: 0,
+            x,
+        };
+        runner.decide(command);
+        runner
+    }
+
+    /// Finds the mode from state and command alone, as after a jump of the command.
+    pub fn decide(&mut self, command: f64) {
+        self.change(self.flow.mode_at(&values(&self.x), command));
+    }
+
+    fn change(&mut self, mode: usize) {
+        self.mode = mode;
+        self.flow.enter(mode, &mut self.x);
+        let flow = self.flow;
+        self.modes[mode].get_or_insert_with(|| {
+            let faces = flow.faces(mode);
+            Box::new(Mode {
+                linear: Propagator::new(flow.system(mode)),
+                edges: faces.iter().map(Face::without_derivatives).collect(),
+                faces,
+            })
+        });
+    }
+
+    /// Moves through a step like the last one if it ends in the same mode: most do.
+    #[inline(always)]
+    pub fn glide(&mut self, step_s: f64, command: f64) -> bool {
+        let Some(mode) = self.modes[self.mode].as_deref_mut() else {
+            return false;
+        };
+        let Some(end) = mode.linear.again(&self.x, command, step_s) else {
+            return false;
+        };
+        let stays = !mode.is_left(&end, command);
+        if stays {
+            self.x = end;
+        }
+        stays
+    }
+
+    /// Moves through `step`; `kept` is how to keep what is computed for its length.
+    pub fn advance(&mut self, step: S, kept: Kept, command: &Command<S>) {
+        let (mut left, mut kept, mut command) = (step, kept, *command);
+        for _ in 0..MOST_CROSSINGS {
+            let Some((at, next)) = self.advance_inside(left, kept, &mut command) else {
+                return;
+            };
+            left = left - at;
+            kept = Kept::No;
+            self.change(next);
+        }
+        // A mode that is left as soon as it is entered: what state and command say decides.
+        self.decide(command.value_after(0.0));
+        self.advance_inside(left, Kept::No, &mut command);
+    }
+
+    /// Moves until the end of `step` or the first crossing, whichever comes first, and takes the
+    /// command along.
+    fn advance_inside(
+        &mut self,
+        step: S,
+        kept: Kept,
+        command: &mut Command<S>,
+    ) -> Option<Crossing<S>> {
+        let mode = self.modes[self.mode].as_deref_mut()?;
+        if mode.linear.is_too_fast() {
+            self.x = [S::constant(f64::NAN); N];
+            return None;
+        }
+        let (rest, rungs) = mode.linear.cut(step);
+        let end = mode.linear.propagate(&self.x, command, rest, kept);
+        if mode.is_left(&end, command.value_after(rest.value())) {
+            return Some(mode.cross(&mut self.x, command, rest));
+        }
+        self.x = end;
+        if rungs == 0 {
+            return None;
+        }
+        *command = command.later(rest);
+        let mut done = 0;
+        while done < rungs {
+            let rung = Propagator::<S, N>::rung(done, rungs - done);
+            if let Some((at, next)) = mode.climb(&mut self.x, command, rung) {
+                let before = mode.linear.rung_s(0) * done as f64;
+                return Some((rest + before + at, next));
+            }
+            done += 1 << rung;
+        }
+        None
+    }
+}
+
+impl<S: Scalar, const N: usize> Mode<S, N> {
+    /// Moves to the first crossing within a short step that ends outside.
+    #[cold]
+    fn cross(&self, x: &mut [S; N], command: &mut Command<S>, step: S) -> Crossing<S> {
+        let crossing = crossing::first(self, x, command, step);
+        *x = crossing.x;
+        *command = command.later(crossing.time);
+        (crossing.time, crossing.next)
+    }
+
+    /// Moves over a rung, or to the first crossing within it.
+    fn climb(
+        &mut self,
+        x: &mut [S; N],
+        command: &mut Command<S>,
+        rung: usize,
+    ) -> Option<Crossing<S>> {
+        let length = S::constant(self.linear.rung_s(rung));
+        let end = self.linear.climb(x, command, rung);
+        if !self.is_left(&end, command.value_after(length.value())) {
+            *x = end;
+            *command = command.later(length);
+            return None;
+        }
+        let Some(half) = rung.checked_sub(1) else {
+            return Some(self.cross(x, command, length));
+        };
+        if let Some(crossing) = self.climb(x, command, half) {
+            return Some(crossing);
+        }
+        let (at, next) = self.climb(x, command, half)?;
+        Some((at + self.linear.rung_s(half), next))
+    }
+}
