@@ -36,8 +36,8 @@ impl<S: Scalar, const N: usize> Face<S, N> {
     #[inline(always)]
     fn at(&self, x: &[S; N], command: S) -> S {
         let mut sum = self.constant + self.command * command;
-        for i in 0..N {
-            sum = sum + self.row[i] * x[i];
+        for (row, x) in self.row.iter().zip(x) {
+            sum = sum + *row * *x;
         }
         sum
     }
@@ -45,8 +45,8 @@ impl<S: Scalar, const N: usize> Face<S, N> {
     /// How fast its value changes.
     fn slope(&self, rates: &[S; N], command_rate: S) -> S {
         let mut slope = self.command * command_rate;
-        for i in 0..N {
-            slope = slope + self.row[i] * rates[i];
+        for (row, rate) in self.row.iter().zip(rates) {
+            slope = slope + *row * *rate;
         }
         slope
     }

@@ -56,23 +56,18 @@ impl<S: Scalar, const N: usize> System<S, N> {
         let mut power = S::constant(1.0);
         self.series(x, step, terms, |k, next| match command {
             Command::Constant(value) if k == 0 => {
-                for i in 0..N {
-                    next[i] = next[i] + self.b[i] * *value + self.d[i];
-                }
+                add(next, &self.b, S::constant(*value));
+                add(next, &self.d, S::constant(1.0));
             }
             Command::Constant(_) => {}
             Command::Cubic(q) => {
                 if let Some(q) = q.get(k) {
                     let force = *q * power;
-                    for i in 0..N {
-                        next[i] = next[i] + self.b[i] * force;
-                    }
+                    add(next, &self.b, force);
                     power = power * step;
                 }
                 if k == 0 {
-                    for i in 0..N {
-                        next[i] = next[i] + self.d[i];
-                    }
+                    add(next, &self.d, S::constant(1.0));
                 }
             }
         })
@@ -111,6 +106,14 @@ impl<S: Scalar, const N: usize> System<S, N> {
         }
         let norm: f64 = power.iter().flatten().map(|x| x * x).sum();
         norm.powf(1.0 / 16.0)
+    }
+}
+
+/// Adds `factor more`.
+#[inline(always)]
+pub fn add<S: Scalar, const N: usize>(sums: &mut [S; N], more: &[S; N], factor: S) {
+    for (sum, more) in sums.iter_mut().zip(more) {
+        *sum = *sum + *more * factor;
     }
 }
 

@@ -56,17 +56,10 @@ impl<S: Scalar, const N: usize> Transition<S, N> {
 
     /// The same twice, one after the other; for a step that depends on no parameter.
     pub fn twice(&self) -> Self {
-        let mut state = self.state;
-        for j in 0..N {
-            let mut column = [S::constant(0.0); N];
-            for i in 0..N {
-                column[i] = self.state[i][j];
-            }
-            let turned = self.turned(&column, &[S::constant(0.0); N]);
-            for i in 0..N {
-                state[i][j] = turned[i];
-            }
-        }
+        let zero = [S::constant(0.0); N];
+        let column = |j: usize| self.turned(&std::array::from_fn(|i| self.state[i][j]), &zero);
+        let columns: [[S; N]; N] = std::array::from_fn(column);
+        let state = std::array::from_fn(|i| std::array::from_fn(|j| columns[j][i]));
         let constant = self.turned(&self.constant, &self.constant);
         Self {
             step: self.step * 2.0,
