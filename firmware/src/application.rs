@@ -320,4 +320,4 @@ impl Application {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

@@ -16,6 +16,7 @@
 //! | [`capture`] | chosen signals at 250 Hz into a buffer |
 //! | [`supervisor`] | when the watchdog is fed, missed control periods, cause of the reset |
 //! | [`dictionary`] | the CANopen object dictionary |
+//! | [`drive`] | the application as a CANopen drive: object dictionary, CiA 402, EMCY, store |
 //! | [`frames`] | plain CAN frames for commands, telemetry, and values by number |
 //! | [`service`] | serves them: parameters, excitations, capture, history of faults |
 //!
@@ -28,6 +29,7 @@ pub mod application;
 pub mod capture;
 pub mod command;
 pub mod dictionary;
+pub mod drive;
 pub mod faults;
 pub mod frames;
 pub mod measure;

@@ -25,14 +25,40 @@ mod tests;
 pub use flash::{Flash, Page, Status};
 pub use saver::{Progress, SaveError, Saver};
 
+use core::fmt::Debug;
+
 use crate::parameters::BoardParameters;
 use page::{Content, Image};
 
+/// A set of values that a page keeps.
+pub trait Stored: Copy + PartialEq + Debug {
+    /// What a page of it begins with: what it is, and the version of its layout.
+    const MAGIC: u32;
+
+    /// What serves where nothing is stored.
+    const DEFAULT: Self;
+
+    /// All words of a page: [`EDGES`] more than the set has.
+    type Page: Copy + Eq + Debug + AsRef<[u32]> + AsMut<[u32]>;
+
+    /// A page of zeros.
+    const ZEROS: Self::Page;
+
+    /// Writes the set's words.
+    fn write(&self, words: &mut [u32]);
+
+    /// The set of these words; `None` where it is not possible as a whole.
+    fn read(words: &[u32]) -> Option<Self>;
+}
+
+/// Words of a page beside its set: magic, sequence number and CRC.
+pub const EDGES: usize = 3;
+
 /// What the flash holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Loaded {
+pub struct Loaded<S = BoardParameters> {
     /// The newest set that is valid, or the defaults.
-    pub parameters: BoardParameters,
+    pub parameters: S,
     /// Where they come from.
     pub origin: Origin,
     newest: Option<Newest>,
@@ -60,7 +86,12 @@ pub enum Origin {
 ///
 /// Call it while the flash is not busy.
 pub fn load(flash: &impl Flash) -> Loaded {
-    let content = |page| Image::read(flash, page).content();
+    load_set(flash)
+}
+
+/// As [`load`], of any kind of set.
+pub fn load_set<S: Stored>(flash: &impl Flash) -> Loaded<S> {
+    let content = |page| Image::<S>::read(flash, page).content();
     let pages = (content(Page::First), content(Page::Second));
     let newest = match pages {
         (Content::Valid(a), Content::Valid(b)) if is_newer(b, a) => Some((Page::Second, b)),
@@ -68,9 +99,9 @@ pub fn load(flash: &impl Flash) -> Loaded {
         (_, Content::Valid(sequence)) => Some((Page::Second, sequence)),
         _ => None,
     };
-    let stored = newest.and_then(|(page, _)| Image::read(flash, page).parameters());
+    let stored = newest.and_then(|(page, _)| Image::<S>::read(flash, page).set());
     Loaded {
-        parameters: stored.unwrap_or(BoardParameters::DEFAULT),
+        parameters: stored.unwrap_or(S::DEFAULT),
         origin: match pages {
             _ if stored.is_some() => Origin::Stored,
             // The first save of all may have lost its power.

@@ -1,6 +1,6 @@
 //! The application on the PC and the ELF on the emulated board do the same, bit for bit.
 
-use board_tests::frames::{Frame, order};
+use board_tests::frames::{BoardFrame, Frame, order};
 use board_tests::native::Native;
 use board_tests::runs::run_schedule;
 use virtual_board::rig::RigOptions;
@@ -62,7 +62,7 @@ fn a_minute_of_mixed_inputs_is_the_same_natively_and_on_the_emulated_board() {
     }
     let sent: Vec<Frame> = (emulated.trace.frames.iter())
         .filter(|sent| sent.sender == 0)
-        .map(|sent| (&sent.frame).into())
+        .map(|sent| Frame::from_the_wire(&sent.frame))
         .collect();
     let expected = native.telemetry.as_flattened();
     assert!(sent.len() >= expected.len());

@@ -1,6 +1,6 @@
 //! The supply fails in every operation of a save: afterwards the old parameters are there or the new.
 
-use board_tests::frames::{Frame, order};
+use board_tests::frames::{BoardFrame, Frame, order};
 use board_tests::runs::{Commander, Schedule, firmware, run_schedule, statuses};
 use firmware::faults::Fault as Told;
 use firmware::parameters::BoardParameters;
@@ -79,9 +79,7 @@ impl Script for Asker {
             }
         }
         if ms.is_multiple_of(10) {
-            let mut ask = Frame::write(self::number(), 0);
-            ask.data[0] = 0;
-            port.send(now_ns, ask.on_the_wire());
+            port.send(now_ns, Frame::read(self::number()).on_the_wire());
         }
         if self.value.is_some() {
             Flow::End

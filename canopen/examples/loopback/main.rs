@@ -11,18 +11,16 @@
 mod device;
 mod dictionary;
 mod drive;
-mod frame;
-mod slcan;
 
 use std::error::Error;
 use std::io::{ErrorKind, Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::time::{Duration, Instant};
 
-use canopen::{Emergency, ErrorCode, Node, NodeId, register};
+use canopen::slcan::{Adapter, Bus};
+use canopen::{CanFrame, Emergency, ErrorCode, Node, NodeId, register};
 use device::Device;
 use drive::Drive;
-use frame::CanFrame;
 
 struct Bench {
     node: Node<2, 2>,
@@ -52,25 +50,12 @@ impl Bench {
         self.node.tick(now_us, &mut self.device);
     }
 
-    fn line(&mut self, line: &str) -> String {
-        if let Some(frame) = slcan::parse(line) {
-            let now_us = self.now_us();
-            self.node.receive(&frame, now_us, &mut self.device);
-        }
-        match line.chars().next() {
-            Some('V') => "V1013\r".into(),
-            Some('N') => "N0001\r".into(),
-            Some('F') => "F00\r".into(),
-            _ => "\r".into(),
-        }
-    }
-
     /// Serves one client until it leaves.
     fn serve(&mut self, mut stream: TcpStream) -> std::io::Result<()> {
         stream.set_nodelay(true)?;
         stream.set_read_timeout(Some(Duration::from_millis(1)))?;
         let mut buffer = [0; 4096];
-        let mut line = String::new();
+        let mut adapter = Adapter::new(*b"0001");
         loop {
             let length = match stream.read(&mut buffer) {
                 Ok(0) => return Ok(()),
@@ -82,27 +67,44 @@ impl Bench {
                 }
                 Err(error) => return Err(error),
             };
-            let mut answer = String::new();
+            let mut answer = Vec::new();
             for byte in &buffer[..length] {
-                if *byte == b'\r' {
-                    answer += &self.line(&std::mem::take(&mut line));
-                    answer += &self.frames();
-                } else if line.len() < 64 {
-                    line.push(char::from(*byte));
+                if let Some(text) = adapter.receive(*byte, self) {
+                    answer.extend_from_slice(text.as_bytes());
+                    self.frames(&adapter, &mut answer);
                 }
             }
             self.step();
-            answer += &self.frames();
-            stream.write_all(answer.as_bytes())?;
+            self.frames(&adapter, &mut answer);
+            stream.write_all(&answer)?;
         }
     }
 
-    fn frames(&mut self) -> String {
-        let mut text = String::new();
+    fn frames(&mut self, adapter: &Adapter, answer: &mut Vec<u8>) {
+        let now_us = self.now_us();
         while let Some(frame) = self.node.transmit::<CanFrame>(&mut self.device) {
-            text += &slcan::print(&frame);
+            if let Some(text) = adapter.frame(&frame, now_us) {
+                answer.extend_from_slice(text.as_bytes());
+            }
         }
-        text
+    }
+}
+
+impl Bus for Bench {
+    fn open(&mut self, _: Option<u16>, _: bool) -> bool {
+        true
+    }
+
+    fn close(&mut self) {}
+
+    fn send(&mut self, frame: &CanFrame) -> bool {
+        let now_us = self.now_us();
+        self.node.receive(frame, now_us, &mut self.device);
+        true
+    }
+
+    fn flags(&mut self) -> u8 {
+        0
     }
 }
 

@@ -106,6 +106,12 @@ impl Axis {
         self.machine.state()
     }
 
+    /// Something else moves the motor: the demand is where it is, with this velocity, and the mode begins anew.
+    pub fn displace(&mut self, position: i32, velocity: i32) {
+        self.ramp = Ramp::moving(position, velocity);
+        self.mode = None;
+    }
+
     /// One control period.
     pub fn step(&mut self, input: &Input, parameters: &Parameters) -> Output {
         if !input.mode.is_position() {

@@ -30,6 +30,15 @@ pub struct Ramp {
 }
 
 impl Ramp {
+    /// Passes a position with a velocity.
+    #[must_use]
+    pub const fn moving(position: i32, velocity: i32) -> Self {
+        Self {
+            velocity: velocity as i64 * UNIT_PER_S,
+            ..Self::at(position)
+        }
+    }
+
     /// Stands at a position.
     #[must_use]
     pub const fn at(position: i32) -> Self {

@@ -1,11 +1,10 @@
 //! A node with node-ID 5 on a bus of its own.
 
-use canopen::{Node, NodeId};
+use canopen::{CanFrame, Node, NodeId};
 use embedded_can::{Frame, StandardId};
 
 use crate::device::Device;
 use crate::dictionary::DICTIONARY;
-use crate::frame::CanFrame;
 
 /// Identifier (bit 29 set where it has 29 bits) and data of a frame.
 pub type Seen = (u32, Vec<u8>);
@@ -74,7 +73,7 @@ impl Bench {
         self.receive(&data_frame(id, data))
     }
 
-    pub fn remote(&mut self, id: u16, length: usize) -> Vec<Seen> {
+    pub fn remote(&mut self, id: u16, length: u8) -> Vec<Seen> {
         self.receive(&CanFrame::raw(u32::from(id), false, true, length, [0; 8]).expect("a frame"))
     }
 

@@ -17,5 +17,3 @@ mod transmission;
 mod device;
 #[path = "../../examples/loopback/dictionary.rs"]
 mod dictionary;
-#[path = "../../examples/loopback/frame.rs"]
-mod frame;

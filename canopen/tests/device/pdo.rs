@@ -179,8 +179,7 @@ fn pdos_of_29_bits_work() {
     bench.write_u32(0x1400, 1, 0x8000_0205).expect("off");
     bench.write_u32(0x1400, 1, 0x3234_5678).expect("29 bits");
     let frame = |id, extended| {
-        crate::frame::CanFrame::raw(id, extended, false, 6, [15, 0, 1, 0, 0, 0, 0, 0])
-            .expect("a frame")
+        canopen::CanFrame::raw(id, extended, false, 6, [15, 0, 1, 0, 0, 0, 0, 0]).expect("a frame")
     };
     bench.receive(&frame(0x678, false));
     assert_eq!(bench.device.number(0x6040, 0), 0);

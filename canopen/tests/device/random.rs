@@ -1,9 +1,9 @@
 //! Frames that make no sense, or nearly make sense: nothing panics, and the node still answers.
 
+use canopen::CanFrame;
 use proptest::prelude::*;
 
 use crate::bench::Bench;
-use crate::frame::CanFrame;
 
 /// Identifiers that the node listens to, and all others.
 fn identifier() -> impl Strategy<Value = u32> {
@@ -45,7 +45,7 @@ enum Step {
 }
 
 fn step() -> impl Strategy<Value = Step> {
-    let frame = (identifier(), any::<u8>(), 0..=8_usize, payload()).prop_filter_map(
+    let frame = (identifier(), any::<u8>(), 0..=8_u8, payload()).prop_filter_map(
         "a frame",
         |(id, kind, length, data)| {
             let length = if kind < 200 { 8 } else { length };

@@ -270,7 +270,7 @@ fn unknown_commands_are_refused_and_frames_of_other_lengths_ignored() {
                 .send(0x605, &[0x40, 0, 0x10, 0, 0, 0, 0][..length])
                 .is_empty()
         );
-        assert!(bench.remote(0x605, length).is_empty());
+        assert!(bench.remote(0x605, length as u8).is_empty());
     }
     assert!(bench.remote(0x605, 8).is_empty());
 }
@@ -290,9 +290,9 @@ fn an_application_that_is_slow_is_waited_for() {
 fn a_29_bit_identifier_is_another_identifier() {
     let mut bench = Bench::new();
     let data = [0x40, 0, 0x10, 0, 0, 0, 0, 0];
-    let frame = crate::frame::CanFrame::raw(0x605, true, false, 8, data).expect("a frame");
+    let frame = canopen::CanFrame::raw(0x605, true, false, 8, data).expect("a frame");
     assert!(bench.receive(&frame).is_empty());
-    let stop = crate::frame::CanFrame::raw(0, true, false, 2, [2, 5, 0, 0, 0, 0, 0, 0]);
+    let stop = canopen::CanFrame::raw(0, true, false, 2, [2, 5, 0, 0, 0, 0, 0, 0]);
     bench.receive(&stop.expect("a frame"));
     assert!(bench.read(0x1000, 0).is_ok(), "not stopped");
 }

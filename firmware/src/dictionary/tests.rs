@@ -3,42 +3,14 @@
 extern crate std;
 
 use canopen::dictionary::Address;
-use canopen::{Abort, Application, Node, NodeId};
-use embedded_can::{ExtendedId, Frame, Id, StandardId};
-use std::vec;
+use canopen::{Abort, Application, CanFrame, Node, NodeId};
+use embedded_can::{Frame, StandardId};
 use std::vec::Vec;
 
 use super::DICTIONARY;
 
-/// A frame in memory.
-#[derive(Clone, Debug, PartialEq)]
-struct Seen(u16, Vec<u8>);
-
-impl Frame for Seen {
-    fn new(id: impl Into<Id>, data: &[u8]) -> Option<Self> {
-        match id.into() {
-            Id::Standard(id) => Some(Self(id.as_raw(), data.to_vec())),
-            Id::Extended(_) => None,
-        }
-    }
-    fn new_remote(_: impl Into<Id>, _: usize) -> Option<Self> {
-        None
-    }
-    fn is_extended(&self) -> bool {
-        false
-    }
-    fn is_remote_frame(&self) -> bool {
-        false
-    }
-    fn id(&self) -> Id {
-        StandardId::new(self.0).map_or(ExtendedId::ZERO.into(), Id::Standard)
-    }
-    fn dlc(&self) -> usize {
-        self.1.len()
-    }
-    fn data(&self) -> &[u8] {
-        &self.1
-    }
+fn frame(id: u16, data: &[u8]) -> CanFrame {
+    CanFrame::new(StandardId::new(id).expect("11 bits"), data).expect("at most 8 bytes")
 }
 
 /// Takes every command, and measures nothing.
@@ -58,8 +30,8 @@ impl Application for Recorder {
 fn operational() -> (Node<4, 4>, Recorder) {
     let mut app = Recorder::default();
     let mut node = Node::new(&DICTIONARY, NodeId::new(1), &mut app, 0);
-    while node.transmit::<Seen>(&mut app).is_some() {}
-    node.receive(&Seen(0, vec![1, 1]), 0, &mut app);
+    while node.transmit::<CanFrame>(&mut app).is_some() {}
+    node.receive(&frame(0, &[1, 1]), 0, &mut app);
     (node, app)
 }
 
@@ -69,8 +41,8 @@ fn two_telemetry_pdos_come_at_250_hz_and_a_status_at_50_hz() {
     let mut seen = Vec::new();
     for tick in 1..=250 {
         node.tick(tick * 4_000, &mut app);
-        while let Some(frame) = node.transmit::<Seen>(&mut app) {
-            seen.push((frame.0, frame.1.len()));
+        while let Some(frame) = node.transmit::<CanFrame>(&mut app) {
+            seen.push((frame.raw_id().0, frame.dlc()));
         }
     }
     let count = |wanted| seen.iter().filter(|frame| **frame == wanted).count();
@@ -83,8 +55,8 @@ fn two_telemetry_pdos_come_at_250_hz_and_a_status_at_50_hz() {
 #[test]
 fn the_default_commands_are_controlword_target_mode_and_velocity() {
     let (mut node, mut app) = operational();
-    node.receive(&Seen(0x201, vec![0x0F, 0, 0x10, 0x27, 0, 0]), 0, &mut app);
-    node.receive(&Seen(0x301, vec![0xFF, 0xFF, 0xFF, 0xFF, 9]), 0, &mut app);
+    node.receive(&frame(0x201, &[0x0F, 0, 0x10, 0x27, 0, 0]), 0, &mut app);
+    node.receive(&frame(0x301, &[0xFF, 0xFF, 0xFF, 0xFF, 9]), 0, &mut app);
     let expected = [
         (0x6040, 15),
         (0x607A, 10_000),

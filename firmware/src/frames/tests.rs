@@ -1,61 +1,15 @@
 extern crate std;
 
+use canopen::CanFrame as Plain;
 use embedded_can::ExtendedId;
 use model_core::control::encoder_word::{EncoderCount, EncoderWord, Magnet};
 use proptest::prelude::*;
-use std::vec::Vec;
 
 use super::*;
 use crate::{
     application::{Application, Samples},
     parameters::BoardParameters,
 };
-
-/// A frame as any driver has it.
-#[derive(Debug, Clone, PartialEq)]
-struct Plain {
-    id: Id,
-    data: Vec<u8>,
-    is_remote: bool,
-}
-
-impl Frame for Plain {
-    fn new(id: impl Into<Id>, data: &[u8]) -> Option<Self> {
-        (data.len() <= 8).then(|| Self {
-            id: id.into(),
-            data: data.to_vec(),
-            is_remote: false,
-        })
-    }
-
-    fn new_remote(id: impl Into<Id>, dlc: usize) -> Option<Self> {
-        (dlc <= 8).then(|| Self {
-            id: id.into(),
-            data: std::vec![0; dlc],
-            is_remote: true,
-        })
-    }
-
-    fn is_extended(&self) -> bool {
-        matches!(self.id, Id::Extended(_))
-    }
-
-    fn is_remote_frame(&self) -> bool {
-        self.is_remote
-    }
-
-    fn id(&self) -> Id {
-        self.id
-    }
-
-    fn dlc(&self) -> usize {
-        self.data.len()
-    }
-
-    fn data(&self) -> &[u8] {
-        &self.data
-    }
-}
 
 fn standard(id: u16, data: &[u8]) -> Plain {
     Plain::new(StandardId::new(id).unwrap(), data).unwrap()
@@ -123,15 +77,15 @@ fn telemetry_tells_angle_rate_state_and_what_was_measured() {
     let outputs = application.step(&Samples::at_rest(word));
     let [motion, power, health] = Frames::new(0x7f).telemetry::<Plain>(&outputs);
     let motion = motion.unwrap();
-    assert_eq!(motion.id, Id::Standard(StandardId::new(0x1ff).unwrap()));
+    assert_eq!(motion.id(), Id::Standard(StandardId::new(0x1ff).unwrap()));
     // 90 deg, at rest, disabled, no fault.
     let angle = 90_000_i32.to_le_bytes();
-    assert_eq!(motion.data[..4], angle);
-    assert_eq!(motion.data[4..], [0, 0, 1, 0]);
+    assert_eq!(motion.bytes()[..4], angle);
+    assert_eq!(motion.bytes()[4..], [0, 0, 1, 0]);
     // 5998 mV.
-    assert_eq!(power.unwrap().data, [0, 0, 0, 0, 0, 0, 0x6e, 0x17]);
+    assert_eq!(power.unwrap().bytes(), [0, 0, 0, 0, 0, 0, 0x6e, 0x17]);
     // Tick 1, 25 deg C.
-    assert_eq!(health.unwrap().data, [1, 0, 0xc4, 0x09, 0, 0, 0, 0]);
+    assert_eq!(health.unwrap().bytes(), [1, 0, 0xc4, 0x09, 0, 0, 0, 0]);
 }
 
 #[test]
@@ -144,8 +98,8 @@ fn numbers_beyond_their_field_end_at_its_ends() {
     outputs.telemetry.supply_mv = -3;
     outputs.telemetry.duty = Percent::from_num(-100);
     let [motion, power, _] = Frames::new(1).telemetry::<Plain>(&outputs);
-    assert_eq!(motion.unwrap().data[4..6], i16::MIN.to_le_bytes());
-    let power = power.unwrap().data;
+    assert_eq!(motion.unwrap().bytes()[4..6], i16::MIN.to_le_bytes());
+    let power = power.unwrap().bytes();
     assert_eq!(power[..2], i16::MAX.to_le_bytes());
     assert_eq!(power[4..6], (-10_000_i16).to_le_bytes());
     assert_eq!(power[6..], [0, 0]);

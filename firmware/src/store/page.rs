@@ -2,17 +2,32 @@
 
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 
-use super::{Flash, Page};
+use super::{EDGES, Flash, Page, Stored};
 use crate::parameters::{BoardParameters, WORDS};
 
-/// "SA", and the version of the layout: one more with each change of the parameters' words.
-pub(super) const MAGIC: u32 = 0x5341_0001;
-
-/// Words in front of the parameters: magic and sequence number.
+/// Words in front of the set: magic and sequence number.
 const HEAD: usize = 2;
 
-/// Words of a page, the CRC being the last.
-pub(super) const PAGE_WORDS: usize = HEAD + WORDS + 1;
+/// Words of a page of parameters, the CRC being the last.
+pub(super) const PAGE_WORDS: usize = WORDS + EDGES;
+
+impl Stored for BoardParameters {
+    /// "SA", and the version of the layout: one more with each change of the parameters' words.
+    const MAGIC: u32 = 0x5341_0001;
+    const DEFAULT: Self = Self::DEFAULT;
+    type Page = [u32; PAGE_WORDS];
+    const ZEROS: Self::Page = [0; PAGE_WORDS];
+
+    fn write(&self, words: &mut [u32]) {
+        for (word, content) in words.iter_mut().zip(self.words()) {
+            *word = content;
+        }
+    }
+
+    fn read(words: &[u32]) -> Option<Self> {
+        Self::from_words(words.first_chunk()?)
+    }
+}
 
 /// Bit by bit: a table would take 1 KiB, and a page is hashed in 15,000 instructions when the board
 /// starts or saves, away from the control step.
@@ -33,25 +48,26 @@ pub(super) enum Content {
 
 /// The words of a page.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Image([u32; PAGE_WORDS]);
+pub(super) struct Image<S: Stored>(S::Page);
 
-impl Image {
-    /// A set of parameters.
-    pub fn new(sequence: u32, parameters: &BoardParameters) -> Self {
-        let mut words = [0; PAGE_WORDS];
-        let content = [MAGIC, sequence].into_iter().chain(parameters.words());
-        for (word, content) in words.iter_mut().zip(content) {
-            *word = content;
+impl<S: Stored> Image<S> {
+    /// A set.
+    pub fn new(sequence: u32, set: &S) -> Self {
+        let mut page = S::ZEROS;
+        if let [magic, number, content @ .., _] = page.as_mut() {
+            (*magic, *number) = (S::MAGIC, sequence);
+            set.write(content);
         }
-        let [content @ .., check] = &mut words;
-        *check = checksum(content);
-        Self(words)
+        if let [covered @ .., check] = page.as_mut() {
+            *check = checksum(covered);
+        }
+        Self(page)
     }
 
     /// What a page of the flash holds.
     pub fn read(flash: &impl Flash, page: Page) -> Self {
-        let mut words = [0; PAGE_WORDS];
-        for (offset, word) in (0..).step_by(4).zip(&mut words) {
+        let mut words = S::ZEROS;
+        for (offset, word) in (0..).step_by(4).zip(words.as_mut()) {
             *word = flash.read(page, offset);
         }
         Self(words)
@@ -59,17 +75,18 @@ impl Image {
 
     /// The word of this index; `None` behind the last one.
     pub fn word(&self, index: u16) -> Option<u32> {
-        self.0.get(usize::from(index)).copied()
+        self.0.as_ref().get(usize::from(index)).copied()
     }
 
-    /// Whether that is a set of parameters.
+    /// Whether that is a set.
     pub fn content(&self) -> Content {
-        let [covered @ .., check] = &self.0;
-        let &[_, sequence, ..] = covered;
-        if self.0.iter().all(|&word| word == u32::MAX) {
+        let [covered @ .., check] = self.0.as_ref() else {
+            return Content::Corrupt;
+        };
+        if self.0.as_ref().iter().all(|&word| word == u32::MAX) {
             Content::Empty
-        } else if checksum(covered) == *check && self.parameters().is_some() {
-            Content::Valid(sequence)
+        } else if checksum(covered) == *check && self.set().is_some() {
+            Content::Valid(covered.get(1).copied().unwrap_or(0))
         } else if *check == u32::MAX {
             Content::Unfinished
         } else {
@@ -77,12 +94,15 @@ impl Image {
         }
     }
 
-    /// The parameters, if they are of this layout and possible; the CRC is not looked at.
-    pub fn parameters(&self) -> Option<BoardParameters> {
-        match &self.0 {
-            [MAGIC, _, parameters @ .., _] => BoardParameters::from_words(parameters),
-            _ => None,
-        }
+    /// The set, if it is of this layout and possible; the CRC is not looked at.
+    pub fn set(&self) -> Option<S> {
+        let [content @ .., _] = self.0.as_ref() else {
+            return None;
+        };
+        let (head, content) = content.split_at_checked(HEAD)?;
+        (head.first() == Some(&S::MAGIC))
+            .then(|| S::read(content))
+            .flatten()
     }
 }
 

@@ -1,7 +1,7 @@
 //! Writes a set of parameters, one operation of the flash after the other.
 
 use super::{
-    Flash, Loaded, Newest, Page, Status,
+    Flash, Loaded, Newest, Page, Status, Stored,
     page::{Content, Image},
 };
 use crate::parameters::BoardParameters;
@@ -44,26 +44,26 @@ enum Step {
 
 /// Saves parameters without ever waiting.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Saver {
+pub struct Saver<S: Stored = BoardParameters> {
     newest: Option<Newest>,
     sequence: u32,
-    image: Image,
+    image: Image<S>,
     step: Step,
 }
 
-impl Saver {
+impl<S: Stored> Saver<S> {
     /// A saver that knows what the flash holds.
-    pub fn new(loaded: &Loaded) -> Self {
+    pub fn new(loaded: &Loaded<S>) -> Self {
         Self {
             newest: loaded.newest,
             sequence: 0,
-            image: Image::new(0, &BoardParameters::DEFAULT),
+            image: Image::new(0, &S::DEFAULT),
             step: Step::Idle,
         }
     }
 
     /// Starts to save this set; `false`, and nothing is done, while another save is running.
-    pub fn start(&mut self, parameters: &BoardParameters) -> bool {
+    pub fn start(&mut self, parameters: &S) -> bool {
         let is_idle = self.step == Step::Idle;
         if is_idle {
             self.sequence = self.newest.map_or(0, |n| n.sequence.wrapping_add(1));
@@ -91,12 +91,14 @@ impl Saver {
             (_, Status::Busy) => return Progress::Running,
             (Step::Idle, _) => return Progress::Idle,
             // The first save of all: an erase that loses its power could leave anything there.
-            (Step::Erase, _) if self.newest.is_none() && is_blank(flash, page) => Step::Program(0),
+            (Step::Erase, _) if self.newest.is_none() && is_blank::<S>(flash, page) => {
+                Step::Program(0)
+            }
             (Step::Erase, _) => {
                 flash.start_erase(page);
                 Step::Erased
             }
-            (Step::Erased, Status::Ready) if !is_blank(flash, page) => {
+            (Step::Erased, Status::Ready) if !is_blank::<S>(flash, page) => {
                 return self.failed(SaveError::Erase);
             }
             (Step::Erased, Status::Failed) => return self.failed(SaveError::Erase),
@@ -127,7 +129,7 @@ impl Saver {
     fn finish(&mut self, flash: &impl Flash, page: Page) -> Progress {
         self.step = Step::Idle;
         let sequence = self.sequence;
-        let there = Image::read(flash, page);
+        let there = Image::<S>::read(flash, page);
         if there != self.image || there.content() != Content::Valid(sequence) {
             return Progress::Failed(SaveError::Verify);
         }
@@ -142,12 +144,12 @@ impl Saver {
 }
 
 /// Whether nothing is written where a set goes.
-fn is_blank(flash: &impl Flash, page: Page) -> bool {
-    Image::read(flash, page).content() == Content::Empty
+fn is_blank<S: Stored>(flash: &impl Flash, page: Page) -> bool {
+    Image::<S>::read(flash, page).content() == Content::Empty
 }
 
 #[cfg(test)]
-impl Saver {
+impl<S: Stored> Saver<S> {
     /// Words that were written so far.
     pub(super) fn step_index(&self) -> u16 {
         match self.step {

@@ -1,6 +1,7 @@
 //! Frames between the tests and the board, whose node is number 1.
 
-use embedded_can::{Id, StandardId};
+pub use canopen::CanFrame as Frame;
+use embedded_can::StandardId;
 use virtual_board::can;
 
 /// Orders of a command frame.
@@ -23,90 +24,54 @@ pub mod order {
     pub const SAVE: u8 = 7;
 }
 
-/// A frame on the side of the application.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Frame {
-    /// Standard identifier.
-    pub id: u16,
-    /// Bytes of data.
-    pub len: usize,
-    /// The data, and zeros.
-    pub data: [u8; 8],
-}
-
-impl embedded_can::Frame for Frame {
-    fn new(id: impl Into<Id>, data: &[u8]) -> Option<Self> {
-        let Id::Standard(id) = id.into() else {
-            return None;
-        };
-        let mut bytes = [0; 8];
-        bytes.get_mut(..data.len())?.copy_from_slice(data);
-        Some(Self {
-            id: id.as_raw(),
-            len: data.len(),
-            data: bytes,
-        })
-    }
-
-    fn new_remote(_: impl Into<Id>, _: usize) -> Option<Self> {
-        None
-    }
-
-    fn is_extended(&self) -> bool {
-        false
-    }
-
-    fn is_remote_frame(&self) -> bool {
-        false
-    }
-
-    fn id(&self) -> Id {
-        StandardId::new(self.id).unwrap_or(StandardId::ZERO).into()
-    }
-
-    fn dlc(&self) -> usize {
-        self.len
-    }
-
-    fn data(&self) -> &[u8] {
-        &self.data[..self.len]
-    }
-}
-
-impl Frame {
+/// What the tests say to the board, and hear from it.
+pub trait BoardFrame: Sized {
     /// A command frame: an angle, mdeg, and an order.
-    pub fn command(mdeg: i32, order: u8) -> Self {
-        let [a, b, c, d] = mdeg.to_le_bytes();
-        Self {
-            id: 0x201,
-            len: 5,
-            data: [a, b, c, d, order, 0, 0, 0],
-        }
-    }
+    fn command(mdeg: i32, order: u8) -> Self;
 
     /// A frame that writes a value by its number.
-    pub fn write(number: u8, value: u32) -> Self {
-        let [a, b, c, d] = value.to_le_bytes();
-        Self {
-            id: 0x301,
-            len: 8,
-            data: [1, number, 0, 0, a, b, c, d],
-        }
-    }
+    fn write(number: u8, value: u32) -> Self;
+
+    /// A frame that asks for a value by its number.
+    fn read(number: u8) -> Self;
 
     /// The frame on the wire.
-    pub fn on_the_wire(&self) -> can::Frame {
-        can::Frame::data_frame(can::Id::Standard(self.id), &self.data[..self.len])
-    }
+    fn on_the_wire(&self) -> can::Frame;
+
+    /// A frame from the wire.
+    fn from_the_wire(frame: &can::Frame) -> Self;
 }
 
-impl From<&can::Frame> for Frame {
-    fn from(frame: &can::Frame) -> Self {
-        Self {
-            id: frame.id.value() as u16,
-            len: frame.payload().len(),
-            data: frame.data,
-        }
+fn standard(id: u16, data: &[u8]) -> Frame {
+    let id = StandardId::new(id).expect("11 bits");
+    embedded_can::Frame::new(id, data).expect("at most 8 bytes")
+}
+
+impl BoardFrame for Frame {
+    fn command(mdeg: i32, order: u8) -> Self {
+        let [a, b, c, d] = mdeg.to_le_bytes();
+        standard(0x201, &[a, b, c, d, order])
+    }
+
+    fn write(number: u8, value: u32) -> Self {
+        let [a, b, c, d] = value.to_le_bytes();
+        standard(0x301, &[1, number, 0, 0, a, b, c, d])
+    }
+
+    fn read(number: u8) -> Self {
+        standard(0x301, &[0, number, 0, 0, 0, 0, 0, 0])
+    }
+
+    fn on_the_wire(&self) -> can::Frame {
+        let (id, _) = self.raw_id();
+        can::Frame::data_frame(
+            can::Id::Standard(id as u16),
+            embedded_can::Frame::data(self),
+        )
+    }
+
+    fn from_the_wire(frame: &can::Frame) -> Self {
+        standard(frame.id.value() as u16, frame.payload())
     }
 }
 

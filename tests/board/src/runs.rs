@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use virtual_board::run::{Finished, Firmware, Flow, Options, Script, View, run};
 
 use crate::board_elf::board_elf;
-use crate::frames::{Frame, Status, order};
+use crate::frames::{BoardFrame, Frame, Status, order};
 
 /// The board's program.
 ///

@@ -5,8 +5,6 @@
 
 #[cfg(target_os = "none")]
 mod dictionary;
-#[cfg(target_os = "none")]
-mod frame;
 
 #[cfg(not(target_os = "none"))]
 fn main() {}
@@ -18,10 +16,8 @@ mod board {
 
     use canopen::cia402::{Axis, Fault, Input, Mode, Options, Parameters};
     use canopen::dictionary::Address;
-    use canopen::{Abort, Application, BusEvent, Emergency, ErrorCode, Node, NodeId};
+    use canopen::{Abort, Application, BusEvent, CanFrame, Emergency, ErrorCode, Node, NodeId};
     use embedded_can::{Frame, StandardId};
-
-    use crate::frame::BoardFrame;
 
     /// One number behind every address.
     struct Number(u64);
@@ -85,7 +81,7 @@ mod board {
         let id = black_box(NodeId::new(5));
         let mut node =
             Node::<4, 4>::new(&crate::dictionary::DICTIONARY, id, &mut app, black_box(0));
-        let mut frame = BoardFrame::new(StandardId::ZERO, &[]);
+        let mut frame = CanFrame::new(StandardId::ZERO, &[]);
         let mut axis = Axis::new();
         let (mut input, parameters) = drive();
         loop {

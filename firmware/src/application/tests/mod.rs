@@ -28,23 +28,60 @@ fn without_stop() -> FirstOrderParameters {
     }
 }
 
+/// A motor with its encoder.
+pub(crate) struct Motor {
+    plant: FirstOrder,
+    encoder: Encoder,
+    duty_pct: f64,
+}
+
+impl Motor {
+    pub fn new() -> Self {
+        Self {
+            plant: FirstOrder::try_new(without_stop(), Pwm::Average).unwrap(),
+            encoder: Encoder::new(Default::default(), Noise::new(0, 0)),
+            duty_pct: 0.0,
+        }
+    }
+
+    /// What an undisturbed board samples.
+    pub fn samples(&mut self) -> Samples {
+        Samples::at_rest(self.encoder.word(self.plant.at(20).angle_deg))
+    }
+
+    /// A PWM period more, as before.
+    pub fn drift(&mut self) {
+        self.plant.start_period(self.duty_pct);
+    }
+
+    /// A control period with what the board has decided.
+    pub fn turn(&mut self, outputs: &Outputs) {
+        for period in 0..4 {
+            self.drift();
+            if period == 0 {
+                self.duty_pct = match outputs.bridge {
+                    Bridge::Driven(_) => float(outputs.telemetry.duty),
+                    Bridge::Coast | Bridge::Brake => 0.0,
+                };
+            }
+        }
+    }
+}
+
 /// A board, the motor that it drives, and a hand in the wiring.
 pub(super) struct Rig {
     pub application: Application,
-    plant: FirstOrder,
-    encoder: Encoder,
+    motor: Motor,
     pub outputs: Outputs,
     /// What is commanded in each control period, if anything.
     pub command: Option<Angle>,
-    duty_pct: f64,
 }
 
 impl Rig {
     pub fn new(parameters: BoardParameters) -> Self {
         let mut rig = Self {
             application: Application::new(parameters),
-            plant: FirstOrder::try_new(without_stop(), Pwm::Average).unwrap(),
-            encoder: Encoder::new(Default::default(), Noise::new(0, 0)),
+            motor: Motor::new(),
             outputs: Outputs {
                 bridge: Bridge::Coast,
                 state: State::Initialising,
@@ -52,7 +89,6 @@ impl Rig {
                 telemetry: Telemetry::default(),
             },
             command: None,
-            duty_pct: 0.0,
         };
         rig.step();
         rig
@@ -89,21 +125,13 @@ impl Rig {
 
     /// One control period; the hand changes what is sampled.
     pub fn step_with(&mut self, hand: impl FnOnce(&mut Samples)) -> Outputs {
-        let mut samples = Samples::at_rest(self.encoder.word(self.plant.at(20).angle_deg));
+        let mut samples = self.motor.samples();
         hand(&mut samples);
         if let Some(angle) = self.command {
             let _ = self.application.request(Request::Command(angle));
         }
         self.outputs = self.application.step(&samples);
-        for period in 0..4 {
-            self.plant.start_period(self.duty_pct);
-            if period == 0 {
-                self.duty_pct = match self.outputs.bridge {
-                    Bridge::Driven(_) => float(self.outputs.telemetry.duty),
-                    Bridge::Coast | Bridge::Brake => 0.0,
-                };
-            }
-        }
+        self.motor.turn(&self.outputs);
         self.outputs
     }
 

@@ -236,7 +236,7 @@ fn missed_periods_are_counted_and_leave_no_jump_in_the_rate() {
     let before = rig.outputs.telemetry.rate;
     // Two periods pass without a step.
     for _ in 0..8 {
-        rig.plant.start_period(rig.duty_pct);
+        rig.motor.drift();
     }
     let outputs = rig.step_with(|samples| samples.missed_periods = 2);
     assert_eq!(outputs.telemetry.missed_periods, 2);

@@ -1,5 +1,6 @@
 //! What may wait until the control step is over: telemetry, answers, parameters, log.
 
+use canopen::CanFrame;
 use firmware::{
     application::Outputs,
     command::excitation::{ExcitationSettings, Run},
@@ -10,7 +11,7 @@ use firmware::{
 };
 use heapless::spsc::{Consumer, Producer};
 
-use crate::{can_frame::CanFrame, control_step::Answer, flash::Flash, heard, report::Report};
+use crate::{control_step::Answer, flash::Flash, heard, report::Report};
 
 /// Excitations that are asked for, and what has been made of them.
 pub struct Excitations {

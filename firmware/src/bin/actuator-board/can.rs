@@ -5,6 +5,7 @@
 //! they were filled. After bus-off the controller comes back by itself, 128 times 11 recessive bits
 //! later (RM0090, section 32.7.6).
 
+use canopen::CanFrame;
 use embedded_can::{Frame as _, Id};
 use firmware::{application::BusState, parameters::BusSettings};
 use heapless::Deque;
@@ -13,7 +14,7 @@ use stm32f4xx_hal::{
     pac::{CAN1, can1},
 };
 
-use crate::can_frame::{CanFrame, identifier};
+use crate::can_identifier::identifier;
 
 /// What 42 MHz are divided by for 14 quanta a bit: at 500 kbit/s twice what 1 Mbit/s takes.
 fn prescaler(settings: &BusSettings) -> u16 {

@@ -24,7 +24,7 @@ mod background;
 mod bridge;
 mod bus_state;
 mod can;
-mod can_frame;
+mod can_identifier;
 mod control_step;
 mod dma;
 mod encoder;

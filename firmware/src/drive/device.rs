@@ -1,0 +1,122 @@
+//! Node and drive together.
+
+use canopen::dictionary::Address;
+use canopen::{BusEvent, Node, NodeId};
+use embedded_can::Frame;
+
+use super::{Drive, Set, emergency};
+use crate::{
+    application::{BusState, Outputs, Samples, Start},
+    dictionary::DICTIONARY,
+    faults::FaultSet,
+};
+
+/// RPDOs of the dictionary.
+pub const RPDOS: usize = 4;
+/// TPDOs of the dictionary.
+pub const TPDOS: usize = 4;
+
+/// An actuator on a CAN bus: frames and samples go in, frames and the bridge's state come out.
+#[derive(Debug)]
+pub struct Device<'a> {
+    node: Node<RPDOS, TPDOS>,
+    /// The drive.
+    pub drive: Drive<'a>,
+    told: FaultSet,
+    bus: BusState,
+}
+
+impl<'a> Device<'a> {
+    /// Powers it on with what was stored; the node-ID is that of the stored parameters, or of who says another.
+    ///
+    /// ```
+    /// use canopen::CanFrame;
+    /// use firmware::{application::Start, drive::{Device, Set}};
+    ///
+    /// let mut buffer = [0; 80];
+    /// let mut device = Device::new(Set::defaults(), Start::default(), &mut buffer, 0);
+    /// let boot_up = device.transmit::<CanFrame>().unwrap();
+    /// assert_eq!(boot_up.raw_id(), (0x701, false));
+    /// ```
+    pub fn new(stored: Set, start: Start, buffer: &'a mut [i32], now_us: u64) -> Self {
+        let node_id = NodeId::new(stored.board.bus.node_id as u8);
+        Self::with_node_id(stored, start, buffer, now_us, node_id)
+    }
+
+    /// As [`Device::new`], with this node-ID, or none to wait for LSS.
+    pub fn with_node_id(
+        stored: Set,
+        start: Start,
+        buffer: &'a mut [i32],
+        now_us: u64,
+        node_id: Option<NodeId>,
+    ) -> Self {
+        let mut drive = Drive::new(stored, start, buffer);
+        let node = Node::new(&DICTIONARY, node_id, &mut drive, now_us);
+        Self {
+            node,
+            drive,
+            told: FaultSet::EMPTY,
+            bus: BusState::Active,
+        }
+    }
+
+    /// The node.
+    pub fn node(&self) -> &Node<RPDOS, TPDOS> {
+        &self.node
+    }
+
+    /// Takes a frame from the bus.
+    pub fn receive(&mut self, frame: &impl Frame, now_us: u64) {
+        self.node.receive(frame, now_us, &mut self.drive);
+    }
+
+    /// The next frame for the bus, if there is one.
+    pub fn transmit<F: Frame>(&mut self) -> Option<F> {
+        self.node.transmit(&mut self.drive)
+    }
+
+    /// One control period, at its time.
+    pub fn step(&mut self, samples: &Samples, now_us: u64) -> Outputs {
+        let before = self.drive.statusword();
+        let outputs = self.drive.step(samples);
+        self.tell_faults(outputs.telemetry.tick);
+        self.tell_bus(samples.bus);
+        if self.drive.statusword() != before {
+            self.node.object_changed(Address::new(0x6041, 0));
+        }
+        self.node.tick(now_us, &mut self.drive);
+        outputs
+    }
+
+    /// An EMCY for each fault that is new, and one for each that is gone.
+    fn tell_faults(&mut self, tick: u32) {
+        let latched = self.drive.latched();
+        for fault in self.told.without(latched).iter() {
+            let code = emergency::code(fault);
+            self.node.clear(code, fault.number() as u8);
+        }
+        for fault in latched.without(self.told).iter() {
+            let error = emergency::of(fault, tick);
+            self.node.raise(error, &mut self.drive);
+        }
+        self.told = latched;
+    }
+
+    fn tell_bus(&mut self, state: BusState) {
+        let events: &[BusEvent] = match (self.bus, state) {
+            (same, now) if same == now => &[],
+            (_, BusState::Off) => &[BusEvent::BusOff],
+            (BusState::Off, BusState::Passive) => {
+                &[BusEvent::BusOffRecovered, BusEvent::ErrorPassive]
+            }
+            (BusState::Off, _) => &[BusEvent::BusOffRecovered],
+            (_, BusState::Passive) => &[BusEvent::ErrorPassive],
+            (_, BusState::Active) => &[BusEvent::Recovered],
+        };
+        self.bus = state;
+        for event in events {
+            self.node.bus_event(*event, &mut self.drive);
+        }
+    }
+}

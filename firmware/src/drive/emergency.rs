@@ -1,0 +1,64 @@
+//! Faults as EMCY messages.
+
+use canopen::{Emergency, ErrorCode, register};
+
+use crate::faults::{Fault, TABLE};
+
+/// Error codes by number, apart from the table so that the board carries no texts.
+const CODES: [u16; TABLE.len()] = {
+    let mut codes = [0; TABLE.len()];
+    let mut at = 0;
+    while at < codes.len() {
+        codes[at] = TABLE[at].error_code;
+        at += 1;
+    }
+    codes
+};
+
+/// The code of a fault, object 603Fh.
+pub(super) fn code(fault: Fault) -> ErrorCode {
+    let at = usize::from(fault.number()).wrapping_sub(1);
+    ErrorCode(CODES.get(at).copied().unwrap_or(0))
+}
+
+/// The message of a fault: its number is the instance, the control period in which it was latched the information.
+pub(super) fn of(fault: Fault, tick: u32) -> Emergency {
+    let code = code(fault);
+    Emergency {
+        code,
+        register: register_of(code),
+        instance: fault.number() as u8,
+        information: tick.to_le_bytes(),
+    }
+}
+
+/// The error register's bit by the class of the code (CiA 301, tables 25 and 26).
+const fn register_of(code: ErrorCode) -> u8 {
+    match code.0 >> 12 {
+        2 => register::CURRENT,
+        3 => register::VOLTAGE,
+        4 => register::TEMPERATURE,
+        8 if code.0 >> 8 == 0x81 => register::COMMUNICATION,
+        7 | 8 => register::PROFILE,
+        _ => register::GENERIC,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_fault_has_its_code_and_the_bit_of_its_class() {
+        for row in TABLE {
+            assert_eq!(code(row.fault).0, row.error_code, "{:?}", row.fault);
+        }
+        let bits = |fault| of(fault, 0).register;
+        assert_eq!(bits(Fault::OverCurrent), register::CURRENT);
+        assert_eq!(bits(Fault::UnderVoltage), register::VOLTAGE);
+        assert_eq!(bits(Fault::OverTemperature), register::TEMPERATURE);
+        assert_eq!(bits(Fault::CommandTimeout), register::COMMUNICATION);
+        assert_eq!(bits(Fault::FollowingError), register::PROFILE);
+        assert_eq!(bits(Fault::LoopOverrun), register::GENERIC);
+    }
+}

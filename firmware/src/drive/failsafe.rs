@@ -1,0 +1,94 @@
+//! What happens when the master falls silent.
+//!
+//! In the cyclic modes the master has promised to command again and again: once it has begun to, a pause of more than 2040h:1 is
+//! its loss. In every mode a lost heartbeat is, and that the node is stopped. What follows says 2040h:2.
+//!
+//! | 2040h:2 | |
+//! |---|---|
+//! | 0 | the angle is held |
+//! | 1 | a fault: the shaft is brought to rest as 605Eh says |
+//! | 2 | the shaft goes to 2040h:3 at the rate of 2040h:4, and stays there |
+
+use super::{Drive, kept::Slot, parameters::PERIOD_US};
+use crate::timing::periods;
+use canopen::cia402::State;
+
+/// What is known of the master.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct Failsafe {
+    /// Control periods since the last cyclic command; none before the first.
+    silent: Option<u16>,
+    /// The network says that it is gone.
+    lost: bool,
+    /// Where a retreat has come to, mdeg.
+    retreat_mdeg: Option<i32>,
+}
+
+impl Failsafe {
+    /// A cyclic command came.
+    pub fn commanded(&mut self) {
+        self.silent = Some(0);
+    }
+
+    /// The network says that the master is gone, or there again.
+    pub fn network(&mut self, lost: bool) {
+        self.lost = lost;
+    }
+
+    /// Starts over.
+    pub fn forget(&mut self) {
+        *self = Self::default();
+    }
+}
+
+/// What the axis is to do of it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Reaction {
+    /// Nothing.
+    None,
+    /// Hold the angle.
+    Hold,
+    /// A fault.
+    Fail,
+    /// Be at this angle, mdeg.
+    Go(i32),
+}
+
+impl Drive<'_> {
+    /// One control period.
+    pub(super) fn fail_safe(&mut self) -> Reaction {
+        if self.axis.state() != State::OperationEnabled || !self.is_commanded() {
+            self.failsafe.silent = None;
+            self.failsafe.retreat_mdeg = None;
+            return Reaction::None;
+        }
+        let timeout_ms = self.application.parameters().command.command_timeout_ms;
+        let is_cyclic = matches!(self.commands.mode, 8 | 9);
+        self.failsafe.silent = self.failsafe.silent.map(|age| age.saturating_add(1));
+        let too_long = |age| is_cyclic && timeout_ms > 0 && age > periods(timeout_ms);
+        if !self.failsafe.lost && !self.failsafe.silent.is_some_and(too_long) {
+            self.failsafe.retreat_mdeg = None;
+            return Reaction::None;
+        }
+        match self.kept.get(Slot::Action) {
+            1 => Reaction::Fail,
+            2 => Reaction::Go(self.retreat()),
+            _ => Reaction::Hold,
+        }
+    }
+
+    /// The next angle on the way to the failsafe position.
+    fn retreat(&mut self) -> i32 {
+        let wanted = self.kept.get(Slot::Retreat) as i32;
+        let rate = self.application.parameters().command.approach_rate_deg_s;
+        // mdeg in a control period: at most 2000 times 4.
+        let step = rate.saturating_mul(PERIOD_US as i32 / 1000);
+        let from = self
+            .failsafe
+            .retreat_mdeg
+            .unwrap_or(self.motion.position_mdeg);
+        let next = from.saturating_add(wanted.saturating_sub(from).max(-step).min(step));
+        self.failsafe.retreat_mdeg = Some(next);
+        next
+    }
+}

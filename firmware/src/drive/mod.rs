@@ -1,0 +1,229 @@
+//! The actuator as a CANopen drive: the [`Application`] behind the object dictionary, with the drive profile CiA 402 in
+//! front of it.
+//!
+//! ```text
+//! frames ── canopen::Node ── Drive ─┬─ cia402::Axis    states, modes, ramps
+//!                                   ├─ Application     loop, protections, parameters
+//!                                   ├─ Capture, Model, excitations
+//!                                   └─ Set             what 1010h stores
+//! ```
+//!
+//! [`Device`] is the node and the drive together: frames and samples go in, frames and the bridge's state come out. Nothing
+//! of it knows how frames travel or where the flash is.
+//!
+//! # How CiA 402 drives the application
+//!
+//! Once a control period the axis makes a demand of controlword, mode and targets. A demand for power
+//! is [`Request::Enable`], none is [`Request::Disable`], and a position goes on as [`Request::Command`]. A demanded velocity
+//! `v` goes through the position loop, of gain `P`, as the angle `angle + v T + v/P`: the commanded rate is then `v`, and every
+//! protection of the position loop watches it. A fault of the application is a fault of the axis; what the
+//! application stops by itself (`FaultReaction`) the axis shows and does not touch.
+//!
+//! While an excitation runs, or the servo pulse commands, the axis follows the shaft and takes over where it is.
+
+mod device;
+mod diagnostics;
+mod emergency;
+mod failsafe;
+mod kept;
+mod model;
+mod motion;
+mod numbers;
+mod objects;
+mod parameters;
+mod read;
+mod set;
+#[cfg(test)]
+mod tests;
+mod write;
+
+use canopen::cia402::Axis;
+
+pub use device::{Device, RPDOS, TPDOS};
+pub use diagnostics::Diagnostics;
+pub use set::Set;
+
+use crate::{
+    application::{Application, Outputs, Samples, Source, Start, State},
+    capture::Capture,
+    faults::FaultSet,
+    parameters::BoardParameters,
+    timing::thousandths,
+};
+use failsafe::Failsafe;
+use kept::Kept;
+use model::Model;
+use motion::Motion;
+use set::Store;
+
+/// What a master commands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Commands {
+    controlword: u16,
+    mode: i8,
+    target_position_mdeg: i32,
+    target_velocity_mdeg_s: i32,
+    velocity_offset_mdeg_s: i32,
+}
+
+impl Commands {
+    /// Cyclic synchronous position, and nothing to be done.
+    const DEFAULT: Self = Self {
+        controlword: 0,
+        mode: 8,
+        target_position_mdeg: 0,
+        target_velocity_mdeg_s: 0,
+        velocity_offset_mdeg_s: 0,
+    };
+}
+
+/// The application behind the object dictionary.
+#[derive(Debug)]
+pub struct Drive<'a> {
+    application: Application,
+    capture: Capture<'a>,
+    axis: Axis,
+    axis_parameters: canopen::cia402::Parameters,
+    commands: Commands,
+    kept: Kept,
+    motion: Motion,
+    failsafe: Failsafe,
+    model: Model,
+    store: Store,
+    source: Source,
+    /// Faults of the way to the application: commands that stay out, and power that was refused.
+    own: FaultSet,
+    /// Control periods since a servo pulse.
+    pulse_age: u16,
+    bit_rate_kbit_s: Option<u16>,
+    /// What only the board knows; it may write here at any time.
+    pub diagnostics: Diagnostics,
+}
+
+impl<'a> Drive<'a> {
+    /// A drive with what was stored, which captures into this buffer.
+    ///
+    /// ```
+    /// use firmware::{application::{Start, State}, drive::{Drive, Set}};
+    ///
+    /// let mut buffer = [0; 800];
+    /// let drive = Drive::new(Set::defaults(), Start::default(), &mut buffer);
+    /// assert_eq!(drive.application().state(), State::Initialising);
+    /// ```
+    pub fn new(stored: Set, start: Start, buffer: &'a mut [i32]) -> Self {
+        let application = Application::after(stored.board, start);
+        let kept = stored.kept();
+        Self {
+            axis: Axis::new(),
+            axis_parameters: parameters::axis(&kept, application.parameters()),
+            source: source_of(application.parameters()),
+            application,
+            capture: Capture::new(buffer),
+            commands: Commands::DEFAULT,
+            motion: Motion::default(),
+            failsafe: Failsafe::default(),
+            model: Model::default(),
+            store: Store::new(stored),
+            kept,
+            own: FaultSet::EMPTY,
+            pulse_age: u16::MAX,
+            bit_rate_kbit_s: None,
+            diagnostics: Diagnostics::default(),
+        }
+    }
+
+    /// The application.
+    pub fn application(&self) -> &Application {
+        &self.application
+    }
+
+    /// Everything that is latched: of the application, and of the way to it.
+    pub fn latched(&self) -> FaultSet {
+        self.application.faults().latched().or(self.own)
+    }
+
+    /// Statusword 6041h.
+    pub fn statusword(&self) -> u16 {
+        self.motion.statusword
+    }
+
+    /// What is to be written to the flash, once; tell by [`Drive::saved`] what came of it.
+    pub fn take_save(&mut self) -> Option<Set> {
+        self.store.take()
+    }
+
+    /// The save that [`Drive::take_save`] asked for is over.
+    pub fn saved(&mut self, done: bool) {
+        self.store.finish(done);
+    }
+
+    /// The bit rate to go over to, kbit/s, once.
+    pub fn take_bit_rate(&mut self) -> Option<u16> {
+        self.bit_rate_kbit_s.take()
+    }
+
+    /// One control period.
+    pub fn step(&mut self, samples: &Samples) -> Outputs {
+        self.pulse_age = match samples.servo_pulse_us {
+            Some(_) => 0,
+            None => self.pulse_age.saturating_add(1),
+        };
+        self.acknowledge();
+        let output = self.walk();
+        self.obey(&output);
+        let outputs = self.application.step(samples);
+        self.capture.sample(&outputs);
+        self.model.step(&self.kept, &outputs);
+        outputs
+    }
+
+    /// Starts over with what is stored.
+    fn power_on(&mut self) {
+        let set = self.store.set();
+        self.application = Application::new(set.board);
+        self.kept = set.kept();
+        self.axis = Axis::new();
+        self.commands = Commands::DEFAULT;
+        self.motion = Motion::default();
+        self.failsafe = Failsafe::default();
+        self.model = Model::default();
+        self.own = FaultSet::EMPTY;
+        self.source = source_of(self.application.parameters());
+        self.capture.stop();
+        self.reckon();
+    }
+
+    /// A parameter has changed: the axis has others.
+    fn reckon(&mut self) {
+        self.axis_parameters = parameters::axis(&self.kept, self.application.parameters());
+    }
+
+    fn is_driving(&self) -> bool {
+        self.application.state().is_driving() || self.motion.is_powered
+    }
+
+    fn angle_mdeg(&self) -> i32 {
+        thousandths(self.application.telemetry().angle)
+    }
+
+    fn rate_mdeg_s(&self) -> i32 {
+        thousandths(self.application.telemetry().rate)
+    }
+
+    /// Whether the commands come from the bus at present.
+    fn is_commanded(&self) -> bool {
+        self.application.telemetry().source == Source::Bus && self.source == Source::Bus
+    }
+
+    fn has_failed(&self) -> bool {
+        self.application.state() == State::Fault
+    }
+}
+
+fn source_of(parameters: &BoardParameters) -> Source {
+    if parameters.command.command_source == 1 {
+        Source::ServoPulse
+    } else {
+        Source::Bus
+    }
+}

@@ -1,0 +1,188 @@
+//! From the axis to the application and back, once a control period.
+
+use canopen::cia402::{self, Demand, Input, Mode, Output, StopOption, controlword};
+
+use super::{Drive, failsafe::Reaction, parameters::PERIOD_US};
+use crate::{
+    application::{Refused, Request, Source, State},
+    faults::{Fault, FaultSet},
+    timing::angle_of_mdeg,
+};
+
+/// Of the last control period.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Motion {
+    /// Statusword 6041h.
+    pub statusword: u16,
+    /// Modes of operation display 6061h.
+    pub mode: i8,
+    /// Position demand value 6062h, mdeg.
+    pub position_mdeg: i32,
+    /// Velocity demand value 606Bh, mdeg/s.
+    pub velocity_mdeg_s: i32,
+    /// Following error actual value 60F4h, mdeg.
+    pub following_error_mdeg: i32,
+    /// The axis wants power.
+    pub is_powered: bool,
+    /// Bit 7 of the controlword.
+    resets: bool,
+}
+
+impl Default for Motion {
+    fn default() -> Self {
+        Self {
+            statusword: 0,
+            mode: 8,
+            position_mdeg: 0,
+            velocity_mdeg_s: 0,
+            following_error_mdeg: 0,
+            is_powered: false,
+            resets: false,
+        }
+    }
+}
+
+/// The supply is not as it has to be.
+const VOLTAGE: FaultSet = FaultSet::of(&[Fault::UnderVoltage, Fault::OverVoltage]);
+
+impl Drive<'_> {
+    /// A rising edge of the fault reset acknowledges what is no longer there.
+    pub(super) fn acknowledge(&mut self) {
+        let resets = self.commands.controlword & controlword::FAULT_RESET != 0;
+        let rises = resets && !self.motion.resets;
+        self.motion.resets = resets;
+        let present = self.application.telemetry().present;
+        if !rises || !present.and(self.latched()).is_empty() {
+            return;
+        }
+        if self.has_failed() {
+            // It is in the one state in which this is possible.
+            let _ = self.application.request(Request::Acknowledge);
+        }
+        if self.application.state() != State::FaultReaction {
+            self.own = FaultSet::EMPTY;
+            self.failsafe.forget();
+        }
+    }
+
+    /// One period of the axis.
+    pub(super) fn walk(&mut self) -> Output {
+        if !self.is_commanded() {
+            self.axis.displace(self.angle_mdeg(), self.rate_mdeg_s());
+        }
+        let input = self.input();
+        let output = self.axis.step(&input, &self.axis_parameters);
+        self.motion.statusword = output.statusword;
+        self.motion.mode = output.mode_display as i8;
+        self.motion.following_error_mdeg = output.following_error;
+        self.motion.is_powered = output.demand != Demand::Off;
+        (self.motion.position_mdeg, self.motion.velocity_mdeg_s) = match output.demand {
+            Demand::Off => (self.angle_mdeg(), 0),
+            Demand::Position { position, velocity } => (position, velocity),
+            Demand::Velocity(velocity) => (self.angle_mdeg(), velocity),
+        };
+        output
+    }
+
+    fn input(&mut self) -> Input {
+        let mut input = Input {
+            controlword: self.commands.controlword,
+            // The dictionary's limits have gaps: what is between them stands still.
+            mode: Mode::from_code(self.commands.mode).unwrap_or(Mode::None),
+            target_position: self.commands.target_position_mdeg,
+            target_velocity: self.commands.target_velocity_mdeg_s,
+            velocity_offset: self.commands.velocity_offset_mdeg_s,
+            position_actual: self.angle_mdeg(),
+            velocity_actual: self.rate_mdeg_s(),
+            fault: self.fault(),
+            voltage: self.application.telemetry().present.and(VOLTAGE).is_empty(),
+            initialised: self.application.state() != State::Initialising,
+        };
+        match self.fail_safe() {
+            Reaction::None => {}
+            Reaction::Fail => {
+                self.own.put(Fault::CommandTimeout, true);
+                input.fault = self.fault();
+            }
+            Reaction::Hold => {
+                input.target_velocity = 0;
+                input.velocity_offset = 0;
+            }
+            Reaction::Go(position_mdeg) => {
+                input.mode = Mode::CyclicPosition;
+                input.target_position = position_mdeg;
+            }
+        }
+        input
+    }
+
+    fn fault(&self) -> cia402::Fault {
+        let only_commands = self.own.without(FaultSet::of(&[Fault::CommandTimeout]));
+        match self.application.state() {
+            State::Fault => cia402::Fault::Immediate,
+            State::FaultReaction => cia402::Fault::Controlled,
+            _ if self.own.is_empty() => cia402::Fault::None,
+            _ if only_commands.is_empty() => cia402::Fault::Controlled,
+            _ => cia402::Fault::Immediate,
+        }
+    }
+
+    /// What the application is asked for.
+    pub(super) fn obey(&mut self, output: &Output) {
+        match output.demand {
+            Demand::Off => self.power_off(output.state),
+            Demand::Position { position, .. } => self.command(output.state, position),
+            Demand::Velocity(velocity) => {
+                let lead = self.lead_mdeg(velocity);
+                let angle_mdeg = self.angle_mdeg().saturating_add(lead);
+                self.command(output.state, angle_mdeg);
+            }
+        }
+    }
+
+    fn power_off(&mut self, state: cia402::State) {
+        // The application brings the shaft to rest by itself, unless power is to go at once.
+        let coasts = self.axis_parameters.options.fault_reaction == StopOption::Disable;
+        let reacts = self.application.state() == State::FaultReaction
+            && state == cia402::State::Fault
+            && !coasts;
+        if self.application.state().is_driving() && !reacts {
+            let _ = self.application.request(Request::Disable);
+        }
+    }
+
+    fn command(&mut self, state: cia402::State, position_mdeg: i32) {
+        let runs = state == cia402::State::OperationEnabled;
+        if runs && matches!(self.application.state(), State::Disabled | State::QuickStop) {
+            match self.application.request(Request::Enable) {
+                Ok(()) => {}
+                Err(Refused::Blocked(fault)) => self.own.put(fault, true),
+                // The state has changed by itself: the next period sees it.
+                Err(_) => {}
+            }
+        }
+        if self.is_commanded() {
+            let angle = angle_of_mdeg(position_mdeg);
+            let _ = self.application.request(Request::Command(angle));
+        } else if !runs && self.application.state() == State::Enabled {
+            // A stop ends whatever else commands.
+            let _ = match self.application.telemetry().source {
+                Source::Excitation => self.application.request(Request::StopExcitation),
+                _ => self.application.request(Request::QuickStop),
+            };
+        }
+    }
+
+    /// How far ahead of the shaft a command has to be for this rate, mdeg: `v T + v/P`.
+    fn lead_mdeg(&self, velocity_mdeg_s: i32) -> i32 {
+        // 4 ms.
+        let period_s = PERIOD_US as f32 * 1e-6;
+        let gain = self.application.parameters().control.get(0).unwrap_or(0.0);
+        if gain > 0.0 {
+            // Ends at the limits of the type.
+            (velocity_mdeg_s as f32 * (period_s + 1.0 / gain)) as i32
+        } else {
+            0
+        }
+    }
+}
