@@ -144,8 +144,7 @@ impl<'a> Capture<'a> {
             self.buffer.len().checked_div(signals).unwrap_or(0)
         };
         (self.next, self.count, self.skip) = (0, 0, 0);
-        // What is so already is no trigger.
-        (self.was_exciting, self.was_faulty) = (true, true);
+        // What was so in the last control period is no trigger.
         let before = usize::from(settings.before).min(self.capacity.saturating_sub(1));
         self.left = self.capacity.saturating_sub(before);
         self.phase = match settings.trigger {

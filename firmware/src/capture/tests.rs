@@ -93,16 +93,17 @@ fn records_from_before_a_fault_are_kept() {
 fn a_fault_that_was_there_is_no_trigger_and_fewer_records_before_it_are_no_harm() {
     let mut buffer = [0; 5];
     let mut capture = Capture::new(&mut buffer);
-    capture.arm(CaptureSettings {
-        trigger: Trigger::Fault,
-        before: u16::MAX,
-        ..ONE_SIGNAL
-    });
     let faulty = |tick, fault| {
         let mut outputs = outputs(tick);
         outputs.fault = fault;
         outputs
     };
+    capture.sample(&faulty(9, Some(Fault::Stall)));
+    capture.arm(CaptureSettings {
+        trigger: Trigger::Fault,
+        before: u16::MAX,
+        ..ONE_SIGNAL
+    });
     capture.sample(&faulty(0, Some(Fault::Stall)));
     assert_eq!(capture.phase(), Phase::Armed);
     capture.sample(&faulty(1, None));

@@ -19,7 +19,7 @@
 //! protection of the position loop watches it. A fault of the application is a fault of the axis; what the
 //! application stops by itself (`FaultReaction`) the axis shows and does not touch.
 //!
-//! While an excitation runs, or the servo pulse commands, the axis follows the shaft and takes over where it is.
+//! While an excitation runs, or the servo pulse commands, the axis follows their command and takes over where it is.
 
 mod device;
 mod diagnostics;

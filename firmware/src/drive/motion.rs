@@ -6,7 +6,7 @@ use super::{Drive, failsafe::Reaction, parameters::PERIOD_US};
 use crate::{
     application::{Refused, Request, Source, State},
     faults::{Fault, FaultSet},
-    timing::angle_of_mdeg,
+    timing::{angle_of_mdeg, thousandths},
 };
 
 /// Of the last control period.
@@ -68,7 +68,12 @@ impl Drive<'_> {
     /// One period of the axis.
     pub(super) fn walk(&mut self) -> Output {
         if !self.is_commanded() {
-            self.axis.displace(self.angle_mdeg(), self.rate_mdeg_s());
+            // Where the loop is closed it goes on from the command, so that taking over is no step.
+            let command = match self.application.state() {
+                State::Enabled => self.application.telemetry().command,
+                _ => self.application.telemetry().angle,
+            };
+            self.axis.displace(thousandths(command), self.rate_mdeg_s());
         }
         let input = self.input();
         let output = self.axis.step(&input, &self.axis_parameters);
