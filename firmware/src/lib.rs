@@ -11,6 +11,7 @@
 //! | [`measure`] | codes of the converter to mA, mV and degrees Celsius |
 //! | [`protection`] | what is watched in every control period |
 //! | [`faults`] | numbered faults, latched and acknowledged |
+//! | [`native`] | the application around the simulated rig |
 //! | [`parameters`] | everything that can be set, its ranges |
 //! | [`store`] | parameters in flash |
 //! | [`capture`] | chosen signals at 250 Hz into a buffer |
@@ -33,6 +34,7 @@ pub mod drive;
 pub mod faults;
 pub mod frames;
 pub mod measure;
+pub mod native;
 pub mod parameters;
 pub mod protection;
 pub mod service;

@@ -7,6 +7,7 @@ use std::{
 
 use model_core::parameter::ParameterError;
 
+use crate::can::client::ClientError;
 use crate::identify::IdentifyError;
 
 /// Why a command could not be carried out.
@@ -88,6 +89,17 @@ pub enum Error {
     /// Nothing could be identified.
     #[error("{0}")]
     Identify(#[from] IdentifyError),
+    /// Something could not be done with an actuator on a bus.
+    #[error("{0}")]
+    Bus(#[from] ClientError),
+    /// A bus cannot be served.
+    #[error("cannot serve at {place}: {source}")]
+    Serve {
+        /// Where.
+        place: String,
+        /// What the system said.
+        source: io::Error,
+    },
     /// Something that was asked for does not go together.
     #[error("{0}")]
     Conflict(String),

@@ -2,6 +2,7 @@
 //! and everything that looks at their traces.
 
 pub mod analysis;
+pub mod can;
 pub mod cli;
 pub mod error;
 pub mod file;

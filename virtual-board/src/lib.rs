@@ -22,6 +22,6 @@ pub mod can;
 pub mod chip;
 pub mod faults;
 pub mod flash;
-pub mod rig;
+pub use model_core::plant::rig;
 pub mod run;
 pub mod trace;

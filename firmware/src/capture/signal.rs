@@ -6,7 +6,7 @@ use crate::{
 };
 
 macro_rules! signals {
-    ($($(#[doc = $doc:literal])+ $Signal:ident = $number:literal, $value:expr;)+) => {
+    ($($(#[doc = $doc:literal])+ $Signal:ident = $number:literal, $column:literal, $value:expr;)+) => {
         /// What can be recorded; each is an `i32`. The numbers are for good.
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
         #[repr(u8)]
@@ -32,6 +32,17 @@ macro_rules! signals {
                 }
             }
 
+            /// The name of its column in a file, with its unit.
+            ///
+            /// ```
+            /// assert_eq!(firmware::capture::Signal::Angle.column(), "angle_mdeg");
+            /// ```
+            pub const fn column(self) -> &'static str {
+                match self {
+                    $(Self::$Signal => $column,)+
+                }
+            }
+
             /// Its value in a control period.
             pub fn of(self, outputs: &Outputs) -> i32 {
                 match self {
@@ -47,34 +58,34 @@ macro_rules! signals {
 
 signals! {
     /// The measured angle, mdeg.
-    Angle = 0, |o| thousandths(o.telemetry.angle);
+    Angle = 0, "angle_mdeg", |o| thousandths(o.telemetry.angle);
     /// The estimated rate, mdeg/s.
-    Rate = 1, |o| thousandths(o.telemetry.rate);
+    Rate = 1, "rate_mdeg_s", |o| thousandths(o.telemetry.rate);
     /// Motor current, mA.
-    Current = 2, |o| o.telemetry.current_ma;
+    Current = 2, "current_ma", |o| o.telemetry.current_ma;
     /// Back-EMF, mV.
-    BackEmf = 3, |o| o.telemetry.back_emf_mv;
+    BackEmf = 3, "back_emf_mv", |o| o.telemetry.back_emf_mv;
     /// The duty, 0.001 %.
-    Duty = 4, |o| thousandths(o.telemetry.duty);
+    Duty = 4, "duty_mpct", |o| thousandths(o.telemetry.duty);
     /// The commanded angle, mdeg.
-    Command = 5, |o| thousandths(o.telemetry.command);
+    Command = 5, "command_mdeg", |o| thousandths(o.telemetry.command);
     /// The commanded rate, mdeg/s.
-    RateCommand = 6, |o| thousandths(o.telemetry.rate_command);
+    RateCommand = 6, "rate_command_mdeg_s", |o| thousandths(o.telemetry.rate_command);
     /// Supply voltage, mV.
-    Supply = 7, |o| o.telemetry.supply_mv;
+    Supply = 7, "supply_mv", |o| o.telemetry.supply_mv;
     /// Temperature, thousandths of a degree Celsius.
-    Temperature = 8, |o| o.telemetry.temperature_mdeg_c;
+    Temperature = 8, "temperature_mdeg_c", |o| o.telemetry.temperature_mdeg_c;
     /// The compare value of the bridge, 0 where it is off.
-    Compare = 9, |o| match o.bridge {
+    Compare = 9, "compare_counts", |o| match o.bridge {
         Bridge::Driven(compare) => compare.get(),
         Bridge::Coast | Bridge::Brake => 0,
     };
     /// The operating state.
-    State = 10, |o| o.state as i32;
+    State = 10, "state", |o| o.state as i32;
     /// The number of the first fault that is latched, 0 for none.
-    Fault = 11, |o| o.fault.map_or(0, |fault| i32::from(fault.number()));
+    Fault = 11, "fault", |o| o.fault.map_or(0, |fault| i32::from(fault.number()));
     /// The number of the control period, its low 31 bits.
-    Tick = 12, |o| (o.telemetry.tick & 0x7fff_ffff) as i32;
+    Tick = 12, "tick", |o| (o.telemetry.tick & 0x7fff_ffff) as i32;
     /// The servo pulse, us.
-    ServoPulse = 13, |o| i32::from(o.telemetry.servo_pulse_us);
+    ServoPulse = 13, "servo_pulse_us", |o| i32::from(o.telemetry.servo_pulse_us);
 }

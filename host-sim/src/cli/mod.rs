@@ -2,6 +2,7 @@
 
 #[cfg(feature = "board")]
 mod board;
+mod can;
 mod compare;
 mod experiment;
 mod fmu;
@@ -18,8 +19,8 @@ pub use output::Failure;
 
 /// A smart RC-servo actuator on the desk: its control core, its models and its bench.
 ///
-/// Exit status: 0 done, 1 a file could not be read or written, 2 the command line, a parameter or
-/// an input is not what was expected.
+/// Exit status: 0 done, 1 a file or a bus could not be read or written, 2 the command line, a
+/// parameter or an input is not what was expected, 3 an actuator refused.
 #[derive(Debug, Parser)]
 #[command(name = "actuator", version, max_term_width = 100)]
 pub struct Arguments {
@@ -31,10 +32,23 @@ pub struct Arguments {
 enum Command {
     #[cfg(feature = "board")]
     Board(board::Board),
+    #[command(name = "busload")]
+    BusLoad(can::BusLoad),
     Compare(compare::Compare),
+    Excite(can::Excite),
     Experiment(experiment::Experiment),
+    Faults(can::Faults),
     Fmu(fmu::Fmu),
+    Get(can::Get),
     Identify(identify::Identify),
+    Monitor(can::Monitor),
+    Move(can::Move),
+    Record(can::Record),
+    Restore(can::Restore),
+    Save(can::Save),
+    Scan(can::Scan),
+    Serve(can::Serve),
+    Set(can::Set),
     Simulate(simulate::Simulate),
     Tune(tune::Tune),
     Report(report::Report),
@@ -49,10 +63,22 @@ impl Arguments {
         match self.command {
             #[cfg(feature = "board")]
             Command::Board(board) => board.run(),
+            Command::BusLoad(bus_load) => bus_load.run(),
             Command::Compare(compare) => compare.run(),
+            Command::Excite(excite) => excite.run(),
             Command::Experiment(experiment) => experiment.run(),
+            Command::Faults(faults) => faults.run(),
             Command::Fmu(fmu) => fmu.run(),
+            Command::Get(get) => get.run(),
             Command::Identify(identify) => identify.run(),
+            Command::Monitor(monitor) => monitor.run(),
+            Command::Move(to) => to.run(),
+            Command::Record(record) => record.run(),
+            Command::Restore(restore) => restore.run(),
+            Command::Save(save) => save.run(),
+            Command::Scan(scan) => scan.run(),
+            Command::Serve(serve) => serve.run(),
+            Command::Set(set) => set.run(),
             Command::Simulate(simulate) => simulate.run(),
             Command::Tune(tune) => tune.run(),
             Command::Report(report) => report.run(),

@@ -28,7 +28,10 @@ impl Failure {
         }
         eprintln!("error: {}", self.0);
         match self.0 {
-            Error::Read { .. } | Error::Write { .. } => ExitCode::from(1),
+            Error::Bus(error) if error.is_refusal() => ExitCode::from(3),
+            Error::Read { .. } | Error::Write { .. } | Error::Bus(_) | Error::Serve { .. } => {
+                ExitCode::from(1)
+            }
             _ => ExitCode::from(2),
         }
     }

@@ -6,6 +6,7 @@
 
 pub mod bench;
 pub mod first_order;
+pub mod rig;
 
 use crate::limits::within;
 use crate::named::named;

@@ -2,12 +2,12 @@
 
 use core::f64::consts::TAU;
 
-use model_core::parameter::ParameterError;
-use model_core::plant::bench::electrical::ElectricalParameters;
+use crate::parameter::ParameterError;
+use crate::plant::bench::electrical::ElectricalParameters;
 
 use super::Defects;
 
-model_core::parameters! {
+crate::parameters! {
     /// The source beyond its voltage, which is the bench's.
     pub struct SupplyParameters {
         /// Resistance of source and leads.

@@ -1,9 +1,9 @@
 //! The analogue front ends and the codes that the converter makes of them.
 
-use model_core::parameter::ParameterError;
-use model_core::sensors::adc::{AdcCode, FrontEnd};
-use model_core::sensors::dividers::{LEG_DIVIDER, SUPPLY_DIVIDER, temperature_code};
-use model_core::sensors::noise::Noise;
+use crate::parameter::ParameterError;
+use crate::sensors::adc::{AdcCode, FrontEnd};
+use crate::sensors::dividers::{LEG_DIVIDER, SUPPLY_DIVIDER, temperature_code};
+use crate::sensors::noise::Noise;
 
 use super::{RigOptions, SsiWord};
 

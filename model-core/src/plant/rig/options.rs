@@ -1,8 +1,8 @@
 //! What a rig is made of.
 
-use model_core::plant::bench::BenchParameters;
-use model_core::sensors::adc::CurrentSenseParameters;
-use model_core::sensors::encoder::EncoderParameters;
+use crate::plant::bench::BenchParameters;
+use crate::sensors::adc::CurrentSenseParameters;
+use crate::sensors::encoder::EncoderParameters;
 
 use super::SupplyParameters;
 
@@ -44,14 +44,14 @@ impl RigOptions {
     /// friction that differs from its estimate by up to a third, all of it by the seed.
     ///
     /// ```
-    /// use virtual_board::rig::{Rig, RigOptions};
+    /// use model_core::plant::rig::{Rig, RigOptions};
     ///
     /// let (a, b) = (RigOptions::realistic(1), RigOptions::realistic(2));
     /// assert_ne!(a.bench.friction.coulomb_friction_nm, b.bench.friction.coulomb_friction_nm);
     /// assert!(Rig::try_new(&a).is_ok());
     /// ```
     pub fn realistic(seed: u64) -> Self {
-        let mut chance = model_core::sensors::noise::Noise::new(seed, u64::MAX);
+        let mut chance = crate::sensors::noise::Noise::new(seed, u64::MAX);
         // Three standard deviations are a third.
         let mut spread = || 1.0 + chance.gaussian(1.0 / 9.0).clamp(-1.0 / 3.0, 1.0 / 3.0);
         let mut options = Self {

@@ -1,15 +1,16 @@
 //! The encoder with its three wires.
 
-use model_core::control::encoder_word::{EncoderCount, EncoderWord, Magnet};
-use model_core::parameter::ParameterError;
-use model_core::sensors::encoder::{Encoder, EncoderParameters};
-use model_core::sensors::noise::Noise;
+use crate::control::encoder_word::{EncoderCount, EncoderWord, Magnet};
+use crate::parameter::ParameterError;
+use crate::sensors::encoder::{Encoder, EncoderParameters};
+use crate::sensors::noise::Noise;
 
 use super::Defects;
 
 /// A wire of the encoder.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Line {
     /// Data out.
     Data,
@@ -20,8 +21,9 @@ pub enum Line {
 }
 
 /// The level of a broken wire.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Stuck {
     /// Ground.
     Low,
@@ -35,7 +37,7 @@ pub struct SsiWord(u32);
 
 impl SsiWord {
     /// Clocks of a transfer: three bytes.
-    pub(crate) const CLOCKS: u32 = 24;
+    pub const CLOCKS: u32 = 24;
 
     /// The data line is high from the select on, and stays so at the first falling edge of the clock;
     /// each rising edge after it shifts a bit out, and after the last of 18 the line is low.

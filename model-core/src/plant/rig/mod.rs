@@ -14,10 +14,11 @@ mod slot;
 mod supply;
 #[cfg(test)]
 mod tests;
+mod tick;
 
-use model_core::parameter::ParameterError;
-use model_core::plant::bench::{Bench, Reading, electrical::Terminal};
-use model_core::sensors::noise::Noise;
+use crate::parameter::ParameterError;
+use crate::plant::bench::{Bench, Reading, electrical::Terminal};
+use crate::sensors::noise::Noise;
 
 pub use bridge::{Bridge, PERIOD_CYCLES};
 pub use defects::Defects;
@@ -26,6 +27,7 @@ pub use options::RigOptions;
 pub use sensed::{Legs, Sensed};
 pub use slot::{Slot, WINDOW_NS};
 pub use supply::SupplyParameters;
+pub use tick::{Edge, Sampled, TickedRig};
 
 use self::encoder::RigEncoder;
 use self::sensed::FrontEnds;
@@ -53,7 +55,7 @@ impl Rig {
     /// That of the first parameter outside its range.
     ///
     /// ```
-    /// use virtual_board::rig::{Bridge, Rig, RigOptions, Slot};
+    /// use model_core::plant::rig::{Bridge, Rig, RigOptions, Slot};
     ///
     /// let mut rig = Rig::try_new(&RigOptions::default()).unwrap();
     /// for _ in 0..500 {

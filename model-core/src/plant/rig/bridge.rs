@@ -1,6 +1,6 @@
 //! What the bridge does in a PWM period.
 
-use model_core::control::compare::PWM_COUNTS;
+use crate::control::compare::PWM_COUNTS;
 
 /// Cycles of the timer's clock, 168 MHz, in a PWM period of 1 ms.
 pub const PERIOD_CYCLES: u32 = 168_000;
@@ -35,7 +35,7 @@ impl Bridge {
     /// the on time, and a full period has none. What is no longer than the dead time brakes.
     ///
     /// ```
-    /// use virtual_board::rig::Bridge;
+    /// use model_core::plant::rig::Bridge;
     ///
     /// let bridge = Bridge::driven(-28_000);
     /// assert_eq!(bridge, Bridge::Driven { is_positive: false, on_cycles: 84_000 - 168 });
@@ -52,7 +52,7 @@ impl Bridge {
 
     /// The state for a high side that conducts for so many cycles. The timer knows of no full
     /// period: it takes the dead time off that one as well.
-    pub(crate) fn after_dead_time(is_positive: bool, cycles: u32) -> Self {
+    pub fn after_dead_time(is_positive: bool, cycles: u32) -> Self {
         match cycles {
             0 => Self::Brake,
             1..FULL_CYCLES => Self::Driven {

@@ -1,7 +1,7 @@
 //! What can break on the rig.
 
-use model_core::control::encoder_word::Magnet;
-use model_core::sensors::adc::AdcCode;
+use crate::control::encoder_word::Magnet;
+use crate::sensors::adc::AdcCode;
 
 use super::encoder::{Line, Stuck};
 

@@ -1,6 +1,6 @@
-use model_core::control::encoder_word::{EncoderCount, EncoderError, Magnet};
-use model_core::sensors::adc::AdcCode;
-use model_core::sensors::dividers::leg_code;
+use crate::control::encoder_word::{EncoderCount, EncoderError, Magnet};
+use crate::sensors::adc::AdcCode;
+use crate::sensors::dividers::leg_code;
 
 use super::*;
 

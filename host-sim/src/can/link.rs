@@ -1,0 +1,235 @@
+//! Ways to a CAN bus.
+
+use std::io::{self, ErrorKind, Read, Write};
+use std::net::{TcpStream, ToSocketAddrs};
+use std::time::{Duration, Instant};
+
+use canopen::CanFrame;
+use canopen::slcan::{KBIT_S, Text, parse_frame};
+
+/// A CAN bus.
+pub trait Link {
+    /// Sends a frame.
+    ///
+    /// # Errors
+    /// What the system said.
+    fn send(&mut self, frame: &CanFrame) -> io::Result<()>;
+
+    /// The next frame, if one comes in time.
+    ///
+    /// # Errors
+    /// What the system said.
+    fn receive(&mut self, timeout: Duration) -> io::Result<Option<CanFrame>>;
+}
+
+/// Opens a bus by its name: `HOST:PORT` is slcan over TCP, `can0` SocketCAN, and the path of a device (`/dev/ttyACM0`, `COM3`) slcan over
+/// a serial line.
+///
+/// # Errors
+/// What the system said, or that the name is none.
+pub fn open(name: &str, kbit_s: u16) -> io::Result<Box<dyn Link>> {
+    let address = ["tcp://", "socket://"]
+        .iter()
+        .find_map(|scheme| name.strip_prefix(scheme))
+        .unwrap_or(name);
+    if let Some((_, port)) = address.rsplit_once(':')
+        && port.parse::<u16>().is_ok()
+    {
+        return Ok(Box::new(Slcan::open(connect(address)?, kbit_s)?));
+    }
+    if name.contains('/') || name.to_ascii_uppercase().starts_with("COM") {
+        return Ok(Box::new(Slcan::open(Serial::open(name)?, kbit_s)?));
+    }
+    #[cfg(target_os = "linux")]
+    return Ok(Box::new(Socket::open(name)?));
+    #[cfg(not(target_os = "linux"))]
+    Err(io::Error::new(
+        ErrorKind::Unsupported,
+        "this system has no SocketCAN; expected HOST:PORT or a serial device",
+    ))
+}
+
+fn connect(address: &str) -> io::Result<TcpStream> {
+    let mut last = io::Error::new(ErrorKind::NotFound, "no such host");
+    for address in address.to_socket_addrs()? {
+        match TcpStream::connect_timeout(&address, Duration::from_secs(3)) {
+            Ok(stream) => {
+                stream.set_nodelay(true)?;
+                return Ok(stream);
+            }
+            Err(error) => last = error,
+        }
+    }
+    Err(last)
+}
+
+/// A stream whose reads end in time.
+pub trait Stream: Read + Write {
+    /// For the reads that follow.
+    ///
+    /// # Errors
+    /// What the system said.
+    fn set_timeout(&mut self, timeout: Duration) -> io::Result<()>;
+}
+
+impl Stream for TcpStream {
+    fn set_timeout(&mut self, timeout: Duration) -> io::Result<()> {
+        self.set_read_timeout(Some(timeout))
+    }
+}
+
+/// A serial line.
+struct Serial(serial2::SerialPort);
+
+impl Serial {
+    /// Of the board's UART; adapters on USB take any.
+    const BAUD: u32 = 460_800;
+
+    fn open(path: &str) -> io::Result<Self> {
+        serial2::SerialPort::open(path, Self::BAUD).map(Self)
+    }
+}
+
+impl Read for Serial {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        self.0.read(buffer)
+    }
+}
+
+impl Write for Serial {
+    fn write(&mut self, buffer: &[u8]) -> io::Result<usize> {
+        self.0.write(buffer)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.0.flush()
+    }
+}
+
+impl Stream for Serial {
+    fn set_timeout(&mut self, timeout: Duration) -> io::Result<()> {
+        self.0.set_read_timeout(timeout)
+    }
+}
+
+/// An slcan adapter at the other end of a stream.
+struct Slcan<S: Stream> {
+    stream: S,
+    /// What came and is no whole line yet.
+    rest: Vec<u8>,
+}
+
+impl<S: Stream> Slcan<S> {
+    fn open(mut stream: S, kbit_s: u16) -> io::Result<Self> {
+        let digit = KBIT_S.iter().position(|rate| *rate == kbit_s);
+        let digit = digit.ok_or_else(|| {
+            let expected =
+                format!("{kbit_s} kbit/s is no bit rate of slcan; expected one of {KBIT_S:?}");
+            io::Error::new(ErrorKind::InvalidInput, expected)
+        })?;
+        // The first line ends whatever was begun.
+        stream.write_all(format!("\rC\rS{digit}\rO\r").as_bytes())?;
+        Ok(Self {
+            stream,
+            rest: Vec::new(),
+        })
+    }
+
+    /// The first frame among the lines that are there.
+    fn line(&mut self) -> Option<CanFrame> {
+        while let Some(end) = self.rest.iter().position(|byte| matches!(byte, b'\r' | 7)) {
+            let line: Vec<u8> = self.rest.drain(..=end).collect();
+            if let Some(frame) = parse_frame(&line[..end]) {
+                return Some(frame);
+            }
+        }
+        None
+    }
+}
+
+impl<S: Stream> Drop for Slcan<S> {
+    fn drop(&mut self) {
+        // Whoever is gone needs no goodbye.
+        let _ = self.stream.write_all(b"C\r");
+    }
+}
+
+impl<S: Stream> Link for Slcan<S> {
+    fn send(&mut self, frame: &CanFrame) -> io::Result<()> {
+        self.stream.write_all(Text::frame(frame).as_bytes())
+    }
+
+    fn receive(&mut self, timeout: Duration) -> io::Result<Option<CanFrame>> {
+        let end = Instant::now() + timeout;
+        loop {
+            if let Some(frame) = self.line() {
+                return Ok(Some(frame));
+            }
+            let left = end.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return Ok(None);
+            }
+            self.stream
+                .set_timeout(left.max(Duration::from_millis(1)))?;
+            let mut buffer = [0; 4096];
+            match self.stream.read(&mut buffer) {
+                Ok(0) => {
+                    return Err(io::Error::new(
+                        ErrorKind::UnexpectedEof,
+                        "the other side has hung up",
+                    ));
+                }
+                Ok(length) => self.rest.extend_from_slice(&buffer[..length]),
+                Err(error)
+                    if matches!(
+                        error.kind(),
+                        ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted
+                    ) => {}
+                Err(error) => return Err(error),
+            }
+        }
+    }
+}
+
+/// A SocketCAN interface.
+#[cfg(target_os = "linux")]
+struct Socket(socketcan::CanSocket);
+
+#[cfg(target_os = "linux")]
+impl Socket {
+    fn open(name: &str) -> io::Result<Self> {
+        use socketcan::Socket as _;
+        socketcan::CanSocket::open(name).map(Self)
+    }
+}
+
+#[cfg(target_os = "linux")]
+impl Link for Socket {
+    fn send(&mut self, frame: &CanFrame) -> io::Result<()> {
+        use embedded_can::Frame as _;
+        use socketcan::Socket as _;
+        let sent = if frame.is_remote_frame() {
+            socketcan::CanFrame::new_remote(frame.id(), frame.dlc())
+        } else {
+            socketcan::CanFrame::new(frame.id(), frame.data())
+        };
+        self.0.write_frame(&sent.ok_or(ErrorKind::InvalidData)?)
+    }
+
+    fn receive(&mut self, timeout: Duration) -> io::Result<Option<CanFrame>> {
+        use embedded_can::Frame as _;
+        use socketcan::Socket as _;
+        self.0
+            .set_read_timeout(timeout.max(Duration::from_millis(1)))?;
+        match self.0.read_frame() {
+            Ok(frame) if frame.is_remote_frame() => {
+                Ok(CanFrame::new_remote(frame.id(), frame.dlc()))
+            }
+            Ok(frame) => Ok(CanFrame::new(frame.id(), frame.data())),
+            Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {
+                Ok(None)
+            }
+            Err(error) => Err(error),
+        }
+    }
+}

@@ -1,0 +1,18 @@
+//! The CAN side of the PC: actuators that run natively on a virtual bus, and a client that speaks to any.
+//!
+//! ```text
+//! client ── link ── slcan over TCP, a serial line or a terminal ── server ── bus ── native nodes
+//!              └── SocketCAN ── real actuators
+//! ```
+
+pub mod bus;
+pub mod bus_load;
+pub mod client;
+pub mod link;
+pub mod names;
+pub mod native_node;
+pub mod sdo;
+pub mod server;
+pub mod telemetry;
+#[cfg(unix)]
+pub mod terminal;

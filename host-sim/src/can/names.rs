@@ -1,0 +1,261 @@
+//! Objects by name or index, and their values as text.
+
+use std::sync::LazyLock;
+
+use canopen_generator::{Access, Kind, Row};
+
+use crate::error::Error;
+
+/// The dictionary of the actuator.
+static ROWS: LazyLock<Vec<Row>> = LazyLock::new(|| {
+    let source = include_str!("../../../firmware/object-dictionary.csv");
+    canopen_generator::parse(source).unwrap_or_default()
+});
+
+/// All objects of the actuator.
+pub fn rows() -> &'static [Row] {
+    &ROWS
+}
+
+/// The name of an entry: that of its object, and behind a slash its own where the object has several.
+///
+/// ```
+/// use host_sim::can::names::{find, name};
+/// assert_eq!(name(find("0x6064").unwrap()), "position-actual-value");
+/// assert_eq!(name(find("60F9:1").unwrap()), "velocity-control-parameter-set/proportional-gain");
+/// ```
+pub fn name(row: &Row) -> String {
+    match row.sub {
+        None => plain(&row.object),
+        Some(_) => format!("{}/{}", plain(&row.object), plain(&row.entry)),
+    }
+}
+
+/// Lower case with hyphens.
+fn plain(name: &str) -> String {
+    let words = name.split(|letter: char| !letter.is_ascii_alphanumeric());
+    let words: Vec<_> = words.filter(|word| !word.is_empty()).collect();
+    words.join("-").to_ascii_lowercase()
+}
+
+/// An index with or without a sub-index, hexadecimal: `6064`, `0x607D:1`, `607Dh:2`.
+fn address(text: &str) -> Option<(u16, u8)> {
+    let (index, sub) = text.split_once(':').unwrap_or((text, "0"));
+    let digits = index.trim_start_matches("0x").trim_start_matches("0X");
+    let digits = digits.trim_end_matches(['h', 'H']);
+    let index = (digits.len() == 4).then(|| u16::from_str_radix(digits, 16).ok())??;
+    let sub = match sub.strip_prefix("0x") {
+        Some(digits) => u8::from_str_radix(digits, 16).ok()?,
+        None => sub.parse().ok()?,
+    };
+    Some((index, sub))
+}
+
+/// The entry of a name or an index. Of a name the part behind the slash is enough where no other entry has it.
+///
+/// # Errors
+/// That there is none, with the name that is most like it.
+pub fn find(text: &str) -> Result<&'static Row, Error> {
+    if let Some((index, sub)) = address(text) {
+        let row = rows()
+            .iter()
+            .find(|row| (row.index, row.sub_index()) == (index, sub));
+        return row.ok_or_else(|| unknown(text));
+    }
+    let wanted: Vec<String> = text.split('/').map(plain).collect();
+    let wanted = wanted.join("/");
+    if let Some(row) = rows().iter().find(|row| name(row) == wanted) {
+        return Ok(row);
+    }
+    let mut short = rows()
+        .iter()
+        .filter(|row| row.sub.is_some() && plain(&row.entry) == wanted);
+    match (short.next(), short.next()) {
+        (Some(row), None) => Ok(row),
+        _ => Err(unknown(text)),
+    }
+}
+
+fn unknown(text: &str) -> Error {
+    let names: Vec<String> = rows().iter().map(name).collect();
+    Error::unknown(
+        "object",
+        text,
+        names.iter().map(String::as_str),
+        "a name or an index such as 0x607D:1, of docs/object-dictionary.md",
+    )
+}
+
+/// A value of an object.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Value {
+    /// An integer.
+    Integer(i64),
+    /// A REAL32.
+    Real(f32),
+    /// A text.
+    Text(String),
+    /// Bytes of a DOMAIN.
+    Bytes(Vec<u8>),
+}
+
+impl std::fmt::Display for Value {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Integer(value) => write!(f, "{value}"),
+            Self::Real(value) => write!(f, "{value}"),
+            Self::Text(text) => write!(f, "{text}"),
+            Self::Bytes(bytes) => write!(f, "{} bytes", bytes.len()),
+        }
+    }
+}
+
+impl From<&Value> for serde_json::Value {
+    fn from(value: &Value) -> Self {
+        match value {
+            Value::Integer(value) => (*value).into(),
+            Value::Real(value) => serde_json::json!(value),
+            Value::Text(text) => text.clone().into(),
+            Value::Bytes(bytes) => bytes.clone().into(),
+        }
+    }
+}
+
+/// Bytes of a number, and whether it is signed.
+pub fn layout(kind: Kind) -> Option<(usize, bool)> {
+    Some(match kind {
+        Kind::U8 => (1, false),
+        Kind::U16 => (2, false),
+        Kind::U32 => (4, false),
+        Kind::U64 => (8, false),
+        Kind::I8 => (1, true),
+        Kind::I16 => (2, true),
+        Kind::I32 => (4, true),
+        Kind::I64 => (8, true),
+        Kind::F32 | Kind::Text | Kind::Domain => return None,
+    })
+}
+
+/// The value in these bytes; `None` where they are of another length.
+pub fn decode(kind: Kind, bytes: &[u8]) -> Option<Value> {
+    match kind {
+        Kind::F32 => Some(Value::Real(f32::from_le_bytes(bytes.try_into().ok()?))),
+        Kind::Text => Some(Value::Text(String::from_utf8_lossy(bytes).into_owned())),
+        Kind::Domain => Some(Value::Bytes(bytes.to_vec())),
+        _ => {
+            let (size, is_signed) = layout(kind)?;
+            if bytes.len() != size {
+                return None;
+            }
+            let mut wide = [0; 8];
+            wide[..size].copy_from_slice(bytes);
+            let shift = 64 - 8 * size as u32;
+            let raw = i64::from_le_bytes(wide) << shift;
+            let value = if is_signed {
+                raw >> shift
+            } else {
+                (raw as u64 >> shift) as i64
+            };
+            Some(Value::Integer(value))
+        }
+    }
+}
+
+/// The bytes of a value in words.
+///
+/// # Errors
+/// What was expected instead.
+pub fn encode(row: &Row, text: &str) -> Result<Vec<u8>, Error> {
+    let wrong = |expected| Error::Option {
+        option: "the value",
+        value: text.to_owned(),
+        expected,
+    };
+    if matches!(row.access, Access::Const | Access::Ro) {
+        return Err(Error::Conflict(format!("{} is read only", name(row))));
+    }
+    match row.kind {
+        Kind::F32 => {
+            let value: f32 = text.parse().map_err(|_| wrong("a number"))?;
+            Ok(value.to_le_bytes().to_vec())
+        }
+        Kind::Text => Ok(text.as_bytes().to_vec()),
+        Kind::Domain => Err(wrong("nothing: a DOMAIN is not set by words")),
+        kind => {
+            let (size, is_signed) = layout(kind).ok_or_else(|| wrong("a number"))?;
+            let number = match text.strip_prefix("0x") {
+                Some(digits) => i128::from_str_radix(digits, 16),
+                None => text.parse(),
+            };
+            let number = number.map_err(|_| wrong("a whole number, hexadecimal behind 0x"))?;
+            let bits = 8 * size as u32;
+            let (least, greatest) = if is_signed {
+                (-(1_i128 << (bits - 1)), (1_i128 << (bits - 1)) - 1)
+            } else {
+                (0, (1_i128 << bits) - 1)
+            };
+            if !(least..=greatest).contains(&number) {
+                return Err(wrong("a number within the range of the object's data type"));
+            }
+            Ok(number.to_le_bytes()[..size].to_vec())
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn objects_are_found_by_index_by_name_and_by_the_unambiguous_end_of_a_name() {
+        let index = |text| find(text).map(|row| (row.index, row.sub_index())).ok();
+        for text in ["6041", "0x6041", "6041h", "statusword", "Statusword"] {
+            assert_eq!(index(text), Some((0x6041, 0)), "{text}");
+        }
+        for text in [
+            "607D:2",
+            "0x607D:0x02",
+            "Max position limit",
+            "software position limit/max-position_limit",
+        ] {
+            assert_eq!(index(text), Some((0x607D, 2)), "{text}");
+        }
+        assert_eq!(index("proportional-gain"), None, "there are two");
+        assert_eq!(index("60F9:99"), None);
+        let error = find("statuswort").expect_err("none").to_string();
+        assert!(error.contains("did you mean `statusword`"), "{error}");
+    }
+
+    #[test]
+    fn values_go_to_bytes_and_back() {
+        for (object, text, bytes) in [
+            ("607A", "-1000", &[0x18, 0xFC, 0xFF, 0xFF][..]),
+            ("6040", "0x0F", &[15, 0]),
+            ("60FB:1", "8", &[0, 0, 0, 0x41]),
+            ("6060", "-1", &[0xFF]),
+        ] {
+            let row = find(object).expect("known");
+            assert_eq!(encode(row, text).expect("possible"), bytes, "{object}");
+            let value = decode(row.kind, bytes).expect("whole").to_string();
+            assert_eq!(value, text.replace("0x0F", "15"));
+        }
+        for (object, text) in [
+            ("6040", "65536"),
+            ("6040", "-1"),
+            ("6060", "128"),
+            ("607A", "x"),
+            ("6041", "1"),
+        ] {
+            assert!(
+                encode(find(object).expect("known"), text).is_err(),
+                "{object} = {text}"
+            );
+        }
+        assert_eq!(decode(Kind::U16, &[1]), None);
+    }
+
+    #[test]
+    fn the_dictionary_is_there() {
+        assert!(rows().len() > 300);
+    }
+}

@@ -1,0 +1,141 @@
+//! An actuator that runs natively: the firmware's application and its CANopen node around the rig.
+
+use canopen::{CanFrame, NodeId};
+use firmware::{
+    application::Start,
+    drive::{Device, Set},
+    native::{bridge, samples},
+    store::{self, Flash, Page, Progress, Saver, Status},
+};
+use model_core::{
+    parameter::ParameterError,
+    plant::rig::{Rig, RigOptions, TickedRig},
+};
+
+/// Length of a control period, us.
+pub const PERIOD_US: u64 = 4_000;
+
+/// Values that the capture holds, as many as the board's.
+pub const CAPTURE_VALUES: usize = 40_960;
+
+/// Words of a page of the flash: 16 KiB.
+const PAGE_WORDS: usize = 4_096;
+
+/// A flash that lasts as long as the program, and never keeps anybody waiting.
+struct Memory([Vec<u32>; 2]);
+
+impl Memory {
+    fn erased() -> Self {
+        Self([vec![u32::MAX; PAGE_WORDS], vec![u32::MAX; PAGE_WORDS]])
+    }
+}
+
+impl Flash for Memory {
+    fn start_erase(&mut self, page: Page) {
+        self.0[page as usize].fill(u32::MAX);
+    }
+
+    fn start_program(&mut self, page: Page, offset: u16, word: u32) {
+        if let Some(place) = self.0[page as usize].get_mut(usize::from(offset / 4)) {
+            *place &= word;
+        }
+    }
+
+    fn status(&mut self) -> Status {
+        Status::Ready
+    }
+
+    fn read(&self, page: Page, offset: u16) -> u32 {
+        let page = &self.0[page as usize];
+        page.get(usize::from(offset / 4))
+            .copied()
+            .unwrap_or(u32::MAX)
+    }
+}
+
+/// One actuator.
+pub struct NativeNode<'a> {
+    device: Device<'a>,
+    rig: TickedRig,
+    flash: Memory,
+    saver: Saver<Set>,
+    next_us: u64,
+}
+
+impl<'a> NativeNode<'a> {
+    /// An actuator with factory settings, this serial number and node-ID (`None` waits for LSS), which captures into this buffer.
+    ///
+    /// # Errors
+    /// That of the first parameter of the rig that is outside its range.
+    pub fn new(
+        serial_number: u32,
+        node_id: Option<NodeId>,
+        options: &RigOptions,
+        buffer: &'a mut [i32],
+    ) -> Result<Self, ParameterError> {
+        let flash = Memory::erased();
+        let loaded = store::load_set::<Set>(&flash);
+        let mut set = Set::defaults();
+        if let Some(id) = node_id {
+            set.board.bus.node_id = i32::from(id.get());
+        }
+        let mut device = Device::with_node_id(set, Start::default(), buffer, 0, node_id);
+        device.drive.diagnostics.serial_number = serial_number;
+        Ok(Self {
+            device,
+            rig: TickedRig::new(Rig::try_new(options)?, &mut |_, _| {}),
+            saver: Saver::new(&loaded),
+            flash,
+            next_us: PERIOD_US,
+        })
+    }
+
+    /// Takes a frame from the bus.
+    pub fn receive(&mut self, frame: &CanFrame, now_us: u64) {
+        self.device.receive(frame, now_us);
+    }
+
+    /// The next frame for the bus.
+    pub fn transmit(&mut self) -> Option<CanFrame> {
+        self.device.transmit()
+    }
+
+    /// Runs the control period that is due, if one is; whether it did.
+    pub fn step(&mut self, now_us: u64) -> bool {
+        if now_us < self.next_us {
+            return false;
+        }
+        let outputs = self
+            .device
+            .step(&samples(&self.rig.sampled()), self.next_us);
+        self.next_us += PERIOD_US;
+        self.rig.tick(bridge(outputs.bridge), &mut |_, _| {});
+        // The virtual bus has no bit rate.
+        let _ = self.device.drive.take_bit_rate();
+        self.save();
+        true
+    }
+
+    /// Forgets control periods that the computer was too late for.
+    pub fn skip_to(&mut self, now_us: u64) {
+        self.next_us = self.next_us.max(now_us);
+    }
+
+    fn save(&mut self) {
+        if let Some(set) = self.device.drive.take_save() {
+            self.saver.start(&set);
+        }
+        loop {
+            match self.saver.poll(&mut self.flash) {
+                Progress::Running => {}
+                Progress::Idle => return,
+                end => return self.device.drive.saved(end == Progress::Done),
+            }
+        }
+    }
+
+    /// The angle of the shaft, deg.
+    pub fn angle_deg(&self) -> f64 {
+        self.rig.rig.reading().output.angle_deg
+    }
+}

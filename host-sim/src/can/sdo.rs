@@ -1,0 +1,242 @@
+//! An SDO client: expedited, segmented, and block upload for long data.
+
+use std::io;
+use std::time::{Duration, Instant};
+
+use canopen::{Abort, CanFrame};
+use embedded_can::{Frame, StandardId};
+
+use super::link::Link;
+
+/// Why an object could not be read or written.
+#[derive(Debug, thiserror::Error)]
+pub enum SdoError {
+    /// The bus.
+    #[error("the bus: {0}")]
+    Link(#[from] io::Error),
+    /// Nobody answers.
+    #[error("node {0} does not answer")]
+    Timeout(u8),
+    /// The device refuses.
+    #[error("{index:04X}h:{sub}: {}", abort_text(*code))]
+    Abort {
+        /// Index of the object.
+        index: u16,
+        /// Sub-index.
+        sub: u8,
+        /// Abort code.
+        code: u32,
+    },
+    /// An answer that the protocol does not have there.
+    #[error("node {0} answers what is no part of the protocol")]
+    Protocol(u8),
+}
+
+/// An abort code in words.
+pub fn abort_text(code: u32) -> String {
+    let known: [(Abort, &str); 15] = [
+        (Abort::NoObject, "there is no such object"),
+        (Abort::NoSubIndex, "there is no such sub-index"),
+        (Abort::ReadOnly, "it is read only"),
+        (Abort::WriteOnly, "it is write only"),
+        (Abort::TooLong, "the value has too many bytes"),
+        (Abort::TooShort, "the value has too few bytes"),
+        (Abort::TooHigh, "the value is too high"),
+        (Abort::TooLow, "the value is too low"),
+        (Abort::Value, "the value is not possible"),
+        (
+            Abort::Incompatible,
+            "the value does not go together with another",
+        ),
+        (
+            Abort::MaximumBelowMinimum,
+            "the maximum would be below the minimum",
+        ),
+        (
+            Abort::DeviceState,
+            "not in the present state of the device: it is enabled, or has no power",
+        ),
+        (Abort::NoData, "there is no data"),
+        (Abort::Hardware, "the hardware failed"),
+        (Abort::Store, "it cannot be stored"),
+    ];
+    let text = known.iter().find(|(abort, _)| abort.code() == code);
+    let text = text.map_or("refused", |(_, text)| text);
+    format!("{text} (abort code {code:08X}h)")
+}
+
+/// One node, over a bus.
+pub struct Sdo<'a> {
+    link: &'a mut dyn Link,
+    node: u8,
+}
+
+/// How long a node may take: it may have to erase flash.
+const PATIENCE: Duration = Duration::from_secs(2);
+
+/// Segments of a block.
+const BLOCK: u8 = 127;
+
+impl<'a> Sdo<'a> {
+    /// A client of this node.
+    pub fn new(link: &'a mut dyn Link, node: u8) -> Self {
+        Self { link, node }
+    }
+
+    fn send(&mut self, data: [u8; 8]) -> Result<(), SdoError> {
+        let id = StandardId::new(0x600 + u16::from(self.node)).unwrap_or(StandardId::MAX);
+        let frame = CanFrame::received(id.into(), false, 8, data);
+        Ok(self.link.send(&frame)?)
+    }
+
+    fn answer(&mut self) -> Result<[u8; 8], SdoError> {
+        let end = Instant::now() + PATIENCE;
+        loop {
+            let left = end.saturating_duration_since(Instant::now());
+            let Some(frame) = self.link.receive(left)? else {
+                return Err(SdoError::Timeout(self.node));
+            };
+            if frame.raw_id() == (0x580 + u32::from(self.node), false) && frame.dlc() == 8 {
+                return Ok(frame.bytes());
+            }
+        }
+    }
+
+    /// The answer to a request about an object, which may be an abort.
+    fn ask(&mut self, request: [u8; 8], (index, sub): (u16, u8)) -> Result<[u8; 8], SdoError> {
+        self.send(request)?;
+        let answer = self.answer()?;
+        let [command, _, _, _, a, b, c, d] = answer;
+        if command == 0x80 {
+            let code = u32::from_le_bytes([a, b, c, d]);
+            return Err(SdoError::Abort { index, sub, code });
+        }
+        Ok(answer)
+    }
+
+    /// The value of an object.
+    ///
+    /// # Errors
+    /// The bus, silence, or an abort.
+    pub fn upload(&mut self, index: u16, sub: u8) -> Result<Vec<u8>, SdoError> {
+        let [low, high] = index.to_le_bytes();
+        let answer = self.ask([0x40, low, high, sub, 0, 0, 0, 0], (index, sub))?;
+        let [command, _, _, _, data @ ..] = answer;
+        match command {
+            0x42 => Ok(data.to_vec()),
+            0x43 | 0x47 | 0x4B | 0x4F => {
+                let unused = usize::from(command >> 2 & 3);
+                Ok(data[..4 - unused].to_vec())
+            }
+            0x40 | 0x41 => self.segments(index, sub),
+            _ => Err(SdoError::Protocol(self.node)),
+        }
+    }
+
+    fn segments(&mut self, index: u16, sub: u8) -> Result<Vec<u8>, SdoError> {
+        let mut data = Vec::new();
+        let mut toggle = 0;
+        loop {
+            let answer = self.ask([0x60 | toggle, 0, 0, 0, 0, 0, 0, 0], (index, sub))?;
+            if answer[0] & 0xF0 != toggle {
+                return Err(SdoError::Protocol(self.node));
+            }
+            let unused = usize::from(answer[0] >> 1 & 7);
+            data.extend_from_slice(&answer[1..8 - unused]);
+            if answer[0] & 1 != 0 {
+                return Ok(data);
+            }
+            toggle ^= 0x10;
+        }
+    }
+
+    /// The value of a long object, in blocks.
+    ///
+    /// # Errors
+    /// The bus, silence, or an abort.
+    pub fn upload_block(&mut self, index: u16, sub: u8) -> Result<Vec<u8>, SdoError> {
+        let [low, high] = index.to_le_bytes();
+        let request = [0xA0, low, high, sub, BLOCK, 0, 0, 0];
+        let answer = self.ask(request, (index, sub))?;
+        if answer[0] & 0xE1 != 0xC0 {
+            return Err(SdoError::Protocol(self.node));
+        }
+        self.send([0xA3, 0, 0, 0, 0, 0, 0, 0])?;
+        let mut data = Vec::new();
+        loop {
+            let is_last = self.block(&mut data, (index, sub))?;
+            if is_last {
+                break;
+            }
+        }
+        let end = self.answer()?;
+        if end[0] & 0xE3 != 0xC1 {
+            return Err(SdoError::Protocol(self.node));
+        }
+        self.send([0xA1, 0, 0, 0, 0, 0, 0, 0])?;
+        data.truncate(data.len() - usize::from(end[0] >> 2 & 7));
+        Ok(data)
+    }
+
+    /// One block; whether it was the last.
+    fn block(&mut self, data: &mut Vec<u8>, (index, sub): (u16, u8)) -> Result<bool, SdoError> {
+        let mut good = 0;
+        let mut is_last = false;
+        for number in 1..=BLOCK {
+            let segment = self.answer()?;
+            if segment[0] == 0x80 {
+                let [_, _, _, _, a, b, c, d] = segment;
+                let code = u32::from_le_bytes([a, b, c, d]);
+                return Err(SdoError::Abort { index, sub, code });
+            }
+            // What comes behind a gap is sent anew.
+            if segment[0] & 0x7F == number && good + 1 == number {
+                good = number;
+                data.extend_from_slice(&segment[1..]);
+                is_last = segment[0] & 0x80 != 0;
+            }
+            if segment[0] & 0x80 != 0 || segment[0] & 0x7F == BLOCK {
+                break;
+            }
+        }
+        self.send([0xA2, good, BLOCK, 0, 0, 0, 0, 0])?;
+        Ok(is_last)
+    }
+
+    /// A new value for an object.
+    ///
+    /// # Errors
+    /// The bus, silence, or an abort.
+    pub fn download(&mut self, index: u16, sub: u8, value: &[u8]) -> Result<(), SdoError> {
+        let [low, high] = index.to_le_bytes();
+        if let 1..=4 = value.len() {
+            let mut data = [0; 4];
+            data[..value.len()].copy_from_slice(value);
+            let [a, b, c, d] = data;
+            let command = 0x23 | (4 - value.len() as u8) << 2;
+            let answer = self.ask([command, low, high, sub, a, b, c, d], (index, sub))?;
+            return self.expect(answer[0] == 0x60);
+        }
+        let [a, b, c, d] = (value.len() as u32).to_le_bytes();
+        let answer = self.ask([0x21, low, high, sub, a, b, c, d], (index, sub))?;
+        self.expect(answer[0] == 0x60)?;
+        let mut toggle = 0;
+        let mut rest = value;
+        loop {
+            let (now, later) = rest.split_at(rest.len().min(7));
+            let mut segment = [0; 8];
+            segment[0] = toggle | (7 - now.len() as u8) << 1 | u8::from(later.is_empty());
+            segment[1..=now.len()].copy_from_slice(now);
+            let answer = self.ask(segment, (index, sub))?;
+            self.expect(answer[0] == 0x20 | toggle)?;
+            if later.is_empty() {
+                return Ok(());
+            }
+            (toggle, rest) = (toggle ^ 0x10, later);
+        }
+    }
+
+    fn expect(&self, is_so: bool) -> Result<(), SdoError> {
+        is_so.then_some(()).ok_or(SdoError::Protocol(self.node))
+    }
+}

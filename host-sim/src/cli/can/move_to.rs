@@ -1,0 +1,87 @@
+//! `actuator move`: to an angle, and no further.
+
+use std::time::Duration;
+
+use canopen::cia402::statusword;
+use clap::Args;
+use serde_json::json;
+
+use super::super::{Failure, output::print};
+use super::{AtNode, print_json};
+use crate::error::Error;
+
+/// Moves an actuator to an angle by a profile, and tells where it is.
+///
+/// It is enabled if it is not, and holds the angle afterwards.
+#[derive(Debug, Args)]
+pub struct Move {
+    /// Angle, deg
+    #[arg(allow_negative_numbers = true)]
+    angle_deg: f64,
+    /// Rate of the profile, deg/s; that of the actuator otherwise
+    #[arg(long, value_name = "DEG_S")]
+    rate: Option<f64>,
+    /// Takes the power off at the end
+    #[arg(long)]
+    release: bool,
+    /// Does not wait until it is there
+    #[arg(long, conflicts_with = "release")]
+    no_wait: bool,
+    /// Time within which it has to be there, s
+    #[arg(long, value_name = "SECONDS", default_value_t = 10.0)]
+    within: f64,
+    #[command(flatten)]
+    at: AtNode,
+}
+
+impl Move {
+    /// Moves.
+    ///
+    /// # Errors
+    /// A number that is none, or what the bus or the actuator says.
+    pub fn run(self) -> Result<(), Failure> {
+        Ok(self.go()?)
+    }
+
+    fn go(&self) -> Result<(), Error> {
+        let target_mdeg = mdeg("the angle", self.angle_deg)?;
+        let within = Duration::try_from_secs_f64(self.within).map_err(|_| Error::Option {
+            option: "--within",
+            value: self.within.to_string(),
+            expected: "a time in seconds",
+        })?;
+        let mut client = self.at.open()?;
+        if let Some(rate) = self.rate {
+            client.write("6081", &mdeg("--rate", rate)?.to_string())?;
+        }
+        client.enable(1)?;
+        client.move_to(target_mdeg)?;
+        if !self.no_wait {
+            client.wait(within, "expected it to reach the angle", |status| {
+                status & statusword::TARGET_REACHED != 0
+            })?;
+        }
+        let angle_deg = client.integer("6064")? as f64 / 1000.0;
+        if self.release {
+            client.disable()?;
+        }
+        if self.at.json() {
+            return print_json(&json!({ "angle_deg": angle_deg }));
+        }
+        print(&format!("{angle_deg} deg\n"))
+    }
+}
+
+/// In thousandths, as the dictionary wants it.
+pub(super) fn mdeg(option: &'static str, degrees: f64) -> Result<i32, Error> {
+    let value = (degrees * 1000.0).round();
+    if value.abs() <= f64::from(i32::MAX) {
+        Ok(value as i32)
+    } else {
+        Err(Error::Option {
+            option,
+            value: degrees.to_string(),
+            expected: "a number within 2,147,483",
+        })
+    }
+}

@@ -1,0 +1,132 @@
+//! `actuator serve`: actuators on a virtual bus.
+
+use std::net::{SocketAddr, TcpListener};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use canopen::NodeId;
+use clap::Args;
+use model_core::plant::rig::RigOptions;
+
+use super::super::{Failure, output::print};
+use crate::can::bus::Bus;
+use crate::can::native_node::{CAPTURE_VALUES, NativeNode};
+use crate::can::server::Server;
+use crate::error::Error;
+
+/// Runs actuators on a virtual CAN bus in real time, and serves the bus as slcan.
+///
+/// Any number of clients may be there at a time. One line on standard output tells that it is ready; an interrupt ends it.
+#[derive(Debug, Args)]
+pub struct Serve {
+    /// Address and port to listen at; port 0 takes a free one
+    #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:29536")]
+    listen: SocketAddr,
+    /// Serves a pseudo-terminal instead, whose path the line on standard output tells
+    #[cfg(unix)]
+    #[arg(long, conflicts_with = "listen")]
+    pty: bool,
+    /// How many actuators, with node-IDs from 1
+    #[arg(long, value_name = "NUMBER", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=127))]
+    nodes: u8,
+    /// The actuators have no node-ID and wait for one by LSS; their serial numbers begin with 1
+    #[arg(long)]
+    unconfigured: bool,
+    /// Noise, spread of friction and a crooked magnet by this seed, another for each actuator; ideal without it
+    #[arg(long, value_name = "NUMBER")]
+    seed: Option<u64>,
+}
+
+impl Serve {
+    /// Serves until it is interrupted.
+    ///
+    /// # Errors
+    /// An address that cannot be listened at.
+    pub fn run(self) -> Result<(), Failure> {
+        Ok(self.serve()?)
+    }
+
+    fn serve(&self) -> Result<(), Error> {
+        let stop = stop_on_interrupt()?;
+        let mut buffers = vec![vec![0; CAPTURE_VALUES]; usize::from(self.nodes)];
+        let nodes = (1..).zip(&mut buffers).map(|(number, buffer)| {
+            let node_id = NodeId::new(number).filter(|_| !self.unconfigured);
+            let options = self.seed.map_or_else(RigOptions::default, |seed| {
+                RigOptions::realistic(seed.wrapping_add(u64::from(number)))
+            });
+            NativeNode::new(u32::from(number), node_id, &options, buffer)
+        });
+        let mut server = Server::new(Bus::new(nodes.collect::<Result<_, _>>()?));
+        #[cfg(unix)]
+        if self.pty {
+            let (terminal, path) = crate::can::terminal::open().map_err(|source| Error::Serve {
+                place: "a pseudo-terminal".into(),
+                source,
+            })?;
+            server.add(terminal, true);
+            self.ready(&path.display().to_string())?;
+            return run(&mut server, None, &stop, &path.display().to_string());
+        }
+        let place = self.listen.to_string();
+        let listener = listen(self.listen).map_err(|source| Error::Serve {
+            place: place.clone(),
+            source,
+        })?;
+        let address = listener.local_addr().unwrap_or(self.listen);
+        if !address.ip().is_loopback() {
+            eprintln!(
+                "warning: {address} can be reached from other computers, and who reaches it commands the actuators"
+            );
+        }
+        self.ready(&address.to_string())?;
+        run(&mut server, Some(&listener), &stop, &place)
+    }
+
+    fn ready(&self, place: &str) -> Result<(), Error> {
+        let ids = match (self.unconfigured, self.nodes) {
+            (true, _) => "without node-IDs".to_owned(),
+            (_, 1) => "with node-ID 1".to_owned(),
+            (_, most) => format!("with node-IDs 1 to {most}"),
+        };
+        let what = if self.nodes == 1 {
+            "actuator"
+        } else {
+            "actuators"
+        };
+        print(&format!(
+            "ready: slcan at {place}, {} {what} {ids}\n",
+            self.nodes
+        ))
+    }
+}
+
+fn listen(address: SocketAddr) -> std::io::Result<TcpListener> {
+    let listener = TcpListener::bind(address)?;
+    listener.set_nonblocking(true)?;
+    Ok(listener)
+}
+
+fn run(
+    server: &mut Server<'_>,
+    listener: Option<&TcpListener>,
+    stop: &AtomicBool,
+    place: &str,
+) -> Result<(), Error> {
+    let place = place.to_owned();
+    let done = server.run(listener, stop);
+    done.map_err(|source| Error::Serve { place, source })
+}
+
+/// A flag that an interrupt sets; a second one ends the program at once.
+fn stop_on_interrupt() -> Result<Arc<AtomicBool>, Error> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&stop);
+    let handler = move || {
+        if flag.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+    };
+    ctrlc::set_handler(handler)
+        .map_err(|error| Error::Conflict(format!("interrupts cannot be taken: {error}")))?;
+    Ok(stop)
+}
