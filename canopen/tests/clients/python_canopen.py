@@ -5,7 +5,6 @@
 """
 import logging
 import struct
-import subprocess
 import sys
 import time
 import unittest
@@ -14,7 +13,8 @@ import canopen
 from canopen import objectdictionary as od
 from canopen.lss import LssError
 from canopen.profiles.p402 import BaseNode402
-from canopen.sdo import SdoAbortedError
+
+from served import Bench
 
 PROGRAM = sys.argv.pop(1)
 DATA = bytes((at * 7 + at // 256) & 255 for at in range(1 << 16))
@@ -61,51 +61,15 @@ def dictionary():
     return objects
 
 
-class Served(unittest.TestCase):
+class Served(Bench):
     """A node of its own for each test."""
 
-    node_id = 5
-
-    def setUp(self):
-        self.process = subprocess.Popen(
-            [PROGRAM, "0", str(self.node_id)], stdout=subprocess.PIPE, text=True)
-        port = self.process.stdout.readline().rsplit(":", 1)[1].strip()
-        self.network = canopen.Network()
-        self.network.NOTIFIER_CYCLE = 0.02
-        self.frames = []
-        self.network.subscribe(0x700 + 5, lambda *frame: self.frames.append(frame))
-        self.network.connect(
-            interface="slcan", channel=f"socket://127.0.0.1:{port}", bitrate=500_000, sleep_after_open=0)
-        self.node = self.network.add_node(self.master())
-        self.node.sdo.RESPONSE_TIMEOUT = 2
+    def command(self):
+        return [PROGRAM, "0", str(self.node_id)]
 
     @staticmethod
     def master():
         return canopen.RemoteNode(5, dictionary())
-
-    def tearDown(self):
-        self.network.disconnect()
-        self.process.kill()
-        self.process.wait()
-        self.process.stdout.close()
-
-    def reset(self, act=None):
-        """Resets the node. The client's wait_for_bootup misses what came before it was called."""
-        boots = lambda: sum(data == b"\0" for _, data, _ in self.frames)
-        before = boots()
-        (act or (lambda: setattr(self.node.nmt, "state", "RESET")))()
-        self.wait_for(lambda: boots() > before, "boot-up")
-
-    def wait_for(self, condition, message):
-        end = time.monotonic() + 5
-        while not condition():
-            self.assertLess(time.monotonic(), end, message)
-            time.sleep(0.002)
-
-    def aborts(self, code, action, *arguments):
-        with self.assertRaises(SdoAbortedError) as caught:
-            action(*arguments)
-        self.assertEqual(caught.exception.code, code)
 
 
 class Management(Served):

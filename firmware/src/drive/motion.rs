@@ -1,6 +1,6 @@
 //! From the axis to the application and back, once a control period.
 
-use canopen::cia402::{self, Demand, Input, Mode, Output, StopOption, controlword};
+use canopen::cia402::{self, Command, Demand, Input, Mode, Output, StopOption, controlword};
 
 use super::{Drive, failsafe::Reaction, parameters::PERIOD_US};
 use crate::{
@@ -73,7 +73,11 @@ impl Drive<'_> {
                 State::Enabled => self.application.telemetry().command,
                 _ => self.application.telemetry().angle,
             };
-            self.axis.displace(thousandths(command), self.rate_mdeg_s());
+            // Only a stop needs the rate, to begin with.
+            let runs =
+                Command::from_controlword(self.commands.controlword) == Command::EnableOperation;
+            let rate_mdeg_s = if runs { 0 } else { self.rate_mdeg_s() };
+            self.axis.displace(thousandths(command), rate_mdeg_s);
         }
         let input = self.input();
         let output = self.axis.step(&input, &self.axis_parameters);

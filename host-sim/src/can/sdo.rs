@@ -102,16 +102,28 @@ impl<'a> Sdo<'a> {
         }
     }
 
-    /// The answer to a request about an object, which may be an abort.
-    fn ask(&mut self, request: [u8; 8], (index, sub): (u16, u8)) -> Result<[u8; 8], SdoError> {
-        self.send(request)?;
-        let answer = self.answer()?;
-        let [command, _, _, _, a, b, c, d] = answer;
-        if command == 0x80 {
-            let code = u32::from_le_bytes([a, b, c, d]);
-            return Err(SdoError::Abort { index, sub, code });
+    /// The answer to the first request of a transfer. Other clients of the node have answers of their own on the bus: what is
+    /// about another object is not for us.
+    fn begin(
+        &mut self,
+        command: u8,
+        data: [u8; 4],
+        (index, sub): (u16, u8),
+    ) -> Result<[u8; 8], SdoError> {
+        let ([low, high], [a, b, c, d]) = (index.to_le_bytes(), data);
+        self.send([command, low, high, sub, a, b, c, d])?;
+        loop {
+            let answer = self.answer()?;
+            if answer[1..4] == [low, high, sub] {
+                return refused(answer, (index, sub));
+            }
         }
-        Ok(answer)
+    }
+
+    /// The answer to what follows, which may be an abort.
+    fn ask(&mut self, request: [u8; 8], object: (u16, u8)) -> Result<[u8; 8], SdoError> {
+        self.send(request)?;
+        refused(self.answer()?, object)
     }
 
     /// The value of an object.
@@ -119,8 +131,7 @@ impl<'a> Sdo<'a> {
     /// # Errors
     /// The bus, silence, or an abort.
     pub fn upload(&mut self, index: u16, sub: u8) -> Result<Vec<u8>, SdoError> {
-        let [low, high] = index.to_le_bytes();
-        let answer = self.ask([0x40, low, high, sub, 0, 0, 0, 0], (index, sub))?;
+        let answer = self.begin(0x40, [0; 4], (index, sub))?;
         let [command, _, _, _, data @ ..] = answer;
         match command {
             0x42 => Ok(data.to_vec()),
@@ -155,9 +166,7 @@ impl<'a> Sdo<'a> {
     /// # Errors
     /// The bus, silence, or an abort.
     pub fn upload_block(&mut self, index: u16, sub: u8) -> Result<Vec<u8>, SdoError> {
-        let [low, high] = index.to_le_bytes();
-        let request = [0xA0, low, high, sub, BLOCK, 0, 0, 0];
-        let answer = self.ask(request, (index, sub))?;
+        let answer = self.begin(0xA0, [BLOCK, 0, 0, 0], (index, sub))?;
         if answer[0] & 0xE1 != 0xC0 {
             return Err(SdoError::Protocol(self.node));
         }
@@ -183,12 +192,7 @@ impl<'a> Sdo<'a> {
         let mut good = 0;
         let mut is_last = false;
         for number in 1..=BLOCK {
-            let segment = self.answer()?;
-            if segment[0] == 0x80 {
-                let [_, _, _, _, a, b, c, d] = segment;
-                let code = u32::from_le_bytes([a, b, c, d]);
-                return Err(SdoError::Abort { index, sub, code });
-            }
+            let segment = refused(self.answer()?, (index, sub))?;
             // What comes behind a gap is sent anew.
             if segment[0] & 0x7F == number && good + 1 == number {
                 good = number;
@@ -208,17 +212,15 @@ impl<'a> Sdo<'a> {
     /// # Errors
     /// The bus, silence, or an abort.
     pub fn download(&mut self, index: u16, sub: u8, value: &[u8]) -> Result<(), SdoError> {
-        let [low, high] = index.to_le_bytes();
         if let 1..=4 = value.len() {
             let mut data = [0; 4];
             data[..value.len()].copy_from_slice(value);
-            let [a, b, c, d] = data;
             let command = 0x23 | (4 - value.len() as u8) << 2;
-            let answer = self.ask([command, low, high, sub, a, b, c, d], (index, sub))?;
+            let answer = self.begin(command, data, (index, sub))?;
             return self.expect(answer[0] == 0x60);
         }
-        let [a, b, c, d] = (value.len() as u32).to_le_bytes();
-        let answer = self.ask([0x21, low, high, sub, a, b, c, d], (index, sub))?;
+        let size = (value.len() as u32).to_le_bytes();
+        let answer = self.begin(0x21, size, (index, sub))?;
         self.expect(answer[0] == 0x60)?;
         let mut toggle = 0;
         let mut rest = value;
@@ -239,4 +241,14 @@ impl<'a> Sdo<'a> {
     fn expect(&self, is_so: bool) -> Result<(), SdoError> {
         is_so.then_some(()).ok_or(SdoError::Protocol(self.node))
     }
+}
+
+/// The answer, if it is no abort.
+fn refused(answer: [u8; 8], (index, sub): (u16, u8)) -> Result<[u8; 8], SdoError> {
+    let [command, _, _, _, a, b, c, d] = answer;
+    if command == 0x80 {
+        let code = u32::from_le_bytes([a, b, c, d]);
+        return Err(SdoError::Abort { index, sub, code });
+    }
+    Ok(answer)
 }

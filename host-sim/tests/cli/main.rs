@@ -1,5 +1,6 @@
 //! The program `actuator` as its user sees it.
 
+mod bus;
 mod errors;
 mod fmu;
 mod identify;

@@ -213,7 +213,12 @@ fn an_excitation_runs_from_the_bus_and_is_captured() {
     assert!(bench.angle_mdeg() > 2_000);
     bench.steps(250);
     assert_eq!(bench.get(0x2020, 2), 0, "it is over");
-    assert!(bench.angle_mdeg().abs() < 500, "back where it was");
+    assert_eq!(
+        bench.get(0x6062, 0),
+        0,
+        "back where it was, to the last mdeg"
+    );
+    assert!(bench.angle_mdeg().abs() <= 176);
     bench.set(0x2030, 1, 0, 1);
     assert_eq!(bench.get(0x2030, 2), 3);
     let records = bench.get(0x2030, 6);

@@ -1,0 +1,325 @@
+#!/usr/bin/env python3
+"""python-canopen, unmodified and with the data sheet, against the actuators of `actuator serve`.
+
+    actuator.py target/debug/actuator docs/smart-actuator.eds
+"""
+import csv
+import json
+import logging
+import signal
+import struct
+import subprocess
+import sys
+import time
+import unittest
+
+import canopen
+from canopen.profiles.p402 import BaseNode402
+
+from served import Bench
+
+PROGRAM, SHEET = sys.argv.pop(1), sys.argv.pop(1)
+
+
+class Served(Bench):
+    """Two actuators, of which the first is the node."""
+
+    node_id = 1
+    options = ()
+
+    def command(self):
+        return [PROGRAM, "serve", "--listen", "127.0.0.1:0", "--nodes", "2", *self.options]
+
+    @staticmethod
+    def master():
+        return canopen.RemoteNode(1, SHEET)
+
+    def actuator(self, *arguments):
+        """The program as a client beside python-canopen."""
+        bus = ["--bus", f"127.0.0.1:{self.port}"]
+        return subprocess.run([PROGRAM, *arguments, *bus], capture_output=True, text=True, timeout=20)
+
+
+class Management(Served):
+    def test_the_scanner_finds_both(self):
+        self.network.scanner.search()
+        self.wait_for(lambda: sorted(self.network.scanner.nodes) == [1, 2], "both nodes")
+
+    def test_states_and_heartbeats(self):
+        self.node.sdo[0x1017].raw = 20
+        for state in ("OPERATIONAL", "STOPPED", "PRE-OPERATIONAL"):
+            self.node.nmt.state = state
+            self.assertEqual(self.node.nmt.wait_for_heartbeat(1), state)
+
+    def test_a_second_client_hears_and_commands(self):
+        other = self.connect()
+        try:
+            node = other.add_node(canopen.RemoteNode(2, SHEET))
+            node.sdo["Target position"].raw = 777
+            self.assertEqual(node.sdo["Target position"].raw, 777)
+            seen = []
+            other.subscribe(0x123, lambda *frame: seen.append(frame[1]))
+            self.network.send_message(0x123, b"hello")
+            self.wait_for(lambda: [bytes(data) for data in seen] == [b"hello"], "the other client's frame")
+        finally:
+            other.disconnect()
+
+    def test_an_interrupt_ends_it_cleanly(self):
+        server = subprocess.Popen(self.command(), stdout=subprocess.PIPE, text=True)
+        server.stdout.readline()
+        server.send_signal(signal.SIGINT)
+        rest, _ = server.communicate(timeout=5)
+        self.assertEqual((server.returncode, rest), (0, ""))
+
+
+class Transfers(Served):
+    def test_values_by_name(self):
+        sdo = self.node.sdo
+        self.assertEqual(sdo["Manufacturer device name"].raw, "SMART-ACTUATOR")
+        self.assertEqual(sdo["Identity object"]["Serial number"].raw, 1)
+        gain = sdo["Position control parameter set"]["Proportional gain"]
+        gain.raw = 9.25
+        self.assertEqual(gain.raw, 9.25)
+
+    def test_three_modes_both_ways(self):
+        sdo = self.node.sdo
+        value = struct.pack("<i", -123_456)
+        sdo.download(0x607A, 0, value, force_segment=True)
+        self.assertEqual(sdo.upload(0x607A, 0), value)
+        with sdo["Target position"].open("wb", size=4, block_transfer=True) as out:
+            out.write(value[::-1])
+        with sdo["Target position"].open("rb", block_transfer=True, request_crc_support=True) as back:
+            self.assertEqual(back.read(), value[::-1])
+
+    def test_a_capture_comes_in_segments_and_in_blocks(self):
+        sdo = self.node.sdo
+        sdo["Capture"]["Control"].raw = 1
+        time.sleep(2.8)
+        sdo["Capture"]["Control"].raw = 0
+        records, size = sdo["Capture"]["Records captured"].raw, sdo["Capture"]["Record size"].raw
+        self.assertEqual(size, 24)
+        self.assertGreater(records, 600)
+        with sdo["Capture data"].open("rb", block_transfer=True, request_crc_support=True) as blocks:
+            data = blocks.read()
+        self.assertEqual(len(data), records * size)
+        self.assertEqual(sdo.upload(0x2032, 0), data)
+
+    def test_abort_codes(self):
+        sdo = self.node.sdo
+        self.aborts(0x0602_0000, sdo.upload, 0x5000, 0)
+        self.aborts(0x0609_0011, sdo.upload, 0x1018, 9)
+        self.aborts(0x0601_0002, sdo.download, 0x6041, 0, bytes(2))
+        self.aborts(0x0607_0012, sdo.download, 0x6040, 0, bytes(4))
+        self.aborts(0x0607_0013, sdo.download, 0x6040, 0, bytes(1))
+        self.aborts(0x0609_0030, sdo.download, 0x6060, 0, b"\x06")
+        self.aborts(0x0609_0031, sdo.download, 0x2100, 8, struct.pack("<i", 1_641))
+        self.aborts(0x0609_0032, sdo.download, 0x2100, 8, struct.pack("<i", 99))
+        self.aborts(0x0609_0036, sdo.download, 0x607D, 1, struct.pack("<i", 60_001))
+        self.aborts(0x0604_0043, sdo.download, 0x2102, 2, struct.pack("<i", 750))
+        self.aborts(0x0800_0022, sdo.download, 0x2020, 1, b"\x01")
+        self.aborts(0x0800_0024, sdo.upload, 0x2032, 0)
+        self.aborts(0x0800_0020, sdo.download, 0x1010, 1, b"evas")
+
+    def test_parameters_are_stored_across_a_reset(self):
+        sdo = self.node.sdo
+        sdo["Profile velocity"].raw, sdo[0x1017].raw = 123_000, 500
+        self.node.store()
+        sdo["Profile velocity"].raw = 5
+        self.reset()
+        self.assertEqual((sdo["Profile velocity"].raw, sdo[0x1017].raw), (123_000, 500))
+        self.node.restore()
+        self.reset()
+        self.assertEqual((sdo["Profile velocity"].raw, sdo[0x1017].raw), (300_000, 0))
+
+
+class ProcessData(Served):
+    def setUp(self):
+        super().setUp()
+        self.node.tpdo.read()
+        self.node.rpdo.read()
+
+    def test_telemetry_comes_at_250_hz_and_the_status_at_50_hz(self):
+        seen = {1: [], 2: [], 3: []}
+        for number, frames in seen.items():
+            self.node.tpdo[number].add_callback(lambda pdo, frames=frames: frames.append(pdo.timestamp))
+        self.node.nmt.state = "OPERATIONAL"
+        counter = self.node.tpdo[2]["Sample stamp.Sample counter"]
+        self.wait_for(lambda: seen[2], "telemetry")
+        before, begun = counter.raw, len(seen[2])
+        time.sleep(1)
+        samples, frames = counter.raw - before & 0xFFFF, len(seen[2]) - begun
+        # By the actuator's own count none is lost; the clock of a busy computer allows itself more.
+        self.assertAlmostEqual(samples, frames, delta=2)
+        self.assertTrue(230 <= samples <= 270, samples)
+        self.assertAlmostEqual(len(seen[2]) / len(seen[3]), 5, delta=0.5)
+
+    def test_a_pdo_is_mapped_anew(self):
+        pdo = self.node.tpdo[4]
+        pdo.clear()
+        pdo.add_variable("DC link circuit voltage")
+        pdo.add_variable("Board temperature")
+        pdo.trans_type, pdo.event_timer, pdo.enabled = 254, 20, True
+        pdo.save()
+        self.node.nmt.state = "OPERATIONAL"
+        self.wait_for(lambda: abs(pdo["DC link circuit voltage"].raw - 6_000) < 50, "6 V")
+        self.assertAlmostEqual(pdo["Board temperature"].raw, 250, delta=5)
+
+    def test_sync_triggers(self):
+        pdo = self.node.tpdo[4]
+        pdo.trans_type, pdo.event_timer, pdo.enabled = 2, 0, True
+        pdo.save()
+        self.node.nmt.state = "OPERATIONAL"
+        seen = []
+        pdo.add_callback(seen.append)
+        for _ in range(6):
+            self.network.sync.transmit()
+            time.sleep(0.02)
+        self.assertEqual(len(seen), 3)
+
+    def test_lost_heartbeat_of_the_client_is_an_emergency(self):
+        self.node.sdo.download(0x1016, 1, struct.pack("<I", 100 << 16 | 60))
+        self.network.send_message(0x700 + 100, b"\x05")
+        self.wait_for(lambda: self.node.emcy.active, "emergency")
+        self.assertEqual(self.node.emcy.active[0].code, 0x8130)
+
+
+class Drive(Served):
+    @staticmethod
+    def master():
+        return BaseNode402(1, SHEET)
+
+    def setUp(self):
+        super().setUp()
+        self.node.nmt.state = "OPERATIONAL"
+        self.node.setup_402_state_machine()
+
+    def enable(self, mode):
+        self.node.op_mode = mode
+        self.node.state = "OPERATION ENABLED"
+        self.assertEqual(self.node.state, "OPERATION ENABLED")
+
+    def angle_mdeg(self):
+        return self.node.sdo["Position actual value"].raw
+
+    def test_it_is_driven_to_operation_enabled_and_to_a_position(self):
+        self.enable("PROFILED POSITION")
+        self.node.rpdo[1]["Target position"].raw = 30_000
+        self.node.controlword = 0x1F
+        self.wait_for(lambda: self.node.statusword & 0x1000, "acknowledge")
+        self.node.controlword = 0x0F
+        self.wait_for(lambda: self.node.statusword & 0x0400, "target reached")
+        self.assertAlmostEqual(self.angle_mdeg(), 30_000, delta=500)
+        self.node.state = "SWITCHED ON"
+        self.assertEqual(self.node.state, "SWITCHED ON")
+
+    def test_commands_at_50_hz_are_followed_and_their_end_is_a_fault(self):
+        self.enable("CYCLIC SYNCHRONOUS POSITION")
+        command = self.node.rpdo[1]
+        command["Controlword"].raw = 0x0F
+        for step in range(100):
+            command["Target position"].raw = 200 * step
+            command.transmit()
+            time.sleep(0.02)
+        # It stays behind by the rate, 10 deg/s, over the gain, 8/s; and by what a busy computer's clock is late.
+        self.assertGreater(self.angle_mdeg(), 12_000)
+
+        def settled():
+            command.transmit()
+            return abs(self.angle_mdeg() - 19_800) < 300
+
+        self.wait_for(settled, "the last target")
+        self.wait_for(lambda: self.node.state == "FAULT", "the fault of the missing commands")
+        self.wait_for(lambda: self.node.emcy.active, "emergency")
+        error = self.node.emcy.active[0]
+        self.assertEqual((error.code, error.data[0]), (0x8130, 15))
+        self.assertEqual(self.node.sdo["Error code"].raw, 0x8130)
+        self.node.reset_from_fault()
+        self.wait_for(lambda: not self.node.emcy.active, "error reset")
+
+    def test_velocities_are_reached(self):
+        self.node.sdo["Software position limit"]["Max position limit"].raw = 150_000
+        self.enable("PROFILED VELOCITY")
+        self.node.sdo["Target velocity"].raw = 60_000
+        self.wait_for(lambda: abs(self.node.sdo["Velocity actual value"].raw - 60_000) < 25_000, "60 deg/s")
+        self.node.sdo["Target velocity"].raw = 0
+        self.wait_for(lambda: abs(self.node.sdo["Velocity actual value"].raw) < 1_000, "standstill")
+
+    def test_limits_are_locked_while_it_is_enabled(self):
+        self.enable("PROFILED POSITION")
+        limit = struct.pack("<i", 70_000)
+        for index, sub in ((0x607D, 2), (0x2100, 8), (0x2102, 1), (0x6065, 0)):
+            self.aborts(0x0800_0022, self.node.sdo.download, index, sub, limit[:4] if sub != 1 else struct.pack("<i", 5))
+        self.node.state = "SWITCH ON DISABLED"
+        self.node.sdo.download(0x607D, 2, limit)
+
+
+class Program(Served):
+    """The program's own client."""
+
+    def test_what_is_moved_excited_and_recorded(self):
+        done = self.actuator("move", "20", "--json")
+        self.assertAlmostEqual(json.loads(done.stdout)["angle_deg"], 20, delta=0.5)
+        done = self.actuator("excite", "doublet", "--amplitude", "5", "--unit", "0.1", "--capture")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.actuator("set", "2030:1=0")
+        rows = list(csv.DictReader(self.actuator("record", "--capture").stdout.splitlines()))
+        # The board's commands are exact in mdeg: 5 deg up, 5 deg down, 25 control periods each.
+        commands = [float(row["command_mdeg"]) - float(rows[-1]["command_mdeg"]) for row in rows]
+        self.assertEqual([round(value) for value in commands[:51]], [5_000] * 25 + [-5_000] * 25 + [0])
+        rows = list(csv.DictReader(self.actuator("record", "--for", "0.5").stdout.splitlines()))
+        self.assertGreater(len(rows), 80)
+        self.assertAlmostEqual(float(rows[-1]["angle_deg"]), 20, delta=0.5)
+        times = [float(row["time_s"]) for row in rows]
+        self.assertTrue(all(0.003 < b - a < 0.1 for a, b in zip(times, times[1:])))
+
+    def test_names_json_and_exit_codes(self):
+        devices = json.loads(self.actuator("scan", "--json").stdout)
+        self.assertEqual([device["node"] for device in devices], [1, 2])
+        self.assertEqual(self.actuator("set", "profile-velocity=5000", "607D:2=70000").returncode, 0)
+        values = json.loads(self.actuator("get", "6081", "max-position-limit", "--json").stdout)
+        self.assertEqual(list(values.values()), [5_000, 70_000])
+        refused = self.actuator("set", "607D:1=70001")
+        self.assertEqual((refused.returncode, "below the minimum" in refused.stderr), (3, True))
+        unknown = self.actuator("get", "statuswort")
+        self.assertEqual((unknown.returncode, "did you mean `statusword`" in unknown.stderr), (2, True))
+        silent = self.actuator("get", "6041", "--node", "9")
+        self.assertEqual((silent.returncode, "node 9 does not answer" in silent.stderr), (1, True))
+
+    def test_faults_are_listed_and_reset(self):
+        self.node.nmt.state = "OPERATIONAL"
+        # A cyclic master that falls silent once it has begun to command.
+        for word in (6, 7, 15, 15):
+            self.network.send_message(0x201, struct.pack("<Hi", word, 0))
+            time.sleep(0.03)
+        faults = lambda *more: json.loads(self.actuator("faults", "--json", *more).stdout)
+        self.wait_for(lambda: faults()["state"] == "fault", "the timeout of the commands")
+        self.assertEqual(faults()["latched"], ["command timeout"])
+        after = faults("--reset")
+        self.assertEqual((after["latched"], after["state"]), ([], "switch on disabled"))
+        self.assertEqual(after["history"][0]["code"], "8130h")
+
+    def test_monitor_shows_lines(self):
+        done = self.actuator("monitor", "--for", "0.5")
+        self.assertIn("angle", done.stdout)
+        self.assertIn("switch on disabled", done.stdout)
+
+
+class LayerSettings(Served):
+    options = ("--unconfigured",)
+
+    def test_two_actuators_are_told_apart_by_fast_scan_and_stored(self):
+        lss = self.network.lss
+        for node_id in (2, 1):
+            found, identity = lss.fast_scan()
+            self.assertTrue(found)
+            self.assertEqual(identity[:2], [0, 0x5341])
+            lss.configure_node_id(node_id)
+            lss.store_configuration()
+            lss.send_switch_state_global(lss.WAITING_STATE)
+        self.wait_for(lambda: any(data == b"\0" for _, data, _ in self.frames), "boot-up")
+        self.assertEqual(self.node.sdo["Bus"]["Node-ID"].raw, 1)
+
+
+if __name__ == "__main__":
+    logging.getLogger("canopen").setLevel(logging.CRITICAL)
+    unittest.main()

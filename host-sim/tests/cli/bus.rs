@@ -1,0 +1,180 @@
+//! Actuators on a virtual bus, and the commands that talk to them.
+
+use std::io::{BufRead, BufReader, Read};
+use std::process::{Child, Command, Stdio};
+
+use crate::Desk;
+
+/// `actuator serve`, until it is dropped.
+struct Served {
+    process: Child,
+    bus: String,
+    desk: Desk,
+}
+
+impl Served {
+    fn new(options: &[&str]) -> Self {
+        let program = assert_cmd::cargo::cargo_bin!("actuator");
+        let mut process = Command::new(program)
+            .args(["serve", "--listen", "127.0.0.1:0"])
+            .args(options)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("it starts");
+        let mut line = String::new();
+        let mut out = BufReader::new(process.stdout.as_mut().expect("piped"));
+        out.read_line(&mut line).expect("a line");
+        let bus = line
+            .split([' ', ','])
+            .find(|word| word.contains(':') && word.contains("127.0.0.1"));
+        let bus = bus.expect("the line tells the address").to_owned();
+        Self {
+            process,
+            bus,
+            desk: Desk::new(),
+        }
+    }
+
+    fn command(&self, arguments: &str) -> assert_cmd::Command {
+        self.desk
+            .actuator(&format!("{arguments} --bus {}", self.bus))
+    }
+
+    fn text(&self, arguments: &str) -> String {
+        let output = self.command(arguments).assert().success();
+        String::from_utf8(output.get_output().stdout.clone()).expect("UTF-8")
+    }
+
+    /// The error of a command that ends with this status.
+    fn error(&self, arguments: &str, status: i32) -> String {
+        let output = self.command(arguments).assert().code(status);
+        String::from_utf8(output.get_output().stderr.clone()).expect("UTF-8")
+    }
+}
+
+impl Drop for Served {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+#[test]
+fn two_actuators_are_found_moved_and_read() {
+    let served = Served::new(&["--nodes", "2"]);
+    let devices: serde_json::Value =
+        serde_json::from_str(&served.text("scan --json")).expect("JSON");
+    assert_eq!(devices[1]["node"], 2);
+    assert_eq!(devices[1]["serial"], 2);
+    served.text("move --node 2 15");
+    let angle: f64 = served
+        .text("get --node 2 position-actual-value")
+        .trim_end_matches(" mdeg\n")
+        .parse()
+        .expect("a number");
+    // The position window.
+    assert!((angle - 15_000.0).abs() <= 500.0, "{angle}");
+    assert_eq!(served.text("get 6064"), "0 mdeg\n", "the other one");
+}
+
+#[test]
+fn values_are_stored_and_restored() {
+    let served = Served::new(&[]);
+    served.text("set profile-velocity=123000 60FB:1=9.5");
+    served.text("save");
+    served.text("set 6081=1");
+    served.text("restore --group communication --reset");
+    assert_eq!(served.text("get 6081"), "123000 mdeg/s\n");
+    assert_eq!(served.text("get 60FB:1"), "9.5 1/s\n");
+}
+
+#[test]
+fn what_cannot_be_done_says_why_by_text_and_status() {
+    let served = Served::new(&[]);
+    assert!(
+        served
+            .error("set 607D:1=60001", 3)
+            .contains("below the minimum")
+    );
+    assert!(
+        served
+            .error("get 6064 --node 7", 1)
+            .contains("node 7 does not answer")
+    );
+    assert!(
+        served
+            .error("get statuswort", 2)
+            .contains("did you mean `statusword`")
+    );
+    assert!(served.error("set 6041=1", 2).contains("read only"));
+    assert!(served.error("set 6040", 2).contains("OBJECT=VALUE"));
+    assert!(served.error("record --capture", 3).contains("no data"));
+    let desk = Desk::new();
+    let closed = desk.actuator("get 6041 --bus 127.0.0.1:1").assert().code(1);
+    let error = String::from_utf8_lossy(&closed.get_output().stderr).into_owned();
+    assert!(
+        error.contains("cannot open the bus `127.0.0.1:1`"),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_captured_excitation_comes_back_with_its_columns() {
+    let served = Served::new(&["--seed", "3"]);
+    served.text("excite doublet --amplitude 4 --unit 0.1 --capture");
+    served.text("set 2030:1=0");
+    let text = served.text("record --capture");
+    let mut lines = text.lines();
+    let header = lines.next().expect("a header");
+    assert!(
+        header.starts_with("time_s,angle_mdeg,rate_mdeg_s,"),
+        "{header}"
+    );
+    assert!(header.ends_with("command_mdeg"));
+    let commands: Vec<i64> = lines
+        .map(|line| {
+            line.rsplit(',')
+                .next()
+                .expect("a field")
+                .parse()
+                .expect("whole")
+        })
+        .collect();
+    let base = commands[commands.len() - 1];
+    let doublet: Vec<_> = commands
+        .iter()
+        .take(51)
+        .map(|command| command - base)
+        .collect();
+    let expected: Vec<_> = [4_000; 25]
+        .into_iter()
+        .chain([-4_000; 25])
+        .chain([0])
+        .collect();
+    assert_eq!(doublet, expected);
+}
+
+#[test]
+fn the_load_of_a_bus_is_reckoned_without_one() {
+    let desk = Desk::new();
+    let text = desk.text("busload --actuators 4 --json");
+    let load: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    // 4 x (2 x 250 x 135 + 50 x 105 + 50 x 115) bits a second of a million.
+    assert_eq!(load["greatest_load"].as_f64(), Some(0.314));
+    assert_eq!(load["actuators_that_fit"].as_f64(), Some(12.0));
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_ends_the_server_with_status_0_and_nothing_more_to_say() {
+    let mut served = Served::new(&[]);
+    let pid = served.process.id().to_string();
+    let killed = Command::new("kill").args(["-INT", &pid]).status();
+    assert!(killed.is_ok_and(|status| status.success()));
+    assert_eq!(served.process.wait().expect("it ends").code(), Some(0));
+    let mut rest = String::new();
+    let out = served.process.stdout.as_mut().expect("piped");
+    out.read_to_string(&mut rest).expect("UTF-8");
+    assert_eq!(rest, "");
+}
