@@ -167,10 +167,10 @@ fn upload(client: &mut Client, sink: &mut Sink) -> Result<(), Error> {
     };
     sink.header(signals.iter().map(|signal| signal.column().to_owned()))?;
     for (row, record) in data.chunks_exact(4 * signals.len().max(1)).enumerate() {
-        let values = record.chunks_exact(4).map(|bytes| {
-            let [a, b, c, d] = [bytes[0], bytes[1], bytes[2], bytes[3]];
-            f64::from(i32::from_le_bytes([a, b, c, d]))
-        });
+        let (values, _) = record.as_chunks();
+        let values = values
+            .iter()
+            .map(|bytes| f64::from(i32::from_le_bytes(*bytes)));
         sink.row(row as f64 * period_us as f64 * 1e-6, values)?;
     }
     Ok(())

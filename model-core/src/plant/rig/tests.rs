@@ -1,3 +1,5 @@
+use std::vec::Vec;
+
 use crate::control::encoder_word::{EncoderCount, EncoderError, Magnet};
 use crate::sensors::adc::AdcCode;
 use crate::sensors::dividers::leg_code;
