@@ -2,7 +2,7 @@
 //! them together, end at the optimum. A line for each model and input.
 
 use host_sim::identify::synthetic::{noisy, simulated};
-use host_sim::identify::{Experiment, Options, Problem, Quiet, Recording, fit, models};
+use host_sim::identify::{Experiment, Options, Problem, Quiet, Recording, Role, fit, models};
 use host_sim::settings::ModelKind;
 use model_core::sensors::noise::Noise;
 
@@ -18,7 +18,8 @@ fn scattered(problem: &Problem, truth: &[f64], start: u64) -> Problem {
     let mut problem = problem.clone();
     let mut noise = Noise::new(start, 77);
     for (spec, truth) in problem.specs.iter_mut().zip(truth) {
-        if spec.parameter.name.starts_with("initial") || *truth == 0.0 || !truth.is_finite() {
+        let is_of_the_run = spec.parameter.name.starts_with("initial");
+        if spec.role == Role::Fixed || is_of_the_run || *truth == 0.0 {
             continue;
         }
         let factor = 4.0_f64.powf(noise.gaussian(0.7).clamp(-1.0, 1.0));

@@ -85,6 +85,7 @@ impl Experiment {
                 duty_pct: some(&full.duty_pct),
                 current_ma: some(&full.current_ma),
                 supply_v: some(&full.supply_v),
+                motor_on: some(&full.motor_on),
                 hold: full.hold,
                 constants: full.constants.clone(),
             }),

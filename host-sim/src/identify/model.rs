@@ -23,6 +23,8 @@ pub enum State {
     Stop,
     /// Friction: it stands.
     Stuck,
+    /// The motor is off, and the model does not say what happens then.
+    Off,
 }
 
 /// What a model shows at an instant of the recording.

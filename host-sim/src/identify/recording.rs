@@ -37,6 +37,8 @@ pub struct Recording {
     pub current_ma: Option<Vec<f64>>,
     /// Supply voltage, V.
     pub supply_v: Option<Vec<f64>>,
+    /// Whether the motor was on, which 0 denies; on all the time where there is no column.
+    pub motor_on: Option<Vec<f64>>,
     /// What the command does between its samples.
     pub hold: Hold,
     /// What is known of this run by the name of a model's parameter, such as `pendulum_mass_kg`.
@@ -90,6 +92,9 @@ pub enum RecordingError {
     /// The command is missing at the start.
     #[error("command_deg has no number, expected at least one")]
     NoCommand,
+    /// The motor is never on.
+    #[error("motor_on is 0 in all samples: nothing can be identified from a motor that is off")]
+    Off,
     /// Nothing moves.
     #[error("{0} is the same in all samples: nothing can be identified from a recording at rest")]
     Constant(&'static str),
@@ -112,6 +117,7 @@ impl Recording {
             ("duty_pct", &self.duty_pct),
             ("current_ma", &self.current_ma),
             ("supply_v", &self.supply_v),
+            ("motor_on", &self.motor_on),
         ];
         let optional = optional
             .into_iter()
@@ -185,6 +191,10 @@ impl Recording {
         }
         if self.command_deg.iter().all(|c| c.is_nan()) {
             return Err(RecordingError::NoCommand);
+        }
+        let is_on = |on: &Vec<f64>| on.iter().any(|on| *on != 0.0);
+        if !self.motor_on.as_ref().is_none_or(is_on) {
+            return Err(RecordingError::Off);
         }
         if is_constant(&self.angle_deg) {
             return Err(RecordingError::Constant("angle_deg"));

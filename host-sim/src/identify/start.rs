@@ -75,17 +75,17 @@ struct Point {
     angle_deg: f64,
 }
 
-/// Samples that have an angle, evenly thinned.
+/// Samples that have an angle while the motor is on, evenly thinned.
 fn points(run: &Experiment) -> Vec<Point> {
     let every = run.len().div_ceil(MOST_SAMPLES).max(1);
-    let all = run.time_ns.iter().zip(&run.recording.angle_deg);
-    all.step_by(every)
-        .filter(|(_, angle)| !angle.is_nan())
-        .map(|(time, angle)| Point {
-            time_ns: *time,
-            angle_deg: *angle,
-        })
-        .collect()
+    let recording = &run.recording;
+    let is_on = |i: &usize| recording.motor_on.as_ref().is_none_or(|on| on[*i] != 0.0);
+    let point = |i: usize| Point {
+        time_ns: run.time_ns[i],
+        angle_deg: recording.angle_deg[i],
+    };
+    let all = (0..run.len()).step_by(every).filter(is_on).map(point);
+    all.filter(|p| !p.angle_deg.is_nan()).collect()
 }
 
 #[derive(Debug, Clone, Copy, Default)]

@@ -59,7 +59,7 @@ impl Limited {
 
     fn add(&mut self, state: State, [from_s, to_s]: [f64; 2]) {
         let sum = match state {
-            State::Free => return,
+            State::Free | State::Off => return,
             State::RateUp => &mut self.rate_up_s,
             State::RateDown => &mut self.rate_down_s,
             State::Duty => &mut self.duty_s,

@@ -43,6 +43,7 @@ pub fn recording(import: &Import, table: &Table, places: &[Place]) -> Result<Imp
         duty_pct: take(Quantity::Duty)?,
         current_ma: take(Quantity::Current)?,
         supply_v: take(Quantity::Supply)?,
+        motor_on: take(Quantity::Enabled)?,
         hold: import.hold,
         constants,
     };
@@ -185,7 +186,18 @@ impl Cleaning<'_> {
             let text = format!("the angle jumps by a turn, {turns} times: it is unwrapped");
             self.note(self.table.line(rows[index]), text);
         }
-        for clipped in clipping::find(&recording.command_deg, &recording.angle_deg) {
+        let mut off = Tally::default();
+        let motor_on = recording.motor_on.iter().flatten().enumerate();
+        motor_on
+            .filter(|(_, on)| **on == 0.0)
+            .for_each(|(i, _)| off.count(rows[i]));
+        self.tally(
+            &off,
+            "samples have the motor off: only models of a motor with a load are compared there",
+        );
+        // Only of a motor that is on the command says where it should go.
+        let driven = driven(recording);
+        for clipped in clipping::find(&recording.command_deg, &driven) {
             let Clipped { samples, angle_deg } = clipped.clone();
             let count = samples.len();
             let consequence = if keep_clipped {
@@ -203,6 +215,17 @@ impl Cleaning<'_> {
             }
         }
     }
+}
+
+/// The angles while the motor is on, NaN otherwise.
+fn driven(recording: &Recording) -> Vec<f64> {
+    let mut angles = recording.angle_deg.clone();
+    for (angle, on) in angles.iter_mut().zip(recording.motor_on.iter().flatten()) {
+        if *on == 0.0 {
+            *angle = f64::NAN;
+        }
+    }
+    angles
 }
 
 /// Rows of a kind.

@@ -20,11 +20,13 @@ pub enum Quantity {
     Current,
     /// Supply voltage.
     Supply,
+    /// Whether the motor is on: 0 where it is not.
+    Enabled,
 }
 
 impl Quantity {
     /// All of them; the first three every recording must have.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Time,
         Self::Command,
         Self::Angle,
@@ -32,6 +34,7 @@ impl Quantity {
         Self::Duty,
         Self::Current,
         Self::Supply,
+        Self::Enabled,
     ];
 
     /// Its name on a command line.
@@ -44,6 +47,7 @@ impl Quantity {
             Self::Duty => "duty",
             Self::Current => "current",
             Self::Supply => "supply",
+            Self::Enabled => "enabled",
         }
     }
 
@@ -85,6 +89,13 @@ impl Quantity {
             Self::Duty => &["duty", "pwm"],
             Self::Current => &["current_meas", "current", "motor_current"],
             Self::Supply => &["supply", "input_volts", "supply_voltage", "voltage", "vin"],
+            Self::Enabled => &[
+                "enabled",
+                "enable",
+                "motor_on",
+                "torque_enable",
+                "torque_enabled",
+            ],
         }
     }
 

@@ -43,6 +43,7 @@ fn units(quantity: Quantity) -> &'static [(&'static str, f64)] {
         Quantity::Duty => &DUTIES,
         Quantity::Current => &CURRENTS,
         Quantity::Supply => &VOLTAGES,
+        Quantity::Enabled => &[],
     }
 }
 

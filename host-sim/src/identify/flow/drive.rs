@@ -30,6 +30,12 @@ impl<S, F: FnMut(usize, S, f64, State)> Watch<S> for F {
 
 /// Something that moves under a command.
 pub trait Steps<S: Scalar> {
+    /// Whether it is known how it moves while the motor is off.
+    const MOVES_ALONE: bool;
+
+    /// The motor is switched on or off under a command, the last measured angle being this, deg.
+    fn switch(&mut self, is_on: bool, angle_deg: f64, command: f64);
+
     /// Moves through `step`; `kept` is how to keep what is computed for its length.
     fn advance(&mut self, step: S, kept: Kept, command: &Command<S>);
 
@@ -47,6 +53,12 @@ pub trait Steps<S: Scalar> {
 }
 
 impl<S: Scalar, const N: usize, F: Flow<S, N>> Steps<S> for Runner<'_, F, S, N> {
+    const MOVES_ALONE: bool = false;
+
+    fn switch(&mut self, is_on: bool, angle_deg: f64, command: f64) {
+        Runner::switch(self, is_on, angle_deg, command);
+    }
+
     fn advance(&mut self, step: S, kept: Kept, command: &Command<S>) {
         Runner::advance(self, step, kept, command);
     }
@@ -87,8 +99,8 @@ pub fn drive<S: Scalar, const N: usize, F: Flow<S, N>>(
 /// The delay is exact, whatever its fraction of a sample: the steps end where the delayed command
 /// changes and where the angle was sampled, so that nothing is interpolated.
 #[inline(always)]
-pub fn drive_steps<S: Scalar>(
-    runner: &mut impl Steps<S>,
+pub fn drive_steps<S: Scalar, R: Steps<S>>(
+    runner: &mut R,
     run: &Experiment,
     segments: &[Segment],
     delay: S,
@@ -101,6 +113,8 @@ pub fn drive_steps<S: Scalar>(
         time_ns: 0,
         is_arrival: false,
     };
+    let motor_on = run.recording.motor_on.as_deref();
+    let mut is_on = true;
     for (i, &time_ns) in run.time_ns.iter().enumerate() {
         let sample = Place {
             time_ns,
@@ -113,7 +127,9 @@ pub fn drive_steps<S: Scalar>(
                 time_ns: next.start_ns,
                 is_arrival: true,
             };
-            step(runner, run, segment, before, (place, arrival), delay);
+            if is_on || R::MOVES_ALONE {
+                step(runner, run, segment, before, (place, arrival), delay);
+            }
             (place, segment) = (arrival, Some(next));
             if next.jumps {
                 runner.jump(next.q[0]);
@@ -123,21 +139,42 @@ pub fn drive_steps<S: Scalar>(
             None => Some(before),
             Some(s) => s.is_constant.then_some(s.q[0]),
         };
-        if i > 0 {
+        if i > 0 && (is_on || R::MOVES_ALONE) {
             let is_along = run.is_even && !place.is_arrival;
             let step_s = seconds(time_ns - place.time_ns);
             if !(is_along && standing.is_some_and(|c| runner.glide(step_s, c))) {
                 step(runner, run, segment, before, (place, sample), delay);
             }
+        }
+        if i > 0 {
             place = sample;
         }
         let level = standing.unwrap_or_else(|| {
             let since = |s: &Segment| s.after(seconds(time_ns - s.start_ns) - delay.value());
             segment.map_or(before, since)
         });
+        if motor_on.is_some_and(|on| !on[i].is_nan() && (on[i] != 0.0) != is_on) {
+            is_on = !is_on;
+            runner.switch(is_on, measured(run, i), level);
+        }
+        if !(is_on || R::MOVES_ALONE) {
+            seen.see(i, S::constant(f64::NAN), f64::NAN, State::Off);
+            continue;
+        }
         let (angle, rate, state) = runner.seen(level);
         seen.see(i, angle, rate, state);
     }
+}
+
+/// The last angle that was measured until sample `i`, deg; NaN where there is none, and at the first
+/// sample.
+#[cold]
+fn measured(run: &Experiment, i: usize) -> f64 {
+    if i == 0 {
+        return f64::NAN;
+    }
+    let angles = run.recording.angle_deg[..=i].iter().rev();
+    angles.copied().find(|a| !a.is_nan()).unwrap_or(f64::NAN)
 }
 
 #[inline(always)]

@@ -34,6 +34,8 @@ pub struct Runner<'a, F, S, const N: usize> {
     modes: Vec<Option<Box<Mode<S, N>>>>,
     pub mode: usize,
     pub x: [S; N],
+    /// Whether it was off from the start, and so has not left its first state.
+    has_rested: bool,
 }
 
 /// A mode that was left: when, and the one that was entered.
@@ -46,6 +48,7 @@ impl<'a, S: Scalar, const N: usize, F: Flow<S, N>> Runner<'a, F, S, N> {
             modes: (0..F::MODES).map(|_| None).collect(),
             mode: 0,
             x,
+            has_rested: false,
         };
         runner.decide(command);
         runner
@@ -54,6 +57,21 @@ impl<'a, S: Scalar, const N: usize, F: Flow<S, N>> Runner<'a, F, S, N> {
     /// Finds the mode from state and command alone, as after a jump of the command.
     pub fn decide(&mut self, command: f64) {
         self.change(self.flow.mode_at(&values(&self.x), command));
+    }
+
+    /// The motor is switched. Once it was on, it begins anew at rest where the angle is measured.
+    #[cold]
+    pub fn switch(&mut self, is_on: bool, angle_deg: f64, command: f64) {
+        if !is_on {
+            self.has_rested |= angle_deg.is_nan();
+            return;
+        }
+        if !self.has_rested && !angle_deg.is_nan() {
+            self.x = [S::constant(0.0); N];
+            self.x[0] = S::constant(angle_deg);
+        }
+        self.has_rested = false;
+        self.decide(command);
     }
 
     fn change(&mut self, mode: usize) {

@@ -86,9 +86,10 @@ struct Comparing<'a, const N: usize> {
 
 impl<const N: usize> Watch<Dual<N>> for Comparing<'_, N> {
     #[inline(always)]
-    fn see(&mut self, i: usize, angle: Dual<N>, _rate_deg_s: f64, _state: State) {
+    fn see(&mut self, i: usize, angle: Dual<N>, _rate_deg_s: f64, state: State) {
         let residual = self.angles[i] - angle.value;
-        if self.angles[i].is_nan() {
+        // Another answer that is none spoils the sums.
+        if self.angles[i].is_nan() || state == State::Off {
             return;
         }
         let totals = &mut *self.totals;
@@ -112,8 +113,10 @@ pub fn sums_in_passes<D: Dynamics>(
     angles: &[f64],
 ) -> Sums {
     let mut sums = Sums::new(free.len());
+    // Where the motor is off, no answer is no failure.
+    let is_switched = run.recording.motor_on.is_some();
     in_passes(model, run, values, free, &mut |i, angle, slope| {
-        if !angles[i].is_nan() {
+        if !angles[i].is_nan() && !(is_switched && angle.is_nan()) {
             sums.add(angles[i] - angle, slope);
         }
     });

@@ -2,25 +2,32 @@
 
 use super::*;
 
-#[test]
-fn nineteen_of_twenty_intervals_hold_the_truth() {
-    let clean = simulated(ModelKind::BlackBox1, "pulse", 80, &[]);
+/// How many of the 95 % intervals of 200 runs hold the truth, of those of all parameters.
+fn share_inside(model: &str, kind: ModelKind, truth: Truth) -> f64 {
+    let clean = simulated(kind, "pulse", 80, &[]);
     let options = Options {
         starts: 1,
         ..Default::default()
     };
     let (mut inside, mut all) = (0, 0);
     for seed in 0..200 {
-        let problem = problem("black-box-1", vec![noisy(clean.clone(), 1000 + seed)]);
+        let problem = problem(model, vec![noisy(clean.clone(), 1000 + seed)]);
         let fit = fit(&problem, &options, &Quiet).expect("a fit");
-        for (name, truth) in BLACK_BOX_1 {
+        for (name, truth) in truth {
             let e = fit.estimate(name).expect("an estimate");
             inside += usize::from((e.value - truth).abs() < 1.96 * e.standard_error);
             all += 1;
         }
     }
-    let share = inside as f64 / all as f64;
-    assert!((0.92..0.97).contains(&share), "{share}");
+    inside as f64 / all as f64
+}
+
+#[test]
+fn nineteen_of_twenty_intervals_hold_the_truth_of_each_model() {
+    for (model, kind, truth) in truths() {
+        let share = share_inside(model, kind, truth);
+        assert!((0.92..0.97).contains(&share), "{model}: {share}");
+    }
 }
 
 // Forty starts for each model and input: the example `start_table`.

@@ -73,6 +73,33 @@ fn a_richer_friction_model_fits_no_worse_and_predicts_better() {
 }
 
 #[test]
+fn a_pendulum_swings_freely_while_its_motor_is_off() {
+    let mut recording = pendulum(1, 100.0);
+    let motor_on = recording
+        .time_s
+        .iter()
+        .map(|t| f64::from(u8::from(*t < 3.0)));
+    recording.motor_on = Some(motor_on.collect());
+    let truth = [
+        ("torque_constant_nm_a", 0.4),
+        ("motor_inertia_kg_m2", 0.003),
+        ("delay_s", 0.01),
+        ("duty_per_error_pct_deg", 0.01),
+        ("coulomb_friction_nm", 0.005),
+        ("viscous_friction_nm_s_deg", 2e-5),
+    ];
+    let recording = answered("servo-m1", recording, &truth, 3);
+    let fit = fitted(&problem("servo-m1", vec![recording]));
+    // All of the recording counts, the swing too: it tells inertia and friction.
+    assert_eq!(fit.samples, 400);
+    for (name, truth) in truth {
+        let e = fit.estimate(name).expect("an estimate");
+        let error = (e.value - truth).abs();
+        assert!(error < 4.0 * e.standard_error, "{e:?}");
+    }
+}
+
+#[test]
 fn a_motor_is_found_from_its_logged_duty() {
     let mut recording = pendulum(1, 100.0);
     let duty = recording

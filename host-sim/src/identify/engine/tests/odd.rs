@@ -69,6 +69,45 @@ fn gaps_and_missing_samples_change_the_answer_by_less_than_it_is_known() {
     }
 }
 
+/// A pulse with the motor off until 0.5 s and from 1.5 s to 2.5 s, where it is turned by hand.
+fn switched(seed: u64) -> Recording {
+    let mut run = noisy(simulated(ModelKind::BlackBox1, "pulse", 80, &[]), seed);
+    let is_on = |t: &f64| f64::from(u8::from(*t >= 0.5 && !(1.5..2.5).contains(t)));
+    let motor_on: Vec<f64> = run.time_s.iter().map(is_on).collect();
+    for (i, t) in run.time_s.iter().enumerate() {
+        if (1.5..2.49).contains(t) {
+            run.angle_deg[i] += 40.0 * (9.0 * t).sin();
+        }
+    }
+    run.motor_on = Some(motor_on);
+    run
+}
+
+#[test]
+fn what_is_done_to_a_motor_that_is_off_is_not_taken_for_its_answer() {
+    for model in ["black-box-1", "grey-box"] {
+        let run = switched(4);
+        let fit = fitted(&problem(model, vec![run.clone()]));
+        let compared = &fit.experiments[0].residual_deg;
+        let on = run.motor_on.expect("a column");
+        let is_right = on
+            .iter()
+            .zip(compared)
+            .all(|(on, r)| r.is_nan() == (*on == 0.0));
+        assert!(is_right, "{model}");
+        // 125 of 1250 samples before, 250 within.
+        assert_eq!(fit.samples, 875, "{model}");
+    }
+    let fit = fitted(&problem("black-box-1", vec![switched(4)]));
+    for (name, truth) in BLACK_BOX_1 {
+        let e = fit.estimate(name).expect("an estimate");
+        assert!((e.value - truth).abs() < 4.0 * e.standard_error, "{e:?}");
+    }
+    let mut never = switched(4);
+    never.motor_on = Some(vec![0.0; never.len()]);
+    assert_eq!(Experiment::try_new(never).err(), Some(RecordingError::Off));
+}
+
 #[test]
 fn uneven_samples_are_taken_where_they_are() {
     let mut run = simulated(ModelKind::BlackBox2, "pulse", 2, &[]);

@@ -44,6 +44,8 @@ pub struct Shaft<S> {
     /// The encoder's side of the backlash.
     shown: S,
     state: State,
+    /// Whether the motor is on; off, its terminals are open.
+    is_on: bool,
 }
 
 impl<S: Scalar> Shaft<S> {
@@ -72,6 +74,7 @@ impl<S: Scalar> Shaft<S> {
             rate: values[RATE] * DEGREE,
             shown: angle,
             state: State::Free,
+            is_on: true,
         }
     }
 
@@ -97,13 +100,20 @@ impl<S: Scalar> Shaft<S> {
 
     fn step(&mut self, step: S, input: S) {
         let middle = self.angle + self.rate * step * 0.5;
-        let drive_nm = self.torque_per_volt * self.voltage(input, middle);
+        let off = S::constant(0.0);
+        let (drive_nm, back_emf) = if self.is_on {
+            let voltage = self.voltage(input, middle);
+            (self.torque_per_volt * voltage, self.back_emf)
+        } else {
+            self.state = State::Free;
+            (off, off)
+        };
         let external_nm = self.external_nm(middle);
-        let motor_nm = drive_nm - self.back_emf * self.rate;
+        let motor_nm = drive_nm - back_emf * self.rate;
         let budget = self.friction.budget_nm(self.rate, motor_nm, external_nm);
         // J (w1 - w)/h = drive + external - k^2/R (w + w1)/2 + friction
         let momentum = self.inertia / step;
-        let half = self.back_emf * 0.5;
+        let half = back_emf * 0.5;
         let stopping = (momentum - half) * self.rate + drive_nm + external_nm;
         let held = stopping.within(-budget, budget);
         let rate = (stopping - held) / (momentum + half);
@@ -125,6 +135,12 @@ impl<S: Scalar> Shaft<S> {
 }
 
 impl<S: Scalar> Steps<S> for Shaft<S> {
+    const MOVES_ALONE: bool = true;
+
+    fn switch(&mut self, is_on: bool, _angle_deg: f64, _command: f64) {
+        self.is_on = is_on;
+    }
+
     fn advance(&mut self, step: S, _kept: Kept, command: &Command<S>) {
         // `as` takes NaN to 0 and saturates.
         let parts = (step.value() / LONGEST_STEP_S).ceil().clamp(1.0, 1e6) as usize;
