@@ -1,7 +1,7 @@
 //! A drive whose motor is where it is told to be, behind the objects of the example.
 
 use canopen::Node;
-use canopen::cia402::{Axis, Demand, Fault, Input, Mode, Options, Parameters, State};
+use canopen::cia402::{Axis, Demand, Fault, Input, Mode, Parameters, State};
 use canopen::dictionary::Address;
 
 use crate::device::Device;
@@ -37,7 +37,6 @@ impl Drive {
             mode,
             target_position: device.number(0x607A, 0) as i32,
             target_velocity: device.number(0x60FF, 0) as i32,
-            velocity_offset: 0,
             position_actual: self.position,
             velocity_actual: self.velocity,
             fault: if device.number(0x2007, 0) == 0 {
@@ -45,8 +44,7 @@ impl Drive {
             } else {
                 Fault::Controlled
             },
-            voltage: true,
-            initialised: true,
+            ..Input::default()
         };
         let limits = (
             device.number(0x607D, 1) as i32,
@@ -74,21 +72,7 @@ impl Drive {
 fn parameters(position_limits: (i32, i32)) -> Parameters {
     Parameters {
         period_us: PERIOD_US,
-        options: Options::default(),
         position_limits: Some(position_limits),
-        max_velocity: 500_000,
-        profile_velocity: 300_000,
-        acceleration: 3_000_000,
-        deceleration: 3_000_000,
-        quick_stop_deceleration: 6_000_000,
-        interpolation_us: 20_000,
-        following_error_window: 5_000,
-        following_error_timeout_ms: 200,
-        position_window: 500,
-        position_window_time_ms: 20,
-        velocity_window: 2_000,
-        velocity_window_time_ms: 20,
-        velocity_threshold: 1_000,
-        velocity_threshold_time_ms: 20,
+        ..Parameters::default()
     }
 }

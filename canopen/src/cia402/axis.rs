@@ -33,6 +33,24 @@ pub struct Input {
     pub initialised: bool,
 }
 
+impl Default for Input {
+    /// Nothing is commanded; the motor stands at zero, ready and with its supply.
+    fn default() -> Self {
+        Self {
+            controlword: 0,
+            mode: Mode::None,
+            target_position: 0,
+            target_velocity: 0,
+            velocity_offset: 0,
+            position_actual: 0,
+            velocity_actual: 0,
+            fault: Fault::None,
+            voltage: true,
+            initialised: true,
+        }
+    }
+}
+
 /// What the loops are to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Demand {

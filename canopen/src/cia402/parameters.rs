@@ -41,6 +41,31 @@ pub struct Parameters {
     pub velocity_threshold_time_ms: u16,
 }
 
+impl Default for Parameters {
+    /// A small servo in thousandths of a degree, which is stepped every 4 ms and commanded every 20 ms.
+    fn default() -> Self {
+        Self {
+            period_us: 4_000,
+            options: Options::default(),
+            position_limits: Some((-60_000, 60_000)),
+            max_velocity: 500_000,
+            profile_velocity: 300_000,
+            acceleration: 3_000_000,
+            deceleration: 3_000_000,
+            quick_stop_deceleration: 6_000_000,
+            interpolation_us: 20_000,
+            following_error_window: 5_000,
+            following_error_timeout_ms: 200,
+            position_window: 500,
+            position_window_time_ms: 20,
+            velocity_window: 2_000,
+            velocity_window_time_ms: 20,
+            velocity_threshold: 1_000,
+            velocity_threshold_time_ms: 20,
+        }
+    }
+}
+
 impl Parameters {
     /// Limits of a profile.
     pub(super) fn profile(&self, velocity: u32) -> Limits {

@@ -5,9 +5,7 @@ mod random;
 mod states;
 mod stops;
 
-use canopen::cia402::{
-    Axis, Demand, Fault, Input, Mode, Options, Output, Parameters, StateMachine, controlword,
-};
+use canopen::cia402::{Axis, Demand, Input, Mode, Output, Parameters, StateMachine, controlword};
 
 const ENABLE: u16 = 0x000F;
 
@@ -22,16 +20,8 @@ struct Bench {
 impl Bench {
     fn new(mode: Mode) -> Self {
         let input = Input {
-            controlword: 0,
             mode,
-            target_position: 0,
-            target_velocity: 0,
-            velocity_offset: 0,
-            position_actual: 0,
-            velocity_actual: 0,
-            fault: Fault::None,
-            voltage: true,
-            initialised: true,
+            ..Input::default()
         };
         Self {
             axis: Axis::new(),
@@ -92,23 +82,9 @@ impl Bench {
 
 fn parameters() -> Parameters {
     Parameters {
-        period_us: 4_000,
-        options: Options::default(),
-        position_limits: Some((-60_000, 60_000)),
-        max_velocity: 500_000,
-        profile_velocity: 300_000,
-        acceleration: 3_000_000,
-        deceleration: 3_000_000,
-        quick_stop_deceleration: 6_000_000,
-        interpolation_us: 20_000,
-        following_error_window: 5_000,
-        following_error_timeout_ms: 200,
-        position_window: 500,
-        position_window_time_ms: 20,
         velocity_window: 1_000,
-        velocity_window_time_ms: 20,
         velocity_threshold: 500,
-        velocity_threshold_time_ms: 20,
+        ..Parameters::default()
     }
 }
 

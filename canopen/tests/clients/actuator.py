@@ -16,7 +16,7 @@ import unittest
 import canopen
 from canopen.profiles.p402 import BaseNode402
 
-from served import Bench
+from served import Bench, DriveTests
 
 PROGRAM, SHEET = sys.argv.pop(1), sys.argv.pop(1)
 
@@ -183,7 +183,10 @@ class ProcessData(Served):
         self.assertEqual(self.node.emcy.active[0].code, 0x8130)
 
 
-class Drive(Served):
+class Drive(DriveTests, Served):
+    # The position window.
+    tolerance = 500
+
     @staticmethod
     def master():
         return BaseNode402(1, SHEET)
@@ -192,25 +195,6 @@ class Drive(Served):
         super().setUp()
         self.node.nmt.state = "OPERATIONAL"
         self.node.setup_402_state_machine()
-
-    def enable(self, mode):
-        self.node.op_mode = mode
-        self.node.state = "OPERATION ENABLED"
-        self.assertEqual(self.node.state, "OPERATION ENABLED")
-
-    def angle_mdeg(self):
-        return self.node.sdo["Position actual value"].raw
-
-    def test_it_is_driven_to_operation_enabled_and_to_a_position(self):
-        self.enable("PROFILED POSITION")
-        self.node.rpdo[1]["Target position"].raw = 30_000
-        self.node.controlword = 0x1F
-        self.wait_for(lambda: self.node.statusword & 0x1000, "acknowledge")
-        self.node.controlword = 0x0F
-        self.wait_for(lambda: self.node.statusword & 0x0400, "target reached")
-        self.assertAlmostEqual(self.angle_mdeg(), 30_000, delta=500)
-        self.node.state = "SWITCHED ON"
-        self.assertEqual(self.node.state, "SWITCHED ON")
 
     def test_commands_at_50_hz_are_followed_and_their_end_is_a_fault(self):
         self.enable("CYCLIC SYNCHRONOUS POSITION")

@@ -14,7 +14,7 @@ from canopen import objectdictionary as od
 from canopen.lss import LssError
 from canopen.profiles.p402 import BaseNode402
 
-from served import Bench
+from served import Bench, DriveTests
 
 PROGRAM = sys.argv.pop(1)
 DATA = bytes((at * 7 + at // 256) & 255 for at in range(1 << 16))
@@ -201,7 +201,7 @@ class ProcessData(Served):
         self.aborts(0x0601_0000, self.node.sdo.download, 0x1A00, 0, b"\x00")
 
 
-class Drive(Served):
+class Drive(DriveTests, Served):
     """BaseNode402, which walks through the states by itself and hears of them by TPDO."""
 
     @staticmethod
@@ -214,24 +214,6 @@ class Drive(Served):
         self.node.sdo[0x1800][5].raw = 20
         self.node.nmt.state = "OPERATIONAL"
         self.node.setup_402_state_machine()
-
-    def enable(self, mode):
-        self.node.op_mode = mode
-        self.assertEqual(self.node.op_mode, mode)
-        self.node.state = "OPERATION ENABLED"
-        self.assertEqual(self.node.state, "OPERATION ENABLED")
-
-    def test_it_is_driven_to_operation_enabled_and_to_a_position(self):
-        self.enable("PROFILED POSITION")
-        # The controlword goes by RPDO 1, which carries the target too.
-        self.node.rpdo[1][0x607A].raw = 30_000
-        self.node.controlword = 0x1F
-        self.wait_for(lambda: self.node.statusword & 0x1000, "acknowledge")
-        self.node.controlword = 0x0F
-        self.wait_for(lambda: self.node.statusword & 0x0400, "target reached")
-        self.assertEqual(self.node.sdo[0x6064].raw, 30_000)
-        self.node.state = "SWITCHED ON"
-        self.assertEqual(self.node.state, "SWITCHED ON")
 
     def test_it_follows_cyclic_positions(self):
         self.enable("CYCLIC SYNCHRONOUS POSITION")

@@ -59,3 +59,31 @@ class Bench(unittest.TestCase):
         with self.assertRaises(SdoAbortedError) as caught:
             action(*arguments)
         self.assertEqual(caught.exception.code, code)
+
+
+class DriveTests:
+    """What BaseNode402 expects of every drive; mixed into a Bench whose master it is."""
+
+    # How far from its target the motor may be where the target is reached, mdeg.
+    tolerance = 0
+
+    def enable(self, mode):
+        self.node.op_mode = mode
+        self.assertEqual(self.node.op_mode, mode)
+        self.node.state = "OPERATION ENABLED"
+        self.assertEqual(self.node.state, "OPERATION ENABLED")
+
+    def angle_mdeg(self):
+        return self.node.sdo[0x6064].raw
+
+    def test_it_is_driven_to_operation_enabled_and_to_a_position(self):
+        self.enable("PROFILED POSITION")
+        # The controlword goes by RPDO 1, which carries the target too.
+        self.node.rpdo[1][0x607A].raw = 30_000
+        self.node.controlword = 0x1F
+        self.wait_for(lambda: self.node.statusword & 0x1000, "acknowledge")
+        self.node.controlword = 0x0F
+        self.wait_for(lambda: self.node.statusword & 0x0400, "target reached")
+        self.assertAlmostEqual(self.angle_mdeg(), 30_000, delta=self.tolerance)
+        self.node.state = "SWITCHED ON"
+        self.assertEqual(self.node.state, "SWITCHED ON")

@@ -14,7 +14,7 @@ mod board {
     use core::hint::black_box;
     use core::panic::PanicInfo;
 
-    use canopen::cia402::{Axis, Fault, Input, Mode, Options, Parameters};
+    use canopen::cia402::{Axis, Input, Parameters};
     use canopen::dictionary::Address;
     use canopen::{Abort, Application, BusEvent, CanFrame, Emergency, ErrorCode, Node, NodeId};
     use embedded_can::{Frame, StandardId};
@@ -35,37 +35,7 @@ mod board {
 
     /// Some axis; that its numbers are constants is hidden from the compiler.
     fn drive() -> (Input, Parameters) {
-        let input = Input {
-            controlword: 0,
-            mode: Mode::None,
-            target_position: 0,
-            target_velocity: 0,
-            velocity_offset: 0,
-            position_actual: 0,
-            velocity_actual: 0,
-            fault: Fault::None,
-            voltage: true,
-            initialised: true,
-        };
-        let parameters = Parameters {
-            period_us: 4_000,
-            options: Options::default(),
-            position_limits: None,
-            max_velocity: 0,
-            profile_velocity: 0,
-            acceleration: 0,
-            deceleration: 0,
-            quick_stop_deceleration: 0,
-            interpolation_us: 0,
-            following_error_window: 0,
-            following_error_timeout_ms: 0,
-            position_window: 0,
-            position_window_time_ms: 0,
-            velocity_window: 0,
-            velocity_window_time_ms: 0,
-            velocity_threshold: 0,
-            velocity_threshold_time_ms: 0,
-        };
+        let (input, parameters) = (Input::default(), Parameters::default());
         (black_box(input), black_box(parameters))
     }
 
