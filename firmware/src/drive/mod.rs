@@ -20,6 +20,10 @@
 //! application stops by itself (`FaultReaction`) the axis shows and does not touch.
 //!
 //! While an excitation runs, or the servo pulse commands, the axis follows their command and takes over where it is.
+//!
+//! [`Request::Enable`]: crate::application::Request::Enable
+//! [`Request::Disable`]: crate::application::Request::Disable
+//! [`Request::Command`]: crate::application::Request::Command
 
 mod device;
 mod diagnostics;
