@@ -7,7 +7,8 @@ use super::{Access, Address, DataType, Dictionary, Entry, Mapping};
 pub enum DictionaryError {
     /// The entry stands before one of a lower or equal address.
     Order(Address),
-    /// The entry is mappable, but has no fixed size, or cannot be accessed in that direction.
+    /// The entry is mappable, but has no fixed size, or cannot be accessed in that direction; or it adds the node-ID to what is no
+    /// UNSIGNED32.
     Mapping(Address),
     /// The entry has limits, but is no number of at most 32 bits, or the limits exclude each other.
     Limits(Address),
@@ -47,13 +48,9 @@ pub(super) const fn check(dictionary: &Dictionary) -> Result<(), DictionaryError
 const fn check_entry(entry: &Entry) -> Result<(), DictionaryError> {
     let address = entry.address();
     let size = entry.data_type().size();
-    let fits = match entry.mapping() {
-        Mapping::None => true,
-        Mapping::Receive => size.is_some() && entry.writable(),
-        Mapping::Transmit => size.is_some() && entry.readable(),
-        Mapping::Both => size.is_some() && entry.readable() && entry.writable(),
-    };
-    if !fits {
+    // Access in the right direction is a matter of how the entry is made.
+    let fits = matches!(entry.mapping(), Mapping::None) || size.is_some();
+    if !fits || entry.is_impossible() {
         return Err(DictionaryError::Mapping(address));
     }
     if let Some((low, high)) = entry.limit_pair() {

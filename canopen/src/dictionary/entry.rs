@@ -63,23 +63,84 @@ impl Limits {
     }
 }
 
-/// The node-ID is added to the value.
-const NODE_ID: u8 = 1;
-/// Not to be written while the application is [guarded](crate::Application::guarded).
-const GUARDED: u8 = 2;
-
 /// One entry of the object dictionary. The value of an object that the server does not keep itself
 /// lives in the application; here stands what never changes.
+///
+/// Twelve bytes on a processor of 32 bits: see [`rights`] for how access, mapping and lock share four bits.
 #[derive(Clone, Copy, Debug)]
 pub struct Entry {
     pub(crate) index: u16,
     pub(crate) sub: u8,
-    data_type: DataType,
-    access: Access,
-    mapping: Mapping,
-    flags: u8,
+    /// The data type's code in the upper half, rights in the lower one.
+    kind: u8,
     value: u32,
     limits: Option<&'static Limits>,
+}
+
+/// Code of a data type for UNSIGNED32 to which the node-ID is added.
+const WITH_NODE_ID: u8 = 15;
+/// Code of what cannot be: the check of the dictionary finds it.
+const IMPOSSIBLE: u8 = 0;
+
+/// Who may do what with an object, in four bits: access in the upper two, mapping in the lower two. Six of
+/// these combinations make no sense, as a PDO cannot write what cannot be written; they stand for the
+/// six that do and are locked. `None` where it makes no sense.
+const fn rights(access: Access, mapping: Mapping, guarded: bool) -> Option<u8> {
+    use {Access as A, Mapping as M};
+    Some(match (guarded, access, mapping) {
+        (_, A::Const | A::Read, M::Receive | M::Both) => return None,
+        (_, A::Write, M::Transmit | M::Both) => return None,
+        (true, A::Write, M::None) => 0b0001,
+        (true, A::Write, M::Receive) => 0b0011,
+        (true, A::ReadWrite, M::None) => 0b0101,
+        (true, A::ReadWrite, M::Receive) => 0b0111,
+        (true, A::ReadWrite, M::Transmit) => 0b1010,
+        (true, A::ReadWrite, M::Both) => 0b1011,
+        (_, access, mapping) => (access as u8) << 2 | mapping as u8,
+    })
+}
+
+/// What each of the sixteen rights is: access above mapping above the lock, which is the lowest bit.
+const RIGHTS: [u8; 16] = {
+    let mut table = [0; 16];
+    let mut code = 0;
+    while code < 32 {
+        let (access, mapping) = (Access::of(code >> 3), Mapping::of(code >> 1));
+        let guarded = code & 1 == 1;
+        // A lock on what cannot be written says nothing.
+        let locks = guarded && matches!(access, Access::Write | Access::ReadWrite);
+        if let Some(rights) = rights(access, mapping, guarded)
+            && guarded == locks
+        {
+            table[rights as usize] = code;
+        }
+        code += 1;
+    }
+    table
+};
+
+impl Access {
+    /// Of the lower two bits.
+    const fn of(bits: u8) -> Self {
+        match bits & 3 {
+            0 => Self::Const,
+            1 => Self::Read,
+            2 => Self::Write,
+            _ => Self::ReadWrite,
+        }
+    }
+}
+
+impl Mapping {
+    /// Of the lower two bits.
+    const fn of(bits: u8) -> Self {
+        match bits & 3 {
+            0 => Self::None,
+            1 => Self::Receive,
+            2 => Self::Transmit,
+            _ => Self::Both,
+        }
+    }
 }
 
 impl Entry {
@@ -89,13 +150,23 @@ impl Entry {
         Self {
             index,
             sub,
-            data_type,
-            access,
-            mapping: Mapping::None,
-            flags: 0,
+            kind: data_type.code() << 4,
             value: 0,
             limits: None,
         }
+        .with_rights(access, Mapping::None, false)
+    }
+
+    const fn rights(&self) -> u8 {
+        RIGHTS[(self.kind & 15) as usize]
+    }
+
+    const fn with_rights(mut self, access: Access, mapping: Mapping, guarded: bool) -> Self {
+        self.kind = match rights(access, mapping, guarded) {
+            Some(rights) => self.kind & 0xF0 | rights,
+            None => IMPOSSIBLE << 4,
+        };
+        self
     }
 
     /// The value of a constant, or the default of an object that the server keeps, as bits of the
@@ -106,19 +177,20 @@ impl Entry {
         self
     }
 
-    /// As [`Entry::value`], to which the node-ID is added (`$NODEID` of an EDS).
+    /// As [`Entry::value`] of an UNSIGNED32, to which the node-ID is added (`$NODEID` of an EDS).
     #[must_use]
     pub const fn value_with_node_id(mut self, value: u32) -> Self {
         self.value = value;
-        self.flags |= NODE_ID;
+        let is_u32 = matches!(self.data_type(), DataType::U32);
+        let code = if is_u32 { WITH_NODE_ID } else { IMPOSSIBLE };
+        self.kind = code << 4 | self.kind & 15;
         self
     }
 
     /// May be mapped.
     #[must_use]
-    pub const fn mappable(mut self, mapping: Mapping) -> Self {
-        self.mapping = mapping;
-        self
+    pub const fn mappable(self, mapping: Mapping) -> Self {
+        self.with_rights(self.access(), mapping, self.is_guarded())
     }
 
     /// Writes outside are refused.
@@ -131,9 +203,8 @@ impl Entry {
     /// Writes are refused while the application is [guarded](crate::Application::guarded): for
     /// protection limits and identity, which must not change under a drive that moves.
     #[must_use]
-    pub const fn guarded(mut self) -> Self {
-        self.flags |= GUARDED;
-        self
+    pub const fn guarded(self) -> Self {
+        self.with_rights(self.access(), self.mapping(), true)
     }
 
     /// Index and sub-index.
@@ -145,40 +216,45 @@ impl Entry {
     /// Data type.
     #[must_use]
     pub const fn data_type(&self) -> DataType {
-        self.data_type
+        DataType::from_code(self.kind >> 4)
     }
 
     /// Who may read and write it.
     #[must_use]
     pub const fn access(&self) -> Access {
-        self.access
+        Access::of(self.rights() >> 3)
     }
 
     /// In which PDOs it may be mapped.
     #[must_use]
     pub const fn mapping(&self) -> Mapping {
-        self.mapping
+        Mapping::of(self.rights() >> 1)
+    }
+
+    /// Whether it was made of what does not go together.
+    pub(super) const fn is_impossible(&self) -> bool {
+        self.kind >> 4 == IMPOSSIBLE
     }
 
     pub(crate) const fn readable(&self) -> bool {
-        !matches!(self.access, Access::Write)
+        !matches!(self.access(), Access::Write)
     }
 
     pub(crate) const fn writable(&self) -> bool {
-        matches!(self.access, Access::Write | Access::ReadWrite)
+        matches!(self.access(), Access::Write | Access::ReadWrite)
     }
 
     pub(crate) const fn is_guarded(&self) -> bool {
-        self.flags & GUARDED != 0
+        self.rights() & 1 == 1
     }
 
     /// The value in the table as bits of the data type, for a node of this node-ID.
     #[must_use]
     pub const fn value_for(&self, node_id: u8) -> u32 {
-        if self.flags & NODE_ID == 0 {
-            self.value
-        } else {
+        if self.kind >> 4 == WITH_NODE_ID {
             self.value.wrapping_add(node_id as u32)
+        } else {
+            self.value
         }
     }
 
@@ -186,12 +262,42 @@ impl Entry {
         let Some(limits) = self.limits else {
             return None;
         };
-        let signed = matches!(self.data_type, DataType::I8 | DataType::I16 | DataType::I32);
+        let signed = matches!(
+            self.data_type(),
+            DataType::I8 | DataType::I16 | DataType::I32
+        );
         let (low, high) = if signed {
             (limits.minimum as i32 as u64, limits.maximum as i32 as u64)
         } else {
             (limits.minimum as u64, limits.maximum as u64)
         };
-        Some((self.data_type.ordered(low), self.data_type.ordered(high)))
+        Some((
+            self.data_type().ordered(low),
+            self.data_type().ordered(high),
+        ))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sixteen_combinations_of_rights_come_back_and_the_others_are_refused() {
+        let mut seen = [false; 16];
+        for code in 0..32 {
+            let (access, mapping) = (Access::of(code >> 3), Mapping::of(code >> 1));
+            let guarded = code & 1 == 1;
+            let Some(bits) = rights(access, mapping, guarded) else {
+                continue;
+            };
+            let mut entry = Entry::new(0x2000, 0, DataType::U8, access).mappable(mapping);
+            entry = if guarded { entry.guarded() } else { entry };
+            assert_eq!((entry.access(), entry.mapping()), (access, mapping));
+            assert_eq!(entry.is_guarded(), guarded && entry.writable());
+            assert!(!entry.is_impossible());
+            seen[usize::from(bits)] = true;
+        }
+        assert_eq!(seen, [true; 16]);
     }
 }

@@ -16,5 +16,7 @@ if nm -C "$elf" | grep -iE 'panic|unwind'; then
 fi
 section() { size -A "$elf" | awk -v name="$1" '$1 == name {print $2}'; }
 code=$(section .text)
-echo "code: $code bytes (at most $most), constants with the dictionary of the board: $(section .rodata) bytes; no path to a panic"
+# What every program for the processor has already.
+shared=$(nm -S --radix=d -C "$elf" | awk '/compiler_builtins|__aeabi_|__.*di4$/ {sum += $2} END {print sum}')
+echo "code: $code bytes (at most $most), of which $shared are memory and division routines, constants with the dictionary of the board: $(section .rodata) bytes; no path to a panic"
 [ "$code" -le "$most" ]
