@@ -56,6 +56,12 @@ pub trait Description: Send + Sync {
     /// Whether a parameter is held at its start value unless somebody frees it.
     fn is_fixed_by_default(&self, parameter: usize) -> bool;
 
+    /// Within what a parameter is looked for unless somebody says otherwise.
+    fn usual_bounds(&self, parameter: usize) -> (f64, f64) {
+        let Parameter { min, max, .. } = self.parameters()[parameter];
+        (min, max)
+    }
+
     /// Whether a parameter is a limit, which does nothing where it is not reached.
     fn is_limit(&self, _parameter: usize) -> bool {
         false

@@ -78,6 +78,7 @@ impl Problem {
                 })?;
         }
         let start = model.start(&experiments);
+        let bounds: Vec<(f64, f64)> = (0..start.len()).map(|i| model.usual_bounds(i)).collect();
         let spec = |(index, (parameter, start)): (usize, (&Parameter, f64))| Spec {
             parameter: *parameter,
             role: if model.is_fixed_by_default(index) {
@@ -90,9 +91,9 @@ impl Problem {
             } else {
                 Scope::Shared
             },
-            start: start.clamp(parameter.min, parameter.max),
-            low: parameter.min,
-            high: parameter.max,
+            start: start.clamp(bounds[index].0, bounds[index].1),
+            low: bounds[index].0,
+            high: bounds[index].1,
         };
         let specs = model.parameters().iter().zip(start).enumerate().map(spec);
         Ok(Self {

@@ -1,8 +1,12 @@
 //! Starts from where the special cases of a model fit best.
 
 use super::{Options, Progress, solve};
+use crate::identify::levenberg::Limits;
 use crate::identify::problem::{IdentifyError, Problem, Role};
 use crate::identify::unknowns::Unknowns;
+
+/// The share of the cost that a step to a start has to promise.
+const ROUGH_DECREASE: f64 = 1e-6;
 
 /// Passes on the wish to stop and nothing else: steps within a step are no progress.
 struct Silent<'a>(&'a dyn Progress);
@@ -20,11 +24,13 @@ pub fn starts(
     options: &Options,
     progress: &dyn Progress,
 ) -> Result<Vec<Vec<f64>>, IdentifyError> {
-    // Each case has cases of its own: a few starts at every level are many.
-    let options = Options {
-        starts: (options.starts / 2).max(2),
-        ..*options
+    // As many starts as the case would have alone, so that this model fits no worse than that one;
+    // but to no more digits than a start needs.
+    let limits = Limits {
+        decrease: ROUGH_DECREASE.max(options.limits.decrease),
+        ..options.limits
     };
+    let options = Options { limits, ..*options };
     let mut starts = Vec::new();
     for case in problem.model.special_cases() {
         let mut simple = problem.clone();

@@ -42,6 +42,21 @@ pub fn coefficients(model: usize) -> impl Iterator<Item = (Parameter, bool)> {
     })
 }
 
+/// Within what a coefficient of a small servo lies, where that is narrower than what it can be: the
+/// ranges in which the authors of arXiv 2410.08650 search. Beyond them a slow recording is met by
+/// frictions that no servo has, and one that is left out is not.
+pub fn usual_bounds(coefficient: usize) -> Option<(f64, f64)> {
+    const DEGREE: f64 = std::f64::consts::PI / 180.0;
+    match coefficient {
+        // Up to 1 Nm s/rad.
+        1 => Some((0.0, DEGREE)),
+        // 0.01 to 3 rad/s.
+        3 => Some((0.01 / DEGREE, 3.0 / DEGREE)),
+        4 => Some((0.5, 3.0)),
+        _ => None,
+    }
+}
+
 /// The value of a coefficient with which a model is the one before it, that has these values.
 pub fn neutral(coefficient: usize, values: &[f64]) -> f64 {
     match coefficient {

@@ -21,7 +21,7 @@ use model_core::plant::bench::gear_train::GearTrainParameters;
 use model_core::plant::bench::load::LoadParameters;
 
 use super::Dynamics;
-use super::friction::{COUNT, coefficients, neutral};
+use super::friction::{COUNT, coefficients, neutral, usual_bounds};
 use super::tables::{InitialState, delay, row};
 use crate::identify::experiment::Experiment;
 use crate::identify::flow::{Watch, drive_steps};
@@ -173,6 +173,12 @@ impl Description for Motor {
 
     fn is_fixed_by_default(&self, parameter: usize) -> bool {
         self.fixed[parameter]
+    }
+
+    fn usual_bounds(&self, parameter: usize) -> (f64, f64) {
+        let Parameter { min, max, .. } = self.parameters[parameter];
+        let coefficient = parameter.checked_sub(FRICTION);
+        coefficient.and_then(usual_bounds).unwrap_or((min, max))
     }
 
     fn accepts(&self, recording: &Recording) -> Result<(), RecordingError> {
