@@ -218,9 +218,10 @@ impl<'a> Capture<'a> {
 
     fn record(&mut self, outputs: &Outputs) {
         let start = self.next.saturating_mul(self.width);
-        let record = self.buffer.iter_mut().skip(start).take(self.width);
-        for (place, signal) in record.zip(self.settings.signals) {
-            *place = signal.map_or(0, |signal| signal.of(outputs));
+        let record = self.buffer.get_mut(start..).unwrap_or_default();
+        for (place, signal) in record.iter_mut().zip(&self.settings.signals) {
+            let Some(signal) = signal else { break };
+            *place = signal.of(outputs);
         }
         self.next += 1;
         if self.next >= self.capacity {

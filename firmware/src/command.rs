@@ -12,7 +12,7 @@ pub mod bus;
 pub mod excitation;
 pub mod servo;
 
-use model_core::control::units::Angle;
+use model_core::control::units::{Angle, held};
 
 use self::{
     bus::CommandSettings,
@@ -172,15 +172,11 @@ impl Commander {
             return wanted;
         }
         let step = angle_per_period(settings.approach_rate_deg_s);
-        let apart = wanted.saturating_sub(self.command);
-        if apart > step {
-            self.command.saturating_add(step)
-        } else if apart < -step {
-            self.command.saturating_sub(step)
-        } else {
-            self.joined = true;
-            wanted
-        }
+        let way = wanted.saturating_sub(self.command);
+        let step = held(way, step);
+        self.joined = step == way;
+        // Not further than where it is wanted.
+        self.command.saturating_add(step)
     }
 
     /// Whether the source has been silent for too long.

@@ -20,7 +20,7 @@ pub use by_number::{CONTROL, Meaning, Value, WORDS};
 pub use motion::{BusSettings, StopSettings};
 
 /// All parameters of the board.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BoardParameters {
     /// Gains and limits of the control step.
     pub control: Coefficients,

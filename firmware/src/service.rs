@@ -84,7 +84,7 @@ impl Service {
     ) -> Served {
         match *message {
             Message::Command { order, angle } => {
-                let save = order == Some(Order::SaveParameters);
+                let save = matches!(order, Some(Order::SaveParameters));
                 if let Some(order) = order {
                     // Telemetry shows what came of it.
                     let _ = self.obey(application, capture, order);
@@ -92,7 +92,7 @@ impl Service {
                 if let Some(angle) = angle {
                     let _ = application.request(Request::Command(angle));
                 }
-                let is_start = order == Some(Order::StartExcitation);
+                let is_start = matches!(order, Some(Order::StartExcitation));
                 Served {
                     answer: None,
                     save,

@@ -45,6 +45,23 @@ impl Supervisor {
         }
     }
 
+    /// The parts of these bits are alive, bit n for the part of number n.
+    ///
+    /// ```
+    /// use firmware::supervisor::{Part, Supervisor};
+    /// let mut supervisor = Supervisor::new();
+    /// supervisor.period();
+    /// supervisor.report_all(1 << Part::Control as u8);
+    /// assert!(supervisor.period());
+    /// ```
+    pub fn report_all(&mut self, parts: u8) {
+        for (number, silent) in self.silent.iter_mut().enumerate() {
+            if parts >> number & 1 == 1 {
+                *silent = 0;
+            }
+        }
+    }
+
     /// Once in each control period: whether the watchdog may be fed.
     ///
     /// ```
@@ -55,10 +72,11 @@ impl Supervisor {
     /// assert_eq!(supervisor.late(), Some(Part::Control));
     /// ```
     pub fn period(&mut self) -> bool {
-        for silent in &mut self.silent {
+        let mut may_feed = true;
+        for (silent, patience) in self.silent.iter_mut().zip(&PATIENCE) {
             *silent = silent.saturating_add(1);
+            may_feed &= *silent <= *patience;
         }
-        let may_feed = self.late().is_none();
         self.starved = self.starved.saturating_add(u32::from(!may_feed));
         may_feed
     }

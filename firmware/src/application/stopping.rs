@@ -4,7 +4,7 @@
 //! in a second. Once it is zero and the shaft has stood for five periods, or when
 //! `quick_stop_ms` is over, the stop is done.
 
-use model_core::control::units::{Angle, Rate};
+use model_core::control::units::{Angle, Rate, held};
 
 use crate::{
     parameters::StopSettings,
@@ -39,13 +39,7 @@ impl Stopping {
     pub fn next(&mut self, settings: &StopSettings, rate: Rate) -> Rate {
         // deg/s^2 times 4 ms are deg/s, as deg/s times 4 ms are deg.
         let step = angle_per_period(settings.quick_stop_deceleration_deg_s2);
-        self.command = if self.command > step {
-            self.command - step
-        } else if self.command < -step {
-            self.command + step
-        } else {
-            Rate::ZERO
-        };
+        self.command -= held(self.command, step);
         self.periods = self.periods.saturating_add(1);
         let stands = self.command == Rate::ZERO && rate < STANDING && rate > -STANDING;
         self.standing = if stands {

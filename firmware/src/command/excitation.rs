@@ -1,7 +1,6 @@
 //! Excitations that run on the board.
 
 mod logarithmic;
-mod quotient;
 mod settings;
 
 pub use settings::ExcitationSettings;

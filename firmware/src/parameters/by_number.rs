@@ -1,16 +1,10 @@
-//! Parameters by number, as a bus asks for them, and as words, as a flash memory keeps them.
+//! Parameters by number, as a bus asks for them and a flash memory keeps them.
 //!
 //! The numbers start with the rows of
 //! [`ControlParameters`](model_core::control::parameters::ControlParameters), in single precision;
 //! then follow the groups of integers in the order of the fields of [`BoardParameters`].
 
-use model_core::{
-    control::{
-        cascade::{COEFFICIENT_WORDS, Coefficients},
-        parameters::ControlParameters,
-    },
-    parameter::Parameters,
-};
+use model_core::{control::parameters::ControlParameters, parameter::Parameters};
 
 use super::{
     BoardParameters,
@@ -121,11 +115,11 @@ groups! {
 }
 
 /// Words of [`BoardParameters::words`].
-pub const WORDS: usize = COEFFICIENT_WORDS + INTEGERS;
+pub const WORDS: usize = CONTROL + INTEGERS;
 
 impl BoardParameters {
     /// How many parameters there are.
-    pub const COUNT: u8 = (CONTROL + INTEGERS) as u8;
+    pub const COUNT: u8 = WORDS as u8;
 
     /// The number of the parameter of this name.
     ///
@@ -193,38 +187,56 @@ impl BoardParameters {
         Some((CONTROL + index) as u8)
     }
 
-    /// Everything in a fixed layout: the words of the coefficients, then the integers by number.
+    /// The value of a parameter as a word: the bits of a number of single precision, or an integer
+    /// in two's complement; `None` beyond the last one.
+    ///
+    /// ```
+    /// use firmware::parameters::BoardParameters;
+    /// assert_eq!(BoardParameters::DEFAULT.word(0), Some(8_f32.to_bits()));
+    /// ```
+    pub fn word(&self, number: u8) -> Option<u32> {
+        self.get(number).map(|value| match value {
+            Value::Real(value) => value.to_bits(),
+            Value::Integer(value) => value as u32,
+        })
+    }
+
+    /// Sets a parameter to what [`BoardParameters::word`] gave; refuses what
+    /// [`BoardParameters::set`] refuses.
+    ///
+    /// ```
+    /// use firmware::parameters::BoardParameters;
+    /// let mut parameters = BoardParameters::DEFAULT;
+    /// assert!(parameters.set_word(0, 9_f32.to_bits()));
+    /// assert!(!parameters.set_word(255, 0));
+    /// ```
+    pub fn set_word(&mut self, number: u8, word: u32) -> bool {
+        let value = if usize::from(number) < CONTROL {
+            Value::Real(f32::from_bits(word))
+        } else {
+            Value::Integer(word as i32)
+        };
+        self.set(number, value)
+    }
+
+    /// All parameters as words, by number.
+    ///
+    /// What still is a default of double precision comes back as it is; what was set to the same
+    /// number of single precision comes back as the default.
     pub fn words(&self) -> [u32; WORDS] {
-        let integers = self.integers();
-        let content = self.control.words().into_iter();
         let mut words = [0; WORDS];
-        let content = content.chain(integers.into_iter().map(|value| value as u32));
-        for (word, content) in words.iter_mut().zip(content) {
-            *word = content;
+        for (number, word) in (0..).zip(&mut words) {
+            *word = self.word(number).unwrap_or(0);
         }
         words
     }
 
     /// What [`BoardParameters::words`] gave; `None` where it is not possible as a whole.
     pub fn from_words(words: &[u32; WORDS]) -> Option<Self> {
-        let (control, integers) = words.split_first_chunk::<COEFFICIENT_WORDS>()?;
-        let mut values = [0; INTEGERS];
-        for (value, &word) in values.iter_mut().zip(integers) {
-            *value = word as i32;
-        }
-        let parameters = Self {
-            control: Coefficients::from_words(control)?,
-            ..Self::DEFAULT
-        }
-        .with_integers(&values);
-        parameters.check().is_ok().then_some(parameters)
+        let mut parameters = Self::DEFAULT;
+        let are_taken = (0..)
+            .zip(words)
+            .all(|(number, &word)| parameters.set_word(number, word));
+        (are_taken && parameters.check().is_ok()).then_some(parameters)
     }
 }
-
-impl PartialEq for BoardParameters {
-    fn eq(&self, other: &Self) -> bool {
-        self.words() == other.words()
-    }
-}
-
-impl Eq for BoardParameters {}

@@ -12,7 +12,7 @@ use super::{Conditions, lasting::Lasting};
 use crate::{
     faults::{Fault, FaultSet},
     parameters::integers::integers,
-    timing::periods,
+    timing::{CONTROL_PERIOD_MS, periods},
 };
 
 integers! {
@@ -42,9 +42,9 @@ impl CurrentGuard {
         let current_ma = c.measured.current_ma.map(i32::abs);
         let is_over = current_ma.map(|current_ma| current_ma > limits.over_current_ma);
         // 1 to 25.
-        let samples = limits.over_current_samples as u16;
+        let time_ms = limits.over_current_samples * CONTROL_PERIOD_MS;
         let mut present = FaultSet::EMPTY;
-        present.put(Fault::OverCurrent, self.over.update(is_over, samples));
+        present.put(Fault::OverCurrent, self.over.update(is_over, time_ms));
         present.put(Fault::Overload, self.is_overloaded(limits, current_ma));
         present
     }

@@ -21,7 +21,6 @@ use super::{Conditions, lasting::Lasting};
 use crate::{
     faults::{Fault, FaultSet},
     parameters::integers::integers,
-    timing::periods,
 };
 
 integers! {
@@ -150,13 +149,12 @@ impl EncoderGuard {
         let is_marginal = c.measured.magnet.map(|magnet| magnet == Magnet::Marginal);
         present.put(
             Fault::MagnetWeak,
-            self.weak
-                .update(is_marginal, periods(limits.magnet_weak_ms)),
+            self.weak.update(is_marginal, limits.magnet_weak_ms),
         );
         let stands = self.stands_while_the_motor_turns(limits, c);
         present.put(
             Fault::EncoderStuck,
-            self.stuck.update(stands, periods(limits.stuck_ms)),
+            self.stuck.update(stands, limits.stuck_ms),
         );
         present
     }

@@ -14,13 +14,10 @@
 //!
 //! [`Fault::FollowingError`]: crate::faults::Fault::FollowingError
 
-use model_core::control::units::{ANGLE_END, Angle, Rate};
+use model_core::control::units::{ANGLE_END, Angle, Rate, held};
 
 use super::{Conditions, lasting::Lasting};
-use crate::{
-    parameters::integers::integers,
-    timing::{angle_of_mdeg, periods},
-};
+use crate::{parameters::integers::integers, timing::angle_of_mdeg};
 
 integers! {
     /// How far the shaft may stay behind.
@@ -43,14 +40,14 @@ impl FollowingGuard {
     pub fn check(&mut self, limits: &FollowingLimits, c: &Conditions<'_>) -> bool {
         // An angle that is not known says nothing.
         let strays = c.measured.travelled.map(|_| strays(limits, c));
-        self.0.update(strays, periods(limits.following_ms))
+        self.0.update(strays, limits.following_ms)
     }
 }
 
 fn strays(limits: &FollowingLimits, c: &Conditions<'_>) -> bool {
     let window = angle_of_mdeg(limits.following_window_mdeg);
     // Both within 2^15 deg.
-    let error = held(c.command) - c.angle;
+    let error = held(c.command, ANGLE_END) - c.angle;
     let wanted = Rate::from_bits(i64::from(limits.following_rate_deg_s) << 32);
     // Within 2^17 deg/s.
     let half = Rate::from_bits(c.rate_command.to_bits().abs() >> 1);
@@ -62,15 +59,4 @@ fn strays(limits: &FollowingLimits, c: &Conditions<'_>) -> bool {
     };
     let is_off = error > window || error < -window;
     c.is_following && is_off && !comes_nearer
-}
-
-/// `angle` within [`ANGLE_END`].
-fn held(angle: Angle) -> Angle {
-    if angle > ANGLE_END {
-        ANGLE_END
-    } else if angle < -ANGLE_END {
-        -ANGLE_END
-    } else {
-        angle
-    }
 }

@@ -6,10 +6,7 @@
 use model_core::control::units::Angle;
 
 use super::{Conditions, lasting::Lasting};
-use crate::{
-    parameters::integers::integers,
-    timing::{angle_of_mdeg, periods},
-};
+use crate::{parameters::integers::integers, timing::angle_of_mdeg};
 
 integers! {
     /// What counts as a stall.
@@ -43,7 +40,7 @@ impl StallGuard {
         if stalls == Some(false) {
             self.place = c.angle;
         }
-        self.lasting.update(stalls, periods(limits.stall_ms))
+        self.lasting.update(stalls, limits.stall_ms)
     }
 
     fn stands(&self, limits: &StallLimits, angle: Angle) -> bool {

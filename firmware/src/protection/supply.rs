@@ -4,7 +4,6 @@ use super::{Conditions, lasting::Lasting};
 use crate::{
     faults::{Fault, FaultSet},
     parameters::integers::integers,
-    timing::periods,
 };
 
 integers! {
@@ -32,10 +31,15 @@ impl SupplyGuard {
         let supply_mv = c.measured.supply_mv;
         let is_under = supply_mv.map(|supply_mv| supply_mv < limits.under_voltage_mv);
         let is_over = supply_mv.map(|supply_mv| supply_mv > limits.over_voltage_mv);
-        let periods = periods(limits.supply_ms);
         let mut present = FaultSet::EMPTY;
-        present.put(Fault::UnderVoltage, self.under.update(is_under, periods));
-        present.put(Fault::OverVoltage, self.over.update(is_over, periods));
+        present.put(
+            Fault::UnderVoltage,
+            self.under.update(is_under, limits.supply_ms),
+        );
+        present.put(
+            Fault::OverVoltage,
+            self.over.update(is_over, limits.supply_ms),
+        );
         present
     }
 }

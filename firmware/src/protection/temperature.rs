@@ -4,7 +4,6 @@ use super::{Conditions, lasting::Lasting};
 use crate::{
     faults::{Fault, FaultSet},
     parameters::integers::integers,
-    timing::periods,
 };
 
 integers! {
@@ -26,9 +25,11 @@ impl TemperatureGuard {
     pub fn check(&mut self, limits: &TemperatureLimits, c: &Conditions<'_>) -> FaultSet {
         let temperature = c.measured.temperature_mdeg_c;
         let is_hot = temperature.map(|mdeg_c| mdeg_c > limits.over_temperature_mdeg_c);
-        let periods = periods(limits.over_temperature_ms);
         let mut present = FaultSet::EMPTY;
-        present.put(Fault::OverTemperature, self.0.update(is_hot, periods));
+        present.put(
+            Fault::OverTemperature,
+            self.0.update(is_hot, limits.over_temperature_ms),
+        );
         present
     }
 }

@@ -4,7 +4,6 @@ use super::{Conditions, lasting::Lasting};
 use crate::{
     faults::{Fault, FaultSet},
     parameters::integers::integers,
-    timing::periods,
 };
 
 integers! {
@@ -38,7 +37,7 @@ impl TimingGuard {
         let is_missing = c.measured.current_ma.is_none() || c.measured.temperature_mdeg_c.is_none();
         let is_lost = self
             .unmeasured
-            .update(Some(is_missing), periods(limits.measurement_ms));
+            .update(Some(is_missing), limits.measurement_ms);
         present.put(Fault::MeasurementLost, is_lost);
         present
     }

@@ -4,7 +4,7 @@ use super::Service;
 use crate::{
     application::Application,
     capture::{Capture, Signal, Trigger},
-    parameters::{BoardParameters, Value, integers::Integers},
+    parameters::integers::Integers,
 };
 
 /// Number of the first setting of the excitation.
@@ -27,10 +27,7 @@ impl Service {
         number: u8,
     ) -> Option<u32> {
         Some(match number {
-            ..EXCITATION => match application.parameters().get(number)? {
-                Value::Real(value) => value.to_bits(),
-                Value::Integer(value) => value as u32,
-            },
+            ..EXCITATION => application.parameters().word(number)?,
             EXCITATION..SIGNALS => self.excitation.get(usize::from(number - EXCITATION))? as u32,
             SIGNALS..DECIMATION => {
                 let signal = self.capture.signals.get(usize::from(number - SIGNALS))?;
@@ -103,11 +100,7 @@ impl Service {
 
 /// Sets a parameter of the board.
 fn set(application: &mut Application, number: u8, value: u32) -> Option<()> {
-    let mut parameters: BoardParameters = *application.parameters();
-    let value = match parameters.get(number)? {
-        Value::Real(_) => Value::Real(f32::from_bits(value)),
-        Value::Integer(_) => Value::Integer(value as i32),
-    };
-    parameters.set(number, value).then_some(())?;
+    let mut parameters = *application.parameters();
+    parameters.set_word(number, value).then_some(())?;
     application.retune(&parameters).ok()
 }

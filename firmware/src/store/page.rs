@@ -13,14 +13,14 @@ pub(super) const PAGE_WORDS: usize = WORDS + EDGES;
 
 impl Stored for BoardParameters {
     /// "SA", and the version of the layout: one more with each change of the parameters' words.
-    const MAGIC: u32 = 0x5341_0001;
+    const MAGIC: u32 = 0x5341_0002;
     const DEFAULT: Self = Self::DEFAULT;
     type Page = [u32; PAGE_WORDS];
     const ZEROS: Self::Page = [0; PAGE_WORDS];
 
     fn write(&self, words: &mut [u32]) {
-        for (word, content) in words.iter_mut().zip(self.words()) {
-            *word = content;
+        for (number, word) in (0..).zip(words) {
+            *word = self.word(number).unwrap_or(0);
         }
     }
 

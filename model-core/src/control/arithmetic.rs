@@ -44,25 +44,48 @@ impl Coefficient {
     /// The product with a signal, rounded to the nearest step of the signal.
     ///
     /// The caller shows that the product lies within +-2^31.
-    #[inline]
     pub const fn times(self, signal: I32F32) -> I32F32 {
         let bits = signal.to_bits();
         let k = self.mantissa as i64;
-        let (high, low) = ((bits >> 32) * k, (bits & 0xffff_ffff) * k);
-        let shift = self.shift as u32;
-        // The product is (high 2^32 + low) / 2^shift. |low| <= (2^32 - 1) 2^31 = 2^63 - 2^31 and
-        // |high| <= 2^62.
-        I32F32::from_bits(if shift > 32 {
-            // What falls off `low` lies below the step of the result.
-            let half = 1 << (shift - 33);
-            (high + (low >> 32) + half) >> (shift - 32)
+        // The product is 2^32 upper + lowest, in units of 2^-shift of a step of the signal:
+        // |(2^32 - 1) k| <= 2^63 - 2^31, and |bits >> 32| times |k| are 2^62 at the most.
+        let low = (bits as u32 as i64) * k;
+        let upper = (bits >> 32) * k + (low >> 32);
+        let lowest = low as u32;
+        // By words: a Cortex-M4 shifts no more than 32 bits at once.
+        I32F32::from_bits(if self.shift >= 32 {
+            // What falls off `lowest` lies below the step of the result.
+            let shift = self.shift as u32 - 32;
+            let half =
+                ((1 << shift) >> 1) as i64 + if shift == 0 { (lowest >> 31) as i64 } else { 0 };
+            let [low, high] = words(upper + half);
+            joined(right(high, low, shift), ((high as i32) >> shift) as u32)
         } else {
-            // At most 2^31, which `low` has room for. `high` goes to the left by what the product
-            // is less a fraction, so it fits if the product does.
-            let half = (1 << shift) >> 1;
-            (high << (32 - shift)) + ((low + half) >> shift)
+            let shift = self.shift as u32;
+            let (lowest, carry) = lowest.overflowing_add((1 << shift) >> 1);
+            let [low, high] = words(upper + carry as i64);
+            // What goes off on the left is the sign, if the product fits.
+            joined(right(low, lowest, shift), right(high, low, shift))
         })
     }
+}
+
+/// The words of a number, the lower one first.
+#[inline]
+const fn words(bits: i64) -> [u32; 2] {
+    [bits as u32, (bits >> 32) as u32]
+}
+
+/// What they are the words of.
+#[inline]
+const fn joined(low: u32, high: u32) -> i64 {
+    ((high as u64) << 32 | low as u64) as i64
+}
+
+/// The lower word of two that go to the right by 0 to 31 bits.
+#[inline]
+const fn right(high: u32, low: u32, shift: u32) -> u32 {
+    low >> shift | high << 1 << (31 - shift)
 }
 
 #[cfg(test)]

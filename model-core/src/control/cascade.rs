@@ -9,7 +9,7 @@ use super::{
     rate_estimate::{FilterShare, RateEstimate},
     rate_loop::{RateLoop, RateLoopState},
     shaft_angle::{Mounting, ShaftAngle},
-    units::{Angle, Percent, Rate, angle, percent, round},
+    units::{Angle, Percent, Rate, angle, held, percent, round},
 };
 use crate::{
     limits::within,
@@ -18,8 +18,6 @@ use crate::{
 };
 
 mod by_number;
-
-pub use by_number::COEFFICIENT_WORDS;
 
 /// From one end of the duty to the other: no limit to its change.
 const WIDEST_STEP: Percent = Percent::const_from_int(200);
@@ -233,7 +231,7 @@ impl State {
     /// assert_eq!(step.compare.get(), 5906); // as a command of 1 deg gives with a gain of 8/s
     /// ```
     pub fn regulate_rate(&mut self, coefficients: &Coefficients, rate: Rate) -> Step {
-        let command = within(rate, -WIDEST_RATE, WIDEST_RATE);
+        let command = held(rate, WIDEST_RATE);
         let limited = self
             .regulator
             .step(&coefficients.rate, command, self.rate());

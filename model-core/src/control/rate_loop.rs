@@ -17,9 +17,8 @@
 
 use super::{
     arithmetic::Coefficient,
-    units::{Percent, Rate},
+    units::{Percent, Rate, held},
 };
-use crate::limits::within;
 
 /// Where the integrator ends if nothing else holds it: far beyond any duty.
 const INTEGRATOR_END: Percent = Percent::const_from_int(1 << 28);
@@ -66,20 +65,12 @@ impl RateLoopState {
     pub fn step(&mut self, gains: &RateLoop, command: Rate, rate: Rate) -> LimitedDuty {
         let error = command - rate;
         let wanted = self.unlimited(gains, command, rate);
-        let limited = within(wanted, -gains.duty_limit, gains.duty_limit);
+        let limited = held(wanted, gains.duty_limit);
         // The last duty may lie outside limits that were narrowed since: the limit wins.
-        let slewed = within(
-            limited,
-            self.duty - gains.duty_step,
-            self.duty + gains.duty_step,
-        );
-        let duty = within(slewed, -gains.duty_limit, gains.duty_limit);
+        let slewed = self.duty + held(limited - self.duty, gains.duty_step);
+        let duty = held(slewed, gains.duty_limit);
         let correction = gains.integral.times(error) + gains.anti_windup.times(duty - wanted);
-        self.integrator = within(
-            self.integrator + correction,
-            -INTEGRATOR_END,
-            INTEGRATOR_END,
-        );
+        self.integrator = held(self.integrator + correction, INTEGRATOR_END);
         self.duty = duty;
         LimitedDuty {
             duty,
@@ -94,7 +85,7 @@ impl RateLoopState {
     /// `before` and `after` are the commanded rates under the old and the new position loop.
     pub fn transfer(&mut self, old: (&RateLoop, Rate), new: (&RateLoop, Rate), rate: Rate) {
         let jump = self.unlimited(new.0, new.1, rate) - self.unlimited(old.0, old.1, rate);
-        self.integrator = within(self.integrator - jump, -INTEGRATOR_END, INTEGRATOR_END);
+        self.integrator = held(self.integrator - jump, INTEGRATOR_END);
     }
 
     fn unlimited(&self, gains: &RateLoop, command: Rate, rate: Rate) -> Percent {

@@ -4,9 +4,8 @@ use core::num::NonZeroU16;
 
 use super::{
     encoder_word::{COUNTS_PER_TURN, EncoderCount},
-    units::{ANGLE_END, Angle},
+    units::{ANGLE_END, Angle, held},
 };
-use crate::limits::within;
 
 /// One count in steps of [`Angle`]: 45/512 deg.
 pub const COUNT_STEPS: i64 = 45 << (32 - 9);
@@ -96,7 +95,7 @@ impl ShaftAngle {
     pub fn angle(&self) -> Angle {
         // |counts| <= 2^31 and COUNT_STEPS < 2^29: the product lies within 2^60.
         let angle = Angle::from_bits(self.counts as i64 * COUNT_STEPS);
-        within(angle, -ANGLE_END, ANGLE_END)
+        held(angle, ANGLE_END)
     }
 
     /// Whether there was a valid reading.

@@ -59,6 +59,26 @@ const fn nearest(value: f64) -> I32F32 {
     I32F32::from_bits(round(value * 4_294_967_296.0) as i64)
 }
 
+/// `value` within `end` of zero, either way; `end` is not negative. On the board all who limit a signal
+/// share this one.
+///
+/// ```
+/// use model_core::control::units::{angle, held};
+/// assert_eq!([-3.0, 1.0, 3.0].map(|deg| held(angle(deg), angle(2.0))), [-2, 1, 2].map(|deg| angle(deg.into())));
+/// ```
+#[cfg_attr(target_os = "none", inline(never))]
+#[cfg_attr(not(target_os = "none"), inline)]
+pub const fn held(value: I32F32, end: I32F32) -> I32F32 {
+    let (bits, end_bits) = (value.to_bits(), end.to_bits());
+    if bits > end_bits {
+        end
+    } else if bits < -end_bits {
+        I32F32::from_bits(-end_bits)
+    } else {
+        value
+    }
+}
+
 /// What a cast to an integer makes the nearest one of, in constant expressions too.
 pub(crate) const fn round(value: f64) -> f64 {
     // From 2^52 on there are only integers, and a half more would be rounded itself.

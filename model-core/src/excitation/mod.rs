@@ -14,6 +14,7 @@ pub mod multisine;
 pub mod multistep;
 pub mod phase;
 pub mod prbs;
+pub mod quotient;
 pub mod ramp;
 pub mod recorded;
 pub mod sine;
@@ -80,7 +81,14 @@ impl Excitation<'_> {
     }
 }
 
+/// The whole product. On the board all inputs share this one.
+#[cfg_attr(target_os = "none", inline(never))]
+const fn product(a: i64, b: i64) -> i128 {
+    a as i128 * b as i128
+}
+
 /// The angle of so many of its least steps; beyond its ends the last one.
+#[cfg_attr(target_os = "none", inline(never))]
 const fn saturated(bits: i128) -> Angle {
     if bits > i64::MAX as i128 {
         Angle::MAX

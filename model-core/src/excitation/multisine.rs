@@ -10,7 +10,7 @@ use super::sine::{QUARTER, scaled, sine};
 use crate::control::units::{Angle, angle};
 use crate::parameter::ParameterError;
 use crate::time::ticks;
-use core::num::NonZeroU8;
+use core::num::{NonZeroU8, NonZeroU32};
 
 crate::parameters! {
     /// A multisine with Schroeder phases.
@@ -75,7 +75,7 @@ impl Multisine {
     pub fn command(&self, tick: u64) -> Angle {
         let base = self.phase.at(tick);
         // 1/N turn is off by 2^-64 turn, which the last of 255 lines sees 2^15-fold.
-        let share = u64::MAX / u64::from(self.lines.get());
+        let share = share(self.lines);
         let mut phase = base
             .wrapping_mul(self.first_line.into())
             .wrapping_add(QUARTER);
@@ -91,10 +91,31 @@ impl Multisine {
     }
 }
 
+/// `(2^64 - 1)/n`, rounded down: in four digits of 16 bits, each of which is a division of 32 bits.
+fn share(lines: NonZeroU8) -> u64 {
+    let lines = NonZeroU32::from(lines);
+    let (mut share, mut rest) = (0, 0);
+    for _ in 0..4 {
+        // The rest is below 255.
+        let part: u32 = rest << 16 | 0xffff;
+        share = share << 16 | u64::from(part / lines);
+        rest = part % lines;
+    }
+    share
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use core::f64::consts::{PI, TAU};
+
+    #[test]
+    fn a_share_is_what_a_division_of_64_bits_gives() {
+        for lines in 1..=u8::MAX {
+            let exact = u64::MAX / u64::from(lines);
+            assert_eq!(share(NonZeroU8::new(lines).unwrap()), exact, "{lines}");
+        }
+    }
 
     fn multisine(lines: f64) -> Multisine {
         let parameters = MultisineParameters {

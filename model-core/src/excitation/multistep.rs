@@ -4,7 +4,7 @@
 //! peak from 0.03 to 0.45 over the unit, against 0.12 to 0.66 (Jategaonkar, "Flight Vehicle System
 //! Identification", chapter 2, shows both spectra).
 
-use super::at_least_one;
+use super::{at_least_one, quotient::whole};
 use crate::control::units::{Angle, angle};
 use crate::parameter::ParameterError;
 use crate::time::ticks;
@@ -141,7 +141,7 @@ impl Multistep {
         let Some(since) = tick.checked_sub(self.start_tick) else {
             return Angle::ZERO;
         };
-        let mut units = since / self.unit_ticks;
+        let mut units = whole(since, self.unit_ticks);
         for (step, &width) in self.widths.iter().enumerate() {
             match units.checked_sub(u64::from(width)) {
                 Some(rest) => units = rest,

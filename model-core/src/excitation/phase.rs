@@ -53,6 +53,7 @@ impl Quadratic {
     }
 
     /// The phase at a tick.
+    #[cfg_attr(target_os = "none", inline(never))]
     pub const fn at(&self, tick: u64) -> u64 {
         let tick = tick as u128;
         let slope = self

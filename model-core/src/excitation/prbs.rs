@@ -6,7 +6,10 @@
 //! `n` repeats itself after `2^n - 1` chips; its spectrum has fallen by 3 dB at 0.44 of the chip
 //! rate.
 
-use super::at_least_one;
+use super::{
+    at_least_one,
+    quotient::{rest, whole},
+};
 use crate::control::units::{Angle, angle};
 use crate::parameter::{ParameterError, Parameters};
 use crate::time::ticks;
@@ -95,9 +98,10 @@ impl Prbs {
 
     /// The command at a tick.
     pub fn command(&self, tick: u64) -> Angle {
+        let period = self.period();
         // Both are below 2^32: the sum does not overflow.
-        let chip = (tick / self.chip_ticks) % self.period() + u64::from(self.seed);
-        if self.power((chip % self.period()) as u32) & 1 == 1 {
+        let chip = rest(whole(tick, self.chip_ticks), period) + u64::from(self.seed);
+        if self.power(rest(chip, period) as u32) & 1 == 1 {
             self.amplitude
         } else {
             self.amplitude.saturating_neg()

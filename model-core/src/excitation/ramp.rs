@@ -1,9 +1,10 @@
 //! Straight lines between breakpoints.
 
-use super::saturated;
-use crate::control::units::{ANGLE_END, Angle, angle};
+use super::{product, quotient::whole, saturated};
+use crate::control::units::{ANGLE_END, Angle, angle, held};
 use crate::parameter::ParameterError;
 use crate::time::ticks;
+use core::num::NonZeroU64;
 
 /// Breakpoints of a ramp at most.
 pub const MOST_POINTS: usize = 8;
@@ -32,27 +33,16 @@ struct Line {
     slope: i64,
 }
 
-/// A level that the control step takes.
-const fn held(level: Angle) -> Angle {
-    if level.to_bits() > ANGLE_END.to_bits() {
-        ANGLE_END
-    } else if level.to_bits() < -ANGLE_END.to_bits() {
-        Angle::from_bits(-ANGLE_END.to_bits())
-    } else {
-        level
-    }
-}
-
 impl Line {
     const fn between(from: (u64, Angle), to: (u64, Angle)) -> Self {
-        let (start, end) = (held(from.1), held(to.1));
+        let (start, end) = (held(from.1, ANGLE_END), held(to.1, ANGLE_END));
         // Two levels are at most 2^16 deg apart: 2^63 units.
         let rise = start.to_bits().abs_diff(end.to_bits()) << 15;
-        let slope = match to.0.saturating_sub(from.0) {
-            // Of so short a line only the start is ever asked for.
-            0 | 1 => 0,
+        let slope = match NonZeroU64::new(to.0.saturating_sub(from.0)) {
             // At most half of the 2^63.
-            run => (rise / run) as i64,
+            Some(run) if run.get() > 1 => whole(rise, run) as i64,
+            // Of so short a line only the start is ever asked for.
+            _ => 0,
         };
         let slope = if end.to_bits() < start.to_bits() {
             -slope
@@ -67,9 +57,10 @@ impl Line {
     }
 
     fn at(&self, tick: u64) -> Angle {
-        // Below 2^63 * 2^64 - 2^64 in magnitude, so that neither half a unit nor the start is
-        // too much for 127 bits.
-        let change = i128::from(self.slope) * i128::from(tick.saturating_sub(self.start_tick));
+        // At most 2^63 * 2^63 in magnitude, so that neither half a unit nor the start is too much for
+        // 127 bits.
+        let since = tick.saturating_sub(self.start_tick);
+        let change = product(self.slope, since.min(i64::MAX as u64) as i64);
         saturated(i128::from(self.start.to_bits()) + ((change + (1 << 14)) >> 15))
     }
 }

@@ -4,7 +4,7 @@
 //! [`I2F30`], which holds both plus and minus one. It is off by less than 1.5e-9. The `cossin` of
 //! the crate `idsp` is lighter, but its error of 1e-5 would show in an amplitude of 20 deg.
 
-use super::saturated;
+use super::{product, saturated};
 use crate::control::units::Angle;
 use fixed::types::I2F30;
 
@@ -78,7 +78,7 @@ pub const fn sine(phase: u64) -> I2F30 {
 /// ```
 pub const fn scaled(amplitude: Angle, sum: i64) -> Angle {
     // 2^63 * 2^63 and half a unit stay below 2^127.
-    saturated((amplitude.to_bits() as i128 * sum as i128 + (1 << 29)) >> 30)
+    saturated((product(amplitude.to_bits(), sum) + (1 << 29)) >> 30)
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! A staircase of arbitrary levels, each held for the same time: the paper's variable step.
 
-use super::{at_least_one, saturated};
+use super::{at_least_one, product, quotient::whole, saturated};
 use crate::control::units::{Angle, angle};
 use crate::parameter::ParameterError;
 use crate::time::ticks;
@@ -76,13 +76,13 @@ impl VariableStep<'_> {
     /// The command at a tick.
     pub fn command(&self, tick: u64) -> Angle {
         // A board's usize is narrower: what does not fit is beyond the last level.
-        let index = usize::try_from(tick / self.dwell_ticks).ok();
+        let index = usize::try_from(whole(tick, self.dwell_ticks)).ok();
         let level = index
             .and_then(|index| self.levels.get(index))
             .or(self.levels.last());
         level.map_or(Angle::ZERO, |level| {
-            let product = i128::from(level.to_bits()) * i128::from(self.scale.to_bits());
-            saturated((product + (1 << 31)) >> 32)
+            let scaled = product(level.to_bits(), self.scale.to_bits());
+            saturated((scaled + (1 << 31)) >> 32)
         })
     }
 

@@ -13,8 +13,11 @@ use core::sync::atomic::{AtomicU16, Ordering::Relaxed};
 use firmware::application::Scan;
 use model_core::sensors::adc::AdcCode;
 use stm32f4xx_hal::{
-    dma::{DmaChannel, DmaDirection, StreamX, config::Priority},
-    pac::{ADC_COMMON, ADC1, DMA2},
+    dma::StreamX,
+    pac::{
+        ADC_COMMON, ADC1, DMA2,
+        dma2::st::cr::{CIRC, DIR, PL},
+    },
 };
 
 use crate::dma::{Lane, Wiring};
@@ -45,11 +48,11 @@ impl Analog {
         adc.cr2()
             .write(|w| w.adon().enabled().dma().enabled().dds().continuous());
         let wiring = Wiring {
-            channel: DmaChannel::Channel0,
-            direction: DmaDirection::PeripheralToMemory,
+            channel: 0,
+            direction: DIR::PeripheralToMemory,
             register: adc.dr().as_ptr() as u32,
-            circular: true,
-            priority: Priority::VeryHigh,
+            circular: CIRC::Enabled,
+            priority: PL::VeryHigh,
         };
         let mut scan = Lane::new(stream, &wiring, &SCANNED);
         scan.start();

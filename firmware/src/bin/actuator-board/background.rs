@@ -9,21 +9,27 @@ use firmware::{
     store::{Loaded, Progress, Saver},
     supervisor::Part,
 };
-use heapless::spsc::{Consumer, Producer};
+use heapless::spsc::Consumer;
 
-use crate::{control_step::Answer, flash::Flash, heard, report::Report};
+use crate::{
+    control_step::Answer,
+    flash::Flash,
+    heard,
+    report::Report,
+    slot::{Giver, Taker},
+};
 
 /// Excitations that are asked for, and what has been made of them.
 pub struct Excitations {
-    pub asked: Consumer<'static, ExcitationSettings, 2>,
-    pub made: Producer<'static, Run, 2>,
+    pub asked: Taker<ExcitationSettings>,
+    pub made: Giver<Run>,
 }
 
 /// The background's own.
 pub struct Background {
-    outputs: Consumer<'static, Outputs, 4>,
+    outputs: Consumer<'static, Outputs, 3>,
     answers: Consumer<'static, Answer, 8>,
-    to_save: Consumer<'static, BoardParameters, 2>,
+    to_save: Taker<BoardParameters>,
     excitations: Excitations,
     frames: Frames,
     flash: Flash,
@@ -34,9 +40,9 @@ pub struct Background {
 impl Background {
     /// Takes over what the control step decides, answers and hands over for saving.
     pub fn new(
-        outputs: Consumer<'static, Outputs, 4>,
+        outputs: Consumer<'static, Outputs, 3>,
         answers: Consumer<'static, Answer, 8>,
-        to_save: Consumer<'static, BoardParameters, 2>,
+        to_save: Taker<BoardParameters>,
         excitations: Excitations,
         (flash, loaded): (Flash, &Loaded),
     ) -> Self {
@@ -55,20 +61,19 @@ impl Background {
     /// Serves the control periods that have passed since the last call, usually one.
     pub fn run(&mut self, mut send: impl FnMut(CanFrame)) {
         while let Some((access, refused)) = self.answers.dequeue() {
-            self.frames
-                .answer(access, refused)
-                .into_iter()
-                .for_each(&mut send);
+            if let Some(frame) = self.frames.answer(access, refused) {
+                send(frame);
+            }
         }
         while let Some(outputs) = self.outputs.dequeue() {
             let frames = self.frames.telemetry(&outputs);
-            frames.into_iter().flatten().for_each(&mut send);
+            frames.iter().flatten().for_each(|&frame| send(frame));
             self.report.update(&outputs);
         }
-        if let Some(settings) = self.excitations.asked.dequeue() {
+        if let Some(settings) = self.excitations.asked.take() {
             // The last one has not been fetched: it is as good.
             if let Some(run) = settings.run() {
-                let _ = self.excitations.made.enqueue(run);
+                self.excitations.made.put(run);
             }
         }
         self.save();
@@ -78,7 +83,7 @@ impl Background {
     /// Goes on with a save, or begins one.
     fn save(&mut self) {
         if !self.saver.is_running()
-            && let Some(parameters) = self.to_save.dequeue()
+            && let Some(parameters) = self.to_save.take()
         {
             self.saver.start(&parameters);
         }

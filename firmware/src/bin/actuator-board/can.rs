@@ -9,10 +9,7 @@ use canopen::CanFrame;
 use embedded_can::{Frame as _, Id};
 use firmware::{application::BusState, parameters::BusSettings};
 use heapless::Deque;
-use stm32f4xx_hal::{
-    can::Can as Pins,
-    pac::{CAN1, can1},
-};
+use stm32f4xx_hal::pac::{CAN1, can1};
 
 use crate::can_identifier::identifier;
 
@@ -46,8 +43,7 @@ pub struct Can {
 
 impl Can {
     /// Joins the bus. Frames that pass one of at most 14 filters, CAN1's share, come in.
-    pub fn new(pins: Pins<CAN1>, settings: &BusSettings, filters: &[Filter]) -> Self {
-        let (can, _) = pins.release();
+    pub fn new(can: CAN1, settings: &BusSettings, filters: &[Filter]) -> Self {
         // After a reset it sleeps, and the reset value with which a write begins says so.
         can.mcr().write(|w| w.sleep().clear_bit().inrq().set_bit());
         // It answers at once, unless its receive line is stuck: then the board goes on without a bus.

@@ -15,8 +15,15 @@ use firmware::{
 use heapless::spsc::{Consumer, Producer};
 
 use crate::{
-    analog::Analog, bridge::Bridge, bus_state, encoder::Encoder, heard, servo_pulse::ServoPulse,
-    ticks::Ticks, watchdog::Watchdog,
+    analog::Analog,
+    bridge::Bridge,
+    bus_state,
+    encoder::Encoder,
+    heard,
+    servo_pulse::ServoPulse,
+    slot::{Giver, Taker},
+    ticks::Ticks,
+    watchdog::Watchdog,
 };
 
 /// What an access came to, and whether it was refused.
@@ -68,10 +75,10 @@ pub struct Queues {
     pub commands: Consumer<'static, Message, COMMANDS>,
     pub accesses: Consumer<'static, Message, 8>,
     pub answers: Producer<'static, Answer, 8>,
-    pub save: Producer<'static, BoardParameters, 2>,
-    pub outputs: Producer<'static, Outputs, 4>,
-    pub excitations: Producer<'static, ExcitationSettings, 2>,
-    pub runs: Consumer<'static, Run, 2>,
+    pub save: Giver<BoardParameters>,
+    pub outputs: Producer<'static, Outputs, 3>,
+    pub excitations: Giver<ExcitationSettings>,
+    pub runs: Taker<Run>,
 }
 
 impl ControlStep {
@@ -105,7 +112,7 @@ impl ControlStep {
 #[unsafe(no_mangle)]
 #[inline(never)]
 fn serve(step: &mut ControlStep) {
-    if let Some(run) = step.queues.runs.dequeue() {
+    if let Some(run) = step.queues.runs.take() {
         // The loop may have been opened meanwhile: there is nothing to excite then.
         let _ = step.application.start_excitation(run);
     }
@@ -136,12 +143,12 @@ fn answer(step: &mut ControlStep, message: &Message) {
         let _ = step.queues.answers.enqueue(answer);
     }
     if served.save {
-        // One that finds the queue full asks for what is being saved anyway.
-        let _ = step.queues.save.enqueue(*step.application.parameters());
+        // One that finds another waiting asks for what is being saved anyway.
+        step.queues.save.put(*step.application.parameters());
     }
     if let Some(settings) = served.start {
-        // One that finds the queue full comes in the very tick of another.
-        let _ = step.queues.excitations.enqueue(settings);
+        // One that finds another waiting comes in the very tick of that one.
+        step.queues.excitations.put(settings);
     }
 }
 

@@ -10,12 +10,14 @@ use core::sync::atomic::{
 };
 
 use stm32f4xx_hal::{
-    dma::{
-        DmaChannel, DmaDataSize, DmaDirection, DmaFlag, StreamX,
-        config::Priority,
-        traits::{Stream, StreamISR},
+    dma::StreamX,
+    pac::{
+        DMA2,
+        dma2::{
+            ST,
+            st::cr::{CIRC, DIR, PL, PSIZE},
+        },
     },
-    pac::DMA2,
 };
 
 /// Something that a stream may read and write: for ever at its place, and atomic.
@@ -23,18 +25,18 @@ pub trait Buffer {
     /// Its address.
     fn address(&'static self) -> u32;
     /// The width of its elements.
-    const WIDTH: DmaDataSize;
+    const WIDTH: PSIZE;
 }
 
 impl<const N: usize> Buffer for [AtomicU8; N] {
-    const WIDTH: DmaDataSize = DmaDataSize::Byte;
+    const WIDTH: PSIZE = PSIZE::Bits8;
     fn address(&'static self) -> u32 {
         self.as_ptr() as u32
     }
 }
 
 impl<const N: usize> Buffer for [AtomicU16; N] {
-    const WIDTH: DmaDataSize = DmaDataSize::HalfWord;
+    const WIDTH: PSIZE = PSIZE::Bits16;
     fn address(&'static self) -> u32 {
         self.as_ptr() as u32
     }
@@ -42,95 +44,126 @@ impl<const N: usize> Buffer for [AtomicU16; N] {
 
 /// A stream with its wiring; a transfer moves one buffer.
 pub struct Lane<const S: u8> {
-    stream: StreamX<DMA2, S>,
     items: u16,
 }
 
 /// Where a transfer goes, and how it ends.
 pub struct Wiring {
-    /// The request (RM0090, table 44).
-    pub channel: DmaChannel,
+    /// The request, 0 to 7 (RM0090, table 44).
+    pub channel: u8,
     /// From or to the peripheral.
-    pub direction: DmaDirection,
+    pub direction: DIR,
     /// The address of the peripheral's data register.
     pub register: u32,
     /// Starts again by itself.
-    pub circular: bool,
+    pub circular: CIRC,
     /// Who goes first.
-    pub priority: Priority,
+    pub priority: PL,
 }
 
-impl<const S: u8> Lane<S>
-where
-    StreamX<DMA2, S>: Stream + StreamISR,
-{
-    /// Sets the stream up; at rest.
+/// The flags of a stream in its half of the interrupt registers (section 10.5.1): FEIF, DMEIF, TEIF, HTIF,
+/// TCIF.
+const FLAGS: u32 = 0b11_1101;
+const COMPLETE: u32 = 1 << 5;
+
+impl<const S: u8> Lane<S> {
+    /// Where the stream's flags are in their register.
+    const SHIFT: u32 = [0, 6, 16, 22][S as usize % 4];
+
+    /// Sets the stream up; at rest. Whoever has the stream's token owns its registers.
     pub fn new<const N: usize, T>(
-        mut stream: StreamX<DMA2, S>,
+        _: StreamX<DMA2, S>,
         wiring: &Wiring,
         buffer: &'static [T; N],
     ) -> Self
     where
         [T; N]: Buffer,
     {
-        let width = <[T; N]>::WIDTH;
-        stream.set_channel(wiring.channel);
-        stream.set_direction(wiring.direction);
-        stream.set_peripheral_address(wiring.register);
-        stream.set_memory_address(buffer.address());
-        stream.set_memory_increment(true);
-        stream.set_circular_mode(wiring.circular);
-        stream.set_priority(wiring.priority);
-        // SAFETY: both sides have the width of the buffer's elements, and none is unaligned.
-        unsafe {
-            stream.set_memory_size(width);
-            stream.set_peripheral_size(width);
-        }
-        Self {
-            stream,
-            items: N as u16,
-        }
+        let lane = Self { items: N as u16 };
+        set_up(lane.stream(), wiring, <[T; N]>::WIDTH, buffer.address());
+        lane
+    }
+
+    fn controller() -> &'static stm32f4xx_hal::pac::dma2::RegisterBlock {
+        // SAFETY: registers that are always there; a lane touches those of its own stream alone, and
+        // the clearing register, where zeros mean nothing.
+        unsafe { &*DMA2::ptr() }
+    }
+
+    fn stream(&self) -> &'static ST {
+        Self::controller().st(S as usize)
     }
 
     /// Asks for an interrupt when a transfer ended, well or not.
     pub fn listen(&mut self) {
-        self.stream.listen_transfer_complete();
-        self.stream.listen_transfer_error();
+        let control = self.stream().cr();
+        control.modify(|_, w| w.tcie().set_bit().teie().set_bit());
     }
 
     /// Starts a transfer.
     pub fn start(&mut self) {
         self.clear();
-        self.stream.set_number_of_transfers(self.items);
+        let stream = self.stream();
+        stream.ndtr().write(|w| w.ndt().set(self.items));
         // What was read of the last transfer was read before this one.
         fence(Release);
-        // SAFETY: the buffer is a static of as many atomics, see `Buffer`.
-        unsafe { self.stream.enable() };
+        stream.cr().modify(|_, w| w.en().set_bit());
     }
 
     /// Whether a transfer is complete; notes that it was asked.
     pub fn take_complete(&mut self) -> bool {
-        let complete = self.stream.is_transfer_complete();
+        let controller = Self::controller();
+        let flags = if S < 4 {
+            controller.lisr().read().bits()
+        } else {
+            controller.hisr().read().bits()
+        };
         // What is read of the transfer is read after its flag.
         fence(Acquire);
         self.clear();
-        complete
+        flags >> Self::SHIFT & COMPLETE != 0
     }
 
     /// Ends a transfer that has not come to its end.
     pub fn stop(&mut self) {
-        // SAFETY: nobody waits for the rest of the buffer.
-        unsafe { self.stream.disable() };
+        self.stream().cr().modify(|_, w| w.en().clear_bit());
     }
 
     fn clear(&mut self) {
-        use stm32f4xx_hal::ClearFlags;
-        self.stream.clear_flags(
-            DmaFlag::TransferComplete
-                | DmaFlag::HalfTransfer
-                | DmaFlag::TransferError
-                | DmaFlag::FifoError
-                | DmaFlag::DirectModeError,
-        );
+        let controller = Self::controller();
+        // SAFETY: ones clear this stream's flags, zeros leave the others'.
+        unsafe {
+            if S < 4 {
+                controller.lifcr().write(|w| w.bits(FLAGS << Self::SHIFT));
+            } else {
+                controller.hifcr().write(|w| w.bits(FLAGS << Self::SHIFT));
+            }
+        }
+    }
+}
+
+#[inline(never)]
+fn set_up(stream: &ST, wiring: &Wiring, width: PSIZE, buffer: u32) {
+    stream.cr().write(|w| {
+        w.chsel()
+            .set(wiring.channel)
+            .dir()
+            .variant(wiring.direction);
+        w.circ()
+            .variant(wiring.circular)
+            .pl()
+            .variant(wiring.priority);
+        // Both sides have the width of the buffer's elements, and none is unaligned.
+        w.minc()
+            .set_bit()
+            .msize()
+            .variant(width)
+            .psize()
+            .variant(width)
+    });
+    // SAFETY: a data register and a buffer, by what `Wiring` and `Buffer` say.
+    unsafe {
+        stream.par().write(|w| w.bits(wiring.register));
+        stream.m0ar().write(|w| w.bits(buffer));
     }
 }

@@ -18,9 +18,11 @@ use core::sync::atomic::{AtomicU8, Ordering::Relaxed};
 
 use model_core::control::encoder_word::EncoderWord;
 use stm32f4xx_hal::{
-    dma::{DmaChannel, DmaDirection, StreamX, config::Priority},
-    gpio::{Output, PA4},
-    pac::{DMA2, SPI1},
+    dma::StreamX,
+    pac::{
+        DMA2, GPIOA, SPI1,
+        dma2::st::cr::{CIRC, DIR, PL},
+    },
 };
 
 use crate::dma::{Lane, Wiring};
@@ -34,7 +36,8 @@ const TRAILING_BITS: u32 = 24 - 1 - 18;
 
 /// The encoder and the streams that read it.
 pub struct Encoder {
-    select: PA4<Output>,
+    /// CSn is PA4, low where it selects.
+    port: GPIOA,
     receive: Lane<0>,
     send: Lane<3>,
     spi: SPI1,
@@ -42,11 +45,7 @@ pub struct Encoder {
 
 impl Encoder {
     /// Sets SPI1 and its streams up.
-    pub fn new(
-        spi: SPI1,
-        select: PA4<Output>,
-        streams: (StreamX<DMA2, 0>, StreamX<DMA2, 3>),
-    ) -> Self {
+    pub fn new(spi: SPI1, port: GPIOA, streams: (StreamX<DMA2, 0>, StreamX<DMA2, 3>)) -> Self {
         spi.cr2()
             .write(|w| w.rxdmaen().enabled().txdmaen().enabled());
         // 84 MHz / 128; a master whose select line is not the peripheral's business.
@@ -62,21 +61,17 @@ impl Encoder {
             w.ssm().enabled().ssi().slave_not_selected().spe().enabled()
         });
         let wiring = |direction| Wiring {
-            channel: DmaChannel::Channel3,
+            channel: 3,
             direction,
             register: spi.dr().as_ptr() as u32,
-            circular: false,
-            priority: Priority::High,
+            circular: CIRC::Disabled,
+            priority: PL::High,
         };
-        let mut receive = Lane::new(
-            streams.0,
-            &wiring(DmaDirection::PeripheralToMemory),
-            &RECEIVED,
-        );
+        let mut receive = Lane::new(streams.0, &wiring(DIR::PeripheralToMemory), &RECEIVED);
         receive.listen();
-        let send = Lane::new(streams.1, &wiring(DmaDirection::MemoryToPeripheral), &SENT);
+        let send = Lane::new(streams.1, &wiring(DIR::MemoryToPeripheral), &SENT);
         Self {
-            select,
+            port,
             receive,
             send,
             spi,
@@ -90,14 +85,14 @@ impl Encoder {
         // What a transfer left behind that was cut: the next word would be shifted by it.
         let _ = self.spi.dr().read();
         let _ = self.spi.sr().read();
-        self.select.set_low();
+        self.port.bsrr().write(|w| w.br4().reset());
         self.receive.start();
         self.send.start();
     }
 
     /// The word that was fetched.
     pub fn finish(&mut self) -> Option<EncoderWord> {
-        self.select.set_high();
+        self.port.bsrr().write(|w| w.bs4().set_());
         if !self.receive.take_complete() {
             return None;
         }

@@ -14,10 +14,5 @@ pub fn from(part: Part) {
 
 /// Tells the supervisor whom it was heard of since the last call.
 pub fn tell(supervisor: &mut Supervisor) {
-    let heard = HEARD.swap(0, Relaxed);
-    for part in [Part::Control, Part::Bus, Part::Background] {
-        if heard & 1 << part as u8 != 0 {
-            supervisor.report(part);
-        }
-    }
+    supervisor.report_all(HEARD.swap(0, Relaxed));
 }

@@ -32,10 +32,12 @@ mod flash;
 mod heard;
 mod log;
 mod memory;
+mod pins;
 mod report;
 mod reset_cause;
 mod safe_state;
 mod servo_pulse;
+mod slot;
 mod stack;
 mod ticks;
 mod watchdog;
@@ -71,6 +73,7 @@ mod app {
         encoder::Encoder,
         heard,
         servo_pulse::ServoPulse,
+        slot::Slot,
         ticks::{Clock, Ticks},
         watchdog::Watchdog,
         wiring::Board,
@@ -103,13 +106,13 @@ mod app {
     }
 
     #[init(local = [
-        output_queue: Queue<Outputs, 4> = Queue::new(),
+        output_queue: Queue<Outputs, 3> = Queue::new(),
         command_queue: Queue<Message, COMMANDS> = Queue::new(),
         access_queue: Queue<Message, 8> = Queue::new(),
         answer_queue: Queue<Answer, 8> = Queue::new(),
-        save_queue: Queue<BoardParameters, 2> = Queue::new(),
-        excitation_queue: Queue<ExcitationSettings, 2> = Queue::new(),
-        run_queue: Queue<Run, 2> = Queue::new(),
+        save_slot: Slot<BoardParameters> = Slot::new(),
+        excitation_slot: Slot<ExcitationSettings> = Slot::new(),
+        run_slot: Slot<Run> = Slot::new(),
         capture_buffer: [i32; CAPTURE_WORDS] = [0; CAPTURE_WORDS],
     ])]
     fn init(cx: init::Context) -> (Shared, Local) {
@@ -129,9 +132,9 @@ mod app {
         let (commands, commanded) = cx.local.command_queue.split();
         let (accesses, accessed) = cx.local.access_queue.split();
         let (answered, answers) = cx.local.answer_queue.split();
-        let (save, to_save) = cx.local.save_queue.split();
-        let (excitations, asked) = cx.local.excitation_queue.split();
-        let (made, runs) = cx.local.run_queue.split();
+        let (save, to_save) = cx.local.save_slot.split();
+        let (excitations, asked) = cx.local.excitation_slot.split();
+        let (made, runs) = cx.local.run_slot.split();
 
         let node_id = parameters.bus.node_id as u8;
         let filters = [COMMAND, ACCESS].map(|base| Filter {

@@ -2,18 +2,15 @@
 
 use core::num::NonZeroU64;
 
-use model_core::excitation::phase::Exponential;
+use model_core::excitation::{exp2::product, phase::Exponential, quotient::quotient};
 
-use super::quotient::quotient;
+use super::settings::PER_SECOND;
 
 /// Bits behind the point of a logarithm.
 const LOG_BITS: u32 = 56;
 
 /// ln 2 in units of 2^-64.
-const LN_2: u128 = 12_786_308_645_202_655_660;
-
-/// 1 Hz in 1e-3 Hz, times the ticks in a second.
-const PER_SECOND: NonZeroU64 = NonZeroU64::new(20_000_000).unwrap();
+const LN_2: u64 = 12_786_308_645_202_655_660;
 
 /// A sweep between two frequencies in 1e-3 Hz, both above zero and below 2^17, within less than 2^27
 /// ticks. `None` where they are equal: the linear law is the same then.
@@ -24,15 +21,15 @@ pub(super) fn sweep([start, end]: [u32; 2], duration_ticks: NonZeroU64) -> Optio
         (end, start)
     };
     // At most 17 octaves of 2^56, hence below 2^61, and so is the natural logarithm.
-    let octaves = binary_logarithm(fast, NonZeroU64::new(slow.into())?);
-    let ln_ratio = NonZeroU64::new(((u128::from(octaves) * LN_2) >> 64) as u64)?;
+    let octaves = binary_logarithm(fast, slow);
+    let ln_ratio = NonZeroU64::new(product(octaves, LN_2))?;
     // B = f T / ln r: the turns f T are below 2^20; in units of 2^-43 they fit. Over 2^-56 and times
     // 2^64 they come out in units of 2^-51.
     let product = u64::from(fast).saturating_mul(duration_ticks.get());
-    let turns = (quotient(product, PER_SECOND) >> (64 - 43)) as u64;
+    let turns = quotient(product, PER_SECOND, 43) as u64;
     let mut sweep = Exponential {
-        scale: quotient(turns, ln_ratio) << (64 - 51),
-        octaves_per_tick: quotient(octaves, duration_ticks) >> (64 + LOG_BITS - 96),
+        scale: quotient(turns, ln_ratio, 64 + (64 - 51)),
+        octaves_per_tick: quotient(octaves, duration_ticks, 96 - LOG_BITS),
         duration_ticks: duration_ticks.get(),
         rising: start < end,
         offset: 0,
@@ -42,25 +39,30 @@ pub(super) fn sweep([start, end]: [u32; 2], duration_ticks: NonZeroU64) -> Optio
 }
 
 /// `log2(fast/slow)` in units of 2^-56, bit by bit: squaring a number from 1 to 2 doubles its
-/// logarithm.
-fn binary_logarithm(fast: u32, slow: NonZeroU64) -> u64 {
-    // In units of 2^-64.
-    let ratio = quotient(fast.into(), slow);
-    let Some(whole) = ratio.checked_ilog2().and_then(|log| log.checked_sub(64)) else {
+/// logarithm. Zero where `slow` is, or is above `fast`.
+fn binary_logarithm(fast: u32, slow: u32) -> u64 {
+    let Some(mut whole) = slow.leading_zeros().checked_sub(fast.leading_zeros()) else {
+        return 0;
+    };
+    // Both are below 2^32, and so is `slow` times a power of two that leaves it at most `fast`.
+    if slow << whole > fast {
+        whole = whole.saturating_sub(1);
+    }
+    let Some(divisor) = NonZeroU64::new(u64::from(slow << whole)) else {
         return 0;
     };
     // In units of 2^-63, from 1 to 2.
-    let mut mantissa = (ratio >> (whole + 1)) as u64;
-    let mut logarithm = u64::from(whole) << LOG_BITS;
-    for bit in (0..LOG_BITS).rev() {
-        // From 2^63 to 2^65.
-        let square = (u128::from(mantissa) * u128::from(mantissa)) >> 63;
-        mantissa = if square >= 1 << 64 {
-            logarithm |= 1 << bit;
-            (square >> 1) as u64
+    let mut mantissa = quotient(fast.into(), divisor, 63) as u64;
+    let mut logarithm = u64::from(whole);
+    for _ in 0..LOG_BITS {
+        // From 1 to 4 in units of 2^-62: one bit less, which is made up for where it can be.
+        mantissa = product(mantissa, mantissa);
+        logarithm <<= 1;
+        if mantissa >> 63 == 1 {
+            logarithm |= 1;
         } else {
-            square as u64
-        };
+            mantissa <<= 1;
+        }
     }
     logarithm
 }
@@ -81,8 +83,7 @@ mod tests {
             (7, 7),
         ] {
             let exact = (f64::from(fast) / f64::from(slow)).log2();
-            let slow_too = NonZeroU64::new(slow.into()).unwrap();
-            let ours = binary_logarithm(fast, slow_too) as f64 / (1u64 << LOG_BITS) as f64;
+            let ours = binary_logarithm(fast, slow) as f64 / (1u64 << LOG_BITS) as f64;
             assert!(
                 (ours - exact).abs() < 1e-13,
                 "{fast}/{slow}: {ours} {exact}"

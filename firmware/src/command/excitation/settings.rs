@@ -25,13 +25,14 @@ use model_core::{
         multistep::Multistep,
         phase::Quadratic,
         prbs::Prbs,
+        quotient::quotient,
         ramp::Ramp,
         steady_sine::SteadySine,
         variable_step::{LEVELS, VariableStep},
     },
 };
 
-use super::{Run, logarithmic, quotient::quotient};
+use super::{Run, logarithmic};
 use crate::{
     parameters::integers::{Integers, integers},
     timing::angle_of_mdeg,
@@ -66,10 +67,23 @@ integers! {
 /// Ticks in a millisecond.
 const TICKS_PER_MS: u64 = 20;
 
-const TWO: NonZeroU64 = NonZeroU64::MIN.saturating_add(1);
+/// 1 Hz in 1e-3 Hz, times the ticks in a second.
+pub(super) const PER_SECOND: NonZeroU64 = NonZeroU64::new(20_000_000).unwrap();
 
-/// 1e-3 Hz in units of 2^-128 turn a tick.
-const PER_TICK: u128 = u128::MAX / 20_000_000;
+/// Widths of the steps of pulse, doublet and 3-2-1-1.
+const WIDTHS: [&[u8]; 3] = [&[1], &[1, 1], &[3, 2, 1, 1]];
+
+/// Bends of a ramp: so many holds and so many times the way to its level after the start, and the
+/// level there.
+const BENDS: [(u8, u8, i8); 7] = [
+    (1, 0, 0),
+    (1, 1, 1),
+    (2, 1, 1),
+    (2, 3, -1),
+    (3, 3, -1),
+    (3, 4, 0),
+    (5, 4, 0),
+];
 
 impl ExcitationSettings {
     /// The run that these settings mean; `None` where one is out of its range.
@@ -85,58 +99,43 @@ impl ExcitationSettings {
         if self.out_of_range().is_some() {
             return None;
         }
+        let amplitude = angle_of_mdeg(self.amplitude_mdeg);
+        let unit = self.unit_ticks();
         let excitation = match self.shape {
-            0 => self.steps(&[1]),
-            1 => self.steps(&[1, 1]),
-            2 => self.steps(&[3, 2, 1, 1]),
-            3 => self.variable_step(),
-            4 => self.ramp(),
-            5 => self.chirp(self.linear()),
-            6 => self.chirp(self.logarithmic()),
+            3 => Excitation::VariableStep(VariableStep {
+                levels: &LEVELS,
+                dwell_ticks: unit,
+                // The greatest level is 120 deg.
+                scale: angle_of_mdeg(self.amplitude_mdeg / 120),
+            }),
+            4 => Excitation::Ramp(self.ramp(amplitude, unit)),
+            5 => self.chirp(amplitude, self.linear()),
+            6 => self.chirp(amplitude, self.logarithmic()),
             7 => Excitation::Sine(SteadySine {
-                amplitude: self.amplitude(),
+                amplitude,
                 phase: self.steady(),
                 period_ticks: self.period_ticks(),
             }),
-            8 => Excitation::Prbs(Prbs::new(
-                self.amplitude(),
-                self.order as u32,
-                self.unit_ticks(),
-                0,
-            )?),
-            _ => self.multisine()?,
+            8 => {
+                let prbs = Prbs::new(amplitude, self.order as u32, unit, 0);
+                Excitation::Prbs(prbs?)
+            }
+            9 => Excitation::Multisine(Multisine {
+                amplitude,
+                phase: self.steady(),
+                period_ticks: self.period_ticks(),
+                first_line: 1,
+                line_step: 2,
+                lines: NonZeroU8::new(self.lines as u8)?,
+            }),
+            steps => Excitation::Multistep(Multistep {
+                amplitude,
+                start_tick: 0,
+                unit_ticks: unit,
+                widths: WIDTHS.get(steps as usize)?,
+            }),
         };
-        let repetitions = self.repetitions as u16;
-        // What is periodic goes on without a seam.
-        let (runs, more) = if self.shape >= 7 {
-            (repetitions, 0)
-        } else {
-            (1, repetitions.saturating_sub(1))
-        };
-        Some(Run {
-            excitation,
-            ticks: self.once_ticks() * u64::from(runs),
-            more,
-        })
-    }
-
-    /// Ticks until all of it has been seen once; below 2^34.
-    fn once_ticks(&self) -> u64 {
-        let unit = self.unit_ticks().get();
-        match self.shape {
-            0 => unit,
-            1 => 2 * unit,
-            2 => 7 * unit,
-            3 => LEVELS.len() as u64 * unit,
-            4 => self.bend_ticks(5, 4),
-            5 | 6 => self.duration_ticks().get(),
-            8 => ((1 << self.order) - 1) * unit,
-            _ => self.period_ticks(),
-        }
-    }
-
-    fn amplitude(&self) -> Angle {
-        angle_of_mdeg(self.amplitude_mdeg)
+        Some(Run::new(excitation, self.repetitions as u16))
     }
 
     fn unit_ticks(&self) -> NonZeroU64 {
@@ -149,53 +148,31 @@ impl ExcitationSettings {
 
     /// Ticks of one period of the frequency, rounded.
     fn period_ticks(&self) -> u64 {
-        let frequency = NonZeroU64::new(self.start_mhz as u64).unwrap_or(NonZeroU64::MIN);
-        (20_000_000 + frequency.get() / 2) / frequency
+        let frequency_mhz = self.start_mhz as u32;
+        let ticks = (PER_SECOND.get() as u32 + frequency_mhz / 2).checked_div(frequency_mhz);
+        ticks.unwrap_or(0).into()
     }
 
-    fn steps(&self, widths: &'static [u8]) -> Excitation<'static> {
-        Excitation::Multistep(Multistep {
-            amplitude: self.amplitude(),
-            start_tick: 0,
-            unit_ticks: self.unit_ticks(),
-            widths,
-        })
+    fn ramp(&self, level: Angle, unit: NonZeroU64) -> Ramp {
+        let rate_deg_s = self.rate_deg_s as u32;
+        // mdeg over deg/s are ms. At most 180,000 * 20 ticks.
+        let way = self.amplitude_mdeg.unsigned_abs() * TICKS_PER_MS as u32;
+        let mut bends = [(0, Angle::ZERO); BENDS.len()];
+        for (bend, &(holds, ways, side)) in bends.iter_mut().zip(&BENDS) {
+            let rises = (u32::from(ways) * way + rate_deg_s / 2).checked_div(rate_deg_s);
+            bend.0 = u64::from(holds) * unit.get() + u64::from(rises.unwrap_or(0));
+            bend.1 = match side {
+                0 => Angle::ZERO,
+                1 => level,
+                _ => -level,
+            };
+        }
+        Ramp::through(&bends)
     }
 
-    fn variable_step(&self) -> Excitation<'static> {
-        Excitation::VariableStep(VariableStep {
-            levels: &LEVELS,
-            dwell_ticks: self.unit_ticks(),
-            // The greatest level is 120 deg.
-            scale: angle_of_mdeg(self.amplitude_mdeg / 120),
-        })
-    }
-
-    /// Tick of a ramp's bend, behind so many holds and so many times the way to its level.
-    fn bend_ticks(&self, holds: u64, ways: u64) -> u64 {
-        let rate = NonZeroU64::new(self.rate_deg_s as u64).unwrap_or(NonZeroU64::MIN);
-        // mdeg over deg/s are ms.
-        let way = u64::from(self.amplitude_mdeg.unsigned_abs()) * TICKS_PER_MS;
-        holds * self.unit_ticks().get() + (ways * way + rate.get() / 2) / rate
-    }
-
-    fn ramp(&self) -> Excitation<'static> {
-        let level = self.amplitude();
-        let at = |holds: u64, ways: u64| self.bend_ticks(holds, ways);
-        Excitation::Ramp(Ramp::through(&[
-            (at(1, 0), Angle::ZERO),
-            (at(1, 1), level),
-            (at(2, 1), level),
-            (at(2, 3), -level),
-            (at(3, 3), -level),
-            (at(3, 4), Angle::ZERO),
-            (at(5, 4), Angle::ZERO),
-        ]))
-    }
-
-    fn chirp(&self, sweep: Sweep) -> Excitation<'static> {
+    fn chirp(&self, amplitude: Angle, sweep: Sweep) -> Excitation<'static> {
         Excitation::Chirp(Chirp {
-            amplitude: self.amplitude(),
+            amplitude,
             duration_ticks: self.duration_ticks().get(),
             sweep,
         })
@@ -203,16 +180,16 @@ impl ExcitationSettings {
 
     fn steady(&self) -> Quadratic {
         Quadratic {
-            per_tick: self.start_mhz as u128 * PER_TICK,
+            per_tick: quotient(self.start_mhz as u64, PER_SECOND, 128),
             per_tick_squared: 0,
         }
     }
 
     fn linear(&self) -> Sweep {
         let rise = self.end_mhz - self.start_mhz;
-        let twice = self.duration_ticks().saturating_mul(TWO);
-        // t^2 (f1 - f0)/(2 T): below 2^17 * 2^64 * 2^40.
-        let growth = quotient(u64::from(rise.unsigned_abs()), twice) * (PER_TICK >> 64);
+        // t^2 (f1 - f0)/(2 T), the half as a bit less. 2e7 * 7.2e7 are below 2^51.
+        let length = PER_SECOND.saturating_mul(self.duration_ticks());
+        let growth = quotient(rise.unsigned_abs().into(), length, 127);
         Sweep::Linear(Quadratic {
             per_tick_squared: if rise < 0 {
                 growth.wrapping_neg()
@@ -227,17 +204,6 @@ impl ExcitationSettings {
         let ends = [self.start_mhz, self.end_mhz].map(|mhz| mhz as u32);
         logarithmic::sweep(ends, self.duration_ticks())
             .map_or_else(|| self.linear(), Sweep::Logarithmic)
-    }
-
-    fn multisine(&self) -> Option<Excitation<'static>> {
-        Some(Excitation::Multisine(Multisine {
-            amplitude: self.amplitude(),
-            phase: self.steady(),
-            period_ticks: self.period_ticks(),
-            first_line: 1,
-            line_step: 2,
-            lines: NonZeroU8::new(self.lines as u8)?,
-        }))
     }
 }
 

@@ -1,4 +1,4 @@
-//! The coefficients one by one, as a bus sets them, and as words, as a flash memory keeps them.
+//! The coefficients one by one, as a bus sets them and a flash memory keeps them.
 //!
 //! Numbers, units and ranges are those of the rows of
 //! [`ControlParameters`](crate::control::parameters::ControlParameters). Values are of single
@@ -26,9 +26,6 @@ const RANGES: [(f32, f32); ROWS] = {
     ranges
 };
 
-/// Words of [`Coefficients::words`].
-pub const COEFFICIENT_WORDS: usize = 21;
-
 impl Coefficients {
     /// The parameter of row `number`; `None` beyond the last one.
     ///
@@ -43,28 +40,40 @@ impl Coefficients {
         let (p, r) = (&self.position, &self.rate);
         let coefficient = Scaled::of_coefficient;
         let signal = Scaled::of_signal;
-        Some(match number {
-            0 => coefficient(p.gain).f32(),
-            1 => coefficient(r.proportional).f32(),
-            2 => coefficient(r.integral).per_second().f32(),
-            3 => coefficient(r.anti_windup).per_second().f32(),
-            4 => coefficient(r.feed_forward).f32(),
-            5 => coefficient(self.filter).f32(),
-            6 => signal(p.min).f32(),
-            7 => signal(p.max).f32(),
-            8 => signal(p.rate_up).f32(),
-            9 => signal(p.rate_down).f32(),
-            10 => signal(r.duty_limit).f32(),
-            11 => signal(r.duty_step).per_second().f32(),
-            12 => signal(self.mounting.zero_deg()).f32(),
-            13 if self.mounting.reversed => -1.0,
-            13 => 1.0,
+        let value = match number {
+            0 => coefficient(p.gain),
+            1 => coefficient(r.proportional),
+            2 => coefficient(r.integral),
+            3 => coefficient(r.anti_windup),
+            4 => coefficient(r.feed_forward),
+            5 => coefficient(self.filter),
+            6 => signal(p.min),
+            7 => signal(p.max),
+            8 => signal(p.rate_up),
+            9 => signal(p.rate_down),
+            10 => signal(r.duty_limit),
+            11 => signal(r.duty_step),
+            12 => signal(self.mounting.zero_deg()),
+            13 => signal(if self.mounting.reversed {
+                -Angle::ONE
+            } else {
+                Angle::ONE
+            }),
             _ => return None,
-        })
+        };
+        let value = if is_per_period(number) {
+            value.per_second()
+        } else {
+            value
+        };
+        Some(value.f32())
     }
 
     /// Sets the parameter of row `number`; `false`, and nothing is changed, where it is NaN, out of
     /// its range or at odds with another.
+    ///
+    /// What is written as it reads changes nothing, so that defaults of double precision survive the
+    /// way through single precision.
     ///
     /// ```
     /// use model_core::control::{cascade::Coefficients, parameters::ControlParameters};
@@ -75,6 +84,9 @@ impl Coefficients {
     /// assert_eq!(coefficients.get(0), Some(12.5));
     /// ```
     pub fn set(&mut self, number: usize, value: f32) -> bool {
+        if self.get(number) == Some(value) {
+            return true;
+        }
         let mut changed = *self;
         let is_taken =
             is_in_range(number, value) && changed.assign(number, value) && changed.is_ordered();
@@ -86,125 +98,56 @@ impl Coefficients {
 
     fn assign(&mut self, number: usize, value: f32) -> bool {
         let (p, r) = (&mut self.position, &mut self.rate);
-        let number_of = Scaled::of_f32(value);
-        match number {
-            0 => p.gain = number_of.coefficient(),
-            1 => r.proportional = number_of.coefficient(),
-            2 => r.integral = number_of.per_period().coefficient(),
-            3 => r.anti_windup = number_of.per_period().coefficient(),
-            4 => r.feed_forward = number_of.coefficient(),
-            5 => self.filter = number_of.coefficient(),
-            6 => p.min = number_of.signal(),
-            7 => p.max = number_of.signal(),
-            8 => p.rate_up = least(number_of.signal(), WIDEST_RATE),
-            9 => p.rate_down = least(number_of.signal(), WIDEST_RATE),
-            10 => r.duty_limit = number_of.signal(),
-            11 => r.duty_step = least(number_of.per_period().signal(), WIDEST_STEP),
-            12 => self.mounting.zero = nearest_count(number_of.signal()),
-            13 if value == 1.0 || value == -1.0 => self.mounting.reversed = value < 0.0,
+        let exactly = Scaled::of_f32(value);
+        let exactly = if is_per_period(number) {
+            exactly.per_period()
+        } else {
+            exactly
+        };
+        let coefficient = match number {
+            0 => &mut p.gain,
+            1 => &mut r.proportional,
+            2 => &mut r.integral,
+            3 => &mut r.anti_windup,
+            4 => &mut r.feed_forward,
+            5 => &mut self.filter,
+            _ => return self.assign_signal(number, exactly.signal()),
+        };
+        *coefficient = exactly.coefficient();
+        true
+    }
+
+    fn assign_signal(&mut self, number: usize, value: Angle) -> bool {
+        let (p, r) = (&mut self.position, &mut self.rate);
+        let (signal, greatest) = match number {
+            6 => (&mut p.min, Angle::MAX),
+            7 => (&mut p.max, Angle::MAX),
+            8 => (&mut p.rate_up, WIDEST_RATE),
+            9 => (&mut p.rate_down, WIDEST_RATE),
+            10 => (&mut r.duty_limit, Angle::MAX),
+            11 => (&mut r.duty_step, WIDEST_STEP),
+            12 => {
+                self.mounting.zero = nearest_count(value);
+                return true;
+            }
+            13 if value == 1 || value == -1 => {
+                self.mounting.reversed = value < 0;
+                return true;
+            }
             _ => return false,
-        }
+        };
+        *signal = least(value, greatest);
         true
     }
 
     fn is_ordered(&self) -> bool {
         self.position.min <= self.position.max
     }
+}
 
-    /// Everything in a fixed layout: six mantissas, their six shifts, six signals of two words each,
-    /// the lower one first, and the encoder's zero with its sense in bit 16.
-    pub fn words(&self) -> [u32; COEFFICIENT_WORDS] {
-        let (p, r) = (&self.position, &self.rate);
-        let parts = [
-            p.gain,
-            r.proportional,
-            r.integral,
-            r.anti_windup,
-            r.feed_forward,
-            self.filter,
-        ]
-        .map(Coefficient::parts);
-        let [a, b, c, d, e, f] = parts.map(|(mantissa, _)| mantissa as u32);
-        let [s, t, u, v, w, x] = parts.map(|(_, shift)| shift);
-        let halves = |signal: Angle| {
-            let bits = signal.to_bits() as u64;
-            [bits as u32, (bits >> 32) as u32]
-        };
-        let [g, h] = halves(p.min);
-        let [i, j] = halves(p.max);
-        let [k, l] = halves(p.rate_up);
-        let [m, n] = halves(p.rate_down);
-        let [o, q] = halves(r.duty_limit);
-        let [y, z] = halves(r.duty_step);
-        let mounting =
-            u32::from(self.mounting.zero.get()) | u32::from(self.mounting.reversed) << 16;
-        let shifts = [
-            u32::from_le_bytes([s, t, u, v]),
-            u32::from_le_bytes([w, x, 0, 0]),
-        ];
-        [
-            a, b, c, d, e, f, shifts[0], shifts[1], g, h, i, j, k, l, m, n, o, q, y, z, mounting,
-        ]
-    }
-
-    /// What [`Coefficients::words`] gave; `None` where a value is out of its range or at odds with
-    /// another.
-    pub fn from_words(words: &[u32; COEFFICIENT_WORDS]) -> Option<Self> {
-        let &[
-            a,
-            b,
-            c,
-            d,
-            e,
-            f,
-            shifts,
-            more_shifts,
-            g,
-            h,
-            i,
-            j,
-            k,
-            l,
-            m,
-            n,
-            o,
-            q,
-            y,
-            z,
-            mounting,
-        ] = words;
-        let [s, t, u, v] = shifts.to_le_bytes();
-        let [w, x, ..] = more_shifts.to_le_bytes();
-        let coefficient =
-            |mantissa: u32, shift: u8| Coefficient::from_parts(mantissa as i32, shift.min(62));
-        let signal =
-            |low: u32, high: u32| Angle::from_bits((u64::from(low) | u64::from(high) << 32) as i64);
-        let coefficients = Self {
-            mounting: Mounting {
-                zero: EncoderCount::new(mounting as u16),
-                reversed: mounting >> 16 & 1 == 1,
-            },
-            filter: coefficient(f, x),
-            position: PositionLoop {
-                gain: coefficient(a, s),
-                min: signal(g, h),
-                max: signal(i, j),
-                rate_up: least(signal(k, l), WIDEST_RATE),
-                rate_down: least(signal(m, n), WIDEST_RATE),
-            },
-            rate: RateLoop {
-                proportional: coefficient(b, t),
-                integral: coefficient(c, u),
-                anti_windup: coefficient(d, v),
-                feed_forward: coefficient(e, w),
-                duty_limit: signal(o, q),
-                duty_step: least(signal(y, z), WIDEST_STEP),
-            },
-        };
-        let is_possible = coefficients.is_ordered()
-            && (0..ROWS).all(|row| coefficients.get(row).is_some_and(|v| is_in_range(row, v)));
-        is_possible.then_some(coefficients)
-    }
+/// Whether a bus says per second what the coefficient is per control period.
+fn is_per_period(number: usize) -> bool {
+    matches!(number, 2 | 3 | 11)
 }
 
 fn is_in_range(number: usize, value: f32) -> bool {
@@ -216,13 +159,15 @@ fn is_in_range(number: usize, value: f32) -> bool {
 
 /// The count that lies nearest to an angle within 180 deg.
 fn nearest_count(angle: Angle) -> EncoderCount {
-    let bits = angle.to_bits();
-    let half = if bits < 0 {
-        -COUNT_STEPS / 2
+    // COUNT_STEPS are 45 * 2^23, and 180 * 2^32 over 2^23 below 2^17: a division of 32 bits.
+    let odd = (COUNT_STEPS >> COUNT_STEPS.trailing_zeros()) as u32;
+    let steps = angle.to_bits().unsigned_abs() + COUNT_STEPS as u64 / 2;
+    let counts = ((steps >> COUNT_STEPS.trailing_zeros()) as u32 / odd) as u16;
+    EncoderCount::new(if angle < 0 {
+        counts.wrapping_neg()
     } else {
-        COUNT_STEPS / 2
-    };
-    EncoderCount::new(((bits + half) / COUNT_STEPS) as u16)
+        counts
+    })
 }
 
 #[cfg(test)]
@@ -264,30 +209,35 @@ mod tests {
                     }
                 }
             }
-            prop_assert_eq!(Coefficients::from_words(&coefficients.words()), Some(coefficients));
+            let mut again = default();
+            for row in 0..ROWS {
+                prop_assert!(again.set(row, coefficients.get(row).unwrap()), "row {}", row);
+            }
+            prop_assert_eq!(again, coefficients);
         }
 
         #[test]
-        fn no_word_makes_coefficients_beyond_the_ranges(
-            index in 0..COEFFICIENT_WORDS, word: u32, words in proptest::array::uniform21(any::<u32>())
-        ) {
-            let _ = Coefficients::from_words(&words);
-            let mut words = default().words();
-            words[index] = word;
-            if let Some(coefficients) = Coefficients::from_words(&words) {
+        fn no_bits_make_coefficients_beyond_the_ranges(row in 0..ROWS, bits: u32) {
+            let mut coefficients = default();
+            if coefficients.set(row, f32::from_bits(bits)) {
                 for row in 0..ROWS {
                     prop_assert!(is_in_range(row, coefficients.get(row).unwrap()));
                 }
+            } else {
+                prop_assert_eq!(coefficients, default());
             }
         }
     }
 
     #[test]
-    fn the_defaults_come_back_from_their_words_to_the_last_bit() {
-        assert_eq!(
-            Coefficients::from_words(&default().words()),
-            Some(default())
-        );
+    fn defaults_that_are_written_as_they_read_stay_to_the_last_bit() {
+        let mut coefficients = default();
+        assert!(coefficients.set(5, 0.4));
+        assert_eq!(coefficients, default());
+        // 0.4 of single precision is another number.
+        assert!(coefficients.set(5, 0.5) && coefficients.set(5, 0.4));
+        assert_ne!(coefficients, default());
+        assert_eq!(coefficients.get(5), default().get(5));
     }
 
     #[test]
