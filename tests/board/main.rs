@@ -3,6 +3,9 @@
 mod bit_exact;
 mod faults;
 mod instructions;
+mod log;
 mod power_loss;
 mod resets;
 mod same_trace;
+mod stack;
+mod wiring;

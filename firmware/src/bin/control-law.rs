@@ -5,8 +5,10 @@
 
 #![no_std]
 #![no_main]
-// Two symbols for the emulator, and a panic handler that does not link.
-#![allow(unsafe_code)]
+#![allow(
+    unsafe_code,
+    reason = "two symbols for the emulator, and a panic handler that does not link"
+)]
 
 use core::sync::atomic::{AtomicI32, Ordering::Relaxed};
 

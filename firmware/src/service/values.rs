@@ -4,6 +4,7 @@ use super::Service;
 use crate::{
     application::Application,
     capture::{Capture, Signal, Trigger},
+    command::excitation::ExcitationSettings,
     parameters::integers::Integers,
 };
 
@@ -59,10 +60,9 @@ impl Service {
             ..EXCITATION => set(application, number, value),
             EXCITATION..SIGNALS => {
                 let row = usize::from(number - EXCITATION);
-                let mut changed = self.excitation;
-                *changed.get_mut(row)? = value as i32;
-                changed.out_of_range().is_none().then_some(())?;
-                self.excitation = changed;
+                let range = ExcitationSettings::RANGES.get(row)?;
+                range.takes(value as i32).then_some(())?;
+                *self.excitation.get_mut(row)? = value as i32;
                 Some(())
             }
             SIGNALS..DECIMATION => {

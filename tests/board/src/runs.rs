@@ -76,7 +76,15 @@ pub fn steps(tick: u64, mdeg: i32, turn: u64) -> Option<Frame> {
 /// # Panics
 /// If it had, or the run does not come about.
 pub fn run_schedule(options: Options, schedule: Schedule) -> Finished<Commander> {
-    let finished = run(firmware(), options, Commander::new(schedule)).expect("it runs");
+    run_script(options, Commander::new(schedule))
+}
+
+/// The same with a script of its own.
+///
+/// # Panics
+/// As above.
+pub fn run_script<S: Script + 'static>(options: Options, script: S) -> Finished<S> {
+    let finished = run(firmware(), options, script).expect("it runs");
     assert!(finished.gaps.is_empty(), "{}", finished.gaps);
     finished
 }

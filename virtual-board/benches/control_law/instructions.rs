@@ -9,7 +9,7 @@ use rigless::{
     machine::{Board, Target, armv7m},
     mcu::{Mcu, Operate},
     session::Session,
-    soc::stm32f427::Stm32f427,
+    soc::{Width, stm32f427::Stm32f427},
     symbols::Symbols,
     time::VirtualNanos,
 };
@@ -63,11 +63,15 @@ impl Board for Bare {
 pub struct Counted {
     /// Instructions of each pass.
     pub instructions: Vec<u64>,
+    /// The compare value that each has decided.
+    pub compares: Vec<i32>,
 }
 
 struct Counter {
     from: u64,
     to: u64,
+    /// Where the program puts its decision.
+    decision: u64,
     passes: usize,
     began: Option<u64>,
     is_watching: bool,
@@ -75,14 +79,15 @@ struct Counter {
 }
 
 impl Driver<Bare> for Counter {
-    fn on_settled(&mut self, _: &mut Session<Bare>, _: &mut dyn Host, settled: Settled) {
+    fn on_settled(&mut self, _: &mut Session<Bare>, host: &mut dyn Host, settled: Settled) {
         let Settled::Hit(hit) = settled else { return };
         if hit.address == self.from {
             self.began = Some(hit.instruction_count);
         } else if let Some(began) = self.began.take() {
-            self.counted
-                .instructions
-                .push(hit.instruction_count - began);
+            let instructions = hit.instruction_count - began;
+            self.counted.instructions.push(instructions);
+            let decision = host.read(self.decision, Width::W32).expect("memory");
+            self.counted.compares.push(decision as i32);
         }
     }
 
@@ -102,7 +107,7 @@ impl Driver<Bare> for Counter {
     }
 }
 
-/// Counts from each arrival at one symbol to the next arrival at another.
+/// Counts from each arrival at one symbol to the next arrival at another, and reads `COMPARE` there.
 ///
 /// # Panics
 /// If the file is no such program.
@@ -113,6 +118,7 @@ pub fn count(elf: &Path, [from, to]: [&str; 2], passes: usize) -> Counted {
     let counter = Counter {
         from: address(from),
         to: address(to),
+        decision: symbols.get("COMPARE").expect("a decision"),
         passes,
         began: None,
         is_watching: false,

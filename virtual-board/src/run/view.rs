@@ -2,6 +2,7 @@
 
 use rigless::emulator::Memory;
 use rigless::soc::Width;
+use rigless::time::VirtualNanos;
 
 use super::servo::Servo;
 use crate::board::ActuatorBoard;
@@ -72,6 +73,12 @@ impl View<'_> {
     pub fn word(&mut self, address: u64) -> Option<u32> {
         let word = self.memory.read(address, Width::W32).ok()?;
         Some(word as u32)
+    }
+
+    /// A register of the chip, without the effects of a read.
+    pub fn register(&mut self, address: u64) -> u32 {
+        let at = VirtualNanos(self.now_ns);
+        self.board.chip.peek_register(at, address) as u32
     }
 
     /// Adds a fault to the plan.

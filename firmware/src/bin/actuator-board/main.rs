@@ -16,8 +16,10 @@
 
 #![no_std]
 #![no_main]
-// Registers, and memory that is shared with a DMA controller: each place argues why it is sound.
-#![allow(unsafe_code)]
+#![allow(
+    unsafe_code,
+    reason = "registers, and memory that is shared with a DMA controller: each place argues why it is sound"
+)]
 
 mod analog;
 mod background;

@@ -1,0 +1,70 @@
+//! What the board logs, read out of its memory as a debugger does.
+
+use board_tests::board_elf::board_elf;
+use board_tests::runs::Commander;
+use board_tests::runs::{firmware, run_script, to_and_fro};
+use virtual_board::run::{Flow, Options, Script, View};
+
+/// Offsets in the control block behind its 16 letters: buffer, size, written, read (SEGGER UM08001).
+const BUFFER: u64 = 28;
+const SIZE: u64 = 32;
+const WRITTEN: u64 = 36;
+
+/// Reads the buffer in the end.
+struct Reader {
+    commander: Commander,
+    periods: u64,
+    bytes: Vec<u8>,
+}
+
+fn word(view: &mut View<'_>, address: u64) -> u64 {
+    view.word(address).expect("memory").into()
+}
+
+impl Script for Reader {
+    fn at_edge(&mut self, view: &mut View<'_>) -> Flow {
+        self.periods += 1;
+        if self.periods == 500 {
+            let block = firmware().address("_SEGGER_RTT").expect("a symbol");
+            let letters: Vec<u8> = (0..16 / 4)
+                .flat_map(|k| (word(view, block + 4 * k) as u32).to_le_bytes())
+                .collect();
+            assert_eq!(&letters[..10], b"SEGGER RTT");
+            let buffer = word(view, block + BUFFER);
+            let written = word(view, block + WRITTEN);
+            assert!(written < word(view, block + SIZE));
+            self.bytes = (0..written)
+                .map(|k| (word(view, (buffer + k) & !3) >> (8 * ((buffer + k) & 3))) as u8)
+                .collect();
+        }
+        self.commander.at_edge(view)
+    }
+}
+
+#[test]
+fn the_log_decodes_with_the_strings_of_the_elf() {
+    let script = Reader {
+        commander: Commander::new(to_and_fro),
+        periods: 0,
+        bytes: Vec::new(),
+    };
+    let finished = run_script(Options::for_ms(600), script);
+    let elf = std::fs::read(board_elf()).expect("the ELF was built");
+    let table = defmt_decoder::Table::parse(&elf).expect("a table");
+    let table = table.expect("a log");
+    let mut decoder = table.new_stream_decoder();
+    decoder.received(&finished.script.bytes);
+    let mut lines = Vec::new();
+    while let Ok(frame) = decoder.decode() {
+        lines.push(frame.display_message().to_string());
+    }
+    println!("{lines:#?}");
+    assert_eq!(
+        lines,
+        [
+            "reset cause 0, parameters from 1",
+            "state 1, fault 0",
+            "state 2, fault 0",
+        ]
+    );
+}

@@ -1,0 +1,93 @@
+//! Pins and SPI are set up as the page says that somebody wires.
+
+use std::fs;
+use std::path::Path;
+
+use board_tests::runs::run_script;
+use virtual_board::run::{Flow, Options, View};
+
+/// A pin and what its registers have to hold.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Pin {
+    name: String,
+    /// MODER: 1 output, 2 alternate, 3 analogue.
+    mode: u32,
+    /// AFR, if it is an alternate one.
+    function: Option<u32>,
+}
+
+/// The rows of the page's table of pins: function, pins, connector, peripheral.
+fn page() -> Vec<Pin> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/hardware.md");
+    let text = fs::read_to_string(path).expect("the page");
+    let rows = text.lines().filter_map(|line| {
+        let cells: Vec<_> = line.split('|').map(str::trim).collect();
+        (cells.len() == 7).then_some(cells)
+    });
+    let mut pins = Vec::new();
+    for cells in rows {
+        let function = cells[4]
+            .split(", ")
+            .find_map(|word| word.strip_prefix("AF"));
+        let function = function.map(|number| number.parse().expect("a number"));
+        let mode = match cells[4] {
+            "output" => 1,
+            analog if analog.starts_with("ADC1") => 3,
+            _ if function.is_some() => 2,
+            _ => continue,
+        };
+        pins.extend(cells[2].split(", ").map(|name| Pin {
+            name: name.to_owned(),
+            mode,
+            function,
+        }));
+    }
+    pins
+}
+
+/// What the chip's registers say of a pin (RM0090, sections 8.4.1, 8.4.9 and 8.4.10).
+fn set_up(view: &mut View<'_>, name: &str) -> Pin {
+    let (port, number) = name[1..].split_at(1);
+    let number: u64 = number.parse().expect("a pin's number");
+    let port = 0x4002_0000 + 0x400 * u64::from(port.as_bytes()[0] - b'A');
+    let mode = view.register(port) >> (2 * number) & 3;
+    let function = view.register(port + 0x20 + 4 * (number / 8)) >> (4 * (number % 8)) & 15;
+    Pin {
+        name: name.to_owned(),
+        mode,
+        function: (mode == 2).then_some(function),
+    }
+}
+
+/// The registers of SPI1 in the end, and the pins.
+fn look() -> (Vec<Pin>, u32) {
+    let (sender, receiver) = std::sync::mpsc::channel();
+    let mut periods = 0;
+    let script = move |view: &mut View<'_>| {
+        periods += 1;
+        if periods < 40 {
+            return Flow::On;
+        }
+        let pins = page().iter().map(|pin| set_up(view, &pin.name)).collect();
+        let spi_cr1 = view.register(0x4001_3000);
+        sender.send((pins, spi_cr1)).expect("the test waits");
+        Flow::End
+    };
+    run_script(Options::for_ms(100), script);
+    receiver.recv().expect("the script looked")
+}
+
+#[test]
+fn pins_and_the_clock_of_the_encoder_are_those_of_the_page() {
+    let (pins, spi_cr1) = look();
+    let page = page();
+    assert_eq!(page.len(), 16, "the table of the page");
+    assert_eq!(pins, page);
+    // CPOL is bit 1, CPHA bit 0, the rate bits 3 to 5: 84 MHz over 2^(n + 1) (section 28.5.1).
+    let (cpha, cpol, rate) = (spi_cr1 & 1, spi_cr1 >> 1 & 1, spi_cr1 >> 3 & 7);
+    let khz = 84_000 >> (rate + 1);
+    let said = format!("CPOL = {cpol}, CPHA = {cpha}, {khz} kHz");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/hardware.md");
+    let text = fs::read_to_string(path).expect("the page");
+    assert!(text.contains(&said), "{said} is not what the page says");
+}
