@@ -3,6 +3,7 @@
 mod bit_exact;
 mod faults;
 mod instructions;
+mod joined;
 mod log;
 mod power_loss;
 mod resets;

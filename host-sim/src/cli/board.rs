@@ -102,10 +102,16 @@ impl Board {
             interrupt: None,
         };
         let script = Session::new(&self);
+        let started = Instant::now();
         let finished =
             run_with(&firmware, options, script, &company).map_err(|error| refusal(&error))?;
         let seconds = finished.end_ns as f64 * 1e-9;
-        eprintln!("{seconds} s, {} instructions", finished.instructions);
+        let wall_s = started.elapsed().as_secs_f64();
+        eprintln!(
+            "{seconds} s in {wall_s:.2} s: {:.1} times real time; {} instructions",
+            seconds / wall_s,
+            finished.instructions
+        );
         eprintln!("trace {}", finished.trace.hash());
         for reset in &finished.resets {
             eprintln!("reset at {} ms: {:?}", reset.at.0 / 1_000_000, reset.cause);

@@ -1,5 +1,7 @@
 //! The program `actuator` as its user sees it.
 
+#[cfg(feature = "board")]
+mod board;
 mod bus;
 mod errors;
 mod fmu;

@@ -5,6 +5,7 @@ mod faulty;
 mod finished;
 mod firmware;
 mod grid;
+mod joint;
 mod options;
 mod probe;
 mod servo;
@@ -20,6 +21,7 @@ use rigless::time::VirtualNanos;
 
 pub use finished::{Finished, Gaps};
 pub use firmware::{Firmware, FirmwareError};
+pub use joint::{Joined, Joint, join};
 pub use options::Options;
 pub use probe::Span;
 pub use rigless::device::ResetCause;
