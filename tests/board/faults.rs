@@ -209,3 +209,29 @@ fn without_commands_the_board_stops_by_itself() {
     let after_ms = at_ns / 1_000_000 - 4 * last_tick;
     assert!((100..120).contains(&after_ms), "{after_ms}");
 }
+
+#[test]
+fn a_supply_that_gives_way_under_the_load_alone_is_seen() {
+    let mut options = Options {
+        faults: vec![at(Fault::Jam)],
+        ..Options::for_ms(FROM_MS + 1000)
+    };
+    // 6 V behind 4 ohm: 4 V are left at 0.44 A, before the current of a stall.
+    options.rig.supply.source_resistance_ohm = 4.0;
+    let finished = run_schedule(options, gentle);
+    let told = statuses(&finished);
+    let (at_ns, status) = (told.iter())
+        .find(|(_, status)| status.fault != 0)
+        .expect("it is told");
+    assert_eq!(u16::from(status.fault), Told::UnderVoltage.number());
+    // On average, and so in the window without load, it would have been enough.
+    let rows = finished.trace.rows.iter();
+    let mean_v = (rows.filter(|row| row.at_ns < *at_ns))
+        .map(|row| row.supply_v)
+        .fold(f64::INFINITY, f64::min);
+    println!(
+        "told at {} ms; the mean was {mean_v:.2} V",
+        at_ns / 1_000_000
+    );
+    assert!(mean_v > 4.0, "{mean_v}");
+}

@@ -19,7 +19,7 @@ pub struct Samples {
     pub encoder: Option<EncoderWord>,
     /// The motor current in the middle of the last on time; none where it was not converted.
     pub current: Option<AdcCode>,
-    /// What was scanned in the last coast window; none where the scan has not ended.
+    /// What was scanned in and before the last coast window; none where the scan has not ended.
     pub scan: Option<Scan>,
     /// Width of the servo pulse that ended since the last control period, us; none where none did.
     pub servo_pulse_us: Option<u16>,
@@ -31,14 +31,14 @@ pub struct Samples {
     pub bus: BusState,
 }
 
-/// What is scanned while all switches are open.
+/// What is scanned while all switches are open, and the supply before that.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Scan {
     /// Leg A of the motor.
     pub leg_a: AdcCode,
     /// Leg B of the motor.
     pub leg_b: AdcCode,
-    /// The supply voltage.
+    /// The supply voltage in the middle of the last on time, under load.
     pub supply: AdcCode,
     /// The NTC.
     pub temperature: AdcCode,

@@ -1,7 +1,7 @@
 //! The registers of the flash interface, and the operations that they start.
 
 mod device;
-mod register;
+pub(in crate::flash) mod register;
 
 use std::num::NonZeroU32;
 

@@ -19,8 +19,8 @@ fn out_of_reset_the_registers_are_locked_and_a_store_is_an_error() {
 #[test]
 fn a_wrong_key_locks_until_the_next_reset() {
     let mut bench = Bench::new();
-    bench.write(KEYR, 0x4567_0123);
-    bench.write(KEYR, 0x4567_0123);
+    bench.write(KEYR, KEYS[0]);
+    bench.write(KEYR, KEYS[0]);
     bench.unlock();
     assert_eq!(bench.read(CR), 1 << 31);
     assert_eq!(bench.told(), 3);

@@ -136,7 +136,7 @@ impl Rig {
         let reading = self.bench.reading();
         let quantities = sensed::Quantities {
             current_a: self.bridge_a,
-            supply_v: self.supply.volts(),
+            supply_v: self.supply_on_v(),
             temperature_deg_c: self
                 .defects
                 .temperature_deg_c
@@ -148,6 +148,21 @@ impl Rig {
             sensed.current = code;
         }
         sensed
+    }
+
+    /// What the supply falls to while the bridge conducts, V: its pin is sampled in the middle of the on time.
+    fn supply_on_v(&self) -> f64 {
+        match self.bridge {
+            Bridge::Driven { is_positive, .. } => {
+                let drawn_a = if is_positive {
+                    self.bridge_a
+                } else {
+                    -self.bridge_a
+                };
+                self.supply.under(drawn_a)
+            }
+            Bridge::Brake | Bridge::Coast => self.supply.volts(),
+        }
     }
 
     /// The legs' codes now that the bridge is in this state; nothing moves, and no noise is drawn.

@@ -26,6 +26,9 @@ pub(super) struct Supply {
     parameters: SupplyParameters,
     source_v: f64,
     time_s: f64,
+    /// Without any current, V, and what takes from that, ohm.
+    open_v: f64,
+    ohm: f64,
     volts: f64,
 }
 
@@ -39,6 +42,8 @@ impl Supply {
             parameters: *parameters,
             source_v: motor.supply_v,
             time_s: 0.0,
+            open_v: motor.supply_v,
+            ohm: parameters.source_resistance_ohm,
             volts: motor.supply_v,
         })
     }
@@ -48,14 +53,20 @@ impl Supply {
         let p = &self.parameters;
         self.time_s += time_s;
         let source_v = defects.source_v.unwrap_or(self.source_v);
-        let ohm = defects.source_ohm.unwrap_or(p.source_resistance_ohm);
         let ripple_v = if p.ripple_v == 0.0 {
             0.0
         } else {
             p.ripple_v * libm::sin(TAU * p.ripple_hz * self.time_s)
         };
-        let drawn_v = ohm * (bridge_a + p.board_current_a);
-        self.volts = (source_v + ripple_v - drawn_v).max(0.0);
+        self.ohm = defects.source_ohm.unwrap_or(p.source_resistance_ohm);
+        self.open_v = source_v + ripple_v;
+        self.volts = self.under(bridge_a);
+    }
+
+    /// What is left while the bridge draws this current, V.
+    pub fn under(&self, bridge_a: f64) -> f64 {
+        let drawn_v = self.ohm * (bridge_a + self.parameters.board_current_a);
+        (self.open_v - drawn_v).max(0.0)
     }
 
     pub fn volts(&self) -> f64 {

@@ -2,7 +2,7 @@ use std::vec::Vec;
 
 use crate::control::encoder_word::{EncoderCount, EncoderError, Magnet};
 use crate::sensors::adc::AdcCode;
-use crate::sensors::dividers::leg_code;
+use crate::sensors::dividers::{leg_code, supply_code};
 
 use super::*;
 
@@ -106,6 +106,26 @@ fn a_weak_source_sags_under_the_current() {
         "{}",
         rig.supply_v()
     );
+}
+
+#[test]
+fn the_supply_pin_shows_the_load_of_the_on_time_whatever_its_share() {
+    let mut rig = rig();
+    rig.defects.source_ohm = Some(4.0);
+    rig.defects.is_jammed = true;
+    for compare in [28_056, -28_056] {
+        for _ in 0..50 {
+            rig.advance(Bridge::driven(compare), Slot::Head);
+            rig.advance(Bridge::driven(compare), Slot::Tail);
+        }
+        // Half of the time the whole current flows.
+        let drawn_a = rig.bridge_current_a().abs() + 0.06;
+        assert!(drawn_a > 0.3);
+        assert_eq!(rig.sense().supply, supply_code(6.0 - 4.0 * drawn_a));
+        rig.advance(Bridge::Coast, Slot::Head);
+        rig.advance(Bridge::Coast, Slot::Tail);
+        assert_eq!(rig.sense().supply, supply_code(6.0 - 4.0 * 0.06));
+    }
 }
 
 #[test]

@@ -13,7 +13,8 @@ pub struct Sampled {
     pub sensed: Sensed,
     /// The motor current at the start of the last PWM period; none before the first control period.
     pub current: Option<AdcCode>,
-    /// What the window of the last PWM period saw, the legs while the bridge was open; none before the first.
+    /// What the window of the last PWM period saw, the legs while the bridge was open, with the supply beside the
+    /// current; none before the first.
     pub window: Option<Sensed>,
 }
 
@@ -85,11 +86,16 @@ impl TickedRig {
         if has_window {
             self.sampled.current = Some(self.sampled.sensed.current);
         }
+        let supply = self.sampled.sensed.supply;
         self.rig.advance(self.bridge, Slot::Head);
         let within = self.rig.sense();
         let bridge = if has_window {
             let legs = self.rig.sense_legs(Bridge::Coast);
-            self.sampled.window = Some(Sensed { legs, ..within });
+            self.sampled.window = Some(Sensed {
+                legs,
+                supply,
+                ..within
+            });
             Bridge::Coast
         } else {
             self.bridge

@@ -1,7 +1,7 @@
 //! Bits of the registers, and the key that unlocks them (RM0090, sections 3.6.1 and 3.9).
 
 /// Bits of `FLASH_CR`.
-pub(super) mod cr {
+pub(in crate::flash) mod cr {
     pub const PG: u64 = 1;
     pub const SER: u64 = 1 << 1;
     pub const MER: u64 = 1 << 2;
@@ -15,7 +15,7 @@ pub(super) mod cr {
 }
 
 /// Bits of `FLASH_SR`.
-pub(super) mod sr {
+pub(in crate::flash) mod sr {
     pub const EOP: u64 = 1;
     pub const OPERR: u64 = 1 << 1;
     pub const WRPERR: u64 = 1 << 4;
@@ -25,7 +25,8 @@ pub(super) mod sr {
     pub const BSY: u64 = 1 << 16;
 }
 
-const KEYS: [u64; 2] = [0x4567_0123, 0xcdef_89ab];
+/// What unlocks `FLASH_CR`, one after the other.
+pub(in crate::flash) const KEYS: [u64; 2] = [0x4567_0123, 0xcdef_89ab];
 
 /// How far the key has been entered.
 #[derive(Debug, Clone, Copy, Default)]

@@ -8,6 +8,7 @@ use rigless::mcu::{Operate, Single};
 use rigless::soc::Width;
 use rigless::time::VirtualNanos;
 
+pub(in crate::flash) use super::super::interface::register::{KEYS, cr::*, sr::*};
 use super::super::{FlashTimes, Interface};
 use crate::chip::bus;
 
@@ -18,20 +19,8 @@ pub const CR: u64 = 0x10;
 pub const BASE: u64 = 0x0800_0000;
 pub const PAGE: u64 = 0x0810_0000;
 
-pub const PG: u64 = 1;
-pub const SER: u64 = 1 << 1;
-pub const X32: u64 = 2 << 8;
-pub const STRT: u64 = 1 << 16;
-pub const EOPIE: u64 = 1 << 24;
-pub const ERRIE: u64 = 1 << 25;
-
-pub const EOP: u64 = 1;
-pub const OPERR: u64 = 1 << 1;
-pub const WRPERR: u64 = 1 << 4;
-pub const PGAERR: u64 = 1 << 5;
-pub const PGPERR: u64 = 1 << 6;
-pub const PGSERR: u64 = 1 << 7;
-pub const BSY: u64 = 1 << 16;
+/// Words of 32 bits.
+pub const X32: u64 = 2 << PSIZE_SHIFT;
 
 #[derive(Default)]
 struct Array(BTreeMap<u64, u8>);
@@ -81,8 +70,7 @@ impl Bench {
     }
 
     pub fn unlock(&mut self) {
-        self.write(KEYR, 0x4567_0123);
-        self.write(KEYR, 0xcdef_89ab);
+        KEYS.into_iter().for_each(|key| self.write(KEYR, key));
     }
 
     pub fn write(&mut self, offset: u64, value: u64) {
