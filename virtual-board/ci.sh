@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Counts the instructions of the control law beside those of its rival in C.
+# Counts the instructions of the control law beside those of its rival in C, and holds `actuator board` to its words.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -9,3 +9,4 @@ if ! command -v arm-none-eabi-gcc >/dev/null; then
     $sudo apt-get install -y -qq gcc-arm-none-eabi
 fi
 cargo bench -p virtual-board --bench control_law --profile dev --locked
+cargo test --features host-sim/board --test cli --locked -- board

@@ -5,6 +5,7 @@ mod faults;
 mod instructions;
 mod joined;
 mod log;
+mod orders;
 mod power_loss;
 mod resets;
 mod same_trace;

@@ -14,15 +14,22 @@ struct Pin {
     mode: u32,
     /// AFR, if it is an alternate one.
     function: Option<u32>,
+    /// PUPDR: 1 up, 2 down.
+    pull: u32,
+    /// OSPEEDR: 2 high.
+    speed: u32,
 }
 
-/// The rows of the page's table of pins: function, pins, connector, peripheral.
+/// What drives the bus needs edges of less than 100 ns.
+const FAST: &str = "PD1";
+
+/// The rows of the page's table of pins: function, pins, connector, peripheral, pulls, outside.
 fn page() -> Vec<Pin> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/hardware.md");
     let text = fs::read_to_string(path).expect("the page");
     let rows = text.lines().filter_map(|line| {
         let cells: Vec<_> = line.split('|').map(str::trim).collect();
-        (cells.len() == 7).then_some(cells)
+        (cells.len() == 8).then_some(cells)
     });
     let mut pins = Vec::new();
     for cells in rows {
@@ -36,26 +43,36 @@ fn page() -> Vec<Pin> {
             _ if function.is_some() => 2,
             _ => continue,
         };
-        pins.extend(cells[2].split(", ").map(|name| Pin {
+        let pulls = cells[5].split(", ").chain(std::iter::repeat(""));
+        pins.extend(cells[2].split(", ").zip(pulls).map(|(name, pull)| Pin {
             name: name.to_owned(),
             mode,
             function,
+            pull: match pull {
+                "up" => 1,
+                "down" => 2,
+                _ => 0,
+            },
+            speed: if name == FAST { 2 } else { 0 },
         }));
     }
     pins
 }
 
-/// What the chip's registers say of a pin (RM0090, sections 8.4.1, 8.4.9 and 8.4.10).
+/// What the chip's registers say of a pin (RM0090, sections 8.4.1 to 8.4.4, 8.4.9 and 8.4.10).
 fn set_up(view: &mut View<'_>, name: &str) -> Pin {
     let (port, number) = name[1..].split_at(1);
     let number: u64 = number.parse().expect("a pin's number");
     let port = 0x4002_0000 + 0x400 * u64::from(port.as_bytes()[0] - b'A');
-    let mode = view.register(port) >> (2 * number) & 3;
+    let mut two_bits = |offset| view.register(port + offset) >> (2 * number) & 3;
+    let (mode, speed, pull) = (two_bits(0x00), two_bits(0x08), two_bits(0x0c));
     let function = view.register(port + 0x20 + 4 * (number / 8)) >> (4 * (number % 8)) & 15;
     Pin {
         name: name.to_owned(),
         mode,
         function: (mode == 2).then_some(function),
+        pull,
+        speed,
     }
 }
 

@@ -40,7 +40,8 @@ pub struct Joint {
     from_ns: u64,
 }
 
-/// Joins so many boards from this instant on, ns; `port` is the one that each keeps for the others.
+/// Joins so many boards from this instant on, ns; `port` is the one that each has to keep for the others, among those of
+/// [`Options::ports_bit_s`](super::Options::ports_bit_s).
 pub fn join(boards: usize, port: usize, from_ns: u64) -> Vec<Joint> {
     let mut joints: Vec<Joint> = (0..boards)
         .map(|_| Joint {
@@ -87,10 +88,14 @@ impl Peer {
 
 impl Joint {
     /// Passes on what was heard, and sends what the others heard: once in each PWM period.
+    ///
+    /// # Panics
+    /// If the board has no such port: the others would wait for ever.
     pub fn exchange(&mut self, view: &mut View<'_>) {
         let now_ns = view.now_ns();
-        let Some(port) = view.port(self.port) else {
-            return;
+        let number = self.port;
+        let Some(port) = view.port(number) else {
+            panic!("a joined board keeps port {number} for the others, and this one has none");
         };
         let heard = port.take_heard();
         if now_ns < self.from_ns {

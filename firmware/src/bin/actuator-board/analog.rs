@@ -76,22 +76,21 @@ impl Analog {
         self.adc.cr2().modify(|_, w| w.swstart().start());
     }
 
-    /// The current, if it was converted since this was asked last.
-    pub fn take_current(&mut self) -> Option<AdcCode> {
+    /// The current, if it was converted since this was asked last; and the others, if all of them were, the supply
+    /// beside the current among them.
+    pub fn take(&mut self) -> (Option<AdcCode>, Option<Scan>) {
         let converted = self.adc.sr().read().jeoc().bit();
         self.adc.sr().write(|w| w.jeoc().clear_bit());
-        converted.then(|| AdcCode::new(self.adc.jdr1().read().jdata().bits()))
-    }
-
-    /// The others, if they were since this was asked last, with the supply that was converted beside the current.
-    pub fn take_scan(&mut self) -> Option<Scan> {
+        let current = converted.then(|| AdcCode::new(self.adc.jdr1().read().jdata().bits()));
+        let is_complete = self.scan.take_complete();
         let code = |code: &AtomicU16| AdcCode::new(code.load(Relaxed));
         let [leg_a, leg_b, temperature] = &SCANNED;
-        self.scan.take_complete().then(|| Scan {
+        let scan = (converted && is_complete).then(|| Scan {
             leg_a: code(leg_a),
             leg_b: code(leg_b),
             supply: AdcCode::new(self.adc.jdr2().read().jdata().bits()),
             temperature: code(temperature),
-        })
+        });
+        (current, scan)
     }
 }

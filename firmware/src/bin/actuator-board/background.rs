@@ -12,7 +12,7 @@ use firmware::{
 use heapless::spsc::Consumer;
 
 use crate::{
-    control_step::Answer,
+    control_step::{Answer, Numbered},
     flash::Flash,
     heard,
     report::Report,
@@ -21,8 +21,8 @@ use crate::{
 
 /// Excitations that are asked for, and what has been made of them.
 pub struct Excitations {
-    pub asked: Taker<ExcitationSettings>,
-    pub made: Giver<Run>,
+    pub asked: Taker<Numbered<ExcitationSettings>>,
+    pub made: Giver<Numbered<Run>>,
 }
 
 /// The background's own.
@@ -70,11 +70,11 @@ impl Background {
             frames.iter().flatten().for_each(|&frame| send(frame));
             self.report.update(&outputs);
         }
-        if let Some(settings) = self.excitations.asked.take() {
-            // The last one has not been fetched: it is as good.
-            if let Some(run) = settings.run() {
-                self.excitations.made.put(run);
-            }
+        if let Some((number, settings)) = self.excitations.asked.take()
+            && let Some(run) = settings.run()
+        {
+            // The control step fetches each in the next tick.
+            self.excitations.made.put((number, run));
         }
         self.save();
         heard::from(Part::Background);

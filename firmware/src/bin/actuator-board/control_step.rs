@@ -7,7 +7,7 @@ use firmware::{
     application::{Application, Outputs, Samples},
     capture::Capture,
     command::excitation::{ExcitationSettings, Run},
-    frames::{Access, Message},
+    frames::{Access, Message, Order},
     parameters::BoardParameters,
     service::Service,
     supervisor::{Part, Supervisor},
@@ -38,10 +38,11 @@ pub fn gather(
     pulse: &mut ServoPulse,
     bridge: &mut Bridge,
 ) -> Samples {
+    let (current, scan) = analog.take();
     Samples {
         encoder: encoder.finish(),
-        current: analog.take_current(),
-        scan: analog.take_scan(),
+        current,
+        scan,
         servo_pulse_us: pulse.take_us(),
         bridge_tripped: bridge.take_trip(),
         missed_periods: 0,
@@ -65,10 +66,25 @@ pub struct ControlStep {
     pub watchdog: Watchdog,
     pub ticks: Ticks,
     pub queues: Queues,
+    pub wanted: Wanted,
+}
+
+/// What was asked for and takes more than a tick.
+#[derive(Default)]
+pub struct Wanted {
+    /// The parameters of now are to be saved, once the background takes them.
+    save: bool,
+    /// The number of the start whose excitation is on its way; none once it was called off.
+    start: Option<u8>,
+    /// The number of the last start; wraps.
+    last_start: u8,
 }
 
 /// Commands that may wait for a tick, and one: a bus that brings one each 0.3 ms.
 pub const COMMANDS: usize = 16;
+
+/// Something with the number of the start that it belongs to.
+pub type Numbered<T> = (u8, T);
 
 /// What the control step hands over, and what it gets.
 pub struct Queues {
@@ -77,8 +93,8 @@ pub struct Queues {
     pub answers: Producer<'static, Answer, 8>,
     pub save: Giver<BoardParameters>,
     pub outputs: Producer<'static, Outputs, 3>,
-    pub excitations: Giver<ExcitationSettings>,
-    pub runs: Taker<Run>,
+    pub excitations: Giver<Numbered<ExcitationSettings>>,
+    pub runs: Taker<Numbered<Run>>,
 }
 
 impl ControlStep {
@@ -112,7 +128,10 @@ impl ControlStep {
 #[unsafe(no_mangle)]
 #[inline(never)]
 fn serve(step: &mut ControlStep) {
-    if let Some(run) = step.queues.runs.take() {
+    if let Some((number, run)) = step.queues.runs.take()
+        && step.wanted.start == Some(number)
+    {
+        step.wanted.start = None;
         // The loop may have been opened meanwhile: there is nothing to excite then.
         let _ = step.application.start_excitation(run);
     }
@@ -131,6 +150,9 @@ fn serve(step: &mut ControlStep) {
     if let Some(message) = step.queues.accesses.dequeue() {
         answer(step, &message);
     }
+    if step.wanted.save && step.queues.save.is_empty() {
+        step.wanted.save = !step.queues.save.put(*step.application.parameters());
+    }
 }
 
 #[inline(never)]
@@ -142,13 +164,18 @@ fn answer(step: &mut ControlStep, message: &Message) {
         // As many as accesses fit.
         let _ = step.queues.answers.enqueue(answer);
     }
-    if served.save {
-        // One that finds another waiting asks for what is being saved anyway.
-        step.queues.save.put(*step.application.parameters());
+    step.wanted.save |= served.save;
+    let calls_off = |order| matches!(order, Some(Order::Application(_)));
+    if matches!(message, Message::Command { order, .. } if calls_off(*order)) {
+        step.wanted.start = None;
     }
     if let Some(settings) = served.start {
+        let number = step.wanted.last_start.wrapping_add(1);
         // One that finds another waiting comes in the very tick of that one.
-        step.queues.excitations.put(settings);
+        if step.queues.excitations.put((number, settings)) {
+            step.wanted.last_start = number;
+            step.wanted.start = Some(number);
+        }
     }
 }
 

@@ -71,7 +71,7 @@ mod app {
         bridge::{Bridge, Instant},
         bus_state,
         can::{Can, Filter},
-        control_step::{Answer, COMMANDS, ControlStep, Queues, gather},
+        control_step::{Answer, COMMANDS, ControlStep, Numbered, Queues, Wanted, gather},
         encoder::Encoder,
         heard,
         servo_pulse::ServoPulse,
@@ -113,8 +113,8 @@ mod app {
         access_queue: Queue<Message, 8> = Queue::new(),
         answer_queue: Queue<Answer, 8> = Queue::new(),
         save_slot: Slot<BoardParameters> = Slot::new(),
-        excitation_slot: Slot<ExcitationSettings> = Slot::new(),
-        run_slot: Slot<Run> = Slot::new(),
+        excitation_slot: Slot<Numbered<ExcitationSettings>> = Slot::new(),
+        run_slot: Slot<Numbered<Run>> = Slot::new(),
         capture_buffer: [i32; CAPTURE_WORDS] = [0; CAPTURE_WORDS],
     ])]
     fn init(cx: init::Context) -> (Shared, Local) {
@@ -160,6 +160,7 @@ mod app {
                 excitations,
                 runs,
             },
+            wanted: Wanted::default(),
         };
         board.clock.start();
         board.bridge.start();

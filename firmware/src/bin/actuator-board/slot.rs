@@ -42,13 +42,20 @@ impl<T> Slot<T> {
 }
 
 impl<T> Giver<T> {
-    /// Puts something there; nothing is done where something waits already.
-    pub fn put(&mut self, content: T) {
-        if !self.0.is_full.load(Acquire) {
+    /// Whether nothing waits there.
+    pub fn is_empty(&self) -> bool {
+        !self.0.is_full.load(Acquire)
+    }
+
+    /// Puts something there; whether it could: nothing is done where something waits already.
+    pub fn put(&mut self, content: T) -> bool {
+        let is_empty = self.is_empty();
+        if is_empty {
             // SAFETY: the place is empty.
             unsafe { (*self.0.content.get()).write(content) };
             self.0.is_full.store(true, Release);
         }
+        is_empty
     }
 }
 
