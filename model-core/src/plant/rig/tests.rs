@@ -118,6 +118,7 @@ fn the_supply_pin_shows_the_load_of_the_on_time_whatever_its_share() {
             rig.advance(Bridge::driven(compare), Slot::Head);
             rig.advance(Bridge::driven(compare), Slot::Tail);
         }
+        rig.advance(Bridge::driven(compare), Slot::Head);
         // Half of the time the whole current flows.
         let drawn_a = rig.bridge_current_a().abs() + 0.06;
         assert!(drawn_a > 0.3);
