@@ -198,7 +198,8 @@ pub trait Application {
         Poll::Ready(Err(Abort::UnsupportedAccess))
     }
 
-    /// A download ended before its end: what came of it is void.
+    /// A download to a DOMAIN ended before its end: what came of it is void. Or, with an address of 1010h or 1011h, nobody
+    /// waits any more for a store or a restore that was [`Poll::Pending`].
     fn domain_cancel(&mut self, address: Address) {}
 
     /// The node was reset and its communication objects are about to take their power-on values.

@@ -34,6 +34,9 @@ impl ErrorCode {
     pub const RPDO_TIMEOUT: Self = Self(0x8250);
 }
 
+/// Instances from here on are the application's: those of the server are nodes and PDOs.
+const OF_APPLICATION: u8 = 128;
+
 /// Errors of what a reset of communication begins anew.
 const WATCHED: [ErrorCode; 4] = [
     ErrorCode::HEARTBEAT,
@@ -67,7 +70,8 @@ pub struct Emergency {
     pub code: ErrorCode,
     /// Its bits in the error register; [`register::GENERIC`] goes with them.
     pub register: u8,
-    /// Which of several of the kind: byte 3 of the message. Code and instance name an error.
+    /// Which of several of the kind: byte 3 of the message. Code and instance name an error. The server's own errors have
+    /// instances below 128.
     pub instance: u8,
     /// Bytes 4 to 7 of the message, as the manufacturer likes.
     pub information: [u8; 4],
@@ -130,7 +134,9 @@ impl Service {
         self.queue = Ring::new();
         self.free_us = 0;
         for slot in &mut self.active {
-            if slot.is_some_and(|error| WATCHED.contains(&error.code)) {
+            if slot.is_some_and(|error| {
+                error.instance < OF_APPLICATION && WATCHED.contains(&error.code)
+            }) {
                 *slot = None;
             }
         }

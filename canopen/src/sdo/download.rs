@@ -83,8 +83,9 @@ impl Download {
     }
 
     pub fn cancel(self, objects: &mut impl Objects) {
-        if self.domain() {
-            objects.domain_cancel(self.entry.address());
+        let address = self.entry.address();
+        if self.domain() || matches!(address.index, 0x1010 | 0x1011) {
+            objects.domain_cancel(address);
         }
     }
 }

@@ -215,7 +215,7 @@ class Drive(DriveTests, Served):
         self.wait_for(lambda: self.node.state == "FAULT", "the fault of the missing commands")
         self.wait_for(lambda: self.node.emcy.active, "emergency")
         error = self.node.emcy.active[0]
-        self.assertEqual((error.code, error.data[0]), (0x8130, 15))
+        self.assertEqual((error.code, error.data[0]), (0x8130, 0x80 | 15))
         self.assertEqual(self.node.sdo["Error code"].raw, 0x8130)
         self.node.reset_from_fault()
         self.wait_for(lambda: not self.node.emcy.active, "error reset")

@@ -68,6 +68,7 @@ impl<'a> Device<'a> {
 
     /// Takes a frame from the bus.
     pub fn receive(&mut self, frame: &impl Frame, now_us: u64) {
+        self.tell_node_id();
         self.node.receive(frame, now_us, &mut self.drive);
     }
 
@@ -85,8 +86,14 @@ impl<'a> Device<'a> {
         if self.drive.statusword() != before {
             self.node.object_changed(Address::new(0x6041, 0));
         }
+        self.tell_node_id();
         self.node.tick(now_us, &mut self.drive);
         outputs
+    }
+
+    /// What is stored of identifiers is stored without the node-ID in them.
+    fn tell_node_id(&mut self) {
+        self.drive.node_id = self.node.node_id().map_or(0, NodeId::get);
     }
 
     /// An EMCY for each fault that is new, and one for each that is gone.
@@ -94,7 +101,7 @@ impl<'a> Device<'a> {
         let latched = self.drive.latched();
         for fault in self.told.without(latched).iter() {
             let code = emergency::code(fault);
-            self.node.clear(code, fault.number() as u8);
+            self.node.clear(code, emergency::instance(fault));
         }
         for fault in latched.without(self.told).iter() {
             let error = emergency::of(fault, tick);

@@ -21,13 +21,18 @@ pub(super) fn code(fault: Fault) -> ErrorCode {
     ErrorCode(CODES.get(at).copied().unwrap_or(0))
 }
 
-/// The message of a fault: its number is the instance, the control period in which it was latched the information.
+/// A fault's instance: its number, above those of nodes and PDOs whose errors have the same codes.
+pub(super) fn instance(fault: Fault) -> u8 {
+    0x80 | fault.number() as u8
+}
+
+/// The message of a fault: its number is in the instance, the control period in which it was latched the information.
 pub(super) fn of(fault: Fault, tick: u32) -> Emergency {
     let code = code(fault);
     Emergency {
         code,
         register: register_of(code),
-        instance: fault.number() as u8,
+        instance: instance(fault),
         information: tick.to_le_bytes(),
     }
 }

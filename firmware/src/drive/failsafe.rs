@@ -5,12 +5,15 @@
 //!
 //! | 2040h:2 | |
 //! |---|---|
-//! | 0 | the angle is held |
+//! | 0 | the drive halts as 605Dh says, and holds |
 //! | 1 | a fault: the shaft is brought to rest as 605Eh says |
 //! | 2 | the shaft goes to 2040h:3 at the rate of 2040h:4, and stays there |
 
 use super::{Drive, kept::Slot, parameters::PERIOD_US};
-use crate::timing::periods;
+use crate::{
+    application::{Request, Source},
+    timing::periods,
+};
 use canopen::cia402::State;
 
 /// What is known of the master.
@@ -35,9 +38,10 @@ impl Failsafe {
         self.lost = lost;
     }
 
-    /// Starts over.
-    pub fn forget(&mut self) {
-        *self = Self::default();
+    /// The master has another try; whether the network has it stays as it is.
+    pub fn begin_anew(&mut self) {
+        self.silent = None;
+        self.retreat_mdeg = None;
     }
 }
 
@@ -46,7 +50,7 @@ impl Failsafe {
 pub(super) enum Reaction {
     /// Nothing.
     None,
-    /// Hold the angle.
+    /// Halt.
     Hold,
     /// A fault.
     Fail,
@@ -57,18 +61,35 @@ pub(super) enum Reaction {
 impl Drive<'_> {
     /// One control period.
     pub(super) fn fail_safe(&mut self) -> Reaction {
-        if self.axis.state() != State::OperationEnabled || !self.is_commanded() {
+        let is_enabled = self.axis.state() == State::OperationEnabled;
+        let is_cyclic = matches!(self.commands.mode, 8 | 9);
+        if !is_cyclic || !is_enabled {
+            self.failsafe.silent = None;
+        }
+        if !is_enabled || self.source != Source::Bus {
             self.failsafe.silent = None;
             self.failsafe.retreat_mdeg = None;
             return Reaction::None;
         }
         let timeout_ms = self.application.parameters().command.command_timeout_ms;
-        let is_cyclic = matches!(self.commands.mode, 8 | 9);
-        self.failsafe.silent = self.failsafe.silent.map(|age| age.saturating_add(1));
-        let too_long = |age| is_cyclic && timeout_ms > 0 && age > periods(timeout_ms);
+        // An excitation needs no commands; behind it the silence begins anew.
+        let is_exciting = !self.is_commanded();
+        let next = |age: u16| {
+            if is_exciting {
+                0
+            } else {
+                age.saturating_add(1)
+            }
+        };
+        self.failsafe.silent = self.failsafe.silent.map(next);
+        let too_long = |age| timeout_ms > 0 && age > periods(timeout_ms);
         if !self.failsafe.lost && !self.failsafe.silent.is_some_and(too_long) {
             self.failsafe.retreat_mdeg = None;
             return Reaction::None;
+        }
+        if is_exciting {
+            // It ends, whatever follows; refused where it has ended by itself.
+            let _ = self.application.request(Request::StopExcitation);
         }
         match self.kept.get(Slot::Action) {
             1 => Reaction::Fail,

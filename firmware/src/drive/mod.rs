@@ -100,6 +100,8 @@ pub struct Drive<'a> {
     /// Control periods since a servo pulse.
     pulse_age: u16,
     bit_rate_kbit_s: Option<u16>,
+    /// Of the node; 0 for none.
+    node_id: u8,
     /// What only the board knows; it may write here at any time.
     pub diagnostics: Diagnostics,
 }
@@ -132,6 +134,7 @@ impl<'a> Drive<'a> {
             own: FaultSet::EMPTY,
             pulse_age: u16::MAX,
             bit_rate_kbit_s: None,
+            node_id: 0,
             diagnostics: Diagnostics::default(),
         }
     }

@@ -59,9 +59,9 @@ impl Drive<'_> {
             // It is in the one state in which this is possible.
             let _ = self.application.request(Request::Acknowledge);
         }
-        if self.application.state() != State::FaultReaction {
+        if self.application.state() != State::FaultReaction && !self.own.is_empty() {
             self.own = FaultSet::EMPTY;
-            self.failsafe.forget();
+            self.failsafe.begin_anew();
         }
     }
 
@@ -113,10 +113,7 @@ impl Drive<'_> {
                 self.own.put(Fault::CommandTimeout, true);
                 input.fault = self.fault();
             }
-            Reaction::Hold => {
-                input.target_velocity = 0;
-                input.velocity_offset = 0;
-            }
+            Reaction::Hold => input.controlword |= controlword::HALT,
             Reaction::Go(position_mdeg) => {
                 input.mode = Mode::CyclicPosition;
                 input.target_position = position_mdeg;

@@ -5,7 +5,9 @@ use core::task::Poll;
 use canopen::dictionary::Address;
 use canopen::{Abort, BitRate, Event, NmtState, NodeId, ParameterGroup, Reset};
 
-use super::{Drive, set};
+use canopen::cia402::State;
+
+use super::{Drive, numbers, set, set::Asker};
 
 impl canopen::Application for Drive<'_> {
     fn read(&mut self, address: Address) -> Result<u64, Abort> {
@@ -42,10 +44,18 @@ impl canopen::Application for Drive<'_> {
     }
 
     fn reset(&mut self, reset: Reset) {
-        if reset == Reset::Node {
-            self.power_on();
+        match reset {
+            Reset::Node => self.power_on(),
+            // Who resets the communication of a drive that moves has lost it.
+            Reset::Communication => {
+                let moves = self.axis.state() == State::OperationEnabled;
+                self.failsafe.network(moves);
+            }
         }
-        self.failsafe.forget();
+    }
+
+    fn domain_cancel(&mut self, _: Address) {
+        self.store.abandon();
     }
 
     fn stored(&mut self, address: Address) -> Option<u32> {
@@ -61,15 +71,18 @@ impl canopen::Application for Drive<'_> {
             application,
             kept,
             store,
+            node_id,
             ..
         } = self;
-        store.save(|set| {
-            set::keep(set, group, (application.parameters(), kept), communication);
+        store.save(Asker::Save(group), |set| {
+            let in_force = (application.parameters(), &*kept, *node_id);
+            set::keep(set, group, in_force, communication);
         })
     }
 
     fn restore(&mut self, group: ParameterGroup) -> Poll<Result<(), Abort>> {
-        self.store.save(|stored| set::forget(stored, group))
+        self.store
+            .save(Asker::Restore(group), |set| set::forget(set, group))
     }
 
     fn event(&mut self, event: Event) {
@@ -97,11 +110,18 @@ impl canopen::Application for Drive<'_> {
         node_id: Option<NodeId>,
         bit_rate: Option<BitRate>,
     ) -> Poll<Result<(), Abort>> {
-        self.store.save(|set| {
-            let bus = &mut set.board.bus;
-            bus.node_id = node_id.map_or(bus.node_id, |id| i32::from(id.get()));
-            bus.bit_rate_kbit_s = bit_rate.and_then(kbit_s).unwrap_or(bus.bit_rate_kbit_s);
-        })
+        let mut parameters = *self.application.parameters();
+        let bus = &mut parameters.bus;
+        bus.node_id = node_id.map_or(bus.node_id, |id| i32::from(id.get()));
+        bus.bit_rate_kbit_s = bit_rate.and_then(kbit_s).unwrap_or(bus.bit_rate_kbit_s);
+        let bus = *bus;
+        // 2102h shows it, and 1010h does not undo it; a drive that is enabled does not change its identity.
+        if !self.store.has_asked(Asker::Lss)
+            && let Err(refused) = self.application.retune(&parameters)
+        {
+            return Poll::Ready(Err(numbers::abort(refused)));
+        }
+        self.store.save(Asker::Lss, |set| set.board.bus = bus)
     }
 }
 

@@ -103,33 +103,51 @@ fn place(address: Address) -> Option<usize> {
         .position(|other| other == address)
 }
 
+/// Who wants something to be stored.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Asker {
+    /// 1010h.
+    Save(ParameterGroup),
+    /// 1011h.
+    Restore(ParameterGroup),
+    /// Layer setting services.
+    Lss,
+}
+
 /// How far a save is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Phase {
     Idle,
     /// The flash is to be written.
-    Wanted,
+    Wanted(Asker),
     /// It is being written.
-    Running,
-    Over(bool),
+    Running(Asker),
+    /// The flash is done, and who asked does not know yet.
+    Over(Asker, bool),
 }
 
-/// What the flash holds, or shall hold.
+/// What the flash holds, and what it shall hold.
 #[derive(Debug)]
 pub(super) struct Store {
     set: Set,
+    /// Taken for the set once the flash has it.
+    candidate: Set,
     phase: Phase,
+    /// Who asked is gone.
+    is_abandoned: bool,
 }
 
 impl Store {
     pub fn new(set: Set) -> Self {
         Self {
             set,
+            candidate: set,
             phase: Phase::Idle,
+            is_abandoned: false,
         }
     }
 
-    /// The set.
+    /// What the flash holds.
     pub fn set(&self) -> &Set {
         &self.set
     }
@@ -140,60 +158,101 @@ impl Store {
             .set
             .has_communication
             .then_some(&self.set.communication)?;
-        stored.get(place(address)?).copied()
+        let word = stored.get(place(address)?).copied()?;
+        (word != BY_NODE_ID || !has_node_id(address)).then_some(word)
+    }
+
+    /// Whether this one has asked and does not know the end yet.
+    pub fn has_asked(&self, asker: Asker) -> bool {
+        matches!(self.phase, Phase::Wanted(owner) | Phase::Running(owner) | Phase::Over(owner, _) if owner == asker)
     }
 
     /// For the flash, once.
     pub fn take(&mut self) -> Option<Set> {
-        (self.phase == Phase::Wanted).then(|| {
-            self.phase = Phase::Running;
-            self.set
-        })
+        let Phase::Wanted(asker) = self.phase else {
+            return None;
+        };
+        self.phase = Phase::Running(asker);
+        Some(self.candidate)
     }
 
     /// The flash is done.
     pub fn finish(&mut self, done: bool) {
-        if self.phase == Phase::Running {
-            self.phase = Phase::Over(done);
+        let Phase::Running(asker) = self.phase else {
+            return;
+        };
+        if done {
+            self.set = self.candidate;
+        }
+        self.phase = if self.is_abandoned {
+            Phase::Idle
+        } else {
+            Phase::Over(asker, done)
+        };
+        self.is_abandoned = false;
+    }
+
+    /// Whoever asked over SDO does not wait any more; what the flash has begun it ends.
+    pub fn abandon(&mut self) {
+        match self.phase {
+            Phase::Idle | Phase::Wanted(Asker::Lss) | Phase::Running(Asker::Lss) => {}
+            Phase::Over(Asker::Lss, _) => {}
+            Phase::Over(..) => self.phase = Phase::Idle,
+            Phase::Wanted(_) | Phase::Running(_) => self.is_abandoned = true,
         }
     }
 
     /// Changes the set and waits until the flash holds it. It is called again and again until it is ready, with the same
-    /// change.
-    pub fn save(&mut self, change: impl FnOnce(&mut Set)) -> Poll<Result<(), Abort>> {
+    /// change; whoever comes while another one's is written waits for its end.
+    pub fn save(&mut self, asker: Asker, change: impl FnOnce(&mut Set)) -> Poll<Result<(), Abort>> {
         match self.phase {
             Phase::Idle => {
-                change(&mut self.set);
-                self.phase = Phase::Wanted;
+                self.candidate = self.set;
+                change(&mut self.candidate);
+                self.phase = Phase::Wanted(asker);
                 Poll::Pending
             }
-            Phase::Wanted | Phase::Running => Poll::Pending,
-            Phase::Over(done) => {
+            Phase::Over(owner, done) if owner == asker => {
                 self.phase = Phase::Idle;
                 Poll::Ready(done.then_some(()).ok_or(Abort::Hardware))
             }
+            _ => Poll::Pending,
         }
     }
+}
+
+/// What stands for a COB-ID that follows the node-ID as the dictionary has it; no COB-ID is all ones.
+const BY_NODE_ID: u32 = u32::MAX;
+
+/// Whether the dictionary adds the node-ID to this object.
+fn has_node_id(address: Address) -> bool {
+    let entry = DICTIONARY.find(address);
+    entry.is_ok_and(|entry| entry.value_for(1) != entry.value_for(0))
 }
 
 /// Takes over what is in force.
 pub(super) fn keep(
     set: &mut Set,
     group: ParameterGroup,
-    (board, kept): (&BoardParameters, &Kept),
+    (board, kept, node_id): (&BoardParameters, &Kept, u8),
     communication: &mut dyn Iterator<Item = (Address, u32)>,
 ) {
     if group.has_communication() {
         for (address, value) in communication {
             let word = place(address).and_then(|at| set.communication.get_mut(at));
+            let entry = DICTIONARY.find(address);
+            let is_default = entry.is_ok_and(|entry| entry.value_for(node_id) == value);
             if let Some(word) = word {
-                *word = value;
+                *word = if is_default && has_node_id(address) {
+                    BY_NODE_ID
+                } else {
+                    value
+                };
             }
         }
         set.has_communication = true;
     }
     if has_application(group) {
-        // Node-ID and bit rate are LSS' to store, and the node's in force is not touched.
         set.board = *board;
         set.kept = *kept.words();
     }

@@ -9,7 +9,11 @@ use crate::{
     capture::{CaptureSettings, MOST_SIGNALS, Signal, Trigger},
     command::excitation::ExcitationSettings,
     parameters::integers::Integers,
+    timing::thousandths,
 };
+
+/// Shape of the excitation that is a sum.
+const MULTISINE: i32 = 9;
 
 /// What stands for no signal.
 const NO_SIGNAL: u32 = 255;
@@ -49,6 +53,9 @@ impl Drive<'_> {
                 let mode = value as i8;
                 if canopen::cia402::Mode::from_code(mode).is_none() {
                     return Err(Abort::Value);
+                }
+                if mode != commands.mode {
+                    self.failsafe.begin_anew();
                 }
                 commands.mode = mode;
             }
@@ -91,8 +98,29 @@ impl Drive<'_> {
             }
         }
         let run = settings.run().ok_or(Abort::Incompatible)?;
+        if !self.has_room(&settings) {
+            return Err(Abort::Incompatible);
+        }
         let started = self.application.start_excitation(run);
         started.map_err(numbers::abort)
+    }
+
+    /// Whether the command stays within 607Dh with this around it.
+    fn has_room(&self, settings: &ExcitationSettings) -> bool {
+        // Lines of a multisine add up, at the worst.
+        let lines = if settings.shape == MULTISINE {
+            settings.lines
+        } else {
+            1
+        };
+        let reach = settings
+            .amplitude_mdeg
+            .saturating_abs()
+            .saturating_mul(lines);
+        let from = thousandths(self.application.telemetry().command);
+        let limit = |slot| self.kept.get(slot) as i32;
+        from.saturating_sub(reach) >= limit(Slot::MinPosition)
+            && from.saturating_add(reach) <= limit(Slot::MaxPosition)
     }
 
     fn control_capture(&mut self, value: u64) {

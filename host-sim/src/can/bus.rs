@@ -6,8 +6,9 @@ use canopen::CanFrame;
 
 use super::native_node::{NativeNode, PERIOD_US};
 
-/// Control periods that are made up for after a pause; more are skipped, as a computer that slept is no fault of a master.
-const MOST_BEHIND: u64 = 50;
+/// Control periods that are made up for after a pause, far fewer than a command lasts; more are skipped, as a computer that
+/// slept is no fault of a master.
+const MOST_BEHIND: u64 = 5;
 
 /// Who is on the bus.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -42,14 +43,14 @@ impl<'a> Bus<'a> {
 
     /// Runs the control periods that are due, and delivers all frames; `hear` hears each, with its sender.
     pub fn run(&mut self, now_us: u64, mut hear: impl FnMut(Port, &CanFrame)) {
-        self.deliver(now_us, &mut hear);
+        self.deliver(&mut hear);
         let latest = now_us.saturating_sub(MOST_BEHIND * PERIOD_US);
         for node in &mut self.nodes {
             node.skip_to(latest);
         }
         while self.step(now_us) {
             self.collect();
-            self.deliver(now_us, &mut hear);
+            self.deliver(&mut hear);
         }
     }
 
@@ -66,12 +67,12 @@ impl<'a> Bus<'a> {
         }
     }
 
-    fn deliver(&mut self, now_us: u64, hear: &mut impl FnMut(Port, &CanFrame)) {
+    fn deliver(&mut self, hear: &mut impl FnMut(Port, &CanFrame)) {
         while let Some((from, frame)) = self.waiting.pop_front() {
             hear(from, &frame);
             for (place, node) in self.nodes.iter_mut().enumerate() {
                 if from != Port::Node(place) {
-                    node.receive(&frame, now_us);
+                    node.receive(&frame);
                 }
             }
             self.collect();

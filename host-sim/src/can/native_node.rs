@@ -90,9 +90,9 @@ impl<'a> NativeNode<'a> {
         })
     }
 
-    /// Takes a frame from the bus.
-    pub fn receive(&mut self, frame: &CanFrame, now_us: u64) {
-        self.device.receive(frame, now_us);
+    /// Takes a frame from the bus, at the node's own time: that of its last control period.
+    pub fn receive(&mut self, frame: &CanFrame) {
+        self.device.receive(frame, self.next_us - PERIOD_US);
     }
 
     /// The next frame for the bus.

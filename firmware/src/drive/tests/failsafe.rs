@@ -22,7 +22,7 @@ fn by_default_silence_is_a_fault_after_its_time_and_not_before() {
     bench.steps(24);
     assert!(bench.emergencies().is_empty());
     bench.steps(3);
-    assert_eq!(bench.emergencies(), [(0x8130, 15)]);
+    assert_eq!(bench.emergencies(), [(0x8130, 0x8F)]);
     bench.until(200, |bench| bench.status() & 0x4F == 0x08);
     bench.control(0x80);
     assert_eq!(bench.status() & 0x6F, 0x40);
@@ -65,8 +65,124 @@ fn a_lost_heartbeat_ends_the_motion_in_every_mode() {
     bench.steps(12);
     let seen = bench.emergencies();
     assert!(
-        seen.contains(&(0x8130, 100)) && seen.contains(&(0x8130, 15)),
+        seen.contains(&(0x8130, 100)) && seen.contains(&(0x8130, 0x8F)),
         "{seen:x?}"
     );
     bench.until(200, |bench| bench.status() & 0x4F == 0x08);
+}
+
+/// A long sine of 1 deg.
+fn exciting(bench: &mut Bench) {
+    for (sub, value) in [(3, 7), (4, 1_000), (5, 1_000), (12, 1_000)] {
+        bench.set(0x2020, sub, value, 4);
+    }
+    bench.set(0x2020, 1, 1, 1);
+    bench.steps(20);
+    assert_eq!(bench.get(0x2020, 2), 1);
+}
+
+#[test]
+fn an_excitation_ends_with_its_master() {
+    for action in [0, 1, 2] {
+        for stop in [false, true] {
+            let mut bench = Bench::new();
+            bench.set(0x2040, 2, action, 1);
+            bench.set(0x6060, 0, 1, 1);
+            bench.set(0x1016, 1, 100 << 16 | 40, 4);
+            // The node goes on in OPERATIONAL without its master.
+            bench.set(0x1029, 1, 1, 1);
+            bench.send(0x764, &[5]);
+            bench.enable();
+            bench.send(0x764, &[5]);
+            for (sub, value) in [(3, 7), (4, 1_000), (5, 1_000), (12, 1_000)] {
+                bench.set(0x2020, sub, value, 4);
+            }
+            bench.set(0x2020, 1, 1, 1);
+            bench.send(0x764, &[5]);
+            bench.steps(2);
+            let is_exciting = |bench: &Bench| {
+                bench.device.drive.application().telemetry().source == Source::Excitation
+            };
+            assert!(is_exciting(&bench));
+            if stop {
+                bench.send(0, &[2, 1]);
+            }
+            bench.steps(15);
+            assert!(!is_exciting(&bench), "action {action}");
+            bench.steps(100);
+            let is_fault = bench.device.drive.statusword() & 0x4F == 0x08;
+            assert_eq!(is_fault, action == 1);
+        }
+    }
+}
+
+#[test]
+fn an_excitation_needs_no_commands_and_behind_it_silence_counts_anew() {
+    let mut bench = Bench::new();
+    bench.enable();
+    bench.set(0x607A, 0, 0, 4);
+    exciting(&mut bench);
+    for _ in 0..100 {
+        bench.step();
+    }
+    assert_eq!(bench.status() & 0x6F, 0x27, "no timeout while it runs");
+    bench.set(0x2020, 1, 0, 1);
+    bench.steps(20);
+    assert_eq!(bench.status() & 0x6F, 0x27);
+    bench.steps(20);
+    assert_eq!(bench.get(0x603F, 0), 0x8130);
+}
+
+#[test]
+fn a_change_to_a_cyclic_mode_gives_the_master_its_time() {
+    let mut bench = Bench::enabled(1);
+    bench.set(0x607A, 0, 0, 4);
+    bench.steps(500);
+    bench.set(0x6060, 0, 8, 1);
+    bench.steps(100);
+    assert_eq!(bench.status() & 0x6F, 0x27);
+    bench.set(0x607A, 0, 0, 4);
+    bench.steps(30);
+    assert_eq!(
+        bench.get(0x603F, 0),
+        0x8130,
+        "from the first cyclic command on"
+    );
+}
+
+#[test]
+fn a_reset_of_the_communication_stops_a_drive_that_moves() {
+    let mut bench = Bench::enabled(9);
+    bench.set(0x60FF, 0, 50_000, 4);
+    bench.steps(10);
+    bench.send(0, &[130, 1]);
+    bench.until(200, |bench| bench.device.drive.statusword() & 0x4F == 0x08);
+}
+
+#[test]
+fn a_reset_bit_without_a_fault_changes_nothing() {
+    let mut bench = silent(2);
+    bench.steps(25 + 200);
+    let away = bench.angle_mdeg();
+    bench.set(0x6040, 0, 0x8F, 2);
+    bench.steps(50);
+    assert!(bench.angle_mdeg() <= away + 500, "the retreat goes on");
+}
+
+#[test]
+fn a_profile_halts_where_the_angle_is_to_be_held() {
+    let mut bench = Bench::enabled(1);
+    bench.control(0);
+    bench.set(0x2040, 2, 0, 1);
+    bench.set(0x6081, 0, 20_000, 4);
+    bench.set(0x1016, 1, 100 << 16 | 40, 4);
+    bench.set(0x1029, 1, 1, 1);
+    bench.enable();
+    bench.send(0x764, &[5]);
+    bench.set(0x607A, 0, 50_000, 4);
+    bench.control(0x1F);
+    bench.steps(150);
+    let angle = bench.angle_mdeg();
+    assert!(angle < 10_000, "{angle}");
+    assert_eq!(bench.status() & 0x6F, 0x27);
 }

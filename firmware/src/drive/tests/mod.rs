@@ -23,13 +23,16 @@ struct Bench {
     now_us: u64,
     /// Frames of the device.
     heard: Vec<CanFrame>,
-    /// What the flash takes when it is asked to.
+    /// What the flash does when it is asked to write.
     flash: Flash,
+    /// Control periods that it takes, and those that are left.
+    writes_for: u32,
+    writing: Option<u32>,
     /// Written to RPDO 1 in each control period.
     cyclic: Option<(u16, i32)>,
 }
 
-/// A flash that takes, refuses, or never ends.
+/// A flash that takes or refuses.
 #[derive(Clone, Copy, PartialEq)]
 enum Flash {
     Takes,
@@ -54,6 +57,8 @@ impl Bench {
             now_us: 0,
             heard: Vec::new(),
             flash: Flash::Takes,
+            writes_for: 0,
+            writing: None,
             cyclic: None,
         };
         bench.steps(3);
@@ -119,12 +124,23 @@ impl Bench {
         self.now_us += 4_000;
         let outputs = self.device.step(&samples, self.now_us);
         self.motor.turn(&outputs);
-        if self.device.drive.take_save().is_some() {
-            self.device.drive.saved(self.flash == Flash::Takes);
-        }
+        self.write_flash();
         self.listen();
         self.outputs = Some(outputs);
         outputs
+    }
+
+    fn write_flash(&mut self) {
+        if self.device.drive.take_save().is_some() {
+            self.writing = Some(self.writes_for);
+        }
+        self.writing = match self.writing {
+            Some(0) => {
+                self.device.drive.saved(self.flash == Flash::Takes);
+                None
+            }
+            left => left.map(|left| left - 1),
+        };
     }
 
     fn steps(&mut self, count: u32) {

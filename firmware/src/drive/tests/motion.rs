@@ -92,11 +92,11 @@ fn a_fault_is_told_by_state_code_and_emergency_and_reset_once_its_cause_is_gone(
     for _ in 0..6 {
         bench.step_with(|samples| samples.encoder = None);
     }
-    assert!(bench.emergencies().contains(&(0x7305, 1)));
+    assert!(bench.emergencies().contains(&(0x7305, 0x81)));
     assert_eq!(bench.status() & 0x4F, 0x08, "fault");
     assert_eq!(bench.get(0x603F, 0), 0x7305);
     assert_ne!(bench.get(0x1001, 0) & 0x21, 0);
-    assert_eq!(bench.get(0x1003, 1), 0x0001_7305);
+    assert_eq!(bench.get(0x1003, 1), 0x0081_7305);
     assert_eq!(bench.get(0x1002, 0), 2);
     // The wire is still broken.
     bench.set(0x6040, 0, 0x80, 2);
@@ -109,7 +109,7 @@ fn a_fault_is_told_by_state_code_and_emergency_and_reset_once_its_cause_is_gone(
     bench.set(0x6040, 0, 0x80, 2);
     bench.heard.clear();
     bench.steps(3);
-    assert_eq!(bench.emergencies(), [(0, 1)]);
+    assert_eq!(bench.emergencies(), [(0, 0x81)]);
     assert_eq!(bench.status() & 0x6F, 0x40);
     assert_eq!(bench.get(0x603F, 0), 0);
 }

@@ -173,6 +173,21 @@ fn values_that_name_something_must_name_something() {
 }
 
 #[test]
+fn an_excitation_beyond_the_position_limits_is_refused() {
+    let mut bench = Bench::enabled(1);
+    bench.set(0x2020, 4, 60_001, 4);
+    let refused = Err(Abort::Incompatible.code());
+    assert_eq!(bench.try_set(0x2020, 1, 1, 1), refused);
+    bench.set(0x2020, 4, 59_000, 4);
+    assert_eq!(bench.try_set(0x2020, 1, 1, 1), Ok(()));
+    bench.set(0x2020, 1, 0, 1);
+    // Eight lines of 10 deg.
+    bench.set(0x2020, 3, 9, 4);
+    bench.set(0x2020, 4, 10_000, 4);
+    assert_eq!(bench.try_set(0x2020, 1, 1, 1), refused);
+}
+
+#[test]
 fn measurements_have_their_units() {
     let mut bench = Bench::enabled(9);
     bench.set(0x60FF, 0, 100_000, 4);

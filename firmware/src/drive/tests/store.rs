@@ -100,3 +100,126 @@ fn a_set_comes_back_from_its_words_and_others_are_refused() {
     assert_eq!(Set::read(words), None, "a parameter out of its range");
     assert_eq!(Set::read(&words[..20]), None);
 }
+
+#[test]
+fn a_save_that_was_given_up_is_not_taken_for_the_next_one() {
+    let mut bench = Bench::new();
+    bench.writes_for = 20;
+    let save = [0x23, 0x10, 0x10, 1, b's', b'a', b'v', b'e'];
+    bench.set(0x6081, 0, 111, 4);
+    bench.send(0x601, &save);
+    bench.steps(3);
+    // The client's patience is over; it changes a value and saves again, while the flash still works.
+    bench.send(0x601, &[0x80, 0x10, 0x10, 1, 0, 0, 4, 5]);
+    bench.set(0x6081, 0, 222, 4);
+    bench.send(0x601, &save);
+    bench.steps(80);
+    reset(&mut bench);
+    assert_eq!(bench.get(0x6081, 0), 222);
+    // A restore behind an abandoned save restores.
+    bench.send(0x601, &save);
+    bench.steps(3);
+    bench.send(0x601, &[0x80, 0x10, 0x10, 1, 0, 0, 4, 5]);
+    bench.steps(40);
+    bench.send(0x601, &[0x23, 0x11, 0x10, 1, b'l', b'o', b'a', b'd']);
+    bench.steps(40);
+    reset(&mut bench);
+    assert_eq!(bench.get(0x6081, 0), 300_000);
+}
+
+#[test]
+fn lss_and_sdo_that_store_at_once_both_get_their_own() {
+    let mut bench = Bench::new();
+    bench.writes_for = 5;
+    bench.send(0x7E5, &[4, 1, 0, 0, 0, 0, 0, 0]);
+    bench.send(0x7E5, &[0x11, 42, 0, 0, 0, 0, 0, 0]);
+    bench.set(0x6081, 0, 222, 4);
+    bench.send(0x601, &[0x23, 0x10, 0x10, 1, b's', b'a', b'v', b'e']);
+    bench.heard.clear();
+    bench.send(0x7E5, &[0x17, 0, 0, 0, 0, 0, 0, 0]);
+    bench.steps(40);
+    let heard = |id| {
+        bench
+            .heard
+            .iter()
+            .filter(|frame| frame.raw_id().0 == id)
+            .count()
+    };
+    assert_eq!((heard(0x7E4), heard(0x581)), (1, 1));
+    let set = bench.device.drive.store.set();
+    assert_eq!(
+        (
+            set.board.bus.node_id,
+            set.kept().get(kept::Slot::ProfileVelocity)
+        ),
+        (42, 222)
+    );
+}
+
+#[test]
+fn a_refused_save_changes_nothing_that_a_reset_takes() {
+    let mut bench = Bench::new();
+    bench.set(0x6081, 0, 111, 4);
+    bench.set(0x1010, 1, SAVE, 4);
+    bench.flash = Flash::Refuses;
+    bench.set(0x6081, 0, 222, 4);
+    let refused = Err(Abort::Hardware.code());
+    assert_eq!(bench.try_set(0x1010, 1, SAVE, 4), refused);
+    assert_eq!(bench.try_set(0x1011, 1, LOAD, 4), refused);
+    reset(&mut bench);
+    assert_eq!(bench.get(0x6081, 0), 111);
+}
+
+#[test]
+fn a_save_keeps_the_node_id_that_lss_stored() {
+    let mut bench = Bench::new();
+    bench.send(0x7E5, &[4, 1, 0, 0, 0, 0, 0, 0]);
+    bench.send(0x7E5, &[0x11, 42, 0, 0, 0, 0, 0, 0]);
+    bench.send(0x7E5, &[0x13, 0, 2, 0, 0, 0, 0, 0]);
+    bench.send(0x7E5, &[0x17, 0, 0, 0, 0, 0, 0, 0]);
+    bench.steps(5);
+    assert_eq!((bench.get(0x2102, 1), bench.get(0x2102, 2)), (42, 500));
+    bench.set(0x1010, 1, SAVE, 4);
+    let bus = bench.device.drive.store.set().board.bus;
+    assert_eq!((bus.node_id, bus.bit_rate_kbit_s), (42, 500));
+}
+
+#[test]
+fn stored_identifiers_follow_the_node_id_unless_they_were_changed() {
+    let mut bench = Bench::new();
+    bench.set(0x1401, 1, 0x8000_0301, 4);
+    bench.set(0x1401, 1, 0x355, 4);
+    bench.set(0x1010, 1, SAVE, 4);
+    let mut set = *bench.device.drive.store.set();
+    set.board.bus.node_id = 2;
+    let buffer = Box::leak(Box::new([0; 80]));
+    let mut device = Device::new(set, Start::default(), buffer, 0);
+    let _boot_up = device.transmit::<CanFrame>();
+    let mut read = |index: u16, sub| {
+        let [low, high] = index.to_le_bytes();
+        device.receive(&frame(0x602, &[0x40, low, high, sub, 0, 0, 0, 0]), 0);
+        let answer: CanFrame = device.transmit().expect("an answer");
+        let [_, _, _, _, a, b, c, d] = answer.bytes();
+        u32::from_le_bytes([a, b, c, d])
+    };
+    assert_eq!(read(0x1400, 1), 0x202);
+    assert_eq!(read(0x1401, 1), 0x355);
+    assert_eq!(read(0x1802, 1), 0x4000_0382);
+    assert_eq!(read(0x1014, 0), 0x82);
+}
+
+#[test]
+fn an_enabled_drive_keeps_its_identity_against_lss() {
+    let mut bench = Bench::enabled(1);
+    bench.send(0x7E5, &[4, 1, 0, 0, 0, 0, 0, 0]);
+    bench.send(0x7E5, &[0x11, 42, 0, 0, 0, 0, 0, 0]);
+    bench.heard.clear();
+    bench.send(0x7E5, &[0x17, 0, 0, 0, 0, 0, 0, 0]);
+    bench.steps(3);
+    assert!(
+        bench
+            .heard
+            .contains(&frame(0x7E4, &[0x17, 2, 0, 0, 0, 0, 0, 0]))
+    );
+    assert_eq!(bench.device.drive.store.set().board.bus.node_id, 1);
+}

@@ -1,6 +1,6 @@
 //! `actuator faults`: what is wrong, what was, and its reset.
 
-use canopen::cia402::controlword;
+use canopen::cia402::{controlword, statusword};
 use clap::Args;
 use firmware::faults::{Fault, TABLE};
 use serde_json::json;
@@ -49,7 +49,8 @@ impl Faults {
         if self.clear {
             client.write("1003:0", "0")?;
         }
-        if self.reset {
+        // What has no fault keeps its power.
+        if self.reset && client.status()? & statusword::FAULT != 0 {
             client.control(0)?;
             std::thread::sleep(std::time::Duration::from_millis(20));
             client.control(controlword::FAULT_RESET)?;
@@ -83,7 +84,9 @@ fn history(client: &mut Client) -> Result<Vec<(String, String)>, Error> {
     for sub in 1..=client.integer("1003:0")? {
         let word = client.integer(&format!("1003:{sub}"))?;
         let (code, instance) = (word & 0xFFFF, (word >> 16) as u16 & 0xFF);
-        let fault = Fault::of_number(instance).and_then(|fault| {
+        // Below 128 it is a node or a PDO.
+        let number = instance.checked_sub(128).unwrap_or_default();
+        let fault = Fault::of_number(number).and_then(|fault| {
             let rows = TABLE.iter();
             rows.filter(|row| i64::from(row.error_code) == code)
                 .find(|row| row.fault == fault)

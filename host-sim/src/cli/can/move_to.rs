@@ -57,9 +57,15 @@ impl Move {
         client.enable(1)?;
         client.move_to(target_mdeg)?;
         if !self.no_wait {
-            client.wait(within, "expected it to reach the angle", |status| {
+            let wanted = "expected it to reach the angle";
+            let status = client.wait(within, wanted, |status| {
                 status & statusword::TARGET_REACHED != 0
             })?;
+            if status & statusword::INTERNAL_LIMIT != 0 {
+                return client.complain(
+                    "the angle is beyond the limits 607Dh, and it stands at one of them",
+                );
+            }
         }
         let angle_deg = client.integer("6064")? as f64 / 1000.0;
         if self.release {

@@ -153,6 +153,10 @@ impl Sink {
 
 /// Records of the board's capture.
 fn upload(client: &mut Client, sink: &mut Sink) -> Result<(), Error> {
+    if matches!(client.integer("2030:2")?, 1 | 2) {
+        let message = "the capture has not come to its end; `actuator set 2030:1=0` ends it";
+        return Err(Error::Conflict(message.into()));
+    }
     let mut signals = Vec::new();
     for sub in 1..=8 {
         let number = client.integer(&format!("2031:{sub}"))?;

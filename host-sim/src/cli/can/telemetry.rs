@@ -21,13 +21,13 @@ pub(super) fn watch(
     let mut heard = begun;
     while time.is_none_or(|time| begun.elapsed() < time) {
         let frame = client.link().receive(Duration::from_millis(100));
-        let Some(frame) = frame.map_err(crate::can::client::ClientError::from)? else {
-            if heard.elapsed() > SILENCE {
-                let node = client.node();
-                return Err(Error::Conflict(format!("node {node} sends no telemetry")));
-            }
-            continue;
-        };
+        let frame = frame.map_err(crate::can::client::ClientError::from)?;
+        // Others may be talking all the time.
+        if heard.elapsed() > SILENCE {
+            let node = client.node();
+            return Err(Error::Conflict(format!("node {node} sends no telemetry")));
+        }
+        let Some(frame) = frame else { continue };
         if telemetry.receive(&frame) {
             heard = Instant::now();
             if !see(&telemetry, begun.elapsed())? {
