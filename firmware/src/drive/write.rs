@@ -54,9 +54,6 @@ impl Drive<'_> {
                 if canopen::cia402::Mode::from_code(mode).is_none() {
                     return Err(Abort::Value);
                 }
-                if mode != commands.mode {
-                    self.failsafe.begin_anew();
-                }
                 commands.mode = mode;
             }
             0x607A => commands.target_position_mdeg = value as i32,

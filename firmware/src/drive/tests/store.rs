@@ -133,8 +133,8 @@ fn lss_and_sdo_that_store_at_once_both_get_their_own() {
     bench.writes_for = 5;
     bench.send(0x7E5, &[4, 1, 0, 0, 0, 0, 0, 0]);
     bench.send(0x7E5, &[0x11, 42, 0, 0, 0, 0, 0, 0]);
-    bench.set(0x6081, 0, 222, 4);
-    bench.send(0x601, &[0x23, 0x10, 0x10, 1, b's', b'a', b'v', b'e']);
+    bench.set(0x1017, 0, 700, 2);
+    bench.send(0x601, &[0x23, 0x10, 0x10, 2, b's', b'a', b'v', b'e']);
     bench.heard.clear();
     bench.send(0x7E5, &[0x17, 0, 0, 0, 0, 0, 0, 0]);
     bench.steps(40);
@@ -146,13 +146,11 @@ fn lss_and_sdo_that_store_at_once_both_get_their_own() {
             .count()
     };
     assert_eq!((heard(0x7E4), heard(0x581)), (1, 1));
-    let set = bench.device.drive.store.set();
+    let stored = &bench.device.drive.store;
+    let heartbeat_ms = stored.communication(canopen::dictionary::Address::new(0x1017, 0));
     assert_eq!(
-        (
-            set.board.bus.node_id,
-            set.kept().get(kept::Slot::ProfileVelocity)
-        ),
-        (42, 222)
+        (stored.set().board.bus.node_id, heartbeat_ms),
+        (42, Some(700))
     );
 }
 
