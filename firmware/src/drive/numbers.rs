@@ -5,7 +5,7 @@ use canopen::dictionary::Address;
 
 use crate::{
     application::{Application, Refused},
-    parameters::{BoardParameters, CONTROL, Value},
+    parameters::BoardParameters,
 };
 
 /// Sub-indices in a row that are parameters in a row.
@@ -56,24 +56,16 @@ pub(super) fn number_of(address: Address) -> Option<u8> {
     Some(run.number + (address.sub - run.subs.0))
 }
 
-/// The value as the bits of its data type.
+/// The value as the bits of its data type; those of an integer go on to 64 bits.
 pub(super) fn read(parameters: &BoardParameters, number: u8) -> Result<u64, Abort> {
-    match parameters.get(number) {
-        Some(Value::Real(value)) => Ok(u64::from(value.to_bits())),
-        Some(Value::Integer(value)) => Ok(value as u64),
-        None => Err(Abort::NoObject),
-    }
+    let word = parameters.word(number).ok_or(Abort::NoObject)?;
+    Ok(word as i32 as u64)
 }
 
 /// Takes a new value, if it goes together with all others.
 pub(super) fn write(application: &mut Application, number: u8, value: u64) -> Result<(), Abort> {
     let mut parameters = *application.parameters();
-    let value = if usize::from(number) < CONTROL {
-        Value::Real(f32::from_bits(value as u32))
-    } else {
-        Value::Integer(value as i32)
-    };
-    if !parameters.set(number, value) {
+    if !parameters.set_word(number, value as u32) {
         return Err(Abort::Value);
     }
     application.retune(&parameters).map_err(abort)
