@@ -116,7 +116,7 @@ impl Board<'_> {
         self.writing = self.writing.saturating_sub(1);
         if self.writing == 1 {
             self.saves += 1;
-            drive.saved(self.saves % 3 != 0);
+            drive.saved(!self.saves.is_multiple_of(3));
         }
         let _ = drive.take_bit_rate();
     }

@@ -85,7 +85,7 @@ fn history(client: &mut Client) -> Result<Vec<(String, String)>, Error> {
         let word = client.integer(&format!("1003:{sub}"))?;
         let (code, instance) = (word & 0xFFFF, (word >> 16) as u16 & 0xFF);
         // Below 128 it is a node or a PDO.
-        let number = instance.checked_sub(128).unwrap_or_default();
+        let number = instance.saturating_sub(128);
         let fault = Fault::of_number(number).and_then(|fault| {
             let rows = TABLE.iter();
             rows.filter(|row| i64::from(row.error_code) == code)
