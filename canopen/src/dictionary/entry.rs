@@ -66,7 +66,7 @@ impl Limits {
 /// One entry of the object dictionary. The value of an object that the server does not keep itself
 /// lives in the application; here stands what never changes.
 ///
-/// Twelve bytes on a processor of 32 bits: see [`rights`] for how access, mapping and lock share four bits.
+/// Twelve bytes on a processor of 32 bits: access, mapping and lock share four bits.
 #[derive(Clone, Copy, Debug)]
 pub struct Entry {
     pub(crate) index: u16,
