@@ -161,3 +161,45 @@ fn derivatives_are_those_of_the_exact_solution() {
         assert_derivatives(&grey, &run, &values, &all);
     }
 }
+
+#[test]
+fn a_model_that_is_fast_against_its_samples_answers_as_between_close_ones() {
+    let cases: [(&dyn Model, ModelKind, &[(&str, f64)]); 3] = [
+        (
+            &BlackBox1::default(),
+            ModelKind::BlackBox1,
+            &[("pole_rad_s", 900.0)],
+        ),
+        (
+            &BlackBox2::new(Form::Gains),
+            ModelKind::BlackBox2,
+            &[
+                ("position_gain_per_s2", 2e5),
+                ("rate_gain_per_s", 1500.0),
+                ("rate_limit_up_deg_s", 3000.0),
+            ],
+        ),
+        (
+            &GreyBox::default(),
+            ModelKind::GreyBox,
+            &[("motor_time_constant_s", 0.002)],
+        ),
+    ];
+    for (model, kind, set) in cases {
+        for input in ["pulse", "chirp"] {
+            let close = Experiment::try_new(simulated(kind, input, 4, set)).expect("a recording");
+            let far = close.thinned(100);
+            let answers = |run: &Experiment| {
+                let mut angles = vec![0.0; run.len()];
+                let values = truth(model, kind, set);
+                model.simulate(run, &values, &mut |i, s| angles[i] = s.angle_deg);
+                angles
+            };
+            let (close, far) = (answers(&close), answers(&far));
+            let pairs = close.iter().step_by(100).zip(&far);
+            let worst = pairs.fold(0.0_f64, |worst, (a, b)| worst.max((a - b).abs()));
+            // A limit that is met and left again within a share of a step is the only difference.
+            assert!(worst < 1e-4, "{kind} {input}: {worst}");
+        }
+    }
+}

@@ -159,3 +159,17 @@ fn a_motor_without_logged_duty_is_refused() {
         Err(IdentifyError::Recording { .. })
     ));
 }
+
+#[test]
+fn frictions_are_looked_for_where_small_servos_have_them_unless_somebody_says_otherwise() {
+    let name = "viscous_friction_nm_s_deg";
+    let mut problem = problem("servo-m4", vec![pendulum(1, 100.0)]);
+    let high = |p: &Problem| {
+        let spec = p.specs.iter().find(|s| s.parameter.name == name);
+        spec.expect("a parameter").high
+    };
+    // 1 Nm s/rad.
+    assert_eq!(high(&problem), 1.0_f64.to_radians());
+    problem.bound(name, 0.0, 0.1).expect("a bound");
+    assert_eq!(high(&problem), 0.1);
+}
