@@ -162,9 +162,12 @@ fn derivatives_are_those_of_the_exact_solution() {
     }
 }
 
+/// Parameters that are set.
+type Set = &'static [(&'static str, f64)];
+
 #[test]
 fn a_model_that_is_fast_against_its_samples_answers_as_between_close_ones() {
-    let cases: [(&dyn Model, ModelKind, &[(&str, f64)]); 3] = [
+    let cases: [(&dyn Model, ModelKind, Set); 3] = [
         (
             &BlackBox1::default(),
             ModelKind::BlackBox1,
