@@ -3,6 +3,7 @@
 
 pub mod analysis;
 pub mod can;
+pub mod capture_file;
 pub mod cli;
 pub mod error;
 pub mod file;

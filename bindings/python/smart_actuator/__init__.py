@@ -10,6 +10,7 @@ end in their unit. One tick is 50 us. Results are bit for bit those of the progr
 """
 
 from ._native import __version__
+from ._identify import Estimate, FittedModel, Identification, identify
 from ._simulate import monte_carlo, simulate
 from ._stepped import Actuator, Reading
 from ._tables import inputs, parameters, presets
@@ -17,9 +18,13 @@ from ._trace import Trace
 
 __all__ = [
     "Actuator",
+    "Estimate",
+    "FittedModel",
+    "Identification",
     "Reading",
     "Trace",
     "__version__",
+    "identify",
     "inputs",
     "monte_carlo",
     "parameters",

@@ -10,6 +10,7 @@ __all__ = [
     "Actuator",
     "simulate",
     "monte_carlo",
+    "identify",
     "presets",
     "parameters",
     "inputs",
@@ -53,6 +54,9 @@ def simulate(request: dict[str, Any]) -> tuple[str, dict[str, NDArray[np.float64
 def monte_carlo(
     request: dict[str, Any], names: list[str], values: NDArray[np.float64], threads: int
 ) -> NDArray[np.float64]: ...
+def identify(
+    data: list[Any], validate: list[Any], reading: dict[str, Any], search: dict[str, Any]
+) -> str: ...
 def parameters(model: str, plant: Optional[str]) -> list[Parameter]: ...
 def presets() -> list[Preset]: ...
 def inputs() -> list[Input]: ...

@@ -5,6 +5,7 @@
 
 mod campaign;
 mod exception;
+mod identify;
 mod request;
 mod stepped;
 mod tables;
@@ -18,6 +19,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<stepped::Actuator>()?;
     module.add_function(wrap_pyfunction!(trace::simulate, module)?)?;
     module.add_function(wrap_pyfunction!(campaign::monte_carlo, module)?)?;
+    module.add_function(wrap_pyfunction!(identify::identify, module)?)?;
     module.add_function(wrap_pyfunction!(tables::presets, module)?)?;
     module.add_function(wrap_pyfunction!(tables::parameters, module)?)?;
     module.add_function(wrap_pyfunction!(tables::inputs, module)?)

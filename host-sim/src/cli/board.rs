@@ -1,6 +1,7 @@
 //! `actuator board`: the board's program on the emulated board.
 
 mod console;
+mod save;
 mod show;
 
 use std::net::TcpListener;
@@ -14,6 +15,7 @@ use virtual_board::rig::RigOptions;
 use virtual_board::run::{Company, Firmware, Flow, Options, Script, View, run_with};
 
 use self::console::Command;
+use self::save::{Saved, Saving};
 use self::show::Show;
 use super::Failure;
 use crate::error::Error;
@@ -21,8 +23,9 @@ use crate::error::Error;
 /// Runs the board's program on the emulated board, around the bench.
 ///
 /// What is typed goes to the board by its CAN bus: an angle in degrees commands it, and `enable`,
-/// `disable`, `stop`, `ack`, `save` are orders; `servo 1500` sends servo pulses, `servo off` ends
-/// them; `end` ends the run. The angle is commanded twenty times a second.
+/// `disable`, `stop`, `ack`, `save` are orders; `capture start` and `capture stop` begin and end the
+/// board's capture, `capture save FILE` writes it for `identify`; `servo 1500` sends servo pulses,
+/// `servo off` ends them; `end` ends the run. The angle is commanded twenty times a second.
 #[derive(Debug, Args)]
 pub struct Board {
     /// ELF file of the board's program (`cargo build-board`)
@@ -145,6 +148,7 @@ struct Session {
     show: Show,
     started: Option<Instant>,
     angle_deg: Option<f64>,
+    saving: Option<Saving>,
     period: u64,
 }
 
@@ -158,6 +162,7 @@ impl Session {
             show: Show::new(arguments.format),
             started: (arguments.pace == Pace::Real).then(Instant::now),
             angle_deg: None,
+            saving: None,
             period: 0,
         }
     }
@@ -168,6 +173,7 @@ impl Session {
             Command::End => return Flow::End,
             Command::Servo(pulse_us) => view.set_servo_us(pulse_us),
             Command::Angle(deg) => self.angle_deg = Some(deg),
+            Command::SaveCapture(path) => self.saving = Some(Saving::new(path)),
             Command::Order(order) => {
                 if let Some(port) = view.port(0) {
                     port.send(now_ns, console::frame(self.angle_deg.unwrap_or(0.0), order));
@@ -175,6 +181,29 @@ impl Session {
             }
         }
         Flow::On
+    }
+
+    /// Reads on in the capture that is to be saved, if one is.
+    fn save(&mut self, view: &mut View<'_>, heard: &[(u64, virtual_board::can::Frame)]) {
+        let Some(saving) = &mut self.saving else {
+            return;
+        };
+        match saving.go_on(self.period, heard) {
+            Ok(frame) => {
+                let now_ns = view.now_ns();
+                if let (Some(port), Some(frame)) = (view.port(0), frame) {
+                    port.send(now_ns, frame);
+                }
+            }
+            Err(end) => {
+                let word = match end {
+                    Saved::Written(..) => "capture",
+                    Saved::Unreadable(_) | Saved::Unwritable(_) => "error",
+                };
+                eprintln!("{word}: {end}");
+                self.saving = None;
+            }
+        }
     }
 
     fn wait_for_the_wall(&self, now_ns: u64) {
@@ -206,6 +235,7 @@ impl Script for Session {
             .port(0)
             .map(|port| port.take_heard())
             .unwrap_or_default();
+        self.save(view, &heard);
         let shown = self.show.row(view.row, self.angle_deg, &heard);
         self.wait_for_the_wall(now_ns);
         if shown { Flow::On } else { Flow::End }

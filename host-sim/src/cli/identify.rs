@@ -9,7 +9,6 @@ use clap::{
     Args,
     builder::{PossibleValue, PossibleValuesParser},
 };
-use serde_json::Value;
 
 pub use data::{DataOptions, Loaded};
 pub use search::SearchOptions;
@@ -149,14 +148,7 @@ impl Outputs {
 
 fn json(found: &Found<'_>) -> String {
     let notes = &found.loaded.notes;
-    let mut document = document::document(found.assessments, found.second_opinion, notes);
-    if let Some(ranking) = found.ranking {
-        document.insert(
-            "ranking".into(),
-            document::ranking(ranking, found.assessments),
-        );
-    }
-    format!("{:#}\n", Value::Object(document))
+    document::text(found.assessments, found.ranking, found.second_opinion, notes)
 }
 
 fn print(found: &Found<'_>) -> Result<(), Error> {

@@ -12,6 +12,20 @@ use super::{
     statistics::{Correlations, Quality},
 };
 
+/// The text of [`document`], with the ranking of a comparison where there is one.
+pub fn text(
+    assessments: &[Assessment],
+    order: Option<&super::compare::Ranking>,
+    second_opinion: &SecondOpinion,
+    notes: &[Note],
+) -> String {
+    let mut document = document(assessments, second_opinion, notes);
+    if let Some(order) = order {
+        document.insert("ranking".into(), ranking(order, assessments));
+    }
+    format!("{:#}\n", Value::Object(document))
+}
+
 /// The document of an identification: its models, the second opinion, and what was odd in the files.
 /// Numbers that are not finite are null.
 pub fn document(

@@ -27,6 +27,7 @@ pub mod page;
 pub mod parameter_file;
 pub mod problem;
 pub mod recording;
+pub mod request;
 pub mod scalar;
 pub mod start;
 pub mod statistics;

@@ -1,12 +1,13 @@
 //! What is typed, and the frames that it becomes (`firmware::frames`).
 
 use std::io::BufRead;
+use std::path::PathBuf;
 use std::sync::mpsc::Sender;
 
 use virtual_board::can::{Frame, Id};
 
 /// A line of the console.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) enum Command {
     /// Command this angle, deg, from now on.
     Angle(f64),
@@ -14,6 +15,8 @@ pub(super) enum Command {
     Order(u8),
     /// Send servo pulses of this length, us, or none.
     Servo(Option<f64>),
+    /// Save the capture into this file.
+    SaveCapture(PathBuf),
     /// End the run.
     End,
 }
@@ -35,6 +38,9 @@ fn parse(line: &str) -> Result<Command, String> {
         ["stop"] => Command::Order(3),
         ["ack"] => Command::Order(4),
         ["save"] => Command::Order(7),
+        ["capture", "start"] => Command::Order(11),
+        ["capture", "stop"] => Command::Order(12),
+        ["capture", "save", path] => Command::SaveCapture(path.into()),
         ["end"] => Command::End,
         ["servo", "off"] => Command::Servo(None),
         ["servo", us] => Command::Servo(Some(number(us, "a pulse of", 1.0, 19_000.0, "us")?)),
@@ -86,6 +92,9 @@ mod tests {
         assert_eq!(parse("-12.5"), Ok(Command::Angle(-12.5)));
         assert_eq!(parse("servo 1500"), Ok(Command::Servo(Some(1500.0))));
         assert_eq!(parse("servo off"), Ok(Command::Servo(None)));
+        assert_eq!(parse("capture start"), Ok(Command::Order(11)));
+        let save = Command::SaveCapture("run.csv".into());
+        assert_eq!(parse("capture save run.csv"), Ok(save));
         let error = parse("999").unwrap_err();
         assert_eq!(error, "`999`: expected an angle of -180 to 180 deg");
         assert_eq!(parse("go on"), Err("`go on` is no command".into()));

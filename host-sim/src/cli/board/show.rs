@@ -2,6 +2,7 @@
 
 use std::io::Write;
 
+use model_core::control::encoder_word::COUNT_DEG;
 use virtual_board::can::Frame;
 use virtual_board::trace::Row;
 
@@ -46,24 +47,28 @@ impl Show {
             Format::Plot if is_turn => writeln!(out, "{}", self.line(row, angle_deg)),
             Format::Plot => Ok(()),
             Format::Csv => {
-                let header = "time_s,angle_deg,rate_deg_s,current_a,supply_v,state,fault";
+                let header = "time_s,command_deg,angle_deg,angle_meas_deg,rate_deg_s,current_a,\
+                              supply_v,state,fault";
                 let begun = if is_first {
                     writeln!(out, "{header}")
                 } else {
                     Ok(())
                 };
-                begun.and_then(|()| writeln!(out, "{}", self.values(row)))
+                begun.and_then(|()| writeln!(out, "{}", self.values(row, angle_deg)))
             }
         };
         written.is_ok()
     }
 
-    fn values(&self, row: &Row) -> String {
+    /// Empty where nothing is commanded yet.
+    fn values(&self, row: &Row, command_deg: Option<f64>) -> String {
         let (state, fault) = self.status;
         format!(
-            "{:.3},{},{},{},{},{state},{fault}",
+            "{:.3},{},{},{},{},{},{},{state},{fault}",
             row.at_ns as f64 * 1e-9,
+            text(command_deg),
             row.angle_deg,
+            text(encoder_deg(row)),
             row.rate_deg_s,
             row.current_a,
             row.supply_v,
@@ -87,6 +92,16 @@ impl Show {
             row.current_a,
         )
     }
+}
+
+/// What the encoder shows, within half a turn of zero; nothing where its word is not valid.
+fn encoder_deg(row: &Row) -> Option<f64> {
+    let count = i32::from(row.sensed.encoder.word().read().ok()?.count.get());
+    Some(f64::from(count - ((count & 0x800) << 1)) * COUNT_DEG)
+}
+
+fn text(value: Option<f64>) -> String {
+    value.map_or(String::new(), |value| value.to_string())
 }
 
 fn column(deg: f64) -> usize {

@@ -10,8 +10,7 @@ use crate::{
     cli::{output, parameters::setting},
     error::Error,
     identify::{
-        Experiment, IdentifyError, Model, Options, Problem, Progress, Scope,
-        assessment::Assessment, engine::fit,
+        IdentifyError, Model, Options, Progress, assessment::Assessment, request::Request,
     },
     scenario::Setting,
 };
@@ -68,12 +67,20 @@ fn bound(text: &str) -> Result<Bounded, String> {
 }
 
 impl SearchOptions {
-    /// How to search.
-    pub fn options(&self) -> Options {
-        Options {
-            starts: self.starts.into(),
-            seed: self.seed,
-            ..Options::default()
+    fn request(&self) -> Request {
+        let bound = self.bound.iter();
+        Request {
+            fix: self.fix.clone(),
+            free: self.free.clone(),
+            bound: bound.map(|b| (b.name.clone(), b.low, b.high)).collect(),
+            start: self.start.clone(),
+            own: self.own.clone(),
+            share: self.share.clone(),
+            options: Options {
+                starts: self.starts.into(),
+                seed: self.seed,
+                ..Options::default()
+            },
         }
     }
 
@@ -83,65 +90,16 @@ impl SearchOptions {
         models: Vec<Arc<dyn Model>>,
         loaded: &Loaded,
     ) -> Result<Vec<Assessment>, Error> {
-        self.check(&models)?;
+        let request = self.request();
+        request.check(&models)?;
         let one = |model: Arc<dyn Model>| {
             let bar = output::progress(self.starts.into(), model.name());
-            let problem = self.problem(model, &loaded.fitted)?;
-            let fitted = fit(&problem, &self.options(), &Bar(&bar))?;
+            let assessed = request.assess(model, &loaded.fitted, &loaded.held_out, &Bar(&bar));
             bar.finish_and_clear();
-            let name = fitted.model;
-            Assessment::of(name, &problem, fitted, &loaded.held_out)
+            assessed
         };
         let fitted: Result<Vec<_>, IdentifyError> = models.into_iter().map(one).collect();
         Ok(fitted?)
-    }
-
-    /// A parameter that is named must be one of a model at least; of several models it applies to
-    /// those that have it.
-    fn check(&self, models: &[Arc<dyn Model>]) -> Result<(), Error> {
-        let parameters = || models.iter().flat_map(|m| m.parameters());
-        let fixed = self.fix.iter().chain(&self.start).map(|s| &s.name);
-        let named = fixed
-            .chain(self.bound.iter().map(|b| &b.name))
-            .chain(self.free.iter().chain(&self.own).chain(&self.share));
-        for name in named {
-            if !parameters().any(|p| p.is_called(name)) {
-                let mut known: Vec<&str> = parameters().map(|p| p.name).collect();
-                known.sort_unstable();
-                known.dedup();
-                let expected = known.join(", ");
-                return Err(Error::unknown("parameter", name, known, expected));
-            }
-        }
-        Ok(())
-    }
-
-    fn problem(
-        &self,
-        model: Arc<dyn Model>,
-        experiments: &[Experiment],
-    ) -> Result<Problem, IdentifyError> {
-        let parameters = model.parameters().to_vec();
-        let has = |name: &str| parameters.iter().any(|p| p.is_called(name));
-        let mut problem = Problem::try_new(model, experiments.to_vec())?;
-        for b in self.bound.iter().filter(|b| has(&b.name)) {
-            problem.bound(&b.name, b.low, b.high)?;
-        }
-        for name in self.free.iter().filter(|name| has(name)) {
-            problem.free(name)?;
-        }
-        for s in self.start.iter().filter(|s| has(&s.name)) {
-            problem.start(&s.name, s.value)?;
-        }
-        for s in self.fix.iter().filter(|s| has(&s.name)) {
-            problem.fix(&s.name, s.value)?;
-        }
-        for (names, scope) in [(&self.own, Scope::Own), (&self.share, Scope::Shared)] {
-            for name in names.iter().filter(|name| has(name)) {
-                problem.scope(name, scope)?;
-            }
-        }
-        Ok(problem)
     }
 }
 

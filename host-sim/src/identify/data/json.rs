@@ -8,7 +8,7 @@ use std::{collections::BTreeMap, fs, path::Path};
 use serde::Deserialize;
 use serde_json::{Value, value::RawValue};
 
-use super::Table;
+use super::{Progress, Table};
 use crate::error::Error;
 
 /// What a number of the whole run is called in these files, and as a parameter of our models.
@@ -34,8 +34,11 @@ struct Run<'a> {
     rest: BTreeMap<String, Value>,
 }
 
+/// Samples between two reports of progress.
+const SAMPLES_PER_REPORT: usize = 1 << 12;
+
 /// Reads the file.
-pub fn read(path: &Path) -> Result<Table, Error> {
+pub fn read(path: &Path, progress: &mut Progress<'_>) -> Result<Table, Error> {
     let text = fs::read_to_string(path).map_err(|source| Error::Read {
         path: path.into(),
         source,
@@ -51,7 +54,7 @@ pub fn read(path: &Path) -> Result<Table, Error> {
     })?;
     table.constants = samples.constants;
     table.radians = samples.radians;
-    let mut lines = LineNumbers::new(&text);
+    let (mut lines, size) = (LineNumbers::new(&text), text.len() as u64);
     for (index, entry) in samples.entries.into_iter().enumerate() {
         let line = lines.of(entry.get());
         let sample: BTreeMap<&str, Value> = serde_json::from_str(entry.get()).map_err(|error| {
@@ -60,7 +63,11 @@ pub fn read(path: &Path) -> Result<Table, Error> {
         })?;
         push(&mut table, &sample);
         table.lines.push(line);
+        if table.len().is_multiple_of(SAMPLES_PER_REPORT) {
+            progress(lines.place as u64, size);
+        }
     }
+    progress(size, size);
     Ok(table)
 }
 

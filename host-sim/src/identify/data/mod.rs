@@ -85,7 +85,7 @@ impl Import {
             .extension()
             .is_some_and(|extension| extension.eq_ignore_ascii_case("json"));
         let table = if is_json {
-            json::read(path)?
+            json::read(path, progress)?
         } else {
             delimited::read(path, self.delimiter, progress)?
         };

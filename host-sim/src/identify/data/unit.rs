@@ -11,16 +11,18 @@ const TIMES: [(&str, f64); 5] = [
     ("min", 60.0),
 ];
 /// Units of angles, in deg.
-const ANGLES: [(&str, f64); 5] = [
+const ANGLES: [(&str, f64); 6] = [
     ("deg", 1.0),
+    ("mdeg", 1e-3),
     ("rad", 180.0 / std::f64::consts::PI),
     ("mrad", 0.18 / std::f64::consts::PI),
     ("turn", 360.0),
     ("count12", 360.0 / 4096.0),
 ];
 /// Units of rates, in deg/s.
-const RATES: [(&str, f64); 6] = [
+const RATES: [(&str, f64); 7] = [
     ("deg_s", 1.0),
+    ("mdeg_s", 1e-3),
     ("deg/s", 1.0),
     ("rad_s", 180.0 / std::f64::consts::PI),
     ("rad/s", 180.0 / std::f64::consts::PI),
@@ -28,7 +30,13 @@ const RATES: [(&str, f64); 6] = [
     ("turn/s", 360.0),
 ];
 /// Units of the duty, in %.
-const DUTIES: [(&str, f64); 4] = [("pct", 1.0), ("%", 1.0), ("permille", 0.1), ("1", 100.0)];
+const DUTIES: [(&str, f64); 5] = [
+    ("pct", 1.0),
+    ("mpct", 1e-3),
+    ("%", 1.0),
+    ("permille", 0.1),
+    ("1", 100.0),
+];
 /// Units of currents, in mA.
 const CURRENTS: [(&str, f64); 2] = [("a", 1e3), ("ma", 1.0)];
 /// Units of voltages, in V.

@@ -1,0 +1,203 @@
+"""From recordings to the parameters of models."""
+
+from __future__ import annotations
+
+import json
+import os
+from typing import Any, List, Mapping, Optional, Sequence, Tuple, TypedDict, Union
+
+from numpy.typing import ArrayLike
+
+from . import _arguments, _native
+
+#: A file, or its columns by name.
+Recording = Union[str, "os.PathLike[str]", Mapping[str, ArrayLike]]
+
+
+class Estimate(TypedDict):
+    """A parameter of a fitted model.
+
+    ``standard_error`` is the Cramer-Rao bound for white residuals, ``standard_error_coloured`` that
+    for correlated ones; both are None where there is none: a parameter that was given, that stands
+    at its bound, or that the recordings leave open. ``experiment`` is the recording that it belongs
+    to alone, None where all share it.
+    """
+
+    name: str
+    unit: str
+    estimate: float
+    standard_error: Optional[float]
+    standard_error_coloured: Optional[float]
+    at_bound: bool
+    bound: Optional[str]
+    bounds: List[Optional[float]]
+    identifiable: bool
+    fixed: bool
+    experiment: Optional[str]
+
+
+class _Model(TypedDict):
+    name: str
+    model: str
+    fit_percent: float
+    parameters: List[Estimate]
+    noise_deg: float
+    samples: int
+    aic: float
+    bic: float
+    warnings: List[str]
+
+
+class FittedModel(_Model, total=False):
+    """A fitted model.
+
+    ``fit_percent`` is the normalised root mean square error as a fit, %, ``noise_deg`` the standard
+    deviation of the residuals, deg. ``experiments`` and ``validation`` hold figures of merit and
+    residual correlations of each recording.
+    """
+
+    quality: dict[str, Any]
+    validation_quality: Optional[dict[str, Any]]
+    cost_deg2: float
+    effective_samples: float
+    free_parameters: int
+    bic_effective: float
+    correlation: dict[str, Any]
+    covariance: List[List[float]]
+    covariance_coloured: List[List[float]]
+    search: dict[str, Any]
+    experiments: List[dict[str, Any]]
+    validation: List[dict[str, Any]]
+
+
+class Identification(TypedDict):
+    """What `actuator identify --json` writes, number for number."""
+
+    program: str
+    version: str
+    models: List[FittedModel]
+    second_opinion: dict[str, Any]
+    notes: List[dict[str, Any]]
+
+
+def identify(
+    data: Union[Recording, Sequence[Recording]],
+    *,
+    models: Union[str, Sequence[str]] = ("black-box-1", "black-box-2", "grey-box"),
+    validate: Union[Recording, Sequence[Recording]] = (),
+    fix: Optional[Mapping[str, float]] = None,
+    free: Union[str, Sequence[str]] = (),
+    bound: Optional[Mapping[str, Tuple[float, float]]] = None,
+    start: Optional[Mapping[str, float]] = None,
+    own: Union[str, Sequence[str]] = (),
+    share: Union[str, Sequence[str]] = (),
+    starts: int = 8,
+    seed: int = 0,
+    columns: Optional[Mapping[str, str]] = None,
+    delimiter: Optional[str] = None,
+    window: Optional[Tuple[float, float]] = None,
+    keep_clipped: bool = False,
+    hold: Optional[str] = None,
+    known: Optional[Mapping[str, float]] = None,
+    threads: Optional[int] = None,
+) -> Identification:
+    """Fits models to recordings by output error, and says how sure each parameter is.
+
+    The interpreter is released meanwhile, and an interrupt ends the search.
+
+    :param data: a recording, or several that one set of parameters is fitted to: files as `actuator
+        identify` takes them, or mappings with the columns ``time_s``, ``command_deg`` and
+        ``angle_deg``, and as far as known ``rate_deg_s``, ``duty_pct`` (%), ``current_ma`` and
+        ``supply_v`` (V). NaN is a value that is missing.
+    :param models: what to fit.
+    :param validate: recordings that the fitted models only predict.
+    :param fix: parameters that are held, with their values.
+    :param free: parameters that are looked for although they are held as a rule.
+    :param bound: parameters that are kept within bounds, each with the lower and the upper one.
+    :param start: values from which the search begins.
+    :param own: parameters of which each recording has its own value.
+    :param share: parameters of which all recordings have one value.
+    :param starts: how many starts to search from, 1 to 1000.
+    :param seed: of the starts.
+    :param columns: which column of the files is what, as ``{"angle": "pos:rad"}``.
+    :param delimiter: between two fields: ``comma``, ``semicolon``, ``tab`` or ``blanks``.
+    :param window: takes from and to these times of the files alone, s.
+    :param keep_clipped: compares samples too where the angle of a file stands at its end.
+    :param hold: ``zero`` where the command keeps its value between samples, ``smooth`` where it
+        moves; what the samples show unless given.
+    :param known: what is known of the runs by the name of a parameter, such as
+        ``{"pendulum_mass_kg": 0.5}``.
+    :param threads: how many to use; one a core unless given.
+    :raises KeyError: a parameter that no model has, a column that is missing or unknown.
+    :raises OSError: a file that cannot be read.
+    :raises ValueError: a file that holds something else, named by its line; a recording that nothing
+        can be identified from; a value out of range; a model that does not exist.
+    :raises TypeError: an argument of another kind.
+    """
+    count = _arguments.whole("starts", starts, 1)
+    if count > 1000:
+        raise ValueError(f"starts is {count}, expected an integer from 1 to 1000")
+    recordings = _recordings("data", data)
+    if not recordings:
+        raise ValueError("data is empty, expected at least one recording")
+    reading = {
+        "columns": [(_text("columns", a), _text("columns", b)) for a, b in (columns or {}).items()],
+        "delimiter": _arguments.optional_text("delimiter", delimiter),
+        "window": None if window is None else _pair("window", window),
+        "keep_clipped": bool(keep_clipped),
+        "hold": _arguments.optional_text("hold", hold),
+        "known": _arguments.pairs(known or {}),
+    }
+    search = {
+        "models": _names("models", models),
+        "fix": _arguments.pairs(fix or {}),
+        "free": _names("free", free),
+        "bound": [(_text("bound", n), *_pair(f"bound {n}", b)) for n, b in (bound or {}).items()],
+        "start": _arguments.pairs(start or {}),
+        "own": _names("own", own),
+        "share": _names("share", share),
+        "starts": count,
+        "seed": _arguments.whole("seed", seed),
+        "threads": 0 if threads is None else _arguments.whole("threads", threads, 1),
+    }
+    text = _native.identify(recordings, _recordings("validate", validate), reading, search)
+    found: Identification = json.loads(text)
+    return found
+
+
+_text = _arguments.text
+
+
+def _names(name: str, value: Union[str, Sequence[str]]) -> List[str]:
+    return [_text(name, each) for each in ([value] if isinstance(value, str) else value)]
+
+
+def _pair(name: str, value: object) -> Tuple[float, float]:
+    try:
+        low, high = value  # type: ignore[misc]
+    except (TypeError, ValueError):
+        raise TypeError(f"{name} is {value!r}, expected a pair of numbers") from None
+    pair = _arguments.number(name, low), _arguments.number(name, high)
+    # Written so that NaN fails.
+    if not pair[0] < pair[1]:
+        raise ValueError(f"{name} is {value!r}, expected the lesser number first")
+    return pair
+
+
+def _recordings(name: str, value: Union[Recording, Sequence[Recording]]) -> List[Any]:
+    each = [value] if isinstance(value, (str, os.PathLike, Mapping)) else list(value)
+    return [_recording(f"{name}[{index}]", one) for index, one in enumerate(each)]
+
+
+def _recording(name: str, value: object) -> Any:
+    if isinstance(value, (str, os.PathLike)):
+        return os.fspath(value)
+    if not isinstance(value, Mapping):
+        raise TypeError(f"{name} is {value!r}, expected a file or a mapping of arrays")
+    columns = {}
+    for key, column in value.items():
+        array = _arguments.array(f"{name}, {key}", column)
+        if array.ndim != 1:
+            raise ValueError(f"{name}, {key} has the shape {array.shape}, expected one dimension")
+        columns[_text(f"{name}, name of a column", key)] = array
+    return columns

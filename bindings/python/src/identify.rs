@@ -1,0 +1,328 @@
+//! Identification, in a thread of its own, so that the user can stop it.
+
+use std::{
+    collections::BTreeMap,
+    path::PathBuf,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+        mpsc::{RecvTimeoutError, channel},
+    },
+    time::Duration,
+};
+
+use host_sim::{
+    error::Error,
+    identify::{
+        Experiment, Hold, IdentifyError, Model, Options, Progress, Recording,
+        assessment::SecondOpinion,
+        data::{Columns, Delimiter, Import, Note},
+        document, models,
+        request::Request,
+    },
+    scenario::Setting,
+};
+use numpy::PyReadonlyArray1;
+use pyo3::{
+    exceptions::{PyKeyError, PyOSError, PyRuntimeError, PyValueError},
+    prelude::*,
+};
+
+/// A recording: a file, or columns by their names.
+#[derive(FromPyObject)]
+pub enum Source<'py> {
+    File(PathBuf),
+    Arrays(BTreeMap<String, PyReadonlyArray1<'py, f64>>),
+}
+
+/// A dictionary with all of these keys: how files are read.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct Reading {
+    columns: Vec<(String, String)>,
+    delimiter: Option<String>,
+    window: Option<(f64, f64)>,
+    keep_clipped: bool,
+    hold: Option<String>,
+    known: Vec<(String, f64)>,
+}
+
+/// A dictionary with all of these keys: what is looked for.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct Search {
+    models: Vec<String>,
+    fix: Vec<(String, f64)>,
+    free: Vec<String>,
+    bound: Vec<(String, f64, f64)>,
+    start: Vec<(String, f64)>,
+    own: Vec<String>,
+    share: Vec<String>,
+    starts: usize,
+    seed: u64,
+    threads: usize,
+}
+
+/// Time between two looks at whether the user wants to stop.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// Everything that was found, as the JSON of `actuator identify --json`.
+#[pyfunction]
+pub fn identify(
+    py: Python<'_>,
+    data: Vec<Source<'_>>,
+    validate: Vec<Source<'_>>,
+    reading: Reading,
+    search: Search,
+) -> PyResult<String> {
+    let job = Job::of(data, validate, reading, search)?;
+    let (stop, (done, finished)) = (AtomicBool::new(false), channel());
+    let result = std::thread::scope(|scope| {
+        let stop = &stop;
+        let worker = scope.spawn(move || {
+            let result = job.run(stop);
+            // Nobody waits any more who has stopped waiting.
+            let _ = done.send(());
+            result
+        });
+        loop {
+            match py.detach(|| finished.recv_timeout(LOOK)) {
+                Err(RecvTimeoutError::Timeout) => {}
+                Ok(()) | Err(RecvTimeoutError::Disconnected) => break,
+            }
+            if let Err(interruption) = py.check_signals() {
+                stop.store(true, Ordering::Relaxed);
+                let _ = py.detach(|| worker.join());
+                return Err(interruption);
+            }
+        }
+        let ended = worker.join();
+        ended.map_err(|_| PyRuntimeError::new_err("the search ended unexpectedly"))
+    })?;
+    result.map_err(exception)
+}
+
+/// What is to be done, without anything of Python.
+struct Job {
+    data: Vec<Given>,
+    validate: Vec<Given>,
+    import: Import,
+    models: Vec<Arc<dyn Model>>,
+    request: Request,
+    threads: usize,
+}
+
+/// A recording as it was given.
+enum Given {
+    File(PathBuf),
+    Recording(Box<Recording>),
+}
+
+impl Job {
+    fn of(
+        data: Vec<Source<'_>>,
+        validate: Vec<Source<'_>>,
+        reading: Reading,
+        search: Search,
+    ) -> PyResult<Self> {
+        let import = reading.import()?;
+        let (models, threads) = (search.models().map_err(exception)?, search.threads);
+        let request = search.request();
+        request.check(&models).map_err(exception)?;
+        let given = |sources: Vec<Source<'_>>, what| {
+            let numbered = sources.into_iter().enumerate();
+            let one = |(index, source): (usize, Source<'_>)| match source {
+                Source::File(path) => Ok(Given::File(path)),
+                Source::Arrays(columns) => {
+                    let name = format!("{what}[{index}]");
+                    recording(name, &columns, &import).map(|r| Given::Recording(Box::new(r)))
+                }
+            };
+            numbered.map(one).collect::<PyResult<Vec<_>>>()
+        };
+        Ok(Self {
+            data: given(data, "data")?,
+            validate: given(validate, "validate")?,
+            import,
+            models,
+            request,
+            threads,
+        })
+    }
+
+    /// Reads, fits and writes the document.
+    fn run(self, stop: &AtomicBool) -> Result<String, Error> {
+        let mut notes = Vec::new();
+        let mut ready = |given: Vec<Given>| -> Result<Vec<Experiment>, Error> {
+            let one = |given| self.import.experiment(given, &mut notes);
+            given.into_iter().map(one).collect()
+        };
+        let (fitted, held_out) = (ready(self.data)?, ready(self.validate)?);
+        // The threads are made for this call: those of a pool that is kept would be missing in a
+        // process that was forked meanwhile.
+        let threads = rayon::ThreadPoolBuilder::new().num_threads(self.threads);
+        let threads = threads
+            .build()
+            .map_err(|error| Error::Conflict(error.to_string()))?;
+        let one = |model: Arc<dyn Model>| {
+            let search = || self.request.assess(model, &fitted, &held_out, &Stop(stop));
+            threads.install(search)
+        };
+        let found: Result<Vec<_>, IdentifyError> = self.models.into_iter().map(one).collect();
+        let second_opinion = SecondOpinion::of(&fitted);
+        Ok(document::text(&found?, None, &second_opinion, &notes))
+    }
+}
+
+/// Makes a given recording ready.
+trait Ready {
+    fn experiment(&self, given: Given, notes: &mut Vec<Note>) -> Result<Experiment, Error>;
+}
+
+impl Ready for Import {
+    fn experiment(&self, given: Given, notes: &mut Vec<Note>) -> Result<Experiment, Error> {
+        let (name, recording) = match given {
+            Given::Recording(recording) => (recording.name.clone(), *recording),
+            Given::File(path) => {
+                let imported = self.read(&path, &mut |_, _| {})?;
+                notes.extend(imported.notes);
+                (path.display().to_string(), imported.recording)
+            }
+        };
+        let unusable = |error| IdentifyError::Recording { name, error };
+        Ok(Experiment::try_new(recording).map_err(unusable)?)
+    }
+}
+
+/// Ends the search where somebody has asked for it.
+struct Stop<'a>(&'a AtomicBool);
+
+impl Progress for Stop<'_> {
+    fn is_stopped(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+}
+
+impl Reading {
+    fn import(self) -> PyResult<Import> {
+        let choice = |(what, column): &(String, String)| {
+            let parsed = format!("{what}={column}").parse();
+            parsed.map_err(|error| PyValueError::new_err(format!("columns: {error}")))
+        };
+        Ok(Import {
+            columns: Columns(self.columns.iter().map(choice).collect::<PyResult<_>>()?),
+            delimiter: match self.delimiter.as_deref() {
+                None => None,
+                Some("comma") => Some(Delimiter::Character(b',')),
+                Some("semicolon") => Some(Delimiter::Character(b';')),
+                Some("tab") => Some(Delimiter::Character(b'\t')),
+                Some("blanks") => Some(Delimiter::Blanks),
+                Some(other) => {
+                    return Err(PyValueError::new_err(format!(
+                        "delimiter is `{other}`, expected comma, semicolon, tab or blanks"
+                    )));
+                }
+            },
+            window_s: self.window,
+            keep_clipped: self.keep_clipped,
+            hold: match self.hold.as_deref() {
+                None => Hold::Auto,
+                Some("zero") => Hold::Zero,
+                Some("smooth") => Hold::Smooth,
+                Some(other) => {
+                    return Err(PyValueError::new_err(format!(
+                        "hold is `{other}`, expected zero or smooth"
+                    )));
+                }
+            },
+            constants: self.known.into_iter().collect(),
+        })
+    }
+}
+
+impl Search {
+    fn models(&self) -> Result<Vec<Arc<dyn Model>>, Error> {
+        let known = models::all();
+        let names = || known.iter().map(|model| model.name());
+        let unknown = |name| {
+            let expected = names().collect::<Vec<_>>().join(", ");
+            Error::unknown("model", name, names(), expected)
+        };
+        let one = |name: &String| models::named(name).ok_or_else(|| unknown(name));
+        self.models.iter().map(one).collect()
+    }
+
+    fn request(self) -> Request {
+        let settings = |pairs: Vec<(String, f64)>| {
+            let setting = |(name, value)| Setting::new(name, value);
+            pairs.into_iter().map(setting).collect()
+        };
+        Request {
+            fix: settings(self.fix),
+            free: self.free,
+            bound: self.bound,
+            start: settings(self.start),
+            own: self.own,
+            share: self.share,
+            options: Options {
+                starts: self.starts,
+                seed: self.seed,
+                ..Options::default()
+            },
+        }
+    }
+}
+
+/// The columns that a recording may have beside those that it must have.
+const OPTIONAL: [&str; 4] = ["rate_deg_s", "duty_pct", "current_ma", "supply_v"];
+/// Those that it must have.
+const REQUIRED: [&str; 3] = ["time_s", "command_deg", "angle_deg"];
+
+fn recording(
+    name: String,
+    columns: &BTreeMap<String, PyReadonlyArray1<'_, f64>>,
+    import: &Import,
+) -> PyResult<Recording> {
+    let is_known = |key: &str| REQUIRED.contains(&key) || OPTIONAL.contains(&key);
+    if let Some(key) = columns.keys().find(|key| !is_known(key)) {
+        let known = [&REQUIRED[..], &OPTIONAL[..]].concat().join(", ");
+        return Err(PyKeyError::new_err(format!(
+            "{name} has a column `{key}`, expected {known}"
+        )));
+    }
+    let column = |key: &str| Some(columns.get(key)?.as_array().to_vec());
+    let required = |key: &str| {
+        let missing = || PyKeyError::new_err(format!("{name} has no column `{key}`"));
+        column(key).ok_or_else(missing)
+    };
+    Ok(Recording {
+        time_s: required("time_s")?,
+        command_deg: required("command_deg")?,
+        angle_deg: required("angle_deg")?,
+        rate_deg_s: column("rate_deg_s"),
+        duty_pct: column("duty_pct"),
+        current_ma: column("current_ma"),
+        supply_v: column("supply_v"),
+        hold: import.hold,
+        constants: import.constants.clone(),
+        name,
+    })
+}
+
+/// `KeyError` for a parameter that no model has, `OSError` for a file that cannot be read,
+/// `ValueError` for everything else.
+fn exception(error: Error) -> PyErr {
+    match &error {
+        Error::UnknownName {
+            kind: "parameter", ..
+        } => PyKeyError::new_err(error.to_string()),
+        Error::Read { path, source } => match source.raw_os_error() {
+            // Of the kind that the number means, such as FileNotFoundError.
+            Some(number) => {
+                PyOSError::new_err((number, source.to_string(), path.display().to_string()))
+            }
+            None => PyOSError::new_err(error.to_string()),
+        },
+        _ => PyValueError::new_err(error.to_string()),
+    }
+}

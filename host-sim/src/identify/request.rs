@@ -1,0 +1,99 @@
+//! What somebody asks of a search, by the names of parameters: on a command line or in Python.
+
+use std::sync::Arc;
+
+use super::{
+    assessment::Assessment,
+    engine::{Options, Progress, fit},
+    experiment::Experiment,
+    model::Model,
+    problem::{IdentifyError, Problem, Scope},
+};
+use crate::{error::Error, scenario::Setting};
+
+/// Which parameters are looked for, where and how. Of several models each takes what it has.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Request {
+    /// Held at these values.
+    pub fix: Vec<Setting>,
+    /// Looked for although they are held as a rule.
+    pub free: Vec<String>,
+    /// Kept within bounds: name, low, high.
+    pub bound: Vec<(String, f64, f64)>,
+    /// Looked for from these values on.
+    pub start: Vec<Setting>,
+    /// Each recording has its own value.
+    pub own: Vec<String>,
+    /// All recordings have one value.
+    pub share: Vec<String>,
+    /// How to search.
+    pub options: Options,
+}
+
+impl Request {
+    /// Fits one model, and predicts the recordings that were left out.
+    ///
+    /// # Errors
+    /// Those of [`Problem`] and of [`fit`].
+    pub fn assess(
+        &self,
+        model: Arc<dyn Model>,
+        fitted: &[Experiment],
+        held_out: &[Experiment],
+        progress: &dyn Progress,
+    ) -> Result<Assessment, IdentifyError> {
+        let problem = self.problem(model, fitted)?;
+        let found = fit(&problem, &self.options, progress)?;
+        Assessment::of(found.model, &problem, found, held_out)
+    }
+
+    /// Checks that each parameter that is named is one of a model at least.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`] of the first that is not.
+    pub fn check(&self, models: &[Arc<dyn Model>]) -> Result<(), Error> {
+        let parameters = || models.iter().flat_map(|m| m.parameters());
+        let fixed = self.fix.iter().chain(&self.start).map(|s| &s.name);
+        let named = fixed
+            .chain(self.bound.iter().map(|(name, ..)| name))
+            .chain(self.free.iter().chain(&self.own).chain(&self.share));
+        for name in named {
+            if !parameters().any(|p| p.is_called(name)) {
+                let mut known: Vec<&str> = parameters().map(|p| p.name).collect();
+                known.sort_unstable();
+                known.dedup();
+                let expected = known.join(", ");
+                return Err(Error::unknown("parameter", name, known, expected));
+            }
+        }
+        Ok(())
+    }
+
+    fn problem(
+        &self,
+        model: Arc<dyn Model>,
+        experiments: &[Experiment],
+    ) -> Result<Problem, IdentifyError> {
+        let parameters = model.parameters().to_vec();
+        let has = |name: &str| parameters.iter().any(|p| p.is_called(name));
+        let mut problem = Problem::try_new(model, experiments.to_vec())?;
+        for (name, low, high) in self.bound.iter().filter(|(name, ..)| has(name)) {
+            problem.bound(name, *low, *high)?;
+        }
+        for name in self.free.iter().filter(|name| has(name)) {
+            problem.free(name)?;
+        }
+        for s in self.start.iter().filter(|s| has(&s.name)) {
+            problem.start(&s.name, s.value)?;
+        }
+        for s in self.fix.iter().filter(|s| has(&s.name)) {
+            problem.fix(&s.name, s.value)?;
+        }
+        for (names, scope) in [(&self.own, Scope::Own), (&self.share, Scope::Shared)] {
+            for name in names.iter().filter(|name| has(name)) {
+                problem.scope(name, scope)?;
+            }
+        }
+        Ok(problem)
+    }
+}

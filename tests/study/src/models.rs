@@ -1,0 +1,119 @@
+//! The paper's three models: with the paper's numbers, and fitted to the runs.
+
+use host_sim::{
+    identify::{
+        Experiment, Fit, Model, Options, Problem, Quiet, engine, models::named, statistics::Quality,
+    },
+    input::{Command, Sequence},
+    settings::{self, ModelKind, PlantKind, Settings},
+    simulate::Simulation,
+};
+use model_core::{named::Named as _, time::TICKS_PER_SECOND};
+use std::sync::Arc;
+
+use crate::{Failure, bench::Controller, runs::Run};
+
+/// The models, from the least to the most complex as the paper orders them.
+pub const MODELS: [&str; 3] = ["black-box-1", "black-box-2", "grey-box"];
+/// The presets that are the paper's numbers; of the grey box as it is printed, in the paper's unit.
+const PRINTED: [&str; 3] = ["paper", "paper", "as-printed"];
+
+/// A model by its place in [`MODELS`].
+///
+/// # Errors
+/// [`Failure::NoModel`] of a name that identification does not know.
+pub fn model(index: usize) -> Result<Arc<dyn Model>, Failure> {
+    let name = MODELS[index];
+    named(name).ok_or(Failure::NoModel(name))
+}
+
+/// The parameters that are known beforehand: of the grey box the gains of its controller.
+pub fn known(index: usize, controller: Controller) -> Vec<(&'static str, f64)> {
+    match MODELS[index] {
+        "grey-box" => controller.settings(),
+        _ => Vec::new(),
+    }
+}
+
+/// A model that was fitted to several runs of one input.
+#[derive(Debug, Clone)]
+pub struct Fitted {
+    /// The fit.
+    pub fit: Fit,
+    /// How near it comes to the runs that it was fitted to.
+    pub quality: Quality,
+    /// How near it comes to those of each input, its own included; one set of five for each.
+    pub predicted: Vec<Quality>,
+}
+
+impl Fitted {
+    /// The estimate of a parameter; NaN where the model has none.
+    pub fn value(&self, name: &str) -> f64 {
+        self.fit.value(name).unwrap_or(f64::NAN)
+    }
+
+    /// Fits a model to the runs of one input, and predicts those of all.
+    ///
+    /// # Errors
+    /// Those of the fit.
+    pub fn of(
+        index: usize,
+        controller: Controller,
+        own: &[Experiment],
+        all: &[Vec<Experiment>],
+    ) -> Result<Self, Failure> {
+        let mut problem = Problem::try_new(model(index)?, own.to_vec())?;
+        for (name, value) in known(index, controller) {
+            problem.fix(name, value)?;
+        }
+        let fit = engine::fit(&problem, &Options::default(), &Quiet)?;
+        let quality = |pairs: &[(&Experiment, Vec<f64>)]| {
+            let measured = pairs
+                .iter()
+                .flat_map(|(e, _)| e.recording.angle_deg.clone());
+            let answers = pairs.iter().flat_map(|(_, angles)| angles.clone());
+            Quality::of(&measured.collect::<Vec<_>>(), &answers.collect::<Vec<_>>())
+                .ok_or(Failure::Nothing)
+        };
+        let own: Vec<_> = (own.iter().zip(&fit.experiments))
+            .map(|(experiment, fit)| (experiment, fit.predicted_deg.clone()))
+            .collect();
+        let predict = |runs: &Vec<Experiment>| {
+            let one = |run| Ok((run, engine::predict(&problem, &fit, run)?.predicted_deg));
+            quality(&runs.iter().map(one).collect::<Result<Vec<_>, Failure>>()?)
+        };
+        Ok(Self {
+            quality: quality(&own)?,
+            predicted: all.iter().map(predict).collect::<Result<_, _>>()?,
+            fit,
+        })
+    }
+}
+
+/// What a model with the paper's numbers answers to the commands of a run, at each control period,
+/// deg.
+///
+/// # Errors
+/// Those of the simulator.
+pub fn printed(index: usize, run: &Run) -> Result<Vec<f64>, Failure> {
+    let name = MODELS[index];
+    let kind = ModelKind::named(name).ok_or(Failure::NoModel(name))?;
+    let mut settings = Settings::new(kind, PlantKind::FirstOrder);
+    settings::apply(&mut settings, PRINTED[index])?;
+    let (every, host_ticks) = (TICKS_PER_SECOND / 250, TICKS_PER_SECOND / 50);
+    let mut sequence = Sequence::default();
+    for (index, deg) in run.commands_deg().enumerate() {
+        sequence.push(index as u64 * host_ticks, deg);
+    }
+    let trace = Simulation {
+        settings,
+        command: Command::Sequence(sequence),
+        input: name.into(),
+        load: None,
+        ticks: run.len() as u64 * every,
+        every,
+    }
+    .record()?;
+    let angles = trace.column("angle_deg").unwrap_or_default();
+    Ok(angles.iter().take(run.len()).copied().collect())
+}

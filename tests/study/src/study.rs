@@ -1,0 +1,145 @@
+//! Everything that is made of the runs: the fits, their predictions, and which model is enough.
+
+use std::collections::BTreeMap;
+
+use host_sim::identify::{
+    Experiment, Options,
+    compare::{Candidate, Comparison},
+};
+use rayon::prelude::*;
+
+use crate::{
+    Failure,
+    models::{Fitted, MODELS, known, model},
+    runs::{CONDITIONS, INPUTS, Rate, Run, progress},
+};
+
+/// Which fit: condition, rate, input and model by their places.
+pub type Place = (usize, Rate, usize, usize);
+
+/// The study.
+#[derive(Debug)]
+pub struct Study {
+    /// All runs.
+    pub runs: Vec<Run>,
+    /// All fits.
+    pub fits: BTreeMap<Place, Fitted>,
+    /// Which model is enough, in words; one for each condition.
+    pub verdicts: Vec<String>,
+}
+
+/// Runs that the comparison of models fits to; it is judged by the rest.
+const FITTED_RUNS: u64 = 3;
+
+impl Study {
+    /// Fits everything.
+    ///
+    /// # Errors
+    /// The first failure.
+    pub fn of(runs: Vec<Run>) -> Result<Self, Failure> {
+        let mut places = Vec::new();
+        for condition in 0..CONDITIONS.len() {
+            for rate in Rate::ALL {
+                for input in 0..INPUTS.len() {
+                    places.extend((0..MODELS.len()).map(|model| (condition, rate, input, model)));
+                }
+            }
+        }
+        let has_runs = |place: &Place| of_input(&runs, place.0, place.2).next().is_some();
+        places.retain(has_runs);
+        let bar = progress(places.len() + CONDITIONS.len(), "fits");
+        let one = |place: &Place| {
+            let fitted = fit(&runs, *place)?;
+            bar.inc(1);
+            Ok((*place, fitted))
+        };
+        let fits = places.par_iter().map(one);
+        let fits = fits.collect::<Result<BTreeMap<_, _>, Failure>>()?;
+        let mut verdicts = Vec::new();
+        for condition in 0..CONDITIONS.len() {
+            verdicts.push(enough(&runs, condition)?);
+            bar.inc(1);
+        }
+        bar.finish_and_clear();
+        Ok(Self {
+            runs,
+            fits,
+            verdicts,
+        })
+    }
+
+    /// The runs of an input.
+    pub fn runs(&self, condition: usize, input: &str) -> Vec<&Run> {
+        of_input(&self.runs, condition, place(input)).collect()
+    }
+
+    /// A fit.
+    pub fn fit(&self, condition: usize, rate: Rate, input: &str, model: usize) -> Option<&Fitted> {
+        self.fits.get(&(condition, rate, place(input), model))
+    }
+}
+
+/// The place of an input.
+pub fn place(input: &str) -> usize {
+    INPUTS.iter().position(|name| *name == input).unwrap_or(0)
+}
+
+fn of_input(runs: &[Run], condition: usize, input: usize) -> impl Iterator<Item = &Run> {
+    let (controller, load) = CONDITIONS[condition];
+    runs.iter().filter(move |run| {
+        (run.key.controller, run.key.load, run.key.input) == (controller, load, input)
+    })
+}
+
+fn experiments<'a>(
+    runs: impl Iterator<Item = &'a Run>,
+    rate: Rate,
+) -> Result<Vec<Experiment>, Failure> {
+    runs.map(|run| run.experiment(rate)).collect()
+}
+
+fn fit(runs: &[Run], (condition, rate, input, model): Place) -> Result<Fitted, Failure> {
+    let own = experiments(of_input(runs, condition, input), rate)?;
+    // How a model does on other inputs is the same at both rates: the lower one is cheaper.
+    let others = match rate {
+        Rate::Hz250 => Vec::new(),
+        Rate::Hz50 => (0..INPUTS.len())
+            .map(|other| experiments(of_input(runs, condition, other), rate))
+            .collect::<Result<_, _>>()?,
+    };
+    Fitted::of(model, CONDITIONS[condition].0, &own, &others)
+}
+
+/// Fits all models to some runs of all inputs together, and ranks them by the other runs.
+fn enough(runs: &[Run], condition: usize) -> Result<String, Failure> {
+    let of_all = || (0..INPUTS.len()).flat_map(|input| of_input(runs, condition, input));
+    let fitted = of_all().filter(|run| run.key.run <= FITTED_RUNS);
+    let held_out = of_all().filter(|run| run.key.run > FITTED_RUNS);
+    let fitted = experiments(fitted, Rate::Hz50)?;
+    let held_out = experiments(held_out, Rate::Hz50)?;
+    if fitted.is_empty() || held_out.is_empty() {
+        return Ok(String::from("too few runs to compare the models"));
+    }
+    let candidate = |index: usize| {
+        Ok(Candidate {
+            name: MODELS[index].into(),
+            model: model(index)?,
+            held: known(index, CONDITIONS[condition].0),
+        })
+    };
+    let candidates: Vec<Candidate> = (0..MODELS.len())
+        .map(candidate)
+        .collect::<Result<_, Failure>>()?;
+    let options = Options::default();
+    let comparison = Comparison::of(&candidates, &fitted, &held_out, &options, &|_| {})?;
+    let reasons = comparison.ranking.ranks.iter().map(|rank| {
+        let name = &comparison.assessments[rank.index].name;
+        format!("{name} {:.2} deg ({})", rank.score, rank.reason)
+    });
+    let reasons: Vec<String> = reasons.collect();
+    Ok(format!(
+        "{}. {}.",
+        comparison.ranking.verdict,
+        reasons.join("; ")
+    ))
+}
