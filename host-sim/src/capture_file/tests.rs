@@ -108,7 +108,10 @@ fn a_capture_comes_out_of_the_board_as_it_was_recorded_and_can_be_imported() {
     for (index, angle_deg) in recording.angle_deg.iter().enumerate() {
         // Two counts a record, told in thousandths.
         let expected = f64::from(2 * index as u32 + 1) * 360.0 / 4096.0;
-        assert!((angle_deg - expected).abs() <= 0.001, "{index}: {angle_deg}");
+        assert!(
+            (angle_deg - expected).abs() <= 0.001,
+            "{index}: {angle_deg}"
+        );
     }
 }
 
@@ -146,5 +149,8 @@ fn a_field_that_is_no_number_is_named_by_its_line() {
     std::fs::write(&path, torn).expect("a file");
     let error = Import::default().read(&path, &mut |_, _| {}).unwrap_err();
     let said = error.to_string();
-    assert!(said.ends_with("capture.csv:5: column 2 (`angle_mdeg`) is no finite number"), "{said}");
+    assert!(
+        said.ends_with("capture.csv:5: column 2 (`angle_mdeg`) is no finite number"),
+        "{said}"
+    );
 }

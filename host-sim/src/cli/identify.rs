@@ -148,7 +148,12 @@ impl Outputs {
 
 fn json(found: &Found<'_>) -> String {
     let notes = &found.loaded.notes;
-    document::text(found.assessments, found.ranking, found.second_opinion, notes)
+    document::text(
+        found.assessments,
+        found.ranking,
+        found.second_opinion,
+        notes,
+    )
 }
 
 fn print(found: &Found<'_>) -> Result<(), Error> {

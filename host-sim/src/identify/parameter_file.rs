@@ -1,9 +1,17 @@
 //! A fitted model as a file that `actuator simulate --parameters` takes: a scenario in TOML with its
 //! model and parameters.
+//!
+//! A motor comes back as the bench behind the board: driven by the board's own loops where it was
+//! fitted from its duty, and by its fitted position loop where it was fitted from its command.
+
+mod motor;
+#[cfg(test)]
+mod tests;
 
 use std::fmt::Write as _;
 
 use model_core::named::Named;
+use motor::Bench;
 
 use super::fit::{Estimate, Fit};
 use crate::{
@@ -16,23 +24,41 @@ use crate::{
 /// # Errors
 /// [`Error::Conflict`] of a model that the simulator has not.
 pub fn text(fit: &Fit) -> Result<String, Error> {
-    let kind = ModelKind::named(simulated_as(fit.model)).ok_or_else(|| {
+    let bench = Bench::of(fit);
+    let kind = match &bench {
+        Some(_) => Some(ModelKind::Board),
+        None => ModelKind::named(simulated_as(fit.model)),
+    };
+    let kind = kind.ok_or_else(|| {
         Error::Conflict(format!(
             "{} cannot be simulated by itself, expected one of {}",
             fit.model,
             ModelKind::NAMES.join(", ")
         ))
     })?;
-    let settings = Settings::new(kind, PlantKind::FirstOrder);
+    let plant = match &bench {
+        Some(_) => PlantKind::Bench,
+        None => PlantKind::FirstOrder,
+    };
+    let settings = Settings::new(kind, plant);
     let known: Vec<&str> = settings.values().map(|v| v.parameter.name).collect();
     let mut text = format!(
-        "# Fitted by actuator {}: fit {:.2} %, noise {:.4} deg.\nmodel = \"{}\"\n\n[set]\n",
+        "# {} fitted by actuator {}: fit {:.2} %, noise {:.4} deg.\nmodel = \"{}\"\n",
+        fit.model,
         env!("CARGO_PKG_VERSION"),
         fit.fit_percent,
         fit.noise_deg,
         kind.name(),
     );
-    for (name, value, estimate) in values(fit) {
+    if let Some(bench) = &bench {
+        let _ = writeln!(text, "plant = \"{}\"", plant.name());
+        for remark in bench.remarks() {
+            let _ = writeln!(text, "# {remark}");
+        }
+    }
+    text += "\n[set]\n";
+    let values = bench.map_or_else(|| values(fit), |bench| bench.values());
+    for (name, value, estimate) in values {
         if !known.contains(&name) || !value.is_finite() {
             continue;
         }
@@ -60,8 +86,12 @@ fn simulated_as(model: &str) -> &str {
     }
 }
 
+/// A parameter of the simulator with its value, and the estimate that it is; `None` where it was
+/// computed from estimates.
+type Set<'a> = (&'static str, f64, Option<&'a Estimate>);
+
 /// The parameters of the actuator by the simulator's names.
-fn values(fit: &Fit) -> Vec<(&'static str, f64, Option<&Estimate>)> {
+fn values(fit: &Fit) -> Vec<Set<'_>> {
     let shared = fit.estimates.iter().filter(|e| e.experiment.is_none());
     let mut values: Vec<_> = shared.map(|e| (e.name, e.value, Some(e))).collect();
     // The simulator has the gains of the oscillator.

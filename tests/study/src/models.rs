@@ -18,6 +18,15 @@ pub const MODELS: [&str; 3] = ["black-box-1", "black-box-2", "grey-box"];
 /// The presets that are the paper's numbers; of the grey box as it is printed, in the paper's unit.
 const PRINTED: [&str; 3] = ["paper", "paper", "as-printed"];
 
+/// How all models are searched for: the look at the data starts near the optimum, and three
+/// scattered starts beside it would find another.
+pub fn search() -> Options {
+    Options {
+        starts: 4,
+        ..Options::default()
+    }
+}
+
 /// A model by its place in [`MODELS`].
 ///
 /// # Errors
@@ -42,8 +51,8 @@ pub struct Fitted {
     pub fit: Fit,
     /// How near it comes to the runs that it was fitted to.
     pub quality: Quality,
-    /// How near it comes to those of each input, its own included; one set of five for each.
-    pub predicted: Vec<Quality>,
+    /// How near it comes to those of each input, its own included; `None` of an input without runs.
+    pub predicted: Vec<Option<Quality>>,
 }
 
 impl Fitted {
@@ -66,7 +75,7 @@ impl Fitted {
         for (name, value) in known(index, controller) {
             problem.fix(name, value)?;
         }
-        let fit = engine::fit(&problem, &Options::default(), &Quiet)?;
+        let fit = engine::fit(&problem, &search(), &Quiet)?;
         let quality = |pairs: &[(&Experiment, Vec<f64>)]| {
             let measured = pairs
                 .iter()
@@ -80,7 +89,11 @@ impl Fitted {
             .collect();
         let predict = |runs: &Vec<Experiment>| {
             let one = |run| Ok((run, engine::predict(&problem, &fit, run)?.predicted_deg));
-            quality(&runs.iter().map(one).collect::<Result<Vec<_>, Failure>>()?)
+            let answers = runs.iter().map(one).collect::<Result<Vec<_>, Failure>>()?;
+            match answers.is_empty() {
+                true => Ok(None),
+                false => quality(&answers).map(Some),
+            }
         };
         Ok(Self {
             quality: quality(&own)?,

@@ -102,10 +102,11 @@ fn cross_table(study: &Study) -> String {
             let Some(fit) = study.fit(MAIN, Rate::Hz50, input, model) else {
                 continue;
             };
-            let cells = fit
+            let percent = fit
                 .predicted
                 .iter()
-                .map(|q| format!(" {:.1} |", q.fit_percent));
+                .map(|q| q.map_or(f64::NAN, |q| q.fit_percent));
+            let cells = percent.map(|percent| format!(" {percent:.1} |"));
             let _ = writeln!(text, "| {name} | {input} |{}", cells.collect::<String>());
         }
     }

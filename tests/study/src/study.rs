@@ -3,14 +3,14 @@
 use std::collections::BTreeMap;
 
 use host_sim::identify::{
-    Experiment, Options,
+    Experiment,
     compare::{Candidate, Comparison},
 };
 use rayon::prelude::*;
 
 use crate::{
     Failure,
-    models::{Fitted, MODELS, known, model},
+    models::{Fitted, MODELS, known, model, search},
     runs::{CONDITIONS, INPUTS, Rate, Run, progress},
 };
 
@@ -130,8 +130,7 @@ fn enough(runs: &[Run], condition: usize) -> Result<String, Failure> {
     let candidates: Vec<Candidate> = (0..MODELS.len())
         .map(candidate)
         .collect::<Result<_, Failure>>()?;
-    let options = Options::default();
-    let comparison = Comparison::of(&candidates, &fitted, &held_out, &options, &|_| {})?;
+    let comparison = Comparison::of(&candidates, &fitted, &held_out, &search(), &|_| {})?;
     let reasons = comparison.ranking.ranks.iter().map(|rank| {
         let name = &comparison.assessments[rank.index].name;
         format!("{name} {:.2} deg ({})", rank.score, rank.reason)

@@ -9,9 +9,7 @@ use super::Loaded;
 use crate::{
     cli::{output, parameters::setting},
     error::Error,
-    identify::{
-        IdentifyError, Model, Options, Progress, assessment::Assessment, request::Request,
-    },
+    identify::{IdentifyError, Model, Options, Progress, assessment::Assessment, request::Request},
     scenario::Setting,
 };
 

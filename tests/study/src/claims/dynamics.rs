@@ -209,7 +209,7 @@ fn enough(case: &Case<'_>) -> Option<Claim> {
     let of = |model| {
         let fitted = case.study.fit(MAIN, Hz50, "pulse", model)?;
         let other = fitted.predicted.get(crate::study::place("variable-step"))?;
-        Some(other.fit_percent)
+        Some(other.as_ref()?.fit_percent)
     };
     let (first, second, grey) = (of(0)?, of(1)?, of(2)?);
     Some(Claim {

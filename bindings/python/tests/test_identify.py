@@ -1,0 +1,131 @@
+import _thread
+import json
+import os
+import subprocess
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import smart_actuator as sa
+
+PROGRAM = os.environ.get("ACTUATOR", "actuator")
+
+
+def recording(model="black-box-1", input="pulse", noise_deg=0.05, seed=0, **parameters):
+    trace = sa.simulate(model, input=input, every=80, **parameters)
+    noise = np.random.default_rng(seed).normal(0.0, noise_deg, len(trace.t))
+    return {
+        "time_s": trace.t,
+        "command_deg": trace.command,
+        "angle_deg": trace.angle_deg + noise,
+    }
+
+
+def estimates(found, model=0):
+    return {each["name"]: each for each in found["models"][model]["parameters"]}
+
+
+def test_arrays_give_back_the_parameters_that_made_them():
+    found = sa.identify(recording(), models="black-box-1", starts=2)
+    parameters = estimates(found)
+    truth = {"pole_rad_s": 30.0, "delay_s": 0.0175, "rate_limit_up_deg_s": 240.0}
+    for name, value in truth.items():
+        # Four of its standard errors: a draw beyond is one in 16,000.
+        error = parameters[name]["standard_error"]
+        assert abs(parameters[name]["estimate"] - value) < 4.0 * error, name
+    assert parameters["position_limit_deg"]["fixed"]
+    assert found["models"][0]["fit_percent"] > 99.0
+
+
+def test_what_is_asked_of_the_search_is_done():
+    runs = [recording(seed=1), recording(seed=2, input="3-2-1-1")]
+    found = sa.identify(
+        runs,
+        models=["black-box-1"],
+        validate=recording(seed=3, input="ramp"),
+        fix={"gain": 1.0},
+        bound={"pole_rad_s": (1.0, 20.0)},
+        own="offset_deg",
+        starts=1,
+    )
+    parameters = estimates(found)
+    assert parameters["gain"]["fixed"] and parameters["gain"]["estimate"] == 1.0
+    assert parameters["pole_rad_s"]["bound"] == "high"
+    offsets = [p for p in found["models"][0]["parameters"] if p["name"] == "offset_deg"]
+    assert [p["experiment"] for p in offsets] == ["data[0]", "data[1]"]
+    assert found["models"][0]["validation"][0]["name"] == "validate[0]"
+
+
+def test_the_result_is_the_programs_json_bit_for_bit(tmp_path):
+    path = tmp_path / "run.csv"
+    columns = recording(seed=4)
+    table = np.column_stack(list(columns.values()))
+    np.savetxt(path, table, delimiter=",", header=",".join(columns), comments="", fmt="%.17g")
+    command = [PROGRAM, "identify", path, "--json", "-", "--starts", "3", "--seed", "5"]
+    printed = subprocess.run(command, check=True, capture_output=True).stdout
+    assert sa.identify(path, starts=3, seed=5) == json.loads(printed)
+    assert sa.identify(str(path), starts=3, seed=5, threads=1) == json.loads(printed)
+
+
+@pytest.mark.parametrize(
+    "error, message, more",
+    [
+        (KeyError, "unknown parameter `pole`", {"fix": {"pole": 30.0}}),
+        (ValueError, "unknown model `black-box`", {"models": "black-box"}),
+        (ValueError, "delay_s starts at 9", {"fix": {"delay_s": 9.0}}),
+        (ValueError, "bound pole_rad_s", {"bound": {"pole_rad_s": (2.0, 1.0)}}),
+        (ValueError, "hold is `ramp`", {"hold": "ramp"}),
+        (ValueError, "`length` is no quantity", {"columns": {"length": "1"}}),
+        (ValueError, "starts is 0", {"starts": 0}),
+        (TypeError, "starts is 1.5", {"starts": 1.5}),
+        (TypeError, "parameter gain is 'one'", {"fix": {"gain": "one"}}),
+        (TypeError, "window is 3", {"window": 3}),
+    ],
+)
+def test_what_does_not_fit_is_named(error, message, more):
+    with pytest.raises(error, match=message):
+        sa.identify(recording(), **{"models": "black-box-1", **more})
+
+
+def test_recordings_that_are_none_are_named(tmp_path):
+    run = recording()
+    short = {name: column[:3] for name, column in run.items()}
+    for error, message, data in [
+        (ValueError, "data is empty", []),
+        (ValueError, r"data\[0\]: .*3 samples", short),
+        (ValueError, "the same in all samples", {**run, "angle_deg": np.zeros(len(run["time_s"]))}),
+        (ValueError, "time_s is 0 in sample 1251|increasing time", {**run, "time_s": run["time_s"] * 0}),
+        (ValueError, "command_deg has 2 samples", {**run, "command_deg": [1.0, 2.0]}),
+        (ValueError, r"data\[0\], angle_deg has the shape \(1, 2\)", {**run, "angle_deg": [[1, 2]]}),
+        (KeyError, "column `angle_deg`", {"time_s": [0.0], "command_deg": [0.0]}),
+        (KeyError, "a column `angle`", {**run, "angle": run["angle_deg"]}),
+        (TypeError, r"data\[1\] is 7", [run, 7]),
+        (FileNotFoundError, "nowhere.csv", tmp_path / "nowhere.csv"),
+    ]:
+        with pytest.raises(error, match=message):
+            sa.identify(data, models="black-box-1")
+    bad = tmp_path / "bad.csv"
+    bad.write_text("t,command_deg,angle_deg\n0,0,0\n1,0,x\n")
+    with pytest.raises(ValueError, match=r"bad\.csv:3: column 3 \(`angle_deg`\)"):
+        sa.identify(bad)
+
+
+def test_the_interpreter_is_free_meanwhile_and_an_interrupt_ends_the_search():
+    # Minutes of search, and a thread that counts and then interrupts.
+    runs = [recording(input="chirp", seed=seed) for seed in range(4)]
+    counted = []
+
+    def interrupt():
+        for _ in range(5):
+            time.sleep(0.1)
+            counted.append(time.monotonic())
+        _thread.interrupt_main()
+
+    begun = time.monotonic()
+    threading.Thread(target=interrupt).start()
+    with pytest.raises(KeyboardInterrupt):
+        sa.identify(runs, models=["servo-m6"], starts=1000)
+    assert len(counted) == 5
+    assert time.monotonic() - begun < 60.0
