@@ -75,6 +75,11 @@
     };
     const chart = new uPlot(options, data, host);
     charts.push(chart);
+    // Both edges of a band are one entry.
+    const labels = panel.series.map(s => s.label);
+    chart.root.querySelectorAll('.u-legend tr').forEach((row, i) => {
+      if (i && labels.indexOf(labels[i - 1]) < i - 1) row.style.display = 'none';
+    });
     new ResizeObserver(() => host.clientWidth && chart.setSize({ width: host.clientWidth, height: options.height })).observe(host);
   };
 

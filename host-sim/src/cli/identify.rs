@@ -167,7 +167,10 @@ fn print(found: &Found<'_>) -> Result<(), Error> {
         }
     }
     output::print_table(&tables::quality(found.assessments))?;
-    output::print_table(&tables::equivalents(found.second_opinion))?;
+    let systems = tables::equivalents(found.second_opinion);
+    if !systems.rows.is_empty() {
+        output::print_table(&systems)?;
+    }
     output::print_table(&tables::delays(found.second_opinion))?;
     match found.ranking {
         Some(ranking) => output::print(&format!("\n{}.\n", ranking.verdict)),

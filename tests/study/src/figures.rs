@@ -14,7 +14,7 @@ use crate::{
     bench::BLACK_BOX_2,
     measures::Traces,
     models::MODELS,
-    runs::{CONDITIONS, Rate, Run},
+    runs::{CHIRP_END_HZ, CONDITIONS, Rate, Run},
     study::Study,
 };
 
@@ -81,9 +81,8 @@ fn time_figure(title: &str, traces: &Traces, models: &[usize]) -> Figure {
     let series = |label: &str, colour, y: &[f64]| Series::new(label, colour, &t, &thin(y));
     let panel = |label: &str, answers: &[Vec<f64>]| {
         let mut panel = Panel::new(label);
-        for (index, run) in traces.runs_deg.iter().enumerate() {
-            let label = if index == 0 { "five runs" } else { "" };
-            panel = panel.series(series(label, RUN_COLOUR, run));
+        for run in &traces.runs_deg {
+            panel = panel.series(series("five runs", RUN_COLOUR, run));
         }
         panel = panel.series(series("command", 0, &traces.command_deg).style(Style::Step));
         for &model in models {
@@ -134,8 +133,10 @@ fn bode(study: &Study, condition: usize) -> Option<Figure> {
         Panel::new("gain (dB)"),
         Panel::new("phase (deg)").y_step(45.0),
     );
+    // Beyond what the chirp excites there is noise alone.
+    let band = 0.1..=CHIRP_END_HZ;
     let shown: Vec<usize> = (0..measured.frequency_hz.len())
-        .filter(|&i| measured.coherence[i] > 0.8 && measured.frequency_hz[i] >= 0.1)
+        .filter(|&i| measured.coherence[i] > 0.8 && band.contains(&measured.frequency_hz[i]))
         .collect();
     let take = |y: &[f64]| shown.iter().map(|&i| y[i]).collect::<Vec<f64>>();
     let f = take(&measured.frequency_hz);

@@ -3,7 +3,7 @@
 //! The chain of the paper, Simulink at 50 Hz, a serial port and a communication board, is not
 //! emulated beyond its delay: a command goes on the bus [`CHAIN_MS`] after the host has set it.
 
-use board_tests::frames::{Frame, order};
+use board_tests::frames::{BoardFrame as _, Frame, order};
 use virtual_board::can;
 use virtual_board::run::{Flow, Script, View};
 
@@ -212,7 +212,7 @@ mod tests {
         let sent: Vec<(u64, i32)> = (START..START + 20)
             .filter_map(|tick| {
                 let frame = host.frame(tick)?;
-                let mdeg = i32::from_le_bytes(frame.data[..4].try_into().ok()?);
+                let mdeg = i32::from_le_bytes(frame.on_the_wire().data[..4].try_into().ok()?);
                 Some(((tick - START) * 4 + 2, mdeg))
             })
             .collect();

@@ -23,9 +23,16 @@ pub const CONDITIONS: [(Controller, Load); 3] = [
     (Controller::Retuned, Load::Loaded),
 ];
 
-/// The chirp: up to 10 Hz at 5 deg, which is the default, the retuned loop draws so much current that
-/// the board ends it for overload at 8.4 Hz.
-const CHIRP: [(&str, f64); 2] = [("end_hz", 6.0), ("duration_s", 15.0)];
+/// Where the chirp ends, Hz.
+pub const CHIRP_END_HZ: f64 = 6.0;
+
+/// The chirp: what the motor can follow without the whole duty, 2150 deg/s^2 at the most, up to 6 Hz.
+/// The default, 5 deg up to 10 Hz, the board ends for overload.
+const CHIRP: [(&str, f64); 3] = [
+    ("amplitude_deg", 1.5),
+    ("end_hz", CHIRP_END_HZ),
+    ("duration_s", 15.0),
+];
 
 /// What is recorded of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

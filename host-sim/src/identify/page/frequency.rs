@@ -30,9 +30,12 @@ pub fn section(content: &Content<'_>) -> Section {
             section.figure(figure(response, &systems))
         }
     };
-    section
-        .table(tables::equivalents(opinion))
-        .table(tables::delays(opinion))
+    let systems = tables::equivalents(opinion);
+    section = match systems.rows.is_empty() {
+        true => section.note("Too few of its points are coherent for an equivalent system."),
+        false => section.table(systems),
+    };
+    section.table(tables::delays(opinion))
 }
 
 fn figure(response: &FrequencyResponse, systems: &[(&str, Option<&Equivalent>)]) -> Figure {

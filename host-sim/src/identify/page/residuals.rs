@@ -50,9 +50,9 @@ fn yes(is_it: bool) -> &'static str {
 
 fn banded(label: &str, lag_s: &[f64], value: &[f64], band: &[f64]) -> Panel {
     let lower: Vec<f64> = band.iter().map(|b| -b).collect();
-    let edge = |y: &[f64], label| Series::new(label, 7, lag_s, y).style(Style::Dashed);
+    let edge = |y: &[f64]| Series::new("95 % band", 7, lag_s, y).style(Style::Dashed);
     Panel::new(label)
-        .series(edge(band, "95 % band"))
-        .series(edge(&lower, ""))
+        .series(edge(band))
+        .series(edge(&lower))
         .series(Series::new(label, 1, lag_s, value))
 }
