@@ -6,7 +6,6 @@ use std::{
     sync::{
         Arc,
         atomic::{AtomicBool, Ordering},
-        mpsc::{RecvTimeoutError, channel},
     },
     time::Duration,
 };
@@ -76,22 +75,19 @@ pub fn identify(
     search: Search,
 ) -> PyResult<String> {
     let job = Job::of(data, validate, reading, search)?;
-    let (stop, (done, finished)) = (AtomicBool::new(false), channel());
+    let (stop, caller) = (AtomicBool::new(false), std::thread::current());
     let result = std::thread::scope(|scope| {
         let stop = &stop;
         let worker = scope.spawn(move || {
             let result = job.run(stop);
-            // Nobody waits any more who has stopped waiting.
-            let _ = done.send(());
+            caller.unpark();
             result
         });
-        loop {
-            match py.detach(|| finished.recv_timeout(LOOK)) {
-                Err(RecvTimeoutError::Timeout) => {}
-                Ok(()) | Err(RecvTimeoutError::Disconnected) => break,
-            }
+        while !worker.is_finished() {
+            py.detach(|| std::thread::park_timeout(LOOK));
             if let Err(interruption) = py.check_signals() {
                 stop.store(true, Ordering::Relaxed);
+                // Its own end is waited for, without the interpreter.
                 let _ = py.detach(|| worker.join());
                 return Err(interruption);
             }
@@ -244,7 +240,7 @@ impl Search {
     fn models(&self) -> Result<Vec<Arc<dyn Model>>, Error> {
         let known = models::all();
         let names = || known.iter().map(|model| model.name());
-        let unknown = |name| {
+        let unknown = |name: &str| {
             let expected = names().collect::<Vec<_>>().join(", ");
             Error::unknown("model", name, names(), expected)
         };
@@ -306,6 +302,7 @@ fn recording(
         hold: import.hold,
         constants: import.constants.clone(),
         name,
+        ..Recording::default()
     })
 }
 
