@@ -319,7 +319,7 @@ fn a_choice_that_makes_no_sense_is_refused() {
         ),
         (
             "angle=pos:volt",
-            "`volt` is no unit of angle, expected deg, rad",
+            "`volt` is no unit of angle, expected deg, mdeg, rad",
         ),
     ] {
         let error = text.parse::<Choice>().expect_err(text);

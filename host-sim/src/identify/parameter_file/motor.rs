@@ -109,7 +109,10 @@ impl<'a> Bench<'a> {
                 None,
             ),
         ];
-        let alike = ALIKE.into_iter().filter_map(|name| {
+        // The delay of a motor is between its duty and its torque: no transport delay of commands.
+        let is_of_the_servo = |name: &&str| self.is_servo || *name != "delay_s";
+        let alike = ALIKE.into_iter().filter(is_of_the_servo);
+        let alike = alike.filter_map(|name| {
             let estimate = self.shared(name)?;
             Some((name, estimate.value, Some(estimate)))
         });
