@@ -110,14 +110,14 @@ impl Host {
         if tick < ENABLE {
             // One access a control period, and time for its answer.
             let index = (tick / 2) as usize;
-            let &(number, value) = self.words.get(index).filter(|_| tick % 2 == 0)?;
+            let &(number, value) = self.words.get(index).filter(|_| tick.is_multiple_of(2))?;
             return Some(Frame::write(number, value));
         }
         if tick == ENABLE {
             return Some(Frame::command(0, order::ENABLE));
         }
         let since_ms = (last_ms + 20 * START).checked_sub(START * PERIODS + CHAIN_MS)?;
-        if since_ms % 20 != 0 {
+        if !since_ms.is_multiple_of(20) {
             return None;
         }
         let index = (since_ms / 20).saturating_sub(START) as usize;
