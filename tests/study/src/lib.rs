@@ -41,7 +41,7 @@ pub enum Failure {
     Firmware(#[from] FirmwareError),
     /// The board does not run.
     #[error(transparent)]
-    Board(#[from] RunError),
+    Board(Box<RunError>),
     /// A run ended otherwise than it should.
     #[error("{0}: {1}")]
     Run(String, link::RunProblem),
@@ -53,8 +53,25 @@ pub enum Failure {
     Recording(String, RecordingError),
     /// A model cannot be fitted.
     #[error(transparent)]
-    Identify(#[from] IdentifyError),
+    Identify(Box<IdentifyError>),
     /// A file cannot be read or written, or a model cannot be simulated.
     #[error(transparent)]
-    Program(#[from] host_sim::error::Error),
+    Program(Box<host_sim::error::Error>),
+}
+
+/// Boxed: a result is moved more often than it is a failure.
+macro_rules! boxed {
+    ($($Variant:ident: $Error:ty),+ $(,)?) => {
+        $(impl From<$Error> for Failure {
+            fn from(error: $Error) -> Self {
+                Self::$Variant(Box::new(error))
+            }
+        })+
+    };
+}
+
+boxed! {
+    Board: RunError,
+    Identify: IdentifyError,
+    Program: host_sim::error::Error,
 }

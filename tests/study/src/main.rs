@@ -46,6 +46,6 @@ impl Arguments {
 
     fn unwritable(&self, source: std::io::Error) -> Failure {
         let path = self.out.clone();
-        Failure::Program(host_sim::error::Error::Write { path, source })
+        host_sim::error::Error::Write { path, source }.into()
     }
 }
