@@ -81,6 +81,13 @@ impl View<'_> {
         self.board.chip.peek_register(at, address) as u32
     }
 
+    /// Puts a word into memory that the program cannot write, as a programmer puts it into the
+    /// flash; whether there is such memory.
+    pub fn program_word(&mut self, address: u64, word: u32) -> bool {
+        let put = self.memory.program(address, Width::W32, word.into());
+        put.is_ok()
+    }
+
     /// Adds a fault to the plan.
     pub fn plan(&mut self, planned: Planned) {
         self.faults.add(planned);
