@@ -22,9 +22,8 @@ complaints=$("$venv/bin/dcfchk" -n 1 docs/smart-actuator.eds 2>&1)
 "$venv/bin/python" canopen/tests/clients/eds.py firmware/object-dictionary.csv docs/smart-actuator.eds
 
 printf '\n-- CANopen: python-canopen\n'
-cargo build --quiet --locked -p canopen --example loopback
+bash .ci/programs
 "$venv/bin/python" canopen/tests/clients/python_canopen.py target/debug/examples/loopback
 
 printf '\n-- CANopen: python-canopen and the actuator\n'
-cargo build --quiet --locked --bin actuator
 "$venv/bin/python" canopen/tests/clients/actuator.py target/debug/actuator docs/smart-actuator.eds

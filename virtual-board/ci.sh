@@ -8,5 +8,6 @@ if ! command -v arm-none-eabi-gcc >/dev/null; then
     $sudo apt-get update -qq
     $sudo apt-get install -y -qq gcc-arm-none-eabi
 fi
-cargo bench -p virtual-board --bench control_law --profile dev --locked
+# No package is named: the emulator has been built with the features of all.
+cargo bench --bench control_law --profile dev --locked
 cargo test --features host-sim/board --test cli --locked -- board

@@ -25,8 +25,7 @@ fi
 "$venv/bin/pip" install --quiet --disable-pip-version-check jsbsim==1.3.3
 
 say "build"
-cargo build --quiet --locked -p actuator-c
-cargo build --quiet --locked -p host-sim --bin actuator
+bash .ci/programs
 cargo rustc --quiet --locked --release -p actuator-c --target thumbv7em-none-eabihf --crate-type staticlib
 
 say "C++"

@@ -10,21 +10,21 @@ if [ ! -x "$venv/bin/fmpy" ]; then
     "$venv/bin/pip" install --quiet fmpy==0.3.32 numpy
 fi
 
-cargo build --release --locked
+bash .ci/programs
 folder=$(mktemp -d)
 trap 'rm -r "$folder"' EXIT
 for options in "--model black-box-1" "--model black-box-2" "--model grey-box" "--model board" "--plant bench"; do
     # shellcheck disable=SC2086
-    "$target/release/actuator" fmu $options --out "$folder/actuator.fmu"
+    "$target/debug/actuator" fmu $options --out "$folder/actuator.fmu"
     "$venv/bin/fmpy" validate "$folder/actuator.fmu"
 done
-ACTUATOR=$(realpath "$target/release/actuator") "$venv/bin/python" bindings/fmu/tests/test_fmpy.py
+ACTUATOR=$(realpath "$target/debug/actuator") "$venv/bin/python" bindings/fmu/tests/test_fmpy.py
 
 # The library for Windows, where the cross compiler is there. It is linked, not run.
 if rustup target list --installed | grep -q x86_64-pc-windows-gnu && command -v x86_64-w64-mingw32-gcc > /dev/null; then
-    cargo build --release --locked -p actuator-fmu --target x86_64-pc-windows-gnu
-    "$target/release/actuator" fmu --out "$folder/both.fmu" \
-        --library "$target/release/deps/libactuator_fmu.so" \
-        --library "$target/x86_64-pc-windows-gnu/release/actuator_fmu.dll"
+    cargo build --locked -p actuator-fmu --target x86_64-pc-windows-gnu
+    "$target/debug/actuator" fmu --out "$folder/both.fmu" \
+        --library "$target/debug/deps/libactuator_fmu.so" \
+        --library "$target/x86_64-pc-windows-gnu/debug/actuator_fmu.dll"
     "$venv/bin/fmpy" validate "$folder/both.fmu"
 fi

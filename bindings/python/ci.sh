@@ -36,7 +36,7 @@ CODE
 
 say "tests"
 "$python" -m pip install --quiet pytest "dask[distributed]" mypy
-(cd "$source/../.." && cargo build --quiet --locked --bin actuator)
+bash "$source/../../.ci/programs"
 ACTUATOR=$target/debug/actuator "$python" -m pytest -q -p no:cacheprovider \
     --rootdir "$source" -c "$source/pyproject.toml" "$source/tests"
 

@@ -12,9 +12,8 @@ if ! command -v node >/dev/null || ! command -v "${CHROMIUM:-chromium}" >/dev/nu
   apt-get update && apt-get install -y --no-install-recommends chromium nodejs
 fi
 
-cargo test --locked -p actuator-web
-cargo build --locked -p host-sim --bin actuator
-cargo run --locked -p actuator-web --example page -- "$page"
+bash .ci/programs
+"$target/debug/examples/page" "$page"
 wasm=$(stat -c %s "$target/wasm32-unknown-unknown/web/actuator_web.wasm")
 [ "$wasm" -lt 250000 ] || { echo "the core has $wasm bytes, more than 250000"; exit 1; }
 

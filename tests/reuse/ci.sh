@@ -10,7 +10,7 @@ mkdir -p "$place"
 (cd bindings/python && CARGO_TARGET_DIR=$PWD/../../target "$place/venv/bin/maturin" build --quiet --locked --out "$place/wheels")
 "$place/venv/bin/pip" install --quiet --force-reinstall --no-deps "$place"/wheels/*.whl
 
-cargo build --quiet --locked
-cargo run --quiet --locked -p actuator-web --example page -- "$place/actuator.html"
+bash .ci/programs
+target/debug/examples/page "$place/actuator.html"
 "$place/venv/bin/python" tests/reuse/compare.py \
     target/debug/actuator target/debug/libactuator_c.so "$place/actuator.html"

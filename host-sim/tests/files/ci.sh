@@ -18,9 +18,13 @@ command -v octave-cli >/dev/null || {
 [ -x "$python" ] || python3 -m venv target/files-venv
 "$python" -m pip install -q numpy==2.4.6 scipy==1.17.1 pyarrow==26.0.1
 
-cargo clippy -p host-sim "${features[@]}" --all-targets --locked -- -D warnings
-# Builds the program too.
-cargo test -p host-sim "${features[@]}" --locked trace_file
+if [ -z "${features[*]}" ]; then
+    bash .ci/programs
+else
+    cargo clippy -p host-sim "${features[@]}" --all-targets --locked -- -D warnings
+    # Builds the program too.
+    cargo test -p host-sim "${features[@]}" --locked trace_file
+fi
 
 compare() {
     local files=("$runs/run.mat")
