@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from typing import Any, List, Mapping, Optional, Sequence, Tuple, TypedDict, Union
+from typing import Any, List, Mapping, Optional, Sequence, Tuple, TypedDict, Union, cast
 
 from numpy.typing import ArrayLike
 
@@ -174,7 +174,7 @@ def _names(name: str, value: Union[str, Sequence[str]]) -> List[str]:
 
 def _pair(name: str, value: object) -> Tuple[float, float]:
     try:
-        low, high = value  # type: ignore[misc]
+        low, high = cast(Tuple[float, float], value)
     except (TypeError, ValueError):
         raise TypeError(f"{name} is {value!r}, expected a pair of numbers") from None
     pair = _arguments.number(name, low), _arguments.number(name, high)
