@@ -1,6 +1,6 @@
 //! The control law alone, over and over, so that its instructions can be counted on an emulator.
 //!
-//! `stimulus` and [`control_law`] follow each other; `tests/rival/control_law.c` does the same with
+//! `stimulus` and [`control_law`] follow each other; `virtual-board/benches/rival/control_law.c` does the same with
 //! the same inputs.
 
 #![no_std]
@@ -22,9 +22,16 @@ use model_core::control::{
 // The vectors of its interrupts.
 use stm32f4xx_hal as _;
 
-const COEFFICIENTS: Coefficients = match Coefficients::try_new(&ControlParameters::DEFAULT) {
+/// The defaults, but for the anti-windup: what the limits cut off is taken back within one period, as
+/// by a recurrence that goes on from its limited output.
+const PARAMETERS: ControlParameters = ControlParameters {
+    anti_windup_gain: 250.0,
+    ..ControlParameters::DEFAULT
+};
+
+const COEFFICIENTS: Coefficients = match Coefficients::try_new(&PARAMETERS) {
     Ok(coefficients) => coefficients,
-    Err(_) => panic!("the defaults are valid"),
+    Err(_) => panic!("they are within their ranges"),
 };
 
 /// The last decision, counts of the timer.

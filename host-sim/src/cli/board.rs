@@ -221,7 +221,10 @@ impl Script for Session {
     fn at_edge(&mut self, view: &mut View<'_>) -> Flow {
         self.period += 1;
         let now_ns = view.now_ns();
-        while let Ok(command) = self.commands.try_recv() {
+        // What is typed before the board has started waits for it.
+        while self.show.is_started()
+            && let Ok(command) = self.commands.try_recv()
+        {
             if self.obey(command, view) == Flow::End {
                 return Flow::End;
             }

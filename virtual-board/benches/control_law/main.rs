@@ -17,8 +17,8 @@ use instructions::{Counted, count};
 /// Four seconds of control periods.
 const STEPS: usize = 1000;
 
-/// Counts of 56,000 that the decisions may be apart.
-const FURTHEST: u32 = 2;
+/// Counts of 56,000 that the decisions may be apart: a half that one rounds up and the other down.
+const FURTHEST: u32 = 1;
 
 fn rival() -> PathBuf {
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/rival");

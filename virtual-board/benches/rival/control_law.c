@@ -122,8 +122,9 @@ __attribute__((noipa)) struct inputs stimulus(uint32_t step)
 int main(void)
 {
     static struct state state;
-    /* arm_pid_init_f32 with Kd = 0. */
-    state.pid = (struct pid){ KP + KI * PERIOD_S, -KP, 0.0f, { 0 } };
+    /* Kd = 0; the integral takes the error of the period before, as the cascade's does (arm_pid_init_f32
+     * gives it that of now). */
+    state.pid = (struct pid){ KP, KI * PERIOD_S - KP, 0.0f, { 0 } };
     for (uint32_t step = 0;; step++) {
         struct inputs inputs = stimulus(step);
         COMPARE = control_law(&state, inputs.word, inputs.command);

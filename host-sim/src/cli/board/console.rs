@@ -69,8 +69,11 @@ pub(super) fn read(typed: &Sender<Command>) {
             continue;
         }
         match parse(line.trim()) {
-            Ok(command) if typed.send(command).is_err() => return,
-            Ok(_) => {}
+            Ok(command) => {
+                if typed.send(command).is_err() {
+                    return;
+                }
+            }
             Err(message) => eprintln!("{message}"),
         }
     }

@@ -33,6 +33,11 @@ impl Show {
         }
     }
 
+    /// Whether the board has told that it is past its start: state 0 is the start itself.
+    pub fn is_started(&self) -> bool {
+        self.status.0 != 0
+    }
+
     /// Prints a row if it is its turn; whether somebody still reads.
     pub fn row(&mut self, row: &Row, angle_deg: Option<f64>, heard: &[(u64, Frame)]) -> bool {
         for (_, frame) in heard.iter().filter(|(_, frame)| frame.id.value() == 0x181) {
