@@ -12,6 +12,21 @@ fn reset(bench: &mut Bench) {
     bench.steps(3);
 }
 
+/// Takes the device into the configuration state and gives it a node-ID.
+fn lss_node_id(bench: &mut Bench, node_id: u8) {
+    bench.send(0x7E5, &[4, 1, 0, 0, 0, 0, 0, 0]);
+    bench.send(0x7E5, &[0x11, node_id, 0, 0, 0, 0, 0, 0]);
+}
+
+/// Has it store what LSS set; `error` is what it answers.
+fn lss_store(bench: &mut Bench, error: u8) {
+    bench.heard.clear();
+    bench.send(0x7E5, &[0x17, 0, 0, 0, 0, 0, 0, 0]);
+    bench.steps(3);
+    let answer = frame(0x7E4, &[0x17, error, 0, 0, 0, 0, 0, 0]);
+    assert!(bench.heard.contains(&answer), "{:?}", bench.heard);
+}
+
 #[test]
 fn what_is_saved_is_there_after_a_reset_and_what_is_not_is_gone() {
     let mut bench = Bench::new();
@@ -66,17 +81,9 @@ fn a_flash_that_refuses_is_told() {
 #[test]
 fn lss_stores_node_id_and_bit_rate_and_a_restore_leaves_them() {
     let mut bench = Bench::new();
-    bench.send(0x7E5, &[4, 1, 0, 0, 0, 0, 0, 0]);
-    bench.send(0x7E5, &[0x11, 42, 0, 0, 0, 0, 0, 0]);
+    lss_node_id(&mut bench, 42);
     bench.send(0x7E5, &[0x13, 0, 2, 0, 0, 0, 0, 0]);
-    bench.heard.clear();
-    bench.send(0x7E5, &[0x17, 0, 0, 0, 0, 0, 0, 0]);
-    bench.steps(3);
-    assert!(
-        bench
-            .heard
-            .contains(&frame(0x7E4, &[0x17, 0, 0, 0, 0, 0, 0, 0]))
-    );
+    lss_store(&mut bench, 0);
     bench.set(0x1011, 1, LOAD, 4);
     let bus = bench.device.drive.store.set().board.bus;
     assert_eq!((bus.node_id, bus.bit_rate_kbit_s), (42, 500));
@@ -131,8 +138,7 @@ fn a_save_that_was_given_up_is_not_taken_for_the_next_one() {
 fn lss_and_sdo_that_store_at_once_both_get_their_own() {
     let mut bench = Bench::new();
     bench.writes_for = 5;
-    bench.send(0x7E5, &[4, 1, 0, 0, 0, 0, 0, 0]);
-    bench.send(0x7E5, &[0x11, 42, 0, 0, 0, 0, 0, 0]);
+    lss_node_id(&mut bench, 42);
     bench.set(0x1017, 0, 700, 2);
     bench.send(0x601, &[0x23, 0x10, 0x10, 2, b's', b'a', b'v', b'e']);
     bench.heard.clear();
@@ -171,8 +177,7 @@ fn a_refused_save_changes_nothing_that_a_reset_takes() {
 #[test]
 fn a_save_keeps_the_node_id_that_lss_stored() {
     let mut bench = Bench::new();
-    bench.send(0x7E5, &[4, 1, 0, 0, 0, 0, 0, 0]);
-    bench.send(0x7E5, &[0x11, 42, 0, 0, 0, 0, 0, 0]);
+    lss_node_id(&mut bench, 42);
     bench.send(0x7E5, &[0x13, 0, 2, 0, 0, 0, 0, 0]);
     bench.send(0x7E5, &[0x17, 0, 0, 0, 0, 0, 0, 0]);
     bench.steps(5);
@@ -209,15 +214,7 @@ fn stored_identifiers_follow_the_node_id_unless_they_were_changed() {
 #[test]
 fn an_enabled_drive_keeps_its_identity_against_lss() {
     let mut bench = Bench::enabled(1);
-    bench.send(0x7E5, &[4, 1, 0, 0, 0, 0, 0, 0]);
-    bench.send(0x7E5, &[0x11, 42, 0, 0, 0, 0, 0, 0]);
-    bench.heard.clear();
-    bench.send(0x7E5, &[0x17, 0, 0, 0, 0, 0, 0, 0]);
-    bench.steps(3);
-    assert!(
-        bench
-            .heard
-            .contains(&frame(0x7E4, &[0x17, 2, 0, 0, 0, 0, 0, 0]))
-    );
+    lss_node_id(&mut bench, 42);
+    lss_store(&mut bench, 2);
     assert_eq!(bench.device.drive.store.set().board.bus.node_id, 1);
 }
