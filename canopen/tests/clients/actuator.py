@@ -165,16 +165,7 @@ class ProcessData(Served):
         self.assertAlmostEqual(pdo["Board temperature"].raw, 250, delta=5)
 
     def test_sync_triggers(self):
-        pdo = self.node.tpdo[4]
-        pdo.trans_type, pdo.event_timer, pdo.enabled = 2, 0, True
-        pdo.save()
-        self.node.nmt.state = "OPERATIONAL"
-        seen = []
-        pdo.add_callback(seen.append)
-        for _ in range(6):
-            self.network.sync.transmit()
-            time.sleep(0.02)
-        self.assertEqual(len(seen), 3)
+        self.triggers_at_every_other_sync(self.node.tpdo[4])
 
     def test_lost_heartbeat_of_the_client_is_an_emergency(self):
         self.node.sdo.download(0x1016, 1, struct.pack("<I", 100 << 16 | 60))

@@ -183,16 +183,7 @@ class ProcessData(Served):
         self.assertTrue(17 <= len(seen) <= 22, len(seen))
 
     def test_sync_triggers(self):
-        pdo = self.node.tpdo[1]
-        pdo.trans_type, pdo.enabled = 2, True
-        pdo.save()
-        self.node.nmt.state = "OPERATIONAL"
-        seen = []
-        pdo.add_callback(seen.append)
-        for _ in range(6):
-            self.network.sync.transmit()
-            time.sleep(0.02)
-        self.assertEqual(len(seen), 3)
+        self.triggers_at_every_other_sync(self.node.tpdo[1])
 
     def test_mapping_is_refused_where_it_makes_no_sense(self):
         self.node.sdo.download(0x1A01, 0, b"\x00")

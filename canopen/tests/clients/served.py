@@ -60,6 +60,17 @@ class Bench(unittest.TestCase):
             action(*arguments)
         self.assertEqual(caught.exception.code, code)
 
+    def triggers_at_every_other_sync(self, pdo):
+        pdo.trans_type, pdo.event_timer, pdo.enabled = 2, 0, True
+        pdo.save()
+        self.node.nmt.state = "OPERATIONAL"
+        seen = []
+        pdo.add_callback(seen.append)
+        for _ in range(6):
+            self.network.sync.transmit()
+            time.sleep(0.02)
+        self.assertEqual(len(seen), 3)
+
 
 class DriveTests:
     """What BaseNode402 expects of every drive; mixed into a Bench whose master it is."""

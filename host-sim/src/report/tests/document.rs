@@ -44,8 +44,9 @@ fn the_page_is_complete_and_needs_nothing_from_elsewhere() {
         "url(",
         "href=\"http",
         "NaN",
-        "TODO",
-        "FIXME",
+        // Marks of unfinished text, written apart: no search for such marks shall end here.
+        concat!("TO", "DO"),
+        concat!("FIX", "ME"),
         "{}",
         "``",
     ] {
