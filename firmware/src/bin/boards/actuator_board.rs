@@ -21,11 +21,13 @@
     reason = "registers, and memory that is shared with a DMA controller: each place argues why it is sound"
 )]
 
+mod actuator_pins;
 mod analog;
 mod background;
 mod bridge;
 mod bus_state;
 mod can;
+mod can_frames;
 mod can_identifier;
 mod control_step;
 mod dma;

@@ -4,8 +4,8 @@ use firmware::supervisor::ResetCause;
 use stm32f4xx_hal::{dma::StreamsTuple, pac, prelude::*, rcc::Config};
 
 use crate::{
-    analog::Analog, bridge::Bridge, encoder::Encoder, flash::Flash, pins, reset_cause,
-    servo_pulse::ServoPulse, ticks::Clock,
+    actuator_pins, analog::Analog, bridge::Bridge, encoder::Encoder, flash::Flash, pins,
+    reset_cause, servo_pulse::ServoPulse, ticks::Clock,
 };
 
 /// Everything that is wired to the processor, at rest, and the watchdog.
@@ -56,7 +56,7 @@ impl Board {
         // The timer first: it holds its outputs low before they reach the pins. CSn starts high.
         let bridge = Bridge::new(dp.TIM1, &dp.DBGMCU);
         dp.GPIOA.bsrr().write(|w| w.bs4().set_());
-        pins::set_up();
+        pins::set_up(&actuator_pins::PINS);
         let analog = Analog::new(dp.ADC1, &dp.ADC_COMMON, streams.4);
         let encoder = Encoder::new(dp.SPI1, dp.GPIOA, (streams.0, streams.3));
         Self {
