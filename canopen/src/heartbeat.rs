@@ -181,6 +181,12 @@ impl Consumers {
             .find_map(|consumer| consumer.receive(node, state, now_us))
     }
 
+    /// Nodes that are watched.
+    pub fn nodes(&self) -> impl Iterator<Item = u8> + '_ {
+        let active = self.0.iter().filter(|consumer| consumer.active());
+        active.map(Consumer::node)
+    }
+
     /// The first loss that was not yet told; call until there is none.
     pub fn tick(&mut self, now_us: u64) -> Option<Notice> {
         self.0.iter_mut().find_map(|consumer| consumer.tick(now_us))

@@ -72,4 +72,4 @@ pub use dictionary::Dictionary;
 pub use emergency::{Emergency, ErrorCode, register};
 pub use frame::CanFrame;
 pub use nmt::{NmtState, NodeId};
-pub use node::{BusEvent, Node};
+pub use node::{BusEvent, Node, SERVICE_IDENTIFIERS};

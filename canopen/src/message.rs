@@ -53,18 +53,22 @@ impl Message {
 
     /// `None` where the driver's frame refuses it.
     pub fn to_frame<F: Frame>(self) -> Option<F> {
-        let id: Id = if self.id & EXTENDED == 0 {
-            StandardId::new(u16::try_from(self.id).ok()?)?.into()
-        } else {
-            ExtendedId::new(self.id & !EXTENDED)?.into()
-        };
-        F::new(id, self.payload())
+        F::new(bus_id(self.id)?, self.payload())
     }
 
     pub fn payload(&self) -> &[u8] {
         self.data
             .get(..usize::from(self.length))
             .unwrap_or(&self.data)
+    }
+}
+
+/// The identifier of a frame by its COB-ID.
+pub(crate) fn bus_id(cob_id: u32) -> Option<Id> {
+    if cob_id & EXTENDED == 0 {
+        Some(StandardId::new(u16::try_from(cob_id).ok()?)?.into())
+    } else {
+        Some(ExtendedId::new(cob_id & !EXTENDED)?.into())
     }
 }
 

@@ -48,8 +48,13 @@ impl Service {
         self.counter = 0;
     }
 
+    /// That of the frames that it hears.
+    pub fn identifier(&self) -> Option<u32> {
+        (self.cob_id != 0).then_some(self.cob_id & IDENTIFIER)
+    }
+
     pub fn is_for(&self, message: &Message) -> bool {
-        self.cob_id != 0 && !message.remote && message.id == self.cob_id & IDENTIFIER
+        !message.remote && self.identifier() == Some(message.id)
     }
 
     pub fn receive(&mut self, payload: &[u8], now_us: u64) -> Sync {

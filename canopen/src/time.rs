@@ -19,8 +19,13 @@ impl Service {
         Self { cob_id: 0 }
     }
 
+    /// That of the frames that it hears.
+    pub fn identifier(&self) -> Option<u32> {
+        (self.cob_id & CONSUME != 0).then_some(self.cob_id & IDENTIFIER)
+    }
+
     pub fn receive(&self, message: &Message) -> Option<TimeOfDay> {
-        if self.cob_id & CONSUME == 0 || message.remote || message.id != self.cob_id & IDENTIFIER {
+        if message.remote || self.identifier() != Some(message.id) {
             return None;
         }
         let [a, b, c, d, e, f] = message.payload() else {

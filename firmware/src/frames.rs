@@ -107,6 +107,20 @@ impl Frames {
         }
     }
 
+    /// The identifiers of the frames that are for this node, and whether of remote frames.
+    ///
+    /// ```
+    /// # use embedded_can::{Id, StandardId};
+    /// let wanted: Vec<_> = firmware::frames::Frames::new(5).identifiers().collect();
+    /// let standard = |raw| Id::Standard(StandardId::new(raw).unwrap());
+    /// assert_eq!(wanted, [(standard(0x205), false), (standard(0x305), false)]);
+    /// ```
+    pub fn identifiers(&self) -> impl Iterator<Item = (Id, bool)> {
+        let of = |base| StandardId::new(base + self.node_id);
+        let ids = [COMMAND, ACCESS].into_iter().filter_map(of);
+        ids.map(|id| (Id::Standard(id), false))
+    }
+
     /// Frames so far that were meant for this node and said nothing.
     pub fn malformed(&self) -> u32 {
         self.malformed

@@ -121,6 +121,13 @@ impl Dictionary {
         }
     }
 
+    /// Where among [`Dictionary::entries`] the entry at an address is.
+    #[must_use]
+    pub fn position(&self, address: Address) -> Option<usize> {
+        let position = (self.entries).binary_search_by_key(&address, Entry::address);
+        position.ok()
+    }
+
     /// The text of a constant string; empty where there is none.
     pub(crate) fn text(&self, address: Address) -> &'static [u8] {
         self.texts

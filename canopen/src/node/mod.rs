@@ -1,8 +1,11 @@
 //! The node: frames and time go in, frames come out.
 
+mod identifiers;
 mod process_data;
 mod receive;
 mod state;
+
+pub use identifiers::SERVICE_IDENTIFIERS;
 
 use embedded_can::Frame;
 

@@ -23,7 +23,16 @@ pub struct Device<'a> {
     /// The drive.
     pub drive: Drive<'a>,
     told: FaultSet,
+    /// State of the bus that the node knows of.
     bus: BusState,
+    /// The worst since it was told.
+    worst_bus: BusState,
+    /// The statusword that the node knows of.
+    statusword: u16,
+    /// Frames from the bus that it knows to be lost.
+    receive_overflows: u32,
+    /// Frames were being lost when the node was told last.
+    overruns: bool,
 }
 
 impl<'a> Device<'a> {
@@ -58,6 +67,10 @@ impl<'a> Device<'a> {
             drive,
             told: FaultSet::EMPTY,
             bus: BusState::Active,
+            worst_bus: BusState::Active,
+            statusword: 0,
+            receive_overflows: 0,
+            overruns: false,
         }
     }
 
@@ -77,18 +90,30 @@ impl<'a> Device<'a> {
         self.node.transmit(&mut self.drive)
     }
 
-    /// One control period, at its time.
+    /// One control period, at its time: [`Device::control`], then [`Device::communicate`].
     pub fn step(&mut self, samples: &Samples, now_us: u64) -> Outputs {
-        let before = self.drive.statusword();
-        let outputs = self.drive.step(samples);
-        self.tell_faults(outputs.telemetry.tick);
-        self.tell_bus(samples.bus);
-        if self.drive.statusword() != before {
+        let outputs = self.control(samples);
+        self.communicate(now_us);
+        outputs
+    }
+
+    /// One control period of the drive alone; the network learns of it with the next [`Device::communicate`].
+    pub fn control(&mut self, samples: &Samples) -> Outputs {
+        self.worst_bus = worse(self.worst_bus, samples.bus);
+        self.drive.step(samples)
+    }
+
+    /// Does what has become due on the network; at least once in a control period.
+    pub fn communicate(&mut self, now_us: u64) {
+        self.tell_faults();
+        self.tell_bus();
+        let statusword = self.drive.statusword();
+        if self.statusword != statusword {
+            self.statusword = statusword;
             self.node.object_changed(Address::new(0x6041, 0));
         }
         self.tell_node_id();
         self.node.tick(now_us, &mut self.drive);
-        outputs
     }
 
     /// What is stored of identifiers is stored without the node-ID in them.
@@ -97,8 +122,9 @@ impl<'a> Device<'a> {
     }
 
     /// An EMCY for each fault that is new, and one for each that is gone.
-    fn tell_faults(&mut self, tick: u32) {
+    fn tell_faults(&mut self) {
         let latched = self.drive.latched();
+        let tick = self.drive.application().telemetry().tick;
         for fault in self.told.without(latched).iter() {
             let code = emergency::code(fault);
             self.node.clear(code, emergency::instance(fault));
@@ -110,7 +136,8 @@ impl<'a> Device<'a> {
         self.told = latched;
     }
 
-    fn tell_bus(&mut self, state: BusState) {
+    fn tell_bus(&mut self) {
+        let state = core::mem::take(&mut self.worst_bus);
         let events: &[BusEvent] = match (self.bus, state) {
             (same, now) if same == now => &[],
             (_, BusState::Off) => &[BusEvent::BusOff],
@@ -125,5 +152,24 @@ impl<'a> Device<'a> {
         for event in events {
             self.node.bus_event(*event, &mut self.drive);
         }
+        self.tell_overflows();
     }
+
+    /// An EMCY when frames begin to be lost; it is cleared once none are, on a bus without errors.
+    fn tell_overflows(&mut self) {
+        let count = self.drive.diagnostics.receive_overflows;
+        let event = match (self.overruns, count != self.receive_overflows, self.bus) {
+            (false, true, _) => BusEvent::Overrun,
+            (true, false, BusState::Active) => BusEvent::Recovered,
+            _ => return self.receive_overflows = count,
+        };
+        self.overruns = event == BusEvent::Overrun;
+        self.receive_overflows = count;
+        self.node.bus_event(event, &mut self.drive);
+    }
+}
+
+/// The worse of two states.
+fn worse(a: BusState, b: BusState) -> BusState {
+    if a as u8 > b as u8 { a } else { b }
 }

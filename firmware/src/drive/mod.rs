@@ -164,6 +164,11 @@ impl<'a> Drive<'a> {
         self.store.finish(done);
     }
 
+    /// The bridge was told too late for the edge that was meant: the last period counts as missed.
+    pub fn was_late(&mut self) {
+        self.application.was_late();
+    }
+
     /// The bit rate to go over to, kbit/s, once.
     pub fn take_bit_rate(&mut self) -> Option<u16> {
         self.bit_rate_kbit_s.take()

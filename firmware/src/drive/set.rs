@@ -9,7 +9,7 @@ use super::kept::{self, Kept};
 use crate::{
     dictionary::DICTIONARY,
     parameters::{BoardParameters, WORDS},
-    store::{EDGES, Stored},
+    store::{EDGES, Loaded, Origin, Stored},
 };
 
 /// Whether the server keeps this object, and it is a parameter.
@@ -17,18 +17,31 @@ const fn is_communication(index: u16) -> bool {
     matches!(index, 0x1000..0x2000) && !matches!(index, 0x1003 | 0x1010 | 0x1011)
 }
 
-/// Communication parameters.
-const COMMUNICATION: usize = {
+/// Stands for no place.
+const NOWHERE: u8 = u8::MAX;
+
+/// Entries of the dictionary.
+const ENTRIES: usize = DICTIONARY.entries().len();
+
+/// How many communication parameters there are, and for each entry of the dictionary its place among them.
+const PLACES: (usize, [u8; ENTRIES]) = {
     let entries = DICTIONARY.entries();
+    let mut places = [NOWHERE; ENTRIES];
     let (mut count, mut at) = (0, 0);
     while at < entries.len() {
         let entry = &entries[at];
-        let writable = matches!(entry.access(), Access::ReadWrite);
-        count += (writable && is_communication(entry.address().index)) as usize;
+        if matches!(entry.access(), Access::ReadWrite) && is_communication(entry.address().index) {
+            places[at] = count as u8;
+            count += 1;
+        }
         at += 1;
     }
-    count
+    assert!(count < NOWHERE as usize, "a place is a byte");
+    (count, places)
 };
+
+/// Communication parameters.
+const COMMUNICATION: usize = PLACES.0;
 
 /// Words of a set: the board's parameters, what the drive keeps, the communication parameters, and which of these are there.
 const SET: usize = WORDS + kept::COUNT + COMMUNICATION + 1;
@@ -50,6 +63,15 @@ impl Set {
         Self {
             kept: *Kept::defaults().words(),
             ..<Self as Stored>::DEFAULT
+        }
+    }
+
+    /// What was loaded from the flash, or that.
+    pub fn loaded(loaded: &Loaded<Self>) -> Self {
+        if loaded.origin == Origin::Stored {
+            loaded.parameters
+        } else {
+            Self::defaults()
         }
     }
 
@@ -95,12 +117,11 @@ impl Stored for Set {
 
 /// Where a communication parameter is stored.
 fn place(address: Address) -> Option<usize> {
-    let entries = DICTIONARY.entries().iter();
-    entries
-        .filter(|entry| entry.access() == Access::ReadWrite)
-        .map(|entry| entry.address())
-        .filter(|address| is_communication(address.index))
-        .position(|other| other == address)
+    // By way of a table, as a save asks for each of a hundred.
+    static PLACE_OF: [u8; ENTRIES] = PLACES.1;
+    let at = DICTIONARY.position(address)?;
+    let place = PLACE_OF.get(at).copied()?;
+    (place != NOWHERE).then_some(usize::from(place))
 }
 
 /// Who wants something to be stored.

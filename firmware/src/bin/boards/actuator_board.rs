@@ -1,4 +1,4 @@
-//! The program of the actuator management board: STM32F427, pins, clocks and interrupts.
+//! The program of the actuator management board: STM32F427, pins, clocks and interrupts. It speaks CANopen.
 //!
 //! What the board does is decided in the library `firmware`; here it gets its samples, and what it
 //! decides is done. `docs/hardware.md` shows the wiring and the instants of a tick.
@@ -7,12 +7,14 @@
 //! |---|---|---|---|
 //! | 4 | `TIM1_UP_TIM10` | each PWM edge, 1 ms | outputs; in period 0 reads the encoder, in period 3 asks for the window |
 //! | 4 | `TIM1_CC` | period 3 | samples the current, opens the window, samples back-EMF, supply, temperature |
-//! | 4 | `DMA2_STREAM0` | 38 us into the tick | the control step |
+//! | 4 | `DMA2_STREAM0` | 38 us into the tick | the control step of the drive |
+//! | 4 | `UART7`, which is no UART here | at the edges of periods 1 and 2 | the CANopen node: what came in, what is due, what goes out |
 //! | 2 | `CAN1_RX0`, `CAN1_TX`, `CAN1_SCE` | a frame came in, a mailbox is free, the bus is in trouble | moves frames between controller and queues |
 //! | 1 | `UART8`, which is no UART here | after the control step | everything that may wait |
 //!
-//! Nothing preempts the control step, and nothing less urgent locks it out: it hands over through
-//! queues that need no lock.
+//! Nothing preempts the control step, and nothing less urgent locks it out. The node shares the drive with it
+//! without a lock, as it has its priority; its turns end long before the next edge, and the instants of period 3 have that period
+//! for themselves. Everybody else hands over through queues that need no lock.
 
 #![no_std]
 #![no_main]
@@ -23,27 +25,30 @@
 
 mod actuator_pins;
 mod analog;
-mod background;
 mod bridge;
 mod bus_state;
 mod can;
+mod can_filters;
 mod can_frames;
 mod can_identifier;
-mod control_step;
+mod canopen;
 mod dma;
 mod encoder;
 mod flash;
 mod heard;
+mod keeper;
 mod log;
 mod memory;
 mod pins;
 mod report;
 mod reset_cause;
 mod safe_state;
+mod sampling;
 mod servo_pulse;
 mod slot;
 mod stack;
 mod ticks;
+mod vigil;
 mod watchdog;
 mod wiring;
 
@@ -54,32 +59,36 @@ mod wiring;
 )]
 #[rtic::app(device = stm32f4xx_hal::pac, peripherals = true)]
 mod app {
+    use canopen::CanFrame;
     use firmware::{
-        application::{Application, Outputs, Start},
-        capture::Capture,
-        command::excitation::{ExcitationSettings, Run},
-        frames::{ACCESS, COMMAND, Frames, Message},
-        parameters::BoardParameters,
-        service::Service,
+        application::{BusState, Outputs, Start},
+        drive::{Device, Set},
         store::{self, Origin},
-        supervisor::{Part, ResetCause, Supervisor},
+        supervisor::{Part, ResetCause},
     };
-    use heapless::spsc::{Producer, Queue};
+    use heapless::spsc::{Consumer, Producer, Queue};
     use stm32f4xx_hal::pac::Interrupt;
 
     use crate::{
         analog::Analog,
-        background::{Background, Excitations},
         bridge::{Bridge, Instant},
         bus_state,
-        can::{Can, Filter},
-        control_step::{Answer, COMMANDS, ControlStep, Numbered, Queues, Wanted, gather},
+        can::Can,
+        can_filters::Filters,
+        canopen::{
+            background::Background,
+            setup,
+            station::{Queues, RECEIVED, Station, TO_SEND},
+        },
         encoder::Encoder,
         heard,
+        keeper::Keeper,
+        report::Report,
+        sampling::gather,
         servo_pulse::ServoPulse,
-        slot::Slot,
-        ticks::{Clock, Ticks},
-        watchdog::Watchdog,
+        slot::{Slot, Taker},
+        ticks::Clock,
+        vigil::Vigil,
         wiring::Board,
     };
 
@@ -96,33 +105,33 @@ mod app {
         encoder: Encoder,
         #[lock_free]
         clock: Clock,
+        #[lock_free]
+        station: Station,
+        #[lock_free]
         can: Can,
     }
 
     #[local]
     struct Local {
-        step: ControlStep,
         servo_pulse: ServoPulse,
-        frames: Frames,
-        commands: Producer<'static, Message, COMMANDS>,
-        accesses: Producer<'static, Message, 8>,
+        received: Producer<'static, CanFrame, RECEIVED>,
+        to_send: Consumer<'static, CanFrame, TO_SEND>,
+        filters: Taker<Filters>,
         background: Background,
     }
 
     #[init(local = [
         output_queue: Queue<Outputs, 3> = Queue::new(),
-        command_queue: Queue<Message, COMMANDS> = Queue::new(),
-        access_queue: Queue<Message, 8> = Queue::new(),
-        answer_queue: Queue<Answer, 8> = Queue::new(),
-        save_slot: Slot<BoardParameters> = Slot::new(),
-        excitation_slot: Slot<Numbered<ExcitationSettings>> = Slot::new(),
-        run_slot: Slot<Numbered<Run>> = Slot::new(),
+        received_queue: Queue<CanFrame, RECEIVED> = Queue::new(),
+        send_queue: Queue<CanFrame, TO_SEND> = Queue::new(),
+        filter_slot: Slot<Filters> = Slot::new(),
+        save_slot: Slot<Set> = Slot::new(),
+        saved_slot: Slot<bool> = Slot::new(),
         capture_buffer: [i32; CAPTURE_WORDS] = [0; CAPTURE_WORDS],
     ])]
     fn init(cx: init::Context) -> (Shared, Local) {
         let mut board = Board::new(cx.device);
-        let loaded = store::load(&board.flash);
-        let parameters = loaded.parameters;
+        let loaded = store::load_set::<Set>(&board.flash);
         let start = Start {
             watchdog: board.reset_cause == ResetCause::Watchdog,
             parameters_corrupt: loaded.origin == Origin::DefaultsInsteadOfCorrupt,
@@ -133,37 +142,26 @@ mod app {
             loaded.origin as u8
         );
         let (decided, outputs) = cx.local.output_queue.split();
-        let (commands, commanded) = cx.local.command_queue.split();
-        let (accesses, accessed) = cx.local.access_queue.split();
-        let (answered, answers) = cx.local.answer_queue.split();
+        let (came_in, received) = cx.local.received_queue.split();
+        let (to_send, goes_out) = cx.local.send_queue.split();
+        let (filters, wanted_filters) = cx.local.filter_slot.split();
         let (save, to_save) = cx.local.save_slot.split();
-        let (excitations, asked) = cx.local.excitation_slot.split();
-        let (made, runs) = cx.local.run_slot.split();
+        let (tell_saved, saved) = cx.local.saved_slot.split();
 
-        let node_id = parameters.bus.node_id as u8;
-        let filters = [COMMAND, ACCESS].map(|base| Filter {
-            id: base + u16::from(node_id),
-            mask: 0x7ff,
-        });
-        let can = Can::new(board.can, &parameters.bus, &filters);
-        let step = ControlStep {
-            application: Application::after(parameters, start),
-            capture: Capture::new(cx.local.capture_buffer),
-            service: Service::after(board.reset_cause),
-            supervisor: Supervisor::new(),
-            watchdog: Watchdog::start(board.watchdog),
-            ticks: Ticks::new(cx.core.DCB, cx.core.DWT),
-            queues: Queues {
-                commands: commanded,
-                accesses: accessed,
-                answers: answered,
-                save,
-                outputs: decided,
-                excitations,
-                runs,
-            },
-            wanted: Wanted::default(),
+        let mut device = Device::new(Set::loaded(&loaded), start, cx.local.capture_buffer, 0);
+        device.drive.diagnostics.reset_cause = board.reset_cause;
+        let let_in = Filters::of(device.node().identifiers());
+        let bit_rate_kbit_s = loaded.parameters.board.bus.bit_rate_kbit_s as u16;
+        let can = Can::new(board.can, bit_rate_kbit_s, &let_in);
+        let queues = Queues {
+            received,
+            to_send,
+            outputs: decided,
+            filters,
+            save,
+            saved,
         };
+        let vigil = Vigil::start(board.watchdog, cx.core.DCB, cx.core.DWT);
         board.clock.start();
         board.bridge.start();
         let shared = Shared {
@@ -171,21 +169,20 @@ mod app {
             analog: board.analog,
             encoder: board.encoder,
             clock: board.clock,
+            station: Station::new(device, vigil, queues, let_in),
             can,
         };
         let local = Local {
-            step,
             servo_pulse: board.servo_pulse,
-            frames: Frames::new(node_id),
-            commands,
-            accesses,
-            background: Background::new(
+            received: came_in,
+            to_send: goes_out,
+            filters: wanted_filters,
+            background: Background {
                 outputs,
-                answers,
-                to_save,
-                Excitations { asked, made },
-                (board.flash, &loaded),
-            ),
+                keeper: Keeper::new(to_save, board.flash, &loaded),
+                saved: tell_saved,
+                report: Report::default(),
+            },
         };
         (shared, local)
     }
@@ -200,18 +197,16 @@ mod app {
     #[task(binds = TIM1_UP_TIM10, priority = 4, shared = [bridge, encoder, clock])]
     fn pwm_edge(cx: pwm_edge::Context) {
         let bridge = cx.shared.bridge;
-        match cx.shared.clock.now() {
-            (0, _) => {
-                cx.shared.encoder.start();
-                bridge.tick_began();
-                bridge.period_began();
-            }
-            (period, _) => {
-                bridge.period_began();
-                if period == 3 {
-                    bridge.open_window_in_this_period();
-                }
-            }
+        let (period, _) = cx.shared.clock.now();
+        if period == 0 {
+            cx.shared.encoder.start();
+            bridge.tick_began();
+        }
+        bridge.period_began();
+        match period {
+            1 | 2 => rtic::pend(Interrupt::UART7),
+            3 => bridge.open_window_in_this_period(),
+            _ => {}
         }
     }
 
@@ -227,53 +222,81 @@ mod app {
     #[task(
         binds = DMA2_STREAM0,
         priority = 4,
-        local = [step, servo_pulse],
-        shared = [bridge, analog, encoder, clock],
+        local = [servo_pulse],
+        shared = [bridge, analog, encoder, clock, station],
     )]
     fn control(cx: control::Context) {
-        let (step, bridge) = (cx.local.step, cx.shared.bridge);
+        let (station, bridge) = (cx.shared.station, cx.shared.bridge);
         let mut samples = gather(
             cx.shared.encoder,
             cx.shared.analog,
             cx.local.servo_pulse,
             bridge,
         );
-        let outputs = step.run(&mut samples, cx.shared.clock.now().1);
+        let outputs = station.control(&mut samples, cx.shared.clock.now().1);
         bridge.command(outputs.bridge);
-        step.end(outputs, bridge.is_late());
+        station.end(outputs, bridge.is_late());
         rtic::pend(Interrupt::UART8);
     }
 
-    #[task(binds = CAN1_RX0, priority = 2, local = [frames, commands, accesses], shared = [can])]
-    fn received(mut cx: received::Context) {
-        while let Some(frame) = cx.shared.can.lock(Can::receive) {
-            let _ = match cx.local.frames.receive(&frame) {
-                Some(command @ Message::Command { .. }) => cx.local.commands.enqueue(command),
-                // Who asks for more before the answers came gets fewer answers.
-                Some(access @ Message::Access(_)) => cx.local.accesses.enqueue(access),
-                None => continue,
-            };
+    #[task(binds = UART7, priority = 4, shared = [clock, station])]
+    fn node(cx: node::Context) {
+        if cx.shared.station.communicate(cx.shared.clock.period()) {
+            rtic::pend(Interrupt::CAN1_TX);
+        }
+        rtic::pend(Interrupt::CAN1_SCE);
+    }
+
+    #[task(binds = CAN1_RX0, priority = 2, local = [received], shared = [can])]
+    fn received(cx: received::Context) {
+        let can = cx.shared.can;
+        while let Some(frame) = can.receive() {
+            if cx.local.received.enqueue(frame).is_err() {
+                setup::lost();
+            }
         }
     }
 
-    #[task(binds = CAN1_TX, priority = 2, shared = [can])]
-    fn mailbox_is_free(mut cx: mailbox_is_free::Context) {
-        cx.shared.can.lock(Can::mailbox_is_free);
+    #[task(binds = CAN1_TX, priority = 2, local = [to_send], shared = [can])]
+    fn mailbox_is_free(cx: mailbox_is_free::Context) {
+        let can = cx.shared.can;
+        can.mailbox_is_free();
+        while can.has_room()
+            && let Some(frame) = cx.local.to_send.dequeue()
+        {
+            can.send(frame);
+        }
     }
 
-    // The controller asks for this when it goes to another state, the background in each tick.
-    #[task(binds = CAN1_SCE, priority = 2, shared = [can])]
-    fn bus(mut cx: bus::Context) {
-        bus_state::note(cx.shared.can.lock(Can::state));
+    // The controller asks for this when it goes to another state, the node at each of its times.
+    #[task(
+        binds = CAN1_SCE,
+        priority = 2,
+        local = [filters, was: BusState = BusState::Active],
+        shared = [can],
+    )]
+    fn bus(cx: bus::Context) {
+        let can = cx.shared.can;
+        if can.take_overrun() {
+            setup::lost();
+        }
+        let state = can.state();
+        bus_state::note(state);
+        if state == BusState::Off && *cx.local.was != BusState::Off {
+            setup::left_the_bus();
+        }
+        *cx.local.was = state;
+        if let Some(kbit_s) = setup::take_bit_rate() {
+            can.set_bit_rate(kbit_s);
+        }
+        if let Some(filters) = cx.local.filters.take() {
+            can.set_filters(&filters);
+        }
         heard::from(Part::Bus);
     }
 
-    #[task(binds = UART8, priority = 1, local = [background], shared = [can])]
-    fn background(mut cx: background::Context) {
-        cx.local.background.run(|frame| {
-            // A bus that takes no frames loses telemetry, which is out of date by then.
-            cx.shared.can.lock(|can| can.send(frame));
-        });
-        rtic::pend(Interrupt::CAN1_SCE);
+    #[task(binds = UART8, priority = 1, local = [background])]
+    fn background(cx: background::Context) {
+        cx.local.background.run();
     }
 }

@@ -6,26 +6,15 @@
 //! later (RM0090, section 32.7.6).
 
 use canopen::CanFrame;
-use firmware::{application::BusState, parameters::BusSettings};
+use firmware::application::BusState;
 use heapless::Deque;
 use stm32f4xx_hal::pac::CAN1;
 
-use crate::can_frames;
+use crate::{can_filters::Filters, can_frames};
 
 /// What 42 MHz are divided by for 14 quanta a bit: at 500 kbit/s twice what 1 Mbit/s takes.
-fn prescaler(settings: &BusSettings) -> u16 {
-    if settings.bit_rate_kbit_s == 500 {
-        6
-    } else {
-        3
-    }
-}
-
-/// Standard data frames whose identifier agrees with `id` in the bits of `mask`.
-#[derive(Clone, Copy)]
-pub struct Filter {
-    pub id: u16,
-    pub mask: u16,
+fn prescaler(bit_rate_kbit_s: u16) -> u16 {
+    if bit_rate_kbit_s == 500 { 6 } else { 3 }
 }
 
 /// Reads of the status register until initialisation is given up: some milliseconds.
@@ -41,12 +30,11 @@ pub struct Can {
 }
 
 impl Can {
-    /// Joins the bus. Frames that pass one of at most 14 filters, CAN1's share, come in.
-    pub fn new(can: CAN1, settings: &BusSettings, filters: &[Filter]) -> Self {
+    /// Joins the bus, of 1000 kbit/s or 500 kbit/s. Frames that these filters let pass come in.
+    pub fn new(can: CAN1, bit_rate_kbit_s: u16, filters: &Filters) -> Self {
         // After a reset it sleeps, and the reset value with which a write begins says so.
         can.mcr().write(|w| w.sleep().clear_bit().inrq().set_bit());
-        // It answers at once, unless its receive line is stuck: then the board goes on without a bus.
-        let _ = (0..ANSWERS_WITHIN).find(|_| can.msr().read().inak().bit());
+        await_initialisation(&can);
         // Comes back from bus-off by itself; sends in order; keeps what it has when a queue is full.
         can.mcr().write(|w| {
             w.sleep()
@@ -60,19 +48,8 @@ impl Can {
                 .rflm()
                 .set_bit()
         });
-        // 1 + 11 + 2 quanta: sampled at 85.7 %, resynchronised by up to two of them.
-        // SAFETY: the fields hold one less than these numbers.
-        can.btr().write(|w| unsafe {
-            w.brp()
-                .bits(prescaler(settings) - 1)
-                .ts1()
-                .bits(11 - 1)
-                .ts2()
-                .bits(2 - 1)
-                .sjw()
-                .bits(2 - 1)
-        });
-        accept(&can, filters);
+        set_timing(&can, bit_rate_kbit_s);
+        filters.put(&can);
         can.ier().write(|w| {
             w.fmpie0().enabled().tmeie().enabled();
             w.bofie().enabled().epvie().enabled().errie().enabled()
@@ -83,6 +60,34 @@ impl Can {
             registers: can,
             waiting: Deque::new(),
         }
+    }
+
+    /// Goes over to another bit rate, of 1000 kbit/s or 500 kbit/s.
+    pub fn set_bit_rate(&mut self, kbit_s: u16) {
+        self.registers.mcr().modify(|_, w| w.inrq().set_bit());
+        await_initialisation(&self.registers);
+        set_timing(&self.registers, kbit_s);
+        self.registers.mcr().modify(|_, w| w.inrq().clear_bit());
+    }
+
+    /// Lets other frames in.
+    pub fn set_filters(&mut self, filters: &Filters) {
+        filters.put(&self.registers);
+    }
+
+    /// Whether a frame was lost since this was asked last, as nobody had fetched those before.
+    pub fn take_overrun(&mut self) -> bool {
+        let queue = self.registers.rfr(0);
+        let is_overrun = queue.read().fovr().bit();
+        if is_overrun {
+            queue.write(|w| w.fovr().set_bit());
+        }
+        is_overrun
+    }
+
+    /// Whether [`Can::send`] would take a frame.
+    pub fn has_room(&self) -> bool {
+        !self.waiting.is_full()
     }
 
     /// The next frame that came in.
@@ -132,25 +137,23 @@ impl Can {
     }
 }
 
-/// One bank of 32 bits with a mask for each filter, all into queue 0.
-fn accept(can: &CAN1, filters: &[Filter]) {
-    can.fmr().modify(|_, w| w.finit().set_bit());
-    let mut banks = 0u32;
-    for (bank, filter) in can.fb_iter().zip(filters) {
-        banks = banks << 1 | 1;
-        // Bits 1 and 2 are RTR and IDE: both must be clear.
-        // SAFETY: any bits make a filter.
-        bank.fr1()
-            .write(|w| unsafe { w.bits(u32::from(filter.id) << 21) });
-        bank.fr2()
-            .write(|w| unsafe { w.bits(u32::from(filter.mask) << 21 | 0b110) });
-    }
-    // SAFETY: one bit for each bank.
-    unsafe {
-        can.fm1r().write(|w| w.bits(0));
-        can.ffa1r().write(|w| w.bits(0));
-        can.fs1r().write(|w| w.bits(banks));
-        can.fa1r().write(|w| w.bits(banks));
-    }
-    can.fmr().modify(|_, w| w.finit().clear_bit());
+/// It answers at once, or at the end of the frame that it sends, unless its receive line is stuck: then the board
+/// goes on without a bus.
+fn await_initialisation(can: &CAN1) {
+    let _ = (0..ANSWERS_WITHIN).find(|_| can.msr().read().inak().bit());
+}
+
+/// 1 + 11 + 2 quanta: sampled at 85.7 %, resynchronised by up to two of them.
+fn set_timing(can: &CAN1, bit_rate_kbit_s: u16) {
+    // SAFETY: the fields hold one less than these numbers.
+    can.btr().write(|w| unsafe {
+        w.brp()
+            .bits(prescaler(bit_rate_kbit_s) - 1)
+            .ts1()
+            .bits(11 - 1)
+            .ts2()
+            .bits(2 - 1)
+            .sjw()
+            .bits(2 - 1)
+    });
 }

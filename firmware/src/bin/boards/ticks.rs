@@ -37,8 +37,8 @@ impl Clock {
         self.0.cr1().write(|w| w.cen().enabled());
     }
 
-    /// The number of the present PWM period since the first edge, which is 0.
-    fn period(&self) -> u32 {
+    /// The number of the present PWM period since the first edge, which is 0; it has 31 bits, and wraps.
+    pub fn period(&self) -> u32 {
         (self.0.cnt().read().bits() >> 1).wrapping_sub(1)
     }
 

@@ -6,15 +6,14 @@ use firmware::{
     command::excitation::{ExcitationSettings, Run},
     frames::Frames,
     parameters::BoardParameters,
-    store::{Loaded, Progress, Saver},
     supervisor::Part,
 };
 use heapless::spsc::Consumer;
 
 use crate::{
-    control_step::{Answer, Numbered},
-    flash::Flash,
     heard,
+    keeper::Keeper,
+    plain::control_step::{Answer, Numbered},
     report::Report,
     slot::{Giver, Taker},
 };
@@ -29,11 +28,9 @@ pub struct Excitations {
 pub struct Background {
     outputs: Consumer<'static, Outputs, 3>,
     answers: Consumer<'static, Answer, 8>,
-    to_save: Taker<BoardParameters>,
+    keeper: Keeper<BoardParameters>,
     excitations: Excitations,
     frames: Frames,
-    flash: Flash,
-    saver: Saver,
     report: Report,
 }
 
@@ -42,18 +39,16 @@ impl Background {
     pub fn new(
         outputs: Consumer<'static, Outputs, 3>,
         answers: Consumer<'static, Answer, 8>,
-        to_save: Taker<BoardParameters>,
+        keeper: Keeper<BoardParameters>,
         excitations: Excitations,
-        (flash, loaded): (Flash, &Loaded),
+        node_id: u8,
     ) -> Self {
         Self {
             outputs,
             answers,
-            to_save,
+            keeper,
             excitations,
-            frames: Frames::new(loaded.parameters.bus.node_id as u8),
-            flash,
-            saver: Saver::new(loaded),
+            frames: Frames::new(node_id),
             report: Report::default(),
         }
     }
@@ -76,21 +71,8 @@ impl Background {
             // The control step fetches each in the next tick.
             self.excitations.made.put((number, run));
         }
-        self.save();
+        // Nobody asked for an answer.
+        let _ = self.keeper.run();
         heard::from(Part::Background);
-    }
-
-    /// Goes on with a save, or begins one.
-    fn save(&mut self) {
-        if !self.saver.is_running()
-            && let Some(parameters) = self.to_save.take()
-        {
-            self.saver.start(&parameters);
-        }
-        match self.saver.poll(&mut self.flash) {
-            Progress::Idle | Progress::Running => {}
-            Progress::Done => defmt::info!("parameters saved"),
-            Progress::Failed(error) => defmt::error!("parameters not saved, stage {}", error as u8),
-        }
     }
 }

@@ -1,7 +1,7 @@
 //! The control step with what surrounds it on the board.
 //!
 //! Its stages are functions that are not inlined, with names that a debugger or an emulator finds in
-//! the ELF: [`gather`], [`serve`], [`application_step`], [`record`].
+//! the ELF: `gather`, [`serve`], [`application_step`], [`record`].
 
 use firmware::{
     application::{Application, Outputs, Samples},
@@ -10,45 +10,16 @@ use firmware::{
     frames::{Access, Message, Order},
     parameters::BoardParameters,
     service::Service,
-    supervisor::{Part, Supervisor},
 };
 use heapless::spsc::{Consumer, Producer};
 
 use crate::{
-    analog::Analog,
-    bridge::Bridge,
-    bus_state,
-    encoder::Encoder,
-    heard,
-    servo_pulse::ServoPulse,
     slot::{Giver, Taker},
-    ticks::Ticks,
-    watchdog::Watchdog,
+    vigil::Vigil,
 };
 
 /// What an access came to, and whether it was refused.
 pub type Answer = (Access, bool);
-
-/// What was measured since the last tick.
-#[unsafe(no_mangle)]
-#[inline(never)]
-pub fn gather(
-    encoder: &mut Encoder,
-    analog: &mut Analog,
-    pulse: &mut ServoPulse,
-    bridge: &mut Bridge,
-) -> Samples {
-    let (current, scan) = analog.take();
-    Samples {
-        encoder: encoder.finish(),
-        current,
-        scan,
-        servo_pulse_us: pulse.take_us(),
-        bridge_tripped: bridge.take_trip(),
-        missed_periods: 0,
-        bus: bus_state::take(),
-    }
-}
 
 /// One control period of the application.
 #[unsafe(no_mangle)]
@@ -62,9 +33,7 @@ pub struct ControlStep {
     pub application: Application,
     pub capture: Capture<'static>,
     pub service: Service,
-    pub supervisor: Supervisor,
-    pub watchdog: Watchdog,
-    pub ticks: Ticks,
+    pub vigil: Vigil,
     pub queues: Queues,
     pub wanted: Wanted,
 }
@@ -100,7 +69,7 @@ pub struct Queues {
 impl ControlStep {
     /// Serves what was asked for, then the control period itself.
     pub fn run(&mut self, samples: &mut Samples, tick: u32) -> Outputs {
-        samples.missed_periods = self.ticks.begin(tick);
+        samples.missed_periods = self.vigil.begin(tick);
         serve(self);
         let outputs = application_step(&mut self.application, samples);
         record(&mut self.capture, &outputs);
@@ -114,13 +83,7 @@ impl ControlStep {
         }
         // The background is behind: telemetry has a gap.
         let _ = self.queues.outputs.enqueue(outputs);
-        heard::from(Part::Control);
-        heard::tell(&mut self.supervisor);
-        if self.supervisor.period() {
-            self.watchdog.feed();
-        }
-        self.service.note_starved(self.supervisor.starved());
-        self.ticks.end();
+        self.service.note_starved(self.vigil.end());
     }
 }
 

@@ -1,0 +1,6 @@
+//! The board on CANopen: the drive steps at the edge of each tick, the node works at two of the PWM edges
+//! between them.
+
+pub mod background;
+pub mod setup;
+pub mod station;

@@ -1,0 +1,163 @@
+//! The CANopen device with what surrounds it on the board.
+//!
+//! Its stages are functions that are not inlined, with names that a debugger or an emulator finds in the ELF: `gather`,
+//! [`device_control`], [`communicate`].
+
+use canopen::{CanFrame, SERVICE_IDENTIFIERS};
+use firmware::{
+    application::{Outputs, Samples},
+    drive::{Device, RPDOS, Set, TPDOS},
+};
+use heapless::spsc::{Consumer, Producer};
+
+use super::setup;
+use crate::{
+    can_filters::{self, Filters},
+    slot::{Giver, Taker},
+    ticks,
+    vigil::Vigil,
+};
+
+const _: () = assert!(SERVICE_IDENTIFIERS + RPDOS + TPDOS <= can_filters::MOST);
+
+/// Frames that may wait for the node: more than come in between two of its times, 3 ms apart, at 1 Mbit/s.
+pub const RECEIVED: usize = 65;
+
+/// Frames that may wait for the bus: a block of the SDO server is 127 at the most, and goes on as there is room.
+pub const TO_SEND: usize = 33;
+
+/// Frames that the node takes at one of its times, so that the time has an end. Two times a tick, it takes
+/// whatever a bus of 1 Mbit/s brings.
+const AT_ONCE: usize = 45;
+
+/// Core cycles of a microsecond.
+const CYCLES_PER_US: u32 = 168;
+
+/// What the station hands over, and what it gets.
+pub struct Queues {
+    pub received: Consumer<'static, CanFrame, RECEIVED>,
+    pub to_send: Producer<'static, CanFrame, TO_SEND>,
+    pub outputs: Producer<'static, Outputs, 3>,
+    pub filters: Giver<Filters>,
+    pub save: Giver<Set>,
+    pub saved: Taker<bool>,
+}
+
+/// Node, drive, and their neighbours on the board.
+pub struct Station {
+    device: Device<'static>,
+    vigil: Vigil,
+    queues: Queues,
+    /// What the controller was asked to let in.
+    filters: Filters,
+    /// The number of the last PWM period that the node knew of, and its time, us.
+    now: (u32, u64),
+}
+
+/// One control period of the drive.
+#[unsafe(no_mangle)]
+#[inline(never)]
+fn device_control(device: &mut Device<'static>, samples: &Samples) -> Outputs {
+    device.control(samples)
+}
+
+/// What has come in, what has become due, what is to be sent.
+#[unsafe(no_mangle)]
+#[inline(never)]
+fn communicate(station: &mut Station, now_us: u64) {
+    let Station { device, queues, .. } = station;
+    for _ in 0..AT_ONCE {
+        let Some(frame) = queues.received.dequeue() else {
+            break;
+        };
+        device.receive(&frame, now_us);
+        send(device, queues);
+    }
+    device.communicate(now_us);
+    send(device, queues);
+}
+
+/// As many frames as there is room for; the others wait in the node.
+fn send(device: &mut Device<'static>, queues: &mut Queues) {
+    while queues.to_send.ready()
+        && let Some(frame) = device.transmit()
+    {
+        // There is room.
+        let _ = queues.to_send.enqueue(frame);
+    }
+}
+
+impl Station {
+    /// A station whose controller lets `filters` in.
+    pub fn new(device: Device<'static>, vigil: Vigil, queues: Queues, filters: Filters) -> Self {
+        Self {
+            device,
+            vigil,
+            queues,
+            filters,
+            now: (0, 0),
+        }
+    }
+
+    /// The control period itself.
+    pub fn control(&mut self, samples: &mut Samples, tick: u32) -> Outputs {
+        samples.missed_periods = self.vigil.begin(tick);
+        device_control(&mut self.device, samples)
+    }
+
+    /// The bridge has been told: hands over, and feeds the watchdog if every part is alive.
+    pub fn end(&mut self, outputs: Outputs, is_late: bool) {
+        if is_late {
+            self.device.drive.was_late();
+        }
+        // The background is behind: the log has a gap.
+        let _ = self.queues.outputs.enqueue(outputs);
+        self.device.drive.diagnostics.starved_periods = self.vigil.end();
+    }
+
+    /// The node's turn, in the PWM period of this number. Whether there is something for the controller to do.
+    pub fn communicate(&mut self, period: u32) -> bool {
+        self.count();
+        let now_us = self.time_us(period);
+        communicate(self, now_us);
+        self.save();
+        self.set_up_controller();
+        self.queues.to_send.len() > 0
+    }
+
+    /// The time of a PWM period whose number wraps.
+    fn time_us(&mut self, period: u32) -> u64 {
+        let (last, time_us) = self.now;
+        // The number has 31 bits.
+        let elapsed = period.wrapping_sub(last) & (u32::MAX >> 1);
+        self.now = (period, time_us.wrapping_add(u64::from(elapsed) * 1000));
+        self.now.1
+    }
+
+    fn count(&mut self) {
+        let board = &mut self.device.drive.diagnostics;
+        (board.receive_overflows, board.bus_offs) = setup::counts();
+        board.longest_step_us = ticks::longest_step_cycles() / CYCLES_PER_US;
+    }
+
+    fn save(&mut self) {
+        if let Some(done) = self.queues.saved.take() {
+            self.device.drive.saved(done);
+        }
+        if self.queues.save.is_empty()
+            && let Some(set) = self.device.drive.take_save()
+        {
+            self.queues.save.put(set);
+        }
+    }
+
+    fn set_up_controller(&mut self) {
+        if let Some(kbit_s) = self.device.drive.take_bit_rate() {
+            setup::ask_bit_rate(kbit_s);
+        }
+        let filters = Filters::of(self.device.node().identifiers());
+        if filters != self.filters && self.queues.filters.put(filters) {
+            self.filters = filters;
+        }
+    }
+}

@@ -1,0 +1,4 @@
+//! The board with plain CAN frames, without CANopen: `firmware::frames` says which.
+
+pub mod background;
+pub mod control_step;
