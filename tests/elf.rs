@@ -1,16 +1,42 @@
-//! What holds for the program of the board without running it.
+//! What holds for the programs of the board without running them.
 
 use std::{fmt::Write as _, fs, ops::Range, path::Path};
 
 use object::{File, Object, ObjectSection, ObjectSymbol, SectionFlags, elf};
-use system_tests::board_elf::board_elf;
+use system_tests::board_elf::{board_elf, plain_board_elf};
 
 /// The capture buffer, which the limits leave out: it takes what is left of the memory.
 const CAPTURE_BUFFER: &str = "capture_buffer";
 
-fn with_elf<T>(test: impl FnOnce(&File<'_>) -> T) -> T {
-    let bytes = fs::read(board_elf()).expect("the ELF was built");
-    test(&File::parse(&*bytes).expect("an ELF"))
+/// A program, and what it may take: bytes of flash, and of RAM with the stack and without the capture buffer.
+struct Program {
+    name: &'static str,
+    elf: fn() -> &'static Path,
+    flash: u64,
+    ram: u64,
+}
+
+const PROGRAMS: [Program; 2] = [
+    Program {
+        name: "actuator-board",
+        elf: board_elf,
+        flash: 64 * 1024,
+        ram: 16 * 1024,
+    },
+    Program {
+        name: "actuator-board-plain",
+        elf: plain_board_elf,
+        flash: 24 * 1024,
+        ram: 8 * 1024,
+    },
+];
+
+fn for_each_elf(mut test: impl FnMut(&Program, &File<'_>)) {
+    for program in &PROGRAMS {
+        println!("{}", program.name);
+        let bytes = fs::read((program.elf)()).expect("the ELF was built");
+        test(program, &File::parse(&*bytes).expect("an ELF"));
+    }
 }
 
 /// Demangled names of everything that was linked.
@@ -110,25 +136,26 @@ fn nothing_can_panic_allocate_or_compute_in_emulated_floating_point() {
     };
     let panics =
         |name: &str| name.contains("core::panicking") || name.contains("a_path_to_a_panic");
-    let found = with_elf(|elf| {
+    for_each_elf(|_, elf| {
         let mut found = symbols(elf);
         found.retain(|name| panics(name) || allocates(name) || emulated(name));
-        found
+        assert_eq!(found, Vec::<String>::new());
     });
-    assert_eq!(found, Vec::<String>::new());
 }
 
 #[test]
 fn every_section_lies_in_the_memory_that_memory_x_gives_it() {
     let (flash, ram) = (region("FLASH"), region("RAM"));
-    for (name, addresses) in with_elf(allocated) {
-        let right = if addresses.start < ram.start {
-            &flash
-        } else {
-            &ram
-        };
-        assert!(lies_in(&addresses, right), "{name} lies at {addresses:x?}");
-    }
+    for_each_elf(|_, elf| {
+        for (name, addresses) in allocated(elf) {
+            let right = if addresses.start < ram.start {
+                &flash
+            } else {
+                &ram
+            };
+            assert!(lies_in(&addresses, right), "{name} lies at {addresses:x?}");
+        }
+    });
 }
 
 #[test]
@@ -145,7 +172,7 @@ fn the_regions_are_those_of_the_reference_manual_and_do_not_overlap() {
 #[test]
 fn the_stack_lies_below_the_data_at_the_very_end_of_the_memory() {
     let stack = region("STACK");
-    with_elf(|elf| {
+    for_each_elf(|_, elf| {
         assert_eq!(address(elf, "_stack_start"), stack.end);
         assert_eq!(address(elf, "_stack_end"), stack.start);
         // What the processor loads at reset.
@@ -172,63 +199,66 @@ fn the_stack_lies_below_the_data_at_the_very_end_of_the_memory() {
 }
 
 /// Bytes of flash; of RAM without stack and capture buffer; of the stack.
-fn sizes() -> [u64; 3] {
-    with_elf(|elf| {
-        let ram = region("RAM");
-        let (mut flash_bytes, mut ram_bytes) = (0, 0);
-        for (name, addresses) in allocated(elf) {
-            let size = addresses.end - addresses.start;
-            if addresses.start < ram.start || name == ".data" {
-                flash_bytes += size;
-            }
-            if addresses.start >= ram.start {
-                ram_bytes += size;
-            }
+fn sizes(elf: &File<'_>) -> [u64; 3] {
+    let ram = region("RAM");
+    let (mut flash_bytes, mut ram_bytes) = (0, 0);
+    for (name, addresses) in allocated(elf) {
+        let size = addresses.end - addresses.start;
+        if addresses.start < ram.start || name == ".data" {
+            flash_bytes += size;
         }
-        let names = elf
-            .symbols()
-            .filter(|s| s.name().is_ok_and(|name| name.contains(CAPTURE_BUFFER)));
-        let capture: u64 = names.map(|symbol| symbol.size()).sum();
-        let stack = region("STACK");
-        [flash_bytes, ram_bytes - capture, stack.end - stack.start]
-    })
+        if addresses.start >= ram.start {
+            ram_bytes += size;
+        }
+    }
+    let names = elf
+        .symbols()
+        .filter(|s| s.name().is_ok_and(|name| name.contains(CAPTURE_BUFFER)));
+    let capture: u64 = names.map(|symbol| symbol.size()).sum();
+    let stack = region("STACK");
+    [flash_bytes, ram_bytes - capture, stack.end - stack.start]
 }
 
 #[test]
 fn flash_and_ram_stay_below_their_limits() {
-    let [flash, ram, stack] = sizes();
-    println!(
-        "flash {flash} bytes, RAM {} bytes, {stack} of them stack",
-        ram + stack
-    );
-    assert!(flash < 24 * 1024);
-    assert!(ram + stack < 8 * 1024);
+    for_each_elf(|program, elf| {
+        let [flash, ram, stack] = sizes(elf);
+        println!(
+            "flash {flash} bytes, RAM {} bytes, {stack} of them stack",
+            ram + stack
+        );
+        assert!(flash < program.flash);
+        assert!(ram + stack < program.ram);
+    });
 }
 
 #[test]
 fn flash_and_ram_are_as_large_as_they_were() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("golden/actuator-board.size");
-    let now = sizes();
-    if std::env::var_os("UPDATE_GOLDEN").is_some() {
-        let mut text = String::new();
-        for (name, size) in ["flash", "ram", "stack"].iter().zip(now) {
-            writeln!(text, "{name} {size}").expect("a string");
+    for_each_elf(|program, elf| {
+        let file = format!("golden/{}.size", program.name);
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
+        let now = sizes(elf);
+        if std::env::var_os("UPDATE_GOLDEN").is_some() {
+            let mut text = String::new();
+            for (name, size) in ["flash", "ram", "stack"].iter().zip(now) {
+                writeln!(text, "{name} {size}").expect("a string");
+            }
+            fs::write(&path, &text).expect("the golden file is written");
         }
-        fs::write(&path, &text).expect("the golden file is written");
-    }
-    let golden = fs::read_to_string(&path).expect("the golden file");
-    for (line, size) in golden.lines().zip(now) {
-        let golden: u64 = line
-            .split(' ')
-            .next_back()
-            .and_then(|n| n.parse().ok())
-            .expect("a size");
-        // What moves by less than a fiftieth is the compiler's taste, not a change of the program.
-        assert!(
-            size.abs_diff(golden) * 50 <= golden,
-            "{line}, now {size}; if that is as it should be: UPDATE_GOLDEN=1 cargo test -p system-tests --test elf"
-        );
-    }
+        let golden = fs::read_to_string(&path).expect("the golden file");
+        for (line, size) in golden.lines().zip(now) {
+            let golden: u64 = line
+                .split(' ')
+                .next_back()
+                .and_then(|n| n.parse().ok())
+                .expect("a size");
+            // What moves by less than a fiftieth is the compiler's taste, not a change of the program.
+            assert!(
+                size.abs_diff(golden) * 50 <= golden,
+                "{line}, now {size}; if that is as it should be: UPDATE_GOLDEN=1 cargo test -p system-tests --test elf"
+            );
+        }
+    });
 }
 
 #[test]

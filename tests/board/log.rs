@@ -1,6 +1,6 @@
 //! What the board logs, read out of its memory as a debugger does.
 
-use board_tests::board_elf::board_elf;
+use board_tests::board_elf::plain_board_elf;
 use board_tests::runs::Commander;
 use board_tests::runs::{firmware, run_script, to_and_fro};
 use virtual_board::run::{Flow, Options, Script, View};
@@ -49,7 +49,7 @@ fn the_log_decodes_with_the_strings_of_the_elf() {
         bytes: Vec::new(),
     };
     let finished = run_script(Options::for_ms(600), script);
-    let elf = std::fs::read(board_elf()).expect("the ELF was built");
+    let elf = std::fs::read(plain_board_elf()).expect("the ELF was built");
     let table = defmt_decoder::Table::parse(&elf).expect("a table");
     let table = table.expect("a log");
     let mut decoder = table.new_stream_decoder();

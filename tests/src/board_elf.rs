@@ -17,6 +17,15 @@ pub fn board_elf() -> &'static Path {
     ELF.get_or_init(|| build("actuator-board", &[]))
 }
 
+/// The same for the program with plain frames.
+///
+/// # Panics
+/// As above.
+pub fn plain_board_elf() -> &'static Path {
+    static ELF: OnceLock<PathBuf> = OnceLock::new();
+    ELF.get_or_init(|| build("actuator-board-plain", &[]))
+}
+
 /// The same for the program that runs nothing but the control law, built for speed, as what it is compared
 /// with is.
 ///

@@ -13,7 +13,7 @@ type Row = HashMap<String, Option<f64>>;
 
 /// What the run prints of what is typed, row by row.
 fn csv(desk: &Desk, arguments: &str, typed: &str) -> Vec<Row> {
-    let elf = board_elf::board_elf();
+    let elf = board_elf::plain_board_elf();
     let mut command = desk.actuator("board --format csv --pace max --elf");
     let output = command
         .arg(elf)
@@ -72,7 +72,7 @@ fn a_plan_of_faults_breaks_the_board_at_its_time() {
 fn a_plan_that_makes_no_sense_is_refused_by_file_and_line() {
     let desk = Desk::new();
     desk.write("plan.toml", "\n[[fault]]\nwhat = \"jam\"\n");
-    let elf = board_elf::board_elf();
+    let elf = board_elf::plain_board_elf();
     let output = desk
         .actuator("board --for 1 --faults plan.toml --elf")
         .arg(elf)

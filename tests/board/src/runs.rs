@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use virtual_board::run::{Finished, Firmware, Flow, Options, Script, View, run};
 
-use crate::board_elf::board_elf;
+use crate::board_elf::plain_board_elf;
 use crate::frames::{BoardFrame, Frame, Status, order};
 
 /// The board's program.
@@ -13,7 +13,7 @@ use crate::frames::{BoardFrame, Frame, Status, order};
 /// If it does not build.
 pub fn firmware() -> &'static Firmware {
     static FIRMWARE: OnceLock<Firmware> = OnceLock::new();
-    FIRMWARE.get_or_init(|| Firmware::read(board_elf()).expect("an ELF file"))
+    FIRMWARE.get_or_init(|| Firmware::read(plain_board_elf()).expect("an ELF file"))
 }
 
 /// PWM periods in a control period.

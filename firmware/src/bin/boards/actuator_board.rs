@@ -74,11 +74,11 @@ mod app {
         bridge::{Bridge, Instant},
         bus_state,
         can::Can,
-        can_filters::Filters,
         canopen::{
             background::Background,
             setup,
             station::{Queues, RECEIVED, Station, TO_SEND},
+            wanted::Wanted,
         },
         encoder::Encoder,
         heard,
@@ -116,7 +116,7 @@ mod app {
         servo_pulse: ServoPulse,
         received: Producer<'static, CanFrame, RECEIVED>,
         to_send: Consumer<'static, CanFrame, TO_SEND>,
-        filters: Taker<Filters>,
+        wanted: Taker<Wanted>,
         background: Background,
     }
 
@@ -124,7 +124,7 @@ mod app {
         output_queue: Queue<Outputs, 3> = Queue::new(),
         received_queue: Queue<CanFrame, RECEIVED> = Queue::new(),
         send_queue: Queue<CanFrame, TO_SEND> = Queue::new(),
-        filter_slot: Slot<Filters> = Slot::new(),
+        wanted_slot: Slot<Wanted> = Slot::new(),
         save_slot: Slot<Set> = Slot::new(),
         saved_slot: Slot<bool> = Slot::new(),
         capture_buffer: [i32; CAPTURE_WORDS] = [0; CAPTURE_WORDS],
@@ -144,20 +144,20 @@ mod app {
         let (decided, outputs) = cx.local.output_queue.split();
         let (came_in, received) = cx.local.received_queue.split();
         let (to_send, goes_out) = cx.local.send_queue.split();
-        let (filters, wanted_filters) = cx.local.filter_slot.split();
+        let (give_wanted, take_wanted) = cx.local.wanted_slot.split();
         let (save, to_save) = cx.local.save_slot.split();
         let (tell_saved, saved) = cx.local.saved_slot.split();
 
         let mut device = Device::new(Set::loaded(&loaded), start, cx.local.capture_buffer, 0);
         device.drive.diagnostics.reset_cause = board.reset_cause;
-        let let_in = Filters::of(device.node().identifiers());
+        let wanted = Wanted::of(device.node().identifiers());
         let bit_rate_kbit_s = loaded.parameters.board.bus.bit_rate_kbit_s as u16;
-        let can = Can::new(board.can, bit_rate_kbit_s, &let_in);
+        let can = Can::new(board.can, bit_rate_kbit_s, wanted.iter());
         let queues = Queues {
             received,
             to_send,
             outputs: decided,
-            filters,
+            wanted: give_wanted,
             save,
             saved,
         };
@@ -169,14 +169,14 @@ mod app {
             analog: board.analog,
             encoder: board.encoder,
             clock: board.clock,
-            station: Station::new(device, vigil, queues, let_in),
+            station: Station::new(device, vigil, queues, wanted),
             can,
         };
         let local = Local {
             servo_pulse: board.servo_pulse,
             received: came_in,
             to_send: goes_out,
-            filters: wanted_filters,
+            wanted: take_wanted,
             background: Background {
                 outputs,
                 keeper: Keeper::new(to_save, board.flash, &loaded),
@@ -272,7 +272,7 @@ mod app {
     #[task(
         binds = CAN1_SCE,
         priority = 2,
-        local = [filters, was: BusState = BusState::Active],
+        local = [wanted, was: BusState = BusState::Active],
         shared = [can],
     )]
     fn bus(cx: bus::Context) {
@@ -289,8 +289,8 @@ mod app {
         if let Some(kbit_s) = setup::take_bit_rate() {
             can.set_bit_rate(kbit_s);
         }
-        if let Some(filters) = cx.local.filters.take() {
-            can.set_filters(&filters);
+        if let Some(wanted) = cx.local.wanted.take() {
+            can.set_filters(wanted.iter());
         }
         heard::from(Part::Bus);
     }

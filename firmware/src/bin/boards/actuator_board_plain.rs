@@ -76,7 +76,6 @@ mod app {
         bridge::{Bridge, Instant},
         bus_state,
         can::Can,
-        can_filters::Filters,
         encoder::Encoder,
         heard,
         keeper::Keeper,
@@ -152,11 +151,7 @@ mod app {
         let node_id = parameters.bus.node_id as u8;
         let bit_rate_kbit_s = parameters.bus.bit_rate_kbit_s as u16;
         let frames = Frames::new(node_id);
-        let can = Can::new(
-            board.can,
-            bit_rate_kbit_s,
-            &Filters::of(frames.identifiers()),
-        );
+        let can = Can::new(board.can, bit_rate_kbit_s, frames.identifiers());
         let step = ControlStep {
             application: Application::after(parameters, start),
             capture: Capture::new(cx.local.capture_buffer),

@@ -6,11 +6,12 @@
 //! later (RM0090, section 32.7.6).
 
 use canopen::CanFrame;
+use embedded_can::Id;
 use firmware::application::BusState;
 use heapless::Deque;
 use stm32f4xx_hal::pac::CAN1;
 
-use crate::{can_filters::Filters, can_frames};
+use crate::{can_filters, can_frames};
 
 /// What 42 MHz are divided by for 14 quanta a bit: at 500 kbit/s twice what 1 Mbit/s takes.
 fn prescaler(bit_rate_kbit_s: u16) -> u16 {
@@ -30,8 +31,13 @@ pub struct Can {
 }
 
 impl Can {
-    /// Joins the bus, of 1000 kbit/s or 500 kbit/s. Frames that these filters let pass come in.
-    pub fn new(can: CAN1, bit_rate_kbit_s: u16, filters: &Filters) -> Self {
+    /// Joins the bus, of 1000 kbit/s or 500 kbit/s. Frames with these identifiers come in, remote ones where it says
+    /// so.
+    pub fn new(
+        can: CAN1,
+        bit_rate_kbit_s: u16,
+        identifiers: impl Iterator<Item = (Id, bool)>,
+    ) -> Self {
         // After a reset it sleeps, and the reset value with which a write begins says so.
         can.mcr().write(|w| w.sleep().clear_bit().inrq().set_bit());
         await_initialisation(&can);
@@ -49,7 +55,7 @@ impl Can {
                 .set_bit()
         });
         set_timing(&can, bit_rate_kbit_s);
-        filters.put(&can);
+        can_filters::let_in(&can, identifiers);
         can.ier().write(|w| {
             w.fmpie0().enabled().tmeie().enabled();
             w.bofie().enabled().epvie().enabled().errie().enabled()
@@ -70,9 +76,9 @@ impl Can {
         self.registers.mcr().modify(|_, w| w.inrq().clear_bit());
     }
 
-    /// Lets other frames in.
-    pub fn set_filters(&mut self, filters: &Filters) {
-        filters.put(&self.registers);
+    /// Lets frames with other identifiers in.
+    pub fn set_filters(&mut self, identifiers: impl Iterator<Item = (Id, bool)>) {
+        can_filters::let_in(&self.registers, identifiers);
     }
 
     /// Whether a frame was lost since this was asked last, as nobody had fetched those before.

@@ -11,45 +11,32 @@ pub const MOST: usize = 28;
 const REMOTE: u32 = 1 << 1;
 const EXTENDED: u32 = 1 << 2;
 
-/// The list, in the layout of the filter registers.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub struct Filters([u32; MOST]);
-
-impl Filters {
-    /// The first [`MOST`] of these identifiers, and whether of remote frames; at least one.
-    pub fn of(mut identifiers: impl Iterator<Item = (Id, bool)>) -> Self {
-        let first = identifiers.next().map_or(0, word);
-        // Those that are left over let in what comes in anyway.
-        let mut words = [first; MOST];
-        for (place, wanted) in words.iter_mut().skip(1).zip(identifiers) {
-            *place = word(wanted);
-        }
-        Self(words)
-    }
-
-    /// Lets these frames in, all into queue 0, and no others.
-    pub fn put(&self, can: &CAN1) {
-        const BANKS: u32 = (1 << (MOST / 2)) - 1;
-        can.fmr().modify(|_, w| w.finit().set_bit());
-        let (pairs, _) = self.0.as_chunks();
-        for (bank, [first, second]) in can.fb_iter().zip(pairs) {
-            // SAFETY: any bits make a filter.
-            unsafe {
-                bank.fr1().write(|w| w.bits(*first));
-                bank.fr2().write(|w| w.bits(*second));
-            }
-        }
-        // SAFETY: one bit for each bank.
+/// Lets the frames with these identifiers in, remote ones where it says so, all into queue 0, and no others; of more than
+/// [`MOST`] the first.
+pub fn let_in(can: &CAN1, identifiers: impl Iterator<Item = (Id, bool)>) {
+    can.fmr().modify(|_, w| w.finit().set_bit());
+    let mut words = identifiers.map(word);
+    let mut banks = 0u32;
+    for bank in can.fb_iter().take(MOST / 2) {
+        let Some(first) = words.next() else { break };
+        banks = banks << 1 | 1;
+        // SAFETY: any bits make a filter. A second place that is left over lets in what the first one does.
         unsafe {
-            can.fm1r().write(|w| w.bits(BANKS));
-            can.ffa1r().write(|w| w.bits(0));
-            can.fs1r().write(|w| w.bits(BANKS));
-            can.fa1r().write(|w| w.bits(BANKS));
+            bank.fr1().write(|w| w.bits(first));
+            bank.fr2().write(|w| w.bits(words.next().unwrap_or(first)));
         }
-        can.fmr().modify(|_, w| w.finit().clear_bit());
     }
+    // SAFETY: one bit for each bank.
+    unsafe {
+        can.fm1r().write(|w| w.bits(banks));
+        can.ffa1r().write(|w| w.bits(0));
+        can.fs1r().write(|w| w.bits(banks));
+        can.fa1r().write(|w| w.bits(banks));
+    }
+    can.fmr().modify(|_, w| w.finit().clear_bit());
 }
 
+/// As a list of 32-bit identifiers holds it.
 fn word((id, remote): (Id, bool)) -> u32 {
     let kind = if remote { REMOTE } else { 0 };
     kind | match id {

@@ -4,3 +4,4 @@
 pub mod background;
 pub mod setup;
 pub mod station;
+pub mod wanted;

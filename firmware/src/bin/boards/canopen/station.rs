@@ -3,22 +3,19 @@
 //! Its stages are functions that are not inlined, with names that a debugger or an emulator finds in the ELF: `gather`,
 //! [`device_control`], [`communicate`].
 
-use canopen::{CanFrame, SERVICE_IDENTIFIERS};
+use canopen::CanFrame;
 use firmware::{
     application::{Outputs, Samples},
-    drive::{Device, RPDOS, Set, TPDOS},
+    drive::{Device, Set},
 };
 use heapless::spsc::{Consumer, Producer};
 
-use super::setup;
+use super::{setup, wanted::Wanted};
 use crate::{
-    can_filters::{self, Filters},
     slot::{Giver, Taker},
     ticks,
     vigil::Vigil,
 };
-
-const _: () = assert!(SERVICE_IDENTIFIERS + RPDOS + TPDOS <= can_filters::MOST);
 
 /// Frames that may wait for the node: more than come in between two of its times, 3 ms apart, at 1 Mbit/s.
 pub const RECEIVED: usize = 65;
@@ -38,7 +35,7 @@ pub struct Queues {
     pub received: Consumer<'static, CanFrame, RECEIVED>,
     pub to_send: Producer<'static, CanFrame, TO_SEND>,
     pub outputs: Producer<'static, Outputs, 3>,
-    pub filters: Giver<Filters>,
+    pub wanted: Giver<Wanted>,
     pub save: Giver<Set>,
     pub saved: Taker<bool>,
 }
@@ -49,7 +46,7 @@ pub struct Station {
     vigil: Vigil,
     queues: Queues,
     /// What the controller was asked to let in.
-    filters: Filters,
+    wanted: Wanted,
     /// The number of the last PWM period that the node knew of, and its time, us.
     now: (u32, u64),
 }
@@ -88,13 +85,13 @@ fn send(device: &mut Device<'static>, queues: &mut Queues) {
 }
 
 impl Station {
-    /// A station whose controller lets `filters` in.
-    pub fn new(device: Device<'static>, vigil: Vigil, queues: Queues, filters: Filters) -> Self {
+    /// A station whose controller lets in what is wanted.
+    pub fn new(device: Device<'static>, vigil: Vigil, queues: Queues, wanted: Wanted) -> Self {
         Self {
             device,
             vigil,
             queues,
-            filters,
+            wanted,
             now: (0, 0),
         }
     }
@@ -155,9 +152,9 @@ impl Station {
         if let Some(kbit_s) = self.device.drive.take_bit_rate() {
             setup::ask_bit_rate(kbit_s);
         }
-        let filters = Filters::of(self.device.node().identifiers());
-        if filters != self.filters && self.queues.filters.put(filters) {
-            self.filters = filters;
+        let wanted = Wanted::of(self.device.node().identifiers());
+        if wanted != self.wanted && self.queues.wanted.put(wanted) {
+            self.wanted = wanted;
         }
     }
 }
