@@ -130,16 +130,7 @@ impl Can {
     }
 
     fn fill_mailboxes(&mut self) {
-        let Self { registers, waiting } = self;
-        for mailbox in registers.tx_iter() {
-            if mailbox.tir().read().txrq().bit() {
-                continue;
-            }
-            let Some(frame) = waiting.pop_front() else {
-                return;
-            };
-            can_frames::load(mailbox, &frame);
-        }
+        can_frames::fill(&self.registers, &mut self.waiting);
     }
 }
 

@@ -2,6 +2,7 @@
 
 use canopen::CanFrame;
 use embedded_can::{Frame as _, Id};
+use heapless::Deque;
 use stm32f4xx_hal::pac::{CAN1, can1};
 
 use crate::can_identifier::identifier;
@@ -29,8 +30,21 @@ pub fn take(can: &CAN1) -> Option<CanFrame> {
     Some(frame)
 }
 
+/// Fills free mailboxes with what waits for them.
+pub fn fill<const N: usize>(can: &CAN1, waiting: &mut Deque<CanFrame, N>) {
+    for mailbox in can.tx_iter() {
+        if mailbox.tir().read().txrq().bit() {
+            continue;
+        }
+        let Some(frame) = waiting.pop_front() else {
+            return;
+        };
+        load(mailbox, &frame);
+    }
+}
+
 /// Puts a frame into a free mailbox and asks for it to be sent.
-pub fn load(mailbox: &can1::TX, frame: &CanFrame) {
+fn load(mailbox: &can1::TX, frame: &CanFrame) {
     let [a, b, c, d, e, f, g, h] = frame.bytes();
     // SAFETY: any bits are data, and a length is at most 8.
     unsafe {

@@ -23,6 +23,7 @@ pub enum Mode {
 pub enum Pull {
     None = 0b00,
     Up = 0b01,
+    #[allow(dead_code, reason = "not every board has one")]
     Down = 0b10,
 }
 
