@@ -1,9 +1,9 @@
-//! What holds for the programs of the board without running them.
+//! What holds for the programs of the boards without running them.
 
 use std::{fmt::Write as _, fs, ops::Range, path::Path};
 
 use object::{File, Object, ObjectSection, ObjectSymbol, SectionFlags, elf};
-use system_tests::board_elf::{board_elf, plain_board_elf};
+use system_tests::board_elf::{board_elf, comm_board_elf, plain_board_elf};
 
 /// The capture buffer, which the limits leave out: it takes what is left of the memory.
 const CAPTURE_BUFFER: &str = "capture_buffer";
@@ -16,7 +16,7 @@ struct Program {
     ram: u64,
 }
 
-const PROGRAMS: [Program; 2] = [
+const PROGRAMS: [Program; 3] = [
     Program {
         name: "actuator-board",
         elf: board_elf,
@@ -28,6 +28,12 @@ const PROGRAMS: [Program; 2] = [
         elf: plain_board_elf,
         flash: 24 * 1024,
         ram: 8 * 1024,
+    },
+    Program {
+        name: "comm-board",
+        elf: comm_board_elf,
+        flash: 8 * 1024,
+        ram: 24 * 1024,
     },
 ];
 

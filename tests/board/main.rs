@@ -1,5 +1,7 @@
 //! The release ELF on the emulated board.
 
+mod adapter;
+mod adapter_load;
 mod bit_exact;
 mod faults;
 mod instructions;

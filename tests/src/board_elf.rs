@@ -40,6 +40,15 @@ pub fn control_law_elf() -> &'static Path {
     })
 }
 
+/// The same for the program of the communication board.
+///
+/// # Panics
+/// As above.
+pub fn comm_board_elf() -> &'static Path {
+    static ELF: OnceLock<PathBuf> = OnceLock::new();
+    ELF.get_or_init(|| build("comm-board", &[]))
+}
+
 fn build(program: &str, settings: &[String]) -> PathBuf {
     let package = Path::new(env!("CARGO_MANIFEST_DIR"));
     let workspace = (package.ancestors())

@@ -24,4 +24,5 @@ pub mod faults;
 pub mod flash;
 pub use model_core::plant::rig;
 pub mod run;
+pub mod serial;
 pub mod trace;

@@ -102,12 +102,12 @@ impl Board {
         let debugger = self.listen()?;
         let company = Company {
             debugger,
-            interrupt: None,
+            ..Company::default()
         };
         let script = Session::new(&self);
         let started = Instant::now();
         let finished =
-            run_with(&firmware, options, script, &company).map_err(|error| refusal(&error))?;
+            run_with(&firmware, options, script, company).map_err(|error| refusal(&error))?;
         let seconds = finished.end_ns as f64 * 1e-9;
         let wall_s = started.elapsed().as_secs_f64();
         eprintln!(

@@ -1,18 +1,18 @@
-//! The board: the chip with the encoder on its bus, and the core that runs it.
+//! The boards: the actuator board, which is the chip with the encoder on its bus, and the communication board.
 
+mod comm;
+mod core;
 mod encoder_chip;
 
-use std::num::{NonZeroU32, NonZeroU64};
-
-use rigless::cpu;
 use rigless::device::Level;
-use rigless::machine::{Board, Target, armv7m};
-use rigless::mcu::{Mcu, Operate};
+use rigless::machine::{Board, Target};
+use rigless::mcu::Mcu;
 use rigless::snapshot::Store;
 use rigless::soc::Error;
 use rigless::soc::stm32f427::peripherals::gpio::Pin;
 use rigless::soc::stm32f427::peripherals::spi::Select;
 
+pub use self::comm::{COMM_CORE_HZ, CommBoard};
 use self::encoder_chip::EncoderChip;
 use crate::can::Wire;
 use crate::chip::Chip;
@@ -36,11 +36,11 @@ impl Store for ActuatorBoard {}
 const SELECT_PIN: u8 = 4;
 
 impl ActuatorBoard {
-    /// A board after power-on.
+    /// A board after power-on, on a wire of its own or on one that is shared.
     ///
     /// # Errors
     /// That of rigless, where the description of the chip does not hold together.
-    pub fn try_new(wire: Wire, times: FlashTimes, seed: u64) -> Result<Self, Error> {
+    pub fn try_new(wire: Option<Wire>, times: FlashTimes, seed: u64) -> Result<Self, Error> {
         let mut chip = Chip::try_new(wire, times, seed)?;
         if let Some(pin) = Pin::new(SELECT_PIN) {
             let select = Select {
@@ -65,24 +65,9 @@ impl ActuatorBoard {
         let encoder = self.chip.part.spi[0].chip_mut::<EncoderChip>(0);
         encoder.map_or(0, |encoder| encoder.reads)
     }
-
-    /// The core: one instruction a cycle.
-    fn core(&self) -> Option<armv7m::Core> {
-        let lines = Operate::cpu(&self.chip).interrupt_lines;
-        Some(armv7m::Core {
-            variant: armv7m::Variant::M4,
-            clock_hz: NonZeroU64::new(CORE_HZ)?,
-            interrupt_lines: NonZeroU32::new(lines.into())?,
-            priority_bits: 4,
-            refclk_divider: NonZeroU32::new(8)?,
-            instructions_per_second: NonZeroU64::new(CORE_HZ)?,
-            boot: "flash",
-        })
-    }
 }
 
 const NAME: &str = "actuator-board";
-const TARGET: &str = "stm32f427";
 
 impl Board for ActuatorBoard {
     fn name(&self) -> &'static str {
@@ -90,7 +75,7 @@ impl Board for ActuatorBoard {
     }
 
     fn target_names(&self) -> Vec<&'static str> {
-        vec![TARGET]
+        vec![core::TARGET]
     }
 
     fn mcu(&mut self, target: usize) -> Option<&mut dyn Mcu> {
@@ -98,12 +83,6 @@ impl Board for ActuatorBoard {
     }
 
     fn targets(&mut self) -> Vec<Target<'_>> {
-        let windows = cpu::armv7m::windows(Mcu::bus(&self.chip));
-        let core = self.core().map(|core| {
-            core.spec_with_parts(&windows, armv7m::Fpu::FpV4Sp, armv7m::MpuRegions::Eight)
-        });
-        core.map(|core| Target::new(TARGET, &mut self.chip, core))
-            .into_iter()
-            .collect()
+        core::target(&mut self.chip, CORE_HZ).into_iter().collect()
     }
 }

@@ -64,6 +64,11 @@ impl Wire {
         self.running.is_some()
     }
 
+    /// When the next frame may start, ns.
+    pub fn free_at_ns(&self) -> u64 {
+        self.free_at_ns
+    }
+
     /// When the frame on its way ends, or a contest has to be held, not before `now_ns`; `None`
     /// while nobody wants to send.
     pub fn next_ns(&self, now_ns: u64, a_controller_offers: bool) -> Option<u64> {

@@ -121,6 +121,10 @@ fn wired(mut builder: Builder) -> Builder {
         builder = builder.gate(instance, Gate::by("RCC", "APB2ENR", enable));
         builder = builder.reset_by(instance, Gate::by("RCC", "APB2RSTR", "ADCRST"));
     }
+    // Its reset bit has a name of its own in the vendor's file.
+    builder = builder
+        .gate("USART3", Gate::by("RCC", "APB1ENR", "USART3EN"))
+        .reset_by("USART3", Gate::by("RCC", "APB1RSTR", "UART3RST"));
     builder = builder.gate_writes("RCC", &["BDCR"], Gate::by("PWR", "CR", "DBP"));
     builder = builder.gate_writes("RTC", &[], Gate::by("PWR", "CR", "DBP"));
     for listener in LISTENERS {

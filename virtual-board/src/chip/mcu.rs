@@ -10,7 +10,7 @@ use rigless::soc::{Bus, Error, Layout, Width, stm32f427};
 use rigless::time::VirtualNanos;
 
 use super::bus;
-use crate::can::{BxCan, Wire};
+use crate::can::{BxCan, Transfer, Wire};
 use crate::flash::{FlashTimes, Interface};
 
 /// Rail of the chip, mV.
@@ -66,11 +66,11 @@ fn fresh_part() -> Result<Stm32f427, Error> {
 }
 
 impl Chip {
-    /// A chip after power-on, with an oscillator of 8 MHz at HSE.
+    /// A chip after power-on, with an oscillator of 8 MHz at HSE, on a wire of its own or on one that is shared.
     ///
     /// # Errors
     /// That of rigless, where the description of the part does not hold together.
-    pub fn try_new(wire: Wire, times: FlashTimes, seed: u64) -> Result<Self, Error> {
+    pub fn try_new(wire: Option<Wire>, times: FlashTimes, seed: u64) -> Result<Self, Error> {
         let mut part = fresh_part()?;
         // The same instances in the same order, so that the part's wiring of slots to models holds.
         *part.bus_mut() = bus::builder()?.build()?;
@@ -82,7 +82,7 @@ impl Chip {
         }
         let mut chip = Self {
             part,
-            can: BxCan::new(Some(wire)),
+            can: BxCan::new(wire),
             flash,
             can_slot,
             flash_slot,
@@ -112,6 +112,20 @@ impl Chip {
         }
     }
 
+    /// A contest was held on a shared wire, and this frame has been on it since `began_ns`, until `ends_ns`; `index` is
+    /// the controller's own among the stations.
+    pub fn begin_frame(
+        &mut self,
+        at: VirtualNanos,
+        (began_ns, ends_ns): (u64, u64),
+        transfer: Transfer,
+        index: usize,
+    ) {
+        let (registers, mut context) = self.part.bus_mut().drive(at, self.can_slot);
+        self.can.begin(began_ns, ends_ns, transfer, index);
+        self.can.proceed(registers, &mut context);
+    }
+
     /// A register as a debugger sees it: nothing changes.
     pub fn peek_register(&mut self, at: VirtualNanos, address: u64) -> u64 {
         self.peek(at, address, Width::W32).unwrap_or(0)
@@ -134,6 +148,9 @@ impl Chip {
         };
         let mut before = std::mem::replace(&mut self.part, fresh);
         for (fresh, before) in self.part.spi.iter_mut().zip(&mut before.spi) {
+            fresh.inherit(before);
+        }
+        for (fresh, before) in self.part.usart.iter_mut().zip(&mut before.usart) {
             fresh.inherit(before);
         }
         for (fresh, before) in self.part.adc.iter_mut().zip(&before.adc) {
@@ -187,6 +204,8 @@ impl Mcu for Chip {
     fn poll(&mut self, now: VirtualNanos) {
         let (registers, mut context) = self.part.bus_mut().drive(now, self.can_slot);
         Device::poll(&mut self.can, registers, &mut context);
+        // Its serial ports.
+        Mcu::poll(&mut self.part, now);
     }
 
     fn split(&mut self, slot: usize) -> (&mut Bus, Option<&mut dyn ErasedDevice>) {

@@ -3,6 +3,7 @@
 use rigless::device::Level;
 use rigless::emulator::{Driver, Host, Settled, Stop, Watch};
 use rigless::session::Session;
+use rigless::soc::Width;
 use rigless::time::VirtualNanos;
 
 use super::firmware::Firmware;
@@ -10,6 +11,7 @@ use super::grid::{Grid, Point};
 use super::options::Options;
 use super::probe::Probes;
 use super::servo::Servo;
+use super::shared::BusEnd;
 use super::view::{Flow, Script, View};
 use super::{RunError, faulty};
 use crate::board::{ActuatorBoard, CORE_HZ};
@@ -52,10 +54,17 @@ pub(super) struct Lockstep<S> {
     resets: usize,
     firmware: Firmware,
     row: Row,
+    bus: Option<BusEnd>,
+    flash_words: Vec<(u64, u32)>,
 }
 
 impl<S: Script> Lockstep<S> {
-    pub fn try_new(firmware: &Firmware, options: Options, script: S) -> Result<Self, RunError> {
+    pub fn try_new(
+        firmware: &Firmware,
+        options: Options,
+        script: S,
+        bus: Option<BusEnd>,
+    ) -> Result<Self, RunError> {
         let mut rig = Rig::try_new(&options.rig)?;
         let faults = Injector::new(options.faults);
         let mut entries = Vec::new();
@@ -79,6 +88,8 @@ impl<S: Script> Lockstep<S> {
             is_watching: false,
             is_held: false,
             is_powered: true,
+            bus,
+            flash_words: options.flash_words,
             resets: 0,
             firmware: firmware.clone(),
             row: Row {
@@ -98,7 +109,8 @@ impl<S: Script> Lockstep<S> {
     /// The next instant at which the run has to stop, ns.
     pub fn next_ns(&self, now_ns: u64) -> u64 {
         let grid_ns = self.grid.is_locked.then(|| self.grid.next().0);
-        let others = [self.faults.next_ns(), self.servo.next_ns(), grid_ns];
+        let bus_ns = self.bus.as_ref().map(BusEnd::next_ns);
+        let others = [self.faults.next_ns(), self.servo.next_ns(), grid_ns, bus_ns];
         let next_ns = others.into_iter().flatten().min().unwrap_or(u64::MAX);
         next_ns
             .min(self.next_look_ns)
@@ -341,10 +353,17 @@ impl<S: Script> Driver<ActuatorBoard> for Lockstep<S> {
         if !self.is_watching {
             self.is_watching = true;
             self.watch(session);
+            for (address, word) in self.flash_words.drain(..) {
+                let put = host.program(address, Width::W32, word.into());
+                debug_assert!(put.is_ok(), "{address:#x} is flash");
+            }
         }
         self.last = (stop.at.0, stop.instruction_count);
         let flow = self.act(session, stop, host);
         self.hold_core(session, host);
+        if let Some(bus) = &mut self.bus {
+            bus.meet(&mut session.board_mut().chip, stop.at);
+        }
         if flow == Flow::End || stop.at.0 >= self.until_ns {
             return None;
         }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use rigless::emulator;
+use rigless::machine::Board;
 use rigless::session::{Reset, Session};
 
 use super::driver::Lockstep;
@@ -18,7 +19,7 @@ use crate::trace::Trace;
 pub struct Gaps(Vec<String>);
 
 impl Gaps {
-    fn of(session: &Session<ActuatorBoard>) -> Self {
+    pub(super) fn of<B: Board>(session: &Session<B>) -> Self {
         let mut gaps: Vec<String> = Vec::new();
         gaps.extend(session.unmapped().iter().map(ToString::to_string));
         let refused = session.refused().iter();

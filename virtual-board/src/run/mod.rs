@@ -1,5 +1,6 @@
 //! Runs an ELF on the board.
 
+mod comm;
 mod driver;
 mod faulty;
 mod finished;
@@ -9,6 +10,7 @@ mod joint;
 mod options;
 mod probe;
 mod servo;
+mod shared;
 mod view;
 
 use std::net::TcpListener;
@@ -19,6 +21,7 @@ use rigless::emulator::{self, Start};
 use rigless::session::Session;
 use rigless::time::VirtualNanos;
 
+pub use comm::{CommFinished, CommOptions, CommView, Desk, run_comm};
 pub use finished::{Finished, Gaps};
 pub use firmware::{Firmware, FirmwareError};
 pub use joint::{Joined, Joint, join};
@@ -26,6 +29,7 @@ pub use options::Options;
 pub use probe::Span;
 pub use rigless::device::ResetCause;
 pub use rigless::session::Reset;
+pub use shared::{BusEnd, QUANTUM_NS, SharedBus};
 pub use view::{Flow, Script, View};
 
 use self::driver::Lockstep;
@@ -56,6 +60,8 @@ pub struct Company {
     pub debugger: Option<TcpListener>,
     /// Ends the run once it is set.
     pub interrupt: Option<Arc<AtomicBool>>,
+    /// The board's end of a bus that others share. Its own ports are none then.
+    pub bus: Option<BusEnd>,
 }
 
 /// Runs a firmware until its time is over or the script ends it.
@@ -68,7 +74,7 @@ pub fn run<S: Script + 'static>(
     options: Options,
     script: S,
 ) -> Result<Finished<S>, RunError> {
-    run_with(firmware, options, script, &Company::default())
+    run_with(firmware, options, script, Company::default())
 }
 
 /// The same in company.
@@ -79,15 +85,16 @@ pub fn run_with<S: Script + 'static>(
     firmware: &Firmware,
     options: Options,
     script: S,
-    company: &Company,
+    company: Company,
 ) -> Result<Finished<S>, RunError> {
     let ports = options
         .ports_bit_s
         .iter()
         .map(|bit_s| Port::at_rate(*bit_s));
-    let wire = Wire::new(ports.collect());
+    let is_shared = company.bus.is_some();
+    let wire = (!is_shared).then(|| Wire::new(ports.collect()));
     let board = ActuatorBoard::try_new(wire, options.flash_times, options.rig.seed)?;
-    let driver = Lockstep::try_new(firmware, options, script)?;
+    let driver = Lockstep::try_new(firmware, options, script, company.bus)?;
     let until = VirtualNanos(driver.next_ns(0));
     let session = Session::new(Box::new(board), 0, until)?;
     let images = [firmware.image()?];

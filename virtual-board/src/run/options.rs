@@ -19,6 +19,8 @@ pub struct Options {
     pub probes: Vec<String>,
     /// Length of the servo's pulses, us; none are sent without it.
     pub servo_us: Option<f64>,
+    /// What stands in the flash beside the program before the start: addresses and words.
+    pub flash_words: Vec<(u64, u32)>,
     /// Whether the trace keeps its rows and not only their hash.
     pub keeps_trace: bool,
     /// End of the run, ns of virtual time.
@@ -39,6 +41,7 @@ impl Options {
             faults: Vec::new(),
             probes: Vec::new(),
             servo_us: None,
+            flash_words: Vec::new(),
             keeps_trace: true,
             until_ns: ms * 1_000_000,
         }

@@ -76,7 +76,7 @@ impl BxCan {
     }
 
     /// Runs the controller and, where it owns one, the wire, up to now; then has itself woken.
-    pub(super) fn proceed(
+    pub(crate) fn proceed(
         &mut self,
         registers: &mut RegisterFile,
         context: &mut DeviceContext<'_>,
@@ -92,6 +92,7 @@ impl BxCan {
         self.advance_mode(now_ns);
         self.follow_requests(now_ns);
         self.start(now_ns);
+        self.note_offer(now_ns);
         self.publish(registers, context);
         self.schedule(context);
     }

@@ -74,6 +74,8 @@ pub struct BxCan {
     status: Status,
     carried: Option<Carried>,
     wake: Option<EventId>,
+    /// Since when it has had something to send without a break, ns.
+    offers_since_ns: Option<u64>,
     lines: [Level; 4],
     /// Zero of the time stamps, ns.
     epoch_ns: u64,
@@ -101,6 +103,7 @@ impl BxCan {
             status: Status::default(),
             carried: None,
             wake: None,
+            offers_since_ns: None,
             lines: [Level::Low; 4],
             epoch_ns: 0,
         }
@@ -159,6 +162,21 @@ impl BxCan {
             speaks: !self.is_silent(),
             needs_acknowledge: !self.is_looped(),
         })
+    }
+
+    /// Notes since when it has something to send.
+    fn note_offer(&mut self, now_ns: u64) {
+        let offers = |station: Station| station.offer.is_some();
+        self.offers_since_ns = if self.station(now_ns).is_some_and(offers) {
+            self.offers_since_ns.or(Some(now_ns))
+        } else {
+            None
+        };
+    }
+
+    /// Since when it has had something to send, ns; `None` while it has not.
+    pub fn offers_since_ns(&self) -> Option<u64> {
+        self.offers_since_ns
     }
 
     /// Time stamp of an instant: bit times, modulo 2^16.

@@ -1,0 +1,121 @@
+//! Talks with the communication board over its serial line.
+
+use std::sync::OnceLock;
+
+use virtual_board::can::{Port, Sent};
+use virtual_board::run::{
+    CommFinished, CommOptions, CommView, Desk, Firmware, Flow, SharedBus, run_comm,
+};
+
+use crate::board_elf::comm_board_elf;
+
+/// Between two looks at the serial line, ns: whatever is said begins at a look.
+pub const LOOK_NS: u64 = 100_000;
+
+/// The communication board's program.
+///
+/// # Panics
+/// If it does not build.
+pub fn comm_firmware() -> &'static Firmware {
+    static FIRMWARE: OnceLock<Firmware> = OnceLock::new();
+    FIRMWARE.get_or_init(|| Firmware::read(comm_board_elf()).expect("an ELF file"))
+}
+
+/// What somebody says when, us, and all that they hear.
+pub struct Client {
+    plan: std::vec::IntoIter<(u64, Vec<u8>)>,
+    next: Option<(u64, Vec<u8>)>,
+    /// The bytes of the board with the ends of their stop bits, ns.
+    pub heard: Vec<(u64, u8)>,
+}
+
+impl Client {
+    /// Says these texts.
+    pub fn new(plan: Vec<(u64, Vec<u8>)>) -> Self {
+        Self {
+            plan: plan.into_iter(),
+            next: None,
+            heard: Vec::new(),
+        }
+    }
+
+    /// What was heard, line by line with the end of each; BEL is a line of its own.
+    pub fn lines(&self) -> Vec<(u64, String)> {
+        let mut lines = Vec::new();
+        let mut line = String::new();
+        for &(at_ns, byte) in &self.heard {
+            match byte {
+                b'\r' => lines.push((at_ns, std::mem::take(&mut line))),
+                7 => lines.push((at_ns, "BEL".to_owned())),
+                byte => line.push(char::from(byte)),
+            }
+        }
+        lines
+    }
+}
+
+impl Desk for Client {
+    fn at_look(&mut self, view: &mut CommView<'_>) -> Flow {
+        let now_ns = view.now_ns();
+        let serial = view.serial().expect("it has a serial line");
+        self.heard.extend(serial.take_heard());
+        while let Some((at_us, text)) = self.next.take().or_else(|| self.plan.next()) {
+            if at_us * 1000 > now_ns {
+                self.next = Some((at_us, text));
+                break;
+            }
+            serial.say(now_ns, &text);
+        }
+        Flow::On
+    }
+}
+
+/// A talk that has ended.
+pub struct Talk {
+    /// Who talked.
+    pub client: Client,
+    /// What was on the bus; the board is station 0, the ports follow.
+    pub log: Vec<Sent>,
+    /// The bus.
+    pub bus: SharedBus,
+}
+
+/// Runs a script beside the board, alone with these ports, for so many ms, and asserts that the emulation had no gap and
+/// the board no reset.
+///
+/// # Panics
+/// If it had, or the run does not come about.
+pub fn run_desk<S: Desk + 'static>(bus: &SharedBus, script: S, ms: u64) -> CommFinished<S> {
+    let options = CommOptions {
+        bus: bus.ends().remove(0),
+        look_ns: LOOK_NS,
+        until_ns: ms * 1_000_000,
+        interrupt: None,
+    };
+    let finished = run_comm(comm_firmware(), options, script).expect("it runs");
+    assert!(finished.gaps.is_empty(), "{}", finished.gaps);
+    assert!(finished.resets.is_empty(), "{:?}", finished.resets);
+    finished
+}
+
+/// Has a client talk so.
+///
+/// # Panics
+/// As [`run_desk`].
+pub fn talk(ports: Vec<Port>, plan: Vec<(u64, Vec<u8>)>, ms: u64) -> Talk {
+    let bus = SharedBus::new(ports, 1);
+    let finished = run_desk(&bus, Client::new(plan), ms);
+    Talk {
+        client: finished.script,
+        log: bus.take_log(),
+        bus,
+    }
+}
+
+/// A plan: a text each millisecond from 5 ms on.
+pub fn one_each_ms<T: AsRef<[u8]>>(texts: &[T]) -> Vec<(u64, Vec<u8>)> {
+    let texts = (5..).zip(texts);
+    texts
+        .map(|(ms, text)| (ms * 1000, text.as_ref().to_vec()))
+        .collect()
+}

@@ -1,0 +1,64 @@
+//! The communication board: the chip with a serial line and a CAN bus.
+
+use rigless::machine::{Board, Target};
+use rigless::mcu::Mcu;
+use rigless::snapshot::Store;
+use rigless::soc::Error;
+
+use super::core;
+use crate::chip::Chip;
+use crate::flash::FlashTimes;
+use crate::serial::FarEnd;
+
+/// Clock of the core, Hz.
+pub const COMM_CORE_HZ: u64 = 160_000_000;
+
+/// USART3 among the chip's.
+const USART3: usize = 2;
+
+/// The communication board, on a bus that others share.
+#[derive(Debug)]
+pub struct CommBoard {
+    /// The chip.
+    pub chip: Chip,
+}
+
+// A run starts from power-on: there is no snapshot to take.
+impl Store for CommBoard {}
+
+impl CommBoard {
+    /// A board after power-on.
+    ///
+    /// # Errors
+    /// That of rigless, where the description of the chip does not hold together.
+    pub fn try_new() -> Result<Self, Error> {
+        let mut chip = Chip::try_new(None, FlashTimes::TYPICAL, 0)?;
+        chip.part.usart[USART3].attach(FarEnd::default());
+        Ok(Self { chip })
+    }
+
+    /// The other end of the serial line.
+    pub fn serial(&mut self) -> Option<&mut FarEnd> {
+        self.chip.part.usart[USART3].chip_mut()
+    }
+}
+
+impl Board for CommBoard {
+    fn name(&self) -> &'static str {
+        "comm-board"
+    }
+
+    fn target_names(&self) -> Vec<&'static str> {
+        vec![core::TARGET]
+    }
+
+    fn mcu(&mut self, target: usize) -> Option<&mut dyn Mcu> {
+        (target == 0).then_some(&mut self.chip)
+    }
+
+    fn targets(&mut self) -> Vec<Target<'_>> {
+        core::target(&mut self.chip, COMM_CORE_HZ)
+            .into_iter()
+            .collect()
+    }
+}

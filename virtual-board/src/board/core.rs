@@ -1,0 +1,29 @@
+//! The core that runs a board's chip.
+
+use std::num::{NonZeroU32, NonZeroU64};
+
+use rigless::cpu;
+use rigless::machine::{Target, armv7m};
+use rigless::mcu::{Mcu, Operate};
+
+use crate::chip::Chip;
+
+/// The name of the chip.
+pub(super) const TARGET: &str = "stm32f427";
+
+/// The chip as the emulator starts it: one instruction takes one cycle of so many Hz.
+pub(super) fn target(chip: &mut Chip, clock_hz: u64) -> Option<Target<'_>> {
+    let windows = cpu::armv7m::windows(Mcu::bus(chip));
+    let lines = Operate::cpu(chip).interrupt_lines;
+    let core = armv7m::Core {
+        variant: armv7m::Variant::M4,
+        clock_hz: NonZeroU64::new(clock_hz)?,
+        interrupt_lines: NonZeroU32::new(lines.into())?,
+        priority_bits: 4,
+        refclk_divider: NonZeroU32::new(8)?,
+        instructions_per_second: NonZeroU64::new(clock_hz)?,
+        boot: "flash",
+    };
+    let spec = core.spec_with_parts(&windows, armv7m::Fpu::FpV4Sp, armv7m::MpuRegions::Eight);
+    Some(Target::new(TARGET, chip, spec))
+}

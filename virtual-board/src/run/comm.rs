@@ -1,0 +1,159 @@
+//! Runs the communication board's ELF, on a bus that others may share.
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use rigless::emulator::{self, Driver, Host, Memory, Start, Stop};
+use rigless::session::{Reset, Session};
+use rigless::soc::Width;
+use rigless::time::VirtualNanos;
+
+use super::finished::Gaps;
+use super::shared::BusEnd;
+use super::view::Flow;
+use super::{Firmware, RunError};
+use crate::board::CommBoard;
+use crate::can::BxCan;
+use crate::serial::FarEnd;
+
+/// How a run is set up.
+#[derive(Debug)]
+pub struct CommOptions {
+    /// Its end of the bus.
+    pub bus: BusEnd,
+    /// How often the script is called, ns.
+    pub look_ns: u64,
+    /// End of the run, ns of virtual time.
+    pub until_ns: u64,
+    /// Ends the run once it is set.
+    pub interrupt: Option<Arc<AtomicBool>>,
+}
+
+/// Somebody at the other end of the serial line.
+pub trait Desk: Send {
+    /// Called at every look.
+    fn at_look(&mut self, view: &mut CommView<'_>) -> Flow;
+}
+
+impl<F: FnMut(&mut CommView<'_>) -> Flow + Send> Desk for F {
+    fn at_look(&mut self, view: &mut CommView<'_>) -> Flow {
+        self(view)
+    }
+}
+
+/// The run, between two instructions.
+pub struct CommView<'a> {
+    now_ns: u64,
+    board: &'a mut CommBoard,
+    memory: &'a mut dyn Memory,
+}
+
+impl CommView<'_> {
+    /// The virtual time, ns.
+    pub fn now_ns(&self) -> u64 {
+        self.now_ns
+    }
+
+    /// The other end of the serial line.
+    pub fn serial(&mut self) -> Option<&mut FarEnd> {
+        self.board.serial()
+    }
+
+    /// The CAN controller.
+    pub fn can(&mut self) -> &mut BxCan {
+        &mut self.board.chip.can
+    }
+
+    /// A register of the chip, without the effects of a read.
+    pub fn register(&mut self, address: u64) -> u32 {
+        let at = VirtualNanos(self.now_ns);
+        self.board.chip.peek_register(at, address) as u32
+    }
+
+    /// A word of memory; `None` where there is none.
+    pub fn word(&mut self, address: u64) -> Option<u32> {
+        let word = self.memory.read(address, Width::W32).ok()?;
+        Some(word as u32)
+    }
+}
+
+/// A finished run.
+#[derive(Debug)]
+pub struct CommFinished<S> {
+    /// The script with what it kept.
+    pub script: S,
+    /// Where the emulation fell short.
+    pub gaps: Gaps,
+    /// Every restart and its cause.
+    pub resets: Vec<Reset>,
+    /// Virtual time at the end, ns.
+    pub end_ns: u64,
+}
+
+#[derive(Debug)]
+struct CommRun<S> {
+    script: S,
+    options: CommOptions,
+    next_look_ns: u64,
+    last_ns: u64,
+}
+
+impl<S: Desk> Driver<CommBoard> for CommRun<S> {
+    fn on_stop(
+        &mut self,
+        session: &mut Session<CommBoard>,
+        stop: Stop,
+        host: &mut dyn Host,
+    ) -> Option<VirtualNanos> {
+        let now_ns = stop.at.0;
+        self.last_ns = now_ns;
+        let mut flow = Flow::On;
+        if now_ns >= self.next_look_ns {
+            self.next_look_ns += self.options.look_ns.max(1);
+            flow = self.script.at_look(&mut CommView {
+                now_ns,
+                board: session.board_mut(),
+                memory: host,
+            });
+        }
+        let bus = &mut self.options.bus;
+        bus.meet(&mut session.board_mut().chip, stop.at);
+        if flow == Flow::End || now_ns >= self.options.until_ns {
+            return None;
+        }
+        let next_ns = bus.next_ns().min(self.next_look_ns);
+        let next_ns = next_ns.min(self.options.until_ns);
+        Some(VirtualNanos(next_ns.max(now_ns + 1)))
+    }
+}
+
+/// Runs a firmware on the communication board until its time is over or the script ends it.
+///
+/// # Errors
+/// What the emulator refuses.
+pub fn run_comm<S: Desk + 'static>(
+    firmware: &Firmware,
+    options: CommOptions,
+    script: S,
+) -> Result<CommFinished<S>, RunError> {
+    let board = CommBoard::try_new()?;
+    let interrupt = options.interrupt.clone();
+    let driver = CommRun {
+        script,
+        next_look_ns: options.look_ns,
+        options,
+        last_ns: 0,
+    };
+    let until = VirtualNanos(1);
+    let session = Session::new(Box::new(board), 0, until)?;
+    let images = [firmware.image()?];
+    let mut start = Start::new(&images);
+    start.interrupt = interrupt.as_deref();
+    let finished = emulator::run(session, &start, driver)?;
+    Ok(CommFinished {
+        gaps: Gaps::of(&finished.session),
+        resets: finished.session.resets().to_vec(),
+        end_ns: finished.driver.last_ns,
+        script: finished.driver.script,
+    })
+}

@@ -1,0 +1,238 @@
+//! One bus for several boards, each of which runs in a thread of its own.
+//!
+//! Nobody can begin a frame while one is on its way, and what becomes of it is known when it begins: as long the
+//! boards run by themselves. Where the bus is free they meet, tell who wants to send and since when, and the contest is
+//! held for the earliest instant at which one did. While nobody sends they meet after [`QUANTUM_NS`], less than the
+//! shortest frame: so a frame that began in between has not ended, and what it does to the others is still to come.
+//! Arbitration, acknowledgement and the instants of frames are therefore those of a wire that all share, to the
+//! nanosecond. Only an error frame, which is shorter, may be noticed later than it ended, by up to a quantum.
+//!
+//! The same programs and scripts give the same frames, however the threads take turns.
+
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use rigless::time::VirtualNanos;
+
+use crate::can::{Port, Sent, Station, Transfer, Wire};
+use crate::chip::Chip;
+
+/// How long the boards run by themselves on a free bus, ns: a frame without data takes 44 bits, 44 us at 1 Mbit/s.
+pub const QUANTUM_NS: u64 = 40_000;
+
+/// A run that is so much ahead of real time waits.
+const NAP: Duration = Duration::from_micros(500);
+
+/// A run that is so much behind real time does not try to catch up.
+const MOST_BEHIND: Duration = Duration::from_millis(20);
+
+/// What a board says of itself where they meet.
+#[derive(Debug, Clone, Copy)]
+struct Attending {
+    station: Option<Station>,
+    since_ns: Option<u64>,
+}
+
+/// What they go away with.
+#[derive(Debug, Clone, Copy)]
+struct Resolved {
+    began: Option<((u64, u64), Transfer)>,
+    next_ns: u64,
+}
+
+#[derive(Debug)]
+struct State {
+    wire: Wire,
+    /// `None` of a board that has left.
+    boards: Vec<Option<Attending>>,
+    present: Vec<bool>,
+    arrived: usize,
+    round: u64,
+    at_ns: u64,
+    resolved: Resolved,
+    /// Real time of virtual time zero.
+    pace: Option<Instant>,
+}
+
+impl State {
+    /// Everybody is here: ends what has ended, and holds a contest if the bus is free.
+    fn resolve(&mut self) {
+        let now_ns = self.at_ns;
+        self.keep_pace();
+        self.wire.finish(now_ns, self.boards.len());
+        let began = (!self.wire.is_busy()).then(|| self.contest(now_ns));
+        let began = began.flatten();
+        let next_ns = match &began {
+            Some(_) => self.wire.free_at_ns().max(now_ns + 1),
+            None => self.next_look_ns(now_ns),
+        };
+        self.resolved = Resolved { began, next_ns };
+        self.at_ns = next_ns;
+        self.arrived = 0;
+        self.round += 1;
+    }
+
+    fn next_look_ns(&self, now_ns: u64) -> u64 {
+        let due_ns = self.wire.next_ns(now_ns, false);
+        let due_ns = due_ns.filter(|due_ns| *due_ns > now_ns);
+        (now_ns + QUANTUM_NS).min(due_ns.unwrap_or(u64::MAX))
+    }
+
+    fn contest(&mut self, now_ns: u64) -> Option<((u64, u64), Transfer)> {
+        let offers = self.boards.iter().flatten().filter_map(|b| b.since_ns);
+        let ports_ns = self.wire.next_ns(0, false);
+        let earliest_ns = offers.chain(ports_ns).min()?;
+        if earliest_ns > now_ns {
+            return None;
+        }
+        let start_ns = earliest_ns.max(self.wire.free_at_ns());
+        let stations: Vec<_> = (self.boards.iter())
+            .map(|board| {
+                let Attending { station, since_ns } = (*board)?;
+                let offers = since_ns.is_some_and(|since_ns| since_ns <= start_ns);
+                station.map(|station| Station {
+                    offer: station.offer.filter(|_| offers),
+                    ..station
+                })
+            })
+            .collect();
+        let (ends_ns, transfer) = self.wire.start(start_ns, &stations)?;
+        Some(((start_ns, ends_ns.max(now_ns)), transfer))
+    }
+
+    /// Waits until real time is here too.
+    fn keep_pace(&mut self) {
+        let Some(begun) = &mut self.pace else {
+            return;
+        };
+        let due = *begun + Duration::from_nanos(self.at_ns);
+        let now = Instant::now();
+        if due > now + NAP {
+            std::thread::sleep(due - now);
+        } else if now > due + MOST_BEHIND {
+            *begun += now - due;
+        }
+    }
+}
+
+/// A bus that boards share.
+#[derive(Debug, Clone)]
+pub struct SharedBus(Arc<(Mutex<State>, Condvar)>);
+
+impl SharedBus {
+    /// A bus with these ports, for so many boards; as fast as the computer can.
+    pub fn new(ports: Vec<Port>, boards: usize) -> Self {
+        let state = State {
+            wire: Wire::new(ports),
+            boards: vec![None; boards],
+            present: vec![true; boards],
+            arrived: 0,
+            round: 0,
+            at_ns: QUANTUM_NS,
+            resolved: Resolved {
+                began: None,
+                next_ns: QUANTUM_NS,
+            },
+            pace: None,
+        };
+        Self(Arc::new((Mutex::new(state), Condvar::new())))
+    }
+
+    /// The same in real time: no board is ahead of it.
+    #[must_use]
+    pub fn in_real_time(self) -> Self {
+        self.lock().pace = Some(Instant::now());
+        self
+    }
+
+    /// The boards' ends, each for one run: it leaves the bus when it is dropped.
+    pub fn ends(&self) -> Vec<BusEnd> {
+        let boards = self.lock().boards.len();
+        let end = |index| BusEnd {
+            bus: self.clone(),
+            index,
+            next_ns: QUANTUM_NS,
+        };
+        (0..boards).map(end).collect()
+    }
+
+    /// What hangs on the bus beside the boards.
+    pub fn with_port<T>(&self, index: usize, act: impl FnOnce(&mut Port) -> T) -> Option<T> {
+        self.lock().wire.ports.get_mut(index).map(act)
+    }
+
+    /// Every frame since the last call, boards first among the senders.
+    pub fn take_log(&self) -> Vec<Sent> {
+        self.lock().wire.take_log()
+    }
+
+    fn lock(&self) -> MutexGuard<'_, State> {
+        // Whoever panicked has left the bus; what it left behind is whole.
+        (self.0.0.lock()).unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// A board's end of a shared bus.
+#[derive(Debug)]
+pub struct BusEnd {
+    bus: SharedBus,
+    index: usize,
+    next_ns: u64,
+}
+
+impl BusEnd {
+    /// When all meet next, ns.
+    pub(super) fn next_ns(&self) -> u64 {
+        self.next_ns
+    }
+
+    /// Meets the others if it is time.
+    pub(super) fn meet(&mut self, chip: &mut Chip, at: VirtualNanos) {
+        if at.0 < self.next_ns {
+            return;
+        }
+        let attending = Attending {
+            station: chip.can.station(at.0),
+            since_ns: chip.can.offers_since_ns(),
+        };
+        let resolved = self.wait(attending);
+        self.next_ns = resolved.next_ns;
+        if let Some((times_ns, transfer)) = resolved.began {
+            chip.begin_frame(at, times_ns, transfer, self.index);
+        }
+    }
+
+    fn wait(&self, attending: Attending) -> Resolved {
+        let mut state = self.bus.lock();
+        state.boards[self.index] = Some(attending);
+        state.arrived += 1;
+        let round = state.round;
+        if state.is_complete() {
+            state.resolve();
+            self.bus.0.1.notify_all();
+        }
+        while state.round == round {
+            state = (self.bus.0.1.wait(state)).unwrap_or_else(PoisonError::into_inner);
+        }
+        state.resolved
+    }
+}
+
+impl State {
+    fn is_complete(&self) -> bool {
+        let present = self.present.iter().filter(|is_there| **is_there).count();
+        present > 0 && self.arrived == present
+    }
+}
+
+impl Drop for BusEnd {
+    fn drop(&mut self) {
+        let mut state = self.bus.lock();
+        state.present[self.index] = false;
+        state.boards[self.index] = None;
+        if state.is_complete() {
+            state.resolve();
+            self.bus.0.1.notify_all();
+        }
+    }
+}
