@@ -125,6 +125,11 @@ impl Commander {
         self.running = Some(Running::new(run, self.command));
     }
 
+    /// The excitation that runs.
+    pub(crate) fn running(&mut self) -> Option<&mut Running> {
+        self.running.as_mut()
+    }
+
     /// Ends the excitation, if one runs.
     pub fn stop(&mut self) {
         if self.running.is_some() {

@@ -20,6 +20,9 @@ pub use by_number::{CONTROL, Meaning, Value, WORDS};
 pub use motion::{BusSettings, StopSettings};
 
 /// All parameters of the board.
+///
+/// The integers lie one behind the other in the order of their numbers, so that all of them are copied at once.
+#[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BoardParameters {
     /// Gains and limits of the control step.

@@ -20,12 +20,12 @@ pub struct Served {
     pub answer: Option<(Access, bool)>,
     /// The parameters in force are to be saved.
     pub save: bool,
-    /// This excitation is to be started: what it takes to make a [`Run`] of it has no place in a
+    /// [`Service::excitation`] is to be started: what it takes to make a [`Run`] of it has no place in a
     /// control period. The caller makes it where there is time and hands it to
     /// [`Application::start_excitation`] in a later one.
     ///
     /// [`Run`]: crate::command::excitation::Run
-    pub start: Option<ExcitationSettings>,
+    pub start: bool,
 }
 
 /// Serves messages; called in the control step's context, before the step.
@@ -70,6 +70,11 @@ impl Service {
         }
     }
 
+    /// The excitation that the next start is of.
+    pub fn excitation(&self) -> &ExcitationSettings {
+        &self.excitation
+    }
+
     /// Takes note of what [`Supervisor::starved`](crate::supervisor::Supervisor::starved) counts.
     pub fn note_starved(&mut self, periods: u32) {
         self.starved_periods = periods;
@@ -92,11 +97,10 @@ impl Service {
                 if let Some(angle) = angle {
                     let _ = application.request(Request::Command(angle));
                 }
-                let is_start = matches!(order, Some(Order::StartExcitation));
                 Served {
                     answer: None,
                     save,
-                    start: is_start.then_some(self.excitation),
+                    start: matches!(order, Some(Order::StartExcitation)),
                 }
             }
             Message::Access(access) => Served {
@@ -105,7 +109,7 @@ impl Service {
                     None => (access, true),
                 }),
                 save: false,
-                start: None,
+                start: false,
             },
         }
     }

@@ -1,6 +1,6 @@
 //! The control period as a number: everything here is counted in it.
 
-use model_core::control::units::Angle;
+use model_core::control::units::{Angle, held};
 
 /// Length of one control period, ms.
 pub const CONTROL_PERIOD_MS: i32 = 4;
@@ -47,16 +47,9 @@ pub const fn angle_of_mdeg(angle_mdeg: i32) -> Angle {
 #[inline(never)]
 pub const fn thousandths(value: Angle) -> i32 {
     // Held within 2^21 units: times 2^32 and 1000 that is below 2^63, and 2,097,151,000 is an i32.
-    const END: i64 = 2_097_151 << 32;
-    let bits = value.to_bits();
-    let held = if bits > END {
-        END
-    } else if bits < -END {
-        -END
-    } else {
-        bits
-    };
-    ((held * 1000 + (1 << 31)) >> 32) as i32
+    const END: Angle = Angle::const_from_int(2_097_151);
+    let units = held(value, END).to_bits();
+    ((units * 1000 + (1 << 31)) >> 32) as i32
 }
 
 /// How far a rate goes in one control period.

@@ -2,7 +2,7 @@
 
 use super::{Application, Refused, Request, State, stopping::Stopping};
 use crate::{
-    command::excitation::Run,
+    command::excitation::{Run, Sample},
     faults::{Fault, FaultSet},
     parameters::BoardParameters,
 };
@@ -78,6 +78,35 @@ impl Application {
         }
         self.commander.start(run);
         Ok(())
+    }
+
+    /// The tick of the excitation whose sample the next control period needs; none where it needs none. To be asked for
+    /// after each control period by whoever computes samples elsewhere with [`Run::sample`].
+    pub fn sample_due(&mut self) -> Option<u64> {
+        self.commander.running()?.due()
+    }
+
+    /// Takes a sample of the excitation that runs. Without the one that was due, or with that of another tick, the
+    /// control period computes it itself: the command is the same.
+    ///
+    /// ```
+    /// use firmware::{application::Application, command::excitation::Sample, parameters::BoardParameters};
+    /// let mut application = Application::new(BoardParameters::DEFAULT);
+    /// // No excitation runs.
+    /// assert_eq!(application.sample_due(), None);
+    /// application.take_sample(Sample { tick: 80, angle: Default::default() });
+    /// ```
+    pub fn take_sample(&mut self, sample: Sample) {
+        if let Some(running) = self.commander.running() {
+            running.offer(sample);
+        }
+    }
+
+    /// Computes the sample that is due: for whoever has the time between two control periods.
+    pub fn prepare(&mut self) {
+        if let Some(running) = self.commander.running() {
+            running.prepare();
+        }
     }
 
     fn enable(&mut self) -> Result<(), Refused> {

@@ -5,7 +5,11 @@ mod settings;
 
 pub use settings::ExcitationSettings;
 
-use model_core::{control::units::Angle, excitation::Excitation, time::CONTROL_PERIOD_TICKS};
+use model_core::{
+    control::units::Angle,
+    excitation::{Excitation, quotient::saturating_product},
+    time::CONTROL_PERIOD_TICKS,
+};
 
 /// An excitation, how long it lasts and how often it runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,6 +20,17 @@ pub struct Run {
     pub ticks: u64,
     /// How often it starts anew after that.
     pub more: u16,
+    /// What it starts with.
+    first: Angle,
+}
+
+/// What an excitation adds to the command.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Sample {
+    /// The tick of the excitation.
+    pub tick: u64,
+    /// What it adds there.
+    pub angle: Angle,
 }
 
 impl Run {
@@ -39,7 +54,7 @@ impl Run {
         Self {
             excitation,
             ticks: if is_periodic {
-                once.saturating_mul(u64::from(runs))
+                saturating_product(once, runs.into())
             } else {
                 once
             },
@@ -48,22 +63,64 @@ impl Run {
             } else {
                 runs.saturating_sub(1)
             },
+            first: excitation.command(0),
+        }
+    }
+
+    fn sample_at_start(&self) -> Sample {
+        Sample {
+            tick: 0,
+            angle: self.first,
+        }
+    }
+
+    /// What it adds at a tick. This may take longer than a control period has time for.
+    pub fn sample(&self, tick: u64) -> Sample {
+        Sample {
+            tick,
+            angle: self.excitation.command(tick),
         }
     }
 }
 
 /// An excitation on its way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Running {
+pub(crate) struct Running {
     run: Run,
     /// The command at its start, which it is added to.
     base: Angle,
     tick: u64,
+    /// What has been computed beforehand.
+    ready: Sample,
 }
 
 impl Running {
     pub fn new(run: Run, base: Angle) -> Self {
-        Self { run, base, tick: 0 }
+        Self {
+            run,
+            base,
+            tick: 0,
+            ready: run.sample_at_start(),
+        }
+    }
+
+    /// The tick whose sample the next control period takes and does not have; none where it has it, or all of it has
+    /// been seen.
+    pub fn due(&self) -> Option<u64> {
+        let has_more = self.tick <= self.run.ticks;
+        (has_more && self.ready.tick != self.tick).then_some(self.tick)
+    }
+
+    /// Takes what has been computed beforehand.
+    pub fn offer(&mut self, sample: Sample) {
+        self.ready = sample;
+    }
+
+    /// Computes the sample that is due.
+    pub fn prepare(&mut self) {
+        if let Some(tick) = self.due() {
+            self.ready = self.run.sample(tick);
+        }
     }
 
     /// The command of this control period; none once all of it has been seen.
@@ -71,10 +128,12 @@ impl Running {
         if self.tick > self.run.ticks {
             self.run.more = self.run.more.checked_sub(1)?;
             self.tick = 0;
+            self.ready = self.run.sample_at_start();
         }
-        let command = self.run.excitation.command(self.tick);
+        // What has not been computed in time, or for another tick, is computed here.
+        self.prepare();
         self.tick = self.tick.saturating_add(CONTROL_PERIOD_TICKS);
-        Some(self.base.saturating_add(command))
+        Some(self.base.saturating_add(self.ready.angle))
     }
 
     /// The command at its start.

@@ -114,6 +114,7 @@ impl<'a> Device<'a> {
         }
         self.tell_node_id();
         self.node.tick(now_us, &mut self.drive);
+        self.drive.application.prepare();
     }
 
     /// What is stored of identifiers is stored without the node-ID in them.

@@ -66,13 +66,19 @@ macro_rules! groups {
 
         impl BoardParameters {
             /// All integers.
-            #[inline(never)]
+            #[inline]
             pub(crate) fn integers(&self) -> [i32; INTEGERS] {
                 let mut integers = [0; INTEGERS];
+                self.give_all(&mut integers);
+                integers
+            }
+
+            /// Behind a reference the compiler moves them in groups, and not one by one through the stack.
+            #[inline(never)]
+            fn give_all(&self, integers: &mut [i32; INTEGERS]) {
                 let rest = integers.as_mut_slice();
                 $(let rest = self.$field.give(rest);)+
                 let _ = rest;
-                integers
             }
 
             /// The same with other integers.

@@ -70,6 +70,7 @@ macro_rules! integers {
         }
     ) => {
         $(#[doc = $doc])+
+        #[repr(C)]
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
         pub struct $Name {
             $(
@@ -109,13 +110,11 @@ macro_rules! integers {
             ];
 
             fn give<'a>(&self, values: &'a mut [i32]) -> &'a mut [i32] {
-                let rest = values;
-                $(
-                    let Some((value, rest)) = rest.split_first_mut() else {
-                        return &mut [];
-                    };
-                    *value = self.$field;
-                )+
+                let own = [$(self.$field),+];
+                let Some((front, rest)) = values.split_at_mut_checked(own.len()) else {
+                    return &mut [];
+                };
+                front.copy_from_slice(&own);
                 rest
             }
 

@@ -45,7 +45,8 @@ impl<'a> Bench<'a> {
             .service
             .serve(&mut self.application, &mut self.capture, &message);
         // As the background of a board does.
-        if let Some(run) = served.start.and_then(|settings| settings.run()) {
+        if served.start {
+            let run = self.service.excitation().run().expect("in their ranges");
             self.application
                 .start_excitation(run)
                 .expect("the loop is closed");

@@ -6,14 +6,17 @@ use super::units::round;
 
 /// A coefficient: 31 bits and a sign, as far to the left as the value allows.
 ///
-/// Coefficients have 32 bits, signals 64: their product is two 32 x 32 -> 64 bit multiplications,
-/// which a Cortex-M4 does in one instruction each.
+/// It is `whole + upper 2^-32 + lower 2^-64`. Each of these digits has a sign of its own, and so have
+/// those that [`Coefficient::times`] splits a signal into: a Cortex-M4 multiplies two such digits and adds the
+/// product to what it has in one instruction, and nothing is left to be shifted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Coefficient {
-    mantissa: i32,
-    /// The mantissa is the value times 2^shift; 62 at the most.
-    shift: u8,
+    /// Zero where `lower` is none.
+    whole: i32,
+    upper: i32,
+    /// Zero where the magnitude is a half or more.
+    lower: i32,
 }
 
 impl Coefficient {
@@ -25,74 +28,76 @@ impl Coefficient {
         while shift > 0 && magnitude(value) * (1u64 << shift) as f64 >= i32::MAX as f64 - 0.5 {
             shift -= 1;
         }
-        Self {
-            mantissa: round(value * (1u64 << shift) as f64) as i32,
-            shift,
+        Self::from_parts(round(value * (1u64 << shift) as f64) as i32, shift)
+    }
+
+    /// The coefficient `mantissa * 2^-shift`; the shift is 62 at the most, and the greatest that the mantissa leaves.
+    pub(super) const fn from_parts(mantissa: i32, shift: u8) -> Self {
+        let bits = (mantissa as i64) << (32 - shift % 32);
+        let [low, high] = digits(bits);
+        if shift < 32 {
+            Self {
+                whole: high,
+                upper: low,
+                lower: 0,
+            }
+        } else {
+            Self {
+                whole: 0,
+                upper: high,
+                lower: low,
+            }
         }
     }
 
-    /// Mantissa and shift: the value is `mantissa * 2^-shift`.
-    pub(super) const fn parts(self) -> (i32, u8) {
-        (self.mantissa, self.shift)
-    }
-
-    /// The coefficient of these parts; the shift is 62 at the most.
-    pub(super) const fn from_parts(mantissa: i32, shift: u8) -> Self {
-        Self { mantissa, shift }
+    /// Bits and exponent: the value is `bits * 2^exponent`.
+    pub(super) const fn parts(self) -> (i64, i32) {
+        if self.lower == 0 {
+            (((self.whole as i64) << 32) + self.upper as i64, -32)
+        } else {
+            (((self.upper as i64) << 32) + self.lower as i64, -64)
+        }
     }
 
     /// The product with a signal, rounded to the nearest step of the signal.
     ///
-    /// The caller shows that the product lies within +-2^31.
+    /// The caller shows that signal and product lie within +-2^30.
+    #[inline(always)]
     pub const fn times(self, signal: I32F32) -> I32F32 {
-        let bits = signal.to_bits();
-        let k = self.mantissa as i64;
-        // The product is 2^32 upper + lowest, in units of 2^-shift of a step of the signal:
-        // |(2^32 - 1) k| <= 2^63 - 2^31, and |bits >> 32| times |k| are 2^62 at the most.
-        let low = (bits as u32 as i64) * k;
-        let upper = (bits >> 32) * k + (low >> 32);
-        let lowest = low as u32;
-        // By words: a Cortex-M4 shifts no more than 32 bits at once.
-        I32F32::from_bits(if self.shift >= 32 {
-            // What falls off `lowest` lies below the step of the result.
-            let shift = self.shift as u32 - 32;
-            let half =
-                ((1 << shift) >> 1) as i64 + if shift == 0 { (lowest >> 31) as i64 } else { 0 };
-            let [low, high] = words(upper + half);
-            joined(right(high, low, shift), ((high as i32) >> shift) as u32)
-        } else {
-            let shift = self.shift as u32;
-            let (lowest, carry) = lowest.overflowing_add((1 << shift) >> 1);
-            let [low, high] = words(upper + carry as i64);
-            // What goes off on the left is the sign, if the product fits.
-            joined(right(low, lowest, shift), right(high, low, shift))
-        })
+        let [low, high] = digits(signal.to_bits());
+        // Digits are 2^31 at the most: this is below 2^31, and with another sign bit it is half a step more.
+        let lowest = (product(low, self.lower) >> 32) as u32 ^ 1 << 31;
+        // Where `lower` is not zero, `upper` is 2^30 at the most: the sums are below 2^63.
+        let below = lowest as i64 + product(low, self.upper) + product(high, self.lower);
+        // What leaves 64 bits between these sums comes back, for the product does not leave them.
+        let bits = (below >> 32).wrapping_add(product(high, self.upper));
+        let bits = bits.wrapping_add(product(low, self.whole));
+        let above = ((bits >> 32) as i32).wrapping_add(high.wrapping_mul(self.whole));
+        I32F32::from_bits((above as i64) << 32 | (bits as u32) as i64)
     }
 }
 
-/// The words of a number, the lower one first.
-#[inline]
-const fn words(bits: i64) -> [u32; 2] {
-    [bits as u32, (bits >> 32) as u32]
+/// The digits of a number in base 2^32, the lower one first, each with a sign.
+#[inline(always)]
+const fn digits(bits: i64) -> [i32; 2] {
+    // What the lower one is below zero, the upper one makes up for.
+    let low = bits as i32;
+    [low, (bits.wrapping_sub(low as i64) >> 32) as i32]
 }
 
-/// What they are the words of.
-#[inline]
-const fn joined(low: u32, high: u32) -> i64 {
-    ((high as u64) << 32 | low as u64) as i64
-}
-
-/// The lower word of two that go to the right by 0 to 31 bits.
-#[inline]
-const fn right(high: u32, low: u32, shift: u32) -> u32 {
-    low >> shift | high << 1 << (31 - shift)
+/// The whole product.
+#[inline(always)]
+const fn product(a: i32, b: i32) -> i64 {
+    a as i64 * b as i64
 }
 
 #[cfg(test)]
 impl Coefficient {
     /// The coefficient in units of 2^-62.
     pub(crate) fn exactly(self) -> i128 {
-        i128::from(self.mantissa) << (62 - self.shift)
+        let (bits, exponent) = self.parts();
+        // The last two bits of 64 are none's.
+        (i128::from(bits) << (64 + exponent)) >> 2
     }
 }
 

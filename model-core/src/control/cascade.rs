@@ -9,7 +9,7 @@ use super::{
     rate_estimate::{FilterShare, RateEstimate},
     rate_loop::{RateLoop, RateLoopState},
     shaft_angle::{Mounting, ShaftAngle},
-    units::{Angle, Percent, Rate, angle, held, percent, round},
+    units::{Angle, Percent, Rate, angle, hold_between, percent, round},
 };
 use crate::{
     limits::within,
@@ -167,6 +167,13 @@ pub struct ActiveLimits {
     pub slew: bool,
 }
 
+/// What the loops are closed around.
+#[derive(Clone, Copy)]
+enum Aim {
+    Angle(Angle),
+    Rate(Rate),
+}
+
 impl State {
     /// Takes the encoder's word: once in each control period, before [`State::regulate`].
     ///
@@ -174,6 +181,7 @@ impl State {
     ///
     /// # Errors
     /// Why the word is not valid.
+    #[cfg_attr(target_os = "none", inline(never))]
     pub fn observe(
         &mut self,
         coefficients: &Coefficients,
@@ -197,23 +205,9 @@ impl State {
     /// assert_eq!(step.rate_command, 8.0);
     /// assert_eq!(step.compare.get(), 5906); // 8 deg/s * 1.3182 %/(deg/s) * 560 counts/%
     /// ```
+    #[inline(always)]
     pub fn regulate(&mut self, coefficients: &Coefficients, command: Angle) -> Step {
-        let wanted = coefficients.position.rate_command(command, self.angle());
-        let limited = self
-            .regulator
-            .step(&coefficients.rate, wanted.rate, self.rate());
-        self.command = Some(command);
-        Step {
-            rate_command: wanted.rate,
-            duty: limited.duty,
-            compare: self.modulator.next(limited.duty),
-            limits: ActiveLimits {
-                position: wanted.position_limited,
-                rate: wanted.rate_limited,
-                duty: limited.duty_limited,
-                slew: limited.slew_limited,
-            },
-        }
+        self.close(coefficients, Aim::Angle(command))
     }
 
     /// Closes the inner loop alone, around a commanded rate; held within 2^17 deg/s.
@@ -230,22 +224,40 @@ impl State {
     /// let step = state.regulate_rate(&gains, model_core::control::units::Rate::from_num(8));
     /// assert_eq!(step.compare.get(), 5906); // as a command of 1 deg gives with a gain of 8/s
     /// ```
+    #[inline(always)]
     pub fn regulate_rate(&mut self, coefficients: &Coefficients, rate: Rate) -> Step {
-        let command = held(rate, WIDEST_RATE);
-        let limited = self
-            .regulator
-            .step(&coefficients.rate, command, self.rate());
-        self.command = None;
+        self.close(coefficients, Aim::Rate(rate))
+    }
+
+    /// Closes the loops, in one function for both: on the board nearly all of a control law's time is spent here.
+    #[cfg_attr(target_os = "none", inline(never))]
+    fn close(&mut self, coefficients: &Coefficients, aim: Aim) -> Step {
+        let mut limits = ActiveLimits::default();
+        let rate_command = match aim {
+            Aim::Angle(command) => {
+                self.command = Some(command);
+                let wanted = coefficients
+                    .position
+                    .rate_command(command, self.shaft.angle());
+                limits.position = wanted.position_limited;
+                limits.rate = wanted.rate_limited;
+                wanted.rate
+            }
+            Aim::Rate(mut rate) => {
+                self.command = None;
+                limits.rate = hold_between(&mut rate, WIDEST_RATE, WIDEST_RATE);
+                rate
+            }
+        };
+        let gains = &coefficients.rate;
+        let limited = self.regulator.step(gains, rate_command, self.rate());
+        limits.duty = limited.duty_limited;
+        limits.slew = limited.slew_limited;
         Step {
-            rate_command: command,
+            rate_command,
             duty: limited.duty,
             compare: self.modulator.next(limited.duty),
-            limits: ActiveLimits {
-                position: false,
-                rate: command != rate,
-                duty: limited.duty_limited,
-                slew: limited.slew_limited,
-            },
+            limits,
         }
     }
 
@@ -271,10 +283,13 @@ impl State {
         let Some(command) = self.command else {
             return;
         };
-        let before = old.position.rate_command(command, self.angle()).rate;
-        let after = new.position.rate_command(command, self.angle()).rate;
-        self.regulator
-            .transfer((&old.rate, before), (&new.rate, after), self.rate());
+        let wanted = |under: &Coefficients| {
+            let mut tried = *self;
+            tried.regulate(under, command);
+            tried.regulator.wanted()
+        };
+        let jump = wanted(new) - wanted(old);
+        self.regulator.absorb(jump);
     }
 
     /// The measured angle, deg.

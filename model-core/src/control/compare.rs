@@ -4,7 +4,7 @@
 //! (first-order noise shaping), so that the mean duty is exact and the shaft does not creep away
 //! from where the loop in exact numbers would have it.
 
-use super::units::{Percent, held};
+use super::units::Percent;
 
 /// Counts in one PWM period: 1 kHz from a timer clock of 56 MHz (168 MHz divided by three), the
 /// finest that fits the 16 bits of the timer.
@@ -39,7 +39,7 @@ pub struct Modulator {
 }
 
 impl Modulator {
-    /// The compare value for the next duty; beyond +-100 % the ends.
+    /// The compare value for the next duty, which is within +-100 %: no duty limit is wider.
     ///
     /// ```
     /// use model_core::control::{compare::Modulator, units::percent};
@@ -49,9 +49,8 @@ impl Modulator {
     /// assert_eq!(modulator.next(percent(-100.0)).get(), -56_000);
     /// ```
     pub fn next(&mut self, duty: Percent) -> Compare {
-        const FULL: Percent = Percent::const_from_int(100);
         // |duty| <= 100 * 2^32 and 560 < 2^10: within 2^49, remainder and rounding included.
-        let wanted = held(duty, FULL).to_bits() * COUNTS_PER_PERCENT + self.remainder;
+        let wanted = duty.to_bits() * COUNTS_PER_PERCENT + self.remainder;
         let counts = (wanted + (1 << 31)) >> 32;
         // From -2^31 to 2^31 - 1, so that a full duty stays one: it rounds to 56,000 again.
         self.remainder = wanted - (counts << 32);

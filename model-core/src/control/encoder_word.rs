@@ -4,6 +4,8 @@
 //! data sheet, section 8.1, tables 3 to 5). The data are valid where OCF is set, COF and LIN are
 //! clear, and the parity is even. A line stuck at either level is never valid.
 
+use core::hint::cold_path;
+
 /// Counts in one turn: 12 bits.
 pub const COUNTS_PER_TURN: i32 = 4096;
 
@@ -72,6 +74,14 @@ impl Magnet {
     }
 }
 
+/// What a valid word says of the magnet, by its bits MagINC and MagDEC.
+const VALID: [Magnet; 4] = [
+    Magnet::Steady,
+    Magnet::Receding,
+    Magnet::Approaching,
+    Magnet::Marginal,
+];
+
 /// Why a word is not an angle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EncoderError {
@@ -131,29 +141,25 @@ impl EncoderWord {
     ///
     /// # Errors
     /// The first of [`EncoderError`]'s reasons that applies.
+    #[inline(always)]
     pub const fn read(self) -> Result<EncoderReading, EncoderError> {
         let bits = self.0;
         if bits.count_ones() & 1 != 0 {
             return Err(EncoderError::Parity);
         }
-        if bits & OCF == 0 {
-            return Err(EncoderError::NotReady);
+        if bits & (OCF | COF | LIN) != OCF {
+            cold_path();
+            return Err(if bits & OCF == 0 {
+                EncoderError::NotReady
+            } else if bits & COF != 0 {
+                EncoderError::CordicOverflow
+            } else {
+                EncoderError::Linearity
+            });
         }
-        if bits & COF != 0 {
-            return Err(EncoderError::CordicOverflow);
-        }
-        if bits & LIN != 0 {
-            return Err(EncoderError::Linearity);
-        }
-        let magnet = match (bits & MAG_INC != 0, bits & MAG_DEC != 0) {
-            (false, false) => Magnet::Steady,
-            (true, false) => Magnet::Approaching,
-            (false, true) => Magnet::Receding,
-            (true, true) => Magnet::Marginal,
-        };
         Ok(EncoderReading {
             count: EncoderCount::new((bits >> 6) as u16),
-            magnet,
+            magnet: VALID[(bits >> 1 & 3) as usize],
         })
     }
 }

@@ -2,9 +2,8 @@
 
 use super::{
     arithmetic::Coefficient,
-    units::{Angle, Rate},
+    units::{Angle, Rate, hold, hold_between},
 };
-use crate::limits::within;
 
 /// No commanded rate is greater: thrice what the encoder can follow.
 pub(crate) const WIDEST_RATE: Rate = Rate::const_from_int(1 << 17);
@@ -38,16 +37,18 @@ pub struct RateCommand {
 
 impl PositionLoop {
     /// The commanded rate for a commanded and a measured angle.
+    #[inline(always)]
     pub fn rate_command(&self, command: Angle, angle: Angle) -> RateCommand {
-        let target = within(command, self.min, self.max);
+        let mut target = command;
+        let position_limited = hold(&mut target, self.min, self.max);
         // Both lie within 2^15 deg, so the error lies within 2^16 and P times it within 2^25.
         let error = target - angle;
-        let wanted = self.gain.times(error);
-        let rate = within(wanted, -self.rate_down, self.rate_up);
+        let mut rate = self.gain.times(error);
+        let rate_limited = hold_between(&mut rate, self.rate_down, self.rate_up);
         RateCommand {
             rate,
-            position_limited: target != command,
-            rate_limited: rate != wanted,
+            position_limited,
+            rate_limited,
         }
     }
 }

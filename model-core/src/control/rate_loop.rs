@@ -17,11 +17,11 @@
 
 use super::{
     arithmetic::Coefficient,
-    units::{Percent, Rate, held},
+    units::{Percent, Rate, hold, hold_between, hold_whole},
 };
 
 /// Where the integrator ends if nothing else holds it: far beyond any duty.
-const INTEGRATOR_END: Percent = Percent::const_from_int(1 << 28);
+const INTEGRATOR_END: i32 = 1 << 28;
 
 /// Coefficients of the rate loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -58,6 +58,8 @@ pub struct LimitedDuty {
 pub struct RateLoopState {
     integrator: Percent,
     duty: Percent,
+    /// The last duty before its limits.
+    wanted: Percent,
 }
 
 impl RateLoopState {
@@ -65,29 +67,41 @@ impl RateLoopState {
     pub fn step(&mut self, gains: &RateLoop, command: Rate, rate: Rate) -> LimitedDuty {
         let error = command - rate;
         let wanted = self.unlimited(gains, command, rate);
-        let limited = held(wanted, gains.duty_limit);
+        self.wanted = wanted;
+        // Both products of the error in one place: the compiler splits it once.
+        let grown = gains.integral.times(error);
+        let mut limited = wanted;
+        let duty_limited = hold_between(&mut limited, gains.duty_limit, gains.duty_limit);
+        let mut duty = limited;
+        let (least, most) = (self.duty - gains.duty_step, self.duty + gains.duty_step);
+        let mut slew_limited = hold(&mut duty, least, most);
         // The last duty may lie outside limits that were narrowed since: the limit wins.
-        let slewed = self.duty + held(limited - self.duty, gains.duty_step);
-        let duty = held(slewed, gains.duty_limit);
-        let correction = gains.integral.times(error) + gains.anti_windup.times(duty - wanted);
-        self.integrator = held(self.integrator + correction, INTEGRATOR_END);
+        if slew_limited && hold_between(&mut duty, gains.duty_limit, gains.duty_limit) {
+            slew_limited = duty != limited;
+        }
+        let correction = grown + gains.anti_windup.times(duty - wanted);
+        self.integrator += correction;
+        hold_whole(&mut self.integrator, INTEGRATOR_END);
         self.duty = duty;
         LimitedDuty {
             duty,
-            duty_limited: limited != wanted,
-            slew_limited: duty != limited,
+            duty_limited,
+            slew_limited,
         }
     }
 
-    /// Goes over to new coefficients without a jump of the duty: the integrator takes the
-    /// difference.
-    ///
-    /// `before` and `after` are the commanded rates under the old and the new position loop.
-    pub fn transfer(&mut self, old: (&RateLoop, Rate), new: (&RateLoop, Rate), rate: Rate) {
-        let jump = self.unlimited(new.0, new.1, rate) - self.unlimited(old.0, old.1, rate);
-        self.integrator = held(self.integrator - jump, INTEGRATOR_END);
+    /// Takes a jump of the duty, which new coefficients would make, into the integrator.
+    pub fn absorb(&mut self, jump: Percent) {
+        self.integrator -= jump;
+        hold_whole(&mut self.integrator, INTEGRATOR_END);
     }
 
+    /// What the last step would have made the duty without limits.
+    pub fn wanted(&self) -> Percent {
+        self.wanted
+    }
+
+    #[inline(always)]
     fn unlimited(&self, gains: &RateLoop, command: Rate, rate: Rate) -> Percent {
         gains.proportional.times(command - rate)
             + self.integrator

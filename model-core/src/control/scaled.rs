@@ -16,8 +16,8 @@ pub(super) struct Scaled {
     is_negative: bool,
 }
 
-/// 4 ms in units of 2^-70 s, to the nearest: 63 bits.
-const PERIOD: u128 = ((4 << 70) + 500) / 1000;
+/// 4 ms in units of 2^-47 s, to the nearest: 40 bits.
+const PERIOD: u64 = ((4 << 47) + 500) / 1000;
 
 impl Scaled {
     /// Exactly this number; infinities beyond any range of ours, NaN as zero.
@@ -39,11 +39,11 @@ impl Scaled {
 
     /// Exactly this coefficient.
     pub fn of_coefficient(coefficient: Coefficient) -> Self {
-        let (mantissa, shift) = coefficient.parts();
+        let (bits, exponent) = coefficient.parts();
         Self {
-            magnitude: u64::from(mantissa.unsigned_abs()),
-            exponent: -i32::from(shift),
-            is_negative: mantissa < 0,
+            magnitude: bits.unsigned_abs(),
+            exponent,
+            is_negative: bits < 0,
         }
     }
 
@@ -57,24 +57,23 @@ impl Scaled {
         }
     }
 
-    /// Times the control period of 4 ms, to 63 bits.
+    /// A number of single precision times the control period of 4 ms, off by 2^-40 of it at most.
     pub fn per_period(self) -> Self {
-        // At most 2^64 * 2^63.
-        let product = u128::from(self.magnitude) * PERIOD;
-        let drop = (128 - product.leading_zeros()).saturating_sub(63);
         Self {
-            magnitude: (product >> drop) as u64,
-            exponent: self.exponent - 70 + drop as i32,
+            // 24 bits and 40.
+            magnitude: self.magnitude * PERIOD,
+            exponent: self.exponent - 47,
             ..self
         }
     }
 
     /// Times 250 periods per second.
     pub fn per_second(self) -> Self {
-        // 56 bits are left, of which a coefficient has 31 and a signal that is held within 2^18 has
-        // 50; anything else saturates.
+        // A signal that is held within 2^18 has 50 bits. A coefficient has 31, below which there are zeros.
+        let drop = if self.magnitude >> 56 == 0 { 0 } else { 8 };
         Self {
-            magnitude: self.magnitude.saturating_mul(250),
+            magnitude: (self.magnitude >> drop) * 250,
+            exponent: self.exponent + drop,
             ..self
         }
     }
@@ -163,10 +162,10 @@ mod tests {
         #[test]
         fn per_control_period_they_are_off_by_a_unit_at_most(value in 0f32..1e6) {
             let wide = f64::from(value) * CONTROL_PERIOD_S;
-            let (mantissa, shift) = Scaled::of_f32(value).per_period().coefficient().parts();
-            let (expected, expected_shift) = Coefficient::new(wide).parts();
-            prop_assert_eq!(shift, expected_shift);
-            prop_assert!(mantissa.abs_diff(expected) <= 1);
+            let ours = Scaled::of_f32(value).per_period().coefficient().exactly();
+            let expected = Coefficient::new(wide).exactly();
+            // One of 31 bits, or of 62 behind the point.
+            prop_assert!(ours.abs_diff(expected) <= (expected >> 30).unsigned_abs().max(1));
         }
 
         #[test]

@@ -4,7 +4,7 @@ use core::num::NonZeroU16;
 
 use super::{
     encoder_word::{COUNTS_PER_TURN, EncoderCount},
-    units::{ANGLE_END, Angle, held},
+    units::{ANGLE_END, Angle, hold_whole},
 };
 
 /// One count in steps of [`Angle`]: 45/512 deg.
@@ -29,8 +29,13 @@ impl Mounting {
 
     /// Counts from zero, -2048 to 2047, in the sense of the duty.
     const fn relative(self, count: EncoderCount) -> i32 {
-        let from_zero = count.get() as i32 - self.zero.get() as i32;
-        wrap(if self.reversed { -from_zero } else { from_zero })
+        self.between(self.zero, count)
+    }
+
+    /// Counts from one to the other, -2048 to 2047, in the sense of the duty.
+    const fn between(self, from: EncoderCount, to: EncoderCount) -> i32 {
+        let counts = to.get() as i32 - from.get() as i32;
+        wrap(if self.reversed { -counts } else { counts })
     }
 }
 
@@ -67,13 +72,12 @@ pub struct ShaftAngle {
 impl ShaftAngle {
     /// Takes a valid reading.
     pub fn reading(&mut self, mounting: Mounting, count: EncoderCount) -> Motion {
-        let now = mounting.relative(count);
         let travelled = match self.last {
             None => {
-                self.counts = now;
+                self.counts = mounting.relative(count);
                 0
             }
-            Some(last) => wrap(now - mounting.relative(last)),
+            Some(last) => mounting.between(last, count),
         };
         self.counts = self.counts.saturating_add(travelled);
         self.last = Some(count);
@@ -92,10 +96,12 @@ impl ShaftAngle {
     }
 
     /// The angle, held within [`ANGLE_END`].
+    #[inline(always)]
     pub fn angle(&self) -> Angle {
         // |counts| <= 2^31 and COUNT_STEPS < 2^29: the product lies within 2^60.
-        let angle = Angle::from_bits(self.counts as i64 * COUNT_STEPS);
-        held(angle, ANGLE_END)
+        let mut angle = Angle::from_bits(self.counts as i64 * COUNT_STEPS);
+        hold_whole(&mut angle, ANGLE_END.to_num());
+        angle
     }
 
     /// Whether there was a valid reading.

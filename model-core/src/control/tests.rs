@@ -329,9 +329,8 @@ proptest! {
         let k = Coefficient::new(value * libm::exp2(f64::from(exponent)));
         let signal = Percent::from_bits(signal >> 10);
         let exact = k.exactly() * i128::from(signal.to_bits());
-        let bits = i128::from(k.times(signal).to_bits()) << 62;
-        // Half a step, and what falls off the low half.
-        prop_assert!((bits - exact).abs() <= (1 << 61) + (1 << 32));
+        // Halves go up.
+        prop_assert_eq!(i128::from(k.times(signal).to_bits()), (exact + (1 << 61)) >> 62);
     }
 }
 

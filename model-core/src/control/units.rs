@@ -5,6 +5,8 @@
 //! where a loop hunts around one encoder count, a command that is off by 1e-5 deg moves the instant
 //! at which the count changes, and the trace is another one from there on.
 
+use core::hint::cold_path;
+
 use fixed::types::I32F32;
 
 /// An angle, deg, in steps of 2.3e-10 deg.
@@ -77,6 +79,52 @@ pub const fn held(value: I32F32, end: I32F32) -> I32F32 {
     } else {
         value
     }
+}
+
+/// Moves `value` into `low..=high`; whether it had to. Where it lies there already costs least.
+#[inline(always)]
+pub(super) fn hold(value: &mut I32F32, low: I32F32, high: I32F32) -> bool {
+    let end = if *value > high {
+        high
+    } else if *value < low {
+        low
+    } else {
+        return false;
+    };
+    cold_path();
+    *value = end;
+    true
+}
+
+/// Moves `value` into `-down..=up`; whether it had to. All of them are below 2^30.
+#[inline(always)]
+pub(super) fn hold_between(value: &mut I32F32, down: I32F32, up: I32F32) -> bool {
+    let nearest = if *value > up {
+        up
+    } else if *value + down < 0 {
+        -down
+    } else {
+        return false;
+    };
+    cold_path();
+    *value = nearest;
+    true
+}
+
+/// Moves `value` to within a whole `end` of zero, either way.
+#[inline(always)]
+pub(super) fn hold_whole(value: &mut I32F32, end: i32) {
+    // What is rounded down is below a whole number where the value is.
+    let whole = (value.to_bits() >> 32) as i32;
+    let end = if whole >= end {
+        end
+    } else if whole < -end {
+        -end
+    } else {
+        return;
+    };
+    cold_path();
+    *value = I32F32::const_from_int(end.into());
 }
 
 /// What a cast to an integer makes the nearest one of, in constant expressions too.

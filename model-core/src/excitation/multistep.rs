@@ -4,7 +4,10 @@
 //! peak from 0.03 to 0.45 over the unit, against 0.12 to 0.66 (Jategaonkar, "Flight Vehicle System
 //! Identification", chapter 2, shows both spectra).
 
-use super::{at_least_one, quotient::whole};
+use super::{
+    at_least_one,
+    quotient::{saturating_product, whole},
+};
 use crate::control::units::{Angle, angle};
 use crate::parameter::ParameterError;
 use crate::time::ticks;
@@ -156,7 +159,7 @@ impl Multistep {
     pub fn duration_ticks(&self) -> u64 {
         let units: u64 = self.widths.iter().map(|&width| u64::from(width)).sum();
         self.start_tick
-            .saturating_add(units.saturating_mul(self.unit_ticks.get()))
+            .saturating_add(saturating_product(units, self.unit_ticks.get()))
     }
 }
 

@@ -8,7 +8,7 @@
 
 use super::{
     at_least_one,
-    quotient::{rest, whole},
+    quotient::{rest, saturating_product, whole},
 };
 use crate::control::units::{Angle, angle};
 use crate::parameter::{ParameterError, Parameters};
@@ -110,7 +110,7 @@ impl Prbs {
 
     /// Ticks of one period.
     pub fn duration_ticks(&self) -> u64 {
-        self.period().get().saturating_mul(self.chip_ticks.get())
+        saturating_product(self.period().get(), self.chip_ticks.get())
     }
 
     /// Chips in a period.

@@ -1,4 +1,4 @@
-//! Divisions of 64 bits, small and without a routine of the compiler's: a Cortex-M4 divides 32 bits.
+//! Quotients and products of 64 bits, small and without a routine of the compiler's: a Cortex-M4 divides 32 bits.
 
 use core::num::NonZeroU64;
 
@@ -52,6 +52,18 @@ pub const fn whole(dividend: u64, divisor: NonZeroU64) -> u64 {
         return quotient as u64;
     }
     quotient(dividend, divisor, 0) as u64
+}
+
+/// `a * b`; where that has more than 64 bits the greatest number. On the board all share this one.
+///
+/// ```
+/// use model_core::excitation::quotient::saturating_product;
+/// assert_eq!(saturating_product(1 << 40, 1 << 23), 1 << 63);
+/// assert_eq!(saturating_product(1 << 40, 1 << 24), u64::MAX);
+/// ```
+#[cfg_attr(target_os = "none", inline(never))]
+pub const fn saturating_product(a: u64, b: u64) -> u64 {
+    a.saturating_mul(b)
 }
 
 /// What [`whole`] leaves of the dividend.

@@ -1,6 +1,10 @@
 //! A staircase of arbitrary levels, each held for the same time: the paper's variable step.
 
-use super::{at_least_one, product, quotient::whole, saturated};
+use super::{
+    at_least_one, product,
+    quotient::{saturating_product, whole},
+    saturated,
+};
 use crate::control::units::{Angle, angle};
 use crate::parameter::ParameterError;
 use crate::time::ticks;
@@ -88,9 +92,7 @@ impl VariableStep<'_> {
 
     /// Ticks until the last level has been held as long as the others.
     pub fn duration_ticks(&self) -> u64 {
-        self.dwell_ticks
-            .get()
-            .saturating_mul(self.levels.len() as u64)
+        saturating_product(self.dwell_ticks.get(), self.levels.len() as u64)
     }
 }
 

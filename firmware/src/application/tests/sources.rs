@@ -1,16 +1,16 @@
 //! Where commands come from, and how one source follows another.
 
 use model_core::{
-    control::units::angle,
+    control::units::{Angle, angle},
     excitation::{
         Excitation,
-        chirp::Chirp,
+        chirp::{Chirp, ChirpParameters},
         multistep::{DoubletParameters, Multistep},
     },
 };
 
 use super::*;
-use crate::command::excitation::Run;
+use crate::command::excitation::{Run, Sample};
 
 fn pulse(width_us: u16) -> impl Fn(&mut Samples) {
     move |samples| samples.servo_pulse_us = Some(width_us)
@@ -129,6 +129,51 @@ fn an_excitation_that_is_ended_leaves_the_command_where_it_is() {
     assert_ne!(command, 0);
     rig.request(Request::StopExcitation);
     assert_eq!(rig.step().telemetry.command, command);
+}
+
+/// Commands of an excitation that repeats itself, with what `meanwhile` does after each control period.
+fn commands(run: Run, meanwhile: impl Fn(&mut Application, usize)) -> [Angle; 120] {
+    let mut rig = Rig::enabled();
+    rig.command = None;
+    rig.application.start_excitation(run).unwrap();
+    core::array::from_fn(|period| {
+        let command = rig.step().telemetry.command;
+        meanwhile(&mut rig.application, period);
+        command
+    })
+}
+
+#[test]
+fn samples_that_were_computed_elsewhere_make_the_same_commands() {
+    let chirp = ChirpParameters {
+        duration_s: 0.2,
+        ..Default::default()
+    };
+    let chirp = Chirp::try_linear(&chirp).unwrap();
+    let run = Run::new(Excitation::Chirp(chirp), 2);
+    let alone = commands(run, |_, _| {});
+    let prepared = commands(run, |application, _| application.prepare());
+    assert_eq!(prepared, alone);
+    let offered = commands(run, |application, period| {
+        let Some(tick) = application.sample_due() else {
+            return;
+        };
+        match period % 3 {
+            // In time, late by a period, and not at all.
+            0 => application.take_sample(run.sample(tick)),
+            1 => application.take_sample(run.sample(tick.saturating_sub(80))),
+            _ => {}
+        }
+        assert_eq!(application.sample_due().is_none(), period % 3 == 0);
+    });
+    assert_eq!(offered, alone);
+    // What is offered is what is taken.
+    let wrong = Sample {
+        tick: 80,
+        angle: angle(1.0),
+    };
+    let led_astray = commands(run, |application, _| application.take_sample(wrong));
+    assert_ne!(led_astray, alone);
 }
 
 #[test]

@@ -61,7 +61,7 @@ mod app {
     use firmware::{
         application::{Application, Outputs, Start},
         capture::Capture,
-        command::excitation::{ExcitationSettings, Run},
+        command::excitation::{ExcitationSettings, Run, Sample},
         frames::{Frames, Message},
         parameters::BoardParameters,
         service::Service,
@@ -125,6 +125,8 @@ mod app {
         save_slot: Slot<BoardParameters> = Slot::new(),
         excitation_slot: Slot<Numbered<ExcitationSettings>> = Slot::new(),
         run_slot: Slot<Numbered<Run>> = Slot::new(),
+        due_slot: Slot<Numbered<u64>> = Slot::new(),
+        sample_slot: Slot<Numbered<Sample>> = Slot::new(),
         capture_buffer: [i32; CAPTURE_WORDS] = [0; CAPTURE_WORDS],
     ])]
     fn init(cx: init::Context) -> (Shared, Local) {
@@ -147,6 +149,8 @@ mod app {
         let (save, to_save) = cx.local.save_slot.split();
         let (excitations, asked) = cx.local.excitation_slot.split();
         let (made, runs) = cx.local.run_slot.split();
+        let (wanted, due) = cx.local.due_slot.split();
+        let (computed, samples) = cx.local.sample_slot.split();
 
         let node_id = parameters.bus.node_id as u8;
         let bit_rate_kbit_s = parameters.bus.bit_rate_kbit_s as u16;
@@ -165,6 +169,8 @@ mod app {
                 outputs: decided,
                 excitations,
                 runs,
+                due: wanted,
+                samples,
             },
             wanted: Wanted::default(),
         };
@@ -187,7 +193,12 @@ mod app {
                 outputs,
                 answers,
                 Keeper::new(to_save, board.flash, &loaded),
-                Excitations { asked, made },
+                Excitations {
+                    asked,
+                    made,
+                    due,
+                    samples: computed,
+                },
                 node_id,
             ),
         };

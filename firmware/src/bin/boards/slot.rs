@@ -21,7 +21,10 @@ pub struct Slot<T> {
 unsafe impl<T: Send> Sync for Slot<T> {}
 
 /// The one who puts.
-pub struct Giver<T: 'static>(&'static Slot<T>);
+pub struct Giver<T: 'static> {
+    slot: &'static Slot<T>,
+    has_put: bool,
+}
 
 /// The one who takes.
 pub struct Taker<T: 'static>(&'static Slot<T>);
@@ -37,37 +40,63 @@ impl<T> Slot<T> {
 
     /// Its two ends.
     pub fn split(&'static mut self) -> (Giver<T>, Taker<T>) {
-        (Giver(self), Taker(self))
+        let giver = Giver {
+            slot: self,
+            has_put: false,
+        };
+        (giver, Taker(self))
     }
 }
 
 impl<T> Giver<T> {
     /// Whether nothing waits there.
     pub fn is_empty(&self) -> bool {
-        !self.0.is_full.load(Acquire)
+        !self.slot.is_full.load(Acquire)
     }
 
     /// Puts something there; whether it could: nothing is done where something waits already.
     pub fn put(&mut self, content: T) -> bool {
+        self.put_new(|| content)
+    }
+
+    /// The same with what is made only if it can be put, and in its place.
+    #[inline]
+    pub fn put_new(&mut self, content: impl FnOnce() -> T) -> bool {
         let is_empty = self.is_empty();
         if is_empty {
             // SAFETY: the place is empty.
-            unsafe { (*self.0.content.get()).write(content) };
-            self.0.is_full.store(true, Release);
+            unsafe { (*self.slot.content.get()).write(content()) };
+            self.slot.is_full.store(true, Release);
+            self.has_put = true;
         }
         is_empty
     }
 }
 
-impl<T> Taker<T> {
+impl<T: Copy> Giver<T> {
+    /// What was put there last, taken or not.
+    pub fn last(&self) -> Option<&T> {
+        // SAFETY: something has been written, and nobody but this giver writes; who takes it, copies.
+        self.has_put
+            .then(|| unsafe { (*self.slot.content.get()).assume_init_ref() })
+    }
+}
+
+impl<T: Copy> Taker<T> {
     /// What waits there.
     pub fn take(&mut self) -> Option<T> {
+        self.take_as(|content| *content)
+    }
+
+    /// What can be made of that where it lies.
+    #[inline]
+    pub fn take_as<R>(&mut self, made: impl FnOnce(&T) -> R) -> Option<R> {
         if !self.0.is_full.load(Acquire) {
             return None;
         }
         // SAFETY: the place is full, and from the flag on it is empty.
-        let content = unsafe { (*self.0.content.get()).assume_init_read() };
+        let made = made(unsafe { (*self.0.content.get()).assume_init_ref() });
         self.0.is_full.store(false, Release);
-        Some(content)
+        Some(made)
     }
 }

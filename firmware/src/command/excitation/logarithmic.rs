@@ -2,7 +2,11 @@
 
 use core::num::NonZeroU64;
 
-use model_core::excitation::{exp2::product, phase::Exponential, quotient::quotient};
+use model_core::excitation::{
+    exp2::product,
+    phase::Exponential,
+    quotient::{quotient, saturating_product},
+};
 
 use super::settings::PER_SECOND;
 
@@ -25,7 +29,7 @@ pub(super) fn sweep([start, end]: [u32; 2], duration_ticks: NonZeroU64) -> Optio
     let ln_ratio = NonZeroU64::new(product(octaves, LN_2))?;
     // B = f T / ln r: the turns f T are below 2^20; in units of 2^-43 they fit. Over 2^-56 and times
     // 2^64 they come out in units of 2^-51.
-    let product = u64::from(fast).saturating_mul(duration_ticks.get());
+    let product = saturating_product(fast.into(), duration_ticks.get());
     let turns = quotient(product, PER_SECOND, 43) as u64;
     let mut sweep = Exponential {
         scale: quotient(turns, ln_ratio, 64 + (64 - 51)),

@@ -25,7 +25,7 @@ use model_core::{
         multistep::Multistep,
         phase::Quadratic,
         prbs::Prbs,
-        quotient::quotient,
+        quotient::{quotient, saturating_product},
         ramp::Ramp,
         steady_sine::SteadySine,
         variable_step::{LEVELS, VariableStep},
@@ -58,7 +58,7 @@ integers! {
         /// Order of the shift register of a pseudo-random binary sequence.
         order: 7, "1", 3, 16, "as model-core's";
         /// Lines of a multisine.
-        lines: 8, "1", 1, 8, "each takes 150 instructions of the control period";
+        lines: 8, "1", 1, 8, "each takes 150 instructions of a sample";
         /// How often it is run.
         repetitions: 1, "1", 1, 10000, "once";
     }
@@ -188,7 +188,8 @@ impl ExcitationSettings {
     fn linear(&self) -> Sweep {
         let rise = self.end_mhz - self.start_mhz;
         // t^2 (f1 - f0)/(2 T), the half as a bit less. 2e7 * 7.2e7 are below 2^51.
-        let length = PER_SECOND.saturating_mul(self.duration_ticks());
+        let length = saturating_product(PER_SECOND.get(), self.duration_ticks().get());
+        let length = NonZeroU64::new(length).unwrap_or(PER_SECOND);
         let growth = quotient(rise.unsigned_abs().into(), length, 127);
         Sweep::Linear(Quadratic {
             per_tick_squared: if rise < 0 {

@@ -3,7 +3,7 @@
 use canopen::CanFrame;
 use firmware::{
     application::Outputs,
-    command::excitation::{ExcitationSettings, Run},
+    command::excitation::{ExcitationSettings, Run, Sample},
     frames::Frames,
     parameters::BoardParameters,
     supervisor::Part,
@@ -22,6 +22,25 @@ use crate::{
 pub struct Excitations {
     pub asked: Taker<Numbered<ExcitationSettings>>,
     pub made: Giver<Numbered<Run>>,
+    pub due: Taker<Numbered<u64>>,
+    pub samples: Giver<Numbered<Sample>>,
+}
+
+impl Excitations {
+    /// Does what the control step has no time for; it fetches all of it in the next tick.
+    fn serve(&mut self) {
+        if let Some((number, tick)) = self.due.take()
+            && let Some((made, run)) = self.made.last()
+            && *made == number
+        {
+            self.samples.put((number, run.sample(tick)));
+        }
+        if let Some((number, settings)) = self.asked.take()
+            && let Some(run) = settings.run()
+        {
+            self.made.put((number, run));
+        }
+    }
 }
 
 /// The background's own.
@@ -65,12 +84,7 @@ impl Background {
             frames.iter().flatten().for_each(|&frame| send(frame));
             self.report.update(&outputs);
         }
-        if let Some((number, settings)) = self.excitations.asked.take()
-            && let Some(run) = settings.run()
-        {
-            // The control step fetches each in the next tick.
-            self.excitations.made.put((number, run));
-        }
+        self.excitations.serve();
         // Nobody asked for an answer.
         let _ = self.keeper.run();
         heard::from(Part::Background);

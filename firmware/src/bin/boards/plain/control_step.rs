@@ -6,7 +6,7 @@
 use firmware::{
     application::{Application, Outputs, Samples},
     capture::Capture,
-    command::excitation::{ExcitationSettings, Run},
+    command::excitation::{ExcitationSettings, Run, Sample},
     frames::{Access, Message, Order},
     parameters::BoardParameters,
     service::Service,
@@ -47,6 +47,8 @@ pub struct Wanted {
     start: Option<u8>,
     /// The number of the last start; wraps.
     last_start: u8,
+    /// The number of the start whose excitation runs, if one does.
+    running: u8,
 }
 
 /// Commands that may wait for a tick, and one: a bus that brings one each 0.3 ms.
@@ -64,6 +66,8 @@ pub struct Queues {
     pub outputs: Producer<'static, Outputs, 3>,
     pub excitations: Giver<Numbered<ExcitationSettings>>,
     pub runs: Taker<Numbered<Run>>,
+    pub due: Giver<Numbered<u64>>,
+    pub samples: Taker<Numbered<Sample>>,
 }
 
 impl ControlStep {
@@ -73,7 +77,28 @@ impl ControlStep {
         serve(self);
         let outputs = application_step(&mut self.application, samples);
         record(&mut self.capture, &outputs);
+        if let Some(tick) = self.application.sample_due() {
+            self.queues.due.put((self.wanted.running, tick));
+        }
         outputs
+    }
+
+    /// What the background has made of an excitation.
+    fn take_excitation(&mut self) {
+        let (application, wanted) = (&mut self.application, &mut self.wanted);
+        self.queues.samples.take_as(|(number, sample)| {
+            if *number == wanted.running {
+                application.take_sample(*sample);
+            }
+        });
+        self.queues.runs.take_as(|(number, run)| {
+            if wanted.start == Some(*number) {
+                wanted.start = None;
+                wanted.running = *number;
+                // The loop may have been opened meanwhile: there is nothing to excite then.
+                let _ = application.start_excitation(*run);
+            }
+        });
     }
 
     /// The bridge has been told: hands over, and feeds the watchdog if every part is alive.
@@ -87,34 +112,23 @@ impl ControlStep {
     }
 }
 
-/// What came in since the last tick: all orders, the newest command, one access.
+/// What came in since the last tick: all orders, an angle alone if nothing came after it, one access.
 #[unsafe(no_mangle)]
 #[inline(never)]
 fn serve(step: &mut ControlStep) {
-    if let Some((number, run)) = step.queues.runs.take()
-        && step.wanted.start == Some(number)
-    {
-        step.wanted.start = None;
-        // The loop may have been opened meanwhile: there is nothing to excite then.
-        let _ = step.application.start_excitation(run);
-    }
-    let mut newest = None;
+    step.take_excitation();
     while let Some(message) = step.queues.commands.dequeue() {
-        if matches!(message, Message::Command { order: None, .. }) {
-            newest = Some(message);
-        } else {
-            newest = None;
+        let is_angle_alone = matches!(message, Message::Command { order: None, .. });
+        if !(is_angle_alone && step.queues.commands.ready()) {
             answer(step, &message);
         }
-    }
-    if let Some(message) = newest {
-        answer(step, &message);
     }
     if let Some(message) = step.queues.accesses.dequeue() {
         answer(step, &message);
     }
-    if step.wanted.save && step.queues.save.is_empty() {
-        step.wanted.save = !step.queues.save.put(*step.application.parameters());
+    if step.wanted.save {
+        let parameters = step.application.parameters();
+        step.wanted.save = !step.queues.save.put_new(|| *parameters);
     }
 }
 
@@ -132,10 +146,11 @@ fn answer(step: &mut ControlStep, message: &Message) {
     if matches!(message, Message::Command { order, .. } if calls_off(*order)) {
         step.wanted.start = None;
     }
-    if let Some(settings) = served.start {
+    if served.start {
         let number = step.wanted.last_start.wrapping_add(1);
+        let settings = step.service.excitation();
         // One that finds another waiting comes in the very tick of that one.
-        if step.queues.excitations.put((number, settings)) {
+        if step.queues.excitations.put_new(|| (number, *settings)) {
             step.wanted.last_start = number;
             step.wanted.start = Some(number);
         }
