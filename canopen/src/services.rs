@@ -63,9 +63,17 @@ impl<const R: usize, const T: usize> Services<R, T> {
         mut stored: impl FnMut(Address) -> Option<u32>,
         now_us: u64,
     ) {
-        let old = core::mem::replace(self, Self::new());
-        self.emergency = old.emergency;
+        // One after the other, where they are: all at once they are large.
+        self.heartbeat = heartbeat::Producer::new();
+        self.consumers = heartbeat::Consumers::new();
         self.emergency.reset_communication();
+        self.sync = sync::Service::new();
+        self.time = time::Service::new();
+        self.rpdos.fill(Rpdo::new());
+        self.tpdos.fill(Tpdo::new());
+        self.communication_error = 0;
+        self.startup = SELF_START_OFF;
+        self.verified = [0; 2];
         // 1019h first, which is not to be written while SYNC is produced.
         let first = dictionary
             .entries()

@@ -52,11 +52,8 @@ fn a_minute_of_mixed_inputs_is_the_same_natively_and_on_the_emulated_board() {
     let rows = &emulated.trace.rows;
     assert!(rows.len() as u64 >= 4 * TICKS);
     for (period, (expected, found)) in native.rows.iter().zip(rows).enumerate() {
-        let same = found.bridge == expected.bridge
-            && found.sensed == expected.sensed
-            && found.angle_deg.to_bits() == expected.angle_deg.to_bits();
         assert!(
-            same,
+            expected.is(found),
             "period {period}: native {expected:?}, emulated {found:?}"
         );
     }

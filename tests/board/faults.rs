@@ -7,7 +7,7 @@ use firmware::parameters::BoardParameters;
 use virtual_board::can::WireFault;
 use virtual_board::faults::{Fault, MagnetState, Planned};
 use virtual_board::rig::{Bridge, Line, Stuck};
-use virtual_board::run::Options;
+use virtual_board::run::{Finished, Options};
 
 /// In the middle of a control period; the shaft is on its way then.
 const FROM_MS: u64 = 1102;
@@ -17,12 +17,12 @@ const FROM_MS: u64 = 1102;
 const TELLING_MS: u64 = 5;
 
 /// A fault of the board, and what provokes it.
-struct Case {
+pub struct Case {
     told: Told,
     /// From it on the fault's condition holds `delay_ms` later at the most.
     cause: fn() -> Planned,
     delay_ms: u64,
-    schedule: Schedule,
+    pub schedule: Schedule,
 }
 
 const fn case(told: Told, cause: fn() -> Planned, delay_ms: u64) -> Case {
@@ -144,35 +144,46 @@ fn safe_from_ms(rows: &[(u64, Bridge)]) -> u64 {
     last_on.map_or(0, |(at_ns, _)| at_ns / 1_000_000)
 }
 
-fn provoke(case: &Case) -> (u8, u64, u64) {
+/// What came of a run: the faults that were told with their times, ns, and what the bridge did.
+pub struct Course {
+    pub told: Vec<(u64, u8)>,
+    pub bridges: Vec<(u64, Bridge)>,
+}
+
+impl Course {
+    /// Of a finished run.
+    pub fn of<S>(finished: &Finished<S>, told: Vec<(u64, u8)>) -> Self {
+        let rows = finished.trace.rows.iter();
+        Self {
+            told,
+            bridges: rows.map(|row| (row.at_ns, row.bridge)).collect(),
+        }
+    }
+}
+
+/// The number of the fault, and after how many ms it was told and safe.
+fn provoke(case: &Case, run: impl Fn(Options, &Case) -> Course) -> (u8, u64, u64) {
     let options = Options {
         faults: vec![(case.cause)()],
         ..Options::for_ms(FROM_MS + 2600)
     };
-    let finished = run_schedule(options, case.schedule);
-    let told = statuses(&finished);
-    let first = told
-        .iter()
-        .find(|(at_ns, status)| at_ns / 1_000_000 >= FROM_MS && status.fault != 0);
-    let (at_ns, status) = first.unwrap_or_else(|| panic!("{:?} is not told", case.told));
-    let rows = finished
-        .trace
-        .rows
-        .iter()
-        .map(|row| (row.at_ns, row.bridge));
-    let safe_ms = safe_from_ms(&rows.collect::<Vec<_>>());
+    let course = run(options, case);
+    let mut told = course.told.iter();
+    let first = told.find(|(at_ns, _)| at_ns / 1_000_000 >= FROM_MS);
+    let (at_ns, number) = first.unwrap_or_else(|| panic!("{:?} is not told", case.told));
     let since = |ms: u64| ms.saturating_sub(FROM_MS);
-    (status.fault, since(at_ns / 1_000_000), since(safe_ms))
+    let safe_ms = safe_from_ms(&course.bridges);
+    (*number, since(at_ns / 1_000_000), since(safe_ms))
 }
 
-#[test]
-fn every_provoked_fault_is_told_and_safe_within_its_times() {
+/// Provokes all faults of the table, and prints what came of each.
+pub fn provoke_all(run: impl Fn(Options, &Case) -> Course) {
     let parameters = BoardParameters::DEFAULT;
     println!("| fault | told after | limit | safe after | limit |");
     println!("|---|---|---|---|---|");
     let mut wrong = Vec::new();
     for case in &CASES {
-        let (number, told_ms, safe_ms) = provoke(case);
+        let (number, told_ms, safe_ms) = provoke(case, &run);
         let detected_ms = u64::from(case.told.detected_ms(&parameters));
         let limits = [
             detected_ms + case.delay_ms + TELLING_MS,
@@ -191,6 +202,19 @@ fn every_provoked_fault_is_told_and_safe_within_its_times() {
         }
     }
     assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn every_provoked_fault_is_told_and_safe_within_its_times() {
+    provoke_all(|options, case| {
+        let finished = run_schedule(options, case.schedule);
+        let told = statuses(&finished).into_iter();
+        let told = told.filter(|(_, status)| status.fault != 0);
+        Course::of(
+            &finished,
+            told.map(|(ns, status)| (ns, status.fault)).collect(),
+        )
+    });
 }
 
 #[test]

@@ -3,6 +3,7 @@
 mod adapter;
 mod adapter_load;
 mod bit_exact;
+mod canopen;
 mod faults;
 mod instructions;
 mod joined;

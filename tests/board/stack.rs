@@ -3,13 +3,13 @@
 use board_tests::frames::{BoardFrame, Frame, order};
 use board_tests::runs::{Commander, firmware, run_script};
 use virtual_board::faults::{Fault, Planned};
-use virtual_board::run::{Flow, Options, Script, View};
+use virtual_board::run::{Firmware, Flow, Options, Script, View};
 
 /// What the start-up paints the stack with (cortex-m-rt).
 const PAINT: u32 = 0xcccc_cccc;
 
 /// What stays free at the least, percent of what is needed.
-const MARGIN_PCT: u64 = 25;
+pub const MARGIN_PCT: u64 = 25;
 
 /// Numbers and orders of the excitation and the capture (`firmware::service`, `firmware::frames`).
 const SHAPE: u8 = 128;
@@ -46,6 +46,14 @@ fn everything(tick: u64) -> Option<Frame> {
 /// Ticks of the run.
 const TICKS: u64 = 1750;
 
+/// Bytes of the stack that were never in use.
+pub fn untouched(firmware: &Firmware, view: &mut View<'_>) -> u64 {
+    let lowest = firmware.address("_stack_end").expect("a symbol");
+    let words = (lowest..).step_by(4);
+    let painted = words.take_while(|address| view.word(*address) == Some(PAINT));
+    4 * painted.count() as u64
+}
+
 /// Looks at the paint in the end.
 struct Looking {
     commander: Commander,
@@ -57,10 +65,7 @@ impl Script for Looking {
     fn at_edge(&mut self, view: &mut View<'_>) -> Flow {
         self.periods += 1;
         if self.periods == 4 * TICKS {
-            let lowest = firmware().address("_stack_end").expect("a symbol");
-            let words = (lowest..).step_by(4);
-            let painted = words.take_while(|address| view.word(*address) == Some(PAINT));
-            self.untouched = 4 * painted.count() as u64;
+            self.untouched = untouched(firmware(), view);
         }
         self.commander.at_edge(view)
     }

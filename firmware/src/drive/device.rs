@@ -25,8 +25,8 @@ pub struct Device<'a> {
     told: FaultSet,
     /// State of the bus that the node knows of.
     bus: BusState,
-    /// The worst since it was told.
-    worst_bus: BusState,
+    /// The worst since it was told, once there is one.
+    worst_bus: Option<BusState>,
     /// The statusword that the node knows of.
     statusword: u16,
     /// Frames from the bus that it knows to be lost.
@@ -67,7 +67,7 @@ impl<'a> Device<'a> {
             drive,
             told: FaultSet::EMPTY,
             bus: BusState::Active,
-            worst_bus: BusState::Active,
+            worst_bus: None,
             statusword: 0,
             receive_overflows: 0,
             overruns: false,
@@ -99,7 +99,8 @@ impl<'a> Device<'a> {
 
     /// One control period of the drive alone; the network learns of it with the next [`Device::communicate`].
     pub fn control(&mut self, samples: &Samples) -> Outputs {
-        self.worst_bus = worse(self.worst_bus, samples.bus);
+        let before = self.worst_bus.unwrap_or(samples.bus);
+        self.worst_bus = Some(worse(before, samples.bus));
         self.drive.step(samples)
     }
 
@@ -107,6 +108,7 @@ impl<'a> Device<'a> {
     pub fn communicate(&mut self, now_us: u64) {
         self.tell_faults();
         self.tell_bus();
+        self.tell_overflows();
         let statusword = self.drive.statusword();
         if self.statusword != statusword {
             self.statusword = statusword;
@@ -138,7 +140,9 @@ impl<'a> Device<'a> {
     }
 
     fn tell_bus(&mut self) {
-        let state = core::mem::take(&mut self.worst_bus);
+        let Some(state) = self.worst_bus.take() else {
+            return;
+        };
         let events: &[BusEvent] = match (self.bus, state) {
             (same, now) if same == now => &[],
             (_, BusState::Off) => &[BusEvent::BusOff],
@@ -153,7 +157,6 @@ impl<'a> Device<'a> {
         for event in events {
             self.node.bus_event(*event, &mut self.drive);
         }
-        self.tell_overflows();
     }
 
     /// An EMCY when frames begin to be lost; it is cleared once none are, on a bus without errors.

@@ -102,6 +102,8 @@ pub struct Drive<'a> {
     bit_rate_kbit_s: Option<u16>,
     /// Of the node; 0 for none.
     node_id: u8,
+    /// What the board started after, until the first reset of the node, which is that start.
+    start: Start,
     /// What only the board knows; it may write here at any time.
     pub diagnostics: Diagnostics,
 }
@@ -135,6 +137,7 @@ impl<'a> Drive<'a> {
             pulse_age: u16::MAX,
             bit_rate_kbit_s: None,
             node_id: 0,
+            start,
             diagnostics: Diagnostics::default(),
         }
     }
@@ -155,7 +158,7 @@ impl<'a> Drive<'a> {
     }
 
     /// What is to be written to the flash, once; tell by [`Drive::saved`] what came of it.
-    pub fn take_save(&mut self) -> Option<Set> {
+    pub fn take_save(&mut self) -> Option<&Set> {
         self.store.take()
     }
 
@@ -192,7 +195,7 @@ impl<'a> Drive<'a> {
     /// Starts over with what is stored.
     fn power_on(&mut self) {
         let set = self.store.set();
-        self.application = Application::new(set.board);
+        self.application = Application::after(set.board, core::mem::take(&mut self.start));
         self.kept = set.kept();
         self.axis = Axis::new();
         self.commands = Commands::DEFAULT;

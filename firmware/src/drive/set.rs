@@ -2,7 +2,7 @@
 
 use core::task::Poll;
 
-use canopen::dictionary::{Access, Address};
+use canopen::dictionary::{Access, Address, Entry};
 use canopen::{Abort, ParameterGroup};
 
 use super::kept::{self, Kept};
@@ -115,13 +115,21 @@ impl Stored for Set {
     }
 }
 
+/// For each entry of the dictionary its place.
+static PLACE_OF: [u8; ENTRIES] = PLACES.1;
+
 /// Where a communication parameter is stored.
 fn place(address: Address) -> Option<usize> {
-    // By way of a table, as a save asks for each of a hundred.
-    static PLACE_OF: [u8; ENTRIES] = PLACES.1;
     let at = DICTIONARY.position(address)?;
     let place = PLACE_OF.get(at).copied()?;
     (place != NOWHERE).then_some(usize::from(place))
+}
+
+/// All communication parameters, in the order of the dictionary and of their places.
+fn communication_parameters() -> impl Iterator<Item = &'static Entry> {
+    let entries = DICTIONARY.entries().iter().zip(&PLACE_OF);
+    let stored = entries.filter(|(_, place)| **place != NOWHERE);
+    stored.map(|(entry, _)| entry)
 }
 
 /// Who wants something to be stored.
@@ -180,7 +188,8 @@ impl Store {
             .has_communication
             .then_some(&self.set.communication)?;
         let word = stored.get(place(address)?).copied()?;
-        (word != BY_NODE_ID || !has_node_id(address)).then_some(word)
+        let follows = || DICTIONARY.find(address).is_ok_and(has_node_id);
+        (word != BY_NODE_ID || !follows()).then_some(word)
     }
 
     /// Whether this one has asked and does not know the end yet.
@@ -189,12 +198,12 @@ impl Store {
     }
 
     /// For the flash, once.
-    pub fn take(&mut self) -> Option<Set> {
+    pub fn take(&mut self) -> Option<&Set> {
         let Phase::Wanted(asker) = self.phase else {
             return None;
         };
         self.phase = Phase::Running(asker);
-        Some(self.candidate)
+        Some(&self.candidate)
     }
 
     /// The flash is done.
@@ -246,9 +255,8 @@ impl Store {
 const BY_NODE_ID: u32 = u32::MAX;
 
 /// Whether the dictionary adds the node-ID to this object.
-fn has_node_id(address: Address) -> bool {
-    let entry = DICTIONARY.find(address);
-    entry.is_ok_and(|entry| entry.value_for(1) != entry.value_for(0))
+fn has_node_id(entry: &Entry) -> bool {
+    entry.value_for(1) != entry.value_for(0)
 }
 
 /// Takes over what is in force.
@@ -259,17 +267,14 @@ pub(super) fn keep(
     communication: &mut dyn Iterator<Item = (Address, u32)>,
 ) {
     if group.has_communication() {
+        // Those come in the order of the dictionary, too: nobody has to look for a hundred places.
+        let mut places = communication_parameters().zip(&mut set.communication);
         for (address, value) in communication {
-            let word = place(address).and_then(|at| set.communication.get_mut(at));
-            let entry = DICTIONARY.find(address);
-            let is_default = entry.is_ok_and(|entry| entry.value_for(node_id) == value);
-            if let Some(word) = word {
-                *word = if is_default && has_node_id(address) {
-                    BY_NODE_ID
-                } else {
-                    value
-                };
-            }
+            let Some((entry, word)) = places.find(|(entry, _)| entry.address() == address) else {
+                break;
+            };
+            let is_default = has_node_id(entry) && entry.value_for(node_id) == value;
+            *word = if is_default { BY_NODE_ID } else { value };
         }
         set.has_communication = true;
     }
@@ -285,11 +290,11 @@ pub(super) fn forget(set: &mut Set, group: ParameterGroup) {
         set.has_communication = false;
     }
     if has_application(group) {
-        let defaults = Set::defaults();
-        let bus = set.board.bus;
-        set.board = defaults.board;
-        set.board.bus = bus;
-        set.kept = defaults.kept;
+        set.board = BoardParameters {
+            bus: set.board.bus,
+            ..BoardParameters::DEFAULT
+        };
+        set.kept = *Kept::defaults().words();
     }
 }
 

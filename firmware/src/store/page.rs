@@ -46,28 +46,45 @@ pub(super) enum Content {
     Corrupt,
 }
 
+/// Offsets of words, bytes.
+pub(super) fn offsets() -> impl Iterator<Item = u16> {
+    (0..).step_by(4)
+}
+
 /// The words of a page.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Image<S: Stored>(S::Page);
 
 impl<S: Stored> Image<S> {
-    /// A set.
-    pub fn new(sequence: u32, set: &S) -> Self {
-        let mut page = S::ZEROS;
-        if let [magic, number, content @ .., _] = page.as_mut() {
+    /// Nothing yet.
+    pub const fn blank() -> Self {
+        Self(S::ZEROS)
+    }
+
+    /// Becomes this set's; where it is, for it is large.
+    pub fn fill(&mut self, sequence: u32, set: &S) {
+        let page = self.0.as_mut();
+        if let [magic, number, content @ .., _] = page {
             (*magic, *number) = (S::MAGIC, sequence);
             set.write(content);
         }
-        if let [covered @ .., check] = page.as_mut() {
+        if let [covered @ .., check] = page {
             *check = checksum(covered);
         }
-        Self(page)
+    }
+
+    /// Whether a page of the flash holds it, word for word.
+    pub fn is_in(&self, flash: &impl Flash, page: Page) -> bool {
+        let words = self.0.as_ref().iter().zip(offsets());
+        words
+            .into_iter()
+            .all(|(word, offset)| flash.read(page, offset) == *word)
     }
 
     /// What a page of the flash holds.
     pub fn read(flash: &impl Flash, page: Page) -> Self {
         let mut words = S::ZEROS;
-        for (offset, word) in (0..).step_by(4).zip(words.as_mut()) {
+        for (offset, word) in offsets().zip(words.as_mut()) {
             *word = flash.read(page, offset);
         }
         Self(words)

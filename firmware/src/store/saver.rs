@@ -2,7 +2,7 @@
 
 use super::{
     Flash, Loaded, Newest, Page, Status, Stored,
-    page::{Content, Image},
+    page::{Image, offsets},
 };
 use crate::parameters::BoardParameters;
 
@@ -57,7 +57,7 @@ impl<S: Stored> Saver<S> {
         Self {
             newest: loaded.newest,
             sequence: 0,
-            image: Image::new(0, &S::DEFAULT),
+            image: Image::blank(),
             step: Step::Idle,
         }
     }
@@ -67,7 +67,7 @@ impl<S: Stored> Saver<S> {
         let is_idle = self.step == Step::Idle;
         if is_idle {
             self.sequence = self.newest.map_or(0, |n| n.sequence.wrapping_add(1));
-            self.image = Image::new(self.sequence, parameters);
+            self.image.fill(self.sequence, parameters);
             self.step = Step::Erase;
         }
         is_idle
@@ -128,12 +128,13 @@ impl<S: Stored> Saver<S> {
 
     fn finish(&mut self, flash: &impl Flash, page: Page) -> Progress {
         self.step = Step::Idle;
-        let sequence = self.sequence;
-        let there = Image::<S>::read(flash, page);
-        if there != self.image || there.content() != Content::Valid(sequence) {
+        if !self.image.is_in(flash, page) {
             return Progress::Failed(SaveError::Verify);
         }
-        self.newest = Some(Newest { page, sequence });
+        self.newest = Some(Newest {
+            page,
+            sequence: self.sequence,
+        });
         Progress::Done
     }
 
@@ -145,7 +146,11 @@ impl<S: Stored> Saver<S> {
 
 /// Whether nothing is written where a set goes.
 fn is_blank<S: Stored>(flash: &impl Flash, page: Page) -> bool {
-    Image::<S>::read(flash, page).content() == Content::Empty
+    S::ZEROS
+        .as_ref()
+        .iter()
+        .zip(offsets())
+        .all(|(_, offset)| flash.read(page, offset) == u32::MAX)
 }
 
 #[cfg(test)]

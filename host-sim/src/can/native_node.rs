@@ -123,7 +123,7 @@ impl<'a> NativeNode<'a> {
 
     fn save(&mut self) {
         if let Some(set) = self.device.drive.take_save() {
-            self.saver.start(&set);
+            self.saver.start(set);
         }
         loop {
             match self.saver.poll(&mut self.flash) {

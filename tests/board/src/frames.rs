@@ -42,7 +42,11 @@ pub trait BoardFrame: Sized {
     fn from_the_wire(frame: &can::Frame) -> Self;
 }
 
-fn standard(id: u16, data: &[u8]) -> Frame {
+/// A data frame with an identifier of 11 bits.
+///
+/// # Panics
+/// If the identifier has more, or there are more than 8 bytes.
+pub fn standard(id: u16, data: &[u8]) -> Frame {
     let id = StandardId::new(id).expect("11 bits");
     embedded_can::Frame::new(id, data).expect("at most 8 bytes")
 }
@@ -63,11 +67,11 @@ impl BoardFrame for Frame {
     }
 
     fn on_the_wire(&self) -> can::Frame {
-        let (id, _) = self.raw_id();
-        can::Frame::data_frame(
-            can::Id::Standard(id as u16),
-            embedded_can::Frame::data(self),
-        )
+        let id = match self.raw_id() {
+            (id, true) => can::Id::Extended(id),
+            (id, false) => can::Id::Standard(id as u16),
+        };
+        can::Frame::data_frame(id, embedded_can::Frame::data(self))
     }
 
     fn from_the_wire(frame: &can::Frame) -> Self {

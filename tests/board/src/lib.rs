@@ -4,6 +4,7 @@
 #[path = "../../src/board_elf.rs"]
 pub mod board_elf;
 
+pub mod canopen;
 pub mod comm;
 pub mod cuts;
 pub mod frames;

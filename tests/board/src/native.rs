@@ -7,6 +7,7 @@ use firmware::native::{bridge, samples};
 use firmware::parameters::BoardParameters;
 use firmware::service::Service;
 use virtual_board::rig::{Bridge, Edge, Rig, RigOptions, Sensed, TickedRig};
+use virtual_board::trace;
 
 use crate::frames::Frame;
 
@@ -22,12 +23,21 @@ pub struct Row {
 }
 
 impl Row {
-    fn of(rig: &Rig, Edge { bridge, sensed }: Edge) -> Self {
+    pub(crate) fn of(rig: &Rig, Edge { bridge, sensed }: Edge) -> Self {
         Self {
             bridge,
             sensed,
             angle_deg: rig.reading().output.angle_deg,
         }
+    }
+}
+
+impl Row {
+    /// Whether the emulated board did the same, bit for bit.
+    pub fn is(&self, emulated: &trace::Row) -> bool {
+        emulated.bridge == self.bridge
+            && emulated.sensed == self.sensed
+            && emulated.angle_deg.to_bits() == self.angle_deg.to_bits()
     }
 }
 

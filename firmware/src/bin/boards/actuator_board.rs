@@ -25,6 +25,7 @@
 
 mod actuator_pins;
 mod analog;
+mod boot_stack;
 mod bridge;
 mod bus_state;
 mod can;
@@ -44,6 +45,7 @@ mod report;
 mod reset_cause;
 mod safe_state;
 mod sampling;
+mod serial_number;
 mod servo_pulse;
 mod slot;
 mod stack;
@@ -59,12 +61,13 @@ mod wiring;
 )]
 #[rtic::app(device = stm32f4xx_hal::pac, peripherals = true)]
 mod app {
+    use core::mem::MaybeUninit;
+
     use canopen::CanFrame;
     use firmware::{
-        application::{BusState, Outputs, Start},
-        drive::{Device, Set},
-        store::{self, Origin},
-        supervisor::{Part, ResetCause},
+        application::{BusState, Outputs},
+        drive::Set,
+        supervisor::Part,
     };
     use heapless::spsc::{Consumer, Producer, Queue};
     use stm32f4xx_hal::pac::Interrupt;
@@ -76,13 +79,13 @@ mod app {
         can::Can,
         canopen::{
             background::Background,
+            built::{Built, build},
             setup,
             station::{Queues, RECEIVED, Station, TO_SEND},
             wanted::Wanted,
         },
         encoder::Encoder,
         heard,
-        keeper::Keeper,
         report::Report,
         sampling::gather,
         servo_pulse::ServoPulse,
@@ -128,31 +131,37 @@ mod app {
         save_slot: Slot<Set> = Slot::new(),
         saved_slot: Slot<bool> = Slot::new(),
         capture_buffer: [i32; CAPTURE_WORDS] = [0; CAPTURE_WORDS],
+        built: MaybeUninit<Built> = MaybeUninit::uninit(),
     ])]
     fn init(cx: init::Context) -> (Shared, Local) {
         let mut board = Board::new(cx.device);
-        let loaded = store::load_set::<Set>(&board.flash);
-        let start = Start {
-            watchdog: board.reset_cause == ResetCause::Watchdog,
-            parameters_corrupt: loaded.origin == Origin::DefaultsInsteadOfCorrupt,
-        };
+        let (save, to_save) = cx.local.save_slot.split();
+        let built = build(
+            cx.local.built,
+            (board.flash, to_save),
+            board.reset_cause,
+            cx.local.capture_buffer,
+        );
         defmt::info!(
             "reset cause {}, parameters from {}",
             board.reset_cause as u8,
-            loaded.origin as u8
+            built.origin as u8
         );
         let (decided, outputs) = cx.local.output_queue.split();
         let (came_in, received) = cx.local.received_queue.split();
         let (to_send, goes_out) = cx.local.send_queue.split();
         let (give_wanted, take_wanted) = cx.local.wanted_slot.split();
-        let (save, to_save) = cx.local.save_slot.split();
         let (tell_saved, saved) = cx.local.saved_slot.split();
 
-        let mut device = Device::new(Set::loaded(&loaded), start, cx.local.capture_buffer, 0);
-        device.drive.diagnostics.reset_cause = board.reset_cause;
-        let wanted = Wanted::of(device.node().identifiers());
-        let bit_rate_kbit_s = loaded.parameters.board.bus.bit_rate_kbit_s as u16;
-        let can = Can::new(board.can, bit_rate_kbit_s, wanted.iter());
+        let wanted = Wanted::of(built.device.node().identifiers());
+        let bit_rate_kbit_s = built
+            .device
+            .drive
+            .application()
+            .parameters()
+            .bus
+            .bit_rate_kbit_s;
+        let can = Can::new(board.can, bit_rate_kbit_s as u16, wanted.iter());
         let queues = Queues {
             received,
             to_send,
@@ -169,7 +178,7 @@ mod app {
             analog: board.analog,
             encoder: board.encoder,
             clock: board.clock,
-            station: Station::new(device, vigil, queues, wanted),
+            station: Station::new(&mut built.device, vigil, queues, wanted),
             can,
         };
         let local = Local {
@@ -179,7 +188,7 @@ mod app {
             wanted: take_wanted,
             background: Background {
                 outputs,
-                keeper: Keeper::new(to_save, board.flash, &loaded),
+                keeper: &mut built.keeper,
                 saved: tell_saved,
                 report: Report::default(),
             },

@@ -4,6 +4,10 @@ use firmware::store::{Loaded, Progress, Saver, Stored};
 
 use crate::{flash::Flash, slot::Taker};
 
+/// Looks at the flash in a tick: a word takes 16 us, as long as some twenty of them. A set is written in 20 ticks so, beside
+/// 250 ms for an erase, and nobody is kept waiting for longer than 0.2 ms, with the least priority of all.
+const LOOKS: usize = 200;
+
 /// Saves what it is given.
 pub struct Keeper<S: Stored + 'static> {
     to_save: Taker<S>,
@@ -23,12 +27,16 @@ impl<S: Stored> Keeper<S> {
 
     /// Goes on with a save, or begins one; whether it went well, at its end.
     pub fn run(&mut self) -> Option<bool> {
-        if !self.saver.is_running()
-            && let Some(set) = self.to_save.take()
-        {
-            self.saver.start(&set);
+        if !self.saver.is_running() {
+            self.to_save.take_as(|set| self.saver.start(set));
         }
-        match self.saver.poll(&mut self.flash) {
+        let mut progress = Progress::Running;
+        for _ in 0..LOOKS {
+            if progress == Progress::Running {
+                progress = self.saver.poll(&mut self.flash);
+            }
+        }
+        match progress {
             Progress::Idle | Progress::Running => None,
             Progress::Done => {
                 defmt::info!("parameters saved");

@@ -6,6 +6,7 @@ mod failsafe;
 mod motion;
 mod objects;
 mod store;
+mod told;
 
 use canopen::CanFrame;
 use canopen::cia402::statusword;
@@ -49,9 +50,17 @@ impl Bench {
     }
 
     fn with(set: Set) -> Self {
+        Self::started(set, Start::default())
+    }
+
+    fn after(start: Start) -> Self {
+        Self::started(Set::defaults(), start)
+    }
+
+    fn started(set: Set, start: Start) -> Self {
         let buffer = Box::leak(Box::new([0; 4000]));
         let mut bench = Self {
-            device: Device::new(set, Start::default(), buffer, 0),
+            device: Device::new(set, start, buffer, 0),
             motor: Motor::new(),
             outputs: None,
             now_us: 0,

@@ -8,7 +8,7 @@ use crate::{heard, keeper::Keeper, report::Report, slot::Giver};
 /// The background's own.
 pub struct Background {
     pub outputs: Consumer<'static, Outputs, 3>,
-    pub keeper: Keeper<Set>,
+    pub keeper: &'static mut Keeper<Set>,
     pub saved: Giver<bool>,
     pub report: Report,
 }

@@ -2,6 +2,7 @@
 //! between them.
 
 pub mod background;
+pub mod built;
 pub mod setup;
 pub mod station;
 pub mod wanted;

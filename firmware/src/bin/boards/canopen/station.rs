@@ -42,7 +42,7 @@ pub struct Queues {
 
 /// Node, drive, and their neighbours on the board.
 pub struct Station {
-    device: Device<'static>,
+    device: &'static mut Device<'static>,
     vigil: Vigil,
     queues: Queues,
     /// What the controller was asked to let in.
@@ -86,7 +86,12 @@ fn send(device: &mut Device<'static>, queues: &mut Queues) {
 
 impl Station {
     /// A station whose controller lets in what is wanted.
-    pub fn new(device: Device<'static>, vigil: Vigil, queues: Queues, wanted: Wanted) -> Self {
+    pub fn new(
+        device: &'static mut Device<'static>,
+        vigil: Vigil,
+        queues: Queues,
+        wanted: Wanted,
+    ) -> Self {
         Self {
             device,
             vigil,
@@ -99,7 +104,7 @@ impl Station {
     /// The control period itself.
     pub fn control(&mut self, samples: &mut Samples, tick: u32) -> Outputs {
         samples.missed_periods = self.vigil.begin(tick);
-        device_control(&mut self.device, samples)
+        device_control(self.device, samples)
     }
 
     /// The bridge has been told: hands over, and feeds the watchdog if every part is alive.
@@ -144,7 +149,7 @@ impl Station {
         if self.queues.save.is_empty()
             && let Some(set) = self.device.drive.take_save()
         {
-            self.queues.save.put(set);
+            self.queues.save.put_new(|| *set);
         }
     }
 

@@ -1,0 +1,46 @@
+//! What is built once and stays where it is: the device, and who keeps its parameters.
+
+use core::mem::MaybeUninit;
+
+use firmware::{
+    application::Start,
+    drive::{Device, Set},
+    store::{self, Origin},
+    supervisor::ResetCause,
+};
+
+use crate::{boot_stack, flash::Flash, keeper::Keeper, serial_number::serial_number, slot::Taker};
+
+/// The device with its parameters.
+pub struct Built {
+    pub device: Device<'static>,
+    pub keeper: Keeper<Set>,
+    /// Where the parameters come from.
+    pub origin: Origin,
+}
+
+/// Builds all of it in its place, with what the flash holds.
+pub fn build(
+    place: &'static mut MaybeUninit<Built>,
+    (flash, to_save): (Flash, Taker<Set>),
+    reset_cause: ResetCause,
+    capture: &'static mut [i32],
+) -> &'static mut Built {
+    boot_stack::call(|| {
+        let loaded = store::load_set::<Set>(&flash);
+        let start = Start {
+            watchdog: reset_cause == ResetCause::Watchdog,
+            parameters_corrupt: loaded.origin == Origin::DefaultsInsteadOfCorrupt,
+        };
+        let mut device = Device::new(Set::loaded(&loaded), start, capture, 0);
+        device.drive.diagnostics.reset_cause = reset_cause;
+        device.drive.diagnostics.serial_number = serial_number();
+        place.write(Built {
+            device,
+            origin: loaded.origin,
+            keeper: Keeper::new(to_save, flash, &loaded),
+        });
+    });
+    // SAFETY: it has just been written.
+    unsafe { place.assume_init_mut() }
+}

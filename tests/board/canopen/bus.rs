@@ -1,0 +1,198 @@
+//! The node on its bus: boot-up, filters, another bit rate, what survives a loss of power.
+
+use board_tests::canopen::{
+    Master, Seen, control, driven, nmt, read, run_master, run_node, seen, write,
+};
+use board_tests::frames::{Frame, standard};
+use virtual_board::faults::{Fault, Planned};
+use virtual_board::run::{Flow, Options, Script, View};
+
+const BOOT_UP: (u32, bool) = (0x701, false);
+const SAVE: u32 = u32::from_le_bytes(*b"save");
+
+/// Instants of the frames with an identifier, ms.
+fn times_ms(seen: &[Seen], id: (u32, bool)) -> Vec<u64> {
+    let of_it = seen.iter().filter(|seen| seen.frame.raw_id() == id);
+    of_it.map(|seen| seen.at_ns / 1_000_000).collect()
+}
+
+/// Answers of the SDO server.
+fn answers(seen: &[Seen]) -> Vec<[u8; 8]> {
+    let of_it = seen.iter().filter(|seen| seen.frame.raw_id().0 == 0x581);
+    of_it.map(|seen| seen.frame.bytes()).collect()
+}
+
+#[test]
+fn the_first_frame_is_the_boot_up_and_a_node_that_is_not_started_says_nothing_more() {
+    let finished = run_master(Options::for_ms(300), |_| Vec::new());
+    let seen = seen(&finished);
+    assert_eq!(seen.len(), 1, "{seen:?}");
+    assert_eq!(seen[0].frame, standard(0x701, &[0]));
+    assert!(seen[0].at_ns < 20_000_000, "{} ns", seen[0].at_ns);
+}
+
+#[test]
+fn telemetry_comes_each_tick_and_status_with_50_hz() {
+    let finished = run_master(Options::for_ms(2100), |tick| driven(tick, 5_000));
+    let seen = seen(&finished);
+    for (id, per_second) in [(0x181, 250), (0x281, 250), (0x381, 50)] {
+        let times = times_ms(&seen, (id, false));
+        let second = times.iter().filter(|ms| (1000..2000).contains(*ms));
+        let count = second.count();
+        assert!(count.abs_diff(per_second) <= 1, "{id:x}: {count}");
+    }
+}
+
+/// Moves RPDO 1 to an identifier of 29 bits, while many frames are sent to others.
+fn moved(tick: u64) -> Vec<Frame> {
+    let foreign = || standard(0x205, &[0; 6]);
+    match tick {
+        50 => vec![write(0x1400, 1, 0x8000_0201, 4)],
+        55 => vec![write(0x1400, 1, 0x2012_3456, 4)],
+        20..40 => driven(tick, 0),
+        60..200 if tick.is_multiple_of(5) => vec![far(20_000), foreign(), foreign()],
+        // Where it was: nobody listens.
+        200..230 if tick.is_multiple_of(5) => vec![far(20_000), control(0x0f, -20_000)],
+        230.. if tick.is_multiple_of(5) => vec![far(20_000)],
+        _ => vec![foreign()],
+    }
+}
+
+/// RPDO 1 at its other place.
+fn far(mdeg: i32) -> Frame {
+    let data = control(0x0f, mdeg).bytes();
+    Frame::raw(0x12_3456, true, false, 6, data).expect("a frame")
+}
+
+#[test]
+fn the_controller_lets_in_what_concerns_the_node_wherever_its_pdos_are() {
+    let options = Options {
+        probes: vec!["CAN1_RX0".into()],
+        ..Options::for_ms(1200)
+    };
+    let ticks = 1200 / 4;
+    let finished = run_master(options, moved);
+    let angle = finished.rig.reading().output.angle_deg;
+    assert!((angle - 20.0).abs() < 1.0, "{angle} deg");
+    let own: usize = (0..ticks)
+        .flat_map(moved)
+        .filter(|frame| frame.raw_id().0 != 0x205)
+        .filter(|frame| frame.bytes() != control(0x0f, -20_000).bytes())
+        .count();
+    let interrupts = finished.spans["CAN1_RX0"].len();
+    assert!(interrupts.abs_diff(own) <= 2, "{interrupts} for {own}");
+}
+
+/// The node is told by LSS to go to 500 kbit/s, and the bus goes with it.
+struct Switching<F> {
+    master: Master<F>,
+    /// When the master itself changes over.
+    at_tick: u64,
+}
+
+impl<F: Fn(u64) -> Vec<Frame> + Send> Script for Switching<F> {
+    fn at_edge(&mut self, view: &mut View<'_>) -> Flow {
+        if let Some(tick) = self.master.tick() {
+            self.master.port = usize::from(tick >= self.at_tick);
+            for number in 0..2 {
+                if let Some(port) = view.port(number) {
+                    port.speaks = number == self.master.port;
+                }
+            }
+        }
+        self.master.at_edge(view)
+    }
+}
+
+fn lss(bytes: [u8; 3]) -> Frame {
+    let [command, a, b] = bytes;
+    standard(0x7e5, &[command, a, b, 0, 0, 0, 0, 0])
+}
+
+/// LSS: configuration state, 500 kbit/s, activation 40 ms later; then an SDO at the new rate.
+fn slower(tick: u64) -> Vec<Frame> {
+    match tick {
+        30 => vec![lss([0x04, 1, 0])],
+        35 => vec![lss([0x13, 0, 2])],
+        40 => vec![lss([0x15, 40, 0])],
+        70 => vec![lss([0x04, 0, 0]), read(0x1018, 1)],
+        _ => Vec::new(),
+    }
+}
+
+#[test]
+fn the_bit_rate_changes_by_lss() {
+    let options = Options {
+        ports_bit_s: vec![1_000_000, 500_000],
+        ..Options::for_ms(400)
+    };
+    let script = Switching {
+        master: Master::new(slower),
+        at_tick: 50,
+    };
+    let finished = run_node(options, script);
+    let seen = seen(&finished);
+    let configured = seen.iter().filter(|seen| seen.frame.raw_id().0 == 0x7e4);
+    let configured: Vec<_> = configured.map(|seen| seen.frame.bytes()).collect();
+    assert_eq!(configured, [[0x13, 0, 0, 0, 0, 0, 0, 0]]);
+    let answers = answers(&seen);
+    assert_eq!(answers.len(), 1, "{answers:x?}");
+    assert_eq!(answers[0][..4], [0x43, 0x18, 0x10, 1]);
+}
+
+/// A heartbeat of 60 ms and another gain, stored; then the power is lost.
+fn stored(tick: u64) -> Vec<Frame> {
+    match tick {
+        30 => vec![write(0x1017, 0, 60, 2)],
+        32 => vec![write(0x60FB, 1, 7.25_f32.to_bits(), 4)],
+        34 => vec![write(0x1010, 1, SAVE, 4)],
+        300 | 600 => vec![read(0x60FB, 1)],
+        _ => Vec::new(),
+    }
+}
+
+#[test]
+fn what_1010h_stored_is_there_after_a_loss_of_power() {
+    let options = Options {
+        faults: vec![Planned::at_ms(1500, Fault::PowerLoss).for_ms(50)],
+        ..Options::for_ms(3000)
+    };
+    let finished = run_master(options, stored);
+    let seen = seen(&finished);
+    let answers = answers(&seen);
+    let value = 7.25_f32.to_le_bytes();
+    let [.., before, after] = answers[..] else {
+        panic!("{answers:x?}");
+    };
+    for answer in [before, after] {
+        assert_eq!(answer[4..], value, "{answer:x?}");
+    }
+    let all = times_ms(&seen, BOOT_UP);
+    let late: Vec<_> = all.iter().filter(|ms| **ms > 1700).copied().collect();
+    let periods: Vec<_> = late.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    assert!(periods.len() > 15, "{all:?}");
+    assert!(
+        periods.iter().all(|ms| (58..=62).contains(ms)),
+        "{periods:?}"
+    );
+}
+
+#[test]
+fn a_reset_by_network_management_boots_again_with_the_power_off() {
+    let finished = run_master(Options::for_ms(1500), |tick| match tick {
+        200 => vec![nmt(0x81)],
+        201.. => Vec::new(),
+        _ => driven(tick, 10_000),
+    });
+    let boots: Vec<_> = seen(&finished)
+        .into_iter()
+        .filter(|seen| seen.frame == standard(0x701, &[0]))
+        .collect();
+    assert_eq!(boots.len(), 2, "{boots:?}");
+    let after = boots[1].at_ns + 8_000_000;
+    let rows = finished.trace.rows.iter().filter(|row| row.at_ns > after);
+    let is_off = |bridge| bridge == virtual_board::rig::Bridge::Coast;
+    assert!(rows.clone().count() > 500);
+    assert!(rows.into_iter().all(|row| is_off(row.bridge)));
+    assert!(finished.resets.is_empty(), "the processor itself goes on");
+}

@@ -1,0 +1,126 @@
+//! What node and drive cost: instructions of each turn, and the stack.
+
+use board_tests::canopen::{Master, firmware, read, run_node, sdo, start, write};
+use board_tests::frames::Frame;
+use virtual_board::faults::{Fault, Planned};
+use virtual_board::rig::RigOptions;
+use virtual_board::run::{Flow, Options, Script, Span, View};
+
+use super::bit_exact::command;
+use crate::stack::{MARGIN_PCT, untouched};
+
+/// The interrupts that make up a control step without the node, and how often each runs in a tick.
+const STEP: [(&str, u64); 3] = [("DMA2_STREAM0", 1), ("TIM1_UP_TIM10", 4), ("TIM1_CC", 3)];
+
+/// The node's turns.
+const NODE: &str = "UART7";
+
+/// Instructions of a millisecond: a turn begins at an edge and ends long before the next one.
+const MILLISECOND: u64 = 168_000;
+
+const SAVE: u32 = u32::from_le_bytes(*b"save");
+
+/// Everything that takes long, one after the other: settings, saves with and without an erase, resets, excitations under
+/// a capture, uploads in segments and in a block whose client never answers, all with commands at 50 Hz.
+fn everything(tick: u64) -> Vec<Frame> {
+    let excitation = tick.saturating_sub(1000);
+    match tick {
+        20 => vec![start()],
+        60 | 400 => vec![write(0x1010, 1, SAVE, 4)],
+        390 => vec![write(0x1017, 0, 500, 2)],
+        700 => vec![read(0x1008, 0)],
+        710 => vec![read(0x2031, 0)],
+        720 => vec![write(0x2030, 3, 1, 1)],
+        730 => vec![write(0x2030, 1, 1, 1)],
+        1000..2000 => match excitation % 100 {
+            0 => vec![write(0x2020, 3, (excitation / 100) as u32, 4)],
+            3 => vec![write(0x2020, 1, 1, 1)],
+            step if step % 5 == 1 => command(50),
+            step if step % 5 == 4 => vec![read(0x6064, 0); 5],
+            _ => Vec::new(),
+        },
+        // A block upload of the capture: 127 segments at once.
+        2010 => vec![upload_block(0x2032)],
+        2012 => vec![begin_upload()],
+        _ if tick > 30 && tick.is_multiple_of(5) => command(tick % 2500),
+        _ => Vec::new(),
+    }
+}
+
+fn upload_block(index: u16) -> Frame {
+    let [low, high] = index.to_le_bytes();
+    sdo([0xa4, low, high, 0, 127, 0, 0, 0])
+}
+
+fn begin_upload() -> Frame {
+    sdo([0xa3, 0, 0, 0, 0, 0, 0, 0])
+}
+
+/// Ticks of the run.
+const TICKS: u64 = 2300;
+
+/// Looks at the paint in the end.
+struct Looking<F> {
+    master: Master<F>,
+    untouched: u64,
+}
+
+impl<F: Fn(u64) -> Vec<Frame> + Send> Script for Looking<F> {
+    fn at_edge(&mut self, view: &mut View<'_>) -> Flow {
+        if self.master.tick() == Some(TICKS) {
+            self.untouched = untouched(firmware(), view);
+        }
+        self.master.at_edge(view)
+    }
+}
+
+fn most(spans: &[Span]) -> u64 {
+    spans
+        .iter()
+        .map(|span| span.instructions)
+        .max()
+        .unwrap_or(0)
+}
+
+#[test]
+fn the_turns_of_the_node_end_in_their_periods_and_a_quarter_of_the_stack_is_left_over() {
+    let options = Options {
+        rig: RigOptions::realistic(3),
+        faults: vec![Planned::at_ms(8150, Fault::CanNoise { frames: 5 })],
+        probes: (STEP.iter().map(|(name, _)| (*name).to_owned()))
+            .chain([NODE, "gather", "device_control", "communicate"].map(str::to_owned))
+            .collect(),
+        ..Options::for_ms(4 * TICKS + 100)
+    };
+    let script = Looking {
+        master: Master::new(everything),
+        untouched: 0,
+    };
+    let finished = run_node(options, script);
+    for (name, spans) in &finished.spans {
+        let least = spans.iter().map(|span| span.instructions).min();
+        println!(
+            "{name:16} {:6} calls, {:6} to {:6} instructions",
+            spans.len(),
+            least.unwrap_or(0),
+            most(spans)
+        );
+    }
+    let operations = finished.flash_operations.len();
+    assert!(operations > 400, "the saves did not run: {operations}");
+    let step = STEP.map(|(name, times)| times * most(&finished.spans[name]));
+    let turn = most(&finished.spans[NODE]);
+    println!(
+        "the worst control step with its interrupts: {}, the worst turn of the node: {turn}",
+        step.iter().sum::<u64>()
+    );
+    assert!(step.iter().sum::<u64>() < 5_000);
+    assert!(turn < MILLISECOND / 2, "{turn}");
+
+    let address = |name| firmware().address(name).expect("a symbol");
+    let size = address("_stack_start") - address("_stack_end");
+    let need = size - finished.script.untouched;
+    let margin_pct = 100 * finished.script.untouched / need;
+    println!("stack: {need} bytes of {size} needed, {margin_pct} % left over");
+    assert!(margin_pct >= MARGIN_PCT, "{margin_pct} %");
+}
