@@ -6,7 +6,7 @@ import sys
 
 sources = "".join(
     path.read_text()
-    for folder in ("canopen/src", "canopen/tests", "firmware/src", "firmware/tests")
+    for folder in ("canopen/src", "canopen/tests", "firmware/src", "firmware/tests", "tests/board")
     for suffix in ("*.rs", "*.py")
     for path in sorted(pathlib.Path(folder).rglob(suffix))
 )

@@ -28,7 +28,7 @@ use crate::error::Error;
 /// `servo off` ends them; `end` ends the run. The angle is commanded twenty times a second.
 #[derive(Debug, Args)]
 pub struct Board {
-    /// ELF file of the board's program (`cargo build-board`)
+    /// ELF file of the board's program with plain frames (`cargo build-board`: actuator-board-plain)
     #[arg(long, value_name = "FILE")]
     elf: PathBuf,
     /// What breaks and when (TOML)
@@ -72,6 +72,9 @@ pub(super) enum Format {
     None,
 }
 
+/// A function that only the program with a CANopen node has.
+const NODE: &str = "communicate";
+
 /// Longest run, s: a week.
 const LONGEST_S: f64 = 7.0 * 86_400.0;
 
@@ -86,6 +89,13 @@ impl Board {
             return Err(refusal(&message));
         }
         let firmware = Firmware::read(&self.elf).map_err(|error| refusal(&error))?;
+        if firmware.address(NODE).is_ok() {
+            let message = format!(
+                "{}: this program speaks CANopen, expected one with plain frames as actuator-board-plain; `actuator serve --elf` runs it",
+                self.elf.display()
+            );
+            return Err(refusal(&message));
+        }
         let faults = match &self.faults {
             Some(path) => read_plan(path).map_err(|error| refusal(&error))?,
             None => Vec::new(),
