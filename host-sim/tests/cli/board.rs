@@ -88,3 +88,15 @@ fn a_plan_that_makes_no_sense_is_refused_by_file_and_line() {
     assert!(message.contains("none.elf"), "{message}");
     assert!(!Path::new("none.elf").exists());
 }
+
+#[test]
+fn a_program_that_speaks_canopen_is_sent_to_where_it_is_understood() {
+    let desk = Desk::new();
+    let output = desk
+        .actuator("board --for 1 --elf")
+        .arg(board_elf::board_elf())
+        .assert()
+        .failure();
+    let message = String::from_utf8_lossy(&output.get_output().stderr).into_owned();
+    assert!(message.contains("actuator serve --elf"), "{message}");
+}
