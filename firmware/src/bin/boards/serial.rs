@@ -88,6 +88,6 @@ impl Serial {
         }
         let is_on = next.is_some();
         self.usart.cr1().modify(|_, w| w.txeie().bit(is_on));
-        is_on && self.to_say.len() % (OUTGOING / 8) == 0
+        is_on && self.to_say.len().is_multiple_of(OUTGOING / 8)
     }
 }
