@@ -89,6 +89,31 @@ pub fn load(flash: &impl Flash) -> Loaded {
     load_set(flash)
 }
 
+/// The words with which the first page begins once a set has been saved for the first time: a programmer can put them
+/// there, and the board starts with that set.
+///
+/// ```
+/// use firmware::{parameters::BoardParameters, store};
+/// struct Flash(Vec<u32>);
+/// impl store::Flash for Flash {
+///     fn start_erase(&mut self, _: store::Page) {}
+///     fn start_program(&mut self, _: store::Page, _: u16, _: u32) {}
+///     fn status(&mut self) -> store::Status { store::Status::Ready }
+///     fn read(&self, page: store::Page, offset: u16) -> u32 {
+///         let words = if page == store::Page::First { self.0.as_slice() } else { &[] };
+///         words.get(usize::from(offset / 4)).copied().unwrap_or(u32::MAX)
+///     }
+/// }
+/// let mut parameters = BoardParameters::DEFAULT;
+/// parameters.bus.node_id = 42;
+/// let flash = Flash(store::first_page(&parameters).to_vec());
+/// assert_eq!(store::load(&flash).parameters.bus.node_id, 42);
+/// ```
+#[must_use]
+pub fn first_page<S: Stored>(set: &S) -> S::Page {
+    Image::new(1, set).into_words()
+}
+
 /// As [`load`], of any kind of set.
 pub fn load_set<S: Stored>(flash: &impl Flash) -> Loaded<S> {
     let content = |page| Image::<S>::read(flash, page).content();

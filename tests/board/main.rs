@@ -4,6 +4,7 @@ mod adapter;
 mod adapter_load;
 mod bit_exact;
 mod canopen;
+mod chain;
 mod faults;
 mod instructions;
 mod joined;

@@ -3,8 +3,9 @@
 use std::fs;
 use std::path::Path;
 
+use board_tests::comm::run_desk;
 use board_tests::runs::run_script;
-use virtual_board::run::{Flow, Options, View};
+use virtual_board::run::{CommView, Flow, Options, SharedBus, View};
 
 /// A pin and what its registers have to hold.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -20,14 +21,22 @@ struct Pin {
     speed: u32,
 }
 
+/// Headings of the boards' sections.
+const ACTUATOR: &str = "\n## Pins\n";
+const COMM: &str = "\n## The communication board\n";
+
 /// What drives the bus needs edges of less than 100 ns.
 const FAST: &str = "PD1";
 
-/// The rows of the page's table of pins: function, pins, connector, peripheral, pulls, outside.
-fn page() -> Vec<Pin> {
+/// The rows of the page's table of pins behind a heading: function, pins, connector, peripheral, pulls, outside.
+fn page(heading: &str) -> Vec<Pin> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/hardware.md");
     let text = fs::read_to_string(path).expect("the page");
-    let rows = text.lines().filter_map(|line| {
+    let (_, text) = text.split_once(heading).expect("the heading");
+    let section = text
+        .split_once("\n## ")
+        .map_or(text, |(section, _)| section);
+    let rows = section.lines().filter_map(|line| {
         let cells: Vec<_> = line.split('|').map(str::trim).collect();
         (cells.len() == 8).then_some(cells)
     });
@@ -60,13 +69,13 @@ fn page() -> Vec<Pin> {
 }
 
 /// What the chip's registers say of a pin (RM0090, sections 8.4.1 to 8.4.4, 8.4.9 and 8.4.10).
-fn set_up(view: &mut View<'_>, name: &str) -> Pin {
+fn set_up(mut register: impl FnMut(u64) -> u32, name: &str) -> Pin {
     let (port, number) = name[1..].split_at(1);
     let number: u64 = number.parse().expect("a pin's number");
     let port = 0x4002_0000 + 0x400 * u64::from(port.as_bytes()[0] - b'A');
-    let mut two_bits = |offset| view.register(port + offset) >> (2 * number) & 3;
+    let mut two_bits = |offset| register(port + offset) >> (2 * number) & 3;
     let (mode, speed, pull) = (two_bits(0x00), two_bits(0x08), two_bits(0x0c));
-    let function = view.register(port + 0x20 + 4 * (number / 8)) >> (4 * (number % 8)) & 15;
+    let function = register(port + 0x20 + 4 * (number / 8)) >> (4 * (number % 8)) & 15;
     Pin {
         name: name.to_owned(),
         mode,
@@ -85,7 +94,10 @@ fn look() -> (Vec<Pin>, u32) {
         if periods < 40 {
             return Flow::On;
         }
-        let pins = page().iter().map(|pin| set_up(view, &pin.name)).collect();
+        let pins = page(ACTUATOR)
+            .iter()
+            .map(|pin| set_up(|address| view.register(address), &pin.name))
+            .collect();
         let spi_cr1 = view.register(0x4001_3000);
         sender.send((pins, spi_cr1)).expect("the test waits");
         Flow::End
@@ -97,7 +109,7 @@ fn look() -> (Vec<Pin>, u32) {
 #[test]
 fn pins_and_the_clock_of_the_encoder_are_those_of_the_page() {
     let (pins, spi_cr1) = look();
-    let page = page();
+    let page = page(ACTUATOR);
     assert_eq!(page.len(), 16, "the table of the page");
     assert_eq!(pins, page);
     // CPOL is bit 1, CPHA bit 0, the rate bits 3 to 5: 84 MHz over 2^(n + 1) (section 28.5.1).
@@ -107,4 +119,26 @@ fn pins_and_the_clock_of_the_encoder_are_those_of_the_page() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/hardware.md");
     let text = fs::read_to_string(path).expect("the page");
     assert!(text.contains(&said), "{said} is not what the page says");
+}
+
+#[test]
+fn pins_and_baud_rate_of_the_communication_board_are_those_of_the_page() {
+    let (sender, receiver) = std::sync::mpsc::channel();
+    let script = move |view: &mut CommView<'_>| {
+        if view.now_ns() < 10_000_000 {
+            return Flow::On;
+        }
+        let pins: Vec<_> = page(COMM)
+            .iter()
+            .map(|pin| set_up(|address| view.register(address), &pin.name))
+            .collect();
+        // BRR of USART3: cycles of a bit with 16 samples (section 30.6.3).
+        let baud = 40_000_000 / view.register(0x4000_4808);
+        sender.send((pins, baud)).expect("the test waits");
+        Flow::End
+    };
+    run_desk(&SharedBus::new(Vec::new(), 1), script, 100);
+    let (pins, baud) = receiver.recv().expect("the script looked");
+    assert_eq!(pins.len(), 4);
+    assert_eq!((pins, baud), (page(COMM), 2_000_000));
 }

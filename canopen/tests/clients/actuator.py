@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
-"""python-canopen, unmodified and with the data sheet, against the actuators of `actuator serve`.
+"""python-canopen, unmodified and with the data sheet, against the actuators of `actuator serve`: the native ones, or both
+programs on emulated boards, through the serial line of the communication board.
 
     actuator.py target/debug/actuator docs/smart-actuator.eds
+    actuator.py target/debug/actuator docs/smart-actuator.eds --elf ACTUATOR_BOARD COMM_BOARD
 """
 import csv
 import json
@@ -19,6 +21,13 @@ from canopen.profiles.p402 import BaseNode402
 from served import Bench, DriveTests
 
 PROGRAM, SHEET = sys.argv.pop(1), sys.argv.pop(1)
+ELF = []
+if sys.argv[1:2] == ["--elf"]:
+    ELF = ["--elf", sys.argv.pop(2), "--comm-elf", sys.argv.pop(2)]
+    sys.argv.pop(1)
+
+# A serial line has one client, and a board keeps the node-ID that it was given.
+natively = unittest.skipIf(ELF, "for several clients, or for actuators without node-ID")
 
 
 class Served(Bench):
@@ -26,9 +35,11 @@ class Served(Bench):
 
     node_id = 1
     options = ()
+    # That of new boards; the native bus has none.
+    bitrate = 1_000_000
 
     def command(self):
-        return [PROGRAM, "serve", "--listen", "127.0.0.1:0", "--nodes", "2", *self.options]
+        return [PROGRAM, "serve", "--listen", "127.0.0.1:0", "--nodes", "2", *ELF, *self.options]
 
     @staticmethod
     def master():
@@ -51,6 +62,7 @@ class Management(Served):
             self.node.nmt.state = state
             self.assertEqual(self.node.nmt.wait_for_heartbeat(1), state)
 
+    @natively
     def test_a_second_client_hears_and_commands(self):
         other = self.connect()
         try:
@@ -228,6 +240,7 @@ class Drive(DriveTests, Served):
         self.node.sdo.download(0x607D, 2, limit)
 
 
+@natively
 class Program(Served):
     """The program's own client."""
 
@@ -279,6 +292,7 @@ class Program(Served):
         self.assertIn("switch on disabled", done.stdout)
 
 
+@natively
 class LayerSettings(Served):
     options = ("--unconfigured",)
 

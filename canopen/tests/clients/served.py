@@ -10,6 +10,7 @@ from canopen.sdo import SdoAbortedError
 
 class Bench(unittest.TestCase):
     node_id = 5
+    bitrate = 500_000
 
     def command(self):
         """What starts the server; its first line tells the port behind 127.0.0.1."""
@@ -33,7 +34,7 @@ class Bench(unittest.TestCase):
         network = canopen.Network()
         network.NOTIFIER_CYCLE = 0.02
         network.connect(
-            interface="slcan", channel=f"socket://127.0.0.1:{self.port}", bitrate=500_000, sleep_after_open=0)
+            interface="slcan", channel=f"socket://127.0.0.1:{self.port}", bitrate=self.bitrate, sleep_after_open=0)
         return network
 
     def tearDown(self):

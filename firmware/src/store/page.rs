@@ -81,6 +81,11 @@ impl<S: Stored> Image<S> {
             .all(|(word, offset)| flash.read(page, offset) == *word)
     }
 
+    /// The words.
+    pub fn into_words(self) -> S::Page {
+        self.0
+    }
+
     /// What a page of the flash holds.
     pub fn read(flash: &impl Flash, page: Page) -> Self {
         let mut words = S::ZEROS;

@@ -82,8 +82,8 @@ impl Stream for TcpStream {
 struct Serial(serial2::SerialPort);
 
 impl Serial {
-    /// Of the board's UART; adapters on USB take any.
-    const BAUD: u32 = 460_800;
+    /// Of the communication board; adapters on USB take any.
+    const BAUD: u32 = 2_000_000;
 
     fn open(path: &str) -> io::Result<Self> {
         serial2::SerialPort::open(path, Self::BAUD).map(Self)

@@ -5,6 +5,7 @@
 pub mod board_elf;
 
 pub mod canopen;
+pub mod chain;
 pub mod comm;
 pub mod cuts;
 pub mod frames;

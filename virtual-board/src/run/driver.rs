@@ -3,7 +3,6 @@
 use rigless::device::Level;
 use rigless::emulator::{Driver, Host, Settled, Stop, Watch};
 use rigless::session::Session;
-use rigless::soc::Width;
 use rigless::time::VirtualNanos;
 
 use super::firmware::Firmware;
@@ -55,7 +54,6 @@ pub(super) struct Lockstep<S> {
     firmware: Firmware,
     row: Row,
     bus: Option<BusEnd>,
-    flash_words: Vec<(u64, u32)>,
 }
 
 impl<S: Script> Lockstep<S> {
@@ -89,7 +87,6 @@ impl<S: Script> Lockstep<S> {
             is_held: false,
             is_powered: true,
             bus,
-            flash_words: options.flash_words,
             resets: 0,
             firmware: firmware.clone(),
             row: Row {
@@ -353,10 +350,6 @@ impl<S: Script> Driver<ActuatorBoard> for Lockstep<S> {
         if !self.is_watching {
             self.is_watching = true;
             self.watch(session);
-            for (address, word) in self.flash_words.drain(..) {
-                let put = host.program(address, Width::W32, word.into());
-                debug_assert!(put.is_ok(), "{address:#x} is flash");
-            }
         }
         self.last = (stop.at.0, stop.instruction_count);
         let flow = self.act(session, stop, host);

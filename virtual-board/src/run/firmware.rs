@@ -27,6 +27,12 @@ pub enum FirmwareError {
     },
 }
 
+/// Bytes that stand in the memory from an address on.
+pub(super) fn contents(address: u64, bytes: Vec<u8>) -> Result<Image, rigless::emulator::Error> {
+    let name = format!("contents of {address:#x}");
+    Ok(Image::new(Path::new(&name), bytes, Some(address))?)
+}
+
 /// A function of the firmware.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Function {

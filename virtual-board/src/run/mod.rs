@@ -6,7 +6,6 @@ mod faulty;
 mod finished;
 mod firmware;
 mod grid;
-mod joint;
 mod options;
 mod probe;
 mod servo;
@@ -24,7 +23,6 @@ use rigless::time::VirtualNanos;
 pub use comm::{CommFinished, CommOptions, CommView, Desk, run_comm};
 pub use finished::{Finished, Gaps};
 pub use firmware::{Firmware, FirmwareError};
-pub use joint::{Joined, Joint, join};
 pub use options::Options;
 pub use probe::Span;
 pub use rigless::device::ResetCause;
@@ -94,10 +92,14 @@ pub fn run_with<S: Script + 'static>(
     let is_shared = company.bus.is_some();
     let wire = (!is_shared).then(|| Wire::new(ports.collect()));
     let board = ActuatorBoard::try_new(wire, options.flash_times, options.rig.seed)?;
+    let contents = options.contents.clone();
     let driver = Lockstep::try_new(firmware, options, script, company.bus)?;
     let until = VirtualNanos(driver.next_ns(0));
     let session = Session::new(Box::new(board), 0, until)?;
-    let images = [firmware.image()?];
+    let mut images = vec![firmware.image()?];
+    for (address, bytes) in contents {
+        images.push(firmware::contents(address, bytes)?);
+    }
     let mut start = Start::new(&images);
     start.debugger = company.debugger.as_ref();
     start.wait_for_debugger = company.debugger.is_some();

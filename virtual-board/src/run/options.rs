@@ -19,8 +19,9 @@ pub struct Options {
     pub probes: Vec<String>,
     /// Length of the servo's pulses, us; none are sent without it.
     pub servo_us: Option<f64>,
-    /// What stands in the flash beside the program before the start: addresses and words.
-    pub flash_words: Vec<(u64, u32)>,
+    /// What stands in the chip's memory beside the program before the start, such as saved parameters: addresses, and
+    /// bytes from there on.
+    pub contents: Vec<(u64, Vec<u8>)>,
     /// Whether the trace keeps its rows and not only their hash.
     pub keeps_trace: bool,
     /// End of the run, ns of virtual time.
@@ -41,7 +42,7 @@ impl Options {
             faults: Vec::new(),
             probes: Vec::new(),
             servo_us: None,
-            flash_words: Vec::new(),
+            contents: Vec::new(),
             keeps_trace: true,
             until_ns: ms * 1_000_000,
         }

@@ -1,0 +1,202 @@
+//! Emulated actuator boards and the emulated communication board on one CAN bus, in real time.
+//!
+//! Each board runs its ELF in a thread of its own; they meet at the bus. The serial line of the communication board is
+//! the way in, as on a desk: it has one client at a time.
+
+mod door;
+
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::thread;
+
+use firmware::drive::Set;
+use firmware::store::first_page;
+use model_core::plant::rig::RigOptions;
+use virtual_board::flash::Sector;
+use virtual_board::run::{
+    BusEnd, CommOptions, CommView, Company, Desk, Firmware, Flow, Gaps, Options, Reset, SharedBus,
+    View, run_comm, run_with,
+};
+
+pub use door::{Door, Terminal, Visitors};
+
+/// Where the chip has its unique identification, from which a board takes its serial number (RM0090, section 39.1).
+const UNIQUE_ID: u64 = 0x1fff_7a10;
+
+/// Between two looks at the clients, ns of virtual time.
+const LOOK_NS: u64 = 500_000;
+
+/// Bytes that wait for the line: more are left to the operating system, which holds the client back.
+const MOST_WAITING: usize = 256;
+
+/// Bytes that wait for a client that does not read: what comes then is lost for it, as at a serial port.
+const MOST_UNREAD: usize = 1 << 16;
+
+/// Centuries.
+const FOR_EVER_NS: u64 = u64::MAX / 2;
+
+/// The programs of the boards.
+pub struct Programs {
+    actuator: Firmware,
+    comm: Firmware,
+}
+
+impl Programs {
+    /// Reads both ELF files.
+    ///
+    /// # Errors
+    /// Names the file and why it does not serve.
+    pub fn read(actuator: &Path, comm: &Path) -> Result<Self, String> {
+        let read = |path| Firmware::read(path).map_err(|error| error.to_string());
+        Ok(Self {
+            actuator: read(actuator)?,
+            comm: read(comm)?,
+        })
+    }
+}
+
+/// Runs one board for each of these rigs, with node-IDs and serial numbers from 1, and the communication board, until
+/// `stop` is set.
+///
+/// # Errors
+/// What the emulator refuses.
+pub fn serve(
+    programs: &Programs,
+    rigs: &[RigOptions],
+    door: Box<dyn Door>,
+    stop: &Arc<AtomicBool>,
+) -> Result<(), String> {
+    let bus = SharedBus::new(Vec::new(), rigs.len() + 1).in_real_time();
+    let mut ends = bus.ends().into_iter();
+    thread::scope(|scope| {
+        let mut boards = Vec::new();
+        for (number, (rig, end)) in (1..).zip(rigs.iter().zip(&mut ends)) {
+            let run = move || {
+                let _whole = Whole(stop);
+                run_actuator(&programs.actuator, number, rig, end, stop)
+            };
+            boards.push(scope.spawn(run));
+        }
+        let end = ends.next();
+        let whole = Whole(stop);
+        let mut done = end.map_or(Ok(()), |end| run_desk(&programs.comm, end, door, stop));
+        drop(whole);
+        for board in boards {
+            let ended = board
+                .join()
+                .unwrap_or_else(|_| Err("a board's run has failed".into()));
+            done = done.and(ended);
+        }
+        done
+    })
+}
+
+/// A chain that lacks a board is none: it stops when a run ends, however it does.
+struct Whole<'a>(&'a AtomicBool);
+
+impl Drop for Whole<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Relaxed);
+    }
+}
+
+fn run_actuator(
+    program: &Firmware,
+    number: i32,
+    rig: &RigOptions,
+    end: BusEnd,
+    stop: &Arc<AtomicBool>,
+) -> Result<(), String> {
+    let options = Options {
+        rig: rig.clone(),
+        ports_bit_s: Vec::new(),
+        contents: identity(number),
+        keeps_trace: false,
+        until_ns: FOR_EVER_NS,
+        ..Options::for_ms(0)
+    };
+    let company = Company {
+        interrupt: Some(Arc::clone(stop)),
+        bus: Some(end),
+        ..Company::default()
+    };
+    let script = |_: &mut View<'_>| Flow::On;
+    let finished =
+        run_with(program, options, script, company).map_err(|error| error.to_string())?;
+    report(
+        &format!("actuator {number}"),
+        &finished.resets,
+        &finished.gaps,
+    );
+    Ok(())
+}
+
+/// What tells a board its number: parameters as they would be saved, and the chip's identification.
+fn identity(number: i32) -> Vec<(u64, Vec<u8>)> {
+    let mut set = Set::defaults();
+    set.board.bus.node_id = number;
+    let bytes = |words: &[u32]| words.iter().flat_map(|word| word.to_le_bytes()).collect();
+    let page = Sector::of_number(12).map(|sector| (sector.base, bytes(&first_page(&set))));
+    let id = (UNIQUE_ID, bytes(&[number.cast_unsigned(), 0, 0]));
+    page.into_iter().chain([id]).collect()
+}
+
+fn run_desk(
+    program: &Firmware,
+    bus: BusEnd,
+    door: Box<dyn Door>,
+    stop: &Arc<AtomicBool>,
+) -> Result<(), String> {
+    let options = CommOptions {
+        bus,
+        look_ns: LOOK_NS,
+        until_ns: FOR_EVER_NS,
+        interrupt: Some(Arc::clone(stop)),
+    };
+    let line = Line {
+        door,
+        unread: Vec::new(),
+    };
+    let finished = run_comm(program, options, line).map_err(|error| error.to_string())?;
+    report("communication board", &finished.resets, &finished.gaps);
+    Ok(())
+}
+
+/// The serial line and who is at it.
+struct Line {
+    door: Box<dyn Door>,
+    unread: Vec<u8>,
+}
+
+impl Desk for Line {
+    fn at_look(&mut self, view: &mut CommView<'_>) -> Flow {
+        let now_ns = view.now_ns();
+        let Some(serial) = view.serial() else {
+            return Flow::End;
+        };
+        let said = serial.take_heard().into_iter().map(|(_, byte)| byte);
+        self.unread.extend(said);
+        self.door.write(&mut self.unread);
+        if self.unread.len() > MOST_UNREAD {
+            self.unread.clear();
+        }
+        let mut bytes = [0; MOST_WAITING];
+        if serial.waiting() < MOST_WAITING {
+            let count = self.door.read(&mut bytes);
+            serial.say(now_ns, bytes.get(..count).unwrap_or_default());
+        }
+        Flow::On
+    }
+}
+
+/// Tells what ought not to have been.
+fn report(board: &str, resets: &[Reset], gaps: &Gaps) {
+    for reset in resets {
+        let ms = reset.at.0 / 1_000_000;
+        eprintln!("{board}: reset at {ms} ms: {:?}", reset.cause);
+    }
+    if !gaps.is_empty() {
+        eprintln!("{board}: what the emulation does not have:\n{gaps}");
+    }
+}

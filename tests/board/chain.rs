@@ -1,0 +1,134 @@
+//! From a line on the communication board's serial port to the motor of an actuator board, and back.
+
+use board_tests::chain::{Chain, run_chain};
+use board_tests::comm::Client;
+use virtual_board::rig::{Bridge, PERIOD_CYCLES};
+use virtual_board::run::{Flow, Options, View};
+use virtual_board::trace::Row;
+
+fn nobody() -> impl FnMut(&mut View<'_>) -> Flow + Send {
+    |_: &mut View<'_>| Flow::On
+}
+
+/// On the bus at 1 Mbit/s from here on, us.
+const OPEN_US: u64 = 20_000;
+
+/// Opens the bus, then says these lines one after the other, so many us apart.
+fn desk(apart_us: u64, lines: &[&str]) -> Client {
+    let mut plan = vec![(OPEN_US, b"\rC\rS8\rO\r".to_vec())];
+    let said = (1..).zip(lines);
+    plan.extend(said.map(|(number, line)| {
+        let at_us = OPEN_US + apart_us * number;
+        (at_us, format!("{line}\r").into_bytes())
+    }));
+    Client::new(plan)
+}
+
+fn frames<S>(chain: &Chain<S, Client>, head: &str) -> Vec<String> {
+    let lines = chain.comm.script.lines().into_iter();
+    lines
+        .filter_map(|(_, line)| line.starts_with(head).then_some(line))
+        .collect()
+}
+
+#[test]
+fn two_actuators_answer_through_the_chain_under_their_own_numbers() {
+    let lines = [
+        // Identity and node-ID of each, by SDO.
+        "t60184018100200000000",
+        "t60284002210100000000",
+        // Both to OPERATIONAL.
+        "t00020100",
+    ];
+    let chain = run_chain(
+        &Options::for_ms(300),
+        vec![nobody(), nobody()],
+        desk(50_000, &lines),
+    );
+    assert_eq!(frames(&chain, "t581"), ["t58184318100241530000"]);
+    assert_eq!(frames(&chain, "t582"), ["t58284302210102000000"]);
+    let telemetry = |node| frames(&chain, &format!("t18{node}")).len();
+    // From 170 ms to 300 ms, one in 4 ms.
+    assert!((30..=33).contains(&telemetry(1)), "{}", telemetry(1));
+    assert_eq!(telemetry(1), telemetry(2));
+}
+
+/// When duties of more than a seventh set in, ns: at a PWM edge that follows periods with less, in any direction. The
+/// first control period of a jump gives a fifth, as 60C2h spreads it over 20 ms; who stands still needs less.
+fn onsets(rows: &[Row]) -> Vec<u64> {
+    let driven = rows.iter().filter_map(|row| match row.bridge {
+        Bridge::Driven { on_cycles, .. } => Some((row.at_ns, on_cycles > PERIOD_CYCLES / 7)),
+        Bridge::Brake => Some((row.at_ns, false)),
+        Bridge::Coast => None,
+    });
+    let mut was_more = true;
+    let mut onsets = Vec::new();
+    for (at_ns, is_more) in driven {
+        if is_more && !was_more {
+            // A row is that of the period that ends there.
+            onsets.push(at_ns - 1_000_000);
+        }
+        was_more = is_more;
+    }
+    onsets
+}
+
+/// Jumps of 10 deg to and fro, some more than 300 ms apart, so that they meet every tenth of a control period.
+const JUMPS: u64 = 40;
+const APART_US: u64 = 300_100;
+
+/// What `docs/chain.md` allows from the last byte of a command's line to the PWM edge with its duty, us.
+const LEAST_US: u64 = 3_000;
+const MOST_US: u64 = 8_000;
+
+#[test]
+fn a_command_reaches_the_bridge_within_its_budget_whenever_it_comes() {
+    let mut plan = vec![(OPEN_US, b"\rC\rS8\rO\r".to_vec())];
+    // To OPERATIONAL, cyclic synchronous position, no timeout of commands, which come seldom here; enabled.
+    let lines = [
+        "t00020100",
+        "t60182F60600008000000",
+        "t2016060000000000",
+        "t2016070000000000",
+        "t20160F0000000000",
+    ];
+    for (number, line) in (1..).zip(lines) {
+        plan.push((OPEN_US + 20_000 * number, format!("{line}\r").into()));
+    }
+    let mut jumps = Vec::new();
+    // The first one stays where it is.
+    for number in 0..=JUMPS {
+        let at_us = OPEN_US + 120_000 + APART_US * number;
+        let target_mdeg: i32 = if number % 2 == 0 { 0 } else { 10_000 };
+        let target = target_mdeg.to_le_bytes().map(|byte| format!("{byte:02X}"));
+        let line = format!("t20160F00{}\r", target.concat());
+        jumps.push(at_us * 1000 + 5_000 * line.len() as u64);
+        // As a master does, at 50 Hz until the next jump.
+        for again in 0..15 {
+            plan.push((at_us + 20_000 * again, line.clone().into()));
+        }
+    }
+    let options = Options::for_ms(450 + 301 * JUMPS);
+    let chain = run_chain(&options, vec![nobody()], Client::new(plan));
+    let onsets = onsets(&chain.actuators[0].trace.rows);
+    let mut latencies = Vec::new();
+    for jump_ns in &jumps[1..] {
+        let onset = onsets
+            .iter()
+            .find(|onset| *onset > jump_ns)
+            .expect("it moves");
+        latencies.push((onset - jump_ns) / 1000);
+    }
+    let (least, most) = (
+        latencies.iter().min().expect("some"),
+        latencies.iter().max().expect("some"),
+    );
+    let mean = latencies.iter().sum::<u64>() / JUMPS;
+    println!(
+        "from the last byte of a command to its duty: {least} us to {most} us, mean {mean} us, {JUMPS} commands"
+    );
+    assert!(
+        (LEAST_US..=MOST_US).contains(least) && (LEAST_US..=MOST_US).contains(most),
+        "{latencies:?}"
+    );
+}

@@ -1,0 +1,95 @@
+//! The whole chain: somebody at the serial line of the communication board, and actuator boards on its bus.
+
+use std::sync::OnceLock;
+use std::thread;
+
+use firmware::drive::Set;
+use firmware::store::{Stored, first_page};
+use virtual_board::can::Sent;
+use virtual_board::flash::Sector;
+use virtual_board::run::{
+    CommFinished, CommOptions, Company, Desk, Finished, Firmware, Options, Script, SharedBus,
+    run_comm, run_with,
+};
+
+use crate::board_elf::board_elf;
+use crate::comm::{LOOK_NS, comm_firmware};
+
+/// The program of the actuator boards, which speaks CANopen.
+///
+/// # Panics
+/// If it does not build.
+pub fn canopen_firmware() -> &'static Firmware {
+    static FIRMWARE: OnceLock<Firmware> = OnceLock::new();
+    FIRMWARE.get_or_init(|| Firmware::read(board_elf()).expect("an ELF file"))
+}
+
+/// What the flash holds of a set that was saved.
+///
+/// # Panics
+/// If the chip has no sector for it.
+pub fn saved<S: Stored>(set: &S) -> (u64, Vec<u8>) {
+    let sector = Sector::of_number(12).expect("the first of bank 2");
+    let words = first_page(set);
+    let bytes = words.as_ref().iter().flat_map(|word| word.to_le_bytes());
+    (sector.base, bytes.collect())
+}
+
+/// A chain that has run.
+pub struct Chain<S, D> {
+    /// The actuator boards.
+    pub actuators: Vec<Finished<S>>,
+    /// The communication board.
+    pub comm: CommFinished<D>,
+    /// What was on the bus: the actuators in their order, then the communication board.
+    pub log: Vec<Sent>,
+}
+
+/// Runs actuators with node-IDs from 1 on, each with its script, and a desk; asserts that the emulation had no gap.
+///
+/// # Panics
+/// If it had, or a run does not come about.
+pub fn run_chain<S, D>(options: &Options, scripts: Vec<S>, desk: D) -> Chain<S, D>
+where
+    S: Script + 'static,
+    D: Desk + 'static,
+{
+    let bus = SharedBus::new(Vec::new(), scripts.len() + 1);
+    let mut ends = bus.ends().into_iter();
+    let mut threads = Vec::new();
+    for (node_id, (script, end)) in (1..).zip(scripts.into_iter().zip(&mut ends)) {
+        let mut set = Set::defaults();
+        set.board.bus.node_id = node_id;
+        let options = Options {
+            contents: vec![saved(&set)],
+            ..options.clone()
+        };
+        let company = Company {
+            bus: Some(end),
+            ..Company::default()
+        };
+        threads.push(thread::spawn(move || {
+            run_with(canopen_firmware(), options, script, company).expect("it runs")
+        }));
+    }
+    let options = CommOptions {
+        bus: ends.next().expect("one for each"),
+        look_ns: LOOK_NS,
+        until_ns: options.until_ns,
+        interrupt: None,
+    };
+    let comm = run_comm(comm_firmware(), options, desk).expect("it runs");
+    assert!(comm.gaps.is_empty(), "{}", comm.gaps);
+    let actuators = threads
+        .into_iter()
+        .map(|thread| thread.join().expect("no panic"));
+    let actuators: Vec<Finished<S>> = actuators.collect();
+    for finished in &actuators {
+        assert!(finished.gaps.is_empty(), "{}", finished.gaps);
+    }
+    Chain {
+        actuators,
+        comm,
+        log: bus.take_log(),
+    }
+}
