@@ -33,6 +33,7 @@ mod can_filters;
 mod can_frames;
 mod can_identifier;
 mod canopen;
+mod clocks;
 mod dma;
 mod encoder;
 mod flash;

@@ -30,6 +30,7 @@ mod can;
 mod can_filters;
 mod can_frames;
 mod can_identifier;
+mod clocks;
 mod dma;
 mod encoder;
 mod flash;

@@ -20,19 +20,16 @@
     reason = "registers, and the start of the program: each place argues why it is sound"
 )]
 
-mod adapter;
-mod can_bus;
 mod can_frames;
 mod can_identifier;
-mod comm_wiring;
+mod clocks;
+mod comm;
 mod log;
 mod memory;
 mod pins;
 mod reset_cause;
 mod safe_state;
-mod serial;
 mod stack;
-mod stopwatch;
 mod watchdog;
 
 /// Interrupts, and what each of them owns.
@@ -46,12 +43,14 @@ mod app {
     use stm32f4xx_hal::pac::Interrupt;
 
     use crate::{
-        adapter::{Commands, FRAMES, Gateway, Stamped},
-        can_bus::CanBus,
-        comm_wiring::Board,
-        serial::{INCOMING, OUTGOING, Serial},
+        comm::{
+            adapter::{Commands, FRAMES, Gateway, Stamped},
+            can_bus::CanBus,
+            serial::{INCOMING, OUTGOING, Serial},
+            stopwatch::{Millisecond, Stopwatch},
+            wiring::Board,
+        },
         stack,
-        stopwatch::{Millisecond, Stopwatch},
         watchdog::Watchdog,
     };
 

@@ -1,10 +1,10 @@
 //! Clocks, and what hangs on the processor.
 
 use firmware::supervisor::ResetCause;
-use stm32f4xx_hal::{dma::StreamsTuple, pac, prelude::*, rcc::Config};
+use stm32f4xx_hal::{dma::StreamsTuple, pac, prelude::*};
 
 use crate::{
-    actuator_pins, analog::Analog, bridge::Bridge, encoder::Encoder, flash::Flash, pins,
+    actuator_pins, analog::Analog, bridge::Bridge, clocks, encoder::Encoder, flash::Flash, pins,
     reset_cause, servo_pulse::ServoPulse, ticks::Clock,
 };
 
@@ -26,14 +26,8 @@ impl Board {
     /// Sets clocks, pins and peripherals up.
     pub fn new(dp: pac::Peripherals) -> Self {
         let reset_cause = reset_cause::take(&dp.RCC);
-        // The Nucleo's 8 MHz come from its debugger. APB2, and with it TIM1, SPI1 and ADC1, runs at half
-        // the core's clock, APB1 at a quarter; timers at twice their bus.
-        let clocks = Config::hse(8.MHz())
-            .bypass_hse_oscillator()
-            .sysclk(168.MHz())
-            .pclk1(42.MHz())
-            .pclk2(84.MHz());
-        let mut rcc = dp.RCC.freeze(clocks);
+        // APB2, and with it TIM1, SPI1 and ADC1, runs at half the core's clock, APB1 at a quarter.
+        let mut rcc = clocks::start(dp.RCC, 168.MHz());
         // If the 8 MHz fail, the clock control breaks TIM1's outputs within cycles (RM0090, section 6.2.7).
         rcc.cr().modify(|_, w| w.csson().set_bit());
         rcc.ahb1enr().modify(|_, w| {

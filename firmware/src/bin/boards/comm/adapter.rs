@@ -6,7 +6,7 @@ use canopen::{
 };
 use heapless::spsc::{Consumer, Producer};
 
-use crate::serial::{INCOMING, OUTGOING};
+use super::serial::{INCOMING, OUTGOING};
 
 /// A frame, and when it came, us modulo 2^32.
 pub type Stamped = (CanFrame, u32);

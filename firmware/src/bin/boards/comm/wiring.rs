@@ -4,12 +4,13 @@
 //! slcan's bit rates and 2,000,000 baud exactly, 42 MHz do not give 800 kbit/s.
 
 use firmware::supervisor::ResetCause;
-use stm32f4xx_hal::{pac, prelude::*, rcc::Config};
+use stm32f4xx_hal::{pac, prelude::*};
 
+use super::stopwatch::{self, Millisecond, Stopwatch};
 use crate::{
+    clocks,
     pins::{self, Mode, Pin, Pull},
     reset_cause,
-    stopwatch::{Millisecond, Stopwatch},
 };
 
 /// Which pin goes where; `docs/hardware.md` has the same table, and a test on the emulated board looks.
@@ -36,13 +37,7 @@ impl Board {
     /// Sets clocks and pins up.
     pub fn new(dp: pac::Peripherals) -> Self {
         let reset_cause = reset_cause::take(&dp.RCC);
-        // The Nucleo's 8 MHz come from its debugger.
-        let clocks = Config::hse(8.MHz())
-            .bypass_hse_oscillator()
-            .sysclk(160.MHz())
-            .pclk1(40.MHz())
-            .pclk2(80.MHz());
-        let rcc = dp.RCC.freeze(clocks);
+        let rcc = clocks::start(dp.RCC, 160.MHz());
         rcc.ahb1enr().modify(|_, w| w.gpioden().set_bit());
         rcc.apb1enr().modify(|_, w| {
             w.tim2en().set_bit().tim3en().set_bit();
@@ -51,7 +46,7 @@ impl Board {
         // Two cycles until their registers answer (ES0206, section 2.2.13): a read takes longer.
         let _ = rcc.apb1enr().read();
         pins::set_up(&PINS);
-        let (stopwatch, millisecond) = crate::stopwatch::start(dp.TIM2, dp.TIM3);
+        let (stopwatch, millisecond) = stopwatch::start(dp.TIM2, dp.TIM3);
         Self {
             can: dp.CAN1,
             usart: dp.USART3,
