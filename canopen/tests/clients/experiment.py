@@ -50,18 +50,25 @@ class Chain:
             [arguments.program, "serve", "--listen", "127.0.0.1:0",
              "--elf", arguments.actuator_board, "--comm-elf", arguments.comm_board],
             stdout=subprocess.PIPE, text=True)
-        port = re.search(r"127\.0\.0\.1:(\d+)", self.process.stdout.readline())[1]
         self.network = canopen.Network()
         self.network.NOTIFIER_CYCLE = 0.005
-        self.network.connect(
-            interface="slcan", channel=f"socket://127.0.0.1:{port}", bitrate=1_000_000, sleep_after_open=0)
         self.node = self.network.add_node(BaseNode402(1, arguments.sheet))
         self.node.sdo.RESPONSE_TIMEOUT = 2
         self.samples = []
 
-    def close(self):
+    def __enter__(self):
+        try:
+            port = re.search(r"127\.0\.0\.1:(\d+)", self.process.stdout.readline())[1]
+            self.network.connect(
+                interface="slcan", channel=f"socket://127.0.0.1:{port}", bitrate=1_000_000, sleep_after_open=0)
+        except BaseException:
+            self.__exit__()
+            raise
+        return self
+
+    def __exit__(self, *_):
         self.network.disconnect()
-        self.process.terminate()
+        self.process.kill()
         self.process.wait()
         self.process.stdout.close()
 
@@ -108,15 +115,12 @@ def run(arguments, name):
     """The greatest difference moving and standing, deg, and how many samples were lost."""
     wanted = simulate(arguments.program, "--input", name)
     commands_deg = [float(row["command"]) for row in wanted[::5]]
-    chain = Chain(arguments)
-    try:
+    with Chain(arguments) as chain:
         chain.set_up()
         chain.command([0.0] * 10)
         chain.samples.clear()
         chain.command(commands_deg)
         rows, lost = in_order(chain.samples)
-    finally:
-        chain.close()
     with tempfile.TemporaryDirectory() as folder:
         folder = pathlib.Path(arguments.csv or folder)
         file = folder / f"{name}.csv"

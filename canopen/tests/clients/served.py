@@ -23,9 +23,12 @@ class Bench(unittest.TestCase):
 
     def setUp(self):
         self.process = subprocess.Popen(self.command(), stdout=subprocess.PIPE, text=True)
+        # Also where the rest of this method fails.
+        self.addCleanup(self.stop)
         self.port = re.search(r"127\.0\.0\.1:(\d+)", self.process.stdout.readline())[1]
         self.frames = []
         self.network = self.connect()
+        self.addCleanup(self.network.disconnect)
         self.node = self.network.add_node(self.master())
         self.network.subscribe(0x700 + self.node.id, lambda *frame: self.frames.append(frame))
         self.node.sdo.RESPONSE_TIMEOUT = 2
@@ -37,8 +40,7 @@ class Bench(unittest.TestCase):
             interface="slcan", channel=f"socket://127.0.0.1:{self.port}", bitrate=self.bitrate, sleep_after_open=0)
         return network
 
-    def tearDown(self):
-        self.network.disconnect()
+    def stop(self):
         self.process.kill()
         self.process.wait()
         self.process.stdout.close()

@@ -1,6 +1,11 @@
 //! `actuator board`: the ELF on the emulated board, as somebody at a terminal sees it.
 
-use std::{collections::HashMap, path::Path};
+use std::collections::HashMap;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
 
 use super::Desk;
 
@@ -99,4 +104,81 @@ fn a_program_that_speaks_canopen_is_sent_to_where_it_is_understood() {
         .failure();
     let message = String::from_utf8_lossy(&output.get_output().stderr).into_owned();
     assert!(message.contains("actuator serve --elf"), "{message}");
+}
+
+/// `actuator serve --elf`, until it is dropped.
+struct Chain {
+    process: Child,
+    address: String,
+}
+
+impl Chain {
+    fn new() -> Self {
+        let mut process = Command::new(assert_cmd::cargo::cargo_bin!("actuator"))
+            .args(["serve", "--listen", "127.0.0.1:0", "--elf"])
+            .arg(board_elf::board_elf())
+            .arg("--comm-elf")
+            .arg(board_elf::comm_board_elf())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("it starts");
+        let mut line = String::new();
+        let mut out = BufReader::new(process.stdout.as_mut().expect("piped"));
+        out.read_line(&mut line).expect("a line");
+        let rest = line.strip_prefix("ready: slcan at ").expect("it is ready");
+        let (address, what) = rest.split_once(", ").expect("an address");
+        assert_eq!(what, "1 emulated actuator with node-ID 1\n");
+        Self {
+            address: address.to_owned(),
+            process,
+        }
+    }
+
+    fn client(&self) -> TcpStream {
+        let client = TcpStream::connect(&self.address).expect("it listens");
+        let timeout = Some(Duration::from_secs(20));
+        client.set_read_timeout(timeout).expect("a socket");
+        client
+    }
+}
+
+impl Drop for Chain {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+/// Says this, and hears so much.
+fn talk(client: &mut TcpStream, said: &[u8], heard: &[u8]) {
+    client.write_all(said).expect("it is there");
+    let mut bytes = vec![0; heard.len()];
+    client.read_exact(&mut bytes).expect("it answers");
+    assert_eq!(bytes, heard);
+}
+
+#[test]
+fn the_serial_line_of_the_chain_has_one_client_at_a_time() {
+    let mut chain = Chain::new();
+    let mut first = chain.client();
+    // Version; then the bus, and the identity of node 1 by SDO.
+    talk(&mut first, b"V\r", b"V1013\r");
+    talk(&mut first, b"S8\rO\rt60184018100200000000\r", b"\r\rz\r");
+    let mut second = chain.client();
+    assert_eq!(second.read(&mut [0]).expect("it is refused"), 0);
+    talk(&mut first, b"", b"t58184318100241530000\r");
+    drop(first);
+    let mut third = chain.client();
+    talk(&mut third, b"C\rN\r", b"\rN0001\r");
+    chain.process.kill().expect("it runs");
+    let mut log = String::new();
+    let pipe = chain.process.stderr.as_mut().expect("piped");
+    pipe.read_to_string(&mut log).expect("text");
+    assert_eq!(
+        log.matches("is refused: the serial line of the communication board")
+            .count(),
+        1,
+        "{log}"
+    );
 }

@@ -204,3 +204,20 @@ fn a_plot_of_more_rows_than_fit_into_memory_is_refused() {
     let message = "the plot would have 10000000 rows, expected at most 2000000";
     desk.assert_error("simulate board --duration 10000 --plot p.svg", 2, message);
 }
+
+#[test]
+fn a_chain_needs_both_programs_and_the_emulator() {
+    let desk = Desk::new();
+    desk.assert_error("serve --elf actuator-board", 2, "--comm-elf <FILE>");
+    desk.assert_error("serve --comm-elf comm-board", 2, "--elf <FILE>");
+    let missing = if cfg!(feature = "board") {
+        "actuator-board: "
+    } else {
+        "this program was built without the emulator; one that has it is built by `cargo build"
+    };
+    desk.assert_error(
+        "serve --elf no/actuator-board --comm-elf no/comm-board",
+        2,
+        missing,
+    );
+}

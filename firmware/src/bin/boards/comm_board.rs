@@ -44,7 +44,7 @@ mod app {
 
     use crate::{
         comm::{
-            adapter::{Commands, FRAMES, Gateway, Stamped},
+            adapter::{FRAMES, Gateway, Stamped},
             can_bus::CanBus,
             serial::{INCOMING, OUTGOING, Serial},
             stopwatch::{Millisecond, Stopwatch},
@@ -83,7 +83,7 @@ mod app {
         let (frames, received) = cx.local.frame_queue.split();
         let shared = Shared {
             can: CanBus::new(board.can),
-            gateway: Gateway::new(Commands(commands), received, said),
+            gateway: Gateway::new(commands, received, said),
         };
         let local = Local {
             serial: Serial::new(board.usart, heard, to_say),

@@ -84,15 +84,15 @@ impl Visitors {
 
 impl Door for Visitors {
     fn read(&mut self, bytes: &mut [u8]) -> usize {
-        self.let_in();
-        let Some(client) = &mut self.client else {
-            return 0;
-        };
-        match client.read(bytes) {
-            Ok(count) if count > 0 => return count,
-            Err(error) if is_nothing(error.kind()) => return 0,
-            _ => self.client = None,
+        if let Some(client) = &mut self.client {
+            match client.read(bytes) {
+                Ok(count) if count > 0 => return count,
+                Err(error) if is_nothing(error.kind()) => {}
+                _ => self.client = None,
+            }
         }
+        // Only now: who has said goodbye is gone before the next one is looked at.
+        self.let_in();
         0
     }
 

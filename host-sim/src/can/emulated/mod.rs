@@ -30,7 +30,7 @@ const LOOK_NS: u64 = 500_000;
 /// Bytes that wait for the line: more are left to the operating system, which holds the client back.
 const MOST_WAITING: usize = 256;
 
-/// Bytes that wait for a client that does not read: what comes then is lost for it, as at a serial port.
+/// Bytes that wait for a client that does not read: lines that come then are lost for it.
 const MOST_UNREAD: usize = 1 << 16;
 
 /// Centuries.
@@ -57,7 +57,7 @@ impl Programs {
 }
 
 /// Runs one board for each of these rigs, with node-IDs and serial numbers from 1, and the communication board, until
-/// `stop` is set.
+/// `stop` is set; calls `ready` once all have started.
 ///
 /// # Errors
 /// What the emulator refuses.
@@ -65,6 +65,7 @@ pub fn serve(
     programs: &Programs,
     rigs: &[RigOptions],
     door: Box<dyn Door>,
+    ready: Box<dyn FnOnce() + Send>,
     stop: &Arc<AtomicBool>,
 ) -> Result<(), String> {
     let bus = SharedBus::new(Vec::new(), rigs.len() + 1).in_real_time();
@@ -80,7 +81,13 @@ pub fn serve(
         }
         let end = ends.next();
         let whole = Whole(stop);
-        let mut done = end.map_or(Ok(()), |end| run_desk(&programs.comm, end, door, stop));
+        let line = Line {
+            door,
+            unread: Vec::new(),
+            is_skipping: false,
+            ready: Some(ready),
+        };
+        let mut done = end.map_or(Ok(()), |end| run_desk(&programs.comm, end, line, stop));
         drop(whole);
         for board in boards {
             let ended = board
@@ -145,7 +152,7 @@ fn identity(number: i32) -> Vec<(u64, Vec<u8>)> {
 fn run_desk(
     program: &Firmware,
     bus: BusEnd,
-    door: Box<dyn Door>,
+    line: Line,
     stop: &Arc<AtomicBool>,
 ) -> Result<(), String> {
     let options = CommOptions {
@@ -153,10 +160,6 @@ fn run_desk(
         look_ns: LOOK_NS,
         until_ns: FOR_EVER_NS,
         interrupt: Some(Arc::clone(stop)),
-    };
-    let line = Line {
-        door,
-        unread: Vec::new(),
     };
     let finished = run_comm(program, options, line).map_err(|error| error.to_string())?;
     report("communication board", &finished.resets, &finished.gaps);
@@ -167,20 +170,45 @@ fn run_desk(
 struct Line {
     door: Box<dyn Door>,
     unread: Vec<u8>,
+    is_skipping: bool,
+    /// Called once the boards have started.
+    ready: Option<Box<dyn FnOnce() + Send>>,
+}
+
+/// All boards have started by then, ns.
+const STARTED_NS: u64 = 50_000_000;
+
+impl Line {
+    /// Keeps a byte for the client; one that does not read loses whole lines.
+    fn keep(&mut self, byte: u8) {
+        if self.is_skipping {
+            self.is_skipping = byte != b'\r';
+            return;
+        }
+        self.unread.push(byte);
+        if self.unread.len() > MOST_UNREAD {
+            let whole = self.unread.iter().rposition(|byte| *byte == b'\r');
+            self.unread.truncate(whole.map_or(0, |end| end + 1));
+            self.is_skipping = byte != b'\r';
+        }
+    }
 }
 
 impl Desk for Line {
     fn at_look(&mut self, view: &mut CommView<'_>) -> Flow {
         let now_ns = view.now_ns();
+        if now_ns >= STARTED_NS
+            && let Some(ready) = self.ready.take()
+        {
+            ready();
+        }
         let Some(serial) = view.serial() else {
             return Flow::End;
         };
-        let said = serial.take_heard().into_iter().map(|(_, byte)| byte);
-        self.unread.extend(said);
-        self.door.write(&mut self.unread);
-        if self.unread.len() > MOST_UNREAD {
-            self.unread.clear();
+        for (_, byte) in serial.take_heard() {
+            self.keep(byte);
         }
+        self.door.write(&mut self.unread);
         let mut bytes = [0; MOST_WAITING];
         if serial.waiting() < MOST_WAITING {
             let count = self.door.read(&mut bytes);

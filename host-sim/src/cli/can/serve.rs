@@ -102,8 +102,10 @@ impl Serve {
                 (Box::new(Visitors::new(listener)), place)
             }
         };
-        self.ready(&place)?;
-        emulated::serve(&programs, &rigs, door, stop).map_err(Error::Board)
+        let line = self.ready_line(&place);
+        // Who does not read the line is served all the same.
+        let ready = move || drop(print(&line));
+        emulated::serve(&programs, &rigs, door, Box::new(ready), stop).map_err(Error::Board)
     }
 
     #[cfg(all(feature = "board", unix))]
@@ -145,6 +147,10 @@ impl Serve {
     }
 
     fn ready(&self, place: &str) -> Result<(), Error> {
+        print(&self.ready_line(place))
+    }
+
+    fn ready_line(&self, place: &str) -> String {
         let ids = match (self.unconfigured, self.nodes) {
             (true, _) => "without node-IDs".to_owned(),
             (_, 1) => "with node-ID 1".to_owned(),
@@ -156,10 +162,10 @@ impl Serve {
             "actuators"
         };
         let kind = if self.elf.is_some() { "emulated " } else { "" };
-        print(&format!(
+        format!(
             "ready: slcan at {place}, {} {kind}{what} {ids}\n",
             self.nodes
-        ))
+        )
     }
 }
 

@@ -20,13 +20,10 @@ const FOR_ANSWERS: usize = 64;
 /// The longest line fits.
 const ROOM: usize = 36;
 
-/// Bytes from the line.
-pub struct Commands(pub Consumer<'static, u8, INCOMING>);
-
 /// The adapter between its queues.
 pub struct Gateway {
     adapter: Adapter,
-    commands: Commands,
+    commands: Consumer<'static, u8, INCOMING>,
     frames: Consumer<'static, Stamped, FRAMES>,
     said: Producer<'static, u8, OUTGOING>,
     /// The time of the last millisecond since the start, us.
@@ -36,7 +33,7 @@ pub struct Gateway {
 impl Gateway {
     /// A closed adapter.
     pub fn new(
-        commands: Commands,
+        commands: Consumer<'static, u8, INCOMING>,
         frames: Consumer<'static, Stamped, FRAMES>,
         said: Producer<'static, u8, OUTGOING>,
     ) -> Self {
@@ -75,7 +72,7 @@ impl Gateway {
     pub fn obey(&mut self, mut receive: impl FnMut(&mut Adapter, u8) -> Option<Text>) -> bool {
         let mut has_said = false;
         while self.room() >= ROOM {
-            let Some(byte) = self.commands.0.dequeue() else {
+            let Some(byte) = self.commands.dequeue() else {
                 break;
             };
             if let Some(answer) = receive(&mut self.adapter, byte) {
