@@ -77,8 +77,8 @@ class Chain:
         node = self.node
         for sub, limit in ((1, -150_000), (2, 150_000)):
             node.sdo.download(0x607D, sub, struct.pack("<i", limit))
-        node.tpdo.read()
-        node.rpdo.read()
+        node.nmt.state = "OPERATIONAL"
+        node.setup_402_state_machine()
         pdo = node.tpdo[4]
         pdo.clear()
         for name in ("Position demand value", "Sample stamp.Sample counter", "Compact telemetry.Angle"):
@@ -86,8 +86,6 @@ class Chain:
         pdo.trans_type, pdo.event_timer, pdo.enabled = 254, 4, True
         pdo.save()
         pdo.add_callback(lambda pdo: self.samples.append(struct.unpack("<iHh", bytes(pdo.data))))
-        node.nmt.state = "OPERATIONAL"
-        node.setup_402_state_machine()
         node.op_mode = "CYCLIC SYNCHRONOUS POSITION"
         node.state = "OPERATION ENABLED"
 
