@@ -111,7 +111,9 @@ pub fn load(flash: &impl Flash) -> Loaded {
 /// ```
 #[must_use]
 pub fn first_page<S: Stored>(set: &S) -> S::Page {
-    Image::new(1, set).into_words()
+    let mut image = Image::blank();
+    image.fill(1, set);
+    image.into_words()
 }
 
 /// As [`load`], of any kind of set.

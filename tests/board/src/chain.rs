@@ -1,6 +1,5 @@
 //! The whole chain: somebody at the serial line of the communication board, and actuator boards on its bus.
 
-use std::sync::OnceLock;
 use std::thread;
 
 use firmware::drive::Set;
@@ -8,21 +7,12 @@ use firmware::store::{Stored, first_page};
 use virtual_board::can::Sent;
 use virtual_board::flash::Sector;
 use virtual_board::run::{
-    CommFinished, CommOptions, Company, Desk, Finished, Firmware, Options, Script, SharedBus,
-    run_comm, run_with,
+    CommFinished, CommOptions, Company, Desk, Finished, Options, Script, SharedBus, run_comm,
+    run_with,
 };
 
-use crate::board_elf::board_elf;
+use crate::canopen;
 use crate::comm::{LOOK_NS, comm_firmware};
-
-/// The program of the actuator boards, which speaks CANopen.
-///
-/// # Panics
-/// If it does not build.
-pub fn canopen_firmware() -> &'static Firmware {
-    static FIRMWARE: OnceLock<Firmware> = OnceLock::new();
-    FIRMWARE.get_or_init(|| Firmware::read(board_elf()).expect("an ELF file"))
-}
 
 /// What the flash holds of a set that was saved.
 ///
@@ -69,7 +59,7 @@ where
             ..Company::default()
         };
         threads.push(thread::spawn(move || {
-            run_with(canopen_firmware(), options, script, company).expect("it runs")
+            run_with(canopen::firmware(), options, script, company).expect("it runs")
         }));
     }
     let options = CommOptions {
