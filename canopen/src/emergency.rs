@@ -1,6 +1,7 @@
 //! Emergency object, error register and history (CiA 301, 7.2.7).
 
 use crate::Abort;
+use crate::instant::later;
 use crate::message::{IDENTIFIER, Message, assignable};
 use crate::ring::Ring;
 
@@ -215,7 +216,7 @@ impl Service {
             return None;
         }
         let data = self.queue.pop()?;
-        self.free_us = now_us.saturating_add(u64::from(self.inhibit_100us) * 100);
+        self.free_us = later(now_us, u64::from(self.inhibit_100us) * 100);
         Some(Message::new(self.cob_id & IDENTIFIER, &data))
     }
 

@@ -1,6 +1,7 @@
 //! Heartbeat producer and consumer (CiA 301, 7.2.8.3.2).
 
 use crate::Abort;
+use crate::instant::later;
 
 /// How many nodes can be watched; the dictionary says how many 1016h shows.
 pub(crate) const CONSUMERS: usize = 8;
@@ -14,6 +15,7 @@ pub(crate) struct Producer {
 }
 
 impl Producer {
+    #[cfg_attr(target_os = "none", inline(never))]
     pub const fn new() -> Self {
         Self {
             period_ms: 0,
@@ -29,14 +31,14 @@ impl Producer {
     /// The first heartbeat under a new period goes out at once.
     pub fn set_period(&mut self, period_ms: u16, now_us: u64) {
         self.period_ms = period_ms;
-        self.due_us = now_us.saturating_add(self.period_us());
+        self.due_us = later(now_us, self.period_us());
         self.pending = period_ms != 0;
     }
 
     /// After boot-up, which stands for the first heartbeat.
     pub fn restart(&mut self, now_us: u64) {
         self.pending = false;
-        self.due_us = now_us.saturating_add(self.period_us());
+        self.due_us = later(now_us, self.period_us());
     }
 
     /// The state changed: the network learns it at once.
@@ -62,12 +64,13 @@ impl Producer {
 }
 
 /// The next point of a grid, or one period from now where more than one was missed.
+#[cfg_attr(target_os = "none", inline(never))]
 pub(crate) fn next_on_grid(due_us: u64, period_us: u64, now_us: u64) -> u64 {
-    let next = due_us.saturating_add(period_us);
+    let next = later(due_us, period_us);
     if next > now_us {
         next
     } else {
-        now_us.saturating_add(period_us)
+        later(now_us, period_us)
     }
 }
 
@@ -112,7 +115,7 @@ impl Consumer {
         if !self.active() || self.node() != node {
             return None;
         }
-        self.deadline_us = now_us.saturating_add(self.time_us());
+        self.deadline_us = later(now_us, self.time_us());
         // A boot-up is no heartbeat: the producer starts anew, and so does watching it.
         if state == 0 {
             if self.watch == Watch::Alive {
@@ -141,6 +144,7 @@ impl Consumer {
 pub(crate) struct Consumers([Consumer; CONSUMERS]);
 
 impl Consumers {
+    #[cfg_attr(target_os = "none", inline(never))]
     pub const fn new() -> Self {
         let unused = Consumer {
             word: 0,

@@ -53,6 +53,7 @@ pub mod dictionary;
 mod emergency;
 mod frame;
 mod heartbeat;
+mod instant;
 mod lss;
 mod message;
 mod nmt;

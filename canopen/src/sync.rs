@@ -2,6 +2,7 @@
 
 use crate::Abort;
 use crate::heartbeat::next_on_grid;
+use crate::instant::later;
 use crate::message::{IDENTIFIER, Message, assignable};
 
 /// Bit 30 of 1005h: the node generates SYNC.
@@ -29,6 +30,7 @@ pub(crate) struct Sync {
 }
 
 impl Service {
+    #[cfg_attr(target_os = "none", inline(never))]
     pub const fn new() -> Self {
         Self {
             // Before 1005h is set there is nothing to receive: NMT's identifier never gets here.
@@ -117,7 +119,7 @@ impl Service {
         self.cob_id = new & !(1 << 31);
         self.counter = 0;
         self.pending = false;
-        self.due_us = now_us.saturating_add(u64::from(self.period_us));
+        self.due_us = later(now_us, u64::from(self.period_us));
         Ok(())
     }
 
@@ -127,7 +129,7 @@ impl Service {
 
     pub fn set_period(&mut self, period_us: u32, now_us: u64) {
         self.period_us = period_us;
-        self.due_us = now_us.saturating_add(u64::from(period_us));
+        self.due_us = later(now_us, u64::from(period_us));
         self.counter = 0;
     }
 

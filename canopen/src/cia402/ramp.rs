@@ -175,10 +175,12 @@ const fn top(limits: &Limits) -> i64 {
     if top < TOP { top } else { TOP }
 }
 
+#[cfg_attr(target_os = "none", inline(never))]
 fn bounded(value: i64, bound: i64) -> i64 {
     value.max(-bound).min(bound)
 }
 
+#[cfg_attr(target_os = "none", inline(never))]
 const fn saturate(value: i64) -> i32 {
     if value > i32::MAX as i64 {
         i32::MAX
@@ -190,6 +192,7 @@ const fn saturate(value: i64) -> i32 {
 }
 
 /// By how much an acceleration changes the velocity in a period: at most 2^32 * 10^6 / 1000.
+#[cfg_attr(target_os = "none", inline(never))]
 fn change(acceleration: u32, period_us: u32) -> i64 {
     (i64::from(acceleration) * i64::from(period_us.min(PERIOD_MAX_US)) / 1000).max(1)
 }

@@ -8,6 +8,7 @@ pub(super) struct Held {
 
 impl Held {
     /// Whether it has held for `time_ms` by now; one period counts from its beginning.
+    #[cfg_attr(target_os = "none", inline(never))]
     pub fn step(&mut self, holds: bool, time_ms: u16, period_us: u32) -> bool {
         if !holds {
             self.time_us = 0;

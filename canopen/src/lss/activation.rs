@@ -1,6 +1,7 @@
 //! Activate bit timing: the whole network changes its bit rate at once.
 
 use crate::application::{Application, BitRate};
+use crate::instant::later;
 
 /// A change of the bit rate under way: silence, the change, silence of the same length.
 #[derive(Clone, Copy, Debug)]
@@ -16,7 +17,7 @@ impl Activation {
         Self {
             bit_rate: Some(bit_rate),
             delay_us,
-            until_us: now_us.saturating_add(delay_us),
+            until_us: later(now_us, delay_us),
         }
     }
 
@@ -29,7 +30,7 @@ impl Activation {
             return true;
         };
         app.set_bit_rate(bit_rate);
-        self.until_us = now_us.saturating_add(self.delay_us);
+        self.until_us = later(now_us, self.delay_us);
         self.delay_us == 0
     }
 }

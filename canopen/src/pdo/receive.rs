@@ -1,6 +1,7 @@
 //! RPDO: from the bus into the object dictionary.
 
 use super::{Channel, Direction};
+use crate::instant::later;
 use crate::message::Message;
 
 /// One RPDO.
@@ -24,6 +25,7 @@ pub(crate) enum Received {
 }
 
 impl Rpdo {
+    #[cfg_attr(target_os = "none", inline(never))]
     pub const fn new() -> Self {
         Self {
             channel: Channel::new(Direction::Receive),
@@ -43,7 +45,7 @@ impl Rpdo {
             return Received::TooShort;
         }
         let timer = self.channel.event_us();
-        self.deadline_us = (timer != 0).then(|| now_us.saturating_add(timer));
+        self.deadline_us = (timer != 0).then(|| later(now_us, timer));
         if self.channel.synchronous() {
             self.waiting = Some(message.data);
             return Received::Waits;

@@ -2,6 +2,7 @@
 
 use super::{Channel, Direction};
 use crate::heartbeat::next_on_grid;
+use crate::instant::later;
 use crate::message::Message;
 
 /// One TPDO. It is sampled when it is triggered, and waits for the bus then.
@@ -24,6 +25,7 @@ pub(crate) struct Tpdo {
 }
 
 impl Tpdo {
+    #[cfg_attr(target_os = "none", inline(never))]
     pub const fn new() -> Self {
         Self {
             channel: Channel::new(Direction::Transmit),
@@ -49,7 +51,7 @@ impl Tpdo {
     }
 
     pub fn restart_timer(&mut self, now_us: u64) {
-        self.due_us = now_us.saturating_add(self.channel.event_us());
+        self.due_us = later(now_us, self.channel.event_us());
     }
 
     pub fn request(&mut self) {
@@ -73,7 +75,7 @@ impl Tpdo {
             return false;
         }
         self.requested = false;
-        self.free_us = now_us.saturating_add(u64::from(self.channel.inhibit_100us) * 100);
+        self.free_us = later(now_us, u64::from(self.channel.inhibit_100us) * 100);
         true
     }
 

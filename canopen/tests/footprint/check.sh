@@ -5,7 +5,7 @@ cd "$(dirname "$0")/../../.."
 
 target=thumbv7em-none-eabihf
 # Bytes of code with the drive profile, the memory and division routines, and what calls it here; without the dictionary.
-most=23040
+most=22528
 
 cargo build --quiet --locked --profile board -p canopen-footprint --target "$target"
 elf=target/$target/board/canopen-footprint
