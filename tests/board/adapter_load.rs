@@ -1,7 +1,8 @@
 //! The communication board on a bus that is never free.
 
-use board_tests::comm::{Talk, one_each_ms, talk};
+use board_tests::comm::{Client, Talk, one_each_ms, run_desk, talk};
 use virtual_board::can::{Frame, Id, Outcome, Port};
+use virtual_board::run::SharedBus;
 
 /// From here on the bus is full, ms.
 const FROM_MS: u64 = 20;
@@ -125,6 +126,29 @@ fn what_the_line_cannot_carry_is_told_and_what_comes_is_whole() {
     );
     let last = came.last().expect("some came");
     assert!(*last > COUNT - 600, "{last}: it recovers by itself");
+}
+
+/// In real time boards meet seldom: several frames begin and end in between.
+#[test]
+fn in_real_time_too_every_frame_comes_once() {
+    const COUNT: u32 = 1500;
+    let frame = |number: u32| Frame::data_frame(Id::Standard(0x555), &number.to_be_bytes());
+    let mut port = Port::at_rate(1_000_000);
+    for number in 0..COUNT {
+        port.send(
+            FROM_MS * 1_000_000 + 137_000 * u64::from(number),
+            frame(number),
+        );
+    }
+    let bus = SharedBus::new(vec![port, Port::at_rate(1_000_000)], 1).in_real_time();
+    let client = Client::new(one_each_ms(&["S8\r", "O\r"]));
+    let finished = run_desk(&bus, client, FROM_MS + 220);
+    let lines = finished.script.lines();
+    let frames = lines
+        .iter()
+        .filter_map(|(_, line)| line.strip_prefix("t5554"));
+    let came = frames.map(|data| u32::from_str_radix(data, 16).expect("a number"));
+    assert!(came.eq(0..COUNT));
 }
 
 /// What a client sends as fast as its line can reaches the bus, or is refused at once.

@@ -37,6 +37,8 @@ class Served(Bench):
     options = ()
     # That of new boards; the native bus has none.
     bitrate = 1_000_000
+    # A busy computer emulates slower than real time.
+    patience = 8 if ELF else 2
 
     def command(self):
         return [PROGRAM, "serve", "--listen", "127.0.0.1:0", "--nodes", "2", *ELF, *self.options]
@@ -106,11 +108,10 @@ class Transfers(Served):
     def test_a_capture_comes_in_segments_and_in_blocks(self):
         sdo = self.node.sdo
         sdo["Capture"]["Control"].raw = 1
-        time.sleep(2.8)
+        self.wait_for(lambda: sdo["Capture"]["Records captured"].raw > 600, "2.4 s of capture")
         sdo["Capture"]["Control"].raw = 0
         records, size = sdo["Capture"]["Records captured"].raw, sdo["Capture"]["Record size"].raw
         self.assertEqual(size, 24)
-        self.assertGreater(records, 600)
         with sdo["Capture data"].open("rb", block_transfer=True, request_crc_support=True) as blocks:
             data = blocks.read()
         self.assertEqual(len(data), records * size)
@@ -162,7 +163,8 @@ class ProcessData(Served):
         samples, frames = counter.raw - before & 0xFFFF, len(seen[2]) - begun
         # By the actuator's own count none is lost; the clock of a busy computer allows itself more.
         self.assertAlmostEqual(samples, frames, delta=2)
-        self.assertTrue(230 <= samples <= 270, samples)
+        if not ELF:
+            self.assertTrue(230 <= samples <= 270, samples)
         self.assertAlmostEqual(len(seen[2]) / len(seen[3]), 5, delta=0.5)
 
     def test_a_pdo_is_mapped_anew(self):
@@ -196,6 +198,7 @@ class Drive(DriveTests, Served):
 
     def setUp(self):
         super().setUp()
+        self.node.TIMEOUT_CHECK_TPDO = self.patience
         self.node.nmt.state = "OPERATIONAL"
         self.node.setup_402_state_machine()
 

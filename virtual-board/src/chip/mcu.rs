@@ -112,6 +112,12 @@ impl Chip {
         }
     }
 
+    /// Ends the frame on a shared wire whose time is over, so that what the controller offers is up to date.
+    pub fn end_frame(&mut self, at: VirtualNanos) {
+        let (registers, mut context) = self.part.bus_mut().drive(at, self.can_slot);
+        self.can.proceed(registers, &mut context);
+    }
+
     /// A contest was held on a shared wire, and this frame has been on it since `began_ns`, until `ends_ns`; `index` is
     /// the controller's own among the stations.
     pub fn begin_frame(

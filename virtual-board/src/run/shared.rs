@@ -200,6 +200,8 @@ impl BusEnd {
         if at.0 < self.next_ns {
             return;
         }
+        // A frame that was noticed late ends in the instant in which the next one may begin.
+        chip.end_frame(at);
         let attending = Attending {
             station: chip.can.station(at.0),
             since_ns: chip.can.offers_since_ns(),
