@@ -81,13 +81,12 @@ macro_rules! groups {
                 let _ = rest;
             }
 
-            /// The same with other integers.
+            /// Takes all integers, in place: the whole of them is much for a stack.
             #[inline(never)]
-            fn with_integers(mut self, integers: &[i32; INTEGERS]) -> Self {
+            fn take_all(&mut self, integers: &[i32; INTEGERS]) {
                 let rest = integers.as_slice();
                 $(let rest = self.$field.take(rest);)+
                 let _ = rest;
-                self
             }
 
             /// What is known of a parameter; `None` beyond the last one.
@@ -179,7 +178,7 @@ impl BoardParameters {
                 if !range.takes(value) {
                     return false;
                 }
-                *self = self.with_integers(&integers);
+                self.take_all(&integers);
                 true
             }
         }
