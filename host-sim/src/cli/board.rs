@@ -23,7 +23,7 @@ use crate::error::Error;
 /// Runs the board's program on the emulated board, around the bench.
 ///
 /// What is typed goes to the board by its CAN bus: an angle in degrees commands it, and `enable`,
-/// `disable`, `stop`, `ack`, `save` are orders; `capture start` and `capture stop` begin and end the
+/// `disable`, `stop`, `ack`, `save` are orders, and enabled it goes to 0 deg until an angle is typed; `capture start` and `capture stop` begin and end the
 /// board's capture, `capture save FILE` writes it for `identify`; `servo 1500` sends servo pulses,
 /// `servo off` ends them; `end` ends the run. The angle is commanded twenty times a second.
 #[derive(Debug, Args)]
@@ -185,6 +185,10 @@ impl Session {
             Command::Angle(deg) => self.angle_deg = Some(deg),
             Command::SaveCapture(path) => self.saving = Some(Saving::new(path)),
             Command::Order(order) => {
+                // Without a command the loop would be opened again by the command timeout.
+                if order == console::ENABLE {
+                    self.angle_deg.get_or_insert(0.0);
+                }
                 if let Some(port) = view.port(0) {
                     port.send(now_ns, console::frame(self.angle_deg.unwrap_or(0.0), order));
                 }

@@ -11,7 +11,7 @@ use super::Desk;
 
 #[path = "../../../tests/src/board_elf.rs"]
 #[allow(dead_code, reason = "the other program is not needed here")]
-mod board_elf;
+pub mod board_elf;
 
 /// A PWM period, by the names of the columns; what is not known is none.
 type Row = HashMap<String, Option<f64>>;
@@ -56,6 +56,14 @@ fn every_pwm_period_is_a_row_and_the_shaft_goes_where_it_is_told() {
     // Enabled, no fault, from 6 V.
     let rest = ["supply_v", "state", "fault"].map(|name| value(last, name));
     assert_eq!(rest, [6.0, 2.0, 0.0]);
+}
+
+#[test]
+fn enabled_it_stays_so_before_an_angle_is_typed() {
+    let rows = csv(&Desk::new(), "--for 1", "enable\n");
+    let last = rows.last().expect("a row");
+    let told = ["state", "fault"].map(|name| value(last, name));
+    assert_eq!(told, [2.0, 0.0], "{last:?}");
 }
 
 #[test]

@@ -5,6 +5,8 @@ mod board;
 mod bus;
 mod errors;
 mod fmu;
+#[cfg(feature = "board")]
+mod gdb;
 mod identify;
 mod input_file;
 mod parameters;

@@ -24,6 +24,9 @@ pub(super) enum Command {
 /// The request of a frame that only commands.
 pub(super) const NO_ORDER: u8 = 0;
 
+/// The order that closes the loop.
+pub(super) const ENABLE: u8 = 1;
+
 /// The command frame of node 1.
 const COMMAND: u16 = 0x201;
 
@@ -33,7 +36,7 @@ const GREATEST_DEG: f64 = 180.0;
 fn parse(line: &str) -> Result<Command, String> {
     let words: Vec<&str> = line.split_whitespace().collect();
     Ok(match words[..] {
-        ["enable"] => Command::Order(1),
+        ["enable"] => Command::Order(ENABLE),
         ["disable"] => Command::Order(2),
         ["stop"] => Command::Order(3),
         ["ack"] => Command::Order(4),
@@ -91,7 +94,7 @@ mod tests {
 
     #[test]
     fn lines_are_commands_or_say_what_was_expected() {
-        assert_eq!(parse("enable"), Ok(Command::Order(1)));
+        assert_eq!(parse("enable"), Ok(Command::Order(ENABLE)));
         assert_eq!(parse("-12.5"), Ok(Command::Angle(-12.5)));
         assert_eq!(parse("servo 1500"), Ok(Command::Servo(Some(1500.0))));
         assert_eq!(parse("servo off"), Ok(Command::Servo(None)));
