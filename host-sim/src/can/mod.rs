@@ -12,6 +12,7 @@ pub mod client;
 #[cfg(feature = "board")]
 pub mod emulated;
 pub mod link;
+pub mod motor_objects;
 pub mod names;
 pub mod native_node;
 pub mod sdo;

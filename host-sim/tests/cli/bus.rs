@@ -90,6 +90,48 @@ fn values_are_stored_and_restored() {
 }
 
 #[test]
+fn a_fitted_motor_becomes_the_model_beside_the_motor() {
+    let served = Served::new(&[]);
+    let desk = &served.desk;
+    desk.text("simulate board --plant bench --every 80 --csv run.csv");
+    desk.text(
+        "identify run.csv --model motor-m1 --fix winding_resistance_ohm=7.7 --fix supply_v=6 --starts 1 \
+         --parameters fitted.toml",
+    );
+    let fitted: toml::Table = desk.read("fitted.toml").parse().expect("TOML");
+    let fitted = |name: &str| fitted["set"][name].as_float().expect("a number");
+    let of_the_board = |object: &str| -> f64 {
+        let text = served.text(&format!("get {object}"));
+        let number = text.split(' ').next().expect("a number");
+        number.trim_end().parse().expect("a number")
+    };
+    served.text("set --parameters fitted.toml model-selection=1");
+    let ratio = fitted("gear_ratio");
+    let at_the_output = fitted("motor_inertia_kg_m2") * ratio * ratio;
+    for (object, expected) in [
+        ("2011:1", 7.7),
+        ("2011:2", fitted("torque_constant_nm_a")),
+        ("2011:3", ratio),
+        ("2011:4", at_the_output),
+        ("2011:5", fitted("viscous_friction_nm_s_deg").to_degrees()),
+        ("2011:6", fitted("coulomb_friction_nm")),
+        ("2010:2", 1.0),
+    ] {
+        let value = of_the_board(object);
+        // The objects are REAL32; the horn of the bench has 2e-6 kg m^2 of its own.
+        let near = 1e-6 * expected + if object == "2011:4" { 2.1e-6 } else { 1e-12 };
+        assert!(
+            (value - expected).abs() <= near,
+            "{object}: {value} {expected}"
+        );
+    }
+    desk.text("simulate black-box-1 --every 80 --csv simple.csv");
+    desk.text("identify simple.csv --model black-box-1 --starts 1 --parameters simple.toml");
+    let error = served.error("set --parameters simple.toml", 2);
+    assert!(error.contains("black-box-1"), "{error}");
+}
+
+#[test]
 fn what_cannot_be_done_says_why_by_text_and_status() {
     let served = Served::new(&[]);
     assert!(

@@ -1,5 +1,7 @@
 //! `actuator get`, `set`, `save` and `restore`.
 
+use std::path::{Path, PathBuf};
+
 use canopen_generator::{Access, Row};
 use clap::{Args, ValueEnum};
 use serde_json::json;
@@ -9,9 +11,13 @@ use super::super::{
     output::{print, print_table},
 };
 use super::{AtNode, print_json};
-use crate::can::names::{self, Value};
+use crate::can::{
+    motor_objects,
+    names::{self, Value},
+};
 use crate::error::Error;
 use crate::report::{Cell, Table};
+use crate::scenario::Scenario;
 
 /// Reads objects of an actuator, by name or index.
 ///
@@ -91,8 +97,12 @@ fn show(values: &[(&Row, Value)]) -> Result<(), Error> {
 #[derive(Debug, Args)]
 pub struct Set {
     /// Objects and their values, such as `607D:2=45000` or `profile-velocity=100000`
-    #[arg(required = true, value_name = "OBJECT=VALUE")]
+    #[arg(required_unless_present = "parameters", value_name = "OBJECT=VALUE")]
     values: Vec<String>,
+    /// A fitted motor or servo for the model that runs beside the motor, 2011h:1 to 6, as
+    /// `identify --parameters` writes it; `model-selection=1` starts that model
+    #[arg(long, value_name = "FILE")]
+    parameters: Option<PathBuf>,
     #[command(flatten)]
     at: AtNode,
 }
@@ -118,7 +128,10 @@ impl Set {
             Ok((row, names::encode(row, value.trim())?))
         });
         // All of them are looked at before one is written.
-        let writes = writes.collect::<Result<Vec<_>, Error>>()?;
+        let mut writes = writes.collect::<Result<Vec<_>, Error>>()?;
+        if let Some(path) = &self.parameters {
+            writes.splice(0..0, fitted(path)?);
+        }
         let mut client = self.at.open()?;
         for (row, bytes) in &writes {
             client.set(row, bytes)?;
@@ -129,6 +142,17 @@ impl Set {
         }
         Ok(())
     }
+}
+
+/// What a fitted motor makes of the objects 2011h, with a warning where they cannot tell all of it.
+fn fitted(path: &Path) -> Result<Vec<(&'static Row, Vec<u8>)>, Error> {
+    let settings = Scenario::read(path)?.settings()?;
+    let objects = motor_objects::of(&settings)?;
+    if let Some(warning) = motor_objects::left_out(&settings) {
+        eprintln!("warning: {warning}");
+    }
+    let bytes = |(row, value): (&'static Row, f64)| (row, (value as f32).to_le_bytes().to_vec());
+    Ok(objects.map(bytes).to_vec())
 }
 
 /// Which parameters.

@@ -1,0 +1,67 @@
+//! The objects of the model that runs beside the motor, 2011h, from a fitted motor or servo.
+
+use canopen_generator::Row;
+
+use super::names;
+use crate::{
+    error::Error,
+    settings::{PlantKind, Settings},
+};
+
+/// Each entry of 2011h that a fit tells, with its value for these settings, in its unit. The
+/// correction time, 2011h:7, is no property of the motor and stays as it is.
+///
+/// ```
+/// use host_sim::{can::motor_objects, settings::{ModelKind, PlantKind, Settings}};
+///
+/// let bench = Settings::new(ModelKind::Board, PlantKind::Bench);
+/// let (resistance, ohm) = motor_objects::of(&bench)?[0];
+/// assert_eq!((resistance.index, resistance.sub_index()), (0x2011, 1));
+/// assert_eq!(ohm, 7.7);
+/// assert!(motor_objects::of(&Settings::new(ModelKind::BlackBox1, PlantKind::FirstOrder)).is_err());
+/// # Ok::<(), host_sim::error::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Error::Conflict`] of a model that has no motor of its own.
+pub fn of(settings: &Settings) -> Result<[(&'static Row, f64); 6], Error> {
+    let value = |name: &str| {
+        let found = settings.values().find(|v| v.parameter.name == name);
+        found.map_or(0.0, |v| v.value)
+    };
+    if settings.plant != PlantKind::Bench {
+        return Err(Error::Conflict(format!(
+            "the parameters are those of {} with plant {}; the objects 2011h take those of a motor or servo, \
+             which `identify --model motor-m1 --parameters FILE` writes, for one",
+            settings.model, settings.plant
+        )));
+    }
+    let ratio = value("gear_ratio");
+    let pendulum = value("pendulum_mass_kg") * value("pendulum_length_m").powi(2);
+    let inertia =
+        value("motor_inertia_kg_m2") * ratio * ratio + value("load_inertia_kg_m2") + pendulum;
+    // Its friction is M1, and of one place.
+    let coulomb = value("coulomb_friction_nm") + value("bearing_friction_nm");
+    let viscous = value("viscous_friction_nm_s_deg").to_degrees();
+    Ok([
+        (names::find("2011:1")?, value("winding_resistance_ohm")),
+        (names::find("2011:2")?, value("torque_constant_nm_a")),
+        (names::find("2011:3")?, ratio),
+        (names::find("2011:4")?, inertia),
+        (names::find("2011:5")?, viscous),
+        (names::find("2011:6")?, coulomb),
+    ])
+}
+
+/// What of the friction the objects cannot tell, in words; `None` where they tell all of it.
+pub fn left_out(settings: &Settings) -> Option<String> {
+    let mut values = settings.values();
+    let friction = values.find(|v| v.parameter.name == "friction_model")?;
+    (friction.value > 1.0).then(|| {
+        format!(
+            "friction M{}: the objects 2011h take its Coulomb and viscous part alone; \
+             fit motor-m1 or servo-m1 for the best values of these two",
+            friction.value
+        )
+    })
+}
