@@ -74,6 +74,28 @@ fn overview(content: &Content<'_>) -> Section {
     section
 }
 
+/// Of more curves a figure cannot be read.
+const MOST_CURVES: usize = 6;
+
+/// The models whose curves are drawn: all of them, or of many the best that are whole.
+fn shown<'a>(content: &Content<'a>) -> Vec<&'a Assessment> {
+    let all = content.assessments;
+    if all.len() <= MOST_CURVES {
+        return all.iter().collect();
+    }
+    let place = |a: &Assessment| match content.ranking {
+        Some(ranking) => {
+            let mut ranks = ranking.ranks.iter();
+            ranks.position(|rank| std::ptr::eq(&all[rank.index], a))
+        }
+        None => Some(all.iter().filter(|b| b.fit.cost < a.fit.cost).count()),
+    };
+    let mut whole: Vec<&Assessment> = all.iter().filter(|a| a.name == a.fit.model).collect();
+    whole.sort_by_key(|a| place(a));
+    whole.truncate(MOST_CURVES);
+    whole
+}
+
 /// A figure for each recording of one kind, where there is one.
 fn data(
     page: Page,
@@ -86,8 +108,16 @@ fn data(
         return page;
     }
     let mut section = Section::new(title);
+    let shown = shown(content);
+    let (all, drawn) = (content.assessments.len(), shown.len());
+    if drawn < all {
+        section = section.text(format!(
+            "Of {all} models the curves are those of the best {drawn} from which nothing was left out; the \
+             table has all."
+        ));
+    }
     for index in 0..count {
-        let models = content.assessments.iter();
+        let models = shown.iter();
         let models = models.filter_map(|a| Some((a.name.as_str(), of(a).get(index)?)));
         section = section.figure(curves::figure(&models.collect::<Vec<_>>()));
     }

@@ -92,31 +92,35 @@ pub fn correlation(assessment: &Assessment) -> Table {
     table
 }
 
+/// The columns of [`quality`]; the last three where recordings were left out.
+const QUALITY: [(&str, &str); 11] = [
+    ("model", ""),
+    ("free parameters", ""),
+    ("fit", "%"),
+    ("VAF", "%"),
+    ("rms error", "deg"),
+    ("Theil", ""),
+    ("AIC", ""),
+    ("BIC", ""),
+    ("held-out fit", "%"),
+    ("held-out rms", "deg"),
+    ("held-out mean absolute", "deg"),
+];
+
 /// How good the models are on all recordings together.
 pub fn quality(assessments: &[Assessment]) -> Table {
-    let columns = [
-        ("model", ""),
-        ("free parameters", ""),
-        ("fit", "%"),
-        ("VAF", "%"),
-        ("rms error", "deg"),
-        ("Theil", ""),
-        ("AIC", ""),
-        ("BIC", ""),
-        ("held-out fit", "%"),
-        ("held-out rms", "deg"),
-        ("held-out mean", "deg"),
-    ];
+    let is_validated = assessments.iter().any(|a| !a.validation.is_empty());
+    let width = if is_validated { 11 } else { 8 };
     let caption = "Figures of merit over all recordings. Theil's inequality coefficient is good \
         below 0.25. AIC and BIC take the residuals for white; only their differences count.";
-    let mut table = Table::new(caption, &columns);
+    let mut table = Table::new(caption, &QUALITY[..width]);
     for a in assessments {
         let (fitted, held_out) = (overall(&a.experiments), overall(&a.validation));
         let number = |value: Option<f64>, decimals| match value {
             Some(value) => Cell::Number(value, decimals),
             None => Cell::None,
         };
-        table.push([
+        let row = [
             a.name.as_str().into(),
             Cell::Number(a.unknowns() as f64, 0),
             Cell::Number(a.fit.fit_percent, 2),
@@ -128,7 +132,8 @@ pub fn quality(assessments: &[Assessment]) -> Table {
             number(held_out.map(|q| q.fit_percent), 2),
             number(held_out.map(|q| q.rms_deg), 4),
             number(held_out.map(|q| q.mean_absolute_deg), 4),
-        ]);
+        ];
+        table.push(row.into_iter().take(width));
     }
     table
 }

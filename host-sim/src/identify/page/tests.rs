@@ -11,6 +11,15 @@ use crate::{
     settings::ModelKind,
 };
 
+fn page_of(comparison: &Comparison, second_opinion: &SecondOpinion) -> Page {
+    page(&Content {
+        assessments: &comparison.assessments,
+        ranking: Some(&comparison.ranking),
+        second_opinion,
+        notes: &[],
+    })
+}
+
 #[test]
 fn the_page_shows_every_recording_residual_and_parameter_and_loads_nothing() {
     let experiment = |input, seed| {
@@ -26,12 +35,7 @@ fn the_page_shows_every_recording_residual_and_parameter_and_loads_nothing() {
     let comparison = Comparison::of(&candidates, &fitted, &held_out, &options, &|_| {});
     let comparison = comparison.expect("they fit");
     let second_opinion = SecondOpinion::of(&fitted);
-    let page = page(&Content {
-        assessments: &comparison.assessments,
-        ranking: Some(&comparison.ranking),
-        second_opinion: &second_opinion,
-        notes: &[],
-    });
+    let page = page_of(&comparison, &second_opinion);
     let titles: Vec<&str> = page.figures().map(|f| f.title.as_str()).collect();
     assert_eq!(titles[..2], ["pulse", "3-2-1-1"]);
     let residuals = titles.iter().filter(|t| t.starts_with("Residuals of"));
@@ -53,4 +57,29 @@ fn the_page_shows_every_recording_residual_and_parameter_and_loads_nothing() {
     assert_eq!(pole["name"], "pole_rad_s");
     assert!((pole["estimate"].as_f64().expect("a number") - 30.0).abs() < 0.5);
     assert_eq!(pole["identifiable"], true);
+}
+
+#[test]
+fn of_many_models_the_curves_of_the_best_whole_ones_are_drawn() {
+    let recording = noisy(simulated(ModelKind::BlackBox1, "pulse", 80, &[]), 1);
+    let fitted = [Experiment::try_new(recording).expect("a recording")];
+    let models = ["black-box-2", "black-box-1"].map(|name| named(name).expect("a model"));
+    let candidates: Vec<_> = models.iter().flat_map(Candidate::forms).collect();
+    let options = Options {
+        starts: 2,
+        ..Options::default()
+    };
+    let comparison = Comparison::of(&candidates, &fitted, &[], &options, &|_| {});
+    let comparison = comparison.expect("they fit");
+    let page = page_of(&comparison, &SecondOpinion::of(&fitted));
+    let figure = page.figures().next().expect("a figure");
+    // By the BIC the simpler one is better.
+    let caption = &figure.caption;
+    let places = ["black-box-1: fit", "black-box-2: fit", "without"].map(|text| caption.find(text));
+    assert!(places[0] < places[1] && places[1].is_some(), "{caption}");
+    assert_eq!(places[2], None, "{caption}");
+    assert!(
+        page.render()
+            .contains("Of 8 models the curves are those of the best 2")
+    );
 }
