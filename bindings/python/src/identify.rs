@@ -160,13 +160,15 @@ impl Job {
         let threads = threads
             .build()
             .map_err(|error| Error::Conflict(error.to_string()))?;
-        let one = |model: Arc<dyn Model>| {
-            let search = || self.request.assess(model, &fitted, &held_out, &Stop(stop));
-            threads.install(search)
-        };
-        let found: Result<Vec<_>, IdentifyError> = self.models.into_iter().map(one).collect();
+        let runs = (&fitted[..], &held_out[..]);
+        let mut found = Vec::new();
+        for model in self.models {
+            let search = || self.request.assess(model, runs, &found, &Stop(stop));
+            let assessed = threads.install(search)?;
+            found.push(assessed);
+        }
         let second_opinion = SecondOpinion::of(&fitted);
-        Ok(document::text(&found?, None, &second_opinion, &notes))
+        Ok(document::text(&found, None, &second_opinion, &notes))
     }
 }
 

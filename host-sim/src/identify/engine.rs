@@ -2,7 +2,9 @@
 
 mod nested;
 mod outcome;
+mod preview;
 mod release;
+mod starts;
 
 use rayon::prelude::*;
 
@@ -12,7 +14,7 @@ use super::levenberg::{Found, Limits, search};
 use super::normal::{Normal, normal};
 use super::problem::{IdentifyError, Problem, Role, Scope};
 use super::unknowns::Unknowns;
-use model_core::sensors::noise::Noise;
+use preview::Preview;
 
 /// How to search.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,9 +54,6 @@ pub struct Quiet;
 
 impl Progress for Quiet {}
 
-/// More samples than this are thinned until the best start is known.
-const MANY_SAMPLES: usize = 40_000;
-
 /// Fits a model to recordings.
 ///
 /// # Errors
@@ -64,7 +63,22 @@ pub fn fit(
     options: &Options,
     progress: &dyn Progress,
 ) -> Result<Fit, IdentifyError> {
-    let (unknowns, found, share) = solve(problem, options, progress)?;
+    fit_from(problem, options, progress, &[])
+}
+
+/// The same, beginning also where simpler models fit best: `known` holds fits of special cases of the
+/// model, or of the model with more of its parameters held, to the same recordings. Others are
+/// passed over.
+///
+/// # Errors
+/// Those of [`fit`].
+pub fn fit_from(
+    problem: &Problem,
+    options: &Options,
+    progress: &dyn Progress,
+    known: &[&Fit],
+) -> Result<Fit, IdentifyError> {
+    let (unknowns, found, share) = solve(problem, options, progress, known)?;
     let is_stopped = || progress.is_stopped();
     let found = release::needless_limits(problem, &unknowns, found, &options.limits, &is_stopped);
     Ok(outcome::fit(problem, &unknowns, &found, share))
@@ -77,97 +91,143 @@ fn solve(
     problem: &Problem,
     options: &Options,
     progress: &dyn Progress,
+    known: &[&Fit],
 ) -> Result<Solution, IdentifyError> {
     let unknowns = Unknowns::of(problem)?;
-    let mut starts = starts(problem, &unknowns, options);
-    if starts.len() > 1 {
-        starts.extend(nested::starts(problem, &unknowns, options, progress)?);
-    }
-    let samples: usize = problem.experiments.iter().map(Experiment::len).sum();
-    let every = samples.div_ceil(MANY_SAMPLES);
-    let (point, share) = if starts.len() == 1 {
-        (starts.swap_remove(0), (1, 1))
-    } else if every > 1 {
-        let thinned = problem.experiments.iter().map(|e| e.thinned(every));
-        let thinned = problem.with_experiments(thinned.collect());
-        let (best, share) = best(&thinned, &unknowns, &starts, options, progress)?;
-        (best.point, share)
-    } else {
-        let (best, share) = best(problem, &unknowns, &starts, options, progress)?;
-        return Ok((unknowns, best, share));
+    let preview = Preview::of(problem, &options.limits);
+    let thinned = preview.as_ref().filter(|preview| preview.is_thinned);
+    let where_to_nest = thinned.map_or(problem, |preview| &preview.problem);
+    let nested = nested::starts(where_to_nest, &unknowns, options, progress, known);
+    let descent = Descent {
+        problem,
+        unknowns: &unknowns,
+        limits: options.limits,
+        progress,
     };
-    let is_stopped = || progress.is_stopped();
-    let found = search(problem, &unknowns, &point, &options.limits, &is_stopped);
-    let found = found.ok_or(IdentifyError::NotFinite)?;
+    if options.starts <= 1 && nested.is_empty() {
+        let found = descent
+            .one(&unknowns.start())
+            .ok_or(IdentifyError::NotFinite)?;
+        return Ok((unknowns, found, (1, 1)));
+    }
+    let starts = all_starts(
+        problem,
+        &unknowns,
+        options,
+        progress,
+        (&nested, preview.as_ref()),
+    );
+    let Some(preview) = preview else {
+        let found = descent.each(&starts)?;
+        let share = share(&found);
+        return Ok((unknowns, first(found)?, share));
+    };
+    let quick = Descent {
+        problem: &preview.problem,
+        limits: preview.limits,
+        ..descent
+    };
+    let seen = quick.each(&starts)?;
+    let share = share(&seen);
+    let finalists = seen.into_iter().take(preview.finalists);
+    let mut finalists: Vec<Vec<f64>> = finalists.map(|found| found.point).collect();
+    if !preview.is_thinned {
+        // What the preview makes of a case is not what the problem does: no worse than the case.
+        finalists.extend(nested);
+    }
+    let silent = nested::Silent(progress);
+    let last = Descent {
+        progress: &silent,
+        ..descent
+    };
+    let found = first(last.each(&finalists)?)?;
     Ok((unknowns, found, share))
 }
 
-/// The best of several searches, how many there were, and how many ended at its cost.
-fn best(
+/// Where the searches begin: where somebody or a first look says, where special cases fit best, and
+/// at points around these.
+fn all_starts(
     problem: &Problem,
     unknowns: &Unknowns,
-    starts: &[Vec<f64>],
     options: &Options,
     progress: &dyn Progress,
-) -> Result<(Found, (usize, usize)), IdentifyError> {
-    let state = std::sync::Mutex::new((0, f64::INFINITY));
-    let is_stopped = || progress.is_stopped();
-    let one = |start: &Vec<f64>| {
-        let found = search(problem, unknowns, start, &options.limits, &is_stopped);
-        let cost = found.as_ref().map_or(f64::INFINITY, |f| f.cost);
-        if let Ok(mut state) = state.lock() {
-            *state = (state.0 + 1, state.1.min(cost));
-            progress.done(state.0, starts.len(), state.1);
+    (nested, preview): (&[Vec<f64>], Option<&Preview>),
+) -> Vec<Vec<f64>> {
+    let mut all = vec![unknowns.start()];
+    if options.starts > 1 {
+        all = starts::sure(problem, unknowns);
+        let centre = all[all.len() - 1].clone();
+        if let Some(preview) = preview.filter(|_| problem.model.is_rough()) {
+            let centres = [&centre, nested.last().unwrap_or(&centre)].map(Vec::as_slice);
+            let is_stopped = || progress.is_stopped();
+            all.extend(preview.promising(unknowns, centres, options, &is_stopped));
+        } else {
+            let around = all.len()..options.starts;
+            all.extend(
+                around.map(|i| starts::scattered(unknowns, &centre, 1.0, (options.seed, i))),
+            );
         }
-        found
-    };
-    let found: Vec<Found> = starts.par_iter().filter_map(one).collect();
-    let least = found.iter().min_by(|a, b| a.cost.total_cmp(&b.cost));
-    let best = least.ok_or(IdentifyError::NotFinite)?.clone();
-    // A millionth of the cost is a thousandth of a standard error and less.
-    let same = |f: &&Found| f.cost <= best.cost * (1.0 + 1e-6);
-    let count = found.iter().filter(same).count();
-    Ok((best, (starts.len(), count)))
+    }
+    all.extend_from_slice(nested);
+    all
 }
 
-/// Where the searches begin: at the problem's start, at that of a first look, and around both.
-fn starts(problem: &Problem, unknowns: &Unknowns, options: &Options) -> Vec<Vec<f64>> {
-    let given = unknowns.start();
-    let mut starts = vec![given.clone()];
-    if options.starts <= 1 {
-        return starts;
+/// Searches of one problem.
+#[derive(Clone, Copy)]
+struct Descent<'a> {
+    problem: &'a Problem,
+    unknowns: &'a Unknowns,
+    limits: Limits,
+    progress: &'a dyn Progress,
+}
+
+impl Descent<'_> {
+    fn one(&self, start: &[f64]) -> Option<Found> {
+        let is_stopped = || self.progress.is_stopped();
+        search(
+            self.problem,
+            self.unknowns,
+            start,
+            &self.limits,
+            &is_stopped,
+        )
     }
-    let look = problem.model.start(&problem.experiments);
-    let from_look = |(u, given): (&super::unknowns::Unknown, &f64)| {
-        let value = look[u.parameter];
-        if u.experiment.is_some() || !value.is_finite() {
-            *given
-        } else {
-            value.clamp(u.low, u.high)
-        }
-    };
-    let looked: Vec<f64> = unknowns.list.iter().zip(&given).map(from_look).collect();
-    if looked != given {
-        starts.push(looked.clone());
-    }
-    for index in starts.len()..options.starts {
-        let mut noise = Noise::new(options.seed, index as u64);
-        let scatter = |(u, centre): (&super::unknowns::Unknown, &f64)| {
-            // Half of the starts are within a factor of 2 of a size, nearly all within 8.
-            let number = noise.gaussian(1.0);
-            let moved = if u.is_size {
-                centre * number.exp()
-            } else if u.low == 0.0 && u.high.is_finite() {
-                // A delay, say: from nothing to several times the first guess.
-                centre.max(1e-3 * u.high) * number.exp()
-            } else {
-                *centre
-            };
-            moved.clamp(u.low, u.high)
+
+    /// From each of several starts, the best first. Once somebody wishes to stop, none is begun but
+    /// the first: what there is then is the answer.
+    fn each(&self, starts: &[Vec<f64>]) -> Result<Vec<Found>, IdentifyError> {
+        let state = std::sync::Mutex::new((0, f64::INFINITY));
+        let one = |(index, start): (usize, &Vec<f64>)| {
+            if index > 0 && self.progress.is_stopped() {
+                return None;
+            }
+            let found = self.one(start);
+            let cost = found.as_ref().map_or(f64::INFINITY, |f| f.cost);
+            if let Ok(mut state) = state.lock() {
+                *state = (state.0 + 1, state.1.min(cost));
+                self.progress.done(state.0, starts.len(), state.1);
+            }
+            found
         };
-        starts.push(unknowns.list.iter().zip(&looked).map(scatter).collect());
+        let mut found: Vec<Found> = starts.par_iter().enumerate().filter_map(one).collect();
+        found.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        match found.is_empty() {
+            true => Err(IdentifyError::NotFinite),
+            false => Ok(found),
+        }
     }
-    starts
+}
+
+fn first(found: Vec<Found>) -> Result<Found, IdentifyError> {
+    found.into_iter().next().ok_or(IdentifyError::NotFinite)
+}
+
+/// How many searches there were, and how many ended at the cost of the first, which is the best.
+fn share(found: &[Found]) -> (usize, usize) {
+    let best = found.first().map_or(f64::NAN, |f| f.cost);
+    // A millionth of the cost is a thousandth of a standard error and less.
+    let same = |f: &&Found| f.cost <= best * (1.0 + 1e-6);
+    (found.len(), found.iter().filter(same).count())
 }
 
 /// Cost, gradient and Gauss-Newton matrix at a point: the information that the experiments hold.

@@ -22,6 +22,8 @@ pub struct Experiment {
     pub supply_v: Option<f64>,
     /// Whether there are few lengths of step.
     pub is_even: bool,
+    /// Whether it serves to find a start alone: models that move in steps take longer ones.
+    pub is_preview: bool,
 }
 
 /// Time steps that are few enough to be kept.
@@ -47,6 +49,7 @@ impl Experiment {
             supply_v,
             command: segments(&time_ns, &recording.command_deg, recording.hold),
             is_even: is_even(&time_ns),
+            is_preview: false,
             recording: Arc::new(recording),
             time_ns,
         })
@@ -94,6 +97,7 @@ impl Experiment {
             command: self.command.clone(),
             drive: self.drive.clone(),
             supply_v: self.supply_v,
+            is_preview: self.is_preview,
         }
     }
 

@@ -36,7 +36,7 @@ pub mod synthetic;
 mod testing;
 pub mod unknowns;
 
-pub use engine::{Options, Progress, Quiet, fit, normal_equations, predict};
+pub use engine::{Options, Progress, Quiet, fit, fit_from, normal_equations, predict};
 pub use experiment::Experiment;
 pub use fit::{Bound, Estimate, ExperimentFit, Fit, Termination};
 pub use levenberg::Limits;

@@ -79,15 +79,24 @@ pub trait Description: Send + Sync {
     /// parameters.
     fn start(&self, experiments: &[Experiment]) -> Vec<f64>;
 
-    /// Models with the same parameters that are this one with some of them at a neutral value: where
-    /// they fit best is a good place to begin, and this one cannot fit worse.
+    /// Models that are this one with some of its parameters at certain values: where they fit best is
+    /// a good place to begin, and this one cannot fit worse.
     fn special_cases(&self) -> Vec<Arc<dyn Model>> {
         Vec::new()
     }
 
-    /// The value at which a parameter has no effect, given all values of a special case.
-    fn neutral(&self, parameter: usize, values: &[f64]) -> f64 {
-        values[parameter]
+    /// The value of a parameter with which this model answers as a special case does with these
+    /// values; `None` where any will do.
+    fn lifted(&self, parameter: usize, case: &dyn Model, values: &[f64]) -> Option<f64> {
+        let name = self.parameters()[parameter].name;
+        let place = case.parameters().iter().position(|p| p.name == name);
+        place.map(|place| values[place])
+    }
+
+    /// Whether its cost has many small dips, as friction makes them: a search looks around first, and
+    /// goes down from the best places that it saw.
+    fn is_rough(&self) -> bool {
+        false
     }
 }
 

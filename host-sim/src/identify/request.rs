@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use super::{
     assessment::Assessment,
-    engine::{Options, Progress, fit},
+    engine::{Options, Progress, fit_from},
     experiment::Experiment,
+    fit::Fit,
     model::Model,
     problem::{IdentifyError, Problem, Scope},
 };
@@ -31,19 +32,21 @@ pub struct Request {
 }
 
 impl Request {
-    /// Fits one model, and predicts the recordings that were left out.
+    /// Fits one model, and predicts the recordings that were left out. What was fitted `before` to
+    /// the same recordings serves as a start where it is simpler.
     ///
     /// # Errors
-    /// Those of [`Problem`] and of [`fit`].
+    /// Those of [`Problem`] and of [`fit`](super::fit).
     pub fn assess(
         &self,
         model: Arc<dyn Model>,
-        fitted: &[Experiment],
-        held_out: &[Experiment],
+        (fitted, held_out): (&[Experiment], &[Experiment]),
+        before: &[Assessment],
         progress: &dyn Progress,
     ) -> Result<Assessment, IdentifyError> {
         let problem = self.problem(model, fitted)?;
-        let found = fit(&problem, &self.options, progress)?;
+        let known: Vec<&Fit> = before.iter().map(|assessment| &assessment.fit).collect();
+        let found = fit_from(&problem, &self.options, progress, &known)?;
         Assessment::of(found.model, &problem, found, held_out)
     }
 

@@ -75,10 +75,7 @@ impl Fitted {
         for (name, value) in known(index, controller) {
             problem.fix(name, value)?;
         }
-        let mut fit = engine::fit(&problem, &search(), &Quiet)?;
-        if let Some(nested) = from_first_order(index, &problem)? {
-            fit = if nested.cost < fit.cost { nested } else { fit };
-        }
+        let fit = engine::fit(&problem, &search(), &Quiet)?;
         let quality = |pairs: &[(&Experiment, Vec<f64>)]| {
             let measured = pairs
                 .iter()
@@ -104,48 +101,6 @@ impl Fitted {
             fit,
         })
     }
-}
-
-/// Black box 2 from where it is as good as black box 1, which it can be with a quick inner loop: where
-/// the limits rule, searches from elsewhere may end in a worse optimum. `None` of other models.
-fn from_first_order(index: usize, problem: &Problem) -> Result<Option<Fit>, Failure> {
-    /// Inner loop over pole.
-    const QUICK: f64 = 10.0;
-    if MODELS[index] != "black-box-2" {
-        return Ok(None);
-    }
-    let simple = Problem::try_new(model(0)?, problem.experiments.clone())?;
-    let simple = engine::fit(&simple, &search(), &Quiet)?;
-    let value = |name: &str| simple.value(name).unwrap_or(f64::NAN);
-    let mut problem = problem.clone();
-    let inner = QUICK * value("pole_rad_s");
-    let same = [
-        "delay_s",
-        "rate_limit_up_deg_s",
-        "rate_limit_down_deg_s",
-        "gain",
-        "offset_deg",
-    ];
-    let same = same.map(|name| (name, value(name)));
-    let gains = [
-        ("position_gain_per_s2", inner * value("pole_rad_s")),
-        ("rate_gain_per_s", inner),
-    ];
-    for (name, value) in same.into_iter().chain(gains) {
-        let spec = problem
-            .specs
-            .iter()
-            .find(|spec| spec.parameter.name == name);
-        // A limit that is not reached may have none.
-        if let Some(spec) = spec.filter(|_| value.is_finite()) {
-            problem.start(name, value.clamp(spec.low, spec.high))?;
-        }
-    }
-    let options = Options {
-        starts: 1,
-        ..Options::default()
-    };
-    Ok(Some(engine::fit(&problem, &options, &Quiet)?))
 }
 
 /// What a model with the paper's numbers answers to the commands of a run, at each control period,

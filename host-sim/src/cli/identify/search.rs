@@ -9,7 +9,7 @@ use super::Loaded;
 use crate::{
     cli::{output, parameters::setting},
     error::Error,
-    identify::{IdentifyError, Model, Options, Progress, assessment::Assessment, request::Request},
+    identify::{Model, Options, Progress, assessment::Assessment, request::Request},
     scenario::Setting,
 };
 
@@ -90,14 +90,15 @@ impl SearchOptions {
     ) -> Result<Vec<Assessment>, Error> {
         let request = self.request();
         request.check(&models)?;
-        let one = |model: Arc<dyn Model>| {
+        let runs = (&loaded.fitted[..], &loaded.held_out[..]);
+        let mut assessments = Vec::new();
+        for model in models {
             let bar = output::progress(self.starts.into(), model.name());
-            let assessed = request.assess(model, &loaded.fitted, &loaded.held_out, &Bar(&bar));
+            let assessed = request.assess(model, runs, &assessments, &Bar(&bar));
             bar.finish_and_clear();
-            assessed
-        };
-        let fitted: Result<Vec<_>, IdentifyError> = models.into_iter().map(one).collect();
-        Ok(fitted?)
+            assessments.push(assessed?);
+        }
+        Ok(assessments)
     }
 }
 

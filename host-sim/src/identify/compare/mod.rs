@@ -2,14 +2,15 @@
 
 mod ranking;
 
-use std::sync::Arc;
+use std::{cmp::Reverse, sync::Arc};
 
 pub use ranking::{Rank, Ranking};
 
 use super::{
     assessment::Assessment,
-    engine::{Options, Progress, fit},
+    engine::{Options, Quiet, fit_from},
     experiment::Experiment,
+    fit::Fit,
     model::Model,
     problem::{IdentifyError, Problem},
 };
@@ -69,21 +70,40 @@ impl Candidate {
     /// Fits it and assesses the fit.
     ///
     /// # Errors
-    /// Those of [`Problem::try_new`] and of [`fit`].
-    pub fn assess(
+    /// Those of [`Problem::try_new`] and of [`fit_from`].
+    fn assess(
         &self,
-        experiments: &[Experiment],
-        held_out: &[Experiment],
+        (experiments, held_out): (&[Experiment], &[Experiment]),
         options: &Options,
-        progress: &dyn Progress,
+        known: &[&Fit],
     ) -> Result<Assessment, IdentifyError> {
         let mut problem = Problem::try_new(self.model.clone(), experiments.to_vec())?;
         for (name, value) in &self.held {
             problem.fix(name, *value)?;
         }
-        let fitted = fit(&problem, options, progress)?;
+        let fitted = fit_from(&problem, options, &Quiet, known)?;
         Assessment::of(self.name.clone(), &problem, fitted, held_out)
     }
+
+    /// Whether what fits of another candidate best may be what this one begins at: of its own model
+    /// with more left out, of another with as much.
+    fn may_begin_at(&self, other: &Self) -> bool {
+        let is_held = |(name, _): &(&str, f64)| other.held.iter().any(|(held, _)| held == name);
+        let is_more = other.held.len() > self.held.len();
+        let is_own = other.model.name() == self.model.name();
+        self.held.iter().all(is_held) && is_own == is_more
+    }
+}
+
+/// The candidates in such an order that what is simpler of a model comes first; the models keep theirs.
+fn simple_first(candidates: &[Candidate]) -> Vec<usize> {
+    let place = |candidate: &Candidate| {
+        let is_it = |other: &Candidate| other.model.name() == candidate.model.name();
+        candidates.iter().position(is_it)
+    };
+    let mut order: Vec<usize> = (0..candidates.len()).collect();
+    order.sort_by_key(|&i| (place(&candidates[i]), Reverse(candidates[i].held.len())));
+    order
 }
 
 /// The value of a limit that limits nothing.
@@ -117,13 +137,26 @@ impl Comparison {
         options: &Options,
         told: &dyn Fn(usize),
     ) -> Result<Self, IdentifyError> {
+        let mut outcomes: Vec<Option<Result<Assessment, IdentifyError>>> = Vec::new();
+        outcomes.resize_with(candidates.len(), || None);
+        for (done, index) in simple_first(candidates).into_iter().enumerate() {
+            let candidate = &candidates[index];
+            let others = candidates.iter().zip(&outcomes);
+            let known = others.filter_map(|(other, outcome)| match outcome {
+                Some(Ok(assessment)) if candidate.may_begin_at(other) => Some(&assessment.fit),
+                _ => None,
+            });
+            let known: Vec<&Fit> = known.collect();
+            outcomes[index] = Some(candidate.assess((experiments, held_out), options, &known));
+            told(done + 1);
+        }
         let (mut assessments, mut refused) = (Vec::new(), Vec::new());
-        for (index, candidate) in candidates.iter().enumerate() {
-            match candidate.assess(experiments, held_out, options, &super::Quiet) {
-                Ok(assessment) => assessments.push(assessment),
-                Err(error) => refused.push((candidate.name.clone(), error)),
+        for (candidate, outcome) in candidates.iter().zip(outcomes) {
+            match outcome {
+                Some(Ok(assessment)) => assessments.push(assessment),
+                Some(Err(error)) => refused.push((candidate.name.clone(), error)),
+                None => {}
             }
-            told(index + 1);
         }
         if assessments.is_empty() {
             let first = refused.into_iter().next();

@@ -97,3 +97,30 @@ fn limits_that_are_never_reached_are_not_worth_their_parameters() {
         comparison.ranking.verdict
     );
 }
+
+#[test]
+fn nothing_that_leaves_more_out_fits_better() {
+    let fitted = [experiment(ModelKind::GreyBox, "variable-step", &[], 1)];
+    let comparison = compared(&["black-box-1", "black-box-2"], &fitted, &[]);
+    let cost = |name: &str| {
+        let mut assessments = comparison.assessments.iter();
+        assessments.find(|a| a.name == name).expect("it").fit.cost
+    };
+    for model in ["black-box-1", "black-box-2"] {
+        for less in [
+            "without delay",
+            "without rate limits",
+            "without delay and rate limits",
+        ] {
+            // Limits that are needless may cost what chance gives.
+            assert!(
+                cost(model) <= cost(&format!("{model} {less}")) * 1.01,
+                "{model} {less}"
+            );
+        }
+    }
+    for form in ["", " without delay", " without delay and rate limits"] {
+        let [one, two] = [1, 2].map(|order| cost(&format!("black-box-{order}{form}")));
+        assert!(two <= one * (1.0 + 1e-3), "{form}: {two} {one}");
+    }
+}

@@ -1,15 +1,19 @@
 //! Starts from where the special cases of a model fit best.
 
+use std::sync::Arc;
+
 use super::{Options, Progress, solve};
+use crate::identify::fit::Fit;
 use crate::identify::levenberg::Limits;
-use crate::identify::problem::{IdentifyError, Problem, Role};
-use crate::identify::unknowns::Unknowns;
+use crate::identify::model::Model;
+use crate::identify::problem::{IdentifyError, Problem, Role, Spec};
+use crate::identify::unknowns::{Unknown, Unknowns};
 
 /// The share of the cost that a step to a start has to promise.
 const ROUGH_DECREASE: f64 = 1e-6;
 
 /// Passes on the wish to stop and nothing else: steps within a step are no progress.
-struct Silent<'a>(&'a dyn Progress);
+pub struct Silent<'a>(pub &'a dyn Progress);
 
 impl Progress for Silent<'_> {
     fn is_stopped(&self) -> bool {
@@ -17,10 +21,74 @@ impl Progress for Silent<'_> {
     }
 }
 
-/// One start for each special case.
+/// One start for each special case, and one for each fit of `known` that is of one or of the model
+/// itself. What is known is not searched for again.
 pub fn starts(
     problem: &Problem,
     unknowns: &Unknowns,
+    options: &Options,
+    progress: &dyn Progress,
+    known: &[&Fit],
+) -> Vec<Vec<f64>> {
+    let runs = problem.experiments.len();
+    let mut starts = Vec::new();
+    for fit in known.iter().filter(|f| f.model == problem.model.name()) {
+        starts.extend(
+            of_fit(fit, problem.model.as_ref(), runs)
+                .map(|v| lifted(problem, unknowns, problem.model.as_ref(), &v)),
+        );
+    }
+    for case in problem.model.special_cases() {
+        let mut fits = known.iter().filter(|f| f.model == case.name()).peekable();
+        if fits.peek().is_some() {
+            let values = fits.filter_map(|fit| of_fit(fit, case.as_ref(), runs));
+            starts.extend(values.map(|v| lifted(problem, unknowns, case.as_ref(), &v)));
+        } else if options.starts > 1
+            && let Ok(values) = searched(problem, &case, options, progress)
+        {
+            // A case of which nothing is free has no optimum to begin from.
+            starts.push(lifted(problem, unknowns, case.as_ref(), &values));
+        }
+    }
+    starts
+}
+
+/// The unknowns that answer as a case does with these values, of each run.
+fn lifted(
+    problem: &Problem,
+    unknowns: &Unknowns,
+    case: &dyn Model,
+    values: &[Vec<f64>],
+) -> Vec<f64> {
+    let one = |unknown: &Unknown| {
+        let values = &values[unknown.experiment.unwrap_or(0)];
+        let value = problem.model.lifted(unknown.parameter, case, values);
+        let value = value.filter(|v| !v.is_nan()).unwrap_or(unknown.start);
+        // A bound of infinity is none that a search can begin at.
+        value.clamp(unknown.low, unknown.high).min(f64::MAX)
+    };
+    unknowns.list.iter().map(one).collect()
+}
+
+/// The values of a finished fit in each run; `None` where it has not all parameters of its model.
+fn of_fit(fit: &Fit, model: &dyn Model, runs: usize) -> Option<Vec<Vec<f64>>> {
+    let value = |name: &str, run: usize| {
+        let is_of_it = |e: &&crate::identify::fit::Estimate| {
+            e.name == name && e.experiment.is_none_or(|own| own == run)
+        };
+        fit.estimates.iter().find(is_of_it).map(|e| e.value)
+    };
+    let of_run = |run| {
+        let parameters = model.parameters().iter();
+        parameters.map(|p| value(p.name, run)).collect()
+    };
+    (0..runs).map(of_run).collect()
+}
+
+/// The values of a special case in each run where it fits best.
+fn searched(
+    problem: &Problem,
+    case: &Arc<dyn Model>,
     options: &Options,
     progress: &dyn Progress,
 ) -> Result<Vec<Vec<f64>>, IdentifyError> {
@@ -31,28 +99,31 @@ pub fn starts(
         ..options.limits
     };
     let options = Options { limits, ..*options };
-    let mut starts = Vec::new();
-    for case in problem.model.special_cases() {
-        let mut simple = problem.clone();
-        for (index, spec) in simple.specs.iter_mut().enumerate() {
-            if case.is_fixed_by_default(index) && !problem.model.is_fixed_by_default(index) {
-                spec.role = Role::Fixed;
-            }
+    let simple = simplified(problem, case)?;
+    let (of_case, found, _) = solve(&simple, &options, &Silent(progress), &[])?;
+    Ok(of_case
+        .runs
+        .iter()
+        .map(|run| run.values(&found.point))
+        .collect())
+}
+
+/// The same problem of a special case: what both have is asked of both alike.
+fn simplified(problem: &Problem, case: &Arc<dyn Model>) -> Result<Problem, IdentifyError> {
+    let mut simple = Problem::try_new(case.clone(), problem.experiments.clone())?;
+    for (index, spec) in simple.specs.iter_mut().enumerate() {
+        let is_it = |other: &&(usize, &Spec)| other.1.parameter.name == spec.parameter.name;
+        let specs: Vec<(usize, &Spec)> = problem.specs.iter().enumerate().collect();
+        let Some((place, asked)) = specs.iter().find(is_it) else {
+            continue;
+        };
+        *spec = Spec {
+            parameter: spec.parameter,
+            ..**asked
+        };
+        if case.is_fixed_by_default(index) && !problem.model.is_fixed_by_default(*place) {
+            spec.role = Role::Fixed;
         }
-        simple.model = case;
-        let (of_case, found, _) = solve(&simple, &options, &Silent(progress))?;
-        let values = of_case.runs[0].values(&found.point);
-        let start = unknowns.list.iter().map(|unknown| {
-            let is_same = |u: &crate::identify::unknowns::Unknown| {
-                u.parameter == unknown.parameter && u.experiment == unknown.experiment
-            };
-            let value = match of_case.list.iter().position(is_same) {
-                Some(known) => found.point[known],
-                None => problem.model.neutral(unknown.parameter, &values),
-            };
-            value.clamp(unknown.low, unknown.high)
-        });
-        starts.push(start.collect());
     }
-    Ok(starts)
+    Ok(simple)
 }

@@ -2,6 +2,7 @@
 
 mod many;
 mod motors;
+mod nested;
 mod odd;
 
 use super::*;
@@ -9,6 +10,7 @@ use crate::identify::models;
 use crate::identify::recording::Recording;
 use crate::identify::testing::{noisy, simulated};
 use crate::settings::ModelKind;
+use model_core::sensors::noise::Noise;
 
 /// The values of the simulator's models unless something else is set.
 const BLACK_BOX_1: [(&str, f64); 6] = [
@@ -93,6 +95,21 @@ fn at_50_hz_every_parameter_is_within_one_percent() {
                     "{model} {input} {name} {value}"
                 );
             }
+        }
+    }
+}
+
+#[test]
+fn at_50_hz_with_noise_every_parameter_of_each_model_is_within_one_percent() {
+    for (model, kind, truth) in truths() {
+        let inputs = ["pulse", "variable-step", "3-2-1-1", "prbs"].into_iter();
+        // As many runs as tell each parameter to 0.3 %.
+        let runs = (0..3).flat_map(|seed| inputs.clone().map(move |input| (input, seed)));
+        let runs = runs.map(|(input, seed)| noisy(simulated(kind, input, 400, &[]), seed));
+        let fit = fitted(&problem(model, runs.collect()));
+        for (name, truth) in truth.iter().filter(|(_, truth)| *truth != 0.0) {
+            let e = fit.estimate(name).expect("an estimate");
+            assert!((e.value / truth - 1.0).abs() < 0.01, "{model} {e:?}");
         }
     }
 }

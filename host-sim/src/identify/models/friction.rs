@@ -43,16 +43,19 @@ pub fn coefficients(model: usize) -> impl Iterator<Item = (Parameter, bool)> {
 }
 
 /// Within what a coefficient of a small servo lies, where that is narrower than what it can be: the
-/// ranges in which the authors of arXiv 2410.08650 search. Beyond them a slow recording is met by
-/// frictions that no servo has, and one that is left out is not.
+/// ranges in which the authors of arXiv 2410.08650 search (github.com/Rhoban/bam, `bam/model.py`).
+/// Beyond them a recording is met by frictions that no servo has, and one that is left out is not.
 pub fn usual_bounds(coefficient: usize) -> Option<(f64, f64)> {
     const DEGREE: f64 = std::f64::consts::PI / 180.0;
     match coefficient {
         // Up to 1 Nm s/rad.
         1 => Some((0.0, DEGREE)),
-        // 0.01 to 3 rad/s.
-        3 => Some((0.01 / DEGREE, 3.0 / DEGREE)),
-        4 => Some((0.5, 3.0)),
+        // 0.1 to 1 rad/s.
+        3 => Some((0.1 / DEGREE, 1.0 / DEGREE)),
+        4 => Some((1.0, 10.0)),
+        // Shares of the torques in motion, and of their squares at rest.
+        5 | 6 => Some((0.0, 0.5)),
+        9 | 10 => Some((0.0, 0.01)),
         _ => None,
     }
 }

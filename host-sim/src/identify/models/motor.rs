@@ -222,11 +222,17 @@ impl Description for Motor {
         cases.iter().map(case).collect()
     }
 
-    fn neutral(&self, parameter: usize, values: &[f64]) -> f64 {
+    fn lifted(&self, parameter: usize, case: &dyn Model, values: &[f64]) -> Option<f64> {
+        // All motors have the same parameters in the same places.
+        let is_new = case.is_fixed_by_default(parameter) && !self.fixed[parameter];
         match parameter.checked_sub(FRICTION) {
-            Some(coefficient) if coefficient < COUNT => neutral(coefficient, &values[FRICTION..]),
-            _ => values[parameter],
+            Some(coefficient) if is_new => Some(neutral(coefficient, &values[FRICTION..])),
+            _ => Some(values[parameter]),
         }
+    }
+
+    fn is_rough(&self) -> bool {
+        true
     }
 }
 
@@ -238,6 +244,9 @@ impl Dynamics for Motor {
             _ => values[SUPPLY],
         };
         let mut shaft = Shaft::new(self.friction, values, supply, self.drive == Drive::Position);
+        if run.is_preview {
+            shaft = shaft.in_longer_steps();
+        }
         let input = match self.drive {
             Drive::Duty => &run.drive,
             Drive::Position => &run.command,

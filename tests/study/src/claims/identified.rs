@@ -124,9 +124,17 @@ fn second_order(case: &Case<'_>) -> Option<Claim> {
         verdict: Verdict::contradicted_unless(holds),
         evidence: format!(
             "The printed loop has A = {:.0}, B = {:.1} on the chirp. The retuned loop, made to be \
-             900 and 54, has {:.0} and {:.1} on the chirp, and {:.0} and {:.1} on the pulse, where \
-             the whole duty and not these gains rule the motion.",
-            printed.0, printed.1, chirp.0, chirp.1, pulse.0, pulse.1
+             900 and 54, has {:.0} and {:.1} on the chirp, and {:.0} and {:.1} on the pulse: one pole at \
+             A/B = {:.1} and {:.1} rad/s, as black box 1 has it, and a second beyond what the recordings \
+             tell. On the pulse the whole duty and not these gains rule the motion.",
+            printed.0,
+            printed.1,
+            chirp.0,
+            chirp.1,
+            pulse.0,
+            pulse.1,
+            chirp.0 / chirp.1,
+            pulse.0 / pulse.1
         ),
         figure: file(11, PRINTED),
     })

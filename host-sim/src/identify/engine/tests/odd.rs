@@ -148,7 +148,7 @@ fn a_long_recording_is_thinned_for_the_starts_and_fitted_whole() {
         long.command_deg.extend(&pulse.command_deg);
         long.angle_deg.extend(&pulse.angle_deg);
     }
-    assert!(long.len() > 2 * MANY_SAMPLES);
+    assert!(long.len() > 2 * preview::MANY_SAMPLES);
     let fit = fitted(&problem("black-box-1", vec![long]));
     assert_eq!(fit.samples, 100_000);
     assert!((fit.value("pole_rad_s").expect("a pole") / 30.0 - 1.0).abs() < 0.01);

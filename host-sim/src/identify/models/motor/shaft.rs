@@ -17,6 +17,9 @@ use super::{
 /// The longest step, s: a fiftieth of the time constants of small servos.
 const LONGEST_STEP_S: f64 = 5e-4;
 
+/// The same where only a start is looked for.
+const PREVIEW_STEP_S: f64 = 2e-3;
+
 /// Standard gravity, m/s^2 (ISO 80000-3).
 const GRAVITY_M_S2: f64 = 9.80665;
 
@@ -46,6 +49,7 @@ pub struct Shaft<S> {
     state: State,
     /// Whether the motor is on; off, its terminals are open.
     is_on: bool,
+    longest_step_s: f64,
 }
 
 impl<S: Scalar> Shaft<S> {
@@ -75,6 +79,15 @@ impl<S: Scalar> Shaft<S> {
             shown: angle,
             state: State::Free,
             is_on: true,
+            longest_step_s: LONGEST_STEP_S,
+        }
+    }
+
+    /// The same in longer steps.
+    pub fn in_longer_steps(self) -> Self {
+        Self {
+            longest_step_s: PREVIEW_STEP_S,
+            ..self
         }
     }
 
@@ -143,7 +156,7 @@ impl<S: Scalar> Steps<S> for Shaft<S> {
 
     fn advance(&mut self, step: S, _kept: Kept, command: &Command<S>) {
         // `as` takes NaN to 0 and saturates.
-        let parts = (step.value() / LONGEST_STEP_S).ceil().clamp(1.0, 1e6) as usize;
+        let parts = (step.value() / self.longest_step_s).ceil().clamp(1.0, 1e6) as usize;
         if step.value() <= 0.0 {
             return;
         }
