@@ -116,7 +116,7 @@ fn run_actuator(
     stop: &Arc<AtomicBool>,
 ) -> Result<(), String> {
     let options = Options {
-        rig: rig.clone(),
+        rig: *rig,
         ports_bit_s: Vec::new(),
         contents: identity(number),
         keeps_trace: false,
