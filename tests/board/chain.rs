@@ -37,20 +37,24 @@ fn two_actuators_answer_through_the_chain_under_their_own_numbers() {
         // Identity and node-ID of each, by SDO.
         "t60184018100200000000",
         "t60284002210100000000",
+        // The proportional gain of the first, 60FBh:1, becomes 9.25: all parameters are checked together for that.
+        "t601823FB600100001441",
         // Both to OPERATIONAL.
         "t00020100",
     ];
     let chain = run_chain(
-        &Options::for_ms(300),
+        &Options::for_ms(350),
         vec![nobody(), nobody()],
         desk(50_000, &lines),
     );
-    assert_eq!(frames(&chain, "t581"), ["t58184318100241530000"]);
+    let answers = ["t58184318100241530000", "t581860FB600100000000"];
+    assert_eq!(frames(&chain, "t581"), answers);
     assert_eq!(frames(&chain, "t582"), ["t58284302210102000000"]);
     let telemetry = |node| frames(&chain, &format!("t18{node}")).len();
-    // From 170 ms to 300 ms, one in 4 ms.
+    // From 220 ms to 350 ms, one in 4 ms.
     assert!((30..=33).contains(&telemetry(1)), "{}", telemetry(1));
     assert_eq!(telemetry(1), telemetry(2));
+    assert!(chain.actuators.iter().all(|board| board.resets.is_empty()));
 }
 
 /// When duties of more than a seventh set in, ns: at a PWM edge that follows periods with less, in any direction. The
