@@ -5,14 +5,15 @@
 //!
 //! | priority | interrupt | when | does |
 //! |---|---|---|---|
+//! | 5 | `CAN1_RX0` | a frame came in | puts it into the node's queue |
 //! | 4 | `TIM1_UP_TIM10` | each PWM edge, 1 ms | outputs; in period 0 reads the encoder, in period 3 asks for the window |
 //! | 4 | `TIM1_CC` | period 3 | samples the current, opens the window, samples back-EMF, supply, temperature |
 //! | 4 | `DMA2_STREAM0` | 38 us into the tick | the control step of the drive |
 //! | 4 | `UART7`, which is no UART here | at the edges of periods 1 and 2 | the CANopen node: what came in, what is due, what goes out |
-//! | 2 | `CAN1_RX0`, `CAN1_TX`, `CAN1_SCE` | a frame came in, a mailbox is free, the bus is in trouble | moves frames between controller and queues |
+//! | 2 | `CAN1_TX`, `CAN1_SCE` | a mailbox is free; the bus is in trouble, and each turn of the node | frames to the controller, its state, bit rate and filters |
 //! | 1 | `UART8`, which is no UART here | after the control step | everything that may wait |
 //!
-//! Nothing preempts the control step, and nothing less urgent locks it out. The node shares the drive with it
+//! Nothing preempts the control step but a frame that comes in, for a microsecond, and nothing less urgent locks it out. The node shares the drive with it
 //! without a lock, as it has its priority; its turns end long before the next edge, and the instants of period 3 have that period
 //! for themselves. Everybody else hands over through queues that need no lock.
 
@@ -77,7 +78,7 @@ mod app {
         analog::Analog,
         bridge::{Bridge, Instant},
         bus_state,
-        can::Can,
+        can::{Can, Receiver},
         canopen::{
             background::Background,
             built::{Built, build},
@@ -113,13 +114,15 @@ mod app {
         station: Station,
         #[lock_free]
         can: Can,
+        #[lock_free]
+        to_send: Consumer<'static, CanFrame, TO_SEND>,
     }
 
     #[local]
     struct Local {
         servo_pulse: ServoPulse,
         received: Producer<'static, CanFrame, RECEIVED>,
-        to_send: Consumer<'static, CanFrame, TO_SEND>,
+        receiver: Receiver,
         wanted: Taker<Wanted>,
         background: Background,
     }
@@ -162,7 +165,7 @@ mod app {
             .parameters()
             .bus
             .bit_rate_kbit_s;
-        let can = Can::new(board.can, bit_rate_kbit_s as u16, wanted.iter());
+        let (can, receiver) = Can::new(board.can, bit_rate_kbit_s as u16, wanted.iter());
         let queues = Queues {
             received,
             to_send,
@@ -181,11 +184,12 @@ mod app {
             clock: board.clock,
             station: Station::new(&mut built.device, vigil, queues, wanted),
             can,
+            to_send: goes_out,
         };
         let local = Local {
             servo_pulse: board.servo_pulse,
             received: came_in,
-            to_send: goes_out,
+            receiver,
             wanted: take_wanted,
             background: Background {
                 outputs,
@@ -257,22 +261,25 @@ mod app {
         rtic::pend(Interrupt::CAN1_SCE);
     }
 
-    #[task(binds = CAN1_RX0, priority = 2, local = [received], shared = [can])]
+    // Above everything, and short: the controller keeps three frames, and a turn of the node may take longer.
+    #[task(binds = CAN1_RX0, priority = 5, local = [receiver, received])]
     fn received(cx: received::Context) {
-        let can = cx.shared.can;
-        while let Some(frame) = can.receive() {
+        if cx.local.receiver.take_overrun() {
+            setup::lost();
+        }
+        while let Some(frame) = cx.local.receiver.receive() {
             if cx.local.received.enqueue(frame).is_err() {
                 setup::lost();
             }
         }
     }
 
-    #[task(binds = CAN1_TX, priority = 2, local = [to_send], shared = [can])]
+    #[task(binds = CAN1_TX, priority = 2, shared = [can, to_send])]
     fn mailbox_is_free(cx: mailbox_is_free::Context) {
         let can = cx.shared.can;
         can.mailbox_is_free();
-        while can.has_room()
-            && let Some(frame) = cx.local.to_send.dequeue()
+        while can.is_idle()
+            && let Some(frame) = cx.shared.to_send.dequeue()
         {
             can.send(frame);
         }
@@ -283,20 +290,25 @@ mod app {
         binds = CAN1_SCE,
         priority = 2,
         local = [wanted, was: BusState = BusState::Active],
-        shared = [can],
+        shared = [can, to_send],
     )]
     fn bus(cx: bus::Context) {
         let can = cx.shared.can;
-        if can.take_overrun() {
-            setup::lost();
-        }
+        can.proceed();
         let state = can.state();
         bus_state::note(state);
-        if state == BusState::Off && *cx.local.was != BusState::Off {
+        let leaves = state == BusState::Off && *cx.local.was != BusState::Off;
+        *cx.local.was = state;
+        let bit_rate_kbit_s = setup::take_bit_rate();
+        if leaves || bit_rate_kbit_s.is_some() {
+            // It would be out of date, or break in upon the silence of the network.
+            can.forget();
+            while cx.shared.to_send.dequeue().is_some() {}
+        }
+        if leaves {
             setup::left_the_bus();
         }
-        *cx.local.was = state;
-        if let Some(kbit_s) = setup::take_bit_rate() {
+        if let Some(kbit_s) = bit_rate_kbit_s {
             can.set_bit_rate(kbit_s);
         }
         if let Some(wanted) = cx.local.wanted.take() {

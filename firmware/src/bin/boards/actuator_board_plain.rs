@@ -76,7 +76,7 @@ mod app {
         analog::Analog,
         bridge::{Bridge, Instant},
         bus_state,
-        can::Can,
+        can::{Can, Receiver},
         encoder::Encoder,
         heard,
         keeper::Keeper,
@@ -113,6 +113,7 @@ mod app {
         step: ControlStep,
         servo_pulse: ServoPulse,
         frames: Frames,
+        receiver: Receiver,
         commands: Producer<'static, Message, COMMANDS>,
         accesses: Producer<'static, Message, 8>,
         background: Background,
@@ -156,7 +157,7 @@ mod app {
         let node_id = parameters.bus.node_id as u8;
         let bit_rate_kbit_s = parameters.bus.bit_rate_kbit_s as u16;
         let frames = Frames::new(node_id);
-        let can = Can::new(board.can, bit_rate_kbit_s, frames.identifiers());
+        let (can, receiver) = Can::new(board.can, bit_rate_kbit_s, frames.identifiers());
         let step = ControlStep {
             application: Application::after(parameters, start),
             capture: Capture::new(cx.local.capture_buffer),
@@ -188,6 +189,7 @@ mod app {
             step,
             servo_pulse: board.servo_pulse,
             frames,
+            receiver,
             commands,
             accesses,
             background: Background::new(
@@ -260,9 +262,9 @@ mod app {
         rtic::pend(Interrupt::UART8);
     }
 
-    #[task(binds = CAN1_RX0, priority = 2, local = [frames, commands, accesses], shared = [can])]
-    fn received(mut cx: received::Context) {
-        while let Some(frame) = cx.shared.can.lock(Can::receive) {
+    #[task(binds = CAN1_RX0, priority = 2, local = [frames, receiver, commands, accesses])]
+    fn received(cx: received::Context) {
+        while let Some(frame) = cx.local.receiver.receive() {
             let _ = match cx.local.frames.receive(&frame) {
                 Some(command @ Message::Command { .. }) => cx.local.commands.enqueue(command),
                 // Who asks for more before the answers came gets fewer answers.
@@ -280,7 +282,10 @@ mod app {
     // The controller asks for this when it goes to another state, the background in each tick.
     #[task(binds = CAN1_SCE, priority = 2, shared = [can])]
     fn bus(mut cx: bus::Context) {
-        bus_state::note(cx.shared.can.lock(Can::state));
+        bus_state::note(cx.shared.can.lock(|can| {
+            can.proceed();
+            can.state()
+        }));
         heard::from(Part::Bus);
     }
 

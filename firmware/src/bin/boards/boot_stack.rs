@@ -11,9 +11,11 @@ unsafe extern "C" {
     static _boot_stack_start: u32;
 }
 
-/// Calls a function on that stack. Interrupts must be masked, as they are in `init`, and the function must not call this
-/// again.
-pub fn call<F: FnOnce()>(task: F) {
+/// Calls a function on that stack.
+///
+/// # Safety
+/// Interrupts are masked, as they are in `init`, and the function does not call this again: there is one such stack.
+pub unsafe fn call<F: FnOnce()>(task: F) {
     let mut task = ManuallyDrop::new(task);
     // SAFETY: the stack pointer comes back before anybody else could see it, from a register that the function called
     // preserves. That stack is memory that nobody else uses, and the task outlives the call.

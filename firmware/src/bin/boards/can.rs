@@ -18,62 +18,92 @@ fn prescaler(bit_rate_kbit_s: u16) -> u16 {
     if bit_rate_kbit_s == 500 { 6 } else { 3 }
 }
 
-/// Reads of the status register until initialisation is given up: some milliseconds.
-const ANSWERS_WITHIN: u32 = 100_000;
-
 /// Frames that may wait for a mailbox: a tick's worth of telemetry and answers.
 const WAITING: usize = 16;
 
-/// The controller.
+/// The controller, but for what came in.
 pub struct Can {
     registers: CAN1,
     waiting: Deque<CanFrame, WAITING>,
+    /// The bit rate to go on the bus with, once the controller has left it.
+    wanted_kbit_s: Option<u16>,
+}
+
+/// What came in, for an interrupt of its own.
+pub struct Receiver(CAN1);
+
+impl Receiver {
+    /// The next frame that came in.
+    pub fn receive(&mut self) -> Option<CanFrame> {
+        can_frames::take(&self.0)
+    }
+
+    /// Whether frames were lost since this was asked last, as nobody had fetched those before.
+    pub fn take_overrun(&mut self) -> bool {
+        let queue = self.0.rfr(0);
+        let is_overrun = queue.read().fovr().bit();
+        if is_overrun {
+            queue.write(|w| w.fovr().set_bit());
+        }
+        is_overrun
+    }
 }
 
 impl Can {
-    /// Joins the bus, of 1000 kbit/s or 500 kbit/s. Frames with these identifiers come in, remote ones where it says
+    /// Goes on the bus, of 1000 kbit/s or 500 kbit/s. Frames with these identifiers come in, remote ones where it says
     /// so.
     pub fn new(
         can: CAN1,
         bit_rate_kbit_s: u16,
         identifiers: impl Iterator<Item = (Id, bool)>,
-    ) -> Self {
-        // After a reset it sleeps, and the reset value with which a write begins says so.
-        can.mcr().write(|w| w.sleep().clear_bit().inrq().set_bit());
-        await_initialisation(&can);
-        // Comes back from bus-off by itself; sends in order; keeps what it has when a queue is full.
+    ) -> (Self, Receiver) {
+        // After a reset it sleeps. It comes back from bus-off by itself; sends in order; keeps what it has when a queue
+        // is full.
         can.mcr().write(|w| {
-            w.sleep()
-                .clear_bit()
-                .inrq()
-                .set_bit()
-                .abom()
-                .set_bit()
-                .txfp()
-                .set_bit()
-                .rflm()
-                .set_bit()
+            w.sleep().clear_bit().inrq().set_bit();
+            w.abom().set_bit().txfp().set_bit().rflm().set_bit()
         });
-        set_timing(&can, bit_rate_kbit_s);
+        can_filters::set_up(&can);
         can_filters::let_in(&can, identifiers);
         can.ier().write(|w| {
             w.fmpie0().enabled().tmeie().enabled();
             w.bofie().enabled().epvie().enabled().errie().enabled()
         });
-        // It joins after 11 recessive bits; nobody waits for them.
-        can.mcr().modify(|_, w| w.inrq().clear_bit());
-        Self {
+        // SAFETY: the receiver touches the registers of receive queue 0, and nobody else does.
+        let receiver = Receiver(unsafe { CAN1::steal() });
+        let mut can = Self {
             registers: can,
             waiting: Deque::new(),
+            wanted_kbit_s: Some(bit_rate_kbit_s),
+        };
+        can.proceed();
+        (can, receiver)
+    }
+
+    /// Goes over to another bit rate, of 1000 kbit/s or 500 kbit/s; what was to be sent is forgotten.
+    pub fn set_bit_rate(&mut self, kbit_s: u16) {
+        self.forget();
+        self.registers.mcr().modify(|_, w| w.inrq().set_bit());
+        self.wanted_kbit_s = Some(kbit_s);
+        self.proceed();
+    }
+
+    /// Goes on the bus, if that is wanted and the controller has left it: it does so at once, or at the end of the frame
+    /// that it sends, unless its receive line is stuck. Nobody waits for it; call this again and again. It joins after
+    /// 11 recessive bits.
+    pub fn proceed(&mut self) {
+        if self.registers.msr().read().inak().bit()
+            && let Some(kbit_s) = self.wanted_kbit_s.take()
+        {
+            set_timing(&self.registers, kbit_s);
+            self.registers.mcr().modify(|_, w| w.inrq().clear_bit());
         }
     }
 
-    /// Goes over to another bit rate, of 1000 kbit/s or 500 kbit/s.
-    pub fn set_bit_rate(&mut self, kbit_s: u16) {
-        self.registers.mcr().modify(|_, w| w.inrq().set_bit());
-        await_initialisation(&self.registers);
-        set_timing(&self.registers, kbit_s);
-        self.registers.mcr().modify(|_, w| w.inrq().clear_bit());
+    /// Forgets what was to be sent.
+    pub fn forget(&mut self) {
+        self.waiting.clear();
+        (self.registers.tsr()).write(|w| w.abrq0().set_bit().abrq1().set_bit().abrq2().set_bit());
     }
 
     /// Lets frames with other identifiers in.
@@ -81,24 +111,9 @@ impl Can {
         can_filters::let_in(&self.registers, identifiers);
     }
 
-    /// Whether a frame was lost since this was asked last, as nobody had fetched those before.
-    pub fn take_overrun(&mut self) -> bool {
-        let queue = self.registers.rfr(0);
-        let is_overrun = queue.read().fovr().bit();
-        if is_overrun {
-            queue.write(|w| w.fovr().set_bit());
-        }
-        is_overrun
-    }
-
-    /// Whether [`Can::send`] would take a frame.
-    pub fn has_room(&self) -> bool {
-        !self.waiting.is_full()
-    }
-
-    /// The next frame that came in.
-    pub fn receive(&mut self) -> Option<CanFrame> {
-        can_frames::take(&self.registers)
+    /// Whether no frame waits for a mailbox.
+    pub fn is_idle(&self) -> bool {
+        self.waiting.is_empty()
     }
 
     /// Sends a frame as soon as a mailbox is free; whether it could be taken.
@@ -132,12 +147,6 @@ impl Can {
     fn fill_mailboxes(&mut self) {
         can_frames::fill(&self.registers, &mut self.waiting);
     }
-}
-
-/// It answers at once, or at the end of the frame that it sends, unless its receive line is stuck: then the board
-/// goes on without a bus.
-fn await_initialisation(can: &CAN1) {
-    let _ = (0..ANSWERS_WITHIN).find(|_| can.msr().read().inak().bit());
 }
 
 /// 1 + 11 + 2 quanta: sampled at 85.7 %, resynchronised by up to two of them.

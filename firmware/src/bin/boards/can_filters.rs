@@ -11,29 +11,44 @@ pub const MOST: usize = 28;
 const REMOTE: u32 = 1 << 1;
 const EXTENDED: u32 = 1 << 2;
 
-/// Lets the frames with these identifiers in, remote ones where it says so, all into queue 0, and no others; of more than
-/// [`MOST`] the first.
-pub fn let_in(can: &CAN1, identifiers: impl Iterator<Item = (Id, bool)>) {
+/// All of CAN1's banks.
+const BANKS: u32 = (1 << (MOST / 2)) - 1;
+
+/// Makes a list of all banks, for queue 0; nothing comes in yet.
+pub fn set_up(can: &CAN1) {
     can.fmr().modify(|_, w| w.finit().set_bit());
-    let mut words = identifiers.map(word);
-    let mut banks = 0u32;
-    for bank in can.fb_iter().take(MOST / 2) {
-        let Some(first) = words.next() else { break };
-        banks = banks << 1 | 1;
-        // SAFETY: any bits make a filter. A second place that is left over lets in what the first one does.
-        unsafe {
-            bank.fr1().write(|w| w.bits(first));
-            bank.fr2().write(|w| w.bits(words.next().unwrap_or(first)));
-        }
-    }
     // SAFETY: one bit for each bank.
     unsafe {
-        can.fm1r().write(|w| w.bits(banks));
+        can.fm1r().write(|w| w.bits(BANKS));
         can.ffa1r().write(|w| w.bits(0));
-        can.fs1r().write(|w| w.bits(banks));
-        can.fa1r().write(|w| w.bits(banks));
+        can.fs1r().write(|w| w.bits(BANKS));
     }
     can.fmr().modify(|_, w| w.finit().clear_bit());
+}
+
+/// Lets the frames with these identifiers in, remote ones where it says so, and no others; of more than [`MOST`] the
+/// first. Banks that change are off meanwhile, the others go on: while the filters as a whole are initialised, nothing
+/// would come in, and the change may be interrupted.
+pub fn let_in(can: &CAN1, identifiers: impl Iterator<Item = (Id, bool)>) {
+    let mut words = identifiers.map(word);
+    let mut banks = 0;
+    for (number, bank) in can.fb_iter().take(MOST / 2).enumerate() {
+        let Some(first) = words.next() else { break };
+        // A second place that is left over lets in what the first one does.
+        let second = words.next().unwrap_or(first);
+        let is_on = 1 << number;
+        banks |= is_on;
+        if (bank.fr1().read().bits(), bank.fr2().read().bits()) != (first, second) {
+            // SAFETY: one bit for each bank, and any bits make a filter.
+            unsafe {
+                can.fa1r().modify(|r, w| w.bits(r.bits() & !is_on));
+                bank.fr1().write(|w| w.bits(first));
+                bank.fr2().write(|w| w.bits(second));
+            }
+        }
+    }
+    // SAFETY: as above.
+    can.fa1r().write(|w| unsafe { w.bits(banks) });
 }
 
 /// As a list of 32-bit identifiers holds it.

@@ -1,14 +1,13 @@
-//! What tells this chip from all others.
+//! What tells this chip from others.
 
+use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use stm32f4xx_hal::signature::Uid;
 
-/// The three words of the unique ID (RM0090, section 39.1) in one: wafer, lot and place on the wafer are in different
-/// bits of each.
+/// A hash of the unique ID of 96 bits (RM0090, section 39.1): two chips have the same once in 4 thousand million times.
 pub fn serial_number() -> u32 {
-    let words: &[u32; 3] = {
-        // SAFETY: three words of read-only memory that is always there.
+    let id: &[u8; 12] = {
+        // SAFETY: twelve bytes of read-only memory that is always there.
         unsafe { &*core::ptr::from_ref(Uid::get()).cast() }
     };
-    let [x_y, wafer_and_lot, lot] = *words;
-    x_y ^ wafer_and_lot.rotate_left(11) ^ lot.rotate_left(22)
+    Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC).checksum(id)
 }

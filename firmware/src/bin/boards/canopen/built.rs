@@ -19,14 +19,14 @@ pub struct Built {
     pub origin: Origin,
 }
 
-/// Builds all of it in its place, with what the flash holds.
+/// Builds all of it in its place, with what the flash holds. For `init` alone.
 pub fn build(
     place: &'static mut MaybeUninit<Built>,
     (flash, to_save): (Flash, Taker<Set>),
     reset_cause: ResetCause,
     capture: &'static mut [i32],
 ) -> &'static mut Built {
-    boot_stack::call(|| {
+    let fill = || {
         let loaded = store::load_set::<Set>(&flash);
         let start = Start {
             watchdog: reset_cause == ResetCause::Watchdog,
@@ -40,7 +40,9 @@ pub fn build(
             origin: loaded.origin,
             keeper: Keeper::new(to_save, flash, &loaded),
         });
-    });
+    };
+    // SAFETY: `init` calls this, with interrupts masked, and nothing in it calls the boot stack.
+    unsafe { boot_stack::call(fill) };
     // SAFETY: it has just been written.
     unsafe { place.assume_init_mut() }
 }

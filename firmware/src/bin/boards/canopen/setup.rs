@@ -5,7 +5,7 @@ use core::sync::atomic::{AtomicU16, AtomicU32, Ordering::Relaxed};
 /// The bit rate to go over to, kbit/s; 0 for none.
 static BIT_RATE: AtomicU16 = AtomicU16::new(0);
 
-/// Frames from the bus that were lost, and how often the controller left the bus.
+/// How often frames from the bus were lost, and how often the controller left the bus.
 static LOST: AtomicU32 = AtomicU32::new(0);
 static BUS_OFFS: AtomicU32 = AtomicU32::new(0);
 
@@ -22,14 +22,14 @@ pub fn take_bit_rate() -> Option<u16> {
     }
 }
 
-/// A frame from the bus was lost. The interrupts of the bus alone count.
+/// Frames from the bus were lost.
 pub fn lost() {
-    LOST.store(LOST.load(Relaxed).wrapping_add(1), Relaxed);
+    LOST.fetch_add(1, Relaxed);
 }
 
-/// The controller left the bus. As above.
+/// The controller left the bus.
 pub fn left_the_bus() {
-    BUS_OFFS.store(BUS_OFFS.load(Relaxed).wrapping_add(1), Relaxed);
+    BUS_OFFS.fetch_add(1, Relaxed);
 }
 
 /// How often frames were lost, and how often the controller left the bus.

@@ -20,8 +20,9 @@ use crate::{
 /// Frames that may wait for the node: more than come in between two of its times, 3 ms apart, at 1 Mbit/s.
 pub const RECEIVED: usize = 65;
 
-/// Frames that may wait for the bus: a block of the SDO server is 127 at the most, and goes on as there is room.
-pub const TO_SEND: usize = 33;
+/// Frames that may wait for the bus: a bus of 1 Mbit/s takes as many in 2 ms. What the node sends in its next turn waits
+/// no longer behind them; a block of the SDO server, 127 frames, goes on as there is room.
+pub const TO_SEND: usize = 17;
 
 /// Frames that the node takes at one of its times, so that the time has an end. Two times a tick, it takes
 /// whatever a bus of 1 Mbit/s brings.
