@@ -63,8 +63,7 @@ impl Can {
             w.sleep().clear_bit().inrq().set_bit();
             w.abom().set_bit().txfp().set_bit().rflm().set_bit()
         });
-        can_filters::set_up(&can);
-        can_filters::let_in(&can, identifiers);
+        can_filters::set_up(&can, identifiers);
         can.ier().write(|w| {
             w.fmpie0().enabled().tmeie().enabled();
             w.bofie().enabled().epvie().enabled().errie().enabled()
@@ -91,6 +90,7 @@ impl Can {
     /// Goes on the bus, if that is wanted and the controller has left it: it does so at once, or at the end of the frame
     /// that it sends, unless its receive line is stuck. Nobody waits for it; call this again and again. It joins after
     /// 11 recessive bits.
+    #[inline(never)]
     pub fn proceed(&mut self) {
         if self.registers.msr().read().inak().bit()
             && let Some(kbit_s) = self.wanted_kbit_s.take()
@@ -108,7 +108,7 @@ impl Can {
 
     /// Lets frames with other identifiers in.
     pub fn set_filters(&mut self, identifiers: impl Iterator<Item = (Id, bool)>) {
-        can_filters::let_in(&self.registers, identifiers);
+        can_filters::change(&self.registers, identifiers);
     }
 
     /// Whether no frame waits for a mailbox.

@@ -11,25 +11,22 @@ pub const MOST: usize = 28;
 const REMOTE: u32 = 1 << 1;
 const EXTENDED: u32 = 1 << 2;
 
-/// All of CAN1's banks.
-const BANKS: u32 = (1 << (MOST / 2)) - 1;
-
-/// Makes a list of all banks, for queue 0; nothing comes in yet.
-pub fn set_up(can: &CAN1) {
-    can.fmr().modify(|_, w| w.finit().set_bit());
-    // SAFETY: one bit for each bank.
+/// Lets the frames with these identifiers in, remote ones where it says so, all into queue 0, and no others; of more than
+/// [`MOST`] the first. After a reset the filters are in their initialisation; here they leave it.
+pub fn set_up(can: &CAN1, identifiers: impl Iterator<Item = (Id, bool)>) {
+    // SAFETY: one bit for each bank; banks without an identifier stay off.
     unsafe {
-        can.fm1r().write(|w| w.bits(BANKS));
+        can.fm1r().write(|w| w.bits(u32::MAX >> 4));
         can.ffa1r().write(|w| w.bits(0));
-        can.fs1r().write(|w| w.bits(BANKS));
+        can.fs1r().write(|w| w.bits(u32::MAX >> 4));
     }
     can.fmr().modify(|_, w| w.finit().clear_bit());
+    change(can, identifiers);
 }
 
-/// Lets the frames with these identifiers in, remote ones where it says so, and no others; of more than [`MOST`] the
-/// first. Banks that change are off meanwhile, the others go on: while the filters as a whole are initialised, nothing
-/// would come in, and the change may be interrupted.
-pub fn let_in(can: &CAN1, identifiers: impl Iterator<Item = (Id, bool)>) {
+/// The same while frames come in. Banks that change are off meanwhile, the others go on: while the filters as a whole are
+/// initialised nothing would come in, and a change may be interrupted.
+pub fn change(can: &CAN1, identifiers: impl Iterator<Item = (Id, bool)>) {
     let mut words = identifiers.map(word);
     let mut banks = 0;
     for (number, bank) in can.fb_iter().take(MOST / 2).enumerate() {

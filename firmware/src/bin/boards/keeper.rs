@@ -30,12 +30,13 @@ impl<S: Stored> Keeper<S> {
         if !self.saver.is_running() {
             self.to_save.take_as(|set| self.saver.start(set));
         }
-        let mut progress = Progress::Running;
-        for _ in 0..LOOKS {
-            if progress == Progress::Running {
-                progress = self.saver.poll(&mut self.flash);
+        let mut looks = 0..LOOKS;
+        let progress = loop {
+            let progress = self.saver.poll(&mut self.flash);
+            if progress != Progress::Running || looks.next().is_none() {
+                break progress;
             }
-        }
+        };
         match progress {
             Progress::Idle | Progress::Running => None,
             Progress::Done => {
