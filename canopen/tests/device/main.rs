@@ -3,6 +3,7 @@
 mod bench;
 mod block;
 mod emergency;
+mod filters;
 mod heartbeat;
 mod lss;
 mod nmt;

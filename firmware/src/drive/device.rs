@@ -23,16 +23,16 @@ pub struct Device<'a> {
     /// The drive.
     pub drive: Drive<'a>,
     told: FaultSet,
-    /// State of the bus that the node knows of.
-    bus: BusState,
+    /// The bus is off, and the node knows.
+    is_off: bool,
+    /// Control periods without trouble on the bus; none once that was told.
+    calm: Option<u16>,
     /// The worst since it was told, once there is one.
     worst_bus: Option<BusState>,
     /// The statusword that the node knows of.
     statusword: u16,
     /// Frames from the bus that it knows to be lost.
     receive_overflows: u32,
-    /// Frames were being lost when the node was told last.
-    overruns: bool,
 }
 
 impl<'a> Device<'a> {
@@ -66,11 +66,11 @@ impl<'a> Device<'a> {
             node,
             drive,
             told: FaultSet::EMPTY,
-            bus: BusState::Active,
+            is_off: false,
+            calm: None,
             worst_bus: None,
             statusword: 0,
             receive_overflows: 0,
-            overruns: false,
         }
     }
 
@@ -108,7 +108,6 @@ impl<'a> Device<'a> {
     pub fn communicate(&mut self, now_us: u64) {
         self.tell_faults();
         self.tell_bus();
-        self.tell_overflows();
         let statusword = self.drive.statusword();
         if self.statusword != statusword {
             self.statusword = statusword;
@@ -139,39 +138,38 @@ impl<'a> Device<'a> {
         self.told = latched;
     }
 
+    /// Trouble on the bus is told as long as it lasts: the node sends an EMCY for what it does not know yet, also after a
+    /// reset of its own. That it is gone is told once there was none for a while, or a bus that fails again and again would
+    /// be full of it.
     fn tell_bus(&mut self) {
         let Some(state) = self.worst_bus.take() else {
             return;
         };
-        let events: &[BusEvent] = match (self.bus, state) {
-            (same, now) if same == now => &[],
-            (_, BusState::Off) => &[BusEvent::BusOff],
-            (BusState::Off, BusState::Passive) => {
-                &[BusEvent::BusOffRecovered, BusEvent::ErrorPassive]
-            }
-            (BusState::Off, _) => &[BusEvent::BusOffRecovered],
-            (_, BusState::Passive) => &[BusEvent::ErrorPassive],
-            (_, BusState::Active) => &[BusEvent::Recovered],
-        };
-        self.bus = state;
-        for event in events {
-            self.node.bus_event(*event, &mut self.drive);
+        let lost = self.drive.diagnostics.receive_overflows;
+        let was_off = core::mem::replace(&mut self.is_off, state == BusState::Off);
+        let events = [
+            (state == BusState::Off).then_some(BusEvent::BusOff),
+            (was_off && !self.is_off).then_some(BusEvent::BusOffRecovered),
+            (state == BusState::Passive).then_some(BusEvent::ErrorPassive),
+            (lost != self.receive_overflows).then_some(BusEvent::Overrun),
+        ];
+        self.receive_overflows = lost;
+        for event in events.into_iter().flatten() {
+            self.calm = Some(0);
+            self.node.bus_event(event, &mut self.drive);
         }
-    }
-
-    /// An EMCY when frames begin to be lost; it is cleared once none are, on a bus without errors.
-    fn tell_overflows(&mut self) {
-        let count = self.drive.diagnostics.receive_overflows;
-        let event = match (self.overruns, count != self.receive_overflows, self.bus) {
-            (false, true, _) => BusEvent::Overrun,
-            (true, false, BusState::Active) => BusEvent::Recovered,
-            _ => return self.receive_overflows = count,
+        self.calm = match self.calm {
+            Some(CALM) => {
+                self.node.bus_event(BusEvent::Recovered, &mut self.drive);
+                None
+            }
+            calm => calm.map(|periods| periods + 1),
         };
-        self.overruns = event == BusEvent::Overrun;
-        self.receive_overflows = count;
-        self.node.bus_event(event, &mut self.drive);
     }
 }
+
+/// Control periods without trouble after which it is gone: a second.
+const CALM: u16 = 250;
 
 /// The worse of two states.
 fn worse(a: BusState, b: BusState) -> BusState {

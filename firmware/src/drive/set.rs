@@ -126,7 +126,7 @@ fn place(address: Address) -> Option<usize> {
 }
 
 /// All communication parameters, in the order of the dictionary and of their places.
-fn communication_parameters() -> impl Iterator<Item = &'static Entry> {
+pub(super) fn communication_parameters() -> impl Iterator<Item = &'static Entry> {
     let entries = DICTIONARY.entries().iter().zip(&PLACE_OF);
     let stored = entries.filter(|(_, place)| **place != NOWHERE);
     stored.map(|(entry, _)| entry)

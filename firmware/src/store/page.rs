@@ -29,8 +29,8 @@ impl Stored for BoardParameters {
     }
 }
 
-/// Bit by bit: a table would take 1 KiB, and a page is hashed in 15,000 instructions when the board
-/// starts or saves, away from the control step.
+/// Bit by bit: a table would take 1 KiB, and a word is hashed in some 250 instructions when the
+/// board starts or saves, away from the control step.
 const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
 /// What a page holds.

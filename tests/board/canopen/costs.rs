@@ -1,7 +1,9 @@
 //! What node and drive cost: instructions of each turn, and the stack.
 
-use board_tests::canopen::{Master, firmware, read, run_node, sdo, start, write};
-use board_tests::frames::Frame;
+use board_tests::canopen::{
+    Master, Seen, control, firmware, nmt, read, run_node, sdo, seen, start, write,
+};
+use board_tests::frames::{Frame, standard};
 use virtual_board::faults::{Fault, Planned};
 use virtual_board::rig::RigOptions;
 use virtual_board::run::{Flow, Options, Script, Span, View};
@@ -19,9 +21,11 @@ const NODE: &str = "UART7";
 const MILLISECOND: u64 = 168_000;
 
 const SAVE: u32 = u32::from_le_bytes(*b"save");
+const LOAD: u32 = u32::from_le_bytes(*b"load");
 
-/// Everything that takes long, one after the other: settings, saves with and without an erase, resets, excitations under
-/// a capture, uploads in segments and in a block whose client never answers, all with commands at 50 Hz.
+/// Everything that takes long, one after the other: settings, saves with and without an erase, defaults, excitations under
+/// a capture, uploads in segments and in a block whose client never answers, all with commands at 50 Hz; then a burst of
+/// commands as dense as the bus takes, LSS, and resets of communication and node in one turn.
 fn everything(tick: u64) -> Vec<Frame> {
     let excitation = tick.saturating_sub(1000);
     match tick {
@@ -42,6 +46,19 @@ fn everything(tick: u64) -> Vec<Frame> {
         // A block upload of the capture: 127 segments at once.
         2010 => vec![upload_block(0x2032)],
         2012 => vec![begin_upload()],
+        2100 => vec![control(0x0f, 1_000); 23],
+        2101 => [
+            vec![sdo([0x40, 0x18, 0x10, 1, 0, 0, 0, 0]); 8],
+            vec![control(0x0f, 0); 15],
+        ]
+        .concat(),
+        2150 => vec![
+            standard(0x7e5, &[0x04, 1, 0, 0, 0, 0, 0, 0]),
+            standard(0x7e5, &[0x17; 8]),
+        ],
+        2200 => vec![nmt(0x81), nmt(0x82), start()],
+        2250 => vec![write(0x1011, 1, LOAD, 4)],
+        2251.. => Vec::new(),
         _ if tick > 30 && tick.is_multiple_of(5) => command(tick % 2500),
         _ => Vec::new(),
     }
@@ -57,7 +74,7 @@ fn begin_upload() -> Frame {
 }
 
 /// Ticks of the run.
-const TICKS: u64 = 2300;
+const TICKS: u64 = 2450;
 
 /// Looks at the paint in the end.
 struct Looking<F> {
@@ -108,6 +125,12 @@ fn the_turns_of_the_node_end_in_their_periods_and_a_quarter_of_the_stack_is_left
     }
     let operations = finished.flash_operations.len();
     assert!(operations > 400, "the saves did not run: {operations}");
+    let seen = seen(&finished);
+    let overrun = |seen: &&Seen| seen.frame.bytes().starts_with(&[0x10, 0x81]);
+    assert_eq!(seen.iter().filter(overrun).count(), 0, "no frame was lost");
+    let boot_up = standard(0x701, &[0]);
+    let boots = seen.iter().filter(|seen| seen.frame == boot_up);
+    assert_eq!(boots.count(), 3, "power-on and two resets");
     let step = STEP.map(|(name, times)| times * most(&finished.spans[name]));
     let turn = most(&finished.spans[NODE]);
     println!(

@@ -5,7 +5,7 @@ use firmware::store::{Loaded, Progress, Saver, Stored};
 use crate::{flash::Flash, slot::Taker};
 
 /// Looks at the flash in a tick: a word takes 16 us, as long as some twenty of them. A set is written in 20 ticks so, beside
-/// 250 ms for an erase, and nobody is kept waiting for longer than 0.2 ms, with the least priority of all.
+/// 250 ms for an erase, and the background is busy with it for 0.2 ms of each, once for longer: the set is hashed first.
 const LOOKS: usize = 200;
 
 /// Saves what it is given.

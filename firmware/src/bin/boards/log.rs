@@ -1,7 +1,7 @@
 //! The log of the program: defmt over RTT, read by a debugger while the program runs.
 //!
-//! Only initialisation and the background write to it, so one lock that nobody waits for is enough, no
-//! interrupt is ever masked, and a debugger that does not read costs frames instead of time. The crate
+//! No control step writes to it, and a frame that would interrupt another one is left out: one lock that nobody waits for
+//! is enough, no interrupt is ever masked, and a debugger that does not read costs frames instead of time. The crate
 //! defmt-rtt masks interrupts while it writes, waits for the debugger once one is connected, and has a
 //! path to a panic.
 

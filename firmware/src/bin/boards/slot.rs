@@ -1,5 +1,5 @@
 //! One place between two priorities: what is put there waits until it is taken. A queue of the crate
-//! `heapless` keeps one place more than it holds, which is 256 bytes for a set of parameters.
+//! `heapless` keeps one place more than it holds, which is a whole set of parameters.
 
 use core::{
     cell::UnsafeCell,

@@ -2,7 +2,9 @@
 
 use super::*;
 use crate::store::{EDGES, Stored};
-use canopen::Abort;
+use canopen::dictionary::Address;
+use canopen::{Abort, ParameterGroup};
+use core::task::Poll;
 
 const SAVE: u32 = u32::from_le_bytes(*b"save");
 const LOAD: u32 = u32::from_le_bytes(*b"load");
@@ -217,4 +219,43 @@ fn an_enabled_drive_keeps_its_identity_against_lss() {
     lss_node_id(&mut bench, 42);
     lss_store(&mut bench, 2);
     assert_eq!(bench.device.drive.store.set().board.bus.node_id, 1);
+}
+
+/// Sees which communication parameters the server has for 1010h.
+#[derive(Default)]
+struct Recorder(Vec<Address>);
+
+impl canopen::Application for Recorder {
+    fn read(&mut self, _: Address) -> Result<u64, Abort> {
+        Err(Abort::NoObject)
+    }
+
+    fn write(&mut self, _: Address, _: u64) -> Result<(), Abort> {
+        Err(Abort::NoObject)
+    }
+
+    fn store(
+        &mut self,
+        _: ParameterGroup,
+        communication: &mut dyn Iterator<Item = (Address, u32)>,
+    ) -> Poll<Result<(), Abort>> {
+        self.0 = communication.map(|(address, _)| address).collect();
+        Poll::Ready(Ok(()))
+    }
+}
+
+#[test]
+fn each_communication_parameter_of_the_server_has_its_place_in_a_set() {
+    let mut app = Recorder::default();
+    let node_id = canopen::NodeId::new(1);
+    let mut node = canopen::Node::<4, 4>::new(&crate::dictionary::DICTIONARY, node_id, &mut app, 0);
+    let boot_up = node.transmit::<CanFrame>(&mut app);
+    assert!(boot_up.is_some());
+    let save = [0x23, 0x10, 0x10, 1, b's', b'a', b'v', b'e'];
+    node.receive(&frame(0x601, &save), 0, &mut app);
+    let places: Vec<_> = set::communication_parameters()
+        .map(|entry| entry.address())
+        .collect();
+    assert!(places.len() > 50, "{}", places.len());
+    assert_eq!(app.0, places);
 }

@@ -1,0 +1,98 @@
+//! What a CAN controller may filter away: the identifiers that the node names are all that concern it.
+
+use canopen::CanFrame;
+use embedded_can::{ExtendedId, Id, StandardId};
+
+use crate::bench::Bench;
+
+fn standard(id: u16) -> Id {
+    StandardId::new(id).expect("11 bits").into()
+}
+
+fn wanted(bench: &Bench) -> Vec<(Id, bool)> {
+    bench.node.identifiers().collect()
+}
+
+/// A node whose services are where nobody expects them.
+fn scattered() -> Bench {
+    let mut bench = Bench::operational();
+    for (index, sub, value) in [
+        (0x1005, 0, 0x2000_0090),
+        (0x1012, 0, 0x155),
+        (0x1012, 0, 0x8000_0155),
+        (0x1016, 2, 9 << 16 | 500),
+        (0x1401, 1, 0x8000_0301),
+        (0x1401, 1, 0x2012_3456),
+        (0x1800, 1, 0xC000_0185),
+        (0x1800, 1, 0x0000_01A1),
+    ] {
+        let done = bench.write_u32(index, sub, value);
+        assert_eq!(done, Ok(()), "{index:x}:{sub} = {value:x}");
+    }
+    bench
+}
+
+#[test]
+fn the_identifiers_are_those_of_the_services_wherever_they_are() {
+    let bench = scattered();
+    let far = |id| Id::Extended(ExtendedId::new(id).expect("29 bits"));
+    let mut found = wanted(&bench);
+    let mut expected = vec![
+        (standard(0x7E5), false),
+        (standard(0), false),
+        (standard(0x605), false),
+        (far(0x90), false),
+        (standard(0x155), false),
+        (standard(0x709), false),
+        (standard(0x205), false),
+        (far(0x12_3456), false),
+        (standard(0x1A1), true),
+    ];
+    let key = |(id, remote): &(Id, bool)| format!("{id:?} {remote}");
+    found.sort_by_key(key);
+    expected.sort_by_key(key);
+    assert_eq!(found, expected);
+}
+
+#[test]
+fn a_node_without_a_node_id_wants_nothing_but_layer_setting() {
+    let wanted = wanted(&Bench::cold(None));
+    assert!(wanted.contains(&(standard(0x7E5), false)));
+    assert!(!wanted.contains(&(standard(0), false)));
+}
+
+/// Sends a frame that the node does not want: nothing changes, and nothing is answered.
+fn is_ignored(bench: &mut Bench, frame: &CanFrame) {
+    let before = format!("{:?}", bench.node);
+    let answers = bench.receive(frame);
+    assert!(answers.is_empty(), "{frame:?}: {answers:x?}");
+    assert_eq!(format!("{:?}", bench.node), before, "{frame:?}");
+}
+
+#[test]
+fn a_frame_that_is_not_among_them_changes_nothing() {
+    let mut bench = scattered();
+    let wanted = wanted(&bench);
+    let number = |id: &Id| match id {
+        Id::Standard(id) => (u32::from(id.as_raw()), false),
+        Id::Extended(id) => (id.as_raw(), true),
+    };
+    let named: Vec<_> = wanted.iter().map(|(id, r)| (number(id), *r)).collect();
+    // All of 11 bits; of 29 bits those that the services would have with 11, and the neighbours of the one that is.
+    let ids = (0..0x800).flat_map(|id| [(id, false), (id, true)]);
+    let ids = ids.chain([(0x12_3455, true), (0x12_3457, true)]);
+    let mut ignored = 0;
+    for id in ids {
+        for remote in [false, true] {
+            if named.contains(&(id, remote)) {
+                continue;
+            }
+            for (length, data) in [(8, [0x40; 8]), (2, [1, 5, 0, 0, 0, 0, 0, 0]), (0, [0; 8])] {
+                let frame = CanFrame::raw(id.0, id.1, remote, length, data).expect("a frame");
+                is_ignored(&mut bench, &frame);
+                ignored += 1;
+            }
+        }
+    }
+    assert!(ignored > 24_000, "{ignored}");
+}
