@@ -18,8 +18,8 @@ fn scattered() -> Bench {
     let mut bench = Bench::operational();
     for (index, sub, value) in [
         (0x1005, 0, 0x2000_0090),
-        (0x1012, 0, 0x155),
-        (0x1012, 0, 0x8000_0155),
+        (0x1012, 0, 0x190),
+        (0x1012, 0, 0x8000_0190),
         (0x1016, 2, 9 << 16 | 500),
         (0x1401, 1, 0x8000_0301),
         (0x1401, 1, 0x2012_3456),
@@ -42,7 +42,7 @@ fn the_identifiers_are_those_of_the_services_wherever_they_are() {
         (standard(0), false),
         (standard(0x605), false),
         (far(0x90), false),
-        (standard(0x155), false),
+        (standard(0x190), false),
         (standard(0x709), false),
         (standard(0x205), false),
         (far(0x12_3456), false),

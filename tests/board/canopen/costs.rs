@@ -138,7 +138,7 @@ fn the_turns_of_the_node_end_in_their_periods_and_a_quarter_of_the_stack_is_left
         step.iter().sum::<u64>()
     );
     assert!(step.iter().sum::<u64>() < 5_000);
-    assert!(turn < MILLISECOND / 2, "{turn}");
+    assert!(turn < MILLISECOND * 3 / 4, "{turn}");
 
     let address = |name| firmware().address(name).expect("a symbol");
     let size = address("_stack_start") - address("_stack_end");

@@ -297,18 +297,13 @@ mod app {
         can.proceed();
         let state = can.state();
         bus_state::note(state);
-        let leaves = state == BusState::Off && *cx.local.was != BusState::Off;
-        *cx.local.was = state;
-        let bit_rate_kbit_s = setup::take_bit_rate();
-        if leaves || bit_rate_kbit_s.is_some() {
-            // It would be out of date, or break in upon the silence of the network.
-            can.forget();
-            while cx.shared.to_send.dequeue().is_some() {}
-        }
-        if leaves {
+        if state == BusState::Off && *cx.local.was != BusState::Off {
             setup::left_the_bus();
         }
-        if let Some(kbit_s) = bit_rate_kbit_s {
+        *cx.local.was = state;
+        if let Some(kbit_s) = setup::take_bit_rate() {
+            // What waits would break in upon the silence of the network.
+            while cx.shared.to_send.dequeue().is_some() {}
             can.set_bit_rate(kbit_s);
         }
         if let Some(wanted) = cx.local.wanted.take() {

@@ -81,7 +81,8 @@ impl Can {
 
     /// Goes over to another bit rate, of 1000 kbit/s or 500 kbit/s; what was to be sent is forgotten.
     pub fn set_bit_rate(&mut self, kbit_s: u16) {
-        self.forget();
+        self.waiting.clear();
+        (self.registers.tsr()).write(|w| w.abrq0().set_bit().abrq1().set_bit().abrq2().set_bit());
         self.registers.mcr().modify(|_, w| w.inrq().set_bit());
         self.wanted_kbit_s = Some(kbit_s);
         self.proceed();
@@ -98,12 +99,6 @@ impl Can {
             set_timing(&self.registers, kbit_s);
             self.registers.mcr().modify(|_, w| w.inrq().clear_bit());
         }
-    }
-
-    /// Forgets what was to be sent.
-    pub fn forget(&mut self) {
-        self.waiting.clear();
-        (self.registers.tsr()).write(|w| w.abrq0().set_bit().abrq1().set_bit().abrq2().set_bit());
     }
 
     /// Lets frames with other identifiers in.

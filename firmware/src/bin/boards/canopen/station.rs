@@ -4,6 +4,7 @@
 //! [`device_control`], [`communicate`].
 
 use canopen::CanFrame;
+use cortex_m::peripheral::DWT;
 use firmware::{
     application::{Outputs, Samples},
     drive::{Device, Set},
@@ -24,9 +25,10 @@ pub const RECEIVED: usize = 65;
 /// no longer behind them; a block of the SDO server, 127 frames, goes on as there is room.
 pub const TO_SEND: usize = 17;
 
-/// Frames that the node takes at one of its times, so that the time has an end. Two times a tick, it takes
-/// whatever a bus of 1 Mbit/s brings.
-const AT_ONCE: usize = 45;
+/// Core cycles of a turn after which the node takes no more frames, so that the turn ends before the next edge: the
+/// longest that a frame takes, a reset of the node, is 70,000 (a millisecond has 168,000). An ordinary one takes 1,000: with
+/// two turns a tick that is as many as a bus of 1 Mbit/s brings.
+const LONGEST_INTAKE: u32 = 30_000;
 
 /// Core cycles of a microsecond.
 const CYCLES_PER_US: u32 = 168;
@@ -64,10 +66,10 @@ fn device_control(device: &mut Device<'static>, samples: &Samples) -> Outputs {
 #[inline(never)]
 fn communicate(station: &mut Station, now_us: u64) {
     let Station { device, queues, .. } = station;
-    for _ in 0..AT_ONCE {
-        let Some(frame) = queues.received.dequeue() else {
-            break;
-        };
+    let began = DWT::cycle_count();
+    while DWT::cycle_count().wrapping_sub(began) < LONGEST_INTAKE
+        && let Some(frame) = queues.received.dequeue()
+    {
         device.receive(&frame, now_us);
         send(device, queues);
     }
