@@ -131,10 +131,8 @@ fn solve(
     let share = share(&seen);
     let finalists = seen.into_iter().take(preview.finalists);
     let mut finalists: Vec<Vec<f64>> = finalists.map(|found| found.point).collect();
-    if !preview.is_thinned {
-        // What the preview makes of a case is not what the problem does: no worse than the case.
-        finalists.extend(nested);
-    }
+    // What the preview makes of a case is not what the problem does: no worse than the case.
+    finalists.extend(nested);
     let silent = nested::Silent(progress);
     let last = Descent {
         progress: &silent,

@@ -34,10 +34,23 @@ impl Row {
 
 impl Row {
     /// Whether the emulated board did the same, bit for bit.
-    pub fn is(&self, emulated: &trace::Row) -> bool {
+    fn is(&self, emulated: &trace::Row) -> bool {
         emulated.bridge == self.bridge
             && emulated.sensed == self.sensed
             && emulated.angle_deg.to_bits() == self.angle_deg.to_bits()
+    }
+}
+
+/// Asserts that the emulated board did the same in every PWM period, bit for bit.
+///
+/// # Panics
+/// If it did not.
+pub fn assert_same(native: &[Row], emulated: &[trace::Row]) {
+    for (period, (expected, found)) in native.iter().zip(emulated).enumerate() {
+        assert!(
+            expected.is(found),
+            "period {period}: native {expected:?}, emulated {found:?}"
+        );
     }
 }
 

@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use super::{Options, Progress, solve};
 use crate::identify::fit::Fit;
-use crate::identify::levenberg::Limits;
 use crate::identify::model::Model;
 use crate::identify::problem::{IdentifyError, Problem, Role, Spec};
 use crate::identify::unknowns::{Unknown, Unknowns};
@@ -92,13 +91,12 @@ fn searched(
     options: &Options,
     progress: &dyn Progress,
 ) -> Result<Vec<Vec<f64>>, IdentifyError> {
-    // As many starts as the case would have alone, so that this model fits no worse than that one;
-    // but to no more digits than a start needs.
-    let limits = Limits {
-        decrease: ROUGH_DECREASE.max(options.limits.decrease),
-        ..options.limits
-    };
-    let options = Options { limits, ..*options };
+    // As the case would be searched alone, so that this model fits no worse than that one; a rough cost, which takes
+    // long, to no more digits than a start needs.
+    let mut options = *options;
+    if case.is_rough() {
+        options.limits.decrease = ROUGH_DECREASE.max(options.limits.decrease);
+    }
     let simple = simplified(problem, case)?;
     let (of_case, found, _) = solve(&simple, &options, &Silent(progress), &[])?;
     Ok(of_case
