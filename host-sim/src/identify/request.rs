@@ -36,7 +36,7 @@ impl Request {
     /// the same recordings serves as a start where it is simpler.
     ///
     /// # Errors
-    /// Those of [`Problem`] and of [`fit`](super::fit).
+    /// Those of [`Problem`] and of [`fit`](fn@super::fit).
     pub fn assess(
         &self,
         model: Arc<dyn Model>,
