@@ -45,6 +45,10 @@ pub struct BlackBox2 {
 /// what shows, and still moves under a search.
 const QUICK: f64 = 10.0;
 
+/// The quickest pole that is taken over, rad/s: the lag of 5 ms that a quicker one has not is soon found in the delay, and
+/// an inner loop ten times as quick could not be stepped.
+const QUICKEST_POLE: f64 = 200.0;
+
 /// Places of the parameters; the first two are A and B, or frequency and damping.
 const DELAY: usize = 2;
 const UP: usize = 3;
@@ -143,7 +147,7 @@ impl Description for BlackBox2 {
 
     fn lifted(&self, parameter: usize, case: &dyn Model, values: &[f64]) -> Option<f64> {
         let named = |name: &str| case.parameters().iter().position(|p| p.name == name);
-        let pole = named("pole_rad_s").map(|place| values[place]);
+        let pole = named("pole_rad_s").map(|place| values[place].min(QUICKEST_POLE));
         match (parameter, pole, self.form) {
             (0, Some(pole), Form::Gains) => Some(QUICK * pole * pole),
             (1, Some(pole), Form::Gains) => Some(QUICK * pole),
