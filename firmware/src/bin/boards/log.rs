@@ -53,12 +53,17 @@ struct Frame(UnsafeCell<State>);
 
 struct State {
     encoder: defmt::Encoder,
+    cursor: Cursor,
+    /// Whose it is: nobody's if the log was taken when it began.
+    depth: u32,
+}
+
+/// How far the frame has come.
+struct Cursor {
     /// Where its next byte goes; the debugger sees it when it is whole.
     end: u32,
     /// All of it found a place.
     whole: bool,
-    /// Whose it is: nobody's if the log was taken when it began.
-    depth: u32,
 }
 
 // SAFETY: whoever has set `TAKEN` alone reaches the state.
@@ -66,22 +71,26 @@ unsafe impl Sync for Frame {}
 
 static FRAME: Frame = Frame(UnsafeCell::new(State {
     encoder: defmt::Encoder::new(),
-    end: 0,
-    whole: true,
+    cursor: Cursor {
+        end: 0,
+        whole: true,
+    },
     depth: 0,
 }));
 
-/// Puts bytes behind `end`, as far as there is room.
-fn put(end: &mut u32, whole: &mut bool, bytes: &[u8]) {
-    for byte in bytes {
-        let next = (*end + 1) % SIZE;
-        let place = BUFFER.get(*end as usize);
-        let (Some(place), true) = (place, next != _SEGGER_RTT.read.load(Acquire)) else {
-            *whole = false;
-            return;
-        };
-        place.store(*byte, Relaxed);
-        *end = next;
+impl Cursor {
+    /// Puts bytes there, as far as there is room.
+    fn put(&mut self, bytes: &[u8]) {
+        for byte in bytes {
+            let next = (self.end + 1) % SIZE;
+            let place = BUFFER.get(self.end as usize);
+            let (Some(place), true) = (place, next != _SEGGER_RTT.read.load(Acquire)) else {
+                self.whole = false;
+                return;
+            };
+            place.store(*byte, Relaxed);
+            self.end = next;
+        }
     }
 }
 
@@ -100,47 +109,33 @@ unsafe impl defmt::Logger for Logger {
             state.depth = state.depth.wrapping_add(1);
             return;
         }
-        let State {
-            encoder,
-            end,
-            whole,
-            ..
-        } = state;
-        *end = _SEGGER_RTT.written.load(Relaxed);
-        *whole = true;
-        encoder.start_frame(|bytes| put(end, whole, bytes));
+        state.cursor = Cursor {
+            end: _SEGGER_RTT.written.load(Relaxed),
+            whole: true,
+        };
+        (state.encoder).start_frame(|bytes| state.cursor.put(bytes));
     }
 
     unsafe fn flush() {}
 
     unsafe fn write(bytes: &[u8]) {
         // SAFETY: between `acquire` and `release`.
-        let State {
-            encoder,
-            end,
-            whole,
-            depth,
-        } = unsafe { &mut *FRAME.0.get() };
-        if *depth == 0 {
-            encoder.write(bytes, |bytes| put(end, whole, bytes));
+        let state = unsafe { &mut *FRAME.0.get() };
+        if state.depth == 0 {
+            (state.encoder).write(bytes, |bytes| state.cursor.put(bytes));
         }
     }
 
     unsafe fn release() {
         // SAFETY: as above.
-        let State {
-            encoder,
-            end,
-            whole,
-            depth,
-        } = unsafe { &mut *FRAME.0.get() };
-        if *depth > 0 {
-            *depth -= 1;
+        let state = unsafe { &mut *FRAME.0.get() };
+        if state.depth > 0 {
+            state.depth -= 1;
             return;
         }
-        encoder.end_frame(|bytes| put(end, whole, bytes));
-        if *whole {
-            _SEGGER_RTT.written.store(*end, Release);
+        (state.encoder).end_frame(|bytes| state.cursor.put(bytes));
+        if state.cursor.whole {
+            _SEGGER_RTT.written.store(state.cursor.end, Release);
         }
         TAKEN.store(false, Release);
     }
