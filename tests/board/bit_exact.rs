@@ -1,7 +1,7 @@
 //! The application on the PC and the ELF on the emulated board do the same, bit for bit.
 
 use board_tests::frames::{BoardFrame, Frame, order};
-use board_tests::native::{Native, assert_same};
+use board_tests::native::Native;
 use board_tests::runs::run_schedule;
 use virtual_board::rig::RigOptions;
 use virtual_board::run::Options;
@@ -51,7 +51,7 @@ fn a_minute_of_mixed_inputs_is_the_same_natively_and_on_the_emulated_board() {
 
     let rows = &emulated.trace.rows;
     assert!(rows.len() as u64 >= 4 * TICKS);
-    assert_same(&native.rows, rows);
+    native.rig.assert_same(rows);
     let sent: Vec<Frame> = (emulated.trace.frames.iter())
         .filter(|sent| sent.sender == 0)
         .map(|sent| Frame::from_the_wire(&sent.frame))

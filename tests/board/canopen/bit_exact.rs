@@ -2,7 +2,6 @@
 
 use board_tests::canopen::{NativeNode, control, read, run_master, seen, start, target, write};
 use board_tests::frames::Frame;
-use board_tests::native::assert_same;
 use virtual_board::rig::RigOptions;
 use virtual_board::run::Options;
 
@@ -78,7 +77,7 @@ fn a_minute_of_all_modes_is_the_same_natively_and_on_the_emulated_board() {
 
     let rows = &emulated.trace.rows;
     assert!(rows.len() as u64 >= 4 * TICKS);
-    assert_same(&native.rows, rows);
+    native.rig.assert_same(rows);
     let found: Vec<Frame> = seen(&emulated).iter().map(|seen| seen.frame).collect();
     for (number, (expected, found)) in native.frames.iter().zip(&found).enumerate() {
         assert_eq!(expected, found, "frame {number}");

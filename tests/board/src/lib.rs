@@ -10,4 +10,5 @@ pub mod comm;
 pub mod cuts;
 pub mod frames;
 pub mod native;
+pub mod native_rig;
 pub mod runs;

@@ -2,20 +2,18 @@
 
 use firmware::application::Start;
 use firmware::drive::{Device, Set};
-use firmware::native::{bridge, samples};
-use virtual_board::rig::{Rig, RigOptions, TickedRig};
+use virtual_board::rig::RigOptions;
 
 use crate::frames::Frame;
-use crate::native::Row;
+use crate::native_rig::NativeRig;
 use crate::runs::PERIODS;
 
 /// The native run.
 pub struct NativeNode {
-    /// A row for each PWM period.
-    pub rows: Vec<Row>,
+    /// The rig.
+    pub rig: NativeRig,
     /// Every frame for the bus.
     pub frames: Vec<Frame>,
-    rig: TickedRig,
     device: Device<'static>,
     tick: u64,
 }
@@ -26,13 +24,9 @@ impl NativeNode {
     /// # Panics
     /// If a parameter of the rig is outside its range.
     pub fn new(options: &RigOptions) -> Self {
-        let mut rows = Vec::new();
-        let rig = Rig::try_new(options).expect("in range");
-        let rig = TickedRig::new(rig, &mut |rig, edge| rows.push(Row::of(rig, edge)));
         Self {
-            rows,
+            rig: NativeRig::new(options),
             frames: Vec::new(),
-            rig,
             device: Device::new(Set::defaults(), Start::default(), &mut [], 0),
             tick: 0,
         }
@@ -40,13 +34,10 @@ impl NativeNode {
 
     /// A control period with the four PWM periods behind it; these frames come in within the first of them.
     pub fn tick(&mut self, frames: &[Frame]) {
-        let outputs = self.device.control(&samples(&self.rig.sampled()));
+        let outputs = self.device.control(&self.rig.samples());
         self.turn(1, frames);
         self.turn(2, &[]);
-        let rows = &mut self.rows;
-        self.rig.tick(bridge(outputs.bridge), &mut |rig, edge| {
-            rows.push(Row::of(rig, edge));
-        });
+        self.rig.tick(outputs.bridge);
         self.tick += 1;
     }
 
