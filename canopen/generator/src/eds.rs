@@ -188,7 +188,10 @@ fn variable(out: &mut String, name: &str, title: &str, row: &Row) {
         Default::NodeId(value) => pairs.push(("DefaultValue", format!("$NODEID+0x{value:X}"))),
         Default::None | Default::Real(_) => {}
     }
-    pairs.push(("PDOMapping", u8::from(row.mappable).to_string()));
+    // A DOMAIN has no such keyword in CiA 306, and node-canopen refuses a sheet where it has.
+    if row.kind != Kind::Domain {
+        pairs.push(("PDOMapping", u8::from(row.mappable).to_string()));
+    }
     if let Some((low, high)) = row.limits.as_ref().filter(|_| row.kind != Kind::F32) {
         pairs.push(("LowLimit", low.clone()));
         pairs.push(("HighLimit", high.clone()));
