@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# What `cargo test` leaves out because it needs Python or the board's compiler: python-canopen as an independent master
-# over slcan, the data sheet in two importers, and the size of the server. Installs its Python packages under target/.
+# What `cargo test` leaves out because it needs Python, node or the board's compiler: python-canopen and node-canopen as
+# independent masters over slcan, the data sheet in three importers and held to the server entry by entry, and the size of
+# the server. Installs its packages under target/.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -9,6 +10,16 @@ packages=(canopen==2.4.1 python-can==4.6.1 pyserial==3.5 dcf-tools==2.4.2)
 [ -x "$venv/bin/pip" ] || python3 -m venv "$venv"
 [ -x "$venv/bin/dcfchk" ] && "$venv/bin/python" -c 'import canopen, can, serial' 2>/dev/null ||
     "$venv/bin/pip" install --quiet --disable-pip-version-check "${packages[@]}"
+
+if ! command -v npm >/dev/null; then
+    sudo=$(command -v sudo || true)
+    $sudo apt-get update -qq
+    $sudo apt-get install -y -qq --no-install-recommends nodejs npm
+fi
+# Its one package with compiled code is replaced by crc.js: nothing is built.
+modules=$PWD/target/node-canopen
+[ -d "$modules/node_modules/canopen" ] ||
+    npm install --silent --no-audit --no-fund --ignore-scripts --prefix "$modules" canopen@6.2.1
 
 printf '\n-- CANopen: size, and no path to a panic\n'
 bash canopen/tests/footprint/check.sh
@@ -27,3 +38,10 @@ bash .ci/programs
 
 printf '\n-- CANopen: python-canopen and the actuator\n'
 "$venv/bin/python" canopen/tests/clients/actuator.py target/debug/actuator docs/smart-actuator.eds
+
+printf '\n-- CANopen: node-canopen\n'
+NODE_PATH=$modules/node_modules node canopen/tests/clients/node/node_canopen.js \
+    target/debug/actuator target/debug/examples/loopback docs/smart-actuator.eds
+
+printf '\n-- CANopen: the server does what the data sheet says\n'
+"$venv/bin/python" canopen/tests/clients/walk.py target/debug/actuator docs/smart-actuator.eds

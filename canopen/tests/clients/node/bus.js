@@ -1,0 +1,81 @@
+'use strict';
+/**
+ * A server of its own for each test, and the frames of its bus: slcan over TCP in the shape that node-canopen gives and takes.
+ */
+const { spawn } = require('node:child_process');
+const { once } = require('node:events');
+const net = require('node:net');
+const readline = require('node:readline');
+const { setTimeout: pause } = require('node:timers/promises');
+
+/** For answers, ms: a busy computer takes its time. */
+const PATIENCE_MS = 4000;
+
+class Bus {
+    /** Starts the server that `command` names; its first line tells the port. */
+    static async serve(command) {
+        const bus = new Bus();
+        bus.server = spawn(command[0], command.slice(1), { stdio: ['ignore', 'pipe', 'inherit'] });
+        const [line] = await once(readline.createInterface({ input: bus.server.stdout }), 'line');
+        bus.socket = net.connect(Number(/127\.0\.0\.1:(\d+)/.exec(line)[1]), '127.0.0.1').setNoDelay(true);
+        await once(bus.socket, 'connect');
+        bus.socket.on('data', (bytes) => bus.hear(bytes));
+        bus.socket.write('C\rS8\rO\r');
+        return bus;
+    }
+
+    constructor() {
+        this.rest = '';
+        this.devices = [];
+        this.frames = [];
+    }
+
+    /** Gives the bus to a device of node-canopen. */
+    join(device) {
+        device.addListener('message', (message) => this.send(message));
+        this.devices.push(device);
+        return device;
+    }
+
+    send({ id, data = Buffer.alloc(0) }) {
+        const head = id.toString(16).padStart(3, '0') + data.length;
+        this.socket.write(`t${head}${data.toString('hex')}\r`);
+    }
+
+    hear(bytes) {
+        const lines = (this.rest + bytes.toString('latin1')).split(/[\r\x07]/);
+        this.rest = lines.pop();
+        for (const line of lines) {
+            const [, id, data] = /^t(.{3}).(.*)$/.exec(line) || [];
+            if (!id)
+                continue;
+            const frame = { id: parseInt(id, 16), data: Buffer.from(data, 'hex') };
+            this.frames.push(frame);
+            for (const device of this.devices)
+                device.receive(frame);
+        }
+    }
+
+    async close() {
+        for (const device of this.devices)
+            device.stop();
+        // The server's end may reset the line.
+        this.socket.removeAllListeners('data').on('error', () => {});
+        const ended = once(this.server, 'exit');
+        this.server.kill('SIGKILL');
+        await ended;
+        this.socket.destroy();
+    }
+}
+
+/** Waits until the condition holds. */
+async function until(condition, what) {
+    const end = Date.now() + PATIENCE_MS;
+    while (!await condition()) {
+        if (Date.now() > end)
+            throw new Error(`waited in vain for ${what}`);
+        await pause(2);
+    }
+}
+
+module.exports = { Bus, PATIENCE_MS, pause, until };

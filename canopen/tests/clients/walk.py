@@ -1,0 +1,161 @@
+#!/usr/bin/env python3
+"""The server does what its data sheet says: every entry is read, written, taken to its limits and beyond, mapped and restored.
+
+    walk.py target/debug/actuator docs/smart-actuator.eds
+"""
+import collections
+import re
+import struct
+import subprocess
+import sys
+import unittest
+
+import sheet
+from wire import Aborted, Sdo, Wire
+
+PROGRAM, SHEET = sys.argv.pop(1), sys.argv.pop(1)
+NODE = 1
+ENTRIES = sheet.read(SHEET)
+
+READ_ONLY, NO_OBJECT, NO_SUB, NOT_MAPPABLE = 0x0601_0002, 0x0602_0000, 0x0609_0011, 0x0604_0041
+TOO_LONG, TOO_SHORT, TOO_HIGH, TOO_LOW = 0x0607_0012, 0x0607_0013, 0x0609_0031, 0x0609_0032
+MINIMUM_ABOVE_MAXIMUM, NOT_STORED, LOCAL, STATE, NO_DATA = 0x0609_0036, 0x0800_0020, 0x0601_0000, 0x0800_0022, 0x0800_0024
+
+# Where there is nothing to read as long as nothing has happened.
+EMPTY = {(0x1003, sub) for sub in range(1, 9)} | {(0x2032, 0)}
+
+
+class Walk(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        command = [PROGRAM, "serve", "--listen", "127.0.0.1:0", "--nodes", "1"]
+        cls.server = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+        cls.addClassCleanup(cls.stop)
+        cls.wire = Wire(int(re.search(r"127\.0\.0\.1:(\d+)", cls.server.stdout.readline())[1]))
+        cls.addClassCleanup(cls.wire.close)
+        cls.sdo = Sdo(cls.wire, NODE, patience=2)
+
+    @classmethod
+    def stop(cls):
+        cls.server.kill()
+        cls.server.wait()
+        cls.server.stdout.close()
+
+    def refusal(self, action, *arguments):
+        """The abort code, or None."""
+        try:
+            action(*arguments)
+        except Aborted as aborted:
+            return aborted.code
+        return None
+
+    def write(self, entry, data):
+        return self.refusal(self.sdo.download, entry.index, entry.sub, data)
+
+    def read(self, entry):
+        return self.sdo.upload(entry.index, entry.sub)
+
+    def each(self, wanted=lambda entry: True):
+        for entry in filter(wanted, ENTRIES):
+            with self.subTest(str(entry)):
+                yield entry
+
+    def test_every_entry_is_read_with_the_length_of_its_type(self):
+        for entry in self.each():
+            if (entry.index, entry.sub) in EMPTY:
+                self.assertEqual(self.refusal(self.read, entry), NO_DATA)
+            elif entry.format:
+                self.assertEqual(len(self.read(entry)), entry.size)
+            else:
+                self.assertTrue(self.read(entry).isascii())
+
+    def test_what_is_not_writable_refuses_data_of_any_length(self):
+        for entry in self.each(lambda entry: not entry.writable):
+            for length in {entry.size or 4, 1, 4, 20}:
+                self.assertEqual(self.write(entry, bytes(length)), READ_ONLY)
+
+    def test_what_is_writable_takes_its_own_value_and_no_other_length(self):
+        for entry in self.each(lambda entry: entry.writable):
+            value = self.read(entry)
+            self.assertIn(self.write(entry, value), self.refusals_of_its_own_value(entry))
+            self.assertEqual(self.read(entry), value)
+            for length in {1, 2, 3, 4, 5, 8, 20} - {entry.size}:
+                self.assertEqual(self.write(entry, bytes(length)), TOO_LONG if length > entry.size else TOO_SHORT)
+
+    @staticmethod
+    def refusals_of_its_own_value(entry):
+        """Parameters that take a signature; and of a PDO in use, the mapping, inhibit time and SYNC start value."""
+        if entry.index in (0x1010, 0x1011):
+            return [NOT_STORED]
+        if entry.index & 0xFE00 == 0x1600 or entry.index & 0xFE00 == 0x1A00:
+            return [None, LOCAL]
+        if entry.index & 0xFE00 == 0x1800 and entry.sub in (3, 6):
+            return [None, STATE]
+        return [None]
+
+    def test_limits_are_taken_and_what_is_beyond_them_is_not(self):
+        for entry in self.each(lambda entry: entry.writable and entry.low is not None and entry.format != "<f"):
+            value = self.read(entry)
+            for limit, beyond, code in ((entry.low, entry.low - 1, TOO_LOW), (entry.high, entry.high + 1, TOO_HIGH)):
+                # A limit may be beyond that of another parameter; and there is nothing to excite while it is switched off.
+                expected = [None, STATE] if entry.index == 0x2020 else [None, MINIMUM_ABOVE_MAXIMUM]
+                self.assertIn(self.write(entry, entry.pack(limit)), expected, limit)
+                self.assertIsNone(self.write(entry, value))
+                try:
+                    data = entry.pack(beyond)
+                except struct.error:
+                    continue
+                self.assertEqual(self.write(entry, data), code, beyond)
+            self.assertEqual(self.read(entry), value)
+
+    def test_there_are_no_entries_but_those_of_the_sheet(self):
+        subs = collections.defaultdict(set)
+        for entry in ENTRIES:
+            subs[entry.index].add(entry.sub)
+        for index, known in subs.items():
+            with self.subTest(f"{index:04X}h"):
+                for sub in {*range(12), max(known) + 1, 0xFE, 0xFF} - known:
+                    self.assertEqual(self.refusal(self.sdo.upload, index, sub), NO_SUB, sub)
+                    self.assertEqual(self.refusal(self.sdo.download, index, sub, b"\0"), NO_SUB, sub)
+                for neighbour in {index - 1, index + 1} - subs.keys():
+                    self.assertEqual(self.refusal(self.sdo.upload, neighbour, 0), NO_OBJECT)
+
+    def test_sub_index_0_tells_how_many_there_are(self):
+        for entry in self.each(lambda entry: entry.member and entry.sub == 0):
+            highest = max(other.sub for other in ENTRIES if other.index == entry.index)
+            # The history and the mappings count what is in use.
+            counts = entry.index == 0x1003 or 0x1600 <= entry.index < 0x1800 or 0x1A00 <= entry.index < 0x1C00
+            (told,) = self.read(entry)
+            self.assertTrue(told <= highest if counts else told == highest, told)
+
+    def test_what_can_be_mapped_is_what_the_sheet_says(self):
+        for parameters, mapping, accesses in ((0x1803, 0x1A03, ("ro", "rw", "rwr", "const")), (0x1403, 0x1603, ("rw", "rww", "wo"))):
+            cob_id = struct.unpack("<I", self.sdo.upload(parameters, 1))[0]
+            self.sdo.download(parameters, 1, struct.pack("<I", cob_id | 1 << 31))
+            for entry in self.each():
+                self.sdo.download(mapping, 0, b"\0")
+                expected = None if entry.mappable and entry.access in accesses else NOT_MAPPABLE
+                self.assertEqual(self.map(mapping, entry, 8 * (entry.size or 1)), expected)
+                for bits in (0, 1, 4 * (entry.size or 1), 16 * (entry.size or 1)):
+                    self.assertEqual(self.map(mapping, entry, bits), NOT_MAPPABLE, bits)
+
+    def map(self, mapping, entry, bits):
+        word = struct.pack("<I", entry.index << 16 | entry.sub << 8 | bits)
+        refused = self.refusal(self.sdo.download, mapping, 1, word)
+        return refused or self.refusal(self.sdo.download, mapping, 0, b"\1") or self.refusal(self.sdo.download, mapping, 0, b"\0")
+
+    def test_what_the_sheet_gives_a_default_has_it_after_a_restore(self):
+        changed = 0
+        for entry in ENTRIES:
+            if entry.writable and entry.low is not None and entry.format != "<f" and 0x2000 <= entry.index:
+                changed += self.write(entry, entry.pack(entry.low)) is None
+        self.assertGreater(changed, 50)
+        self.sdo.download(0x1011, 1, b"load")
+        self.wire.send(0, bytes([0x81, NODE]))
+        self.wire.hear(lambda frame: frame.identifier == 0x700 + NODE and frame.data == b"\0", 2)
+        for entry in self.each(lambda entry: entry.default is not None and (entry.index, entry.sub) not in EMPTY):
+            self.assertEqual(self.read(entry), entry.packed_default(NODE))
+
+
+if __name__ == "__main__":
+    unittest.main()
