@@ -43,5 +43,6 @@ printf '\n-- CANopen: node-canopen\n'
 NODE_PATH=$modules/node_modules node canopen/tests/clients/node/node_canopen.js \
     target/debug/actuator target/debug/examples/loopback docs/smart-actuator.eds
 
-printf '\n-- CANopen: the server does what the data sheet says\n'
+printf '\n-- CANopen: what the data sheet says, and what a master must not do\n'
 "$venv/bin/python" canopen/tests/clients/walk.py target/debug/actuator docs/smart-actuator.eds
+"$venv/bin/python" canopen/tests/clients/black_box.py target/debug/actuator

@@ -4,14 +4,12 @@
     walk.py target/debug/actuator docs/smart-actuator.eds
 """
 import collections
-import re
 import struct
-import subprocess
 import sys
 import unittest
 
 import sheet
-from wire import Aborted, Sdo, Wire
+from wire import Bench
 
 PROGRAM, SHEET = sys.argv.pop(1), sys.argv.pop(1)
 NODE = 1
@@ -25,29 +23,9 @@ MINIMUM_ABOVE_MAXIMUM, NOT_STORED, LOCAL, STATE, NO_DATA = 0x0609_0036, 0x0800_0
 EMPTY = {(0x1003, sub) for sub in range(1, 9)} | {(0x2032, 0)}
 
 
-class Walk(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        command = [PROGRAM, "serve", "--listen", "127.0.0.1:0", "--nodes", "1"]
-        cls.server = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
-        cls.addClassCleanup(cls.stop)
-        cls.wire = Wire(int(re.search(r"127\.0\.0\.1:(\d+)", cls.server.stdout.readline())[1]))
-        cls.addClassCleanup(cls.wire.close)
-        cls.sdo = Sdo(cls.wire, NODE, patience=2)
-
-    @classmethod
-    def stop(cls):
-        cls.server.kill()
-        cls.server.wait()
-        cls.server.stdout.close()
-
-    def refusal(self, action, *arguments):
-        """The abort code, or None."""
-        try:
-            action(*arguments)
-        except Aborted as aborted:
-            return aborted.code
-        return None
+class Walk(Bench):
+    program = PROGRAM
+    node = NODE
 
     def write(self, entry, data):
         return self.refusal(self.sdo.download, entry.index, entry.sub, data)
@@ -152,7 +130,7 @@ class Walk(unittest.TestCase):
         self.assertGreater(changed, 50)
         self.sdo.download(0x1011, 1, b"load")
         self.wire.send(0, bytes([0x81, NODE]))
-        self.wire.hear(lambda frame: frame.identifier == 0x700 + NODE and frame.data == b"\0", 2)
+        self.hear(0x700 + NODE, [0])
         for entry in self.each(lambda entry: entry.default is not None and (entry.index, entry.sub) not in EMPTY):
             self.assertEqual(self.read(entry), entry.packed_default(NODE))
 

@@ -2,9 +2,12 @@
 that it shares no view of CANopen with the server nor with the masters that run against it.
 """
 import collections
+import re
 import socket
 import struct
+import subprocess
 import time
+import unittest
 
 Frame = collections.namedtuple("Frame", "identifier data extended remote")
 
@@ -67,8 +70,7 @@ class Wire:
                 raise Silent
 
     def hear_all(self, wanted, seconds):
-        """Every wanted frame of the time to come."""
-        self.forget()
+        """Every wanted frame since the last that was heard, and of the time to come."""
         until = time.monotonic() + seconds
         while self._fill(until):
             pass
@@ -132,3 +134,37 @@ class Sdo:
             answer = self.ask(bytes([toggle | (7 - len(part)) << 1 | last]) + part)
             assert answer[0] == 0x20 | toggle, answer
             toggle ^= 0x10
+
+
+class Bench(unittest.TestCase):
+    """Node 1 of a server that all tests of the class share."""
+
+    program = None
+    node = 1
+
+    @classmethod
+    def setUpClass(cls):
+        command = [cls.program, "serve", "--listen", "127.0.0.1:0", "--nodes", "1"]
+        cls.server = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+        cls.addClassCleanup(cls.stop)
+        cls.wire = Wire(int(re.search(r"127\.0\.0\.1:(\d+)", cls.server.stdout.readline())[1]))
+        cls.addClassCleanup(cls.wire.close)
+        cls.sdo = Sdo(cls.wire, cls.node, patience=2)
+
+    @classmethod
+    def stop(cls):
+        cls.server.kill()
+        cls.server.wait()
+        cls.server.stdout.close()
+
+    def refusal(self, action, *arguments):
+        """The abort code, or None."""
+        try:
+            action(*arguments)
+        except Aborted as aborted:
+            return aborted.code
+        return None
+
+    def hear(self, identifier, data):
+        """Waits for this frame."""
+        self.wire.hear(lambda frame: (frame.identifier, frame.data) == (identifier, bytes(data)), self.sdo.patience)
