@@ -46,3 +46,6 @@ NODE_PATH=$modules/node_modules node canopen/tests/clients/node/node_canopen.js 
 printf '\n-- CANopen: what the data sheet says, and what a master must not do\n'
 "$venv/bin/python" canopen/tests/clients/walk.py target/debug/actuator docs/smart-actuator.eds
 "$venv/bin/python" canopen/tests/clients/black_box.py target/debug/actuator
+
+printf '\n-- CANopen: a network as dcfgen configures it for a Lely master\n'
+"$venv/bin/python" canopen/tests/clients/lely.py target/debug/actuator docs/smart-actuator.eds
