@@ -9,12 +9,15 @@
 
 mod crossing;
 mod drive;
+mod ladder;
 mod linear;
+mod propagator;
 mod runner;
 mod transition;
 
 pub use drive::{Steps, Watch, drive, drive_steps};
-pub use linear::{Kept, System};
+pub use linear::System;
+pub use propagator::Kept;
 
 use super::model::State;
 use super::scalar::Scalar;

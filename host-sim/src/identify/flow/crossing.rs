@@ -1,6 +1,6 @@
 //! Where within a step a mode is left.
 
-use super::linear::Propagator;
+use super::propagator::Propagator;
 use super::runner::{Mode, SLACK};
 use super::{Command, Face, values};
 use crate::identify::scalar::Scalar;
@@ -70,7 +70,7 @@ fn height_of<S: Scalar, const N: usize>(
     x: &[f64; N],
     (command, slope): (f64, f64),
 ) -> (f64, f64) {
-    let rates = mode.linear.plain.rates(x, command);
+    let rates = mode.linear.series.plain.rates(x, command);
     (edge.at(x, command), edge.slope(&rates, slope))
 }
 
@@ -117,7 +117,7 @@ fn exact<S: Scalar, const N: usize>(
     };
     let height = face.at(&there, level);
     let (plain, plain_command) = (values(&there), command.without_derivatives().at(time_s));
-    let rates = linear.plain.rates(&plain, plain_command.0);
+    let rates = linear.series.plain.rates(&plain, plain_command.0);
     let fall = face.without_derivatives().slope(&rates, plain_command.1);
     // A face that is only touched is crossed at no definite time.
     let is_touched = fall.abs() < 1e-9 || time_s == 0.0;

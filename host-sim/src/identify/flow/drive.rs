@@ -1,6 +1,6 @@
 //! A model along the samples of a recording, behind a delay.
 
-use super::linear::Kept;
+use super::propagator::Kept;
 use super::runner::Runner;
 use super::{Command, Flow};
 use crate::identify::command::Segment;

@@ -1,6 +1,7 @@
 //! A model in motion, from mode to mode.
 
-use super::linear::{Kept, Propagator};
+use super::ladder::Ladder;
+use super::propagator::{Kept, Propagator};
 use super::{Command, Face, Flow, crossing, values};
 use crate::identify::scalar::Scalar;
 
@@ -13,6 +14,8 @@ const MOST_CROSSINGS: usize = 16;
 /// All that is known of a mode.
 pub struct Mode<S, const N: usize> {
     pub linear: Propagator<S, N>,
+    /// The same without derivatives: looks along a long step whether it leaves the mode.
+    scout: Propagator<f64, N>,
     pub faces: Vec<Face<S, N>>,
     /// The same without derivatives.
     pub edges: Vec<Face<f64, N>>,
@@ -22,10 +25,13 @@ impl<S: Scalar, const N: usize> Mode<S, N> {
     /// Whether a state lies beyond a face. NaN does not: no crossing is looked for there.
     #[inline(always)]
     fn is_left(&self, x: &[S; N], command: f64) -> bool {
-        let plain = values(x);
-        let is_beyond = |edge: &Face<f64, N>| edge.at(&plain, command) < -SLACK;
-        self.edges.iter().any(is_beyond)
+        is_beyond(&self.edges, &values(x), command)
     }
+}
+
+#[inline(always)]
+fn is_beyond<const N: usize>(edges: &[Face<f64, N>], x: &[f64; N], command: f64) -> bool {
+    edges.iter().any(|edge| edge.at(x, command) < -SLACK)
 }
 
 /// A model in motion.
@@ -80,8 +86,10 @@ impl<'a, S: Scalar, const N: usize, F: Flow<S, N>> Runner<'a, F, S, N> {
         let flow = self.flow;
         self.modes[mode].get_or_insert_with(|| {
             let faces = flow.faces(mode);
+            let system = flow.system(mode);
             Box::new(Mode {
-                linear: Propagator::new(flow.system(mode)),
+                scout: Propagator::new(system.without_derivatives()),
+                linear: Propagator::new(system),
                 edges: faces.iter().map(Face::without_derivatives).collect(),
                 faces,
             })
@@ -134,6 +142,12 @@ impl<'a, S: Scalar, const N: usize, F: Flow<S, N>> Runner<'a, F, S, N> {
             return None;
         }
         let (rest, rungs) = mode.linear.cut(step);
+        if let (1.., Kept::As(side)) = (rungs, kept)
+            && mode.stays(&self.x, command, step.value(), kept)
+        {
+            self.x = mode.linear.leap(&self.x, command, step, side);
+            return None;
+        }
         let end = mode.linear.propagate(&self.x, command, rest, kept);
         if mode.is_left(&end, command.value_after(rest.value())) {
             return Some(mode.cross(&mut self.x, command, rest));
@@ -145,9 +159,9 @@ impl<'a, S: Scalar, const N: usize, F: Flow<S, N>> Runner<'a, F, S, N> {
         *command = command.later(rest);
         let mut done = 0;
         while done < rungs {
-            let rung = Propagator::<S, N>::rung(done, rungs - done);
+            let rung = Ladder::<S, N>::next(done, rungs - done);
             if let Some((at, next)) = mode.climb(&mut self.x, command, rung) {
-                let before = mode.linear.rung_s(0) * done as f64;
+                let before = mode.linear.ladder.rung_s(0) * done as f64;
                 return Some((rest + before + at, next));
             }
             done += 1 << rung;
@@ -166,6 +180,22 @@ impl<S: Scalar, const N: usize> Mode<S, N> {
         (crossing.time, crossing.next)
     }
 
+    /// Whether a long step ends in the mode and passes no limit on the way.
+    fn stays(&mut self, x: &[S; N], command: &Command<S>, step_s: f64, kept: Kept) -> bool {
+        let (rest_s, rungs) = self.scout.cut(step_s);
+        let mut command = command.without_derivatives();
+        let mut x = self.scout.propagate(&values(x), &command, rest_s, kept);
+        command = command.later(rest_s);
+        let mut done = 0;
+        while done < rungs && !is_beyond(&self.edges, &x, command.value_after(0.0)) {
+            let rung = Ladder::<f64, N>::next(done, rungs - done);
+            x = self.scout.climb(&x, &command, rung);
+            command = command.later(self.scout.ladder.rung_s(rung));
+            done += 1 << rung;
+        }
+        !is_beyond(&self.edges, &x, command.value_after(0.0))
+    }
+
     /// Moves over a rung, or to the first crossing within it.
     fn climb(
         &mut self,
@@ -173,7 +203,7 @@ impl<S: Scalar, const N: usize> Mode<S, N> {
         command: &mut Command<S>,
         rung: usize,
     ) -> Option<Crossing<S>> {
-        let length = S::constant(self.linear.rung_s(rung));
+        let length = S::constant(self.linear.ladder.rung_s(rung));
         let end = self.linear.climb(x, command, rung);
         if !self.is_left(&end, command.value_after(length.value())) {
             *x = end;
@@ -187,6 +217,6 @@ impl<S: Scalar, const N: usize> Mode<S, N> {
             return Some(crossing);
         }
         let (at, next) = self.climb(x, command, half)?;
-        Some((at + self.linear.rung_s(half), next))
+        Some((at + self.linear.ladder.rung_s(half), next))
     }
 }

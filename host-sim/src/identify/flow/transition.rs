@@ -54,7 +54,7 @@ impl<S: Scalar, const N: usize> Transition<S, N> {
         }
     }
 
-    /// The same twice, one after the other; for a step that depends on no parameter.
+    /// The same twice, one after the other.
     pub fn twice(&self) -> Self {
         let zero = [S::constant(0.0); N];
         let column = |j: usize| self.turned(&std::array::from_fn(|i| self.state[i][j]), &zero);
@@ -68,8 +68,30 @@ impl<S: Scalar, const N: usize> Transition<S, N> {
             command: self.turned(&self.command, &self.command),
             constant,
             forced: (0.0_f64.to_bits(), constant),
-            moments: None,
+            moments: self
+                .moments
+                .as_ref()
+                .map(|m| Box::new(self.moments_twice(m))),
         }
+    }
+
+    /// What the powers of the time add over twice the step: `u^k` is `(u + h)^k` in its second half.
+    fn moments_twice(&self, moments: &[[S; N]; 3]) -> [[S; N]; 3] {
+        let h = self.step;
+        let powers = [h, h * h, h * h * h];
+        // Of what the lower powers add in the second half.
+        let more = |k: usize, i: usize| match k {
+            0 => self.command[i] * powers[0],
+            1 => self.command[i] * powers[1] + moments[0][i] * powers[0] * 2.0,
+            _ => {
+                let of_both = moments[0][i] * powers[1] + moments[1][i] * powers[0];
+                self.command[i] * powers[2] + of_both * 3.0
+            }
+        };
+        std::array::from_fn(|k| {
+            let second = std::array::from_fn(|i| moments[k][i] + more(k, i));
+            self.turned(&moments[k], &second)
+        })
     }
 
     /// Whether it is known what a command that moves adds.
@@ -78,33 +100,11 @@ impl<S: Scalar, const N: usize> Transition<S, N> {
     }
 
     /// Takes from the series what a command that moves adds, `system` being that of which this was
-    /// made.
+    /// made, over a short step.
     pub fn make_moments(&mut self, system: &System<S, N>) -> &[[S; N]; 3] {
         let Self { step, terms, .. } = *self;
         let make = || Box::new(moments(system, step, terms));
         self.moments.get_or_insert_with(make)
-    }
-
-    /// Takes the same from the transition of half the step: `u^k` is `(u + h)^k` in its second half.
-    pub fn make_moments_from(&mut self, half: &Self) {
-        const BINOMIALS: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [2.0, 1.0, 0.0], [3.0, 3.0, 1.0]];
-        let Some(moments) = &half.moments else {
-            return;
-        };
-        let h = half.step.value();
-        let mut doubled = **moments;
-        for (k, (double, row)) in doubled.iter_mut().zip(BINOMIALS).enumerate() {
-            let mut second = [S::constant(0.0); N];
-            for i in 0..N {
-                second[i] = half.command[i] * h.powi(k as i32 + 1);
-                for (j, binomial) in row.iter().enumerate().take(k + 1) {
-                    let factor = binomial * h.powi((k - j) as i32);
-                    second[i] = second[i] + moments[j][i] * factor;
-                }
-            }
-            *double = half.turned(&moments[k], &second);
-        }
-        self.moments = Some(Box::new(doubled));
     }
 
     /// `exp(A h) x + more`.
@@ -200,7 +200,6 @@ mod tests {
         let mut half = Transition::new(&SYSTEM, 0.01, 24);
         half.make_moments(&SYSTEM);
         let mut twice = half.twice();
-        twice.make_moments_from(&half);
         let x = [1.5, -20.0];
         for command in COMMANDS {
             let expected = SYSTEM.solve(&x, &command, 0.02, 24);

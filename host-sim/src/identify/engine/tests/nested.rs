@@ -7,8 +7,14 @@ use crate::identify::fit::Termination;
 
 #[test]
 fn black_box_2_fits_no_worse_than_black_box_1_which_it_contains() {
-    for input in ["pulse", "variable-step", "3-2-1-1", "chirp"] {
-        for seed in 0..5 {
+    // A chirp of 20 s costs as much as all the others.
+    for (input, seeds) in [
+        ("pulse", 5),
+        ("variable-step", 5),
+        ("3-2-1-1", 5),
+        ("chirp", 1),
+    ] {
+        for seed in 0..seeds {
             let run = noisy(simulated(ModelKind::BlackBox1, input, 80, &[]), seed);
             let simple = fitted(&problem("black-box-1", vec![run.clone()]));
             for name in ["black-box-2", "black-box-2-oscillator"] {
