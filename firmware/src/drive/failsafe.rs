@@ -38,10 +38,10 @@ impl Failsafe {
         self.lost = lost;
     }
 
-    /// The master has another try; whether the network has it stays as it is.
+    /// Whoever resets the fault is there, and has another try, whatever was known of the master before: its heartbeat may be
+    /// watched no longer, and after a reset of the communication it need not start the node.
     pub fn begin_anew(&mut self) {
-        self.silent = None;
-        self.retreat_mdeg = None;
+        *self = Self::default();
     }
 }
 

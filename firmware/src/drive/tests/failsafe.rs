@@ -166,6 +166,28 @@ fn a_reset_of_the_communication_stops_a_drive_that_moves() {
 }
 
 #[test]
+fn who_resets_the_fault_of_a_lost_master_can_drive_again() {
+    let losses: [fn(&mut Bench); 2] = [
+        |bench| bench.send(0, &[130, 1]),
+        |bench| {
+            bench.set(0x1016, 1, 100 << 16 | 40, 4);
+            bench.send(0x764, &[5]);
+            bench.steps(12);
+            bench.set(0x1016, 1, 0, 4);
+        },
+    ];
+    for lose in losses {
+        let mut bench = Bench::enabled(1);
+        lose(&mut bench);
+        bench.until(60, |bench| bench.status() & 0x4F == 0x08);
+        bench.control(0x80);
+        bench.enable();
+        bench.steps(50);
+        assert_eq!(bench.status() & 0x6F, 0x27);
+    }
+}
+
+#[test]
 fn a_reset_bit_without_a_fault_changes_nothing() {
     let mut bench = silent(2);
     bench.steps(25 + 200);
