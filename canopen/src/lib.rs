@@ -14,7 +14,7 @@
 //!     Entry::new(0x1017, 0, DataType::U16, Access::ReadWrite).value(100),
 //!     Entry::new(0x6064, 0, DataType::I32, Access::Read).mappable(Mapping::Transmit),
 //! ];
-//! const DICTIONARY: Dictionary = match Dictionary::new(ENTRIES, &[], &[]) {
+//! const DICTIONARY: Dictionary = match canopen::dictionary!(ENTRIES, &[], &[]) {
 //!     Ok(dictionary) => dictionary,
 //!     Err(_) => panic!("the dictionary is not sound"),
 //! };

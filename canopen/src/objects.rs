@@ -3,7 +3,7 @@
 use core::task::Poll;
 
 use crate::application::{Application, ParameterGroup};
-use crate::dictionary::{Access, Address, DataType, Dictionary, Entry, Mapping};
+use crate::dictionary::{Access, Address, DataType, Dictionary, Mapping, Row};
 use crate::message::copy;
 use crate::services::Services;
 use crate::{Abort, sdo};
@@ -23,28 +23,28 @@ pub(crate) struct Objects<'a, A, const R: usize, const T: usize> {
 
 impl<A: Application, const R: usize, const T: usize> Objects<'_, A, R, T> {
     /// The number in an object.
-    pub fn read_number(&mut self, entry: &Entry) -> Result<u64, Abort> {
-        let address = entry.address();
+    pub fn read_number(&mut self, row: &Row) -> Result<u64, Abort> {
+        let address = row.address();
         if let Some(value) = self.services.read(address, self.dictionary) {
             return value.map(u64::from);
         }
         // SDO parameters have constant values with the node-ID in them.
         let from_table = matches!(address.index, 0x1010 | 0x1011 | 0x1200..=0x127F);
-        if entry.access() == Access::Const || from_table {
-            let value = entry.value_for(self.node_id);
-            return Ok(entry.data_type().decode(&value.to_le_bytes()));
+        if row.access() == Access::Const || from_table {
+            let value = self.dictionary.value(row, self.node_id);
+            return Ok(row.data_type().decode(&value.to_le_bytes()));
         }
         self.app.read(address)
     }
 
     /// Writes a number after all checks; as an RPDO does, and an SDO transfer at its end.
-    pub fn write_number(&mut self, entry: &Entry, value: u64) -> Result<(), Abort> {
-        if entry.is_guarded() && self.app.guarded() {
+    pub fn write_number(&mut self, row: &Row, value: u64) -> Result<(), Abort> {
+        if row.is_guarded() && self.app.guarded() {
             return Err(Abort::DeviceState);
         }
-        self.check_limits(entry, value)?;
-        self.check_relations(entry, value)?;
-        let address = entry.address();
+        self.check_limits(row, value)?;
+        self.check_relations(row, value)?;
+        let address = row.address();
         match self
             .services
             .write(address, value as u32, self.dictionary, self.now_us)
@@ -53,18 +53,18 @@ impl<A: Application, const R: usize, const T: usize> Objects<'_, A, R, T> {
             None => self.app.write(address, value)?,
         }
         // Whoever changes the configuration makes what 1020h says of it untrue.
-        let configures = entry.mapping() == Mapping::None && entry.access() == Access::ReadWrite;
+        let configures = row.mapping() == Mapping::None && row.access() == Access::ReadWrite;
         if configures && !matches!(address.index, 0x1003 | 0x1020) {
             self.services.verified = [0; 2];
         }
         Ok(())
     }
 
-    fn check_limits(&self, entry: &Entry, value: u64) -> Result<(), Abort> {
-        let Some((low, high)) = entry.limit_pair() else {
+    fn check_limits(&self, row: &Row, value: u64) -> Result<(), Abort> {
+        let Some((low, high)) = self.dictionary.limits(row) else {
             return Ok(());
         };
-        let value = entry.data_type().ordered(value);
+        let value = row.data_type().ordered(value as u32);
         if value > high {
             return Err(Abort::TooHigh);
         }
@@ -75,8 +75,8 @@ impl<A: Application, const R: usize, const T: usize> Objects<'_, A, R, T> {
         }
     }
 
-    fn check_relations(&mut self, entry: &Entry, value: u64) -> Result<(), Abort> {
-        let address = entry.address();
+    fn check_relations(&mut self, row: &Row, value: u64) -> Result<(), Abort> {
+        let address = row.address();
         for relation in self.dictionary.relations() {
             let (other, is_lower) = if relation.lower == address {
                 (relation.upper, true)
@@ -87,8 +87,8 @@ impl<A: Application, const R: usize, const T: usize> Objects<'_, A, R, T> {
             };
             let other = self.read_number(self.dictionary.find(other)?)?;
             let (own, other) = (
-                entry.data_type().ordered(value),
-                entry.data_type().ordered(other),
+                row.data_type().ordered(value as u32),
+                row.data_type().ordered(other as u32),
             );
             if if is_lower { own > other } else { own < other } {
                 return Err(Abort::MaximumBelowMinimum);
@@ -122,22 +122,22 @@ impl<A: Application, const R: usize, const T: usize> Objects<'_, A, R, T> {
 }
 
 impl<A: Application, const R: usize, const T: usize> sdo::Objects for Objects<'_, A, R, T> {
-    fn entry(&self, address: Address) -> Result<&'static Entry, Abort> {
+    fn entry(&self, address: Address) -> Result<&'static Row, Abort> {
         self.dictionary.find(address)
     }
 
-    fn check_write(&self, entry: &Entry, length: Option<u32>) -> Result<(), Abort> {
-        if !entry.writable() {
+    fn check_write(&self, row: &Row, length: Option<u32>) -> Result<(), Abort> {
+        if !row.writable() {
             return Err(Abort::ReadOnly);
         }
-        if entry.is_guarded() && self.app.guarded() {
+        if row.is_guarded() && self.app.guarded() {
             return Err(Abort::DeviceState);
         }
         let Some(length) = length else { return Ok(()) };
-        let (least, most) = match (entry.data_type(), entry.data_type().size()) {
+        let (least, most) = match (row.data_type(), row.data_type().size()) {
             (_, Some(size)) => (u32::from(size), u32::from(size)),
             (DataType::Domain, _) => (0, u32::MAX),
-            _ => (0, entry.value_for(0)),
+            _ => (0, self.dictionary.value(row, 0)),
         };
         if length > most {
             return Err(Abort::TooLong);
@@ -149,34 +149,34 @@ impl<A: Application, const R: usize, const T: usize> sdo::Objects for Objects<'_
         }
     }
 
-    fn constant_text(&self, entry: &Entry) -> Option<&'static [u8]> {
-        (entry.data_type() == DataType::Text && entry.access() == Access::Const)
-            .then(|| self.dictionary.text(entry.address()))
+    fn constant_text(&self, row: &Row) -> Option<&'static [u8]> {
+        (row.data_type() == DataType::Text && row.access() == Access::Const)
+            .then(|| self.dictionary.text(row.address()))
     }
 
-    fn read(&mut self, entry: &Entry, buffer: &mut [u8]) -> Result<usize, Abort> {
-        match entry.data_type().size() {
+    fn read(&mut self, row: &Row, buffer: &mut [u8]) -> Result<usize, Abort> {
+        match row.data_type().size() {
             Some(size) => {
-                let bytes = self.read_number(entry)?.to_le_bytes();
+                let bytes = self.read_number(row)?.to_le_bytes();
                 Ok(copy(
                     buffer,
                     bytes.get(..usize::from(size)).unwrap_or(&bytes),
                 ))
             }
-            None => self.app.read_bytes(entry.address(), buffer),
+            None => self.app.read_bytes(row.address(), buffer),
         }
     }
 
-    fn write(&mut self, entry: &Entry, data: &[u8]) -> Poll<Result<(), Abort>> {
-        let address = entry.address();
-        if entry.data_type().size().is_none() {
+    fn write(&mut self, row: &Row, data: &[u8]) -> Poll<Result<(), Abort>> {
+        let address = row.address();
+        if row.data_type().size().is_none() {
             return Poll::Ready(self.app.write_bytes(address, data));
         }
-        let value = entry.data_type().decode(data);
+        let value = row.data_type().decode(data);
         match (address.index, address.sub) {
             (0x1010, 1..) => self.store(address.sub, value as u32),
             (0x1011, 1..) => self.restore(address.sub, value as u32),
-            _ => Poll::Ready(self.write_number(entry, value)),
+            _ => Poll::Ready(self.write_number(row, value)),
         }
     }
 

@@ -1,6 +1,6 @@
 //! The communication objects that the server keeps itself, 1000h to 1FFFh.
 
-use crate::dictionary::{Access, Address, Dictionary};
+use crate::dictionary::{Access, Address, Dictionary, Row};
 use crate::pdo::{Channel, Rpdo, Tpdo};
 use crate::{Abort, emergency, heartbeat, sync, time};
 
@@ -76,24 +76,24 @@ impl<const R: usize, const T: usize> Services<R, T> {
         self.verified = [0; 2];
         // 1019h first, which is not to be written while SYNC is produced.
         let first = dictionary
-            .entries()
+            .rows()
             .iter()
-            .filter(|entry| entry.index == 0x1019);
+            .filter(|row| row.address().index == 0x1019);
         let others = dictionary
-            .entries()
+            .rows()
             .iter()
-            .filter(|entry| entry.index != 0x1019);
-        for entry in first
+            .filter(|row| row.address().index != 0x1019);
+        for row in first
             .chain(others)
-            .filter(|entry| (0x1000..0x2000).contains(&entry.index))
+            .filter(|row| (0x1000..0x2000).contains(&row.address().index))
         {
-            let address = entry.address();
-            let stored = if entry.writable() {
+            let address = row.address();
+            let stored = if row.writable() {
                 stored(address)
             } else {
                 None
             };
-            let value = stored.unwrap_or_else(|| entry.value_for(node_id));
+            let value = stored.unwrap_or_else(|| dictionary.value(row, node_id));
             self.load_one(address, value, now_us);
         }
         for rpdo in &mut self.rpdos {
@@ -273,12 +273,14 @@ impl<const R: usize, const T: usize> Services<R, T> {
         dictionary: &'a Dictionary,
     ) -> impl Iterator<Item = (Address, u32)> + 'a {
         let kept = dictionary
-            .entries()
+            .rows()
             .iter()
-            .filter(|entry| entry.access() == Access::ReadWrite && !transient(entry.index));
-        kept.filter_map(|entry| {
-            let value = self.read(entry.address(), dictionary)?.ok()?;
-            Some((entry.address(), value))
+            .filter(|row| row.access() == Access::ReadWrite)
+            .map(Row::address)
+            .filter(|address| !transient(address.index));
+        kept.filter_map(|address| {
+            let value = self.read(address, dictionary)?.ok()?;
+            Some((address, value))
         })
     }
 }

@@ -205,7 +205,7 @@ const RELATIONS: &[Relation] = &[Relation {
 }];
 
 /// All of it.
-pub const DICTIONARY: Dictionary = match Dictionary::new(&ENTRIES, TEXTS, RELATIONS) {
+pub const DICTIONARY: Dictionary = match canopen::dictionary!(&ENTRIES, TEXTS, RELATIONS) {
     Ok(dictionary) => dictionary,
     Err(_) => panic!("the dictionary is not sound"),
 };

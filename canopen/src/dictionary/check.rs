@@ -1,6 +1,6 @@
 //! What must hold in a dictionary, checked while the compiler runs.
 
-use super::{Access, Address, DataType, Dictionary, Entry, Mapping};
+use super::{Access, Address, DataType, Dictionary, Mapping, Row};
 
 /// What is wrong with the tables of a dictionary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,23 +16,23 @@ pub enum DictionaryError {
     TooLong(Address),
     /// There is no such entry, or it is no constant VISIBLE_STRING.
     Text(Address),
-    /// There is no such entry, or the two are not of one numeric data type.
+    /// There is no such entry, or the two are not of one data type for numbers of at most 32 bits.
     Relation(Address),
 }
 
 pub(super) const fn check(dictionary: &Dictionary) -> Result<(), DictionaryError> {
-    let mut rest = dictionary.entries;
+    let mut rest = dictionary.rows;
     let mut last = None;
-    while let [entry, after @ ..] = rest {
+    while let [row, after @ ..] = rest {
         if let Some(last) = last
-            && last >= entry.address().key()
+            && last >= row.address().key()
         {
-            return Err(DictionaryError::Order(entry.address()));
+            return Err(DictionaryError::Order(row.address()));
         }
-        if let Err(error) = check_entry(entry) {
+        if let Err(error) = check_row(dictionary, row) {
             return Err(error);
         }
-        last = Some(entry.address().key());
+        last = Some(row.address().key());
         rest = after;
     }
     let mut texts = dictionary.texts;
@@ -45,22 +45,22 @@ pub(super) const fn check(dictionary: &Dictionary) -> Result<(), DictionaryError
     check_relations(dictionary)
 }
 
-const fn check_entry(entry: &Entry) -> Result<(), DictionaryError> {
-    let address = entry.address();
-    let size = entry.data_type().size();
+const fn check_row(dictionary: &Dictionary, row: &Row) -> Result<(), DictionaryError> {
+    let address = row.address();
+    let size = row.data_type().size();
     // Access in the right direction is a matter of how the entry is made.
-    let fits = matches!(entry.mapping(), Mapping::None) || size.is_some();
-    if !fits || entry.is_impossible() {
+    let fits = matches!(row.mapping(), Mapping::None) || size.is_some();
+    if !fits || row.is_impossible() {
         return Err(DictionaryError::Mapping(address));
     }
-    if let Some((low, high)) = entry.limit_pair() {
+    if let Some((low, high)) = dictionary.limits(row) {
         match size {
             Some(1..=4) if low <= high => {}
             _ => return Err(DictionaryError::Limits(address)),
         }
     }
-    let text = matches!(entry.data_type(), DataType::Text | DataType::Octets);
-    if text && entry.writable() && entry.value_for(0) as usize > crate::sdo::BUFFER {
+    let text = matches!(row.data_type(), DataType::Text | DataType::Octets);
+    if text && row.writable() && dictionary.value(row, 0) as usize > crate::sdo::BUFFER {
         return Err(DictionaryError::TooLong(address));
     }
     Ok(())
@@ -73,7 +73,7 @@ const fn check_relations(dictionary: &Dictionary) -> Result<(), DictionaryError>
         let upper = find(dictionary, relation.upper);
         match (lower, upper) {
             (Some((a, _)), Some((b, _)))
-                if a as u8 == b as u8 && a.size().is_some() && !matches!(a, DataType::F64) => {}
+                if a as u8 == b as u8 && matches!(a.size(), Some(1..=4)) => {}
             _ => return Err(DictionaryError::Relation(relation.lower)),
         }
         relations = after;
@@ -82,10 +82,10 @@ const fn check_relations(dictionary: &Dictionary) -> Result<(), DictionaryError>
 }
 
 const fn find(dictionary: &Dictionary, address: Address) -> Option<(DataType, Access)> {
-    let mut rest = dictionary.entries;
-    while let [entry, after @ ..] = rest {
-        if entry.address().key() == address.key() {
-            return Some((entry.data_type(), entry.access()));
+    let mut rest = dictionary.rows;
+    while let [row, after @ ..] = rest {
+        if row.address().key() == address.key() {
+            return Some((row.data_type(), row.access()));
         }
         rest = after;
     }
@@ -95,7 +95,7 @@ const fn find(dictionary: &Dictionary, address: Address) -> Option<(DataType, Ac
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dictionary::{Limits, Relation, Text};
+    use crate::dictionary::{Entry, Limits, Relation, Text};
 
     const fn number(index: u16, sub: u8) -> Entry {
         Entry::new(index, sub, DataType::U16, Access::ReadWrite)
@@ -111,13 +111,16 @@ mod tests {
         const LONG: &[Entry] =
             &[Entry::new(0x2000, 0, DataType::Text, Access::ReadWrite).value(65)];
         let at = Address::new(0x2000, 0);
-        for (entries, error) in [
-            (UNSORTED, Order(Address::new(0x2000, 1))),
-            (CROSSED, BadLimits(at)),
-            (READ_BY_PDO, BadMapping(at)),
-            (LONG, TooLong(at)),
+        for (made, error) in [
+            (
+                crate::dictionary!(UNSORTED, &[], &[]),
+                Order(Address::new(0x2000, 1)),
+            ),
+            (crate::dictionary!(CROSSED, &[], &[]), BadLimits(at)),
+            (crate::dictionary!(READ_BY_PDO, &[], &[]), BadMapping(at)),
+            (crate::dictionary!(LONG, &[], &[]), TooLong(at)),
         ] {
-            assert_eq!(Dictionary::new(entries, &[], &[]).err(), Some(error));
+            assert_eq!(made.err(), Some(error));
         }
     }
 
@@ -137,11 +140,11 @@ mod tests {
             upper: Address::new(0x2000, 0),
         }];
         assert_eq!(
-            Dictionary::new(ENTRIES, TEXT, &[]).err(),
+            crate::dictionary!(ENTRIES, TEXT, &[]).err(),
             Some(DictionaryError::Text(a))
         );
         assert_eq!(
-            Dictionary::new(ENTRIES, &[], RELATION).err(),
+            crate::dictionary!(ENTRIES, &[], RELATION).err(),
             Some(DictionaryError::Relation(b))
         );
     }

@@ -94,21 +94,15 @@ impl DataType {
         }
     }
 
-    /// A number that orders values of this type as the type does; REAL64 is not ordered here.
-    pub(crate) const fn ordered(self, value: u64) -> i64 {
+    /// A number that orders values of this type, of at most 32 bits, as the type does.
+    pub(crate) const fn ordered(self, bits: u32) -> i32 {
         match self {
-            Self::F32 => {
-                // IEEE 754 orders as sign and magnitude. Minus zero is zero; NaN lies beyond infinity.
-                let magnitude = (value & 0x7FFF_FFFF) as i64;
-                if value & 0x8000_0000 == 0 {
-                    magnitude
-                } else {
-                    -magnitude
-                }
-            }
+            Self::I8 | Self::I16 | Self::I32 => bits as i32,
+            // IEEE 754 orders as sign and magnitude. Minus zero is zero; NaN lies beyond infinity.
+            Self::F32 if bits >> 31 == 1 => -((bits & 0x7FFF_FFFF) as i32),
+            Self::F32 => bits as i32,
             // Moved down by half the range.
-            Self::U64 => (value ^ 1 << 63) as i64,
-            _ => value as i64,
+            _ => (bits ^ 1 << 31) as i32,
         }
     }
 
@@ -158,7 +152,7 @@ mod tests {
 
     #[test]
     fn floats_are_ordered_as_numbers_are() {
-        let order = |value: f32| DataType::F32.ordered(u64::from(value.to_bits()));
+        let order = |value: f32| DataType::F32.ordered(value.to_bits());
         let values = [
             f32::NEG_INFINITY,
             -2.0,

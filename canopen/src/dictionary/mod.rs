@@ -3,10 +3,14 @@
 mod check;
 mod data_type;
 mod entry;
+mod kind;
+mod packed;
 
 pub use check::DictionaryError;
 pub use data_type::DataType;
-pub use entry::{Access, Entry, Limits, Mapping};
+pub use entry::{Entry, Limits};
+pub use kind::{Access, Mapping};
+pub use packed::{Numbers, Packed, Row};
 
 use crate::Abort;
 
@@ -56,34 +60,57 @@ pub struct Relation {
 /// All objects of a device, sorted by address.
 #[derive(Clone, Copy, Debug)]
 pub struct Dictionary {
-    entries: &'static [Entry],
+    rows: &'static [Row],
+    values: &'static [u32],
+    limits: &'static [Limits],
     texts: &'static [Text],
     relations: &'static [Relation],
 }
 
+/// Packs constant slices of entries, texts and relations and checks them: a
+/// `Result<Dictionary, DictionaryError>`, meant for a `const`, where an error stops the compiler.
+///
+/// ```
+/// use canopen::Dictionary;
+/// use canopen::dictionary::{Access, Address, DataType, Entry};
+/// const ENTRIES: &[Entry] = &[Entry::new(0x1000, 0, DataType::U32, Access::Const).value(0x192)];
+/// const DICTIONARY: Dictionary = match canopen::dictionary!(ENTRIES, &[], &[]) {
+///     Ok(dictionary) => dictionary,
+///     Err(_) => panic!("the dictionary is not sound"),
+/// };
+/// let row = DICTIONARY.find(Address::new(0x1000, 0)).unwrap();
+/// assert_eq!(DICTIONARY.value(row, 5), 0x192);
+/// ```
+#[macro_export]
+macro_rules! dictionary {
+    ($entries:expr, $texts:expr, $relations:expr) => {{
+        // Names of items are seen in the arguments: these must not be anybody's.
+        const DICTIONARY_NUMBERS: $crate::dictionary::Numbers =
+            $crate::dictionary::Numbers::of($entries);
+        const DICTIONARY_PACKED: &$crate::dictionary::Packed<
+            { DICTIONARY_NUMBERS.entries() },
+            { DICTIONARY_NUMBERS.values() },
+            { DICTIONARY_NUMBERS.limits() },
+        > = &$crate::dictionary::Packed::new($entries, &DICTIONARY_NUMBERS);
+        $crate::Dictionary::new(DICTIONARY_PACKED, $texts, $relations)
+    }};
+}
+
 impl Dictionary {
-    /// Checks and takes the tables; meant for a `const`, where an error stops the compiler.
+    /// Checks and takes tables; [`dictionary!`](crate::dictionary!) packs the entries, too.
     ///
     /// # Errors
     ///
     /// What is wrong in the tables, with the address where.
-    ///
-    /// ```
-    /// use canopen::dictionary::{Access, Address, DataType, Dictionary, Entry};
-    /// const ENTRIES: &[Entry] = &[Entry::new(0x1000, 0, DataType::U32, Access::Const).value(0x192)];
-    /// const DICTIONARY: Dictionary = match Dictionary::new(ENTRIES, &[], &[]) {
-    ///     Ok(dictionary) => dictionary,
-    ///     Err(_) => panic!("the dictionary is not sound"),
-    /// };
-    /// assert!(DICTIONARY.find(Address::new(0x1000, 0)).is_ok());
-    /// ```
-    pub const fn new(
-        entries: &'static [Entry],
+    pub const fn new<const E: usize, const V: usize, const L: usize>(
+        entries: &'static Packed<E, V, L>,
         texts: &'static [Text],
         relations: &'static [Relation],
     ) -> Result<Self, DictionaryError> {
         let dictionary = Self {
-            entries,
+            rows: &entries.rows,
+            values: &entries.values,
+            limits: &entries.limits,
             texts,
             relations,
         };
@@ -95,8 +122,35 @@ impl Dictionary {
 
     /// All entries, sorted by address.
     #[must_use]
-    pub const fn entries(&self) -> &'static [Entry] {
-        self.entries
+    pub const fn rows(&self) -> &'static [Row] {
+        self.rows
+    }
+
+    /// The value of a constant, or the default of an object, as bits of its data type, for a node of this node-ID.
+    #[must_use]
+    pub const fn value(&self, row: &Row, node_id: u8) -> u32 {
+        let at = row.value as usize;
+        let value = if at < self.values.len() {
+            self.values[at]
+        } else {
+            0
+        };
+        if row.has_node_id() {
+            value.wrapping_add(node_id as u32)
+        } else {
+            value
+        }
+    }
+
+    /// Smallest and largest value of an object, where it has such, as [`DataType::ordered`] orders them.
+    pub(crate) const fn limits(&self, row: &Row) -> Option<(i32, i32)> {
+        let at = row.limits as usize;
+        if at >= self.limits.len() {
+            return None;
+        }
+        let Limits { minimum, maximum } = self.limits[at];
+        let data_type = row.data_type();
+        Some((data_type.ordered(minimum), data_type.ordered(maximum)))
     }
 
     /// The entry at an address.
@@ -104,28 +158,21 @@ impl Dictionary {
     /// # Errors
     ///
     /// [`Abort::NoObject`] where the index, [`Abort::NoSubIndex`] where only the sub-index is missing.
-    pub fn find(&self, address: Address) -> Result<&'static Entry, Abort> {
-        let at = self
-            .entries
-            .partition_point(|entry| entry.address() < address);
-        match self.entries.get(at) {
-            Some(entry) if entry.address() == address => Ok(entry),
-            Some(entry) if entry.index == address.index => Err(Abort::NoSubIndex),
-            _ => match at
-                .checked_sub(1)
-                .and_then(|before| self.entries.get(before))
-            {
-                Some(entry) if entry.index == address.index => Err(Abort::NoSubIndex),
-                _ => Err(Abort::NoObject),
-            },
+    pub fn find(&self, address: Address) -> Result<&'static Row, Abort> {
+        let at = self.rows.partition_point(|row| row.address() < address);
+        let has_index = |row: &Row| row.address().index == address.index;
+        let before = at.checked_sub(1).and_then(|at| self.rows.get(at));
+        match (self.rows.get(at), before) {
+            (Some(row), _) if row.address() == address => Ok(row),
+            (Some(row), _) | (_, Some(row)) if has_index(row) => Err(Abort::NoSubIndex),
+            _ => Err(Abort::NoObject),
         }
     }
 
-    /// Where among [`Dictionary::entries`] the entry at an address is.
+    /// Where among [`Dictionary::rows`] the entry at an address is.
     #[must_use]
     pub fn position(&self, address: Address) -> Option<usize> {
-        let position = (self.entries).binary_search_by_key(&address, Entry::address);
-        position.ok()
+        self.rows.binary_search_by_key(&address, Row::address).ok()
     }
 
     /// The text of a constant string; empty where there is none.

@@ -81,9 +81,9 @@ impl<const R: usize, const T: usize> Node<R, T> {
             let Some((to, after)) = rest.split_at_mut_checked(usize::from(slot.size)) else {
                 break;
             };
-            if let Some(entry) = slot.entry {
+            if let Some(row) = slot.row {
                 // What cannot be read now is sent as zero.
-                copy(to, &objects.read_number(entry).unwrap_or(0).to_le_bytes());
+                copy(to, &objects.read_number(row).unwrap_or(0).to_le_bytes());
             }
             rest = after;
         }
@@ -141,8 +141,8 @@ impl<const R: usize, const T: usize> Node<R, T> {
             let Some((bytes, after)) = rest.split_at_checked(usize::from(slot.size)) else {
                 break;
             };
-            if let Some(entry) = slot.entry {
-                let _ = objects.write_number(entry, entry.data_type().decode(bytes));
+            if let Some(row) = slot.row {
+                let _ = objects.write_number(row, row.data_type().decode(bytes));
             }
             rest = after;
         }

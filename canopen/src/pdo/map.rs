@@ -2,7 +2,7 @@
 
 use super::Direction;
 use crate::Abort;
-use crate::dictionary::{Address, DataType, Dictionary, Entry, Mapping};
+use crate::dictionary::{Address, DataType, Dictionary, Mapping, Row};
 
 /// Objects in a PDO at most: eight bytes, and no bit-wise mapping.
 const SLOTS: usize = 8;
@@ -13,7 +13,7 @@ pub(crate) struct Slot {
     /// Bytes that it takes; 0 where there is no object any more.
     pub size: u8,
     /// Its entry; `None` for a dummy, which takes room in an RPDO and goes nowhere.
-    pub entry: Option<&'static Entry>,
+    pub row: Option<&'static Row>,
 }
 
 /// Object 16xxh or 1Axxh.
@@ -27,10 +27,7 @@ pub(crate) struct Map {
 
 impl Map {
     pub const fn new() -> Self {
-        let empty = Slot {
-            size: 0,
-            entry: None,
-        };
+        let empty = Slot { size: 0, row: None };
         Self {
             words: [0; SLOTS],
             count: 0,
@@ -52,8 +49,8 @@ impl Map {
     pub fn maps(&self, address: Address) -> bool {
         self.slots
             .iter()
-            .flat_map(|slot| slot.entry)
-            .any(|entry| entry.address() == address)
+            .flat_map(|slot| slot.row)
+            .any(|row| row.address() == address)
     }
 
     pub fn read(&self, sub: u8) -> Option<u32> {
@@ -144,20 +141,20 @@ fn resolve(word: u32, direction: Direction, dictionary: &Dictionary) -> Result<S
         && let Some(size) = DataType::dummy(address.index).and_then(DataType::size)
     {
         return if fits(size) {
-            Ok(Slot { size, entry: None })
+            Ok(Slot { size, row: None })
         } else {
             Err(Abort::NotMappable)
         };
     }
-    let entry = dictionary.find(address)?;
+    let row = dictionary.find(address)?;
     let allowed = match direction {
-        Direction::Receive => matches!(entry.mapping(), Mapping::Receive | Mapping::Both),
-        Direction::Transmit => matches!(entry.mapping(), Mapping::Transmit | Mapping::Both),
+        Direction::Receive => matches!(row.mapping(), Mapping::Receive | Mapping::Both),
+        Direction::Transmit => matches!(row.mapping(), Mapping::Transmit | Mapping::Both),
     };
-    match entry.data_type().size() {
+    match row.data_type().size() {
         Some(size) if allowed && fits(size) => Ok(Slot {
             size,
-            entry: Some(entry),
+            row: Some(row),
         }),
         _ => Err(Abort::NotMappable),
     }

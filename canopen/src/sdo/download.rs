@@ -4,13 +4,13 @@ use core::task::Poll;
 
 use super::{BUFFER, Data, Objects, State, Step};
 use crate::Abort;
-use crate::dictionary::{Address, DataType, Entry};
+use crate::dictionary::{Address, DataType, Row};
 use crate::message::copy;
 
 /// A download under way.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Download {
-    entry: &'static Entry,
+    row: &'static Row,
     announced: Option<u32>,
     received: u32,
 }
@@ -21,20 +21,20 @@ impl Download {
         announced: Option<u32>,
         objects: &mut impl Objects,
     ) -> Result<Self, Abort> {
-        let entry = objects.entry(address)?;
-        objects.check_write(entry, announced)?;
-        if entry.data_type() == DataType::Domain {
+        let row = objects.entry(address)?;
+        objects.check_write(row, announced)?;
+        if row.data_type() == DataType::Domain {
             objects.domain_begin(address, announced)?;
         }
         Ok(Self {
-            entry,
+            row,
             announced,
             received: 0,
         })
     }
 
     fn domain(&self) -> bool {
-        self.entry.data_type() == DataType::Domain
+        self.row.data_type() == DataType::Domain
     }
 
     /// Takes the next bytes.
@@ -52,7 +52,7 @@ impl Download {
             return Err(Abort::TooLong);
         }
         if self.domain() {
-            objects.domain_write(self.entry.address(), offset, data)?;
+            objects.domain_write(self.row.address(), offset, data)?;
         } else {
             let room = buffer.get_mut(offset as usize..).unwrap_or_default();
             if copy(room, data) < data.len() {
@@ -69,11 +69,11 @@ impl Download {
             return Err(Abort::TooShort);
         }
         let done = if self.domain() {
-            objects.domain_end(self.entry.address(), self.received)
+            objects.domain_end(self.row.address(), self.received)
         } else {
             let data = buffer.get(..self.received as usize).ok_or(Abort::TooLong)?;
-            objects.check_write(self.entry, Some(self.received))?;
-            objects.write(self.entry, data)
+            objects.check_write(self.row, Some(self.received))?;
+            objects.write(self.row, data)
         };
         match done {
             Poll::Ready(Ok(())) => Ok((State::Idle, Some(reply))),
@@ -83,7 +83,7 @@ impl Download {
     }
 
     pub fn cancel(self, objects: &mut impl Objects) {
-        let address = self.entry.address();
+        let address = self.row.address();
         if self.domain() || matches!(address.index, 0x1010 | 0x1011) {
             objects.domain_cancel(address);
         }

@@ -22,12 +22,12 @@ pub(super) fn download(
             Some(accepted),
         ));
     }
-    let entry = objects.entry(address(request))?;
+    let row = objects.entry(address(request))?;
     let length = if sized {
         4 - (command >> 2 & 3)
     } else {
         // Without a size the data type tells; what has none takes all four bytes.
-        entry.data_type().size().unwrap_or(4)
+        row.data_type().size().unwrap_or(4)
     };
     let mut download = Download::begin(address(request), Some(u32::from(length)), objects)?;
     // What needs more than four bytes and names no size stays without some and is too short.

@@ -11,7 +11,7 @@ mod upload;
 use core::task::Poll;
 
 use crate::Abort;
-use crate::dictionary::{Address, Entry};
+use crate::dictionary::{Address, Row};
 use block_download::BlockDownload;
 use block_upload::BlockUpload;
 use download::Download;
@@ -29,12 +29,12 @@ pub(crate) type Data = [u8; 8];
 
 /// What the server needs of the objects.
 pub(crate) trait Objects {
-    fn entry(&self, address: Address) -> Result<&'static Entry, Abort>;
+    fn entry(&self, address: Address) -> Result<&'static Row, Abort>;
     /// Refuses what may not be written at all, now, or at this length.
-    fn check_write(&self, entry: &Entry, length: Option<u32>) -> Result<(), Abort>;
-    fn constant_text(&self, entry: &Entry) -> Option<&'static [u8]>;
-    fn read(&mut self, entry: &Entry, buffer: &mut [u8]) -> Result<usize, Abort>;
-    fn write(&mut self, entry: &Entry, data: &[u8]) -> Poll<Result<(), Abort>>;
+    fn check_write(&self, row: &Row, length: Option<u32>) -> Result<(), Abort>;
+    fn constant_text(&self, row: &Row) -> Option<&'static [u8]>;
+    fn read(&mut self, row: &Row, buffer: &mut [u8]) -> Result<usize, Abort>;
+    fn write(&mut self, row: &Row, data: &[u8]) -> Poll<Result<(), Abort>>;
     fn domain_size(&mut self, address: Address) -> Result<u32, Abort>;
     fn domain_read(&mut self, address: Address, offset: u32, to: &mut [u8]) -> Result<(), Abort>;
     fn domain_begin(&mut self, address: Address, size: Option<u32>) -> Result<(), Abort>;

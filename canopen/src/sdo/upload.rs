@@ -2,7 +2,7 @@
 
 use super::{BUFFER, Objects};
 use crate::Abort;
-use crate::dictionary::{Address, DataType, Entry};
+use crate::dictionary::{Address, DataType, Row};
 use crate::message::copy;
 
 #[derive(Clone, Copy, Debug)]
@@ -28,18 +28,18 @@ impl Upload {
         buffer: &mut [u8; BUFFER],
         objects: &mut impl Objects,
     ) -> Result<Self, Abort> {
-        let entry: &Entry = objects.entry(address)?;
-        if !entry.readable() {
+        let row: &Row = objects.entry(address)?;
+        if !row.readable() {
             return Err(Abort::WriteOnly);
         }
-        let (source, size) = if entry.data_type() == DataType::Domain {
+        let (source, size) = if row.data_type() == DataType::Domain {
             (Source::Domain, objects.domain_size(address)?)
-        } else if let Some(text) = objects.constant_text(entry) {
+        } else if let Some(text) = objects.constant_text(row) {
             (Source::Text(text), text.len() as u32)
         } else {
             (
                 Source::Buffer,
-                objects.read(entry, buffer)?.min(BUFFER) as u32,
+                objects.read(row, buffer)?.min(BUFFER) as u32,
             )
         };
         Ok(Self {

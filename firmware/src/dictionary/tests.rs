@@ -75,15 +75,13 @@ fn every_default_mapping_can_be_used() {
         for (communication, mapping) in [(0x1400, 0x1600), (0x1800, 0x1A00)] {
             let address = |base: u16, sub| Address::new(base + number, sub);
             assert!(DICTIONARY.find(address(communication, 1)).is_ok());
-            let count = DICTIONARY
-                .find(address(mapping, 0))
-                .expect("a mapping")
-                .value_for(1);
+            let value = |address| {
+                let row = DICTIONARY.find(address).expect("an entry");
+                DICTIONARY.value(row, 1)
+            };
+            let count = value(address(mapping, 0));
             let bits = (1..=count as u8).map(|sub| {
-                let word = DICTIONARY
-                    .find(address(mapping, sub))
-                    .expect("an entry")
-                    .value_for(1);
+                let word = value(address(mapping, sub));
                 let mapped = Address::new((word >> 16) as u16, (word >> 8) as u8);
                 let size = DICTIONARY
                     .find(mapped)
@@ -107,7 +105,7 @@ fn supported_modes_and_counts_are_those_of_the_profile() {
     let value = |index, sub| {
         DICTIONARY
             .find(Address::new(index, sub))
-            .map(|entry| entry.value_for(1))
+            .map(|row| DICTIONARY.value(row, 1))
     };
     assert_eq!(value(0x6502, 0), Ok(canopen::cia402::Mode::SUPPORTED));
     assert_eq!(value(0x1000, 0).map(|device| device & 0xFFFF), Ok(402));

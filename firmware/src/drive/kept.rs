@@ -88,8 +88,8 @@ impl Kept {
     pub fn defaults() -> Self {
         Self(OBJECTS.map(|address| {
             // Each of them has an entry: a test looks.
-            let entry = DICTIONARY.find(address);
-            entry.map_or(0, |entry| entry.value_for(0))
+            let row = DICTIONARY.find(address);
+            row.map_or(0, |row| DICTIONARY.value(row, 0))
         }))
     }
 

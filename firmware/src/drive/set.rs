@@ -2,7 +2,7 @@
 
 use core::task::Poll;
 
-use canopen::dictionary::{Access, Address, Entry};
+use canopen::dictionary::{Access, Address, Row};
 use canopen::{Abort, ParameterGroup};
 
 use super::kept::{self, Kept};
@@ -21,16 +21,16 @@ const fn is_communication(index: u16) -> bool {
 const NOWHERE: u8 = u8::MAX;
 
 /// Entries of the dictionary.
-const ENTRIES: usize = DICTIONARY.entries().len();
+const ENTRIES: usize = DICTIONARY.rows().len();
 
 /// How many communication parameters there are, and for each entry of the dictionary its place among them.
 const PLACES: (usize, [u8; ENTRIES]) = {
-    let entries = DICTIONARY.entries();
+    let rows = DICTIONARY.rows();
     let mut places = [NOWHERE; ENTRIES];
     let (mut count, mut at) = (0, 0);
-    while at < entries.len() {
-        let entry = &entries[at];
-        if matches!(entry.access(), Access::ReadWrite) && is_communication(entry.address().index) {
+    while at < rows.len() {
+        let row = &rows[at];
+        if matches!(row.access(), Access::ReadWrite) && is_communication(row.address().index) {
             places[at] = count as u8;
             count += 1;
         }
@@ -126,10 +126,10 @@ fn place(address: Address) -> Option<usize> {
 }
 
 /// All communication parameters, in the order of the dictionary and of their places.
-pub(super) fn communication_parameters() -> impl Iterator<Item = &'static Entry> {
-    let entries = DICTIONARY.entries().iter().zip(&PLACE_OF);
-    let stored = entries.filter(|(_, place)| **place != NOWHERE);
-    stored.map(|(entry, _)| entry)
+pub(super) fn communication_parameters() -> impl Iterator<Item = &'static Row> {
+    let rows = DICTIONARY.rows().iter().zip(&PLACE_OF);
+    let stored = rows.filter(|(_, place)| **place != NOWHERE);
+    stored.map(|(row, _)| row)
 }
 
 /// Who wants something to be stored.
@@ -188,7 +188,7 @@ impl Store {
             .has_communication
             .then_some(&self.set.communication)?;
         let word = stored.get(place(address)?).copied()?;
-        let follows = || DICTIONARY.find(address).is_ok_and(has_node_id);
+        let follows = || DICTIONARY.find(address).is_ok_and(Row::has_node_id);
         (word != BY_NODE_ID || !follows()).then_some(word)
     }
 
@@ -254,11 +254,6 @@ impl Store {
 /// What stands for a COB-ID that follows the node-ID as the dictionary has it; no COB-ID is all ones.
 const BY_NODE_ID: u32 = u32::MAX;
 
-/// Whether the dictionary adds the node-ID to this object.
-fn has_node_id(entry: &Entry) -> bool {
-    entry.value_for(1) != entry.value_for(0)
-}
-
 /// Takes over what is in force.
 pub(super) fn keep(
     set: &mut Set,
@@ -270,10 +265,10 @@ pub(super) fn keep(
         // Those come in the order of the dictionary, too: nobody has to look for a hundred places.
         let mut places = communication_parameters().zip(&mut set.communication);
         for (address, value) in communication {
-            let Some((entry, word)) = places.find(|(entry, _)| entry.address() == address) else {
+            let Some((row, word)) = places.find(|(row, _)| row.address() == address) else {
                 break;
             };
-            let is_default = has_node_id(entry) && entry.value_for(node_id) == value;
+            let is_default = row.has_node_id() && DICTIONARY.value(row, node_id) == value;
             *word = if is_default { BY_NODE_ID } else { value };
         }
         set.has_communication = true;

@@ -6,7 +6,7 @@ mod table;
 use canopen::Dictionary;
 
 pub const DICTIONARY: Dictionary =
-    match Dictionary::new(table::ENTRIES, table::TEXTS, table::RELATIONS) {
+    match canopen::dictionary!(table::ENTRIES, table::TEXTS, table::RELATIONS) {
         Ok(dictionary) => dictionary,
         Err(_) => panic!("the dictionary is not sound"),
     };
