@@ -131,6 +131,7 @@ impl Axis {
     }
 
     /// One control period.
+    #[cfg_attr(target_os = "none", inline(never))]
     pub fn step(&mut self, input: &Input, parameters: &Parameters) -> Output {
         if !input.mode.is_position() {
             // A mode that demands positions begins where the motor is then.
@@ -204,6 +205,7 @@ impl Axis {
         }
     }
 
+    #[cfg_attr(target_os = "none", inline(never))]
     fn run(&mut self, input: &Input, parameters: &Parameters) -> Course {
         if self.mode != Some(input.mode) {
             self.begin(input);
@@ -239,6 +241,7 @@ impl Axis {
         }
     }
 
+    #[cfg_attr(target_os = "none", inline(never))]
     fn profile_position(&mut self, input: &Input, parameters: &Parameters) -> Course {
         let wanted = self
             .set_points
@@ -256,6 +259,7 @@ impl Axis {
         }
     }
 
+    #[cfg_attr(target_os = "none", inline(never))]
     fn cyclic_position(&mut self, input: &Input, parameters: &Parameters) -> Course {
         let (target, limited) = parameters.limited(input.target_position);
         if target != self.command {

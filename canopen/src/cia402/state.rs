@@ -124,6 +124,7 @@ impl StateMachine {
     }
 
     /// At most one transition, and what the drive does in this period.
+    #[cfg_attr(target_os = "none", inline(never))]
     pub fn step(&mut self, word: u16, conditions: Conditions, options: &Options) -> Motion {
         let reset = word & controlword::FAULT_RESET != 0;
         let resets = reset && !self.reset_bit;

@@ -62,6 +62,7 @@ impl Server {
     }
 
     /// `active` is the node-ID in use.
+    #[cfg_attr(target_os = "none", inline(never))]
     pub fn receive(
         &mut self,
         request: Data,
@@ -123,6 +124,7 @@ impl Server {
         self.reply = Some([command, 0, 0, 0, 0, 0, 0, 0]);
     }
 
+    #[cfg_attr(target_os = "none", inline(never))]
     pub fn tick(&mut self, app: &mut impl Application, now_us: u64) {
         if self.storing
             && let Poll::Ready(done) = app.store_lss(self.node_id, self.bit_rate)

@@ -53,6 +53,7 @@ pub struct Node<const R: usize, const T: usize> {
 
 impl<const R: usize, const T: usize> Node<R, T> {
     /// Powers a node on. Without a node-ID it waits for one by LSS.
+    #[cfg_attr(target_os = "none", inline(never))]
     pub fn new(
         dictionary: &'static Dictionary,
         node_id: Option<NodeId>,
@@ -156,6 +157,7 @@ impl<const R: usize, const T: usize> Node<R, T> {
     }
 
     /// Does what has become due. `now_us` is in microseconds.
+    #[cfg_attr(target_os = "none", inline(never))]
     pub fn tick(&mut self, now_us: u64, app: &mut impl Application) {
         self.now_us = now_us;
         self.lss.tick(app, now_us);
@@ -181,6 +183,7 @@ impl<const R: usize, const T: usize> Node<R, T> {
         self.next_message(app)?.to_frame()
     }
 
+    #[cfg_attr(target_os = "none", inline(never))]
     fn next_message(&mut self, app: &mut impl Application) -> Option<Message> {
         if self.lss.silent() {
             return None;

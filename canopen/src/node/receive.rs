@@ -13,6 +13,7 @@ use crate::{lss, nmt};
 
 impl<const R: usize, const T: usize> Node<R, T> {
     /// Takes a frame from the bus. `now_us` is in microseconds.
+    #[cfg_attr(target_os = "none", inline(never))]
     pub fn receive(&mut self, frame: &impl Frame, now_us: u64, app: &mut impl Application) {
         self.now_us = now_us;
         if let Some(message) = Message::from_frame(frame) {
@@ -49,12 +50,13 @@ impl<const R: usize, const T: usize> Node<R, T> {
         }
     }
 
+    #[cfg_attr(target_os = "none", inline(never))]
     fn communicate(&mut self, message: &Message, node_id: NodeId, app: &mut impl Application) {
         if message.id == 0x600 + u32::from(node_id.get()) {
             if message.length == 8 && !message.remote {
                 let now_us = self.now_us;
                 let (mut objects, sdo) = self.split(app);
-                sdo.receive(message.data, &mut objects, now_us);
+                sdo.receive(&message.data, &mut objects, now_us);
             }
             return;
         }
@@ -80,6 +82,7 @@ impl<const R: usize, const T: usize> Node<R, T> {
         }
     }
 
+    #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn notice(&mut self, notice: Notice, app: &mut impl Application) {
         match notice {
             Notice::Started { node, recovered } => {
@@ -96,6 +99,7 @@ impl<const R: usize, const T: usize> Node<R, T> {
         }
     }
 
+    #[cfg_attr(target_os = "none", inline(never))]
     fn layer_setting(&mut self, request: [u8; 8], app: &mut impl Application) {
         let identity = self.identity(app);
         let outcome = self
@@ -109,6 +113,7 @@ impl<const R: usize, const T: usize> Node<R, T> {
     }
 
     /// Object 1018h.
+    #[cfg_attr(target_os = "none", inline(never))]
     fn identity(&mut self, app: &mut impl Application) -> lss::Identity {
         let dictionary = self.dictionary;
         let (mut objects, _) = self.split(app);

@@ -1,132 +1,97 @@
 //! Block upload (CiA 301, 7.2.4.3).
 
-use super::{BUFFER, Data, Objects, State, Step, Upload, address, crc, expedited, reply};
+use super::{Data, Objects, Server, State, crc};
 use crate::Abort;
 
 const LAST: u8 = 0x80;
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Phase {
-    /// The size was answered; the client has to start.
-    Begun,
-    /// Segments go out.
-    Sending,
-    /// The block is out and has to be confirmed.
-    Sent,
-    /// All is confirmed and the end was sent.
-    Ended,
-}
-
-#[derive(Clone, Copy, Debug)]
-pub(super) struct BlockUpload {
-    upload: Upload,
-    phase: Phase,
-    checked: bool,
-    crc: u16,
-    /// Up to where `crc` goes: segments that are sent again do not count again.
-    summed: u32,
-    /// Where this block begins.
-    confirmed: u32,
-    /// Segments of this block that are out, of `block`.
-    sequence: u8,
-    block: u8,
-}
-
-impl BlockUpload {
-    pub fn begin(request: &Data, buffer: &mut [u8; BUFFER], objects: &mut impl Objects) -> Step {
+impl Server {
+    pub(super) fn begin_block_upload(
+        &mut self,
+        request: &Data,
+        objects: &mut impl Objects,
+    ) -> Result<(), Abort> {
         let [command, _, _, _, block, threshold, ..] = *request;
+        self.set_block(block)?;
+        let size = self.begin_upload(objects)?;
+        // The client would rather have so little in the other way (protocol switch threshold).
+        if threshold != 0 && size <= u32::from(threshold) {
+            return self.answer_upload(objects);
+        }
+        self.transfer.checked = command & 4 != 0;
+        self.state = State::BlockUpload;
+        self.answer_of_object(0xC6, size);
+        Ok(())
+    }
+
+    fn set_block(&mut self, block: u8) -> Result<(), Abort> {
         if !matches!(block, 1..=127) {
             return Err(Abort::BlockSize);
         }
-        let upload = Upload::begin(address(request), buffer, objects)?;
-        // The client would rather have so little in the other way (protocol switch threshold).
-        if threshold != 0 && upload.size <= u32::from(threshold) {
-            return expedited::answer_upload(upload, request, buffer, objects);
-        }
-        let transfer = Self {
-            upload,
-            phase: Phase::Begun,
-            checked: command & 4 != 0,
-            crc: 0,
-            summed: 0,
-            confirmed: 0,
-            sequence: 0,
-            block,
-        };
-        let answer = reply(0xC6, request, upload.size);
-        Ok((State::BlockUpload(transfer), Some(answer)))
+        self.transfer.block = block;
+        Ok(())
     }
 
     /// What the client says while the transfer is under way.
-    pub fn answer(mut self, request: &Data) -> Step {
-        match (request[0] & 3, self.phase) {
-            (3, Phase::Begun) => self.phase = Phase::Sending,
-            (2, Phase::Sending | Phase::Sent) => return self.confirm(request[1], request[2]),
-            (1, Phase::Ended) => return Ok((State::Idle, None)),
+    pub(super) fn continue_block_upload(&mut self, request: &Data) -> Result<(), Abort> {
+        match (request[0] & 3, self.state) {
+            (3, State::BlockUpload) => self.state = State::BlockSending,
+            (2, State::BlockSending | State::BlockSent) => {
+                return self.confirm(request[1], request[2]);
+            }
+            (1, State::BlockUploaded) => self.state = State::Idle,
             _ => return Err(Abort::Command),
         }
-        Ok((State::BlockUpload(self), None))
+        Ok(())
     }
 
-    fn confirm(mut self, sequence: u8, block: u8) -> Step {
-        if sequence > self.sequence {
+    fn confirm(&mut self, sequence: u8, block: u8) -> Result<(), Abort> {
+        if sequence > self.transfer.sequence {
             return Err(Abort::SequenceNumber);
         }
-        if !matches!(block, 1..=127) {
-            return Err(Abort::BlockSize);
+        self.set_block(block)?;
+        let all = self.state == State::BlockSent && sequence == self.transfer.sequence;
+        self.transfer.offset = self.position(sequence);
+        self.transfer.sequence = 0;
+        self.state = State::BlockSending;
+        let size = self.size();
+        if !all || self.transfer.offset < size {
+            return Ok(());
         }
-        let all = self.phase == Phase::Sent && sequence == self.sequence;
-        self.confirmed = self.offset(sequence);
-        self.sequence = 0;
-        self.block = block;
-        self.phase = Phase::Sending;
-        if !all || self.confirmed < self.upload.size {
-            return Ok((State::BlockUpload(self), None));
-        }
-        self.phase = Phase::Ended;
+        self.state = State::BlockUploaded;
         // The last segment carries 1 to 7 bytes, or none where there are none at all.
-        let used = match self.upload.size {
+        let used = match size {
             0 => 0,
             size => (size - 1) % 7 + 1,
         };
-        let [low, high] = if self.checked { self.crc } else { 0 }.to_le_bytes();
-        let command = 0xC1 | (7 - used as u8) << 2;
-        Ok((
-            State::BlockUpload(self),
-            Some([command, low, high, 0, 0, 0, 0, 0]),
-        ))
+        let [low, high] = self.transfer.crc.to_le_bytes();
+        self.answer([0xC1 | (7 - used as u8) << 2, low, high, 0], 0);
+        Ok(())
     }
 
     /// Where the data after so many segments of this block begin.
-    fn offset(&self, sequence: u8) -> u32 {
-        self.confirmed
-            .saturating_add(u32::from(sequence) * 7)
-            .min(self.upload.size)
+    fn position(&self, sequence: u8) -> u32 {
+        let position = (self.transfer.offset).saturating_add(u32::from(sequence) * 7);
+        position.min(self.size())
     }
 
-    /// The next segment, if one is to go out.
-    pub fn next(
-        &mut self,
-        buffer: &[u8; BUFFER],
-        objects: &mut impl Objects,
-    ) -> Result<Option<Data>, Abort> {
-        if self.phase != Phase::Sending {
-            return Ok(None);
-        }
+    /// The next segment.
+    pub(super) fn send_segment(&mut self, objects: &mut impl Objects) -> Result<(), Abort> {
         let mut segment = [0; 8];
         let [command, data @ ..] = &mut segment;
-        let offset = self.offset(self.sequence);
-        let length = self.upload.read(offset, data, buffer, objects)?;
-        if self.checked && offset == self.summed {
-            self.crc = crc::update(self.crc, data.get(..length).unwrap_or_default());
-            self.summed = offset.saturating_add(length as u32);
+        let offset = self.position(self.transfer.sequence);
+        let (length, last) = self.read(offset, data, objects)?;
+        let transfer = &mut self.transfer;
+        if transfer.checked && offset == transfer.summed {
+            transfer.crc = crc::update(transfer.crc, data.get(..length).unwrap_or_default());
+            transfer.summed += length as u32;
         }
-        self.sequence = self.sequence.saturating_add(1);
-        let last = offset.saturating_add(length as u32) >= self.upload.size;
-        *command = self.sequence | if last { LAST } else { 0 };
-        if last || self.sequence >= self.block {
-            self.phase = Phase::Sent;
+        transfer.sequence += 1;
+        *command = transfer.sequence | if last { LAST } else { 0 };
+        if last || transfer.sequence >= transfer.block {
+            self.state = State::BlockSent;
         }
-        Ok(Some(segment))
+        self.reply = Some(segment);
+        Ok(())
     }
 }

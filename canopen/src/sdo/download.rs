@@ -2,90 +2,72 @@
 
 use core::task::Poll;
 
-use super::{BUFFER, Data, Objects, State, Step};
+use super::{Objects, Place, Server, State};
 use crate::Abort;
-use crate::dictionary::{Address, DataType, Row};
+use crate::dictionary::DataType;
 use crate::message::copy;
 
-/// A download under way.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Download {
-    row: &'static Row,
-    announced: Option<u32>,
-    received: u32,
-}
-
-impl Download {
-    pub fn begin(
-        address: Address,
+impl Server {
+    /// Begins a download that goes on in this state.
+    pub(super) fn begin_download(
+        &mut self,
+        state: State,
         announced: Option<u32>,
         objects: &mut impl Objects,
-    ) -> Result<Self, Abort> {
-        let row = objects.entry(address)?;
+    ) -> Result<(), Abort> {
+        let transfer = &mut self.transfer;
+        let row = objects.entry(transfer.address)?;
         objects.check_write(row, announced)?;
         if row.data_type() == DataType::Domain {
-            objects.domain_begin(address, announced)?;
+            objects.domain_begin(transfer.address, announced)?;
+            transfer.place = Place::Domain;
         }
-        Ok(Self {
-            row,
-            announced,
-            received: 0,
-        })
-    }
-
-    fn domain(&self) -> bool {
-        self.row.data_type() == DataType::Domain
+        transfer.size = announced;
+        self.state = state;
+        Ok(())
     }
 
     /// Takes the next bytes.
-    pub fn take(
-        &mut self,
-        data: &[u8],
-        buffer: &mut [u8; BUFFER],
-        objects: &mut impl Objects,
-    ) -> Result<(), Abort> {
-        let offset = self.received;
+    pub(super) fn take(&mut self, data: &[u8], objects: &mut impl Objects) -> Result<(), Abort> {
+        let transfer = &mut self.transfer;
+        let offset = transfer.offset;
         let received = offset
             .checked_add(data.len() as u32)
             .ok_or(Abort::TooLong)?;
-        if self.announced.is_some_and(|size| received > size) {
+        if transfer.size.is_some_and(|size| received > size) {
             return Err(Abort::TooLong);
         }
-        if self.domain() {
-            objects.domain_write(self.row.address(), offset, data)?;
+        if transfer.place == Place::Domain {
+            objects.domain_write(transfer.address, offset, data)?;
         } else {
-            let room = buffer.get_mut(offset as usize..).unwrap_or_default();
+            let room = self.buffer.get_mut(offset as usize..).unwrap_or_default();
             if copy(room, data) < data.len() {
                 return Err(Abort::TooLong);
             }
         }
-        self.received = received;
+        transfer.offset = received;
         Ok(())
     }
 
-    /// All data are there. `reply` is what the client hears when the application has them.
-    pub fn finish(self, reply: Data, buffer: &[u8; BUFFER], objects: &mut impl Objects) -> Step {
-        if self.announced.is_some_and(|size| self.received < size) {
+    /// All data are there; the reply is sent when the application has them.
+    pub(super) fn finish(&mut self, objects: &mut impl Objects) -> Result<(), Abort> {
+        let transfer = &self.transfer;
+        let received = transfer.offset;
+        if transfer.size.is_some_and(|size| received < size) {
             return Err(Abort::TooShort);
         }
-        let done = if self.domain() {
-            objects.domain_end(self.row.address(), self.received)
+        let done = if transfer.place == Place::Domain {
+            objects.domain_end(transfer.address, received)
         } else {
-            let data = buffer.get(..self.received as usize).ok_or(Abort::TooLong)?;
-            objects.check_write(self.row, Some(self.received))?;
-            objects.write(self.row, data)
+            let row = objects.entry(transfer.address)?;
+            objects.check_write(row, Some(received))?;
+            let data = self.buffer.get(..received as usize);
+            objects.write(row, data.ok_or(Abort::TooLong)?)
         };
-        match done {
-            Poll::Ready(Ok(())) => Ok((State::Idle, Some(reply))),
-            Poll::Ready(Err(code)) => Err(code),
-            Poll::Pending => Ok((State::Finishing(self, reply), None)),
-        }
-    }
-
-    pub fn cancel(self, objects: &mut impl Objects) {
-        let address = self.row.address();
-        if self.domain() || matches!(address.index, 0x1010 | 0x1011) {
-            objects.domain_cancel(address);
-        }
+        self.state = match done {
+            Poll::Ready(done) => done.map(|()| State::Idle)?,
+            Poll::Pending => State::Finishing,
+        };
+        Ok(())
     }
 }

@@ -12,11 +12,6 @@ use core::task::Poll;
 
 use crate::Abort;
 use crate::dictionary::{Address, Row};
-use block_download::BlockDownload;
-use block_upload::BlockUpload;
-use download::Download;
-use segmented::{SegmentedDownload, SegmentedUpload};
-use upload::Upload;
 
 /// Longest string that is no constant and no DOMAIN.
 pub(crate) const BUFFER: usize = 64;
@@ -43,66 +38,116 @@ pub(crate) trait Objects {
     fn domain_cancel(&mut self, address: Address);
 }
 
-#[derive(Clone, Copy, Debug)]
+/// How far a transfer is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
+    /// There is none.
     Idle,
-    SegmentedDownload(SegmentedDownload),
-    SegmentedUpload(SegmentedUpload),
-    BlockDownload(BlockDownload),
-    BlockUpload(BlockUpload),
-    /// All data are there and the application is not ready with them; the reply when it is.
-    Finishing(Download, Data),
+    SegmentedDownload,
+    SegmentedUpload,
+    /// The next frame is a segment of a block download.
+    BlockDownload,
+    /// The last segment of a block download is there; its end has to follow.
+    BlockDownloaded,
+    /// The size of a block upload was answered; the client has to start.
+    BlockUpload,
+    /// Segments of a block go out.
+    BlockSending,
+    /// The block is out and has to be confirmed.
+    BlockSent,
+    /// All blocks are confirmed and the end was sent.
+    BlockUploaded,
+    /// All data are there and the application is not ready with them; the reply is for when it is.
+    Finishing,
+}
+
+/// Where the data come from, or go to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Place {
+    /// The server's buffer.
+    Buffer,
+    /// A constant.
+    Text(&'static [u8]),
+    /// The application's.
+    Domain,
+}
+
+/// The transfer under way, of any kind.
+#[derive(Clone, Copy, Debug)]
+struct Transfer {
+    address: Address,
+    place: Place,
+    /// Bytes of an upload, or those that the client announced of a download.
+    size: Option<u32>,
+    /// Bytes that are received; of an upload those that are sent, of one in blocks those that are confirmed.
+    offset: u32,
+    /// The toggle bit of the next segment.
+    toggle: u8,
+    /// Segments of this block that came in order, or are out.
+    sequence: u8,
+    /// Segments that an uploaded block has.
+    block: u8,
+    /// Whether there is a checksum, which it is, and up to where it goes: segments that are sent again do not count again.
+    checked: bool,
+    crc: u16,
+    summed: u32,
+    /// The last segment of a block download, of which only the end tells how much is data.
+    last: [u8; 7],
+}
+
+impl Transfer {
+    const fn new(address: Address) -> Self {
+        Self {
+            address,
+            place: Place::Buffer,
+            size: None,
+            offset: 0,
+            toggle: 0,
+            sequence: 0,
+            block: 0,
+            checked: false,
+            crc: 0,
+            summed: 0,
+            last: [0; 7],
+        }
+    }
 }
 
 /// The server and its only transfer.
 #[derive(Debug)]
 pub(crate) struct Server {
     state: State,
-    address: Address,
+    transfer: Transfer,
     last_us: u64,
     reply: Option<Data>,
     buffer: [u8; BUFFER],
 }
 
-/// How a request goes on: the next state, and what is answered.
-type Step = Result<(State, Option<Data>), Abort>;
-
 impl Server {
     pub const fn new() -> Self {
         Self {
             state: State::Idle,
-            address: Address::new(0, 0),
+            transfer: Transfer::new(Address::new(0, 0)),
             last_us: 0,
             reply: None,
             buffer: [0; BUFFER],
         }
     }
 
-    /// Ends the transfer, without telling the client.
-    pub fn cancel(&mut self, objects: &mut impl Objects) {
-        if let State::SegmentedDownload(SegmentedDownload { download, .. })
-        | State::BlockDownload(BlockDownload { download, .. })
-        | State::Finishing(download, _) = self.state
-        {
-            download.cancel(objects);
-        }
-        self.state = State::Idle;
-        self.reply = None;
-    }
-
-    pub fn receive(&mut self, request: Data, objects: &mut impl Objects, now_us: u64) {
+    pub fn receive(&mut self, request: &Data, objects: &mut impl Objects, now_us: u64) {
         self.last_us = now_us;
-        let step = match self.state {
+        self.reply = None;
+        let done = match self.state {
             _ if request[0] == 0x80 => return self.cancel(objects),
-            State::BlockDownload(transfer) if transfer.takes_segments() => {
-                transfer.segment(&request, &mut self.buffer, objects)
-            }
-            state => self.command(state, &request, objects),
+            State::BlockDownload => self.block_segment(request, objects),
+            _ => self.command(request, objects),
         };
-        self.take(step, objects);
+        self.judge(done, objects);
     }
 
-    fn command(&mut self, state: State, request: &Data, objects: &mut impl Objects) -> Step {
+    fn command(&mut self, request: &Data, objects: &mut impl Objects) -> Result<(), Abort> {
+        use State::{BlockDownloaded, SegmentedDownload, SegmentedUpload};
+        use State::{BlockSending, BlockSent, BlockUpload, BlockUploaded};
         let specifier = request[0] >> 5;
         let begins = matches!(specifier, 1 | 2)
             || (specifier == 5 && request[0] & 3 == 0)
@@ -110,92 +155,90 @@ impl Server {
         if begins {
             // A client that starts anew has given up what it had begun.
             self.cancel(objects);
-            self.address = address(request);
+            let index = u16::from_le_bytes([request[1], request[2]]);
+            self.transfer = Transfer::new(Address::new(index, request[3]));
         }
-        let buffer = &mut self.buffer;
-        match (specifier, state) {
-            (1, _) => expedited::download(request, buffer, objects),
-            (2, _) => expedited::upload(request, buffer, objects),
-            (5, _) if begins => BlockUpload::begin(request, buffer, objects),
-            (6, _) if begins => BlockDownload::begin(request, objects),
-            (0, State::SegmentedDownload(transfer)) => transfer.segment(request, buffer, objects),
-            (3, State::SegmentedUpload(transfer)) => transfer.segment(request, buffer, objects),
-            (5, State::BlockUpload(transfer)) => transfer.answer(request),
-            (6, State::BlockDownload(transfer)) => transfer.end(request, buffer, objects),
+        match (specifier, self.state) {
+            (1, _) => self.download(request, objects),
+            (2, _) => self.upload(objects),
+            (5, _) if begins => self.begin_block_upload(request, objects),
+            (6, _) if begins => self.begin_block_download(request, objects),
+            (0, SegmentedDownload) => self.download_segment(request, objects),
+            (3, SegmentedUpload) => self.upload_segment(request, objects),
+            (5, BlockUpload | BlockSending | BlockSent | BlockUploaded) => {
+                self.continue_block_upload(request)
+            }
+            (6, BlockDownloaded) => self.end_block_download(request, objects),
             _ => Err(Abort::Command),
         }
     }
 
-    fn take(&mut self, step: Step, objects: &mut impl Objects) {
-        match step {
-            Ok((state, reply)) => {
-                self.state = state;
-                self.reply = reply;
-            }
-            Err(code) => self.abort(code, objects),
+    /// The next frame to the client.
+    fn answer(&mut self, head: [u8; 4], word: u32) {
+        let ([a, b, c, d], [e, f, g, h]) = (head, word.to_le_bytes());
+        self.reply = Some([a, b, c, d, e, f, g, h]);
+    }
+
+    /// The same with index and sub-index.
+    fn answer_of_object(&mut self, command: u8, word: u32) {
+        let Address { index, sub } = self.transfer.address;
+        let [low, high] = index.to_le_bytes();
+        self.answer([command, low, high, sub], word);
+    }
+
+    /// Ends the transfer, without telling the client.
+    pub fn cancel(&mut self, objects: &mut impl Objects) {
+        use State::{BlockDownload, BlockDownloaded, Finishing, SegmentedDownload};
+        let Transfer { address, place, .. } = self.transfer;
+        if let SegmentedDownload | BlockDownload | BlockDownloaded | Finishing = self.state
+            && (place == Place::Domain || matches!(address.index, 0x1010 | 0x1011))
+        {
+            objects.domain_cancel(address);
+        }
+        self.state = State::Idle;
+        self.reply = None;
+    }
+
+    fn judge(&mut self, done: Result<(), Abort>, objects: &mut impl Objects) {
+        if let Err(code) = done {
+            self.abort(code, objects);
         }
     }
 
     fn abort(&mut self, code: Abort, objects: &mut impl Objects) {
-        let idle = matches!(self.state, State::Idle);
-        let begun = self.address;
+        if self.state == State::Idle && code == Abort::Command {
+            // Nothing was begun, and so nothing is named, where an idle server gets half a transfer.
+            self.transfer.address = Address::new(0, 0);
+        }
         self.cancel(objects);
-        let [low, high] = begun.index.to_le_bytes();
-        let [a, b, c, d] = code.code().to_le_bytes();
-        // Nothing was begun, and so nothing is named, where an idle server gets half a transfer.
-        self.reply = Some(match (idle, code) {
-            (true, Abort::Command) => [0x80, 0, 0, 0, a, b, c, d],
-            _ => [0x80, low, high, begun.sub, a, b, c, d],
-        });
+        self.answer_of_object(0x80, code.code());
     }
 
     pub fn tick(&mut self, objects: &mut impl Objects, now_us: u64) {
-        if let State::Finishing(download, reply) = self.state {
-            let step = download.finish(reply, &self.buffer, objects);
+        if self.state == State::Finishing {
             // The client's patience is its own matter while the application works.
             self.last_us = now_us;
-            return self.take(step, objects);
-        }
-        if !matches!(self.state, State::Idle) && now_us.saturating_sub(self.last_us) >= TIMEOUT_US {
+            let done = self.finish(objects);
+            self.judge(done, objects);
+        } else if self.state != State::Idle && now_us.saturating_sub(self.last_us) >= TIMEOUT_US {
             self.abort(Abort::Timeout, objects);
         }
     }
 
     pub fn transmit(&mut self, objects: &mut impl Objects, now_us: u64) -> Option<Data> {
-        if let Some(reply) = self.reply.take() {
-            return Some(reply);
-        }
-        let State::BlockUpload(mut transfer) = self.state else {
+        if self.state == State::Finishing {
             return None;
-        };
-        match transfer.next(&self.buffer, objects) {
-            Ok(segment) => {
-                if segment.is_some() {
-                    self.last_us = now_us;
-                }
-                self.state = State::BlockUpload(transfer);
-                segment
-            }
-            Err(code) => {
-                self.abort(code, objects);
-                self.reply.take()
-            }
         }
+        if self.reply.is_none() && self.state == State::BlockSending {
+            self.last_us = now_us;
+            let done = self.send_segment(objects);
+            self.judge(done, objects);
+        }
+        self.reply.take()
     }
-}
-
-/// Index and sub-index of a request.
-fn address(request: &Data) -> Address {
-    Address::new(u16::from_le_bytes([request[1], request[2]]), request[3])
 }
 
 /// The four bytes after them.
 fn word(request: &Data) -> u32 {
     u32::from_le_bytes([request[4], request[5], request[6], request[7]])
-}
-
-/// An answer with the index and sub-index of the request.
-fn reply(command: u8, request: &Data, word: u32) -> Data {
-    let [a, b, c, d] = word.to_le_bytes();
-    [command, request[1], request[2], request[3], a, b, c, d]
 }

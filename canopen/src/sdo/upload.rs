@@ -1,74 +1,56 @@
 //! What all uploads have in common: where the data come from.
 
-use super::{BUFFER, Objects};
+use super::{BUFFER, Objects, Place, Server};
 use crate::Abort;
-use crate::dictionary::{Address, DataType, Row};
+use crate::dictionary::DataType;
 use crate::message::copy;
 
-#[derive(Clone, Copy, Debug)]
-enum Source {
-    /// The server's buffer, filled when the upload began.
-    Buffer,
-    /// A constant.
-    Text(&'static [u8]),
-    Domain,
-}
-
-/// An upload under way.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Upload {
-    address: Address,
-    source: Source,
-    pub size: u32,
-}
-
-impl Upload {
-    pub fn begin(
-        address: Address,
-        buffer: &mut [u8; BUFFER],
-        objects: &mut impl Objects,
-    ) -> Result<Self, Abort> {
-        let row: &Row = objects.entry(address)?;
+impl Server {
+    /// Begins an upload; how many bytes it has.
+    pub(super) fn begin_upload(&mut self, objects: &mut impl Objects) -> Result<u32, Abort> {
+        let transfer = &mut self.transfer;
+        let row = objects.entry(transfer.address)?;
         if !row.readable() {
             return Err(Abort::WriteOnly);
         }
-        let (source, size) = if row.data_type() == DataType::Domain {
-            (Source::Domain, objects.domain_size(address)?)
+        let size = if row.data_type() == DataType::Domain {
+            transfer.place = Place::Domain;
+            objects.domain_size(transfer.address)?
         } else if let Some(text) = objects.constant_text(row) {
-            (Source::Text(text), text.len() as u32)
+            transfer.place = Place::Text(text);
+            text.len() as u32
         } else {
-            (
-                Source::Buffer,
-                objects.read(row, buffer)?.min(BUFFER) as u32,
-            )
+            objects.read(row, &mut self.buffer)?.min(BUFFER) as u32
         };
-        Ok(Self {
-            address,
-            source,
-            size,
-        })
+        transfer.size = Some(size);
+        Ok(size)
     }
 
-    /// Up to seven bytes from `offset` on; how many there are.
-    pub fn read(
+    /// Up to seven bytes from `offset` on; where they end, and whether that is the end of all.
+    pub(super) fn read(
         &self,
         offset: u32,
         to: &mut [u8],
-        buffer: &[u8; BUFFER],
         objects: &mut impl Objects,
-    ) -> Result<usize, Abort> {
-        let length = (self.size.saturating_sub(offset) as usize).min(to.len());
+    ) -> Result<(usize, bool), Abort> {
+        let rest = self.size().saturating_sub(offset) as usize;
+        let length = rest.min(to.len());
         let to = to.get_mut(..length).unwrap_or_default();
-        match self.source {
-            Source::Buffer => copy(to, buffer.get(offset as usize..).unwrap_or_default()),
-            Source::Text(text) => copy(to, text.get(offset as usize..).unwrap_or_default()),
-            Source::Domain => {
-                if length != 0 {
-                    objects.domain_read(self.address, offset, to)?;
-                }
-                length
-            }
+        let all: &[u8] = match self.transfer.place {
+            Place::Buffer => &self.buffer,
+            Place::Text(text) => text,
+            Place::Domain => &[],
         };
-        Ok(length)
+        if self.transfer.place != Place::Domain {
+            copy(to, all.get(offset as usize..).unwrap_or_default());
+        } else if length != 0 {
+            objects.domain_read(self.transfer.address, offset, to)?;
+        }
+        Ok((length, length == rest))
+    }
+
+    /// Bytes of the upload.
+    pub(super) fn size(&self) -> u32 {
+        self.transfer.size.unwrap_or(0)
     }
 }
