@@ -2,18 +2,22 @@
 
 use super::Direction;
 use crate::Abort;
-use crate::dictionary::{Address, DataType, Dictionary, Mapping, Row};
+use crate::dictionary::{Address, DataType, Dictionary, Row};
 
 /// Objects in a PDO at most: eight bytes, and no bit-wise mapping.
 const SLOTS: usize = 8;
 
 /// One mapped object.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Slot {
     /// Bytes that it takes; 0 where there is no object any more.
     pub size: u8,
     /// Its entry; `None` for a dummy, which takes room in an RPDO and goes nowhere.
     pub row: Option<&'static Row>,
+}
+
+impl Slot {
+    const EMPTY: Self = Self { size: 0, row: None };
 }
 
 /// Object 16xxh or 1Axxh.
@@ -27,11 +31,10 @@ pub(crate) struct Map {
 
 impl Map {
     pub const fn new() -> Self {
-        let empty = Slot { size: 0, row: None };
         Self {
             words: [0; SLOTS],
             count: 0,
-            slots: [empty; SLOTS],
+            slots: [Slot::EMPTY; SLOTS],
             length: 0,
         }
     }
@@ -71,10 +74,11 @@ impl Map {
         }
     }
 
+    /// Carries nothing; what is written in the entries stays.
     pub fn disable(&mut self) {
-        let words = self.words;
-        *self = Self::new();
-        self.words = words;
+        self.count = 0;
+        self.length = 0;
+        self.slots = [Slot::EMPTY; SLOTS];
     }
 
     /// Writes sub-index 0: 0 takes the mapping out of use, a number puts that many into use.
@@ -84,12 +88,13 @@ impl Map {
         direction: Direction,
         dictionary: &Dictionary,
     ) -> Result<(), Abort> {
-        let mut new = *self;
-        new.disable();
-        new.count = u8::try_from(count).map_err(|_| Abort::Value)?;
-        new.resolve(direction, dictionary)?;
-        *self = new;
-        Ok(())
+        let before = self.count;
+        self.count = u8::try_from(count).map_err(|_| Abort::Value)?;
+        let done = self.resolve(direction, dictionary);
+        if done.is_err() {
+            self.count = before;
+        }
+        done
     }
 
     /// Writes one mapping entry; zero leaves it empty.
@@ -111,13 +116,13 @@ impl Map {
         Ok(())
     }
 
-    /// Finds the objects of all entries in use.
+    /// Finds the objects of all entries in use; where that is not possible, nothing changes.
     pub fn resolve(&mut self, direction: Direction, dictionary: &Dictionary) -> Result<(), Abort> {
         let used = self
             .words
             .get(..usize::from(self.count))
             .ok_or(Abort::PdoLength)?;
-        let mut slots = [Slot::default(); SLOTS];
+        let mut slots = [Slot::EMPTY; SLOTS];
         let mut length = 0;
         for (slot, word) in slots.iter_mut().zip(used) {
             *slot = resolve(*word, direction, dictionary)?;
@@ -134,28 +139,22 @@ impl Map {
 
 fn resolve(word: u32, direction: Direction, dictionary: &Dictionary) -> Result<Slot, Abort> {
     let address = Address::new((word >> 16) as u16, (word >> 8) as u8);
-    let bits = word as u8;
-    let fits = |size: u8| u32::from(size) * 8 == u32::from(bits);
-    if direction == Direction::Receive
-        && address.sub == 0
-        && let Some(size) = DataType::dummy(address.index).and_then(DataType::size)
-    {
-        return if fits(size) {
-            Ok(Slot { size, row: None })
-        } else {
-            Err(Abort::NotMappable)
-        };
-    }
-    let row = dictionary.find(address)?;
-    let allowed = match direction {
-        Direction::Receive => matches!(row.mapping(), Mapping::Receive | Mapping::Both),
-        Direction::Transmit => matches!(row.mapping(), Mapping::Transmit | Mapping::Both),
+    let dummy = match direction {
+        Direction::Receive if address.sub == 0 => DataType::dummy(address.index),
+        _ => None,
     };
-    match row.data_type().size() {
-        Some(size) if allowed && fits(size) => Ok(Slot {
-            size,
-            row: Some(row),
-        }),
+    let (row, data_type) = match dummy {
+        Some(data_type) => (None, data_type),
+        None => {
+            let row = dictionary.find(address)?;
+            if !direction.allows(row.mapping()) {
+                return Err(Abort::NotMappable);
+            }
+            (Some(row), row.data_type())
+        }
+    };
+    match data_type.size() {
+        Some(size) if u32::from(size) * 8 == word & 0xFF => Ok(Slot { size, row }),
         _ => Err(Abort::NotMappable),
     }
 }

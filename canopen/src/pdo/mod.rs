@@ -10,7 +10,7 @@ pub(crate) use receive::{Received, Rpdo};
 pub(crate) use transmit::Tpdo;
 
 use crate::Abort;
-use crate::dictionary::Dictionary;
+use crate::dictionary::{Dictionary, Mapping};
 use crate::message::{EXTENDED, IDENTIFIER, assignable};
 
 /// Bit 31 of a COB-ID: the PDO does not exist.
@@ -22,6 +22,16 @@ const NO_REMOTE: u32 = 1 << 30;
 pub(crate) enum Direction {
     Receive,
     Transmit,
+}
+
+impl Direction {
+    /// Whether an object may be mapped in a PDO of this direction.
+    const fn allows(self, mapping: Mapping) -> bool {
+        match self {
+            Self::Receive => matches!(mapping, Mapping::Receive | Mapping::Both),
+            Self::Transmit => matches!(mapping, Mapping::Transmit | Mapping::Both),
+        }
+    }
 }
 
 /// Objects 14xxh and 16xxh, or 18xxh and 1Axxh.
