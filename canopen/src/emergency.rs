@@ -115,24 +115,23 @@ pub(crate) struct Service {
 }
 
 impl Service {
-    pub const fn new() -> Self {
-        Self {
-            cob_id: 1 << 31,
-            inhibit_100us: 0,
-            active: [None; ACTIVE],
-            history: [0; HISTORY],
-            newest: 0,
-            recorded: 0,
-            queue: Ring::new(),
-            free_us: 0,
-        }
-    }
+    /// Without 1014h, which [`Service::reset_communication`] sets.
+    pub const NEW: Self = Self {
+        cob_id: 0,
+        inhibit_100us: 0,
+        active: [None; ACTIVE],
+        history: [0; HISTORY],
+        newest: 0,
+        recorded: 0,
+        queue: Ring::new([0; 8]),
+        free_us: 0,
+    };
 
     /// Errors stay, messages that were not sent do not, and 1014h may be set to anything.
     pub fn reset_communication(&mut self) {
         self.cob_id = 1 << 31;
         self.inhibit_100us = 0;
-        self.queue = Ring::new();
+        self.queue.clear();
         self.free_us = 0;
         for slot in &mut self.active {
             if slot.is_some_and(|error| {

@@ -7,7 +7,7 @@ use crate::instant::later;
 pub(crate) const CONSUMERS: usize = 8;
 
 /// Object 1017h and when it is due.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Producer {
     period_ms: u16,
     due_us: u64,
@@ -15,14 +15,11 @@ pub(crate) struct Producer {
 }
 
 impl Producer {
-    #[cfg_attr(target_os = "none", inline(never))]
-    pub const fn new() -> Self {
-        Self {
-            period_ms: 0,
-            due_us: 0,
-            pending: false,
-        }
-    }
+    pub const NEW: Self = Self {
+        period_ms: 0,
+        due_us: 0,
+        pending: false,
+    };
 
     pub fn period_ms(&self) -> u16 {
         self.period_ms
@@ -74,17 +71,16 @@ pub(crate) fn next_on_grid(due_us: u64, period_us: u64, now_us: u64) -> u64 {
     }
 }
 
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Watch {
     /// Not heard since it was configured, or since its boot-up.
-    #[default]
     Unknown,
     Alive,
     Lost,
 }
 
 /// One entry of 1016h.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Consumer {
     word: u32,
     watch: Watch,
@@ -99,6 +95,12 @@ pub(crate) enum Notice {
 }
 
 impl Consumer {
+    const NEW: Self = Self {
+        word: 0,
+        watch: Watch::Unknown,
+        deadline_us: 0,
+    };
+
     fn node(&self) -> u8 {
         (self.word >> 16) as u8
     }
@@ -140,19 +142,11 @@ impl Consumer {
 }
 
 /// Object 1016h.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Consumers([Consumer; CONSUMERS]);
 
 impl Consumers {
-    #[cfg_attr(target_os = "none", inline(never))]
-    pub const fn new() -> Self {
-        let unused = Consumer {
-            word: 0,
-            watch: Watch::Unknown,
-            deadline_us: 0,
-        };
-        Self([unused; CONSUMERS])
-    }
+    pub const NEW: Self = Self([Consumer::NEW; CONSUMERS]);
 
     pub fn word(&self, sub: u8) -> Option<u32> {
         let at = usize::from(sub.checked_sub(1)?);
@@ -163,7 +157,7 @@ impl Consumers {
     pub fn configure(&mut self, sub: u8, word: u32) -> Result<Option<u8>, Abort> {
         let new = Consumer {
             word,
-            ..Consumer::default()
+            ..Consumer::NEW
         };
         let at = usize::from(sub.wrapping_sub(1));
         let twice = new.active()
@@ -210,7 +204,7 @@ mod tests {
 
     #[test]
     fn a_node_is_watched_from_its_first_heartbeat_on() {
-        let mut consumers = Consumers::default();
+        let mut consumers = Consumers::NEW;
         assert_eq!(consumers.configure(1, 5 << 16 | 100), Ok(None));
         assert_eq!(consumers.tick(1_000_000), None);
         assert_eq!(consumers.receive(5, 0, 0), None);
@@ -236,7 +230,7 @@ mod tests {
 
     #[test]
     fn a_node_is_watched_once_only() {
-        let mut consumers = Consumers::default();
+        let mut consumers = Consumers::NEW;
         assert_eq!(consumers.configure(1, 5 << 16 | 100), Ok(None));
         assert_eq!(
             consumers.configure(2, 5 << 16 | 200),

@@ -3,18 +3,23 @@
 /// First in, first out; what does not fit is refused.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ring<T, const N: usize> {
-    slots: [Option<T>; N],
+    slots: [T; N],
     first: usize,
     length: usize,
 }
 
 impl<T: Copy, const N: usize> Ring<T, N> {
-    pub const fn new() -> Self {
+    /// Empty; `unused` is what stands in it before anything was there.
+    pub const fn new(unused: T) -> Self {
         Self {
-            slots: [None; N],
+            slots: [unused; N],
             first: 0,
             length: 0,
         }
+    }
+
+    pub fn clear(&mut self) {
+        self.length = 0;
     }
 
     /// Whether there was room.
@@ -22,25 +27,19 @@ impl<T: Copy, const N: usize> Ring<T, N> {
         if self.length >= N {
             return false;
         }
-        // first < N and length < N, hence no overflow and one subtraction suffices.
-        let end = self.first + self.length;
-        let Some(slot) = self.slots.get_mut(if end < N { end } else { end - N }) else {
+        let Some(slot) = self.slots.get_mut((self.first + self.length) % N) else {
             return false;
         };
-        *slot = Some(value);
+        *slot = value;
         self.length += 1;
         true
     }
 
     pub fn pop(&mut self) -> Option<T> {
-        let value = self.slots.get_mut(self.first)?.take()?;
-        self.first = if self.first + 1 < N {
-            self.first + 1
-        } else {
-            0
-        };
-        self.length -= 1;
-        Some(value)
+        self.length = self.length.checked_sub(1)?;
+        let value = self.slots.get(self.first).copied();
+        self.first = (self.first + 1) % N;
+        value
     }
 }
 
@@ -50,7 +49,7 @@ mod tests {
 
     #[test]
     fn keeps_the_order_around_the_end_and_refuses_what_is_too_much() {
-        let mut ring = Ring::<u8, 3>::new();
+        let mut ring = Ring::<u8, 3>::new(0);
         for start in 0..10 {
             assert!((start..start + 3).all(|value| ring.push(value)));
             assert!(!ring.push(99));

@@ -1,7 +1,7 @@
 //! The communication objects that the server keeps itself, 1000h to 1FFFh.
 
 use crate::dictionary::{Access, Address, Dictionary, Row};
-use crate::pdo::{Channel, Rpdo, Tpdo};
+use crate::pdo::{Channel, Direction, Rpdo, Tpdo};
 use crate::{Abort, emergency, heartbeat, sync, time};
 
 /// All services but SDO and LSS, and the objects that configure them.
@@ -39,21 +39,19 @@ fn position(index: u16, base: u16, count: usize) -> Option<usize> {
 }
 
 impl<const R: usize, const T: usize> Services<R, T> {
-    pub const fn new() -> Self {
-        Self {
-            heartbeat: heartbeat::Producer::new(),
-            consumers: heartbeat::Consumers::new(),
-            emergency: emergency::Service::new(),
-            sync: sync::Service::new(),
-            time: time::Service::new(),
-            rpdos: [Rpdo::new(); R],
-            tpdos: [Tpdo::new(); T],
-            communication_error: 0,
-            // Without 1F80h a node waits in PRE-OPERATIONAL.
-            startup: SELF_START_OFF,
-            verified: [0; 2],
-        }
-    }
+    /// Nothing yet: [`Services::load`] has to follow. As everything is zero, no byte of it is kept in the program.
+    pub const NEW: Self = Self {
+        heartbeat: heartbeat::Producer::NEW,
+        consumers: heartbeat::Consumers::NEW,
+        emergency: emergency::Service::NEW,
+        sync: sync::Service::NEW,
+        time: time::Service::NEW,
+        rpdos: [Rpdo::NEW; R],
+        tpdos: [Tpdo::NEW; T],
+        communication_error: 0,
+        startup: 0,
+        verified: [0; 2],
+    };
 
     /// Takes defaults, or what was stored of them; errors that are there stay.
     pub fn load(
@@ -64,44 +62,49 @@ impl<const R: usize, const T: usize> Services<R, T> {
         now_us: u64,
     ) {
         // One after the other, where they are: all at once they are large.
-        self.heartbeat = heartbeat::Producer::new();
-        self.consumers = heartbeat::Consumers::new();
+        self.heartbeat = heartbeat::Producer::NEW;
+        self.consumers = heartbeat::Consumers::NEW;
         self.emergency.reset_communication();
-        self.sync = sync::Service::new();
-        self.time = time::Service::new();
-        self.rpdos.fill(Rpdo::new());
-        self.tpdos.fill(Tpdo::new());
+        self.sync = sync::Service::NEW;
+        self.time = time::Service::NEW;
+        self.rpdos = [Rpdo::NEW; R];
+        self.tpdos = [Tpdo::NEW; T];
+        for (direction, channel) in self.channels() {
+            channel.begin(direction);
+        }
         self.communication_error = 0;
+        // Without 1F80h a node waits in PRE-OPERATIONAL.
         self.startup = SELF_START_OFF;
         self.verified = [0; 2];
         // 1019h first, which is not to be written while SYNC is produced.
-        let first = dictionary
-            .rows()
-            .iter()
-            .filter(|row| row.address().index == 0x1019);
-        let others = dictionary
-            .rows()
-            .iter()
-            .filter(|row| row.address().index != 0x1019);
-        for row in first
-            .chain(others)
-            .filter(|row| (0x1000..0x2000).contains(&row.address().index))
-        {
-            let address = row.address();
-            let stored = if row.writable() {
-                stored(address)
-            } else {
-                None
-            };
-            let value = stored.unwrap_or_else(|| dictionary.value(row, node_id));
-            self.load_one(address, value, now_us);
+        for is_first in [true, false] {
+            for row in dictionary.rows() {
+                let address = row.address();
+                let has_turn = (address.index == 0x1019) == is_first;
+                if !has_turn || !(0x1000..0x2000).contains(&address.index) {
+                    continue;
+                }
+                let stored = row.writable().then(|| stored(address)).flatten();
+                let value = stored.unwrap_or_else(|| dictionary.value(row, node_id));
+                self.load_one(address, value, now_us);
+            }
         }
-        for rpdo in &mut self.rpdos {
-            rpdo.channel.settle(dictionary);
+        for (_, channel) in self.channels() {
+            channel.settle(dictionary);
         }
-        for tpdo in &mut self.tpdos {
-            tpdo.channel.settle(dictionary);
-        }
+    }
+
+    /// What all PDOs have in common.
+    fn channels(&mut self) -> impl Iterator<Item = (Direction, &mut Channel)> {
+        let receive = self
+            .rpdos
+            .iter_mut()
+            .map(|rpdo| (Direction::Receive, &mut rpdo.channel));
+        let transmit = self
+            .tpdos
+            .iter_mut()
+            .map(|tpdo| (Direction::Transmit, &mut tpdo.channel));
+        receive.chain(transmit)
     }
 
     fn load_one(&mut self, address: Address, value: u32, now_us: u64) {

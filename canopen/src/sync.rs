@@ -11,6 +11,7 @@ const PRODUCE: u32 = 1 << 30;
 /// Objects 1005h, 1006h, 1007h and 1019h.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Service {
+    /// Before it is set there is nothing to receive: NMT's identifier, 0, never gets here.
     cob_id: u32,
     period_us: u32,
     window_us: u32,
@@ -30,20 +31,16 @@ pub(crate) struct Sync {
 }
 
 impl Service {
-    #[cfg_attr(target_os = "none", inline(never))]
-    pub const fn new() -> Self {
-        Self {
-            // Before 1005h is set there is nothing to receive: NMT's identifier never gets here.
-            cob_id: 0,
-            period_us: 0,
-            window_us: 0,
-            overflow: 0,
-            counter: 0,
-            due_us: 0,
-            pending: false,
-            last_us: 0,
-        }
-    }
+    pub const NEW: Self = Self {
+        cob_id: 0,
+        period_us: 0,
+        window_us: 0,
+        overflow: 0,
+        counter: 0,
+        due_us: 0,
+        pending: false,
+        last_us: 0,
+    };
 
     /// CiA 301, 7.2.5: the counter starts anew when the node enters OPERATIONAL from STOPPED.
     pub fn restart_counter(&mut self) {

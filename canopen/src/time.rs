@@ -15,9 +15,7 @@ const CONSUME: u32 = 1 << 31;
 const PRODUCE: u32 = 1 << 30;
 
 impl Service {
-    pub const fn new() -> Self {
-        Self { cob_id: 0 }
-    }
+    pub const NEW: Self = Self { cob_id: 0 };
 
     /// That of the frames that it hears.
     pub fn identifier(&self) -> Option<u32> {

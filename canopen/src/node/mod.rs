@@ -64,8 +64,8 @@ impl<const R: usize, const T: usize> Node<R, T> {
             dictionary,
             node_id,
             state: NmtState::Initialising,
-            services: Services::new(),
-            sdo: sdo::Server::new(),
+            services: Services::NEW,
+            sdo: sdo::Server::NEW,
             lss: lss::Server::new(node_id),
             now_us,
         };

@@ -19,7 +19,7 @@ impl<const R: usize, const T: usize> Node<R, T> {
         let (mut objects, sdo) = self.split(app);
         sdo.cancel(&mut objects);
         if reset == Reset::Node {
-            self.services.emergency = emergency::Service::new();
+            self.services.emergency = emergency::Service::NEW;
         }
         app.reset(reset);
         self.node_id = self.lss.node_id();

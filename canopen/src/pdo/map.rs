@@ -16,10 +16,6 @@ pub(crate) struct Slot {
     pub row: Option<&'static Row>,
 }
 
-impl Slot {
-    const EMPTY: Self = Self { size: 0, row: None };
-}
-
 /// Object 16xxh or 1Axxh.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Map {
@@ -29,15 +25,17 @@ pub(crate) struct Map {
     length: u8,
 }
 
+impl Slot {
+    const EMPTY: Self = Self { size: 0, row: None };
+}
+
 impl Map {
-    pub const fn new() -> Self {
-        Self {
-            words: [0; SLOTS],
-            count: 0,
-            slots: [Slot::EMPTY; SLOTS],
-            length: 0,
-        }
-    }
+    pub const NEW: Self = Self {
+        words: [0; SLOTS],
+        count: 0,
+        slots: [Slot::EMPTY; SLOTS],
+        length: 0,
+    };
 
     /// Bytes of the PDO.
     pub const fn length(&self) -> u8 {

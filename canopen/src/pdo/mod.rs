@@ -47,16 +47,22 @@ pub(crate) struct Channel {
 }
 
 impl Channel {
-    pub const fn new(direction: Direction) -> Self {
-        Self {
-            direction,
-            cob_id: INVALID,
-            transmission: 255,
-            inhibit_100us: 0,
-            event_ms: 0,
-            sync_start: 0,
-            map: Map::new(),
-        }
+    /// [`Channel::begin`] has to follow.
+    const NEW: Self = Self {
+        direction: Direction::Receive,
+        cob_id: 0,
+        transmission: 0,
+        inhibit_100us: 0,
+        event_ms: 0,
+        sync_start: 0,
+        map: Map::NEW,
+    };
+
+    /// What holds where the dictionary says nothing: the PDO does not exist.
+    pub const fn begin(&mut self, direction: Direction) {
+        self.direction = direction;
+        self.cob_id = INVALID;
+        self.transmission = 255;
     }
 
     pub const fn valid(&self) -> bool {

@@ -1,6 +1,6 @@
 //! RPDO: from the bus into the object dictionary.
 
-use super::{Channel, Direction};
+use super::Channel;
 use crate::instant::later;
 use crate::message::Message;
 
@@ -25,14 +25,11 @@ pub(crate) enum Received {
 }
 
 impl Rpdo {
-    #[cfg_attr(target_os = "none", inline(never))]
-    pub const fn new() -> Self {
-        Self {
-            channel: Channel::new(Direction::Receive),
-            waiting: None,
-            deadline_us: None,
-        }
-    }
+    pub const NEW: Self = Self {
+        channel: Channel::NEW,
+        waiting: None,
+        deadline_us: None,
+    };
 
     /// The node became OPERATIONAL, or the PDO exists only now.
     pub fn start(&mut self) {

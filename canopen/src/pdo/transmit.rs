@@ -1,6 +1,6 @@
 //! TPDO: from the object dictionary to the bus.
 
-use super::{Channel, Direction};
+use super::Channel;
 use crate::heartbeat::next_on_grid;
 use crate::instant::later;
 use crate::message::Message;
@@ -25,19 +25,16 @@ pub(crate) struct Tpdo {
 }
 
 impl Tpdo {
-    #[cfg_attr(target_os = "none", inline(never))]
-    pub const fn new() -> Self {
-        Self {
-            channel: Channel::new(Direction::Transmit),
-            sample: [0; 8],
-            ready: false,
-            requested: false,
-            free_us: 0,
-            due_us: 0,
-            syncs: 0,
-            started: false,
-        }
-    }
+    pub const NEW: Self = Self {
+        channel: Channel::NEW,
+        sample: [0; 8],
+        ready: false,
+        requested: false,
+        free_us: 0,
+        due_us: 0,
+        syncs: 0,
+        started: false,
+    };
 
     /// The node became OPERATIONAL, or the PDO exists only now. An event-driven PDO is sent once, so that its
     /// consumers know from what they start.

@@ -96,21 +96,19 @@ struct Transfer {
 }
 
 impl Transfer {
-    const fn new(address: Address) -> Self {
-        Self {
-            address,
-            place: Place::Buffer,
-            size: None,
-            offset: 0,
-            toggle: 0,
-            sequence: 0,
-            block: 0,
-            checked: false,
-            crc: 0,
-            summed: 0,
-            last: [0; 7],
-        }
-    }
+    const NEW: Self = Self {
+        address: Address::new(0, 0),
+        place: Place::Buffer,
+        size: None,
+        offset: 0,
+        toggle: 0,
+        sequence: 0,
+        block: 0,
+        checked: false,
+        crc: 0,
+        summed: 0,
+        last: [0; 7],
+    };
 }
 
 /// The server and its only transfer.
@@ -124,15 +122,13 @@ pub(crate) struct Server {
 }
 
 impl Server {
-    pub const fn new() -> Self {
-        Self {
-            state: State::Idle,
-            transfer: Transfer::new(Address::new(0, 0)),
-            last_us: 0,
-            reply: None,
-            buffer: [0; BUFFER],
-        }
-    }
+    pub const NEW: Self = Self {
+        state: State::Idle,
+        transfer: Transfer::NEW,
+        last_us: 0,
+        reply: None,
+        buffer: [0; BUFFER],
+    };
 
     pub fn receive(&mut self, request: &Data, objects: &mut impl Objects, now_us: u64) {
         self.last_us = now_us;
@@ -156,7 +152,10 @@ impl Server {
             // A client that starts anew has given up what it had begun.
             self.cancel(objects);
             let index = u16::from_le_bytes([request[1], request[2]]);
-            self.transfer = Transfer::new(Address::new(index, request[3]));
+            self.transfer = Transfer {
+                address: Address::new(index, request[3]),
+                ..Transfer::NEW
+            };
         }
         match (specifier, self.state) {
             (1, _) => self.download(request, objects),
