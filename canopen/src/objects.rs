@@ -78,19 +78,18 @@ impl<A: Application, const R: usize, const T: usize> Objects<'_, A, R, T> {
     fn check_relations(&mut self, row: &Row, value: u64) -> Result<(), Abort> {
         let address = row.address();
         for relation in self.dictionary.relations() {
-            let (other, is_lower) = if relation.lower == address {
-                (relation.upper, true)
-            } else if relation.upper == address {
-                (relation.lower, false)
-            } else {
+            if relation.lower != address && relation.upper != address {
                 continue;
+            }
+            let mut number = |of: Address| {
+                let number = if of == address {
+                    value
+                } else {
+                    self.read_number(self.dictionary.find(of)?)?
+                };
+                Ok(row.data_type().ordered(number as u32))
             };
-            let other = self.read_number(self.dictionary.find(other)?)?;
-            let (own, other) = (
-                row.data_type().ordered(value as u32),
-                row.data_type().ordered(other as u32),
-            );
-            if if is_lower { own > other } else { own < other } {
+            if number(relation.lower)? > number(relation.upper)? {
                 return Err(Abort::MaximumBelowMinimum);
             }
         }

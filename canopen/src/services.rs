@@ -32,10 +32,9 @@ const fn transient(index: u16) -> bool {
     matches!(index, 0x1001 | 0x1003)
 }
 
-/// Position of `index` among the `count` objects from `base` on.
-fn position(index: u16, base: u16, count: usize) -> Option<usize> {
-    let at = usize::from(index.checked_sub(base)?);
-    (at < count).then_some(at)
+/// How far an index is behind another; very far where it is before it.
+fn distance(index: u16, base: u16) -> usize {
+    usize::from(index.wrapping_sub(base))
 }
 
 impl<const R: usize, const T: usize> Services<R, T> {
@@ -174,36 +173,32 @@ impl<const R: usize, const T: usize> Services<R, T> {
 
     /// Starts anew what a change of a communication parameter makes another PDO.
     fn restart_pdo(&mut self, index: u16, sub: u8, existed: bool, now_us: u64) {
-        if let Some(rpdo) = position(index, RPDO, R).and_then(|at| self.rpdos.get_mut(at))
-            && (!existed || matches!(sub, 2 | 5))
+        let is_other = !existed || sub == 2;
+        if let Some(rpdo) = self.rpdos.get_mut(distance(index, RPDO))
+            && (is_other || sub == 5)
         {
             rpdo.start();
         }
-        if let Some(tpdo) = position(index, TPDO, T).and_then(|at| self.tpdos.get_mut(at)) {
-            match sub {
-                _ if !existed => tpdo.start(now_us),
-                2 => tpdo.start(now_us),
-                5 => tpdo.restart_timer(now_us),
-                _ => {}
+        if let Some(tpdo) = self.tpdos.get_mut(distance(index, TPDO)) {
+            if is_other {
+                tpdo.start(now_us);
+            } else if sub == 5 {
+                tpdo.restart_timer(now_us);
             }
         }
     }
 
     /// The PDO whose communication parameters (`offset` 0) or mapping stand at `index`.
     fn channel(&self, index: u16, offset: u16) -> Option<&Channel> {
-        if let Some(at) = position(index, RPDO + offset, R) {
-            return self.rpdos.get(at).map(|rpdo| &rpdo.channel);
-        }
-        let at = position(index, TPDO + offset, T)?;
-        self.tpdos.get(at).map(|tpdo| &tpdo.channel)
+        let rpdo = self.rpdos.get(distance(index, RPDO + offset));
+        let tpdo = self.tpdos.get(distance(index, TPDO + offset));
+        (rpdo.map(|rpdo| &rpdo.channel)).or(tpdo.map(|tpdo| &tpdo.channel))
     }
 
     fn channel_mut(&mut self, index: u16, offset: u16) -> Option<&mut Channel> {
-        if let Some(at) = position(index, RPDO + offset, R) {
-            return self.rpdos.get_mut(at).map(|rpdo| &mut rpdo.channel);
-        }
-        let at = position(index, TPDO + offset, T)?;
-        self.tpdos.get_mut(at).map(|tpdo| &mut tpdo.channel)
+        let rpdo = self.rpdos.get_mut(distance(index, RPDO + offset));
+        let tpdo = self.tpdos.get_mut(distance(index, TPDO + offset));
+        (rpdo.map(|rpdo| &mut rpdo.channel)).or(tpdo.map(|tpdo| &mut tpdo.channel))
     }
 
     fn write_service(

@@ -157,14 +157,14 @@ impl Dictionary {
     ///
     /// # Errors
     ///
-    /// [`Abort::NoObject`] where the index, [`Abort::NoSubIndex`] where only the sub-index is missing.
+    /// [`Abort::NoObject`] where the index, [`Abort::NoSubIndex`] where only a sub-index above 0 is missing.
     pub fn find(&self, address: Address) -> Result<&'static Row, Abort> {
-        let at = self.rows.partition_point(|row| row.address() < address);
-        let has_index = |row: &Row| row.address().index == address.index;
-        let before = at.checked_sub(1).and_then(|at| self.rows.get(at));
-        match (self.rows.get(at), before) {
-            (Some(row), _) if row.address() == address => Ok(row),
-            (Some(row), _) | (_, Some(row)) if has_index(row) => Err(Abort::NoSubIndex),
+        // An object whose sub-index is missing has a lower one, as it has 0.
+        let found = self.search(address);
+        let nearest = found.unwrap_or_else(|after| after.wrapping_sub(1));
+        match (found, self.rows.get(nearest)) {
+            (Ok(_), Some(row)) => Ok(row),
+            (Err(_), Some(row)) if row.address().index == address.index => Err(Abort::NoSubIndex),
             _ => Err(Abort::NoObject),
         }
     }
@@ -172,7 +172,13 @@ impl Dictionary {
     /// Where among [`Dictionary::rows`] the entry at an address is.
     #[must_use]
     pub fn position(&self, address: Address) -> Option<usize> {
-        self.rows.binary_search_by_key(&address, Row::address).ok()
+        self.search(address).ok()
+    }
+
+    /// Where the entry at an address is, or would be.
+    fn search(&self, address: Address) -> Result<usize, usize> {
+        let key = |row: &Row| row.address().key();
+        self.rows.binary_search_by_key(&address.key(), key)
     }
 
     /// The text of a constant string; empty where there is none.

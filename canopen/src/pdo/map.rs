@@ -43,8 +43,8 @@ impl Map {
     }
 
     /// The mapped objects, in their order.
-    pub const fn slots(&self) -> [Slot; SLOTS] {
-        self.slots
+    pub fn slots(&self) -> impl Iterator<Item = Slot> {
+        self.slots.into_iter().filter(|slot| slot.size > 0)
     }
 
     pub fn maps(&self, address: Address) -> bool {
