@@ -6,8 +6,7 @@ use crate::dictionary::Address;
 use crate::emergency::{Emergency, ErrorCode};
 use crate::message::{Message, copy};
 use crate::nmt::NmtState;
-use crate::objects::Objects;
-use crate::pdo::{Map, Received};
+use crate::pdo::Received;
 use crate::sync::Sync;
 
 impl<const R: usize, const T: usize> Node<R, T> {
@@ -72,13 +71,14 @@ impl<const R: usize, const T: usize> Node<R, T> {
 
     /// Reads the objects of a TPDO.
     fn sample(&mut self, number: usize, app: &mut impl Application) {
-        let Some(map) = self.services.tpdos.get(number).map(|tpdo| tpdo.channel.map) else {
-            return;
-        };
-        let (mut objects, _) = self.split(app);
+        let objects = &mut self.split(app).0;
         let mut sample = [0; 8];
         let mut rest: &mut [u8] = &mut sample;
-        for slot in map.slots() {
+        for at in 0.. {
+            let tpdo = objects.services.tpdos.get(number);
+            let Some(slot) = tpdo.and_then(|tpdo| tpdo.channel.map.slot(at)) else {
+                break;
+            };
             let Some((to, after)) = rest.split_at_mut_checked(usize::from(slot.size)) else {
                 break;
             };
@@ -93,7 +93,6 @@ impl<const R: usize, const T: usize> Node<R, T> {
         }
     }
 
-    #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn transmit_process_data(&mut self) -> Option<Message> {
         if self.state != NmtState::Operational {
             return None;
@@ -118,7 +117,6 @@ impl<const R: usize, const T: usize> Node<R, T> {
             if !rpdo.channel.valid() || rpdo.channel.id() != message.id {
                 continue;
             }
-            let map = rpdo.channel.map;
             let instance = from_one(number);
             match rpdo.receive(message, now_us) {
                 Received::TooShort => {
@@ -128,7 +126,7 @@ impl<const R: usize, const T: usize> Node<R, T> {
                     );
                     continue;
                 }
-                Received::Apply(data) => self.apply(number, &map, data, app),
+                Received::Apply(data) => self.apply(number, data, app),
                 Received::Waits => {}
             }
             self.clear(ErrorCode::PDO_LENGTH, instance);
@@ -137,10 +135,14 @@ impl<const R: usize, const T: usize> Node<R, T> {
     }
 
     /// Writes what an RPDO carries. An object that refuses its value keeps the old one.
-    fn apply(&mut self, number: usize, map: &Map, data: [u8; 8], app: &mut impl Application) {
-        let mut objects: Objects<'_, _, R, T> = self.split(app).0;
+    fn apply(&mut self, number: usize, data: [u8; 8], app: &mut impl Application) {
+        let objects = &mut self.split(app).0;
         let mut rest: &[u8] = &data;
-        for slot in map.slots() {
+        for at in 0.. {
+            let rpdo = objects.services.rpdos.get(number);
+            let Some(slot) = rpdo.and_then(|rpdo| rpdo.channel.map.slot(at)) else {
+                break;
+            };
             let Some((bytes, after)) = rest.split_at_checked(usize::from(slot.size)) else {
                 break;
             };
@@ -181,9 +183,8 @@ impl<const R: usize, const T: usize> Node<R, T> {
                 let Some(rpdo) = self.services.rpdos.get_mut(number) else {
                     continue;
                 };
-                let map = rpdo.channel.map;
                 if let Some(data) = rpdo.sync() {
-                    self.apply(number, &map, data, app);
+                    self.apply(number, data, app);
                 }
             }
             for number in 0..T {

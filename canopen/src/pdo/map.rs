@@ -42,9 +42,9 @@ impl Map {
         self.length
     }
 
-    /// The mapped objects, in their order.
-    pub fn slots(&self) -> impl Iterator<Item = Slot> {
-        self.slots.into_iter().filter(|slot| slot.size > 0)
+    /// The mapped objects, in their order; `None` behind the last.
+    pub fn slot(&self, at: usize) -> Option<Slot> {
+        self.slots.get(at).copied().filter(|slot| slot.size > 0)
     }
 
     pub fn maps(&self, address: Address) -> bool {

@@ -5,7 +5,7 @@ mod map;
 mod receive;
 mod transmit;
 
-pub(crate) use map::Map;
+use map::Map;
 pub(crate) use receive::{Received, Rpdo};
 pub(crate) use transmit::Tpdo;
 
