@@ -87,35 +87,28 @@ impl Ramp {
         let forward = if distance < 0 { -1 } else { 1 };
         let toward = self.velocity * forward;
         let allowed = braking(distance.unsigned_abs(), slower, period_us).min(top(limits));
-        let next = if toward > allowed {
-            (toward - slower).max(allowed)
-        } else if toward < 0 {
-            (toward + slower).min(allowed)
+        let rate = if (0..=allowed).contains(&toward) {
+            change(limits.acceleration, period_us)
         } else {
-            (toward + change(limits.acceleration, period_us)).min(allowed)
+            slower
         };
+        let next = toward + bounded(allowed - toward, rate);
         self.move_at(next * forward, period_us);
         false
     }
 
     /// One period toward a velocity.
     pub fn to_velocity(&mut self, target: i32, limits: &Limits, period_us: u32) {
-        let top = top(limits);
-        let target = (i64::from(target) * UNIT_PER_S).max(-top).min(top);
-        let away = (target < 0) != (self.velocity < 0) || target.abs() < self.velocity.abs();
-        let slows = away && self.velocity != 0;
+        let target = bounded(i64::from(target) * UNIT_PER_S, top(limits));
+        let difference = target - self.velocity;
+        let slows = self.velocity != 0 && (difference < 0) != (self.velocity < 0);
         let rate = if slows {
             limits.deceleration
         } else {
             limits.acceleration
         };
-        let step = change(rate, period_us);
-        let next = if target > self.velocity {
-            (self.velocity + step).min(target)
-        } else {
-            (self.velocity - step).max(target)
-        };
-        self.move_at(next, period_us);
+        let step = bounded(difference, change(rate, period_us));
+        self.move_at(self.velocity + step, period_us);
     }
 
     /// Goes to a position at once, with the velocity that this takes.
@@ -202,18 +195,14 @@ fn change(acceleration: u32, period_us: u32) -> i64 {
 /// From `k * slower + r` the way is that of `(k + 1)` periods at this velocity less `slower * k * (k + 1) / 2`
 /// periods' worth; `k` is the largest for which `slower * k * (k + 1) / 2` fits. All in velocities times one period.
 fn braking(distance: u64, slower: i64, period_us: u32) -> i64 {
-    // distance <= 2^32 * 10^6, times 1000 is below 2^63.
-    let way = distance * 1000 / u64::from(period_us.max(1));
+    // distance <= 2^32 * 10^6, times 1000 is below 2^63. What is beyond an eighth of all numbers is taken for nearer.
+    let way = (distance * 1000 / u64::from(period_us.max(1))).min(u64::MAX / 8);
     let slower = slower.unsigned_abs().max(1);
-    let eighths = (way / slower)
-        .saturating_mul(8)
-        .saturating_add(way % slower * 8 / slower);
-    let k = (root(eighths.saturating_add(1)) - 1) / 2;
-    // slower * k * (k + 1) / 2 <= way < 2^63.
-    let saved = slower.saturating_mul(k).saturating_mul(k + 1) / 2;
-    i64::try_from(way.saturating_add(saved) / (k + 1))
-        .unwrap_or(TOP)
-        .min(TOP)
+    let k = (root((way * 8 / slower).saturating_add(1)) - 1) / 2;
+    // slower * k * (k + 1) / 2 <= way < 2^61.
+    let saved = slower * k * (k + 1) / 2;
+    let velocity = (way + saved) / (k + 1);
+    velocity.min(TOP as u64) as i64
 }
 
 /// Integer square root of what is not 0, bit by bit: a tenth of the size of the standard library's, which is made for speed.
