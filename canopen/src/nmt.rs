@@ -1,5 +1,7 @@
 //! Network management (CiA 301, 7.2.8).
 
+use core::num::NonZeroU8;
+
 /// State of a node; the number is that of its heartbeat.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
@@ -23,7 +25,7 @@ impl NmtState {
 
 /// Node-ID from 1 to 127.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct NodeId(u8);
+pub struct NodeId(NonZeroU8);
 
 impl NodeId {
     /// `None` outside 1 to 127.
@@ -36,17 +38,16 @@ impl NodeId {
     /// ```
     #[must_use]
     pub const fn new(id: u8) -> Option<Self> {
-        if matches!(id, 1..=127) {
-            Some(Self(id))
-        } else {
-            None
+        match NonZeroU8::new(id) {
+            Some(id) if id.get() <= 127 => Some(Self(id)),
+            _ => None,
         }
     }
 
     /// The number.
     #[must_use]
     pub const fn get(self) -> u8 {
-        self.0
+        self.0.get()
     }
 }
 

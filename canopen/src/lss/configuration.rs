@@ -33,26 +33,24 @@ impl Server {
                     .get(usize::from(command - 0x5A))
                     .copied()
                     .unwrap_or(0);
-                let [a, b, c, d] = number.to_le_bytes();
-                self.reply = Some([command, a, b, c, d, 0, 0, 0]);
+                self.answer(command, number);
             }
-            0x5E => self.inform(command, active.map_or(UNCONFIGURED, NodeId::get)),
+            0x5E => {
+                let id = active.map_or(UNCONFIGURED, NodeId::get);
+                self.answer(command, u32::from(id));
+            }
             _ => {}
         }
         Outcome::Nothing
     }
 
-    fn inform(&mut self, command: u8, value: u8) {
-        self.reply = Some([command, value, 0, 0, 0, 0, 0, 0]);
-    }
-
     fn set_node_id(&mut self, id: u8) -> Outcome {
         let new = NodeId::new(id);
         if new.is_none() && id != UNCONFIGURED {
-            self.inform(0x11, 1);
+            self.answer(0x11, 1);
             return Outcome::Nothing;
         }
-        self.inform(0x11, 0);
+        self.answer(0x11, 0);
         self.node_id = new;
         Outcome::NodeIdChanged
     }
@@ -62,21 +60,20 @@ impl Server {
         match bit_rate.filter(|bit_rate| app.supports_bit_rate(*bit_rate)) {
             Some(bit_rate) => {
                 self.bit_rate = Some(bit_rate);
-                self.inform(0x13, 0);
+                self.answer(0x13, 0);
             }
-            None => self.inform(0x13, 1),
+            None => self.answer(0x13, 1),
         }
     }
 }
 
-/// The answer to "store configuration".
-pub(super) fn stored(done: Result<(), Abort>) -> Data {
-    let error = match done {
+/// Error code of the answer to "store configuration".
+pub(super) fn error_code(done: Result<(), Abort>) -> u32 {
+    match done {
         Ok(()) => 0,
         Err(Abort::UnsupportedAccess) => 1,
         Err(_) => 2,
-    };
-    [0x17, error, 0, 0, 0, 0, 0, 0]
+    }
 }
 
 /// Bit timing table 0; index 5 is reserved.

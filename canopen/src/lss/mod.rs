@@ -77,15 +77,15 @@ impl Server {
             0x40..=0x43 => {
                 if self.selection.select(request[0] - 0x40, number, identity) {
                     self.configuring = true;
-                    self.answer(0x44);
+                    self.answer(0x44, 0);
                 }
             }
             0x46..=0x4B => {
                 if self.selection.identify(request[0] - 0x46, number, identity) {
-                    self.answer(0x4F);
+                    self.answer(0x4F, 0);
                 }
             }
-            0x4C if active.is_none() && self.node_id.is_none() => self.answer(0x50),
+            0x4C if active.is_none() && self.node_id.is_none() => self.answer(0x50, 0),
             0x51 if active.is_none() && self.node_id.is_none() && !self.configuring => {
                 self.fast_scan(&request, number, identity);
             }
@@ -117,20 +117,21 @@ impl Server {
             return;
         };
         self.configuring = found;
-        self.answer(0x4F);
+        self.answer(0x4F, 0);
     }
 
-    fn answer(&mut self, command: u8) {
-        self.reply = Some([command, 0, 0, 0, 0, 0, 0, 0]);
+    /// The next frame to the master; what stands behind the command has up to four bytes.
+    fn answer(&mut self, command: u8, value: u32) {
+        let [a, b, c, d] = value.to_le_bytes();
+        self.reply = Some([command, a, b, c, d, 0, 0, 0]);
     }
 
-    #[cfg_attr(target_os = "none", inline(never))]
     pub fn tick(&mut self, app: &mut impl Application, now_us: u64) {
         if self.storing
             && let Poll::Ready(done) = app.store_lss(self.node_id, self.bit_rate)
         {
             self.storing = false;
-            self.reply = Some(configuration::stored(done));
+            self.answer(0x17, configuration::error_code(done));
         }
         if let Some(activation) = &mut self.activation
             && activation.over(app, now_us)
