@@ -2,13 +2,16 @@
 
 use crate::Abort;
 use crate::instant::later;
-use crate::message::{IDENTIFIER, Message, assignable};
+use crate::message::{IDENTIFIER, Message, may_become};
 use crate::ring::Ring;
 
 /// Errors that can be there at a time.
 const ACTIVE: usize = 16;
 /// Length of the history 1003h; the dictionary says how much of it is seen.
 const HISTORY: usize = 8;
+/// Bit 31 of 1014h: there are no EMCY. Bit 30 is always 0.
+const INVALID: u32 = 1 << 31;
+const RESERVED: u32 = 1 << 30;
 /// EMCY that wait for the bus or for their inhibit time.
 const QUEUE: usize = 8;
 
@@ -109,7 +112,7 @@ pub(crate) struct Service {
     /// Around its end, the newest at `newest`.
     history: [u32; HISTORY],
     newest: usize,
-    recorded: u8,
+    recorded: usize,
     queue: Ring<[u8; 8], QUEUE>,
     free_us: u64,
 }
@@ -129,7 +132,7 @@ impl Service {
 
     /// Errors stay, messages that were not sent do not, and 1014h may be set to anything.
     pub fn reset_communication(&mut self) {
-        self.cob_id = 1 << 31;
+        self.cob_id = INVALID;
         self.inhibit_100us = 0;
         self.queue.clear();
         self.free_us = 0;
@@ -185,15 +188,11 @@ impl Service {
     }
 
     fn record(&mut self, error: Emergency) {
-        self.newest = if self.newest == 0 {
-            HISTORY - 1
-        } else {
-            self.newest - 1
-        };
+        self.newest = (self.newest + HISTORY - 1) % HISTORY;
         if let Some(slot) = self.history.get_mut(self.newest) {
             *slot = u32::from(error.instance) << 16 | u32::from(error.code.0);
         }
-        self.recorded = (self.recorded + 1).min(HISTORY as u8);
+        self.recorded = (self.recorded + 1).min(HISTORY);
     }
 
     fn send(&mut self, code: ErrorCode, register: u8, error: Emergency) {
@@ -211,7 +210,7 @@ impl Service {
     }
 
     pub fn transmit(&mut self, now_us: u64) -> Option<Message> {
-        if self.cob_id & 1 << 31 != 0 || now_us < self.free_us {
+        if self.cob_id & INVALID != 0 || now_us < self.free_us {
             return None;
         }
         let data = self.queue.pop()?;
@@ -220,12 +219,12 @@ impl Service {
     }
 
     /// Object 1003h; `shown` is how many errors the dictionary shows.
-    pub fn history(&self, sub: u8, shown: u8) -> Result<u32, Abort> {
+    pub fn history(&self, sub: u8, shown: usize) -> Result<u32, Abort> {
         let recorded = self.recorded.min(shown);
-        match sub.checked_sub(1) {
-            None => Ok(u32::from(recorded)),
+        match usize::from(sub).checked_sub(1) {
+            None => Ok(recorded as u32),
             Some(at) if at < recorded => {
-                let at = (self.newest + usize::from(at)) % HISTORY;
+                let at = (self.newest + at) % HISTORY;
                 self.history.get(at).copied().ok_or(Abort::NoData)
             }
             Some(_) => Err(Abort::NoData),
@@ -245,10 +244,9 @@ impl Service {
     }
 
     pub fn set_cob_id(&mut self, new: u32) -> Result<(), Abort> {
-        let valid = |word: u32| word & 1 << 31 == 0;
-        let moved = (new ^ self.cob_id) & IDENTIFIER != 0;
-        if new & 1 << 30 != 0 || (valid(new) && (!assignable(new) || (valid(self.cob_id) && moved)))
-        {
+        let valid = new & INVALID == 0;
+        let stays = self.cob_id & INVALID == 0;
+        if new & RESERVED != 0 || (valid && !may_become(new, self.cob_id, stays)) {
             return Err(Abort::Value);
         }
         self.cob_id = new;

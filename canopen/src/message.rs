@@ -105,6 +105,11 @@ pub(crate) fn assignable(cob_id: u32) -> bool {
     }
 }
 
+/// Whether a service may have COB-ID `new` instead of `old`. The identifier of one that goes on stays.
+pub(crate) fn may_become(new: u32, old: u32, goes_on: bool) -> bool {
+    assignable(new) && !(goes_on && (new ^ old) & IDENTIFIER != 0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

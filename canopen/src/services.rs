@@ -130,9 +130,9 @@ impl<const R: usize, const T: usize> Services<R, T> {
         Some(Ok(match (index, sub) {
             (0x1001, 0) => u32::from(self.emergency.register()),
             (0x1003, _) => {
-                let shown =
-                    (1..=8).take_while(|sub| dictionary.find(Address::new(0x1003, *sub)).is_ok());
-                return Some(self.emergency.history(sub, shown.count() as u8));
+                let history = |row: &&Row| row.address().index == 0x1003;
+                let shown = dictionary.rows().iter().filter(history).count();
+                return Some(self.emergency.history(sub, shown.saturating_sub(1)));
             }
             (0x1005, 0) => self.sync.cob_id(),
             (0x1006, 0) => self.sync.period_us(),

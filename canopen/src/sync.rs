@@ -3,7 +3,7 @@
 use crate::Abort;
 use crate::heartbeat::next_on_grid;
 use crate::instant::later;
-use crate::message::{IDENTIFIER, Message, assignable};
+use crate::message::{IDENTIFIER, Message, may_become};
 
 /// Bit 30 of 1005h: the node generates SYNC.
 const PRODUCE: u32 = 1 << 30;
@@ -107,10 +107,8 @@ impl Service {
     }
 
     pub fn set_cob_id(&mut self, new: u32, now_us: u64) -> Result<(), Abort> {
-        let moved = (new ^ self.cob_id) & IDENTIFIER != 0;
-        let produces = new & PRODUCE != 0;
         // While SYNC is generated its identifier stays (CiA 301, 7.5.2.5).
-        if !assignable(new) || (produces && self.cob_id & PRODUCE != 0 && moved) {
+        if !may_become(new, self.cob_id, new & self.cob_id & PRODUCE != 0) {
             return Err(Abort::Value);
         }
         self.cob_id = new & !(1 << 31);

@@ -2,7 +2,7 @@
 
 use crate::Abort;
 use crate::application::TimeOfDay;
-use crate::message::{IDENTIFIER, Message, assignable};
+use crate::message::{IDENTIFIER, Message, may_become};
 
 /// Object 1012h.
 #[derive(Clone, Copy, Debug)]
@@ -40,9 +40,8 @@ impl Service {
     }
 
     pub fn set_cob_id(&mut self, new: u32) -> Result<(), Abort> {
-        let moved = (new ^ self.cob_id) & IDENTIFIER != 0;
         let stays = new & self.cob_id & CONSUME != 0;
-        if new & PRODUCE != 0 || !assignable(new) || (stays && moved) {
+        if new & PRODUCE != 0 || !may_become(new, self.cob_id, stays) {
             return Err(Abort::Value);
         }
         self.cob_id = new;

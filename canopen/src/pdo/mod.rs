@@ -11,7 +11,7 @@ pub(crate) use transmit::Tpdo;
 
 use crate::Abort;
 use crate::dictionary::{Dictionary, Mapping};
-use crate::message::{EXTENDED, IDENTIFIER, assignable};
+use crate::message::{EXTENDED, IDENTIFIER, assignable, may_become};
 
 /// Bit 31 of a COB-ID: the PDO does not exist.
 const INVALID: u32 = 1 << 31;
@@ -149,8 +149,7 @@ impl Channel {
     fn write_cob_id(&mut self, value: u32) -> Result<(), Abort> {
         if value & INVALID == 0 {
             // Bits 0 to 29 of a PDO that exists stay (CiA 301, 7.5.2.35).
-            let moved = (value ^ self.cob_id) & IDENTIFIER != 0;
-            if !assignable(value) || (self.valid() && moved) {
+            if !may_become(value, self.cob_id, self.valid()) {
                 return Err(Abort::Value);
             }
         } else if value & EXTENDED == 0 && value & IDENTIFIER > 0x7FF {
