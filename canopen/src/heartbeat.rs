@@ -179,10 +179,10 @@ impl Consumers {
             .find_map(|consumer| consumer.receive(node, state, now_us))
     }
 
-    /// Nodes that are watched.
-    pub fn nodes(&self) -> impl Iterator<Item = u8> + '_ {
-        let active = self.0.iter().filter(|consumer| consumer.active());
-        active.map(Consumer::node)
+    /// The node that is watched by one of the consumers.
+    pub fn node(&self, at: usize) -> Option<u8> {
+        let consumer = self.0.get(at).filter(|consumer| consumer.active());
+        consumer.map(Consumer::node)
     }
 
     /// The first loss that was not yet told; call until there is none.
