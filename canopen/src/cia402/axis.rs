@@ -131,7 +131,6 @@ impl Axis {
     }
 
     /// One control period.
-    #[cfg_attr(target_os = "none", inline(never))]
     pub fn step(&mut self, input: &Input, parameters: &Parameters) -> Output {
         if !input.mode.is_position() {
             // A mode that demands positions begins where the motor is then.
@@ -241,7 +240,6 @@ impl Axis {
         }
     }
 
-    #[cfg_attr(target_os = "none", inline(never))]
     fn profile_position(&mut self, input: &Input, parameters: &Parameters) -> Course {
         let wanted = self
             .set_points
@@ -259,7 +257,6 @@ impl Axis {
         }
     }
 
-    #[cfg_attr(target_os = "none", inline(never))]
     fn cyclic_position(&mut self, input: &Input, parameters: &Parameters) -> Course {
         let (target, limited) = parameters.limited(input.target_position);
         if target != self.command {

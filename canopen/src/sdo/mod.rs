@@ -130,6 +130,7 @@ impl Server {
         buffer: [0; BUFFER],
     };
 
+    #[cfg_attr(target_os = "none", inline(never))]
     pub fn receive(&mut self, request: &Data, objects: &mut impl Objects, now_us: u64) {
         self.last_us = now_us;
         self.reply = None;
@@ -224,6 +225,7 @@ impl Server {
         }
     }
 
+    #[cfg_attr(target_os = "none", inline(never))]
     pub fn transmit(&mut self, objects: &mut impl Objects, now_us: u64) -> Option<Data> {
         if self.state == State::Finishing {
             return None;

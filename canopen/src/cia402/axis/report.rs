@@ -4,7 +4,6 @@ use super::{Axis, Course, Demand, Input, Output};
 use crate::cia402::{Mode, Motion, Parameters, statusword};
 
 impl Axis {
-    #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn tell(
         &mut self,
         input: &Input,
@@ -50,7 +49,6 @@ impl Axis {
     }
 
     /// Bits 10 and 12.
-    #[cfg_attr(target_os = "none", inline(never))]
     fn mode_bits(
         &mut self,
         input: &Input,
