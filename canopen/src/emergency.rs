@@ -1,9 +1,9 @@
 //! Emergency object, error register and history (CiA 301, 7.2.7).
 
 use crate::Abort;
-use crate::instant::later;
 use crate::message::{IDENTIFIER, Message, may_become};
 use crate::ring::Ring;
+use crate::timer::Timer;
 
 /// Errors that can be there at a time.
 const ACTIVE: usize = 16;
@@ -114,7 +114,7 @@ pub(crate) struct Service {
     newest: usize,
     recorded: usize,
     queue: Ring<[u8; 8], QUEUE>,
-    free_us: u64,
+    inhibit: Timer,
 }
 
 impl Service {
@@ -127,7 +127,7 @@ impl Service {
         newest: 0,
         recorded: 0,
         queue: Ring::new([0; 8]),
-        free_us: 0,
+        inhibit: Timer::OVER,
     };
 
     /// Errors stay, messages that were not sent do not, and 1014h may be set to anything.
@@ -135,7 +135,7 @@ impl Service {
         self.cob_id = INVALID;
         self.inhibit_100us = 0;
         self.queue.clear();
-        self.free_us = 0;
+        self.inhibit = Timer::OVER;
         for slot in &mut self.active {
             if slot.is_some_and(|error| {
                 error.instance < OF_APPLICATION && WATCHED.contains(&error.code)
@@ -209,12 +209,16 @@ impl Service {
             .push([low, high, bits, error.instance, a, b, c, d]);
     }
 
-    pub fn transmit(&mut self, now_us: u64) -> Option<Message> {
-        if self.cob_id & INVALID != 0 || now_us < self.free_us {
+    pub fn pass(&mut self, elapsed: Timer) {
+        self.inhibit.pass(elapsed);
+    }
+
+    pub fn transmit(&mut self) -> Option<Message> {
+        if self.cob_id & INVALID != 0 || !self.inhibit.is_over() {
             return None;
         }
         let data = self.queue.pop()?;
-        self.free_us = later(now_us, u64::from(self.inhibit_100us) * 100);
+        self.inhibit = Timer::hundreds_us(self.inhibit_100us);
         Some(Message::new(self.cob_id & IDENTIFIER, &data))
     }
 

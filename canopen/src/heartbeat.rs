@@ -1,7 +1,7 @@
 //! Heartbeat producer and consumer (CiA 301, 7.2.8.3.2).
 
 use crate::Abort;
-use crate::instant::later;
+use crate::timer::Timer;
 
 /// How many nodes can be watched; the dictionary says how many 1016h shows.
 pub(crate) const CONSUMERS: usize = 8;
@@ -10,14 +10,14 @@ pub(crate) const CONSUMERS: usize = 8;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Producer {
     period_ms: u16,
-    due_us: u64,
+    due: Timer,
     pending: bool,
 }
 
 impl Producer {
     pub const NEW: Self = Self {
         period_ms: 0,
-        due_us: 0,
+        due: Timer::OVER,
         pending: false,
     };
 
@@ -26,16 +26,16 @@ impl Producer {
     }
 
     /// The first heartbeat under a new period goes out at once.
-    pub fn set_period(&mut self, period_ms: u16, now_us: u64) {
+    pub fn set_period(&mut self, period_ms: u16) {
         self.period_ms = period_ms;
-        self.due_us = later(now_us, self.period_us());
+        self.due = Timer::ms(period_ms);
         self.pending = period_ms != 0;
     }
 
     /// After boot-up, which stands for the first heartbeat.
-    pub fn restart(&mut self, now_us: u64) {
+    pub fn restart(&mut self) {
         self.pending = false;
-        self.due_us = later(now_us, self.period_us());
+        self.due = Timer::ms(self.period_ms);
     }
 
     /// The state changed: the network learns it at once.
@@ -43,31 +43,16 @@ impl Producer {
         self.pending = self.period_ms != 0;
     }
 
-    pub fn tick(&mut self, now_us: u64) {
-        if self.period_ms == 0 || now_us < self.due_us {
-            return;
-        }
-        self.pending = true;
-        self.due_us = next_on_grid(self.due_us, self.period_us(), now_us);
+    pub fn pass(&mut self, elapsed: Timer) {
+        self.due.pass(elapsed);
+    }
+
+    pub fn tick(&mut self) {
+        self.pending |= self.period_ms != 0 && self.due.repeats(Timer::ms(self.period_ms));
     }
 
     pub fn take(&mut self) -> bool {
         core::mem::take(&mut self.pending)
-    }
-
-    fn period_us(&self) -> u64 {
-        u64::from(self.period_ms) * 1000
-    }
-}
-
-/// The next point of a grid, or one period from now where more than one was missed.
-#[cfg_attr(target_os = "none", inline(never))]
-pub(crate) fn next_on_grid(due_us: u64, period_us: u64, now_us: u64) -> u64 {
-    let next = later(due_us, period_us);
-    if next > now_us {
-        next
-    } else {
-        later(now_us, period_us)
     }
 }
 
@@ -84,7 +69,7 @@ enum Watch {
 pub(crate) struct Consumer {
     word: u32,
     watch: Watch,
-    deadline_us: u64,
+    deadline: Timer,
 }
 
 /// What a consumer noticed.
@@ -98,26 +83,26 @@ impl Consumer {
     const NEW: Self = Self {
         word: 0,
         watch: Watch::Unknown,
-        deadline_us: 0,
+        deadline: Timer::OVER,
     };
 
     fn node(&self) -> u8 {
         (self.word >> 16) as u8
     }
 
-    fn time_us(&self) -> u64 {
-        u64::from(self.word & 0xFFFF) * 1000
+    fn time_ms(&self) -> u16 {
+        self.word as u16
     }
 
     fn active(&self) -> bool {
-        matches!(self.node(), 1..=127) && self.time_us() != 0
+        matches!(self.node(), 1..=127) && self.time_ms() != 0
     }
 
-    fn receive(&mut self, node: u8, state: u8, now_us: u64) -> Option<Notice> {
+    fn receive(&mut self, node: u8, state: u8) -> Option<Notice> {
         if !self.active() || self.node() != node {
             return None;
         }
-        self.deadline_us = later(now_us, self.time_us());
+        self.deadline = Timer::ms(self.time_ms());
         // A boot-up is no heartbeat: the producer starts anew, and so does watching it.
         if state == 0 {
             if self.watch == Watch::Alive {
@@ -132,8 +117,8 @@ impl Consumer {
         })
     }
 
-    fn tick(&mut self, now_us: u64) -> Option<Notice> {
-        if !self.active() || self.watch != Watch::Alive || now_us < self.deadline_us {
+    fn tick(&mut self) -> Option<Notice> {
+        if !self.active() || self.watch != Watch::Alive || !self.deadline.is_over() {
             return None;
         }
         self.watch = Watch::Lost;
@@ -173,10 +158,16 @@ impl Consumers {
         Ok(lost)
     }
 
-    pub fn receive(&mut self, node: u8, state: u8, now_us: u64) -> Option<Notice> {
+    pub fn receive(&mut self, node: u8, state: u8) -> Option<Notice> {
         self.0
             .iter_mut()
-            .find_map(|consumer| consumer.receive(node, state, now_us))
+            .find_map(|consumer| consumer.receive(node, state))
+    }
+
+    pub fn pass(&mut self, elapsed: Timer) {
+        for consumer in &mut self.0 {
+            consumer.deadline.pass(elapsed);
+        }
     }
 
     /// The node that is watched by one of the consumers.
@@ -186,8 +177,8 @@ impl Consumers {
     }
 
     /// The first loss that was not yet told; call until there is none.
-    pub fn tick(&mut self, now_us: u64) -> Option<Notice> {
-        self.0.iter_mut().find_map(|consumer| consumer.tick(now_us))
+    pub fn tick(&mut self) -> Option<Notice> {
+        self.0.iter_mut().find_map(Consumer::tick)
     }
 }
 
@@ -196,36 +187,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_grid_does_not_drift_and_does_not_catch_up() {
-        assert_eq!(next_on_grid(100, 10, 103), 110);
-        assert_eq!(next_on_grid(100, 10, 137), 147);
-        assert_eq!(next_on_grid(u64::MAX, 10, u64::MAX), u64::MAX);
-    }
-
-    #[test]
     fn a_node_is_watched_from_its_first_heartbeat_on() {
         let mut consumers = Consumers::NEW;
         assert_eq!(consumers.configure(1, 5 << 16 | 100), Ok(None));
-        assert_eq!(consumers.tick(1_000_000), None);
-        assert_eq!(consumers.receive(5, 0, 0), None);
-        assert_eq!(consumers.tick(1_000_000), None);
-        assert_eq!(
-            consumers.receive(5, 5, 0),
-            Some(Notice::Started {
-                node: 5,
-                recovered: false
-            })
-        );
-        assert_eq!(consumers.tick(99_999), None);
-        assert_eq!(consumers.tick(100_000), Some(Notice::Lost { node: 5 }));
-        assert_eq!(consumers.tick(200_000), None);
-        assert_eq!(
-            consumers.receive(5, 127, 300_000),
-            Some(Notice::Started {
-                node: 5,
-                recovered: true
-            })
-        );
+        let started = |recovered| Some(Notice::Started { node: 5, recovered });
+        let after = |consumers: &mut Consumers, time_us| {
+            consumers.pass(Timer::us(time_us));
+            consumers.tick()
+        };
+        assert_eq!(after(&mut consumers, 1_000_000), None);
+        assert_eq!(consumers.receive(5, 0), None);
+        assert_eq!(after(&mut consumers, 1_000_000), None);
+        assert_eq!(consumers.receive(5, 5), started(false));
+        assert_eq!(after(&mut consumers, 99_999), None);
+        assert_eq!(after(&mut consumers, 1), Some(Notice::Lost { node: 5 }));
+        assert_eq!(after(&mut consumers, 100_000), None);
+        assert_eq!(consumers.receive(5, 127), started(true));
     }
 
     #[test]

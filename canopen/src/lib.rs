@@ -53,7 +53,6 @@ pub mod dictionary;
 mod emergency;
 mod frame;
 mod heartbeat;
-mod instant;
 mod lss;
 mod message;
 mod nmt;
@@ -66,6 +65,7 @@ mod services;
 pub mod slcan;
 mod sync;
 mod time;
+mod timer;
 
 pub use abort::Abort;
 pub use application::{Application, BitRate, Event, ParameterGroup, Reset, TimeOfDay};

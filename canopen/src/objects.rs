@@ -18,7 +18,6 @@ pub(crate) struct Objects<'a, A, const R: usize, const T: usize> {
     pub services: &'a mut Services<R, T>,
     pub app: &'a mut A,
     pub node_id: u8,
-    pub now_us: u64,
 }
 
 impl<A: Application, const R: usize, const T: usize> Objects<'_, A, R, T> {
@@ -45,10 +44,7 @@ impl<A: Application, const R: usize, const T: usize> Objects<'_, A, R, T> {
         self.check_limits(row, value)?;
         self.check_relations(row, value)?;
         let address = row.address();
-        match self
-            .services
-            .write(address, value as u32, self.dictionary, self.now_us)
-        {
+        match self.services.write(address, value as u32, self.dictionary) {
             Some(done) => done?,
             None => self.app.write(address, value)?,
         }

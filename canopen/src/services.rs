@@ -2,6 +2,7 @@
 
 use crate::dictionary::{Access, Address, Dictionary, Row};
 use crate::pdo::{Channel, Direction, Rpdo, Tpdo};
+use crate::timer::Timer;
 use crate::{Abort, emergency, heartbeat, sync, time};
 
 /// All services but SDO and LSS, and the objects that configure them.
@@ -52,13 +53,26 @@ impl<const R: usize, const T: usize> Services<R, T> {
         verified: [0; 2],
     };
 
+    /// Time passes.
+    pub fn pass(&mut self, elapsed: Timer) {
+        self.heartbeat.pass(elapsed);
+        self.consumers.pass(elapsed);
+        self.emergency.pass(elapsed);
+        self.sync.pass(elapsed);
+        for rpdo in &mut self.rpdos {
+            rpdo.pass(elapsed);
+        }
+        for tpdo in &mut self.tpdos {
+            tpdo.pass(elapsed);
+        }
+    }
+
     /// Takes defaults, or what was stored of them; errors that are there stay.
     pub fn load(
         &mut self,
         dictionary: &Dictionary,
         node_id: u8,
         mut stored: impl FnMut(Address) -> Option<u32>,
-        now_us: u64,
     ) {
         // One after the other, where they are: all at once they are large.
         self.heartbeat = heartbeat::Producer::NEW;
@@ -85,7 +99,7 @@ impl<const R: usize, const T: usize> Services<R, T> {
                 }
                 let stored = row.writable().then(|| stored(address)).flatten();
                 let value = stored.unwrap_or_else(|| dictionary.value(row, node_id));
-                self.load_one(address, value, now_us);
+                self.load_one(address, value);
             }
         }
         for (_, channel) in self.channels() {
@@ -106,7 +120,7 @@ impl<const R: usize, const T: usize> Services<R, T> {
         receive.chain(transmit)
     }
 
-    fn load_one(&mut self, address: Address, value: u32, now_us: u64) {
+    fn load_one(&mut self, address: Address, value: u32) {
         let Address { index, sub } = address;
         if let Some(channel) = self.channel_mut(index, 0) {
             channel.load_parameter(sub, value);
@@ -114,7 +128,7 @@ impl<const R: usize, const T: usize> Services<R, T> {
             channel.map.load(sub, value);
         } else if !transient(index) && !(index == 0x1016 && sub == 0) {
             // What was stored is refused where it makes no sense; the service stays off then.
-            let _ = self.write_service(address, value, now_us);
+            let _ = self.write_service(address, value);
         }
     }
 
@@ -156,7 +170,6 @@ impl<const R: usize, const T: usize> Services<R, T> {
         address: Address,
         value: u32,
         dictionary: &Dictionary,
-        now_us: u64,
     ) -> Option<Result<(), Abort>> {
         let Address { index, sub } = address;
         if let Some(channel) = self.channel_mut(index, MAPPING) {
@@ -165,14 +178,14 @@ impl<const R: usize, const T: usize> Services<R, T> {
         if let Some(channel) = self.channel_mut(index, 0) {
             let existed = channel.valid();
             let done = channel.write_parameter(sub, value);
-            self.restart_pdo(index, sub, existed, now_us);
+            self.restart_pdo(index, sub, existed);
             return Some(done);
         }
-        self.write_service(address, value, now_us)
+        self.write_service(address, value)
     }
 
     /// Starts anew what a change of a communication parameter makes another PDO.
-    fn restart_pdo(&mut self, index: u16, sub: u8, existed: bool, now_us: u64) {
+    fn restart_pdo(&mut self, index: u16, sub: u8, existed: bool) {
         let is_other = !existed || sub == 2;
         if let Some(rpdo) = self.rpdos.get_mut(distance(index, RPDO))
             && (is_other || sub == 5)
@@ -181,9 +194,9 @@ impl<const R: usize, const T: usize> Services<R, T> {
         }
         if let Some(tpdo) = self.tpdos.get_mut(distance(index, TPDO)) {
             if is_other {
-                tpdo.start(now_us);
+                tpdo.start();
             } else if sub == 5 {
-                tpdo.restart_timer(now_us);
+                tpdo.restart_timer();
             }
         }
     }
@@ -201,19 +214,11 @@ impl<const R: usize, const T: usize> Services<R, T> {
         (rpdo.map(|rpdo| &mut rpdo.channel)).or(tpdo.map(|tpdo| &mut tpdo.channel))
     }
 
-    fn write_service(
-        &mut self,
-        address: Address,
-        value: u32,
-        now_us: u64,
-    ) -> Option<Result<(), Abort>> {
+    fn write_service(&mut self, address: Address, value: u32) -> Option<Result<(), Abort>> {
         let done = match (address.index, address.sub) {
             (0x1003, 0) => self.emergency.clear_history(value),
-            (0x1005, 0) => self.sync.set_cob_id(value, now_us),
-            (0x1006, 0) => {
-                self.sync.set_period(value, now_us);
-                Ok(())
-            }
+            (0x1005, 0) => self.sync.set_cob_id(value),
+            (0x1006, 0) => self.sync.set_period(value),
             (0x1007, 0) => {
                 self.sync.set_window(value);
                 Ok(())
@@ -226,7 +231,7 @@ impl<const R: usize, const T: usize> Services<R, T> {
             }
             (0x1016, sub) => self.write_consumer(sub, value),
             (0x1017, 0) => {
-                self.heartbeat.set_period(value as u16, now_us);
+                self.heartbeat.set_period(value as u16);
                 Ok(())
             }
             (0x1019, 0) => self.sync.set_overflow(value as u8),

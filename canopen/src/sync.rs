@@ -1,9 +1,8 @@
 //! SYNC producer and consumer (CiA 301, 7.2.5).
 
 use crate::Abort;
-use crate::heartbeat::next_on_grid;
-use crate::instant::later;
 use crate::message::{IDENTIFIER, Message, may_become};
+use crate::timer::Timer;
 
 /// Bit 30 of 1005h: the node generates SYNC.
 const PRODUCE: u32 = 1 << 30;
@@ -17,10 +16,10 @@ pub(crate) struct Service {
     window_us: u32,
     overflow: u8,
     counter: u8,
-    due_us: u64,
+    due: Timer,
     pending: bool,
-    /// When the last SYNC was received or sent.
-    last_us: u64,
+    /// The synchronous window after the last SYNC that was received or sent.
+    window: Timer,
 }
 
 /// What came with a SYNC.
@@ -37,9 +36,9 @@ impl Service {
         window_us: 0,
         overflow: 0,
         counter: 0,
-        due_us: 0,
+        due: Timer::OVER,
         pending: false,
-        last_us: 0,
+        window: Timer::OVER,
     };
 
     /// CiA 301, 7.2.5: the counter starts anew when the node enters OPERATIONAL from STOPPED.
@@ -56,8 +55,8 @@ impl Service {
         !message.remote && self.identifier() == Some(message.id)
     }
 
-    pub fn receive(&mut self, payload: &[u8], now_us: u64) -> Sync {
-        self.last_us = now_us;
+    pub fn receive(&mut self, payload: &[u8]) -> Sync {
+        self.window = Timer::us(self.window_us);
         let length_ok = payload.len() == usize::from(self.overflow != 0);
         let counter = if self.overflow == 0 {
             None
@@ -67,14 +66,19 @@ impl Service {
         Sync { counter, length_ok }
     }
 
+    pub fn pass(&mut self, elapsed: Timer) {
+        self.due.pass(elapsed);
+        self.window.pass(elapsed);
+    }
+
     /// Whether a SYNC of the node's own is due; it counts as received, too.
-    pub fn tick(&mut self, now_us: u64) -> Option<Sync> {
-        if self.cob_id & PRODUCE == 0 || self.period_us == 0 || now_us < self.due_us {
+    pub fn tick(&mut self) -> Option<Sync> {
+        let produces = self.cob_id & PRODUCE != 0 && self.period_us != 0;
+        if !produces || !self.due.repeats(Timer::us(self.period_us)) {
             return None;
         }
-        self.due_us = next_on_grid(self.due_us, u64::from(self.period_us), now_us);
         self.pending = true;
-        self.last_us = now_us;
+        self.window = Timer::us(self.window_us);
         if self.overflow != 0 {
             self.counter = if self.counter >= self.overflow {
                 1
@@ -98,15 +102,15 @@ impl Service {
     }
 
     /// Whether the synchronous window 1007h is over.
-    pub fn window_closed(&self, now_us: u64) -> bool {
-        self.window_us != 0 && now_us.saturating_sub(self.last_us) > u64::from(self.window_us)
+    pub fn window_closed(&self) -> bool {
+        self.window_us != 0 && self.window.is_long_over()
     }
 
     pub fn cob_id(&self) -> u32 {
         self.cob_id
     }
 
-    pub fn set_cob_id(&mut self, new: u32, now_us: u64) -> Result<(), Abort> {
+    pub fn set_cob_id(&mut self, new: u32) -> Result<(), Abort> {
         // While SYNC is generated its identifier stays (CiA 301, 7.5.2.5).
         if !may_become(new, self.cob_id, new & self.cob_id & PRODUCE != 0) {
             return Err(Abort::Value);
@@ -114,7 +118,7 @@ impl Service {
         self.cob_id = new & !(1 << 31);
         self.counter = 0;
         self.pending = false;
-        self.due_us = later(now_us, u64::from(self.period_us));
+        self.due = Timer::us(self.period_us);
         Ok(())
     }
 
@@ -122,10 +126,15 @@ impl Service {
         self.period_us
     }
 
-    pub fn set_period(&mut self, period_us: u32, now_us: u64) {
+    /// More than 35 min are too long.
+    pub fn set_period(&mut self, period_us: u32) -> Result<(), Abort> {
+        if period_us > Timer::LONGEST_US {
+            return Err(Abort::TooHigh);
+        }
         self.period_us = period_us;
-        self.due_us = later(now_us, u64::from(period_us));
+        self.due = Timer::us(period_us);
         self.counter = 0;
+        Ok(())
     }
 
     pub fn window_us(&self) -> u32 {

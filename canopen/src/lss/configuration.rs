@@ -15,7 +15,6 @@ impl Server {
         identity: Identity,
         active: Option<NodeId>,
         app: &mut impl Application,
-        now_us: u64,
     ) -> Outcome {
         let [command, first, second, ..] = *request;
         match command {
@@ -25,7 +24,7 @@ impl Server {
                 let delay_ms = u16::from_le_bytes([first, second]);
                 self.activation = self
                     .bit_rate
-                    .map(|bit_rate| Activation::new(bit_rate, delay_ms, now_us));
+                    .map(|bit_rate| Activation::new(bit_rate, delay_ms));
             }
             0x17 => self.storing = true,
             0x5A..=0x5D => {

@@ -8,6 +8,7 @@ use core::task::Poll;
 
 use crate::application::{Application, BitRate};
 use crate::nmt::NodeId;
+use crate::timer::Timer;
 use activation::Activation;
 use selection::Selection;
 
@@ -69,7 +70,6 @@ impl Server {
         identity: Identity,
         active: Option<NodeId>,
         app: &mut impl Application,
-        now_us: u64,
     ) -> Outcome {
         let number = u32::from_le_bytes([request[1], request[2], request[3], request[4]]);
         match request[0] {
@@ -90,7 +90,7 @@ impl Server {
                 self.fast_scan(&request, number, identity);
             }
             _ if self.configuring => {
-                return self.configure(&request, identity, active, app, now_us);
+                return self.configure(&request, identity, active, app);
             }
             _ => {}
         }
@@ -126,7 +126,13 @@ impl Server {
         self.reply = Some([command, a, b, c, d, 0, 0, 0]);
     }
 
-    pub fn tick(&mut self, app: &mut impl Application, now_us: u64) {
+    pub fn pass(&mut self, elapsed: Timer) {
+        if let Some(activation) = &mut self.activation {
+            activation.pass(elapsed);
+        }
+    }
+
+    pub fn tick(&mut self, app: &mut impl Application) {
         if self.storing
             && let Poll::Ready(done) = app.store_lss(self.node_id, self.bit_rate)
         {
@@ -134,7 +140,7 @@ impl Server {
             self.answer(0x17, configuration::error_code(done));
         }
         if let Some(activation) = &mut self.activation
-            && activation.over(app, now_us)
+            && activation.over(app)
         {
             self.activation = None;
         }

@@ -16,6 +16,7 @@ use crate::message::Message;
 use crate::nmt::{NmtState, NodeId};
 use crate::objects::Objects;
 use crate::services::Services;
+use crate::timer::Timer;
 use crate::{lss, sdo};
 
 /// What the CAN controller tells of itself.
@@ -105,7 +106,6 @@ impl<const R: usize, const T: usize> Node<R, T> {
             dictionary,
             services,
             sdo,
-            now_us,
             ..
         } = self;
         (
@@ -114,7 +114,6 @@ impl<const R: usize, const T: usize> Node<R, T> {
                 services,
                 app,
                 node_id,
-                now_us: *now_us,
             },
             sdo,
         )
@@ -156,22 +155,35 @@ impl<const R: usize, const T: usize> Node<R, T> {
         }
     }
 
+    /// Time passes, until `now_us`.
+    fn pass(&mut self, now_us: u64) {
+        let elapsed_us = now_us.saturating_sub(self.now_us);
+        if elapsed_us == 0 {
+            return;
+        }
+        self.now_us = now_us;
+        let elapsed = Timer::us(u32::try_from(elapsed_us).unwrap_or(u32::MAX));
+        self.services.pass(elapsed);
+        self.sdo.pass(elapsed);
+        self.lss.pass(elapsed);
+    }
+
     /// Does what has become due. `now_us` is in microseconds.
     #[cfg_attr(target_os = "none", inline(never))]
     pub fn tick(&mut self, now_us: u64, app: &mut impl Application) {
-        self.now_us = now_us;
-        self.lss.tick(app, now_us);
+        self.pass(now_us);
+        self.lss.tick(app);
         if self.node_id.is_none() || self.state == NmtState::Initialising {
             return;
         }
-        self.services.heartbeat.tick(now_us);
-        while let Some(notice) = self.services.consumers.tick(now_us) {
+        self.services.heartbeat.tick();
+        while let Some(notice) = self.services.consumers.tick() {
             self.notice(notice, app);
         }
         if self.state.communicates() {
             let (mut objects, sdo) = self.split(app);
-            sdo.tick(&mut objects, now_us);
-            if let Some(sync) = self.services.sync.tick(now_us) {
+            sdo.tick(&mut objects);
+            if let Some(sync) = self.services.sync.tick() {
                 self.sync(sync, app);
             }
         }
@@ -206,16 +218,15 @@ impl<const R: usize, const T: usize> Node<R, T> {
         let first = services
             .sync
             .transmit()
-            .or_else(|| services.emergency.transmit(self.now_us));
+            .or_else(|| services.emergency.transmit());
         if first.is_some() {
             return first;
         }
         if let Some(message) = self.transmit_process_data() {
             return Some(message);
         }
-        let now_us = self.now_us;
         let (mut objects, sdo) = self.split(app);
-        let data = sdo.transmit(&mut objects, now_us)?;
+        let data = sdo.transmit(&mut objects)?;
         Some(Message::new(0x580 + node_id, &data))
     }
 }

@@ -33,32 +33,30 @@ impl<const R: usize, const T: usize> Node<R, T> {
             rpdo.start();
         }
         for tpdo in &mut self.services.tpdos {
-            tpdo.start(self.now_us);
+            tpdo.start();
         }
     }
 
     #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn tick_process_data(&mut self, app: &mut impl Application) {
         for number in 0..T {
-            let now_us = self.now_us;
             if self.state == NmtState::Operational
                 && self
                     .services
                     .tpdos
                     .get_mut(number)
-                    .is_some_and(|tpdo| tpdo.tick(now_us))
+                    .is_some_and(|tpdo| tpdo.tick())
             {
                 self.sample(number, app);
             }
         }
         for number in 0..R {
-            let now_us = self.now_us;
             if self.state == NmtState::Operational
                 && self
                     .services
                     .rpdos
                     .get_mut(number)
-                    .is_some_and(|rpdo| rpdo.timed_out(now_us))
+                    .is_some_and(|rpdo| rpdo.timed_out())
             {
                 self.raise(
                     Emergency::communication(ErrorCode::RPDO_TIMEOUT, from_one(number)),
@@ -97,7 +95,7 @@ impl<const R: usize, const T: usize> Node<R, T> {
         if self.state != NmtState::Operational {
             return None;
         }
-        let closed = self.services.sync.window_closed(self.now_us);
+        let closed = self.services.sync.window_closed();
         self.services
             .tpdos
             .iter_mut()
@@ -110,7 +108,6 @@ impl<const R: usize, const T: usize> Node<R, T> {
             return self.remote_request(message.id, app);
         }
         for number in 0..R {
-            let now_us = self.now_us;
             let Some(rpdo) = self.services.rpdos.get_mut(number) else {
                 continue;
             };
@@ -118,7 +115,7 @@ impl<const R: usize, const T: usize> Node<R, T> {
                 continue;
             }
             let instance = from_one(number);
-            match rpdo.receive(message, now_us) {
+            match rpdo.receive(message) {
                 Received::TooShort => {
                     self.raise(
                         Emergency::communication(ErrorCode::PDO_LENGTH, instance),

@@ -15,7 +15,7 @@ impl<const R: usize, const T: usize> Node<R, T> {
     /// Takes a frame from the bus. `now_us` is in microseconds.
     #[cfg_attr(target_os = "none", inline(never))]
     pub fn receive(&mut self, frame: &impl Frame, now_us: u64, app: &mut impl Application) {
-        self.now_us = now_us;
+        self.pass(now_us);
         if let Some(message) = Message::from_frame(frame) {
             self.dispatch(&message, app);
         }
@@ -54,14 +54,13 @@ impl<const R: usize, const T: usize> Node<R, T> {
     fn communicate(&mut self, message: &Message, node_id: NodeId, app: &mut impl Application) {
         if message.id == 0x600 + u32::from(node_id.get()) {
             if message.length == 8 && !message.remote {
-                let now_us = self.now_us;
                 let (mut objects, sdo) = self.split(app);
-                sdo.receive(&message.data, &mut objects, now_us);
+                sdo.receive(&message.data, &mut objects);
             }
             return;
         }
         if self.services.sync.is_for(message) {
-            let sync = self.services.sync.receive(message.payload(), self.now_us);
+            let sync = self.services.sync.receive(message.payload());
             self.sync(sync, app);
         } else if let Some(time) = self.services.time.receive(message) {
             app.event(Event::Time(time));
@@ -77,7 +76,7 @@ impl<const R: usize, const T: usize> Node<R, T> {
             return;
         }
         let node = (message.id & 0x7F) as u8;
-        if let Some(notice) = self.services.consumers.receive(node, *state, self.now_us) {
+        if let Some(notice) = self.services.consumers.receive(node, *state) {
             self.notice(notice, app);
         }
     }
@@ -102,9 +101,7 @@ impl<const R: usize, const T: usize> Node<R, T> {
     #[cfg_attr(target_os = "none", inline(never))]
     fn layer_setting(&mut self, request: [u8; 8], app: &mut impl Application) {
         let identity = self.identity(app);
-        let outcome = self
-            .lss
-            .receive(request, identity, self.node_id, app, self.now_us);
+        let outcome = self.lss.receive(request, identity, self.node_id, app);
         match outcome {
             lss::Outcome::Nothing => {}
             lss::Outcome::NodeIdChanged => app.event(Event::NodeId(self.lss.node_id())),

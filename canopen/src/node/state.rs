@@ -23,13 +23,9 @@ impl<const R: usize, const T: usize> Node<R, T> {
         }
         app.reset(reset);
         self.node_id = self.lss.node_id();
-        let (node_id, now_us) = (self.number(), self.now_us);
-        self.services.load(
-            self.dictionary,
-            node_id,
-            |address| app.stored(address),
-            now_us,
-        );
+        let node_id = self.number();
+        self.services
+            .load(self.dictionary, node_id, |address| app.stored(address));
         self.state = NmtState::Initialising;
         app.event(Event::State(self.state));
     }
@@ -40,7 +36,7 @@ impl<const R: usize, const T: usize> Node<R, T> {
         if self.services.starts_itself() {
             self.enter(NmtState::Operational, app);
         }
-        self.services.heartbeat.restart(self.now_us);
+        self.services.heartbeat.restart();
     }
 
     fn enter(&mut self, state: NmtState, app: &mut impl Application) {

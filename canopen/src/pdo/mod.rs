@@ -87,10 +87,6 @@ impl Channel {
         matches!(self.transmission, 254 | 255)
     }
 
-    pub fn event_us(&self) -> u64 {
-        u64::from(self.event_ms) * 1000
-    }
-
     pub fn read_parameter(&self, sub: u8) -> Option<u32> {
         Some(match sub {
             1 => self.cob_id,

@@ -1,8 +1,8 @@
 //! RPDO: from the bus into the object dictionary.
 
 use super::Channel;
-use crate::instant::later;
 use crate::message::Message;
+use crate::timer::Timer;
 
 /// One RPDO.
 #[derive(Clone, Copy, Debug)]
@@ -10,7 +10,7 @@ pub(crate) struct Rpdo {
     pub channel: Channel,
     /// Waits for SYNC.
     waiting: Option<[u8; 8]>,
-    deadline_us: Option<u64>,
+    deadline: Option<Timer>,
 }
 
 /// What became of a received PDO.
@@ -28,21 +28,21 @@ impl Rpdo {
     pub const NEW: Self = Self {
         channel: Channel::NEW,
         waiting: None,
-        deadline_us: None,
+        deadline: None,
     };
 
     /// The node became OPERATIONAL, or the PDO exists only now.
     pub fn start(&mut self) {
         self.waiting = None;
-        self.deadline_us = None;
+        self.deadline = None;
     }
 
-    pub fn receive(&mut self, message: &Message, now_us: u64) -> Received {
+    pub fn receive(&mut self, message: &Message) -> Received {
         if message.length < self.channel.map.length() {
             return Received::TooShort;
         }
-        let timer = self.channel.event_us();
-        self.deadline_us = (timer != 0).then(|| later(now_us, timer));
+        let time_ms = self.channel.event_ms;
+        self.deadline = (time_ms != 0).then(|| Timer::ms(time_ms));
         if self.channel.synchronous() {
             self.waiting = Some(message.data);
             return Received::Waits;
@@ -55,11 +55,17 @@ impl Rpdo {
         self.waiting.take()
     }
 
+    pub fn pass(&mut self, elapsed: Timer) {
+        if let Some(deadline) = &mut self.deadline {
+            deadline.pass(elapsed);
+        }
+    }
+
     /// Whether its event timer has just run out.
-    pub fn timed_out(&mut self, now_us: u64) -> bool {
-        let over = self.deadline_us.is_some_and(|deadline| now_us >= deadline);
+    pub fn timed_out(&mut self) -> bool {
+        let over = self.deadline.is_some_and(Timer::is_over);
         if over {
-            self.deadline_us = None;
+            self.deadline = None;
         }
         over
     }

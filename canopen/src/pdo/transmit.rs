@@ -1,9 +1,8 @@
 //! TPDO: from the object dictionary to the bus.
 
 use super::Channel;
-use crate::heartbeat::next_on_grid;
-use crate::instant::later;
 use crate::message::Message;
+use crate::timer::Timer;
 
 /// One TPDO. It is sampled when it is triggered, and waits for the bus then.
 #[derive(Clone, Copy, Debug)]
@@ -15,9 +14,9 @@ pub(crate) struct Tpdo {
     /// An event asked for it; for type 0, since the last SYNC.
     requested: bool,
     /// No sooner, by the inhibit time.
-    free_us: u64,
+    inhibit: Timer,
     /// The event timer, where there is one.
-    due_us: u64,
+    event: Timer,
     /// SYNCs since the last transmission.
     syncs: u8,
     /// The SYNC with the start value was there.
@@ -30,49 +29,53 @@ impl Tpdo {
         sample: [0; 8],
         ready: false,
         requested: false,
-        free_us: 0,
-        due_us: 0,
+        inhibit: Timer::OVER,
+        event: Timer::OVER,
         syncs: 0,
         started: false,
     };
 
     /// The node became OPERATIONAL, or the PDO exists only now. An event-driven PDO is sent once, so that its
     /// consumers know from what they start.
-    pub fn start(&mut self, now_us: u64) {
+    pub fn start(&mut self) {
         self.ready = false;
         self.requested = self.channel.event_driven();
-        self.free_us = now_us;
-        self.restart_timer(now_us);
+        self.inhibit = Timer::OVER;
+        self.restart_timer();
         self.syncs = 0;
         self.started = false;
     }
 
-    pub fn restart_timer(&mut self, now_us: u64) {
-        self.due_us = later(now_us, self.channel.event_us());
+    pub fn restart_timer(&mut self) {
+        self.event = Timer::ms(self.channel.event_ms);
     }
 
     pub fn request(&mut self) {
         self.requested = true;
     }
 
+    pub fn pass(&mut self, elapsed: Timer) {
+        self.inhibit.pass(elapsed);
+        self.event.pass(elapsed);
+    }
+
     /// Whether it is to be sampled now by an event or its timer.
-    pub fn tick(&mut self, now_us: u64) -> bool {
+    pub fn tick(&mut self) -> bool {
         if !self.channel.valid() || !self.channel.event_driven() {
             return false;
         }
-        let period = self.channel.event_us();
-        if period != 0 && now_us >= self.due_us {
+        let period_ms = self.channel.event_ms;
+        if period_ms != 0 && self.event.repeats(Timer::ms(period_ms)) {
             self.requested = true;
-            self.due_us = next_on_grid(self.due_us, period, now_us);
-        } else if self.requested && now_us >= self.free_us {
+        } else if self.requested && self.inhibit.is_over() {
             // The event timer is the longest time between two (CiA 301, 7.2.2).
-            self.restart_timer(now_us);
+            self.restart_timer();
         }
-        if !self.requested || now_us < self.free_us {
+        if !self.requested || !self.inhibit.is_over() {
             return false;
         }
         self.requested = false;
-        self.free_us = later(now_us, u64::from(self.channel.inhibit_100us) * 100);
+        self.inhibit = Timer::hundreds_us(self.channel.inhibit_100us);
         true
     }
 

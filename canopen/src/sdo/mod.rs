@@ -12,12 +12,13 @@ use core::task::Poll;
 
 use crate::Abort;
 use crate::dictionary::{Address, Row};
+use crate::timer::Timer;
 
 /// Longest string that is no constant and no DOMAIN.
 pub(crate) const BUFFER: usize = 64;
 
 /// A transfer without a frame for so long is aborted.
-const TIMEOUT_US: u64 = 1_000_000;
+const TIMEOUT: Timer = Timer::ms(1000);
 
 /// The data of one SDO frame.
 pub(crate) type Data = [u8; 8];
@@ -116,7 +117,7 @@ impl Transfer {
 pub(crate) struct Server {
     state: State,
     transfer: Transfer,
-    last_us: u64,
+    timeout: Timer,
     reply: Option<Data>,
     buffer: [u8; BUFFER],
 }
@@ -125,14 +126,14 @@ impl Server {
     pub const NEW: Self = Self {
         state: State::Idle,
         transfer: Transfer::NEW,
-        last_us: 0,
+        timeout: Timer::OVER,
         reply: None,
         buffer: [0; BUFFER],
     };
 
     #[cfg_attr(target_os = "none", inline(never))]
-    pub fn receive(&mut self, request: &Data, objects: &mut impl Objects, now_us: u64) {
-        self.last_us = now_us;
+    pub fn receive(&mut self, request: &Data, objects: &mut impl Objects) {
+        self.timeout = TIMEOUT;
         self.reply = None;
         let done = match self.state {
             _ if request[0] == 0x80 => return self.cancel(objects),
@@ -214,24 +215,28 @@ impl Server {
         self.answer_of_object(0x80, code.code());
     }
 
-    pub fn tick(&mut self, objects: &mut impl Objects, now_us: u64) {
+    pub fn pass(&mut self, elapsed: Timer) {
+        self.timeout.pass(elapsed);
+    }
+
+    pub fn tick(&mut self, objects: &mut impl Objects) {
         if self.state == State::Finishing {
             // The client's patience is its own matter while the application works.
-            self.last_us = now_us;
+            self.timeout = TIMEOUT;
             let done = self.finish(objects);
             self.judge(done, objects);
-        } else if self.state != State::Idle && now_us.saturating_sub(self.last_us) >= TIMEOUT_US {
+        } else if self.state != State::Idle && self.timeout.is_over() {
             self.abort(Abort::Timeout, objects);
         }
     }
 
     #[cfg_attr(target_os = "none", inline(never))]
-    pub fn transmit(&mut self, objects: &mut impl Objects, now_us: u64) -> Option<Data> {
+    pub fn transmit(&mut self, objects: &mut impl Objects) -> Option<Data> {
         if self.state == State::Finishing {
             return None;
         }
         if self.reply.is_none() && self.state == State::BlockSending {
-            self.last_us = now_us;
+            self.timeout = TIMEOUT;
             let done = self.send_segment(objects);
             self.judge(done, objects);
         }
