@@ -63,7 +63,6 @@ impl Server {
     }
 
     /// `active` is the node-ID in use.
-    #[cfg_attr(target_os = "none", inline(never))]
     pub fn receive(
         &mut self,
         request: Data,
@@ -121,6 +120,7 @@ impl Server {
     }
 
     /// The next frame to the master; what stands behind the command has up to four bytes.
+    #[cfg_attr(target_os = "none", inline(never))]
     fn answer(&mut self, command: u8, value: u32) {
         let [a, b, c, d] = value.to_le_bytes();
         self.reply = Some([command, a, b, c, d, 0, 0, 0]);

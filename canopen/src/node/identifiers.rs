@@ -43,7 +43,6 @@ impl<const R: usize, const T: usize> Node<R, T> {
     }
 
     /// The identifier at one of so many places, if there is one at present, and whether of remote frames.
-    #[cfg_attr(target_os = "none", inline(never))]
     fn identifier(&self, place: usize) -> Option<(u32, bool)> {
         let services = &self.services;
         let own = self.node_id.map(|id| 0x600 + u32::from(id.get()));

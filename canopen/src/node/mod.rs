@@ -195,7 +195,6 @@ impl<const R: usize, const T: usize> Node<R, T> {
         self.next_message(app)?.to_frame()
     }
 
-    #[cfg_attr(target_os = "none", inline(never))]
     fn next_message(&mut self, app: &mut impl Application) -> Option<Message> {
         if self.lss.silent() {
             return None;

@@ -37,7 +37,6 @@ impl<const R: usize, const T: usize> Node<R, T> {
         }
     }
 
-    #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn tick_process_data(&mut self, app: &mut impl Application) {
         for number in 0..T {
             if self.state == NmtState::Operational
@@ -102,7 +101,6 @@ impl<const R: usize, const T: usize> Node<R, T> {
             .find_map(|tpdo| tpdo.transmit(closed))
     }
 
-    #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn receive_process_data(&mut self, message: &Message, app: &mut impl Application) {
         if message.remote {
             return self.remote_request(message.id, app);

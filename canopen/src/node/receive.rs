@@ -50,7 +50,6 @@ impl<const R: usize, const T: usize> Node<R, T> {
         }
     }
 
-    #[cfg_attr(target_os = "none", inline(never))]
     fn communicate(&mut self, message: &Message, node_id: NodeId, app: &mut impl Application) {
         if message.id == 0x600 + u32::from(node_id.get()) {
             if message.length == 8 && !message.remote {
@@ -81,7 +80,6 @@ impl<const R: usize, const T: usize> Node<R, T> {
         }
     }
 
-    #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn notice(&mut self, notice: Notice, app: &mut impl Application) {
         match notice {
             Notice::Started { node, recovered } => {
@@ -98,7 +96,6 @@ impl<const R: usize, const T: usize> Node<R, T> {
         }
     }
 
-    #[cfg_attr(target_os = "none", inline(never))]
     fn layer_setting(&mut self, request: [u8; 8], app: &mut impl Application) {
         let identity = self.identity(app);
         let outcome = self.lss.receive(request, identity, self.node_id, app);

@@ -70,6 +70,7 @@ impl Server {
     }
 
     /// Where the data after so many segments of this block begin.
+    #[cfg_attr(target_os = "none", inline(never))]
     fn position(&self, sequence: u8) -> u32 {
         let position = (self.transfer.offset).saturating_add(u32::from(sequence) * 7);
         position.min(self.size())

@@ -175,6 +175,7 @@ impl Server {
     }
 
     /// The next frame to the client.
+    #[cfg_attr(target_os = "none", inline(never))]
     fn answer(&mut self, head: [u8; 4], word: u32) {
         let ([a, b, c, d], [e, f, g, h]) = (head, word.to_le_bytes());
         self.reply = Some([a, b, c, d, e, f, g, h]);
