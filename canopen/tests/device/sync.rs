@@ -138,6 +138,19 @@ fn what_produces_sync_is_not_changed_under_way() {
 }
 
 #[test]
+fn a_period_above_35_minutes_is_refused_and_the_longest_one_is_kept() {
+    const LONGEST_US: u32 = i32::MAX as u32;
+    let mut bench = Bench::new();
+    assert_eq!(bench.write_u32(0x1006, 0, LONGEST_US + 1), Err(0x0609_0031));
+    bench.write_u32(0x1005, 0, 0x4000_0080).expect("produces");
+    bench.write_u32(0x1006, 0, LONGEST_US).expect("the longest");
+    for _ in 0..2 {
+        assert!(bench.wait_us(u64::from(LONGEST_US) - 1).is_empty());
+        assert_eq!(bench.wait_us(1), [(0x80, vec![])]);
+    }
+}
+
+#[test]
 fn a_tpdo_that_misses_the_window_is_dropped() {
     let mut bench = bench(1, 0, 0);
     bench.write_u32(0x1007, 0, 500).expect("any");

@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
-# Links the server for the board's processor and fails where it could panic, or is larger than it may be.
+# Links the server for the board's processor with the board's dictionary, and fails where it could panic, or takes more
+# flash than it may: code and constants of everything that is linked, this program's own calls included. The routines
+# that copy, clear and divide are the compiler's library, which every program has already: they are printed, and left out.
 set -euo pipefail
 cd "$(dirname "$0")/../../.."
 
 target=thumbv7em-none-eabihf
-# Bytes of code with the drive profile, the memory and division routines, and what calls it here; without the dictionary.
-most=22528
+most=$((20 * 1024))
 
 cargo build --quiet --locked --profile board -p canopen-footprint --target "$target"
 elf=target/$target/board/canopen-footprint
@@ -14,9 +15,12 @@ if nm -C "$elf" | grep -iE 'panic|unwind'; then
     echo "the server can panic"
     exit 1
 fi
-section() { size -A "$elf" | awk -v name="$1" '$1 == name {print $2}'; }
+section() { size -A "$elf" | awk -v name="$1" '$1 == name {sum += $2} END {print sum + 0}'; }
 code=$(section .text)
-# What every program for the processor has already.
-shared=$(nm -S --radix=d -C "$elf" | awk '/compiler_builtins|__aeabi_|__.*di4$/ {sum += $2} END {print sum}')
-echo "code: $code bytes (at most $most), of which $shared are memory and division routines, constants with the dictionary of the board: $(section .rodata) bytes; no path to a panic"
-[ "$code" -le "$most" ]
+constants=$(($(section .rodata) + $(section .data)))
+shared=$(nm -S --radix=d -C "$elf" | awk '/compiler_builtins|__aeabi_|__.*di4$/ {sum += $2} END {print sum + 0}')
+own=$((code - shared + constants))
+echo "code: $code bytes, of which $shared are the compiler's memory and division routines"
+echo "constants, with the dictionary of the board: $constants bytes"
+echo "flash without those routines: $own bytes (at most $most), with them: $((own + shared)); no path to a panic"
+[ "$own" -le "$most" ]

@@ -17,7 +17,7 @@ pub(super) const ENTRIES: &[Entry] = &[
     Entry::new(0x1003, 7, DataType::U32, Access::Read),
     Entry::new(0x1003, 8, DataType::U32, Access::Read),
     Entry::new(0x1005, 0, DataType::U32, Access::ReadWrite).value(0x80),
-    Entry::new(0x1006, 0, DataType::U32, Access::ReadWrite),
+    Entry::new(0x1006, 0, DataType::U32, Access::ReadWrite).limits(&Limits::unsigned(0, 2147483647)),
     Entry::new(0x1007, 0, DataType::U32, Access::ReadWrite),
     Entry::new(0x1008, 0, DataType::Text, Access::Const),
     Entry::new(0x1009, 0, DataType::Text, Access::Const),

@@ -33,7 +33,7 @@ mod board {
     }
 
     /// All memory that a node takes; there is no other.
-    const _: () = assert!(size_of::<Node<4, 4>>() <= 2048);
+    const _: () = assert!(size_of::<Node<4, 4>>() <= 1792);
 
     /// Uses the whole interface with arguments of which the compiler knows nothing.
     #[expect(unsafe_code, reason = "the symbol that the linker starts from")]
