@@ -45,12 +45,12 @@ mod board {
         let mut node =
             Node::<4, 4>::new(&crate::dictionary::DICTIONARY, id, &mut app, black_box(0));
         let mut axis = Axis::new();
-        let (mut input, mut parameters) = (Input::default(), Parameters::default());
+        let (input, parameters) = (Input::default(), Parameters::default());
         loop {
             // By reference: what is behind it may have become anything, and nothing is copied.
             let node = black_box(&mut node);
             let axis = black_box(&mut axis);
-            black_box(&axis.step(black_box(&mut input), black_box(&mut parameters)));
+            black_box(&axis.step(black_box(&input), black_box(&parameters)));
             node.tick(black_box(0), &mut app);
             if let Some(frame) = black_box(&node.transmit::<CanFrame>(&mut app)) {
                 node.receive(frame, black_box(0), &mut app);
