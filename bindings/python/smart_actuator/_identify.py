@@ -61,7 +61,6 @@ class FittedModel(_Model, total=False):
     cost_deg2: float
     effective_samples: float
     free_parameters: int
-    bic_effective: float
     correlation: dict[str, Any]
     covariance: List[List[float]]
     covariance_coloured: List[List[float]]

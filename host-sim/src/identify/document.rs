@@ -70,7 +70,6 @@ fn model(assessment: &Assessment) -> Value {
         "free_parameters": assessment.unknowns(),
         "aic": assessment.criteria.aic,
         "bic": assessment.criteria.bic,
-        "bic_effective": assessment.criteria.bic_effective,
         "correlation": {
             "parameters": names.collect::<Vec<_>>(),
             "matrix": matrix(&fit.correlation),

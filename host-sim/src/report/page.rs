@@ -16,6 +16,7 @@ enum Block {
     Note(String),
     Warning(String),
     Remark(&'static str, &'static str),
+    Folded(String, Vec<String>),
     Figures(Vec<Figure>),
     Table(Table),
 }
@@ -65,6 +66,11 @@ impl Section {
     /// With a box that tells, under a title, what does not fit together.
     pub fn remark(self, title: &'static str, text: &'static str) -> Self {
         self.with(Block::Remark(title, text))
+    }
+
+    /// With warnings that nobody sees who does not open them under their title.
+    pub fn folded(self, title: impl Into<String>, warnings: Vec<String>) -> Self {
+        self.with(Block::Folded(title.into(), warnings))
     }
 
     /// With a figure. The page numbers its figures.
@@ -199,6 +205,13 @@ fn render_block(body: &mut String, block: &Block, figures: &mut usize) {
         Block::Note(text) => boxed(body, "note", "", text),
         Block::Warning(text) => boxed(body, "warning", "", text),
         Block::Remark(title, text) => boxed(body, "warning", title, text),
+        Block::Folded(title, warnings) => {
+            let _ = writeln!(body, "<details><summary>{}</summary>", inline(title));
+            for warning in warnings {
+                boxed(body, "warning", "", warning);
+            }
+            body.push_str("</details>\n");
+        }
         Block::Table(table) => body.push_str(&table.to_html()),
         Block::Figures(shown) => {
             let gallery = shown.len() > 1;

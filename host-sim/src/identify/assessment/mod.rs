@@ -101,7 +101,7 @@ impl Assessment {
         };
         let mut this = Self {
             name: name.into(),
-            criteria: Criteria::new(fit.samples, effective_samples, 2.0 * fit.cost, unknowns),
+            criteria: Criteria::new(fit.samples, 2.0 * fit.cost, unknowns),
             experiments,
             validation,
             effective_samples,

@@ -4,7 +4,11 @@ use std::cmp::Ordering;
 
 use crate::identify::{
     assessment::{Assessed, Assessment, overall},
-    statistics::{LossDifference, criteria::evidence, loss::Residuals},
+    statistics::{
+        LossDifference,
+        criteria::{bic, evidence},
+        loss::Residuals,
+    },
 };
 
 /// A difference of the BIC that is worth no mention.
@@ -15,8 +19,9 @@ const SMALL_BIC: f64 = 2.0;
 pub struct Rank {
     /// Which of the assessments.
     pub index: usize,
-    /// What is compared: the root mean square error on held-out recordings, deg, or the BIC with the
-    /// effective number of samples.
+    /// What is compared: the root mean square error on held-out recordings, deg, or the BIC with as many
+    /// samples as are independent of each other in the residuals of the model that fits best. Of them, the
+    /// most is noise; what is left out of another colours its residuals, and is no noise.
     pub score: f64,
     /// Whether the data can tell it from the best.
     pub is_distinguishable: bool,
@@ -43,9 +48,15 @@ impl Ranking {
     /// there are any, else by BIC.
     pub fn of(assessments: &[Assessment]) -> Self {
         let held_out = assessments.iter().any(|a| !a.validation.is_empty());
+        let by_cost = |a: &&Assessment, b: &&Assessment| a.fit.cost.total_cmp(&b.fit.cost);
+        let closest = assessments.iter().min_by(by_cost);
+        let independent = closest.map_or(1.0, |a| a.effective_samples);
         let score = |a: &Assessment| match held_out {
             true => overall(&a.validation).map_or(f64::INFINITY, |q| q.rms_deg),
-            false => a.criteria.bic_effective,
+            false => {
+                let mean_square = 2.0 * a.fit.cost / a.fit.samples as f64;
+                bic(independent, mean_square, a.unknowns())
+            }
         };
         let mut order: Vec<usize> = (0..assessments.len()).collect();
         let by_score = |a: &usize, b: &usize| -> Ordering {
@@ -60,7 +71,7 @@ impl Ranking {
             let (is_distinguishable, reason) = match held_out {
                 _ if std::ptr::eq(this, best) => (false, String::from("the best")),
                 true => by_held_out(best, this),
-                false => by_bic(best, this),
+                false => by_bic(best, this, score(this) - score(best)),
             };
             let score = score(this);
             Rank {
@@ -77,7 +88,9 @@ impl Ranking {
         Self {
             criterion: match held_out {
                 true => "root mean square error on the recordings left out of the fit (deg)",
-                false => "BIC with the effective number of samples",
+                false => {
+                    "BIC with the samples that are independent in the residuals of the best fit"
+                }
             },
             verdict: verdict(assessments, &ranks, enough),
             ranks,
@@ -132,8 +145,7 @@ fn relative(ratio: f64) -> String {
     }
 }
 
-fn by_bic(best: &Assessment, other: &Assessment) -> (bool, String) {
-    let difference = other.criteria.bic_effective - best.criteria.bic_effective;
+fn by_bic(best: &Assessment, other: &Assessment, difference: f64) -> (bool, String) {
     let parameters = other.unknowns() as i64 - best.unknowns() as i64;
     let errors = [other, best].map(|a| a.fit.cost.sqrt());
     let error = relative(errors[0] / errors[1]);
@@ -164,7 +176,12 @@ fn verdict(assessments: &[Assessment], ranks: &[Rank], enough: usize) -> String 
     match equals {
         _ if ranks.len() == 1 => format!("{name} is the only model"),
         0 | 1 => {
-            format!("{name} is enough, and no other model comes near: the data tell them apart")
+            let next = &ranks[1];
+            let other = &assessments[next.index].name;
+            format!(
+                "{name} is enough: the data tell it from all others, of which {other} comes next ({})",
+                next.reason
+            )
         }
         _ if name == best => format!(
             "{name} is enough: it is the best and, of the {equals} that the data cannot tell apart, \

@@ -67,6 +67,25 @@ fn rate_limited_data_of_the_first_order_are_told_from_all_else() {
 }
 
 #[test]
+fn whatever_colours_its_residuals_a_model_that_misses_more_with_as_much_stands_below() {
+    let fitted = [experiment(ModelKind::BlackBox2, "variable-step", &[], 1)];
+    let comparison = compared(&["black-box-1", "black-box-2", "grey-box"], &fitted, &[]);
+    let (ranks, all) = (&comparison.ranking.ranks, &comparison.assessments);
+    for (place, above) in ranks.iter().enumerate() {
+        for below in &ranks[place + 1..] {
+            let [above, below] = [above, below].map(|rank| &all[rank.index]);
+            let is_simpler = above.unknowns() < below.unknowns();
+            assert!(
+                is_simpler || above.fit.cost <= below.fit.cost,
+                "{} above {}",
+                above.name,
+                below.name
+            );
+        }
+    }
+}
+
+#[test]
 fn limits_that_are_never_reached_are_not_worth_their_parameters() {
     // 1 deg at 30 rad/s asks for 60 deg/s at the most.
     let set = [("delay_s", 0.0175)];

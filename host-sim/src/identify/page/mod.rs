@@ -63,13 +63,26 @@ fn overview(content: &Content<'_>) -> Section {
             .table(tables::ranking(ranking, content.assessments));
     }
     section = section.table(tables::quality(content.assessments));
-    for assessment in content.assessments {
-        for warning in &assessment.warnings {
-            section = section.warning(format!("{}: {warning}.", assessment.name));
-        }
-    }
     for note in content.notes {
         section = section.note(note.to_string());
+    }
+    warnings(section, content)
+}
+
+/// What speaks against each model. Of many, what concerns the one that is enough stands open.
+fn warnings(mut section: Section, content: &Content<'_>) -> Section {
+    for (index, assessment) in content.assessments.iter().enumerate() {
+        let is_chosen = content
+            .ranking
+            .is_none_or(|ranking| ranking.enough == index);
+        let name = &assessment.name;
+        let all = assessment.warnings.iter();
+        let all: Vec<String> = all.map(|warning| format!("{name}: {warning}.")).collect();
+        if is_chosen {
+            section = all.into_iter().fold(section, Section::warning);
+        } else if !all.is_empty() {
+            section = section.folded(format!("{name}: {} warnings", all.len()), all);
+        }
     }
     section
 }

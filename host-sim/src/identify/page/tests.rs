@@ -42,6 +42,9 @@ fn the_page_shows_every_recording_residual_and_parameter_and_loads_nothing() {
     assert_eq!(residuals.count(), 4);
     assert!(titles.contains(&"Bode plot of the recordings"));
     let html = page.render();
+    // Those of the model that is enough stand open, those of the others do not.
+    let folds = html.matches("<summary>black-box-1 ").count();
+    assert_eq!(folds, 3, "{html}");
     for text in [
         "pole_rad_s",
         "black-box-1 is enough",

@@ -11,36 +11,35 @@ pub struct Criteria {
     pub aic: f64,
     /// `N ln(S/N) + k ln N`.
     pub bic: f64,
-    /// The BIC with as many samples as the residuals have independent ones: coloured residuals make
-    /// any difference of the others look more certain than it is.
-    pub bic_effective: f64,
 }
 
 impl Criteria {
-    /// Of `samples` residuals, `effective_samples` of them independent, with this sum of squares,
-    /// after `parameters` were fitted. The variance of the noise counts as a parameter more.
+    /// Of `samples` residuals with this sum of squares, after `parameters` were fitted. The variance of
+    /// the noise counts as a parameter more.
     ///
     /// ```
     /// use host_sim::identify::statistics::Criteria;
-    /// let (small, large) = (Criteria::new(100, 100.0, 1.0, 2), Criteria::new(100, 100.0, 1.0, 3));
+    /// let (small, large) = (Criteria::new(100, 1.0, 2), Criteria::new(100, 1.0, 3));
     /// assert!((large.aic - small.aic - 2.0).abs() < 1e-12);
     /// assert!((large.bic - small.bic - 100.0_f64.ln()).abs() < 1e-12);
     /// ```
-    pub fn new(
-        samples: usize,
-        effective_samples: f64,
-        sum_of_squares: f64,
-        parameters: usize,
-    ) -> Self {
+    pub fn new(samples: usize, sum_of_squares: f64, parameters: usize) -> Self {
         let n = samples as f64;
+        let variance = sum_of_squares / n;
         let k = (parameters + 1) as f64;
-        let log_variance = (sum_of_squares / n).ln();
         Self {
-            aic: n * log_variance + 2.0 * k,
-            bic: n * log_variance + k * n.ln(),
-            bic_effective: effective_samples * log_variance + k * effective_samples.ln(),
+            aic: n * variance.ln() + 2.0 * k,
+            bic: bic(n, variance, parameters),
         }
     }
+}
+
+/// The BIC of residuals of this mean square, as many of which are independent: coloured residuals make a
+/// difference of the BIC over all samples look more certain than it is. Models are compared with one and
+/// the same number of samples.
+pub fn bic(independent_samples: f64, mean_square: f64, parameters: usize) -> f64 {
+    let k = (parameters + 1) as f64;
+    independent_samples * mean_square.ln() + k * independent_samples.ln()
 }
 
 /// In words, how much a difference of the BIC says against the model with the greater one.
