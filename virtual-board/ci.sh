@@ -20,5 +20,7 @@ cargo build-board --locked --target-dir target/board
 clients=canopen/tests/clients
 printf '\n-- The chain: python-canopen at the serial line of the communication board\n'
 "$venv/bin/python" "$clients/actuator.py" target/debug/actuator docs/smart-actuator.eds --elf "$boards/actuator-board" "$boards/comm-board"
+printf '\n-- The chain: a master that errs, and every command in every state\n'
+"$venv/bin/python" "$clients/black_box.py" target/debug/actuator --elf "$boards/actuator-board" "$boards/comm-board"
 printf '\n-- The chain: the experiment of the paper\n'
 "$venv/bin/python" "$clients/experiment.py" target/debug/actuator docs/smart-actuator.eds "$boards/actuator-board" "$boards/comm-board"

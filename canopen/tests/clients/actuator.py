@@ -20,12 +20,9 @@ import canopen
 from canopen.profiles.p402 import BaseNode402
 
 from served import Bench, DriveTests
+from wire import boards
 
-PROGRAM, SHEET = sys.argv.pop(1), sys.argv.pop(1)
-ELF = []
-if sys.argv[1:2] == ["--elf"]:
-    ELF = ["--elf", sys.argv.pop(2), "--comm-elf", sys.argv.pop(2)]
-    sys.argv.pop(1)
+PROGRAM, SHEET, ELF = sys.argv.pop(1), sys.argv.pop(1), boards(sys.argv)
 
 # The first native actuator says 1; a board hashes the unique ID of its chip, which is 1 on the first emulated board.
 SERIAL_NUMBER = zlib.crc32(struct.pack("<III", 1, 0, 0)) if ELF else 1

@@ -9,9 +9,9 @@ import sys
 import time
 import unittest
 
-from wire import Bench, Silent
+from wire import Bench, Silent, boards
 
-PROGRAM = sys.argv.pop(1)
+PROGRAM, ELF = sys.argv.pop(1), boards(sys.argv)
 
 TOGGLE, TIMED_OUT, UNKNOWN = "00 00 03 05", "00 00 04 05", "01 00 04 05"
 BLOCK_SIZE, SEQUENCE, CHECKSUM = "02 00 04 05", "03 00 04 05", "04 00 04 05"
@@ -53,7 +53,7 @@ CONVERSATIONS = {
 
 
 class Network(Bench):
-    program = PROGRAM
+    program, elf = PROGRAM, ELF
 
     def test_a_client_that_errs_hears_what_the_standard_says(self):
         for title, exchanges in CONVERSATIONS.items():
@@ -138,7 +138,7 @@ LEADS = {
 
 
 class Drive(Bench):
-    program = PROGRAM
+    program, elf = PROGRAM, ELF
 
     def setUp(self):
         # Profile position; and a quick stop is stayed in (605Ah is 6).

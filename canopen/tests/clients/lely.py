@@ -12,9 +12,9 @@ import sys
 import tempfile
 import unittest
 
-from wire import Bench
+from wire import Bench, boards
 
-PROGRAM, SHEET = sys.argv.pop(1), sys.argv.pop(1)
+PROGRAM, SHEET, ELF = sys.argv.pop(1), sys.argv.pop(1), boards(sys.argv)
 DCFGEN = pathlib.Path(sys.executable).with_name("dcfgen")
 NETWORK = pathlib.Path(__file__).with_name("network.yml")
 
@@ -34,7 +34,7 @@ def concise_dcf():
 
 
 class Lely(Bench):
-    program = PROGRAM
+    program, elf = PROGRAM, ELF
 
     def test_lely_s_configuration_is_taken_and_a_synchronous_network_follows(self):
         writes = list(concise_dcf())

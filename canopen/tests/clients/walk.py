@@ -9,9 +9,9 @@ import sys
 import unittest
 
 import sheet
-from wire import Bench
+from wire import Bench, boards
 
-PROGRAM, SHEET = sys.argv.pop(1), sys.argv.pop(1)
+PROGRAM, SHEET, ELF = sys.argv.pop(1), sys.argv.pop(1), boards(sys.argv)
 NODE = 1
 ENTRIES = sheet.read(SHEET)
 
@@ -24,7 +24,7 @@ EMPTY = {(0x1003, sub) for sub in range(1, 9)} | {(0x2032, 0)}
 
 
 class Walk(Bench):
-    program = PROGRAM
+    program, elf = PROGRAM, ELF
     node = NODE
 
     def write(self, entry, data):
@@ -33,32 +33,30 @@ class Walk(Bench):
     def read(self, entry):
         return self.sdo.upload(entry.index, entry.sub)
 
-    def each(self, wanted=lambda entry: True):
-        for entry in filter(wanted, ENTRIES):
-            with self.subTest(str(entry)):
-                yield entry
-
     def test_every_entry_is_read_with_the_length_of_its_type(self):
-        for entry in self.each():
-            if (entry.index, entry.sub) in EMPTY:
-                self.assertEqual(self.refusal(self.read, entry), NO_DATA)
-            elif entry.format:
-                self.assertEqual(len(self.read(entry)), entry.size)
-            else:
-                self.assertTrue(self.read(entry).isascii())
+        for entry in ENTRIES:
+            with self.subTest(str(entry)):
+                if (entry.index, entry.sub) in EMPTY:
+                    self.assertEqual(self.refusal(self.read, entry), NO_DATA)
+                elif entry.format:
+                    self.assertEqual(len(self.read(entry)), entry.size)
+                else:
+                    self.assertTrue(self.read(entry).isascii())
 
     def test_what_is_not_writable_refuses_data_of_any_length(self):
-        for entry in self.each(lambda entry: not entry.writable):
-            for length in {entry.size or 4, 1, 4, 20}:
-                self.assertEqual(self.write(entry, bytes(length)), READ_ONLY)
+        for entry in filter(lambda entry: not entry.writable, ENTRIES):
+            with self.subTest(str(entry)):
+                for length in {entry.size or 4, 1, 4, 20}:
+                    self.assertEqual(self.write(entry, bytes(length)), READ_ONLY)
 
     def test_what_is_writable_takes_its_own_value_and_no_other_length(self):
-        for entry in self.each(lambda entry: entry.writable):
-            value = self.read(entry)
-            self.assertIn(self.write(entry, value), self.refusals_of_its_own_value(entry))
-            self.assertEqual(self.read(entry), value)
-            for length in {1, 2, 3, 4, 5, 8, 20} - {entry.size}:
-                self.assertEqual(self.write(entry, bytes(length)), TOO_LONG if length > entry.size else TOO_SHORT)
+        for entry in filter(lambda entry: entry.writable, ENTRIES):
+            with self.subTest(str(entry)):
+                value = self.read(entry)
+                self.assertIn(self.write(entry, value), self.refusals_of_its_own_value(entry))
+                self.assertEqual(self.read(entry), value)
+                for length in {1, 2, 3, 4, 5, 8, 20} - {entry.size}:
+                    self.assertEqual(self.write(entry, bytes(length)), TOO_LONG if length > entry.size else TOO_SHORT)
 
     @staticmethod
     def refusals_of_its_own_value(entry):
@@ -72,19 +70,20 @@ class Walk(Bench):
         return [None]
 
     def test_limits_are_taken_and_what_is_beyond_them_is_not(self):
-        for entry in self.each(lambda entry: entry.writable and entry.low is not None and entry.format != "<f"):
-            value = self.read(entry)
-            for limit, beyond, code in ((entry.low, entry.low - 1, TOO_LOW), (entry.high, entry.high + 1, TOO_HIGH)):
-                # A limit may be beyond that of another parameter; and there is nothing to excite while it is switched off.
-                expected = [None, STATE] if entry.index == 0x2020 else [None, MINIMUM_ABOVE_MAXIMUM]
-                self.assertIn(self.write(entry, entry.pack(limit)), expected, limit)
-                self.assertIsNone(self.write(entry, value))
-                try:
-                    data = entry.pack(beyond)
-                except struct.error:
-                    continue
-                self.assertEqual(self.write(entry, data), code, beyond)
-            self.assertEqual(self.read(entry), value)
+        for entry in filter(lambda entry: entry.writable and entry.low is not None and entry.format != "<f", ENTRIES):
+            with self.subTest(str(entry)):
+                value = self.read(entry)
+                for limit, beyond, code in ((entry.low, entry.low - 1, TOO_LOW), (entry.high, entry.high + 1, TOO_HIGH)):
+                    # A limit may be beyond that of another parameter; and there is nothing to excite while it is switched off.
+                    expected = [None, STATE] if entry.index == 0x2020 else [None, MINIMUM_ABOVE_MAXIMUM]
+                    self.assertIn(self.write(entry, entry.pack(limit)), expected, limit)
+                    self.assertIsNone(self.write(entry, value))
+                    try:
+                        data = entry.pack(beyond)
+                    except struct.error:
+                        continue
+                    self.assertEqual(self.write(entry, data), code, beyond)
+                self.assertEqual(self.read(entry), value)
 
     def test_there_are_no_entries_but_those_of_the_sheet(self):
         subs = collections.defaultdict(set)
@@ -99,23 +98,25 @@ class Walk(Bench):
                     self.assertEqual(self.refusal(self.sdo.upload, neighbour, 0), NO_OBJECT)
 
     def test_sub_index_0_tells_how_many_there_are(self):
-        for entry in self.each(lambda entry: entry.member and entry.sub == 0):
-            highest = max(other.sub for other in ENTRIES if other.index == entry.index)
-            # The history and the mappings count what is in use.
-            counts = entry.index == 0x1003 or 0x1600 <= entry.index < 0x1800 or 0x1A00 <= entry.index < 0x1C00
-            (told,) = self.read(entry)
-            self.assertTrue(told <= highest if counts else told == highest, told)
+        for entry in filter(lambda entry: entry.member and entry.sub == 0, ENTRIES):
+            with self.subTest(str(entry)):
+                highest = max(other.sub for other in ENTRIES if other.index == entry.index)
+                # The history and the mappings count what is in use.
+                counts = entry.index == 0x1003 or 0x1600 <= entry.index < 0x1800 or 0x1A00 <= entry.index < 0x1C00
+                (told,) = self.read(entry)
+                self.assertTrue(told <= highest if counts else told == highest, told)
 
     def test_what_can_be_mapped_is_what_the_sheet_says(self):
         for parameters, mapping, accesses in ((0x1803, 0x1A03, ("ro", "rw", "rwr", "const")), (0x1403, 0x1603, ("rw", "rww", "wo"))):
             cob_id = struct.unpack("<I", self.sdo.upload(parameters, 1))[0]
             self.sdo.download(parameters, 1, struct.pack("<I", cob_id | 1 << 31))
-            for entry in self.each():
-                self.sdo.download(mapping, 0, b"\0")
-                expected = None if entry.mappable and entry.access in accesses else NOT_MAPPABLE
-                self.assertEqual(self.map(mapping, entry, 8 * (entry.size or 1)), expected)
-                for bits in (0, 1, 4 * (entry.size or 1), 16 * (entry.size or 1)):
-                    self.assertEqual(self.map(mapping, entry, bits), NOT_MAPPABLE, bits)
+            for entry in ENTRIES:
+                with self.subTest(str(entry)):
+                    self.sdo.download(mapping, 0, b"\0")
+                    expected = None if entry.mappable and entry.access in accesses else NOT_MAPPABLE
+                    self.assertEqual(self.map(mapping, entry, 8 * (entry.size or 1)), expected)
+                    for bits in (0, 1, 4 * (entry.size or 1), 16 * (entry.size or 1)):
+                        self.assertEqual(self.map(mapping, entry, bits), NOT_MAPPABLE, bits)
 
     def map(self, mapping, entry, bits):
         word = struct.pack("<I", entry.index << 16 | entry.sub << 8 | bits)
@@ -131,8 +132,9 @@ class Walk(Bench):
         self.sdo.download(0x1011, 1, b"load")
         self.wire.send(0, bytes([0x81, NODE]))
         self.hear(0x700 + NODE, [0])
-        for entry in self.each(lambda entry: entry.default is not None and (entry.index, entry.sub) not in EMPTY):
-            self.assertEqual(self.read(entry), entry.packed_default(NODE))
+        for entry in filter(lambda entry: entry.default is not None and (entry.index, entry.sub) not in EMPTY, ENTRIES):
+            with self.subTest(str(entry)):
+                self.assertEqual(self.read(entry), entry.packed_default(NODE))
 
 
 if __name__ == "__main__":
