@@ -110,10 +110,11 @@ impl Tpdo {
         }
     }
 
-    /// A remote frame asked for it. Whether it is to be sampled first.
+    /// A remote frame asked for it. Whether it is to be sampled first: SYNC samples the synchronous ones, but for what
+    /// is asked for before there was any.
     pub fn remote(&mut self) -> bool {
         self.ready = true;
-        !self.channel.synchronous()
+        !self.channel.synchronous() || !self.started
     }
 
     /// Takes a sample; those of type 252 wait to be asked for.

@@ -68,6 +68,19 @@ fn type_252_samples_with_sync_and_sends_on_demand() {
 }
 
 #[test]
+fn what_is_asked_for_before_the_first_sync_is_sampled_then() {
+    let mut bench = bench(252, 0, 0);
+    bench.device.set(0x6041, 3);
+    assert_eq!(bench.remote(0x185, 6)[0].1[0], 3);
+    // And again after another start: nothing is left of the last.
+    bench.send(0x80, &[]);
+    bench.send(0, &[128, 5]);
+    bench.device.set(0x6041, 4);
+    bench.start();
+    assert_eq!(bench.remote(0x185, 6)[0].1[0], 4);
+}
+
+#[test]
 fn a_synchronous_rpdo_waits_for_sync_and_the_last_one_counts() {
     let mut bench = Bench::new();
     bench.write(0x1400, 2, &[1]).expect("a type");
