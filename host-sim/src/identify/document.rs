@@ -81,6 +81,7 @@ fn model(assessment: &Assessment) -> Value {
             "iterations": fit.iterations,
             "starts": fit.starts.0,
             "starts_that_ended_here": fit.starts.1,
+            "no_better_than": fit.no_better_than,
         },
         "experiments": assessed(&assessment.experiments),
         "validation": assessed(&assessment.validation),

@@ -78,14 +78,23 @@ pub fn fit_from(
     progress: &dyn Progress,
     known: &[&Fit],
 ) -> Result<Fit, IdentifyError> {
-    let (unknowns, found, share) = solve(problem, options, progress, known)?;
+    let mut solution = solve(problem, options, progress, known)?;
+    let (unknowns, found) = (&solution.unknowns, solution.found);
     let is_stopped = || progress.is_stopped();
-    let found = release::needless_limits(problem, &unknowns, found, &options.limits, &is_stopped);
-    Ok(outcome::fit(problem, &unknowns, &found, share))
+    solution.found =
+        release::needless_limits(problem, unknowns, found, &options.limits, &is_stopped);
+    Ok(outcome::fit(problem, &solution))
 }
 
-/// The unknowns, where they fit best, how many searches there were, and how many ended there.
-type Solution = (Unknowns, Found, (usize, usize));
+/// Where a model fits best.
+struct Solution {
+    unknowns: Unknowns,
+    found: Found,
+    /// How many searches there were, and how many ended there.
+    starts: (usize, usize),
+    /// The special case that fits as well but for chance.
+    no_better_than: Option<&'static str>,
+}
 
 fn solve(
     problem: &Problem,
@@ -108,19 +117,29 @@ fn solve(
         let found = descent
             .one(&unknowns.start())
             .ok_or(IdentifyError::NotFinite)?;
-        return Ok((unknowns, found, (1, 1)));
+        return Ok(Solution {
+            unknowns,
+            found,
+            starts: (1, 1),
+            no_better_than: None,
+        });
     }
+    let points: Vec<Vec<f64>> = nested.iter().map(|nested| nested.point.clone()).collect();
     let starts = all_starts(
         problem,
         &unknowns,
         options,
         progress,
-        (&nested, preview.as_ref()),
+        (&points, preview.as_ref()),
     );
     let Some(preview) = preview else {
         let found = descent.each(&starts)?;
-        let share = share(&found);
-        return Ok((unknowns, first(found)?, share));
+        return Ok(Solution {
+            starts: share(&found),
+            found: first(found)?,
+            unknowns,
+            no_better_than: None,
+        });
     };
     let quick = Descent {
         problem: &preview.problem,
@@ -132,14 +151,20 @@ fn solve(
     let finalists = seen.into_iter().take(preview.finalists);
     let mut finalists: Vec<Vec<f64>> = finalists.map(|found| found.point).collect();
     // What the preview makes of a case is not what the problem does: no worse than the case.
-    finalists.extend(nested);
+    finalists.extend(points);
     let silent = nested::Silent(progress);
     let last = Descent {
         progress: &silent,
         ..descent
     };
     let found = first(last.each(&finalists)?)?;
-    Ok((unknowns, found, share))
+    let (found, no_better_than) = release::needless_rest(problem, &unknowns, found, &nested);
+    Ok(Solution {
+        unknowns,
+        found,
+        starts: share,
+        no_better_than,
+    })
 }
 
 /// Where the searches begin: where somebody or a first look says, where special cases fit best, and

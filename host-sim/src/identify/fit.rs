@@ -110,6 +110,9 @@ pub struct Fit {
     pub termination: Termination,
     /// Starts that were tried, and how many of them ended here.
     pub starts: (usize, usize),
+    /// The special case of the model that fits as well but for chance: the estimates are its own then, and
+    /// what the model has beyond it does nothing.
+    pub no_better_than: Option<&'static str>,
 }
 
 impl Fit {

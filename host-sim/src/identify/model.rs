@@ -85,6 +85,12 @@ pub trait Description: Send + Sync {
         Vec::new()
     }
 
+    /// Whether it answers as its special cases do to the last digit, so that it has to earn what it has
+    /// beyond them.
+    fn contains_its_cases(&self) -> bool {
+        false
+    }
+
     /// The value of a parameter with which this model answers as a special case does with these
     /// values; `None` where any will do.
     fn lifted(&self, parameter: usize, case: &dyn Model, values: &[f64]) -> Option<f64> {

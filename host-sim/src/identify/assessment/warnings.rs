@@ -47,6 +47,12 @@ fn search(assessment: &Assessment, warnings: &mut Vec<String>) {
             warnings.push("the search was interrupted: this is its best until then".into());
         }
     }
+    if let Some(case) = fit.no_better_than {
+        warnings.push(format!(
+            "it fits no better than {case} but by chance: the estimates are those of {case}, and what it \
+             has beyond that one is not identifiable from these experiments"
+        ));
+    }
     let (tried, ended_here) = fit.starts;
     if tried > 1 && (ended_here as f64) < FEW_STARTS * tried as f64 {
         warnings.push(format!(

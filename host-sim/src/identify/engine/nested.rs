@@ -20,6 +20,15 @@ impl Progress for Silent<'_> {
     }
 }
 
+/// A start where something simpler fits best.
+pub struct Nested {
+    /// The unknowns there.
+    pub point: Vec<f64>,
+    /// The special case that it is of, and how many of the unknowns that one does not have; `None`
+    /// for a form of the model itself.
+    pub case: Option<(&'static str, usize)>,
+}
+
 /// One start for each special case, and one for each fit of `known` that is of one or of the model
 /// itself. What is known is not searched for again.
 pub fn starts(
@@ -28,28 +37,42 @@ pub fn starts(
     options: &Options,
     progress: &dyn Progress,
     known: &[&Fit],
-) -> Vec<Vec<f64>> {
+) -> Vec<Nested> {
     let runs = problem.experiments.len();
     let mut starts = Vec::new();
     for fit in known.iter().filter(|f| f.model == problem.model.name()) {
-        starts.extend(
-            of_fit(fit, problem.model.as_ref(), runs)
-                .map(|v| lifted(problem, unknowns, problem.model.as_ref(), &v)),
-        );
+        let own = problem.model.as_ref();
+        starts.extend(of_fit(fit, own, runs).map(|values| Nested {
+            point: lifted(problem, unknowns, own, &values),
+            case: None,
+        }));
     }
     for case in problem.model.special_cases() {
+        let of_case = |values: Vec<Vec<f64>>| Nested {
+            point: lifted(problem, unknowns, case.as_ref(), &values),
+            case: Some((case.name(), beyond(unknowns, case.as_ref()))),
+        };
         let mut fits = known.iter().filter(|f| f.model == case.name()).peekable();
         if fits.peek().is_some() {
             let values = fits.filter_map(|fit| of_fit(fit, case.as_ref(), runs));
-            starts.extend(values.map(|v| lifted(problem, unknowns, case.as_ref(), &v)));
+            starts.extend(values.map(of_case));
         } else if options.starts > 1
             && let Ok(values) = searched(problem, &case, options, progress)
         {
             // A case of which nothing is free has no optimum to begin from.
-            starts.push(lifted(problem, unknowns, case.as_ref(), &values));
+            starts.push(of_case(values));
         }
     }
     starts
+}
+
+/// How many of the unknowns a case has not; its parameters are those of the model.
+fn beyond(unknowns: &Unknowns, case: &dyn Model) -> usize {
+    let unknowns = unknowns.list.iter();
+    let lacking = unknowns.filter(|unknown| {
+        unknown.parameter < case.parameters().len() && case.is_fixed_by_default(unknown.parameter)
+    });
+    lacking.count()
 }
 
 /// The unknowns that answer as a case does with these values, of each run.
@@ -98,12 +121,9 @@ fn searched(
         options.limits.decrease = ROUGH_DECREASE.max(options.limits.decrease);
     }
     let simple = simplified(problem, case)?;
-    let (of_case, found, _) = solve(&simple, &options, &Silent(progress), &[])?;
-    Ok(of_case
-        .runs
-        .iter()
-        .map(|run| run.values(&found.point))
-        .collect())
+    let solution = solve(&simple, &options, &Silent(progress), &[])?;
+    let runs = solution.unknowns.runs.iter();
+    Ok(runs.map(|run| run.values(&solution.found.point)).collect())
 }
 
 /// The same problem of a special case: what both have is asked of both alike.

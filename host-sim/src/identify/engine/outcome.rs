@@ -2,6 +2,7 @@
 
 use nalgebra::DMatrix;
 
+use super::Solution;
 use crate::identify::covariance::{Covariance, covariance};
 use crate::identify::fit::{Bound, Estimate, ExperimentFit, Fit};
 use crate::identify::levenberg::Found;
@@ -13,7 +14,10 @@ use crate::identify::unknowns::Unknowns;
 const VAGUE: f64 = 0.5;
 
 /// The fit at the end of a search.
-pub fn fit(problem: &Problem, unknowns: &Unknowns, found: &Found, starts: (usize, usize)) -> Fit {
+pub fn fit(problem: &Problem, solution: &Solution) -> Fit {
+    let Solution {
+        unknowns, found, ..
+    } = solution;
     let bounds: Vec<Option<Bound>> = (0..found.point.len())
         .map(|i| bound(unknowns, i, found.point[i]))
         .collect();
@@ -38,7 +42,8 @@ pub fn fit(problem: &Problem, unknowns: &Unknowns, found: &Found, starts: (usize
         experiments,
         iterations: found.iterations,
         termination: found.termination,
-        starts,
+        starts: solution.starts,
+        no_better_than: solution.no_better_than,
     }
 }
 

@@ -222,6 +222,10 @@ impl Description for Motor {
         cases.iter().map(case).collect()
     }
 
+    fn contains_its_cases(&self) -> bool {
+        true
+    }
+
     fn lifted(&self, parameter: usize, case: &dyn Model, values: &[f64]) -> Option<f64> {
         // All motors have the same parameters in the same places.
         let is_new = case.is_fixed_by_default(parameter) && !self.fixed[parameter];
