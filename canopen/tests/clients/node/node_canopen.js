@@ -133,9 +133,9 @@ async function test_node_canopen_stays_away_and_hears_an_emergency() {
     await withActuator(async (master) => {
         const told = [];
         master.emcy.on('emergency', ({ em }) => told.push(em));
-        await master.set(0x1016, 1, UNSIGNED32, 100 << 16 | 100);
+        await master.set(0x1016, 1, UNSIGNED32, 100 << 16 | 400);
         master.eds.setHeartbeatProducerTime(20);
-        await pause(200);
+        await pause(600);
         assert.equal(told.length, 0);
         master.eds.setHeartbeatProducerTime(0);
         await until(() => told.length, 'emergency');
@@ -195,8 +195,8 @@ async function test_node_canopen_finds_and_names_two_actuators_by_lss() {
     try {
         const { lss } = new Master(bus, 1);
         const identity = (serialNumber) => ({ vendorId: 0, productCode: 0x5341, revisionNumber: 0x10000, serialNumber });
-        // Silence is an answer of fast scan: the time is what a busy computer needs, and passes 60 times.
-        const timeout = 40;
+        // Silence is an answer of fast scan, for each bit that is set: the time is what a busy computer needs.
+        const timeout = 100;
         for (const serial of [1, 2]) {
             assert.deepEqual(await lss.fastscan({ timeout }), identity(serial));
             assert.equal(await lss.inquireSerialNumber(PATIENCE_MS), serial);
