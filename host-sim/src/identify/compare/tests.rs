@@ -67,21 +67,26 @@ fn rate_limited_data_of_the_first_order_are_told_from_all_else() {
 }
 
 #[test]
-fn whatever_colours_its_residuals_a_model_that_misses_more_with_as_much_stands_below() {
+fn models_are_compared_by_the_independent_samples_of_the_one_that_fits_best() {
     let fitted = [experiment(ModelKind::BlackBox2, "variable-step", &[], 1)];
     let comparison = compared(&["black-box-1", "black-box-2", "grey-box"], &fitted, &[]);
     let (ranks, all) = (&comparison.ranking.ranks, &comparison.assessments);
-    for (place, above) in ranks.iter().enumerate() {
-        for below in &ranks[place + 1..] {
-            let [above, below] = [above, below].map(|rank| &all[rank.index]);
-            let is_simpler = above.unknowns() < below.unknowns();
-            assert!(
-                is_simpler || above.fit.cost <= below.fit.cost,
-                "{} above {}",
-                above.name,
-                below.name
-            );
-        }
+    let best = &all[ranks[0].index];
+    assert_eq!(best.name, "black-box-2");
+    let n = best.effective_samples;
+    for rank in ranks {
+        let this = &all[rank.index];
+        // The residuals of the others are coloured by what they lack.
+        let has_fewer = this.effective_samples < 0.5 * n;
+        assert!(has_fewer || this.name == best.name, "{}", this.name);
+        let beyond = this.unknowns() as f64 - best.unknowns() as f64;
+        let expected = n * (this.fit.cost / best.fit.cost).ln() + beyond * n.ln();
+        let found = rank.score - ranks[0].score;
+        assert!(
+            (found - expected).abs() < 1e-9 * n,
+            "{}: {found} {expected}",
+            this.name
+        );
     }
 }
 
