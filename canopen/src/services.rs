@@ -7,20 +7,22 @@ use crate::{Abort, emergency, heartbeat, sync, time};
 
 /// All services but SDO and LSS, and the objects that configure them.
 #[derive(Debug)]
+// The small ones first, as in the node.
+#[repr(C)]
 pub(crate) struct Services<const R: usize, const T: usize> {
     pub heartbeat: heartbeat::Producer,
-    pub consumers: heartbeat::Consumers,
-    pub emergency: emergency::Service,
     pub sync: sync::Service,
     pub time: time::Service,
-    pub rpdos: [Rpdo; R],
-    pub tpdos: [Tpdo; T],
     /// Object 1029h:1.
     pub communication_error: u8,
     /// Object 1F80h.
     pub startup: u32,
     /// Object 1020h: date and time of the configuration.
     pub verified: [u32; 2],
+    pub emergency: emergency::Service,
+    pub consumers: heartbeat::Consumers,
+    pub rpdos: [Rpdo; R],
+    pub tpdos: [Tpdo; T],
 }
 
 /// First communication parameters of RPDOs and TPDOs, and the way from them to the mapping.
@@ -142,24 +144,24 @@ impl<const R: usize, const T: usize> Services<R, T> {
             return channel.map.read(sub).map(Ok);
         }
         Some(Ok(match (index, sub) {
-            (0x1001, 0) => u32::from(self.emergency.register()),
+            (0x1001, _) => u32::from(self.emergency.register()),
             (0x1003, _) => {
                 let history = |row: &&Row| row.address().index == 0x1003;
                 let shown = dictionary.rows().iter().filter(history).count();
                 return Some(self.emergency.history(sub, shown.saturating_sub(1)));
             }
-            (0x1005, 0) => self.sync.cob_id(),
-            (0x1006, 0) => self.sync.period_us(),
-            (0x1007, 0) => self.sync.window_us(),
-            (0x1012, 0) => self.time.cob_id(),
-            (0x1014, 0) => self.emergency.cob_id(),
-            (0x1015, 0) => u32::from(self.emergency.inhibit_100us()),
+            (0x1005, _) => self.sync.cob_id(),
+            (0x1006, _) => self.sync.period_us(),
+            (0x1007, _) => self.sync.window_us(),
+            (0x1012, _) => self.time.cob_id(),
+            (0x1014, _) => self.emergency.cob_id(),
+            (0x1015, _) => u32::from(self.emergency.inhibit_100us()),
             (0x1016, _) => self.consumers.word(sub)?,
-            (0x1017, 0) => u32::from(self.heartbeat.period_ms()),
-            (0x1019, 0) => u32::from(self.sync.overflow()),
+            (0x1017, _) => u32::from(self.heartbeat.period_ms()),
+            (0x1019, _) => u32::from(self.sync.overflow()),
             (0x1020, 1 | 2) => *self.verified.get(usize::from(sub) - 1)?,
             (0x1029, 1) => u32::from(self.communication_error),
-            (0x1F80, 0) => self.startup,
+            (0x1F80, _) => self.startup,
             _ => return None,
         }))
     }
@@ -217,24 +219,24 @@ impl<const R: usize, const T: usize> Services<R, T> {
     fn write_service(&mut self, address: Address, value: u32) -> Option<Result<(), Abort>> {
         let done = match (address.index, address.sub) {
             (0x1003, 0) => self.emergency.clear_history(value),
-            (0x1005, 0) => self.sync.set_cob_id(value),
-            (0x1006, 0) => self.sync.set_period(value),
-            (0x1007, 0) => {
+            (0x1005, _) => self.sync.set_cob_id(value),
+            (0x1006, _) => self.sync.set_period(value),
+            (0x1007, _) => {
                 self.sync.set_window(value);
                 Ok(())
             }
-            (0x1012, 0) => self.time.set_cob_id(value),
-            (0x1014, 0) => self.emergency.set_cob_id(value),
-            (0x1015, 0) => {
+            (0x1012, _) => self.time.set_cob_id(value),
+            (0x1014, _) => self.emergency.set_cob_id(value),
+            (0x1015, _) => {
                 self.emergency.set_inhibit(value as u16);
                 Ok(())
             }
             (0x1016, sub) => self.write_consumer(sub, value),
-            (0x1017, 0) => {
+            (0x1017, _) => {
                 self.heartbeat.set_period(value as u16);
                 Ok(())
             }
-            (0x1019, 0) => self.sync.set_overflow(value as u8),
+            (0x1019, _) => self.sync.set_overflow(value as u8),
             (0x1020, sub @ (1 | 2)) => {
                 if let Some(word) = self.verified.get_mut(usize::from(sub) - 1) {
                     *word = value;
@@ -247,8 +249,8 @@ impl<const R: usize, const T: usize> Services<R, T> {
                 Ok(())
             }
             // Of 1F80h a node that is no NMT master has bit 2 alone.
-            (0x1F80, 0) if value & !SELF_START_OFF != 0 => Err(Abort::Value),
-            (0x1F80, 0) => {
+            (0x1F80, _) if value & !SELF_START_OFF != 0 => Err(Abort::Value),
+            (0x1F80, _) => {
                 self.startup = value;
                 Ok(())
             }

@@ -10,6 +10,8 @@ pub enum DictionaryError {
     /// The entry is mappable, but has no fixed size, or cannot be accessed in that direction; or it adds the node-ID to what is no
     /// UNSIGNED32.
     Mapping(Address),
+    /// The entry is a sub-index of a communication object that is one variable.
+    SubIndex(Address),
     /// The entry has limits, but is no number of at most 32 bits, or the limits exclude each other.
     Limits(Address),
     /// A string that can be written is longer than the 64 bytes of the SDO server's buffer.
@@ -53,6 +55,9 @@ const fn check_row(dictionary: &Dictionary, row: &Row) -> Result<(), DictionaryE
     if !fits || row.is_impossible() {
         return Err(DictionaryError::Mapping(address));
     }
+    if address.sub != 0 && is_variable(address.index) {
+        return Err(DictionaryError::SubIndex(address));
+    }
     if let Some((low, high)) = dictionary.limits(row) {
         match size {
             Some(1..=4) if low <= high => {}
@@ -64,6 +69,14 @@ const fn check_row(dictionary: &Dictionary, row: &Row) -> Result<(), DictionaryE
         return Err(DictionaryError::TooLong(address));
     }
     Ok(())
+}
+
+/// Communication objects that are one variable each: the server looks at their index alone.
+const fn is_variable(index: u16) -> bool {
+    matches!(
+        index,
+        0x1001 | 0x1005..=0x1007 | 0x1012 | 0x1014 | 0x1015 | 0x1017 | 0x1019 | 0x1F80
+    )
 }
 
 const fn check_relations(dictionary: &Dictionary) -> Result<(), DictionaryError> {
@@ -103,13 +116,15 @@ mod tests {
 
     #[test]
     fn what_is_wrong_is_named_with_its_address() {
-        use DictionaryError::{Limits as BadLimits, Mapping as BadMapping, Order, TooLong};
+        use DictionaryError::{Limits as BadLimits, Mapping as BadMapping};
+        use DictionaryError::{Order, SubIndex, TooLong};
         const UNSORTED: &[Entry] = &[number(0x2000, 1), number(0x2000, 1)];
         const CROSSED: &[Entry] = &[number(0x2000, 0).limits(&Limits::unsigned(5, 4))];
         const READ_BY_PDO: &[Entry] =
             &[Entry::new(0x2000, 0, DataType::U8, Access::Read).mappable(Mapping::Both)];
         const LONG: &[Entry] =
             &[Entry::new(0x2000, 0, DataType::Text, Access::ReadWrite).value(65)];
+        const NO_ARRAY: &[Entry] = &[number(0x1017, 1)];
         let at = Address::new(0x2000, 0);
         for (made, error) in [
             (
@@ -119,6 +134,10 @@ mod tests {
             (crate::dictionary!(CROSSED, &[], &[]), BadLimits(at)),
             (crate::dictionary!(READ_BY_PDO, &[], &[]), BadMapping(at)),
             (crate::dictionary!(LONG, &[], &[]), TooLong(at)),
+            (
+                crate::dictionary!(NO_ARRAY, &[], &[]),
+                SubIndex(Address::new(0x1017, 1)),
+            ),
         ] {
             assert_eq!(made.err(), Some(error));
         }

@@ -41,15 +41,17 @@ pub enum BusEvent {
 /// as long as the CAN controller takes frames and there are any. Times are microseconds of one clock that
 /// begins anywhere and only grows. The work in each call is bounded.
 #[derive(Debug)]
+// What is small and often used comes first: short instructions reach it.
+#[repr(C)]
 pub struct Node<const R: usize, const T: usize> {
-    dictionary: &'static Dictionary,
+    state: NmtState,
     /// In use since the last reset of communication.
     node_id: Option<NodeId>,
-    state: NmtState,
+    dictionary: &'static Dictionary,
+    now_us: u64,
+    lss: lss::Server,
     services: Services<R, T>,
     sdo: sdo::Server,
-    lss: lss::Server,
-    now_us: u64,
 }
 
 impl<const R: usize, const T: usize> Node<R, T> {

@@ -96,6 +96,7 @@ impl<const R: usize, const T: usize> Node<R, T> {
         }
     }
 
+    #[cfg_attr(target_os = "none", inline(never))]
     fn layer_setting(&mut self, request: [u8; 8], app: &mut impl Application) {
         let identity = self.identity(app);
         let outcome = self.lss.receive(request, identity, self.node_id, app);

@@ -18,7 +18,9 @@ fi
 section() { size -A "$elf" | awk -v name="$1" '$1 == name {sum += $2} END {print sum + 0}'; }
 code=$(section .text)
 constants=$(($(section .rodata) + $(section .data)))
-shared=$(nm -S --radix=d -C "$elf" | awk '/compiler_builtins|__aeabi_|__.*di4$/ {sum += $2} END {print sum + 0}')
+# One address may have several names.
+shared=$(nm -S --radix=d -C "$elf" |
+    awk '/compiler_builtins|__aeabi_|__.*di4$/ && !seen[$1]++ {sum += $2} END {print sum + 0}')
 own=$((code - shared + constants))
 echo "code: $code bytes, of which $shared are the compiler's memory and division routines"
 echo "constants, with the dictionary of the board: $constants bytes"
