@@ -108,7 +108,6 @@ impl<const R: usize, const T: usize> Node<R, T> {
     }
 
     /// Object 1018h.
-    #[cfg_attr(target_os = "none", inline(never))]
     fn identity(&mut self, app: &mut impl Application) -> lss::Identity {
         let dictionary = self.dictionary;
         let (mut objects, _) = self.split(app);

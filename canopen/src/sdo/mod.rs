@@ -131,7 +131,6 @@ impl Server {
         buffer: [0; BUFFER],
     };
 
-    #[cfg_attr(target_os = "none", inline(never))]
     pub fn receive(&mut self, request: &Data, objects: &mut impl Objects) {
         self.timeout = TIMEOUT;
         self.reply = None;
