@@ -35,6 +35,14 @@ pub enum ClientError {
     /// The bus.
     #[error("the bus: {0}")]
     Link(#[from] io::Error),
+    /// It cannot do that as it is now.
+    #[error("node {node}: {why}")]
+    NotNow {
+        /// The node.
+        node: u8,
+        /// What hinders it, and what helps.
+        why: &'static str,
+    },
     /// The drive is not where it should be.
     #[error("node {node}: {state}; {wanted}")]
     State {
@@ -52,7 +60,7 @@ impl ClientError {
     pub fn is_refusal(&self) -> bool {
         match self {
             Self::Object { source, .. } => matches!(source, SdoError::Abort { .. }),
-            Self::State { .. } => true,
+            Self::State { .. } | Self::NotNow { .. } => true,
             Self::Open { .. } | Self::Link(_) => false,
         }
     }

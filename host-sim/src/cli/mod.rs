@@ -23,6 +23,7 @@ pub use output::Failure;
 /// parameter or an input is not what was expected, 3 an actuator refused.
 #[derive(Debug, Parser)]
 #[command(name = "actuator", version, max_term_width = 100)]
+#[command(mut_subcommands(with_negative_numbers))]
 pub struct Arguments {
     #[command(subcommand)]
     command: Command,
@@ -52,6 +53,14 @@ enum Command {
     Simulate(simulate::Simulate),
     Tune(tune::Tune),
     Report(report::Report),
+}
+
+/// Has every option take a negative number, so that its range is what refuses it.
+fn with_negative_numbers(command: clap::Command) -> clap::Command {
+    command.mut_args(|arg| {
+        let takes_values = arg.get_action().takes_values();
+        arg.allow_negative_numbers(takes_values)
+    })
 }
 
 impl Arguments {

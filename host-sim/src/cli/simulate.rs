@@ -60,13 +60,13 @@ pub struct Simulate {
     #[arg(long, requires = "list")]
     json: bool,
     /// How long to run, s [default: as long as the input]
-    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
+    #[arg(long, value_name = "SECONDS")]
     duration: Option<f64>,
     /// Makes a row of every Nth tick of 50 us [default: 20]
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N")]
     every: Option<u64>,
     /// Seed of all that is random [default: 0]
-    #[arg(long, allow_negative_numbers = true)]
+    #[arg(long)]
     seed: Option<u64>,
     /// How the bridge is switched [default: average]
     #[arg(long, value_parser = parameters::named::<Pwm>())]

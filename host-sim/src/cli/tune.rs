@@ -33,24 +33,24 @@ pub struct Tune {
     #[arg(long, value_name = "NAME", value_parser = parameters::preset_names(ModelKind::Board.presets()))]
     preset: Option<String>,
     /// Steady rate of the motor per duty, (deg/s)/%
-    #[arg(long, value_name = "K", allow_negative_numbers = true)]
+    #[arg(long, value_name = "K")]
     gain: Option<f64>,
     /// Time constant of the motor, s
-    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
+    #[arg(long, value_name = "SECONDS")]
     time_constant: Option<f64>,
     /// Bandwidth of the rate loop, rad/s
-    #[arg(long, value_name = "RAD_S", allow_negative_numbers = true,
+    #[arg(long, value_name = "RAD_S",
         conflicts_with_all = ["bandwidth", "phase_margin"])]
     inner_bandwidth: Option<f64>,
     /// Position gain as a share of the bandwidth of the rate loop; a quarter is critical damping
-    #[arg(long, value_name = "SHARE", allow_negative_numbers = true,
+    #[arg(long, value_name = "SHARE",
         conflicts_with_all = ["bandwidth", "phase_margin"])]
     position_share: Option<f64>,
     /// Bandwidth from position command to angle, Hz
-    #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
+    #[arg(long, value_name = "HZ")]
     bandwidth: Option<f64>,
     /// Least phase margin of the sampled loop, deg
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEG")]
     phase_margin: Option<f64>,
     #[command(flatten)]
     parameters: ParameterOptions,

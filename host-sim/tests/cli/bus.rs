@@ -165,7 +165,6 @@ fn what_cannot_be_done_says_why_by_text_and_status() {
 fn a_captured_excitation_comes_back_with_its_columns() {
     let served = Served::new(&["--seed", "3"]);
     served.text("excite doublet --amplitude 4 --unit 0.1 --capture");
-    served.text("set 2030:1=0");
     let text = served.text("record --capture");
     let mut lines = text.lines();
     let header = lines.next().expect("a header");
@@ -195,6 +194,92 @@ fn a_captured_excitation_comes_back_with_its_columns() {
         .chain([0])
         .collect();
     assert_eq!(doublet, expected);
+    // It ended with the excitation: two pulses of 100 ms, and not the buffer's end.
+    assert!(commands.len() < 250, "{}", commands.len());
+}
+
+#[test]
+fn a_capture_that_still_runs_is_a_state_of_the_actuator_and_a_refused_excitation_leaves_none() {
+    let served = Served::new(&[]);
+    served.text("set 2030:1=1");
+    let error = served.error("record --capture", 3);
+    assert!(error.contains("2030:1=0"), "{error}");
+    served.text("set 2030:1=0");
+    served.text("set 607D:1=-2000 607D:2=2000");
+    let error = served.error("excite doublet --amplitude 4 --capture", 3);
+    assert!(error.contains("does not go together"), "{error}");
+    let phase = served.text("get 2030:2");
+    assert!(
+        ["0\n", "3\n"].contains(&&*phase),
+        "{phase} is neither idle nor at its end"
+    );
+}
+
+#[test]
+fn a_move_that_fails_is_released_all_the_same() {
+    let served = Served::new(&[]);
+    served.text("set 6081=1");
+    let error = served.error("move 20 --within 0.2 --release", 3);
+    assert!(error.contains("reach the angle"), "{error}");
+    let status: u16 = served.text("get 6041").trim().parse().expect("a number");
+    assert_ne!(
+        status & 0x6F,
+        0x27,
+        "operation is not enabled: {status:04X}h"
+    );
+}
+
+#[test]
+fn a_rate_that_gets_nowhere_is_refused_and_changes_nothing() {
+    let served = Served::new(&[]);
+    for rate in ["0", "-5", "0.0001", "nan"] {
+        let error = served.error(&format!("move 5 --rate {rate}"), 2);
+        assert!(error.contains("--rate is"), "{error}");
+    }
+    assert_eq!(served.text("get 6081"), "300000 mdeg/s\n");
+    served.text("move 5 --rate 100");
+    assert_eq!(served.text("get 6081"), "100000 mdeg/s\n");
+}
+
+#[test]
+fn a_recording_as_json_has_an_object_a_line_with_the_columns_of_the_file() {
+    let served = Served::new(&[]);
+    let lines = served.text("record --for 0.2 --json");
+    let parse = |line: &str| -> serde_json::Value { serde_json::from_str(line).expect("JSON") };
+    let samples: Vec<_> = lines.lines().map(parse).collect();
+    assert!(samples.len() > 10, "{}", samples.len());
+    assert!(samples.iter().all(|sample| sample["time_s"].is_number()));
+    let told = parse(&served.text("record --for 0.2 --json --out run.csv"));
+    let csv = served.desk.read("run.csv");
+    assert_eq!(told["rows"].as_u64(), Some(csv.lines().count() as u64 - 1));
+    let names: Vec<_> = csv.lines().next().expect("a header").split(',').collect();
+    let keys = samples[0].as_object().expect("an object");
+    assert_eq!(keys.len(), names.len());
+    assert!(names.iter().all(|name| keys.contains_key(*name)));
+}
+
+#[test]
+fn numbers_out_of_range_are_refused_by_their_range() {
+    let desk = Desk::new();
+    for (arguments, expected) in [
+        ("record --for 0", "--for is 0, expected a time above 0 s"),
+        ("record --for -1", "--for is -1, expected a time above 0 s"),
+        ("monitor --for -1", "--for is -1, expected a time above 0 s"),
+        ("move 5 --within -1", "--within is -1, expected a time"),
+        (
+            "busload --telemetry -1",
+            "--telemetry is -1, expected a rate",
+        ),
+        ("busload --kbit-s 123", "expected one of 10, 20, 50,"),
+        ("busload --kbit-s -5", "expected one of 10, 20, 50,"),
+        ("scan --kbit-s 77", "expected one of 10, 20, 50,"),
+        (
+            "experiment black-box-1 --duration -1",
+            "--duration is -1, expected 0.1 to 3600 s",
+        ),
+    ] {
+        desk.assert_error(arguments, 2, expected);
+    }
 }
 
 #[test]
@@ -205,7 +290,26 @@ fn the_load_of_a_bus_is_reckoned_without_one() {
     // 4 x (2 x 250 x 135 + 50 x 105 + 50 x 115) bits a second of a million.
     let greatest = load["greatest_load"].as_f64().expect("a number");
     assert!((greatest - 0.314).abs() < 1e-12, "{greatest}");
-    assert_eq!(load["actuators_that_fit"].as_f64(), Some(12.0));
+    assert_eq!(load["actuators_that_fit"].as_u64(), Some(12));
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_is_the_good_end_of_a_monitor() {
+    let served = Served::new(&[]);
+    let mut monitor = Command::new(assert_cmd::cargo::cargo_bin!("actuator"))
+        .args(["monitor", "--json", "--bus", &served.bus])
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("it starts");
+    let mut line = String::new();
+    let mut out = BufReader::new(monitor.stdout.as_mut().expect("piped"));
+    out.read_line(&mut line).expect("a line");
+    assert!(line.contains("time_s"), "{line}");
+    let pid = monitor.id().to_string();
+    let killed = Command::new("kill").args(["-INT", &pid]).status();
+    assert!(killed.is_ok_and(|status| status.success()));
+    assert_eq!(monitor.wait().expect("it ends").code(), Some(0));
 }
 
 #[cfg(unix)]

@@ -7,7 +7,7 @@ use super::super::{
     Failure,
     output::{print, print_table},
 };
-use super::print_json;
+use super::{bit_rate, print_json};
 use crate::can::bus_load::{default_profile, frame_bits, share};
 use crate::error::Error;
 use crate::report::{Cell, Table};
@@ -21,8 +21,8 @@ pub struct BusLoad {
     #[arg(long, value_name = "NUMBER", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=127))]
     actuators: u8,
     /// Bit rate, kbit/s
-    #[arg(long, value_name = "RATE", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(10..=1000))]
-    kbit_s: u32,
+    #[arg(long, value_name = "RATE", default_value_t = 1000, value_parser = bit_rate)]
+    kbit_s: u16,
     /// Rate of the two telemetry PDOs, Hz
     #[arg(long, value_name = "HZ", default_value_t = 250.0)]
     telemetry: f64,
@@ -65,7 +65,8 @@ impl BusLoad {
         let one = share(&traffic, bit_rate);
         let number = f64::from(self.actuators);
         let (least, most) = (one.0 * number, one.1 * number);
-        let fit = (1.0 / one.1).floor().min(127.0);
+        // A bus that carries nothing has as many as there are node-IDs.
+        let fit = (1.0 / one.1).floor().min(127.0) as u64;
         if self.json {
             return print_json(&json!({
                 "least_load": least, "greatest_load": most, "actuators_that_fit": fit, "traffic": traffic,

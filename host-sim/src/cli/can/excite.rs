@@ -39,14 +39,15 @@ enum Shape {
 
 /// Runs an excitation on an actuator, around the angle where it is.
 ///
-/// What is not given stays as the actuator has it. With `actuator record --capture` what was recorded on the board comes back.
+/// What is not given stays as the actuator has it. With --capture the board records meanwhile, at 250 Hz, and
+/// `actuator record --capture` fetches that afterwards.
 #[derive(Debug, Args)]
 pub struct Excite {
     /// Shape
     #[arg(value_enum)]
     shape: Shape,
     /// Amplitude, deg
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEG")]
     amplitude: Option<f64>,
     /// Frequency, or that at the start, Hz
     #[arg(long, value_name = "HZ")]
@@ -72,7 +73,8 @@ pub struct Excite {
     /// How often it runs
     #[arg(long)]
     repetitions: Option<u32>,
-    /// Arms the capture, which starts with the excitation
+    /// Records on the board from the start of the excitation to its end; with --no-wait until
+    /// `actuator set 2030:1=0` or until its memory is full
     #[arg(long)]
     capture: bool,
     /// Does not wait for its end
@@ -102,14 +104,26 @@ impl Excite {
             client.write("2030:3", "1")?;
             client.write("2030:1", "1")?;
         }
-        client.write("2020:1", "1")?;
-        if !self.no_wait {
-            wait(&mut client)?;
-        }
+        let done = self.start(&mut client);
+        // What has not begun or came to no good end records no more.
+        let stopped = match self.capture && (done.is_err() || !self.no_wait) {
+            true => client.write("2030:1", "0"),
+            false => Ok(()),
+        };
+        done.and(stopped)?;
         if self.at.json() {
             print_json(&json!({ "started": true, "ended": !self.no_wait }))?;
         }
         Ok(())
+    }
+
+    /// Starts it, and waits for its end if that is wanted.
+    fn start(&self, client: &mut Client) -> Result<(), Error> {
+        client.write("2020:1", "1")?;
+        match self.no_wait {
+            true => Ok(()),
+            false => wait(client),
+        }
     }
 
     /// What is given, by sub-index.

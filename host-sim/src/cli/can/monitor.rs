@@ -3,13 +3,14 @@
 use std::collections::VecDeque;
 use std::fmt::Write as _;
 use std::io::IsTerminal;
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use clap::Args;
 use serde_json::json;
 
 use super::super::{Failure, output::print};
-use super::{AtNode, print_json, telemetry::watch};
+use super::{AtNode, length, print_json, stop_on_interrupt, telemetry::watch};
 use crate::can::client::state_name;
 use crate::can::telemetry::Telemetry;
 use crate::error::Error;
@@ -19,7 +20,7 @@ use crate::error::Error;
 /// On a terminal as curves of the last seconds, ten times a second; else, and with --json, as lines.
 #[derive(Debug, Args)]
 pub struct Monitor {
-    /// Ends after so many seconds; otherwise with an interrupt
+    /// Ends after so many seconds; otherwise with an interrupt (Ctrl-C)
     #[arg(long = "for", value_name = "SECONDS")]
     seconds: Option<f64>,
     #[command(flatten)]
@@ -51,20 +52,14 @@ impl Monitor {
     }
 
     fn show(&self) -> Result<(), Error> {
-        let time = match self.seconds.map(Duration::try_from_secs_f64).transpose() {
-            Ok(time) => time,
-            Err(_) => {
-                return Err(Error::Option {
-                    option: "--for",
-                    value: self.seconds.unwrap_or_default().to_string(),
-                    expected: "a time in seconds",
-                });
-            }
-        };
+        let time = self.seconds.map(|seconds| length("--for", seconds));
+        let time = time.transpose()?;
+        let stop = stop_on_interrupt()?;
+        let is_over = |now| stop.load(Ordering::Relaxed) || time.is_some_and(|time| now >= time);
         let mut client = self.at.open()?;
         let mut screen = Screen::new(std::io::stdout().is_terminal());
         let mut next = Duration::ZERO;
-        watch(&mut client, time, |telemetry, now| {
+        watch(&mut client, is_over, |telemetry, now| {
             if now >= next {
                 next = now + EVERY;
                 if self.at.json() {
@@ -73,7 +68,7 @@ impl Monitor {
                     print(&screen.picture(telemetry))?;
                 }
             }
-            Ok(true)
+            Ok(())
         })
     }
 }

@@ -8,20 +8,20 @@ use serde_json::json;
 
 use super::super::{Failure, output::print};
 use super::{AtNode, print_json};
+use crate::can::client::Client;
 use crate::error::Error;
 
 /// Moves an actuator to an angle by a profile, and tells where it is.
 ///
-/// It is enabled if it is not, and holds the angle afterwards.
+/// It is enabled if it is not, and holds the angle afterwards unless it is released.
 #[derive(Debug, Args)]
 pub struct Move {
     /// Angle, deg
-    #[arg(allow_negative_numbers = true)]
     angle_deg: f64,
-    /// Rate of the profile, deg/s; that of the actuator otherwise
+    /// Rate of the profile, deg/s; it stays in 6081h for the moves that follow. Without it, what is there
     #[arg(long, value_name = "DEG_S")]
     rate: Option<f64>,
-    /// Takes the power off at the end
+    /// Takes the power off at the end, also where it did not get there
     #[arg(long)]
     release: bool,
     /// Does not wait until it is there
@@ -50,9 +50,32 @@ impl Move {
             value: self.within.to_string(),
             expected: "a time in seconds",
         })?;
+        let rate_mdeg_s = self.rate.map(profile_rate).transpose()?;
         let mut client = self.at.open()?;
-        if let Some(rate) = self.rate {
-            client.write("6081", &mdeg("--rate", rate)?.to_string())?;
+        let angle_deg = self.arrive(&mut client, target_mdeg, rate_mdeg_s, within);
+        let released = match self.release {
+            true => client.disable(),
+            false => Ok(()),
+        };
+        // Why it did not get there says more than why it could not be released.
+        let angle_deg = angle_deg?;
+        released?;
+        if self.at.json() {
+            return print_json(&json!({ "angle_deg": angle_deg }));
+        }
+        print(&format!("{angle_deg} deg\n"))
+    }
+
+    /// Moves there, and gives the angle where it is then.
+    fn arrive(
+        &self,
+        client: &mut Client,
+        target_mdeg: i32,
+        rate_mdeg_s: Option<i32>,
+        within: Duration,
+    ) -> Result<f64, Error> {
+        if let Some(rate) = rate_mdeg_s {
+            client.write("6081", &rate.to_string())?;
         }
         client.enable(1)?;
         client.move_to(target_mdeg)?;
@@ -67,15 +90,21 @@ impl Move {
                 );
             }
         }
-        let angle_deg = client.integer("6064")? as f64 / 1000.0;
-        if self.release {
-            client.disable()?;
-        }
-        if self.at.json() {
-            return print_json(&json!({ "angle_deg": angle_deg }));
-        }
-        print(&format!("{angle_deg} deg\n"))
+        Ok(client.integer("6064")? as f64 / 1000.0)
     }
+}
+
+/// A rate that gets somewhere, in mdeg/s.
+fn profile_rate(deg_s: f64) -> Result<i32, Error> {
+    let rate = mdeg("--rate", deg_s)?;
+    if rate > 0 {
+        return Ok(rate);
+    }
+    Err(Error::Option {
+        option: "--rate",
+        value: deg_s.to_string(),
+        expected: "a rate of 0.001 deg/s at the least",
+    })
 }
 
 /// In thousandths, as the dictionary wants it.

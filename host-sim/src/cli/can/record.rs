@@ -10,13 +10,16 @@ use firmware::capture::Signal;
 use serde_json::json;
 
 use super::super::{Failure, output::is_standard_output};
-use super::{AtNode, print_json, telemetry::watch};
-use crate::can::client::Client;
+use super::{AtNode, length, print_json, telemetry::watch};
+use crate::can::client::{Client, ClientError};
 use crate::can::names::{self, Value};
 use crate::can::telemetry::{Clock, Telemetry};
 use crate::error::Error;
 
 /// Records what an actuator measures, as a CSV file with units in the names of its columns.
+///
+/// With --json what goes to standard output is JSON: each sample as an object on its line, or, where
+/// the samples go to a file, how many they are and how many did not arrive.
 #[derive(Debug, Args)]
 pub struct Record {
     /// CSV file; `-` for standard output
@@ -42,13 +45,14 @@ impl Record {
     }
 
     fn record(&self) -> Result<(), Error> {
+        let time = length("--for", self.seconds)?;
         let mut client = self.at.open()?;
-        let mut sink = Sink::open(self.out.clone())?;
+        let mut sink = Sink::open(self.out.clone(), self.at.json())?;
         let lost = if self.capture {
             upload(&mut client, &mut sink)?;
             0
         } else {
-            self.listen(&mut client, &mut sink)?
+            listen(&mut client, time, &mut sink)?
         };
         let rows = sink.close()?;
         if lost > 0 {
@@ -61,28 +65,24 @@ impl Record {
         }
         Ok(())
     }
+}
 
-    fn listen(&self, client: &mut Client, sink: &mut Sink) -> Result<u64, Error> {
-        let time = Duration::try_from_secs_f64(self.seconds).map_err(|_| Error::Option {
-            option: "--for",
-            value: self.seconds.to_string(),
-            expected: "a time in seconds",
-        })?;
-        let mut clock = Clock::default();
-        let mut is_first = true;
-        watch(client, Some(time), |telemetry, now| {
-            if std::mem::take(&mut is_first) {
-                let names = telemetry.columns.iter().map(|column| column.name.clone());
-                sink.header(names)?;
-            }
-            sink.row(
-                seconds(&mut clock, telemetry, now),
-                telemetry.values().iter().copied(),
-            )?;
-            Ok(true)
-        })?;
-        Ok(clock.lost)
-    }
+/// Writes what comes in this time; how many samples did not arrive.
+fn listen(client: &mut Client, time: Duration, sink: &mut Sink) -> Result<u64, Error> {
+    let mut clock = Clock::default();
+    let mut is_first = true;
+    let is_over = |now| now >= time;
+    watch(client, is_over, |telemetry, now| {
+        if std::mem::take(&mut is_first) {
+            let names = telemetry.columns.iter().map(|column| column.name.clone());
+            sink.header(names)?;
+        }
+        sink.row(
+            seconds(&mut clock, telemetry, now),
+            telemetry.values().iter().copied(),
+        )
+    })?;
+    Ok(clock.lost)
 }
 
 /// By the sample counter, if it is mapped, else by the clock of this computer.
@@ -91,16 +91,19 @@ fn seconds(clock: &mut Clock, telemetry: &Telemetry, now: Duration) -> f64 {
     counter.map_or(now.as_secs_f64(), |counter| clock.time_s(counter as u16))
 }
 
-/// A file of numbers.
+/// Where samples go.
 struct Sink {
     path: PathBuf,
     out: BufWriter<Box<dyn Write>>,
     rows: u64,
+    /// Names of the columns where each line is a JSON object; `None` of CSV.
+    keys: Option<Vec<String>>,
 }
 
 impl Sink {
-    fn open(path: PathBuf) -> Result<Self, Error> {
-        let out: Box<dyn Write> = if is_standard_output(&path) {
+    fn open(path: PathBuf, json: bool) -> Result<Self, Error> {
+        let is_standard = is_standard_output(&path);
+        let out: Box<dyn Write> = if is_standard {
             Box::new(io::stdout())
         } else {
             let file = File::create(&path);
@@ -113,6 +116,7 @@ impl Sink {
             path,
             out: BufWriter::new(out),
             rows: 0,
+            keys: (json && is_standard).then(Vec::new),
         })
     }
 
@@ -128,11 +132,22 @@ impl Sink {
 
     fn header(&mut self, names: impl Iterator<Item = String>) -> Result<(), Error> {
         let names: Vec<_> = names.collect();
+        if let Some(keys) = &mut self.keys {
+            *keys = names;
+            return Ok(());
+        }
         self.line(&format!("time_s,{}", names.join(",")))
     }
 
-    /// A value that is not known yet leaves its field empty.
+    /// A value that is not known yet leaves its field empty, or is null.
     fn row(&mut self, time_s: f64, values: impl Iterator<Item = f64>) -> Result<(), Error> {
+        if let Some(keys) = &self.keys {
+            let named = keys.iter().cloned().zip(values.map(|value| json!(value)));
+            let mut object: serde_json::Map<_, _> = named.collect();
+            object.insert("time_s".into(), json!(time_s));
+            self.rows += 1;
+            return self.line(&serde_json::Value::Object(object).to_string());
+        }
         let mut line = time_s.to_string();
         for value in values {
             line.push(',');
@@ -154,8 +169,11 @@ impl Sink {
 /// Records of the board's capture.
 fn upload(client: &mut Client, sink: &mut Sink) -> Result<(), Error> {
     if matches!(client.integer("2030:2")?, 1 | 2) {
-        let message = "the capture has not come to its end; `actuator set 2030:1=0` ends it";
-        return Err(Error::Conflict(message.into()));
+        return Err(ClientError::NotNow {
+            node: client.node(),
+            why: "the capture has not come to its end; `actuator set 2030:1=0` ends it",
+        }
+        .into());
     }
     let mut signals = Vec::new();
     for sub in 1..=8 {

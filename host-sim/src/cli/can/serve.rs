@@ -3,13 +3,14 @@
 use std::net::{SocketAddr, TcpListener};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 use canopen::NodeId;
 use clap::Args;
 use model_core::plant::rig::RigOptions;
 
 use super::super::{Failure, output::print};
+use super::stop_on_interrupt;
 use crate::can::bus::Bus;
 use crate::can::native_node::{CAPTURE_VALUES, NativeNode};
 use crate::can::server::Server;
@@ -193,18 +194,4 @@ fn run(
     let place = place.to_owned();
     let done = server.run(listener, stop);
     done.map_err(|source| Error::Serve { place, source })
-}
-
-/// A flag that an interrupt sets; a second one ends the program at once.
-fn stop_on_interrupt() -> Result<Arc<AtomicBool>, Error> {
-    let stop = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&stop);
-    let handler = move || {
-        if flag.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-    };
-    ctrlc::set_handler(handler)
-        .map_err(|error| Error::Conflict(format!("interrupts cannot be taken: {error}")))?;
-    Ok(stop)
 }

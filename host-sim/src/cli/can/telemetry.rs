@@ -2,37 +2,38 @@
 
 use std::time::{Duration, Instant};
 
-use crate::can::client::Client;
+use crate::can::client::{Client, ClientError};
 use crate::can::telemetry::Telemetry;
 use crate::error::Error;
 
 /// How long nothing may come.
 const SILENCE: Duration = Duration::from_secs(2);
 
-/// Starts the node and calls `see` with each complete record until it says that it has had enough, or the time is over.
+/// Starts the node and calls `see` with each complete record until it is over, which is asked with the time that has passed.
 pub(super) fn watch(
     client: &mut Client,
-    time: Option<Duration>,
-    mut see: impl FnMut(&Telemetry, Duration) -> Result<bool, Error>,
+    is_over: impl Fn(Duration) -> bool,
+    mut see: impl FnMut(&Telemetry, Duration) -> Result<(), Error>,
 ) -> Result<(), Error> {
     let mut telemetry = Telemetry::of(client)?;
     client.manage(1)?;
     let begun = Instant::now();
     let mut heard = begun;
-    while time.is_none_or(|time| begun.elapsed() < time) {
+    while !is_over(begun.elapsed()) {
         let frame = client.link().receive(Duration::from_millis(100));
-        let frame = frame.map_err(crate::can::client::ClientError::from)?;
+        let frame = frame.map_err(ClientError::from)?;
         // Others may be talking all the time.
         if heard.elapsed() > SILENCE {
-            let node = client.node();
-            return Err(Error::Conflict(format!("node {node} sends no telemetry")));
+            return Err(ClientError::NotNow {
+                node: client.node(),
+                why: "it sends no telemetry",
+            }
+            .into());
         }
         let Some(frame) = frame else { continue };
         if telemetry.receive(&frame) {
             heard = Instant::now();
-            if !see(&telemetry, begun.elapsed())? {
-                break;
-            }
+            see(&telemetry, begun.elapsed())?;
         }
     }
     Ok(())
