@@ -61,6 +61,9 @@ class FittedModel(_Model, total=False):
     cost_deg2: float
     effective_samples: float
     free_parameters: int
+    command_is_held: bool
+    command_may_be_held: bool
+    begins_at_rest: bool
     correlation: dict[str, Any]
     covariance: List[List[float]]
     covariance_coloured: List[List[float]]

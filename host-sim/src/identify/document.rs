@@ -70,6 +70,9 @@ fn model(assessment: &Assessment) -> Value {
         "free_parameters": assessment.unknowns(),
         "aic": assessment.criteria.aic,
         "bic": assessment.criteria.bic,
+        "command_is_held": fit.reading.is_held,
+        "command_may_be_held": fit.is_hold_open,
+        "begins_at_rest": fit.reading.begins_at_rest,
         "correlation": {
             "parameters": names.collect::<Vec<_>>(),
             "matrix": matrix(&fit.correlation),

@@ -3,12 +3,13 @@
 mod nested;
 mod outcome;
 mod preview;
+mod reading;
 mod release;
 mod starts;
 
 use rayon::prelude::*;
 
-use super::experiment::Experiment;
+use super::experiment::{Experiment, Reading};
 use super::fit::{ExperimentFit, Fit};
 use super::levenberg::{Found, Limits, search};
 use super::normal::{Normal, normal};
@@ -78,12 +79,13 @@ pub fn fit_from(
     progress: &dyn Progress,
     known: &[&Fit],
 ) -> Result<Fit, IdentifyError> {
-    let mut solution = solve(problem, options, progress, known)?;
+    let usual = solve(problem, options, progress, known)?;
+    let (problem, mut solution) = reading::decided(problem, usual, options, progress, known)?;
     let (unknowns, found) = (&solution.unknowns, solution.found);
     let is_stopped = || progress.is_stopped();
     solution.found =
-        release::needless_limits(problem, unknowns, found, &options.limits, &is_stopped);
-    Ok(outcome::fit(problem, &solution))
+        release::needless_limits(&problem, unknowns, found, &options.limits, &is_stopped);
+    Ok(outcome::fit(&problem, &solution))
 }
 
 /// Where a model fits best.
@@ -92,6 +94,10 @@ struct Solution {
     found: Found,
     /// How many searches there were, and how many ended there.
     starts: (usize, usize),
+    /// How the recordings are read.
+    reading: Reading,
+    /// Whether the command may be held as well as smooth.
+    is_hold_open: bool,
     /// The special case that fits as well but for chance.
     no_better_than: Option<&'static str>,
 }
@@ -121,6 +127,8 @@ fn solve(
             unknowns,
             found,
             starts: (1, 1),
+            reading: Reading::default(),
+            is_hold_open: false,
             no_better_than: None,
         });
     }
@@ -138,6 +146,8 @@ fn solve(
             starts: share(&found),
             found: first(found)?,
             unknowns,
+            reading: Reading::default(),
+            is_hold_open: false,
             no_better_than: None,
         });
     };
@@ -163,6 +173,8 @@ fn solve(
         unknowns,
         found,
         starts: share,
+        reading: Reading::default(),
+        is_hold_open: false,
         no_better_than,
     })
 }
@@ -273,7 +285,28 @@ pub fn predict(
     fitted: &Fit,
     experiment: &Experiment,
 ) -> Result<ExperimentFit, IdentifyError> {
-    let mut held = Problem::try_new(problem.model.clone(), vec![experiment.clone()])?;
+    let read = |begins_at_rest: bool| {
+        let reading = Reading {
+            begins_at_rest,
+            ..fitted.reading
+        };
+        predict_as_read(problem, fitted, experiment.read(reading))
+    };
+    let usual = read(false)?;
+    if !reading::may_begin_at_rest(experiment) {
+        return Ok(usual);
+    }
+    let at_rest = read(true)?;
+    let is_closer = at_rest.fit_percent > usual.fit_percent;
+    Ok(if is_closer { at_rest } else { usual })
+}
+
+fn predict_as_read(
+    problem: &Problem,
+    fitted: &Fit,
+    experiment: Experiment,
+) -> Result<ExperimentFit, IdentifyError> {
+    let mut held = Problem::try_new(problem.model.clone(), vec![experiment])?;
     for (index, spec) in held.specs.iter_mut().enumerate() {
         let asked = &problem.specs[index];
         spec.scope = Scope::Own;

@@ -5,6 +5,15 @@ use std::sync::Arc;
 use super::command::{Reader, Segment, segments};
 use super::recording::{Hold, Recording, RecordingError};
 
+/// How a recording is read where it does not say it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Reading {
+    /// A command that moves from sample to sample keeps each value until the next one.
+    pub is_held: bool,
+    /// The actuator rests until the first command arrives; else the first command has been there for long.
+    pub begins_at_rest: bool,
+}
+
 /// A recording that was checked, and its command as a function of time.
 #[derive(Debug, Clone)]
 pub struct Experiment {
@@ -22,6 +31,8 @@ pub struct Experiment {
     pub supply_v: Option<f64>,
     /// Whether there are few lengths of step.
     pub is_even: bool,
+    /// Whether nothing moves until the first command arrives.
+    pub begins_at_rest: bool,
     /// Whether it serves to find a start alone: models that move in steps take longer ones.
     pub is_preview: bool,
 }
@@ -49,6 +60,7 @@ impl Experiment {
             supply_v,
             command: segments(&time_ns, &recording.command_deg, recording.hold),
             is_even: is_even(&time_ns),
+            begins_at_rest: false,
             is_preview: false,
             recording: Arc::new(recording),
             time_ns,
@@ -68,6 +80,19 @@ impl Experiment {
     /// The command, to be read at instants that grow.
     pub fn commands(&self) -> Reader<'_> {
         Reader::new(&self.command)
+    }
+
+    /// The same in another reading. What the recording says of its command itself stands.
+    pub fn read(&self, reading: Reading) -> Self {
+        let hold = match self.recording.hold {
+            Hold::Auto if reading.is_held => Hold::Zero,
+            said => said,
+        };
+        Self {
+            command: segments(&self.time_ns, &self.recording.command_deg, hold),
+            begins_at_rest: reading.begins_at_rest,
+            ..self.clone()
+        }
     }
 
     /// The same with only every `every`th of its samples compared; the command stays whole.
@@ -97,6 +122,7 @@ impl Experiment {
             command: self.command.clone(),
             drive: self.drive.clone(),
             supply_v: self.supply_v,
+            begins_at_rest: self.begins_at_rest,
             is_preview: self.is_preview,
         }
     }

@@ -2,6 +2,7 @@
 
 use nalgebra::DMatrix;
 
+use super::experiment::Reading;
 use super::model::State;
 
 /// A bound that an estimate stands at.
@@ -110,6 +111,11 @@ pub struct Fit {
     pub termination: Termination,
     /// Starts that were tried, and how many of them ended here.
     pub starts: (usize, usize),
+    /// How the recordings are read.
+    pub reading: Reading,
+    /// Whether a command that is held from sample to sample would fit as well as the smooth one that was
+    /// taken, but for chance: the delay is then known to half a sample only.
+    pub is_hold_open: bool,
     /// The special case of the model that fits as well but for chance: the estimates are its own then, and
     /// what the model has beyond it does nothing.
     pub no_better_than: Option<&'static str>,

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use model_core::parameter::Parameter;
 
-use super::experiment::Experiment;
+use super::experiment::{Experiment, Reading};
 use super::model::Model;
 use super::recording::RecordingError;
 
@@ -185,6 +185,16 @@ impl Problem {
             experiments,
             ..self.clone()
         }
+    }
+
+    /// The same with its recordings in another reading.
+    pub fn read(&self, reading: Reading) -> Self {
+        self.with_experiments(
+            self.experiments
+                .iter()
+                .map(|run| run.read(reading))
+                .collect(),
+        )
     }
 }
 

@@ -47,6 +47,27 @@ fn search(assessment: &Assessment, warnings: &mut Vec<String>) {
             warnings.push("the search was interrupted: this is its best until then".into());
         }
     }
+    if fit.reading.is_held {
+        warnings.push(
+            "the command is taken to keep its value from sample to sample: that fits better than a smooth one; \
+             --hold smooth says otherwise"
+                .into(),
+        );
+    }
+    if fit.is_hold_open {
+        warnings.push(format!(
+            "the recordings do not tell whether the command is smooth, as is taken here, or held from sample \
+             to sample: held, the delay would be {:.4} s less; --hold zero or --hold smooth says which",
+            0.5 * usual_step_s(assessment)
+        ));
+    }
+    if fit.reading.begins_at_rest {
+        warnings.push(
+            "the first command is taken to have come at the first sample, to an actuator at rest: that fits \
+             better than one that had been there for long"
+                .into(),
+        );
+    }
     if let Some(case) = fit.no_better_than {
         warnings.push(format!(
             "it fits no better than {case} but by chance: the estimates are those of {case}, and what it \
@@ -59,6 +80,18 @@ fn search(assessment: &Assessment, warnings: &mut Vec<String>) {
             "only {ended_here} of {tried} starts end in this optimum: there are others; --starts \
              tries more"
         ));
+    }
+}
+
+/// From sample to sample of the first recording, s.
+fn usual_step_s(assessment: &Assessment) -> f64 {
+    let time_s = assessment
+        .experiments
+        .first()
+        .map(|e| e.recording.time_s.as_slice());
+    match time_s {
+        Some([first, .., last]) => (last - first) / (time_s.map_or(1, <[f64]>::len) - 1) as f64,
+        _ => f64::NAN,
     }
 }
 

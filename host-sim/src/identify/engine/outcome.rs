@@ -44,6 +44,8 @@ pub fn fit(problem: &Problem, solution: &Solution) -> Fit {
         termination: found.termination,
         starts: solution.starts,
         no_better_than: solution.no_better_than,
+        reading: solution.reading,
+        is_hold_open: solution.is_hold_open,
     }
 }
 

@@ -57,6 +57,11 @@ pub fn needless_limits(
     found
 }
 
+/// Whether what costs `less` is likelier than what costs `more` by more than an accident.
+pub fn is_worth_a_choice(problem: &Problem, unknowns: &Unknowns, more: f64, less: f64) -> bool {
+    (more - less) * freedom(problem, unknowns) / less > ACCIDENT
+}
+
 /// Samples beyond the unknowns.
 fn freedom(problem: &Problem, unknowns: &Unknowns) -> f64 {
     let angles = problem.experiments.iter().map(|e| &e.recording.angle_deg);

@@ -4,6 +4,7 @@ mod many;
 mod motors;
 mod nested;
 mod odd;
+mod readings;
 
 use super::*;
 use crate::identify::models;

@@ -94,7 +94,8 @@ pub fn drive<S: Scalar, const N: usize, F: Flow<S, N>>(
 }
 
 /// Moves something along a run under these segments of command, and hands out angle, rate and limit
-/// at each sample. Before the first sample the command is what it is there.
+/// at each sample. Before the first sample the command is what it is there, or all is at rest until it
+/// arrives.
 ///
 /// The delay is exact, whatever its fraction of a sample: the steps end where the delayed command
 /// changes and where the angle was sampled, so that nothing is interpolated.
@@ -113,6 +114,7 @@ pub fn drive_steps<S: Scalar, R: Steps<S>>(
         time_ns: 0,
         is_arrival: false,
     };
+    let rests = |segment: Option<&Segment>| run.begins_at_rest && segment.is_none();
     let motor_on = run.recording.motor_on.as_deref();
     let mut is_on = true;
     for (i, &time_ns) in run.time_ns.iter().enumerate() {
@@ -127,11 +129,12 @@ pub fn drive_steps<S: Scalar, R: Steps<S>>(
                 time_ns: next.start_ns,
                 is_arrival: true,
             };
-            if is_on || R::MOVES_ALONE {
+            let has_rested = rests(segment);
+            if (is_on || R::MOVES_ALONE) && !has_rested {
                 step(runner, run, segment, before, (place, arrival), delay);
             }
             (place, segment) = (arrival, Some(next));
-            if next.jumps {
+            if next.jumps || has_rested {
                 runner.jump(next.q[0]);
             }
         }
@@ -139,7 +142,7 @@ pub fn drive_steps<S: Scalar, R: Steps<S>>(
             None => Some(before),
             Some(s) => s.is_constant.then_some(s.q[0]),
         };
-        if i > 0 && (is_on || R::MOVES_ALONE) {
+        if i > 0 && (is_on || R::MOVES_ALONE) && !rests(segment) {
             let is_along = run.is_even && !place.is_arrival;
             let step_s = seconds(time_ns - place.time_ns);
             if !(is_along && standing.is_some_and(|c| runner.glide(step_s, c))) {
@@ -161,8 +164,10 @@ pub fn drive_steps<S: Scalar, R: Steps<S>>(
             seen.see(i, S::constant(f64::NAN), f64::NAN, State::Off);
             continue;
         }
-        let (angle, rate, state) = runner.seen(level);
-        seen.see(i, angle, rate, state);
+        match runner.seen(level) {
+            (angle, ..) if rests(segment) => seen.see(i, angle, 0.0, State::Free),
+            (angle, rate, state) => seen.see(i, angle, rate, state),
+        }
     }
 }
 
