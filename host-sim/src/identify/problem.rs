@@ -7,6 +7,10 @@ use model_core::parameter::Parameter;
 use super::experiment::{Experiment, Reading};
 use super::model::Model;
 use super::recording::RecordingError;
+use super::start;
+
+/// The share of what was seen at which the search for a limit begins.
+const INSIDE: f64 = 0.98;
 
 /// Whether a parameter is looked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -137,8 +141,22 @@ impl Problem {
     /// # Errors
     /// [`IdentifyError::UnknownParameter`].
     pub fn free(&mut self, name: &str) -> Result<(), IdentifyError> {
-        let spec = self.spec(name)?;
-        spec.role = Role::Free;
+        let spec = *self.spec(name)?;
+        let seen = match spec.parameter.unit {
+            _ if spec.start.is_finite() => None,
+            "deg" => Some(start::greatest_angle_deg(&self.experiments)),
+            "deg/s" => Some(start::look(&self.experiments).rate_up_deg_s),
+            _ => None,
+        };
+        // A limit that is none has no slope to follow: the search begins where it would just be met.
+        let start = seen.map_or(spec.start, |seen| {
+            (INSIDE * seen).clamp(spec.low, spec.high)
+        });
+        *self.spec(name)? = Spec {
+            role: Role::Free,
+            start,
+            ..spec
+        };
         Ok(())
     }
 

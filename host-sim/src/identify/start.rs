@@ -42,6 +42,12 @@ const LONGEST_LAG_S: f64 = 0.6;
 /// Samples that are looked at of each recording.
 const MOST_SAMPLES: usize = 2000;
 
+/// The greatest magnitude of an angle that was measured, deg.
+pub fn greatest_angle_deg(experiments: &[Experiment]) -> f64 {
+    let angles = experiments.iter().flat_map(|e| &e.recording.angle_deg);
+    angles.fold(0.0, |greatest: f64, angle| greatest.max(angle.abs()))
+}
+
 /// A look at recordings, of which there is at least one.
 pub fn look(experiments: &[Experiment]) -> Look {
     let points: Vec<Vec<Point>> = experiments.iter().map(points).collect();

@@ -70,8 +70,8 @@ fn search(assessment: &Assessment, warnings: &mut Vec<String>) {
     }
     if let Some(case) = fit.no_better_than {
         warnings.push(format!(
-            "it fits no better than {case} but by chance: the estimates are those of {case}, and what it \
-             has beyond that one is not identifiable from these experiments"
+            "it fits no better than {case} but by chance: it stays where {case} fits best, and what it has \
+             beyond that one is not identifiable from these experiments"
         ));
     }
     let (tried, ended_here) = fit.starts;

@@ -26,7 +26,10 @@ pub fn fit(problem: &Problem, solution: &Solution) -> Fit {
         .map(|i| experiment_fit(problem, i, &unknowns.runs[i].values(&found.point)))
         .collect();
     let covariance = covariance(problem, unknowns, found, &is_held, &experiments);
-    let (estimates, rows) = estimates(problem, unknowns, found, &bounds, &covariance);
+    let (mut estimates, rows) = estimates(problem, unknowns, found, &bounds, &covariance);
+    if let Some(case) = solution.no_better_than {
+        leave_open_beyond(problem, case, &mut estimates);
+    }
     let residuals = experiments.iter().flat_map(|e| &e.residual_deg);
     Fit {
         model: problem.model.name(),
@@ -46,6 +49,21 @@ pub fn fit(problem: &Problem, solution: &Solution) -> Fit {
         no_better_than: solution.no_better_than,
         reading: solution.reading,
         is_hold_open: solution.is_hold_open,
+    }
+}
+
+/// What a model has beyond a case that fits as well is told by nothing.
+fn leave_open_beyond(problem: &Problem, case: &str, estimates: &mut [Estimate]) {
+    let cases = problem.model.special_cases();
+    let Some(case) = cases.iter().find(|c| c.name() == case) else {
+        return;
+    };
+    for estimate in estimates.iter_mut().filter(|e| !e.fixed) {
+        let place = case
+            .parameters()
+            .iter()
+            .position(|p| p.name == estimate.name);
+        estimate.identifiable &= !place.is_some_and(|place| case.is_fixed_by_default(place));
     }
 }
 

@@ -169,6 +169,21 @@ fn recordings_share_what_they_share_and_keep_their_own() {
 }
 
 #[test]
+fn a_stop_is_found_without_being_told_where_to_look() {
+    for stop_deg in [20.0, 60.0] {
+        let set = [("position_limit_deg", stop_deg)];
+        let run = noisy(simulated(ModelKind::BlackBox1, "pulse", 80, &set), 1);
+        let mut problem = problem("black-box-1", vec![run]);
+        problem.free("position_limit_deg").expect("a parameter");
+        let fit = fitted(&problem);
+        let stop = fit.estimate("position_limit_deg").expect("an estimate");
+        assert!(stop.identifiable, "{stop:?}");
+        let error = (stop.value - stop_deg).abs();
+        assert!(error < 3.0 * stop.standard_error, "{stop:?}");
+    }
+}
+
+#[test]
 fn a_bound_holds_and_is_told() {
     let run = noisy(simulated(ModelKind::BlackBox1, "pulse", 80, &[]), 1);
     let mut problem = problem("black-box-1", vec![run]);
