@@ -104,16 +104,18 @@ fn a_chirp_that_does_not_tell_whether_it_was_held_is_taken_for_smooth_and_that_i
     );
 }
 
+/// Steps to and fro.
+fn steps(t: f64) -> f64 {
+    if ((t / 0.7) as u32).is_multiple_of(2) {
+        45.0
+    } else {
+        -20.0
+    }
+}
+
 #[test]
 fn a_command_that_comes_with_the_first_sample_is_told_from_one_that_was_there() {
     // Commands of 45 deg that step, to an actuator at 0 deg.
-    let steps = |t: f64| {
-        if (t / 0.7) as u32 % 2 == 0 {
-            45.0
-        } else {
-            -20.0
-        }
-    };
     for begins_at_rest in [false, true] {
         let reading = Reading {
             is_held: false,
@@ -125,13 +127,6 @@ fn a_command_that_comes_with_the_first_sample_is_told_from_one_that_was_there() 
 
 #[test]
 fn a_recording_that_is_left_out_is_predicted_as_it_began() {
-    let steps = |t: f64| {
-        if (t / 0.7) as u32 % 2 == 0 {
-            45.0
-        } else {
-            -20.0
-        }
-    };
     let at_rest = Reading {
         is_held: false,
         begins_at_rest: true,
