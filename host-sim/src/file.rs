@@ -97,6 +97,55 @@ pub fn write(path: &Path, text: &str) -> Result<(), Error> {
     })
 }
 
+/// Checks before the work that files can be written and are different ones, each with the option that
+/// names it. Nothing of these names is made or changed.
+///
+/// # Errors
+/// [`Error::Write`] of a file that cannot be written, [`Error::Conflict`] of two that are one.
+pub fn check(files: &[(&str, &Path)]) -> Result<(), Error> {
+    for (index, (option, path)) in files.iter().enumerate() {
+        let is_it = |(_, other): &&(&str, &Path)| is_file(path) && place(other) == place(path);
+        if let Some((other, _)) = files[..index].iter().find(is_it) {
+            let path = path.display();
+            return Err(Error::Conflict(format!(
+                "{other} and {option} both write {path}, expected two files"
+            )));
+        }
+        check_one(path).map_err(|source| Error::Write {
+            path: (*path).into(),
+            source,
+        })?;
+    }
+    Ok(())
+}
+
+/// Whether it is a file or will be one: a device takes what it is given, from several too.
+fn is_file(path: &Path) -> bool {
+    fs::metadata(path).map_or(true, |found| found.is_file())
+}
+
+fn check_one(path: &Path) -> io::Result<()> {
+    if fs::metadata(path).is_ok_and(|found| found.is_dir()) {
+        return Err(io::ErrorKind::IsADirectory.into());
+    }
+    // A pipe would notice that it was opened.
+    match is_file(path) {
+        true => WholeFile::create(path).map(drop),
+        false => Ok(()),
+    }
+}
+
+/// Where a file is or will be, however it is named.
+fn place(path: &Path) -> PathBuf {
+    let by_folder = || {
+        let folder = path.parent().filter(|folder| *folder != Path::new(""));
+        let folder = fs::canonicalize(folder.unwrap_or(Path::new(".")));
+        folder.map(|folder| folder.join(path.file_name().unwrap_or_default()))
+    };
+    let place = fs::canonicalize(path).or_else(|_| by_folder());
+    place.unwrap_or_else(|_| path.into())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -133,6 +182,34 @@ mod tests {
         drop(half);
         assert_eq!(fs::read_to_string(&path).expect("the file"), "old");
         assert_eq!(fs::read_dir(folder.path()).expect("the folder").count(), 1);
+    }
+
+    #[test]
+    fn files_are_checked_without_a_trace() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let [page, data] = ["page.html", "data.json"].map(|name| folder.path().join(name));
+        check(&[("--html", &page), ("--json", &data)]).expect("both can be written");
+        write(&page, "old").expect("an old one");
+        check(&[("--html", &page)]).expect("it can be replaced");
+        assert_eq!(fs::read_to_string(&page).expect("the file"), "old");
+        assert_eq!(fs::read_dir(folder.path()).expect("the folder").count(), 1);
+
+        let roundabout = folder.path().join(".").join("page.html");
+        let error = check(&[("--html", &page), ("--json", &roundabout)]).expect_err("one file");
+        assert!(
+            error.to_string().contains("--html and --json both write"),
+            "{error}"
+        );
+        for bad in [folder.path().into(), folder.path().join("none/page.html")] {
+            assert!(matches!(
+                check(&[("--html", &bad)]),
+                Err(Error::Write { .. })
+            ));
+        }
+        let device = Path::new("/dev/null");
+        if cfg!(unix) {
+            check(&[("--html", device), ("--json", device)]).expect("a device takes both");
+        }
     }
 
     #[cfg(unix)]

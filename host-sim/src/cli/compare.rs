@@ -40,6 +40,7 @@ pub struct Compare {
 
 impl Compare {
     pub(super) fn run(self) -> Result<(), Failure> {
+        self.outputs.check(None)?;
         let loaded = self.data.load()?;
         let has_pendulum = |e: &crate::identify::Experiment| {
             e.recording.constants.contains_key("pendulum_mass_kg")
@@ -50,8 +51,9 @@ impl Compare {
             models::all()
         };
         let is_asked = |name: &str| self.model.is_empty() || self.model.iter().any(|m| m == name);
-        let chosen = known.into_iter().filter(|m| is_asked(m.name()));
-        let candidates: Vec<Candidate> = chosen.flat_map(|m| Candidate::forms(&m)).collect();
+        let chosen: Vec<_> = known.into_iter().filter(|m| is_asked(m.name())).collect();
+        self.data.check_known(&chosen)?;
+        let candidates: Vec<Candidate> = chosen.iter().flat_map(Candidate::forms).collect();
         let options = Options {
             starts: self.starts.into(),
             seed: self.seed,

@@ -2,7 +2,7 @@
 
 mod result;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, builder::PossibleValuesParser};
 use model_core::excitation::catalogue::Input;
@@ -12,13 +12,16 @@ use crate::{
     error::Error,
     file,
     identify::{
+        Model, Recording,
+        contradictions::Wish,
         design::{
             Bench, Designed, ENCODER_DEG, LEAST_STEP_S,
             inputs::{Limits, bandwidth_hz, best, design},
         },
-        models,
+        models, parameter_file,
     },
     scenario::{Scenario, Setting},
+    settings::ModelKind,
 };
 
 /// Designs inputs for an actuator and predicts how well each parameter will be known
@@ -78,6 +81,9 @@ const MOST_SAMPLES: f64 = 3.6e6;
 impl Experiment {
     pub(super) fn run(self) -> Result<(), Failure> {
         let bench = self.bench()?;
+        if let Some(path) = &self.csv {
+            file::check(&[("--csv", path)])?;
+        }
         let limits = Limits {
             bandwidth_hz: self.band.unwrap_or_else(|| bandwidth_hz(&bench)),
             most_deg: self.amplitude,
@@ -145,12 +151,14 @@ impl Experiment {
             return Err(Error::Conflict(problem.into()));
         }
         let unknown = "the parser has let a model pass that it does not know";
+        let model = models::named(&self.model).expect(unknown);
+        check_command(&*model)?;
         let mut bench = Bench {
             noise_deg: self.noise,
             resolution_deg: self.resolution,
             step_s: 1.0 / self.rate,
             duration_s: self.duration,
-            ..Bench::new(models::named(&self.model).expect(unknown))
+            ..Bench::new(model)
         };
         self.expect(&mut bench)?;
         Ok(bench)
@@ -159,6 +167,7 @@ impl Experiment {
     /// The expected values, and what is looked for.
     fn expect(&self, bench: &mut Bench) -> Result<(), Error> {
         let table = bench.model.parameters().to_vec();
+        let is_motor = parameter_file::simulated(&self.model) == Some(ModelKind::Board);
         let place = |name: &str| {
             let known = table.iter().map(|p| p.name);
             let index = table.iter().position(|p| p.is_called(name));
@@ -168,17 +177,22 @@ impl Experiment {
             })
         };
         if let Some(path) = &self.parameter_file {
-            // What another model has more is none of this one's.
-            for setting in Scenario::read(path)?.set {
-                if let Ok(index) = place(&setting.name) {
-                    bench.values[index] = table[index].check(setting.value)?;
-                }
+            for setting in fitted(path, &self.model)? {
+                let index = match place(&setting.name) {
+                    Ok(index) => index,
+                    // The board has more than the motor.
+                    Err(_) if is_motor => continue,
+                    Err(error) => return Err(error),
+                };
+                bench.values[index] = table[index].check(setting.value)?;
             }
         }
         for setting in &self.set {
             let index = place(&setting.name)?;
             bench.values[index] = table[index].check(setting.value)?;
         }
+        let free = Wish::new("--free", &self.free);
+        Wish::new("--fix", &self.fix).without(&free, &table)?;
         for (names, is_free) in [(&self.free, true), (&self.fix, false)] {
             for name in names {
                 bench.free[place(name)?] = is_free;
@@ -222,5 +236,35 @@ impl Experiment {
                 Ok(designs)
             }
         }
+    }
+}
+
+/// Refuses a model that takes something else than a command.
+fn check_command(model: &dyn Model) -> Result<(), Error> {
+    let takes_command = |model: &dyn Model| model.accepts(&Recording::default()).is_ok();
+    if takes_command(model) {
+        return Ok(());
+    }
+    let all = models::all();
+    let expected: Vec<_> = all.iter().filter(|m| takes_command(&***m)).collect();
+    let expected: Vec<_> = expected.iter().map(|m| m.name()).collect();
+    Err(Error::Conflict(format!(
+        "inputs are designed as commands, and {} takes the duty of its motor, expected one of {}",
+        model.name(),
+        expected.join(", ")
+    )))
+}
+
+/// The settings of a file that `identify --parameters` has written for this model.
+fn fitted(path: &Path, model: &str) -> Result<Vec<Setting>, Error> {
+    let file = Scenario::read(path)?;
+    match file.model {
+        Some(kind) if parameter_file::simulated(model) != Some(kind) => {
+            Err(Error::Conflict(format!(
+                "{} has the parameters of {kind}, expected those of {model}",
+                path.display()
+            )))
+        }
+        _ => Ok(parameter_file::named_for(model, file.set)),
     }
 }

@@ -3,7 +3,7 @@
 mod data;
 mod search;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{
     Args,
@@ -79,10 +79,13 @@ impl Identify {
             let problem = "--parameters is of one model, expected one --model beside it";
             return Err(Error::Conflict(problem.into()).into());
         }
-        let chosen = names
+        self.outputs.check(self.parameters.as_deref())?;
+        let chosen: Vec<_> = names
             .iter()
             .filter_map(|name| models::named(name))
             .collect();
+        self.data.check_known(&chosen)?;
+        self.search.check(&chosen)?;
         let loaded = self.data.load()?;
         let assessments = self.search.fit(chosen, &loaded)?;
         let second_opinion = SecondOpinion::of(&loaded.fitted);
@@ -120,6 +123,19 @@ pub struct Found<'a> {
 }
 
 impl Outputs {
+    /// Before the work: whether each file can be written, and is another one.
+    pub fn check(&self, parameters: Option<&Path>) -> Result<(), Error> {
+        let json = self.json.as_deref();
+        let json = json.filter(|path| !output::is_standard_output(path));
+        let all = [
+            ("--json", json),
+            ("--html", self.html.as_deref()),
+            ("--parameters", parameters),
+        ];
+        let given = all.into_iter().filter_map(|(o, path)| Some((o, path?)));
+        file::check(&given.collect::<Vec<_>>())
+    }
+
     /// Writes what was asked for, and tables for people unless JSON goes to standard output.
     pub fn write(&self, found: &Found<'_>) -> Result<(), Error> {
         if let Some(path) = &self.html {

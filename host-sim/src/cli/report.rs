@@ -33,6 +33,13 @@ pub struct Report {
 
 impl Report {
     pub(super) fn run(self) -> Result<(), Failure> {
+        let json = self.json.as_deref();
+        let json = json.filter(|path| !output::is_standard_output(path));
+        let files: Vec<_> = [("--out", Some(&*self.out)), ("--json", json)]
+            .into_iter()
+            .filter_map(|(option, path)| Some((option, path?)))
+            .collect();
+        file::check(&files)?;
         let progress = output::progress(Comparison::steps(MODELS.len()), "runs");
         let comparison = Comparison::of(&MODELS, &|| progress.inc(1))?;
         progress.finish_and_clear();

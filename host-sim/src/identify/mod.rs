@@ -10,6 +10,7 @@
 pub mod assessment;
 pub mod command;
 pub mod compare;
+pub mod contradictions;
 mod covariance;
 pub mod data;
 pub mod design;

@@ -16,6 +16,7 @@ use motor::Bench;
 use super::fit::{Estimate, Fit};
 use crate::{
     error::Error,
+    scenario::Setting,
     settings::{ModelKind, PlantKind, Settings},
 };
 
@@ -25,11 +26,7 @@ use crate::{
 /// [`Error::Conflict`] of a model that the simulator has not.
 pub fn text(fit: &Fit) -> Result<String, Error> {
     let bench = Bench::of(fit);
-    let kind = match &bench {
-        Some(_) => Some(ModelKind::Board),
-        None => ModelKind::named(simulated_as(fit.model)),
-    };
-    let kind = kind.ok_or_else(|| {
+    let kind = simulated(fit.model).ok_or_else(|| {
         Error::Conflict(format!(
             "{} cannot be simulated by itself, expected one of {}",
             fit.model,
@@ -86,6 +83,31 @@ fn simulated_as(model: &str) -> &str {
     }
 }
 
+/// What the simulator runs for a fitted model; `None` where it has nothing like it.
+pub fn simulated(model: &str) -> Option<ModelKind> {
+    match motor::form(model) {
+        Some(_) => Some(ModelKind::Board),
+        None => ModelKind::named(simulated_as(model)),
+    }
+}
+
+/// The settings of such a file by the names of the model that it was written for.
+pub fn named_for(model: &str, mut settings: Vec<Setting>) -> Vec<Setting> {
+    let value = |name: &str| settings.iter().find(|s| s.name == name).map(|s| s.value);
+    let gains = value(POSITION_GAIN).zip(value(RATE_GAIN));
+    if let Some((position, rate)) = gains.filter(|_| simulated_as(model) != model) {
+        settings.retain(|s| s.name != POSITION_GAIN && s.name != RATE_GAIN);
+        let w = position.sqrt();
+        settings.push(Setting::new("natural_frequency_rad_s", w));
+        settings.push(Setting::new("damping", rate / (2.0 * w)));
+    }
+    settings
+}
+
+/// Gains of black box 2, which the simulator has for the oscillator too.
+const POSITION_GAIN: &str = "position_gain_per_s2";
+const RATE_GAIN: &str = "rate_gain_per_s";
+
 /// A parameter of the simulator with its value, and the estimate that it is; `None` where it was
 /// computed from estimates.
 type Set<'a> = (&'static str, f64, Option<&'a Estimate>);
@@ -99,8 +121,8 @@ fn values(fit: &Fit) -> Vec<Set<'_>> {
         .value("natural_frequency_rad_s")
         .zip(fit.value("damping"));
     if let Some((w, damping)) = oscillator {
-        values.push(("position_gain_per_s2", w * w, None));
-        values.push(("rate_gain_per_s", 2.0 * damping * w, None));
+        values.push((POSITION_GAIN, w * w, None));
+        values.push((RATE_GAIN, 2.0 * damping * w, None));
     }
     values
 }

@@ -121,15 +121,19 @@ impl Problem {
     /// Holds a parameter at a value.
     ///
     /// # Errors
-    /// [`IdentifyError::UnknownParameter`]; [`IdentifyError::Start`] for a value that it cannot
-    /// take.
+    /// [`IdentifyError::UnknownParameter`]; [`IdentifyError::Value`] for one that it cannot take.
     pub fn fix(&mut self, name: &str, value: f64) -> Result<(), IdentifyError> {
         let spec = self.spec(name)?;
         let Parameter { min, max, .. } = spec.parameter;
         // What is not looked for may be what the search could not find, such as no limit.
         let is_no_limit = value == f64::INFINITY && spec.parameter.default == f64::INFINITY;
         if !(value >= min && value <= max || is_no_limit) {
-            return Err(spec.wrong_start(value));
+            return Err(IdentifyError::Value {
+                name: spec.parameter.name,
+                value,
+                min,
+                max,
+            });
         }
         spec.role = Role::Fixed;
         spec.start = value;
@@ -176,14 +180,25 @@ impl Problem {
     /// Keeps a parameter within bounds, which may be infinite where its range is.
     ///
     /// # Errors
-    /// [`IdentifyError::UnknownParameter`]; [`IdentifyError::Start`] for bounds that leave nothing.
+    /// [`IdentifyError::UnknownParameter`]; [`IdentifyError::Order`] and [`IdentifyError::Range`] for
+    /// bounds that leave nothing.
     pub fn bound(&mut self, name: &str, low: f64, high: f64) -> Result<(), IdentifyError> {
         let spec = self.spec(name)?;
-        (spec.low, spec.high) = (low.max(spec.parameter.min), high.min(spec.parameter.max));
-        if low.is_nan() || high.is_nan() || spec.low >= spec.high {
-            (spec.low, spec.high) = (low, high);
-            return Err(spec.wrong_start(spec.start));
+        let Parameter { name, min, max, .. } = spec.parameter;
+        if low.is_nan() || high.is_nan() || low >= high {
+            return Err(IdentifyError::Order { name, low, high });
         }
+        let within = (low.max(min), high.min(max));
+        if within.0 >= within.1 {
+            return Err(IdentifyError::Range {
+                name,
+                low,
+                high,
+                min,
+                max,
+            });
+        }
+        (spec.low, spec.high) = within;
         spec.start = spec.start.clamp(spec.low, spec.high);
         Ok(())
     }
@@ -256,7 +271,43 @@ pub enum IdentifyError {
         /// The model's parameters.
         expected: String,
     },
-    /// A start value or a bound is none.
+    /// A value at which a parameter is held is none of it.
+    #[error("{name} is held at {value}, expected {min} to {max}")]
+    Value {
+        /// The parameter.
+        name: &'static str,
+        /// The value.
+        value: f64,
+        /// The least that it takes.
+        min: f64,
+        /// The greatest that it takes.
+        max: f64,
+    },
+    /// Bounds that leave nothing between them.
+    #[error("{name} is bound to {low}:{high}, expected the lower bound before a greater one")]
+    Order {
+        /// The parameter.
+        name: &'static str,
+        /// The first bound.
+        low: f64,
+        /// The second one.
+        high: f64,
+    },
+    /// Bounds beyond what the parameter can be.
+    #[error("{name} is bound to {low}:{high}, expected bounds within its range, {min} to {max}")]
+    Range {
+        /// The parameter.
+        name: &'static str,
+        /// The lower bound.
+        low: f64,
+        /// The upper bound.
+        high: f64,
+        /// The least that it takes.
+        min: f64,
+        /// The greatest that it takes.
+        max: f64,
+    },
+    /// A start value is none.
     #[error("{name} starts at {start} within {low} to {high}, expected a number within its bounds")]
     Start {
         /// The parameter.

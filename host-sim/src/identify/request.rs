@@ -2,8 +2,11 @@
 
 use std::sync::Arc;
 
+use model_core::parameter::Parameter;
+
 use super::{
     assessment::Assessment,
+    contradictions::Wish,
     engine::{Options, Progress, fit_from},
     experiment::Experiment,
     fit::Fit,
@@ -50,10 +53,11 @@ impl Request {
         Assessment::of(found.model, &problem, found, held_out)
     }
 
-    /// Checks that each parameter that is named is one of a model at least.
+    /// Checks that each parameter that is named is one of a model at least, and that no two wishes about
+    /// one contradict each other.
     ///
     /// # Errors
-    /// [`Error::UnknownName`] of the first that is not.
+    /// [`Error::UnknownName`] of the first that is not, [`Error::Conflict`] of two wishes.
     pub fn check(&self, models: &[Arc<dyn Model>]) -> Result<(), Error> {
         let parameters = || models.iter().flat_map(|m| m.parameters());
         let fixed = self.fix.iter().chain(&self.start).map(|s| &s.name);
@@ -69,7 +73,23 @@ impl Request {
                 return Err(Error::unknown("parameter", name, known, expected));
             }
         }
-        Ok(())
+        let table: Vec<Parameter> = parameters().copied().collect();
+        self.check_contradictions(&table)
+    }
+
+    fn check_contradictions(&self, table: &[Parameter]) -> Result<(), Error> {
+        let fix = Wish::new("fix", self.fix.iter().map(|s| &s.name));
+        let free = Wish::new("free", &self.free);
+        let bound = Wish::new("bound", self.bound.iter().map(|(name, ..)| name));
+        let start = Wish::new("start", self.start.iter().map(|s| &s.name));
+        let own = Wish::new("own", &self.own);
+        for valued in [&fix, &bound, &start] {
+            valued.once(table)?;
+        }
+        for of_a_search in [&free, &bound, &start] {
+            fix.without(of_a_search, table)?;
+        }
+        own.without(&Wish::new("share", &self.share), table)
     }
 
     fn problem(

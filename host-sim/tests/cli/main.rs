@@ -9,6 +9,7 @@ mod fmu;
 mod gdb;
 mod identify;
 mod input_file;
+mod options;
 mod parameters;
 mod scenario;
 mod simulate;

@@ -1,6 +1,8 @@
 //! Options that say where recordings are and how they are to be read.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use clap::{Args, ValueEnum};
 
@@ -8,8 +10,9 @@ use crate::{
     cli::{output, parameters::setting},
     error::Error,
     identify::{
-        Experiment, Hold, IdentifyError,
+        Experiment, Hold, IdentifyError, Model,
         data::{Choice, Columns, Delimiter, Import, Note},
+        models,
     },
     scenario::Setting,
 };
@@ -105,6 +108,32 @@ impl DataOptions {
         })
     }
 
+    /// Refuses to know what none of the models asks for.
+    pub fn check_known(&self, models: &[Arc<dyn Model>]) -> Result<(), Error> {
+        let parameters = || models.iter().flat_map(|m| m.parameters());
+        for name in self.known.iter().map(|s| &s.name) {
+            if !parameters().any(|p| p.is_called(name)) {
+                let known: BTreeSet<&str> = parameters().map(|p| p.name).collect();
+                let expected = Vec::from_iter(known.iter().copied()).join(", ");
+                return Err(Error::unknown("parameter", name, known, expected));
+            }
+        }
+        Ok(())
+    }
+
+    /// What is known by the names of the parameters, where symbols were given too.
+    fn constants(&self) -> BTreeMap<String, f64> {
+        let models = models::all();
+        let named = |s: &Setting| {
+            let parameters = models.iter().flat_map(|m| m.parameters());
+            let called = parameters.filter(|p| p.is_called(&s.name));
+            called
+                .map(|p| (p.name.to_owned(), s.value))
+                .collect::<Vec<_>>()
+        };
+        self.known.iter().flat_map(named).collect()
+    }
+
     fn import(&self) -> Import {
         let character = |c| Delimiter::Character(c);
         Import {
@@ -122,11 +151,7 @@ impl DataOptions {
                 Some(HoldName::Zero) => Hold::Zero,
                 Some(HoldName::Smooth) => Hold::Smooth,
             },
-            constants: self
-                .known
-                .iter()
-                .map(|s| (s.name.clone(), s.value))
-                .collect(),
+            constants: self.constants(),
         }
     }
 }

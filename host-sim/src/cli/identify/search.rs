@@ -82,6 +82,11 @@ impl SearchOptions {
         }
     }
 
+    /// Checks that what is said of parameters is about some of these models, and does not contradict itself.
+    pub fn check(&self, models: &[Arc<dyn Model>]) -> Result<(), Error> {
+        self.request().check(models)
+    }
+
     /// Fits these models to the recordings, and predicts those that were left out.
     pub fn fit(
         &self,
@@ -89,7 +94,6 @@ impl SearchOptions {
         loaded: &Loaded,
     ) -> Result<Vec<Assessment>, Error> {
         let request = self.request();
-        request.check(&models)?;
         let runs = (&loaded.fitted[..], &loaded.held_out[..]);
         let mut assessments = Vec::new();
         for model in models {

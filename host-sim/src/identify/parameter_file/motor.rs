@@ -44,18 +44,25 @@ const POSITION_GAIN: f64 = 10.0;
 /// What the simulator cannot do.
 const UNKNOWN: [&str; 2] = ["vertical_deg", "drive_asymmetry"];
 
+/// Whether the model of this name is a servo, and its friction; `None` where it is no motor.
+pub(super) fn form(model: &str) -> Option<(bool, f64)> {
+    let (kind, friction) = model.split_once("-m")?;
+    let is_servo = match kind {
+        "motor" => false,
+        "servo" => true,
+        _ => return None,
+    };
+    Some((is_servo, friction.parse().ok()?))
+}
+
 impl<'a> Bench<'a> {
     /// The bench of a fit; `None` where it is no motor.
     pub fn of(fit: &'a Fit) -> Option<Self> {
-        let (kind, friction) = fit.model.split_once("-m")?;
+        let (is_servo, friction_model) = form(fit.model)?;
         Some(Self {
             fit,
-            friction_model: friction.parse().ok()?,
-            is_servo: match kind {
-                "motor" => false,
-                "servo" => true,
-                _ => return None,
-            },
+            friction_model,
+            is_servo,
         })
     }
 
