@@ -75,6 +75,7 @@ def test_the_result_is_the_programs_json_bit_for_bit(tmp_path):
         (KeyError, "unknown parameter `pole`", {"fix": {"pole": 30.0}}),
         (ValueError, "unknown model `black-box`", {"models": "black-box"}),
         (ValueError, "delay_s is held at 9", {"fix": {"delay_s": 9.0}}),
+        (ValueError, "fix and free both name gain", {"fix": {"gain": 1.0}, "free": ["gain"]}),
         (ValueError, "bound pole_rad_s", {"bound": {"pole_rad_s": (2.0, 1.0)}}),
         (ValueError, "hold is `ramp`", {"hold": "ramp"}),
         (ValueError, "`length` is no quantity", {"columns": {"length": "1"}}),

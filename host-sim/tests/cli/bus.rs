@@ -196,6 +196,10 @@ fn a_captured_excitation_comes_back_with_its_columns() {
     assert_eq!(doublet, expected);
     // It ended with the excitation: two pulses of 100 ms, and not the buffer's end.
     assert!(commands.len() < 250, "{}", commands.len());
+    served.text("record --capture --out capture.csv");
+    let desk = &served.desk;
+    let fit = desk.text("identify capture.csv --model black-box-1 --starts 1");
+    assert!(fit.contains("pole_rad_s"), "{fit}");
 }
 
 #[test]
