@@ -80,12 +80,13 @@ pub fn fit_from(
     known: &[&Fit],
 ) -> Result<Fit, IdentifyError> {
     let usual = solve(problem, options, progress, known)?;
-    let (problem, mut solution) = reading::decided(problem, usual, options, progress, known)?;
+    let (other, mut solution) = reading::decided(problem, usual, options, progress, known)?;
+    let problem = other.as_ref().unwrap_or(problem);
     let (unknowns, found) = (&solution.unknowns, solution.found);
     let is_stopped = || progress.is_stopped();
     solution.found =
-        release::needless_limits(&problem, unknowns, found, &options.limits, &is_stopped);
-    Ok(outcome::fit(&problem, &solution))
+        release::needless_limits(problem, unknowns, found, &options.limits, &is_stopped);
+    Ok(outcome::fit(problem, &solution))
 }
 
 /// Where a model fits best.

@@ -40,15 +40,14 @@ fn others(problem: &Problem) -> Vec<Reading> {
     possible.map(reading).collect()
 }
 
-/// The problem as its recordings are read best, with its solution: the usual way unless another one fits
-/// better than by chance.
+/// The problem in another reading of its recordings, if one fits better than by chance, and the solution.
 pub fn decided(
     problem: &Problem,
     usual: Solution,
     options: &Options,
     progress: &dyn Progress,
     known: &[&Fit],
-) -> Result<(Problem, Solution), IdentifyError> {
+) -> Result<(Option<Problem>, Solution), IdentifyError> {
     let is_stopped = || progress.is_stopped();
     let searched = |reading: Reading| {
         let other = problem.read(reading);
@@ -70,7 +69,7 @@ pub fn decided(
         best.filter(|(.., found)| is_better(usual.found.cost, found.cost))
     else {
         return Ok((
-            problem.clone(),
+            None,
             Solution {
                 is_hold_open,
                 ..usual
@@ -82,5 +81,5 @@ pub fn decided(
     if found.cost < solution.found.cost {
         (solution.found, solution.no_better_than) = (found, None);
     }
-    Ok((other, solution))
+    Ok((Some(other), solution))
 }
