@@ -37,6 +37,12 @@ pub struct Experiment {
     pub is_preview: bool,
 }
 
+/// Samples that are kept or left out together.
+const BLOCK: usize = 250;
+
+/// Multiples of the golden ratio fill the circle most evenly (Steinhaus' three gaps).
+const GOLDEN: f64 = 0.618_033_988_749_895;
+
 /// Time steps that are few enough to be kept.
 const FEW_STEPS: usize = 4;
 
@@ -95,9 +101,15 @@ impl Experiment {
         }
     }
 
-    /// The same with only every `every`th of its samples compared; the command stays whole.
+    /// The same with one of `every` blocks of its samples compared; the command stays whole. Within a block
+    /// the samples show what is fast, and no period of the recording hides between the blocks.
     pub fn thinned(&self, every: usize) -> Self {
-        let kept = |i: &usize| i.is_multiple_of(every.max(1));
+        let share = 1.0 / every.max(1) as f64;
+        self.with_samples(|i| ((i / BLOCK) as f64 * GOLDEN).fract() < share)
+    }
+
+    /// The same with only some of its samples compared; the command stays whole.
+    pub fn with_samples(&self, kept: impl Fn(&usize) -> bool) -> Self {
         let places: Vec<usize> = (0..self.len()).filter(kept).collect();
         let take = |column: &[f64]| places.iter().map(|i| column[*i]).collect::<Vec<f64>>();
         let some = |column: &Option<Vec<f64>>| column.as_deref().map(take);

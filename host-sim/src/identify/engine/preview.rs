@@ -10,7 +10,7 @@ use crate::identify::problem::Problem;
 use crate::identify::unknowns::Unknowns;
 
 /// More samples than this are thinned until the best start is known.
-pub const MANY_SAMPLES: usize = 40_000;
+pub const MANY_SAMPLES: usize = 20_000;
 
 /// Where the cost has many dips, so many points are looked at for each start, half of them around
 /// the first look and half around where the special cases fit best.

@@ -191,7 +191,7 @@ fn a_model_that_is_fast_against_its_samples_answers_as_between_close_ones() {
     for (model, kind, set) in cases {
         for input in ["pulse", "chirp"] {
             let close = Experiment::try_new(simulated(kind, input, 4, set)).expect("a recording");
-            let far = close.thinned(100);
+            let far = close.with_samples(|i| i.is_multiple_of(100));
             let answers = |run: &Experiment| {
                 let mut angles = vec![0.0; run.len()];
                 let values = truth(model, kind, set);
