@@ -1,6 +1,7 @@
 import _thread
 import json
 import os
+import signal
 import subprocess
 import threading
 import time
@@ -114,6 +115,8 @@ def test_recordings_that_are_none_are_named(tmp_path):
 
 
 def test_the_interpreter_is_free_meanwhile_and_an_interrupt_ends_the_search():
+    # Who starts Python in the background may have it ignore interrupts.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     # A search of many starts, and a thread that counts and then interrupts.
     runs = [recording(input="sine")]
     counted = []
