@@ -68,18 +68,20 @@ pub fn decided(
     let Some((reading, other, found)) =
         best.filter(|(.., found)| is_better(usual.found.cost, found.cost))
     else {
-        return Ok((
-            None,
-            Solution {
-                is_hold_open,
-                ..usual
-            },
-        ));
+        let usual = Solution {
+            is_hold_open,
+            ..usual
+        };
+        return Ok((None, usual));
     };
     let mut solution = solve(&other, options, &Silent(progress), known)?;
-    solution.reading = reading;
-    if found.cost < solution.found.cost {
-        (solution.found, solution.no_better_than) = (found, None);
+    // Where needless terms were left out on purpose, that a search with all of them ends lower says nothing.
+    if solution.no_better_than.is_none() && found.cost < solution.found.cost {
+        solution.found = found;
     }
+    if !is_better(usual.found.cost, solution.found.cost) {
+        return Ok((None, usual));
+    }
+    solution.reading = reading;
     Ok((Some(other), solution))
 }

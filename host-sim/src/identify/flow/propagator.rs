@@ -1,8 +1,8 @@
 //! A system from sample to sample, with what has been computed of it.
 //!
 //! For a step length that comes again, the series are summed once and kept as matrices. A step that is long
-//! against the fastest eigenvalue is cut into a short rest and the rungs of a [`Ladder`], along which no
-//! limit is passed unseen; where none is passed, all of it is one product again.
+//! against the fastest eigenvalue is cut into a short rest and the rungs of a [`Ladder`], at the end of each of
+//! which limits are looked for; where none is passed, all of it is one product again.
 
 use super::Command;
 use super::ladder::Ladder;

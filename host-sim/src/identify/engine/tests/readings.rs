@@ -4,6 +4,19 @@ use super::*;
 use crate::identify::experiment::Reading;
 use crate::identify::recording::Hold;
 
+const USUAL: Reading = Reading {
+    is_held: false,
+    begins_at_rest: false,
+};
+const HELD: Reading = Reading {
+    is_held: true,
+    ..USUAL
+};
+const AT_REST: Reading = Reading {
+    begins_at_rest: true,
+    ..USUAL
+};
+
 /// What black box 1 answers to a command that is read so, as an encoder shows it.
 fn answered(command: impl Fn(f64) -> f64, rate_hz: f64, reading: Reading, seed: u64) -> Recording {
     let count = (6.0 * rate_hz) as u32;
@@ -64,22 +77,14 @@ fn quick_chirp(t: f64) -> f64 {
 
 #[test]
 fn a_chirp_that_was_held_between_its_samples_is_told_from_a_smooth_one() {
-    for is_held in [false, true] {
-        let reading = Reading {
-            is_held,
-            begins_at_rest: false,
-        };
+    for reading in [USUAL, HELD] {
         assert_found(answered(quick_chirp, 50.0, reading, 1), reading);
     }
 }
 
 #[test]
 fn a_chirp_that_does_not_tell_whether_it_was_held_is_taken_for_smooth_and_that_is_said() {
-    let held = Reading {
-        is_held: true,
-        begins_at_rest: false,
-    };
-    let recording = answered(chirp, 250.0, held, 1);
+    let recording = answered(chirp, 250.0, HELD, 1);
     let delay = |hold: Hold| {
         let recording = Recording {
             hold,
@@ -116,25 +121,17 @@ fn steps(t: f64) -> f64 {
 #[test]
 fn a_command_that_comes_with_the_first_sample_is_told_from_one_that_was_there() {
     // Commands of 45 deg that step, to an actuator at 0 deg.
-    for begins_at_rest in [false, true] {
-        let reading = Reading {
-            is_held: false,
-            begins_at_rest,
-        };
+    for reading in [USUAL, AT_REST] {
         assert_found(answered(steps, 250.0, reading, 2), reading);
     }
 }
 
 #[test]
 fn a_recording_that_is_left_out_is_predicted_as_it_began() {
-    let at_rest = Reading {
-        is_held: false,
-        begins_at_rest: true,
-    };
     let fitted_to = noisy(simulated(ModelKind::BlackBox1, "pulse", 80, &[]), 1);
     let problem = problem("black-box-1", vec![fitted_to]);
     let fit = fitted(&problem);
-    let left_out = Experiment::try_new(answered(steps, 250.0, at_rest, 3)).expect("a recording");
+    let left_out = Experiment::try_new(answered(steps, 250.0, AT_REST, 3)).expect("a recording");
     let prediction = predict(&problem, &fit, &left_out).expect("a prediction");
     // Noise of 0.05 deg and 12 bits of 0.088 deg: 0.056 deg, of which the mean magnitude is 0.8 times.
     assert!(prediction.mean_absolute_error_deg() < 0.05);
