@@ -2,8 +2,8 @@
 
 use std::{fmt::Write as _, fs, ops::Range, path::Path};
 
+use cross_build::{board_elf, comm_board_elf, plain_board_elf};
 use object::{File, Object, ObjectSection, ObjectSymbol, SectionFlags, elf};
-use system_tests::board_elf::{board_elf, comm_board_elf, plain_board_elf};
 
 /// The capture buffer, which the limits leave out: it takes what is left of the memory.
 const CAPTURE_BUFFER: &str = "capture_buffer";

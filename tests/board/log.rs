@@ -1,8 +1,8 @@
 //! What the board logs, read out of its memory as a debugger does.
 
-use board_tests::board_elf::plain_board_elf;
 use board_tests::runs::Commander;
 use board_tests::runs::{firmware, run_script, to_and_fro};
+use cross_build::plain_board_elf;
 use virtual_board::run::{Flow, Options, Script, View};
 
 /// Offsets in the control block behind its 16 letters: buffer, size, written, read (SEGGER UM08001).

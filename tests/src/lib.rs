@@ -3,8 +3,6 @@
 use std::f64::consts::PI;
 use std::path::Path;
 
-pub mod board_elf;
-
 /// Ticks in one second.
 const SECOND: u64 = 20_000;
 

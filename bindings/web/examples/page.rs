@@ -5,9 +5,9 @@ use std::env;
 use std::error::Error;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
-const TARGET: &str = "wasm32-unknown-unknown";
+use cross_build::WEB_TARGET;
+
 const UPLOT: &str = "host-sim/assets/uplot";
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -26,21 +26,14 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// Builds the library for the browser and says where it is.
 fn build(root: &Path) -> Result<PathBuf, Box<dyn Error>> {
-    let cargo = env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let target = match env::var_os("CARGO_TARGET_DIR") {
         Some(target) => PathBuf::from(target),
         None => root.join("target"),
     };
-    let status = Command::new(cargo)
-        .args(["build", "--locked", "--profile", "web", "--target", TARGET])
-        .args(["-p", "actuator-web", "--lib", "--target-dir"])
-        .arg(&target)
-        .current_dir(root)
-        .status()?;
-    if !status.success() {
-        return Err(format!("the build for {TARGET} ended with {status}").into());
-    }
-    Ok(target.join(TARGET).join("web/actuator_web.wasm"))
+    let arguments = ["build", "--profile=web", "-p=actuator-web", "--lib"];
+    let arguments = [&arguments[..], &["--target", WEB_TARGET]].concat();
+    cross_build::build(WEB_TARGET, &arguments, &target)?;
+    Ok(target.join(WEB_TARGET).join("web/actuator_web.wasm"))
 }
 
 /// Puts every part into its place, marked as `{{name}}`.

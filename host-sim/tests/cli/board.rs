@@ -9,16 +9,12 @@ use std::time::Duration;
 
 use super::Desk;
 
-#[path = "../../../tests/src/board_elf.rs"]
-#[allow(dead_code, reason = "the other program is not needed here")]
-pub mod board_elf;
-
 /// A PWM period, by the names of the columns; what is not known is none.
 type Row = HashMap<String, Option<f64>>;
 
 /// What the run prints of what is typed, row by row.
 fn csv(desk: &Desk, arguments: &str, typed: &str) -> Vec<Row> {
-    let elf = board_elf::plain_board_elf();
+    let elf = cross_build::plain_board_elf();
     let mut command = desk.actuator("board --format csv --pace max --elf");
     let output = command
         .arg(elf)
@@ -85,7 +81,7 @@ fn a_plan_of_faults_breaks_the_board_at_its_time() {
 fn a_plan_that_makes_no_sense_is_refused_by_file_and_line() {
     let desk = Desk::new();
     desk.write("plan.toml", "\n[[fault]]\nwhat = \"jam\"\n");
-    let elf = board_elf::plain_board_elf();
+    let elf = cross_build::plain_board_elf();
     let output = desk
         .actuator("board --for 1 --faults plan.toml --elf")
         .arg(elf)
@@ -107,7 +103,7 @@ fn a_program_that_speaks_canopen_is_sent_to_where_it_is_understood() {
     let desk = Desk::new();
     let output = desk
         .actuator("board --for 1 --elf")
-        .arg(board_elf::board_elf())
+        .arg(cross_build::board_elf())
         .assert()
         .failure();
     let message = String::from_utf8_lossy(&output.get_output().stderr).into_owned();
@@ -124,9 +120,9 @@ impl Chain {
     fn new() -> Self {
         let mut process = Command::new(assert_cmd::cargo::cargo_bin!("actuator"))
             .args(["serve", "--listen", "127.0.0.1:0", "--elf"])
-            .arg(board_elf::board_elf())
+            .arg(cross_build::board_elf())
             .arg("--comm-elf")
-            .arg(board_elf::comm_board_elf())
+            .arg(cross_build::comm_board_elf())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()

@@ -7,7 +7,7 @@ use std::{
     time::Duration,
 };
 
-use super::board::board_elf::plain_board_elf;
+use cross_build::plain_board_elf;
 
 /// Vector of the interrupt of the control step, DMA2 stream 0 (RM0090, table 62: position 56).
 const CONTROL_VECTOR: u32 = 0x0800_0000 + 4 * (16 + 56);

@@ -7,7 +7,7 @@ use virtual_board::run::{
     CommFinished, CommOptions, CommView, Desk, Firmware, Flow, SharedBus, run_comm,
 };
 
-use crate::board_elf::comm_board_elf;
+use cross_build::comm_board_elf;
 
 /// Between two looks at the serial line, ns: whatever is said begins at a look.
 pub const LOOK_NS: u64 = 100_000;

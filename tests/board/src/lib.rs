@@ -1,9 +1,6 @@
 //! What the tests on the emulated board share: the program, its frames, and the same application
 //! run natively on the same rig.
 
-#[path = "../../src/board_elf.rs"]
-pub mod board_elf;
-
 pub mod canopen;
 pub mod chain;
 pub mod comm;

@@ -4,8 +4,8 @@ use std::sync::OnceLock;
 
 use virtual_board::run::{Finished, Firmware, Flow, Options, Script, View, run};
 
-use crate::board_elf::plain_board_elf;
 use crate::frames::{BoardFrame, Frame, Status, order};
+use cross_build::plain_board_elf;
 
 /// The board's program.
 ///

@@ -6,12 +6,9 @@ use std::{
     process::Command,
 };
 
-#[path = "../../../tests/src/board_elf.rs"]
-#[allow(dead_code, reason = "the other program is not needed here")]
-mod board_elf;
 mod instructions;
 
-use board_elf::control_law_elf;
+use cross_build::control_law_elf;
 use instructions::{Counted, count};
 
 /// Four seconds of control periods.

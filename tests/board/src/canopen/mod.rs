@@ -8,8 +8,8 @@ use std::sync::OnceLock;
 
 use virtual_board::run::{Finished, Firmware, Options, Script, run};
 
-use crate::board_elf::board_elf;
 use crate::frames::Frame;
+use cross_build::board_elf;
 
 pub use frames::{Seen, control, nmt, read, sdo, seen, start, target, write};
 pub use master::{Master, driven};

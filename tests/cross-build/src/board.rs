@@ -1,0 +1,62 @@
+//! The programs of the boards, built as they are flashed.
+
+use std::{
+    path::{Path, PathBuf},
+    sync::OnceLock,
+};
+
+use crate::{BOARD_TARGET, build, workspace};
+
+/// The ELF file of the actuator board, built once in a process.
+///
+/// # Panics
+/// If it does not build: no test can go on without it.
+pub fn board_elf() -> &'static Path {
+    static ELF: OnceLock<PathBuf> = OnceLock::new();
+    ELF.get_or_init(|| program("actuator-board", &[]))
+}
+
+/// The ELF file of the actuator board with plain frames, built once in a process.
+///
+/// # Panics
+/// If it does not build.
+pub fn plain_board_elf() -> &'static Path {
+    static ELF: OnceLock<PathBuf> = OnceLock::new();
+    ELF.get_or_init(|| program("actuator-board-plain", &[]))
+}
+
+/// The ELF file of the communication board, built once in a process.
+///
+/// # Panics
+/// If it does not build.
+pub fn comm_board_elf() -> &'static Path {
+    static ELF: OnceLock<PathBuf> = OnceLock::new();
+    ELF.get_or_init(|| program("comm-board", &[]))
+}
+
+/// The ELF file of the program that runs the control law alone, built once in a process.
+///
+/// # Panics
+/// If it does not build.
+pub fn control_law_elf() -> &'static Path {
+    static ELF: OnceLock<PathBuf> = OnceLock::new();
+    ELF.get_or_init(|| {
+        // Built for speed, as the C program that it is compared with.
+        let settings = [
+            "--config=profile.board.package.canopen.opt-level=3",
+            "--config=profile.board.package.firmware.opt-level=3",
+            "--config=profile.board.package.model-core.opt-level=3",
+        ];
+        program("control-law", &settings)
+    })
+}
+
+fn program(name: &str, settings: &[&str]) -> PathBuf {
+    // A target folder of its own: the outer cargo holds the lock of the other.
+    let folder = workspace().join("target/board");
+    let arguments = [&["build-board", "--bin", name], settings].concat();
+    if let Err(error) = build(BOARD_TARGET, &arguments, &folder) {
+        panic!("{name}: {error}");
+    }
+    folder.join(BOARD_TARGET).join("board").join(name)
+}
