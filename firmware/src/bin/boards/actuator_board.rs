@@ -24,37 +24,8 @@
     reason = "registers, and memory that is shared with a DMA controller: each place argues why it is sound"
 )]
 
-mod actuator_pins;
-mod analog;
-mod boot_stack;
-mod bridge;
-mod bus_state;
-mod can;
-mod can_filters;
-mod can_frames;
-mod can_identifier;
-mod canopen;
-mod clocks;
-mod dma;
-mod encoder;
-mod flash;
-mod heard;
-mod keeper;
-mod log;
-mod memory;
-mod pins;
-mod report;
-mod reset_cause;
-mod safe_state;
-mod sampling;
-mod serial_number;
-mod servo_pulse;
-mod slot;
-mod stack;
-mod ticks;
-mod vigil;
-mod watchdog;
-mod wiring;
+mod actuator;
+mod board;
 
 /// Interrupts, and what each of them owns.
 #[allow(
@@ -74,7 +45,7 @@ mod app {
     use heapless::spsc::{Consumer, Producer, Queue};
     use stm32f4xx_hal::pac::Interrupt;
 
-    use crate::{
+    use crate::actuator::{
         analog::Analog,
         bridge::{Bridge, Instant},
         bus_state,

@@ -21,36 +21,11 @@
     unsafe_code,
     reason = "registers, and memory that is shared with a DMA controller: each place argues why it is sound"
 )]
+#![allow(dead_code, reason = "the CANopen half of the board's modules")]
 
-mod actuator_pins;
-mod analog;
-mod bridge;
-mod bus_state;
-mod can;
-mod can_filters;
-mod can_frames;
-mod can_identifier;
-mod clocks;
-mod dma;
-mod encoder;
-mod flash;
-mod heard;
-mod keeper;
-mod log;
-mod memory;
-mod pins;
+mod actuator;
+mod board;
 mod plain;
-mod report;
-mod reset_cause;
-mod safe_state;
-mod sampling;
-mod servo_pulse;
-mod slot;
-mod stack;
-mod ticks;
-mod vigil;
-mod watchdog;
-mod wiring;
 
 /// Interrupts, and what each of them owns.
 #[allow(
@@ -73,23 +48,25 @@ mod app {
     use stm32f4xx_hal::pac::Interrupt;
 
     use crate::{
-        analog::Analog,
-        bridge::{Bridge, Instant},
-        bus_state,
-        can::{Can, Receiver},
-        encoder::Encoder,
-        heard,
-        keeper::Keeper,
+        actuator::{
+            analog::Analog,
+            bridge::{Bridge, Instant},
+            bus_state,
+            can::{Can, Receiver},
+            encoder::Encoder,
+            heard,
+            keeper::Keeper,
+            sampling::gather,
+            servo_pulse::ServoPulse,
+            slot::Slot,
+            ticks::Clock,
+            vigil::Vigil,
+            wiring::Board,
+        },
         plain::{
             background::{Background, Excitations},
             control_step::{Answer, COMMANDS, ControlStep, Numbered, Queues, Wanted},
         },
-        sampling::gather,
-        servo_pulse::ServoPulse,
-        slot::Slot,
-        ticks::Clock,
-        vigil::Vigil,
-        wiring::Board,
     };
 
     /// Words of the capture: 20 s of eight signals.

@@ -20,17 +20,8 @@
     reason = "registers, and the start of the program: each place argues why it is sound"
 )]
 
-mod can_frames;
-mod can_identifier;
-mod clocks;
+mod board;
 mod comm;
-mod log;
-mod memory;
-mod pins;
-mod reset_cause;
-mod safe_state;
-mod stack;
-mod watchdog;
 
 /// Interrupts, and what each of them owns.
 #[allow(
@@ -43,6 +34,7 @@ mod app {
     use stm32f4xx_hal::pac::Interrupt;
 
     use crate::{
+        board::{stack, watchdog::Watchdog},
         comm::{
             adapter::{FRAMES, Gateway, Stamped},
             can_bus::CanBus,
@@ -50,8 +42,6 @@ mod app {
             stopwatch::{Millisecond, Stopwatch},
             wiring::Board,
         },
-        stack,
-        watchdog::Watchdog,
     };
 
     #[shared]

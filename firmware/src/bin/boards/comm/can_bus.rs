@@ -10,7 +10,7 @@ use canopen::{
 use heapless::Deque;
 use stm32f4xx_hal::pac::CAN1;
 
-use crate::can_frames;
+use crate::board::can_frames;
 
 /// Quanta of a bit: 1 + 16 + 3, sampled at 85 %; at 800 kbit/s 1 + 7 + 2, sampled at 80 %.
 const SEGMENTS: (u8, u8) = (16, 3);

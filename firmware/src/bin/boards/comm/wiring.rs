@@ -7,7 +7,7 @@ use firmware::supervisor::ResetCause;
 use stm32f4xx_hal::{pac, prelude::*};
 
 use super::stopwatch::{self, Millisecond, Stopwatch};
-use crate::{
+use crate::board::{
     clocks,
     pins::{self, Mode, Pin, Pull},
     reset_cause,

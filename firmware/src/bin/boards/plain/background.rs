@@ -11,11 +11,13 @@ use firmware::{
 use heapless::spsc::Consumer;
 
 use crate::{
-    heard,
-    keeper::Keeper,
+    actuator::{
+        heard,
+        keeper::Keeper,
+        report::Report,
+        slot::{Giver, Taker},
+    },
     plain::control_step::{Answer, Numbered},
-    report::Report,
-    slot::{Giver, Taker},
 };
 
 /// Excitations that are asked for, and what has been made of them.

@@ -13,7 +13,7 @@ use firmware::{
 };
 use heapless::spsc::{Consumer, Producer};
 
-use crate::{
+use crate::actuator::{
     slot::{Giver, Taker},
     vigil::Vigil,
 };

@@ -4,7 +4,10 @@ use cortex_m::peripheral::{DCB, DWT};
 use firmware::supervisor::{Part, Supervisor};
 use stm32f4xx_hal::pac::IWDG;
 
-use crate::{heard, ticks::Ticks, watchdog::Watchdog};
+use crate::{
+    actuator::{heard, ticks::Ticks},
+    board::watchdog::Watchdog,
+};
 
 /// Watches over the control step, and over everybody else.
 pub struct Vigil {

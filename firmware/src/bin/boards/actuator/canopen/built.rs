@@ -9,7 +9,9 @@ use firmware::{
     supervisor::ResetCause,
 };
 
-use crate::{boot_stack, flash::Flash, keeper::Keeper, serial_number::serial_number, slot::Taker};
+use crate::actuator::{
+    boot_stack, flash::Flash, keeper::Keeper, serial_number::serial_number, slot::Taker,
+};
 
 /// The device with its parameters.
 pub struct Built {

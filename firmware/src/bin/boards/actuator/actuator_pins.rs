@@ -1,7 +1,7 @@
 //! Which pin of the actuator board goes where; `docs/hardware.md` has the same table, and a test on the
 //! emulated board looks.
 
-use crate::pins::{Mode, Pin, Pull};
+use crate::board::pins::{Mode, Pin, Pull};
 
 /// All that are wired.
 pub const PINS: [Pin; 16] = [

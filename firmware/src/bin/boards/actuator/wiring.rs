@@ -4,8 +4,11 @@ use firmware::supervisor::ResetCause;
 use stm32f4xx_hal::{dma::StreamsTuple, pac, prelude::*};
 
 use crate::{
-    actuator_pins, analog::Analog, bridge::Bridge, clocks, encoder::Encoder, flash::Flash, pins,
-    reset_cause, servo_pulse::ServoPulse, ticks::Clock,
+    actuator::{
+        actuator_pins, analog::Analog, bridge::Bridge, encoder::Encoder, flash::Flash,
+        servo_pulse::ServoPulse, ticks::Clock,
+    },
+    board::{clocks, pins, reset_cause},
 };
 
 /// Everything that is wired to the processor, at rest, and the watchdog.

@@ -2,7 +2,7 @@
 
 use firmware::store::{Loaded, Progress, Saver, Stored};
 
-use crate::{flash::Flash, slot::Taker};
+use crate::actuator::{flash::Flash, slot::Taker};
 
 /// Looks at the flash in a tick: a word takes 16 us, as long as some twenty of them. A set is written in 20 ticks so, beside
 /// 250 ms for an erase, and the background is busy with it for 0.2 ms of each, once for longer: the set is hashed first.

@@ -5,7 +5,7 @@ use embedded_can::{Frame as _, Id};
 use heapless::Deque;
 use stm32f4xx_hal::pac::{CAN1, can1};
 
-use crate::can_identifier::identifier;
+use crate::board::can_identifier::identifier;
 
 /// Takes the next frame out of receive queue 0.
 pub fn take(can: &CAN1) -> Option<CanFrame> {

@@ -3,7 +3,7 @@
 use embedded_can::{Id, StandardId};
 use firmware::drive::{RPDOS, TPDOS};
 
-use crate::can_filters;
+use crate::actuator::can_filters;
 
 /// As many as there can be.
 const MOST: usize = canopen::SERVICE_IDENTIFIERS + RPDOS + TPDOS;

@@ -5,7 +5,7 @@ use firmware::{
     faults::Fault,
 };
 
-use crate::{stack, ticks};
+use crate::{actuator::ticks, board::stack};
 
 /// Ticks between two reports.
 const INTERVAL: u32 = 2500;

@@ -12,7 +12,7 @@ use firmware::{
 use heapless::spsc::{Consumer, Producer};
 
 use super::{setup, wanted::Wanted};
-use crate::{
+use crate::actuator::{
     slot::{Giver, Taker},
     ticks,
     vigil::Vigil,

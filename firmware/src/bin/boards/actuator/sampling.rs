@@ -2,7 +2,9 @@
 
 use firmware::application::Samples;
 
-use crate::{analog::Analog, bridge::Bridge, bus_state, encoder::Encoder, servo_pulse::ServoPulse};
+use crate::actuator::{
+    analog::Analog, bridge::Bridge, bus_state, encoder::Encoder, servo_pulse::ServoPulse,
+};
 
 /// What was measured since the last tick. A stage of the control step: a function that is not inlined, with a
 /// name that a debugger or an emulator finds in the ELF.

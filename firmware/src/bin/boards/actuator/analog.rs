@@ -20,7 +20,7 @@ use stm32f4xx_hal::{
     },
 };
 
-use crate::dma::{Lane, Wiring};
+use crate::actuator::dma::{Lane, Wiring};
 
 static SCANNED: [AtomicU16; 3] = [const { AtomicU16::new(0) }; 3];
 

@@ -25,7 +25,7 @@ use stm32f4xx_hal::{
     },
 };
 
-use crate::dma::{Lane, Wiring};
+use crate::actuator::dma::{Lane, Wiring};
 
 static RECEIVED: [AtomicU8; 3] = [const { AtomicU8::new(0) }; 3];
 /// The encoder does not listen; the clock runs while something is sent.

@@ -11,7 +11,7 @@ use firmware::application::BusState;
 use heapless::Deque;
 use stm32f4xx_hal::pac::CAN1;
 
-use crate::{can_filters, can_frames};
+use crate::{actuator::can_filters, board::can_frames};
 
 /// What 42 MHz are divided by for 14 quanta a bit: at 500 kbit/s twice what 1 Mbit/s takes.
 fn prescaler(bit_rate_kbit_s: u16) -> u16 {

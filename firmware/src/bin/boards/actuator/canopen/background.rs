@@ -3,7 +3,7 @@
 use firmware::{application::Outputs, drive::Set, supervisor::Part};
 use heapless::spsc::Consumer;
 
-use crate::{heard, keeper::Keeper, report::Report, slot::Giver};
+use crate::actuator::{heard, keeper::Keeper, report::Report, slot::Giver};
 
 /// The background's own.
 pub struct Background {
