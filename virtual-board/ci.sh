@@ -11,7 +11,7 @@ if ! command -v arm-none-eabi-gcc >/dev/null; then
 fi
 # No package is named: the emulator has been built with the features of all.
 cargo bench --bench control_law --profile dev --locked
-cargo test --features host-sim/board --test cli --locked -- board
+cargo test --features actuator/board --test cli --locked -- board
 
 # The packages are those of canopen/ci.sh.
 venv=target/canopen-venv

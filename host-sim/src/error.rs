@@ -48,7 +48,6 @@ pub enum Error {
         problem: String,
     },
     /// The emulated board cannot run as it was asked to.
-    #[cfg(feature = "board")]
     #[error("{0}")]
     Board(String),
     /// A name that nobody knows.

@@ -4,7 +4,6 @@
 pub mod analysis;
 pub mod can;
 pub mod capture_file;
-pub mod cli;
 pub mod error;
 pub mod file;
 pub mod identify;

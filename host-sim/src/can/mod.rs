@@ -1,16 +1,13 @@
-//! The CAN side of the PC: actuators that run natively or emulated on a virtual bus, and a client that speaks to any.
+//! The CAN side of the PC: actuators that run natively on a virtual bus, and a client that speaks to any.
 //!
 //! ```text
 //! client ── link ── slcan over TCP, a serial line or a terminal ── server ── bus ── native nodes
-//!              │                                              └── emulated: both programs on emulated boards
 //!              └── SocketCAN ── real actuators
 //! ```
 
 pub mod bus;
 pub mod bus_load;
 pub mod client;
-#[cfg(feature = "board")]
-pub mod emulated;
 pub mod link;
 pub mod motor_objects;
 pub mod names;
@@ -18,5 +15,3 @@ pub mod native_node;
 pub mod sdo;
 pub mod server;
 pub mod telemetry;
-#[cfg(unix)]
-pub mod terminal;

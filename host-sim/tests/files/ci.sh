@@ -21,9 +21,9 @@ command -v octave-cli >/dev/null || {
 if [ -z "${features[*]}" ]; then
     bash .ci/programs
 else
-    cargo clippy -p host-sim "${features[@]}" --all-targets --locked -- -D warnings
+    cargo clippy -p host-sim -p actuator "${features[@]}" --all-targets --locked -- -D warnings
     # Builds the program too.
-    cargo test -p host-sim "${features[@]}" --locked trace_file
+    cargo test -p host-sim -p actuator "${features[@]}" --locked trace_file
 fi
 
 compare() {

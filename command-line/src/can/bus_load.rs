@@ -1,0 +1,109 @@
+//! `actuator busload`: how many actuators a bus carries.
+
+use clap::Args;
+use serde_json::json;
+
+use super::{bit_rate, print_json};
+use crate::{
+    Failure,
+    output::{print, print_table},
+};
+use host_sim::can::bus_load::{default_profile, frame_bits, share};
+use host_sim::error::Error;
+use host_sim::report::{Cell, Table};
+
+/// Reckons the load of a bus with so many actuators that speak as their dictionary has it by default.
+///
+/// The greatest load has as many stuff bits as the frames can have, the least one none.
+#[derive(Debug, Args)]
+pub struct BusLoad {
+    /// How many actuators
+    #[arg(long, value_name = "NUMBER", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=127))]
+    actuators: u8,
+    /// Bit rate, kbit/s
+    #[arg(long, value_name = "RATE", default_value_t = 1000, value_parser = bit_rate)]
+    kbit_s: u16,
+    /// Rate of the two telemetry PDOs, Hz
+    #[arg(long, value_name = "HZ", default_value_t = 250.0)]
+    telemetry: f64,
+    /// Rate of the commands, Hz
+    #[arg(long, value_name = "HZ", default_value_t = 50.0)]
+    commands: f64,
+    /// Rate of the heartbeats, Hz
+    #[arg(long, value_name = "HZ", default_value_t = 0.0)]
+    heartbeat: f64,
+    /// Prints JSON
+    #[arg(long)]
+    json: bool,
+}
+
+impl BusLoad {
+    /// Reckons.
+    ///
+    /// # Errors
+    /// A rate that is none.
+    pub fn run(self) -> Result<(), Failure> {
+        Ok(self.reckon()?)
+    }
+
+    fn reckon(&self) -> Result<(), Error> {
+        for (option, rate) in [
+            ("--telemetry", self.telemetry),
+            ("--commands", self.commands),
+            ("--heartbeat", self.heartbeat),
+        ] {
+            if !(0.0..=1e4).contains(&rate) {
+                return Err(Error::Option {
+                    option,
+                    value: rate.to_string(),
+                    expected: "a rate of 0 to 10,000 Hz",
+                });
+            }
+        }
+        let traffic = default_profile(self.telemetry, self.commands, self.heartbeat);
+        let bit_rate = f64::from(self.kbit_s) * 1e3;
+        let one = share(&traffic, bit_rate);
+        let number = f64::from(self.actuators);
+        let (least, most) = (one.0 * number, one.1 * number);
+        // A bus that carries nothing has as many as there are node-IDs.
+        let fit = (1.0 / one.1).floor().min(127.0) as u64;
+        if self.json {
+            return print_json(&json!({
+                "least_load": least, "greatest_load": most, "actuators_that_fit": fit, "traffic": traffic,
+            }));
+        }
+        let mut table = Table::new(
+            "",
+            &[
+                ("of each actuator", ""),
+                ("data", "B"),
+                ("rate", "Hz"),
+                ("bits at most", ""),
+                ("load at most", "%"),
+            ],
+        );
+        for row in &traffic {
+            let (_, bits) = frame_bits(row.bytes);
+            table.push([
+                row.what.into(),
+                Cell::Number(row.bytes.into(), 0),
+                Cell::Number(row.rate_hz, 0),
+                Cell::Number(bits.into(), 0),
+                Cell::Number(share(&[*row], bit_rate).1 * 100.0, 2),
+            ]);
+        }
+        print_table(&table)?;
+        print(&format!(
+            "{} actuators at {} kbit/s load the bus by {:.1} % to {:.1} %{}; {fit} fit at the most\n",
+            self.actuators,
+            self.kbit_s,
+            least * 100.0,
+            most * 100.0,
+            if most > 1.0 {
+                ", which is too much"
+            } else {
+                ""
+            },
+        ))
+    }
+}

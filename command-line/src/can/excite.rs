@@ -1,0 +1,167 @@
+//! `actuator excite`: an excitation that runs on the actuator.
+
+use std::time::Duration;
+
+use clap::{Args, ValueEnum};
+use serde_json::json;
+
+use super::move_to::mdeg;
+use super::{AtNode, print_json};
+use crate::Failure;
+use host_sim::can::client::Client;
+use host_sim::error::Error;
+
+/// Shapes of object 2020h:3.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Shape {
+    /// A pulse
+    Pulse,
+    /// A doublet
+    Doublet,
+    /// 3-2-1-1
+    #[value(name = "3211")]
+    ThreeTwoOneOne,
+    /// The paper's variable step
+    VariableStep,
+    /// Up, down and back
+    Ramp,
+    /// Linear chirp
+    Chirp,
+    /// Logarithmic chirp
+    LogChirp,
+    /// Sine
+    Sine,
+    /// Pseudo-random binary sequence
+    Prbs,
+    /// Sum of odd lines
+    Multisine,
+}
+
+/// Runs an excitation on an actuator, around the angle where it is.
+///
+/// What is not given stays as the actuator has it. With --capture the board records meanwhile, at 250 Hz, and
+/// `actuator record --capture` fetches that afterwards.
+#[derive(Debug, Args)]
+pub struct Excite {
+    /// Shape
+    #[arg(value_enum)]
+    shape: Shape,
+    /// Amplitude, deg
+    #[arg(long, value_name = "DEG")]
+    amplitude: Option<f64>,
+    /// Frequency, or that at the start, Hz
+    #[arg(long, value_name = "HZ")]
+    start: Option<f64>,
+    /// Frequency at the end, Hz
+    #[arg(long, value_name = "HZ")]
+    end: Option<f64>,
+    /// Length of a chirp, s
+    #[arg(long, value_name = "SECONDS")]
+    duration: Option<f64>,
+    /// Width, dwell, hold or chip, s
+    #[arg(long, value_name = "SECONDS")]
+    unit: Option<f64>,
+    /// Slope of a ramp, deg/s
+    #[arg(long, value_name = "DEG_S")]
+    rate: Option<u32>,
+    /// Order of a pseudo-random binary sequence
+    #[arg(long)]
+    order: Option<u32>,
+    /// Lines of a multisine
+    #[arg(long)]
+    lines: Option<u32>,
+    /// How often it runs
+    #[arg(long)]
+    repetitions: Option<u32>,
+    /// Records on the board from the start of the excitation to its end; with --no-wait until
+    /// `actuator set 2030:1=0` or until its memory is full
+    #[arg(long)]
+    capture: bool,
+    /// Does not wait for its end
+    #[arg(long)]
+    no_wait: bool,
+    #[command(flatten)]
+    at: AtNode,
+}
+
+impl Excite {
+    /// Sets it up, starts it, and waits for its end.
+    ///
+    /// # Errors
+    /// A number that is none, or what the bus or the actuator says.
+    pub fn run(self) -> Result<(), Failure> {
+        Ok(self.excite()?)
+    }
+
+    fn excite(&self) -> Result<(), Error> {
+        let settings = self.settings()?;
+        let mut client = self.at.open()?;
+        for (sub, value) in settings {
+            client.write(&format!("2020:{sub}"), &value.to_string())?;
+        }
+        client.enable(1)?;
+        if self.capture {
+            client.write("2030:3", "1")?;
+            client.write("2030:1", "1")?;
+        }
+        let done = self.start(&mut client);
+        // What has not begun or came to no good end records no more.
+        let stopped = match self.capture && (done.is_err() || !self.no_wait) {
+            true => client.write("2030:1", "0"),
+            false => Ok(()),
+        };
+        done.and(stopped)?;
+        if self.at.json() {
+            print_json(&json!({ "started": true, "ended": !self.no_wait }))?;
+        }
+        Ok(())
+    }
+
+    /// Starts it, and waits for its end if that is wanted.
+    fn start(&self, client: &mut Client) -> Result<(), Error> {
+        client.write("2020:1", "1")?;
+        match self.no_wait {
+            true => Ok(()),
+            false => wait(client),
+        }
+    }
+
+    /// What is given, by sub-index.
+    fn settings(&self) -> Result<Vec<(u8, i32)>, Error> {
+        let scaled = [
+            (4, "--amplitude", self.amplitude),
+            (5, "--start", self.start),
+            (6, "--end", self.end),
+            (7, "--duration", self.duration),
+            (8, "--unit", self.unit),
+        ];
+        let mut settings = vec![(3, self.shape as i32)];
+        for (sub, option, value) in scaled {
+            if let Some(value) = value {
+                settings.push((sub, mdeg(option, value)?));
+            }
+        }
+        let whole = [
+            (9, self.rate),
+            (10, self.order),
+            (11, self.lines),
+            (12, self.repetitions),
+        ];
+        for (sub, value) in whole {
+            settings.extend(value.map(|value| (sub, value.min(i32::MAX as u32) as i32)));
+        }
+        Ok(settings)
+    }
+}
+
+fn wait(client: &mut Client) -> Result<(), Error> {
+    loop {
+        std::thread::sleep(Duration::from_millis(20));
+        if client.status()? & 0x6F != 0x27 {
+            return client.complain("expected the excitation to come to its end");
+        }
+        if client.integer("2020:2")? == 0 {
+            return Ok(());
+        }
+    }
+}

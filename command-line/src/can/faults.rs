@@ -1,0 +1,130 @@
+//! `actuator faults`: what is wrong, what was, and its reset.
+
+use canopen::cia402::{controlword, statusword};
+use clap::Args;
+use firmware::faults::{Fault, TABLE};
+use serde_json::json;
+
+use super::{AtNode, print_json};
+use crate::{
+    Failure,
+    output::{print, print_table},
+};
+use host_sim::can::client::{Client, state_name};
+use host_sim::error::Error;
+use host_sim::report::Table;
+
+/// Lists the faults of an actuator: present, latched, and the last eight errors.
+#[derive(Debug, Args)]
+pub struct Faults {
+    /// Resets what is latched and no longer there
+    #[arg(long)]
+    reset: bool,
+    /// Empties the history
+    #[arg(long)]
+    clear: bool,
+    #[command(flatten)]
+    at: AtNode,
+}
+
+/// The faults of a set, by their numbers as bits.
+fn names(bits: i64) -> Vec<&'static str> {
+    let named = TABLE
+        .iter()
+        .filter(|row| bits >> row.fault.number() & 1 == 1);
+    named.map(|row| row.name).collect()
+}
+
+impl Faults {
+    /// Lists them.
+    ///
+    /// # Errors
+    /// What the bus or the actuator says, or that a fault remains after a reset.
+    pub fn run(self) -> Result<(), Failure> {
+        Ok(self.faults()?)
+    }
+
+    fn faults(&self) -> Result<(), Error> {
+        let mut client = self.at.open()?;
+        if self.clear {
+            client.write("1003:0", "0")?;
+        }
+        // What has no fault keeps its power.
+        if self.reset && client.status()? & statusword::FAULT != 0 {
+            client.control(0)?;
+            std::thread::sleep(std::time::Duration::from_millis(20));
+            client.control(controlword::FAULT_RESET)?;
+            std::thread::sleep(std::time::Duration::from_millis(20));
+        }
+        let status = client.status()?;
+        let present = names(client.integer("2050:9")?);
+        let latched = names(client.integer("2050:10")?);
+        let history = history(&mut client)?;
+        if self.at.json() {
+            let history: Vec<_> = history
+                .iter()
+                .map(|(code, what)| json!({ "code": code, "what": what }))
+                .collect();
+            print_json(&json!({
+                "state": state_name(status), "present": present, "latched": latched, "history": history,
+            }))?;
+        } else {
+            show(status, &present, &latched, &history)?;
+        }
+        if self.reset && !latched.is_empty() {
+            return client.complain("expected the reset to clear every fault");
+        }
+        Ok(())
+    }
+}
+
+/// Error code, and what it is about; the newest first.
+fn history(client: &mut Client) -> Result<Vec<(String, String)>, Error> {
+    let mut history = Vec::new();
+    for sub in 1..=client.integer("1003:0")? {
+        let word = client.integer(&format!("1003:{sub}"))?;
+        let (code, instance) = (word & 0xFFFF, (word >> 16) as u16 & 0xFF);
+        // Below 128 it is a node or a PDO.
+        let number = instance.saturating_sub(128);
+        let fault = Fault::of_number(number).and_then(|fault| {
+            let rows = TABLE.iter();
+            rows.filter(|row| i64::from(row.error_code) == code)
+                .find(|row| row.fault == fault)
+        });
+        let what = fault.map_or_else(
+            || format!("of the bus, {instance}"),
+            |row| row.name.to_owned(),
+        );
+        history.push((format!("{code:04X}h"), what));
+    }
+    Ok(history)
+}
+
+fn show(
+    status: u16,
+    present: &[&str],
+    latched: &[&str],
+    history: &[(String, String)],
+) -> Result<(), Error> {
+    let list = |names: &[&str]| {
+        if names.is_empty() {
+            "none".to_owned()
+        } else {
+            names.join(", ")
+        }
+    };
+    print(&format!(
+        "state:   {}\npresent: {}\nlatched: {}\n",
+        state_name(status),
+        list(present),
+        list(latched)
+    ))?;
+    if history.is_empty() {
+        return Ok(());
+    }
+    let mut table = Table::new("", &[("error code", ""), ("what", "")]);
+    for (code, what) in history {
+        table.push([code.clone().into(), what.clone().into()]);
+    }
+    print_table(&table)
+}

@@ -1,0 +1,111 @@
+//! Commands that serve a bus of actuators, or talk to one.
+
+mod bus_load;
+mod excite;
+mod faults;
+mod monitor;
+mod move_to;
+mod objects;
+mod record;
+mod scan;
+mod serve;
+mod telemetry;
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use canopen::slcan::KBIT_S;
+use clap::Args;
+
+pub use bus_load::BusLoad;
+pub use excite::Excite;
+pub use faults::Faults;
+pub use monitor::Monitor;
+pub use move_to::Move;
+pub use objects::{Get, Restore, Save, Set};
+pub use record::Record;
+pub use scan::Scan;
+pub use serve::Serve;
+
+use host_sim::can::client::Client;
+use host_sim::error::Error;
+
+/// The bus.
+#[derive(Debug, Args)]
+pub(super) struct OnBus {
+    /// Bus: HOST:PORT for slcan over TCP, a serial device (/dev/ttyACM0, COM3), or a SocketCAN interface (can0)
+    #[arg(long, value_name = "BUS", default_value = "127.0.0.1:29536")]
+    bus: String,
+    /// Bit rate that the adapter is set to, kbit/s
+    #[arg(long, value_name = "RATE", default_value_t = 1000, value_parser = bit_rate)]
+    kbit_s: u16,
+    /// Prints JSON
+    #[arg(long)]
+    json: bool,
+}
+
+impl OnBus {
+    fn open(&self, node: u8) -> Result<Client, Error> {
+        Client::open(&self.bus, self.kbit_s, node)
+    }
+}
+
+/// One actuator on a bus.
+#[derive(Debug, Args)]
+pub(super) struct AtNode {
+    #[command(flatten)]
+    bus: OnBus,
+    /// Node-ID of the actuator
+    #[arg(long, short, value_name = "ID", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=127))]
+    node: u8,
+}
+
+impl AtNode {
+    fn open(&self) -> Result<Client, Error> {
+        self.bus.open(self.node)
+    }
+
+    fn json(&self) -> bool {
+        self.bus.json
+    }
+}
+
+/// Prints a value as JSON, on one line.
+fn print_json(value: &serde_json::Value) -> Result<(), Error> {
+    super::output::print(&format!("{value}\n"))
+}
+
+/// One of the bit rates that an adapter can be set to, kbit/s.
+fn bit_rate(text: &str) -> Result<u16, String> {
+    let rate = text.parse().ok().filter(|rate| KBIT_S.contains(rate));
+    rate.ok_or_else(|| {
+        let known = KBIT_S.map(|rate| rate.to_string()).join(", ");
+        format!("expected one of {known} kbit/s")
+    })
+}
+
+/// A time of an option, which is above zero.
+fn length(option: &'static str, seconds: f64) -> Result<Duration, Error> {
+    let time = Duration::try_from_secs_f64(seconds).ok();
+    let time = time.filter(|time| !time.is_zero());
+    time.ok_or_else(|| Error::Option {
+        option,
+        value: seconds.to_string(),
+        expected: "a time above 0 s",
+    })
+}
+
+/// A flag that an interrupt sets; a second one ends the program at once.
+fn stop_on_interrupt() -> Result<Arc<AtomicBool>, Error> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&stop);
+    let handler = move || {
+        if flag.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+    };
+    ctrlc::set_handler(handler)
+        .map_err(|error| Error::Conflict(format!("interrupts cannot be taken: {error}")))?;
+    Ok(stop)
+}

@@ -1,0 +1,168 @@
+//! `actuator monitor`: what an actuator does, live.
+
+use std::collections::VecDeque;
+use std::fmt::Write as _;
+use std::io::IsTerminal;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+use clap::Args;
+use serde_json::json;
+
+use super::{AtNode, length, print_json, stop_on_interrupt, telemetry::watch};
+use crate::{Failure, output::print};
+use host_sim::can::client::state_name;
+use host_sim::can::telemetry::Telemetry;
+use host_sim::error::Error;
+
+/// Shows angle, rate, current, back-EMF, duty, state and faults of an actuator as they come.
+///
+/// On a terminal as curves of the last seconds, ten times a second; else, and with --json, as lines.
+#[derive(Debug, Args)]
+pub struct Monitor {
+    /// Ends after so many seconds; otherwise with an interrupt (Ctrl-C)
+    #[arg(long = "for", value_name = "SECONDS")]
+    seconds: Option<f64>,
+    #[command(flatten)]
+    at: AtNode,
+}
+
+/// What is shown: the start of a column's name, a label and the least span of its curve.
+const SHOWN: [(&str, &str, f64); 5] = [
+    ("angle", "angle     deg", 1.0),
+    ("angular_rate", "rate    deg/s", 10.0),
+    ("motor_current", "current    mA", 50.0),
+    ("back_emf", "back-EMF   mV", 100.0),
+    ("motor_duty", "duty        %", 5.0),
+];
+
+/// Points of a curve.
+const WIDTH: usize = 60;
+
+/// Between two pictures.
+const EVERY: Duration = Duration::from_millis(100);
+
+impl Monitor {
+    /// Shows.
+    ///
+    /// # Errors
+    /// What the bus or the actuator says.
+    pub fn run(self) -> Result<(), Failure> {
+        Ok(self.show()?)
+    }
+
+    fn show(&self) -> Result<(), Error> {
+        let time = self.seconds.map(|seconds| length("--for", seconds));
+        let time = time.transpose()?;
+        let stop = stop_on_interrupt()?;
+        let is_over = |now| stop.load(Ordering::Relaxed) || time.is_some_and(|time| now >= time);
+        let mut client = self.at.open()?;
+        let mut screen = Screen::new(std::io::stdout().is_terminal());
+        let mut next = Duration::ZERO;
+        watch(&mut client, is_over, |telemetry, now| {
+            if now >= next {
+                next = now + EVERY;
+                if self.at.json() {
+                    print_json(&record(telemetry, now))?;
+                } else {
+                    print(&screen.picture(telemetry))?;
+                }
+            }
+            Ok(())
+        })
+    }
+}
+
+fn record(telemetry: &Telemetry, now: Duration) -> serde_json::Value {
+    let columns = telemetry.columns.iter().zip(telemetry.values());
+    let mut object: serde_json::Map<_, _> = columns
+        .map(|(column, value)| (column.name.clone(), json!(value)))
+        .collect();
+    object.insert("time_s".into(), json!(now.as_secs_f64()));
+    object.into()
+}
+
+/// State, and the error code where there is one.
+fn state(telemetry: &Telemetry) -> String {
+    let status = telemetry.value("statusword");
+    let state = status.map_or("unknown", |status| state_name(status as u16));
+    match telemetry.value("error_code") {
+        Some(code) if code != 0.0 => format!("{state}, error code {:04X}h", code as u16),
+        _ => state.to_owned(),
+    }
+}
+
+/// The curves so far.
+struct Screen {
+    is_terminal: bool,
+    curves: [VecDeque<f64>; SHOWN.len()],
+    is_drawn: bool,
+}
+
+impl Screen {
+    fn new(is_terminal: bool) -> Self {
+        Self {
+            is_terminal,
+            curves: Default::default(),
+            is_drawn: false,
+        }
+    }
+
+    fn picture(&mut self, telemetry: &Telemetry) -> String {
+        let mut text = String::new();
+        if self.is_terminal && self.is_drawn {
+            // Back to the first line of the picture.
+            let _ = write!(text, "\x1b[{}A", SHOWN.len() + 1);
+        }
+        self.is_drawn = true;
+        for ((name, label, span), curve) in SHOWN.iter().zip(&mut self.curves) {
+            let value = telemetry.value(name).unwrap_or(f64::NAN);
+            if self.is_terminal {
+                curve.push_back(value);
+                curve.drain(..curve.len().saturating_sub(WIDTH));
+                let _ = writeln!(text, "{label} {value:>10.2} {}\x1b[K", sparks(curve, *span));
+            } else {
+                let label: Vec<_> = label.split_whitespace().collect();
+                let _ = write!(text, "{} {value:.2} {}  ", label[0], label[1]);
+            }
+        }
+        let erase = if self.is_terminal { "\x1b[K" } else { "" };
+        let _ = writeln!(text, "{}{erase}", state(telemetry));
+        text
+    }
+}
+
+/// A curve in eighths of a line's height, over its own range or the least span.
+fn sparks(curve: &VecDeque<f64>, span: f64) -> String {
+    const EIGHTHS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
+    let known = || curve.iter().copied().filter(|value| value.is_finite());
+    let (low, high) = (
+        known().fold(f64::INFINITY, f64::min),
+        known().fold(f64::NEG_INFINITY, f64::max),
+    );
+    let middle = (low + high) / 2.0;
+    let half = ((high - low) / 2.0).max(span / 2.0);
+    let spark = |value: &f64| {
+        let share = (value - middle) / (2.0 * half) + 0.5;
+        let eighth = (share * 7.0).round().clamp(0.0, 7.0);
+        if eighth.is_finite() {
+            EIGHTHS[eighth as usize]
+        } else {
+            ' '
+        }
+    };
+    curve.iter().map(spark).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_curve_uses_its_height_but_noise_stays_flat() {
+        let curve = VecDeque::from([-10.0, 0.0, 10.0, f64::NAN]);
+        assert_eq!(sparks(&curve, 1.0), "▁▅█ ");
+        let noise = VecDeque::from([0.0, 0.01, 0.0]);
+        assert_eq!(sparks(&noise, 1.0), "▄▅▄");
+    }
+}

@@ -1,0 +1,122 @@
+//! `actuator move`: to an angle, and no further.
+
+use std::time::Duration;
+
+use canopen::cia402::statusword;
+use clap::Args;
+use serde_json::json;
+
+use super::{AtNode, print_json};
+use crate::{Failure, output::print};
+use host_sim::can::client::Client;
+use host_sim::error::Error;
+
+/// Moves an actuator to an angle by a profile, and tells where it is.
+///
+/// It is enabled if it is not, and holds the angle afterwards unless it is released.
+#[derive(Debug, Args)]
+pub struct Move {
+    /// Angle, deg
+    angle_deg: f64,
+    /// Rate of the profile, deg/s; it stays in 6081h for the moves that follow. Without it, what is there
+    #[arg(long, value_name = "DEG_S")]
+    rate: Option<f64>,
+    /// Takes the power off at the end, also where it did not get there
+    #[arg(long)]
+    release: bool,
+    /// Does not wait until it is there
+    #[arg(long, conflicts_with = "release")]
+    no_wait: bool,
+    /// Time within which it has to be there, s
+    #[arg(long, value_name = "SECONDS", default_value_t = 10.0)]
+    within: f64,
+    #[command(flatten)]
+    at: AtNode,
+}
+
+impl Move {
+    /// Moves.
+    ///
+    /// # Errors
+    /// A number that is none, or what the bus or the actuator says.
+    pub fn run(self) -> Result<(), Failure> {
+        Ok(self.go()?)
+    }
+
+    fn go(&self) -> Result<(), Error> {
+        let target_mdeg = mdeg("the angle", self.angle_deg)?;
+        let within = Duration::try_from_secs_f64(self.within).map_err(|_| Error::Option {
+            option: "--within",
+            value: self.within.to_string(),
+            expected: "a time in seconds",
+        })?;
+        let rate_mdeg_s = self.rate.map(profile_rate).transpose()?;
+        let mut client = self.at.open()?;
+        let angle_deg = self.arrive(&mut client, target_mdeg, rate_mdeg_s, within);
+        let released = match self.release {
+            true => client.disable(),
+            false => Ok(()),
+        };
+        // Why it did not get there says more than why it could not be released.
+        let angle_deg = angle_deg?;
+        released?;
+        if self.at.json() {
+            return print_json(&json!({ "angle_deg": angle_deg }));
+        }
+        print(&format!("{angle_deg} deg\n"))
+    }
+
+    /// Moves there, and gives the angle where it is then.
+    fn arrive(
+        &self,
+        client: &mut Client,
+        target_mdeg: i32,
+        rate_mdeg_s: Option<i32>,
+        within: Duration,
+    ) -> Result<f64, Error> {
+        if let Some(rate) = rate_mdeg_s {
+            client.write("6081", &rate.to_string())?;
+        }
+        client.enable(1)?;
+        client.move_to(target_mdeg)?;
+        if !self.no_wait {
+            let wanted = "expected it to reach the angle";
+            let status = client.wait(within, wanted, |status| {
+                status & statusword::TARGET_REACHED != 0
+            })?;
+            if status & statusword::INTERNAL_LIMIT != 0 {
+                return client.complain(
+                    "the angle is beyond the limits 607Dh, and it stands at one of them",
+                );
+            }
+        }
+        Ok(client.integer("6064")? as f64 / 1000.0)
+    }
+}
+
+/// A rate that gets somewhere, in mdeg/s.
+fn profile_rate(deg_s: f64) -> Result<i32, Error> {
+    let rate = mdeg("--rate", deg_s)?;
+    if rate > 0 {
+        return Ok(rate);
+    }
+    Err(Error::Option {
+        option: "--rate",
+        value: deg_s.to_string(),
+        expected: "a rate of 0.001 deg/s at the least",
+    })
+}
+
+/// In thousandths, as the dictionary wants it.
+pub(super) fn mdeg(option: &'static str, degrees: f64) -> Result<i32, Error> {
+    let value = (degrees * 1000.0).round();
+    if value.abs() <= f64::from(i32::MAX) {
+        Ok(value as i32)
+    } else {
+        Err(Error::Option {
+            option,
+            value: degrees.to_string(),
+            expected: "a number within 2,147,483",
+        })
+    }
+}

@@ -1,0 +1,229 @@
+//! `actuator get`, `set`, `save` and `restore`.
+
+use std::path::{Path, PathBuf};
+
+use canopen_generator::{Access, Row};
+use clap::{Args, ValueEnum};
+use serde_json::json;
+
+use super::{AtNode, print_json};
+use crate::{
+    Failure,
+    output::{print, print_table},
+};
+use host_sim::can::{
+    motor_objects,
+    names::{self, Value},
+};
+use host_sim::error::Error;
+use host_sim::report::{Cell, Table};
+use host_sim::scenario::Scenario;
+
+/// Reads objects of an actuator, by name or index.
+///
+/// Names are those of docs/object-dictionary.md, in any case and with hyphens or spaces:
+/// `position-actual-value`, `software-position-limit/max-position-limit`, or `max-position-limit` alone where no other
+/// entry has that name. An index is hexadecimal: `6064`, `607D:2`.
+#[derive(Debug, Args)]
+pub struct Get {
+    /// Objects; all that can be read without one
+    objects: Vec<String>,
+    #[command(flatten)]
+    at: AtNode,
+}
+
+impl Get {
+    /// Reads and prints.
+    ///
+    /// # Errors
+    /// An unknown name, or what the bus or the actuator says.
+    pub fn run(self) -> Result<(), Failure> {
+        Ok(self.get()?)
+    }
+
+    fn get(&self) -> Result<(), Error> {
+        let all = self.objects.is_empty();
+        let rows: Vec<&Row> = if all {
+            names::rows()
+                .iter()
+                .filter(|row| is_readable(row))
+                .collect()
+        } else {
+            let found = self.objects.iter().map(|object| names::find(object));
+            found.collect::<Result<_, _>>()?
+        };
+        let mut client = self.at.open()?;
+        let mut values = Vec::new();
+        for row in rows {
+            match client.get(row) {
+                Ok(value) => values.push((row, value)),
+                // The history has no errors, or the like.
+                Err(error) if all && error.is_refusal() => {}
+                Err(error) => return Err(error.into()),
+            }
+        }
+        if self.at.json() {
+            let object = values
+                .iter()
+                .map(|(row, value)| (names::name(row), value.into()));
+            return print_json(&serde_json::Value::Object(object.collect()));
+        }
+        show(&values)
+    }
+}
+
+fn is_readable(row: &Row) -> bool {
+    row.access != Access::Wo && row.kind != canopen_generator::Kind::Domain
+}
+
+fn show(values: &[(&Row, Value)]) -> Result<(), Error> {
+    if let [(row, value)] = values {
+        let unit = &row.unit;
+        return print(format!("{value} {unit}").trim_end()).and_then(|()| print("\n"));
+    }
+    let mut table = Table::new(
+        "",
+        &[("object", ""), ("index", ""), ("value", ""), ("unit", "")],
+    );
+    for (row, value) in values {
+        let index = format!("{:04X}:{}", row.index, row.sub_index());
+        let cells = [names::name(row), index, value.to_string(), row.unit.clone()];
+        table.push(cells.map(Cell::Text));
+    }
+    print_table(&table)
+}
+
+/// Writes objects of an actuator, by name or index.
+#[derive(Debug, Args)]
+pub struct Set {
+    /// Objects and their values, such as `607D:2=45000` or `profile-velocity=100000`
+    #[arg(required_unless_present = "parameters", value_name = "OBJECT=VALUE")]
+    values: Vec<String>,
+    /// A fitted motor or servo for the model that runs beside the motor, 2011h:1 to 6, as
+    /// `identify --parameters` writes it; `model-selection=1` starts that model
+    #[arg(long, value_name = "FILE")]
+    parameters: Option<PathBuf>,
+    #[command(flatten)]
+    at: AtNode,
+}
+
+impl Set {
+    /// Writes all of them, in order.
+    ///
+    /// # Errors
+    /// An unknown name, a value that is none, or what the bus or the actuator says; what stands before it is written.
+    pub fn run(self) -> Result<(), Failure> {
+        Ok(self.set()?)
+    }
+
+    fn set(&self) -> Result<(), Error> {
+        let writes = self.values.iter().map(|text| {
+            let pair = text.split_once('=').ok_or_else(|| Error::Option {
+                option: "an object to be set",
+                value: text.clone(),
+                expected: "OBJECT=VALUE",
+            });
+            let (object, value) = pair?;
+            let row = names::find(object.trim())?;
+            Ok((row, names::encode(row, value.trim())?))
+        });
+        // All of them are looked at before one is written.
+        let mut writes = writes.collect::<Result<Vec<_>, Error>>()?;
+        if let Some(path) = &self.parameters {
+            writes.splice(0..0, fitted(path)?);
+        }
+        let mut client = self.at.open()?;
+        for (row, bytes) in &writes {
+            client.set(row, bytes)?;
+        }
+        if self.at.json() {
+            let written: Vec<_> = writes.iter().map(|(row, _)| names::name(row)).collect();
+            print_json(&json!({ "written": written }))?;
+        }
+        Ok(())
+    }
+}
+
+/// What a fitted motor makes of the objects 2011h, with a warning where they cannot tell all of it.
+fn fitted(path: &Path) -> Result<Vec<(&'static Row, Vec<u8>)>, Error> {
+    let settings = Scenario::read(path)?.settings()?;
+    let objects = motor_objects::of(&settings)?;
+    if let Some(warning) = motor_objects::left_out(&settings) {
+        eprintln!("warning: {warning}");
+    }
+    let bytes = |(row, value): (&'static Row, f64)| (row, (value as f32).to_le_bytes().to_vec());
+    Ok(objects.map(bytes).to_vec())
+}
+
+/// Which parameters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Group {
+    /// All
+    All,
+    /// Those of communication, 1000h to 1FFFh
+    Communication,
+    /// All others
+    Application,
+}
+
+/// Stores the parameters that are in force in the actuator's flash.
+#[derive(Debug, Args)]
+pub struct Save {
+    /// Which
+    #[arg(long, value_enum, default_value_t = Group::All)]
+    group: Group,
+    #[command(flatten)]
+    at: AtNode,
+}
+
+/// Makes an actuator take its defaults with its next reset.
+#[derive(Debug, Args)]
+pub struct Restore {
+    /// Which
+    #[arg(long, value_enum, default_value_t = Group::All)]
+    group: Group,
+    /// Resets the actuator at once
+    #[arg(long)]
+    reset: bool,
+    #[command(flatten)]
+    at: AtNode,
+}
+
+impl Save {
+    /// Stores.
+    ///
+    /// # Errors
+    /// What the bus or the actuator says.
+    pub fn run(self) -> Result<(), Failure> {
+        Ok(sign(&self.at, "1010", self.group, b"save").map(drop)?)
+    }
+}
+
+impl Restore {
+    /// Restores.
+    ///
+    /// # Errors
+    /// What the bus or the actuator says.
+    pub fn run(self) -> Result<(), Failure> {
+        let mut client = sign(&self.at, "1011", self.group, b"load")?;
+        if self.reset {
+            client.manage(0x81).map_err(Error::from)?;
+        }
+        Ok(())
+    }
+}
+
+fn sign(
+    at: &AtNode,
+    index: &str,
+    group: Group,
+    signature: &[u8],
+) -> Result<host_sim::can::client::Client, Error> {
+    let mut client = at.open()?;
+    let row = names::find(&format!("{index}:{}", group as u8 + 1))?;
+    client.set(row, signature)?;
+    if at.json() {
+        print_json(&json!({ "done": names::name(row) }))?;
+    }
+    Ok(client)
+}

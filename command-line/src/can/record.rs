@@ -1,0 +1,199 @@
+//! `actuator record`: telemetry or the board's own capture into a CSV file.
+
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::PathBuf;
+use std::time::Duration;
+
+use clap::Args;
+use firmware::capture::Signal;
+use serde_json::json;
+
+use super::{AtNode, length, print_json, telemetry::watch};
+use crate::{Failure, output::is_standard_output};
+use host_sim::can::client::{Client, ClientError};
+use host_sim::can::names::{self, Value};
+use host_sim::can::telemetry::{Clock, Telemetry};
+use host_sim::error::Error;
+
+/// Records what an actuator measures, as a CSV file with units in the names of its columns.
+///
+/// With --json what goes to standard output is JSON: each sample as an object on its line, or, where
+/// the samples go to a file, how many they are and how many did not arrive.
+#[derive(Debug, Args)]
+pub struct Record {
+    /// CSV file; `-` for standard output
+    #[arg(long, short, value_name = "FILE", default_value = "-")]
+    out: PathBuf,
+    /// Length, s
+    #[arg(long = "for", value_name = "SECONDS", default_value_t = 10.0)]
+    seconds: f64,
+    /// Uploads what the capture on the board has recorded at 250 Hz, instead of listening to telemetry
+    #[arg(long, conflicts_with = "seconds")]
+    capture: bool,
+    #[command(flatten)]
+    at: AtNode,
+}
+
+impl Record {
+    /// Records.
+    ///
+    /// # Errors
+    /// A file that cannot be written, or what the bus or the actuator says.
+    pub fn run(self) -> Result<(), Failure> {
+        Ok(self.record()?)
+    }
+
+    fn record(&self) -> Result<(), Error> {
+        let time = length("--for", self.seconds)?;
+        let mut client = self.at.open()?;
+        let mut sink = Sink::open(self.out.clone(), self.at.json())?;
+        let lost = if self.capture {
+            upload(&mut client, &mut sink)?;
+            0
+        } else {
+            listen(&mut client, time, &mut sink)?
+        };
+        let rows = sink.close()?;
+        if lost > 0 {
+            eprintln!(
+                "warning: {lost} samples did not arrive: the bus or this computer was too slow"
+            );
+        }
+        if self.at.json() && !is_standard_output(&self.out) {
+            print_json(&json!({ "rows": rows, "lost": lost }))?;
+        }
+        Ok(())
+    }
+}
+
+/// Writes what comes in this time; how many samples did not arrive.
+fn listen(client: &mut Client, time: Duration, sink: &mut Sink) -> Result<u64, Error> {
+    let mut clock = Clock::default();
+    let mut is_first = true;
+    let is_over = |now| now >= time;
+    watch(client, is_over, |telemetry, now| {
+        if std::mem::take(&mut is_first) {
+            let names = telemetry.columns.iter().map(|column| column.name.clone());
+            sink.header(names)?;
+        }
+        sink.row(
+            seconds(&mut clock, telemetry, now),
+            telemetry.values().iter().copied(),
+        )
+    })?;
+    Ok(clock.lost)
+}
+
+/// By the sample counter, if it is mapped, else by the clock of this computer.
+fn seconds(clock: &mut Clock, telemetry: &Telemetry, now: Duration) -> f64 {
+    let counter = telemetry.value("sample_counter");
+    counter.map_or(now.as_secs_f64(), |counter| clock.time_s(counter as u16))
+}
+
+/// Where samples go.
+struct Sink {
+    path: PathBuf,
+    out: BufWriter<Box<dyn Write>>,
+    rows: u64,
+    /// Names of the columns where each line is a JSON object; `None` of CSV.
+    keys: Option<Vec<String>>,
+}
+
+impl Sink {
+    fn open(path: PathBuf, json: bool) -> Result<Self, Error> {
+        let is_standard = is_standard_output(&path);
+        let out: Box<dyn Write> = if is_standard {
+            Box::new(io::stdout())
+        } else {
+            let file = File::create(&path);
+            Box::new(file.map_err(|source| Error::Write {
+                path: path.clone(),
+                source,
+            })?)
+        };
+        Ok(Self {
+            path,
+            out: BufWriter::new(out),
+            rows: 0,
+            keys: (json && is_standard).then(Vec::new),
+        })
+    }
+
+    fn line(&mut self, line: &str) -> Result<(), Error> {
+        let done = writeln!(self.out, "{line}");
+        done.map_err(|source| self.error(source))
+    }
+
+    fn error(&self, source: io::Error) -> Error {
+        let path = self.path.clone();
+        Error::Write { path, source }
+    }
+
+    fn header(&mut self, names: impl Iterator<Item = String>) -> Result<(), Error> {
+        let names: Vec<_> = names.collect();
+        if let Some(keys) = &mut self.keys {
+            *keys = names;
+            return Ok(());
+        }
+        self.line(&format!("time_s,{}", names.join(",")))
+    }
+
+    /// A value that is not known yet leaves its field empty, or is null.
+    fn row(&mut self, time_s: f64, values: impl Iterator<Item = f64>) -> Result<(), Error> {
+        if let Some(keys) = &self.keys {
+            let named = keys.iter().cloned().zip(values.map(|value| json!(value)));
+            let mut object: serde_json::Map<_, _> = named.collect();
+            object.insert("time_s".into(), json!(time_s));
+            self.rows += 1;
+            return self.line(&serde_json::Value::Object(object).to_string());
+        }
+        let mut line = time_s.to_string();
+        for value in values {
+            line.push(',');
+            if value.is_finite() {
+                line += &value.to_string();
+            }
+        }
+        self.rows += 1;
+        self.line(&line)
+    }
+
+    fn close(mut self) -> Result<u64, Error> {
+        let done = self.out.flush();
+        done.map_err(|source| self.error(source))?;
+        Ok(self.rows)
+    }
+}
+
+/// Records of the board's capture.
+fn upload(client: &mut Client, sink: &mut Sink) -> Result<(), Error> {
+    if matches!(client.integer("2030:2")?, 1 | 2) {
+        return Err(ClientError::NotNow {
+            node: client.node(),
+            why: "the capture has not come to its end; `actuator set 2030:1=0` ends it",
+        }
+        .into());
+    }
+    let mut signals = Vec::new();
+    for sub in 1..=8 {
+        let number = client.integer(&format!("2031:{sub}"))?;
+        match u8::try_from(number).ok().and_then(Signal::of_number) {
+            Some(signal) => signals.push(signal),
+            None => break,
+        }
+    }
+    let period_us = client.integer("2030:8")?;
+    let Value::Bytes(data) = client.get(names::find("2032")?)? else {
+        return Err(Error::Conflict("the capture is no DOMAIN".into()));
+    };
+    sink.header(signals.iter().map(|signal| signal.column().to_owned()))?;
+    for (row, record) in data.chunks_exact(4 * signals.len().max(1)).enumerate() {
+        let (values, _) = record.as_chunks();
+        let values = values
+            .iter()
+            .map(|bytes| f64::from(i32::from_le_bytes(*bytes)));
+        sink.row(row as f64 * period_us as f64 * 1e-6, values)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,197 @@
+//! `actuator serve`: actuators on a virtual bus.
+
+use std::net::{SocketAddr, TcpListener};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use canopen::NodeId;
+use clap::Args;
+use model_core::plant::rig::RigOptions;
+
+use super::stop_on_interrupt;
+use crate::{Failure, output::print};
+use host_sim::can::bus::Bus;
+use host_sim::can::native_node::{CAPTURE_VALUES, NativeNode};
+use host_sim::can::server::Server;
+use host_sim::error::Error;
+
+/// Runs actuators on a virtual CAN bus in real time, and serves the bus as slcan.
+///
+/// Any number of clients may be there at a time. One line on standard output tells that it is ready; an interrupt ends it.
+///
+/// With ELF files the programs of the boards run on emulated boards instead, and what is served is the serial line of the
+/// communication board, which has one client at a time: who comes while one is there is refused.
+#[derive(Debug, Args)]
+pub struct Serve {
+    /// Address and port to listen at; port 0 takes a free one
+    #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:29536")]
+    listen: SocketAddr,
+    /// Serves a pseudo-terminal instead, whose path the line on standard output tells
+    #[cfg(unix)]
+    #[arg(long, conflicts_with = "listen")]
+    pty: bool,
+    /// How many actuators, with node-IDs from 1
+    #[arg(long, value_name = "NUMBER", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=127))]
+    nodes: u8,
+    /// The actuators have no node-ID and wait for one by LSS; their serial numbers begin with 1
+    #[arg(long, conflicts_with = "elf")]
+    unconfigured: bool,
+    /// Noise, spread of friction and a crooked magnet by this seed, another for each actuator; ideal without it
+    #[arg(long, value_name = "NUMBER")]
+    seed: Option<u64>,
+    /// Program of the actuator boards, to be emulated
+    #[arg(long, value_name = "FILE", requires = "comm_elf")]
+    elf: Option<PathBuf>,
+    /// Program of the communication board, to be emulated
+    #[arg(long, value_name = "FILE", requires = "elf")]
+    comm_elf: Option<PathBuf>,
+}
+
+/// A way to the serial line, and where it is.
+#[cfg(feature = "board")]
+type Way = (Box<dyn crate::emulated::Door>, String);
+
+impl Serve {
+    /// Serves until it is interrupted.
+    ///
+    /// # Errors
+    /// An address that cannot be listened at.
+    pub fn run(self) -> Result<(), Failure> {
+        Ok(self.serve()?)
+    }
+
+    fn serve(&self) -> Result<(), Error> {
+        let stop = stop_on_interrupt()?;
+        if let (Some(actuator), Some(comm)) = (&self.elf, &self.comm_elf) {
+            return self.emulate(actuator, comm, &stop);
+        }
+        let mut buffers = vec![vec![0; CAPTURE_VALUES]; usize::from(self.nodes)];
+        let nodes = (1..).zip(&mut buffers).map(|(number, buffer)| {
+            let node_id = NodeId::new(number).filter(|_| !self.unconfigured);
+            NativeNode::new(u32::from(number), node_id, &self.rig(number), buffer)
+        });
+        let mut server = Server::new(Bus::new(nodes.collect::<Result<_, _>>()?));
+        #[cfg(unix)]
+        if self.pty {
+            let (terminal, place) = open_terminal()?;
+            server.add(terminal, true);
+            self.ready(&place)?;
+            return run(&mut server, None, &stop, &place);
+        }
+        let (listener, place) = self.listen()?;
+        self.ready(&place)?;
+        run(&mut server, Some(&listener), &stop, &place)
+    }
+
+    /// The motor and what is around it of an actuator.
+    fn rig(&self, number: u8) -> RigOptions {
+        self.seed.map_or_else(RigOptions::default, |seed| {
+            RigOptions::realistic(seed.wrapping_add(u64::from(number)))
+        })
+    }
+
+    #[cfg(feature = "board")]
+    fn emulate(&self, actuator: &Path, comm: &Path, stop: &Arc<AtomicBool>) -> Result<(), Error> {
+        use crate::emulated::{self, Programs, Visitors};
+        let programs = Programs::read(actuator, comm).map_err(Error::Board)?;
+        let rigs: Vec<_> = (1..=self.nodes).map(|number| self.rig(number)).collect();
+        let (door, place): Way = match self.open_terminal()? {
+            Some((door, place)) => (door, place),
+            None => {
+                let (listener, place) = self.listen()?;
+                (Box::new(Visitors::new(listener)), place)
+            }
+        };
+        let line = self.ready_line(&place);
+        // Who does not read the line is served all the same.
+        let ready = move || drop(print(&line));
+        emulated::serve(&programs, &rigs, door, Box::new(ready), stop).map_err(Error::Board)
+    }
+
+    #[cfg(all(feature = "board", unix))]
+    fn open_terminal(&self) -> Result<Option<Way>, Error> {
+        let open = || {
+            open_terminal()
+                .map(|(file, place)| (Box::new(crate::emulated::Terminal(file)) as _, place))
+        };
+        self.pty.then(open).transpose()
+    }
+
+    #[cfg(all(feature = "board", not(unix)))]
+    fn open_terminal(&self) -> Result<Option<Way>, Error> {
+        Ok(None)
+    }
+
+    #[cfg(not(feature = "board"))]
+    fn emulate(&self, _: &Path, _: &Path, _: &Arc<AtomicBool>) -> Result<(), Error> {
+        Err(Error::Conflict(
+            "this program was built without the emulator; one that has it is built by \
+             `cargo build --release --bin actuator --features actuator/board`"
+                .into(),
+        ))
+    }
+
+    /// A listener, and where it listens.
+    fn listen(&self) -> Result<(TcpListener, String), Error> {
+        let listener = listen(self.listen).map_err(|source| Error::Serve {
+            place: self.listen.to_string(),
+            source,
+        })?;
+        let address = listener.local_addr().unwrap_or(self.listen);
+        if !address.ip().is_loopback() {
+            eprintln!(
+                "warning: {address} can be reached from other computers, and who reaches it commands the actuators"
+            );
+        }
+        Ok((listener, address.to_string()))
+    }
+
+    fn ready(&self, place: &str) -> Result<(), Error> {
+        print(&self.ready_line(place))
+    }
+
+    fn ready_line(&self, place: &str) -> String {
+        let ids = match (self.unconfigured, self.nodes) {
+            (true, _) => "without node-IDs".to_owned(),
+            (_, 1) => "with node-ID 1".to_owned(),
+            (_, most) => format!("with node-IDs 1 to {most}"),
+        };
+        let what = if self.nodes == 1 {
+            "actuator"
+        } else {
+            "actuators"
+        };
+        let kind = if self.elf.is_some() { "emulated " } else { "" };
+        format!(
+            "ready: slcan at {place}, {} {kind}{what} {ids}\n",
+            self.nodes
+        )
+    }
+}
+
+#[cfg(unix)]
+fn open_terminal() -> Result<(std::fs::File, String), Error> {
+    let opened = crate::terminal::open().map_err(|source| Error::Serve {
+        place: "a pseudo-terminal".into(),
+        source,
+    });
+    opened.map(|(terminal, path)| (terminal, path.display().to_string()))
+}
+
+fn listen(address: SocketAddr) -> std::io::Result<TcpListener> {
+    let listener = TcpListener::bind(address)?;
+    listener.set_nonblocking(true)?;
+    Ok(listener)
+}
+
+fn run(
+    server: &mut Server<'_>,
+    listener: Option<&TcpListener>,
+    stop: &AtomicBool,
+    place: &str,
+) -> Result<(), Error> {
+    let place = place.to_owned();
+    let done = server.run(listener, stop);
+    done.map_err(|source| Error::Serve { place, source })
+}

@@ -1,0 +1,85 @@
+//! `actuator compare`.
+
+use clap::Args;
+
+use super::{
+    Failure,
+    identify::{DataOptions, Found, Outputs, model_names},
+    output,
+};
+use host_sim::identify::{
+    Options,
+    assessment::SecondOpinion,
+    compare::{Candidate, Comparison},
+    models,
+};
+
+/// Fits all models to recordings and says which is enough
+///
+/// Each model is fitted whole, without delay, without rate limits and without both. They are ranked by
+/// what they make of the recordings after --validate; where there is none, by the BIC with the number of
+/// samples that are independent. A model that the data cannot tell from the best is said to be
+/// so; of those the one with the fewest parameters is enough.
+#[derive(Debug, Args)]
+pub struct Compare {
+    #[command(flatten)]
+    data: DataOptions,
+    /// What to compare; as often as needed [default: the paper's models, and where a pendulum was moved
+    /// the motors too]
+    #[arg(long, value_name = "NAME", value_parser = model_names())]
+    model: Vec<String>,
+    /// How many starts to search from
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u16).range(1..=1000))]
+    starts: u16,
+    /// Seed of the starts
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    #[command(flatten)]
+    outputs: Outputs,
+}
+
+impl Compare {
+    pub(super) fn run(self) -> Result<(), Failure> {
+        self.outputs.check(None)?;
+        let loaded = self.data.load()?;
+        let has_pendulum = |e: &host_sim::identify::Experiment| {
+            e.recording.constants.contains_key("pendulum_mass_kg")
+        };
+        let known = if self.model.is_empty() && !loaded.fitted.iter().any(has_pendulum) {
+            models::of_the_paper()
+        } else {
+            models::all()
+        };
+        let is_asked = |name: &str| self.model.is_empty() || self.model.iter().any(|m| m == name);
+        let chosen: Vec<_> = known.into_iter().filter(|m| is_asked(m.name())).collect();
+        self.data.check_known(&chosen)?;
+        let candidates: Vec<Candidate> = chosen.iter().flat_map(Candidate::forms).collect();
+        let options = Options {
+            starts: self.starts.into(),
+            seed: self.seed,
+            ..Options::default()
+        };
+        let bar = output::progress(candidates.len() as u64, "models");
+        let told = |done| bar.set_position(done as u64);
+        let comparison = Comparison::of(
+            &candidates,
+            &loaded.fitted,
+            &loaded.held_out,
+            &options,
+            &told,
+        );
+        bar.finish_and_clear();
+        let comparison = comparison.map_err(host_sim::error::Error::from)?;
+        for (name, error) in &comparison.refused {
+            eprintln!("warning: {name} was not compared: {error}");
+        }
+        let second_opinion = SecondOpinion::of(&loaded.fitted);
+        let found = Found {
+            assessments: &comparison.assessments,
+            ranking: Some(&comparison.ranking),
+            second_opinion: &second_opinion,
+            loaded: &loaded,
+        };
+        Ok(self.outputs.write(&found)?)
+    }
+}

@@ -1,0 +1,132 @@
+//! Designed inputs for people and for programs.
+
+use model_core::parameter::Parameter;
+use serde_json::{Value, json};
+
+use host_sim::{
+    identify::design::{Bench, Designed, Predicted, inputs::Limits},
+    report::{Cell, Table},
+};
+
+/// A row an input, a column a parameter.
+pub fn table(designs: &[Designed], best: Option<usize>) -> Table {
+    let names = designs
+        .first()
+        .map_or(&[][..], |d| &d.prediction.parameters);
+    let columns = [("input", ""), ("amplitude", "deg"), ("rate limited", "%")];
+    let names = names.iter().map(|p: &Predicted| (p.name, "%"));
+    let columns: Vec<(&str, &str)> = columns.into_iter().chain(names).chain([("", "")]).collect();
+    let caption = "Predicted standard errors, as shares of the expected values. A dash: the input does \
+        not tell it, or the value is zero.";
+    let mut table = Table::new(caption, &columns);
+    for (index, design) in designs.iter().enumerate() {
+        let prediction = &design.prediction;
+        let limited = &prediction.limited;
+        let share = 100.0 * limited.rate_limited_s() / limited.duration_s;
+        let percent = |p: &Predicted| Cell::Number(p.percent().unwrap_or(f64::NAN), 3);
+        let mark = if best == Some(index) { "best" } else { "" };
+        let first = [
+            design.input.name().into(),
+            Cell::Number(design.amplitude_deg, 2),
+            Cell::Number(share, 1),
+        ];
+        let errors = prediction.parameters.iter().map(percent);
+        table.push(first.into_iter().chain(errors).chain([mark.into()]));
+    }
+    table
+}
+
+/// The best input in words.
+pub fn verdict(design: &Designed) -> String {
+    let prediction = &design.prediction;
+    let (told, all) = (prediction.told(), prediction.parameters.len());
+    let untold = prediction
+        .parameters
+        .iter()
+        .filter(|p| p.standard_error.is_none());
+    let untold: Vec<&str> = untold.map(|p| p.name).collect();
+    let more = match untold.is_empty() {
+        true => String::new(),
+        false => format!(" It does not tell {}.", untold.join(", ")),
+    };
+    format!(
+        "{} of {:.2} deg tells {told} of {all} parameters, the worst to {:.3} %; the angle reaches \
+         {:.1} deg.{more}\n{}",
+        design.input.name(),
+        design.amplitude_deg,
+        prediction.worst_percent(),
+        prediction.largest_angle_deg,
+        simulate(design),
+    )
+}
+
+/// The options that make `actuator simulate` run it.
+fn simulate(design: &Designed) -> String {
+    let set = settings(design).map(|(p, value)| format!(" --set input.{}={value}", p.name));
+    format!(
+        "simulate --input {}{}",
+        design.input.name(),
+        set.collect::<String>()
+    )
+}
+
+/// The parameters of the input that are not as they are by default.
+fn settings(design: &Designed) -> impl Iterator<Item = (&'static Parameter, f64)> {
+    let input = design.input;
+    let values = input.table().iter().enumerate();
+    let values = values.filter_map(move |(index, p)| Some((p, input.get(index)?)));
+    values.filter(|(p, value)| *value != p.default)
+}
+
+/// The command of an input as `simulate --input-file` takes it.
+pub fn csv(design: &Designed, step_s: f64) -> String {
+    let mut text = String::from("t,command_deg\n");
+    for (index, command) in design.command_deg.iter().enumerate() {
+        // Held piecewise constant: what does not change needs no row.
+        let before = index.checked_sub(1).map(|i| design.command_deg[i]);
+        if before != Some(*command) || index + 1 == design.command_deg.len() {
+            text += &format!("{},{command}\n", index as f64 * step_s);
+        }
+    }
+    text
+}
+
+/// Everything as JSON.
+pub fn json(bench: &Bench, limits: &Limits, designs: &[Designed], best: Option<usize>) -> String {
+    let designed: Vec<Value> = designs.iter().map(design).collect();
+    let value = json!({
+        "model": bench.model.name(),
+        "noise_deg": bench.noise_deg,
+        "resolution_deg": bench.resolution_deg,
+        "sample_rate_hz": 1.0 / bench.step_s,
+        "duration_s": bench.duration_s,
+        "bandwidth_hz": limits.bandwidth_hz,
+        "inputs": designed,
+        "best": best,
+    });
+    format!("{value:#}\n")
+}
+
+fn design(design: &Designed) -> Value {
+    let parameter = |p: &Predicted| {
+        json!({
+            "name": p.name,
+            "unit": p.unit,
+            "value": p.value,
+            "standard_error": p.standard_error,
+            "identifiable": p.standard_error.is_some(),
+        })
+    };
+    let prediction = &design.prediction;
+    let settings = settings(design).map(|(p, value)| (p.name.to_owned(), json!(value)));
+    json!({
+        "name": design.input.name(),
+        "beyond_rate_limit": design.is_beyond,
+        "amplitude_deg": design.amplitude_deg,
+        "settings": serde_json::Map::from_iter(settings),
+        "rate_limited_s": prediction.limited.rate_limited_s(),
+        "largest_angle_deg": prediction.largest_angle_deg,
+        "parameters": prediction.parameters.iter().map(parameter).collect::<Vec<_>>(),
+        "simulate": simulate(design),
+    })
+}

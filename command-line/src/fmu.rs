@@ -1,0 +1,99 @@
+//! `actuator fmu`.
+
+use std::{
+    fs::File,
+    io::BufWriter,
+    path::{Path, PathBuf},
+};
+
+use actuator_fmu::archive::{self, Library};
+use clap::Args;
+use model_core::{actuator::Actuator, presets::PRESETS};
+
+use super::{Failure, parameters, simulate};
+use host_sim::{
+    error::Error,
+    scenario::{Scenario, Setting},
+    settings::{self, ModelKind, PlantKind, Settings},
+};
+
+/// Writes the actuator as a functional mock-up unit: FMI 2.0 for co-simulation
+///
+/// Every parameter of the model is a parameter of the unit; --preset and --set change its start
+/// value.
+#[derive(Debug, Args)]
+pub struct Fmu {
+    /// The file to write
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// What stands for the actuator
+    #[arg(long, default_value = "board", value_parser = parameters::named::<ModelKind>())]
+    model: ModelKind,
+    /// What the board drives [default: first-order]
+    #[arg(long, value_parser = parameters::named::<PlantKind>())]
+    plant: Option<PlantKind>,
+    /// A reading of the paper [default: `paper` for a black box, else `consistent`]
+    #[arg(long, value_name = "NAME", value_parser = parameters::preset_names(PRESETS))]
+    preset: Option<String>,
+    /// Sets a parameter by name or by symbol, as often as needed; of two values the last counts
+    #[arg(long, value_name = "NAME=VALUE", value_parser = parameters::setting)]
+    set: Vec<Setting>,
+    /// A shared library to put in, for Linux or Windows on x86-64, one of each at most [default: the
+    /// one that was built along with this program]
+    #[arg(long, value_name = "FILE")]
+    library: Vec<PathBuf>,
+}
+
+impl Fmu {
+    pub(super) fn run(self) -> Result<(), Failure> {
+        let scenario = Scenario {
+            model: Some(self.model),
+            plant: self.plant,
+            preset: self.preset,
+            ..Scenario::default()
+        };
+        let settings = resolved(&scenario, &self.set)?;
+        let libraries = libraries(&self.library)?;
+        simulate::warn(&scenario);
+        Ok(write(&self.out, &settings, &libraries)?)
+    }
+}
+
+fn resolved(scenario: &Scenario, set: &[Setting]) -> Result<Settings, Error> {
+    let mut settings = scenario.settings()?;
+    for Setting { name, value, .. } in set {
+        settings::set(&mut settings, name, *value)?;
+    }
+    // Finds parameters that do not go together.
+    Actuator::try_new(&settings)?;
+    Ok(settings)
+}
+
+fn libraries(paths: &[PathBuf]) -> Result<Vec<Library>, Error> {
+    if paths.is_empty() {
+        let library = Library::beside_program().map_err(of_library)?;
+        return Ok(vec![library]);
+    }
+    let read = paths
+        .iter()
+        .map(|path| Library::read(path).map_err(of_library));
+    read.collect()
+}
+
+fn of_library(error: archive::Error) -> Error {
+    match error {
+        archive::Error::Read { path, source } => Error::Read { path, source },
+        archive::Error::NoLibrary { .. } => Error::Conflict(format!("{error}, --library FILE")),
+        error => Error::Conflict(error.to_string()),
+    }
+}
+
+fn write(path: &Path, settings: &Settings, libraries: &[Library]) -> Result<(), Error> {
+    let failed = |source| Error::Write {
+        path: path.into(),
+        source,
+    };
+    archive::check(libraries).map_err(of_library)?;
+    let file = File::create(path).map_err(failed)?;
+    archive::write(settings, libraries, BufWriter::new(file)).map_err(failed)
+}

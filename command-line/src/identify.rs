@@ -1,0 +1,195 @@
+//! `actuator identify`.
+
+mod data;
+mod search;
+
+use std::path::{Path, PathBuf};
+
+use clap::{
+    Args,
+    builder::{PossibleValue, PossibleValuesParser},
+};
+
+pub use data::{DataOptions, Loaded};
+pub use search::SearchOptions;
+
+use super::{Failure, output};
+use host_sim::{
+    error::Error,
+    file,
+    identify::{
+        assessment::{Assessment, SecondOpinion},
+        compare::Ranking,
+        document, models,
+        page::{self, Content, tables},
+        parameter_file,
+    },
+};
+
+/// Fits models to recordings, and says how sure each parameter is
+///
+/// A recording is a text file with a line a sample and a header that names its columns, as `simulate
+/// --csv` writes it, or the JSON of a pendulum bench. Warnings about files and fits go to standard
+/// error.
+#[derive(Debug, Args)]
+pub struct Identify {
+    #[command(flatten)]
+    data: DataOptions,
+    /// What to fit; as often as needed [default: black-box-1, black-box-2 and grey-box]
+    #[arg(long, value_name = "NAME", value_parser = model_names())]
+    model: Vec<String>,
+    #[command(flatten)]
+    search: SearchOptions,
+    #[command(flatten)]
+    outputs: Outputs,
+    /// Writes the fitted parameters as a file for `simulate --parameters`; of one model
+    #[arg(long, value_name = "FILE")]
+    parameters: Option<PathBuf>,
+}
+
+/// Where results go beside the terminal.
+#[derive(Debug, Args)]
+pub struct Outputs {
+    /// Writes everything as JSON; with `-`, nothing else is printed
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Writes a self-contained page with all figures
+    #[arg(long, value_name = "FILE")]
+    html: Option<PathBuf>,
+}
+
+/// What is fitted unless somebody says otherwise: the paper's models.
+const USUAL: [&str; 3] = ["black-box-1", "black-box-2", "grey-box"];
+
+/// The names of the models, each with what it is.
+pub fn model_names() -> PossibleValuesParser {
+    let value = |m: std::sync::Arc<dyn host_sim::identify::Model>| {
+        PossibleValue::new(m.name()).help(m.summary())
+    };
+    PossibleValuesParser::new(models::all().into_iter().map(value))
+}
+
+impl Identify {
+    pub(super) fn run(self) -> Result<(), Failure> {
+        let names = match self.model.is_empty() {
+            true => USUAL.map(String::from).to_vec(),
+            false => self.model.clone(),
+        };
+        if self.parameters.is_some() && names.len() > 1 {
+            let problem = "--parameters is of one model, expected one --model beside it";
+            return Err(Error::Conflict(problem.into()).into());
+        }
+        self.outputs.check(self.parameters.as_deref())?;
+        let chosen: Vec<_> = names
+            .iter()
+            .filter_map(|name| models::named(name))
+            .collect();
+        self.data.check_known(&chosen)?;
+        self.search.check(&chosen)?;
+        let loaded = self.data.load()?;
+        let assessments = self.search.fit(chosen, &loaded)?;
+        let second_opinion = SecondOpinion::of(&loaded.fitted);
+        for assessment in &assessments {
+            for warning in &assessment.warnings {
+                eprintln!("warning: {}: {warning}", assessment.name);
+            }
+        }
+        if let Some(path) = &self.parameters {
+            for assessment in &assessments {
+                file::write(path, &parameter_file::text(&assessment.fit)?)?;
+            }
+            eprintln!("parameters: {}", path.display());
+        }
+        let found = Found {
+            assessments: &assessments,
+            ranking: None,
+            second_opinion: &second_opinion,
+            loaded: &loaded,
+        };
+        Ok(self.outputs.write(&found)?)
+    }
+}
+
+/// What was found.
+pub struct Found<'a> {
+    /// The fitted models.
+    pub assessments: &'a [Assessment],
+    /// Which is enough; `None` where that was not asked.
+    pub ranking: Option<&'a Ranking>,
+    /// What the recordings say without a model.
+    pub second_opinion: &'a SecondOpinion,
+    /// The recordings.
+    pub loaded: &'a Loaded,
+}
+
+impl Outputs {
+    /// Before the work: whether each file can be written, and is another one.
+    pub fn check(&self, parameters: Option<&Path>) -> Result<(), Error> {
+        let json = self.json.as_deref();
+        let json = json.filter(|path| !output::is_standard_output(path));
+        let all = [
+            ("--json", json),
+            ("--html", self.html.as_deref()),
+            ("--parameters", parameters),
+        ];
+        let given = all.into_iter().filter_map(|(o, path)| Some((o, path?)));
+        file::check(&given.collect::<Vec<_>>())
+    }
+
+    /// Writes what was asked for, and tables for people unless JSON goes to standard output.
+    pub fn write(&self, found: &Found<'_>) -> Result<(), Error> {
+        if let Some(path) = &self.html {
+            let content = Content {
+                assessments: found.assessments,
+                ranking: found.ranking,
+                second_opinion: found.second_opinion,
+                notes: &found.loaded.notes,
+            };
+            page::page(&content).write(path)?;
+            eprintln!("report: {}", path.display());
+        }
+        match self.json.as_deref() {
+            Some(path) if output::is_standard_output(path) => output::print(&json(found)),
+            path => {
+                print(found)?;
+                if let Some(path) = path {
+                    file::write(path, &json(found))?;
+                    eprintln!("everything as JSON: {}", path.display());
+                }
+                Ok(())
+            }
+        }
+    }
+}
+
+fn json(found: &Found<'_>) -> String {
+    let notes = &found.loaded.notes;
+    document::text(
+        found.assessments,
+        found.ranking,
+        found.second_opinion,
+        notes,
+    )
+}
+
+fn print(found: &Found<'_>) -> Result<(), Error> {
+    match found.ranking {
+        Some(ranking) => output::print_table(&tables::ranking(ranking, found.assessments))?,
+        None => {
+            let tables = found.assessments.iter().map(tables::parameters);
+            tables
+                .into_iter()
+                .try_for_each(|table| output::print_table(&table))?;
+        }
+    }
+    output::print_table(&tables::quality(found.assessments))?;
+    let systems = tables::equivalents(found.second_opinion);
+    if !systems.rows.is_empty() {
+        output::print_table(&systems)?;
+    }
+    output::print_table(&tables::delays(found.second_opinion))?;
+    match found.ranking {
+        Some(ranking) => output::print(&format!("\n{}.\n", ranking.verdict)),
+        None => Ok(()),
+    }
+}

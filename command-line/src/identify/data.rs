@@ -1,0 +1,174 @@
+//! Options that say where recordings are and how they are to be read.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use clap::{Args, ValueEnum};
+
+use crate::{output, parameters::setting};
+use host_sim::{
+    error::Error,
+    identify::{
+        Experiment, Hold, IdentifyError, Model,
+        data::{Choice, Columns, Delimiter, Import, Note},
+        models,
+    },
+    scenario::Setting,
+};
+
+#[derive(Debug, Args)]
+pub struct DataOptions {
+    /// Recordings to fit to
+    #[arg(required = true, value_name = "DATA")]
+    pub data: Vec<PathBuf>,
+    /// Recordings that the fitted models only predict
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    pub validate: Vec<PathBuf>,
+    /// Says which column is what, as angle=pos:rad or time=1; of time, command, angle, rate, duty,
+    /// current and supply; a unit may be a number of ours; as often as needed
+    #[arg(long = "column", value_name = "WHAT=COLUMN[:UNIT]")]
+    columns: Vec<Choice>,
+    /// What stands between two fields [default: what the first line shows]
+    #[arg(long)]
+    delimiter: Option<DelimiterName>,
+    /// Takes from and to these times of the files alone, s
+    #[arg(long, value_name = "FROM:TO", value_parser = window)]
+    window: Option<(f64, f64)>,
+    /// Compares samples too where the angle stands at the end of its range
+    #[arg(long)]
+    keep_clipped: bool,
+    /// What the command does between its samples [default: what the samples show]
+    #[arg(long)]
+    hold: Option<HoldName>,
+    /// Says what is known of the runs by the name of a parameter, as pendulum_mass_kg=0.5; as often
+    /// as needed
+    #[arg(long, value_name = "NAME=VALUE", value_parser = setting)]
+    known: Vec<Setting>,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum DelimiterName {
+    Comma,
+    Semicolon,
+    Tab,
+    Blanks,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum HoldName {
+    /// It keeps its value until the next sample
+    Zero,
+    /// It moves smoothly from sample to sample
+    Smooth,
+}
+
+fn window(text: &str) -> Result<(f64, f64), String> {
+    let ends = text.split_once(':').ok_or("expected FROM:TO")?;
+    let number = |text: &str| {
+        let number: Result<f64, _> = text.trim().parse();
+        number.map_err(|_| format!("`{text}` is not a number"))
+    };
+    let (from, to) = (number(ends.0)?, number(ends.1)?);
+    if from < to {
+        Ok((from, to))
+    } else {
+        Err("expected FROM before TO".into())
+    }
+}
+
+/// Recordings, ready.
+pub struct Loaded {
+    /// Those to fit to.
+    pub fitted: Vec<Experiment>,
+    /// Those to predict.
+    pub held_out: Vec<Experiment>,
+    /// What was odd in them.
+    pub notes: Vec<Note>,
+}
+
+impl DataOptions {
+    /// Reads all files, and says on standard error what was odd in them.
+    pub fn load(&self) -> Result<Loaded, Error> {
+        let import = self.import();
+        let mut notes = Vec::new();
+        let mut read = |paths: &[PathBuf]| -> Result<Vec<Experiment>, Error> {
+            let one = |path: &PathBuf| read(&import, path, &mut notes);
+            paths.iter().map(one).collect()
+        };
+        let fitted = read(&self.data)?;
+        let held_out = read(&self.validate)?;
+        for note in &notes {
+            eprintln!("warning: {note}");
+        }
+        Ok(Loaded {
+            fitted,
+            held_out,
+            notes,
+        })
+    }
+
+    /// Refuses to know what none of the models asks for.
+    pub fn check_known(&self, models: &[Arc<dyn Model>]) -> Result<(), Error> {
+        let parameters = || models.iter().flat_map(|m| m.parameters());
+        for name in self.known.iter().map(|s| &s.name) {
+            if !parameters().any(|p| p.is_called(name)) {
+                let known: BTreeSet<&str> = parameters().map(|p| p.name).collect();
+                let expected = Vec::from_iter(known.iter().copied()).join(", ");
+                return Err(Error::unknown("parameter", name, known, expected));
+            }
+        }
+        Ok(())
+    }
+
+    /// What is known by the names of the parameters, where symbols were given too.
+    fn constants(&self) -> BTreeMap<String, f64> {
+        let models = models::all();
+        let named = |s: &Setting| {
+            let parameters = models.iter().flat_map(|m| m.parameters());
+            let called = parameters.filter(|p| p.is_called(&s.name));
+            called
+                .map(|p| (p.name.to_owned(), s.value))
+                .collect::<Vec<_>>()
+        };
+        self.known.iter().flat_map(named).collect()
+    }
+
+    fn import(&self) -> Import {
+        let character = |c| Delimiter::Character(c);
+        Import {
+            columns: Columns(self.columns.clone()),
+            delimiter: self.delimiter.map(|name| match name {
+                DelimiterName::Comma => character(b','),
+                DelimiterName::Semicolon => character(b';'),
+                DelimiterName::Tab => character(b'\t'),
+                DelimiterName::Blanks => Delimiter::Blanks,
+            }),
+            window_s: self.window,
+            keep_clipped: self.keep_clipped,
+            hold: match self.hold {
+                None => Hold::Auto,
+                Some(HoldName::Zero) => Hold::Zero,
+                Some(HoldName::Smooth) => Hold::Smooth,
+            },
+            constants: self.constants(),
+        }
+    }
+}
+
+/// Reads a file, with a bar where that takes long.
+fn read(import: &Import, path: &Path, notes: &mut Vec<Note>) -> Result<Experiment, Error> {
+    let bar = output::progress(0, "bytes read");
+    let imported = import.read(path, &mut |done, of| {
+        bar.set_length(of);
+        bar.set_position(done);
+    });
+    bar.finish_and_clear();
+    let imported = imported?;
+    notes.extend(imported.notes);
+    let unusable = |error| IdentifyError::Recording {
+        name: path.display().to_string(),
+        error,
+    };
+    Ok(Experiment::try_new(imported.recording).map_err(unusable)?)
+}

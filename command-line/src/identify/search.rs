@@ -1,0 +1,117 @@
+//! Options that say what is looked for and how.
+
+use std::sync::Arc;
+
+use clap::Args;
+use indicatif::ProgressBar;
+
+use super::Loaded;
+use crate::{output, parameters::setting};
+use host_sim::{
+    error::Error,
+    identify::{Model, Options, Progress, assessment::Assessment, request::Request},
+    scenario::Setting,
+};
+
+#[derive(Debug, Args)]
+pub struct SearchOptions {
+    /// Holds a parameter at a value; as often as needed
+    #[arg(long, value_name = "NAME=VALUE", value_parser = setting)]
+    fix: Vec<Setting>,
+    /// Looks for a parameter that is held as a rule, such as position_limit_deg; as often as needed
+    #[arg(long, value_name = "NAME")]
+    free: Vec<String>,
+    /// Keeps a parameter within bounds; as often as needed
+    #[arg(long, value_name = "NAME=LOW:HIGH", value_parser = bound)]
+    bound: Vec<Bounded>,
+    /// Begins the search for a parameter at a value; as often as needed
+    #[arg(long, value_name = "NAME=VALUE", value_parser = setting)]
+    start: Vec<Setting>,
+    /// Gives each recording its own value of a parameter; as often as needed
+    #[arg(long, value_name = "NAME")]
+    own: Vec<String>,
+    /// Gives all recordings one value of a parameter; as often as needed
+    #[arg(long, value_name = "NAME")]
+    share: Vec<String>,
+    /// How many starts to search from
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u16).range(1..=1000))]
+    starts: u16,
+    /// Seed of the starts
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+}
+
+/// The value of `--bound`.
+#[derive(Debug, Clone)]
+struct Bounded {
+    name: String,
+    low: f64,
+    high: f64,
+}
+
+fn bound(text: &str) -> Result<Bounded, String> {
+    let expected = "expected NAME=LOW:HIGH";
+    let (name, ends) = text.split_once('=').ok_or(expected)?;
+    let (low, high) = ends.split_once(':').ok_or(expected)?;
+    let number = |text: &str| {
+        let number: Result<f64, _> = text.trim().parse();
+        number.map_err(|_| format!("`{text}` is not a number"))
+    };
+    Ok(Bounded {
+        name: name.trim().to_owned(),
+        low: number(low)?,
+        high: number(high)?,
+    })
+}
+
+impl SearchOptions {
+    fn request(&self) -> Request {
+        let bound = self.bound.iter();
+        Request {
+            fix: self.fix.clone(),
+            free: self.free.clone(),
+            bound: bound.map(|b| (b.name.clone(), b.low, b.high)).collect(),
+            start: self.start.clone(),
+            own: self.own.clone(),
+            share: self.share.clone(),
+            options: Options {
+                starts: self.starts.into(),
+                seed: self.seed,
+                ..Options::default()
+            },
+        }
+    }
+
+    /// Checks that what is said of parameters is about some of these models, and does not contradict itself.
+    pub fn check(&self, models: &[Arc<dyn Model>]) -> Result<(), Error> {
+        self.request().check(models)
+    }
+
+    /// Fits these models to the recordings, and predicts those that were left out.
+    pub fn fit(
+        &self,
+        models: Vec<Arc<dyn Model>>,
+        loaded: &Loaded,
+    ) -> Result<Vec<Assessment>, Error> {
+        let request = self.request();
+        let runs = (&loaded.fitted[..], &loaded.held_out[..]);
+        let mut assessments = Vec::new();
+        for model in models {
+            let bar = output::progress(self.starts.into(), model.name());
+            let assessed = request.assess(model, runs, &assessments, &Bar(&bar));
+            bar.finish_and_clear();
+            assessments.push(assessed?);
+        }
+        Ok(assessments)
+    }
+}
+
+/// A bar that the search moves.
+struct Bar<'a>(&'a ProgressBar);
+
+impl Progress for Bar<'_> {
+    fn done(&self, done: usize, of: usize, _best_cost: f64) {
+        self.0.set_length(of as u64);
+        self.0.set_position(done as u64);
+    }
+}

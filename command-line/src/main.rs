@@ -1,0 +1,111 @@
+//! `actuator`: the smart actuator on the command line.
+//!
+//! A module for each command maps its options to a call of a library, and prints the result.
+
+#[cfg(feature = "board")]
+mod board;
+mod can;
+mod compare;
+#[cfg(feature = "board")]
+mod emulated;
+mod experiment;
+mod fmu;
+mod identify;
+mod output;
+mod parameters;
+mod report;
+mod simulate;
+#[cfg(unix)]
+mod terminal;
+mod tune;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use output::Failure;
+
+/// A smart RC-servo actuator on the desk: its control core, its models and its bench.
+///
+/// Exit status: 0 done, 1 a file or a bus could not be read or written, 2 the command line, a
+/// parameter or an input is not what was expected, 3 an actuator refused.
+#[derive(Debug, Parser)]
+#[command(name = "actuator", version, max_term_width = 100)]
+#[command(mut_subcommands(with_negative_numbers))]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    #[cfg(feature = "board")]
+    Board(board::Board),
+    #[command(name = "busload")]
+    BusLoad(can::BusLoad),
+    Compare(compare::Compare),
+    Excite(can::Excite),
+    Experiment(experiment::Experiment),
+    Faults(can::Faults),
+    Fmu(fmu::Fmu),
+    Get(can::Get),
+    Identify(identify::Identify),
+    Monitor(can::Monitor),
+    Move(can::Move),
+    Record(can::Record),
+    Restore(can::Restore),
+    Save(can::Save),
+    Scan(can::Scan),
+    Serve(can::Serve),
+    Set(can::Set),
+    Simulate(simulate::Simulate),
+    Tune(tune::Tune),
+    Report(report::Report),
+}
+
+/// Has every option take a negative number, so that its range is what refuses it.
+fn with_negative_numbers(command: clap::Command) -> clap::Command {
+    command.mut_args(|arg| {
+        let takes_values = arg.get_action().takes_values();
+        arg.allow_negative_numbers(takes_values)
+    })
+}
+
+impl Arguments {
+    /// Does what the command line says.
+    ///
+    /// # Errors
+    /// What went wrong, with its exit status.
+    fn run(self) -> Result<(), Failure> {
+        match self.command {
+            #[cfg(feature = "board")]
+            Command::Board(board) => board.run(),
+            Command::BusLoad(bus_load) => bus_load.run(),
+            Command::Compare(compare) => compare.run(),
+            Command::Excite(excite) => excite.run(),
+            Command::Experiment(experiment) => experiment.run(),
+            Command::Faults(faults) => faults.run(),
+            Command::Fmu(fmu) => fmu.run(),
+            Command::Get(get) => get.run(),
+            Command::Identify(identify) => identify.run(),
+            Command::Monitor(monitor) => monitor.run(),
+            Command::Move(to) => to.run(),
+            Command::Record(record) => record.run(),
+            Command::Restore(restore) => restore.run(),
+            Command::Save(save) => save.run(),
+            Command::Scan(scan) => scan.run(),
+            Command::Serve(serve) => serve.run(),
+            Command::Set(set) => set.run(),
+            Command::Simulate(simulate) => simulate.run(),
+            Command::Tune(tune) => tune.run(),
+            Command::Report(report) => report.run(),
+        }
+    }
+}
+
+fn main() -> ExitCode {
+    match Arguments::parse().run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => failure.report(),
+    }
+}

@@ -1,0 +1,89 @@
+//! Options that name, set and list parameters.
+
+use clap::{
+    Args,
+    builder::{PossibleValue, PossibleValuesParser, TypedValueParser},
+};
+use model_core::{named::Named, presets::Preset};
+
+use super::output;
+use host_sim::{
+    error::Error,
+    report::{Cell, Table},
+    scenario::Setting,
+    settings::Value,
+};
+
+#[derive(Debug, Args)]
+pub struct ParameterOptions {
+    /// Sets a parameter by name or by symbol, as often as needed; of two values the last counts
+    #[arg(long, value_name = "NAME=VALUE", value_parser = setting)]
+    pub set: Vec<Setting>,
+    /// Prints every parameter with value, unit, range and source, and ends
+    #[arg(long = "list-parameters")]
+    pub list: bool,
+}
+
+/// The value of `--set`.
+pub fn setting(text: &str) -> Result<Setting, String> {
+    let (name, value) = text.split_once('=').ok_or("expected NAME=VALUE")?;
+    let number = value.trim().parse();
+    let number = number.map_err(|_| format!("`{value}` is not a number"))?;
+    Ok(Setting::new(name.trim(), number))
+}
+
+/// One of the values that have names, each with what it is.
+pub fn named<T: Named>() -> impl TypedValueParser<Value = T> {
+    let values = T::ALL
+        .iter()
+        .map(|value| PossibleValue::new(value.name()).help(value.summary().trim_end_matches('.')));
+    let unknown = "the parser has let a name pass that it does not know";
+    PossibleValuesParser::new(values).map(move |name| T::named(&name).expect(unknown))
+}
+
+/// The names of presets, each with what it is and for which models.
+pub fn preset_names(presets: impl IntoIterator<Item = &'static Preset>) -> PossibleValuesParser {
+    PossibleValuesParser::new(presets.into_iter().map(|preset| {
+        let models = preset.models.join(", ");
+        PossibleValue::new(preset.name).help(format!("{models}: {}", preset.summary))
+    }))
+}
+
+/// Writes the parameters to standard output, as a table or as JSON.
+pub fn print(parameters: &[(String, Value)], as_json: bool) -> Result<(), Error> {
+    if as_json {
+        output::print(&json(parameters))
+    } else {
+        output::print_table(&table(parameters))
+    }
+}
+
+fn table(parameters: &[(String, Value)]) -> Table {
+    let columns = [
+        "name", "symbol", "value", "unit", "default", "range", "meaning", "source",
+    ];
+    let mut table = Table::new("", &columns.map(|name| (name, "")));
+    for (name, Value { parameter, value }) in parameters {
+        let p = parameter;
+        let range = format!("{} to {}", p.min, p.max);
+        let (value, default) = (value.to_string(), p.default.to_string());
+        let row = [
+            name, p.symbol, &value, p.unit, &default, &range, p.meaning, p.source,
+        ];
+        table.push(row.map(Cell::from));
+    }
+    table
+}
+
+fn json(parameters: &[(String, Value)]) -> String {
+    // JSON has no infinity: an unbounded limit is null.
+    let rows = parameters.iter().map(|(name, Value { parameter, value })| {
+        let p = parameter;
+        serde_json::json!({
+            "name": name, "symbol": p.symbol, "value": value, "unit": p.unit,
+            "default": p.default, "min": p.min, "max": p.max,
+            "meaning": p.meaning, "source": p.source,
+        })
+    });
+    format!("{:#}\n", serde_json::Value::from_iter(rows))
+}

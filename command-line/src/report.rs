@@ -1,0 +1,89 @@
+//! `actuator report`.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+use clap::Args;
+
+use super::{Failure, output};
+use host_sim::{
+    error::Error,
+    file,
+    plot::svg,
+    report::{Comparison, Page, document, models::MODELS, tables},
+};
+
+/// Runs every model on every input of the paper and writes one page of it
+///
+/// The page needs no network, and its tables are printed too. Each run writes the same bytes.
+#[derive(Debug, Args)]
+pub struct Report {
+    /// The page
+    #[arg(long, value_name = "FILE", default_value = "actuator-report.html")]
+    out: PathBuf,
+    /// Writes all figures of the tables as JSON; with `-`, nothing else is printed
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Writes each figure of the page as an SVG into this folder
+    #[arg(long, value_name = "DIR")]
+    figures: Option<PathBuf>,
+}
+
+impl Report {
+    pub(super) fn run(self) -> Result<(), Failure> {
+        let json = self.json.as_deref();
+        let json = json.filter(|path| !output::is_standard_output(path));
+        let files: Vec<_> = [("--out", Some(&*self.out)), ("--json", json)]
+            .into_iter()
+            .filter_map(|(option, path)| Some((option, path?)))
+            .collect();
+        file::check(&files)?;
+        let progress = output::progress(Comparison::steps(MODELS.len()), "runs");
+        let comparison = Comparison::of(&MODELS, &|| progress.inc(1))?;
+        progress.finish_and_clear();
+        let page = document::page(&comparison)?;
+        page.write(&self.out)?;
+        if let Some(folder) = &self.figures {
+            write_figures(&page, folder)?;
+            eprintln!("figures: {}", folder.display());
+        }
+        match self.json.as_deref() {
+            Some(path) if output::is_standard_output(path) => output::print(&comparison.to_json())?,
+            json => {
+                for table in tables::all(&comparison) {
+                    output::print_table(&table)?;
+                }
+                if let Some(path) = json {
+                    file::write(path, &comparison.to_json())?;
+                    eprintln!("figures of merit: {}", path.display());
+                }
+            }
+        }
+        eprintln!("report: {}", self.out.display());
+        Ok(())
+    }
+}
+
+fn write_figures(page: &Page, folder: &Path) -> Result<(), Error> {
+    fs::create_dir_all(folder).map_err(|source| Error::Write {
+        path: folder.into(),
+        source,
+    })?;
+    for figure in page.figures() {
+        let name = file_name(&figure.title) + ".svg";
+        file::write(&folder.join(name), &svg::render(figure))?;
+    }
+    Ok(())
+}
+
+/// A title as a file name: its letters and digits, whatever else is between them as one hyphen.
+fn file_name(title: &str) -> String {
+    let lower = title.replace('\'', "").to_lowercase();
+    let words = lower.split(|c: char| !c.is_ascii_alphanumeric());
+    words
+        .filter(|word| !word.is_empty())
+        .collect::<Vec<_>>()
+        .join("-")
+}

@@ -1,0 +1,171 @@
+//! `actuator simulate`.
+
+mod sinks;
+
+use std::path::PathBuf;
+
+use clap::{
+    Args,
+    builder::{PossibleValue, PossibleValuesParser},
+};
+use model_core::{
+    excitation::catalogue::Input,
+    presets::{self, PRESETS},
+};
+
+use super::{
+    Failure,
+    parameters::{self, ParameterOptions},
+};
+use host_sim::{
+    error::Error,
+    scenario::{INPUT_PREFIX, Scenario},
+    settings::{ModelKind, PlantKind, Pwm, Value},
+};
+use sinks::{Outputs, Sinks};
+
+/// Runs a model on an input
+///
+/// Without --csv a summary is printed. --set also takes the parameters of the input, as
+/// `input.NAME=VALUE`; --list-parameters prints those of the model and of the input that are chosen.
+#[derive(Debug, Args)]
+pub struct Simulate {
+    /// What to simulate
+    #[arg(value_parser = parameters::named::<ModelKind>())]
+    model: Option<ModelKind>,
+    /// A scenario in TOML; options given beside it win
+    #[arg(long, value_name = "FILE")]
+    scenario: Option<PathBuf>,
+    /// Parameters that `identify --parameters` has written, with their model; those of --set win
+    #[arg(long = "parameters", value_name = "FILE")]
+    parameter_file: Option<PathBuf>,
+    /// A reading of the paper [default: `paper` for a black box, else `consistent`]
+    #[arg(long, value_name = "NAME", value_parser = parameters::preset_names(PRESETS))]
+    preset: Option<String>,
+    /// What the board drives [default: first-order]
+    #[arg(long, value_parser = parameters::named::<PlantKind>())]
+    plant: Option<PlantKind>,
+    /// A command by name [default: pulse]
+    #[arg(long, value_name = "NAME", value_parser = input_names(), conflicts_with = "input_file")]
+    input: Option<String>,
+    /// A command from a CSV file with the columns t (s) and command_deg, held piecewise constant
+    #[arg(long, value_name = "FILE")]
+    input_file: Option<PathBuf>,
+    /// A torque on the load of the bench, from a CSV file with the columns t (s) and torque_nm
+    #[arg(long, value_name = "FILE")]
+    load_file: Option<PathBuf>,
+    #[command(flatten)]
+    parameters: ParameterOptions,
+    /// With --list-parameters: as JSON
+    #[arg(long, requires = "list")]
+    json: bool,
+    /// How long to run, s [default: as long as the input]
+    #[arg(long, value_name = "SECONDS")]
+    duration: Option<f64>,
+    /// Makes a row of every Nth tick of 50 us [default: 20]
+    #[arg(long, value_name = "N")]
+    every: Option<u64>,
+    /// Seed of all that is random [default: 0]
+    #[arg(long)]
+    seed: Option<u64>,
+    /// How the bridge is switched [default: average]
+    #[arg(long, value_parser = parameters::named::<Pwm>())]
+    pwm: Option<Pwm>,
+    /// Writes the trace as CSV, whatever the name; `-` is standard output
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+    /// Writes the trace, as .csv, as .mat for MATLAB and Octave, or as .parquet where that is built
+    /// in; as often as needed
+    #[arg(long, value_name = "FILE")]
+    out: Vec<PathBuf>,
+    /// Draws the trace, as .svg or as interactive .html
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
+}
+
+fn input_names() -> PossibleValuesParser {
+    let inputs = Input::NAMES.iter().filter_map(|name| Input::named(name));
+    PossibleValuesParser::new(inputs.map(|input| {
+        PossibleValue::new(input.name())
+            .help(input.summary().trim_end_matches('.'))
+            .aliases(input.alias())
+    }))
+}
+
+impl Simulate {
+    pub(super) fn run(self) -> Result<(), Failure> {
+        let scenario = self.scenario()?;
+        if self.parameters.list {
+            let parameters = parameters(&scenario)?;
+            return Ok(parameters::print(&parameters, self.json)?);
+        }
+        let simulation = scenario.resolve()?;
+        warn(&scenario);
+        let outputs = Outputs {
+            csv: self.csv,
+            files: self.out,
+            plot: self.plot,
+        };
+        let mut sinks = Sinks::create(&scenario, &simulation, outputs)?;
+        simulation.run(&mut sinks)?;
+        sinks.finish()?;
+        Ok(())
+    }
+
+    fn scenario(&self) -> Result<Scenario, Error> {
+        let base = match &self.scenario {
+            Some(path) => Scenario::read(path)?,
+            None => Scenario::default(),
+        };
+        let mut fitted = match &self.parameter_file {
+            Some(path) => Scenario::read(path)?,
+            None => Scenario::default(),
+        };
+        if base.path.is_some() {
+            // Of two files an error names the first: the lines of the second would mislead.
+            fitted
+                .set
+                .iter_mut()
+                .for_each(|setting| setting.line = None);
+        }
+        Ok(base.overridden_by(fitted).overridden_by(Scenario {
+            model: self.model,
+            plant: self.plant,
+            preset: self.preset.clone(),
+            input: self.input.clone(),
+            input_file: self.input_file.clone(),
+            load_file: self.load_file.clone(),
+            duration_s: self.duration,
+            every: self.every,
+            seed: self.seed,
+            pwm: self.pwm,
+            set: self.parameters.set.clone(),
+            path: None,
+        }))
+    }
+}
+
+/// What must be said of a preset is said on standard error.
+pub(super) fn warn(scenario: &Scenario) {
+    let preset = scenario.preset.as_deref().and_then(presets::preset);
+    if let Some(warning) = preset.and_then(|preset| preset.warning) {
+        eprintln!("warning: {warning}");
+    }
+}
+
+/// The parameters of the model and of its input.
+fn parameters(scenario: &Scenario) -> Result<Vec<(String, Value)>, Error> {
+    let settings = scenario.settings()?;
+    let model = settings.values().map(|v| (v.parameter.name.into(), v));
+    let Some(input) = scenario.standard_input()? else {
+        return Ok(model.collect());
+    };
+    let input = input.table().iter().enumerate().map(|(i, parameter)| {
+        let value = input.get(i).unwrap_or(f64::NAN);
+        (
+            format!("{INPUT_PREFIX}{}", parameter.name),
+            Value { parameter, value },
+        )
+    });
+    Ok(model.chain(input).collect())
+}

@@ -1,0 +1,250 @@
+//! Where the rows of a run go.
+
+use std::{
+    collections::BTreeSet,
+    io::{self, BufWriter, StdoutLock, Write},
+    path::{self, Path, PathBuf},
+};
+
+use indicatif::ProgressBar;
+
+use crate::output;
+use host_sim::{
+    error::Error,
+    plot,
+    report::{Cell, Table, figures},
+    scenario::Scenario,
+    simulate::{Rows, Simulation},
+    trace::Trace,
+    trace_file::{Description, Format, TraceFile, csv::Csv},
+};
+
+/// The most rows that are kept for a plot: some 0.4 GB, and more than any screen resolves.
+const MOST_PLOTTED: u64 = 2_000_000;
+
+/// What the command line asks for.
+pub struct Outputs {
+    /// CSV, whatever the name; a summary where there is none.
+    pub csv: Option<PathBuf>,
+    /// Trace files, each as its name says.
+    pub files: Vec<PathBuf>,
+    /// A plot.
+    pub plot: Option<PathBuf>,
+}
+
+/// Everything that takes the rows of a run.
+pub struct Sinks {
+    sinks: Vec<Box<dyn Sink>>,
+    progress: ProgressBar,
+}
+
+/// Something that takes the rows of a run.
+trait Sink: Rows {
+    /// Writes what is left.
+    fn finish(self: Box<Self>) -> Result<(), Error>;
+}
+
+impl Sinks {
+    /// Opens what the rows of this run go to.
+    pub fn create(
+        scenario: &Scenario,
+        simulation: &Simulation,
+        outputs: Outputs,
+    ) -> Result<Self, Error> {
+        outputs.check()?;
+        let description = Description::of(scenario, simulation)?;
+        let file = |path: &Path, format, said| {
+            let file = TraceFile::create(path, format, simulation, &description)?;
+            Ok::<Box<dyn Sink>, Error>(Box::new(FileSink { file, said }))
+        };
+        let mut sinks = Vec::new();
+        for path in outputs.files {
+            sinks.push(file(&path, Format::of(&path)?, Some(path.clone()))?);
+        }
+        if let Some(path) = outputs.plot {
+            sinks.push(Box::new(PlotSink::create(simulation, path)?));
+        }
+        // Made last: its header is not written before all is known to be good.
+        let table: Box<dyn Sink> = match &outputs.csv {
+            None => Box::new(Summary::new(&simulation.columns())),
+            Some(path) if output::is_standard_output(path) => {
+                Box::new(StandardOutput::create(simulation)?)
+            }
+            Some(path) => file(path, Format::Csv, None)?,
+        };
+        sinks.insert(0, table);
+        Ok(Self {
+            sinks,
+            progress: output::progress(simulation.rows(), "rows"),
+        })
+    }
+
+    /// Writes what is left.
+    pub fn finish(self) -> Result<(), Error> {
+        self.progress.finish_and_clear();
+        self.sinks.into_iter().try_for_each(Sink::finish)
+    }
+}
+
+impl Rows for Sinks {
+    fn row(&mut self, values: &[f64]) -> Result<(), Error> {
+        for sink in &mut self.sinks {
+            sink.row(values)?;
+        }
+        self.progress.inc(1);
+        Ok(())
+    }
+}
+
+impl Outputs {
+    /// Before anything is opened: whether each name says its format, and stands once.
+    fn check(&self) -> Result<(), Error> {
+        for path in &self.files {
+            Format::of(path)?;
+        }
+        if let Some(path) = &self.plot {
+            plot::Format::of(path)?;
+        }
+        let mut seen = BTreeSet::new();
+        let mut paths = self.csv.iter().chain(&self.files).chain(&self.plot);
+        let twice = paths.find(|path| !seen.insert(path::absolute(path).unwrap_or_default()));
+        match twice {
+            None => Ok(()),
+            Some(twice) => Err(Error::Conflict(format!(
+                "{} is to be written twice, expected a name for each",
+                twice.display()
+            ))),
+        }
+    }
+}
+
+/// CSV on standard output.
+struct StandardOutput(Csv<BufWriter<StdoutLock<'static>>>);
+
+impl StandardOutput {
+    fn create(simulation: &Simulation) -> Result<Self, Error> {
+        let out = BufWriter::new(io::stdout().lock());
+        Csv::create(out, &simulation.columns())
+            .map(Self)
+            .map_err(Self::failed)
+    }
+
+    fn failed(source: io::Error) -> Error {
+        Error::Write {
+            path: "-".into(),
+            source,
+        }
+    }
+}
+
+impl Rows for StandardOutput {
+    fn row(&mut self, values: &[f64]) -> Result<(), Error> {
+        self.0.row(values).map_err(Self::failed)
+    }
+}
+
+impl Sink for StandardOutput {
+    fn finish(self: Box<Self>) -> Result<(), Error> {
+        self.0.finish().flush().map_err(Self::failed)
+    }
+}
+
+/// A file, whose name is said when it is complete where it was asked for by its format.
+struct FileSink {
+    file: TraceFile,
+    said: Option<PathBuf>,
+}
+
+impl Rows for FileSink {
+    fn row(&mut self, values: &[f64]) -> Result<(), Error> {
+        self.file.row(values)
+    }
+}
+
+impl Sink for FileSink {
+    fn finish(self: Box<Self>) -> Result<(), Error> {
+        self.file.finish()?;
+        if let Some(path) = self.said {
+            eprintln!("trace: {}", path.display());
+        }
+        Ok(())
+    }
+}
+
+struct PlotSink {
+    path: PathBuf,
+    title: String,
+    trace: Trace,
+}
+
+impl PlotSink {
+    fn create(simulation: &Simulation, path: PathBuf) -> Result<Self, Error> {
+        let rows = simulation.rows();
+        if rows > MOST_PLOTTED {
+            return Err(Error::Conflict(format!(
+                "the plot would have {rows} rows, expected at most {MOST_PLOTTED}: a greater \
+                 --every or a smaller --duration"
+            )));
+        }
+        Ok(Self {
+            path,
+            title: simulation.title(),
+            trace: Trace::new(&simulation.columns(), rows as usize),
+        })
+    }
+}
+
+impl Rows for PlotSink {
+    fn row(&mut self, values: &[f64]) -> Result<(), Error> {
+        self.trace.row(values)
+    }
+}
+
+impl Sink for PlotSink {
+    fn finish(self: Box<Self>) -> Result<(), Error> {
+        plot::save(&figures::of_trace(&self.title, &self.trace), &self.path)?;
+        eprintln!("plot: {}", self.path.display());
+        Ok(())
+    }
+}
+
+/// Least, greatest and last value of every column.
+struct Summary {
+    rows: Vec<(&'static str, [f64; 3])>,
+}
+
+impl Summary {
+    fn new(columns: &[&'static str]) -> Self {
+        let none = [f64::INFINITY, f64::NEG_INFINITY, f64::NAN];
+        Self {
+            rows: columns.iter().map(|name| (*name, none)).collect(),
+        }
+    }
+
+    fn table(&self) -> Table {
+        let columns = ["column", "least", "greatest", "last"];
+        let mut table = Table::new("", &columns.map(|name| (name, "")));
+        for (name, numbers) in &self.rows {
+            let numbers = numbers.map(|value| Cell::Number(value, 3));
+            table.push([Cell::from(*name)].into_iter().chain(numbers));
+        }
+        table
+    }
+}
+
+impl Rows for Summary {
+    fn row(&mut self, values: &[f64]) -> Result<(), Error> {
+        for ((_, [least, greatest, last]), value) in self.rows.iter_mut().zip(values) {
+            *least = least.min(*value);
+            *greatest = greatest.max(*value);
+            *last = *value;
+        }
+        Ok(())
+    }
+}
+
+impl Sink for Summary {
+    fn finish(self: Box<Self>) -> Result<(), Error> {
+        output::print_table(&self.table())
+    }
+}

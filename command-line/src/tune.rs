@@ -1,0 +1,117 @@
+//! `actuator tune`.
+
+mod figure;
+mod result;
+mod wish;
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::{
+    Failure, output,
+    parameters::{self, ParameterOptions},
+};
+use host_sim::{
+    error::Error,
+    plot,
+    scenario::Setting,
+    settings::ModelKind,
+    tune::{self, TuneError},
+};
+use wish::Wish;
+
+/// Finds gains for a motor and a wish, and says what the sampled loop makes of them
+///
+/// The wish is either the bandwidth of the rate loop, and with it the position gain as a share of
+/// it, or the bandwidth and the phase margin of the position loop. Where the gains fall short of
+/// what is customary, warnings say so on standard error. Without a wish the rate loop is the
+/// paper's.
+#[derive(Debug, Args)]
+pub struct Tune {
+    /// Starts from the motor and the board of a preset [default: consistent]
+    #[arg(long, value_name = "NAME", value_parser = parameters::preset_names(ModelKind::Board.presets()))]
+    preset: Option<String>,
+    /// Steady rate of the motor per duty, (deg/s)/%
+    #[arg(long, value_name = "K")]
+    gain: Option<f64>,
+    /// Time constant of the motor, s
+    #[arg(long, value_name = "SECONDS")]
+    time_constant: Option<f64>,
+    /// Bandwidth of the rate loop, rad/s
+    #[arg(long, value_name = "RAD_S",
+        conflicts_with_all = ["bandwidth", "phase_margin"])]
+    inner_bandwidth: Option<f64>,
+    /// Position gain as a share of the bandwidth of the rate loop; a quarter is critical damping
+    #[arg(long, value_name = "SHARE",
+        conflicts_with_all = ["bandwidth", "phase_margin"])]
+    position_share: Option<f64>,
+    /// Bandwidth from position command to angle, Hz
+    #[arg(long, value_name = "HZ")]
+    bandwidth: Option<f64>,
+    /// Least phase margin of the sampled loop, deg
+    #[arg(long, value_name = "DEG")]
+    phase_margin: Option<f64>,
+    #[command(flatten)]
+    parameters: ParameterOptions,
+    /// Prints JSON in place of tables
+    #[arg(long)]
+    json: bool,
+    /// Draws the Bode plot with the margins, as .svg or as interactive .html
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
+}
+
+impl Tune {
+    pub(super) fn run(self) -> Result<(), Failure> {
+        let wish = Wish::new(self.preset.as_deref(), &self.settings())?;
+        if self.parameters.list {
+            return Ok(parameters::print(&wish.parameters(), self.json)?);
+        }
+        if let Some(path) = &self.plot {
+            plot::Format::of(path)?;
+        }
+        let request = wish.request();
+        let tuning = tune::tune(&request).map_err(explained)?;
+        for warning in &tuning.warnings {
+            eprintln!("warning: {warning}");
+        }
+        let command = wish.simulate_command(&tuning)?;
+        if self.json {
+            output::print(&result::json(&tuning, command.as_deref()))?;
+        } else {
+            result::print(&tuning, command.as_deref())?;
+        }
+        if let Some(path) = &self.plot {
+            plot::save(&figure::bode(&request, &tuning)?, path)?;
+            eprintln!("plot: {}", path.display());
+        }
+        Ok(())
+    }
+
+    /// What the options set, and then what --set does.
+    fn settings(&self) -> Vec<Setting> {
+        let options = [
+            ("motor_gain", self.gain),
+            ("motor_time_constant_s", self.time_constant),
+            ("inner_bandwidth_rad_s", self.inner_bandwidth),
+            ("position_share", self.position_share),
+            ("bandwidth_hz", self.bandwidth),
+            ("phase_margin_deg", self.phase_margin),
+        ];
+        let options = options.into_iter();
+        let options = options.filter_map(|(name, value)| Some(Setting::new(name, value?)));
+        options.chain(self.parameters.set.iter().cloned()).collect()
+    }
+}
+
+/// Why there are no gains; of one out of range, which nobody has set, where it comes from.
+fn explained(error: TuneError) -> Error {
+    match error {
+        TuneError::Parameter(parameter) if wish::is_found(&parameter) => Error::Conflict(format!(
+            "the wish asks for a gain that the board does not take: {parameter}"
+        )),
+        TuneError::Parameter(parameter) => parameter.into(),
+        out_of_reach => Error::Conflict(out_of_reach.to_string()),
+    }
+}
