@@ -1,6 +1,6 @@
 //! SDO abort codes (CiA 301, table 22).
 
-/// Why an SDO transfer, or an access to an object, is refused.
+/// SDO abort code: the reason for which an SDO transfer or an object access is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(u32)]
 pub enum Abort {
@@ -58,9 +58,9 @@ pub enum Abort {
     General = 0x0800_0000,
     /// Data cannot be transferred or stored to the application.
     Store = 0x0800_0020,
-    /// The same because of local control.
+    /// Data cannot be transferred or stored because of local control.
     LocalControl = 0x0800_0021,
-    /// The same because of the present state of the device.
+    /// Data cannot be transferred or stored because of the present device state.
     DeviceState = 0x0800_0022,
     /// No object dictionary is present.
     NoDictionary = 0x0800_0023,
@@ -69,7 +69,7 @@ pub enum Abort {
 }
 
 impl Abort {
-    /// The code as it stands on the bus.
+    /// The code transmitted on the bus.
     ///
     /// ```
     /// assert_eq!(canopen::Abort::ReadOnly.code(), 0x0601_0002);

@@ -1,29 +1,29 @@
-//! What the server asks of its user.
+//! The interface between the CANopen device and its application.
 
 use core::task::Poll;
 
 use crate::dictionary::Address;
 use crate::{Abort, ErrorCode, NmtState, NodeId};
 
-/// Why the node was reset.
+/// Kind of reset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reset {
-    /// Power-on, or NMT "reset node": everything takes the values of power-on.
+    /// Power-on or NMT "reset node": all objects take their power-on values.
     Node,
-    /// NMT "reset communication": only the communication objects do.
+    /// NMT "reset communication": only the communication objects take their power-on values.
     Communication,
 }
 
-/// Which parameters 1010h stores, and 1011h restores.
+/// Group of parameters that 1010h stores and 1011h restores.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ParameterGroup {
     /// Sub-index 1.
     All,
     /// Sub-index 2: 1000h to 1FFFh.
     Communication,
-    /// Sub-index 3: 6000h to 9FFFh, and what belongs to it.
+    /// Sub-index 3: application parameters, 6000h to 9FFFh and related manufacturer objects.
     Application,
-    /// Sub-indices 4 to 127, as the manufacturer likes.
+    /// Sub-indices 4 to 127: manufacturer-specific.
     Manufacturer(u8),
 }
 
@@ -37,14 +37,14 @@ impl ParameterGroup {
         }
     }
 
-    /// Whether the communication parameters are among them.
+    /// Whether the group contains the communication parameters.
     #[must_use]
     pub const fn has_communication(self) -> bool {
         matches!(self, Self::All | Self::Communication)
     }
 }
 
-/// Time of day as a TIME message carries it (CiA 301, 7.2.6).
+/// Time of day of a TIME message (CiA 301, 7.2.6).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TimeOfDay {
     /// Milliseconds after midnight.
@@ -53,30 +53,31 @@ pub struct TimeOfDay {
     pub days: u16,
 }
 
-/// What happened on the network.
+/// Network event reported to the application.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Event {
-    /// The NMT state changed, by a master or by 1029h.
-    State(NmtState),
-    /// A SYNC was received or sent: synchronous RPDOs have been applied. With its counter.
+    /// The NMT state changed, by an NMT command or by the error behaviour object 1029h.
+    NmtState(NmtState),
+    /// A SYNC was received or transmitted and the synchronous RPDOs are applied; its counter, if
+    /// any.
     Sync(Option<u8>),
-    /// An RPDO was applied; its number from 1.
+    /// An RPDO was applied; RPDO number, from 1.
     Rpdo(u8),
-    /// An RPDO did not come within its event time; its number from 1.
+    /// An RPDO was not received within its event time; RPDO number, from 1.
     RpdoTimeout(u8),
-    /// A consumed heartbeat stayed out; the node-ID of its producer.
+    /// A consumed heartbeat timed out; node-ID of the producer.
     HeartbeatLost(u8),
-    /// A consumed heartbeat is there, for the first time or again.
+    /// The first heartbeat of a producer was received, initially or after a time-out; its node-ID.
     HeartbeatStarted(u8),
-    /// A TIME message.
+    /// A TIME message was received.
     Time(TimeOfDay),
-    /// LSS gave the node this node-ID; it is used from the next reset of communication on.
+    /// LSS configured this node-ID; it takes effect with the next reset communication.
     NodeId(Option<NodeId>),
     /// An error was raised.
     Error(ErrorCode),
 }
 
-/// Bit rate by LSS (CiA 305, table of bit timing 0).
+/// LSS bit rate (CiA 305, bit timing table 0).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BitRate {
     /// 1 Mbit/s.
@@ -99,73 +100,72 @@ pub enum BitRate {
     Automatic,
 }
 
-/// The application behind the object dictionary.
-///
-/// Numbers come and go as `u64`: the bits of the data type, signed integers extended to 64 bits, so
-/// that `value as i32` is right for every signed type of up to 32 bits. The server has checked access, length,
-/// limits and relations before it calls. Addresses that no hook knows cannot occur, as all of
-/// them are in the dictionary; answer [`Abort::NoObject`].
-///
-/// A hook that returns [`Poll::Pending`] is called again, with the same arguments, from
-/// [`Node::tick`](crate::Node::tick) until it is ready: erasing flash takes longer than a control period.
+/// The application that owns the values of the object dictionary. Numbers are passed as `u64`: the
+/// bits of the data type, signed integers sign-extended to 64 bits, so that `value as i32` is
+/// correct for every signed type of up to 32 bits. The server checks access, length, limits and
+/// relations before each call. Only addresses of the dictionary are passed; return
+/// [`Abort::NoObject`] for any other. A method that returns [`Poll::Pending`] is called again with
+/// the same arguments from [`Node::tick`](crate::Node::tick) until it returns [`Poll::Ready`]:
+/// erasing flash takes longer than a control period.
 #[allow(
     unused_variables,
-    reason = "the defaults refuse; their parameters are named for the documentation"
+    reason = "default implementations refuse; parameter names document the interface"
 )]
 pub trait Application {
-    /// The value of an object.
+    /// Reads an object.
     ///
     /// # Errors
     ///
-    /// Why it cannot be read now.
+    /// The reason for which the object cannot be read now.
     fn read(&mut self, address: Address) -> Result<u64, Abort>;
 
-    /// A new value for an object.
+    /// Writes an object.
     ///
     /// # Errors
     ///
-    /// Why it is refused; nothing may have changed then.
+    /// The reason for which the value is refused; the object must be unchanged.
     fn write(&mut self, address: Address, value: u64) -> Result<(), Abort>;
 
-    /// Whether objects marked as guarded must not change now: a drive answers whether it is enabled.
+    /// Whether objects marked [`guarded`](crate::dictionary::Entry::guarded) are write-protected
+    /// now. A drive returns whether it is enabled.
     fn guarded(&self) -> bool {
         false
     }
 
-    /// A string that is no constant, of at most 64 bytes: fills `buffer` from its start and says
-    /// how much.
+    /// Reads a string that is not a constant, of at most 64 bytes, into `buffer`; returns its
+    /// length.
     ///
     /// # Errors
     ///
-    /// Why it cannot be read now.
+    /// The reason for which the string cannot be read now.
     fn read_bytes(&mut self, address: Address, buffer: &mut [u8]) -> Result<usize, Abort> {
         Err(Abort::NoData)
     }
 
-    /// A new value for a string.
+    /// Writes a string.
     ///
     /// # Errors
     ///
-    /// Why it is refused.
+    /// The reason for which the value is refused.
     fn write_bytes(&mut self, address: Address, value: &[u8]) -> Result<(), Abort> {
         Err(Abort::UnsupportedAccess)
     }
 
-    /// Opens a DOMAIN for upload and says how many bytes it has.
+    /// Opens a DOMAIN for upload; returns its size in bytes.
     ///
     /// # Errors
     ///
-    /// Why it cannot be read now.
+    /// The reason for which the domain cannot be read now.
     fn domain_size(&mut self, address: Address) -> Result<u32, Abort> {
         Err(Abort::NoData)
     }
 
-    /// Fills all of `buffer` with what a DOMAIN has from `offset` on; at most seven bytes. A block transfer
-    /// that lost frames reads again what it has read.
+    /// Fills all of `buffer`, at most seven bytes, with the content of a DOMAIN from `offset`. A
+    /// block upload that lost frames reads the same offsets again.
     ///
     /// # Errors
     ///
-    /// Why it cannot be read any more.
+    /// The reason for which the domain can no longer be read.
     fn domain_read(
         &mut self,
         address: Address,
@@ -175,42 +175,45 @@ pub trait Application {
         Err(Abort::NoData)
     }
 
-    /// A download to a DOMAIN begins; `size` is what the client announced.
+    /// Begins a download to a DOMAIN; `size` is the size that the client indicated.
     ///
     /// # Errors
     ///
-    /// Why it is refused.
+    /// The reason for which the download is refused.
     fn domain_begin(&mut self, address: Address, size: Option<u32>) -> Result<(), Abort> {
         Err(Abort::UnsupportedAccess)
     }
 
-    /// The next bytes of a download, in order, at most seven. They are not yet to be relied on.
+    /// Receives the next bytes of a download, in order, at most seven. They are not verified yet.
     ///
     /// # Errors
     ///
-    /// Why they are refused.
+    /// The reason for which the bytes are refused.
     fn domain_write(&mut self, address: Address, offset: u32, data: &[u8]) -> Result<(), Abort> {
         Err(Abort::UnsupportedAccess)
     }
 
-    /// All `size` bytes of a download are there, and their checksum is right.
+    /// Completes a download: all `size` bytes are received and their checksum is correct.
     fn domain_end(&mut self, address: Address, size: u32) -> Poll<Result<(), Abort>> {
         Poll::Ready(Err(Abort::UnsupportedAccess))
     }
 
-    /// A download to a DOMAIN ended before its end: what came of it is void. Or, with an address of 1010h or 1011h, nobody
-    /// waits any more for a store or a restore that was [`Poll::Pending`].
+    /// A download to a DOMAIN was aborted: discard the received data. For an address of 1010h or
+    /// 1011h, the requester of a pending store or restore ([`Poll::Pending`]) aborted.
     fn domain_cancel(&mut self, address: Address) {}
 
-    /// The node was reset and its communication objects are about to take their power-on values.
+    /// The node is being reset; its communication objects take their power-on values after this
+    /// call.
     fn reset(&mut self, reset: Reset) {}
 
-    /// The stored value of a communication object, if one was stored and not restored since.
+    /// The stored value of a communication object; `None` if none is stored or its default is
+    /// restored.
     fn stored(&mut self, address: Address) -> Option<u32> {
         None
     }
 
-    /// Stores parameters (1010h). `communication` gives those of the server, for [`Application::stored`].
+    /// Stores parameters (1010h). `communication` yields the communication parameters of the
+    /// server, which [`Application::stored`] returns later.
     fn store(
         &mut self,
         group: ParameterGroup,
@@ -219,27 +222,28 @@ pub trait Application {
         Poll::Ready(Err(Abort::Hardware))
     }
 
-    /// Makes parameters take their defaults at the next reset (1011h).
+    /// Restores default parameters (1011h); they take effect at the next reset.
     fn restore(&mut self, group: ParameterGroup) -> Poll<Result<(), Abort>> {
         Poll::Ready(Err(Abort::Hardware))
     }
 
-    /// Something happened on the network.
+    /// Reports a network event.
     fn event(&mut self, event: Event) {}
 
-    /// Whether the bit rate can be set.
+    /// Whether the device supports the bit rate.
     fn supports_bit_rate(&self, bit_rate: BitRate) -> bool {
         false
     }
 
-    /// Switch to this bit rate now; the node is silent before and after.
+    /// Switches to this bit rate now; the node transmits nothing during the switch delay before and
+    /// after it.
     fn set_bit_rate(&mut self, bit_rate: BitRate) {}
 
-    /// Stores node-ID and bit rate (LSS); `None` is what was not configured.
+    /// Stores the LSS node-ID and bit rate; `None` means not configured.
     ///
     /// # Errors
     ///
-    /// [`Abort::UnsupportedAccess`] where nothing can be stored, any other where storing failed.
+    /// [`Abort::UnsupportedAccess`] if the device has no storage, any other code if storing failed.
     fn store_lss(
         &mut self,
         node_id: Option<NodeId>,

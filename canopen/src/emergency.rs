@@ -1,18 +1,18 @@
 //! Emergency object, error register and history (CiA 301, 7.2.7).
 
 use crate::Abort;
-use crate::message::{IDENTIFIER, Message, may_become};
+use crate::message::{IDENTIFIER, Message, cob_id_change_allowed};
 use crate::ring::Ring;
 use crate::timer::Timer;
 
-/// Errors that can be there at a time.
+/// Maximum number of simultaneously active errors.
 const ACTIVE: usize = 16;
-/// Length of the history 1003h; the dictionary says how much of it is seen.
+/// Length of the error history 1003h; the dictionary determines how many entries are visible.
 const HISTORY: usize = 8;
-/// Bit 31 of 1014h: there are no EMCY. Bit 30 is always 0.
+/// Bit 31 of 1014h: EMCY does not exist. Bit 30 is reserved and always 0.
 const INVALID: u32 = 1 << 31;
 const RESERVED: u32 = 1 << 30;
-/// EMCY that wait for the bus or for their inhibit time.
+/// Maximum number of EMCY messages that wait for the bus or for the inhibit time.
 const QUEUE: usize = 8;
 
 /// Error code of an EMCY message.
@@ -26,23 +26,24 @@ impl ErrorCode {
     pub const CAN_OVERRUN: Self = Self(0x8110);
     /// CAN controller in error passive mode.
     pub const CAN_PASSIVE: Self = Self(0x8120);
-    /// Heartbeat of a watched node stayed out.
+    /// Heartbeat of a consumed producer timed out.
     pub const HEARTBEAT: Self = Self(0x8130);
     /// Recovered from bus-off.
     pub const BUS_OFF_RECOVERED: Self = Self(0x8140);
-    /// PDO not processed, as it was too short.
+    /// PDO not processed due to length error.
     pub const PDO_LENGTH: Self = Self(0x8210);
-    /// Unexpected length of a SYNC.
+    /// Unexpected SYNC data length.
     pub const SYNC_LENGTH: Self = Self(0x8240);
-    /// An RPDO did not come in time.
+    /// RPDO timeout.
     pub const RPDO_TIMEOUT: Self = Self(0x8250);
 }
 
-/// Instances from here on are the application's: those of the server are nodes and PDOs.
-const OF_APPLICATION: u8 = 128;
+/// First error instance of the application. The server's own instances, node-IDs and PDO numbers,
+/// are below.
+const FIRST_APPLICATION_INSTANCE: u8 = 128;
 
-/// Errors of what a reset of communication begins anew.
-const WATCHED: [ErrorCode; 4] = [
+/// Errors of the server that a reset communication clears.
+const CLEARED_BY_RESET: [ErrorCode; 4] = [
     ErrorCode::HEARTBEAT,
     ErrorCode::PDO_LENGTH,
     ErrorCode::SYNC_LENGTH,
@@ -61,28 +62,28 @@ pub mod register {
     pub const TEMPERATURE: u8 = 1 << 3;
     /// Communication error.
     pub const COMMUNICATION: u8 = 1 << 4;
-    /// Specific to the device profile.
+    /// Device profile specific.
     pub const PROFILE: u8 = 1 << 5;
-    /// Specific to the manufacturer.
+    /// Manufacturer-specific.
     pub const MANUFACTURER: u8 = 1 << 7;
 }
 
-/// An error as the application, or the server itself, raises it.
+/// An error raised by the application or by the server.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Emergency {
-    /// What it is.
+    /// Error code.
     pub code: ErrorCode,
-    /// Its bits in the error register; [`register::GENERIC`] goes with them.
+    /// Bits of the error register; [`register::GENERIC`] is added.
     pub register: u8,
-    /// Which of several of the kind: byte 3 of the message. Code and instance name an error. The server's own errors have
-    /// instances below 128.
+    /// Instance, byte 3 of the message. Code and instance together identify an error. Errors of the
+    /// server have instances below 128.
     pub instance: u8,
-    /// Bytes 4 to 7 of the message, as the manufacturer likes.
+    /// Bytes 4 to 7 of the message, manufacturer-specific.
     pub information: [u8; 4],
 }
 
 impl Emergency {
-    /// An error of which there is only one.
+    /// An error with instance 0 and no manufacturer-specific information.
     #[must_use]
     pub const fn new(code: ErrorCode, register: u8) -> Self {
         Self {
@@ -103,13 +104,13 @@ impl Emergency {
     }
 }
 
-/// Objects 1001h, 1003h, 1014h and 1015h, and what they are about.
+/// EMCY producer with objects 1001h, 1003h, 1014h and 1015h.
 #[derive(Debug)]
-pub(crate) struct Service {
+pub(crate) struct EmergencyProducer {
     cob_id: u32,
     inhibit_100us: u16,
     active: [Option<Emergency>; ACTIVE],
-    /// Around its end, the newest at `newest`.
+    /// Ring of errors; the newest is at index `newest`.
     history: [u32; HISTORY],
     newest: usize,
     recorded: usize,
@@ -117,8 +118,8 @@ pub(crate) struct Service {
     inhibit: Timer,
 }
 
-impl Service {
-    /// Without 1014h, which [`Service::reset_communication`] sets.
+impl EmergencyProducer {
+    /// Initial state; 1014h is not valid until [`EmergencyProducer::reset_communication`].
     pub const NEW: Self = Self {
         cob_id: 0,
         inhibit_100us: 0,
@@ -127,18 +128,19 @@ impl Service {
         newest: 0,
         recorded: 0,
         queue: Ring::new([0; 8]),
-        inhibit: Timer::OVER,
+        inhibit: Timer::EXPIRED,
     };
 
-    /// Errors stay, messages that were not sent do not, and 1014h may be set to anything.
+    /// Keeps active errors, discards messages not yet sent, and allows any value for 1014h.
     pub fn reset_communication(&mut self) {
         self.cob_id = INVALID;
         self.inhibit_100us = 0;
         self.queue.clear();
-        self.inhibit = Timer::OVER;
+        self.inhibit = Timer::EXPIRED;
         for slot in &mut self.active {
             if slot.is_some_and(|error| {
-                error.instance < OF_APPLICATION && WATCHED.contains(&error.code)
+                error.instance < FIRST_APPLICATION_INSTANCE
+                    && CLEARED_BY_RESET.contains(&error.code)
             }) {
                 *slot = None;
             }
@@ -153,7 +155,8 @@ impl Service {
             .fold(0, |bits, error| bits | error.register | register::GENERIC)
     }
 
-    /// Whether the error is new. A seventeenth is told and recorded, but cannot be cleared by itself.
+    /// Returns whether the error is new. An error beyond the 16 that can be active is transmitted
+    /// and recorded, but cannot be cleared individually.
     pub fn raise(&mut self, error: Emergency) -> bool {
         if self.position(error.code, error.instance).is_some() {
             return false;
@@ -166,7 +169,7 @@ impl Service {
         true
     }
 
-    /// Whether the error was there.
+    /// Returns whether the error was active.
     pub fn clear(&mut self, code: ErrorCode, instance: u8) -> bool {
         let Some(slot) = self
             .position(code, instance)
@@ -204,25 +207,25 @@ impl Service {
         let [low, high] = code.0.to_le_bytes();
         let [a, b, c, d] = error.information;
         let bits = self.register() | generic;
-        // When the queue is full, the history still has it.
+        // If the queue is full, the error is only in the history.
         self.queue
             .push([low, high, bits, error.instance, a, b, c, d]);
     }
 
-    pub fn pass(&mut self, elapsed: Timer) {
-        self.inhibit.pass(elapsed);
+    pub fn advance(&mut self, elapsed: Timer) {
+        self.inhibit.advance(elapsed);
     }
 
     pub fn transmit(&mut self) -> Option<Message> {
-        if self.cob_id & INVALID != 0 || !self.inhibit.is_over() {
+        if self.cob_id & INVALID != 0 || !self.inhibit.is_expired() {
             return None;
         }
         let data = self.queue.pop()?;
-        self.inhibit = Timer::hundreds_us(self.inhibit_100us);
+        self.inhibit = Timer::from_100us(self.inhibit_100us);
         Some(Message::new(self.cob_id & IDENTIFIER, &data))
     }
 
-    /// Object 1003h; `shown` is how many errors the dictionary shows.
+    /// Reads object 1003h; `shown` is the number of entries in the dictionary.
     pub fn history(&self, sub: u8, shown: usize) -> Result<u32, Abort> {
         let recorded = self.recorded.min(shown);
         match usize::from(sub).checked_sub(1) {
@@ -249,8 +252,8 @@ impl Service {
 
     pub fn set_cob_id(&mut self, new: u32) -> Result<(), Abort> {
         let valid = new & INVALID == 0;
-        let stays = self.cob_id & INVALID == 0;
-        if new & RESERVED != 0 || (valid && !may_become(new, self.cob_id, stays)) {
+        let in_use = self.cob_id & INVALID == 0;
+        if new & RESERVED != 0 || (valid && !cob_id_change_allowed(new, self.cob_id, in_use)) {
             return Err(Abort::Value);
         }
         self.cob_id = new;

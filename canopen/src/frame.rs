@@ -1,23 +1,24 @@
-//! A classical CAN frame in memory, for drivers and tools that have none of their own.
+//! A classical CAN frame, for drivers and tools without a frame type of their own.
 
 use embedded_can::{ExtendedId, Frame, Id, StandardId};
 
 use crate::message::copy;
 
-/// A classical CAN frame: an identifier of 11 or 29 bits, and up to eight bytes or a request for them.
+/// A classical CAN frame: an 11-bit or 29-bit identifier and up to eight data bytes, or a remote
+/// frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CanFrame {
     id: Id,
     remote: bool,
     /// 0 to 8.
     length: u8,
-    /// Zero behind the length.
+    /// Bytes beyond `length` are zero.
     data: [u8; 8],
 }
 
 impl CanFrame {
-    /// A frame from a controller. Length codes from 9 to 15 are allowed on the bus and mean 8 bytes
-    /// (ISO 11898-1).
+    /// A frame received by a controller. Data length codes 9 to 15 are allowed on the bus and mean
+    /// 8 bytes (ISO 11898-1).
     ///
     /// ```
     /// use canopen::CanFrame;
@@ -40,8 +41,8 @@ impl CanFrame {
         frame
     }
 
-    /// With an identifier as a number, of 29 bits if `extended`; `None` where it is too large, or the
-    /// length is.
+    /// A frame with a numeric identifier, of 29 bits if `extended`; `None` if identifier or length
+    /// is out of range.
     ///
     /// ```
     /// use canopen::CanFrame;
@@ -59,7 +60,7 @@ impl CanFrame {
         (length <= 8).then(|| Self::received(id, remote, length, data))
     }
 
-    /// The identifier, and whether it has 29 bits.
+    /// The identifier, and whether it is a 29-bit identifier.
     #[must_use]
     pub fn raw_id(&self) -> (u32, bool) {
         match self.id {
@@ -68,7 +69,7 @@ impl CanFrame {
         }
     }
 
-    /// All eight bytes; those behind the length are zero.
+    /// All eight data bytes; those beyond the length are zero.
     #[must_use]
     pub fn bytes(&self) -> [u8; 8] {
         self.data

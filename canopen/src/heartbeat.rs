@@ -3,21 +3,21 @@
 use crate::Abort;
 use crate::timer::Timer;
 
-/// How many nodes can be watched; the dictionary says how many 1016h shows.
+/// Maximum number of monitored nodes; the dictionary determines how many entries 1016h has.
 pub(crate) const CONSUMERS: usize = 8;
 
-/// Object 1017h and when it is due.
+/// Heartbeat producer with object 1017h.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Producer {
     period_ms: u16,
-    due: Timer,
+    timer: Timer,
     pending: bool,
 }
 
 impl Producer {
     pub const NEW: Self = Self {
         period_ms: 0,
-        due: Timer::OVER,
+        timer: Timer::EXPIRED,
         pending: false,
     };
 
@@ -25,30 +25,33 @@ impl Producer {
         self.period_ms
     }
 
-    /// The first heartbeat under a new period goes out at once.
+    /// The first heartbeat after a change of the period is transmitted immediately.
     pub fn set_period(&mut self, period_ms: u16) {
         self.period_ms = period_ms;
-        self.due = Timer::ms(period_ms);
+        self.timer = Timer::from_ms(period_ms);
         self.pending = period_ms != 0;
     }
 
-    /// After boot-up, which stands for the first heartbeat.
+    /// Restarts the period after boot-up, which counts as the first heartbeat.
     pub fn restart(&mut self) {
         self.pending = false;
-        self.due = Timer::ms(self.period_ms);
+        self.timer = Timer::from_ms(self.period_ms);
     }
 
-    /// The state changed: the network learns it at once.
+    /// Transmits a heartbeat immediately, after a change of the NMT state.
     pub fn announce(&mut self) {
         self.pending = self.period_ms != 0;
     }
 
-    pub fn pass(&mut self, elapsed: Timer) {
-        self.due.pass(elapsed);
+    pub fn advance(&mut self, elapsed: Timer) {
+        self.timer.advance(elapsed);
     }
 
     pub fn tick(&mut self) {
-        self.pending |= self.period_ms != 0 && self.due.repeats(Timer::ms(self.period_ms));
+        self.pending |= self.period_ms != 0
+            && self
+                .timer
+                .restart_if_expired(Timer::from_ms(self.period_ms));
     }
 
     pub fn take(&mut self) -> bool {
@@ -57,8 +60,8 @@ impl Producer {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Watch {
-    /// Not heard since it was configured, or since its boot-up.
+enum ConsumerState {
+    /// No heartbeat received since configuration or since the producer's boot-up.
     Unknown,
     Alive,
     Lost,
@@ -68,13 +71,13 @@ enum Watch {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Consumer {
     word: u32,
-    watch: Watch,
+    state: ConsumerState,
     deadline: Timer,
 }
 
-/// What a consumer noticed.
+/// Change of the state of a monitored producer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Notice {
+pub(crate) enum HeartbeatEvent {
     Started { node: u8, recovered: bool },
     Lost { node: u8 },
 }
@@ -82,8 +85,8 @@ pub(crate) enum Notice {
 impl Consumer {
     const NEW: Self = Self {
         word: 0,
-        watch: Watch::Unknown,
-        deadline: Timer::OVER,
+        state: ConsumerState::Unknown,
+        deadline: Timer::EXPIRED,
     };
 
     fn node(&self) -> u8 {
@@ -98,31 +101,32 @@ impl Consumer {
         matches!(self.node(), 1..=127) && self.time_ms() != 0
     }
 
-    fn receive(&mut self, node: u8, state: u8) -> Option<Notice> {
+    fn receive(&mut self, node: u8, state: u8) -> Option<HeartbeatEvent> {
         if !self.active() || self.node() != node {
             return None;
         }
-        self.deadline = Timer::ms(self.time_ms());
-        // A boot-up is no heartbeat: the producer starts anew, and so does watching it.
+        self.deadline = Timer::from_ms(self.time_ms());
+        // A boot-up message is not a heartbeat: the producer restarts, and monitoring restarts with
+        // its first heartbeat.
         if state == 0 {
-            if self.watch == Watch::Alive {
-                self.watch = Watch::Unknown;
+            if self.state == ConsumerState::Alive {
+                self.state = ConsumerState::Unknown;
             }
             return None;
         }
-        let before = core::mem::replace(&mut self.watch, Watch::Alive);
-        (before != Watch::Alive).then_some(Notice::Started {
+        let before = core::mem::replace(&mut self.state, ConsumerState::Alive);
+        (before != ConsumerState::Alive).then_some(HeartbeatEvent::Started {
             node,
-            recovered: before == Watch::Lost,
+            recovered: before == ConsumerState::Lost,
         })
     }
 
-    fn tick(&mut self) -> Option<Notice> {
-        if !self.active() || self.watch != Watch::Alive || !self.deadline.is_over() {
+    fn tick(&mut self) -> Option<HeartbeatEvent> {
+        if !self.active() || self.state != ConsumerState::Alive || !self.deadline.is_expired() {
             return None;
         }
-        self.watch = Watch::Lost;
-        Some(Notice::Lost { node: self.node() })
+        self.state = ConsumerState::Lost;
+        Some(HeartbeatEvent::Lost { node: self.node() })
     }
 }
 
@@ -138,7 +142,7 @@ impl Consumers {
         self.0.get(at).map(|consumer| consumer.word)
     }
 
-    /// Whether the consumer had lost its producer: its error goes with it.
+    /// Returns the node-ID if the consumer had lost its producer: the caller clears that error.
     pub fn configure(&mut self, sub: u8, word: u32) -> Result<Option<u8>, Abort> {
         let new = Consumer {
             word,
@@ -153,31 +157,31 @@ impl Consumers {
             return Err(Abort::Incompatible);
         }
         let consumer = self.0.get_mut(at).ok_or(Abort::NoSubIndex)?;
-        let lost = (consumer.watch == Watch::Lost).then(|| consumer.node());
+        let lost = (consumer.state == ConsumerState::Lost).then(|| consumer.node());
         *consumer = new;
         Ok(lost)
     }
 
-    pub fn receive(&mut self, node: u8, state: u8) -> Option<Notice> {
+    pub fn receive(&mut self, node: u8, state: u8) -> Option<HeartbeatEvent> {
         self.0
             .iter_mut()
             .find_map(|consumer| consumer.receive(node, state))
     }
 
-    pub fn pass(&mut self, elapsed: Timer) {
+    pub fn advance(&mut self, elapsed: Timer) {
         for consumer in &mut self.0 {
-            consumer.deadline.pass(elapsed);
+            consumer.deadline.advance(elapsed);
         }
     }
 
-    /// The node that is watched by one of the consumers.
+    /// Node-ID of the producer that consumer `at` monitors.
     pub fn node(&self, at: usize) -> Option<u8> {
         let consumer = self.0.get(at).filter(|consumer| consumer.active());
         consumer.map(Consumer::node)
     }
 
-    /// The first loss that was not yet told; call until there is none.
-    pub fn tick(&mut self) -> Option<Notice> {
+    /// The next loss not reported yet; call until it returns `None`.
+    pub fn tick(&mut self) -> Option<HeartbeatEvent> {
         self.0.iter_mut().find_map(Consumer::tick)
     }
 }
@@ -187,12 +191,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_node_is_watched_from_its_first_heartbeat_on() {
+    fn monitoring_starts_with_the_first_heartbeat() {
         let mut consumers = Consumers::NEW;
         assert_eq!(consumers.configure(1, 5 << 16 | 100), Ok(None));
-        let started = |recovered| Some(Notice::Started { node: 5, recovered });
+        let started = |recovered| Some(HeartbeatEvent::Started { node: 5, recovered });
         let after = |consumers: &mut Consumers, time_us| {
-            consumers.pass(Timer::us(time_us));
+            consumers.advance(Timer::from_us(time_us));
             consumers.tick()
         };
         assert_eq!(after(&mut consumers, 1_000_000), None);
@@ -200,13 +204,16 @@ mod tests {
         assert_eq!(after(&mut consumers, 1_000_000), None);
         assert_eq!(consumers.receive(5, 5), started(false));
         assert_eq!(after(&mut consumers, 99_999), None);
-        assert_eq!(after(&mut consumers, 1), Some(Notice::Lost { node: 5 }));
+        assert_eq!(
+            after(&mut consumers, 1),
+            Some(HeartbeatEvent::Lost { node: 5 })
+        );
         assert_eq!(after(&mut consumers, 100_000), None);
         assert_eq!(consumers.receive(5, 127), started(true));
     }
 
     #[test]
-    fn a_node_is_watched_once_only() {
+    fn a_producer_is_monitored_by_one_consumer_only() {
         let mut consumers = Consumers::NEW;
         assert_eq!(consumers.configure(1, 5 << 16 | 100), Ok(None));
         assert_eq!(
@@ -216,12 +223,12 @@ mod tests {
         assert_eq!(
             consumers.configure(2, 5 << 16),
             Ok(None),
-            "without a time it is not watched"
+            "a consumer without a time is inactive"
         );
         assert_eq!(
             consumers.configure(1, 5 << 16 | 300),
             Ok(None),
-            "the same entry may change"
+            "an entry may be changed in place"
         );
     }
 }

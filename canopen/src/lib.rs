@@ -1,9 +1,8 @@
-//! A CANopen device: the CiA 301 server, layer setting services (CiA 305) and the logic of the
-//! drive profile (CiA 402).
-//!
-//! No heap, no `unsafe`, no I/O, no clock. A [`Node`] takes frames of any
-//! [`embedded_can::Frame`] and the time, and gives frames back. Its user brings a [`Dictionary`] of const
-//! data and an [`Application`] that holds the values of what is not communication.
+//! A CANopen device: communication profile (CiA 301), layer setting services (CiA 305) and the
+//! drive profile's state machine and modes (CiA 402). The crate has no heap, no `unsafe`, no I/O
+//! and no clock. A [`Node`] receives frames of any [`embedded_can::Frame`] type and the time, and
+//! returns the frames to transmit. The user supplies a constant [`Dictionary`] and an
+//! [`Application`] that holds the values of all objects outside the communication profile.
 //!
 //! ```
 //! use canopen::dictionary::{Access, Address, DataType, Dictionary, Entry, Mapping};
@@ -16,7 +15,7 @@
 //! ];
 //! const DICTIONARY: Dictionary = match canopen::dictionary!(ENTRIES, &[], &[]) {
 //!     Ok(dictionary) => dictionary,
-//!     Err(_) => panic!("the dictionary is not sound"),
+//!     Err(_) => panic!("invalid object dictionary"),
 //! };
 //!
 //! struct Encoder {

@@ -1,14 +1,14 @@
-//! A CAN frame as the services see it.
+//! CAN frame in the internal form of the services.
 
 use embedded_can::{ExtendedId, Frame, Id, StandardId};
 
 /// Bit 29 of a COB-ID: the identifier has 29 bits (CiA 301, 7.5.2).
 pub(crate) const EXTENDED: u32 = 1 << 29;
-/// The CAN-ID of a COB-ID together with bit 29: what identifies a frame on the bus.
+/// CAN-ID of a COB-ID including bit 29, which together identify a frame on the bus.
 pub(crate) const IDENTIFIER: u32 = 0x3FFF_FFFF;
 
-/// A frame with its identifier in the layout of a COB-ID: bit 29 tells 29-bit identifiers from
-/// those of 11 bits, so that comparing one number compares both.
+/// A frame with its identifier in the layout of a COB-ID: bit 29 distinguishes 29-bit from 11-bit
+/// identifiers, so that one comparison covers both.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Message {
     pub id: u32,
@@ -18,7 +18,7 @@ pub(crate) struct Message {
 }
 
 impl Message {
-    /// A data frame; of `data` the first eight bytes.
+    /// A data frame with the first eight bytes of `data`.
     pub fn new(id: u32, data: &[u8]) -> Self {
         let mut message = Self {
             id,
@@ -30,7 +30,7 @@ impl Message {
         message
     }
 
-    /// `None` for frames that classical CAN does not have.
+    /// `None` for frames longer than classical CAN allows.
     pub fn from_frame(frame: &impl Frame) -> Option<Self> {
         if frame.dlc() > 8 {
             return None;
@@ -51,7 +51,7 @@ impl Message {
         Some(message)
     }
 
-    /// `None` where the driver's frame refuses it.
+    /// `None` if the driver's frame type rejects it.
     pub fn to_frame<F: Frame>(self) -> Option<F> {
         F::new(bus_id(self.id)?, self.payload())
     }
@@ -63,7 +63,7 @@ impl Message {
     }
 }
 
-/// The identifier of a frame by its COB-ID.
+/// The CAN identifier of a COB-ID.
 pub(crate) fn bus_id(cob_id: u32) -> Option<Id> {
     if cob_id & EXTENDED == 0 {
         Some(StandardId::new(u16::try_from(cob_id).ok()?)?.into())
@@ -72,7 +72,7 @@ pub(crate) fn bus_id(cob_id: u32) -> Option<Id> {
     }
 }
 
-/// Copies what fits and says how much that was.
+/// Copies as many bytes as fit; returns their number.
 pub(crate) fn copy(to: &mut [u8], from: &[u8]) -> usize {
     let length = to.len().min(from.len());
     for (to, from) in to.iter_mut().zip(from) {
@@ -81,7 +81,7 @@ pub(crate) fn copy(to: &mut [u8], from: &[u8]) -> usize {
     length
 }
 
-/// CAN-IDs of 11 bits that CiA 301, 7.3.5, forbids to give to a service.
+/// Restricted 11-bit CAN-IDs, which must not be assigned to a service (CiA 301, 7.3.5).
 pub(crate) fn restricted(id: u32) -> bool {
     matches!(
         id,
@@ -94,8 +94,8 @@ pub(crate) fn restricted(id: u32) -> bool {
     )
 }
 
-/// Whether the identifier of a COB-ID may be given to a service: bits 11 to 28 belong to 29-bit
-/// identifiers only.
+/// Whether the identifier of a COB-ID may be assigned to a service: bits 11 to 28 must be 0 for an
+/// 11-bit identifier.
 pub(crate) fn assignable(cob_id: u32) -> bool {
     let id = cob_id & IDENTIFIER;
     if id & EXTENDED != 0 {
@@ -105,9 +105,10 @@ pub(crate) fn assignable(cob_id: u32) -> bool {
     }
 }
 
-/// Whether a service may have COB-ID `new` instead of `old`. The identifier of one that goes on stays.
-pub(crate) fn may_become(new: u32, old: u32, goes_on: bool) -> bool {
-    assignable(new) && !(goes_on && (new ^ old) & IDENTIFIER != 0)
+/// Whether COB-ID `old` of a service may change to `new`. The identifier must not change while the
+/// service is `in_use`.
+pub(crate) fn cob_id_change_allowed(new: u32, old: u32, in_use: bool) -> bool {
+    assignable(new) && !(in_use && (new ^ old) & IDENTIFIER != 0)
 }
 
 #[cfg(test)]
@@ -115,7 +116,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn restricted_identifiers_are_those_of_the_table() {
+    fn restricted_identifiers_match_the_table_of_cia_301() {
         for id in [
             0, 1, 0x7F, 0x101, 0x180, 0x581, 0x601, 0x67F, 0x6E0, 0x701, 0x780, 0x7FF,
         ] {

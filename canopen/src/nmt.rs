@@ -2,22 +2,22 @@
 
 use core::num::NonZeroU8;
 
-/// State of a node; the number is that of its heartbeat.
+/// NMT state of a node; the discriminant is the value in its heartbeat.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum NmtState {
-    /// Initialising: boot-up not sent yet, or no node-ID.
+    /// Initialisation: the boot-up message is not sent yet, or the node has no node-ID.
     Initialising = 0x00,
-    /// Only NMT, heartbeat and LSS.
+    /// Stopped: only NMT, heartbeat and LSS are active.
     Stopped = 0x04,
-    /// Everything.
+    /// Operational: all services are active.
     Operational = 0x05,
-    /// Everything but PDOs.
+    /// Pre-operational: all services except PDOs are active.
     PreOperational = 0x7F,
 }
 
 impl NmtState {
-    /// Whether SDO, SYNC, TIME and EMCY are served.
+    /// Whether SDO, SYNC, TIME and EMCY are active.
     pub(crate) const fn communicates(self) -> bool {
         matches!(self, Self::Operational | Self::PreOperational)
     }
@@ -44,14 +44,14 @@ impl NodeId {
         }
     }
 
-    /// The number.
+    /// The node-ID as a number.
     #[must_use]
     pub const fn get(self) -> u8 {
         self.0.get()
     }
 }
 
-/// What an NMT master can ask for.
+/// NMT command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Command {
     Enter(NmtState),
@@ -59,7 +59,7 @@ pub(crate) enum Command {
     ResetCommunication,
 }
 
-/// The command in an NMT message, if it is for this node.
+/// The command of an NMT message addressed to this node.
 pub(crate) fn command(data: &[u8], node_id: NodeId) -> Option<Command> {
     let [specifier, node] = data else { return None };
     if *node != 0 && *node != node_id.get() {

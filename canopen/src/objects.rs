@@ -1,4 +1,4 @@
-//! Access to objects: what the server checks itself, and who keeps the value.
+//! Object access: the checks of the server, and dispatch to the owner of each value.
 
 use core::task::Poll;
 
@@ -12,7 +12,7 @@ use crate::{Abort, sdo};
 const SAVE: u32 = u32::from_le_bytes(*b"save");
 const LOAD: u32 = u32::from_le_bytes(*b"load");
 
-/// The dictionary with the values behind it.
+/// The object dictionary together with the owners of its values.
 pub(crate) struct Objects<'a, A, const R: usize, const T: usize> {
     pub dictionary: &'static Dictionary,
     pub services: &'a mut Services<R, T>,
@@ -21,13 +21,13 @@ pub(crate) struct Objects<'a, A, const R: usize, const T: usize> {
 }
 
 impl<A: Application, const R: usize, const T: usize> Objects<'_, A, R, T> {
-    /// The number in an object.
+    /// Reads a numeric object.
     pub fn read_number(&mut self, row: &Row) -> Result<u64, Abort> {
         let address = row.address();
         if let Some(value) = self.services.read(address, self.dictionary) {
             return value.map(u64::from);
         }
-        // SDO parameters have constant values with the node-ID in them.
+        // SDO parameters have constant values that contain the node-ID.
         let from_table = matches!(address.index, 0x1010 | 0x1011 | 0x1200..=0x127F);
         if row.access() == Access::Const || from_table {
             let value = self.dictionary.value(row, self.node_id);
@@ -36,7 +36,7 @@ impl<A: Application, const R: usize, const T: usize> Objects<'_, A, R, T> {
         self.app.read(address)
     }
 
-    /// Writes a number after all checks; as an RPDO does, and an SDO transfer at its end.
+    /// Writes a numeric object after all checks, for an RPDO or a completed SDO download.
     pub fn write_number(&mut self, row: &Row, value: u64) -> Result<(), Abort> {
         if row.is_guarded() && self.app.guarded() {
             return Err(Abort::DeviceState);
@@ -48,10 +48,10 @@ impl<A: Application, const R: usize, const T: usize> Objects<'_, A, R, T> {
             Some(done) => done?,
             None => self.app.write(address, value)?,
         }
-        // Whoever changes the configuration makes what 1020h says of it untrue.
+        // A change of the configuration invalidates 1020h "verify configuration".
         let configures = row.mapping() == Mapping::None && row.access() == Access::ReadWrite;
         if configures && !matches!(address.index, 0x1003 | 0x1020) {
-            self.services.verified = [0; 2];
+            self.services.configuration_date = [0; 2];
         }
         Ok(())
     }
@@ -104,7 +104,7 @@ impl<A: Application, const R: usize, const T: usize> Objects<'_, A, R, T> {
         } = self;
         app.store(
             ParameterGroup::from_sub(sub),
-            &mut services.parameters(dictionary),
+            &mut services.storable_parameters(dictionary),
         )
     }
 
@@ -116,7 +116,7 @@ impl<A: Application, const R: usize, const T: usize> Objects<'_, A, R, T> {
     }
 }
 
-impl<A: Application, const R: usize, const T: usize> sdo::Objects for Objects<'_, A, R, T> {
+impl<A: Application, const R: usize, const T: usize> sdo::ObjectAccess for Objects<'_, A, R, T> {
     fn entry(&self, address: Address) -> Result<&'static Row, Abort> {
         self.dictionary.find(address)
     }

@@ -1,6 +1,6 @@
-//! A queue of fixed size.
+//! Queue of fixed capacity.
 
-/// First in, first out; what does not fit is refused.
+/// First-in first-out queue; a value that does not fit is refused.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ring<T, const N: usize> {
     slots: [T; N],
@@ -9,7 +9,7 @@ pub(crate) struct Ring<T, const N: usize> {
 }
 
 impl<T: Copy, const N: usize> Ring<T, N> {
-    /// Empty; `unused` is what stands in it before anything was there.
+    /// An empty queue; `unused` fills the unoccupied slots.
     pub const fn new(unused: T) -> Self {
         Self {
             slots: [unused; N],
@@ -22,7 +22,7 @@ impl<T: Copy, const N: usize> Ring<T, N> {
         self.length = 0;
     }
 
-    /// Whether there was room.
+    /// Returns whether there was room.
     pub fn push(&mut self, value: T) -> bool {
         if self.length >= N {
             return false;
@@ -48,7 +48,7 @@ mod tests {
     use super::Ring;
 
     #[test]
-    fn keeps_the_order_around_the_end_and_refuses_what_is_too_much() {
+    fn order_is_kept_across_the_wrap_and_values_are_refused_when_full() {
         let mut ring = Ring::<u8, 3>::new(0);
         for start in 0..10 {
             assert!((start..start + 3).all(|value| ring.push(value)));

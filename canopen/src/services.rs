@@ -1,97 +1,99 @@
-//! The communication objects that the server keeps itself, 1000h to 1FFFh.
+//! The communication objects held by the server, 1000h to 1FFFh.
 
 use crate::dictionary::{Access, Address, Dictionary, Row};
-use crate::pdo::{Channel, Direction, Rpdo, Tpdo};
+use crate::pdo::{Direction, PdoParameters, Rpdo, Tpdo};
 use crate::timer::Timer;
 use crate::{Abort, emergency, heartbeat, sync, time};
 
-/// All services but SDO and LSS, and the objects that configure them.
+/// All services except SDO and LSS, with the objects that configure them.
 #[derive(Debug)]
-// The small ones first, as in the node.
+// Small fields first, as in `Node`.
 #[repr(C)]
 pub(crate) struct Services<const R: usize, const T: usize> {
     pub heartbeat: heartbeat::Producer,
-    pub sync: sync::Service,
-    pub time: time::Service,
+    pub sync: sync::SyncService,
+    pub time: time::TimeConsumer,
     /// Object 1029h:1.
     pub communication_error: u8,
     /// Object 1F80h.
     pub startup: u32,
-    /// Object 1020h: date and time of the configuration.
-    pub verified: [u32; 2],
-    pub emergency: emergency::Service,
+    /// Object 1020h: configuration date and time.
+    pub configuration_date: [u32; 2],
+    pub emergency: emergency::EmergencyProducer,
     pub consumers: heartbeat::Consumers,
     pub rpdos: [Rpdo; R],
     pub tpdos: [Tpdo; T],
 }
 
-/// First communication parameters of RPDOs and TPDOs, and the way from them to the mapping.
+/// Index of the first RPDO and TPDO communication parameters, and the offset from there to the
+/// mapping parameters.
 const RPDO: u16 = 0x1400;
 const TPDO: u16 = 0x1800;
 const MAPPING: u16 = 0x0200;
 
-/// Objects whose values the server keeps, but which are no parameters to be stored.
-const fn transient(index: u16) -> bool {
+/// Objects held by the server that are not stored by 1010h.
+const fn is_volatile(index: u16) -> bool {
     matches!(index, 0x1001 | 0x1003)
 }
 
-/// How far an index is behind another; very far where it is before it.
-fn distance(index: u16, base: u16) -> usize {
+/// Offset of an index from `base`; out of any range if the index is below it.
+fn offset_from(index: u16, base: u16) -> usize {
     usize::from(index.wrapping_sub(base))
 }
 
 impl<const R: usize, const T: usize> Services<R, T> {
-    /// Nothing yet: [`Services::load`] has to follow. As everything is zero, no byte of it is kept in the program.
+    /// Initial state, all zero so that it needs no initialisation data; [`Services::load`] must
+    /// follow.
     pub const NEW: Self = Self {
         heartbeat: heartbeat::Producer::NEW,
         consumers: heartbeat::Consumers::NEW,
-        emergency: emergency::Service::NEW,
-        sync: sync::Service::NEW,
-        time: time::Service::NEW,
+        emergency: emergency::EmergencyProducer::NEW,
+        sync: sync::SyncService::NEW,
+        time: time::TimeConsumer::NEW,
         rpdos: [Rpdo::NEW; R],
         tpdos: [Tpdo::NEW; T],
         communication_error: 0,
         startup: 0,
-        verified: [0; 2],
+        configuration_date: [0; 2],
     };
 
-    /// Time passes.
-    pub fn pass(&mut self, elapsed: Timer) {
-        self.heartbeat.pass(elapsed);
-        self.consumers.pass(elapsed);
-        self.emergency.pass(elapsed);
-        self.sync.pass(elapsed);
+    /// Advances all timers.
+    pub fn advance(&mut self, elapsed: Timer) {
+        self.heartbeat.advance(elapsed);
+        self.consumers.advance(elapsed);
+        self.emergency.advance(elapsed);
+        self.sync.advance(elapsed);
         for rpdo in &mut self.rpdos {
-            rpdo.pass(elapsed);
+            rpdo.advance(elapsed);
         }
         for tpdo in &mut self.tpdos {
-            tpdo.pass(elapsed);
+            tpdo.advance(elapsed);
         }
     }
 
-    /// Takes defaults, or what was stored of them; errors that are there stay.
+    /// Loads stored values, or defaults where none is stored. Active errors remain active.
     pub fn load(
         &mut self,
         dictionary: &Dictionary,
         node_id: u8,
         mut stored: impl FnMut(Address) -> Option<u32>,
     ) {
-        // One after the other, where they are: all at once they are large.
+        // Assigned one by one: a temporary of the whole struct would be large.
         self.heartbeat = heartbeat::Producer::NEW;
         self.consumers = heartbeat::Consumers::NEW;
         self.emergency.reset_communication();
-        self.sync = sync::Service::NEW;
-        self.time = time::Service::NEW;
+        self.sync = sync::SyncService::NEW;
+        self.time = time::TimeConsumer::NEW;
         self.rpdos = [Rpdo::NEW; R];
         self.tpdos = [Tpdo::NEW; T];
-        for (direction, channel) in self.channels() {
-            channel.begin(direction);
+        for (direction, parameters) in self.all_pdo_parameters() {
+            parameters.reset(direction);
         }
         self.communication_error = 0;
-        // Without 1F80h a node waits in PRE-OPERATIONAL.
-        self.startup = SELF_START_OFF;
-        self.verified = [0; 2];
-        // 1019h first, which is not to be written while SYNC is produced.
+        // Without 1F80h the node remains in PRE-OPERATIONAL after boot-up.
+        self.startup = NO_SELF_START;
+        self.configuration_date = [0; 2];
+        // 1019h first: it cannot be written while SYNC is produced.
         for is_first in [true, false] {
             for row in dictionary.rows() {
                 let address = row.address();
@@ -104,44 +106,44 @@ impl<const R: usize, const T: usize> Services<R, T> {
                 self.load_one(address, value);
             }
         }
-        for (_, channel) in self.channels() {
-            channel.settle(dictionary);
+        for (_, parameters) in self.all_pdo_parameters() {
+            parameters.validate(dictionary);
         }
     }
 
-    /// What all PDOs have in common.
-    fn channels(&mut self) -> impl Iterator<Item = (Direction, &mut Channel)> {
+    /// The parameters of all PDOs.
+    fn all_pdo_parameters(&mut self) -> impl Iterator<Item = (Direction, &mut PdoParameters)> {
         let receive = self
             .rpdos
             .iter_mut()
-            .map(|rpdo| (Direction::Receive, &mut rpdo.channel));
+            .map(|rpdo| (Direction::Receive, &mut rpdo.parameters));
         let transmit = self
             .tpdos
             .iter_mut()
-            .map(|tpdo| (Direction::Transmit, &mut tpdo.channel));
+            .map(|tpdo| (Direction::Transmit, &mut tpdo.parameters));
         receive.chain(transmit)
     }
 
     fn load_one(&mut self, address: Address, value: u32) {
         let Address { index, sub } = address;
-        if let Some(channel) = self.channel_mut(index, 0) {
-            channel.load_parameter(sub, value);
-        } else if let Some(channel) = self.channel_mut(index, MAPPING) {
-            channel.map.load(sub, value);
-        } else if !transient(index) && !(index == 0x1016 && sub == 0) {
-            // What was stored is refused where it makes no sense; the service stays off then.
+        if let Some(parameters) = self.pdo_parameters_mut(index, 0) {
+            parameters.load_parameter(sub, value);
+        } else if let Some(parameters) = self.pdo_parameters_mut(index, MAPPING) {
+            parameters.map.load(sub, value);
+        } else if !is_volatile(index) && !(index == 0x1016 && sub == 0) {
+            // An invalid stored value is refused; the service then remains disabled.
             let _ = self.write_service(address, value);
         }
     }
 
-    /// The value of an object that is kept here.
+    /// Reads an object held by the server; `None` if it is not.
     pub fn read(&self, address: Address, dictionary: &Dictionary) -> Option<Result<u32, Abort>> {
         let Address { index, sub } = address;
-        if let Some(channel) = self.channel(index, 0) {
-            return channel.read_parameter(sub).map(Ok);
+        if let Some(parameters) = self.pdo_parameters(index, 0) {
+            return parameters.read_parameter(sub).map(Ok);
         }
-        if let Some(channel) = self.channel(index, MAPPING) {
-            return channel.map.read(sub).map(Ok);
+        if let Some(parameters) = self.pdo_parameters(index, MAPPING) {
+            return parameters.map.read(sub).map(Ok);
         }
         Some(Ok(match (index, sub) {
             (0x1001, _) => u32::from(self.emergency.register()),
@@ -159,14 +161,14 @@ impl<const R: usize, const T: usize> Services<R, T> {
             (0x1016, _) => self.consumers.word(sub)?,
             (0x1017, _) => u32::from(self.heartbeat.period_ms()),
             (0x1019, _) => u32::from(self.sync.overflow()),
-            (0x1020, 1 | 2) => *self.verified.get(usize::from(sub) - 1)?,
+            (0x1020, 1 | 2) => *self.configuration_date.get(usize::from(sub) - 1)?,
             (0x1029, 1) => u32::from(self.communication_error),
             (0x1F80, _) => self.startup,
             _ => return None,
         }))
     }
 
-    /// Writes an object that is kept here; `None` if it is not.
+    /// Writes an object held by the server; `None` if it is not.
     pub fn write(
         &mut self,
         address: Address,
@@ -174,28 +176,28 @@ impl<const R: usize, const T: usize> Services<R, T> {
         dictionary: &Dictionary,
     ) -> Option<Result<(), Abort>> {
         let Address { index, sub } = address;
-        if let Some(channel) = self.channel_mut(index, MAPPING) {
-            return Some(channel.write_mapping(sub, value, dictionary));
+        if let Some(parameters) = self.pdo_parameters_mut(index, MAPPING) {
+            return Some(parameters.write_mapping(sub, value, dictionary));
         }
-        if let Some(channel) = self.channel_mut(index, 0) {
-            let existed = channel.valid();
-            let done = channel.write_parameter(sub, value);
+        if let Some(parameters) = self.pdo_parameters_mut(index, 0) {
+            let existed = parameters.valid();
+            let done = parameters.write_parameter(sub, value);
             self.restart_pdo(index, sub, existed);
             return Some(done);
         }
         self.write_service(address, value)
     }
 
-    /// Starts anew what a change of a communication parameter makes another PDO.
+    /// Restarts a PDO after a change of its communication parameters.
     fn restart_pdo(&mut self, index: u16, sub: u8, existed: bool) {
-        let is_other = !existed || sub == 2;
-        if let Some(rpdo) = self.rpdos.get_mut(distance(index, RPDO))
-            && (is_other || sub == 5)
+        let is_redefined = !existed || sub == 2;
+        if let Some(rpdo) = self.rpdos.get_mut(offset_from(index, RPDO))
+            && (is_redefined || sub == 5)
         {
             rpdo.start();
         }
-        if let Some(tpdo) = self.tpdos.get_mut(distance(index, TPDO)) {
-            if is_other {
+        if let Some(tpdo) = self.tpdos.get_mut(offset_from(index, TPDO)) {
+            if is_redefined {
                 tpdo.start();
             } else if sub == 5 {
                 tpdo.restart_timer();
@@ -203,17 +205,18 @@ impl<const R: usize, const T: usize> Services<R, T> {
         }
     }
 
-    /// The PDO whose communication parameters (`offset` 0) or mapping stand at `index`.
-    fn channel(&self, index: u16, offset: u16) -> Option<&Channel> {
-        let rpdo = self.rpdos.get(distance(index, RPDO + offset));
-        let tpdo = self.tpdos.get(distance(index, TPDO + offset));
-        (rpdo.map(|rpdo| &rpdo.channel)).or(tpdo.map(|tpdo| &tpdo.channel))
+    /// The PDO whose communication parameters (`offset` 0) or mapping parameters (`offset`
+    /// [`MAPPING`]) are at `index`.
+    fn pdo_parameters(&self, index: u16, offset: u16) -> Option<&PdoParameters> {
+        let rpdo = self.rpdos.get(offset_from(index, RPDO + offset));
+        let tpdo = self.tpdos.get(offset_from(index, TPDO + offset));
+        (rpdo.map(|rpdo| &rpdo.parameters)).or(tpdo.map(|tpdo| &tpdo.parameters))
     }
 
-    fn channel_mut(&mut self, index: u16, offset: u16) -> Option<&mut Channel> {
-        let rpdo = self.rpdos.get_mut(distance(index, RPDO + offset));
-        let tpdo = self.tpdos.get_mut(distance(index, TPDO + offset));
-        (rpdo.map(|rpdo| &mut rpdo.channel)).or(tpdo.map(|tpdo| &mut tpdo.channel))
+    fn pdo_parameters_mut(&mut self, index: u16, offset: u16) -> Option<&mut PdoParameters> {
+        let rpdo = self.rpdos.get_mut(offset_from(index, RPDO + offset));
+        let tpdo = self.tpdos.get_mut(offset_from(index, TPDO + offset));
+        (rpdo.map(|rpdo| &mut rpdo.parameters)).or(tpdo.map(|tpdo| &mut tpdo.parameters))
     }
 
     fn write_service(&mut self, address: Address, value: u32) -> Option<Result<(), Abort>> {
@@ -238,7 +241,7 @@ impl<const R: usize, const T: usize> Services<R, T> {
             }
             (0x1019, _) => self.sync.set_overflow(value as u8),
             (0x1020, sub @ (1 | 2)) => {
-                if let Some(word) = self.verified.get_mut(usize::from(sub) - 1) {
+                if let Some(word) = self.configuration_date.get_mut(usize::from(sub) - 1) {
                     *word = value;
                 }
                 Ok(())
@@ -248,8 +251,8 @@ impl<const R: usize, const T: usize> Services<R, T> {
                 self.communication_error = value as u8;
                 Ok(())
             }
-            // Of 1F80h a node that is no NMT master has bit 2 alone.
-            (0x1F80, _) if value & !SELF_START_OFF != 0 => Err(Abort::Value),
+            // A node that is not an NMT master supports bit 2 of 1F80h only.
+            (0x1F80, _) if value & !NO_SELF_START != 0 => Err(Abort::Value),
             (0x1F80, _) => {
                 self.startup = value;
                 Ok(())
@@ -267,28 +270,28 @@ impl<const R: usize, const T: usize> Services<R, T> {
         Ok(())
     }
 
-    /// Whether the node goes on to OPERATIONAL by itself.
-    pub const fn starts_itself(&self) -> bool {
-        self.startup & SELF_START_OFF == 0
+    /// Whether the node enters OPERATIONAL autonomously after boot-up.
+    pub const fn is_self_starting(&self) -> bool {
+        self.startup & NO_SELF_START == 0
     }
 
     /// The parameters that 1010h stores.
-    pub fn parameters<'a>(
+    pub fn storable_parameters<'a>(
         &'a self,
         dictionary: &'a Dictionary,
     ) -> impl Iterator<Item = (Address, u32)> + 'a {
-        let kept = dictionary
+        let addresses = dictionary
             .rows()
             .iter()
             .filter(|row| row.access() == Access::ReadWrite)
             .map(Row::address)
-            .filter(|address| !transient(address.index));
-        kept.filter_map(|address| {
+            .filter(|address| !is_volatile(address.index));
+        addresses.filter_map(|address| {
             let value = self.read(address, dictionary)?.ok()?;
             Some((address, value))
         })
     }
 }
 
-/// Bit 2 of 1F80h: the node does not enter OPERATIONAL by itself.
-const SELF_START_OFF: u32 = 1 << 2;
+/// Bit 2 of 1F80h: the node does not enter OPERATIONAL autonomously.
+const NO_SELF_START: u32 = 1 << 2;

@@ -1,52 +1,52 @@
 //! SYNC producer and consumer (CiA 301, 7.2.5).
 
 use crate::Abort;
-use crate::message::{IDENTIFIER, Message, may_become};
+use crate::message::{IDENTIFIER, Message, cob_id_change_allowed};
 use crate::timer::Timer;
 
 /// Bit 30 of 1005h: the node generates SYNC.
 const PRODUCE: u32 = 1 << 30;
 
-/// Objects 1005h, 1006h, 1007h and 1019h.
+/// SYNC producer and consumer with objects 1005h, 1006h, 1007h and 1019h.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Service {
-    /// Before it is set there is nothing to receive: NMT's identifier, 0, never gets here.
+pub(crate) struct SyncService {
+    /// 0 until 1005h is set, which disables reception: identifier 0 is NMT.
     cob_id: u32,
     period_us: u32,
     window_us: u32,
     overflow: u8,
     counter: u8,
-    due: Timer,
+    timer: Timer,
     pending: bool,
     /// The synchronous window after the last SYNC that was received or sent.
     window: Timer,
 }
 
-/// What came with a SYNC.
+/// A received or transmitted SYNC.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Sync {
     pub counter: Option<u8>,
     pub length_ok: bool,
 }
 
-impl Service {
+impl SyncService {
     pub const NEW: Self = Self {
         cob_id: 0,
         period_us: 0,
         window_us: 0,
         overflow: 0,
         counter: 0,
-        due: Timer::OVER,
+        timer: Timer::EXPIRED,
         pending: false,
-        window: Timer::OVER,
+        window: Timer::EXPIRED,
     };
 
-    /// CiA 301, 7.2.5: the counter starts anew when the node enters OPERATIONAL from STOPPED.
+    /// Resets the counter when the node leaves STOPPED (CiA 301, 7.2.5).
     pub fn restart_counter(&mut self) {
         self.counter = 0;
     }
 
-    /// That of the frames that it hears.
+    /// Identifier of the consumed SYNC frames.
     pub fn identifier(&self) -> Option<u32> {
         (self.cob_id != 0).then_some(self.cob_id & IDENTIFIER)
     }
@@ -56,7 +56,7 @@ impl Service {
     }
 
     pub fn receive(&mut self, payload: &[u8]) -> Sync {
-        self.window = Timer::us(self.window_us);
+        self.window = Timer::from_us(self.window_us);
         let length_ok = payload.len() == usize::from(self.overflow != 0);
         let counter = if self.overflow == 0 {
             None
@@ -66,19 +66,23 @@ impl Service {
         Sync { counter, length_ok }
     }
 
-    pub fn pass(&mut self, elapsed: Timer) {
-        self.due.pass(elapsed);
-        self.window.pass(elapsed);
+    pub fn advance(&mut self, elapsed: Timer) {
+        self.timer.advance(elapsed);
+        self.window.advance(elapsed);
     }
 
-    /// Whether a SYNC of the node's own is due; it counts as received, too.
+    /// Returns a SYNC if the producer's period has elapsed; it also counts as received.
     pub fn tick(&mut self) -> Option<Sync> {
         let produces = self.cob_id & PRODUCE != 0 && self.period_us != 0;
-        if !produces || !self.due.repeats(Timer::us(self.period_us)) {
+        if !produces
+            || !self
+                .timer
+                .restart_if_expired(Timer::from_us(self.period_us))
+        {
             return None;
         }
         self.pending = true;
-        self.window = Timer::us(self.window_us);
+        self.window = Timer::from_us(self.window_us);
         if self.overflow != 0 {
             self.counter = if self.counter >= self.overflow {
                 1
@@ -101,9 +105,9 @@ impl Service {
         Some(Message::new(self.cob_id & IDENTIFIER, data))
     }
 
-    /// Whether the synchronous window 1007h is over.
+    /// Whether the synchronous window length 1007h has elapsed.
     pub fn window_closed(&self) -> bool {
-        self.window_us != 0 && self.window.is_long_over()
+        self.window_us != 0 && self.window.is_overdue()
     }
 
     pub fn cob_id(&self) -> u32 {
@@ -111,14 +115,14 @@ impl Service {
     }
 
     pub fn set_cob_id(&mut self, new: u32) -> Result<(), Abort> {
-        // While SYNC is generated its identifier stays (CiA 301, 7.5.2.5).
-        if !may_become(new, self.cob_id, new & self.cob_id & PRODUCE != 0) {
+        // The identifier must not change while SYNC is generated (CiA 301, 7.5.2.5).
+        if !cob_id_change_allowed(new, self.cob_id, new & self.cob_id & PRODUCE != 0) {
             return Err(Abort::Value);
         }
         self.cob_id = new & !(1 << 31);
         self.counter = 0;
         self.pending = false;
-        self.due = Timer::us(self.period_us);
+        self.timer = Timer::from_us(self.period_us);
         Ok(())
     }
 
@@ -126,13 +130,13 @@ impl Service {
         self.period_us
     }
 
-    /// More than 35 min are too long.
+    /// Periods above 35 min are refused.
     pub fn set_period(&mut self, period_us: u32) -> Result<(), Abort> {
         if period_us > Timer::LONGEST_US {
             return Err(Abort::TooHigh);
         }
         self.period_us = period_us;
-        self.due = Timer::us(period_us);
+        self.timer = Timer::from_us(period_us);
         self.counter = 0;
         Ok(())
     }

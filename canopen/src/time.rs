@@ -2,22 +2,22 @@
 
 use crate::Abort;
 use crate::application::TimeOfDay;
-use crate::message::{IDENTIFIER, Message, may_become};
+use crate::message::{IDENTIFIER, Message, cob_id_change_allowed};
 
-/// Object 1012h.
+/// TIME consumer with object 1012h.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Service {
+pub(crate) struct TimeConsumer {
     cob_id: u32,
 }
 
-/// Bit 31: the node consumes TIME. Bit 30: it produces it.
+/// Bit 31 of 1012h: the node consumes TIME. Bit 30: the node produces TIME.
 const CONSUME: u32 = 1 << 31;
 const PRODUCE: u32 = 1 << 30;
 
-impl Service {
+impl TimeConsumer {
     pub const NEW: Self = Self { cob_id: 0 };
 
-    /// That of the frames that it hears.
+    /// Identifier of the consumed TIME frames.
     pub fn identifier(&self) -> Option<u32> {
         (self.cob_id & CONSUME != 0).then_some(self.cob_id & IDENTIFIER)
     }
@@ -40,8 +40,8 @@ impl Service {
     }
 
     pub fn set_cob_id(&mut self, new: u32) -> Result<(), Abort> {
-        let stays = new & self.cob_id & CONSUME != 0;
-        if new & PRODUCE != 0 || !may_become(new, self.cob_id, stays) {
+        let in_use = new & self.cob_id & CONSUME != 0;
+        if new & PRODUCE != 0 || !cob_id_change_allowed(new, self.cob_id, in_use) {
             return Err(Abort::Value);
         }
         self.cob_id = new;

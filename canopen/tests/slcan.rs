@@ -1,7 +1,7 @@
 //! The adapter as its clients know it.
 
 use canopen::CanFrame;
-use canopen::slcan::{Adapter, Bus, Text, flags, parse_frame};
+use canopen::slcan::{Adapter, Bus, SlcanLine, flags, parse_frame};
 use proptest::prelude::*;
 
 #[derive(Default)]
@@ -58,7 +58,7 @@ fn frame(id: u32, data: &[u8]) -> CanFrame {
 }
 
 #[test]
-fn a_session_of_python_can_is_answered() {
+fn a_python_can_session_is_answered() {
     let (mut adapter, mut wire) = (Adapter::new(*b"A123"), Wire::new());
     assert_eq!(say(&mut adapter, &mut wire, "C\rS6\rO\r"), "\r\r\r");
     assert_eq!(wire.opened, Some((Some(500), false)));
@@ -77,7 +77,7 @@ fn a_session_of_python_can_is_answered() {
 }
 
 #[test]
-fn what_the_state_forbids_is_answered_with_bel() {
+fn commands_invalid_in_the_present_state_are_answered_with_bel() {
     let (mut adapter, mut wire) = (Adapter::new(*b"0001"), Wire::new());
     let mut refused = |text: &str| {
         assert_eq!(say(&mut adapter, &mut wire, text), "\x07", "{text:?}");
@@ -113,7 +113,7 @@ fn what_the_state_forbids_is_answered_with_bel() {
 }
 
 #[test]
-fn frames_that_are_none_are_refused() {
+fn invalid_frames_are_refused() {
     let (mut adapter, mut wire) = (Adapter::new(*b"0001"), Wire::new());
     say(&mut adapter, &mut wire, "O\r");
     for line in [
@@ -144,20 +144,20 @@ fn frames_that_are_none_are_refused() {
 }
 
 #[test]
-fn a_full_queue_and_a_slow_line_are_told_once() {
+fn queue_overflows_are_reported_once() {
     let (mut adapter, mut wire) = (Adapter::new(*b"0001"), Wire::new());
     say(&mut adapter, &mut wire, "O\r");
     assert_eq!(
         say(&mut adapter, &mut wire, "t1230\rt1230\rt1230\r"),
         "z\rz\r\x07"
     );
-    adapter.lost();
+    adapter.line_lost();
     wire.flags = flags::ERROR_PASSIVE;
     assert_eq!(say(&mut adapter, &mut wire, "F\rF\r"), "F23\rF00\r");
 }
 
 #[test]
-fn received_frames_carry_the_stamp_that_was_asked_for() {
+fn received_frames_have_the_selected_timestamp() {
     let (mut adapter, mut wire) = (Adapter::new(*b"0001"), Wire::new());
     let line = |adapter: &Adapter, now_us| {
         let text = adapter.frame(&frame(0x181, &[0xAB]), now_us)?;
@@ -195,10 +195,10 @@ fn acceptance_filters_select_as_an_sja1000_does() {
 }
 
 #[test]
-fn who_hangs_up_leaves_the_bus_and_nothing_of_his_settings() {
+fn a_disconnected_client_closes_the_bus_and_resets_all_settings() {
     let (mut adapter, mut wire) = (Adapter::new(*b"0001"), Wire::new());
     say(&mut adapter, &mut wire, "Z1\rO\rt12");
-    adapter.hang_up(&mut wire);
+    adapter.disconnect(&mut wire);
     assert_eq!(wire.opened, None);
     assert_eq!(say(&mut adapter, &mut wire, "O\r"), "\r");
     let text = adapter.frame(&frame(1, &[]), 5_000).expect("open");
@@ -207,18 +207,18 @@ fn who_hangs_up_leaves_the_bus_and_nothing_of_his_settings() {
 
 proptest! {
     #[test]
-    fn every_frame_comes_back_from_its_line(
+    fn every_frame_is_recovered_from_its_line(
         id in 0u32..1 << 29, extended: bool, remote: bool, length in 0u8..=8, data: [u8; 8]
     ) {
         let id = if extended { id } else { id & 0x7FF };
         let frame = CanFrame::raw(id, extended, remote, length, data).expect("a frame");
-        let text = Text::frame(&frame);
+        let text = SlcanLine::frame(&frame);
         let line = text.as_bytes().strip_suffix(b"\r").expect("CR");
         prop_assert_eq!(parse_frame(line), Some(frame));
     }
 
     #[test]
-    fn no_bytes_break_the_adapter_or_send_what_is_no_frame(
+    fn random_bytes_send_only_valid_frames(
         bytes in proptest::collection::vec(prop_oneof![any::<u8>(), proptest::sample::select(b"tTrRSOLCFZMm0189AF\r".as_slice())], 0..400)
     ) {
         let (mut adapter, mut wire) = (Adapter::new(*b"0001"), Wire::new());

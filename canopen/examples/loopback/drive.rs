@@ -1,7 +1,7 @@
 //! A drive whose motor is where it is told to be, behind the objects of the example.
 
 use canopen::Node;
-use canopen::cia402::{Axis, Demand, Fault, Input, Mode, Parameters, State};
+use canopen::cia402::{Axis, Cia402State, Demand, Fault, Input, Mode, Parameters};
 use canopen::dictionary::Address;
 
 use crate::device::Device;
@@ -62,7 +62,7 @@ impl Drive {
                 self.position += (i64::from(velocity) * i64::from(PERIOD_US) / 1_000_000) as i32;
             }
         }
-        device.enabled = output.state == State::OperationEnabled;
+        device.enabled = output.state == Cia402State::OperationEnabled;
         device.set(0x6041, i64::from(output.statusword));
         device.set(0x6061, i64::from(mode as i8));
         device.set(0x6064, i64::from(self.position));

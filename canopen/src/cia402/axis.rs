@@ -1,14 +1,15 @@
-//! One axis: the state machine, the modes and what is watched.
+//! One axis: state machine, modes of operation and monitoring.
 
 mod report;
 
 use super::set_point::SetPoints;
-use super::window::Held;
+use super::window::HoldTimer;
 use super::{
-    Conditions, Deceleration, Fault, Limits, Mode, Motion, Parameters, Ramp, State, StateMachine,
+    Cia402State, Conditions, Deceleration, Fault, Limits, Mode, Motion, Parameters, Ramp,
+    StateMachine,
 };
 
-/// What an axis needs in each period.
+/// Input of an axis in each control period.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Input {
     /// Controlword 6040h.
@@ -25,16 +26,16 @@ pub struct Input {
     pub position_actual: i32,
     /// Velocity actual value 606Ch.
     pub velocity_actual: i32,
-    /// A fault that is there now.
+    /// The fault that is present now.
     pub fault: Fault,
-    /// The supply of the power stage is there.
+    /// The power stage has its supply voltage.
     pub voltage: bool,
-    /// Initialisation is over.
+    /// Initialisation is complete.
     pub initialised: bool,
 }
 
 impl Default for Input {
-    /// Nothing is commanded; the motor stands at zero, ready and with its supply.
+    /// No command; the motor is at position zero and at rest, initialised and supplied.
     fn default() -> Self {
         Self {
             controlword: 0,
@@ -51,63 +52,65 @@ impl Default for Input {
     }
 }
 
-/// What the loops are to do.
+/// Demand for the control loops.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Demand {
-    /// No power.
+    /// Power stage off.
     Off,
-    /// Hold a position that moves with a velocity.
+    /// Position demand with its velocity.
     Position {
         /// Position demand value 6062h.
         position: i32,
-        /// Its velocity.
+        /// Velocity of the position demand.
         velocity: i32,
     },
     /// Velocity demand value 606Bh.
     Velocity(i32),
 }
 
-/// What an axis tells.
+/// Output of an axis in each control period.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Output {
-    /// State.
-    pub state: State,
+    /// State of the drive state machine.
+    pub state: Cia402State,
     /// Statusword 6041h.
     pub statusword: u16,
     /// Modes of operation display 6061h.
     pub mode_display: Mode,
-    /// What the loops are to do.
+    /// Demand for the control loops.
     pub demand: Demand,
     /// Following error actual value 60F4h; 0 in velocity modes.
     pub following_error: i32,
-    /// The following error was above its window for longer than its time out: error code 8611h. Whether
-    /// that is a fault is the application's to say, by [`Input::fault`] of the next period.
+    /// The following error exceeded its window for longer than its time-out: error code 8611h. The
+    /// application decides whether this is a fault and passes it in [`Input::fault`] in the next
+    /// period.
     pub following_error_exceeded: bool,
 }
 
-/// State of one axis.
+/// One axis.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Axis {
     machine: StateMachine,
     ramp: Ramp,
     set_points: SetPoints,
     mode: Option<Mode>,
-    /// Cyclic position: the last command, and periods until it is reached.
+    /// Cyclic synchronous position: the last target, and the control periods left to interpolate to
+    /// it.
     command: i32,
     steps: u32,
-    error_held: Held,
-    reached_held: Held,
-    slow_held: Held,
+    error_timer: HoldTimer,
+    reached_timer: HoldTimer,
+    slow_timer: HoldTimer,
 }
 
-/// What a mode says in one period.
+/// Result of a mode in one control period.
 #[derive(Clone, Copy, Default)]
-struct Course {
-    /// A limit changed what was commanded.
+struct ModeResult {
+    /// A limit changed the target.
     limited: bool,
-    /// The profile has come to its end.
+    /// The profile is complete.
     ended: bool,
-    /// What bit 10 compares the position with.
+    /// Position that bit 10 "target reached" compares with.
     target: i32,
 }
 
@@ -118,14 +121,15 @@ impl Axis {
         Self::default()
     }
 
-    /// State.
+    /// State of the drive state machine.
     #[must_use]
-    pub const fn state(&self) -> State {
+    pub const fn state(&self) -> Cia402State {
         self.machine.state()
     }
 
-    /// Something else moves the motor: the demand is where it is, with this velocity, and the mode begins anew.
-    pub fn displace(&mut self, position: i32, velocity: i32) {
+    /// Sets the demand to a position and velocity, and restarts the mode: for when a source other
+    /// than this axis moves the motor.
+    pub fn reset_demand(&mut self, position: i32, velocity: i32) {
         self.ramp = Ramp::moving(position, velocity);
         self.mode = None;
     }
@@ -133,46 +137,46 @@ impl Axis {
     /// One control period.
     pub fn step(&mut self, input: &Input, parameters: &Parameters) -> Output {
         if !input.mode.is_position() {
-            // A mode that demands positions begins where the motor is then.
+            // The first position mode after this one starts from the actual position.
             self.ramp.set_position(input.position_actual);
         }
         let conditions = Conditions {
             initialised: input.initialised,
             voltage: input.voltage,
             fault: input.fault,
-            standstill: self.ramp.stands(),
+            standstill: self.ramp.is_stationary(),
         };
         let motion = self
             .machine
             .step(input.controlword, conditions, &parameters.options);
-        let course = match motion {
+        let result = match motion {
             Motion::Off => {
-                self.stand(input);
-                Course {
+                self.track_actual_position(input);
+                ModeResult {
                     target: input.position_actual,
-                    ..Course::default()
+                    ..ModeResult::default()
                 }
             }
             Motion::Stop(how) => {
-                self.slow_down(how, parameters);
-                Course {
+                self.decelerate(how, parameters);
+                ModeResult {
                     target: self.ramp.position(),
-                    ..Course::default()
+                    ..ModeResult::default()
                 }
             }
             Motion::Run => self.run(input, parameters),
         };
-        self.tell(input, parameters, motion, course)
+        self.report(input, parameters, motion, result)
     }
 
-    /// Without power the demand is where the motor is.
-    fn stand(&mut self, input: &Input) {
+    /// With the power stage off the position demand follows the actual position.
+    fn track_actual_position(&mut self, input: &Input) {
         self.ramp = Ramp::at(input.position_actual);
         self.mode = None;
     }
 
-    /// Begins a mode where the axis is.
-    fn begin(&mut self, input: &Input) {
+    /// Starts a mode at the present position demand.
+    fn start_mode(&mut self, input: &Input) {
         self.set_points
             .restart(self.ramp.position(), input.controlword);
         self.command = self.ramp.position();
@@ -180,12 +184,12 @@ impl Axis {
         self.mode = Some(input.mode);
     }
 
-    fn slow_down(&mut self, how: Deceleration, parameters: &Parameters) {
+    fn decelerate(&mut self, how: Deceleration, parameters: &Parameters) {
         let deceleration = match how {
             Deceleration::SlowDown => parameters.deceleration,
             Deceleration::QuickStop => parameters.quick_stop_deceleration,
             Deceleration::Limit => {
-                self.ramp.freeze();
+                self.ramp.stop();
                 0
             }
         };
@@ -194,71 +198,72 @@ impl Axis {
             acceleration: deceleration,
             deceleration,
         };
-        self.ramp.bound(parameters.max_velocity);
+        self.ramp.limit_velocity(parameters.max_velocity);
         self.ramp.to_velocity(0, &limits, parameters.period_us);
         self.command = self.ramp.position();
         self.steps = 0;
-        // Only a halt, which is no state of its own, lets go on with what was under way.
-        if self.machine.state() != State::OperationEnabled {
+        // Motion resumes only after a halt, which is not a state of its own.
+        if self.machine.state() != Cia402State::OperationEnabled {
             self.mode = None;
         }
     }
 
     #[cfg_attr(target_os = "none", inline(never))]
-    fn run(&mut self, input: &Input, parameters: &Parameters) -> Course {
+    fn run(&mut self, input: &Input, parameters: &Parameters) -> ModeResult {
         if self.mode != Some(input.mode) {
-            self.begin(input);
+            self.start_mode(input);
         }
         match input.mode {
             Mode::None => {
-                self.slow_down(Deceleration::SlowDown, parameters);
-                Course {
+                self.decelerate(Deceleration::SlowDown, parameters);
+                ModeResult {
                     target: self.ramp.position(),
-                    ..Course::default()
+                    ..ModeResult::default()
                 }
             }
             Mode::ProfilePosition => self.profile_position(input, parameters),
             Mode::CyclicPosition => self.cyclic_position(input, parameters),
             Mode::ProfileVelocity => {
-                let (target, limited) = velocity_within(input.target_velocity, input, parameters);
+                let (target, limited) =
+                    within_velocity_limits(input.target_velocity, input, parameters);
                 let limits = parameters.profile(u32::MAX);
                 self.ramp.to_velocity(target, &limits, parameters.period_us);
-                Course {
+                ModeResult {
                     limited,
-                    ..Course::default()
+                    ..ModeResult::default()
                 }
             }
             Mode::CyclicVelocity => {
-                let wanted = input.target_velocity.saturating_add(input.velocity_offset);
-                let (target, limited) = velocity_within(wanted, input, parameters);
-                self.ramp.take_velocity(target, parameters.period_us);
-                Course {
+                let requested = input.target_velocity.saturating_add(input.velocity_offset);
+                let (target, limited) = within_velocity_limits(requested, input, parameters);
+                self.ramp.set_velocity(target, parameters.period_us);
+                ModeResult {
                     limited,
-                    ..Course::default()
+                    ..ModeResult::default()
                 }
             }
         }
     }
 
-    fn profile_position(&mut self, input: &Input, parameters: &Parameters) -> Course {
-        let wanted = self
+    fn profile_position(&mut self, input: &Input, parameters: &Parameters) -> ModeResult {
+        let requested = self
             .set_points
             .step(input.controlword, input.target_position);
-        let (target, limited) = parameters.limited(wanted);
+        let (target, limited) = parameters.within_position_limits(requested);
         let limits = parameters.profile(parameters.profile_velocity);
         let ended = self.ramp.to_position(target, &limits, parameters.period_us);
         if ended {
             self.set_points.reached();
         }
-        Course {
+        ModeResult {
             limited,
             ended: ended && self.set_points.idle(),
             target,
         }
     }
 
-    fn cyclic_position(&mut self, input: &Input, parameters: &Parameters) -> Course {
-        let (target, limited) = parameters.limited(input.target_position);
+    fn cyclic_position(&mut self, input: &Input, parameters: &Parameters) -> ModeResult {
+        let (target, limited) = parameters.within_position_limits(input.target_position);
         if target != self.command {
             self.command = target;
             self.steps = parameters
@@ -268,7 +273,7 @@ impl Axis {
         self.ramp
             .interpolate(target, self.steps, parameters.period_us);
         self.steps = self.steps.saturating_sub(1);
-        Course {
+        ModeResult {
             limited,
             ended: false,
             target,
@@ -276,10 +281,11 @@ impl Axis {
     }
 }
 
-/// A velocity within 607Fh that still can stop before the position limits, and whether that changed it.
-fn velocity_within(wanted: i32, input: &Input, parameters: &Parameters) -> (i32, bool) {
+/// Limits a velocity to 607Fh and to one from which the axis can stop before the position limits;
+/// returns it and whether it was changed.
+fn within_velocity_limits(requested: i32, input: &Input, parameters: &Parameters) -> (i32, bool) {
     let top = i32::try_from(parameters.max_velocity).unwrap_or(i32::MAX);
-    let mut velocity = wanted.max(-top).min(top);
+    let mut velocity = requested.max(-top).min(top);
     if let Some((low, high)) = parameters.position_limits {
         let limit = if velocity < 0 { low } else { high };
         let beyond = if velocity < 0 {
@@ -291,9 +297,9 @@ fn velocity_within(wanted: i32, input: &Input, parameters: &Parameters) -> (i32,
             0
         } else {
             let rate = parameters.deceleration;
-            Ramp::fastest_toward(input.position_actual, limit, rate, parameters.period_us)
+            Ramp::max_velocity_toward(input.position_actual, limit, rate, parameters.period_us)
         };
         velocity = velocity.max(-fastest).min(fastest);
     }
-    (velocity, velocity != wanted)
+    (velocity, velocity != requested)
 }

@@ -1,9 +1,8 @@
-//! The logic of the drive profile CiA 402, free of any bus: controlword in, statusword out.
-//!
-//! [`Axis::step`] runs once in each control period. It walks through the states, generates the demand of the modes
-//! profile position, profile velocity, cyclic synchronous position and cyclic synchronous velocity, and watches
-//! following error and target windows. All in integers, in any position unit: the unit of velocity is that per second,
-//! of acceleration that per second squared.
+//! Drive profile CiA 402, independent of any bus: controlword in, statusword out. [`Axis::step`]
+//! runs once in each control period. It runs the state machine, generates the demand of the modes
+//! profile position, profile velocity, cyclic synchronous position and cyclic synchronous velocity,
+//! and monitors following error and target windows. All values are integers in any position unit;
+//! velocities are in that unit per second, accelerations in that unit per second squared.
 
 mod axis;
 mod modes;
@@ -20,5 +19,5 @@ pub use modes::Mode;
 pub use options::{Deceleration, QuickStop, StopOption};
 pub use parameters::Parameters;
 pub use ramp::{Limits, Ramp};
-pub use state::{Conditions, Fault, Motion, Options, State, StateMachine};
+pub use state::{Cia402State, Conditions, Fault, Motion, Options, StateMachine};
 pub use words::{Command, controlword, statusword};

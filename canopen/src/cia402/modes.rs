@@ -4,7 +4,7 @@
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(i8)]
 pub enum Mode {
-    /// None: stands still.
+    /// No mode: the axis is at rest.
     None = 0,
     /// Profile position.
     ProfilePosition = 1,
@@ -17,10 +17,10 @@ pub enum Mode {
 }
 
 impl Mode {
-    /// Object 6502h of a drive with all of them.
+    /// Object 6502h "supported drive modes" with all modes of this enumeration.
     pub const SUPPORTED: u32 = 1 << 0 | 1 << 2 | 1 << 7 | 1 << 8;
 
-    /// `None` for what is not supported.
+    /// The mode of a code of 6060h; `None` if it is not supported.
     ///
     /// ```
     /// use canopen::cia402::Mode;
@@ -40,7 +40,7 @@ impl Mode {
         })
     }
 
-    /// Whether it demands positions.
+    /// Whether the mode has a position demand.
     pub(super) const fn is_position(self) -> bool {
         matches!(self, Self::ProfilePosition | Self::CyclicPosition)
     }

@@ -1,27 +1,28 @@
-//! Option codes: how the drive stops.
+//! Option codes 605Ah to 605Eh.
 
-/// How it slows down.
+/// Deceleration of a stop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Deceleration {
-    /// With the profile's deceleration 6084h.
+    /// Slow down ramp: profile deceleration 6084h.
     SlowDown,
-    /// With the quick stop deceleration 6085h.
+    /// Quick stop ramp: quick stop deceleration 6085h.
     QuickStop,
-    /// As fast as current or voltage allow: the demand is zero at once.
+    /// At the current or voltage limit: the velocity demand is zero immediately.
     Limit,
 }
 
-/// Shutdown 605Bh, disable operation 605Ch, halt 605Dh and fault reaction 605Eh.
+/// Option code of shutdown 605Bh, disable operation 605Ch, halt 605Dh and fault reaction 605Eh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StopOption {
-    /// Without power at once; the motor coasts.
+    /// Disables the drive function immediately; the motor coasts.
     Disable,
-    /// Slows down, then goes without power; a halt stays in operation.
+    /// Decelerates, then disables the drive function; after a halt the drive remains in "operation
+    /// enabled".
     Stop(Deceleration),
 }
 
 impl StopOption {
-    /// Option code 0 to 4; `None` for others.
+    /// Option codes 0 to 4; `None` for others.
     ///
     /// ```
     /// use canopen::cia402::{Deceleration, StopOption};
@@ -41,32 +42,35 @@ impl StopOption {
     }
 }
 
-/// Quick stop 605Ah.
+/// Quick stop option code 605Ah.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct QuickStop {
-    /// How it stops.
+    /// Stop function.
     pub stop: StopOption,
-    /// It stays in "quick stop active", from where operation may be enabled again.
-    pub stays: bool,
+    /// The drive remains in "quick stop active", from where operation may be enabled again.
+    pub remains_active: bool,
 }
 
 impl QuickStop {
-    /// Option code 0 to 8; `None` for others.
+    /// Option codes 0 to 8; `None` for others.
     ///
     /// ```
     /// use canopen::cia402::QuickStop;
-    /// assert!(QuickStop::from_code(6).is_some_and(|option| option.stays));
+    /// assert!(QuickStop::from_code(6).is_some_and(|option| option.remains_active));
     /// assert_eq!(QuickStop::from_code(9), None);
     /// ```
     #[must_use]
     pub const fn from_code(code: i16) -> Option<Self> {
-        let (code, stays) = if code > 4 {
+        let (code, remains_active) = if code > 4 {
             (code - 4, true)
         } else {
             (code, false)
         };
         match StopOption::from_code(code) {
-            Some(stop) => Some(Self { stop, stays }),
+            Some(stop) => Some(Self {
+                stop,
+                remains_active,
+            }),
             None => None,
         }
     }

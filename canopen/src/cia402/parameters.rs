@@ -1,15 +1,16 @@
-//! Parameters of an axis, as the object dictionary has them.
+//! Parameters of an axis, in the units of the object dictionary.
 
 use super::{Limits, Options};
 
-/// Position units are the user's; velocities are that per second, accelerations that per second squared.
+/// Positions are in user-defined units, velocities in that unit per second, accelerations in that
+/// unit per second squared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Parameters {
     /// Control period in microseconds.
     pub period_us: u32,
     /// Option codes 605Ah to 605Eh.
     pub options: Options,
-    /// Software position limits 607Dh: lower and upper, or none.
+    /// Software position limits 607Dh, lower and upper; `None` disables them.
     pub position_limits: Option<(i32, i32)>,
     /// Max profile velocity 607Fh.
     pub max_velocity: u32,
@@ -21,13 +22,13 @@ pub struct Parameters {
     pub deceleration: u32,
     /// Quick stop deceleration 6085h.
     pub quick_stop_deceleration: u32,
-    /// Interpolation time period 60C2h in microseconds; 0 follows each command at once.
+    /// Interpolation time period 60C2h in microseconds; 0 applies each target immediately.
     pub interpolation_us: u32,
-    /// Following error window 6065h; `u32::MAX` watches nothing.
+    /// Following error window 6065h; `u32::MAX` disables monitoring.
     pub following_error_window: u32,
     /// Following error time out 6066h in milliseconds.
     pub following_error_timeout_ms: u16,
-    /// Position window 6067h; `u32::MAX` is always reached.
+    /// Position window 6067h; with `u32::MAX` the target is always reached.
     pub position_window: u32,
     /// Position window time 6068h in milliseconds.
     pub position_window_time_ms: u16,
@@ -35,14 +36,15 @@ pub struct Parameters {
     pub velocity_window: u32,
     /// Velocity window time 606Eh in milliseconds.
     pub velocity_window_time_ms: u16,
-    /// Velocity threshold 606Fh, below which the speed is zero.
+    /// Velocity threshold 606Fh, at or below which bit 12 "speed" indicates zero speed.
     pub velocity_threshold: u32,
     /// Velocity threshold time 6070h in milliseconds.
     pub velocity_threshold_time_ms: u16,
 }
 
 impl Default for Parameters {
-    /// A small servo in thousandths of a degree, which is stepped every 4 ms and commanded every 20 ms.
+    /// A small servo in thousandths of a degree with a control period of 4 ms and a command period
+    /// of 20 ms.
     fn default() -> Self {
         Self {
             period_us: 4_000,
@@ -67,7 +69,7 @@ impl Default for Parameters {
 }
 
 impl Parameters {
-    /// Limits of a profile.
+    /// Limits of a motion profile.
     pub(super) fn profile(&self, velocity: u32) -> Limits {
         Limits {
             velocity: velocity.min(self.max_velocity),
@@ -76,8 +78,8 @@ impl Parameters {
         }
     }
 
-    /// The position within the software limits, and whether they changed it.
-    pub(super) fn limited(&self, position: i32) -> (i32, bool) {
+    /// Limits a position to the software position limits; returns it and whether it was changed.
+    pub(super) fn within_position_limits(&self, position: i32) -> (i32, bool) {
         let Some((low, high)) = self.position_limits else {
             return (position, false);
         };

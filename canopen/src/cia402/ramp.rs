@@ -1,28 +1,27 @@
-//! Ramps in integers.
-//!
-//! The position is kept in millionths of a unit and the velocity in thousandths of a unit per second: one period of
-//! `T` microseconds moves the position by `velocity * T / 1000`, and an acceleration of `a` units per second
-//! squared changes the velocity by `a * T / 1000`. No float, no drift.
+//! Integer trajectory generator. The position has a resolution of one millionth of a unit, the
+//! velocity one thousandth of a unit per second: a period of `T` microseconds changes the position
+//! by `velocity * T / 1000`, and an acceleration of `a` units per second squared changes the
+//! velocity by `a * T / 1000`. There is no floating point and no drift.
 
-/// Position steps in a unit.
+/// Position increments per unit.
 const UNIT: i64 = 1_000_000;
-/// Velocity steps in a unit per second.
+/// Velocity increments per unit per second.
 const UNIT_PER_S: i64 = 1_000;
-/// Longest period: |velocity| <= 2^31 * 1000, times this is below 2^63.
+/// Longest period: |velocity| <= 2^31 * 1000, times this period, is below 2^63.
 const PERIOD_MAX_US: u32 = 1_000_000;
 
-/// How fast a ramp may be.
+/// Limits of a motion profile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
     /// Velocity in units per second.
     pub velocity: u32,
-    /// Acceleration in units per second squared; 0 is taken for the least there is.
+    /// Acceleration in units per second squared; 0 means the smallest representable one.
     pub acceleration: u32,
-    /// Deceleration, likewise.
+    /// Deceleration in units per second squared; 0 means the smallest representable one.
     pub deceleration: u32,
 }
 
-/// A demand that moves.
+/// Position demand and its velocity.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Ramp {
     position: i64,
@@ -30,7 +29,7 @@ pub struct Ramp {
 }
 
 impl Ramp {
-    /// Passes a position with a velocity.
+    /// At a position, moving with a velocity.
     #[must_use]
     pub const fn moving(position: i32, velocity: i32) -> Self {
         Self {
@@ -39,7 +38,7 @@ impl Ramp {
         }
     }
 
-    /// Stands at a position.
+    /// At rest at a position.
     #[must_use]
     pub const fn at(position: i32) -> Self {
         Self {
@@ -48,7 +47,7 @@ impl Ramp {
         }
     }
 
-    /// Position, rounded to units.
+    /// Position, rounded to whole units.
     #[must_use]
     pub const fn position(&self) -> i32 {
         let half = if self.position < 0 {
@@ -67,17 +66,17 @@ impl Ramp {
 
     /// Whether the velocity is zero.
     #[must_use]
-    pub const fn stands(&self) -> bool {
+    pub const fn is_stationary(&self) -> bool {
         self.velocity == 0
     }
 
-    /// One period toward a position, at which it stops; as fast as a trapezoid within the limits.
-    /// Whether it is there.
+    /// Advances one period toward a position at which the motion ends, with a trapezoidal velocity
+    /// profile within the limits. Returns whether the position is reached.
     pub fn to_position(&mut self, target: i32, limits: &Limits, period_us: u32) -> bool {
         let target = i64::from(target) * UNIT;
         let distance = target - self.position;
-        let slower = change(limits.deceleration, period_us);
-        if distance.abs() < UNIT / 2 && self.velocity.abs() <= slower {
+        let deceleration_step = velocity_change(limits.deceleration, period_us);
+        if distance.abs() < UNIT / 2 && self.velocity.abs() <= deceleration_step {
             *self = Self {
                 position: target,
                 velocity: 0,
@@ -86,20 +85,21 @@ impl Ramp {
         }
         let forward = if distance < 0 { -1 } else { 1 };
         let toward = self.velocity * forward;
-        let allowed = braking(distance.unsigned_abs(), slower, period_us).min(top(limits));
+        let allowed = braking_velocity(distance.unsigned_abs(), deceleration_step, period_us)
+            .min(max_velocity(limits));
         let rate = if (0..=allowed).contains(&toward) {
-            change(limits.acceleration, period_us)
+            velocity_change(limits.acceleration, period_us)
         } else {
-            slower
+            deceleration_step
         };
-        let next = toward + bounded(allowed - toward, rate);
+        let next = toward + clamp_symmetric(allowed - toward, rate);
         self.move_at(next * forward, period_us);
         false
     }
 
-    /// One period toward a velocity.
+    /// Advances one period toward a velocity.
     pub fn to_velocity(&mut self, target: i32, limits: &Limits, period_us: u32) {
-        let target = bounded(i64::from(target) * UNIT_PER_S, top(limits));
+        let target = clamp_symmetric(i64::from(target) * UNIT_PER_S, max_velocity(limits));
         let difference = target - self.velocity;
         let slows = self.velocity != 0 && (difference < 0) != (self.velocity < 0);
         let rate = if slows {
@@ -107,69 +107,84 @@ impl Ramp {
         } else {
             limits.acceleration
         };
-        let step = bounded(difference, change(rate, period_us));
+        let step = clamp_symmetric(difference, velocity_change(rate, period_us));
         self.move_at(self.velocity + step, period_us);
     }
 
-    /// Goes to a position at once, with the velocity that this takes.
+    /// Moves to a position within one period; the velocity follows from the difference.
     pub fn follow(&mut self, position: i64, period_us: u32) {
         let period = i64::from(period_us.max(1));
         // |difference| <= 2^32 * 10^6, times 1000 is below 2^63.
-        self.velocity = bounded((position - self.position) * 1000 / period, TOP);
+        self.velocity = clamp_symmetric((position - self.position) * 1000 / period, VELOCITY_MAX);
         self.position = position;
     }
 
-    /// One period of the given number of equal steps that lead to a position.
+    /// Advances one of `steps` equal steps to a position.
     pub fn interpolate(&mut self, target: i32, steps: u32, period_us: u32) {
         let target = i64::from(target) * UNIT;
         let next = self.position + (target - self.position) / i64::from(steps.max(1));
         self.follow(next, period_us);
     }
 
-    /// Takes a velocity at once.
-    pub fn take_velocity(&mut self, velocity: i32, period_us: u32) {
+    /// Sets the velocity and advances one period.
+    pub fn set_velocity(&mut self, velocity: i32, period_us: u32) {
         self.move_at(i64::from(velocity) * UNIT_PER_S, period_us);
     }
 
-    /// Goes on with its velocity from elsewhere.
+    /// Sets the position; the velocity is unchanged.
     pub fn set_position(&mut self, position: i32) {
         self.position = i64::from(position) * UNIT;
     }
 
-    /// Takes off what is above a velocity, as a step of a cyclic position may be.
-    pub fn bound(&mut self, velocity: u32) {
-        self.velocity = bounded(self.velocity, i64::from(velocity) * UNIT_PER_S);
+    /// Limits the velocity, which a step of a cyclic target position may exceed.
+    pub fn limit_velocity(&mut self, velocity: u32) {
+        self.velocity = clamp_symmetric(self.velocity, i64::from(velocity) * UNIT_PER_S);
     }
 
-    /// Stands where it is.
-    pub fn freeze(&mut self) {
+    /// Sets the velocity to zero.
+    pub fn stop(&mut self) {
         self.velocity = 0;
     }
 
-    /// The fastest velocity toward a limit from which it can still be kept.
+    /// The highest velocity toward a limit from which the axis can stop before it.
     #[must_use]
-    pub fn fastest_toward(position: i32, limit: i32, deceleration: u32, period_us: u32) -> i32 {
+    pub fn max_velocity_toward(
+        position: i32,
+        limit: i32,
+        deceleration: u32,
+        period_us: u32,
+    ) -> i32 {
         let distance = (i64::from(limit) - i64::from(position)).unsigned_abs() * UNIT as u64;
-        saturate(braking(distance, change(deceleration, period_us), period_us) / UNIT_PER_S)
+        saturate(
+            braking_velocity(
+                distance,
+                velocity_change(deceleration, period_us),
+                period_us,
+            ) / UNIT_PER_S,
+        )
     }
 
     fn move_at(&mut self, velocity: i64, period_us: u32) {
-        self.velocity = bounded(velocity, TOP);
+        self.velocity = clamp_symmetric(velocity, VELOCITY_MAX);
         let way = self.velocity * i64::from(period_us.min(PERIOD_MAX_US)) / 1000;
-        self.position = bounded(self.position + way, i32::MAX as i64 * UNIT);
+        self.position = clamp_symmetric(self.position + way, i32::MAX as i64 * UNIT);
     }
 }
 
-/// Velocity that the types can hold.
-const TOP: i64 = i32::MAX as i64 * UNIT_PER_S;
+/// Largest representable velocity.
+const VELOCITY_MAX: i64 = i32::MAX as i64 * UNIT_PER_S;
 
-const fn top(limits: &Limits) -> i64 {
+const fn max_velocity(limits: &Limits) -> i64 {
     let top = limits.velocity as i64 * UNIT_PER_S;
-    if top < TOP { top } else { TOP }
+    if top < VELOCITY_MAX {
+        top
+    } else {
+        VELOCITY_MAX
+    }
 }
 
 #[cfg_attr(target_os = "none", inline(never))]
-fn bounded(value: i64, bound: i64) -> i64 {
+fn clamp_symmetric(value: i64, bound: i64) -> i64 {
     value.max(-bound).min(bound)
 }
 
@@ -184,28 +199,30 @@ const fn saturate(value: i64) -> i32 {
     }
 }
 
-/// By how much an acceleration changes the velocity in a period: at most 2^32 * 10^6 / 1000.
+/// Velocity change of an acceleration in one period: at most 2^32 * 10^6 / 1000.
 #[cfg_attr(target_os = "none", inline(never))]
-fn change(acceleration: u32, period_us: u32) -> i64 {
+fn velocity_change(acceleration: u32, period_us: u32) -> i64 {
     (i64::from(acceleration) * i64::from(period_us.min(PERIOD_MAX_US)) / 1000).max(1)
 }
 
-/// The largest velocity from which it is possible to stop within `distance` when each period takes `slower` off it.
-///
-/// From `k * slower + r` the way is that of `(k + 1)` periods at this velocity less `slower * k * (k + 1) / 2`
-/// periods' worth; `k` is the largest for which `slower * k * (k + 1) / 2` fits. All in velocities times one period.
-fn braking(distance: u64, slower: i64, period_us: u32) -> i64 {
-    // distance <= 2^32 * 10^6, times 1000 is below 2^63. What is beyond an eighth of all numbers is taken for nearer.
+/// The highest velocity from which a stop within `distance` is possible if each period reduces it
+/// by `deceleration_step`. With `d` the deceleration step, a stop from `k * d + r` travels `(k +
+/// 1)` periods at this velocity less `d * k * (k + 1) / 2`; `k` is the largest for which `d * k *
+/// (k + 1) / 2` fits. All distances are in velocity increments times one period.
+fn braking_velocity(distance: u64, deceleration_step: i64, period_us: u32) -> i64 {
+    // distance <= 2^32 * 10^6, times 1000 is below 2^63. Saturated at an eighth of the range for
+    // the factor 8 below.
     let way = (distance * 1000 / u64::from(period_us.max(1))).min(u64::MAX / 8);
-    let slower = slower.unsigned_abs().max(1);
-    let k = (root((way * 8 / slower).saturating_add(1)) - 1) / 2;
-    // slower * k * (k + 1) / 2 <= way < 2^61.
-    let saved = slower * k * (k + 1) / 2;
+    let deceleration_step = deceleration_step.unsigned_abs().max(1);
+    let k = (root((way * 8 / deceleration_step).saturating_add(1)) - 1) / 2;
+    // deceleration_step * k * (k + 1) / 2 <= way < 2^61.
+    let saved = deceleration_step * k * (k + 1) / 2;
     let velocity = (way + saved) / (k + 1);
-    velocity.min(TOP as u64) as i64
+    velocity.min(VELOCITY_MAX as u64) as i64
 }
 
-/// Integer square root of what is not 0, bit by bit: a tenth of the size of the standard library's, which is made for speed.
+/// Integer square root of a value other than 0, bit by bit: a tenth of the code size of the
+/// standard library's, which is optimised for speed.
 fn root(value: u64) -> u64 {
     let (mut rest, mut root) = (value, 0);
     let mut bit = 1 << 62;
@@ -229,7 +246,7 @@ mod tests {
     const PERIOD_US: u32 = 4000;
 
     #[test]
-    fn a_trapezoid_takes_the_time_of_the_closed_form() {
+    fn a_trapezoidal_profile_takes_the_time_of_the_closed_form() {
         // 60 deg at 300 deg/s and 3000 deg/s^2: v/a + s/v = 0.1 s + 0.2 s.
         let limits = Limits {
             velocity: 300_000,
@@ -242,12 +259,12 @@ mod tests {
             periods += 1;
         }
         assert_eq!(ramp, Ramp::at(60_000));
-        // The velocity changes at the beginning of a period, which saves half a period at each end.
+        // The velocity changes at the start of a period, which saves half a period at each end.
         assert_eq!(periods, 75 - 1, "0.3 s in periods of 4 ms");
     }
 
     #[test]
-    fn velocity_ramps_use_acceleration_up_and_deceleration_down() {
+    fn velocity_ramps_use_acceleration_to_speed_up_and_deceleration_to_slow_down() {
         let limits = Limits {
             velocity: 1000,
             acceleration: 1000,
@@ -279,15 +296,15 @@ mod tests {
                 ramp.to_position(i32::MAX, &limits, period_us);
                 ramp.to_velocity(i32::MIN, &limits, period_us);
                 ramp.interpolate(i32::MAX, 0, period_us);
-                ramp.take_velocity(i32::MIN, period_us);
-                assert!(Ramp::fastest_toward(i32::MIN, i32::MAX, 0, period_us) >= 0);
+                ramp.set_velocity(i32::MIN, period_us);
+                assert!(Ramp::max_velocity_toward(i32::MIN, i32::MAX, 0, period_us) >= 0);
             }
         }
     }
 
     proptest! {
         #[test]
-        fn the_root_is_the_standard_librarys(value: u64, shift in 0..64_u32) {
+        fn the_square_root_equals_that_of_the_standard_library(value: u64, shift in 0..64_u32) {
             prop_assert_eq!(root(value >> shift), (value >> shift).isqrt());
         }
 
@@ -311,7 +328,7 @@ mod tests {
                 prop_assert!(period < 30_000_000 / period_us * 10);
                 let faster = ramp.velocity.abs() > before.abs();
                 let rate = if faster { acceleration } else { deceleration };
-                prop_assert!((ramp.velocity - before).abs() <= change(rate, period_us));
+                prop_assert!((ramp.velocity - before).abs() <= velocity_change(rate, period_us));
                 prop_assert!(ramp.velocity.unsigned_abs() <= u64::from(velocity) * 1000);
                 prop_assert!((low..=high).contains(&ramp.position()), "no overshoot");
             }

@@ -1,19 +1,21 @@
-//! The handshake of set-points in profile position mode (bits 4, 5 and 6 of the controlword, bit 12 of the statusword).
+//! Set-point handshake of profile position mode (bits 4, 5 and 6 of the controlword, bit 12 of the
+//! statusword).
 
 use super::controlword::{CHANGE_AT_ONCE, NEW_SET_POINT, RELATIVE};
 
-/// The target under way, and one that waits.
+/// The active target and one buffered set-point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct SetPoints {
     target: i32,
-    waiting: Option<i32>,
+    buffered: Option<i32>,
     moving: bool,
     bit: bool,
     acknowledged: bool,
 }
 
 impl SetPoints {
-    /// Stands at a position, without anything to do. A set-point whose bit is set already is none.
+    /// Holds a position without an active set-point. A "new set-point" bit that is already set is
+    /// not a new set-point.
     pub fn restart(&mut self, position: i32, word: u16) {
         *self = Self {
             target: position,
@@ -22,52 +24,53 @@ impl SetPoints {
         };
     }
 
-    /// Takes the controlword and 607Ah, and says where to go.
+    /// Evaluates the controlword and target position 607Ah; returns the active target.
     pub fn step(&mut self, word: u16, position: i32) -> i32 {
         let bit = word & NEW_SET_POINT != 0;
         let rises = bit && !self.bit;
         self.bit = bit;
         if rises {
-            self.offer(word, position);
+            self.accept(word, position);
         }
-        if !bit && self.waiting.is_none() {
+        if !bit && self.buffered.is_none() {
             self.acknowledged = false;
         }
         self.target
     }
 
-    fn offer(&mut self, word: u16, position: i32) {
-        let last = self.waiting.unwrap_or(self.target);
+    fn accept(&mut self, word: u16, position: i32) {
+        let last = self.buffered.unwrap_or(self.target);
         let target = if word & RELATIVE == 0 {
             position
         } else {
             last.saturating_add(position)
         };
         if !self.moving || word & CHANGE_AT_ONCE != 0 {
-            (self.target, self.waiting, self.moving) = (target, None, true);
-        } else if self.waiting.is_none() {
-            self.waiting = Some(target);
+            (self.target, self.buffered, self.moving) = (target, None, true);
+        } else if self.buffered.is_none() {
+            self.buffered = Some(target);
         } else {
-            // No room: not acknowledged, and so the master knows.
+            // The buffer is full: the set-point is not acknowledged.
             return;
         }
         self.acknowledged = true;
     }
 
-    /// The target was reached: on to the one that waits.
+    /// The target is reached: activates the buffered set-point.
     pub fn reached(&mut self) {
-        match self.waiting.take() {
+        match self.buffered.take() {
             Some(next) => self.target = next,
             None => self.moving = false,
         }
     }
 
-    /// Bit 12: the set-point was taken, and there is no room for another where one waits.
+    /// Bit 12 "set-point acknowledge": the set-point is accepted; the bit remains set while the
+    /// buffer is full.
     pub const fn acknowledged(&self) -> bool {
         self.acknowledged
     }
 
-    /// Whether there is nothing left to do.
+    /// Whether no set-point is active.
     pub const fn idle(&self) -> bool {
         !self.moving
     }

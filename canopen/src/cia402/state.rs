@@ -1,64 +1,65 @@
-//! The states of a drive and the transitions 0 to 16 between them.
+//! Drive state machine of CiA 402 with transitions 0 to 16. The numbers at the state changes are
+//! those of the standard.
 
 use super::{Command, Deceleration, QuickStop, StopOption, controlword};
 
 /// State of the drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum State {
-    /// Initialising.
+pub enum Cia402State {
+    /// Initialisation.
     NotReadyToSwitchOn,
-    /// Parameters may be set; no voltage.
+    /// Parameters may be set; high voltage must not be applied.
     SwitchOnDisabled,
-    /// Voltage may be applied.
+    /// High voltage may be applied.
     ReadyToSwitchOn,
-    /// Voltage is applied.
+    /// High voltage is applied; the drive function is disabled.
     SwitchedOn,
-    /// The motor has power and obeys.
+    /// The drive function is enabled.
     OperationEnabled,
-    /// Stopping, or stopped, by a quick stop.
+    /// A quick stop is in progress or complete.
     QuickStopActive,
-    /// Stopping by a fault.
+    /// The fault reaction is in progress.
     FaultReactionActive,
-    /// Without power by a fault.
+    /// The drive function is disabled by a fault.
     Fault,
 }
 
-/// Whether there is a fault.
+/// Fault condition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
-    /// There is none.
+    /// No fault.
     None,
-    /// There is one under which the drive can still stop in order, by 605Eh.
+    /// A fault with which the drive can still execute the fault reaction 605Eh.
     Controlled,
-    /// Power must go at once.
+    /// A fault that requires the power stage to be switched off immediately.
     Immediate,
 }
 
-/// What the state machine has to know of the drive.
+/// Conditions of the drive that the state machine evaluates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Conditions {
-    /// Initialisation is over.
+    /// Initialisation is complete.
     pub initialised: bool,
-    /// The supply of the power stage is there.
+    /// The power stage has its supply voltage.
     pub voltage: bool,
-    /// A fault that is there now.
+    /// The fault that is present now.
     pub fault: Fault,
-    /// The demanded velocity is zero.
+    /// The velocity demand is zero.
     pub standstill: bool,
 }
 
 /// Option codes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Options {
-    /// 605Ah.
+    /// Quick stop 605Ah.
     pub quick_stop: QuickStop,
-    /// 605Bh.
+    /// Shutdown 605Bh.
     pub shutdown: StopOption,
-    /// 605Ch.
+    /// Disable operation 605Ch.
     pub disable_operation: StopOption,
-    /// 605Dh; [`StopOption::Disable`] is taken for a slow-down.
+    /// Halt 605Dh; [`StopOption::Disable`] acts like the slow down ramp.
     pub halt: StopOption,
-    /// 605Eh.
+    /// Fault reaction 605Eh.
     pub fault_reaction: StopOption,
 }
 
@@ -70,7 +71,7 @@ impl Default for Options {
         Self {
             quick_stop: QuickStop {
                 stop: quick,
-                stays: false,
+                remains_active: false,
             },
             shutdown: StopOption::Disable,
             disable_operation: slow,
@@ -80,23 +81,23 @@ impl Default for Options {
     }
 }
 
-/// What the drive does.
+/// Action of the drive in one control period.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Motion {
-    /// Without power.
+    /// Power stage off.
     Off,
-    /// Follows its mode.
+    /// Executes the mode of operation.
     Run,
-    /// Slows down, and stands then.
+    /// Decelerates to standstill.
     Stop(Deceleration),
 }
 
-/// The state and what it needs to go on.
+/// The state machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StateMachine {
-    state: State,
+    state: Cia402State,
     reset_bit: bool,
-    /// Under a fault reaction: how to stop; `None` is not at all.
+    /// Deceleration of the fault reaction; `None` switches off immediately.
     reaction: Option<Deceleration>,
 }
 
@@ -111,52 +112,58 @@ impl StateMachine {
     #[must_use]
     pub const fn new() -> Self {
         Self {
-            state: State::NotReadyToSwitchOn,
+            state: Cia402State::NotReadyToSwitchOn,
             reset_bit: false,
             reaction: None,
         }
     }
 
-    /// Where it is.
+    /// Present state.
     #[must_use]
-    pub const fn state(&self) -> State {
+    pub const fn state(&self) -> Cia402State {
         self.state
     }
 
-    /// At most one transition, and what the drive does in this period.
+    /// Performs at most one transition; returns the action in this period.
     #[cfg_attr(target_os = "none", inline(never))]
     pub fn step(&mut self, word: u16, conditions: Conditions, options: &Options) -> Motion {
         let reset = word & controlword::FAULT_RESET != 0;
         let resets = reset && !self.reset_bit;
         self.reset_bit = reset;
-        let faulty = matches!(self.state, State::FaultReactionActive | State::Fault);
+        let faulty = matches!(
+            self.state,
+            Cia402State::FaultReactionActive | Cia402State::Fault
+        );
         if conditions.fault != Fault::None && !faulty {
-            return self.fail(conditions.fault, options);
+            return self.start_fault_reaction(conditions.fault, options);
         }
         match self.state {
-            State::NotReadyToSwitchOn => {
+            Cia402State::NotReadyToSwitchOn => {
                 if conditions.initialised {
-                    self.state = State::SwitchOnDisabled; // 1
+                    self.state = Cia402State::SwitchOnDisabled; // 1
                 }
                 Motion::Off
             }
-            State::FaultReactionActive => self.react(conditions),
-            State::Fault => {
+            Cia402State::FaultReactionActive => self.fault_reaction(conditions),
+            Cia402State::Fault => {
                 if resets && conditions.fault == Fault::None {
-                    self.state = State::SwitchOnDisabled; // 15
+                    self.state = Cia402State::SwitchOnDisabled; // 15
                 }
                 Motion::Off
             }
-            State::OperationEnabled => self.operate(word, conditions, options),
-            State::QuickStopActive => self.quick_stop(word, conditions, options),
-            _ => self.prepare(Command::from_controlword(word), conditions),
+            Cia402State::OperationEnabled => self.operation_enabled(word, conditions, options),
+            Cia402State::QuickStopActive => self.quick_stop(word, conditions, options),
+            _ => self.unpowered(Command::from_controlword(word), conditions),
         }
     }
 
     /// Transition 13.
-    fn fail(&mut self, fault: Fault, options: &Options) -> Motion {
-        let powered = matches!(self.state, State::OperationEnabled | State::QuickStopActive);
-        self.state = State::FaultReactionActive;
+    fn start_fault_reaction(&mut self, fault: Fault, options: &Options) -> Motion {
+        let powered = matches!(
+            self.state,
+            Cia402State::OperationEnabled | Cia402State::QuickStopActive
+        );
+        self.state = Cia402State::FaultReactionActive;
         self.reaction = match (options.fault_reaction, fault) {
             (StopOption::Stop(how), Fault::Controlled) if powered => Some(how),
             _ => None,
@@ -164,22 +171,22 @@ impl StateMachine {
         self.reaction.map_or(Motion::Off, Motion::Stop)
     }
 
-    fn react(&mut self, conditions: Conditions) -> Motion {
+    fn fault_reaction(&mut self, conditions: Conditions) -> Motion {
         match self.reaction {
             Some(how) if !conditions.standstill && conditions.fault != Fault::Immediate => {
                 Motion::Stop(how)
             }
             _ => {
-                self.state = State::Fault; // 14
+                self.state = Cia402State::Fault; // 14
                 Motion::Off
             }
         }
     }
 
-    /// The states without power.
-    fn prepare(&mut self, command: Command, conditions: Conditions) -> Motion {
+    /// The states with the power stage off.
+    fn unpowered(&mut self, command: Command, conditions: Conditions) -> Motion {
+        use Cia402State::{OperationEnabled, ReadyToSwitchOn, SwitchOnDisabled, SwitchedOn};
         use Command::{DisableVoltage, EnableOperation, QuickStop, Shutdown, SwitchOn};
-        use State::{OperationEnabled, ReadyToSwitchOn, SwitchOnDisabled, SwitchedOn};
         self.state = match (self.state, command) {
             (SwitchOnDisabled, Shutdown) => ReadyToSwitchOn, // 2
             (ReadyToSwitchOn, SwitchOn | EnableOperation) if conditions.voltage => SwitchedOn, // 3
@@ -195,7 +202,12 @@ impl StateMachine {
         }
     }
 
-    fn operate(&mut self, word: u16, conditions: Conditions, options: &Options) -> Motion {
+    fn operation_enabled(
+        &mut self,
+        word: u16,
+        conditions: Conditions,
+        options: &Options,
+    ) -> Motion {
         let (option, next) = match Command::from_controlword(word) {
             Command::EnableOperation => {
                 return match (word & controlword::HALT != 0, options.halt) {
@@ -205,12 +217,12 @@ impl StateMachine {
                 };
             }
             Command::QuickStop => {
-                self.state = State::QuickStopActive; // 11
+                self.state = Cia402State::QuickStopActive; // 11
                 return self.quick_stop(word, conditions, options);
             }
-            Command::SwitchOn => (options.disable_operation, State::SwitchedOn), // 5
-            Command::Shutdown => (options.shutdown, State::ReadyToSwitchOn),     // 8
-            Command::DisableVoltage => (StopOption::Disable, State::SwitchOnDisabled), // 9
+            Command::SwitchOn => (options.disable_operation, Cia402State::SwitchedOn), // 5
+            Command::Shutdown => (options.shutdown, Cia402State::ReadyToSwitchOn),     // 8
+            Command::DisableVoltage => (StopOption::Disable, Cia402State::SwitchOnDisabled), // 9
         };
         match option {
             StopOption::Stop(how) if !conditions.standstill => Motion::Stop(how),
@@ -222,20 +234,24 @@ impl StateMachine {
     }
 
     fn quick_stop(&mut self, word: u16, conditions: Conditions, options: &Options) -> Motion {
-        let QuickStop { stop, stays } = options.quick_stop;
+        let QuickStop {
+            stop,
+            remains_active,
+        } = options.quick_stop;
         let command = Command::from_controlword(word);
-        if stays && command == Command::EnableOperation {
-            self.state = State::OperationEnabled; // 16
+        if remains_active && command == Command::EnableOperation {
+            self.state = Cia402State::OperationEnabled; // 16
             return Motion::Run;
         }
         match stop {
             StopOption::Stop(how)
-                if command != Command::DisableVoltage && (stays || !conditions.standstill) =>
+                if command != Command::DisableVoltage
+                    && (remains_active || !conditions.standstill) =>
             {
                 Motion::Stop(how)
             }
             _ => {
-                self.state = State::SwitchOnDisabled; // 12
+                self.state = Cia402State::SwitchOnDisabled; // 12
                 Motion::Off
             }
         }

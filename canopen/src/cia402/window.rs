@@ -1,13 +1,14 @@
-//! A condition that has to hold for some time.
+//! Monitoring window: a condition that must hold for a time.
 
-/// For how long a condition has held.
+/// Time for which a condition has held.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Held {
+pub(super) struct HoldTimer {
     time_us: u32,
 }
 
-impl Held {
-    /// Whether it has held for `time_ms` by now; one period counts from its beginning.
+impl HoldTimer {
+    /// Returns whether the condition has held for `time_ms`, measured from the start of the first
+    /// period in which it held.
     #[cfg_attr(target_os = "none", inline(never))]
     pub fn step(&mut self, holds: bool, time_ms: u16, period_us: u32) -> bool {
         if !holds {
@@ -22,15 +23,15 @@ impl Held {
 
 #[cfg(test)]
 mod tests {
-    use super::Held;
+    use super::HoldTimer;
 
     #[test]
-    fn it_holds_after_the_time_and_begins_anew() {
-        let mut held = Held::default();
+    fn the_condition_must_hold_for_the_time_and_restarts_when_interrupted() {
+        let mut held = HoldTimer::default();
         let steps: std::vec::Vec<_> = (0..5).map(|_| held.step(true, 10, 4000)).collect();
         assert_eq!(steps, [false, false, false, true, true]);
         assert!(!held.step(false, 10, 4000));
         assert!(!held.step(true, 10, 4000));
-        assert!(held.step(true, 0, 4000), "without a time at once");
+        assert!(held.step(true, 0, 4000), "a time of 0 has no delay");
     }
 }

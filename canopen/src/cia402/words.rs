@@ -1,6 +1,6 @@
 //! Bits of controlword 6040h and statusword 6041h.
 
-use super::State;
+use super::Cia402State;
 
 /// Bits of the controlword.
 pub mod controlword {
@@ -8,17 +8,17 @@ pub mod controlword {
     pub const SWITCH_ON: u16 = 1 << 0;
     /// Enable voltage.
     pub const ENABLE_VOLTAGE: u16 = 1 << 1;
-    /// Quick stop, where it is 0.
+    /// Quick stop; active low.
     pub const QUICK_STOP: u16 = 1 << 2;
     /// Enable operation.
     pub const ENABLE_OPERATION: u16 = 1 << 3;
-    /// Profile position: a new set-point, where it rises.
+    /// Profile position: new set-point; rising edge.
     pub const NEW_SET_POINT: u16 = 1 << 4;
-    /// Profile position: at once, instead of after the one under way.
+    /// Profile position: change set immediately, instead of after the active set-point.
     pub const CHANGE_AT_ONCE: u16 = 1 << 5;
-    /// Profile position: from the last target on.
+    /// Profile position: target is relative to the previous one.
     pub const RELATIVE: u16 = 1 << 6;
-    /// Fault reset, where it rises.
+    /// Fault reset; rising edge.
     pub const FAULT_RESET: u16 = 1 << 7;
     /// Halt.
     pub const HALT: u16 = 1 << 8;
@@ -34,27 +34,27 @@ pub mod statusword {
     pub const OPERATION_ENABLED: u16 = 1 << 2;
     /// Fault.
     pub const FAULT: u16 = 1 << 3;
-    /// Voltage is there.
+    /// Voltage enabled.
     pub const VOLTAGE_ENABLED: u16 = 1 << 4;
-    /// No quick stop.
+    /// Quick stop; active low.
     pub const QUICK_STOP: u16 = 1 << 5;
     /// Switch on disabled.
     pub const SWITCH_ON_DISABLED: u16 = 1 << 6;
     /// Warning.
     pub const WARNING: u16 = 1 << 7;
-    /// The controlword is obeyed.
+    /// Remote: the controlword is processed.
     pub const REMOTE: u16 = 1 << 9;
     /// Target reached.
     pub const TARGET_REACHED: u16 = 1 << 10;
-    /// An internal limit, such as the position range, changed what was commanded.
+    /// Internal limit active, for example the software position limit changed the target.
     pub const INTERNAL_LIMIT: u16 = 1 << 11;
-    /// Set-point acknowledged, speed is zero, or the drive follows the command: by mode.
+    /// Mode-specific: set-point acknowledge, speed, or drive follows the command value.
     pub const MODE_12: u16 = 1 << 12;
     /// Following error.
     pub const FOLLOWING_ERROR: u16 = 1 << 13;
 }
 
-/// What the lower bits of a controlword command.
+/// Device control command of the lower bits of the controlword.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Command {
     /// `x110`.
@@ -70,6 +70,8 @@ pub enum Command {
 }
 
 impl Command {
+    /// The command of a controlword.
+    ///
     /// ```
     /// use canopen::cia402::Command;
     /// assert_eq!(Command::from_controlword(0x0006), Command::Shutdown);
@@ -91,8 +93,8 @@ impl Command {
     }
 }
 
-impl State {
-    /// The bits of the statusword that tell the state.
+impl Cia402State {
+    /// The state bits of the statusword.
     #[must_use]
     pub const fn statusword(self) -> u16 {
         use statusword::{

@@ -1,24 +1,26 @@
-//! What must hold in a dictionary, checked while the compiler runs.
+//! Consistency checks of a dictionary, evaluated at compile time.
 
 use super::{Access, Address, DataType, Dictionary, Mapping, Row};
 
-/// What is wrong with the tables of a dictionary.
+/// Inconsistency in the tables of a dictionary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DictionaryError {
-    /// The entry stands before one of a lower or equal address.
+    /// The entry does not follow its predecessor in ascending order of addresses.
     Order(Address),
-    /// The entry is mappable, but has no fixed size, or cannot be accessed in that direction; or it adds the node-ID to what is no
-    /// UNSIGNED32.
+    /// The entry is mappable but has no fixed size or no access in that direction, or it adds the
+    /// node-ID to a type other than UNSIGNED32.
     Mapping(Address),
-    /// The entry is a sub-index of a communication object that is one variable.
+    /// The entry is a sub-index of a communication object that is a VAR.
     SubIndex(Address),
-    /// The entry has limits, but is no number of at most 32 bits, or the limits exclude each other.
+    /// The entry has limits but is not a number of at most 32 bits, or the lower limit exceeds the
+    /// upper one.
     Limits(Address),
-    /// A string that can be written is longer than the 64 bytes of the SDO server's buffer.
+    /// A writable string is longer than the SDO server's buffer of 64 bytes.
     TooLong(Address),
-    /// There is no such entry, or it is no constant VISIBLE_STRING.
+    /// The entry does not exist or is not a constant VISIBLE_STRING.
     Text(Address),
-    /// There is no such entry, or the two are not of one data type for numbers of at most 32 bits.
+    /// An entry does not exist, or the two are not of the same numeric data type of at most 32
+    /// bits.
     Relation(Address),
 }
 
@@ -50,7 +52,7 @@ pub(super) const fn check(dictionary: &Dictionary) -> Result<(), DictionaryError
 const fn check_row(dictionary: &Dictionary, row: &Row) -> Result<(), DictionaryError> {
     let address = row.address();
     let size = row.data_type().size();
-    // Access in the right direction is a matter of how the entry is made.
+    // `Entry` itself checks access against the mapping direction.
     let fits = matches!(row.mapping(), Mapping::None) || size.is_some();
     if !fits || row.is_impossible() {
         return Err(DictionaryError::Mapping(address));
@@ -71,7 +73,7 @@ const fn check_row(dictionary: &Dictionary, row: &Row) -> Result<(), DictionaryE
     Ok(())
 }
 
-/// Communication objects that are one variable each: the server looks at their index alone.
+/// Communication objects of type VAR: the server evaluates their index only.
 const fn is_variable(index: u16) -> bool {
     matches!(
         index,
@@ -115,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_named_with_its_address() {
+    fn each_error_names_the_address_of_its_entry() {
         use DictionaryError::{Limits as BadLimits, Mapping as BadMapping};
         use DictionaryError::{Order, SubIndex, TooLong};
         const UNSORTED: &[Entry] = &[number(0x2000, 1), number(0x2000, 1)];
@@ -144,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn texts_and_relations_need_entries_of_their_kind() {
+    fn texts_and_relations_require_entries_of_matching_type() {
         const ENTRIES: &[Entry] = &[
             number(0x2000, 0),
             Entry::new(0x2001, 0, DataType::I32, Access::ReadWrite),

@@ -1,10 +1,10 @@
 //! Data types of objects (CiA 301, 7.1).
 
-/// Data type of an object; the number is that of its DEFTYPE.
+/// Data type of an object; the discriminant is the index of its DEFTYPE.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(u8)]
 pub enum DataType {
-    /// BOOLEAN, in one byte.
+    /// BOOLEAN, transmitted in one byte.
     Boolean = 0x01,
     /// INTEGER8.
     I8 = 0x02,
@@ -35,7 +35,7 @@ pub enum DataType {
 }
 
 impl DataType {
-    /// Bytes of a number; `None` for what has no fixed size.
+    /// Size of a number in bytes; `None` for types without a fixed size.
     #[must_use]
     pub const fn size(self) -> Option<u8> {
         Some(match self {
@@ -47,7 +47,7 @@ impl DataType {
         })
     }
 
-    /// A number of 1 to 14, in which an entry keeps it.
+    /// Code from 1 to 14 in a packed entry.
     pub(super) const fn code(self) -> u8 {
         match self {
             Self::U64 => 11,
@@ -59,7 +59,7 @@ impl DataType {
         }
     }
 
-    /// The type of a code; UNSIGNED32 of all others.
+    /// The type of a code; UNSIGNED32 for all other codes.
     pub(super) const fn from_code(code: u8) -> Self {
         match code {
             1 => Self::Boolean,
@@ -79,7 +79,7 @@ impl DataType {
         }
     }
 
-    /// The number in little-endian bytes; signed integers are extended to 64 bits.
+    /// Decodes a little-endian number; signed integers are sign-extended to 64 bits.
     pub(crate) fn decode(self, bytes: &[u8]) -> u64 {
         let raw = bytes
             .iter()
@@ -94,14 +94,14 @@ impl DataType {
         }
     }
 
-    /// A number that orders values of this type, of at most 32 bits, as the type does.
+    /// Maps a value of at most 32 bits to an integer with the same order as the data type.
     pub(crate) const fn ordered(self, bits: u32) -> i32 {
         match self {
             Self::I8 | Self::I16 | Self::I32 => bits as i32,
-            // IEEE 754 orders as sign and magnitude. Minus zero is zero; NaN lies beyond infinity.
+            // IEEE 754 is sign and magnitude. Minus zero equals zero; NaN is above infinity.
             Self::F32 if bits >> 31 == 1 => -((bits & 0x7FFF_FFFF) as i32),
             Self::F32 => bits as i32,
-            // Moved down by half the range.
+            // Unsigned: shifted down by half the range.
             _ => (bits ^ 1 << 31) as i32,
         }
     }
@@ -129,7 +129,7 @@ mod tests {
     use super::DataType;
 
     #[test]
-    fn signed_numbers_are_extended_and_unsigned_are_not() {
+    fn only_signed_numbers_are_sign_extended() {
         assert_eq!(DataType::I16.decode(&[0xFE, 0xFF]) as i64, -2);
         assert_eq!(DataType::U16.decode(&[0xFE, 0xFF]), 0xFFFE);
         assert_eq!(
@@ -139,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn every_type_comes_back_from_its_code() {
+    fn every_type_is_recovered_from_its_code() {
         use DataType::*;
         let all = [
             Boolean, I8, I16, I32, U8, U16, U32, F32, Text, Octets, Domain, F64, I64, U64,
@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn floats_are_ordered_as_numbers_are() {
+    fn floats_are_ordered_numerically() {
         let order = |value: f32| DataType::F32.ordered(value.to_bits());
         let values = [
             f32::NEG_INFINITY,

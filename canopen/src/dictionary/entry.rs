@@ -1,9 +1,9 @@
-//! One entry of the object dictionary, as its author writes it.
+//! Declaration of one entry of the object dictionary.
 
 use super::kind::Kind;
 use super::{Access, Address, DataType, Mapping};
 
-/// Smallest and largest value of an object of at most 32 bits, as bits of its data type.
+/// Lower and upper limit of an object of at most 32 bits, as bits of its data type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
     pub(crate) minimum: u32,
@@ -26,7 +26,7 @@ impl Limits {
         }
     }
 
-    /// For REAL32; NaN is outside.
+    /// For REAL32; NaN is outside the limits.
     #[must_use]
     pub const fn real(minimum: f32, maximum: f32) -> Self {
         Self {
@@ -36,10 +36,9 @@ impl Limits {
     }
 }
 
-/// One entry of the object dictionary. The value of an object that the server does not keep itself
-/// lives in the application; here stands what never changes.
-///
-/// It is there for the compiler only: [`dictionary!`](crate::dictionary!) packs all of them.
+/// Constant description of one object of the dictionary. The application holds the value of every
+/// object that the server does not hold. Used at compile time only:
+/// [`dictionary!`](crate::dictionary!) packs all entries.
 #[derive(Clone, Copy, Debug)]
 pub struct Entry {
     pub(super) address: Address,
@@ -49,7 +48,7 @@ pub struct Entry {
 }
 
 impl Entry {
-    /// An entry that cannot be mapped, with value 0 and without limits.
+    /// An entry that is not mappable, with value 0 and without limits.
     #[must_use]
     pub const fn new(index: u16, sub: u8, data_type: DataType, access: Access) -> Self {
         Self {
@@ -60,15 +59,15 @@ impl Entry {
         }
     }
 
-    /// The value of a constant, or the default of an object that the server keeps, as bits of the
-    /// data type; of a string that can be written its longest length.
+    /// Sets the value of a constant, or the default of an object held by the server, as bits of the
+    /// data type; for a writable string, its maximum length.
     #[must_use]
     pub const fn value(mut self, value: u32) -> Self {
         self.value = value;
         self
     }
 
-    /// As [`Entry::value`] of an UNSIGNED32, to which the node-ID is added (`$NODEID` of an EDS).
+    /// As [`Entry::value`] of an UNSIGNED32 to which the node-ID is added (`$NODEID` of an EDS).
     #[must_use]
     pub const fn value_with_node_id(mut self, value: u32) -> Self {
         self.value = value;
@@ -76,22 +75,22 @@ impl Entry {
         self
     }
 
-    /// May be mapped.
+    /// Allows mapping into PDOs.
     #[must_use]
     pub const fn mappable(mut self, mapping: Mapping) -> Self {
         self.kind = self.kind.mappable(mapping);
         self
     }
 
-    /// Writes outside are refused.
+    /// Sets limits; a write of a value outside them is refused.
     #[must_use]
     pub const fn limits(mut self, limits: &'static Limits) -> Self {
         self.limits = Some(limits);
         self
     }
 
-    /// Writes are refused while the application is [guarded](crate::Application::guarded): for
-    /// protection limits and identity, which must not change under a drive that moves.
+    /// Write-protects the object while [`Application::guarded`](crate::Application::guarded) is
+    /// true: for protection limits and identity, which must not change while the drive is enabled.
     #[must_use]
     pub const fn guarded(mut self) -> Self {
         self.kind = self.kind.guarded();

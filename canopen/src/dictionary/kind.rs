@@ -35,9 +35,9 @@ const WITH_NODE_ID: u8 = 15;
 /// Code of what cannot be: the check of the dictionary finds it.
 const IMPOSSIBLE: u8 = 0;
 
-/// Who may do what with an object, in four bits: access in the upper two, mapping in the lower two. Six of
-/// these combinations make no sense, as a PDO cannot write what cannot be written; they stand for the
-/// six that do and are locked. `None` where it makes no sense.
+/// Who may do what with an object, in four bits: access in the upper two, mapping in the lower two.
+/// Six of these combinations make no sense, as a PDO cannot write what cannot be written; they
+/// stand for the six that do and are locked. `None` where it makes no sense.
 const fn rights(access: Access, mapping: Mapping, guarded: bool) -> Option<u8> {
     use {Access as A, Mapping as M};
     Some(match (guarded, access, mapping) {
@@ -53,7 +53,8 @@ const fn rights(access: Access, mapping: Mapping, guarded: bool) -> Option<u8> {
     })
 }
 
-/// What each of the sixteen rights is: access above mapping above the lock, which is the lowest bit.
+/// What each of the sixteen rights is: access above mapping above the lock, which is the lowest
+/// bit.
 const RIGHTS: [u8; 16] = {
     let mut table = [0; 16];
     let mut code = 0;

@@ -1,4 +1,4 @@
-//! The object dictionary: const data that says which objects there are.
+//! The object dictionary: constant descriptions of all objects.
 
 mod check;
 mod data_type;
@@ -19,7 +19,7 @@ use crate::Abort;
 pub struct Address {
     /// Index.
     pub index: u16,
-    /// Sub-index; 0 for an object that is one variable.
+    /// Sub-index; 0 for a VAR.
     pub sub: u8,
 }
 
@@ -39,21 +39,20 @@ impl Address {
 /// The text of a constant VISIBLE_STRING.
 #[derive(Clone, Copy, Debug)]
 pub struct Text {
-    /// Whose text.
+    /// Address of the string.
     pub address: Address,
-    /// The text, in ASCII.
+    /// Its value, in ASCII.
     pub text: &'static str,
 }
 
-/// Two objects of which the first must never be above the second, as 607Dh:1 and 607Dh:2.
-///
-/// A write that would break it is refused with
-/// [`Abort::MaximumBelowMinimum`], whichever of the two it goes to.
+/// Two objects of which the first must not exceed the second, for example 607Dh:1 and 607Dh:2. A
+/// write to either object that violates the relation is refused with
+/// [`Abort::MaximumBelowMinimum`].
 #[derive(Clone, Copy, Debug)]
 pub struct Relation {
-    /// The lower of the two.
+    /// The smaller object.
     pub lower: Address,
-    /// The upper of the two, of the same data type.
+    /// The larger object, of the same data type.
     pub upper: Address,
 }
 
@@ -67,8 +66,8 @@ pub struct Dictionary {
     relations: &'static [Relation],
 }
 
-/// Packs constant slices of entries, texts and relations and checks them: a
-/// `Result<Dictionary, DictionaryError>`, meant for a `const`, where an error stops the compiler.
+/// Packs and checks constant slices of entries, texts and relations. Evaluates to a
+/// `Result<Dictionary, DictionaryError>`; in a `const`, an error ends the compilation.
 ///
 /// ```
 /// use canopen::Dictionary;
@@ -76,7 +75,7 @@ pub struct Dictionary {
 /// const ENTRIES: &[Entry] = &[Entry::new(0x1000, 0, DataType::U32, Access::Const).value(0x192)];
 /// const DICTIONARY: Dictionary = match canopen::dictionary!(ENTRIES, &[], &[]) {
 ///     Ok(dictionary) => dictionary,
-///     Err(_) => panic!("the dictionary is not sound"),
+///     Err(_) => panic!("invalid object dictionary"),
 /// };
 /// let row = DICTIONARY.find(Address::new(0x1000, 0)).unwrap();
 /// assert_eq!(DICTIONARY.value(row, 5), 0x192);
@@ -97,11 +96,10 @@ macro_rules! dictionary {
 }
 
 impl Dictionary {
-    /// Checks and takes tables; [`dictionary!`](crate::dictionary!) packs the entries, too.
+    /// Checks the tables; [`dictionary!`](crate::dictionary!) also packs the entries.
     ///
     /// # Errors
-    ///
-    /// What is wrong in the tables, with the address where.
+    /// The first inconsistency in the tables, with its address.
     pub const fn new<const E: usize, const V: usize, const L: usize>(
         entries: &'static Packed<E, V, L>,
         texts: &'static [Text],
@@ -126,7 +124,8 @@ impl Dictionary {
         self.rows
     }
 
-    /// The value of a constant, or the default of an object, as bits of its data type, for a node of this node-ID.
+    /// The value of a constant, or the default of an object, as bits of its data type, for this
+    /// node-ID.
     #[must_use]
     pub const fn value(&self, row: &Row, node_id: u8) -> u32 {
         let at = row.value as usize;
@@ -142,7 +141,7 @@ impl Dictionary {
         }
     }
 
-    /// Smallest and largest value of an object, where it has such, as [`DataType::ordered`] orders them.
+    /// Limits of an object, if any, in the order of [`DataType::ordered`].
     pub(crate) const fn limits(&self, row: &Row) -> Option<(i32, i32)> {
         let at = row.limits as usize;
         if at >= self.limits.len() {
@@ -156,10 +155,11 @@ impl Dictionary {
     /// The entry at an address.
     ///
     /// # Errors
-    ///
-    /// [`Abort::NoObject`] where the index, [`Abort::NoSubIndex`] where only a sub-index above 0 is missing.
+    /// [`Abort::NoObject`] if the index does not exist, [`Abort::NoSubIndex`] if only the sub-index
+    /// does not exist.
     pub fn find(&self, address: Address) -> Result<&'static Row, Abort> {
-        // An object whose sub-index is missing has a lower one, as it has 0.
+        // If only the sub-index is missing, the preceding entry belongs to the same index: every
+        // object has sub-index 0.
         let found = self.search(address);
         let nearest = found.unwrap_or_else(|after| after.wrapping_sub(1));
         match (found, self.rows.get(nearest)) {
@@ -169,19 +169,19 @@ impl Dictionary {
         }
     }
 
-    /// Where among [`Dictionary::rows`] the entry at an address is.
+    /// Position of an entry in [`Dictionary::rows`].
     #[must_use]
     pub fn position(&self, address: Address) -> Option<usize> {
         self.search(address).ok()
     }
 
-    /// Where the entry at an address is, or would be.
+    /// Position of an entry, or the position at which it would be inserted.
     fn search(&self, address: Address) -> Result<usize, usize> {
         let key = |row: &Row| row.address().key();
         self.rows.binary_search_by_key(&address.key(), key)
     }
 
-    /// The text of a constant string; empty where there is none.
+    /// The value of a constant string; empty if it has none.
     pub(crate) fn text(&self, address: Address) -> &'static [u8] {
         self.texts
             .iter()

@@ -1,40 +1,42 @@
-//! Activate bit timing: the whole network changes its bit rate at once.
+//! LSS "activate bit timing": all nodes of the network switch their bit rate at the same time.
 
 use crate::application::{Application, BitRate};
 use crate::timer::Timer;
 
-/// A change of the bit rate under way: silence, the change, silence of the same length.
+/// A bit rate switch in progress: switch delay, switch, second switch delay of the same length. The
+/// node transmits nothing during both.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Activation {
     bit_rate: Option<BitRate>,
     delay: Timer,
-    rest: Timer,
+    remaining: Timer,
 }
 
 impl Activation {
     pub fn new(bit_rate: BitRate, delay_ms: u16) -> Self {
-        let delay = Timer::ms(delay_ms);
+        let delay = Timer::from_ms(delay_ms);
         Self {
             bit_rate: Some(bit_rate),
             delay,
-            rest: delay,
+            remaining: delay,
         }
     }
 
-    pub fn pass(&mut self, elapsed: Timer) {
-        self.rest.pass(elapsed);
+    pub fn advance(&mut self, elapsed: Timer) {
+        self.remaining.advance(elapsed);
     }
 
-    /// Changes the bit rate when it is time. Whether frames may be sent again.
-    pub fn over(&mut self, app: &mut impl Application) -> bool {
-        if !self.rest.is_over() {
+    /// Switches the bit rate after the first delay; returns whether the second delay has elapsed,
+    /// after which frames may be transmitted.
+    pub fn advance_phase(&mut self, app: &mut impl Application) -> bool {
+        if !self.remaining.is_expired() {
             return false;
         }
         let Some(bit_rate) = self.bit_rate.take() else {
             return true;
         };
         app.set_bit_rate(bit_rate);
-        self.rest = self.delay;
-        self.rest.is_over()
+        self.remaining = self.delay;
+        self.remaining.is_expired()
     }
 }

@@ -1,14 +1,14 @@
-//! What the master can do with a node in configuration state.
+//! LSS services of the configuration state.
 
-use super::{Activation, Data, Identity, Outcome, Server};
+use super::{Activation, Data, Identity, LssSlave, Outcome};
 use crate::Abort;
 use crate::application::{Application, BitRate};
 use crate::nmt::NodeId;
 
-/// No node-ID.
+/// Node-ID value "not configured".
 const UNCONFIGURED: u8 = 0xFF;
 
-impl Server {
+impl LssSlave {
     pub(super) fn configure(
         &mut self,
         request: &Data,
@@ -66,7 +66,7 @@ impl Server {
     }
 }
 
-/// Error code of the answer to "store configuration".
+/// Error code of the response to "store configuration".
 pub(super) fn error_code(done: Result<(), Abort>) -> u32 {
     match done {
         Ok(()) => 0,

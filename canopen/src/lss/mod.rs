@@ -12,21 +12,21 @@ use crate::timer::Timer;
 use activation::Activation;
 use selection::Selection;
 
-/// The master's frames, and the answers.
+/// CAN-IDs of the LSS master's requests and the slave's responses.
 pub(crate) const REQUEST: u32 = 0x7E5;
 pub(crate) const RESPONSE: u32 = 0x7E4;
 
-/// Vendor-ID, product code, revision and serial number: object 1018h.
+/// Identity object 1018h: vendor-ID, product code, revision number, serial number.
 pub(crate) type Identity = [u32; 4];
 
 type Data = [u8; 8];
 
-/// The slave.
+/// LSS slave.
 #[derive(Debug)]
-pub(crate) struct Server {
+pub(crate) struct LssSlave {
     configuring: bool,
     selection: Selection,
-    /// The node-ID from the next reset of communication on.
+    /// Pending node-ID: takes effect with the next reset communication.
     node_id: Option<NodeId>,
     bit_rate: Option<BitRate>,
     activation: Option<Activation>,
@@ -34,17 +34,17 @@ pub(crate) struct Server {
     reply: Option<Data>,
 }
 
-/// What the node has to do after a request.
+/// Action of the node required by a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Outcome {
     Nothing,
-    /// Tell the application of a new node-ID.
+    /// Report the new node-ID to the application.
     NodeIdChanged,
-    /// The node had no node-ID, has one now, and boots.
-    Start,
+    /// Boot up: a node without a node-ID now has one.
+    BootUp,
 }
 
-impl Server {
+impl LssSlave {
     pub const fn new(node_id: Option<NodeId>) -> Self {
         Self {
             configuring: false,
@@ -57,7 +57,7 @@ impl Server {
         }
     }
 
-    /// The node-ID that the next reset of communication takes.
+    /// Pending node-ID, which takes effect with the next reset communication.
     pub const fn node_id(&self) -> Option<NodeId> {
         self.node_id
     }
@@ -105,7 +105,7 @@ impl Server {
         }
         self.selection = Selection::new();
         if leaves && active.is_none() && self.node_id.is_some() {
-            return Outcome::Start;
+            return Outcome::BootUp;
         }
         Outcome::Nothing
     }
@@ -119,16 +119,16 @@ impl Server {
         self.answer(0x4F, 0);
     }
 
-    /// The next frame to the master; what stands behind the command has up to four bytes.
+    /// Sets the response to the master: command and up to four bytes.
     #[cfg_attr(target_os = "none", inline(never))]
     fn answer(&mut self, command: u8, value: u32) {
         let [a, b, c, d] = value.to_le_bytes();
         self.reply = Some([command, a, b, c, d, 0, 0, 0]);
     }
 
-    pub fn pass(&mut self, elapsed: Timer) {
+    pub fn advance(&mut self, elapsed: Timer) {
         if let Some(activation) = &mut self.activation {
-            activation.pass(elapsed);
+            activation.advance(elapsed);
         }
     }
 
@@ -140,13 +140,13 @@ impl Server {
             self.answer(0x17, configuration::error_code(done));
         }
         if let Some(activation) = &mut self.activation
-            && activation.over(app)
+            && activation.advance_phase(app)
         {
             self.activation = None;
         }
     }
 
-    /// Whether nothing may be sent, as the bit rate of the network changes.
+    /// Whether transmission is inhibited by a bit rate switch.
     pub const fn silent(&self) -> bool {
         self.activation.is_some()
     }

@@ -1,8 +1,9 @@
-//! Finding one node by its identity: selective switch, identification and fast scan.
+//! LSS selection of one node by its identity: switch state selective, identify remote slave, fast
+//! scan.
 
 use super::Identity;
 
-/// How far the master has got with each of them.
+/// Progress of each of the three services.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Selection {
     selected: u8,
@@ -19,13 +20,15 @@ impl Selection {
         }
     }
 
-    /// Four numbers in order, all of which must be those of the node. Whether this was the last.
+    /// Switch state selective: four numbers in order, which must match the identity. Returns
+    /// whether this was the last.
     pub fn select(&mut self, part: u8, number: u32, identity: Identity) -> bool {
         let own = identity.get(usize::from(part)).copied();
         advance(&mut self.selected, part, 4, own == Some(number))
     }
 
-    /// Vendor, product, revision from and to, serial number from and to. Whether this was the last.
+    /// Identify remote slave: vendor-ID, product code, revision range, serial number range. Returns
+    /// whether this was the last.
     pub fn identify(&mut self, part: u8, number: u32, identity: Identity) -> bool {
         let [vendor, product, revision, serial] = identity;
         let fits = match part {
@@ -40,7 +43,8 @@ impl Selection {
         advance(&mut self.identified, part, 6, fits)
     }
 
-    /// One step of a fast scan. `None` where the node stays silent, `Some(true)` where it is the one.
+    /// One step of a fast scan. `None`: the node does not respond. `Some(true)`: the node is found
+    /// and enters the configuration state.
     pub fn fast_scan(
         &mut self,
         number: u32,
@@ -61,13 +65,15 @@ impl Selection {
         if bit != 0 {
             return Some(false);
         }
-        // All 32 bits are right: on to the next number, or back to the first, which ends the scan.
+        // All 32 bits match: continue with the next number, or end the scan if it is an earlier
+        // one.
         self.scanned = next;
         Some(next < sub)
     }
 }
 
-/// Takes part `part` of `parts` if it is the next and right; part 0 begins anew. Whether it was the last.
+/// Accepts part `part` of `parts` if it is the next one and matches; part 0 restarts. Returns
+/// whether it was the last.
 fn advance(stage: &mut u8, part: u8, parts: u8, fits: bool) -> bool {
     if part == 0 {
         *stage = 0;
@@ -91,7 +97,7 @@ mod tests {
     const IDENTITY: Identity = [0x1234, 0x5341, 0x0001_0000, 0xCAFE_F00D];
 
     #[test]
-    fn selection_needs_all_four_numbers_in_order() {
+    fn selection_requires_all_four_numbers_in_order() {
         let mut selection = Selection::new();
         let mut feed = |parts: &[(u8, u32)]| {
             let select = |_, &(part, number): &(u8, u32)| selection.select(part, number, IDENTITY);
@@ -110,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn identification_takes_ranges() {
+    fn identification_matches_ranges() {
         let mut selection = Selection::new();
         let mut feed = |serial: (u32, u32)| {
             let numbers = [IDENTITY[0], IDENTITY[1], 0, u32::MAX, serial.0, serial.1];
@@ -122,7 +128,7 @@ mod tests {
         assert!(!feed((IDENTITY[3] + 1, u32::MAX)));
     }
 
-    /// The master of CiA 305: a bit is 0 where a node answers, else 1.
+    /// Master side of CiA 305: a bit is 0 if a node responds, otherwise 1.
     #[test]
     fn fast_scan_finds_the_identity_bit_by_bit() {
         let mut node = Selection::new();
@@ -144,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn fast_scan_is_deaf_to_what_makes_no_sense() {
+    fn fast_scan_ignores_invalid_requests() {
         let mut node = Selection::new();
         for (bit, sub, next) in [(32, 0, 0), (0x7F, 0, 0), (0, 4, 0), (0, 1, 2), (0, 0, 4)] {
             assert_eq!(node.fast_scan(IDENTITY[0], bit, sub, next, IDENTITY), None);

@@ -1,25 +1,25 @@
-//! Which frames concern the node.
+//! The CAN identifiers that the node receives.
 
 use embedded_can::Id;
 
 use super::Node;
 use crate::lss;
 use crate::message::bus_id;
-use crate::pdo::Channel;
+use crate::pdo::PdoParameters;
 
 /// Network management: node-ID 0, function code 0 (CiA 301, 7.3.3).
 const NMT: u32 = 0;
 
-/// Those of LSS, NMT, SDO, SYNC and TIME.
+/// Number of identifiers of LSS, NMT, SDO, SYNC and TIME.
 const FIXED: usize = 5;
 
-/// The most identifiers that [`Node::identifiers`] gives, beside one for each PDO.
+/// Maximum number of identifiers of [`Node::identifiers`], not counting one for each PDO.
 pub const SERVICE_IDENTIFIERS: usize = FIXED + crate::heartbeat::CONSUMERS;
 
 impl<const R: usize, const T: usize> Node<R, T> {
-    /// The identifiers of the frames that concern the node at present, and whether of remote frames: a CAN
-    /// controller may filter by them. They change with a write to a communication parameter, a reset, and a new
-    /// node-ID.
+    /// The identifiers that the node receives at present, each with whether it is received as a
+    /// remote frame, for the acceptance filter of a CAN controller. They change with a write to a
+    /// communication parameter, a reset and a new node-ID.
     ///
     /// ```
     /// # use canopen::{Abort, Application, Dictionary, Node, NodeId, dictionary::Address};
@@ -32,23 +32,24 @@ impl<const R: usize, const T: usize> Node<R, T> {
     /// use embedded_can::{Id, StandardId};
     /// let node = Node::<0, 0>::new(&EMPTY, NodeId::new(5), &mut Nothing, 0);
     /// let sdo = Id::Standard(StandardId::new(0x605).unwrap());
-    /// assert!(node.identifiers().any(|wanted| wanted == (sdo, false)));
+    /// assert!(node.identifiers().any(|accepted| accepted == (sdo, false)));
     /// ```
     pub fn identifiers(&self) -> impl Iterator<Item = (Id, bool)> + '_ {
-        let places = 0..SERVICE_IDENTIFIERS + R + T;
-        places.filter_map(|place| {
-            let (id, remote) = self.identifier(place)?;
+        let positions = 0..SERVICE_IDENTIFIERS + R + T;
+        positions.filter_map(|position| {
+            let (id, remote) = self.identifier(position)?;
             Some((bus_id(id)?, remote))
         })
     }
 
-    /// The identifier at one of so many places, if there is one at present, and whether of remote frames.
-    fn identifier(&self, place: usize) -> Option<(u32, bool)> {
+    /// The identifier at a position of the list, if it exists at present, and whether it is
+    /// received as a remote frame.
+    fn identifier(&self, position: usize) -> Option<(u32, bool)> {
         let services = &self.services;
         let own = self.node_id.map(|id| 0x600 + u32::from(id.get()));
-        let consumer = place.wrapping_sub(FIXED);
-        let rpdo = place.wrapping_sub(SERVICE_IDENTIFIERS);
-        let id = match place {
+        let consumer = position.wrapping_sub(FIXED);
+        let rpdo = position.wrapping_sub(SERVICE_IDENTIFIERS);
+        let id = match position {
             0 => Some(lss::REQUEST),
             1 => own.map(|_| NMT),
             2 => own,
@@ -57,16 +58,16 @@ impl<const R: usize, const T: usize> Node<R, T> {
             _ => {
                 let node = services.consumers.node(consumer);
                 let heartbeat = node.map(|node| 0x700 + u32::from(node));
-                let rpdo = services.rpdos.get(rpdo).map(|rpdo| &rpdo.channel);
-                let received = rpdo.filter(|channel| channel.valid());
-                heartbeat.or(received.map(Channel::id))
+                let rpdo = services.rpdos.get(rpdo).map(|rpdo| &rpdo.parameters);
+                let received = rpdo.filter(|parameters| parameters.valid());
+                heartbeat.or(received.map(PdoParameters::id))
             }
         };
         if let Some(id) = id {
             return Some((id, false));
         }
         let tpdo = services.tpdos.get(rpdo.wrapping_sub(R))?;
-        let asked = tpdo.channel.remote_allowed();
-        asked.then(|| (tpdo.channel.id(), true))
+        let remote_allowed = tpdo.parameters.remote_allowed();
+        remote_allowed.then(|| (tpdo.parameters.id(), true))
     }
 }

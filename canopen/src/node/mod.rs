@@ -1,4 +1,4 @@
-//! The node: frames and time go in, frames come out.
+//! The CANopen node: receives frames and time, returns frames.
 
 mod identifiers;
 mod process_data;
@@ -19,43 +19,42 @@ use crate::services::Services;
 use crate::timer::Timer;
 use crate::{lss, sdo};
 
-/// What the CAN controller tells of itself.
+/// State change reported by the CAN controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BusEvent {
-    /// It lost frames.
+    /// Received frames were lost.
     Overrun,
-    /// It became error passive.
+    /// The controller became error passive.
     ErrorPassive,
-    /// It is error active again, or its receive queue is free again.
+    /// The controller is error active again, or its receive queue has room again.
     Recovered,
-    /// It went bus-off.
+    /// The controller went bus-off.
     BusOff,
-    /// It is on the bus again.
+    /// The controller recovered from bus-off.
     BusOffRecovered,
 }
 
-/// A CANopen device with `R` RPDOs and `T` TPDOs.
-///
-/// It does no I/O and reads no clock: call [`Node::receive`] with each frame from the bus,
-/// [`Node::tick`] about once a millisecond or as often as a control loop runs, and [`Node::transmit`]
-/// as long as the CAN controller takes frames and there are any. Times are microseconds of one clock that
-/// begins anywhere and only grows. The work in each call is bounded.
+/// A CANopen device with `R` RPDOs and `T` TPDOs. The node performs no I/O and reads no clock. Call
+/// [`Node::receive`] with each received frame, [`Node::tick`] about once a millisecond or once per
+/// control period, and [`Node::transmit`] until it returns `None` or the CAN controller accepts no
+/// more frames. Times are in microseconds of one monotonic clock with any origin. The work in each
+/// call is bounded.
 #[derive(Debug)]
-// What is small and often used comes first: short instructions reach it.
+// Small, frequently used fields first: they are within reach of short load instructions.
 #[repr(C)]
 pub struct Node<const R: usize, const T: usize> {
     state: NmtState,
-    /// In use since the last reset of communication.
+    /// Node-ID in use since the last reset communication.
     node_id: Option<NodeId>,
     dictionary: &'static Dictionary,
     now_us: u64,
-    lss: lss::Server,
+    lss: lss::LssSlave,
     services: Services<R, T>,
-    sdo: sdo::Server,
+    sdo: sdo::SdoServer,
 }
 
 impl<const R: usize, const T: usize> Node<R, T> {
-    /// Powers a node on. Without a node-ID it waits for one by LSS.
+    /// Creates a node in its power-on state. Without a node-ID it waits for LSS to assign one.
     #[cfg_attr(target_os = "none", inline(never))]
     pub fn new(
         dictionary: &'static Dictionary,
@@ -68,8 +67,8 @@ impl<const R: usize, const T: usize> Node<R, T> {
             node_id,
             state: NmtState::Initialising,
             services: Services::NEW,
-            sdo: sdo::Server::NEW,
-            lss: lss::Server::new(node_id),
+            sdo: sdo::SdoServer::NEW,
+            lss: lss::LssSlave::new(node_id),
             now_us,
         };
         node.reset(crate::application::Reset::Node, app);
@@ -94,16 +93,16 @@ impl<const R: usize, const T: usize> Node<R, T> {
         self.services.emergency.register()
     }
 
-    fn number(&self) -> u8 {
+    fn node_id_number(&self) -> u8 {
         self.node_id.map_or(0, NodeId::get)
     }
 
-    /// The objects, and beside them the SDO server that works on them.
+    /// Borrows the objects and, separately, the SDO server.
     fn split<'a, A: Application>(
         &'a mut self,
         app: &'a mut A,
-    ) -> (Objects<'a, A, R, T>, &'a mut sdo::Server) {
-        let node_id = self.number();
+    ) -> (Objects<'a, A, R, T>, &'a mut sdo::SdoServer) {
+        let node_id = self.node_id_number();
         let Self {
             dictionary,
             services,
@@ -121,19 +120,20 @@ impl<const R: usize, const T: usize> Node<R, T> {
         )
     }
 
-    /// Raises an error: an EMCY goes out, 1001h and 1003h have it. Once, until it is cleared.
+    /// Raises an error: transmits an EMCY and updates 1001h and 1003h. An error that is already
+    /// active is not raised again.
     pub fn raise(&mut self, error: Emergency, app: &mut impl Application) {
         if self.services.emergency.raise(error) {
             app.event(Event::Error(error.code));
         }
     }
 
-    /// An error is gone: an EMCY "error reset" goes out.
+    /// Clears an error: transmits an EMCY "error reset".
     pub fn clear(&mut self, code: ErrorCode, instance: u8) {
         self.services.emergency.clear(code, instance);
     }
 
-    /// Something happened to the CAN controller.
+    /// Reports a state change of the CAN controller.
     pub fn bus_event(&mut self, event: BusEvent, app: &mut impl Application) {
         match event {
             BusEvent::Overrun => {
@@ -157,30 +157,30 @@ impl<const R: usize, const T: usize> Node<R, T> {
         }
     }
 
-    /// Time passes, until `now_us`.
-    fn pass(&mut self, now_us: u64) {
+    /// Advances all timers to `now_us`.
+    fn advance(&mut self, now_us: u64) {
         let elapsed_us = now_us.saturating_sub(self.now_us);
         if elapsed_us == 0 {
             return;
         }
         self.now_us = now_us;
-        let elapsed = Timer::us(u32::try_from(elapsed_us).unwrap_or(u32::MAX));
-        self.services.pass(elapsed);
-        self.sdo.pass(elapsed);
-        self.lss.pass(elapsed);
+        let elapsed = Timer::from_us(u32::try_from(elapsed_us).unwrap_or(u32::MAX));
+        self.services.advance(elapsed);
+        self.sdo.advance(elapsed);
+        self.lss.advance(elapsed);
     }
 
-    /// Does what has become due. `now_us` is in microseconds.
+    /// Performs all time-driven work up to `now_us`, in microseconds.
     #[cfg_attr(target_os = "none", inline(never))]
     pub fn tick(&mut self, now_us: u64, app: &mut impl Application) {
-        self.pass(now_us);
+        self.advance(now_us);
         self.lss.tick(app);
         if self.node_id.is_none() || self.state == NmtState::Initialising {
             return;
         }
         self.services.heartbeat.tick();
-        while let Some(notice) = self.services.consumers.tick() {
-            self.notice(notice, app);
+        while let Some(event) = self.services.consumers.tick() {
+            self.heartbeat_event(event, app);
         }
         if self.state.communicates() {
             let (mut objects, sdo) = self.split(app);
@@ -192,7 +192,8 @@ impl<const R: usize, const T: usize> Node<R, T> {
         self.tick_process_data(app);
     }
 
-    /// The next frame for the bus. Call it until it has none, or the controller takes no more.
+    /// The next frame to transmit. Call it until it returns `None` or the controller accepts no
+    /// more frames.
     pub fn transmit<F: Frame>(&mut self, app: &mut impl Application) -> Option<F> {
         self.next_message(app)?.to_frame()
     }
@@ -206,7 +207,7 @@ impl<const R: usize, const T: usize> Node<R, T> {
         }
         let node_id = u32::from(self.node_id?.get());
         if self.state == NmtState::Initialising {
-            self.booted(app);
+            self.boot_up_sent(app);
             return Some(Message::new(0x700 + node_id, &[0]));
         }
         if self.services.heartbeat.take() {

@@ -1,4 +1,4 @@
-//! PDOs and SYNC of the node.
+//! PDO and SYNC processing of the node.
 
 use super::Node;
 use crate::application::{Application, Event};
@@ -10,17 +10,18 @@ use crate::pdo::Received;
 use crate::sync::Sync;
 
 impl<const R: usize, const T: usize> Node<R, T> {
-    /// An object has changed: the event-driven TPDOs (types 254 and 255) that carry it are sent with the
-    /// next [`Node::tick`], or once their inhibit time is over; those of type 0 after the next SYNC.
+    /// Reports a change of an object. Event-driven TPDOs (types 254 and 255) that map it are
+    /// transmitted with the next [`Node::tick`] or after their inhibit time, TPDOs of type 0 with
+    /// the next SYNC.
     pub fn object_changed(&mut self, address: Address) {
         for tpdo in &mut self.services.tpdos {
-            if tpdo.channel.map.maps(address) {
+            if tpdo.parameters.map.maps(address) {
                 tpdo.request();
             }
         }
     }
 
-    /// Asks for one TPDO as [`Node::object_changed`] does; `number` begins with 1.
+    /// Triggers one TPDO like [`Node::object_changed`]; `number` is from 1.
     pub fn request_tpdo(&mut self, number: u8) {
         let at = usize::from(number).checked_sub(1);
         if let Some(tpdo) = at.and_then(|at| self.services.tpdos.get_mut(at)) {
@@ -58,29 +59,29 @@ impl<const R: usize, const T: usize> Node<R, T> {
                     .is_some_and(|rpdo| rpdo.timed_out())
             {
                 self.raise(
-                    Emergency::communication(ErrorCode::RPDO_TIMEOUT, from_one(number)),
+                    Emergency::communication(ErrorCode::RPDO_TIMEOUT, pdo_number(number)),
                     app,
                 );
-                app.event(Event::RpdoTimeout(from_one(number)));
+                app.event(Event::RpdoTimeout(pdo_number(number)));
             }
         }
     }
 
-    /// Reads the objects of a TPDO.
+    /// Samples the mapped objects of a TPDO.
     fn sample(&mut self, number: usize, app: &mut impl Application) {
         let objects = &mut self.split(app).0;
         let mut sample = [0; 8];
         let mut rest: &mut [u8] = &mut sample;
         for at in 0.. {
             let tpdo = objects.services.tpdos.get(number);
-            let Some(slot) = tpdo.and_then(|tpdo| tpdo.channel.map.slot(at)) else {
+            let Some(mapped) = tpdo.and_then(|tpdo| tpdo.parameters.map.object(at)) else {
                 break;
             };
-            let Some((to, after)) = rest.split_at_mut_checked(usize::from(slot.size)) else {
+            let Some((to, after)) = rest.split_at_mut_checked(usize::from(mapped.size)) else {
                 break;
             };
-            if let Some(row) = slot.row {
-                // What cannot be read now is sent as zero.
+            if let Some(row) = mapped.row {
+                // An object that cannot be read now is transmitted as zero.
                 copy(to, &objects.read_number(row).unwrap_or(0).to_le_bytes());
             }
             rest = after;
@@ -109,10 +110,10 @@ impl<const R: usize, const T: usize> Node<R, T> {
             let Some(rpdo) = self.services.rpdos.get_mut(number) else {
                 continue;
             };
-            if !rpdo.channel.valid() || rpdo.channel.id() != message.id {
+            if !rpdo.parameters.valid() || rpdo.parameters.id() != message.id {
                 continue;
             }
-            let instance = from_one(number);
+            let instance = pdo_number(number);
             match rpdo.receive(message) {
                 Received::TooShort => {
                     self.raise(
@@ -122,31 +123,32 @@ impl<const R: usize, const T: usize> Node<R, T> {
                     continue;
                 }
                 Received::Apply(data) => self.apply(number, data, app),
-                Received::Waits => {}
+                Received::Buffered => {}
             }
             self.clear(ErrorCode::PDO_LENGTH, instance);
             self.clear(ErrorCode::RPDO_TIMEOUT, instance);
         }
     }
 
-    /// Writes what an RPDO carries. An object that refuses its value keeps the old one.
+    /// Writes the data of an RPDO to the mapped objects. An object that refuses its value keeps the
+    /// previous one.
     fn apply(&mut self, number: usize, data: [u8; 8], app: &mut impl Application) {
         let objects = &mut self.split(app).0;
         let mut rest: &[u8] = &data;
         for at in 0.. {
             let rpdo = objects.services.rpdos.get(number);
-            let Some(slot) = rpdo.and_then(|rpdo| rpdo.channel.map.slot(at)) else {
+            let Some(mapped) = rpdo.and_then(|rpdo| rpdo.parameters.map.object(at)) else {
                 break;
             };
-            let Some((bytes, after)) = rest.split_at_checked(usize::from(slot.size)) else {
+            let Some((bytes, after)) = rest.split_at_checked(usize::from(mapped.size)) else {
                 break;
             };
-            if let Some(row) = slot.row {
+            if let Some(row) = mapped.row {
                 let _ = objects.write_number(row, row.data_type().decode(bytes));
             }
             rest = after;
         }
-        app.event(Event::Rpdo(from_one(number)));
+        app.event(Event::Rpdo(pdo_number(number)));
     }
 
     fn remote_request(&mut self, id: u32, app: &mut impl Application) {
@@ -154,7 +156,7 @@ impl<const R: usize, const T: usize> Node<R, T> {
             .services
             .tpdos
             .iter()
-            .position(|tpdo| tpdo.channel.remote_allowed() && tpdo.channel.id() == id);
+            .position(|tpdo| tpdo.parameters.remote_allowed() && tpdo.parameters.id() == id);
         let Some(number) = at else { return };
         if self
             .services
@@ -166,7 +168,7 @@ impl<const R: usize, const T: usize> Node<R, T> {
         }
     }
 
-    /// A SYNC came, or one of the node's own is due.
+    /// Processes a received SYNC, or one that the node itself produces.
     pub(super) fn sync(&mut self, sync: Sync, app: &mut impl Application) {
         if sync.length_ok {
             self.clear(ErrorCode::SYNC_LENGTH, 0);
@@ -183,8 +185,8 @@ impl<const R: usize, const T: usize> Node<R, T> {
                 }
             }
             for number in 0..T {
-                let due = self.services.tpdos.get_mut(number);
-                if due.is_some_and(|tpdo| tpdo.sync(sync.counter)) {
+                let tpdo = self.services.tpdos.get_mut(number);
+                if tpdo.is_some_and(|tpdo| tpdo.sync(sync.counter)) {
                     self.sample(number, app);
                 }
             }
@@ -193,7 +195,7 @@ impl<const R: usize, const T: usize> Node<R, T> {
     }
 }
 
-/// The number of a PDO as the standard counts.
-fn from_one(number: usize) -> u8 {
+/// PDO number, from 1, of an array index.
+fn pdo_number(number: usize) -> u8 {
     number.saturating_add(1).min(255) as u8
 }

@@ -1,4 +1,4 @@
-//! From a frame to its service.
+//! Dispatch of received frames to the services.
 
 use embedded_can::Frame;
 
@@ -6,16 +6,16 @@ use super::Node;
 use crate::application::{Application, Event, Reset};
 use crate::dictionary::Address;
 use crate::emergency::{Emergency, ErrorCode};
-use crate::heartbeat::Notice;
+use crate::heartbeat::HeartbeatEvent;
 use crate::message::Message;
 use crate::nmt::{NmtState, NodeId};
 use crate::{lss, nmt};
 
 impl<const R: usize, const T: usize> Node<R, T> {
-    /// Takes a frame from the bus. `now_us` is in microseconds.
+    /// Processes a received frame; `now_us` is the time of the call in microseconds.
     #[cfg_attr(target_os = "none", inline(never))]
     pub fn receive(&mut self, frame: &impl Frame, now_us: u64, app: &mut impl Application) {
-        self.pass(now_us);
+        self.advance(now_us);
         if let Some(message) = Message::from_frame(frame) {
             self.dispatch(&message, app);
         }
@@ -35,7 +35,7 @@ impl<const R: usize, const T: usize> Node<R, T> {
                 && (self.state != NmtState::Initialising
                     || !matches!(command, nmt::Command::Enter(_)))
             {
-                self.obey(command, app);
+                self.apply_nmt_command(command, app);
             }
             return;
         }
@@ -68,27 +68,27 @@ impl<const R: usize, const T: usize> Node<R, T> {
         }
     }
 
-    /// Node guarding asks by remote frame: it is not answered, as CiA 301 allows.
+    /// Node guarding (remote frames) is not supported, as CiA 301 permits.
     fn heartbeat(&mut self, message: &Message, app: &mut impl Application) {
         let [state] = message.payload() else { return };
         if message.remote {
             return;
         }
         let node = (message.id & 0x7F) as u8;
-        if let Some(notice) = self.services.consumers.receive(node, *state) {
-            self.notice(notice, app);
+        if let Some(event) = self.services.consumers.receive(node, *state) {
+            self.heartbeat_event(event, app);
         }
     }
 
-    pub(super) fn notice(&mut self, notice: Notice, app: &mut impl Application) {
-        match notice {
-            Notice::Started { node, recovered } => {
+    pub(super) fn heartbeat_event(&mut self, event: HeartbeatEvent, app: &mut impl Application) {
+        match event {
+            HeartbeatEvent::Started { node, recovered } => {
                 if recovered {
                     self.clear(ErrorCode::HEARTBEAT, node);
                 }
                 app.event(Event::HeartbeatStarted(node));
             }
-            Notice::Lost { node } => {
+            HeartbeatEvent::Lost { node } => {
                 self.raise(Emergency::communication(ErrorCode::HEARTBEAT, node), app);
                 app.event(Event::HeartbeatLost(node));
                 self.communication_error(app);
@@ -103,11 +103,11 @@ impl<const R: usize, const T: usize> Node<R, T> {
         match outcome {
             lss::Outcome::Nothing => {}
             lss::Outcome::NodeIdChanged => app.event(Event::NodeId(self.lss.node_id())),
-            lss::Outcome::Start => self.reset(Reset::Communication, app),
+            lss::Outcome::BootUp => self.reset(Reset::Communication, app),
         }
     }
 
-    /// Object 1018h.
+    /// The identity object 1018h.
     fn identity(&mut self, app: &mut impl Application) -> lss::Identity {
         let dictionary = self.dictionary;
         let (mut objects, _) = self.split(app);

@@ -1,4 +1,4 @@
-//! NMT state of the node.
+//! NMT slave state machine of the node.
 
 use super::Node;
 use crate::application::{Application, Event, Reset};
@@ -6,7 +6,7 @@ use crate::emergency;
 use crate::nmt::{Command, NmtState};
 
 impl<const R: usize, const T: usize> Node<R, T> {
-    pub(super) fn obey(&mut self, command: Command, app: &mut impl Application) {
+    pub(super) fn apply_nmt_command(&mut self, command: Command, app: &mut impl Application) {
         match command {
             Command::Enter(state) => self.enter(state, app),
             Command::ResetNode => self.reset(Reset::Node, app),
@@ -14,26 +14,26 @@ impl<const R: usize, const T: usize> Node<R, T> {
         }
     }
 
-    /// Initialises; the boot-up frame ends it.
+    /// Enters initialisation, which ends when the boot-up message is transmitted.
     pub(super) fn reset(&mut self, reset: Reset, app: &mut impl Application) {
         let (mut objects, sdo) = self.split(app);
         sdo.cancel(&mut objects);
         if reset == Reset::Node {
-            self.services.emergency = emergency::Service::NEW;
+            self.services.emergency = emergency::EmergencyProducer::NEW;
         }
         app.reset(reset);
         self.node_id = self.lss.node_id();
-        let node_id = self.number();
+        let node_id = self.node_id_number();
         self.services
             .load(self.dictionary, node_id, |address| app.stored(address));
         self.state = NmtState::Initialising;
-        app.event(Event::State(self.state));
+        app.event(Event::NmtState(self.state));
     }
 
-    /// The boot-up frame goes out.
-    pub(super) fn booted(&mut self, app: &mut impl Application) {
+    /// Leaves initialisation after transmission of the boot-up message.
+    pub(super) fn boot_up_sent(&mut self, app: &mut impl Application) {
         self.enter(NmtState::PreOperational, app);
-        if self.services.starts_itself() {
+        if self.services.is_self_starting() {
             self.enter(NmtState::Operational, app);
         }
         self.services.heartbeat.restart();
@@ -56,10 +56,10 @@ impl<const R: usize, const T: usize> Node<R, T> {
             _ => {}
         }
         self.services.heartbeat.announce();
-        app.event(Event::State(state));
+        app.event(Event::NmtState(state));
     }
 
-    /// Object 1029h:1 says what a communication error does.
+    /// Applies the error behaviour 1029h:1 after a communication error.
     pub(super) fn communication_error(&mut self, app: &mut impl Application) {
         match self.services.communication_error {
             0 if self.state == NmtState::Operational => self.enter(NmtState::PreOperational, app),

@@ -1,70 +1,73 @@
-//! Which objects a PDO carries.
+//! PDO mapping.
 
 use super::Direction;
 use crate::Abort;
 use crate::dictionary::{Address, DataType, Dictionary, Row};
 
-/// Objects in a PDO at most: eight bytes, and no bit-wise mapping.
-const SLOTS: usize = 8;
+/// Maximum number of mapped objects: eight bytes, granularity of one byte.
+const MAX_OBJECTS: usize = 8;
 
 /// One mapped object.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Slot {
-    /// Bytes that it takes; 0 where there is no object any more.
+pub(crate) struct MappedObject {
+    /// Size in bytes; 0 for an unused element.
     pub size: u8,
-    /// Its entry; `None` for a dummy, which takes room in an RPDO and goes nowhere.
+    /// Its dictionary entry; `None` for a dummy entry, whose bytes in an RPDO are ignored.
     pub row: Option<&'static Row>,
 }
 
-/// Object 16xxh or 1Axxh.
+/// PDO mapping parameter 16xxh or 1Axxh.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Map {
-    words: [u32; SLOTS],
+pub(crate) struct PdoMapping {
+    entries: [u32; MAX_OBJECTS],
     count: u8,
-    slots: [Slot; SLOTS],
+    objects: [MappedObject; MAX_OBJECTS],
     length: u8,
 }
 
-impl Slot {
+impl MappedObject {
     const EMPTY: Self = Self { size: 0, row: None };
 }
 
-impl Map {
+impl PdoMapping {
     pub const NEW: Self = Self {
-        words: [0; SLOTS],
+        entries: [0; MAX_OBJECTS],
         count: 0,
-        slots: [Slot::EMPTY; SLOTS],
+        objects: [MappedObject::EMPTY; MAX_OBJECTS],
         length: 0,
     };
 
-    /// Bytes of the PDO.
+    /// Length of the PDO in bytes.
     pub const fn length(&self) -> u8 {
         self.length
     }
 
-    /// The mapped objects, in their order; `None` behind the last.
-    pub fn slot(&self, at: usize) -> Option<Slot> {
-        self.slots.get(at).copied().filter(|slot| slot.size > 0)
+    /// The mapped object at a position; `None` beyond the last.
+    pub fn object(&self, at: usize) -> Option<MappedObject> {
+        self.objects
+            .get(at)
+            .copied()
+            .filter(|object| object.size > 0)
     }
 
     pub fn maps(&self, address: Address) -> bool {
-        self.slots
+        self.objects
             .iter()
-            .flat_map(|slot| slot.row)
+            .flat_map(|object| object.row)
             .any(|row| row.address() == address)
     }
 
     pub fn read(&self, sub: u8) -> Option<u32> {
         match sub.checked_sub(1) {
             None => Some(u32::from(self.count)),
-            Some(at) => self.words.get(usize::from(at)).copied(),
+            Some(at) => self.entries.get(usize::from(at)).copied(),
         }
     }
 
     pub fn load(&mut self, sub: u8, value: u32) {
         match sub
             .checked_sub(1)
-            .map(|at| self.words.get_mut(usize::from(at)))
+            .map(|at| self.entries.get_mut(usize::from(at)))
         {
             None => self.count = value.min(u32::from(u8::MAX)) as u8,
             Some(Some(word)) => *word = value,
@@ -72,14 +75,14 @@ impl Map {
         }
     }
 
-    /// Carries nothing; what is written in the entries stays.
+    /// Disables the mapping; the mapping entries remain.
     pub fn disable(&mut self) {
         self.count = 0;
         self.length = 0;
-        self.slots = [Slot::EMPTY; SLOTS];
+        self.objects = [MappedObject::EMPTY; MAX_OBJECTS];
     }
 
-    /// Writes sub-index 0: 0 takes the mapping out of use, a number puts that many into use.
+    /// Writes sub-index 0, the number of mapped objects: 0 disables the mapping.
     pub fn enable(
         &mut self,
         count: u32,
@@ -95,7 +98,7 @@ impl Map {
         done
     }
 
-    /// Writes one mapping entry; zero leaves it empty.
+    /// Writes one mapping entry; zero clears it.
     pub fn write(
         &mut self,
         sub: u8,
@@ -110,32 +113,36 @@ impl Map {
             resolve(word, direction, dictionary)?;
         }
         let at = usize::from(sub.wrapping_sub(1));
-        *self.words.get_mut(at).ok_or(Abort::NoSubIndex)? = word;
+        *self.entries.get_mut(at).ok_or(Abort::NoSubIndex)? = word;
         Ok(())
     }
 
-    /// Finds the objects of all entries in use; where that is not possible, nothing changes.
+    /// Resolves all enabled mapping entries to objects; on an error nothing changes.
     pub fn resolve(&mut self, direction: Direction, dictionary: &Dictionary) -> Result<(), Abort> {
         let used = self
-            .words
+            .entries
             .get(..usize::from(self.count))
             .ok_or(Abort::PdoLength)?;
-        let mut slots = [Slot::EMPTY; SLOTS];
+        let mut objects = [MappedObject::EMPTY; MAX_OBJECTS];
         let mut length = 0;
-        for (slot, word) in slots.iter_mut().zip(used) {
-            *slot = resolve(*word, direction, dictionary)?;
-            length += slot.size;
+        for (object, word) in objects.iter_mut().zip(used) {
+            *object = resolve(*word, direction, dictionary)?;
+            length += object.size;
         }
         if length > 8 {
             return Err(Abort::PdoLength);
         }
-        self.slots = slots;
+        self.objects = objects;
         self.length = length;
         Ok(())
     }
 }
 
-fn resolve(word: u32, direction: Direction, dictionary: &Dictionary) -> Result<Slot, Abort> {
+fn resolve(
+    word: u32,
+    direction: Direction,
+    dictionary: &Dictionary,
+) -> Result<MappedObject, Abort> {
     let address = Address::new((word >> 16) as u16, (word >> 8) as u8);
     let dummy = match direction {
         Direction::Receive if address.sub == 0 => DataType::dummy(address.index),
@@ -152,7 +159,7 @@ fn resolve(word: u32, direction: Direction, dictionary: &Dictionary) -> Result<S
         }
     };
     match data_type.size() {
-        Some(size) if u32::from(size) * 8 == word & 0xFF => Ok(Slot { size, row }),
+        Some(size) if u32::from(size) * 8 == word & 0xFF => Ok(MappedObject { size, row }),
         _ => Err(Abort::NotMappable),
     }
 }

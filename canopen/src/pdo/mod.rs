@@ -1,21 +1,21 @@
-//! Process data objects (CiA 301, 7.2.2): communication parameters and mapping that RPDO and
-//! TPDO have in common.
+//! Process data objects (CiA 301, 7.2.2): communication and mapping parameters common to RPDO and
+//! TPDO.
 
 mod map;
 mod receive;
 mod transmit;
 
-use map::Map;
+use map::PdoMapping;
 pub(crate) use receive::{Received, Rpdo};
 pub(crate) use transmit::Tpdo;
 
 use crate::Abort;
 use crate::dictionary::{Dictionary, Mapping};
-use crate::message::{EXTENDED, IDENTIFIER, assignable, may_become};
+use crate::message::{EXTENDED, IDENTIFIER, assignable, cob_id_change_allowed};
 
-/// Bit 31 of a COB-ID: the PDO does not exist.
+/// Bit 31 of a COB-ID: the PDO is not valid.
 const INVALID: u32 = 1 << 31;
-/// Bit 30 of a TPDO's COB-ID: no remote frames.
+/// Bit 30 of a TPDO's COB-ID: RTR not allowed.
 const NO_REMOTE: u32 = 1 << 30;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,20 +34,20 @@ impl Direction {
     }
 }
 
-/// Objects 14xxh and 16xxh, or 18xxh and 1Axxh.
+/// Communication and mapping parameters of a PDO: objects 14xxh and 16xxh, or 18xxh and 1Axxh.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Channel {
+pub(crate) struct PdoParameters {
     direction: Direction,
     cob_id: u32,
     pub transmission: u8,
     pub inhibit_100us: u16,
     pub event_ms: u16,
     pub sync_start: u8,
-    pub map: Map,
+    pub map: PdoMapping,
 }
 
-impl Channel {
-    /// [`Channel::begin`] has to follow.
+impl PdoParameters {
+    /// Initial state; [`PdoParameters::reset`] must follow.
     const NEW: Self = Self {
         direction: Direction::Receive,
         cob_id: 0,
@@ -55,11 +55,11 @@ impl Channel {
         inhibit_100us: 0,
         event_ms: 0,
         sync_start: 0,
-        map: Map::NEW,
+        map: PdoMapping::NEW,
     };
 
-    /// What holds where the dictionary says nothing: the PDO does not exist.
-    pub const fn begin(&mut self, direction: Direction) {
+    /// Sets the defaults for a PDO without dictionary entries: not valid.
+    pub const fn reset(&mut self, direction: Direction) {
         self.direction = direction;
         self.cob_id = INVALID;
         self.transmission = 255;
@@ -73,12 +73,12 @@ impl Channel {
         self.cob_id & IDENTIFIER
     }
 
-    /// Whether a remote frame may ask for it.
+    /// Whether a remote frame may request the PDO.
     pub const fn remote_allowed(&self) -> bool {
         self.valid() && self.cob_id & NO_REMOTE == 0
     }
 
-    /// Applied or sampled with SYNC.
+    /// Whether the PDO is applied or sampled with SYNC.
     pub const fn synchronous(&self) -> bool {
         matches!(self.transmission, 0..=240 | 252)
     }
@@ -98,7 +98,7 @@ impl Channel {
         })
     }
 
-    /// A default or stored value, before [`Channel::settle`] has judged the whole.
+    /// Loads a default or stored value; [`PdoParameters::validate`] must follow.
     pub fn load_parameter(&mut self, sub: u8, value: u32) {
         match sub {
             1 => self.cob_id = value,
@@ -110,13 +110,13 @@ impl Channel {
         }
     }
 
-    /// Puts a loaded PDO into use, or out of use where it makes no sense.
-    pub fn settle(&mut self, dictionary: &Dictionary) {
-        let sound = self.map.resolve(self.direction, dictionary).is_ok()
+    /// Resolves the mapping of loaded parameters, or disables the PDO if they are inconsistent.
+    pub fn validate(&mut self, dictionary: &Dictionary) {
+        let is_consistent = self.map.resolve(self.direction, dictionary).is_ok()
             && assignable(self.cob_id)
             && self.accepts(self.transmission)
             && self.sync_start <= 240;
-        if !sound {
+        if !is_consistent {
             self.cob_id |= INVALID;
             self.map.disable();
         }
@@ -144,8 +144,8 @@ impl Channel {
 
     fn write_cob_id(&mut self, value: u32) -> Result<(), Abort> {
         if value & INVALID == 0 {
-            // Bits 0 to 29 of a PDO that exists stay (CiA 301, 7.5.2.35).
-            if !may_become(value, self.cob_id, self.valid()) {
+            // Bits 0 to 29 must not change while the PDO is valid (CiA 301, 7.5.2.35).
+            if !cob_id_change_allowed(value, self.cob_id, self.valid()) {
                 return Err(Abort::Value);
             }
         } else if value & EXTENDED == 0 && value & IDENTIFIER > 0x7FF {
@@ -155,7 +155,7 @@ impl Channel {
         Ok(())
     }
 
-    /// Writes to the mapping, which is allowed in every state in which the PDO does not exist.
+    /// Writes a mapping parameter, which is allowed only while the PDO is not valid.
     pub fn write_mapping(
         &mut self,
         sub: u8,

@@ -1,69 +1,69 @@
-//! RPDO: from the bus into the object dictionary.
+//! Receive PDO.
 
-use super::Channel;
+use super::PdoParameters;
 use crate::message::Message;
 use crate::timer::Timer;
 
 /// One RPDO.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rpdo {
-    pub channel: Channel,
-    /// Waits for SYNC.
-    waiting: Option<[u8; 8]>,
+    pub parameters: PdoParameters,
+    /// Data that wait for the next SYNC.
+    buffered: Option<[u8; 8]>,
     deadline: Option<Timer>,
 }
 
-/// What became of a received PDO.
+/// Result of the reception of a PDO.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Received {
-    /// To be written to the objects now.
+    /// Write the data to the mapped objects now.
     Apply([u8; 8]),
-    /// Will be, with the next SYNC.
-    Waits,
-    /// Shorter than what is mapped.
+    /// The data are buffered until the next SYNC.
+    Buffered,
+    /// The frame is shorter than the mapping.
     TooShort,
 }
 
 impl Rpdo {
     pub const NEW: Self = Self {
-        channel: Channel::NEW,
-        waiting: None,
+        parameters: PdoParameters::NEW,
+        buffered: None,
         deadline: None,
     };
 
-    /// The node became OPERATIONAL, or the PDO exists only now.
+    /// Restarts the PDO: the node entered OPERATIONAL or the PDO became valid.
     pub fn start(&mut self) {
-        self.waiting = None;
+        self.buffered = None;
         self.deadline = None;
     }
 
     pub fn receive(&mut self, message: &Message) -> Received {
-        if message.length < self.channel.map.length() {
+        if message.length < self.parameters.map.length() {
             return Received::TooShort;
         }
-        let time_ms = self.channel.event_ms;
-        self.deadline = (time_ms != 0).then(|| Timer::ms(time_ms));
-        if self.channel.synchronous() {
-            self.waiting = Some(message.data);
-            return Received::Waits;
+        let time_ms = self.parameters.event_ms;
+        self.deadline = (time_ms != 0).then(|| Timer::from_ms(time_ms));
+        if self.parameters.synchronous() {
+            self.buffered = Some(message.data);
+            return Received::Buffered;
         }
         Received::Apply(message.data)
     }
 
-    /// What is to be written now that there was a SYNC.
+    /// Data to write to the mapped objects on a SYNC.
     pub fn sync(&mut self) -> Option<[u8; 8]> {
-        self.waiting.take()
+        self.buffered.take()
     }
 
-    pub fn pass(&mut self, elapsed: Timer) {
+    pub fn advance(&mut self, elapsed: Timer) {
         if let Some(deadline) = &mut self.deadline {
-            deadline.pass(elapsed);
+            deadline.advance(elapsed);
         }
     }
 
-    /// Whether its event timer has just run out.
+    /// Returns true once when the event timer expires.
     pub fn timed_out(&mut self) -> bool {
-        let over = self.deadline.is_some_and(Timer::is_over);
+        let over = self.deadline.is_some_and(Timer::is_expired);
         if over {
             self.deadline = None;
         }

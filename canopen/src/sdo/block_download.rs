@@ -1,21 +1,21 @@
-//! Block download (CiA 301, 7.2.4.3): up to 127 segments are confirmed at once.
+//! SDO block download (CiA 301, 7.2.4.3): up to 127 segments per confirmation.
 
-use super::{Data, Objects, Server, State, Transfer, crc, word};
+use super::{Data, ObjectAccess, SdoServer, Transfer, TransferState, crc, word};
 use crate::Abort;
 
-/// Segments in a block: nothing is kept of a block, so that it can have as many as there may be.
+/// Block size. Segments are not buffered, so the maximum is used.
 const BLOCK: u8 = 127;
 const LAST: u8 = 0x80;
 
-impl Server {
+impl SdoServer {
     pub(super) fn begin_block_download(
         &mut self,
         request: &Data,
-        objects: &mut impl Objects,
+        objects: &mut impl ObjectAccess,
     ) -> Result<(), Abort> {
         let announced = (request[0] & 2 != 0).then(|| word(request));
-        self.begin_download(State::BlockDownload, announced, objects)?;
-        self.transfer.checked = request[0] & 4 != 0;
+        self.begin_download(TransferState::BlockDownload, announced, objects)?;
+        self.transfer.uses_crc = request[0] & 4 != 0;
         self.answer_of_object(0xA4, u32::from(BLOCK));
         Ok(())
     }
@@ -23,21 +23,22 @@ impl Server {
     pub(super) fn block_segment(
         &mut self,
         request: &Data,
-        objects: &mut impl Objects,
+        objects: &mut impl ObjectAccess,
     ) -> Result<(), Abort> {
         let [command, data @ ..] = request;
         let (sequence, last) = (command & !LAST, command & LAST != 0);
         if sequence == 0 {
             return Err(Abort::SequenceNumber);
         }
-        // After a gap the rest of the block is lost: the client sends again what is not confirmed.
+        // After a gap the rest of the block is ignored: the client repeats all unconfirmed
+        // segments.
         if sequence == self.transfer.sequence + 1 {
             self.transfer.sequence = sequence;
             if last {
                 self.transfer.last = *data;
-                self.state = State::BlockDownloaded;
+                self.state = TransferState::BlockDownloaded;
             } else {
-                self.take_checked(data, objects)?;
+                self.receive_block_data(data, objects)?;
             }
         }
         if sequence >= BLOCK || last {
@@ -50,24 +51,28 @@ impl Server {
     pub(super) fn end_block_download(
         &mut self,
         request: &Data,
-        objects: &mut impl Objects,
+        objects: &mut impl ObjectAccess,
     ) -> Result<(), Abort> {
         let [command, low, high, ..] = *request;
         let last = self.transfer.last;
         let unused = usize::from(command >> 2 & 7);
-        self.take_checked(last.get(..7 - unused).unwrap_or_default(), objects)?;
-        let Transfer { checked, crc, .. } = self.transfer;
-        if checked && crc != u16::from_le_bytes([low, high]) {
+        self.receive_block_data(last.get(..7 - unused).unwrap_or_default(), objects)?;
+        let Transfer { uses_crc, crc, .. } = self.transfer;
+        if uses_crc && crc != u16::from_le_bytes([low, high]) {
             return Err(Abort::Crc);
         }
         self.answer([0xA1, 0, 0, 0], 0);
         self.finish(objects)
     }
 
-    fn take_checked(&mut self, data: &[u8], objects: &mut impl Objects) -> Result<(), Abort> {
-        if self.transfer.checked {
+    fn receive_block_data(
+        &mut self,
+        data: &[u8],
+        objects: &mut impl ObjectAccess,
+    ) -> Result<(), Abort> {
+        if self.transfer.uses_crc {
             self.transfer.crc = crc::update(self.transfer.crc, data);
         }
-        self.take(data, objects)
+        self.receive_data(data, objects)
     }
 }

@@ -1,25 +1,25 @@
-//! Block upload (CiA 301, 7.2.4.3).
+//! SDO block upload (CiA 301, 7.2.4.3).
 
-use super::{Data, Objects, Server, State, crc};
+use super::{Data, ObjectAccess, SdoServer, TransferState, crc};
 use crate::Abort;
 
 const LAST: u8 = 0x80;
 
-impl Server {
+impl SdoServer {
     pub(super) fn begin_block_upload(
         &mut self,
         request: &Data,
-        objects: &mut impl Objects,
+        objects: &mut impl ObjectAccess,
     ) -> Result<(), Abort> {
         let [command, _, _, _, block, threshold, ..] = *request;
         self.set_block(block)?;
         let size = self.begin_upload(objects)?;
-        // The client would rather have so little in the other way (protocol switch threshold).
+        // At or below the protocol switch threshold the server answers with a normal upload.
         if threshold != 0 && size <= u32::from(threshold) {
             return self.answer_upload(objects);
         }
-        self.transfer.checked = command & 4 != 0;
-        self.state = State::BlockUpload;
+        self.transfer.uses_crc = command & 4 != 0;
+        self.state = TransferState::BlockUpload;
         self.answer_of_object(0xC6, size);
         Ok(())
     }
@@ -32,14 +32,14 @@ impl Server {
         Ok(())
     }
 
-    /// What the client says while the transfer is under way.
+    /// Processes a request of the client during the transfer.
     pub(super) fn continue_block_upload(&mut self, request: &Data) -> Result<(), Abort> {
         match (request[0] & 3, self.state) {
-            (3, State::BlockUpload) => self.state = State::BlockSending,
-            (2, State::BlockSending | State::BlockSent) => {
+            (3, TransferState::BlockUpload) => self.state = TransferState::BlockSending,
+            (2, TransferState::BlockSending | TransferState::BlockSent) => {
                 return self.confirm(request[1], request[2]);
             }
-            (1, State::BlockUploaded) => self.state = State::Idle,
+            (1, TransferState::BlockUploaded) => self.state = TransferState::Idle,
             _ => return Err(Abort::Command),
         }
         Ok(())
@@ -50,16 +50,16 @@ impl Server {
             return Err(Abort::SequenceNumber);
         }
         self.set_block(block)?;
-        let all = self.state == State::BlockSent && sequence == self.transfer.sequence;
+        let all = self.state == TransferState::BlockSent && sequence == self.transfer.sequence;
         self.transfer.offset = self.position(sequence);
         self.transfer.sequence = 0;
-        self.state = State::BlockSending;
+        self.state = TransferState::BlockSending;
         let size = self.size();
         if !all || self.transfer.offset < size {
             return Ok(());
         }
-        self.state = State::BlockUploaded;
-        // The last segment carries 1 to 7 bytes, or none where there are none at all.
+        self.state = TransferState::BlockUploaded;
+        // The last segment carries 1 to 7 bytes, or none if the size is 0.
         let used = match size {
             0 => 0,
             size => (size - 1) % 7 + 1,
@@ -69,28 +69,28 @@ impl Server {
         Ok(())
     }
 
-    /// Where the data after so many segments of this block begin.
+    /// Byte offset after `sequence` segments of this block.
     #[cfg_attr(target_os = "none", inline(never))]
     fn position(&self, sequence: u8) -> u32 {
         let position = (self.transfer.offset).saturating_add(u32::from(sequence) * 7);
         position.min(self.size())
     }
 
-    /// The next segment.
-    pub(super) fn send_segment(&mut self, objects: &mut impl Objects) -> Result<(), Abort> {
+    /// Transmits the next segment.
+    pub(super) fn send_segment(&mut self, objects: &mut impl ObjectAccess) -> Result<(), Abort> {
         let mut segment = [0; 8];
         let [command, data @ ..] = &mut segment;
         let offset = self.position(self.transfer.sequence);
         let (length, last) = self.read(offset, data, objects)?;
         let transfer = &mut self.transfer;
-        if transfer.checked && offset == transfer.summed {
+        if transfer.uses_crc && offset == transfer.crc_offset {
             transfer.crc = crc::update(transfer.crc, data.get(..length).unwrap_or_default());
-            transfer.summed += length as u32;
+            transfer.crc_offset += length as u32;
         }
         transfer.sequence += 1;
         *command = transfer.sequence | if last { LAST } else { 0 };
         if last || transfer.sequence >= transfer.block {
-            self.state = State::BlockSent;
+            self.state = TransferState::BlockSent;
         }
         self.reply = Some(segment);
         Ok(())

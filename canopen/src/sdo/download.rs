@@ -1,34 +1,38 @@
-//! What all downloads have in common: collecting the data and handing them over.
+//! Common part of all downloads: collects the data and writes the object.
 
 use core::task::Poll;
 
-use super::{Objects, Place, Server, State};
+use super::{DataLocation, ObjectAccess, SdoServer, TransferState};
 use crate::Abort;
 use crate::dictionary::DataType;
 use crate::message::copy;
 
-impl Server {
-    /// Begins a download that goes on in this state.
+impl SdoServer {
+    /// Begins a download and enters `state`.
     pub(super) fn begin_download(
         &mut self,
-        state: State,
+        state: TransferState,
         announced: Option<u32>,
-        objects: &mut impl Objects,
+        objects: &mut impl ObjectAccess,
     ) -> Result<(), Abort> {
         let transfer = &mut self.transfer;
         let row = objects.entry(transfer.address)?;
         objects.check_write(row, announced)?;
         if row.data_type() == DataType::Domain {
             objects.domain_begin(transfer.address, announced)?;
-            transfer.place = Place::Domain;
+            transfer.location = DataLocation::Domain;
         }
         transfer.size = announced;
         self.state = state;
         Ok(())
     }
 
-    /// Takes the next bytes.
-    pub(super) fn take(&mut self, data: &[u8], objects: &mut impl Objects) -> Result<(), Abort> {
+    /// Receives the next bytes.
+    pub(super) fn receive_data(
+        &mut self,
+        data: &[u8],
+        objects: &mut impl ObjectAccess,
+    ) -> Result<(), Abort> {
         let transfer = &mut self.transfer;
         let offset = transfer.offset;
         let received = offset
@@ -37,7 +41,7 @@ impl Server {
         if transfer.size.is_some_and(|size| received > size) {
             return Err(Abort::TooLong);
         }
-        if transfer.place == Place::Domain {
+        if transfer.location == DataLocation::Domain {
             objects.domain_write(transfer.address, offset, data)?;
         } else {
             let room = self.buffer.get_mut(offset as usize..).unwrap_or_default();
@@ -49,14 +53,15 @@ impl Server {
         Ok(())
     }
 
-    /// All data are there; the reply is sent when the application has them.
-    pub(super) fn finish(&mut self, objects: &mut impl Objects) -> Result<(), Abort> {
+    /// Writes the object after all data are received; while the application is busy, the reply is
+    /// withheld.
+    pub(super) fn finish(&mut self, objects: &mut impl ObjectAccess) -> Result<(), Abort> {
         let transfer = &self.transfer;
         let received = transfer.offset;
         if transfer.size.is_some_and(|size| received < size) {
             return Err(Abort::TooShort);
         }
-        let done = if transfer.place == Place::Domain {
+        let done = if transfer.location == DataLocation::Domain {
             objects.domain_end(transfer.address, received)
         } else {
             let row = objects.entry(transfer.address)?;
@@ -65,8 +70,8 @@ impl Server {
             objects.write(row, data.ok_or(Abort::TooLong)?)
         };
         self.state = match done {
-            Poll::Ready(done) => done.map(|()| State::Idle)?,
-            Poll::Pending => State::Finishing,
+            Poll::Ready(done) => done.map(|()| TransferState::Idle)?,
+            Poll::Pending => TransferState::Finishing,
         };
         Ok(())
     }

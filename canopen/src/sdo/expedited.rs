@@ -1,13 +1,14 @@
-//! Initiate (CiA 301, 7.2.4.3): up to four bytes go in the same frame, more in segments.
+//! SDO initiate download and upload (CiA 301, 7.2.4.3): up to four bytes are transferred expedited,
+//! more in segments.
 
-use super::{Data, Objects, Server, State, word};
+use super::{Data, ObjectAccess, SdoServer, TransferState, word};
 use crate::Abort;
 
-impl Server {
+impl SdoServer {
     pub(super) fn download(
         &mut self,
         request: &Data,
-        objects: &mut impl Objects,
+        objects: &mut impl ObjectAccess,
     ) -> Result<(), Abort> {
         let [command, _, _, _, data @ ..] = request;
         let (expedited, sized) = (command & 2 != 0, command & 1 != 0);
@@ -16,33 +17,35 @@ impl Server {
         } else if sized {
             Some(u32::from(4 - (command >> 2 & 3)))
         } else {
-            // Without a size the data type tells; what has none takes all four bytes.
+            // If no size is indicated, the data type determines it; a type without a fixed size
+            // takes all four bytes.
             let row = objects.entry(self.transfer.address)?;
             Some(row.data_type().size().map_or(4, u32::from))
         };
-        self.begin_download(State::SegmentedDownload, length, objects)?;
+        self.begin_download(TransferState::SegmentedDownload, length, objects)?;
         self.answer_of_object(0x60, 0);
         if expedited {
-            // What needs more than four bytes and names no size stays without some and is too short.
+            // A type longer than four bytes without indicated size remains incomplete: `finish`
+            // aborts with "too short".
             let data = length
                 .and_then(|length| data.get(..length as usize))
                 .unwrap_or(data);
-            self.take(data, objects)?;
+            self.receive_data(data, objects)?;
             self.finish(objects)?;
         }
         Ok(())
     }
 
-    pub(super) fn upload(&mut self, objects: &mut impl Objects) -> Result<(), Abort> {
+    pub(super) fn upload(&mut self, objects: &mut impl ObjectAccess) -> Result<(), Abort> {
         self.begin_upload(objects)?;
         self.answer_upload(objects)
     }
 
-    /// The answer to an upload request, in one frame where that suffices.
-    pub(super) fn answer_upload(&mut self, objects: &mut impl Objects) -> Result<(), Abort> {
+    /// Answers an upload request, expedited if the data fit into one frame.
+    pub(super) fn answer_upload(&mut self, objects: &mut impl ObjectAccess) -> Result<(), Abort> {
         let size = self.size();
         if !matches!(size, 1..=4) {
-            self.state = State::SegmentedUpload;
+            self.state = TransferState::SegmentedUpload;
             self.answer_of_object(0x41, size);
             return Ok(());
         }

@@ -1,4 +1,4 @@
-//! SDO server (CiA 301, 7.2.4): one channel, the default one.
+//! SDO server (CiA 301, 7.2.4) with the default SDO channel.
 
 mod block_download;
 mod block_upload;
@@ -14,19 +14,20 @@ use crate::Abort;
 use crate::dictionary::{Address, Row};
 use crate::timer::Timer;
 
-/// Longest string that is no constant and no DOMAIN.
+/// Maximum length of a string that is neither a constant nor a DOMAIN.
 pub(crate) const BUFFER: usize = 64;
 
-/// A transfer without a frame for so long is aborted.
-const TIMEOUT: Timer = Timer::ms(1000);
+/// SDO timeout: a transfer without a frame for this time is aborted.
+const TIMEOUT: Timer = Timer::from_ms(1000);
 
 /// The data of one SDO frame.
 pub(crate) type Data = [u8; 8];
 
-/// What the server needs of the objects.
-pub(crate) trait Objects {
+/// Object access as required by the SDO server.
+pub(crate) trait ObjectAccess {
     fn entry(&self, address: Address) -> Result<&'static Row, Abort>;
-    /// Refuses what may not be written at all, now, or at this length.
+    /// Returns an abort code if the object is not writable, is write-protected now, or has another
+    /// length.
     fn check_write(&self, row: &Row, length: Option<u32>) -> Result<(), Abort>;
     fn constant_text(&self, row: &Row) -> Option<&'static [u8]>;
     fn read(&mut self, row: &Row, buffer: &mut [u8]) -> Result<usize, Abort>;
@@ -39,118 +40,120 @@ pub(crate) trait Objects {
     fn domain_cancel(&mut self, address: Address);
 }
 
-/// How far a transfer is.
+/// State of the transfer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum State {
-    /// There is none.
+enum TransferState {
+    /// No transfer.
     Idle,
     SegmentedDownload,
     SegmentedUpload,
-    /// The next frame is a segment of a block download.
+    /// Block download: the next frame is a segment.
     BlockDownload,
-    /// The last segment of a block download is there; its end has to follow.
+    /// Block download: the last segment is received, "end block download" must follow.
     BlockDownloaded,
-    /// The size of a block upload was answered; the client has to start.
+    /// Block upload: initiated, "start upload" must follow.
     BlockUpload,
-    /// Segments of a block go out.
+    /// Block upload: segments of a block are being transmitted.
     BlockSending,
-    /// The block is out and has to be confirmed.
+    /// Block upload: the block is transmitted, its confirmation must follow.
     BlockSent,
-    /// All blocks are confirmed and the end was sent.
+    /// Block upload: all blocks are confirmed, "end block upload" is transmitted.
     BlockUploaded,
-    /// All data are there and the application is not ready with them; the reply is for when it is.
+    /// All data are received and the application is busy; the reply follows when it has finished.
     Finishing,
 }
 
-/// Where the data come from, or go to.
+/// Source of uploaded or destination of downloaded data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Place {
+enum DataLocation {
     /// The server's buffer.
     Buffer,
-    /// A constant.
+    /// A constant string.
     Text(&'static [u8]),
-    /// The application's.
+    /// A DOMAIN of the application.
     Domain,
 }
 
-/// The transfer under way, of any kind.
+/// The transfer in progress, of any type.
 #[derive(Clone, Copy, Debug)]
 struct Transfer {
     address: Address,
-    place: Place,
-    /// Bytes of an upload, or those that the client announced of a download.
+    location: DataLocation,
+    /// Size of an upload, or size that the client indicated for a download, in bytes.
     size: Option<u32>,
-    /// Bytes that are received; of an upload those that are sent, of one in blocks those that are confirmed.
+    /// Bytes received (download), transmitted (segmented upload) or confirmed (block upload).
     offset: u32,
-    /// The toggle bit of the next segment.
+    /// Toggle bit of the next segment.
     toggle: u8,
-    /// Segments of this block that came in order, or are out.
+    /// Segments of this block received in order, or transmitted.
     sequence: u8,
-    /// Segments that an uploaded block has.
+    /// Block size of an upload, in segments.
     block: u8,
-    /// Whether there is a checksum, which it is, and up to where it goes: segments that are sent again do not count again.
-    checked: bool,
+    /// Whether the transfer uses a CRC, its value, and the offset up to which it is calculated:
+    /// repeated segments are not included again.
+    uses_crc: bool,
     crc: u16,
-    summed: u32,
-    /// The last segment of a block download, of which only the end tells how much is data.
+    crc_offset: u32,
+    /// Last segment of a block download; "end block download" indicates how many of its bytes are
+    /// data.
     last: [u8; 7],
 }
 
 impl Transfer {
     const NEW: Self = Self {
         address: Address::new(0, 0),
-        place: Place::Buffer,
+        location: DataLocation::Buffer,
         size: None,
         offset: 0,
         toggle: 0,
         sequence: 0,
         block: 0,
-        checked: false,
+        uses_crc: false,
         crc: 0,
-        summed: 0,
+        crc_offset: 0,
         last: [0; 7],
     };
 }
 
-/// The server and its only transfer.
+/// The SDO server with its one transfer.
 #[derive(Debug)]
-pub(crate) struct Server {
-    state: State,
+pub(crate) struct SdoServer {
+    state: TransferState,
     transfer: Transfer,
     timeout: Timer,
     reply: Option<Data>,
     buffer: [u8; BUFFER],
 }
 
-impl Server {
+impl SdoServer {
     pub const NEW: Self = Self {
-        state: State::Idle,
+        state: TransferState::Idle,
         transfer: Transfer::NEW,
-        timeout: Timer::OVER,
+        timeout: Timer::EXPIRED,
         reply: None,
         buffer: [0; BUFFER],
     };
 
-    pub fn receive(&mut self, request: &Data, objects: &mut impl Objects) {
+    pub fn receive(&mut self, request: &Data, objects: &mut impl ObjectAccess) {
         self.timeout = TIMEOUT;
         self.reply = None;
         let done = match self.state {
             _ if request[0] == 0x80 => return self.cancel(objects),
-            State::BlockDownload => self.block_segment(request, objects),
+            TransferState::BlockDownload => self.block_segment(request, objects),
             _ => self.command(request, objects),
         };
-        self.judge(done, objects);
+        self.abort_on_error(done, objects);
     }
 
-    fn command(&mut self, request: &Data, objects: &mut impl Objects) -> Result<(), Abort> {
-        use State::{BlockDownloaded, SegmentedDownload, SegmentedUpload};
-        use State::{BlockSending, BlockSent, BlockUpload, BlockUploaded};
+    fn command(&mut self, request: &Data, objects: &mut impl ObjectAccess) -> Result<(), Abort> {
+        use TransferState::{BlockDownloaded, SegmentedDownload, SegmentedUpload};
+        use TransferState::{BlockSending, BlockSent, BlockUpload, BlockUploaded};
         let specifier = request[0] >> 5;
         let begins = matches!(specifier, 1 | 2)
             || (specifier == 5 && request[0] & 3 == 0)
             || (specifier == 6 && request[0] & 1 == 0);
         if begins {
-            // A client that starts anew has given up what it had begun.
+            // A new initiate request implies that the client has given up the previous transfer.
             self.cancel(objects);
             let index = u16::from_le_bytes([request[1], request[2]]);
             self.transfer = Transfer {
@@ -173,78 +176,80 @@ impl Server {
         }
     }
 
-    /// The next frame to the client.
+    /// Sets the reply to the client.
     #[cfg_attr(target_os = "none", inline(never))]
     fn answer(&mut self, head: [u8; 4], word: u32) {
         let ([a, b, c, d], [e, f, g, h]) = (head, word.to_le_bytes());
         self.reply = Some([a, b, c, d, e, f, g, h]);
     }
 
-    /// The same with index and sub-index.
+    /// Sets a reply that carries index and sub-index.
     fn answer_of_object(&mut self, command: u8, word: u32) {
         let Address { index, sub } = self.transfer.address;
         let [low, high] = index.to_le_bytes();
         self.answer([command, low, high, sub], word);
     }
 
-    /// Ends the transfer, without telling the client.
-    pub fn cancel(&mut self, objects: &mut impl Objects) {
-        use State::{BlockDownload, BlockDownloaded, Finishing, SegmentedDownload};
-        let Transfer { address, place, .. } = self.transfer;
+    /// Ends the transfer without a reply to the client.
+    pub fn cancel(&mut self, objects: &mut impl ObjectAccess) {
+        use TransferState::{BlockDownload, BlockDownloaded, Finishing, SegmentedDownload};
+        let Transfer {
+            address, location, ..
+        } = self.transfer;
         if let SegmentedDownload | BlockDownload | BlockDownloaded | Finishing = self.state
-            && (place == Place::Domain || matches!(address.index, 0x1010 | 0x1011))
+            && (location == DataLocation::Domain || matches!(address.index, 0x1010 | 0x1011))
         {
             objects.domain_cancel(address);
         }
-        self.state = State::Idle;
+        self.state = TransferState::Idle;
         self.reply = None;
     }
 
-    fn judge(&mut self, done: Result<(), Abort>, objects: &mut impl Objects) {
+    fn abort_on_error(&mut self, done: Result<(), Abort>, objects: &mut impl ObjectAccess) {
         if let Err(code) = done {
             self.abort(code, objects);
         }
     }
 
-    fn abort(&mut self, code: Abort, objects: &mut impl Objects) {
-        if self.state == State::Idle && code == Abort::Command {
-            // Nothing was begun, and so nothing is named, where an idle server gets half a transfer.
+    fn abort(&mut self, code: Abort, objects: &mut impl ObjectAccess) {
+        if self.state == TransferState::Idle && code == Abort::Command {
+            // A segment without a transfer has no object to name in the abort.
             self.transfer.address = Address::new(0, 0);
         }
         self.cancel(objects);
         self.answer_of_object(0x80, code.code());
     }
 
-    pub fn pass(&mut self, elapsed: Timer) {
-        self.timeout.pass(elapsed);
+    pub fn advance(&mut self, elapsed: Timer) {
+        self.timeout.advance(elapsed);
     }
 
-    pub fn tick(&mut self, objects: &mut impl Objects) {
-        if self.state == State::Finishing {
-            // The client's patience is its own matter while the application works.
+    pub fn tick(&mut self, objects: &mut impl ObjectAccess) {
+        if self.state == TransferState::Finishing {
+            // No time-out on the server's side while the application is busy.
             self.timeout = TIMEOUT;
             let done = self.finish(objects);
-            self.judge(done, objects);
-        } else if self.state != State::Idle && self.timeout.is_over() {
+            self.abort_on_error(done, objects);
+        } else if self.state != TransferState::Idle && self.timeout.is_expired() {
             self.abort(Abort::Timeout, objects);
         }
     }
 
     #[cfg_attr(target_os = "none", inline(never))]
-    pub fn transmit(&mut self, objects: &mut impl Objects) -> Option<Data> {
-        if self.state == State::Finishing {
+    pub fn transmit(&mut self, objects: &mut impl ObjectAccess) -> Option<Data> {
+        if self.state == TransferState::Finishing {
             return None;
         }
-        if self.reply.is_none() && self.state == State::BlockSending {
+        if self.reply.is_none() && self.state == TransferState::BlockSending {
             self.timeout = TIMEOUT;
             let done = self.send_segment(objects);
-            self.judge(done, objects);
+            self.abort_on_error(done, objects);
         }
         self.reply.take()
     }
 }
 
-/// The four bytes after them.
+/// Bytes 4 to 7 of a request.
 fn word(request: &Data) -> u32 {
     u32::from_le_bytes([request[4], request[5], request[6], request[7]])
 }

@@ -1,83 +1,84 @@
-//! What stands between a serial line and a bus.
+//! Adapter between a serial line and a CAN bus.
 
 use super::line::{hex, parse};
-use super::{Acceptance, KBIT_S, Text, flags};
+use super::{Acceptance, KBIT_S, SlcanLine, flags};
 use crate::CanFrame;
 
 const DONE: &[u8] = b"\r";
 const BELL: &[u8] = b"\x07";
-/// Longer than any command.
-const LINE: usize = 32;
+/// Length of the command buffer, longer than any command.
+const COMMAND_LENGTH_MAX: usize = 32;
 
 /// The bus side of an [`Adapter`].
 pub trait Bus {
-    /// Goes on the bus at so many kbit/s, one of [`KBIT_S`], or without a wish where the client has none; only listens,
-    /// without even acknowledging, if `silent`. Whether it can.
+    /// Opens the bus at `kbit_s`, one of [`KBIT_S`], or at the present bit rate if the client
+    /// selected none; in listen-only mode, without acknowledging frames, if `silent`. Returns
+    /// whether it succeeded.
     fn open(&mut self, kbit_s: Option<u16>, silent: bool) -> bool;
 
-    /// Leaves the bus.
+    /// Closes the bus.
     fn close(&mut self);
 
-    /// Takes a frame to be sent; `false` where there is no room.
+    /// Queues a frame for transmission; `false` if the queue is full.
     fn send(&mut self, frame: &CanFrame) -> bool;
 
-    /// State of the controller, and what happened since this was asked: bits of [`flags`].
+    /// State of the controller and events since the previous call: bits of [`flags`].
     fn flags(&mut self) -> u8;
 }
 
-/// What a received frame carries of its time.
+/// Timestamp of received frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum Stamps {
-    /// Nothing.
+pub enum Timestamps {
+    /// No timestamp.
     #[default]
     None,
-    /// Milliseconds, from 0 again after 59,999.
+    /// Milliseconds, wrapping to 0 after 59,999.
     Milliseconds,
-    /// Microseconds, from 0 again after 3,599,999,999.
+    /// Microseconds, wrapping to 0 after 3,599,999,999.
     Microseconds,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum State {
+enum ChannelState {
     Closed,
     Open,
     Silent,
 }
 
-/// One adapter, as a client sees it.
+/// One adapter.
 #[derive(Clone, Debug)]
 pub struct Adapter {
     serial: [u8; 4],
-    state: State,
+    state: ChannelState,
     kbit_s: Option<u16>,
-    stamps: Stamps,
+    timestamps: Timestamps,
     acceptance: Acceptance,
     latched: u8,
-    line: [u8; LINE],
-    /// What has come of a line; beyond [`LINE`] the line is none.
+    line: [u8; COMMAND_LENGTH_MAX],
+    /// Received length of the line; a line longer than [`COMMAND_LENGTH_MAX`] is invalid.
     length: usize,
 }
 
 impl Adapter {
-    /// A closed one, with its serial number of four letters or digits.
+    /// A closed adapter with a serial number of four letters or digits.
     #[must_use]
     pub const fn new(serial: [u8; 4]) -> Self {
         Self {
             serial,
-            state: State::Closed,
+            state: ChannelState::Closed,
             kbit_s: None,
-            stamps: Stamps::None,
+            timestamps: Timestamps::None,
             acceptance: Acceptance {
                 code: 0,
                 mask: u32::MAX,
             },
             latched: 0,
-            line: [0; LINE],
+            line: [0; COMMAND_LENGTH_MAX],
             length: 0,
         }
     }
 
-    /// Takes a byte of the serial line; at the end of a command the answer.
+    /// Receives a byte of the serial line; returns the answer at the end of a command.
     ///
     /// ```
     /// use canopen::{CanFrame, slcan::{Adapter, Bus}};
@@ -89,17 +90,17 @@ impl Adapter {
     ///     fn flags(&mut self) -> u8 { 0 }
     /// }
     /// let (mut adapter, mut wire) = (Adapter::new(*b"0001"), Wire(Vec::new()));
-    /// let mut said = Vec::new();
+    /// let mut answers = Vec::new();
     /// for byte in b"O\rt1232AABB\rV\r" {
     ///     if let Some(text) = adapter.receive(*byte, &mut wire) {
-    ///         said.extend_from_slice(text.as_bytes());
+    ///         answers.extend_from_slice(text.as_bytes());
     ///     }
     /// }
-    /// assert_eq!(said, b"\rz\rV1013\r");
+    /// assert_eq!(answers, b"\rz\rV1013\r");
     /// assert_eq!(wire.0.len(), 1);
     /// ```
-    pub fn receive(&mut self, byte: u8, bus: &mut impl Bus) -> Option<Text> {
-        // Some clients end a line with both.
+    pub fn receive(&mut self, byte: u8, bus: &mut impl Bus) -> Option<SlcanLine> {
+        // Some clients end a line with CR and LF.
         if byte == b'\n' {
             return None;
         }
@@ -111,45 +112,47 @@ impl Adapter {
             return None;
         }
         let (line, length) = (self.line, core::mem::take(&mut self.length));
-        let answer = line.get(..length).and_then(|line| self.obey(line, bus));
-        Some(answer.unwrap_or(Text::of(BELL)))
+        let answer = line.get(..length).and_then(|line| self.execute(line, bus));
+        Some(answer.unwrap_or(SlcanLine::of(BELL)))
     }
 
-    /// The line of a frame from the bus; `None` where the client does not hear it.
-    pub fn frame(&self, frame: &CanFrame, now_us: u64) -> Option<Text> {
-        if self.state == State::Closed || !self.acceptance.accepts(frame) {
+    /// The line of a frame received from the bus; `None` if the adapter is closed or the acceptance
+    /// filter rejects it.
+    pub fn frame(&self, frame: &CanFrame, now_us: u64) -> Option<SlcanLine> {
+        if self.state == ChannelState::Closed || !self.acceptance.accepts(frame) {
             return None;
         }
-        let mut text = Text::EMPTY;
+        let mut text = SlcanLine::EMPTY;
         text.put_frame(frame);
-        match self.stamps {
-            Stamps::None => {}
-            Stamps::Milliseconds => text.put_hex((now_us / 1000 % 60_000) as u32, 4),
-            Stamps::Microseconds => text.put_hex((now_us % 3_600_000_000) as u32, 8),
+        match self.timestamps {
+            Timestamps::None => {}
+            Timestamps::Milliseconds => text.put_hex((now_us / 1000 % 60_000) as u32, 4),
+            Timestamps::Microseconds => text.put_hex((now_us % 3_600_000_000) as u32, 8),
         }
         text.put(DONE);
         Some(text)
     }
 
-    /// A text of [`Adapter::frame`] was lost, as the serial line did not take it: `F` tells so.
-    pub fn lost(&mut self) {
+    /// Reports that a line of [`Adapter::frame`] was lost because the serial line was full; `F`
+    /// indicates it.
+    pub fn line_lost(&mut self) {
         self.latched |= flags::RECEIVE_FULL;
     }
 
-    /// The serial line is gone: nobody is there to close the bus.
-    pub fn hang_up(&mut self, bus: &mut impl Bus) {
-        if self.state != State::Closed {
+    /// The serial line is disconnected: closes the bus and resets the adapter.
+    pub fn disconnect(&mut self, bus: &mut impl Bus) {
+        if self.state != ChannelState::Closed {
             bus.close();
         }
         *self = Self::new(self.serial);
     }
 
-    /// The answer; `None` where it is not possible.
-    fn obey(&mut self, line: &[u8], bus: &mut impl Bus) -> Option<Text> {
+    /// Executes a command; returns the answer, or `None` if the command is invalid.
+    fn execute(&mut self, line: &[u8], bus: &mut impl Bus) -> Option<SlcanLine> {
         let Some((&command, rest)) = line.split_first() else {
-            return Some(Text::of(DONE));
+            return Some(SlcanLine::of(DONE));
         };
-        let is_closed = self.state == State::Closed;
+        let is_closed = self.state == ChannelState::Closed;
         match (command, rest) {
             (b'S', [digit @ b'0'..=b'8']) if is_closed => {
                 self.kbit_s = KBIT_S.get(usize::from(*digit - b'0')).copied();
@@ -159,44 +162,48 @@ impl Adapter {
                 if !is_closed {
                     bus.close();
                 }
-                self.state = State::Closed;
+                self.state = ChannelState::Closed;
             }
             (b't' | b'T' | b'r' | b'R', _) => return self.send(line, bus),
             (b'F', []) if !is_closed => {
-                let mut text = Text::of(b"F");
+                let mut text = SlcanLine::of(b"F");
                 let latched = core::mem::take(&mut self.latched);
                 text.put_hex(u32::from(bus.flags() | latched), 2);
                 text.put(DONE);
                 return Some(text);
             }
-            (b'V', []) => return Some(Text::of(b"V1013\r")),
+            (b'V', []) => return Some(SlcanLine::of(b"V1013\r")),
             (b'N', []) => {
-                let mut text = Text::of(b"N");
+                let mut text = SlcanLine::of(b"N");
                 text.put(&self.serial);
                 text.put(DONE);
                 return Some(text);
             }
-            (b'Z', [b'0']) => self.stamps = Stamps::None,
-            (b'Z', [b'1']) => self.stamps = Stamps::Milliseconds,
-            (b'Z', [b'2']) => self.stamps = Stamps::Microseconds,
-            (b'M', number) if is_closed => self.acceptance.code = whole(number)?,
-            (b'm', number) if is_closed => self.acceptance.mask = whole(number)?,
+            (b'Z', [b'0']) => self.timestamps = Timestamps::None,
+            (b'Z', [b'1']) => self.timestamps = Timestamps::Milliseconds,
+            (b'Z', [b'2']) => self.timestamps = Timestamps::Microseconds,
+            (b'M', number) if is_closed => self.acceptance.code = parse_word(number)?,
+            (b'm', number) if is_closed => self.acceptance.mask = parse_word(number)?,
             _ => return None,
         }
-        Some(Text::of(DONE))
+        Some(SlcanLine::of(DONE))
     }
 
-    fn open(&mut self, silent: bool, bus: &mut impl Bus) -> Option<Text> {
+    fn open(&mut self, silent: bool, bus: &mut impl Bus) -> Option<SlcanLine> {
         bus.open(self.kbit_s, silent).then(|| {
-            self.state = if silent { State::Silent } else { State::Open };
+            self.state = if silent {
+                ChannelState::Silent
+            } else {
+                ChannelState::Open
+            };
             self.latched = 0;
-            Text::of(DONE)
+            SlcanLine::of(DONE)
         })
     }
 
-    fn send(&mut self, line: &[u8], bus: &mut impl Bus) -> Option<Text> {
+    fn send(&mut self, line: &[u8], bus: &mut impl Bus) -> Option<SlcanLine> {
         let (frame, rest) = parse(line)?;
-        if self.state != State::Open || !rest.is_empty() {
+        if self.state != ChannelState::Open || !rest.is_empty() {
             return None;
         }
         if !bus.send(&frame) {
@@ -204,12 +211,12 @@ impl Adapter {
             return None;
         }
         let (_, extended) = frame.raw_id();
-        Some(Text::of(if extended { b"Z\r" } else { b"z\r" }))
+        Some(SlcanLine::of(if extended { b"Z\r" } else { b"z\r" }))
     }
 }
 
-/// Eight hexadecimal digits and nothing more.
-fn whole(text: &[u8]) -> Option<u32> {
+/// Parses exactly eight hexadecimal digits.
+fn parse_word(text: &[u8]) -> Option<u32> {
     hex(text, 8)
         .filter(|(_, rest)| rest.is_empty())
         .map(|(number, _)| number)

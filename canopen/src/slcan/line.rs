@@ -1,23 +1,23 @@
-//! Frames as lines.
+//! Conversion between CAN frames and lines.
 
 use embedded_can::Frame;
 
 use crate::CanFrame;
 use crate::message::copy;
 
-/// The longest is `T`, an identifier, a length, eight bytes, a stamp and CR.
-const LONGEST: usize = 36;
+/// Longest line: `T`, identifier, length, eight data bytes, timestamp and CR.
+const LINE_LENGTH_MAX: usize = 36;
 
-/// A text for the serial line.
+/// A line of the protocol.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Text {
-    bytes: [u8; LONGEST],
+pub struct SlcanLine {
+    bytes: [u8; LINE_LENGTH_MAX],
     length: u8,
 }
 
-impl Text {
+impl SlcanLine {
     pub(super) const EMPTY: Self = Self {
-        bytes: [0; LONGEST],
+        bytes: [0; LINE_LENGTH_MAX],
         length: 0,
     };
 
@@ -29,12 +29,12 @@ impl Text {
             .unwrap_or(&self.bytes)
     }
 
-    /// The line of a frame, with its CR.
+    /// The line of a frame, including CR.
     ///
     /// ```
-    /// use canopen::{CanFrame, slcan::Text};
+    /// use canopen::{CanFrame, slcan::SlcanLine};
     /// let frame = CanFrame::raw(0x605, false, false, 2, [0x40, 0xAB, 0, 0, 0, 0, 0, 0]).unwrap();
-    /// assert_eq!(Text::frame(&frame).as_bytes(), b"t605240AB\r");
+    /// assert_eq!(SlcanLine::frame(&frame).as_bytes(), b"t605240AB\r");
     /// ```
     #[must_use]
     pub fn frame(frame: &CanFrame) -> Self {
@@ -82,8 +82,8 @@ impl Text {
     }
 }
 
-/// The frame in a line such as `t6058402F600001000000`, without its CR; `None` where there is none. What stands
-/// behind the frame is not looked at: it may be a stamp.
+/// Parses the frame of a line such as `t6058402F600001000000`, without CR; `None` if it is invalid.
+/// Characters after the frame, such as a timestamp, are ignored.
 ///
 /// ```
 /// use canopen::slcan::parse_frame;
@@ -97,7 +97,7 @@ pub fn parse_frame(line: &[u8]) -> Option<CanFrame> {
     parse(line).map(|(frame, _)| frame)
 }
 
-/// The frame of a line, and what stands behind it.
+/// The frame of a line, and the rest of the line.
 pub(super) fn parse(line: &[u8]) -> Option<(CanFrame, &[u8])> {
     let (&kind, rest) = line.split_first()?;
     let (extended, remote) = match kind {
@@ -121,7 +121,7 @@ pub(super) fn parse(line: &[u8]) -> Option<(CanFrame, &[u8])> {
     Some((CanFrame::raw(id, extended, remote, length, data)?, rest))
 }
 
-/// A number of so many hexadecimal digits, at most eight, and what stands behind it.
+/// A number of `digits` hexadecimal digits, at most eight, and the rest of the line.
 pub(super) fn hex(text: &[u8], digits: usize) -> Option<(u32, &[u8])> {
     let (number, rest) = text.split_at_checked(digits)?;
     let number = number.iter().try_fold(0, |number: u32, digit| {

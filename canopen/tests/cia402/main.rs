@@ -37,7 +37,10 @@ impl Bench {
         for word in [0, 0x06, 0x07, ENABLE] {
             bench.command(word);
         }
-        assert_eq!(bench.axis.state(), canopen::cia402::State::OperationEnabled);
+        assert_eq!(
+            bench.axis.state(),
+            canopen::cia402::Cia402State::OperationEnabled
+        );
         bench
     }
 

@@ -9,7 +9,7 @@ fn has(word: u16, bit: u16) -> bool {
 }
 
 #[test]
-fn a_set_point_is_acknowledged_moved_to_and_reached() {
+fn a_set_point_is_acknowledged_and_reached() {
     let mut bench = Bench::enabled(Mode::ProfilePosition);
     bench.input.target_position = 30_000;
     let still = bench.step();
@@ -26,7 +26,7 @@ fn a_set_point_is_acknowledged_moved_to_and_reached() {
 }
 
 #[test]
-fn one_set_point_waits_for_the_other_and_a_third_is_not_acknowledged() {
+fn one_set_point_is_buffered_and_a_third_is_not_acknowledged() {
     let mut bench = Bench::enabled(Mode::ProfilePosition);
     let mut targets = [10_000, 20_000].into_iter();
     for _ in 0..2 {
@@ -49,7 +49,7 @@ fn one_set_point_waits_for_the_other_and_a_third_is_not_acknowledged() {
 }
 
 #[test]
-fn a_set_point_may_replace_the_one_under_way() {
+fn change_set_immediately_replaces_the_active_set_point() {
     let mut bench = Bench::enabled(Mode::ProfilePosition);
     bench.input.target_position = 50_000;
     bench.command(NEW);
@@ -62,7 +62,7 @@ fn a_set_point_may_replace_the_one_under_way() {
 }
 
 #[test]
-fn relative_set_points_add_up() {
+fn relative_set_points_are_added() {
     let mut bench = Bench::enabled(Mode::ProfilePosition);
     bench.input.target_position = 4_000;
     for _ in 0..2 {
@@ -74,7 +74,7 @@ fn relative_set_points_add_up() {
 }
 
 #[test]
-fn positions_stay_within_the_software_limits() {
+fn targets_are_limited_to_the_software_position_limits() {
     for mode in [Mode::ProfilePosition, Mode::CyclicPosition] {
         let mut bench = Bench::enabled(mode);
         bench.input.target_position = 70_000;
@@ -90,7 +90,7 @@ fn positions_stay_within_the_software_limits() {
 }
 
 #[test]
-fn velocities_slow_down_before_the_software_limits_and_may_leave_them() {
+fn velocity_modes_stop_before_the_software_position_limits_and_may_return() {
     for mode in [Mode::ProfileVelocity, Mode::CyclicVelocity] {
         let mut bench = Bench::enabled(mode);
         bench.input.target_velocity = 300_000;
@@ -110,7 +110,7 @@ fn velocities_slow_down_before_the_software_limits_and_may_leave_them() {
 }
 
 #[test]
-fn cyclic_positions_are_interpolated_over_the_host_s_period() {
+fn cyclic_positions_are_interpolated_over_the_interpolation_period() {
     let mut bench = Bench::enabled(Mode::CyclicPosition);
     let mut seen = Vec::new();
     for target in [1_000, 2_000, 2_000] {
@@ -129,7 +129,7 @@ fn cyclic_positions_are_interpolated_over_the_host_s_period() {
 }
 
 #[test]
-fn a_cyclic_velocity_has_its_offset_and_its_limit() {
+fn cyclic_velocity_adds_its_offset_and_is_limited() {
     let mut bench = Bench::enabled(Mode::CyclicVelocity);
     bench.parameters.position_limits = None;
     (bench.input.target_velocity, bench.input.velocity_offset) = (100_000, 20_000);
@@ -146,7 +146,7 @@ fn a_cyclic_velocity_has_its_offset_and_its_limit() {
 }
 
 #[test]
-fn profile_velocity_tells_target_reached_and_zero_speed() {
+fn profile_velocity_reports_target_reached_and_zero_speed() {
     let mut bench = Bench::enabled(Mode::ProfileVelocity);
     bench.parameters.position_limits = None;
     bench.run(10);
@@ -161,7 +161,7 @@ fn profile_velocity_tells_target_reached_and_zero_speed() {
 }
 
 #[test]
-fn a_following_error_is_told_after_its_time() {
+fn a_following_error_is_reported_after_its_time_out() {
     let mut bench = Bench::enabled(Mode::CyclicPosition);
     bench.follows = false;
     bench.input.target_position = 6_000;
@@ -179,7 +179,7 @@ fn a_following_error_is_told_after_its_time() {
 }
 
 #[test]
-fn a_motor_out_of_its_window_has_not_reached_the_target() {
+fn a_position_outside_the_window_is_not_target_reached() {
     let mut bench = Bench::enabled(Mode::ProfilePosition);
     bench.input.target_position = 10_000;
     bench.command(NEW);
@@ -193,7 +193,7 @@ fn a_motor_out_of_its_window_has_not_reached_the_target() {
 }
 
 #[test]
-fn enabling_never_jumps() {
+fn enabling_operation_does_not_step_the_demand() {
     for mode in [Mode::ProfilePosition, Mode::CyclicPosition] {
         let mut bench = Bench::new(mode);
         bench.input.position_actual = 12_345;
@@ -208,7 +208,7 @@ fn enabling_never_jumps() {
 }
 
 #[test]
-fn a_change_of_mode_goes_on_where_the_motor_is() {
+fn a_change_of_mode_continues_from_the_actual_position() {
     let mut bench = Bench::enabled(Mode::CyclicVelocity);
     bench.input.target_velocity = 100_000;
     bench.run(50);

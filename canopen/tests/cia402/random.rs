@@ -1,4 +1,4 @@
-use canopen::cia402::{Demand, Fault, Mode, State};
+use canopen::cia402::{Cia402State, Demand, Fault, Mode};
 use proptest::prelude::*;
 
 use crate::Bench;
@@ -17,7 +17,7 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn whatever_comes_there_is_power_in_three_states_only_and_positions_stay_in_range(
+    fn random_inputs_power_the_drive_in_three_states_only_and_keep_positions_in_range(
         steps in prop::collection::vec(
             (prop_oneof![Just(0x1F_u16), Just(0x0F), Just(0x07), Just(0x06), any::<u16>()], mode(),
              any::<i32>(), any::<i32>(), 0..60_u8), 1..300),
@@ -37,7 +37,7 @@ proptest! {
             let output = bench.command(word);
             let powered = matches!(
                 output.state,
-                State::OperationEnabled | State::QuickStopActive | State::FaultReactionActive
+                Cia402State::OperationEnabled | Cia402State::QuickStopActive | Cia402State::FaultReactionActive
             );
             prop_assert!(powered || output.demand == Demand::Off);
             if let Demand::Velocity(velocity) = output.demand

@@ -1,5 +1,5 @@
 use canopen::cia402::{
-    Conditions, Deceleration, Fault, Mode, Motion, Options, QuickStop, State, StateMachine,
+    Cia402State, Conditions, Deceleration, Fault, Mode, Motion, Options, QuickStop, StateMachine,
     StopOption,
 };
 
@@ -20,29 +20,29 @@ const READY: Conditions = Conditions {
 };
 
 /// A machine in a state, by the shortest way.
-fn in_state(state: State) -> StateMachine {
+fn in_state(state: Cia402State) -> StateMachine {
     let options = options();
     let mut machine = machine();
     let way: &[u16] = match state {
-        State::NotReadyToSwitchOn => &[],
-        State::SwitchOnDisabled => &[0],
-        State::ReadyToSwitchOn => &[0, SHUTDOWN],
-        State::SwitchedOn => &[0, SHUTDOWN, SWITCH_ON],
-        State::OperationEnabled => &[0, SHUTDOWN, SWITCH_ON, ENABLE],
-        State::QuickStopActive => &[0, SHUTDOWN, SWITCH_ON, ENABLE, QUICK_STOP],
-        State::FaultReactionActive | State::Fault => &[0, SHUTDOWN, SWITCH_ON, ENABLE],
+        Cia402State::NotReadyToSwitchOn => &[],
+        Cia402State::SwitchOnDisabled => &[0],
+        Cia402State::ReadyToSwitchOn => &[0, SHUTDOWN],
+        Cia402State::SwitchedOn => &[0, SHUTDOWN, SWITCH_ON],
+        Cia402State::OperationEnabled => &[0, SHUTDOWN, SWITCH_ON, ENABLE],
+        Cia402State::QuickStopActive => &[0, SHUTDOWN, SWITCH_ON, ENABLE, QUICK_STOP],
+        Cia402State::FaultReactionActive | Cia402State::Fault => &[0, SHUTDOWN, SWITCH_ON, ENABLE],
     };
     for word in way {
         machine.step(*word, READY, &options);
     }
-    if matches!(state, State::FaultReactionActive | State::Fault) {
+    if matches!(state, Cia402State::FaultReactionActive | Cia402State::Fault) {
         let fault = Conditions {
             fault: Fault::Controlled,
             standstill: false,
             ..READY
         };
         machine.step(ENABLE, fault, &options);
-        if state == State::Fault {
+        if state == Cia402State::Fault {
             machine.step(ENABLE, READY, &options);
         }
     }
@@ -50,18 +50,21 @@ fn in_state(state: State) -> StateMachine {
     machine
 }
 
-/// A quick stop that stays, so that transition 16 exists.
+/// A quick stop that remains_active, so that transition 16 exists.
 fn options() -> Options {
     let stop = StopOption::Stop(Deceleration::QuickStop);
     Options {
-        quick_stop: QuickStop { stop, stays: true },
+        quick_stop: QuickStop {
+            stop,
+            remains_active: true,
+        },
         ..Options::default()
     }
 }
 
 #[test]
-fn every_state_and_command_leads_where_the_standard_says() {
-    use State::{
+fn every_transition_matches_the_standard() {
+    use Cia402State::{
         Fault as Faulty, FaultReactionActive as Reacting, NotReadyToSwitchOn as NotReady,
         OperationEnabled as Enabled, QuickStopActive as Quick, ReadyToSwitchOn as Rtso,
         SwitchOnDisabled as Sod, SwitchedOn as On,
@@ -95,43 +98,51 @@ fn every_state_and_command_leads_where_the_standard_says() {
 }
 
 #[test]
-fn a_fault_leads_from_every_state_to_fault() {
+fn a_fault_enters_the_fault_state_from_every_state() {
     for state in [
-        State::NotReadyToSwitchOn,
-        State::SwitchOnDisabled,
-        State::ReadyToSwitchOn,
-        State::SwitchedOn,
-        State::OperationEnabled,
-        State::QuickStopActive,
+        Cia402State::NotReadyToSwitchOn,
+        Cia402State::SwitchOnDisabled,
+        Cia402State::ReadyToSwitchOn,
+        Cia402State::SwitchedOn,
+        Cia402State::OperationEnabled,
+        Cia402State::QuickStopActive,
     ] {
         for fault in [Fault::Controlled, Fault::Immediate] {
             let mut machine = in_state(state);
             let conditions = Conditions { fault, ..READY };
             machine.step(ENABLE, conditions, &options());
-            assert_eq!(machine.state(), State::FaultReactionActive, "{state:?}");
+            assert_eq!(
+                machine.state(),
+                Cia402State::FaultReactionActive,
+                "{state:?}"
+            );
             machine.step(ENABLE, conditions, &options());
-            assert_eq!(machine.state(), State::Fault, "{state:?}");
+            assert_eq!(machine.state(), Cia402State::Fault, "{state:?}");
         }
     }
 }
 
 #[test]
 fn a_fault_is_reset_by_a_rising_edge_once_its_cause_is_gone() {
-    let mut machine = in_state(State::Fault);
+    let mut machine = in_state(Cia402State::Fault);
     let faulty = Conditions {
         fault: Fault::Controlled,
         ..READY
     };
     machine.step(FAULT_RESET, faulty, &options());
     machine.step(FAULT_RESET, READY, &options());
-    assert_eq!(machine.state(), State::Fault, "the edge was too early");
+    assert_eq!(
+        machine.state(),
+        Cia402State::Fault,
+        "the edge was too early"
+    );
     machine.step(0, READY, &options());
     machine.step(FAULT_RESET, READY, &options());
-    assert_eq!(machine.state(), State::SwitchOnDisabled);
+    assert_eq!(machine.state(), Cia402State::SwitchOnDisabled);
 }
 
 #[test]
-fn power_needs_initialisation_and_voltage() {
+fn the_power_stage_requires_initialisation_and_voltage() {
     let mut machine = machine();
     machine.step(
         SHUTDOWN,
@@ -141,8 +152,8 @@ fn power_needs_initialisation_and_voltage() {
         },
         &options(),
     );
-    assert_eq!(machine.state(), State::NotReadyToSwitchOn);
-    let mut machine = in_state(State::ReadyToSwitchOn);
+    assert_eq!(machine.state(), Cia402State::NotReadyToSwitchOn);
+    let mut machine = in_state(Cia402State::ReadyToSwitchOn);
     machine.step(
         SWITCH_ON,
         Conditions {
@@ -151,24 +162,24 @@ fn power_needs_initialisation_and_voltage() {
         },
         &options(),
     );
-    assert_eq!(machine.state(), State::ReadyToSwitchOn);
+    assert_eq!(machine.state(), Cia402State::ReadyToSwitchOn);
 }
 
 #[test]
-fn only_powered_states_move() {
+fn only_states_with_power_have_a_demand() {
     for (state, moves) in [
-        (State::SwitchOnDisabled, false),
-        (State::ReadyToSwitchOn, false),
-        (State::SwitchedOn, false),
-        (State::OperationEnabled, true),
-        (State::QuickStopActive, true),
-        (State::FaultReactionActive, true),
-        (State::Fault, false),
+        (Cia402State::SwitchOnDisabled, false),
+        (Cia402State::ReadyToSwitchOn, false),
+        (Cia402State::SwitchedOn, false),
+        (Cia402State::OperationEnabled, true),
+        (Cia402State::QuickStopActive, true),
+        (Cia402State::FaultReactionActive, true),
+        (Cia402State::Fault, false),
     ] {
         let word = match state {
-            State::OperationEnabled => ENABLE,
-            State::SwitchedOn => SWITCH_ON,
-            State::QuickStopActive => QUICK_STOP,
+            Cia402State::OperationEnabled => ENABLE,
+            Cia402State::SwitchedOn => SWITCH_ON,
+            Cia402State::QuickStopActive => QUICK_STOP,
             _ => SHUTDOWN,
         };
         let moving = Conditions {
@@ -181,7 +192,7 @@ fn only_powered_states_move() {
 }
 
 #[test]
-fn the_statusword_has_the_bits_of_the_standard() {
+fn the_statusword_has_the_state_bits_of_the_standard() {
     // With voltage (bit 4) and remote (bit 9).
     let mut bench = Bench::new(Mode::None);
     for (word, status) in [

@@ -1,5 +1,5 @@
 use canopen::cia402::{
-    Deceleration, Demand, Fault, Mode, QuickStop, State, StopOption, controlword, statusword,
+    Cia402State, Deceleration, Demand, Fault, Mode, QuickStop, StopOption, controlword, statusword,
 };
 
 use crate::{Bench, ENABLE};
@@ -18,7 +18,7 @@ fn standing(bench: &mut Bench) -> usize {
 }
 
 #[test]
-fn quick_stop_options_decelerate_and_stay_as_they_say() {
+fn quick_stop_option_codes_select_deceleration_and_final_state() {
     // 300 deg/s at 12 (slow) or 24 deg/s (quick) a period; coasting and limits stop at once.
     for (code, periods, stays) in [
         (0, 1, false),
@@ -37,23 +37,23 @@ fn quick_stop_options_decelerate_and_stay_as_they_say() {
         assert_eq!(standing(&mut bench), periods, "option {code}");
         bench.step();
         let expected = if stays {
-            State::QuickStopActive
+            Cia402State::QuickStopActive
         } else {
-            State::SwitchOnDisabled
+            Cia402State::SwitchOnDisabled
         };
         assert_eq!(bench.axis.state(), expected, "option {code}");
         if stays {
             bench.command(ENABLE);
-            assert_eq!(bench.axis.state(), State::OperationEnabled);
+            assert_eq!(bench.axis.state(), Cia402State::OperationEnabled);
         }
     }
 }
 
 #[test]
-fn disable_voltage_coasts_at_once() {
+fn disable_voltage_coasts_immediately() {
     let mut bench = moving();
     assert_eq!(bench.command(0).demand, Demand::Off);
-    assert_eq!(bench.axis.state(), State::SwitchOnDisabled);
+    assert_eq!(bench.axis.state(), Cia402State::SwitchOnDisabled);
     let mut bench = moving();
     bench.command(0x02);
     assert_eq!(
@@ -64,8 +64,11 @@ fn disable_voltage_coasts_at_once() {
 }
 
 #[test]
-fn shutdown_and_disable_operation_stop_by_their_options() {
-    for (word, end) in [(0x06, State::ReadyToSwitchOn), (0x07, State::SwitchedOn)] {
+fn shutdown_and_disable_operation_follow_their_option_codes() {
+    for (word, end) in [
+        (0x06, Cia402State::ReadyToSwitchOn),
+        (0x07, Cia402State::SwitchedOn),
+    ] {
         for (option, periods) in [
             (StopOption::Disable, 1),
             (StopOption::Stop(Deceleration::SlowDown), 25),
@@ -82,12 +85,12 @@ fn shutdown_and_disable_operation_stop_by_their_options() {
 }
 
 #[test]
-fn a_stop_for_disable_operation_can_be_called_off() {
+fn a_stop_for_disable_operation_can_be_revoked() {
     let mut bench = moving();
     bench.command(0x07);
     assert_eq!(
         bench.axis.state(),
-        State::OperationEnabled,
+        Cia402State::OperationEnabled,
         "still stopping"
     );
     bench.command(ENABLE);
@@ -95,7 +98,7 @@ fn a_stop_for_disable_operation_can_be_called_off() {
 }
 
 #[test]
-fn a_halt_stops_in_operation_and_ends_with_its_bit() {
+fn halt_stops_in_operation_enabled_and_ends_with_its_bit() {
     for (option, periods) in [
         (Deceleration::SlowDown, 25),
         (Deceleration::QuickStop, 13),
@@ -106,7 +109,7 @@ fn a_halt_stops_in_operation_and_ends_with_its_bit() {
         bench.input.controlword = ENABLE | controlword::HALT;
         assert_eq!(standing(&mut bench), periods);
         let output = bench.step();
-        assert_eq!(output.state, State::OperationEnabled);
+        assert_eq!(output.state, Cia402State::OperationEnabled);
         assert_ne!(
             output.statusword & statusword::TARGET_REACHED,
             0,
@@ -118,7 +121,7 @@ fn a_halt_stops_in_operation_and_ends_with_its_bit() {
 }
 
 #[test]
-fn fault_reactions_stop_by_their_option_unless_power_must_go() {
+fn fault_reactions_follow_their_option_code_unless_the_fault_is_immediate() {
     for (fault, code, periods) in [
         (Fault::Controlled, 0, 1),
         (Fault::Controlled, 1, 25),
@@ -130,7 +133,7 @@ fn fault_reactions_stop_by_their_option_unless_power_must_go() {
         bench.input.fault = fault;
         assert_eq!(standing(&mut bench), periods, "option {code}");
         bench.step();
-        assert_eq!(bench.axis.state(), State::Fault);
+        assert_eq!(bench.axis.state(), Cia402State::Fault);
     }
     let mut bench = moving();
     bench.input.fault = Fault::Controlled;
@@ -144,7 +147,7 @@ fn fault_reactions_stop_by_their_option_unless_power_must_go() {
 }
 
 #[test]
-fn a_move_is_taken_up_after_a_halt_but_not_after_a_quick_stop() {
+fn a_move_resumes_after_halt_but_not_after_quick_stop() {
     let mut bench = Bench::enabled(Mode::ProfilePosition);
     bench.parameters.options.quick_stop = QuickStop::from_code(6).expect("an option");
     bench.input.target_position = 50_000;

@@ -69,7 +69,7 @@ fn upload(bench: &mut Bench, block: u8, lose: impl Fn(usize) -> usize) -> Vec<u8
 }
 
 #[test]
-fn uploads_of_all_lengths_arrive_with_their_checksum() {
+fn block_uploads_of_all_lengths_are_complete_and_have_a_valid_crc() {
     let mut bench = Bench::new();
     for length in (1..30).chain([888, 889, 890, 1778, 5000, 1 << 16]) {
         bench.device.domain = pattern(length);
@@ -82,7 +82,7 @@ fn uploads_of_all_lengths_arrive_with_their_checksum() {
 }
 
 #[test]
-fn lost_segments_are_sent_again_and_count_once_in_the_checksum() {
+fn lost_segments_are_repeated_and_enter_the_crc_once() {
     let mut bench = Bench::new();
     bench.device.domain = pattern(1000);
     let lossy = |round| if round % 2 == 0 { round % 9 } else { 127 };
@@ -108,7 +108,7 @@ fn a_block_size_outside_1_to_127_is_refused() {
 }
 
 #[test]
-fn a_confirmation_of_more_than_was_sent_is_refused() {
+fn a_confirmation_beyond_the_transmitted_segments_is_refused() {
     let mut bench = Bench::new();
     bench.device.domain = pattern(100);
     begin_upload(&mut bench, 4);
@@ -120,7 +120,7 @@ fn a_confirmation_of_more_than_was_sent_is_refused() {
 }
 
 #[test]
-fn little_data_go_the_other_way_where_the_client_prefers() {
+fn an_upload_below_the_protocol_switch_threshold_is_not_a_block_transfer() {
     let mut bench = Bench::new();
     let answer = bench.sdo([0xA4, 0, 0x10, 0, 127, 4, 0, 0]);
     assert_eq!(answer, Some([0x43, 0, 0x10, 0, 0x92, 1, 2, 0]));
@@ -187,7 +187,7 @@ fn download(bench: &mut Bench, data: &[u8], lost: impl Fn(usize) -> Vec<usize>) 
 }
 
 #[test]
-fn downloads_of_all_lengths_arrive() {
+fn block_downloads_of_all_lengths_are_complete() {
     let mut bench = Bench::new();
     for length in (1..30).chain([888, 889, 890, 1778, 5000, 1 << 16]) {
         let data = pattern(length);
@@ -197,7 +197,7 @@ fn downloads_of_all_lengths_arrive() {
 }
 
 #[test]
-fn a_gap_in_a_block_is_told_and_filled() {
+fn segments_after_a_gap_are_requested_again() {
     let mut bench = Bench::new();
     let data = pattern(2000);
     let lost = |round| {
@@ -212,7 +212,7 @@ fn a_gap_in_a_block_is_told_and_filled() {
 }
 
 #[test]
-fn a_wrong_checksum_leaves_the_object_as_it_was() {
+fn a_wrong_crc_leaves_the_object_unchanged() {
     let mut bench = Bench::new();
     bench.device.domain = vec![1, 2, 3];
     let data = pattern(20);
@@ -228,7 +228,7 @@ fn a_wrong_checksum_leaves_the_object_as_it_was() {
 }
 
 #[test]
-fn sizes_that_are_not_kept_are_refused() {
+fn a_size_other_than_the_indicated_one_is_refused() {
     let mut bench = Bench::new();
     let data = pattern(14);
     for (announced, code) in [(15_u32, 0x13), (13, 0x12)] {
@@ -258,7 +258,7 @@ fn a_sequence_number_of_zero_is_refused() {
 }
 
 #[test]
-fn an_abort_amid_segments_is_no_segment() {
+fn an_abort_between_segments_ends_a_block_download() {
     let mut bench = Bench::new();
     begin_download(&mut bench, 100);
     assert_eq!(bench.sdo([0x80, 0x10, 0x20, 0, 0, 0, 0, 8]), None);
@@ -266,7 +266,7 @@ fn an_abort_amid_segments_is_no_segment() {
 }
 
 #[test]
-fn numbers_and_strings_go_in_blocks_too() {
+fn numbers_and_strings_can_be_transferred_in_blocks() {
     let mut bench = Bench::new();
     assert_eq!(
         bench.sdo([0xC6, 1, 0x20, 0, 2, 0, 0, 0]),

@@ -14,7 +14,7 @@ fn error(code: u16) -> Emergency {
 }
 
 #[test]
-fn an_error_is_told_once_with_its_register_and_again_when_it_is_gone() {
+fn an_emcy_is_transmitted_when_an_error_is_raised_and_when_it_is_cleared() {
     let mut bench = Bench::new();
     bench.node.raise(error(0x8611), &mut bench.device);
     bench.node.raise(error(0x8611), &mut bench.device);
@@ -29,7 +29,7 @@ fn an_error_is_told_once_with_its_register_and_again_when_it_is_gone() {
 }
 
 #[test]
-fn the_register_keeps_the_bits_of_what_remains() {
+fn the_error_register_keeps_the_bits_of_remaining_errors() {
     let mut bench = Bench::new();
     bench.node.raise(
         Emergency::new(ErrorCode(0x2310), register::CURRENT),
@@ -47,7 +47,7 @@ fn the_register_keeps_the_bits_of_what_remains() {
 }
 
 #[test]
-fn the_history_has_the_newest_first_and_is_cleared_by_zero_alone() {
+fn the_history_lists_the_newest_error_first_and_is_cleared_only_by_zero() {
     let mut bench = Bench::new();
     assert_eq!(bench.read(0x1003, 0), Ok(0));
     assert_eq!(bench.read(0x1003, 1), Err(0x0800_0024));
@@ -64,7 +64,7 @@ fn the_history_has_the_newest_first_and_is_cleared_by_zero_alone() {
 }
 
 #[test]
-fn the_inhibit_time_holds_messages_back() {
+fn the_inhibit_time_delays_emcy() {
     let mut bench = Bench::new();
     bench.write_u16(0x1015, 0, 100).expect("10 ms");
     for code in [0x1000, 0x1001, 0x1002] {
@@ -76,7 +76,7 @@ fn the_inhibit_time_holds_messages_back() {
 }
 
 #[test]
-fn nothing_is_told_where_1014h_is_not_valid_or_the_node_is_stopped() {
+fn no_emcy_is_transmitted_while_1014h_is_not_valid_or_the_node_is_stopped() {
     let mut bench = Bench::new();
     bench.send(0, &[2, 5]);
     bench.node.raise(error(0x1000), &mut bench.device);
@@ -93,7 +93,7 @@ fn nothing_is_told_where_1014h_is_not_valid_or_the_node_is_stopped() {
 }
 
 #[test]
-fn the_cob_id_changes_only_while_it_is_not_valid() {
+fn the_emcy_cob_id_changes_only_while_emcy_is_not_valid() {
     let mut bench = Bench::new();
     assert_eq!(bench.read(0x1014, 0), Ok(0x85));
     assert_eq!(bench.write_u32(0x1014, 0, 0x86), Err(0x0609_0030));
@@ -109,7 +109,7 @@ fn the_cob_id_changes_only_while_it_is_not_valid() {
 }
 
 #[test]
-fn the_bus_has_errors_of_its_own() {
+fn controller_state_changes_raise_communication_errors() {
     let mut bench = Bench::operational();
     bench
         .node
@@ -133,7 +133,7 @@ fn the_bus_has_errors_of_its_own() {
 }
 
 #[test]
-fn a_flood_of_errors_is_bounded_and_all_are_cleared_again() {
+fn more_errors_than_fit_are_limited_and_can_all_be_cleared() {
     let mut bench = Bench::new();
     for code in 0x1000..0x1010 {
         bench.node.raise(error(code), &mut bench.device);

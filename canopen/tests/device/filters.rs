@@ -33,7 +33,7 @@ fn scattered() -> Bench {
 }
 
 #[test]
-fn the_identifiers_are_those_of_the_services_wherever_they_are() {
+fn the_identifiers_follow_the_configured_cob_ids() {
     let bench = scattered();
     let far = |id| Id::Extended(ExtendedId::new(id).expect("29 bits"));
     let mut found = wanted(&bench);
@@ -55,7 +55,7 @@ fn the_identifiers_are_those_of_the_services_wherever_they_are() {
 }
 
 #[test]
-fn a_node_without_a_node_id_wants_nothing_but_layer_setting() {
+fn a_node_without_a_node_id_receives_lss_only() {
     let wanted = wanted(&Bench::cold(None));
     assert!(wanted.contains(&(standard(0x7E5), false)));
     assert!(!wanted.contains(&(standard(0), false)));
@@ -70,7 +70,7 @@ fn is_ignored(bench: &mut Bench, frame: &CanFrame) {
 }
 
 #[test]
-fn a_frame_that_is_not_among_them_changes_nothing() {
+fn a_frame_outside_the_identifiers_changes_nothing() {
     let mut bench = scattered();
     let wanted = wanted(&bench);
     let number = |id: &Id| match id {

@@ -10,7 +10,7 @@ fn heartbeats(seen: Vec<(u64, Seen)>) -> Vec<(u64, u8)> {
 }
 
 #[test]
-fn a_write_to_1017h_sends_a_heartbeat_at_once() {
+fn a_write_to_1017h_transmits_a_heartbeat_immediately() {
     let mut bench = Bench::new();
     let seen = bench.send(0x605, &[0x2B, 0x17, 0x10, 0, 100, 0, 0, 0]);
     assert!(seen.contains(&(0x705, vec![127])), "{seen:?}");
@@ -21,7 +21,7 @@ fn a_write_to_1017h_sends_a_heartbeat_at_once() {
 }
 
 #[test]
-fn heartbeats_tell_the_state_and_end_with_a_period_of_zero() {
+fn heartbeats_carry_the_nmt_state_and_end_with_a_period_of_zero() {
     let mut bench = Bench::new();
     bench.write_u16(0x1017, 0, 20).expect("any period");
     assert_eq!(
@@ -37,7 +37,7 @@ fn heartbeats_tell_the_state_and_end_with_a_period_of_zero() {
 }
 
 #[test]
-fn late_ticks_do_not_make_heartbeats_catch_up() {
+fn missed_heartbeats_are_not_caught_up_after_late_ticks() {
     let mut bench = Bench::new();
     bench.write_u16(0x1017, 0, 10).expect("any period");
     assert_eq!(bench.wait_us(1_000_000).len(), 1);
@@ -56,7 +56,7 @@ fn watching(error_behaviour: u8) -> Bench {
 }
 
 #[test]
-fn a_lost_heartbeat_is_an_error_and_changes_the_state_as_1029h_says() {
+fn a_lost_heartbeat_raises_an_error_and_changes_the_nmt_state_by_1029h() {
     for (behaviour, state) in [
         (0, NmtState::PreOperational),
         (1, NmtState::Operational),
@@ -74,7 +74,7 @@ fn a_lost_heartbeat_is_an_error_and_changes_the_state_as_1029h_says() {
 }
 
 #[test]
-fn a_heartbeat_that_comes_back_clears_the_error() {
+fn a_recovered_heartbeat_clears_the_error() {
     let mut bench = watching(1);
     let seen = bench.run_ms(50);
     assert_eq!(seen, [(50, (0x85, vec![0x30, 0x81, 0x11, 9, 0, 0, 0, 0]))]);
@@ -87,7 +87,7 @@ fn a_heartbeat_that_comes_back_clears_the_error() {
 }
 
 #[test]
-fn consumers_refuse_a_node_twice_and_forget_the_error_of_one_that_they_leave() {
+fn a_duplicate_consumer_is_refused_and_disabling_a_consumer_clears_its_error() {
     let mut bench = watching(1);
     assert_eq!(bench.write_u32(0x1016, 2, 9 << 16 | 70), Err(0x0604_0043));
     bench.run_ms(60);

@@ -24,7 +24,7 @@ fn configuring(node_id: Option<u8>) -> Bench {
 }
 
 #[test]
-fn a_node_without_node_id_is_silent_but_for_lss() {
+fn a_node_without_a_node_id_responds_to_lss_only() {
     let mut bench = Bench::cold(None);
     assert!(bench.drain().is_empty());
     assert!(bench.send(0, &[1, 0]).is_empty());
@@ -40,7 +40,7 @@ fn a_node_without_node_id_is_silent_but_for_lss() {
 }
 
 #[test]
-fn a_node_that_gets_its_node_id_boots_with_it() {
+fn a_node_boots_up_with_the_node_id_that_lss_assigns() {
     let mut bench = configuring(None);
     assert_eq!(
         lss(&mut bench, [0x5E, 0, 0, 0, 0, 0, 0, 0]).expect("an answer")[1],
@@ -67,7 +67,7 @@ fn a_node_that_gets_its_node_id_boots_with_it() {
 }
 
 #[test]
-fn a_new_node_id_is_used_from_the_reset_of_communication_on() {
+fn a_new_node_id_takes_effect_with_reset_communication() {
     let mut bench = configuring(Some(5));
     lss(&mut bench, [0x11, 6, 0, 0, 0, 0, 0, 0]);
     assert!(lss(&mut bench, [4, 0, 0, 0, 0, 0, 0, 0]).is_none());
@@ -91,7 +91,7 @@ fn a_node_id_out_of_range_is_refused() {
 }
 
 #[test]
-fn configuration_needs_the_configuration_state() {
+fn lss_configuration_requires_the_configuration_state() {
     let mut bench = Bench::cold(None);
     for command in [0x11, 0x13, 0x15, 0x17, 0x5A, 0x5B, 0x5C, 0x5D, 0x5E] {
         assert_eq!(
@@ -103,7 +103,7 @@ fn configuration_needs_the_configuration_state() {
 }
 
 #[test]
-fn the_identity_selects_and_is_told() {
+fn switch_state_selective_and_inquire_services_use_the_identity() {
     let mut bench = Bench::new();
     for (command, number) in (0x40..0x43).zip(IDENTITY) {
         assert_eq!(lss(&mut bench, with_number(command, number)), None);
@@ -128,7 +128,7 @@ fn the_identity_selects_and_is_told() {
 }
 
 #[test]
-fn identification_by_ranges_is_answered() {
+fn identify_remote_slave_matches_ranges() {
     let mut bench = Bench::new();
     let numbers = [
         IDENTITY[0],
@@ -154,7 +154,7 @@ fn fast_scan(bench: &mut Bench, number: u32, bit: u8, sub: u8, next: u8) -> bool
 }
 
 #[test]
-fn fast_scan_finds_a_node_without_node_id_and_selects_it() {
+fn fast_scan_selects_a_node_without_a_node_id() {
     let mut bench = Bench::cold(None);
     assert!(fast_scan(&mut bench, 0, 0x80, 0, 0));
     for (sub, expected) in (0..4).zip(IDENTITY) {
@@ -174,14 +174,14 @@ fn fast_scan_finds_a_node_without_node_id_and_selects_it() {
 }
 
 #[test]
-fn fast_scan_is_not_for_a_node_that_has_a_node_id() {
+fn fast_scan_is_ignored_by_a_node_with_a_node_id() {
     let mut bench = Bench::new();
     assert!(!fast_scan(&mut bench, 0, 0x80, 0, 0));
     assert_eq!(lss(&mut bench, [0x4C, 0, 0, 0, 0, 0, 0, 0]), None);
 }
 
 #[test]
-fn the_bit_rate_changes_between_two_silences() {
+fn the_bit_rate_switches_between_two_switch_delays() {
     let mut bench = configuring(Some(5));
     assert_eq!(
         lss(&mut bench, [0x13, 0, 9, 0, 0, 0, 0, 0]),
@@ -211,7 +211,7 @@ fn the_bit_rate_changes_between_two_silences() {
 }
 
 #[test]
-fn configuration_is_stored_by_an_application_that_may_take_its_time() {
+fn store_configuration_waits_for_the_application() {
     let mut bench = configuring(Some(5));
     lss(&mut bench, [0x11, 9, 0, 0, 0, 0, 0, 0]);
     lss(&mut bench, [0x13, 0, 4, 0, 0, 0, 0, 0]);

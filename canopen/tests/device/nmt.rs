@@ -3,7 +3,7 @@ use canopen::{Event, NmtState, Reset};
 use crate::bench::Bench;
 
 #[test]
-fn boot_up_is_one_zero_byte_and_leads_to_pre_operational() {
+fn boot_up_is_one_zero_byte_and_enters_pre_operational() {
     let mut bench = Bench::cold(Some(5));
     assert_eq!(bench.node.state(), NmtState::Initialising);
     assert_eq!(bench.drain(), [(0x705, vec![0])]);
@@ -12,7 +12,7 @@ fn boot_up_is_one_zero_byte_and_leads_to_pre_operational() {
 }
 
 #[test]
-fn commands_are_for_this_node_or_for_all() {
+fn nmt_commands_address_this_node_or_all_nodes() {
     let mut bench = Bench::new();
     for (command, node, state) in [
         (1, 5, NmtState::Operational),
@@ -36,7 +36,7 @@ fn commands_are_for_this_node_or_for_all() {
 }
 
 #[test]
-fn resets_send_boot_up_again_and_only_one_resets_the_application() {
+fn both_resets_send_boot_up_and_only_reset_node_resets_the_application() {
     for (command, reset) in [(129, Reset::Node), (130, Reset::Communication)] {
         let mut bench = Bench::operational();
         bench.write(0x2000, 0, &[2]).expect("in range");
@@ -53,7 +53,7 @@ fn resets_send_boot_up_again_and_only_one_resets_the_application() {
 }
 
 #[test]
-fn a_stopped_node_answers_no_sdo() {
+fn sdo_is_inactive_in_stopped() {
     let mut bench = Bench::operational();
     assert!(bench.sdo([0x40, 0, 0x10, 0, 0, 0, 0, 0]).is_some());
     bench.send(0, &[2, 5]);
@@ -63,7 +63,7 @@ fn a_stopped_node_answers_no_sdo() {
 }
 
 #[test]
-fn a_transfer_does_not_survive_the_stop() {
+fn stopped_ends_an_sdo_transfer() {
     let mut bench = Bench::new();
     bench.sdo([0x21, 0x10, 0x20, 0, 20, 0, 0, 0]);
     bench.send(0, &[2, 5]);
@@ -74,7 +74,7 @@ fn a_transfer_does_not_survive_the_stop() {
 }
 
 #[test]
-fn node_guarding_is_refused() {
+fn node_guarding_is_not_supported() {
     let mut bench = Bench::operational();
     assert!(bench.remote(0x705, 1).is_empty());
     assert_eq!(bench.read(0x100C, 0), Err(0x0602_0000));
@@ -82,7 +82,7 @@ fn node_guarding_is_refused() {
 }
 
 #[test]
-fn the_node_starts_itself_where_1f80_says_so() {
+fn the_node_is_self_starting_by_1f80h() {
     let mut bench = Bench::new();
     assert_eq!(
         bench.write_u32(0x1F80, 0, 1),
@@ -97,7 +97,7 @@ fn the_node_starts_itself_where_1f80_says_so() {
 }
 
 #[test]
-fn the_application_hears_of_each_state() {
+fn the_application_receives_each_nmt_state() {
     let mut bench = Bench::operational();
     bench.send(0, &[2, 5]);
     let states: Vec<_> = bench
@@ -105,7 +105,7 @@ fn the_application_hears_of_each_state() {
         .events
         .iter()
         .filter_map(|event| {
-            if let Event::State(state) = event {
+            if let Event::NmtState(state) = event {
                 Some(*state)
             } else {
                 None

@@ -17,7 +17,7 @@ fn map(bench: &mut Bench, words: &[u32]) -> Result<(), u32> {
 }
 
 #[test]
-fn the_defaults_carry_the_node_id() {
+fn default_cob_ids_contain_the_node_id() {
     let mut bench = Bench::new();
     assert_eq!(bench.read(0x1400, 1), Ok(0x205));
     assert_eq!(bench.read(0x1800, 1), Ok(0x4000_0185));
@@ -28,14 +28,14 @@ fn the_defaults_carry_the_node_id() {
 }
 
 #[test]
-fn a_cob_id_with_bit_30_clear_is_taken() {
+fn a_cob_id_with_bit_30_clear_is_accepted() {
     let mut bench = Bench::new();
     assert_eq!(bench.write_u32(0x1801, 1, 0x285), Ok(()));
     assert_eq!(bench.read(0x1801, 1), Ok(0x285));
 }
 
 #[test]
-fn a_cob_id_moves_only_while_the_pdo_does_not_exist() {
+fn a_pdo_cob_id_changes_only_while_the_pdo_is_not_valid() {
     let mut bench = Bench::new();
     assert_eq!(bench.write_u32(0x1800, 1, 0x4000_0190), VALUE);
     assert_eq!(bench.write_u32(0x1800, 1, 0xC000_0190), Ok(()));
@@ -52,7 +52,7 @@ fn a_cob_id_moves_only_while_the_pdo_does_not_exist() {
 }
 
 #[test]
-fn inhibit_time_and_start_value_change_only_while_the_pdo_does_not_exist() {
+fn inhibit_time_and_sync_start_value_change_only_while_the_pdo_is_not_valid() {
     let mut bench = Bench::new();
     assert_eq!(bench.write_u16(0x1800, 3, 10), Err(0x0800_0022));
     assert_eq!(bench.write(0x1800, 6, &[1]), Err(0x0800_0022));
@@ -62,7 +62,7 @@ fn inhibit_time_and_start_value_change_only_while_the_pdo_does_not_exist() {
 }
 
 #[test]
-fn transmission_types_are_those_of_the_standard() {
+fn only_the_standard_transmission_types_are_accepted() {
     let mut bench = Bench::new();
     for (index, good, bad) in [
         (
@@ -90,7 +90,7 @@ fn transmission_types_are_those_of_the_standard() {
 }
 
 #[test]
-fn a_mapping_changes_only_while_the_pdo_does_not_exist_and_it_has_no_objects() {
+fn a_mapping_changes_only_while_the_pdo_is_not_valid_and_sub_index_0_is_zero() {
     let mut bench = Bench::new();
     assert_eq!(bench.write(0x1A00, 0, &[0]), UNSUPPORTED);
     assert_eq!(bench.write_u32(0x1A00, 1, 0x6041_0010), UNSUPPORTED);
@@ -113,7 +113,7 @@ fn a_mapping_changes_in_operational() {
 }
 
 #[test]
-fn what_cannot_be_mapped_is_refused() {
+fn objects_that_are_not_mappable_are_refused() {
     let mut bench = Bench::new();
     assert_eq!(map(&mut bench, &[0x2FFF_0008]), Err(0x0602_0000));
     assert_eq!(map(&mut bench, &[0x1018_0920]), Err(0x0609_0011));
@@ -141,7 +141,7 @@ fn what_cannot_be_mapped_is_refused() {
 }
 
 #[test]
-fn an_rpdo_writes_its_objects_and_skips_dummies() {
+fn an_rpdo_writes_mapped_objects_and_skips_dummy_entries() {
     let mut bench = Bench::operational();
     bench.write(0x1601, 0, &[0]).expect("not valid");
     for (sub, word) in [
@@ -161,7 +161,7 @@ fn an_rpdo_writes_its_objects_and_skips_dummies() {
 }
 
 #[test]
-fn an_rpdo_cannot_write_what_an_sdo_cannot() {
+fn an_rpdo_write_obeys_limits_and_write_protection() {
     let mut bench = Bench::operational();
     bench.write(0x1601, 0, &[0]).expect("not valid");
     bench.write_u32(0x1601, 1, 0x2001_0010).expect("mappable");
@@ -174,7 +174,7 @@ fn an_rpdo_cannot_write_what_an_sdo_cannot() {
 }
 
 #[test]
-fn pdos_of_29_bits_work() {
+fn pdos_support_29_bit_identifiers() {
     let mut bench = Bench::operational();
     bench.write_u32(0x1400, 1, 0x8000_0205).expect("off");
     bench.write_u32(0x1400, 1, 0x3234_5678).expect("29 bits");
@@ -188,7 +188,7 @@ fn pdos_of_29_bits_work() {
 }
 
 #[test]
-fn a_short_rpdo_is_an_error_until_a_good_one_comes_and_a_long_one_is_cut() {
+fn a_short_rpdo_raises_an_error_until_a_valid_one_and_a_long_rpdo_is_truncated() {
     let mut bench = Bench::operational();
     assert_eq!(
         bench.send(0x205, &[15, 0]),

@@ -99,7 +99,7 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn no_sequence_of_frames_breaks_the_node(steps in prop::collection::vec(step(), 1..300)) {
+    fn random_frames_do_not_disable_the_node(steps in prop::collection::vec(step(), 1..300)) {
         run(steps)?;
     }
 }

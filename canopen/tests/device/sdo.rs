@@ -9,7 +9,7 @@ fn abort(index: u16, sub: u8, code: u32) -> Option<[u8; 8]> {
 }
 
 #[test]
-fn numbers_of_each_size_go_both_ways_in_one_frame() {
+fn numbers_up_to_four_bytes_are_transferred_expedited() {
     let mut bench = Bench::new();
     bench.write(0x2020, 0, &[0xFE]).expect("unsigned");
     assert_eq!(bench.read(0x2020, 0), Ok(0xFE));
@@ -34,7 +34,7 @@ fn numbers_of_each_size_go_both_ways_in_one_frame() {
 }
 
 #[test]
-fn a_download_without_a_size_takes_that_of_the_object() {
+fn a_download_without_indicated_size_uses_the_object_size() {
     let mut bench = Bench::new();
     assert_eq!(
         bench.sdo([0x22, 1, 0x20, 0, 5, 0, 9, 9]),
@@ -48,7 +48,7 @@ fn a_download_without_a_size_takes_that_of_the_object() {
 }
 
 #[test]
-fn every_refusal_has_its_code() {
+fn each_refused_access_has_its_abort_code() {
     let mut bench = Bench::new();
     assert_eq!(bench.read(0x2FFF, 0), Err(0x0602_0000));
     assert_eq!(bench.read(0x1018, 5), Err(0x0609_0011));
@@ -84,7 +84,7 @@ fn every_refusal_has_its_code() {
 }
 
 #[test]
-fn a_minimum_never_gets_above_its_maximum() {
+fn a_minimum_cannot_exceed_its_maximum() {
     let mut bench = Bench::new();
     let crossed = Err(0x0609_0036);
     assert_eq!(bench.write_u32(0x607D, 1, 60_001), crossed);
@@ -96,7 +96,7 @@ fn a_minimum_never_gets_above_its_maximum() {
 }
 
 #[test]
-fn protection_limits_and_identity_are_locked_while_the_drive_is_enabled() {
+fn guarded_objects_are_write_protected_while_the_drive_is_enabled() {
     let mut bench = Bench::operational();
     bench.device.enabled = true;
     assert_eq!(bench.write_u32(0x607D, 1, 0), Err(0x0800_0022));
@@ -107,7 +107,7 @@ fn protection_limits_and_identity_are_locked_while_the_drive_is_enabled() {
 }
 
 #[test]
-fn the_lock_holds_for_a_transfer_that_began_before_it() {
+fn write_protection_applies_to_a_transfer_in_progress() {
     let mut bench = Bench::new();
     assert!(bench.sdo([0x21, 0x7D, 0x60, 1, 4, 0, 0, 0]).is_some());
     bench.device.enabled = true;
@@ -118,7 +118,7 @@ fn the_lock_holds_for_a_transfer_that_began_before_it() {
 }
 
 #[test]
-fn strings_and_long_numbers_are_segmented() {
+fn strings_and_long_numbers_are_transferred_in_segments() {
     let mut bench = Bench::new();
     assert_eq!(
         bench.sdo([0x40, 8, 0x10, 0, 0, 0, 0, 0]),
@@ -158,7 +158,7 @@ fn strings_and_long_numbers_are_segmented() {
 }
 
 #[test]
-fn a_string_may_be_empty_and_as_long_as_it_says() {
+fn a_string_may_have_any_length_up_to_its_maximum() {
     let mut bench = Bench::new();
     assert_eq!(
         bench.sdo([0x40, 5, 0x20, 0, 0, 0, 0, 0]),
@@ -190,7 +190,7 @@ fn a_string_may_be_empty_and_as_long_as_it_says() {
 }
 
 #[test]
-fn more_or_less_than_was_announced_is_refused() {
+fn data_that_differ_from_the_indicated_size_are_refused() {
     let mut bench = Bench::new();
     bench.sdo([0x21, 5, 0x20, 0, 6, 0, 0, 0]);
     assert_eq!(
@@ -206,7 +206,7 @@ fn more_or_less_than_was_announced_is_refused() {
 }
 
 #[test]
-fn a_toggle_that_does_not_alternate_ends_the_transfer() {
+fn a_toggle_bit_that_does_not_alternate_aborts_the_transfer() {
     let mut bench = Bench::new();
     bench.sdo([0x40, 8, 0x10, 0, 0, 0, 0, 0]);
     assert_eq!(
@@ -223,7 +223,7 @@ fn a_toggle_that_does_not_alternate_ends_the_transfer() {
 }
 
 #[test]
-fn a_silent_client_is_aborted_after_a_second() {
+fn a_transfer_times_out_after_one_second() {
     let mut bench = Bench::new();
     bench.sdo([0x40, 8, 0x10, 0, 0, 0, 0, 0]);
     assert!(bench.run_ms(999).is_empty());
@@ -247,7 +247,7 @@ fn an_abort_of_the_client_is_not_answered() {
 }
 
 #[test]
-fn a_client_may_start_anew_within_a_transfer() {
+fn a_new_initiate_request_replaces_a_transfer() {
     let mut bench = Bench::new();
     bench.sdo([0x21, 0x10, 0x20, 0, 20, 0, 0, 0]);
     assert_eq!(bench.read(0x1000, 0), Ok(0x0002_0192));
@@ -256,7 +256,7 @@ fn a_client_may_start_anew_within_a_transfer() {
 }
 
 #[test]
-fn unknown_commands_are_refused_and_frames_of_other_lengths_ignored() {
+fn unknown_command_specifiers_are_aborted_and_other_lengths_are_ignored() {
     let mut bench = Bench::new();
     for command in [0xE0, 0xFF, 0x00, 0x60, 0xA1, 0xA2, 0xA3, 0xC1, 0x81] {
         let answer = bench
@@ -276,7 +276,7 @@ fn unknown_commands_are_refused_and_frames_of_other_lengths_ignored() {
 }
 
 #[test]
-fn an_application_that_is_slow_is_waited_for() {
+fn the_reply_waits_for_a_pending_application() {
     let mut bench = Bench::new();
     bench.sdo([0x21, 0x10, 0x20, 0, 5, 0, 0, 0]);
     assert_eq!(bench.sdo([0x05, 1, 2, 3, 4, 5, 0, 0]), None);
@@ -287,7 +287,7 @@ fn an_application_that_is_slow_is_waited_for() {
 }
 
 #[test]
-fn a_29_bit_identifier_is_another_identifier() {
+fn a_29_bit_identifier_does_not_match_an_11_bit_identifier() {
     let mut bench = Bench::new();
     let data = [0x40, 0, 0x10, 0, 0, 0, 0, 0];
     let frame = canopen::CanFrame::raw(0x605, true, false, 8, data).expect("a frame");

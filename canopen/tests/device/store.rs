@@ -6,7 +6,7 @@ const SAVE: u32 = u32::from_le_bytes(*b"save");
 const LOAD: u32 = u32::from_le_bytes(*b"load");
 
 #[test]
-fn what_is_saved_comes_back_after_a_reset() {
+fn stored_parameters_are_loaded_after_a_reset() {
     let mut bench = Bench::new();
     bench.write_u16(0x1017, 0, 250).expect("any period");
     bench.write(0x2000, 0, &[2]).expect("in range");
@@ -22,7 +22,7 @@ fn what_is_saved_comes_back_after_a_reset() {
 }
 
 #[test]
-fn groups_are_stored_apart() {
+fn parameter_groups_are_stored_separately() {
     let mut bench = Bench::new();
     bench.write_u16(0x1017, 0, 250).expect("any period");
     bench.write(0x2000, 0, &[2]).expect("in range");
@@ -43,7 +43,7 @@ fn groups_are_stored_apart() {
 }
 
 #[test]
-fn restored_defaults_are_in_force_after_the_reset_and_not_before() {
+fn restored_defaults_take_effect_at_the_next_reset() {
     let mut bench = Bench::new();
     bench.write_u16(0x1017, 0, 250).expect("any period");
     bench.save(1);
@@ -64,7 +64,7 @@ fn a_wrong_signature_is_refused() {
 }
 
 #[test]
-fn a_whole_pdo_configuration_survives() {
+fn a_complete_pdo_configuration_is_restored() {
     let mut bench = Bench::new();
     for (index, sub, value) in [(0x1801, 1, 0xC000_0285), (0x1A01, 0, 0)] {
         let width = if sub == 0 { 1 } else { 4 };
@@ -95,7 +95,7 @@ fn a_whole_pdo_configuration_survives() {
 }
 
 #[test]
-fn nonsense_in_the_store_puts_a_pdo_out_of_use_and_nothing_else() {
+fn invalid_stored_parameters_disable_only_the_affected_pdo() {
     let mut bench = Bench::new();
     bench.save(1);
     for (address, value) in &mut bench.device.stored {
@@ -116,7 +116,7 @@ fn nonsense_in_the_store_puts_a_pdo_out_of_use_and_nothing_else() {
 }
 
 #[test]
-fn the_date_of_the_configuration_is_void_once_it_changes() {
+fn a_change_of_the_configuration_clears_1020h() {
     let mut bench = Bench::new();
     let date = |bench: &mut Bench| (bench.read(0x1020, 1), bench.read(0x1020, 2));
     let set = |bench: &mut Bench| {

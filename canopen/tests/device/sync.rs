@@ -32,14 +32,14 @@ fn answered(bench: &mut Bench, count: u8, overflow: u8) -> Vec<u8> {
 }
 
 #[test]
-fn cyclic_pdos_are_sent_with_every_nth_sync() {
+fn cyclic_tpdos_are_transmitted_with_every_nth_sync() {
     assert_eq!(answered(&mut bench(1, 0, 0), 4, 0), [1, 2, 3, 4]);
     assert_eq!(answered(&mut bench(3, 0, 0), 9, 0), [3, 6, 9]);
     assert_eq!(answered(&mut bench(240, 0, 0), 240, 0), [240]);
 }
 
 #[test]
-fn the_first_sync_is_the_one_with_the_start_value() {
+fn counting_starts_at_the_sync_start_value() {
     assert_eq!(answered(&mut bench(1, 10, 4), 6, 10), [4, 5, 6]);
     assert_eq!(answered(&mut bench(3, 10, 4), 12, 10), [4, 7, 10]);
     assert_eq!(
@@ -50,7 +50,7 @@ fn the_first_sync_is_the_one_with_the_start_value() {
 }
 
 #[test]
-fn an_acyclic_pdo_is_sent_with_the_sync_after_an_event() {
+fn an_acyclic_tpdo_is_transmitted_with_the_sync_after_an_event() {
     let mut bench = bench(0, 0, 0);
     assert!(answered(&mut bench, 3, 0).is_empty());
     bench.node.request_tpdo(1);
@@ -59,7 +59,7 @@ fn an_acyclic_pdo_is_sent_with_the_sync_after_an_event() {
 }
 
 #[test]
-fn type_252_samples_with_sync_and_sends_on_demand() {
+fn type_252_samples_with_sync_and_transmits_on_remote_request() {
     let mut bench = bench(252, 0, 0);
     bench.device.set(0x6041, 1);
     assert!(bench.send(0x80, &[]).is_empty());
@@ -68,7 +68,7 @@ fn type_252_samples_with_sync_and_sends_on_demand() {
 }
 
 #[test]
-fn what_is_asked_for_before_the_first_sync_is_sampled_then() {
+fn a_remote_request_before_the_first_sync_samples_immediately() {
     let mut bench = bench(252, 0, 0);
     bench.device.set(0x6041, 3);
     assert_eq!(bench.remote(0x185, 6)[0].1[0], 3);
@@ -81,7 +81,7 @@ fn what_is_asked_for_before_the_first_sync_is_sampled_then() {
 }
 
 #[test]
-fn a_synchronous_rpdo_waits_for_sync_and_the_last_one_counts() {
+fn a_synchronous_rpdo_is_applied_with_sync_and_the_last_frame_wins() {
     let mut bench = Bench::new();
     bench.write(0x1400, 2, &[1]).expect("a type");
     bench.start();
@@ -109,7 +109,7 @@ fn rpdos_are_applied_before_tpdos_are_sampled() {
 }
 
 #[test]
-fn a_sync_of_unexpected_length_is_an_error_that_a_good_one_clears() {
+fn a_sync_length_error_is_cleared_by_a_valid_sync() {
     let mut bench = bench(1, 10, 0);
     let seen = bench.send(0x80, &[]);
     assert_eq!(seen[0], (0x85, vec![0x40, 0x82, 0x11, 0, 0, 0, 0, 0]));
@@ -117,7 +117,7 @@ fn a_sync_of_unexpected_length_is_an_error_that_a_good_one_clears() {
 }
 
 #[test]
-fn the_producer_counts_to_its_overflow() {
+fn the_sync_producer_counts_to_its_overflow_value() {
     let mut bench = Bench::new();
     bench.write(0x1019, 0, &[3]).expect("no period");
     bench.write_u32(0x1006, 0, 10_000).expect("any");
@@ -136,7 +136,7 @@ fn the_producer_counts_to_its_overflow() {
 }
 
 #[test]
-fn what_produces_sync_is_not_changed_under_way() {
+fn sync_parameters_are_write_protected_while_sync_is_produced() {
     let mut bench = Bench::new();
     bench.write_u32(0x1006, 0, 10_000).expect("any");
     assert_eq!(bench.write(0x1019, 0, &[10]), Err(0x0800_0022));
@@ -151,7 +151,7 @@ fn what_produces_sync_is_not_changed_under_way() {
 }
 
 #[test]
-fn a_period_above_35_minutes_is_refused_and_the_longest_one_is_kept() {
+fn a_sync_period_above_35_minutes_is_refused() {
     const LONGEST_US: u32 = i32::MAX as u32;
     let mut bench = Bench::new();
     assert_eq!(bench.write_u32(0x1006, 0, LONGEST_US + 1), Err(0x0609_0031));
@@ -164,7 +164,7 @@ fn a_period_above_35_minutes_is_refused_and_the_longest_one_is_kept() {
 }
 
 #[test]
-fn a_tpdo_that_misses_the_window_is_dropped() {
+fn a_synchronous_tpdo_outside_the_window_is_discarded() {
     let mut bench = bench(1, 0, 0);
     bench.write_u32(0x1007, 0, 500).expect("any");
     bench.node.receive(
@@ -177,7 +177,7 @@ fn a_tpdo_that_misses_the_window_is_dropped() {
 }
 
 #[test]
-fn the_application_hears_the_time_of_day() {
+fn the_application_receives_the_time_of_day() {
     let mut bench = Bench::new();
     bench.send(0x100, &[0x01, 0x02, 0x03, 0xF4, 0x10, 0x27]);
     let time = TimeOfDay {

@@ -33,7 +33,7 @@ fn times(bench: &mut Bench, time_ms: u64) -> Vec<u64> {
 }
 
 #[test]
-fn an_event_driven_pdo_is_sent_at_the_start_and_on_each_change() {
+fn an_event_driven_tpdo_is_transmitted_at_start_and_on_each_change() {
     let mut bench = Bench::new();
     bench.send(0, &[1, 5]);
     assert_eq!(bench.wait_us(1000), [(0x185, vec![0; 6])]);
@@ -48,7 +48,7 @@ fn an_event_driven_pdo_is_sent_at_the_start_and_on_each_change() {
 }
 
 #[test]
-fn pdos_are_for_operational_only() {
+fn pdos_are_active_in_operational_only() {
     let mut bench = bench(254, 0, 5);
     assert_eq!(times(&mut bench, 10).len(), 2);
     for command in [128, 2] {
@@ -60,14 +60,14 @@ fn pdos_are_for_operational_only() {
 }
 
 #[test]
-fn the_event_timer_keeps_its_grid() {
+fn the_event_timer_does_not_drift() {
     assert_eq!(times(&mut bench(254, 0, 4), 12), [4, 8, 12]);
     assert_eq!(times(&mut bench(255, 0, 7), 21), [7, 14, 21]);
     assert!(times(&mut bench(254, 0, 0), 100).is_empty());
 }
 
 #[test]
-fn an_event_begins_the_timer_anew() {
+fn an_event_restarts_the_event_timer() {
     let mut bench = bench(254, 0, 10);
     times(&mut bench, 6);
     bench.node.request_tpdo(2);
@@ -75,7 +75,7 @@ fn an_event_begins_the_timer_anew() {
 }
 
 #[test]
-fn the_inhibit_time_parts_two_transmissions() {
+fn the_inhibit_time_separates_two_transmissions() {
     let mut bench = bench(254, 50, 0);
     times(&mut bench, 20);
     bench.node.request_tpdo(2);
@@ -90,12 +90,12 @@ fn the_inhibit_time_parts_two_transmissions() {
 }
 
 #[test]
-fn the_inhibit_time_holds_back_the_event_timer() {
+fn the_inhibit_time_delays_the_event_timer() {
     assert_eq!(times(&mut bench(254, 100, 4), 40).len(), 4);
 }
 
 #[test]
-fn the_event_timer_changes_while_the_pdo_exists() {
+fn the_event_timer_may_change_while_the_pdo_is_valid() {
     let mut bench = bench(254, 0, 100);
     bench.write_u16(0x1801, 5, 3).expect("allowed");
     assert_eq!(times(&mut bench, 6), [3, 6]);
@@ -117,7 +117,7 @@ fn remote_frames_are_answered_where_bit_30_allows_it() {
 }
 
 #[test]
-fn an_rpdo_is_applied_at_once_and_told() {
+fn an_event_driven_rpdo_is_applied_immediately_and_reported() {
     let mut bench = Bench::operational();
     bench.send(0x205, &[15, 0, 0x10, 0x27, 0, 0]);
     assert_eq!(bench.device.number(0x607A, 0), 10_000);
@@ -125,7 +125,7 @@ fn an_rpdo_is_applied_at_once_and_told() {
 }
 
 #[test]
-fn an_rpdo_that_stays_out_is_an_error_until_it_comes() {
+fn an_rpdo_timeout_is_raised_and_cleared_by_reception() {
     let mut bench = Bench::operational();
     bench.write_u16(0x1400, 5, 20).expect("any");
     assert!(

@@ -14,7 +14,7 @@ use crate::{
     application::{Request, Source},
     timing::periods,
 };
-use canopen::cia402::State;
+use canopen::cia402::Cia402State;
 
 /// What is known of the master.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -61,7 +61,7 @@ pub(super) enum Reaction {
 impl Drive<'_> {
     /// One control period.
     pub(super) fn fail_safe(&mut self) -> Reaction {
-        let is_enabled = self.axis.state() == State::OperationEnabled;
+        let is_enabled = self.axis.state() == Cia402State::OperationEnabled;
         let is_cyclic = matches!(self.commands.mode, 8 | 9);
         if !is_cyclic || !is_enabled {
             self.failsafe.silent = None;

@@ -77,7 +77,7 @@ impl Drive<'_> {
             let runs =
                 Command::from_controlword(self.commands.controlword) == Command::EnableOperation;
             let rate_mdeg_s = if runs { 0 } else { self.rate_mdeg_s() };
-            self.axis.displace(thousandths(command), rate_mdeg_s);
+            self.axis.reset_demand(thousandths(command), rate_mdeg_s);
         }
         let input = self.input();
         let output = self.axis.step(&input, &self.axis_parameters);
@@ -146,19 +146,19 @@ impl Drive<'_> {
         }
     }
 
-    fn power_off(&mut self, state: cia402::State) {
+    fn power_off(&mut self, state: cia402::Cia402State) {
         // The application brings the shaft to rest by itself, unless power is to go at once.
         let coasts = self.axis_parameters.options.fault_reaction == StopOption::Disable;
         let reacts = self.application.state() == State::FaultReaction
-            && state == cia402::State::Fault
+            && state == cia402::Cia402State::Fault
             && !coasts;
         if self.application.state().is_driving() && !reacts {
             let _ = self.application.request(Request::Disable);
         }
     }
 
-    fn command(&mut self, state: cia402::State, position_mdeg: i32) {
-        let runs = state == cia402::State::OperationEnabled;
+    fn command(&mut self, state: cia402::Cia402State, position_mdeg: i32) {
+        let runs = state == cia402::Cia402State::OperationEnabled;
         if runs && matches!(self.application.state(), State::Disabled | State::QuickStop) {
             match self.application.request(Request::Enable) {
                 Ok(()) => {}

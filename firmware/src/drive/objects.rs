@@ -5,7 +5,7 @@ use core::task::Poll;
 use canopen::dictionary::Address;
 use canopen::{Abort, BitRate, Event, NmtState, NodeId, ParameterGroup, Reset};
 
-use canopen::cia402::State;
+use canopen::cia402::Cia402State;
 
 use super::{Drive, numbers, set, set::Asker};
 
@@ -48,7 +48,7 @@ impl canopen::Application for Drive<'_> {
             Reset::Node => self.power_on(),
             // Who resets the communication of a drive that moves has lost it.
             Reset::Communication => {
-                let moves = self.axis.state() == State::OperationEnabled;
+                let moves = self.axis.state() == Cia402State::OperationEnabled;
                 self.failsafe.network(moves);
             }
         }
@@ -87,10 +87,10 @@ impl canopen::Application for Drive<'_> {
 
     fn event(&mut self, event: Event) {
         match event {
-            Event::HeartbeatLost(_) | Event::State(NmtState::Stopped) => {
+            Event::HeartbeatLost(_) | Event::NmtState(NmtState::Stopped) => {
                 self.failsafe.network(true);
             }
-            Event::HeartbeatStarted(_) | Event::State(NmtState::Operational) => {
+            Event::HeartbeatStarted(_) | Event::NmtState(NmtState::Operational) => {
                 self.failsafe.network(false);
             }
             _ => {}

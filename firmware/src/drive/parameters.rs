@@ -46,7 +46,7 @@ fn options(kept: &Kept) -> Options {
     Options {
         quick_stop: quick_stop.unwrap_or(QuickStop {
             stop: StopOption::Stop(Deceleration::QuickStop),
-            stays: false,
+            remains_active: false,
         }),
         shutdown: stop(Slot::ShutdownOption),
         disable_operation: stop(Slot::DisableOption),

@@ -5,7 +5,7 @@ use std::net::{TcpStream, ToSocketAddrs};
 use std::time::{Duration, Instant};
 
 use canopen::CanFrame;
-use canopen::slcan::{KBIT_S, Text, parse_frame};
+use canopen::slcan::{KBIT_S, SlcanLine, parse_frame};
 
 /// A CAN bus.
 pub trait Link {
@@ -156,7 +156,7 @@ impl<S: Stream> Drop for Slcan<S> {
 
 impl<S: Stream> Link for Slcan<S> {
     fn send(&mut self, frame: &CanFrame) -> io::Result<()> {
-        self.stream.write_all(Text::frame(frame).as_bytes())
+        self.stream.write_all(SlcanLine::frame(frame).as_bytes())
     }
 
     fn receive(&mut self, timeout: Duration) -> io::Result<Option<CanFrame>> {

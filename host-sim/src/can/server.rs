@@ -96,7 +96,7 @@ impl Client {
         if self.waiting.len() < MOST_WAITING {
             self.waiting.extend_from_slice(text.as_bytes());
         } else {
-            self.adapter.lost();
+            self.adapter.line_lost();
         }
     }
 

@@ -2,7 +2,7 @@
 #![no_main]
 
 use canopen::CanFrame;
-use canopen::slcan::{Adapter, Bus, Text, parse_frame};
+use canopen::slcan::{Adapter, Bus, SlcanLine, parse_frame};
 use libfuzzer_sys::fuzz_target;
 
 struct Wire;
@@ -14,7 +14,7 @@ impl Bus for Wire {
     fn close(&mut self) {}
     fn send(&mut self, frame: &CanFrame) -> bool {
         // Whatever is sent is a frame whose line says the same.
-        let text = Text::frame(frame);
+        let text = SlcanLine::frame(frame);
         let line = text.as_bytes().strip_suffix(b"\r").expect("an end");
         assert_eq!(parse_frame(line), Some(*frame));
         true

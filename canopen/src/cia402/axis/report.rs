@@ -1,15 +1,15 @@
-//! What an axis tells of itself.
+//! Statusword, following error and demand of an axis.
 
-use super::{Axis, Course, Demand, Input, Output};
+use super::{Axis, Demand, Input, ModeResult, Output};
 use crate::cia402::{Mode, Motion, Parameters, statusword};
 
 impl Axis {
-    pub(super) fn tell(
+    pub(super) fn report(
         &mut self,
         input: &Input,
         parameters: &Parameters,
         motion: Motion,
-        course: Course,
+        result: ModeResult,
     ) -> Output {
         let position_mode = input.mode.is_position();
         let powered = motion != Motion::Off;
@@ -20,13 +20,15 @@ impl Axis {
         };
         let too_far = error.unsigned_abs() > parameters.following_error_window;
         let time_ms = parameters.following_error_timeout_ms;
-        let exceeded = self.error_held.step(too_far, time_ms, parameters.period_us);
+        let exceeded = self
+            .error_timer
+            .step(too_far, time_ms, parameters.period_us);
         let mut word = self.machine.state().statusword() | statusword::REMOTE;
         let mut set = |bit: u16, on: bool| word |= if on { bit } else { 0 };
         set(statusword::VOLTAGE_ENABLED, input.voltage);
-        set(statusword::INTERNAL_LIMIT, course.limited);
+        set(statusword::INTERNAL_LIMIT, result.limited);
         set(statusword::FOLLOWING_ERROR, exceeded);
-        let (reached, mode_12) = self.mode_bits(input, parameters, motion, course);
+        let (reached, mode_12) = self.mode_bits(input, parameters, motion, result);
         set(statusword::TARGET_REACHED, reached);
         set(statusword::MODE_12, mode_12);
         let velocity = self.ramp.velocity();
@@ -48,36 +50,36 @@ impl Axis {
         }
     }
 
-    /// Bits 10 and 12.
+    /// Bits 10 and 12 of the statusword.
     fn mode_bits(
         &mut self,
         input: &Input,
         parameters: &Parameters,
         motion: Motion,
-        course: Course,
+        result: ModeResult,
     ) -> (bool, bool) {
         let period_us = parameters.period_us;
         let runs = motion == Motion::Run;
-        let stopped = matches!(motion, Motion::Stop(_)) && self.ramp.stands();
+        let stopped = matches!(motion, Motion::Stop(_)) && self.ramp.is_stationary();
         let slow = input.velocity_actual.unsigned_abs() <= parameters.velocity_threshold;
         let slow_ms = parameters.velocity_threshold_time_ms;
-        let zero = self.slow_held.step(slow, slow_ms, period_us);
+        let zero = self.slow_timer.step(slow, slow_ms, period_us);
         match input.mode {
             Mode::ProfilePosition => {
-                let off = input.position_actual.abs_diff(course.target);
-                let near = runs && course.ended && off <= parameters.position_window;
+                let off = input.position_actual.abs_diff(result.target);
+                let near = runs && result.ended && off <= parameters.position_window;
                 let time_ms = parameters.position_window_time_ms;
-                let reached = self.reached_held.step(near, time_ms, period_us);
+                let reached = self.reached_timer.step(near, time_ms, period_us);
                 (reached || stopped, runs && self.set_points.acknowledged())
             }
             Mode::ProfileVelocity => {
                 let off = input.velocity_actual.abs_diff(input.target_velocity);
                 let near = runs && off <= parameters.velocity_window;
                 let time_ms = parameters.velocity_window_time_ms;
-                let reached = self.reached_held.step(near, time_ms, period_us);
+                let reached = self.reached_timer.step(near, time_ms, period_us);
                 (reached || stopped, zero)
             }
-            Mode::CyclicPosition | Mode::CyclicVelocity => (false, runs && !course.limited),
+            Mode::CyclicPosition | Mode::CyclicVelocity => (false, runs && !result.limited),
             Mode::None => (false, false),
         }
     }

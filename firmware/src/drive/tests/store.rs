@@ -51,7 +51,7 @@ fn what_is_saved_is_there_after_a_reset_and_what_is_not_is_gone() {
 }
 
 #[test]
-fn groups_are_stored_apart() {
+fn parameter_groups_are_stored_separately() {
     let mut bench = Bench::new();
     bench.set(0x6081, 0, 123_000, 4);
     bench.set(0x1017, 0, 700, 2);

@@ -2,7 +2,7 @@
 
 use canopen::{
     CanFrame,
-    slcan::{Adapter, Text},
+    slcan::{Adapter, SlcanLine},
 };
 use heapless::spsc::{Consumer, Producer};
 
@@ -61,7 +61,7 @@ impl Gateway {
         self.said.capacity().saturating_sub(self.said.len())
     }
 
-    fn say(&mut self, text: &Text) {
+    fn say(&mut self, text: &SlcanLine) {
         for byte in text.as_bytes() {
             // There is room: the callers looked.
             let _ = self.said.enqueue(*byte);
@@ -69,7 +69,7 @@ impl Gateway {
     }
 
     /// Obeys the commands that have come, as far as there is room for answers; whether it said something.
-    pub fn obey(&mut self, mut receive: impl FnMut(&mut Adapter, u8) -> Option<Text>) -> bool {
+    pub fn obey(&mut self, mut receive: impl FnMut(&mut Adapter, u8) -> Option<SlcanLine>) -> bool {
         let mut has_said = false;
         while self.room() >= ROOM {
             let Some(byte) = self.commands.dequeue() else {
