@@ -1,4 +1,4 @@
-//! The adapter as its clients know it.
+//! Tests of the slcan adapter at line level.
 
 use canopen::CanFrame;
 use canopen::slcan::{Adapter, Bus, SlcanLine, flags, parse_frame};
@@ -41,7 +41,7 @@ impl Bus for Wire {
     }
 }
 
-fn say(adapter: &mut Adapter, wire: &mut Wire, text: &str) -> String {
+fn send_text(adapter: &mut Adapter, wire: &mut Wire, text: &str) -> String {
     let mut answer = Vec::new();
     for byte in text.bytes() {
         if let Some(text) = adapter.receive(byte, wire) {
@@ -60,19 +60,19 @@ fn frame(id: u32, data: &[u8]) -> CanFrame {
 #[test]
 fn a_python_can_session_is_answered() {
     let (mut adapter, mut wire) = (Adapter::new(*b"A123"), Wire::new());
-    assert_eq!(say(&mut adapter, &mut wire, "C\rS6\rO\r"), "\r\r\r");
+    assert_eq!(send_text(&mut adapter, &mut wire, "C\rS6\rO\r"), "\r\r\r");
     assert_eq!(wire.opened, Some((Some(500), false)));
     let sent = "t6058402F600001000000\rT1FFFFFFF0\r";
-    assert_eq!(say(&mut adapter, &mut wire, sent), "z\rZ\r");
+    assert_eq!(send_text(&mut adapter, &mut wire, sent), "z\rZ\r");
     assert_eq!(
         wire.sent[0],
         frame(0x605, &[0x40, 0x2F, 0x60, 0, 1, 0, 0, 0])
     );
     assert_eq!(
-        say(&mut adapter, &mut wire, "V\rN\r\rF\r"),
+        send_text(&mut adapter, &mut wire, "V\rN\r\rF\r"),
         "V1013\rNA123\r\rF00\r"
     );
-    assert_eq!(say(&mut adapter, &mut wire, "C\r"), "\r");
+    assert_eq!(send_text(&mut adapter, &mut wire, "C\r"), "\r");
     assert_eq!(wire.opened, None);
 }
 
@@ -80,7 +80,7 @@ fn a_python_can_session_is_answered() {
 fn commands_invalid_in_the_present_state_are_answered_with_bel() {
     let (mut adapter, mut wire) = (Adapter::new(*b"0001"), Wire::new());
     let mut refused = |text: &str| {
-        assert_eq!(say(&mut adapter, &mut wire, text), "\x07", "{text:?}");
+        assert_eq!(send_text(&mut adapter, &mut wire, text), "\x07", "{text:?}");
     };
     for text in [
         "t1230\r",
@@ -95,27 +95,27 @@ fn commands_invalid_in_the_present_state_are_answered_with_bel() {
     ] {
         refused(text);
     }
-    assert_eq!(say(&mut adapter, &mut wire, "S8\rL\r"), "\r\r");
+    assert_eq!(send_text(&mut adapter, &mut wire, "S8\rL\r"), "\r\r");
     assert_eq!(wire.opened, Some((Some(1000), true)));
     for text in ["O\r", "L\r", "S6\r", "M00000000\r", "t1230\r"] {
         assert_eq!(
-            say(&mut adapter, &mut wire, text),
+            send_text(&mut adapter, &mut wire, text),
             "\x07",
             "{text:?} while it listens"
         );
     }
     assert!(wire.sent.is_empty());
     assert_eq!(
-        say(&mut adapter, &mut wire, "C\rS0\rO\rF\r"),
+        send_text(&mut adapter, &mut wire, "C\rS0\rO\rF\r"),
         "\r\r\x07\x07",
-        "the bus cannot"
+        "the bus cannot be opened"
     );
 }
 
 #[test]
 fn invalid_frames_are_refused() {
     let (mut adapter, mut wire) = (Adapter::new(*b"0001"), Wire::new());
-    say(&mut adapter, &mut wire, "O\r");
+    send_text(&mut adapter, &mut wire, "O\r");
     for line in [
         "t",
         "t12",
@@ -129,15 +129,15 @@ fn invalid_frames_are_refused() {
         "t12301",
     ] {
         assert_eq!(
-            say(&mut adapter, &mut wire, &format!("{line}\r")),
+            send_text(&mut adapter, &mut wire, &format!("{line}\r")),
             "\x07",
             "{line}"
         );
     }
     let long = "t1238".to_string() + &"0".repeat(500) + "\r";
-    assert_eq!(say(&mut adapter, &mut wire, &long), "\x07");
+    assert_eq!(send_text(&mut adapter, &mut wire, &long), "\x07");
     assert_eq!(
-        say(&mut adapter, &mut wire, "r1238\rR000001238\r\n"),
+        send_text(&mut adapter, &mut wire, "r1238\rR000001238\r\n"),
         "z\rZ\r"
     );
     assert_eq!(wire.sent.len(), 2);
@@ -146,14 +146,14 @@ fn invalid_frames_are_refused() {
 #[test]
 fn queue_overflows_are_reported_once() {
     let (mut adapter, mut wire) = (Adapter::new(*b"0001"), Wire::new());
-    say(&mut adapter, &mut wire, "O\r");
+    send_text(&mut adapter, &mut wire, "O\r");
     assert_eq!(
-        say(&mut adapter, &mut wire, "t1230\rt1230\rt1230\r"),
+        send_text(&mut adapter, &mut wire, "t1230\rt1230\rt1230\r"),
         "z\rz\r\x07"
     );
     adapter.line_lost();
     wire.flags = flags::ERROR_PASSIVE;
-    assert_eq!(say(&mut adapter, &mut wire, "F\rF\r"), "F23\rF00\r");
+    assert_eq!(send_text(&mut adapter, &mut wire, "F\rF\r"), "F23\rF00\r");
 }
 
 #[test]
@@ -164,28 +164,28 @@ fn received_frames_have_the_selected_timestamp() {
         Some(String::from_utf8(text.as_bytes().to_vec()).expect("ASCII"))
     };
     assert_eq!(line(&adapter, 0), None, "closed");
-    say(&mut adapter, &mut wire, "O\r");
+    send_text(&mut adapter, &mut wire, "O\r");
     assert_eq!(line(&adapter, 0).as_deref(), Some("t1811AB\r"));
-    say(&mut adapter, &mut wire, "Z1\r");
+    send_text(&mut adapter, &mut wire, "Z1\r");
     assert_eq!(line(&adapter, 60_001_000).as_deref(), Some("t1811AB0001\r"));
-    say(&mut adapter, &mut wire, "Z2\r");
+    send_text(&mut adapter, &mut wire, "Z2\r");
     assert_eq!(
         line(&adapter, 3_600_000_015).as_deref(),
         Some("t1811AB0000000F\r")
     );
-    say(&mut adapter, &mut wire, "Z0\r");
+    send_text(&mut adapter, &mut wire, "Z0\r");
     assert_eq!(line(&adapter, 7).as_deref(), Some("t1811AB\r"));
 }
 
 #[test]
 fn acceptance_filters_select_as_an_sja1000_does() {
     let (mut adapter, mut wire) = (Adapter::new(*b"0001"), Wire::new());
-    // The first filter wants 201h with a first byte of 5xh, the second 301h with any data and no remote frame.
+    // Filter 1 accepts 201h with a first byte of 5xh, filter 2 301h data frames with any data.
     let first = 0x201 << 5 | 0x5;
     let second = 0x301 << 5;
     let code = first << 16 | second;
     let setting = format!("M{code:08X}\rm0010000F\rO\r");
-    assert_eq!(say(&mut adapter, &mut wire, &setting), "\r\r\r");
+    assert_eq!(send_text(&mut adapter, &mut wire, &setting), "\r\r\r");
     let hears = |frame: CanFrame| adapter.frame(&frame, 0).is_some();
     assert!(hears(frame(0x201, &[0x5F])) && !hears(frame(0x201, &[0x6F])));
     assert!(hears(frame(0x301, &[0x6F])) && !hears(frame(0x302, &[0x6F])));
@@ -197,10 +197,10 @@ fn acceptance_filters_select_as_an_sja1000_does() {
 #[test]
 fn a_disconnected_client_closes_the_bus_and_resets_all_settings() {
     let (mut adapter, mut wire) = (Adapter::new(*b"0001"), Wire::new());
-    say(&mut adapter, &mut wire, "Z1\rO\rt12");
+    send_text(&mut adapter, &mut wire, "Z1\rO\rt12");
     adapter.disconnect(&mut wire);
     assert_eq!(wire.opened, None);
-    assert_eq!(say(&mut adapter, &mut wire, "O\r"), "\r");
+    assert_eq!(send_text(&mut adapter, &mut wire, "O\r"), "\r");
     let text = adapter.frame(&frame(1, &[]), 5_000).expect("open");
     assert_eq!(text.as_bytes(), b"t0010\r");
 }
@@ -227,9 +227,9 @@ proptest! {
         for byte in &bytes {
             answers += usize::from(adapter.receive(*byte, &mut wire).is_some());
         }
-        prop_assert_eq!(answers, bytes.iter().filter(|byte| **byte == b'\r').count(), "one answer each");
-        // Ends whatever was begun.
-        say(&mut adapter, &mut wire, "\r");
-        prop_assert_eq!(say(&mut adapter, &mut wire, "C\rV\r"), "\rV1013\r");
+        prop_assert_eq!(answers, bytes.iter().filter(|byte| **byte == b'\r').count(), "one answer per command");
+        // Ends an incomplete line.
+        send_text(&mut adapter, &mut wire, "\r");
+        prop_assert_eq!(send_text(&mut adapter, &mut wire, "C\rV\r"), "\rV1013\r");
     }
 }

@@ -1,4 +1,4 @@
-//! An application that keeps whatever is written, and stores slowly as flash does.
+//! Example application: holds all written values and stores them with the delay of a flash.
 
 use std::collections::HashMap;
 use std::task::Poll;
@@ -6,15 +6,15 @@ use std::task::Poll;
 use canopen::dictionary::Address;
 use canopen::{Abort, Application, BitRate, Event, NodeId, ParameterGroup, Reset};
 
-/// Calls until what is stored is stored.
+/// Calls until a store is complete.
 const SLOW: u32 = 3;
-/// Longest DOMAIN.
+/// Maximum size of a DOMAIN.
 const DOMAIN_MAX: usize = 1 << 16;
 
 /// The application.
 #[derive(Debug, Default)]
 pub struct Device {
-    /// Numbers by address; 0 where there is none.
+    /// Numeric values by address; 0 if absent.
     pub numbers: HashMap<Address, u64>,
     /// Strings by address.
     pub strings: HashMap<Address, Vec<u8>>,
@@ -23,15 +23,15 @@ pub struct Device {
     incoming: Vec<u8>,
     /// Whether the drive is enabled.
     pub enabled: bool,
-    /// What was told, in order.
+    /// Reported events, in order.
     pub events: Vec<Event>,
     /// Stored communication parameters.
     pub stored: HashMap<Address, u32>,
     /// Stored numbers of the application.
     pub stored_numbers: HashMap<Address, u64>,
-    /// What LSS stored.
+    /// Values stored by LSS.
     pub stored_lss: Option<(Option<NodeId>, Option<BitRate>)>,
-    /// Bit rates that were set.
+    /// Bit rates set by LSS.
     pub bit_rates: Vec<BitRate>,
     /// Resets so far.
     pub resets: Vec<Reset>,
@@ -41,7 +41,7 @@ pub struct Device {
 }
 
 impl Device {
-    /// With position limits that leave room.
+    /// A device with non-zero software position limits.
     pub fn new() -> Self {
         let mut device = Self::default();
         device.power_on();

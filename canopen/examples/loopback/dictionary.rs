@@ -1,4 +1,4 @@
-//! The object dictionary of the example: every service of the server, and an object of each kind.
+//! Object dictionary of the example: all services of the device and an object of each type.
 
 use canopen::dictionary::{
     Access::{Const, Read, ReadWrite, Write},
@@ -25,7 +25,7 @@ const fn commanded(index: u16, data_type: DataType) -> Entry {
     Entry::new(index, 0, data_type, ReadWrite).mappable(Mapping::Both)
 }
 
-/// Sub-indices 0 to 5 of an RPDO's, or 0 to 6 of a TPDO's communication parameters.
+/// Communication parameters: sub-indices 0 to 5 of an RPDO or 0 to 6 of a TPDO.
 const fn communication(index: u16, cob_id: u32) -> [Entry; 6] {
     use DataType::{U8, U16};
     [
@@ -204,8 +204,8 @@ const RELATIONS: &[Relation] = &[Relation {
     upper: Address::new(0x607D, 2),
 }];
 
-/// All of it.
+/// The dictionary.
 pub const DICTIONARY: Dictionary = match canopen::dictionary!(&ENTRIES, TEXTS, RELATIONS) {
     Ok(dictionary) => dictionary,
-    Err(_) => panic!("the dictionary is not sound"),
+    Err(_) => panic!("invalid object dictionary"),
 };

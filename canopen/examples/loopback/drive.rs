@@ -1,4 +1,4 @@
-//! A drive whose motor is where it is told to be, behind the objects of the example.
+//! Example drive with an ideal motor, connected to the objects of the example.
 
 use canopen::Node;
 use canopen::cia402::{Axis, Cia402State, Demand, Fault, Input, Mode, Parameters};
@@ -8,7 +8,7 @@ use crate::device::Device;
 
 const PERIOD_US: u32 = 4_000;
 
-/// The axis and when it is stepped next.
+/// The axis and the time of its next step.
 #[derive(Default)]
 pub struct Drive {
     axis: Axis,
@@ -18,7 +18,7 @@ pub struct Drive {
 }
 
 impl Drive {
-    /// Steps as often as the time wants, and tells the node when the statusword changes.
+    /// Performs all steps that are due, and reports changes of the statusword to the node.
     pub fn run(&mut self, now_us: u64, device: &mut Device, node: &mut Node<2, 2>) {
         while self.next_us <= now_us {
             self.next_us += u64::from(PERIOD_US);

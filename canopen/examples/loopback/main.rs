@@ -1,12 +1,11 @@
-//! Serves one node as slcan over TCP on the loopback, for clients on the same computer:
+//! Serves one node as slcan over TCP on the loopback interface, for clients on the same computer:
 //!
 //! ```text
 //! cargo run -p canopen --example loopback -- 29536 5
 //! ```
-//!
 //! listens on port 29536 (0: any) with node-ID 5 (255: none, for LSS) and prints one line when it
-//! is ready. Behind it is a CiA 402 drive. A write to 2007h raises the error of that code, which is a fault of the
-//! drive, and 0 clears it.
+//! is ready. The node is a CiA 402 drive. A write to 2007h raises the error of that code, which is
+//! a fault of the drive; 0 clears it.
 
 mod device;
 mod dictionary;
@@ -50,7 +49,7 @@ impl Bench {
         self.node.tick(now_us, &mut self.device);
     }
 
-    /// Serves one client until it leaves.
+    /// Serves one client until it disconnects.
     fn serve(&mut self, mut stream: TcpStream) -> std::io::Result<()> {
         stream.set_nodelay(true)?;
         stream.set_read_timeout(Some(Duration::from_millis(1)))?;
@@ -125,7 +124,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("listening on {}", listener.local_addr()?);
     for stream in listener.incoming() {
         if let Err(error) = bench.serve(stream?) {
-            eprintln!("client gone: {error}");
+            eprintln!("client disconnected: {error}");
         }
     }
     Ok(())

@@ -1,4 +1,4 @@
-//! The drive profile against CiA 402: states, stops, modes and windows.
+//! Tests of the drive profile against CiA 402: states, stop options, modes and windows.
 
 mod modes;
 mod random;
@@ -9,7 +9,7 @@ use canopen::cia402::{Axis, Demand, Input, Mode, Output, Parameters, StateMachin
 
 const ENABLE: u16 = 0x000F;
 
-/// An axis whose motor is where it is told to be one period later.
+/// An axis with a motor that follows the demand with a delay of one period.
 struct Bench {
     axis: Axis,
     input: Input,
@@ -31,7 +31,7 @@ impl Bench {
         }
     }
 
-    /// In OPERATION ENABLED.
+    /// An axis in "operation enabled".
     fn enabled(mode: Mode) -> Self {
         let mut bench = Self::new(mode);
         for word in [0, 0x06, 0x07, ENABLE] {
@@ -75,11 +75,11 @@ impl Bench {
         }
     }
 
-    /// Periods until the condition holds.
+    /// Steps until the condition holds; returns the number of periods.
     fn until(&mut self, holds: impl Fn(&Output) -> bool) -> usize {
         (1..10_000)
             .find(|_| holds(&self.step()))
-            .expect("it never holds")
+            .expect("the condition never holds")
     }
 }
 
@@ -93,7 +93,7 @@ fn parameters() -> Parameters {
 
 const NEW: u16 = ENABLE | controlword::NEW_SET_POINT;
 
-/// A machine that was never used.
+/// A state machine after power-on.
 fn machine() -> StateMachine {
     StateMachine::new()
 }

@@ -21,7 +21,7 @@ fn a_set_point_is_acknowledged_and_reached() {
     assert!(!has(bench.command(ENABLE).statusword, ACKNOWLEDGE));
     let periods = bench.until(|output| has(output.statusword, statusword::TARGET_REACHED));
     assert_eq!(bench.input.position_actual, 30_000);
-    // 0.2 s of motion and 20 ms in the window, of which the command took two periods.
+    // 0.2 s of motion and 20 ms in the window, minus the two periods of the command.
     assert!((50..=56).contains(&periods), "{periods}");
 }
 
@@ -36,16 +36,19 @@ fn one_set_point_is_buffered_and_a_third_is_not_acknowledged() {
     }
     assert!(
         has(bench.step().statusword, ACKNOWLEDGE),
-        "no room while one waits"
+        "the buffer is full"
     );
     bench.input.target_position = 30_000;
     bench.command(NEW);
     bench.command(ENABLE);
     bench.until(|output| !has(output.statusword, ACKNOWLEDGE));
-    // The first was reached; one period of 12 deg/s toward the second is 48 mdeg.
+    // The first target is reached; one period of 12 deg/s toward the second is 48 mdeg.
     assert_eq!(bench.input.position_actual, 10_048);
     bench.until(|output| has(output.statusword, statusword::TARGET_REACHED));
-    assert_eq!(bench.input.position_actual, 20_000, "and the third dropped");
+    assert_eq!(
+        bench.input.position_actual, 20_000,
+        "the third is discarded"
+    );
 }
 
 #[test]
@@ -152,7 +155,7 @@ fn profile_velocity_reports_target_reached_and_zero_speed() {
     bench.run(10);
     assert!(has(bench.step().statusword, statusword::MODE_12));
     bench.input.target_velocity = 120_000;
-    // 10 periods of ramp and 20 ms in the window.
+    // 10 periods of acceleration and 20 ms in the window.
     let periods = bench.until(|output| {
         has(output.statusword, statusword::TARGET_REACHED)
             && !has(output.statusword, statusword::MODE_12)

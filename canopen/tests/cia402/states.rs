@@ -19,7 +19,7 @@ const READY: Conditions = Conditions {
     standstill: true,
 };
 
-/// A machine in a state, by the shortest way.
+/// A state machine in a state, by the shortest path.
 fn in_state(state: Cia402State) -> StateMachine {
     let options = options();
     let mut machine = machine();
@@ -50,7 +50,7 @@ fn in_state(state: Cia402State) -> StateMachine {
     machine
 }
 
-/// A quick stop that remains_active, so that transition 16 exists.
+/// Options with a quick stop that remains in "quick stop active", so that transition 16 exists.
 fn options() -> Options {
     let stop = StopOption::Stop(Deceleration::QuickStop);
     Options {
@@ -69,7 +69,7 @@ fn every_transition_matches_the_standard() {
         OperationEnabled as Enabled, QuickStopActive as Quick, ReadyToSwitchOn as Rtso,
         SwitchOnDisabled as Sod, SwitchedOn as On,
     };
-    // Shutdown, switch on, enable operation, disable voltage, quick stop, fault reset; the rest stay.
+    // Shutdown, switch on, enable operation, disable voltage, quick stop, fault reset.
     let words = [
         SHUTDOWN,
         SWITCH_ON,
@@ -134,7 +134,7 @@ fn a_fault_is_reset_by_a_rising_edge_once_its_cause_is_gone() {
     assert_eq!(
         machine.state(),
         Cia402State::Fault,
-        "the edge was too early"
+        "an edge while the fault is present has no effect"
     );
     machine.step(0, READY, &options());
     machine.step(FAULT_RESET, READY, &options());
@@ -193,7 +193,7 @@ fn only_states_with_power_have_a_demand() {
 
 #[test]
 fn the_statusword_has_the_state_bits_of_the_standard() {
-    // With voltage (bit 4) and remote (bit 9).
+    // With "voltage enabled" (bit 4) and "remote" (bit 9).
     let mut bench = Bench::new(Mode::None);
     for (word, status) in [
         (0, 0x0250),

@@ -4,7 +4,7 @@ use canopen::cia402::{
 
 use crate::{Bench, ENABLE};
 
-/// At 300 deg/s in profile velocity.
+/// An axis at 300 deg/s in profile velocity mode.
 fn moving() -> Bench {
     let mut bench = Bench::enabled(Mode::ProfileVelocity);
     bench.parameters.position_limits = None;
@@ -13,13 +13,14 @@ fn moving() -> Bench {
     bench
 }
 
-fn standing(bench: &mut Bench) -> usize {
+fn periods_to_standstill(bench: &mut Bench) -> usize {
     bench.until(|output| matches!(output.demand, Demand::Off | Demand::Velocity(0)))
 }
 
 #[test]
 fn quick_stop_option_codes_select_deceleration_and_final_state() {
-    // 300 deg/s at 12 (slow) or 24 deg/s (quick) a period; coasting and limits stop at once.
+    // 300 deg/s at 12 deg/s (slow down) or 24 deg/s (quick stop) per period; coasting and limits
+    // stop immediately.
     for (code, periods, stays) in [
         (0, 1, false),
         (1, 25, false),
@@ -34,7 +35,7 @@ fn quick_stop_option_codes_select_deceleration_and_final_state() {
         let mut bench = moving();
         bench.parameters.options.quick_stop = QuickStop::from_code(code).expect("an option");
         bench.input.controlword = 0x02;
-        assert_eq!(standing(&mut bench), periods, "option {code}");
+        assert_eq!(periods_to_standstill(&mut bench), periods, "option {code}");
         bench.step();
         let expected = if stays {
             Cia402State::QuickStopActive
@@ -59,7 +60,7 @@ fn disable_voltage_coasts_immediately() {
     assert_eq!(
         bench.command(0).demand,
         Demand::Off,
-        "amid a quick stop, too"
+        "also during a quick stop"
     );
 }
 
@@ -77,7 +78,7 @@ fn shutdown_and_disable_operation_follow_their_option_codes() {
             bench.parameters.options.shutdown = option;
             bench.parameters.options.disable_operation = option;
             bench.input.controlword = word;
-            assert_eq!(standing(&mut bench), periods);
+            assert_eq!(periods_to_standstill(&mut bench), periods);
             assert_eq!(bench.step().demand, Demand::Off);
             assert_eq!(bench.axis.state(), end);
         }
@@ -107,13 +108,13 @@ fn halt_stops_in_operation_enabled_and_ends_with_its_bit() {
         let mut bench = moving();
         bench.parameters.options.halt = StopOption::Stop(option);
         bench.input.controlword = ENABLE | controlword::HALT;
-        assert_eq!(standing(&mut bench), periods);
+        assert_eq!(periods_to_standstill(&mut bench), periods);
         let output = bench.step();
         assert_eq!(output.state, Cia402State::OperationEnabled);
         assert_ne!(
             output.statusword & statusword::TARGET_REACHED,
             0,
-            "it stands"
+            "it is at rest"
         );
         bench.command(ENABLE);
         bench.until(|output| output.demand == Demand::Velocity(300_000));
@@ -131,7 +132,7 @@ fn fault_reactions_follow_their_option_code_unless_the_fault_is_immediate() {
         let mut bench = moving();
         bench.parameters.options.fault_reaction = StopOption::from_code(code).expect("an option");
         bench.input.fault = fault;
-        assert_eq!(standing(&mut bench), periods, "option {code}");
+        assert_eq!(periods_to_standstill(&mut bench), periods, "option {code}");
         bench.step();
         assert_eq!(bench.axis.state(), Cia402State::Fault);
     }
@@ -142,7 +143,7 @@ fn fault_reactions_follow_their_option_code_unless_the_fault_is_immediate() {
     assert_eq!(
         bench.step().demand,
         Demand::Off,
-        "it got worse while stopping"
+        "the fault becomes immediate during the stop"
     );
 }
 

@@ -1,4 +1,4 @@
-//! A node with node-ID 5 on a bus of its own.
+//! Test bench: one node with node-ID 5 on its own bus.
 
 use canopen::{CanFrame, Node, NodeId};
 use embedded_can::{Frame, StandardId};
@@ -6,10 +6,10 @@ use embedded_can::{Frame, StandardId};
 use crate::device::Device;
 use crate::dictionary::DICTIONARY;
 
-/// Identifier (bit 29 set where it has 29 bits) and data of a frame.
-pub type Seen = (u32, Vec<u8>);
+/// Identifier (bit 29 set for a 29-bit identifier) and data of a transmitted frame.
+pub type SentFrame = (u32, Vec<u8>);
 
-/// A data frame with an identifier of 11 bits.
+/// A data frame with an 11-bit identifier.
 pub fn data_frame(id: u16, data: &[u8]) -> CanFrame {
     CanFrame::new(StandardId::new(id).expect("11 bits"), data).expect("eight bytes")
 }
@@ -21,8 +21,8 @@ pub struct Bench {
 }
 
 impl Bench {
-    /// Powered on, boot-up not yet sent.
-    pub fn cold(node_id: Option<u8>) -> Self {
+    /// A node after power-on; boot-up is not transmitted yet.
+    pub fn powered_on(node_id: Option<u8>) -> Self {
         let mut device = Device::new();
         let node_id = node_id.and_then(NodeId::new);
         let node = Node::new(&DICTIONARY, node_id, &mut device, 0);
@@ -33,14 +33,14 @@ impl Bench {
         }
     }
 
-    /// In PRE-OPERATIONAL.
+    /// A node in PRE-OPERATIONAL.
     pub fn new() -> Self {
-        let mut bench = Self::cold(Some(5));
+        let mut bench = Self::powered_on(Some(5));
         assert_eq!(bench.drain(), [(0x705, vec![0])]);
         bench
     }
 
-    /// In OPERATIONAL, with what that sends taken away.
+    /// A node in OPERATIONAL; the frames transmitted on the way are discarded.
     pub fn operational() -> Self {
         let mut bench = Self::new();
         bench.start();
@@ -52,51 +52,51 @@ impl Bench {
         self.wait_us(0);
     }
 
-    pub fn drain(&mut self) -> Vec<Seen> {
-        let mut seen = Vec::new();
+    pub fn drain(&mut self) -> Vec<SentFrame> {
+        let mut sent = Vec::new();
         while let Some(frame) = self.node.transmit::<CanFrame>(&mut self.device) {
             let (id, extended) = frame.raw_id();
             assert!(!frame.is_remote_frame());
-            seen.push((id | u32::from(extended) << 29, frame.data().to_vec()));
-            assert!(seen.len() < 1000, "a node does not talk for ever");
+            sent.push((id | u32::from(extended) << 29, frame.data().to_vec()));
+            assert!(sent.len() < 1000, "the node transmits without end");
         }
-        seen
+        sent
     }
 
-    pub fn receive(&mut self, frame: &CanFrame) -> Vec<Seen> {
+    pub fn receive(&mut self, frame: &CanFrame) -> Vec<SentFrame> {
         self.node.receive(frame, self.now_us, &mut self.device);
         self.drain()
     }
 
-    /// What the node answers to a frame at once.
-    pub fn send(&mut self, id: u16, data: &[u8]) -> Vec<Seen> {
+    /// Frames that the node transmits in response to a frame, without a tick.
+    pub fn send(&mut self, id: u16, data: &[u8]) -> Vec<SentFrame> {
         self.receive(&data_frame(id, data))
     }
 
-    pub fn remote(&mut self, id: u16, length: u8) -> Vec<Seen> {
+    pub fn remote(&mut self, id: u16, length: u8) -> Vec<SentFrame> {
         self.receive(&CanFrame::raw(u32::from(id), false, true, length, [0; 8]).expect("a frame"))
     }
 
-    /// One tick after so much time.
-    pub fn wait_us(&mut self, time_us: u64) -> Vec<Seen> {
+    /// One tick after `time_us`.
+    pub fn wait_us(&mut self, time_us: u64) -> Vec<SentFrame> {
         self.now_us += time_us;
         self.node.tick(self.now_us, &mut self.device);
         self.drain()
     }
 
-    /// Ticks of a millisecond; what was sent, with the millisecond of each.
-    pub fn run_ms(&mut self, time_ms: u64) -> Vec<(u64, Seen)> {
+    /// Ticks of 1 ms; returns each transmitted frame with its time in milliseconds.
+    pub fn run_ms(&mut self, time_ms: u64) -> Vec<(u64, SentFrame)> {
         (1..=time_ms)
-            .flat_map(|at| self.wait_us(1000).into_iter().map(move |seen| (at, seen)))
+            .flat_map(|at| self.wait_us(1000).into_iter().map(move |sent| (at, sent)))
             .collect()
     }
 
-    /// The answer of the SDO server.
+    /// The response of the SDO server.
     pub fn sdo(&mut self, request: [u8; 8]) -> Option<[u8; 8]> {
-        let mut seen = self.send(0x605, &request);
-        seen.retain(|(id, _)| *id == 0x585);
-        assert!(seen.len() < 2, "one answer for one request");
-        seen.pop()
+        let mut sent = self.send(0x605, &request);
+        sent.retain(|(id, _)| *id == 0x585);
+        assert!(sent.len() < 2, "one response per request");
+        sent.pop()
             .map(|(_, data)| data.try_into().expect("eight bytes"))
     }
 
@@ -143,7 +143,7 @@ impl Bench {
         self.write(index, sub, &value.to_le_bytes())
     }
 
-    /// Writes the signature to 1010h and waits for the application to store.
+    /// Writes the signature to 1010h and waits until the application has stored.
     pub fn save(&mut self, sub: u8) {
         assert_eq!(
             self.sdo([0x23, 0x10, 0x10, sub, b's', b'a', b'v', b'e']),

@@ -1,6 +1,6 @@
-use crate::bench::{Bench, Seen};
+use crate::bench::{Bench, SentFrame};
 
-/// Checksum of CiA 301, bit by bit from its polynomial.
+/// CRC of CiA 301, calculated bit by bit from its polynomial.
 fn crc(data: &[u8]) -> [u8; 2] {
     let mut crc = 0_u16;
     for byte in data {
@@ -24,14 +24,14 @@ fn begin_upload(bench: &mut Bench, block: u8) -> Option<[u8; 8]> {
     bench.sdo([0xA4, 0x10, 0x20, 0, block, 0, 0, 0])
 }
 
-fn segments(seen: Vec<Seen>) -> Vec<Vec<u8>> {
-    seen.into_iter()
+fn segments(sent: Vec<SentFrame>) -> Vec<Vec<u8>> {
+    sent.into_iter()
         .filter(|(id, _)| *id == 0x585)
         .map(|(_, data)| data)
         .collect()
 }
 
-/// Uploads in blocks; `lose` says how many segments of each block to confirm at most.
+/// Block upload; `lose` returns the maximum number of segments to confirm in each block.
 fn upload(bench: &mut Bench, block: u8, lose: impl Fn(usize) -> usize) -> Vec<u8> {
     let answer = begin_upload(bench, block).expect("an answer");
     assert_eq!(answer[..4], [0xC6, 0x10, 0x20, 0]);
@@ -131,11 +131,11 @@ fn an_upload_below_the_protocol_switch_threshold_is_not_a_block_transfer() {
     assert_eq!(
         bench.sdo([0xA0, 8, 0x10, 0, 127, 20, 0, 0]),
         Some([0x41, 8, 0x10, 0, 15, 0, 0, 0]),
-        "in segments"
+        "segmented upload"
     );
 }
 
-/// Sends a block of `data` from its start, without the segments in `lost`; the confirmation, if any.
+/// Sends a block of `data` without the segments in `lost`; returns the confirmation, if any.
 fn block(bench: &mut Bench, data: &[u8], lost: &[usize]) -> Option<u8> {
     let count = data.len().div_ceil(7);
     let mut confirmed = None;
@@ -163,13 +163,13 @@ fn begin_download(bench: &mut Bench, size: u32) {
 fn end_download(bench: &mut Bench, data: &[u8], checksum: [u8; 2]) -> Vec<u8> {
     let unused = (7 - data.len() % 7) % 7;
     let [low, high] = checksum;
-    let mut seen = bench.send(
+    let mut sent = bench.send(
         0x605,
         &[0xC1 | (unused as u8) << 2, low, high, 0, 0, 0, 0, 0],
     );
-    seen.extend(bench.run_ms(5).into_iter().map(|(_, seen)| seen));
-    assert_eq!(seen.len(), 1);
-    seen.remove(0).1
+    sent.extend(bench.run_ms(5).into_iter().map(|(_, sent)| sent));
+    assert_eq!(sent.len(), 1);
+    sent.remove(0).1
 }
 
 fn download(bench: &mut Bench, data: &[u8], lost: impl Fn(usize) -> Vec<usize>) -> Vec<u8> {

@@ -84,7 +84,7 @@ fn no_emcy_is_transmitted_while_1014h_is_not_valid_or_the_node_is_stopped() {
     assert_eq!(
         bench.send(0, &[128, 5]).len(),
         1,
-        "told as soon as it may be"
+        "transmitted as soon as permitted"
     );
     bench.write_u32(0x1014, 0, 0x8000_0085).expect("off");
     bench.node.raise(error(0x1001), &mut bench.device);
@@ -101,7 +101,7 @@ fn the_emcy_cob_id_changes_only_while_emcy_is_not_valid() {
     assert_eq!(
         bench.write_u32(0x1014, 0, 0x601),
         Err(0x0609_0030),
-        "restricted"
+        "restricted CAN-ID"
     );
     assert_eq!(bench.write_u32(0x1014, 0, 0x86), Ok(()));
     bench.node.raise(error(0x1000), &mut bench.device);

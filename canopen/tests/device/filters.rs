@@ -1,4 +1,4 @@
-//! What a CAN controller may filter away: the identifiers that the node names are all that concern it.
+//! Acceptance filtering: the node needs only the identifiers that it lists.
 
 use canopen::CanFrame;
 use embedded_can::{ExtendedId, Id, StandardId};
@@ -9,12 +9,12 @@ fn standard(id: u16) -> Id {
     StandardId::new(id).expect("11 bits").into()
 }
 
-fn wanted(bench: &Bench) -> Vec<(Id, bool)> {
+fn identifiers(bench: &Bench) -> Vec<(Id, bool)> {
     bench.node.identifiers().collect()
 }
 
-/// A node whose services are where nobody expects them.
-fn scattered() -> Bench {
+/// A node with COB-IDs other than the defaults.
+fn reconfigured() -> Bench {
     let mut bench = Bench::operational();
     for (index, sub, value) in [
         (0x1005, 0, 0x2000_0090),
@@ -34,9 +34,9 @@ fn scattered() -> Bench {
 
 #[test]
 fn the_identifiers_follow_the_configured_cob_ids() {
-    let bench = scattered();
+    let bench = reconfigured();
     let far = |id| Id::Extended(ExtendedId::new(id).expect("29 bits"));
-    let mut found = wanted(&bench);
+    let mut found = identifiers(&bench);
     let mut expected = vec![
         (standard(0x7E5), false),
         (standard(0), false),
@@ -56,12 +56,12 @@ fn the_identifiers_follow_the_configured_cob_ids() {
 
 #[test]
 fn a_node_without_a_node_id_receives_lss_only() {
-    let wanted = wanted(&Bench::cold(None));
-    assert!(wanted.contains(&(standard(0x7E5), false)));
-    assert!(!wanted.contains(&(standard(0), false)));
+    let identifiers = identifiers(&Bench::powered_on(None));
+    assert!(identifiers.contains(&(standard(0x7E5), false)));
+    assert!(!identifiers.contains(&(standard(0), false)));
 }
 
-/// Sends a frame that the node does not want: nothing changes, and nothing is answered.
+/// Sends a frame outside the listed identifiers: the node neither changes nor responds.
 fn is_ignored(bench: &mut Bench, frame: &CanFrame) {
     let before = format!("{:?}", bench.node);
     let answers = bench.receive(frame);
@@ -71,14 +71,15 @@ fn is_ignored(bench: &mut Bench, frame: &CanFrame) {
 
 #[test]
 fn a_frame_outside_the_identifiers_changes_nothing() {
-    let mut bench = scattered();
-    let wanted = wanted(&bench);
+    let mut bench = reconfigured();
+    let identifiers = identifiers(&bench);
     let number = |id: &Id| match id {
         Id::Standard(id) => (u32::from(id.as_raw()), false),
         Id::Extended(id) => (id.as_raw(), true),
     };
-    let named: Vec<_> = wanted.iter().map(|(id, r)| (number(id), *r)).collect();
-    // All of 11 bits; of 29 bits those that the services would have with 11, and the neighbours of the one that is.
+    let named: Vec<_> = identifiers.iter().map(|(id, r)| (number(id), *r)).collect();
+    // All 11-bit identifiers; of the 29-bit identifiers those with the services' 11-bit values and
+    // the neighbours of the configured one.
     let ids = (0..0x800).flat_map(|id| [(id, false), (id, true)]);
     let ids = ids.chain([(0x12_3455, true), (0x12_3457, true)]);
     let mut ignored = 0;

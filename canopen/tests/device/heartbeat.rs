@@ -1,9 +1,9 @@
 use canopen::{Event, NmtState};
 
-use crate::bench::{Bench, Seen};
+use crate::bench::{Bench, SentFrame};
 
-fn heartbeats(seen: Vec<(u64, Seen)>) -> Vec<(u64, u8)> {
-    seen.into_iter()
+fn heartbeats(sent: Vec<(u64, SentFrame)>) -> Vec<(u64, u8)> {
+    sent.into_iter()
         .filter(|(_, (id, _))| *id == 0x705)
         .map(|(at, (_, data))| (at, data[0]))
         .collect()
@@ -12,8 +12,8 @@ fn heartbeats(seen: Vec<(u64, Seen)>) -> Vec<(u64, u8)> {
 #[test]
 fn a_write_to_1017h_transmits_a_heartbeat_immediately() {
     let mut bench = Bench::new();
-    let seen = bench.send(0x605, &[0x2B, 0x17, 0x10, 0, 100, 0, 0, 0]);
-    assert!(seen.contains(&(0x705, vec![127])), "{seen:?}");
+    let sent = bench.send(0x605, &[0x2B, 0x17, 0x10, 0, 100, 0, 0, 0]);
+    assert!(sent.contains(&(0x705, vec![127])), "{sent:?}");
     assert_eq!(
         heartbeats(bench.run_ms(300)),
         [(100, 127), (200, 127), (300, 127)]
@@ -27,9 +27,9 @@ fn heartbeats_carry_the_nmt_state_and_end_with_a_period_of_zero() {
     assert_eq!(
         bench.send(0, &[2, 5]),
         [(0x705, vec![4])],
-        "a new state is told at once"
+        "a state change transmits a heartbeat immediately"
     );
-    assert_eq!(heartbeats(bench.run_ms(20)), [(20, 4)], "in STOPPED, too");
+    assert_eq!(heartbeats(bench.run_ms(20)), [(20, 4)], "also in STOPPED");
     bench.send(0, &[1, 5]);
     assert_eq!(heartbeats(bench.run_ms(20)), [(20, 5)]);
     bench.write_u16(0x1017, 0, 0).expect("any period");
@@ -45,7 +45,7 @@ fn missed_heartbeats_are_not_caught_up_after_late_ticks() {
     assert_eq!(bench.wait_us(1).len(), 1);
 }
 
-fn watching(error_behaviour: u8) -> Bench {
+fn monitoring(error_behaviour: u8) -> Bench {
     let mut bench = Bench::operational();
     bench.write(0x1029, 1, &[error_behaviour]).expect("0 to 2");
     bench
@@ -62,7 +62,7 @@ fn a_lost_heartbeat_raises_an_error_and_changes_the_nmt_state_by_1029h() {
         (1, NmtState::Operational),
         (2, NmtState::Stopped),
     ] {
-        let mut bench = watching(behaviour);
+        let mut bench = monitoring(behaviour);
         assert!(bench.run_ms(49).is_empty());
         bench.wait_us(1000);
         assert_eq!(bench.node.state(), state);
@@ -75,20 +75,20 @@ fn a_lost_heartbeat_raises_an_error_and_changes_the_nmt_state_by_1029h() {
 
 #[test]
 fn a_recovered_heartbeat_clears_the_error() {
-    let mut bench = watching(1);
-    let seen = bench.run_ms(50);
-    assert_eq!(seen, [(50, (0x85, vec![0x30, 0x81, 0x11, 9, 0, 0, 0, 0]))]);
+    let mut bench = monitoring(1);
+    let sent = bench.run_ms(50);
+    assert_eq!(sent, [(50, (0x85, vec![0x30, 0x81, 0x11, 9, 0, 0, 0, 0]))]);
     assert_eq!(
         bench.send(0x709, &[127]),
         [(0x85, vec![0, 0, 0, 9, 0, 0, 0, 0])]
     );
     assert_eq!(bench.read(0x1001, 0), Ok(0));
-    assert_eq!(bench.run_ms(50).len(), 1, "and it may be lost again");
+    assert_eq!(bench.run_ms(50).len(), 1, "a second loss is reported");
 }
 
 #[test]
 fn a_duplicate_consumer_is_refused_and_disabling_a_consumer_clears_its_error() {
-    let mut bench = watching(1);
+    let mut bench = monitoring(1);
     assert_eq!(bench.write_u32(0x1016, 2, 9 << 16 | 70), Err(0x0604_0043));
     bench.run_ms(60);
     assert_eq!(bench.read(0x1001, 0), Ok(0x11));

@@ -5,9 +5,9 @@ use crate::bench::Bench;
 const IDENTITY: [u32; 4] = [0x1234, 0x5341, 0x0001_0000, 0xCAFE_F00D];
 
 fn lss(bench: &mut Bench, data: [u8; 8]) -> Option<[u8; 8]> {
-    let mut seen = bench.send(0x7E5, &data);
-    seen.retain(|(id, _)| *id == 0x7E4);
-    seen.pop()
+    let mut sent = bench.send(0x7E5, &data);
+    sent.retain(|(id, _)| *id == 0x7E4);
+    sent.pop()
         .map(|(_, data)| data.try_into().expect("eight bytes"))
 }
 
@@ -17,7 +17,7 @@ fn with_number(command: u8, number: u32) -> [u8; 8] {
 }
 
 fn configuring(node_id: Option<u8>) -> Bench {
-    let mut bench = Bench::cold(node_id);
+    let mut bench = Bench::powered_on(node_id);
     bench.drain();
     assert_eq!(lss(&mut bench, [4, 1, 0, 0, 0, 0, 0, 0]), None);
     bench
@@ -25,7 +25,7 @@ fn configuring(node_id: Option<u8>) -> Bench {
 
 #[test]
 fn a_node_without_a_node_id_responds_to_lss_only() {
-    let mut bench = Bench::cold(None);
+    let mut bench = Bench::powered_on(None);
     assert!(bench.drain().is_empty());
     assert!(bench.send(0, &[1, 0]).is_empty());
     assert!(
@@ -92,7 +92,7 @@ fn a_node_id_out_of_range_is_refused() {
 
 #[test]
 fn lss_configuration_requires_the_configuration_state() {
-    let mut bench = Bench::cold(None);
+    let mut bench = Bench::powered_on(None);
     for command in [0x11, 0x13, 0x15, 0x17, 0x5A, 0x5B, 0x5C, 0x5D, 0x5E] {
         assert_eq!(
             lss(&mut bench, [command, 1, 0, 0, 0, 0, 0, 0]),
@@ -155,7 +155,7 @@ fn fast_scan(bench: &mut Bench, number: u32, bit: u8, sub: u8, next: u8) -> bool
 
 #[test]
 fn fast_scan_selects_a_node_without_a_node_id() {
-    let mut bench = Bench::cold(None);
+    let mut bench = Bench::powered_on(None);
     assert!(fast_scan(&mut bench, 0, 0x80, 0, 0));
     for (sub, expected) in (0..4).zip(IDENTITY) {
         let mut number = 0;
@@ -216,9 +216,9 @@ fn store_configuration_waits_for_the_application() {
     lss(&mut bench, [0x11, 9, 0, 0, 0, 0, 0, 0]);
     lss(&mut bench, [0x13, 0, 4, 0, 0, 0, 0, 0]);
     assert_eq!(lss(&mut bench, [0x17, 0, 0, 0, 0, 0, 0, 0]), None);
-    let seen = bench.run_ms(10);
-    assert_eq!(seen.len(), 1);
-    assert_eq!(seen[0].1, (0x7E4, vec![0x17, 0, 0, 0, 0, 0, 0, 0]));
+    let sent = bench.run_ms(10);
+    assert_eq!(sent.len(), 1);
+    assert_eq!(sent[0].1, (0x7E4, vec![0x17, 0, 0, 0, 0, 0, 0, 0]));
     assert_eq!(
         bench.device.stored_lss,
         Some((NodeId::new(9), Some(BitRate::Kbit125)))

@@ -1,4 +1,4 @@
-//! The server as its bus sees it, frame by frame, against CiA 301 and CiA 305.
+//! Tests of the device at frame level against CiA 301 and CiA 305.
 
 mod bench;
 mod block;

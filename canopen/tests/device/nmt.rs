@@ -4,7 +4,7 @@ use crate::bench::Bench;
 
 #[test]
 fn boot_up_is_one_zero_byte_and_enters_pre_operational() {
-    let mut bench = Bench::cold(Some(5));
+    let mut bench = Bench::powered_on(Some(5));
     assert_eq!(bench.node.state(), NmtState::Initialising);
     assert_eq!(bench.drain(), [(0x705, vec![0])]);
     assert_eq!(bench.node.state(), NmtState::PreOperational);
@@ -91,8 +91,8 @@ fn the_node_is_self_starting_by_1f80h() {
     );
     bench.write_u32(0x1F80, 0, 0).expect("self-starting");
     bench.save(1);
-    let seen = bench.send(0, &[129, 5]);
-    assert_eq!(seen[0], (0x705, vec![0]));
+    let sent = bench.send(0, &[129, 5]);
+    assert_eq!(sent[0], (0x705, vec![0]));
     assert_eq!(bench.node.state(), NmtState::Operational);
 }
 

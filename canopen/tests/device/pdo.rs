@@ -1,4 +1,4 @@
-//! COB-IDs and mapping.
+//! PDO COB-IDs and mapping.
 
 use crate::bench::Bench;
 
@@ -7,7 +7,7 @@ const UNSUPPORTED: Result<(), u32> = Err(0x0601_0000);
 const NOT_MAPPABLE: Result<(), u32> = Err(0x0604_0041);
 const LENGTH: Result<(), u32> = Err(0x0604_0042);
 
-/// TPDO 2, which is not valid.
+/// Maps TPDO 2, which is not valid.
 fn map(bench: &mut Bench, words: &[u32]) -> Result<(), u32> {
     bench.write(0x1A01, 0, &[0])?;
     for (sub, word) in (1..).zip(words) {
@@ -123,7 +123,7 @@ fn objects_that_are_not_mappable_are_refused() {
     assert_eq!(
         map(&mut bench, &[0x0005_0008]),
         Err(0x0602_0000),
-        "no dummies in a TPDO"
+        "dummy entries are allowed in RPDOs only"
     );
     assert_eq!(map(&mut bench, &[0x2004_0040, 0x2020_0008]), LENGTH);
     assert_eq!(bench.write(0x1A01, 0, &[9]), LENGTH);
@@ -131,7 +131,7 @@ fn objects_that_are_not_mappable_are_refused() {
     assert_eq!(
         map(&mut bench, &[0x6041_0010, 0]),
         Err(0x0602_0000),
-        "an empty entry in use"
+        "an enabled entry is empty"
     );
     let rpdo = [(0, 0), (1, 0x6041_0010)].map(|(sub, word)| {
         let width = if sub == 0 { 1 } else { 4 };
@@ -170,7 +170,11 @@ fn an_rpdo_write_obeys_limits_and_write_protection() {
     bench.write_u32(0x1401, 1, 0x305).expect("valid");
     bench.send(0x305, &[0xE9, 3, 7]);
     assert_eq!(bench.device.number(0x2001, 0), 0, "1001 is above its limit");
-    assert_eq!(bench.device.number(0x2020, 0), 7, "the others are written");
+    assert_eq!(
+        bench.device.number(0x2020, 0),
+        7,
+        "the other objects are written"
+    );
 }
 
 #[test]
@@ -195,7 +199,7 @@ fn a_short_rpdo_raises_an_error_until_a_valid_one_and_a_long_rpdo_is_truncated()
         [(0x85, vec![0x10, 0x82, 0x11, 1, 0, 0, 0, 0])]
     );
     assert!(bench.send(0x205, &[15, 0]).is_empty());
-    assert_eq!(bench.device.number(0x6040, 0), 0, "not even in part");
+    assert_eq!(bench.device.number(0x6040, 0), 0, "no object is written");
     assert_eq!(
         bench.send(0x205, &[15, 0, 1, 0, 0, 0, 9, 9])[0].1[..3],
         [0, 0, 0]

@@ -1,11 +1,11 @@
-//! Frames that make no sense, or nearly make sense: nothing panics, and the node still answers.
+//! Random and nearly valid frames: the node does not panic and still responds.
 
 use canopen::CanFrame;
 use proptest::prelude::*;
 
 use crate::bench::Bench;
 
-/// Identifiers that the node listens to, and all others.
+/// Identifiers that the node receives, and any others.
 fn identifier() -> impl Strategy<Value = u32> {
     prop_oneof![
         8 => Just(0x605_u32),
@@ -14,7 +14,7 @@ fn identifier() -> impl Strategy<Value = u32> {
     ]
 }
 
-/// Bytes in which commands, indices and sub-indices of real objects are likely.
+/// Bytes in which commands, indices and sub-indices of existing objects are likely.
 fn payload() -> impl Strategy<Value = [u8; 8]> {
     let command = prop_oneof![
         3 => prop::sample::select(vec![
@@ -55,7 +55,7 @@ fn step() -> impl Strategy<Value = Step> {
     prop_oneof![20 => frame, 1 => (0..2_000_000_u64).prop_map(Step::Wait)]
 }
 
-/// A reset of communication brings node 5 back, and it answers.
+/// After reset communication node 5 boots up and responds.
 fn still_answers(mut bench: Bench) {
     bench.run_ms(2_000);
     let id = bench.node.node_id().map_or(5, canopen::NodeId::get);
@@ -79,7 +79,7 @@ fn run(steps: Vec<Step>) -> Result<(), TestCaseError> {
     bench.device.domain = vec![1; 100];
     for step in steps {
         match step {
-            // A node may be left without node-ID by LSS; that is no case of this test.
+            // LSS may leave the node without a node-ID, which this test does not cover.
             Step::Frame(frame) if embedded_can::Frame::data(&frame).starts_with(&[0x11, 255]) => {}
             Step::Frame(frame) => drop(bench.receive(&frame)),
             Step::Wait(time_us) => drop(bench.wait_us(time_us)),

@@ -139,7 +139,7 @@ fn strings_and_long_numbers_are_transferred_in_segments() {
     assert_eq!(
         bench.sdo([0x70, 0, 0, 0, 0, 0, 0, 0]),
         abort(0, 0, 0x0504_0001),
-        "it is over"
+        "the transfer has ended"
     );
 
     assert_eq!(
@@ -230,10 +230,10 @@ fn a_transfer_times_out_after_one_second() {
     bench.sdo([0x60, 0, 0, 0, 0, 0, 0, 0]);
     assert!(
         bench.run_ms(999).is_empty(),
-        "a frame begins the second anew"
+        "a frame restarts the time-out"
     );
-    let seen = bench.run_ms(1);
-    assert_eq!(seen, [(1, (0x585, vec![0x80, 8, 0x10, 0, 0, 0, 4, 5]))]);
+    let sent = bench.run_ms(1);
+    assert_eq!(sent, [(1, (0x585, vec![0x80, 8, 0x10, 0, 0, 0, 4, 5]))]);
     assert!(bench.run_ms(2000).is_empty());
 }
 
@@ -280,9 +280,9 @@ fn the_reply_waits_for_a_pending_application() {
     let mut bench = Bench::new();
     bench.sdo([0x21, 0x10, 0x20, 0, 5, 0, 0, 0]);
     assert_eq!(bench.sdo([0x05, 1, 2, 3, 4, 5, 0, 0]), None);
-    let seen = bench.run_ms(5);
-    assert_eq!(seen.len(), 1);
-    assert_eq!(seen[0].1, (0x585, vec![0x20, 0, 0, 0, 0, 0, 0, 0]));
+    let sent = bench.run_ms(5);
+    assert_eq!(sent.len(), 1);
+    assert_eq!(sent[0].1, (0x585, vec![0x20, 0, 0, 0, 0, 0, 0, 0]));
     assert_eq!(bench.device.domain, [1, 2, 3, 4, 5]);
 }
 

@@ -4,7 +4,7 @@ use canopen::{Event, TimeOfDay};
 
 use crate::bench::Bench;
 
-/// TPDO 1 of a type, with a SYNC counter up to `overflow` and a start value.
+/// A bench with TPDO 1 of a transmission type, SYNC counter overflow and SYNC start value.
 fn bench(transmission: u8, overflow: u8, start: u8) -> Bench {
     let mut bench = Bench::new();
     bench.write_u32(0x1800, 1, 0x8000_0185).expect("off");
@@ -16,7 +16,7 @@ fn bench(transmission: u8, overflow: u8, start: u8) -> Bench {
     bench
 }
 
-/// Which of the SYNCs 1, 2, ... were answered by TPDO 1.
+/// Numbers of the SYNCs 1, 2, ... to which TPDO 1 responds.
 fn answered(bench: &mut Bench, count: u8, overflow: u8) -> Vec<u8> {
     (1..=count)
         .filter(|at| {
@@ -45,7 +45,7 @@ fn counting_starts_at_the_sync_start_value() {
     assert_eq!(
         answered(&mut bench(2, 0, 4), 4, 0),
         [2, 4],
-        "without a counter there is no start"
+        "without a counter the start value is ignored"
     );
 }
 
@@ -72,7 +72,7 @@ fn a_remote_request_before_the_first_sync_samples_immediately() {
     let mut bench = bench(252, 0, 0);
     bench.device.set(0x6041, 3);
     assert_eq!(bench.remote(0x185, 6)[0].1[0], 3);
-    // And again after another start: nothing is left of the last.
+    // The same after another start: no state remains of the previous one.
     bench.send(0x80, &[]);
     bench.send(0, &[128, 5]);
     bench.device.set(0x6041, 4);
@@ -111,8 +111,8 @@ fn rpdos_are_applied_before_tpdos_are_sampled() {
 #[test]
 fn a_sync_length_error_is_cleared_by_a_valid_sync() {
     let mut bench = bench(1, 10, 0);
-    let seen = bench.send(0x80, &[]);
-    assert_eq!(seen[0], (0x85, vec![0x40, 0x82, 0x11, 0, 0, 0, 0, 0]));
+    let sent = bench.send(0x80, &[]);
+    assert_eq!(sent[0], (0x85, vec![0x40, 0x82, 0x11, 0, 0, 0, 0, 0]));
     assert_eq!(bench.send(0x80, &[1])[0].1[..3], [0, 0, 0]);
 }
 
@@ -121,17 +121,17 @@ fn the_sync_producer_counts_to_its_overflow_value() {
     let mut bench = Bench::new();
     bench.write(0x1019, 0, &[3]).expect("no period");
     bench.write_u32(0x1006, 0, 10_000).expect("any");
-    assert!(bench.run_ms(50).is_empty(), "it does not produce yet");
+    assert!(bench.run_ms(50).is_empty(), "SYNC is not produced yet");
     bench
         .write_u32(0x1005, 0, 0x4000_0080)
         .expect("same identifier");
-    let seen = bench.run_ms(40);
+    let sent = bench.run_ms(40);
     let expected =
         [(10, 1), (20, 2), (30, 3), (40, 1)].map(|(at, count)| (at, (0x80, vec![count])));
-    assert_eq!(seen, expected);
+    assert_eq!(sent, expected);
     assert!(
         bench.device.events.contains(&Event::Sync(Some(3))),
-        "and hears itself"
+        "the node receives its own SYNC"
     );
 }
 

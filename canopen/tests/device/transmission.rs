@@ -1,11 +1,11 @@
-//! When PDOs are sent and applied, but for SYNC.
+//! Transmission and application of PDOs other than by SYNC.
 
 use canopen::Event;
 use canopen::dictionary::Address;
 
 use crate::bench::Bench;
 
-/// TPDO 2 carries 2020h and exists; what it sends is looked at.
+/// A bench with a valid TPDO 2 that maps 2020h.
 fn bench(transmission: u8, inhibit_100us: u16, event_ms: u16) -> Bench {
     let mut bench = Bench::new();
     bench.write(0x1A01, 0, &[0]).expect("not valid");
@@ -112,7 +112,7 @@ fn remote_frames_are_answered_where_bit_30_allows_it() {
     let mut bench = bench(253, 0, 5);
     assert!(
         times(&mut bench, 20).is_empty(),
-        "type 253 is sent on demand only"
+        "type 253 is transmitted on remote request only"
     );
 }
 
@@ -130,7 +130,7 @@ fn an_rpdo_timeout_is_raised_and_cleared_by_reception() {
     bench.write_u16(0x1400, 5, 20).expect("any");
     assert!(
         bench.run_ms(100).is_empty(),
-        "it is watched from the first on"
+        "monitoring starts with the first frame"
     );
     bench.send(0x205, &[0; 6]);
     assert_eq!(
@@ -138,6 +138,6 @@ fn an_rpdo_timeout_is_raised_and_cleared_by_reception() {
         [(20, (0x85, vec![0x50, 0x82, 0x11, 1, 0, 0, 0, 0]))]
     );
     assert!(bench.device.events.contains(&Event::RpdoTimeout(1)));
-    assert!(bench.run_ms(100).is_empty(), "told once");
+    assert!(bench.run_ms(100).is_empty(), "reported once");
     assert_eq!(bench.send(0x205, &[0; 6])[0].1[..3], [0, 0, 0]);
 }

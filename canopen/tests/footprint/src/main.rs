@@ -1,5 +1,6 @@
-//! The whole server for one frame type and one application, linked for the board's processor, so that its size
-//! and whether it can panic can be looked at. On other targets there is nothing in it.
+//! The whole server for one frame type and one application, linked for the board's processor, so
+//! that its size and whether it can panic can be looked at. On other targets there is nothing in
+//! it.
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
