@@ -7,7 +7,7 @@ use super::{
     identify::{DataOptions, Found, Outputs, model_names},
     output,
 };
-use host_sim::identify::{
+use identification::{
     Options,
     assessment::SecondOpinion,
     compare::{Candidate, Comparison},
@@ -42,9 +42,8 @@ impl Compare {
     pub(super) fn run(self) -> Result<(), Failure> {
         self.outputs.check(None)?;
         let loaded = self.data.load()?;
-        let has_pendulum = |e: &host_sim::identify::Experiment| {
-            e.recording.constants.contains_key("pendulum_mass_kg")
-        };
+        let has_pendulum =
+            |e: &identification::Experiment| e.recording.constants.contains_key("pendulum_mass_kg");
         let known = if self.model.is_empty() && !loaded.fitted.iter().any(has_pendulum) {
             models::of_the_paper()
         } else {

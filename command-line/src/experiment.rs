@@ -11,17 +11,17 @@ use super::{Failure, identify::model_names, output, parameters::setting};
 use host_sim::{
     error::Error,
     file,
-    identify::{
-        Model, Recording,
-        contradictions::Wish,
-        design::{
-            Bench, Designed, ENCODER_DEG, LEAST_STEP_S,
-            inputs::{Limits, bandwidth_hz, best, design},
-        },
-        models, parameter_file,
-    },
     scenario::{Scenario, Setting},
     settings::ModelKind,
+};
+use identification::{
+    Model, Recording,
+    contradictions::Wish,
+    design::{
+        Bench, Designed, ENCODER_DEG, LEAST_STEP_S,
+        inputs::{Limits, bandwidth_hz, best, design},
+    },
+    models, parameter_file,
 };
 
 /// Designs inputs for an actuator and predicts how well each parameter will be known
@@ -265,6 +265,11 @@ fn fitted(path: &Path, model: &str) -> Result<Vec<Setting>, Error> {
                 path.display()
             )))
         }
-        _ => Ok(parameter_file::named_for(model, file.set)),
+        _ => {
+            let values = file.set.into_iter().map(|s| (s.name, s.value));
+            let values = parameter_file::named_for(model, values.collect());
+            let setting = |(name, value)| Setting::new(name, value);
+            Ok(values.into_iter().map(setting).collect())
+        }
     }
 }

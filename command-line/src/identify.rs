@@ -17,13 +17,12 @@ use super::{Failure, output};
 use host_sim::{
     error::Error,
     file,
-    identify::{
-        assessment::{Assessment, SecondOpinion},
-        compare::Ranking,
-        document, models,
-        page::{self, Content, tables},
-        parameter_file,
-    },
+    fit_page::{self, Content, tables},
+};
+use identification::{
+    assessment::{Assessment, SecondOpinion},
+    compare::Ranking,
+    document, models, parameter_file,
 };
 
 /// Fits models to recordings, and says how sure each parameter is
@@ -63,7 +62,7 @@ const USUAL: [&str; 3] = ["black-box-1", "black-box-2", "grey-box"];
 
 /// The names of the models, each with what it is.
 pub fn model_names() -> PossibleValuesParser {
-    let value = |m: std::sync::Arc<dyn host_sim::identify::Model>| {
+    let value = |m: std::sync::Arc<dyn identification::Model>| {
         PossibleValue::new(m.name()).help(m.summary())
     };
     PossibleValuesParser::new(models::all().into_iter().map(value))
@@ -96,7 +95,8 @@ impl Identify {
         }
         if let Some(path) = &self.parameters {
             for assessment in &assessments {
-                file::write(path, &parameter_file::text(&assessment.fit)?)?;
+                let text = parameter_file::text(&assessment.fit).map_err(Error::from)?;
+                file::write(path, &text)?;
             }
             eprintln!("parameters: {}", path.display());
         }
@@ -145,7 +145,7 @@ impl Outputs {
                 second_opinion: found.second_opinion,
                 notes: &found.loaded.notes,
             };
-            page::page(&content).write(path)?;
+            fit_page::page(&content).write(path)?;
             eprintln!("report: {}", path.display());
         }
         match self.json.as_deref() {

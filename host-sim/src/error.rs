@@ -8,7 +8,9 @@ use std::{
 use model_core::parameter::ParameterError;
 
 use crate::can::client::ClientError;
-use crate::identify::IdentifyError;
+use identification::{
+    IdentifyError, data::ImportError, parameter_file::NotSimulated, request::RequestError,
+};
 
 /// Why a command could not be carried out.
 #[derive(Debug, thiserror::Error)]
@@ -115,6 +117,41 @@ fn suggestion(closest: &Option<String>) -> String {
     closest
         .as_ref()
         .map_or(String::new(), |name| format!(", did you mean `{name}`?"))
+}
+
+impl From<ImportError> for Error {
+    fn from(error: ImportError) -> Self {
+        match error {
+            ImportError::Read { path, source } => Self::Read { path, source },
+            ImportError::Content {
+                path,
+                line,
+                problem,
+            } => Self::InputFile {
+                path,
+                line,
+                problem,
+            },
+        }
+    }
+}
+
+impl From<RequestError> for Error {
+    fn from(error: RequestError) -> Self {
+        match error {
+            RequestError::UnknownParameter { name, known } => {
+                let expected = known.join(", ");
+                Self::unknown("parameter", &name, known, expected)
+            }
+            RequestError::Conflict(problem) => Self::Conflict(problem),
+        }
+    }
+}
+
+impl From<NotSimulated> for Error {
+    fn from(error: NotSimulated) -> Self {
+        Self::Conflict(error.to_string())
+    }
 }
 
 impl Error {

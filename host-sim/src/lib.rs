@@ -6,7 +6,7 @@ pub mod can;
 pub mod capture_file;
 pub mod error;
 pub mod file;
-pub mod identify;
+pub mod fit_page;
 pub mod input;
 pub mod plot;
 pub mod report;

@@ -10,16 +10,13 @@ use std::{
     time::Duration,
 };
 
-use host_sim::{
-    error::Error,
-    identify::{
-        Experiment, Hold, IdentifyError, Model, Options, Progress, Recording,
-        assessment::SecondOpinion,
-        data::{Columns, Delimiter, Import, Note},
-        document, models,
-        request::Request,
-    },
-    scenario::Setting,
+use host_sim::{error::Error, scenario::Setting};
+use identification::{
+    Experiment, Hold, IdentifyError, Model, Options, Progress, Recording,
+    assessment::SecondOpinion,
+    data::{Columns, Delimiter, Import, Note},
+    document, models,
+    request::Request,
 };
 use numpy::PyReadonlyArray1;
 use pyo3::{
@@ -251,15 +248,11 @@ impl Search {
     }
 
     fn request(self) -> Request {
-        let settings = |pairs: Vec<(String, f64)>| {
-            let setting = |(name, value)| Setting::new(name, value);
-            pairs.into_iter().map(setting).collect()
-        };
         Request {
-            fix: settings(self.fix),
+            fix: self.fix,
             free: self.free,
             bound: self.bound,
-            start: settings(self.start),
+            start: self.start,
             own: self.own,
             share: self.share,
             options: Options {

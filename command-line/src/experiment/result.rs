@@ -3,10 +3,8 @@
 use model_core::parameter::Parameter;
 use serde_json::{Value, json};
 
-use host_sim::{
-    identify::design::{Bench, Designed, Predicted, inputs::Limits},
-    report::{Cell, Table},
-};
+use host_sim::report::{Cell, Table};
+use identification::design::{Bench, Designed, Predicted, inputs::Limits};
 
 /// A row an input, a column a parameter.
 pub fn table(designs: &[Designed], best: Option<usize>) -> Table {

@@ -7,14 +7,11 @@ use std::sync::Arc;
 use clap::{Args, ValueEnum};
 
 use crate::{output, parameters::setting};
-use host_sim::{
-    error::Error,
-    identify::{
-        Experiment, Hold, IdentifyError, Model,
-        data::{Choice, Columns, Delimiter, Import, Note},
-        models,
-    },
-    scenario::Setting,
+use host_sim::{error::Error, scenario::Setting};
+use identification::{
+    Experiment, Hold, IdentifyError, Model,
+    data::{Choice, Columns, Delimiter, Import, Note},
+    models,
 };
 
 #[derive(Debug, Args)]

@@ -7,11 +7,8 @@ use indicatif::ProgressBar;
 
 use super::Loaded;
 use crate::{output, parameters::setting};
-use host_sim::{
-    error::Error,
-    identify::{Model, Options, Progress, assessment::Assessment, request::Request},
-    scenario::Setting,
-};
+use host_sim::{error::Error, scenario::Setting};
+use identification::{Model, Options, Progress, assessment::Assessment, request::Request};
 
 #[derive(Debug, Args)]
 pub struct SearchOptions {
@@ -64,14 +61,19 @@ fn bound(text: &str) -> Result<Bounded, String> {
     })
 }
 
+fn pairs(settings: &[Setting]) -> Vec<(String, f64)> {
+    let pair = |s: &Setting| (s.name.clone(), s.value);
+    settings.iter().map(pair).collect()
+}
+
 impl SearchOptions {
     fn request(&self) -> Request {
         let bound = self.bound.iter();
         Request {
-            fix: self.fix.clone(),
+            fix: pairs(&self.fix),
             free: self.free.clone(),
             bound: bound.map(|b| (b.name.clone(), b.low, b.high)).collect(),
-            start: self.start.clone(),
+            start: pairs(&self.start),
             own: self.own.clone(),
             share: self.share.clone(),
             options: Options {
@@ -84,7 +86,7 @@ impl SearchOptions {
 
     /// Checks that what is said of parameters is about some of these models, and does not contradict itself.
     pub fn check(&self, models: &[Arc<dyn Model>]) -> Result<(), Error> {
-        self.request().check(models)
+        Ok(self.request().check(models)?)
     }
 
     /// Fits these models to the recordings, and predicts those that were left out.

@@ -1,5 +1,7 @@
 //! Bode plots and bandwidths of transfer functions.
 
+pub use identification::frequency::{decibel, logarithmic_grid, unwrap_deg};
+
 use super::transfer_function::TransferFunction;
 
 /// Gain below which a system is said to let nothing through: half the power, -3.0103 dB.
@@ -52,37 +54,6 @@ impl Response {
             phase_deg,
         }
     }
-}
-
-/// A gain in dB.
-pub fn decibel(gain: f64) -> f64 {
-    20.0 * gain.log10()
-}
-
-/// Takes the jumps by whole turns out of a sequence of angles; the first angle stays.
-pub fn unwrap_deg(angles_deg: &mut [f64]) {
-    for i in 1..angles_deg.len() {
-        let jump = angles_deg[i] - angles_deg[i - 1];
-        angles_deg[i] -= 360.0 * (jump / 360.0).round();
-    }
-}
-
-/// Frequencies from `from_hz` to `to_hz`, both included, evenly spaced on a logarithmic axis; none
-/// where that is not possible.
-///
-/// ```
-/// let grid = host_sim::analysis::frequency::logarithmic_grid(0.1, 10.0, 1);
-/// assert_eq!(grid.len(), 3);
-/// assert!((grid[1] - 1.0).abs() < 1e-12);
-/// ```
-pub fn logarithmic_grid(from_hz: f64, to_hz: f64, points_per_decade: usize) -> Vec<f64> {
-    if !(from_hz > 0.0 && to_hz > from_hz && to_hz.is_finite()) || points_per_decade == 0 {
-        return Vec::new();
-    }
-    let steps = ((to_hz / from_hz).log10() * points_per_decade as f64).ceil();
-    (0..=steps as usize)
-        .map(|i| from_hz * (to_hz / from_hz).powf(i as f64 / steps))
-        .collect()
 }
 
 /// The grid on which crossings of `system` are searched, to just below the Nyquist frequency: there

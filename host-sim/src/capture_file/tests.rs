@@ -10,7 +10,7 @@ use firmware::{
 use model_core::control::encoder_word::{EncoderCount, EncoderWord, Magnet};
 
 use super::*;
-use crate::identify::data::Import;
+use identification::data::Import;
 
 /// A board on a desk whose shaft somebody turns by a count each control period.
 struct Desk<'a> {

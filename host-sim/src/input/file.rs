@@ -1,10 +1,8 @@
 //! Sequences from CSV files with a column `t` (s) and one of values.
 
-pub(crate) mod lines;
-
 use std::{ops::RangeInclusive, path::Path};
 
-use lines::{Line, Lines};
+use identification::data::lines::{Line, Lines};
 use model_core::time::{TICKS_PER_SECOND, ticks};
 
 use super::Sequence;
@@ -63,7 +61,9 @@ pub fn read(path: &Path, quantity: &Quantity) -> Result<Sequence, Error> {
     let mut lines = Lines::open(path)?;
     let expected = format!("expected a header with `t` and `{}`", quantity.column);
     let Some(header) = lines.next()? else {
-        return Err(lines.problem(format!("the file is empty, {expected}")));
+        return Err(lines
+            .problem(format!("the file is empty, {expected}"))
+            .into());
     };
     let find = |name| header.column(name).map_err(|p| format!("{p}, {expected}"));
     let places = find(TIME.column).and_then(|t| Ok((t, find(quantity.column)?)));
@@ -76,23 +76,31 @@ pub fn read(path: &Path, quantity: &Quantity) -> Result<Sequence, Error> {
         if line.fields.len() != width {
             let found = line.fields.len();
             let problem = format!("the fields are {found}, expected {width} as in the header");
-            return Err(line.problem(problem));
+            return Err(line.problem(problem).into());
         }
         let t = line.value(t_index, &TIME)?;
         if t < last_s {
             let problem = format!("t is {t} after {last_s}, expected times that do not decrease");
-            return Err(line.problem(problem));
+            return Err(line.problem(problem).into());
         }
         last_s = t;
         sequence.push(ticks(t), line.value(value_index, quantity)?);
     }
     if sequence.points().is_empty() {
-        return Err(lines.problem("no row of data, expected at least one".into()));
+        return Err(lines
+            .problem("no row of data, expected at least one".into())
+            .into());
     }
     Ok(sequence)
 }
 
-impl Line<'_> {
+/// Finds columns and values by their quantities.
+trait Fields {
+    fn column(&self, name: &str) -> Result<usize, String>;
+    fn value(&self, index: usize, quantity: &Quantity) -> Result<f64, Error>;
+}
+
+impl Fields for Line<'_> {
     /// The index of the column of this name.
     fn column(&self, name: &str) -> Result<usize, String> {
         let mut found = (0..self.fields.len()).filter(|&index| self.fields[index] == name);
@@ -111,7 +119,7 @@ impl Line<'_> {
         let text = &self.fields[index];
         match text.parse::<f64>() {
             Ok(value) if quantity.range.contains(&value) => Ok(value),
-            _ => Err(self.problem(format!(
+            _ => Err(Error::from(self.problem(format!(
                 "column {} (`{}`) is `{text}`, expected {} from {} to {} {}",
                 index + 1,
                 quantity.column,
@@ -119,7 +127,7 @@ impl Line<'_> {
                 quantity.range.start(),
                 quantity.range.end(),
                 quantity.unit
-            ))),
+            )))),
         }
     }
 }

@@ -5,9 +5,9 @@ use host_sim::{
         frequency::{Response, logarithmic_grid},
         linear_models::{black_box_1, black_box_2},
     },
-    identify::frequency::FrequencyResponse,
     plot::{Figure, Panel, Series, Style},
 };
+use identification::frequency::FrequencyResponse;
 
 use crate::{
     Failure,

@@ -14,7 +14,7 @@ pub mod page;
 pub mod runs;
 pub mod study;
 
-use host_sim::identify::{IdentifyError, RecordingError};
+use identification::{IdentifyError, RecordingError};
 use model_core::parameter::ParameterError;
 use virtual_board::run::{FirmwareError, RunError};
 

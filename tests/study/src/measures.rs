@@ -128,7 +128,7 @@ impl Traces {
             return Ok(None);
         };
         let recordings: Vec<_> = runs.iter().map(|run| run.recording(Hz250)).collect();
-        let column = |of: &dyn Fn(&host_sim::identify::Recording) -> Vec<f64>| {
+        let column = |of: &dyn Fn(&identification::Recording) -> Vec<f64>| {
             recordings.iter().map(of).collect::<Vec<_>>()
         };
         let runs_deg = column(&|r| r.angle_deg.clone());

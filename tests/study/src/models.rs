@@ -1,12 +1,12 @@
 //! The paper's three models: with the paper's numbers, and fitted to the runs.
 
 use host_sim::{
-    identify::{
-        Experiment, Fit, Model, Options, Problem, Quiet, engine, models::named, statistics::Quality,
-    },
     input::{Command, Sequence},
     settings::{self, ModelKind, PlantKind, Settings},
     simulate::Simulation,
+};
+use identification::{
+    Experiment, Fit, Model, Options, Problem, Quiet, engine, models::named, statistics::Quality,
 };
 use model_core::{named::Named as _, time::TICKS_PER_SECOND};
 use std::sync::Arc;

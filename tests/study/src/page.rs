@@ -128,7 +128,7 @@ fn parameter_table(study: &Study) -> String {
                 .iter()
                 .filter(|e| !e.fixed && e.experiment.is_none());
             for e in shared {
-                let number = |estimate: Option<&host_sim::identify::Estimate>| {
+                let number = |estimate: Option<&identification::Estimate>| {
                     estimate.map_or(String::from("–"), |e| {
                         with_error(e.value, e.standard_error_coloured)
                     })

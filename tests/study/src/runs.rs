@@ -1,6 +1,6 @@
 //! All runs of the study, and the recordings in them.
 
-use host_sim::identify::{Experiment, Hold, Recording};
+use identification::{Experiment, Hold, Recording};
 use indicatif::{ProgressBar, ProgressStyle};
 use model_core::{excitation::catalogue::Input, time::TICKS_PER_SECOND};
 use rayon::prelude::*;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use host_sim::identify::{
+use identification::{
     Experiment,
     compare::{Candidate, Comparison},
 };

@@ -199,7 +199,7 @@ fn motor(case: &Case<'_>) -> Option<Claim> {
 fn by_eye(case: &Case<'_>) -> Option<Claim> {
     let fitted = fit(case, MAIN, "pulse", 0)?.quality.fit_percent;
     let (measured, printed) = (&case.pulse.mean_deg, &case.pulse.printed_deg[0]);
-    let quality = host_sim::identify::statistics::Quality::of(measured, printed)?;
+    let quality = identification::statistics::Quality::of(measured, printed)?;
     Some(Claim {
         text: "Output error determines the parameters, which are visually matched.",
         section: "III, III.A to III.C",

@@ -1,0 +1,271 @@
+//! The tables of an identification, for the page and for the terminal.
+
+use crate::report::{Cell, Table};
+use identification::{
+    assessment::{Assessed, Assessment, SecondOpinion, overall},
+    compare::Ranking,
+    fit::{Bound, Estimate},
+    frequency::Shape,
+};
+
+/// All parameters of a model.
+pub fn parameters(assessment: &Assessment) -> Table {
+    let columns = [
+        ("parameter", ""),
+        ("unit", ""),
+        ("estimate", ""),
+        ("standard error", ""),
+        ("coloured", ""),
+        ("share", "%"),
+        ("remark", ""),
+    ];
+    let fit = &assessment.fit;
+    let caption = format!(
+        "{}: fit {:.2} %, noise {:.4} deg",
+        assessment.name, fit.fit_percent, fit.noise_deg
+    );
+    let mut table = Table::new(caption, &columns);
+    for e in &fit.estimates {
+        let experiment = e.experiment.and_then(|i| fit.experiments.get(i));
+        let name = match experiment {
+            Some(experiment) => format!("{} ({})", e.name, experiment.name),
+            None => e.name.to_owned(),
+        };
+        // An angle may be zero: no share of it means anything.
+        let size = if e.unit == "deg" {
+            f64::NAN
+        } else {
+            e.value.abs()
+        };
+        let share = 100.0 * e.standard_error.max(e.standard_error_coloured) / size;
+        table.push([
+            name.into(),
+            e.unit.into(),
+            significant(e.value),
+            significant(e.standard_error),
+            significant(e.standard_error_coloured),
+            Cell::Number(share, 2),
+            remark(e).into(),
+        ]);
+    }
+    table
+}
+
+fn remark(estimate: &Estimate) -> &'static str {
+    match (estimate.at_bound, estimate.identifiable) {
+        _ if estimate.fixed => "given",
+        (Some(Bound::Low), true) => "at its lower bound",
+        (Some(Bound::High), true) => "at its upper bound",
+        (Some(Bound::Low), false) => "at its lower bound: not identifiable",
+        (Some(Bound::High), false) => "at its upper bound: not identifiable",
+        (None, false) => "not identifiable",
+        (None, true) => "",
+    }
+}
+
+/// A number with five significant digits.
+pub fn significant(value: f64) -> Cell {
+    if !value.is_finite() {
+        return Cell::None;
+    }
+    let magnitude = if value == 0.0 {
+        0.0
+    } else {
+        value.abs().log10().floor()
+    };
+    Cell::Number(value, (4.0 - magnitude).clamp(0.0, 12.0) as usize)
+}
+
+/// The correlation of the estimates.
+pub fn correlation(assessment: &Assessment) -> Table {
+    let fit = &assessment.fit;
+    let names: Vec<&str> = fit.rows.iter().map(|r| fit.estimates[*r].name).collect();
+    let columns = [""].iter().chain(&names).map(|name| (*name, ""));
+    let caption = format!("{}: correlation of the estimates", assessment.name);
+    let mut table = Table::new(caption, &columns.collect::<Vec<_>>());
+    for (i, name) in names.iter().enumerate() {
+        let row = (0..names.len()).map(|j| Cell::Number(fit.correlation[(i, j)], 3));
+        table.push([Cell::from(*name)].into_iter().chain(row));
+    }
+    table
+}
+
+/// The columns of [`quality`]; the last three where recordings were left out.
+const QUALITY: [(&str, &str); 11] = [
+    ("model", ""),
+    ("free parameters", ""),
+    ("fit", "%"),
+    ("VAF", "%"),
+    ("rms error", "deg"),
+    ("Theil", ""),
+    ("AIC", ""),
+    ("BIC", ""),
+    ("held-out fit", "%"),
+    ("held-out rms", "deg"),
+    ("held-out mean absolute", "deg"),
+];
+
+/// How good the models are on all recordings together.
+pub fn quality(assessments: &[Assessment]) -> Table {
+    let is_validated = assessments.iter().any(|a| !a.validation.is_empty());
+    let width = if is_validated { 11 } else { 8 };
+    let caption = "Figures of merit over all recordings. Theil's inequality coefficient is good \
+        below 0.25. AIC and BIC take the residuals for white; only their differences count.";
+    let mut table = Table::new(caption, &QUALITY[..width]);
+    for a in assessments {
+        let (fitted, held_out) = (overall(&a.experiments), overall(&a.validation));
+        let number = |value: Option<f64>, decimals| match value {
+            Some(value) => Cell::Number(value, decimals),
+            None => Cell::None,
+        };
+        let row = [
+            a.name.as_str().into(),
+            Cell::Number(a.unknowns() as f64, 0),
+            Cell::Number(a.fit.fit_percent, 2),
+            number(fitted.map(|q| q.vaf_percent), 2),
+            number(fitted.map(|q| q.rms_deg), 4),
+            number(fitted.map(|q| q.theil.inequality), 4),
+            Cell::Number(a.criteria.aic, 1),
+            Cell::Number(a.criteria.bic, 1),
+            number(held_out.map(|q| q.fit_percent), 2),
+            number(held_out.map(|q| q.rms_deg), 4),
+            number(held_out.map(|q| q.mean_absolute_deg), 4),
+        ];
+        table.push(row.into_iter().take(width));
+    }
+    table
+}
+
+/// What each model makes of each recording.
+pub fn runs(assessments: &[Assessment], of: fn(&Assessment) -> &[Assessed]) -> Table {
+    let columns = [
+        ("model", ""),
+        ("recording", ""),
+        ("samples", ""),
+        ("fit", "%"),
+        ("rms error", "deg"),
+        ("Theil", ""),
+        ("bias", "%"),
+        ("variance", "%"),
+        ("covariance", "%"),
+        ("rate limited", "s"),
+        ("white", ""),
+    ];
+    let caption = "Each recording. Bias, variance and covariance are Theil's parts of the mean \
+        square error.";
+    let mut table = Table::new(caption, &columns);
+    for assessment in assessments {
+        for run in of(assessment) {
+            let quality = run.quality.as_ref();
+            let percent =
+                |part: Option<f64>| part.map_or(Cell::None, |p| Cell::Number(100.0 * p, 1));
+            let white = run.correlations.as_ref().map(|c| c.whiteness.is_white());
+            table.push([
+                assessment.name.as_str().into(),
+                run.recording.name.as_str().into(),
+                Cell::Number(quality.map_or(0.0, |q| q.samples as f64), 0),
+                Cell::Number(run.fit.fit_percent, 2),
+                quality.map_or(Cell::None, |q| Cell::Number(q.rms_deg, 4)),
+                quality.map_or(Cell::None, |q| Cell::Number(q.theil.inequality, 4)),
+                percent(quality.map(|q| q.theil.bias)),
+                percent(quality.map(|q| q.theil.variance)),
+                percent(quality.map(|q| q.theil.covariance)),
+                Cell::Number(run.limited.rate_limited_s(), 3),
+                white.map_or(Cell::None, |w| if w { "yes" } else { "no" }.into()),
+            ]);
+        }
+    }
+    table
+}
+
+/// The models from the best to the worst.
+pub fn ranking(ranking: &Ranking, assessments: &[Assessment]) -> Table {
+    let columns = [
+        ("rank", ""),
+        ("model", ""),
+        ("free parameters", ""),
+        ("score", ""),
+        ("why", ""),
+    ];
+    let mut table = Table::new(format!("By {}", ranking.criterion), &columns);
+    for (place, rank) in (1..).zip(&ranking.ranks) {
+        let assessment = &assessments[rank.index];
+        table.push([
+            Cell::Number(f64::from(place), 0),
+            assessment.name.as_str().into(),
+            Cell::Number(assessment.unknowns() as f64, 0),
+            significant(rank.score),
+            rank.reason.as_str().into(),
+        ]);
+    }
+    table
+}
+
+/// The equivalent systems in the frequency domain.
+pub fn equivalents(opinion: &SecondOpinion) -> Table {
+    let columns = [
+        ("system", ""),
+        ("pole or frequency", "rad/s"),
+        ("damping", ""),
+        ("gain", ""),
+        ("delay", "ms"),
+        ("cost", ""),
+        ("from", "Hz"),
+        ("to", "Hz"),
+    ];
+    let caption = "Equivalent systems of low order. A cost up to 100 is acceptable, up to 50 the \
+        system can hardly be told from the data.";
+    let mut table = Table::new(caption, &columns);
+    let systems = [opinion.first_order, opinion.second_order]
+        .into_iter()
+        .flatten();
+    for system in systems {
+        let (name, pole, damping) = match system.shape {
+            Shape::First { pole_rad_s } => ("first order", pole_rad_s, Cell::None),
+            Shape::Second {
+                natural_frequency_rad_s,
+                damping,
+            } => (
+                "second order",
+                natural_frequency_rad_s,
+                Cell::Number(damping, 3),
+            ),
+        };
+        table.push([
+            name.into(),
+            Cell::Number(pole, 2),
+            damping,
+            Cell::Number(system.gain, 4),
+            Cell::Number(1e3 * system.delay_s, 2),
+            Cell::Number(system.cost, 1),
+            Cell::Number(system.from_hz, 2),
+            Cell::Number(system.to_hz, 2),
+        ]);
+    }
+    table
+}
+
+/// The delays by cross-correlation.
+pub fn delays(opinion: &SecondOpinion) -> Table {
+    let columns = [
+        ("recording", ""),
+        ("first answer", "ms"),
+        ("peak", "ms"),
+        ("correlation", ""),
+        ("resolution", "ms"),
+    ];
+    let caption = "Delay by cross-correlation of the changes of command and angle. The actuator's own \
+        lag is part of the peak: the transport delay lies below it.";
+    let mut table = Table::new(caption, &columns);
+    for (name, delay) in &opinion.delays {
+        let ms = |value: Option<f64>| value.map_or(Cell::None, |s| Cell::Number(1e3 * s, 2));
+        table.push([
+            name.as_str().into(),
+            ms(delay.and_then(|d| d.onset_s)),
+            ms(delay.map(|d| d.peak_s)),
+            delay.map_or(Cell::None, |d| Cell::Number(d.correlation, 3)),
+            ms(delay.map(|d| d.resolution_s)),
+        ]);
+    }
+    table
+}

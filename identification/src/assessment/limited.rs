@@ -1,0 +1,95 @@
+//! When a model stood at which limit.
+
+use crate::model::State;
+
+/// A stretch at one limit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stretch {
+    /// Which limit.
+    pub state: State,
+    /// From when, s.
+    pub from_s: f64,
+    /// Until when, s.
+    pub to_s: f64,
+}
+
+/// How long a model was at its limits in one recording.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Limited {
+    /// From the first to the last sample, s.
+    pub duration_s: f64,
+    /// At the upper limit of the rate, s.
+    pub rate_up_s: f64,
+    /// At the lower limit of the rate, s.
+    pub rate_down_s: f64,
+    /// At the limit of the duty, s.
+    pub duty_s: f64,
+    /// At a stop of the position, s.
+    pub stop_s: f64,
+    /// Held by friction, s.
+    pub stuck_s: f64,
+    /// The stretches at a limit of rate or duty, in order.
+    pub stretches: Vec<Stretch>,
+}
+
+impl Limited {
+    /// From the states at increasing instants. Between two samples each counts for its half.
+    ///
+    /// ```
+    /// use identification::{State, assessment::Limited};
+    /// let states = [State::Free, State::RateUp, State::RateUp, State::Free];
+    /// let limited = Limited::of(&[0.0, 1.0, 2.0, 3.0], &states);
+    /// assert_eq!((limited.rate_up_s, limited.duration_s), (2.0, 3.0));
+    /// ```
+    pub fn of(time_s: &[f64], states: &[State]) -> Self {
+        let mut limited = Self::default();
+        let (Some(first), Some(last)) = (time_s.first(), time_s.last()) else {
+            return limited;
+        };
+        limited.duration_s = last - first;
+        for (index, state) in states.iter().enumerate().take(time_s.len()) {
+            // To the middle between the neighbours.
+            let before = time_s[index.saturating_sub(1)];
+            let after = *time_s.get(index + 1).unwrap_or(last);
+            let ends = [before, after].map(|t| 0.5 * (t + time_s[index]));
+            limited.add(*state, ends);
+        }
+        limited
+    }
+
+    fn add(&mut self, state: State, [from_s, to_s]: [f64; 2]) {
+        let sum = match state {
+            State::Free | State::Off => return,
+            State::RateUp => &mut self.rate_up_s,
+            State::RateDown => &mut self.rate_down_s,
+            State::Duty => &mut self.duty_s,
+            State::Stop => &mut self.stop_s,
+            State::Stuck => &mut self.stuck_s,
+        };
+        *sum += to_s - from_s;
+        if matches!(state, State::Stop | State::Stuck) {
+            return;
+        }
+        match self.stretches.last_mut() {
+            Some(last) if last.state == state && last.to_s == from_s => last.to_s = to_s,
+            _ => self.stretches.push(Stretch {
+                state,
+                from_s,
+                to_s,
+            }),
+        }
+    }
+
+    /// Time at a limit of rate or duty, s: there a linear method finds another system.
+    pub fn rate_limited_s(&self) -> f64 {
+        self.rate_up_s + self.rate_down_s + self.duty_s
+    }
+
+    /// The longest stretch at a limit of rate or duty.
+    pub fn longest(&self) -> Option<&Stretch> {
+        let length = |s: &Stretch| s.to_s - s.from_s;
+        let mut stretches = self.stretches.iter();
+        let first = stretches.next()?;
+        Some(stretches.fold(first, |a, b| if length(b) > length(a) { b } else { a }))
+    }
+}

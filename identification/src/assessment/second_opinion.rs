@@ -1,0 +1,39 @@
+//! What the recordings say without any model in the time domain.
+
+use crate::{
+    experiment::Experiment,
+    frequency::{Equivalent, FrequencyResponse},
+    recording::Recording,
+    statistics::delay::DelayEstimate,
+};
+
+/// Delay by cross-correlation, frequency response, equivalent systems of low order.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SecondOpinion {
+    /// For each recording with its name; `None` where its command and angle are not correlated.
+    pub delays: Vec<(String, Option<DelayEstimate>)>,
+    /// Of all recordings together; `None` where they are too short or at rest.
+    pub response: Option<FrequencyResponse>,
+    /// The first-order system in it.
+    pub first_order: Option<Equivalent>,
+    /// The second-order system in it.
+    pub second_order: Option<Equivalent>,
+}
+
+impl SecondOpinion {
+    /// Of all these experiments.
+    pub fn of(experiments: &[Experiment]) -> Self {
+        let recordings: Vec<&Recording> = experiments.iter().map(|e| &*e.recording).collect();
+        let delay = |r: &&Recording| {
+            let delay = DelayEstimate::of(&r.time_s, &r.command_deg, &r.angle_deg);
+            (r.name.clone(), delay)
+        };
+        let response = FrequencyResponse::of(&recordings);
+        Self {
+            delays: recordings.iter().map(delay).collect(),
+            first_order: response.as_ref().and_then(Equivalent::first_order),
+            second_order: response.as_ref().and_then(Equivalent::second_order),
+            response,
+        }
+    }
+}

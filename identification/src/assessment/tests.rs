@@ -1,0 +1,64 @@
+//! What is said of fits whose truth is known.
+
+use super::*;
+use model_core::actuator::ModelKind;
+
+use crate::{
+    Options, Quiet, engine,
+    models::named,
+    testing::{noisy, simulated},
+};
+
+fn assessed(model: &str, kind: ModelKind, input: &str, held_out: &str) -> Assessment {
+    let experiment = |input: &str, seed| {
+        Experiment::try_new(noisy(simulated(kind, input, 80, &[]), seed)).expect("a recording")
+    };
+    let model = named(model).expect("a model");
+    let problem = Problem::try_new(model, vec![experiment(input, 1)]).expect("a problem");
+    let fit = engine::fit(&problem, &Options::default(), &Quiet).expect("a fit");
+    let held_out = [experiment(held_out, 2)];
+    Assessment::of("it", &problem, fit, &held_out).expect("a prediction")
+}
+
+#[test]
+fn a_true_model_leaves_noise_and_says_how_long_the_rate_was_limited() {
+    let found = assessed(
+        "black-box-1",
+        ModelKind::BlackBox1,
+        "pulse",
+        "variable-step",
+    );
+    let [experiment] = found.experiments.as_slice() else {
+        panic!("one")
+    };
+    let correlations = experiment.correlations.as_ref().expect("noise");
+    assert!(
+        correlations.whiteness.is_white(),
+        "{:?}",
+        correlations.whiteness
+    );
+    assert!(!correlations.is_correlated_with_input());
+    // 90 deg at 240 and at 350 deg/s, but for the last 240/30 and 350/30 deg.
+    let expected_s = (90.0 - 8.0) / 240.0 + (90.0 - 350.0 / 30.0) / 350.0;
+    // A sample's half at each of the four ends.
+    assert!((experiment.limited.rate_limited_s() - expected_s).abs() < 0.008);
+    let said = found
+        .warnings
+        .iter()
+        .any(|w| w.contains("pulse is rate limited for 0.5"));
+    assert!(said, "{:?}", found.warnings);
+    let validation = overall(&found.validation).expect("it was predicted");
+    assert!(validation.fit_percent > 99.0, "{validation:?}");
+    assert!(validation.theil.inequality < 0.01);
+}
+
+#[test]
+fn a_model_of_too_low_order_is_said_to_leave_the_command_in_its_residual() {
+    let found = assessed("black-box-1", ModelKind::BlackBox2, "3-2-1-1", "pulse");
+    let said = |what: &str| found.warnings.iter().any(|w| w.contains(what));
+    assert!(said("not white"), "{:?}", found.warnings);
+    assert!(said("the command still shows"), "{:?}", found.warnings);
+    let criteria = &found.criteria;
+    assert!(found.effective_samples < found.fit.samples as f64 / 2.0);
+    assert!(criteria.bic > criteria.aic);
+}

@@ -1,0 +1,195 @@
+//! Which of several fitted models is best, and which of those that are as good is simplest.
+
+use std::cmp::Ordering;
+
+use crate::{
+    assessment::{Assessed, Assessment, overall},
+    statistics::{
+        LossDifference,
+        criteria::{bic, evidence},
+        loss::Residuals,
+    },
+};
+
+/// A difference of the BIC that is worth no mention.
+const SMALL_BIC: f64 = 2.0;
+
+/// The place of a model, and why it stands there.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rank {
+    /// Which of the assessments.
+    pub index: usize,
+    /// What is compared: the root mean square error on held-out recordings, deg, or the BIC with as many
+    /// samples as are independent of each other in the residuals of the model that fits best. Of them, the
+    /// most is noise; what is left out of another colours its residuals, and is no noise.
+    pub score: f64,
+    /// Whether the data can tell it from the best.
+    pub is_distinguishable: bool,
+    /// Why it stands where it stands.
+    pub reason: String,
+}
+
+/// All models from the best to the worst.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ranking {
+    /// By what: in words.
+    pub criterion: &'static str,
+    /// The models, best first.
+    pub ranks: Vec<Rank>,
+    /// Which of the assessments is enough: of those that cannot be told from the best the one with
+    /// the fewest parameters.
+    pub enough: usize,
+    /// Why, in words.
+    pub verdict: String,
+}
+
+impl Ranking {
+    /// Ranks models that were fitted to the same recordings; by what they make of held-out ones where
+    /// there are any, else by BIC.
+    pub fn of(assessments: &[Assessment]) -> Self {
+        let held_out = assessments.iter().any(|a| !a.validation.is_empty());
+        let by_cost = |a: &&Assessment, b: &&Assessment| a.fit.cost.total_cmp(&b.fit.cost);
+        let closest = assessments.iter().min_by(by_cost);
+        let independent = closest.map_or(1.0, |a| a.effective_samples);
+        let score = |a: &Assessment| match held_out {
+            true => overall(&a.validation).map_or(f64::INFINITY, |q| q.rms_deg),
+            false => {
+                let mean_square = 2.0 * a.fit.cost / a.fit.samples as f64;
+                bic(independent, mean_square, a.unknowns())
+            }
+        };
+        let mut order: Vec<usize> = (0..assessments.len()).collect();
+        let by_score = |a: &usize, b: &usize| -> Ordering {
+            score(&assessments[*a]).total_cmp(&score(&assessments[*b]))
+        };
+        order.sort_by(by_score);
+        let Some(best) = order.first().map(|&index| &assessments[index]) else {
+            return Self::of_nothing();
+        };
+        let rank = |&index: &usize| {
+            let this = &assessments[index];
+            let (is_distinguishable, reason) = match held_out {
+                _ if std::ptr::eq(this, best) => (false, String::from("the best")),
+                true => by_held_out(best, this),
+                false => by_bic(best, this, score(this) - score(best)),
+            };
+            let score = score(this);
+            Rank {
+                index,
+                score,
+                is_distinguishable,
+                reason,
+            }
+        };
+        let ranks: Vec<Rank> = order.iter().map(rank).collect();
+        let equals = ranks.iter().filter(|rank| !rank.is_distinguishable);
+        let fewest = equals.min_by_key(|rank| assessments[rank.index].unknowns());
+        let enough = fewest.map_or(order[0], |rank| rank.index);
+        Self {
+            criterion: match held_out {
+                true => "root mean square error on the recordings left out of the fit (deg)",
+                false => {
+                    "BIC with the samples that are independent in the residuals of the best fit"
+                }
+            },
+            verdict: verdict(assessments, &ranks, enough),
+            ranks,
+            enough,
+        }
+    }
+
+    fn of_nothing() -> Self {
+        Self {
+            criterion: "",
+            ranks: Vec::new(),
+            enough: 0,
+            verdict: "nothing was compared".into(),
+        }
+    }
+}
+
+/// Residuals on the same held-out recordings: the test of Diebold and Mariano.
+fn by_held_out(best: &Assessment, other: &Assessment) -> (bool, String) {
+    let pairs = other.validation.iter().zip(&best.validation);
+    let residuals = pairs.map(|(other, best): (&Assessed, &Assessed)| Residuals {
+        time_s: &best.recording.time_s,
+        first_deg: &other.fit.residual_deg,
+        second_deg: &best.fit.residual_deg,
+    });
+    let Some(difference) = LossDifference::of(residuals) else {
+        return (false, "not distinguishable: nothing was compared".into());
+    };
+    let errors = [other, best].map(|a| overall(&a.validation).map_or(f64::NAN, |q| q.rms_deg));
+    let error = relative(errors[0] / errors[1]);
+    let z = difference.z();
+    match difference.is_by_chance() {
+        true => (
+            false,
+            format!(
+                "not distinguishable from the best: {error} on held-out data, within chance (z = {z:.1})"
+            ),
+        ),
+        false => (
+            true,
+            format!("{error} on held-out data, beyond chance (z = {z:.1})"),
+        ),
+    }
+}
+
+/// A ratio of errors in words.
+fn relative(ratio: f64) -> String {
+    match 100.0 * (ratio - 1.0) {
+        more if more > 200.0 => format!("{ratio:.0} times the error"),
+        more if more >= 0.0 => format!("{more:.1} % more error"),
+        more => format!("{:.1} % less error", -more),
+    }
+}
+
+fn by_bic(best: &Assessment, other: &Assessment, difference: f64) -> (bool, String) {
+    let parameters = other.unknowns() as i64 - best.unknowns() as i64;
+    let errors = [other, best].map(|a| a.fit.cost.sqrt());
+    let error = relative(errors[0] / errors[1]);
+    let costs = match parameters {
+        0 => "with as many parameters".to_owned(),
+        1 => "with one parameter more".to_owned(),
+        -1 => "with one parameter less".to_owned(),
+        n if n > 0 => format!("with {n} parameters more"),
+        n => format!("with {} parameters less", -n),
+    };
+    if difference.is_nan() || difference < SMALL_BIC {
+        let text = format!(
+            "not distinguishable from the best: {error} {costs}, a BIC greater by {difference:.1}"
+        );
+        return (false, text);
+    }
+    let text = format!(
+        "{error} {costs}: a BIC greater by {difference:.1}, {} evidence against it",
+        evidence(difference)
+    );
+    (true, text)
+}
+
+fn verdict(assessments: &[Assessment], ranks: &[Rank], enough: usize) -> String {
+    let (name, unknowns) = (&assessments[enough].name, assessments[enough].unknowns());
+    let best = &assessments[ranks[0].index].name;
+    let equals = ranks.iter().filter(|rank| !rank.is_distinguishable).count();
+    match equals {
+        _ if ranks.len() == 1 => format!("{name} is the only model"),
+        0 | 1 => {
+            let next = &ranks[1];
+            let other = &assessments[next.index].name;
+            format!(
+                "{name} is enough: the data tell it from all others, of which {other} comes next ({})",
+                next.reason
+            )
+        }
+        _ if name == best => format!(
+            "{name} is enough: it is the best and, of the {equals} that the data cannot tell apart, \
+             the simplest with {unknowns} free parameters"
+        ),
+        _ => format!(
+            "{name} is enough: the data cannot tell it from {best}, and of the {equals} such models \
+             it is the simplest with {unknowns} free parameters"
+        ),
+    }
+}

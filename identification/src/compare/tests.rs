@@ -1,0 +1,149 @@
+//! The comparison finds the model that made the data, and says so when it cannot.
+
+use super::*;
+use model_core::actuator::ModelKind;
+
+use crate::{
+    models::named,
+    testing::{noisy, simulated},
+};
+
+fn experiment(kind: ModelKind, input: &str, set: &[(&str, f64)], seed: u64) -> Experiment {
+    let recording = noisy(simulated(kind, input, 80, set), seed);
+    Experiment::try_new(recording).expect("a recording")
+}
+
+fn compared(models: &[&str], fitted: &[Experiment], held_out: &[Experiment]) -> Comparison {
+    let models = models.iter().map(|name| named(name).expect("a model"));
+    let candidates: Vec<Candidate> = models.flat_map(|m| Candidate::forms(&m)).collect();
+    let options = Options {
+        starts: 4,
+        ..Options::default()
+    };
+    Comparison::of(&candidates, fitted, held_out, &options, &|_| {}).expect("they fit")
+}
+
+#[test]
+fn a_model_has_a_form_for_each_thing_that_may_be_left_out() {
+    let names = |model| {
+        let forms = Candidate::forms(&named(model).expect("a model"));
+        forms.into_iter().map(|form| form.name).collect::<Vec<_>>()
+    };
+    assert_eq!(
+        names("black-box-1"),
+        [
+            "black-box-1",
+            "black-box-1 without delay",
+            "black-box-1 without rate limits",
+            "black-box-1 without delay and rate limits",
+        ]
+    );
+    // Its rate limits are none unless somebody frees them.
+    assert_eq!(names("grey-box"), ["grey-box", "grey-box without delay"]);
+}
+
+#[test]
+fn rate_limited_data_of_the_first_order_are_told_from_all_else() {
+    let fitted = [experiment(ModelKind::BlackBox1, "pulse", &[], 1)];
+    let comparison = compared(&["black-box-1", "black-box-2"], &fitted, &[]);
+    let best = &comparison.assessments[comparison.ranking.ranks[0].index];
+    assert_eq!(
+        comparison.assessments[comparison.ranking.enough].name,
+        "black-box-1"
+    );
+    assert!(best.fit.fit_percent > 99.0);
+    let unlimited = comparison
+        .ranking
+        .ranks
+        .iter()
+        .find(|r| {
+            comparison.assessments[r.index]
+                .name
+                .ends_with("without rate limits")
+        })
+        .expect("it was compared");
+    assert!(unlimited.is_distinguishable, "{}", unlimited.reason);
+}
+
+#[test]
+fn models_are_compared_by_the_independent_samples_of_the_one_that_fits_best() {
+    let fitted = [experiment(ModelKind::BlackBox2, "variable-step", &[], 1)];
+    let comparison = compared(&["black-box-1", "black-box-2", "grey-box"], &fitted, &[]);
+    let (ranks, all) = (&comparison.ranking.ranks, &comparison.assessments);
+    let best = &all[ranks[0].index];
+    assert_eq!(best.name, "black-box-2");
+    let n = best.effective_samples;
+    for rank in ranks {
+        let this = &all[rank.index];
+        // The residuals of the others are coloured by what they lack.
+        let has_fewer = this.effective_samples < 0.5 * n;
+        assert!(has_fewer || this.name == best.name, "{}", this.name);
+        let beyond = this.unknowns() as f64 - best.unknowns() as f64;
+        let expected = n * (this.fit.cost / best.fit.cost).ln() + beyond * n.ln();
+        let found = rank.score - ranks[0].score;
+        assert!(
+            (found - expected).abs() < 1e-9 * n,
+            "{}: {found} {expected}",
+            this.name
+        );
+    }
+}
+
+#[test]
+fn limits_that_are_never_reached_are_not_worth_their_parameters() {
+    // 1 deg at 30 rad/s asks for 60 deg/s at the most.
+    let set = [("delay_s", 0.0175)];
+    let scale = |mut e: crate::Recording| {
+        e.command_deg.iter_mut().for_each(|c| *c *= 0.05);
+        e.angle_deg.iter_mut().for_each(|a| *a *= 0.05);
+        e
+    };
+    let unlimited = [
+        ("rate_limit_up_deg_s", 1e5),
+        ("rate_limit_down_deg_s", 1e5),
+        set[0],
+    ];
+    let run = |input, seed| {
+        let recording = scale(simulated(ModelKind::BlackBox1, input, 80, &unlimited));
+        Experiment::try_new(noisy(recording, seed)).expect("a recording")
+    };
+    let comparison = compared(
+        &["black-box-1"],
+        &[run("3-2-1-1", 1)],
+        &[run("variable-step", 2)],
+    );
+    let enough = &comparison.assessments[comparison.ranking.enough];
+    assert_eq!(enough.name, "black-box-1 without rate limits");
+    assert!(
+        comparison.ranking.verdict.contains("cannot tell"),
+        "{}",
+        comparison.ranking.verdict
+    );
+}
+
+#[test]
+fn nothing_that_leaves_more_out_fits_better() {
+    let fitted = [experiment(ModelKind::GreyBox, "variable-step", &[], 1)];
+    let comparison = compared(&["black-box-1", "black-box-2"], &fitted, &[]);
+    let cost = |name: &str| {
+        let mut assessments = comparison.assessments.iter();
+        assessments.find(|a| a.name == name).expect("it").fit.cost
+    };
+    for model in ["black-box-1", "black-box-2"] {
+        for less in [
+            "without delay",
+            "without rate limits",
+            "without delay and rate limits",
+        ] {
+            // Limits that are needless may cost what chance gives.
+            assert!(
+                cost(model) <= cost(&format!("{model} {less}")) * 1.01,
+                "{model} {less}"
+            );
+        }
+    }
+    for form in ["", " without delay", " without delay and rate limits"] {
+        let [one, two] = [1, 2].map(|order| cost(&format!("black-box-{order}{form}")));
+        assert!(two <= one * (1.0 + 1e-3), "{form}: {two} {one}");
+    }
+}

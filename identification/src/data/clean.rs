@@ -1,0 +1,268 @@
+//! From the columns of a file to a recording, with a note of everything odd.
+
+use super::{
+    Import, Imported, Note, Quantity, Table,
+    clipping::{self, Clipped},
+    column::Place,
+};
+use crate::{data::ImportError, recording::Recording, statistics::slots::median_step_s};
+
+/// A step of this many usual ones is a gap.
+const GAP_STEPS: f64 = 5.0;
+/// A time that begins later counts from its first sample: a clock's date would cost digits.
+const LATEST_START_S: f64 = 1e6;
+/// An angle that changes by more from sample to sample has gone through the end of its sensor.
+const WRAP_DEG: f64 = 270.0;
+
+/// The recording that stands in these places of a table.
+pub fn recording(
+    import: &Import,
+    table: &Table,
+    places: &[Place],
+) -> Result<Imported, ImportError> {
+    let mut cleaning = Cleaning {
+        table,
+        places,
+        notes: Vec::new(),
+    };
+    cleaning.say_units();
+    let time = cleaning.column(Quantity::Time)?.unwrap_or_default();
+    let (rows, time_s) = cleaning.rows(&time, import.window_s)?;
+    let mut take = |quantity| {
+        let column = cleaning.column(quantity)?;
+        Ok::<_, ImportError>(column.map(|column| rows.iter().map(|&row| column[row]).collect()))
+    };
+    let name = table.path.file_name().unwrap_or_default().to_string_lossy();
+    let mut constants = table.constants.clone();
+    constants.extend(import.constants.clone());
+    let mut recording = Recording {
+        name: name.into_owned(),
+        time_s,
+        command_deg: take(Quantity::Command)?.unwrap_or_default(),
+        angle_deg: take(Quantity::Angle)?.unwrap_or_default(),
+        rate_deg_s: take(Quantity::Rate)?,
+        duty_pct: take(Quantity::Duty)?,
+        current_ma: take(Quantity::Current)?,
+        supply_v: take(Quantity::Supply)?,
+        motor_on: take(Quantity::Enabled)?,
+        hold: import.hold,
+        constants,
+    };
+    cleaning.look_at(&mut recording, &rows, import.keep_clipped);
+    cleaning.notes.sort_by_key(|note| note.line);
+    Ok(Imported {
+        recording,
+        notes: cleaning.notes,
+    })
+}
+
+struct Cleaning<'a> {
+    table: &'a Table,
+    places: &'a [Place],
+    notes: Vec<Note>,
+}
+
+impl Cleaning<'_> {
+    fn note(&mut self, line: u64, text: String) {
+        self.notes.push(Note {
+            path: self.table.path.clone(),
+            line,
+            text,
+        });
+    }
+
+    fn say_units(&mut self) {
+        for place in self.places.iter().filter(|place| place.is_assumed) {
+            let (name, column) = (place.quantity.name(), &self.table.names[place.index]);
+            let text = format!(
+                "column `{column}` has no unit, deg is assumed; --column {name}={column}:UNIT says \
+                 another"
+            );
+            self.note(self.table.header_line, text);
+        }
+    }
+
+    /// A column in our unit.
+    fn column(&mut self, quantity: Quantity) -> Result<Option<Vec<f64>>, ImportError> {
+        let Some(place) = self.places.iter().find(|place| place.quantity == quantity) else {
+            return Ok(None);
+        };
+        let column = &self.table.columns[place.index];
+        if let Some(row) = column.iter().position(|value| value.is_infinite()) {
+            let (name, number) = (&self.table.names[place.index], place.index + 1);
+            let problem = format!("column {number} (`{name}`) is no finite number");
+            return Err(self.table.problem(self.table.line(row), problem));
+        }
+        // Before the unit: of large times the differences are exact, their multiples are not.
+        let first = column.iter().find(|value| !value.is_nan());
+        let first = first.copied().unwrap_or(0.0);
+        let is_late = quantity == Quantity::Time && first * place.factor > LATEST_START_S;
+        let origin = if is_late { first } else { 0.0 };
+        let scaled = column.iter().map(|value| (value - origin) * place.factor);
+        Ok(Some(scaled.collect()))
+    }
+
+    /// The rows that make samples, and their times.
+    fn rows(
+        &mut self,
+        time: &[f64],
+        window: Option<(f64, f64)>,
+    ) -> Result<(Vec<usize>, Vec<f64>), ImportError> {
+        let (mut rows, mut times): (Vec<usize>, Vec<f64>) = (Vec::new(), Vec::new());
+        let (mut missing, mut twice) = (Tally::default(), Tally::default());
+        let mut latest = f64::NEG_INFINITY;
+        for (row, &t) in time.iter().enumerate() {
+            if t.is_nan() {
+                missing.count(row);
+                continue;
+            }
+            if t < latest {
+                let problem = format!(
+                    "the time is {t} s after {latest} s, expected times that do not decrease"
+                );
+                return Err(self.table.problem(self.table.line(row), problem));
+            }
+            let is_twice = t == latest;
+            latest = t;
+            if window.is_some_and(|(from, to)| t < from || t > to) {
+                continue;
+            }
+            if is_twice && times.last() == Some(&t) {
+                // The later one is the newer one.
+                twice.count(row);
+                rows.pop();
+                times.pop();
+            }
+            rows.push(row);
+            times.push(t);
+        }
+        self.tally(&missing, "rows have no time and are left out");
+        self.tally(
+            &twice,
+            "rows have the time of the row before, which is left out",
+        );
+        self.say_gaps(&rows, &times);
+        Ok((rows, times))
+    }
+
+    fn tally(&mut self, tally: &Tally, text: &str) {
+        if tally.rows > 0 {
+            let text = format!("{} {text}; this is the first", tally.rows);
+            self.note(self.table.line(tally.first), text);
+        }
+    }
+
+    fn say_gaps(&mut self, rows: &[usize], times: &[f64]) {
+        let Some(usual_s) = median_step_s(times) else {
+            return;
+        };
+        let steps = times.windows(2).map(|t| t[1] - t[0]).enumerate();
+        let gaps: Vec<(usize, f64)> = steps.filter(|(_, s)| *s > GAP_STEPS * usual_s).collect();
+        let Some(&(place, longest_s)) = gaps.iter().max_by(|a, b| a.1.total_cmp(&b.1)) else {
+            return;
+        };
+        let count = gaps.len();
+        let text = format!(
+            "{count} gaps without samples; the longest, before this line, lasts {longest_s:.4} s \
+             where {usual_s:.4} s are usual; the command is taken to rest in them"
+        );
+        self.note(self.table.line(rows[place + 1]), text);
+    }
+
+    /// Says what is missing, clipped or turned over in the angle, and mends it.
+    fn look_at(&mut self, recording: &mut Recording, rows: &[usize], keep_clipped: bool) {
+        for (what, column) in [
+            (
+                "command, which keeps its last value",
+                &recording.command_deg,
+            ),
+            ("angle, which is not compared there", &recording.angle_deg),
+        ] {
+            let mut missing = Tally::default();
+            let absent = (0..rows.len()).filter(|&i| column[i].is_nan());
+            absent.for_each(|i| missing.count(rows[i]));
+            self.tally(&missing, &format!("samples have no {what}"));
+        }
+        if let Some((index, turns)) = unwrap(&mut recording.angle_deg) {
+            let text = format!("the angle jumps by a turn, {turns} times: it is unwrapped");
+            self.note(self.table.line(rows[index]), text);
+        }
+        let mut off = Tally::default();
+        let motor_on = recording.motor_on.iter().flatten().enumerate();
+        motor_on
+            .filter(|(_, on)| **on == 0.0)
+            .for_each(|(i, _)| off.count(rows[i]));
+        self.tally(
+            &off,
+            "samples have the motor off: only models of a motor with a load are compared there",
+        );
+        // Only of a motor that is on the command says where it should go.
+        let driven = driven(recording);
+        for clipped in clipping::find(&recording.command_deg, &driven) {
+            let Clipped { samples, angle_deg } = clipped.clone();
+            let count = samples.len();
+            let consequence = if keep_clipped {
+                "they are compared all the same"
+            } else {
+                "they are not compared; --keep-clipped compares them"
+            };
+            let text = format!(
+                "{count} samples stand at {angle_deg:.3} deg, the end of all angles here, while the \
+                 actuator should move: a stop, or a sensor at its end; {consequence}"
+            );
+            self.note(self.table.line(rows[samples.start]), text);
+            if !keep_clipped {
+                recording.angle_deg[samples].fill(f64::NAN);
+            }
+        }
+    }
+}
+
+/// The angles while the motor is on, NaN otherwise.
+fn driven(recording: &Recording) -> Vec<f64> {
+    let mut angles = recording.angle_deg.clone();
+    for (angle, on) in angles.iter_mut().zip(recording.motor_on.iter().flatten()) {
+        if *on == 0.0 {
+            *angle = f64::NAN;
+        }
+    }
+    angles
+}
+
+/// Rows of a kind.
+#[derive(Default)]
+struct Tally {
+    rows: usize,
+    first: usize,
+}
+
+impl Tally {
+    fn count(&mut self, row: usize) {
+        if self.rows == 0 {
+            self.first = row;
+        }
+        self.rows += 1;
+    }
+}
+
+/// Takes whole turns out of an angle whose sensor has gone through its end. Tells where that happened
+/// first, and how often.
+fn unwrap(angle_deg: &mut [f64]) -> Option<(usize, usize)> {
+    let (mut first, mut times) = (None, 0);
+    let (mut offset_deg, mut before) = (0.0, f64::NAN);
+    for (index, angle) in angle_deg.iter_mut().enumerate() {
+        if angle.is_nan() {
+            continue;
+        }
+        let raw = *angle;
+        // A jump from nowhere is none.
+        if (raw - before).abs() > WRAP_DEG {
+            offset_deg -= 360.0 * ((raw - before) / 360.0).round();
+            first = first.or(Some(index));
+            times += 1;
+        }
+        before = raw;
+        *angle = raw + offset_deg;
+    }
+    first.map(|first| (first, times))
+}

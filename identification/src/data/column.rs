@@ -1,0 +1,283 @@
+//! Which column of a file is what.
+
+use super::ImportError;
+use super::{Table, unit};
+
+/// What a column can hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Quantity {
+    /// Time of the sample.
+    Time,
+    /// Commanded angle.
+    Command,
+    /// Measured angle.
+    Angle,
+    /// Measured rate.
+    Rate,
+    /// Duty at the motor.
+    Duty,
+    /// Current of the motor.
+    Current,
+    /// Supply voltage.
+    Supply,
+    /// Whether the motor is on: 0 where it is not.
+    Enabled,
+}
+
+impl Quantity {
+    /// All of them; the first three every recording must have.
+    pub const ALL: [Self; 8] = [
+        Self::Time,
+        Self::Command,
+        Self::Angle,
+        Self::Rate,
+        Self::Duty,
+        Self::Current,
+        Self::Supply,
+        Self::Enabled,
+    ];
+
+    /// Its name on a command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Time => "time",
+            Self::Command => "command",
+            Self::Angle => "angle",
+            Self::Rate => "rate",
+            Self::Duty => "duty",
+            Self::Current => "current",
+            Self::Supply => "supply",
+            Self::Enabled => "enabled",
+        }
+    }
+
+    /// Usual names of its column without the unit; of several that are there the first counts.
+    fn usual_names(self) -> &'static [&'static str] {
+        match self {
+            Self::Time => &["t", "time", "timestamp", "time_stamp"],
+            Self::Command => &[
+                "command",
+                "cmd",
+                "commanded",
+                "angle_command",
+                "command_angle",
+                "reference",
+                "ref",
+                "setpoint",
+                "target",
+                "goal_position",
+                "goal",
+                "target_position",
+                "input",
+                "u",
+            ],
+            Self::Angle => &[
+                "angle_meas",
+                "angle_measured",
+                "measured",
+                "measured_angle",
+                "angle",
+                "position",
+                "pos",
+                "theta",
+                "shaft_angle",
+                "encoder",
+                "output",
+                "y",
+            ],
+            Self::Rate => &["rate_meas", "rate", "speed", "velocity", "omega"],
+            Self::Duty => &["duty", "pwm"],
+            Self::Current => &["current_meas", "current", "motor_current"],
+            Self::Supply => &["supply", "input_volts", "supply_voltage", "voltage", "vin"],
+            Self::Enabled => &[
+                "enabled",
+                "enable",
+                "motor_on",
+                "torque_enable",
+                "torque_enabled",
+            ],
+        }
+    }
+
+    fn is_angle(self) -> bool {
+        matches!(self, Self::Command | Self::Angle)
+    }
+
+    fn is_required(self) -> bool {
+        matches!(self, Self::Time | Self::Command | Self::Angle)
+    }
+}
+
+/// A column that somebody has named: `angle=pos:rad`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Choice {
+    /// What it holds.
+    pub quantity: Quantity,
+    /// Its name in the file, or its number from 1.
+    pub column: String,
+    /// One of its units in ours; found in its name where it is not given.
+    pub factor: Option<f64>,
+}
+
+impl std::str::FromStr for Choice {
+    type Err = String;
+
+    /// Parses `QUANTITY=COLUMN[:UNIT]`.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (quantity, column) = text
+            .split_once('=')
+            .ok_or("expected QUANTITY=COLUMN or QUANTITY=COLUMN:UNIT, as in angle=pos:rad")?;
+        let names = || Quantity::ALL.map(Quantity::name).join(", ");
+        let quantity = Quantity::ALL
+            .into_iter()
+            .find(|q| q.name() == quantity.trim())
+            .ok_or_else(|| format!("`{quantity}` is no quantity, expected one of {}", names()))?;
+        let (column, factor) = match column.rsplit_once(':') {
+            None => (column, None),
+            Some((column, unit)) => {
+                let expected = || {
+                    let expected = unit::expected(quantity);
+                    format!(
+                        "`{unit}` is no unit of {}, expected {expected}",
+                        quantity.name()
+                    )
+                };
+                let factor = unit::factor(quantity, unit).ok_or_else(expected)?;
+                (column, Some(factor))
+            }
+        };
+        Ok(Self {
+            quantity,
+            column: column.trim().to_owned(),
+            factor,
+        })
+    }
+}
+
+/// Which column is what, as far as somebody has said it.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Columns(pub Vec<Choice>);
+
+/// Where a quantity stands in a table.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Place {
+    /// What it is.
+    pub quantity: Quantity,
+    /// The index of its column.
+    pub index: usize,
+    /// One of its units in ours.
+    pub factor: f64,
+    /// Whether the unit was said by nobody.
+    pub is_assumed: bool,
+}
+
+impl Columns {
+    /// Finds every quantity in a table.
+    ///
+    /// # Errors
+    /// [`ImportError::Content`] at the header: a column that was named and is not there, or a quantity
+    /// that every recording must have and that no column holds.
+    pub fn of(&self, table: &Table) -> Result<Vec<Place>, ImportError> {
+        let mut places = Vec::new();
+        for quantity in Quantity::ALL {
+            let found = match self.0.iter().rev().find(|c| c.quantity == quantity) {
+                Some(choice) => Some(chosen(table, choice)?),
+                None => usual(table, quantity)?,
+            };
+            match found {
+                Some((index, factor)) => places.push((quantity, index, factor)),
+                None if quantity.is_required() => return Err(missing(table, quantity)),
+                None => {}
+            }
+        }
+        Ok(with_units(table, &places))
+    }
+}
+
+/// The units that are still unknown: a command has that of the angle, and the other way round.
+fn with_units(table: &Table, places: &[(Quantity, usize, Option<f64>)]) -> Vec<Place> {
+    let known = places.iter().find(|(q, _, f)| q.is_angle() && f.is_some());
+    let angle = known.and_then(|(_, _, factor)| *factor);
+    let place = |&(quantity, index, factor): &(Quantity, usize, Option<f64>)| {
+        let default = match quantity {
+            Quantity::Current => "a",
+            Quantity::Command | Quantity::Angle if table.radians => "rad",
+            Quantity::Rate if table.radians => "rad/s",
+            Quantity::Command | Quantity::Angle => "deg",
+            _ => "",
+        };
+        let shared = angle.filter(|_| quantity.is_angle());
+        let factor = factor.or(shared);
+        Place {
+            quantity,
+            index,
+            factor: factor
+                .or_else(|| unit::factor(quantity, default))
+                .unwrap_or(1.0),
+            // A time is in seconds as a matter of course; a factor of an unknown angle is not.
+            is_assumed: factor.is_none() && quantity.is_angle() && !table.radians,
+        }
+    };
+    places.iter().map(place).collect()
+}
+
+/// The column that was named, and its unit.
+fn chosen(table: &Table, choice: &Choice) -> Result<(usize, Option<f64>), ImportError> {
+    let by_number = || {
+        choice
+            .column
+            .parse()
+            .ok()
+            .and_then(|n: usize| n.checked_sub(1))
+    };
+    let index = table
+        .names
+        .iter()
+        .position(|name| *name == choice.column)
+        .or_else(|| by_number().filter(|&index| index < table.names.len()));
+    let index = index.ok_or_else(|| {
+        let columns = table.names.join("`, `");
+        let problem = format!("no column `{}`: the columns are `{columns}`", choice.column);
+        table.problem(table.header_line, problem)
+    })?;
+    let unit = choice
+        .factor
+        .or_else(|| unit_of(table, choice.quantity, index));
+    Ok((index, unit))
+}
+
+/// The unit that stands in a column's name or below it.
+fn unit_of(table: &Table, quantity: Quantity, index: usize) -> Option<f64> {
+    let below = table.units.get(index);
+    let below = below.and_then(|u| unit::factor(quantity, u.trim_matches(['(', ')', '[', ']'])));
+    below.or_else(|| unit::split(quantity, &table.names[index]).1)
+}
+
+/// The column whose name is usual for a quantity, and its unit.
+fn usual(table: &Table, quantity: Quantity) -> Result<Option<(usize, Option<f64>)>, ImportError> {
+    for usual in quantity.usual_names() {
+        let is_it = |name: &String| unit::split(quantity, name).0 == *usual;
+        let mut found = (0..table.names.len()).filter(|&i| is_it(&table.names[i]));
+        match (found.next(), found.next()) {
+            (None, _) => {}
+            (Some(index), None) => return Ok(Some((index, unit_of(table, quantity, index)))),
+            (Some(a), Some(b)) => {
+                let (a, b, name) = (&table.names[a], &table.names[b], quantity.name());
+                let problem = format!(
+                    "`{a}` and `{b}` may both be the {name}, expected --column {name}=COLUMN"
+                );
+                return Err(table.problem(table.header_line, problem));
+            }
+        }
+    }
+    Ok(None)
+}
+
+fn missing(table: &Table, quantity: Quantity) -> ImportError {
+    let (columns, name) = (table.names.join("`, `"), quantity.name());
+    let problem = format!(
+        "no column is known to be the {name}: the columns are `{columns}`, expected --column \
+         {name}=COLUMN:UNIT"
+    );
+    table.problem(table.header_line, problem)
+}

@@ -1,0 +1,146 @@
+//! JSON: a list of samples, in `entries` of an object or alone, each an object of numbers.
+//!
+//! The numbers beside `entries` hold for the whole run. Of the recordings of Rhoban's BAM project
+//! they are mass and length of the pendulum and the supply; angles there are radians.
+
+use std::{collections::BTreeMap, fs, path::Path};
+
+use serde::Deserialize;
+use serde_json::{Value, value::RawValue};
+
+use super::ImportError;
+use super::{Progress, Table};
+
+/// What a number of the whole run is called in these files, and as a parameter of our models.
+const CONSTANTS: [(&str, &str); 4] = [
+    ("mass", "pendulum_mass_kg"),
+    ("length", "pendulum_length_m"),
+    ("vin", "supply_v"),
+    ("kp", "firmware_gain"),
+];
+
+/// The samples of a file as they stand in its text.
+struct Samples<'a> {
+    entries: Vec<&'a RawValue>,
+    constants: BTreeMap<String, f64>,
+    radians: bool,
+}
+
+#[derive(Deserialize)]
+struct Run<'a> {
+    #[serde(borrow)]
+    entries: Vec<&'a RawValue>,
+    #[serde(flatten)]
+    rest: BTreeMap<String, Value>,
+}
+
+/// Samples between two reports of progress.
+const SAMPLES_PER_REPORT: usize = 1 << 12;
+
+/// Reads the file.
+pub fn read(path: &Path, progress: &mut Progress<'_>) -> Result<Table, ImportError> {
+    let text = fs::read_to_string(path).map_err(|source| ImportError::Read {
+        path: path.into(),
+        source,
+    })?;
+    let mut table = Table {
+        path: path.into(),
+        header_line: 1,
+        ..Table::default()
+    };
+    let samples = samples(&text).map_err(|error| {
+        let problem = format!("column {}: {error}", error.column());
+        table.problem(error.line() as u64, problem)
+    })?;
+    table.constants = samples.constants;
+    table.radians = samples.radians;
+    let (mut lines, size) = (LineNumbers::new(&text), text.len() as u64);
+    for (index, entry) in samples.entries.into_iter().enumerate() {
+        let line = lines.of(entry.get());
+        let sample: BTreeMap<&str, Value> = serde_json::from_str(entry.get()).map_err(|error| {
+            let problem = format!("sample {}: {error}, expected an object", index + 1);
+            table.problem(line, problem)
+        })?;
+        push(&mut table, &sample);
+        table.lines.push(line);
+        if table.len().is_multiple_of(SAMPLES_PER_REPORT) {
+            progress(lines.place as u64, size);
+        }
+    }
+    progress(size, size);
+    Ok(table)
+}
+
+fn samples(text: &str) -> Result<Samples<'_>, serde_json::Error> {
+    if text.trim_start().starts_with('[') {
+        return Ok(Samples {
+            entries: serde_json::from_str(text)?,
+            constants: BTreeMap::new(),
+            radians: false,
+        });
+    }
+    let Run { entries, rest } = serde_json::from_str(text)?;
+    let known = CONSTANTS.iter();
+    let constants = known.filter_map(|(theirs, ours)| {
+        let value = rest.get(*theirs)?.as_f64()?;
+        Some(((*ours).to_owned(), value))
+    });
+    Ok(Samples {
+        entries,
+        constants: constants.collect(),
+        radians: rest.contains_key("trajectory") && rest.contains_key("motor"),
+    })
+}
+
+/// Appends a sample. A name that is new has missing numbers before.
+fn push(table: &mut Table, sample: &BTreeMap<&str, Value>) {
+    let rows = table.lines.len();
+    for (name, value) in sample {
+        let value = match value {
+            Value::Number(number) => number.as_f64().unwrap_or(f64::INFINITY),
+            Value::Bool(flag) => f64::from(u8::from(*flag)),
+            Value::Null => f64::NAN,
+            // No number: an error where somebody needs it.
+            _ => f64::INFINITY,
+        };
+        let known = table.names.iter().position(|known| known == name);
+        let index = known.unwrap_or_else(|| {
+            table.names.push((*name).to_owned());
+            table.columns.push(vec![f64::NAN; rows]);
+            table.names.len() - 1
+        });
+        // Of a name that stands twice the first counts.
+        if table.columns[index].len() == rows {
+            table.columns[index].push(value);
+        }
+    }
+    for column in &mut table.columns {
+        column.resize(rows + 1, f64::NAN);
+    }
+}
+
+/// Counts lines up to places that ascend.
+struct LineNumbers<'a> {
+    text: &'a str,
+    place: usize,
+    line: u64,
+}
+
+impl<'a> LineNumbers<'a> {
+    fn new(text: &'a str) -> Self {
+        Self {
+            text,
+            place: 0,
+            line: 1,
+        }
+    }
+
+    /// The line of a part of the text.
+    fn of(&mut self, part: &str) -> u64 {
+        let place = (part.as_ptr() as usize).saturating_sub(self.text.as_ptr() as usize);
+        let passed = self.text.as_bytes().get(self.place..place).unwrap_or(&[]);
+        self.line += passed.iter().filter(|byte| **byte == b'\n').count() as u64;
+        self.place = self.place.max(place);
+        self.line
+    }
+}

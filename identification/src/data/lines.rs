@@ -1,0 +1,205 @@
+//! The lines of a CSV file that hold something, each with its number.
+
+use std::{
+    fs::File,
+    io::{BufRead, BufReader, Read},
+    path::Path,
+};
+
+use super::ImportError;
+
+/// The longest line, bytes: a file without line ends is given up here, not when memory is.
+const LONGEST: usize = 1 << 16;
+
+/// What stands between two fields.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Delimiter {
+    /// This character, outside of quotes.
+    Character(u8),
+    /// Blanks, as many as there are.
+    Blanks,
+}
+
+impl Delimiter {
+    /// The delimiter that a line is most likely written with. A semicolon goes before a comma: that
+    /// may be a decimal one then.
+    pub fn of(line: &str) -> Self {
+        let character = b";\t,".iter().copied();
+        let mut found = character.filter(|&c| line.contains(char::from(c)));
+        found.next().map_or(Self::Blanks, Self::Character)
+    }
+}
+
+/// A file that is read line by line.
+pub struct Lines<'a> {
+    path: &'a Path,
+    file: BufReader<File>,
+    number: u64,
+    /// Bytes that were read.
+    pub read: u64,
+    text: Vec<u8>,
+    /// Found in the first line where it is not given.
+    delimiter: Option<Delimiter>,
+    /// Making one takes longer than using it.
+    reader: csv_core::Reader,
+}
+
+/// A line that holds something.
+pub struct Line<'a> {
+    path: &'a Path,
+    number: u64,
+    /// Its fields without quotes and without blanks around them.
+    pub fields: Vec<String>,
+}
+
+impl<'a> Lines<'a> {
+    /// Opens a file of comma-separated values.
+    pub fn open(path: &'a Path) -> Result<Self, ImportError> {
+        Self::delimited(path, Some(Delimiter::Character(b',')))
+    }
+
+    /// Opens a file of values that this stands between, or what the first line shows.
+    pub fn delimited(path: &'a Path, delimiter: Option<Delimiter>) -> Result<Self, ImportError> {
+        let file = File::open(path).map_err(|source| ImportError::Read {
+            path: path.into(),
+            source,
+        })?;
+        Ok(Self {
+            path,
+            file: BufReader::new(file),
+            number: 0,
+            read: 0,
+            text: Vec::new(),
+            reader: reader(delimiter),
+            delimiter,
+        })
+    }
+
+    /// The next line that is neither blank nor a comment.
+    pub fn next(&mut self) -> Result<Option<Line<'a>>, ImportError> {
+        while self.advance()? {
+            let text = str::from_utf8(&self.text)
+                .map_err(|error| self.problem(format!("{error}, expected UTF-8 text")))?;
+            let text = text.trim_start_matches('\u{feff}');
+            let text = text.trim_matches(['\r', '\n', ' ']);
+            if text.trim().is_empty() || text.trim_start().starts_with('#') {
+                continue;
+            }
+            if self.delimiter.is_none() {
+                self.delimiter = Some(Delimiter::of(text));
+                self.reader = reader(self.delimiter);
+            }
+            let fields = match self.delimiter {
+                Some(Delimiter::Blanks) => {
+                    Some(text.split_whitespace().map(String::from).collect())
+                }
+                _ => fields(&mut self.reader, text),
+            };
+            let Some(fields) = fields else {
+                let problem = "a quote is not closed, expected its end in the same line";
+                return Err(self.problem(problem.into()));
+            };
+            return Ok(Some(Line {
+                path: self.path,
+                number: self.number,
+                fields,
+            }));
+        }
+        Ok(None)
+    }
+
+    /// Takes the next line into `text`; false at the end of the file.
+    fn advance(&mut self) -> Result<bool, ImportError> {
+        self.text.clear();
+        let mut part = self.file.by_ref().take(LONGEST as u64);
+        let length =
+            part.read_until(b'\n', &mut self.text)
+                .map_err(|source| ImportError::Read {
+                    path: self.path.into(),
+                    source,
+                })?;
+        self.number += u64::from(length > 0);
+        self.read += length as u64;
+        if length == LONGEST {
+            let problem = format!("more than {LONGEST} bytes in a line, expected CSV text");
+            return Err(self.problem(problem));
+        }
+        Ok(length > 0)
+    }
+
+    /// What is wrong with the line that was read last.
+    pub fn problem(&self, problem: String) -> ImportError {
+        ImportError::Content {
+            path: self.path.into(),
+            line: self.number.max(1),
+            problem,
+        }
+    }
+}
+
+/// A reader of fields that this stands between.
+fn reader(delimiter: Option<Delimiter>) -> csv_core::Reader {
+    match delimiter {
+        Some(Delimiter::Character(character)) => {
+            csv_core::ReaderBuilder::new().delimiter(character).build()
+        }
+        _ => csv_core::Reader::new(),
+    }
+}
+
+impl Line<'_> {
+    /// Its number, counted from 1.
+    pub fn number(&self) -> u64 {
+        self.number
+    }
+
+    /// What is wrong with this line.
+    pub fn problem(&self, problem: String) -> ImportError {
+        ImportError::Content {
+            path: self.path.into(),
+            line: self.number,
+            problem,
+        }
+    }
+}
+
+/// The fields of a line; `None` if a quote is not closed.
+fn fields(reader: &mut csv_core::Reader, line: &str) -> Option<Vec<String>> {
+    let line = [line.as_bytes(), b"\n"].concat();
+    // Fields are never longer than what stands in the line, and there is one more than commas.
+    let (mut text, mut ends) = (vec![0; line.len()], vec![0; line.len()]);
+    reader.reset();
+    let (result, _, _, count) = reader.read_record(&line, &mut text, &mut ends);
+    // Within quotes the line's end is a character like others, and the record goes on.
+    if !matches!(result, csv_core::ReadRecordResult::Record) {
+        return None;
+    }
+    let starts = std::iter::once(&0).chain(&ends);
+    let field = |(start, end): (&usize, &usize)| {
+        String::from_utf8_lossy(&text[*start..*end])
+            .trim()
+            .to_owned()
+    };
+    Some(starts.zip(&ends[..count]).map(field).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::fields;
+
+    fn split(line: &str) -> Vec<String> {
+        fields(&mut csv_core::Reader::new(), line).expect("the quotes are closed")
+    }
+
+    #[test]
+    fn fields_end_at_commas_that_stand_in_no_quotes() {
+        assert_eq!(split("1,2,"), ["1", "2", ""]);
+        assert_eq!(split(r#""a, b","" ,3"#), ["a, b", "", "3"]);
+    }
+
+    #[test]
+    fn a_doubled_quote_within_quotes_is_one() {
+        assert_eq!(split(r#""5"" pipe","""""#), [r#"5" pipe"#, r#"""#]);
+        assert_eq!(fields(&mut csv_core::Reader::new(), r#""a,b"#), None);
+    }
+}

@@ -1,0 +1,190 @@
+//! Inputs made for an actuator: their timing from its bandwidth, their amplitude from its rate limit.
+
+use std::f64::consts::TAU;
+
+use model_core::{excitation::catalogue::Input, parameter::ParameterError};
+
+use super::{Bench, Designed};
+use crate::problem::IdentifyError;
+
+/// What the inputs have to keep.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    /// The bandwidth of the actuator, Hz: the timing of the inputs goes by it.
+    pub bandwidth_hz: f64,
+    /// No command is larger, deg.
+    pub most_deg: f64,
+}
+
+/// Share of the time at the rate limit that an input beyond it aims at.
+const BEYOND_SHARE: f64 = 0.25;
+/// Within the limit no sample may touch it.
+const WITHIN_SHARE: f64 = 0.0;
+/// What is within the limit keeps this much off it: between two samples the rate is greater.
+const WITHIN_MARGIN: f64 = 0.9;
+/// Halvings of the range of the amplitude: to 0.1 %.
+const HALVINGS: usize = 10;
+
+/// The bandwidth that a model's parameters suggest, Hz; of one without a telling parameter the 4.775 Hz
+/// of the paper.
+pub fn bandwidth_hz(bench: &Bench) -> f64 {
+    let value = |name: &str| {
+        let index = bench
+            .model
+            .parameters()
+            .iter()
+            .position(|p| p.name == name)?;
+        Some(bench.values[index]).filter(|v| v.is_finite() && *v > 0.0)
+    };
+    let rad_s = value("pole_rad_s")
+        .or_else(|| value("natural_frequency_rad_s"))
+        .or_else(|| Some(value("position_gain_per_s2")?.sqrt()))
+        .or_else(|| value("position_gain"));
+    rad_s.unwrap_or(30.0) / TAU
+}
+
+/// The input of this name, timed for a bandwidth, with an amplitude of 1 deg.
+///
+/// Doublet and 3-2-1-1 have the units of P. Marchand as Jategaonkar gives them (chapter 2): 2.3 and 2.1
+/// over the natural frequency. Chirp, multisine and PRBS are strong up to twice the bandwidth.
+///
+/// # Errors
+/// Those of [`Input::set`] for a duration or a bandwidth that no input can have.
+pub fn timed(
+    name: &str,
+    bandwidth_hz: f64,
+    duration_s: f64,
+) -> Option<Result<Input, ParameterError>> {
+    let mut input = Input::named(name)?;
+    let rad_s = TAU * bandwidth_hz;
+    let settings: Vec<(&str, f64)> = match input {
+        Input::Pulse(_) => vec![("start_s", 0.1 * duration_s), ("end_s", 0.55 * duration_s)],
+        Input::Doublet(_) => vec![("start_s", 0.1 * duration_s), ("unit_s", 2.3 / rad_s)],
+        Input::ThreeTwoOneOne(_) => vec![("start_s", 0.1 * duration_s), ("unit_s", 2.1 / rad_s)],
+        Input::VariableStep(_) => vec![("dwell_s", duration_s / 15.0)],
+        Input::Ramp(_) => vec![
+            ("hold_s", 0.1 * duration_s),
+            ("rate_deg_s", 5.0 / duration_s),
+        ],
+        Input::Chirp(_) | Input::LogChirp(_) => vec![
+            ("start_hz", 0.05 * bandwidth_hz),
+            ("end_hz", 2.0 * bandwidth_hz),
+            ("duration_s", duration_s),
+        ],
+        Input::Sine(_) => vec![("frequency_hz", 0.7 * bandwidth_hz)],
+        Input::Prbs(_) => prbs(bandwidth_hz, duration_s),
+        // Odd lines up to the 39th, at twice the bandwidth.
+        Input::Multisine(_) => vec![("base_hz", 2.0 * bandwidth_hz / 39.0), ("lines", 20.0)],
+    };
+    let scale = if matches!(input, Input::VariableStep(_)) {
+        "scale"
+    } else {
+        "amplitude_deg"
+    };
+    let set = settings.into_iter().chain([(scale, 1.0)]);
+    let set = set
+        .into_iter()
+        .try_for_each(|(name, value)| input.set(name, value));
+    Some(set.map(|()| input))
+}
+
+/// A chip for the bandwidth, and an order whose period fills the experiment once.
+fn prbs(bandwidth_hz: f64, duration_s: f64) -> Vec<(&'static str, f64)> {
+    let chip_s = 0.22 / bandwidth_hz;
+    let order = (duration_s / chip_s + 1.0).log2().floor().clamp(3.0, 16.0);
+    vec![("chip_s", chip_s), ("order", order)]
+}
+
+/// Makes an input as strong as it may be within the rate limit, or so strong that it goes beyond it on
+/// purpose; never beyond the greatest command. `None` of a name that is no input.
+///
+/// # Errors
+/// Those of [`timed`] and of [`Bench::predict`], in words.
+pub fn design(
+    bench: &Bench,
+    name: &str,
+    limits: &Limits,
+    is_beyond: bool,
+) -> Option<Result<Designed, String>> {
+    let input = timed(name, limits.bandwidth_hz, bench.duration_s)?;
+    Some(
+        input
+            .map_err(|e| e.to_string())
+            .and_then(|input| scaled(bench, input, limits, is_beyond)),
+    )
+}
+
+fn scaled(
+    bench: &Bench,
+    mut input: Input,
+    limits: &Limits,
+    is_beyond: bool,
+) -> Result<Designed, String> {
+    let said = |error: IdentifyError| error.to_string();
+    let excitation = input.excitation().map_err(|error| error.to_string())?;
+    let unit = bench.command(&excitation);
+    let peak = unit.iter().fold(0.0, |peak: f64, c| peak.max(c.abs()));
+    if peak == 0.0 {
+        return Err("the input does not move within the experiment".into());
+    }
+    let share_of = |amplitude: f64| {
+        let command: Vec<f64> = unit.iter().map(|c| c * amplitude / peak).collect();
+        bench.limited_share(&command).map_err(said)
+    };
+    let wanted = if is_beyond {
+        BEYOND_SHARE
+    } else {
+        WITHIN_SHARE
+    };
+    let (mut low, mut high) = (0.0, limits.most_deg);
+    let mut amplitude_deg = high;
+    if share_of(high)? > wanted {
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            if share_of(middle)? > wanted {
+                high = middle;
+            } else {
+                low = middle;
+            }
+        }
+        amplitude_deg = if is_beyond { high } else { WITHIN_MARGIN * low };
+    }
+    if amplitude_deg == 0.0 {
+        return Err("no amplitude stays within the rate limit".into());
+    }
+    let scale = if matches!(input, Input::VariableStep(_)) {
+        "scale"
+    } else {
+        "amplitude_deg"
+    };
+    let factor = amplitude_deg / peak;
+    input
+        .set(scale, factor)
+        .map_err(|error| error.to_string())?;
+    if matches!(input, Input::Ramp(_)) {
+        // A ramp of another height that takes the same time.
+        let rate = 5.0 / bench.duration_s * factor;
+        input
+            .set("rate_deg_s", rate)
+            .map_err(|error| error.to_string())?;
+    }
+    let excitation = input.excitation().map_err(|error| error.to_string())?;
+    let command_deg = bench.command(&excitation);
+    let prediction = bench.predict(&command_deg).map_err(said)?;
+    Ok(Designed {
+        input,
+        is_beyond,
+        amplitude_deg,
+        command_deg,
+        prediction,
+    })
+}
+
+/// The index of the design that tells most parameters, and of those the one whose worst error is the
+/// least.
+pub fn best(designs: &[Designed]) -> Option<usize> {
+    let told = designs.iter().map(|d| d.prediction.told()).max()?;
+    let candidates = (0..designs.len()).filter(|&i| designs[i].prediction.told() == told);
+    let worst = |i: &usize| designs[*i].prediction.worst_percent();
+    candidates.min_by(|a, b| worst(a).total_cmp(&worst(b)))
+}

@@ -1,0 +1,228 @@
+//! A finished search told as a [`Fit`].
+
+use nalgebra::DMatrix;
+
+use super::Solution;
+use crate::covariance::{Covariance, covariance};
+use crate::fit::{Bound, Estimate, ExperimentFit, Fit};
+use crate::levenberg::Found;
+use crate::model::State;
+use crate::problem::{Problem, Scope, Spec};
+use crate::unknowns::Unknowns;
+
+/// An estimate whose standard error is more than this share of it is none.
+const VAGUE: f64 = 0.5;
+
+/// The fit at the end of a search.
+pub fn fit(problem: &Problem, solution: &Solution) -> Fit {
+    let Solution {
+        unknowns, found, ..
+    } = solution;
+    let bounds: Vec<Option<Bound>> = (0..found.point.len())
+        .map(|i| bound(unknowns, i, found.point[i]))
+        .collect();
+    let is_held: Vec<bool> = bounds.iter().map(Option::is_some).collect();
+    let experiments: Vec<ExperimentFit> = (0..problem.experiments.len())
+        .map(|i| experiment_fit(problem, i, &unknowns.runs[i].values(&found.point)))
+        .collect();
+    let covariance = covariance(problem, unknowns, found, &is_held, &experiments);
+    let (mut estimates, rows) = estimates(problem, unknowns, found, &bounds, &covariance);
+    if let Some(case) = solution.no_better_than {
+        leave_open_beyond(problem, case, &mut estimates);
+    }
+    let residuals = experiments.iter().flat_map(|e| &e.residual_deg);
+    Fit {
+        model: problem.model.name(),
+        rows,
+        estimates,
+        correlation: correlation(&covariance.white),
+        covariance: covariance.white,
+        covariance_coloured: covariance.coloured,
+        cost: found.cost,
+        samples: residuals.filter(|r| !r.is_nan()).count(),
+        noise_deg: covariance.noise_deg,
+        fit_percent: overall(problem, &experiments),
+        experiments,
+        iterations: found.iterations,
+        termination: found.termination,
+        starts: solution.starts,
+        no_better_than: solution.no_better_than,
+        reading: solution.reading,
+        is_hold_open: solution.is_hold_open,
+    }
+}
+
+/// What a model has beyond a case that fits as well is told by nothing.
+fn leave_open_beyond(problem: &Problem, case: &str, estimates: &mut [Estimate]) {
+    let cases = problem.model.special_cases();
+    let Some(case) = cases.iter().find(|c| c.name() == case) else {
+        return;
+    };
+    for estimate in estimates.iter_mut().filter(|e| !e.fixed) {
+        let place = case
+            .parameters()
+            .iter()
+            .position(|p| p.name == estimate.name);
+        estimate.identifiable &= !place.is_some_and(|place| case.is_fixed_by_default(place));
+    }
+}
+
+/// The bound at which an unknown stands.
+fn bound(unknowns: &Unknowns, index: usize, value: f64) -> Option<Bound> {
+    let unknown = &unknowns.list[index];
+    if value <= unknown.low {
+        Some(Bound::Low)
+    } else if value >= unknown.high {
+        Some(Bound::High)
+    } else {
+        None
+    }
+}
+
+fn correlation(covariance: &DMatrix<f64>) -> DMatrix<f64> {
+    DMatrix::from_fn(covariance.nrows(), covariance.ncols(), |i, j| {
+        covariance[(i, j)] / (covariance[(i, i)] * covariance[(j, j)]).sqrt()
+    })
+}
+
+/// All estimates, and which of them the rows of the covariance stand for.
+fn estimates(
+    problem: &Problem,
+    unknowns: &Unknowns,
+    found: &Found,
+    bounds: &[Option<Bound>],
+    covariance: &Covariance,
+) -> (Vec<Estimate>, Vec<usize>) {
+    let mut estimates: Vec<Estimate> = Vec::new();
+    let mut columns: Vec<Option<usize>> = Vec::new();
+    for (parameter, spec) in problem.specs.iter().enumerate() {
+        let is_it = |(_, u): &(usize, &crate::unknowns::Unknown)| u.parameter == parameter;
+        let mut looked_for = unknowns.list.iter().enumerate().filter(is_it).peekable();
+        if looked_for.peek().is_none() {
+            estimates.extend(given(problem, parameter, spec));
+            columns.resize(estimates.len(), None);
+            continue;
+        }
+        for (column, unknown) in looked_for {
+            let is_alone = problem.experiments.len() == 1;
+            let mut estimate = plain(spec, found.point[column]);
+            estimate.experiment = unknown.experiment.filter(|_| !is_alone);
+            estimate.start = unknown.start;
+            estimate.bounds = (unknown.low, unknown.high);
+            estimate.fixed = false;
+            estimate.at_bound = bounds[column];
+            if let Some(row) = covariance.rows.iter().position(|r| *r == column) {
+                estimate.standard_error = covariance.white[(row, row)].sqrt();
+                estimate.standard_error_coloured = covariance.coloured[(row, row)].max(0.0).sqrt();
+            }
+            estimate.identifiable = is_identifiable(spec, &estimate);
+            estimates.push(estimate);
+            columns.push(Some(column));
+        }
+    }
+    let place = |row: &usize| columns.iter().position(|c| *c == Some(*row));
+    let rows = covariance.rows.iter().filter_map(place).collect();
+    (estimates, rows)
+}
+
+/// A value that was not looked for.
+fn plain(spec: &Spec, value: f64) -> Estimate {
+    Estimate {
+        name: spec.parameter.name,
+        unit: spec.parameter.unit,
+        experiment: None,
+        value,
+        start: value,
+        bounds: (spec.low, spec.high),
+        fixed: true,
+        standard_error: f64::NAN,
+        standard_error_coloured: f64::NAN,
+        at_bound: None,
+        identifiable: true,
+    }
+}
+
+/// A parameter that was given, by all or run by run.
+fn given(problem: &Problem, parameter: usize, spec: &Spec) -> Vec<Estimate> {
+    let name = problem.specs[parameter].parameter.name;
+    let known = |run: usize| problem.experiments[run].recording.constants.get(name);
+    let values: Vec<f64> = (0..problem.experiments.len())
+        .map(|run| known(run).copied().unwrap_or(spec.start))
+        .collect();
+    if values.iter().all(|v| v.to_bits() == values[0].to_bits()) {
+        return vec![plain(spec, values[0])];
+    }
+    let one = |(run, value): (usize, &f64)| Estimate {
+        experiment: Some(run),
+        ..plain(spec, *value)
+    };
+    values.iter().enumerate().map(one).collect()
+}
+
+/// Whether the data tell more of a parameter than that it is possible.
+fn is_identifiable(spec: &Spec, estimate: &Estimate) -> bool {
+    if let Some(bound) = estimate.at_bound {
+        // No delay and no damping are answers; a pole as fast as can be is none.
+        return bound == Bound::Low && estimate.bounds.0 == 0.0;
+    }
+    let error = estimate
+        .standard_error
+        .max(estimate.standard_error_coloured);
+    // NaN is the error of what the data do not see.
+    let has_scale = spec.is_size() || spec.parameter.unit == "s" || spec.parameter.unit == "1";
+    !error.is_nan()
+        && (!has_scale || spec.scope == Scope::Own || error <= VAGUE * estimate.value.abs())
+}
+
+/// What the model makes of one experiment.
+pub fn experiment_fit(problem: &Problem, experiment: usize, values: &[f64]) -> ExperimentFit {
+    let run = &problem.experiments[experiment];
+    let angles = &run.recording.angle_deg;
+    let mut fit = ExperimentFit {
+        name: run.recording.name.clone(),
+        predicted_deg: vec![f64::NAN; run.len()],
+        residual_deg: vec![f64::NAN; run.len()],
+        state: vec![State::Free; run.len()],
+        ..Default::default()
+    };
+    problem.model.simulate(run, values, &mut |i, sample| {
+        fit.predicted_deg[i] = sample.angle_deg;
+        fit.residual_deg[i] = angles[i] - sample.angle_deg;
+        fit.state[i] = sample.state;
+    });
+    let (errors, spread) = squares(angles, &fit.residual_deg);
+    fit.fit_percent = percent(errors, spread);
+    let limited = |state: &State| matches!(state, State::RateUp | State::RateDown | State::Duty);
+    for (i, pair) in run.time_ns.windows(2).enumerate() {
+        if limited(&fit.state[i]) || limited(&fit.state[i + 1]) {
+            let both = limited(&fit.state[i]) && limited(&fit.state[i + 1]);
+            let share = if both { 1.0 } else { 0.5 };
+            fit.rate_limited_s += share * (pair[1] - pair[0]) as f64 * 1e-9;
+        }
+    }
+    fit
+}
+
+/// Squares of the residuals, and of the angles around their mean.
+fn squares(angles: &[f64], residuals: &[f64]) -> (f64, f64) {
+    let compared = || residuals.iter().zip(angles).filter(|(r, _)| !r.is_nan());
+    let count = compared().count() as f64;
+    let mean = compared().map(|(_, a)| a).sum::<f64>() / count;
+    let errors = compared().map(|(r, _)| r * r).sum();
+    let spread = compared().map(|(_, a)| (a - mean).powi(2)).sum();
+    (errors, spread)
+}
+
+fn percent(errors: f64, spread: f64) -> f64 {
+    100.0 * (1.0 - (errors / spread).sqrt())
+}
+
+/// The fit over all experiments, each around its own mean.
+fn overall(problem: &Problem, experiments: &[ExperimentFit]) -> f64 {
+    let runs = problem.experiments.iter().zip(experiments);
+    let sums = runs.map(|(run, fit)| squares(&run.recording.angle_deg, &fit.residual_deg));
+    let (errors, spread) = sums.fold((0.0, 0.0), |(e, s), (errors, spread)| {
+        (e + errors, s + spread)
+    });
+    percent(errors, spread)
+}

@@ -1,0 +1,203 @@
+//! Motors with friction: made by the model itself, as the simulator's bench has more parts.
+
+use super::*;
+
+/// What a model of this truth answers, as an encoder shows it.
+fn answered(model: &str, mut recording: Recording, truth: &[(&str, f64)], seed: u64) -> Recording {
+    let mut problem = problem(model, vec![recording.clone()]);
+    for (name, value) in truth {
+        problem.start(name, *value).expect("a parameter");
+    }
+    let value = |s: &crate::problem::Spec| {
+        let known = recording.constants.get(s.parameter.name);
+        known.copied().unwrap_or(s.start)
+    };
+    let values: Vec<f64> = problem.specs.iter().map(value).collect();
+    let mut angles = vec![0.0; recording.len()];
+    let run = &problem.experiments[0];
+    let seen = &mut |i: usize, sample: crate::Sample| angles[i] = sample.angle_deg;
+    problem.model.simulate(run, &values, seen);
+    recording.angle_deg = angles;
+    noisy(recording, seed)
+}
+
+/// A servo with friction M1.
+const SERVO: [(&str, f64); 6] = [
+    ("torque_constant_nm_a", 0.4),
+    ("motor_inertia_kg_m2", 0.003),
+    ("delay_s", 0.01),
+    ("duty_per_error_pct_deg", 0.01),
+    ("coulomb_friction_nm", 0.03),
+    ("viscous_friction_nm_s_deg", 2e-4),
+];
+
+/// A slow double sine for a servo with a pendulum.
+fn double_sine(gain: f64) -> Recording {
+    let time_s: Vec<f64> = (0..400).map(|i| f64::from(i) * 0.015).collect();
+    let command = |t: &f64| 60.0 * (2.1 * t).sin() * (0.37 * t).cos() + 20.0 * (5.0 * t).sin();
+    let mut recording = Recording {
+        name: "pendulum".into(),
+        command_deg: time_s.iter().map(command).collect(),
+        angle_deg: time_s.iter().map(|t| t.sin()).collect(),
+        time_s,
+        ..Default::default()
+    };
+    for (name, value) in [
+        ("pendulum_mass_kg", 0.5),
+        ("pendulum_length_m", 0.1),
+        ("supply_v", 7.4),
+        ("firmware_gain", gain),
+    ] {
+        recording.constants.insert(name.into(), value);
+    }
+    recording
+}
+
+/// That of a servo with friction M4, with the 12 bits of its encoder.
+fn pendulum(seed: u64, gain: f64) -> Recording {
+    let more = [
+        ("stribeck_friction_nm", 0.03),
+        ("load_friction_motor", 0.1),
+        ("load_stribeck_motor", 0.1),
+    ];
+    let truth = [&SERVO[..], &more].concat();
+    answered("servo-m4", double_sine(gain), &truth, seed)
+}
+
+#[test]
+fn a_richer_friction_model_fits_no_worse_and_predicts_better() {
+    let options = Options {
+        starts: 2,
+        ..Default::default()
+    };
+    let left_out = Experiment::try_new(pendulum(2, 250.0)).expect("a recording");
+    let errors = ["servo-m1", "servo-m3", "servo-m4"].map(|name| {
+        let problem = problem(name, vec![pendulum(1, 100.0), pendulum(3, 400.0)]);
+        let fit = fit(&problem, &options, &Quiet).expect("a fit");
+        let prediction = predict(&problem, &fit, &left_out).expect("a prediction");
+        (fit.cost, prediction.mean_absolute_error_deg())
+    });
+    let [one, three, four] = errors;
+    assert!(four.0 <= three.0 && three.0 <= one.0, "{errors:?}");
+    assert!(four.1 < 0.5 * one.1, "{errors:?}");
+}
+
+#[test]
+fn a_model_that_fits_no_better_but_by_chance_keeps_to_the_simpler_one() {
+    let recording = answered("servo-m1", double_sine(100.0), &SERVO, 4);
+    let fits = ["servo-m1", "servo-m3"].map(|name| fitted(&problem(name, vec![recording.clone()])));
+    let [simple, rich] = fits;
+    assert_eq!(simple.no_better_than, None);
+    assert_eq!(rich.no_better_than, Some("servo-m1"));
+    let beyond = rich.estimate("load_friction_motor").expect("an estimate");
+    assert_eq!((beyond.value, beyond.identifiable), (0.0, false));
+    // The same answer, and so the same cost but for rounding.
+    assert!(
+        (rich.cost / simple.cost - 1.0).abs() < 1e-9,
+        "{} {}",
+        rich.cost,
+        simple.cost
+    );
+}
+
+#[test]
+fn a_pendulum_swings_freely_while_its_motor_is_off() {
+    let mut recording = pendulum(1, 100.0);
+    let motor_on = recording
+        .time_s
+        .iter()
+        .map(|t| f64::from(u8::from(*t < 3.0)));
+    recording.motor_on = Some(motor_on.collect());
+    let truth = [
+        ("torque_constant_nm_a", 0.4),
+        ("motor_inertia_kg_m2", 0.003),
+        ("delay_s", 0.01),
+        ("duty_per_error_pct_deg", 0.01),
+        ("coulomb_friction_nm", 0.005),
+        ("viscous_friction_nm_s_deg", 2e-5),
+    ];
+    let recording = answered("servo-m1", recording, &truth, 3);
+    let fit = fitted(&problem("servo-m1", vec![recording]));
+    // All of the recording counts, the swing too: it tells inertia and friction.
+    assert_eq!(fit.samples, 400);
+    for (name, truth) in truth {
+        let e = fit.estimate(name).expect("an estimate");
+        let error = (e.value - truth).abs();
+        assert!(error < 4.0 * e.standard_error, "{e:?}");
+    }
+}
+
+#[test]
+fn a_motor_is_found_from_its_logged_duty() {
+    let mut recording = pendulum(1, 100.0);
+    let duty = recording
+        .time_s
+        .iter()
+        .map(|t| 25.0 * (5.0 * t).sin() * (0.9 * t).cos() + 15.0 * (1.3 * t).sin());
+    recording.duty_pct = Some(duty.collect());
+    let truth = [
+        ("torque_constant_nm_a", 0.5),
+        ("winding_resistance_ohm", 3.0),
+        ("motor_inertia_kg_m2", 0.002),
+        ("delay_s", 0.004),
+        ("coulomb_friction_nm", 0.05),
+        ("viscous_friction_nm_s_deg", 3e-4),
+    ];
+    let recording = answered("motor-m1", recording, &truth, 5);
+    let mut again = problem("motor-m1", vec![recording]);
+    again
+        .fix("winding_resistance_ohm", 3.0)
+        .expect("a parameter");
+    let fit = fitted(&again);
+    for (name, truth) in truth
+        .into_iter()
+        .filter(|(name, _)| *name != "winding_resistance_ohm")
+    {
+        let e = fit.estimate(name).expect("an estimate");
+        let error = (e.value - truth).abs();
+        assert!(
+            error < 4.0 * e.standard_error.max(e.standard_error_coloured),
+            "{e:?}"
+        );
+    }
+}
+
+#[test]
+fn resistance_torque_constant_and_viscous_friction_are_said_not_to_be_told_apart() {
+    let mut recording = pendulum(1, 100.0);
+    let duty = recording.angle_deg.iter().map(|a| a / 2.0);
+    recording.duty_pct = Some(duty.collect());
+    let mut problem = problem("motor-m1", vec![recording]);
+    problem.free("winding_resistance_ohm").expect("a parameter");
+    let fit = fitted(&problem);
+    for name in ["torque_constant_nm_a", "winding_resistance_ohm"] {
+        assert!(
+            !fit.estimate(name).expect("an estimate").identifiable,
+            "{name}"
+        );
+    }
+}
+
+#[test]
+fn a_motor_without_logged_duty_is_refused() {
+    let run = Experiment::try_new(pendulum(1, 100.0)).expect("a recording");
+    let motor = models::named("motor-m1").expect("a model");
+    assert!(matches!(
+        Problem::try_new(motor, vec![run]),
+        Err(IdentifyError::Recording { .. })
+    ));
+}
+
+#[test]
+fn frictions_are_looked_for_where_small_servos_have_them_unless_somebody_says_otherwise() {
+    let name = "viscous_friction_nm_s_deg";
+    let mut problem = problem("servo-m4", vec![pendulum(1, 100.0)]);
+    let high = |p: &Problem| {
+        let spec = p.specs.iter().find(|s| s.parameter.name == name);
+        spec.expect("a parameter").high
+    };
+    // 1 Nm s/rad.
+    assert_eq!(high(&problem), 1.0_f64.to_radians());
+    problem.bound(name, 0.0, 0.1).expect("a bound");
+    assert_eq!(high(&problem), 0.1);
+}

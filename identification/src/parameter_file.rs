@@ -1,0 +1,126 @@
+//! A fitted model as a file that `actuator simulate --parameters` takes: a scenario in TOML with its
+//! model and parameters.
+//!
+//! A motor comes back as the bench behind the board: driven by the board's own loops where it was
+//! fitted from its duty, and by its fitted position loop where it was fitted from its command.
+
+mod motor;
+
+use std::fmt::Write as _;
+
+use model_core::{
+    actuator::{ModelKind, PlantKind, Settings},
+    named::Named,
+};
+use motor::Bench;
+
+use super::fit::{Estimate, Fit};
+
+/// The simulator has no model that corresponds to the fitted one.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{model} cannot be simulated by itself, expected one of {}", ModelKind::NAMES.join(", "))]
+pub struct NotSimulated {
+    /// The fitted model.
+    pub model: &'static str,
+}
+
+/// The text of the file.
+///
+/// # Errors
+/// [`NotSimulated`].
+pub fn text(fit: &Fit) -> Result<String, NotSimulated> {
+    let bench = Bench::of(fit);
+    let kind = simulated(fit.model).ok_or(NotSimulated { model: fit.model })?;
+    let plant = match &bench {
+        Some(_) => PlantKind::Bench,
+        None => PlantKind::FirstOrder,
+    };
+    let settings = Settings::new(kind, plant);
+    let known: Vec<&str> = settings.values().map(|v| v.parameter.name).collect();
+    let mut text = format!(
+        "# {} fitted by actuator {}: fit {:.2} %, noise {:.4} deg.\nmodel = \"{}\"\n",
+        fit.model,
+        env!("CARGO_PKG_VERSION"),
+        fit.fit_percent,
+        fit.noise_deg,
+        kind.name(),
+    );
+    if let Some(bench) = &bench {
+        let _ = writeln!(text, "plant = \"{}\"", plant.name());
+        for remark in bench.remarks() {
+            let _ = writeln!(text, "# {remark}");
+        }
+    }
+    text += "\n[set]\n";
+    let values = bench.map_or_else(|| values(fit), |bench| bench.values());
+    for (name, value, estimate) in values {
+        if !known.contains(&name) || !value.is_finite() {
+            continue;
+        }
+        // What comes back from the text is the number itself.
+        let _ = write!(text, "{name} = {value:?}");
+        let _ = match estimate {
+            Some(e) if e.standard_error.is_finite() => writeln!(
+                text,
+                " # {}, standard error {:.3e}",
+                e.unit,
+                e.standard_error.max(e.standard_error_coloured)
+            ),
+            Some(e) if !e.identifiable => writeln!(text, " # {}, not identifiable", e.unit),
+            _ => writeln!(text),
+        };
+    }
+    Ok(text)
+}
+
+/// The simulator's name of a model.
+fn simulated_as(model: &str) -> &str {
+    match model {
+        "black-box-2-oscillator" => "black-box-2",
+        model => model,
+    }
+}
+
+/// What the simulator runs for a fitted model; `None` where it has nothing like it.
+pub fn simulated(model: &str) -> Option<ModelKind> {
+    match motor::form(model) {
+        Some(_) => Some(ModelKind::Board),
+        None => ModelKind::named(simulated_as(model)),
+    }
+}
+
+/// The settings of such a file by the names of the model that it was written for.
+pub fn named_for(model: &str, mut settings: Vec<(String, f64)>) -> Vec<(String, f64)> {
+    let value = |name: &str| settings.iter().find(|s| s.0 == name).map(|s| s.1);
+    let gains = value(POSITION_GAIN).zip(value(RATE_GAIN));
+    if let Some((position, rate)) = gains.filter(|_| simulated_as(model) != model) {
+        settings.retain(|(name, _)| name != POSITION_GAIN && name != RATE_GAIN);
+        let w = position.sqrt();
+        settings.push(("natural_frequency_rad_s".into(), w));
+        settings.push(("damping".into(), rate / (2.0 * w)));
+    }
+    settings
+}
+
+/// Gains of black box 2, which the simulator has for the oscillator too.
+const POSITION_GAIN: &str = "position_gain_per_s2";
+const RATE_GAIN: &str = "rate_gain_per_s";
+
+/// A parameter of the simulator with its value, and the estimate that it is; `None` where it was
+/// computed from estimates.
+type Set<'a> = (&'static str, f64, Option<&'a Estimate>);
+
+/// The parameters of the actuator by the simulator's names.
+fn values(fit: &Fit) -> Vec<Set<'_>> {
+    let shared = fit.estimates.iter().filter(|e| e.experiment.is_none());
+    let mut values: Vec<_> = shared.map(|e| (e.name, e.value, Some(e))).collect();
+    // The simulator has the gains of the oscillator.
+    let oscillator = fit
+        .value("natural_frequency_rad_s")
+        .zip(fit.value("damping"));
+    if let Some((w, damping)) = oscillator {
+        values.push((POSITION_GAIN, w * w, None));
+        values.push((RATE_GAIN, 2.0 * damping * w, None));
+    }
+    values
+}

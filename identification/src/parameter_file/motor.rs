@@ -1,0 +1,150 @@
+//! Motors and servos as the bench of the simulator.
+
+use model_core::plant::bench::gear_train::GearTrainParameters;
+
+use super::Set;
+use crate::fit::{Estimate, Fit};
+
+/// A fitted motor or servo.
+pub(super) struct Bench<'a> {
+    fit: &'a Fit,
+    friction_model: f64,
+    is_servo: bool,
+}
+
+/// What the bench calls as the fit does, and counts at the output shaft too.
+const ALIKE: [&str; 19] = [
+    "winding_resistance_ohm",
+    "supply_v",
+    "delay_s",
+    "duty_limit_pct",
+    "pendulum_mass_kg",
+    "pendulum_length_m",
+    "load_torque_nm",
+    "backlash_deg",
+    "coulomb_friction_nm",
+    "viscous_friction_nm_s_deg",
+    "stribeck_friction_nm",
+    "stribeck_rate_deg_s",
+    "stribeck_exponent",
+    "load_friction_motor",
+    "load_friction_external",
+    "load_stribeck_motor",
+    "load_stribeck_external",
+    "load_quadratic_motor_1_nm",
+    "load_quadratic_external_1_nm",
+];
+
+/// What the fitted model has not, and what it is then.
+const ABSENT: [(&str, f64); 2] = [("bearing_friction_nm", 0.0), ("winding_inductance_h", 0.0)];
+
+/// Gain of the position loop, 1/s; its feed-forward makes duty of it. Any value does.
+const POSITION_GAIN: f64 = 10.0;
+
+/// What the simulator cannot do.
+const UNKNOWN: [&str; 2] = ["vertical_deg", "drive_asymmetry"];
+
+/// Whether the model of this name is a servo, and its friction; `None` where it is no motor.
+pub(super) fn form(model: &str) -> Option<(bool, f64)> {
+    let (kind, friction) = model.split_once("-m")?;
+    let is_servo = match kind {
+        "motor" => false,
+        "servo" => true,
+        _ => return None,
+    };
+    Some((is_servo, friction.parse().ok()?))
+}
+
+impl<'a> Bench<'a> {
+    /// The bench of a fit; `None` where it is no motor.
+    pub fn of(fit: &'a Fit) -> Option<Self> {
+        let (is_servo, friction_model) = form(fit.model)?;
+        Some(Self {
+            fit,
+            friction_model,
+            is_servo,
+        })
+    }
+
+    fn shared(&self, name: &str) -> Option<&'a Estimate> {
+        let estimates = self.fit.estimates.iter();
+        let mut shared = estimates.filter(|e| e.experiment.is_none());
+        shared.find(|e| e.name == name)
+    }
+
+    fn value(&self, name: &str) -> f64 {
+        self.shared(name).map_or(f64::NAN, |e| e.value)
+    }
+
+    /// What must be known of the file.
+    pub fn remarks(&self) -> Vec<String> {
+        let mut remarks = vec![
+            match self.is_servo {
+                true => {
+                    "The position loop is the fitted one: duty per error by feed-forward alone."
+                }
+                false => "The motor alone was fitted: the loops around it are the board's own.",
+            }
+            .to_owned(),
+        ];
+        for name in UNKNOWN {
+            let value = self.value(name);
+            if value != 0.0 && value.is_finite() {
+                remarks.push(format!("Not simulated: {name} = {value:?}"));
+            }
+        }
+        remarks
+    }
+
+    /// The parameters of the bench.
+    pub fn values(&self) -> Vec<Set<'a>> {
+        // As seen at the output, and from there behind a gear train that the bench can have.
+        let fitted_ratio = self.value("gear_ratio");
+        let ratio = fitted_ratio.max(GearTrainParameters::default().gear_ratio);
+        let scale = fitted_ratio / ratio;
+        let mut values: Vec<Set<'a>> = vec![
+            ("friction_model", self.friction_model, None),
+            ("gear_ratio", ratio, None),
+            (
+                "torque_constant_nm_a",
+                self.value("torque_constant_nm_a") * scale,
+                None,
+            ),
+            (
+                "motor_inertia_kg_m2",
+                self.value("motor_inertia_kg_m2") * scale * scale,
+                None,
+            ),
+        ];
+        // The delay of a motor is between its duty and its torque: no transport delay of commands.
+        let is_of_the_servo = |name: &&str| self.is_servo || *name != "delay_s";
+        let alike = ALIKE.into_iter().filter(is_of_the_servo);
+        let alike = alike.filter_map(|name| {
+            let estimate = self.shared(name)?;
+            Some((name, estimate.value, Some(estimate)))
+        });
+        values.extend(alike);
+        values.extend(ABSENT.map(|(name, value)| (name, value, None)));
+        let stop_deg = self.value("hard_stop_deg");
+        if stop_deg.is_finite() {
+            values.push(("hard_stop_deg", stop_deg, self.shared("hard_stop_deg")));
+        }
+        if self.is_servo {
+            values.extend(self.position_loop());
+        }
+        values
+    }
+
+    /// `u = Kff P (command - angle)`: no rate loop, and nothing that winds up.
+    fn position_loop(&self) -> impl Iterator<Item = Set<'a>> {
+        let gain = self.value("duty_per_error_pct_deg") * self.value("firmware_gain");
+        let set = [
+            ("position_gain", POSITION_GAIN),
+            ("feed_forward_gain", gain / POSITION_GAIN),
+            ("proportional_gain", 0.0),
+            ("integral_gain", 0.0),
+            ("anti_windup_gain", 0.0),
+        ];
+        set.into_iter().map(|(name, value)| (name, value, None))
+    }
+}

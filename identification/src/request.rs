@@ -1,0 +1,139 @@
+//! What somebody asks of a search, by the names of parameters: on a command line or in Python.
+
+use std::sync::Arc;
+
+use model_core::parameter::Parameter;
+
+use super::{
+    assessment::Assessment,
+    contradictions::Wish,
+    engine::{Options, Progress, fit_from},
+    experiment::Experiment,
+    fit::Fit,
+    model::Model,
+    problem::{IdentifyError, Problem, Scope},
+};
+
+/// Which parameters are looked for, where and how. Of several models each takes what it has.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Request {
+    /// Held at these values.
+    pub fix: Vec<(String, f64)>,
+    /// Looked for although they are held as a rule.
+    pub free: Vec<String>,
+    /// Kept within bounds: name, low, high.
+    pub bound: Vec<(String, f64, f64)>,
+    /// Looked for from these values on.
+    pub start: Vec<(String, f64)>,
+    /// Each recording has its own value.
+    pub own: Vec<String>,
+    /// All recordings have one value.
+    pub share: Vec<String>,
+    /// How to search.
+    pub options: Options,
+}
+
+/// Why a [`Request`] is refused.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum RequestError {
+    /// None of the models has a parameter of this name.
+    #[error("unknown parameter `{name}`; expected {}", known.join(", "))]
+    UnknownParameter {
+        /// The unknown name.
+        name: String,
+        /// The parameters of all models, sorted by name.
+        known: Vec<&'static str>,
+    },
+    /// Two options contradict each other.
+    #[error("{0}")]
+    Conflict(String),
+}
+
+impl Request {
+    /// Fits one model, and predicts the recordings that were left out. What was fitted `before` to
+    /// the same recordings serves as a start where it is simpler.
+    ///
+    /// # Errors
+    /// Those of [`Problem`] and of [`fit`](fn@super::fit).
+    pub fn assess(
+        &self,
+        model: Arc<dyn Model>,
+        (fitted, held_out): (&[Experiment], &[Experiment]),
+        before: &[Assessment],
+        progress: &dyn Progress,
+    ) -> Result<Assessment, IdentifyError> {
+        let problem = self.problem(model, fitted)?;
+        let known: Vec<&Fit> = before.iter().map(|assessment| &assessment.fit).collect();
+        let found = fit_from(&problem, &self.options, progress, &known)?;
+        Assessment::of(found.model, &problem, found, held_out)
+    }
+
+    /// Checks that each parameter that is named is one of a model at least, and that no two wishes about
+    /// one contradict each other.
+    ///
+    /// # Errors
+    /// [`RequestError::UnknownParameter`] of the first that is not, [`RequestError::Conflict`] of two wishes.
+    pub fn check(&self, models: &[Arc<dyn Model>]) -> Result<(), RequestError> {
+        let parameters = || models.iter().flat_map(|m| m.parameters());
+        let fixed = self.fix.iter().chain(&self.start).map(|(name, _)| name);
+        let named = fixed
+            .chain(self.bound.iter().map(|(name, ..)| name))
+            .chain(self.free.iter().chain(&self.own).chain(&self.share));
+        for name in named {
+            if !parameters().any(|p| p.is_called(name)) {
+                let mut known: Vec<&'static str> = parameters().map(|p| p.name).collect();
+                known.sort_unstable();
+                known.dedup();
+                return Err(RequestError::UnknownParameter {
+                    name: name.clone(),
+                    known,
+                });
+            }
+        }
+        let table: Vec<Parameter> = parameters().copied().collect();
+        self.check_contradictions(&table)
+    }
+
+    fn check_contradictions(&self, table: &[Parameter]) -> Result<(), RequestError> {
+        let fix = Wish::new("fix", self.fix.iter().map(|(name, _)| name));
+        let free = Wish::new("free", &self.free);
+        let bound = Wish::new("bound", self.bound.iter().map(|(name, ..)| name));
+        let start = Wish::new("start", self.start.iter().map(|(name, _)| name));
+        let own = Wish::new("own", &self.own);
+        for valued in [&fix, &bound, &start] {
+            valued.once(table)?;
+        }
+        for of_a_search in [&free, &bound, &start] {
+            fix.without(of_a_search, table)?;
+        }
+        own.without(&Wish::new("share", &self.share), table)
+    }
+
+    fn problem(
+        &self,
+        model: Arc<dyn Model>,
+        experiments: &[Experiment],
+    ) -> Result<Problem, IdentifyError> {
+        let parameters = model.parameters().to_vec();
+        let has = |name: &str| parameters.iter().any(|p| p.is_called(name));
+        let mut problem = Problem::try_new(model, experiments.to_vec())?;
+        for (name, low, high) in self.bound.iter().filter(|(name, ..)| has(name)) {
+            problem.bound(name, *low, *high)?;
+        }
+        for name in self.free.iter().filter(|name| has(name)) {
+            problem.free(name)?;
+        }
+        for (name, value) in self.start.iter().filter(|(name, _)| has(name)) {
+            problem.start(name, *value)?;
+        }
+        for (name, value) in self.fix.iter().filter(|(name, _)| has(name)) {
+            problem.fix(name, *value)?;
+        }
+        for (names, scope) in [(&self.own, Scope::Own), (&self.share, Scope::Shared)] {
+            for name in names.iter().filter(|name| has(name)) {
+                problem.scope(name, scope)?;
+            }
+        }
+        Ok(problem)
+    }
+}

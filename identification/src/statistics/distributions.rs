@@ -1,0 +1,44 @@
+//! Quantiles and tail probabilities of the usual distributions.
+
+use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, Normal};
+
+/// The share of a normal distribution within 1.96 standard deviations: what every band here covers.
+pub const COVERED: f64 = 0.95;
+
+/// How many standard deviations a two-sided interval of this coverage reaches out.
+///
+/// ```
+/// use identification::statistics::distributions::{COVERED, two_sided};
+/// assert!((two_sided(COVERED) - 1.959964).abs() < 1e-6);
+/// ```
+pub fn two_sided(covered: f64) -> f64 {
+    if covered > 0.0 && covered < 1.0 {
+        Normal::standard().inverse_cdf(0.5 + 0.5 * covered)
+    } else {
+        f64::NAN
+    }
+}
+
+/// Probability that chance alone exceeds `statistic` with this many degrees of freedom; NaN without
+/// any.
+///
+/// ```
+/// use identification::statistics::distributions::chi_squared_exceeds;
+/// // The 95 % quantile of 25 degrees of freedom.
+/// assert!((chi_squared_exceeds(37.652, 25.0) - 0.05).abs() < 1e-5);
+/// ```
+pub fn chi_squared_exceeds(statistic: f64, degrees: f64) -> f64 {
+    ChiSquared::new(degrees).map_or(f64::NAN, |chi_squared| chi_squared.sf(statistic))
+}
+
+/// The value that an F distribution exceeds with the probability `1 - covered`; NaN without degrees
+/// of freedom.
+///
+/// ```
+/// use identification::statistics::distributions::f_quantile;
+/// assert!((f_quantile(2.0, 10.0, 0.95) - 4.1028).abs() < 1e-4);
+/// ```
+pub fn f_quantile(numerator_degrees: f64, denominator_degrees: f64, covered: f64) -> f64 {
+    FisherSnedecor::new(numerator_degrees, denominator_degrees)
+        .map_or(f64::NAN, |f| f.inverse_cdf(covered))
+}
