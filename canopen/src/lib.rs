@@ -13,7 +13,7 @@
 //!     Entry::new(0x1017, 0, DataType::U16, Access::ReadWrite).value(100),
 //!     Entry::new(0x6064, 0, DataType::I32, Access::Read).mappable(Mapping::Transmit),
 //! ];
-//! const DICTIONARY: Dictionary = match canopen::dictionary!(ENTRIES, &[], &[]) {
+//! const DICTIONARY: Dictionary = match Dictionary::try_new(ENTRIES, &[], &[]) {
 //!     Ok(dictionary) => dictionary,
 //!     Err(_) => panic!("invalid object dictionary"),
 //! };

@@ -3,7 +3,7 @@
 use core::task::Poll;
 
 use crate::application::{Application, ParameterGroup};
-use crate::dictionary::{Access, Address, DataType, Dictionary, Mapping, Row};
+use crate::dictionary::{Access, Address, DataType, Dictionary, Entry, Mapping};
 use crate::message::copy;
 use crate::services::Services;
 use crate::{Abort, sdo};
@@ -22,45 +22,45 @@ pub(crate) struct Objects<'a, A, const R: usize, const T: usize> {
 
 impl<A: Application, const R: usize, const T: usize> Objects<'_, A, R, T> {
     /// Reads a numeric object.
-    pub fn read_number(&mut self, row: &Row) -> Result<u64, Abort> {
-        let address = row.address();
+    pub fn read_number(&mut self, entry: &Entry) -> Result<u64, Abort> {
+        let address = entry.address();
         if let Some(value) = self.services.read(address, self.dictionary) {
             return value.map(u64::from);
         }
         // SDO parameters have constant values that contain the node-ID.
         let from_table = matches!(address.index, 0x1010 | 0x1011 | 0x1200..=0x127F);
-        if row.access() == Access::Const || from_table {
-            let value = self.dictionary.value(row, self.node_id);
-            return Ok(row.data_type().decode(&value.to_le_bytes()));
+        if entry.access() == Access::Const || from_table {
+            let value = entry.default_value(self.node_id);
+            return Ok(entry.data_type().decode(&value.to_le_bytes()));
         }
         self.app.read(address)
     }
 
     /// Writes a numeric object after all checks, for an RPDO or a completed SDO download.
-    pub fn write_number(&mut self, row: &Row, value: u64) -> Result<(), Abort> {
-        if row.is_guarded() && self.app.guarded() {
+    pub fn write_number(&mut self, entry: &Entry, value: u64) -> Result<(), Abort> {
+        if entry.is_guarded() && self.app.guarded() {
             return Err(Abort::DeviceState);
         }
-        self.check_limits(row, value)?;
-        self.check_relations(row, value)?;
-        let address = row.address();
+        self.check_limits(entry, value)?;
+        self.check_relations(entry, value)?;
+        let address = entry.address();
         match self.services.write(address, value as u32, self.dictionary) {
             Some(done) => done?,
             None => self.app.write(address, value)?,
         }
         // A change of the configuration invalidates 1020h "verify configuration".
-        let configures = row.mapping() == Mapping::None && row.access() == Access::ReadWrite;
+        let configures = entry.mapping() == Mapping::None && entry.access() == Access::ReadWrite;
         if configures && !matches!(address.index, 0x1003 | 0x1020) {
             self.services.configuration_date = [0; 2];
         }
         Ok(())
     }
 
-    fn check_limits(&self, row: &Row, value: u64) -> Result<(), Abort> {
-        let Some((low, high)) = self.dictionary.limits(row) else {
+    fn check_limits(&self, entry: &Entry, value: u64) -> Result<(), Abort> {
+        let Some((low, high)) = entry.ordered_limits() else {
             return Ok(());
         };
-        let value = row.data_type().ordered(value as u32);
+        let value = entry.data_type().ordered(value as u32);
         if value > high {
             return Err(Abort::TooHigh);
         }
@@ -71,8 +71,8 @@ impl<A: Application, const R: usize, const T: usize> Objects<'_, A, R, T> {
         }
     }
 
-    fn check_relations(&mut self, row: &Row, value: u64) -> Result<(), Abort> {
-        let address = row.address();
+    fn check_relations(&mut self, entry: &Entry, value: u64) -> Result<(), Abort> {
+        let address = entry.address();
         for relation in self.dictionary.relations() {
             if relation.lower != address && relation.upper != address {
                 continue;
@@ -83,7 +83,7 @@ impl<A: Application, const R: usize, const T: usize> Objects<'_, A, R, T> {
                 } else {
                     self.read_number(self.dictionary.find(of)?)?
                 };
-                Ok(row.data_type().ordered(number as u32))
+                Ok(entry.data_type().ordered(number as u32))
             };
             if number(relation.lower)? > number(relation.upper)? {
                 return Err(Abort::MaximumBelowMinimum);
@@ -117,22 +117,22 @@ impl<A: Application, const R: usize, const T: usize> Objects<'_, A, R, T> {
 }
 
 impl<A: Application, const R: usize, const T: usize> sdo::ObjectAccess for Objects<'_, A, R, T> {
-    fn entry(&self, address: Address) -> Result<&'static Row, Abort> {
+    fn entry(&self, address: Address) -> Result<&'static Entry, Abort> {
         self.dictionary.find(address)
     }
 
-    fn check_write(&self, row: &Row, length: Option<u32>) -> Result<(), Abort> {
-        if !row.writable() {
+    fn check_write(&self, entry: &Entry, length: Option<u32>) -> Result<(), Abort> {
+        if !entry.is_writable() {
             return Err(Abort::ReadOnly);
         }
-        if row.is_guarded() && self.app.guarded() {
+        if entry.is_guarded() && self.app.guarded() {
             return Err(Abort::DeviceState);
         }
         let Some(length) = length else { return Ok(()) };
-        let (least, most) = match (row.data_type(), row.data_type().size()) {
+        let (least, most) = match (entry.data_type(), entry.data_type().size()) {
             (_, Some(size)) => (u32::from(size), u32::from(size)),
             (DataType::Domain, _) => (0, u32::MAX),
-            _ => (0, self.dictionary.value(row, 0)),
+            _ => (0, entry.default_value(0)),
         };
         if length > most {
             return Err(Abort::TooLong);
@@ -144,34 +144,34 @@ impl<A: Application, const R: usize, const T: usize> sdo::ObjectAccess for Objec
         }
     }
 
-    fn constant_text(&self, row: &Row) -> Option<&'static [u8]> {
-        (row.data_type() == DataType::Text && row.access() == Access::Const)
-            .then(|| self.dictionary.text(row.address()))
+    fn constant_text(&self, entry: &Entry) -> Option<&'static [u8]> {
+        (entry.data_type() == DataType::Text && entry.access() == Access::Const)
+            .then(|| self.dictionary.text(entry.address()))
     }
 
-    fn read(&mut self, row: &Row, buffer: &mut [u8]) -> Result<usize, Abort> {
-        match row.data_type().size() {
+    fn read(&mut self, entry: &Entry, buffer: &mut [u8]) -> Result<usize, Abort> {
+        match entry.data_type().size() {
             Some(size) => {
-                let bytes = self.read_number(row)?.to_le_bytes();
+                let bytes = self.read_number(entry)?.to_le_bytes();
                 Ok(copy(
                     buffer,
                     bytes.get(..usize::from(size)).unwrap_or(&bytes),
                 ))
             }
-            None => self.app.read_bytes(row.address(), buffer),
+            None => self.app.read_bytes(entry.address(), buffer),
         }
     }
 
-    fn write(&mut self, row: &Row, data: &[u8]) -> Poll<Result<(), Abort>> {
-        let address = row.address();
-        if row.data_type().size().is_none() {
+    fn write(&mut self, entry: &Entry, data: &[u8]) -> Poll<Result<(), Abort>> {
+        let address = entry.address();
+        if entry.data_type().size().is_none() {
             return Poll::Ready(self.app.write_bytes(address, data));
         }
-        let value = row.data_type().decode(data);
+        let value = entry.data_type().decode(data);
         match (address.index, address.sub) {
             (0x1010, 1..) => self.store(address.sub, value as u32),
             (0x1011, 1..) => self.restore(address.sub, value as u32),
-            _ => Poll::Ready(self.write_number(row, value)),
+            _ => Poll::Ready(self.write_number(entry, value)),
         }
     }
 

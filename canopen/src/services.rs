@@ -1,14 +1,12 @@
 //! The communication objects held by the server, 1000h to 1FFFh.
 
-use crate::dictionary::{Access, Address, Dictionary, Row};
+use crate::dictionary::{Access, Address, Dictionary, Entry};
 use crate::pdo::{Direction, PdoParameters, Rpdo, Tpdo};
 use crate::timer::Timer;
 use crate::{Abort, emergency, heartbeat, sync, time};
 
 /// All services except SDO and LSS, with the objects that configure them.
 #[derive(Debug)]
-// Small fields first, as in `Node`.
-#[repr(C)]
 pub(crate) struct Services<const R: usize, const T: usize> {
     pub heartbeat: heartbeat::Producer,
     pub sync: sync::SyncService,
@@ -95,14 +93,14 @@ impl<const R: usize, const T: usize> Services<R, T> {
         self.configuration_date = [0; 2];
         // 1019h first: it cannot be written while SYNC is produced.
         for is_first in [true, false] {
-            for row in dictionary.rows() {
-                let address = row.address();
+            for entry in dictionary.entries() {
+                let address = entry.address();
                 let has_turn = (address.index == 0x1019) == is_first;
                 if !has_turn || !(0x1000..0x2000).contains(&address.index) {
                     continue;
                 }
-                let stored = row.writable().then(|| stored(address)).flatten();
-                let value = stored.unwrap_or_else(|| dictionary.value(row, node_id));
+                let stored = entry.is_writable().then(|| stored(address)).flatten();
+                let value = stored.unwrap_or_else(|| entry.default_value(node_id));
                 self.load_one(address, value);
             }
         }
@@ -148,8 +146,8 @@ impl<const R: usize, const T: usize> Services<R, T> {
         Some(Ok(match (index, sub) {
             (0x1001, _) => u32::from(self.emergency.register()),
             (0x1003, _) => {
-                let history = |row: &&Row| row.address().index == 0x1003;
-                let shown = dictionary.rows().iter().filter(history).count();
+                let history = |entry: &&Entry| entry.address().index == 0x1003;
+                let shown = dictionary.entries().iter().filter(history).count();
                 return Some(self.emergency.history(sub, shown.saturating_sub(1)));
             }
             (0x1005, _) => self.sync.cob_id(),
@@ -281,10 +279,10 @@ impl<const R: usize, const T: usize> Services<R, T> {
         dictionary: &'a Dictionary,
     ) -> impl Iterator<Item = (Address, u32)> + 'a {
         let addresses = dictionary
-            .rows()
+            .entries()
             .iter()
-            .filter(|row| row.access() == Access::ReadWrite)
-            .map(Row::address)
+            .filter(|entry| entry.access() == Access::ReadWrite)
+            .map(Entry::address)
             .filter(|address| !is_volatile(address.index));
         addresses.filter_map(|address| {
             let value = self.read(address, dictionary)?.ok()?;

@@ -9,7 +9,7 @@ use canopen::Dictionary;
 
 /// All objects of the actuator. The compiler has checked that they go together.
 pub const DICTIONARY: Dictionary =
-    match canopen::dictionary!(table::ENTRIES, table::TEXTS, table::RELATIONS) {
+    match Dictionary::try_new(table::ENTRIES, table::TEXTS, table::RELATIONS) {
         Ok(dictionary) => dictionary,
         Err(_) => panic!("object-dictionary.csv is not sound"),
     };

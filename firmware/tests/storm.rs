@@ -47,7 +47,7 @@ impl Storm {
         const OTHERS: [u32; 9] = [0, 0x80, 0x100, 0x201, 0x301, 0x401, 0x501, 0x764, 0x7E5];
         let mut data = self.bytes();
         if self.below(4) > 0 {
-            let rows = DICTIONARY.rows();
+            let rows = DICTIONARY.entries();
             let address = rows[self.below(rows.len() as u32) as usize].address();
             data[0] = COMMANDS[self.below(16) as usize];
             [data[1], data[2]] = address.index.to_le_bytes();

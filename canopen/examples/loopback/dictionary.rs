@@ -205,7 +205,7 @@ const RELATIONS: &[Relation] = &[Relation {
 }];
 
 /// The dictionary.
-pub const DICTIONARY: Dictionary = match canopen::dictionary!(&ENTRIES, TEXTS, RELATIONS) {
+pub const DICTIONARY: Dictionary = match Dictionary::try_new(&ENTRIES, TEXTS, RELATIONS) {
     Ok(dictionary) => dictionary,
     Err(_) => panic!("invalid object dictionary"),
 };

@@ -208,7 +208,6 @@ impl Axis {
         }
     }
 
-    #[cfg_attr(target_os = "none", inline(never))]
     fn run(&mut self, input: &Input, parameters: &Parameters) -> ModeResult {
         if self.mode != Some(input.mode) {
             self.start_mode(input);

@@ -183,12 +183,10 @@ const fn max_velocity(limits: &Limits) -> i64 {
     }
 }
 
-#[cfg_attr(target_os = "none", inline(never))]
 fn clamp_symmetric(value: i64, bound: i64) -> i64 {
     value.max(-bound).min(bound)
 }
 
-#[cfg_attr(target_os = "none", inline(never))]
 const fn saturate(value: i64) -> i32 {
     if value > i32::MAX as i64 {
         i32::MAX
@@ -200,7 +198,6 @@ const fn saturate(value: i64) -> i32 {
 }
 
 /// Velocity change of an acceleration in one period: at most 2^32 * 10^6 / 1000.
-#[cfg_attr(target_os = "none", inline(never))]
 fn velocity_change(acceleration: u32, period_us: u32) -> i64 {
     (i64::from(acceleration) * i64::from(period_us.min(PERIOD_MAX_US)) / 1000).max(1)
 }

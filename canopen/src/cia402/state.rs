@@ -125,7 +125,6 @@ impl StateMachine {
     }
 
     /// Performs at most one transition; returns the action in this period.
-    #[cfg_attr(target_os = "none", inline(never))]
     pub fn step(&mut self, word: u16, conditions: Conditions, options: &Options) -> Motion {
         let reset = word & controlword::FAULT_RESET != 0;
         let resets = reset && !self.reset_bit;

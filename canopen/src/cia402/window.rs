@@ -9,7 +9,6 @@ pub(super) struct HoldTimer {
 impl HoldTimer {
     /// Returns whether the condition has held for `time_ms`, measured from the start of the first
     /// period in which it held.
-    #[cfg_attr(target_os = "none", inline(never))]
     pub fn step(&mut self, holds: bool, time_ms: u16, period_us: u32) -> bool {
         if !holds {
             self.time_us = 0;

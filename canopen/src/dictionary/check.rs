@@ -1,6 +1,6 @@
 //! Consistency checks of a dictionary, evaluated at compile time.
 
-use super::{Access, Address, DataType, Dictionary, Mapping, Row};
+use super::{Access, Address, DataType, Dictionary, Entry, Mapping};
 
 /// Inconsistency in the tables of a dictionary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,18 +25,18 @@ pub enum DictionaryError {
 }
 
 pub(super) const fn check(dictionary: &Dictionary) -> Result<(), DictionaryError> {
-    let mut rest = dictionary.rows;
+    let mut rest = dictionary.entries;
     let mut last = None;
-    while let [row, after @ ..] = rest {
+    while let [entry, after @ ..] = rest {
         if let Some(last) = last
-            && last >= row.address().key()
+            && last >= entry.address().key()
         {
-            return Err(DictionaryError::Order(row.address()));
+            return Err(DictionaryError::Order(entry.address()));
         }
-        if let Err(error) = check_row(dictionary, row) {
+        if let Err(error) = check_entry(entry) {
             return Err(error);
         }
-        last = Some(row.address().key());
+        last = Some(entry.address().key());
         rest = after;
     }
     let mut texts = dictionary.texts;
@@ -49,28 +49,38 @@ pub(super) const fn check(dictionary: &Dictionary) -> Result<(), DictionaryError
     check_relations(dictionary)
 }
 
-const fn check_row(dictionary: &Dictionary, row: &Row) -> Result<(), DictionaryError> {
-    let address = row.address();
-    let size = row.data_type().size();
-    // `Entry` itself checks access against the mapping direction.
-    let fits = matches!(row.mapping(), Mapping::None) || size.is_some();
-    if !fits || row.is_impossible() {
+const fn check_entry(entry: &Entry) -> Result<(), DictionaryError> {
+    let address = entry.address();
+    let size = entry.data_type().size();
+    let is_node_id_addable = !entry.has_node_id() || matches!(entry.data_type(), DataType::U32);
+    if !is_mapping_possible(entry) || !is_node_id_addable {
         return Err(DictionaryError::Mapping(address));
     }
     if address.sub != 0 && is_variable(address.index) {
         return Err(DictionaryError::SubIndex(address));
     }
-    if let Some((low, high)) = dictionary.limits(row) {
+    if let Some((low, high)) = entry.ordered_limits() {
         match size {
             Some(1..=4) if low <= high => {}
             _ => return Err(DictionaryError::Limits(address)),
         }
     }
-    let text = matches!(row.data_type(), DataType::Text | DataType::Octets);
-    if text && row.writable() && dictionary.value(row, 0) as usize > crate::sdo::BUFFER {
+    let text = matches!(entry.data_type(), DataType::Text | DataType::Octets);
+    if text && entry.is_writable() && entry.default_value(0) as usize > crate::sdo::BUFFER {
         return Err(DictionaryError::TooLong(address));
     }
     Ok(())
+}
+
+/// Whether a PDO can carry the value: RPDOs write it, TPDOs read it, and its size is fixed.
+const fn is_mapping_possible(entry: &Entry) -> bool {
+    let is_accessible = match entry.mapping() {
+        Mapping::None => return true,
+        Mapping::Receive => entry.is_writable(),
+        Mapping::Transmit => entry.is_readable(),
+        Mapping::Both => entry.is_writable() && entry.is_readable(),
+    };
+    is_accessible && entry.data_type().size().is_some()
 }
 
 /// Communication objects of type VAR: the server evaluates their index only.
@@ -97,10 +107,10 @@ const fn check_relations(dictionary: &Dictionary) -> Result<(), DictionaryError>
 }
 
 const fn find(dictionary: &Dictionary, address: Address) -> Option<(DataType, Access)> {
-    let mut rest = dictionary.rows;
-    while let [row, after @ ..] = rest {
-        if row.address().key() == address.key() {
-            return Some((row.data_type(), row.access()));
+    let mut rest = dictionary.entries;
+    while let [entry, after @ ..] = rest {
+        if entry.address().key() == address.key() {
+            return Some((entry.data_type(), entry.access()));
         }
         rest = after;
     }
@@ -110,7 +120,7 @@ const fn find(dictionary: &Dictionary, address: Address) -> Option<(DataType, Ac
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dictionary::{Entry, Limits, Relation, Text};
+    use crate::dictionary::{Limits, Relation, Text};
 
     const fn number(index: u16, sub: u8) -> Entry {
         Entry::new(index, sub, DataType::U16, Access::ReadWrite)
@@ -130,14 +140,14 @@ mod tests {
         let at = Address::new(0x2000, 0);
         for (made, error) in [
             (
-                crate::dictionary!(UNSORTED, &[], &[]),
+                Dictionary::try_new(UNSORTED, &[], &[]),
                 Order(Address::new(0x2000, 1)),
             ),
-            (crate::dictionary!(CROSSED, &[], &[]), BadLimits(at)),
-            (crate::dictionary!(READ_BY_PDO, &[], &[]), BadMapping(at)),
-            (crate::dictionary!(LONG, &[], &[]), TooLong(at)),
+            (Dictionary::try_new(CROSSED, &[], &[]), BadLimits(at)),
+            (Dictionary::try_new(READ_BY_PDO, &[], &[]), BadMapping(at)),
+            (Dictionary::try_new(LONG, &[], &[]), TooLong(at)),
             (
-                crate::dictionary!(NO_ARRAY, &[], &[]),
+                Dictionary::try_new(NO_ARRAY, &[], &[]),
                 SubIndex(Address::new(0x1017, 1)),
             ),
         ] {
@@ -161,11 +171,11 @@ mod tests {
             upper: Address::new(0x2000, 0),
         }];
         assert_eq!(
-            crate::dictionary!(ENTRIES, TEXT, &[]).err(),
+            Dictionary::try_new(ENTRIES, TEXT, &[]).err(),
             Some(DictionaryError::Text(a))
         );
         assert_eq!(
-            crate::dictionary!(ENTRIES, &[], RELATION).err(),
+            Dictionary::try_new(ENTRIES, &[], RELATION).err(),
             Some(DictionaryError::Relation(b))
         );
     }

@@ -47,38 +47,6 @@ impl DataType {
         })
     }
 
-    /// Code from 1 to 14 in a packed entry.
-    pub(super) const fn code(self) -> u8 {
-        match self {
-            Self::U64 => 11,
-            Self::I64 => 12,
-            Self::F64 => 13,
-            Self::Domain => 14,
-            // BOOLEAN to OCTET_STRING, 1 to 10.
-            other => other as u8,
-        }
-    }
-
-    /// The type of a code; UNSIGNED32 for all other codes.
-    pub(super) const fn from_code(code: u8) -> Self {
-        match code {
-            1 => Self::Boolean,
-            2 => Self::I8,
-            3 => Self::I16,
-            4 => Self::I32,
-            5 => Self::U8,
-            6 => Self::U16,
-            8 => Self::F32,
-            9 => Self::Text,
-            10 => Self::Octets,
-            11 => Self::U64,
-            12 => Self::I64,
-            13 => Self::F64,
-            14 => Self::Domain,
-            _ => Self::U32,
-        }
-    }
-
     /// Decodes a little-endian number; signed integers are sign-extended to 64 bits.
     pub(crate) fn decode(self, bytes: &[u8]) -> u64 {
         let raw = bytes
@@ -136,18 +104,6 @@ mod tests {
             DataType::U64.decode(&[1, 2, 3, 4, 5, 6, 7, 8]),
             0x0807_0605_0403_0201
         );
-    }
-
-    #[test]
-    fn every_type_is_recovered_from_its_code() {
-        use DataType::*;
-        let all = [
-            Boolean, I8, I16, I32, U8, U16, U32, F32, Text, Octets, Domain, F64, I64, U64,
-        ];
-        for data_type in all {
-            assert_eq!(DataType::from_code(data_type.code()), data_type);
-            assert!((1..15).contains(&data_type.code()));
-        }
     }
 
     #[test]

@@ -1,13 +1,38 @@
-//! Declaration of one entry of the object dictionary.
+//! One entry of the object dictionary.
 
-use super::kind::Kind;
-use super::{Access, Address, DataType, Mapping};
+use super::{Address, DataType};
+
+/// Access of the SDO client to an object (CiA 301, 7.4).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Access {
+    /// Constant: answered from the dictionary.
+    Const,
+    /// Read only.
+    Read,
+    /// Write only.
+    Write,
+    /// Read and write.
+    ReadWrite,
+}
+
+/// The kind of PDO into which an object may be mapped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mapping {
+    /// Not mappable.
+    None,
+    /// RPDOs.
+    Receive,
+    /// TPDOs.
+    Transmit,
+    /// RPDOs and TPDOs.
+    Both,
+}
 
 /// Lower and upper limit of an object of at most 32 bits, as bits of its data type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
-    pub(crate) minimum: u32,
-    pub(crate) maximum: u32,
+    minimum: u32,
+    maximum: u32,
 }
 
 impl Limits {
@@ -37,23 +62,31 @@ impl Limits {
 }
 
 /// Constant description of one object of the dictionary. The application holds the value of every
-/// object that the server does not hold. Used at compile time only:
-/// [`dictionary!`](crate::dictionary!) packs all entries.
+/// object that the server does not hold.
 #[derive(Clone, Copy, Debug)]
 pub struct Entry {
-    pub(super) address: Address,
-    pub(super) kind: Kind,
-    pub(super) value: u32,
-    pub(super) limits: Option<&'static Limits>,
+    address: Address,
+    data_type: DataType,
+    access: Access,
+    mapping: Mapping,
+    is_guarded: bool,
+    has_node_id: bool,
+    value: u32,
+    limits: Option<&'static Limits>,
 }
 
+/// Declaration.
 impl Entry {
     /// An entry that is not mappable, with value 0 and without limits.
     #[must_use]
     pub const fn new(index: u16, sub: u8, data_type: DataType, access: Access) -> Self {
         Self {
             address: Address::new(index, sub),
-            kind: Kind::new(data_type, access),
+            data_type,
+            access,
+            mapping: Mapping::None,
+            is_guarded: false,
+            has_node_id: false,
             value: 0,
             limits: None,
         }
@@ -71,14 +104,14 @@ impl Entry {
     #[must_use]
     pub const fn value_with_node_id(mut self, value: u32) -> Self {
         self.value = value;
-        self.kind = self.kind.with_node_id();
+        self.has_node_id = true;
         self
     }
 
     /// Allows mapping into PDOs.
     #[must_use]
     pub const fn mappable(mut self, mapping: Mapping) -> Self {
-        self.kind = self.kind.mappable(mapping);
+        self.mapping = mapping;
         self
     }
 
@@ -93,7 +126,72 @@ impl Entry {
     /// true: for protection limits and identity, which must not change while the drive is enabled.
     #[must_use]
     pub const fn guarded(mut self) -> Self {
-        self.kind = self.kind.guarded();
+        self.is_guarded = true;
         self
+    }
+}
+
+/// Properties.
+impl Entry {
+    /// Index and sub-index.
+    #[must_use]
+    pub const fn address(&self) -> Address {
+        self.address
+    }
+
+    /// Data type.
+    #[must_use]
+    pub const fn data_type(&self) -> DataType {
+        self.data_type
+    }
+
+    /// Access of the SDO client.
+    #[must_use]
+    pub const fn access(&self) -> Access {
+        self.access
+    }
+
+    /// The kind of PDO into which it may be mapped.
+    #[must_use]
+    pub const fn mapping(&self) -> Mapping {
+        self.mapping
+    }
+
+    /// Whether the node-ID is added to its value.
+    #[must_use]
+    pub const fn has_node_id(&self) -> bool {
+        self.has_node_id
+    }
+
+    /// The value of a constant, or the default of an object, as bits of its data type, for this
+    /// node-ID.
+    #[must_use]
+    pub const fn default_value(&self, node_id: u8) -> u32 {
+        if self.has_node_id {
+            self.value.wrapping_add(node_id as u32)
+        } else {
+            self.value
+        }
+    }
+
+    /// Limits, if any, in the order of [`DataType::ordered`].
+    pub(crate) const fn ordered_limits(&self) -> Option<(i32, i32)> {
+        let Some(Limits { minimum, maximum }) = self.limits else {
+            return None;
+        };
+        let data_type = self.data_type;
+        Some((data_type.ordered(*minimum), data_type.ordered(*maximum)))
+    }
+
+    pub(crate) const fn is_readable(&self) -> bool {
+        !matches!(self.access, Access::Write)
+    }
+
+    pub(crate) const fn is_writable(&self) -> bool {
+        matches!(self.access, Access::Write | Access::ReadWrite)
+    }
+
+    pub(crate) const fn is_guarded(&self) -> bool {
+        self.is_guarded
     }
 }

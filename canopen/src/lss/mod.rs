@@ -120,7 +120,6 @@ impl LssSlave {
     }
 
     /// Sets the response to the master: command and up to four bytes.
-    #[cfg_attr(target_os = "none", inline(never))]
     fn answer(&mut self, command: u8, value: u32) {
         let [a, b, c, d] = value.to_le_bytes();
         self.reply = Some([command, a, b, c, d, 0, 0, 0]);

@@ -28,7 +28,7 @@ impl<const R: usize, const T: usize> Node<R, T> {
     /// #     fn read(&mut self, _: Address) -> Result<u64, Abort> { Err(Abort::NoObject) }
     /// #     fn write(&mut self, _: Address, _: u64) -> Result<(), Abort> { Err(Abort::NoObject) }
     /// # }
-    /// # const EMPTY: Dictionary = match canopen::dictionary!(&[], &[], &[]) { Ok(it) => it, Err(_) => panic!() };
+    /// # const EMPTY: Dictionary = match Dictionary::try_new(&[], &[], &[]) { Ok(it) => it, Err(_) => panic!() };
     /// use embedded_can::{Id, StandardId};
     /// let node = Node::<0, 0>::new(&EMPTY, NodeId::new(5), &mut Nothing, 0);
     /// let sdo = Id::Standard(StandardId::new(0x605).unwrap());

@@ -40,8 +40,6 @@ pub enum BusEvent {
 /// more frames. Times are in microseconds of one monotonic clock with any origin. The work in each
 /// call is bounded.
 #[derive(Debug)]
-// Small, frequently used fields first: they are within reach of short load instructions.
-#[repr(C)]
 pub struct Node<const R: usize, const T: usize> {
     state: NmtState,
     /// Node-ID in use since the last reset communication.
@@ -53,9 +51,12 @@ pub struct Node<const R: usize, const T: usize> {
     sdo: sdo::SdoServer,
 }
 
+/// RAM of a node; it uses no other.
+#[cfg(target_pointer_width = "32")]
+const _: () = assert!(size_of::<Node<4, 4>>() <= 1792);
+
 impl<const R: usize, const T: usize> Node<R, T> {
     /// Creates a node in its power-on state. Without a node-ID it waits for LSS to assign one.
-    #[cfg_attr(target_os = "none", inline(never))]
     pub fn new(
         dictionary: &'static Dictionary,
         node_id: Option<NodeId>,
@@ -171,7 +172,6 @@ impl<const R: usize, const T: usize> Node<R, T> {
     }
 
     /// Performs all time-driven work up to `now_us`, in microseconds.
-    #[cfg_attr(target_os = "none", inline(never))]
     pub fn tick(&mut self, now_us: u64, app: &mut impl Application) {
         self.advance(now_us);
         self.lss.tick(app);

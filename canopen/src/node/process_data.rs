@@ -80,9 +80,9 @@ impl<const R: usize, const T: usize> Node<R, T> {
             let Some((to, after)) = rest.split_at_mut_checked(usize::from(mapped.size)) else {
                 break;
             };
-            if let Some(row) = mapped.row {
+            if let Some(entry) = mapped.entry {
                 // An object that cannot be read now is transmitted as zero.
-                copy(to, &objects.read_number(row).unwrap_or(0).to_le_bytes());
+                copy(to, &objects.read_number(entry).unwrap_or(0).to_le_bytes());
             }
             rest = after;
         }
@@ -143,8 +143,8 @@ impl<const R: usize, const T: usize> Node<R, T> {
             let Some((bytes, after)) = rest.split_at_checked(usize::from(mapped.size)) else {
                 break;
             };
-            if let Some(row) = mapped.row {
-                let _ = objects.write_number(row, row.data_type().decode(bytes));
+            if let Some(entry) = mapped.entry {
+                let _ = objects.write_number(entry, entry.data_type().decode(bytes));
             }
             rest = after;
         }

@@ -13,7 +13,6 @@ use crate::{lss, nmt};
 
 impl<const R: usize, const T: usize> Node<R, T> {
     /// Processes a received frame; `now_us` is the time of the call in microseconds.
-    #[cfg_attr(target_os = "none", inline(never))]
     pub fn receive(&mut self, frame: &impl Frame, now_us: u64, app: &mut impl Application) {
         self.advance(now_us);
         if let Some(message) = Message::from_frame(frame) {
@@ -96,7 +95,6 @@ impl<const R: usize, const T: usize> Node<R, T> {
         }
     }
 
-    #[cfg_attr(target_os = "none", inline(never))]
     fn layer_setting(&mut self, request: [u8; 8], app: &mut impl Application) {
         let identity = self.identity(app);
         let outcome = self.lss.receive(request, identity, self.node_id, app);

@@ -2,7 +2,7 @@
 
 use super::Direction;
 use crate::Abort;
-use crate::dictionary::{Address, DataType, Dictionary, Row};
+use crate::dictionary::{Address, DataType, Dictionary, Entry};
 
 /// Maximum number of mapped objects: eight bytes, granularity of one byte.
 const MAX_OBJECTS: usize = 8;
@@ -13,7 +13,7 @@ pub(crate) struct MappedObject {
     /// Size in bytes; 0 for an unused element.
     pub size: u8,
     /// Its dictionary entry; `None` for a dummy entry, whose bytes in an RPDO are ignored.
-    pub row: Option<&'static Row>,
+    pub entry: Option<&'static Entry>,
 }
 
 /// PDO mapping parameter 16xxh or 1Axxh.
@@ -26,7 +26,10 @@ pub(crate) struct PdoMapping {
 }
 
 impl MappedObject {
-    const EMPTY: Self = Self { size: 0, row: None };
+    const EMPTY: Self = Self {
+        size: 0,
+        entry: None,
+    };
 }
 
 impl PdoMapping {
@@ -53,8 +56,8 @@ impl PdoMapping {
     pub fn maps(&self, address: Address) -> bool {
         self.objects
             .iter()
-            .flat_map(|object| object.row)
-            .any(|row| row.address() == address)
+            .flat_map(|object| object.entry)
+            .any(|entry| entry.address() == address)
     }
 
     pub fn read(&self, sub: u8) -> Option<u32> {
@@ -148,18 +151,18 @@ fn resolve(
         Direction::Receive if address.sub == 0 => DataType::dummy(address.index),
         _ => None,
     };
-    let (row, data_type) = match dummy {
+    let (entry, data_type) = match dummy {
         Some(data_type) => (None, data_type),
         None => {
-            let row = dictionary.find(address)?;
-            if !direction.allows(row.mapping()) {
+            let entry = dictionary.find(address)?;
+            if !direction.allows(entry.mapping()) {
                 return Err(Abort::NotMappable);
             }
-            (Some(row), row.data_type())
+            (Some(entry), entry.data_type())
         }
     };
     match data_type.size() {
-        Some(size) if u32::from(size) * 8 == word & 0xFF => Ok(MappedObject { size, row }),
+        Some(size) if u32::from(size) * 8 == word & 0xFF => Ok(MappedObject { size, entry }),
         _ => Err(Abort::NotMappable),
     }
 }

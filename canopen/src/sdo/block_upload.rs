@@ -70,7 +70,6 @@ impl SdoServer {
     }
 
     /// Byte offset after `sequence` segments of this block.
-    #[cfg_attr(target_os = "none", inline(never))]
     fn position(&self, sequence: u8) -> u32 {
         let position = (self.transfer.offset).saturating_add(u32::from(sequence) * 7);
         position.min(self.size())

@@ -16,9 +16,9 @@ impl SdoServer {
         objects: &mut impl ObjectAccess,
     ) -> Result<(), Abort> {
         let transfer = &mut self.transfer;
-        let row = objects.entry(transfer.address)?;
-        objects.check_write(row, announced)?;
-        if row.data_type() == DataType::Domain {
+        let entry = objects.entry(transfer.address)?;
+        objects.check_write(entry, announced)?;
+        if entry.data_type() == DataType::Domain {
             objects.domain_begin(transfer.address, announced)?;
             transfer.location = DataLocation::Domain;
         }
@@ -64,10 +64,10 @@ impl SdoServer {
         let done = if transfer.location == DataLocation::Domain {
             objects.domain_end(transfer.address, received)
         } else {
-            let row = objects.entry(transfer.address)?;
-            objects.check_write(row, Some(received))?;
+            let entry = objects.entry(transfer.address)?;
+            objects.check_write(entry, Some(received))?;
             let data = self.buffer.get(..received as usize);
-            objects.write(row, data.ok_or(Abort::TooLong)?)
+            objects.write(entry, data.ok_or(Abort::TooLong)?)
         };
         self.state = match done {
             Poll::Ready(done) => done.map(|()| TransferState::Idle)?,

@@ -19,8 +19,8 @@ impl SdoServer {
         } else {
             // If no size is indicated, the data type determines it; a type without a fixed size
             // takes all four bytes.
-            let row = objects.entry(self.transfer.address)?;
-            Some(row.data_type().size().map_or(4, u32::from))
+            let entry = objects.entry(self.transfer.address)?;
+            Some(entry.data_type().size().map_or(4, u32::from))
         };
         self.begin_download(TransferState::SegmentedDownload, length, objects)?;
         self.answer_of_object(0x60, 0);

@@ -11,7 +11,7 @@ mod upload;
 use core::task::Poll;
 
 use crate::Abort;
-use crate::dictionary::{Address, Row};
+use crate::dictionary::{Address, Entry};
 use crate::timer::Timer;
 
 /// Maximum length of a string that is neither a constant nor a DOMAIN.
@@ -25,13 +25,13 @@ pub(crate) type Data = [u8; 8];
 
 /// Object access as required by the SDO server.
 pub(crate) trait ObjectAccess {
-    fn entry(&self, address: Address) -> Result<&'static Row, Abort>;
+    fn entry(&self, address: Address) -> Result<&'static Entry, Abort>;
     /// Returns an abort code if the object is not writable, is write-protected now, or has another
     /// length.
-    fn check_write(&self, row: &Row, length: Option<u32>) -> Result<(), Abort>;
-    fn constant_text(&self, row: &Row) -> Option<&'static [u8]>;
-    fn read(&mut self, row: &Row, buffer: &mut [u8]) -> Result<usize, Abort>;
-    fn write(&mut self, row: &Row, data: &[u8]) -> Poll<Result<(), Abort>>;
+    fn check_write(&self, entry: &Entry, length: Option<u32>) -> Result<(), Abort>;
+    fn constant_text(&self, entry: &Entry) -> Option<&'static [u8]>;
+    fn read(&mut self, entry: &Entry, buffer: &mut [u8]) -> Result<usize, Abort>;
+    fn write(&mut self, entry: &Entry, data: &[u8]) -> Poll<Result<(), Abort>>;
     fn domain_size(&mut self, address: Address) -> Result<u32, Abort>;
     fn domain_read(&mut self, address: Address, offset: u32, to: &mut [u8]) -> Result<(), Abort>;
     fn domain_begin(&mut self, address: Address, size: Option<u32>) -> Result<(), Abort>;
@@ -177,7 +177,6 @@ impl SdoServer {
     }
 
     /// Sets the reply to the client.
-    #[cfg_attr(target_os = "none", inline(never))]
     fn answer(&mut self, head: [u8; 4], word: u32) {
         let ([a, b, c, d], [e, f, g, h]) = (head, word.to_le_bytes());
         self.reply = Some([a, b, c, d, e, f, g, h]);
@@ -235,7 +234,6 @@ impl SdoServer {
         }
     }
 
-    #[cfg_attr(target_os = "none", inline(never))]
     pub fn transmit(&mut self, objects: &mut impl ObjectAccess) -> Option<Data> {
         if self.state == TransferState::Finishing {
             return None;

@@ -9,18 +9,18 @@ impl SdoServer {
     /// Begins an upload; returns its size in bytes.
     pub(super) fn begin_upload(&mut self, objects: &mut impl ObjectAccess) -> Result<u32, Abort> {
         let transfer = &mut self.transfer;
-        let row = objects.entry(transfer.address)?;
-        if !row.readable() {
+        let entry = objects.entry(transfer.address)?;
+        if !entry.is_readable() {
             return Err(Abort::WriteOnly);
         }
-        let size = if row.data_type() == DataType::Domain {
+        let size = if entry.data_type() == DataType::Domain {
             transfer.location = DataLocation::Domain;
             objects.domain_size(transfer.address)?
-        } else if let Some(text) = objects.constant_text(row) {
+        } else if let Some(text) = objects.constant_text(entry) {
             transfer.location = DataLocation::Text(text);
             text.len() as u32
         } else {
-            objects.read(row, &mut self.buffer)?.min(BUFFER) as u32
+            objects.read(entry, &mut self.buffer)?.min(BUFFER) as u32
         };
         transfer.size = Some(size);
         Ok(size)

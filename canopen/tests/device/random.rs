@@ -24,7 +24,7 @@ fn payload() -> impl Strategy<Value = [u8; 8]> {
         1 => any::<u8>(),
     ];
     let index = prop_oneof![
-        4 => prop::sample::select(crate::dictionary::DICTIONARY.rows().iter().map(|row| row.address()).collect::<Vec<_>>()),
+        4 => prop::sample::select(crate::dictionary::DICTIONARY.entries().iter().map(|row| row.address()).collect::<Vec<_>>()),
         1 => (any::<u16>(), any::<u8>()).prop_map(|(index, sub)| canopen::dictionary::Address::new(index, sub)),
     ];
     (command, index, any::<[u8; 4]>(), 0..8_u8).prop_map(|(command, address, rest, small)| {

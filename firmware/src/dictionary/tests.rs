@@ -77,7 +77,7 @@ fn every_default_mapping_can_be_used() {
             assert!(DICTIONARY.find(address(communication, 1)).is_ok());
             let value = |address| {
                 let row = DICTIONARY.find(address).expect("an entry");
-                DICTIONARY.value(row, 1)
+                row.default_value(1)
             };
             let count = value(address(mapping, 0));
             let bits = (1..=count as u8).map(|sub| {
@@ -105,7 +105,7 @@ fn supported_modes_and_counts_are_those_of_the_profile() {
     let value = |index, sub| {
         DICTIONARY
             .find(Address::new(index, sub))
-            .map(|row| DICTIONARY.value(row, 1))
+            .map(|row| row.default_value(1))
     };
     assert_eq!(value(0x6502, 0), Ok(canopen::cia402::Mode::SUPPORTED));
     assert_eq!(value(0x1000, 0).map(|device| device & 0xFFFF), Ok(402));

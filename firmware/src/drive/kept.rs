@@ -89,7 +89,7 @@ impl Kept {
         Self(OBJECTS.map(|address| {
             // Each of them has an entry: a test looks.
             let row = DICTIONARY.find(address);
-            row.map_or(0, |row| DICTIONARY.value(row, 0))
+            row.map_or(0, |row| row.default_value(0))
         }))
     }
 

@@ -2,7 +2,7 @@
 
 use core::task::Poll;
 
-use canopen::dictionary::{Access, Address, Row};
+use canopen::dictionary::{Access, Address, Entry};
 use canopen::{Abort, ParameterGroup};
 
 use super::kept::{self, Kept};
@@ -21,11 +21,11 @@ const fn is_communication(index: u16) -> bool {
 const NOWHERE: u8 = u8::MAX;
 
 /// Entries of the dictionary.
-const ENTRIES: usize = DICTIONARY.rows().len();
+const ENTRIES: usize = DICTIONARY.entries().len();
 
 /// How many communication parameters there are, and for each entry of the dictionary its place among them.
 const PLACES: (usize, [u8; ENTRIES]) = {
-    let rows = DICTIONARY.rows();
+    let rows = DICTIONARY.entries();
     let mut places = [NOWHERE; ENTRIES];
     let (mut count, mut at) = (0, 0);
     while at < rows.len() {
@@ -126,8 +126,8 @@ fn place(address: Address) -> Option<usize> {
 }
 
 /// All communication parameters, in the order of the dictionary and of their places.
-pub(super) fn communication_parameters() -> impl Iterator<Item = &'static Row> {
-    let rows = DICTIONARY.rows().iter().zip(&PLACE_OF);
+pub(super) fn communication_parameters() -> impl Iterator<Item = &'static Entry> {
+    let rows = DICTIONARY.entries().iter().zip(&PLACE_OF);
     let stored = rows.filter(|(_, place)| **place != NOWHERE);
     stored.map(|(row, _)| row)
 }
@@ -188,7 +188,7 @@ impl Store {
             .has_communication
             .then_some(&self.set.communication)?;
         let word = stored.get(place(address)?).copied()?;
-        let follows = || DICTIONARY.find(address).is_ok_and(Row::has_node_id);
+        let follows = || DICTIONARY.find(address).is_ok_and(Entry::has_node_id);
         (word != BY_NODE_ID || !follows()).then_some(word)
     }
 
@@ -268,7 +268,7 @@ pub(super) fn keep(
             let Some((row, word)) = places.find(|(row, _)| row.address() == address) else {
                 break;
             };
-            let is_default = row.has_node_id() && DICTIONARY.value(row, node_id) == value;
+            let is_default = row.has_node_id() && row.default_value(node_id) == value;
             *word = if is_default { BY_NODE_ID } else { value };
         }
         set.has_communication = true;

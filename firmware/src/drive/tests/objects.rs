@@ -10,7 +10,7 @@ use proptest::prelude::*;
 #[test]
 fn every_object_can_be_read_and_no_address_is_unknown_to_the_drive() {
     let mut bench = Bench::new();
-    for entry in DICTIONARY.rows() {
+    for entry in DICTIONARY.entries() {
         let address = entry.address();
         let data_type = entry.data_type();
         if data_type == DataType::Domain || entry.access() == Access::Write {
@@ -26,7 +26,7 @@ fn every_object_can_be_read_and_no_address_is_unknown_to_the_drive() {
 #[test]
 fn every_writable_object_takes_the_value_that_it_has() {
     let mut bench = Bench::new();
-    for entry in DICTIONARY.rows() {
+    for entry in DICTIONARY.entries() {
         let address = entry.address();
         let (index, sub) = (address.index, address.sub);
         let skipped = matches!(index, 0x1003 | 0x1010 | 0x1011 | 0x1400..0x1C00);
@@ -44,7 +44,7 @@ fn every_writable_object_takes_the_value_that_it_has() {
 fn parameters_of_the_board_are_objects_with_their_defaults_and_ranges() {
     let mut bench = Bench::new();
     let mut seen = [false; BoardParameters::COUNT as usize];
-    for entry in DICTIONARY.rows() {
+    for entry in DICTIONARY.entries() {
         let address = entry.address();
         let Some(number) = numbers::number_of(address) else {
             continue;
@@ -65,12 +65,7 @@ fn parameters_of_the_board_are_objects_with_their_defaults_and_ranges() {
             assert!(usize::from(number) < CONTROL);
             continue;
         };
-        assert_eq!(
-            DICTIONARY.value(entry, 0),
-            row.default as u32,
-            "{}",
-            row.name
-        );
+        assert_eq!(entry.default_value(0), row.default as u32, "{}", row.name);
         let size = entry.data_type().size().expect("a number");
         for (value, abort) in [
             (row.range.min.wrapping_sub(1), Abort::TooLow),
@@ -260,11 +255,11 @@ proptest! {
     /// Whatever a master writes, the parameters in force go together, and nothing panics.
     #[test]
     fn no_write_leaves_parameters_that_do_not_go_together(
-        writes in proptest::collection::vec((0..DICTIONARY.rows().len(), any::<u32>(), 0..6u32), 1..60)
+        writes in proptest::collection::vec((0..DICTIONARY.entries().len(), any::<u32>(), 0..6u32), 1..60)
     ) {
         let mut bench = Bench::new();
         for (at, value, small) in writes {
-            let entry = &DICTIONARY.rows()[at];
+            let entry = &DICTIONARY.entries()[at];
             let address = entry.address();
             let is_store = matches!(address.index, 0x1010 | 0x1011);
             if let Some(size) = entry.data_type().size().filter(|size| *size <= 4 && !is_store) {
