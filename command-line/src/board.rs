@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use clap::{Args, ValueEnum};
 use virtual_board::faults::read_plan;
-use virtual_board::rig::RigOptions;
+use virtual_board::plant::BoardPlantOptions;
 use virtual_board::run::{Company, Firmware, Flow, Options, Script, View, run_with};
 
 use self::console::Command;
@@ -103,7 +103,7 @@ impl Board {
         let options = Options {
             rig: self
                 .seed
-                .map_or_else(RigOptions::default, RigOptions::realistic),
+                .map_or_else(BoardPlantOptions::default, BoardPlantOptions::realistic),
             ports_bit_s: vec![self.bit_rate],
             faults,
             keeps_trace: false,

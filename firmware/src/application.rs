@@ -21,19 +21,19 @@
 //! Order of a control period: measure, judge the encoder's word, observe, command, protect, change
 //! the state, regulate.
 
-mod interface;
 mod requests;
 mod stopping;
 
 use model_core::control::{cascade, encoder_word::EncoderWord, units::Angle};
 
-pub use interface::{
-    Bridge, BusState, Outputs, Refused, Request, Samples, Scan, Source, State, Telemetry,
+pub use crate::interface::{
+    BoardState, Bridge, BusState, CommandSource, Outputs, Refused, Request, Samples, Scan,
+    Telemetry,
 };
 
 use self::stopping::Stopping;
 use crate::{
-    command::Commander,
+    command::SetpointSource,
     faults::{ALWAYS, Fault, FaultLog, FaultSet, OF_COMMANDS, Reaction},
     parameters::BoardParameters,
     protection::{Conditions, Measured, Protection},
@@ -61,10 +61,10 @@ pub struct Start {
 #[derive(Debug, Clone)]
 pub struct Application {
     parameters: BoardParameters,
-    control: cascade::State,
-    state: State,
-    held: cascade::Step,
-    commander: Commander,
+    control: cascade::CascadeState,
+    state: BoardState,
+    held: cascade::CascadeStep,
+    setpoints: SetpointSource,
     protection: Protection,
     stopping: Stopping,
     log: FaultLog,
@@ -77,9 +77,9 @@ impl Application {
     /// An application after an ordinary reset, with parameters that were checked.
     ///
     /// ```
-    /// use firmware::{application::{Application, State}, parameters::BoardParameters};
+    /// use firmware::{application::{Application, BoardState}, parameters::BoardParameters};
     ///
-    /// assert_eq!(Application::new(BoardParameters::DEFAULT).state(), State::Initialising);
+    /// assert_eq!(Application::new(BoardParameters::DEFAULT).state(), BoardState::Initialising);
     /// ```
     pub fn new(parameters: BoardParameters) -> Self {
         Self::after(parameters, Start::default())
@@ -100,10 +100,10 @@ impl Application {
         faults.put(Fault::ParametersCorrupt, start.parameters_corrupt);
         Self {
             parameters,
-            control: cascade::State::default(),
-            state: State::Initialising,
-            held: cascade::Step::default(),
-            commander: Commander::new(&parameters.command),
+            control: cascade::CascadeState::default(),
+            state: BoardState::Initialising,
+            held: cascade::CascadeStep::default(),
+            setpoints: SetpointSource::new(&parameters.command),
             protection: Protection::default(),
             stopping: Stopping::default(),
             log: FaultLog::default(),
@@ -114,7 +114,7 @@ impl Application {
     }
 
     /// The operating state.
-    pub fn state(&self) -> State {
+    pub fn state(&self) -> BoardState {
         self.state
     }
 
@@ -139,9 +139,9 @@ impl Application {
     }
 
     /// The shaft may have turned by any angle: the next valid word is the first one.
-    fn lose_the_angle(&mut self) {
-        self.control.disorient();
-        self.protection.disorient();
+    fn reset_position(&mut self) {
+        self.control.reset_position();
+        self.protection.reset_position();
     }
 
     /// One control period.
@@ -155,7 +155,7 @@ impl Application {
             .observe(&self.parameters.control, measured.word)
             .is_ok();
         let command = self
-            .commander
+            .setpoints
             .next(&self.parameters, samples.servo_pulse_us);
         self.protect(samples, &measured, command);
         self.regulate(valid, command);
@@ -193,15 +193,15 @@ impl Application {
         let conditions = Conditions {
             measured,
             is_driving: self.state.is_driving(),
-            is_following: self.state == State::Enabled,
+            is_following: self.state == BoardState::Enabled,
             angle: self.control.angle(),
             rate: self.control.rate(),
             command: self.parameters.control.reachable(command),
             rate_command: self.held.rate_command,
             duty: self.held.duty,
-            is_stale: self.state == State::Enabled
-                && self.commander.is_stale(&self.parameters.command),
-            is_bus_lost: samples.bus == BusState::Off && self.commander.is_of_the_bus(),
+            is_stale: self.state == BoardState::Enabled
+                && self.setpoints.is_stale(&self.parameters.command),
+            is_bus_lost: samples.bus == BusState::Off && self.setpoints.is_of_the_bus(),
             is_tripped: samples.bridge_tripped,
             missed_periods: samples
                 .missed_periods
@@ -210,34 +210,34 @@ impl Application {
         let present = self.protection.check(&self.parameters, &conditions);
         self.telemetry.present = present;
         match self.state {
-            State::Initialising => self.initialise(present),
+            BoardState::Initialising => self.initialise(present),
             _ => self.judge(present),
         }
     }
 
     fn initialise(&mut self, present: FaultSet) {
-        let is_measured = self.control.is_oriented() && self.protection.is_complete();
+        let is_measured = self.control.is_position_known() && self.protection.is_complete();
         if !is_measured && self.telemetry.tick < INITIALISING_PERIODS {
             return;
         }
         let mut faults = self.start;
         if !is_measured {
             faults = faults.or(present);
-            faults.put(Fault::EncoderInvalid, !self.control.is_oriented());
+            faults.put(Fault::EncoderInvalid, !self.control.is_position_known());
             faults.put(Fault::MeasurementLost, !self.protection.is_complete());
         }
-        self.state = State::Disabled;
+        self.state = BoardState::Disabled;
         self.latch(faults);
     }
 
     /// Which of the present conditions matter in this state.
     fn judge(&mut self, present: FaultSet) {
         if !self.state.is_driving() && !present.and(LOST).is_empty() {
-            self.lose_the_angle();
+            self.reset_position();
         }
         self.latch(match self.state {
-            State::Enabled => present,
-            State::QuickStop | State::FaultReaction => present.without(OF_COMMANDS),
+            BoardState::Enabled => present,
+            BoardState::QuickStop | BoardState::FaultReaction => present.without(OF_COMMANDS),
             _ => present.and(ALWAYS),
         });
     }
@@ -246,24 +246,29 @@ impl Application {
         for fault in faults.without(self.log.latched()).iter() {
             self.log.latch(fault, self.telemetry.tick);
             match (fault.reaction(), self.state) {
-                (Reaction::QuickStop, State::Enabled) => self.stop(State::FaultReaction),
+                (Reaction::QuickStop, BoardState::Enabled) => self.stop(BoardState::FaultReaction),
                 // The ramp is running already.
-                (Reaction::QuickStop, State::QuickStop) => self.state = State::FaultReaction,
-                (Reaction::QuickStop, State::FaultReaction) => {}
-                _ => self.state = State::Fault,
+                (Reaction::QuickStop, BoardState::QuickStop) => {
+                    self.state = BoardState::FaultReaction
+                }
+                (Reaction::QuickStop, BoardState::FaultReaction) => {}
+                _ => self.state = BoardState::Fault,
             }
         }
     }
 
     fn regulate(&mut self, valid: bool, command: Angle) {
-        if matches!(self.state, State::QuickStop | State::FaultReaction) {
+        if matches!(
+            self.state,
+            BoardState::QuickStop | BoardState::FaultReaction
+        ) {
             self.decelerate(valid);
-        } else if self.state == State::Enabled && valid {
+        } else if self.state == BoardState::Enabled && valid {
             self.held = self.control.regulate(&self.parameters.control, command);
         }
         if !self.state.is_driving() {
             self.control.release();
-            self.held = cascade::Step::default();
+            self.held = cascade::CascadeStep::default();
         }
     }
 
@@ -274,7 +279,7 @@ impl Application {
             control: gains,
             ..
         } = &self.parameters;
-        let may_hold = self.state == State::QuickStop && settings.quick_stop_hold == 1;
+        let may_hold = self.state == BoardState::QuickStop && settings.quick_stop_hold == 1;
         match self.stopping.holds_at().filter(|_| may_hold) {
             Some(_) if !valid => {}
             Some(angle) => self.held = self.control.regulate(gains, angle),
@@ -286,8 +291,8 @@ impl Application {
                 if self.stopping.is_over(settings) {
                     match self.state {
                         _ if may_hold => self.stopping.hold(self.control.angle()),
-                        State::QuickStop => self.state = State::Disabled,
-                        _ => self.state = State::Fault,
+                        BoardState::QuickStop => self.state = BoardState::Disabled,
+                        _ => self.state = BoardState::Fault,
                     }
                 }
             }
@@ -302,9 +307,9 @@ impl Application {
         t.rate_command = self.held.rate_command;
         t.duty = self.held.duty;
         t.limits = self.held.limits;
-        t.servo_pulse_us = self.commander.servo_pulse_us();
-        t.servo_glitches = self.commander.servo_glitches();
-        t.source = self.commander.source();
+        t.servo_pulse_us = self.setpoints.servo_pulse_us();
+        t.servo_glitches = self.setpoints.servo_glitches();
+        t.source = self.setpoints.source();
         t.latched = self.log.latched();
         Outputs {
             bridge: if self.state.is_driving() {

@@ -13,7 +13,7 @@ mod tests;
 
 pub use signal::Signal;
 
-use crate::application::{Outputs, Source};
+use crate::interface::{CommandSource, Outputs};
 
 /// Signals of a record at most.
 pub const MOST_SIGNALS: usize = 8;
@@ -205,7 +205,7 @@ impl<'a> Capture<'a> {
 
     /// Whether what it waits for begins in this control period.
     fn is_triggered(&mut self, outputs: &Outputs) -> bool {
-        let is_exciting = outputs.telemetry.source == Source::Excitation;
+        let is_exciting = outputs.telemetry.source == CommandSource::Excitation;
         let is_faulty = outputs.fault.is_some();
         let begins = match self.settings.trigger {
             Trigger::Now => true,

@@ -20,16 +20,16 @@ use self::{
     servo::ServoPulse,
 };
 use crate::{
-    application::Source,
+    interface::CommandSource,
     parameters::BoardParameters,
     timing::{angle_per_period, periods},
 };
 
 /// Makes one commanded angle of all sources.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Commander {
+pub struct SetpointSource {
     /// The source but for an excitation.
-    source: Source,
+    source: CommandSource,
     /// What was commanded last.
     command: Angle,
     /// What the bus wants.
@@ -42,14 +42,14 @@ pub struct Commander {
     running: Option<Running>,
 }
 
-impl Commander {
+impl SetpointSource {
     /// No command yet.
     pub fn new(settings: &CommandSettings) -> Self {
         Self {
             source: if settings.command_source == 1 {
-                Source::ServoPulse
+                CommandSource::ServoPulse
             } else {
-                Source::Bus
+                CommandSource::Bus
             },
             command: Angle::ZERO,
             target: Angle::ZERO,
@@ -61,9 +61,9 @@ impl Commander {
     }
 
     /// The source that is in force.
-    pub fn source(&self) -> Source {
+    pub fn source(&self) -> CommandSource {
         if self.running.is_some() {
-            Source::Excitation
+            CommandSource::Excitation
         } else {
             self.source
         }
@@ -71,7 +71,7 @@ impl Commander {
 
     /// Whether the bus commands, or would but for an excitation.
     pub fn is_of_the_bus(&self) -> bool {
-        self.source == Source::Bus
+        self.source == CommandSource::Bus
     }
 
     /// Whether there is a command to start from: the servo pulse has to be there.
@@ -100,7 +100,7 @@ impl Commander {
 
     /// Takes a command of the bus; `false` where commands come from elsewhere.
     pub fn take(&mut self, target: Angle) -> bool {
-        let taken = self.source() == Source::Bus;
+        let taken = self.source() == CommandSource::Bus;
         if taken {
             self.target = target;
             self.age = 0;
@@ -109,8 +109,8 @@ impl Commander {
     }
 
     /// Goes over to another source; `false` where that is none to go over to.
-    pub fn switch(&mut self, source: Source) -> bool {
-        if source == Source::Excitation {
+    pub fn switch(&mut self, source: CommandSource) -> bool {
+        if source == CommandSource::Excitation {
             return false;
         }
         if source != self.source() {
@@ -158,13 +158,13 @@ impl Commander {
             }
         }
         self.command = match self.source {
-            Source::ServoPulse => {
+            CommandSource::ServoPulse => {
                 if pulse {
                     self.age = 0;
                 }
                 self.servo_command(&parameters.command)
             }
-            Source::Bus | Source::Excitation => self.target,
+            CommandSource::Bus | CommandSource::Excitation => self.target,
         };
         self.command
     }

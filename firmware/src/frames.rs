@@ -11,7 +11,7 @@
 //! | 0x480 + n | bus | 8 | u16 control period; i16 temperature, 0.01 deg C; u32 conditions present, bit n for fault n |
 //!
 //! Numbers beyond their field end at its ends. State and fault are the numbers of
-//! [`State`](crate::application::State) and [`Fault`](crate::faults::Fault), 0 for no fault.
+//! [`BoardState`](crate::application::BoardState) and [`Fault`](crate::faults::Fault), 0 for no fault.
 //!
 //! The request of a command frame is served first. The angle is commanded only beside no request, 0,
 //! and beside 1, enable: whoever acknowledges or saves does not mean to move the shaft.
@@ -20,7 +20,7 @@ use embedded_can::{Frame, Id, StandardId};
 use model_core::control::units::{Angle, Percent};
 
 use crate::{
-    application::{Outputs, Request, Source},
+    application::{CommandSource, Outputs, Request},
     timing::{angle_of_mdeg, thousandths},
 };
 
@@ -64,8 +64,8 @@ impl Order {
             2 => Request::Disable,
             3 => Request::QuickStop,
             4 => Request::Acknowledge,
-            5 => Request::Source(Source::Bus),
-            6 => Request::Source(Source::ServoPulse),
+            5 => Request::Source(CommandSource::Bus),
+            6 => Request::Source(CommandSource::ServoPulse),
             7 => return Some(Self::SaveParameters),
             8 => return Some(Self::RestoreDefaults),
             9 => return Some(Self::StartExcitation),

@@ -6,7 +6,8 @@
 //!
 //! | module | is |
 //! |---|---|
-//! | [`application`] | operating states, the control step, what the board can be asked for |
+//! | [`interface`] | inputs, outputs, requests and states that the application shares with its users |
+//! | [`application`] | operating states, the control step, requests |
 //! | [`command`] | bus, servo pulse and excitation as sources of the commanded angle |
 //! | [`measure`] | codes of the converter to mA, mV and degrees Celsius |
 //! | [`protection`] | what is watched in every control period |
@@ -33,6 +34,7 @@ pub mod dictionary;
 pub mod drive;
 pub mod faults;
 pub mod frames;
+pub mod interface;
 pub mod measure;
 pub mod native;
 pub mod parameters;

@@ -14,7 +14,7 @@ pub use ntc::temperature_mdeg_c;
 
 /// A straight line from codes to thousandths of a unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Line {
+struct LinearConversion {
     /// In 2^-16 thousandths per code.
     slope: i32,
     /// In 2^-16 thousandths.
@@ -24,7 +24,7 @@ struct Line {
 /// 1 in 2^-16.
 const ONE: f64 = 65_536.0;
 
-impl Line {
+impl LinearConversion {
     /// The line of a front end: pin voltage = offset + gain x quantity.
     const fn of(gain: f64, offset_v: f64) -> Self {
         Self {
@@ -40,12 +40,12 @@ impl Line {
     }
 }
 
-const CURRENT: Line = Line::of(
+const CURRENT: LinearConversion = LinearConversion::of(
     CurrentSenseParameters::DEFAULT.current_gain_v_a,
     CurrentSenseParameters::DEFAULT.current_offset_v,
 );
-const LEGS: Line = Line::of(LEG_DIVIDER, 0.0);
-const SUPPLY: Line = Line::of(SUPPLY_DIVIDER, 0.0);
+const LEGS: LinearConversion = LinearConversion::of(LEG_DIVIDER, 0.0);
+const SUPPLY: LinearConversion = LinearConversion::of(SUPPLY_DIVIDER, 0.0);
 
 /// The motor current of a code, mA.
 ///

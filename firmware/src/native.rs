@@ -1,6 +1,6 @@
-//! The application around the rig of `model-core`, which stands in for everything that the board's pins see.
+//! The application around the plant of `model-core`, which stands in for everything that the board's pins see.
 
-use model_core::plant::rig::{self, Sampled};
+use model_core::plant::board::{self as plant, Sampled};
 
 use crate::application::{Bridge, BusState, Samples, Scan};
 
@@ -8,10 +8,10 @@ use crate::application::{Bridge, BusState, Samples, Scan};
 ///
 /// ```
 /// use firmware::native::samples;
-/// use model_core::plant::rig::{Rig, RigOptions, TickedRig};
+/// use model_core::plant::board::{BoardPlant, BoardPlantOptions, SampledBoardPlant};
 ///
-/// let rig = Rig::try_new(&RigOptions::default()).unwrap();
-/// let ticked = TickedRig::new(rig, &mut |_, _| {});
+/// let plant = BoardPlant::try_new(&BoardPlantOptions::default()).unwrap();
+/// let ticked = SampledBoardPlant::new(plant, &mut |_, _| {});
 /// // Nothing has been converted before the first control period.
 /// assert_eq!(samples(&ticked.sampled()).scan, None);
 /// ```
@@ -32,11 +32,11 @@ pub fn samples(sampled: &Sampled) -> Samples {
     }
 }
 
-/// What the rig's bridge does of what was decided.
-pub fn bridge(decided: Bridge) -> rig::Bridge {
+/// What the plant's bridge does of what was decided.
+pub fn bridge(decided: Bridge) -> plant::Bridge {
     match decided {
-        Bridge::Coast => rig::Bridge::Coast,
-        Bridge::Brake => rig::Bridge::Brake,
-        Bridge::Driven(compare) => rig::Bridge::driven(compare.get()),
+        Bridge::Coast => plant::Bridge::Coast,
+        Bridge::Brake => plant::Bridge::Brake,
+        Bridge::Driven(compare) => plant::Bridge::driven(compare.get()),
     }
 }

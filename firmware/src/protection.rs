@@ -23,8 +23,8 @@ use self::{
     supply::SupplyGuard, temperature::TemperatureGuard, timing::TimingGuard,
 };
 use crate::{
-    application::{Samples, Scan},
     faults::{Fault, FaultSet},
+    interface::{Samples, Scan},
     measure,
     parameters::BoardParameters,
 };
@@ -140,7 +140,7 @@ impl Protection {
     }
 
     /// The next valid word of the encoder is the first one.
-    pub fn disorient(&mut self) {
-        self.encoder.disorient();
+    pub fn reset_position(&mut self) {
+        self.encoder.reset_position();
     }
 }

@@ -4,7 +4,7 @@
 
 use canopen::CanFrame;
 use embedded_can::Frame;
-use firmware::application::{Samples, Start, State};
+use firmware::application::{BoardState, Samples, Start};
 use firmware::dictionary::DICTIONARY;
 use firmware::drive::{Device, Set};
 use model_core::control::encoder_word::{EncoderCount, EncoderWord, Magnet};
@@ -154,7 +154,7 @@ impl Board<'_> {
         assert_eq!(answer.bytes(), [0x43, 0, 0x10, 0, 0x92, 0x01, 0x02, 0]);
         assert_ne!(
             self.device.drive.application().state(),
-            State::FaultReaction
+            BoardState::FaultReaction
         );
     }
 }

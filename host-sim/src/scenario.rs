@@ -144,7 +144,7 @@ impl Scenario {
             let result = settings::set(&mut settings, &setting.name, setting.value);
             result.map_err(|error| self.at(setting, error))?;
         }
-        if self.load_file.is_some() && self.plant != Some(PlantKind::Bench) {
+        if self.load_file.is_some() && self.plant != Some(PlantKind::Drivetrain) {
             let alone = "a load file goes with the plant `bench`, no other has a load";
             return Err(Error::Conflict(alone.into()));
         }

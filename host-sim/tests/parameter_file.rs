@@ -27,7 +27,7 @@ const SERVO: [(&str, f64); 9] = [
 ];
 
 fn recorded(set: &[(&str, f64)]) -> Trace {
-    let mut settings = Settings::new(ModelKind::Board, PlantKind::Bench);
+    let mut settings = Settings::new(ModelKind::Board, PlantKind::Drivetrain);
     for (name, value) in set {
         settings
             .set(name, *value)

@@ -32,7 +32,7 @@ pub fn text(fit: &Fit) -> Result<String, NotSimulated> {
     let bench = Bench::of(fit);
     let kind = simulated(fit.model).ok_or(NotSimulated { model: fit.model })?;
     let plant = match &bench {
-        Some(_) => PlantKind::Bench,
+        Some(_) => PlantKind::Drivetrain,
         None => PlantKind::FirstOrder,
     };
     let settings = Settings::new(kind, plant);

@@ -3,7 +3,7 @@
 use board_tests::frames::{BoardFrame, Frame, order};
 use board_tests::native::Native;
 use board_tests::runs::run_schedule;
-use virtual_board::rig::RigOptions;
+use virtual_board::plant::BoardPlantOptions;
 use virtual_board::run::Options;
 
 const SECONDS: u64 = 60;
@@ -40,7 +40,7 @@ fn mixed(tick: u64) -> Option<Frame> {
 
 #[test]
 fn a_minute_of_mixed_inputs_is_the_same_natively_and_on_the_emulated_board() {
-    let rig = RigOptions::realistic(7);
+    let rig = BoardPlantOptions::realistic(7);
     let options = Options {
         rig,
         ..Options::for_ms(SECONDS * 1000 + 20)
@@ -51,7 +51,7 @@ fn a_minute_of_mixed_inputs_is_the_same_natively_and_on_the_emulated_board() {
 
     let rows = &emulated.trace.rows;
     assert!(rows.len() as u64 >= 4 * TICKS);
-    native.rig.assert_same(rows);
+    native.plant.assert_same(rows);
     let sent: Vec<Frame> = (emulated.trace.frames.iter())
         .filter(|sent| sent.sender == 0)
         .map(|sent| Frame::from_the_wire(&sent.frame))
@@ -63,6 +63,6 @@ fn a_minute_of_mixed_inputs_is_the_same_natively_and_on_the_emulated_board() {
     }
     let driven = rows
         .iter()
-        .filter(|row| matches!(row.bridge, virtual_board::rig::Bridge::Driven { .. }));
+        .filter(|row| matches!(row.bridge, virtual_board::plant::Bridge::Driven { .. }));
     assert!(driven.count() > rows.len() / 4, "it hardly moved");
 }

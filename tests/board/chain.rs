@@ -2,7 +2,7 @@
 
 use board_tests::chain::{Chain, run_chain};
 use board_tests::comm::Client;
-use virtual_board::rig::{Bridge, PERIOD_CYCLES};
+use virtual_board::plant::{Bridge, PERIOD_CYCLES};
 use virtual_board::run::{Flow, Options, View};
 use virtual_board::trace::Row;
 

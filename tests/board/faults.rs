@@ -6,7 +6,7 @@ use firmware::faults::Fault as Told;
 use firmware::parameters::BoardParameters;
 use virtual_board::can::WireFault;
 use virtual_board::faults::{Fault, MagnetState, Planned};
-use virtual_board::rig::{Bridge, Line, Stuck};
+use virtual_board::plant::{Bridge, EncoderWire, Stuck};
 use virtual_board::run::{Finished, Options};
 
 /// In the middle of a control period; the shaft is on its way then.
@@ -53,7 +53,7 @@ const CASES: [Case; 18] = [
         Told::EncoderInvalid,
         || {
             at(Fault::EncoderWire {
-                line: Line::Data,
+                line: EncoderWire::Data,
                 stuck: Stuck::Low,
             })
         },

@@ -4,7 +4,7 @@ use board_tests::frames::{BoardFrame, Frame, order};
 use board_tests::runs::{
     Commander, Schedule, firmware, run_schedule, run_script, statuses, to_and_fro,
 };
-use virtual_board::rig::RigOptions;
+use virtual_board::plant::BoardPlantOptions;
 use virtual_board::run::{Finished, Flow, Options, Script, Span, View};
 
 /// Interrupts of a tick, and how often each runs in it.
@@ -63,7 +63,7 @@ impl Script for OwnCount {
 fn the_whole_tick_stays_below_3000_instructions_over_a_minute() {
     let names = INTERRUPTS.iter().map(|(name, _)| *name).chain(STAGES);
     let options = Options {
-        rig: RigOptions::realistic(3),
+        rig: BoardPlantOptions::realistic(3),
         probes: (names.map(str::to_owned))
             .chain(CONTROL_LAW.map(function))
             .collect(),
@@ -125,7 +125,7 @@ fn the_control_law_stays_below_300_instructions_whatever_limits_act() {
     let schedules: [(&str, Schedule); 2] = [("wide", to_and_fro), ("narrow", narrowly)];
     for (limits, schedule) in schedules {
         let options = Options {
-            rig: RigOptions::realistic(3),
+            rig: BoardPlantOptions::realistic(3),
             probes: CONTROL_LAW.map(function).into(),
             ..Options::for_ms(10_000)
         };

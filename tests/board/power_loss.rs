@@ -5,7 +5,7 @@ use board_tests::runs::{run_script, statuses};
 use firmware::faults::Fault as Told;
 use firmware::parameters::BoardParameters;
 use virtual_board::flash::Operation;
-use virtual_board::rig::Bridge;
+use virtual_board::plant::Bridge;
 use virtual_board::run::{Finished, Options};
 
 const NAME: &str = "over_current_ma";

@@ -3,7 +3,7 @@
 use board_tests::frames::Status;
 use board_tests::runs::{run_schedule, statuses, to_and_fro};
 use virtual_board::faults::{Fault, Planned};
-use virtual_board::rig::Bridge;
+use virtual_board::plant::Bridge;
 use virtual_board::run::{Options, ResetCause};
 
 const FAULT_MS: u64 = 1000;

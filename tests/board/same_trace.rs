@@ -5,12 +5,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use board_tests::runs::{run_schedule, to_and_fro};
 use virtual_board::faults::{Fault, Planned};
-use virtual_board::rig::RigOptions;
+use virtual_board::plant::BoardPlantOptions;
 use virtual_board::run::Options;
 
 fn hash(seed: u64) -> String {
     let options = Options {
-        rig: RigOptions::realistic(seed),
+        rig: BoardPlantOptions::realistic(seed),
         faults: vec![Planned::at_ms(900, Fault::Jam).for_ms(200)],
         ..Options::for_ms(2000)
     };

@@ -22,7 +22,7 @@ pub mod can;
 pub mod chip;
 pub mod faults;
 pub mod flash;
-pub use model_core::plant::rig;
+pub use model_core::plant::board as plant;
 pub mod run;
 pub mod serial;
 pub mod trace;

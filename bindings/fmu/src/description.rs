@@ -25,12 +25,12 @@ const NAME_SPACE: Uuid = Uuid::from_u128(0x6c1f_52a0_7d3b_4e86_9a41_b2f0_35d8_e9
 /// ```
 /// use model_core::actuator::{ModelKind, PlantKind, Settings};
 ///
-/// let settings = Settings::new(ModelKind::Board, PlantKind::Bench);
+/// let settings = Settings::new(ModelKind::Board, PlantKind::Drivetrain);
 /// assert_eq!(actuator_fmu::description::model_identifier(&settings), "actuator_board_bench");
 /// ```
 pub fn model_identifier(settings: &Settings) -> String {
     let plant = match (settings.model, settings.plant) {
-        (ModelKind::Board, PlantKind::Bench) => "_bench",
+        (ModelKind::Board, PlantKind::Drivetrain) => "_bench",
         _ => "",
     };
     format!(
@@ -120,7 +120,7 @@ fn write(xml: &mut String, settings: &Settings, guid: &str) -> fmt::Result {
 /// What the model is, in a line.
 pub fn summary(settings: &Settings) -> &'static str {
     match (settings.model, settings.plant) {
-        (ModelKind::Board, PlantKind::Bench) => {
+        (ModelKind::Board, PlantKind::Drivetrain) => {
             "RC-servo actuator: the board's own fixed-point control step every 4 ms, around motor, \
              gear train, friction and load in detail"
         }

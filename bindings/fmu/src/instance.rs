@@ -124,7 +124,7 @@ impl Instance {
         self.expect(&[Phase::Initialization])?;
         let mut settings = self.state.settings;
         // The input gives all of it.
-        settings.bench.load.load_torque_nm = 0.0;
+        settings.drivetrain.load.load_torque_nm = 0.0;
         let actuator = Actuator::try_new(&settings);
         let actuator = actuator.map_err(|error| error.to_string())?;
         self.state.actuator = Some(Box::new(actuator));

@@ -81,7 +81,7 @@ impl Inputs {
     /// The inputs before they are set: the torque is that of the parameters.
     pub fn at_start(settings: &Settings) -> Self {
         Self {
-            load_torque_nm: settings.bench.load.load_torque_nm,
+            load_torque_nm: settings.drivetrain.load.load_torque_nm,
             ..Self::default()
         }
     }
@@ -166,7 +166,7 @@ const BOARD_SWITCHES: [Variable; 2] = [
 /// ```
 pub fn of(settings: &Settings) -> Vec<Variable> {
     let is_board = settings.model == ModelKind::Board;
-    let is_bench = is_board && settings.plant == PlantKind::Bench;
+    let is_bench = is_board && settings.plant == PlantKind::Drivetrain;
     let inputs = Inputs::TABLE.iter().take(if is_bench { 2 } else { 1 });
     let mut list: Vec<_> = inputs
         .map(|p| variable(p.name, p.unit, p.meaning, Quantity::Input(p)))
@@ -200,7 +200,8 @@ mod tests {
         for settings in identity::defaults() {
             let list = of(&settings);
             let has = |name| list.iter().any(|variable| variable.name == name);
-            let is_bench = (settings.model, settings.plant) == (ModelKind::Board, PlantKind::Bench);
+            let is_bench =
+                (settings.model, settings.plant) == (ModelKind::Board, PlantKind::Drivetrain);
             assert_eq!(has("load_torque_nm"), is_bench);
             assert_eq!(has("current_a"), is_bench);
         }

@@ -90,7 +90,7 @@ impl Request<'_> {
         let command = self.command.map(|c| sequence("command", &c, &COMMAND));
         let load = self.load.map(|l| sequence("load", &l, &LOAD));
         let plant = self.plant.as_deref();
-        if load.is_some() && plant != Some(PlantKind::Bench.name()) {
+        if load.is_some() && plant != Some(PlantKind::Drivetrain.name()) {
             let alone = "a load goes with plant=\"bench\", no other has a load";
             return Err(Error::Conflict(alone.into()));
         }

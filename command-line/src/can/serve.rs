@@ -7,7 +7,7 @@ use std::sync::atomic::AtomicBool;
 
 use canopen::NodeId;
 use clap::Args;
-use model_core::plant::rig::RigOptions;
+use model_core::plant::board::BoardPlantOptions;
 
 use super::stop_on_interrupt;
 use crate::{Failure, output::print};
@@ -85,9 +85,9 @@ impl Serve {
     }
 
     /// The motor and what is around it of an actuator.
-    fn rig(&self, number: u8) -> RigOptions {
-        self.seed.map_or_else(RigOptions::default, |seed| {
-            RigOptions::realistic(seed.wrapping_add(u64::from(number)))
+    fn rig(&self, number: u8) -> BoardPlantOptions {
+        self.seed.map_or_else(BoardPlantOptions::default, |seed| {
+            BoardPlantOptions::realistic(seed.wrapping_add(u64::from(number)))
         })
     }
 

@@ -12,7 +12,7 @@ use std::thread;
 
 use firmware::drive::Set;
 use firmware::store::first_page;
-use model_core::plant::rig::RigOptions;
+use model_core::plant::board::BoardPlantOptions;
 use virtual_board::flash::Sector;
 use virtual_board::run::{
     BusEnd, CommOptions, CommView, Company, Desk, Firmware, Flow, Gaps, Options, Reset, SharedBus,
@@ -63,7 +63,7 @@ impl Programs {
 /// What the emulator refuses.
 pub fn serve(
     programs: &Programs,
-    rigs: &[RigOptions],
+    rigs: &[BoardPlantOptions],
     door: Box<dyn Door>,
     ready: Box<dyn FnOnce() + Send>,
     stop: &Arc<AtomicBool>,
@@ -111,7 +111,7 @@ impl Drop for Whole<'_> {
 fn run_actuator(
     program: &Firmware,
     number: i32,
-    rig: &RigOptions,
+    rig: &BoardPlantOptions,
     end: BusEnd,
     stop: &Arc<AtomicBool>,
 ) -> Result<(), String> {

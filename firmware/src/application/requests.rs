@@ -1,6 +1,6 @@
 //! What the application is asked for, between two control periods.
 
-use super::{Application, Refused, Request, State, stopping::Stopping};
+use super::{Application, BoardState, Refused, Request, stopping::Stopping};
 use crate::{
     command::excitation::{Run, Sample},
     faults::{Fault, FaultSet},
@@ -20,11 +20,11 @@ impl Application {
         parameters.check().map_err(Refused::Parameter)?;
         let may_change = match self.state {
             // Another zero or sense of the encoder is another angle: the shaft would jump.
-            State::Enabled => {
+            BoardState::Enabled => {
                 parameters.integers() == self.parameters.integers()
                     && parameters.control.has_mounting_of(&self.parameters.control)
             }
-            State::QuickStop | State::FaultReaction => false,
+            BoardState::QuickStop | BoardState::FaultReaction => false,
             _ => true,
         };
         if !may_change {
@@ -45,25 +45,25 @@ impl Application {
             Request::Enable => return self.enable(),
             Request::Disable => self.disable(),
             Request::QuickStop => match self.state {
-                State::Enabled => self.stop(State::QuickStop),
-                State::QuickStop | State::FaultReaction => {}
+                BoardState::Enabled => self.stop(BoardState::QuickStop),
+                BoardState::QuickStop | BoardState::FaultReaction => {}
                 state => return Err(Refused::State(state)),
             },
             Request::Acknowledge => match self.state {
-                State::Fault => self.acknowledge(),
+                BoardState::Fault => self.acknowledge(),
                 state => return Err(Refused::State(state)),
             },
             Request::Command(angle) => {
-                if !self.commander.take(angle) {
-                    return Err(Refused::Source(self.commander.source()));
+                if !self.setpoints.take(angle) {
+                    return Err(Refused::Source(self.setpoints.source()));
                 }
             }
             Request::Source(source) => {
-                if !self.commander.switch(source) {
+                if !self.setpoints.switch(source) {
                     return Err(Refused::Source(source));
                 }
             }
-            Request::StopExcitation => self.commander.stop(),
+            Request::StopExcitation => self.setpoints.stop(),
         }
         Ok(())
     }
@@ -73,17 +73,17 @@ impl Application {
     /// # Errors
     /// [`Refused::State`] where the loop is not closed.
     pub fn start_excitation(&mut self, run: Run) -> Result<(), Refused> {
-        if self.state != State::Enabled {
+        if self.state != BoardState::Enabled {
             return Err(Refused::State(self.state));
         }
-        self.commander.start(run);
+        self.setpoints.start(run);
         Ok(())
     }
 
     /// The tick of the excitation whose sample the next control period needs; none where it needs none. To be asked for
     /// after each control period by whoever computes samples elsewhere with [`Run::sample`].
     pub fn sample_due(&mut self) -> Option<u64> {
-        self.commander.running()?.due()
+        self.setpoints.running()?.due()
     }
 
     /// Takes a sample of the excitation that runs. Without the one that was due, or with that of another tick, the
@@ -97,61 +97,61 @@ impl Application {
     /// application.take_sample(Sample { tick: 80, angle: Default::default() });
     /// ```
     pub fn take_sample(&mut self, sample: Sample) {
-        if let Some(running) = self.commander.running() {
+        if let Some(running) = self.setpoints.running() {
             running.offer(sample);
         }
     }
 
     /// Computes the sample that is due: for whoever has the time between two control periods.
     pub fn prepare(&mut self) {
-        if let Some(running) = self.commander.running() {
+        if let Some(running) = self.setpoints.running() {
             running.prepare();
         }
     }
 
     fn enable(&mut self) -> Result<(), Refused> {
         match self.state {
-            State::Enabled => return Ok(()),
-            State::Disabled => {}
-            State::QuickStop => {}
+            BoardState::Enabled => return Ok(()),
+            BoardState::Disabled => {}
+            BoardState::QuickStop => {}
             state => return Err(Refused::State(state)),
         }
         if let Some(fault) = self.telemetry.present.first() {
             return Err(Refused::Blocked(fault));
         }
-        if !self.control.is_oriented() {
+        if !self.control.is_position_known() {
             return Err(Refused::Blocked(Fault::EncoderInvalid));
         }
-        if !self.commander.may_start() {
+        if !self.setpoints.may_start() {
             return Err(Refused::Blocked(Fault::CommandTimeout));
         }
-        self.commander.hold(self.control.angle());
+        self.setpoints.hold(self.control.angle());
         self.protection.restart();
-        self.state = State::Enabled;
+        self.state = BoardState::Enabled;
         Ok(())
     }
 
     fn disable(&mut self) {
         self.state = match self.state {
-            State::Enabled | State::QuickStop => State::Disabled,
-            State::FaultReaction => State::Fault,
+            BoardState::Enabled | BoardState::QuickStop => BoardState::Disabled,
+            BoardState::FaultReaction => BoardState::Fault,
             state => state,
         };
     }
 
     /// Starts to bring the shaft to rest.
-    pub(super) fn stop(&mut self, state: State) {
+    pub(super) fn stop(&mut self, state: BoardState) {
         self.stopping = Stopping::from(self.control.rate());
-        self.commander.stop();
+        self.setpoints.stop();
         self.state = state;
     }
 
     fn acknowledge(&mut self) {
         if self.log.latched().contains(Fault::EncoderStuck) {
-            self.lose_the_angle();
+            self.reset_position();
         }
         self.log.acknowledge();
         self.start = FaultSet::EMPTY;
-        self.state = State::Disabled;
+        self.state = BoardState::Disabled;
     }
 }

@@ -1,7 +1,7 @@
 //! What can be recorded.
 
 use crate::{
-    application::{Bridge, Outputs},
+    interface::{Bridge, Outputs},
     timing::thousandths,
 };
 

@@ -11,7 +11,7 @@
 
 use super::{Drive, kept::Slot, parameters::PERIOD_US};
 use crate::{
-    application::{Request, Source},
+    application::{CommandSource, Request},
     timing::periods,
 };
 use canopen::cia402::Cia402State;
@@ -66,7 +66,7 @@ impl Drive<'_> {
         if !is_cyclic || !is_enabled {
             self.failsafe.silent = None;
         }
-        if !is_enabled || self.source != Source::Bus {
+        if !is_enabled || self.source != CommandSource::Bus {
             self.failsafe.silent = None;
             self.failsafe.retreat_mdeg = None;
             return Reaction::None;

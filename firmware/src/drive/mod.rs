@@ -48,7 +48,7 @@ pub use diagnostics::Diagnostics;
 pub use set::Set;
 
 use crate::{
-    application::{Application, Outputs, Samples, Source, Start, State},
+    application::{Application, BoardState, CommandSource, Outputs, Samples, Start},
     capture::Capture,
     faults::FaultSet,
     parameters::BoardParameters,
@@ -94,7 +94,7 @@ pub struct Drive<'a> {
     failsafe: Failsafe,
     model: Model,
     store: Store,
-    source: Source,
+    source: CommandSource,
     /// Faults of the way to the application: commands that stay out, and power that was refused.
     own: FaultSet,
     /// Control periods since a servo pulse.
@@ -112,11 +112,11 @@ impl<'a> Drive<'a> {
     /// A drive with what was stored, which captures into this buffer.
     ///
     /// ```
-    /// use firmware::{application::{Start, State}, drive::{Drive, Set}};
+    /// use firmware::{application::{Start, BoardState}, drive::{Drive, Set}};
     ///
     /// let mut buffer = [0; 800];
     /// let drive = Drive::new(Set::defaults(), Start::default(), &mut buffer);
-    /// assert_eq!(drive.application().state(), State::Initialising);
+    /// assert_eq!(drive.application().state(), BoardState::Initialising);
     /// ```
     pub fn new(stored: Set, start: Start, buffer: &'a mut [i32]) -> Self {
         let application = Application::after(stored.board, start);
@@ -184,8 +184,8 @@ impl<'a> Drive<'a> {
             None => self.pulse_age.saturating_add(1),
         };
         self.acknowledge();
-        let output = self.walk();
-        self.obey(&output);
+        let output = self.step_axis();
+        self.apply_demand(&output);
         let outputs = self.application.step(samples);
         self.capture.sample(&outputs);
         self.model.step(&self.kept, &outputs);
@@ -205,11 +205,11 @@ impl<'a> Drive<'a> {
         self.own = FaultSet::EMPTY;
         self.source = source_of(self.application.parameters());
         self.capture.stop();
-        self.reckon();
+        self.update_limits();
     }
 
     /// A parameter has changed: the axis has others.
-    fn reckon(&mut self) {
+    fn update_limits(&mut self) {
         self.axis_parameters = parameters::axis(&self.kept, self.application.parameters());
     }
 
@@ -227,18 +227,19 @@ impl<'a> Drive<'a> {
 
     /// Whether the commands come from the bus at present.
     fn is_commanded(&self) -> bool {
-        self.application.telemetry().source == Source::Bus && self.source == Source::Bus
+        self.application.telemetry().source == CommandSource::Bus
+            && self.source == CommandSource::Bus
     }
 
     fn has_failed(&self) -> bool {
-        self.application.state() == State::Fault
+        self.application.state() == BoardState::Fault
     }
 }
 
-fn source_of(parameters: &BoardParameters) -> Source {
+fn source_of(parameters: &BoardParameters) -> CommandSource {
     if parameters.command.command_source == 1 {
-        Source::ServoPulse
+        CommandSource::ServoPulse
     } else {
-        Source::Bus
+        CommandSource::Bus
     }
 }

@@ -4,7 +4,7 @@ use canopen::cia402::{self, Command, Demand, Input, Mode, Output, StopOption, co
 
 use super::{Drive, failsafe::Reaction, parameters::PERIOD_US};
 use crate::{
-    application::{Refused, Request, Source, State},
+    application::{BoardState, CommandSource, Refused, Request},
     faults::{Fault, FaultSet},
     timing::{angle_of_mdeg, thousandths},
 };
@@ -59,18 +59,18 @@ impl Drive<'_> {
             // It is in the one state in which this is possible.
             let _ = self.application.request(Request::Acknowledge);
         }
-        if self.application.state() != State::FaultReaction && !self.own.is_empty() {
+        if self.application.state() != BoardState::FaultReaction && !self.own.is_empty() {
             self.own = FaultSet::EMPTY;
             self.failsafe.begin_anew();
         }
     }
 
     /// One period of the axis.
-    pub(super) fn walk(&mut self) -> Output {
+    pub(super) fn step_axis(&mut self) -> Output {
         if !self.is_commanded() {
             // Where the loop is closed it goes on from the command, so that taking over is no step.
             let command = match self.application.state() {
-                State::Enabled => self.application.telemetry().command,
+                BoardState::Enabled => self.application.telemetry().command,
                 _ => self.application.telemetry().angle,
             };
             // Only a stop needs the rate, to begin with.
@@ -105,7 +105,7 @@ impl Drive<'_> {
             velocity_actual: self.rate_mdeg_s(),
             fault: self.fault(),
             voltage: self.application.telemetry().present.and(VOLTAGE).is_empty(),
-            initialised: self.application.state() != State::Initialising,
+            initialised: self.application.state() != BoardState::Initialising,
         };
         match self.fail_safe() {
             Reaction::None => {}
@@ -125,8 +125,8 @@ impl Drive<'_> {
     fn fault(&self) -> cia402::Fault {
         let only_commands = self.own.without(FaultSet::of(&[Fault::CommandTimeout]));
         match self.application.state() {
-            State::Fault => cia402::Fault::Immediate,
-            State::FaultReaction => cia402::Fault::Controlled,
+            BoardState::Fault => cia402::Fault::Immediate,
+            BoardState::FaultReaction => cia402::Fault::Controlled,
             _ if self.own.is_empty() => cia402::Fault::None,
             _ if only_commands.is_empty() => cia402::Fault::Controlled,
             _ => cia402::Fault::Immediate,
@@ -134,7 +134,7 @@ impl Drive<'_> {
     }
 
     /// What the application is asked for.
-    pub(super) fn obey(&mut self, output: &Output) {
+    pub(super) fn apply_demand(&mut self, output: &Output) {
         match output.demand {
             Demand::Off => self.power_off(output.state),
             Demand::Position { position, .. } => self.command(output.state, position),
@@ -149,7 +149,7 @@ impl Drive<'_> {
     fn power_off(&mut self, state: cia402::Cia402State) {
         // The application brings the shaft to rest by itself, unless power is to go at once.
         let coasts = self.axis_parameters.options.fault_reaction == StopOption::Disable;
-        let reacts = self.application.state() == State::FaultReaction
+        let reacts = self.application.state() == BoardState::FaultReaction
             && state == cia402::Cia402State::Fault
             && !coasts;
         if self.application.state().is_driving() && !reacts {
@@ -159,7 +159,12 @@ impl Drive<'_> {
 
     fn command(&mut self, state: cia402::Cia402State, position_mdeg: i32) {
         let runs = state == cia402::Cia402State::OperationEnabled;
-        if runs && matches!(self.application.state(), State::Disabled | State::QuickStop) {
+        if runs
+            && matches!(
+                self.application.state(),
+                BoardState::Disabled | BoardState::QuickStop
+            )
+        {
             match self.application.request(Request::Enable) {
                 Ok(()) => {}
                 Err(Refused::Blocked(fault)) => self.own.put(fault, true),
@@ -170,10 +175,10 @@ impl Drive<'_> {
         if self.is_commanded() {
             let angle = angle_of_mdeg(position_mdeg);
             let _ = self.application.request(Request::Command(angle));
-        } else if !runs && self.application.state() == State::Enabled {
+        } else if !runs && self.application.state() == BoardState::Enabled {
             // A stop ends whatever else commands.
             let _ = match self.application.telemetry().source {
-                Source::Excitation => self.application.request(Request::StopExcitation),
+                CommandSource::Excitation => self.application.request(Request::StopExcitation),
                 _ => self.application.request(Request::QuickStop),
             };
         }

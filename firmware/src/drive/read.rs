@@ -71,11 +71,11 @@ impl Drive<'_> {
     }
 
     fn recorded(&self, Address { index, sub }: Address) -> Result<u64, Abort> {
-        use crate::application::Source;
+        use crate::application::CommandSource;
         let t = self.application.telemetry();
         let record = u64::from(self.decimation()) * u64::from(PERIOD_US);
         Ok(match (index, sub) {
-            (0x2020, 1 | 2) => u64::from(t.source == Source::Excitation),
+            (0x2020, 1 | 2) => u64::from(t.source == CommandSource::Excitation),
             (0x2030, 1) => u64::from(matches!(self.capture.phase() as u8, 1 | 2)),
             (0x2030, 2) => self.capture.phase() as u64,
             (0x2030, 6) => self.capture.count() as u64,

@@ -5,7 +5,7 @@ use canopen::dictionary::Address;
 
 use super::{Drive, kept::Slot, numbers};
 use crate::{
-    application::{Request, Source},
+    application::{CommandSource, Request},
     capture::{CaptureSettings, MOST_SIGNALS, Signal, Trigger},
     command::excitation::ExcitationSettings,
     parameters::integers::Integers,
@@ -23,7 +23,7 @@ impl Drive<'_> {
     pub(super) fn set_value(&mut self, address: Address, value: u64) -> Result<(), Abort> {
         if let Some(number) = numbers::number_of(address) {
             numbers::write(&mut self.application, number, value)?;
-            self.reckon();
+            self.update_limits();
             return Ok(());
         }
         if matches!(address.index, 0x2031) && !is_signal(value as u32) {
@@ -31,7 +31,7 @@ impl Drive<'_> {
         }
         if let Some(place) = self.kept.place(address) {
             *place = value as u32;
-            self.reckon();
+            self.update_limits();
             return Ok(());
         }
         match (address.index, address.sub) {
@@ -70,9 +70,9 @@ impl Drive<'_> {
     /// Where commands come from; at rest that is the source after a reset too, once it is stored.
     fn switch_source(&mut self, value: u64) -> Result<(), Abort> {
         let source = if value == 1 {
-            Source::ServoPulse
+            CommandSource::ServoPulse
         } else {
-            Source::Bus
+            CommandSource::Bus
         };
         let request = Request::Source(source);
         self.application.request(request).map_err(numbers::abort)?;

@@ -182,7 +182,7 @@ impl EncoderGuard {
     }
 
     /// The next valid word is the first one; words that are lost count on.
-    pub fn disorient(&mut self) {
+    pub fn reset_position(&mut self) {
         (self.last, self.away) = (None, 0);
     }
 }

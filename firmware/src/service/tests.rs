@@ -5,7 +5,7 @@ use super::{
     *,
 };
 use crate::{
-    application::{Outputs, Samples, State},
+    application::{BoardState, Outputs, Samples},
     capture::Phase,
     faults::Fault,
     parameters::integers::Integers,
@@ -100,7 +100,7 @@ fn a_parameter_is_written_read_and_in_force() {
 fn protection_limits_and_identity_stay_while_the_bridge_is_driven_and_gains_do_not() {
     let mut bench = Bench::new(&mut []);
     bench.order(Order::Application(Request::Enable));
-    assert_eq!(bench.application.state(), State::Enabled);
+    assert_eq!(bench.application.state(), BoardState::Enabled);
     for name in ["node_id", "over_current_ma", "stall_ms"] {
         let number = BoardParameters::number_of(name).unwrap();
         let value = bench.read(number).unwrap();

@@ -14,7 +14,7 @@ use crate::{
 /// ```
 /// use host_sim::{can::motor_objects, settings::{ModelKind, PlantKind, Settings}};
 ///
-/// let bench = Settings::new(ModelKind::Board, PlantKind::Bench);
+/// let bench = Settings::new(ModelKind::Board, PlantKind::Drivetrain);
 /// let (resistance, ohm) = motor_objects::of(&bench)?[0];
 /// assert_eq!((resistance.index, resistance.sub_index()), (0x2011, 1));
 /// assert_eq!(ohm, 7.7);
@@ -29,7 +29,7 @@ pub fn of(settings: &Settings) -> Result<[(&'static Row, f64); 6], Error> {
         let found = settings.values().find(|v| v.parameter.name == name);
         found.map_or(0.0, |v| v.value)
     };
-    if settings.plant != PlantKind::Bench {
+    if settings.plant != PlantKind::Drivetrain {
         return Err(Error::Conflict(format!(
             "the parameters are those of {} with plant {}; the objects 2011h take those of a motor or servo, \
              which `identify --model motor-m1 --parameters FILE` writes, for one",

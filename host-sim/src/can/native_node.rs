@@ -1,4 +1,4 @@
-//! An actuator that runs natively: the firmware's application and its CANopen node around the rig.
+//! An actuator that runs natively: the firmware's application and its CANopen node around the plant.
 
 use canopen::{CanFrame, NodeId};
 use firmware::{
@@ -9,7 +9,7 @@ use firmware::{
 };
 use model_core::{
     parameter::ParameterError,
-    plant::rig::{Rig, RigOptions, TickedRig},
+    plant::board::{BoardPlant, BoardPlantOptions, SampledBoardPlant},
 };
 
 /// Length of a control period, us.
@@ -56,7 +56,7 @@ impl Flash for Memory {
 /// One actuator.
 pub struct NativeNode<'a> {
     device: Device<'a>,
-    rig: TickedRig,
+    plant: SampledBoardPlant,
     flash: Memory,
     saver: Saver<Set>,
     next_us: u64,
@@ -66,11 +66,11 @@ impl<'a> NativeNode<'a> {
     /// An actuator with factory settings, this serial number and node-ID (`None` waits for LSS), which captures into this buffer.
     ///
     /// # Errors
-    /// That of the first parameter of the rig that is outside its range.
+    /// That of the first parameter of the plant that is outside its range.
     pub fn new(
         serial_number: u32,
         node_id: Option<NodeId>,
-        options: &RigOptions,
+        options: &BoardPlantOptions,
         buffer: &'a mut [i32],
     ) -> Result<Self, ParameterError> {
         let flash = Memory::erased();
@@ -83,7 +83,7 @@ impl<'a> NativeNode<'a> {
         device.drive.diagnostics.serial_number = serial_number;
         Ok(Self {
             device,
-            rig: TickedRig::new(Rig::try_new(options)?, &mut |_, _| {}),
+            plant: SampledBoardPlant::new(BoardPlant::try_new(options)?, &mut |_, _| {}),
             saver: Saver::new(&loaded),
             flash,
             next_us: PERIOD_US,
@@ -107,9 +107,9 @@ impl<'a> NativeNode<'a> {
         }
         let outputs = self
             .device
-            .step(&samples(&self.rig.sampled()), self.next_us);
+            .step(&samples(&self.plant.sampled()), self.next_us);
         self.next_us += PERIOD_US;
-        self.rig.tick(bridge(outputs.bridge), &mut |_, _| {});
+        self.plant.tick(bridge(outputs.bridge), &mut |_, _| {});
         // The virtual bus has no bit rate.
         let _ = self.device.drive.take_bit_rate();
         self.save();
@@ -136,6 +136,6 @@ impl<'a> NativeNode<'a> {
 
     /// The angle of the shaft, deg.
     pub fn angle_deg(&self) -> f64 {
-        self.rig.rig.reading().output.angle_deg
+        self.plant.plant.reading().output.angle_deg
     }
 }

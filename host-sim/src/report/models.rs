@@ -149,7 +149,7 @@ pub const MODELS: [Model; 12] = [
     Model::board("board as-measured", "as-measured").drawn(SKY, Style::Line),
     Model::board("board as-measured-retuned", "as-measured-retuned").drawn(RED, Style::Line),
     Model {
-        plant: Some(PlantKind::Bench),
+        plant: Some(PlantKind::Drivetrain),
         ..Model::board("board on the bench", "consistent").drawn(GREY, Style::Line)
     },
 ];

@@ -47,7 +47,7 @@ impl SmallSignal {
             (ModelKind::Board, PlantKind::FirstOrder) => {
                 Self::around(sampled(s, Timing::default())?)
             }
-            (ModelKind::Board, PlantKind::Bench) => return Ok(None),
+            (ModelKind::Board, PlantKind::Drivetrain) => return Ok(None),
         }))
     }
 

@@ -5,7 +5,7 @@ use model_core::{
     control::units::float,
     plant::{
         Plant,
-        bench::{load::Recording, pwm::PwmBench},
+        drivetrain::{load::Recording, pwm::PwmDrivetrain},
         first_order::FirstOrder,
     },
     sensors::{adc::FrontEnd, noise::Noise},
@@ -37,7 +37,7 @@ const BENCH_COLUMNS: [&str; 9] = [
 pub(super) fn columns(plant: PlantKind) -> Vec<&'static str> {
     let bench: &[_] = match plant {
         PlantKind::FirstOrder => &[],
-        PlantKind::Bench => &BENCH_COLUMNS,
+        PlantKind::Drivetrain => &BENCH_COLUMNS,
     };
     [&BOARD_COLUMNS, bench].concat()
 }
@@ -58,10 +58,14 @@ pub(super) fn run(
                 rows.row(&row)
             })
         }
-        PlantKind::Bench => {
+        PlantKind::Drivetrain => {
             let load = simulation.load.as_ref();
             let load = load.and_then(|load| Recording::try_new(load.points()));
-            let board = settings.around(PwmBench::try_new(&settings.bench, settings.pwm, load)?)?;
+            let board = settings.around(PwmDrivetrain::try_new(
+                &settings.drivetrain,
+                settings.pwm,
+                load,
+            )?)?;
             let mut front_ends = settings.front_ends();
             drive(board, simulation, path, |board, tick, within| {
                 row.clear();
@@ -121,7 +125,11 @@ fn board_row<P: Plant>(
     ]
 }
 
-fn bench_row(plant: &PwmBench, front_ends: &mut [(FrontEnd, Noise); 2], within: usize) -> [f64; 9] {
+fn bench_row(
+    plant: &PwmDrivetrain,
+    front_ends: &mut [(FrontEnd, Noise); 2],
+    within: usize,
+) -> [f64; 9] {
     let now = plant.reading_at(within);
     let measured = |(front_end, noise): &mut (FrontEnd, Noise), quantity| {
         front_end.quantity(front_end.convert(quantity, noise))

@@ -34,7 +34,7 @@ mod tests {
     fn every_column_but_the_compare_value_of_the_timer_has_a_unit() {
         let bench = Scenario {
             model: Some(ModelKind::Board),
-            plant: Some(PlantKind::Bench),
+            plant: Some(PlantKind::Drivetrain),
             ..Scenario::default()
         };
         let columns = bench.resolve().expect("it is one").columns();

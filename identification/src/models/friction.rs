@@ -1,8 +1,8 @@
-//! The friction budgets M1 to M6 of [`model_core::plant::bench::friction`], over [`Scalar`]: the
+//! The friction budgets M1 to M6 of [`model_core::plant::drivetrain::friction`], over [`Scalar`]: the
 //! search needs their derivatives.
 
 use model_core::parameter::{Parameter, Parameters};
-use model_core::plant::bench::friction::FrictionParameters;
+use model_core::plant::drivetrain::friction::FrictionParameters;
 
 use crate::scalar::Scalar;
 
@@ -114,7 +114,7 @@ impl<S: Scalar> Friction<S> {
     }
 
     /// The greatest torque of friction, Nm, as
-    /// [`budget_nm`](model_core::plant::bench::friction::Friction::budget_nm).
+    /// [`budget_nm`](model_core::plant::drivetrain::friction::Friction::budget_nm).
     pub fn budget_nm(&self, rate_rad_s: S, motor_nm: S, external_nm: S) -> S {
         let of_load = |[motor, external]: [S; 2]| (external * external_nm - motor * motor_nm).abs();
         let at_rest =
@@ -150,7 +150,7 @@ impl<S: Scalar> Friction<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use model_core::plant::bench::friction::Friction as OfTheSimulator;
+    use model_core::plant::drivetrain::friction::Friction as OfTheSimulator;
     use model_core::sensors::noise::Noise;
 
     #[test]

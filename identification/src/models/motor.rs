@@ -16,9 +16,9 @@ mod shaft;
 use std::sync::Arc;
 
 use model_core::parameter::{Parameter, Parameters};
-use model_core::plant::bench::electrical::ElectricalParameters;
-use model_core::plant::bench::gear_train::GearTrainParameters;
-use model_core::plant::bench::load::LoadParameters;
+use model_core::plant::drivetrain::electrical::ElectricalParameters;
+use model_core::plant::drivetrain::gear_train::GearTrainParameters;
+use model_core::plant::drivetrain::load::LoadParameters;
 
 use super::Dynamics;
 use super::friction::{COUNT, coefficients, neutral, usual_bounds};

@@ -1,6 +1,6 @@
 //! Motors and servos as the bench of the simulator.
 
-use model_core::plant::bench::gear_train::GearTrainParameters;
+use model_core::plant::drivetrain::gear_train::GearTrainParameters;
 
 use super::Set;
 use crate::fit::{Estimate, Fit};

@@ -4,7 +4,7 @@
 //! step then samples the encoder and decides on the next one, which acts a period later.
 
 use crate::control::{
-    cascade::{Coefficients, State, Step},
+    cascade::{CascadeState, CascadeStep, Coefficients},
     units::{Angle, float},
 };
 use crate::plant::Plant;
@@ -22,7 +22,7 @@ crate::parameters! {
 
 impl TimerParameters {
     /// The duty that the timer makes of a step, %.
-    fn duty_pct(&self, step: &Step) -> f64 {
+    fn duty_pct(&self, step: &CascadeStep) -> f64 {
         if self.timer_counts >= 0.5 {
             step.compare.duty_pct()
         } else {
@@ -36,14 +36,14 @@ impl TimerParameters {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ClosedLoop<P> {
     coefficients: Coefficients,
-    control: State,
+    control: CascadeState,
     #[cfg_attr(feature = "serde", serde(with = "crate::parameter::as_values"))]
     timer: TimerParameters,
     encoder: Encoder,
     /// The motor and what it moves.
     pub plant: P,
     /// What the last control step decided.
-    pub step: Step,
+    pub step: CascadeStep,
     duty_pct: f64,
     /// The duty that is in force from the next edge on, %.
     pending_duty_pct: f64,
@@ -77,11 +77,11 @@ impl<P: Plant> ClosedLoop<P> {
     ) -> Self {
         Self {
             coefficients,
-            control: State::default(),
+            control: CascadeState::default(),
             timer,
             encoder,
             plant,
-            step: Step::default(),
+            step: CascadeStep::default(),
             duty_pct: 0.0,
             pending_duty_pct: 0.0,
             tick: 0,

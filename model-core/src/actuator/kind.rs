@@ -22,7 +22,7 @@ named! {
         /// The paper's first-order motor, solved exactly.
         FirstOrder = "first-order",
         /// Motor, gear train, friction and load in detail.
-        Bench = "bench",
+        Drivetrain = "bench",
     }
 }
 

@@ -9,7 +9,7 @@ use crate::models::black_box_2::BlackBox2Parameters;
 use crate::models::grey_box::GreyBoxParameters;
 use crate::named::Named;
 use crate::parameter::{Group, ParameterError, Value};
-use crate::plant::{Pwm, bench::BenchParameters, first_order::FirstOrderParameters};
+use crate::plant::{Pwm, drivetrain::DrivetrainParameters, first_order::FirstOrderParameters};
 use crate::presets::{PRESETS, Preset};
 use crate::sensors::adc::{BackEmfSenseParameters, CurrentSenseParameters};
 use crate::sensors::encoder::EncoderParameters;
@@ -41,11 +41,11 @@ pub struct Settings {
     pub encoder: EncoderParameters,
     /// The plant of [`PlantKind::FirstOrder`].
     pub first_order: FirstOrderParameters,
-    /// The plant of [`PlantKind::Bench`].
-    pub bench: BenchParameters,
-    /// The front end of the motor current, on the bench.
+    /// The plant of [`PlantKind::Drivetrain`].
+    pub drivetrain: DrivetrainParameters,
+    /// The front end of the motor current, on the drivetrain.
     pub current_sense: CurrentSenseParameters,
-    /// The front end of the back-EMF, on the bench.
+    /// The front end of the back-EMF, on the drivetrain.
     pub back_emf_sense: BackEmfSenseParameters,
 }
 
@@ -77,15 +77,15 @@ macro_rules! groups {
                 Some($($borrow)+ s.first_order as _),
                 None, None, None, None, None,
             ],
-            (ModelKind::Board, PlantKind::Bench) => [
+            (ModelKind::Board, PlantKind::Drivetrain) => [
                 setup,
                 Some($($borrow)+ s.control as _),
                 Some($($borrow)+ s.timer as _),
                 Some($($borrow)+ s.encoder as _),
-                Some($($borrow)+ s.bench.electrical as _),
-                Some($($borrow)+ s.bench.gear_train as _),
-                Some($($borrow)+ s.bench.friction as _),
-                Some($($borrow)+ s.bench.load as _),
+                Some($($borrow)+ s.drivetrain.electrical as _),
+                Some($($borrow)+ s.drivetrain.gear_train as _),
+                Some($($borrow)+ s.drivetrain.friction as _),
+                Some($($borrow)+ s.drivetrain.load as _),
                 Some($($borrow)+ s.current_sense as _),
                 Some($($borrow)+ s.back_emf_sense as _),
             ],
@@ -117,7 +117,7 @@ impl Settings {
             timer: Default::default(),
             encoder: Default::default(),
             first_order: Default::default(),
-            bench: Default::default(),
+            drivetrain: Default::default(),
             current_sense: Default::default(),
             back_emf_sense: Default::default(),
         }
@@ -232,9 +232,12 @@ mod tests {
 
     #[test]
     fn a_preset_for_another_plant_changes_nothing() {
-        let mut settings = Settings::new(ModelKind::Board, PlantKind::Bench);
+        let mut settings = Settings::new(ModelKind::Board, PlantKind::Drivetrain);
         let asymmetric = crate::presets::preset("asymmetric").unwrap();
         assert_eq!(settings.apply(asymmetric), Err(ParameterError::Unknown));
-        assert_eq!(settings, Settings::new(ModelKind::Board, PlantKind::Bench));
+        assert_eq!(
+            settings,
+            Settings::new(ModelKind::Board, PlantKind::Drivetrain)
+        );
     }
 }

@@ -9,7 +9,7 @@ use crate::models::{
     ActuatorModel, black_box_1::BlackBox1, black_box_2::BlackBox2, grey_box::GreyBox,
 };
 use crate::parameter::ParameterError;
-use crate::plant::{PERIOD, Plant, bench::pwm::PwmBench, first_order::FirstOrder};
+use crate::plant::{PERIOD, Plant, drivetrain::pwm::PwmDrivetrain, first_order::FirstOrder};
 use crate::sensors::{adc::FrontEnd, encoder::Encoder, noise::Noise};
 use crate::time::{TICKS_PER_SECOND, ticks};
 
@@ -59,7 +59,7 @@ enum Model {
     BlackBox2(BlackBox2),
     GreyBox(GreyBox),
     FirstOrder(ClosedLoop<FirstOrder>),
-    Bench(ClosedLoop<PwmBench<'static>>),
+    Drivetrain(ClosedLoop<PwmDrivetrain<'static>>),
 }
 
 /// An actuator at rest at zero, until it is stepped.
@@ -102,8 +102,8 @@ impl Actuator {
             (ModelKind::Board, PlantKind::FirstOrder) => {
                 Model::FirstOrder(s.around(FirstOrder::try_new(s.first_order, s.pwm)?)?)
             }
-            (ModelKind::Board, PlantKind::Bench) => {
-                Model::Bench(s.around(PwmBench::try_new(&s.bench, s.pwm, None)?)?)
+            (ModelKind::Board, PlantKind::Drivetrain) => {
+                Model::Drivetrain(s.around(PwmDrivetrain::try_new(&s.drivetrain, s.pwm, None)?)?)
             }
         };
         // The range of the delay ends where the line does.
@@ -133,7 +133,7 @@ impl Actuator {
     }
 
     /// Puts a torque on the load from the next PWM period on, Nm, beside that of the parameters;
-    /// only the bench has a load.
+    /// only the drivetrain has a load.
     ///
     /// # Errors
     /// [`CommandError`] for a torque that is not finite.
@@ -141,7 +141,7 @@ impl Actuator {
         if !torque_nm.is_finite() {
             return Err(CommandError);
         }
-        if let Model::Bench(board) = &mut self.model {
+        if let Model::Drivetrain(board) = &mut self.model {
             board.plant.set_load_torque_nm(torque_nm);
         }
         Ok(())
@@ -163,7 +163,7 @@ impl Actuator {
             Model::BlackBox2(model) => model.step(arrived_deg),
             Model::GreyBox(model) => model.step(arrived_deg),
             Model::FirstOrder(board) => board.pass(tick, arrived_deg),
-            Model::Bench(board) => board.pass(tick, arrived_deg),
+            Model::Drivetrain(board) => board.pass(tick, arrived_deg),
         }
         self.tick += 1;
     }
@@ -176,7 +176,7 @@ impl Actuator {
             Model::BlackBox2(model) => of_model(model, arrived_deg),
             Model::GreyBox(model) => of_model(model, arrived_deg),
             Model::FirstOrder(board) => board.reading(self.tick, arrived_deg),
-            Model::Bench(board) => {
+            Model::Drivetrain(board) => {
                 let now = board.plant.reading_at(ticks_into_period(self.tick));
                 Reading {
                     current_a: now.current_a,
@@ -249,7 +249,7 @@ impl Settings {
         Ok(ClosedLoop::new(coefficients, self.timer, encoder, plant))
     }
 
-    /// The analogue front ends of the bench: those of the current and of the back-EMF, with their
+    /// The analogue front ends of the drivetrain: those of the current and of the back-EMF, with their
     /// noise.
     pub fn front_ends(&self) -> [(FrontEnd, Noise); 2] {
         [
@@ -310,7 +310,7 @@ mod tests {
 
     #[test]
     fn a_command_that_is_no_number_is_refused_and_moves_nothing() {
-        let mut actuator = actuator(ModelKind::Board, PlantKind::Bench);
+        let mut actuator = actuator(ModelKind::Board, PlantKind::Drivetrain);
         for command in [f64::NAN, f64::INFINITY] {
             assert_eq!(actuator.advance(command, 1000), Err(CommandError));
             assert_eq!(actuator.set_load_torque_nm(command), Err(CommandError));
@@ -322,9 +322,9 @@ mod tests {
     }
 
     #[test]
-    fn a_torque_on_the_load_holds_the_bench_back() {
+    fn a_torque_on_the_load_holds_the_drivetrain_back() {
         let angle_after = |torque_nm: f64| {
-            let mut actuator = actuator(ModelKind::Board, PlantKind::Bench);
+            let mut actuator = actuator(ModelKind::Board, PlantKind::Drivetrain);
             actuator.set_load_torque_nm(torque_nm).unwrap();
             actuator.advance(60.0, 4000).unwrap();
             actuator.reading().angle_deg

@@ -130,7 +130,7 @@ const fn least(a: Percent, b: Percent) -> Percent {
 /// What the controller remembers from step to step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct State {
+pub struct CascadeState {
     shaft: ShaftAngle,
     rate: RateEstimate,
     regulator: RateLoopState,
@@ -142,7 +142,7 @@ pub struct State {
 /// What one control step decided; nothing, by default.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Step {
+pub struct CascadeStep {
     /// The commanded rate after its limit, deg/s.
     pub rate_command: Rate,
     /// The duty, %.
@@ -169,13 +169,13 @@ pub struct ActiveLimits {
 
 /// What the loops are closed around.
 #[derive(Clone, Copy)]
-enum Aim {
+enum Setpoint {
     Angle(Angle),
     Rate(Rate),
 }
 
-impl State {
-    /// Takes the encoder's word: once in each control period, before [`State::regulate`].
+impl CascadeState {
+    /// Takes the encoder's word: once in each control period, before [`CascadeState::regulate`].
     ///
     /// A word that is not valid leaves angle and rate as they were.
     ///
@@ -199,42 +199,42 @@ impl State {
     /// use model_core::control::{cascade::*, encoder_word::*, parameters::ControlParameters};
     ///
     /// let gains = Coefficients::try_new(&ControlParameters::default()).unwrap();
-    /// let mut state = State::default();
+    /// let mut state = CascadeState::default();
     /// state.observe(&gains, EncoderWord::of(EncoderCount::new(0), Magnet::Steady)).unwrap();
     /// let step = state.regulate(&gains, model_core::control::units::angle(1.0));
     /// assert_eq!(step.rate_command, 8.0);
     /// assert_eq!(step.compare.get(), 5906); // 8 deg/s * 1.3182 %/(deg/s) * 560 counts/%
     /// ```
     #[inline(always)]
-    pub fn regulate(&mut self, coefficients: &Coefficients, command: Angle) -> Step {
-        self.close(coefficients, Aim::Angle(command))
+    pub fn regulate(&mut self, coefficients: &Coefficients, command: Angle) -> CascadeStep {
+        self.close(coefficients, Setpoint::Angle(command))
     }
 
     /// Closes the inner loop alone, around a commanded rate; held within 2^17 deg/s.
     ///
-    /// Between this and [`State::regulate`] the duty does not jump by more than the commanded rate
-    /// asks for: the integrator is the same. [`State::retune`] finds no command to keep then.
+    /// Between this and [`CascadeState::regulate`] the duty does not jump by more than the commanded rate
+    /// asks for: the integrator is the same. [`CascadeState::retune`] finds no command to keep then.
     ///
     /// ```
     /// use model_core::control::{cascade::*, encoder_word::*, parameters::ControlParameters};
     ///
     /// let gains = Coefficients::try_new(&ControlParameters::default()).unwrap();
-    /// let mut state = State::default();
+    /// let mut state = CascadeState::default();
     /// state.observe(&gains, EncoderWord::of(EncoderCount::new(0), Magnet::Steady)).unwrap();
     /// let step = state.regulate_rate(&gains, model_core::control::units::Rate::from_num(8));
     /// assert_eq!(step.compare.get(), 5906); // as a command of 1 deg gives with a gain of 8/s
     /// ```
     #[inline(always)]
-    pub fn regulate_rate(&mut self, coefficients: &Coefficients, rate: Rate) -> Step {
-        self.close(coefficients, Aim::Rate(rate))
+    pub fn regulate_rate(&mut self, coefficients: &Coefficients, rate: Rate) -> CascadeStep {
+        self.close(coefficients, Setpoint::Rate(rate))
     }
 
     /// Closes the loops, in one function for both: on the board nearly all of a control law's time is spent here.
     #[cfg_attr(target_os = "none", inline(never))]
-    fn close(&mut self, coefficients: &Coefficients, aim: Aim) -> Step {
+    fn close(&mut self, coefficients: &Coefficients, setpoint: Setpoint) -> CascadeStep {
         let mut limits = ActiveLimits::default();
-        let rate_command = match aim {
-            Aim::Angle(command) => {
+        let rate_command = match setpoint {
+            Setpoint::Angle(command) => {
                 self.command = Some(command);
                 let wanted = coefficients
                     .position
@@ -243,7 +243,7 @@ impl State {
                 limits.rate = wanted.rate_limited;
                 wanted.rate
             }
-            Aim::Rate(mut rate) => {
+            Setpoint::Rate(mut rate) => {
                 self.command = None;
                 limits.rate = hold_between(&mut rate, WIDEST_RATE, WIDEST_RATE);
                 rate
@@ -253,7 +253,7 @@ impl State {
         let limited = self.regulator.step(gains, rate_command, self.rate());
         limits.duty = limited.duty_limited;
         limits.slew = limited.slew_limited;
-        Step {
+        CascadeStep {
             rate_command,
             duty: limited.duty,
             compare: self.modulator.next(limited.duty),
@@ -269,7 +269,7 @@ impl State {
     }
 
     /// Forgets the angle: the next valid word is taken to lie within half a turn of zero again.
-    pub fn disorient(&mut self) {
+    pub fn reset_position(&mut self) {
         self.shaft = ShaftAngle::default();
     }
 
@@ -278,7 +278,7 @@ impl State {
     /// there is no duty to keep, and the integrator stays empty.
     pub fn retune(&mut self, old: &Coefficients, new: &Coefficients) {
         if old.mounting != new.mounting {
-            self.disorient();
+            self.reset_position();
         }
         let Some(command) = self.command else {
             return;
@@ -303,7 +303,7 @@ impl State {
     }
 
     /// Whether the angle is known: there was a valid word.
-    pub fn is_oriented(&self) -> bool {
+    pub fn is_position_known(&self) -> bool {
         self.shaft.is_known()
     }
 }

@@ -4,7 +4,7 @@ use proptest::prelude::*;
 
 use super::{
     arithmetic::Coefficient,
-    cascade::{Coefficients, State},
+    cascade::{CascadeState, Coefficients},
     compare::PWM_COUNTS,
     encoder_word::{COUNT_DEG, EncoderCount, EncoderError, EncoderWord, Magnet},
     parameters::ControlParameters,
@@ -71,7 +71,7 @@ fn the_duty_is_that_of_the_equations_in_double_precision() {
         ..Default::default()
     };
     let gains = coefficients(&p);
-    let (mut state, mut referee) = (State::default(), Referee::default());
+    let (mut state, mut referee) = (CascadeState::default(), Referee::default());
     let mut counts = 0;
     for k in 0..20_000 {
         // A shaft that runs to and fro over several turns while the command steps.
@@ -117,7 +117,7 @@ fn the_angle_counts_turns_and_knows_direction_and_zero() {
         ..Default::default()
     };
     let gains = coefficients(&p);
-    let mut state = State::default();
+    let mut state = CascadeState::default();
     for turn in 0..10 {
         for quarter in 0..4 {
             state
@@ -132,7 +132,7 @@ fn the_angle_counts_turns_and_knows_direction_and_zero() {
 #[test]
 fn lost_samples_leave_no_jump_in_the_rate() {
     let gains = coefficients(&ControlParameters::default());
-    let mut state = State::default();
+    let mut state = CascadeState::default();
     for k in 0..200 {
         // Eight counts a period are 175.78125 deg/s; of four words two in a row are broken.
         let word = if k % 4 == 1 || k % 4 == 2 {
@@ -155,7 +155,7 @@ fn a_duty_of_half_the_supply_is_half_the_pwm_period() {
         position_gain: 1.0,
         ..Default::default()
     });
-    let mut state = State::default();
+    let mut state = CascadeState::default();
     state.observe(&gains, healthy(0)).unwrap();
     assert_eq!(
         state.regulate(&gains, angle(50.0)).compare.get(),
@@ -170,7 +170,7 @@ fn a_reversal_of_the_command_moves_the_duty_by_its_slew_and_the_integrator_is_to
         ..Default::default()
     };
     let gains = coefficients(&p);
-    let mut state = State::default();
+    let mut state = CascadeState::default();
     state.observe(&gains, healthy(0)).unwrap();
     for _ in 0..250 {
         state.regulate(&gains, angle(90.0));
@@ -192,7 +192,7 @@ fn beyond_the_position_limits_the_command_is_held_at_them() {
         position_max_deg: 20.0,
         ..Default::default()
     });
-    let mut state = State::default();
+    let mut state = CascadeState::default();
     state.observe(&gains, healthy(0)).unwrap();
     for (command_deg, rate_deg_s, limited) in [
         (15.0, 120.0, false),
@@ -216,7 +216,7 @@ fn a_narrower_duty_limit_acts_at_once_whatever_the_slew() {
         })
     };
     let (wide, narrow) = (with_limit(100.0), with_limit(40.0));
-    let mut state = State::default();
+    let mut state = CascadeState::default();
     state.observe(&wide, healthy(0)).unwrap();
     for _ in 0..250 {
         state.regulate(&wide, angle(90.0));
@@ -232,7 +232,7 @@ fn the_zero_is_the_nearest_count_and_the_angle_ends_after_91_turns() {
         encoder_zero_deg: 0.05,
         ..Default::default()
     });
-    let mut state = State::default();
+    let mut state = CascadeState::default();
     state.observe(&gains, healthy(1)).unwrap();
     assert_eq!(state.angle(), 0.0);
     for quarter in 1..400 {
@@ -245,7 +245,7 @@ fn the_zero_is_the_nearest_count_and_the_angle_ends_after_91_turns() {
 #[test]
 fn with_anti_windup_at_the_inverse_integral_time_the_integrator_stays_within_the_duty() {
     let gains = coefficients(&ControlParameters::default());
-    let mut state = State::default();
+    let mut state = CascadeState::default();
     state.observe(&gains, healthy(0)).unwrap();
     for _ in 0..100_000 {
         state.regulate(&gains, angle(170.0));
@@ -262,7 +262,7 @@ proptest! {
         inputs in proptest::collection::vec((any::<u32>(), any::<i64>(), any::<bool>()), 1..200),
     ) {
         let gains = coefficients(&p);
-        let mut state = State::default();
+        let mut state = CascadeState::default();
         let limit = percent(p.duty_limit_pct);
         for (word, command, valid) in inputs {
             let word = if valid { healthy(word as i32) } else { EncoderWord::new(word) };
@@ -305,7 +305,7 @@ proptest! {
             ..p
         };
         let (old, new) = (coefficients(&wide(old)), coefficients(&wide(new)));
-        let mut state = State::default();
+        let mut state = CascadeState::default();
         for count in counts {
             state.observe(&old, healthy(count)).unwrap();
             state.regulate(&old, angle(1.0));
@@ -362,11 +362,11 @@ fn another_zero_of_the_encoder_counts_from_the_next_word_on() {
         })
     };
     let (old, new) = (at(0.0), at(90.0));
-    let mut state = State::default();
+    let mut state = CascadeState::default();
     state.observe(&old, healthy(1024)).unwrap();
     state.regulate(&old, angle(90.0));
     state.retune(&old, &new);
-    assert!(!state.is_oriented());
+    assert!(!state.is_position_known());
     state.observe(&new, healthy(1024)).unwrap();
     assert_eq!(state.angle(), 0.0);
 }

@@ -4,9 +4,9 @@
 //! holds until its end, so a plant knows then all that happens within the period, and any of its
 //! ticks can be looked at without changing what follows.
 
-pub mod bench;
+pub mod board;
+pub mod drivetrain;
 pub mod first_order;
-pub mod rig;
 
 use crate::limits::within;
 use crate::named::named;

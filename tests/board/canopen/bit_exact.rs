@@ -2,7 +2,7 @@
 
 use board_tests::canopen::{NativeNode, control, read, run_master, seen, start, target, write};
 use board_tests::frames::Frame;
-use virtual_board::rig::RigOptions;
+use virtual_board::plant::BoardPlantOptions;
 use virtual_board::run::Options;
 
 const SECONDS: u64 = 60;
@@ -66,7 +66,7 @@ fn mixed(tick: u64) -> Vec<Frame> {
 
 #[test]
 fn a_minute_of_all_modes_is_the_same_natively_and_on_the_emulated_board() {
-    let rig = RigOptions::realistic(11);
+    let rig = BoardPlantOptions::realistic(11);
     let options = Options {
         rig,
         ..Options::for_ms(SECONDS * 1000 + 20)
@@ -77,7 +77,7 @@ fn a_minute_of_all_modes_is_the_same_natively_and_on_the_emulated_board() {
 
     let rows = &emulated.trace.rows;
     assert!(rows.len() as u64 >= 4 * TICKS);
-    native.rig.assert_same(rows);
+    native.plant.assert_same(rows);
     let found: Vec<Frame> = seen(&emulated).iter().map(|seen| seen.frame).collect();
     for (number, (expected, found)) in native.frames.iter().zip(&found).enumerate() {
         assert_eq!(expected, found, "frame {number}");

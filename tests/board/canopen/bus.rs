@@ -191,7 +191,7 @@ fn a_reset_by_network_management_boots_again_with_the_power_off() {
     assert_eq!(boots.len(), 2, "{boots:?}");
     let after = boots[1].at_ns + 8_000_000;
     let rows = finished.trace.rows.iter().filter(|row| row.at_ns > after);
-    let is_off = |bridge| bridge == virtual_board::rig::Bridge::Coast;
+    let is_off = |bridge| bridge == virtual_board::plant::Bridge::Coast;
     assert!(rows.clone().count() > 500);
     assert!(rows.into_iter().all(|row| is_off(row.bridge)));
     assert!(finished.resets.is_empty(), "the processor itself goes on");

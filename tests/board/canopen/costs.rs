@@ -5,7 +5,7 @@ use board_tests::canopen::{
 };
 use board_tests::frames::{Frame, standard};
 use virtual_board::faults::{Fault, Planned};
-use virtual_board::rig::RigOptions;
+use virtual_board::plant::BoardPlantOptions;
 use virtual_board::run::{Flow, Options, Script, Span, View};
 
 use super::bit_exact::command;
@@ -102,7 +102,7 @@ fn most(spans: &[Span]) -> u64 {
 #[test]
 fn the_turns_of_the_node_end_in_their_periods_and_a_quarter_of_the_stack_is_left_over() {
     let options = Options {
-        rig: RigOptions::realistic(3),
+        rig: BoardPlantOptions::realistic(3),
         faults: vec![Planned::at_ms(8150, Fault::CanNoise { frames: 5 })],
         probes: (STEP.iter().map(|(name, _)| (*name).to_owned()))
             .chain([NODE, "gather", "device_control", "communicate"].map(str::to_owned))

@@ -1,19 +1,19 @@
-//! The application on the PC, on the rig of the emulated board, in the board's order.
+//! The application on the PC, on the plant of the emulated board, in the board's order.
 
 use firmware::application::Application;
 use firmware::capture::Capture;
 use firmware::frames::Frames;
 use firmware::parameters::BoardParameters;
 use firmware::service::Service;
-use virtual_board::rig::RigOptions;
+use virtual_board::plant::BoardPlantOptions;
 
 use crate::frames::Frame;
-use crate::native_rig::NativeRig;
+use crate::native_plant::NativePlant;
 
 /// The native run.
 pub struct Native {
-    /// The rig.
-    pub rig: NativeRig,
+    /// The plant.
+    pub plant: NativePlant,
     /// The telemetry of each control period.
     pub telemetry: Vec<[Frame; 3]>,
     application: Application,
@@ -25,10 +25,10 @@ impl Native {
     /// A board after power-on, up to its first control period: a PWM period has passed by then.
     ///
     /// # Panics
-    /// If a parameter of the rig is outside its range.
-    pub fn new(options: &RigOptions) -> Self {
+    /// If a parameter of the plant is outside its range.
+    pub fn new(options: &BoardPlantOptions) -> Self {
         Self {
-            rig: NativeRig::new(options),
+            plant: NativePlant::new(options),
             telemetry: Vec::new(),
             application: Application::new(BoardParameters::DEFAULT),
             frames: Frames::new(1),
@@ -45,10 +45,10 @@ impl Native {
             let capture = &mut Capture::new(&mut []);
             (self.service).serve(&mut self.application, capture, &message);
         }
-        let outputs = self.application.step(&self.rig.samples());
+        let outputs = self.application.step(&self.plant.samples());
         let telemetry = self.frames.telemetry::<Frame>(&outputs);
         self.telemetry
             .push(telemetry.map(|frame| frame.expect("fits")));
-        self.rig.tick(outputs.bridge);
+        self.plant.tick(outputs.bridge);
     }
 }

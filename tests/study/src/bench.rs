@@ -2,7 +2,7 @@
 
 use firmware::parameters::BoardParameters;
 use model_core::sensors::noise::Noise;
-use virtual_board::rig::RigOptions;
+use virtual_board::plant::BoardPlantOptions;
 
 /// How the loops of the board are tuned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -86,14 +86,14 @@ const SUPPLY_SPREAD: f64 = 0.015;
 const SUPPLY_STREAM: u64 = 1 << 32;
 
 /// The rig of a run: noise, friction and supply by its seed, the same in every run of this number.
-pub fn rig(load: Load, run: u64) -> RigOptions {
-    let mut options = RigOptions::realistic(run);
+pub fn rig(load: Load, run: u64) -> BoardPlantOptions {
+    let mut options = BoardPlantOptions::realistic(run);
     let mut chance = Noise::new(run, SUPPLY_STREAM);
     let limit = 2.0 * SUPPLY_SPREAD;
     let spread = chance.gaussian(SUPPLY_SPREAD).clamp(-limit, limit);
-    options.bench.electrical.supply_v *= 1.0 + spread;
+    options.drivetrain.electrical.supply_v *= 1.0 + spread;
     if load == Load::Loaded {
-        options.bench.load.load_torque_nm = -LOAD_NM;
+        options.drivetrain.load.load_torque_nm = -LOAD_NM;
     }
     options
 }
@@ -119,7 +119,7 @@ mod tests {
 
     #[test]
     fn servos_differ_and_stay_within_what_the_board_accepts() {
-        let supply = |run| rig(Load::Unloaded, run).bench.electrical.supply_v;
+        let supply = |run| rig(Load::Unloaded, run).drivetrain.electrical.supply_v;
         for run in 1..=RUNS {
             // Over-voltage is at 6.3 V, and the ripple has 0.02 V.
             assert!((5.8..6.2).contains(&supply(run)), "{}", supply(run));

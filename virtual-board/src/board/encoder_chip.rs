@@ -3,7 +3,7 @@
 use rigless::chip::{Timeline, spi::Peer};
 use rigless::snapshot::Store;
 
-use crate::rig::SsiWord;
+use crate::plant::SsiWord;
 
 /// The encoder: the angle is latched as its select falls, and shifted out from there.
 #[derive(Debug, Default)]

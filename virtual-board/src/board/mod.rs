@@ -17,7 +17,7 @@ use self::encoder_chip::EncoderChip;
 use crate::can::Wire;
 use crate::chip::Chip;
 use crate::flash::FlashTimes;
-use crate::rig::SsiWord;
+use crate::plant::SsiWord;
 
 /// Clock of the core, Hz.
 pub const CORE_HZ: u64 = 168_000_000;

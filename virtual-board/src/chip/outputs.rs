@@ -6,7 +6,7 @@ use rigless::soc::stm32f427::peripherals::tim::Channel;
 use rigless::time::VirtualNanos;
 
 use super::Chip;
-use crate::rig::{Bridge, Legs, PERIOD_CYCLES, Sensed};
+use crate::plant::{Bridge, Legs, PERIOD_CYCLES, Sensed};
 
 /// The greatest code of the converter.
 pub(super) const FULL_SCALE: u16 = 4095;

@@ -140,7 +140,7 @@ mod tests {
     use super::super::{MagnetState, Place};
     use super::*;
     use crate::can::WireFault;
-    use crate::rig::{Line, Stuck};
+    use crate::plant::{EncoderWire, Stuck};
 
     fn read(text: &str) -> Result<Vec<Planned>, String> {
         parse(Path::new("plan.toml"), text).map_err(|error| error.to_string())
@@ -165,7 +165,7 @@ mod tests {
         ]);
         let expected = [
             Fault::EncoderWire {
-                line: Line::Clock,
+                line: EncoderWire::Clock,
                 stuck: Stuck::High,
             },
             Fault::Magnet {

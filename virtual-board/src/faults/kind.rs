@@ -4,7 +4,7 @@ use model_core::control::encoder_word::Magnet;
 use serde::Deserialize;
 
 use crate::can::WireFault;
-use crate::rig::{Line, Stuck};
+use crate::plant::{EncoderWire, Stuck};
 
 /// A fault.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -13,7 +13,7 @@ pub enum Fault {
     /// A wire of the encoder lies at one level.
     EncoderWire {
         /// Which.
-        line: Line,
+        line: EncoderWire,
         /// At which.
         stuck: Stuck,
     },

@@ -15,7 +15,7 @@ use super::view::{Flow, Script, View};
 use super::{RunError, faulty};
 use crate::board::{ActuatorBoard, CORE_HZ};
 use crate::faults::Injector;
-use crate::rig::{Bridge, Rig, Slot};
+use crate::plant::{BoardPlant, Bridge, Slot};
 use crate::trace::{Row, Trace};
 
 /// Stops while the timer has not started, or is expected to start anew, ns.
@@ -31,7 +31,7 @@ const BROWN_OUT_V: (f64, f64) = (3.6, 3.9);
 #[derive(Debug)]
 pub(super) struct Lockstep<S> {
     pub script: S,
-    pub rig: Rig,
+    pub rig: BoardPlant,
     pub trace: Trace,
     pub probes: Probes,
     pub faults: Injector,
@@ -63,7 +63,7 @@ impl<S: Script> Lockstep<S> {
         script: S,
         bus: Option<BusEnd>,
     ) -> Result<Self, RunError> {
-        let mut rig = Rig::try_new(&options.rig)?;
+        let mut rig = BoardPlant::try_new(&options.rig)?;
         let faults = Injector::new(options.faults);
         let mut entries = Vec::new();
         for name in faults.symbols() {

@@ -11,7 +11,7 @@ use super::driver::Lockstep;
 use super::probe::Span;
 use crate::board::ActuatorBoard;
 use crate::flash::Operation;
-use crate::rig::Rig;
+use crate::plant::BoardPlant;
 use crate::trace::Trace;
 
 /// Where the emulation did not stand in for the chip; empty, or the run proves nothing.
@@ -74,7 +74,7 @@ pub struct Finished<S> {
     /// Virtual time at the end, ns.
     pub end_ns: u64,
     /// The rig at the end.
-    pub rig: Rig,
+    pub rig: BoardPlant,
 }
 
 impl<S> Finished<S> {

@@ -1,6 +1,6 @@
 //! When the run stops for the rig: 5 us before each boundary of its grid, and within the window.
 
-use crate::rig::Slot;
+use crate::plant::Slot;
 
 /// What is due at a stop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

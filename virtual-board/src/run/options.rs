@@ -2,13 +2,13 @@
 
 use crate::faults::Planned;
 use crate::flash::FlashTimes;
-use crate::rig::RigOptions;
+use crate::plant::BoardPlantOptions;
 
 /// A run.
 #[derive(Debug, Clone)]
 pub struct Options {
     /// The rig.
-    pub rig: RigOptions,
+    pub rig: BoardPlantOptions,
     /// Stations on the CAN bus, by their rate, bit/s.
     pub ports_bit_s: Vec<u32>,
     /// The times of the flash.
@@ -36,7 +36,7 @@ impl Options {
     /// ```
     pub fn for_ms(ms: u64) -> Self {
         Self {
-            rig: RigOptions::default(),
+            rig: BoardPlantOptions::default(),
             ports_bit_s: vec![1_000_000],
             flash_times: FlashTimes::TYPICAL,
             faults: Vec::new(),

@@ -9,7 +9,7 @@ use crate::board::ActuatorBoard;
 use crate::can::{BxCan, Port};
 use crate::faults::{Injector, Planned};
 use crate::flash::Interface;
-use crate::rig::Rig;
+use crate::plant::BoardPlant;
 use crate::trace::Row;
 
 /// Whether a run goes on.
@@ -39,7 +39,7 @@ pub struct View<'a> {
     /// What was traced last: the start of this period.
     pub row: &'a Row,
     /// The rig.
-    pub rig: &'a mut Rig,
+    pub rig: &'a mut BoardPlant,
     pub(super) now_ns: u64,
     pub(super) board: &'a mut ActuatorBoard,
     pub(super) memory: &'a mut dyn Memory,

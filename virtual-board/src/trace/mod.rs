@@ -3,7 +3,7 @@
 use sha2::{Digest, Sha256};
 
 use crate::can::{Frame, Sent};
-use crate::rig::{Bridge, Sensed};
+use crate::plant::{Bridge, Sensed};
 
 /// The board at the start of a PWM period.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -68,41 +68,41 @@ fn provoke(fault: Fault, samples: &mut Samples, since: u32) {
 }
 
 /// A board that is about to meet a fault.
-fn prepared(fault: Fault) -> Rig {
-    let mut rig = match fault {
+fn prepared(fault: Fault) -> TestBoard {
+    let mut board = match fault {
         // At rest it would be a stall.
-        Fault::Overload => Rig::turning(),
-        _ => Rig::enabled(),
+        Fault::Overload => TestBoard::turning(),
+        _ => TestBoard::enabled(),
     };
     match fault {
         Fault::CommandTimeout => {
-            rig.command = None;
+            board.command = None;
         }
         Fault::FollowingError => {
-            rig.command = Some(angle(30.0));
+            board.command = Some(angle(30.0));
         }
         // The controller pulls, within the window of the following error.
-        Fault::Stall => rig.command = Some(angle(5.0)),
+        Fault::Stall => board.command = Some(angle(5.0)),
         _ => {}
     }
-    rig
+    board
 }
 
 #[test]
 fn every_fault_is_latched_and_safe_within_its_times() {
     for row in TABLE.iter().filter(|row| row.watched != Watched::Start) {
         let fault = row.fault;
-        let mut rig = prepared(fault);
-        let p = *rig.application.parameters();
+        let mut board = prepared(fault);
+        let p = *board.application.parameters();
         let (mut detected, mut safe) = (None, None);
         for since in 1..1000 {
-            let outputs = rig.step_with(|samples| provoke(fault, samples, since));
+            let outputs = board.step_with(|samples| provoke(fault, samples, since));
             let ms = since * 4;
             if outputs.fault.is_some() && detected.is_none() {
                 assert_eq!(outputs.fault, Some(fault), "{}", row.name);
                 detected = Some(ms);
             }
-            if outputs.state == State::Fault {
+            if outputs.state == BoardState::Fault {
                 assert_eq!(outputs.bridge, Bridge::Coast);
                 safe = Some(ms + 1);
                 break;
@@ -122,12 +122,12 @@ fn every_fault_is_latched_and_safe_within_its_times() {
 fn faults_of_driving_block_enabling_while_the_board_is_disabled_and_are_none() {
     for row in TABLE.iter().filter(|row| row.watched == Watched::Driven) {
         let fault = row.fault;
-        let mut rig = Rig::new(BoardParameters::DEFAULT);
+        let mut board = TestBoard::new(BoardParameters::DEFAULT);
         for since in 1..700 {
-            let outputs = rig.step_with(|samples| provoke(fault, samples, since));
+            let outputs = board.step_with(|samples| provoke(fault, samples, since));
             assert_eq!(
                 (outputs.state, outputs.fault),
-                (State::Disabled, None),
+                (BoardState::Disabled, None),
                 "{}",
                 row.name
             );
@@ -137,91 +137,94 @@ fn faults_of_driving_block_enabling_while_the_board_is_disabled_and_are_none() {
             continue;
         }
         assert!(
-            rig.outputs.telemetry.present.contains(fault),
+            board.outputs.telemetry.present.contains(fault),
             "{}",
             row.name
         );
-        let refused = rig.application.request(Request::Enable);
+        let refused = board.application.request(Request::Enable);
         assert_eq!(refused, Err(Refused::Blocked(fault)), "{}", row.name);
     }
 }
 
 #[test]
 fn a_fault_stays_until_it_is_acknowledged_and_then_wants_a_new_enable() {
-    let mut rig = Rig::enabled();
+    let mut board = TestBoard::enabled();
     for _ in 0..4 {
-        rig.step_with(|samples| provoke(Fault::EncoderInvalid, samples, 1));
+        board.step_with(|samples| provoke(Fault::EncoderInvalid, samples, 1));
     }
-    assert_eq!(rig.outputs.fault, Some(Fault::EncoderInvalid));
-    let refused = Err(Refused::State(State::Fault));
-    assert_eq!(rig.application.request(Request::Enable), refused);
-    assert_eq!(rig.step().state, State::Fault);
-    rig.request(Request::Acknowledge);
-    assert_eq!(rig.application.state(), State::Disabled);
-    assert_eq!(rig.step().fault, None);
-    rig.request(Request::Enable);
-    assert_eq!(rig.step().state, State::Enabled);
-    let last = rig.application.faults().last().unwrap();
+    assert_eq!(board.outputs.fault, Some(Fault::EncoderInvalid));
+    let refused = Err(Refused::State(BoardState::Fault));
+    assert_eq!(board.application.request(Request::Enable), refused);
+    assert_eq!(board.step().state, BoardState::Fault);
+    board.request(Request::Acknowledge);
+    assert_eq!(board.application.state(), BoardState::Disabled);
+    assert_eq!(board.step().fault, None);
+    board.request(Request::Enable);
+    assert_eq!(board.step().state, BoardState::Enabled);
+    let last = board.application.faults().last().unwrap();
     assert_eq!(last.fault, Fault::EncoderInvalid);
 }
 
 #[test]
 fn three_lost_samples_hold_the_duty_and_the_fourth_switches_the_bridge_off() {
-    let mut rig = Rig::enabled();
-    rig.command = Some(angle(20.0));
-    let driven = rig.step().bridge;
+    let mut board = TestBoard::enabled();
+    board.command = Some(angle(20.0));
+    let driven = board.step().bridge;
     for _ in 0..3 {
         assert_eq!(
-            rig.step_with(|samples| samples.encoder = None).bridge,
+            board.step_with(|samples| samples.encoder = None).bridge,
             driven
         );
     }
-    let outputs = rig.step_with(|samples| samples.encoder = None);
+    let outputs = board.step_with(|samples| samples.encoder = None);
     assert_eq!(
         (outputs.bridge, outputs.state),
-        (Bridge::Coast, State::Fault)
+        (Bridge::Coast, BoardState::Fault)
     );
 }
 
 #[test]
 fn a_single_jump_of_the_encoder_is_passed_over() {
-    let mut rig = Rig::enabled();
-    let before = rig.step().telemetry;
-    let outputs = rig.step_with(|samples| samples.encoder = Some(word(1500)));
+    let mut board = TestBoard::enabled();
+    let before = board.step().telemetry;
+    let outputs = board.step_with(|samples| samples.encoder = Some(word(1500)));
     assert_eq!(
         (outputs.telemetry.angle, outputs.fault),
         (before.angle, None)
     );
-    assert_eq!(rig.step().telemetry.angle, before.angle);
+    assert_eq!(board.step().telemetry.angle, before.angle);
 }
 
 #[test]
 fn a_missing_sample_holds_the_counter_of_a_condition() {
-    let mut rig = Rig::enabled();
+    let mut board = TestBoard::enabled();
     let over = |samples: &mut Samples| samples.current = Some(current(1640));
-    assert_eq!(rig.step_with(over).fault, None);
+    assert_eq!(board.step_with(over).fault, None);
     for _ in 0..3 {
-        assert_eq!(rig.step_with(|samples| samples.current = None).fault, None);
+        assert_eq!(
+            board.step_with(|samples| samples.current = None).fault,
+            None
+        );
     }
-    assert_eq!(rig.step_with(over).fault, Some(Fault::OverCurrent));
+    assert_eq!(board.step_with(over).fault, Some(Fault::OverCurrent));
     // One that contradicts clears it.
-    let mut rig = Rig::enabled();
-    rig.step_with(over);
-    rig.step();
-    assert_eq!(rig.step_with(over).fault, None);
+    let mut board = TestBoard::enabled();
+    board.step_with(over);
+    board.step();
+    assert_eq!(board.step_with(over).fault, None);
 }
 
 #[test]
 fn a_fault_that_coasts_ends_a_quick_stop_at_once() {
-    let mut rig = Rig::turning();
-    rig.command = None;
+    let mut board = TestBoard::turning();
+    board.command = None;
     for _ in 0..26 {
-        rig.step();
+        board.step();
     }
-    assert_eq!(rig.outputs.state, State::FaultReaction);
-    assert_eq!(rig.outputs.fault, Some(Fault::CommandTimeout));
-    let outputs = rig.step_with(|samples| samples.bridge_tripped = true);
-    assert_eq!(outputs.state, State::Fault);
+    assert_eq!(board.outputs.state, BoardState::FaultReaction);
+    assert_eq!(board.outputs.fault, Some(Fault::CommandTimeout));
+    let outputs = board.step_with(|samples| samples.bridge_tripped = true);
+    assert_eq!(outputs.state, BoardState::Fault);
     // The cause is still the first one.
     assert_eq!(outputs.fault, Some(Fault::CommandTimeout));
     assert!(outputs.telemetry.latched.contains(Fault::BridgeTripped));
@@ -229,10 +232,10 @@ fn a_fault_that_coasts_ends_a_quick_stop_at_once() {
 
 #[test]
 fn bus_off_matters_only_where_commands_come_from_the_bus() {
-    let mut rig = Rig::enabled();
-    rig.request(Request::Source(Source::ServoPulse));
+    let mut board = TestBoard::enabled();
+    board.request(Request::Source(CommandSource::ServoPulse));
     for _ in 0..50 {
-        let outputs = rig.step_with(|samples| {
+        let outputs = board.step_with(|samples| {
             samples.bus = BusState::Off;
             samples.servo_pulse_us = Some(1500);
         });
@@ -242,22 +245,22 @@ fn bus_off_matters_only_where_commands_come_from_the_bus() {
 
 #[test]
 fn a_motor_that_is_not_connected_looks_like_a_stuck_encoder() {
-    let mut rig = Rig::enabled();
-    rig.command = Some(angle(9.0));
+    let mut board = TestBoard::enabled();
+    board.command = Some(angle(9.0));
     let mut periods = 0;
-    while rig.outputs.fault.is_none() && periods < 200 {
-        rig.step_with(|samples| samples.encoder = Some(word(0)));
+    while board.outputs.fault.is_none() && periods < 200 {
+        board.step_with(|samples| samples.encoder = Some(word(0)));
         periods += 1;
     }
-    assert_eq!(rig.outputs.fault, Some(Fault::EncoderStuck));
+    assert_eq!(board.outputs.fault, Some(Fault::EncoderStuck));
 }
 
 #[test]
 fn overload_comes_after_its_time_at_twice_the_current_and_never_at_the_continuous_one() {
     let periods_at = |current_ma| {
-        let mut rig = Rig::turning();
+        let mut board = TestBoard::turning();
         (1..5000).find(|_| {
-            let outputs = rig.step_with(|samples| samples.current = Some(current(current_ma)));
+            let outputs = board.step_with(|samples| samples.current = Some(current(current_ma)));
             outputs.fault == Some(Fault::Overload)
         })
     };
@@ -270,67 +273,67 @@ fn overload_comes_after_its_time_at_twice_the_current_and_never_at_the_continuou
 
 #[test]
 fn four_missed_periods_are_one_too_many_unless_good_ones_lie_between() {
-    let mut rig = Rig::enabled();
+    let mut board = TestBoard::enabled();
     for _ in 0..20 {
-        rig.step_with(|samples| samples.missed_periods = 1);
-        rig.steps(250);
+        board.step_with(|samples| samples.missed_periods = 1);
+        board.steps(250);
     }
-    assert_eq!(rig.outputs.fault, None);
+    assert_eq!(board.outputs.fault, None);
     for _ in 0..4 {
-        rig.step_with(|samples| samples.missed_periods = 1);
-        rig.step();
+        board.step_with(|samples| samples.missed_periods = 1);
+        board.step();
     }
-    assert_eq!(rig.outputs.fault, Some(Fault::LoopOverrun));
+    assert_eq!(board.outputs.fault, Some(Fault::LoopOverrun));
 }
 
 #[test]
 fn an_offset_that_stays_is_a_jump_however_small_beyond_the_reach() {
     for offset in [80, 128, 270, 2000] {
-        let mut rig = Rig::enabled();
+        let mut board = TestBoard::enabled();
         let slipped = |samples: &mut Samples| samples.encoder = Some(word(offset));
         for _ in 0..3 {
-            assert_eq!(rig.step_with(slipped).fault, None, "{offset}");
+            assert_eq!(board.step_with(slipped).fault, None, "{offset}");
         }
-        let outputs = rig.step_with(slipped);
+        let outputs = board.step_with(slipped);
         assert_eq!(outputs.fault, Some(Fault::EncoderJump), "{offset}");
     }
 }
 
 #[test]
 fn a_count_that_flickers_hides_no_stall() {
-    let mut rig = Rig::enabled();
+    let mut board = TestBoard::enabled();
     let mut periods = 0;
-    while rig.outputs.fault.is_none() && periods < 200 {
+    while board.outputs.fault.is_none() && periods < 200 {
         periods += 1;
-        rig.step_with(|samples| {
+        board.step_with(|samples| {
             samples.encoder = Some(word(periods % 2));
             samples.current = Some(current(600));
         });
     }
-    assert_eq!((rig.outputs.fault, periods), (Some(Fault::Stall), 125));
+    assert_eq!((board.outputs.fault, periods), (Some(Fault::Stall), 125));
 }
 
 #[test]
 fn a_rate_limit_below_that_of_the_following_error_is_followed_without_one() {
     let mut parameters = BoardParameters::DEFAULT;
     assert!(parameters.control.set(8, 10.0));
-    let mut rig = Rig::new(parameters);
-    rig.request(Request::Enable);
-    rig.command = Some(angle(30.0));
-    rig.steps(500);
-    assert_eq!(rig.outputs.fault, None);
-    assert!(rig.outputs.telemetry.angle > 15);
+    let mut board = TestBoard::new(parameters);
+    board.request(Request::Enable);
+    board.command = Some(angle(30.0));
+    board.steps(500);
+    assert_eq!(board.outputs.fault, None);
+    assert!(board.outputs.telemetry.angle > 15);
 }
 
 #[test]
 fn a_shaft_that_was_turned_while_the_encoder_was_away_has_a_new_angle() {
-    let mut rig = Rig::new(BoardParameters::DEFAULT);
+    let mut board = TestBoard::new(BoardParameters::DEFAULT);
     for _ in 0..60 {
-        rig.step_with(|samples| samples.encoder = None);
+        board.step_with(|samples| samples.encoder = None);
     }
     // 200 deg further: within half a turn of zero that is -160 deg.
     let count = 2276;
-    let outputs = rig.step_with(|samples| samples.encoder = Some(word(count)));
+    let outputs = board.step_with(|samples| samples.encoder = Some(word(count)));
     assert!((outputs.telemetry.angle + angle(160.0)).abs() < 0.1);
 }
 
@@ -338,17 +341,17 @@ fn a_shaft_that_was_turned_while_the_encoder_was_away_has_a_new_angle() {
 fn bus_off_ends_an_excitation_that_the_bus_has_started() {
     use crate::command::excitation::{ExcitationSettings, Run};
     let run: Run = ExcitationSettings::DEFAULT.run().unwrap();
-    let mut rig = Rig::enabled();
-    rig.application.start_excitation(run).unwrap();
-    rig.steps(10);
-    let outputs = rig.step_with(|samples| samples.bus = BusState::Off);
+    let mut board = TestBoard::enabled();
+    board.application.start_excitation(run).unwrap();
+    board.steps(10);
+    let outputs = board.step_with(|samples| samples.bus = BusState::Off);
     assert_eq!(outputs.fault, Some(Fault::BusOff));
-    assert_eq!(outputs.state, State::FaultReaction);
+    assert_eq!(outputs.state, BoardState::FaultReaction);
 }
 
 #[test]
 fn a_late_step_counts_as_missed_and_leaves_the_rate_alone() {
-    let (mut late, mut punctual) = (Rig::turning(), Rig::turning());
+    let (mut late, mut punctual) = (TestBoard::turning(), TestBoard::turning());
     late.application.was_late();
     assert_eq!(late.step().telemetry.rate, punctual.step().telemetry.rate);
     for _ in 0..3 {

@@ -69,7 +69,7 @@ impl Motor {
 }
 
 /// A board, the motor that it drives, and a hand in the wiring.
-pub(super) struct Rig {
+pub(super) struct TestBoard {
     pub application: Application,
     motor: Motor,
     pub outputs: Outputs,
@@ -77,41 +77,41 @@ pub(super) struct Rig {
     pub command: Option<Angle>,
 }
 
-impl Rig {
+impl TestBoard {
     pub fn new(parameters: BoardParameters) -> Self {
-        let mut rig = Self {
+        let mut board = Self {
             application: Application::new(parameters),
             motor: Motor::new(),
             outputs: Outputs {
                 bridge: Bridge::Coast,
-                state: State::Initialising,
+                state: BoardState::Initialising,
                 fault: None,
                 telemetry: Telemetry::default(),
             },
             command: None,
         };
-        rig.step();
-        rig
+        board.step();
+        board
     }
 
-    /// A rig whose loop is closed.
+    /// A board whose loop is closed.
     pub fn enabled() -> Self {
-        let mut rig = Self::new(BoardParameters::DEFAULT);
-        rig.request(Request::Enable);
-        rig.command = Some(Angle::ZERO);
-        rig.step();
-        assert_eq!(rig.outputs.state, State::Enabled);
-        rig
+        let mut board = Self::new(BoardParameters::DEFAULT);
+        board.request(Request::Enable);
+        board.command = Some(Angle::ZERO);
+        board.step();
+        assert_eq!(board.outputs.state, BoardState::Enabled);
+        board
     }
 
-    /// A rig at full rate.
+    /// A board at full rate.
     pub fn turning() -> Self {
-        let mut rig = Self::enabled();
-        rig.command = Some(Angle::from_num(30_000));
-        rig.steps(300);
+        let mut board = Self::enabled();
+        board.command = Some(Angle::from_num(30_000));
+        board.steps(300);
         // 283.6 deg/s, and a count is 22 deg/s.
-        assert!(rig.outputs.telemetry.rate > 270);
-        rig
+        assert!(board.outputs.telemetry.rate > 270);
+        board
     }
 
     pub fn request(&mut self, request: Request) {

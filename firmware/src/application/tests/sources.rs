@@ -18,67 +18,67 @@ fn pulse(width_us: u16) -> impl Fn(&mut Samples) {
 
 #[test]
 fn a_command_of_the_bus_is_followed_at_once() {
-    let mut rig = Rig::enabled();
-    rig.command = Some(angle(30.0));
-    assert_eq!(rig.step().telemetry.command, 30);
-    rig.steps(500);
-    assert!((rig.outputs.telemetry.angle - angle(30.0)).abs() < 0.2);
+    let mut board = TestBoard::enabled();
+    board.command = Some(angle(30.0));
+    assert_eq!(board.step().telemetry.command, 30);
+    board.steps(500);
+    assert!((board.outputs.telemetry.angle - angle(30.0)).abs() < 0.2);
 }
 
 #[test]
 fn the_servo_pulse_is_approached_slowly_and_followed_at_once_from_there_on() {
-    let mut rig = Rig::enabled();
-    rig.request(Request::Source(Source::ServoPulse));
-    rig.command = None;
+    let mut board = TestBoard::enabled();
+    board.request(Request::Source(CommandSource::ServoPulse));
+    board.command = None;
     // 2000 us are 60 deg: a second at 60 deg/s.
-    let mut last = rig.outputs.telemetry.command;
+    let mut last = board.outputs.telemetry.command;
     for _ in 0..260 {
-        let command = rig.step_with(pulse(2000)).telemetry.command;
+        let command = board.step_with(pulse(2000)).telemetry.command;
         assert!(command - last <= angle(0.241), "{last} {command}");
         last = command;
     }
     assert_eq!(last, 60);
-    assert_eq!(rig.step_with(pulse(1000)).telemetry.command, -60);
-    assert_eq!(rig.outputs.telemetry.source, Source::ServoPulse);
+    assert_eq!(board.step_with(pulse(1000)).telemetry.command, -60);
+    assert_eq!(board.outputs.telemetry.source, CommandSource::ServoPulse);
 }
 
 #[test]
 fn commands_of_the_bus_are_refused_while_the_servo_pulse_commands() {
-    let mut rig = Rig::enabled();
-    rig.request(Request::Source(Source::ServoPulse));
-    let refused = Err(Refused::Source(Source::ServoPulse));
+    let mut board = TestBoard::enabled();
+    board.request(Request::Source(CommandSource::ServoPulse));
+    let refused = Err(Refused::Source(CommandSource::ServoPulse));
     let request = Request::Command(angle(1.0));
-    assert_eq!(rig.application.request(request), refused);
+    assert_eq!(board.application.request(request), refused);
 }
 
 #[test]
 fn back_on_the_bus_the_command_stays_until_the_next_one() {
-    let mut rig = Rig::enabled();
-    rig.request(Request::Source(Source::ServoPulse));
-    rig.command = None;
+    let mut board = TestBoard::enabled();
+    board.request(Request::Source(CommandSource::ServoPulse));
+    board.command = None;
     for _ in 0..100 {
-        rig.step_with(pulse(1750));
+        board.step_with(pulse(1750));
     }
-    let reached = rig.outputs.telemetry.command;
+    let reached = board.outputs.telemetry.command;
     assert!(reached > 20);
-    rig.request(Request::Source(Source::Bus));
-    assert_eq!(rig.step().telemetry.command, reached);
-    rig.command = Some(angle(-5.0));
-    assert_eq!(rig.step().telemetry.command, -5);
+    board.request(Request::Source(CommandSource::Bus));
+    assert_eq!(board.step().telemetry.command, reached);
+    board.command = Some(angle(-5.0));
+    assert_eq!(board.step().telemetry.command, -5);
 }
 
 #[test]
 fn pulses_that_are_none_are_counted_and_do_not_keep_the_command_alive() {
-    let mut rig = Rig::enabled();
-    rig.request(Request::Source(Source::ServoPulse));
-    rig.command = None;
-    rig.step_with(pulse(1500));
-    let command = rig.outputs.telemetry.command;
+    let mut board = TestBoard::enabled();
+    board.request(Request::Source(CommandSource::ServoPulse));
+    board.command = None;
+    board.step_with(pulse(1500));
+    let command = board.outputs.telemetry.command;
     for _ in 0..25 {
-        let outputs = rig.step_with(pulse(3000));
+        let outputs = board.step_with(pulse(3000));
         assert_eq!((outputs.fault, outputs.telemetry.command), (None, command));
     }
-    let outputs = rig.step_with(pulse(100));
+    let outputs = board.step_with(pulse(100));
     assert_eq!(outputs.fault, Some(Fault::CommandTimeout));
     assert_eq!(outputs.telemetry.servo_glitches, 26);
     assert_eq!(outputs.telemetry.servo_pulse_us, 1500);
@@ -86,59 +86,59 @@ fn pulses_that_are_none_are_counted_and_do_not_keep_the_command_alive() {
 
 #[test]
 fn an_excitation_is_added_to_the_command_and_ends_where_it_began() {
-    let mut rig = Rig::enabled();
-    rig.command = Some(angle(10.0));
-    rig.steps(300);
-    rig.command = None;
+    let mut board = TestBoard::enabled();
+    board.command = Some(angle(10.0));
+    board.steps(300);
+    board.command = None;
     let doublet = Multistep::try_doublet(&DoubletParameters {
         amplitude_deg: 2.0,
         start_s: 0.0,
         unit_s: 0.1,
     });
     let run = Run::new(Excitation::Multistep(doublet.unwrap()), 2);
-    rig.application.start_excitation(run).unwrap();
+    board.application.start_excitation(run).unwrap();
     for _ in 0..2 {
         // 0.2 s are 50 control periods, and the tick at the end is one more.
         for period in 0..51 {
-            let outputs = rig.step();
+            let outputs = board.step();
             let expected = match period {
                 0..25 => 12,
                 25..50 => 8,
                 _ => 10,
             };
             assert_eq!(outputs.telemetry.command, expected, "{period}");
-            assert_eq!(outputs.telemetry.source, Source::Excitation);
+            assert_eq!(outputs.telemetry.source, CommandSource::Excitation);
         }
     }
-    let outputs = rig.step();
+    let outputs = board.step();
     assert_eq!(outputs.telemetry.command, 10);
-    assert_eq!(outputs.telemetry.source, Source::Bus);
+    assert_eq!(outputs.telemetry.source, CommandSource::Bus);
 }
 
 #[test]
 fn an_excitation_that_is_ended_leaves_the_command_where_it_is() {
-    let mut rig = Rig::enabled();
+    let mut board = TestBoard::enabled();
     let chirp = Chirp::try_linear(&Default::default()).unwrap();
     let run = Run::new(Excitation::Chirp(chirp), 1);
-    rig.application.start_excitation(run).unwrap();
-    rig.command = None;
+    board.application.start_excitation(run).unwrap();
+    board.command = None;
     // The timeout of commands does not run meanwhile.
-    rig.steps(300);
-    assert_eq!(rig.outputs.fault, None);
-    let command = rig.outputs.telemetry.command;
+    board.steps(300);
+    assert_eq!(board.outputs.fault, None);
+    let command = board.outputs.telemetry.command;
     assert_ne!(command, 0);
-    rig.request(Request::StopExcitation);
-    assert_eq!(rig.step().telemetry.command, command);
+    board.request(Request::StopExcitation);
+    assert_eq!(board.step().telemetry.command, command);
 }
 
 /// Commands of an excitation that repeats itself, with what `meanwhile` does after each control period.
 fn commands(run: Run, meanwhile: impl Fn(&mut Application, usize)) -> [Angle; 120] {
-    let mut rig = Rig::enabled();
-    rig.command = None;
-    rig.application.start_excitation(run).unwrap();
+    let mut board = TestBoard::enabled();
+    board.command = None;
+    board.application.start_excitation(run).unwrap();
     core::array::from_fn(|period| {
-        let command = rig.step().telemetry.command;
-        meanwhile(&mut rig.application, period);
+        let command = board.step().telemetry.command;
+        meanwhile(&mut board.application, period);
         command
     })
 }
@@ -178,33 +178,33 @@ fn samples_that_were_computed_elsewhere_make_the_same_commands() {
 
 #[test]
 fn an_excitation_starts_in_the_enabled_state_only() {
-    let mut rig = Rig::new(BoardParameters::DEFAULT);
+    let mut board = TestBoard::new(BoardParameters::DEFAULT);
     let chirp = Chirp::try_linear(&Default::default()).unwrap();
     let run = Run::new(Excitation::Chirp(chirp), 1);
-    let refused = Err(Refused::State(State::Disabled));
-    assert_eq!(rig.application.start_excitation(run), refused);
+    let refused = Err(Refused::State(BoardState::Disabled));
+    assert_eq!(board.application.start_excitation(run), refused);
 }
 
 #[test]
 fn without_a_fresh_servo_pulse_the_loop_is_not_closed() {
-    let mut rig = Rig::new(BoardParameters::DEFAULT);
-    rig.request(Request::Source(Source::ServoPulse));
+    let mut board = TestBoard::new(BoardParameters::DEFAULT);
+    board.request(Request::Source(CommandSource::ServoPulse));
     let blocked = Err(Refused::Blocked(Fault::CommandTimeout));
-    assert_eq!(rig.application.request(Request::Enable), blocked);
-    rig.step_with(pulse(1700));
-    assert_eq!(rig.application.request(Request::Enable), Ok(()));
-    rig.request(Request::Disable);
+    assert_eq!(board.application.request(Request::Enable), blocked);
+    board.step_with(pulse(1700));
+    assert_eq!(board.application.request(Request::Enable), Ok(()));
+    board.request(Request::Disable);
     // It grows stale.
-    rig.steps(30);
-    assert_eq!(rig.application.request(Request::Enable), blocked);
+    board.steps(30);
+    assert_eq!(board.application.request(Request::Enable), blocked);
 }
 
 #[test]
 fn a_timeout_of_zero_is_none() {
     let mut parameters = BoardParameters::DEFAULT;
     parameters.command.command_timeout_ms = 0;
-    let mut rig = Rig::new(parameters);
-    rig.request(Request::Enable);
-    rig.steps(1000);
-    assert_eq!(rig.outputs.state, State::Enabled);
+    let mut board = TestBoard::new(parameters);
+    board.request(Request::Enable);
+    board.steps(1000);
+    assert_eq!(board.outputs.state, BoardState::Enabled);
 }

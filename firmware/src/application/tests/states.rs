@@ -9,11 +9,11 @@ fn the_loop_is_not_closed_before_everything_was_measured() {
     let mut application = Application::new(BoardParameters::DEFAULT);
     let mut samples = Samples::at_rest(word(0));
     samples.scan = None;
-    assert_eq!(application.step(&samples).state, State::Initialising);
-    let refused = Refused::State(State::Initialising);
+    assert_eq!(application.step(&samples).state, BoardState::Initialising);
+    let refused = Refused::State(BoardState::Initialising);
     assert_eq!(application.request(Request::Enable), Err(refused));
     let outputs = application.step(&Samples::at_rest(word(0)));
-    assert_eq!(outputs.state, State::Disabled);
+    assert_eq!(outputs.state, BoardState::Disabled);
     assert_eq!(application.request(Request::Enable), Ok(()));
 }
 
@@ -23,12 +23,12 @@ fn what_cannot_be_measured_within_200_ms_of_the_start_is_a_fault() {
     let mut samples = Samples::at_rest(word(0));
     samples.encoder = None;
     for _ in 0..49 {
-        assert_eq!(application.step(&samples).state, State::Initialising);
+        assert_eq!(application.step(&samples).state, BoardState::Initialising);
     }
     let outputs = application.step(&samples);
     assert_eq!(
         (outputs.state, outputs.fault),
-        (State::Fault, Some(Fault::EncoderInvalid))
+        (BoardState::Fault, Some(Fault::EncoderInvalid))
     );
 }
 
@@ -52,91 +52,94 @@ fn a_watchdog_reset_and_corrupt_parameters_are_faults_of_the_start() {
     ] {
         let mut application = Application::after(BoardParameters::DEFAULT, start);
         let outputs = application.step(&Samples::at_rest(word(0)));
-        assert_eq!((outputs.state, outputs.fault), (State::Fault, Some(fault)));
+        assert_eq!(
+            (outputs.state, outputs.fault),
+            (BoardState::Fault, Some(fault))
+        );
         assert_eq!(application.request(Request::Acknowledge), Ok(()));
         let outputs = application.step(&Samples::at_rest(word(0)));
-        assert_eq!((outputs.state, outputs.fault), (State::Disabled, None));
+        assert_eq!((outputs.state, outputs.fault), (BoardState::Disabled, None));
     }
 }
 
 #[test]
 fn every_request_that_does_not_fit_the_state_is_refused_and_changes_nothing() {
-    let mut disabled = Rig::new(BoardParameters::DEFAULT);
+    let mut disabled = TestBoard::new(BoardParameters::DEFAULT);
     for request in [Request::QuickStop, Request::Acknowledge] {
-        let refused = Err(Refused::State(State::Disabled));
+        let refused = Err(Refused::State(BoardState::Disabled));
         assert_eq!(disabled.application.request(request), refused);
     }
-    let mut enabled = Rig::enabled();
-    let refused = Err(Refused::State(State::Enabled));
+    let mut enabled = TestBoard::enabled();
+    let refused = Err(Refused::State(BoardState::Enabled));
     assert_eq!(enabled.application.request(Request::Acknowledge), refused);
     assert_eq!(enabled.application.request(Request::Enable), Ok(()));
-    assert_eq!(enabled.application.state(), State::Enabled);
-    let refused = Err(Refused::Source(Source::Excitation));
-    let request = Request::Source(Source::Excitation);
+    assert_eq!(enabled.application.state(), BoardState::Enabled);
+    let refused = Err(Refused::Source(CommandSource::Excitation));
+    let request = Request::Source(CommandSource::Excitation);
     assert_eq!(enabled.application.request(request), refused);
 }
 
 #[test]
 fn a_disabled_bridge_is_off_and_the_integrator_empty() {
-    let mut rig = Rig::enabled();
-    rig.command = Some(angle(10.0));
-    rig.steps(100);
-    rig.request(Request::Disable);
-    assert_eq!(rig.step().bridge, Bridge::Coast);
+    let mut board = TestBoard::enabled();
+    board.command = Some(angle(10.0));
+    board.steps(100);
+    board.request(Request::Disable);
+    assert_eq!(board.step().bridge, Bridge::Coast);
     // At rest, with the angle as the command, there is no duty.
-    rig.steps(500);
-    rig.command = None;
-    rig.request(Request::Enable);
-    let outputs = rig.step();
-    assert_eq!(outputs.state, State::Enabled);
+    board.steps(500);
+    board.command = None;
+    board.request(Request::Enable);
+    let outputs = board.step();
+    assert_eq!(outputs.state, BoardState::Enabled);
     assert!(outputs.telemetry.duty.abs() < 1e-6);
 }
 
 #[test]
 fn enabling_holds_the_angle_wherever_the_last_command_was() {
-    let mut rig = Rig::enabled();
-    rig.command = Some(angle(90.0));
-    rig.steps(60);
-    rig.request(Request::Disable);
-    rig.steps(500);
-    let held = rig.outputs.telemetry.angle;
-    rig.command = None;
-    rig.request(Request::Enable);
-    rig.steps(20);
-    assert_eq!(rig.outputs.telemetry.command, held);
-    assert_eq!(rig.outputs.telemetry.angle, held);
+    let mut board = TestBoard::enabled();
+    board.command = Some(angle(90.0));
+    board.steps(60);
+    board.request(Request::Disable);
+    board.steps(500);
+    let held = board.outputs.telemetry.angle;
+    board.command = None;
+    board.request(Request::Enable);
+    board.steps(20);
+    assert_eq!(board.outputs.telemetry.command, held);
+    assert_eq!(board.outputs.telemetry.angle, held);
 }
 
 #[test]
 fn a_quick_stop_brings_the_shaft_to_rest_by_the_ramp_and_goes_off() {
-    let mut rig = Rig::turning();
-    let before = rig.outputs.telemetry;
-    rig.request(Request::QuickStop);
+    let mut board = TestBoard::turning();
+    let before = board.outputs.telemetry;
+    board.request(Request::QuickStop);
     let mut periods = 0;
-    while rig.outputs.state != State::Disabled {
-        let outputs = rig.step();
+    while board.outputs.state != BoardState::Disabled {
+        let outputs = board.step();
         periods += 1;
         // 2000 deg/s^2 are 8 deg/s a period.
         let ramp = (before.rate - Angle::from_num(8 * periods)).max(Angle::ZERO);
-        if outputs.state == State::QuickStop {
+        if outputs.state == BoardState::QuickStop {
             assert_eq!(outputs.telemetry.rate_command, ramp, "{periods}");
         }
     }
     // 283 deg/s take 36 periods; the shaft follows within some more.
     assert!((36 + 5..=100).contains(&periods), "{periods}");
-    assert!(rig.outputs.telemetry.rate.abs() < 5);
-    assert_eq!(rig.outputs.bridge, Bridge::Coast);
+    assert!(board.outputs.telemetry.rate.abs() < 5);
+    assert_eq!(board.outputs.bridge, Bridge::Coast);
     // v^2/2a = 20 deg, and what the lag adds.
-    let way = rig.outputs.telemetry.angle - before.angle;
+    let way = board.outputs.telemetry.angle - before.angle;
     assert!(way > 18 && way < 45, "{way}");
 }
 
 #[test]
 fn a_quick_stop_starts_without_a_jump_of_the_duty() {
-    let mut rig = Rig::turning();
-    let before = rig.outputs.telemetry.duty;
-    rig.request(Request::QuickStop);
-    let after = rig.step().telemetry.duty;
+    let mut board = TestBoard::turning();
+    let before = board.outputs.telemetry.duty;
+    board.request(Request::QuickStop);
+    let after = board.step().telemetry.duty;
     // 8 deg/s less at 1.32 %/(deg/s), and what the integrator makes of it.
     assert!((after - before).abs() < 15, "{before} {after}");
 }
@@ -145,23 +148,23 @@ fn a_quick_stop_starts_without_a_jump_of_the_duty() {
 fn a_quick_stop_that_holds_stays_until_it_is_enabled_or_disabled() {
     let mut parameters = BoardParameters::DEFAULT;
     parameters.stop.quick_stop_hold = 1;
-    let mut rig = Rig::new(parameters);
-    rig.request(Request::Enable);
-    rig.command = Some(angle(500.0));
-    rig.steps(100);
-    rig.request(Request::QuickStop);
-    rig.steps(150);
-    assert_eq!(rig.outputs.state, State::QuickStop);
-    let held = rig.outputs.telemetry.angle;
-    rig.steps(500);
-    assert_eq!(rig.outputs.state, State::QuickStop);
-    assert!((rig.outputs.telemetry.angle - held).abs() < 2);
-    rig.command = None;
-    rig.request(Request::Enable);
-    assert_eq!(rig.step().state, State::Enabled);
-    rig.request(Request::QuickStop);
-    rig.request(Request::Disable);
-    assert_eq!(rig.step().state, State::Disabled);
+    let mut board = TestBoard::new(parameters);
+    board.request(Request::Enable);
+    board.command = Some(angle(500.0));
+    board.steps(100);
+    board.request(Request::QuickStop);
+    board.steps(150);
+    assert_eq!(board.outputs.state, BoardState::QuickStop);
+    let held = board.outputs.telemetry.angle;
+    board.steps(500);
+    assert_eq!(board.outputs.state, BoardState::QuickStop);
+    assert!((board.outputs.telemetry.angle - held).abs() < 2);
+    board.command = None;
+    board.request(Request::Enable);
+    assert_eq!(board.step().state, BoardState::Enabled);
+    board.request(Request::QuickStop);
+    board.request(Request::Disable);
+    assert_eq!(board.step().state, BoardState::Disabled);
 }
 
 #[test]
@@ -175,13 +178,13 @@ fn other_gains_while_the_loop_is_closed_do_not_move_the_duty() {
         .unwrap(),
         ..BoardParameters::DEFAULT
     };
-    let (mut kept, mut retuned) = (Rig::enabled(), Rig::enabled());
+    let (mut kept, mut retuned) = (TestBoard::enabled(), TestBoard::enabled());
     // A shaft that is held, so that what is measured is the same in both periods.
-    let held = |rig: &mut Rig| rig.step_with(|samples| samples.encoder = Some(word(20)));
-    for rig in [&mut kept, &mut retuned] {
-        rig.command = Some(angle(5.0));
+    let held = |board: &mut TestBoard| board.step_with(|samples| samples.encoder = Some(word(20)));
+    for board in [&mut kept, &mut retuned] {
+        board.command = Some(angle(5.0));
         for _ in 0..20 {
-            held(rig);
+            held(board);
         }
     }
     assert_eq!(retuned.application.retune(&stiffer), Ok(()));
@@ -201,9 +204,9 @@ fn other_gains_while_the_loop_is_closed_do_not_move_the_duty() {
 fn parameters_beyond_the_control_step_wait_until_the_bridge_is_off() {
     let mut other = BoardParameters::DEFAULT;
     other.stall.stall_ms = 600;
-    let mut rig = Rig::enabled();
+    let mut board = TestBoard::enabled();
     assert_eq!(
-        rig.application.retune(&other),
+        board.application.retune(&other),
         Err(Refused::NotWhileDriving)
     );
     // The encoder's zero and sense: the shaft would jump, or run away.
@@ -211,34 +214,34 @@ fn parameters_beyond_the_control_step_wait_until_the_bridge_is_off() {
         let mut turned = BoardParameters::DEFAULT;
         assert!(turned.control.set(number, value));
         let refused = Err(Refused::NotWhileDriving);
-        assert_eq!(rig.application.retune(&turned), refused);
+        assert_eq!(board.application.retune(&turned), refused);
     }
-    rig.request(Request::QuickStop);
+    board.request(Request::QuickStop);
     let mut gains = BoardParameters::DEFAULT;
     assert!(gains.control.set(0, 9.0));
     assert_eq!(
-        rig.application.retune(&gains),
+        board.application.retune(&gains),
         Err(Refused::NotWhileDriving)
     );
-    rig.request(Request::Disable);
-    assert_eq!(rig.application.retune(&other), Ok(()));
+    board.request(Request::Disable);
+    assert_eq!(board.application.retune(&other), Ok(()));
     other.stall.stall_ms = 0;
     let number = BoardParameters::number_of("stall_ms").unwrap();
     assert_eq!(
-        rig.application.retune(&other),
+        board.application.retune(&other),
         Err(Refused::Parameter(number))
     );
 }
 
 #[test]
 fn missed_periods_are_counted_and_leave_no_jump_in_the_rate() {
-    let mut rig = Rig::turning();
-    let before = rig.outputs.telemetry.rate;
+    let mut board = TestBoard::turning();
+    let before = board.outputs.telemetry.rate;
     // Two periods pass without a step.
     for _ in 0..8 {
-        rig.motor.drift();
+        board.motor.drift();
     }
-    let outputs = rig.step_with(|samples| samples.missed_periods = 2);
+    let outputs = board.step_with(|samples| samples.missed_periods = 2);
     assert_eq!(outputs.telemetry.missed_periods, 2);
     assert_eq!(outputs.fault, None);
     let jump = outputs.telemetry.rate - before;

@@ -14,7 +14,7 @@ use core::sync::atomic::{AtomicI32, Ordering::Relaxed};
 
 use cortex_m_rt::entry;
 use model_core::control::{
-    cascade::{Coefficients, State},
+    cascade::{CascadeState, Coefficients},
     encoder_word::{EncoderCount, EncoderWord, Magnet},
     parameters::ControlParameters,
     units::Angle,
@@ -41,7 +41,7 @@ static COMPARE: AtomicI32 = AtomicI32::new(0);
 /// What is being counted: an encoder's word and a command to a compare value.
 #[unsafe(no_mangle)]
 #[inline(never)]
-fn control_law(state: &mut State, word: EncoderWord, command: Angle) -> i32 {
+fn control_law(state: &mut CascadeState, word: EncoderWord, command: Angle) -> i32 {
     let _ = state.observe(&COEFFICIENTS, word);
     state.regulate(&COEFFICIENTS, command).compare.get()
 }
@@ -67,7 +67,7 @@ fn stimulus(step: u32) -> (EncoderWord, Angle) {
 
 #[entry]
 fn main() -> ! {
-    let mut state = State::default();
+    let mut state = CascadeState::default();
     let mut step = 0u32;
     loop {
         let (word, command) = stimulus(step);

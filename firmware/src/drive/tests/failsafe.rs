@@ -101,7 +101,7 @@ fn an_excitation_ends_with_its_master() {
             bench.send(0x764, &[5]);
             bench.steps(2);
             let is_exciting = |bench: &Bench| {
-                bench.device.drive.application().telemetry().source == Source::Excitation
+                bench.device.drive.application().telemetry().source == CommandSource::Excitation
             };
             assert!(is_exciting(&bench));
             if stop {

@@ -1,7 +1,7 @@
 //! States and modes on the motor.
 
 use super::*;
-use crate::application::{Bridge, State};
+use crate::application::{BoardState, Bridge};
 
 #[test]
 fn profile_position_moves_the_shaft_to_its_target() {
@@ -63,7 +63,10 @@ fn power_follows_the_states() {
     assert_eq!(bench.status() & 0x6F, 0x40, "switch on disabled");
     bench.control(6);
     bench.control(7);
-    assert_eq!(bench.device.drive.application().state(), State::Disabled);
+    assert_eq!(
+        bench.device.drive.application().state(),
+        BoardState::Disabled
+    );
     bench.control(15);
     assert!(matches!(bench.step().bridge, Bridge::Driven(_)));
     bench.control(7);
@@ -130,7 +133,10 @@ fn a_fault_that_can_be_stopped_under_ends_in_fault_at_rest() {
         last = Some(bench.step_with(hot));
     }
     let last = last.expect("stepped");
-    assert_eq!((last.state, last.bridge), (State::Fault, Bridge::Coast));
+    assert_eq!(
+        (last.state, last.bridge),
+        (BoardState::Fault, Bridge::Coast)
+    );
     assert_eq!(bench.status() & 0x4F, 0x08);
     assert_eq!(bench.get(0x603F, 0), 0x4210);
 }

@@ -1,17 +1,17 @@
-//! The device on the PC, on the rig of the emulated board, in the board's order.
+//! The device on the PC, on the plant of the emulated board, in the board's order.
 
 use firmware::application::Start;
 use firmware::drive::{Device, Set};
-use virtual_board::rig::RigOptions;
+use virtual_board::plant::BoardPlantOptions;
 
 use crate::frames::Frame;
-use crate::native_rig::NativeRig;
+use crate::native_plant::NativePlant;
 use crate::runs::PERIODS;
 
 /// The native run.
 pub struct NativeNode {
-    /// The rig.
-    pub rig: NativeRig,
+    /// The plant.
+    pub plant: NativePlant,
     /// Every frame for the bus.
     pub frames: Vec<Frame>,
     device: Device<'static>,
@@ -22,10 +22,10 @@ impl NativeNode {
     /// A board after power-on, up to its first control period: a PWM period has passed by then.
     ///
     /// # Panics
-    /// If a parameter of the rig is outside its range.
-    pub fn new(options: &RigOptions) -> Self {
+    /// If a parameter of the plant is outside its range.
+    pub fn new(options: &BoardPlantOptions) -> Self {
         Self {
-            rig: NativeRig::new(options),
+            plant: NativePlant::new(options),
             frames: Vec::new(),
             device: Device::new(Set::defaults(), Start::default(), &mut [], 0),
             tick: 0,
@@ -34,10 +34,10 @@ impl NativeNode {
 
     /// A control period with the four PWM periods behind it; these frames come in within the first of them.
     pub fn tick(&mut self, frames: &[Frame]) {
-        let outputs = self.device.control(&self.rig.samples());
+        let outputs = self.device.control(&self.plant.samples());
         self.turn(1, frames);
         self.turn(2, &[]);
-        self.rig.tick(outputs.bridge);
+        self.plant.tick(outputs.bridge);
         self.tick += 1;
     }
 

@@ -1,7 +1,7 @@
 //! What the board logs while it runs: changes of state, and once in ten seconds how it fares.
 
 use firmware::{
-    application::{Outputs, State},
+    application::{BoardState, Outputs},
     faults::Fault,
 };
 
@@ -13,7 +13,7 @@ const INTERVAL: u32 = 2500;
 /// What was logged last.
 #[derive(Default)]
 pub struct Report {
-    state: State,
+    state: BoardState,
     fault: Option<Fault>,
 }
 

@@ -65,7 +65,7 @@ impl Friction {
     /// The model that the parameters name; values outside their ranges are taken as they are.
     ///
     /// ```
-    /// use model_core::plant::bench::friction::{Friction, FrictionParameters};
+    /// use model_core::plant::drivetrain::friction::{Friction, FrictionParameters};
     ///
     /// let friction = Friction::new(FrictionParameters {
     ///     friction_model: 3.0, coulomb_friction_nm: 0.1, load_friction_motor: 0.5,

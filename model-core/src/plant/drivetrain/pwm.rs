@@ -1,19 +1,19 @@
-//! The bench behind a PWM bridge.
+//! The drivetrain behind a PWM bridge.
 
 use super::electrical::Terminal;
 use super::load::Recording;
-use super::{Bench, BenchParameters, Reading};
+use super::{Drivetrain, DrivetrainParameters, Reading};
 use crate::parameter::ParameterError;
 use crate::plant::{PERIOD, Plant, PlantState, Pwm, bridge_duty_pct};
 use crate::time::TICK_S;
 
-/// A [`Bench`] whose bridge is driven by PWM periods.
+/// A [`Drivetrain`] whose bridge is driven by PWM periods.
 ///
 /// A period is simulated when it starts and its readings are kept, so looking changes nothing.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct PwmBench<'a> {
-    bench: Bench,
+pub struct PwmDrivetrain<'a> {
+    drivetrain: Drivetrain,
     pwm: Pwm,
     off: Terminal,
     #[cfg_attr(feature = "serde", serde(skip))]
@@ -22,36 +22,36 @@ pub struct PwmBench<'a> {
     readings: [Reading; PERIOD + 1],
 }
 
-impl<'a> PwmBench<'a> {
-    /// A bench at rest at zero, with a recorded load if there is one.
+impl<'a> PwmDrivetrain<'a> {
+    /// A drivetrain at rest at zero, with a recorded load if there is one.
     ///
     /// # Errors
-    /// As [`Bench::try_new`].
+    /// As [`Drivetrain::try_new`].
     ///
     /// ```
-    /// use model_core::plant::{Plant, Pwm, bench::{BenchParameters, pwm::PwmBench}};
+    /// use model_core::plant::{Plant, Pwm, drivetrain::{DrivetrainParameters, pwm::PwmDrivetrain}};
     ///
-    /// let mut bench = PwmBench::try_new(&BenchParameters::default(), Pwm::Average, None).unwrap();
+    /// let mut drivetrain = PwmDrivetrain::try_new(&DrivetrainParameters::default(), Pwm::Average, None).unwrap();
     /// for _ in 0..1000 {
-    ///     bench.start_period(50.0);
+    ///     drivetrain.start_period(50.0);
     /// }
     /// // Half of 283.6 deg/s, less the share of Coulomb friction.
-    /// assert!((bench.at(20).rate_deg_s - 136.94).abs() < 0.2);
+    /// assert!((drivetrain.at(20).rate_deg_s - 136.94).abs() < 0.2);
     /// ```
     pub fn try_new(
-        parameters: &BenchParameters,
+        parameters: &DrivetrainParameters,
         pwm: Pwm,
         recording: Option<Recording<'a>>,
     ) -> Result<Self, ParameterError> {
-        let bench = Bench::try_new(parameters)?;
+        let drivetrain = Drivetrain::try_new(parameters)?;
         let off = if parameters.electrical.coast_when_off >= 0.5 {
             Terminal::Coast
         } else {
             Terminal::Brake
         };
-        let readings = [bench.reading(); PERIOD + 1];
+        let readings = [drivetrain.reading(); PERIOD + 1];
         Ok(Self {
-            bench,
+            drivetrain,
             pwm,
             off,
             recording,
@@ -67,26 +67,27 @@ impl<'a> PwmBench<'a> {
 
     /// Adds a torque to the external load from the next period on, Nm, where no recording does.
     pub fn set_load_torque_nm(&mut self, torque_nm: f64) {
-        self.bench.set_recorded_torque_nm(torque_nm);
+        self.drivetrain.set_recorded_torque_nm(torque_nm);
     }
 
     /// One tick, `on` ticks of the period before its switching edge.
     fn run_tick(&mut self, level_v: f64, on: f64) {
         if on >= 1.0 {
-            self.bench.advance(Terminal::Driven(level_v), TICK_S);
+            self.drivetrain.advance(Terminal::Driven(level_v), TICK_S);
         } else if on > 0.0 {
-            self.bench.advance(Terminal::Driven(level_v), on * TICK_S);
-            self.bench.advance(self.off, (1.0 - on) * TICK_S);
+            self.drivetrain
+                .advance(Terminal::Driven(level_v), on * TICK_S);
+            self.drivetrain.advance(self.off, (1.0 - on) * TICK_S);
         } else {
-            self.bench.advance(self.off, TICK_S);
+            self.drivetrain.advance(self.off, TICK_S);
         }
     }
 }
 
-impl Plant for PwmBench<'_> {
+impl Plant for PwmDrivetrain<'_> {
     fn start_period(&mut self, duty_pct: f64) {
         let share = bridge_duty_pct(duty_pct) / 100.0;
-        let supply_v = self.bench.supply_v;
+        let supply_v = self.drivetrain.supply_v;
         let (level_v, on_ticks) = match self.pwm {
             Pwm::Average => (supply_v * share, PERIOD as f64),
             Pwm::Switched => (libm::copysign(supply_v, share), share.abs() * PERIOD as f64),
@@ -95,12 +96,12 @@ impl Plant for PwmBench<'_> {
         for tick in 0..PERIOD {
             if let Some(recording) = &self.recording {
                 let torque_nm = recording.torque_nm(self.tick);
-                self.bench.set_recorded_torque_nm(torque_nm);
+                self.drivetrain.set_recorded_torque_nm(torque_nm);
             }
             self.run_tick(level_v, on_ticks - tick as f64);
             // 2^64 ticks are 29 million years.
             self.tick = self.tick.saturating_add(1);
-            self.readings[tick + 1] = self.bench.reading();
+            self.readings[tick + 1] = self.drivetrain.reading();
         }
     }
 

@@ -1,4 +1,4 @@
-//! A motor, a gear train and a load, to stand in for the bench.
+//! A motor, a gear train and a load, to stand in for the drivetrain.
 //!
 //! ```text
 //! bridge ── winding (R, L, back-EMF) ── gear train (friction, backlash, flexibility) ── load
@@ -41,9 +41,9 @@ use super::PlantState;
 use crate::limits::within;
 use crate::parameter::{Parameter, ParameterError, Parameters};
 
-/// All parameters of the bench.
+/// All parameters of the drivetrain.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct BenchParameters {
+pub struct DrivetrainParameters {
     /// The motor and its supply.
     pub electrical: ElectricalParameters,
     /// Gears, shafts, inertias and stops.
@@ -54,7 +54,7 @@ pub struct BenchParameters {
     pub load: LoadParameters,
 }
 
-impl BenchParameters {
+impl DrivetrainParameters {
     /// Checks every value against its range.
     ///
     /// # Errors
@@ -92,7 +92,7 @@ fn check_from<P: Parameters>(name: &str, least: f64, value: f64) -> Result<(), P
     Ok(())
 }
 
-/// Everything that can be read off the bench at an instant.
+/// Everything that can be read off the drivetrain at an instant.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Reading {
@@ -116,10 +116,10 @@ pub struct Reading {
     pub load_torque_nm: f64,
 }
 
-/// The bench, driven by whatever stands at the ends of the winding.
+/// The drivetrain, driven by whatever stands at the ends of the winding.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Bench {
+pub struct Drivetrain {
     winding: Winding,
     train: GearTrain,
     load: Load,
@@ -138,22 +138,22 @@ const LONGEST_ADVANCE_S: f64 = 1.0;
 /// ends of the numbers after any time that somebody waits for.
 const GREATEST_TORQUE_NM: f64 = 1e6;
 
-impl Bench {
-    /// A bench at rest at zero, without current.
+impl Drivetrain {
+    /// A drivetrain at rest at zero, without current.
     ///
     /// # Errors
     /// That of the first parameter outside its range; for the motor's inertia the range starts
     /// where its mechanical time constant, `R J/k^2`, is five of the shortest steps, 4 us.
     ///
     /// ```
-    /// use model_core::plant::bench::{Bench, BenchParameters, electrical::Terminal};
+    /// use model_core::plant::drivetrain::{Drivetrain, DrivetrainParameters, electrical::Terminal};
     ///
-    /// let mut bench = Bench::try_new(&BenchParameters::default()).unwrap();
-    /// bench.advance(Terminal::Driven(6.0), 0.5);
+    /// let mut drivetrain = Drivetrain::try_new(&DrivetrainParameters::default()).unwrap();
+    /// drivetrain.advance(Terminal::Driven(6.0), 0.5);
     /// // 283.6 deg/s x (1 - exp(-0.5 s/0.1319 s)) = 277.2 deg/s
-    /// assert!((bench.reading().output.rate_deg_s - 277.2).abs() < 0.5);
+    /// assert!((drivetrain.reading().output.rate_deg_s - 277.2).abs() < 0.5);
     /// ```
-    pub fn try_new(parameters: &BenchParameters) -> Result<Self, ParameterError> {
+    pub fn try_new(parameters: &DrivetrainParameters) -> Result<Self, ParameterError> {
         parameters.check()?;
         let load = Load::new(&parameters.load);
         let friction = Friction::new(parameters.friction);
@@ -215,12 +215,12 @@ impl Bench {
     /// Changes the supply of the bridge, V, held within its parameter's range; NaN is 0.
     ///
     /// ```
-    /// use model_core::plant::bench::{Bench, BenchParameters, electrical::Terminal};
+    /// use model_core::plant::drivetrain::{Drivetrain, DrivetrainParameters, electrical::Terminal};
     ///
-    /// let mut bench = Bench::try_new(&BenchParameters::default()).unwrap();
-    /// bench.set_supply_v(3.0);
-    /// bench.advance(Terminal::Driven(6.0), 1e-6);
-    /// assert_eq!(bench.reading().terminal_v, 3.0);
+    /// let mut drivetrain = Drivetrain::try_new(&DrivetrainParameters::default()).unwrap();
+    /// drivetrain.set_supply_v(3.0);
+    /// drivetrain.advance(Terminal::Driven(6.0), 1e-6);
+    /// assert_eq!(drivetrain.reading().terminal_v, 3.0);
     /// ```
     pub fn set_supply_v(&mut self, supply_v: f64) {
         let (least, most) = (0.0, electrical::GREATEST_SUPPLY_V);

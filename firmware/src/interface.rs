@@ -87,7 +87,7 @@ pub enum BusState {
 /// The operating state; in brackets the name in CiA 402.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u8)]
-pub enum State {
+pub enum BoardState {
     /// Measurements have not settled yet, the bridge is off (not ready to switch on).
     #[default]
     Initialising = 0,
@@ -103,7 +103,7 @@ pub enum State {
     Fault = 5,
 }
 
-impl State {
+impl BoardState {
     /// Whether the bridge is driven.
     pub const fn is_driving(self) -> bool {
         matches!(self, Self::Enabled | Self::QuickStop | Self::FaultReaction)
@@ -113,7 +113,7 @@ impl State {
 /// Where the commanded angle comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u8)]
-pub enum Source {
+pub enum CommandSource {
     /// [`Request::Command`].
     #[default]
     Bus = 0,
@@ -132,12 +132,12 @@ pub enum Request {
     Disable,
     /// Bring the shaft to rest by the ramp, then open the loop or hold.
     QuickStop,
-    /// Take note of the faults and go to [`State::Disabled`].
+    /// Take note of the faults and go to [`BoardState::Disabled`].
     Acknowledge,
     /// Go to this angle.
     Command(Angle),
     /// Take commands from here from now on.
-    Source(Source),
+    Source(CommandSource),
     /// End the excitation; the command of the last period stays.
     StopExcitation,
 }
@@ -146,12 +146,12 @@ pub enum Request {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Refused {
     /// The present state has no such transition.
-    State(State),
+    State(BoardState),
     /// This would be a fault at once.
     Blocked(Fault),
     /// Commands come from elsewhere.
-    Source(Source),
-    /// These parameters change in [`State::Disabled`] and [`State::Fault`] only.
+    Source(CommandSource),
+    /// These parameters change in [`BoardState::Disabled`] and [`BoardState::Fault`] only.
     NotWhileDriving,
     /// This parameter, by its number, is out of its range or at odds with another.
     Parameter(u8),
@@ -174,7 +174,7 @@ pub struct Outputs {
     /// For the bridge.
     pub bridge: Bridge,
     /// The operating state.
-    pub state: State,
+    pub state: BoardState,
     /// The fault with which the trouble began; none if nothing is latched.
     pub fault: Option<Fault>,
     /// What is known of the actuator.
@@ -211,7 +211,7 @@ pub struct Telemetry {
     /// Servo pulses since the reset whose width was none.
     pub servo_glitches: u32,
     /// Where the command came from.
-    pub source: Source,
+    pub source: CommandSource,
     /// The limits that acted.
     pub limits: ActiveLimits,
     /// What the encoder said of its magnet.

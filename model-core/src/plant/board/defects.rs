@@ -1,15 +1,15 @@
-//! What can break on the rig.
+//! What can break on the plant.
 
 use crate::control::encoder_word::Magnet;
 use crate::sensors::adc::AdcCode;
 
-use super::encoder::{Line, Stuck};
+use super::encoder::{EncoderWire, Stuck};
 
 /// Everything that is broken.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Defects {
     /// A wire of the encoder that lies at one level.
-    pub encoder_wire: Option<(Line, Stuck)>,
+    pub encoder_wire: Option<(EncoderWire, Stuck)>,
     /// Bits of the encoder's word that are inverted on their way.
     pub encoder_flipped: u32,
     /// What the encoder's magnet does; none is its own state.

@@ -1,6 +1,6 @@
-//! The rig in control periods, in the order in which the board samples and drives.
+//! The plant in control periods, in the order in which the board samples and drives.
 
-use super::{Bridge, Rig, Sensed, Slot};
+use super::{BoardPlant, Bridge, Sensed, Slot};
 use crate::sensors::adc::AdcCode;
 
 /// PWM periods in a control period.
@@ -18,7 +18,7 @@ pub struct Sampled {
     pub window: Option<Sensed>,
 }
 
-/// The rig at the end of a PWM period.
+/// The plant at the end of a PWM period.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Edge {
     /// What the bridge did up to it.
@@ -27,22 +27,22 @@ pub struct Edge {
     pub sensed: Sensed,
 }
 
-/// A rig that is driven as a board does it: a decision takes effect one PWM period after the control period began, and the
+/// A plant that is driven as a board does it: a decision takes effect one PWM period after the control period began, and the
 /// bridge is open in the window at the end of the last of its four PWM periods.
 #[derive(Debug, Clone)]
-pub struct TickedRig {
-    /// The rig.
-    pub rig: Rig,
+pub struct SampledBoardPlant {
+    /// The plant.
+    pub plant: BoardPlant,
     bridge: Bridge,
     sampled: Sampled,
 }
 
-impl TickedRig {
+impl SampledBoardPlant {
     /// After power-on: one PWM period passes before the first control period.
-    pub fn new(mut rig: Rig, see: &mut impl FnMut(&Rig, Edge)) -> Self {
-        let sensed = rig.sense();
+    pub fn new(mut plant: BoardPlant, see: &mut impl FnMut(&BoardPlant, Edge)) -> Self {
+        let sensed = plant.sense();
         let mut ticked = Self {
-            rig,
+            plant,
             bridge: Bridge::Coast,
             sampled: Sampled {
                 sensed,
@@ -59,19 +59,19 @@ impl TickedRig {
         self.sampled
     }
 
-    /// A control period, in which this was decided; `see` sees the rig at the end of each of its PWM periods.
+    /// A control period, in which this was decided; `see` sees the plant at the end of each of its PWM periods.
     ///
     /// ```
-    /// use model_core::plant::rig::{Bridge, Rig, RigOptions, TickedRig};
+    /// use model_core::plant::board::{Bridge, BoardPlant, BoardPlantOptions, SampledBoardPlant};
     ///
     /// let mut edges = 0;
-    /// let mut see = |_: &Rig, _| edges += 1;
-    /// let rig = Rig::try_new(&RigOptions::default()).unwrap();
-    /// let mut ticked = TickedRig::new(rig, &mut see);
+    /// let mut see = |_: &BoardPlant, _| edges += 1;
+    /// let plant = BoardPlant::try_new(&BoardPlantOptions::default()).unwrap();
+    /// let mut ticked = SampledBoardPlant::new(plant, &mut see);
     /// ticked.tick(Bridge::driven(28_000), &mut see);
     /// assert_eq!(edges, 5);
     /// ```
-    pub fn tick(&mut self, decided: Bridge, see: &mut impl FnMut(&Rig, Edge)) {
+    pub fn tick(&mut self, decided: Bridge, see: &mut impl FnMut(&BoardPlant, Edge)) {
         (self.sampled.current, self.sampled.window) = (None, None);
         self.period(false, see);
         // The compare values are preloaded: they take effect at the next edge.
@@ -82,15 +82,15 @@ impl TickedRig {
     }
 
     /// A PWM period; in the last of a tick the window opens, and the converter runs.
-    fn period(&mut self, has_window: bool, see: &mut impl FnMut(&Rig, Edge)) {
+    fn period(&mut self, has_window: bool, see: &mut impl FnMut(&BoardPlant, Edge)) {
         if has_window {
             self.sampled.current = Some(self.sampled.sensed.current);
         }
         let supply = self.sampled.sensed.supply;
-        self.rig.advance(self.bridge, Slot::Head);
-        let within = self.rig.sense();
+        self.plant.advance(self.bridge, Slot::Head);
+        let within = self.plant.sense();
         let bridge = if has_window {
-            let legs = self.rig.sense_legs(Bridge::Coast);
+            let legs = self.plant.sense_legs(Bridge::Coast);
             self.sampled.window = Some(Sensed {
                 legs,
                 supply,
@@ -100,12 +100,12 @@ impl TickedRig {
         } else {
             self.bridge
         };
-        self.rig.advance(bridge, Slot::Tail);
-        self.sampled.sensed = self.rig.sense();
+        self.plant.advance(bridge, Slot::Tail);
+        self.sampled.sensed = self.plant.sense();
         let edge = Edge {
             bridge,
             sensed: self.sampled.sensed,
         };
-        see(&self.rig, edge);
+        see(&self.plant, edge);
     }
 }

@@ -1,16 +1,16 @@
-//! What a rig is made of.
+//! What a plant is made of.
 
-use crate::plant::bench::BenchParameters;
+use crate::plant::drivetrain::DrivetrainParameters;
 use crate::sensors::adc::CurrentSenseParameters;
 use crate::sensors::encoder::EncoderParameters;
 
 use super::SupplyParameters;
 
-/// The parts of a rig.
+/// The parts of a plant.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RigOptions {
+pub struct BoardPlantOptions {
     /// Motor, gear train, friction, load.
-    pub bench: BenchParameters,
+    pub drivetrain: DrivetrainParameters,
     /// The encoder's mounting and errors.
     pub encoder: EncoderParameters,
     /// The current's front end.
@@ -25,10 +25,10 @@ pub struct RigOptions {
     pub seed: u64,
 }
 
-impl Default for RigOptions {
+impl Default for BoardPlantOptions {
     fn default() -> Self {
         Self {
-            bench: BenchParameters::default(),
+            drivetrain: DrivetrainParameters::default(),
             encoder: EncoderParameters::default(),
             current: CurrentSenseParameters::default(),
             pin_noise_v: 0.0,
@@ -39,16 +39,16 @@ impl Default for RigOptions {
     }
 }
 
-impl RigOptions {
-    /// A rig as one finds it: noise everywhere, a crooked magnet, a source that gives way, and
+impl BoardPlantOptions {
+    /// A plant as one finds it: noise everywhere, a crooked magnet, a source that gives way, and
     /// friction that differs from its estimate by up to a third, all of it by the seed.
     ///
     /// ```
-    /// use model_core::plant::rig::{Rig, RigOptions};
+    /// use model_core::plant::board::{BoardPlant, BoardPlantOptions};
     ///
-    /// let (a, b) = (RigOptions::realistic(1), RigOptions::realistic(2));
-    /// assert_ne!(a.bench.friction.coulomb_friction_nm, b.bench.friction.coulomb_friction_nm);
-    /// assert!(Rig::try_new(&a).is_ok());
+    /// let (a, b) = (BoardPlantOptions::realistic(1), BoardPlantOptions::realistic(2));
+    /// assert_ne!(a.drivetrain.friction.coulomb_friction_nm, b.drivetrain.friction.coulomb_friction_nm);
+    /// assert!(BoardPlant::try_new(&a).is_ok());
     /// ```
     pub fn realistic(seed: u64) -> Self {
         let mut chance = crate::sensors::noise::Noise::new(seed, u64::MAX);
@@ -59,10 +59,10 @@ impl RigOptions {
             pin_noise_v: 1e-3,
             ..Self::default()
         };
-        let friction = &mut options.bench.friction;
+        let friction = &mut options.drivetrain.friction;
         friction.coulomb_friction_nm *= spread();
         friction.viscous_friction_nm_s_deg *= spread();
-        options.bench.gear_train.bearing_friction_nm *= spread();
+        options.drivetrain.gear_train.bearing_friction_nm *= spread();
         options.encoder.encoder_noise_deg = 0.03;
         options.encoder.misalignment_first_deg = 0.5 * spread();
         options.current.current_noise_v = 2e-3;

@@ -3,12 +3,12 @@
 use core::f64::consts::TAU;
 
 use crate::parameter::ParameterError;
-use crate::plant::bench::electrical::ElectricalParameters;
+use crate::plant::drivetrain::electrical::ElectricalParameters;
 
 use super::Defects;
 
 crate::parameters! {
-    /// The source beyond its voltage, which is the bench's.
+    /// The source beyond its voltage, which is the drivetrain's.
     pub struct SupplyParameters {
         /// Resistance of source and leads.
         source_resistance_ohm [""]: 0.0, "ohm", 0.0, 10.0, "ideal; a small pack with its plug: 0.1";

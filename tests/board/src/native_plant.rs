@@ -1,11 +1,13 @@
-//! The rig of the emulated board on the PC, with what it did in every PWM period.
+//! The plant of the emulated board on the PC, with what it did in every PWM period.
 
 use firmware::application::{self, Samples};
 use firmware::native;
-use virtual_board::rig::{Bridge, Edge, Rig, RigOptions, Sensed, TickedRig};
+use virtual_board::plant::{
+    BoardPlant, BoardPlantOptions, Bridge, Edge, SampledBoardPlant, Sensed,
+};
 use virtual_board::trace;
 
-/// The rig at the start of a PWM period.
+/// The plant at the start of a PWM period.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Row {
     /// What the bridge did up to it.
@@ -17,11 +19,11 @@ struct Row {
 }
 
 impl Row {
-    fn of(rig: &Rig, Edge { bridge, sensed }: Edge) -> Self {
+    fn of(plant: &BoardPlant, Edge { bridge, sensed }: Edge) -> Self {
         Self {
             bridge,
             sensed,
-            angle_deg: rig.reading().output.angle_deg,
+            angle_deg: plant.reading().output.angle_deg,
         }
     }
 
@@ -33,34 +35,35 @@ impl Row {
     }
 }
 
-/// The rig.
-pub struct NativeRig {
-    rig: TickedRig,
+/// The plant.
+pub struct NativePlant {
+    plant: SampledBoardPlant,
     rows: Vec<Row>,
 }
 
-impl NativeRig {
+impl NativePlant {
     /// That of a board after power-on, up to its first control period: a PWM period has passed by then.
     ///
     /// # Panics
-    /// If a parameter of the rig is outside its range.
-    pub fn new(options: &RigOptions) -> Self {
+    /// If a parameter of the plant is outside its range.
+    pub fn new(options: &BoardPlantOptions) -> Self {
         let mut rows = Vec::new();
-        let rig = Rig::try_new(options).expect("in range");
-        let rig = TickedRig::new(rig, &mut |rig, edge| rows.push(Row::of(rig, edge)));
-        Self { rig, rows }
+        let plant = BoardPlant::try_new(options).expect("in range");
+        let plant =
+            SampledBoardPlant::new(plant, &mut |plant, edge| rows.push(Row::of(plant, edge)));
+        Self { plant, rows }
     }
 
     /// What the control period that begins gets.
     pub fn samples(&self) -> Samples {
-        native::samples(&self.rig.sampled())
+        native::samples(&self.plant.sampled())
     }
 
     /// The four PWM periods of a control period that decided this.
     pub fn tick(&mut self, decided: application::Bridge) {
-        let Self { rig, rows } = self;
-        rig.tick(native::bridge(decided), &mut |rig, edge| {
-            rows.push(Row::of(rig, edge));
+        let Self { plant, rows } = self;
+        plant.tick(native::bridge(decided), &mut |plant, edge| {
+            rows.push(Row::of(plant, edge));
         });
     }
 

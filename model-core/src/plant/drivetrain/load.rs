@@ -71,7 +71,7 @@ impl<'a> Recording<'a> {
     /// `None` unless the ticks grow and every torque is finite.
     ///
     /// ```
-    /// use model_core::plant::bench::load::Recording;
+    /// use model_core::plant::drivetrain::load::Recording;
     ///
     /// let gust = Recording::try_new(&[(10, 0.5), (20, 0.0)]).unwrap();
     /// assert_eq!(gust.torque_nm(15), 0.5);

@@ -11,7 +11,7 @@ use super::Defects;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
-pub enum Line {
+pub enum EncoderWire {
     /// Data out.
     Data,
     /// Clock.
@@ -57,13 +57,13 @@ impl SsiWord {
 }
 
 #[derive(Debug, Clone)]
-pub(super) struct RigEncoder {
+pub(super) struct EncoderOutput {
     chip: Encoder,
     own_magnet: Magnet,
     last: EncoderCount,
 }
 
-impl RigEncoder {
+impl EncoderOutput {
     pub fn try_new(parameters: EncoderParameters, noise: Noise) -> Result<Self, ParameterError> {
         parameters.check()?;
         let chip = Encoder::new(parameters, noise);
@@ -92,13 +92,13 @@ fn broken(whole: SsiWord, defects: &Defects) -> SsiWord {
     const ALL: u32 = (1 << SsiWord::CLOCKS) - 1;
     match defects.encoder_wire {
         None => whole,
-        Some((Line::Data, Stuck::Low)) => SsiWord(0),
-        Some((Line::Data, Stuck::High)) => SsiWord(ALL),
+        Some((EncoderWire::Data, Stuck::Low)) => SsiWord(0),
+        Some((EncoderWire::Data, Stuck::High)) => SsiWord(ALL),
         // Selected or not, without a clock the line keeps its first level.
-        Some((Line::Clock, _)) => SsiWord(ALL),
+        Some((EncoderWire::Clock, _)) => SsiWord(ALL),
         // Never selected: the pull-up holds the line that nobody drives.
-        Some((Line::Select, Stuck::High)) => SsiWord(ALL),
+        Some((EncoderWire::Select, Stuck::High)) => SsiWord(ALL),
         // Always selected: the next transfer goes on behind the 18 bits of the first.
-        Some((Line::Select, Stuck::Low)) => SsiWord(0),
+        Some((EncoderWire::Select, Stuck::Low)) => SsiWord(0),
     }
 }

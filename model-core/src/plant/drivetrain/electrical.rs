@@ -11,7 +11,7 @@
 pub(super) const GREATEST_SUPPLY_V: f64 = 60.0;
 
 crate::parameters! {
-    /// The motor and its supply. The estimates are derived in [`crate::plant::bench`].
+    /// The motor and its supply. The estimates are derived in [`crate::plant::drivetrain`].
     pub struct ElectricalParameters {
         /// Supply voltage of the bridge.
         supply_v [""]: 6.0, "V", 0.0, GREATEST_SUPPLY_V, "Futaba S3305: rated 4.8 V to 6 V";

@@ -1,12 +1,12 @@
 //! Energy in is heat, motion and what springs store.
 
 use super::super::*;
-use super::{FULL, bench, ideal};
+use super::{FULL, drivetrain, ideal};
 
 /// Energy in, less heat and what is stored; steps of 1 us and the trapezoidal rule leave some
 /// 1e-4 of the energy.
-fn energy_balance(p: &BenchParameters) {
-    let mut b = bench(p);
+fn energy_balance(p: &DrivetrainParameters) {
+    let mut b = drivetrain(p);
     let (mut electrical, mut heat, mut work) = (0.0, 0.0, 0.0);
     let step = 1e-6;
     for i in 0..200_000 {

@@ -5,7 +5,7 @@ use crate::sensors::adc::{AdcCode, FrontEnd};
 use crate::sensors::dividers::{LEG_DIVIDER, SUPPLY_DIVIDER, temperature_code};
 use crate::sensors::noise::Noise;
 
-use super::{RigOptions, SsiWord};
+use super::{BoardPlantOptions, SsiWord};
 
 /// What the pins show until the next boundary.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -50,7 +50,7 @@ pub(super) struct FrontEnds {
 
 impl FrontEnds {
     pub fn try_new(
-        options: &RigOptions,
+        options: &BoardPlantOptions,
         noise: impl Fn(u64) -> Noise,
     ) -> Result<Self, ParameterError> {
         options.current.check()?;

@@ -1,4 +1,4 @@
-//! The grid on which the rig moves.
+//! The grid on which the plant moves.
 
 /// Where the window for the back-EMF opens in a PWM period, ns.
 pub const WINDOW_NS: u64 = 900_000;

@@ -22,7 +22,7 @@ use crate::limits::within;
 use crate::time::TICK_S;
 
 crate::parameters! {
-    /// Gears, shafts, inertias and stops. The estimates are derived in [`crate::plant::bench`].
+    /// Gears, shafts, inertias and stops. The estimates are derived in [`crate::plant::drivetrain`].
     pub struct GearTrainParameters {
         /// Turns of the motor per turn of the output.
         gear_ratio [""]: 320.0, "1", 1.0, 2000.0, "estimate: 15,100 rpm of the motor at the no-load rate";

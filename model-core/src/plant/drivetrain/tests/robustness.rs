@@ -1,26 +1,26 @@
-//! Nothing that comes in makes the bench panic.
+//! Nothing that comes in makes the drivetrain panic.
 
 use proptest::prelude::*;
 
-use super::super::pwm::PwmBench;
+use super::super::pwm::PwmDrivetrain;
 use super::super::*;
-use super::bench;
+use super::drivetrain;
 use crate::plant::{PERIOD, Plant, Pwm};
 
 #[test]
 fn a_rotor_too_light_to_be_resolved_is_refused() {
-    let mut p = BenchParameters::default();
+    let mut p = DrivetrainParameters::default();
     p.electrical.torque_constant_nm_a = 1.0;
-    let refused = Bench::try_new(&p).unwrap_err();
+    let refused = Drivetrain::try_new(&p).unwrap_err();
     assert!(std::format!("{refused}").starts_with("motor_inertia_kg_m2 is 0.0000002"));
 }
 
 #[test]
 fn a_surface_that_would_tear_itself_off_its_shaft_is_refused() {
-    let mut p = BenchParameters::default();
+    let mut p = DrivetrainParameters::default();
     p.load.hinge_moment_nm_deg = -1.0;
     p.gear_train.shaft_stiffness_nm_deg = 0.1;
-    let refused = Bench::try_new(&p).unwrap_err();
+    let refused = Drivetrain::try_new(&p).unwrap_err();
     assert!(
         std::format!("{refused}")
             .starts_with("hinge_moment_nm_deg is -1, expected a number from -0.1")
@@ -29,7 +29,7 @@ fn a_surface_that_would_tear_itself_off_its_shaft_is_refused() {
 
 #[test]
 fn a_torque_beyond_all_measure_leaves_numbers() {
-    let mut b = bench(&BenchParameters::default());
+    let mut b = drivetrain(&DrivetrainParameters::default());
     for torque_nm in [f64::MAX, f64::INFINITY, f64::NEG_INFINITY, 0.0] {
         b.set_recorded_torque_nm(torque_nm);
         b.advance(Terminal::Brake, 0.1);
@@ -44,10 +44,10 @@ fn a_torque_beyond_all_measure_leaves_numbers() {
 }
 
 /// Every parameter anywhere in its range, ends and infinity included.
-fn any_bench() -> impl Strategy<Value = BenchParameters> {
+fn any_drivetrain() -> impl Strategy<Value = DrivetrainParameters> {
     prop::collection::vec((0.0..1.0, 0..10u8), 40).prop_map(|picks| {
         let mut picks = picks.into_iter().cycle();
-        let mut p = BenchParameters::default();
+        let mut p = DrivetrainParameters::default();
         fill(&mut p.electrical, &mut picks);
         fill(&mut p.gear_train, &mut picks);
         fill(&mut p.friction, &mut picks);
@@ -74,10 +74,10 @@ proptest! {
 
     #[test]
     fn no_parameters_duties_or_torques_panic_and_periods_join_bit_for_bit(
-        p in any_bench(), duties in prop::collection::vec(any::<f64>(), 1..8),
+        p in any_drivetrain(), duties in prop::collection::vec(any::<f64>(), 1..8),
         pwm in prop_oneof![Just(Pwm::Average), Just(Pwm::Switched)]
     ) {
-        if let Ok(mut b) = PwmBench::try_new(&p, pwm, None) {
+        if let Ok(mut b) = PwmDrivetrain::try_new(&p, pwm, None) {
             for duty in duties {
                 let end = b.reading_at(PERIOD);
                 b.start_period(duty);
@@ -93,7 +93,7 @@ proptest! {
         v in any::<f64>(), dt in prop_oneof![any::<f64>().prop_filter("long ones take long", |t| *t < 1e-3 || t.is_nan()), Just(f64::NAN)],
         torque in any::<f64>()
     ) {
-        let mut b = bench(&BenchParameters::default());
+        let mut b = drivetrain(&DrivetrainParameters::default());
         b.set_recorded_torque_nm(torque);
         for terminal in [Terminal::Driven(v), Terminal::Brake, Terminal::Coast] {
             b.advance(terminal, dt);

@@ -35,7 +35,7 @@ impl Bridge {
     /// the on time, and a full period has none. What is no longer than the dead time brakes.
     ///
     /// ```
-    /// use model_core::plant::rig::Bridge;
+    /// use model_core::plant::board::Bridge;
     ///
     /// let bridge = Bridge::driven(-28_000);
     /// assert_eq!(bridge, Bridge::Driven { is_positive: false, on_cycles: 84_000 - 168 });

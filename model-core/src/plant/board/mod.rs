@@ -1,11 +1,12 @@
 //! Everything that the chip's pins see: motor, gear train, supply, encoder, analogue front ends.
 //!
-//! The rig is driven from boundary to boundary of a fixed grid, twice a PWM period: 900 us, where
+//! The plant is driven from boundary to boundary of a fixed grid, twice a PWM period: 900 us, where
 //! the window for the back-EMF opens, and 1000 us. Whoever calls it with the same bridge states gets
 //! the same words and codes bit for bit: the emulated board does, and so does a loop that runs the
 //! application natively.
 
 mod bridge;
+mod control_period;
 mod defects;
 mod encoder;
 mod options;
@@ -14,33 +15,32 @@ mod slot;
 mod supply;
 #[cfg(test)]
 mod tests;
-mod tick;
 
 use crate::parameter::ParameterError;
-use crate::plant::bench::{Bench, Reading, electrical::Terminal};
+use crate::plant::drivetrain::{Drivetrain, Reading, electrical::Terminal};
 use crate::sensors::noise::Noise;
 
 pub use bridge::{Bridge, PERIOD_CYCLES};
+pub use control_period::{Edge, Sampled, SampledBoardPlant};
 pub use defects::Defects;
-pub use encoder::{Line, SsiWord, Stuck};
-pub use options::RigOptions;
+pub use encoder::{EncoderWire, SsiWord, Stuck};
+pub use options::BoardPlantOptions;
 pub use sensed::{Legs, Sensed};
 pub use slot::{Slot, WINDOW_NS};
 pub use supply::SupplyParameters;
-pub use tick::{Edge, Sampled, TickedRig};
 
-use self::encoder::RigEncoder;
+use self::encoder::EncoderOutput;
 use self::sensed::FrontEnds;
 use self::supply::Supply;
 
-/// The rig.
+/// The plant.
 #[derive(Debug, Clone)]
-pub struct Rig {
+pub struct BoardPlant {
     /// What is broken.
     pub defects: Defects,
-    bench: Bench,
+    drivetrain: Drivetrain,
     supply: Supply,
-    encoder: RigEncoder,
+    encoder: EncoderOutput,
     front_ends: FrontEnds,
     /// What the bridge did in the last interval.
     bridge: Bridge,
@@ -48,30 +48,30 @@ pub struct Rig {
     bridge_a: f64,
 }
 
-impl Rig {
-    /// A rig at rest at zero, with a bridge that is off.
+impl BoardPlant {
+    /// A plant at rest at zero, with a bridge that is off.
     ///
     /// # Errors
     /// That of the first parameter outside its range.
     ///
     /// ```
-    /// use model_core::plant::rig::{Bridge, Rig, RigOptions, Slot};
+    /// use model_core::plant::board::{Bridge, BoardPlant, BoardPlantOptions, Slot};
     ///
-    /// let mut rig = Rig::try_new(&RigOptions::default()).unwrap();
+    /// let mut plant = BoardPlant::try_new(&BoardPlantOptions::default()).unwrap();
     /// for _ in 0..500 {
-    ///     rig.advance(Bridge::driven(28_000), Slot::Head);
-    ///     rig.advance(Bridge::driven(28_000), Slot::Tail);
+    ///     plant.advance(Bridge::driven(28_000), Slot::Head);
+    ///     plant.advance(Bridge::driven(28_000), Slot::Tail);
     /// }
     /// // Half of 283.6 deg/s, less the share of friction and dead time.
-    /// assert!((rig.reading().output.rate_deg_s - 133.6).abs() < 1.0);
+    /// assert!((plant.reading().output.rate_deg_s - 133.6).abs() < 1.0);
     /// ```
-    pub fn try_new(options: &RigOptions) -> Result<Self, ParameterError> {
+    pub fn try_new(options: &BoardPlantOptions) -> Result<Self, ParameterError> {
         let noise = |stream| Noise::new(options.seed, stream);
         Ok(Self {
             defects: Defects::default(),
-            bench: Bench::try_new(&options.bench)?,
-            supply: Supply::try_new(&options.bench.electrical, &options.supply)?,
-            encoder: RigEncoder::try_new(options.encoder, noise(0))?,
+            drivetrain: Drivetrain::try_new(&options.drivetrain)?,
+            supply: Supply::try_new(&options.drivetrain.electrical, &options.supply)?,
+            encoder: EncoderOutput::try_new(options.encoder, noise(0))?,
             front_ends: FrontEnds::try_new(options, noise)?,
             bridge: Bridge::Coast,
             bridge_a: 0.0,
@@ -95,11 +95,12 @@ impl Rig {
         self.supply
             .advance(time_s, self.bridge_a * share, &self.defects);
         let supply_v = self.supply.volts();
-        self.bench.set_supply_v(supply_v);
-        self.bench.set_jammed(self.defects.is_jammed);
-        self.bench.set_recorded_torque_nm(self.defects.torque_nm);
+        self.drivetrain.set_supply_v(supply_v);
+        self.drivetrain.set_jammed(self.defects.is_jammed);
+        self.drivetrain
+            .set_recorded_torque_nm(self.defects.torque_nm);
         let terminal = self.terminal(bridge, share * supply_v);
-        self.bench.advance(terminal, time_s);
+        self.drivetrain.advance(terminal, time_s);
         self.bridge_a = self.shunt_a(terminal);
     }
 
@@ -118,7 +119,7 @@ impl Rig {
 
     /// The winding's current, and that of a short across it while the bridge drives.
     fn shunt_a(&self, terminal: Terminal) -> f64 {
-        let reading = self.bench.reading();
+        let reading = self.drivetrain.reading();
         let short_a = match (self.defects.motor_short_ohm, terminal) {
             (Some(ohm), Terminal::Driven(v)) => v / ohm.max(1e-3),
             _ => 0.0,
@@ -133,7 +134,7 @@ impl Rig {
 
     /// The encoder's word and the converter's codes, for what follows.
     pub fn sense(&mut self) -> Sensed {
-        let reading = self.bench.reading();
+        let reading = self.drivetrain.reading();
         let quantities = sensed::Quantities {
             current_a: self.bridge_a,
             supply_v: self.supply_on_v(),
@@ -180,7 +181,7 @@ impl Rig {
                     if self.defects.is_motor_open || self.defects.motor_short_ohm.is_some() {
                         0.0
                     } else {
-                        self.bench.reading().back_emf_v
+                        self.drivetrain.reading().back_emf_v
                     };
                 [(supply_v + back_emf_v) / 2.0, (supply_v - back_emf_v) / 2.0]
             }
@@ -192,9 +193,9 @@ impl Rig {
         }
     }
 
-    /// Everything that can be read off the bench.
+    /// Everything that can be read off the drivetrain.
     pub fn reading(&self) -> Reading {
-        self.bench.reading()
+        self.drivetrain.reading()
     }
 
     /// Current through the bridge's shunt, A.

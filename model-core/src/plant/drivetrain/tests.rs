@@ -1,7 +1,7 @@
 mod energy;
 mod robustness;
 
-use super::pwm::PwmBench;
+use super::pwm::PwmDrivetrain;
 use super::*;
 use crate::plant::first_order::{FirstOrder, FirstOrderParameters};
 use crate::plant::{PERIOD, Plant, Pwm};
@@ -10,8 +10,8 @@ use crate::time::TICK_S;
 const FULL: Terminal = Terminal::Driven(6.0);
 
 /// One rigid inertia without any friction.
-fn ideal() -> BenchParameters {
-    let mut p = BenchParameters::default();
+fn ideal() -> DrivetrainParameters {
+    let mut p = DrivetrainParameters::default();
     p.gear_train.gear_stiffness_nm_deg = f64::INFINITY;
     p.gear_train.shaft_stiffness_nm_deg = f64::INFINITY;
     p.gear_train.backlash_deg = 0.0;
@@ -22,27 +22,27 @@ fn ideal() -> BenchParameters {
     p
 }
 
-fn without_stops() -> BenchParameters {
-    let mut p = BenchParameters::default();
+fn without_stops() -> DrivetrainParameters {
+    let mut p = DrivetrainParameters::default();
     p.gear_train.hard_stop_deg = 32000.0;
     p
 }
 
-fn bench(p: &BenchParameters) -> Bench {
-    Bench::try_new(p).unwrap()
+fn drivetrain(p: &DrivetrainParameters) -> Drivetrain {
+    Drivetrain::try_new(p).unwrap()
 }
 
-fn advance(bench: &mut Bench, terminal: Terminal, seconds: f64) {
+fn advance(drivetrain: &mut Drivetrain, terminal: Terminal, seconds: f64) {
     let ticks = libm::round(seconds / TICK_S) as u32;
     for _ in 0..ticks {
-        bench.advance(terminal, TICK_S);
+        drivetrain.advance(terminal, TICK_S);
     }
 }
 
 #[test]
-fn a_rigid_bench_without_friction_runs_up_to_the_closed_form_of_rate_and_current() {
+fn a_rigid_drivetrain_without_friction_runs_up_to_the_closed_form_of_rate_and_current() {
     let p = ideal();
-    let mut b = bench(&p);
+    let mut b = drivetrain(&p);
     advance(&mut b, FULL, 4.0);
     // Without friction: e = V, no current.
     let free_deg_s = 6.0 / (320.0 * 3.62e-3) * 180.0 / PI;
@@ -57,8 +57,8 @@ fn a_rigid_bench_without_friction_runs_up_to_the_closed_form_of_rate_and_current
 }
 
 #[test]
-fn the_default_bench_has_the_no_load_rate_and_time_constant_of_the_paper() {
-    let mut b = bench(&without_stops());
+fn the_default_drivetrain_has_the_no_load_rate_and_time_constant_of_the_paper() {
+    let mut b = drivetrain(&without_stops());
     // Steps about a working point, from 50 % to 100 %: friction is then a constant.
     advance(&mut b, Terminal::Driven(3.0), 3.0);
     let low = b.reading().output.rate_deg_s;
@@ -75,7 +75,7 @@ fn the_default_bench_has_the_no_load_rate_and_time_constant_of_the_paper() {
 }
 
 #[test]
-fn without_friction_the_bench_follows_the_first_order_motor() {
+fn without_friction_the_drivetrain_follows_the_first_order_motor() {
     // The same gain and time constant: K = V/(n k), tau = R J/(n k)^2. The electrical lag of
     // 0.13 ms, which the first-order motor has not, makes about 283 deg/s * 0.13 ms.
     let p = ideal();
@@ -89,7 +89,7 @@ fn without_friction_the_bench_follows_the_first_order_motor() {
     // 33.3 % switches within a tick.
     for (pwm, duty_pct) in [(Pwm::Average, 100.0), (Pwm::Switched, 33.3)] {
         let mut simple = FirstOrder::try_new(motor, pwm).unwrap();
-        let mut full = PwmBench::try_new(&p, pwm, None).unwrap();
+        let mut full = PwmDrivetrain::try_new(&p, pwm, None).unwrap();
         for _ in 0..500 {
             simple.start_period(duty_pct);
             full.start_period(duty_pct);
@@ -103,7 +103,7 @@ fn without_friction_the_bench_follows_the_first_order_motor() {
 fn a_damped_load_slows_the_free_rate_by_its_share_of_the_damping() {
     let mut p = ideal();
     p.load.load_damping_nm_s_deg = 1e-3;
-    let mut b = bench(&p);
+    let mut b = drivetrain(&p);
     advance(&mut b, FULL, 2.0);
     // n k (V - n k w)/R = c w.
     let constant: f64 = 320.0 * 3.62e-3;
@@ -117,8 +117,8 @@ fn the_output_lags_the_motor_by_the_backlash_from_turn_to_turn() {
     let mut p = without_stops();
     p.gear_train.backlash_deg = 1.0;
     p.gear_train.gear_stiffness_nm_deg = 50.0;
-    let mut b = bench(&p);
-    let lead = |b: &Bench| b.reading().motor.angle_deg / 320.0 - b.reading().output.angle_deg;
+    let mut b = drivetrain(&p);
+    let lead = |b: &Drivetrain| b.reading().motor.angle_deg / 320.0 - b.reading().output.angle_deg;
     advance(&mut b, Terminal::Driven(1.0), 1.0);
     let forward = lead(&b);
     advance(&mut b, Terminal::Driven(-1.0), 1.0);
@@ -131,7 +131,7 @@ fn the_output_lags_the_motor_by_the_backlash_from_turn_to_turn() {
 fn the_output_stands_still_while_the_motor_crosses_the_backlash() {
     let mut p = without_stops();
     p.gear_train.backlash_deg = 2.0;
-    let mut b = bench(&p);
+    let mut b = drivetrain(&p);
     advance(&mut b, Terminal::Driven(1.0), 1.0);
     advance(&mut b, Terminal::Brake, 1.0);
     let (start, motor) = (b.reading().output, b.reading().motor.angle_deg);
@@ -153,7 +153,7 @@ fn what_pulls_below_the_friction_moves_nothing_at_all_and_above_it_does() {
     p.friction.stribeck_friction_nm = 0.02;
     // Breaks loose at 0.05 Nm: V = R 0.05/(n k).
     let threshold_v = 7.7 * 0.05 / (320.0 * 3.62e-3);
-    let mut b = bench(&p);
+    let mut b = drivetrain(&p);
     advance(&mut b, Terminal::Driven(threshold_v * (1.0 - 1e-9)), 1.0);
     assert_eq!(b.reading().output, PlantState::default());
     advance(&mut b, Terminal::Driven(threshold_v * (1.0 + 1e-6)), 1.0);
@@ -167,12 +167,12 @@ fn load_dependent_friction_holds_a_load_that_the_coulomb_friction_alone_would_no
     p.friction.load_friction_motor = 0.5;
     p.load.load_torque_nm = 0.0999;
     p.friction.friction_model = 1.0;
-    let mut slides = bench(&p);
+    let mut slides = drivetrain(&p);
     advance(&mut slides, Terminal::Coast, 0.1);
     assert!(slides.reading().output.angle_deg > 0.1);
     // 0.05 + 0.5 tau holds all tau up to 0.1 Nm.
     p.friction.friction_model = 3.0;
-    let mut holds = bench(&p);
+    let mut holds = drivetrain(&p);
     advance(&mut holds, Terminal::Coast, 0.1);
     assert_eq!(holds.reading().output, PlantState::default());
     holds.set_recorded_torque_nm(2e-4);
@@ -189,12 +189,12 @@ fn load_dependent_friction_holds_opposing_torques_and_frees_those_that_agree() {
     let motor = Terminal::Driven(7.7 * 0.1 / (320.0 * 3.62e-3));
     // 0.1 Nm against 0.05 Nm load the gears with 0.15 Nm, half of which holds the other 0.05 Nm.
     p.load.load_torque_nm = -0.05;
-    let mut opposed = bench(&p);
+    let mut opposed = drivetrain(&p);
     advance(&mut opposed, motor, 0.1);
     assert_eq!(opposed.reading().output, PlantState::default());
     // 0.1 Nm along with 0.1 Nm load them with nothing.
     p.load.load_torque_nm = 0.1;
-    let mut agreed = bench(&p);
+    let mut agreed = drivetrain(&p);
     agreed.advance(motor, TICK_S);
     assert!(agreed.reading().friction_torque_nm < 1e-15);
     assert!(agreed.reading().output.rate_deg_s > 0.0);
@@ -203,7 +203,7 @@ fn load_dependent_friction_holds_opposing_torques_and_frees_those_that_agree() {
 #[test]
 fn a_braked_motor_stops_with_its_time_constant_and_a_coasting_one_runs_on() {
     let p = ideal();
-    let mut braked = bench(&p);
+    let mut braked = drivetrain(&p);
     advance(&mut braked, FULL, 2.0);
     let start = braked.reading().output.rate_deg_s;
     let mut coasting = braked.clone();
@@ -221,7 +221,7 @@ fn a_braked_motor_stops_with_its_time_constant_and_a_coasting_one_runs_on() {
 fn coulomb_friction_stops_a_coasting_motor_by_a_straight_line_to_exactly_zero() {
     let mut p = ideal();
     p.friction.coulomb_friction_nm = 0.05;
-    let mut b = bench(&p);
+    let mut b = drivetrain(&p);
     advance(&mut b, FULL, 2.0);
     advance(&mut b, Terminal::Coast, 0.01);
     let start = b.reading().output.rate_deg_s;
@@ -237,7 +237,7 @@ fn a_switching_bridge_that_coasts_runs_faster_at_part_duty_than_one_that_brakes(
     let mut p = without_stops();
     let mut rate = |coast| {
         p.electrical.coast_when_off = coast;
-        let mut b = PwmBench::try_new(&p, Pwm::Switched, None).unwrap();
+        let mut b = PwmDrivetrain::try_new(&p, Pwm::Switched, None).unwrap();
         for _ in 0..1000 {
             b.start_period(30.0);
         }
@@ -251,9 +251,9 @@ fn a_switching_bridge_that_coasts_runs_faster_at_part_duty_than_one_that_brakes(
 
 #[test]
 fn the_hard_stop_holds_the_output_while_the_motor_stalls_at_its_closed_form_current() {
-    let mut p = BenchParameters::default();
+    let mut p = DrivetrainParameters::default();
     p.gear_train.hard_stop_deg = 30.0;
-    let mut b = bench(&p);
+    let mut b = drivetrain(&p);
     // The rotor swings in the gears at 70 rad/s and comes to rest with about 4/s.
     for _ in 0..60_000 {
         b.advance(FULL, TICK_S);
@@ -276,7 +276,7 @@ fn a_pendulum_pulls_the_angle_that_its_weight_and_the_current_balance() {
     p.load.pendulum_mass_kg = 1.0;
     p.load.pendulum_length_m = 0.1;
     p.load.load_damping_nm_s_deg = 0.01;
-    let mut b = bench(&p);
+    let mut b = drivetrain(&p);
     advance(&mut b, Terminal::Driven(3.0), 10.0);
     let torque_nm = 320.0 * 3.62e-3 * 3.0 / 7.7;
     let angle_deg = libm::asin(torque_nm / (9.80665 * 0.1)) * 180.0 / PI;
@@ -288,7 +288,7 @@ fn a_recorded_load_acts_from_its_own_tick() {
     let p = ideal();
     let steps = [(25, -0.5)];
     let recording = load::Recording::try_new(&steps).unwrap();
-    let mut b = PwmBench::try_new(&p, Pwm::Average, Some(recording)).unwrap();
+    let mut b = PwmDrivetrain::try_new(&p, Pwm::Average, Some(recording)).unwrap();
     b.start_period(0.0);
     b.start_period(0.0);
     assert_eq!(b.at(5), PlantState::default());
@@ -301,7 +301,7 @@ fn very_stiff_and_infinitely_stiff_joints_agree() {
     let mut stiff = rigid;
     stiff.gear_train.gear_stiffness_nm_deg = 100.0;
     stiff.gear_train.gear_damping_nm_s_deg = 1e-4;
-    let (mut rigid, mut stiff) = (bench(&rigid), bench(&stiff));
+    let (mut rigid, mut stiff) = (drivetrain(&rigid), drivetrain(&stiff));
     advance(&mut rigid, FULL, 0.3);
     advance(&mut stiff, FULL, 0.3);
     let difference = rigid.reading().output.angle_deg - stiff.reading().output.angle_deg;
@@ -311,31 +311,31 @@ fn very_stiff_and_infinitely_stiff_joints_agree() {
 
 #[test]
 fn a_jammed_gear_train_stops_at_once_and_draws_the_stall_current() {
-    let mut bench = Bench::try_new(&BenchParameters::default()).unwrap();
-    bench.advance(Terminal::Driven(6.0), 0.3);
-    let before = bench.reading().output;
+    let mut drivetrain = Drivetrain::try_new(&DrivetrainParameters::default()).unwrap();
+    drivetrain.advance(Terminal::Driven(6.0), 0.3);
+    let before = drivetrain.reading().output;
     assert!(before.rate_deg_s > 200.0);
-    bench.set_jammed(true);
-    bench.advance(Terminal::Driven(6.0), 0.01);
-    let jammed = bench.reading();
+    drivetrain.set_jammed(true);
+    drivetrain.advance(Terminal::Driven(6.0), 0.01);
+    let jammed = drivetrain.reading();
     assert_eq!(jammed.output.rate_deg_s, 0.0);
     // 0.01 s is 77 time constants of the winding: 6 V / 7.7 ohm.
     assert!((jammed.current_a - 6.0 / 7.7).abs() < 1e-9);
-    bench.set_jammed(false);
-    bench.advance(Terminal::Driven(6.0), 0.3);
-    assert!(bench.reading().output.rate_deg_s > 200.0);
+    drivetrain.set_jammed(false);
+    drivetrain.advance(Terminal::Driven(6.0), 0.3);
+    assert!(drivetrain.reading().output.rate_deg_s > 200.0);
 }
 
 #[test]
 fn a_lower_supply_limits_the_voltage_and_what_the_diodes_hold() {
-    let mut bench = Bench::try_new(&BenchParameters::default()).unwrap();
-    bench.set_supply_v(2.0);
-    bench.advance(Terminal::Driven(6.0), 1e-4);
-    assert_eq!(bench.reading().terminal_v, 2.0);
-    bench.advance(Terminal::Coast, 1e-9);
+    let mut drivetrain = Drivetrain::try_new(&DrivetrainParameters::default()).unwrap();
+    drivetrain.set_supply_v(2.0);
+    drivetrain.advance(Terminal::Driven(6.0), 1e-4);
+    assert_eq!(drivetrain.reading().terminal_v, 2.0);
+    drivetrain.advance(Terminal::Coast, 1e-9);
     // 2 V and twice 0.7 V against a current that has not died yet.
-    assert_eq!(bench.reading().terminal_v, -3.4);
-    bench.set_supply_v(f64::NAN);
-    bench.advance(Terminal::Driven(6.0), 1e-4);
-    assert_eq!(bench.reading().terminal_v, 0.0);
+    assert_eq!(drivetrain.reading().terminal_v, -3.4);
+    drivetrain.set_supply_v(f64::NAN);
+    drivetrain.advance(Terminal::Driven(6.0), 1e-4);
+    assert_eq!(drivetrain.reading().terminal_v, 0.0);
 }
