@@ -1,0 +1,76 @@
+//! What is measured, and how.
+
+use std::process::Command;
+
+use crate::Error;
+
+/// A command, and the lines of its output that are figures.
+#[derive(Debug)]
+pub struct Measurement {
+    /// What the figures are.
+    pub what: &'static str,
+    /// Arguments of cargo.
+    arguments: &'static str,
+    /// A line is a figure if it contains one of these.
+    markers: &'static [&'static str],
+}
+
+/// The figures of one command.
+#[derive(Debug)]
+pub struct Measured {
+    /// The command.
+    pub measurement: &'static Measurement,
+    /// Its lines.
+    pub lines: Vec<String>,
+}
+
+/// Every measurement, in the order of the page.
+pub static MEASUREMENTS: [Measurement; 1] = [
+    Measurement {
+        what: "Flash, RAM and stack of the boards' programs",
+        arguments: "test -p system-tests --test elf -- --nocapture flash_and_ram_stay_below",
+        markers: &["actuator-board", "comm-board", "flash "],
+    },
+];
+
+impl Measurement {
+    /// The command as one types it.
+    pub fn command(&self) -> String {
+        format!("cargo {}", self.arguments)
+    }
+
+    /// Runs the command and takes its figures.
+    ///
+    /// # Errors
+    /// If the command cannot be started, fails, or prints no figure.
+    pub fn run(&'static self) -> Result<Measured, Error> {
+        let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+        let output = Command::new(cargo)
+            .current_dir(cross_build::workspace())
+            .args(self.arguments.split_whitespace())
+            .output()
+            .map_err(|source| Error::Start {
+                command: self.command(),
+                source,
+            })?;
+        let text = String::from_utf8_lossy(&output.stdout);
+        if !output.status.success() {
+            return Err(Error::Failed {
+                command: self.command(),
+                output: format!("{text}{}", String::from_utf8_lossy(&output.stderr)),
+            });
+        }
+        let is_figure = |line: &&str| self.markers.iter().any(|marker| line.contains(marker));
+        let lines: Vec<_> = text.lines().filter(is_figure).map(str::to_owned).collect();
+        if lines.is_empty() {
+            return Err(Error::NoFigure {
+                command: self.command(),
+                marker: self.markers.join("\" or \""),
+            });
+        }
+        Ok(Measured {
+            measurement: self,
+            lines,
+        })
+    }
+}
