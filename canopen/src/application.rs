@@ -100,13 +100,16 @@ pub enum BitRate {
     Automatic,
 }
 
-/// The application that owns the values of the object dictionary. Numbers are passed as `u64`: the
-/// bits of the data type, signed integers sign-extended to 64 bits, so that `value as i32` is
-/// correct for every signed type of up to 32 bits. The server checks access, length, limits and
-/// relations before each call. Only addresses of the dictionary are passed; return
-/// [`Abort::NoObject`] for any other. A method that returns [`Poll::Pending`] is called again with
-/// the same arguments from [`Node::tick`](crate::Node::tick) until it returns [`Poll::Ready`]:
-/// erasing flash takes longer than a control period.
+/// The application that owns the values of the object dictionary.
+///
+/// Numbers are passed as `u64`: the bits of the data type, signed integers sign-extended to 64
+/// bits, so that `value as i32` is correct for every signed type of up to 32 bits. The server
+/// checks access, length, limits and relations before each call. Only addresses of the dictionary
+/// are passed; return [`Abort::NoObject`] for any other.
+///
+/// A method that returns [`Poll::Pending`] is called again with the same arguments from
+/// [`Node::tick`](crate::Node::tick) until it returns [`Poll::Ready`]: erasing flash takes longer
+/// than a control period.
 #[allow(
     unused_variables,
     reason = "default implementations refuse; parameter names document the interface"

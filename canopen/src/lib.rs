@@ -1,8 +1,10 @@
 //! A CANopen device: communication profile (CiA 301), layer setting services (CiA 305) and the
-//! drive profile's state machine and modes (CiA 402). The crate has no heap, no `unsafe`, no I/O
-//! and no clock. A [`Node`] receives frames of any [`embedded_can::Frame`] type and the time, and
-//! returns the frames to transmit. The user supplies a constant [`Dictionary`] and an
-//! [`Application`] that holds the values of all objects outside the communication profile.
+//! drive profile's state machine and modes (CiA 402).
+//!
+//! The crate has no heap, no `unsafe`, no I/O and no clock. A [`Node`] receives frames of any
+//! [`embedded_can::Frame`] type and the time, and returns the frames to transmit. The user supplies
+//! a constant [`Dictionary`] and an [`Application`] that holds the values of all objects outside
+//! the communication profile.
 //!
 //! ```
 //! use canopen::dictionary::{Access, Address, DataType, Dictionary, Entry, Mapping};

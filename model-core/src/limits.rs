@@ -1,6 +1,6 @@
 //! Limits of signals, shared by the control path and the models.
 
-/// `value` held between `low` and `high`; NaN stays NaN. Unlike `clamp` it cannot panic.
+/// `value` limited to `low..=high`; NaN remains NaN. Unlike `clamp` it cannot panic.
 #[inline]
 pub(crate) fn within<T: PartialOrd>(value: T, low: T, high: T) -> T {
     if value < low {
@@ -12,8 +12,8 @@ pub(crate) fn within<T: PartialOrd>(value: T, low: T, high: T) -> T {
     }
 }
 
-/// Angle and rate after the hard stops at plus and minus `limit_deg`, which are inelastic: a rate
-/// that points outward is lost.
+/// Angle and rate after inelastic hard stops at plus and minus `limit_deg`, which set an outward
+/// rate to zero.
 #[inline]
 pub(crate) fn hard_stop(angle_deg: f64, rate_deg_s: f64, limit_deg: f64) -> (f64, f64) {
     let stopped_deg = within(angle_deg, -limit_deg, limit_deg);

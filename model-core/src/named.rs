@@ -1,26 +1,26 @@
-//! Enums whose values have names, for command lines, files and other languages.
+//! Enums with named values, for command lines, files and other languages.
 
-/// Values that have names.
+/// An enum with named values.
 pub trait Named: Copy + Send + Sync + 'static {
-    /// All of them.
+    /// All values.
     const ALL: &'static [Self];
 
-    /// Their names, in the same order.
+    /// The names, in the same order.
     const NAMES: &'static [&'static str];
 
-    /// Its name.
+    /// The name of the value.
     fn name(self) -> &'static str;
 
-    /// What it is, in a sentence.
+    /// Description in one sentence.
     fn summary(self) -> &'static str;
 
-    /// The one of this name.
+    /// The value with this name.
     fn named(name: &str) -> Option<Self> {
         Self::ALL.iter().copied().find(|value| value.name() == name)
     }
 }
 
-/// Makes an enum whose values have names.
+/// Defines an enum with named values.
 macro_rules! named {
     (
         $(#[doc = $doc:literal])+

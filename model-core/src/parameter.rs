@@ -1,59 +1,59 @@
-//! Parameters that describe themselves: name, unit, default, range and source in one place.
+//! Self-describing parameters: name, unit, default, range and source in one declaration.
 //!
-//! [`parameters!`](crate::parameters) makes a struct of `f64` fields together with the table that
-//! a command line, a file reader or an object dictionary needs to list, read and write them.
+//! [`parameters!`](crate::parameters) defines a struct of `f64` fields together with the table that
+//! a command line, a file reader or an object dictionary uses to list, read and write them.
 
 use core::fmt;
 
 #[cfg(feature = "serde")]
 pub(crate) mod as_values;
 
-/// What is known of one parameter.
+/// Description of one parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parameter {
-    /// Its name, which ends in its unit where the unit is simple.
+    /// Name, with the unit as suffix if it is simple.
     pub name: &'static str,
-    /// The short symbol of the paper or of the formula; empty where there is none.
+    /// Symbol in the paper or formula; empty if there is none.
     pub symbol: &'static str,
-    /// Its unit.
+    /// Unit.
     pub unit: &'static str,
-    /// Its value unless somebody says otherwise.
+    /// Default value.
     pub default: f64,
-    /// The least value it takes.
+    /// Smallest permitted value.
     pub min: f64,
-    /// The greatest value it takes; infinite where there is no bound.
+    /// Largest permitted value; infinite if unbounded.
     pub max: f64,
-    /// Where the default comes from.
+    /// Source of the default.
     pub source: &'static str,
-    /// What it is, in a sentence.
+    /// Meaning in one sentence.
     pub meaning: &'static str,
 }
 
 impl Parameter {
-    /// Whether this is the parameter that somebody calls `name`, by name or by symbol.
+    /// Whether `name` is the name or the symbol of this parameter.
     pub fn is_called(&self, name: &str) -> bool {
         self.name == name || (!self.symbol.is_empty() && self.symbol == name)
     }
 
-    /// Whether only whole numbers mean something: each is another form of what is modelled.
+    /// Whether the parameter selects a variant of a model and so accepts whole numbers only.
     pub const fn is_choice(&self) -> bool {
         matches!(self.unit.as_bytes(), b"choice")
     }
 
-    /// `value`, if this parameter can take it.
+    /// Returns `value` if it is valid for this parameter.
     ///
     /// # Errors
-    /// [`ParameterError::OutOfRange`] for NaN, for anything outside `min..=max`, and for what lies
-    /// between the choices of a choice.
+    /// [`ParameterError::OutOfRange`] for NaN, for a value outside `min..=max`, and for a fraction
+    /// if the parameter is a choice.
     pub const fn check(&self, value: f64) -> Result<f64, ParameterError> {
-        // A cast toward zero and back keeps whole numbers only.
+        // Only a whole number is equal to itself truncated.
         if self.is_choice() && (value as i64) as f64 != value {
             return Err(ParameterError::OutOfRange {
                 parameter: *self,
                 value,
             });
         }
-        // Written so that NaN fails.
+        // This form rejects NaN.
         if value >= self.min && value <= self.max {
             Ok(value)
         } else {
@@ -65,23 +65,23 @@ impl Parameter {
     }
 }
 
-/// A set of parameters with its table.
+/// A parameter set with its table.
 pub trait Parameters: Clone + Default {
-    /// One row a field, in the order of the fields.
+    /// One row per field, in the order of the fields.
     const TABLE: &'static [Parameter];
 
     /// The value of row `index` of the table; `None` beyond its end.
     fn get(&self, index: usize) -> Option<f64>;
 
-    /// A place to write row `index` of the table, unchecked; `None` beyond its end.
+    /// Mutable access to the value of row `index` without a range check; `None` beyond the end.
     fn get_mut(&mut self, index: usize) -> Option<&mut f64>;
 
-    /// Sets the parameter called `name`, by name or by symbol.
+    /// Sets the parameter with this name or symbol.
     ///
     /// # Errors
-    /// [`ParameterError::Unknown`] where no parameter has this name, and
-    /// [`ParameterError::OutOfRange`] where the value is NaN or outside its range; nothing is
-    /// changed then.
+    /// [`ParameterError::Unknown`] if no parameter has this name or symbol, and
+    /// [`ParameterError::OutOfRange`] if the value is NaN or outside its range; the value is then
+    /// unchanged.
     fn set(&mut self, name: &str, value: f64) -> Result<(), ParameterError> {
         let index = Self::TABLE
             .iter()
@@ -95,28 +95,28 @@ pub trait Parameters: Clone + Default {
     }
 }
 
-/// Why a parameter was not taken.
+/// Reason for which a parameter value is refused.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ParameterError {
     /// No parameter has this name or symbol.
     Unknown,
     /// The value is NaN or outside the range.
     OutOfRange {
-        /// The parameter that was to be set.
+        /// The parameter.
         parameter: Parameter,
-        /// The value that it was to have.
+        /// The refused value.
         value: f64,
     },
-    /// The value is none of the few that mean something.
+    /// The value is not one of the allowed values.
     NotAllowed {
         /// Name of the parameter.
         name: &'static str,
-        /// The value that it was to have.
+        /// The refused value.
         value: f64,
-        /// The values that it takes, in words.
+        /// Description of the allowed values.
         allowed: &'static str,
     },
-    /// A lower limit stands above its upper limit.
+    /// A lower limit is above its upper limit.
     Disordered {
         /// Name of the lower limit.
         low: &'static str,
@@ -164,13 +164,13 @@ impl fmt::Display for ParameterError {
 
 impl core::error::Error for ParameterError {}
 
-/// Makes a struct of `f64` parameters that implements [`Parameters`] and [`Default`].
+/// Defines a struct of `f64` parameters that implements [`Parameters`] and [`Default`].
 ///
 /// ```
 /// use model_core::parameter::Parameters;
 ///
 /// model_core::parameters! {
-///     /// A lag.
+///     /// A first-order lag.
 ///     pub struct Lag {
 ///         /// Time constant.
 ///         time_constant_s ["tau"]: 0.1, "s", 1e-4, 10.0, "an example";
@@ -263,7 +263,7 @@ macro_rules! parameters {
     };
 }
 
-/// A doc comment without the blank that stands in front of it.
+/// A doc comment without its leading blank.
 #[doc(hidden)]
 pub const fn trimmed(text: &'static str) -> &'static str {
     text.trim_ascii()
@@ -272,24 +272,24 @@ pub const fn trimmed(text: &'static str) -> &'static str {
 /// One parameter with its present value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Value {
-    /// Its row in the table.
+    /// Description of the parameter.
     pub parameter: &'static Parameter,
-    /// Its value.
+    /// Present value.
     pub value: f64,
 }
 
-/// Parameters behind one interface, whatever their table.
+/// Object-safe access to any parameter set.
 pub trait Group {
-    /// What is known of each of them.
+    /// Descriptions of all parameters.
     fn table(&self) -> &'static [Parameter];
 
-    /// Row `index` of the table with its value; `None` beyond its end.
+    /// The parameter in row `index` with its value; `None` beyond the end.
     fn value(&self, index: usize) -> Option<Value>;
 
-    /// Sets one by name or by symbol.
+    /// Sets a parameter by name or symbol.
     ///
     /// # Errors
-    /// Those of [`Parameters::set`].
+    /// As for [`Parameters::set`].
     fn assign(&mut self, name: &str, value: f64) -> Result<(), ParameterError>;
 }
 
@@ -325,7 +325,7 @@ mod tests {
     }
 
     #[test]
-    fn a_choice_takes_whole_numbers_only() {
+    fn a_choice_accepts_whole_numbers_only() {
         let mut example = Example::default();
         assert_eq!(example.set("form", 2.0), Ok(()));
         for value in [0.5, 3.0, -1.0, f64::NAN] {

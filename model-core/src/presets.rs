@@ -1,22 +1,23 @@
-//! The readings of the paper by name.
+//! Presets: named readings of the paper.
 //!
-//! The paper's numbers contradict each other: a motor gain of 2.836/7.586 gives 37.4 deg/s at full
-//! duty where +240 and -350 deg/s were measured. Each preset is one way to read them, as changes
-//! to the defaults of the parameter tables. One list serves the grey box and the board, whose
-//! parameters are called alike; what differs stands in a preset of its own.
+//! The paper's numbers contradict each other: a motor gain of
+//! 2.836/7.586 gives 37.4 deg/s at full duty where +240 and -350 deg/s were measured. Each preset
+//! is one reading of them, as changes to the defaults of the parameter tables. The grey box and the
+//! board have parameters of the same names and share presets; a preset that applies to one of them
+//! only says so.
 
 /// A named set of parameter values.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Preset {
-    /// Its name on a command line.
+    /// Name, as on the command line.
     pub name: &'static str,
-    /// What it is for, in a sentence.
+    /// Description in one sentence.
     pub summary: &'static str,
-    /// What must be said wherever its results are shown.
+    /// Warning to show with its results.
     pub warning: Option<&'static str>,
-    /// The models that it applies to.
+    /// Models to which it applies.
     pub models: &'static [&'static str],
-    /// The parameters that are not at their defaults, by their long names.
+    /// Parameters that differ from their defaults, by name.
     pub values: &'static [(&'static str, f64)],
 }
 
@@ -30,15 +31,15 @@ const PRINTED_INTEGRAL_GAIN: f64 = 10.0 * 7.586;
 /// Bandwidth of the rate loop of `as-measured-retuned`: the inner gain of black box 2, rad/s.
 const RETUNED_RATE_LOOP_RAD_S: f64 = 54.0;
 
-/// Motor gain that `as-measured-retuned` is designed for: the harmonic mean of 2.40 and 3.50, i.e.
-/// the gain whose inverse is the mean of the two inverses, (deg/s)/%.
+/// Motor gain for which `as-measured-retuned` is designed: the harmonic mean of 2.40 and 3.50,
+/// (deg/s)/%.
 const MEAN_MOTOR_GAIN: f64 = 2.0 / (1.0 / 2.40 + 1.0 / 3.50);
 
 const BLACK_BOXES: &[&str] = &["black-box-1", "black-box-2"];
 const GREY_BOX: &[&str] = &["grey-box"];
 const GREY_BOX_AND_BOARD: &[&str] = &["grey-box", "board"];
 
-/// Every preset. The first that names a model is that model's default.
+/// All presets. The first that applies to a model is that model's default.
 pub const PRESETS: &[Preset] = &[
     Preset {
         name: "paper",
@@ -126,7 +127,7 @@ pub const PRESETS: &[Preset] = &[
     },
 ];
 
-/// The preset of this name.
+/// The preset with this name.
 ///
 /// ```
 /// let strict = model_core::presets::preset("as-printed-strict").unwrap();

@@ -3,6 +3,7 @@
 //! ```text
 //! cargo run -p canopen --example loopback -- 29536 5
 //! ```
+//!
 //! listens on port 29536 (0: any) with node-ID 5 (255: none, for LSS) and prints one line when it
 //! is ready. The node is a CiA 402 drive. A write to 2007h raises the error of that code, which is
 //! a fault of the drive; 0 clears it.

@@ -1,7 +1,9 @@
-//! Integer trajectory generator. The position has a resolution of one millionth of a unit, the
-//! velocity one thousandth of a unit per second: a period of `T` microseconds changes the position
-//! by `velocity * T / 1000`, and an acceleration of `a` units per second squared changes the
-//! velocity by `a * T / 1000`. There is no floating point and no drift.
+//! Integer trajectory generator.
+//!
+//! The position has a resolution of one millionth of a unit, the velocity one thousandth of a unit
+//! per second: a period of `T` microseconds changes the position by `velocity * T / 1000`, and an
+//! acceleration of `a` units per second squared changes the velocity by `a * T / 1000`. There is no
+//! floating point and no drift.
 
 /// Position increments per unit.
 const UNIT: i64 = 1_000_000;

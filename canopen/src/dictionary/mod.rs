@@ -41,8 +41,9 @@ pub struct Text {
     pub text: &'static str,
 }
 
-/// Two objects of which the first must not exceed the second, for example 607Dh:1 and 607Dh:2. A
-/// write to either object that violates the relation is refused with
+/// Two objects of which the first must not exceed the second, for example 607Dh:1 and 607Dh:2.
+///
+/// A write to either object that violates the relation is refused with
 /// [`Abort::MaximumBelowMinimum`].
 #[derive(Clone, Copy, Debug)]
 pub struct Relation {
@@ -76,6 +77,7 @@ impl Dictionary {
     /// ```
     ///
     /// # Errors
+    ///
     /// The first inconsistency in the tables, with its address.
     pub const fn try_new(
         entries: &'static [Entry],
@@ -102,6 +104,7 @@ impl Dictionary {
     /// The entry at an address.
     ///
     /// # Errors
+    ///
     /// [`Abort::NoObject`] if the index does not exist, [`Abort::NoSubIndex`] if only the sub-index
     /// does not exist.
     pub fn find(&self, address: Address) -> Result<&'static Entry, Abort> {

@@ -34,11 +34,12 @@ pub enum BusEvent {
     BusOffRecovered,
 }
 
-/// A CANopen device with `R` RPDOs and `T` TPDOs. The node performs no I/O and reads no clock. Call
-/// [`Node::receive`] with each received frame, [`Node::tick`] about once a millisecond or once per
-/// control period, and [`Node::transmit`] until it returns `None` or the CAN controller accepts no
-/// more frames. Times are in microseconds of one monotonic clock with any origin. The work in each
-/// call is bounded.
+/// A CANopen device with `R` RPDOs and `T` TPDOs.
+///
+/// The node performs no I/O and reads no clock. Call [`Node::receive`] with each received frame,
+/// [`Node::tick`] about once a millisecond or once per control period, and [`Node::transmit`] until
+/// it returns `None` or the CAN controller accepts no more frames. Times are in microseconds of one
+/// monotonic clock with any origin. The work in each call is bounded.
 #[derive(Debug)]
 pub struct Node<const R: usize, const T: usize> {
     state: NmtState,

@@ -13,10 +13,12 @@
 //! | `Z0`, `Z1`, `Z2` | received frames carry no timestamp, milliseconds to 59,999 in four digits, microseconds to 3,599,999,999 in eight | CR |
 //! | `Mxxxxxxxx`, `mxxxxxxxx` | acceptance code and mask of an SJA1000 in dual-filter mode; while closed | CR |
 //! | empty line | | CR |
+//!
 //! An invalid command is answered with BEL (07h). A received frame is a line like those of `t`,
-//! `T`, `r` and `R`, followed by the timestamp. [`Adapter`] implements the adapter, in a
-//! microcontroller or a server. A client parses received lines with [`parse_frame`] and sends
-//! [`SlcanLine::frame`].
+//! `T`, `r` and `R`, followed by the timestamp.
+//!
+//! [`Adapter`] implements the adapter, in a microcontroller or a server. A client parses received
+//! lines with [`parse_frame`] and sends [`SlcanLine::frame`].
 
 mod acceptance;
 mod adapter;

@@ -1,8 +1,8 @@
 //! The paper's first-order black box (section III.A): one pole between two saturations.
 //!
-//! `theta' = sat(p (gain c + offset - theta), -rdn, rup)`, `theta` stopped at `+-pos`, by a
-//! Runge-Kutta step of one tick. Gain and offset are 1 and 0 in the paper; an identification
-//! needs them. The rate limits go by the sign of the rate.
+//! `theta' = sat(p (gain c + offset - theta), -rdn, rup)`, `theta` limited to `+-pos`, with a
+//! Runge-Kutta step of one tick. Gain and offset are 1 and 0 in the paper; identification estimates
+//! them. The rate limits apply by the sign of the rate.
 
 use super::{ActuatorModel, Output, rk4};
 use crate::limits::within;
@@ -12,16 +12,16 @@ use crate::time::TICK_S;
 crate::parameters! {
     /// Parameters of the first-order black box.
     pub struct BlackBox1Parameters {
-        // 10,000 rad/s is half a radian a tick; the Runge-Kutta step is stable up to 2.78.
+        // 10,000 rad/s is half a radian per tick; the Runge-Kutta step is stable up to 2.78.
         /// Pole of the position loop, the paper's "gain".
         pole_rad_s ["p"]: 30.0, "rad/s", 0.0, 10_000.0, "paper, section III.A: 30 rad/s, 4.78 Hz";
         /// Steady angle per commanded angle.
         gain [""]: 1.0, "1", -100.0, 100.0, "none in the paper";
         /// Steady angle at a command of zero.
         offset_deg [""]: 0.0, "deg", -32000.0, 32000.0, "none in the paper";
-        /// Greatest rate upward.
+        /// Maximum rate in positive direction.
         rate_limit_up_deg_s ["rup"]: 240.0, "deg/s", 0.0, f64::INFINITY, "paper, section III.A: 240 deg/s approaching the step";
-        /// Greatest rate downward.
+        /// Maximum rate in negative direction.
         rate_limit_down_deg_s ["rdn"]: 350.0, "deg/s", 0.0, f64::INFINITY, "paper, section III.A: -350 deg/s leaving the step";
         /// Hard stops at plus and minus this angle.
         position_limit_deg ["pos"]: 180.0, "deg", 0.0, f64::INFINITY, "paper, section III.A: deflection limit of 180 degrees";
@@ -38,10 +38,10 @@ pub struct BlackBox1 {
 }
 
 impl BlackBox1 {
-    /// The model with these parameters, at zero.
+    /// A model with these parameters, at angle zero.
     ///
     /// # Errors
-    /// The first parameter that is NaN or outside its range.
+    /// Names the first parameter that is NaN or outside its range.
     ///
     /// ```
     /// use model_core::models::{ActuatorModel, black_box_1::BlackBox1};
@@ -63,13 +63,13 @@ impl BlackBox1 {
 }
 
 impl BlackBox1Parameters {
-    /// Steady angle under a command.
+    /// Steady angle for a command.
     #[inline]
     fn target_deg(&self, command_deg: f64) -> f64 {
         self.gain * command_deg + self.offset_deg
     }
 
-    /// Rate at an angle on the way to another.
+    /// Rate at an angle, for a target.
     #[inline]
     fn rate_deg_s(&self, target_deg: f64, angle_deg: f64) -> f64 {
         within(
@@ -117,12 +117,12 @@ mod tests {
     }
 
     #[test]
-    fn a_small_step_is_answered_by_one_minus_an_exponential() {
-        // 5 deg ask for 150 deg/s at most: no limit acts.
+    fn a_small_step_response_is_one_minus_an_exponential() {
+        // 5 deg require at most 150 deg/s: no limit is active.
         let mut model = model(&[]);
         for tick in 0..TICKS_PER_SECOND {
             let exact = 5.0 * (1.0 - libm::exp(-30.0 * crate::time::seconds(tick)));
-            // Local error (p h)^5/120 = 6e-17 a tick, rounding 4e-16 a tick: 1e-12 is ample.
+            // Local error (p h)^5/120 = 6e-17 per tick, rounding 4e-16 per tick: below 1e-12.
             assert!((model.output(5.0).angle_deg - exact).abs() < 1e-12);
             model.step(5.0);
         }
@@ -130,9 +130,9 @@ mod tests {
 
     #[test]
     fn a_ramp_is_followed_with_a_lag_of_one_over_the_pole() {
-        // The command is a staircase of ticks, which adds half a tick.
+        // The command is constant within a tick, which adds half a tick of lag.
         let expected = 1.0 / 30.0 + TICK_S / 2.0;
-        // The rest of the staircase is p h^2/12 = 6e-9 s.
+        // The remaining effect of the steps is p h^2/12 = 6e-9 s.
         assert!((ramp_lag_s(&mut model(&[]), 60.0) - expected).abs() < 1e-8);
     }
 
@@ -158,7 +158,7 @@ mod tests {
     #[test]
     fn gain_and_offset_set_the_steady_angle() {
         let mut model = model(&[("gain", -0.5), ("offset_deg", 3.0)]);
-        // After 30 time constants 1e-13 of the step is left.
+        // After 30 time constants 1e-13 of the step remains.
         assert!((angle_after(&mut model, 10.0, 20_000) + 2.0).abs() < 1e-10);
     }
 

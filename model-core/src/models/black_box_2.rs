@@ -1,9 +1,9 @@
 //! The paper's second-order black box (section III.B): two nested gains and two integrators.
 //!
 //! `w' = A (gain c + offset - theta) - B w`, `theta' = w`, with `w` limited to `-rdn..=rup` and
-//! `theta` stopped at `+-pos`, by a Runge-Kutta step of one tick. With A = 900 and B = 54 the
+//! `theta` limited to `+-pos`, with a Runge-Kutta step of one tick. With A = 900 and B = 54 the
 //! natural frequency is 30 rad/s (4.775 Hz) and the damping 0.9; the -3 dB bandwidth is 3.56 Hz.
-//! The paper does not say where in the block diagram the rate is limited: [`RateLimitForm`].
+//! The paper does not state where in the block diagram the rate is limited: see [`RateLimitForm`].
 
 use super::{ActuatorModel, Output, rk4};
 use crate::limits::{hard_stop, within};
@@ -13,7 +13,7 @@ use crate::time::TICK_S;
 crate::parameters! {
     /// Parameters of the second-order black box.
     pub struct BlackBox2Parameters {
-        // 1e8 is a natural frequency of 10,000 rad/s, half a radian a tick; the Runge-Kutta step
+        // 1e8 is a natural frequency of 10,000 rad/s, half a radian per tick; the Runge-Kutta step
         // is stable up to 2.78 on both axes.
         /// Gain of the outer loop.
         position_gain_per_s2 ["A"]: 900.0, "1/s^2", 0.0, 1e8, "paper, section III.B: outer loop gain of 900";
@@ -23,19 +23,19 @@ crate::parameters! {
         gain [""]: 1.0, "1", -100.0, 100.0, "none in the paper";
         /// Steady angle at a command of zero.
         offset_deg [""]: 0.0, "deg", -32000.0, 32000.0, "none in the paper";
-        /// Greatest rate upward.
+        /// Maximum rate in positive direction.
         rate_limit_up_deg_s ["rup"]: 240.0, "deg/s", 0.0, f64::INFINITY, "paper, section III.A: 240 deg/s approaching the step";
-        /// Greatest rate downward.
+        /// Maximum rate in negative direction.
         rate_limit_down_deg_s ["rdn"]: 350.0, "deg/s", 0.0, f64::INFINITY, "paper, section III.A: -350 deg/s leaving the step";
         /// Hard stops at plus and minus this angle.
         position_limit_deg ["pos"]: 180.0, "deg", 0.0, f64::INFINITY, "paper, section III.A: deflection limit of 180 degrees";
-        /// Where the rate is limited: 0 in the integrator, 1 and 2 behind it, with the limited (1)
+        /// Location of the rate limit: 0 in the integrator, 1 and 2 after it, with the limited (1)
         /// or the unlimited rate (2) fed back.
         rate_limit_form ["bb2_sat"]: 0.0, "choice", 0.0, 2.0, "a limited integrator does not wind up; the paper does not say";
     }
 }
 
-/// Where the rate is limited.
+/// Location of the rate limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum RateLimitForm {
@@ -55,7 +55,7 @@ pub struct BlackBox2 {
     parameters: BlackBox2Parameters,
     form: RateLimitForm,
     angle_deg: f64,
-    /// The integrator of the rate, before a saturation that follows it.
+    /// State of the rate integrator, before any saturation after it.
     rate_deg_s: f64,
 }
 
@@ -63,7 +63,7 @@ impl BlackBox2 {
     /// The model with these parameters, at rest at zero.
     ///
     /// # Errors
-    /// The first parameter that is NaN or outside its range.
+    /// Names the first parameter that is NaN or outside its range.
     ///
     /// ```
     /// use model_core::models::{ActuatorModel, black_box_2::BlackBox2};
@@ -86,7 +86,7 @@ impl BlackBox2 {
 }
 
 impl BlackBox2Parameters {
-    /// Which of the forms it is; the range of the choice has been checked.
+    /// The selected form; the range of the parameter is checked in `try_new`.
     fn form(&self) -> RateLimitForm {
         match self.rate_limit_form {
             0.0 => RateLimitForm::LimitedIntegrator,
@@ -169,12 +169,12 @@ mod tests {
     }
 
     #[test]
-    fn a_small_step_is_answered_as_by_an_oscillator_of_30_rad_s_and_damping_0_9() {
+    fn a_small_step_response_is_that_of_an_oscillator_of_30_rad_s_and_damping_0_9() {
         for form in [0.0, 1.0, 2.0] {
             let mut model = model(&[("bb2_sat", form)]);
             for tick in 0..TICKS_PER_SECOND {
                 let exact = second_order_step(30.0, 0.9, crate::time::seconds(tick));
-                // Rounding of at most 4e-16 a tick, times the 20,000 ticks.
+                // Rounding of at most 4e-16 per tick over 20,000 ticks.
                 assert!((model.output(1.0).angle_deg - exact).abs() < 1e-11);
                 model.step(1.0);
             }
@@ -183,7 +183,7 @@ mod tests {
 
     #[test]
     fn a_ramp_is_followed_with_a_lag_of_b_over_a() {
-        // The command is a staircase of ticks, which adds half a tick.
+        // The command is constant within a tick, which adds half a tick of lag.
         let expected = 54.0 / 900.0 + TICK_S / 2.0;
         assert!((ramp_lag_s(&mut model(&[]), 60.0) - expected).abs() < 1e-8);
     }
@@ -211,11 +211,11 @@ mod tests {
     }
 
     #[test]
-    fn the_hard_stop_takes_all_of_the_rate() {
+    fn the_hard_stop_sets_the_rate_to_zero() {
         let mut model = model(&[]);
         assert_eq!(angle_after(&mut model, 300.0, 20_000), 180.0);
         assert_eq!(model.output(300.0).rate_deg_s, 0.0);
-        // Freed, it leaves as if from rest: w = -A 180 h + O(h^2) after a tick.
+        // The motion away from the stop starts from rest: w = -A 180 h + O(h^2) after a tick.
         model.step(0.0);
         let rate = model.output(0.0).rate_deg_s;
         assert!((rate + 900.0 * 180.0 * TICK_S).abs() < 0.02, "{rate}");
@@ -231,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn a_form_between_the_forms_is_refused() {
+    fn a_fractional_rate_limit_form_is_refused() {
         let parameters = BlackBox2Parameters {
             rate_limit_form: 0.5,
             ..Default::default()

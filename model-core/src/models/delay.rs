@@ -1,25 +1,26 @@
-//! A transport delay of whole ticks, without a heap.
+//! Transport delay of whole ticks, without a heap.
 
 #[cfg(feature = "serde")]
-mod kept;
+mod serialization;
 
-/// Gives back each value `delay_ticks` calls after it came in, for up to `N` ticks.
+/// Returns each value `delay_ticks` calls after it was passed in, for up to `N` ticks.
 ///
-/// The paper puts one such delay in front of the actuator (section III: 0.0175 s, 350 ticks,
-/// "because of the test setup"). Before its first value the line gives its first value: the
-/// command is taken to have stood there for ever.
+/// The paper
+/// has one such delay at the input of the actuator (section III: 0.0175 s, 350 ticks, "because of
+/// the test setup"). Until the delay has elapsed the line returns its first value, as if the
+/// command had been constant before.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DelayLine<const N: usize> {
     delay_ticks: usize,
-    /// The values under way, in the first `delay_ticks` places.
+    /// The values in transit, in the first `delay_ticks` elements.
     ring: [f64; N],
     oldest: usize,
-    /// Whether the first value came in.
+    /// Whether the first value was received.
     started: bool,
 }
 
 impl<const N: usize> DelayLine<N> {
-    /// A line that delays by `delay_ticks`; `None` if that is more than `N`.
+    /// A line with a delay of `delay_ticks`; `None` if that is more than `N`.
     ///
     /// ```
     /// use model_core::models::delay::DelayLine;
@@ -38,19 +39,20 @@ impl<const N: usize> DelayLine<N> {
         })
     }
 
-    /// Takes the value of this tick and gives the one of `delay_ticks` ago. Any value passes
-    /// unchanged, NaN included.
+    /// Accepts the value of this tick and returns that of `delay_ticks` ago. Every value passes
+    /// unchanged, including NaN.
     #[inline]
     pub fn shift(&mut self, value: f64) -> f64 {
         if self.delay_ticks == 0 {
             return value;
         }
         if !self.started {
-            // In place: the line of the actuator is 160 KB, too much for a stack and for every tick.
+            // In place: the actuator's line has 160 KB, too much to copy to the stack or in every
+            // tick.
             self.ring.fill(value);
             self.started = true;
         }
-        // `oldest < delay_ticks <= N` always; `map_or` spares the panic path of an index.
+        // `oldest < delay_ticks <= N` always holds; `map_or` avoids the panic path of an index.
         let delayed = self
             .ring
             .get_mut(self.oldest)
@@ -69,14 +71,14 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn the_longest_delay_is_the_capacity() {
+    fn the_maximum_delay_is_the_capacity() {
         assert!(DelayLine::<350>::try_new(350).is_some());
         assert!(DelayLine::<350>::try_new(351).is_none());
         assert!(DelayLine::<350>::try_new(u64::MAX).is_none());
     }
 
     #[test]
-    fn nan_and_infinity_pass_like_any_value() {
+    fn nan_and_infinity_pass_unchanged() {
         let mut line = DelayLine::<1>::try_new(1).unwrap();
         assert!(line.shift(f64::NAN).is_nan());
         assert!(line.shift(f64::INFINITY).is_nan());
@@ -86,7 +88,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn each_value_comes_out_the_delay_later_and_the_first_before_that(
+        fn each_value_is_returned_after_the_delay_and_the_first_value_before(
             delay in 0_usize..=8,
             values in proptest::collection::vec(-1e3..1e3, 1..40),
         ) {

@@ -5,14 +5,14 @@
 //! v  = Kp e + x                 u  = sat(v, -umax, umax)
 //! x' = Ki e + Kaw (u - v) + Kawr (ws - w)
 //! w' = (K(u) u - w)/tau         K(u) = Kup for u > 0, Kdn otherwise
-//! theta' = ws, stopped at +-pos
+//! theta' = ws, limited to +-pos
 //! ```
 //!
-//! in continuous time, by a Runge-Kutta step of one tick. The defaults are the consistent reading
-//! of equations (1) and (2); [`crate::presets`] has the others.
+//! in continuous time, with a Runge-Kutta step of one tick. The defaults are the consistent reading
+//! of equations (1) and (2); [`crate::presets`] contains the others.
 //!
-//! The paper describes the anti-windup as "a gain to offset the accumulated error in the
-//! integral" and prints no number: it can act on the duty limit (Kaw) and on the rate limit (Kawr).
+//! The paper describes the anti-windup as "a gain to offset the accumulated error in the integral"
+//! and prints no number: it can act on the duty limit (Kaw) and on the rate limit (Kawr).
 
 use super::{ActuatorModel, Output, rk4};
 use crate::limits::{hard_stop, within};
@@ -22,8 +22,9 @@ use crate::time::TICK_S;
 crate::parameters! {
     /// Parameters of the grey box.
     ///
-    /// The ranges bound each alone. Together, the pole of the rate loop, `K Kp/tau`, has to stay
-    /// below 2.7 a tick, 54,000 rad/s, for the Runge-Kutta step to be stable; the default is 28.
+    /// The ranges limit each parameter individually. In addition, the
+    /// pole of the rate loop, `K Kp/tau`, must remain below 2.7 per tick, 54,000 rad/s, for the
+    /// Runge-Kutta step to be stable; the default is 28 rad/s.
     pub struct GreyBoxParameters {
         /// Steady rate per duty for positive duty.
         motor_gain_up ["Kup"]: 2.836, "(deg/s)/%", 0.0, 1000.0, "paper, eq. (2), read as G(s) = 2.836/(1 + 0.1318 s)";
@@ -41,11 +42,11 @@ crate::parameters! {
         anti_windup_gain ["Kaw"]: 7.586, "1/s", 0.0, 10_000.0, "1/Ti, the external-reset form; the paper prints none";
         /// Gain of the anti-windup by back-calculation from the rate limit.
         rate_anti_windup_gain ["Kawr"]: 0.0, "%/deg", 0.0, 10_000.0, "none; the paper prints no anti-windup number";
-        /// Greatest magnitude of the duty.
+        /// Maximum magnitude of the duty.
         duty_limit_pct ["umax"]: 100.0, "%", 0.0, f64::INFINITY, "the whole bridge";
-        /// Greatest rate upward.
+        /// Maximum rate in positive direction.
         rate_limit_up_deg_s ["rup"]: f64::INFINITY, "deg/s", 0.0, f64::INFINITY, "none beyond the duty limit";
-        /// Greatest rate downward.
+        /// Maximum rate in negative direction.
         rate_limit_down_deg_s ["rdn"]: f64::INFINITY, "deg/s", 0.0, f64::INFINITY, "none beyond the duty limit";
         /// Hard stops at plus and minus this angle.
         position_limit_deg ["pos"]: 180.0, "deg", 0.0, f64::INFINITY, "paper, section III.A: deflection limit of 180 degrees";
@@ -59,19 +60,19 @@ pub struct GreyBox {
     #[cfg_attr(feature = "serde", serde(with = "crate::parameter::as_values"))]
     parameters: GreyBoxParameters,
     angle_deg: f64,
-    /// Rate of the motor before its limit.
+    /// Motor rate before the limit.
     rate_deg_s: f64,
     /// Integrator of the rate loop.
     integral_pct: f64,
 }
 
-/// What the controller makes of a state.
+/// Output of the controller.
 struct Control {
-    /// Rate after its limit, `ws`.
+    /// Rate after the limit, `ws`.
     limited_rate_deg_s: f64,
-    /// Error of the rate, `e`.
+    /// Rate error, `e`.
     error_deg_s: f64,
-    /// Duty before its limit, `v`.
+    /// Duty before the limit, `v`.
     demand_pct: f64,
     /// Duty, `u`.
     duty_pct: f64,
@@ -81,7 +82,7 @@ impl GreyBox {
     /// The model with these parameters, at rest at zero.
     ///
     /// # Errors
-    /// The first parameter that is NaN or outside its range.
+    /// Names the first parameter that is NaN or outside its range.
     ///
     /// ```
     /// use model_core::models::{ActuatorModel, grey_box::GreyBox};
@@ -178,14 +179,14 @@ mod tests {
     }
 
     #[test]
-    fn a_small_step_is_answered_as_if_the_pi_zero_cancels_the_motor_pole() {
-        // F G = 28.36/s closed over the rate, 8/s over the angle.
+    fn a_small_step_response_shows_that_the_pi_zero_cancels_the_motor_pole() {
+        // Rate loop F G = 28.36/s, position loop 8/s.
         let natural_rad_s = libm::sqrt(8.0 * 28.36);
         let damping = 28.36 / (2.0 * natural_rad_s);
         let mut model = model(&[]);
         for tick in 0..TICKS_PER_SECOND {
             let exact = second_order_step(natural_rad_s, damping, crate::time::seconds(tick));
-            // Rounding of at most 4e-16 a tick, times the 20,000 ticks.
+            // Rounding of at most 4e-16 per tick over 20,000 ticks.
             assert!((model.output(1.0).angle_deg - exact).abs() < 1e-11);
             model.step(1.0);
         }
@@ -198,7 +199,7 @@ mod tests {
             angle_after(&mut model, command_deg, 8000);
             let seen = model.output(command_deg);
             assert_eq!(seen.duty_pct.abs(), 100.0);
-            // Of the way from -350 to 240 exp(-0.4 54) = 4e-10 is left.
+            // Of the change from -350 to 240, exp(-0.4 54) = 4e-10 remains.
             assert!((seen.rate_deg_s - rate_deg_s).abs() < 1e-6, "{seen:?}");
         }
     }
@@ -213,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn the_hard_stop_takes_all_of_the_rate() {
+    fn the_hard_stop_sets_the_rate_to_zero() {
         let mut model = model(&[]);
         assert_eq!(angle_after(&mut model, 300.0, 40_000), 180.0);
         assert_eq!(model.output(300.0).rate_deg_s, 0.0);

@@ -1,11 +1,12 @@
 //! The paper's three actuator models, in `f64`.
 //!
-//! Each is a set of parameters, checked once by its `try_new`, and a state that starts at rest at
-//! zero. A model moves by whole ticks of 50 us ([`crate::time`]) with the command held; the
-//! transport delay of the set-up stands in front of it, in a [`delay::DelayLine`].
+//! Each model has a parameter set, checked once by its
+//! `try_new`, and a state that starts at rest at zero. A model advances by whole ticks of 50 us
+//! ([`crate::time`]) with the command held; the transport delay of the test set-up is outside the
+//! model, in a [`delay::DelayLine`].
 //!
-//! No command makes a model panic. A tick that would end in anything but finite numbers, as under
-//! a NaN command, is not taken: the state stays as it was ([`rk4::step`]).
+//! No command makes a model panic. If a tick would end in a state
+//! that is not finite, for example with a NaN command, the state remains unchanged ([`rk4::step`]).
 
 pub mod black_box_1;
 pub mod black_box_2;
@@ -17,33 +18,34 @@ pub mod rk4;
 mod tests;
 
 crate::parameters! {
-    /// What the test set-up does to a command on its way to the actuator.
+    /// Effect of the test set-up on a command.
     pub struct SetupParameters {
-        /// Transport delay of the command, outside every loop.
+        /// Transport delay of the command, outside all loops.
         delay_s [""]: 0.0175, "s", 0.0, 1.0, "paper, section III: 0.0175 seconds";
-        /// Period at which the host samples the command; 0 passes it on at every tick.
+        /// Sampling period of the host; 0 passes the command on at every tick.
         host_period_s [""]: 0.0, "s", 0.0, 1.0, "the paper's host runs at 0.02 s";
     }
 }
 
-/// What a model shows at the instant of a tick.
+/// Output of a model at a tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Output {
     /// Angle of the output shaft, deg.
     pub angle_deg: f64,
-    /// Its rate, deg/s.
+    /// Rate of the output shaft, deg/s.
     pub rate_deg_s: f64,
     /// Duty at the motor, %; 0 for a model that has none.
     pub duty_pct: f64,
 }
 
-/// An actuator that is told an angle and moves toward it.
+/// A model of an actuator with position command.
 pub trait ActuatorModel {
-    /// What is seen now, before the step, with `command_deg` at the input.
+    /// The output before the step, with `command_deg` at the input.
     ///
-    /// Rate and duty may depend on the command directly, and are NaN under a NaN command then.
+    /// Rate and duty may depend
+    /// directly on the command and are then NaN for a NaN command.
     fn output(&self, command_deg: f64) -> Output;
 
-    /// Moves through one tick with `command_deg` held.
+    /// Advances one tick with `command_deg` held.
     fn step(&mut self, command_deg: f64);
 }

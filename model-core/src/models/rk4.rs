@@ -1,8 +1,9 @@
-//! The classical Runge-Kutta method of fourth order, with a fixed step.
+//! The classical fourth-order Runge-Kutta method with a fixed step.
 
-/// The state `h` later than `y`, where `f` is the derivative of the state.
+/// The state at `h` after `y`, where `f` is the derivative of the state.
 ///
-/// Where the result is not finite, `y` is returned: NaN and infinity never enter a state.
+/// Returns `y` if the result
+/// is not finite, so that NaN and infinity never enter a state.
 ///
 /// ```
 /// let [y] = model_core::models::rk4::step([1.0], 0.1, |[y]| [-y]);
@@ -40,9 +41,9 @@ mod tests {
     }
 
     #[test]
-    fn half_the_step_makes_a_sixteenth_of_the_error() {
+    fn halving_the_step_reduces_the_error_sixteenfold() {
         let ratio = error(100) / error(200);
-        // Fourth order in the limit; the next order is worth about 1/100 here.
+        // Fourth order in the limit; the next order contributes about 1/100 here.
         assert!((ratio - 16.0).abs() < 0.3, "ratio {ratio}");
     }
 }

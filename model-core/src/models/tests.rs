@@ -1,4 +1,4 @@
-//! What the tests of the models share, and what holds for each of them.
+//! Helpers of the model tests, and tests common to all models.
 
 use super::ActuatorModel;
 use super::black_box_1::{BlackBox1, BlackBox1Parameters};
@@ -10,7 +10,7 @@ use proptest::prelude::*;
 use std::boxed::Box;
 use std::vec::Vec;
 
-/// Angle after so many ticks with the command held, deg.
+/// Angle after `ticks` with the command held, deg.
 pub(super) fn angle_after(model: &mut impl ActuatorModel, command_deg: f64, ticks: u32) -> f64 {
     for _ in 0..ticks {
         model.step(command_deg);
@@ -18,7 +18,7 @@ pub(super) fn angle_after(model: &mut impl ActuatorModel, command_deg: f64, tick
     model.output(command_deg).angle_deg
 }
 
-/// Time by which the model is behind a ramp of this slope after two seconds, s.
+/// Lag behind a ramp of this slope after two seconds, s.
 pub(super) fn ramp_lag_s(model: &mut impl ActuatorModel, slope_deg_s: f64) -> f64 {
     let command_deg = |tick: u32| slope_deg_s * f64::from(tick) * TICK_S;
     for tick in 0..40_000 {
@@ -28,7 +28,7 @@ pub(super) fn ramp_lag_s(model: &mut impl ActuatorModel, slope_deg_s: f64) -> f6
     (command_deg(40_000) - angle_deg) / slope_deg_s
 }
 
-/// Unit step of `wn^2/(s^2 + 2 z wn s + wn^2)` for `z < 1`.
+/// Unit step response of `wn^2/(s^2 + 2 z wn s + wn^2)` for `z < 1`.
 pub(super) fn second_order_step(natural_rad_s: f64, damping: f64, t_s: f64) -> f64 {
     let root = libm::sqrt(1.0 - damping * damping);
     let phase = natural_rad_s * root * t_s;
@@ -36,7 +36,7 @@ pub(super) fn second_order_step(natural_rad_s: f64, damping: f64, t_s: f64) -> f
     1.0 - envelope * (libm::cos(phase) + damping / root * libm::sin(phase))
 }
 
-/// Each model with these limits.
+/// All models with these limits.
 fn limited(up_deg_s: f64, down_deg_s: f64, limit_deg: f64) -> Vec<Box<dyn ActuatorModel>> {
     let mut models: Vec<Box<dyn ActuatorModel>> = std::vec![
         Box::new(
@@ -71,7 +71,7 @@ fn limited(up_deg_s: f64, down_deg_s: f64, limit_deg: f64) -> Vec<Box<dyn Actuat
     models
 }
 
-/// Any number, and now and then one that is none.
+/// Any number, sometimes NaN or infinite.
 fn any_command() -> impl Strategy<Value = f64> {
     prop_oneof![
         6 => -400.0..400.0,
@@ -85,7 +85,7 @@ fn any_command() -> impl Strategy<Value = f64> {
 
 proptest! {
     #[test]
-    fn no_command_takes_a_model_beyond_its_limits_or_its_state_from_the_numbers(
+    fn every_command_leaves_a_model_within_its_limits_and_finite(
         (up, down, stop) in (0.0..500.0, 0.0..500.0, 0.0..180.0),
         commands in proptest::collection::vec((any_command(), 1_u32..400), 1..12),
     ) {
@@ -117,7 +117,7 @@ proptest! {
 }
 
 #[test]
-fn under_a_nan_command_a_model_stays_where_it_is() {
+fn a_nan_command_leaves_the_state_unchanged() {
     for model in &mut limited(240.0, 350.0, 180.0) {
         for _ in 0..1000 {
             model.step(30.0);
@@ -130,7 +130,7 @@ fn under_a_nan_command_a_model_stays_where_it_is() {
 }
 
 #[test]
-fn a_hard_stop_takes_an_outward_rate_and_leaves_an_inward_one() {
+fn a_hard_stop_clears_an_outward_rate_and_keeps_an_inward_one() {
     assert_eq!(hard_stop(181.0, 5.0, 180.0), (180.0, 0.0));
     assert_eq!(hard_stop(181.0, -5.0, 180.0), (180.0, -5.0));
     assert_eq!(hard_stop(-181.0, -5.0, 180.0), (-180.0, 0.0));

@@ -1,7 +1,8 @@
-//! A set of parameters to and from a file: its values in the order of its table.
+//! Serialisation of a parameter set: its values in the order of its table.
 //!
-//! For `#[serde(with = "...")]`: what [`parameters!`](crate::parameters) makes in other crates need
-//! not know serde.
+//! Used by `#[serde(with =
+//! "...")]`, so that types defined by [`parameters!`](crate::parameters) in other crates need no
+//! serde.
 
 use core::{fmt, marker::PhantomData};
 
@@ -34,7 +35,7 @@ impl<'de, P: Parameters> Visitor<'de> for Values<P> {
     type Value = P;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} values of parameters", P::TABLE.len())
+        write!(f, "{} parameter values", P::TABLE.len())
     }
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut values: A) -> Result<P, A::Error> {

@@ -1,4 +1,4 @@
-//! A delay line to and from a file: the values that are under way, and no more.
+//! Serialisation of a delay line: only the values in transit.
 
 use core::fmt;
 
@@ -8,16 +8,16 @@ use serde::{Deserialize, Serialize};
 
 use super::DelayLine;
 
-/// First the delay, then whether a value came in, the place of the oldest, and the values.
+/// Sequence: delay in ticks, whether a value was received, index of the oldest value, the values.
 impl<const N: usize> Serialize for DelayLine<N> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let under_way = self.ring.get(..self.delay_ticks).filter(|_| self.started);
-        let count = under_way.map_or(0, <[f64]>::len);
+        let in_transit = self.ring.get(..self.delay_ticks).filter(|_| self.started);
+        let count = in_transit.map_or(0, <[f64]>::len);
         let mut seq = serializer.serialize_seq(Some(3 + count))?;
         seq.serialize_element(&(self.delay_ticks as u64))?;
-        seq.serialize_element(&under_way.is_some())?;
+        seq.serialize_element(&in_transit.is_some())?;
         seq.serialize_element(&(self.oldest as u64))?;
-        for value in under_way.into_iter().flatten() {
+        for value in in_transit.into_iter().flatten() {
             seq.serialize_element(value)?;
         }
         seq.end()
@@ -36,7 +36,7 @@ impl<'de, const N: usize> Visitor<'de> for Line<N> {
     type Value = DelayLine<N>;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "a delay of at most {N} ticks and the values under way")
+        write!(f, "a delay of at most {N} ticks and the values in transit")
     }
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Self::Value, A::Error> {
@@ -45,9 +45,9 @@ impl<'de, const N: usize> Visitor<'de> for Line<N> {
         let has_begun = seq.next_element()?.ok_or_else(|| missing(1))?;
         let oldest: u64 = seq.next_element()?.ok_or_else(|| missing(2))?;
         let line = DelayLine::try_new(delay_ticks);
-        let mut line = line.ok_or_else(|| A::Error::custom("a delay beyond the line"))?;
+        let mut line = line.ok_or_else(|| A::Error::custom("a delay longer than the line"))?;
         if oldest != 0 && oldest >= delay_ticks {
-            return Err(A::Error::custom("a place beyond the delay"));
+            return Err(A::Error::custom("an index beyond the delay"));
         }
         line.oldest = oldest as usize;
         line.started = has_begun;
