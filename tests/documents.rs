@@ -95,9 +95,7 @@ fn every_path_that_the_guides_name_exists() {
     for guide in ["README.md", "CONTRIBUTING.md", "docs/architecture.md"] {
         let text = fs::read_to_string(workspace().join(guide)).expect("a guide");
         let paths = paths(&text);
-        let absent = paths
-            .iter()
-            .filter(|path| !workspace().join(path).exists());
+        let absent = paths.iter().filter(|path| !workspace().join(path).exists());
         missing.extend(absent.map(|path| format!("{guide}: {path}")));
     }
     assert!(missing.is_empty(), "{missing:#?}");
@@ -105,7 +103,16 @@ fn every_path_that_the_guides_name_exists() {
 
 #[test]
 fn links_paths_and_anchors_are_recognised() {
-    assert_eq!(links("[a](b.md#c), [d](https://e), [f](g)"), ["b.md#c", "g"]);
-    assert_eq!(paths("`a/b.rs`, `c/`, `d`, `--e/f`, `cargo x`"), ["a/b.rs", "c/"]);
-    assert_eq!(anchor("## What it carries, and not"), "what-it-carries-and-not");
+    assert_eq!(
+        links("[a](b.md#c), [d](https://e), [f](g)"),
+        ["b.md#c", "g"]
+    );
+    assert_eq!(
+        paths("`a/b.rs`, `c/`, `d`, `--e/f`, `cargo x`"),
+        ["a/b.rs", "c/"]
+    );
+    assert_eq!(
+        anchor("## What it carries, and not"),
+        "what-it-carries-and-not"
+    );
 }

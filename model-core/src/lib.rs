@@ -1,8 +1,8 @@
 //! Control core, actuator models and excitations of a smart RC-servo actuator.
 //!
-//! The crate knows no bus, no hardware, no clock and no heap: structs go in, structs come out.
-//! What the board computes is fixed point ([`control`], [`excitation`]); what stands for the
-//! physical world is `f64` ([`models`], [`plant`], [`sensors`]).
+//! The crate knows no bus, no hardware, no clock and no heap: structs go in, structs come out. What
+//! the board computes is fixed point ([`control`], [`excitation`]); what stands for the physical
+//! world is `f64` ([`models`], [`plant`], [`sensors`]).
 
 #![no_std]
 

@@ -1,10 +1,9 @@
 //! Presets: named readings of the paper.
 //!
-//! The paper's numbers contradict each other: a motor gain of
-//! 2.836/7.586 gives 37.4 deg/s at full duty where +240 and -350 deg/s were measured. Each preset
-//! is one reading of them, as changes to the defaults of the parameter tables. The grey box and the
-//! board have parameters of the same names and share presets; a preset that applies to one of them
-//! only says so.
+//! The paper's numbers contradict each other: a motor gain of 2.836/7.586 gives 37.4 deg/s at full
+//! duty where +240 and -350 deg/s were measured. Each preset is one reading of them, as changes to
+//! the defaults of the parameter tables. The grey box and the board have parameters of the same
+//! names and share presets; a preset that applies to one of them only says so.
 
 /// A named set of parameter values.
 #[derive(Debug, Clone, Copy, PartialEq)]

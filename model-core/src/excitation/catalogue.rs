@@ -1,7 +1,7 @@
 //! The standard inputs by name, with their parameters.
 //!
-//! A command line names an [`Input`], lists its table, sets its parameters by name, and asks for
-//! the [`Excitation`].
+//! A command line selects an [`Input`] by name, lists its table, sets its parameters by name and
+//! obtains the [`Excitation`].
 
 use super::Excitation;
 use super::chirp::{Chirp, ChirpParameters};
@@ -42,8 +42,8 @@ macro_rules! catalogue {
             /// The names of all inputs.
             pub const NAMES: &'static [&'static str] = &[$($name),+];
 
-            /// The input of this name with its default parameters. `varstep` and `3211` are other
-            /// names of `variable-step` and `3-2-1-1`.
+            /// The input with this name and default parameters. `varstep` and `3211` are aliases of
+            /// `variable-step` and `3-2-1-1`.
             pub fn named(name: &str) -> Option<Self> {
                 match name {
                     $($name $(| $alias)? => Some(Self::$Variant(Default::default())),)+
@@ -51,24 +51,24 @@ macro_rules! catalogue {
                 }
             }
 
-            /// Its name.
+            /// Name.
             pub fn name(&self) -> &'static str {
                 match self { $(Self::$Variant(_) => $name,)+ }
             }
 
-            /// Its other name, if it has one.
+            /// Alias, if any.
             pub fn alias(&self) -> Option<&'static str> {
                 match self { $(Self::$Variant(_) => None$(.or(Some($alias)))?,)+ }
             }
 
-            /// What it is, in a sentence.
+            /// Description in one sentence.
             pub fn summary(&self) -> &'static str {
                 match self {
                     $(Self::$Variant(_) => crate::parameter::trimmed(concat!($($summary),+)),)+
                 }
             }
 
-            /// What is known of its parameters.
+            /// Descriptions of its parameters.
             pub fn table(&self) -> &'static [Parameter] {
                 match self { $(Self::$Variant(_) => $Parameters::TABLE,)+ }
             }
@@ -78,10 +78,10 @@ macro_rules! catalogue {
                 match self { $(Self::$Variant(parameters) => parameters.get(index),)+ }
             }
 
-            /// Sets the parameter called `name`, by name or by symbol.
+            /// Sets the parameter with this name or symbol.
             ///
             /// # Errors
-            /// Those of [`Parameters::set`].
+            /// As for [`Parameters::set`].
             pub fn set(&mut self, name: &str, value: f64) -> Result<(), ParameterError> {
                 match self { $(Self::$Variant(parameters) => parameters.set(name, value),)+ }
             }
@@ -98,11 +98,10 @@ macro_rules! catalogue {
                 }
             }
 
-            /// How long a run with it takes: until all of it has been seen, and a rest in which
-            /// the actuator settles.
+            /// Duration of a run: the duration of the input plus a settling time of the actuator.
             ///
             /// # Errors
-            /// Those of [`Input::excitation`].
+            /// As for [`Input::excitation`].
             pub fn duration_ticks(&self) -> Result<u64, ParameterError> {
                 let rest_s = match self { $(Self::$Variant(_) => $rest_s,)+ };
                 Ok(self.excitation()?.duration_ticks().saturating_add(ticks(rest_s)))
@@ -119,9 +118,9 @@ catalogue! {
         "variable-step" or "varstep", rest 0.0;
     /// Straight lines up and down with holds.
     Ramp(RampParameters) => Ramp, Ramp::try_new, "ramp", rest 0.0;
-    /// A sine whose frequency rises evenly.
+    /// A sine with linearly increasing frequency.
     Chirp(ChirpParameters) => Chirp, Chirp::try_linear, "chirp", rest 0.5;
-    /// A sine whose frequency rises by equal ratios in equal times.
+    /// A sine with exponentially increasing frequency.
     LogChirp(ChirpParameters) => Chirp, Chirp::try_logarithmic, "log-chirp", rest 0.5;
     /// A sine of one frequency.
     Sine(SineParameters) => Sine, SteadySine::try_new, "sine", rest 4.0;

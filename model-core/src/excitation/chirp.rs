@@ -1,4 +1,4 @@
-//! A sine whose frequency sweeps once from one end to the other.
+//! A sine with one frequency sweep.
 
 use super::phase::{Exponential, Quadratic};
 use super::sine::{scaled, sine};
@@ -15,17 +15,17 @@ crate::parameters! {
         start_hz ["f0"]: 0.1, "Hz", 1e-4, 1000.0, "far below the bandwidth; the paper prints none";
         /// Frequency at the end.
         end_hz ["f1"]: 10.0, "Hz", 1e-4, 1000.0, "twice the bandwidth of 4.775 Hz; the paper prints none";
-        /// Length of the sweep; zero after it.
+        /// Duration of the sweep; the command is zero after it.
         duration_s ["T"]: 20.0, "s", 1e-3, 3600.0, "the paper prints none";
     }
 }
 
-/// How the frequency runs from one end to the other.
+/// Law of the frequency sweep.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sweep {
-    /// Equal times for equal differences.
+    /// Linear in time.
     Linear(Quadratic),
-    /// Equal times for equal ratios.
+    /// Exponential in time: linear in octaves.
     Logarithmic(Exponential),
 }
 
@@ -34,7 +34,7 @@ pub enum Sweep {
 /// ```
 /// use model_core::control::units::Angle;
 /// use model_core::excitation::{chirp::{Chirp, Sweep}, phase::Quadratic};
-/// // Computed by the compiler: no floating point is left for the board.
+/// // Evaluated at compile time: the board needs no floating point.
 /// const CHIRP: Chirp = Chirp {
 ///     amplitude: Angle::lit("5"),
 ///     duration_ticks: 400_000,
@@ -46,9 +46,9 @@ pub enum Sweep {
 pub struct Chirp {
     /// Amplitude.
     pub amplitude: Angle,
-    /// Length of the sweep.
+    /// Duration of the sweep.
     pub duration_ticks: u64,
-    /// Its law.
+    /// Law of the frequency sweep.
     pub sweep: Sweep,
 }
 
@@ -89,7 +89,7 @@ impl Chirp {
     pub fn try_logarithmic(parameters: &ChirpParameters) -> Result<Self, ParameterError> {
         let mut chirp = Self::try_linear(parameters)?;
         let ticks = chirp.duration_ticks;
-        // Where the ends are too near to each other the linear law is the logarithmic one.
+        // If the two frequencies are too close, the linear law is equivalent.
         if let Some(sweep) = Exponential::sweep(parameters.start_hz, parameters.end_hz, ticks) {
             chirp.sweep = Sweep::Logarithmic(sweep);
         }
@@ -114,7 +114,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_logarithmic_chirp_between_equal_ends_is_a_sine() {
+    fn a_logarithmic_chirp_between_equal_frequencies_is_a_sine() {
         let steady = ChirpParameters {
             start_hz: 2.0,
             end_hz: 2.0,
@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn each_law_spends_its_time_as_it_says() {
+    fn each_law_makes_the_number_of_turns_of_its_closed_form() {
         let turns = |chirp: Chirp, until: u64| {
             let positive = |tick| chirp.command(tick) > 0;
             (1..until)

@@ -1,6 +1,7 @@
 //! The power of two in integer arithmetic, for the logarithmic chirp.
 
-/// Terms of the power series after the one; the first one left out, (ln 2)^19/19!, is below 2^-66.
+/// Terms of the power series after the constant; the first omitted term, (ln 2)^19/19!, is below
+/// 2^-66.
 const TERMS: usize = 18;
 
 /// `(ln 2)^k / k!` for `k` from 1, in units of 2^-64.
@@ -28,7 +29,7 @@ pub const fn product(a: u64, b: u64) -> u64 {
     ((a as u128 * b as u128) >> 64) as u64
 }
 
-/// `2^-y` in units of 2^-63, for `y` in units of 2^-96. It is off by less than 1e-18.
+/// `2^-y` in units of 2^-63, for `y` in units of 2^-96, with an error below 1e-18.
 ///
 /// ```
 /// use model_core::excitation::exp2::exp2_negative;
@@ -37,7 +38,8 @@ pub const fn product(a: u64, b: u64) -> u64 {
 /// ```
 pub const fn exp2_negative(y: u128) -> u64 {
     let fraction = (y >> 32) as u64;
-    // The alternating series of e^-z. Each coefficient is more than the next one times a fraction.
+    // The alternating series of e^-z. Each coefficient exceeds the next one times a fraction, so no
+    // difference is negative.
     let mut sum = SERIES[TERMS - 1];
     let mut k = TERMS - 1;
     while k > 0 {
@@ -58,8 +60,8 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn the_power_of_two_agrees_with_libm_to_its_last_bits() {
-        // libm's own error, one unit of 2^-53 and the rounding of its argument, is the tolerance.
+    fn the_power_of_two_agrees_with_libm() {
+        // The tolerance is libm's own error: one unit of 2^-53 and the rounding of its argument.
         let two_to_the_96 = libm::exp2(96.0);
         for i in 0..200_000 {
             let y = f64::from(i) / 10_000.0;
@@ -74,12 +76,12 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_power_of_two_never_rises(y: u128, more: u128) {
+        fn the_power_of_two_decreases_monotonically(y: u128, more: u128) {
             prop_assert!(exp2_negative(y.saturating_add(more)) <= exp2_negative(y));
         }
 
         #[test]
-        fn two_halves_of_an_octave_make_an_octave(half in 0_u128..1 << 96) {
+        fn complementary_powers_multiply_to_one_half(half in 0_u128..1 << 96) {
             // 2^-h * 2^-(1-h) = 1/2.
             let h = u128::from(exp2_negative(half));
             let rest = u128::from(exp2_negative((1 << 96) - half));

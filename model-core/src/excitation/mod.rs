@@ -1,9 +1,9 @@
-//! Test inputs by integer tick, exact on every target.
+//! Test inputs as functions of the integer tick, bit-identical on every target.
 //!
-//! A command is a function of the tick alone: no cursor, no history, no floating point. The board
-//! asks at every 80th tick, the simulation at every one, a delayed reader asks for the past, and
-//! all get the same bits. Floating point serves the constructors only; the fields are integers that
-//! a `const` can hold or a bus can carry.
+//! A command depends on the tick only: there is no internal state and no floating point. The board
+//! evaluates every 80th tick, the simulation every tick, a delayed reader past ticks, and all
+//! obtain the same bits. Only constructors use floating point; the fields are integers, suitable
+//! for a `const` or for transmission over a bus.
 //!
 //! [`catalogue`] lists the standard inputs with their parameters by name.
 
@@ -35,24 +35,24 @@ use core::num::NonZeroU64;
 pub enum Excitation<'a> {
     /// Pulse, doublet, 3-2-1-1.
     Multistep(multistep::Multistep),
-    /// Levels of equal length.
+    /// Levels of equal duration.
     VariableStep(variable_step::VariableStep<'a>),
-    /// Straight lines.
+    /// Straight lines between breakpoints.
     Ramp(ramp::Ramp),
-    /// A sweep of the frequency, linear or logarithmic.
+    /// A frequency sweep, linear or logarithmic.
     Chirp(chirp::Chirp),
     /// One frequency.
     Sine(steady_sine::SteadySine),
     /// A pseudo-random binary sequence.
     Prbs(prbs::Prbs),
-    /// Many frequencies at once.
+    /// Several frequencies simultaneously.
     Multisine(multisine::Multisine),
     /// A recorded sequence.
     Recorded(recorded::Recorded<'a>),
 }
 
 impl Excitation<'_> {
-    /// The command at a tick. Beyond its end an input holds its final value.
+    /// The command at a tick. After its end an input keeps its final value.
     pub fn command(&self, tick: u64) -> Angle {
         match self {
             Self::Multistep(input) => input.command(tick),
@@ -66,7 +66,7 @@ impl Excitation<'_> {
         }
     }
 
-    /// Ticks until all of it has been seen: the end of what ends, a period of what repeats itself.
+    /// Duration in ticks: until the end of a finite input, or one period of a periodic one.
     pub fn duration_ticks(&self) -> u64 {
         match self {
             Self::Multistep(input) => input.duration_ticks(),
@@ -81,13 +81,13 @@ impl Excitation<'_> {
     }
 }
 
-/// The whole product. On the board all inputs share this one.
+/// The full product; one function shared by all inputs on the board.
 #[cfg_attr(target_os = "none", inline(never))]
 const fn product(a: i64, b: i64) -> i128 {
     a as i128 * b as i128
 }
 
-/// The angle of so many of its least steps; beyond its ends the last one.
+/// The angle with this number of LSBs, saturated.
 #[cfg_attr(target_os = "none", inline(never))]
 const fn saturated(bits: i128) -> Angle {
     if bits > i64::MAX as i128 {
@@ -99,7 +99,7 @@ const fn saturated(bits: i128) -> Angle {
     }
 }
 
-/// `ticks`, or one where there are none.
+/// `ticks`, at least one.
 fn at_least_one(ticks: u64) -> NonZeroU64 {
     NonZeroU64::new(ticks).unwrap_or(NonZeroU64::MIN)
 }

@@ -1,9 +1,9 @@
 //! A sum of cosines of equal amplitude at multiples of one frequency.
 //!
-//! The phases after Schroeder (IEEE Transactions on Information Theory 16 (1970) 85-89),
-//! `-pi k (k - 1)/N` for line `k` of `N`, keep the peak low: with odd lines it stays below 1.9
-//! times the RMS. From line to line the phase changes by an amount that itself changes evenly, so
-//! that two sums replace all products.
+//! Schroeder phases (IEEE Transactions on Information Theory 16 (1970) 85-89), `-pi k (k - 1)/N`
+//! for line `k` of `N`, give a low crest factor: with odd lines the peak is below 1.9 times the
+//! RMS. The phase difference between lines changes by a constant amount, so that two sums replace
+//! all products.
 
 use super::phase::Quadratic;
 use super::sine::{QUARTER, scaled, sine};
@@ -15,20 +15,20 @@ use core::num::{NonZeroU8, NonZeroU32};
 crate::parameters! {
     /// A multisine with Schroeder phases.
     pub struct MultisineParameters {
-        /// Amplitude of each line; the RMS of the whole is `sqrt(lines/2)` times as much.
+        /// Amplitude of each line; the total RMS is `sqrt(lines/2)` times this value.
         amplitude_deg [""]: 1.0, "deg", -32768.0, 32767.0, "eleven encoder counts a line, and a peak of 5.4 deg";
-        /// Frequency of which all lines are multiples; its inverse is the period.
+        /// Base frequency, of which all lines are multiples; its inverse is the period.
         base_hz ["f0"]: 0.25, "Hz", 1e-4, 100.0, "a period of 4 s";
         /// First line as a multiple of the base frequency, a whole number.
         first_line [""]: 1.0, "1", 1.0, 1000.0, "the base frequency";
-        /// Distance of the lines, a whole number.
+        /// Spacing of the lines, a whole number.
         line_step [""]: 2.0, "1", 1.0, 1000.0, "odd lines: what appears at the even ones is not linear";
         /// Number of lines, a whole number.
         lines ["N"]: 20.0, "1", 1.0, 32.0, "up to 9.75 Hz, twice the bandwidth of 4.775 Hz";
     }
 }
 
-/// A multisine from tick 0 and for ever.
+/// A multisine from tick 0 without end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Multisine {
     /// Amplitude of each line.
@@ -39,14 +39,14 @@ pub struct Multisine {
     pub period_ticks: u64,
     /// First line as a multiple of the base frequency.
     pub first_line: u16,
-    /// Distance of the lines.
+    /// Spacing of the lines.
     pub line_step: u16,
     /// Number of lines.
     pub lines: NonZeroU8,
 }
 
 impl Multisine {
-    /// A multisine of these parameters; whole numbers are the nearest ones.
+    /// A multisine with these parameters; whole numbers are rounded.
     ///
     /// ```
     /// use model_core::excitation::multisine::{Multisine, MultisineParameters};
@@ -74,7 +74,7 @@ impl Multisine {
     /// The command at a tick.
     pub fn command(&self, tick: u64) -> Angle {
         let base = self.phase.at(tick);
-        // 1/N turn is off by 2^-64 turn, which the last of 255 lines sees 2^15-fold.
+        // 1/N turn has an error of 2^-64 turn, multiplied by 2^15 for the last of 255 lines.
         let share = share(self.lines);
         let mut phase = base
             .wrapping_mul(self.first_line.into())
@@ -91,12 +91,12 @@ impl Multisine {
     }
 }
 
-/// `(2^64 - 1)/n`, rounded down: in four digits of 16 bits, each of which is a division of 32 bits.
+/// `(2^64 - 1)/n`, rounded down, calculated in four 16-bit digits with 32-bit divisions.
 fn share(lines: NonZeroU8) -> u64 {
     let lines = NonZeroU32::from(lines);
     let (mut share, mut rest) = (0, 0);
     for _ in 0..4 {
-        // The rest is below 255.
+        // The remainder is below 255.
         let part: u32 = rest << 16 | 0xffff;
         share = share << 16 | u64::from(part / lines);
         rest = part % lines;
@@ -110,7 +110,7 @@ mod tests {
     use core::f64::consts::{PI, TAU};
 
     #[test]
-    fn a_share_is_what_a_division_of_64_bits_gives() {
+    fn a_share_equals_a_64_bit_division() {
         for lines in 1..=u8::MAX {
             let exact = u64::MAX / u64::from(lines);
             assert_eq!(share(NonZeroU8::new(lines).unwrap()), exact, "{lines}");
@@ -135,14 +135,14 @@ mod tests {
                 libm::cos((2.0 * k - 1.0) * turns * TAU - PI * k * (k - 1.0) / n)
             };
             let sum: f64 = (1..=20).map(line).sum();
-            // Half a step of the angle and twenty errors of the sine.
+            // Half an LSB of the angle and twenty errors of the sine.
             let error = (multisine.command(tick).to_num::<f64>() - sum).abs();
             assert!(error < 7.7e-6, "{tick}: {error}");
         }
     }
 
     #[test]
-    fn any_number_of_odd_lines_peaks_below_1_9_times_the_rms() {
+    fn the_peak_of_any_number_of_odd_lines_is_below_1_9_times_the_rms() {
         for lines in 1..=32 {
             let multisine = multisine(f64::from(lines));
             let (mut peak, mut power) = (0_f64, 0.0);

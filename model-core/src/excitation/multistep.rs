@@ -1,7 +1,7 @@
 //! Inputs that alternate between plus and minus one amplitude: pulse, doublet, 3-2-1-1.
 //!
-//! The widths of a 3-2-1-1 make it strong over a broader band than a doublet: at least half its
-//! peak from 0.03 to 0.45 over the unit, against 0.12 to 0.66 (Jategaonkar, "Flight Vehicle System
+//! A 3-2-1-1 has a broader spectrum than a doublet: at least half its peak from 0.03 to 0.45
+//! divided by the unit, compared with 0.12 to 0.66 (Jategaonkar, "Flight Vehicle System
 //! Identification", chapter 2, shows both spectra).
 
 use super::{
@@ -65,7 +65,7 @@ crate::parameters! {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Multistep {
-    /// Magnitude of every step; where it is negative the first step goes down.
+    /// Magnitude of every step; if negative, the first step is downward.
     pub amplitude: Angle,
     /// Tick of the first edge.
     pub start_tick: u64,
@@ -76,7 +76,7 @@ pub struct Multistep {
 }
 
 impl Multistep {
-    /// One step up and back; none where it would end before it starts.
+    /// One step up and back; zero if it would end before it starts.
     ///
     /// ```
     /// use model_core::excitation::multistep::{Multistep, PulseParameters};
@@ -155,7 +155,7 @@ impl Multistep {
         Angle::ZERO
     }
 
-    /// Ticks until it is zero for good.
+    /// Ticks until the command remains zero.
     pub fn duration_ticks(&self) -> u64 {
         let units: u64 = self.widths.iter().map(|&width| u64::from(width)).sum();
         self.start_tick
@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pulse_that_ends_before_it_starts_is_none() {
+    fn a_pulse_that_ends_before_it_starts_is_zero() {
         let backward = PulseParameters {
             start_s: 3.0,
             end_s: 1.0,
@@ -195,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn the_least_angle_saturates_when_its_sign_changes() {
+    fn the_smallest_angle_saturates_when_negated() {
         let mut doublet = Multistep::try_doublet(&Default::default()).unwrap();
         doublet.amplitude = Angle::MIN;
         assert_eq!(doublet.command(20_000), Angle::MIN);
@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn a_parameter_that_is_no_number_is_refused() {
+    fn a_nan_parameter_is_refused() {
         let bad = PulseParameters {
             end_s: f64::NAN,
             ..Default::default()

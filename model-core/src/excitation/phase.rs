@@ -1,7 +1,7 @@
 //! Phases by integer tick, exact modulo one turn.
 //!
-//! A phase is a fraction of a turn in units of 2^-64. Whole turns fall off at the upper end of the
-//! integer: what wraps there is right by nature, and no phase drifts however late it is asked for.
+//! A phase is a fraction of a turn in units of 2^-64. Whole turns overflow out of the integer, so
+//! wrapping is exact and no phase drifts with time.
 
 use super::exp2::exp2_negative;
 use crate::time::TICK_S;
@@ -11,11 +11,11 @@ const TWO_TO_THE_64: f64 = 18_446_744_073_709_551_616.0;
 const TWO_TO_THE_96: f64 = (1_u128 << 96) as f64;
 const TWO_TO_THE_128: f64 = TWO_TO_THE_64 * TWO_TO_THE_64;
 
-/// A phase that is a quadratic function of time: a linear sweep of the frequency, or a steady one.
+/// A phase that is a quadratic function of time: a linear frequency sweep or a constant frequency.
 ///
-/// `phase(i) = per_tick * i + per_tick_squared * i^2`. With 128 bits a coefficient is off by 2^-129
-/// turn at most, and after 1,000 s (2e7 ticks) the phase by 1e-24 turn. What remains is the `f64`
-/// of the constructor: 2e-16 of the turns made so far.
+/// `phase(i) = per_tick * i + per_tick_squared * i^2`. With 128 bits the error of a coefficient is
+/// at most 2^-129 turn, and that of the phase after 1,000 s (2e7 ticks) 1e-24 turn. The dominant
+/// error is that of the constructor's `f64`: 2e-16 of the number of turns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Quadratic {
     /// In units of 2^-128 turn per tick; negative ones as two's complement.
@@ -25,7 +25,7 @@ pub struct Quadratic {
 }
 
 impl Quadratic {
-    /// A sweep from one frequency to another within `duration_ticks`, and on beyond it.
+    /// A sweep from one frequency to another within `duration_ticks`, which continues after it.
     ///
     /// ```
     /// use model_core::excitation::phase::Quadratic;
@@ -42,7 +42,7 @@ impl Quadratic {
         }
     }
 
-    /// One frequency for ever.
+    /// A constant frequency.
     ///
     /// ```
     /// use model_core::excitation::phase::Quadratic;
@@ -63,7 +63,7 @@ impl Quadratic {
     }
 }
 
-/// A fraction of a turn in units of 2^-128; NaN is none, and half a turn is the most either way.
+/// A fraction of a turn in units of 2^-128, at most half a turn in either direction; NaN is 0.
 const fn turns(fraction: f64) -> u128 {
     (fraction * TWO_TO_THE_128) as i128 as u128
 }
@@ -72,7 +72,7 @@ const fn turns(fraction: f64) -> u128 {
 ///
 /// With `B = f T / ln r` for the faster end `f` and the ratio `r` of the ends, the phase at `y`
 /// octaves below the faster end is `B 2^-y` plus a constant, or `-B 2^-y` where the frequency
-/// falls. Counted from the faster end the power never exceeds one: its error of 1e-18 costs
+/// falls. Relative to the faster end the power never exceeds one: its error of 1e-18 is an error of
 /// `B * 1e-18` turn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Exponential {
@@ -80,18 +80,18 @@ pub struct Exponential {
     pub scale: u128,
     /// Change of the frequency in octaves per tick, in units of 2^-96.
     pub octaves_per_tick: u128,
-    /// Length of the sweep.
+    /// Duration of the sweep.
     pub duration_ticks: u64,
     /// Whether the frequency rises.
     pub rising: bool,
-    /// What makes the sweep start at phase zero, in units of 2^-64 turn.
+    /// Constant for which the sweep starts at phase zero, in units of 2^-64 turn.
     pub offset: u64,
 }
 
 impl Exponential {
-    /// A sweep from one frequency to another, both above zero, within `duration_ticks`. `None`
-    /// where the two are so near to each other (one part in a million) that [`Quadratic`] is the
-    /// better way to say it: the two laws then differ by 1e-13 of the turns made.
+    /// A sweep from one frequency to another, both above zero, within `duration_ticks`. `None` if
+    /// the two differ by less than one part in a million: use [`Quadratic`], which then differs by
+    /// 1e-13 of the number of turns.
     ///
     /// ```
     /// use model_core::excitation::phase::Exponential;
@@ -114,7 +114,7 @@ impl Exponential {
             offset: 0,
         };
         sweep.offset = sweep.at(0).wrapping_neg();
-        // Written so that NaN fails.
+        // This form rejects NaN.
         (octaves * LN_2 > 1e-6).then_some(sweep)
     }
 
@@ -128,12 +128,12 @@ impl Exponential {
         turns.wrapping_add(self.offset)
     }
 
-    /// `B 2^-y` modulo one turn, so many ticks away from the faster end.
+    /// `B 2^-y` modulo one turn, `ticks` away from the faster end.
     const fn turns(&self, ticks: u64) -> u64 {
         let power = exp2_negative(self.octaves_per_tick.wrapping_mul(ticks as u128));
         let whole = (self.scale >> 64) as u64;
         let fraction = self.scale as u64;
-        // Units of 2^-63 times whole turns: the upper bit that the shift drops is a whole turn.
+        // Units of 2^-63 times whole turns: the bit that the shift discards is a whole turn.
         let of_whole = whole.wrapping_mul(power) << 1;
         of_whole.wrapping_add(((fraction as u128 * power as u128) >> 63) as u64)
     }
@@ -158,7 +158,7 @@ mod tests {
             for tick in (0..=ticks).step_by(9_973) {
                 let t = tick as f64 / TICKS_PER_SECOND as f64;
                 let turns = (start + (end - start) / 2000.0 * t) * t;
-                // 1e-11 of it is the f64 formula's own: 50,000 turns of 2^-53.
+                // 1e-11 of it is the error of the f64 formula: 50,000 turns of 2^-53.
                 assert!(
                     distance(sweep.at(tick), turns) < 1e-9,
                     "{start} {end} {tick}"
@@ -168,8 +168,8 @@ mod tests {
     }
 
     #[test]
-    fn a_steady_frequency_never_drifts() {
-        // A frequency of 2^-k turn a tick is exact, and so is its phase, for ever.
+    fn a_constant_frequency_does_not_drift() {
+        // A frequency of 2^-k turn per tick is exact, and so is its phase at any time.
         let steady = Quadratic::steady(20_000.0 / 1024.0);
         for turns in [1, 631_152_000_000, u64::MAX / 1024] {
             assert_eq!(steady.at(turns * 1024), 0);
@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn where_the_two_laws_meet_they_agree() {
+    fn both_laws_agree_for_nearly_equal_frequencies() {
         let ticks = 100 * TICKS_PER_SECOND;
         let end = 10.0 * (1.0 + 1.1e-6);
         let exponential = Exponential::sweep(10.0, end, ticks).unwrap();

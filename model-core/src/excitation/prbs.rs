@@ -1,10 +1,9 @@
 //! A pseudo-random binary sequence: a maximal-length shift register over GF(2).
 //!
 //! The register after `c` chips holds the polynomial `x^c` modulo a primitive polynomial, and the
-//! output is its constant term. The power is found by squaring and multiplying, so that any chip
-//! can be asked for without those before it, for some hundred instructions. The sequence of order
-//! `n` repeats itself after `2^n - 1` chips; its spectrum has fallen by 3 dB at 0.44 of the chip
-//! rate.
+//! output is its constant term. The power is calculated by squaring and multiplying, so that any
+//! chip is available without the preceding ones, in some hundred instructions. The sequence of
+//! order `n` repeats after `2^n - 1` chips; its spectrum is 3 dB down at 0.44 of the chip rate.
 
 use super::{
     at_least_one,
@@ -22,20 +21,21 @@ crate::parameters! {
         amplitude_deg [""]: 5.0, "deg", -32768.0, 32767.0, "as the chirp";
         /// Order of the shift register, a whole number: a period has 2^order - 1 chips.
         order ["n"]: 7.0, "choice", 3.0, 16.0, "a period of 10 s";
-        /// Time for which a chip is held.
+        /// Duration of a chip.
         chip_s [""]: 0.08, "s", 50e-6, 1e6, "0.44/chip = 5.5 Hz is above the bandwidth of 4.775 Hz";
-        /// Chip of the sequence that comes first.
+        /// Index of the first chip in the sequence.
         seed [""]: 0.0, "1", 0.0, 65535.0, "the start";
     }
 }
 
-/// The least primitive polynomial of each order from 3, bit `k` for `x^k`. The tests confirm them.
+/// The smallest primitive polynomial of each order from 3, bit `k` for `x^k`; verified by the
+/// tests.
 const POLYNOMIALS: [u32; 14] = [
     0xB, 0x13, 0x25, 0x43, 0x83, 0x11D, 0x211, 0x409, 0x805, 0x1053, 0x201B, 0x402B, 0x8003,
     0x1_002D,
 ];
 
-/// Two levels in pseudo-random order, from tick 0 and for ever.
+/// Two levels in pseudo-random order from tick 0 without end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Prbs {
     amplitude: Angle,
@@ -73,7 +73,7 @@ impl Prbs {
         })
     }
 
-    /// A sequence of these parameters; whole numbers are the nearest ones.
+    /// A sequence with these parameters; whole numbers are rounded.
     ///
     /// ```
     /// use model_core::excitation::prbs::{Prbs, PrbsParameters};
@@ -115,7 +115,7 @@ impl Prbs {
 
     /// Chips in a period.
     fn period(&self) -> NonZeroU64 {
-        // An odd number: the lowest bit is there already.
+        // 2^n - 1 is odd: the lowest bit is already set.
         NonZeroU64::MIN | ((1 << self.order) - 1)
     }
 
@@ -200,14 +200,14 @@ mod tests {
     }
 
     #[test]
-    fn there_is_one_chip_more_up_than_down() {
+    fn a_period_has_one_more_positive_than_negative_chip() {
         for order in 3..=16 {
             assert_eq!(chips(&prbs(order, 0)).iter().sum::<i32>(), 1);
         }
     }
 
     #[test]
-    fn a_seed_starts_the_same_sequence_elsewhere() {
+    fn a_seed_selects_the_first_chip_of_the_sequence() {
         for seed in [1, 126, 127, u32::MAX] {
             for tick in 0..300 {
                 let there = prbs(7, 0).command(tick + u64::from(seed));

@@ -1,12 +1,12 @@
-//! Quotients and products of 64 bits, small and without a routine of the compiler's: a Cortex-M4 divides 32 bits.
+//! 64-bit quotients and products without the compiler's division routines: a Cortex-M4 divides 32
+//! bits.
 
 use core::num::NonZeroU64;
 
-/// `dividend * 2^bits / divisor`, rounded down, of which the low 128 bits are kept; the divisor is
-/// below 2^63.
+/// The low 128 bits of `dividend * 2^bits / divisor`, rounded down; the divisor is below 2^63.
 ///
-/// Bit by bit: some 15 instructions for each bit of the quotient, and 90 bytes of code where a
-/// division of 128 bits takes 1.5 KB at each place.
+/// Calculated bit by bit, with about 15 instructions per bit of the quotient and 90 bytes of code;
+/// a 128-bit division takes 1.5 KB at each call.
 ///
 /// ```
 /// use core::num::NonZeroU64;
@@ -17,12 +17,12 @@ use core::num::NonZeroU64;
 #[inline(never)]
 pub const fn quotient(dividend: u64, divisor: NonZeroU64, bits: u32) -> u128 {
     let (mut rest, mut quotient): (u64, u128) = (0, 0);
-    // What is still to be fetched, the next bit at the top.
+    // Remaining bits of the dividend, the next bit at the top.
     let mut left = dividend;
     let mut step = 64 + bits;
     while step > 0 {
         step -= 1;
-        // The rest is below the divisor: twice that and one is below 2^64.
+        // The remainder is below the divisor: twice the remainder plus one is below 2^64.
         rest = rest << 1 | left >> 63;
         left <<= 1;
         quotient <<= 1;
@@ -34,8 +34,8 @@ pub const fn quotient(dividend: u64, divisor: NonZeroU64, bits: u32) -> u128 {
     quotient
 }
 
-/// `dividend / divisor`, rounded down: in one instruction where both have 32 bits, which 59 hours of
-/// ticks do.
+/// `dividend / divisor`, rounded down; one instruction if both have 32 bits, which covers 59 hours
+/// of ticks.
 ///
 /// ```
 /// use core::num::NonZeroU64;
@@ -54,7 +54,7 @@ pub const fn whole(dividend: u64, divisor: NonZeroU64) -> u64 {
     quotient(dividend, divisor, 0) as u64
 }
 
-/// `a * b`; where that has more than 64 bits the greatest number. On the board all share this one.
+/// `a * b`, saturated; one function shared by all inputs on the board.
 ///
 /// ```
 /// use model_core::excitation::quotient::saturating_product;
@@ -66,7 +66,7 @@ pub const fn saturating_product(a: u64, b: u64) -> u64 {
     a.saturating_mul(b)
 }
 
-/// What [`whole`] leaves of the dividend.
+/// The remainder of [`whole`].
 pub(super) const fn rest(dividend: u64, divisor: NonZeroU64) -> u64 {
     dividend - whole(dividend, divisor) * divisor.get()
 }
@@ -89,7 +89,7 @@ mod tests {
         }
 
         #[test]
-        fn whole_quotients_are_those_of_the_processor(
+        fn whole_quotients_equal_native_division(
             dividend: u64, divisor in 1..1u64 << 63, drops in (0..64u32, 0..63u32)
         ) {
             let (dividend, divisor) = (dividend >> drops.0, (divisor >> drops.1).max(1));

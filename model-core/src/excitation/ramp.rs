@@ -6,25 +6,25 @@ use crate::parameter::ParameterError;
 use crate::time::ticks;
 use core::num::NonZeroU64;
 
-/// Breakpoints of a ramp at most.
+/// Maximum number of breakpoints of a ramp.
 pub const MOST_POINTS: usize = 8;
 
 crate::parameters! {
-    /// Up, hold, down through zero to the other side, hold, and back.
+    /// Up, hold, down through zero to the opposite level, hold, and back.
     pub struct RampParameters {
-        /// Level of the first hold; the second is its opposite.
+        /// Level of the first hold; the second has the opposite sign.
         amplitude_deg [""]: 90.0, "deg", -32768.0, 32767.0, "half the way to the hard stop; the paper prints none";
         /// Slope.
         rate_deg_s [""]: 60.0, "deg/s", 1e-3, 1e6, "a quarter of the slower rate limit; the paper prints none";
-        /// Time of rest at the start and at both levels; twice as long at the end.
+        /// Hold time at the start and at both levels; twice as long at the end.
         hold_s [""]: 0.5, "s", 0.0, 1e6, "the actuator settles in it; the paper prints none";
     }
 }
 
-/// A straight line that is followed until the next one starts.
+/// A straight line, valid until the next one starts.
 ///
-/// The slope is off by 2^-47 deg per tick at most, thus the line by 1e-8 deg after a minute. The
-/// next line starts at its own breakpoint.
+/// The error of the slope is at most 2^-47 deg per tick, that of the line 1e-8 deg after a minute.
+/// Each line starts exactly at its breakpoint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Line {
     start_tick: u64,
@@ -39,9 +39,9 @@ impl Line {
         // Two levels are at most 2^16 deg apart: 2^63 units.
         let rise = start.to_bits().abs_diff(end.to_bits()) << 15;
         let slope = match NonZeroU64::new(to.0.saturating_sub(from.0)) {
-            // At most half of the 2^63.
+            // At most half of 2^63.
             Some(run) if run.get() > 1 => whole(rise, run) as i64,
-            // Of so short a line only the start is ever asked for.
+            // Only the start of so short a line is evaluated.
             _ => 0,
         };
         let slope = if end.to_bits() < start.to_bits() {
@@ -57,23 +57,23 @@ impl Line {
     }
 
     fn at(&self, tick: u64) -> Angle {
-        // At most 2^63 * 2^63 in magnitude, so that neither half a unit nor the start is too much for
-        // 127 bits.
+        // At most 2^63 * 2^63 in magnitude: adding half a unit and the start does not exceed 127
+        // bits.
         let since = tick.saturating_sub(self.start_tick);
         let change = product(self.slope, since.min(i64::MAX as u64) as i64);
         saturated(i128::from(self.start.to_bits()) + ((change + (1 << 14)) >> 15))
     }
 }
 
-/// Straight lines between breakpoints; the first and the last level are held before and after.
+/// Straight lines between breakpoints; constant before the first and after the last.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Ramp {
     lines: [Line; MOST_POINTS],
 }
 
 impl Ramp {
-    /// Lines through one to [`MOST_POINTS`] breakpoints, in the order of their ticks, held within [`ANGLE_END`]. Where two
-    /// share a tick, the later one holds from that tick on.
+    /// Lines through one to [`MOST_POINTS`] breakpoints, in the order of their ticks, limited to
+    /// [`ANGLE_END`]. If two have the same tick, the later one applies from that tick.
     ///
     /// ```
     /// use model_core::{control::units::Angle, excitation::ramp::Ramp};
@@ -93,7 +93,7 @@ impl Ramp {
         Self { lines }
     }
 
-    /// Up, hold, down through zero to the other side, hold, and back.
+    /// Up, hold, down through zero to the opposite level, hold, and back.
     ///
     /// ```
     /// use model_core::excitation::ramp::{Ramp, RampParameters};
@@ -158,7 +158,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_line_meets_both_its_ends_and_never_leaves_them(
+        fn a_line_passes_through_both_ends_and_stays_between_them(
             run in 1_u64..1 << 31, from: i32, to: i32, share in 0.0..1.0
         ) {
             let [a, b] = [from, to].map(|bits| Angle::from_bits(i64::from(bits) << 16));
@@ -169,7 +169,7 @@ mod tests {
             let rise = f64::from(to) - f64::from(from);
             let exact = f64::from(from) + rise * within as f64 / run as f64;
             let bits = ramp.command(7 + within).to_bits() as f64 / 65536.0;
-            // 2^31 ticks with a slope that is off by 2^-47 deg a tick, in units of 2^-16 deg.
+            // 2^31 ticks with a slope error of 2^-47 deg per tick, in units of 2^-16 deg.
             prop_assert!((bits - exact).abs() <= 1.001, "{} {}", bits, exact);
         }
     }

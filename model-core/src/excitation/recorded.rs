@@ -3,31 +3,31 @@
 use crate::control::units::Angle;
 use core::fmt;
 
-/// Commands with the ticks at which they take effect, each held until the next one.
+/// Commands with the ticks at which they take effect, each constant until the next one.
 ///
-/// The first command holds from the start, the last one for good; without any it is zero.
+/// The first command applies from the start, the last one without end; zero if there are none.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Recorded<'a> {
     commands: &'a [(u64, Angle)],
 }
 
-/// The commands of a record are not in the order of their ticks.
+/// The commands of a recording are not in the order of their ticks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct OutOfOrder {
-    /// The first one that is earlier than the one before.
+    /// Index of the first command that is earlier than its predecessor.
     pub index: usize,
 }
 
 impl fmt::Display for OutOfOrder {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "command {} is earlier than the one before", self.index)
+        write!(f, "command {} is earlier than its predecessor", self.index)
     }
 }
 
 impl core::error::Error for OutOfOrder {}
 
 impl<'a> Recorded<'a> {
-    /// A record; where commands share a tick the last of them counts.
+    /// A recording; if commands have the same tick, the last of them applies.
     ///
     /// ```
     /// use model_core::{control::units::Angle, excitation::recorded::Recorded};
@@ -37,7 +37,7 @@ impl<'a> Recorded<'a> {
     /// ```
     ///
     /// # Errors
-    /// [`OutOfOrder`] where a command is earlier than the one before.
+    /// [`OutOfOrder`] if a command is earlier than its predecessor.
     pub fn try_new(commands: &'a [(u64, Angle)]) -> Result<Self, OutOfOrder> {
         match commands.windows(2).position(|pair| pair[1].0 < pair[0].0) {
             Some(index) => Err(OutOfOrder { index: index + 1 }),
@@ -63,20 +63,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_record_out_of_order_is_refused_with_its_place() {
+    fn a_recording_out_of_order_is_refused_with_its_index() {
         let commands = [3, 5, 5, 4].map(|tick| (tick, Angle::ZERO));
         assert_eq!(Recorded::try_new(&commands), Err(OutOfOrder { index: 3 }));
         assert!(Recorded::try_new(&commands[..3]).is_ok());
     }
 
     #[test]
-    fn of_commands_at_one_tick_the_last_counts() {
+    fn the_last_of_several_commands_at_a_tick_applies() {
         let commands = [(5, Angle::from_num(1)), (5, Angle::from_num(2))];
         assert_eq!(Recorded::try_new(&commands).unwrap().command(5), 2);
     }
 
     #[test]
-    fn an_empty_record_is_zero() {
+    fn an_empty_recording_is_zero() {
         let empty = Recorded::try_new(&[]).unwrap();
         assert_eq!(
             (empty.command(u64::MAX), empty.duration_ticks()),

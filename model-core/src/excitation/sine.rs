@@ -1,8 +1,8 @@
 //! The sine in integer arithmetic.
 //!
-//! A phase is a `u64` fraction of a turn: it wraps exactly where an angle does. The sine comes in
-//! [`I2F30`], which holds both plus and minus one. It is off by less than 1.5e-9. The `cossin` of
-//! the crate `idsp` is lighter, but its error of 1e-5 would show in an amplitude of 20 deg.
+//! A phase is a `u64` fraction of a turn, so it wraps exactly at a full turn. The sine is an
+//! [`I2F30`], which represents both plus and minus one, with an error below 1.5e-9. The `cossin` of
+//! the crate `idsp` is faster, but its error of 1e-5 is too large for an amplitude of 20 deg.
 
 use super::{product, saturated};
 use crate::control::units::Angle;
@@ -11,7 +11,7 @@ use fixed::types::I2F30;
 /// A quarter of a turn.
 pub(super) const QUARTER: u64 = 1 << 62;
 
-/// Terms of the power series; the first one left out, (pi/2)^17/17!, is 6e-12.
+/// Terms of the power series; the first omitted term, (pi/2)^17/17!, is 6e-12.
 const TERMS: usize = 8;
 
 /// Magnitudes of the coefficients of `sin(pi/2 x) / x` as a series in `x^2`, in units of 2^-32.
@@ -56,8 +56,8 @@ pub const fn sine(phase: u64) -> I2F30 {
     let mut k = TERMS - 1;
     while k > 0 {
         k -= 1;
-        // All coefficients but the first are below 2^32: the product fits. Each is more than the
-        // next one: the difference is not negative.
+        // All coefficients except the first are below 2^32: the product fits. Each exceeds the next
+        // one: the difference is not negative.
         sum = SERIES[k] - ((square * sum) >> 32);
     }
     // At most 2^31 * 1.58 * 2^32 < 2^64.
@@ -69,15 +69,15 @@ pub const fn sine(phase: u64) -> I2F30 {
     })
 }
 
-/// `amplitude * sum`, rounded, where `sum` is one sine or the sum of many in units of 2^-30; beyond
-/// the ends of the angle the last one.
+/// `amplitude * sum`, rounded and saturated, where `sum` is a sine or a sum of sines in units of
+/// 2^-30.
 ///
 /// ```
 /// use model_core::{control::units::Angle, excitation::sine::scaled};
 /// assert_eq!(scaled(Angle::from_num(20), 1 << 29), 10);
 /// ```
 pub const fn scaled(amplitude: Angle, sum: i64) -> Angle {
-    // 2^63 * 2^63 and half a unit stay below 2^127.
+    // 2^63 * 2^63 plus half a unit is below 2^127.
     saturated((product(amplitude.to_bits(), sum) + (1 << 29)) >> 30)
 }
 
@@ -92,8 +92,8 @@ mod tests {
     }
 
     #[test]
-    fn the_sine_is_off_by_less_than_1_5e_9_everywhere() {
-        // A prime stride visits every quadrant at a million points of uneven low bits.
+    fn the_error_of_the_sine_is_below_1_5e_9() {
+        // A prime stride visits every quadrant at a million points with varying low bits.
         let worst = (0..1_000_003_u64)
             .map(|i| i.wrapping_mul(u64::MAX / 1_000_003))
             .map(|phase| (sine(phase).to_num::<f64>() - true_sine(phase)).abs())
@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn the_sine_is_exact_at_the_quarters_and_never_beyond_one() {
+    fn the_sine_is_exact_at_quarter_turns_and_never_exceeds_one() {
         for (quarter, value) in [0, 1, 0, -1].into_iter().enumerate() {
             assert_eq!(sine((quarter as u64) << 62), value);
         }
@@ -116,7 +116,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_sine_is_odd_and_mirrored_at_the_quarters(phase: u64) {
+        fn the_sine_is_odd_and_symmetric_about_quarter_turns(phase: u64) {
             prop_assert_eq!(sine(phase.wrapping_neg()), -sine(phase));
             prop_assert_eq!(sine((1_u64 << 63).wrapping_sub(phase)), sine(phase));
         }
@@ -126,7 +126,7 @@ mod tests {
             let exact = amplitude as f64 * sum as f64 / f64::from(1 << 30);
             let limited = exact.max(i64::MIN as f64).min(i64::MAX as f64);
             let bits = scaled(Angle::from_bits(amplitude), sum).to_bits() as f64;
-            // Half a step, and the rounding of `f64`.
+            // Half an LSB, and the rounding of `f64`.
             prop_assert!((bits - limited).abs() <= 0.5 + limited.abs() * 1e-15);
         }
     }

@@ -1,4 +1,4 @@
-//! A sine of one frequency, for ever.
+//! A sine of constant frequency without end.
 
 use super::phase::Quadratic;
 use super::sine::{scaled, sine};
@@ -21,14 +21,14 @@ crate::parameters! {
 pub struct SteadySine {
     /// Amplitude.
     pub amplitude: Angle,
-    /// Its phase, from [`Quadratic::steady`].
+    /// Phase, from [`Quadratic::steady`].
     pub phase: Quadratic,
     /// Ticks of one period, rounded.
     pub period_ticks: u64,
 }
 
 impl SteadySine {
-    /// A sine of these parameters.
+    /// A sine with these parameters.
     ///
     /// ```
     /// use model_core::excitation::steady_sine::{SineParameters, SteadySine};

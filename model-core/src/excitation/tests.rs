@@ -1,4 +1,5 @@
-//! The standard inputs against the formulas of the referee, and all inputs against abuse.
+//! The standard inputs against the formulas of the referee, and all inputs against invalid
+//! parameters.
 
 use super::Excitation;
 use super::catalogue::Input;
@@ -18,7 +19,8 @@ use core::num::{NonZeroU8, NonZeroU64};
 use proptest::prelude::*;
 use std::vec::Vec;
 
-/// The error of the sine, 1.5e-9, times the greatest amplitude of 20 deg, and that of the phases.
+/// Tolerance: the error of the sine, 1.5e-9, times the largest amplitude of 20 deg, and that of the
+/// phases.
 const ALLOWED_DEG: f64 = 1e-7;
 
 fn standard(name: &str) -> Excitation<'static> {
@@ -124,7 +126,7 @@ fn the_doublet_follows_its_formula() {
 }
 
 #[test]
-fn the_standard_runs_take_as_long_as_the_referee_s() {
+fn the_standard_runs_have_the_durations_of_the_referee() {
     let durations = [
         ("pulse", 5.0),
         ("varstep", 7.0),
@@ -140,7 +142,7 @@ fn the_standard_runs_take_as_long_as_the_referee_s() {
 }
 
 #[test]
-fn every_name_leads_to_an_input_of_this_name_with_a_summary_and_defaults_in_range() {
+fn every_name_selects_an_input_with_a_summary_and_defaults_in_range() {
     assert_eq!(Input::NAMES.len(), 10);
     for name in Input::NAMES {
         let input = Input::named(name).unwrap();
@@ -157,7 +159,7 @@ fn every_name_leads_to_an_input_of_this_name_with_a_summary_and_defaults_in_rang
 }
 
 #[test]
-fn a_setting_out_of_range_or_unknown_is_refused() {
+fn an_unknown_or_out_of_range_parameter_is_refused() {
     let mut sine = Input::named("sine").unwrap();
     assert_eq!(sine.set("frequency", 1.0), Err(ParameterError::Unknown));
     for value in [0.0, -1.0, f64::NAN, f64::INFINITY] {
@@ -169,7 +171,7 @@ fn a_setting_out_of_range_or_unknown_is_refused() {
     assert_eq!(sine, Input::named("sine").unwrap());
 }
 
-/// Any standard input, each parameter anywhere in its range or at an end of it.
+/// Any standard input with each parameter anywhere in its range or at a limit.
 fn any_input() -> impl Strategy<Value = Input> {
     let shares = prop::collection::vec(prop_oneof![Just(0.0), Just(1.0), Just(1e-9), 0.0..1.0], 8);
     (prop::sample::select(Input::NAMES), shares).prop_map(|(name, shares)| {
@@ -187,7 +189,7 @@ fn any_input() -> impl Strategy<Value = Input> {
 
 proptest! {
     #[test]
-    fn no_parameter_and_no_tick_makes_an_input_panic(
+    fn no_parameter_or_tick_makes_an_input_panic(
         input in any_input(), ticks in prop::collection::vec(any::<u64>(), 8)
     ) {
         let excitation = input.excitation().unwrap();
@@ -200,7 +202,7 @@ proptest! {
     }
 
     #[test]
-    fn no_integer_in_a_field_makes_an_input_panic(
+    fn no_field_value_makes_an_input_panic(
         amplitude: i64, wide: [u128; 4], narrow: [u64; 2], tick: u64
     ) {
         let ([a, b, c, d], [e, f]) = (wide, narrow);
@@ -242,7 +244,7 @@ proptest! {
     }
 
     #[test]
-    fn the_order_of_asking_does_not_matter(input in any_input(), tick in 0_u64..400_000) {
+    fn the_command_is_independent_of_the_evaluation_order(input in any_input(), tick in 0_u64..400_000) {
         let excitation = input.excitation().unwrap();
         let board: Vec<Angle> = (0..8).map(|k| excitation.command(tick + 80 * k)).collect();
         let desk: Vec<Angle> = (0..640).rev().map(|k| excitation.command(tick + k)).collect();
@@ -252,7 +254,7 @@ proptest! {
     }
 
     #[test]
-    fn what_ends_holds_its_final_value(input in any_input(), beyond: u64) {
+    fn a_finite_input_keeps_its_final_value(input in any_input(), beyond: u64) {
         let excitation = input.excitation().unwrap();
         let end = excitation.duration_ticks();
         let repeats = matches!(
@@ -267,7 +269,7 @@ proptest! {
     }
 
     #[test]
-    fn any_record_in_order_is_held_right_continuously(
+    fn a_recording_is_right_continuous(
         mut ticks in prop::collection::vec(any::<u64>(), 1..20), asked: u64
     ) {
         ticks.sort_unstable();

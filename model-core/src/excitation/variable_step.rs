@@ -1,4 +1,4 @@
-//! A staircase of arbitrary levels, each held for the same time: the paper's variable step.
+//! A sequence of arbitrary levels of equal duration: the paper's variable step.
 
 use super::{
     at_least_one, product,
@@ -13,15 +13,15 @@ use core::num::NonZeroU64;
 crate::parameters! {
     /// The variable step over its standard [`LEVELS`].
     pub struct VariableStepParameters {
-        /// Time that each level is held.
+        /// Duration of each level.
         dwell_s [""]: 0.5, "s", 50e-6, 1e6, "the largest steps do not settle in it, as in the paper; it prints none";
-        /// Factor on every level.
+        /// Factor for all levels.
         scale [""]: 1.0, "1", -1000.0, 1000.0, "the levels as they stand";
     }
 }
 
-/// The standard levels: small and large steps both ways, some too large to be followed. The paper
-/// prints none.
+/// The standard levels: small and large steps in both directions, some too large to be followed.
+/// The paper prints none.
 pub const LEVELS: [Angle; 14] = {
     let degrees = [0, 30, -20, 60, -60, 90, -45, 120, -120, 45, 0, 10, -10, 0];
     let mut levels = [Angle::ZERO; 14];
@@ -33,7 +33,7 @@ pub const LEVELS: [Angle; 14] = {
     levels
 };
 
-/// Levels one after the other; the last one is held for good.
+/// Successive levels; the last one remains.
 ///
 /// ```
 /// use core::num::NonZeroU64;
@@ -47,16 +47,16 @@ pub const LEVELS: [Angle; 14] = {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct VariableStep<'a> {
-    /// The levels; zero where there are none.
+    /// The levels; the command is zero if there are none.
     pub levels: &'a [Angle],
-    /// Ticks for which each level is held.
+    /// Duration of each level in ticks.
     pub dwell_ticks: NonZeroU64,
-    /// Factor on every level: a plain number in the format of an angle.
+    /// Factor for all levels, a dimensionless number in the format of an angle.
     pub scale: Angle,
 }
 
 impl VariableStep<'static> {
-    /// The standard levels with another dwell or scale.
+    /// The standard levels with these parameters.
     ///
     /// ```
     /// use model_core::excitation::variable_step::{VariableStep, VariableStepParameters};
@@ -79,7 +79,7 @@ impl VariableStep<'static> {
 impl VariableStep<'_> {
     /// The command at a tick.
     pub fn command(&self, tick: u64) -> Angle {
-        // A board's usize is narrower: what does not fit is beyond the last level.
+        // The board's `usize` has 32 bits: an index that does not fit is beyond the last level.
         let index = usize::try_from(whole(tick, self.dwell_ticks)).ok();
         let level = index
             .and_then(|index| self.levels.get(index))
@@ -90,7 +90,7 @@ impl VariableStep<'_> {
         })
     }
 
-    /// Ticks until the last level has been held as long as the others.
+    /// Ticks until the end of the last level's duration.
     pub fn duration_ticks(&self) -> u64 {
         saturating_product(self.dwell_ticks.get(), self.levels.len() as u64)
     }
@@ -101,7 +101,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_scaled_staircase_is_rounded_and_saturates() {
+    fn scaled_levels_are_rounded_and_saturated() {
         let parameters = VariableStepParameters {
             scale: -1000.0,
             ..Default::default()
@@ -113,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn without_levels_there_is_zero_for_ever() {
+    fn without_levels_the_command_is_zero() {
         let none = VariableStep {
             levels: &[],
             dwell_ticks: NonZeroU64::MIN,

@@ -5,10 +5,9 @@ mod serialization;
 
 /// Returns each value `delay_ticks` calls after it was passed in, for up to `N` ticks.
 ///
-/// The paper
-/// has one such delay at the input of the actuator (section III: 0.0175 s, 350 ticks, "because of
-/// the test setup"). Until the delay has elapsed the line returns its first value, as if the
-/// command had been constant before.
+/// The paper has one such delay at the input of the actuator (section III: 0.0175 s, 350 ticks,
+/// "because of the test setup"). Until the delay has elapsed the line returns its first value, as
+/// if the command had been constant before.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DelayLine<const N: usize> {
     delay_ticks: usize,

@@ -22,9 +22,9 @@ use crate::time::TICK_S;
 crate::parameters! {
     /// Parameters of the grey box.
     ///
-    /// The ranges limit each parameter individually. In addition, the
-    /// pole of the rate loop, `K Kp/tau`, must remain below 2.7 per tick, 54,000 rad/s, for the
-    /// Runge-Kutta step to be stable; the default is 28 rad/s.
+    /// The ranges limit each parameter individually. In addition, the pole of the rate loop, `K
+    /// Kp/tau`, must remain below 2.7 per tick, 54,000 rad/s, for the Runge-Kutta step to be
+    /// stable; the default is 28 rad/s.
     pub struct GreyBoxParameters {
         /// Steady rate per duty for positive duty.
         motor_gain_up ["Kup"]: 2.836, "(deg/s)/%", 0.0, 1000.0, "paper, eq. (2), read as G(s) = 2.836/(1 + 0.1318 s)";

@@ -1,12 +1,11 @@
 //! The paper's three actuator models, in `f64`.
 //!
-//! Each model has a parameter set, checked once by its
-//! `try_new`, and a state that starts at rest at zero. A model advances by whole ticks of 50 us
-//! ([`crate::time`]) with the command held; the transport delay of the test set-up is outside the
-//! model, in a [`delay::DelayLine`].
+//! Each model has a parameter set, checked once by its `try_new`, and a state that starts at rest
+//! at zero. A model advances by whole ticks of 50 us ([`crate::time`]) with the command held; the
+//! transport delay of the test set-up is outside the model, in a [`delay::DelayLine`].
 //!
-//! No command makes a model panic. If a tick would end in a state
-//! that is not finite, for example with a NaN command, the state remains unchanged ([`rk4::step`]).
+//! No command makes a model panic. If a tick would end in a state that is not finite, for example
+//! with a NaN command, the state remains unchanged ([`rk4::step`]).
 
 pub mod black_box_1;
 pub mod black_box_2;
@@ -42,8 +41,7 @@ pub struct Output {
 pub trait ActuatorModel {
     /// The output before the step, with `command_deg` at the input.
     ///
-    /// Rate and duty may depend
-    /// directly on the command and are then NaN for a NaN command.
+    /// Rate and duty may depend directly on the command and are then NaN for a NaN command.
     fn output(&self, command_deg: f64) -> Output;
 
     /// Advances one tick with `command_deg` held.

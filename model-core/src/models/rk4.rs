@@ -2,8 +2,7 @@
 
 /// The state at `h` after `y`, where `f` is the derivative of the state.
 ///
-/// Returns `y` if the result
-/// is not finite, so that NaN and infinity never enter a state.
+/// Returns `y` if the result is not finite, so that NaN and infinity never enter a state.
 ///
 /// ```
 /// let [y] = model_core::models::rk4::step([1.0], 0.1, |[y]| [-y]);

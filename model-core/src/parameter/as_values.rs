@@ -1,8 +1,7 @@
 //! Serialisation of a parameter set: its values in the order of its table.
 //!
-//! Used by `#[serde(with =
-//! "...")]`, so that types defined by [`parameters!`](crate::parameters) in other crates need no
-//! serde.
+//! Used by `#[serde(with = "...")]`, so that types defined by [`parameters!`](crate::parameters) in
+//! other crates need no serde.
 
 use core::{fmt, marker::PhantomData};
 

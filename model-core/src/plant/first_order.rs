@@ -1,16 +1,16 @@
 //! The motor as the paper models it: a first-order lag from duty to rate, and an integrator.
 //!
-//! With the bridge holding the steady rate `W = K u` (deg/s), equation (2) of the paper has the
-//! exact solution
+//! For a constant duty with steady rate `W = K u` (deg/s), equation (2) of the paper has the exact
+//! solution
 //!
 //! ```text
 //! w(t)     = w0 + (w0 - W) D(t)                       D(t) = exp(-t/tau) - 1
 //! theta(t) = theta0 + W t - tau (w0 - W) D(t)
 //! ```
 //!
-//! `D` is tabulated for the ticks of a PWM period, so every tick is reached in one step from the
-//! start of the period, and one step over the whole period is as exact as 20 small ones.
-//! Once the bridge has switched off, `W` is 0: the motor is braked with the same time constant.
+//! `D` is tabulated for the ticks of a PWM period, so every tick is computed in one step from the
+//! start of the period, and one step over the whole period is as exact as 20 small ones. After the
+//! bridge has switched off, `W` is 0: the motor is braked with the same time constant.
 
 mod motion;
 
@@ -29,25 +29,25 @@ crate::parameters! {
         motor_gain_down ["Kdn"]: 2.836, "(deg/s)/%", 0.0, 1000.0, "paper, eq. (2), read as G(s) = 2.836/(1 + 0.1318 s)";
         /// Time constant of the rate.
         motor_time_constant_s ["tau"]: 1.0 / 7.586, "s", 1e-4, 100.0, "paper, eq. (2): pole at 7.586 rad/s";
-        /// Greatest rate upward.
+        /// Maximum rate in positive direction.
         rate_limit_up_deg_s ["rup"]: f64::INFINITY, "deg/s", 0.0, f64::INFINITY, "none beyond the duty limit";
-        /// Greatest rate downward.
+        /// Maximum rate in negative direction.
         rate_limit_down_deg_s ["rdn"]: f64::INFINITY, "deg/s", 0.0, f64::INFINITY, "none beyond the duty limit";
         /// Hard stops at plus and minus this angle.
         position_limit_deg ["pos"]: 180.0, "deg", 0.0, 32000.0, "paper, section III.A: deflection limit of 180 degrees";
     }
 }
 
-/// Every tick of a period, in columns.
+/// The ticks of a period, in columns.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ticks {
     /// Angle of the output shaft, deg.
     pub angle_deg: [f64; PERIOD],
-    /// Its rate, deg/s.
+    /// Rate of the output shaft, deg/s.
     pub rate_deg_s: [f64; PERIOD],
 }
 
-/// The first-order motor behind a PWM bridge.
+/// The first-order motor with its PWM bridge.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FirstOrder {
@@ -58,7 +58,8 @@ pub struct FirstOrder {
     response: Response,
     start: PlantState,
     end: PlantState,
-    /// The period at its ticks, where a limit may act and no closed form holds.
+    /// The states at the ticks of the period, if a limit may act and the closed form does not
+    /// apply.
     stepped: [PlantState; PERIOD + 1],
     is_stepped: bool,
 }
@@ -67,7 +68,7 @@ impl FirstOrder {
     /// A motor at rest at zero.
     ///
     /// # Errors
-    /// That of the first parameter outside its range.
+    /// Names the first parameter outside its range.
     ///
     /// ```
     /// use model_core::plant::{Plant, Pwm, first_order::{FirstOrder, FirstOrderParameters}};
@@ -92,7 +93,7 @@ impl FirstOrder {
         })
     }
 
-    /// Angle and rate at the ticks 0 to 19 of the running period: a record of every tick.
+    /// Angle and rate at the ticks 0 to 19 of the running period, for a recording of every tick.
     #[inline(always)]
     pub fn ticks(&self) -> Ticks {
         if self.is_stepped {
@@ -112,13 +113,13 @@ impl FirstOrder {
         ticks
     }
 
-    /// Whether no limit can act within a period that starts here.
+    /// Whether no limit can act within the period.
     #[inline(always)]
     fn runs_free(&self) -> bool {
         let p = &self.parameters;
         let (rate, target) = (self.start.rate_deg_s, self.response.driven.target_deg_s);
-        // The rate stays between its start, the target and, braked, zero. So the angle moves by
-        // less than the sum of both times the period; one tick more covers the rounding.
+        // The rate remains between its start, the target and, if braked, zero. The angle therefore
+        // changes by less than the sum of both times the period; one more tick covers the rounding.
         let reach_deg = (rate.abs() + target.abs()) * ((PERIOD + 1) as f64 * TICK_S);
         let is_allowed = |rate| rate <= p.rate_limit_up_deg_s && rate >= -p.rate_limit_down_deg_s;
         self.start.angle_deg.abs() + reach_deg < p.position_limit_deg
@@ -126,7 +127,7 @@ impl FirstOrder {
             && is_allowed(target)
     }
 
-    /// The end of a period without limits.
+    /// State at the end of a period without limits.
     #[inline(always)]
     fn free_end(&self) -> PlantState {
         let forced = &self.response.end;
@@ -138,7 +139,7 @@ impl FirstOrder {
         }
     }
 
-    /// Tick by tick, with the limits after each.
+    /// Computes the period tick by tick, with the limits applied after each.
     #[cold]
     fn run_stepped(&mut self) {
         let (on_ticks, target) = (self.response.on_ticks, self.response.driven.target_deg_s);
@@ -163,7 +164,7 @@ impl FirstOrder {
         }
     }
 
-    /// The state after the rate limit and the inelastic hard stop.
+    /// Applies the rate limit and the inelastic hard stop.
     fn within_limits(&self, state: PlantState) -> PlantState {
         let p = &self.parameters;
         let rate = within(
@@ -183,7 +184,7 @@ impl Plant for FirstOrder {
     #[inline(always)]
     fn start_period(&mut self, duty_pct: f64) {
         let duty_pct = bridge_duty_pct(duty_pct);
-        // The duty changes at every fourth period at most: what it does is kept till then.
+        // The duty changes at most every fourth period, so its response is cached.
         if duty_pct != self.response.duty_pct {
             self.response = Response::new(&self.parameters, &self.lag, self.pwm, duty_pct);
         }

@@ -1,8 +1,9 @@
-//! What stands in for the bench: motors, gear train, friction and load.
+//! Models of the physical plant: motors, gear train, friction, load and the board around the
+//! processor.
 //!
 //! A plant is driven by PWM periods of 20 ticks. The duty of a period is latched at its start and
-//! holds until its end, so a plant knows then all that happens within the period, and any of its
-//! ticks can be looked at without changing what follows.
+//! constant until its end, so the plant is determined for the whole period, and reading any of its
+//! ticks has no side effect.
 
 pub mod board;
 pub mod drivetrain;
@@ -16,17 +17,17 @@ use crate::time::PWM_PERIOD_TICKS;
 pub const PERIOD: usize = PWM_PERIOD_TICKS as usize;
 
 named! {
-    /// What the bridge does with a duty.
+    /// Bridge voltage for a duty.
     Pwm {
-        /// The mean voltage of the duty all through the period.
+        /// The mean voltage of the duty during the whole period.
         Average = "average",
-        /// Edge-aligned sign-magnitude switching: the whole supply for |duty|/100 of the period
-        /// from its start, then off. An edge between two ticks is taken where it is.
+        /// Edge-aligned sign-magnitude switching: the full supply for |duty|/100 of the period from
+        /// its start, then off. An edge between two ticks is exact.
         Switched = "switched",
     }
 }
 
-/// What the encoder could see of a plant.
+/// State of the output shaft of a plant.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PlantState {
@@ -36,20 +37,20 @@ pub struct PlantState {
     pub rate_deg_s: f64,
 }
 
-/// A motor and what it moves, from the duty of the bridge to the output shaft.
+/// A motor with its mechanics, from the duty of the bridge to the output shaft.
 pub trait Plant {
-    /// The PWM latch: closes the running period and starts the next with this duty, %.
+    /// Ends the running PWM period and latches this duty, %, for the next.
     ///
-    /// The duty is limited to +-100 %; NaN is taken as 0.
+    /// The duty is limited to +-100 %; NaN counts as 0.
     fn start_period(&mut self, duty_pct: f64);
 
-    /// The state at a tick of the running period, from 0 to 20; later ticks give that of 20.
+    /// The state at a tick of the running period, from 0 to 20; later ticks return that of 20.
     ///
-    /// `at(20)` of a period is `at(0)` of the next to the last bit.
+    /// `at(20)` of a period is bit-identical to `at(0)` of the next.
     fn at(&self, tick_in_period: usize) -> PlantState;
 }
 
-/// A duty that a bridge can follow: limited to +-100 %, 0 for NaN.
+/// A duty limited to the bridge's range of +-100 %; 0 for NaN.
 pub(crate) fn bridge_duty_pct(duty_pct: f64) -> f64 {
     if duty_pct.is_nan() {
         0.0

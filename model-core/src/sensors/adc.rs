@@ -1,4 +1,4 @@
-//! Analogue front ends of motor current and back-EMF, and the 12-bit converter behind them.
+//! Analogue front ends of motor current and back-EMF, and the 12-bit ADC.
 //!
 //! ```text
 //! pin voltage = offset + gain x quantity x (1 + gain error) + noise
@@ -7,7 +7,7 @@
 
 use super::noise::Noise;
 
-/// What the converter gives: 0 to 4095.
+/// Result of a conversion: 0 to 4095.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct AdcCode(u16);
 
@@ -15,10 +15,10 @@ impl AdcCode {
     /// Volts per code: 12 bits of a 3.3 V reference (STM32F427, section ADC).
     pub const LSB_V: f64 = 3.3 / 4096.0;
 
-    /// The greatest code.
+    /// The largest code.
     pub const MAX: Self = Self(4095);
 
-    /// What the converter's data register holds: the low 12 bits of `bits`.
+    /// The content of the ADC's data register: the low 12 bits of `bits`.
     ///
     /// ```
     /// assert_eq!(model_core::sensors::adc::AdcCode::new(0x1801).bits(), 0x801);
@@ -27,7 +27,7 @@ impl AdcCode {
         Self(bits & Self::MAX.0)
     }
 
-    /// The code of a voltage at the pin, V; beyond its ends the last one, for NaN 0.
+    /// The code of a voltage at the pin, V; saturates at both ends, 0 for NaN.
     ///
     /// ```
     /// use model_core::sensors::adc::AdcCode;
@@ -36,7 +36,7 @@ impl AdcCode {
     /// assert_eq!(AdcCode::from_pin_v(5.0), AdcCode::MAX);
     /// ```
     pub fn from_pin_v(pin_v: f64) -> Self {
-        // `as` saturates at 0 and takes NaN to 0.
+        // `as` saturates at 0 and converts NaN to 0.
         let code = libm::floor(pin_v / Self::LSB_V + 0.5) as u16;
         Self(code.min(Self::MAX.0))
     }
@@ -53,15 +53,15 @@ impl AdcCode {
 }
 
 crate::parameters! {
-    /// Front end of the motor current: a shunt with a bidirectional amplifier.
+    /// Front end of the motor current: shunt with bidirectional amplifier.
     pub struct CurrentSenseParameters {
         /// Volts at the pin per ampere.
         current_gain_v_a [""]: 1.0, "V/A", 1e-3, 1000.0, "estimate: +-1.65 A, twice the stall current";
         /// Volts at the pin without current.
         current_offset_v [""]: 1.65, "V", 0.0, 3.3, "estimate: half the reference, for both signs";
-        /// True gain over nominal gain, less 1.
+        /// Relative error of the gain.
         current_gain_error [""]: 0.0, "1", -0.5, 0.5, "ideal";
-        /// True offset less nominal offset.
+        /// Error of the offset.
         current_offset_error_v [""]: 0.0, "V", -3.3, 3.3, "ideal";
         /// Standard deviation of the noise at the pin.
         current_noise_v [""]: 0.0, "V", 0.0, 3.3, "ideal";
@@ -69,22 +69,23 @@ crate::parameters! {
 }
 
 crate::parameters! {
-    /// Front end of the back-EMF: a differential amplifier across the motor, read with the bridge off.
+    /// Front end of the back-EMF: a differential amplifier across the motor, read with the bridge
+    /// off.
     pub struct BackEmfSenseParameters {
         /// Volts at the pin per volt.
         back_emf_gain [""]: 0.25, "V/V", 1e-3, 1000.0, "estimate: +-6.6 V, the supply and a tenth";
         /// Volts at the pin at standstill.
         back_emf_offset_v [""]: 1.65, "V", 0.0, 3.3, "estimate: half the reference, for both signs";
-        /// True gain over nominal gain, less 1.
+        /// Relative error of the gain.
         back_emf_gain_error [""]: 0.0, "1", -0.5, 0.5, "ideal";
-        /// True offset less nominal offset.
+        /// Error of the offset.
         back_emf_offset_error_v [""]: 0.0, "V", -3.3, 3.3, "ideal";
         /// Standard deviation of the noise at the pin.
         back_emf_noise_v [""]: 0.0, "V", 0.0, 3.3, "ideal";
     }
 }
 
-/// A front end with its converter.
+/// A front end with the ADC.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrontEnd {
     gain: f64,
@@ -119,7 +120,7 @@ impl From<&BackEmfSenseParameters> for FrontEnd {
 }
 
 impl FrontEnd {
-    /// The code that a quantity gives, A or V.
+    /// Converts a quantity, A or V, to a code.
     ///
     /// ```
     /// use model_core::sensors::{adc::{CurrentSenseParameters, FrontEnd}, noise::Noise};
@@ -133,13 +134,12 @@ impl FrontEnd {
         AdcCode::from_pin_v(ideal_v + self.offset_error_v + noise.gaussian(self.noise_v))
     }
 
-    /// The quantity that the board takes a code for, A or V: gain and offset at their nominal
-    /// values.
+    /// Converts a code to the quantity, A or V, with nominal gain and offset, as the board does.
     pub fn quantity(&self, code: AdcCode) -> f64 {
         (code.pin_v() - self.offset_v) / self.gain
     }
 
-    /// What one code means, A or V.
+    /// The quantity per code, A or V.
     pub fn lsb(&self) -> f64 {
         AdcCode::LSB_V / self.gain
     }
@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn codes_end_at_0_and_4095_whatever_the_voltage() {
+    fn codes_saturate_at_0_and_4095() {
         let ends = [-1.0, f64::NEG_INFINITY, f64::NAN].map(|v| AdcCode::from_pin_v(v).bits());
         assert_eq!(ends, [0, 0, 0]);
         let ends = [3.3, 1e9, f64::INFINITY].map(AdcCode::from_pin_v);
@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn the_range_of_the_current_ends_where_the_pin_saturates() {
+    fn the_current_range_ends_at_the_pin_limits() {
         let current = FrontEnd::from(&CurrentSenseParameters::default());
         assert_eq!(current.convert(2.0, &mut quiet()), AdcCode::MAX);
         assert!((current.quantity(AdcCode::MAX) - 1.65).abs() < 1e-3);
@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn errors_of_gain_and_offset_reach_the_board_uncorrected() {
+    fn gain_and_offset_errors_are_not_corrected() {
         let sense = FrontEnd::from(&BackEmfSenseParameters {
             back_emf_gain_error: 0.1,
             back_emf_offset_error_v: 0.05,
@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn noise_of_several_codes_has_the_deviation_that_was_asked_for() {
+    fn noise_of_several_codes_has_the_specified_deviation() {
         let sense = FrontEnd::from(&CurrentSenseParameters {
             current_noise_v: 0.01,
             ..Default::default()
@@ -194,13 +194,13 @@ mod tests {
             .map(|a| a * a)
             .sum();
         let rms = libm::sqrt(square / 1e4);
-        // Three standard errors of 0.7 %, and the quantisation's 0.03 %.
+        // Three standard errors of 0.7 %, plus 0.03 % of quantisation.
         assert!((rms / 0.01 - 1.0).abs() < 0.025);
     }
 
     proptest! {
         #[test]
-        fn within_the_range_a_conversion_is_right_within_half_a_code(volts in -6.59..6.59) {
+        fn within_the_range_the_conversion_error_is_at_most_half_a_code(volts in -6.59..6.59) {
             let sense = FrontEnd::from(&BackEmfSenseParameters::default());
             let seen = sense.quantity(sense.convert(volts, &mut quiet()));
             prop_assert!((seen - volts).abs() <= sense.lsb() / 2.0 + 1e-12);

@@ -1,13 +1,13 @@
-//! Supply, motor legs and temperature on the board: what the pins see of them.
+//! Voltage dividers of supply, motor legs and temperature on the board.
 //!
 //! | quantity | at the pin | range |
 //! |---|---|---|
 //! | supply | [`SUPPLY_DIVIDER`] of it | 0 to 16.5 V |
 //! | each leg of the motor | [`LEG_DIVIDER`] of it | 0 to 9.9 V |
-//! | temperature | share of the reference over the NTC, below a pull-up of [`NTC_PULL_UP_OHM`] | -40 to 125 deg C |
+//! | temperature | ratio of the divider of [`NTC_PULL_UP_OHM`] and the NTC | -40 to 125 deg C |
 //!
 //! With the bridge off, equal resistors to supply and ground hold the floating winding at half the
-//! supply: leg A lies at `(supply + back-EMF)/2`, leg B at `(supply - back-EMF)/2`, and neither goes
+//! supply: leg A is at `(supply + back-EMF)/2`, leg B at `(supply - back-EMF)/2`, and neither is
 //! below ground. The back-EMF is the difference.
 
 use super::adc::AdcCode;
@@ -21,10 +21,10 @@ pub const LEG_DIVIDER: f64 = 1.0 / 3.0;
 /// Resistance of the NTC at 25 deg C, ohm.
 pub const NTC_OHM: f64 = 10e3;
 
-/// Its B value, K.
+/// B value of the NTC, K.
 pub const NTC_B_K: f64 = 3950.0;
 
-/// Resistor from the reference to the NTC, whose other end is at ground, ohm.
+/// Pull-up resistor from the reference to the NTC, whose other end is at ground, ohm.
 pub const NTC_PULL_UP_OHM: f64 = 10e3;
 
 /// 0 deg C, K.
@@ -67,7 +67,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_ntc_gives_the_resistances_of_its_b_value() {
+    fn the_ntc_resistances_match_its_b_value() {
         // 10k B3950: 33.6 kohm at 0 deg C, 3.59 kohm at 50 deg C, 0.697 kohm at 100 deg C.
         for (temperature_deg_c, ohm) in [(0.0, 33_621.0), (50.0, 3_588.0), (100.0, 697.0)] {
             let code = f64::from(temperature_code(temperature_deg_c).bits());
@@ -77,7 +77,7 @@ mod tests {
     }
 
     #[test]
-    fn an_open_ntc_is_the_greatest_code_and_a_short_one_the_least() {
+    fn an_open_ntc_gives_the_largest_code_and_a_short_the_smallest() {
         assert_eq!(temperature_code(-200.0), AdcCode::MAX);
         assert!(temperature_code(1000.0).bits() < 5);
     }

@@ -5,7 +5,7 @@
 //! count = floor(seen / LSB + 1/2) mod 4096                  LSB = 360/4096 deg
 //! ```
 //!
-//! A magnet off the chip's axis makes the first two harmonics. The word is that of
+//! A magnet off the chip's axis causes the first two harmonics. The word format is that of
 //! [`crate::control::encoder_word`].
 
 use core::f64::consts::PI;
@@ -16,38 +16,39 @@ use crate::control::encoder_word::{COUNT_DEG, EncoderCount, EncoderWord, Magnet}
 crate::parameters! {
     /// The encoder's mounting and errors.
     pub struct EncoderParameters {
-        /// Angle that the chip sees at the shaft's zero.
+        /// Angle measured at the shaft's zero.
         magnet_zero_deg [""]: 0.0, "deg", -360.0, 360.0, "ideal";
-        /// Sense of the chip: 1 where its angle grows with the shaft's, -1 where it falls.
+        /// Direction: 1 if the measured angle increases with the shaft's, -1 if it decreases.
         magnet_direction [""]: 1.0, "1", -1.0, 1.0, "ideal";
         /// Noise of the angle, rms.
         encoder_noise_deg [""]: 0.0, "deg", 0.0, 10.0, "ideal; AS5045 data sheet: transition noise 0.03 deg rms";
-        /// Amplitude of the error once a turn, of an eccentric magnet.
+        /// Amplitude of the once-per-turn error of an eccentric magnet.
         misalignment_first_deg [""]: 0.0, "deg", 0.0, 10.0, "ideal; AS5045 data sheet: 1.4 deg within the alignment tolerance";
-        /// Its phase.
+        /// Phase of the once-per-turn error.
         misalignment_first_phase_deg [""]: 0.0, "deg", -360.0, 360.0, "ideal";
-        /// Amplitude of the error twice a turn.
+        /// Amplitude of the twice-per-turn error.
         misalignment_second_deg [""]: 0.0, "deg", 0.0, 10.0, "ideal; AS5045 data sheet: 0.5 deg with the magnet centred";
-        /// Its phase.
+        /// Phase of the twice-per-turn error.
         misalignment_second_phase_deg [""]: 0.0, "deg", -360.0, 360.0, "ideal";
     }
 }
 
-/// The chip.
+/// The encoder chip.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Encoder {
     #[cfg_attr(feature = "serde", serde(with = "crate::parameter::as_values"))]
     parameters: EncoderParameters,
     noise: Noise,
-    /// Whether it sees the shaft's own angle: most campaigns run so, and a control step is short.
+    /// Whether the encoder is ideal, as in most campaigns, where the error terms need not be
+    /// computed.
     is_ideal: bool,
-    /// What it says of its magnet.
+    /// Status of the magnet.
     pub magnet: Magnet,
 }
 
 impl Encoder {
-    /// A chip with a good magnet; parameters outside their ranges are taken as they are.
+    /// An encoder with a correct magnet; parameters are not checked against their ranges.
     ///
     /// ```
     /// use model_core::sensors::{encoder::{Encoder, EncoderParameters}, noise::Noise};
@@ -64,7 +65,7 @@ impl Encoder {
         }
     }
 
-    /// The count at a shaft angle; 0 for an angle that is not finite.
+    /// The count at a shaft angle; 0 if the angle is not finite.
     #[inline]
     pub fn count(&mut self, shaft_deg: f64) -> EncoderCount {
         let seen_deg = if self.is_ideal {
@@ -75,15 +76,15 @@ impl Encoder {
         if !seen_deg.is_finite() {
             return EncoderCount::new(0);
         }
-        // `as` saturates and cuts off towards 0; one less below 0 makes it the floor. The last
-        // twelve bits of two's complement, which the count keeps, are the rest modulo 4096.
+        // `as` saturates and truncates towards 0; subtracting one below 0 makes it the floor. The
+        // low twelve bits of two's complement are the value modulo 4096.
         let counts = seen_deg / COUNT_DEG + 0.5;
         let cut = counts as i64;
         let floor = cut.saturating_sub(i64::from(cut as f64 > counts));
         EncoderCount::new(floor as u16)
     }
 
-    /// What the chip sees, with all its errors.
+    /// The measured angle with all errors.
     fn seen_deg(&mut self, shaft_deg: f64) -> f64 {
         let p = &self.parameters;
         let harmonic = |amplitude: f64, order: f64, phase: f64| {
@@ -134,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn zero_and_direction_turn_the_chip() {
+    fn zero_and_direction_transform_the_angle() {
         let mut e = encoder(EncoderParameters {
             magnet_zero_deg: 45.0,
             magnet_direction: -1.0,
@@ -145,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn misalignment_bends_the_angle_once_and_twice_a_turn() {
+    fn misalignment_adds_errors_once_and_twice_per_turn() {
         let mut e = encoder(EncoderParameters {
             misalignment_first_deg: COUNT_DEG * 8.0,
             misalignment_second_deg: COUNT_DEG * 4.0,
@@ -159,15 +160,15 @@ mod tests {
     }
 
     #[test]
-    fn noise_moves_the_count_about_the_angle() {
+    fn noise_spreads_the_count_around_the_angle() {
         let mut e = encoder(EncoderParameters {
             encoder_noise_deg: 0.03,
             ..Default::default()
         });
-        // On the edge of two counts they come half of the time each; one more is 3 sigma away.
+        // On the edge of two counts each occurs half of the time; the next count is 3 sigma away.
         let edge = 0.5 * COUNT_DEG;
         let ones = (0..10_000).filter(|_| e.count(edge).get() == 1).count();
-        // Three standard errors, and a few that reach beyond.
+        // Three standard errors, plus a few counts beyond the two.
         assert!((4820..5180).contains(&ones), "{ones}");
     }
 

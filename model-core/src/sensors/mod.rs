@@ -1,4 +1,4 @@
-//! What the board sees of the plant: encoder and analogue front ends with their errors.
+//! Sensors of the board: encoder and analogue front ends with their errors.
 
 pub mod adc;
 pub mod dividers;

@@ -1,7 +1,7 @@
 //! Seeded Gaussian noise, the same on every target.
 //!
-//! PCG-32 (O'Neill, HMC-CS-2014-0905) gives the bits, the transform of Box and Muller (Ann. Math.
-//! Statist. 29, 1958, p. 610) makes them Gaussian, and `libm` computes it.
+//! PCG-32 (O'Neill, HMC-CS-2014-0905) generates the bits, the Box-Muller transform (Ann. Math.
+//! Statist. 29, 1958, p. 610) computed with `libm` makes them Gaussian.
 
 use core::f64::consts::TAU;
 
@@ -12,13 +12,13 @@ use rand_pcg::{Pcg32, rand_core::Rng};
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Noise {
     bits: Pcg32,
-    /// Box and Muller's numbers come in pairs: the second of the last one.
+    /// Second number of the last Box-Muller pair.
     spare: Option<f64>,
 }
 
 impl Noise {
-    /// The stream `stream` of the seed `seed`. Streams of one seed are independent: each sensor
-    /// takes its own, so that one sensor's draws do not change another's.
+    /// Stream `stream` of the seed `seed`. Streams of one seed are independent: each sensor uses
+    /// its own, so that the draws of one sensor do not affect another.
     ///
     /// ```
     /// use model_core::sensors::noise::Noise;
@@ -34,7 +34,8 @@ impl Noise {
         }
     }
 
-    /// A Gaussian number of mean 0 and this standard deviation. For 0 nothing is drawn.
+    /// A Gaussian number of mean 0 and this standard deviation. With a deviation of 0 no number is
+    /// drawn.
     pub fn gaussian(&mut self, deviation: f64) -> f64 {
         if deviation == 0.0 {
             return 0.0;
@@ -42,7 +43,7 @@ impl Noise {
         let number = match self.spare.take() {
             Some(number) => number,
             None => {
-                // From 2^-32 to 1, so the logarithm is finite and the radius at most 6.7.
+                // From 2^-32 to 1: the logarithm is finite and the radius at most 6.7.
                 let radius = libm::sqrt(-2.0 * libm::log(self.uniform()));
                 let angle = TAU * self.uniform();
                 self.spare = Some(radius * libm::sin(angle));
@@ -81,7 +82,7 @@ mod tests {
     }
 
     #[test]
-    fn a_seed_gives_these_numbers_on_every_target() {
+    fn a_seed_gives_the_same_numbers_on_every_target() {
         let mut noise = Noise::new(42, 54);
         let numbers: [f64; 3] = core::array::from_fn(|_| noise.gaussian(1.0));
         // PCG-32's reference output for (42, 54) starts a15c02b7 7b47f409 ba1d3330 83d2f293.

@@ -25,13 +25,11 @@ pub struct Measured {
 }
 
 /// Every measurement, in the order of the page.
-pub static MEASUREMENTS: [Measurement; 1] = [
-    Measurement {
-        what: "Flash, RAM and stack of the boards' programs",
-        arguments: "test -p system-tests --test elf -- --nocapture flash_and_ram_stay_below",
-        markers: &["actuator-board", "comm-board", "flash "],
-    },
-];
+pub static MEASUREMENTS: [Measurement; 1] = [Measurement {
+    what: "Flash, RAM and stack of the boards' programs",
+    arguments: "test -p system-tests --test elf -- --nocapture flash_and_ram_stay_below",
+    markers: &["actuator-board", "comm-board", "flash "],
+}];
 
 impl Measurement {
     /// The command as one types it.

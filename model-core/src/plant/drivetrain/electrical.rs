@@ -1,13 +1,14 @@
-//! The winding of a brushed motor: resistance, inductance, back-EMF, and the bridge at its ends.
+//! The winding of a brushed motor: resistance, inductance and back-EMF, with the bridge at its
+//! terminals.
 //!
 //! ```text
 //! L di/dt = v - R i - k w          torque = k i
 //! ```
 //!
-//! With the back-EMF `e = k w` held over a step, current and charge have closed forms in
-//! `E = exp(-dt R/L)`. They hold for every step length, and for no inductance at all.
+//! With the back-EMF `e = k w` constant over a step, current and charge have closed forms in `E =
+//! exp(-dt R/L)`, valid for every step length and for zero inductance.
 
-/// Greatest supply voltage, V.
+/// Maximum supply voltage, V.
 pub(super) const GREATEST_SUPPLY_V: f64 = 60.0;
 
 crate::parameters! {
@@ -19,24 +20,24 @@ crate::parameters! {
         winding_resistance_ohm [""]: 7.7, "ohm", 0.05, 1000.0, "estimate from the catalogue's stall torque";
         /// Inductance of the winding.
         winding_inductance_h [""]: 1e-3, "H", 0.0, 1.0, "estimate: 0.13 ms with the resistance, usual for small cored motors";
-        /// Torque per current, which is also back-EMF per rate of the motor's shaft.
+        /// Torque per current, equal to the back-EMF per rate of the motor shaft.
         torque_constant_nm_a [""]: 3.62e-3, "Nm/A", 1e-5, 1.0, "estimate: no-load rate of 283.6 deg/s at 6 V";
-        /// Forward drop of each diode that carries the current when all switches are open.
+        /// Forward voltage of each diode that conducts when all switches are open.
         diode_drop_v [""]: 0.7, "V", 0.0, 5.0, "body diode of a small MOSFET";
-        /// What the bridge does in the off part of a PWM period: 0 brakes, 1 coasts.
+        /// Bridge state during the off time of a PWM period: 0 brakes, 1 coasts.
         coast_when_off [""]: 0.0, "choice", 0.0, 1.0, "sign-magnitude drive brakes";
     }
 }
 
-/// What the bridge does to the ends of the winding.
+/// State of the bridge at the terminals of the winding.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Terminal {
-    /// This voltage, V, limited to the supply.
+    /// Driven with this voltage, V, limited to the supply.
     Driven(f64),
-    /// Both ends shorted.
+    /// Both terminals shorted.
     Brake,
-    /// All switches open: the current decays through the diodes into the supply, then stays 0.
+    /// All switches open: the current decays through the diodes into the supply, then remains 0.
     Coast,
 }
 
@@ -46,14 +47,14 @@ pub enum Terminal {
 pub(super) struct Winding {
     resistance_ohm: f64,
     time_constant_s: f64,
-    /// Drop of the two diodes in the current's way.
+    /// Forward voltage of the two conducting diodes.
     drop_v: f64,
-    /// What supply and diodes hold against the current.
+    /// Voltage of supply and diodes that opposes the current.
     diode_v: f64,
     pub current_a: f64,
 }
 
-/// The closed form over one length of step.
+/// Coefficients of the closed form for one step length.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Step {
     step_s: f64,
@@ -76,28 +77,28 @@ impl Winding {
         self.diode_v = supply_v + self.drop_v;
     }
 
-    /// The closed form over `step_s`, which is above 0.
+    /// Coefficients for a step of `step_s`, which is above 0.
     pub fn step(&self, step_s: f64) -> Step {
         Step {
             step_s,
-            // No inductance: exp(-inf) = 0, the current follows at once.
+            // Zero inductance: exp(-inf) = 0, the current follows immediately.
             left: libm::exp(-step_s / self.time_constant_s),
         }
     }
 
-    /// The voltage between the ends, V.
+    /// The terminal voltage, V.
     pub fn terminal_v(&self, terminal: Terminal, back_emf_v: f64) -> f64 {
         match terminal {
             Terminal::Driven(v) => v,
             Terminal::Brake => 0.0,
             Terminal::Coast if self.current_a > 0.0 => -self.diode_v,
             Terminal::Coast if self.current_a < 0.0 => self.diode_v,
-            // Diodes conduct again where the motor is spun beyond the supply.
+            // The diodes conduct again if the back-EMF exceeds the supply.
             Terminal::Coast => crate::plant::within(back_emf_v, -self.diode_v, self.diode_v),
         }
     }
 
-    /// Moves the current through a step; returns its mean, A.
+    /// Advances the current by a step; returns its mean, A.
     pub fn advance(&mut self, terminal: Terminal, back_emf_v: f64, step: &Step) -> f64 {
         let start_a = self.current_a;
         let steady_a = (self.terminal_v(terminal, back_emf_v) - back_emf_v) / self.resistance_ohm;
@@ -145,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn without_inductance_the_current_follows_at_once() {
+    fn without_inductance_the_current_follows_immediately() {
         let mut w = winding(0.0);
         assert_eq!(w.advance(Terminal::Driven(5.0), 1.0, &w.step(1e-6)), 2.0);
         assert_eq!(w.current_a, 2.0);
@@ -154,10 +155,10 @@ mod tests {
     }
 
     #[test]
-    fn a_coasting_current_dies_in_the_diodes_and_stays_dead() {
+    fn a_coasting_current_decays_through_the_diodes_to_zero() {
         let mut w = winding(4e-3);
         w.current_a = 1.0;
-        // 7.4 V and 1 V of back-EMF against 1 A: steady -4.2 A, zero after 2 ms ln(5.2/4.2).
+        // 7.4 V and 1 V of back-EMF oppose 1 A: steady -4.2 A, zero after 2 ms ln(5.2/4.2).
         let zero_s = 2e-3 * libm::log(5.2 / 4.2);
         let mean = w.advance(Terminal::Coast, 1.0, &w.step(1e-3));
         assert_eq!(w.current_a, 0.0);
@@ -166,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn a_motor_spun_beyond_the_supply_feeds_it_through_the_diodes() {
+    fn a_back_emf_above_the_supply_feeds_it_through_the_diodes() {
         let mut w = winding(0.0);
         w.advance(Terminal::Coast, 9.4, &w.step(1e-3));
         assert!((w.current_a + 1.0).abs() < 1e-14);

@@ -1,9 +1,9 @@
 //! Friction of the gear train: models M1 to M6 of Duclusaud, Passault et al., "Extended Friction
 //! Models for the Physics Simulation of Servo Actuators", arXiv 2410.08650.
 //!
-//! Each model gives a budget: the greatest torque with which friction can resist. With `s` the
-//! Stribeck share, `te` the torque that the outside applies to the gear train and `tm` that of the
-//! motor, both at the output and of one sign convention,
+//! Each model defines a budget: the maximum torque with which friction can oppose motion. With the
+//! Stribeck factor `s`, the external torque `te` on the gear train and the motor torque `tm`, both
+//! at the output and with the same sign convention,
 //!
 //! ```text
 //! budget = Kc + Kv |w|                                       M1 Coulomb and viscous
@@ -15,36 +15,37 @@
 //!                                q = qe te^2 where |te| < |tm|, qm tm^2 where |te| > |tm|
 //! ```
 //!
-//! M6 with some coefficients at zero or equal is each of the others, and so it is computed.
-//! The friction torque is the one that would stop the motion within the step, limited to the
-//! budget ([`Friction`] gives the budget, the gear train limits): what stands stays exactly still.
+//! The other models are M6 with some coefficients zero or equal, and are computed as such. The
+//! friction torque is the torque that would stop the motion within the step, limited to the budget
+//! ([`Friction`] calculates the budget, the gear train applies it): a body at rest remains exactly
+//! at rest.
 
 use core::f64::consts::PI;
 
 crate::parameters! {
-    /// Friction at the output shaft, of the gearbox and all before it.
+    /// Friction of the gearbox and everything before it, at the output shaft.
     pub struct FrictionParameters {
-        /// Which of the models M1 to M6; a fraction is cut off.
+        /// Friction model M1 to M6; a fraction is truncated.
         friction_model [""]: 1.0, "choice", 1.0, 6.0, "the simplest";
         /// Coulomb friction `Kc`.
         coulomb_friction_nm [""]: 0.028, "Nm", 0.0, 10.0, "estimate: with the bearing's, 3 % of the stall torque";
         /// Viscous friction `Kv`.
         viscous_friction_nm_s_deg [""]: 3.5e-5, "Nm s/deg", 0.0, 1.0, "estimate: 1 % of the damping by back-EMF";
-        /// What breaking loose takes beyond the Coulomb friction, `Ks`.
+        /// Breakaway friction in addition to the Coulomb friction, `Ks`.
         stribeck_friction_nm [""]: 0.015, "Nm", 0.0, 10.0, "estimate: half the Coulomb friction";
-        /// Rate `ws` at which the Stribeck share has fallen to 1/e.
+        /// Rate `ws` at which the Stribeck factor has fallen to 1/e.
         stribeck_rate_deg_s [""]: 11.5, "deg/s", 0.01, 1000.0, "arXiv 2410.08650, the authors' starting value of 0.2 rad/s";
-        /// Exponent `a` of the Stribeck share.
+        /// Exponent `a` of the Stribeck factor.
         stribeck_exponent [""]: 1.35, "1", 0.1, 10.0, "arXiv 2410.08650, the authors' starting value";
-        /// Friction per torque of the motor, `km`; `k` of M3 and M4.
+        /// Friction per motor torque, `km`; `k` of M3 and M4.
         load_friction_motor [""]: 0.05, "1", 0.0, 1.0, "arXiv 2410.08650, the authors' starting value";
         /// Friction per external torque, `ke`.
         load_friction_external [""]: 0.05, "1", 0.0, 1.0, "arXiv 2410.08650, the authors' starting value";
-        /// Its addition at rest per torque of the motor, `kms`; `ks` of M4.
+        /// Additional friction at rest per motor torque, `kms`; `ks` of M4.
         load_stribeck_motor [""]: 0.05, "1", 0.0, 1.0, "arXiv 2410.08650, the authors' starting value";
-        /// Its addition at rest per external torque, `kes`.
+        /// Additional friction at rest per external torque, `kes`.
         load_stribeck_external [""]: 0.05, "1", 0.0, 1.0, "arXiv 2410.08650, the authors' starting value";
-        /// Quadratic friction of the motor's torque, `qm`.
+        /// Quadratic friction of the motor torque, `qm`.
         load_quadratic_motor_1_nm [""]: 0.01, "1/Nm", 0.0, 10.0, "arXiv 2410.08650, top of the authors' range";
         /// Quadratic friction of the external torque, `qe`.
         load_quadratic_external_1_nm [""]: 0.01, "1/Nm", 0.0, 10.0, "arXiv 2410.08650, top of the authors' range";
@@ -62,7 +63,7 @@ pub struct Friction {
 }
 
 impl Friction {
-    /// The model that the parameters name; values outside their ranges are taken as they are.
+    /// The model selected by the parameters, whose ranges are not checked.
     ///
     /// ```
     /// use model_core::plant::drivetrain::friction::{Friction, FrictionParameters};
@@ -96,8 +97,8 @@ impl Friction {
         }
     }
 
-    /// The greatest torque of friction at a rate of the output, rad/s, under the motor's torque
-    /// and the external torque at the output, Nm.
+    /// The maximum friction torque at an output rate, rad/s, with the motor torque and the external
+    /// torque at the output, Nm.
     pub fn budget_nm(&self, rate_rad_s: f64, motor_nm: f64, external_nm: f64) -> f64 {
         let p = &self.coefficients;
         let load = |external: f64, motor: f64| (external * external_nm - motor * motor_nm).abs();
@@ -110,9 +111,9 @@ impl Friction {
             + self.stribeck_nm(rate_rad_s, at_rest_nm)
     }
 
-    /// `s` times a torque: all of it at rest, towards none in motion.
+    /// `s` times a torque: the full torque at rest, decreasing with the rate.
     fn stribeck_nm(&self, rate_rad_s: f64, at_rest_nm: f64) -> f64 {
-        // The power is the dearest part of a step, and often needless.
+        // The power function is the most expensive part of a step, and often not needed.
         if rate_rad_s == 0.0 || at_rest_nm == 0.0 {
             return at_rest_nm;
         }
@@ -138,7 +139,8 @@ impl Friction {
 mod tests {
     use super::*;
 
-    /// At the Stribeck rate of 10 deg/s, where s = 1/e; motor 2 Nm against -1 Nm outside.
+    /// Budget at the Stribeck rate of 10 deg/s, where s = 1/e, with a motor torque of 2 Nm and an
+    /// external torque of -1 Nm.
     fn budget(model: f64) -> f64 {
         let friction = Friction::new(FrictionParameters {
             friction_model: model,
@@ -158,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn the_six_models_give_the_budgets_computed_by_hand() {
+    fn the_budgets_of_the_six_models_match_hand_calculation() {
         let s = libm::exp(-1.0);
         let m1 = 0.1 + 0.02;
         let by_hand = [
@@ -177,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn the_quadratic_term_takes_the_smaller_of_opposing_torques() {
+    fn the_quadratic_term_uses_the_smaller_of_opposing_torques() {
         let friction = Friction::new(FrictionParameters {
             friction_model: 6.0,
             coulomb_friction_nm: 0.0,

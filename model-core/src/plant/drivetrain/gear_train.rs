@@ -1,4 +1,4 @@
-//! The gear train: up to three inertias in a row, all told at the output shaft.
+//! The gear train: up to three inertias in series, all referred to the output shaft.
 //!
 //! ```text
 //! motor ──[ backlash, gear stiffness ]── output gear ──[ shaft stiffness ]── load
@@ -6,12 +6,13 @@
 //!                                          encoder, hard stops
 //! ```
 //!
-//! A joint that is stiffer than the shortest step resolves is rigid: what it joins is then one
-//! inertia. With backlash it cannot be; it is as stiff as the shortest step resolves.
+//! A joint stiffer than the shortest step resolves is rigid and its two bodies are one inertia. A
+//! joint with backlash cannot be rigid; its stiffness is limited to what the shortest step
+//! resolves.
 //!
-//! Each step is semi-implicit: torques from the angles and rates at its start, then the rates,
-//! then the angles with the new rates. Friction takes what momentum it can and no more, so what
-//! stands still under less than its budget keeps a rate of exactly zero.
+//! Each step is semi-implicit: torques from the angles and rates at its start, then the rates, then
+//! the angles from the new rates. Friction removes at most its budget of momentum, so a body at
+//! rest under a torque below the budget keeps a rate of exactly zero.
 
 use core::f64::consts::PI;
 
@@ -22,9 +23,10 @@ use crate::limits::within;
 use crate::time::TICK_S;
 
 crate::parameters! {
-    /// Gears, shafts, inertias and stops. The estimates are derived in [`crate::plant::drivetrain`].
+    /// Gears, shafts, inertias and stops. The estimates are derived in
+    /// [`crate::plant::drivetrain`].
     pub struct GearTrainParameters {
-        /// Turns of the motor per turn of the output.
+        /// Motor revolutions per output revolution.
         gear_ratio [""]: 320.0, "1", 1.0, 2000.0, "estimate: 15,100 rpm of the motor at the no-load rate";
         /// Inertia of rotor and pinion.
         motor_inertia_kg_m2 [""]: 2.27e-7, "kg m^2", 1e-10, 1e-2, "estimate from the time constant of the paper's eq. (2)";
@@ -32,13 +34,13 @@ crate::parameters! {
         output_inertia_kg_m2 [""]: 2e-6, "kg m^2", 1e-8, 1.0, "estimate: 20 g at 1 cm";
         /// Inertia of horn and surface.
         load_inertia_kg_m2 [""]: 2e-6, "kg m^2", 1e-8, 1.0, "estimate: a bare horn";
-        /// Free play of the output with the motor held, from flank to flank.
+        /// Free play of the output from flank to flank with the motor blocked.
         backlash_deg [""]: 0.1, "deg", 0.0, 20.0, "estimate: one encoder count; paper, section II.B: negligible";
-        /// Stiffness of the gears; infinite where they are rigid.
+        /// Stiffness of the gears; infinite if rigid.
         gear_stiffness_nm_deg [""]: 2.0, "Nm/deg", 1e-3, f64::INFINITY, "estimate: 0.4 deg at the stall torque";
         /// Damping of the gears' flexibility.
         gear_damping_nm_s_deg [""]: 5e-5, "Nm s/deg", 0.0, 1.0, "estimate: a tenth of critical";
-        /// Stiffness of the shaft to the load; infinite where it is rigid.
+        /// Stiffness of the shaft to the load; infinite if rigid.
         shaft_stiffness_nm_deg [""]: 4.0, "Nm/deg", 1e-3, f64::INFINITY, "estimate: twice the gears'";
         /// Damping of that shaft.
         shaft_damping_nm_s_deg [""]: 5e-5, "Nm s/deg", 0.0, 1.0, "estimate: as the gears'";
@@ -51,11 +53,11 @@ crate::parameters! {
 
 const RAD: f64 = PI / 180.0;
 
-/// The shortest step: 64 a tick keep a second of simulation below two million steps.
+/// The shortest step: 64 per tick limit a simulated second to below two million steps.
 pub(super) const SHORTEST_STEP_S: f64 = TICK_S / 64.0;
 
-/// Angle of the fastest oscillation, and share of the fastest decay, in a step. The scheme is
-/// stable up to 2; at 0.2 its frequencies are right within 0.2^2/24 = 0.2 %.
+/// Phase of the fastest oscillation, and fraction of the fastest time constant, per step. The
+/// method is stable up to 2; at 0.2 its frequencies are accurate to 0.2^2/24 = 0.2 %.
 pub(super) const STEP_SHARE: f64 = 0.2;
 
 #[derive(Debug, Clone, Copy, Default)]
@@ -75,14 +77,14 @@ struct Joint {
 }
 
 impl Joint {
-    /// The torque that the first body hands to the second.
+    /// The torque from the first body on the second.
     fn torque_nm(&self, first: &Body, second: &Body) -> f64 {
         let lead_rad = first.angle_rad - second.angle_rad;
         let gap = self.half_gap_rad;
         let twist_rad = lead_rad - within(lead_rad, -gap, gap);
         let torque_nm = self.stiffness_nm * twist_rad
             + self.damping_nm_s * (first.rate_rad_s - second.rate_rad_s);
-        // Flanks with play push, but do not pull.
+        // Flanks with backlash push but do not pull.
         if gap > 0.0 && torque_nm * twist_rad <= 0.0 {
             0.0
         } else {
@@ -96,21 +98,21 @@ impl Joint {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct GearTrain {
     bodies: [Body; 3],
-    /// `joints[i]` stands between `bodies[i]` and `bodies[i + 1]`.
+    /// `joints[i]` connects `bodies[i]` and `bodies[i + 1]`.
     joints: [Joint; 2],
     count: usize,
-    /// Which of the bodies is the output gear.
+    /// Index of the output gear in `bodies`.
     output: usize,
     friction: Friction,
     bearing_nm: f64,
     stop_rad: f64,
-    /// Whether everything that turns is held fast.
+    /// Whether the gear train is jammed.
     pub is_jammed: bool,
-    /// Torque of all friction in the last step.
+    /// Total friction torque in the last step.
     pub friction_nm: f64,
 }
 
-/// Angle and rate of a part, rad and rad/s at the output.
+/// Angle and rate of a body, rad and rad/s, referred to the output.
 pub(super) type Motion = (f64, f64);
 
 impl GearTrain {
@@ -121,7 +123,7 @@ impl GearTrain {
             p.load_inertia_kg_m2 + load.inertia_kg_m2,
         ];
         let least = inertias[0].min(inertias[1]).min(inertias[2]);
-        // So that neither 2 sum(k)/J nor sum(c)/J of a body between two joints is too fast.
+        // Limits 2 sum(k)/J and sum(c)/J of a body between two joints to resolvable values.
         let fastest = STEP_SHARE / SHORTEST_STEP_S;
         let stiffest_nm = least / 4.0 * fastest * fastest;
         let joint = |stiffness: f64, damping: f64, backlash: f64| Joint {
@@ -172,7 +174,7 @@ impl GearTrain {
             } else {
                 0.0
             };
-            // The joints before and behind; those beyond the ends are zero.
+            // The joints before and after the body; zero beyond the ends.
             let before = i
                 .checked_sub(1)
                 .map_or(Joint::default(), |j| self.joints[j]);
@@ -180,18 +182,18 @@ impl GearTrain {
             let stiffness_nm = before.stiffness_nm + behind.stiffness_nm + own_nm;
             let damping_nm_s = before.damping_nm_s + behind.damping_nm_s;
             let inertia = body.inertia_kg_m2;
-            // Gershgorin: no mode is faster than the stiffest row, 2 sum(k)/J.
+            // Gershgorin bound: no mode is faster than the stiffest row, 2 sum(k)/J.
             let fastest = libm::sqrt(2.0 * stiffness_nm / inertia).max(damping_nm_s / inertia);
-            // A rate of zero divides to infinity, which is never the least.
+            // A zero gives infinity, which is never the minimum.
             step_s = step_s.min(STEP_SHARE / fastest);
         }
         step_s.max(SHORTEST_STEP_S)
     }
 
-    /// Moves through a step under the motor's torque and the load.
+    /// Advances a step with the motor torque and the load.
     pub fn advance(&mut self, step_s: f64, motor_nm: f64, load: &Load) {
         let last = self.count - 1;
-        // torques[i] enters body i, and torques[i + 1] leaves it.
+        // torques[i] acts on body i from the motor side, torques[i + 1] on its load side.
         let mut torques = [motor_nm, 0.0, 0.0, 0.0];
         for (i, pair) in self.bodies[..self.count].windows(2).enumerate() {
             torques[i + 1] = self.joints[i].torque_nm(&pair[0], &pair[1]);
@@ -213,7 +215,7 @@ impl GearTrain {
             } else {
                 (gearbox + bearing) * step_s
             };
-            // The damping of the load acts on the new rate, so that none is too strong.
+            // Load damping acts on the new rate (implicit), which is stable for any value.
             let damping = if i == last { load.damping_nm_s } else { 0.0 };
             let inertia = body.inertia_kg_m2 + damping * step_s;
             let momentum = inertia * body.rate_rad_s + (torques[i] - torques[i + 1]) * step_s;
@@ -247,7 +249,7 @@ impl GearTrain {
         self.motion(self.count - 1)
     }
 
-    /// The external torque at the load.
+    /// External torque at the load.
     pub fn load_nm(&self, load: &Load) -> f64 {
         load_nm(load, &self.bodies[self.count - 1])
     }
@@ -282,7 +284,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn flanks_with_play_push_but_do_not_pull() {
+    fn flanks_with_backlash_push_but_do_not_pull() {
         let joint = |half_gap_rad| Joint {
             stiffness_nm: 10.0,
             damping_nm_s: 1.0,
@@ -293,12 +295,12 @@ mod tests {
             rate_rad_s,
             ..Default::default()
         };
-        // 0.125 rad beyond the gap, coming together and parting.
+        // 0.125 rad beyond the gap, closing and separating.
         let rest = body(0.0, 0.0);
         assert_eq!(joint(0.25).torque_nm(&body(0.375, 0.5), &rest), 1.75);
         assert_eq!(joint(0.25).torque_nm(&body(0.375, -2.0), &rest), 0.0);
         assert_eq!(joint(0.25).torque_nm(&body(0.125, 0.5), &rest), 0.0);
-        // Without play the same shaft pulls.
+        // Without backlash the same shaft pulls.
         assert_eq!(joint(0.0).torque_nm(&body(0.125, -2.0), &rest), -0.75);
     }
 }

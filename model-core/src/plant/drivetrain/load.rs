@@ -1,19 +1,20 @@
-//! What pulls at the surface: terms that add up.
+//! External load: a sum of terms.
 
 use core::f64::consts::PI;
 
 crate::parameters! {
-    /// The external load; positive torque pushes towards positive angles.
+    /// The external load; a positive torque acts towards positive angles.
     pub struct LoadParameters {
         /// Constant torque.
         load_torque_nm [""]: 0.0, "Nm", -100.0, 100.0, "paper: unloaded throughout";
-        /// Spring towards zero, as an aerodynamic hinge moment; negative where it drives away.
+        /// Spring constant towards zero, for example of an aerodynamic hinge moment; negative if
+        /// destabilising.
         hinge_moment_nm_deg [""]: 0.0, "Nm/deg", -1.0, 1.0, "paper: unloaded throughout";
         /// Viscous damping.
         load_damping_nm_s_deg [""]: 0.0, "Nm s/deg", 0.0, 1.0, "paper: unloaded throughout";
-        /// Point mass on an arm that hangs at zero.
+        /// Point mass of a pendulum that hangs down at angle zero.
         pendulum_mass_kg [""]: 0.0, "kg", 0.0, 10.0, "paper: unloaded throughout";
-        /// Length of that arm.
+        /// Length of the pendulum.
         pendulum_length_m [""]: 0.1, "m", 0.0, 1.0, "as long as a servo horn's rod";
     }
 }
@@ -29,9 +30,9 @@ pub(super) struct Load {
     pub hinge_nm_rad: f64,
     pub damping_nm_s: f64,
     pub weight_nm: f64,
-    /// What the pendulum adds to the inertia.
+    /// Inertia of the pendulum.
     pub inertia_kg_m2: f64,
-    /// What a recording, or the caller, adds.
+    /// Torque added by a recording or by the caller.
     pub recorded_nm: f64,
 }
 
@@ -48,7 +49,7 @@ impl Load {
         }
     }
 
-    /// The torque at this angle, all but the damping.
+    /// The torque at this angle without damping.
     pub fn torque_nm(&self, angle_rad: f64) -> f64 {
         let weight_nm = if self.weight_nm == 0.0 {
             0.0
@@ -59,16 +60,16 @@ impl Load {
     }
 }
 
-/// A recorded load: torque steps, each held until the next.
+/// A recorded load: torque steps, each constant until the next.
 #[derive(Debug, Clone, Copy)]
 pub struct Recording<'a> {
     steps: &'a [(u64, f64)],
 }
 
 impl<'a> Recording<'a> {
-    /// A recording from pairs of tick and torque, Nm; before the first the torque is 0.
+    /// A recording of pairs of tick and torque, Nm; before the first the torque is 0.
     ///
-    /// `None` unless the ticks grow and every torque is finite.
+    /// `None` unless the ticks increase and every torque is finite.
     ///
     /// ```
     /// use model_core::plant::drivetrain::load::Recording;
@@ -98,7 +99,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_terms_of_the_load_add_up() {
+    fn the_load_terms_are_added() {
         let load = Load::new(&LoadParameters {
             load_torque_nm: 0.5,
             hinge_moment_nm_deg: 0.01,
@@ -113,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn a_recording_is_held_from_its_own_tick_on() {
+    fn a_recorded_torque_is_constant_from_its_tick() {
         let steps = [(3, 1.0), (5, -2.0)];
         let recording = Recording::try_new(&steps).unwrap();
         let torques = [2, 3, 4, 5, 1_000_000].map(|tick| recording.torque_nm(tick));

@@ -1,4 +1,4 @@
-//! A motor, a gear train and a load, to stand in for the drivetrain.
+//! Detailed model of motor, gear train and load.
 //!
 //! ```text
 //! bridge ── winding (R, L, back-EMF) ── gear train (friction, backlash, flexibility) ── load
@@ -6,10 +6,10 @@
 //!
 //! # The Futaba S3305
 //!
-//! Its catalogue, as commonly quoted, gives 8.9 kg cm and 0.20 s/60 deg at 6 V (7.1 kg cm and
-//! 0.25 s/60 deg at 4.8 V), and nothing of the motor within. The defaults are estimates, made to agree with the stall
-//! torque and with equation (2) of the paper as this project reads it, `2.836/(1 + 0.1318 s)`
-//! (deg/s)/%: 283.6 deg/s = 4.950 rad/s at full duty. All at the output shaft:
+//! The catalogue, as commonly quoted, states 8.9 kg cm and 0.20 s/60 deg at 6 V (7.1 kg cm and 0.25
+//! s/60 deg at 4.8 V), and no data of the motor. The defaults are estimates that agree with the
+//! stall torque and with equation (2) of the paper as this project reads it, `2.836/(1 + 0.1318 s)`
+//! (deg/s)/%: 283.6 deg/s = 4.950 rad/s at full duty. All values are referred to the output shaft:
 //!
 //! | quantity | value |
 //! |---|---|
@@ -22,8 +22,8 @@
 //! | gear ratio for 15,100 rpm of the motor: `n`, hence `k` | 320, 3.62 mNm/A |
 //! | inertia: 0.1318 s x 0.1763 Nm s/rad, over `n^2` for the rotor | 0.0232 kg m^2, 2.27e-7 kg m^2 |
 //!
-//! Losses of the gears appear as friction, not as an efficiency, so the stall current of 0.78 A is
-//! on the low side.
+//! Gear losses are modelled as friction, not as an efficiency, so the stall current of 0.78 A is
+//! rather low.
 
 pub mod electrical;
 pub mod friction;
@@ -58,9 +58,9 @@ impl DrivetrainParameters {
     /// Checks every value against its range.
     ///
     /// # Errors
-    /// That of the first parameter outside its range, that of a rotor so light that the back-EMF
-    /// would stop it faster than the shortest step resolves, and that of a hinge moment that drives
-    /// the load away more strongly than its shaft holds it: no stop stands behind the shaft.
+    /// Names the first parameter outside its range, a rotor inertia so small that the back-EMF
+    /// would stop the rotor faster than the shortest step resolves, or a destabilising hinge moment
+    /// above the stiffness of the shaft, since no stop limits the load.
     fn check(&self) -> Result<(), ParameterError> {
         self.electrical.check()?;
         self.gear_train.check()?;
@@ -83,7 +83,7 @@ impl DrivetrainParameters {
     }
 }
 
-/// Checks a value against a range whose lower end other parameters may raise.
+/// Checks a value against a range whose lower limit may be raised by other parameters.
 fn check_from<P: Parameters>(name: &str, least: f64, value: f64) -> Result<(), ParameterError> {
     for row in P::TABLE.iter().filter(|row| row.name == name) {
         let min = row.min.max(least);
@@ -92,31 +92,31 @@ fn check_from<P: Parameters>(name: &str, least: f64, value: f64) -> Result<(), P
     Ok(())
 }
 
-/// Everything that can be read off the drivetrain at an instant.
+/// State and signals of the drivetrain at an instant.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Reading {
-    /// The output shaft, where the encoder sits.
+    /// The output shaft, measured by the encoder.
     pub output: PlantState,
-    /// The motor's own shaft; it turns by the gear ratio more.
+    /// The motor shaft, before the gear ratio.
     pub motor: PlantState,
-    /// The load behind the output shaft.
+    /// The load after the output shaft.
     pub load: PlantState,
     /// Current of the winding, A.
     pub current_a: f64,
     /// Back-EMF, V.
     pub back_emf_v: f64,
-    /// Voltage between the ends of the winding, V.
+    /// Terminal voltage of the winding, V.
     pub terminal_v: f64,
-    /// Torque of the motor, at the output, Nm.
+    /// Motor torque at the output, Nm.
     pub motor_torque_nm: f64,
-    /// Torque of all friction, at the output, positive against positive motion, Nm.
+    /// Total friction torque at the output, positive if it opposes positive motion, Nm.
     pub friction_torque_nm: f64,
     /// External torque at the load, Nm.
     pub load_torque_nm: f64,
 }
 
-/// The drivetrain, driven by whatever stands at the ends of the winding.
+/// The drivetrain, driven at the terminals of the winding.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Drivetrain {
@@ -126,24 +126,24 @@ pub struct Drivetrain {
     terminal: Terminal,
     supply_v: f64,
     gear_ratio: f64,
-    /// Back-EMF per rate of the output, and torque at the output per current.
+    /// Back-EMF per output rate, equal to output torque per current.
     constant_nm_a: f64,
     longest_step_s: f64,
 }
 
-/// Longest time that one call simulates, s: it bounds the work of a call.
+/// Maximum time that one call simulates, s, which limits the work of a call.
 const LONGEST_ADVANCE_S: f64 = 1.0;
 
-/// Greatest recorded torque. On the lightest load, 1e-8 kg m^2, it makes 1e14 rad/s^2: far from the
-/// ends of the numbers after any time that somebody waits for.
+/// Maximum recorded torque. With the smallest load inertia, 1e-8 kg m^2, it gives 1e14 rad/s^2,
+/// which overflows no number in any practical time.
 const GREATEST_TORQUE_NM: f64 = 1e6;
 
 impl Drivetrain {
     /// A drivetrain at rest at zero, without current.
     ///
     /// # Errors
-    /// That of the first parameter outside its range; for the motor's inertia the range starts
-    /// where its mechanical time constant, `R J/k^2`, is five of the shortest steps, 4 us.
+    /// Names the first parameter outside its range; the range of the motor inertia starts where its
+    /// mechanical time constant, `R J/k^2`, is five of the shortest steps, 4 us.
     ///
     /// ```
     /// use model_core::plant::drivetrain::{Drivetrain, DrivetrainParameters, electrical::Terminal};
@@ -160,7 +160,7 @@ impl Drivetrain {
         let train = GearTrain::new(&parameters.gear_train, friction, &load);
         let motor = &parameters.electrical;
         let gear_ratio = parameters.gear_train.gear_ratio;
-        // The back-EMF acts on the rotor at the rate k^2/(R J), which is a decay like others.
+        // The back-EMF decelerates the rotor with the rate k^2/(R J), a decay like the others.
         let decay_s = motor.winding_resistance_ohm * parameters.gear_train.motor_inertia_kg_m2
             / (motor.torque_constant_nm_a * motor.torque_constant_nm_a);
         let longest_step_s = train.longest_step_s(&load).min(STEP_SHARE * decay_s);
@@ -176,10 +176,10 @@ impl Drivetrain {
         })
     }
 
-    /// Moves on by `dt_s` with the bridge in this state, in equal steps short enough to be stable.
+    /// Advances by `dt_s` with the bridge in this state, in equal steps short enough to be stable.
     ///
-    /// A time that is not above 0, or NaN, is no time; of one beyond a second, a second is taken.
-    /// A voltage of NaN is 0.
+    /// A time that is NaN or not above 0 has no effect; a time above one second is limited to one
+    /// second. A voltage of NaN counts as 0.
     pub fn advance(&mut self, terminal: Terminal, dt_s: f64) {
         self.terminal = match terminal {
             Terminal::Driven(v) if v.is_nan() => Terminal::Driven(0.0),
@@ -202,8 +202,8 @@ impl Drivetrain {
         }
     }
 
-    /// Adds a torque to the external load until the next call, Nm: a recording, a gust.
-    /// It is held within +-1e6 Nm; NaN is 0.
+    /// Adds a torque to the external load until the next call, Nm, for example a recording or a
+    /// gust. It is limited to +-1e6 Nm; NaN counts as 0.
     pub fn set_recorded_torque_nm(&mut self, torque_nm: f64) {
         self.load.recorded_nm = if torque_nm.is_nan() {
             0.0
@@ -212,7 +212,7 @@ impl Drivetrain {
         };
     }
 
-    /// Changes the supply of the bridge, V, held within its parameter's range; NaN is 0.
+    /// Sets the supply of the bridge, V, limited to the range of its parameter; NaN counts as 0.
     ///
     /// ```
     /// use model_core::plant::drivetrain::{Drivetrain, DrivetrainParameters, electrical::Terminal};
@@ -232,12 +232,12 @@ impl Drivetrain {
         self.winding.set_supply_v(self.supply_v);
     }
 
-    /// Jams the gear train, or frees it: what is jammed takes every torque and stands still.
+    /// Jams or frees the gear train; a jammed gear train remains at rest under any torque.
     pub fn set_jammed(&mut self, is_jammed: bool) {
         self.train.is_jammed = is_jammed;
     }
 
-    /// Everything that can be read off now.
+    /// The present state and signals.
     pub fn reading(&self) -> Reading {
         let back_emf_v = self.back_emf_v();
         let current_a = self.winding.current_a;

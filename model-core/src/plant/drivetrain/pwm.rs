@@ -1,4 +1,4 @@
-//! The drivetrain behind a PWM bridge.
+//! The drivetrain with a PWM bridge.
 
 use super::electrical::Terminal;
 use super::load::Recording;
@@ -9,7 +9,7 @@ use crate::time::TICK_S;
 
 /// A [`Drivetrain`] whose bridge is driven by PWM periods.
 ///
-/// A period is simulated when it starts and its readings are kept, so looking changes nothing.
+/// A period is simulated at its start and its readings are stored, so reading has no side effect.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PwmDrivetrain<'a> {
@@ -60,17 +60,17 @@ impl<'a> PwmDrivetrain<'a> {
         })
     }
 
-    /// Everything that can be read off at a tick of the running period, as [`Plant::at`].
+    /// State and signals at a tick of the running period, as [`Plant::at`].
     pub fn reading_at(&self, tick_in_period: usize) -> Reading {
         self.readings[tick_in_period.min(PERIOD)]
     }
 
-    /// Adds a torque to the external load from the next period on, Nm, where no recording does.
+    /// Adds a torque to the external load from the next period, Nm, unless a recording does.
     pub fn set_load_torque_nm(&mut self, torque_nm: f64) {
         self.drivetrain.set_recorded_torque_nm(torque_nm);
     }
 
-    /// One tick, `on` ticks of the period before its switching edge.
+    /// Simulates one tick; the switching edge is `on` ticks after its start.
     fn run_tick(&mut self, level_v: f64, on: f64) {
         if on >= 1.0 {
             self.drivetrain.advance(Terminal::Driven(level_v), TICK_S);

@@ -9,7 +9,7 @@ use crate::time::TICK_S;
 
 const FULL: Terminal = Terminal::Driven(6.0);
 
-/// One rigid inertia without any friction.
+/// One rigid inertia without friction.
 fn ideal() -> DrivetrainParameters {
     let mut p = DrivetrainParameters::default();
     p.gear_train.gear_stiffness_nm_deg = f64::INFINITY;
@@ -59,7 +59,7 @@ fn a_rigid_drivetrain_without_friction_runs_up_to_the_closed_form_of_rate_and_cu
 #[test]
 fn the_default_drivetrain_has_the_no_load_rate_and_time_constant_of_the_paper() {
     let mut b = drivetrain(&without_stops());
-    // Steps about a working point, from 50 % to 100 %: friction is then a constant.
+    // A step around an operating point, from 50 % to 100 %: friction is then constant.
     advance(&mut b, Terminal::Driven(3.0), 3.0);
     let low = b.reading().output.rate_deg_s;
     advance(&mut b, FULL, 1.0 / 7.586);
@@ -69,15 +69,15 @@ fn the_default_drivetrain_has_the_no_load_rate_and_time_constant_of_the_paper() 
     assert!((high - 283.6).abs() < 0.5, "{high}");
     let gain = (high - low) / 50.0;
     assert!((gain / 2.836 - 1.0).abs() < 0.04, "{gain}");
-    // 1 - 1/e = 0.632 within what 10 % of the time constant makes of it.
+    // 1 - 1/e = 0.632, with a tolerance of 10 % of the time constant.
     let risen = (after_one_time_constant - low) / (high - low);
     assert!((0.60..0.67).contains(&risen), "{risen}");
 }
 
 #[test]
 fn without_friction_the_drivetrain_follows_the_first_order_motor() {
-    // The same gain and time constant: K = V/(n k), tau = R J/(n k)^2. The electrical lag of
-    // 0.13 ms, which the first-order motor has not, makes about 283 deg/s * 0.13 ms.
+    // The same gain and time constant: K = V/(n k), tau = R J/(n k)^2. The electrical lag of 0.13
+    // ms, absent in the first-order motor, causes about 283 deg/s * 0.13 ms.
     let p = ideal();
     let constant: f64 = 320.0 * 3.62e-3;
     let motor = FirstOrderParameters {
@@ -100,7 +100,7 @@ fn without_friction_the_drivetrain_follows_the_first_order_motor() {
 }
 
 #[test]
-fn a_damped_load_slows_the_free_rate_by_its_share_of_the_damping() {
+fn load_damping_reduces_the_no_load_rate_by_its_share_of_the_damping() {
     let mut p = ideal();
     p.load.load_damping_nm_s_deg = 1e-3;
     let mut b = drivetrain(&p);
@@ -113,7 +113,7 @@ fn a_damped_load_slows_the_free_rate_by_its_share_of_the_damping() {
 }
 
 #[test]
-fn the_output_lags_the_motor_by_the_backlash_from_turn_to_turn() {
+fn the_output_lags_the_motor_by_the_backlash_after_a_reversal() {
     let mut p = without_stops();
     p.gear_train.backlash_deg = 1.0;
     p.gear_train.gear_stiffness_nm_deg = 50.0;
@@ -123,12 +123,12 @@ fn the_output_lags_the_motor_by_the_backlash_from_turn_to_turn() {
     let forward = lead(&b);
     advance(&mut b, Terminal::Driven(-1.0), 1.0);
     let width = forward - lead(&b);
-    // The bearing's 2 mNm twist the gears by 2 x 0.04 mdeg on top.
+    // The bearing friction of 2 mNm twists the gears by another 2 x 0.04 mdeg.
     assert!((width - 1.0).abs() < 1e-3, "{width}");
 }
 
 #[test]
-fn the_output_stands_still_while_the_motor_crosses_the_backlash() {
+fn the_output_is_at_rest_while_the_motor_crosses_the_backlash() {
     let mut p = without_stops();
     p.gear_train.backlash_deg = 2.0;
     let mut b = drivetrain(&p);
@@ -141,17 +141,17 @@ fn the_output_stands_still_while_the_motor_crosses_the_backlash() {
         b.advance(Terminal::Driven(-1.0), TICK_S);
         crossed = (motor - b.reading().motor.angle_deg) / 320.0;
     }
-    // From wherever the output was left in the gap, which cannot be more than all of it.
+    // The output is anywhere in the gap, so the motor crosses at most the whole gap.
     assert!((0.5..2.01).contains(&crossed), "{crossed}");
 }
 
 #[test]
-fn what_pulls_below_the_friction_moves_nothing_at_all_and_above_it_does() {
+fn a_torque_below_the_breakaway_friction_moves_nothing_and_one_above_it_does() {
     let mut p = ideal();
     p.friction.friction_model = 2.0;
     p.friction.coulomb_friction_nm = 0.03;
     p.friction.stribeck_friction_nm = 0.02;
-    // Breaks loose at 0.05 Nm: V = R 0.05/(n k).
+    // Breakaway at 0.05 Nm: V = R 0.05/(n k).
     let threshold_v = 7.7 * 0.05 / (320.0 * 3.62e-3);
     let mut b = drivetrain(&p);
     advance(&mut b, Terminal::Driven(threshold_v * (1.0 - 1e-9)), 1.0);
@@ -161,7 +161,7 @@ fn what_pulls_below_the_friction_moves_nothing_at_all_and_above_it_does() {
 }
 
 #[test]
-fn load_dependent_friction_holds_a_load_that_the_coulomb_friction_alone_would_not() {
+fn load_dependent_friction_holds_a_load_that_coulomb_friction_alone_does_not() {
     let mut p = ideal();
     p.friction.coulomb_friction_nm = 0.05;
     p.friction.load_friction_motor = 0.5;
@@ -181,18 +181,19 @@ fn load_dependent_friction_holds_a_load_that_the_coulomb_friction_alone_would_no
 }
 
 #[test]
-fn load_dependent_friction_holds_opposing_torques_and_frees_those_that_agree() {
+fn load_dependent_friction_holds_opposing_torques_and_not_aligned_ones() {
     let mut p = ideal();
     p.electrical.winding_inductance_h = 0.0;
     p.friction.friction_model = 3.0;
     p.friction.load_friction_motor = 0.5;
     let motor = Terminal::Driven(7.7 * 0.1 / (320.0 * 3.62e-3));
-    // 0.1 Nm against 0.05 Nm load the gears with 0.15 Nm, half of which holds the other 0.05 Nm.
+    // 0.1 Nm against 0.05 Nm load the gears with 0.15 Nm, half of which holds the difference of
+    // 0.05 Nm.
     p.load.load_torque_nm = -0.05;
     let mut opposed = drivetrain(&p);
     advance(&mut opposed, motor, 0.1);
     assert_eq!(opposed.reading().output, PlantState::default());
-    // 0.1 Nm along with 0.1 Nm load them with nothing.
+    // 0.1 Nm aligned with 0.1 Nm do not load the gears.
     p.load.load_torque_nm = 0.1;
     let mut agreed = drivetrain(&p);
     agreed.advance(motor, TICK_S);
@@ -201,7 +202,7 @@ fn load_dependent_friction_holds_opposing_torques_and_frees_those_that_agree() {
 }
 
 #[test]
-fn a_braked_motor_stops_with_its_time_constant_and_a_coasting_one_runs_on() {
+fn a_braked_motor_stops_with_its_time_constant_and_a_coasting_one_continues() {
     let p = ideal();
     let mut braked = drivetrain(&p);
     advance(&mut braked, FULL, 2.0);
@@ -218,7 +219,7 @@ fn a_braked_motor_stops_with_its_time_constant_and_a_coasting_one_runs_on() {
 }
 
 #[test]
-fn coulomb_friction_stops_a_coasting_motor_by_a_straight_line_to_exactly_zero() {
+fn coulomb_friction_decelerates_a_coasting_motor_linearly_to_exactly_zero() {
     let mut p = ideal();
     p.friction.coulomb_friction_nm = 0.05;
     let mut b = drivetrain(&p);
@@ -233,7 +234,7 @@ fn coulomb_friction_stops_a_coasting_motor_by_a_straight_line_to_exactly_zero() 
 }
 
 #[test]
-fn a_switching_bridge_that_coasts_runs_faster_at_part_duty_than_one_that_brakes() {
+fn a_bridge_that_coasts_in_the_off_time_runs_faster_at_partial_duty_than_one_that_brakes() {
     let mut p = without_stops();
     let mut rate = |coast| {
         p.electrical.coast_when_off = coast;
@@ -244,24 +245,24 @@ fn a_switching_bridge_that_coasts_runs_faster_at_part_duty_than_one_that_brakes(
         b.at(PERIOD).rate_deg_s
     };
     let (braking, coasting) = (rate(0.0), rate(1.0));
-    // Braking averages the voltage as the mean does: K 30 % less the friction's share.
+    // Braking is equivalent to the mean voltage: K 30 % minus the effect of friction.
     assert!((braking - 78.2).abs() < 2.0, "{braking}");
     assert!(coasting > 1.5 * braking, "{coasting}");
 }
 
 #[test]
-fn the_hard_stop_holds_the_output_while_the_motor_stalls_at_its_closed_form_current() {
+fn the_motor_stalls_at_the_hard_stop_with_its_closed_form_current() {
     let mut p = DrivetrainParameters::default();
     p.gear_train.hard_stop_deg = 30.0;
     let mut b = drivetrain(&p);
-    // The rotor swings in the gears at 70 rad/s and comes to rest with about 4/s.
+    // The rotor oscillates on the gear stiffness at 70 rad/s and settles with about 4/s.
     for _ in 0..60_000 {
         b.advance(FULL, TICK_S);
         assert!(b.reading().output.angle_deg <= 30.0 + 1e-12);
     }
     assert_eq!(b.reading().output.rate_deg_s, 0.0);
     assert!((b.reading().current_a - 6.0 / 7.7).abs() < 1e-9);
-    // The gears are twisted by stall torque less friction, and half the backlash.
+    // The gear twist is that of stall torque minus friction, plus half the backlash.
     let twist = b.reading().motor.angle_deg / 320.0 - 30.0;
     let stall_nm = 320.0 * 3.62e-3 * 6.0 / 7.7;
     assert!(
@@ -271,7 +272,7 @@ fn the_hard_stop_holds_the_output_while_the_motor_stalls_at_its_closed_form_curr
 }
 
 #[test]
-fn a_pendulum_pulls_the_angle_that_its_weight_and_the_current_balance() {
+fn a_pendulum_settles_where_its_weight_balances_the_motor_torque() {
     let mut p = ideal();
     p.load.pendulum_mass_kg = 1.0;
     p.load.pendulum_length_m = 0.1;
@@ -284,7 +285,7 @@ fn a_pendulum_pulls_the_angle_that_its_weight_and_the_current_balance() {
 }
 
 #[test]
-fn a_recorded_load_acts_from_its_own_tick() {
+fn a_recorded_load_acts_from_its_tick() {
     let p = ideal();
     let steps = [(25, -0.5)];
     let recording = load::Recording::try_new(&steps).unwrap();
@@ -305,12 +306,12 @@ fn very_stiff_and_infinitely_stiff_joints_agree() {
     advance(&mut rigid, FULL, 0.3);
     advance(&mut stiff, FULL, 0.3);
     let difference = rigid.reading().output.angle_deg - stiff.reading().output.angle_deg;
-    // Half a step of 50 us at 287 deg/s, by which the rigid one is ahead.
+    // The rigid one leads by half a step of 50 us at 287 deg/s.
     assert!(difference.abs() < 0.015, "{difference}");
 }
 
 #[test]
-fn a_jammed_gear_train_stops_at_once_and_draws_the_stall_current() {
+fn a_jammed_gear_train_stops_immediately_and_draws_the_stall_current() {
     let mut drivetrain = Drivetrain::try_new(&DrivetrainParameters::default()).unwrap();
     drivetrain.advance(Terminal::Driven(6.0), 0.3);
     let before = drivetrain.reading().output;
@@ -327,13 +328,13 @@ fn a_jammed_gear_train_stops_at_once_and_draws_the_stall_current() {
 }
 
 #[test]
-fn a_lower_supply_limits_the_voltage_and_what_the_diodes_hold() {
+fn a_lower_supply_limits_the_terminal_voltage_and_the_diode_voltage() {
     let mut drivetrain = Drivetrain::try_new(&DrivetrainParameters::default()).unwrap();
     drivetrain.set_supply_v(2.0);
     drivetrain.advance(Terminal::Driven(6.0), 1e-4);
     assert_eq!(drivetrain.reading().terminal_v, 2.0);
     drivetrain.advance(Terminal::Coast, 1e-9);
-    // 2 V and twice 0.7 V against a current that has not died yet.
+    // 2 V and twice 0.7 V oppose the remaining current.
     assert_eq!(drivetrain.reading().terminal_v, -3.4);
     drivetrain.set_supply_v(f64::NAN);
     drivetrain.advance(Terminal::Driven(6.0), 1e-4);

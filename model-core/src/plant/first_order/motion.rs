@@ -1,4 +1,4 @@
-//! The closed forms: free motion towards a steady rate, and what a duty makes of a period.
+//! Closed forms: free motion towards a steady rate, and the response to a duty within a period.
 
 use super::{FirstOrderParameters, Ticks};
 use crate::plant::{PERIOD, PlantState, Pwm};
@@ -15,7 +15,7 @@ const TIMES_S: [f64; PERIOD + 1] = {
     times_s
 };
 
-/// The lag of the motor, `D` at every tick of a period.
+/// The lag of the motor: `D` at every tick of a period.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Lag {
@@ -29,14 +29,14 @@ impl Lag {
         Self { tau_s, decay }
     }
 
-    /// A motion at a tick of the period.
+    /// State of a motion at a tick of the period.
     #[inline(always)]
     pub fn at(&self, motion: &Motion, tick: usize) -> PlantState {
         motion.after(TIMES_S[tick], self.decay[tick], self.tau_s)
     }
 
-    /// A motion at all ticks of the period but the last: loops without a branch and of a length
-    /// that the compiler knows, for it to turn into vectors.
+    /// States of a motion at all ticks of the period except the last: branch-free loops of constant
+    /// length, which the compiler vectorises.
     #[inline(always)]
     pub fn ticks(&self, motion: &Motion) -> Ticks {
         let mut ticks = Ticks {
@@ -51,7 +51,7 @@ impl Lag {
         ticks
     }
 
-    /// A motion at any time of the period, ticks.
+    /// State of a motion at any time of the period, in ticks.
     pub fn between(&self, motion: &Motion, ticks: f64) -> PlantState {
         motion.after(ticks * TICK_S, decay_over(ticks, self.tau_s), self.tau_s)
     }
@@ -61,7 +61,8 @@ fn decay_over(ticks: f64, tau_s: f64) -> f64 {
     libm::expm1(-(ticks * TICK_S) / tau_s)
 }
 
-/// A free motion towards a steady rate, told by where it is, or would have been, at tick 0.
+/// A free motion towards a steady rate, defined by its state at tick 0 (extrapolated if it starts
+/// later).
 #[derive(Debug, Clone, Copy, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Motion {
@@ -80,7 +81,7 @@ impl Motion {
         }
     }
 
-    /// The same motion on top of another start.
+    /// The superposition of this motion and a start state.
     #[inline(always)]
     pub fn plus(&self, start: PlantState) -> Self {
         Self {
@@ -93,17 +94,17 @@ impl Motion {
     }
 }
 
-/// What a duty makes of a period: how a motor at rest at zero would move.
+/// Response of a motor at rest at zero to a duty within one period.
 ///
-/// The motor is linear between its limits. So its motion is this one, plus the decay of the rate
-/// that it starts with.
+/// The motor is linear between its limits, so its motion is this response plus the decay of its
+/// initial rate.
 #[derive(Debug, Clone, Copy)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Response {
     pub duty_pct: f64,
-    /// How long the bridge is on, ticks; the whole period where it does not switch.
+    /// On time of the bridge in ticks; the whole period if it does not switch.
     pub on_ticks: f64,
-    /// The motion before tick `off_from`, and from it on.
+    /// The motion before and from tick `off_from`.
     pub driven: Motion,
     pub braked: Motion,
     pub off_from: usize,
@@ -148,7 +149,7 @@ impl Response {
     }
 }
 
-/// The braked motion that passes a state, followed back to tick 0.
+/// The braked motion through a state, extrapolated back to tick 0.
 fn braked_from(lag: &Lag, passed: PlantState, ticks: f64) -> Motion {
     let decay = decay_over(ticks, lag.tau_s);
     // The time constant is at least 1e-4 s, hence 1 + D at least exp(-10) within the period.

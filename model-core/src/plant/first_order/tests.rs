@@ -3,7 +3,7 @@ use std::vec::Vec;
 
 use super::*;
 
-/// Section S9c as it is written: one tick at a time, limits after each.
+/// Section S9c of the specification literally: one tick at a time, limits after each.
 struct Sequential {
     parameters: FirstOrderParameters,
     pwm: Pwm,
@@ -57,7 +57,8 @@ fn any_pwm() -> impl Strategy<Value = Pwm> {
     prop_oneof![Just(Pwm::Average), Just(Pwm::Switched)]
 }
 
-/// Plants from the fastest motor here (1/54 s) to a slow one, with and without limits in reach.
+/// Plants from the fastest motor of the presets (1/54 s) to a slow one, with and without limits in
+/// reach.
 fn any_parameters() -> impl Strategy<Value = FirstOrderParameters> {
     let limit = || prop_oneof![Just(f64::INFINITY), 0.0..400.0];
     (
@@ -89,7 +90,7 @@ fn any_duties() -> impl Strategy<Value = Vec<f64>> {
 }
 
 proptest! {
-    /// 1e-10 deg and deg/s over up to 0.4 s: the two round differently, 8,000 times.
+    /// Tolerance of 1e-10 deg and deg/s over up to 0.4 s: the two round differently in 8,000 steps.
     #[test]
     fn every_tick_is_that_of_the_tick_by_tick_recursion(
         parameters in any_parameters(), pwm in any_pwm(), duties in any_duties()
@@ -108,7 +109,7 @@ proptest! {
     }
 
     #[test]
-    fn a_period_starts_bit_for_bit_where_the_last_one_ended(
+    fn a_period_starts_bit_exactly_at_the_end_of_the_previous_one(
         parameters in any_parameters(), pwm in any_pwm(), duties in any_duties()
     ) {
         let mut plant = motor(parameters, pwm);
@@ -122,7 +123,7 @@ proptest! {
     }
 
     #[test]
-    fn a_record_of_all_ticks_is_bit_for_bit_what_single_looks_show(
+    fn the_states_of_all_ticks_equal_those_of_single_ticks_bit_exactly(
         parameters in any_parameters(), pwm in any_pwm(), duties in any_duties()
     ) {
         let mut watched = motor(parameters, pwm);
@@ -153,7 +154,7 @@ proptest! {
 }
 
 #[test]
-fn nan_and_infinite_duties_are_nothing_and_everything() {
+fn a_nan_duty_is_zero_and_an_infinite_duty_is_full() {
     for pwm in [Pwm::Average, Pwm::Switched] {
         let mut plant = motor(FirstOrderParameters::default(), pwm);
         plant.start_period(f64::NAN);
@@ -166,7 +167,7 @@ fn nan_and_infinite_duties_are_nothing_and_everything() {
 }
 
 #[test]
-fn at_full_duty_switching_changes_no_bit() {
+fn switched_and_average_pwm_are_bit_identical_at_full_duty() {
     let mut average = motor(FirstOrderParameters::default(), Pwm::Average);
     let mut switched = motor(FirstOrderParameters::default(), Pwm::Switched);
     for _ in 0..400 {
@@ -177,7 +178,7 @@ fn at_full_duty_switching_changes_no_bit() {
 }
 
 #[test]
-fn a_motor_driven_into_its_stop_stands_there_and_leaves_it_at_once() {
+fn a_motor_at_its_stop_is_at_rest_and_leaves_it_immediately() {
     let mut plant = motor(FirstOrderParameters::default(), Pwm::Switched);
     for _ in 0..2000 {
         plant.start_period(80.0);
@@ -192,7 +193,7 @@ fn a_motor_driven_into_its_stop_stands_there_and_leaves_it_at_once() {
 }
 
 #[test]
-fn a_parameter_outside_its_range_makes_no_motor() {
+fn a_parameter_outside_its_range_is_refused() {
     let parameters = FirstOrderParameters {
         motor_time_constant_s: f64::NAN,
         ..Default::default()

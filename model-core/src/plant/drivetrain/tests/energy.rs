@@ -1,10 +1,10 @@
-//! Energy in is heat, motion and what springs store.
+//! Energy balance: electrical energy equals heat, kinetic and elastic energy.
 
 use super::super::*;
 use super::{FULL, drivetrain, ideal};
 
-/// Energy in, less heat and what is stored; steps of 1 us and the trapezoidal rule leave some
-/// 1e-4 of the energy.
+/// Checks supplied energy minus heat and stored energy; steps of 1 us and the trapezoidal rule
+/// leave an error of about 1e-4 of the energy.
 fn energy_balance(p: &DrivetrainParameters) {
     let mut b = drivetrain(p);
     let (mut electrical, mut heat, mut work) = (0.0, 0.0, 0.0);
@@ -20,7 +20,7 @@ fn energy_balance(p: &DrivetrainParameters) {
         b.advance(terminal, step);
         let after = b.reading();
         let mean = |f: fn(&Reading) -> f64| (f(&before) + f(&after)) / 2.0 * step;
-        // The voltage is that of the state after the terminals have switched.
+        // The voltage is that after the bridge has switched.
         electrical += after.terminal_v * mean(|r| r.current_a);
         heat += 7.7 * mean(|r| r.current_a * r.current_a);
         heat += after.friction_torque_nm * mean(|r| r.motor.rate_deg_s) / 320.0 * PI / 180.0;
@@ -37,7 +37,7 @@ fn energy_balance(p: &DrivetrainParameters) {
 }
 
 #[test]
-fn electrical_energy_becomes_heat_and_motion_and_nothing_else() {
+fn electrical_energy_equals_heat_and_kinetic_energy() {
     energy_balance(&ideal());
 }
 

@@ -1,4 +1,4 @@
-//! Nothing that comes in makes the drivetrain panic.
+//! No input makes the drivetrain panic.
 
 use proptest::prelude::*;
 
@@ -8,7 +8,7 @@ use super::drivetrain;
 use crate::plant::{PERIOD, Plant, Pwm};
 
 #[test]
-fn a_rotor_too_light_to_be_resolved_is_refused() {
+fn a_rotor_inertia_below_the_step_resolution_is_refused() {
     let mut p = DrivetrainParameters::default();
     p.electrical.torque_constant_nm_a = 1.0;
     let refused = Drivetrain::try_new(&p).unwrap_err();
@@ -16,7 +16,7 @@ fn a_rotor_too_light_to_be_resolved_is_refused() {
 }
 
 #[test]
-fn a_surface_that_would_tear_itself_off_its_shaft_is_refused() {
+fn a_hinge_moment_beyond_the_shaft_stiffness_is_refused() {
     let mut p = DrivetrainParameters::default();
     p.load.hinge_moment_nm_deg = -1.0;
     p.gear_train.shaft_stiffness_nm_deg = 0.1;
@@ -28,7 +28,7 @@ fn a_surface_that_would_tear_itself_off_its_shaft_is_refused() {
 }
 
 #[test]
-fn a_torque_beyond_all_measure_leaves_numbers() {
+fn an_extreme_torque_leaves_the_state_finite() {
     let mut b = drivetrain(&DrivetrainParameters::default());
     for torque_nm in [f64::MAX, f64::INFINITY, f64::NEG_INFINITY, 0.0] {
         b.set_recorded_torque_nm(torque_nm);
@@ -43,7 +43,7 @@ fn a_torque_beyond_all_measure_leaves_numbers() {
     }
 }
 
-/// Every parameter anywhere in its range, ends and infinity included.
+/// Every parameter anywhere in its range, including the limits and infinity.
 fn any_drivetrain() -> impl Strategy<Value = DrivetrainParameters> {
     prop::collection::vec((0.0..1.0, 0..10u8), 40).prop_map(|picks| {
         let mut picks = picks.into_iter().cycle();
