@@ -8,7 +8,7 @@ use std::{
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use host_sim::{error::Error, report::Table};
+use host_sim::{error::Error, table::Table};
 
 /// Why a command ended early.
 #[derive(Debug)]

@@ -9,9 +9,9 @@ use model_core::{named::Named, presets::Preset};
 use super::output;
 use host_sim::{
     error::Error,
-    report::{Cell, Table},
     scenario::Setting,
     settings::Value,
+    table::{Cell, Table},
 };
 
 #[derive(Debug, Args)]

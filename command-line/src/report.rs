@@ -11,8 +11,9 @@ use super::{Failure, output};
 use host_sim::{
     error::Error,
     file,
+    page::Page,
     plot::svg,
-    report::{Comparison, Page, document, models::MODELS, tables},
+    report::{Comparison, document, models::MODELS, tables},
 };
 
 /// Runs every model on every input of the paper and writes one page of it

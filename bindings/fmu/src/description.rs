@@ -1,26 +1,25 @@
-//! `modelDescription.xml`, made from the variables.
+//! `modelDescription.xml`, generated from the variables with `templates/model_description.xml`.
 
 use std::collections::BTreeSet;
-use std::fmt::{self, Write};
+use std::fmt;
 
+use askama::Template;
 use model_core::actuator::{ModelKind, PlantKind, Settings};
 use model_core::named::Named;
-use model_core::parameter::Parameter;
 use model_core::plant::Pwm;
 use model_core::time::CONTROL_PERIOD_S;
 use uuid::Uuid;
 
 use crate::units::{self, Unit};
 use crate::variables::{self, Inputs, Quantity, Type, Variable};
-use crate::xml::{Escaped, Number};
 
-/// The one category of messages.
+/// The only log category.
 pub const ERROR_CATEGORY: &str = "logStatusError";
 
-/// A random UUID, the name space of the GUIDs of these FMUs.
+/// A random UUID: the namespace of the GUIDs of these FMUs.
 const NAME_SPACE: Uuid = Uuid::from_u128(0x6c1f_52a0_7d3b_4e86_9a41_b2f0_35d8_e917);
 
-/// The name of the files and of the model in a host: a C identifier.
+/// The model identifier, which is also the name of the files: a C identifier.
 ///
 /// ```
 /// use model_core::actuator::{ModelKind, PlantKind, Settings};
@@ -39,8 +38,8 @@ pub fn model_identifier(settings: &Settings) -> String {
     )
 }
 
-/// The GUID of these settings: a hash (UUID version 5) of the description itself, so that it
-/// changes with the version, with every variable and with every start value.
+/// The GUID of these settings: a hash (UUID version 5) of the description. It changes with the
+/// version, with every variable and with every start value.
 ///
 /// ```
 /// use model_core::actuator::{ModelKind, PlantKind, Settings};
@@ -58,7 +57,7 @@ pub fn guid(settings: &Settings) -> String {
         .to_string()
 }
 
-/// The description of these settings.
+/// The model description of these settings.
 ///
 /// ```
 /// use model_core::actuator::{ModelKind, PlantKind, Settings};
@@ -72,52 +71,22 @@ pub fn xml(settings: &Settings) -> String {
 }
 
 fn with_guid(settings: &Settings, guid: &str) -> String {
-    let mut xml = String::new();
-    // Writing to a string cannot fail.
-    let _ = write(&mut xml, settings, guid);
-    xml
+    let variables = variables::of(settings);
+    let units: BTreeSet<_> = variables.iter().map(|variable| variable.unit).collect();
+    let description = ModelDescription {
+        identifier: model_identifier(settings),
+        guid,
+        summary: summary(settings),
+        version: env!("CARGO_PKG_VERSION"),
+        units: units.into_iter().filter_map(units::named).collect(),
+        variables,
+        settings,
+    };
+    // Writing to a string does not fail.
+    description.render().unwrap_or_default()
 }
 
-fn write(xml: &mut String, settings: &Settings, guid: &str) -> fmt::Result {
-    let list = variables::of(settings);
-    let identifier = model_identifier(settings);
-    let version = env!("CARGO_PKG_VERSION");
-    writeln!(
-        xml,
-        r#"<?xml version="1.0" encoding="UTF-8"?>
-<fmiModelDescription fmiVersion="2.0" modelName="{identifier}" guid="{guid}"
-    description="{}" version="{version}" license="MIT OR Apache-2.0"
-    generationTool="smart-actuator {version}" variableNamingConvention="flat">
-  <CoSimulation modelIdentifier="{identifier}" canHandleVariableCommunicationStepSize="true"
-      canNotUseMemoryManagementFunctions="true" canGetAndSetFMUstate="true"
-      canSerializeFMUstate="true"/>
-  <UnitDefinitions>"#,
-        Escaped(summary(settings))
-    )?;
-    let names: BTreeSet<_> = list.iter().map(|variable| variable.unit).collect();
-    for unit in names.into_iter().filter_map(units::named) {
-        write_unit(xml, unit)?;
-    }
-    writeln!(
-        xml,
-        r#"  </UnitDefinitions>
-  <LogCategories>
-    <Category name="{ERROR_CATEGORY}" description="Calls that were refused, and why"/>
-  </LogCategories>
-  <DefaultExperiment startTime="0" stopTime="1" stepSize="{CONTROL_PERIOD_S}"/>
-  <ModelVariables>"#
-    )?;
-    for (reference, variable) in list.iter().enumerate() {
-        write_variable(xml, settings, reference, variable)?;
-    }
-    writeln!(xml, "  </ModelVariables>\n  <ModelStructure>")?;
-    for tag in ["Outputs", "InitialUnknowns"] {
-        write_outputs(xml, tag, &list)?;
-    }
-    writeln!(xml, "  </ModelStructure>\n</fmiModelDescription>")
-}
-
-/// What the model is, in a line.
+/// One line that describes the model.
 pub fn summary(settings: &Settings) -> &'static str {
     match (settings.model, settings.plant) {
         (ModelKind::Board, PlantKind::Drivetrain) => {
@@ -140,67 +109,60 @@ pub fn summary(settings: &Settings) -> &'static str {
     }
 }
 
-fn write_unit(xml: &mut String, unit: &Unit) -> fmt::Result {
-    write!(xml, r#"    <Unit name="{}"><BaseUnit"#, Escaped(unit.name))?;
-    for (base, power) in unit.powers {
-        write!(xml, r#" {base}="{power}""#)?;
-    }
-    if unit.factor != 1.0 {
-        write!(xml, r#" factor="{}""#, Number(unit.factor))?;
-    }
-    writeln!(xml, "/></Unit>")
+#[derive(Template)]
+#[template(path = "model_description.xml")]
+struct ModelDescription<'a> {
+    identifier: String,
+    guid: &'a str,
+    summary: &'static str,
+    version: &'static str,
+    units: Vec<&'static Unit>,
+    variables: Vec<Variable>,
+    settings: &'a Settings,
 }
 
-fn write_variable(
-    xml: &mut String,
-    settings: &Settings,
-    reference: usize,
-    variable: &Variable,
-) -> fmt::Result {
-    let role = match variable.quantity {
-        Quantity::Input(_) => r#"causality="input" variability="continuous""#,
-        Quantity::Output(_) => {
-            r#"causality="output" variability="continuous" initial="calculated""#
-        }
-        _ => r#"causality="parameter" variability="fixed" initial="exact""#,
-    };
-    writeln!(
-        xml,
-        r#"    <ScalarVariable name="{}" valueReference="{reference}" {role}
-        description="{}">"#,
-        variable.name,
-        Escaped(&about(variable)),
-    )?;
-    write!(xml, "      <{:?}", variable.quantity.of_type())?;
-    if variable.quantity.of_type() == Type::Real {
-        write!(xml, r#" unit="{}""#, Escaped(variable.unit))?;
+impl ModelDescription<'_> {
+    /// The start value; an output has none.
+    fn start(&self, variable: &Variable) -> Option<String> {
+        let value = match variable.quantity {
+            Quantity::Output(_) => return None,
+            Quantity::Seed => return Some(self.settings.seed.to_string()),
+            Quantity::SwitchedPwm => return Some((self.settings.pwm == Pwm::Switched).to_string()),
+            Quantity::Input(p) => Inputs::at_start(self.settings).named(p),
+            Quantity::Parameter(p) => {
+                let value = self.settings.values().find(|v| v.parameter.name == p.name);
+                value.map_or(p.default, |v| v.value)
+            }
+        };
+        Some(Number(value).to_string())
     }
-    match variable.quantity {
-        Quantity::Output(_) => {}
-        Quantity::Input(p) => write_range(xml, p, Inputs::at_start(settings).named(p))?,
-        Quantity::Parameter(p) => {
-            let value = settings.values().find(|v| v.parameter.name == p.name);
-            write_range(xml, p, value.map_or(p.default, |v| v.value))?;
-        }
-        Quantity::Seed => write!(xml, r#" start="{}" min="0""#, settings.seed)?,
-        Quantity::SwitchedPwm => {
-            write!(xml, r#" start="{}""#, settings.pwm == Pwm::Switched)?;
+
+    /// The lower and the upper limit of the value, as far as it has finite ones.
+    fn limits(&self, variable: &Variable) -> [Option<Number>; 2] {
+        match variable.quantity {
+            Quantity::Input(p) | Quantity::Parameter(p) => {
+                [p.min, p.max].map(|limit| Some(Number(limit)).filter(|_| limit.is_finite()))
+            }
+            Quantity::Seed => [Some(Number(0.0)), None],
+            Quantity::Output(_) | Quantity::SwitchedPwm => [None, None],
         }
     }
-    writeln!(xml, "/>\n    </ScalarVariable>")
 }
 
-fn write_range(xml: &mut String, parameter: &Parameter, start: f64) -> fmt::Result {
-    write!(xml, r#" start="{}""#, Number(start))?;
-    for (limit, value) in [("min", parameter.min), ("max", parameter.max)] {
-        if value.is_finite() {
-            write!(xml, r#" {limit}="{}""#, Number(value))?;
+/// A number in the notation of XML Schema, with enough digits to restore it exactly.
+struct Number(f64);
+
+impl fmt::Display for Number {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.0.is_infinite() {
+            f.write_str(if self.0 > 0.0 { "INF" } else { "-INF" })
+        } else {
+            write!(f, "{}", self.0)
         }
     }
-    Ok(())
 }
 
-/// What a variable is and where its default comes from.
+/// The meaning of a variable and the source of its default.
 fn about(variable: &Variable) -> String {
     match variable.quantity {
         Quantity::Parameter(p) if p.symbol.is_empty() => format!("{} ({})", p.meaning, p.source),
@@ -209,24 +171,13 @@ fn about(variable: &Variable) -> String {
     }
 }
 
-/// No output depends on an input of the same instant: what is seen is what the steps so far left.
-fn write_outputs(xml: &mut String, tag: &str, list: &[Variable]) -> fmt::Result {
-    writeln!(xml, "    <{tag}>")?;
-    for (i, variable) in list.iter().enumerate() {
-        if let Quantity::Output(_) = variable.quantity {
-            writeln!(xml, r#"      <Unknown index="{}" dependencies=""/>"#, i + 1)?;
-        }
-    }
-    writeln!(xml, "    </{tag}>")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::identity;
 
     #[test]
-    fn every_description_is_well_formed_and_shows_every_variable() {
+    fn every_description_is_well_formed_and_lists_every_variable() {
         for settings in identity::defaults() {
             let xml = xml(&settings);
             let document = roxmltree::Document::parse(&xml).unwrap();
@@ -240,7 +191,13 @@ mod tests {
     }
 
     #[test]
-    fn a_start_value_that_was_set_stands_there_and_an_unbounded_one_is_inf() {
+    fn infinity_is_written_in_the_notation_of_xml_schema() {
+        assert_eq!(Number(f64::NEG_INFINITY).to_string(), "-INF");
+        assert_eq!(Number(0.0175).to_string(), "0.0175");
+    }
+
+    #[test]
+    fn a_start_value_is_written_as_set_and_infinity_as_inf() {
         let mut settings = Settings::new(ModelKind::GreyBox, PlantKind::FirstOrder);
         settings.set("duty_limit_pct", f64::INFINITY).unwrap();
         settings.set("position_gain", 9.5).unwrap();
@@ -251,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn the_guids_of_all_models_differ_and_do_not_change_from_call_to_call() {
+    fn the_guids_of_all_models_differ_and_are_reproducible() {
         let guids: BTreeSet<_> = identity::defaults().map(|s| guid(&s)).collect();
         assert_eq!(guids.len(), identity::defaults().count());
         assert!(identity::defaults().all(|s| guids.contains(&guid(&s))));

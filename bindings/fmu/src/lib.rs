@@ -23,4 +23,3 @@ pub mod instance;
 pub mod state;
 pub mod units;
 pub mod variables;
-mod xml;

@@ -6,15 +6,37 @@ use std::error::Error;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use askama::Template;
+use base64::prelude::{BASE64_STANDARD, Engine as _};
 use cross_build::WEB_TARGET;
 
-const UPLOT: &str = "host-sim/assets/uplot";
+const UPLOT_CSS: &str = include_str!("../../../host-sim/assets/uplot/uPlot.min.css");
+const UPLOT_JS: &str = include_str!("../../../host-sim/assets/uplot/uPlot.iife.min.js");
+const UPLOT_LICENSE: &str = include_str!("../../../host-sim/assets/uplot/LICENSE");
+const PAGE_CSS: &str = include_str!("../page/page.css");
+const CORE_JS: &str = include_str!("../page/core.js");
+const CHARTS_JS: &str = include_str!("../page/charts.js");
+const CONTROLS_JS: &str = include_str!("../page/controls.js");
+const STATE_JS: &str = include_str!("../page/state.js");
+const PLOTS_JS: &str = include_str!("../page/plots.js");
+const PAGE_JS: &str = include_str!("../page/page.js");
+
+/// The page around the core.
+#[derive(Template)]
+#[template(path = "page.html")]
+struct Page {
+    /// The core in base64.
+    wasm: String,
+}
 
 fn main() -> Result<(), Box<dyn Error>> {
     let out = env::args().nth(1).unwrap_or_else(|| "actuator.html".into());
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let wasm = fs::read(build(&root)?)?;
-    let page = assemble(&root, &wasm)?;
+    let page = Page {
+        wasm: BASE64_STANDARD.encode(&wasm),
+    };
+    let page = page.render()?;
     fs::write(&out, &page)?;
     println!(
         "{out}: {} kB, of which the core is {} kB before base64",
@@ -24,7 +46,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Builds the library for the browser and says where it is.
+/// Builds the library for the browser and returns its path.
 fn build(root: &Path) -> Result<PathBuf, Box<dyn Error>> {
     let target = match env::var_os("CARGO_TARGET_DIR") {
         Some(target) => PathBuf::from(target),
@@ -34,53 +56,4 @@ fn build(root: &Path) -> Result<PathBuf, Box<dyn Error>> {
     let arguments = [&arguments[..], &["--target", WEB_TARGET]].concat();
     cross_build::build(WEB_TARGET, &arguments, &target)?;
     Ok(target.join(WEB_TARGET).join("web/actuator_web.wasm"))
-}
-
-/// Puts every part into its place, marked as `{{name}}`.
-fn assemble(root: &Path, wasm: &[u8]) -> Result<String, Box<dyn Error>> {
-    let read = |path: String| {
-        let path = root.join(path);
-        fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))
-    };
-    let of_page = |name: &str| read(format!("bindings/web/page/{name}"));
-    let parts = [
-        ("uplot.css", read(format!("{UPLOT}/uPlot.min.css"))?),
-        ("page.css", of_page("page.css")?),
-        ("uplot.license", read(format!("{UPLOT}/LICENSE"))?),
-        ("uplot.js", read(format!("{UPLOT}/uPlot.iife.min.js"))?),
-        ("charts.js", of_page("charts.js")?),
-        ("controls.js", of_page("controls.js")?),
-        ("core.js", of_page("core.js")?),
-        ("state.js", of_page("state.js")?),
-        ("plots.js", of_page("plots.js")?),
-        ("page.js", of_page("page.js")?),
-        ("wasm", base64(wasm)),
-    ];
-    let mut page = of_page("page.html")?;
-    for (name, part) in parts {
-        let mark = format!("{{{{{name}}}}}");
-        if page.matches(&mark).count() != 1 {
-            return Err(format!("page.html has {mark} not exactly once").into());
-        }
-        page = page.replace(&mark, &part);
-    }
-    Ok(page)
-}
-
-/// RFC 4648, section 4.
-fn base64(bytes: &[u8]) -> String {
-    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
-    for group in bytes.chunks(3) {
-        let byte = |i: usize| u32::from(group.get(i).copied().unwrap_or(0));
-        let bits = byte(0) << 16 | byte(1) << 8 | byte(2);
-        for digit in 0..4 {
-            if digit <= group.len() {
-                text.push(DIGITS[(bits >> (18 - 6 * digit) & 63) as usize].into());
-            } else {
-                text.push('=');
-            }
-        }
-    }
-    text
 }

@@ -1,84 +1,86 @@
-//! What there is to choose from, with everything that is known of it, as JSON.
+//! The catalogue: models, presets, inputs and their parameters, as JSON.
 
 use model_core::actuator::{ModelKind, PlantKind, Settings};
 use model_core::excitation::catalogue::Input;
 use model_core::named::Named;
 use model_core::parameter::Parameter;
 use model_core::presets::Preset;
+use serde_json::{Map, Value, json};
 
-use crate::json::{array, number, object, text};
 use crate::run::COLUMNS;
 use crate::scenario::{LONGEST_S, presets};
 
-/// The models with their plants, parameters and presets, the inputs with theirs, and the columns of
-/// a trace. A limit that is not there is `null`.
+/// The models with their plants, parameters and presets, the inputs with their parameters, and the
+/// columns of a trace. An infinite limit is `null`.
 ///
 /// ```
 /// let catalogue = actuator_web::catalogue::catalogue();
 /// assert_eq!(catalogue.matches(r#""name":"position_gain""#).count(), 3);
 /// ```
 pub fn catalogue() -> String {
-    let board = |plant| Settings::new(ModelKind::Board, plant);
-    let first_order = |model| Settings::new(model, PlantKind::FirstOrder);
-    let boards = PlantKind::ALL.iter().copied().map(board);
-    let others = ModelKind::ALL.iter().copied();
-    let others = others.filter(|model| *model != ModelKind::Board);
-    let choices = boards.chain(others.map(first_order));
+    let boards = PlantKind::ALL
+        .iter()
+        .map(|plant| Settings::new(ModelKind::Board, *plant));
+    let others = ModelKind::ALL
+        .iter()
+        .filter(|model| **model != ModelKind::Board);
+    let others = others.map(|model| Settings::new(*model, PlantKind::FirstOrder));
     let inputs = Input::NAMES.iter().filter_map(|name| Input::named(name));
-    object([
-        ("version", text(env!("CARGO_PKG_VERSION"))),
-        ("longest_s", number(LONGEST_S)),
-        ("columns", array(COLUMNS.map(text))),
-        ("choices", array(choices.map(choice))),
-        ("inputs", array(inputs.map(input))),
-    ])
+    json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "longest_s": LONGEST_S,
+        "columns": COLUMNS,
+        "choices": boards.chain(others).map(choice).collect::<Vec<_>>(),
+        "inputs": inputs.map(input).collect::<Vec<_>>(),
+    })
+    .to_string()
 }
 
-fn choice(settings: Settings) -> String {
-    let plant = match settings.model {
-        ModelKind::Board => text(settings.plant.name()),
-        _ => "null".into(),
-    };
+fn choice(settings: Settings) -> Value {
+    let is_board = settings.model == ModelKind::Board;
     let parameters = settings.values().map(|value| parameter(value.parameter));
-    object([
-        ("model", text(settings.model.name())),
-        ("plant", plant),
-        ("summary", text(settings.model.summary())),
-        ("plant_summary", text(settings.plant.summary())),
-        ("parameters", array(parameters)),
-        ("presets", array(presets(&settings).map(preset))),
-    ])
+    json!({
+        "model": settings.model.name(),
+        "plant": is_board.then(|| settings.plant.name()),
+        "summary": settings.model.summary(),
+        "plant_summary": settings.plant.summary(),
+        "parameters": parameters.collect::<Vec<_>>(),
+        "presets": presets(&settings).map(preset).collect::<Vec<_>>(),
+    })
 }
 
-fn input(input: Input) -> String {
-    object([
-        ("name", text(input.name())),
-        ("summary", text(input.summary())),
-        ("parameters", array(input.table().iter().map(parameter))),
-    ])
+fn input(input: Input) -> Value {
+    json!({
+        "name": input.name(),
+        "summary": input.summary(),
+        "parameters": input.table().iter().map(parameter).collect::<Vec<_>>(),
+    })
 }
 
-fn parameter(p: &Parameter) -> String {
-    object([
-        ("name", text(p.name)),
-        ("symbol", text(p.symbol)),
-        ("unit", text(p.unit)),
-        ("default", number(p.default)),
-        ("min", number(p.min)),
-        ("max", number(p.max)),
-        ("source", text(p.source)),
-        ("meaning", text(p.meaning)),
-    ])
+fn parameter(p: &Parameter) -> Value {
+    json!({
+        "name": p.name,
+        "symbol": p.symbol,
+        "unit": p.unit,
+        "default": p.default,
+        "min": p.min,
+        "max": p.max,
+        "source": p.source,
+        "meaning": p.meaning,
+    })
 }
 
-fn preset(preset: &Preset) -> String {
+fn preset(preset: &Preset) -> Value {
     let values = preset.values.iter();
-    object([
-        ("name", text(preset.name)),
-        ("summary", text(preset.summary)),
-        ("warning", preset.warning.map_or("null".into(), text)),
-        ("values", object(values.map(|(k, v)| (*k, number(*v))))),
-    ])
+    let values: Map<_, _> = values
+        .map(|(name, v)| ((*name).into(), (*v).into()))
+        .collect();
+    json!({
+        "name": preset.name,
+        "summary": preset.summary,
+        "warning": preset.warning,
+        "values": values,
+    })
 }
 
 #[cfg(test)]
@@ -96,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn everything_that_is_offered_can_be_run() {
+    fn every_choice_of_the_catalogue_runs() {
         for choice in list(&read(), "choices") {
             let model = choice["model"].as_str().unwrap();
             let plant = choice["plant"].as_str().unwrap_or("first-order");

@@ -1,34 +1,35 @@
-//! Figures of merit of a run: its first step, and how far it is off at all.
+//! Figures of merit of a run: those of its first step, the largest rates and the tracking error.
 //!
-//! Levels are shares of the commanded step, times count from the step of the command, a transport
-//! delay included, as in the report.
+//! As in the report, levels are fractions of the commanded step, and times count from the step of
+//! the command and include the transport delay.
 
-use crate::json::{number, object};
+use serde_json::json;
+
 use crate::run::Trace;
 
-/// Width of the band in which a step counts as settled, as a share of the step.
+/// Half the width of the settling band, as a fraction of the step.
 const SETTLED: f64 = 0.02;
 
-/// Rows for which a command stands still on either side of what counts as a step.
+/// Number of rows for which the command must be constant before and after a step.
 const HELD_ROWS: usize = 5;
 
-/// The first step of a command; NaN is what is not reached.
+/// The first step of a command. A time is NaN if its level is not reached.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FirstStep {
     /// Time from 10 % to 90 %, s.
     pub rise_s: f64,
     /// Time to 90 %, s.
     pub t90_s: f64,
-    /// How far the response goes beyond the command, % of the step.
+    /// Overshoot beyond the command, % of the step.
     pub overshoot_pct: f64,
     /// Time until the response stays within 2 %, s.
     pub settling_s: f64,
 }
 
-/// What a run shows.
+/// The figures of merit of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Figures {
-    /// The first step, where the command has one.
+    /// The first step, if the command has one.
     pub step: Option<FirstStep>,
     /// Largest rate upward, deg/s.
     pub max_rate_deg_s: f64,
@@ -66,26 +67,24 @@ impl Figures {
         }
     }
 
-    /// All of them by name; `null` is what there is not.
+    /// The figures by name. A value that does not exist is `null`.
     pub fn to_json(&self) -> String {
-        let of_step = |figure: fn(&FirstStep) -> f64| {
-            let value = self.step.as_ref().map_or(f64::NAN, figure);
-            number(value)
-        };
-        object([
-            ("rise_s", of_step(|step| step.rise_s)),
-            ("t90_s", of_step(|step| step.t90_s)),
-            ("overshoot_pct", of_step(|step| step.overshoot_pct)),
-            ("settling_s", of_step(|step| step.settling_s)),
-            ("max_rate_deg_s", number(self.max_rate_deg_s)),
-            ("min_rate_deg_s", number(self.min_rate_deg_s)),
-            ("max_duty_pct", number(self.max_duty_pct)),
-            ("error_rms_deg", number(self.error_rms_deg)),
-        ])
+        let of_step = |figure: fn(&FirstStep) -> f64| self.step.as_ref().map(figure);
+        json!({
+            "rise_s": of_step(|step| step.rise_s),
+            "t90_s": of_step(|step| step.t90_s),
+            "overshoot_pct": of_step(|step| step.overshoot_pct),
+            "settling_s": of_step(|step| step.settling_s),
+            "max_rate_deg_s": self.max_rate_deg_s,
+            "min_rate_deg_s": self.min_rate_deg_s,
+            "max_duty_pct": self.max_duty_pct,
+            "error_rms_deg": self.error_rms_deg,
+        })
+        .to_string()
     }
 }
 
-/// The first jump of the command between two levels that it holds.
+/// The first step of the command between two constant levels.
 fn first_step(t: &[f64], command: &[f64], angle: &[f64]) -> Option<FirstStep> {
     let jump = command.windows(2).position(|pair| pair[0] != pair[1])?;
     let start = jump + 1;
@@ -103,7 +102,7 @@ fn first_step(t: &[f64], command: &[f64], angle: &[f64]) -> Option<FirstStep> {
     Some(evaluate(&samples.map(share).collect::<Vec<_>>()))
 }
 
-/// Evaluates pairs of time and share of the step.
+/// Evaluates pairs of time and fraction of the step.
 fn evaluate(shares: &[(f64, f64)]) -> FirstStep {
     let (t10_s, t90_s) = (reaches(shares, 0.1), reaches(shares, 0.9));
     let most = shares.iter().map(|s| s.1).fold(f64::NEG_INFINITY, f64::max);
@@ -124,7 +123,7 @@ fn reaches(shares: &[(f64, f64)], level: f64) -> f64 {
     }
 }
 
-/// When the response enters the band that it does not leave any more.
+/// When the response enters the settling band for the last time.
 fn settles(shares: &[(f64, f64)]) -> f64 {
     let is_outside = |s: &(f64, f64)| (s.1 - 1.0).abs() > SETTLED;
     match shares.iter().rposition(is_outside) {
@@ -136,7 +135,7 @@ fn settles(shares: &[(f64, f64)]) -> f64 {
     }
 }
 
-/// The time at which the straight line between two samples has this level.
+/// The time at which the straight line between two samples crosses this level.
 fn between(a: (f64, f64), b: (f64, f64), level: f64) -> f64 {
     a.0 + (b.0 - a.0) * (level - a.1) / (b.1 - a.1)
 }

@@ -9,8 +9,8 @@ use core::f64::consts::{PI, TAU};
 
 use model_core::actuator::Actuator;
 use model_core::time::{PWM_PERIOD_TICKS, TICKS_PER_SECOND};
+use serde_json::json;
 
-use crate::json::{array, number, object};
 use crate::scenario::{Error, Scenario};
 
 /// Ticks of one period: 4 s, of which all lines have a whole number of turns.
@@ -155,16 +155,17 @@ impl Response {
         })
     }
 
-    /// All of it by name; `null` is what there is not.
+    /// The response by name. A value that does not exist is `null`.
     pub fn to_json(&self) -> String {
-        let column = |of: fn(&Line) -> f64| array(self.lines.iter().map(|line| number(of(line))));
-        object([
-            ("frequency_hz", column(|line| line.frequency_hz)),
-            ("gain_db", column(|line| line.gain_db)),
-            ("phase_deg", column(|line| line.phase_deg)),
-            ("linear_share", number(self.linear_share)),
-            ("bandwidth_hz", number(self.bandwidth_hz())),
-        ])
+        let column = |of: fn(&Line) -> f64| self.lines.iter().map(of).collect::<Vec<_>>();
+        json!({
+            "frequency_hz": column(|line| line.frequency_hz),
+            "gain_db": column(|line| line.gain_db),
+            "phase_deg": column(|line| line.phase_deg),
+            "linear_share": self.linear_share,
+            "bandwidth_hz": self.bandwidth_hz(),
+        })
+        .to_string()
     }
 }
 

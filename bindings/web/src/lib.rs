@@ -10,6 +10,5 @@ pub mod catalogue;
 pub mod exports;
 pub mod figures;
 pub mod frequency;
-mod json;
 pub mod run;
 pub mod scenario;

@@ -10,7 +10,7 @@ use crate::{
 };
 use host_sim::can::bus_load::{default_profile, frame_bits, share};
 use host_sim::error::Error;
-use host_sim::report::{Cell, Table};
+use host_sim::table::{Cell, Table};
 
 /// Reckons the load of a bus with so many actuators that speak as their dictionary has it by default.
 ///

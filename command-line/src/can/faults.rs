@@ -12,7 +12,7 @@ use crate::{
 };
 use host_sim::can::client::{Client, state_name};
 use host_sim::error::Error;
-use host_sim::report::Table;
+use host_sim::table::Table;
 
 /// Lists the faults of an actuator: present, latched, and the last eight errors.
 #[derive(Debug, Args)]

@@ -16,8 +16,8 @@ use host_sim::can::{
     names::{self, Value},
 };
 use host_sim::error::Error;
-use host_sim::report::{Cell, Table};
 use host_sim::scenario::Scenario;
+use host_sim::table::{Cell, Table};
 
 /// Reads objects of an actuator, by name or index.
 ///

@@ -12,7 +12,7 @@ use crate::{Failure, output::print_table};
 use host_sim::can::client::{Client, ClientError, state_name};
 use host_sim::can::names::{self, Value};
 use host_sim::error::Error;
-use host_sim::report::{Cell, Table};
+use host_sim::table::{Cell, Table};
 
 /// Lists the CANopen devices of a bus.
 #[derive(Debug, Args)]

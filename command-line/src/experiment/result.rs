@@ -3,7 +3,7 @@
 use model_core::parameter::Parameter;
 use serde_json::{Value, json};
 
-use host_sim::report::{Cell, Table};
+use host_sim::table::{Cell, Table};
 use identification::design::{Bench, Designed, Predicted, inputs::Limits};
 
 /// A row an input, a column a parameter.

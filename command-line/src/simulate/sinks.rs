@@ -12,9 +12,9 @@ use crate::output;
 use host_sim::{
     error::Error,
     plot,
-    report::{Cell, Table, figures},
     scenario::Scenario,
     simulate::{Rows, Simulation},
+    table::{Cell, Table},
     trace::Trace,
     trace_file::{Description, Format, TraceFile, csv::Csv},
 };
@@ -202,7 +202,7 @@ impl Rows for PlotSink {
 
 impl Sink for PlotSink {
     fn finish(self: Box<Self>) -> Result<(), Error> {
-        plot::save(&figures::of_trace(&self.title, &self.trace), &self.path)?;
+        plot::save(&plot::of_trace(&self.title, &self.trace), &self.path)?;
         eprintln!("plot: {}", self.path.display());
         Ok(())
     }

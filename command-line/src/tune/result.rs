@@ -8,7 +8,7 @@ use crate::output;
 use host_sim::{
     analysis::loop_gain::{Margin, Margins},
     error::Error,
-    report::{Cell, Table},
+    table::{Cell, Table},
     tune::Tuning,
 };
 

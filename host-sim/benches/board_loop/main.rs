@@ -12,13 +12,13 @@ use std::{
 };
 
 use host_sim::{
-    report::{Cell, Table},
     scenario::{Scenario, Setting},
     settings::ModelKind,
     simulate::{
         Simulation,
         extremes::{Extremes, campaign},
     },
+    table::{Cell, Table},
 };
 
 const SECONDS: f64 = 60.0;

@@ -8,8 +8,8 @@ use identification::frequency::{
 
 use crate::{
     analysis::frequency::{decibel, unwrap_deg},
+    page::Section,
     plot::{Figure, Panel, Series, Style},
-    report::Section,
 };
 
 const TEXT: &str = "A second opinion that simulates no model: the frequency response of the recordings by Welch's \

@@ -5,7 +5,7 @@ mod frequency;
 mod residuals;
 pub mod tables;
 
-use crate::report::{Page, Section};
+use crate::page::{Page, Section};
 use identification::{
     assessment::{Assessed, Assessment, SecondOpinion},
     compare::Ranking,
@@ -81,7 +81,7 @@ fn warnings(mut section: Section, content: &Content<'_>) -> Section {
         if is_chosen {
             section = all.into_iter().fold(section, Section::warning);
         } else if !all.is_empty() {
-            section = section.folded(format!("{name}: {} warnings", all.len()), all);
+            section = section.collapsed_warnings(format!("{name}: {} warnings", all.len()), all);
         }
     }
     section

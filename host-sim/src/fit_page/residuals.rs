@@ -1,8 +1,8 @@
 //! Correlations of the residuals with themselves and with the command, in their bands.
 
 use crate::{
+    page::Section,
     plot::{Figure, Panel, Series, Style},
-    report::Section,
 };
 use identification::{
     assessment::{Assessed, Assessment},

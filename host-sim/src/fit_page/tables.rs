@@ -1,6 +1,6 @@
 //! The tables of an identification, for the page and for the terminal.
 
-use crate::report::{Cell, Table};
+use crate::table::{Cell, Table};
 use identification::{
     assessment::{Assessed, Assessment, SecondOpinion, overall},
     compare::Ranking,

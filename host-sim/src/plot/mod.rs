@@ -11,9 +11,11 @@ pub mod html;
 pub mod palette;
 pub mod points;
 pub mod svg;
+mod trace;
 
 pub use figure::{Figure, Panel, Scale, Series, Style};
 pub use palette::Colours;
+pub use trace::of_trace;
 
 use crate::{error::Error, file};
 

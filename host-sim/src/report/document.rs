@@ -1,7 +1,7 @@
 //! The page: what stands on it, in which order and in which words.
 
 use super::{
-    Cell, Page, Section, Table, bode,
+    bode,
     comparison::{Comparison, Outcome},
     contradictions::{self, Contradiction},
     input_sections::SECTIONS,
@@ -9,7 +9,14 @@ use super::{
     responses::{self, Quantity, Shown},
     stability, tables,
 };
-use crate::{error::Error, plot::Figure, scenario::Scenario, trace::Trace};
+use crate::{
+    error::Error,
+    page::{Page, Section},
+    plot::Figure,
+    scenario::Scenario,
+    table::{Cell, Table},
+    trace::Trace,
+};
 
 const TITLE: &str = "Smart actuator: the models of the paper and the board";
 
@@ -88,9 +95,9 @@ fn merits(comparison: &Comparison) -> Section {
 
 /// The section with these boxes.
 pub(super) fn remarks(section: Section, contradictions: &[Contradiction]) -> Section {
-    contradictions
-        .iter()
-        .fold(section, |section, c| section.remark(c.title, c.text))
+    contradictions.iter().fold(section, |section, c| {
+        section.titled_warning(c.title, c.text)
+    })
 }
 
 /// The figure with what must be said of the presets in it.

@@ -1,13 +1,12 @@
 //! The sections on the inputs: their figures and words.
 
 use super::{
-    Section,
     comparison::{Comparison, Outcome},
     contradictions::{self, Contradiction},
     document::{remarks, shown, warned},
     responses::{self, Quantity},
 };
-use crate::plot::Figure;
+use crate::{page::Section, plot::Figure};
 
 /// A section on one input.
 pub(super) struct InputSection {

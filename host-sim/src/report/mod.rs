@@ -8,22 +8,17 @@ pub mod comparison;
 pub mod contradictions;
 mod curves;
 pub mod document;
-pub mod figures;
 mod input_sections;
 pub mod metrics;
 pub mod models;
-pub mod page;
 mod responses;
 pub mod runs;
 pub mod small_signal;
 mod stability;
 mod sweep;
-pub mod table;
 pub mod tables;
 
 pub use comparison::Comparison;
-pub use page::{Page, Section};
-pub use table::{Cell, Column, Table};
 
 #[cfg(test)]
 mod tests;

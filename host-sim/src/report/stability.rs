@@ -1,10 +1,9 @@
 //! The sampled loop: how far it is from instability, and a reading of the paper that is beyond.
 
 use super::{
-    Table, contradictions,
+    contradictions,
     document::remarks,
     models::Model,
-    page::Section,
     responses::{self, Quantity},
     small_signal::sampled,
     tables,
@@ -12,9 +11,11 @@ use super::{
 use crate::{
     analysis::{linear_models::Timing, loop_gain::Margins},
     error::Error,
+    page::Section,
     plot::Figure,
     scenario::{Scenario, Setting},
     settings::Settings,
+    table::Table,
     trace::Trace,
 };
 

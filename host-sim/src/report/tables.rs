@@ -1,12 +1,14 @@
 //! The tables of figures of merit.
 
 use super::{
-    Cell, Table,
     comparison::{Comparison, Outcome},
     metrics::{Pulse, SmallSignalMetrics},
     runs::INPUTS,
 };
-use crate::analysis::loop_gain::Margins;
+use crate::{
+    analysis::loop_gain::Margins,
+    table::{Cell, Table},
+};
 
 /// All tables, in the order of the report.
 pub fn all(comparison: &Comparison) -> [Table; 4] {

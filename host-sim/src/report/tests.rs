@@ -1,6 +1,5 @@
 mod document;
 mod merits;
-mod page;
 mod response;
 
 use std::sync::OnceLock;

@@ -1,19 +1,17 @@
-//! Tables of numbers with units, for the page and for the terminal.
+//! Tables of numbers with units, for pages (`templates/table.html`) and for the terminal.
 
-use std::fmt::{self, Write as _};
+use std::fmt;
 
 use comfy_table::{CellAlignment, ContentArrangement, presets};
-
-use crate::plot::html::escape;
 
 /// One entry of a table.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Cell {
-    /// Words.
+    /// Text.
     Text(String),
     /// A value, shown with this many decimals. NaN and infinities are shown as a dash.
     Number(f64, usize),
-    /// Nothing that could be said: shown as a dash.
+    /// No value: shown as a dash.
     None,
 }
 
@@ -23,7 +21,7 @@ impl fmt::Display for Cell {
             Self::Text(text) => f.write_str(text),
             Self::Number(value, decimals) if value.is_finite() => {
                 let text = format!("{value:.decimals$}");
-                // What is rounded to zero has no sign.
+                // A value that is rounded to zero has no sign.
                 let is_zero = !text.contains(|c: char| ('1'..='9').contains(&c));
                 f.write_str(text.trim_start_matches(if is_zero { "-" } else { "" }))
             }
@@ -47,9 +45,9 @@ impl From<String> for Cell {
 /// A column's heading.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Column {
-    /// What stands in it.
+    /// The quantity.
     pub name: String,
-    /// In which unit; empty where there is none.
+    /// Its unit; empty if it has none.
     pub unit: String,
 }
 
@@ -60,15 +58,15 @@ pub struct Table {
     pub caption: String,
     /// The headings.
     pub columns: Vec<Column>,
-    /// Each row has a cell a column; what lacks is shown empty.
+    /// One cell for each column. Missing cells at the end of a row are shown empty.
     pub rows: Vec<Vec<Cell>>,
 }
 
 impl Table {
-    /// An empty table with these columns, each a name and a unit.
+    /// Creates an empty table with these columns, each a name and a unit.
     ///
     /// ```
-    /// # use host_sim::report::{Cell, Table};
+    /// # use host_sim::table::{Cell, Table};
     /// let mut table = Table::new("Steps", &[("model", ""), ("rise time", "ms")]);
     /// table.push(["black-box-1".into(), Cell::Number(73.24, 1)]);
     /// assert!(table.to_terminal(80).contains("73.2"));
@@ -90,14 +88,17 @@ impl Table {
         self.rows.push(row.into_iter().collect());
     }
 
-    /// Whether a column holds numbers, which are aligned on the right.
-    fn is_numeric(&self, column: usize) -> bool {
-        let cells = || self.rows.iter().filter_map(|row| row.get(column));
-        cells().any(|c| matches!(c, Cell::Number(..)))
-            && !cells().any(|c| matches!(c, Cell::Text(_)))
+    /// For each column, whether it contains numbers, which are aligned right.
+    pub(crate) fn numeric_columns(&self) -> Vec<bool> {
+        let is_numeric = |column| {
+            let cells = || self.rows.iter().filter_map(|row| row.get(column));
+            cells().any(|c| matches!(c, Cell::Number(..)))
+                && !cells().any(|c| matches!(c, Cell::Text(_)))
+        };
+        (0..self.columns.len()).map(is_numeric).collect()
     }
 
-    /// The table as text of at most `width` columns; cells are wrapped where it is narrow.
+    /// Renders the table as text of at most `width` columns. Long cells are wrapped.
     pub fn to_terminal(&self, width: u16) -> String {
         let mut table = comfy_table::Table::new();
         table
@@ -111,52 +112,12 @@ impl Table {
         for row in &self.rows {
             table.add_row(row.iter().map(Cell::to_string));
         }
-        for index in (0..self.columns.len()).filter(|&i| self.is_numeric(i)) {
-            if let Some(column) = table.column_mut(index) {
+        for (column, is_numeric) in table.column_iter_mut().zip(self.numeric_columns()) {
+            if is_numeric {
                 column.set_cell_alignment(CellAlignment::Right);
             }
         }
         format!("{}\n{table}", self.caption)
-    }
-
-    /// The table as HTML.
-    pub fn to_html(&self) -> String {
-        let class = |i| {
-            if self.is_numeric(i) {
-                " class=\"number\""
-            } else {
-                ""
-            }
-        };
-        let mut html = format!(
-            "<div class=\"table\"><table class=\"data\">\n<caption>{}</caption>\n<thead><tr>",
-            escape(&self.caption)
-        );
-        for (i, column) in self.columns.iter().enumerate() {
-            let _ = write!(
-                html,
-                "<th scope=\"col\"{}>{}",
-                class(i),
-                escape(&column.name)
-            );
-            if !column.unit.is_empty() {
-                let _ = write!(
-                    html,
-                    " <span class=\"unit\">({})</span>",
-                    escape(&column.unit)
-                );
-            }
-            html.push_str("</th>");
-        }
-        html.push_str("</tr></thead>\n<tbody>\n");
-        for row in &self.rows {
-            html.push_str("<tr>");
-            for (i, cell) in row.iter().enumerate() {
-                let _ = write!(html, "<td{}>{}</td>", class(i), escape(&cell.to_string()));
-            }
-            html.push_str("</tr>\n");
-        }
-        html + "</tbody></table></div>\n"
     }
 }
 
@@ -173,22 +134,13 @@ mod tests {
     }
 
     #[test]
-    fn html_escapes_and_aligns_numbers_on_the_right() {
-        let html = table().to_html();
-        assert!(html.contains("<td>a&lt;b</td><td class=\"number\">76.8</td>"));
-        assert!(html.contains("Steps &amp; &lt;ramps&gt;"));
-        assert!(html.contains("<td class=\"number\">–</td>"));
-        roxmltree::Document::parse(&html).expect("the table is well-formed");
-    }
-
-    #[test]
-    fn what_is_rounded_to_zero_has_no_sign() {
+    fn a_value_rounded_to_zero_has_no_sign() {
         let shown = [-0.004, -0.006, 0.0, -10.0].map(|value| Cell::Number(value, 2).to_string());
         assert_eq!(shown, ["0.00", "-0.01", "0.00", "-10.00"]);
     }
 
     #[test]
-    fn the_terminal_gets_units_and_no_line_beyond_its_width() {
+    fn terminal_output_has_units_and_no_line_wider_than_the_terminal() {
         for width in [20, 80] {
             let text = table().to_terminal(width);
             assert!(text.contains("(ms)") && text.contains("76.8"), "{text}");

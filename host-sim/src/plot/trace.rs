@@ -1,9 +1,7 @@
 //! Figures of traces.
 
-use crate::{
-    plot::{Colours, Figure, Panel, Series, Style},
-    trace::Trace,
-};
+use super::{Colours, Figure, Panel, Series, Style};
+use crate::trace::Trace;
 
 /// The columns that share a panel, under the label of its axis.
 const PANELS: [(&str, &[&str]); 4] = [

@@ -1,7 +1,10 @@
-//! The page as a whole.
+//! The rendered page.
 
-use super::super::*;
-use crate::plot::{Figure, Panel, Series};
+use super::*;
+use crate::{
+    plot::{Figure, Panel, Series},
+    table::Cell,
+};
 
 fn page() -> Page {
     let figure = |title: &str| {
@@ -27,7 +30,7 @@ fn page() -> Page {
 }
 
 #[test]
-fn figures_are_numbered_through_and_the_contents_lead_to_the_sections() {
+fn figures_are_numbered_across_sections_and_the_contents_link_to_the_sections() {
     let html = page().render();
     for (number, title) in [(1, "Up"), (2, "Down"), (3, "Gain")] {
         assert!(html.contains(&format!(
@@ -41,18 +44,20 @@ fn figures_are_numbered_through_and_the_contents_lead_to_the_sections() {
 }
 
 #[test]
-fn texts_are_escaped_and_parted_into_paragraphs() {
+fn text_is_escaped_and_split_into_paragraphs() {
     let html = page().render();
-    assert!(html.contains("<h1>Models &amp; &lt;servos&gt;</h1>"));
-    assert!(html.contains("<p>First.</p>\n<p>Second &lt;b&gt;.</p>"));
+    assert!(html.contains("<h1>Models &#38; &#60;servos&#62;</h1>"));
+    assert!(html.contains("<p>First.</p>\n<p>Second &#60;b&#62;.</p>"));
     assert!(html.contains("<p class=\"warning\">contradiction</p>"));
 }
 
 #[test]
-fn names_in_backticks_are_code_and_a_lone_backtick_is_itself() {
-    let section = Section::new("").note("`a<b` and `c").remark("Why?", "`d`");
+fn names_in_backticks_are_code_and_an_unpaired_backtick_is_literal() {
+    let section = Section::new("")
+        .note("`a<b` and `c")
+        .titled_warning("Why?", "`d`");
     let html = Page::new("").section(section).render();
-    assert!(html.contains("<p class=\"note\"><code>a&lt;b</code> and `c</p>"));
+    assert!(html.contains("<p class=\"note\"><code>a&#60;b</code> and `c</p>"));
     assert!(html.contains("<p class=\"warning\"><strong>Why?</strong> <code>d</code></p>"));
 }
 
@@ -67,14 +72,14 @@ fn all_links_stay_on_the_page() {
 }
 
 #[test]
-fn the_footer_tells_version_and_parameters() {
+fn the_footer_contains_the_version_and_the_parameters() {
     let html = page().render();
     let (_, footer) = html.split_once("<footer>").expect("a footer");
     assert!(footer.contains(env!("CARGO_PKG_VERSION")) && footer.contains("<td>pole</td>"));
 }
 
 #[test]
-fn a_page_that_cannot_be_written_is_named() {
+fn an_error_of_writing_names_the_file() {
     let error = page()
         .write("/no such folder/report.html".as_ref())
         .expect_err("an error");
@@ -82,4 +87,21 @@ fn a_page_that_cannot_be_written_is_named() {
         error.to_string().contains("/no such folder/report.html"),
         "{error}"
     );
+}
+
+#[test]
+fn a_table_is_escaped_and_its_numbers_are_aligned_right() {
+    let mut table = Table::new("Steps & <ramps>", &[("model", ""), ("t90", "ms")]);
+    table.push(["a<b".into(), Cell::Number(76.753, 1)]);
+    table.push(["none".into(), Cell::Number(f64::NAN, 1)]);
+    table.push(["short row".into()]);
+    let html = Page::new("")
+        .section(Section::new("").table(table))
+        .render();
+    assert!(html.contains("<td>a&#60;b</td><td class=\"number\">76.8</td>"));
+    assert!(html.contains("Steps &#38; &#60;ramps&#62;"));
+    assert!(html.contains("<td class=\"number\">–</td>"));
+    let (_, rest) = html.split_once("<div class=\"table\">").expect("a table");
+    let (table, _) = rest.split_once("</div>").expect("its end");
+    roxmltree::Document::parse(table).expect("the table is well-formed");
 }
