@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# What `cargo test` leaves out because it needs Python or node: python-canopen and node-canopen as independent masters over
-# slcan, the data sheet in three importers and compared with the server entry by entry. Installs its packages under target/.
+# Tests that need Python or Node.js and are therefore not part of `cargo test`: python-canopen and node-canopen as independent
+# masters over slcan; the EDS in three importers and compared with the server entry by entry. Installs its packages in target/.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -15,15 +15,15 @@ if ! command -v npm >/dev/null; then
     $sudo apt-get update -qq
     $sudo apt-get install -y -qq --no-install-recommends nodejs npm
 fi
-# Its one package with compiled code is replaced by crc.js: nothing is built.
+# crc.js replaces its only package with compiled code, so nothing is built.
 modules=$PWD/target/node-canopen
 [ -d "$modules/node_modules/canopen" ] ||
     npm install --silent --no-audit --no-fund --ignore-scripts --prefix "$modules" canopen@6.2.1
 
-printf '\n-- CANopen: what the conformance page names\n'
+printf '\n-- CANopen: tests named in docs/conformance.md\n'
 python3 canopen/tests/conformance.py
 
-printf '\n-- CANopen: data sheet\n'
+printf '\n-- CANopen: EDS\n'
 complaints=$("$venv/bin/dcfchk" -n 1 docs/smart-actuator.eds 2>&1)
 [ -z "$complaints" ] || { echo "dcfchk: $complaints"; exit 1; }
 "$venv/bin/python" canopen/tests/clients/eds.py firmware/object-dictionary.csv docs/smart-actuator.eds
@@ -39,7 +39,7 @@ printf '\n-- CANopen: node-canopen\n'
 NODE_PATH=$modules/node_modules node canopen/tests/clients/node/node_canopen.js \
     target/debug/actuator target/debug/examples/loopback docs/smart-actuator.eds
 
-printf '\n-- CANopen: what the data sheet says, and what a master must not do\n'
+printf '\n-- CANopen: every entry of the EDS, and invalid requests\n'
 "$venv/bin/python" canopen/tests/clients/walk.py target/debug/actuator docs/smart-actuator.eds
 "$venv/bin/python" canopen/tests/clients/black_box.py target/debug/actuator
 

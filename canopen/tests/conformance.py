@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Fails where docs/conformance.md names a test that there is not."""
+"""Fails if docs/conformance.md names a test that does not exist."""
 import pathlib
 import re
 import sys
@@ -13,5 +13,5 @@ sources = "".join(
 tests = set(re.findall(r"\b(?:fn|def|function) (\w+)\(", sources))
 named = re.findall(r"`([a-z][a-z0-9]*(?:_[a-z0-9]+){2,})`", pathlib.Path("docs/conformance.md").read_text())
 missing = sorted(set(named) - tests)
-print(f"{len(set(named))} tests named, {len(missing)} of them not there", *missing, sep="\n")
+print(f"{len(set(named))} tests named, {len(missing)} of them missing", *missing, sep="\n")
 sys.exit(bool(missing))

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""python-canopen, unmodified and with the data sheet, against the actuators of `actuator serve`: the native ones, or both
-programs on emulated boards, through the serial line of the communication board.
+"""Tests with unmodified python-canopen and the EDS against the actuators of `actuator serve`: native, or both programs on emulated
+boards through the serial line of the communication board.
 
     actuator.py target/debug/actuator docs/smart-actuator.eds
     actuator.py target/debug/actuator docs/smart-actuator.eds --elf ACTUATOR_BOARD COMM_BOARD
@@ -24,22 +24,22 @@ from wire import boards
 
 PROGRAM, SHEET, ELF = sys.argv.pop(1), sys.argv.pop(1), boards(sys.argv)
 
-# The first native actuator says 1; a board hashes the unique ID of its chip, which is 1 on the first emulated board.
+# Serial number: 1 for the first native actuator; a board hashes the unique ID of its chip, which is 1 on the first emulated board.
 SERIAL_NUMBER = zlib.crc32(struct.pack("<III", 1, 0, 0)) if ELF else 1
 
-# A serial line has one client, and a board keeps the node-ID that it was given.
+# A serial line has one client, and a board stores its node-ID.
 natively = unittest.skipIf(ELF, "for several clients, or for actuators without node-ID")
 
 
 class Served(Bench):
-    """Two actuators, of which the first is the node."""
+    """Two actuators; the node under test is the first."""
 
     node_id = 1
     options = ()
-    # That of new boards; the native bus has none.
+    # Bit rate of new boards; the native bus has none.
     bitrate = 1_000_000
-    # A busy computer emulates slower than real time.
-    patience = 8 if ELF else 2
+    # A busy computer may emulate more slowly than real time.
+    timeout = 8 if ELF else 2
 
     def command(self):
         return [PROGRAM, "serve", "--listen", "127.0.0.1:0", "--nodes", "2", *ELF, *self.options]
@@ -49,7 +49,7 @@ class Served(Bench):
         return canopen.RemoteNode(1, SHEET)
 
     def actuator(self, *arguments):
-        """The program as a client beside python-canopen."""
+        """The program `actuator` as a second client."""
         bus = ["--bus", f"127.0.0.1:{self.port}"]
         return subprocess.run([PROGRAM, *arguments, *bus], capture_output=True, text=True, timeout=20)
 
@@ -66,7 +66,7 @@ class Management(Served):
             self.assertEqual(self.node.nmt.wait_for_heartbeat(1), state)
 
     @natively
-    def test_a_second_client_hears_and_commands(self):
+    def test_a_second_client_receives_and_commands(self):
         other = self.connect()
         try:
             node = other.add_node(canopen.RemoteNode(2, SHEET))
@@ -79,7 +79,7 @@ class Management(Served):
         finally:
             other.disconnect()
 
-    def test_an_interrupt_ends_it_cleanly(self):
+    def test_an_interrupt_ends_the_server_cleanly(self):
         server = subprocess.Popen(self.command(), stdout=subprocess.PIPE, text=True)
         server.stdout.readline()
         server.send_signal(signal.SIGINT)
@@ -96,7 +96,7 @@ class Transfers(Served):
         gain.raw = 9.25
         self.assertEqual(gain.raw, 9.25)
 
-    def test_three_modes_both_ways(self):
+    def test_three_transfer_types_in_both_directions(self):
         sdo = self.node.sdo
         value = struct.pack("<i", -123_456)
         sdo.download(0x607A, 0, value, force_segment=True)
@@ -106,7 +106,7 @@ class Transfers(Served):
         with sdo["Target position"].open("rb", block_transfer=True, request_crc_support=True) as back:
             self.assertEqual(back.read(), value[::-1])
 
-    def test_a_capture_comes_in_segments_and_in_blocks(self):
+    def test_a_capture_is_uploaded_in_segments_and_in_blocks(self):
         sdo = self.node.sdo
         sdo["Capture"]["Control"].raw = 1
         self.wait_for(lambda: sdo["Capture"]["Records captured"].raw > 600, "2.4 s of capture")
@@ -152,7 +152,7 @@ class ProcessData(Served):
         self.node.tpdo.read()
         self.node.rpdo.read()
 
-    def test_telemetry_comes_at_250_hz_and_the_status_at_50_hz(self):
+    def test_telemetry_has_250_hz_and_the_status_50_hz(self):
         seen = {1: [], 2: [], 3: []}
         for number, frames in seen.items():
             self.node.tpdo[number].add_callback(lambda pdo, frames=frames: frames.append(pdo.timestamp))
@@ -162,13 +162,13 @@ class ProcessData(Served):
         before, begun = counter.raw, len(seen[2])
         time.sleep(1)
         samples, frames = counter.raw - before & 0xFFFF, len(seen[2]) - begun
-        # By the actuator's own count none is lost; the clock of a busy computer allows itself more.
+        # By the actuator's count no sample is lost; the tolerance is for the clock of a busy computer.
         self.assertAlmostEqual(samples, frames, delta=2)
         if not ELF:
             self.assertTrue(230 <= samples <= 270, samples)
         self.assertAlmostEqual(len(seen[2]) / len(seen[3]), 5, delta=0.5)
 
-    def test_a_pdo_is_mapped_anew(self):
+    def test_a_pdo_is_remapped(self):
         pdo = self.node.tpdo[4]
         pdo.clear()
         pdo.add_variable("DC link circuit voltage")
@@ -199,11 +199,11 @@ class Drive(DriveTests, Served):
 
     def setUp(self):
         super().setUp()
-        self.node.TIMEOUT_CHECK_TPDO = self.patience
+        self.node.TIMEOUT_CHECK_TPDO = self.timeout
         self.node.nmt.state = "OPERATIONAL"
         self.node.setup_402_state_machine()
 
-    def test_commands_at_50_hz_are_followed_and_their_end_is_a_fault(self):
+    def test_commands_at_50_hz_are_followed_and_their_loss_is_a_fault(self):
         self.enable("CYCLIC SYNCHRONOUS POSITION")
         command = self.node.rpdo[1]
         command["Controlword"].raw = 0x0F
@@ -211,7 +211,7 @@ class Drive(DriveTests, Served):
             command["Target position"].raw = 200 * step
             command.transmit()
             time.sleep(0.02)
-        # It stays behind by the rate, 10 deg/s, over the gain, 8/s; and by what a busy computer's clock is late.
+        # The lag is the rate, 10 deg/s, divided by the gain, 8/s, plus the delay of a busy computer.
         self.assertGreater(self.angle_mdeg(), 12_000)
 
         def settled():
@@ -235,7 +235,7 @@ class Drive(DriveTests, Served):
         self.node.sdo["Target velocity"].raw = 0
         self.wait_for(lambda: abs(self.node.sdo["Velocity actual value"].raw) < 1_000, "standstill")
 
-    def test_limits_are_locked_while_it_is_enabled(self):
+    def test_limits_are_write_protected_while_enabled(self):
         self.enable("PROFILED POSITION")
         limit = struct.pack("<i", 70_000)
         for index, sub in ((0x607D, 2), (0x2100, 8), (0x2102, 1), (0x6065, 0)):
@@ -246,16 +246,16 @@ class Drive(DriveTests, Served):
 
 @natively
 class Program(Served):
-    """The program's own client."""
+    """The client of the program `actuator`."""
 
-    def test_what_is_moved_excited_and_recorded(self):
+    def test_move_excite_and_record(self):
         done = self.actuator("move", "20", "--json")
         self.assertAlmostEqual(json.loads(done.stdout)["angle_deg"], 20, delta=0.5)
         done = self.actuator("excite", "doublet", "--amplitude", "5", "--unit", "0.1", "--capture")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.actuator("set", "2030:1=0")
         rows = list(csv.DictReader(self.actuator("record", "--capture").stdout.splitlines()))
-        # The board's commands are exact in mdeg: 5 deg up, 5 deg down, 25 control periods each.
+        # The commands of the board are exact in mdeg: 5 deg up, 5 deg down, 25 control periods each.
         commands = [float(row["command_mdeg"]) - float(rows[-1]["command_mdeg"]) for row in rows]
         self.assertEqual([round(value) for value in commands[:51]], [5_000] * 25 + [-5_000] * 25 + [0])
         rows = list(csv.DictReader(self.actuator("record", "--for", "0.5").stdout.splitlines()))
@@ -279,7 +279,7 @@ class Program(Served):
 
     def test_faults_are_listed_and_reset(self):
         self.node.nmt.state = "OPERATIONAL"
-        # A cyclic master that falls silent once it has begun to command.
+        # A cyclic master that stops commanding.
         for word in (6, 7, 15, 15):
             self.network.send_message(0x201, struct.pack("<Hi", word, 0))
             time.sleep(0.03)
@@ -300,7 +300,7 @@ class Program(Served):
 class LayerSettings(Served):
     options = ("--unconfigured",)
 
-    def test_two_actuators_are_told_apart_by_fast_scan_and_stored(self):
+    def test_fast_scan_distinguishes_two_actuators_and_stores_their_node_ids(self):
         lss = self.network.lss
         for node_id in (2, 1):
             found, identity = lss.fast_scan()

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""What CiA 301 and CiA 402 promise to a master that errs, and every command in every state of the drive: the frames are written
-here as the standards have them, and the server is known by its answers alone.
+"""Responses to invalid requests as specified by CiA 301 and CiA 402, and every command in every state of the drive. The frames are
+written from the standards; the server is tested through its responses only.
 
     black_box.py target/debug/actuator
 """
@@ -9,7 +9,7 @@ import sys
 import time
 import unittest
 
-from wire import Bench, Silent, boards
+from wire import Bench, NoResponse, boards
 
 PROGRAM, ELF = sys.argv.pop(1), boards(sys.argv)
 
@@ -21,23 +21,23 @@ NAME, TARGET = "08 10 00", "7A 60 00"
 SEGMENTED, BLOCKS = f"41 {NAME} 0E 00 00 00", f"C6 {NAME} 0E 00 00 00"
 FIRST, LAST = "01 53 4D 41 52 54 2D 41", "82 43 54 55 41 54 4F 52"
 
-# What the client says and what it hears; None for nothing, and several frames in one list.
+# Request of the client and expected response; None for no response, several frames in one list.
 CONVERSATIONS = {
-    "a toggle that does not alternate": [
+    "a toggle bit that does not alternate": [
         (f"40 {NAME}", SEGMENTED), ("70", f"80 {NAME} {TOGGLE}"), ("60", f"80 00 00 00 {UNKNOWN}")],
-    "a segment of nothing": [("00 01", f"80 00 00 00 {UNKNOWN}")],
+    "a segment without a transfer": [("00 01", f"80 00 00 00 {UNKNOWN}")],
     "a server's command": [("E0", f"80 00 00 00 {UNKNOWN}")],
-    "an upload anew within another": [(f"40 {NAME}", SEGMENTED), (f"40 {NAME}", SEGMENTED), ("80", None)],
+    "a new upload within another": [(f"40 {NAME}", SEGMENTED), (f"40 {NAME}", SEGMENTED), ("80", None)],
     "a download's segment in an upload": [(f"40 {NAME}", SEGMENTED), ("00", f"80 {NAME} {UNKNOWN}")],
     "an upload's segment in a download": [(f"21 {TARGET} 04", f"60 {TARGET}"), ("60", f"80 {TARGET} {UNKNOWN}")],
-    "fewer bytes than were announced": [(f"21 {TARGET} 04", f"60 {TARGET}"), ("09 01", f"80 {TARGET} {SHORT}")],
+    "fewer bytes than indicated": [(f"21 {TARGET} 04", f"60 {TARGET}"), ("09 01", f"80 {TARGET} {SHORT}")],
     "more bytes than the object has": [(f"20 {TARGET}", f"60 {TARGET}"), ("00", "20"), ("1D", f"80 {TARGET} {LONG}")],
     "a size that is not the object's": [(f"21 {TARGET} 03", f"80 {TARGET} {SHORT}"), (f"21 {TARGET} 05", f"80 {TARGET} {LONG}")],
     "an abort of an upload": [(f"40 {NAME}", SEGMENTED), ("80", None), ("60", f"80 00 00 00 {UNKNOWN}")],
-    "an abort amid blocks": [
+    "an abort between blocks": [
         (f"A4 {NAME} 7F", BLOCKS), ("A3", [FIRST, LAST]), ("80", None), ("A2 02 7F", f"80 00 00 00 {UNKNOWN}")],
-    "no segments a block": [(f"A4 {NAME} 00", f"80 {NAME} {BLOCK_SIZE}")],
-    "128 segments a block": [(f"A4 {NAME} 80", f"80 {NAME} {BLOCK_SIZE}")],
+    "block size 0": [(f"A4 {NAME} 00", f"80 {NAME} {BLOCK_SIZE}")],
+    "block size 128": [(f"A4 {NAME} 80", f"80 {NAME} {BLOCK_SIZE}")],
     "128 segments in the next block": [(f"A4 {NAME} 01", BLOCKS), ("A3", FIRST), ("A2 01 80", f"80 {NAME} {BLOCK_SIZE}")],
     "more confirmed than was sent": [(f"A4 {NAME} 01", BLOCKS), ("A3", FIRST), ("A2 02 01", f"80 {NAME} {SEQUENCE}")],
     "one confirmed of two": [
@@ -48,42 +48,42 @@ CONVERSATIONS = {
     "a wrong checksum": [(f"C6 {TARGET} 04", f"A4 {TARGET} 7F"), ("81 01", "A2 01 7F"), ("CD", f"80 {TARGET} {CHECKSUM}")],
     "segment 0": [(f"C2 {TARGET} 04", f"A4 {TARGET} 7F"), ("00", f"80 {TARGET} {SEQUENCE}")],
     "a gap": [(f"C2 {TARGET} 04", f"A4 {TARGET} 7F"), ("82", "A2 00 7F"), ("81", "A2 01 7F"), ("CD", "A1")],
-    "silence": [(f"21 {TARGET} 04", [f"60 {TARGET}", f"80 {TARGET} {TIMED_OUT}"]), ("00", f"80 00 00 00 {UNKNOWN}")],
+    "a time-out": [(f"21 {TARGET} 04", [f"60 {TARGET}", f"80 {TARGET} {TIMED_OUT}"]), ("00", f"80 00 00 00 {UNKNOWN}")],
 }
 
 
 class Network(Bench):
     program, elf = PROGRAM, ELF
 
-    def test_a_client_that_errs_hears_what_the_standard_says(self):
+    def test_invalid_sdo_requests_are_answered_as_the_standard_specifies(self):
         for title, exchanges in CONVERSATIONS.items():
             with self.subTest(title):
-                for said, heard in exchanges:
-                    self.sdo.say(bytes.fromhex(said))
-                    for expected in [heard] if isinstance(heard, str) else heard or []:
-                        frame = self.wire.hear(lambda frame: frame.identifier == 0x581, self.sdo.patience)
-                        self.assertEqual(frame.data, bytes.fromhex(expected).ljust(8, b"\0"), said)
-                # Nothing is left to be said: the next answer is the next question's.
+                for sent, received in exchanges:
+                    self.sdo.send(bytes.fromhex(sent))
+                    for expected in [received] if isinstance(received, str) else received or []:
+                        frame = self.wire.receive(lambda frame: frame.identifier == 0x581, self.sdo.timeout)
+                        self.assertEqual(frame.data, bytes.fromhex(expected).ljust(8, b"\0"), sent)
+                # No response is pending: the next response belongs to the next request.
                 self.assertEqual(self.sdo.upload(0x1000, 0), bytes.fromhex("92 01 02 00"))
 
-    def test_frames_that_are_none_of_sdo_are_not_answered(self):
+    def test_frames_that_are_not_sdo_requests_are_not_answered(self):
         request = bytes.fromhex("40 00 10 00 00 00 00 00")
         for length in range(8):
             self.wire.send(0x601, request[:length])
         self.wire.send(0x601, request, extended=True)
         self.wire.send(0x601, remote=True, length=8)
         self.wire.send(0x602, request)
-        self.assertEqual(self.wire.hear_all(lambda frame: frame.identifier == 0x581, 0.05), [])
+        self.assertEqual(self.wire.receive_all(lambda frame: frame.identifier == 0x581, 0.05), [])
 
     def state(self):
-        """By the heartbeat that a write to 1017h sends; in STOPPED there is none."""
+        """NMT state from the heartbeat; None if there is none."""
         try:
-            self.wire.forget()
-            return self.wire.hear(lambda frame: frame.identifier == 0x701, 0.1).data[0]
-        except Silent:
+            self.wire.discard()
+            return self.wire.receive(lambda frame: frame.identifier == 0x701, 0.1).data[0]
+        except NoResponse:
             return None
 
-    def test_nmt_obeys_its_commands_and_no_others(self):
+    def test_only_valid_nmt_commands_are_executed(self):
         self.sdo.download(0x1017, 0, struct.pack("<H", 10))
         for command in ([1, 2], [1], [1, 1, 0], [0, 1], [5, 1], [127, 1], [1, 128], [1, 129], [129, 2]):
             self.wire.send(0, bytes(command))
@@ -94,12 +94,12 @@ class Network(Bench):
         for command, state in ([1, 1], 5), ([128, 0], 127), ([1, 0], 5), ([2, 1], 4), ([1, 1], 5), ([128, 1], 127), ([2, 0], 4):
             self.wire.send(0, bytes(command))
             self.assertEqual(self.state(), state, command)
-        self.sdo.say(bytes.fromhex("40 00 10 00"))
+        self.sdo.send(bytes.fromhex("40 00 10 00"))
         self.wire.send(0x701, remote=True, length=1)
-        self.assertEqual({frame.data for frame in self.wire.hear_all(lambda frame: True, 0.1)}, {bytes([4])}, "no SDO, no guarding")
+        self.assertEqual({frame.data for frame in self.wire.receive_all(lambda frame: True, 0.1)}, {bytes([4])}, "no SDO, no guarding")
         for command in (130, 129):
             self.wire.send(0, bytes([command, 0]))
-            self.hear(0x701, [0])
+            self.expect_frame(0x701, [0])
             self.assertEqual(self.sdo.upload(0x1017, 0), bytes(2))
 
     def test_restricted_identifiers_and_reserved_types_are_refused(self):
@@ -124,7 +124,7 @@ class Network(Bench):
 NOT_ENABLED, READY, SWITCHED_ON, ENABLED, QUICK_STOP = 0x40, 0x21, 0x23, 0x27, 0x07
 WAYS = {NOT_ENABLED: [], READY: [6], SWITCHED_ON: [6, 7], ENABLED: [6, 7, 15], QUICK_STOP: [6, 7, 15, 2]}
 COMMANDS = {"shutdown": 0x06, "switch on": 0x07, "enable operation": 0x0F, "disable voltage": 0x00, "quick stop": 0x02, "fault reset": 0x80}
-# Where each command leads; where it is not here, nowhere. A fault reset has bit 1 clear, so that it takes the voltage away.
+# Next state of each command; a command that is not listed has no effect. A fault reset has bit 1 clear, which disables voltage.
 LEADS = {
     (NOT_ENABLED, "shutdown"): READY,
     (READY, "switch on"): SWITCHED_ON, (READY, "enable operation"): ENABLED, (READY, "disable voltage"): NOT_ENABLED,
@@ -141,7 +141,7 @@ class Drive(Bench):
     program, elf = PROGRAM, ELF
 
     def setUp(self):
-        # Profile position; and a quick stop is stayed in (605Ah is 6).
+        # Profile position; the drive remains in "quick stop active" (605Ah is 6).
         self.command(0)
         self.sdo.download(0x6060, 0, b"\x01")
         self.sdo.download(0x605A, 0, struct.pack("<h", 6))
@@ -157,7 +157,7 @@ class Drive(Bench):
         return word & 0x6F if word & 0x6F in (READY, SWITCHED_ON, ENABLED, QUICK_STOP) else word & 0x4F
 
     def reaches(self, state, message=None):
-        end = time.monotonic() + self.sdo.patience
+        end = time.monotonic() + self.sdo.timeout
         while self.state() != state and time.monotonic() < end:
             pass
         self.assertEqual(self.state(), state, message)
@@ -167,7 +167,7 @@ class Drive(Bench):
             self.command(word)
             self.reaches(NOT_ENABLED if word == 0 else next(s for s, way in WAYS.items() if way and way[-1] == word))
 
-    def test_every_command_in_every_state_leads_where_the_profile_says(self):
+    def test_every_command_in_every_state_matches_the_profile(self):
         for state in WAYS:
             for name, word in COMMANDS.items():
                 with self.subTest(f"{name} in {state:02X}h"):
@@ -175,12 +175,12 @@ class Drive(Bench):
                     self.command(word)
                     expected = LEADS.get((state, name), state)
                     self.reaches(expected)
-                    # Two control periods later it is still there.
+                    # The state is unchanged two control periods later.
                     time.sleep(0.012)
                     self.assertEqual(self.state(), expected)
         self.command(0)
 
-    def test_an_event_driven_pdo_tells_each_change_of_the_state_at_once(self):
+    def test_an_event_driven_pdo_reports_each_state_change_immediately(self):
         for pdo in range(0x1800, 0x1804):
             identifier = struct.unpack("<I", self.sdo.upload(pdo, 1))[0]
             self.sdo.download(pdo, 1, struct.pack("<I", identifier | 1 << 31))
@@ -193,9 +193,9 @@ class Drive(Bench):
         self.addCleanup(self.wire.send, 0, bytes([130, 1]))
         for word, state in ((0, NOT_ENABLED), (6, READY), (7, SWITCHED_ON), (15, ENABLED), (0, NOT_ENABLED)):
             self.wire.send(0x201, struct.pack("<Hi", word, 0))
-            self.wire.hear(lambda frame: frame.identifier == 0x481 and frame.data[0] & 0x6F & (0x4F | state) == state, self.sdo.patience)
+            self.wire.receive(lambda frame: frame.identifier == 0x481 and frame.data[0] & 0x6F & (0x4F | state) == state, self.sdo.timeout)
 
-    def test_modes_that_are_not_supported_are_refused_and_the_display_stays(self):
+    def test_unsupported_modes_are_refused_and_the_display_is_unchanged(self):
         supported = struct.unpack("<I", self.sdo.upload(0x6502, 0))[0]
         for mode in range(1, 11):
             refused = self.refusal(self.sdo.download, 0x6060, 0, bytes([mode]))
@@ -206,7 +206,7 @@ class Drive(Bench):
         time.sleep(0.012)
         self.assertEqual(self.sdo.upload(0x6061, 0), b"\x01")
 
-    def test_set_points_are_acknowledged_queued_and_changed_at_once(self):
+    def test_set_points_are_acknowledged_buffered_and_changed_immediately(self):
         target = lambda mdeg: self.sdo.download(0x607A, 0, struct.pack("<i", mdeg))
         self.go(ENABLED)
         self.sdo.download(0x6081, 0, struct.pack("<I", 60_000))
@@ -215,11 +215,11 @@ class Drive(Bench):
         self.reaches_bit(0x1000, False)
         target(0)
         self.set_point(0x1F)
-        # The second waits for the first, and a third would not be taken.
+        # The second is buffered; a third would not be accepted.
         time.sleep(0.012)
         self.assertTrue(self.statusword() & 0x1000)
         self.reaches_bit(0x1000, False)
-        # At once, and instead of the one under way.
+        # Change set immediately replaces the active set-point.
         target(30_000)
         self.set_point(0x3F)
         self.reaches_bit(0x1000, False)
@@ -236,7 +236,7 @@ class Drive(Bench):
         self.command(0x0F)
 
     def reaches_bit(self, mask, value):
-        end = time.monotonic() + self.sdo.patience
+        end = time.monotonic() + self.sdo.timeout
         while bool(self.statusword() & mask) != value and time.monotonic() < end:
             pass
         self.assertEqual(bool(self.statusword() & mask), value, f"{mask:04X}h")

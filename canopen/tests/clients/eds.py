@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""python-canopen imports the data sheet: all that the source says is in it, and a round trip changes nothing.
+"""python-canopen imports the EDS: it contains everything that the source declares, and a round trip changes nothing.
 
     eds.py firmware/object-dictionary.csv docs/smart-actuator.eds
 """
@@ -21,7 +21,7 @@ NODE_ID = 5
 
 
 def variables(objects):
-    """Each entry by index and sub-index."""
+    """All entries by index and sub-index."""
     for index, thing in objects.items():
         if isinstance(thing, od.ODVariable):
             yield (index, 0), thing
@@ -43,8 +43,8 @@ class Sheet(unittest.TestCase):
     def setUp(self):
         self.objects = canopen.import_od(SHEET, NODE_ID)
 
-    def test_every_entry_of_the_source_is_in_the_sheet(self):
-        # Below 1000h stand the dummies of RPDO mappings.
+    def test_every_source_entry_is_in_the_eds(self):
+        # Entries below 1000h are the dummy entries of RPDO mappings.
         found = {key: entry for key, entry in variables(self.objects) if key[0] >= 0x1000}
         with open(SOURCE, newline="", encoding="ascii") as file:
             rows = list(csv.DictReader(file))

@@ -1,12 +1,11 @@
 #!/usr/bin/env python3
-"""The paper's experiment through the whole chain: 50 Hz commands from here over the serial line of the communication board
-to the actuator board, telemetry back, and the same run simulated directly.
+"""The paper's experiment through the whole chain: 50 Hz commands over the serial line of the communication board to the actuator
+board, telemetry back, and the same run simulated directly.
 
     experiment.py target/debug/actuator docs/smart-actuator.eds ACTUATOR_BOARD COMM_BOARD [--csv FOLDER]
 
-Each sample carries the position demand that was in force and the board's own count of control periods, so what this computer's
-clock does to the commands stands in the recording. The recorded demand is what the direct simulation is given; its
-encoder has to show what the board's did.
+Each sample contains the position demand in effect and the board's count of control periods, so the recording includes the timing
+of this computer's commands. The direct simulation receives the recorded demand, and its encoder must agree with the board's.
 """
 import argparse
 import csv
@@ -25,19 +24,19 @@ from canopen.profiles.p402 import BaseNode402
 PERIOD_S = 0.004
 COMMAND_S = 0.02
 
-# The simulated board has no window without drive, in which the back-EMF is measured (0.1 ms in 4 ms), and a supply that never
-# gives way: on the board a move is behind by up to so much of its way, and a count of the encoder.
+# The simulation has neither the window without drive in which the back-EMF is measured (0.1 ms in 4 ms) nor a supply sag: on the
+# board a motion lags by up to this fraction of its travel, plus one encoder count.
 WINDOW = 0.025
 COUNT_DEG = 360 / 4096
-# Where it has stood still for 0.1 s: friction lets both rest within two counts of each other.
+# Tolerance after 0.1 s at rest: friction leaves both within two counts of each other.
 STANDING_DEG = 0.2
 STILL = 25
 
 
 def simulate(program, *arguments):
-    """Rows of a simulation at every control period."""
+    """Rows of a simulation, one per control period."""
     done = subprocess.run(
-        # What the board does with a command at once the paper's model does 17.5 ms later: its delay is that of its bus.
+        # Without the 17.5 ms delay of the paper's bus, which the board does not have.
         [program, "simulate", "board", "--plant", "bench", "--set", "delay_s=0", "--csv", "-", *arguments],
         check=True, capture_output=True, text=True)
     rows = csv.DictReader(io.StringIO(done.stdout))
@@ -45,7 +44,7 @@ def simulate(program, *arguments):
 
 
 class Chain:
-    """Both programs on emulated boards, with a master at the serial line."""
+    """Both programs on emulated boards, with a master on the serial line."""
 
     def __init__(self, arguments):
         self.process = subprocess.Popen(
@@ -55,7 +54,7 @@ class Chain:
         self.network = canopen.Network()
         self.network.NOTIFIER_CYCLE = 0.005
         self.node = self.network.add_node(BaseNode402(1, arguments.sheet))
-        # A busy computer emulates slower than real time.
+        # A busy computer may emulate more slowly than real time.
         self.node.sdo.RESPONSE_TIMEOUT = self.node.TIMEOUT_CHECK_TPDO = 5
         self.samples = []
 
@@ -76,7 +75,7 @@ class Chain:
         self.process.stdout.close()
 
     def set_up(self):
-        """Demand, count and angle in one PDO, and the drive in cyclic synchronous position."""
+        """Maps demand, count and angle into one PDO and enables the drive in cyclic synchronous position mode."""
         node = self.node
         for sub, limit in ((1, -150_000), (2, 150_000)):
             node.sdo.download(0x607D, sub, struct.pack("<i", limit))
@@ -93,7 +92,7 @@ class Chain:
         node.state = "OPERATION ENABLED"
 
     def command(self, commands_deg):
-        """Sends one command after the other, 50 in a second."""
+        """Transmits the commands at 50 Hz."""
         rpdo = self.node.rpdo[1]
         rpdo["Controlword"].raw = 0x0F
         begun = time.monotonic()
@@ -104,7 +103,7 @@ class Chain:
 
 
 def in_order(samples):
-    """The samples by the board's count from the first on, which wraps; and how many are missing."""
+    """The samples in order of the board's wrapping count, and the number of missing ones."""
     first, rows, last = samples[0][1], {}, 0
     for demand_mdeg, count, angle in samples:
         last += (count - first - last + 0x8000 & 0xFFFF) - 0x8000
@@ -113,9 +112,9 @@ def in_order(samples):
 
 
 def run(arguments, name):
-    """Whether no sample is lost and the direct simulation agrees."""
-    wanted = simulate(arguments.program, "--input", name)
-    commands_deg = [float(row["command"]) for row in wanted[::5]]
+    """Returns whether no sample is lost and the direct simulation agrees."""
+    matches = simulate(arguments.program, "--input", name)
+    commands_deg = [float(row["command"]) for row in matches[::5]]
     with Chain(arguments) as chain:
         chain.set_up()
         chain.command([0.0] * 10)

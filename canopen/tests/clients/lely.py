@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Lely's dcfgen makes of the data sheet what a Lely master writes to the actuator at its boot; the actuator takes it all, and
-follows in the synchronous network that it describes.
+"""Lely's dcfgen generates from the EDS the configuration that a Lely master writes at boot-up. The actuator accepts all of it and
+operates in the synchronous network that it describes.
 
     lely.py target/debug/actuator docs/smart-actuator.eds
 """
@@ -36,7 +36,7 @@ def concise_dcf():
 class Lely(Bench):
     program, elf = PROGRAM, ELF
 
-    def test_lely_s_configuration_is_taken_and_a_synchronous_network_follows(self):
+    def test_lely_s_configuration_is_accepted_and_a_synchronous_network_works(self):
         writes = list(concise_dcf())
         self.assertGreater(len(writes), 15)
         for index, sub, data in writes:
@@ -44,16 +44,16 @@ class Lely(Bench):
         self.wire.send(0, bytes([1, 1]))
         statusword, position, target = 0, 0, 0
         for cycle in range(300):
-            # What a master does in each cycle: its heartbeat, the command, SYNC; and it hears before the next.
+            # A master's cycle: heartbeat, command, SYNC, then reception of the telemetry.
             self.wire.send(0x77F, b"\x05")
             state = statusword & 0x6F
             word = {0x21: 7, 0x23: 15, 0x27: 15}.get(state, 6 if statusword & 0x4F == 0x40 else 0)
             target += 200 if state == 0x27 and target < 20_000 else 0
             self.wire.send(0x201, struct.pack("<Hi", word, target))
             self.wire.send(0x80)
-            heard = self.wire.hear(lambda frame: frame.identifier == 0x181, self.sdo.patience)
-            statusword, position = struct.unpack("<Hi", heard.data)
-            self.wire.hear_all(lambda frame: False, 0.01)
+            received = self.wire.receive(lambda frame: frame.identifier == 0x181, self.sdo.timeout)
+            statusword, position = struct.unpack("<Hi", received.data)
+            self.wire.receive_all(lambda frame: False, 0.01)
             if abs(position - 20_000) < 500:
                 break
         self.assertAlmostEqual(position, 20_000, delta=500, msg=f"in {cycle} cycles")

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""python-canopen, unmodified, against a node that it reaches by python-can's slcan driver.
+"""Tests with unmodified python-canopen and python-can's slcan driver against one node.
 
     python_canopen.py target/debug/examples/loopback
 """
@@ -21,7 +21,7 @@ DATA = bytes((at * 7 + at // 256) & 255 for at in range(1 << 16))
 
 
 def dictionary():
-    """What the tests use of the objects; the rest python-canopen reads by number."""
+    """The objects used by name; python-canopen reads the others by index."""
     objects = od.ObjectDictionary()
 
     def variable(index, name, data_type, sub=None):
@@ -62,7 +62,7 @@ def dictionary():
 
 
 class Served(Bench):
-    """A node of its own for each test."""
+    """A separate node for each test."""
 
     def command(self):
         return [PROGRAM, "0", str(self.node_id)]
@@ -77,7 +77,7 @@ class Management(Served):
         self.network.scanner.search()
         self.wait_for(lambda: self.network.scanner.nodes == [5], "node 5 is not found")
 
-    def test_states_are_reached_and_told_by_heartbeat(self):
+    def test_nmt_states_are_reached_and_reported_by_heartbeat(self):
         self.node.sdo[0x1017].raw = 20
         for state in ("OPERATIONAL", "STOPPED", "PRE-OPERATIONAL"):
             self.node.nmt.state = state
@@ -108,7 +108,7 @@ class Transfers(Served):
         self.node.sdo[0x2005].raw = "thirty-two bytes are not too long"[:32]
         self.assertEqual(self.node.sdo[0x2005].raw, "thirty-two bytes are not too lon")
 
-    def test_segments_both_ways(self):
+    def test_segmented_transfer_in_both_directions(self):
         for size in (1, 4, 5, 7, 8, 1000):
             self.node.sdo.download(0x2010, 0, DATA[:size], force_segment=True)
             self.assertEqual(self.node.sdo.upload(0x2010, 0), DATA[:size])
@@ -119,7 +119,7 @@ class Transfers(Served):
         with self.node.sdo[0x2010].open("rb", block_transfer=True, request_crc_support=True) as back:
             self.assertEqual(back.read(), DATA[:size])
 
-    def test_blocks_both_ways_with_checksum(self):
+    def test_block_transfer_in_both_directions_with_crc(self):
         for size in (5, 7, 8, 888, 889, 890, 5000):
             self.block(size)
 
@@ -160,7 +160,7 @@ class ProcessData(Served):
         self.assertEqual([var.index for var in self.node.tpdo[1]], [0x6041, 0x6064])
         self.assertEqual(self.node.rpdo[1].cob_id, 0x205)
 
-    def test_pdos_are_mapped_anew_and_flow(self):
+    def test_pdos_are_remapped_and_transmitted(self):
         pdo = self.node.tpdo[2]
         pdo.clear()
         pdo.add_variable(0x2001)
@@ -185,7 +185,7 @@ class ProcessData(Served):
     def test_sync_triggers(self):
         self.triggers_at_every_other_sync(self.node.tpdo[1])
 
-    def test_mapping_is_refused_where_it_makes_no_sense(self):
+    def test_invalid_mappings_are_refused(self):
         self.node.sdo.download(0x1A01, 0, b"\x00")
         self.aborts(0x0604_0041, self.node.sdo.download, 0x1A01, 1, struct.pack("<I", 0x2000_0008))
         self.aborts(0x0602_0000, self.node.sdo.download, 0x1A01, 1, struct.pack("<I", 0x2FFF_0008))
@@ -193,7 +193,7 @@ class ProcessData(Served):
 
 
 class Drive(DriveTests, Served):
-    """BaseNode402, which walks through the states by itself and hears of them by TPDO."""
+    """BaseNode402, which performs the state transitions itself and receives the state by TPDO."""
 
     @staticmethod
     def master():
@@ -201,27 +201,27 @@ class Drive(DriveTests, Served):
 
     def setUp(self):
         super().setUp()
-        # BaseNode402 takes a PDO that came twice for a periodic one, and waits for the next.
+        # BaseNode402 treats a PDO received twice as periodic and waits for the next.
         self.node.sdo[0x1800][5].raw = 20
         self.node.nmt.state = "OPERATIONAL"
         self.node.setup_402_state_machine()
 
-    def test_it_follows_cyclic_positions(self):
+    def test_cyclic_positions_are_followed(self):
         self.enable("CYCLIC SYNCHRONOUS POSITION")
         for target in range(0, 20_001, 1_000):
             self.node.sdo[0x607A].raw = target
             time.sleep(0.02)
         self.wait_for(lambda: self.node.sdo[0x6064].raw == 20_000, "the last target")
 
-    def test_a_fault_is_told_and_reset(self):
+    def test_a_fault_is_reported_and_reset(self):
         self.enable("PROFILED VELOCITY")
         self.node.sdo[0x2007].raw = 0x2310
         self.wait_for(lambda: self.node.state == "FAULT", "fault")
         self.node.sdo[0x2007].raw = 0
         self.node.reset_from_fault()
-        self.assertEqual(self.node.state, "OPERATION ENABLED", "as reset_from_fault goes on")
+        self.assertEqual(self.node.state, "OPERATION ENABLED", "reset_from_fault re-enables the drive")
 
-    def test_limits_are_locked_while_it_is_enabled(self):
+    def test_limits_are_write_protected_while_enabled(self):
         self.enable("PROFILED POSITION")
         limit = struct.pack("<i", 70_000)
         self.aborts(0x0800_0022, self.node.sdo.download, 0x607D, 2, limit)
@@ -230,7 +230,7 @@ class Drive(DriveTests, Served):
 
 
 class Emergencies(Served):
-    def test_errors_are_told_recorded_and_reset(self):
+    def test_errors_are_reported_recorded_and_reset(self):
         self.node.sdo[0x2007].raw = 0x8611
         self.wait_for(lambda: self.node.emcy.active, "emergency")
         [error] = self.node.emcy.active
@@ -245,7 +245,7 @@ class Emergencies(Served):
 class LayerSettings(Served):
     node_id = 255
 
-    def test_fast_scan_finds_the_node_and_gives_it_a_node_id(self):
+    def test_fast_scan_finds_the_node_and_assigns_a_node_id(self):
         found, identity = self.network.lss.fast_scan()
         self.assertTrue(found)
         self.assertEqual(identity, [0x1234, 0x5341, 0x0001_0000, 0xCAFE_F00D])

@@ -1,4 +1,4 @@
-"""A server of its own for each test, and a master that python-canopen makes of python-can's slcan driver."""
+"""A separate server for each test, and a python-canopen master over python-can's slcan driver."""
 import re
 import subprocess
 import time
@@ -11,21 +11,21 @@ from canopen.sdo import SdoAbortedError
 class Bench(unittest.TestCase):
     node_id = 5
     bitrate = 500_000
-    # For answers, s.
-    patience = 2
+    # Response time-out, s.
+    timeout = 2
 
     def command(self):
-        """What starts the server; its first line tells the port behind 127.0.0.1."""
+        """Command line of the server; its first output line contains the port on 127.0.0.1."""
         raise NotImplementedError
 
     @staticmethod
     def master():
-        """The node as the master has it."""
+        """The master's view of the node."""
         raise NotImplementedError
 
     def setUp(self):
         self.process = subprocess.Popen(self.command(), stdout=subprocess.PIPE, text=True)
-        # Also where the rest of this method fails.
+        # Also runs if the rest of this method fails.
         self.addCleanup(self.stop)
         self.port = re.search(r"127\.0\.0\.1:(\d+)", self.process.stdout.readline())[1]
         self.frames = []
@@ -33,7 +33,7 @@ class Bench(unittest.TestCase):
         self.addCleanup(self.network.disconnect)
         self.node = self.network.add_node(self.master())
         self.network.subscribe(0x700 + self.node.id, lambda *frame: self.frames.append(frame))
-        self.node.sdo.RESPONSE_TIMEOUT = self.patience
+        self.node.sdo.RESPONSE_TIMEOUT = self.timeout
 
     def connect(self):
         network = canopen.Network()
@@ -48,14 +48,14 @@ class Bench(unittest.TestCase):
         self.process.stdout.close()
 
     def reset(self, act=None):
-        """Resets the node. The client's wait_for_bootup misses what came before it was called."""
+        """Resets the node. The client's wait_for_bootup misses a boot-up received before its call."""
         boots = lambda: sum(data == b"\0" for _, data, _ in self.frames)
         before = boots()
         (act or (lambda: setattr(self.node.nmt, "state", "RESET")))()
         self.wait_for(lambda: boots() > before, "boot-up")
 
     def wait_for(self, condition, message):
-        end = time.monotonic() + 2.5 * self.patience
+        end = time.monotonic() + 2.5 * self.timeout
         while not condition():
             self.assertLess(time.monotonic(), end, message)
             time.sleep(0.002)
@@ -80,9 +80,9 @@ class Bench(unittest.TestCase):
 
 
 class DriveTests:
-    """What BaseNode402 expects of every drive; mixed into a Bench whose master it is."""
+    """Tests of a drive with BaseNode402 as master; a mix-in for Bench."""
 
-    # How far from its target the motor may be where the target is reached, mdeg.
+    # Tolerance of the position when the target is reached, mdeg.
     tolerance = 0
 
     def enable(self, mode):
@@ -94,9 +94,9 @@ class DriveTests:
     def angle_mdeg(self):
         return self.node.sdo[0x6064].raw
 
-    def test_it_is_driven_to_operation_enabled_and_to_a_position(self):
+    def test_the_drive_reaches_operation_enabled_and_a_position(self):
         self.enable("PROFILED POSITION")
-        # The controlword goes by RPDO 1, which carries the target too.
+        # RPDO 1 contains the controlword and the target.
         self.node.rpdo[1][0x607A].raw = 30_000
         self.node.controlword = 0x1F
         self.wait_for(lambda: self.node.statusword & 0x1000, "acknowledge")

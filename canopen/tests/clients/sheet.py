@@ -1,4 +1,4 @@
-"""The entries of a data sheet, read by no importer but this one."""
+"""Reads the entries of an EDS, independently of the importers under test."""
 import configparser
 import re
 import struct
@@ -14,11 +14,11 @@ DOMAIN, ARRAY, RECORD = 0x2, 0x8, 0x9
 class Entry:
     index: int
     sub: int
-    # It belongs to an ARRAY or a RECORD.
+    # Member of an ARRAY or a RECORD.
     member: bool
     name: str
     access: str
-    # How struct packs it; None for strings and domains.
+    # Format for struct; None for strings and domains.
     format: str | None
     mappable: bool
     default: str | None
@@ -40,21 +40,21 @@ class Entry:
         return struct.pack(self.format, value)
 
     def packed_default(self, node_id):
-        """As an SDO tells it; None where the sheet says nothing."""
+        """Default as transmitted by SDO; None if the EDS has none."""
         if self.default is None:
             return None
         return self.pack(number(self.default, node_id)) if self.format else self.default.encode()
 
 
 def number(text, node_id=0):
-    """A number of the sheet, in which `$NODEID+` may stand first."""
+    """A number of the EDS, which may begin with `$NODEID+`."""
     plus, _, rest = text.rpartition("$NODEID+")
     assert not plus, text
     return int(rest, 0) + (node_id if "$NODEID" in text else 0)
 
 
 def read(path):
-    """Each entry that can be addressed."""
+    """All addressable entries."""
     file = configparser.ConfigParser(interpolation=None, comment_prefixes=(";",))
     file.read(path, encoding="ascii")
     entries = []

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The server does what its data sheet says: every entry is read, written, taken to its limits and beyond, mapped and restored.
+"""Compares the server with its EDS: reads, writes, maps and restores every entry, and writes its limits and values beyond them.
 
     walk.py target/debug/actuator docs/smart-actuator.eds
 """
@@ -19,7 +19,7 @@ READ_ONLY, NO_OBJECT, NO_SUB, NOT_MAPPABLE = 0x0601_0002, 0x0602_0000, 0x0609_00
 TOO_LONG, TOO_SHORT, TOO_HIGH, TOO_LOW = 0x0607_0012, 0x0607_0013, 0x0609_0031, 0x0609_0032
 MINIMUM_ABOVE_MAXIMUM, NOT_STORED, LOCAL, STATE, NO_DATA = 0x0609_0036, 0x0800_0020, 0x0601_0000, 0x0800_0022, 0x0800_0024
 
-# Where there is nothing to read as long as nothing has happened.
+# Entries without data until an event has occurred.
 EMPTY = {(0x1003, sub) for sub in range(1, 9)} | {(0x2032, 0)}
 
 
@@ -43,13 +43,13 @@ class Walk(Bench):
                 else:
                     self.assertTrue(self.read(entry).isascii())
 
-    def test_what_is_not_writable_refuses_data_of_any_length(self):
+    def test_read_only_entries_refuse_data_of_any_length(self):
         for entry in filter(lambda entry: not entry.writable, ENTRIES):
             with self.subTest(str(entry)):
                 for length in {entry.size or 4, 1, 4, 20}:
                     self.assertEqual(self.write(entry, bytes(length)), READ_ONLY)
 
-    def test_what_is_writable_takes_its_own_value_and_no_other_length(self):
+    def test_writable_entries_accept_their_own_value_and_no_other_length(self):
         for entry in filter(lambda entry: entry.writable, ENTRIES):
             with self.subTest(str(entry)):
                 value = self.read(entry)
@@ -60,7 +60,7 @@ class Walk(Bench):
 
     @staticmethod
     def refusals_of_its_own_value(entry):
-        """Parameters that take a signature; and of a PDO in use, the mapping, inhibit time and SYNC start value."""
+        """Parameters that require a signature; and mapping, inhibit time and SYNC start value of a valid PDO."""
         if entry.index in (0x1010, 0x1011):
             return [NOT_STORED]
         if entry.index & 0xFE00 == 0x1600 or entry.index & 0xFE00 == 0x1A00:
@@ -69,12 +69,12 @@ class Walk(Bench):
             return [None, STATE]
         return [None]
 
-    def test_limits_are_taken_and_what_is_beyond_them_is_not(self):
+    def test_limits_are_accepted_and_values_beyond_them_are_refused(self):
         for entry in filter(lambda entry: entry.writable and entry.low is not None and entry.format != "<f", ENTRIES):
             with self.subTest(str(entry)):
                 value = self.read(entry)
                 for limit, beyond, code in ((entry.low, entry.low - 1, TOO_LOW), (entry.high, entry.high + 1, TOO_HIGH)):
-                    # A limit may be beyond that of another parameter; and there is nothing to excite while it is switched off.
+                    # A limit may violate a relation to another parameter; and an excitation cannot start while the drive is disabled.
                     expected = [None, STATE] if entry.index == 0x2020 else [None, MINIMUM_ABOVE_MAXIMUM]
                     self.assertIn(self.write(entry, entry.pack(limit)), expected, limit)
                     self.assertIsNone(self.write(entry, value))
@@ -85,7 +85,7 @@ class Walk(Bench):
                     self.assertEqual(self.write(entry, data), code, beyond)
                 self.assertEqual(self.read(entry), value)
 
-    def test_there_are_no_entries_but_those_of_the_sheet(self):
+    def test_no_entries_exist_beyond_the_eds(self):
         subs = collections.defaultdict(set)
         for entry in ENTRIES:
             subs[entry.index].add(entry.sub)
@@ -97,16 +97,16 @@ class Walk(Bench):
                 for neighbour in {index - 1, index + 1} - subs.keys():
                     self.assertEqual(self.refusal(self.sdo.upload, neighbour, 0), NO_OBJECT)
 
-    def test_sub_index_0_tells_how_many_there_are(self):
+    def test_sub_index_0_is_the_number_of_entries(self):
         for entry in filter(lambda entry: entry.member and entry.sub == 0, ENTRIES):
             with self.subTest(str(entry)):
                 highest = max(other.sub for other in ENTRIES if other.index == entry.index)
-                # The history and the mappings count what is in use.
+                # Sub-index 0 of history and mappings is the number of used entries.
                 counts = entry.index == 0x1003 or 0x1600 <= entry.index < 0x1800 or 0x1A00 <= entry.index < 0x1C00
-                (told,) = self.read(entry)
-                self.assertTrue(told <= highest if counts else told == highest, told)
+                (count,) = self.read(entry)
+                self.assertTrue(count <= highest if counts else count == highest, count)
 
-    def test_what_can_be_mapped_is_what_the_sheet_says(self):
+    def test_mappable_entries_match_the_eds(self):
         for parameters, mapping, accesses in ((0x1803, 0x1A03, ("ro", "rw", "rwr", "const")), (0x1403, 0x1603, ("rw", "rww", "wo"))):
             cob_id = struct.unpack("<I", self.sdo.upload(parameters, 1))[0]
             self.sdo.download(parameters, 1, struct.pack("<I", cob_id | 1 << 31))
@@ -123,7 +123,7 @@ class Walk(Bench):
         refused = self.refusal(self.sdo.download, mapping, 1, word)
         return refused or self.refusal(self.sdo.download, mapping, 0, b"\1") or self.refusal(self.sdo.download, mapping, 0, b"\0")
 
-    def test_what_the_sheet_gives_a_default_has_it_after_a_restore(self):
+    def test_defaults_of_the_eds_apply_after_a_restore(self):
         changed = 0
         for entry in ENTRIES:
             if entry.writable and entry.low is not None and entry.format != "<f" and 0x2000 <= entry.index:
@@ -131,7 +131,7 @@ class Walk(Bench):
         self.assertGreater(changed, 50)
         self.sdo.download(0x1011, 1, b"load")
         self.wire.send(0, bytes([0x81, NODE]))
-        self.hear(0x700 + NODE, [0])
+        self.expect_frame(0x700 + NODE, [0])
         for entry in filter(lambda entry: entry.default is not None and (entry.index, entry.sub) not in EMPTY, ENTRIES):
             with self.subTest(str(entry)):
                 self.assertEqual(self.read(entry), entry.packed_default(NODE))

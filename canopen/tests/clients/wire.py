@@ -1,5 +1,5 @@
-"""Frames of CAN over slcan, and an SDO client that says exactly what it is told to say: written from the standard alone, so
-that it shares no view of CANopen with the server nor with the masters that run against it.
+"""CAN frames over slcan and an SDO client that transmits arbitrary requests. It is written from the standard alone and shares no
+code with the server or with the masters that are tested against it.
 """
 import collections
 import re
@@ -18,12 +18,12 @@ class Aborted(Exception):
         self.code = code
 
 
-class Silent(Exception):
-    """Nothing came in time."""
+class NoResponse(Exception):
+    """No frame was received in time."""
 
 
 class Wire:
-    """The bus behind an slcan server on loopback TCP."""
+    """The CAN bus of an slcan server on loopback TCP."""
 
     def __init__(self, port):
         self.socket = socket.create_connection(("127.0.0.1", port))
@@ -58,63 +58,63 @@ class Wire:
                 self.frames.append(Frame(int(line[1:digits + 1], 16), data, extended, remote))
         return True
 
-    def hear(self, wanted, seconds):
-        """The first frame that is wanted; what came before it is forgotten."""
+    def receive(self, matches, seconds):
+        """The first matching frame; earlier frames are discarded."""
         until = time.monotonic() + seconds
         while True:
             while self.frames:
                 frame = self.frames.popleft()
-                if wanted(frame):
+                if matches(frame):
                     return frame
             if not self._fill(until):
-                raise Silent
+                raise NoResponse
 
-    def hear_all(self, wanted, seconds):
-        """Every wanted frame since the last that was heard, and of the time to come."""
+    def receive_all(self, matches, seconds):
+        """All matching frames since the last received one and during the next `seconds`."""
         until = time.monotonic() + seconds
         while self._fill(until):
             pass
-        heard = [frame for frame in self.frames if wanted(frame)]
+        received = [frame for frame in self.frames if matches(frame)]
         self.frames.clear()
-        return heard
+        return received
 
-    def forget(self):
-        """Nothing that came before counts."""
+    def discard(self):
+        """Discards all frames received so far."""
         while self._fill(time.monotonic() + 0.001):
             pass
         self.frames.clear()
 
 
 class Sdo:
-    """The client of one server."""
+    """SDO client of one server."""
 
-    def __init__(self, wire, node, patience):
-        self.wire, self.node, self.patience = wire, node, patience
+    def __init__(self, wire, node, timeout):
+        self.wire, self.node, self.timeout = wire, node, timeout
 
-    def say(self, data):
+    def send(self, data):
         self.wire.send(0x600 + self.node, bytes(data).ljust(8, b"\0"))
 
-    def answer(self, seconds=None):
-        """The next frame of the server; an abort is raised."""
-        frame = self.wire.hear(lambda frame: frame.identifier == 0x580 + self.node, seconds or self.patience)
+    def response(self, seconds=None):
+        """The next response of the server; raises an abort."""
+        frame = self.wire.receive(lambda frame: frame.identifier == 0x580 + self.node, seconds or self.timeout)
         assert len(frame.data) == 8 and not frame.extended, frame
         if frame.data[0] == 0x80:
             raise Aborted(struct.unpack_from("<I", frame.data, 4)[0])
         return frame.data
 
-    def ask(self, data):
-        self.say(data)
-        return self.answer()
+    def request(self, data):
+        self.send(data)
+        return self.response()
 
     def upload(self, index, sub):
-        first = self.ask(struct.pack("<BHB", 0x40, index, sub))
+        first = self.request(struct.pack("<BHB", 0x40, index, sub))
         assert first[1:4] == struct.pack("<HB", index, sub), first
         if first[0] & 2:
             return first[4:8 - (first[0] >> 2 & 3 if first[0] & 1 else 0)]
         assert first[0] == 0x41, first
         size, data, toggle = struct.unpack_from("<I", first, 4)[0], b"", 0
         while True:
-            segment = self.ask([0x60 | toggle])
+            segment = self.request([0x60 | toggle])
             assert segment[0] & 0xF0 == toggle, segment
             data += segment[1:8 - (segment[0] >> 1 & 7)]
             toggle ^= 0x10
@@ -125,19 +125,19 @@ class Sdo:
     def download(self, index, sub, data):
         if 1 <= len(data) <= 4:
             first = struct.pack("<BHB", 0x23 | (4 - len(data)) << 2, index, sub)
-            assert self.ask(first + data)[:4] == struct.pack("<BHB", 0x60, index, sub)
+            assert self.request(first + data)[:4] == struct.pack("<BHB", 0x60, index, sub)
             return
-        assert self.ask(struct.pack("<BHBI", 0x21, index, sub, len(data)))[0] == 0x60
+        assert self.request(struct.pack("<BHBI", 0x21, index, sub, len(data)))[0] == 0x60
         toggle = 0
         for at in range(0, max(len(data), 1), 7):
             part, last = data[at:at + 7], at + 7 >= len(data)
-            answer = self.ask(bytes([toggle | (7 - len(part)) << 1 | last]) + part)
+            answer = self.request(bytes([toggle | (7 - len(part)) << 1 | last]) + part)
             assert answer[0] == 0x20 | toggle, answer
             toggle ^= 0x10
 
 
 def boards(arguments):
-    """Takes `--elf ACTUATOR_BOARD COMM_BOARD` out of a command line: what the server is to be told of it."""
+    """Removes `--elf ACTUATOR_BOARD COMM_BOARD` from a command line; returns the server's arguments for it."""
     if "--elf" not in arguments:
         return []
     at = arguments.index("--elf")
@@ -147,7 +147,7 @@ def boards(arguments):
 
 
 class Bench(unittest.TestCase):
-    """Node 1 of a server that all tests of the class share: natively, or both programs on emulated boards."""
+    """Node 1 of a server shared by all tests of the class: native, or both programs on emulated boards."""
 
     program = None
     elf = []
@@ -160,9 +160,9 @@ class Bench(unittest.TestCase):
         cls.addClassCleanup(cls.stop)
         cls.wire = Wire(int(re.search(r"127\.0\.0\.1:(\d+)", cls.server.stdout.readline())[1]))
         cls.addClassCleanup(cls.wire.close)
-        # A busy computer emulates slower than real time.
-        cls.sdo = Sdo(cls.wire, cls.node, patience=8 if cls.elf else 2)
-        # A board has nobody who acknowledges its boot-up as long as the serial line is closed, and keeps that error.
+        # A busy computer may emulate more slowly than real time.
+        cls.sdo = Sdo(cls.wire, cls.node, timeout=8 if cls.elf else 2)
+        # While the serial line is closed no node acknowledges the boot-up of a board, which records this error.
         cls.sdo.download(0x1003, 0, b"\0")
 
     @classmethod
@@ -179,6 +179,6 @@ class Bench(unittest.TestCase):
             return aborted.code
         return None
 
-    def hear(self, identifier, data):
+    def expect_frame(self, identifier, data):
         """Waits for this frame."""
-        self.wire.hear(lambda frame: (frame.identifier, frame.data) == (identifier, bytes(data)), self.sdo.patience)
+        self.wire.receive(lambda frame: (frame.identifier, frame.data) == (identifier, bytes(data)), self.sdo.timeout)

@@ -12,7 +12,7 @@ const { setTimeout: pause } = require('node:timers/promises');
 const PATIENCE_MS = 4000;
 
 class Bus {
-    /** Starts the server that `command` names; its first line tells the port. */
+    /** Starts the server that `command` names; its first output line contains the port. */
     static async serve(command) {
         const bus = new Bus();
         bus.server = spawn(command[0], command.slice(1), { stdio: ['ignore', 'pipe', 'inherit'] });
@@ -59,7 +59,7 @@ class Bus {
     async close() {
         for (const device of this.devices)
             device.stop();
-        // The server's end may reset the line.
+        // The server may reset the connection.
         this.socket.removeAllListeners('data').on('error', () => {});
         const ended = once(this.server, 'exit');
         this.server.kill('SIGKILL');

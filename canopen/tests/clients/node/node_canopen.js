@@ -57,7 +57,7 @@ async function withActuator(body) {
     }
 }
 
-async function test_node_canopen_imports_every_entry_of_the_sheet() {
+async function test_node_canopen_imports_every_entry_of_the_eds() {
     const sections = [...fs.readFileSync(SHEET, 'utf8').matchAll(/^\[([0-9A-F]{4})(?:sub([0-9A-F]+))?\]\n([^[]*)/gm)];
     assert.ok(sections.length > 300, `${sections.length} entries`);
     const sheet = Eds.fromFile(sheetOfNode1);
@@ -75,7 +75,7 @@ async function test_node_canopen_imports_every_entry_of_the_sheet() {
     assert.deepEqual(sheet.getReceivePdos().map((pdo) => pdo.cobId), [0x201, 0x301]);
 }
 
-async function test_node_canopen_transfers_in_all_three_modes() {
+async function test_node_canopen_uses_all_three_transfer_types() {
     await withActuator(async (master) => {
         for (const block of [false, true]) {
             assert.equal(await master.get(0x1000, 0, UNSIGNED32, block), 0x00020192);
@@ -91,7 +91,7 @@ async function test_node_canopen_transfers_in_all_three_modes() {
     });
 }
 
-async function test_node_canopen_moves_64_kib_in_blocks_and_segments() {
+async function test_node_canopen_transfers_64_kib_in_blocks_and_segments() {
     const bus = await Bus.serve([LOOPBACK, '0']);
     try {
         const master = new Master(bus, 5);
@@ -112,7 +112,7 @@ async function test_node_canopen_moves_64_kib_in_blocks_and_segments() {
     }
 }
 
-async function test_node_canopen_commands_states_and_hears_heartbeats() {
+async function test_node_canopen_commands_nmt_states_and_receives_heartbeats() {
     await withActuator(async (master) => {
         const states = [];
         master.nmt.on('heartbeat', ({ state }) => states.push(state));
@@ -123,28 +123,28 @@ async function test_node_canopen_commands_states_and_hears_heartbeats() {
             master.nmt[command](1);
             await until(() => states.at(-1) === state, command);
         }
-        // 1017h was not saved.
+        // 1017h is not stored.
         await until(() => states.at(-1) === 'silence', 'the end of the heartbeats');
         assert.equal(await master.get(0x1017, 0, UNSIGNED16), 0);
     });
 }
 
-async function test_node_canopen_stays_away_and_hears_an_emergency() {
+async function test_node_canopen_receives_an_emergency_when_its_heartbeat_is_lost() {
     await withActuator(async (master) => {
-        const told = [];
-        master.emcy.on('emergency', ({ em }) => told.push(em));
+        const messages = [];
+        master.emcy.on('emergency', ({ em }) => messages.push(em));
         await master.set(0x1016, 1, UNSIGNED32, 100 << 16 | 400);
         master.eds.setHeartbeatProducerTime(20);
         await pause(600);
-        assert.equal(told.length, 0);
+        assert.equal(messages.length, 0);
         master.eds.setHeartbeatProducerTime(0);
-        await until(() => told.length, 'emergency');
-        assert.deepEqual([told[0].code, told[0].register], [0x8130, 0x11]);
+        await until(() => messages.length, 'emergency');
+        assert.deepEqual([messages[0].code, messages[0].register], [0x8130, 0x11]);
         assert.equal(await master.get(0x1003, 1, UNSIGNED32) & 0xffff, 0x8130);
     });
 }
 
-async function test_node_canopen_drives_the_actuator_by_its_pdos() {
+async function test_node_canopen_drives_the_actuator_by_pdos() {
     await withActuator(async (master, bus) => {
         const heard = {};
         master.nmt.startNode();
@@ -190,12 +190,12 @@ async function test_node_canopen_triggers_a_pdo_with_each_sync() {
     });
 }
 
-async function test_node_canopen_finds_and_names_two_actuators_by_lss() {
+async function test_node_canopen_finds_two_actuators_by_lss_and_assigns_node_ids() {
     const bus = await Bus.serve([ACTUATOR, 'serve', '--listen', '127.0.0.1:0', '--nodes', '2', '--unconfigured']);
     try {
         const { lss } = new Master(bus, 1);
         const identity = (serialNumber) => ({ vendorId: 0, productCode: 0x5341, revisionNumber: 0x10000, serialNumber });
-        // Silence is an answer of fast scan, for each bit that is set: the time is what a busy computer needs.
+        // In fast scan no response is the answer for each bit that is set: the time-out allows for a busy computer.
         const timeout = 100;
         for (const serial of [1, 2]) {
             assert.deepEqual(await lss.fastscan({ timeout }), identity(serial));
@@ -209,7 +209,7 @@ async function test_node_canopen_finds_and_names_two_actuators_by_lss() {
         assert.equal(await lss.fastscan({ timeout }), null);
         await lss.switchModeSelective({ ...identity(2), timeout: PATIENCE_MS });
         assert.equal(await lss.inquireSerialNumber(PATIENCE_MS), 2);
-        // CiA's table of bit rates, kbit/s.
+        // Bit timing table of CiA, kbit/s.
         const { deviceInfo } = Eds.fromFile(sheetOfNode1);
         for (const [at, rate] of [1000, 800, 500, 250, 125, null, 50, 20, 10].entries()) {
             const taken = await lss.configureBitTiming(0, at, PATIENCE_MS).then(() => '1', () => '0');
@@ -221,13 +221,13 @@ async function test_node_canopen_finds_and_names_two_actuators_by_lss() {
 }
 
 for (const body of [
-    test_node_canopen_imports_every_entry_of_the_sheet,
-    test_node_canopen_transfers_in_all_three_modes,
-    test_node_canopen_moves_64_kib_in_blocks_and_segments,
-    test_node_canopen_commands_states_and_hears_heartbeats,
-    test_node_canopen_stays_away_and_hears_an_emergency,
-    test_node_canopen_drives_the_actuator_by_its_pdos,
+    test_node_canopen_imports_every_entry_of_the_eds,
+    test_node_canopen_uses_all_three_transfer_types,
+    test_node_canopen_transfers_64_kib_in_blocks_and_segments,
+    test_node_canopen_commands_nmt_states_and_receives_heartbeats,
+    test_node_canopen_receives_an_emergency_when_its_heartbeat_is_lost,
+    test_node_canopen_drives_the_actuator_by_pdos,
     test_node_canopen_triggers_a_pdo_with_each_sync,
-    test_node_canopen_finds_and_names_two_actuators_by_lss,
+    test_node_canopen_finds_two_actuators_by_lss_and_assigns_node_ids,
 ])
     test(body.name, { timeout: 15 * PATIENCE_MS }, body);
