@@ -16,7 +16,7 @@ use host_sim::{
 };
 use identification::{
     Model, Recording,
-    contradictions::Wish,
+    contradictions::ParameterOption,
     design::{
         Bench, Designed, ENCODER_DEG, LEAST_STEP_S,
         inputs::{Limits, bandwidth_hz, best, design},
@@ -191,8 +191,8 @@ impl Experiment {
             let index = place(&setting.name)?;
             bench.values[index] = table[index].check(setting.value)?;
         }
-        let free = Wish::new("--free", &self.free);
-        Wish::new("--fix", &self.fix).without(&free, &table)?;
+        let free = ParameterOption::new("--free", &self.free);
+        ParameterOption::new("--fix", &self.fix).without(&free, &table)?;
         for (names, is_free) in [(&self.free, true), (&self.fix, false)] {
             for name in names {
                 bench.free[place(name)?] = is_free;

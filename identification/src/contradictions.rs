@@ -1,18 +1,17 @@
-//! Wishes about a parameter that cannot both be had.
+//! Options about the same parameter that contradict each other.
 
-use model_core::parameter::Parameter;
-
+use crate::model::ModelParameter;
 use crate::request::RequestError;
 
-/// What an option wants, and of which parameters, by name or symbol.
+/// An option and the parameters that it names, by name or symbol.
 #[derive(Debug, Clone)]
-pub struct Wish<'a> {
+pub struct ParameterOption<'a> {
     option: &'static str,
     parameters: Vec<&'a str>,
 }
 
-impl<'a> Wish<'a> {
-    /// What is wanted by the option of this name.
+impl<'a> ParameterOption<'a> {
+    /// The option of this name.
     pub fn new(option: &'static str, parameters: impl IntoIterator<Item = &'a String>) -> Self {
         Self {
             option,
@@ -20,11 +19,11 @@ impl<'a> Wish<'a> {
         }
     }
 
-    /// Refuses that both name a parameter of the table.
+    /// Refuses a parameter of the table that both options name.
     ///
     /// # Errors
     /// [`RequestError::Conflict`] with both options and the parameter.
-    pub fn without(&self, other: &Self, table: &[Parameter]) -> Result<(), RequestError> {
+    pub fn without(&self, other: &Self, table: &[ModelParameter]) -> Result<(), RequestError> {
         let is_same = |a: &str, b: &str| is_same(table, a, b);
         let both = |name: &&&str| other.parameters.iter().any(|also| is_same(name, also));
         match self.parameters.iter().find(both) {
@@ -36,11 +35,11 @@ impl<'a> Wish<'a> {
         }
     }
 
-    /// Refuses that it names a parameter of the table twice.
+    /// Refuses a parameter of the table that it names twice.
     ///
     /// # Errors
     /// [`RequestError::Conflict`] with the option and the parameter.
-    pub fn once(&self, table: &[Parameter]) -> Result<(), RequestError> {
+    pub fn once(&self, table: &[ModelParameter]) -> Result<(), RequestError> {
         for (index, name) in self.parameters.iter().enumerate() {
             let before = &self.parameters[..index];
             if before.iter().any(|also| is_same(table, name, also)) {
@@ -54,7 +53,7 @@ impl<'a> Wish<'a> {
     }
 }
 
-/// Whether two words name one parameter: a symbol and a name may.
-fn is_same(table: &[Parameter], a: &str, b: &str) -> bool {
+/// Whether two names denote the same parameter: one may be its symbol.
+fn is_same(table: &[ModelParameter], a: &str, b: &str) -> bool {
     a == b || table.iter().any(|p| p.is_called(a) && p.is_called(b))
 }

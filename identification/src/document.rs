@@ -8,7 +8,7 @@ use super::{
     data::Note,
     fit::{Bound, Estimate, Fit, Termination},
     frequency::{Equivalent, FrequencyResponse, Shape},
-    model::State,
+    model::ActiveLimit,
     statistics::{Correlations, Quality},
 };
 
@@ -162,8 +162,8 @@ fn experiment(assessed: &Assessed) -> Value {
 fn limited(limited: &Limited) -> Value {
     let stretch = |s: &super::assessment::Stretch| {
         let at = match s.state {
-            State::RateUp => "rate up",
-            State::RateDown => "rate down",
+            ActiveLimit::RateUp => "rate up",
+            ActiveLimit::RateDown => "rate down",
             _ => "duty",
         };
         json!({ "limit": at, "from_s": s.from_s, "to_s": s.to_s })

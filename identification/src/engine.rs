@@ -193,7 +193,7 @@ fn all_starts(
     if options.starts > 1 {
         all = starts::sure(problem, unknowns);
         let centre = all[all.len() - 1].clone();
-        if let Some(preview) = preview.filter(|_| problem.model.is_rough()) {
+        if let Some(preview) = preview.filter(|_| problem.model.has_many_minima()) {
             let centres = [&centre, nested.last().unwrap_or(&centre)].map(Vec::as_slice);
             let is_stopped = || progress.is_stopped();
             all.extend(preview.promising(unknowns, centres, options, &is_stopped));
@@ -311,7 +311,7 @@ fn predict_as_read(
     for (index, spec) in held.specs.iter_mut().enumerate() {
         let asked = &problem.specs[index];
         spec.scope = Scope::Own;
-        if problem.model.is_of_the_run(index) {
+        if problem.model.parameters()[index].is_initial_state {
             spec.role = asked.role;
         } else {
             spec.role = Role::Fixed;

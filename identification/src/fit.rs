@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::experiment::Reading;
-use super::model::State;
+use super::model::ActiveLimit;
 
 /// A bound that an estimate stands at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -52,7 +52,7 @@ pub struct ExperimentFit {
     /// Recorded less predicted angle, deg; NaN where no angle was recorded.
     pub residual_deg: Vec<f64>,
     /// The model's limits at the samples.
-    pub state: Vec<State>,
+    pub state: Vec<ActiveLimit>,
     /// `100 (1 - |residual|/|angle - mean|)`: the NRMSE fit, %.
     pub fit_percent: f64,
     /// Time in which the rate was limited, s.

@@ -18,8 +18,8 @@ pub mod document;
 pub mod engine;
 pub mod experiment;
 pub mod fit;
-pub mod flow;
 pub mod frequency;
+pub mod hybrid;
 pub mod levenberg;
 pub mod model;
 pub mod models;
@@ -40,7 +40,7 @@ pub use engine::{Options, Progress, Quiet, fit, fit_from, normal_equations, pred
 pub use experiment::Experiment;
 pub use fit::{Bound, Estimate, ExperimentFit, Fit, Termination};
 pub use levenberg::Limits;
-pub use model::{Description, Model, Sample, State};
+pub use model::{ActiveLimit, Description, Model, ModelParameter, Sample};
 pub use normal::Normal;
 pub use problem::{IdentifyError, Problem, Role, Scope, Spec};
 pub use recording::{Hold, Recording, RecordingError};

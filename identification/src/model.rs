@@ -1,73 +1,86 @@
-//! What can be fitted: a model that answers a recorded command.
+//! The interface between a model and the search.
+
+mod parameters;
 
 use std::sync::Arc;
 
-use model_core::parameter::Parameter;
+pub(crate) use parameters::parameters;
+pub use parameters::{ModelParameter, ParameterValues};
 
 use super::experiment::Experiment;
 use super::recording::{Recording, RecordingError};
 
-/// Which limit holds the model.
+/// The limit that is active in a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum State {
+pub enum ActiveLimit {
     /// None.
     #[default]
     Free,
-    /// The upper limit of the rate.
+    /// The upper rate limit.
     RateUp,
-    /// The lower limit of the rate.
+    /// The lower rate limit.
     RateDown,
-    /// The limit of the duty, either way.
+    /// The duty limit, in either direction.
     Duty,
-    /// A stop of the position.
+    /// A hard stop.
     Stop,
-    /// Friction: it stands.
+    /// Static friction: the shaft does not move.
     Stuck,
-    /// The motor is off, and the model does not say what happens then.
+    /// The motor is off, and the model does not describe that.
     Off,
 }
 
-/// What a model shows at an instant of the recording.
+/// The output of a model at a sample of the recording.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Sample {
-    /// Its angle, deg.
+    /// Angle, deg.
     pub angle_deg: f64,
-    /// Its rate, deg/s.
+    /// Rate, deg/s.
     pub rate_deg_s: f64,
-    /// What limits it.
-    pub state: State,
+    /// The active limit.
+    pub state: ActiveLimit,
 }
 
-/// What a model is called, what its parameters are, and where a search for them begins.
+/// Where a nested model fits best: its parameters by name.
+pub struct NestedOptimum<'a> {
+    /// The nested model.
+    pub model: &'a dyn Model,
+    /// Its values, in the order of its parameters.
+    pub values: &'a [f64],
+}
+
+impl NestedOptimum<'_> {
+    /// The value of a parameter; `None` where the nested model has no such parameter.
+    pub fn value(&self, name: &str) -> Option<f64> {
+        let index = self.model.parameter_index(name)?;
+        Some(self.values[index])
+    }
+}
+
+/// Name, parameters and relations of a model.
 pub trait Description: Send + Sync {
-    /// Its name on a command line.
+    /// Its name on the command line.
     fn name(&self) -> &'static str;
 
-    /// What it is, in a sentence.
+    /// A one-sentence summary.
     fn summary(&self) -> &'static str;
 
-    /// All of its parameters, those of the initial state included; their order is that of the
-    /// values of every other function.
-    fn parameters(&self) -> &[Parameter];
+    /// All parameters, including the initial state, in the order in which all functions take their
+    /// values.
+    fn parameters(&self) -> &[ModelParameter];
 
-    /// Which of the parameters belong to a run and not to the actuator: the initial state.
-    fn is_of_the_run(&self, parameter: usize) -> bool;
-
-    /// Whether a parameter is held at its start value unless somebody frees it.
-    fn is_fixed_by_default(&self, parameter: usize) -> bool;
-
-    /// Within what a parameter is looked for unless somebody says otherwise.
-    fn usual_bounds(&self, parameter: usize) -> (f64, f64) {
-        let Parameter { min, max, .. } = self.parameters()[parameter];
-        (min, max)
+    /// The index of the parameter of this name.
+    fn parameter_index(&self, name: &str) -> Option<usize> {
+        self.parameters().iter().position(|p| p.name == name)
     }
 
-    /// Whether a parameter is a limit, which does nothing where it is not reached.
-    fn is_limit(&self, _parameter: usize) -> bool {
-        false
+    /// Whether the parameter of this name exists and is fixed unless the user frees it.
+    fn is_fixed_by_default(&self, name: &str) -> bool {
+        self.parameter_index(name)
+            .is_some_and(|index| self.parameters()[index].is_fixed)
     }
 
-    /// Checks that a recording has the columns that the model needs beside command and angle.
+    /// Checks that a recording has the columns that the model needs besides command and angle.
     ///
     /// # Errors
     /// [`RecordingError::Missing`].
@@ -75,54 +88,52 @@ pub trait Description: Send + Sync {
         Ok(())
     }
 
-    /// Start values that a regression or a look at the data gives; all inside the ranges of the
-    /// parameters.
-    fn start(&self, experiments: &[Experiment]) -> Vec<f64>;
-
-    /// Models that are this one with some of its parameters at certain values: where they fit best is
-    /// a good place to begin, and this one cannot fit worse.
-    fn special_cases(&self) -> Vec<Arc<dyn Model>> {
+    /// Nested models: this model with some of its parameters at particular values. Their optima are
+    /// starting values, so that this model never fits worse.
+    fn nested_models(&self) -> Vec<Arc<dyn Model>> {
         Vec::new()
     }
 
-    /// Whether it answers as its special cases do to the last digit, so that it has to earn what it has
-    /// beyond them.
-    fn contains_its_cases(&self) -> bool {
+    /// Whether it reproduces its nested models exactly. Its additional parameters are then kept only
+    /// where a likelihood-ratio test requires them.
+    fn contains_nested_models_exactly(&self) -> bool {
         false
     }
 
-    /// The value of a parameter with which this model answers as a special case does with these
-    /// values; `None` where any will do.
-    fn lifted(&self, parameter: usize, case: &dyn Model, values: &[f64]) -> Option<f64> {
-        let name = self.parameters()[parameter].name;
-        let place = case.parameters().iter().position(|p| p.name == name);
-        place.map(|place| values[place])
+    /// The value of a parameter with which this model reproduces the optimum of a nested model;
+    /// `None` where any value will do.
+    fn value_from_nested(&self, name: &str, nested: &NestedOptimum<'_>) -> Option<f64> {
+        nested.value(name)
     }
 
-    /// Whether its cost has many small dips, as friction makes them: a search looks around first, and
-    /// goes down from the best places that it saw.
-    fn is_rough(&self) -> bool {
+    /// Whether its cost has many local minima, as friction causes them. The search then evaluates
+    /// many points and descends from the best ones.
+    fn has_many_minima(&self) -> bool {
         false
     }
 }
 
-/// A model of an actuator with parameters.
+/// A model of an actuator, as the search uses it.
 pub trait Model: Description {
-    /// Simulates the run and hands out each sample of the recording in order. A model that leaves
-    /// the numbers hands out NaN.
-    fn simulate(&self, run: &Experiment, values: &[f64], seen: &mut dyn FnMut(usize, Sample));
+    /// Starting values from a regression over the recordings, in the order of the parameters.
+    fn starting_values(&self, experiments: &[Experiment]) -> Vec<f64>;
 
-    /// The same with the derivative of the angle by the parameters `free`, in their order.
+    /// Simulates the run and passes each sample of the recording to `output`, in order. A model that
+    /// diverges passes NaN.
+    fn simulate(&self, run: &Experiment, values: &[f64], output: &mut dyn FnMut(usize, Sample));
+
+    /// The same with the sensitivities: the derivatives of the angle by the parameters `free`, in
+    /// their order.
     fn sensitivity(
         &self,
         run: &Experiment,
         values: &[f64],
         free: &[usize],
-        seen: &mut dyn FnMut(usize, f64, &[f64]),
+        output: &mut dyn FnMut(usize, f64, &[f64]),
     );
 
-    /// What a run adds to the normal equations: the residuals against `angles` and their derivatives
-    /// by the parameters `free`. An angle that is NaN is not compared.
+    /// The contribution of a run to the normal equations: the residuals against `angles` and their
+    /// derivatives by the parameters `free`. An angle that is NaN is not compared.
     fn sums(&self, run: &Experiment, values: &[f64], free: &[usize], angles: &[f64]) -> Sums;
 }
 
@@ -131,7 +142,7 @@ pub trait Model: Description {
 pub struct Sums {
     /// Of squared residuals.
     pub squares: f64,
-    /// Of ones.
+    /// Number of samples.
     pub samples: usize,
     /// Of residuals times derivatives of the angle.
     pub products: Vec<f64>,
@@ -140,7 +151,7 @@ pub struct Sums {
 }
 
 impl Sums {
-    /// Nothing yet, for so many parameters.
+    /// Zero, for so many parameters.
     pub fn new(width: usize) -> Self {
         Self {
             squares: 0.0,

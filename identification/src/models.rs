@@ -1,39 +1,69 @@
 //! The models that can be fitted.
 //!
-//! Each is written once, over [`Scalar`]; its simulation and its sensitivities are the same lines.
+//! Each model is written once over [`Scalar`]: its simulation and its sensitivities are the same
+//! code. A new model is one file with a struct of parameters (`parameters!`), an implementation of
+//! [`Description`] and [`Dynamics`] and a function `models`; it is registered in the list
+//! [`FAMILIES`] below, and the command line, the comparison and Python offer it by its name.
 
 mod black_box_1;
 mod black_box_2;
 mod friction;
 mod grey_box;
+mod initial_state;
 mod limits;
 mod motor;
-mod passes;
-mod tables;
+mod sensitivity;
 
 use std::sync::Arc;
 
 use super::experiment::Experiment;
-use super::flow::Watch;
-use super::model::{Description, Model, Sample, Sums};
+use super::hybrid::Output;
+use super::model::{Description, Model, ParameterValues, Sample, Sums};
 use super::scalar::Scalar;
-use passes::{in_passes, sums_in_passes, sums_with_duals, with_duals};
+use sensitivity::{in_passes, sums_in_passes, sums_with_duals, with_duals};
 
 pub use black_box_1::BlackBox1;
-pub use black_box_2::{BlackBox2, Form};
+pub use black_box_2::{BlackBox2, BlackBox2Oscillator};
 pub use grey_box::GreyBox;
 pub use motor::{Drive, Motor};
 
-/// A model that is written over [`Scalar`].
+/// A family of models, with whether it is one of the paper's.
+type Family = (fn() -> Vec<Arc<dyn Model>>, bool);
+
+/// All models, simplest first.
+const FAMILIES: [Family; 4] = [
+    (black_box_1::models, true),
+    (black_box_2::models, true),
+    (grey_box::models, true),
+    (motor::models, false),
+];
+
+/// The equations of a model, written over [`Scalar`].
 pub trait Dynamics: Description {
-    /// Simulates the run and hands out angle, rate and limit at each sample.
-    fn run<S: Scalar>(&self, run: &Experiment, values: &[S], seen: &mut impl Watch<S>);
+    /// Its parameters by name.
+    type Parameters<S: Scalar>: ParameterValues<S>;
+
+    /// Starting values from a regression over the recordings.
+    fn start(&self, experiments: &[Experiment]) -> Self::Parameters<f64>;
+
+    /// Simulates the run and passes angle, rate and active limit of each sample to `output`.
+    fn run<S: Scalar>(
+        &self,
+        run: &Experiment,
+        p: &Self::Parameters<S>,
+        output: &mut impl Output<S>,
+    );
 }
 
 impl<D: Dynamics> Model for D {
-    fn simulate(&self, run: &Experiment, values: &[f64], seen: &mut dyn FnMut(usize, Sample)) {
-        self.run(run, values, &mut |i, angle_deg: f64, rate_deg_s, state| {
-            seen(
+    fn starting_values(&self, experiments: &[Experiment]) -> Vec<f64> {
+        self.start(experiments).to_vec()
+    }
+
+    fn simulate(&self, run: &Experiment, values: &[f64], output: &mut dyn FnMut(usize, Sample)) {
+        let p = D::Parameters::from_slice(values);
+        self.run(run, &p, &mut |i, angle_deg: f64, rate_deg_s, state| {
+            output(
                 i,
                 Sample {
                     angle_deg,
@@ -49,15 +79,15 @@ impl<D: Dynamics> Model for D {
         run: &Experiment,
         values: &[f64],
         free: &[usize],
-        seen: &mut dyn FnMut(usize, f64, &[f64]),
+        output: &mut dyn FnMut(usize, f64, &[f64]),
     ) {
         // Each width is another copy of the model in the program: few, and none too wide.
         match free.len() {
-            0..=2 => with_duals::<2, D>(self, run, values, free, seen),
-            3..=4 => with_duals::<4, D>(self, run, values, free, seen),
-            5..=6 => with_duals::<6, D>(self, run, values, free, seen),
-            7..=8 => with_duals::<8, D>(self, run, values, free, seen),
-            _ => in_passes(self, run, values, free, seen),
+            0..=2 => with_duals::<2, D>(self, run, values, free, output),
+            3..=4 => with_duals::<4, D>(self, run, values, free, output),
+            5..=6 => with_duals::<6, D>(self, run, values, free, output),
+            7..=8 => with_duals::<8, D>(self, run, values, free, output),
+            _ => in_passes(self, run, values, free, output),
         }
     }
 
@@ -75,23 +105,15 @@ impl<D: Dynamics> Model for D {
 
 /// The paper's models, simplest first.
 pub fn of_the_paper() -> Vec<Arc<dyn Model>> {
-    vec![
-        Arc::new(BlackBox1::default()),
-        Arc::new(BlackBox2::new(Form::Gains)),
-        Arc::new(BlackBox2::new(Form::Oscillator)),
-        Arc::new(GreyBox::default()),
-    ]
+    let families = FAMILIES
+        .iter()
+        .filter(|(_, is_of_the_paper)| *is_of_the_paper);
+    families.flat_map(|(models, _)| models()).collect()
 }
 
 /// All models, simplest first.
 pub fn all() -> Vec<Arc<dyn Model>> {
-    let mut all = of_the_paper();
-    for drive in [Drive::Duty, Drive::Position] {
-        for friction in 1..=6 {
-            all.push(Arc::new(Motor::new(drive, friction)));
-        }
-    }
-    all
+    FAMILIES.iter().flat_map(|(models, _)| models()).collect()
 }
 
 /// The model of this name.

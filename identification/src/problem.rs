@@ -7,7 +7,7 @@ use model_core::parameter::Parameter;
 use super::experiment::{Experiment, Reading};
 use super::model::Model;
 use super::recording::RecordingError;
-use super::start;
+use super::start::{DataSummary, greatest_angle_deg};
 
 /// The share of what was seen at which the search for a limit begins.
 const INSIDE: f64 = 0.98;
@@ -81,25 +81,19 @@ impl Problem {
                     error,
                 })?;
         }
-        let start = model.start(&experiments);
-        let bounds: Vec<(f64, f64)> = (0..start.len()).map(|i| model.usual_bounds(i)).collect();
-        let spec = |(index, (parameter, start)): (usize, (&Parameter, f64))| Spec {
-            parameter: *parameter,
-            role: if model.is_fixed_by_default(index) {
-                Role::Fixed
-            } else {
-                Role::Free
-            },
-            scope: if model.is_of_the_run(index) {
+        let start = model.starting_values(&experiments);
+        let specs = model.parameters().iter().zip(start).map(|(p, start)| Spec {
+            parameter: p.parameter,
+            role: if p.is_fixed { Role::Fixed } else { Role::Free },
+            scope: if p.is_initial_state {
                 Scope::Own
             } else {
                 Scope::Shared
             },
-            start: start.clamp(bounds[index].0, bounds[index].1),
-            low: bounds[index].0,
-            high: bounds[index].1,
-        };
-        let specs = model.parameters().iter().zip(start).enumerate().map(spec);
+            start: start.clamp(p.bounds.0, p.bounds.1),
+            low: p.bounds.0,
+            high: p.bounds.1,
+        });
         Ok(Self {
             specs: specs.collect(),
             model,
@@ -148,8 +142,8 @@ impl Problem {
         let spec = *self.spec(name)?;
         let seen = match spec.parameter.unit {
             _ if spec.start.is_finite() => None,
-            "deg" => Some(start::greatest_angle_deg(&self.experiments)),
-            "deg/s" => Some(start::look(&self.experiments).rate_up_deg_s),
+            "deg" => Some(greatest_angle_deg(&self.experiments)),
+            "deg/s" => Some(DataSummary::of(&self.experiments).rate_up_deg_s),
             _ => None,
         };
         // A limit that is none has no slope to follow: the search begins where it would just be met.

@@ -2,15 +2,13 @@
 
 use std::sync::Arc;
 
-use model_core::parameter::Parameter;
-
 use super::{
     assessment::Assessment,
-    contradictions::Wish,
+    contradictions::ParameterOption,
     engine::{Options, Progress, fit_from},
     experiment::Experiment,
     fit::Fit,
-    model::Model,
+    model::{Model, ModelParameter},
     problem::{IdentifyError, Problem, Scope},
 };
 
@@ -90,23 +88,23 @@ impl Request {
                 });
             }
         }
-        let table: Vec<Parameter> = parameters().copied().collect();
+        let table: Vec<ModelParameter> = parameters().copied().collect();
         self.check_contradictions(&table)
     }
 
-    fn check_contradictions(&self, table: &[Parameter]) -> Result<(), RequestError> {
-        let fix = Wish::new("fix", self.fix.iter().map(|(name, _)| name));
-        let free = Wish::new("free", &self.free);
-        let bound = Wish::new("bound", self.bound.iter().map(|(name, ..)| name));
-        let start = Wish::new("start", self.start.iter().map(|(name, _)| name));
-        let own = Wish::new("own", &self.own);
+    fn check_contradictions(&self, table: &[ModelParameter]) -> Result<(), RequestError> {
+        let fix = ParameterOption::new("fix", self.fix.iter().map(|(name, _)| name));
+        let free = ParameterOption::new("free", &self.free);
+        let bound = ParameterOption::new("bound", self.bound.iter().map(|(name, ..)| name));
+        let start = ParameterOption::new("start", self.start.iter().map(|(name, _)| name));
+        let own = ParameterOption::new("own", &self.own);
         for valued in [&fix, &bound, &start] {
             valued.once(table)?;
         }
         for of_a_search in [&free, &bound, &start] {
             fix.without(of_a_search, table)?;
         }
-        own.without(&Wish::new("share", &self.share), table)
+        own.without(&ParameterOption::new("share", &self.share), table)
     }
 
     fn problem(

@@ -1,7 +1,7 @@
 //! Numbers that carry their derivatives.
 //!
-//! A model is written once over [`Scalar`]. With `f64` it is simulated; with [`Dual`] the same
-//! lines give its derivatives by up to `N` parameters, exact to rounding (forward-mode automatic
+//! A model is written once over [`Scalar`]. With `f64` it is simulated; with [`Dual`] the same code
+//! gives its derivatives by up to `N` parameters, exact to rounding (forward-mode automatic
 //! differentiation: Griewank and Walther, Evaluating Derivatives, 2nd ed., chapter 3).
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -23,7 +23,7 @@ pub trait Scalar:
     /// The number itself.
     fn value(self) -> f64;
 
-    /// `f` of it, `slope` being the derivative of `f` there.
+    /// A function of it with this value and derivative: the chain rule.
     fn chain(self, value: f64, slope: f64) -> Self;
 
     /// Its exponential.
@@ -48,7 +48,7 @@ pub trait Scalar:
         if self.value() < 0.0 { -self } else { self }
     }
 
-    /// Held between `low` and `high`.
+    /// Clamped to `low` and `high`.
     fn within(self, low: Self, high: Self) -> Self {
         if self.value() < low.value() {
             low

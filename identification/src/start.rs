@@ -1,14 +1,14 @@
-//! Where a search begins: a first look at the recordings.
+//! Starting values from the recordings.
 //!
 //! The lag of the angle behind the command is the shift at which a straight line through command
-//! and angle fits best; that line gives gain and offset. The steepest slopes give the limits of the
-//! rate. Half of the lag is taken as delay, half as the actuator's own: the search sorts that out.
+//! and angle fits best; that line gives gain and offset. The steepest slopes give the rate limits.
+//! The lag is divided between delay and dynamics: half each in a first-order model.
 
 use super::experiment::Experiment;
 
-/// What is seen at first sight.
+/// Properties of recordings that a regression finds without a model.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Look {
+pub struct DataSummary {
     /// Steady angle per command.
     pub gain: f64,
     /// Steady angle at a command of zero, deg.
@@ -35,43 +35,45 @@ pub struct Look {
     pub initial_rate_deg_s: f64,
 }
 
-/// Shifts that are tried, s: finer where servos are.
+/// Shifts that are tried, s: finer in the range of servos.
 const LAGS: usize = 40;
 const LONGEST_LAG_S: f64 = 0.6;
 
-/// Samples that are looked at of each recording.
+/// Samples that are used of each recording.
 const MOST_SAMPLES: usize = 2000;
 
-/// The greatest magnitude of an angle that was measured, deg.
+/// The largest magnitude of a measured angle, deg.
 pub fn greatest_angle_deg(experiments: &[Experiment]) -> f64 {
     let angles = experiments.iter().flat_map(|e| &e.recording.angle_deg);
     angles.fold(0.0, |greatest: f64, angle| greatest.max(angle.abs()))
 }
 
-/// A look at recordings, of which there is at least one.
-pub fn look(experiments: &[Experiment]) -> Look {
-    let points: Vec<Vec<Point>> = experiments.iter().map(points).collect();
-    let lags = (0..LAGS).map(|i| LONGEST_LAG_S * (i as f64 / (LAGS - 1) as f64).powi(2));
-    let lines = lags.map(|lag_s| (lag_s, line(experiments, &points, lag_s)));
-    let best = lines.min_by(|a, b| a.1.error.total_cmp(&b.1.error));
-    let (lag_s, line) = best.unwrap_or((0.0, Line::default()));
-    let lag_s = lag_s.max(4e-3);
-    let (up, down) = steepest(&points);
-    let first = points.first().and_then(|p| p.first());
-    Look {
-        gain: line.gain,
-        offset_deg: line.offset_deg,
-        lag_s,
-        delay_s: 0.5 * lag_s,
-        pole_rad_s: 2.0 / lag_s,
-        second_order_delay_s: 0.3 * lag_s,
-        // The lag of an oscillator is 2 zeta/wn.
-        natural_frequency_rad_s: 2.0 * 0.9 / (0.7 * lag_s),
-        damping: 0.9,
-        rate_up_deg_s: up,
-        rate_down_deg_s: down,
-        initial_angle_deg: first.map_or(0.0, |p| p.angle_deg),
-        initial_rate_deg_s: 0.0,
+impl DataSummary {
+    /// The summary of at least one recording.
+    pub fn of(experiments: &[Experiment]) -> Self {
+        let points: Vec<Vec<Point>> = experiments.iter().map(points).collect();
+        let lags = (0..LAGS).map(|i| LONGEST_LAG_S * (i as f64 / (LAGS - 1) as f64).powi(2));
+        let lines = lags.map(|lag_s| (lag_s, line(experiments, &points, lag_s)));
+        let best = lines.min_by(|a, b| a.1.error.total_cmp(&b.1.error));
+        let (lag_s, line) = best.unwrap_or((0.0, Line::default()));
+        let lag_s = lag_s.max(4e-3);
+        let (up, down) = steepest(&points);
+        let first = points.first().and_then(|p| p.first());
+        Self {
+            gain: line.gain,
+            offset_deg: line.offset_deg,
+            lag_s,
+            delay_s: 0.5 * lag_s,
+            pole_rad_s: 2.0 / lag_s,
+            second_order_delay_s: 0.3 * lag_s,
+            // The lag of an oscillator is 2 zeta/wn.
+            natural_frequency_rad_s: 2.0 * 0.9 / (0.7 * lag_s),
+            damping: 0.9,
+            rate_up_deg_s: up,
+            rate_down_deg_s: down,
+            initial_angle_deg: first.map_or(0.0, |p| p.angle_deg),
+            initial_rate_deg_s: 0.0,
+        }
     }
 }
 
@@ -131,10 +133,10 @@ fn line(experiments: &[Experiment], points: &[Vec<Point>], lag_s: f64) -> Line {
     }
 }
 
-/// Slopes over so long a time are those of the servo and not of its encoder's noise, s.
+/// The time over which slopes are taken, s: they are those of the servo and not of encoder noise.
 const SLOPE_S: f64 = 0.02;
 
-/// The steepest slopes up and down, deg/s; of both senses where only one is seen.
+/// The steepest slopes up and down, deg/s; the steeper one for both where only one direction moves.
 fn steepest(points: &[Vec<Point>]) -> (f64, f64) {
     let (mut up, mut down) = (0.0_f64, 0.0_f64);
     for points in points {
@@ -151,6 +153,6 @@ fn steepest(points: &[Vec<Point>]) -> (f64, f64) {
         }
     }
     let most = up.max(down).max(1.0);
-    let or_most = |slope: f64| if slope < 0.05 * most { most } else { slope };
-    (or_most(up), or_most(down))
+    let or_steepest = |slope: f64| if slope < 0.05 * most { most } else { slope };
+    (or_steepest(up), or_steepest(down))
 }

@@ -101,10 +101,9 @@ impl Unknowns {
             let column = self.list.iter().position(is_it).unwrap_or(self.list.len());
             if column == self.list.len() {
                 let mut start = spec.start;
-                if own.is_some() && problem.model.is_of_the_run(parameter) {
-                    start = problem
-                        .model
-                        .start(&problem.experiments[experiment..=experiment])[parameter];
+                if own.is_some() && problem.model.parameters()[parameter].is_initial_state {
+                    let own = &problem.experiments[experiment..=experiment];
+                    start = problem.model.starting_values(own)[parameter];
                 }
                 // Written so that NaN and infinity fail.
                 if !(start >= spec.low && start <= spec.high && start.is_finite()) {

@@ -1,12 +1,12 @@
 //! When a model stood at which limit.
 
-use crate::model::State;
+use crate::model::ActiveLimit;
 
 /// A stretch at one limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stretch {
     /// Which limit.
-    pub state: State,
+    pub state: ActiveLimit,
     /// From when, s.
     pub from_s: f64,
     /// Until when, s.
@@ -36,12 +36,12 @@ impl Limited {
     /// From the states at increasing instants. Between two samples each counts for its half.
     ///
     /// ```
-    /// use identification::{State, assessment::Limited};
-    /// let states = [State::Free, State::RateUp, State::RateUp, State::Free];
+    /// use identification::{ActiveLimit, assessment::Limited};
+    /// let states = [ActiveLimit::Free, ActiveLimit::RateUp, ActiveLimit::RateUp, ActiveLimit::Free];
     /// let limited = Limited::of(&[0.0, 1.0, 2.0, 3.0], &states);
     /// assert_eq!((limited.rate_up_s, limited.duration_s), (2.0, 3.0));
     /// ```
-    pub fn of(time_s: &[f64], states: &[State]) -> Self {
+    pub fn of(time_s: &[f64], states: &[ActiveLimit]) -> Self {
         let mut limited = Self::default();
         let (Some(first), Some(last)) = (time_s.first(), time_s.last()) else {
             return limited;
@@ -57,17 +57,17 @@ impl Limited {
         limited
     }
 
-    fn add(&mut self, state: State, [from_s, to_s]: [f64; 2]) {
+    fn add(&mut self, state: ActiveLimit, [from_s, to_s]: [f64; 2]) {
         let sum = match state {
-            State::Free | State::Off => return,
-            State::RateUp => &mut self.rate_up_s,
-            State::RateDown => &mut self.rate_down_s,
-            State::Duty => &mut self.duty_s,
-            State::Stop => &mut self.stop_s,
-            State::Stuck => &mut self.stuck_s,
+            ActiveLimit::Free | ActiveLimit::Off => return,
+            ActiveLimit::RateUp => &mut self.rate_up_s,
+            ActiveLimit::RateDown => &mut self.rate_down_s,
+            ActiveLimit::Duty => &mut self.duty_s,
+            ActiveLimit::Stop => &mut self.stop_s,
+            ActiveLimit::Stuck => &mut self.stuck_s,
         };
         *sum += to_s - from_s;
-        if matches!(state, State::Stop | State::Stuck) {
+        if matches!(state, ActiveLimit::Stop | ActiveLimit::Stuck) {
             return;
         }
         match self.stretches.last_mut() {

@@ -11,7 +11,7 @@ use super::{
     engine::{Options, Quiet, fit_from},
     experiment::Experiment,
     fit::Fit,
-    model::Model,
+    model::{Model, ModelParameter},
     problem::{IdentifyError, Problem},
 };
 
@@ -36,10 +36,7 @@ impl Candidate {
     /// leaves out what the model has not, or what is held anyway, is not made.
     pub fn forms(model: &Arc<dyn Model>) -> Vec<Self> {
         let parameters = model.parameters();
-        let free = |name: &str| {
-            let index = parameters.iter().position(|p| p.name == name)?;
-            (!model.is_fixed_by_default(index)).then_some(&parameters[index])
-        };
+        let free = |name: &str| parameters.iter().find(|p| p.name == name && !p.is_fixed);
         let delay: Vec<_> = NO_DELAY
             .into_iter()
             .filter(|(name, _)| free(name).is_some())
@@ -107,7 +104,7 @@ fn simple_first(candidates: &[Candidate]) -> Vec<usize> {
 }
 
 /// The value of a limit that limits nothing.
-fn unlimited(limit: &model_core::parameter::Parameter) -> f64 {
+fn unlimited(limit: &ModelParameter) -> f64 {
     if limit.default.is_infinite() {
         f64::INFINITY
     } else {

@@ -29,11 +29,7 @@ const HALVINGS: usize = 10;
 /// of the paper.
 pub fn bandwidth_hz(bench: &Bench) -> f64 {
     let value = |name: &str| {
-        let index = bench
-            .model
-            .parameters()
-            .iter()
-            .position(|p| p.name == name)?;
+        let index = bench.model.parameter_index(name)?;
         Some(bench.values[index]).filter(|v| v.is_finite() && *v > 0.0)
     };
     let rad_s = value("pole_rad_s")

@@ -21,7 +21,7 @@ use super::{
     covariance::seen,
     engine::normal_equations,
     experiment::Experiment,
-    model::{Model, Sample, State},
+    model::{ActiveLimit, Model, Sample},
     problem::{IdentifyError, Problem, Role},
     recording::{Hold, Recording},
     unknowns::Unknowns,
@@ -104,11 +104,12 @@ impl Bench {
     pub fn new(model: Arc<dyn Model>) -> Self {
         let parameters = model.parameters();
         let values: Vec<f64> = parameters.iter().map(|p| p.default).collect();
-        let free = |(index, value): (usize, &f64)| {
-            value.is_finite() && !model.is_fixed_by_default(index) && !model.is_of_the_run(index)
-        };
+        let free = parameters
+            .iter()
+            .map(|p| p.default.is_finite() && !p.is_fixed && !p.is_initial_state)
+            .collect();
         Self {
-            free: values.iter().enumerate().map(free).collect(),
+            free,
             values,
             noise_deg: 0.05,
             resolution_deg: ENCODER_DEG,
@@ -135,7 +136,7 @@ impl Bench {
     pub fn predict(&self, command_deg: &[f64]) -> Result<Prediction, IdentifyError> {
         let (experiment, samples) = self.simulated(command_deg)?;
         let recording = &experiment.recording;
-        let states: Vec<State> = samples.iter().map(|s| s.state).collect();
+        let states: Vec<ActiveLimit> = samples.iter().map(|s| s.state).collect();
         let limited = Limited::of(&recording.time_s, &states);
         let angles = recording.angle_deg.iter().map(|a| a.abs());
         let largest_angle_deg = angles.fold(0.0, f64::max);
@@ -143,7 +144,7 @@ impl Bench {
         for (index, spec) in problem.specs.iter_mut().enumerate() {
             spec.start = self.values[index];
             // The state at the start is always looked for: what it costs belongs to the errors.
-            let free = self.free[index] || self.model.is_of_the_run(index);
+            let free = self.free[index] || self.model.parameters()[index].is_initial_state;
             spec.role = if free { Role::Free } else { Role::Fixed };
         }
         let unknowns = Unknowns::of(&problem)?.list;
@@ -151,7 +152,7 @@ impl Bench {
         let information = normal_equations(&problem, &point)?.hessian;
         let errors = standard_errors(&information, self.variance_deg2());
         let told = unknowns.iter().zip(errors);
-        let told = told.filter(|(u, _)| !self.model.is_of_the_run(u.parameter));
+        let told = told.filter(|(u, _)| !self.model.parameters()[u.parameter].is_initial_state);
         let predicted = |(unknown, standard_error): (&super::unknowns::Unknown, Option<f64>)| {
             let parameter = &self.model.parameters()[unknown.parameter];
             Predicted {
@@ -171,7 +172,7 @@ impl Bench {
     /// Time at a limit of rate or duty under this command, as a share of the experiment.
     pub fn limited_share(&self, command_deg: &[f64]) -> Result<f64, IdentifyError> {
         let (experiment, samples) = self.simulated(command_deg)?;
-        let states: Vec<State> = samples.iter().map(|s| s.state).collect();
+        let states: Vec<ActiveLimit> = samples.iter().map(|s| s.state).collect();
         let limited = Limited::of(&experiment.recording.time_s, &states);
         Ok(limited.rate_limited_s() / limited.duration_s)
     }

@@ -1,17 +1,18 @@
-//! Starts from where the special cases of a model fit best.
+//! Starting values from the optima of nested models.
 
 use std::sync::Arc;
 
 use super::{Options, Progress, solve};
-use crate::fit::Fit;
-use crate::model::Model;
+use crate::fit::{Estimate, Fit};
+use crate::model::{Model, NestedOptimum};
 use crate::problem::{IdentifyError, Problem, Role, Spec};
 use crate::unknowns::{Unknown, Unknowns};
 
-/// The share of the cost that a step to a start has to promise.
+/// Decrease of the cost, as a share, to which a model with many minima is searched for starting
+/// values.
 const ROUGH_DECREASE: f64 = 1e-6;
 
-/// Passes on the wish to stop and nothing else: steps within a step are no progress.
+/// Forwards the request to stop and nothing else: inner searches report no progress.
 pub struct Silent<'a>(pub &'a dyn Progress);
 
 impl Progress for Silent<'_> {
@@ -20,84 +21,87 @@ impl Progress for Silent<'_> {
     }
 }
 
-/// A start where something simpler fits best.
-pub struct Nested {
-    /// The unknowns there.
+/// Starting values from the optimum of a simpler problem.
+pub struct NestedStart {
+    /// The unknowns.
     pub point: Vec<f64>,
-    /// The special case that it is of, and how many of the unknowns that one does not have; `None`
-    /// for a form of the model itself.
-    pub case: Option<(&'static str, usize)>,
+    /// The nested model, and how many of the unknowns it lacks; `None` for the model itself with
+    /// some of its parameters fixed.
+    pub model: Option<(&'static str, usize)>,
 }
 
-/// One start for each special case, and one for each fit of `known` that is of one or of the model
-/// itself. What is known is not searched for again.
+/// One start for each nested model, and one for each fit of `known` that is of a nested model or of
+/// the model itself. Known fits are not searched for again.
 pub fn starts(
     problem: &Problem,
     unknowns: &Unknowns,
     options: &Options,
     progress: &dyn Progress,
     known: &[&Fit],
-) -> Vec<Nested> {
+) -> Vec<NestedStart> {
     let runs = problem.experiments.len();
     let mut starts = Vec::new();
     for fit in known.iter().filter(|f| f.model == problem.model.name()) {
         let own = problem.model.as_ref();
-        starts.extend(of_fit(fit, own, runs).map(|values| Nested {
-            point: lifted(problem, unknowns, own, &values),
-            case: None,
+        starts.extend(values_of(fit, own, runs).map(|values| NestedStart {
+            point: extended(problem, unknowns, own, &values),
+            model: None,
         }));
     }
-    for case in problem.model.special_cases() {
-        let of_case = |values: Vec<Vec<f64>>| Nested {
-            point: lifted(problem, unknowns, case.as_ref(), &values),
-            case: Some((case.name(), beyond(unknowns, case.as_ref()))),
+    for nested in problem.model.nested_models() {
+        let start = |values: Vec<Vec<f64>>| NestedStart {
+            point: extended(problem, unknowns, nested.as_ref(), &values),
+            model: Some((nested.name(), lacking(problem, unknowns, nested.as_ref()))),
         };
-        let mut fits = known.iter().filter(|f| f.model == case.name()).peekable();
+        let mut fits = known.iter().filter(|f| f.model == nested.name()).peekable();
         if fits.peek().is_some() {
-            let values = fits.filter_map(|fit| of_fit(fit, case.as_ref(), runs));
-            starts.extend(values.map(of_case));
+            let values = fits.filter_map(|fit| values_of(fit, nested.as_ref(), runs));
+            starts.extend(values.map(start));
         } else if options.starts > 1
-            && let Ok(values) = searched(problem, &case, options, progress)
+            && let Ok(values) = searched(problem, &nested, options, progress)
         {
-            // A case of which nothing is free has no optimum to begin from.
-            starts.push(of_case(values));
+            // A nested model without a free parameter has no optimum to begin from.
+            starts.push(start(values));
         }
     }
     starts
 }
 
-/// How many of the unknowns a case has not; its parameters are those of the model.
-fn beyond(unknowns: &Unknowns, case: &dyn Model) -> usize {
-    let unknowns = unknowns.list.iter();
-    let lacking = unknowns.filter(|unknown| {
-        unknown.parameter < case.parameters().len() && case.is_fixed_by_default(unknown.parameter)
-    });
-    lacking.count()
+/// How many of the unknowns a nested model fixes.
+fn lacking(problem: &Problem, unknowns: &Unknowns, nested: &dyn Model) -> usize {
+    let parameters = problem.model.parameters();
+    let names = unknowns.list.iter().map(|u| parameters[u.parameter].name);
+    names
+        .filter(|name| nested.is_fixed_by_default(name))
+        .count()
 }
 
-/// The unknowns that answer as a case does with these values, of each run.
-fn lifted(
+/// The unknowns with which the model reproduces a nested one with these values of each run.
+fn extended(
     problem: &Problem,
     unknowns: &Unknowns,
-    case: &dyn Model,
+    nested: &dyn Model,
     values: &[Vec<f64>],
 ) -> Vec<f64> {
     let one = |unknown: &Unknown| {
-        let values = &values[unknown.experiment.unwrap_or(0)];
-        let value = problem.model.lifted(unknown.parameter, case, values);
+        let nested = NestedOptimum {
+            model: nested,
+            values: &values[unknown.experiment.unwrap_or(0)],
+        };
+        let name = problem.specs[unknown.parameter].parameter.name;
+        let value = problem.model.value_from_nested(name, &nested);
         let value = value.filter(|v| !v.is_nan()).unwrap_or(unknown.start);
-        // A bound of infinity is none that a search can begin at.
+        // A search cannot begin at an infinite bound.
         value.clamp(unknown.low, unknown.high).min(f64::MAX)
     };
     unknowns.list.iter().map(one).collect()
 }
 
-/// The values of a finished fit in each run; `None` where it has not all parameters of its model.
-fn of_fit(fit: &Fit, model: &dyn Model, runs: usize) -> Option<Vec<Vec<f64>>> {
+/// The values of a finished fit in each run; `None` where it lacks a parameter of its model.
+fn values_of(fit: &Fit, model: &dyn Model, runs: usize) -> Option<Vec<Vec<f64>>> {
     let value = |name: &str, run: usize| {
-        let is_of_it =
-            |e: &&crate::fit::Estimate| e.name == name && e.experiment.is_none_or(|own| own == run);
-        fit.estimates.iter().find(is_of_it).map(|e| e.value)
+        let applies = |e: &&Estimate| e.name == name && e.experiment.is_none_or(|own| own == run);
+        fit.estimates.iter().find(applies).map(|e| e.value)
     };
     let of_run = |run| {
         let parameters = model.parameters().iter();
@@ -106,39 +110,38 @@ fn of_fit(fit: &Fit, model: &dyn Model, runs: usize) -> Option<Vec<Vec<f64>>> {
     (0..runs).map(of_run).collect()
 }
 
-/// The values of a special case in each run where it fits best.
+/// The values of a nested model in each run at its optimum.
 fn searched(
     problem: &Problem,
-    case: &Arc<dyn Model>,
+    nested: &Arc<dyn Model>,
     options: &Options,
     progress: &dyn Progress,
 ) -> Result<Vec<Vec<f64>>, IdentifyError> {
-    // As the case would be searched alone, so that this model fits no worse than that one; a rough cost, which takes
-    // long, to no more digits than a start needs.
+    // Searched as by itself, so that this model fits no worse; a model with many minima, which takes
+    // long, only to the precision of a starting value.
     let mut options = *options;
-    if case.is_rough() {
+    if nested.has_many_minima() {
         options.limits.decrease = ROUGH_DECREASE.max(options.limits.decrease);
     }
-    let simple = simplified(problem, case)?;
+    let simple = simplified(problem, nested)?;
     let solution = solve(&simple, &options, &Silent(progress), &[])?;
     let runs = solution.unknowns.runs.iter();
     Ok(runs.map(|run| run.values(&solution.found.point)).collect())
 }
 
-/// The same problem of a special case: what both have is asked of both alike.
-fn simplified(problem: &Problem, case: &Arc<dyn Model>) -> Result<Problem, IdentifyError> {
-    let mut simple = Problem::try_new(case.clone(), problem.experiments.clone())?;
-    for (index, spec) in simple.specs.iter_mut().enumerate() {
-        let is_it = |other: &&(usize, &Spec)| other.1.parameter.name == spec.parameter.name;
-        let specs: Vec<(usize, &Spec)> = problem.specs.iter().enumerate().collect();
-        let Some((place, asked)) = specs.iter().find(is_it) else {
+/// The problem of a nested model, with the same settings for the parameters that both have.
+fn simplified(problem: &Problem, nested: &Arc<dyn Model>) -> Result<Problem, IdentifyError> {
+    let mut simple = Problem::try_new(nested.clone(), problem.experiments.clone())?;
+    for spec in &mut simple.specs {
+        let name = spec.parameter.name;
+        let Some(index) = problem.model.parameter_index(name) else {
             continue;
         };
         *spec = Spec {
             parameter: spec.parameter,
-            ..**asked
+            ..problem.specs[index]
         };
-        if case.is_fixed_by_default(index) && !problem.model.is_fixed_by_default(*place) {
+        if nested.is_fixed_by_default(name) && !problem.model.is_fixed_by_default(name) {
             spec.role = Role::Fixed;
         }
     }

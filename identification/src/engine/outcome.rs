@@ -6,7 +6,7 @@ use super::Solution;
 use crate::covariance::{Covariance, covariance};
 use crate::fit::{Bound, Estimate, ExperimentFit, Fit};
 use crate::levenberg::Found;
-use crate::model::State;
+use crate::model::ActiveLimit;
 use crate::problem::{Problem, Scope, Spec};
 use crate::unknowns::Unknowns;
 
@@ -54,16 +54,12 @@ pub fn fit(problem: &Problem, solution: &Solution) -> Fit {
 
 /// What a model has beyond a case that fits as well is told by nothing.
 fn leave_open_beyond(problem: &Problem, case: &str, estimates: &mut [Estimate]) {
-    let cases = problem.model.special_cases();
+    let cases = problem.model.nested_models();
     let Some(case) = cases.iter().find(|c| c.name() == case) else {
         return;
     };
     for estimate in estimates.iter_mut().filter(|e| !e.fixed) {
-        let place = case
-            .parameters()
-            .iter()
-            .position(|p| p.name == estimate.name);
-        estimate.identifiable &= !place.is_some_and(|place| case.is_fixed_by_default(place));
+        estimate.identifiable &= !case.is_fixed_by_default(estimate.name);
     }
 }
 
@@ -182,7 +178,7 @@ pub fn experiment_fit(problem: &Problem, experiment: usize, values: &[f64]) -> E
         name: run.recording.name.clone(),
         predicted_deg: vec![f64::NAN; run.len()],
         residual_deg: vec![f64::NAN; run.len()],
-        state: vec![State::Free; run.len()],
+        state: vec![ActiveLimit::Free; run.len()],
         ..Default::default()
     };
     problem.model.simulate(run, values, &mut |i, sample| {
@@ -192,7 +188,12 @@ pub fn experiment_fit(problem: &Problem, experiment: usize, values: &[f64]) -> E
     });
     let (errors, spread) = squares(angles, &fit.residual_deg);
     fit.fit_percent = percent(errors, spread);
-    let limited = |state: &State| matches!(state, State::RateUp | State::RateDown | State::Duty);
+    let limited = |state: &ActiveLimit| {
+        matches!(
+            state,
+            ActiveLimit::RateUp | ActiveLimit::RateDown | ActiveLimit::Duty
+        )
+    };
     for (i, pair) in run.time_ns.windows(2).enumerate() {
         if limited(&fit.state[i]) || limited(&fit.state[i + 1]) {
             let both = limited(&fit.state[i]) && limited(&fit.state[i + 1]);

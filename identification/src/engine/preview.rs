@@ -51,7 +51,7 @@ impl Preview {
     pub fn of(problem: &Problem, limits: &Limits) -> Option<Self> {
         let samples: usize = problem.experiments.iter().map(Experiment::len).sum();
         let every = samples.div_ceil(MANY_SAMPLES);
-        let is_rough = problem.model.is_rough();
+        let is_rough = problem.model.has_many_minima();
         if every <= 1 && !is_rough {
             return None;
         }

@@ -8,7 +8,7 @@
 //! stands anywhere: a recording that is left out is predicted worse by it, at times by far. Where the rest
 //! is worth no more than chance the model stays where the simpler one fits best.
 
-use super::nested::Nested;
+use super::nested::NestedStart;
 use crate::levenberg::{Found, Limits, search};
 use crate::normal::{cost, normal};
 use crate::problem::Problem;
@@ -32,7 +32,7 @@ pub fn needless_limits(
 ) -> Found {
     let freedom = freedom(problem, unknowns);
     for (column, unknown) in unknowns.list.iter().enumerate() {
-        if !problem.model.is_limit(unknown.parameter) || is_stopped() {
+        if !problem.model.parameters()[unknown.parameter].is_limit || is_stopped() {
             continue;
         }
         let worse = |other: f64| (other - found.cost) * freedom / found.cost;
@@ -74,13 +74,13 @@ pub fn needless_rest(
     problem: &Problem,
     unknowns: &Unknowns,
     found: Found,
-    nested: &[Nested],
+    nested: &[NestedStart],
 ) -> (Found, Option<&'static str>) {
-    if !problem.model.contains_its_cases() {
+    if !problem.model.contains_nested_models_exactly() {
         return (found, None);
     }
     let cases = nested.iter().filter_map(|nested| {
-        let (name, beyond) = nested.case?;
+        let (name, beyond) = nested.model?;
         Some((cost(problem, unknowns, &nested.point), name, beyond, nested))
     });
     let Some((simple, name, beyond, nested)) = cases.min_by(|a, b| a.0.total_cmp(&b.0)) else {

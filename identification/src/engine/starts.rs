@@ -7,7 +7,7 @@ use model_core::sensors::noise::Noise;
 /// The problem's start, and that of a first look where it is another.
 pub fn sure(problem: &Problem, unknowns: &Unknowns) -> Vec<Vec<f64>> {
     let given = unknowns.start();
-    let look = problem.model.start(&problem.experiments);
+    let look = problem.model.starting_values(&problem.experiments);
     let from_look = |(u, given): (&Unknown, &f64)| {
         let value = look[u.parameter];
         if u.experiment.is_some() || !value.is_finite() {

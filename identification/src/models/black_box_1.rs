@@ -1,48 +1,39 @@
 //! Black box 1: `angle' = sat(p (gain c + offset - angle))`, as [`model_core::models::black_box_1`]
 //! steps it.
 
-use model_core::models::black_box_1::BlackBox1Parameters;
-use model_core::parameter::Parameter;
+use std::sync::Arc;
+
+use model_core::models::{SetupParameters, black_box_1::BlackBox1Parameters};
 
 use super::Dynamics;
+use super::initial_state::InitialState;
 use super::limits::{self, FREE, Limits, RATE_DOWN, RATE_UP, STOP_HIGH, STOP_LOW};
-use super::tables::{InitialState, bounded, delay, rate_limit, row};
 use crate::experiment::Experiment;
-use crate::flow::{Face, Flow, System, Watch, drive};
-use crate::model::{Description, State};
+use crate::hybrid::{Guard, HybridModel, LinearSystem, Output, simulate};
+use crate::model::{ActiveLimit, Description, Model, ModelParameter, ParameterValues, parameters};
 use crate::scalar::Scalar;
-use crate::start;
+use crate::start::DataSummary;
 
 /// First-order lag with limits of rate and position, behind a delay.
-#[derive(Debug, Clone)]
-pub struct BlackBox1 {
-    parameters: Vec<Parameter>,
+#[derive(Debug, Clone, Copy)]
+pub struct BlackBox1;
+
+parameters! {
+    /// Parameters of [`BlackBox1`].
+    pub struct BlackBox1Values {
+        pole_rad_s: BlackBox1Parameters.within(0.05, 1000.0);
+        delay_s: SetupParameters;
+        rate_limit_up_deg_s: BlackBox1Parameters.rate_limit();
+        rate_limit_down_deg_s: BlackBox1Parameters.rate_limit();
+        gain: BlackBox1Parameters.within(-20.0, 20.0);
+        offset_deg: BlackBox1Parameters;
+        position_limit_deg: BlackBox1Parameters.fixed();
+        initial_angle_deg: InitialState.initial_state();
+    }
 }
 
-/// Places of the parameters.
-const POLE: usize = 0;
-const DELAY: usize = 1;
-const UP: usize = 2;
-const DOWN: usize = 3;
-const STOP: usize = 6;
-const ANGLE: usize = 7;
-
-impl Default for BlackBox1 {
-    fn default() -> Self {
-        type Table = BlackBox1Parameters;
-        Self {
-            parameters: vec![
-                bounded::<Table>("pole_rad_s", 0.05, 1000.0),
-                delay(),
-                rate_limit::<Table>("rate_limit_up_deg_s"),
-                rate_limit::<Table>("rate_limit_down_deg_s"),
-                bounded::<Table>("gain", -20.0, 20.0),
-                row::<Table>("offset_deg"),
-                row::<Table>("position_limit_deg"),
-                row::<InitialState>("initial_angle_deg"),
-            ],
-        }
-    }
+pub(super) fn models() -> Vec<Arc<dyn Model>> {
+    vec![Arc::new(BlackBox1)]
 }
 
 impl Description for BlackBox1 {
@@ -54,45 +45,46 @@ impl Description for BlackBox1 {
         "first-order lag with delay, rate and position limits"
     }
 
-    fn parameters(&self) -> &[Parameter] {
-        &self.parameters
-    }
-
-    fn is_of_the_run(&self, parameter: usize) -> bool {
-        parameter == ANGLE
-    }
-
-    fn is_fixed_by_default(&self, parameter: usize) -> bool {
-        parameter == STOP
-    }
-
-    fn is_limit(&self, parameter: usize) -> bool {
-        matches!(parameter, UP | DOWN)
-    }
-
-    fn start(&self, experiments: &[Experiment]) -> Vec<f64> {
-        let look = start::look(experiments);
-        vec![
-            look.pole_rad_s,
-            look.delay_s,
-            look.rate_up_deg_s,
-            look.rate_down_deg_s,
-            look.gain,
-            look.offset_deg,
-            f64::INFINITY,
-            look.initial_angle_deg,
-        ]
+    fn parameters(&self) -> &[ModelParameter] {
+        BlackBox1Values::<f64>::TABLE
     }
 }
 
 impl Dynamics for BlackBox1 {
+    type Parameters<S: Scalar> = BlackBox1Values<S>;
+
+    fn start(&self, experiments: &[Experiment]) -> BlackBox1Values<f64> {
+        let data = DataSummary::of(experiments);
+        BlackBox1Values {
+            pole_rad_s: data.pole_rad_s,
+            delay_s: data.delay_s,
+            rate_limit_up_deg_s: data.rate_up_deg_s,
+            rate_limit_down_deg_s: data.rate_down_deg_s,
+            gain: data.gain,
+            offset_deg: data.offset_deg,
+            position_limit_deg: f64::INFINITY,
+            initial_angle_deg: data.initial_angle_deg,
+        }
+    }
+
     #[inline(always)]
-    fn run<S: Scalar>(&self, run: &Experiment, values: &[S], seen: &mut impl Watch<S>) {
+    fn run<S: Scalar>(
+        &self,
+        run: &Experiment,
+        p: &BlackBox1Values<S>,
+        output: &mut impl Output<S>,
+    ) {
         let lag = Lag {
-            pole: values[POLE],
-            limits: Limits::new(&values[UP..=STOP]),
+            pole: p.pole_rad_s,
+            limits: Limits {
+                up: p.rate_limit_up_deg_s,
+                down: p.rate_limit_down_deg_s,
+                gain: p.gain,
+                offset: p.offset_deg,
+                stop: p.position_limit_deg,
+            },
         };
-        drive(&lag, run, [values[ANGLE]], values[DELAY], seen);
+        simulate(&lag, run, [p.initial_angle_deg], p.delay_s, output);
     }
 }
 
@@ -103,9 +95,9 @@ struct Lag<S> {
 
 impl<S: Scalar> Lag<S> {
     /// `sign (p (target - angle)) + more`.
-    fn rate(&self, sign: f64, more: S, next: usize) -> Face<S, 1> {
+    fn rate(&self, sign: f64, more: S, next: usize) -> Guard<S, 1> {
         let pole = self.pole * sign;
-        Face {
+        Guard {
             row: [-pole],
             command: pole * self.limits.gain,
             constant: pole * self.limits.offset + more,
@@ -114,10 +106,10 @@ impl<S: Scalar> Lag<S> {
     }
 }
 
-impl<S: Scalar> Flow<S, 1> for Lag<S> {
+impl<S: Scalar> HybridModel<S, 1> for Lag<S> {
     const MODES: usize = limits::MODES;
 
-    fn system(&self, mode: usize) -> System<S, 1> {
+    fn system(&self, mode: usize) -> LinearSystem<S, 1> {
         let zero = S::constant(0.0);
         let Limits {
             up,
@@ -132,17 +124,17 @@ impl<S: Scalar> Flow<S, 1> for Lag<S> {
             RATE_DOWN => (zero, zero, -down),
             _ => (zero, zero, zero),
         };
-        System {
+        LinearSystem {
             a: [[a]],
             b: [b],
             d: [d],
         }
     }
 
-    fn faces(&self, mode: usize) -> Vec<Face<S, 1>> {
+    fn guards(&self, mode: usize) -> Vec<Guard<S, 1>> {
         let zero = S::constant(0.0);
         let (up, down) = (self.limits.up, self.limits.down);
-        let mut faces = match mode {
+        let mut guards = match mode {
             FREE => vec![
                 self.rate(-1.0, up, RATE_UP),
                 self.rate(1.0, down, RATE_DOWN),
@@ -152,8 +144,8 @@ impl<S: Scalar> Flow<S, 1> for Lag<S> {
             STOP_HIGH => return vec![self.rate(1.0, zero, FREE)],
             _ => return vec![self.rate(-1.0, zero, FREE)],
         };
-        self.limits.stops(&mut faces);
-        faces
+        self.limits.stops(&mut guards);
+        guards
     }
 
     fn mode_at(&self, x: &[f64; 1], command: f64) -> usize {
@@ -172,7 +164,7 @@ impl<S: Scalar> Flow<S, 1> for Lag<S> {
         }
     }
 
-    fn enter(&self, mode: usize, x: &mut [S; 1]) {
+    fn reset(&self, mode: usize, x: &mut [S; 1]) {
         match mode {
             STOP_HIGH => x[0] = self.limits.stop,
             STOP_LOW => x[0] = -self.limits.stop,
@@ -181,7 +173,7 @@ impl<S: Scalar> Flow<S, 1> for Lag<S> {
     }
 
     #[inline]
-    fn seen(&self, mode: usize, x: &[S; 1], command: f64) -> (S, f64, State) {
+    fn output(&self, mode: usize, x: &[S; 1], command: f64) -> (S, f64, ActiveLimit) {
         let rate = match mode {
             FREE => self.pole.value() * (self.limits.target(command) - x[0].value()),
             RATE_UP => self.limits.up.value(),

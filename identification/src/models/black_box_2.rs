@@ -1,19 +1,20 @@
 //! Black box 2: `w' = A (gain c + offset - angle) - B w`, `angle' = w`, `w` a limited integrator,
-//! as [`model_core::models::black_box_2`] steps it.
+//! as [`model_core::models::black_box_2`] steps it; by its gains, or by frequency and damping.
 
 use std::sync::Arc;
 
-use model_core::models::black_box_2::BlackBox2Parameters;
-use model_core::parameter::Parameter;
+use model_core::models::{SetupParameters, black_box_2::BlackBox2Parameters};
 
+use super::initial_state::InitialState;
 use super::limits::{self, FREE, Limits, RATE_DOWN, RATE_UP, STOP_HIGH, STOP_LOW};
-use super::tables::{InitialState, bounded, delay, rate_limit, row};
 use super::{BlackBox1, Dynamics};
 use crate::experiment::Experiment;
-use crate::flow::{Face, Flow, System, Watch, drive};
-use crate::model::{Description, Model, State};
+use crate::hybrid::{Guard, HybridModel, LinearSystem, Output, simulate};
+use crate::model::{
+    ActiveLimit, Description, Model, ModelParameter, NestedOptimum, ParameterValues, parameters,
+};
 use crate::scalar::Scalar;
-use crate::start;
+use crate::start::DataSummary;
 
 model_core::parameters! {
     /// The second-order black box as an oscillator: `A = wn^2`, `B = 2 zeta wn`.
@@ -25,154 +26,192 @@ model_core::parameters! {
     }
 }
 
-/// How the two gains are told.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Form {
-    /// As the paper's gains A and B.
-    Gains,
-    /// As natural frequency and damping.
-    Oscillator,
+/// Second-order lag with limits of rate and position, behind a delay, by the paper's gains A and B.
+#[derive(Debug, Clone, Copy)]
+pub struct BlackBox2;
+
+/// The same model by natural frequency and damping.
+#[derive(Debug, Clone, Copy)]
+pub struct BlackBox2Oscillator;
+
+parameters! {
+    /// Parameters of [`BlackBox2`].
+    pub struct BlackBox2Values {
+        position_gain_per_s2: BlackBox2Parameters.within(0.01, 1e8);
+        rate_gain_per_s: BlackBox2Parameters.within(0.01, 1e4);
+        delay_s: SetupParameters;
+        rate_limit_up_deg_s: BlackBox2Parameters.rate_limit();
+        rate_limit_down_deg_s: BlackBox2Parameters.rate_limit();
+        gain: BlackBox2Parameters.within(-20.0, 20.0);
+        offset_deg: BlackBox2Parameters;
+        position_limit_deg: BlackBox2Parameters.fixed();
+        initial_angle_deg: InitialState.initial_state();
+        initial_rate_deg_s: InitialState.initial_state().fixed();
+    }
 }
 
-/// Second-order lag with limits of rate and position, behind a delay.
-#[derive(Debug, Clone)]
-pub struct BlackBox2 {
-    form: Form,
-    parameters: Vec<Parameter>,
+parameters! {
+    /// Parameters of [`BlackBox2Oscillator`].
+    pub struct OscillatorValues {
+        natural_frequency_rad_s: OscillatorParameters;
+        damping: OscillatorParameters;
+        delay_s: SetupParameters;
+        rate_limit_up_deg_s: BlackBox2Parameters.rate_limit();
+        rate_limit_down_deg_s: BlackBox2Parameters.rate_limit();
+        gain: BlackBox2Parameters.within(-20.0, 20.0);
+        offset_deg: BlackBox2Parameters;
+        position_limit_deg: BlackBox2Parameters.fixed();
+        initial_angle_deg: InitialState.initial_state();
+        initial_rate_deg_s: InitialState.initial_state().fixed();
+    }
 }
 
-/// Inner loop over pole where this model answers as the first-order one: its second pole is beyond
-/// what shows, and still moves under a search.
-const QUICK: f64 = 10.0;
-
-/// The quickest pole that is taken over, rad/s: the lag of 5 ms that a quicker one has not is soon found in the delay, and
-/// an inner loop ten times as quick could not be stepped.
-const QUICKEST_POLE: f64 = 200.0;
-
-/// Places of the parameters; the first two are A and B, or frequency and damping.
-const DELAY: usize = 2;
-const UP: usize = 3;
-const DOWN: usize = 4;
-const STOP: usize = 7;
-const ANGLE: usize = 8;
-const RATE: usize = 9;
-
-impl BlackBox2 {
-    /// The model with its gains in this form.
-    pub fn new(form: Form) -> Self {
-        type Table = BlackBox2Parameters;
-        let [first, second] = match form {
-            Form::Gains => [
-                bounded::<Table>("position_gain_per_s2", 0.01, 1e8),
-                bounded::<Table>("rate_gain_per_s", 0.01, 1e4),
-            ],
-            Form::Oscillator => {
-                ["natural_frequency_rad_s", "damping"].map(row::<OscillatorParameters>)
-            }
-        };
-        Self {
-            form,
-            parameters: vec![
-                first,
-                second,
-                delay(),
-                rate_limit::<Table>("rate_limit_up_deg_s"),
-                rate_limit::<Table>("rate_limit_down_deg_s"),
-                bounded::<Table>("gain", -20.0, 20.0),
-                row::<Table>("offset_deg"),
-                row::<Table>("position_limit_deg"),
-                row::<InitialState>("initial_angle_deg"),
-                row::<InitialState>("initial_rate_deg_s"),
-            ],
+impl<S: Scalar> OscillatorValues<S> {
+    /// The same by the gains.
+    fn by_gains(&self) -> BlackBox2Values<S> {
+        let (first, second) = (self.natural_frequency_rad_s, self.damping);
+        BlackBox2Values {
+            position_gain_per_s2: first * first,
+            rate_gain_per_s: first * second * 2.0,
+            delay_s: self.delay_s,
+            rate_limit_up_deg_s: self.rate_limit_up_deg_s,
+            rate_limit_down_deg_s: self.rate_limit_down_deg_s,
+            gain: self.gain,
+            offset_deg: self.offset_deg,
+            position_limit_deg: self.position_limit_deg,
+            initial_angle_deg: self.initial_angle_deg,
+            initial_rate_deg_s: self.initial_rate_deg_s,
         }
     }
+}
+
+/// Ratio of the inner loop's bandwidth to the pole at which this model reproduces black box 1: the
+/// second pole is too fast to show, and still has a sensitivity.
+const INNER_LOOP_RATIO: f64 = 10.0;
+
+/// The fastest pole that is taken from black box 1, rad/s: the lag of 5 ms that a faster one lacks is
+/// found in the delay, and an inner loop ten times as fast could not be simulated.
+const FASTEST_POLE_RAD_S: f64 = 200.0;
+
+/// The pole of a first-order optimum; `None` where the nested model has no pole.
+fn nested_pole(nested: &NestedOptimum<'_>) -> Option<f64> {
+    Some(nested.value("pole_rad_s")?.min(FASTEST_POLE_RAD_S))
+}
+
+pub(super) fn models() -> Vec<Arc<dyn Model>> {
+    vec![Arc::new(BlackBox2), Arc::new(BlackBox2Oscillator)]
 }
 
 impl Description for BlackBox2 {
     fn name(&self) -> &'static str {
-        match self.form {
-            Form::Gains => "black-box-2",
-            Form::Oscillator => "black-box-2-oscillator",
-        }
+        "black-box-2"
     }
 
     fn summary(&self) -> &'static str {
-        match self.form {
-            Form::Gains => "second-order lag with delay, rate and position limits",
-            Form::Oscillator => "the same, told by natural frequency and damping",
-        }
+        "second-order lag with delay, rate and position limits"
     }
 
-    fn parameters(&self) -> &[Parameter] {
-        &self.parameters
+    fn parameters(&self) -> &[ModelParameter] {
+        BlackBox2Values::<f64>::TABLE
     }
 
-    fn is_of_the_run(&self, parameter: usize) -> bool {
-        parameter >= ANGLE
+    /// With an inner loop that is fast against the pole it approaches black box 1.
+    fn nested_models(&self) -> Vec<Arc<dyn Model>> {
+        vec![Arc::new(BlackBox1)]
     }
 
-    fn is_fixed_by_default(&self, parameter: usize) -> bool {
-        parameter == STOP || parameter == RATE
-    }
-
-    fn is_limit(&self, parameter: usize) -> bool {
-        matches!(parameter, UP | DOWN)
-    }
-
-    fn start(&self, experiments: &[Experiment]) -> Vec<f64> {
-        let look = start::look(experiments);
-        let (frequency, damping) = (look.natural_frequency_rad_s, look.damping);
-        let [first, second] = match self.form {
-            Form::Gains => [frequency * frequency, 2.0 * damping * frequency],
-            Form::Oscillator => [frequency, damping],
-        };
-        vec![
-            first,
-            second,
-            look.second_order_delay_s,
-            look.rate_up_deg_s,
-            look.rate_down_deg_s,
-            look.gain,
-            look.offset_deg,
-            f64::INFINITY,
-            look.initial_angle_deg,
-            look.initial_rate_deg_s,
-        ]
-    }
-
-    /// With an inner loop that is quick against the pole it is the first-order one.
-    fn special_cases(&self) -> Vec<Arc<dyn Model>> {
-        vec![Arc::new(BlackBox1::default())]
-    }
-
-    fn lifted(&self, parameter: usize, case: &dyn Model, values: &[f64]) -> Option<f64> {
-        let named = |name: &str| case.parameters().iter().position(|p| p.name == name);
-        let pole = named("pole_rad_s").map(|place| values[place].min(QUICKEST_POLE));
-        match (parameter, pole, self.form) {
-            (0, Some(pole), Form::Gains) => Some(QUICK * pole * pole),
-            (1, Some(pole), Form::Gains) => Some(QUICK * pole),
-            (0, Some(pole), Form::Oscillator) => Some(QUICK.sqrt() * pole),
-            (1, Some(_), Form::Oscillator) => Some(0.5 * QUICK.sqrt()),
-            _ => named(self.parameters[parameter].name).map(|place| values[place]),
+    fn value_from_nested(&self, name: &str, nested: &NestedOptimum<'_>) -> Option<f64> {
+        match (name, nested_pole(nested)) {
+            ("position_gain_per_s2", Some(pole)) => Some(INNER_LOOP_RATIO * pole * pole),
+            ("rate_gain_per_s", Some(pole)) => Some(INNER_LOOP_RATIO * pole),
+            _ => nested.value(name),
         }
     }
 }
 
 impl Dynamics for BlackBox2 {
+    type Parameters<S: Scalar> = BlackBox2Values<S>;
+
+    fn start(&self, experiments: &[Experiment]) -> BlackBox2Values<f64> {
+        BlackBox2Oscillator.start(experiments).by_gains()
+    }
+
     #[inline(always)]
-    fn run<S: Scalar>(&self, run: &Experiment, values: &[S], seen: &mut impl Watch<S>) {
-        let (first, second) = (values[0], values[1]);
-        let (position, rate) = match self.form {
-            Form::Gains => (first, second),
-            Form::Oscillator => (first * first, first * second * 2.0),
-        };
+    fn run<S: Scalar>(
+        &self,
+        run: &Experiment,
+        p: &BlackBox2Values<S>,
+        output: &mut impl Output<S>,
+    ) {
         let lag = Lag {
-            position,
-            rate,
-            limits: Limits::new(&values[UP..=STOP]),
+            position: p.position_gain_per_s2,
+            rate: p.rate_gain_per_s,
+            limits: Limits {
+                up: p.rate_limit_up_deg_s,
+                down: p.rate_limit_down_deg_s,
+                gain: p.gain,
+                offset: p.offset_deg,
+                stop: p.position_limit_deg,
+            },
         };
-        let initial = [values[ANGLE], values[RATE]];
-        drive(&lag, run, initial, values[DELAY], seen);
+        let initial = [p.initial_angle_deg, p.initial_rate_deg_s];
+        simulate(&lag, run, initial, p.delay_s, output);
+    }
+}
+
+impl Description for BlackBox2Oscillator {
+    fn name(&self) -> &'static str {
+        "black-box-2-oscillator"
+    }
+
+    fn summary(&self) -> &'static str {
+        "the same by natural frequency and damping"
+    }
+
+    fn parameters(&self) -> &[ModelParameter] {
+        OscillatorValues::<f64>::TABLE
+    }
+
+    fn nested_models(&self) -> Vec<Arc<dyn Model>> {
+        vec![Arc::new(BlackBox1)]
+    }
+
+    fn value_from_nested(&self, name: &str, nested: &NestedOptimum<'_>) -> Option<f64> {
+        match (name, nested_pole(nested)) {
+            ("natural_frequency_rad_s", Some(pole)) => Some(INNER_LOOP_RATIO.sqrt() * pole),
+            ("damping", Some(_)) => Some(0.5 * INNER_LOOP_RATIO.sqrt()),
+            _ => nested.value(name),
+        }
+    }
+}
+
+impl Dynamics for BlackBox2Oscillator {
+    type Parameters<S: Scalar> = OscillatorValues<S>;
+
+    fn start(&self, experiments: &[Experiment]) -> OscillatorValues<f64> {
+        let data = DataSummary::of(experiments);
+        OscillatorValues {
+            natural_frequency_rad_s: data.natural_frequency_rad_s,
+            damping: data.damping,
+            delay_s: data.second_order_delay_s,
+            rate_limit_up_deg_s: data.rate_up_deg_s,
+            rate_limit_down_deg_s: data.rate_down_deg_s,
+            gain: data.gain,
+            offset_deg: data.offset_deg,
+            position_limit_deg: f64::INFINITY,
+            initial_angle_deg: data.initial_angle_deg,
+            initial_rate_deg_s: data.initial_rate_deg_s,
+        }
+    }
+
+    #[inline(always)]
+    fn run<S: Scalar>(
+        &self,
+        run: &Experiment,
+        p: &OscillatorValues<S>,
+        output: &mut impl Output<S>,
+    ) {
+        BlackBox2.run(run, &p.by_gains(), output);
     }
 }
 
@@ -184,9 +223,9 @@ struct Lag<S> {
 
 impl<S: Scalar> Lag<S> {
     /// `sign w'`.
-    fn acceleration(&self, sign: f64) -> Face<S, 2> {
+    fn acceleration(&self, sign: f64) -> Guard<S, 2> {
         let position = self.position * sign;
-        Face {
+        Guard {
             row: [-position, self.rate * -sign],
             command: position * self.limits.gain,
             constant: position * self.limits.offset,
@@ -195,12 +234,12 @@ impl<S: Scalar> Lag<S> {
     }
 }
 
-impl<S: Scalar> Flow<S, 2> for Lag<S> {
+impl<S: Scalar> HybridModel<S, 2> for Lag<S> {
     const MODES: usize = limits::MODES;
 
-    fn system(&self, mode: usize) -> System<S, 2> {
+    fn system(&self, mode: usize) -> LinearSystem<S, 2> {
         let (zero, one) = (S::constant(0.0), S::constant(1.0));
-        let mut system = System {
+        let mut system = LinearSystem {
             a: [[zero; 2]; 2],
             b: [zero; 2],
             d: [zero; 2],
@@ -216,20 +255,20 @@ impl<S: Scalar> Flow<S, 2> for Lag<S> {
         system
     }
 
-    fn faces(&self, mode: usize) -> Vec<Face<S, 2>> {
+    fn guards(&self, mode: usize) -> Vec<Guard<S, 2>> {
         let (up, down) = (self.limits.up, self.limits.down);
-        let mut faces = match mode {
+        let mut guards = match mode {
             FREE => vec![
-                Limits::face(1, -1.0, up, RATE_UP),
-                Limits::face(1, 1.0, down, RATE_DOWN),
+                Limits::guard(1, -1.0, up, RATE_UP),
+                Limits::guard(1, 1.0, down, RATE_DOWN),
             ],
             RATE_UP => vec![self.acceleration(1.0)],
             RATE_DOWN => vec![self.acceleration(-1.0)],
             STOP_HIGH => return vec![self.acceleration(1.0)],
             _ => return vec![self.acceleration(-1.0)],
         };
-        self.limits.stops(&mut faces);
-        faces
+        self.limits.stops(&mut guards);
+        guards
     }
 
     fn mode_at(&self, &[angle, rate]: &[f64; 2], command: f64) -> usize {
@@ -250,7 +289,7 @@ impl<S: Scalar> Flow<S, 2> for Lag<S> {
         }
     }
 
-    fn enter(&self, mode: usize, x: &mut [S; 2]) {
+    fn reset(&self, mode: usize, x: &mut [S; 2]) {
         let still = S::constant(0.0);
         match mode {
             RATE_UP => x[1] = self.limits.up,
@@ -262,7 +301,7 @@ impl<S: Scalar> Flow<S, 2> for Lag<S> {
     }
 
     #[inline]
-    fn seen(&self, mode: usize, x: &[S; 2], _command: f64) -> (S, f64, State) {
+    fn output(&self, mode: usize, x: &[S; 2], _command: f64) -> (S, f64, ActiveLimit) {
         (x[0], x[1].value(), limits::state(mode))
     }
 }

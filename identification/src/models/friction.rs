@@ -1,23 +1,22 @@
-//! The friction budgets M1 to M6 of [`model_core::plant::drivetrain::friction`], over [`Scalar`]: the
-//! search needs their derivatives.
+//! The friction budgets M1 to M6 of [`model_core::plant::drivetrain::friction`] over [`Scalar`]: the search
+//! needs their derivatives.
 
-use model_core::parameter::{Parameter, Parameters};
-use model_core::plant::drivetrain::friction::FrictionParameters;
-
+use super::motor::MotorValues;
+use crate::model::NestedOptimum;
 use crate::scalar::Scalar;
 
-/// Names of the coefficients, in the order of [`Friction::new`], each with the first model that
-/// has it. M3 is without the Stribeck share of M2.
+/// The coefficients by name, each with the friction models 1 to 6 that have it. M3 lacks the
+/// Stribeck term of M2.
 const COEFFICIENTS: [(&str, [bool; 6]); 11] = {
-    const FROM_1: [bool; 6] = [true; 6];
+    const ALL: [bool; 6] = [true; 6];
     const STRIBECK: [bool; 6] = [false, true, false, true, true, true];
     const LOAD: [bool; 6] = [false, false, true, true, true, true];
     const LOAD_STRIBECK: [bool; 6] = [false, false, false, true, true, true];
     const DIRECTIONAL: [bool; 6] = [false, false, false, false, true, true];
     const QUADRATIC: [bool; 6] = [false, false, false, false, false, true];
     [
-        ("coulomb_friction_nm", FROM_1),
-        ("viscous_friction_nm_s_deg", FROM_1),
+        ("coulomb_friction_nm", ALL),
+        ("viscous_friction_nm_s_deg", ALL),
         ("stribeck_friction_nm", STRIBECK),
         ("stribeck_rate_deg_s", STRIBECK),
         ("stribeck_exponent", STRIBECK),
@@ -30,48 +29,34 @@ const COEFFICIENTS: [(&str, [bool; 6]); 11] = {
     ]
 };
 
-/// How many coefficients a table of all of them has.
-pub const COUNT: usize = COEFFICIENTS.len();
-
-/// The coefficients, and whether friction model `model`, 1 to 6, has each.
-pub fn coefficients(model: usize) -> impl Iterator<Item = (Parameter, bool)> {
-    COEFFICIENTS.iter().map(move |(name, models)| {
-        let row = FrictionParameters::TABLE.iter().find(|p| p.name == *name);
-        let row = *row.unwrap_or_else(|| panic!("no coefficient {name} in the table"));
-        (row, models[(model - 1).min(5)])
-    })
+/// Whether the parameter of this name is a friction coefficient.
+pub fn is_coefficient(name: &str) -> bool {
+    COEFFICIENTS
+        .iter()
+        .any(|(coefficient, _)| *coefficient == name)
 }
 
-/// Within what a coefficient of a small servo lies, where that is narrower than what it can be: the
-/// ranges in which the authors of arXiv 2410.08650 search (github.com/Rhoban/bam, `bam/model.py`).
-/// Beyond them a recording is met by frictions that no servo has, and one that is left out is not.
-pub fn usual_bounds(coefficient: usize) -> Option<(f64, f64)> {
-    const DEGREE: f64 = std::f64::consts::PI / 180.0;
-    match coefficient {
-        // Up to 1 Nm s/rad.
-        1 => Some((0.0, DEGREE)),
-        // 0.1 to 1 rad/s.
-        3 => Some((0.1 / DEGREE, 1.0 / DEGREE)),
-        4 => Some((1.0, 10.0)),
-        // Shares of the torques in motion, and of their squares at rest.
-        5 | 6 => Some((0.0, 0.5)),
-        9 | 10 => Some((0.0, 0.01)),
-        _ => None,
+/// Whether friction model `model`, 1 to 6, has a parameter; every model has those that are no
+/// friction coefficients.
+pub fn has_coefficient(model: usize, name: &str) -> bool {
+    let mut coefficients = COEFFICIENTS.iter();
+    let found = coefficients.find(|(coefficient, _)| *coefficient == name);
+    found.is_none_or(|(_, models)| models[(model - 1).min(5)])
+}
+
+/// The value of a coefficient with which a model reproduces a nested one that lacks it.
+pub fn neutral_value(name: &str, nested: &NestedOptimum<'_>) -> Option<f64> {
+    match name {
+        // Without a Stribeck term its rate and exponent have no effect.
+        "stribeck_rate_deg_s" | "stribeck_exponent" => nested.value(name),
+        // The same coefficient for both torques.
+        "load_friction_external" => nested.value("load_friction_motor"),
+        "load_stribeck_external" => nested.value("load_stribeck_motor"),
+        _ => Some(0.0),
     }
 }
 
-/// The value of a coefficient with which a model is the one before it, that has these values.
-pub fn neutral(coefficient: usize, values: &[f64]) -> f64 {
-    match coefficient {
-        // Without a Stribeck share, its rate and exponent do nothing.
-        3 | 4 => values[coefficient],
-        // One for both torques.
-        6 | 8 => values[coefficient - 1],
-        _ => 0.0,
-    }
-}
-
-/// A friction budget; what its model does not have is zero.
+/// A friction budget; terms that its model lacks are zero.
 #[derive(Clone, Copy)]
 pub struct Friction<S> {
     coulomb: S,
@@ -85,31 +70,37 @@ pub struct Friction<S> {
 }
 
 impl<S: Scalar> Friction<S> {
-    /// The budget of model `model` with these coefficients, in their order.
-    pub fn new(model: usize, values: &[S]) -> Self {
-        let has = |index: usize| COEFFICIENTS[index].1[(model - 1).min(5)];
-        let some = |index: usize| {
-            if has(index) {
-                values[index]
-            } else {
-                S::constant(0.0)
-            }
+    /// The budget of model `model`; the coefficients that it lacks are zero.
+    pub fn new(model: usize, p: &MotorValues<S>) -> Self {
+        let term = |name: &str, value: S| match has_coefficient(model, name) {
+            true => value,
+            false => S::constant(0.0),
         };
-        // One coefficient for both torques where the model makes no difference.
-        let pair = |motor: usize, external: usize| {
-            let external = if has(external) { external } else { motor };
-            [some(motor), some(external)]
+        // Models without a directional coefficient use one coefficient for both torques.
+        let is_directional = has_coefficient(model, "load_friction_external");
+        let pair = |name: &str, motor: S, external: S| {
+            let external = if is_directional { external } else { motor };
+            [term(name, motor), term(name, external)]
         };
         let degree = std::f64::consts::PI / 180.0;
         Self {
-            coulomb: some(0),
-            viscous_nm_s: some(1) * (1.0 / degree),
-            stribeck: some(2),
-            stribeck_rad_s: values[3] * degree,
-            exponent: values[4],
-            load: pair(5, 6),
-            load_stribeck: pair(7, 8),
-            quadratic: [some(9), some(10)],
+            coulomb: p.coulomb_friction_nm,
+            viscous_nm_s: p.viscous_friction_nm_s_deg * (1.0 / degree),
+            stribeck: term("stribeck_friction_nm", p.stribeck_friction_nm),
+            stribeck_rad_s: p.stribeck_rate_deg_s * degree,
+            exponent: p.stribeck_exponent,
+            load: pair(
+                "load_friction_motor",
+                p.load_friction_motor,
+                p.load_friction_external,
+            ),
+            load_stribeck: pair(
+                "load_stribeck_motor",
+                p.load_stribeck_motor,
+                p.load_stribeck_external,
+            ),
+            quadratic: [p.load_quadratic_motor_1_nm, p.load_quadratic_external_1_nm]
+                .map(|value| term("load_quadratic_motor_1_nm", value)),
         }
     }
 
@@ -150,7 +141,11 @@ impl<S: Scalar> Friction<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use model_core::plant::drivetrain::friction::Friction as OfTheSimulator;
+    use crate::model::ParameterValues;
+    use model_core::parameter::Parameters;
+    use model_core::plant::drivetrain::friction::{
+        Friction as SimulatedFriction, FrictionParameters,
+    };
     use model_core::sensors::noise::Noise;
 
     #[test]
@@ -162,14 +157,18 @@ mod tests {
                     friction_model: model as f64,
                     ..Default::default()
                 };
-                let mut values = Vec::new();
-                for (row, _) in coefficients(model) {
-                    let value = row.default * noise.gaussian(0.5).exp();
-                    p.set(row.name, value).expect("a coefficient");
-                    values.push(value);
+                let mut values = MotorValues::<f64>::defaults().to_vec();
+                for (name, _) in COEFFICIENTS {
+                    let mut table = MotorValues::<f64>::TABLE.iter();
+                    let index = table
+                        .position(|row| row.name == name)
+                        .expect("a coefficient");
+                    values[index] *= noise.gaussian(0.5).exp();
+                    p.set(name, values[index]).expect("a coefficient");
                 }
+                let values = MotorValues::from_slice(&values);
                 let [rate, motor, external] = [0.3, 1.0, 1.0].map(|d| noise.gaussian(d));
-                let expected = OfTheSimulator::new(p).budget_nm(rate, motor, external);
+                let expected = SimulatedFriction::new(p).budget_nm(rate, motor, external);
                 let budget = Friction::new(model, &values).budget_nm(rate, motor, external);
                 assert!(
                     (budget - expected).abs() < 1e-12,

@@ -1,10 +1,10 @@
-//! What both black boxes have around their lag: limits of rate and position, gain and offset.
+//! The limits of rate and position, gain and offset of both black boxes.
 
-use crate::flow::Face;
-use crate::model::State;
+use crate::hybrid::Guard;
+use crate::model::ActiveLimit;
 use crate::scalar::Scalar;
 
-/// Modes of both: nothing limits them, or one of the limits does.
+/// The modes of both: free, or one of the limits is active.
 pub const FREE: usize = 0;
 pub const RATE_UP: usize = 1;
 pub const RATE_DOWN: usize = 2;
@@ -12,7 +12,7 @@ pub const STOP_HIGH: usize = 3;
 pub const STOP_LOW: usize = 4;
 pub const MODES: usize = 5;
 
-/// The limits, and where a command leads to.
+/// The limits, and the steady angle of a command.
 pub struct Limits<S> {
     pub up: S,
     pub down: S,
@@ -22,29 +22,17 @@ pub struct Limits<S> {
 }
 
 impl<S: Scalar> Limits<S> {
-    /// From the parameters of a model, in whose table they follow each other.
-    pub fn new(values: &[S]) -> Self {
-        let [up, down, gain, offset, stop] = std::array::from_fn(|i| values[i]);
-        Self {
-            up,
-            down,
-            gain,
-            offset,
-            stop,
-        }
-    }
-
-    /// The angle at which a command comes to rest, deg.
+    /// The steady angle of a command, deg.
     #[inline]
     pub fn target(&self, command: f64) -> f64 {
         self.gain.value() * command + self.offset.value()
     }
 
     /// `sign x[state] + limit`.
-    pub fn face<const N: usize>(state: usize, sign: f64, limit: S, next: usize) -> Face<S, N> {
+    pub fn guard<const N: usize>(state: usize, sign: f64, limit: S, next: usize) -> Guard<S, N> {
         let mut row = [S::constant(0.0); N];
         row[state] = S::constant(sign);
-        Face {
+        Guard {
             row,
             command: S::constant(0.0),
             constant: limit,
@@ -52,22 +40,22 @@ impl<S: Scalar> Limits<S> {
         }
     }
 
-    /// Adds the stops where there are any, the angle being the first state.
-    pub fn stops<const N: usize>(&self, faces: &mut Vec<Face<S, N>>) {
+    /// Adds the guards of the stops, if there are any, the angle being the first state.
+    pub fn stops<const N: usize>(&self, guards: &mut Vec<Guard<S, N>>) {
         if self.stop.value().is_finite() {
-            faces.push(Self::face(0, -1.0, self.stop, STOP_HIGH));
-            faces.push(Self::face(0, 1.0, self.stop, STOP_LOW));
+            guards.push(Self::guard(0, -1.0, self.stop, STOP_HIGH));
+            guards.push(Self::guard(0, 1.0, self.stop, STOP_LOW));
         }
     }
 }
 
-/// Which limit holds in a mode.
+/// The active limit of a mode.
 #[inline]
-pub fn state(mode: usize) -> State {
+pub fn state(mode: usize) -> ActiveLimit {
     match mode {
-        FREE => State::Free,
-        RATE_UP => State::RateUp,
-        RATE_DOWN => State::RateDown,
-        _ => State::Stop,
+        FREE => ActiveLimit::Free,
+        RATE_UP => ActiveLimit::RateUp,
+        RATE_DOWN => ActiveLimit::RateDown,
+        _ => ActiveLimit::Stop,
     }
 }

@@ -1,8 +1,6 @@
 //! The exact solutions against the tick-by-tick models of the simulator, and derivatives against
 //! differences.
 
-use model_core::parameter::Parameter;
-
 use super::*;
 use crate::testing::simulated;
 use model_core::actuator::{ModelKind, PlantKind, Settings};
@@ -10,7 +8,7 @@ use model_core::actuator::{ModelKind, PlantKind, Settings};
 /// The parameters of the simulator by the names of a model; those of the run are zero.
 fn truth(model: &dyn Model, kind: ModelKind, set: &[(&str, f64)]) -> Vec<f64> {
     let settings = Settings::new(kind, PlantKind::FirstOrder);
-    let value = |p: &Parameter| {
+    let value = |p: &crate::ModelParameter| {
         let set = set.iter().find(|(name, _)| p.name == *name);
         let known = settings.values().find(|v| v.parameter.name == p.name);
         set.map(|s| s.1).or(known.map(|v| v.value)).unwrap_or(0.0)
@@ -35,9 +33,9 @@ fn worst(model: &dyn Model, kind: ModelKind, input: &str, every: u64, set: &[(&s
 fn a_step_by_the_exact_solution_is_that_of_the_simulator() {
     let cases: [(&dyn Model, ModelKind, f64); 3] = [
         // The simulator takes a switch at its next tick: 50 us times at most 50 us p 350 deg/s.
-        (&BlackBox1::default(), ModelKind::BlackBox1, 2e-5),
-        (&BlackBox2::new(Form::Gains), ModelKind::BlackBox2, 2e-3),
-        (&GreyBox::default(), ModelKind::GreyBox, 2e-3),
+        (&BlackBox1, ModelKind::BlackBox1, 2e-5),
+        (&BlackBox2, ModelKind::BlackBox2, 2e-3),
+        (&GreyBox, ModelKind::GreyBox, 2e-3),
     ];
     for (model, kind, tolerance) in cases {
         for input in ["pulse", "variable-step", "3-2-1-1"] {
@@ -55,9 +53,9 @@ fn a_step_by_the_exact_solution_is_that_of_the_simulator() {
 #[test]
 fn a_smooth_command_is_met_between_its_samples() {
     let cases: [(&dyn Model, ModelKind); 3] = [
-        (&BlackBox1::default(), ModelKind::BlackBox1),
-        (&BlackBox2::new(Form::Gains), ModelKind::BlackBox2),
-        (&GreyBox::default(), ModelKind::GreyBox),
+        (&BlackBox1, ModelKind::BlackBox1),
+        (&BlackBox2, ModelKind::BlackBox2),
+        (&GreyBox, ModelKind::GreyBox),
     ];
     for (model, kind) in cases {
         for (input, every, tolerance) in [
@@ -78,16 +76,8 @@ fn a_smooth_command_is_met_between_its_samples() {
 #[test]
 fn every_limit_acts_as_in_the_simulator() {
     let stop = ("position_limit_deg", 60.0);
-    assert!(
-        worst(
-            &BlackBox1::default(),
-            ModelKind::BlackBox1,
-            "pulse",
-            80,
-            &[stop]
-        ) < 2e-5
-    );
-    let two = BlackBox2::new(Form::Gains);
+    assert!(worst(&BlackBox1, ModelKind::BlackBox1, "pulse", 80, &[stop]) < 2e-5);
+    let two = BlackBox2;
     // The simulator meets its stops and limits at ticks: 50 us at 350 deg/s.
     assert!(worst(&two, ModelKind::BlackBox2, "variable-step", 80, &[stop]) < 1.75e-2);
     let limits = [
@@ -99,7 +89,7 @@ fn every_limit_acts_as_in_the_simulator() {
         ("delay_s", 0.0123),
         stop,
     ];
-    let grey = GreyBox::default();
+    let grey = GreyBox;
     let error = worst(&grey, ModelKind::GreyBox, "variable-step", 80, &limits);
     assert!(error < 2e-2, "{error}");
 }
@@ -139,21 +129,19 @@ fn assert_derivatives(model: &dyn Model, run: &Experiment, values: &[f64], free:
 #[test]
 fn derivatives_are_those_of_the_exact_solution() {
     for input in ["pulse", "variable-step", "chirp"] {
-        let one = BlackBox1::default();
+        let one = BlackBox1;
         let run = Experiment::try_new(simulated(ModelKind::BlackBox1, input, 80, &[])).unwrap();
         let values = [25.0, 0.0191, 200.0, 300.0, 0.97, 0.4, 75.0, 0.5];
         assert_derivatives(&one, &run, &values, &[0, 1, 2, 3, 4, 5, 6, 7]);
-        for form in [Form::Gains, Form::Oscillator] {
-            let two = BlackBox2::new(form);
-            let [a, b] = if form == Form::Gains {
-                [700.0, 40.0]
-            } else {
-                [26.0, 0.7]
-            };
+        let forms: [(&dyn Model, [f64; 2]); 2] = [
+            (&BlackBox2, [700.0, 40.0]),
+            (&BlackBox2Oscillator, [26.0, 0.7]),
+        ];
+        for (two, [a, b]) in forms {
             let values = [a, b, 0.0191, 200.0, 300.0, 0.97, 0.4, 75.0, 0.5, 3.0];
-            assert_derivatives(&two, &run, &values, &[0, 1, 2, 3, 4, 5, 6, 7, 8, 9]);
+            assert_derivatives(two, &run, &values, &[0, 1, 2, 3, 4, 5, 6, 7, 8, 9]);
         }
-        let grey = GreyBox::default();
+        let grey = GreyBox;
         let values = [
             2.4, 3.5, 0.12, 0.0191, 1.2, 9.0, 7.0, 6.0, 1.0, 90.0, 180.0, 250.0, 75.0, 0.5, 2.0,
         ];
@@ -168,13 +156,9 @@ type Set = &'static [(&'static str, f64)];
 #[test]
 fn a_model_that_is_fast_against_its_samples_answers_as_between_close_ones() {
     let cases: [(&dyn Model, ModelKind, Set); 3] = [
+        (&BlackBox1, ModelKind::BlackBox1, &[("pole_rad_s", 900.0)]),
         (
-            &BlackBox1::default(),
-            ModelKind::BlackBox1,
-            &[("pole_rad_s", 900.0)],
-        ),
-        (
-            &BlackBox2::new(Form::Gains),
+            &BlackBox2,
             ModelKind::BlackBox2,
             &[
                 ("position_gain_per_s2", 2e5),
@@ -183,7 +167,7 @@ fn a_model_that_is_fast_against_its_samples_answers_as_between_close_ones() {
             ],
         ),
         (
-            &GreyBox::default(),
+            &GreyBox,
             ModelKind::GreyBox,
             &[("motor_time_constant_s", 0.002)],
         ),

@@ -35,7 +35,7 @@ fn answered(command: impl Fn(f64) -> f64, rate_hz: f64, reading: Reading, seed: 
         .expect("a recording")
         .read(reading);
     let model = models::named("black-box-1").expect("a model");
-    let truth = |p: &model_core::parameter::Parameter| {
+    let truth = |p: &crate::ModelParameter| {
         let known = BLACK_BOX_1.iter().find(|(name, _)| *name == p.name);
         known.map_or(p.default, |(_, value)| *value)
     };

@@ -1,36 +1,24 @@
-//! The modes of the grey box: what the duty does, and what holds the rate.
+//! The modes of the grey box: the range of the duty, times the active limit of the rate.
 //!
-//! Its states are angle, rate of the motor and integrator. Of everything that is affine in state
-//! and command a row of coefficients is kept: angle, rate, integrator, command, one.
+//! The states are angle, rate of the motor and integrator. Every signal that is affine in state and
+//! command is a row of coefficients: of angle, rate, integrator, command and one.
 
-use crate::flow::{Face, Flow, System};
-use crate::model::State;
+use super::GreyBoxValues;
+use crate::hybrid::{Guard, HybridModel, LinearSystem};
+use crate::model::ActiveLimit;
 use crate::scalar::Scalar;
 
-/// The parameters of the grey box.
-pub struct Servo<S> {
-    pub gain_up: S,
-    pub gain_down: S,
-    pub time_constant: S,
-    pub proportional: S,
-    pub integral: S,
-    pub position: S,
-    pub anti_windup: S,
-    pub rate_anti_windup: S,
-    pub duty_limit: S,
-    pub up: S,
-    pub down: S,
-    pub stop: S,
-}
+/// The closed loop with these parameters.
+pub struct Servo<S>(pub GreyBoxValues<S>);
 
-/// What the duty does.
+/// Ranges of the duty.
 const POSITIVE: usize = 0;
 const NEGATIVE: usize = 1;
 const FULL: usize = 2;
 const REVERSE: usize = 3;
 const DUTIES: usize = 4;
 
-/// What holds the rate.
+/// Active limits of the rate.
 const FREE: usize = 0;
 const RATE_UP: usize = 1;
 const RATE_DOWN: usize = 2;
@@ -65,9 +53,9 @@ impl<S: Scalar> Row<S> {
         Self(self.0.map(|c| c * factor))
     }
 
-    fn face(self, next: usize) -> Face<S, 3> {
+    fn guard(self, next: usize) -> Guard<S, 3> {
         let [angle, rate, integral, command, constant] = self.0;
-        Face {
+        Guard {
             row: [angle, rate, integral],
             command,
             constant,
@@ -93,18 +81,18 @@ impl<S: Scalar> Servo<S> {
     fn signals(&self, hold: usize, duty: usize) -> Signals<S> {
         let minus = S::constant(-1.0);
         let limited_rate = match hold {
-            RATE_UP => Row::constant(self.up),
-            RATE_DOWN => Row::constant(-self.down),
+            RATE_UP => Row::constant(self.0.rate_limit_up_deg_s),
+            RATE_DOWN => Row::constant(-self.0.rate_limit_down_deg_s),
             _ => Row::unit(1),
         };
         let error = Row::unit(3)
             .plus(minus, Row::unit(0))
-            .times(self.position)
+            .times(self.0.position_gain)
             .plus(minus, limited_rate);
-        let demand = Row::unit(2).plus(self.proportional, error);
+        let demand = Row::unit(2).plus(self.0.proportional_gain, error);
         let duty = match duty {
-            FULL => Row::constant(self.duty_limit),
-            REVERSE => Row::constant(-self.duty_limit),
+            FULL => Row::constant(self.0.duty_limit_pct),
+            REVERSE => Row::constant(-self.0.duty_limit_pct),
             _ => demand,
         };
         Signals {
@@ -115,95 +103,95 @@ impl<S: Scalar> Servo<S> {
         }
     }
 
-    fn duty_faces(&self, hold: usize, duty: usize, faces: &mut Vec<Face<S, 3>>) {
+    fn duty_guards(&self, hold: usize, duty: usize, guards: &mut Vec<Guard<S, 3>>) {
         let demand = self.signals(hold, duty).demand;
-        let (minus, limit) = (S::constant(-1.0), Row::constant(self.duty_limit));
+        let (minus, limit) = (S::constant(-1.0), Row::constant(self.0.duty_limit_pct));
         let one = S::constant(1.0);
-        // At a stop the motor stays only while it pushes outward.
+        // The motor remains at a stop only while its duty points outward.
         let across = |other: usize| match hold {
             STOP_HIGH | STOP_LOW => mode(FREE, other),
             _ => mode(hold, other),
         };
         match duty {
             POSITIVE => {
-                faces.push(demand.face(across(NEGATIVE)));
-                faces.push(limit.plus(minus, demand).face(mode(hold, FULL)));
+                guards.push(demand.guard(across(NEGATIVE)));
+                guards.push(limit.plus(minus, demand).guard(mode(hold, FULL)));
             }
             NEGATIVE => {
-                faces.push(demand.times(minus).face(across(POSITIVE)));
-                faces.push(limit.plus(one, demand).face(mode(hold, REVERSE)));
+                guards.push(demand.times(minus).guard(across(POSITIVE)));
+                guards.push(limit.plus(one, demand).guard(mode(hold, REVERSE)));
             }
-            FULL => faces.push(demand.plus(minus, limit).face(mode(hold, POSITIVE))),
-            _ => faces.push(
+            FULL => guards.push(demand.plus(minus, limit).guard(mode(hold, POSITIVE))),
+            _ => guards.push(
                 demand
                     .times(minus)
                     .plus(minus, limit)
-                    .face(mode(hold, NEGATIVE)),
+                    .guard(mode(hold, NEGATIVE)),
             ),
         }
     }
 
-    fn hold_faces(&self, hold: usize, duty: usize, faces: &mut Vec<Face<S, 3>>) {
+    fn hold_guards(&self, hold: usize, duty: usize, guards: &mut Vec<Guard<S, 3>>) {
         let (one, minus) = (S::constant(1.0), S::constant(-1.0));
         let (angle, rate) = (Row::unit(0), Row::unit(1));
         let mut limit = |sign: S, row: Row<S>, level: S, next: usize| {
             if level.value().is_finite() {
-                let face = Row::constant(level).plus(sign, row);
-                faces.push(face.face(mode(next, duty)));
+                let guard = Row::constant(level).plus(sign, row);
+                guards.push(guard.guard(mode(next, duty)));
             }
         };
         match hold {
             FREE => {
-                limit(minus, rate, self.up, RATE_UP);
-                limit(one, rate, self.down, RATE_DOWN);
+                limit(minus, rate, self.0.rate_limit_up_deg_s, RATE_UP);
+                limit(one, rate, self.0.rate_limit_down_deg_s, RATE_DOWN);
             }
-            RATE_UP => limit(one, rate, -self.up, FREE),
-            RATE_DOWN => limit(minus, rate, -self.down, FREE),
+            RATE_UP => limit(one, rate, -self.0.rate_limit_up_deg_s, FREE),
+            RATE_DOWN => limit(minus, rate, -self.0.rate_limit_down_deg_s, FREE),
             _ => return,
         }
-        limit(minus, angle, self.stop, STOP_HIGH);
-        limit(one, angle, self.stop, STOP_LOW);
+        limit(minus, angle, self.0.position_limit_deg, STOP_HIGH);
+        limit(one, angle, self.0.position_limit_deg, STOP_LOW);
     }
 }
 
-impl<S: Scalar> Flow<S, 3> for Servo<S> {
+impl<S: Scalar> HybridModel<S, 3> for Servo<S> {
     const MODES: usize = HOLDS * DUTIES;
 
-    fn system(&self, mode: usize) -> System<S, 3> {
+    fn system(&self, mode: usize) -> LinearSystem<S, 3> {
         let (hold, duty) = (mode / DUTIES, mode % DUTIES);
         let signals = self.signals(hold, duty);
         let minus = S::constant(-1.0);
         let gain = if matches!(duty, POSITIVE | FULL) {
-            self.gain_up
+            self.0.motor_gain_up
         } else {
-            self.gain_down
+            self.0.motor_gain_down
         };
         let excess = signals.duty.plus(minus, signals.demand);
         let over = signals.limited_rate.plus(minus, Row::unit(1));
         let integral = signals
             .error
-            .times(self.integral)
-            .plus(self.anti_windup, excess)
-            .plus(self.rate_anti_windup, over);
+            .times(self.0.integral_gain)
+            .plus(self.0.anti_windup_gain, excess)
+            .plus(self.0.rate_anti_windup_gain, over);
         let is_stopped = hold >= STOP_HIGH;
         let rows = if is_stopped {
             let still = Row::constant(S::constant(0.0));
             [still, still, integral]
         } else {
-            let per_time = S::constant(1.0) / self.time_constant;
+            let per_time = S::constant(1.0) / self.0.motor_time_constant_s;
             let acceleration = signals.duty.times(gain).plus(minus, Row::unit(1));
             [signals.limited_rate, acceleration.times(per_time), integral]
         };
-        System {
+        LinearSystem {
             a: rows.map(|row| [row.0[0], row.0[1], row.0[2]]),
             b: rows.map(|row| row.0[3]),
             d: rows.map(|row| row.0[4]),
         }
     }
 
-    fn faces(&self, mode: usize) -> Vec<Face<S, 3>> {
+    fn guards(&self, mode: usize) -> Vec<Guard<S, 3>> {
         let (hold, duty) = (mode / DUTIES, mode % DUTIES);
-        // A stop takes the rate; a motor that pushes away from it leaves at once.
+        // At a stop the rate is zero; an inward duty leaves it at once.
         let is_inward = match hold {
             STOP_HIGH => matches!(duty, NEGATIVE | REVERSE),
             STOP_LOW => matches!(duty, POSITIVE | FULL),
@@ -211,34 +199,34 @@ impl<S: Scalar> Flow<S, 3> for Servo<S> {
         };
         if is_inward {
             let never = Row::constant(S::constant(-1.0));
-            return vec![never.face(self::mode(FREE, duty))];
+            return vec![never.guard(self::mode(FREE, duty))];
         }
-        let mut faces = Vec::with_capacity(6);
-        self.duty_faces(hold, duty, &mut faces);
-        self.hold_faces(hold, duty, &mut faces);
-        faces
+        let mut guards = Vec::with_capacity(6);
+        self.duty_guards(hold, duty, &mut guards);
+        self.hold_guards(hold, duty, &mut guards);
+        guards
     }
 
     fn mode_at(&self, x: &[f64; 3], command: f64) -> usize {
         let [angle, rate, _] = *x;
-        let hold = if rate > self.up.value() {
+        let hold = if rate > self.0.rate_limit_up_deg_s.value() {
             RATE_UP
-        } else if rate < -self.down.value() {
+        } else if rate < -self.0.rate_limit_down_deg_s.value() {
             RATE_DOWN
         } else {
             FREE
         };
         let demand = self.signals(hold, POSITIVE).demand.at(x, command);
-        let duty = if demand > self.duty_limit.value() {
+        let duty = if demand > self.0.duty_limit_pct.value() {
             FULL
-        } else if demand < -self.duty_limit.value() {
+        } else if demand < -self.0.duty_limit_pct.value() {
             REVERSE
         } else if demand > 0.0 {
             POSITIVE
         } else {
             NEGATIVE
         };
-        let stop = self.stop.value();
+        let stop = self.0.position_limit_deg.value();
         if angle >= stop && rate >= 0.0 && demand > 0.0 {
             mode(STOP_HIGH, duty)
         } else if angle <= -stop && rate <= 0.0 && demand < 0.0 {
@@ -248,25 +236,28 @@ impl<S: Scalar> Flow<S, 3> for Servo<S> {
         }
     }
 
-    fn enter(&self, mode: usize, x: &mut [S; 3]) {
+    fn reset(&self, mode: usize, x: &mut [S; 3]) {
         let stop = match mode / DUTIES {
-            STOP_HIGH => self.stop,
-            STOP_LOW => -self.stop,
+            STOP_HIGH => self.0.position_limit_deg,
+            STOP_LOW => -self.0.position_limit_deg,
             _ => return,
         };
         (x[0], x[1]) = (stop, S::constant(0.0));
     }
 
-    fn seen(&self, mode: usize, x: &[S; 3], _command: f64) -> (S, f64, State) {
+    fn output(&self, mode: usize, x: &[S; 3], _command: f64) -> (S, f64, ActiveLimit) {
         let (hold, duty) = (mode / DUTIES, mode % DUTIES);
-        let (up, down) = (self.up.value(), self.down.value());
+        let (up, down) = (
+            self.0.rate_limit_up_deg_s.value(),
+            self.0.rate_limit_down_deg_s.value(),
+        );
         let rate = x[1].value().clamp(-down.abs(), up.abs());
         let state = match hold {
-            RATE_UP => State::RateUp,
-            RATE_DOWN => State::RateDown,
-            STOP_HIGH | STOP_LOW => State::Stop,
-            _ if duty >= FULL => State::Duty,
-            _ => State::Free,
+            RATE_UP => ActiveLimit::RateUp,
+            RATE_DOWN => ActiveLimit::RateDown,
+            STOP_HIGH | STOP_LOW => ActiveLimit::Stop,
+            _ if duty >= FULL => ActiveLimit::Duty,
+            _ => ActiveLimit::Free,
         };
         (x[0], rate, state)
     }

@@ -1,29 +1,24 @@
-//! The output shaft, moved in short steps.
+//! The output shaft, integrated in short steps.
 //!
-//! Each step is the implicit midpoint rule for all that is smooth, and the stopping torque for
-//! friction: what stands still under less than its budget keeps a rate of exactly zero. The error of
-//! a step is of third order while the sense of the motion stays.
+//! Each step is the implicit midpoint rule for the smooth terms, and the stopping torque for
+//! friction: a shaft at rest whose torque is within the friction budget keeps a rate of exactly zero.
+//! The error of a step is of third order as long as the direction of motion does not change.
 
-use crate::flow::{Command, Kept, Steps};
-use crate::model::State;
+use crate::hybrid::{Caching, Command, Stepper};
+use crate::model::ActiveLimit;
 use crate::scalar::Scalar;
 
 use super::super::friction::Friction;
-use super::{
-    ANGLE, ASYMMETRY, BACKLASH, COUNT, DUTY_LIMIT, DUTY_PER_ERROR, FIRMWARE, FRICTION, GEAR_RATIO,
-    INERTIA, LENGTH, LOAD, MASS, RATE, RESISTANCE, STOP, TORQUE_CONSTANT, VERTICAL,
-};
+use super::{DEGREE, MotorValues};
 
 /// The longest step, s: a fiftieth of the time constants of small servos.
 const LONGEST_STEP_S: f64 = 5e-4;
 
-/// The same where only a start is looked for.
+/// The same in a search for starting values.
 const PREVIEW_STEP_S: f64 = 2e-3;
 
 /// Standard gravity, m/s^2 (ISO 80000-3).
 const GRAVITY_M_S2: f64 = 9.80665;
-
-const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 pub struct Shaft<S> {
     friction: Friction<S>,
@@ -44,40 +39,40 @@ pub struct Shaft<S> {
     half_gap: S,
     angle: S,
     rate: S,
-    /// The encoder's side of the backlash.
-    shown: S,
-    state: State,
-    /// Whether the motor is on; off, its terminals are open.
+    /// The angle on the encoder's side of the backlash.
+    encoder: S,
+    state: ActiveLimit,
+    /// Whether the motor is on; when it is off, its terminals are open.
     is_on: bool,
     longest_step_s: f64,
 }
 
 impl<S: Scalar> Shaft<S> {
-    pub fn new(friction: usize, values: &[S], supply_v: S, is_loop: bool) -> Self {
-        let ratio = values[GEAR_RATIO];
-        let constant = values[TORQUE_CONSTANT] * ratio;
-        let torque_per_volt = constant / values[RESISTANCE];
-        let (mass, length) = (values[MASS], values[LENGTH]);
-        let angle = values[ANGLE] * DEGREE;
+    pub fn new(friction: usize, p: &MotorValues<S>, supply_v: S, is_loop: bool) -> Self {
+        let ratio = p.gear_ratio;
+        let constant = p.torque_constant_nm_a * ratio;
+        let torque_per_volt = constant / p.winding_resistance_ohm;
+        let (mass, length) = (p.pendulum_mass_kg, p.pendulum_length_m);
+        let angle = p.initial_angle_deg * DEGREE;
         Self {
-            friction: Friction::new(friction, &values[FRICTION..FRICTION + COUNT]),
+            friction: Friction::new(friction, p),
             is_loop,
             supply_v,
             torque_per_volt,
             back_emf: torque_per_volt * constant,
-            inertia: values[INERTIA] * ratio * ratio + mass * length * length,
+            inertia: p.motor_inertia_kg_m2 * ratio * ratio + mass * length * length,
             weight_nm: mass * length * GRAVITY_M_S2,
-            vertical: values[VERTICAL] * DEGREE,
-            load_nm: values[LOAD],
-            duty_per_rad: values[DUTY_PER_ERROR] * values[FIRMWARE] * (0.01 / DEGREE),
-            duty_limit: values[DUTY_LIMIT] * 0.01,
-            asymmetry: values[ASYMMETRY],
-            stop: values[STOP] * DEGREE,
-            half_gap: values[BACKLASH] * (DEGREE / 2.0),
+            vertical: p.vertical_deg * DEGREE,
+            load_nm: p.load_torque_nm,
+            duty_per_rad: p.duty_per_error_pct_deg * p.firmware_gain * (0.01 / DEGREE),
+            duty_limit: p.duty_limit_pct * 0.01,
+            asymmetry: p.drive_asymmetry,
+            stop: p.hard_stop_deg * DEGREE,
+            half_gap: p.backlash_deg * (DEGREE / 2.0),
             angle,
-            rate: values[RATE] * DEGREE,
-            shown: angle,
-            state: State::Free,
+            rate: p.initial_rate_deg_s * DEGREE,
+            encoder: angle,
+            state: ActiveLimit::Free,
             is_on: true,
             longest_step_s: LONGEST_STEP_S,
         }
@@ -91,7 +86,7 @@ impl<S: Scalar> Shaft<S> {
         }
     }
 
-    /// The voltage for an input: a duty, or a commanded angle in deg.
+    /// The voltage for an input: a duty, or a commanded angle, deg.
     fn voltage(&mut self, input: S, angle: S) -> S {
         let mut duty = input;
         if self.is_loop {
@@ -99,12 +94,12 @@ impl<S: Scalar> Shaft<S> {
         }
         let limited = duty.within(-self.duty_limit, self.duty_limit);
         self.state = if limited.value() == duty.value() {
-            State::Free
+            ActiveLimit::Free
         } else {
-            State::Duty
+            ActiveLimit::Duty
         };
-        let sense = if limited.value() < 0.0 { -1.0 } else { 1.0 };
-        limited * self.supply_v * (self.asymmetry * sense + 1.0)
+        let sign = if limited.value() < 0.0 { -1.0 } else { 1.0 };
+        limited * self.supply_v * (self.asymmetry * sign + 1.0)
     }
 
     fn external_nm(&self, angle: S) -> S {
@@ -118,7 +113,7 @@ impl<S: Scalar> Shaft<S> {
             let voltage = self.voltage(input, middle);
             (self.torque_per_volt * voltage, self.back_emf)
         } else {
-            self.state = State::Free;
+            self.state = ActiveLimit::Free;
             (off, off)
         };
         let external_nm = self.external_nm(middle);
@@ -130,31 +125,31 @@ impl<S: Scalar> Shaft<S> {
         let stopping = (momentum - half) * self.rate + drive_nm + external_nm;
         let held = stopping.within(-budget, budget);
         let rate = (stopping - held) / (momentum + half);
-        if rate.value() == 0.0 && self.state == State::Free {
-            self.state = State::Stuck;
+        if rate.value() == 0.0 && self.state == ActiveLimit::Free {
+            self.state = ActiveLimit::Stuck;
         }
         self.angle = self.angle + (self.rate + rate) * step * 0.5;
         self.rate = rate;
         if self.angle.value().abs() > self.stop.value() {
-            let sense = self.angle.value().signum();
-            self.angle = self.stop * sense;
+            let sign = self.angle.value().signum();
+            self.angle = self.stop * sign;
             self.rate = S::constant(0.0);
-            self.state = State::Stop;
+            self.state = ActiveLimit::Stop;
         }
-        self.shown = self
-            .shown
+        self.encoder = self
+            .encoder
             .within(self.angle - self.half_gap, self.angle + self.half_gap);
     }
 }
 
-impl<S: Scalar> Steps<S> for Shaft<S> {
-    const MOVES_ALONE: bool = true;
+impl<S: Scalar> Stepper<S> for Shaft<S> {
+    const MODELS_MOTOR_OFF: bool = true;
 
-    fn switch(&mut self, is_on: bool, _angle_deg: f64, _command: f64) {
+    fn switch_motor(&mut self, is_on: bool, _angle_deg: f64, _command: f64) {
         self.is_on = is_on;
     }
 
-    fn advance(&mut self, step: S, _kept: Kept, command: &Command<S>) {
+    fn advance(&mut self, step: S, _key: Caching, command: &Command<S>) {
         // `as` takes NaN to 0 and saturates.
         let parts = (step.value() / self.longest_step_s).ceil().clamp(1.0, 1e6) as usize;
         if step.value() <= 0.0 {
@@ -173,10 +168,10 @@ impl<S: Scalar> Steps<S> for Shaft<S> {
         }
     }
 
-    fn jump(&mut self, _command: f64) {}
+    fn command_jumped(&mut self, _command: f64) {}
 
-    fn seen(&self, _command: f64) -> (S, f64, State) {
-        let angle = self.shown * (1.0 / DEGREE);
+    fn output(&self, _command: f64) -> (S, f64, ActiveLimit) {
+        let angle = self.encoder * (1.0 / DEGREE);
         (angle, self.rate.value() / DEGREE, self.state)
     }
 }

@@ -1,24 +1,24 @@
-//! Where within a step a mode is left.
+//! Locates the event within a step that leaves its mode.
 
 use super::propagator::Propagator;
-use super::runner::{Mode, SLACK};
-use super::{Command, Face, values};
+use super::simulator::{Mode, TOLERANCE};
+use super::{Command, Guard, values};
 use crate::scalar::Scalar;
 
-/// Steps and halvings after which a crossing is known to rounding.
-const MOST_TRIALS: usize = 60;
+/// Iterations after which a crossing is known to rounding.
+const MOST_ITERATIONS: usize = 60;
 
-/// The first crossing of a face within a step.
+/// The first crossing of a guard within a step.
 pub struct Crossing<S, const N: usize> {
-    /// When: it depends on the parameters as the crossing does.
+    /// Its time, which depends on the parameters.
     pub time: S,
     /// The state there.
     pub x: [S; N],
-    /// The mode behind the face.
+    /// The mode that is entered.
     pub next: usize,
 }
 
-/// The first crossing within a step that ends outside.
+/// The first crossing within a step that ends outside the mode.
 pub fn first<S: Scalar, const N: usize>(
     mode: &Mode<S, N>,
     x: &[S; N],
@@ -29,15 +29,16 @@ pub fn first<S: Scalar, const N: usize>(
     let at = |time_s: f64| mode.linear.solve_plain(&plain, &plain_command, time_s);
     let (end, end_command) = (at(step_s), command.value_after(step_s));
     let mut earliest: Option<(f64, usize)> = None;
-    for (index, edge) in mode.edges.iter().enumerate() {
-        if edge.at(&end, end_command) >= -SLACK {
+    for (index, guard) in mode.plain_guards.iter().enumerate() {
+        if guard.at(&end, end_command) >= -TOLERANCE {
             continue;
         }
-        // What lies on the face already crosses it now.
-        let time_s = if edge.at(&plain, command.value_after(0.0)) <= 0.0 {
+        // A state on the guard crosses it at once.
+        let time_s = if guard.at(&plain, command.value_after(0.0)) <= 0.0 {
             0.0
         } else {
-            let height = |time_s: f64| height_of(mode, edge, &at(time_s), plain_command.at(time_s));
+            let height =
+                |time_s: f64| height_of(mode, guard, &at(time_s), plain_command.at(time_s));
             root(height, step_s)
         };
         if earliest.is_none_or(|(before, _)| time_s < before) {
@@ -45,42 +46,41 @@ pub fn first<S: Scalar, const N: usize>(
         }
     }
     match earliest {
-        Some((time_s, index)) => exact(&mode.linear, &mode.faces[index], x, command, time_s),
+        Some((time_s, index)) => refined(&mode.linear, &mode.guards[index], x, command, time_s),
         None => {
-            // Rounding: kept and plain solution lie on both sides of the slack.
-            let height = |edge: &&Face<f64, N>| edge.at(&end, end_command);
+            // Rounding: the cached and the uncached solution lie on both sides of the tolerance.
+            let height = |guard: &&Guard<f64, N>| guard.at(&end, end_command);
             let lowest = mode
-                .edges
+                .plain_guards
                 .iter()
                 .min_by(|a, b| height(a).total_cmp(&height(b)));
             Crossing {
                 time: step,
                 x: mode.linear.solve(x, command, step),
-                next: lowest.map_or(0, |edge| edge.next),
+                next: lowest.map_or(0, |guard| guard.next),
             }
         }
     }
 }
 
-/// How far a state is above an edge under a command of this value and slope, and how fast that
-/// changes.
+/// The value of a guard and its time derivative, for a command of this value and slope.
 fn height_of<S: Scalar, const N: usize>(
     mode: &Mode<S, N>,
-    edge: &Face<f64, N>,
+    guard: &Guard<f64, N>,
     x: &[f64; N],
     (command, slope): (f64, f64),
 ) -> (f64, f64) {
     let rates = mode.linear.series.plain.rates(x, command);
-    (edge.at(x, command), edge.slope(&rates, slope))
+    (guard.at(x, command), guard.slope(&rates, slope))
 }
 
-/// The zero of a function that is above zero at 0 and below it at `end`, by its values and slopes
-/// (Newton's method, kept within brackets: Press et al., Numerical Recipes, 3rd ed., section 9.4).
+/// The zero of a function that is positive at 0 and negative at `end`, from its values and slopes
+/// (Newton's method within brackets: Press et al., Numerical Recipes, 3rd ed., section 9.4).
 fn root(height: impl Fn(f64) -> (f64, f64), end: f64) -> f64 {
     let (mut left, mut right, mut time) = (0.0, end, end);
-    for _ in 0..MOST_TRIALS {
+    for _ in 0..MOST_ITERATIONS {
         let (value, slope) = height(time);
-        if value.abs() <= 1e-3 * SLACK || right - left <= 1e-15 * end {
+        if value.abs() <= 1e-3 * TOLERANCE || right - left <= 1e-15 * end {
             break;
         }
         if value > 0.0 {
@@ -89,7 +89,7 @@ fn root(height: impl Fn(f64) -> (f64, f64), end: f64) -> f64 {
             right = time;
         }
         let next = time - value / slope;
-        // Written so that NaN fails.
+        // False for NaN.
         let is_within = next > left && next < right;
         time = if is_within {
             next
@@ -100,11 +100,11 @@ fn root(height: impl Fn(f64) -> (f64, f64), end: f64) -> f64 {
     time
 }
 
-/// One step of Newton's method on a root: the value stays, the derivatives come in (implicit
-/// function theorem).
-fn exact<S: Scalar, const N: usize>(
+/// One step of Newton's method from a root: it does not change the value and adds the derivatives
+/// (implicit function theorem).
+fn refined<S: Scalar, const N: usize>(
     linear: &Propagator<S, N>,
-    face: &Face<S, N>,
+    guard: &Guard<S, N>,
     x: &[S; N],
     command: &Command<S>,
     time_s: f64,
@@ -115,24 +115,24 @@ fn exact<S: Scalar, const N: usize>(
         Command::Constant(value) => S::constant(value),
         Command::Cubic(q) => q[0],
     };
-    let height = face.at(&there, level);
+    let height = guard.at(&there, level);
     let (plain, plain_command) = (values(&there), command.without_derivatives().at(time_s));
     let rates = linear.series.plain.rates(&plain, plain_command.0);
-    let fall = face.without_derivatives().slope(&rates, plain_command.1);
-    // A face that is only touched is crossed at no definite time.
+    let fall = guard.without_derivatives().slope(&rates, plain_command.1);
+    // A guard that is only touched has no defined crossing time.
     let is_touched = fall.abs() < 1e-9 || time_s == 0.0;
     let later = if is_touched {
         S::constant(0.0)
     } else {
         height * (-1.0 / fall)
     };
-    // So little later that its square is lost in rounding.
+    // The correction is so small that its square is below rounding.
     for i in 0..N {
         there[i] = there[i] + later * rates[i];
     }
     Crossing {
         time: time + later,
         x: there,
-        next: face.next,
+        next: guard.next,
     }
 }

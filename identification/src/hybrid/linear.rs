@@ -1,13 +1,13 @@
 //! The exact solution of `x' = A x + b c + d` for a command that is a cubic polynomial.
 //!
-//! Its Taylor series is summed to rounding over steps that are short against the fastest eigenvalue.
+//! Its Taylor series is summed to rounding, over steps that are short against the fastest eigenvalue.
 
 use super::Command;
 use crate::scalar::Scalar;
 
 /// The equations of a mode.
 #[derive(Debug, Clone, Copy)]
-pub struct System<S, const N: usize> {
+pub struct LinearSystem<S, const N: usize> {
     /// `A`, by rows.
     pub a: [[S; N]; N],
     /// `b`.
@@ -16,10 +16,10 @@ pub struct System<S, const N: usize> {
     pub d: [S; N],
 }
 
-impl<S: Scalar, const N: usize> System<S, N> {
+impl<S: Scalar, const N: usize> LinearSystem<S, N> {
     /// The same without derivatives.
-    pub fn without_derivatives(&self) -> System<f64, N> {
-        System {
+    pub fn without_derivatives(&self) -> LinearSystem<f64, N> {
+        LinearSystem {
             a: std::array::from_fn(|i| super::values(&self.a[i])),
             b: super::values(&self.b),
             d: super::values(&self.d),
@@ -70,7 +70,7 @@ impl<S: Scalar, const N: usize> System<S, N> {
         })
     }
 
-    /// The series that begins with `x`; `force` adds to its derivatives.
+    /// The series that begins with `x`; `force` adds the inhomogeneous terms.
     #[inline(always)]
     pub fn series(
         &self,
@@ -93,7 +93,7 @@ impl<S: Scalar, const N: usize> System<S, N> {
         sum
     }
 
-    /// The greatest magnitude of an eigenvalue, from above: the eighth root of the norm of `A^8`.
+    /// An upper bound of the spectral radius of `A`: the eighth root of the norm of `A^8`.
     pub fn fastest(&self) -> f64 {
         let mut power: [[f64; N]; N] = std::array::from_fn(|i| super::values(&self.a[i]));
         for _ in 0..3 {
@@ -106,7 +106,7 @@ impl<S: Scalar, const N: usize> System<S, N> {
     }
 }
 
-/// Adds `factor more`.
+/// Adds `factor` times `more`.
 #[inline(always)]
 pub fn add<S: Scalar, const N: usize>(sums: &mut [S; N], more: &[S; N], factor: S) {
     for (sum, more) in sums.iter_mut().zip(more) {

@@ -1,10 +1,10 @@
-//! What a mode does over a step of one length, as matrices.
+//! The transition of a linear system over one step length, as matrices.
 //!
-//! Of `P = integral of exp(A t)` all else follows: `exp(A h) = 1 + A P`, and a command that stands
-//! still adds `P (b c + d)`. What a command that moves adds is computed when there is one.
+//! All of it follows from `P = integral of exp(A t)`: `exp(A h) = 1 + A P`, and a constant command
+//! adds `P (b c + d)`. The terms of a changing command are computed on first use.
 
 use super::Command;
-use super::linear::System;
+use super::linear::LinearSystem;
 use crate::scalar::Scalar;
 
 /// The solution over one step length: linear in state and coefficients of the command.
@@ -15,15 +15,15 @@ pub struct Transition<S, const N: usize> {
     state: [[S; N]; N],
     command: [S; N],
     constant: [S; N],
-    /// What the last command that stood still adds, by its bits.
-    forced: (u64, [S; N]),
-    /// What the powers 1 to 3 of the time add.
+    /// The last constant command, by its bits, and the term that it adds.
+    held_input: (u64, [S; N]),
+    /// The terms that the powers 1 to 3 of the time add.
     moments: Option<Box<[[S; N]; 3]>>,
 }
 
 impl<S: Scalar, const N: usize> Transition<S, N> {
-    /// Over `step`, by so many terms of the series.
-    pub fn new(system: &System<S, N>, step: S, terms: usize) -> Self {
+    /// Over `step`, with so many terms of the series.
+    pub fn new(system: &LinearSystem<S, N>, step: S, terms: usize) -> Self {
         let zero = [S::constant(0.0); N];
         let mut columns = [zero; N];
         for (j, column) in columns.iter_mut().enumerate() {
@@ -36,9 +36,13 @@ impl<S: Scalar, const N: usize> Transition<S, N> {
         let mut state = [zero; N];
         let (mut command, mut constant) = (zero, zero);
         for (j, column) in columns.iter().enumerate() {
-            let turned = system.apply(column);
+            let transform = system.apply(column);
             for i in 0..N {
-                state[i][j] = if i == j { turned[i] + 1.0 } else { turned[i] };
+                state[i][j] = if i == j {
+                    transform[i] + 1.0
+                } else {
+                    transform[i]
+                };
                 command[i] = command[i] + column[i] * system.b[j];
                 constant[i] = constant[i] + column[i] * system.d[j];
             }
@@ -49,37 +53,37 @@ impl<S: Scalar, const N: usize> Transition<S, N> {
             state,
             command,
             constant,
-            forced: (0.0_f64.to_bits(), constant),
+            held_input: (0.0_f64.to_bits(), constant),
             moments: None,
         }
     }
 
-    /// The same twice, one after the other.
-    pub fn twice(&self) -> Self {
+    /// Over twice the step.
+    pub fn doubled(&self) -> Self {
         let zero = [S::constant(0.0); N];
-        let column = |j: usize| self.turned(&std::array::from_fn(|i| self.state[i][j]), &zero);
+        let column = |j: usize| self.transform(&std::array::from_fn(|i| self.state[i][j]), &zero);
         let columns: [[S; N]; N] = std::array::from_fn(column);
         let state = std::array::from_fn(|i| std::array::from_fn(|j| columns[j][i]));
-        let constant = self.turned(&self.constant, &self.constant);
+        let constant = self.transform(&self.constant, &self.constant);
         Self {
             step: self.step * 2.0,
             terms: self.terms,
             state,
-            command: self.turned(&self.command, &self.command),
+            command: self.transform(&self.command, &self.command),
             constant,
-            forced: (0.0_f64.to_bits(), constant),
+            held_input: (0.0_f64.to_bits(), constant),
             moments: self
                 .moments
                 .as_ref()
-                .map(|m| Box::new(self.moments_twice(m))),
+                .map(|m| Box::new(self.doubled_moments(m))),
         }
     }
 
-    /// What the powers of the time add over twice the step: `u^k` is `(u + h)^k` in its second half.
-    fn moments_twice(&self, moments: &[[S; N]; 3]) -> [[S; N]; 3] {
+    /// The terms of the powers of the time over twice the step: `u^k` is `(u + h)^k` in its second half.
+    fn doubled_moments(&self, moments: &[[S; N]; 3]) -> [[S; N]; 3] {
         let h = self.step;
         let powers = [h, h * h, h * h * h];
-        // Of what the lower powers add in the second half.
+        // The contribution of the lower powers in the second half.
         let more = |k: usize, i: usize| match k {
             0 => self.command[i] * powers[0],
             1 => self.command[i] * powers[1] + moments[0][i] * powers[0] * 2.0,
@@ -90,18 +94,18 @@ impl<S: Scalar, const N: usize> Transition<S, N> {
         };
         std::array::from_fn(|k| {
             let second = std::array::from_fn(|i| moments[k][i] + more(k, i));
-            self.turned(&moments[k], &second)
+            self.transform(&moments[k], &second)
         })
     }
 
-    /// Whether it is known what a command that moves adds.
+    /// Whether the terms of a changing command have been computed.
     pub fn has_moments(&self) -> bool {
         self.moments.is_some()
     }
 
-    /// Takes from the series what a command that moves adds, `system` being that of which this was
-    /// made, over a short step.
-    pub fn make_moments(&mut self, system: &System<S, N>) -> &[[S; N]; 3] {
+    /// Computes the terms of a changing command from the series over a short step, `system` being that
+    /// of this transition.
+    pub fn make_moments(&mut self, system: &LinearSystem<S, N>) -> &[[S; N]; 3] {
         let Self { step, terms, .. } = *self;
         let make = || Box::new(moments(system, step, terms));
         self.moments.get_or_insert_with(make)
@@ -109,7 +113,7 @@ impl<S: Scalar, const N: usize> Transition<S, N> {
 
     /// `exp(A h) x + more`.
     #[inline(always)]
-    fn turned(&self, x: &[S; N], more: &[S; N]) -> [S; N] {
+    fn transform(&self, x: &[S; N], more: &[S; N]) -> [S; N] {
         let mut sums = *more;
         for (sum, row) in sums.iter_mut().zip(&self.state) {
             for j in 0..N {
@@ -119,22 +123,27 @@ impl<S: Scalar, const N: usize> Transition<S, N> {
         sums
     }
 
-    /// The state after the step under a command that stands still.
+    /// The state after the step under a constant command.
     #[inline(always)]
-    pub fn hold(&mut self, x: &[S; N], command: f64) -> [S; N] {
-        if self.forced.0 != command.to_bits() {
-            self.forced.0 = command.to_bits();
+    pub fn under_held_command(&mut self, x: &[S; N], command: f64) -> [S; N] {
+        if self.held_input.0 != command.to_bits() {
+            self.held_input.0 = command.to_bits();
             for i in 0..N {
-                self.forced.1[i] = self.constant[i] + self.command[i] * command;
+                self.held_input.1[i] = self.constant[i] + self.command[i] * command;
             }
         }
-        self.turned(x, &self.forced.1)
+        self.transform(x, &self.held_input.1)
     }
 
-    /// The state after the step, `system` being that of which this was made.
-    pub fn apply(&mut self, x: &[S; N], command: &Command<S>, system: &System<S, N>) -> [S; N] {
+    /// The state after the step, `system` being that of this transition.
+    pub fn apply(
+        &mut self,
+        x: &[S; N],
+        command: &Command<S>,
+        system: &LinearSystem<S, N>,
+    ) -> [S; N] {
         let q = match command {
-            Command::Constant(value) => return self.hold(x, *value),
+            Command::Constant(value) => return self.under_held_command(x, *value),
             Command::Cubic(q) => q,
         };
         let mut more = self.constant;
@@ -146,19 +155,23 @@ impl<S: Scalar, const N: usize> Transition<S, N> {
                 more[i] = more[i] + moment[i] * *q;
             }
         }
-        self.turned(x, &more)
+        self.transform(x, &more)
     }
 }
 
-/// What the powers 1 to 3 of the time add over a step.
-fn moments<S: Scalar, const N: usize>(system: &System<S, N>, step: S, terms: usize) -> [[S; N]; 3] {
+/// The terms that the powers 1 to 3 of the time add over a step.
+fn moments<S: Scalar, const N: usize>(
+    system: &LinearSystem<S, N>,
+    step: S,
+    terms: usize,
+) -> [[S; N]; 3] {
     let zero = [S::constant(0.0); N];
-    let forced = System { d: zero, ..*system };
+    let held_input = LinearSystem { d: zero, ..*system };
     let mut moments = [zero; 3];
     for (k, moment) in moments.iter_mut().enumerate() {
         let mut unit = [S::constant(0.0); 4];
         unit[k + 1] = S::constant(1.0);
-        *moment = forced.solve(&zero, &Command::Cubic(unit), step, terms);
+        *moment = held_input.solve(&zero, &Command::Cubic(unit), step, terms);
     }
     moments
 }
@@ -167,7 +180,7 @@ fn moments<S: Scalar, const N: usize>(system: &System<S, N>, step: S, terms: usi
 mod tests {
     use super::*;
 
-    const SYSTEM: System<f64, 2> = System {
+    const SYSTEM: LinearSystem<f64, 2> = LinearSystem {
         a: [[0.0, 1.0], [-90.0, -7.0]],
         b: [0.0, 90.0],
         d: [0.3, -2.0],
@@ -199,11 +212,11 @@ mod tests {
     fn two_steps_are_one_of_twice_the_length() {
         let mut half = Transition::new(&SYSTEM, 0.01, 24);
         half.make_moments(&SYSTEM);
-        let mut twice = half.twice();
+        let mut doubled = half.doubled();
         let x = [1.5, -20.0];
         for command in COMMANDS {
             let expected = SYSTEM.solve(&x, &command, 0.02, 24);
-            assert_same(twice.apply(&x, &command, &SYSTEM), expected);
+            assert_same(doubled.apply(&x, &command, &SYSTEM), expected);
         }
     }
 }

@@ -1,41 +1,41 @@
-//! Exact simulation of models that are linear between their limits.
+//! Exact simulation of hybrid systems: models that are linear between their limits.
 //!
 //! Such a model is a set of modes. Within a mode `x' = A x + b c + d`, the command `c` being a cubic
-//! polynomial of time; a mode ends where an affine function of state and command, its face, falls
-//! below zero. Each step is the exact solution (`linear`), each crossing of a face is found within
-//! its step (`crossing`): no step length stands between the model and its answer. Since the
-//! numbers may be [`Dual`](super::scalar::Dual), crossings included, the derivatives are those of
-//! the exact solution too.
+//! polynomial of time; a mode ends where an affine function of state and command, its guard, falls
+//! below zero. Each step is the exact solution (`linear`), and each event (a guard that crosses zero)
+//! is located within its step (`crossing`): the result does not depend on the step length. The
+//! numbers may be [`Dual`](super::scalar::Dual), including the event times, so that the sensitivities
+//! are exact as well.
 
 mod crossing;
-mod drive;
-mod ladder;
+mod doubling;
 mod linear;
 mod propagator;
-mod runner;
+mod simulate;
+mod simulator;
 mod transition;
 
-pub use drive::{Steps, Watch, drive, drive_steps};
-pub use linear::System;
-pub use propagator::Kept;
+pub use linear::LinearSystem;
+pub use propagator::Caching;
+pub use simulate::{Output, Stepper, simulate, simulate_steps};
 
-use super::model::State;
+use super::model::ActiveLimit;
 use super::scalar::Scalar;
 
-/// A boundary of a mode: inside, `row x + command c + constant >= 0`.
+/// A guard of a mode: inside the mode, `row x + command c + constant >= 0`.
 #[derive(Debug, Clone, Copy)]
-pub struct Face<S, const N: usize> {
+pub struct Guard<S, const N: usize> {
     /// Coefficients of the state.
     pub row: [S; N],
     /// Coefficient of the command.
     pub command: S,
-    /// What is added.
+    /// The constant term.
     pub constant: S,
-    /// The mode behind it.
+    /// The mode that is entered when it falls below zero.
     pub next: usize,
 }
 
-impl<S: Scalar, const N: usize> Face<S, N> {
+impl<S: Scalar, const N: usize> Guard<S, N> {
     #[inline(always)]
     fn at(&self, x: &[S; N], command: S) -> S {
         let mut sum = self.constant + self.command * command;
@@ -45,7 +45,7 @@ impl<S: Scalar, const N: usize> Face<S, N> {
         sum
     }
 
-    /// How fast its value changes.
+    /// The time derivative of its value.
     fn slope(&self, rates: &[S; N], command_rate: S) -> S {
         let mut slope = self.command * command_rate;
         for (row, rate) in self.row.iter().zip(rates) {
@@ -54,8 +54,8 @@ impl<S: Scalar, const N: usize> Face<S, N> {
         slope
     }
 
-    fn without_derivatives(&self) -> Face<f64, N> {
-        Face {
+    fn without_derivatives(&self) -> Guard<f64, N> {
+        Guard {
             row: values(&self.row),
             command: self.command.value(),
             constant: self.constant.value(),
@@ -64,38 +64,38 @@ impl<S: Scalar, const N: usize> Face<S, N> {
     }
 }
 
-/// A model that is linear between its limits, with `N` states.
-pub trait Flow<S: Scalar, const N: usize> {
-    /// How many modes there are; they are numbered from 0.
+/// A hybrid system with `N` states that is linear in each mode.
+pub trait HybridModel<S: Scalar, const N: usize> {
+    /// The number of modes, which are numbered from 0.
     const MODES: usize;
 
     /// The equations in a mode.
-    fn system(&self, mode: usize) -> System<S, N>;
+    fn system(&self, mode: usize) -> LinearSystem<S, N>;
 
-    /// The boundaries of a mode.
-    fn faces(&self, mode: usize) -> Vec<Face<S, N>>;
+    /// The guards of a mode.
+    fn guards(&self, mode: usize) -> Vec<Guard<S, N>>;
 
-    /// The mode of a state under a command, where none is known from before.
+    /// The mode of a state under a command, whatever the previous mode.
     fn mode_at(&self, x: &[f64; N], command: f64) -> usize;
 
-    /// What entering a mode does to the state.
-    fn enter(&self, _mode: usize, _x: &mut [S; N]) {}
+    /// The reset map: how entering a mode changes the state.
+    fn reset(&self, _mode: usize, _x: &mut [S; N]) {}
 
-    /// Angle, rate and limit that are seen.
-    fn seen(&self, mode: usize, x: &[S; N], command: f64) -> (S, f64, State);
+    /// Angle, rate and active limit.
+    fn output(&self, mode: usize, x: &[S; N], command: f64) -> (S, f64, ActiveLimit);
 }
 
-/// Coefficients of a command in the time from the start of a step.
+/// A command as a function of the time since the start of a step.
 #[derive(Clone, Copy)]
 pub enum Command<S> {
-    /// It stands still.
+    /// A constant command.
     Constant(f64),
     /// A cubic polynomial, lowest power first.
     Cubic([S; 4]),
 }
 
 impl<S: Scalar> Command<S> {
-    /// As it is `time` later.
+    /// The same with a time origin that is `u` later.
     #[inline]
     pub fn later(&self, u: S) -> Self {
         let Self::Cubic([q0, q1, q2, q3]) = *self else {
@@ -117,7 +117,7 @@ impl<S: Scalar> Command<S> {
         }
     }
 
-    /// Its value so many seconds later.
+    /// Its value `u` seconds later.
     #[inline]
     pub fn value_after(&self, u: f64) -> f64 {
         match self {
@@ -131,7 +131,7 @@ impl<S: Scalar> Command<S> {
 }
 
 impl Command<f64> {
-    /// Its value and slope so many seconds later.
+    /// Its value and slope `u` seconds later.
     fn at(&self, u: f64) -> (f64, f64) {
         match self {
             Self::Constant(value) => (*value, 0.0),

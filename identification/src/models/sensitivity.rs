@@ -1,22 +1,22 @@
-//! Runs of a model with derivatives: all in one pass, or eight a pass.
+//! Runs of a model with its sensitivities: all in one pass, or eight in each pass.
 
 use super::Dynamics;
 use crate::experiment::Experiment;
-use crate::flow::Watch;
-use crate::model::{State, Sums};
+use crate::hybrid::Output;
+use crate::model::{ActiveLimit, ParameterValues, Sums};
 use crate::scalar::{Dual, Scalar};
 
-/// The parameters, those of `free` as what derivatives are by.
-fn duals<const N: usize>(values: &[f64], free: &[usize]) -> Vec<Dual<N>> {
+/// The parameters as dual numbers, with those of `free` as the independent variables.
+fn duals<const N: usize, D: Dynamics>(values: &[f64], free: &[usize]) -> D::Parameters<Dual<N>> {
     let mut duals: Vec<Dual<N>> = values.iter().map(|v| Dual::constant(*v)).collect();
     for (index, parameter) in free.iter().enumerate() {
         duals[*parameter] = Dual::parameter(values[*parameter], index);
     }
-    duals
+    D::Parameters::from_slice(&duals)
 }
 
-/// The sums with a width that the compiler knows: the inner loop of every search, in the widest
-/// registers of this machine.
+/// The sums with a width that is known at compile time: the inner loop of every search, in the
+/// widest vector registers of the processor.
 pub fn sums_with_duals<const N: usize, D: Dynamics>(
     model: &D,
     run: &Experiment,
@@ -24,11 +24,11 @@ pub fn sums_with_duals<const N: usize, D: Dynamics>(
     free: &[usize],
     angles: &[f64],
 ) -> Sums {
-    let (values, width) = (duals::<N>(values, free), free.len());
+    let (p, width) = (duals::<N, D>(values, free), free.len());
     let totals = pulp::Arch::new().dispatch(Summing {
         model,
         run,
-        values: &values,
+        p: &p,
         angles,
     });
     Sums {
@@ -51,10 +51,10 @@ struct Totals<const N: usize> {
     information: [[f64; N]; N],
 }
 
-struct Summing<'a, D, const N: usize> {
+struct Summing<'a, D: Dynamics, const N: usize> {
     model: &'a D,
     run: &'a Experiment,
-    values: &'a [Dual<N>],
+    p: &'a D::Parameters<Dual<N>>,
     angles: &'a [f64],
 }
 
@@ -69,27 +69,27 @@ impl<D: Dynamics, const N: usize> pulp::NullaryFnOnce for Summing<'_, D, N> {
             products: [0.0; N],
             information: [[0.0; N]; N],
         };
-        let seen = &mut Comparing {
+        let output = &mut Comparison {
             angles: self.angles,
             totals: &mut totals,
         };
-        self.model.run(self.run, self.values, seen);
+        self.model.run(self.run, self.p, output);
         totals
     }
 }
 
-/// Compares what is seen with what was measured.
-struct Comparing<'a, const N: usize> {
+/// Compares the output with the measured angles.
+struct Comparison<'a, const N: usize> {
     angles: &'a [f64],
     totals: &'a mut Totals<N>,
 }
 
-impl<const N: usize> Watch<Dual<N>> for Comparing<'_, N> {
+impl<const N: usize> Output<Dual<N>> for Comparison<'_, N> {
     #[inline(always)]
-    fn see(&mut self, i: usize, angle: Dual<N>, _rate_deg_s: f64, state: State) {
+    fn sample(&mut self, i: usize, angle: Dual<N>, _rate_deg_s: f64, state: ActiveLimit) {
         let residual = self.angles[i] - angle.value;
-        // Another answer that is none spoils the sums.
-        if self.angles[i].is_nan() || state == State::Off {
+        // Any other NaN makes the sums NaN.
+        if self.angles[i].is_nan() || state == ActiveLimit::Off {
             return;
         }
         let totals = &mut *self.totals;
@@ -113,7 +113,7 @@ pub fn sums_in_passes<D: Dynamics>(
     angles: &[f64],
 ) -> Sums {
     let mut sums = Sums::new(free.len());
-    // Where the motor is off, no answer is no failure.
+    // Where the motor is off, NaN is not a divergence.
     let is_switched = run.recording.motor_on.is_some();
     in_passes(model, run, values, free, &mut |i, angle, slope| {
         if !angles[i].is_nan() && !(is_switched && angle.is_nan()) {
@@ -129,11 +129,15 @@ pub fn with_duals<const N: usize, D: Dynamics>(
     run: &Experiment,
     values: &[f64],
     free: &[usize],
-    seen: &mut dyn FnMut(usize, f64, &[f64]),
+    output: &mut dyn FnMut(usize, f64, &[f64]),
 ) {
-    model.run(run, &duals(values, free), &mut |i, angle: Dual<N>, _, _| {
-        seen(i, angle.value, &angle.slope[..free.len()]);
-    });
+    model.run(
+        run,
+        &duals::<N, D>(values, free),
+        &mut |i, angle: Dual<N>, _, _| {
+            output(i, angle.value, &angle.slope[..free.len()]);
+        },
+    );
 }
 
 /// Eight derivatives a pass, for more than eight.
@@ -142,7 +146,7 @@ pub fn in_passes<D: Dynamics>(
     run: &Experiment,
     values: &[f64],
     free: &[usize],
-    seen: &mut dyn FnMut(usize, f64, &[f64]),
+    output: &mut dyn FnMut(usize, f64, &[f64]),
 ) {
     let width = free.len();
     let mut angles = vec![f64::NAN; run.len()];
@@ -155,6 +159,6 @@ pub fn in_passes<D: Dynamics>(
         });
     }
     for (i, angle) in angles.iter().enumerate() {
-        seen(i, *angle, &slopes[i * width..(i + 1) * width]);
+        output(i, *angle, &slopes[i * width..(i + 1) * width]);
     }
 }
