@@ -1,8 +1,8 @@
 //! Control core, actuator models and excitations of a smart RC-servo actuator.
 //!
-//! The crate knows no bus, no hardware, no clock and no heap: structs go in, structs come out. What
-//! the board computes is fixed point ([`control`], [`excitation`]); what stands for the physical
-//! world is `f64` ([`models`], [`plant`], [`sensors`]).
+//! The crate has no dependency on a bus, hardware, a clock or a heap: functions take structs and
+//! return structs. Computations of the board are in fixed point ([`control`], [`excitation`]);
+//! models of the physical world are in `f64` ([`models`], [`plant`], [`sensors`]).
 
 #![no_std]
 

@@ -3,7 +3,7 @@
 //! The paper's numbers contradict each other: a motor gain of 2.836/7.586 gives 37.4 deg/s at full
 //! duty where +240 and -350 deg/s were measured. Each preset is one reading of them, as changes to
 //! the defaults of the parameter tables. The grey box and the board have parameters of the same
-//! names and share presets; a preset that applies to one of them only says so.
+//! names and share presets; presets that differ are separate entries.
 
 /// A named set of parameter values.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,7 +42,7 @@ const GREY_BOX_AND_BOARD: &[&str] = &["grey-box", "board"];
 pub const PRESETS: &[Preset] = &[
     Preset {
         name: "paper",
-        summary: "the black boxes with the paper's numbers, which do not contradict each other",
+        summary: "the black boxes with the paper's numbers, which are consistent",
         warning: None,
         models: BLACK_BOXES,
         values: &[],
@@ -94,8 +94,8 @@ pub const PRESETS: &[Preset] = &[
     },
     Preset {
         name: "as-printed",
-        summary: "G and F as printed, duty in the paper's unit and not limited, which no board can do; \
-                  rate limited to +240 and -350 deg/s; the anti-windup gain of 2 is ours",
+        summary: "G and F as printed, duty in the paper's unit and unlimited, which no board can realise; \
+                  rate limited to +240 and -350 deg/s; the anti-windup gain of 2 is this project's choice",
         warning: None,
         models: GREY_BOX,
         values: &[
@@ -112,7 +112,7 @@ pub const PRESETS: &[Preset] = &[
     },
     Preset {
         name: "as-printed-strict",
-        summary: "G and F as printed, duty limited to 100 %; the sampled board hunts at this gain",
+        summary: "G and F as printed, duty limited to 100 %; the sampled board has a limit cycle at this gain",
         warning: Some("37.4 deg/s: contradicts the paper's own rate limits"),
         models: GREY_BOX_AND_BOARD,
         values: &[

@@ -110,14 +110,14 @@ impl Tpdo {
         }
     }
 
-    /// A remote frame asked for it. Whether it is to be sampled first: SYNC samples the synchronous
-    /// ones, but for what is asked for before there was any.
+    /// A remote frame requests the PDO. Returns whether it must be sampled first: SYNC samples
+    /// synchronous PDOs, except before the first SYNC.
     pub fn remote(&mut self) -> bool {
         self.pending = true;
         !self.parameters.synchronous() || !self.started
     }
 
-    /// Takes a sample; those of type 252 wait to be asked for.
+    /// Sets the sample; a PDO of type 252 is transmitted only on a remote request.
     pub fn set_sample(&mut self, sample: [u8; 8]) {
         self.sample = sample;
         self.pending |= self.parameters.transmission != 252;

@@ -115,7 +115,7 @@ fn what_does_not_go_together_is_refused_with_the_reason() {
         (
             "board --preset as-printed",
             "preset `as-printed` is for grey-box, not for board: G and F as printed, duty in the \
-             paper's unit and not limited, which no board can do",
+             paper's unit and unlimited, which no board can realise",
         ),
         (
             "black-box-1 --preset asymmetric",

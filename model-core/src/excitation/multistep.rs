@@ -6,7 +6,7 @@
 
 use super::{
     at_least_one,
-    quotient::{saturating_product, whole},
+    quotient::{divide, saturating_product},
 };
 use crate::control::units::{Angle, angle};
 use crate::parameter::ParameterError;
@@ -144,7 +144,7 @@ impl Multistep {
         let Some(since) = tick.checked_sub(self.start_tick) else {
             return Angle::ZERO;
         };
-        let mut units = whole(since, self.unit_ticks);
+        let mut units = divide(since, self.unit_ticks);
         for (step, &width) in self.widths.iter().enumerate() {
             match units.checked_sub(u64::from(width)) {
                 Some(rest) => units = rest,

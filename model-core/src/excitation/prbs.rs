@@ -7,7 +7,7 @@
 
 use super::{
     at_least_one,
-    quotient::{rest, saturating_product, whole},
+    quotient::{divide, remainder, saturating_product},
 };
 use crate::control::units::{Angle, angle};
 use crate::parameter::{ParameterError, Parameters};
@@ -100,8 +100,8 @@ impl Prbs {
     pub fn command(&self, tick: u64) -> Angle {
         let period = self.period();
         // Both are below 2^32: the sum does not overflow.
-        let chip = rest(whole(tick, self.chip_ticks), period) + u64::from(self.seed);
-        if self.power(rest(chip, period) as u32) & 1 == 1 {
+        let chip = remainder(divide(tick, self.chip_ticks), period) + u64::from(self.seed);
+        if self.power(remainder(chip, period) as u32) & 1 == 1 {
             self.amplitude
         } else {
             self.amplitude.saturating_neg()

@@ -16,18 +16,18 @@ use core::num::NonZeroU64;
 /// ```
 #[inline(never)]
 pub const fn quotient(dividend: u64, divisor: NonZeroU64, bits: u32) -> u128 {
-    let (mut rest, mut quotient): (u64, u128) = (0, 0);
+    let (mut remainder, mut quotient): (u64, u128) = (0, 0);
     // Remaining bits of the dividend, the next bit at the top.
-    let mut left = dividend;
+    let mut remaining = dividend;
     let mut step = 64 + bits;
     while step > 0 {
         step -= 1;
         // The remainder is below the divisor: twice the remainder plus one is below 2^64.
-        rest = rest << 1 | left >> 63;
-        left <<= 1;
+        remainder = remainder << 1 | remaining >> 63;
+        remaining <<= 1;
         quotient <<= 1;
-        if rest >= divisor.get() {
-            rest -= divisor.get();
+        if remainder >= divisor.get() {
+            remainder -= divisor.get();
             quotient |= 1;
         }
     }
@@ -39,11 +39,11 @@ pub const fn quotient(dividend: u64, divisor: NonZeroU64, bits: u32) -> u128 {
 ///
 /// ```
 /// use core::num::NonZeroU64;
-/// use model_core::excitation::quotient::whole;
-/// assert_eq!(whole(1 << 40, NonZeroU64::new(3).unwrap()), (1 << 40) / 3);
+/// use model_core::excitation::quotient::divide;
+/// assert_eq!(divide(1 << 40, NonZeroU64::new(3).unwrap()), (1 << 40) / 3);
 /// ```
 #[inline]
-pub const fn whole(dividend: u64, divisor: NonZeroU64) -> u64 {
+pub const fn divide(dividend: u64, divisor: NonZeroU64) -> u64 {
     let short = divisor.get() as u32;
     if dividend >> 32 == 0
         && divisor.get() >> 32 == 0
@@ -66,9 +66,9 @@ pub const fn saturating_product(a: u64, b: u64) -> u64 {
     a.saturating_mul(b)
 }
 
-/// The remainder of [`whole`].
-pub(super) const fn rest(dividend: u64, divisor: NonZeroU64) -> u64 {
-    dividend - whole(dividend, divisor) * divisor.get()
+/// The remainder of [`divide`].
+pub(super) const fn remainder(dividend: u64, divisor: NonZeroU64) -> u64 {
+    dividend - divide(dividend, divisor) * divisor.get()
 }
 
 #[cfg(test)]
@@ -93,8 +93,8 @@ mod tests {
             dividend: u64, divisor in 1..1u64 << 63, drops in (0..64u32, 0..63u32)
         ) {
             let (dividend, divisor) = (dividend >> drops.0, (divisor >> drops.1).max(1));
-            prop_assert_eq!(whole(dividend, NonZeroU64::new(divisor).unwrap()), dividend / divisor);
-            prop_assert_eq!(rest(dividend, NonZeroU64::new(divisor).unwrap()), dividend % divisor);
+            prop_assert_eq!(divide(dividend, NonZeroU64::new(divisor).unwrap()), dividend / divisor);
+            prop_assert_eq!(remainder(dividend, NonZeroU64::new(divisor).unwrap()), dividend % divisor);
         }
     }
 

@@ -2,7 +2,7 @@
 
 use super::{
     at_least_one, product,
-    quotient::{saturating_product, whole},
+    quotient::{divide, saturating_product},
     saturated,
 };
 use crate::control::units::{Angle, angle};
@@ -80,7 +80,7 @@ impl VariableStep<'_> {
     /// The command at a tick.
     pub fn command(&self, tick: u64) -> Angle {
         // The board's `usize` has 32 bits: an index that does not fit is beyond the last level.
-        let index = usize::try_from(whole(tick, self.dwell_ticks)).ok();
+        let index = usize::try_from(divide(tick, self.dwell_ticks)).ok();
         let level = index
             .and_then(|index| self.levels.get(index))
             .or(self.levels.last());

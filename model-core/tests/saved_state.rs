@@ -1,4 +1,4 @@
-//! An actuator that was turned to bytes and back goes on as if nothing had happened.
+//! An actuator restored from serialised bytes continues bit-exactly.
 #![cfg(feature = "serde")]
 
 use model_core::actuator::{Actuator, ModelKind, PlantKind, Settings};
@@ -12,7 +12,7 @@ fn any_settings() -> impl Strategy<Value = Settings> {
     (models, plants, 0.0..0.1).prop_map(|(model, plant, delay_s)| {
         let mut settings = Settings::new(model, plant);
         settings.setup.delay_s = delay_s;
-        // Noise draws from its stream: the stream has to be kept as well.
+        // Noise advances its stream, whose state must be saved too.
         settings.encoder.encoder_noise_deg = 0.1;
         settings
     })
@@ -28,7 +28,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
     #[test]
-    fn an_actuator_goes_on_from_its_bytes_to_the_last_bit(
+    fn a_restored_actuator_continues_bit_exactly(
         settings in any_settings(),
         before in 0_u64..1500,
         after in 1_u64..500,
@@ -44,7 +44,7 @@ proptest! {
     }
 
     #[test]
-    fn bytes_of_anything_else_are_refused_or_taken_but_never_panic(
+    fn arbitrary_bytes_never_panic(
         bytes in proptest::collection::vec(any::<u8>(), 0..400),
     ) {
         let _ = postcard::from_bytes::<Actuator>(&bytes);
@@ -52,7 +52,7 @@ proptest! {
 }
 
 #[test]
-fn a_delay_beyond_the_line_and_a_place_beyond_the_delay_are_refused() {
+fn a_delay_beyond_the_line_and_an_index_beyond_the_delay_are_refused() {
     let line = |delay: u64, oldest: u64| {
         let bytes = postcard::to_stdvec(&(3_u64, delay, false, oldest)).unwrap();
         postcard::from_bytes::<DelayLine<4>>(&bytes)
@@ -67,7 +67,7 @@ fn a_parameter_outside_its_range_is_refused() {
     let settings = Settings::new(ModelKind::BlackBox1, PlantKind::FirstOrder);
     let actuator = Actuator::try_new(&settings).unwrap();
     let mut bytes = postcard::to_stdvec(&actuator).unwrap();
-    // The tag of the model is one byte, the pole follows.
+    // The tag of the model is one byte, followed by the pole.
     bytes[1..9].copy_from_slice(&f64::NAN.to_le_bytes());
     assert!(postcard::from_bytes::<Actuator>(&bytes).is_err());
 }
