@@ -8,20 +8,18 @@
 //!
 //! When the loop is closed the command is the measured angle, whatever the source.
 
-pub mod bus;
 pub mod excitation;
 pub mod servo;
 
 use model_core::control::units::{Angle, held};
 
 use self::{
-    bus::CommandSettings,
     excitation::{Run, Running},
     servo::ServoPulse,
 };
 use crate::{
     interface::CommandSource,
-    parameters::BoardParameters,
+    parameters::{BoardParameters, CommandSettings},
     timing::{angle_per_period, periods},
 };
 

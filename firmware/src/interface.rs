@@ -10,7 +10,10 @@ use model_core::{
     sensors::adc::AdcCode,
 };
 
-use crate::faults::{Fault, FaultSet};
+use crate::{
+    faults::{Fault, FaultSet},
+    parameters::Parameter,
+};
 
 /// What was sampled for a control period.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -153,8 +156,8 @@ pub enum Refused {
     Source(CommandSource),
     /// These parameters change in [`BoardState::Disabled`] and [`BoardState::Fault`] only.
     NotWhileDriving,
-    /// This parameter, by its number, is out of its range or at odds with another.
-    Parameter(u8),
+    /// This parameter is out of its range or conflicts with another one.
+    Parameter(Parameter),
 }
 
 /// What the bridge shall do from the next PWM edge on.

@@ -1,122 +1,194 @@
-//! Everything of the board that can be set, in one typed set.
+//! Parameters of the board and values of objects: their storage, ranges and relations.
+//!
+//! [`generated`](self) structs and enums come from `object-dictionary.csv`, see
+//! [`crate::dictionary`]. A parameter has one field, in one group of [`BoardParameters`] or
+//! [`ObjectValues`]; the enums [`Parameter`] and [`ObjectValue`] name the fields for a bus and a
+//! flash memory, as 32-bit words.
 
-mod by_number;
-pub mod integers;
-mod motion;
-#[cfg(test)]
-mod tests;
+/// Implements an enum of the fields of a struct of groups, and access to the fields by it.
+macro_rules! entries {
+    (
+        $(#[doc = $doc:literal])+
+        $Entry:ident of $Values:ident {
+            $($Variant:ident: $group:ident.$field:ident as $ty:ident $(in $range:expr)?,)+
+        }
+    ) => {
+        $(#[doc = $doc])+
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        #[repr(u8)]
+        pub enum $Entry {
+            $(
+                #[doc = concat!("`", stringify!($group), ".", stringify!($field), "`.")]
+                $Variant,
+            )+
+        }
 
-use model_core::control::{cascade::Coefficients, parameters::ControlParameters};
+        impl $Entry {
+            /// All of them, in the order of their storage.
+            pub const ALL: &'static [Self] = &[$(Self::$Variant),+];
 
-pub use crate::{
-    command::{bus::CommandSettings, servo::ServoSettings},
-    protection::{
-        current::CurrentLimits, encoder::EncoderLimits, following::FollowingLimits,
-        stall::StallLimits, supply::SupplyLimits, temperature::TemperatureLimits,
-        timing::TimingLimits,
-    },
-};
-pub use by_number::{CONTROL, Meaning, Value, WORDS};
-pub use motion::{BusSettings, StopSettings};
+            /// Name and type of each field, in the same order.
+            pub const FIELDS: &'static [(&'static str, &'static str)] =
+                &[$((stringify!($field), stringify!($ty))),+];
+        }
 
-/// All parameters of the board.
-///
-/// The integers lie one behind the other in the order of their numbers, so that all of them are copied at once.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct BoardParameters {
-    /// Gains and limits of the control step.
-    pub control: Coefficients,
-    /// Quick stop.
-    pub stop: StopSettings,
-    /// Where commands come from.
-    pub command: CommandSettings,
-    /// What a servo pulse means.
-    pub servo: ServoSettings,
-    /// The CAN bus.
-    pub bus: BusSettings,
-    /// Protection: the encoder.
-    pub encoder: EncoderLimits,
-    /// Protection: the motor current.
-    pub current: CurrentLimits,
-    /// Protection: stall.
-    pub stall: StallLimits,
-    /// Protection: following error.
-    pub following: FollowingLimits,
-    /// Protection: the supply voltage.
-    pub supply: SupplyLimits,
-    /// Protection: temperature.
-    pub temperature: TemperatureLimits,
-    /// Protection: missed control periods and measurements.
-    pub timing: TimingLimits,
+        impl $Values {
+            /// The value of a field as a word: the bits of a REAL32, or an integer extended to 32
+            /// bits in two's complement.
+            pub fn word(&self, entry: $Entry) -> u32 {
+                match entry {
+                    $($Entry::$Variant => $crate::parameters::Word::word(self.$group.$field),)+
+                }
+            }
+
+            /// Sets a field to what [`Self::word`] returned; neither range nor relations are
+            /// checked.
+            pub fn set_word(&mut self, entry: $Entry, word: u32) {
+                match entry {
+                    $($Entry::$Variant => {
+                        self.$group.$field = $crate::parameters::Word::of_word(word);
+                    })+
+                }
+            }
+
+            /// Whether a field is in its range.
+            pub(crate) fn is_in_range(&self, entry: $Entry) -> bool {
+                match entry {
+                    $($Entry::$Variant => true $(&& ($range).contains(&self.$group.$field))?,)+
+                }
+            }
+
+            /// Checks the range of every field, then the relations between them.
+            ///
+            /// # Errors
+            /// The first field that is out of its range, or breaks a relation.
+            pub fn check(&self) -> Result<(), $Entry> {
+                let mut fields = $Entry::ALL.iter().copied();
+                match fields.find(|field| !self.is_in_range(*field)).or(self.broken_relation()) {
+                    Some(field) => Err(field),
+                    None => Ok(()),
+                }
+            }
+        }
+
+        impl Default for $Values {
+            fn default() -> Self {
+                Self::DEFAULT
+            }
+        }
+    };
 }
 
-impl BoardParameters {
-    /// The defaults, computed when the program is built: the board needs no floating point for them.
-    pub const DEFAULT: Self = Self {
-        control: match Coefficients::try_new(&ControlParameters::DEFAULT) {
-            Ok(coefficients) => coefficients,
-            Err(_) => panic!("a default is out of its range"),
-        },
-        stop: StopSettings::DEFAULT,
-        command: CommandSettings::DEFAULT,
-        servo: ServoSettings::DEFAULT,
-        bus: BusSettings::DEFAULT,
-        encoder: EncoderLimits::DEFAULT,
-        current: CurrentLimits::DEFAULT,
-        stall: StallLimits::DEFAULT,
-        following: FollowingLimits::DEFAULT,
-        supply: SupplyLimits::DEFAULT,
-        temperature: TemperatureLimits::DEFAULT,
-        timing: TimingLimits::DEFAULT,
-    };
+#[rustfmt::skip]
+mod generated;
+#[cfg(test)]
+pub(crate) mod tests;
 
-    /// Checks every integer against its range, and all against each other. Coefficients of the
-    /// control step cannot be out of theirs.
-    ///
-    /// | rule | because |
-    /// |---|---|
-    /// | `pulse_min_us` < `pulse_centre_us` < `pulse_max_us` | angles are shares of both halves |
-    /// | `bit_rate_kbit_s` is 500 or 1000 | the timing of the bits is made for these |
-    /// | `under_voltage_mv` < `over_voltage_mv` | some voltage has to be right |
-    /// | `continuous_ma` <= `over_current_ma` | what is borne for ever must be allowed |
-    ///
-    /// # Errors
-    /// The number of the first parameter that is not possible.
-    pub fn check(&self) -> Result<(), u8> {
-        if let Some(number) = self.out_of_range() {
-            return Err(number);
-        }
-        let servo = &self.servo;
-        let is_ordered = servo.pulse_min_us < servo.pulse_centre_us
-            && servo.pulse_centre_us < servo.pulse_max_us;
-        let rules = [
-            (is_ordered, PULSE_CENTRE),
-            (matches!(self.bus.bit_rate_kbit_s, 500 | 1000), BIT_RATE),
-            (
-                self.supply.under_voltage_mv < self.supply.over_voltage_mv,
-                UNDER_VOLTAGE,
-            ),
-            (
-                self.current.continuous_ma <= self.current.over_current_ma,
-                CONTINUOUS,
-            ),
-        ];
-        match rules.into_iter().find(|(holds, _)| !holds) {
-            Some((_, number)) => Err(number),
-            None => Ok(()),
-        }
+use model_core::control::{cascade::Coefficients, parameters::ControlParameters};
+use model_core::parameter::Parameters;
+
+pub use generated::*;
+
+/// Control parameters, by row of the table of [`ControlParameters`].
+pub const CONTROL: usize = ControlParameters::TABLE.len();
+
+/// The coefficients of the default control parameters, computed when the program is built: the
+/// board needs no 64-bit floating point for them.
+const CONTROL_DEFAULT: Coefficients = match Coefficients::try_new(&ControlParameters::DEFAULT) {
+    Ok(coefficients) => coefficients,
+    Err(_) => panic!("a default is out of its range"),
+};
+
+/// A number as a 32-bit word.
+trait Word: Copy {
+    /// The word of this number.
+    fn word(self) -> u32;
+    /// The number of this word.
+    fn of_word(word: u32) -> Self;
+}
+
+macro_rules! integer_words {
+    ($($Integer:ident)+) => {
+        $(impl Word for $Integer {
+            fn word(self) -> u32 {
+                self as u32
+            }
+
+            fn of_word(word: u32) -> Self {
+                word as Self
+            }
+        })+
+    };
+}
+
+integer_words!(u8 i8 u16 i16 u32 i32);
+
+impl Word for f32 {
+    fn word(self) -> u32 {
+        self.to_bits()
+    }
+
+    fn of_word(word: u32) -> Self {
+        Self::from_bits(word)
     }
 }
 
-// Numbers that the rules name; a test holds them to their names.
-const PULSE_CENTRE: u8 = 21;
-const BIT_RATE: u8 = 26;
-const CONTINUOUS: u8 = 36;
-const UNDER_VOLTAGE: u8 = 44;
+impl BoardParameters {
+    /// Writes all parameters as words: the control parameters, then [`Parameter::ALL`].
+    ///
+    /// A default of double precision is stored in single precision and restored unchanged.
+    pub fn write_words<'a>(&self, words: &mut impl Iterator<Item = &'a mut u32>) {
+        for row in 0..CONTROL {
+            let value = self.control.get(row).unwrap_or(0.0);
+            put(words, value.to_bits());
+        }
+        for parameter in Parameter::ALL {
+            put(words, self.word(*parameter));
+        }
+    }
 
-impl Default for BoardParameters {
-    fn default() -> Self {
-        Self::DEFAULT
+    /// Reads what [`Self::write_words`] wrote; `None` if a parameter is out of its range or breaks
+    /// a relation.
+    pub fn read_words(words: &mut impl Iterator<Item = u32>) -> Option<Self> {
+        let mut parameters = Self::DEFAULT;
+        for row in 0..CONTROL {
+            let value = f32::from_bits(words.next()?);
+            parameters.control.set(row, value).then_some(())?;
+        }
+        for parameter in Parameter::ALL {
+            parameters.set_word(*parameter, words.next()?);
+        }
+        parameters.check().is_ok().then_some(parameters)
+    }
+
+    /// Whether both have the same parameters beside those of the control step.
+    pub fn differs_in_control_only(&self, other: &Self) -> bool {
+        let control = self.control;
+        *self == Self { control, ..*other }
+    }
+}
+
+impl ObjectValues {
+    /// Writes all values as words, in the order of [`ObjectValue::ALL`].
+    pub fn write_words<'a>(&self, words: &mut impl Iterator<Item = &'a mut u32>) {
+        for value in ObjectValue::ALL {
+            put(words, self.word(*value));
+        }
+    }
+
+    /// Reads what [`Self::write_words`] wrote; `None` if a value is out of its range or breaks a
+    /// relation.
+    pub fn read_words(words: &mut impl Iterator<Item = u32>) -> Option<Self> {
+        let mut values = Self::DEFAULT;
+        for value in ObjectValue::ALL {
+            values.set_word(*value, words.next()?);
+        }
+        values.check().is_ok().then_some(values)
+    }
+}
+
+fn put<'a>(words: &mut impl Iterator<Item = &'a mut u32>, value: u32) {
+    if let Some(word) = words.next() {
+        *word = value;
     }
 }

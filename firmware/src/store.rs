@@ -1,41 +1,48 @@
-//! Parameters in flash, so that a loss of power at any moment leaves the old set or the new one.
+//! Parameters in flash; a loss of power at any moment leaves the previous or the new set.
 //!
-//! Two pages take turns. A page holds one set:
+//! Two pages are written in turn. A page holds one set:
 //!
 //! | offset | word |
 //! |---|---|
-//! | 0 | magic and version of the layout |
+//! | 0 | hash of the layout, [`layout_hash`] |
 //! | 4 | sequence number, one more than that of the other page |
-//! | 8 | the parameters |
-//! | behind them | CRC-32 (ISO-HDLC) of all words before, their bytes little endian |
+//! | 8 | the set |
+//! | last word | CRC-32 (ISO-HDLC) of all words before it, little endian |
 //!
-//! A save erases the page that does not hold the newest set, then writes the words in order, the
-//! CRC last, then reads all of it back. Until the CRC stands, the page is not valid, and the other
-//! one is as it was. Whatever a page holds after a loss of power, it is valid only if its CRC is;
-//! half-written words and half-erased pages fail it as they would any page.
+//! A save erases the page that does not hold the newest set, writes the words in order, the CRC
+//! last, and reads all of them back. The page is invalid until its CRC is complete, and the other
+//! page is unchanged. Words and pages that a loss of power left half written or half erased fail
+//! the CRC.
 //!
-//! [`load`] reads both pages when the board starts; [`Saver`] writes one, a word in each call.
+//! The layout hash covers name and type of every word in order. A page whose layout differs, as
+//! after an update of the program with other parameters, is refused like a corrupt page: the
+//! defaults are used and the origin is [`Origin::DefaultsInsteadOfCorrupt`]. It has no origin of
+//! its own, because a damaged hash looks the same and the remedy is the same: check the
+//! parameters and save them again.
+//!
+//! [`load`] reads both pages at start-up; [`Saver`] writes one, a word in each call.
 
 mod flash;
+mod layout;
 mod page;
 mod saver;
 #[cfg(test)]
 mod tests;
 
 pub use flash::{Flash, Page, Status};
+pub use layout::{Field, layout_hash};
 pub use saver::{Progress, SaveError, Saver};
 
 use core::fmt::Debug;
 
-use crate::parameters::BoardParameters;
 use page::{Content, Image};
 
-/// A set of values that a page keeps.
+/// A set of values that is stored in a page.
 pub trait Stored: Copy + PartialEq + Debug {
-    /// What a page of it begins with: what it is, and the version of its layout.
-    const MAGIC: u32;
+    /// The hash of its layout, the first word of a page.
+    const LAYOUT: u32;
 
-    /// What serves where nothing is stored.
+    /// The set that is used if none is stored.
     const DEFAULT: Self;
 
     /// All words of a page: [`EDGES`] more than the set has.
@@ -44,20 +51,20 @@ pub trait Stored: Copy + PartialEq + Debug {
     /// A page of zeros.
     const ZEROS: Self::Page;
 
-    /// Writes the set's words.
+    /// Writes the words of the set.
     fn write(&self, words: &mut [u32]);
 
-    /// The set of these words; `None` where it is not possible as a whole.
+    /// The set of these words; `None` if they are no valid set.
     fn read(words: &[u32]) -> Option<Self>;
 }
 
-/// Words of a page beside its set: magic, sequence number and CRC.
+/// Words of a page beside its set: layout hash, sequence number and CRC.
 pub const EDGES: usize = 3;
 
 /// What the flash holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Loaded<S = BoardParameters> {
-    /// The newest set that is valid, or the defaults.
+pub struct Loaded<S> {
+    /// The newest valid set, or the defaults.
     pub parameters: S,
     /// Where they come from.
     pub origin: Origin,
@@ -78,37 +85,12 @@ pub enum Origin {
     Stored,
     /// The flash is empty: nothing was ever stored.
     Defaults,
-    /// The flash holds something, but no valid set: the defaults serve.
+    /// The flash is not empty, but holds no valid set of this layout: the defaults are used.
     DefaultsInsteadOfCorrupt,
 }
 
-/// Reads the newest valid set.
-///
-/// Call it while the flash is not busy.
-pub fn load(flash: &impl Flash) -> Loaded {
-    load_set(flash)
-}
-
-/// The words with which the first page begins once a set has been saved for the first time: a programmer can put them
-/// there, and the board starts with that set.
-///
-/// ```
-/// use firmware::{parameters::BoardParameters, store};
-/// struct Flash(Vec<u32>);
-/// impl store::Flash for Flash {
-///     fn start_erase(&mut self, _: store::Page) {}
-///     fn start_program(&mut self, _: store::Page, _: u16, _: u32) {}
-///     fn status(&mut self) -> store::Status { store::Status::Ready }
-///     fn read(&self, page: store::Page, offset: u16) -> u32 {
-///         let words = if page == store::Page::First { self.0.as_slice() } else { &[] };
-///         words.get(usize::from(offset / 4)).copied().unwrap_or(u32::MAX)
-///     }
-/// }
-/// let mut parameters = BoardParameters::DEFAULT;
-/// parameters.bus.node_id = 42;
-/// let flash = Flash(store::first_page(&parameters).to_vec());
-/// assert_eq!(store::load(&flash).parameters.bus.node_id, 42);
-/// ```
+/// The words of the first page after the first save: a programmer can write them, and the board
+/// starts with this set.
 #[must_use]
 pub fn first_page<S: Stored>(set: &S) -> S::Page {
     let mut image = Image::blank();
@@ -116,8 +98,8 @@ pub fn first_page<S: Stored>(set: &S) -> S::Page {
     image.into_words()
 }
 
-/// As [`load`], of any kind of set.
-pub fn load_set<S: Stored>(flash: &impl Flash) -> Loaded<S> {
+/// Reads the newest valid set. Must not be called while the flash is busy.
+pub fn load<S: Stored>(flash: &impl Flash) -> Loaded<S> {
     let content = |page| Image::<S>::read(flash, page).content();
     let pages = (content(Page::First), content(Page::Second));
     let newest = match pages {
@@ -131,7 +113,7 @@ pub fn load_set<S: Stored>(flash: &impl Flash) -> Loaded<S> {
         parameters: stored.unwrap_or(S::DEFAULT),
         origin: match pages {
             _ if stored.is_some() => Origin::Stored,
-            // The first save of all may have lost its power.
+            // The very first save may have been cut off by a loss of power.
             (Content::Empty | Content::Unfinished, Content::Empty) => Origin::Defaults,
             _ => Origin::DefaultsInsteadOfCorrupt,
         },

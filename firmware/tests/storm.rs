@@ -6,7 +6,7 @@ use canopen::CanFrame;
 use embedded_can::Frame;
 use firmware::application::{BoardState, Samples, Start};
 use firmware::dictionary::DICTIONARY;
-use firmware::drive::{Device, Set};
+use firmware::drive::{Device, StoredParameters};
 use model_core::control::encoder_word::{EncoderCount, EncoderWord, Magnet};
 use proptest::prelude::Rng;
 use proptest::test_runner::{RngAlgorithm, TestRng};
@@ -168,7 +168,7 @@ fn no_storm_of_frames_breaks_the_device_or_its_parameters() {
         // A device that LSS has left without a node-ID lives anew.
         let mut buffer = [0; 400];
         let mut board = Board {
-            device: Device::new(Set::defaults(), Start::default(), &mut buffer, 0),
+            device: Device::new(StoredParameters::DEFAULT, Start::default(), &mut buffer, 0),
             now_us: 0,
             writing: 0,
             saves: 0,

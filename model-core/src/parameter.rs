@@ -95,6 +95,37 @@ pub trait Parameters: Clone + Default {
     }
 }
 
+/// The row of the parameter of this name, for constant expressions.
+///
+/// ```
+/// use model_core::control::parameters::ControlParameters;
+/// const GAIN: usize = ControlParameters::row("integral_gain");
+/// assert_eq!(GAIN, 2);
+/// ```
+///
+/// # Panics
+/// The table has no such parameter; in a constant expression that is an error of the compiler.
+pub const fn row(table: &[Parameter], name: &str) -> usize {
+    let mut row = 0;
+    while row < table.len() {
+        if is_equal(table[row].name.as_bytes(), name.as_bytes()) {
+            return row;
+        }
+        row += 1;
+    }
+    panic!("no parameter has this name")
+}
+
+const fn is_equal(mut a: &[u8], mut b: &[u8]) -> bool {
+    while let ([first_a, rest_a @ ..], [first_b, rest_b @ ..]) = (a, b) {
+        if *first_a != *first_b {
+            return false;
+        }
+        (a, b) = (rest_a, rest_b);
+    }
+    a.is_empty() && b.is_empty()
+}
+
 /// Reason for which a parameter value is refused.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ParameterError {

@@ -1,17 +1,132 @@
 //! The files of the actuator's board.
 
-use crate::{Device, ParseError, eds, markdown, parse, table};
+use model_core::control::parameters::ControlParameters;
+use model_core::parameter::Parameters;
 
-/// The source, from the root of the repository.
-pub const SOURCE: &str = "firmware/object-dictionary.csv";
+use crate::parse::Declared;
+use crate::{Device, Group, ParseError, Place, Row, eds, markdown, parse, storage, table};
 
-/// Paths from the root of the repository, and what stands there.
+/// The source.
+const SOURCE: &str = include_str!("../../../firmware/object-dictionary.csv");
+
+/// The groups of stored fields: path, type and content.
+const GROUPS: [Group; 16] = [
+    Group::new(
+        Place::Parameters,
+        "command",
+        "CommandSettings",
+        "Source of the commands, and how long a command is valid.",
+    ),
+    Group::new(
+        Place::Parameters,
+        "servo",
+        "ServoSettings",
+        "Angle of a servo pulse.",
+    ),
+    Group::new(
+        Place::Parameters,
+        "encoder",
+        "EncoderLimits",
+        "Protection: the encoder.",
+    ),
+    Group::new(
+        Place::Parameters,
+        "current",
+        "CurrentLimits",
+        "Protection: the motor current.",
+    ),
+    Group::new(
+        Place::Parameters,
+        "stall",
+        "StallLimits",
+        "Protection: stall.",
+    ),
+    Group::new(
+        Place::Parameters,
+        "following",
+        "FollowingLimits",
+        "Protection: the following error.",
+    ),
+    Group::new(
+        Place::Parameters,
+        "supply",
+        "SupplyLimits",
+        "Protection: the supply voltage.",
+    ),
+    Group::new(
+        Place::Parameters,
+        "temperature",
+        "TemperatureLimits",
+        "Protection: the temperature.",
+    ),
+    Group::new(
+        Place::Parameters,
+        "timing",
+        "TimingLimits",
+        "Protection: missed control periods and measurements.",
+    ),
+    Group::new(Place::Parameters, "stop", "StopSettings", "Quick stop."),
+    Group::new(Place::Parameters, "bus", "BusSettings", "The CAN bus."),
+    Group::new(
+        Place::Values,
+        "model",
+        "ModelSettings",
+        "The motor model that runs beside the motor.",
+    ),
+    Group::new(
+        Place::Values,
+        "excitation",
+        "ExcitationSettings",
+        "The excitation that the board runs on request.",
+    ),
+    Group::new(
+        Place::Values,
+        "capture",
+        "CaptureObjects",
+        "Signals and trigger of a capture.",
+    ),
+    Group::new(
+        Place::Values,
+        "failsafe",
+        "FailsafeSettings",
+        "Reaction to the loss of the master.",
+    ),
+    Group::new(
+        Place::Values,
+        "profile",
+        "ProfileSettings",
+        "Settings of the drive profile CiA 402.",
+    ),
+];
+
+/// The entries of the board's object dictionary.
 ///
 /// # Errors
 ///
-/// What is wrong in the source.
-pub fn files(source: &str) -> Result<[(&'static str, String); 3], ParseError> {
-    let rows = parse(source)?;
+/// The first line of the source that is wrong, and why.
+pub fn rows() -> Result<Vec<Row>, ParseError> {
+    parse(SOURCE, &control_parameter)
+}
+
+/// What `model-core` declares of a control parameter.
+fn control_parameter(name: &str) -> Option<Declared> {
+    let table = ControlParameters::TABLE.iter();
+    let parameter = table.clone().find(|parameter| parameter.name == name)?;
+    let is_bounded = parameter.min.is_finite() && parameter.max.is_finite();
+    Some(Declared {
+        default: parameter.default as f32,
+        limits: is_bounded.then(|| (parameter.min.to_string(), parameter.max.to_string())),
+        unit: parameter.unit.to_string(),
+    })
+}
+
+/// Paths from the root of the repository, and the content of each file.
+///
+/// # Errors
+///
+/// Those of [`rows`].
+pub fn files() -> Result<[(&'static str, String); 4], ParseError> {
+    let rows = rows()?;
     let device = Device {
         file: "smart-actuator.eds".into(),
         description: "Smart RC-servo actuator: CiA 402 drive with capture and excitation".into(),
@@ -21,6 +136,10 @@ pub fn files(source: &str) -> Result<[(&'static str, String); 3], ParseError> {
     };
     Ok([
         ("firmware/src/dictionary/table.rs", table(&rows)),
+        (
+            "firmware/src/parameters/generated.rs",
+            storage(&GROUPS, &rows),
+        ),
         ("docs/smart-actuator.eds", eds(&device, &rows)),
         (
             "docs/object-dictionary.md",

@@ -1,4 +1,4 @@
-//! Makes what comes from the object dictionary of the actuator's board:
+//! Writes the files that are generated from the object dictionary of the actuator's board:
 //!
 //! ```text
 //! cargo run -p canopen-generator
@@ -10,8 +10,7 @@ use std::path::Path;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    let source = fs::read_to_string(root.join(canopen_generator::actuator::SOURCE))?;
-    for (path, text) in canopen_generator::actuator::files(&source)? {
+    for (path, text) in canopen_generator::actuator::files()? {
         fs::write(root.join(path), text)?;
         println!("{path}");
     }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::row::{Default, Flag, Row};
+use crate::row::{Default, Flag, Relation, Row};
 
 /// Markdown: one table for each area of the dictionary.
 #[must_use]
@@ -70,8 +70,21 @@ fn remark(row: &Row) -> String {
     if row.flag == Flag::Locked {
         remarks.push("not while the drive is enabled".to_string());
     }
-    if let Some((index, sub)) = row.not_above {
-        remarks.push(format!("not above {index:04X}h:{sub:02X}"));
+    match &row.relation {
+        Some(Relation::Below((index, sub))) => {
+            remarks.push(format!("below {index:04X}h:{sub:02X}"));
+        }
+        Some(Relation::NotAbove((index, sub))) => {
+            remarks.push(format!("not above {index:04X}h:{sub:02X}"));
+        }
+        Some(Relation::OneOf(values)) => {
+            let values: Vec<_> = values.iter().map(i32::to_string).collect();
+            remarks.push(format!("one of {}", values.join(" and ")));
+        }
+        None => {}
+    }
+    if !row.meaning.is_empty() {
+        remarks.insert(0, row.meaning.clone());
     }
     remarks.join("; ")
 }

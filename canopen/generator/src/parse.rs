@@ -1,62 +1,102 @@
-//! From CSV to rows.
+//! From the CSV file to its entries.
 
-use crate::row::{Access, Default, Flag, Kind, Row};
+use serde::Deserialize;
+
+use crate::row::{Access, Default, Flag, Kind, Place, Relation, Row, ValuePath};
 
 /// What is wrong in the file.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ParseError {
-    /// The first line is another.
-    #[error("line 1: expected the columns {HEADER}")]
-    Header,
-    /// A line has another number of fields.
-    #[error("line {0}: expected {COLUMNS} fields without quotes, found {1}")]
-    Fields(usize, usize),
+    /// The file is not a CSV file with the expected columns.
+    #[error("{0}")]
+    Csv(String),
     /// A field cannot be read.
     #[error("line {line}: {column} is \"{found}\", expected {expected}")]
     Field {
         /// Line of the file, from 1.
-        line: usize,
+        line: u64,
         /// Name of the column.
         column: &'static str,
-        /// What stands there.
+        /// Content of the field.
         found: String,
-        /// What should.
+        /// What it should contain.
         expected: &'static str,
     },
-    /// Entries are not sorted, or one stands there twice.
+    /// Entries are not sorted, or an address stands twice.
     #[error("line {0}: the entry does not come after the one before it")]
-    Order(usize),
+    Order(u64),
 }
 
-const HEADER: &str = "index,sub,object,entry,type,access,pdo,default,min,max,unit,flags,not_above";
-const COLUMNS: usize = 13;
+/// One line of the file.
+#[derive(Deserialize)]
+struct Record {
+    index: String,
+    sub: String,
+    object: String,
+    entry: String,
+    r#type: String,
+    access: String,
+    pdo: String,
+    default: String,
+    min: String,
+    max: String,
+    unit: String,
+    flags: String,
+    relation: String,
+    value: String,
+    meaning: String,
+    source: String,
+}
 
-/// Reads the file.
+/// Default, limits and unit of a value that is declared elsewhere.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Declared {
+    /// Default.
+    pub default: f32,
+    /// Smallest and largest value, if both are finite.
+    pub limits: Option<(String, String)>,
+    /// Unit; `1` for none.
+    pub unit: String,
+}
+
+/// Reads the file; `control` knows the control parameters by name.
 ///
 /// # Errors
 ///
 /// The first line that is wrong, and why.
 ///
 /// ```
-/// let text = "index,sub,object,entry,type,access,pdo,default,min,max,unit,flags,not_above\n\
-///             0x6064,,Position,Position,i32,ro,x,0,,,mdeg,,\n";
-/// assert_eq!(canopen_generator::parse(text).map(|rows| rows[0].index), Ok(0x6064));
+/// let text = "index,sub,object,entry,type,access,pdo,default,min,max,unit,flags,relation,value,meaning,source\n\
+///             0x6064,,Position,Position,i32,ro,x,0,,,mdeg,,,measured.position,,\n";
+/// let rows = canopen_generator::parse(text, &|_| None).unwrap();
+/// assert_eq!(rows[0].index, 0x6064);
 /// ```
-pub fn parse(text: &str) -> Result<Vec<Row>, ParseError> {
-    let mut lines = (1..).zip(text.lines());
-    if lines.next().is_none_or(|(_, header)| header != HEADER) {
-        return Err(ParseError::Header);
-    }
+pub fn parse(
+    text: &str,
+    control: &dyn Fn(&str) -> Option<Declared>,
+) -> Result<Vec<Row>, ParseError> {
     let mut rows: Vec<Row> = Vec::new();
-    for (line, text) in lines {
-        let row = Fields::new(line, text)?.row()?;
-        let key = |row: &Row| (row.index, row.sub_index());
-        if rows.last().is_some_and(|last| key(last) >= key(&row)) {
-            return Err(ParseError::Order(line));
+    let mut reader = csv::Reader::from_reader(text.as_bytes());
+    let headers = reader.headers().map_err(csv_error)?.clone();
+    for record in reader.records() {
+        let record = record.map_err(csv_error)?;
+        let line = record.position().map_or(0, csv::Position::line);
+        let record: Record = record.deserialize(Some(&headers)).map_err(csv_error)?;
+        let line = Line { line, record };
+        let row = line.row(control, &rows)?;
+        if rows
+            .last()
+            .is_some_and(|last| last.address() >= row.address())
+        {
+            return Err(ParseError::Order(line.line));
         }
         rows.push(row);
     }
     Ok(rows)
+}
+
+fn csv_error(error: csv::Error) -> ParseError {
+    ParseError::Csv(error.to_string())
 }
 
 /// An integer, hexadecimal after `0x`.
@@ -67,29 +107,19 @@ pub(crate) fn integer(text: &str) -> Option<i128> {
     }
 }
 
-struct Fields<'a> {
-    line: usize,
-    fields: [&'a str; COLUMNS],
+struct Line {
+    line: u64,
+    record: Record,
 }
 
-impl<'a> Fields<'a> {
-    fn new(line: usize, text: &'a str) -> Result<Self, ParseError> {
-        let fields: Vec<_> = text.split(',').collect();
-        let count = fields.len();
-        let fields = fields.try_into().ok().filter(|_| !text.contains('"'));
-        fields
-            .map(|fields| Self { line, fields })
-            .ok_or(ParseError::Fields(line, count))
-    }
-
-    /// A field, read by `read`.
-    fn get<T>(
+impl Line {
+    /// Reads the field `found` of a column by `read`.
+    fn get<'a, T>(
         &self,
-        (at, column): (usize, &'static str),
+        (column, found): (&'static str, &'a str),
         expected: &'static str,
         read: impl FnOnce(&'a str) -> Option<T>,
     ) -> Result<T, ParseError> {
-        let found = self.fields[at];
         read(found).ok_or_else(|| ParseError::Field {
             line: self.line,
             column,
@@ -98,55 +128,131 @@ impl<'a> Fields<'a> {
         })
     }
 
-    fn row(&self) -> Result<Row, ParseError> {
+    fn row(
+        &self,
+        control: &dyn Fn(&str) -> Option<Declared>,
+        before: &[Row],
+    ) -> Result<Row, ParseError> {
+        let r = &self.record;
         let number = |text: &str| integer(text).and_then(|value| u16::try_from(value).ok());
         let name = |text: &str| (!text.is_empty()).then(|| text.to_string());
         let kind = self.get(
-            (4, "type"),
+            ("type", &r.r#type),
             "u8 to u64, i8 to i64, f32, str or dom",
             Kind::from_name,
         )?;
-        Ok(Row {
-            index: self.get((0, "index"), "an index such as 0x6041", number)?,
-            sub: self.get((1, "sub"), "nothing, or 0 to 254", |text| match text {
+        let mut row = Row {
+            index: self.get(("index", &r.index), "an index such as 0x6041", number)?,
+            sub: self.get(("sub", &r.sub), "nothing, or 0 to 254", |text| match text {
                 "" => Some(None),
                 digits => digits.parse().ok().filter(|sub| *sub < 255).map(Some),
             })?,
-            object: self.get((2, "object"), "a name", name)?,
-            entry: self.get((3, "entry"), "a name", name)?,
+            object: self.get(("object", &r.object), "a name", name)?,
+            entry: self.get(("entry", &r.entry), "a name", name)?,
             kind,
-            access: self.get((5, "access"), "const, ro, wo, rw or rww", Access::from_name)?,
-            mappable: self.get((6, "pdo"), "nothing or x", |text| match text {
+            access: self.get(
+                ("access", &r.access),
+                "const, ro, wo, rw or rww",
+                Access::from_name,
+            )?,
+            mappable: self.get(("pdo", &r.pdo), "nothing or x", |text| match text {
                 "" => Some(false),
                 "x" => Some(true),
                 _ => None,
             })?,
-            default: self.get((7, "default"), "a value of the type", |text| {
+            default: self.get(("default", &r.default), "a value of the type", |text| {
                 default(text, kind)
             })?,
             limits: self.limits(kind)?,
-            unit: self.fields[10].to_string(),
+            unit: r.unit.clone(),
             flag: self.get(
-                (11, "flags"),
-                "nothing, fixed or locked",
+                ("flags", &r.flags),
+                "nothing, fixed, locked or hook",
                 |text| match text {
                     "" => Some(Flag::None),
                     "fixed" => Some(Flag::Fixed),
                     "locked" => Some(Flag::Locked),
+                    "hook" => Some(Flag::Hook),
                     _ => None,
                 },
             )?,
-            not_above: self.get((12, "not_above"), "nothing, or as 0x607D:2", address)?,
-        })
+            relation: self.get(
+                ("relation", &r.relation),
+                "nothing, or as <=0x607D:2, <0x607D:2 or in 1 2",
+                relation,
+            )?,
+            value: None,
+            meaning: r.meaning.clone(),
+            source: r.source.clone(),
+        };
+        self.place(&mut row, control, before)?;
+        Ok(row)
+    }
+
+    /// Sets the path of the value, and what is declared elsewhere.
+    fn place(
+        &self,
+        row: &mut Row,
+        control: &dyn Fn(&str) -> Option<Declared>,
+        before: &[Row],
+    ) -> Result<(), ParseError> {
+        let text = ("value", self.record.value.as_str());
+        // The server of the crate `canopen` holds the communication objects and all constants.
+        let is_served = row.index < 0x2000
+            || row.access == Access::Const
+            || row.flag == Flag::Fixed
+            || row.kind == Kind::Domain;
+        let Some(path) = self.get(text, "the path of a value", |text| match text {
+            "" if is_served => Some(None),
+            text => ValuePath::from_text(text).map(Some),
+        })?
+        else {
+            return Ok(());
+        };
+        let declaration = before.iter().find(|row| row.value.as_ref() == Some(&path));
+        let declared = match (path.place, declaration) {
+            (Place::Control, _) => {
+                let declared = self.get(text, "a control parameter", |_| control(&path.field))?;
+                Some((
+                    match declared.default.is_finite() {
+                        true => Default::Real(declared.default),
+                        false => Default::None,
+                    },
+                    declared.limits,
+                    if declared.unit == "1" {
+                        String::new()
+                    } else {
+                        declared.unit
+                    },
+                ))
+            }
+            (Place::Parameters | Place::Values, Some(first)) => Some((
+                first.default.clone(),
+                first.limits.clone(),
+                first.unit.clone(),
+            )),
+            _ => None,
+        };
+        if let Some(declared) = declared {
+            let is_repeated = row.default != Default::None || row.limits.is_some();
+            let expected = "nothing: the value is declared elsewhere";
+            self.get(("default", &self.record.default), expected, |_| {
+                (!is_repeated).then_some(())
+            })?;
+            (row.default, row.limits, row.unit) = declared;
+        }
+        row.value = Some(path);
+        Ok(())
     }
 
     fn limits(&self, kind: Kind) -> Result<Option<(String, String)>, ParseError> {
         let allowed = |text: &str| text.is_empty() || default(text, kind).is_some();
-        let read = |text: &'a str| allowed(text).then_some(text);
-        let low = self.get((8, "min"), "a value of the type", read)?;
-        let high = self.get((9, "max"), "a value of the type", read)?;
+        let read = |text| Some(text).filter(|text: &&str| allowed(text));
+        let low = self.get(("min", &self.record.min), "a value of the type", read)?;
+        let max = ("max", self.record.max.as_str());
+        let high = self.get(max, "a value of the type", read)?;
         if low.is_empty() != high.is_empty() {
-            return self.get((9, "max"), "both limits or none", |_| None);
+            return self.get(max, "both limits or none", |_| None);
         }
         Ok((!low.is_empty()).then(|| (low.to_string(), high.to_string())))
     }
@@ -177,45 +283,92 @@ fn default(text: &str, kind: Kind) -> Option<Default> {
     }
 }
 
-fn address(text: &str) -> Option<Option<(u16, u8)>> {
+fn relation(text: &str) -> Option<Option<Relation>> {
     if text.is_empty() {
         return Some(None);
     }
+    Some(Some(if let Some(upper) = text.strip_prefix("<=") {
+        Relation::NotAbove(address(upper)?)
+    } else if let Some(upper) = text.strip_prefix('<') {
+        Relation::Below(address(upper)?)
+    } else {
+        let values = text.strip_prefix("in ")?.split(' ');
+        Relation::OneOf(
+            values
+                .map(|value| value.parse().ok())
+                .collect::<Option<_>>()?,
+        )
+    }))
+}
+
+fn address(text: &str) -> Option<(u16, u8)> {
     let (index, sub) = text.split_once(':').unwrap_or((text, "0"));
-    Some(Some((integer(index)?.try_into().ok()?, sub.parse().ok()?)))
+    Some((integer(index)?.try_into().ok()?, sub.parse().ok()?))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    const HEADER: &str = "index,sub,object,entry,type,access,pdo,default,min,max,unit,flags,\
+                          relation,value,meaning,source";
+
     fn error(line: &str) -> String {
-        parse(&format!("{HEADER}\n{line}\n"))
-            .map_or_else(|error| error.to_string(), |_| "none".into())
+        let text = format!("{HEADER}\n{line}\n");
+        parse(&text, &|_| None).map_or_else(|error| error.to_string(), |_| "none".into())
     }
 
     #[test]
-    fn what_is_wrong_is_told_with_line_and_column() {
-        assert_eq!(error("0x2000,,A,B,u8,rw,,0,,,,,"), "none");
-        assert_eq!(
-            error("0x2000,,A"),
-            "line 2: expected 13 fields without quotes, found 3"
+    fn an_error_names_line_and_column() {
+        assert_eq!(error("0x2000,,A,B,u8,rw,,0,,,,,,command.a,,"), "none");
+        assert!(
+            error("0x2000,,A").contains("line: 2"),
+            "{}",
+            error("0x2000,,A")
         );
         assert_eq!(
-            error("0x2000,,A,B,u8,rw,,256,,,,,"),
+            error("0x2000,,A,B,u8,rw,,256,,,,,,command.a,,"),
             "line 2: default is \"256\", expected a value of the type"
         );
         assert_eq!(
-            error("0x2000,,A,B,u9,rw,,0,,,,,"),
+            error("0x2000,,A,B,u9,rw,,0,,,,,,command.a,,"),
             "line 2: type is \"u9\", expected u8 to u64, i8 to i64, f32, str or dom"
         );
         assert_eq!(
-            error("0x2000,,A,B,u8,rw,,0,1,,,,"),
+            error("0x2000,,A,B,u8,rw,,0,1,,,,,command.a,,"),
             "line 2: max is \"\", expected both limits or none"
         );
         assert_eq!(
-            error("0x2000,,A,B,u8,rw,,0,,,,,\n0x2000,,A,B,u8,rw,,0,,,,,"),
+            error("0x2000,,A,B,u8,rw,,0,,,,,,command.a,,\n0x2000,,A,B,u8,rw,,0,,,,,,command.a,,"),
             "line 3: the entry does not come after the one before it"
+        );
+        assert_eq!(
+            error("0x2000,,A,B,u8,rw,,0,,,,,,,,"),
+            "line 2: value is \"\", expected the path of a value"
+        );
+        assert_eq!(
+            error("0x2000,,A,B,f32,rw,,,,,,,,control.none,,"),
+            "line 2: value is \"control.none\", expected a control parameter"
+        );
+    }
+
+    #[test]
+    fn a_second_address_of_a_value_takes_default_limits_and_unit_from_the_first() {
+        let first = "0x2000,,A,B,i32,rw,,5,0,9,mA,,,parameters.a.b,,";
+        let lines = |second: &str| format!("{HEADER}\n{first}\n{second}\n");
+        let rows = parse(
+            &lines("0x2001,,A,B,u32,rw,,,,,,,,parameters.a.b,,"),
+            &|_| None,
+        );
+        let row = &rows.expect("valid")[1];
+        assert_eq!(row.default, Default::Integer(5, "5".into()));
+        assert_eq!(row.limits, Some(("0".into(), "9".into())));
+        assert_eq!((row.unit.as_str(), row.kind), ("mA", Kind::U32));
+        assert_eq!(
+            error(&format!(
+                "{first}\n0x2001,,A,B,u32,rw,,6,,,,,,parameters.a.b,,"
+            )),
+            "line 3: default is \"6\", expected nothing: the value is declared elsewhere"
         );
     }
 
@@ -233,5 +386,7 @@ mod tests {
         assert_eq!(default("0.5", Kind::F32), Some(Default::Real(0.5)));
         assert_eq!(default("nan", Kind::F32), None);
         assert_eq!(default("x", Kind::Domain), None);
+        assert_eq!(relation("in 1 2"), Some(Some(Relation::OneOf(vec![1, 2]))));
+        assert_eq!(relation("=1"), None);
     }
 }

@@ -1,29 +1,29 @@
-//! One entry as the CSV file has it.
+//! One entry of the CSV file.
 
 /// Data type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// 8 bits, not negative.
+    /// UNSIGNED8.
     U8,
-    /// 16 bits, not negative.
+    /// UNSIGNED16.
     U16,
-    /// 32 bits, not negative.
+    /// UNSIGNED32.
     U32,
-    /// 64 bits, not negative.
+    /// UNSIGNED64.
     U64,
-    /// 8 bits, signed.
+    /// INTEGER8.
     I8,
-    /// 16 bits, signed.
+    /// INTEGER16.
     I16,
-    /// 32 bits, signed.
+    /// INTEGER32.
     I32,
-    /// 64 bits, signed.
+    /// INTEGER64.
     I64,
-    /// IEEE 754, single precision.
+    /// REAL32.
     F32,
-    /// A string of visible characters.
+    /// VISIBLE_STRING.
     Text,
-    /// Bytes of any number, moved by segments.
+    /// DOMAIN: any number of bytes.
     Domain,
 }
 
@@ -61,6 +61,19 @@ impl Kind {
             Self::Domain => 0x0F,
             Self::I64 => 0x15,
             Self::U64 => 0x1B,
+        }
+    }
+
+    /// Name of the primitive type of Rust; of a number of at most 32 bits.
+    pub(crate) const fn rust_name(self) -> &'static str {
+        match self {
+            Self::U8 => "u8",
+            Self::U16 => "u16",
+            Self::I8 => "i8",
+            Self::I16 => "i16",
+            Self::I32 => "i32",
+            Self::F32 => "f32",
+            _ => "u32",
         }
     }
 
@@ -152,9 +165,9 @@ impl Access {
 /// Default value.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Default {
-    /// None is named.
+    /// The file has none.
     None,
-    /// An integer, with the digits that the file has.
+    /// An integer, with its digits in the file.
     Integer(i128, String),
     /// An integer to which the node-ID is added.
     NodeId(u32),
@@ -169,10 +182,88 @@ pub enum Default {
 pub enum Flag {
     /// Nothing.
     None,
-    /// Its value is that in the table.
+    /// Its value is the default in the table.
     Fixed,
-    /// Not to be written while the drive is enabled.
+    /// Not writable while the drive is enabled.
     Locked,
+    /// Stored under its path, but read and written by code of the drive.
+    Hook,
+}
+
+/// The store in which a value lives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// Control parameters of `model-core`.
+    Control,
+    /// Integer parameters of the board.
+    Parameters,
+    /// Values that the drive stores beside the parameters.
+    Values,
+    /// Values with an effect.
+    Command,
+    /// Computed values.
+    Measured,
+}
+
+impl Place {
+    /// Whether the generator declares a field for it.
+    pub(crate) const fn is_stored(self) -> bool {
+        matches!(self, Self::Parameters | Self::Values)
+    }
+}
+
+/// Where a value lives.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ValuePath {
+    /// The store.
+    pub place: Place,
+    /// The group of a stored field; else empty.
+    pub group: String,
+    /// The field or the name.
+    pub field: String,
+}
+
+impl ValuePath {
+    /// From the text in the file.
+    #[must_use]
+    pub fn from_text(text: &str) -> Option<Self> {
+        let (place, rest) = text.split_once('.')?;
+        let place = match place {
+            "control" => Place::Control,
+            "parameters" => Place::Parameters,
+            "values" => Place::Values,
+            "command" => Place::Command,
+            "measured" => Place::Measured,
+            _ => return None,
+        };
+        let (group, field) = if place.is_stored() {
+            rest.split_once('.')?
+        } else {
+            ("", rest)
+        };
+        let is_name = |name: &str| {
+            name.starts_with(|c: char| c.is_ascii_lowercase())
+                && name
+                    .chars()
+                    .all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_')
+        };
+        (is_name(field) && (is_name(group) || !place.is_stored())).then(|| Self {
+            place,
+            group: group.to_string(),
+            field: field.to_string(),
+        })
+    }
+}
+
+/// What a value must fulfil beside its range.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Relation {
+    /// Below the value of that object.
+    Below((u16, u8)),
+    /// Not above the value of that object.
+    NotAbove((u16, u8)),
+    /// One of these.
+    OneOf(Vec<i32>),
 }
 
 /// One entry.
@@ -194,14 +285,20 @@ pub struct Row {
     pub mappable: bool,
     /// Default value.
     pub default: Default,
-    /// Limits as the file has them: smallest and largest.
+    /// Smallest and largest value, as in the file.
     pub limits: Option<(String, String)>,
     /// Unit; empty where there is none.
     pub unit: String,
     /// What is special about it.
     pub flag: Flag,
-    /// The object that it must not be above.
-    pub not_above: Option<(u16, u8)>,
+    /// What it must fulfil beside its limits.
+    pub relation: Option<Relation>,
+    /// Where its value lives; `None` where the server holds it, or where it is a constant or a DOMAIN.
+    pub value: Option<ValuePath>,
+    /// What it is; empty where its name says it.
+    pub meaning: String,
+    /// Where its default comes from; may be empty.
+    pub source: String,
 }
 
 impl Row {
@@ -209,5 +306,19 @@ impl Row {
     #[must_use]
     pub fn sub_index(&self) -> u8 {
         self.sub.unwrap_or(0)
+    }
+
+    /// Index and sub-index.
+    #[must_use]
+    pub fn address(&self) -> (u16, u8) {
+        (self.index, self.sub_index())
+    }
+
+    /// The object that this one must not be above, equal or not.
+    pub(crate) fn upper(&self) -> Option<(u16, u8)> {
+        match self.relation {
+            Some(Relation::Below(upper) | Relation::NotAbove(upper)) => Some(upper),
+            _ => None,
+        }
     }
 }

@@ -1,40 +1,126 @@
-//! The const table.
+//! The const table of the dictionary.
 
 use std::fmt::Write;
 
 use crate::parse::integer;
-use crate::row::{Access, Default, Flag, Kind, Row};
+use crate::row::{Access, Default, Flag, Kind, Place, Row};
 
-/// Rust source of the constants `ENTRIES`, `TEXTS` and `RELATIONS`.
+/// Rust source of the constants `OBJECTS`, `TEXTS` and `RELATIONS`, and of the enums `Command` and
+/// `Measured`.
 #[must_use]
 pub fn table(rows: &[Row]) -> String {
     let mut out = format!("// {}\n\n", crate::HEAD);
     out.push_str(
-        "use canopen::dictionary::{Access, Address, DataType, Entry, Limits, Mapping, Relation, Text};\n\n",
+        "use canopen::dictionary::{Access, Address, DataType, Entry, Limits, Mapping, Relation, Text};\n\
+         use model_core::control::parameters::ControlParameters;\n\n\
+         use super::Location;\n\
+         use crate::parameters::{ObjectValue, Parameter};\n\n",
     );
-    out.push_str("#[rustfmt::skip]\npub(super) const ENTRIES: &[Entry] = &[\n");
+    let count = rows.len();
+    writeln!(
+        out,
+        "/// Each entry, and where its value lives.\n\
+         pub(super) const OBJECTS: [(Entry, Location); {count}] = ["
+    )
+    .expect("a string takes all");
+    let mut communication = 0..;
     for row in rows {
-        writeln!(out, "    {},", entry(row)).expect("a string takes all");
+        let location = location(row, &mut communication);
+        writeln!(out, "    ({}, {location}),", entry(row)).expect("a string");
     }
-    out.push_str("];\n\n#[rustfmt::skip]\npub(super) const TEXTS: &[Text] = &[\n");
+    let stored = communication.start;
+    write!(
+        out,
+        "];\n\n/// How many communication parameters are stored.\n\
+         pub(crate) const COMMUNICATION: usize = {stored};\n\n\
+         pub(super) const TEXTS: &[Text] = &[\n"
+    )
+    .expect("a string");
     for row in rows {
         if let Default::Text(text) = &row.default {
-            let address = address(row.index, row.sub_index());
+            let address = address(row.address());
             writeln!(out, "    Text {{ address: {address}, text: {text:?} }},").expect("a string");
         }
     }
-    out.push_str("];\n\n#[rustfmt::skip]\npub(super) const RELATIONS: &[Relation] = &[\n");
+    out.push_str("];\n\npub(super) const RELATIONS: &[Relation] = &[\n");
     for row in rows {
-        if let Some((index, sub)) = row.not_above {
-            let (lower, upper) = (address(row.index, row.sub_index()), address(index, sub));
+        if let Some(upper) = row.upper() {
+            let (lower, upper) = (address(row.address()), address(upper));
             writeln!(out, "    Relation {{ lower: {lower}, upper: {upper} }},").expect("a string");
         }
     }
     out.push_str("];\n");
+    names(
+        &mut out,
+        rows,
+        "Command",
+        "read and written by code of the drive",
+        |row| is_command(row),
+    );
+    names(
+        &mut out,
+        rows,
+        "Measured",
+        "computed when it is read",
+        |row| place(row) == Some(Place::Measured),
+    );
     out
 }
 
-fn address(index: u16, sub: u8) -> String {
+fn place(row: &Row) -> Option<Place> {
+    row.value.as_ref().map(|path| path.place)
+}
+
+fn is_command(row: &Row) -> bool {
+    row.flag == Flag::Hook || place(row) == Some(Place::Command)
+}
+
+/// An enum of the values for which this holds.
+fn names(out: &mut String, rows: &[Row], name: &str, what: &str, holds: impl Fn(&Row) -> bool) {
+    write!(
+        out,
+        "\n/// A value that is {what}.\n\
+         #[derive(Debug, Clone, Copy, PartialEq, Eq)]\npub enum {name} {{\n"
+    )
+    .expect("a string");
+    let mut seen = Vec::new();
+    for row in rows.iter().filter(|row| holds(row)) {
+        let Some(path) = row.value.as_ref().filter(|path| !seen.contains(path)) else {
+            continue;
+        };
+        writeln!(out, "    /// {}.", crate::title(row)).expect("a string");
+        writeln!(out, "    {},", crate::camel_case(&path.field)).expect("a string");
+        seen.push(path);
+    }
+    out.push_str("}\n");
+}
+
+fn location(row: &Row, communication: &mut std::ops::RangeFrom<u8>) -> String {
+    let Some(path) = &row.value else {
+        // 1003h is the error history, 1010h and 1011h are orders.
+        let is_stored = row.access == Access::Rw
+            && (0x1000..0x2000).contains(&row.index)
+            && !matches!(row.index, 0x1003 | 0x1010 | 0x1011);
+        return match is_stored.then(|| communication.next()).flatten() {
+            Some(at) => format!("Location::Communication({at})"),
+            None => "Location::Server".into(),
+        };
+    };
+    let name = crate::camel_case(&path.field);
+    match path.place {
+        _ if is_command(row) => format!("Location::Command(Command::{name})"),
+        Place::Control => format!(
+            "Location::Control(ControlParameters::row(\"{}\"))",
+            path.field
+        ),
+        Place::Parameters => format!("Location::Parameter(Parameter::{name})"),
+        Place::Values => format!("Location::Value(ObjectValue::{name})"),
+        Place::Command => format!("Location::Command(Command::{name})"),
+        Place::Measured => format!("Location::Measured(Measured::{name})"),
+    }
+}
+
+fn address((index, sub): (u16, u8)) -> String {
     format!("Address::new(0x{index:04X}, {sub})")
 }
 
@@ -45,7 +131,7 @@ fn entry(row: &Row) -> String {
         (Access::Wo, _) => "Write",
         (Access::Rw | Access::Rww, _) => "ReadWrite",
     };
-    let (index, sub, kind) = (row.index, row.sub_index(), row.kind.name());
+    let ((index, sub), kind) = (row.address(), row.kind.name());
     let mut out = format!("Entry::new(0x{index:04X}, {sub}, DataType::{kind}, Access::{access})");
     match &row.default {
         Default::Integer(value, _) if *value != 0 => {

@@ -49,16 +49,19 @@ class Sheet(unittest.TestCase):
         with open(SOURCE, newline="", encoding="ascii") as file:
             rows = list(csv.DictReader(file))
         self.assertEqual(len(found), len(rows))
+        declared = {}
         for row in rows:
+            # The first line of a value declares it; further addresses leave these columns empty.
+            first = declared.setdefault(row["value"] or id(row), row)
             with self.subTest(row["index"] + ":" + row["sub"]):
                 entry = found[int(row["index"], 16), int(row["sub"] or 0)]
                 self.assertEqual(entry.data_type, TYPES[row["type"]])
                 self.assertEqual(entry.access_type, row["access"])
                 self.assertEqual(entry.name, row["object"] if row["sub"] == "" else row["entry"])
                 self.assertEqual(entry.pdo_mappable, row["pdo"] == "x")
-                self.assertEqual(entry.default, value(row["default"], row["type"]))
+                self.assertEqual(entry.default, value(first["default"], row["type"]))
                 if row["type"] != "f32":
-                    limits = value(row["min"], row["type"]), value(row["max"], row["type"])
+                    limits = value(first["min"], row["type"]), value(first["max"], row["type"])
                     self.assertEqual((entry.min, entry.max), limits)
 
     def test_a_round_trip_changes_nothing(self):

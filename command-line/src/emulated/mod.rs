@@ -10,7 +10,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::thread;
 
-use firmware::drive::Set;
+use firmware::drive::StoredParameters;
 use firmware::store::first_page;
 use model_core::plant::board::BoardPlantOptions;
 use virtual_board::flash::Sector;
@@ -141,7 +141,7 @@ fn run_actuator(
 
 /// What tells a board its number: parameters as they would be saved, and the chip's identification.
 fn identity(number: i32) -> Vec<(u64, Vec<u8>)> {
-    let mut set = Set::defaults();
+    let mut set = StoredParameters::DEFAULT;
     set.board.bus.node_id = number;
     let bytes = |words: &[u32]| words.iter().flat_map(|word| word.to_le_bytes()).collect();
     let page = Sector::of_number(12).map(|sector| (sector.base, bytes(&first_page(&set))));

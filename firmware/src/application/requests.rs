@@ -21,7 +21,7 @@ impl Application {
         let may_change = match self.state {
             // Another zero or sense of the encoder is another angle: the shaft would jump.
             BoardState::Enabled => {
-                parameters.integers() == self.parameters.integers()
+                parameters.differs_in_control_only(&self.parameters)
                     && parameters.control.has_mounting_of(&self.parameters.control)
             }
             BoardState::QuickStop | BoardState::FaultReaction => false,

@@ -3,7 +3,7 @@
 mod logarithmic;
 mod settings;
 
-pub use settings::ExcitationSettings;
+pub use crate::parameters::ExcitationSettings;
 
 use model_core::{
     control::units::Angle,

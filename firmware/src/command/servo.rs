@@ -7,33 +7,16 @@
 
 use model_core::control::units::Angle;
 
-use super::bus::CommandSettings;
 use crate::{
-    parameters::integers::integers,
+    parameters::{CommandSettings, ServoSettings},
     timing::{angle_of_mdeg, periods},
 };
-
-integers! {
-    /// What a pulse means.
-    pub struct ServoSettings {
-        /// Pulse of the least angle.
-        pulse_min_us: 1000, "us", 500, 2500, "usual for radio control";
-        /// Pulse of angle zero.
-        pulse_centre_us: 1500, "us", 500, 2500, "usual for radio control";
-        /// Pulse of the greatest angle.
-        pulse_max_us: 2000, "us", 500, 2500, "usual for radio control";
-        /// How far beyond its ends a pulse is taken for its end; further off it is none.
-        pulse_margin_us: 200, "us", 0, 500, "trims of transmitters";
-        /// Angle at the greatest pulse; at the least its opposite.
-        pulse_travel_mdeg: 60000, "mdeg", -180000, 180000, "usual travel of a servo";
-    }
-}
 
 impl ServoSettings {
     /// The angle of a pulse; `None` where the width is none of a servo pulse.
     ///
     /// ```
-    /// use firmware::command::servo::ServoSettings;
+    /// use firmware::parameters::ServoSettings;
     /// let angle = |width_us| ServoSettings::DEFAULT.angle(width_us).map(|a| a.to_num::<f64>());
     /// assert_eq!([1250, 2000, 2150].map(angle), [Some(-30.0), Some(60.0), Some(60.0)]);
     /// assert_eq!([799, 2201].map(angle), [None; 2]);

@@ -1,10 +1,10 @@
-//! Node and drive together.
+//! The CANopen node and the drive together.
 
 use canopen::dictionary::Address;
 use canopen::{BusEvent, Node, NodeId};
 use embedded_can::Frame;
 
-use super::{Drive, Set, emergency};
+use super::{Drive, StoredParameters, emergency};
 use crate::{
     application::{BusState, Outputs, Samples, Start},
     dictionary::DICTIONARY,
@@ -22,39 +22,40 @@ pub struct Device<'a> {
     node: Node<RPDOS, TPDOS>,
     /// The drive.
     pub drive: Drive<'a>,
-    told: FaultSet,
-    /// The bus is off, and the node knows.
-    is_off: bool,
-    /// Control periods without trouble on the bus; none once that was told.
-    calm: Option<u16>,
-    /// The worst since it was told, once there is one.
+    /// Faults of which the node has sent an EMCY.
+    reported: FaultSet,
+    /// The node was informed that the bus is off.
+    is_bus_off: bool,
+    /// Control periods since the last bus error; `None` after the recovery was reported.
+    error_free_periods: Option<u16>,
+    /// The worst state of the bus since the last report.
     worst_bus: Option<BusState>,
-    /// The statusword that the node knows of.
+    /// The statusword of the last TPDO check.
     statusword: u16,
-    /// Frames from the bus that it knows to be lost.
+    /// Lost frames that were reported.
     receive_overflows: u32,
 }
 
 impl<'a> Device<'a> {
-    /// Powers it on with what was stored; the node-ID is that of the stored parameters, or of who says another.
+    /// Powers the device on with these stored parameters, the node-ID among them.
     ///
     /// ```
     /// use canopen::CanFrame;
-    /// use firmware::{application::Start, drive::{Device, Set}};
+    /// use firmware::{application::Start, drive::{Device, StoredParameters}};
     ///
     /// let mut buffer = [0; 80];
-    /// let mut device = Device::new(Set::defaults(), Start::default(), &mut buffer, 0);
+    /// let mut device = Device::new(StoredParameters::DEFAULT, Start::default(), &mut buffer, 0);
     /// let boot_up = device.transmit::<CanFrame>().unwrap();
     /// assert_eq!(boot_up.raw_id(), (0x701, false));
     /// ```
-    pub fn new(stored: Set, start: Start, buffer: &'a mut [i32], now_us: u64) -> Self {
+    pub fn new(stored: StoredParameters, start: Start, buffer: &'a mut [i32], now_us: u64) -> Self {
         let node_id = NodeId::new(stored.board.bus.node_id as u8);
         Self::with_node_id(stored, start, buffer, now_us, node_id)
     }
 
-    /// As [`Device::new`], with this node-ID, or none to wait for LSS.
+    /// As [`Device::new`], with this node-ID; `None` waits for LSS.
     pub fn with_node_id(
-        stored: Set,
+        stored: StoredParameters,
         start: Start,
         buffer: &'a mut [i32],
         now_us: u64,
@@ -65,9 +66,9 @@ impl<'a> Device<'a> {
         Self {
             node,
             drive,
-            told: FaultSet::EMPTY,
-            is_off: false,
-            calm: None,
+            reported: FaultSet::EMPTY,
+            is_bus_off: false,
+            error_free_periods: None,
             worst_bus: None,
             statusword: 0,
             receive_overflows: 0,
@@ -81,7 +82,7 @@ impl<'a> Device<'a> {
 
     /// Takes a frame from the bus.
     pub fn receive(&mut self, frame: &impl Frame, now_us: u64) {
-        self.tell_node_id();
+        self.update_node_id();
         self.node.receive(frame, now_us, &mut self.drive);
     }
 
@@ -97,79 +98,80 @@ impl<'a> Device<'a> {
         outputs
     }
 
-    /// One control period of the drive alone; the network learns of it with the next [`Device::communicate`].
+    /// One control period of the drive alone; the next [`Device::communicate`] reports it to the
+    /// network.
     pub fn control(&mut self, samples: &Samples) -> Outputs {
         let before = self.worst_bus.unwrap_or(samples.bus);
         self.worst_bus = Some(worse(before, samples.bus));
         self.drive.step(samples)
     }
 
-    /// Does what has become due on the network; at least once in a control period.
+    /// Does what is due on the network. To be called at least once in a control period.
     pub fn communicate(&mut self, now_us: u64) {
-        self.tell_faults();
-        self.tell_bus();
+        self.report_faults();
+        self.report_bus();
         let statusword = self.drive.statusword();
         if self.statusword != statusword {
             self.statusword = statusword;
             self.node.object_changed(Address::new(0x6041, 0));
         }
-        self.tell_node_id();
+        self.update_node_id();
         self.node.tick(now_us, &mut self.drive);
         self.drive.application.prepare();
     }
 
-    /// What is stored of identifiers is stored without the node-ID in them.
-    fn tell_node_id(&mut self) {
+    /// The drive needs the node-ID because COB-IDs are stored without it.
+    fn update_node_id(&mut self) {
         self.drive.node_id = self.node.node_id().map_or(0, NodeId::get);
     }
 
-    /// An EMCY for each fault that is new, and one for each that is gone.
-    fn tell_faults(&mut self) {
+    /// Sends an EMCY for each new fault, and one for each fault that has ended.
+    fn report_faults(&mut self) {
         let latched = self.drive.latched();
         let tick = self.drive.application().telemetry().tick;
-        for fault in self.told.without(latched).iter() {
+        for fault in self.reported.without(latched).iter() {
             let code = emergency::code(fault);
             self.node.clear(code, emergency::instance(fault));
         }
-        for fault in latched.without(self.told).iter() {
+        for fault in latched.without(self.reported).iter() {
             let error = emergency::of(fault, tick);
             self.node.raise(error, &mut self.drive);
         }
-        self.told = latched;
+        self.reported = latched;
     }
 
-    /// Trouble on the bus is told as long as it lasts: the node sends an EMCY for what it does not know yet, also after a
-    /// reset of its own. That it is gone is told once there was none for a while, or a bus that fails again and again would
-    /// be full of it.
-    fn tell_bus(&mut self) {
+    /// Passes bus errors to the node again and again while they are active: the node sends an EMCY
+    /// for each one that it has not reported, also after its own reset. The recovery is reported
+    /// after a second without errors, or a bus with recurring errors would be flooded.
+    fn report_bus(&mut self) {
         let Some(state) = self.worst_bus.take() else {
             return;
         };
         let lost = self.drive.diagnostics.receive_overflows;
-        let was_off = core::mem::replace(&mut self.is_off, state == BusState::Off);
+        let was_off = core::mem::replace(&mut self.is_bus_off, state == BusState::Off);
         let events = [
             (state == BusState::Off).then_some(BusEvent::BusOff),
-            (was_off && !self.is_off).then_some(BusEvent::BusOffRecovered),
+            (was_off && !self.is_bus_off).then_some(BusEvent::BusOffRecovered),
             (state == BusState::Passive).then_some(BusEvent::ErrorPassive),
             (lost != self.receive_overflows).then_some(BusEvent::Overrun),
         ];
         self.receive_overflows = lost;
         for event in events.into_iter().flatten() {
-            self.calm = Some(0);
+            self.error_free_periods = Some(0);
             self.node.bus_event(event, &mut self.drive);
         }
-        self.calm = match self.calm {
-            Some(CALM) => {
+        self.error_free_periods = match self.error_free_periods {
+            Some(RECOVERY_PERIODS) => {
                 self.node.bus_event(BusEvent::Recovered, &mut self.drive);
                 None
             }
-            calm => calm.map(|periods| periods + 1),
+            periods => periods.map(|periods| periods + 1),
         };
     }
 }
 
-/// Control periods without trouble after which it is gone: a second.
-const CALM: u16 = 250;
+/// Control periods without errors after which the bus has recovered: a second.
+const RECOVERY_PERIODS: u16 = 250;
 
 /// The worse of two states.
 fn worse(a: BusState, b: BusState) -> BusState {

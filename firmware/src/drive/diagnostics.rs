@@ -1,21 +1,21 @@
-//! What only the board can count.
+//! Counters that only the program of the board can keep.
 
 use crate::supervisor::ResetCause;
 
-/// Counters of object 2050h that the program of the board keeps.
+/// Counters of object 2050h, and the serial number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Diagnostics {
-    /// The longest control step so far, us.
+    /// Longest control step, us.
     pub longest_step_us: u32,
-    /// Frames that found no room on their way to the bus.
+    /// Frames that were not sent because the queue was full.
     pub transmit_overflows: u32,
     /// Frames from the bus that were lost.
     pub receive_overflows: u32,
-    /// How often the controller left the bus.
+    /// Number of bus-off events.
     pub bus_offs: u32,
-    /// Why the board was reset.
+    /// Cause of the last reset.
     pub reset_cause: ResetCause,
-    /// Control periods in which a late part kept the watchdog unfed.
+    /// Control periods in which the watchdog was not fed because a task was late.
     pub starved_periods: u32,
     /// Serial number, sub-index 4 of the identity.
     pub serial_number: u32,

@@ -4,7 +4,7 @@ use canopen::{Emergency, ErrorCode, register};
 
 use crate::faults::{Fault, TABLE};
 
-/// Error codes by number, apart from the table so that the board carries no texts.
+/// Error codes by number, separate from the table so that the board's program has no texts.
 const CODES: [u16; TABLE.len()] = {
     let mut codes = [0; TABLE.len()];
     let mut at = 0;
@@ -15,18 +15,19 @@ const CODES: [u16; TABLE.len()] = {
     codes
 };
 
-/// The code of a fault, object 603Fh.
+/// The error code of a fault, object 603Fh.
 pub(super) fn code(fault: Fault) -> ErrorCode {
     let at = usize::from(fault.number()).wrapping_sub(1);
     ErrorCode(CODES.get(at).copied().unwrap_or(0))
 }
 
-/// A fault's instance: its number, above those of nodes and PDOs whose errors have the same codes.
+/// The instance of a fault: its number, offset from those of nodes and PDOs with the same codes.
 pub(super) fn instance(fault: Fault) -> u8 {
     0x80 | fault.number() as u8
 }
 
-/// The message of a fault: its number is in the instance, the control period in which it was latched the information.
+/// The message of a fault: the instance has its number, the information the control period in which
+/// it was latched.
 pub(super) fn of(fault: Fault, tick: u32) -> Emergency {
     let code = code(fault);
     Emergency {
@@ -37,7 +38,7 @@ pub(super) fn of(fault: Fault, tick: u32) -> Emergency {
     }
 }
 
-/// The error register's bit by the class of the code (CiA 301, tables 25 and 26).
+/// The bit of the error register by the class of the code (CiA 301, tables 25 and 26).
 const fn register_of(code: ErrorCode) -> u8 {
     match code.0 >> 12 {
         2 => register::CURRENT,

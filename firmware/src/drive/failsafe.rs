@@ -9,7 +9,7 @@
 //! | 1 | a fault: the shaft is brought to rest as 605Eh says |
 //! | 2 | the shaft goes to 2040h:3 at the rate of 2040h:4, and stays there |
 
-use super::{Drive, kept::Slot, parameters::PERIOD_US};
+use super::{Drive, limits::PERIOD_US};
 use crate::{
     application::{CommandSource, Request},
     timing::periods,
@@ -91,7 +91,7 @@ impl Drive<'_> {
             // It ends, whatever follows; refused where it has ended by itself.
             let _ = self.application.request(Request::StopExcitation);
         }
-        match self.kept.get(Slot::Action) {
+        match self.values.failsafe.failsafe_action {
             1 => Reaction::Fail,
             2 => Reaction::Go(self.retreat()),
             _ => Reaction::Hold,
@@ -100,7 +100,7 @@ impl Drive<'_> {
 
     /// The next angle on the way to the failsafe position.
     fn retreat(&mut self) -> i32 {
-        let wanted = self.kept.get(Slot::Retreat) as i32;
+        let wanted = self.values.failsafe.failsafe_position_mdeg;
         let rate = self.application.parameters().command.approach_rate_deg_s;
         // mdeg in a control period: at most 2000 times 4.
         let step = rate.saturating_mul(PERIOD_US as i32 / 1000);

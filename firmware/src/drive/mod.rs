@@ -1,85 +1,65 @@
-//! The actuator as a CANopen drive: the [`Application`] behind the object dictionary, with the drive profile CiA 402 in
-//! front of it.
+//! The actuator as a CANopen drive: the [`Application`] behind the object dictionary, with the drive
+//! profile CiA 402.
 //!
 //! ```text
-//! frames ── canopen::Node ── Drive ─┬─ cia402::Axis    states, modes, ramps
-//!                                   ├─ Application     loop, protections, parameters
-//!                                   ├─ Capture, Model, excitations
-//!                                   └─ Set             what 1010h stores
+//! frames ── canopen::Node ── Drive ─┬─ cia402::Axis      states, modes, ramps
+//!                                   ├─ Application       loop, protections, parameters
+//!                                   ├─ Capture, MotorModel, excitations
+//!                                   └─ ParameterStore    what 1010h stores
 //! ```
 //!
-//! [`Device`] is the node and the drive together: frames and samples go in, frames and the bridge's state come out. Nothing
-//! of it knows how frames travel or where the flash is.
+//! [`Device`] combines node and drive: frames and samples go in, frames and the state of the bridge
+//! come out. It depends neither on the transport of the frames nor on the flash.
 //!
 //! # How CiA 402 drives the application
 //!
-//! Once a control period the axis makes a demand of controlword, mode and targets. A demand for power
-//! is [`Request::Enable`], none is [`Request::Disable`], and a position goes on as [`Request::Command`]. A demanded velocity
-//! `v` goes through the position loop, of gain `P`, as the angle `angle + v T + v/P`: the commanded rate is then `v`, and every
-//! protection of the position loop watches it. A fault of the application is a fault of the axis; what the
-//! application stops by itself (`FaultReaction`) the axis shows and does not touch.
+//! Once a control period the axis computes a demand from controlword, mode and targets. A demand for
+//! power becomes [`Request::Enable`], no demand becomes [`Request::Disable`], and a position becomes
+//! [`Request::Command`]. A demanded velocity `v` goes through the position loop with its gain `P`, as
+//! the angle `angle + v T + v/P`: the commanded rate is then `v`, and all protections of the position
+//! loop supervise it. A fault of the application is a fault of the axis. A stop that the application
+//! executes by itself (`FaultReaction`) is shown by the axis and not influenced.
 //!
-//! While an excitation runs, or the servo pulse commands, the axis follows their command and takes over where it is.
+//! While an excitation runs, or the servo pulse commands, the axis follows their command and
+//! continues from it afterwards.
 //!
 //! [`Request::Enable`]: crate::application::Request::Enable
 //! [`Request::Disable`]: crate::application::Request::Disable
 //! [`Request::Command`]: crate::application::Request::Command
 
+mod commands;
 mod device;
 mod diagnostics;
 mod emergency;
 mod failsafe;
-mod kept;
+mod limits;
+mod measured;
 mod model;
 mod motion;
-mod numbers;
 mod objects;
-mod parameters;
-mod read;
-mod set;
+mod store;
+mod stored;
 #[cfg(test)]
 mod tests;
-mod write;
 
 use canopen::cia402::Axis;
 
 pub use device::{Device, RPDOS, TPDOS};
 pub use diagnostics::Diagnostics;
-pub use set::Set;
+pub use stored::StoredParameters;
 
 use crate::{
     application::{Application, BoardState, CommandSource, Outputs, Samples, Start},
     capture::Capture,
     faults::FaultSet,
-    parameters::BoardParameters,
+    parameters::{BoardParameters, ObjectValues},
     timing::thousandths,
 };
+use commands::Commands;
 use failsafe::Failsafe;
-use kept::Kept;
-use model::Model;
+use model::MotorModel;
 use motion::Motion;
-use set::Store;
-
-/// What a master commands.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Commands {
-    controlword: u16,
-    mode: i8,
-    target_position_mdeg: i32,
-    target_velocity_mdeg_s: i32,
-    velocity_offset_mdeg_s: i32,
-}
-
-impl Commands {
-    /// Cyclic synchronous position, and nothing to be done.
-    const DEFAULT: Self = Self {
-        controlword: 0,
-        mode: 8,
-        target_position_mdeg: 0,
-        target_velocity_mdeg_s: 0,
-        velocity_offset_mdeg_s: 0,
-    };
-}
+use store::ParameterStore;
 
 /// The application behind the object dictionary.
 #[derive(Debug)]
@@ -89,11 +69,11 @@ pub struct Drive<'a> {
     axis: Axis,
     axis_parameters: canopen::cia402::Parameters,
     commands: Commands,
-    kept: Kept,
+    values: ObjectValues,
     motion: Motion,
     failsafe: Failsafe,
-    model: Model,
-    store: Store,
+    model: MotorModel,
+    store: ParameterStore,
     source: CommandSource,
     /// Faults of the way to the application: commands that stay out, and power that was refused.
     own: FaultSet,
@@ -109,30 +89,30 @@ pub struct Drive<'a> {
 }
 
 impl<'a> Drive<'a> {
-    /// A drive with what was stored, which captures into this buffer.
+    /// A drive with these stored parameters, which captures into this buffer.
     ///
     /// ```
-    /// use firmware::{application::{Start, BoardState}, drive::{Drive, Set}};
+    /// use firmware::{application::{Start, BoardState}, drive::{Drive, StoredParameters}};
     ///
     /// let mut buffer = [0; 800];
-    /// let drive = Drive::new(Set::defaults(), Start::default(), &mut buffer);
+    /// let drive = Drive::new(StoredParameters::DEFAULT, Start::default(), &mut buffer);
     /// assert_eq!(drive.application().state(), BoardState::Initialising);
     /// ```
-    pub fn new(stored: Set, start: Start, buffer: &'a mut [i32]) -> Self {
+    pub fn new(stored: StoredParameters, start: Start, buffer: &'a mut [i32]) -> Self {
         let application = Application::after(stored.board, start);
-        let kept = stored.kept();
+        let values = stored.values;
         Self {
             axis: Axis::new(),
-            axis_parameters: parameters::axis(&kept, application.parameters()),
+            axis_parameters: limits::axis_parameters(&values, application.parameters()),
             source: source_of(application.parameters()),
             application,
             capture: Capture::new(buffer),
             commands: Commands::DEFAULT,
             motion: Motion::default(),
             failsafe: Failsafe::default(),
-            model: Model::default(),
-            store: Store::new(stored),
-            kept,
+            model: MotorModel::default(),
+            store: ParameterStore::new(stored),
+            values,
             own: FaultSet::EMPTY,
             pulse_age: u16::MAX,
             bit_rate_kbit_s: None,
@@ -157,14 +137,14 @@ impl<'a> Drive<'a> {
         self.motion.statusword
     }
 
-    /// What is to be written to the flash, once; tell by [`Drive::saved`] what came of it.
-    pub fn take_save(&mut self) -> Option<&Set> {
-        self.store.take()
+    /// The set to be written to the flash, once; [`Drive::saved`] reports the result.
+    pub fn take_save(&mut self) -> Option<&StoredParameters> {
+        self.store.take_request()
     }
 
-    /// The save that [`Drive::take_save`] asked for is over.
-    pub fn saved(&mut self, done: bool) {
-        self.store.finish(done);
+    /// The save that [`Drive::take_save`] requested has succeeded or failed.
+    pub fn saved(&mut self, is_successful: bool) {
+        self.store.finish(is_successful);
     }
 
     /// The bridge was told too late for the edge that was meant: the last period counts as missed.
@@ -188,29 +168,29 @@ impl<'a> Drive<'a> {
         self.apply_demand(&output);
         let outputs = self.application.step(samples);
         self.capture.sample(&outputs);
-        self.model.step(&self.kept, &outputs);
+        self.model.step(&self.values.model, &outputs);
         outputs
     }
 
-    /// Starts over with what is stored.
+    /// Restarts with the stored parameters.
     fn power_on(&mut self) {
-        let set = self.store.set();
-        self.application = Application::after(set.board, core::mem::take(&mut self.start));
-        self.kept = set.kept();
+        let stored = self.store.stored();
+        self.application = Application::after(stored.board, core::mem::take(&mut self.start));
+        self.values = stored.values;
         self.axis = Axis::new();
         self.commands = Commands::DEFAULT;
         self.motion = Motion::default();
         self.failsafe = Failsafe::default();
-        self.model = Model::default();
+        self.model = MotorModel::default();
         self.own = FaultSet::EMPTY;
         self.source = source_of(self.application.parameters());
         self.capture.stop();
         self.update_limits();
     }
 
-    /// A parameter has changed: the axis has others.
+    /// Updates the parameters of the axis after a change of stored values.
     fn update_limits(&mut self) {
-        self.axis_parameters = parameters::axis(&self.kept, self.application.parameters());
+        self.axis_parameters = limits::axis_parameters(&self.values, self.application.parameters());
     }
 
     fn is_driving(&self) -> bool {

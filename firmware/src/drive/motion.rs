@@ -2,7 +2,7 @@
 
 use canopen::cia402::{self, Command, Demand, Input, Mode, Output, StopOption, controlword};
 
-use super::{Drive, failsafe::Reaction, parameters::PERIOD_US};
+use super::{Drive, failsafe::Reaction, limits::PERIOD_US};
 use crate::{
     application::{BoardState, CommandSource, Refused, Request},
     faults::{Fault, FaultSet},

@@ -1,24 +1,85 @@
-//! The hooks of the object dictionary.
+//! The hooks of the CANopen server.
 
 use core::task::Poll;
 
+use canopen::cia402::Cia402State;
 use canopen::dictionary::Address;
 use canopen::{Abort, BitRate, Event, NmtState, NodeId, ParameterGroup, Reset};
 
-use canopen::cia402::Cia402State;
+use super::{Drive, commands::is_signal, measured::real, store::StoreClient};
+use crate::{
+    application::Refused,
+    dictionary::{Location, location},
+    parameters::{BoardParameters, ObjectValue, Parameter},
+};
 
-use super::{Drive, numbers, set, set::Asker};
+impl Drive<'_> {
+    /// Sets a parameter of the board if all parameters are valid with it.
+    pub(super) fn set_parameter(&mut self, parameter: Parameter, word: u32) -> Result<(), Abort> {
+        self.retune(|parameters| {
+            parameters.set_word(parameter, word);
+            true
+        })
+    }
+
+    /// Changes parameters of the board without a step of the duty. `change` returns whether the
+    /// value is possible; range and relations are checked here.
+    fn retune(&mut self, change: impl FnOnce(&mut BoardParameters) -> bool) -> Result<(), Abort> {
+        let mut parameters = *self.application.parameters();
+        if !change(&mut parameters) {
+            return Err(Abort::Value);
+        }
+        self.application.retune(&parameters).map_err(abort)?;
+        self.update_limits();
+        Ok(())
+    }
+
+    fn set_value(&mut self, value: ObjectValue, word: u32) -> Result<(), Abort> {
+        use ObjectValue::{Signal1, Signal2, Signal3, Signal4, Signal5, Signal6, Signal7, Signal8};
+        let selects_signal = matches!(
+            value,
+            Signal1 | Signal2 | Signal3 | Signal4 | Signal5 | Signal6 | Signal7 | Signal8
+        );
+        if selects_signal && !is_signal(word) {
+            return Err(Abort::Value);
+        }
+        self.values.set_word(value, word);
+        self.update_limits();
+        Ok(())
+    }
+}
 
 impl canopen::Application for Drive<'_> {
     fn read(&mut self, address: Address) -> Result<u64, Abort> {
-        self.value(address)
+        let parameters = self.application.parameters();
+        Ok(match location(address) {
+            Location::Control(row) => real(parameters.control.get(row).ok_or(Abort::NoObject)?),
+            // Signed integers are extended to 64 bits; the server cuts off what is beyond the type.
+            Location::Parameter(parameter) => parameters.word(parameter) as i32 as u64,
+            Location::Value(value) => self.values.word(value) as i32 as u64,
+            Location::Command(command) => self.command_value(command),
+            Location::Measured(value) => self.measured(value),
+            Location::Server | Location::Communication(_) => return Err(Abort::NoObject),
+        })
     }
 
+    /// The server has checked access, length, range and relations of the dictionary.
     fn write(&mut self, address: Address, value: u64) -> Result<(), Abort> {
-        self.set_value(address, value)
+        let word = value as u32;
+        match location(address) {
+            Location::Control(row) => {
+                self.retune(|parameters| parameters.control.set(row, f32::from_bits(word)))
+            }
+            Location::Parameter(parameter) => self.set_parameter(parameter, word),
+            Location::Value(value) => self.set_value(value, word),
+            Location::Command(command) => self.execute(command, value),
+            Location::Measured(_) | Location::Server | Location::Communication(_) => {
+                Err(Abort::NoObject)
+            }
+        }
     }
 
-    /// Protection limits and identity are locked while there is power, or about to be.
+    /// Protection limits and identity are locked while the drive has power or is about to have it.
     fn guarded(&self) -> bool {
         self.is_driving()
     }
@@ -46,7 +107,7 @@ impl canopen::Application for Drive<'_> {
     fn reset(&mut self, reset: Reset) {
         match reset {
             Reset::Node => self.power_on(),
-            // Who resets the communication of a drive that moves has lost it.
+            // A master that resets the communication of an enabled drive has lost it.
             Reset::Communication => {
                 let moves = self.axis.state() == Cia402State::OperationEnabled;
                 self.failsafe.network(moves);
@@ -59,7 +120,7 @@ impl canopen::Application for Drive<'_> {
     }
 
     fn stored(&mut self, address: Address) -> Option<u32> {
-        self.store.communication(address)
+        self.store.stored().communication(address)
     }
 
     fn store(
@@ -69,20 +130,20 @@ impl canopen::Application for Drive<'_> {
     ) -> Poll<Result<(), Abort>> {
         let Self {
             application,
-            kept,
+            values,
             store,
             node_id,
             ..
         } = self;
-        store.save(Asker::Save(group), |set| {
-            let in_force = (application.parameters(), &*kept, *node_id);
-            set::keep(set, group, in_force, communication);
+        store.save(StoreClient::Save(group), |stored| {
+            let present = (application.parameters(), &*values, *node_id);
+            stored.take(group, present, communication);
         })
     }
 
     fn restore(&mut self, group: ParameterGroup) -> Poll<Result<(), Abort>> {
-        self.store
-            .save(Asker::Restore(group), |set| set::forget(set, group))
+        let client = StoreClient::Restore(group);
+        self.store.save(client, |stored| stored.restore(group))
     }
 
     fn event(&mut self, event: Event) {
@@ -115,17 +176,27 @@ impl canopen::Application for Drive<'_> {
         bus.node_id = node_id.map_or(bus.node_id, |id| i32::from(id.get()));
         bus.bit_rate_kbit_s = bit_rate.and_then(kbit_s).unwrap_or(bus.bit_rate_kbit_s);
         let bus = *bus;
-        // 2102h shows it, and 1010h does not undo it; a drive that is enabled does not change its identity.
-        if !self.store.has_asked(Asker::Lss)
+        // The node-ID is shown in 2102h and kept by 1010h; an enabled drive keeps its identity.
+        if !self.store.has_request_of(StoreClient::Lss)
             && let Err(refused) = self.application.retune(&parameters)
         {
-            return Poll::Ready(Err(numbers::abort(refused)));
+            return Poll::Ready(Err(abort(refused)));
         }
-        self.store.save(Asker::Lss, |set| set.board.bus = bus)
+        self.store
+            .save(StoreClient::Lss, |stored| stored.board.bus = bus)
     }
 }
 
-/// The bit rates that the board has.
+/// Why a request was refused, as an SDO abort code.
+pub(super) fn abort(refused: Refused) -> Abort {
+    match refused {
+        // The range is already checked: another parameter conflicts.
+        Refused::Parameter(_) => Abort::Incompatible,
+        _ => Abort::DeviceState,
+    }
+}
+
+/// The bit rates of the board.
 const fn kbit_s(bit_rate: BitRate) -> Option<i32> {
     match bit_rate {
         BitRate::Kbit1000 => Some(1000),

@@ -11,23 +11,9 @@
 use super::{Conditions, lasting::Lasting};
 use crate::{
     faults::{Fault, FaultSet},
-    parameters::integers::integers,
+    parameters::CurrentLimits,
     timing::{CONTROL_PERIOD_MS, periods},
 };
-
-integers! {
-    /// What the motor current is allowed.
-    pub struct CurrentLimits {
-        /// Greatest motor current.
-        over_current_ma: 1600, "mA", 100, 1640, "a reversal at full rate takes 1520 mA; the converter ends at 1650 mA";
-        /// Samples in a row above it.
-        over_current_samples: 2, "1", 1, 25, "one may be noise";
-        /// Current that the motor bears for ever.
-        continuous_ma: 500, "mA", 50, 1600, "estimate: two thirds of the stall current of 780 mA";
-        /// Time for which it bears twice that, from cold.
-        overload_ms: 2000, "ms", 20, 60000, "estimate: a small motor's winding";
-    }
-}
 
 /// Heat above what the motor carries away, mA^2 times control periods.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

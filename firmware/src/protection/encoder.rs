@@ -20,28 +20,8 @@ use model_core::control::{
 use super::{Conditions, lasting::Lasting};
 use crate::{
     faults::{Fault, FaultSet},
-    parameters::integers::integers,
+    parameters::EncoderLimits,
 };
-
-integers! {
-    /// What the encoder is allowed.
-    pub struct EncoderLimits {
-        /// Samples in a row that may be lost before the bridge is switched off.
-        lost_samples: 3, "1", 0, 50, "17 ms from the last valid angle until the bridge is off";
-        /// Greatest rate that a valid angle can show.
-        greatest_rate_deg_s: 1500, "deg/s", 100, 40000, "four times the measured 350 deg/s";
-        /// Time for which the magnet's field may be out of its range.
-        magnet_weak_ms: 1000, "ms", 4, 60000, "knocks and bends pass";
-        /// Back-EMF that shows a turning motor while the encoder stands still.
-        stuck_back_emf_mv: 800, "mV", 100, 20000, "40 deg/s: two counts a period";
-        /// Duty at which the motor must turn, unless it pulls.
-        stuck_duty_pct: 50, "%", 5, 100, "far above what friction needs";
-        /// Motor current from which on it may be that the shaft is held at this duty.
-        stuck_current_ma: 100, "mA", 10, 1600, "a quarter of what it takes at 50 % and a stall";
-        /// Time for which the encoder may stand still then.
-        stuck_ms: 100, "ms", 12, 10000, "25 periods";
-    }
-}
 
 /// A word without an angle: OCF is clear.
 const NO_ANGLE: EncoderWord = EncoderWord::new(0);

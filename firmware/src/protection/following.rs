@@ -17,19 +17,7 @@
 use model_core::control::units::{ANGLE_END, Angle, Rate, held};
 
 use super::{Conditions, lasting::Lasting};
-use crate::{parameters::integers::integers, timing::angle_of_mdeg};
-
-integers! {
-    /// How far the shaft may stay behind.
-    pub struct FollowingLimits {
-        /// How far it may be off.
-        following_window_mdeg: 10000, "mdeg", 100, 360000, "half of what a rate of 160 deg/s leaves at a gain of 8/s";
-        /// Rate at which it has to come nearer where it is further off.
-        following_rate_deg_s: 20, "deg/s", 1, 2000, "a twelfth of full rate";
-        /// Time for which it need not.
-        following_ms: 300, "ms", 4, 60000, "a reversal at full rate takes 150 ms";
-    }
-}
+use crate::{parameters::FollowingLimits, timing::angle_of_mdeg};
 
 /// For how long the shaft has not followed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -6,19 +6,7 @@
 use model_core::control::units::Angle;
 
 use super::{Conditions, lasting::Lasting};
-use crate::{parameters::integers::integers, timing::angle_of_mdeg};
-
-integers! {
-    /// What counts as a stall.
-    pub struct StallLimits {
-        /// Motor current from which on the motor pulls.
-        stall_current_ma: 500, "mA", 20, 1640, "two thirds of the stall current of 780 mA";
-        /// Way within which the shaft stands.
-        stall_way_mdeg: 1000, "mdeg", 100, 90000, "eleven counts: 2 deg/s";
-        /// Time for which it may.
-        stall_ms: 500, "ms", 20, 60000, "breaking loose takes less";
-    }
-}
+use crate::{parameters::StallLimits, timing::angle_of_mdeg};
 
 /// For how long the shaft has stood, and where.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

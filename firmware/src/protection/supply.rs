@@ -3,20 +3,8 @@
 use super::{Conditions, lasting::Lasting};
 use crate::{
     faults::{Fault, FaultSet},
-    parameters::integers::integers,
+    parameters::SupplyLimits,
 };
-
-integers! {
-    /// What the supply voltage is allowed.
-    pub struct SupplyLimits {
-        /// Least voltage to drive with.
-        under_voltage_mv: 4000, "mV", 2500, 16000, "below the 4.8 V that the servo is rated for";
-        /// Greatest voltage.
-        over_voltage_mv: 6300, "mV", 3000, 16000, "6 V and 5 %: from there on a reversal at full rate is an over-current";
-        /// Time for which it may be outside.
-        supply_ms: 20, "ms", 4, 10000, "a dip while the motor starts";
-    }
-}
 
 /// For how long the supply has been outside.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -3,18 +3,8 @@
 use super::{Conditions, lasting::Lasting};
 use crate::{
     faults::{Fault, FaultSet},
-    parameters::integers::integers,
+    parameters::TemperatureLimits,
 };
-
-integers! {
-    /// What the temperature is allowed.
-    pub struct TemperatureLimits {
-        /// Greatest temperature.
-        over_temperature_mdeg_c: 85000, "mdeg C", 30000, 125000, "parts of the industrial range";
-        /// Time for which it may be above.
-        over_temperature_ms: 1000, "ms", 4, 60000, "heat is slow";
-    }
-}
 
 /// For how long it has been too hot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

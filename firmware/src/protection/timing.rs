@@ -3,18 +3,8 @@
 use super::{Conditions, lasting::Lasting};
 use crate::{
     faults::{Fault, FaultSet},
-    parameters::integers::integers,
+    parameters::TimingLimits,
 };
-
-integers! {
-    /// What may be missed.
-    pub struct TimingLimits {
-        /// Missed control periods that are borne; 250 good ones make up for one.
-        overruns: 3, "1", 0, 250, "three within a second";
-        /// Time for which a measurement may be missing.
-        measurement_ms: 20, "ms", 4, 1000, "five periods";
-    }
-}
 
 /// Good control periods that make up for a missed one: a second of them.
 const GOOD_PERIODS: u16 = 250;

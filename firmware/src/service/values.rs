@@ -4,8 +4,9 @@ use super::Service;
 use crate::{
     application::Application,
     capture::{Capture, Signal, Trigger},
-    command::excitation::ExcitationSettings,
-    parameters::integers::Integers,
+    parameters::{
+        BoardParameters, CONTROL, ExcitationSettings, ObjectValue, ObjectValues, Parameter,
+    },
 };
 
 /// Number of the first setting of the excitation.
@@ -28,8 +29,8 @@ impl Service {
         number: u8,
     ) -> Option<u32> {
         Some(match number {
-            ..EXCITATION => application.parameters().word(number)?,
-            EXCITATION..SIGNALS => self.excitation.get(usize::from(number - EXCITATION))? as u32,
+            ..EXCITATION => by_number(application.parameters(), number)?,
+            EXCITATION..SIGNALS => values(&self.excitation).word(setting(number)?),
             SIGNALS..DECIMATION => {
                 let signal = self.capture.signals.get(usize::from(number - SIGNALS))?;
                 signal.map_or(NO_SIGNAL, |signal| signal as u32)
@@ -59,10 +60,10 @@ impl Service {
         match number {
             ..EXCITATION => set(application, number, value),
             EXCITATION..SIGNALS => {
-                let row = usize::from(number - EXCITATION);
-                let range = ExcitationSettings::RANGES.get(row)?;
-                range.takes(value as i32).then_some(())?;
-                *self.excitation.get_mut(row)? = value as i32;
+                let mut values = values(&self.excitation);
+                values.set_word(setting(number)?, value);
+                values.is_in_range(setting(number)?).then_some(())?;
+                self.excitation = values.excitation;
                 Some(())
             }
             SIGNALS..DECIMATION => {
@@ -101,6 +102,87 @@ impl Service {
 /// Sets a parameter of the board.
 fn set(application: &mut Application, number: u8, value: u32) -> Option<()> {
     let mut parameters = *application.parameters();
-    parameters.set_word(number, value).then_some(())?;
+    match usize::from(number).checked_sub(CONTROL) {
+        None => (parameters
+            .control
+            .set(usize::from(number), f32::from_bits(value)))
+        .then_some(())?,
+        Some(at) => parameters.set_word(*Parameter::ALL.get(at)?, value),
+    }
     application.retune(&parameters).ok()
+}
+
+fn setting(number: u8) -> Option<ObjectValue> {
+    let at = usize::from(number - EXCITATION);
+    let settings = ObjectValue::ALL.get(ObjectValue::Shape as usize..)?;
+    settings.get(at).copied().filter(|_| at < 10)
+}
+
+fn values(excitation: &ExcitationSettings) -> ObjectValues {
+    ObjectValues {
+        excitation: *excitation,
+        ..ObjectValues::DEFAULT
+    }
+}
+
+fn by_number(parameters: &BoardParameters, number: u8) -> Option<u32> {
+    let number = usize::from(number);
+    match parameters.control.get(number) {
+        Some(value) => Some(value.to_bits()),
+        None => Some(parameters.word(*Parameter::ALL.get(number.checked_sub(CONTROL)?)?)),
+    }
+}
+
+/// A parameter by its number.
+pub struct Meaning(&'static str);
+
+impl Meaning {
+    /// Its name.
+    pub const fn name(&self) -> &'static str {
+        self.0
+    }
+}
+
+impl BoardParameters {
+    /// How many there are.
+    pub const COUNT: u8 = (CONTROL + Parameter::ALL.len()) as u8;
+
+    /// The parameter of a number.
+    pub fn meaning(number: u8) -> Option<Meaning> {
+        use model_core::{control::parameters::ControlParameters, parameter::Parameters};
+        let number = usize::from(number);
+        let control = ControlParameters::TABLE
+            .get(number)
+            .map(|parameter| parameter.name);
+        let integer = || Some(Parameter::FIELDS.get(number.checked_sub(CONTROL)?)?.0);
+        control.or_else(integer).map(Meaning)
+    }
+
+    /// The number of a parameter.
+    pub fn number_of(name: &str) -> Option<u8> {
+        (0..Self::COUNT).find(|&n| Self::meaning(n).is_some_and(|known| known.name() == name))
+    }
+}
+
+impl Default for ExcitationSettings {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+const WORDS: usize = CONTROL + Parameter::ALL.len();
+
+impl crate::store::Stored for BoardParameters {
+    const LAYOUT: u32 = 0x5341_0003;
+    const DEFAULT: Self = Self::DEFAULT;
+    type Page = [u32; WORDS + crate::store::EDGES];
+    const ZEROS: Self::Page = [0; WORDS + crate::store::EDGES];
+
+    fn write(&self, words: &mut [u32]) {
+        self.write_words(&mut words.iter_mut());
+    }
+
+    fn read(words: &[u32]) -> Option<Self> {
+        Self::read_words(&mut words.iter().copied())
+    }
 }

@@ -1,4 +1,4 @@
-//! What the store needs of a flash memory.
+//! The flash memory as the store uses it.
 
 /// One of the two pages. On the STM32F427 they are sectors 12 and 13, at 0x0810_0000 and
 /// 0x0810_4000, 16 KiB each: bank 2, which is erased and written while the program runs from bank 1.
@@ -10,20 +10,20 @@ pub enum Page {
     Second,
 }
 
-/// What the flash is doing.
+/// Status of the flash.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Status {
-    /// Nothing; the last operation went well.
+    /// Idle; the last operation succeeded.
     Ready,
-    /// It erases or writes.
+    /// Erasing or writing.
     Busy,
-    /// Nothing; the last operation failed.
+    /// Idle; the last operation failed.
     Failed,
 }
 
-/// Two pages of flash that are erased and written without waiting for them.
+/// Two pages of flash that are erased and written without blocking.
 ///
-/// An erased word reads as [`u32::MAX`]. A word is written once after each erase.
+/// An erased word reads as [`u32::MAX`]. A word is written at most once after each erase.
 pub trait Flash {
     /// Starts to erase a page; called only while not [`Status::Busy`].
     fn start_erase(&mut self, page: Page);
@@ -32,7 +32,7 @@ pub trait Flash {
     /// [`Status::Busy`].
     fn start_program(&mut self, page: Page, offset: u16, word: u32);
 
-    /// What it is doing.
+    /// Its present status.
     fn status(&mut self) -> Status;
 
     /// The word at `offset` bytes, a multiple of four; called only while not [`Status::Busy`].

@@ -2,47 +2,25 @@
 
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 
-use super::{EDGES, Flash, Page, Stored};
-use crate::parameters::{BoardParameters, WORDS};
+use super::{Flash, Page, Stored};
 
-/// Words in front of the set: magic and sequence number.
+/// Words before the set: layout hash and sequence number.
 const HEAD: usize = 2;
 
-/// Words of a page of parameters, the CRC being the last.
-pub(super) const PAGE_WORDS: usize = WORDS + EDGES;
-
-impl Stored for BoardParameters {
-    /// "SA", and the version of the layout: one more with each change of the parameters' words.
-    const MAGIC: u32 = 0x5341_0002;
-    const DEFAULT: Self = Self::DEFAULT;
-    type Page = [u32; PAGE_WORDS];
-    const ZEROS: Self::Page = [0; PAGE_WORDS];
-
-    fn write(&self, words: &mut [u32]) {
-        for (number, word) in (0..).zip(words) {
-            *word = self.word(number).unwrap_or(0);
-        }
-    }
-
-    fn read(words: &[u32]) -> Option<Self> {
-        Self::from_words(words.first_chunk()?)
-    }
-}
-
-/// Bit by bit: a table would take 1 KiB, and a word is hashed in some 250 instructions when the
-/// board starts or saves, away from the control step.
+/// Bit by bit: a table would take 1 KiB, and hashing a word takes about 250 instructions at
+/// start-up or in a save, outside the control step.
 const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
 /// What a page holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Content {
-    /// Nothing: as after an erase.
+    /// Nothing: erased.
     Empty,
-    /// A set of parameters that was not written to its end: its CRC is missing.
+    /// The beginning of a set: its save was cut off before the CRC.
     Unfinished,
-    /// A set of parameters with this sequence number.
+    /// A set with this sequence number.
     Valid(u32),
-    /// Anything else.
+    /// Anything else, also a set of another layout.
     Corrupt,
 }
 
@@ -56,16 +34,16 @@ pub(super) fn offsets() -> impl Iterator<Item = u16> {
 pub(super) struct Image<S: Stored>(S::Page);
 
 impl<S: Stored> Image<S> {
-    /// Nothing yet.
+    /// A page of zeros.
     pub const fn blank() -> Self {
         Self(S::ZEROS)
     }
 
-    /// Becomes this set's; where it is, for it is large.
+    /// Fills the page with a set, in place because it is large.
     pub fn fill(&mut self, sequence: u32, set: &S) {
         let page = self.0.as_mut();
-        if let [magic, number, content @ .., _] = page {
-            (*magic, *number) = (S::MAGIC, sequence);
+        if let [layout, number, content @ .., _] = page {
+            (*layout, *number) = (S::LAYOUT, sequence);
             set.write(content);
         }
         if let [covered @ .., check] = page {
@@ -73,7 +51,7 @@ impl<S: Stored> Image<S> {
         }
     }
 
-    /// Whether a page of the flash holds it, word for word.
+    /// Whether a page of the flash holds these words.
     pub fn is_in(&self, flash: &impl Flash, page: Page) -> bool {
         let words = self.0.as_ref().iter().zip(offsets());
         words
@@ -86,7 +64,7 @@ impl<S: Stored> Image<S> {
         self.0
     }
 
-    /// What a page of the flash holds.
+    /// Reads a page of the flash.
     pub fn read(flash: &impl Flash, page: Page) -> Self {
         let mut words = S::ZEROS;
         for (offset, word) in offsets().zip(words.as_mut()) {
@@ -95,37 +73,52 @@ impl<S: Stored> Image<S> {
         Self(words)
     }
 
-    /// The word of this index; `None` behind the last one.
+    /// The word of this index; `None` after the last word.
     pub fn word(&self, index: u16) -> Option<u32> {
         self.0.as_ref().get(usize::from(index)).copied()
     }
 
-    /// Whether that is a set.
+    /// What the page holds.
     pub fn content(&self) -> Content {
-        let [covered @ .., check] = self.0.as_ref() else {
+        let words = self.0.as_ref();
+        let [covered @ .., check] = words else {
             return Content::Corrupt;
         };
-        if self.0.as_ref().iter().all(|&word| word == u32::MAX) {
+        if is_erased(words) {
             Content::Empty
         } else if checksum(covered) == *check && self.set().is_some() {
             Content::Valid(covered.get(1).copied().unwrap_or(0))
-        } else if *check == u32::MAX {
+        } else if *check == u32::MAX && self.begins_with_layout() {
             Content::Unfinished
         } else {
             Content::Corrupt
         }
     }
 
-    /// The set, if it is of this layout and possible; the CRC is not looked at.
+    /// Whether the first word is the layout hash, or part of it in a page that is otherwise erased:
+    /// writing clears bits, so that a word that was cut off has all set bits of the hash.
+    fn begins_with_layout(&self) -> bool {
+        match self.0.as_ref() {
+            [layout, _, ..] if *layout == S::LAYOUT => true,
+            [layout, rest @ ..] => layout & S::LAYOUT == S::LAYOUT && is_erased(rest),
+            [] => false,
+        }
+    }
+
+    /// The set, if it has this layout and is valid; the CRC is not checked.
     pub fn set(&self) -> Option<S> {
         let [content @ .., _] = self.0.as_ref() else {
             return None;
         };
         let (head, content) = content.split_at_checked(HEAD)?;
-        (head.first() == Some(&S::MAGIC))
+        (head.first() == Some(&S::LAYOUT))
             .then(|| S::read(content))
             .flatten()
     }
+}
+
+fn is_erased(words: &[u32]) -> bool {
+    words.iter().all(|&word| word == u32::MAX)
 }
 
 fn checksum(words: &[u32]) -> u32 {

@@ -1,21 +1,20 @@
-//! Writes a set of parameters, one operation of the flash after the other.
+//! Saves a set, one operation of the flash after the other.
 
 use super::{
     Flash, Loaded, Newest, Page, Status, Stored,
     page::{Image, offsets},
 };
-use crate::parameters::BoardParameters;
 
-/// How far a save is.
+/// Progress of a save.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Progress {
-    /// Nothing to do.
+    /// No save is running.
     Idle,
     /// Call again.
     Running,
     /// The set is stored.
     Done,
-    /// It is not; the set before is.
+    /// The set is not stored; the previous one still is.
     Failed(SaveError),
 }
 
@@ -26,25 +25,25 @@ pub enum SaveError {
     Erase,
     /// The flash could not write a word.
     Program,
-    /// What was read back is not what was written.
+    /// The words that were read back differ from those written.
     Verify,
 }
 
-/// What is to be done next.
+/// The next step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Step {
     Idle,
     Erase,
     Erased,
-    /// The word of this index is to be written.
+    /// Write the word of this index.
     Program(u16),
-    /// It was.
+    /// Wait until the word of this index is written.
     Programmed(u16),
 }
 
-/// Saves parameters without ever waiting.
+/// Saves sets without blocking.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Saver<S: Stored = BoardParameters> {
+pub struct Saver<S: Stored> {
     newest: Option<Newest>,
     sequence: u32,
     image: Image<S>,
@@ -52,7 +51,7 @@ pub struct Saver<S: Stored = BoardParameters> {
 }
 
 impl<S: Stored> Saver<S> {
-    /// A saver that knows what the flash holds.
+    /// A saver for a flash with this content.
     pub fn new(loaded: &Loaded<S>) -> Self {
         Self {
             newest: loaded.newest,
@@ -62,7 +61,7 @@ impl<S: Stored> Saver<S> {
         }
     }
 
-    /// Starts to save this set; `false`, and nothing is done, while another save is running.
+    /// Starts to save this set. Returns `false` and does nothing while another save is running.
     pub fn start(&mut self, parameters: &S) -> bool {
         let is_idle = self.step == Step::Idle;
         if is_idle {
@@ -78,9 +77,9 @@ impl<S: Stored> Saver<S> {
         self.step != Step::Idle
     }
 
-    /// Does what can be done without waiting: one operation of the flash at the most.
+    /// Does as much as is possible without blocking: at most one operation of the flash.
     ///
-    /// [`Progress::Done`] and [`Progress::Failed`] are told once.
+    /// [`Progress::Done`] and [`Progress::Failed`] are returned once.
     pub fn poll(&mut self, flash: &mut impl Flash) -> Progress {
         let status = match self.step {
             Step::Idle => return Progress::Idle,
@@ -90,7 +89,7 @@ impl<S: Stored> Saver<S> {
         self.step = match (self.step, status) {
             (_, Status::Busy) => return Progress::Running,
             (Step::Idle, _) => return Progress::Idle,
-            // The first save of all: an erase that loses its power could leave anything there.
+            // The very first save: an interrupted erase could leave any content.
             (Step::Erase, _) if self.newest.is_none() && is_blank::<S>(flash, page) => {
                 Step::Program(0)
             }
@@ -144,7 +143,7 @@ impl<S: Stored> Saver<S> {
     }
 }
 
-/// Whether nothing is written where a set goes.
+/// Whether the words of a page that a set takes are erased.
 fn is_blank<S: Stored>(flash: &impl Flash, page: Page) -> bool {
     S::ZEROS
         .as_ref()

@@ -5,9 +5,64 @@ extern crate std;
 use proptest::prelude::*;
 use std::{vec, vec::Vec};
 
-use super::{page::PAGE_WORDS, *};
+use super::*;
 
-/// More words than a set needs: what lies behind must not matter.
+const FIELDS: usize = 53;
+
+/// Words of a page of the set.
+const PAGE_WORDS: usize = FIELDS + EDGES;
+
+const fn field(name: &'static str) -> Field {
+    Field {
+        name,
+        address: 0,
+        data_type: "i32",
+    }
+}
+
+/// A set of words, the first of which is a node-ID; `LAYOUT` is the hash of its layout.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Set<const LAYOUT: u32, const SIZE: usize = FIELDS>([u32; SIZE]);
+
+impl<const LAYOUT: u32, const SIZE: usize> Set<LAYOUT, SIZE> {
+    const fn with_node_id(node_id: u32) -> Self {
+        let mut words = [7; SIZE];
+        words[0] = node_id;
+        Self(words)
+    }
+}
+
+macro_rules! stored {
+    ($($size:literal)+) => {
+        $(impl<const LAYOUT: u32> Stored for Set<LAYOUT, $size> {
+            const LAYOUT: u32 = LAYOUT;
+            const DEFAULT: Self = Self::with_node_id(1);
+            type Page = [u32; $size + EDGES];
+            const ZEROS: Self::Page = [0; $size + EDGES];
+
+            fn write(&self, words: &mut [u32]) {
+                words.copy_from_slice(&self.0);
+            }
+
+            fn read(words: &[u32]) -> Option<Self> {
+                let words: [u32; $size] = words.try_into().ok()?;
+                (1..128).contains(&words[0]).then_some(Self(words))
+            }
+        })+
+    };
+}
+
+stored!(52 53 54);
+
+const LAYOUT: u32 = layout_hash(&[field("node_id"), field("current_ma")]);
+
+type TestSet = Set<LAYOUT>;
+
+fn load(flash: &FakeFlash) -> Loaded<TestSet> {
+    super::load(flash)
+}
+
+/// More words than a set needs: their content must not matter.
 const WORDS: usize = PAGE_WORDS + 8;
 
 /// Polls for which an erase is busy.
@@ -19,7 +74,7 @@ struct FakeFlash {
     pages: [Vec<u32>; 2],
     busy: usize,
     fails: bool,
-    /// Stages until the power is lost; each word and each erase has some.
+    /// Stages until the power is lost; each word and each erase has several.
     power: Option<usize>,
     seed: u32,
 }
@@ -47,7 +102,7 @@ impl FakeFlash {
         self.power != Some(0)
     }
 
-    /// The power lasts for one stage less; the last stage that it reaches.
+    /// The last stage that an operation reaches before the power is lost.
     fn stages(&mut self) -> Stage {
         let stages = [Stage::Before, Stage::Half, Stage::Done];
         let left = self.power.unwrap_or(usize::MAX);
@@ -55,7 +110,7 @@ impl FakeFlash {
         stages[left.min(2)]
     }
 
-    /// Bits of no pattern.
+    /// Pseudo-random bits.
     fn noise(&mut self) -> u32 {
         self.seed = self
             .seed
@@ -83,7 +138,7 @@ impl Flash for FakeFlash {
             let word = &mut self.pages[page as usize][index];
             match stage {
                 Stage::Before => {}
-                // Some cells have let go, some have not.
+                // Some cells are erased, some are not.
                 Stage::Half => *word |= noise,
                 Stage::Done => *word = u32::MAX,
             }
@@ -126,15 +181,12 @@ impl Flash for FakeFlash {
     }
 }
 
-fn set(node_id: i32) -> BoardParameters {
-    let mut parameters = BoardParameters::DEFAULT;
-    parameters.bus.node_id = node_id;
-    assert!(parameters.control.set(0, node_id as f32));
-    parameters
+fn set(node_id: u32) -> TestSet {
+    Set::with_node_id(node_id)
 }
 
 /// Saves until it is done or the power is gone.
-fn save(flash: &mut FakeFlash, parameters: &BoardParameters) -> Progress {
+fn save(flash: &mut FakeFlash, parameters: &TestSet) -> Progress {
     let mut saver = Saver::new(&load(flash));
     assert!(saver.start(parameters));
     while flash.is_powered() {
@@ -146,7 +198,7 @@ fn save(flash: &mut FakeFlash, parameters: &BoardParameters) -> Progress {
     Progress::Running
 }
 
-/// A flash that was used: both pages hold sets, the newest one node 2.
+/// A used flash: both pages hold sets, the newest one has node-ID 2.
 fn used() -> FakeFlash {
     let mut flash = FakeFlash::new();
     assert_eq!(save(&mut flash, &set(1)), Progress::Done);
@@ -217,20 +269,20 @@ fn the_first_save_of_all_leaves_the_defaults_or_the_new_set() {
         let loaded = load(&flash.powered_again(None));
         match loaded.origin {
             Origin::Stored => assert_eq!(loaded.parameters, set(3)),
-            Origin::Defaults => assert_eq!(loaded.parameters, BoardParameters::DEFAULT),
-            // A CRC that stands by half cannot be told from a page that has gone bad: that is told,
-            // and the defaults serve.
+            Origin::Defaults => assert_eq!(loaded.parameters, TestSet::DEFAULT),
+            // A half-written CRC cannot be distinguished from a corrupt page: it is reported as
+            // such, and the defaults are used.
             Origin::DefaultsInsteadOfCorrupt => {
                 // The page is blank: there is no erase.
                 assert_eq!(power, STAGES - 3);
-                assert_eq!(loaded.parameters, BoardParameters::DEFAULT);
+                assert_eq!(loaded.parameters, TestSet::DEFAULT);
             }
         }
     }
 }
 
 #[test]
-fn a_single_set_that_has_gone_bad_is_told() {
+fn a_single_corrupt_set_is_reported() {
     let mut flash = FakeFlash::new();
     assert_eq!(save(&mut flash, &set(1)), Progress::Done);
     flash.pages[0][9] ^= 4;
@@ -244,7 +296,7 @@ fn the_newer_set_is_taken_where_the_sequence_number_wraps() {
 }
 
 #[test]
-fn a_flash_that_fails_is_told_and_the_old_set_stays() {
+fn a_failing_flash_is_reported_and_the_old_set_stays() {
     let mut flash = used();
     flash.fails = true;
     assert_eq!(
@@ -271,19 +323,54 @@ fn a_flash_that_fails_is_told_and_the_old_set_stays() {
 }
 
 #[test]
-fn both_pages_corrupt_are_told_from_an_empty_flash() {
+fn two_corrupt_pages_are_distinguished_from_an_empty_flash() {
     let mut flash = used();
     for page in &mut flash.pages {
         page[7] ^= 1;
     }
     let loaded = load(&flash);
     assert_eq!(loaded.origin, Origin::DefaultsInsteadOfCorrupt);
-    assert_eq!(loaded.parameters, BoardParameters::DEFAULT);
+    assert_eq!(loaded.parameters, TestSet::DEFAULT);
+}
+
+/// Loads a page that was saved with another layout.
+fn origin_after_save_as<S: Stored>(other: &S) -> Origin {
+    let mut flash = FakeFlash::new();
+    let page = first_page(other);
+    flash.pages[0][..page.as_ref().len()].copy_from_slice(page.as_ref());
+    assert_eq!(super::load::<S>(&flash).origin, Origin::Stored);
+    let loaded = load(&flash);
+    assert_eq!(loaded.parameters, TestSet::DEFAULT);
+    loaded.origin
+}
+
+/// Each of the other sets is valid in its own layout, CRC and values included.
+#[test]
+fn a_page_of_another_layout_is_refused_as_corrupt() {
+    const REORDERED: u32 = layout_hash(&[field("current_ma"), field("node_id")]);
+    const RENAMED: u32 = layout_hash(&[field("node_id"), field("voltage_mv")]);
+    const OTHER_TYPE: u32 = layout_hash(&[
+        field("node_id"),
+        Field {
+            data_type: "f32",
+            ..field("current_ma")
+        },
+    ]);
+    const LONGER: u32 = layout_hash(&[field("node_id"), field("current_ma"), field("mode")]);
+    const SHORTER: u32 = layout_hash(&[field("node_id")]);
+    let origins = [
+        origin_after_save_as(&Set::<REORDERED, 53>::with_node_id(5)),
+        origin_after_save_as(&Set::<RENAMED, 53>::with_node_id(5)),
+        origin_after_save_as(&Set::<OTHER_TYPE, 53>::with_node_id(5)),
+        origin_after_save_as(&Set::<LONGER, 54>::with_node_id(5)),
+        origin_after_save_as(&Set::<SHORTER, 52>::with_node_id(5)),
+    ];
+    assert_eq!(origins, [Origin::DefaultsInsteadOfCorrupt; 5]);
 }
 
 proptest! {
     #[test]
-    fn a_flipped_bit_is_seen_and_the_other_page_serves(index in 0..PAGE_WORDS, bit in 0..32) {
+    fn a_flipped_bit_is_detected_and_the_other_page_is_used(index in 0..PAGE_WORDS, bit in 0..32) {
         let mut flash = used();
         // The second save went to the second page.
         flash.pages[1][index] ^= 1_u32 << bit;
@@ -291,7 +378,7 @@ proptest! {
     }
 
     #[test]
-    fn any_content_is_read_without_harm(words in proptest::collection::vec(any::<u32>(), WORDS)) {
+    fn any_content_can_be_read(words in proptest::collection::vec(any::<u32>(), WORDS)) {
         let mut flash = used();
         flash.pages[1] = words;
         prop_assert_eq!(load(&flash).parameters, set(1));

@@ -1,4 +1,4 @@
-//! The objects of the model that runs beside the motor, 2011h, from a fitted motor or servo.
+//! The parameters of the board's motor model, 2011h, from a fitted motor or servo.
 
 use canopen_generator::Row;
 
@@ -8,8 +8,8 @@ use crate::{
     settings::{PlantKind, Settings},
 };
 
-/// Each entry of 2011h that a fit tells, with its value for these settings, in its unit. The
-/// correction time, 2011h:7, is no property of the motor and stays as it is.
+/// Each entry of 2011h that a fit determines, with its value in the unit of the entry. The
+/// correction time 2011h:7 is no property of the motor and is not included.
 ///
 /// ```
 /// use host_sim::{can::motor_objects, settings::{ModelKind, PlantKind, Settings}};
@@ -23,7 +23,7 @@ use crate::{
 /// ```
 ///
 /// # Errors
-/// [`Error::Conflict`] of a model that has no motor of its own.
+/// [`Error::Conflict`] if the model has no motor.
 pub fn of(settings: &Settings) -> Result<[(&'static Row, f64); 6], Error> {
     let value = |name: &str| {
         let found = settings.values().find(|v| v.parameter.name == name);
@@ -40,20 +40,33 @@ pub fn of(settings: &Settings) -> Result<[(&'static Row, f64); 6], Error> {
     let pendulum = value("pendulum_mass_kg") * value("pendulum_length_m").powi(2);
     let inertia =
         value("motor_inertia_kg_m2") * ratio * ratio + value("load_inertia_kg_m2") + pendulum;
-    // Its friction is M1, and of one place.
+    // The board's model has friction M1 at a single location.
     let coulomb = value("coulomb_friction_nm") + value("bearing_friction_nm");
     let viscous = value("viscous_friction_nm_s_deg").to_degrees();
     Ok([
-        (names::find("2011:1")?, value("winding_resistance_ohm")),
-        (names::find("2011:2")?, value("torque_constant_nm_a")),
-        (names::find("2011:3")?, ratio),
-        (names::find("2011:4")?, inertia),
-        (names::find("2011:5")?, viscous),
-        (names::find("2011:6")?, coulomb),
+        (
+            names::of_value("values.model.resistance_ohm")?,
+            value("winding_resistance_ohm"),
+        ),
+        (
+            names::of_value("values.model.torque_constant_nm_a")?,
+            value("torque_constant_nm_a"),
+        ),
+        (names::of_value("values.model.gear_ratio")?, ratio),
+        (names::of_value("values.model.inertia_kg_m2")?, inertia),
+        (
+            names::of_value("values.model.viscous_friction_nm_s")?,
+            viscous,
+        ),
+        (
+            names::of_value("values.model.coulomb_friction_nm")?,
+            coulomb,
+        ),
     ])
 }
 
-/// What of the friction the objects cannot tell, in words; `None` where they tell all of it.
+/// The part of the friction that the objects cannot represent, as a sentence; `None` if they
+/// represent all of it.
 pub fn left_out(settings: &Settings) -> Option<String> {
     let mut values = settings.values();
     let friction = values.find(|v| v.parameter.name == "friction_model")?;

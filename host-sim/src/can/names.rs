@@ -1,23 +1,22 @@
-//! Objects by name or index, and their values as text.
+//! Objects by name, index or stored value, and their values as text.
 
 use std::sync::LazyLock;
 
-use canopen_generator::{Access, Kind, Row};
+use canopen_generator::{Access, Kind, Row, ValuePath};
 
 use crate::error::Error;
 
 /// The dictionary of the actuator.
-static ROWS: LazyLock<Vec<Row>> = LazyLock::new(|| {
-    let source = include_str!("../../../firmware/object-dictionary.csv");
-    canopen_generator::parse(source).unwrap_or_default()
-});
+static ROWS: LazyLock<Vec<Row>> =
+    LazyLock::new(|| canopen_generator::actuator::rows().unwrap_or_default());
 
 /// All objects of the actuator.
 pub fn rows() -> &'static [Row] {
     &ROWS
 }
 
-/// The name of an entry: that of its object, and behind a slash its own where the object has several.
+/// The name of an entry: the name of its object; if that has several entries, a slash and the name
+/// of the entry follow.
 ///
 /// ```
 /// use host_sim::can::names::{find, name};
@@ -51,10 +50,11 @@ fn address(text: &str) -> Option<(u16, u8)> {
     Some((index, sub))
 }
 
-/// The entry of a name or an index. Of a name the part behind the slash is enough where no other entry has it.
+/// The entry with this name or index. The part of the name after the slash is sufficient if it is
+/// unique.
 ///
 /// # Errors
-/// That there is none, with the name that is most like it.
+/// There is no such entry; the error suggests the most similar name.
 pub fn find(text: &str) -> Result<&'static Row, Error> {
     if let Some((index, sub)) = address(text) {
         let row = rows()
@@ -74,6 +74,23 @@ pub fn find(text: &str) -> Result<&'static Row, Error> {
         (Some(row), None) => Ok(row),
         _ => Err(unknown(text)),
     }
+}
+
+/// The entry of a stored value, by its path in the object dictionary's source.
+///
+/// ```
+/// use host_sim::can::names::of_value;
+/// let row = of_value("values.model.gear_ratio").unwrap();
+/// assert_eq!((row.index, row.sub), (0x2011, Some(3)));
+/// ```
+///
+/// # Errors
+/// No object has this value.
+pub fn of_value(path: &str) -> Result<&'static Row, Error> {
+    let value = ValuePath::from_text(path).ok_or_else(|| unknown(path))?;
+    let mut rows = rows().iter();
+    let found = rows.find(|row| row.value.as_ref() == Some(&value));
+    found.ok_or_else(|| unknown(path))
 }
 
 fn unknown(text: &str) -> Error {
@@ -121,7 +138,7 @@ impl From<&Value> for serde_json::Value {
     }
 }
 
-/// Bytes of a number, and whether it is signed.
+/// Size of a number in bytes, and whether it is signed.
 pub fn layout(kind: Kind) -> Option<(usize, bool)> {
     Some(match kind {
         Kind::U8 => (1, false),
@@ -136,7 +153,7 @@ pub fn layout(kind: Kind) -> Option<(usize, bool)> {
     })
 }
 
-/// The value in these bytes; `None` where they are of another length.
+/// The value of these bytes; `None` if their number is wrong.
 pub fn decode(kind: Kind, bytes: &[u8]) -> Option<Value> {
     match kind {
         Kind::F32 => Some(Value::Real(f32::from_le_bytes(bytes.try_into().ok()?))),
@@ -161,10 +178,10 @@ pub fn decode(kind: Kind, bytes: &[u8]) -> Option<Value> {
     }
 }
 
-/// The bytes of a value in words.
+/// The bytes of a value given as text.
 ///
 /// # Errors
-/// What was expected instead.
+/// The object is read only, or the text is not a value of its type.
 pub fn encode(row: &Row, text: &str) -> Result<Vec<u8>, Error> {
     let wrong = |expected| Error::Option {
         option: "the value",
@@ -180,7 +197,7 @@ pub fn encode(row: &Row, text: &str) -> Result<Vec<u8>, Error> {
             Ok(value.to_le_bytes().to_vec())
         }
         Kind::Text => Ok(text.as_bytes().to_vec()),
-        Kind::Domain => Err(wrong("nothing: a DOMAIN is not set by words")),
+        Kind::Domain => Err(wrong("nothing: a DOMAIN cannot be written as text")),
         kind => {
             let (size, is_signed) = layout(kind).ok_or_else(|| wrong("a number"))?;
             let number = match text.strip_prefix("0x") {
@@ -207,7 +224,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn objects_are_found_by_index_by_name_and_by_the_unambiguous_end_of_a_name() {
+    fn objects_are_found_by_index_by_name_and_by_a_unique_entry_name() {
         let index = |text| find(text).map(|row| (row.index, row.sub_index())).ok();
         for text in ["6041", "0x6041", "6041h", "statusword", "Statusword"] {
             assert_eq!(index(text), Some((0x6041, 0)), "{text}");
@@ -227,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn values_go_to_bytes_and_back() {
+    fn values_survive_the_round_trip_through_bytes() {
         for (object, text, bytes) in [
             ("607A", "-1000", &[0x18, 0xFC, 0xFF, 0xFF][..]),
             ("6040", "0x0F", &[15, 0]),
@@ -255,7 +272,7 @@ mod tests {
     }
 
     #[test]
-    fn the_dictionary_is_there() {
+    fn the_dictionary_has_all_entries() {
         assert!(rows().len() > 300);
     }
 }

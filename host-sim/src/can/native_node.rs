@@ -3,7 +3,7 @@
 use canopen::{CanFrame, NodeId};
 use firmware::{
     application::Start,
-    drive::{Device, Set},
+    drive::{Device, StoredParameters},
     native::{bridge, samples},
     store::{self, Flash, Page, Progress, Saver, Status},
 };
@@ -58,7 +58,7 @@ pub struct NativeNode<'a> {
     device: Device<'a>,
     plant: SampledBoardPlant,
     flash: Memory,
-    saver: Saver<Set>,
+    saver: Saver<StoredParameters>,
     next_us: u64,
 }
 
@@ -74,8 +74,8 @@ impl<'a> NativeNode<'a> {
         buffer: &'a mut [i32],
     ) -> Result<Self, ParameterError> {
         let flash = Memory::erased();
-        let loaded = store::load_set::<Set>(&flash);
-        let mut set = Set::defaults();
+        let loaded = store::load::<StoredParameters>(&flash);
+        let mut set = StoredParameters::DEFAULT;
         if let Some(id) = node_id {
             set.board.bus.node_id = i32::from(id.get());
         }

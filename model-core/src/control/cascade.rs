@@ -17,7 +17,7 @@ use crate::{
     time::CONTROL_PERIOD_S,
 };
 
-mod by_number;
+mod single_precision;
 
 /// From one end of the duty to the other: no limit to its change.
 const WIDEST_STEP: Percent = Percent::const_from_int(200);

@@ -1,4 +1,16 @@
-//! The parameters of the control step, as people write them.
+//! The parameters of the control step in engineering units.
+
+use crate::parameter::{self, Parameters};
+
+impl ControlParameters {
+    /// The row of a parameter in the table, for constant expressions.
+    ///
+    /// # Panics
+    /// Those of [`parameter::row`].
+    pub const fn row(name: &str) -> usize {
+        parameter::row(Self::TABLE, name)
+    }
+}
 
 crate::parameters! {
     /// Gains and limits of the control step; the presets of [`crate::presets`] set them.

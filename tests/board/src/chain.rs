@@ -2,7 +2,7 @@
 
 use std::thread;
 
-use firmware::drive::Set;
+use firmware::drive::StoredParameters;
 use firmware::store::{Stored, first_page};
 use virtual_board::can::Sent;
 use virtual_board::flash::Sector;
@@ -48,7 +48,7 @@ where
     let mut ends = bus.ends().into_iter();
     let mut threads = Vec::new();
     for (node_id, (script, end)) in (1..).zip(scripts.into_iter().zip(&mut ends)) {
-        let mut set = Set::defaults();
+        let mut set = StoredParameters::DEFAULT;
         set.board.bus.node_id = node_id;
         let options = Options {
             contents: vec![saved(&set)],

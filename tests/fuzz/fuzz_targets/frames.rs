@@ -12,7 +12,7 @@ use model_core::control::encoder_word::{EncoderCount, EncoderWord, Magnet};
 
 fuzz_target!(|input: &[u8]| {
     let mut buffer = [0; 80];
-    let mut device = Device::new(Set::defaults(), Start::default(), &mut buffer, 0);
+    let mut device = Device::new(StoredParameters::DEFAULT, Start::default(), &mut buffer, 0);
     let word = EncoderWord::of(EncoderCount::new(0), Magnet::Steady);
     let (mut rest, mut now_us) = (input, 0);
     while let [low, high, length, after @ ..] = rest {

@@ -339,7 +339,7 @@ fn a_shaft_that_was_turned_while_the_encoder_was_away_has_a_new_angle() {
 
 #[test]
 fn bus_off_ends_an_excitation_that_the_bus_has_started() {
-    use crate::command::excitation::{ExcitationSettings, Run};
+    use crate::{command::excitation::Run, parameters::ExcitationSettings};
     let run: Run = ExcitationSettings::DEFAULT.run().unwrap();
     let mut board = TestBoard::enabled();
     board.application.start_excitation(run).unwrap();

@@ -3,6 +3,7 @@
 use model_core::control::{cascade::Coefficients, parameters::ControlParameters, units::angle};
 
 use super::*;
+use crate::parameters::Parameter;
 
 #[test]
 fn the_loop_is_not_closed_before_everything_was_measured() {
@@ -226,10 +227,9 @@ fn parameters_beyond_the_control_step_wait_until_the_bridge_is_off() {
     board.request(Request::Disable);
     assert_eq!(board.application.retune(&other), Ok(()));
     other.stall.stall_ms = 0;
-    let number = BoardParameters::number_of("stall_ms").unwrap();
     assert_eq!(
         board.application.retune(&other),
-        Err(Refused::Parameter(number))
+        Err(Refused::Parameter(Parameter::StallMs))
     );
 }
 

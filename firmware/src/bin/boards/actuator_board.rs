@@ -39,7 +39,7 @@ mod app {
     use canopen::CanFrame;
     use firmware::{
         application::{BusState, Outputs},
-        drive::Set,
+        drive::StoredParameters,
         supervisor::Part,
     };
     use heapless::spsc::{Consumer, Producer, Queue};
@@ -103,7 +103,7 @@ mod app {
         received_queue: Queue<CanFrame, RECEIVED> = Queue::new(),
         send_queue: Queue<CanFrame, TO_SEND> = Queue::new(),
         wanted_slot: Slot<Wanted> = Slot::new(),
-        save_slot: Slot<Set> = Slot::new(),
+        save_slot: Slot<StoredParameters> = Slot::new(),
         saved_slot: Slot<bool> = Slot::new(),
         capture_buffer: [i32; CAPTURE_WORDS] = [0; CAPTURE_WORDS],
         built: MaybeUninit<Built> = MaybeUninit::uninit(),

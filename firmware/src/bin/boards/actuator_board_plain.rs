@@ -110,7 +110,7 @@ mod app {
     ])]
     fn init(cx: init::Context) -> (Shared, Local) {
         let mut board = Board::new(cx.device);
-        let loaded = store::load(&board.flash);
+        let loaded = store::load::<BoardParameters>(&board.flash);
         let parameters = loaded.parameters;
         let start = Start {
             watchdog: board.reset_cause == ResetCause::Watchdog,

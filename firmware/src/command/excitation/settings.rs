@@ -34,35 +34,9 @@ use model_core::{
 
 use super::{Run, logarithmic};
 use crate::{
-    parameters::integers::{Integers, integers},
+    parameters::{ExcitationSettings, ObjectValues},
     timing::angle_of_mdeg,
 };
-
-integers! {
-    /// The excitation that the board runs when it is told to start one. None of it is stored.
-    pub struct ExcitationSettings {
-        /// Its shape, by the table above.
-        shape: 5, "choice", 0, 9, "what identifies best";
-        /// Amplitude.
-        amplitude_mdeg: 5000, "mdeg", -180000, 180000, "as model-core's chirp";
-        /// Frequency, or that at the start.
-        start_mhz: 100, "1e-3 Hz", 1, 100000, "as model-core's chirp";
-        /// Frequency at the end.
-        end_mhz: 10000, "1e-3 Hz", 1, 100000, "as model-core's chirp";
-        /// Length of a chirp.
-        duration_ms: 20000, "ms", 10, 3600000, "as model-core's chirp";
-        /// Width, dwell, hold or chip.
-        unit_ms: 300, "ms", 4, 100000, "as model-core's 3-2-1-1";
-        /// Slope of a ramp.
-        rate_deg_s: 60, "deg/s", 1, 10000, "as model-core's ramp";
-        /// Order of the shift register of a pseudo-random binary sequence.
-        order: 7, "1", 3, 16, "as model-core's";
-        /// Lines of a multisine.
-        lines: 8, "1", 1, 8, "each takes 150 instructions of a sample";
-        /// How often it is run.
-        repetitions: 1, "1", 1, 10000, "once";
-    }
-}
 
 /// Ticks in a millisecond.
 const TICKS_PER_MS: u64 = 20;
@@ -86,19 +60,21 @@ const BENDS: [(u8, u8, i8); 7] = [
 ];
 
 impl ExcitationSettings {
-    /// The run that these settings mean; `None` where one is out of its range.
+    /// The run that these settings mean; `None` if one is out of its range.
     ///
     /// ```
-    /// use firmware::command::excitation::ExcitationSettings;
+    /// use firmware::parameters::ExcitationSettings;
     /// let doublet = ExcitationSettings { shape: 1, ..ExcitationSettings::DEFAULT };
     /// let run = doublet.run().unwrap();
     /// assert_eq!(run.excitation.command(0), 5);
     /// assert_eq!(run.ticks, 2 * 6_000);
     /// ```
     pub fn run(&self) -> Option<Run> {
-        if self.out_of_range().is_some() {
-            return None;
-        }
+        let values = ObjectValues {
+            excitation: *self,
+            ..ObjectValues::DEFAULT
+        };
+        values.check().ok()?;
         let amplitude = angle_of_mdeg(self.amplitude_mdeg);
         let unit = self.unit_ticks();
         let excitation = match self.shape {

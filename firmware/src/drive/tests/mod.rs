@@ -46,18 +46,18 @@ fn frame(id: u16, data: &[u8]) -> CanFrame {
 
 impl Bench {
     fn new() -> Self {
-        Self::with(Set::defaults())
+        Self::with(StoredParameters::DEFAULT)
     }
 
-    fn with(set: Set) -> Self {
+    fn with(set: StoredParameters) -> Self {
         Self::started(set, Start::default())
     }
 
     fn after(start: Start) -> Self {
-        Self::started(Set::defaults(), start)
+        Self::started(StoredParameters::DEFAULT, start)
     }
 
-    fn started(set: Set, start: Start) -> Self {
+    fn started(set: StoredParameters, start: Start) -> Self {
         let buffer = Box::leak(Box::new([0; 4000]));
         let mut bench = Self {
             device: Device::new(set, start, buffer, 0),

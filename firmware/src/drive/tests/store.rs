@@ -1,13 +1,17 @@
 //! 1010h, 1011h and LSS over the flash.
 
 use super::*;
-use crate::store::{EDGES, Stored};
+use crate::parameters::{CONTROL, Parameter};
+use crate::store::{EDGES, Stored, layout_hash};
 use canopen::dictionary::Address;
 use canopen::{Abort, ParameterGroup};
 use core::task::Poll;
 
 const SAVE: u32 = u32::from_le_bytes(*b"save");
 const LOAD: u32 = u32::from_le_bytes(*b"load");
+
+/// Words of the parameters of the board; the values of objects follow.
+const BOARD_WORDS: usize = CONTROL + Parameter::ALL.len();
 
 fn reset(bench: &mut Bench) {
     bench.send(0, &[129, 1]);
@@ -66,7 +70,7 @@ fn parameter_groups_are_stored_separately() {
 }
 
 #[test]
-fn a_flash_that_refuses_is_told() {
+fn a_failing_flash_is_reported() {
     let mut bench = Bench::new();
     bench.flash = Flash::Refuses;
     assert_eq!(
@@ -87,7 +91,7 @@ fn lss_stores_node_id_and_bit_rate_and_a_restore_leaves_them() {
     bench.send(0x7E5, &[0x13, 0, 2, 0, 0, 0, 0, 0]);
     lss_store(&mut bench, 0);
     bench.set(0x1011, 1, LOAD, 4);
-    let bus = bench.device.drive.store.set().board.bus;
+    let bus = bench.device.drive.store.stored().board.bus;
     assert_eq!((bus.node_id, bus.bit_rate_kbit_s), (42, 500));
     bench.send(0x7E5, &[0x13, 0, 4, 0, 0, 0, 0, 0]);
     let refused = frame(0x7E4, &[0x13, 1, 0, 0, 0, 0, 0, 0]);
@@ -98,27 +102,36 @@ fn lss_stores_node_id_and_bit_rate_and_a_restore_leaves_them() {
 }
 
 #[test]
-fn a_set_comes_back_from_its_words_and_others_are_refused() {
-    let mut set = Set::defaults();
+fn a_set_is_restored_from_its_words_and_invalid_words_are_refused() {
+    let mut set = StoredParameters::DEFAULT;
     set.board.bus.node_id = 17;
-    let mut page = Set::ZEROS;
-    let words = &mut page[..Set::ZEROS.len() - EDGES];
+    let mut page = StoredParameters::ZEROS;
+    let words = &mut page[..StoredParameters::ZEROS.len() - EDGES];
     set.write(words);
-    assert_eq!(Set::read(words), Some(set));
-    words[crate::parameters::WORDS - 1] = u32::MAX;
-    assert_eq!(Set::read(words), None, "a parameter out of its range");
-    assert_eq!(Set::read(&words[..20]), None);
+    assert_eq!(StoredParameters::read(words), Some(set));
+    for number in [CONTROL, BOARD_WORDS - 1, BOARD_WORDS] {
+        let valid = words[number];
+        words[number] = u32::MAX;
+        assert_eq!(
+            StoredParameters::read(words),
+            None,
+            "word {number} is out of its range"
+        );
+        words[number] = valid;
+    }
+    assert_eq!(StoredParameters::read(words), Some(set));
+    assert_eq!(StoredParameters::read(&words[..20]), None);
 }
 
 #[test]
-fn a_save_that_was_given_up_is_not_taken_for_the_next_one() {
+fn an_aborted_save_does_not_answer_the_next_one() {
     let mut bench = Bench::new();
     bench.writes_for = 20;
     let save = [0x23, 0x10, 0x10, 1, b's', b'a', b'v', b'e'];
     bench.set(0x6081, 0, 111, 4);
     bench.send(0x601, &save);
     bench.steps(3);
-    // The client's patience is over; it changes a value and saves again, while the flash still works.
+    // The client aborts after a timeout, changes a value and saves again while the flash is busy.
     bench.send(0x601, &[0x80, 0x10, 0x10, 1, 0, 0, 4, 5]);
     bench.set(0x6081, 0, 222, 4);
     bench.send(0x601, &save);
@@ -137,7 +150,7 @@ fn a_save_that_was_given_up_is_not_taken_for_the_next_one() {
 }
 
 #[test]
-fn lss_and_sdo_that_store_at_once_both_get_their_own() {
+fn simultaneous_saves_of_lss_and_sdo_both_succeed() {
     let mut bench = Bench::new();
     bench.writes_for = 5;
     lss_node_id(&mut bench, 42);
@@ -155,9 +168,11 @@ fn lss_and_sdo_that_store_at_once_both_get_their_own() {
     };
     assert_eq!((heard(0x7E4), heard(0x581)), (1, 1));
     let stored = &bench.device.drive.store;
-    let heartbeat_ms = stored.communication(canopen::dictionary::Address::new(0x1017, 0));
+    let heartbeat_ms = stored
+        .stored()
+        .communication(canopen::dictionary::Address::new(0x1017, 0));
     assert_eq!(
-        (stored.set().board.bus.node_id, heartbeat_ms),
+        (stored.stored().board.bus.node_id, heartbeat_ms),
         (42, Some(700))
     );
 }
@@ -185,7 +200,7 @@ fn a_save_keeps_the_node_id_that_lss_stored() {
     bench.steps(5);
     assert_eq!((bench.get(0x2102, 1), bench.get(0x2102, 2)), (42, 500));
     bench.set(0x1010, 1, SAVE, 4);
-    let bus = bench.device.drive.store.set().board.bus;
+    let bus = bench.device.drive.store.stored().board.bus;
     assert_eq!((bus.node_id, bus.bit_rate_kbit_s), (42, 500));
 }
 
@@ -195,7 +210,7 @@ fn stored_identifiers_follow_the_node_id_unless_they_were_changed() {
     bench.set(0x1401, 1, 0x8000_0301, 4);
     bench.set(0x1401, 1, 0x355, 4);
     bench.set(0x1010, 1, SAVE, 4);
-    let mut set = *bench.device.drive.store.set();
+    let mut set = *bench.device.drive.store.stored();
     set.board.bus.node_id = 2;
     let buffer = Box::leak(Box::new([0; 80]));
     let mut device = Device::new(set, Start::default(), buffer, 0);
@@ -218,10 +233,10 @@ fn an_enabled_drive_keeps_its_identity_against_lss() {
     let mut bench = Bench::enabled(1);
     lss_node_id(&mut bench, 42);
     lss_store(&mut bench, 2);
-    assert_eq!(bench.device.drive.store.set().board.bus.node_id, 1);
+    assert_eq!(bench.device.drive.store.stored().board.bus.node_id, 1);
 }
 
-/// Sees which communication parameters the server has for 1010h.
+/// Records which communication parameters the server stores by 1010h.
 #[derive(Default)]
 struct Recorder(Vec<Address>);
 
@@ -245,7 +260,7 @@ impl canopen::Application for Recorder {
 }
 
 #[test]
-fn each_communication_parameter_of_the_server_has_its_place_in_a_set() {
+fn each_communication_parameter_of_the_server_has_its_position_in_the_stored_set() {
     let mut app = Recorder::default();
     let node_id = canopen::NodeId::new(1);
     let mut node = canopen::Node::<4, 4>::new(&crate::dictionary::DICTIONARY, node_id, &mut app, 0);
@@ -253,9 +268,27 @@ fn each_communication_parameter_of_the_server_has_its_place_in_a_set() {
     assert!(boot_up.is_some());
     let save = [0x23, 0x10, 0x10, 1, b's', b'a', b'v', b'e'];
     node.receive(&frame(0x601, &save), 0, &mut app);
-    let places: Vec<_> = set::communication_parameters()
-        .map(|entry| entry.address())
-        .collect();
-    assert!(places.len() > 50, "{}", places.len());
-    assert_eq!(app.0, places);
+    let entries = &crate::dictionary::COMMUNICATION_ENTRIES;
+    let addresses: Vec<_> = entries.iter().map(|entry| entry.address()).collect();
+    assert!(addresses.len() > 50, "{}", addresses.len());
+    assert_eq!(app.0, addresses);
+}
+
+#[test]
+fn the_layout_hash_changes_with_order_name_and_type_of_any_stored_value() {
+    let layout = stored::LAYOUT;
+    let hash = layout_hash(&layout);
+    assert_eq!(hash, StoredParameters::LAYOUT);
+    for at in 0..layout.len() {
+        let mut reordered = layout;
+        reordered.swap(at, (at + 1) % layout.len());
+        assert_ne!(layout_hash(&reordered), hash, "word {at} moved");
+        let mut renamed = layout;
+        renamed[at].name = "another_name";
+        assert_ne!(layout_hash(&renamed), hash, "word {at} renamed");
+        let mut retyped = layout;
+        retyped[at].data_type = "i64";
+        assert_ne!(layout_hash(&retyped), hash, "word {at} with another type");
+    }
+    assert_ne!(layout_hash(&layout[1..]), hash);
 }

@@ -1,7 +1,7 @@
 //! The device on the PC, on the plant of the emulated board, in the board's order.
 
 use firmware::application::Start;
-use firmware::drive::{Device, Set};
+use firmware::drive::{Device, StoredParameters};
 use virtual_board::plant::BoardPlantOptions;
 
 use crate::frames::Frame;
@@ -27,7 +27,7 @@ impl NativeNode {
         Self {
             plant: NativePlant::new(options),
             frames: Vec::new(),
-            device: Device::new(Set::defaults(), Start::default(), &mut [], 0),
+            device: Device::new(StoredParameters::DEFAULT, Start::default(), &mut [], 0),
             tick: 0,
         }
     }

@@ -6,6 +6,7 @@ use model_core::excitation::{
 use proptest::prelude::*;
 
 use super::*;
+use crate::parameters::{ObjectValue, tests::ends_of_range};
 
 fn excitation(settings: ExcitationSettings) -> Excitation<'static> {
     settings.run().expect("possible").excitation
@@ -126,19 +127,38 @@ fn a_chirp_that_falls_mirrors_one_that_rises() {
 
 proptest! {
     #[test]
-    fn any_settings_are_run_or_refused(values in proptest::array::uniform10(any::<i32>()), tick: u64) {
-        let mut settings = ExcitationSettings::DEFAULT;
-        for (row, value) in values.into_iter().enumerate() {
-            *settings.get_mut(row).unwrap() = value;
+    fn any_settings_are_run_or_refused(words in proptest::array::uniform10(any::<i32>()), tick: u64) {
+        let mut values = ObjectValues::DEFAULT;
+        for (setting, word) in SETTINGS.into_iter().zip(words) {
+            values.set_word(setting, word as u32);
         }
-        prop_assert!(settings.run().is_none());
-        for (row, value) in values.into_iter().enumerate() {
-            let range = ExcitationSettings::RANGES[row];
-            let span = i64::from(range.max) - i64::from(range.min) + 1;
-            let offset = i64::from(value).rem_euclid(span);
-            *settings.get_mut(row).unwrap() = (i64::from(range.min) + offset) as i32;
+        let is_valid = SETTINGS.iter().all(|setting| values.is_in_range(*setting));
+        prop_assert_eq!(values.excitation.run().is_some(), is_valid);
+        for (setting, word) in SETTINGS.into_iter().zip(words) {
+            let default = ObjectValues::DEFAULT.word(setting) as i32;
+            let (min, max) = ends_of_range(default, |value| {
+                let mut values = ObjectValues::DEFAULT;
+                values.set_word(setting, value as u32);
+                values.is_in_range(setting)
+            });
+            let span = i64::from(max) - i64::from(min) + 1;
+            let offset = i64::from(word).rem_euclid(span);
+            values.set_word(setting, (i64::from(min) + offset) as u32);
         }
-        let run = settings.run().expect("within the ranges");
+        let run = values.excitation.run().expect("within the ranges");
         let _ = run.excitation.command(tick);
     }
 }
+
+const SETTINGS: [ObjectValue; 10] = [
+    ObjectValue::Shape,
+    ObjectValue::AmplitudeMdeg,
+    ObjectValue::StartMhz,
+    ObjectValue::EndMhz,
+    ObjectValue::DurationMs,
+    ObjectValue::UnitMs,
+    ObjectValue::RateDegS,
+    ObjectValue::Order,
+    ObjectValue::Lines,
+    ObjectValue::Repetitions,
+];

@@ -1,6 +1,6 @@
 //! What may wait until node and drive are served: the flash and the log.
 
-use firmware::{application::Outputs, drive::Set, supervisor::Part};
+use firmware::{application::Outputs, drive::StoredParameters, supervisor::Part};
 use heapless::spsc::Consumer;
 
 use crate::actuator::{heard, keeper::Keeper, report::Report, slot::Giver};
@@ -8,7 +8,7 @@ use crate::actuator::{heard, keeper::Keeper, report::Report, slot::Giver};
 /// The background's own.
 pub struct Background {
     pub outputs: Consumer<'static, Outputs, 3>,
-    pub keeper: &'static mut Keeper<Set>,
+    pub keeper: &'static mut Keeper<StoredParameters>,
     pub saved: Giver<bool>,
     pub report: Report,
 }

@@ -4,7 +4,7 @@ use core::mem::MaybeUninit;
 
 use firmware::{
     application::Start,
-    drive::{Device, Set},
+    drive::{Device, StoredParameters},
     store::{self, Origin},
     supervisor::ResetCause,
 };
@@ -16,7 +16,7 @@ use crate::actuator::{
 /// The device with its parameters.
 pub struct Built {
     pub device: Device<'static>,
-    pub keeper: Keeper<Set>,
+    pub keeper: Keeper<StoredParameters>,
     /// Where the parameters come from.
     pub origin: Origin,
 }
@@ -24,17 +24,17 @@ pub struct Built {
 /// Builds all of it in its place, with what the flash holds. For `init` alone.
 pub fn build(
     place: &'static mut MaybeUninit<Built>,
-    (flash, to_save): (Flash, Taker<Set>),
+    (flash, to_save): (Flash, Taker<StoredParameters>),
     reset_cause: ResetCause,
     capture: &'static mut [i32],
 ) -> &'static mut Built {
     let fill = || {
-        let loaded = store::load_set::<Set>(&flash);
+        let loaded = store::load::<StoredParameters>(&flash);
         let start = Start {
             watchdog: reset_cause == ResetCause::Watchdog,
             parameters_corrupt: loaded.origin == Origin::DefaultsInsteadOfCorrupt,
         };
-        let mut device = Device::new(Set::loaded(&loaded), start, capture, 0);
+        let mut device = Device::new(loaded.parameters, start, capture, 0);
         device.drive.diagnostics.reset_cause = reset_cause;
         device.drive.diagnostics.serial_number = serial_number();
         place.write(Built {

@@ -7,7 +7,7 @@ use canopen::CanFrame;
 use cortex_m::peripheral::DWT;
 use firmware::{
     application::{Outputs, Samples},
-    drive::{Device, Set},
+    drive::{Device, StoredParameters},
 };
 use heapless::spsc::{Consumer, Producer};
 
@@ -39,7 +39,7 @@ pub struct Queues {
     pub to_send: Producer<'static, CanFrame, TO_SEND>,
     pub outputs: Producer<'static, Outputs, 3>,
     pub wanted: Giver<Wanted>,
-    pub save: Giver<Set>,
+    pub save: Giver<StoredParameters>,
     pub saved: Taker<bool>,
 }
 

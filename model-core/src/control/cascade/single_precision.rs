@@ -1,9 +1,10 @@
-//! The coefficients one by one, as a bus sets them and a flash memory keeps them.
+//! Access to the coefficients by row of
+//! [`ControlParameters`](crate::control::parameters::ControlParameters), as a bus and a flash
+//! memory need it.
 //!
-//! Numbers, units and ranges are those of the rows of
-//! [`ControlParameters`](crate::control::parameters::ControlParameters). Values are of single
-//! precision; what is written comes back unchanged but where the coefficient itself is narrower:
-//! the encoder's zero is a whole count, and limits end where they no longer limit.
+//! Values are in single precision and in the units and ranges of the table. A written value reads
+//! back unchanged except where the coefficient is narrower: the encoder's zero is a whole count,
+//! and a limit beyond the widest one reads as the widest.
 
 use super::{
     super::{scaled::Scaled, shaft_angle::COUNT_STEPS},
@@ -11,7 +12,22 @@ use super::{
 };
 use crate::parameter::Parameters;
 
-/// How many parameters there are.
+const POSITION_GAIN: usize = ControlParameters::row("position_gain");
+const PROPORTIONAL_GAIN: usize = ControlParameters::row("proportional_gain");
+const INTEGRAL_GAIN: usize = ControlParameters::row("integral_gain");
+const ANTI_WINDUP_GAIN: usize = ControlParameters::row("anti_windup_gain");
+const FEED_FORWARD_GAIN: usize = ControlParameters::row("feed_forward_gain");
+const RATE_FILTER: usize = ControlParameters::row("rate_filter");
+const POSITION_MIN: usize = ControlParameters::row("position_min_deg");
+const POSITION_MAX: usize = ControlParameters::row("position_max_deg");
+const RATE_LIMIT_UP: usize = ControlParameters::row("rate_command_limit_up_deg_s");
+const RATE_LIMIT_DOWN: usize = ControlParameters::row("rate_command_limit_down_deg_s");
+const DUTY_LIMIT: usize = ControlParameters::row("duty_limit_pct");
+const DUTY_SLEW: usize = ControlParameters::row("duty_slew_pct_s");
+const ENCODER_ZERO: usize = ControlParameters::row("encoder_zero_deg");
+const ENCODER_DIRECTION: usize = ControlParameters::row("encoder_direction");
+
+/// Number of parameters.
 const ROWS: usize = ControlParameters::TABLE.len();
 
 /// Their ranges in single precision.
@@ -27,7 +43,7 @@ const RANGES: [(f32, f32); ROWS] = {
 };
 
 impl Coefficients {
-    /// The parameter of row `number`; `None` beyond the last one.
+    /// The parameter of a row; `None` beyond the last row.
     ///
     /// ```
     /// use model_core::control::{cascade::Coefficients, parameters::ControlParameters};
@@ -36,32 +52,32 @@ impl Coefficients {
     /// assert_eq!([0, 2, 12].map(|row| coefficients.get(row)), [Some(8.0), Some(10.0), Some(0.0)]);
     /// assert_eq!(coefficients.get(14), None);
     /// ```
-    pub fn get(&self, number: usize) -> Option<f32> {
+    pub fn get(&self, row: usize) -> Option<f32> {
         let (p, r) = (&self.position, &self.rate);
         let coefficient = Scaled::of_coefficient;
         let signal = Scaled::of_signal;
-        let value = match number {
-            0 => coefficient(p.gain),
-            1 => coefficient(r.proportional),
-            2 => coefficient(r.integral),
-            3 => coefficient(r.anti_windup),
-            4 => coefficient(r.feed_forward),
-            5 => coefficient(self.filter),
-            6 => signal(p.min),
-            7 => signal(p.max),
-            8 => signal(p.rate_up),
-            9 => signal(p.rate_down),
-            10 => signal(r.duty_limit),
-            11 => signal(r.duty_step),
-            12 => signal(self.mounting.zero_deg()),
-            13 => signal(if self.mounting.reversed {
+        let value = match row {
+            POSITION_GAIN => coefficient(p.gain),
+            PROPORTIONAL_GAIN => coefficient(r.proportional),
+            INTEGRAL_GAIN => coefficient(r.integral),
+            ANTI_WINDUP_GAIN => coefficient(r.anti_windup),
+            FEED_FORWARD_GAIN => coefficient(r.feed_forward),
+            RATE_FILTER => coefficient(self.filter),
+            POSITION_MIN => signal(p.min),
+            POSITION_MAX => signal(p.max),
+            RATE_LIMIT_UP => signal(p.rate_up),
+            RATE_LIMIT_DOWN => signal(p.rate_down),
+            DUTY_LIMIT => signal(r.duty_limit),
+            DUTY_SLEW => signal(r.duty_step),
+            ENCODER_ZERO => signal(self.mounting.zero_deg()),
+            ENCODER_DIRECTION => signal(if self.mounting.reversed {
                 -Angle::ONE
             } else {
                 Angle::ONE
             }),
             _ => return None,
         };
-        let value = if is_per_period(number) {
+        let value = if is_per_period(row) {
             value.per_second()
         } else {
             value
@@ -69,11 +85,11 @@ impl Coefficients {
         Some(value.f32())
     }
 
-    /// Sets the parameter of row `number`; `false`, and nothing is changed, where it is NaN, out of
-    /// its range or at odds with another.
+    /// Sets the parameter of a row. Returns `false` and changes nothing if the value is NaN, out of
+    /// its range or in conflict with another parameter.
     ///
-    /// What is written as it reads changes nothing, so that defaults of double precision survive the
-    /// way through single precision.
+    /// Writing the value that is read changes nothing, so that defaults of double precision survive
+    /// a round trip through single precision.
     ///
     /// ```
     /// use model_core::control::{cascade::Coefficients, parameters::ControlParameters};
@@ -83,54 +99,54 @@ impl Coefficients {
     /// assert!(!coefficients.set(0, 501.0));
     /// assert_eq!(coefficients.get(0), Some(12.5));
     /// ```
-    pub fn set(&mut self, number: usize, value: f32) -> bool {
-        if self.get(number) == Some(value) {
+    pub fn set(&mut self, row: usize, value: f32) -> bool {
+        if self.get(row) == Some(value) {
             return true;
         }
         let mut changed = *self;
         let is_taken =
-            is_in_range(number, value) && changed.assign(number, value) && changed.is_ordered();
+            is_in_range(row, value) && changed.assign(row, value) && changed.is_ordered();
         if is_taken {
             *self = changed;
         }
         is_taken
     }
 
-    fn assign(&mut self, number: usize, value: f32) -> bool {
+    fn assign(&mut self, row: usize, value: f32) -> bool {
         let (p, r) = (&mut self.position, &mut self.rate);
         let exactly = Scaled::of_f32(value);
-        let exactly = if is_per_period(number) {
+        let exactly = if is_per_period(row) {
             exactly.per_period()
         } else {
             exactly
         };
-        let coefficient = match number {
-            0 => &mut p.gain,
-            1 => &mut r.proportional,
-            2 => &mut r.integral,
-            3 => &mut r.anti_windup,
-            4 => &mut r.feed_forward,
-            5 => &mut self.filter,
-            _ => return self.assign_signal(number, exactly.signal()),
+        let coefficient = match row {
+            POSITION_GAIN => &mut p.gain,
+            PROPORTIONAL_GAIN => &mut r.proportional,
+            INTEGRAL_GAIN => &mut r.integral,
+            ANTI_WINDUP_GAIN => &mut r.anti_windup,
+            FEED_FORWARD_GAIN => &mut r.feed_forward,
+            RATE_FILTER => &mut self.filter,
+            _ => return self.assign_signal(row, exactly.signal()),
         };
         *coefficient = exactly.coefficient();
         true
     }
 
-    fn assign_signal(&mut self, number: usize, value: Angle) -> bool {
+    fn assign_signal(&mut self, row: usize, value: Angle) -> bool {
         let (p, r) = (&mut self.position, &mut self.rate);
-        let (signal, greatest) = match number {
-            6 => (&mut p.min, Angle::MAX),
-            7 => (&mut p.max, Angle::MAX),
-            8 => (&mut p.rate_up, WIDEST_RATE),
-            9 => (&mut p.rate_down, WIDEST_RATE),
-            10 => (&mut r.duty_limit, Angle::MAX),
-            11 => (&mut r.duty_step, WIDEST_STEP),
-            12 => {
+        let (signal, greatest) = match row {
+            POSITION_MIN => (&mut p.min, Angle::MAX),
+            POSITION_MAX => (&mut p.max, Angle::MAX),
+            RATE_LIMIT_UP => (&mut p.rate_up, WIDEST_RATE),
+            RATE_LIMIT_DOWN => (&mut p.rate_down, WIDEST_RATE),
+            DUTY_LIMIT => (&mut r.duty_limit, Angle::MAX),
+            DUTY_SLEW => (&mut r.duty_step, WIDEST_STEP),
+            ENCODER_ZERO => {
                 self.mounting.zero = nearest_count(value);
                 return true;
             }
-            13 if value == 1 || value == -1 => {
+            ENCODER_DIRECTION if value == 1 || value == -1 => {
                 self.mounting.reversed = value < 0;
                 return true;
             }
@@ -145,19 +161,19 @@ impl Coefficients {
     }
 }
 
-/// Whether a bus says per second what the coefficient is per control period.
-fn is_per_period(number: usize) -> bool {
-    matches!(number, 2 | 3 | 11)
+/// Whether the parameter is per second and the coefficient per control period.
+fn is_per_period(row: usize) -> bool {
+    matches!(row, INTEGRAL_GAIN | ANTI_WINDUP_GAIN | DUTY_SLEW)
 }
 
-fn is_in_range(number: usize, value: f32) -> bool {
+fn is_in_range(row: usize, value: f32) -> bool {
     // Written so that NaN fails.
     RANGES
-        .get(number)
+        .get(row)
         .is_some_and(|&(min, max)| value >= min && value <= max)
 }
 
-/// The count that lies nearest to an angle within 180 deg.
+/// The count nearest to an angle within 180 deg.
 fn nearest_count(angle: Angle) -> EncoderCount {
     // COUNT_STEPS are 45 * 2^23, and 180 * 2^32 over 2^23 below 2^17: a division of 32 bits.
     let odd = (COUNT_STEPS >> COUNT_STEPS.trailing_zeros()) as u32;
@@ -179,7 +195,7 @@ mod tests {
         Coefficients::try_new(&ControlParameters::DEFAULT).unwrap()
     }
 
-    /// A row and a value of it.
+    /// A row and a value for it.
     fn change() -> impl Strategy<Value = (usize, f32)> {
         (0..ROWS, 0f32..=1.0).prop_map(|(row, share)| {
             let (min, max) = RANGES[row];
@@ -191,7 +207,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_a_bus_sets_is_what_double_precision_makes_of_it(changes in proptest::collection::vec(change(), 1..20)) {
+        fn coefficients_of_single_precision_equal_those_of_double_precision(changes in proptest::collection::vec(change(), 1..20)) {
             let (mut parameters, mut coefficients) = (ControlParameters::DEFAULT, default());
             for (row, value) in changes {
                 let mut changed = parameters;
@@ -230,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn defaults_that_are_written_as_they_read_stay_to_the_last_bit() {
+    fn writing_a_default_as_it_reads_keeps_every_bit() {
         let mut coefficients = default();
         assert!(coefficients.set(5, 0.4));
         assert_eq!(coefficients, default());
@@ -241,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn crossed_limits_and_a_sense_that_is_none_are_refused() {
+    fn crossed_limits_and_an_invalid_direction_are_refused() {
         let mut coefficients = default();
         assert!(coefficients.set(7, 10.0));
         assert!(!coefficients.set(6, 11.0));

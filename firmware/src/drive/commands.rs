@@ -1,0 +1,166 @@
+//! Values that code of the drive reads and writes: commands and orders.
+
+use canopen::Abort;
+
+use super::{Drive, objects::abort};
+use crate::{
+    application::{CommandSource, Request},
+    capture::{CaptureSettings, Signal, Trigger},
+    dictionary::{Command, Measured},
+    parameters::{ExcitationSettings, Parameter},
+    timing::thousandths,
+};
+
+/// Shape of the excitation that is a sum.
+const MULTISINE: i32 = 9;
+
+/// The number of a capture signal that selects none.
+const NO_SIGNAL: u8 = 255;
+
+/// What a master commands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Commands {
+    pub controlword: u16,
+    pub mode: i8,
+    pub target_position_mdeg: i32,
+    pub target_velocity_mdeg_s: i32,
+    pub velocity_offset_mdeg_s: i32,
+}
+
+impl Commands {
+    /// Cyclic synchronous position, without power.
+    pub const DEFAULT: Self = Self {
+        controlword: 0,
+        mode: 8,
+        target_position_mdeg: 0,
+        target_velocity_mdeg_s: 0,
+        velocity_offset_mdeg_s: 0,
+    };
+}
+
+impl Drive<'_> {
+    /// The present value of a command.
+    pub(super) fn command_value(&self, command: Command) -> u64 {
+        use super::measured::signed;
+        let commands = &self.commands;
+        match command {
+            Command::CommandSource => self.source as u64,
+            Command::ExcitationControl => self.measured(Measured::ExcitationStatus),
+            Command::CaptureControl => u64::from(matches!(self.capture.phase() as u8, 1 | 2)),
+            Command::Controlword => u64::from(commands.controlword),
+            Command::Mode => signed(i32::from(commands.mode)),
+            Command::TargetPosition => signed(commands.target_position_mdeg),
+            Command::TargetVelocity => signed(commands.target_velocity_mdeg_s),
+            Command::VelocityOffset => signed(commands.velocity_offset_mdeg_s),
+        }
+    }
+
+    /// Executes a command.
+    pub(super) fn execute(&mut self, command: Command, value: u64) -> Result<(), Abort> {
+        let commands = &mut self.commands;
+        match command {
+            Command::CommandSource => return self.switch_source(value),
+            Command::ExcitationControl if value == 0 => {
+                let stopped = self.application.request(Request::StopExcitation);
+                return stopped.map_err(abort);
+            }
+            Command::ExcitationControl => return self.start_excitation(),
+            Command::CaptureControl if value == 0 => self.capture.stop(),
+            Command::CaptureControl => self.arm_capture(),
+            Command::Controlword => commands.controlword = value as u16,
+            Command::Mode => {
+                let mode = value as i8;
+                if canopen::cia402::Mode::from_code(mode).is_none() {
+                    return Err(Abort::Value);
+                }
+                commands.mode = mode;
+            }
+            Command::TargetPosition => {
+                commands.target_position_mdeg = value as i32;
+                self.failsafe.commanded();
+            }
+            Command::TargetVelocity => {
+                commands.target_velocity_mdeg_s = value as i32;
+                self.failsafe.commanded();
+            }
+            Command::VelocityOffset => {
+                commands.velocity_offset_mdeg_s = value as i32;
+                self.failsafe.commanded();
+            }
+        }
+        Ok(())
+    }
+
+    /// Switches the source of the commands. At standstill it is the source after a reset too, once
+    /// it is stored.
+    fn switch_source(&mut self, value: u64) -> Result<(), Abort> {
+        let source = if value == 1 {
+            CommandSource::ServoPulse
+        } else {
+            CommandSource::Bus
+        };
+        let request = Request::Source(source);
+        self.application.request(request).map_err(abort)?;
+        self.source = source;
+        // Refused while the loop is closed: only gains change then.
+        let _ = self.set_parameter(Parameter::CommandSource, value as u32);
+        Ok(())
+    }
+
+    fn start_excitation(&mut self) -> Result<(), Abort> {
+        let settings = self.values.excitation;
+        let run = settings.run().ok_or(Abort::Incompatible)?;
+        if !self.has_room(&settings) {
+            return Err(Abort::Incompatible);
+        }
+        self.application.start_excitation(run).map_err(abort)
+    }
+
+    /// Whether the command stays within the position limits 607Dh during this excitation.
+    fn has_room(&self, settings: &ExcitationSettings) -> bool {
+        // In the worst case the lines of a multisine add up.
+        let lines = if settings.shape == MULTISINE {
+            settings.lines
+        } else {
+            1
+        };
+        let reach = settings
+            .amplitude_mdeg
+            .saturating_abs()
+            .saturating_mul(lines);
+        let from = thousandths(self.application.telemetry().command);
+        let profile = &self.values.profile;
+        from.saturating_sub(reach) >= profile.min_position_mdeg
+            && from.saturating_add(reach) <= profile.max_position_mdeg
+    }
+
+    fn arm_capture(&mut self) {
+        let settings = &self.values.capture;
+        let signals = [
+            settings.signal_1,
+            settings.signal_2,
+            settings.signal_3,
+            settings.signal_4,
+            settings.signal_5,
+            settings.signal_6,
+            settings.signal_7,
+            settings.signal_8,
+        ];
+        self.capture.arm(CaptureSettings {
+            signals: signals.map(Signal::of_number),
+            decimation: settings.decimation,
+            trigger: match settings.trigger {
+                1 => Trigger::Excitation,
+                2 => Trigger::Fault,
+                _ => Trigger::Now,
+            },
+            before: settings.pre_trigger_records,
+        });
+    }
+}
+
+/// Whether this number selects a capture signal, or none.
+pub(super) fn is_signal(number: u32) -> bool {
+    let is_known = |number| number == NO_SIGNAL || Signal::of_number(number).is_some();
+    u8::try_from(number).is_ok_and(is_known)
+}

@@ -1,0 +1,106 @@
+//! Values that are computed when they are read.
+
+use super::{Drive, emergency, limits::PERIOD_US};
+use crate::{
+    application::CommandSource,
+    dictionary::Measured,
+    timing::{CONTROL_PERIOD_MS, thousandths},
+};
+
+/// A signed integer, extended to 64 bits.
+pub(super) fn signed(value: i32) -> u64 {
+    value as u64
+}
+
+/// A signed integer that saturates at 16 bits.
+fn short(value: i32) -> u64 {
+    signed(value.max(i32::from(i16::MIN)).min(i32::from(i16::MAX)))
+}
+
+/// The bits of a REAL32.
+pub(super) fn real(value: f32) -> u64 {
+    u64::from(value.to_bits())
+}
+
+impl Drive<'_> {
+    /// The present value, as the server of the crate `canopen` expects it.
+    pub(super) fn measured(&self, value: Measured) -> u64 {
+        let t = self.application.telemetry();
+        let board = &self.diagnostics;
+        match value {
+            Measured::PositionMdeg => signed(thousandths(t.angle)),
+            Measured::VelocityMdegS => signed(thousandths(t.rate)),
+            Measured::CompactAngle => short(thousandths(t.angle) / 10),
+            Measured::CompactRate => short(thousandths(t.rate) / 100),
+            Measured::RateCommandMdegS => signed(thousandths(t.rate_command)),
+            Measured::PositionDemandMdeg => signed(self.motion.position_mdeg),
+            Measured::VelocityDemandMdegS => signed(self.motion.velocity_mdeg_s),
+            Measured::FollowingErrorMdeg => signed(self.motion.following_error_mdeg),
+            // Thousandths of a percent to hundredths.
+            Measured::Duty => short(thousandths(t.duty) / 10),
+            Measured::BackEmfMv => short(t.back_emf_mv),
+            Measured::CurrentMa => short(t.current_ma),
+            Measured::CurrentPermille => short(self.permille_of_rated_current(t.current_ma)),
+            // Within 100,000 times 20,000 mV: an i32.
+            Measured::MotorVoltageMv => {
+                short(thousandths(t.duty).saturating_mul(t.supply_mv) / 100_000)
+            }
+            Measured::SupplyMv => t.supply_mv.max(0) as u64,
+            Measured::Temperature => short(t.temperature_mdeg_c / 100),
+            Measured::SampleCounter => u64::from(t.tick as u16),
+            Measured::SampleTimeUs => u64::from(t.tick.wrapping_mul(PERIOD_US)),
+            Measured::Statusword => u64::from(self.motion.statusword),
+            Measured::Mode => signed(i32::from(self.motion.mode)),
+            Measured::ErrorCode => u64::from(self.error_code()),
+            Measured::PresentFaults => u64::from(t.present.bits()),
+            Measured::LatchedFaults => u64::from(self.latched().bits()),
+            Measured::PulseWidthUs => u64::from(t.servo_pulse_us),
+            Measured::PulseIsPresent => u64::from(self.pulse_age < self.pulse_timeout()),
+            Measured::PulseAgeMs => {
+                u64::from(self.pulse_age.saturating_mul(CONTROL_PERIOD_MS as u16))
+            }
+            Measured::PredictedAngleDeg => real(self.model.angle_deg()),
+            Measured::PredictedRateDegS => real(self.model.rate_deg_s()),
+            Measured::ResidualDeg => real(self.model.residual_deg()),
+            Measured::ExcitationStatus => u64::from(t.source == CommandSource::Excitation),
+            Measured::CaptureStatus => self.capture.phase() as u64,
+            Measured::CapturedRecords => self.capture.count() as u64,
+            Measured::RecordSize => self.capture.width() as u64 * 4,
+            Measured::RecordPeriodUs => {
+                u64::from(self.values.capture.decimation) * u64::from(PERIOD_US)
+            }
+            Measured::CaptureCapacity => self.capture.capacity() as u64,
+            Measured::MissedPeriods => u64::from(t.missed_periods),
+            Measured::LongestStepUs => u64::from(board.longest_step_us),
+            Measured::TransmitOverflows => u64::from(board.transmit_overflows),
+            Measured::ReceiveOverflows => u64::from(board.receive_overflows),
+            Measured::BusOffCount => u64::from(board.bus_offs),
+            Measured::ServoGlitches => u64::from(t.servo_glitches),
+            Measured::ResetCause => board.reset_cause as u64,
+            Measured::StarvedPeriods => u64::from(board.starved_periods),
+            Measured::SerialNumber => u64::from(board.serial_number),
+        }
+    }
+
+    /// Control periods without a servo pulse after which the pulse counts as absent.
+    fn pulse_timeout(&self) -> u16 {
+        let timeout_ms = self.application.parameters().command.command_timeout_ms;
+        crate::timing::periods(timeout_ms.max(100))
+    }
+
+    /// The error code of the fault that was latched first.
+    fn error_code(&self) -> u16 {
+        let first = self.application.faults().first().map(|record| record.fault);
+        first
+            .or(self.own.first())
+            .map_or(0, |fault| emergency::code(fault).0)
+    }
+
+    /// In thousandths.
+    fn permille_of_rated_current(&self, current_ma: i32) -> i32 {
+        let rated_ma = self.application.parameters().current.continuous_ma;
+        // Within 1650 times 1000.
+        let share = current_ma.saturating_mul(1000).checked_div(rated_ma);
+        share.unwrap_or(0)
+    }
+}

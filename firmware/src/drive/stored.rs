@@ -1,0 +1,191 @@
+//! What object 1010h stores.
+
+use canopen::ParameterGroup;
+use canopen::dictionary::{Address, DataType, Entry};
+
+use crate::{
+    dictionary::{COMMUNICATION, COMMUNICATION_ENTRIES, Location, location},
+    parameters::{BoardParameters, CONTROL, ObjectValue, ObjectValues, Parameter},
+    store::{EDGES, Field, Stored, layout_hash},
+};
+use model_core::control::parameters::ControlParameters;
+use model_core::parameter::Parameters;
+
+/// Words of a set: control parameters, other parameters of the board, values of objects,
+/// communication parameters, and whether the latter are stored.
+const WORDS: usize = CONTROL + Parameter::ALL.len() + ObjectValue::ALL.len() + COMMUNICATION + 1;
+
+/// Name or address, and type, of each word of a set.
+pub(super) const LAYOUT: [Field; WORDS] = {
+    let flag = Field {
+        name: "has_communication",
+        address: 0,
+        data_type: "bool",
+    };
+    let mut layout = [flag; WORDS];
+    let mut at = 0;
+    let mut row = 0;
+    while row < CONTROL {
+        layout[at] = named((ControlParameters::TABLE[row].name, "f32"));
+        (at, row) = (at + 1, row + 1);
+    }
+    let mut row = 0;
+    while row < Parameter::FIELDS.len() {
+        layout[at] = named(Parameter::FIELDS[row]);
+        (at, row) = (at + 1, row + 1);
+    }
+    let mut row = 0;
+    while row < ObjectValue::FIELDS.len() {
+        layout[at] = named(ObjectValue::FIELDS[row]);
+        (at, row) = (at + 1, row + 1);
+    }
+    let mut row = 0;
+    while row < COMMUNICATION {
+        layout[at] = communication_field(&COMMUNICATION_ENTRIES[row]);
+        (at, row) = (at + 1, row + 1);
+    }
+    layout
+};
+
+const fn named((name, data_type): (&'static str, &'static str)) -> Field {
+    Field {
+        name,
+        address: 0,
+        data_type,
+    }
+}
+
+const fn communication_field(entry: &Entry) -> Field {
+    let Address { index, sub } = entry.address();
+    Field {
+        name: "",
+        address: (index as u32) << 8 | sub as u32,
+        data_type: match entry.data_type() {
+            DataType::U8 => "u8",
+            DataType::U16 => "u16",
+            _ => "u32",
+        },
+    }
+}
+
+/// All stored parameters.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StoredParameters {
+    /// The parameters of the board, node-ID and bit rate among them.
+    pub board: BoardParameters,
+    pub(super) values: ObjectValues,
+    communication: [u32; COMMUNICATION],
+    /// Whether the communication parameters are stored; if not, their defaults apply.
+    has_communication: bool,
+}
+
+impl StoredParameters {
+    /// The factory settings.
+    pub const DEFAULT: Self = Self {
+        board: BoardParameters::DEFAULT,
+        values: ObjectValues::DEFAULT,
+        communication: [0; COMMUNICATION],
+        has_communication: false,
+    };
+
+    /// The stored value of a communication parameter.
+    pub(super) fn communication(&self, address: Address) -> Option<u32> {
+        let stored = self.has_communication.then_some(&self.communication)?;
+        let Location::Communication(position) = location(address) else {
+            return None;
+        };
+        let position = usize::from(position);
+        let word = stored.get(position).copied()?;
+        let follows_node_id = || {
+            COMMUNICATION_ENTRIES
+                .get(position)
+                .is_some_and(Entry::has_node_id)
+        };
+        (word != FOLLOWS_NODE_ID || !follows_node_id()).then_some(word)
+    }
+
+    /// Takes over the present values of a group.
+    pub(super) fn take(
+        &mut self,
+        group: ParameterGroup,
+        (board, values, node_id): (&BoardParameters, &ObjectValues, u8),
+        communication: &mut dyn Iterator<Item = (Address, u32)>,
+    ) {
+        if group.has_communication() {
+            // Both are sorted by address: one pass finds every position.
+            let mut words = COMMUNICATION_ENTRIES.iter().zip(&mut self.communication);
+            for (address, value) in communication {
+                let Some((entry, word)) = words.find(|(entry, _)| entry.address() == address)
+                else {
+                    break;
+                };
+                let is_default = entry.has_node_id() && entry.default_value(node_id) == value;
+                *word = if is_default { FOLLOWS_NODE_ID } else { value };
+            }
+            self.has_communication = true;
+        }
+        if has_application(group) {
+            self.board = *board;
+            self.values = *values;
+        }
+    }
+
+    /// Restores the defaults of a group; node-ID and bit rate stay, or a client would lose the
+    /// device.
+    pub(super) fn restore(&mut self, group: ParameterGroup) {
+        if group.has_communication() {
+            self.has_communication = false;
+        }
+        if has_application(group) {
+            self.board = BoardParameters {
+                bus: self.board.bus,
+                ..BoardParameters::DEFAULT
+            };
+            self.values = ObjectValues::DEFAULT;
+        }
+    }
+}
+
+/// Stored instead of a COB-ID that follows the node-ID as in the dictionary; no valid COB-ID has
+/// all bits set.
+const FOLLOWS_NODE_ID: u32 = u32::MAX;
+
+fn has_application(group: ParameterGroup) -> bool {
+    matches!(group, ParameterGroup::All | ParameterGroup::Application)
+}
+
+impl Stored for StoredParameters {
+    const LAYOUT: u32 = layout_hash(&LAYOUT);
+    const DEFAULT: Self = Self::DEFAULT;
+    type Page = [u32; WORDS + EDGES];
+    const ZEROS: Self::Page = [0; WORDS + EDGES];
+
+    fn write(&self, words: &mut [u32]) {
+        let words = &mut words.iter_mut();
+        self.board.write_words(words);
+        self.values.write_words(words);
+        let rest = self
+            .communication
+            .into_iter()
+            .chain([u32::from(self.has_communication)]);
+        for (word, content) in words.zip(rest) {
+            *word = content;
+        }
+    }
+
+    fn read(words: &[u32]) -> Option<Self> {
+        let words = &mut words.iter().copied();
+        let board = BoardParameters::read_words(words)?;
+        let values = ObjectValues::read_words(words)?;
+        let mut communication = [0; COMMUNICATION];
+        for word in &mut communication {
+            *word = words.next()?;
+        }
+        Some(Self {
+            board,
+            values,
+            communication,
+            has_communication: words.next() == Some(1),
+        })
+    }
+}
