@@ -168,8 +168,8 @@ impl Ramp {
 
     fn move_at(&mut self, velocity: i64, period_us: u32) {
         self.velocity = clamp_symmetric(velocity, VELOCITY_MAX);
-        let way = self.velocity * i64::from(period_us.min(PERIOD_MAX_US)) / 1000;
-        self.position = clamp_symmetric(self.position + way, i32::MAX as i64 * UNIT);
+        let travel = self.velocity * i64::from(period_us.min(PERIOD_MAX_US)) / 1000;
+        self.position = clamp_symmetric(self.position + travel, i32::MAX as i64 * UNIT);
     }
 }
 
@@ -205,18 +205,20 @@ fn velocity_change(acceleration: u32, period_us: u32) -> i64 {
 }
 
 /// The highest velocity from which a stop within `distance` is possible if each period reduces it
-/// by `deceleration_step`. With `d` the deceleration step, a stop from `k * d + r` travels `(k +
-/// 1)` periods at this velocity less `d * k * (k + 1) / 2`; `k` is the largest for which `d * k *
-/// (k + 1) / 2` fits. All distances are in velocity increments times one period.
+/// by `deceleration_step`.
+///
+/// With `d` the deceleration step, a stop from `k * d + r` travels `(k + 1)` periods at this
+/// velocity less `d * k * (k + 1) / 2`; `k` is the largest for which `d * k * (k + 1) / 2` fits.
+/// All distances are in velocity increments times one period.
 fn braking_velocity(distance: u64, deceleration_step: i64, period_us: u32) -> i64 {
     // distance <= 2^32 * 10^6, times 1000 is below 2^63. Saturated at an eighth of the range for
     // the factor 8 below.
-    let way = (distance * 1000 / u64::from(period_us.max(1))).min(u64::MAX / 8);
+    let travel = (distance * 1000 / u64::from(period_us.max(1))).min(u64::MAX / 8);
     let deceleration_step = deceleration_step.unsigned_abs().max(1);
-    let k = (integer_sqrt((way * 8 / deceleration_step).saturating_add(1)) - 1) / 2;
-    // deceleration_step * k * (k + 1) / 2 <= way < 2^61.
+    let k = (integer_sqrt((travel * 8 / deceleration_step).saturating_add(1)) - 1) / 2;
+    // deceleration_step * k * (k + 1) / 2 <= travel < 2^61.
     let saved = deceleration_step * k * (k + 1) / 2;
-    let velocity = (way + saved) / (k + 1);
+    let velocity = (travel + saved) / (k + 1);
     velocity.min(VELOCITY_MAX as u64) as i64
 }
 

@@ -1,7 +1,7 @@
 //! Set-point handshake of profile position mode (bits 4, 5 and 6 of the controlword, bit 12 of the
 //! statusword).
 
-use super::controlword::{CHANGE_AT_ONCE, NEW_SET_POINT, RELATIVE};
+use super::controlword::{CHANGE_SET_IMMEDIATELY, NEW_SET_POINT, RELATIVE};
 
 /// The active target and one buffered set-point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -9,7 +9,7 @@ pub(super) struct SetPoints {
     target: i32,
     buffered: Option<i32>,
     moving: bool,
-    bit: bool,
+    new_set_point: bool,
     acknowledged: bool,
 }
 
@@ -19,20 +19,20 @@ impl SetPoints {
     pub fn restart(&mut self, position: i32, word: u16) {
         *self = Self {
             target: position,
-            bit: word & NEW_SET_POINT != 0,
+            new_set_point: word & NEW_SET_POINT != 0,
             ..Self::default()
         };
     }
 
     /// Evaluates the controlword and target position 607Ah; returns the active target.
     pub fn step(&mut self, word: u16, position: i32) -> i32 {
-        let bit = word & NEW_SET_POINT != 0;
-        let rises = bit && !self.bit;
-        self.bit = bit;
+        let new_set_point = word & NEW_SET_POINT != 0;
+        let rises = new_set_point && !self.new_set_point;
+        self.new_set_point = new_set_point;
         if rises {
             self.accept(word, position);
         }
-        if !bit && self.buffered.is_none() {
+        if !new_set_point && self.buffered.is_none() {
             self.acknowledged = false;
         }
         self.target
@@ -45,7 +45,7 @@ impl SetPoints {
         } else {
             last.saturating_add(position)
         };
-        if !self.moving || word & CHANGE_AT_ONCE != 0 {
+        if !self.moving || word & CHANGE_SET_IMMEDIATELY != 0 {
             (self.target, self.buffered, self.moving) = (target, None, true);
         } else if self.buffered.is_none() {
             self.buffered = Some(target);

@@ -15,7 +15,7 @@ pub mod controlword {
     /// Profile position: new set-point; rising edge.
     pub const NEW_SET_POINT: u16 = 1 << 4;
     /// Profile position: change set immediately, instead of after the active set-point.
-    pub const CHANGE_AT_ONCE: u16 = 1 << 5;
+    pub const CHANGE_SET_IMMEDIATELY: u16 = 1 << 5;
     /// Profile position: target is relative to the previous one.
     pub const RELATIVE: u16 = 1 << 6;
     /// Fault reset; rising edge.

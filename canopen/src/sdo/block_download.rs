@@ -16,7 +16,7 @@ impl SdoServer {
         let announced = (request[0] & 2 != 0).then(|| word(request));
         self.begin_download(TransferState::BlockDownload, announced, objects)?;
         self.transfer.uses_crc = request[0] & 4 != 0;
-        self.answer_of_object(0xA4, u32::from(BLOCK));
+        self.answer_with_object(0xA4, u32::from(BLOCK));
         Ok(())
     }
 

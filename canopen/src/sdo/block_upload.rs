@@ -20,7 +20,7 @@ impl SdoServer {
         }
         self.transfer.uses_crc = command & 4 != 0;
         self.state = TransferState::BlockUpload;
-        self.answer_of_object(0xC6, size);
+        self.answer_with_object(0xC6, size);
         Ok(())
     }
 

@@ -23,7 +23,7 @@ impl SdoServer {
             Some(entry.data_type().size().map_or(4, u32::from))
         };
         self.begin_download(TransferState::SegmentedDownload, length, objects)?;
-        self.answer_of_object(0x60, 0);
+        self.answer_with_object(0x60, 0);
         if expedited {
             // A type longer than four bytes without indicated size remains incomplete: `finish`
             // aborts with "too short".
@@ -46,13 +46,13 @@ impl SdoServer {
         let size = self.size();
         if !matches!(size, 1..=4) {
             self.state = TransferState::SegmentedUpload;
-            self.answer_of_object(0x41, size);
+            self.answer_with_object(0x41, size);
             return Ok(());
         }
         let mut data = [0; 4];
         self.read(0, &mut data, objects)?;
         let unused = (4 - size) as u8;
-        self.answer_of_object(0x43 | unused << 2, u32::from_le_bytes(data));
+        self.answer_with_object(0x43 | unused << 2, u32::from_le_bytes(data));
         Ok(())
     }
 }

@@ -183,7 +183,7 @@ impl SdoServer {
     }
 
     /// Sets a reply that carries index and sub-index.
-    fn answer_of_object(&mut self, command: u8, word: u32) {
+    fn answer_with_object(&mut self, command: u8, word: u32) {
         let Address { index, sub } = self.transfer.address;
         let [low, high] = index.to_le_bytes();
         self.answer([command, low, high, sub], word);
@@ -216,7 +216,7 @@ impl SdoServer {
             self.transfer.address = Address::new(0, 0);
         }
         self.cancel(objects);
-        self.answer_of_object(0x80, code.code());
+        self.answer_with_object(0x80, code.code());
     }
 
     pub fn advance(&mut self, elapsed: Timer) {

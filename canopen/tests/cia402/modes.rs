@@ -59,7 +59,7 @@ fn change_set_immediately_replaces_the_active_set_point() {
     bench.command(ENABLE);
     bench.run(9);
     bench.input.target_position = -5_000;
-    bench.command(NEW | controlword::CHANGE_AT_ONCE);
+    bench.command(NEW | controlword::CHANGE_SET_IMMEDIATELY);
     bench.until(|output| has(output.statusword, statusword::TARGET_REACHED));
     assert_eq!(bench.input.position_actual, -5_000);
 }

@@ -294,7 +294,7 @@ impl Client {
             |status| status & statusword::MODE_12 == 0,
         )?;
         self.write("607A", &position_mdeg.to_string())?;
-        self.control(enabled | controlword::NEW_SET_POINT | controlword::CHANGE_AT_ONCE)?;
+        self.control(enabled | controlword::NEW_SET_POINT | controlword::CHANGE_SET_IMMEDIATELY)?;
         self.wait(
             Duration::from_secs(1),
             "expected the set-point to be taken",
