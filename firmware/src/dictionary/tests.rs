@@ -1,4 +1,4 @@
-//! The defaults hold what the actuator promises to a master that configures nothing.
+//! The behaviour with the default values of the dictionary, without any configuration.
 
 extern crate std;
 
@@ -13,7 +13,7 @@ fn frame(id: u16, data: &[u8]) -> CanFrame {
     CanFrame::new(StandardId::new(id).expect("11 bits"), data).expect("at most 8 bytes")
 }
 
-/// Takes every command, and measures nothing.
+/// Records every write; reads zeros.
 #[derive(Default)]
 struct Recorder(Vec<(Address, u64)>);
 
@@ -101,7 +101,7 @@ fn every_default_mapping_can_be_used() {
 }
 
 #[test]
-fn supported_modes_and_counts_are_those_of_the_profile() {
+fn supported_modes_and_device_type_are_those_of_the_profile() {
     let value = |index, sub| {
         DICTIONARY
             .find(Address::new(index, sub))

@@ -2,8 +2,8 @@
 
 use super::*;
 
-/// In a cyclic mode with the master commanding 10 deg, then silence.
-fn silent(action: u32) -> Bench {
+/// In a cyclic mode; the master commands 10 deg, then sends nothing more.
+fn without_master(action: u32) -> Bench {
     let mut bench = Bench::new();
     bench.set(0x2040, 2, action, 1);
     bench.set(0x2040, 3, -20_000_i32 as u32, 4);
@@ -12,13 +12,13 @@ fn silent(action: u32) -> Bench {
     bench.steps(250);
     assert!((bench.angle_mdeg() - 10_000).abs() <= 176);
     bench.cyclic = None;
-    bench.heard.clear();
+    bench.received.clear();
     bench
 }
 
 #[test]
-fn by_default_silence_is_a_fault_after_its_time_and_not_before() {
-    let mut bench = silent(1);
+fn by_default_missing_commands_are_a_fault_after_the_timeout() {
+    let mut bench = without_master(1);
     bench.steps(24);
     assert!(bench.emergencies().is_empty());
     bench.steps(3);
@@ -30,26 +30,26 @@ fn by_default_silence_is_a_fault_after_its_time_and_not_before() {
 }
 
 #[test]
-fn the_angle_is_held_or_the_failsafe_position_taken() {
-    let mut bench = silent(0);
+fn the_angle_is_held_or_the_failsafe_position_approached() {
+    let mut bench = without_master(0);
     bench.steps(200);
     assert!((bench.angle_mdeg() - 10_000).abs() <= 176);
-    let mut bench = silent(2);
-    // 100 ms, then 60 deg/s for 240 ms, behind which the loop stays by at most 60/8 deg.
+    let mut bench = without_master(2);
+    // 100 ms, then 60 deg/s for 240 ms; the loop lags by at most 60/8 deg.
     bench.steps(25 + 60);
     let angle = bench.angle_mdeg();
     assert!((-4_400..3_500).contains(&angle), "{angle}");
     bench.steps(250);
     assert!((bench.angle_mdeg() + 20_000).abs() <= 176);
     assert!(bench.emergencies().is_empty());
-    // The master is there again.
+    // The master returns.
     bench.cyclic = Some((15, 0));
     bench.steps(250);
     assert!(bench.angle_mdeg().abs() <= 176);
 }
 
 #[test]
-fn a_profile_needs_no_more_than_its_first_command() {
+fn a_profile_needs_only_its_first_command() {
     let mut bench = Bench::enabled(1);
     bench.set(0x607A, 0, 5_000, 4);
     bench.steps(300);
@@ -61,7 +61,7 @@ fn a_lost_heartbeat_ends_the_motion_in_every_mode() {
     let mut bench = Bench::enabled(1);
     bench.set(0x1016, 1, 100 << 16 | 40, 4);
     bench.send(0x764, &[5]);
-    bench.heard.clear();
+    bench.received.clear();
     bench.steps(12);
     let seen = bench.emergencies();
     assert!(
@@ -82,14 +82,14 @@ fn exciting(bench: &mut Bench) {
 }
 
 #[test]
-fn an_excitation_ends_with_its_master() {
+fn the_loss_of_the_master_ends_an_excitation() {
     for action in [0, 1, 2] {
         for stop in [false, true] {
             let mut bench = Bench::new();
             bench.set(0x2040, 2, action, 1);
             bench.set(0x6060, 0, 1, 1);
             bench.set(0x1016, 1, 100 << 16 | 40, 4);
-            // The node goes on in OPERATIONAL without its master.
+            // The node stays OPERATIONAL without its master.
             bench.set(0x1029, 1, 1, 1);
             bench.send(0x764, &[5]);
             bench.enable();
@@ -117,7 +117,7 @@ fn an_excitation_ends_with_its_master() {
 }
 
 #[test]
-fn an_excitation_needs_no_commands_and_behind_it_silence_counts_anew() {
+fn an_excitation_needs_no_commands_and_restarts_the_timeout() {
     let mut bench = Bench::new();
     bench.enable();
     bench.set(0x607A, 0, 0, 4);
@@ -134,7 +134,7 @@ fn an_excitation_needs_no_commands_and_behind_it_silence_counts_anew() {
 }
 
 #[test]
-fn a_change_to_a_cyclic_mode_gives_the_master_its_time() {
+fn a_change_to_a_cyclic_mode_restarts_the_timeout() {
     let mut bench = Bench::enabled(1);
     bench.set(0x607A, 0, 0, 4);
     bench.steps(500);
@@ -151,7 +151,7 @@ fn a_change_to_a_cyclic_mode_gives_the_master_its_time() {
 }
 
 #[test]
-fn a_reset_of_the_communication_stops_a_drive_that_moves() {
+fn a_reset_of_the_communication_stops_a_moving_drive() {
     for mode in [3, 9] {
         let mut bench = Bench::enabled(mode);
         bench.set(0x60FF, 0, 50_000, 4);
@@ -166,7 +166,7 @@ fn a_reset_of_the_communication_stops_a_drive_that_moves() {
 }
 
 #[test]
-fn who_resets_the_fault_of_a_lost_master_can_drive_again() {
+fn a_reset_of_the_fault_of_a_lost_master_allows_operation() {
     let losses: [fn(&mut Bench); 2] = [
         |bench| bench.send(0, &[130, 1]),
         |bench| {
@@ -189,7 +189,7 @@ fn who_resets_the_fault_of_a_lost_master_can_drive_again() {
 
 #[test]
 fn a_reset_bit_without_a_fault_changes_nothing() {
-    let mut bench = silent(2);
+    let mut bench = without_master(2);
     bench.steps(25 + 200);
     let away = bench.angle_mdeg();
     bench.set(0x6040, 0, 0x8F, 2);
@@ -198,7 +198,7 @@ fn a_reset_bit_without_a_fault_changes_nothing() {
 }
 
 #[test]
-fn a_profile_halts_where_the_angle_is_to_be_held() {
+fn a_profile_halts_if_the_failsafe_action_is_to_hold() {
     let mut bench = Bench::enabled(1);
     bench.control(0);
     bench.set(0x2040, 2, 0, 1);
@@ -209,7 +209,7 @@ fn a_profile_halts_where_the_angle_is_to_be_held() {
     bench.send(0x764, &[5]);
     bench.set(0x607A, 0, 50_000, 4);
     bench.control(0x1F);
-    // 24 deg by then, if it went on.
+    // It would be at 24 deg if it continued.
     bench.steps(300);
     let angle = bench.angle_mdeg();
     assert!(angle < 5_000, "{angle}");

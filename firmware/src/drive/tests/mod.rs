@@ -1,12 +1,12 @@
-//! The device on a bus, around a simulated motor.
+//! The device on a bus with a simulated motor.
 
 extern crate std;
 
+mod bus_errors;
 mod failsafe;
 mod motion;
 mod objects;
 mod store;
-mod told;
 
 use canopen::CanFrame;
 use canopen::cia402::statusword;
@@ -16,28 +16,28 @@ use std::{boxed::Box, vec::Vec};
 use super::*;
 use crate::application::tests::Motor;
 
-/// A device with node-ID 1, its motor, and a master that sees every frame.
+/// A device with node-ID 1, its motor, and a master that receives every frame.
 struct Bench {
     device: Device<'static>,
     motor: Motor,
     outputs: Option<Outputs>,
     now_us: u64,
     /// Frames of the device.
-    heard: Vec<CanFrame>,
-    /// What the flash does when it is asked to write.
+    received: Vec<CanFrame>,
+    /// Whether a write of the flash succeeds.
     flash: Flash,
-    /// Control periods that it takes, and those that are left.
+    /// Control periods that a write takes, and those that are left.
     writes_for: u32,
     writing: Option<u32>,
     /// Written to RPDO 1 in each control period.
     cyclic: Option<(u16, i32)>,
 }
 
-/// A flash that takes or refuses.
+/// Result of a write of the flash.
 #[derive(Clone, Copy, PartialEq)]
 enum Flash {
-    Takes,
-    Refuses,
+    Succeeds,
+    Fails,
 }
 
 fn frame(id: u16, data: &[u8]) -> CanFrame {
@@ -64,8 +64,8 @@ impl Bench {
             motor: Motor::new(),
             outputs: None,
             now_us: 0,
-            heard: Vec::new(),
-            flash: Flash::Takes,
+            received: Vec::new(),
+            flash: Flash::Succeeds,
             writes_for: 0,
             writing: None,
             cyclic: None,
@@ -111,7 +111,7 @@ impl Bench {
 
     fn listen(&mut self) {
         while let Some(frame) = self.device.transmit() {
-            self.heard.push(frame);
+            self.received.push(frame);
         }
     }
 
@@ -145,7 +145,7 @@ impl Bench {
         }
         self.writing = match self.writing {
             Some(0) => {
-                self.device.drive.saved(self.flash == Flash::Takes);
+                self.device.drive.saved(self.flash == Flash::Succeeds);
                 None
             }
             left => left.map(|left| left - 1),
@@ -160,10 +160,10 @@ impl Bench {
 
     /// One SDO request and its answer; a save takes some control periods.
     fn sdo(&mut self, request: [u8; 8]) -> [u8; 8] {
-        self.heard.clear();
+        self.received.clear();
         self.send(0x601, &request);
         for _ in 0..10 {
-            let answer = self.heard.iter().find(|frame| frame.raw_id().0 == 0x581);
+            let answer = self.received.iter().find(|frame| frame.raw_id().0 == 0x581);
             if let Some(answer) = answer {
                 return answer.bytes();
             }
@@ -215,7 +215,10 @@ impl Bench {
 
     /// EMCY messages so far: code and instance.
     fn emergencies(&self) -> Vec<(u16, u8)> {
-        let frames = self.heard.iter().filter(|frame| frame.raw_id().0 == 0x81);
+        let frames = self
+            .received
+            .iter()
+            .filter(|frame| frame.raw_id().0 == 0x81);
         frames
             .map(|frame| {
                 let [low, high, _, instance, ..] = frame.bytes();

@@ -11,7 +11,7 @@ fn profile_position_moves_the_shaft_to_its_target() {
     assert_ne!(bench.status() & statusword::MODE_12, 0, "acknowledged");
     bench.control(0x0F);
     let periods = bench.until(500, Bench::is_reached);
-    // 30 deg at 300 deg/s take 200 ms with the ramps; then the loop settles with its 8/s.
+    // 30 deg at 300 deg/s take 200 ms with the ramps; then the loop settles with a gain of 8/s.
     assert!((50..200).contains(&periods), "{periods}");
     bench.steps(100);
     // Two counts of the encoder.
@@ -25,7 +25,7 @@ fn cyclic_positions_are_followed_by_rpdo() {
         bench.cyclic = Some((15, target * 200));
         bench.steps(5);
     }
-    // 200 mdeg each 20 ms are 10 deg/s, and the loop stays behind by that over 8/s.
+    // 200 mdeg each 20 ms are 10 deg/s, and the loop lags by 10/8 deg.
     let angle = bench.angle_mdeg();
     assert!((19_800 - 1_250 - angle).abs() < 500, "{angle}");
     bench.steps(150);
@@ -36,7 +36,7 @@ fn cyclic_positions_are_followed_by_rpdo() {
 fn a_velocity_is_reached_through_the_position_loop_without_a_lag_of_the_rate() {
     for mode in [3, 9] {
         let mut bench = Bench::enabled(mode);
-        // No room is left for the limits of the position to slow it down.
+        // The position limits must not slow the motion down.
         bench.control(0);
         bench.set(0x607D, 1, -2_000_000_i32 as u32, 4);
         bench.set(0x607D, 2, 2_000_000, 4);
@@ -53,7 +53,7 @@ fn a_velocity_is_reached_through_the_position_loop_without_a_lag_of_the_rate() {
         bench.steps(100);
         let from = bench.angle_mdeg();
         bench.steps(50);
-        assert!((bench.angle_mdeg() - from).abs() <= 176, "it stands");
+        assert!((bench.angle_mdeg() - from).abs() <= 176, "at standstill");
     }
 }
 
@@ -76,12 +76,12 @@ fn power_follows_the_states() {
 }
 
 #[test]
-fn a_quick_stop_brings_the_shaft_to_rest_and_switches_off() {
+fn a_quick_stop_stops_the_shaft_and_switches_off() {
     let mut bench = Bench::enabled(1);
     bench.set(0x607A, 0, 50_000, 4);
     bench.control(0x1F);
     bench.steps(40);
-    assert!(bench.get(0x606C, 0) as i32 > 100_000, "under way");
+    assert!(bench.get(0x606C, 0) as i32 > 100_000, "in motion");
     bench.control(0x0B);
     bench.until(200, |bench| bench.status() & 0x6F == 0x40);
     assert_eq!(bench.step().bridge, Bridge::Coast);
@@ -89,9 +89,9 @@ fn a_quick_stop_brings_the_shaft_to_rest_and_switches_off() {
 }
 
 #[test]
-fn a_fault_is_told_by_state_code_and_emergency_and_reset_once_its_cause_is_gone() {
+fn a_fault_sets_state_code_and_emergency_and_is_reset_when_its_cause_is_removed() {
     let mut bench = Bench::enabled(8);
-    bench.heard.clear();
+    bench.received.clear();
     for _ in 0..6 {
         bench.step_with(|samples| samples.encoder = None);
     }
@@ -101,7 +101,7 @@ fn a_fault_is_told_by_state_code_and_emergency_and_reset_once_its_cause_is_gone(
     assert_ne!(bench.get(0x1001, 0) & 0x21, 0);
     assert_eq!(bench.get(0x1003, 1), 0x0081_7305);
     assert_eq!(bench.get(0x1002, 0), 2);
-    // The wire is still broken.
+    // The wire is still interrupted.
     bench.set(0x6040, 0, 0x80, 2);
     for _ in 0..3 {
         bench.step_with(|samples| samples.encoder = None);
@@ -110,7 +110,7 @@ fn a_fault_is_told_by_state_code_and_emergency_and_reset_once_its_cause_is_gone(
     bench.set(0x6040, 0, 0, 2);
     bench.steps(5);
     bench.set(0x6040, 0, 0x80, 2);
-    bench.heard.clear();
+    bench.received.clear();
     bench.steps(3);
     assert_eq!(bench.emergencies(), [(0, 0x81)]);
     assert_eq!(bench.status() & 0x6F, 0x40);
@@ -118,7 +118,7 @@ fn a_fault_is_told_by_state_code_and_emergency_and_reset_once_its_cause_is_gone(
 }
 
 #[test]
-fn a_fault_that_can_be_stopped_under_ends_in_fault_at_rest() {
+fn a_fault_with_a_controlled_stop_ends_in_fault_at_standstill() {
     let mut bench = Bench::enabled(1);
     bench.set(0x607A, 0, 50_000, 4);
     bench.control(0x1F);
@@ -142,11 +142,11 @@ fn a_fault_that_can_be_stopped_under_ends_in_fault_at_rest() {
 }
 
 #[test]
-fn power_that_the_application_refuses_is_a_fault_of_the_drive() {
+fn a_refused_enable_is_a_fault_of_the_drive() {
     let mut bench = Bench::new();
     bench.control(6);
     bench.control(7);
-    // A wire that breaks without power is no fault yet.
+    // An interrupted wire is reported but not latched while the bridge is off.
     for word in [7, 15] {
         bench.set(0x6040, 0, word, 2);
         for _ in 0..6 {
@@ -163,7 +163,7 @@ fn power_that_the_application_refuses_is_a_fault_of_the_drive() {
 }
 
 #[test]
-fn a_voltage_that_is_missing_keeps_the_drive_from_switching_on() {
+fn a_missing_supply_prevents_switching_on() {
     let mut bench = Bench::new();
     let starve = |samples: &mut Samples| {
         let scan = samples.scan.as_mut().expect("a scan");
@@ -181,7 +181,7 @@ fn a_voltage_that_is_missing_keeps_the_drive_from_switching_on() {
 }
 
 #[test]
-fn the_servo_pulse_commands_and_the_bus_takes_over_where_the_shaft_is() {
+fn the_servo_pulse_commands_and_the_bus_continues_from_its_angle() {
     let mut bench = Bench::new();
     bench.set(0x2000, 0, 1, 1);
     let pulse = |samples: &mut Samples| samples.servo_pulse_us = Some(1750);

@@ -26,15 +26,15 @@ fn lss_node_id(bench: &mut Bench, node_id: u8) {
 
 /// Has it store what LSS set; `error` is what it answers.
 fn lss_store(bench: &mut Bench, error: u8) {
-    bench.heard.clear();
+    bench.received.clear();
     bench.send(0x7E5, &[0x17, 0, 0, 0, 0, 0, 0, 0]);
     bench.steps(3);
     let answer = frame(0x7E4, &[0x17, error, 0, 0, 0, 0, 0, 0]);
-    assert!(bench.heard.contains(&answer), "{:?}", bench.heard);
+    assert!(bench.received.contains(&answer), "{:?}", bench.received);
 }
 
 #[test]
-fn what_is_saved_is_there_after_a_reset_and_what_is_not_is_gone() {
+fn saved_values_survive_a_reset_and_others_do_not() {
     let mut bench = Bench::new();
     bench.set_real(0x60FB, 1, 9.5);
     bench.set(0x6081, 0, 123_000, 4);
@@ -72,7 +72,7 @@ fn parameter_groups_are_stored_separately() {
 #[test]
 fn a_failing_flash_is_reported() {
     let mut bench = Bench::new();
-    bench.flash = Flash::Refuses;
+    bench.flash = Flash::Fails;
     assert_eq!(
         bench.try_set(0x1010, 1, SAVE, 4),
         Err(Abort::Hardware.code())
@@ -85,7 +85,7 @@ fn a_failing_flash_is_reported() {
 }
 
 #[test]
-fn lss_stores_node_id_and_bit_rate_and_a_restore_leaves_them() {
+fn lss_stores_node_id_and_bit_rate_and_a_restore_keeps_them() {
     let mut bench = Bench::new();
     lss_node_id(&mut bench, 42);
     bench.send(0x7E5, &[0x13, 0, 2, 0, 0, 0, 0, 0]);
@@ -95,7 +95,7 @@ fn lss_stores_node_id_and_bit_rate_and_a_restore_leaves_them() {
     assert_eq!((bus.node_id, bus.bit_rate_kbit_s), (42, 500));
     bench.send(0x7E5, &[0x13, 0, 4, 0, 0, 0, 0, 0]);
     let refused = frame(0x7E4, &[0x13, 1, 0, 0, 0, 0, 0, 0]);
-    assert!(bench.heard.contains(&refused), "125 kbit/s");
+    assert!(bench.received.contains(&refused), "125 kbit/s");
     bench.send(0x7E5, &[0x15, 10, 0, 0, 0, 0, 0, 0]);
     bench.steps(10);
     assert_eq!(bench.device.drive.take_bit_rate(), Some(500));
@@ -156,17 +156,17 @@ fn simultaneous_saves_of_lss_and_sdo_both_succeed() {
     lss_node_id(&mut bench, 42);
     bench.set(0x1017, 0, 700, 2);
     bench.send(0x601, &[0x23, 0x10, 0x10, 2, b's', b'a', b'v', b'e']);
-    bench.heard.clear();
+    bench.received.clear();
     bench.send(0x7E5, &[0x17, 0, 0, 0, 0, 0, 0, 0]);
     bench.steps(40);
-    let heard = |id| {
+    let count = |id| {
         bench
-            .heard
+            .received
             .iter()
             .filter(|frame| frame.raw_id().0 == id)
             .count()
     };
-    assert_eq!((heard(0x7E4), heard(0x581)), (1, 1));
+    assert_eq!((count(0x7E4), count(0x581)), (1, 1));
     let stored = &bench.device.drive.store;
     let heartbeat_ms = stored
         .stored()
@@ -178,11 +178,11 @@ fn simultaneous_saves_of_lss_and_sdo_both_succeed() {
 }
 
 #[test]
-fn a_refused_save_changes_nothing_that_a_reset_takes() {
+fn a_failed_save_leaves_the_stored_values_unchanged() {
     let mut bench = Bench::new();
     bench.set(0x6081, 0, 111, 4);
     bench.set(0x1010, 1, SAVE, 4);
-    bench.flash = Flash::Refuses;
+    bench.flash = Flash::Fails;
     bench.set(0x6081, 0, 222, 4);
     let refused = Err(Abort::Hardware.code());
     assert_eq!(bench.try_set(0x1010, 1, SAVE, 4), refused);

@@ -1,12 +1,12 @@
-//! What the network is told without having asked.
+//! Messages that the device sends unasked: bus errors and the cause of the last reset.
 
 use super::*;
 use crate::application::BusState;
 
 #[test]
-fn an_error_passive_bus_is_told_once_however_often_the_node_has_its_turn() {
+fn an_error_passive_bus_is_reported_once() {
     let mut bench = Bench::new();
-    bench.heard.clear();
+    bench.received.clear();
     for _ in 0..5 {
         bench.step_with(|samples| samples.bus = BusState::Passive);
         bench.device.communicate(bench.now_us + 1000);
@@ -16,9 +16,9 @@ fn an_error_passive_bus_is_told_once_however_often_the_node_has_its_turn() {
 }
 
 #[test]
-fn lost_frames_are_told_once_until_none_are_lost_for_a_second() {
+fn lost_frames_are_reported_once_until_none_is_lost_for_a_second() {
     let mut bench = Bench::new();
-    bench.heard.clear();
+    bench.received.clear();
     for lost in [1, 2, 2, 3, 3, 3, 4] {
         bench.device.drive.diagnostics.receive_overflows = lost;
         bench.step();
@@ -30,11 +30,11 @@ fn lost_frames_are_told_once_until_none_are_lost_for_a_second() {
     assert_eq!(bench.emergencies(), [(0x8110, 0), (0, 0)]);
     bench.device.drive.diagnostics.receive_overflows = 5;
     bench.step();
-    assert_eq!(bench.emergencies().len(), 3, "and again");
+    assert_eq!(bench.emergencies().len(), 3, "reported again");
 }
 
 /// From error passive to bus-off and back.
-const FALL: [BusState; 5] = [
+const BUS_FAILURE: [BusState; 5] = [
     BusState::Passive,
     BusState::Passive,
     BusState::Off,
@@ -43,16 +43,16 @@ const FALL: [BusState; 5] = [
 ];
 
 #[test]
-fn each_loss_of_the_bus_is_told_and_all_of_it_is_gone_a_second_later() {
+fn each_bus_off_is_reported_and_recovers_after_a_second() {
     let mut bench = Bench::new();
     for _ in 0..2 {
-        bench.heard.clear();
-        for state in FALL {
+        bench.received.clear();
+        for state in BUS_FAILURE {
             bench.step_with(|samples| samples.bus = state);
         }
         assert_eq!(bench.emergencies(), [(0x8120, 0), (0x8140, 0)]);
         assert_eq!(bench.get(0x1001, 0) & 0x10, 0x10, "communication");
-        bench.heard.clear();
+        bench.received.clear();
         bench.steps(260);
         let over = bench.emergencies();
         assert_eq!(over, [(0, 0), (0, 0)]);
@@ -61,26 +61,29 @@ fn each_loss_of_the_bus_is_told_and_all_of_it_is_gone_a_second_later() {
 }
 
 #[test]
-fn trouble_that_lasts_is_told_anew_after_a_reset_of_the_node() {
+fn active_bus_errors_are_reported_again_after_a_reset_of_the_node() {
     let mut bench = Bench::new();
     let passive = |samples: &mut Samples| samples.bus = BusState::Passive;
     bench.step_with(passive);
     bench.send(0, &[0x81, 0]);
-    bench.heard.clear();
+    bench.received.clear();
     bench.step_with(passive);
     bench.step_with(passive);
     assert_eq!(bench.emergencies(), [(0x8120, 0)]);
 }
 
 #[test]
-fn a_watchdog_reset_is_told_although_the_node_begins_with_a_reset_of_its_own() {
+fn a_watchdog_reset_is_reported_after_the_first_reset_of_the_node() {
     let start = Start {
         watchdog: true,
         ..Start::default()
     };
     let mut bench = Bench::after(start);
     bench.steps(20);
-    let told = bench.emergencies();
+    let emergencies = bench.emergencies();
     let instance = 0x80 | crate::faults::Fault::WatchdogReset.number() as u8;
-    assert!(told.contains(&(0x6010, instance)), "{told:x?}");
+    assert!(
+        emergencies.contains(&(0x6010, instance)),
+        "{emergencies:x?}"
+    );
 }
