@@ -15,6 +15,28 @@ pub enum Cell {
     None,
 }
 
+impl Cell {
+    /// A value with this many decimals, or a dash.
+    pub fn optional(value: Option<f64>, decimals: usize) -> Self {
+        value.map_or(Self::None, |value| Self::Number(value, decimals))
+    }
+
+    /// A value with five significant digits.
+    ///
+    /// ```
+    /// # use host_sim::table::Cell;
+    /// assert_eq!(Cell::significant(0.012345678).to_string(), "0.012346");
+    /// ```
+    pub fn significant(value: f64) -> Self {
+        let magnitude = if value == 0.0 {
+            0.0
+        } else {
+            value.abs().log10().floor()
+        };
+        Self::Number(value, (4.0 - magnitude).clamp(0.0, 12.0) as usize)
+    }
+}
+
 impl fmt::Display for Cell {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

@@ -10,6 +10,7 @@ pub(crate) mod as_values;
 
 /// Description of one parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Parameter {
     /// Name, with the unit as suffix if it is simple.
     pub name: &'static str,

@@ -1,14 +1,50 @@
 //! The catalogue: models, presets, inputs and their parameters, as JSON.
 
+use std::collections::BTreeMap;
+
 use model_core::actuator::{ModelKind, PlantKind, Settings};
 use model_core::excitation::catalogue::Input;
 use model_core::named::Named;
 use model_core::parameter::Parameter;
 use model_core::presets::Preset;
-use serde_json::{Map, Value, json};
+use serde::Serialize;
 
 use crate::run::COLUMNS;
 use crate::scenario::{LONGEST_S, presets};
+
+#[derive(Serialize)]
+struct Catalogue {
+    version: &'static str,
+    longest_s: f64,
+    columns: [&'static str; COLUMNS.len()],
+    choices: Vec<Choice>,
+    inputs: Vec<InputEntry>,
+}
+
+#[derive(Serialize)]
+struct Choice {
+    model: &'static str,
+    plant: Option<&'static str>,
+    summary: &'static str,
+    plant_summary: &'static str,
+    parameters: Vec<&'static Parameter>,
+    presets: Vec<PresetEntry>,
+}
+
+#[derive(Serialize)]
+struct PresetEntry {
+    name: &'static str,
+    summary: &'static str,
+    warning: Option<&'static str>,
+    values: BTreeMap<&'static str, f64>,
+}
+
+#[derive(Serialize)]
+struct InputEntry {
+    name: &'static str,
+    summary: &'static str,
+    parameters: &'static [Parameter],
+}
 
 /// The models with their plants, parameters and presets, the inputs with their parameters, and the
 /// columns of a trace. An infinite limit is `null`.
@@ -26,61 +62,48 @@ pub fn catalogue() -> String {
         .filter(|model| **model != ModelKind::Board);
     let others = others.map(|model| Settings::new(*model, PlantKind::FirstOrder));
     let inputs = Input::NAMES.iter().filter_map(|name| Input::named(name));
-    json!({
-        "version": env!("CARGO_PKG_VERSION"),
-        "longest_s": LONGEST_S,
-        "columns": COLUMNS,
-        "choices": boards.chain(others).map(choice).collect::<Vec<_>>(),
-        "inputs": inputs.map(input).collect::<Vec<_>>(),
-    })
-    .to_string()
-}
-
-fn choice(settings: Settings) -> Value {
-    let is_board = settings.model == ModelKind::Board;
-    let parameters = settings.values().map(|value| parameter(value.parameter));
-    json!({
-        "model": settings.model.name(),
-        "plant": is_board.then(|| settings.plant.name()),
-        "summary": settings.model.summary(),
-        "plant_summary": settings.plant.summary(),
-        "parameters": parameters.collect::<Vec<_>>(),
-        "presets": presets(&settings).map(preset).collect::<Vec<_>>(),
+    crate::json(&Catalogue {
+        version: env!("CARGO_PKG_VERSION"),
+        longest_s: LONGEST_S,
+        columns: COLUMNS,
+        choices: boards.chain(others).map(Choice::of).collect(),
+        inputs: inputs.map(InputEntry::of).collect(),
     })
 }
 
-fn input(input: Input) -> Value {
-    json!({
-        "name": input.name(),
-        "summary": input.summary(),
-        "parameters": input.table().iter().map(parameter).collect::<Vec<_>>(),
-    })
+impl Choice {
+    fn of(settings: Settings) -> Self {
+        let is_board = settings.model == ModelKind::Board;
+        Self {
+            model: settings.model.name(),
+            plant: is_board.then(|| settings.plant.name()),
+            summary: settings.model.summary(),
+            plant_summary: settings.plant.summary(),
+            parameters: settings.values().map(|value| value.parameter).collect(),
+            presets: presets(&settings).map(PresetEntry::of).collect(),
+        }
+    }
 }
 
-fn parameter(p: &Parameter) -> Value {
-    json!({
-        "name": p.name,
-        "symbol": p.symbol,
-        "unit": p.unit,
-        "default": p.default,
-        "min": p.min,
-        "max": p.max,
-        "source": p.source,
-        "meaning": p.meaning,
-    })
+impl PresetEntry {
+    fn of(preset: &'static Preset) -> Self {
+        Self {
+            name: preset.name,
+            summary: preset.summary,
+            warning: preset.warning,
+            values: preset.values.iter().copied().collect(),
+        }
+    }
 }
 
-fn preset(preset: &Preset) -> Value {
-    let values = preset.values.iter();
-    let values: Map<_, _> = values
-        .map(|(name, v)| ((*name).into(), (*v).into()))
-        .collect();
-    json!({
-        "name": preset.name,
-        "summary": preset.summary,
-        "warning": preset.warning,
-        "values": values,
-    })
+impl InputEntry {
+    fn of(input: Input) -> Self {
+        Self {
+            name: input.name(),
+            summary: input.summary(),
+            parameters: input.table(),
+        }
+    }
 }
 
 #[cfg(test)]

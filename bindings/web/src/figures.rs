@@ -3,7 +3,7 @@
 //! As in the report, levels are fractions of the commanded step, and times count from the step of
 //! the command and include the transport delay.
 
-use serde_json::json;
+use serde::{Serialize, Serializer};
 
 use crate::run::Trace;
 
@@ -14,7 +14,7 @@ const SETTLED: f64 = 0.02;
 const HELD_ROWS: usize = 5;
 
 /// The first step of a command. A time is NaN if its level is not reached.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct FirstStep {
     /// Time from 10 % to 90 %, s.
     pub rise_s: f64,
@@ -27,9 +27,10 @@ pub struct FirstStep {
 }
 
 /// The figures of merit of a run.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Figures {
     /// The first step, if the command has one.
+    #[serde(flatten, serialize_with = "step_or_nulls")]
     pub step: Option<FirstStep>,
     /// Largest rate upward, deg/s.
     pub max_rate_deg_s: f64,
@@ -67,21 +68,21 @@ impl Figures {
         }
     }
 
-    /// The figures by name. A value that does not exist is `null`.
+    /// The figures by name, as JSON. A value that does not exist is `null`.
     pub fn to_json(&self) -> String {
-        let of_step = |figure: fn(&FirstStep) -> f64| self.step.as_ref().map(figure);
-        json!({
-            "rise_s": of_step(|step| step.rise_s),
-            "t90_s": of_step(|step| step.t90_s),
-            "overshoot_pct": of_step(|step| step.overshoot_pct),
-            "settling_s": of_step(|step| step.settling_s),
-            "max_rate_deg_s": self.max_rate_deg_s,
-            "min_rate_deg_s": self.min_rate_deg_s,
-            "max_duty_pct": self.max_duty_pct,
-            "error_rms_deg": self.error_rms_deg,
-        })
-        .to_string()
+        crate::json(self)
     }
+}
+
+/// Writes a missing step as one of which no level is reached.
+fn step_or_nulls<S: Serializer>(step: &Option<FirstStep>, out: S) -> Result<S::Ok, S::Error> {
+    let missing = FirstStep {
+        rise_s: f64::NAN,
+        t90_s: f64::NAN,
+        overshoot_pct: f64::NAN,
+        settling_s: f64::NAN,
+    };
+    step.unwrap_or(missing).serialize(out)
 }
 
 /// The first step of the command between two constant levels.

@@ -9,7 +9,7 @@ use core::f64::consts::{PI, TAU};
 
 use model_core::actuator::Actuator;
 use model_core::time::{PWM_PERIOD_TICKS, TICKS_PER_SECOND};
-use serde_json::json;
+use serde::Serialize;
 
 use crate::scenario::{Error, Scenario};
 
@@ -155,18 +155,26 @@ impl Response {
         })
     }
 
-    /// The response by name. A value that does not exist is `null`.
+    /// The response by name, as JSON. A value that does not exist is `null`.
     pub fn to_json(&self) -> String {
-        let column = |of: fn(&Line) -> f64| self.lines.iter().map(of).collect::<Vec<_>>();
-        json!({
-            "frequency_hz": column(|line| line.frequency_hz),
-            "gain_db": column(|line| line.gain_db),
-            "phase_deg": column(|line| line.phase_deg),
-            "linear_share": self.linear_share,
-            "bandwidth_hz": self.bandwidth_hz(),
+        let column = |of: fn(&Line) -> f64| self.lines.iter().map(of).collect();
+        crate::json(&Columns {
+            frequency_hz: column(|line| line.frequency_hz),
+            gain_db: column(|line| line.gain_db),
+            phase_deg: column(|line| line.phase_deg),
+            linear_share: self.linear_share,
+            bandwidth_hz: self.bandwidth_hz(),
         })
-        .to_string()
     }
+}
+
+#[derive(Serialize)]
+struct Columns {
+    frequency_hz: Vec<f64>,
+    gain_db: Vec<f64>,
+    phase_deg: Vec<f64>,
+    linear_share: f64,
+    bandwidth_hz: f64,
 }
 
 #[cfg(test)]

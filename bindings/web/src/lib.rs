@@ -1,10 +1,10 @@
 //! The actuator for a page in a browser.
 //!
-//! A run is described by one line of text, the same that the page keeps in its address:
+//! A run is described by one line of text, which is also the fragment of the page's address:
 //! `model=board&preset=consistent&position_gain=12&input=pulse&input.amplitude_deg=45`. This crate
 //! reads it ([`scenario`]), runs it ([`run`]), and evaluates it in time ([`figures`]) and in
-//! frequency ([`frequency`]). What there is to choose from, it says itself ([`catalogue`]).
-//! [`exports`] is what the page calls: plain functions and memory, without generated glue.
+//! frequency ([`frequency`]). [`catalogue`] lists the models, inputs and parameters. The page calls
+//! the functions in [`exports`]: plain functions and memory, without generated glue code.
 
 pub mod catalogue;
 pub mod exports;
@@ -12,3 +12,9 @@ pub mod figures;
 pub mod frequency;
 pub mod run;
 pub mod scenario;
+
+/// JSON of a value. NaN and infinity become `null`.
+fn json(value: &impl serde::Serialize) -> String {
+    // Serialising strings, numbers and lists does not fail.
+    serde_json::to_string(value).unwrap_or_default()
+}

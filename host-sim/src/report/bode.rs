@@ -1,4 +1,4 @@
-//! Bode plots: lines as computed, points as measured.
+//! Bode plots: computed lines and measured points.
 
 use super::{comparison::Outcome, models::Model};
 use crate::{
@@ -6,12 +6,12 @@ use crate::{
     plot::{Figure, Panel, Series, Style},
 };
 
-/// Below it every model follows; above it nothing was measured.
+/// The axis begins where all models have a gain of one and ends above the last measurement.
 const FROM_HZ: f64 = 0.1;
 const TO_HZ: f64 = 30.0;
 const POINTS_PER_DECADE: usize = 60;
 
-/// The responses of these models, their transport delay taken out, as in the paper's figure 11.
+/// The responses of these models without their transport delay, as in the paper's figure 11.
 pub fn figure(title: &str, outcomes: &[&Outcome]) -> Figure {
     let grid = logarithmic_grid(FROM_HZ, TO_HZ, POINTS_PER_DECADE);
     let level = Series::new("half power", 0, &[FROM_HZ, TO_HZ], &[HALF_POWER_DB; 2]);
@@ -50,7 +50,7 @@ pub fn figure(title: &str, outcomes: &[&Outcome]) -> Figure {
         .panel(phase)
 }
 
-/// A measured response without the transport delay that it went through.
+/// Removes the transport delay from a measured response.
 pub fn undelayed(response: &Response, delay_s: f64) -> Response {
     let turns = response.frequency_hz.iter().map(|f| f * delay_s);
     let phases = response.phase_deg.iter().zip(turns);

@@ -1,4 +1,4 @@
-//! All models, what they did and what is made of it.
+//! The runs of all models and their evaluation.
 
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -11,38 +11,38 @@ use super::{
 };
 use crate::{error::Error, plot::Style};
 
-/// What came out for one model.
+/// The results of one model.
 #[derive(Debug, Clone)]
 pub struct Outcome {
-    /// What it did.
+    /// Its runs.
     pub runs: Runs,
-    /// Its linear model, where it has one.
+    /// Its linear model, if it has one.
     pub linear: Option<SmallSignal>,
     /// Its figures of merit.
     pub metrics: Metrics,
-    /// How far its angle is from that of [`BASELINE`], root mean square, deg, by input; empty
-    /// without a baseline.
+    /// Root mean square of the difference to the angle of [`BASELINE`], deg, by input; empty without
+    /// a baseline.
     pub rms_difference_deg: BTreeMap<&'static str, f64>,
 }
 
-/// The outcome for several models on all inputs.
+/// The results of several models on all inputs.
 #[derive(Debug, Clone)]
 pub struct Comparison {
-    /// One a model, in the order in which they were given.
+    /// One for each model, in the given order.
     pub outcomes: Vec<Outcome>,
 }
 
 impl Comparison {
-    /// How often `done` is called for so many models.
+    /// How often [`Comparison::of`] calls `done` for this number of models.
     pub fn steps(models: usize) -> u64 {
         runs::steps(models)
     }
 
-    /// Runs the models on all cores; `done` is called after each run. The result depends on the
-    /// models alone.
+    /// Runs the models on all cores and calls `done` after each run. The result does not depend on
+    /// the order of the runs.
     ///
     /// # Errors
-    /// None of [`super::models::MODELS`]; else those of [`crate::scenario::Scenario::resolve`].
+    /// Does not fail for [`super::models::MODELS`]; for other models those of [`crate::scenario::Scenario::resolve`].
     pub fn of(models: &[Model], done: &(dyn Fn() + Sync)) -> Result<Self, Error> {
         let all = runs::run(models, done)?;
         let baseline = all.iter().find(|runs| runs.model.name == BASELINE).cloned();
@@ -61,7 +61,8 @@ impl Comparison {
         Ok(Self { outcomes })
     }
 
-    /// What is drawn together: the paper's models with the board, and each family with readings.
+    /// The groups of models that share a figure: the paper's models with the board, the
+    /// interpretations of the grey box, and the boards.
     pub fn groups(&self) -> [(&'static str, Vec<&Outcome>); 3] {
         let leading = self.outcomes.iter().filter(|o| o.runs.model.leads);
         let family_of = |family| {
@@ -70,17 +71,20 @@ impl Comparison {
         };
         [
             ("the paper's models and the board", leading.collect()),
-            ("readings of the grey box", family_of(Family::GreyBox)),
+            (
+                "interpretations of the grey box",
+                family_of(Family::GreyBox),
+            ),
             ("boards", family_of(Family::Board)),
         ]
     }
 
-    /// All of them.
+    /// All results in drawing order.
     pub fn all(&self) -> Vec<&Outcome> {
         dashed_last(self.outcomes.iter())
     }
 
-    /// All figures of the tables as JSON; `null` is what does not exist.
+    /// The figures of merit as JSON. A value that does not exist is `null`.
     pub fn to_json(&self) -> String {
         let models = self.outcomes.iter().map(|o| JsonModel {
             name: o.runs.model.name,
@@ -93,12 +97,12 @@ impl Comparison {
             baseline: BASELINE,
             models: models.collect(),
         };
-        // Strings, numbers and maps of strings always serialise.
+        // Serialising strings, numbers and maps of strings does not fail.
         serde_json::to_string_pretty(&report).unwrap_or_default() + "\n"
     }
 }
 
-/// In the order of drawing: what is dashed lets what it covers be seen.
+/// In drawing order: dashed lines last, so that the lines below them remain visible.
 fn dashed_last<'a>(outcomes: impl Iterator<Item = &'a Outcome>) -> Vec<&'a Outcome> {
     let mut outcomes: Vec<_> = outcomes.collect();
     outcomes.sort_by_key(|outcome| outcome.runs.model.style == Style::Dashed);

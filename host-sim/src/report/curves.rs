@@ -1,16 +1,17 @@
-//! Panels of curves over one time axis, without the samples that nobody can see.
+//! Panels of curves over one time axis, without samples that make no visible difference.
 //!
-//! The curves of a panel keep the same instants, so that a cursor reads all of them. Between two of
-//! these every curve is straight to within a share of the panel's range: the swinging door (E. H.
-//! Bristol, "Swinging door trending: adaptive trend recording?", ISA 1990), with a door for each.
+//! The curves of a panel keep the same instants, so that a cursor can show all of them. Between two
+//! instants every curve is straight to within a fraction of the panel's range. The instants are
+//! chosen by swinging-door compression (E. H. Bristol, "Swinging door trending: adaptive trend
+//! recording?", ISA 1990) with one door for each curve.
 
 use super::models::Model;
 use crate::plot::{Panel, Series, Style, points::range};
 
-/// What a panel of 200 px resolves at five times its size, as a share of its range.
+/// Resolution of a panel of 200 px that is magnified five times, as a fraction of its range.
 const TOLERANCE: f64 = 1e-3;
-/// Instants of a panel at the most; the tolerance is widened until they suffice. A fast chirp of
-/// 20 s needs more than that; 2,000 are three a pixel.
+/// Maximum number of instants of a panel, three per pixel. The tolerance is increased until they
+/// suffice, which a fast chirp of 20 s requires.
 const MOST: usize = 2000;
 
 /// A curve on the time axis of its panel.
@@ -32,12 +33,12 @@ impl Curve {
         }
     }
 
-    /// Draws it solid, where it covers nothing.
+    /// Makes the line solid.
     pub fn undash(&mut self) {
         self.style = Style::Line;
     }
 
-    /// What a model does, in the line of that model.
+    /// A quantity of a model, with the colour and line style of the model.
     pub fn of(model: &Model, y: impl Into<Vec<f64>>) -> Self {
         Self {
             label: model.name.into(),
@@ -48,7 +49,7 @@ impl Curve {
     }
 }
 
-/// A panel of curves that were all sampled at the times `t`.
+/// A panel of curves that are all sampled at the times `t`.
 pub fn panel(y_label: &str, t: &[f64], curves: &[Curve]) -> Panel {
     let all = || curves.iter().flat_map(|curve| curve.y.iter().copied());
     let (low, high) = range(all()).unwrap_or((0.0, 1.0));
@@ -67,7 +68,7 @@ pub fn panel(y_label: &str, t: &[f64], curves: &[Curve]) -> Panel {
     })
 }
 
-/// The indices of the samples to keep. Columns of unequal length are read as far as the shortest.
+/// The indices of the samples to keep. Samples beyond the end of the shortest column are ignored.
 fn thin(t: &[f64], columns: &[&[f64]], tolerance: f64) -> Vec<usize> {
     let lengths = columns.iter().map(|column| column.len());
     let len = lengths.fold(t.len(), usize::min);
@@ -113,7 +114,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_left_out_lies_on_the_line_to_within_the_tolerance(
+        fn omitted_samples_lie_on_the_line_to_within_the_tolerance(
             ys in prop::collection::vec((-90.0..90.0f64, -90.0..90.0f64), 0..200),
             tolerance in 0.1..50.0f64,
         ) {
@@ -137,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn of_a_step_the_two_samples_of_the_jump_remain() {
+    fn both_samples_of_a_step_are_kept() {
         let t = times(1000);
         let y: Vec<f64> = (0..1000)
             .map(|i| if i < 400 { 0.0 } else { 90.0 })
@@ -146,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn a_panel_has_one_time_axis_of_bounded_length_whatever_the_curves() {
+    fn a_panel_has_one_time_axis_of_bounded_length_for_any_curves() {
         let t = times(20_000);
         let noise = |k: u64| -> Vec<f64> {
             (0..20_000_u64)

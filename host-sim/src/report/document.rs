@@ -1,4 +1,4 @@
-//! The page: what stands on it, in which order and in which words.
+//! The page of the report: its sections in their order, and their texts.
 
 use super::{
     bode,
@@ -20,21 +20,21 @@ use crate::{
 
 const TITLE: &str = "Smart actuator: the models of the paper and the board";
 
-const INTRODUCTION: &str = "In “Analysis of Modeling Techniques for Low-Cost Actuators” Carlson, \
-    Dorobantu, Taylor and Seiler compare three models of a servo: two black boxes and a grey box. \
-    Here they stand beside the board itself: the fixed-point control step that runs on the \
-    hardware, in closed loop with a motor, with encoder, timing and PWM.\n\n\
-    Each model keeps its line through the whole page. The numbers of the paper contradict each \
-    other; a name behind a model is a reading of them, and what contradicts what stands beside the \
-    figure that it touches.\n\n\
-    The data and figures of the paper were not at hand: where a figure is said to be like one of \
-    the paper's, it follows the paper's words. Nor does the paper print any amplitude, duration or \
-    frequency of its inputs: those are choices of this project.";
+const INTRODUCTION: &str = "“Analysis of Modeling Techniques for Low-Cost Actuators” by Carlson, \
+    Dorobantu, Taylor and Seiler compares three models of a servo: two black boxes and a grey box. \
+    This report compares them with the board: the fixed-point control step that runs on the \
+    hardware, in closed loop with a motor model, with encoder, timing and PWM.\n\n\
+    Each model has the same colour and line style in all figures. Some numbers in the paper \
+    contradict each other. The suffix of a model's name identifies an interpretation of them; each \
+    contradiction is explained beside a figure that it affects.\n\n\
+    The data and figures of the paper were not available: where a figure is compared with one of \
+    the paper, the comparison is with the paper's text. The paper states no amplitude, duration or \
+    frequency of its inputs: those used here are choices of this project.";
 
-/// The page of a comparison.
+/// Makes the page of a comparison.
 ///
 /// # Errors
-/// None with the presets as they are.
+/// Does not fail with the built-in presets.
 pub fn page(comparison: &Comparison) -> Result<Page, Error> {
     let mut page = Page::new(TITLE)
         .introduction(INTRODUCTION)
@@ -55,7 +55,7 @@ pub fn page(comparison: &Comparison) -> Result<Page, Error> {
 
 fn glance(comparison: &Comparison) -> Result<Section, Error> {
     let [(_, leading), ..] = comparison.groups();
-    // The pulse once more, as long as the variable step below it.
+    // The pulse, simulated for as long as the variable step below it.
     let pulses: Vec<_> = leading
         .iter()
         .map(|o| pulse_of(&o.runs.model, 7.0))
@@ -72,9 +72,10 @@ fn glance(comparison: &Comparison) -> Result<Section, Error> {
         ),
     ];
     Ok(Section::new("At a glance").figure(responses::angles("Step responses", &inputs).caption(
-        "The paper's two validation inputs. The black boxes turn at the limits of their rate until \
-         they are there; grey box and board slow down earlier, for a position gain of 8 asks for \
-         less rate than the limit from 35 deg on, and agree with each other.",
+        "The paper's two validation inputs. The black boxes move at their rate limits almost until \
+         they reach the command. Grey box and board agree with each other and slow down earlier: \
+         with a position gain of 8 they command less than the rate limit when the error is below \
+         35 deg.",
     )))
 }
 
@@ -93,14 +94,14 @@ fn merits(comparison: &Comparison) -> Section {
         .fold(section, Section::table)
 }
 
-/// The section with these boxes.
+/// Adds a box for each contradiction.
 pub(super) fn remarks(section: Section, contradictions: &[Contradiction]) -> Section {
     contradictions.iter().fold(section, |section, c| {
         section.titled_warning(c.title, c.text)
     })
 }
 
-/// The figure with what must be said of the presets in it.
+/// Adds the warnings of the presets that the figure shows.
 pub(super) fn warned(figure: Figure, outcomes: &[&Outcome]) -> Figure {
     outcomes.iter().fold(figure, |figure, outcome| {
         let preset = model_core::presets::preset(outcome.runs.model.preset);
@@ -111,7 +112,7 @@ pub(super) fn warned(figure: Figure, outcomes: &[&Outcome]) -> Figure {
     })
 }
 
-/// What these models did on this input.
+/// The traces of these models on this input.
 pub(super) fn shown<'a>(outcomes: &[&'a Outcome], input: &str) -> Vec<Shown<'a>> {
     let of = |outcome: &&'a Outcome| Some((&outcome.runs.model, outcome.runs.trace(input)?));
     outcomes.iter().filter_map(of).collect()
@@ -119,22 +120,22 @@ pub(super) fn shown<'a>(outcomes: &[&'a Outcome], input: &str) -> Vec<Shown<'a>>
 
 fn frequency_response(comparison: &Comparison) -> Section {
     const CAPTIONS: [&str; 3] = [
-        "The paper's figure 11 with grey box and board. Each line passes through half power at its \
+        "The paper's figure 11, with grey box and board added. Each line crosses half power at its \
          bandwidth.",
-        "As printed and strict have the loop F G of consistent, and so its line: what tells these \
-         readings apart are limits.",
-        "The board's samples and delays turn the phase beyond that of the grey box. The default \
-         gains around the motor as measured leave a resonance at 24 Hz. The bench has points \
-         alone: its friction, 3 % of the stall torque, and its backlash hold back small motions \
-         more than large ones.",
+        "As-printed and as-printed-strict have the same loop F G as consistent and therefore the \
+         same line: these interpretations differ in their limits only.",
+        "Sampling and delays give the board more phase lag than the grey box. The default gains \
+         with the motor as measured cause a resonance at 24 Hz. The bench has no line because it \
+         is not linear: its friction, 3 % of the stall torque, and its backlash attenuate small \
+         motions more than large ones.",
     ];
     let mut section = Section::new("Frequency response").text(
-        "As in the paper's figure 11 the transport delay is left out. Lines are computed from the \
-         parameters, without limits and rounding. Points are measured: sine by sine through the \
-         simulator with its limits, encoder and timing, the delay of 17.5 ms then taken out of the \
-         phase. A sine of 5 deg is 57 encoder counts and leaves every limit alone; the strict reading \
-         bears 1 deg. Where the motor's gains up and down differ, the line is that of their harmonic \
-         mean.",
+        "As in the paper's figure 11, the transport delay is not included. Lines are computed from \
+         the parameters, without limits and quantization. Points are measured: the simulator, with \
+         limits, encoder and timing, is driven by one sine after the other, and the delay of 17.5 ms \
+         is removed from the phase. An amplitude of 5 deg is 57 encoder counts and reaches no limit; \
+         as-printed-strict allows 1 deg only. If the motor has different gains up and down, the line \
+         is computed with their harmonic mean.",
     );
     let groups = comparison.groups().into_iter().zip(CAPTIONS);
     for (i, ((group, outcomes), caption)) in groups.enumerate() {
@@ -160,10 +161,10 @@ fn one_by_one(comparison: &Comparison) -> Section {
             &[outcome],
         )
     };
-    let section = Section::new("Each model by itself").text(
-        "The pulse, a figure for each model, as the paper's figures 9, 10 and 12. A black box has \
-         no duty. As printed, the duty is in the paper's unit and without limit, far from anything \
-         that a bridge can do.",
+    let section = Section::new("Each model on the pulse").text(
+        "One figure for each model, as in the paper's figures 9, 10 and 12. A black box has no \
+         duty. In as-printed, the duty has the paper's unit and no limit, and is far larger than \
+         an H-bridge can apply.",
     );
     let section = remarks(section, &[contradictions::ENCODER]);
     section.gallery(comparison.outcomes.iter().map(figure))

@@ -13,38 +13,38 @@ use crate::{
     trace::Trace,
 };
 
-/// Everything that the tables show of one model. `None` is what does not exist: a time of a level
+/// The figures of merit of one model. A value that does not exist is `None`: the time of a level
 /// that is not reached, a margin of a model without a loop.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Metrics {
-    /// On the pulse.
+    /// Of the pulse.
     pub pulse: Pulse,
-    /// On the variable step.
+    /// Of the variable step.
     pub variable_step: VariableStep,
-    /// How far the angle is behind the command at the end of the first slope of the ramp, deg.
+    /// Lag of the angle behind the command at the end of the first slope of the ramp, deg.
     pub ramp_lag_deg: Option<f64>,
-    /// Gain on the sine.
+    /// Gain for the sine.
     pub sine_gain: Option<f64>,
-    /// Phase on the sine, deg.
+    /// Phase for the sine, deg.
     pub sine_phase_deg: Option<f64>,
-    /// Of small signals.
+    /// For small signals.
     pub small_signal: SmallSignalMetrics,
 }
 
-/// The way up and the way down of the pulse; times count from the command.
+/// The rising and the falling step of the pulse. Times count from the step of the command.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Pulse {
-    /// From 10 % to 90 % of the way up, s.
+    /// Time from 10 % to 90 % of the rising step, s.
     pub rise_time_s: Option<f64>,
-    /// From the command to 90 % of the way up, s.
+    /// Time to 90 % of the rising step, s.
     pub t90_s: Option<f64>,
-    /// Beyond the command on the way up, % of the step; negative where it falls short.
+    /// Overshoot of the rising step, % of it; negative if the command is not reached.
     pub overshoot_up_pct: Option<f64>,
-    /// The same on the way down.
+    /// Overshoot of the falling step, % of it.
     pub overshoot_down_pct: Option<f64>,
-    /// Until the angle stays within 2 % on the way up, s.
+    /// Time until the angle stays within 2 % of the rising step, s.
     pub settling_up_s: Option<f64>,
-    /// The same on the way down, s.
+    /// Time until the angle stays within 2 % of the falling step, s.
     pub settling_down_s: Option<f64>,
     /// Largest rate upward, deg/s.
     pub max_rate_deg_s: f64,
@@ -55,10 +55,10 @@ pub struct Pulse {
 /// The thirteen steps of the variable step.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct VariableStep {
-    /// Farthest beyond a command, deg, seen from where the angle was when the step came: it need
-    /// not have reached the command before.
+    /// Largest overshoot, deg, in the direction from the angle at the step to the command. The angle
+    /// at the step need not be the previous command.
     pub worst_overshoot_deg: f64,
-    /// Steps that are overshot by more than 2 % of them.
+    /// Steps with an overshoot of more than 2 %.
     pub overshot_steps: usize,
     /// Steps that do not settle within 2 % before the next.
     pub unsettled_steps: usize,
@@ -67,22 +67,22 @@ pub struct VariableStep {
 /// The response to small signals.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct SmallSignalMetrics {
-    /// Where the power has fallen to a half, -3.0103 dB, computed, Hz.
+    /// Frequency at which the computed power is half, -3.0103 dB, Hz.
     pub half_power_hz: Option<f64>,
-    /// The same as sines through the simulator find it, Hz.
+    /// The same frequency, measured with sines in the simulator, Hz.
     pub measured_half_power_hz: Option<f64>,
-    /// Where the gain has fallen by 3.000 dB, computed, Hz.
+    /// Frequency at which the computed gain is -3.000 dB, Hz.
     pub minus_3_db_hz: Option<f64>,
     /// Gain margin of the loop, dB.
     pub gain_margin_db: Option<f64>,
     /// Phase margin of the loop, deg.
     pub phase_margin_deg: Option<f64>,
-    /// Delay that the loop bears in addition, s.
+    /// Additional delay at which the loop becomes unstable, s.
     pub delay_margin_s: Option<f64>,
 }
 
 impl Metrics {
-    /// The figures of these runs.
+    /// Evaluates these runs.
     pub fn of(runs: &Runs, linear: Option<&SmallSignal>) -> Self {
         let sine = runs.trace("sine").and_then(sine);
         Self {
@@ -139,7 +139,7 @@ fn variable_step(trace: &Trace) -> VariableStep {
     }
 }
 
-/// How far these angles of a step go beyond it, from the side on which they begin.
+/// The overshoot of these angles of a step, in the direction from the first of them.
 fn overshoot_deg(step: &Step, angle: &[f64]) -> f64 {
     let to = step.to_deg;
     let upward = angle.first().is_some_and(|first| *first < to);
@@ -160,7 +160,7 @@ fn ramp_lag_deg(trace: &Trace) -> Option<f64> {
     (!lags.is_empty()).then(|| lags.iter().sum::<f64>() / lags.len() as f64)
 }
 
-/// Gain and phase, deg, of all periods but the first.
+/// Gain and phase, deg, over all periods but the first.
 fn sine(trace: &Trace) -> Option<(f64, f64)> {
     let frequency_hz = SineParameters::default().frequency_hz;
     let [t, command, angle, _] = columns(trace);

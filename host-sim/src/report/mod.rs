@@ -1,7 +1,7 @@
-//! The report: every model on every input of the paper, in one file.
+//! The report: every model on every input of the paper, in one HTML file.
 //!
-//! [`Comparison::of`] runs the [`models::MODELS`] and evaluates what they did; [`document::page`]
-//! makes the page of it and [`tables::all`] the tables.
+//! [`Comparison::of`] runs and evaluates [`models::MODELS`]; [`document::page`] makes the page and
+//! [`tables::all`] the tables.
 
 mod bode;
 pub mod comparison;

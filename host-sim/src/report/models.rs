@@ -1,4 +1,4 @@
-//! The models that are compared, each with a line that it keeps through the whole report.
+//! The models of the report, each with its colour and line style.
 
 use crate::{
     plot::Style,
@@ -6,12 +6,12 @@ use crate::{
     settings::{ModelKind, PlantKind, Pwm},
 };
 
-/// In which figures a model stands.
+/// The group of figures in which a model is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Family {
     /// A black box of the paper.
     BlackBox,
-    /// The grey box, in one of the readings of the paper.
+    /// The grey box, in one of the interpretations of the paper.
     GreyBox,
     /// The board's own control step.
     Board,
@@ -20,11 +20,11 @@ pub enum Family {
 /// A model of the report.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Model {
-    /// What it is called.
+    /// Its name.
     pub name: &'static str,
-    /// With which others it is drawn.
+    /// Its family, which is drawn together.
     pub family: Family,
-    /// Whether it is the first of its family: these are drawn together.
+    /// Whether it is drawn in the figures that compare the families.
     pub leads: bool,
     /// Colour of its line, an index into [`crate::plot::palette::PALETTE`].
     pub colour: usize,
@@ -37,16 +37,17 @@ pub struct Model {
     pub preset: &'static str,
     /// Amplitude with which its frequency response is measured, deg.
     ///
-    /// Small enough that no limit acts: a degree takes a duty of up to `Kp P`, 10.5 % by default,
-    /// so that 5 deg take 53 %, and 94 % in the worst resonance, that of `board as-measured`; black
-    /// box 1 turns at up to `p` times it, 150 deg/s. Large enough for the encoder: 5 deg are 57
-    /// counts, and a count's rounding, 0.025 deg RMS, is 0.5 % of them. As printed, `Kp P` is 80 %
-    /// a degree: where the duty is limited, 1 deg is all that it bears. The grey box has no encoder.
+    /// Small enough to stay below all limits: one degree requires a duty of up to `Kp P`, 10.5 % by
+    /// default, so that 5 deg require 53 %, and 94 % in the worst resonance, that of
+    /// `board as-measured`; black box 1 moves at up to `p` times the amplitude, 150 deg/s. Large
+    /// enough for the encoder: 5 deg are 57 counts, and the rounding to counts, 0.025 deg RMS, is
+    /// 0.5 % of them. In as-printed-strict `Kp P` is 80 % per degree, which allows 1 deg. The grey
+    /// box has no encoder.
     pub sweep_amplitude_deg: f64,
 }
 
 impl Model {
-    /// Its scenario on this input.
+    /// Its scenario with this input.
     pub fn scenario(&self, input: &str) -> Scenario {
         Scenario {
             model: Some(self.kind),
@@ -95,7 +96,7 @@ impl Model {
         Self::new(name, Family::Board, ModelKind::Board, preset)
     }
 
-    /// A board that is none of [`MODELS`].
+    /// A board that is not in [`MODELS`].
     pub(super) const fn literal(name: &'static str) -> Self {
         Self::board(name, "consistent").drawn(PINK, Style::Line)
     }
@@ -120,11 +121,11 @@ const ORANGE: usize = 5;
 const SKY: usize = 6;
 const GREY: usize = 7;
 
-/// The name of the model that the others are held against.
+/// The name of the model with which the others are compared.
 pub const BASELINE: &str = "board";
 
-/// All of them. What shares a colour is akin: `board as-measured-retuned` has the linear loop of
-/// `black-box-2`. Dashed are those that lie on others, so that both can be seen.
+/// The models. Related models share a colour: `board as-measured-retuned` has the linear loop of
+/// `black-box-2`. Models that coincide with others are dashed, so that both are visible.
 pub const MODELS: [Model; 12] = [
     Model::black_box("black-box-1", ModelKind::BlackBox1).drawn(BLUE, Style::Line),
     Model::black_box("black-box-2", ModelKind::BlackBox2).drawn(RED, Style::Dashed),

@@ -1,4 +1,4 @@
-//! Figures of what models do over time.
+//! Figures of models over time.
 
 use super::{
     curves::{Curve, panel},
@@ -9,21 +9,21 @@ use crate::{
     trace::Trace,
 };
 
-/// What a model did, to be drawn in its line. What is drawn together has the same times.
+/// A model with its trace. The traces of a figure have the same times.
 pub type Shown<'a> = (&'a Model, &'a Trace);
 
-/// What a panel shows.
+/// The quantity of a panel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
     /// The angle, with the command.
     Angle,
-    /// The command less the angle.
+    /// The command minus the angle.
     Error,
     /// The rate.
     Rate,
-    /// The duty of those that have one.
+    /// The duty, for models that have one.
     Duty,
-    /// The current of those that have one.
+    /// The current, for models that have one.
     Current,
 }
 
@@ -59,14 +59,14 @@ impl Quantity {
     }
 }
 
-/// How these models answered, a panel for each quantity that any of them has.
+/// The traces of these models, one panel for each quantity that any of them has.
 pub fn figure(title: impl Into<String>, shown: &[Shown], quantities: &[Quantity]) -> Figure {
     let of = |quantity: &Quantity| panel_of(*quantity, quantity.label(), shown);
     let panels = quantities.iter().filter_map(of);
     panels.fold(Figure::new(title, "time (s)"), Figure::panel)
 }
 
-/// The angle on several inputs, one below the other, each under its label.
+/// The angle for several inputs, one labelled panel for each.
 pub fn angles(title: &str, inputs: &[(&str, Vec<Shown>)]) -> Figure {
     let of = |(label, shown): &(&str, Vec<Shown>)| panel_of(Quantity::Angle, label, shown);
     let panels = inputs.iter().filter_map(of);

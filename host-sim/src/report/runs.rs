@@ -8,18 +8,18 @@ use crate::{analysis::frequency::Response, error::Error, settings::Settings, tra
 /// The inputs of the paper (sections II.A and III), in the order of the report.
 pub const INPUTS: [&str; 6] = ["pulse", "variable-step", "ramp", "chirp", "sine", "3-2-1-1"];
 
-/// What one model did.
+/// The runs of one model.
 #[derive(Debug, Clone)]
 pub struct Runs {
     /// The model.
     pub model: Model,
     /// Its parameters.
     pub settings: Settings,
-    /// Its traces in the order of [`INPUTS`], a row each ms.
+    /// Its traces in the order of [`INPUTS`], one row per millisecond.
     traces: Vec<Trace>,
     /// Its measured frequency response.
     pub response: Response,
-    /// Where its measured power has fallen to a half, Hz.
+    /// Frequency at which its measured power is half, Hz.
     pub bandwidth_hz: Option<f64>,
 }
 
@@ -31,15 +31,15 @@ impl Runs {
     }
 }
 
-/// How often `done` is called for so many models.
+/// How often [`run`] calls `done` for this number of models.
 pub fn steps(models: usize) -> u64 {
     (models * (INPUTS.len() + sweep::FREQUENCIES_HZ.len() + 1)) as u64
 }
 
-/// Runs the models on all cores; `done` is called after each run.
+/// Runs the models on all cores and calls `done` after each run.
 ///
 /// # Errors
-/// None of [`super::models::MODELS`]; else those of [`crate::scenario::Scenario::resolve`].
+/// Does not fail for [`super::models::MODELS`]; for other models those of [`crate::scenario::Scenario::resolve`].
 pub fn run(models: &[Model], done: &(dyn Fn() + Sync)) -> Result<Vec<Runs>, Error> {
     let traces = each(models, &INPUTS, done, |model, input| {
         model.scenario(input).resolve()?.record()
@@ -78,7 +78,7 @@ pub fn run(models: &[Model], done: &(dyn Fn() + Sync)) -> Result<Vec<Runs>, Erro
         .collect())
 }
 
-/// Does `work` for each model with each of `these`, in any order, and gives the results in order.
+/// Calls `work` for each model and each of `these` in parallel. The results are in order.
 fn each<T: Sync, R: Send>(
     models: &[Model],
     these: &[T],

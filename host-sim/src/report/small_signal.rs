@@ -1,4 +1,4 @@
-//! What the linear models say of a model's parameters.
+//! The linear models of the report's models.
 
 use crate::{
     analysis::{
@@ -11,18 +11,18 @@ use crate::{
 };
 use model_core::{control::parameters::ControlParameters, models::grey_box::GreyBoxParameters};
 
-/// A model without its limits.
+/// The linear model of a model, without limits.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SmallSignal {
     /// From command to angle, without the transport delay.
     pub closed: TransferFunction,
-    /// Margins of its loop, sampled for the board; a black box has no loop that could be cut.
+    /// Margins of its loop, sampled for the board. A black box has no loop.
     pub margins: Option<Margins>,
 }
 
 impl SmallSignal {
-    /// The linear model of these parameters; `None` for the bench, whose friction no amplitude is
-    /// small to.
+    /// The linear model of these parameters. `None` for the bench, whose friction makes it nonlinear
+    /// at any amplitude.
     ///
     /// ```
     /// use host_sim::analysis::frequency::bandwidth_hz;
@@ -88,8 +88,8 @@ fn grey_box(p: &GreyBoxParameters) -> Result<Loop, Error> {
     Ok(Loop::continuous(&motor, &control)?)
 }
 
-/// The linear motor that stands for unequal gains: a sine needs duties in the inverse ratio of the
-/// gains to go up and down alike, so their inverses are averaged.
+/// The linear approximation of a motor with different gains up and down: for a symmetric sine the
+/// duties are in the inverse ratio of the gains, so the inverses are averaged.
 fn motor(gain_up: f64, gain_down: f64, motor_time_constant_s: f64) -> Motor {
     let motor_gain = if gain_up == gain_down {
         gain_up

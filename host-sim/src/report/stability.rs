@@ -1,4 +1,4 @@
-//! The sampled loop: how far it is from instability, and a reading of the paper that is beyond.
+//! The stability margins of the sampled loop, and an interpretation of the paper that is unstable.
 
 use super::{
     contradictions,
@@ -19,10 +19,10 @@ use crate::{
     trace::Trace,
 };
 
-/// The gains of equation (1) as printed around the faster reading of equation (2).
+/// The gains of equation (1) as printed, with the faster interpretation of equation (2).
 const LITERAL: Model = Model::literal("board with both gains literal");
 
-/// Both gains at their face value: K = 2.836 (deg/s)/% and Kp = 10 %/(deg/s).
+/// Both gains taken literally: K = 2.836 (deg/s)/% and Kp = 10 %/(deg/s).
 fn literal() -> Scenario {
     let gains = [("proportional_gain", 10.0), ("integral_gain", 75.86)];
     let set = gains.map(|(name, value)| Setting::new(name, value)).into();
@@ -32,16 +32,16 @@ fn literal() -> Scenario {
     }
 }
 
-/// The section.
+/// Makes the section.
 ///
 /// # Errors
-/// None with the presets as they are.
+/// Does not fail with the built-in presets.
 pub fn section() -> Result<Section, Error> {
     let section = Section::new("Stability of the sampled loop")
         .text(
-            "The board computes its duty from an angle that it has sampled, and the duty acts from \
-             the next edge of the PWM, 1 ms later. The margins are those of this very loop: \
-             zero-order hold, delay and filtered encoder difference, exact.",
+            "The board computes the duty from a sampled angle; the duty takes effect at the next \
+             PWM edge, 1 ms later. The margins are computed exactly for this loop, with zero-order \
+             hold, delay and filtered encoder difference.",
         )
         .table(table()?);
     let doubts = [contradictions::STEADY_GAIN, contradictions::LITERAL_GAINS];
@@ -68,23 +68,22 @@ fn table() -> Result<Table, Error> {
     for (name, settings, delay_s) in readings {
         loops.push((name, margins(settings, delay_s)?));
     }
-    let caption = "Margins of the sampled loop, cut at the duty, by reading and by the time from \
-        sample to duty. The board has 1 ms; 4 ms is a controller that uses its result a period \
-        later.";
+    let caption = "Margins of the sampled loop, opened at the duty, by interpretation and by the \
+        time from sample to duty. The board has 1 ms; 4 ms is a controller that applies its result \
+        one period later.";
     Ok(tables::margins(caption, &loops))
 }
 
 fn figure() -> Result<Figure, Error> {
     let figure = responses::figure(
-        "Both gains literal: hunting by encoder counts",
+        "Both gains literal: limit cycle of encoder counts",
         &[(&LITERAL, &trace()?)],
         &[Quantity::Angle, Quantity::Duty],
     );
     Ok(figure.caption(
-        "A counter-example, not one of the models above: K = 2.836 (deg/s)/% and \
-         Kp = 10 %/(deg/s) together, until the pulse ends. The angle arrives and stays within a \
-         count or two; the duty never rests, for each count that comes or goes throws it toward a \
-         limit and back.",
+        "A counterexample that is not one of the models above: K = 2.836 (deg/s)/% and \
+         Kp = 10 %/(deg/s) together, until the end of the pulse. The angle reaches the command and \
+         stays within one or two counts, but each change of a count drives the duty to a limit.",
     ))
 }
 

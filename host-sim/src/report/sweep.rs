@@ -1,4 +1,4 @@
-//! The frequency response as it is measured: sine by sine through the simulator.
+//! The measured frequency response: the simulator is driven by one sine after the other.
 
 use super::models::Model;
 use crate::{
@@ -12,8 +12,8 @@ use crate::{
 };
 use model_core::time::CONTROL_PERIOD_TICKS;
 
-/// The frequencies of the sweep, Hz; one of them is the paper's 30 rad/s. At 20 Hz the angle of the
-/// board moves by an encoder count: there is nothing to measure beyond.
+/// The frequencies of the sweep, Hz; one of them is the paper's 30 rad/s. At 20 Hz the motion of the
+/// board is one encoder count: higher frequencies cannot be measured.
 pub const FREQUENCIES_HZ: [f64; 12] = [
     0.2,
     0.5,
@@ -29,20 +29,20 @@ pub const FREQUENCIES_HZ: [f64; 12] = [
     20.0,
 ];
 
-/// Time in which the start dies away, s: 20 times that of the slowest closed-loop pole, 1/(7 1/s).
+/// Settling time, s: 20 time constants of the slowest closed-loop pole, 7 1/s.
 const SETTLING_S: f64 = 3.0;
-/// At least so long a time is measured, s ...
+/// Minimum measuring time, s ...
 const SHORTEST_S: f64 = 4.0;
-/// ... and so many periods: the encoder's rounding falls otherwise in each of them.
+/// ... and minimum number of periods: the encoder's rounding differs between them.
 const FEWEST_PERIODS: f64 = 3.0;
-/// Steps by which the bandwidth is closed in on. The gain is almost straight between two
-/// frequencies: each step leaves less than a tenth of the error.
+/// Iterations of the search for the bandwidth. The gain is almost a straight line between two
+/// frequencies: each iteration reduces the error to less than a tenth.
 const REFINEMENTS: usize = 3;
 
 /// Gain, dB, and phase within half a turn, deg, from command to angle, transport delay included.
 pub type Point = (f64, f64);
 
-/// Measures one frequency. It is NaN where there is no sine to be found.
+/// Measures one frequency. The result is NaN if no sine can be fitted.
 ///
 /// # Errors
 /// Those of [`crate::scenario::Scenario::resolve`].
@@ -60,7 +60,7 @@ pub fn measure(model: &Model, frequency_hz: f64) -> Result<Point, Error> {
     }))
 }
 
-/// The sine at one frequency, from its start on.
+/// The trace of the sine at one frequency, including the transient.
 pub(super) fn trace(model: &Model, frequency_hz: f64) -> Result<Trace, Error> {
     let mut scenario = model.scenario("sine");
     scenario.set = [
@@ -69,12 +69,12 @@ pub(super) fn trace(model: &Model, frequency_hz: f64) -> Result<Trace, Error> {
     ]
     .into();
     scenario.duration_s = Some(SETTLING_S + SHORTEST_S.max(FEWEST_PERIODS / frequency_hz));
-    // At the control steps, which is where the linear model of the board means its angle.
+    // At the control steps: the linear model of the board describes the angle at these instants.
     scenario.every = Some(CONTROL_PERIOD_TICKS);
     scenario.resolve()?.record()
 }
 
-/// The response of measurements at [`FREQUENCIES_HZ`].
+/// The response from measurements at [`FREQUENCIES_HZ`].
 pub fn response(points: &[Point]) -> Response {
     let mut phase_deg: Vec<_> = points.iter().map(|point| point.1).collect();
     unwrap_deg(&mut phase_deg);
@@ -85,8 +85,8 @@ pub fn response(points: &[Point]) -> Response {
     }
 }
 
-/// Where the measured power falls to a half, Hz: by the false-position rule between the two
-/// frequencies of the response that enclose it.
+/// The frequency at which the measured power falls to a half, Hz, by the false-position method
+/// between the two enclosing frequencies of the response.
 ///
 /// # Errors
 /// Those of [`measure`].

@@ -32,8 +32,8 @@ fn pulse(comparison: &Comparison) -> Table {
         ("fastest up", "deg/s"),
         ("fastest down", "deg/s"),
     ];
-    let caption = "Pulse of 90 deg. Times count from the command, settling is to within 2 %; a \
-        negative overshoot falls short.";
+    let caption = "Pulse of 90 deg. Times count from the step of the command; settling is to within \
+        2 %. A negative overshoot means that the command is not reached.";
     filled(comparison, caption, &columns, |o| {
         let Pulse {
             rise_time_s,
@@ -48,8 +48,8 @@ fn pulse(comparison: &Comparison) -> Table {
         vec![
             ms(rise_time_s),
             ms(t90_s),
-            number(overshoot_up_pct, 2),
-            number(overshoot_down_pct, 2),
+            Cell::optional(overshoot_up_pct, 2),
+            Cell::optional(overshoot_down_pct, 2),
             ms(settling_up_s),
             ms(settling_down_s),
             Cell::Number(max_rate_deg_s, 1),
@@ -62,24 +62,25 @@ fn other_inputs(comparison: &Comparison) -> Table {
     let columns = [
         ("model", ""),
         ("variable step: worst overshoot", "deg"),
-        ("variable step: overshot", "of 13"),
+        ("variable step: overshoots", "of 13"),
         ("variable step: unsettled", "of 13"),
         ("ramp: lag", "deg"),
         ("sine: gain", ""),
         ("sine: phase", "deg"),
     ];
-    let caption = "The other inputs. The overshoot is seen from where the angle was when the step \
-        came. A step counts as overshot beyond 2 % of it, as unsettled if it is not within 2 % \
-        when the next comes. The ramp has 60 deg/s, the sine 20 deg and 1 Hz.";
+    let caption = "The other inputs. The direction of an overshoot is that from the angle at the \
+        step to the command. A step counts as an overshoot if it exceeds 2 % of the step, and as \
+        unsettled if the angle is not within 2 % at the next step. The ramp has 60 deg/s, the sine \
+        20 deg and 1 Hz.";
     filled(comparison, caption, &columns, |o| {
         let m = &o.metrics;
         vec![
             Cell::Number(m.variable_step.worst_overshoot_deg, 1),
             Cell::Number(m.variable_step.overshot_steps as f64, 0),
             Cell::Number(m.variable_step.unsettled_steps as f64, 0),
-            number(m.ramp_lag_deg, 2),
-            number(m.sine_gain, 3),
-            number(m.sine_phase_deg, 1),
+            Cell::optional(m.ramp_lag_deg, 2),
+            Cell::optional(m.sine_gain, 3),
+            Cell::optional(m.sine_phase_deg, 1),
         ]
     })
 }
@@ -94,8 +95,8 @@ fn small_signals(comparison: &Comparison) -> Table {
         ("phase margin", "deg"),
         ("delay margin", "ms"),
     ];
-    let caption = "Small signals: bandwidths, computed and measured by sines, and margins of the \
-        loop cut at the duty, sampled at 250 Hz for the board.";
+    let caption = "Small signals: bandwidths, computed and measured with sines, and margins of the \
+        loop opened at the duty, sampled at 250 Hz for the board.";
     filled(comparison, caption, &columns, |o| {
         let SmallSignalMetrics {
             half_power_hz,
@@ -106,11 +107,11 @@ fn small_signals(comparison: &Comparison) -> Table {
             delay_margin_s,
         } = o.metrics.small_signal;
         vec![
-            number(half_power_hz, 3),
-            number(measured_half_power_hz, 3),
-            number(minus_3_db_hz, 3),
-            number(gain_margin_db, 2),
-            number(phase_margin_deg, 1),
+            Cell::optional(half_power_hz, 3),
+            Cell::optional(measured_half_power_hz, 3),
+            Cell::optional(minus_3_db_hz, 3),
+            Cell::optional(gain_margin_db, 2),
+            Cell::optional(phase_margin_deg, 1),
             ms(delay_margin_s),
         ]
     })
@@ -119,14 +120,14 @@ fn small_signals(comparison: &Comparison) -> Table {
 fn differences(comparison: &Comparison) -> Table {
     let inputs = INPUTS.map(|input| (input, "deg"));
     let columns: Vec<_> = [("model", "")].into_iter().chain(inputs).collect();
-    let caption = "How far the angle is from that of the board, root mean square.";
+    let caption = "Root mean square of the difference to the angle of the board.";
     filled(comparison, caption, &columns, |o| {
-        let of = |input| number(o.rms_difference_deg.get(input).copied(), 2);
+        let of = |input| Cell::optional(o.rms_difference_deg.get(input).copied(), 2);
         INPUTS.map(of).to_vec()
     })
 }
 
-/// Margins of some loops by name.
+/// The margins of named loops.
 pub fn margins(caption: &str, loops: &[(&str, Margins)]) -> Table {
     let columns = [
         ("loop", ""),
@@ -137,12 +138,12 @@ pub fn margins(caption: &str, loops: &[(&str, Margins)]) -> Table {
     ];
     let mut table = Table::new(caption, &columns);
     for (name, m) in loops {
-        // The margins of an unstable loop say nothing that could be read off.
+        // The margins of an unstable loop have no meaning.
         let if_stable = |value: Option<f64>| value.filter(|_| m.stable);
         table.push([
             (*name).into(),
-            number(if_stable(m.gain_db.map(|m| m.value)), 2),
-            number(if_stable(m.phase_deg.map(|m| m.value)), 1),
+            Cell::optional(if_stable(m.gain_db.map(|m| m.value)), 2),
+            Cell::optional(if_stable(m.phase_deg.map(|m| m.value)), 1),
             ms(if_stable(m.delay_s)),
             if m.stable { "stable" } else { "unstable" }.into(),
         ]);
@@ -150,7 +151,7 @@ pub fn margins(caption: &str, loops: &[(&str, Margins)]) -> Table {
     table
 }
 
-/// A table with a row a model, which `cells` fills behind its name.
+/// A table with one row for each model: its name, then the result of `cells`.
 fn filled(
     comparison: &Comparison,
     caption: &str,
@@ -165,10 +166,6 @@ fn filled(
     table
 }
 
-fn number(value: Option<f64>, decimals: usize) -> Cell {
-    value.map_or(Cell::None, |value| Cell::Number(value, decimals))
-}
-
 fn ms(seconds: Option<f64>) -> Cell {
-    number(seconds.map(|s| 1e3 * s), 1)
+    Cell::optional(seconds.map(|s| 1e3 * s), 1)
 }

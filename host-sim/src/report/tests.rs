@@ -9,7 +9,7 @@ use super::{
     models::MODELS,
 };
 
-/// All models on all inputs, run once.
+/// All models on all inputs, simulated once.
 fn comparison() -> &'static Comparison {
     static COMPARISON: OnceLock<Comparison> = OnceLock::new();
     COMPARISON.get_or_init(|| Comparison::of(&MODELS, &|| ()).expect("presets are valid"))

@@ -1,4 +1,4 @@
-//! The page as a whole.
+//! The page of the report.
 
 use super::super::{contradictions, document, runs::INPUTS};
 use super::*;
@@ -24,7 +24,7 @@ fn the_page_names_every_model_and_input_and_carries_the_warning() {
 }
 
 #[test]
-fn each_contradiction_stands_beside_one_figure() {
+fn each_contradiction_appears_once() {
     let html = html();
     for contradiction in contradictions::ALL {
         let title = format!("<strong>{}</strong>", escape(contradiction.title));
@@ -33,7 +33,7 @@ fn each_contradiction_stands_beside_one_figure() {
 }
 
 #[test]
-fn the_page_is_complete_and_needs_nothing_from_elsewhere() {
+fn the_page_is_complete_and_self_contained() {
     let html = html();
     let (_, content) = html.split_once("<body>").expect("a body");
     let (content, _) = content
@@ -44,7 +44,7 @@ fn the_page_is_complete_and_needs_nothing_from_elsewhere() {
         "url(",
         "href=\"http",
         "NaN",
-        // Marks of unfinished text, written apart: no search for such marks shall end here.
+        // Marks of unfinished text, split so that a search for them does not find this test.
         concat!("TO", "DO"),
         concat!("FIX", "ME"),
         "{}",
@@ -52,7 +52,7 @@ fn the_page_is_complete_and_needs_nothing_from_elsewhere() {
     ] {
         assert!(!content.contains(unwanted), "{unwanted}");
     }
-    // The name space of SVG is the one address.
+    // The only addresses are the SVG namespace.
     let addresses = content.matches("http").count();
     assert_eq!(
         addresses,
@@ -63,7 +63,7 @@ fn the_page_is_complete_and_needs_nothing_from_elsewhere() {
 
 #[test]
 fn two_runs_give_the_same_bytes() {
-    // One that is computed in f64, one in fixed point, and the one with all sensors.
+    // One model in f64, one in fixed point, and the one with all sensors.
     let few = [MODELS[0], MODELS[7], MODELS[11]];
     let page = || {
         let comparison = Comparison::of(&few, &|| ()).expect("presets are valid");
@@ -74,7 +74,7 @@ fn two_runs_give_the_same_bytes() {
 }
 
 #[test]
-fn titles_are_unique_for_they_become_names_of_files() {
+fn titles_are_unique_because_they_become_file_names() {
     let page = document::page(comparison()).expect("a page");
     let mut titles: Vec<_> = page.figures().map(|figure| figure.title.clone()).collect();
     let count = titles.len();
@@ -84,14 +84,14 @@ fn titles_are_unique_for_they_become_names_of_files() {
 }
 
 #[test]
-fn the_picture_of_the_readme_is_the_first_figure() {
+fn the_picture_in_the_readme_is_the_first_figure() {
     let page = document::page(comparison()).expect("a page");
     let first = page.figures().next().expect("a figure");
-    // If it is to change: `actuator report --figures DIR`, and DIR/step-responses.svg is the new one.
+    // To update it: `actuator report --figures DIR`, then copy DIR/step-responses.svg.
     let picture = include_str!("../../../../docs/report-step.svg");
     assert!(
         picture == svg::render(first),
-        "docs/report-step.svg is another one"
+        "docs/report-step.svg is out of date"
     );
 }
 

@@ -1,8 +1,8 @@
-//! The figures of merit against the project's reference, whose tables are quoted here.
+//! The figures of merit agree with the tables of the reference simulation.
 
 use super::*;
 
-/// A line of the reference: rise, t90, overshoots, settling up and down, rates.
+/// A row of the reference: rise, t90, overshoots, settling up and down, rates.
 fn assert_pulse(name: &str, line: [f64; 8]) {
     let p = outcome(name).metrics.pulse.clone();
     let found = [
@@ -17,10 +17,10 @@ fn assert_pulse(name: &str, line: [f64; 8]) {
     ];
     for (i, (found, expected)) in found.into_iter().zip(line).enumerate() {
         let tolerance = match i {
-            // A time is read to a tick of 50 us there and printed to 0.1 ms; here it lies on a line
-            // between two samples of 1 ms, 2,000 deg/s^2 x (1 ms)^2/8 off at the most.
+            // The reference has a resolution of 50 us and prints 0.1 ms; here the time is
+            // interpolated between samples of 1 ms: the error is 2,000 deg/s^2 x (1 ms)^2/8 at most.
             0 | 1 | 4 | 5 => 1.6e-4,
-            // 0.1 mdeg of 90 deg, where the top lies between two samples.
+            // 0.1 mdeg of 90 deg: the maximum may lie between two samples.
             2 | 3 => 1e-3 * expected.abs() + 1e-4,
             // Printed to four digits.
             _ => 1e-3 * expected.abs(),
@@ -34,7 +34,7 @@ fn assert_pulse(name: &str, line: [f64; 8]) {
 }
 
 #[test]
-fn the_pulse_has_the_figures_of_the_reference() {
+fn the_pulse_agrees_with_the_reference() {
     assert_pulse(
         "black-box-1",
         [0.2999, 0.355, 0.0, 0.0, 0.4089, 0.3037, 240.0, -350.0],
@@ -80,20 +80,20 @@ fn the_pulse_has_the_figures_of_the_reference() {
 }
 
 #[test]
-fn the_strict_reading_never_gets_there_and_says_so_by_what_is_missing() {
+fn the_strict_interpretation_never_reaches_the_command_and_has_no_times() {
     let pulse = &outcome("grey-box as-printed-strict").metrics.pulse;
     assert_eq!(
         (pulse.rise_time_s, pulse.t90_s, pulse.settling_up_s),
         (None, None, None)
     );
-    // The last sample lies up to a ms, 37.4 mdeg or 0.04 % of 90 deg, before the end of the pulse.
+    // The last sample is up to 1 ms before the end of the pulse: 37.4 mdeg or 0.04 % of 90 deg.
     assert!((pulse.overshoot_up_pct.expect("a share") + 23.13).abs() < 0.045);
     assert!((pulse.max_rate_deg_s - 37.38).abs() < 0.005);
 }
 
 #[test]
-fn bandwidths_and_margins_are_those_of_the_paper_and_of_the_reference() {
-    // Half power, -3.000 dB where the reference has it, and half of the last printed digit.
+fn bandwidths_and_margins_agree_with_the_paper_and_the_reference() {
+    // Half power and -3.000 dB of the reference; the tolerance is half of the last printed digit.
     let bandwidths = [
         ("black-box-1", 4.775, 4.763),
         ("black-box-2", 3.562, 3.556),
@@ -110,13 +110,13 @@ fn bandwidths_and_margins_are_those_of_the_paper_and_of_the_reference() {
     let board = &outcome("board").metrics.small_signal;
     assert!((board.phase_margin_deg.expect("one") - 57.11).abs() < 0.05);
     assert!((board.gain_margin_db.expect("one") - 20.647).abs() < 0.005);
-    // Quoted beside a figure.
+    // Quoted in a caption.
     let measured = &outcome("board as-measured").metrics.small_signal;
     assert!((measured.gain_margin_db.expect("one") - 6.8).abs() < 0.05);
 }
 
 #[test]
-fn the_lag_of_the_ramp_is_its_rate_times_delay_and_linear_lag() {
+fn the_lag_on_the_ramp_is_its_rate_times_the_sum_of_delay_and_linear_lag() {
     for (name, lag_s) in [
         ("black-box-1", 1.0 / 30.0),
         ("black-box-2", 54.0 / 900.0),
@@ -124,8 +124,8 @@ fn the_lag_of_the_ramp_is_its_rate_times_delay_and_linear_lag() {
         ("board", 1.0 / 8.0),
     ] {
         let found = outcome(name).metrics.ramp_lag_deg.expect(name);
-        // The grey box' start has died away to exp(-8 x 1.25) of 8.55 deg; the mean of a lag that is
-        // rounded to counts of 0.088 deg is within a tenth of one.
+        // The transient of the grey box has decayed to exp(-8 x 1.25) of 8.55 deg; the mean of a lag
+        // that is rounded to counts of 0.088 deg is accurate to a tenth of a count.
         assert!(
             (found - 60.0 * (0.0175 + lag_s)).abs() < 0.01,
             "{name}: {found}"
@@ -134,7 +134,7 @@ fn the_lag_of_the_ramp_is_its_rate_times_delay_and_linear_lag() {
 }
 
 #[test]
-fn gain_and_phase_of_the_sine_are_those_of_the_reference() {
+fn gain_and_phase_of_the_sine_agree_with_the_reference() {
     for (name, gain, phase_deg) in [
         ("black-box-1", 0.9788, -18.14),
         ("black-box-2", 0.973, -27.83),
@@ -142,8 +142,8 @@ fn gain_and_phase_of_the_sine_are_those_of_the_reference() {
         ("board", 0.8595, -48.33),
     ] {
         let found = &outcome(name).metrics;
-        // The reference fits other periods of a sine that hardly changes any more, with rounding to
-        // counts of 0.4 % of its amplitude in the board.
+        // The reference fits other periods of the settled sine; in the board the rounding to counts
+        // is 0.4 % of the amplitude.
         assert!((found.sine_gain.expect(name) - gain).abs() < 1e-3, "{name}");
         assert!(
             (found.sine_phase_deg.expect(name) - phase_deg).abs() < 0.05,
@@ -153,7 +153,7 @@ fn gain_and_phase_of_the_sine_are_those_of_the_reference() {
 }
 
 #[test]
-fn only_the_reading_as_printed_overshoots_the_variable_step() {
+fn only_as_printed_overshoots_the_variable_step() {
     for o in &comparison().outcomes {
         let found = &o.metrics.variable_step;
         let printed = o.runs.model.name == "grey-box as-printed";
@@ -169,7 +169,7 @@ fn only_the_reading_as_printed_overshoots_the_variable_step() {
 }
 
 #[test]
-fn the_baseline_differs_from_itself_by_nothing_and_from_its_switched_self_by_little() {
+fn the_baseline_equals_itself_and_is_close_to_its_variant_with_switched_pwm() {
     let difference = |name: &str, input: &str| outcome(name).rms_difference_deg[input];
     for input in super::super::runs::INPUTS {
         assert_eq!(difference("board", input), 0.0);
@@ -179,7 +179,7 @@ fn the_baseline_differs_from_itself_by_nothing_and_from_its_switched_self_by_lit
 }
 
 #[test]
-fn json_has_every_model_and_null_for_what_does_not_exist() {
+fn json_contains_every_model_and_null_for_missing_values() {
     let json: serde_json::Value = serde_json::from_str(&comparison().to_json()).expect("JSON");
     let models = json["models"].as_array().expect("models");
     assert_eq!(models.len(), MODELS.len());

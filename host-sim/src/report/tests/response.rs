@@ -1,4 +1,4 @@
-//! The measured frequency response against the computed one.
+//! The measured frequency response agrees with the computed one.
 
 use super::super::{bode::undelayed, models::Family, sweep};
 use super::*;
@@ -6,19 +6,18 @@ use crate::analysis::frequency::{Response, logarithmic_grid};
 use model_core::presets::preset;
 use std::f64::consts::TAU;
 
-/// How far a measured point may lie from its line, as a share of the response there, whose gain is
+/// The allowed distance of a measured point from its line, relative to the response, whose gain is
 /// `gain`.
 fn tolerance(o: &Outcome, frequency_hz: f64, gain: f64) -> f64 {
-    // The models in f64 hold their command through each tick: half a tick of delay. The rest is
-    // rounding.
+    // The models in f64 hold the command for a tick: half a tick of delay. The rest is rounding.
     let held = TAU * frequency_hz * 25e-6 + 1e-5;
-    // The rounding of the encoder, 0.088 deg/sqrt(12) RMS, beside the motion that is left.
+    // The rounding of the encoder, 0.088 deg/sqrt(12) RMS, relative to the motion.
     let encoder = match o.runs.model.family {
         Family::Board => 0.0254 / (o.runs.model.sweep_amplitude_deg * gain),
         _ => 0.0,
     };
     // Unequal gains: the gain of the fundamental, 2.95 - 0.55^2 x 0.81/2.95 = 2.867 (deg/s)/%, lies
-    // 0.7 % above the harmonic mean, and the loop answers to that with up to twice as much.
+    // 0.7 % above the harmonic mean; the effect on the closed loop is up to twice that.
     let values = preset(o.runs.model.preset).expect("a preset").values;
     let of = |name| values.iter().find(|v| v.0 == name).map(|v| v.1);
     let unequal = match of("motor_gain_up") == of("motor_gain_down") {
@@ -57,8 +56,7 @@ fn the_measured_bandwidth_is_the_computed_one() {
         let found = &o.metrics.small_signal;
         let measured = found.measured_half_power_hz.expect("a crossing");
         if let Some(computed) = found.half_power_hz {
-            // A relative error of the gain moves a crossing by as much where the gain falls with
-            // the frequency, as here it does at least by its 0.7th power.
+            // Around the crossing the gain falls at least with the 0.7th power of the frequency.
             let tolerance = tolerance(o, measured, 0.7) / 0.7;
             let error = (measured / computed - 1.0).abs();
             assert!(
