@@ -1,9 +1,9 @@
-//! A recording with the models' answers, and what is left.
+//! A recording with the responses of the models and the residuals.
 
 use crate::plot::{Figure, Panel, Series, Style};
 use identification::assessment::Assessed;
 
-/// The colour of what was measured; the command has 0, the models follow.
+/// Colour of the measurement. The command has colour 0, the models have the next ones.
 const MEASURED: usize = 1;
 
 /// One recording: command, measured angle and every model above, residuals below.
@@ -28,7 +28,7 @@ pub fn figure(models: &[(&str, &Assessed)]) -> Figure {
         .caption(caption(models))
 }
 
-/// How good each model is here, and how long it was rate limited.
+/// The fit of each model for this recording, and for how long it was rate limited.
 fn caption(models: &[(&str, &Assessed)]) -> String {
     let one = |(name, assessed): &(&str, &Assessed)| {
         let limited_s = assessed.limited.rate_limited_s();

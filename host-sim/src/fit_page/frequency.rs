@@ -1,4 +1,4 @@
-//! The second opinion: frequency response with its confidence, and equivalent systems.
+//! The frequency response with its confidence interval, and low-order equivalent systems.
 
 use super::{Content, tables};
 use identification::frequency::{
@@ -12,17 +12,18 @@ use crate::{
     plot::{Figure, Panel, Series, Style},
 };
 
-const TEXT: &str = "A second opinion that simulates no model: the frequency response of the recordings by Welch's \
-    method, and the systems of low order that come nearest to it. Rate-limited recordings give the \
-    describing function of their amplitude, slower than the actuator is in small motions.";
+const TEXT: &str = "An independent analysis without simulation: the frequency response of the recordings \
+    by Welch's method, and the low-order systems that are closest to it. Rate-limited recordings give \
+    the describing function for their amplitude, which is slower than the actuator for small signals.";
 
-/// The section.
+/// Makes the section.
 pub fn section(content: &Content<'_>) -> Section {
     let opinion = content.second_opinion;
     let mut section = Section::new("Frequency response").text(TEXT);
     section = match &opinion.response {
-        None => section
-            .note("The recordings are too short or too much at rest for a frequency response."),
+        None => section.note(
+            "The recordings are too short or have too little motion for a frequency response.",
+        ),
         Some(response) => {
             let systems = [
                 ("first order", opinion.first_order.as_ref()),
@@ -33,7 +34,7 @@ pub fn section(content: &Content<'_>) -> Section {
     };
     let systems = tables::equivalents(opinion);
     section = match systems.rows.is_empty() {
-        true => section.note("Too few of its points are coherent for an equivalent system."),
+        true => section.note("Too few points are coherent for an equivalent system."),
         false => section.table(systems),
     };
     section.table(tables::delays(opinion))
@@ -41,7 +42,7 @@ pub fn section(content: &Content<'_>) -> Section {
 
 fn figure(response: &FrequencyResponse, systems: &[(&str, Option<&Equivalent>)]) -> Figure {
     let f = &response.frequency_hz;
-    // What is not coherent is noise, and would set the scale.
+    // Points without coherence are noise and would determine the scale.
     let shown = |y: &[f64]| {
         let values = y.iter().zip(&response.coherence);
         let value = |(y, c): (&f64, &f64)| if *c >= LEAST_COHERENCE { *y } else { f64::NAN };

@@ -12,23 +12,24 @@ use identification::{
     data::Note,
 };
 
-const INTRODUCTION: &str = "Each model was simulated on the recorded command alone, and its parameters are those with \
-    the least sum of squared differences to the recorded angle: output error in the time domain. \
-    Standard errors are Cramer-Rao bounds. Residuals are measured less predicted angles.";
+const INTRODUCTION: &str = "Each model is simulated with the recorded command as its only input. Its \
+    parameters minimise the sum of the squared differences to the recorded angle: output error in \
+    the time domain. Standard errors are Cramer-Rao bounds. Residuals are measured minus predicted \
+    angles.";
 
-/// What stands on the page.
+/// The content of the page.
 pub struct Content<'a> {
     /// The models.
     pub assessments: &'a [Assessment],
-    /// Which of them is enough; `None` where that was not asked.
+    /// The ranking of the models; `None` if they were not compared.
     pub ranking: Option<&'a Ranking>,
-    /// What the recordings say without a model.
+    /// The analysis of the recordings without a model.
     pub second_opinion: &'a SecondOpinion,
-    /// What was odd in the files.
+    /// Notes about the files of the recordings.
     pub notes: &'a [Note],
 }
 
-/// The page.
+/// Makes the page.
 pub fn page(content: &Content<'_>) -> Page {
     let page = Page::new("Identification").introduction(INTRODUCTION);
     let mut page = page.section(overview(content));
@@ -37,7 +38,7 @@ pub fn page(content: &Content<'_>) -> Page {
             "Data and models",
             experiments as fn(&Assessment) -> &[Assessed],
         ),
-        ("Validation: recordings left out of the fit", validation),
+        ("Validation: recordings not used for the fit", validation),
     ] {
         page = data(page, content, title, of);
     }
@@ -54,7 +55,7 @@ fn validation(assessment: &Assessment) -> &[Assessed] {
     &assessment.validation
 }
 
-/// Figures of merit, the verdict, and everything that must be known first.
+/// The verdict, figures of merit, notes and warnings.
 fn overview(content: &Content<'_>) -> Section {
     let mut section = Section::new("At a glance");
     if let Some(ranking) = content.ranking {
@@ -69,7 +70,7 @@ fn overview(content: &Content<'_>) -> Section {
     warnings(section, content)
 }
 
-/// What speaks against each model. Of many, what concerns the one that is enough stands open.
+/// The warnings of each model. If the models were ranked, only those of the chosen one are expanded.
 fn warnings(mut section: Section, content: &Content<'_>) -> Section {
     for (index, assessment) in content.assessments.iter().enumerate() {
         let is_chosen = content
@@ -87,10 +88,10 @@ fn warnings(mut section: Section, content: &Content<'_>) -> Section {
     section
 }
 
-/// Of more curves a figure cannot be read.
+/// A figure with more curves is not readable.
 const MOST_CURVES: usize = 6;
 
-/// The models whose curves are drawn: all of them, or of many the best that are whole.
+/// The models whose curves are drawn: all, or the best complete ones of many.
 fn shown<'a>(content: &Content<'a>) -> Vec<&'a Assessment> {
     let all = content.assessments;
     if all.len() <= MOST_CURVES {
@@ -109,7 +110,7 @@ fn shown<'a>(content: &Content<'a>) -> Vec<&'a Assessment> {
     whole
 }
 
-/// A figure for each recording of one kind, where there is one.
+/// A section with a figure for each recording of one kind, if there are any.
 fn data(
     page: Page,
     content: &Content<'_>,
@@ -125,8 +126,8 @@ fn data(
     let (all, drawn) = (content.assessments.len(), shown.len());
     if drawn < all {
         section = section.text(format!(
-            "Of {all} models the curves are those of the best {drawn} from which nothing was left out; the \
-             table has all."
+            "The curves are those of the best {drawn} complete models of {all}; the table lists all \
+             models."
         ));
     }
     for index in 0..count {
@@ -140,8 +141,8 @@ fn data(
 fn parameters(content: &Content<'_>) -> Section {
     let mut section = Section::new("Parameters").text(
         "The standard error for white residuals is the Cramer-Rao bound with the variance of the \
-         residuals; the other one allows for residuals that are correlated in time. A parameter at \
-         its bound, or one that the experiments leave open, has none.",
+         residuals; the coloured one accounts for residuals that are correlated in time. A parameter \
+         that is at its bound or not identifiable has no standard error.",
     );
     for assessment in content.assessments {
         section = section.table(tables::parameters(assessment));

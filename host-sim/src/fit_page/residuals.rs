@@ -1,4 +1,4 @@
-//! Correlations of the residuals with themselves and with the command, in their bands.
+//! Autocorrelation of the residuals and their cross-correlation with the command.
 
 use crate::{
     page::Section,
@@ -9,13 +9,14 @@ use identification::{
     statistics::Correlations,
 };
 
-/// A figure for each model and recording.
+/// Makes a section with a figure for each model and recording.
 pub fn section(assessments: &[Assessment]) -> Section {
     let section = Section::new("Residuals").text(
-        "Within the dashed bands chance alone keeps 95 % of the points. Points of the upper panel \
-         beyond them mean coloured residuals: the standard errors for white ones are too small \
-         then. Points of the lower panel beyond them at positive lags mean that the actuator does \
-         something with the command that the model does not.",
+        "If the residuals are white and independent of the command, 95 % of the points are within \
+         the dashed bands. Points outside in the upper panel mean coloured residuals, for which the \
+         standard errors for white residuals are too small. Points outside in the lower panel at \
+         positive lags mean that the actuator responds to the command in a way that the model does \
+         not describe.",
     );
     let all = assessments.iter().flat_map(|a| {
         let name = a.name.as_str();
@@ -35,7 +36,7 @@ fn figure(model: &str, assessed: &Assessed) -> Option<Figure> {
         &c.cross_band,
     );
     let caption = format!(
-        "White: {} (p = {:.3}). Free of the command: {}.",
+        "White: {} (p = {:.3}). Independent of the command: {}.",
         yes(c.whiteness.is_white()),
         c.whiteness.p_value,
         yes(!c.is_correlated_with_input()),

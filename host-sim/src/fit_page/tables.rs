@@ -31,7 +31,7 @@ pub fn parameters(assessment: &Assessment) -> Table {
             Some(experiment) => format!("{} ({})", e.name, experiment.name),
             None => e.name.to_owned(),
         };
-        // An angle may be zero: no share of it means anything.
+        // An angle may be zero: a relative error has no meaning.
         let size = if e.unit == "deg" {
             f64::NAN
         } else {
@@ -41,9 +41,9 @@ pub fn parameters(assessment: &Assessment) -> Table {
         table.push([
             name.into(),
             e.unit.into(),
-            significant(e.value),
-            significant(e.standard_error),
-            significant(e.standard_error_coloured),
+            Cell::significant(e.value),
+            Cell::significant(e.standard_error),
+            Cell::significant(e.standard_error_coloured),
             Cell::Number(share, 2),
             remark(e).into(),
         ]);
@@ -63,19 +63,6 @@ fn remark(estimate: &Estimate) -> &'static str {
     }
 }
 
-/// A number with five significant digits.
-pub fn significant(value: f64) -> Cell {
-    if !value.is_finite() {
-        return Cell::None;
-    }
-    let magnitude = if value == 0.0 {
-        0.0
-    } else {
-        value.abs().log10().floor()
-    };
-    Cell::Number(value, (4.0 - magnitude).clamp(0.0, 12.0) as usize)
-}
-
 /// The correlation of the estimates.
 pub fn correlation(assessment: &Assessment) -> Table {
     let fit = &assessment.fit;
@@ -90,7 +77,7 @@ pub fn correlation(assessment: &Assessment) -> Table {
     table
 }
 
-/// The columns of [`quality`]; the last three where recordings were left out.
+/// The columns of [`quality`]. The last three require validation recordings.
 const QUALITY: [(&str, &str); 11] = [
     ("model", ""),
     ("free parameters", ""),
@@ -105,38 +92,34 @@ const QUALITY: [(&str, &str); 11] = [
     ("held-out mean absolute", "deg"),
 ];
 
-/// How good the models are on all recordings together.
+/// The quality of the models over all recordings.
 pub fn quality(assessments: &[Assessment]) -> Table {
     let is_validated = assessments.iter().any(|a| !a.validation.is_empty());
     let width = if is_validated { 11 } else { 8 };
-    let caption = "Figures of merit over all recordings. Theil's inequality coefficient is good \
-        below 0.25. AIC and BIC take the residuals for white; only their differences count.";
+    let caption = "Figures of merit over all recordings. A Theil inequality coefficient below 0.25 \
+        is good. AIC and BIC assume white residuals; only their differences are meaningful.";
     let mut table = Table::new(caption, &QUALITY[..width]);
     for a in assessments {
         let (fitted, held_out) = (overall(&a.experiments), overall(&a.validation));
-        let number = |value: Option<f64>, decimals| match value {
-            Some(value) => Cell::Number(value, decimals),
-            None => Cell::None,
-        };
         let row = [
             a.name.as_str().into(),
             Cell::Number(a.unknowns() as f64, 0),
             Cell::Number(a.fit.fit_percent, 2),
-            number(fitted.map(|q| q.vaf_percent), 2),
-            number(fitted.map(|q| q.rms_deg), 4),
-            number(fitted.map(|q| q.theil.inequality), 4),
+            Cell::optional(fitted.map(|q| q.vaf_percent), 2),
+            Cell::optional(fitted.map(|q| q.rms_deg), 4),
+            Cell::optional(fitted.map(|q| q.theil.inequality), 4),
             Cell::Number(a.criteria.aic, 1),
             Cell::Number(a.criteria.bic, 1),
-            number(held_out.map(|q| q.fit_percent), 2),
-            number(held_out.map(|q| q.rms_deg), 4),
-            number(held_out.map(|q| q.mean_absolute_deg), 4),
+            Cell::optional(held_out.map(|q| q.fit_percent), 2),
+            Cell::optional(held_out.map(|q| q.rms_deg), 4),
+            Cell::optional(held_out.map(|q| q.mean_absolute_deg), 4),
         ];
         table.push(row.into_iter().take(width));
     }
     table
 }
 
-/// What each model makes of each recording.
+/// The quality of each model for each recording.
 pub fn runs(assessments: &[Assessment], of: fn(&Assessment) -> &[Assessed]) -> Table {
     let columns = [
         ("model", ""),
@@ -151,22 +134,21 @@ pub fn runs(assessments: &[Assessment], of: fn(&Assessment) -> &[Assessed]) -> T
         ("rate limited", "s"),
         ("white", ""),
     ];
-    let caption = "Each recording. Bias, variance and covariance are Theil's parts of the mean \
+    let caption = "Each recording. Bias, variance and covariance are Theil's components of the mean \
         square error.";
     let mut table = Table::new(caption, &columns);
     for assessment in assessments {
         for run in of(assessment) {
             let quality = run.quality.as_ref();
-            let percent =
-                |part: Option<f64>| part.map_or(Cell::None, |p| Cell::Number(100.0 * p, 1));
+            let percent = |part: Option<f64>| Cell::optional(part.map(|p| 100.0 * p), 1);
             let white = run.correlations.as_ref().map(|c| c.whiteness.is_white());
             table.push([
                 assessment.name.as_str().into(),
                 run.recording.name.as_str().into(),
                 Cell::Number(quality.map_or(0.0, |q| q.samples as f64), 0),
                 Cell::Number(run.fit.fit_percent, 2),
-                quality.map_or(Cell::None, |q| Cell::Number(q.rms_deg, 4)),
-                quality.map_or(Cell::None, |q| Cell::Number(q.theil.inequality, 4)),
+                Cell::optional(quality.map(|q| q.rms_deg), 4),
+                Cell::optional(quality.map(|q| q.theil.inequality), 4),
                 percent(quality.map(|q| q.theil.bias)),
                 percent(quality.map(|q| q.theil.variance)),
                 percent(quality.map(|q| q.theil.covariance)),
@@ -194,7 +176,7 @@ pub fn ranking(ranking: &Ranking, assessments: &[Assessment]) -> Table {
             Cell::Number(f64::from(place), 0),
             assessment.name.as_str().into(),
             Cell::Number(assessment.unknowns() as f64, 0),
-            significant(rank.score),
+            Cell::significant(rank.score),
             rank.reason.as_str().into(),
         ]);
     }
@@ -213,8 +195,8 @@ pub fn equivalents(opinion: &SecondOpinion) -> Table {
         ("from", "Hz"),
         ("to", "Hz"),
     ];
-    let caption = "Equivalent systems of low order. A cost up to 100 is acceptable, up to 50 the \
-        system can hardly be told from the data.";
+    let caption = "Low-order equivalent systems. A cost of up to 100 is acceptable; up to 50 the \
+        system is nearly indistinguishable from the data.";
     let mut table = Table::new(caption, &columns);
     let systems = [opinion.first_order, opinion.second_order]
         .into_iter()
@@ -245,25 +227,25 @@ pub fn equivalents(opinion: &SecondOpinion) -> Table {
     table
 }
 
-/// The delays by cross-correlation.
+/// The delays from cross-correlation.
 pub fn delays(opinion: &SecondOpinion) -> Table {
     let columns = [
         ("recording", ""),
-        ("first answer", "ms"),
+        ("first response", "ms"),
         ("peak", "ms"),
         ("correlation", ""),
         ("resolution", "ms"),
     ];
-    let caption = "Delay by cross-correlation of the changes of command and angle. The actuator's own \
-        lag is part of the peak: the transport delay lies below it.";
+    let caption = "Delay from the cross-correlation of the changes of command and angle. The peak \
+        includes the lag of the actuator: the transport delay is smaller.";
     let mut table = Table::new(caption, &columns);
     for (name, delay) in &opinion.delays {
-        let ms = |value: Option<f64>| value.map_or(Cell::None, |s| Cell::Number(1e3 * s, 2));
+        let ms = |value: Option<f64>| Cell::optional(value.map(|s| 1e3 * s), 2);
         table.push([
             name.as_str().into(),
             ms(delay.and_then(|d| d.onset_s)),
             ms(delay.map(|d| d.peak_s)),
-            delay.map_or(Cell::None, |d| Cell::Number(d.correlation, 3)),
+            Cell::optional(delay.map(|d| d.correlation), 3),
             ms(delay.map(|d| d.resolution_s)),
         ]);
     }

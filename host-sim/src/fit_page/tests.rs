@@ -1,4 +1,4 @@
-//! The page holds what it promises.
+//! The content of the page.
 
 use super::*;
 use crate::settings::ModelKind;
@@ -25,7 +25,7 @@ fn page_of(comparison: &Comparison, second_opinion: &SecondOpinion) -> Page {
 }
 
 #[test]
-fn the_page_shows_every_recording_residual_and_parameter_and_loads_nothing() {
+fn the_page_shows_every_recording_residual_and_parameter_and_is_self_contained() {
     let experiment = |input, seed| {
         let recording = noisy(input, seed);
         Experiment::try_new(recording).expect("a recording")
@@ -46,7 +46,7 @@ fn the_page_shows_every_recording_residual_and_parameter_and_loads_nothing() {
     assert_eq!(residuals.count(), 4);
     assert!(titles.contains(&"Bode plot of the recordings"));
     let html = page.render();
-    // Those of the model that is enough stand open, those of the others do not.
+    // The warnings of the chosen model are expanded, those of the others are collapsed.
     let folds = html.matches("<summary>black-box-1 ").count();
     assert_eq!(folds, 3, "{html}");
     for text in [
@@ -68,7 +68,7 @@ fn the_page_shows_every_recording_residual_and_parameter_and_loads_nothing() {
 }
 
 #[test]
-fn of_many_models_the_curves_of_the_best_whole_ones_are_drawn() {
+fn the_curves_of_the_best_complete_models_are_drawn() {
     let recording = noisy("pulse", 1);
     let fitted = [Experiment::try_new(recording).expect("a recording")];
     let models = ["black-box-2", "black-box-1"].map(|name| named(name).expect("a model"));
@@ -88,6 +88,6 @@ fn of_many_models_the_curves_of_the_best_whole_ones_are_drawn() {
     assert_eq!(places[2], None, "{caption}");
     assert!(
         page.render()
-            .contains("Of 8 models the curves are those of the best 2")
+            .contains("The curves are those of the best 2 complete models of 8")
     );
 }

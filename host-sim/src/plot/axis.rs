@@ -1,9 +1,9 @@
-//! The ends of an axis.
+//! The limits of an axis.
 
 use super::figure::Scale;
 
-/// Ends that enclose `data` with `margin` (a fraction of the length) on either side, and that
-/// differ even if the data do not. Without data the axis is that of 0 to 1, or 1 to 10.
+/// Limits that enclose `data` with `margin` (a fraction of the length) on either side and that are
+/// distinct even if all data are equal. Without data the limits are 0 to 1, or 1 to 10.
 pub fn ends(data: Option<(f64, f64)>, scale: Scale, margin: f64) -> (f64, f64) {
     match (scale, data) {
         (Scale::Linear, None) => (0.0, 1.0),
@@ -18,7 +18,7 @@ pub fn ends(data: Option<(f64, f64)>, scale: Scale, margin: f64) -> (f64, f64) {
 
 fn linear(low: f64, high: f64, margin: f64) -> (f64, f64) {
     let length = high - low;
-    // Below a millionth of the value itself the tick labels could not tell the ends apart.
+    // With a length below a millionth of the value the tick labels would all be equal.
     let shortest = 1e-6 * low.abs().max(high.abs());
     if length > shortest {
         (low - margin * length, high + margin * length)
@@ -28,7 +28,7 @@ fn linear(low: f64, high: f64, margin: f64) -> (f64, f64) {
     }
 }
 
-/// Widens the ends to multiples of `step`, unless that would make fewer than one or more than
+/// Extends the limits to multiples of `step`. `None` if that gives fewer than one or more than
 /// twelve intervals.
 pub fn by_steps((low, high): (f64, f64), step: f64) -> Option<(f64, f64)> {
     let (first, last) = ((low / step).floor(), (high / step).ceil());
@@ -42,7 +42,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn equal_data_still_make_an_axis() {
+    fn equal_data_give_distinct_limits() {
         for value in [0.0, 1e-9, -90.0, 1e30] {
             let (low, high) = ends(Some((value, value)), Scale::Linear, 0.0);
             assert!(low < value && value < high, "{value}");
@@ -59,7 +59,7 @@ mod tests {
     }
 
     #[test]
-    fn an_axis_by_steps_ends_on_multiples_of_the_step() {
+    fn limits_by_steps_are_multiples_of_the_step() {
         assert_eq!(by_steps((-170.0, 3.0), 45.0), Some((-180.0, 45.0)));
         assert_eq!(by_steps((0.0, 1e9), 45.0), None);
         assert_eq!(by_steps((0.0, 1.0), 0.0), None);

@@ -1,7 +1,7 @@
-//! What a figure shows, apart from how it is drawn. Both renderers take this description.
+//! The content of a figure, independent of its rendering as SVG or HTML.
 //!
-//! The x of a series is meant to ascend. Points are put in that order before they are drawn; two
-//! points of the same x keep their order and make a vertical line.
+//! Points are sorted by x before they are drawn. Points with equal x keep their order and give a
+//! vertical line.
 
 /// The scale of an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -21,9 +21,9 @@ pub enum Style {
     Line,
     /// The same, dashed.
     Dashed,
-    /// Held until the next point (right-continuous), as a command is.
+    /// Held until the next point (right-continuous), like a command.
     Step,
-    /// Dots that nothing joins, as measurements are.
+    /// Dots without lines, for measurements.
     Points,
 }
 
@@ -38,12 +38,12 @@ pub struct Series {
     pub style: Style,
     /// Abscissa of each point, ascending.
     pub x: Vec<f64>,
-    /// Ordinate of each point. What is longer than `x` is not drawn.
+    /// Ordinate of each point. Values beyond the length of `x` are not drawn.
     pub y: Vec<f64>,
 }
 
 impl Series {
-    /// A solid curve through these points.
+    /// Creates a solid curve through these points.
     ///
     /// ```
     /// # use host_sim::plot::Series;
@@ -59,28 +59,28 @@ impl Series {
         }
     }
 
-    /// The same points, joined in another way.
+    /// Sets the style.
     pub fn style(mut self, style: Style) -> Self {
         self.style = style;
         self
     }
 }
 
-/// One pair of axes. The panels of a figure stand one below the other and share their x.
+/// One pair of axes. The panels of a figure are stacked vertically and share the x axis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Panel {
     /// The quantity and, in brackets, its unit.
     pub y_label: String,
     /// The scale of the y axis.
     pub y_scale: Scale,
-    /// The distance of the ticks where a round number does not read best: 45 for a phase.
+    /// Distance of the ticks, if it is not a round decimal number: 45 for a phase.
     pub y_step: Option<f64>,
-    /// The curves, the first of them lowest.
+    /// The curves; later ones are drawn on top.
     pub series: Vec<Series>,
 }
 
 impl Panel {
-    /// An empty panel with a linear axis.
+    /// Creates an empty panel with a linear axis.
     ///
     /// ```
     /// # use host_sim::plot::Panel;
@@ -95,19 +95,19 @@ impl Panel {
         }
     }
 
-    /// With a logarithmic y axis.
+    /// Makes the y axis logarithmic.
     pub fn log_y(mut self) -> Self {
         self.y_scale = Scale::Log;
         self
     }
 
-    /// With ticks at multiples of `step`.
+    /// Sets the ticks to multiples of `step`.
     pub fn y_step(mut self, step: f64) -> Self {
         self.y_step = Some(step);
         self
     }
 
-    /// With one more curve on top.
+    /// Adds a curve on top.
     pub fn series(mut self, series: Series) -> Self {
         self.series.push(series);
         self
@@ -119,9 +119,9 @@ impl Panel {
 pub struct Figure {
     /// The heading.
     pub title: String,
-    /// What the reader should see in it. Not part of the SVG: a paper sets its own.
+    /// An explanation. It is not part of the SVG: a paper has its own caption.
     pub caption: String,
-    /// What speaks against the figure. Part of the SVG too, lest it be lost on the way.
+    /// Limitations of the figure. They are part of the SVG, so that a copy includes them.
     pub warnings: Vec<String>,
     /// The quantity and, in brackets, its unit.
     pub x_label: String,
@@ -132,7 +132,7 @@ pub struct Figure {
 }
 
 impl Figure {
-    /// A figure without panels over a linear x axis.
+    /// Creates a figure without panels, with a linear x axis.
     ///
     /// ```
     /// # use host_sim::plot::{Figure, Panel};
@@ -150,25 +150,25 @@ impl Figure {
         }
     }
 
-    /// With a logarithmic x axis.
+    /// Makes the x axis logarithmic.
     pub fn log_x(mut self) -> Self {
         self.x_scale = Scale::Log;
         self
     }
 
-    /// With this caption.
+    /// Sets the caption.
     pub fn caption(mut self, text: impl Into<String>) -> Self {
         self.caption = text.into();
         self
     }
 
-    /// With one more warning.
+    /// Adds a warning.
     pub fn warning(mut self, text: impl Into<String>) -> Self {
         self.warnings.push(text.into());
         self
     }
 
-    /// With one more panel below.
+    /// Adds a panel below the others.
     pub fn panel(mut self, panel: Panel) -> Self {
         self.panels.push(panel);
         self

@@ -1,7 +1,7 @@
-//! Figures: SVG for papers, self-contained interactive HTML for the desk.
+//! Figures, as SVG for papers or as self-contained interactive HTML.
 //!
-//! A [`Figure`] says what is shown; [`svg::render`] and [`html::render`] draw it, and [`save`]
-//! chooses between them by the name of the file.
+//! A [`Figure`] describes the content; [`svg::render`] and [`html::render`] draw it, and [`save`]
+//! selects the format by the file name.
 
 use std::path::Path;
 
@@ -19,17 +19,17 @@ pub use trace::of_trace;
 
 use crate::{error::Error, file};
 
-/// What a figure is written as.
+/// The file format of a figure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
-    /// For a paper.
+    /// A vector graphic for a paper.
     Svg,
     /// A self-contained interactive page.
     Html,
 }
 
 impl Format {
-    /// The format that a file's name asks for.
+    /// The format for the extension of a file name.
     ///
     /// # Errors
     /// [`Error::Option`] if the name ends in neither `.svg` nor `.html`.

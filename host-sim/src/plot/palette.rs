@@ -1,26 +1,26 @@
-//! Colours that colour-blind readers can tell apart.
+//! Colours that colour-blind readers can distinguish.
 //!
-//! Okabe and Ito, "Color Universal Design" (2008), in an order that begins with the strongest
-//! contrasts. Their yellow cannot be read as a line on white: grey stands in its place.
+//! Okabe and Ito, "Color Universal Design" (2008), ordered by contrast. Their yellow is not legible
+//! as a line on white and is replaced by grey.
 
-/// The colours on a white ground, as `#rrggbb`. Index 0 is meant for the command.
+/// The colours on a white background, as `#rrggbb`. Index 0 is used for the command.
 pub const PALETTE: [&str; 8] = [
     "#000000", "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#999999",
 ];
 
-/// The colours on a dark ground: the same hues, lighter where contrast asks for it.
+/// The colours on a dark background: the same hues, lighter where the contrast requires it.
 pub const PALETTE_DARK: [&str; 8] = [
     "#f0f0f0", "#4aa8e8", "#ff7f2a", "#1fc79a", "#e29ac4", "#f0b429", "#9ad8ff", "#a8a8a8",
 ];
 
-/// Gives each name its colour, the same one whenever it is asked again.
+/// Assigns a colour to each name.
 #[derive(Debug, Clone, Default)]
 pub struct Colours {
     names: Vec<String>,
 }
 
 impl Colours {
-    /// The index of the colour of `name`. New names take the next index.
+    /// The index of the colour of `name`. A new name gets the next index.
     ///
     /// ```
     /// # use host_sim::plot::Colours;
@@ -38,7 +38,7 @@ impl Colours {
     }
 }
 
-/// The colour of this index on white. Indices beyond the palette begin anew.
+/// The colour of this index on white. Indices beyond the palette wrap around.
 pub fn colour(index: usize) -> &'static str {
     PALETTE[index % PALETTE.len()]
 }

@@ -1,22 +1,22 @@
-//! From the samples of a series to the points that are worth drawing.
+//! Reduction of the samples of a series to the points that are drawn.
 //!
-//! Of each run of samples that falls into one column of pixels the first, the last, the smallest
-//! and the largest are kept, and one gap if there is any. A line through these covers the same
-//! pixels as a line through all samples (the aggregation M4: Jugel, Jerzak, Hackenbroich and Markl,
-//! PVLDB 7(10), 2014), and no extreme is lost.
+//! Of the samples in one column of pixels the first, the last, the smallest and the largest are
+//! kept, and one gap if there is any. A line through these covers the same pixels as a line through
+//! all samples and contains all extremes (M4 aggregation: Jugel, Jerzak, Hackenbroich and Markl,
+//! PVLDB 7(10), 2014).
 
 use super::figure::{Scale, Series};
 
-/// Beyond this magnitude, far outside of anything an actuator does, a value is a gap: the
-/// differences of what remains are finite.
+/// Values of a larger magnitude are gaps, so that all differences are finite. No quantity of an
+/// actuator is near this limit.
 const LARGEST: f64 = 1e30;
-/// On a logarithmic axis the smallest value: `kuva` knows none below 1e-10.
+/// Smallest value on a logarithmic axis: `kuva` does not draw values below 1e-10.
 const SMALLEST_LOG: f64 = 1e-9;
 
 /// A point. NaN in y is a gap, x is finite.
 pub type Point = (f64, f64);
 
-/// Whether a value has a place on an axis of this scale.
+/// Whether a value can be drawn on an axis of this scale.
 fn drawable(value: f64, scale: Scale) -> bool {
     match scale {
         Scale::Linear => value.abs() <= LARGEST,
@@ -26,8 +26,8 @@ fn drawable(value: f64, scale: Scale) -> bool {
 
 /// The points of a series in ascending x, at most five of them for each of `columns` columns.
 ///
-/// What has no place on the axis (NaN, not positive on a logarithmic axis, above 1e30) is left out
-/// if it is an x and a gap if it is a y.
+/// A point whose x cannot be drawn (NaN, above 1e30, or not positive on a logarithmic axis) is
+/// omitted. A y that cannot be drawn becomes a gap.
 pub fn points(series: &Series, x_scale: Scale, y_scale: Scale, columns: usize) -> Vec<Point> {
     let mut all: Vec<Point> = series
         .x
@@ -40,10 +40,10 @@ pub fn points(series: &Series, x_scale: Scale, y_scale: Scale, columns: usize) -
     thin(all, columns.max(1))
 }
 
-/// Keeps what a column of pixels shows. Columns hold equally many samples.
+/// Keeps the visible points of each column. All columns have the same number of samples.
 fn thin(all: Vec<Point>, columns: usize) -> Vec<Point> {
     let width = all.len().div_ceil(columns);
-    // A column of up to four samples would be kept whole.
+    // Columns of up to four samples are kept completely.
     if width <= 4 {
         return all;
     }
@@ -62,7 +62,7 @@ fn representatives(column: &[Point]) -> Vec<usize> {
         finite().next(),
         finite().next_back(),
         finite().min_by(by_y),
-        // The first of equals here as there: a jump stays at its sample.
+        // The first of equal samples, as for the minimum, so that a step stays at its sample.
         finite().rev().max_by(by_y),
         (0..column.len()).find(|&i| column[i].1.is_nan()),
     ]
@@ -74,7 +74,7 @@ fn representatives(column: &[Point]) -> Vec<usize> {
     chosen
 }
 
-/// The smallest and the largest of the values that are no gaps.
+/// The smallest and the largest of the values, without gaps.
 pub fn range(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     values.filter(|v| !v.is_nan()).fold(None, |range, v| {
         let (low, high) = range.unwrap_or((v, v));
@@ -107,7 +107,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn extremes_and_ends_survive_the_thinning(
+        fn thinning_keeps_extremes_and_ends(
             y in prop::collection::vec(any_value(), 0..2000), columns in 0_usize..50,
         ) {
             let all = linear(&y, usize::MAX);
@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn a_jump_stays_at_its_sample() {
+    fn a_step_stays_at_its_sample() {
         let y: Vec<f64> = (0..1000)
             .map(|i| f64::from((503..707).contains(&i)))
             .collect();
@@ -139,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn a_short_gap_survives_the_thinning() {
+    fn thinning_keeps_a_short_gap() {
         let mut y = vec![1.0; 10_000];
         y[5_003] = f64::NAN;
         let gap = linear(&y, 10).iter().position(|p| p.1.is_nan());
@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn points_are_drawn_in_the_order_of_x_and_jumps_keep_theirs() {
+    fn points_are_sorted_by_x_and_points_of_equal_x_keep_their_order() {
         let series = Series::new("", 0, &[2.0, 1.0, 1.0], &[5.0, 0.0, 4.0]);
         assert_eq!(
             points(&series, Scale::Linear, Scale::Linear, 100),

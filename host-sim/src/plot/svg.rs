@@ -1,6 +1,6 @@
 //! A figure as SVG, drawn with the crate `kuva`.
 //!
-//! The heading, the warnings and the legend stand above the panels, so that no curve is covered.
+//! The title, the warnings and the legend are above the panels, so that they do not cover curves.
 
 use std::sync::Arc;
 
@@ -21,26 +21,26 @@ use super::points::{Point, points, range};
 
 mod heading;
 
-/// Width of the drawing, in px as all lengths here: 190 mm at 96 dpi, a page without its margins.
+/// Width of the drawing: 190 mm at 96 dpi, a page without its margins. All lengths are in px.
 const WIDTH: f64 = 720.0;
-/// Room for the labels of the y axes, the same in all panels so that these stand flush.
+/// Space for the labels of the y axes, equal in all panels so that the panels are aligned.
 const LEFT: f64 = 78.0;
 const RIGHT: f64 = 22.0;
-/// Room for the tick labels and the label of the x axis, below the last panel.
+/// Space for the tick labels and the label of the x axis, below the last panel.
 const BOTTOM: f64 = 43.0;
-/// Room between two panels; half of it lets the topmost tick label stand out of the axes.
+/// Space between two panels. The topmost tick label extends into half of it.
 const GAP: f64 = 14.0;
 const ONE_PANEL: f64 = 320.0;
 const SEVERAL_PANELS: f64 = 190.0;
 const LINE_WIDTH: f64 = 1.6;
 const DASHES: &str = "7 4";
-/// Columns of samples that are told apart: about one a pixel of the axis.
+/// Columns of samples that are distinguished: about one per pixel of the axis.
 const COLUMNS: usize = 600;
 const TEXT_SIZE: u32 = 12;
-/// The mean width of a letter of running text in units of its size, in the widest of the fonts.
+/// Mean width of a letter in units of the text size, in the widest of the fonts.
 const LETTER: f64 = 0.6;
 
-/// The SVG of a figure: a complete XML document but for the prologue, fit to stand in HTML as well.
+/// Renders a figure as SVG: an XML document without the prologue, which can be embedded in HTML.
 pub fn render(figure: &Figure) -> String {
     let mut scene = Scene::new(WIDTH, 0.0);
     scene.font_family = Some("DejaVu Sans, Verdana, Liberation Sans, Arial, sans-serif".into());
@@ -50,13 +50,13 @@ pub fn render(figure: &Figure) -> String {
     y = panels(&mut scene, figure, y);
     scene.height = y;
     let svg = SvgBackend::new().render_scene(&scene);
-    // With a view box the drawing scales with its surroundings.
+    // With a view box the drawing scales to its container.
     let name = escape(&printable(&figure.title));
     let root = format!(r#"<svg viewBox="0 0 {WIDTH} {y}" role="img" aria-label="{name}" "#);
     svg.replacen("<svg ", &root, 1)
 }
 
-/// Draws the panels one below the other, and tells the y below them.
+/// Draws the panels from top to bottom and returns the y below them.
 fn panels(scene: &mut Scene, figure: &Figure, top: f64) -> f64 {
     let curves: Vec<Vec<Vec<Point>>> = figure
         .panels
@@ -85,7 +85,7 @@ fn panels(scene: &mut Scene, figure: &Figure, top: f64) -> f64 {
             title: None,
             extra_attrs: None,
         });
-        // The axes enclose all data. Clipping would need ids, and figures of a page share those.
+        // The axes enclose all data. Clipping would need ids, which are shared by all figures of a page.
         let clip = |e: &Primitive| matches!(e, Primitive::ClipStart { .. } | Primitive::ClipEnd);
         let drawn = drawing.elements.into_iter().filter(|e| !clip(e));
         drawn.for_each(|e| scene.add(e));
@@ -98,7 +98,7 @@ fn panels(scene: &mut Scene, figure: &Figure, top: f64) -> f64 {
     y
 }
 
-/// The axes of a panel. Only the last panel labels its x axis: the others share it.
+/// The axes of a panel. Only the last panel has labels on the shared x axis.
 fn layout(
     figure: &Figure,
     panel: &Panel,
@@ -111,7 +111,7 @@ fn layout(
         .zip(y_data)
         .and_then(|(step, data)| axis::by_steps(data, step));
     let y = stepped.unwrap_or_else(|| axis::ends(y_data, panel.y_scale, 0.05));
-    let mut layout = with_scales(dressed(x, y), figure.x_scale, panel.y_scale)
+    let mut layout = with_scales(styled(x, y), figure.x_scale, panel.y_scale)
         .with_y_label(plain(&panel.y_label))
         .with_force_margins_y(GAP / 2.0, if last { BOTTOM } else { GAP / 2.0 });
     layout.y_tick_step = stepped.and(y_step);
@@ -124,8 +124,8 @@ fn layout(
     }
 }
 
-/// Axes between these very ends, in the dress that all panels wear.
-fn dressed(x: (f64, f64), y: (f64, f64)) -> Layout {
+/// Axes with exactly these limits, in the common style of all panels.
+fn styled(x: (f64, f64), y: (f64, f64)) -> Layout {
     let theme = Theme {
         grid_color: "#e4e4e4".into(),
         ..Theme::light()
@@ -142,7 +142,7 @@ fn dressed(x: (f64, f64), y: (f64, f64)) -> Layout {
         .with_theme(theme)
         .with_label_size(TEXT_SIZE)
         .with_tick_size(TEXT_SIZE - 1)
-        // As many as the length of the axis allows.
+        // As many ticks as the length of the axis allows.
         .with_ticks(0)
 }
 
@@ -157,7 +157,8 @@ fn with_scales(mut layout: Layout, x: Scale, y: Scale) -> Layout {
     layout
 }
 
-/// A tick of a logarithmic axis: 0.1, 0.2, 0.5, 1 ... without the noise of the powers of ten.
+/// The label of a tick of a logarithmic axis: 0.1, 0.2, 0.5, 1 ... without rounding errors of the
+/// powers of ten.
 fn log_tick(value: f64) -> String {
     let rounded: f64 = format!("{value:.2e}").parse().unwrap_or(value);
     if (1e-4..1e6).contains(&rounded) {
@@ -167,7 +168,7 @@ fn log_tick(value: f64) -> String {
     }
 }
 
-/// The curves of a panel: one line for each stretch without gap, a dot for a lone point.
+/// The curves of a panel: one line for each section without a gap, a dot for a single point.
 fn plots(panel: &Panel, curves: &[Vec<Point>]) -> Vec<Plot> {
     let mut plots = Vec::new();
     for (series, curve) in panel.series.iter().zip(curves) {

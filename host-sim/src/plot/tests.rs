@@ -1,11 +1,11 @@
-//! What both renderers owe to every figure.
+//! Requirements on both renderers.
 
 use proptest::prelude::*;
 use roxmltree::Document;
 
 use super::*;
 
-/// A label that would break out of XML, HTML, a script or the mathematics of the SVG renderer.
+/// A label with special characters of XML, HTML, scripts and the formulas of the SVG renderer.
 const HOSTILE: &str = "a<b>&\"' </script><script>alert(1)</script> $x_1$ \u{0}";
 
 fn hostile() -> Figure {
@@ -15,7 +15,7 @@ fn hostile() -> Figure {
         .panel(Panel::new(HOSTILE).series(Series::new(HOSTILE, 1, &[0.0, 1.0], &[0.0, 1.0])))
 }
 
-/// The figure's data as the page's script sees them.
+/// The figure's data as the script of the page reads them.
 fn embedded(html: &str) -> serde_json::Value {
     let (_, rest) = html
         .split_once("<script type=\"application/json\">")
@@ -25,7 +25,7 @@ fn embedded(html: &str) -> serde_json::Value {
 }
 
 #[test]
-fn hostile_labels_stay_text() {
+fn special_characters_in_labels_are_escaped() {
     let html = html::render(&hostile());
     assert!(!html.contains("<script>alert"));
     assert_eq!(embedded(&html)["panels"][0]["series"][0]["label"], HOSTILE);
@@ -41,7 +41,7 @@ fn hostile_labels_stay_text() {
 }
 
 #[test]
-fn a_page_loads_nothing() {
+fn a_page_loads_no_resources() {
     let html = html::render(&hostile());
     for loading in [
         "src=",
@@ -64,7 +64,7 @@ fn a_page_loads_nothing() {
 }
 
 #[test]
-fn a_gap_is_null_in_html_and_parts_the_line_in_svg() {
+fn a_gap_is_null_in_html_and_splits_the_line_in_svg() {
     let series = Series::new(
         "",
         1,
@@ -102,7 +102,7 @@ fn twenty_seconds_at_one_millisecond_stay_small() {
 }
 
 #[test]
-fn figures_without_data_say_so() {
+fn figures_without_data_contain_a_note() {
     let nothing = Figure::new("", "");
     let empty = Figure::new("", "")
         .log_x()
@@ -121,7 +121,7 @@ fn figures_without_data_say_so() {
 }
 
 #[test]
-fn files_are_named_in_errors_and_chosen_by_their_ending() {
+fn the_extension_selects_the_format_and_errors_name_the_file() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = |name: &str| folder.path().join(name);
     let figure = Figure::new("", "");
@@ -155,7 +155,7 @@ fn any_series() -> impl Strategy<Value = Series> {
 
 proptest! {
     #[test]
-    fn whatever_the_numbers_and_labels_the_svg_is_well_formed(
+    fn the_svg_is_well_formed_for_any_numbers_and_labels(
         series in any_series(), other in any_series(), title in any::<String>(),
         log in any::<(bool, bool)>(), step in any_number(),
     ) {
@@ -171,7 +171,7 @@ proptest! {
 }
 
 #[test]
-fn a_figure_is_drawn_the_same_every_time_and_needs_no_ids() {
+fn rendering_is_reproducible_and_uses_no_ids() {
     let svg = svg::render(&hostile());
     assert_eq!(svg, svg::render(&hostile()));
     assert!(!svg.contains(" id="));

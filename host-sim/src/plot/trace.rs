@@ -1,9 +1,9 @@
-//! Figures of traces.
+//! The figure of a trace.
 
 use super::{Colours, Figure, Panel, Series, Style};
 use crate::trace::Trace;
 
-/// The columns that share a panel, under the label of its axis.
+/// The panels: the label of the axis and the columns.
 const PANELS: [(&str, &[&str]); 4] = [
     ("angle (deg)", &["command", "angle_deg", "angle_meas_deg"]),
     ("rate (deg/s)", &["rate_deg_s", "rate_meas_deg_s"]),
@@ -11,7 +11,7 @@ const PANELS: [(&str, &[&str]); 4] = [
     ("current (A)", &["current_a"]),
 ];
 
-/// A run: command and angle, rate, duty, and the current where there is one, over time.
+/// The figure of a trace: command and angle, rate, duty and, if recorded, current over time.
 pub fn of_trace(title: &str, trace: &Trace) -> Figure {
     let t = trace.column("t").unwrap_or_default();
     let mut colours = Colours::default();
@@ -36,7 +36,7 @@ pub fn of_trace(title: &str, trace: &Trace) -> Figure {
     figure
 }
 
-/// A model without a duty has a column of zeros.
+/// A model without a duty records a column of zeros, which is not drawn.
 fn is_shown(name: &str, column: &[f64]) -> bool {
     name != "duty_pct" || column.iter().any(|value| *value != 0.0)
 }

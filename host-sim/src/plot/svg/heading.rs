@@ -1,4 +1,4 @@
-//! What stands above the panels: title, warnings and legend.
+//! The part above the panels: title, warnings and legend.
 
 use kuva::render::render::{Primitive, Scene, TextAnchor};
 use kuva::render::render_utils::wrap_text;
@@ -10,18 +10,18 @@ use crate::plot::points::Point;
 
 const TITLE_SIZE: u32 = 15;
 
-/// Without what XML does not know: controls and two that are no characters.
+/// Removes characters that XML does not allow: control characters and two noncharacters.
 pub(super) fn printable(text: &str) -> String {
     let known = |c: &char| !c.is_control() && !matches!(c, '\u{fffe}' | '\u{ffff}');
     text.chars().filter(known).collect()
 }
 
-/// Text that reaches the SVG as it is: `kuva` takes `$` for mathematics.
+/// Escapes text for `kuva`, which interprets `$` as the start of a formula.
 pub(super) fn plain(text: &str) -> String {
     printable(text).replace('$', "\\$")
 }
 
-/// Draws a line of text that begins at this point.
+/// Draws a line of text that starts at this point.
 pub(super) fn text(scene: &mut Scene, (x, y): Point, content: &str, size: u32) {
     scene.add(Primitive::Text {
         x,
@@ -35,7 +35,7 @@ pub(super) fn text(scene: &mut Scene, (x, y): Point, content: &str, size: u32) {
     });
 }
 
-/// About how wide a label is, in DejaVu Sans, the widest of the fonts.
+/// Approximate width of a label in DejaVu Sans, the widest of the fonts.
 fn text_width(label: &str) -> f64 {
     let letter = |c: char| match c {
         'm' | 'w' | 'M' | 'W' | '%' | '@' => 0.97,
@@ -47,7 +47,7 @@ fn text_width(label: &str) -> f64 {
     label.chars().map(letter).sum::<f64>() * f64::from(TEXT_SIZE)
 }
 
-/// Draws title and warnings, and tells the y below them.
+/// Draws title and warnings and returns the y below them.
 pub(super) fn header(scene: &mut Scene, figure: &Figure) -> f64 {
     let mut y = 6.0;
     let warning = |w| (format!("Warning: {w}"), TEXT_SIZE);
@@ -63,7 +63,7 @@ pub(super) fn header(scene: &mut Scene, figure: &Figure) -> f64 {
     y + 6.0
 }
 
-/// The series of all panels, each once.
+/// The series of all panels without duplicates.
 fn entries(figure: &Figure) -> Vec<&Series> {
     let mut entries: Vec<&Series> = Vec::new();
     for series in figure.panels.iter().flat_map(|p| &p.series) {
@@ -75,7 +75,7 @@ fn entries(figure: &Figure) -> Vec<&Series> {
     entries
 }
 
-/// Draws the legend in as many rows as it needs, and tells the y below it.
+/// Draws the legend in as many rows as required and returns the y below it.
 pub(super) fn legend(scene: &mut Scene, figure: &Figure, top: f64) -> f64 {
     const SWATCH: f64 = 26.0;
     const ROW: f64 = 18.0;
