@@ -145,7 +145,7 @@ impl<A: Application, const R: usize, const T: usize> sdo::ObjectAccess for Objec
     }
 
     fn constant_text(&self, entry: &Entry) -> Option<&'static [u8]> {
-        (entry.data_type() == DataType::Text && entry.access() == Access::Const)
+        (entry.data_type() == DataType::VisibleString && entry.access() == Access::Const)
             .then(|| self.dictionary.text(entry.address()))
     }
 

@@ -66,15 +66,15 @@ const HISTORY: [Entry; 9] = {
 };
 
 const GENERAL: [Entry; 36] = {
-    use DataType::{Domain, Text, U8, U16, U32};
+    use DataType::{Domain, U8, U16, U32, VisibleString};
     [
         constant(0x1000, 0, U32, 0x0002_0192),
         measured(0x1001, 0, U8),
         with_value(Entry::new(0x1005, 0, U32, ReadWrite), 0x80),
         parameter(0x1006, 0, U32, 0),
         parameter(0x1007, 0, U32, 0),
-        Entry::new(0x1008, 0, Text, Const),
-        Entry::new(0x1009, 0, Text, Const),
+        Entry::new(0x1008, 0, VisibleString, Const),
+        Entry::new(0x1009, 0, VisibleString, Const),
         constant(0x1010, 0, U8, 3),
         parameter(0x1010, 1, U32, 1),
         parameter(0x1010, 2, U32, 1),
@@ -117,15 +117,15 @@ const SDO: [Entry; 2] = [
 ];
 
 const OBJECTS: [Entry; 24] = {
-    use DataType::{Domain, F32, I8, I16, I32, Octets, Text, U8, U16, U32, U64};
+    use DataType::{Domain, F32, I8, I16, I32, OctetString, U8, U16, U32, U64, VisibleString};
     [
         parameter(0x2000, 0, U8, 0).limits(&Limits::unsigned(0, 2)),
         commanded(0x2001, I16).limits(&Limits::signed(-1000, 1000)),
         Entry::new(0x2002, 0, U8, Write),
         parameter(0x2003, 0, F32, 0).limits(&Limits::real(-1.5, 1.5)),
         commanded(0x2004, U64),
-        Entry::new(0x2005, 0, Text, ReadWrite).value(32),
-        Entry::new(0x2006, 0, Octets, ReadWrite).value(64),
+        Entry::new(0x2005, 0, VisibleString, ReadWrite).value(32),
+        Entry::new(0x2006, 0, OctetString, ReadWrite).value(64),
         Entry::new(0x2007, 0, U16, ReadWrite),
         Entry::new(0x2010, 0, Domain, ReadWrite),
         commanded(0x2020, U8),

@@ -89,7 +89,7 @@ impl Kind {
             Self::I32 => "I32",
             Self::I64 => "I64",
             Self::F32 => "F32",
-            Self::Text => "Text",
+            Self::Text => "VisibleString",
             Self::Domain => "Domain",
         }
     }

@@ -42,7 +42,7 @@ pub(super) const fn check(dictionary: &Dictionary) -> Result<(), DictionaryError
     let mut texts = dictionary.texts;
     while let [text, after @ ..] = texts {
         match find(dictionary, text.address) {
-            Some((DataType::Text, Access::Const)) => texts = after,
+            Some((DataType::VisibleString, Access::Const)) => texts = after,
             _ => return Err(DictionaryError::Text(text.address)),
         }
     }
@@ -65,7 +65,10 @@ const fn check_entry(entry: &Entry) -> Result<(), DictionaryError> {
             _ => return Err(DictionaryError::Limits(address)),
         }
     }
-    let text = matches!(entry.data_type(), DataType::Text | DataType::Octets);
+    let text = matches!(
+        entry.data_type(),
+        DataType::VisibleString | DataType::OctetString
+    );
     if text && entry.is_writable() && entry.default_value(0) as usize > crate::sdo::BUFFER {
         return Err(DictionaryError::TooLong(address));
     }
@@ -135,7 +138,7 @@ mod tests {
         const READ_BY_PDO: &[Entry] =
             &[Entry::new(0x2000, 0, DataType::U8, Access::Read).mappable(Mapping::Both)];
         const LONG: &[Entry] =
-            &[Entry::new(0x2000, 0, DataType::Text, Access::ReadWrite).value(65)];
+            &[Entry::new(0x2000, 0, DataType::VisibleString, Access::ReadWrite).value(65)];
         const NO_ARRAY: &[Entry] = &[number(0x1017, 1)];
         let at = Address::new(0x2000, 0);
         for (made, error) in [

@@ -21,9 +21,9 @@ pub enum DataType {
     /// REAL32.
     F32 = 0x08,
     /// VISIBLE_STRING.
-    Text = 0x09,
+    VisibleString = 0x09,
     /// OCTET_STRING.
-    Octets = 0x0A,
+    OctetString = 0x0A,
     /// DOMAIN.
     Domain = 0x0F,
     /// REAL64.
@@ -43,7 +43,7 @@ impl DataType {
             Self::I16 | Self::U16 => 2,
             Self::I32 | Self::U32 | Self::F32 => 4,
             Self::I64 | Self::U64 | Self::F64 => 8,
-            Self::Text | Self::Octets | Self::Domain => return None,
+            Self::VisibleString | Self::OctetString | Self::Domain => return None,
         })
     }
 
