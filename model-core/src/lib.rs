@@ -18,5 +18,6 @@ pub mod named;
 pub mod parameter;
 pub mod plant;
 pub mod presets;
+pub mod scenario;
 pub mod sensors;
 pub mod time;

@@ -1,0 +1,315 @@
+//! One run, described: the actuator, its input, how long it runs and how often a row is recorded.
+//!
+//! Every front end (command line, scenario file, Python, C, browser, FMU) maps its own syntax to a
+//! [`Request`] and to parameter values. Names, defaults, ranges and errors are decided here.
+//!
+//! ```
+//! use model_core::scenario::{Request, Scenario};
+//!
+//! let mut request = Request::default();
+//! for (option, value) in [("model", "board"), ("preset", "as-measured"), ("input", "sine")] {
+//!     assert_eq!(request.parse(option, value), Ok(true));
+//! }
+//! let mut scenario = Scenario::try_new(&request).unwrap();
+//! scenario.set("P", 12.0).unwrap();
+//! scenario.set("input.amplitude_deg", 5.0).unwrap();
+//! assert_eq!(scenario.settings.first_order.motor_gain_up, 2.4);
+//! assert_eq!(scenario.every, 20);
+//! ```
+
+mod error;
+
+pub use error::{Kind, ScenarioError};
+
+use crate::actuator::{ModelKind, PlantKind, Settings};
+use crate::excitation::catalogue::Input;
+use crate::named::Named;
+use crate::parameter::{ParameterError, Value};
+use crate::plant::Pwm;
+use crate::presets::{self, Preset};
+use crate::time::{PWM_PERIOD_TICKS, ticks};
+
+/// Ticks between two rows by default: 1 ms.
+pub const DEFAULT_EVERY: u64 = PWM_PERIOD_TICKS;
+
+/// The input by default.
+pub const DEFAULT_INPUT: &str = "pulse";
+
+/// The prefix of the name of a parameter of the input.
+pub const INPUT_PREFIX: &str = "input.";
+
+/// The longest run, s: four months. Ticks are exact in `f64` until then.
+pub const LONGEST_S: f64 = 1e7;
+
+/// The options of a run; an option that is `None` has its default.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Request<'a> {
+    /// The model. It has no default.
+    pub model: Option<ModelKind>,
+    /// The plant behind the board; the other models have none.
+    pub plant: Option<PlantKind>,
+    /// The preset by name.
+    pub preset: Option<&'a str>,
+    /// The input by name.
+    pub input: Option<&'a str>,
+    /// How long to run, s; by default as long as the input.
+    pub duration_s: Option<f64>,
+    /// Ticks between two rows.
+    pub every: Option<u64>,
+    /// Seed of the random numbers.
+    pub seed: Option<u64>,
+    /// How the bridge is switched.
+    pub pwm: Option<Pwm>,
+}
+
+impl<'a> Request<'a> {
+    /// The names that [`Request::parse`] takes.
+    pub const OPTIONS: [&'static str; 8] = [
+        "model",
+        "plant",
+        "preset",
+        "input",
+        "duration_s",
+        "every",
+        "seed",
+        "pwm",
+    ];
+
+    /// Sets an option from text; `false` if there is no option of this name.
+    ///
+    /// # Errors
+    /// For a value that the option does not take.
+    pub fn parse(&mut self, option: &str, value: &'a str) -> Result<bool, ScenarioError<'a>> {
+        match option {
+            "model" => self.model = Some(named(Kind::Model, value)?),
+            "plant" => self.plant = Some(named(Kind::Plant, value)?),
+            "preset" => self.preset = Some(value),
+            "input" => self.input = Some(value),
+            "duration_s" => self.duration_s = Some(number("duration_s", value)?),
+            "every" => self.every = Some(number("every", value)?),
+            "seed" => self.seed = Some(number("seed", value)?),
+            "pwm" => self.pwm = Some(named(Kind::Pwm, value)?),
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    /// The parameters of the actuator: the defaults, changed by the preset.
+    ///
+    /// # Errors
+    /// For options that are missing, unknown, or exclude each other.
+    pub fn settings(&self) -> Result<Settings, ScenarioError<'a>> {
+        let model = self.model.ok_or(ScenarioError::NoModel)?;
+        if self.plant.is_some() && model != ModelKind::Board {
+            return Err(ScenarioError::NoPlant(model));
+        }
+        let mut settings = Settings::new(model, self.plant.unwrap_or(PlantKind::FirstOrder));
+        settings.pwm = self.pwm.unwrap_or(settings.pwm);
+        settings.seed = self.seed.unwrap_or(settings.seed);
+        if let Some(name) = self.preset {
+            apply_preset(&mut settings, name)?;
+        }
+        Ok(settings)
+    }
+}
+
+/// A run without its command sequence from a file, which only front ends with files know.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scenario {
+    /// The actuator.
+    pub settings: Settings,
+    /// The input with its parameters.
+    pub input: Input,
+    /// How long to run, s; `None` is as long as the input.
+    pub duration_s: Option<f64>,
+    /// Ticks between two rows; not 0.
+    pub every: u64,
+}
+
+impl Scenario {
+    /// The scenario of these options, with the default parameters.
+    ///
+    /// # Errors
+    /// For options that are missing, unknown, out of range, or exclude each other.
+    pub fn try_new<'a>(request: &Request<'a>) -> Result<Self, ScenarioError<'a>> {
+        let settings = request.settings()?;
+        let input = input(request.input.unwrap_or(DEFAULT_INPUT))?;
+        if let Some(duration_s) = request.duration_s {
+            check_duration(duration_s)?;
+        }
+        let every = request.every.unwrap_or(DEFAULT_EVERY);
+        check_every(every)?;
+        Ok(Self {
+            settings,
+            input,
+            duration_s: request.duration_s,
+            every,
+        })
+    }
+
+    /// Sets a parameter of the actuator or, with [`INPUT_PREFIX`], of the input, by name or symbol.
+    ///
+    /// # Errors
+    /// For a parameter that does not exist or a value out of its range; nothing is changed then.
+    pub fn set<'n>(&mut self, name: &'n str, value: f64) -> Result<(), ScenarioError<'n>> {
+        match name.strip_prefix(INPUT_PREFIX) {
+            Some(name) => set_input(&mut self.input, name, value),
+            None => set(&mut self.settings, name, value),
+        }
+    }
+
+    /// Every parameter with its value: those of the actuator, then those of the input, which are
+    /// marked by `true` and whose full names begin with [`INPUT_PREFIX`].
+    pub fn values(&self) -> impl Iterator<Item = (bool, Value)> + '_ {
+        let of_actuator = self.settings.values().map(|value| (false, value));
+        let of_input = self.input.table().iter().enumerate();
+        let of_input = of_input.map(|(index, parameter)| {
+            let value = self.input.get(index).unwrap_or(parameter.default);
+            (true, Value { parameter, value })
+        });
+        of_actuator.chain(of_input)
+    }
+
+    /// How long to run, ticks.
+    ///
+    /// # Errors
+    /// For parameters of the input that exclude each other.
+    pub fn ticks(&self) -> Result<u64, ParameterError> {
+        match self.duration_s {
+            Some(duration_s) => Ok(run_ticks(duration_s)),
+            None => self.input.duration_ticks(),
+        }
+    }
+}
+
+/// The ticks of a run of this duration; at least one.
+pub fn run_ticks(duration_s: f64) -> u64 {
+    ticks(duration_s).max(1)
+}
+
+/// The defaults of every model, and of the board with every plant.
+pub fn choices() -> impl Iterator<Item = Settings> {
+    let plants = |model| match model {
+        ModelKind::Board => PlantKind::ALL,
+        _ => &[PlantKind::FirstOrder],
+    };
+    let models = ModelKind::ALL.iter();
+    models.flat_map(move |model| plants(*model).iter().map(|p| Settings::new(*model, *p)))
+}
+
+/// The presets that apply to a model and its plant.
+pub fn presets(settings: &Settings) -> impl Iterator<Item = &'static Preset> + use<> {
+    let settings = *settings;
+    let of_model = settings.model.presets();
+    of_model.filter(move |preset| settings.clone().apply(preset).is_ok())
+}
+
+/// The value of this name of an enumeration.
+///
+/// # Errors
+/// For a name that it does not have.
+pub fn named<T: Named>(kind: Kind, name: &str) -> Result<T, ScenarioError<'_>> {
+    T::named(name).ok_or(ScenarioError::Unknown { kind, name })
+}
+
+/// The input of this name with its default parameters.
+///
+/// # Errors
+/// For a name that no input has.
+pub fn input(name: &str) -> Result<Input, ScenarioError<'_>> {
+    let kind = Kind::Input;
+    Input::named(name).ok_or(ScenarioError::Unknown { kind, name })
+}
+
+/// Applies the preset of this name.
+///
+/// # Errors
+/// For a name that no preset has, and a preset of another model or plant; nothing is changed then.
+pub fn apply_preset<'n>(settings: &mut Settings, name: &'n str) -> Result<(), ScenarioError<'n>> {
+    let model = settings.model;
+    let kind = Kind::Preset(model);
+    let preset = presets::preset(name).ok_or(ScenarioError::Unknown { kind, name })?;
+    if !preset.models.contains(&model.name()) {
+        return Err(ScenarioError::PresetOfOtherModel { preset, model });
+    }
+    // The value of a preset is in its range: only its parameter may be missing.
+    let result = settings.apply(preset);
+    result.map_err(|_| ScenarioError::PresetOfOtherPlant { preset })
+}
+
+/// Sets a parameter of the actuator, by name or symbol.
+///
+/// # Errors
+/// For a parameter that does not exist or a value out of its range; nothing is changed then.
+pub fn set<'n>(
+    settings: &mut Settings,
+    name: &'n str,
+    value: f64,
+) -> Result<(), ScenarioError<'n>> {
+    let kind = Kind::Parameter(settings.model, settings.plant);
+    settings.set(name, value).map_err(|error| match error {
+        ParameterError::Unknown => ScenarioError::Unknown { kind, name },
+        error => ScenarioError::Parameter(error),
+    })
+}
+
+/// Sets a parameter of the input, by name or symbol without [`INPUT_PREFIX`].
+///
+/// # Errors
+/// For a parameter that does not exist or a value out of its range; nothing is changed then.
+pub fn set_input<'n>(
+    input: &mut Input,
+    name: &'n str,
+    value: f64,
+) -> Result<(), ScenarioError<'n>> {
+    let kind = Kind::InputParameter(input.table());
+    input.set(name, value).map_err(|error| match error {
+        ParameterError::Unknown => ScenarioError::Unknown { kind, name },
+        error => ScenarioError::InputParameter(error),
+    })
+}
+
+/// Checks how long to run, s.
+///
+/// # Errors
+/// Outside 0 to [`LONGEST_S`].
+pub fn check_duration(duration_s: f64) -> Result<(), ScenarioError<'static>> {
+    // Written so that NaN fails.
+    if duration_s > 0.0 && duration_s <= LONGEST_S {
+        return Ok(());
+    }
+    Err(ScenarioError::Duration(duration_s))
+}
+
+/// Checks the ticks between two rows.
+///
+/// # Errors
+/// For 0.
+pub fn check_every(every: u64) -> Result<(), ScenarioError<'static>> {
+    if every > 0 {
+        return Ok(());
+    }
+    Err(ScenarioError::Every(every))
+}
+
+/// The number that an option is given as text.
+///
+/// # Errors
+/// For text that is not such a number.
+pub fn number<'n, T: core::str::FromStr>(
+    option: &'static str,
+    text: &'n str,
+) -> Result<T, ScenarioError<'n>> {
+    let expected = match option {
+        "duration_s" => "a number",
+        _ => "a whole number that is not negative",
+    };
+    text.parse().map_err(|_| ScenarioError::Value {
+        option,
+        text,
+        expected,
+    })
+}
+
+#[cfg(test)]
+mod tests;
