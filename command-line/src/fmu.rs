@@ -14,7 +14,7 @@ use super::{Failure, parameters, simulate};
 use host_sim::{
     error::Error,
     scenario::{Scenario, Setting},
-    settings::{self, ModelKind, PlantKind, Settings},
+    settings::{ModelKind, PlantKind, Settings},
 };
 
 /// Writes the actuator as a functional mock-up unit: FMI 2.0 for co-simulation
@@ -50,23 +50,16 @@ impl Fmu {
             model: Some(self.model),
             plant: self.plant,
             preset: self.preset,
+            set: self.set,
             ..Scenario::default()
         };
-        let settings = resolved(&scenario, &self.set)?;
+        let settings = scenario.settings()?;
+        // Finds parameters that exclude each other.
+        Actuator::try_new(&settings).map_err(Error::from)?;
         let libraries = libraries(&self.library)?;
         simulate::warn(&scenario);
         Ok(write(&self.out, &settings, &libraries)?)
     }
-}
-
-fn resolved(scenario: &Scenario, set: &[Setting]) -> Result<Settings, Error> {
-    let mut settings = scenario.settings()?;
-    for Setting { name, value, .. } in set {
-        settings::set(&mut settings, name, *value)?;
-    }
-    // Finds parameters that do not go together.
-    Actuator::try_new(&settings)?;
-    Ok(settings)
 }
 
 fn libraries(paths: &[PathBuf]) -> Result<Vec<Library>, Error> {

@@ -155,17 +155,14 @@ pub(super) fn warn(scenario: &Scenario) {
 
 /// The parameters of the model and of its input.
 fn parameters(scenario: &Scenario) -> Result<Vec<(String, Value)>, Error> {
-    let settings = scenario.settings()?;
-    let model = settings.values().map(|v| (v.parameter.name.into(), v));
-    let Some(input) = scenario.standard_input()? else {
-        return Ok(model.collect());
-    };
-    let input = input.table().iter().enumerate().map(|(i, parameter)| {
-        let value = input.get(i).unwrap_or(f64::NAN);
-        (
-            format!("{INPUT_PREFIX}{}", parameter.name),
-            Value { parameter, value },
-        )
+    let described = scenario.described()?;
+    let values = described.values().filter_map(|(is_of_input, value)| {
+        let name = value.parameter.name;
+        match (is_of_input, &scenario.input_file) {
+            (false, _) => Some((name.into(), value)),
+            (true, None) => Some((format!("{INPUT_PREFIX}{name}"), value)),
+            (true, Some(_)) => None,
+        }
     });
-    Ok(model.chain(input).collect())
+    Ok(values.collect())
 }

@@ -1,6 +1,7 @@
 //! `actuator tune`.
 
 mod figure;
+mod group;
 mod result;
 mod wish;
 

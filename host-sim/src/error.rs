@@ -5,7 +5,9 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use model_core::actuator::ModelKind;
 use model_core::parameter::ParameterError;
+use model_core::scenario::{Kind, ScenarioError};
 
 use crate::can::client::ClientError;
 use identification::{
@@ -148,6 +150,29 @@ impl From<RequestError> for Error {
     }
 }
 
+impl From<ScenarioError<'_>> for Error {
+    fn from(error: ScenarioError<'_>) -> Self {
+        match error {
+            ScenarioError::Parameter(error) => Self::Parameter(error),
+            ScenarioError::Unknown { kind, name } => {
+                let mut known = Vec::new();
+                kind.for_each_name(|name| known.push(name));
+                let expected = match kind {
+                    Kind::Parameter(ModelKind::Board, plant) => format!(
+                        "one that `actuator simulate board --plant {plant} --list-parameters` prints"
+                    ),
+                    Kind::Parameter(model, _) => {
+                        format!("one that `actuator simulate {model} --list-parameters` prints")
+                    }
+                    kind => kind.to_string(),
+                };
+                Self::unknown(kind.label(), name, known, expected)
+            }
+            error => Self::Conflict(error.to_string()),
+        }
+    }
+}
+
 impl From<NotSimulated> for Error {
     fn from(error: NotSimulated) -> Self {
         Self::Conflict(error.to_string())
@@ -166,7 +191,6 @@ impl Error {
         const LIKE_ENOUGH: f64 = 0.8;
         let closest = known
             .into_iter()
-            // A parameter without a symbol has an empty one.
             .filter(|known| !known.is_empty())
             .map(|known| (strsim::jaro_winkler(name, known), known))
             .filter(|(likeness, _)| *likeness >= LIKE_ENOUGH)

@@ -227,7 +227,7 @@ pub fn input(name: &str) -> Result<Input, ScenarioError<'_>> {
 /// For a name that no preset has, and a preset of another model or plant; nothing is changed then.
 pub fn apply_preset<'n>(settings: &mut Settings, name: &'n str) -> Result<(), ScenarioError<'n>> {
     let model = settings.model;
-    let kind = Kind::Preset(model);
+    let kind = Kind::Preset(Some(model));
     let preset = presets::preset(name).ok_or(ScenarioError::Unknown { kind, name })?;
     if !preset.models.contains(&model.name()) {
         return Err(ScenarioError::PresetOfOtherModel { preset, model });

@@ -8,6 +8,7 @@ use core::ffi::{CStr, c_char};
 use core::fmt::{self, Write};
 
 use model_core::parameter::ParameterError;
+use model_core::scenario::ScenarioError;
 
 use crate::memory;
 use crate::text::Text;
@@ -85,15 +86,8 @@ pub const ACTUATOR_WHY_SIZE: usize = 192;
 pub enum Error<'a> {
     /// There is nothing more to say than the code does.
     Code(Code),
-    /// There is no such thing.
-    Unknown {
-        /// What kind of thing was asked for.
-        kind: &'static str,
-        /// What the caller called it.
-        name: &'a str,
-    },
-    /// A parameter was not taken.
-    Parameter(ParameterError),
+    /// A name or a value is refused.
+    Scenario(ScenarioError<'a>),
 }
 
 impl From<Code> for Error<'_> {
@@ -104,7 +98,13 @@ impl From<Code> for Error<'_> {
 
 impl From<ParameterError> for Error<'_> {
     fn from(error: ParameterError) -> Self {
-        Self::Parameter(error)
+        Self::Scenario(error.into())
+    }
+}
+
+impl<'a> From<ScenarioError<'a>> for Error<'a> {
+    fn from(error: ScenarioError<'a>) -> Self {
+        Self::Scenario(error)
     }
 }
 
@@ -112,8 +112,8 @@ impl Error<'_> {
     fn code(&self) -> Code {
         match self {
             Self::Code(code) => *code,
-            Self::Unknown { .. } | Self::Parameter(ParameterError::Unknown) => Code::Name,
-            Self::Parameter(_) => Code::Parameter,
+            Self::Scenario(ScenarioError::Parameter(_)) => Code::Parameter,
+            Self::Scenario(_) => Code::Name,
         }
     }
 }
@@ -122,8 +122,7 @@ impl fmt::Display for Error<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Code(code) => f.write_str(code.sentence().to_str().unwrap_or_default()),
-            Self::Unknown { kind, name } => write!(f, "there is no {kind} called `{name}`"),
-            Self::Parameter(error) => write!(f, "{error}"),
+            Self::Scenario(error) => write!(f, "{error}"),
         }
     }
 }

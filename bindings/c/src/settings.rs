@@ -10,9 +10,8 @@
 
 use core::ffi::c_char;
 
-use model_core::actuator::{ModelKind, PlantKind, Settings as Core};
-use model_core::named::Named;
-use model_core::plant::Pwm;
+use model_core::actuator::Settings as Core;
+use model_core::scenario::{self, Kind, Request};
 
 use crate::error::{Code, Error, Why, code, explain};
 use crate::memory::{self, Holds};
@@ -73,7 +72,8 @@ pub struct Preset {
 /// fails the settings are not ready.
 ///
 /// `size` is `sizeof *settings`. `model` is `black-box-1`, `black-box-2`, `grey-box` or `board`.
-/// `plant` is what the board drives, `first-order` or `bench`; null is `first-order`.
+/// `plant` is the plant behind the board, `first-order` or `bench`; null is `first-order` for the
+/// board, and the only value that other models take.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn actuator_settings_init(
     settings: *mut Settings,
@@ -85,12 +85,17 @@ pub unsafe extern "C" fn actuator_settings_init(
     // SAFETY: the caller's pointers, as the header wants them.
     unsafe {
         let make = || {
-            let model = named("model", memory::text(model)?, ModelKind::named)?;
+            let model = scenario::named(Kind::Model, memory::text(model)?)?;
             let plant = match plant.is_null() {
-                true => PlantKind::FirstOrder,
-                false => named("plant", memory::text(plant)?, PlantKind::named)?,
+                true => None,
+                false => Some(scenario::named(Kind::Plant, memory::text(plant)?)?),
             };
-            Ok(Core::new(model, plant))
+            let request = Request {
+                model: Some(model),
+                plant,
+                ..Request::default()
+            };
+            Ok::<_, Error>(request.settings()?)
         };
         explain(memory::fill(settings, size, make), why)
     }
@@ -108,14 +113,7 @@ pub unsafe extern "C" fn actuator_settings_set(
     unsafe {
         let set = || {
             let settings = memory::change(settings)?;
-            let name = memory::text(name)?;
-            settings.set(name, value).map_err(|error| match error {
-                model_core::parameter::ParameterError::Unknown => Error::Unknown {
-                    kind: "parameter of this model and plant",
-                    name,
-                },
-                error => error.into(),
-            })
+            Ok(scenario::set(settings, memory::text(name)?, value)?)
         };
         explain(set(), why)
     }
@@ -151,14 +149,7 @@ pub unsafe extern "C" fn actuator_settings_apply(
     unsafe {
         let apply = || {
             let settings = memory::change(settings)?;
-            let find = |name: &str| settings.model.presets().find(|p| p.name == name);
-            let name = memory::text(preset)?;
-            let preset = named("preset of this model", name, find)?;
-            // What a preset sets is in range: only its plant may be another one.
-            settings.apply(preset).map_err(|_| Error::Unknown {
-                kind: "preset of this plant",
-                name,
-            })
+            Ok(scenario::apply_preset(settings, memory::text(preset)?)?)
         };
         explain(apply(), why)
     }
@@ -176,7 +167,7 @@ pub unsafe extern "C" fn actuator_settings_set_pwm(
     unsafe {
         let set = || {
             let settings = memory::change(settings)?;
-            settings.pwm = named("way to switch the bridge", memory::text(pwm)?, Pwm::named)?;
+            settings.pwm = scenario::named(Kind::Pwm, memory::text(pwm)?)?;
             Ok(())
         };
         explain(set(), why)
@@ -225,14 +216,6 @@ pub unsafe extern "C" fn actuator_settings_preset(
     }
 }
 
-fn named<'a, T>(
-    kind: &'static str,
-    name: &'a str,
-    find: impl FnOnce(&str) -> Option<T>,
-) -> Result<T, Error<'a>> {
-    find(name).ok_or(Error::Unknown { kind, name })
-}
-
 impl From<model_core::parameter::Value> for Parameter {
     fn from(value: model_core::parameter::Value) -> Self {
         let p = value.parameter;
@@ -266,11 +249,8 @@ mod tests {
 
     #[test]
     fn no_text_of_a_parameter_or_of_a_preset_is_cut() {
-        for (model, plant) in ModelKind::ALL
-            .iter()
-            .flat_map(|m| PlantKind::ALL.iter().map(move |p| (m, p)))
-        {
-            for value in Core::new(*model, *plant).values() {
+        for settings in scenario::choices() {
+            for value in settings.values() {
                 let p = value.parameter;
                 let room = [
                     (p.name, 32),
@@ -294,9 +274,9 @@ mod tests {
 
     #[test]
     fn the_first_preset_of_every_model_changes_nothing() {
-        for model in ModelKind::ALL {
+        for settings in scenario::choices() {
             assert_eq!(
-                model.presets().next().map(|p| p.values),
+                settings.model.presets().next().map(|p| p.values),
                 Some([].as_slice())
             );
         }

@@ -190,7 +190,7 @@ mod tests {
 
     #[test]
     fn each_library_goes_to_the_folder_of_its_platform() {
-        let settings = identity::defaults().last().unwrap();
+        let settings = model_core::scenario::choices().last().unwrap();
         let libraries = [library(&elf()).unwrap(), library(&pe()).unwrap()];
         let mut out = Cursor::new(Vec::new());
         write(&settings, &libraries, &mut out).unwrap();

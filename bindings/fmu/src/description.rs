@@ -174,11 +174,11 @@ fn about(variable: &Variable) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::identity;
+    use model_core::scenario;
 
     #[test]
     fn every_description_is_well_formed_and_lists_every_variable() {
-        for settings in identity::defaults() {
+        for settings in scenario::choices() {
             let xml = xml(&settings);
             let document = roxmltree::Document::parse(&xml).unwrap();
             let scalars = document
@@ -209,8 +209,8 @@ mod tests {
 
     #[test]
     fn the_guids_of_all_models_differ_and_are_reproducible() {
-        let guids: BTreeSet<_> = identity::defaults().map(|s| guid(&s)).collect();
-        assert_eq!(guids.len(), identity::defaults().count());
-        assert!(identity::defaults().all(|s| guids.contains(&guid(&s))));
+        let guids: BTreeSet<_> = scenario::choices().map(|s| guid(&s)).collect();
+        assert_eq!(guids.len(), scenario::choices().count());
+        assert!(scenario::choices().all(|s| guids.contains(&guid(&s))));
     }
 }

@@ -8,26 +8,13 @@ use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use model_core::actuator::{ModelKind, PlantKind, Settings};
-use model_core::named::Named;
-use model_core::plant::Pwm;
+use model_core::actuator::{ModelKind, Settings};
+use model_core::scenario::{self, Request};
 
 use crate::description::guid;
 
 /// The name of the file with the settings, within the resources.
 pub const SETTINGS_FILE: &str = "settings.txt";
-
-/// The defaults of every model and plant.
-pub fn defaults() -> impl Iterator<Item = Settings> {
-    let others = ModelKind::ALL.iter().filter(|m| **m != ModelKind::Board);
-    let others = others.map(|model| (*model, PlantKind::FirstOrder));
-    let boards = PlantKind::ALL
-        .iter()
-        .map(|plant| (ModelKind::Board, *plant));
-    others
-        .chain(boards)
-        .map(|(model, plant)| Settings::new(model, plant))
-}
 
 /// The settings of the FMU with this GUID; `resources` is the place of its resources, as a URI.
 ///
@@ -36,13 +23,14 @@ pub fn defaults() -> impl Iterator<Item = Settings> {
 ///
 /// ```
 /// use actuator_fmu::{description::guid, identity};
+/// use model_core::scenario;
 ///
-/// let settings = identity::defaults().next().unwrap();
+/// let settings = scenario::choices().next().unwrap();
 /// assert_eq!(identity::find(&guid(&settings), None), Ok(settings));
 /// assert!(identity::find("{0}", None).is_err());
 /// ```
 pub fn find(wanted: &str, resources: Option<&str>) -> Result<Settings, String> {
-    if let Some(settings) = defaults().find(|settings| guid(settings) == wanted) {
+    if let Some(settings) = scenario::choices().find(|settings| guid(settings) == wanted) {
         return Ok(settings);
     }
     let unknown =
@@ -94,24 +82,25 @@ pub fn to_text(settings: &Settings) -> String {
 /// Which line is not as expected.
 pub fn from_text(text: &str) -> Result<Settings, String> {
     let mut lines = text.lines().filter_map(|line| line.split_once(' '));
-    let mut next = |name: &str| match lines.next() {
-        Some((found, value)) if found == name => Ok(value),
-        _ => Err(format!("expected a line `{name} ...`")),
-    };
-    let unknown = |value: &str| format!("`{value}` is not known");
-    let (model, plant) = (next("model")?, next("plant")?);
-    let mut settings = Settings::new(
-        ModelKind::named(model).ok_or_else(|| unknown(model))?,
-        PlantKind::named(plant).ok_or_else(|| unknown(plant))?,
-    );
-    let (pwm, seed) = (next("pwm")?, next("seed")?);
-    settings.pwm = Pwm::named(pwm).ok_or_else(|| unknown(pwm))?;
-    settings.seed = seed.parse().map_err(|_| unknown(seed))?;
+    let mut request = Request::default();
+    for option in ["model", "plant", "pwm", "seed"] {
+        let value = match lines.next() {
+            Some((found, value)) if found == option => value,
+            _ => return Err(format!("expected a line `{option} ...`")),
+        };
+        let parsed = request.parse(option, value);
+        parsed.map_err(|error| error.to_string())?;
+    }
+    // The line is there for every model.
+    request.plant = request
+        .plant
+        .filter(|_| request.model == Some(ModelKind::Board));
+    let mut settings = request.settings().map_err(|error| error.to_string())?;
     for (name, value) in lines {
-        let number = value.parse().map_err(|_| unknown(value))?;
-        settings
-            .set(name, number)
-            .map_err(|error| format!("{name}: {error}"))?;
+        let number = value.parse();
+        let number = number.map_err(|_| format!("{name} is `{value}`, expected a number"))?;
+        let set = scenario::set(&mut settings, name, number);
+        set.map_err(|error| error.to_string())?;
     }
     Ok(settings)
 }
@@ -154,6 +143,7 @@ fn percent_decoded(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use model_core::actuator::PlantKind;
     use model_core::presets::PRESETS;
     use proptest::prelude::*;
 
@@ -166,7 +156,7 @@ mod tests {
 
     #[test]
     fn settings_come_back_from_their_text() {
-        for settings in defaults().chain([changed()]) {
+        for settings in scenario::choices().chain([changed()]) {
             assert_eq!(from_text(&to_text(&settings)), Ok(settings));
         }
     }

@@ -86,9 +86,10 @@ impl State {
     /// What the writer said; not known to happen.
     ///
     /// ```
-    /// use actuator_fmu::{description::guid, identity, state::State};
+    /// use actuator_fmu::{description::guid, state::State};
+    /// use model_core::scenario;
     ///
-    /// let settings = identity::defaults().next().unwrap();
+    /// let settings = scenario::choices().next().unwrap();
     /// let bytes = State::new(settings).to_bytes(&guid(&settings)).unwrap();
     /// let state = State::from_bytes(&bytes, &guid(&settings), &settings).unwrap();
     /// assert_eq!(state.settings, settings);
@@ -174,7 +175,7 @@ impl Written<Box<Actuator>> {
 mod tests {
     use super::*;
     use crate::description::guid;
-    use crate::identity;
+    use model_core::scenario;
 
     fn stepped(settings: &Settings) -> State {
         let mut actuator = Actuator::try_new(settings).unwrap();
@@ -188,7 +189,7 @@ mod tests {
 
     #[test]
     fn no_bit_of_a_state_can_be_turned_unnoticed() {
-        let settings = identity::defaults().last().unwrap();
+        let settings = scenario::choices().last().unwrap();
         let (state, guid) = (stepped(&settings), guid(&settings));
         let bytes = state.to_bytes(&guid).unwrap();
         // Every 7th bit: the CRC finds any single one.
@@ -204,7 +205,7 @@ mod tests {
 
     #[test]
     fn a_state_of_another_model_is_refused() {
-        let all: Vec<_> = identity::defaults().collect();
+        let all: Vec<_> = scenario::choices().collect();
         for (mine, other) in all.iter().zip(&all[1..]) {
             let bytes = stepped(mine).to_bytes(&guid(mine)).unwrap();
             let error = State::from_bytes(&bytes, &guid(other), other).unwrap_err();
@@ -214,7 +215,7 @@ mod tests {
 
     #[test]
     fn a_state_is_as_long_as_what_is_under_way() {
-        let settings = identity::defaults().next().unwrap();
+        let settings = scenario::choices().next().unwrap();
         let bytes = stepped(&settings).to_bytes(&guid(&settings)).unwrap();
         // 350 ticks of delay, 8 bytes each.
         assert!((2800..3100).contains(&bytes.len()), "{}", bytes.len());

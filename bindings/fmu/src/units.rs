@@ -77,11 +77,12 @@ pub fn named(name: &str) -> Option<&'static Unit> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{identity, variables};
+    use crate::variables;
+    use model_core::scenario;
 
     #[test]
     fn every_unit_that_a_model_shows_is_known() {
-        for settings in identity::defaults() {
+        for settings in scenario::choices() {
             for variable in variables::of(&settings) {
                 assert!(named(variable.unit).is_some(), "{variable:?}");
             }

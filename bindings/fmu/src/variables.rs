@@ -183,12 +183,12 @@ pub fn of(settings: &Settings) -> Vec<Variable> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::identity;
+    use model_core::scenario;
     use std::collections::BTreeSet;
 
     #[test]
     fn no_two_variables_of_a_model_share_a_name() {
-        for settings in identity::defaults() {
+        for settings in scenario::choices() {
             let list = of(&settings);
             let names: BTreeSet<_> = list.iter().map(|variable| variable.name).collect();
             assert_eq!(names.len(), list.len());
@@ -197,7 +197,7 @@ mod tests {
 
     #[test]
     fn only_the_bench_takes_a_load_and_shows_a_current() {
-        for settings in identity::defaults() {
+        for settings in scenario::choices() {
             let list = of(&settings);
             let has = |name| list.iter().any(|variable| variable.name == name);
             let is_bench =

@@ -10,7 +10,11 @@ use host_sim::{
     settings::PlantKind,
     simulate::Simulation,
 };
-use model_core::{named::Named, time::ticks};
+use model_core::{
+    named::Named,
+    scenario::{Kind, named},
+    time::ticks,
+};
 use numpy::PyReadonlyArray1;
 use pyo3::{FromPyObject, PyResult};
 
@@ -43,16 +47,6 @@ pub struct Plan {
     load: Option<Sequence>,
 }
 
-/// The value of this name.
-///
-/// # Errors
-/// [`Error::UnknownName`] with all the names that there are.
-pub fn named<T: Named>(kind: &'static str, name: &str) -> Result<T, Error> {
-    let names = || T::ALL.iter().map(|value| value.name());
-    let unknown = || Error::unknown(kind, name, names(), names().collect::<Vec<_>>().join(", "));
-    T::named(name).ok_or_else(unknown)
-}
-
 /// A scenario without a command.
 ///
 /// # Errors
@@ -67,11 +61,11 @@ pub fn scenario(
 ) -> Result<Scenario, Error> {
     let set = parameters.into_iter();
     Ok(Scenario {
-        model: Some(named("model", model)?),
-        plant: plant.map(|plant| named("plant", plant)).transpose()?,
+        model: Some(named(Kind::Model, model)?),
+        plant: plant.map(|plant| named(Kind::Plant, plant)).transpose()?,
         preset,
         seed: Some(seed),
-        pwm: Some(named("pwm", pwm)?),
+        pwm: Some(named(Kind::Pwm, pwm)?),
         set: set.map(|(name, value)| Setting::new(name, value)).collect(),
         ..Default::default()
     })
@@ -91,7 +85,7 @@ impl Request<'_> {
         let load = self.load.map(|l| sequence("load", &l, &LOAD));
         let plant = self.plant.as_deref();
         if load.is_some() && plant != Some(PlantKind::Drivetrain.name()) {
-            let alone = "a load goes with plant=\"bench\", no other has a load";
+            let alone = "a load applies to plant=\"bench\", no other has a load";
             return Err(Error::Conflict(alone.into()));
         }
         let scenario = scenario(

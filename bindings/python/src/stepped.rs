@@ -134,7 +134,7 @@ impl Actuator {
     fn set_load_torque(&self, py: Python<'_>, torque_nm: f64) -> PyResult<()> {
         if (self.settings.model, self.settings.plant) != (ModelKind::Board, PlantKind::Drivetrain) {
             return Err(PyValueError::new_err(
-                "a load torque goes with plant=\"bench\", no other has a load",
+                "a load torque applies to plant=\"bench\", no other has a load",
             ));
         }
         let result = py.detach(|| self.state().set_load_torque_nm(torque_nm));

@@ -91,7 +91,7 @@ def test_a_torque_on_the_load_holds_the_bench_back():
     held.set_load_torque(-0.3)
     ends = [servo.advance(60.0, seconds=0.2).angle_deg for servo in (free, held)]
     assert ends[1] < ends[0] - 1.0
-    with pytest.raises(ValueError, match="a load torque goes with"):
+    with pytest.raises(ValueError, match="a load torque applies to"):
         sa.Actuator().set_load_torque(0.1)
 
 

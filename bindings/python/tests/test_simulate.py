@@ -106,7 +106,7 @@ NAN = float("nan")
     [
         (ValueError, "unknown model `bord`.*board", {"model": "bord"}),
         (ValueError, "unknown plant `table`.*first-order, bench", {"plant": "table"}),
-        (ValueError, "a plant goes with", {"model": "grey-box", "plant": "bench"}),
+        (ValueError, "applies to the model `board`", {"model": "grey-box", "plant": "bench"}),
         (ValueError, "unknown preset `paperr`", {"preset": "paperr"}),
         (ValueError, "unknown input `step`", {"input": "step"}),
         (ValueError, "unknown pwm `on`.*average, switched", {"pwm": "on"}),
@@ -126,7 +126,7 @@ NAN = float("nan")
         (ValueError, "seed is .*, expected", {"seed": 2**64}),
         (MemoryError, "shorten the duration", {"duration": 1e7, "every": 1}),
         (TypeError, "model is 3, expected a string", {"model": 3}),
-        (ValueError, "a load goes with", {"load": ([0.0], [1.0])}),
+        (ValueError, "a load applies to", {"load": ([0.0], [1.0])}),
         (ValueError, "expected one of them", {"input": "pulse", "command": ([0.0], [1.0])}),
         (TypeError, "command: expected a pair", {"command": 5}),
         (TypeError, "command, values: expected an array", {"command": ([0.0], ["x"])}),

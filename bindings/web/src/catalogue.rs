@@ -2,15 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use model_core::actuator::{ModelKind, PlantKind, Settings};
+use model_core::actuator::{ModelKind, Settings};
 use model_core::excitation::catalogue::Input;
 use model_core::named::Named;
 use model_core::parameter::Parameter;
 use model_core::presets::Preset;
+use model_core::scenario::{self, presets};
 use serde::Serialize;
 
 use crate::run::COLUMNS;
-use crate::scenario::{LONGEST_S, presets};
+use crate::scenario::LONGEST_S;
 
 #[derive(Serialize)]
 struct Catalogue {
@@ -54,19 +55,14 @@ struct InputEntry {
 /// assert_eq!(catalogue.matches(r#""name":"position_gain""#).count(), 3);
 /// ```
 pub fn catalogue() -> String {
-    let boards = PlantKind::ALL
-        .iter()
-        .map(|plant| Settings::new(ModelKind::Board, *plant));
-    let others = ModelKind::ALL
-        .iter()
-        .filter(|model| **model != ModelKind::Board);
-    let others = others.map(|model| Settings::new(*model, PlantKind::FirstOrder));
+    let (boards, others): (Vec<_>, Vec<_>) =
+        scenario::choices().partition(|settings| settings.model == ModelKind::Board);
     let inputs = Input::NAMES.iter().filter_map(|name| Input::named(name));
     crate::json(&Catalogue {
         version: env!("CARGO_PKG_VERSION"),
         longest_s: LONGEST_S,
         columns: COLUMNS,
-        choices: boards.chain(others).map(Choice::of).collect(),
+        choices: boards.into_iter().chain(others).map(Choice::of).collect(),
         inputs: inputs.map(InputEntry::of).collect(),
     })
 }
@@ -124,17 +120,18 @@ mod tests {
     fn every_choice_of_the_catalogue_runs() {
         for choice in list(&read(), "choices") {
             let model = choice["model"].as_str().unwrap();
-            let plant = choice["plant"].as_str().unwrap_or("first-order");
+            let plant = choice["plant"].as_str();
+            let plant = plant.map_or(String::new(), |plant| format!("&plant={plant}"));
             assert!(!list(choice, "presets").is_empty());
             for preset in list(choice, "presets") {
                 let preset = preset["name"].as_str().unwrap();
-                let text = format!("model={model}&plant={plant}&preset={preset}");
+                let text = format!("model={model}{plant}&preset={preset}");
                 assert!(Scenario::parse(&text).is_ok(), "{text}");
             }
             for parameter in list(choice, "parameters") {
                 let name = parameter["name"].as_str().unwrap();
                 let value = parameter["default"].as_f64().unwrap_or(f64::INFINITY);
-                let text = format!("model={model}&plant={plant}&{name}={value}");
+                let text = format!("model={model}{plant}&{name}={value}");
                 assert!(Scenario::parse(&text).is_ok(), "{text}");
             }
         }

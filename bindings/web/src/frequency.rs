@@ -63,7 +63,7 @@ pub fn measure(scenario: &Scenario) -> Result<Response, Error> {
     let turn: Vec<f64> = (0..PERIOD)
         .map(|i| libm::sin(TAU * i as f64 / PERIOD as f64))
         .collect();
-    let mut actuator = Actuator::try_new(&scenario.settings)?;
+    let mut actuator = Actuator::try_new(&scenario.run.settings)?;
     let mut command = |tick: usize| {
         let lines = LINES.iter().enumerate();
         let sine = |(k, line): (usize, &u16)| {
@@ -113,7 +113,7 @@ fn evaluate(scenario: &Scenario, turn: &[f64], angles: &[f64]) -> Response {
         let frequency_hz = f64::from(*line) * BASE_HZ;
         // The known delay is taken out while whole turns are counted: without it neighbouring
         // lines are less than half a turn apart.
-        let delay_deg = 360.0 * frequency_hz * scenario.settings.setup.delay_s;
+        let delay_deg = 360.0 * frequency_hz * scenario.run.settings.setup.delay_s;
         let phase_deg = libm::atan2(im, re) * (180.0 / PI) + delay_deg;
         last_deg = phase_deg - 360.0 * libm::round((phase_deg - last_deg) / 360.0);
         Line {

@@ -85,14 +85,14 @@ impl Trace {
 /// # Errors
 /// [`Error::Parameter`] for parameters that do not go together.
 pub fn run(scenario: &Scenario) -> Result<Trace, Error> {
-    let input = scenario.input.excitation()?;
-    let mut actuator = Actuator::try_new(&scenario.settings)?;
+    let input = scenario.run.input.excitation()?;
+    let mut actuator = Actuator::try_new(&scenario.run.settings)?;
     let mut trace = Trace::zeros(scenario.rows() as usize);
     for row in 0..trace.rows {
-        let start = row as u64 * scenario.every;
+        let start = row as u64 * scenario.run.every;
         let command = float(input.command(start));
         trace.put(row, seconds(start), command, &actuator.reading());
-        for tick in start..start + scenario.every {
+        for tick in start..start + scenario.run.every {
             let command = float(input.command(tick));
             actuator.advance(command, 1).map_err(|_| Error::Command)?;
         }
@@ -111,12 +111,12 @@ pub fn follow(scenario: &Scenario, commands_deg: &[f64]) -> Result<Trace, Error>
             commands_deg.len()
         )));
     }
-    let mut actuator = Actuator::try_new(&scenario.settings)?;
+    let mut actuator = Actuator::try_new(&scenario.run.settings)?;
     let mut trace = Trace::zeros(commands_deg.len());
     for (row, command) in commands_deg.iter().enumerate() {
-        let start = row as u64 * scenario.every;
+        let start = row as u64 * scenario.run.every;
         trace.put(row, seconds(start), *command, &actuator.reading());
-        let moved = actuator.advance(*command, scenario.every);
+        let moved = actuator.advance(*command, scenario.run.every);
         moved.map_err(|_| Error::Command)?;
     }
     Ok(trace)

@@ -3,13 +3,16 @@
 use model_core::{
     control::parameters::ControlParameters,
     parameter::{Group, Parameter, ParameterError, Parameters, Value},
+    scenario,
 };
+
+use super::group;
 
 use host_sim::{
     analysis::linear_models::{Motor, Timing},
     error::Error,
     scenario::Setting,
-    settings::{self, ModelKind, PlantKind, Settings, group},
+    settings::{ModelKind, PlantKind, Settings},
     tune::{Goal, InnerLoop, PositionLoop, Request, Ripple, Tuning},
 };
 
@@ -169,7 +172,7 @@ impl Wish {
 fn board(preset: Option<&str>) -> Result<Settings, Error> {
     let mut settings = Settings::new(ModelKind::Board, PlantKind::FirstOrder);
     if let Some(preset) = preset {
-        settings::apply(&mut settings, preset)?;
+        scenario::apply_preset(&mut settings, preset)?;
     }
     Ok(settings)
 }

@@ -123,16 +123,15 @@ fn what_does_not_go_together_is_refused_with_the_reason() {
         ),
         (
             "board --plant bench --preset asymmetric",
-            "preset `asymmetric` sets motor_gain_up of the first-order motor, which --plant bench \
-             replaces",
+            "preset `asymmetric` sets parameters of the plant `first-order`; the plant is `bench`",
         ),
         (
             "grey-box --plant bench",
-            "a plant goes with the model `board`, `grey-box` has none",
+            "`plant` applies to the model `board`, `grey-box` has no plant",
         ),
         (
             "board --load-file in.csv",
-            "a load file goes with the plant `bench`",
+            "a load file applies to the plant `bench`",
         ),
         (
             "board --input sine --input-file in.csv",

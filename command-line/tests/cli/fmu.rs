@@ -27,8 +27,8 @@ fn what_does_not_go_together_is_said_before_a_file_is_made() {
     let desk = Desk::new();
     desk.write("text.so", "no library");
     for (options, expected) in [
-        ("--model grey-box --plant bench", "`grey-box` has none"),
-        ("--plant bench --preset asymmetric", "first-order motor"),
+        ("--model grey-box --plant bench", "`grey-box` has no plant"),
+        ("--plant bench --preset asymmetric", "the plant is `bench`"),
         ("--set P=-1", "position_gain is -1"),
         ("--set input.amplitude_deg=1", "input.amplitude_deg"),
         (

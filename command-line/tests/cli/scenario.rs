@@ -82,7 +82,7 @@ fn an_error_names_file_and_line_and_says_what_was_expected() {
         ),
         (
             "model = \"bord\"\n",
-            "unknown name `bord`, did you mean `board`?; expected black-box-1",
+            "unknown model `bord`, did you mean `board`?; expected black-box-1",
         ),
         ("model = \"board\n", "line 1, column 15"),
         (
@@ -148,4 +148,31 @@ fn an_error_names_file_and_line_and_says_what_was_expected() {
         1,
         "cannot read none.toml: ",
     );
+}
+
+#[test]
+fn the_scenarios_of_every_front_end_are_accepted_and_refused() {
+    let desk = Desk::new();
+    let cases = include_str!("../../../tests/scenarios.txt").lines();
+    for line in cases.filter(|line| !line.starts_with('#')) {
+        let (verdict, scenario) = line.split_once(' ').expect("a verdict and a scenario");
+        let mut command = desk.actuator("simulate");
+        if !scenario.contains("duration_s=") {
+            command.args(["--duration", "0.01"]);
+        }
+        for entry in scenario.split('&') {
+            let (key, value) = entry.split_once('=').expect("key=value");
+            match key {
+                "model" => command.arg(value),
+                "duration_s" => command.args(["--duration", value]),
+                "plant" | "preset" | "input" | "every" | "seed" | "pwm" => {
+                    command.arg(format!("--{key}={value}"))
+                }
+                _ => command.args(["--set", entry]),
+            };
+        }
+        let code = if verdict == "accept" { 0 } else { 2 };
+        let output = command.output().expect("the program runs");
+        assert_eq!(output.status.code(), Some(code), "{line}: {output:?}");
+    }
 }

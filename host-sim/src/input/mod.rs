@@ -4,21 +4,8 @@ pub mod file;
 
 use model_core::{
     control::units::{Angle, angle, float},
-    excitation::{Excitation, catalogue::Input},
+    excitation::Excitation,
 };
-
-use crate::error::Error;
-
-/// The standard input of this name with its default parameters.
-///
-/// # Errors
-/// [`Error::UnknownName`].
-pub fn named(name: &str) -> Result<Input, Error> {
-    Input::named(name).ok_or_else(|| {
-        let known = Input::NAMES.iter().copied();
-        Error::unknown("input", name, known, Input::NAMES.join(", "))
-    })
-}
 
 /// Values that are held piecewise constant, each from its tick on.
 #[derive(Debug, Clone, PartialEq, Default)]

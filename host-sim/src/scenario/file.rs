@@ -3,11 +3,14 @@
 use std::{collections::BTreeMap, fs, path::Path};
 
 use model_core::named::Named;
+use model_core::presets;
+use model_core::scenario::{self, Kind, ScenarioError};
 use serde::{Deserialize, Deserializer, de::Error as _};
 use toml::Spanned;
 
-use super::{Scenario, Setting, checks};
-use crate::{error::Error, input};
+use super::{Scenario, Setting};
+use crate::error::Error;
+use crate::settings::{ModelKind, PlantKind, Pwm};
 
 impl Scenario {
     /// Reads a TOML file.
@@ -39,41 +42,69 @@ impl Scenario {
     }
 }
 
-fn checked<'de, T: Deserialize<'de>, D: Deserializer<'de>>(
+/// A value that `check` accepts, as it is or as what it names.
+fn checked<'de, T: Deserialize<'de>, U, D: Deserializer<'de>>(
     deserializer: D,
-    check: fn(T) -> Result<T, Error>,
-) -> Result<Option<T>, D::Error> {
+    check: impl FnOnce(T) -> Result<U, Error>,
+) -> Result<Option<U>, D::Error> {
     let value = T::deserialize(deserializer)?;
     check(value).map(Some).map_err(D::Error::custom)
 }
 
-pub fn named<'de, T: Named, D: Deserializer<'de>>(deserializer: D) -> Result<Option<T>, D::Error> {
-    let name = String::deserialize(deserializer)?;
-    let names = T::NAMES.iter().copied();
-    let unknown = || D::Error::custom(Error::unknown("name", &name, names, T::NAMES.join(", ")));
-    T::named(&name).ok_or_else(unknown).map(Some)
-}
-
-pub fn preset<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<String>, D::Error> {
-    checked(deserializer, checks::preset)
-}
-
-pub fn input<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<String>, D::Error> {
+fn named<'de, T: Named, D: Deserializer<'de>>(
+    kind: Kind,
+    deserializer: D,
+) -> Result<Option<T>, D::Error> {
     checked(deserializer, |name: String| {
-        input::named(&name).map(|_| name)
+        Ok(scenario::named(kind, &name)?)
     })
 }
 
-pub fn duration<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
-    checked(deserializer, checks::duration)
+pub fn model<'de, D: Deserializer<'de>>(d: D) -> Result<Option<ModelKind>, D::Error> {
+    named(Kind::Model, d)
 }
 
-pub fn every<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<u64>, D::Error> {
-    checked(deserializer, checks::every)
+pub fn plant<'de, D: Deserializer<'de>>(d: D) -> Result<Option<PlantKind>, D::Error> {
+    named(Kind::Plant, d)
 }
 
-/// The settings in the order of the file, each with its byte in place of its line: here nobody
-/// knows the text.
+pub fn pwm<'de, D: Deserializer<'de>>(d: D) -> Result<Option<Pwm>, D::Error> {
+    named(Kind::Pwm, d)
+}
+
+pub fn preset<'de, D: Deserializer<'de>>(d: D) -> Result<Option<String>, D::Error> {
+    checked(d, |name: String| {
+        let kind = Kind::Preset(None);
+        match presets::preset(&name) {
+            Some(_) => Ok(name),
+            None => Err(ScenarioError::Unknown { kind, name: &name }.into()),
+        }
+    })
+}
+
+pub fn input<'de, D: Deserializer<'de>>(d: D) -> Result<Option<String>, D::Error> {
+    checked(d, |name: String| {
+        scenario::input(&name)?;
+        Ok(name)
+    })
+}
+
+pub fn duration<'de, D: Deserializer<'de>>(d: D) -> Result<Option<f64>, D::Error> {
+    checked(d, |duration_s| {
+        scenario::check_duration(duration_s)?;
+        Ok(duration_s)
+    })
+}
+
+pub fn every<'de, D: Deserializer<'de>>(d: D) -> Result<Option<u64>, D::Error> {
+    checked(d, |every| {
+        scenario::check_every(every)?;
+        Ok(every)
+    })
+}
+
+/// The settings in the order of the file, each with its offset in bytes in place of its line: the
+/// text is not known here.
 pub fn set<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Setting>, D::Error> {
     let values = BTreeMap::<String, Spanned<f64>>::deserialize(deserializer)?;
     let settings = values.into_iter().map(|(name, value)| Setting {

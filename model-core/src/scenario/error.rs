@@ -8,7 +8,7 @@ use crate::excitation::catalogue::Input;
 use crate::named::Named;
 use crate::parameter::{Parameter, ParameterError};
 use crate::plant::Pwm;
-use crate::presets::Preset;
+use crate::presets::{PRESETS, Preset};
 
 /// What a name stands for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -19,8 +19,8 @@ pub enum Kind {
     Plant,
     /// A way to switch the bridge.
     Pwm,
-    /// A preset of this model.
-    Preset(ModelKind),
+    /// A preset of this model, or of any.
+    Preset(Option<ModelKind>),
     /// A standard input.
     Input,
     /// A parameter of this model and plant.
@@ -55,7 +55,10 @@ impl Kind {
             Self::Model => ModelKind::NAMES.iter().copied().for_each(take),
             Self::Plant => PlantKind::NAMES.iter().copied().for_each(take),
             Self::Pwm => Pwm::NAMES.iter().copied().for_each(take),
-            Self::Preset(model) => model.presets().map(|preset| preset.name).for_each(take),
+            Self::Preset(model) => {
+                let of_model = |p: &&Preset| model.is_none_or(|m| p.models.contains(&m.name()));
+                PRESETS.iter().filter(of_model).for_each(|p| take(p.name));
+            }
             Self::Input => Input::NAMES.iter().copied().for_each(take),
             Self::Parameter(model, plant) => {
                 let settings = Settings::new(model, plant);
@@ -160,7 +163,7 @@ impl fmt::Display for ScenarioError<'_> {
                 write!(
                     f,
                     ", not for {model}: {summary}; expected {}",
-                    Kind::Preset(*model)
+                    Kind::Preset(Some(*model))
                 )
             }
             Self::PresetOfOtherPlant { preset } => write!(

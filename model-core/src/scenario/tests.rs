@@ -26,7 +26,7 @@ fn every_option_is_parsed_under_its_name() {
     let settings = scenario.settings;
     assert_eq!(
         (settings.model, settings.plant),
-        (ModelKind::Board, PlantKind::Bench)
+        (ModelKind::Board, PlantKind::Drivetrain)
     );
     assert_eq!((settings.seed, settings.pwm), (3, Pwm::Switched));
     assert_eq!((scenario.input.name(), scenario.every), ("chirp", 7));

@@ -2,13 +2,13 @@
 
 use host_sim::{
     input::{Command, Sequence},
-    settings::{self, ModelKind, PlantKind, Settings},
+    settings::{ModelKind, PlantKind, Settings},
     simulate::Simulation,
 };
 use identification::{
     Experiment, Fit, Model, Options, Problem, Quiet, engine, models::named, statistics::Quality,
 };
-use model_core::{named::Named as _, time::TICKS_PER_SECOND};
+use model_core::{named::Named as _, scenario, time::TICKS_PER_SECOND};
 use std::sync::Arc;
 
 use crate::{Failure, bench::Controller, runs::Run};
@@ -112,7 +112,7 @@ pub fn printed(index: usize, run: &Run) -> Result<Vec<f64>, Failure> {
     let name = MODELS[index];
     let kind = ModelKind::named(name).ok_or(Failure::NoModel(name))?;
     let mut settings = Settings::new(kind, PlantKind::FirstOrder);
-    settings::apply(&mut settings, PRINTED[index])?;
+    scenario::apply_preset(&mut settings, PRINTED[index]).map_err(host_sim::error::Error::from)?;
     let (every, host_ticks) = (TICKS_PER_SECOND / 250, TICKS_PER_SECOND / 50);
     let mut sequence = Sequence::default();
     for (index, deg) in run.commands_deg().enumerate() {

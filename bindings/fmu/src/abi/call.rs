@@ -98,7 +98,7 @@ fn check<T>(pointer: *const T, count: usize, what: &str) -> Result<()> {
 mod tests {
     use super::*;
     use crate::abi::{CallbackFunctions, fmi2Reset, fmi2Terminate, report::Reporter};
-    use crate::identity;
+    use model_core::scenario;
 
     #[test]
     fn a_panic_ends_at_the_boundary_and_a_reset_mends_it() {
@@ -110,7 +110,7 @@ mod tests {
             component_environment: std::ptr::null_mut(),
         };
         let mut component = Component {
-            instance: Instance::new(identity::defaults().next().unwrap()),
+            instance: Instance::new(scenario::choices().next().unwrap()),
             reporter: Reporter::new(&callbacks, c"test"),
         };
         let c = &raw mut component;

@@ -6,9 +6,10 @@ mod host;
 mod misuse;
 mod states;
 
-use actuator_fmu::{abi::Status, identity};
+use actuator_fmu::abi::Status;
 use host::Host;
 use model_core::actuator::{Actuator, Settings};
+use model_core::scenario;
 
 /// A command that changes at every communication point.
 pub fn command_deg(step: u32) -> f64 {
@@ -62,7 +63,7 @@ fn follows_the_actuator(settings: &Settings, ticks: u32) {
 
 #[test]
 fn steps_of_1_and_4_and_10_ms_and_odd_ones_follow_the_actuator_to_the_last_bit() {
-    for settings in identity::defaults() {
+    for settings in scenario::choices() {
         for ticks in [20, 80, 200, 7] {
             follows_the_actuator(&settings, ticks);
         }
@@ -71,7 +72,7 @@ fn steps_of_1_and_4_and_10_ms_and_odd_ones_follow_the_actuator_to_the_last_bit()
 
 #[test]
 fn steps_that_are_no_whole_number_of_ticks_do_not_drift() {
-    let settings = identity::defaults().last().unwrap();
+    let settings = scenario::choices().last().unwrap();
     let odd = Host::initialized(&settings);
     odd.set("command_deg", 60.0);
     // A third of a millisecond: 6.67 ticks.
@@ -89,7 +90,7 @@ fn steps_that_are_no_whole_number_of_ticks_do_not_drift() {
 
 #[test]
 fn the_start_time_shifts_time_and_nothing_else() {
-    for settings in identity::defaults() {
+    for settings in scenario::choices() {
         let (from_0, from_1e5) = (Host::new(&settings), Host::new(&settings));
         for (host, start_s) in [(&from_0, 0.0), (&from_1e5, 1e5)] {
             host.initialize(start_s);
@@ -106,7 +107,7 @@ fn the_start_time_shifts_time_and_nothing_else() {
 
 #[test]
 fn eight_threads_with_an_instance_each_do_not_disturb_each_other() {
-    let settings: Vec<_> = identity::defaults().collect();
+    let settings: Vec<_> = scenario::choices().collect();
     std::thread::scope(|scope| {
         for i in 0..8 {
             let settings = settings[i % settings.len()];
@@ -117,7 +118,7 @@ fn eight_threads_with_an_instance_each_do_not_disturb_each_other() {
 
 #[test]
 fn a_parameter_that_was_set_acts_and_a_reset_takes_it_back() {
-    let settings = identity::defaults().next().unwrap();
+    let settings = scenario::choices().next().unwrap();
     let host = Host::new(&settings);
     let angle_after_the_delay = || {
         host.initialize(0.0);
@@ -135,11 +136,11 @@ fn a_parameter_that_was_set_acts_and_a_reset_takes_it_back() {
 
 #[test]
 fn the_torque_of_the_load_is_the_parameter_until_the_input_is_set() {
-    let mut settings = identity::defaults().last().unwrap();
+    let mut settings = scenario::choices().last().unwrap();
     settings.set("load_torque_nm", -0.05).unwrap();
     let mut actuator = Actuator::try_new(&settings).unwrap();
     actuator.advance(20.0, 4000).unwrap();
-    let unloaded = Host::initialized(&identity::defaults().last().unwrap());
+    let unloaded = Host::initialized(&scenario::choices().last().unwrap());
     unloaded.set("load_torque_nm", -0.05);
     unloaded.set("command_deg", 20.0);
     unloaded.step(0.0, 0.2);

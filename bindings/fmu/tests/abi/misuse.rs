@@ -3,12 +3,13 @@
 use std::ffi::{CStr, CString, c_char};
 use std::ptr::{null, null_mut};
 
-use actuator_fmu::{abi::*, description, identity};
+use actuator_fmu::{abi::*, description};
+use model_core::scenario;
 
 use crate::host::{Host, Messages, callbacks};
 
 fn bench() -> Host {
-    Host::initialized(&identity::defaults().last().unwrap())
+    Host::initialized(&scenario::choices().last().unwrap())
 }
 
 /// What the logger says of an instantiation that is refused.
@@ -29,7 +30,7 @@ fn refused(
 
 #[test]
 fn an_instantiation_that_does_not_fit_gives_null_and_says_why() {
-    let settings = identity::defaults().next().unwrap();
+    let settings = scenario::choices().next().unwrap();
     let guid = CString::new(description::guid(&settings)).unwrap();
     let (name, guid) = (c"host".as_ptr(), guid.as_ptr());
     let wrong = c"{8c4e810f-3df3-4a00-8276-176fa3c9f000}".as_ptr();
@@ -50,7 +51,7 @@ fn an_instantiation_that_does_not_fit_gives_null_and_says_why() {
 
 #[test]
 fn calls_out_of_order_are_refused_and_change_nothing() {
-    let host = Host::new(&identity::defaults().next().unwrap());
+    let host = Host::new(&scenario::choices().next().unwrap());
     let c = host.c;
     // SAFETY: a component in use by this thread alone, here and below.
     unsafe {
@@ -98,7 +99,7 @@ fn a_value_that_is_no_number_is_refused_by_the_name_of_its_variable() {
 
 #[test]
 fn of_several_values_all_are_taken_or_none() {
-    let host = Host::new(&identity::defaults().last().unwrap());
+    let host = Host::new(&scenario::choices().last().unwrap());
     let references = ["position_gain", "delay_s"].map(|name| host.reference(name));
     // SAFETY: two references, two values.
     let status = unsafe { fmi2SetReal(host.c, references.as_ptr(), 2, [9.0, -1.0].as_ptr()) };
@@ -148,7 +149,7 @@ fn a_step_that_is_no_time_is_refused_and_takes_none() {
 
 #[test]
 fn no_step_leads_beyond_the_stop_time() {
-    let host = Host::new(&identity::defaults().next().unwrap());
+    let host = Host::new(&scenario::choices().next().unwrap());
     // SAFETY: as above.
     unsafe {
         assert_eq!(
@@ -206,7 +207,7 @@ fn references_and_types_that_are_none_and_null_pointers_are_refused() {
 
 #[test]
 fn the_seed_and_the_switching_are_parameters_of_their_own_types() {
-    let host = Host::new(&identity::defaults().last().unwrap());
+    let host = Host::new(&scenario::choices().last().unwrap());
     let (seed, switched) = (host.reference("seed"), host.reference("pwm_switched"));
     let (mut integer, mut boolean) = (0, 0);
     // SAFETY: one reference, one value.
@@ -227,10 +228,10 @@ fn the_seed_and_the_switching_are_parameters_of_their_own_types() {
 
 #[test]
 fn the_greatest_numbers_there_are_leave_numbers() {
-    for settings in identity::defaults() {
+    for settings in scenario::choices() {
         let host = Host::initialized(&settings);
         host.set("command_deg", f64::MAX);
-        if settings == identity::defaults().last().unwrap() {
+        if settings == scenario::choices().last().unwrap() {
             host.set("load_torque_nm", -f64::MAX);
         }
         assert_eq!(host.step(0.0, 0.05), Status::Ok);

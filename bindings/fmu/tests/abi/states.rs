@@ -2,7 +2,8 @@
 
 use std::ptr::{null_mut, without_provenance_mut};
 
-use actuator_fmu::{abi::*, identity};
+use actuator_fmu::abi::*;
+use model_core::scenario;
 
 use crate::host::Host;
 
@@ -23,7 +24,7 @@ fn to_the_end(host: &Host) -> [u64; 5] {
 
 #[test]
 fn a_kept_state_is_gone_back_to_as_often_as_one_likes() {
-    for settings in identity::defaults() {
+    for settings in scenario::choices() {
         let host = Host::initialized(&settings);
         half_way(&host);
         let state = host.keep();
@@ -38,7 +39,7 @@ fn a_kept_state_is_gone_back_to_as_often_as_one_likes() {
 
 #[test]
 fn bytes_take_a_state_to_another_instance() {
-    for settings in identity::defaults() {
+    for settings in scenario::choices() {
         let host = Host::initialized(&settings);
         half_way(&host);
         let bytes = host.bytes(host.keep());
@@ -52,7 +53,7 @@ fn bytes_take_a_state_to_another_instance() {
 
 #[test]
 fn bytes_of_another_model_and_garbage_are_refused() {
-    let all: Vec<_> = identity::defaults().collect();
+    let all: Vec<_> = scenario::choices().collect();
     let (one, other) = (Host::initialized(&all[0]), Host::initialized(&all[1]));
     let mut bytes = one.bytes(one.keep());
     let refused = other.keep_bytes(&bytes).unwrap_err();
@@ -66,7 +67,7 @@ fn bytes_of_another_model_and_garbage_are_refused() {
 
 #[test]
 fn a_state_that_is_not_kept_is_refused_whatever_its_pointer() {
-    let host = Host::initialized(&identity::defaults().next().unwrap());
+    let host = Host::initialized(&scenario::choices().next().unwrap());
     let mut state = host.keep();
     let kept = state;
     // SAFETY: as above.

@@ -1,8 +1,8 @@
-//! Several parameter structs taken as one list.
+//! The parameters of several structs as one list.
 
 use model_core::parameter::{Group, Parameter, ParameterError, Value};
 
-use crate::error::Error;
+use host_sim::error::Error;
 
 /// Every parameter with its present value, in the order of the tables.
 pub fn values<'a>(groups: &'a [&'a mut dyn Group]) -> impl Iterator<Item = Value> + 'a {
@@ -13,8 +13,8 @@ pub fn values<'a>(groups: &'a [&'a mut dyn Group]) -> impl Iterator<Item = Value
 /// Sets a parameter by name or by symbol.
 ///
 /// # Errors
-/// [`Error::UnknownName`] where none has this name, with the command of `actuator` that lists them,
-/// and [`Error::Parameter`] where it cannot take the value.
+/// [`Error::UnknownName`], which names the command of `actuator` that lists the parameters, and
+/// [`Error::Parameter`] for a value out of range.
 pub fn set(
     groups: &mut [&mut dyn Group],
     name: &str,
@@ -34,12 +34,8 @@ pub fn set(
     ))
 }
 
-/// The error about a name that none of these parameters has; `command` lists them.
-pub fn unknown(
-    known: impl Iterator<Item = &'static Parameter>,
-    name: &str,
-    command: &str,
-) -> Error {
+/// The error for a name that none of these parameters has; `command` lists them.
+fn unknown(known: impl Iterator<Item = &'static Parameter>, name: &str, command: &str) -> Error {
     let known = known.flat_map(|parameter| [parameter.name, parameter.symbol]);
     let expected = format!("one that `actuator {command} --list-parameters` prints");
     Error::unknown("parameter", name, known, expected)
