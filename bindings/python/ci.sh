@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Builds the wheel, installs it in a clean environment and tests it there. Needs Python 3 with venv
-# and the package index.
+# and access to the package index.
 set -euo pipefail
 cd "$(dirname "$0")"
 source=$PWD
@@ -26,7 +26,7 @@ python=$place/clean/bin/python
 "$python" -m pip install --quiet "$place"/wheels/*.whl
 
 say "example of the README"
-cd "$place" # not where the source is
+cd "$place" # so that the installed package is imported
 "$python" - <(sed -n '/^```python$/,/^```$/p' "$source/README.md" | sed '/^```/d') <<'CODE'
 import sys
 code = open(sys.argv[1]).read()

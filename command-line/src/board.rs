@@ -17,8 +17,7 @@ use virtual_board::run::{Company, Firmware, Flow, Options, Script, View, run_wit
 use self::console::Command;
 use self::save::{Saved, Saving};
 use self::show::Show;
-use super::Failure;
-use host_sim::error::Error;
+use crate::error::Error;
 
 /// Runs the board's program on the emulated board, around the bench.
 ///
@@ -83,7 +82,7 @@ impl Board {
     ///
     /// # Errors
     /// A file that cannot be read, a port that is taken, or a time outside its range.
-    pub fn run(self) -> Result<(), Failure> {
+    pub fn run(self) -> Result<(), Error> {
         if !(0.001..=LONGEST_S).contains(&self.seconds) {
             let message = format!("--for is {}, expected 0.001 to {LONGEST_S} s", self.seconds);
             return Err(refusal(&message));
@@ -135,7 +134,7 @@ impl Board {
         Ok(())
     }
 
-    fn listen(&self) -> Result<Option<TcpListener>, Failure> {
+    fn listen(&self) -> Result<Option<TcpListener>, Error> {
         let Some(port) = self.gdb else {
             return Ok(None);
         };
@@ -148,7 +147,7 @@ impl Board {
     }
 }
 
-fn refusal(what: &dyn std::fmt::Display) -> Failure {
+fn refusal(what: &dyn std::fmt::Display) -> Error {
     Error::Board(what.to_string()).into()
 }
 

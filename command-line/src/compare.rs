@@ -2,8 +2,9 @@
 
 use clap::Args;
 
+use crate::error::Error;
+
 use super::{
-    Failure,
     identify::{DataOptions, Found, Outputs, model_names},
     output,
 };
@@ -39,7 +40,7 @@ pub struct Compare {
 }
 
 impl Compare {
-    pub(super) fn run(self) -> Result<(), Failure> {
+    pub(super) fn run(self) -> Result<(), Error> {
         self.outputs.check(None)?;
         let loaded = self.data.load()?;
         let has_pendulum =
@@ -68,7 +69,7 @@ impl Compare {
             &told,
         );
         bar.finish_and_clear();
-        let comparison = comparison.map_err(host_sim::error::Error::from)?;
+        let comparison = comparison?;
         for (name, error) in &comparison.refused {
             eprintln!("warning: {name} was not compared: {error}");
         }

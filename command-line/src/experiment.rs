@@ -7,9 +7,10 @@ use std::path::{Path, PathBuf};
 use clap::{Args, builder::PossibleValuesParser};
 use model_core::excitation::catalogue::Input;
 
-use super::{Failure, identify::model_names, output, parameters::setting};
+use super::{identify::model_names, output, parameters::setting};
+use crate::error::Error;
+use host_sim::error::Error as SimulatorError;
 use host_sim::{
-    error::Error,
     file,
     scenario::{Scenario, Setting},
     settings::ModelKind,
@@ -79,7 +80,7 @@ pub struct Experiment {
 const MOST_SAMPLES: f64 = 3.6e6;
 
 impl Experiment {
-    pub(super) fn run(self) -> Result<(), Failure> {
+    pub(super) fn run(self) -> Result<(), Error> {
         let bench = self.bench()?;
         if let Some(path) = &self.csv {
             file::check(&[("--csv", path)])?;
@@ -173,7 +174,7 @@ impl Experiment {
             let index = table.iter().position(|p| p.is_called(name));
             index.ok_or_else(|| {
                 let expected: Vec<&str> = known.clone().collect();
-                Error::unknown("parameter", name, known, expected.join(", "))
+                SimulatorError::unknown("parameter", name, known, expected.join(", ")).into()
             })
         };
         if let Some(path) = &self.parameter_file {

@@ -10,9 +10,10 @@ use actuator_fmu::archive::{self, Library};
 use clap::Args;
 use model_core::{actuator::Actuator, presets::PRESETS};
 
-use super::{Failure, parameters, simulate};
+use super::{output, parameters, simulate};
+use crate::error::Error;
+use host_sim::error::Error as SimulatorError;
 use host_sim::{
-    error::Error,
     scenario::{Scenario, Setting},
     settings::{ModelKind, PlantKind, Settings},
 };
@@ -45,7 +46,7 @@ pub struct Fmu {
 }
 
 impl Fmu {
-    pub(super) fn run(self) -> Result<(), Failure> {
+    pub(super) fn run(self) -> Result<(), Error> {
         let scenario = Scenario {
             model: Some(self.model),
             plant: self.plant,
@@ -55,7 +56,7 @@ impl Fmu {
         };
         let settings = scenario.settings()?;
         // Finds parameters that exclude each other.
-        Actuator::try_new(&settings).map_err(Error::from)?;
+        Actuator::try_new(&settings)?;
         let libraries = libraries(&self.library)?;
         simulate::warn(&scenario);
         Ok(write(&self.out, &settings, &libraries)?)
@@ -75,17 +76,14 @@ fn libraries(paths: &[PathBuf]) -> Result<Vec<Library>, Error> {
 
 fn of_library(error: archive::Error) -> Error {
     match error {
-        archive::Error::Read { path, source } => Error::Read { path, source },
+        archive::Error::Read { path, source } => SimulatorError::Read { path, source }.into(),
         archive::Error::NoLibrary { .. } => Error::Conflict(format!("{error}, --library FILE")),
         error => Error::Conflict(error.to_string()),
     }
 }
 
 fn write(path: &Path, settings: &Settings, libraries: &[Library]) -> Result<(), Error> {
-    let failed = |source| Error::Write {
-        path: path.into(),
-        source,
-    };
+    let failed = |source| output::write_error(path, source);
     archive::check(libraries).map_err(of_library)?;
     let file = File::create(path).map_err(failed)?;
     archive::write(settings, libraries, BufWriter::new(file)).map_err(failed)

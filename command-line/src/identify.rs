@@ -13,9 +13,9 @@ use clap::{
 pub use data::{DataOptions, Loaded};
 pub use search::SearchOptions;
 
-use super::{Failure, output};
+use super::output;
+use crate::error::Error;
 use host_sim::{
-    error::Error,
     file,
     fit_page::{self, Content, tables},
 };
@@ -69,14 +69,14 @@ pub fn model_names() -> PossibleValuesParser {
 }
 
 impl Identify {
-    pub(super) fn run(self) -> Result<(), Failure> {
+    pub(super) fn run(self) -> Result<(), Error> {
         let names = match self.model.is_empty() {
             true => USUAL.map(String::from).to_vec(),
             false => self.model.clone(),
         };
         if self.parameters.is_some() && names.len() > 1 {
             let problem = "--parameters is of one model, expected one --model beside it";
-            return Err(Error::Conflict(problem.into()).into());
+            return Err(Error::Conflict(problem.into()));
         }
         self.outputs.check(self.parameters.as_deref())?;
         let chosen: Vec<_> = names
@@ -95,7 +95,7 @@ impl Identify {
         }
         if let Some(path) = &self.parameters {
             for assessment in &assessments {
-                let text = parameter_file::text(&assessment.fit).map_err(Error::from)?;
+                let text = parameter_file::text(&assessment.fit)?;
                 file::write(path, &text)?;
             }
             eprintln!("parameters: {}", path.display());
@@ -133,7 +133,7 @@ impl Outputs {
             ("--parameters", parameters),
         ];
         let given = all.into_iter().filter_map(|(o, path)| Some((o, path?)));
-        file::check(&given.collect::<Vec<_>>())
+        Ok(file::check(&given.collect::<Vec<_>>())?)
     }
 
     /// Writes what was asked for, and tables for people unless JSON goes to standard output.

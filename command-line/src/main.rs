@@ -8,6 +8,7 @@ mod can;
 mod compare;
 #[cfg(feature = "board")]
 mod emulated;
+mod error;
 mod experiment;
 mod fmu;
 mod identify;
@@ -23,7 +24,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use output::Failure;
+use error::Error;
 
 /// A smart RC-servo actuator on the desk: its control core, its models and its bench.
 ///
@@ -76,7 +77,7 @@ impl Arguments {
     ///
     /// # Errors
     /// What went wrong, with its exit status.
-    fn run(self) -> Result<(), Failure> {
+    fn run(self) -> Result<(), Error> {
         match self.command {
             #[cfg(feature = "board")]
             Command::Board(board) => board.run(),

@@ -7,8 +7,8 @@ use clap::{
 use model_core::{named::Named, presets::Preset};
 
 use super::output;
+use crate::error::Error;
 use host_sim::{
-    error::Error,
     scenario::Setting,
     settings::Value,
     table::{Cell, Table},

@@ -7,9 +7,9 @@ use std::{
 
 use clap::Args;
 
-use super::{Failure, output};
+use super::output;
+use crate::error::Error;
 use host_sim::{
-    error::Error,
     file,
     page::Page,
     plot::svg,
@@ -33,7 +33,7 @@ pub struct Report {
 }
 
 impl Report {
-    pub(super) fn run(self) -> Result<(), Failure> {
+    pub(super) fn run(self) -> Result<(), Error> {
         let json = self.json.as_deref();
         let json = json.filter(|path| !output::is_standard_output(path));
         let files: Vec<_> = [("--out", Some(&*self.out)), ("--json", json)]
@@ -68,10 +68,7 @@ impl Report {
 }
 
 fn write_figures(page: &Page, folder: &Path) -> Result<(), Error> {
-    fs::create_dir_all(folder).map_err(|source| Error::Write {
-        path: folder.into(),
-        source,
-    })?;
+    fs::create_dir_all(folder).map_err(|source| output::write_error(folder, source))?;
     for figure in page.figures() {
         let name = file_name(&figure.title) + ".svg";
         file::write(&folder.join(name), &svg::render(figure))?;

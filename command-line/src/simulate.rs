@@ -13,12 +13,9 @@ use model_core::{
     presets::{self, PRESETS},
 };
 
-use super::{
-    Failure,
-    parameters::{self, ParameterOptions},
-};
+use super::parameters::{self, ParameterOptions};
+use crate::error::Error;
 use host_sim::{
-    error::Error,
     scenario::{INPUT_PREFIX, Scenario},
     settings::{ModelKind, PlantKind, Pwm, Value},
 };
@@ -93,7 +90,7 @@ fn input_names() -> PossibleValuesParser {
 }
 
 impl Simulate {
-    pub(super) fn run(self) -> Result<(), Failure> {
+    pub(super) fn run(self) -> Result<(), Error> {
         let scenario = self.scenario()?;
         if self.parameters.list {
             let parameters = parameters(&scenario)?;

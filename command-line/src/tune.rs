@@ -10,11 +10,11 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{
-    Failure, output,
+    output,
     parameters::{self, ParameterOptions},
 };
+use crate::error::Error;
 use host_sim::{
-    error::Error,
     plot,
     scenario::Setting,
     settings::ModelKind,
@@ -64,7 +64,7 @@ pub struct Tune {
 }
 
 impl Tune {
-    pub(super) fn run(self) -> Result<(), Failure> {
+    pub(super) fn run(self) -> Result<(), Error> {
         let wish = Wish::new(self.preset.as_deref(), &self.settings())?;
         if self.parameters.list {
             return Ok(parameters::print(&wish.parameters(), self.json)?);

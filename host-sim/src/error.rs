@@ -1,4 +1,7 @@
-//! What can go wrong, said so that it can be mended: what, where, and what was expected.
+//! Errors of scenarios, inputs, files and runs: what is wrong, where, and what is expected.
+//!
+//! The type depends on no other module of this crate. The CAN client, the tuning and the capture
+//! reader have errors of their own; the command line joins all of them.
 
 use std::{
     io,
@@ -9,12 +12,9 @@ use model_core::actuator::ModelKind;
 use model_core::parameter::ParameterError;
 use model_core::scenario::{Kind, ScenarioError};
 
-use crate::can::client::ClientError;
-use identification::{
-    IdentifyError, data::ImportError, parameter_file::NotSimulated, request::RequestError,
-};
+use identification::data::ImportError;
 
-/// Why a command could not be carried out.
+/// Why a run, an analysis or a file is refused.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// A file could not be read.
@@ -22,7 +22,7 @@ pub enum Error {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the operating system.
         source: io::Error,
     },
     /// A file could not be written.
@@ -30,80 +30,63 @@ pub enum Error {
     Write {
         /// The file, or `-` for standard output.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the operating system.
         source: io::Error,
     },
-    /// An input file holds something else than a command sequence.
+    /// An input file is not a command sequence.
     #[error("{}:{line}: {problem}", path.display())]
     InputFile {
         /// The file.
         path: PathBuf,
         /// The line, counted from 1.
         line: u64,
-        /// What is there, with its column, and what was expected.
+        /// The content, with its column, and what is expected.
         problem: String,
     },
-    /// A scenario file is not TOML, or holds an unknown key or a value of another kind.
+    /// A scenario file is not TOML, or has an unknown key or a value of another type.
     #[error("{}: {problem}", path.display())]
     ScenarioFile {
         /// The file.
         path: PathBuf,
-        /// The line, the key and what was expected.
+        /// The line, the key and what is expected.
         problem: String,
     },
-    /// The emulated board cannot run as it was asked to.
-    #[error("{0}")]
-    Board(String),
-    /// A name that nobody knows.
+    /// An unknown name.
     #[error("unknown {kind} `{name}`{}; expected {expected}", suggestion(closest))]
     UnknownName {
-        /// What should have been named: `parameter`, `preset`, `input` ...
+        /// The term for what is named: `parameter`, `preset`, `input` ...
         kind: &'static str,
-        /// What was named.
+        /// The name.
         name: String,
-        /// The known name that is most like it.
+        /// The most similar known name.
         closest: Option<String>,
-        /// What would have been known.
+        /// The names that are expected.
         expected: String,
     },
-    /// A parameter got a value that it cannot take.
+    /// The value of a parameter is refused.
     #[error("parameter {0}")]
     Parameter(#[from] ParameterError),
-    /// An option, or the entry of a scenario file, got a value that it cannot take.
+    /// The value of an option, or of an entry of a scenario file, is refused.
     #[error("{option} is {value}, expected {expected}")]
     Option {
-        /// Which one.
+        /// The option.
         option: &'static str,
-        /// What it was given.
+        /// The value.
         value: String,
-        /// What it takes.
+        /// The values that it takes.
         expected: &'static str,
     },
-    /// What went wrong with something that stands in a file.
+    /// An error with its place in a file.
     #[error("{}:{line}: {error}", path.display())]
     At {
         /// The file.
         path: PathBuf,
         /// The line, counted from 1.
         line: usize,
-        /// What went wrong.
+        /// The error.
         error: Box<Error>,
     },
-    /// Nothing could be identified.
-    #[error("{0}")]
-    Identify(#[from] IdentifyError),
-    /// Something could not be done with an actuator on a bus.
-    #[error("{0}")]
-    Bus(#[from] ClientError),
-    /// A bus cannot be served.
-    #[error("cannot serve at {place}: {source}")]
-    Serve {
-        /// Where.
-        place: String,
-        /// What the system said.
-        source: io::Error,
-    },
-    /// Something that was asked for does not go together.
+    /// Options exclude each other, or a request cannot be met.
     #[error("{0}")]
     Conflict(String),
 }
@@ -138,18 +121,6 @@ impl From<ImportError> for Error {
     }
 }
 
-impl From<RequestError> for Error {
-    fn from(error: RequestError) -> Self {
-        match error {
-            RequestError::UnknownParameter { name, known } => {
-                let expected = known.join(", ");
-                Self::unknown("parameter", &name, known, expected)
-            }
-            RequestError::Conflict(problem) => Self::Conflict(problem),
-        }
-    }
-}
-
 impl From<ScenarioError<'_>> for Error {
     fn from(error: ScenarioError<'_>) -> Self {
         match error {
@@ -173,27 +144,21 @@ impl From<ScenarioError<'_>> for Error {
     }
 }
 
-impl From<NotSimulated> for Error {
-    fn from(error: NotSimulated) -> Self {
-        Self::Conflict(error.to_string())
-    }
-}
-
 impl Error {
-    /// An [`Error::UnknownName`] that knows these names.
+    /// An [`Error::UnknownName`] that suggests the most similar of these names.
     pub fn unknown<'a>(
         kind: &'static str,
         name: &str,
         known: impl IntoIterator<Item = &'a str>,
         expected: impl Into<String>,
     ) -> Self {
-        // Below this likeness (Jaro-Winkler, 0 to 1) a guess confuses more than it helps.
-        const LIKE_ENOUGH: f64 = 0.8;
+        // Below this similarity (Jaro-Winkler, 0 to 1) a suggestion misleads.
+        const LEAST_SIMILARITY: f64 = 0.8;
         let closest = known
             .into_iter()
             .filter(|known| !known.is_empty())
             .map(|known| (strsim::jaro_winkler(name, known), known))
-            .filter(|(likeness, _)| *likeness >= LIKE_ENOUGH)
+            .filter(|(similarity, _)| *similarity >= LEAST_SIMILARITY)
             .max_by(|a, b| a.0.total_cmp(&b.0))
             .map(|(_, known)| known.to_owned());
         Self::UnknownName {

@@ -1,7 +1,7 @@
 """The speed of monte_carlo against that of the native batch: 1,000 actuators for 60 s each.
 
-`python batch.py PROGRAM`, PROGRAM being what `cargo bench -p host-sim --no-run` builds. It takes
-turns with the native batch, so that what else the machine does meets both alike.
+`python batch.py PROGRAM`, PROGRAM is what `cargo bench -p host-sim --no-run` builds. Runs of
+both alternate, so that other load of the machine affects both alike.
 """
 
 import re
@@ -43,7 +43,7 @@ def own(every):
 
 
 def native(program):
-    """The same by the native batch: at 1 ms and at 50 us."""
+    """Simulated seconds per second of the native batch, at 1 ms and at 50 us."""
     output = subprocess.run([program, "--bench"], check=True, capture_output=True, text=True)
     batch = output.stdout[output.stdout.index("1,000 actuators") :]
     rows = re.findall(r"this program, \S+ \S+ steps\D*([\d,]+)", batch)

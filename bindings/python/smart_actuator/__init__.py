@@ -1,7 +1,7 @@
-"""A smart RC-servo actuator: the control core of the board itself, the paper's models and campaigns.
+"""A smart RC-servo actuator: the board's control core, the models of the paper, and campaigns.
 
 Angles are in degrees, rates in deg/s, times in seconds, duties in percent, torques in Nm; names
-end in their unit. One tick is 50 us. Results are bit for bit those of the program ``actuator``.
+end in their unit. One tick is 50 us. Results are bit-identical to those of the program ``actuator``.
 
 >>> import smart_actuator as sa
 >>> trace = sa.simulate("board", input="pulse", every=20)

@@ -1,4 +1,4 @@
-"""Brings arguments into the form that the compiled half takes, or says what is wrong with them."""
+"""Validates arguments and converts them to the types of the compiled module."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _native
 
-#: Times in s and the values that hold from each of them on.
+#: Times in s, and values that are each held from their time on.
 Points = Tuple[ArrayLike, ArrayLike]
 
 
 def number(name: str, value: object) -> float:
-    """``value`` as a float; text is no number."""
+    """``value`` as a float; text is rejected."""
     if not isinstance(value, (str, bytes, bytearray)):
         try:
             return float(value)  # type: ignore[arg-type]
@@ -28,7 +28,7 @@ def number(name: str, value: object) -> float:
 
 
 def whole(name: str, value: object, least: int = 0) -> int:
-    """``value`` as an integer that 64 bits hold."""
+    """``value`` as an integer of at most 64 bits."""
     try:
         integer = operator.index(value)  # type: ignore[arg-type]
     except TypeError:
@@ -51,20 +51,20 @@ def optional_text(name: str, value: object) -> Optional[str]:
 
 
 def array(name: str, value: ArrayLike) -> NDArray[np.float64]:
-    """``value`` as doubles, contiguous and aligned: what Dask hands over is not always."""
-    wanted = f"{name}: expected an array of real numbers"
+    """``value`` as doubles, contiguous and aligned, which the arrays of Dask need not be."""
+    expected = f"{name}: expected an array of real numbers"
     try:
         given = np.asanyarray(value)
     except ValueError as error:
-        raise ValueError(f"{wanted}: {error}") from None
+        raise ValueError(f"{expected}: {error}") from None
     if given.dtype.kind not in "fiub" or np.ma.isMaskedArray(given):
-        raise TypeError(f"{wanted}, got {type(value).__name__} of {given.dtype}")
-    # A copy is contiguous and aligned, and nobody else writes to it meanwhile.
+        raise TypeError(f"{expected}, got {type(value).__name__} of {given.dtype}")
+    # A copy is contiguous and aligned, and no other thread writes to it.
     return np.require(np.array(given, np.float64), np.float64, ["C", "A"])
 
 
 def points(name: str, value: Optional[Points]) -> Optional[Tuple[NDArray[np.float64], ...]]:
-    """Times and values as two arrays of one dimension."""
+    """Times and values as two one-dimensional arrays."""
     if value is None:
         return None
     try:
@@ -103,7 +103,7 @@ def request(
     load: Optional[Points],
     parameters: Mapping[str, object],
 ) -> dict[str, Any]:
-    """Everything that a run depends on."""
+    """The arguments of a run, for the compiled module."""
     if command is not None and (input is not None or input_parameters):
         raise ValueError("both an input by name and a command, expected one of them")
     warn(preset)
@@ -123,7 +123,7 @@ def request(
 
 
 def warn(preset: Optional[str]) -> None:
-    """Says what must be said wherever results of a preset are shown."""
+    """Warns if results of the preset must not be shown without its warning."""
     for known in _native.presets():
         if known["name"] == preset and known["warning"]:
             warnings.warn(f"preset `{preset}`: {known['warning']}", UserWarning, stacklevel=4)

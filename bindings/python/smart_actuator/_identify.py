@@ -1,4 +1,4 @@
-"""From recordings to the parameters of models."""
+"""Identification: from recordings to the parameters of models."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ class Estimate(TypedDict):
     """A parameter of a fitted model.
 
     ``standard_error`` is the Cramer-Rao bound for white residuals, ``standard_error_coloured`` that
-    for correlated ones; both are None where there is none: a parameter that was given, that stands
-    at its bound, or that the recordings leave open. ``experiment`` is the recording that it belongs
-    to alone, None where all share it.
+    for correlated ones; both are None for a parameter that is fixed, at its bound, or not
+    identifiable. ``experiment`` is the recording whose own parameter it is, None if all recordings
+    share it.
     """
 
     name: str
@@ -73,7 +73,7 @@ class FittedModel(_Model, total=False):
 
 
 class Identification(TypedDict):
-    """What `actuator identify --json` writes, number for number."""
+    """The content of the file that `actuator identify --json` writes."""
 
     program: str
     version: str
@@ -103,38 +103,38 @@ def identify(
     known: Optional[Mapping[str, float]] = None,
     threads: Optional[int] = None,
 ) -> Identification:
-    """Fits models to recordings by output error, and says how sure each parameter is.
+    """Fits models to recordings by output error, and estimates the uncertainty of each parameter.
 
-    The interpreter is released meanwhile, and an interrupt ends the search.
+    The global interpreter lock is released during the search; an interrupt ends it.
 
     :param data: a recording, or several that one set of parameters is fitted to: files as `actuator
         identify` takes them, or mappings with the columns ``time_s``, ``command_deg`` and
-        ``angle_deg``, and as far as known ``rate_deg_s``, ``duty_pct`` (%), ``current_ma`` and
-        ``supply_v`` (V). NaN is a value that is missing.
-    :param models: what to fit.
-    :param validate: recordings that the fitted models only predict.
+        ``angle_deg``, and optionally ``rate_deg_s``, ``duty_pct`` (%), ``current_ma`` and
+        ``supply_v`` (V). NaN marks a missing value.
+    :param models: the models to fit.
+    :param validate: recordings that are predicted by the fitted models, but not fitted.
     :param fix: parameters that are held, with their values.
-    :param free: parameters that are looked for although they are held as a rule.
-    :param bound: parameters that are kept within bounds, each with the lower and the upper one.
-    :param start: values from which the search begins.
-    :param own: parameters of which each recording has its own value.
-    :param share: parameters of which all recordings have one value.
-    :param starts: how many starts to search from, 1 to 1000.
-    :param seed: of the starts.
-    :param columns: which column of the files is what, as ``{"angle": "pos:rad"}``.
+    :param free: parameters to estimate that are held by default.
+    :param bound: lower and upper bounds of parameters.
+    :param start: values at which the search starts.
+    :param own: parameters that have a value of their own for each recording.
+    :param share: parameters that have one value for all recordings.
+    :param starts: number of starting points of the search, 1 to 1000.
+    :param seed: of the starting points.
+    :param columns: the columns of the files by quantity, as ``{"angle": "pos:rad"}``.
     :param delimiter: between two fields: ``comma``, ``semicolon``, ``tab`` or ``blanks``.
-    :param window: takes from and to these times of the files alone, s.
-    :param keep_clipped: compares samples too where the angle of a file stands at its end.
-    :param hold: ``zero`` where the command keeps its value between samples, ``smooth`` where it
-        moves; what the samples show unless given.
-    :param known: what is known of the runs by the name of a parameter, such as
+    :param window: first and last time of the files that are used, s.
+    :param keep_clipped: also compares samples at which the angle of a file is saturated.
+    :param hold: ``zero`` if the command is constant between two samples, ``smooth`` if it changes;
+        by default as the samples show.
+    :param known: known constants of the runs by the name of a parameter, such as
         ``{"pendulum_mass_kg": 0.5}``.
-    :param threads: how many to use; one a core unless given.
+    :param threads: number of threads; by default one per core.
     :raises KeyError: a parameter that no model has, a column that is missing or unknown.
     :raises OSError: a file that cannot be read.
-    :raises ValueError: a file that holds something else, named by its line; a recording that nothing
-        can be identified from; a value out of range; a model that does not exist.
-    :raises TypeError: an argument of another kind.
+    :raises ValueError: a file of another format, with the line; a recording that cannot be used; a
+        value out of range; an unknown model.
+    :raises TypeError: an argument of another type.
     """
     count = _arguments.whole("starts", starts, 1)
     if count > 1000:
@@ -182,7 +182,7 @@ def _pair(name: str, value: object) -> Tuple[float, float]:
     pair = _arguments.number(name, low), _arguments.number(name, high)
     # Written so that NaN fails.
     if not pair[0] < pair[1]:
-        raise ValueError(f"{name} is {value!r}, expected the lesser number first")
+        raise ValueError(f"{name} is {value!r}, expected the smaller number first")
     return pair
 
 

@@ -1,4 +1,4 @@
-"""One run, and many."""
+"""Single runs and campaigns."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from . import _arguments, _native
 from ._arguments import Points
 from ._trace import Trace
 
-#: What :func:`monte_carlo` tells of a run.
+#: The fields that :func:`monte_carlo` returns for each run.
 EXTREMES = np.dtype(
     [
         (name, np.float64)
@@ -46,21 +46,21 @@ def simulate(
 
     :param model: ``board`` (the board's fixed-point control around a motor), ``grey-box``,
         ``black-box-1`` or ``black-box-2``.
-    :param plant: what the board drives: ``first-order`` (default) or ``bench``.
-    :param preset: a reading of the paper; :func:`presets` lists them.
-    :param input: a command by name; :func:`inputs` lists them. ``pulse`` where there is no
-        ``command`` either.
+    :param plant: the plant behind the board: ``first-order`` (default) or ``bench``.
+    :param preset: an interpretation of the paper; :func:`presets` lists them.
+    :param input: an input by name; :func:`inputs` lists them. ``pulse`` unless there is a
+        ``command``.
     :param input_parameters: parameters of the input by name, such as ``{"amplitude_deg": 5.0}``.
     :param command: in place of ``input``: times, s, and commands, deg, each held until the next.
-    :param duration: how long to run, s, up to 1e7. As long as the input unless given.
+    :param duration: how long to run, s, up to 1e7; by default as long as the input.
     :param every: ticks of 50 us between rows. 20 is 1 ms.
-    :param seed: of all that is random.
+    :param seed: of the random numbers.
     :param pwm: ``average`` or ``switched``.
     :param load: times, s, and torques on the load of the bench, Nm.
     :param parameters: of the model, by name or symbol; :func:`parameters` lists them with units.
-    :raises KeyError: a parameter or preset that does not exist.
-    :raises ValueError: a value out of range or at odds with another, a name that does not exist.
-    :raises TypeError: an argument of another kind.
+    :raises KeyError: a parameter that does not exist.
+    :raises ValueError: a value out of range or in conflict with another, or an unknown name.
+    :raises TypeError: an argument of another type.
     :raises MemoryError: more than 2**29 numbers.
     """
     request = _arguments.request(
@@ -99,18 +99,18 @@ def monte_carlo(
 ) -> NDArray[Any]:
     """Runs a model once for each element of parameter arrays, on all cores.
 
-    The interpreter is released meanwhile.
+    The global interpreter lock is released during the runs.
 
     :param parameters: arrays by the name or symbol of a parameter, broadcast against each other;
         a parameter of the input is called ``input.NAME``.
-    :param every: a run is looked at at every so many ticks of 50 us; at 20 (1 ms) it is fastest.
-    :param threads: how many; all cores unless given. 1 for use within a distributed engine that
-        has a worker on each core.
+    :param every: ticks of 50 us between two evaluated samples of a run; 20 (1 ms) is fastest.
+    :param threads: number of threads; by default one per core. Use 1 within a distributed engine
+        that has a worker on each core.
     :param fixed: parameters that are the same in all runs.
     :returns: an array of the broadcast shape with the fields ``least_angle_deg``,
         ``greatest_angle_deg``, ``least_rate_deg_s``, ``greatest_rate_deg_s``, ``last_angle_deg``
-        and ``last_rate_deg_s``: the ends of each motion and its last state.
-    :raises ValueError: also where the arrays do not broadcast; a message about one run names it.
+        and ``last_rate_deg_s``: extremes and final state of each run.
+    :raises ValueError: also for arrays that do not broadcast; an error of one run names the run.
 
     The other arguments and exceptions are those of :func:`simulate`.
     """

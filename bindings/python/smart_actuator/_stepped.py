@@ -1,4 +1,4 @@
-"""The actuator within another simulation."""
+"""An actuator that is stepped by another simulation."""
 
 from __future__ import annotations
 
@@ -8,20 +8,20 @@ from typing import Dict, NamedTuple, Optional
 from . import _arguments, _native
 
 _TICKS_PER_SECOND = 20_000
-#: Four months, as for a run.
+#: Four months, the longest run.
 _MOST_TICKS = 10**7 * _TICKS_PER_SECOND
 
 
 class Reading(NamedTuple):
-    """What can be seen of an actuator.
+    """The outputs of an actuator.
 
-    What a model does not have is zero, what it does not measure is its true value.
+    A quantity that the model does not have is zero; one that it does not measure is the true value.
     """
 
     t: float
     """Time, s."""
     command_deg: float
-    """The command that has arrived, deg."""
+    """The command behind the transport delay, deg."""
     angle_deg: float
     """Angle of the output shaft, deg."""
     rate_deg_s: float
@@ -39,7 +39,7 @@ class Reading(NamedTuple):
 
 
 def _checked(snapshot: bytes) -> bytes:
-    """What is kept in a snapshot, behind its CRC-32."""
+    """The content of a snapshot, behind its CRC-32."""
     if not isinstance(snapshot, bytes):
         raise TypeError(f"snapshot is of {type(snapshot).__name__}, expected bytes")
     kept = snapshot[4:]
@@ -49,10 +49,11 @@ def _checked(snapshot: bytes) -> bytes:
 
 
 class Actuator:
-    """An actuator that its caller steps; at rest at 0 deg until then.
+    """An actuator that is stepped by its caller. It starts at rest at 0 deg.
 
-    The board's control runs every 4 ms within, whatever the steps are, and the way to an instant
-    does not depend on them. It can be copied and pickled. Threads that share one take turns.
+    The board's control runs every 4 ms of simulated time, and the state at an instant does not
+    depend on the step sizes before it. An actuator can be copied and pickled. Threads that share
+    one are serialised by a lock.
 
     :param model: as for :func:`simulate`, as are ``plant``, ``preset``, ``seed``, ``pwm`` and
         ``parameters``.
@@ -88,11 +89,11 @@ class Actuator:
         ticks: Optional[int] = None,
         seconds: Optional[float] = None,
     ) -> Reading:
-        """Moves on with this command held, and reads.
+        """Advances the simulation with a constant command, and returns the outputs.
 
-        :param command_deg: the command, deg. The first one is taken to have stood there for ever.
-        :param ticks: how far, ticks of 50 us; or
-        :param seconds: how far, s, a whole number of ticks, up to 1e7.
+        :param command_deg: the command, deg. The first one is also the past of the delay line.
+        :param ticks: step size, ticks of 50 us; or
+        :param seconds: step size, s: a whole number of ticks, up to 1e7.
         """
         if (ticks is None) == (seconds is None):
             raise TypeError("expected either ticks or seconds")
@@ -106,49 +107,49 @@ class Actuator:
         return Reading(*self._native.advance(command_deg, count))
 
     def reading(self) -> Reading:
-        """What can be seen now, before whatever the next step does at this instant."""
+        """The outputs now, before the updates of the next step at this instant."""
         return Reading(*self._native.reading())
 
     def set_load_torque(self, torque_nm: float) -> None:
-        """Puts a torque on the load of the bench from the next PWM period (1 ms) on, Nm, beside
-        that of its parameters."""
+        """Applies a torque to the load of the bench, Nm, from the next PWM period (1 ms) on, in
+        addition to the one of its parameters."""
         self._native.set_load_torque(_arguments.number("torque_nm", torque_nm))
 
     def snapshot(self) -> bytes:
-        """The whole state, for :meth:`restore`. It is of this version of the package only."""
+        """The whole state, for :meth:`restore` of the same version of the package."""
         kept = self._native.snapshot()
         return zlib.crc32(kept).to_bytes(4, "big") + kept
 
     def restore(self, snapshot: bytes) -> None:
         """Goes back to a snapshot of an actuator of the same model, seed and parameters.
 
-        :raises ValueError: a snapshot of another one or of another version, or a damaged one.
+        :raises ValueError: a snapshot of another actuator or version, or a damaged one.
         """
         self._native.restore(_checked(snapshot))
 
     @property
     def time(self) -> float:
-        """The time so far, s."""
+        """The simulated time, s."""
         return self.tick / _TICKS_PER_SECOND
 
     @property
     def tick(self) -> int:
-        """The time so far, ticks of 50 us."""
+        """The simulated time, ticks of 50 us."""
         return self._native.tick
 
     @property
     def model(self) -> str:
-        """Which model it is."""
+        """The model."""
         return self._native.settings["model"]
 
     @property
     def plant(self) -> Optional[str]:
-        """What the board drives; None for the other models."""
+        """The plant behind the board; None for the other models."""
         return self._native.settings["plant"]
 
     @property
     def seed(self) -> int:
-        """The seed of all that is random."""
+        """The seed of the random numbers."""
         return self._native.settings["seed"]
 
     @property
@@ -158,7 +159,7 @@ class Actuator:
 
     @property
     def parameters(self) -> Dict[str, float]:
-        """Every parameter by name; :func:`smart_actuator.parameters` has the units."""
+        """Every parameter by name; :func:`smart_actuator.parameters` lists the units."""
         return self._native.settings["parameters"]
 
     def __copy__(self) -> Actuator:
@@ -190,7 +191,7 @@ def _ticks(seconds: float) -> int:
         raise ValueError(f"seconds is {seconds}, expected a time from 0 to 1e7 s")
     exact = seconds * _TICKS_PER_SECOND
     count = round(exact)
-    # What the seconds of a whole number of ticks lack is rounding, some 1e-16 of them.
+    # Seconds of a whole number of ticks differ from it by rounding alone, some 1e-16.
     if abs(exact - count) > 1e-9 * max(1.0, exact):
         raise ValueError(
             f"seconds is {seconds}, {exact:.6g} ticks, expected a whole number of ticks of 50 us"

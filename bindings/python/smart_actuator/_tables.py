@@ -1,4 +1,4 @@
-"""What there is to choose from."""
+"""Tables of the models, parameters, presets and inputs."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from . import _arguments, _native
 
 
 class Parameter(TypedDict):
-    """What is known of a parameter; ``symbol`` is empty where there is none."""
+    """A row of a parameter table; ``symbol`` is empty if the parameter has none."""
 
     name: str
     symbol: str
@@ -21,7 +21,7 @@ class Parameter(TypedDict):
 
 
 class Preset(TypedDict):
-    """A reading of the paper: the ``values`` of the parameters that are not at their defaults."""
+    """An interpretation of the paper: the ``values`` of parameters that differ from their defaults."""
 
     name: str
     summary: str
@@ -31,7 +31,7 @@ class Preset(TypedDict):
 
 
 class Input(TypedDict):
-    """A standard command."""
+    """A standard input."""
 
     name: str
     summary: str
@@ -39,13 +39,13 @@ class Input(TypedDict):
 
 
 def parameters(model: str = "board", plant: Optional[str] = None) -> List[Parameter]:
-    """Every parameter of a model with its unit, range, default and where that comes from."""
+    """Every parameter of a model with its unit, range, default and source."""
     plant = _arguments.optional_text("plant", plant)
     return _native.parameters(_arguments.text("model", model), plant)
 
 
 def presets() -> List[Preset]:
-    """Every preset with its models; the first that names a model is that model's default."""
+    """Every preset with its models. The default of a model is the first preset that lists it."""
     return _native.presets()
 
 

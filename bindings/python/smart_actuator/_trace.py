@@ -7,8 +7,8 @@ from typing import Iterator, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-# A column is named after its unit; the longest ending counts.
-_ENDINGS = {
+# The unit of a column is the suffix of its name; the longest suffix applies.
+_SUFFIXES = {
     "_deg_s": "deg/s",
     "_deg": "deg",
     "_pct": "%",
@@ -20,25 +20,25 @@ _OTHERS = {"t": "s", "command": "deg", "command_delayed": "deg", "compare": "1/5
 
 
 def _unit(column: str) -> str:
-    endings = (unit for ending, unit in _ENDINGS.items() if column.endswith(ending))
-    return _OTHERS.get(column) or next(endings, "")
+    units = (unit for suffix, unit in _SUFFIXES.items() if column.endswith(suffix))
+    return _OTHERS.get(column) or next(units, "")
 
 
 class Trace(Mapping[str, NDArray[np.float64]]):
     """Columns of equal length by name, as items and as attributes.
 
-    Row ``i`` is the state at its tick, after what the control and the PWM do at that instant and
-    before the plant moves on. Every trace has
+    Row ``i`` is the state at its tick, after the updates of control and PWM at that instant and
+    before the plant is stepped. Every trace has
 
     - ``t``: time, s
-    - ``command``, ``command_delayed``: the command, and what of it has arrived, deg
+    - ``command``, ``command_delayed``: the command, and the command behind the transport delay, deg
     - ``angle_deg``, ``rate_deg_s``: angle of the output shaft, deg, and its rate, deg/s
     - ``duty_pct``: duty of the bridge, %
-    - ``angle_meas_deg``, ``rate_meas_deg_s``: what the board measures, deg and deg/s
+    - ``angle_meas_deg``, ``rate_meas_deg_s``: angle and rate as the board measures them
 
     and that of a board also ``rate_command_deg_s`` (deg/s), ``compare`` (timer counts, 1/560 %)
     and, with the plant ``bench``, currents (A), voltages (V), torques (Nm) and angles within the
-    gear train. :attr:`units` has them all.
+    gear train. :attr:`units` lists all of them.
     """
 
     def __init__(self, title: str, columns: Mapping[str, NDArray[np.float64]]) -> None:
@@ -47,7 +47,7 @@ class Trace(Mapping[str, NDArray[np.float64]]):
 
     @property
     def title(self) -> str:
-        """What was run, in a line."""
+        """Model and input of the run."""
         return self._title
 
     @property
@@ -66,7 +66,7 @@ class Trace(Mapping[str, NDArray[np.float64]]):
             raise KeyError(f"no column {name!r}, expected one of {', '.join(self)}") from None
 
     def __getattr__(self, name: str) -> NDArray[np.float64]:
-        # A copy in the making has no columns yet and must not look for them here.
+        # An instance that is being copied has no columns yet: looking them up would recurse.
         columns = self.__dict__.get("_columns", {})
         if name in columns:
             column: NDArray[np.float64] = columns[name]

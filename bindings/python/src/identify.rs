@@ -16,7 +16,7 @@ use identification::{
     assessment::SecondOpinion,
     data::{Columns, Delimiter, Import, Note},
     document, models,
-    request::Request,
+    request::{Request, RequestError},
 };
 use numpy::PyReadonlyArray1;
 use pyo3::{
@@ -92,7 +92,7 @@ pub fn identify(
         let ended = worker.join();
         ended.map_err(|_| PyRuntimeError::new_err("the search ended unexpectedly"))
     })?;
-    result.map_err(exception)
+    result
 }
 
 /// What is to be done, without anything of Python.
@@ -121,7 +121,7 @@ impl Job {
         let import = reading.import()?;
         let (models, threads) = (search.models().map_err(exception)?, search.threads);
         let request = search.request();
-        request.check(&models).map_err(exception)?;
+        request.check(&models).map_err(of_request)?;
         let given = |sources: Vec<Source<'_>>, what| {
             let numbered = sources.into_iter().enumerate();
             let one = |(index, source): (usize, Source<'_>)| match source {
@@ -144,9 +144,9 @@ impl Job {
     }
 
     /// Reads, fits and writes the document.
-    fn run(self, stop: &AtomicBool) -> Result<String, Error> {
+    fn run(self, stop: &AtomicBool) -> PyResult<String> {
         let mut notes = Vec::new();
-        let mut ready = |given: Vec<Given>| -> Result<Vec<Experiment>, Error> {
+        let mut ready = |given: Vec<Given>| -> PyResult<Vec<Experiment>> {
             let one = |given| self.import.experiment(given, &mut notes);
             given.into_iter().map(one).collect()
         };
@@ -156,12 +156,12 @@ impl Job {
         let threads = rayon::ThreadPoolBuilder::new().num_threads(self.threads);
         let threads = threads
             .build()
-            .map_err(|error| Error::Conflict(error.to_string()))?;
+            .map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
         let runs = (&fitted[..], &held_out[..]);
         let mut found = Vec::new();
         for model in self.models {
             let search = || self.request.assess(model, runs, &found, &Stop(stop));
-            let assessed = threads.install(search)?;
+            let assessed = threads.install(search).map_err(invalid)?;
             found.push(assessed);
         }
         let second_opinion = SecondOpinion::of(&fitted);
@@ -171,21 +171,25 @@ impl Job {
 
 /// Makes a given recording ready.
 trait Ready {
-    fn experiment(&self, given: Given, notes: &mut Vec<Note>) -> Result<Experiment, Error>;
+    fn experiment(&self, given: Given, notes: &mut Vec<Note>) -> PyResult<Experiment>;
 }
 
 impl Ready for Import {
-    fn experiment(&self, given: Given, notes: &mut Vec<Note>) -> Result<Experiment, Error> {
+    fn experiment(&self, given: Given, notes: &mut Vec<Note>) -> PyResult<Experiment> {
         let (name, recording) = match given {
             Given::Recording(recording) => (recording.name.clone(), *recording),
             Given::File(path) => {
-                let imported = self.read(&path, &mut |_, _| {})?;
+                let imported = self
+                    .read(&path, &mut |_, _| {})
+                    .map_err(|error| exception(error.into()))?;
                 notes.extend(imported.notes);
                 (path.display().to_string(), imported.recording)
             }
         };
         let unusable = |error| IdentifyError::Recording { name, error };
-        Ok(Experiment::try_new(recording).map_err(unusable)?)
+        Experiment::try_new(recording)
+            .map_err(unusable)
+            .map_err(invalid)
     }
 }
 
@@ -299,6 +303,20 @@ fn recording(
         name,
         ..Recording::default()
     })
+}
+
+fn invalid(error: IdentifyError) -> PyErr {
+    PyValueError::new_err(error.to_string())
+}
+
+fn of_request(error: RequestError) -> PyErr {
+    match error {
+        RequestError::UnknownParameter { name, known } => {
+            let expected = known.join(", ");
+            exception(Error::unknown("parameter", &name, known, expected))
+        }
+        RequestError::Conflict(problem) => PyValueError::new_err(problem),
+    }
 }
 
 /// `KeyError` for a parameter that no model has, `OSError` for a file that cannot be read,

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use firmware::frames::{ACCESS, ANSWER, Access};
 use virtual_board::can::{Frame, Id};
 
+use crate::error::Error;
 use host_sim::{
     capture_file::{ReadError, Reader},
-    error::Error,
     file,
 };
 

@@ -4,12 +4,9 @@ use clap::Args;
 use serde_json::json;
 
 use super::{bit_rate, print_json};
-use crate::{
-    Failure,
-    output::{print, print_table},
-};
+use crate::error::Error;
+use crate::output::{print, print_table};
 use host_sim::can::bus_load::{default_profile, frame_bits, share};
-use host_sim::error::Error;
 use host_sim::table::{Cell, Table};
 
 /// Reckons the load of a bus with so many actuators that speak as their dictionary has it by default.
@@ -42,7 +39,7 @@ impl BusLoad {
     ///
     /// # Errors
     /// A rate that is none.
-    pub fn run(self) -> Result<(), Failure> {
+    pub fn run(self) -> Result<(), Error> {
         Ok(self.reckon()?)
     }
 

@@ -7,9 +7,8 @@ use serde_json::json;
 
 use super::move_to::mdeg;
 use super::{AtNode, print_json};
-use crate::Failure;
+use crate::error::Error;
 use host_sim::can::client::Client;
-use host_sim::error::Error;
 
 /// Shapes of object 2020h:3.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -89,7 +88,7 @@ impl Excite {
     ///
     /// # Errors
     /// A number that is none, or what the bus or the actuator says.
-    pub fn run(self) -> Result<(), Failure> {
+    pub fn run(self) -> Result<(), Error> {
         Ok(self.excite()?)
     }
 
@@ -110,7 +109,7 @@ impl Excite {
             true => client.write("2030:1", "0"),
             false => Ok(()),
         };
-        done.and(stopped)?;
+        done.and(stopped.map_err(Error::from))?;
         if self.at.json() {
             print_json(&json!({ "started": true, "ended": !self.no_wait }))?;
         }
@@ -158,7 +157,7 @@ fn wait(client: &mut Client) -> Result<(), Error> {
     loop {
         std::thread::sleep(Duration::from_millis(20));
         if client.status()? & 0x6F != 0x27 {
-            return client.complain("expected the excitation to come to its end");
+            return Ok(client.fail_in_state("expected the excitation to come to its end")?);
         }
         if client.integer("2020:2")? == 0 {
             return Ok(());

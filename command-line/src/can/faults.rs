@@ -6,12 +6,9 @@ use firmware::faults::{Fault, TABLE};
 use serde_json::json;
 
 use super::{AtNode, print_json};
-use crate::{
-    Failure,
-    output::{print, print_table},
-};
+use crate::error::Error;
+use crate::output::{print, print_table};
 use host_sim::can::client::{Client, state_name};
-use host_sim::error::Error;
 use host_sim::table::Table;
 
 /// Lists the faults of an actuator: present, latched, and the last eight errors.
@@ -40,7 +37,7 @@ impl Faults {
     ///
     /// # Errors
     /// What the bus or the actuator says, or that a fault remains after a reset.
-    pub fn run(self) -> Result<(), Failure> {
+    pub fn run(self) -> Result<(), Error> {
         Ok(self.faults()?)
     }
 
@@ -72,7 +69,7 @@ impl Faults {
             show(status, &present, &latched, &history)?;
         }
         if self.reset && !latched.is_empty() {
-            return client.complain("expected the reset to clear every fault");
+            return Ok(client.fail_in_state("expected the reset to clear every fault")?);
         }
         Ok(())
     }

@@ -28,8 +28,8 @@ pub use record::Record;
 pub use scan::Scan;
 pub use serve::Serve;
 
+use crate::error::Error;
 use host_sim::can::client::Client;
-use host_sim::error::Error;
 
 /// The bus.
 #[derive(Debug, Args)]
@@ -47,7 +47,7 @@ pub(super) struct OnBus {
 
 impl OnBus {
     fn open(&self, node: u8) -> Result<Client, Error> {
-        Client::open(&self.bus, self.kbit_s, node)
+        Ok(Client::open(&self.bus, self.kbit_s, node)?)
     }
 }
 

@@ -10,10 +10,10 @@ use clap::Args;
 use serde_json::json;
 
 use super::{AtNode, length, print_json, stop_on_interrupt, telemetry::watch};
-use crate::{Failure, output::print};
+use crate::error::Error;
+use crate::output::print;
 use host_sim::can::client::state_name;
 use host_sim::can::telemetry::Telemetry;
-use host_sim::error::Error;
 
 /// Shows angle, rate, current, back-EMF, duty, state and faults of an actuator as they come.
 ///
@@ -47,7 +47,7 @@ impl Monitor {
     ///
     /// # Errors
     /// What the bus or the actuator says.
-    pub fn run(self) -> Result<(), Failure> {
+    pub fn run(self) -> Result<(), Error> {
         Ok(self.show()?)
     }
 

@@ -7,9 +7,9 @@ use clap::Args;
 use serde_json::json;
 
 use super::{AtNode, print_json};
-use crate::{Failure, output::print};
+use crate::error::Error;
+use crate::output::print;
 use host_sim::can::client::Client;
-use host_sim::error::Error;
 
 /// Moves an actuator to an angle by a profile, and tells where it is.
 ///
@@ -39,7 +39,7 @@ impl Move {
     ///
     /// # Errors
     /// A number that is none, or what the bus or the actuator says.
-    pub fn run(self) -> Result<(), Failure> {
+    pub fn run(self) -> Result<(), Error> {
         Ok(self.go()?)
     }
 
@@ -85,9 +85,9 @@ impl Move {
                 status & statusword::TARGET_REACHED != 0
             })?;
             if status & statusword::INTERNAL_LIMIT != 0 {
-                return client.complain(
+                return Ok(client.fail_in_state(
                     "the angle is beyond the limits 607Dh, and it stands at one of them",
-                );
+                )?);
             }
         }
         Ok(client.integer("6064")? as f64 / 1000.0)

@@ -7,15 +7,12 @@ use clap::{Args, ValueEnum};
 use serde_json::json;
 
 use super::{AtNode, print_json};
-use crate::{
-    Failure,
-    output::{print, print_table},
-};
+use crate::error::Error;
+use crate::output::{print, print_table};
 use host_sim::can::{
     motor_objects,
     names::{self, Value},
 };
-use host_sim::error::Error;
 use host_sim::scenario::Scenario;
 use host_sim::table::{Cell, Table};
 
@@ -37,7 +34,7 @@ impl Get {
     ///
     /// # Errors
     /// An unknown name, or what the bus or the actuator says.
-    pub fn run(self) -> Result<(), Failure> {
+    pub fn run(self) -> Result<(), Error> {
         Ok(self.get()?)
     }
 
@@ -112,7 +109,7 @@ impl Set {
     ///
     /// # Errors
     /// An unknown name, a value that is none, or what the bus or the actuator says; what stands before it is written.
-    pub fn run(self) -> Result<(), Failure> {
+    pub fn run(self) -> Result<(), Error> {
         Ok(self.set()?)
     }
 
@@ -194,7 +191,7 @@ impl Save {
     ///
     /// # Errors
     /// What the bus or the actuator says.
-    pub fn run(self) -> Result<(), Failure> {
+    pub fn run(self) -> Result<(), Error> {
         Ok(sign(&self.at, "1010", self.group, b"save").map(drop)?)
     }
 }
@@ -204,7 +201,7 @@ impl Restore {
     ///
     /// # Errors
     /// What the bus or the actuator says.
-    pub fn run(self) -> Result<(), Failure> {
+    pub fn run(self) -> Result<(), Error> {
         let mut client = sign(&self.at, "1011", self.group, b"load")?;
         if self.reset {
             client.manage(0x81).map_err(Error::from)?;

@@ -10,11 +10,11 @@ use firmware::capture::Signal;
 use serde_json::json;
 
 use super::{AtNode, length, print_json, telemetry::watch};
-use crate::{Failure, output::is_standard_output};
+use crate::error::Error;
+use crate::output::{is_standard_output, write_error};
 use host_sim::can::client::{Client, ClientError};
 use host_sim::can::names::{self, Value};
 use host_sim::can::telemetry::{Clock, Telemetry};
-use host_sim::error::Error;
 
 /// Records what an actuator measures, as a CSV file with units in the names of its columns.
 ///
@@ -40,7 +40,7 @@ impl Record {
     ///
     /// # Errors
     /// A file that cannot be written, or what the bus or the actuator says.
-    pub fn run(self) -> Result<(), Failure> {
+    pub fn run(self) -> Result<(), Error> {
         Ok(self.record()?)
     }
 
@@ -107,10 +107,7 @@ impl Sink {
             Box::new(io::stdout())
         } else {
             let file = File::create(&path);
-            Box::new(file.map_err(|source| Error::Write {
-                path: path.clone(),
-                source,
-            })?)
+            Box::new(file.map_err(|source| write_error(&path, source))?)
         };
         Ok(Self {
             path,
@@ -126,8 +123,7 @@ impl Sink {
     }
 
     fn error(&self, source: io::Error) -> Error {
-        let path = self.path.clone();
-        Error::Write { path, source }
+        write_error(&self.path, source)
     }
 
     fn header(&mut self, names: impl Iterator<Item = String>) -> Result<(), Error> {

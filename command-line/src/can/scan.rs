@@ -8,10 +8,10 @@ use embedded_can::{Frame, StandardId};
 use serde_json::json;
 
 use super::{OnBus, print_json};
-use crate::{Failure, output::print_table};
+use crate::error::Error;
+use crate::output::print_table;
 use host_sim::can::client::{Client, ClientError, state_name};
 use host_sim::can::names::{self, Value};
-use host_sim::error::Error;
 use host_sim::table::{Cell, Table};
 
 /// Lists the CANopen devices of a bus.
@@ -37,7 +37,7 @@ impl Scan {
     ///
     /// # Errors
     /// What the bus says.
-    pub fn run(self) -> Result<(), Failure> {
+    pub fn run(self) -> Result<(), Error> {
         Ok(self.scan()?)
     }
 
@@ -101,7 +101,7 @@ fn answering(client: &mut Client) -> Result<Vec<u8>, Error> {
 }
 
 fn look(client: &mut Client, node: u8) -> Device {
-    client.turn_to(node);
+    client.select_node(node);
     // What a foreign device does not have is left out.
     let mut get = |object| {
         names::find(object)

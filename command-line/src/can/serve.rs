@@ -10,11 +10,11 @@ use clap::Args;
 use model_core::plant::board::BoardPlantOptions;
 
 use super::stop_on_interrupt;
-use crate::{Failure, output::print};
+use crate::error::Error;
+use crate::output::print;
 use host_sim::can::bus::Bus;
 use host_sim::can::native_node::{CAPTURE_VALUES, NativeNode};
 use host_sim::can::server::Server;
-use host_sim::error::Error;
 
 /// Runs actuators on a virtual CAN bus in real time, and serves the bus as slcan.
 ///
@@ -57,7 +57,7 @@ impl Serve {
     ///
     /// # Errors
     /// An address that cannot be listened at.
-    pub fn run(self) -> Result<(), Failure> {
+    pub fn run(self) -> Result<(), Error> {
         Ok(self.serve()?)
     }
 

@@ -2,9 +2,9 @@
 
 use std::time::{Duration, Instant};
 
+use crate::error::Error;
 use host_sim::can::client::{Client, ClientError};
 use host_sim::can::telemetry::Telemetry;
-use host_sim::error::Error;
 
 /// How long nothing may come.
 const SILENCE: Duration = Duration::from_secs(2);

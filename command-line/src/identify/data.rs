@@ -6,8 +6,10 @@ use std::sync::Arc;
 
 use clap::{Args, ValueEnum};
 
+use crate::error::Error;
 use crate::{output, parameters::setting};
-use host_sim::{error::Error, scenario::Setting};
+use host_sim::error::Error as SimulatorError;
+use host_sim::scenario::Setting;
 use identification::{
     Experiment, Hold, IdentifyError, Model,
     data::{Choice, Columns, Delimiter, Import, Note},
@@ -112,7 +114,7 @@ impl DataOptions {
             if !parameters().any(|p| p.is_called(name)) {
                 let known: BTreeSet<&str> = parameters().map(|p| p.name).collect();
                 let expected = Vec::from_iter(known.iter().copied()).join(", ");
-                return Err(Error::unknown("parameter", name, known, expected));
+                return Err(SimulatorError::unknown("parameter", name, known, expected).into());
             }
         }
         Ok(())

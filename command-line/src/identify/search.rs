@@ -6,8 +6,9 @@ use clap::Args;
 use indicatif::ProgressBar;
 
 use super::Loaded;
+use crate::error::Error;
 use crate::{output, parameters::setting};
-use host_sim::{error::Error, scenario::Setting};
+use host_sim::scenario::Setting;
 use identification::{Model, Options, Progress, assessment::Assessment, request::Request};
 
 #[derive(Debug, Args)]

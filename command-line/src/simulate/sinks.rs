@@ -41,7 +41,7 @@ pub struct Sinks {
 /// Something that takes the rows of a run.
 trait Sink: Rows {
     /// Writes what is left.
-    fn finish(self: Box<Self>) -> Result<(), Error>;
+    fn finish(self: Box<Self>) -> Result<(), crate::Error>;
 }
 
 impl Sinks {
@@ -80,7 +80,7 @@ impl Sinks {
     }
 
     /// Writes what is left.
-    pub fn finish(self) -> Result<(), Error> {
+    pub fn finish(self) -> Result<(), crate::Error> {
         self.progress.finish_and_clear();
         self.sinks.into_iter().try_for_each(Sink::finish)
     }
@@ -144,8 +144,8 @@ impl Rows for StandardOutput {
 }
 
 impl Sink for StandardOutput {
-    fn finish(self: Box<Self>) -> Result<(), Error> {
-        self.0.finish().flush().map_err(Self::failed)
+    fn finish(self: Box<Self>) -> Result<(), crate::Error> {
+        Ok(self.0.finish().flush().map_err(Self::failed)?)
     }
 }
 
@@ -162,7 +162,7 @@ impl Rows for FileSink {
 }
 
 impl Sink for FileSink {
-    fn finish(self: Box<Self>) -> Result<(), Error> {
+    fn finish(self: Box<Self>) -> Result<(), crate::Error> {
         self.file.finish()?;
         if let Some(path) = self.said {
             eprintln!("trace: {}", path.display());
@@ -201,8 +201,8 @@ impl Rows for PlotSink {
 }
 
 impl Sink for PlotSink {
-    fn finish(self: Box<Self>) -> Result<(), Error> {
-        plot::save(&plot::of_trace(&self.title, &self.trace), &self.path)?;
+    fn finish(self: Box<Self>) -> Result<(), crate::Error> {
+        plot::save(&figures::of_trace(&self.title, &self.trace), &self.path)?;
         eprintln!("plot: {}", self.path.display());
         Ok(())
     }
@@ -244,7 +244,7 @@ impl Rows for Summary {
 }
 
 impl Sink for Summary {
-    fn finish(self: Box<Self>) -> Result<(), Error> {
+    fn finish(self: Box<Self>) -> Result<(), crate::Error> {
         output::print_table(&self.table())
     }
 }

@@ -1,12 +1,12 @@
 //! The Bode plot of a tuned loop.
 
 use super::result::stable_margins;
+use crate::error::Error;
 use host_sim::{
     analysis::{
         frequency::{Response, logarithmic_grid},
         linear_models::Loop,
     },
-    error::Error,
     plot::{Colours, Figure, Panel, Series, Style},
     tune::{Request, Tuning},
 };

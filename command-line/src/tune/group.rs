@@ -2,7 +2,8 @@
 
 use model_core::parameter::{Group, Parameter, ParameterError, Value};
 
-use host_sim::error::Error;
+use crate::error::Error;
+use host_sim::error::Error as SimulatorError;
 
 /// Every parameter with its present value, in the order of the tables.
 pub fn values<'a>(groups: &'a [&'a mut dyn Group]) -> impl Iterator<Item = Value> + 'a {
@@ -38,5 +39,5 @@ pub fn set(
 fn unknown(known: impl Iterator<Item = &'static Parameter>, name: &str, command: &str) -> Error {
     let known = known.flat_map(|parameter| [parameter.name, parameter.symbol]);
     let expected = format!("one that `actuator {command} --list-parameters` prints");
-    Error::unknown("parameter", name, known, expected)
+    SimulatorError::unknown("parameter", name, known, expected).into()
 }

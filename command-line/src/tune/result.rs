@@ -4,10 +4,10 @@ use model_core::{control::parameters::ControlParameters, parameter::Parameters};
 use serde_json::json;
 
 use super::wish::FOUND;
+use crate::error::Error;
 use crate::output;
 use host_sim::{
     analysis::loop_gain::{Margin, Margins},
-    error::Error,
     table::{Cell, Table},
     tune::Tuning,
 };

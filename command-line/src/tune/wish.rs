@@ -8,9 +8,9 @@ use model_core::{
 
 use super::group;
 
+use crate::error::Error;
 use host_sim::{
     analysis::linear_models::{Motor, Timing},
-    error::Error,
     scenario::Setting,
     settings::{ModelKind, PlantKind, Settings},
     tune::{Goal, InnerLoop, PositionLoop, Request, Ripple, Tuning},

@@ -1,4 +1,5 @@
-//! A bus without errors and without arbitration: every frame reaches everybody but its sender, in order.
+//! A bus without errors and without arbitration: every frame reaches every participant but its
+//! sender, in order.
 
 use std::collections::VecDeque;
 
@@ -6,14 +7,14 @@ use canopen::CanFrame;
 
 use super::native_node::{NativeNode, PERIOD_US};
 
-/// Control periods that are made up for after a pause, far fewer than a command lasts; more are skipped, as a computer that
-/// slept is no fault of a master.
+/// Late control periods that are run after a pause. More are skipped: a suspended computer must not
+/// trigger the command timeout.
 const MOST_BEHIND: u64 = 5;
 
-/// Who is on the bus.
+/// A participant of the bus.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Port {
-    /// An actuator, by its place.
+    /// An actuator, by its index.
     Node(usize),
     /// A client, by its number.
     Client(u64),
@@ -22,35 +23,36 @@ pub enum Port {
 /// Actuators on a bus.
 pub struct Bus<'a> {
     nodes: Vec<NativeNode<'a>>,
-    waiting: VecDeque<(Port, CanFrame)>,
+    queue: VecDeque<(Port, CanFrame)>,
 }
 
 impl<'a> Bus<'a> {
-    /// With these actuators.
+    /// A bus with these actuators.
     pub fn new(nodes: Vec<NativeNode<'a>>) -> Self {
         let mut bus = Self {
             nodes,
-            waiting: VecDeque::new(),
+            queue: VecDeque::new(),
         };
         bus.collect();
         bus
     }
 
-    /// A client sends.
+    /// Queues a frame of a client.
     pub fn send(&mut self, from: u64, frame: CanFrame) {
-        self.waiting.push_back((Port::Client(from), frame));
+        self.queue.push_back((Port::Client(from), frame));
     }
 
-    /// Runs the control periods that are due, and delivers all frames; `hear` hears each, with its sender.
-    pub fn run(&mut self, now_us: u64, mut hear: impl FnMut(Port, &CanFrame)) {
-        self.deliver(&mut hear);
+    /// Runs the control periods that are due and delivers all frames; `monitor` gets each frame with
+    /// its sender.
+    pub fn run(&mut self, now_us: u64, mut monitor: impl FnMut(Port, &CanFrame)) {
+        self.deliver(&mut monitor);
         let latest = now_us.saturating_sub(MOST_BEHIND * PERIOD_US);
         for node in &mut self.nodes {
             node.skip_to(latest);
         }
         while self.step(now_us) {
             self.collect();
-            self.deliver(&mut hear);
+            self.deliver(&mut monitor);
         }
     }
 
@@ -60,18 +62,18 @@ impl<'a> Bus<'a> {
     }
 
     fn collect(&mut self) {
-        for (place, node) in self.nodes.iter_mut().enumerate() {
+        for (index, node) in self.nodes.iter_mut().enumerate() {
             while let Some(frame) = node.transmit() {
-                self.waiting.push_back((Port::Node(place), frame));
+                self.queue.push_back((Port::Node(index), frame));
             }
         }
     }
 
-    fn deliver(&mut self, hear: &mut impl FnMut(Port, &CanFrame)) {
-        while let Some((from, frame)) = self.waiting.pop_front() {
-            hear(from, &frame);
-            for (place, node) in self.nodes.iter_mut().enumerate() {
-                if from != Port::Node(place) {
+    fn deliver(&mut self, monitor: &mut impl FnMut(Port, &CanFrame)) {
+        while let Some((from, frame)) = self.queue.pop_front() {
+            monitor(from, &frame);
+            for (index, node) in self.nodes.iter_mut().enumerate() {
+                if from != Port::Node(index) {
                     node.receive(&frame);
                 }
             }

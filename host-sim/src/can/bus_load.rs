@@ -1,17 +1,17 @@
-//! How much of a bus its frames take.
+//! The bus load of periodic frames.
 //!
-//! A data frame with an identifier of 11 bits and `n` bytes has `47 + 8 n` bits with the intermission, and at most
-//! `(34 + 8 n - 1)/4` stuff bits more (K. Tindell, A. Burns, A. Wellings: Calculating Controller Area Network message response times,
-//! 1995; the fraction is cut off).
+//! A data frame with an identifier of 11 bits and `n` bytes has `47 + 8 n` bits including the
+//! intermission, and at most `floor((34 + 8 n - 1)/4)` stuff bits more (K. Tindell, A. Burns,
+//! A. Wellings: Calculating Controller Area Network message response times, 1995).
 
-/// Frames of one kind.
+/// Periodic frames.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Traffic {
-    /// What they are.
+    /// Their content.
     pub what: &'static str,
     /// Bytes of data.
     pub bytes: u32,
-    /// How often one is sent, Hz.
+    /// Their rate, Hz.
     pub rate_hz: f64,
 }
 
@@ -26,7 +26,7 @@ pub const fn frame_bits(bytes: u32) -> (u32, u32) {
     (bits, bits + (34 + 8 * bytes - 1) / 4)
 }
 
-/// What an actuator's dictionary sends and takes by default, and a heartbeat of each, at these rates.
+/// The frames of one actuator with its default PDOs and a heartbeat, at these rates.
 pub fn default_profile(telemetry_hz: f64, command_hz: f64, heartbeat_hz: f64) -> Vec<Traffic> {
     let row = |what, bytes, rate_hz| Traffic {
         what,
@@ -50,7 +50,7 @@ pub fn default_profile(telemetry_hz: f64, command_hz: f64, heartbeat_hz: f64) ->
     ]
 }
 
-/// Shares of the bus that these frames of one actuator take: least and most.
+/// The bus load of these frames as a share: without stuff bits, and with the most.
 pub fn share(traffic: &[Traffic], bit_rate: f64) -> (f64, f64) {
     let rates = traffic.iter().map(|row| {
         let (least, most) = frame_bits(row.bytes);
@@ -67,8 +67,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_defaults_of_one_actuator_take_a_share_that_a_hand_reckons() {
-        // 2 x 250 x 135 + 50 x (47 + 40 + 18) + 50 x (47 + 48 + 20) + 10 x (47 + 8 + 10) bits a second.
+    fn the_load_of_the_default_pdos_is_that_calculated_by_hand() {
+        // 2 x 250 x 135 + 50 x (47 + 40 + 18) + 50 x (47 + 48 + 20) + 10 x (47 + 8 + 10) bit/s.
         let (_, most) = share(&default_profile(250.0, 50.0, 10.0), 1e6);
         assert!((most - (67_500.0 + 5_250.0 + 5_750.0 + 650.0) / 1e6).abs() < 1e-12);
     }

@@ -1,4 +1,4 @@
-//! What a person does with an actuator over the bus.
+//! A CANopen client: reads and writes objects, and operates the drive.
 
 use std::io;
 use std::time::{Duration, Instant};
@@ -13,7 +13,7 @@ use super::names::{self, Value};
 use super::sdo::{Sdo, SdoError};
 use crate::error::Error;
 
-/// Why something could not be done with an actuator.
+/// Why a request to an actuator failed.
 #[derive(Debug, thiserror::Error)]
 pub enum ClientError {
     /// The bus cannot be opened.
@@ -21,7 +21,7 @@ pub enum ClientError {
     Open {
         /// Its name.
         bus: String,
-        /// What the system said.
+        /// The error of the operating system.
         source: io::Error,
     },
     /// An object cannot be read or written.
@@ -29,40 +29,57 @@ pub enum ClientError {
     Object {
         /// Its name.
         name: String,
-        /// Why.
+        /// The error of the transfer.
         source: SdoError,
     },
-    /// The bus.
+    /// The bus failed.
     #[error("the bus: {0}")]
     Link(#[from] io::Error),
-    /// It cannot do that as it is now.
+    /// The actuator cannot do that in its present state.
     #[error("node {node}: {why}")]
     NotNow {
         /// The node.
         node: u8,
-        /// What hinders it, and what helps.
+        /// The reason, and the remedy.
         why: &'static str,
     },
-    /// The drive is not where it should be.
+    /// The drive is not in the expected state.
     #[error("node {node}: {state}; {wanted}")]
     State {
         /// The node.
         node: u8,
         /// Its state, with the fault.
         state: String,
-        /// What was wanted.
+        /// The state that is expected.
         wanted: &'static str,
     },
+    /// The object does not hold an integer.
+    #[error("{0} is not an integer")]
+    NotAnInteger(String),
+    /// No TPDO of the actuator is valid.
+    #[error("the actuator has no valid TPDO")]
+    NoTpdo,
+    /// The name of an object, or a value for it, is refused before it is sent.
+    #[error(transparent)]
+    Request(#[from] Error),
 }
 
 impl ClientError {
-    /// Whether the actuator was reached and said no.
+    /// Whether the actuator answered and refused.
     pub fn is_refusal(&self) -> bool {
         match self {
             Self::Object { source, .. } => matches!(source, SdoError::Abort { .. }),
             Self::State { .. } | Self::NotNow { .. } => true,
-            Self::Open { .. } | Self::Link(_) => false,
+            _ => false,
         }
+    }
+
+    /// Whether the request is invalid, whatever the actuator is.
+    pub fn is_invalid_request(&self) -> bool {
+        matches!(
+            self,
+            Self::Request(_) | Self::NotAnInteger(_) | Self::NoTpdo
+        )
     }
 }
 
@@ -98,7 +115,7 @@ impl Client {
     ///
     /// # Errors
     /// [`ClientError::Open`].
-    pub fn open(bus: &str, kbit_s: u16, node: u8) -> Result<Self, Error> {
+    pub fn open(bus: &str, kbit_s: u16, node: u8) -> Result<Self, ClientError> {
         let link = super::link::open(bus, kbit_s);
         let link = link.map_err(|source| ClientError::Open {
             bus: bus.to_owned(),
@@ -112,8 +129,8 @@ impl Client {
         self.node
     }
 
-    /// Another node of the same bus from now on.
-    pub fn turn_to(&mut self, node: u8) {
+    /// Selects another node of the same bus.
+    pub fn select_node(&mut self, node: u8) {
         self.node = node;
     }
 
@@ -165,18 +182,18 @@ impl Client {
     ///
     /// # Errors
     /// [`ClientError::Object`].
-    pub fn integer(&mut self, object: &str) -> Result<i64, Error> {
+    pub fn integer(&mut self, object: &str) -> Result<i64, ClientError> {
         match self.get(names::find(object)?)? {
             Value::Integer(value) => Ok(value),
-            _ => Err(Error::Conflict(format!("{object} is no integer"))),
+            _ => Err(ClientError::NotAnInteger(object.to_owned())),
         }
     }
 
-    /// Writes a value in words to an object.
+    /// Writes a value, given as text, to an object.
     ///
     /// # Errors
-    /// [`ClientError::Object`], or that the value is none of the object.
-    pub fn write(&mut self, object: &str, value: &str) -> Result<(), Error> {
+    /// [`ClientError::Object`], and [`ClientError::Request`] for an invalid value.
+    pub fn write(&mut self, object: &str, value: &str) -> Result<(), ClientError> {
         let row = names::find(object)?;
         Ok(self.set(row, &names::encode(row, value)?)?)
     }
@@ -194,7 +211,7 @@ impl Client {
     ///
     /// # Errors
     /// [`ClientError::Object`].
-    pub fn status(&mut self) -> Result<u16, Error> {
+    pub fn status(&mut self) -> Result<u16, ClientError> {
         Ok(self.integer("6041")? as u16)
     }
 
@@ -202,15 +219,15 @@ impl Client {
     ///
     /// # Errors
     /// [`ClientError::Object`].
-    pub fn control(&mut self, word: u16) -> Result<(), Error> {
+    pub fn control(&mut self, word: u16) -> Result<(), ClientError> {
         self.write("6040", &word.to_string())
     }
 
-    /// That the drive is not as wanted, with its state and fault.
+    /// Fails with the state and the fault of the drive, and with what is expected.
     ///
     /// # Errors
-    /// What it says, or why it could not be asked.
-    pub fn complain<T>(&mut self, wanted: &'static str) -> Result<T, Error> {
+    /// Always: [`ClientError::State`], or the error of reading the state.
+    pub fn fail_in_state<T>(&mut self, wanted: &'static str) -> Result<T, ClientError> {
         let mut state = state_name(self.status()?).to_owned();
         let code = self.integer("603F")?;
         if code != 0 {
@@ -220,28 +237,27 @@ impl Client {
             node: self.node,
             state,
             wanted,
-        }
-        .into())
+        })
     }
 
-    /// Waits until the statusword is so.
+    /// Waits until the statusword meets a condition.
     ///
     /// # Errors
-    /// What was wanted, in its time.
+    /// [`ClientError::State`] after `time`, or on a fault.
     pub fn wait(
         &mut self,
         time: Duration,
         wanted: &'static str,
-        is_so: impl Fn(u16) -> bool,
-    ) -> Result<u16, Error> {
+        is_met: impl Fn(u16) -> bool,
+    ) -> Result<u16, ClientError> {
         let end = Instant::now() + time;
         loop {
             let status = self.status()?;
-            if is_so(status) {
+            if is_met(status) {
                 return Ok(status);
             }
             if status & statusword::FAULT != 0 || Instant::now() > end {
-                return self.complain(wanted);
+                return self.fail_in_state(wanted);
             }
             std::thread::sleep(Duration::from_millis(4));
         }
@@ -250,11 +266,11 @@ impl Client {
     /// Enables operation in a mode, from any state but a fault.
     ///
     /// # Errors
-    /// That it does not get there.
-    pub fn enable(&mut self, mode: i8) -> Result<(), Error> {
+    /// [`ClientError::State`] if the drive does not reach the state.
+    pub fn enable(&mut self, mode: i8) -> Result<(), ClientError> {
         self.manage(1)?;
         if self.status()? & statusword::FAULT != 0 {
-            return self.complain("reset it by `actuator faults --reset`");
+            return self.fail_in_state("reset it by `actuator faults --reset`");
         }
         self.write("6060", &mode.to_string())?;
         let second = Duration::from_secs(1);
@@ -270,19 +286,19 @@ impl Client {
         Ok(())
     }
 
-    /// Takes the power off.
+    /// Disables the power stage.
     ///
     /// # Errors
     /// [`ClientError::Object`].
-    pub fn disable(&mut self) -> Result<(), Error> {
+    pub fn disable(&mut self) -> Result<(), ClientError> {
         self.control(0)
     }
 
-    /// A new set-point of profile position, which replaces the one under way.
+    /// Commands a new set-point of profile position, which replaces the present one at once.
     ///
     /// # Errors
-    /// That it is not acknowledged.
-    pub fn move_to(&mut self, position_mdeg: i32) -> Result<(), Error> {
+    /// [`ClientError::State`] if the drive does not acknowledge it.
+    pub fn move_to(&mut self, position_mdeg: i32) -> Result<(), ClientError> {
         let enabled = controlword::SWITCH_ON
             | controlword::ENABLE_VOLTAGE
             | controlword::QUICK_STOP
@@ -290,14 +306,14 @@ impl Client {
         self.control(enabled)?;
         self.wait(
             Duration::from_secs(1),
-            "expected the last set-point to be over",
+            "expected the last set-point to be acknowledged",
             |status| status & statusword::MODE_12 == 0,
         )?;
         self.write("607A", &position_mdeg.to_string())?;
         self.control(enabled | controlword::NEW_SET_POINT | controlword::CHANGE_SET_IMMEDIATELY)?;
         self.wait(
             Duration::from_secs(1),
-            "expected the set-point to be taken",
+            "expected the set-point to be acknowledged",
             |status| status & statusword::MODE_12 != 0,
         )?;
         self.control(enabled)

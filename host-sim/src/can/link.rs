@@ -1,4 +1,4 @@
-//! Ways to a CAN bus.
+//! Transports to a CAN bus: slcan over TCP or a serial line, and SocketCAN.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
@@ -12,21 +12,21 @@ pub trait Link {
     /// Sends a frame.
     ///
     /// # Errors
-    /// What the system said.
+    /// The error of the operating system.
     fn send(&mut self, frame: &CanFrame) -> io::Result<()>;
 
     /// The next frame, if one comes in time.
     ///
     /// # Errors
-    /// What the system said.
+    /// The error of the operating system.
     fn receive(&mut self, timeout: Duration) -> io::Result<Option<CanFrame>>;
 }
 
-/// Opens a bus by its name: `HOST:PORT` is slcan over TCP, `can0` SocketCAN, and the path of a device (`/dev/ttyACM0`, `COM3`) slcan over
-/// a serial line.
+/// Opens a bus by its name: `HOST:PORT` is slcan over TCP, the path of a device (`/dev/ttyACM0`,
+/// `COM3`) slcan over a serial line, and any other name (`can0`) a SocketCAN interface.
 ///
 /// # Errors
-/// What the system said, or that the name is none.
+/// The error of the operating system.
 pub fn open(name: &str, kbit_s: u16) -> io::Result<Box<dyn Link>> {
     let address = ["tcp://", "socket://"]
         .iter()
@@ -63,12 +63,12 @@ fn connect(address: &str) -> io::Result<TcpStream> {
     Err(last)
 }
 
-/// A stream whose reads end in time.
+/// A stream with a timeout.
 pub trait Stream: Read + Write {
-    /// For the reads that follow.
+    /// Sets the timeout of the reads that follow.
     ///
     /// # Errors
-    /// What the system said.
+    /// The error of the operating system.
     fn set_timeout(&mut self, timeout: Duration) -> io::Result<()>;
 }
 
@@ -82,7 +82,7 @@ impl Stream for TcpStream {
 struct Serial(serial2::SerialPort);
 
 impl Serial {
-    /// Of the communication board; adapters on USB take any.
+    /// The rate of the communication board; USB adapters accept any.
     const BAUD: u32 = 2_000_000;
 
     fn open(path: &str) -> io::Result<Self> {
@@ -112,11 +112,11 @@ impl Stream for Serial {
     }
 }
 
-/// An slcan adapter at the other end of a stream.
+/// An slcan adapter behind a stream.
 struct Slcan<S: Stream> {
     stream: S,
-    /// What came and is no whole line yet.
-    rest: Vec<u8>,
+    /// Received bytes of an incomplete line.
+    partial: Vec<u8>,
 }
 
 impl<S: Stream> Slcan<S> {
@@ -124,21 +124,25 @@ impl<S: Stream> Slcan<S> {
         let digit = KBIT_S.iter().position(|rate| *rate == kbit_s);
         let digit = digit.ok_or_else(|| {
             let expected =
-                format!("{kbit_s} kbit/s is no bit rate of slcan; expected one of {KBIT_S:?}");
+                format!("{kbit_s} kbit/s is not a bit rate of slcan, expected one of {KBIT_S:?}");
             io::Error::new(ErrorKind::InvalidInput, expected)
         })?;
-        // The first line ends whatever was begun.
+        // The empty line ends an incomplete command.
         stream.write_all(format!("\rC\rS{digit}\rO\r").as_bytes())?;
         Ok(Self {
             stream,
-            rest: Vec::new(),
+            partial: Vec::new(),
         })
     }
 
-    /// The first frame among the lines that are there.
+    /// The next frame among the complete lines.
     fn line(&mut self) -> Option<CanFrame> {
-        while let Some(end) = self.rest.iter().position(|byte| matches!(byte, b'\r' | 7)) {
-            let line: Vec<u8> = self.rest.drain(..=end).collect();
+        while let Some(end) = self
+            .partial
+            .iter()
+            .position(|byte| matches!(byte, b'\r' | 7))
+        {
+            let line: Vec<u8> = self.partial.drain(..=end).collect();
             if let Some(frame) = parse_frame(&line[..end]) {
                 return Some(frame);
             }
@@ -149,7 +153,7 @@ impl<S: Stream> Slcan<S> {
 
 impl<S: Stream> Drop for Slcan<S> {
     fn drop(&mut self) {
-        // Whoever is gone needs no goodbye.
+        // The adapter may be disconnected already.
         let _ = self.stream.write_all(b"C\r");
     }
 }
@@ -176,10 +180,10 @@ impl<S: Stream> Link for Slcan<S> {
                 Ok(0) => {
                     return Err(io::Error::new(
                         ErrorKind::UnexpectedEof,
-                        "the other side has hung up",
+                        "the peer closed the connection",
                     ));
                 }
-                Ok(length) => self.rest.extend_from_slice(&buffer[..length]),
+                Ok(length) => self.partial.extend_from_slice(&buffer[..length]),
                 Err(error)
                     if matches!(
                         error.kind(),

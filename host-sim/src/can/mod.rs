@@ -1,4 +1,5 @@
-//! The CAN side of the PC: actuators that run natively on a virtual bus, and a client that speaks to any.
+//! CAN on the PC: actuators that run natively on a virtual bus, and a client for real and simulated
+//! buses.
 //!
 //! ```text
 //! client ── link ── slcan over TCP, a serial line or a terminal ── server ── bus ── native nodes

@@ -1,4 +1,5 @@
-//! An actuator that runs natively: the firmware's application and its CANopen node around the plant.
+//! An actuator that runs natively: the firmware's application and its CANopen device around the
+//! plant.
 
 use canopen::{CanFrame, NodeId};
 use firmware::{
@@ -15,13 +16,13 @@ use model_core::{
 /// Length of a control period, us.
 pub const PERIOD_US: u64 = 4_000;
 
-/// Values that the capture holds, as many as the board's.
+/// Values in the capture buffer, as on the board.
 pub const CAPTURE_VALUES: usize = 40_960;
 
-/// Words of a page of the flash: 16 KiB.
+/// Words of a flash page: 16 KiB.
 const PAGE_WORDS: usize = 4_096;
 
-/// A flash that lasts as long as the program, and never keeps anybody waiting.
+/// Flash in memory, which completes every operation at once.
 struct Memory([Vec<u32>; 2]);
 
 impl Memory {
@@ -63,10 +64,11 @@ pub struct NativeNode<'a> {
 }
 
 impl<'a> NativeNode<'a> {
-    /// An actuator with factory settings, this serial number and node-ID (`None` waits for LSS), which captures into this buffer.
+    /// An actuator with default parameters, this serial number and node-ID (`None` waits for LSS), and
+    /// this capture buffer.
     ///
     /// # Errors
-    /// That of the first parameter of the plant that is outside its range.
+    /// For a parameter of the plant that is out of range.
     pub fn new(
         serial_number: u32,
         node_id: Option<NodeId>,
@@ -90,7 +92,7 @@ impl<'a> NativeNode<'a> {
         })
     }
 
-    /// Takes a frame from the bus, at the node's own time: that of its last control period.
+    /// Receives a frame, at the time of the node's last control period.
     pub fn receive(&mut self, frame: &CanFrame) {
         self.device.receive(frame, self.next_us - PERIOD_US);
     }
@@ -100,7 +102,7 @@ impl<'a> NativeNode<'a> {
         self.device.transmit()
     }
 
-    /// Runs the control period that is due, if one is; whether it did.
+    /// Runs a control period if one is due; returns whether it did.
     pub fn step(&mut self, now_us: u64) -> bool {
         if now_us < self.next_us {
             return false;
@@ -116,7 +118,7 @@ impl<'a> NativeNode<'a> {
         true
     }
 
-    /// Forgets control periods that the computer was too late for.
+    /// Skips late control periods.
     pub fn skip_to(&mut self, now_us: u64) {
         self.next_us = self.next_us.max(now_us);
     }

@@ -8,16 +8,16 @@ use embedded_can::{Frame, StandardId};
 
 use super::link::Link;
 
-/// Why an object could not be read or written.
+/// Why a transfer failed.
 #[derive(Debug, thiserror::Error)]
 pub enum SdoError {
-    /// The bus.
+    /// The bus failed.
     #[error("the bus: {0}")]
     Link(#[from] io::Error),
-    /// Nobody answers.
+    /// The node does not answer.
     #[error("node {0} does not answer")]
     Timeout(u8),
-    /// The device refuses.
+    /// The node aborts the transfer.
     #[error("{index:04X}h:{sub}: {}", abort_text(*code))]
     Abort {
         /// Index of the object.
@@ -27,54 +27,51 @@ pub enum SdoError {
         /// Abort code.
         code: u32,
     },
-    /// An answer that the protocol does not have there.
-    #[error("node {0} answers what is no part of the protocol")]
+    /// The node violates the protocol.
+    #[error("node {0} violates the SDO protocol")]
     Protocol(u8),
 }
 
-/// An abort code in words.
+/// The text of an abort code.
 pub fn abort_text(code: u32) -> String {
     let known: [(Abort, &str); 15] = [
         (Abort::NoObject, "there is no such object"),
         (Abort::NoSubIndex, "there is no such sub-index"),
-        (Abort::ReadOnly, "it is read only"),
-        (Abort::WriteOnly, "it is write only"),
+        (Abort::ReadOnly, "the object is read only"),
+        (Abort::WriteOnly, "the object is write only"),
         (Abort::TooLong, "the value has too many bytes"),
         (Abort::TooShort, "the value has too few bytes"),
         (Abort::TooHigh, "the value is too high"),
         (Abort::TooLow, "the value is too low"),
-        (Abort::Value, "the value is not possible"),
-        (
-            Abort::Incompatible,
-            "the value does not go together with another",
-        ),
+        (Abort::Value, "the value is invalid"),
+        (Abort::Incompatible, "the value conflicts with another one"),
         (
             Abort::MaximumBelowMinimum,
             "the maximum would be below the minimum",
         ),
         (
             Abort::DeviceState,
-            "not in the present state of the device: it is enabled, or has no power",
+            "not possible in the present state of the device: it is enabled, or has no power",
         ),
         (Abort::NoData, "there is no data"),
         (Abort::Hardware, "the hardware failed"),
-        (Abort::Store, "it cannot be stored"),
+        (Abort::Store, "the value cannot be stored"),
     ];
     let text = known.iter().find(|(abort, _)| abort.code() == code);
     let text = text.map_or("refused", |(_, text)| text);
     format!("{text} (abort code {code:08X}h)")
 }
 
-/// One node, over a bus.
+/// An SDO client of one node.
 pub struct Sdo<'a> {
     link: &'a mut dyn Link,
     node: u8,
 }
 
-/// How long a node may take: it may have to erase flash.
-const PATIENCE: Duration = Duration::from_secs(2);
+/// The response timeout: a node may have to erase flash.
+const TIMEOUT: Duration = Duration::from_secs(2);
 
-/// Segments of a block.
+/// Segments of a block, the most that the protocol allows.
 const BLOCK: u8 = 127;
 
 impl<'a> Sdo<'a> {
@@ -90,7 +87,7 @@ impl<'a> Sdo<'a> {
     }
 
     fn answer(&mut self) -> Result<[u8; 8], SdoError> {
-        let end = Instant::now() + PATIENCE;
+        let end = Instant::now() + TIMEOUT;
         loop {
             let left = end.saturating_duration_since(Instant::now());
             let Some(frame) = self.link.receive(left)? else {
@@ -102,8 +99,8 @@ impl<'a> Sdo<'a> {
         }
     }
 
-    /// The answer to the first request of a transfer. Other clients of the node have answers of their own on the bus: what is
-    /// about another object is not for us.
+    /// Sends the first request of a transfer and returns the response. Responses about other objects
+    /// are skipped: they are for other clients of the node.
     fn begin(
         &mut self,
         command: u8,
@@ -115,21 +112,21 @@ impl<'a> Sdo<'a> {
         loop {
             let answer = self.answer()?;
             if answer[1..4] == [low, high, sub] {
-                return refused(answer, (index, sub));
+                return check_abort(answer, (index, sub));
             }
         }
     }
 
-    /// The answer to what follows, which may be an abort.
-    fn ask(&mut self, request: [u8; 8], object: (u16, u8)) -> Result<[u8; 8], SdoError> {
+    /// Sends a further request and returns the response.
+    fn request(&mut self, request: [u8; 8], object: (u16, u8)) -> Result<[u8; 8], SdoError> {
         self.send(request)?;
-        refused(self.answer()?, object)
+        check_abort(self.answer()?, object)
     }
 
     /// The value of an object.
     ///
     /// # Errors
-    /// The bus, silence, or an abort.
+    /// [`SdoError`].
     pub fn upload(&mut self, index: u16, sub: u8) -> Result<Vec<u8>, SdoError> {
         let answer = self.begin(0x40, [0; 4], (index, sub))?;
         let [command, _, _, _, data @ ..] = answer;
@@ -148,7 +145,7 @@ impl<'a> Sdo<'a> {
         let mut data = Vec::new();
         let mut toggle = 0;
         loop {
-            let answer = self.ask([0x60 | toggle, 0, 0, 0, 0, 0, 0, 0], (index, sub))?;
+            let answer = self.request([0x60 | toggle, 0, 0, 0, 0, 0, 0, 0], (index, sub))?;
             if answer[0] & 0xF0 != toggle {
                 return Err(SdoError::Protocol(self.node));
             }
@@ -161,10 +158,10 @@ impl<'a> Sdo<'a> {
         }
     }
 
-    /// The value of a long object, in blocks.
+    /// The value of an object, by block transfer.
     ///
     /// # Errors
-    /// The bus, silence, or an abort.
+    /// [`SdoError`].
     pub fn upload_block(&mut self, index: u16, sub: u8) -> Result<Vec<u8>, SdoError> {
         let answer = self.begin(0xA0, [BLOCK, 0, 0, 0], (index, sub))?;
         if answer[0] & 0xE1 != 0xC0 {
@@ -187,15 +184,15 @@ impl<'a> Sdo<'a> {
         Ok(data)
     }
 
-    /// One block; whether it was the last.
+    /// Receives one block; returns whether it was the last.
     fn block(&mut self, data: &mut Vec<u8>, (index, sub): (u16, u8)) -> Result<bool, SdoError> {
-        let mut good = 0;
+        let mut received = 0;
         let mut is_last = false;
         for number in 1..=BLOCK {
-            let segment = refused(self.answer()?, (index, sub))?;
-            // What comes behind a gap is sent anew.
-            if segment[0] & 0x7F == number && good + 1 == number {
-                good = number;
+            let segment = check_abort(self.answer()?, (index, sub))?;
+            // Segments after a lost one are sent again with the next block.
+            if segment[0] & 0x7F == number && received + 1 == number {
+                received = number;
                 data.extend_from_slice(&segment[1..]);
                 is_last = segment[0] & 0x80 != 0;
             }
@@ -203,14 +200,14 @@ impl<'a> Sdo<'a> {
                 break;
             }
         }
-        self.send([0xA2, good, BLOCK, 0, 0, 0, 0, 0])?;
+        self.send([0xA2, received, BLOCK, 0, 0, 0, 0, 0])?;
         Ok(is_last)
     }
 
-    /// A new value for an object.
+    /// Writes an object.
     ///
     /// # Errors
-    /// The bus, silence, or an abort.
+    /// [`SdoError`].
     pub fn download(&mut self, index: u16, sub: u8, value: &[u8]) -> Result<(), SdoError> {
         if let 1..=4 = value.len() {
             let mut data = [0; 4];
@@ -229,7 +226,7 @@ impl<'a> Sdo<'a> {
             let mut segment = [0; 8];
             segment[0] = toggle | (7 - now.len() as u8) << 1 | u8::from(later.is_empty());
             segment[1..=now.len()].copy_from_slice(now);
-            let answer = self.ask(segment, (index, sub))?;
+            let answer = self.request(segment, (index, sub))?;
             self.expect(answer[0] == 0x20 | toggle)?;
             if later.is_empty() {
                 return Ok(());
@@ -238,13 +235,13 @@ impl<'a> Sdo<'a> {
         }
     }
 
-    fn expect(&self, is_so: bool) -> Result<(), SdoError> {
-        is_so.then_some(()).ok_or(SdoError::Protocol(self.node))
+    fn expect(&self, is_valid: bool) -> Result<(), SdoError> {
+        is_valid.then_some(()).ok_or(SdoError::Protocol(self.node))
     }
 }
 
-/// The answer, if it is no abort.
-fn refused(answer: [u8; 8], (index, sub): (u16, u8)) -> Result<[u8; 8], SdoError> {
+/// The response, unless it is an abort.
+fn check_abort(answer: [u8; 8], (index, sub): (u16, u8)) -> Result<[u8; 8], SdoError> {
     let [command, _, _, _, a, b, c, d] = answer;
     if command == 0x80 {
         let code = u32::from_le_bytes([a, b, c, d]);

@@ -1,4 +1,4 @@
-//! Serves a bus as slcan: every client has an adapter of its own on it.
+//! A server that gives each client an slcan adapter of its own on the bus.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{TcpListener, TcpStream};
@@ -10,18 +10,18 @@ use canopen::slcan::{self, Adapter};
 
 use super::bus::{Bus, Port};
 
-/// Bytes that may wait for a client; what comes then is lost for it, as at an adapter's serial line.
-const MOST_WAITING: usize = 1 << 18;
+/// Bytes in the send buffer of a client; further frames are lost, as at an adapter's serial line.
+const SEND_BUFFER: usize = 1 << 18;
 
-/// Between two looks at sockets and clock.
-const NAP: Duration = Duration::from_micros(500);
+/// Time between two polls of sockets and clock.
+const POLL_PERIOD: Duration = Duration::from_micros(500);
 
-/// What an adapter needs of the bus: a list of what the client sends.
+/// The bus as an adapter sees it: a list of the frames that the client sends.
 #[derive(Default)]
 struct Outbox(Vec<CanFrame>);
 
 impl slcan::Bus for Outbox {
-    /// Every bit rate is right on a bus without one.
+    /// The virtual bus has no bit rate: any is accepted.
     fn open(&mut self, _: Option<u16>, _: bool) -> bool {
         true
     }
@@ -38,46 +38,46 @@ impl slcan::Bus for Outbox {
     }
 }
 
-/// A line to a client that is there.
-pub trait Line: Read + Write {}
+/// A non-blocking stream to a client.
+pub trait Stream: Read + Write {}
 
-impl<T: Read + Write> Line for T {}
+impl<T: Read + Write> Stream for T {}
 
 /// One client.
 struct Client {
     number: u64,
-    line: Box<dyn Line>,
+    stream: Box<dyn Stream>,
     adapter: Adapter,
-    waiting: Vec<u8>,
-    /// A terminal stays when its reader goes.
-    stays: bool,
+    unsent: Vec<u8>,
+    /// A terminal is_permanent open when its reader closes it.
+    is_permanent: bool,
 }
 
 impl Client {
-    fn new(number: u64, line: Box<dyn Line>, stays: bool) -> Self {
+    fn new(number: u64, stream: Box<dyn Stream>, is_permanent: bool) -> Self {
         Self {
             number,
-            line,
+            stream,
             adapter: Adapter::new(*b"0001"),
-            waiting: Vec::new(),
-            stays,
+            unsent: Vec::new(),
+            is_permanent,
         }
     }
 
-    /// Whether the client is still there.
+    /// Reads and handles commands; returns whether the client is still connected.
     fn read(&mut self, bus: &mut Bus<'_>) -> bool {
         let mut buffer = [0; 4096];
         loop {
-            let length = match self.line.read(&mut buffer) {
-                Ok(0) => return self.stays,
+            let length = match self.stream.read(&mut buffer) {
+                Ok(0) => return self.is_permanent,
                 Ok(length) => length,
-                Err(error) if is_nothing(&error) => return true,
-                Err(_) => return self.stays,
+                Err(error) if is_temporary(&error) => return true,
+                Err(_) => return self.is_permanent,
             };
             let mut outbox = Outbox::default();
             for byte in &buffer[..length] {
                 if let Some(answer) = self.adapter.receive(*byte, &mut outbox) {
-                    self.waiting.extend_from_slice(answer.as_bytes());
+                    self.unsent.extend_from_slice(answer.as_bytes());
                 }
             }
             for frame in outbox.0 {
@@ -86,35 +86,35 @@ impl Client {
         }
     }
 
-    fn hear(&mut self, from: Port, frame: &CanFrame, now_us: u64) {
+    fn monitor(&mut self, from: Port, frame: &CanFrame, now_us: u64) {
         if from == Port::Client(self.number) {
             return;
         }
         let Some(text) = self.adapter.frame(frame, now_us) else {
             return;
         };
-        if self.waiting.len() < MOST_WAITING {
-            self.waiting.extend_from_slice(text.as_bytes());
+        if self.unsent.len() < SEND_BUFFER {
+            self.unsent.extend_from_slice(text.as_bytes());
         } else {
             self.adapter.line_lost();
         }
     }
 
-    /// Whether the client is still there.
+    /// Sends buffered bytes; returns whether the client is still connected.
     fn write(&mut self) -> bool {
-        while !self.waiting.is_empty() {
-            match self.line.write(&self.waiting) {
-                Ok(0) => return self.stays,
-                Ok(length) => drop(self.waiting.drain(..length)),
-                Err(error) if is_nothing(&error) => return true,
-                Err(_) => return self.stays,
+        while !self.unsent.is_empty() {
+            match self.stream.write(&self.unsent) {
+                Ok(0) => return self.is_permanent,
+                Ok(length) => drop(self.unsent.drain(..length)),
+                Err(error) if is_temporary(&error) => return true,
+                Err(_) => return self.is_permanent,
             }
         }
         true
     }
 }
 
-fn is_nothing(error: &io::Error) -> bool {
+fn is_temporary(error: &io::Error) -> bool {
     matches!(
         error.kind(),
         ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted
@@ -125,62 +125,63 @@ fn is_nothing(error: &io::Error) -> bool {
 pub struct Server<'a> {
     bus: Bus<'a>,
     clients: Vec<Client>,
-    next: u64,
-    begun: Instant,
+    next_number: u64,
+    start: Instant,
 }
 
 impl<'a> Server<'a> {
-    /// Without clients.
+    /// A server without clients.
     pub fn new(bus: Bus<'a>) -> Self {
         Self {
             bus,
             clients: Vec::new(),
-            next: 0,
-            begun: Instant::now(),
+            next_number: 0,
+            start: Instant::now(),
         }
     }
 
-    /// Takes a client whose line never blocks; one that `stays` is there for whoever comes next.
-    pub fn add(&mut self, line: impl Line + 'static, stays: bool) {
-        let client = Client::new(self.next, Box::new(line), stays);
-        self.next += 1;
+    /// Adds a client with a non-blocking stream; a permanent one is not removed when its reader
+    /// closes it.
+    pub fn add(&mut self, stream: impl Stream + 'static, is_permanent: bool) {
+        let client = Client::new(self.next_number, Box::new(stream), is_permanent);
+        self.next_number += 1;
         self.clients.push(client);
     }
 
-    /// Serves in real time until `stop` is set.
+    /// Runs the bus in real time until `stop` is set.
     ///
     /// # Errors
-    /// What the listening socket says.
+    /// The error of the listening socket.
     pub fn run(&mut self, listener: Option<&TcpListener>, stop: &AtomicBool) -> io::Result<()> {
         while !stop.load(Ordering::Relaxed) {
             while let Some(stream) = listener.map_or(Ok(None), accept)? {
                 self.add(stream, false);
             }
-            self.turn();
-            std::thread::sleep(NAP);
+            self.poll();
+            std::thread::sleep(POLL_PERIOD);
         }
         Ok(())
     }
 
-    fn turn(&mut self) {
+    fn poll(&mut self) {
         let Self {
             bus,
             clients,
-            begun,
+            start,
             ..
         } = self;
-        let now_us = begun.elapsed().as_micros() as u64;
+        let now_us = start.elapsed().as_micros() as u64;
         clients.retain_mut(|client| client.read(bus));
         bus.run(now_us, |from, frame| {
             for client in &mut *clients {
-                client.hear(from, frame, now_us);
+                client.monitor(from, frame, now_us);
             }
         });
         clients.retain_mut(Client::write);
     }
 }
 
-/// A client that wants in.
+/// The next client that connects, if there is one.
 fn accept(listener: &TcpListener) -> io::Result<Option<TcpStream>> {
     match listener.accept() {
         Ok((stream, _)) => {
@@ -188,7 +189,7 @@ fn accept(listener: &TcpListener) -> io::Result<Option<TcpStream>> {
             stream.set_nodelay(true)?;
             Ok(Some(stream))
         }
-        Err(error) if is_nothing(&error) => Ok(None),
+        Err(error) if is_temporary(&error) => Ok(None),
         Err(error) => Err(error),
     }
 }

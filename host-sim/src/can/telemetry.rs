@@ -1,23 +1,22 @@
-//! What an actuator tells by its TPDOs, as its own mapping says.
+//! The values that an actuator sends in its TPDOs, by the mapping that it reports.
 
 use canopen::CanFrame;
 use canopen_generator::Row;
 use embedded_can::Frame;
 
-use super::client::Client;
+use super::client::{Client, ClientError};
 use super::names::{self, Value};
-use crate::error::Error;
 
-/// TPDOs that are looked at.
+/// TPDOs of an actuator.
 const TPDOS: u16 = 4;
 
-/// A quantity in an ordinary unit.
+/// A quantity in a common unit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Column {
     /// Its name, which ends in its unit.
     pub name: String,
     row: &'static Row,
-    /// From the object's unit to that of the name.
+    /// Factor from the unit of the object to that of the name.
     factor: f64,
 }
 
@@ -28,7 +27,7 @@ impl Column {
             Some(_) => &row.entry,
         };
         let name = name.replace([' ', '-'], "_").to_ascii_lowercase();
-        let (unit, factor) = ordinary(&row.unit);
+        let (unit, factor) = common_unit(&row.unit);
         Self {
             name: format!("{name}{unit}"),
             row,
@@ -36,10 +35,10 @@ impl Column {
         }
     }
 
-    /// What the object holds, in this unit.
+    /// The value of the object in this unit.
     fn value(&self, bytes: &[u8]) -> Option<f64> {
         match names::decode(self.row.kind, bytes)? {
-            // Scaled by the reciprocal where that is whole: 1234 hundredths are 12.34 and nothing near it.
+            // Divided by the whole reciprocal: 1234 hundredths are exactly 12.34.
             Value::Integer(value) if self.factor < 1.0 => {
                 Some(value as f64 / (1.0 / self.factor).round())
             }
@@ -50,8 +49,8 @@ impl Column {
     }
 }
 
-/// A unit of the dictionary in those of names, and its factor.
-fn ordinary(unit: &str) -> (&'static str, f64) {
+/// The suffix of a name for a unit of the dictionary, and the factor to that unit.
+fn common_unit(unit: &str) -> (&'static str, f64) {
     match unit {
         "0.01 deg" => ("_deg", 0.01),
         "mdeg" => ("_deg", 1e-3),
@@ -73,27 +72,28 @@ fn ordinary(unit: &str) -> (&'static str, f64) {
 #[derive(Debug, Clone)]
 struct Tpdo {
     id: u32,
-    /// In ms; 0 for none.
+    /// In ms; 0 if disabled.
     event_timer: i64,
-    /// Columns by their numbers, with the bytes that each takes.
-    slots: Vec<(usize, usize)>,
+    /// Index of the column and size in bytes of each mapped object.
+    entries: Vec<(usize, usize)>,
 }
 
 /// All TPDOs of an actuator.
 #[derive(Debug, Clone)]
 pub struct Telemetry {
-    /// What they carry.
+    /// The mapped quantities.
     pub columns: Vec<Column>,
     tpdos: Vec<Tpdo>,
     values: Vec<f64>,
 }
 
 impl Telemetry {
-    /// Asks the actuator for its mapping.
+    /// Reads the mapping from the actuator.
     ///
     /// # Errors
-    /// What the bus or the actuator says, or that nothing is mapped that this dictionary knows.
-    pub fn of(client: &mut Client) -> Result<Self, Error> {
+    /// Those of the transfers, [`ClientError::NoTpdo`], and [`ClientError::Request`] for a mapped
+    /// object that is not in the dictionary.
+    pub fn of(client: &mut Client) -> Result<Self, ClientError> {
         let mut telemetry = Self {
             columns: Vec::new(),
             tpdos: Vec::new(),
@@ -104,46 +104,47 @@ impl Telemetry {
             let id = client.integer(&format!("{communication:04X}:1"))? as u32;
             if id & 1 << 31 == 0 {
                 let event_timer = client.integer(&format!("{communication:04X}:5"))?;
-                let slots = telemetry.map(client, 0x1A00 + number)?;
+                let entries = telemetry.map(client, 0x1A00 + number)?;
                 telemetry.tpdos.push(Tpdo {
                     id: id & 0x1FFF_FFFF,
                     event_timer,
-                    slots,
+                    entries,
                 });
             }
         }
         if telemetry.columns.is_empty() {
-            return Err(Error::Conflict("no TPDO of the actuator is in use".into()));
+            return Err(ClientError::NoTpdo);
         }
         telemetry.values = vec![f64::NAN; telemetry.columns.len()];
         Ok(telemetry)
     }
 
-    fn map(&mut self, client: &mut Client, index: u16) -> Result<Vec<(usize, usize)>, Error> {
+    fn map(&mut self, client: &mut Client, index: u16) -> Result<Vec<(usize, usize)>, ClientError> {
         let count = client.integer(&format!("{index:04X}:0"))?;
-        let mut slots = Vec::new();
+        let mut entries = Vec::new();
         for sub in 1..=count {
             let word = client.integer(&format!("{index:04X}:{sub}"))? as u32;
             let row = names::find(&format!("{:04X}:{}", word >> 16, word >> 8 & 0xFF))?;
-            // The statusword may come in two of them.
+            // An object such as the statusword may be mapped twice.
             let known = self.columns.iter().position(|column| column.row == row);
             let column = known.unwrap_or_else(|| {
                 self.columns.push(Column::of(row));
                 self.columns.len() - 1
             });
-            slots.push((column, (word as usize & 0xFF) / 8));
+            entries.push((column, (word as usize & 0xFF) / 8));
         }
-        Ok(slots)
+        Ok(entries)
     }
 
-    /// Takes a frame. Whether a record is complete: the last of the TPDOs came that are sent most often.
+    /// Receives a frame. Returns whether it completes a record: it is the last of the TPDOs with the
+    /// shortest event timer.
     pub fn receive(&mut self, frame: &CanFrame) -> bool {
         let (id, _) = frame.raw_id();
         let Some(tpdo) = self.tpdos.iter().find(|tpdo| tpdo.id == id) else {
             return false;
         };
         let mut rest = frame.data();
-        for (column, size) in &tpdo.slots {
+        for (column, size) in &tpdo.entries {
             let Some((bytes, after)) = rest.split_at_checked(*size) else {
                 return false;
             };
@@ -162,7 +163,7 @@ impl Telemetry {
         last.is_none_or(|last| last.id == id)
     }
 
-    /// What is known of each column; not a number before the first.
+    /// The last value of each column; NaN before the first.
     pub fn values(&self) -> &[f64] {
         &self.values
     }
@@ -177,12 +178,12 @@ impl Telemetry {
     }
 }
 
-/// Time from the 16 bits of the sample counter, and how many samples did not arrive.
+/// Time from the 16-bit sample counter, and the number of lost samples.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Clock {
     last: Option<u16>,
     periods: u64,
-    /// Samples that are missing.
+    /// Samples that did not arrive.
     pub lost: u64,
 }
 

@@ -1,0 +1,110 @@
+//! The errors of all commands, with their exit statuses.
+
+use std::{io, process::ExitCode};
+
+use host_sim::{can::client::ClientError, error::Error as SimulatorError};
+use identification::{
+    IdentifyError, data::ImportError, parameter_file::NotSimulated, request::RequestError,
+};
+use model_core::{parameter::ParameterError, scenario::ScenarioError};
+
+/// Why a command failed.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// A scenario, an input, a file or a run.
+    #[error(transparent)]
+    Simulator(#[from] SimulatorError),
+    /// An identification.
+    #[error(transparent)]
+    Identify(#[from] IdentifyError),
+    /// A bus or an actuator on it.
+    #[error(transparent)]
+    Bus(#[from] ClientError),
+    /// A bus cannot be served.
+    #[error("cannot serve at {place}: {source}")]
+    Serve {
+        /// Address or device.
+        place: String,
+        /// The error of the operating system.
+        source: io::Error,
+    },
+    /// The emulated board.
+    #[cfg(feature = "board")]
+    #[error("{0}")]
+    Board(String),
+    /// The value of an option is refused.
+    #[error("{option} is {value}, expected {expected}")]
+    Option {
+        /// The option.
+        option: &'static str,
+        /// The value.
+        value: String,
+        /// The values that it takes.
+        expected: &'static str,
+    },
+    /// Options exclude each other, or a request cannot be met.
+    #[error("{0}")]
+    Conflict(String),
+}
+
+impl Error {
+    /// Prints the error to standard error, and returns the exit status.
+    pub fn report(self) -> ExitCode {
+        if self.is_closed_pipe() {
+            return ExitCode::SUCCESS;
+        }
+        eprintln!("error: {self}");
+        ExitCode::from(match self {
+            Self::Bus(error) if error.is_refusal() => 3,
+            Self::Bus(error) if error.is_invalid_request() => 2,
+            Self::Bus(_) | Self::Serve { .. } => 1,
+            Self::Simulator(SimulatorError::Read { .. } | SimulatorError::Write { .. }) => 1,
+            _ => 2,
+        })
+    }
+
+    /// Whether the reader of standard output has closed it, which is not an error.
+    fn is_closed_pipe(&self) -> bool {
+        matches!(
+            self,
+            Self::Simulator(SimulatorError::Write { source, .. })
+                if source.kind() == io::ErrorKind::BrokenPipe
+        )
+    }
+}
+
+impl From<ParameterError> for Error {
+    fn from(error: ParameterError) -> Self {
+        SimulatorError::from(error).into()
+    }
+}
+
+impl From<ScenarioError<'_>> for Error {
+    fn from(error: ScenarioError<'_>) -> Self {
+        SimulatorError::from(error).into()
+    }
+}
+
+impl From<ImportError> for Error {
+    fn from(error: ImportError) -> Self {
+        SimulatorError::from(error).into()
+    }
+}
+
+impl From<RequestError> for Error {
+    fn from(error: RequestError) -> Self {
+        match error {
+            RequestError::UnknownParameter { name, known } => {
+                let expected = known.join(", ");
+                SimulatorError::unknown("parameter", &name, known, expected).into()
+            }
+            RequestError::Conflict(problem) => Self::Conflict(problem),
+        }
+    }
+}
+
+impl From<NotSimulated> for Error {
+    fn from(error: NotSimulated) -> Self {
+        Self::Conflict(error.to_string())
+    }
+}
