@@ -202,7 +202,7 @@ impl Rows for PlotSink {
 
 impl Sink for PlotSink {
     fn finish(self: Box<Self>) -> Result<(), crate::Error> {
-        plot::save(&figures::of_trace(&self.title, &self.trace), &self.path)?;
+        plot::save(&plot::of_trace(&self.title, &self.trace), &self.path)?;
         eprintln!("plot: {}", self.path.display());
         Ok(())
     }
