@@ -128,7 +128,7 @@ impl<const R: usize, const T: usize> Services<R, T> {
             parameters.load_parameter(sub, value);
         } else if let Some(parameters) = self.pdo_parameters_mut(index, MAPPING) {
             parameters.map.load(sub, value);
-        } else if !is_volatile(index) && !(index == 0x1016 && sub == 0) {
+        } else if !(is_volatile(index) || matches!((index, sub), (0x1016, 0))) {
             // An invalid stored value is refused; the service then remains disabled.
             let _ = self.write_service(address, value);
         }

@@ -73,17 +73,8 @@ impl LssSlave {
         let number = u32::from_le_bytes([request[1], request[2], request[3], request[4]]);
         match request[0] {
             0x04 => return self.switch_global(request[1], active),
-            0x40..=0x43 => {
-                if self.selection.select(request[0] - 0x40, number, identity) {
-                    self.configuring = true;
-                    self.answer(0x44, 0);
-                }
-            }
-            0x46..=0x4B => {
-                if self.selection.identify(request[0] - 0x46, number, identity) {
-                    self.answer(0x4F, 0);
-                }
-            }
+            0x40..=0x43 => self.switch_selective(request[0] - 0x40, number, identity),
+            0x46..=0x4B => self.identify_remote_slave(request[0] - 0x46, number, identity),
             0x4C if active.is_none() && self.node_id.is_none() => self.answer(0x50, 0),
             0x51 if active.is_none() && self.node_id.is_none() && !self.configuring => {
                 self.fast_scan(&request, number, identity);
@@ -94,6 +85,19 @@ impl LssSlave {
             _ => {}
         }
         Outcome::Nothing
+    }
+
+    fn switch_selective(&mut self, part: u8, number: u32, identity: Identity) {
+        if self.selection.select(part, number, identity) {
+            self.configuring = true;
+            self.answer(0x44, 0);
+        }
+    }
+
+    fn identify_remote_slave(&mut self, part: u8, number: u32, identity: Identity) {
+        if self.selection.identify(part, number, identity) {
+            self.answer(0x4F, 0);
+        }
     }
 
     fn switch_global(&mut self, mode: u8, active: Option<NodeId>) -> Outcome {
