@@ -8,13 +8,13 @@ use host_sim::{
         linear_models::Loop,
     },
     plot::{Colours, Figure, Panel, Series, Style},
-    tune::{Request, Tuning},
+    tune::{TuneRequest, Tuning},
 };
 
 const POINTS_PER_DECADE: usize = 100;
 
 /// Open and closed loop on the board, with the margins as vertical lines.
-pub fn bode(request: &Request, tuning: &Tuning) -> Result<Figure, Error> {
+pub fn bode(request: &TuneRequest, tuning: &Tuning) -> Result<Figure, Error> {
     let servo = Loop::sampled(&request.motor, &tuning.control, &request.timing)?;
     let nyquist_hz = 0.5 / request.timing.control_period_s;
     // From well below the slowest of the crossings to where the sampled loop ends.

@@ -13,7 +13,7 @@ use host_sim::{
     analysis::linear_models::{Motor, Timing},
     scenario::Setting,
     settings::{ModelKind, PlantKind, Settings},
-    tune::{Goal, InnerLoop, PositionLoop, Request, Ripple, Tuning},
+    tune::{Goal, InnerLoop, PositionLoop, Ripple, TuneRequest, Tuning},
 };
 
 /// How many parameters of the control step tuning finds, the first ones of its table.
@@ -129,8 +129,8 @@ impl Wish {
     }
 
     /// What tuning is asked for.
-    pub fn request(&self) -> Request {
-        Request {
+    pub fn request(&self) -> TuneRequest {
+        TuneRequest {
             motor: self.motor,
             timing: self.timing,
             control: self.control.0,

@@ -4,33 +4,33 @@ pub use identification::frequency::{decibel, logarithmic_grid, unwrap_deg};
 
 use super::transfer_function::TransferFunction;
 
-/// Gain below which a system is said to let nothing through: half the power, -3.0103 dB.
+/// Gain that defines the bandwidth: half the power, -3.0103 dB.
 pub const HALF_POWER_DB: f64 = -3.010_299_956_639_812;
 
-// Ends of every search, Hz. A servo answers between 0.1 and 100 Hz: three decades to spare below,
-// two above.
+// Range of all searches, Hz. The dynamics of a servo are between 0.1 and 100 Hz: three decades of
+// reserve below, two above.
 const LOWEST_HZ: f64 = 1e-4;
 const HIGHEST_HZ: f64 = 1e4;
-// 1.2 % from point to point. A loop with 8 periods of delay, the most that is accepted, turns by
-// less than 20 degrees in one step at the Nyquist frequency: no crossing hides between two points.
+// 1.2 % from point to point. With the maximum delay of 8 periods the phase changes by less than 20
+// degrees from point to point at the Nyquist frequency: no crossing is missed.
 const SEARCH_POINTS_PER_DECADE: usize = 200;
 
-/// A frequency response, one value a frequency.
+/// A frequency response.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Response {
     /// Frequencies, Hz.
     pub frequency_hz: Vec<f64>,
     /// Gains, dB.
     pub gain_db: Vec<f64>,
-    /// Phases, deg, without jumps by whole turns.
+    /// Phases, deg, without jumps by 360 deg.
     pub phase_deg: Vec<f64>,
 }
 
 impl Response {
     /// The response of `system` at ascending frequencies.
     ///
-    /// The first phase, but for the transport delay, is taken within half a turn of zero, and the
-    /// following ones within half a turn of their neighbour: begin low.
+    /// Without the transport delay, the first phase is within 180 deg of zero, and each following one
+    /// within 180 deg of the previous one: start at a low frequency.
     ///
     /// ```
     /// use host_sim::analysis::{frequency::Response, linear_models::black_box_1};
@@ -56,14 +56,14 @@ impl Response {
     }
 }
 
-/// The grid on which crossings of `system` are searched, to just below the Nyquist frequency: there
-/// every response is real, and rounding would decide the sign of its imaginary part.
+/// The grid for the search of crossings of `system`. It ends just below the Nyquist frequency, where
+/// the response is real and the sign of the imaginary part is a rounding error.
 pub(crate) fn search_grid(system: &TransferFunction) -> Vec<f64> {
     let to_hz = HIGHEST_HZ.min(system.nyquist_hz() * (1.0 - 1e-6));
     logarithmic_grid(LOWEST_HZ, to_hz, SEARCH_POINTS_PER_DECADE)
 }
 
-/// Where `f` changes its sign along the grid, each place found to the last digit by bisection.
+/// The points at which `f` changes its sign along the grid, refined by bisection.
 pub(crate) fn sign_changes(grid: &[f64], f: impl Fn(f64) -> f64) -> impl Iterator<Item = f64> {
     grid.windows(2).filter_map(move |ends| {
         let positive = f(ends[0]) > 0.0;
@@ -72,9 +72,9 @@ pub(crate) fn sign_changes(grid: &[f64], f: impl Fn(f64) -> f64) -> impl Iterato
     })
 }
 
-/// The last point from `low` on at which `holds`, taken to hold at `low`, and not to at `high`.
+/// The boundary between `low`, at which `holds` is true, and `high`, at which it is false.
 pub(crate) fn bisect(mut low: f64, mut high: f64, holds: impl Fn(f64) -> bool) -> f64 {
-    // Each turn halves the interval: after 60 it has no number inside.
+    // After 60 bisections there is no number between the limits.
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
         if holds(middle) {
@@ -86,8 +86,8 @@ pub(crate) fn bisect(mut low: f64, mut high: f64, holds: impl Fn(f64) -> bool) -
     low
 }
 
-/// The first frequency, Hz, at which the gain of `system` lies `fall_db` (negative) beside its
-/// steady gain; `None` where it never does, or where there is no steady gain.
+/// The first frequency, Hz, at which the gain of `system` is `fall_db` (negative) relative to its
+/// steady-state gain. `None` if it never is or there is no steady-state gain.
 pub fn falls_to_hz(system: &TransferFunction, fall_db: f64) -> Option<f64> {
     let level_db = decibel(system.steady_gain()) + fall_db;
     if !level_db.is_finite() {
@@ -97,7 +97,7 @@ pub fn falls_to_hz(system: &TransferFunction, fall_db: f64) -> Option<f64> {
     sign_changes(&search_grid(system), above).next()
 }
 
-/// The bandwidth, Hz: where the power has fallen to a half.
+/// The bandwidth, Hz: the frequency of half power.
 ///
 /// ```
 /// use host_sim::analysis::{frequency::bandwidth_hz, linear_models::black_box_1};

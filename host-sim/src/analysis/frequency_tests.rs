@@ -72,7 +72,7 @@ fn the_grey_box_has_the_bandwidth_and_the_phase_of_the_reference() {
 }
 
 #[test]
-fn the_board_has_the_bandwidth_and_the_phase_that_the_reference_measured_with_sines() {
+fn the_board_has_the_measured_bandwidth_and_phase_of_the_reference() {
     // The reference's board quantises its angle to 0.088 deg: some 0.3 % of an amplitude of 5 deg,
     // 0.03 dB and 0.2 deg. Around 1.64 Hz the gain falls by 0.01 dB in 0.0008 Hz.
     let measured = [0.0025, 0.2, 0.035, 0.2];
@@ -84,7 +84,7 @@ fn the_board_has_the_bandwidth_and_the_phase_that_the_reference_measured_with_si
 }
 
 #[test]
-fn a_bandwidth_lies_where_the_closed_form_says() {
+fn the_bandwidth_agrees_with_the_closed_form() {
     let relative = |found: Option<f64>, exact: f64| (found.unwrap() / exact - 1.0).abs();
     for pole in [0.5, 30.0, 400.0] {
         let exact = pole / TAU;
@@ -99,7 +99,7 @@ fn a_bandwidth_lies_where_the_closed_form_says() {
 }
 
 #[test]
-fn the_response_of_the_board_is_what_a_sine_through_its_linear_loop_shows() {
+fn the_response_of_the_board_agrees_with_a_simulated_sine() {
     let system = board().closed.delayed(DELAY_S);
     let simulated = Board {
         linear: true,
@@ -122,7 +122,7 @@ fn the_response_of_the_board_is_what_a_sine_through_its_linear_loop_shows() {
 }
 
 #[test]
-fn the_phase_has_no_jump_where_it_passes_half_a_turn() {
+fn the_phase_is_continuous_at_minus_180_deg() {
     let grid = logarithmic_grid(0.1, 100.0, 50);
     let response = Response::of(&board().closed.delayed(DELAY_S), &grid);
     assert!(response.phase_deg.last().unwrap() < &-700.0);
@@ -135,7 +135,7 @@ fn the_phase_has_no_jump_where_it_passes_half_a_turn() {
 }
 
 #[test]
-fn the_delay_turns_the_phase_and_leaves_the_gain() {
+fn the_delay_changes_the_phase_and_not_the_gain() {
     let plain = Response::of(&black_box_1(30.0), &[1.0, 40.0]);
     let late = Response::of(&black_box_1(30.0).delayed(DELAY_S), &[1.0, 40.0]);
     assert_eq!(late.gain_db, plain.gain_db);
@@ -143,7 +143,7 @@ fn the_delay_turns_the_phase_and_leaves_the_gain() {
 }
 
 #[test]
-fn what_never_falls_has_no_bandwidth() {
+fn a_gain_that_never_falls_has_no_bandwidth() {
     use super::super::polynomial::Polynomial;
     let one = || Polynomial::new([1.0]);
     assert_eq!(
@@ -156,7 +156,7 @@ fn what_never_falls_has_no_bandwidth() {
 }
 
 #[test]
-fn a_grid_that_cannot_be_is_empty() {
+fn an_invalid_grid_is_empty() {
     assert!(logarithmic_grid(0.0, 1.0, 10).is_empty());
     assert!(logarithmic_grid(1.0, f64::INFINITY, 10).is_empty());
     assert!(logarithmic_grid(f64::NAN, 1.0, 10).is_empty());

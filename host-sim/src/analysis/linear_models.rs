@@ -1,16 +1,16 @@
-//! The models without their limits, as transfer functions from command to angle.
+//! The models without limits, as transfer functions from command to angle.
 //!
-//! Position P around rate PI, with the duty at the motor as the loop's input:
+//! Position controller P around rate controller PI. The loop is opened at the duty:
 //!
 //! ```text
 //! C = Kp + Ki/x    H = a x/(T x + a)    x = (z - 1)/T, or s where T = 0
 //! open   = G (C (P + H) + Kff P)        closed = G P (C + Kff)/(1 + open)
 //! ```
 //!
-//! The integrator is forward Euler, `H` the filtered encoder difference, both exactly as the board
-//! computes them. `G` is the motor from duty to angle, `K/(s (tau s + 1))`; sampled, it is exact for
-//! a duty that is held and acts some time after the samples that it was computed from. So the grey
-//! box is the board at a period of zero. Anti-windup and limits do nothing to small signals.
+//! The integrator is forward Euler and `H` is the filtered encoder difference, exactly as on the
+//! board. `G` is the motor from duty to angle, `K/(s (tau s + 1))`; its sampled form is exact for a
+//! duty that is held and takes effect a delay after the samples. The grey box is the limit of the
+//! board for a period of zero. Anti-windup and limits have no effect on small signals.
 
 use super::polynomial::Polynomial;
 use super::transfer_function::TransferFunction;
@@ -19,9 +19,9 @@ use model_core::parameter::{Parameter, ParameterError, Parameters};
 use model_core::plant::first_order::FirstOrderParameters;
 
 model_core::parameters! {
-    /// The motor for one sense of turning.
+    /// The motor for one direction of rotation.
     pub struct Motor {
-        /// Steady rate per duty.
+        /// Steady-state rate per duty.
         motor_gain ["K"]: 2.836, "(deg/s)/%", 1e-6, 1000.0, "paper, eq. (2), read as G(s) = 2.836/(1 + 0.1318 s)";
         /// Time constant of the rate.
         motor_time_constant_s ["tau"]: 1.0 / 7.586, "s", 1e-4, 100.0, "paper, eq. (2): pole at 7.586 rad/s";
@@ -29,7 +29,7 @@ model_core::parameters! {
 }
 
 impl Motor {
-    /// The motor as it turns upward.
+    /// The motor for positive rates.
     ///
     /// ```
     /// use host_sim::analysis::linear_models::Motor;
@@ -42,7 +42,7 @@ impl Motor {
         }
     }
 
-    /// The motor as it turns downward.
+    /// The motor for negative rates.
     ///
     /// ```
     /// use host_sim::analysis::linear_models::Motor;
@@ -57,16 +57,16 @@ impl Motor {
 }
 
 model_core::parameters! {
-    /// When the board samples and when it acts.
+    /// The timing of the board.
     pub struct Timing {
-        /// Time from control step to control step.
+        /// Control period.
         control_period_s ["T"]: 0.004, "s", 1e-4, 0.1, "paper, section II.A: 250 Hz";
         /// Time from the sampling of the angle to the change of the duty.
         duty_delay_s [""]: 0.001, "s", 0.0, 0.8, "the next edge of the 1 kHz PWM; at most 8 control periods";
     }
 }
 
-/// Greatest delay of the duty, in control periods: more is no servo, and a high polynomial.
+/// Largest delay of the duty, in control periods. It limits the degree of the polynomials.
 pub const MOST_DELAY_PERIODS: f64 = 8.0;
 
 /// Black box 1, `p/(s + p)` (paper, section III.A).
@@ -96,17 +96,17 @@ pub fn black_box_2(position_gain_per_s2: f64, rate_gain_per_s: f64) -> TransferF
     )
 }
 
-/// The position servo seen from two sides.
+/// The open and the closed loop of the position servo.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Loop {
-    /// Once around the loop, cut at the duty; the feedback's minus sign left out.
+    /// The loop opened at the duty, without the minus sign of the feedback.
     pub open: TransferFunction,
     /// From position command to angle, without the transport delay of the test set-up.
     pub closed: TransferFunction,
 }
 
 impl Loop {
-    /// The grey box (paper, section III.C): everything continuous, the true rate fed back.
+    /// The grey box (paper, section III.C): continuous, with feedback of the true rate.
     ///
     /// ```
     /// use host_sim::analysis::{frequency::bandwidth_hz, linear_models::Loop};
@@ -115,7 +115,7 @@ impl Loop {
     /// ```
     ///
     /// # Errors
-    /// A parameter that is NaN or outside its range.
+    /// A parameter that is NaN or out of range.
     pub fn continuous(motor: &Motor, control: &ControlParameters) -> Result<Self, ParameterError> {
         motor.check()?;
         control.check()?;
@@ -124,8 +124,8 @@ impl Loop {
         Ok(Self::around(&numerator, &denominator, control, 0.0))
     }
 
-    /// The board: control step at `timing.control_period_s`, duty held and late, and the rate from
-    /// the filtered encoder difference. Angles are meant at the control steps.
+    /// The board: sampled with `timing.control_period_s`, with delayed and held duty and the rate from
+    /// the filtered encoder difference. The angle is that at the control steps.
     ///
     /// ```
     /// use host_sim::analysis::{frequency::bandwidth_hz, linear_models::Loop};
@@ -135,7 +135,7 @@ impl Loop {
     /// ```
     ///
     /// # Errors
-    /// A parameter that is NaN or outside its range, and a delay of more than
+    /// A parameter that is NaN or out of range, and a delay of more than
     /// [`MOST_DELAY_PERIODS`].
     pub fn sampled(
         motor: &Motor,
@@ -151,7 +151,7 @@ impl Loop {
         Ok(Self::around(&numerator, &denominator, control, period_s))
     }
 
-    /// Closes the controller around a motor given from duty to angle.
+    /// The loop of the controller with a motor from duty to angle.
     fn around(
         motor_numerator: &Polynomial,
         motor_denominator: &Polynomial,
@@ -162,7 +162,7 @@ impl Loop {
         let position_gain = scalar(control.position_gain);
         let feed_forward = scalar(control.feed_forward_gain);
         let (pi, pi_denominator) = if control.integral_gain == 0.0 {
-            // An integrator that nothing feeds is no part of the loop.
+            // Without an input the integrator is not part of the loop.
             (scalar(control.proportional_gain), scalar(1.0))
         } else {
             let gains = [control.integral_gain, control.proportional_gain];
@@ -181,7 +181,7 @@ impl Loop {
     }
 }
 
-/// The delay's row of the table with the limit that the control period sets.
+/// The parameter of the delay, with a maximum that depends on the control period.
 fn delay_limit(control_period_s: f64) -> Parameter {
     Parameter {
         max: MOST_DELAY_PERIODS * control_period_s,
@@ -189,10 +189,10 @@ fn delay_limit(control_period_s: f64) -> Parameter {
     }
 }
 
-/// The motor from held, late duty to sampled angle, as polynomials in `x = (z - 1)/T`.
+/// The motor from delayed and held duty to sampled angle, as polynomials in `x = (z - 1)/T`.
 ///
-/// With `E = 1 - exp(-T/tau)`, `m` what remains of a period after the delay, and
-/// `g(t) = t - tau (1 - exp(-t/tau))` the angle that unit gain and unit duty reach in `t`:
+/// With `E = 1 - exp(-T/tau)`, `m` the remainder of the period after the delay, and
+/// `g(t) = t - tau (1 - exp(-t/tau))` the angle after `t` for unit gain and unit duty:
 ///
 /// ```text
 ///         E/T + (g(T) + E m)/T x + g(m) x^2
@@ -200,7 +200,8 @@ fn delay_limit(control_period_s: f64) -> Parameter {
 ///           x (x + E/T) (1 + T x)^(n + 1)
 /// ```
 ///
-/// the step response `g(k T - delay)` transformed; `n` counts the delay's whole periods.
+/// which is the transform of the step response `g(k T - delay)`. `n` is the number of whole periods
+/// in the delay.
 fn sampled_motor(motor: &Motor, timing: &Timing) -> (Polynomial, Polynomial) {
     let tau = motor.motor_time_constant_s;
     let period = timing.control_period_s;

@@ -135,7 +135,7 @@ fn without_integral_gain_the_loop_is_still_stable_and_without_position_gain_it_i
 }
 
 #[test]
-fn feed_forward_answers_sooner() {
+fn feed_forward_gives_a_faster_response() {
     let control = ControlParameters {
         feed_forward_gain: 1.0 / 2.836,
         ..Default::default()
@@ -148,7 +148,7 @@ fn feed_forward_answers_sooner() {
 }
 
 #[test]
-fn a_wrong_parameter_is_named_with_its_value_and_its_range() {
+fn an_invalid_parameter_is_named_with_its_value_and_range() {
     let refuse = |motor: Motor, timing: Timing| {
         Loop::sampled(&motor, &ControlParameters::default(), &timing)
             .unwrap_err()

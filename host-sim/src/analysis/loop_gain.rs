@@ -4,34 +4,34 @@ use super::frequency::{decibel, search_grid, sign_changes};
 use super::linear_models::Loop;
 use super::transfer_function::TransferFunction;
 
-/// A margin and the frequency at which it is the least.
+/// A margin and its frequency.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Margin {
-    /// Its size, in dB or deg.
+    /// The margin, in dB or deg.
     pub value: f64,
-    /// Where, Hz.
+    /// The crossover frequency, Hz.
     pub frequency_hz: f64,
 }
 
-/// How far a loop is from its limit of stability.
+/// The stability margins of a loop.
 ///
-/// Every crossing up to the Nyquist frequency is looked at and the margin of least magnitude is
-/// given. Of a stable loop a positive gain margin says how far the gain can rise, a negative one how
-/// far it can fall; of an unstable loop the signs have no such meaning: ask `stable` first.
+/// Of all crossings up to the Nyquist frequency, the margin of smallest magnitude is given. For a
+/// stable loop, a positive gain margin is the allowed increase of the gain and a negative one the
+/// allowed decrease. The margins of an unstable loop have no meaning: check `stable` first.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Margins {
-    /// Whether the closed loop is stable, by its poles.
+    /// Whether all poles of the closed loop are stable.
     pub stable: bool,
-    /// Gain margin, dB, where the phase crosses -180 degrees; `None` where it never does.
+    /// Gain margin, dB. `None` if the phase never crosses -180 degrees.
     pub gain_db: Option<Margin>,
-    /// Phase margin, deg, where the gain crosses one; `None` where it never does.
+    /// Phase margin, deg. `None` if the gain never crosses one.
     pub phase_deg: Option<Margin>,
-    /// Delay that a stable loop bears in addition, s: the least of all gain crossings.
+    /// Delay margin, s: the smallest of all gain crossings.
     pub delay_s: Option<f64>,
 }
 
 impl Margins {
-    /// The margins of a loop.
+    /// Computes the margins of a loop.
     ///
     /// ```
     /// use host_sim::analysis::{linear_models::Loop, loop_gain::Margins};
@@ -56,7 +56,7 @@ impl Margins {
     }
 }
 
-/// Phase margins at every crossing of gain one.
+/// The phase margins at all crossings of gain one.
 fn gain_crossings(open: &TransferFunction) -> Vec<Margin> {
     sign_changes(&search_grid(open), |f| open.at(f).norm() - 1.0)
         .map(|frequency_hz| Margin {
@@ -66,9 +66,9 @@ fn gain_crossings(open: &TransferFunction) -> Vec<Margin> {
         .collect()
 }
 
-/// Gain margins at every crossing of the negative real axis.
+/// The gain margins at all crossings of the negative real axis.
 fn phase_crossings(open: &TransferFunction) -> Vec<Margin> {
-    // At the Nyquist frequency a sampled loop is real without a change of sign on the way there.
+    // At the Nyquist frequency the response of a sampled loop is real without a change of sign.
     let nyquist = Some(open.nyquist_hz()).filter(|f| f.is_finite());
     sign_changes(&search_grid(open), |f| open.at(f).im)
         .chain(nyquist)

@@ -38,7 +38,7 @@ fn the_default_loop_has_57_deg_and_20_6_db_with_1_ms_and_52_deg_and_15_db_with_4
 }
 
 #[test]
-fn the_loop_bears_its_gain_margin_and_no_more() {
+fn the_loop_is_stable_up_to_its_gain_margin() {
     for duty_delay_s in [0.001, 0.004] {
         let margin = Margins::of(&board(duty_delay_s, 1.0))
             .gain_db
@@ -69,7 +69,7 @@ fn the_loop_bears_its_gain_margin_and_no_more() {
 }
 
 #[test]
-fn the_loop_bears_its_delay_margin_and_no_more() {
+fn the_loop_is_stable_up_to_its_delay_margin() {
     // Four times the gain, so that the whole delay is one that a loop may have.
     let delay_s = Margins::of(&board(0.001, 4.0)).delay_s.unwrap();
     let stable = |share: f64| board(0.001 + share * delay_s, 4.0).closed.is_stable();
@@ -93,7 +93,7 @@ fn the_continuous_grey_box_has_the_phase_margin_of_its_closed_form_and_no_gain_m
 }
 
 #[test]
-fn the_worst_of_several_crossings_is_given() {
+fn the_smallest_margin_of_several_crossings_is_given() {
     // L = k (s + 1)^2/s^3: stable for k > 1/2 only. At k = 1 the gain can fall by 6.02 dB.
     let (k, zeros) = (1.0, Polynomial::new([1.0, 2.0, 1.0]));
     let cubed = || Polynomial::new([0.0, 0.0, 0.0, 1.0]);
@@ -107,7 +107,7 @@ fn the_worst_of_several_crossings_is_given() {
 }
 
 #[test]
-fn the_margin_at_the_nyquist_frequency_counts() {
+fn the_margin_at_the_nyquist_frequency_is_included() {
     // L = k/(z - 1) is real and negative at z = -1 only: stable below k = 2, 6.02 dB above 1.
     let one = || Polynomial::new([1.0]);
     let integrator = TransferFunction::sampled(one(), Polynomial::new([0.0, 1.0]), 1.0);

@@ -1,11 +1,11 @@
-//! What a control engineer asks of a model or of a trace.
+//! Analysis of models and traces.
 //!
-//! From parameters, small-signal and exact: frequency responses ([`frequency`]) of the linear
-//! models ([`linear_models`]), and the margins and the stability of their loops ([`loop_gain`]).
-//! From samples: step figures ([`step_metrics`]) and gain and phase at a frequency ([`sine_fit`]).
+//! From parameters, exact for small signals: frequency responses ([`frequency`]) of the linear
+//! models ([`linear_models`]), and stability and margins of their loops ([`loop_gain`]).
+//! From samples: step metrics ([`step_metrics`]), and gain and phase at a frequency ([`sine_fit`]).
 //!
-//! Continuous and sampled systems are one type, [`transfer_function::TransferFunction`]: a rational
-//! function of the delta operator `(z - 1)/T`, which becomes `s` where `T` is zero.
+//! Continuous and sampled systems have one type, [`transfer_function::TransferFunction`]: a rational
+//! function of the delta operator `(z - 1)/T`, which is `s` for `T = 0`.
 
 pub mod frequency;
 pub mod linear_models;

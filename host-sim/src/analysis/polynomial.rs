@@ -1,4 +1,4 @@
-//! Real polynomials, and whether all their roots lie in the left half-plane.
+//! Real polynomials and the Hurwitz criterion.
 
 use num_complex::Complex64;
 use std::ops::{Add, Mul};
@@ -8,7 +8,7 @@ use std::ops::{Add, Mul};
 pub struct Polynomial(Vec<f64>);
 
 impl Polynomial {
-    /// The polynomial with these coefficients, that of the lowest power first.
+    /// Creates a polynomial from its coefficients, lowest power first.
     ///
     /// ```
     /// use host_sim::analysis::polynomial::Polynomial;
@@ -31,14 +31,14 @@ impl Polynomial {
         self.0.iter().rev().fold(zero, |sum, a| sum * x + a)
     }
 
-    /// The polynomial `power` times multiplied with itself.
+    /// The polynomial raised to `power`.
     pub fn power(&self, power: usize) -> Self {
         (0..power).fold(Self::new([1.0]), |product, _| &product * self)
     }
 
-    /// Whether every root has a negative real part: Routh's table, worked off in place.
+    /// Whether every root has a negative real part, by Routh's criterion.
     ///
-    /// A root on the imaginary axis, at the origin included, is not accepted; nor is NaN.
+    /// Returns false for a root on the imaginary axis, including the origin, and for NaN.
     ///
     /// ```
     /// use host_sim::analysis::polynomial::Polynomial;
@@ -50,10 +50,10 @@ impl Polynomial {
         has_no_sign_change_in_routh_table(descending)
     }
 
-    /// Whether every root `(z - 1)/period_s` belongs to a `z` inside the unit circle.
+    /// Whether for every root `(z - 1)/period_s` the value `z` is inside the unit circle.
     ///
-    /// The bilinear map `x = s/(1 - s period_s/2)` takes the disc to the left half-plane; with a
-    /// period of zero it is the identity and this is [`Self::is_hurwitz`].
+    /// The bilinear transform `x = s/(1 - s period_s/2)` maps the unit disc to the left half-plane.
+    /// With a period of zero it is the identity, and the result is that of [`Self::is_hurwitz`].
     pub fn is_stable(&self, period_s: f64) -> bool {
         let s = Self::new([0.0, 1.0]);
         let factor = Self::new([1.0, -0.5 * period_s]);
@@ -65,16 +65,16 @@ impl Polynomial {
             }
             mapped = &(&mapped * &s) + &(&scale * &Self::new([*a]));
         }
-        // A root at z = -1 goes to infinity and takes the highest coefficient with it.
+        // A root at z = -1 is mapped to infinity: the highest coefficient vanishes.
         mapped.0.len() == self.0.len() && mapped.is_hurwitz()
     }
 }
 
-/// Whether the first column of Routh's table has one sign; coefficients from the highest power.
+/// Whether the first column of Routh's table has one sign. Coefficients from the highest power.
 fn has_no_sign_change_in_routh_table(mut a: Vec<f64>) -> bool {
     while a.len() > 1 {
         let ratio = a[0] / a[1];
-        // Written so that NaN fails; a[1] = 0 gives an infinity, or NaN.
+        // False for NaN. a[1] = 0 gives infinity or NaN.
         if !(ratio > 0.0 && ratio.is_finite()) {
             return false;
         }
@@ -128,14 +128,14 @@ mod tests {
             .fold(Polynomial::new([1.0]), |p, factor| &p * &factor)
     }
 
-    /// A part that is not so near to zero that rounding decides its sign.
+    /// A real part far enough from zero that rounding does not change its sign.
     fn part() -> impl Strategy<Value = f64> {
         prop_oneof![-50.0..-0.05f64, 0.05..5.0f64]
     }
 
     proptest! {
         #[test]
-        fn stability_of_a_continuous_system_is_read_off_its_roots(
+        fn stability_of_a_continuous_system_agrees_with_its_roots(
             real in prop::collection::vec(part(), 0..3),
             pairs in prop::collection::vec((part(), 0.0..50.0f64), 0..3),
         ) {
@@ -144,7 +144,7 @@ mod tests {
         }
 
         #[test]
-        fn stability_of_a_sampled_system_is_read_off_its_roots(
+        fn stability_of_a_sampled_system_agrees_with_its_roots(
             real in prop::collection::vec(-1.2..1.2f64, 0..3),
             pairs in prop::collection::vec((0.0..1.2f64, 0.0..3.1f64), 0..3),
             period_s in 0.001..0.1f64,
@@ -162,7 +162,7 @@ mod tests {
         }
 
         #[test]
-        fn no_coefficients_whatever_make_it_panic(
+        fn no_coefficients_cause_a_panic(
             coefficients in prop::collection::vec(any::<f64>(), 0..8),
             period_s in any::<f64>(),
         ) {
@@ -173,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn a_root_on_the_border_is_not_stable() {
+    fn a_root_on_the_stability_boundary_is_not_stable() {
         assert!(!Polynomial::new([0.0, 1.0]).is_stable(0.0), "s = 0");
         assert!(!Polynomial::new([0.0, 1.0]).is_stable(0.5), "z = 1");
         assert!(!Polynomial::new([4.0, 1.0]).is_stable(0.5), "z = -1");

@@ -1,5 +1,5 @@
-//! The board's loop stepped through time in `f64`, by the rules S9 of the project's reference: what
-//! the analysis in the frequency domain is held against.
+//! A time-domain simulation of the board's loop in `f64`, by the rules S9 of the project's reference.
+//! The tests compare the analysis in the frequency domain with it.
 
 use super::linear_models::{Motor, Timing};
 use model_core::control::parameters::ControlParameters;
@@ -8,15 +8,15 @@ use model_core::time::{CONTROL_PERIOD_TICKS, TICK_S};
 /// An encoder count, deg.
 pub const COUNT_DEG: f64 = 360.0 / 4096.0;
 
-/// The board, its motor and what of reality is left out.
+/// The board and its motor, with options that simplify the simulation.
 #[derive(Default)]
 pub struct Board {
     pub motor: Motor,
     pub control: ControlParameters,
     pub timing: Timing,
-    /// Neither quantisation nor limits: what the linear analysis says of it is exact.
+    /// Without quantization and limits: the linear analysis is exact.
     pub linear: bool,
-    /// Factor on the duty, to try a gain margin.
+    /// Factor on the duty, to test a gain margin.
     pub gain: f64,
 }
 
@@ -24,8 +24,8 @@ pub struct Board {
 pub type States = (Vec<f64>, Vec<f64>);
 
 impl Board {
-    /// Runs for `ticks` with a command given by tick. The delay is taken in whole ticks, at most one
-    /// control period and more than none.
+    /// Runs for `ticks` with a command as a function of the tick. The delay is rounded to ticks and is
+    /// between one tick and one control period.
     pub fn run(&self, ticks: u64, command_deg: impl Fn(i64) -> f64) -> States {
         let Self { motor, control, .. } = self;
         let period_s = CONTROL_PERIOD_TICKS as f64 * TICK_S;
@@ -73,8 +73,8 @@ impl Board {
         }
     }
 
-    /// Whether the linear loop, once pushed, comes to rest: whether its error decays from the first
-    /// half of `seconds` to the second.
+    /// Whether the linear loop settles after a step: whether its error in the last quarter of
+    /// `seconds` is smaller than in the second quarter.
     pub fn comes_to_rest(&self, seconds: f64) -> bool {
         let ticks = model_core::time::ticks(seconds);
         let (angle, _) = self.run(ticks, |_| 1.0);

@@ -3,7 +3,7 @@
 use super::frequency::decibel;
 use std::f64::consts::TAU;
 
-/// The sine that is nearest to samples in the least-squares sense.
+/// The least-squares fit of a sine to samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SineFit {
     /// Amplitude, in the unit of the samples.
@@ -12,7 +12,7 @@ pub struct SineFit {
     pub phase_deg: f64,
     /// Offset, in the unit of the samples.
     pub offset: f64,
-    /// Root mean square of what the sine leaves over.
+    /// Root mean square of the residuals.
     pub residual_rms: f64,
 }
 
@@ -28,8 +28,8 @@ impl SineFit {
 /// Fits `y = amplitude sin(2 pi frequency_hz t + phase) + offset` to the last whole periods of the
 /// samples: the three-parameter fit of IEEE Std 1057, section on the known frequency.
 ///
-/// The samples need no even spacing; `t_s` ascends. `None` where there is not one whole period, or
-/// where a value is not finite.
+/// The samples need not be equally spaced; `t_s` is ascending. `None` if the samples cover less than
+/// one period or a value is not finite.
 ///
 /// ```
 /// use host_sim::analysis::sine_fit::fit;
@@ -66,19 +66,19 @@ fn first_of_whole_periods(t_s: &[f64], frequency_hz: f64) -> Option<usize> {
     let [first, .., before, last] = t_s else {
         return None;
     };
-    // The last sample stands for the time up to the next one.
+    // The last sample represents the time up to the next one.
     let step = last - before;
     let periods = ((last - first + step) * frequency_hz + 1e-9).floor();
     if !(periods >= 1.0 && frequency_hz > 0.0) {
         return None;
     }
-    // Half a step of room for rounding.
+    // Half a step of tolerance for rounding.
     let start = last + 0.5 * step - periods / frequency_hz;
     Some(t_s.partition_point(|t| *t < start))
 }
 
-/// Solves the normal equations of rows `[x0, x1, x2, y]` by Gauss' elimination. They are close to
-/// diagonal over whole periods, so that no pivoting is needed.
+/// Solves the normal equations of rows `[x0, x1, x2, y]` by Gaussian elimination. Over whole periods
+/// they are nearly diagonal, so that no pivoting is needed.
 fn least_squares(rows: impl Iterator<Item = [f64; 4]>) -> Option<[f64; 3]> {
     let mut m = [[0.0; 4]; 3];
     for row in rows {
@@ -108,7 +108,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_sine_on_an_offset_is_found_again(
+        fn a_sine_with_an_offset_is_recovered(
             amplitude in 0.01..100.0f64,
             phase_deg in -179.0..179.0f64,
             offset in -100.0..100.0f64,
@@ -129,7 +129,7 @@ mod tests {
         }
 
         #[test]
-        fn no_samples_whatever_make_it_panic(
+        fn no_samples_cause_a_panic(
             t in prop::collection::vec(any::<f64>(), 0..12),
             y in prop::collection::vec(any::<f64>(), 0..12),
             frequency_hz in any::<f64>(),
@@ -139,14 +139,14 @@ mod tests {
     }
 
     #[test]
-    fn less_than_a_period_is_refused() {
+    fn less_than_a_period_gives_no_fit() {
         let t: Vec<f64> = (0..99).map(|i| f64::from(i) * 1e-2).collect();
         assert_eq!(fit(&t, &t, 1.0), None);
         assert_eq!(fit(&[], &[], 1.0), None);
     }
 
     #[test]
-    fn a_harmonic_is_left_over_and_does_not_disturb() {
+    fn a_harmonic_appears_in_the_residual_only() {
         let t: Vec<f64> = (0..1777).map(|i| f64::from(i) * 1e-3).collect();
         let y: Vec<f64> = t
             .iter()
@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn gain_and_phase_are_those_of_the_output_over_the_input() {
+    fn gain_and_phase_are_the_ratio_of_output_and_input() {
         let sine = |amplitude, phase_deg| SineFit {
             amplitude,
             phase_deg,

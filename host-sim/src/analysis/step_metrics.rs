@@ -1,32 +1,31 @@
-//! Figures of merit of steps: rise, overshoot, settling and the largest rates.
+//! Figures of merit of steps: rise time, overshoot, settling time and the largest rates.
 //!
-//! Levels are shares of the commanded step, from the command before it to the command after it;
-//! times count from the step of the command, a transport delay included. A step ends where the next
-//! one begins.
+//! Levels are fractions of the commanded step. Times count from the step of the command and include
+//! the transport delay. A step ends at the next one.
 
-/// Width of the band in which a step counts as settled, as a share of the step.
+/// Half the width of the settling band, as a fraction of the step.
 pub const SETTLED: f64 = 0.02;
 
 /// One step of a command and its response.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
-    /// Instant of the step, s.
+    /// Time of the step, s.
     pub time_s: f64,
     /// Command before it, deg.
     pub from_deg: f64,
     /// Command after it, deg.
     pub to_deg: f64,
-    /// Time from 10 % to 90 % of the step, s; `None` where 90 % are never reached.
+    /// Time from 10 % to 90 % of the step, s. `None` if 90 % is never reached.
     pub rise_time_s: Option<f64>,
-    /// Time from the step to 90 %, s; `None` where they are never reached.
+    /// Time from the step to 90 %, s. `None` if it is never reached.
     pub t90_s: Option<f64>,
-    /// How far the response goes beyond the command, % of the step; negative where it falls short.
+    /// Overshoot beyond the command, % of the step. Negative if the command is not reached.
     pub overshoot_pct: f64,
-    /// Time from the step until the response stays within 2 %, s; `None` where it does not.
+    /// Time from the step until the response stays within 2 %, s. `None` if it does not.
     pub settling_time_s: Option<f64>,
 }
 
-/// What the steps of a trace show.
+/// The step metrics of a trace.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StepMetrics {
     /// The steps in order.
@@ -37,8 +36,8 @@ pub struct StepMetrics {
     pub min_rate_deg_s: f64,
 }
 
-/// Evaluates every step of a piecewise constant command. Columns of unequal length are read as far
-/// as the shortest goes; between samples the response is taken as straight.
+/// Evaluates every step of a piecewise constant command. Samples beyond the end of the shortest
+/// column are ignored; the response is interpolated linearly between samples.
 ///
 /// ```
 /// use host_sim::analysis::step_metrics::step_metrics;
@@ -80,7 +79,7 @@ pub fn step_metrics(
     }
 }
 
-/// Evaluates one step from pairs of time after it and share of it.
+/// Evaluates one step from pairs of time since the step and fraction of the step.
 fn evaluate(time_s: f64, from_deg: f64, to_deg: f64, shares: &[(f64, f64)]) -> Step {
     let t10_s = reaches(shares, 0.1);
     let t90_s = reaches(shares, 0.9);
@@ -105,7 +104,7 @@ fn reaches(shares: &[(f64, f64)], level: f64) -> Option<f64> {
     Some(between(shares[after - 1], shares[after], level))
 }
 
-/// When the response enters the band that it does not leave any more.
+/// When the response enters the settling band for the last time.
 fn settles(shares: &[(f64, f64)]) -> Option<f64> {
     // NaN is not inside.
     let inside = |s: &(f64, f64)| (s.1 - 1.0).abs() <= SETTLED;
@@ -121,7 +120,7 @@ fn settles(shares: &[(f64, f64)]) -> Option<f64> {
     Some(between(shares[last], *next, edge))
 }
 
-/// The time at which the straight line between two samples has this level.
+/// The time at which the straight line between two samples crosses this level.
 fn between(a: (f64, f64), b: (f64, f64), level: f64) -> f64 {
     a.0 + (b.0 - a.0) * (level - a.1) / (b.1 - a.1)
 }

@@ -52,7 +52,7 @@ fn assert_line(found: &StepMetrics, line: [Option<f64>; 8]) {
 }
 
 #[test]
-fn the_board_has_the_figures_of_the_reference() {
+fn the_board_agrees_with_the_reference() {
     let board = Board {
         gain: 1.0,
         ..Board::default()
@@ -66,7 +66,7 @@ fn the_board_has_the_figures_of_the_reference() {
 }
 
 #[test]
-fn black_box_1_has_the_figures_of_the_reference() {
+fn black_box_1_agrees_with_the_reference() {
     // Piecewise exact: the limit until the error is limit/30, then an exponential.
     let (mut angle, mut rate) = (Vec::new(), Vec::new());
     let mut theta = 0.0_f64;
@@ -124,7 +124,7 @@ fn each_step_counts_from_its_own_command() {
 }
 
 #[test]
-fn overshoot_is_a_share_of_the_step_in_its_own_direction() {
+fn overshoot_is_relative_to_the_step_and_in_its_direction() {
     let t = [0.0, 1.0, 2.0, 3.0, 4.0];
     let command = [0.0, -20.0, -20.0, -20.0, -20.0];
     let found = step_metrics(&t, &command, &[0.0, 0.0, -25.0, -20.0, -20.0], &[0.0; 5]);

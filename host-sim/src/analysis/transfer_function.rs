@@ -1,15 +1,15 @@
-//! Rational transfer functions, continuous and sampled, with a transport delay in front.
+//! Rational transfer functions, continuous or sampled, with a transport delay.
 //!
 //! The variable is the delta operator `(z - 1)/T` (Middleton and Goodwin, "Improved finite word
 //! length characteristics in digital control using delta operators", IEEE TAC 31, 1986). For
-//! `T = 0` it is `s`, so that one set of formulas serves both; and with poles near `z = 1`, as a
-//! motor sampled at 250 Hz has them, it keeps the digits that polynomials in `z` lose.
+//! `T = 0` it is `s`, so that the same formulas apply to both. For poles near `z = 1`, such as those
+//! of a motor sampled at 250 Hz, it is numerically more accurate than polynomials in `z`.
 
 use super::polynomial::Polynomial;
 use num_complex::Complex64;
 use std::f64::consts::PI;
 
-/// A ratio of polynomials in `(z - 1)/T`, or in `s`, behind a transport delay.
+/// A ratio of polynomials in `(z - 1)/T`, or in `s`, with a transport delay.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TransferFunction {
     numerator: Polynomial,
@@ -34,7 +34,7 @@ impl TransferFunction {
     ///
     /// ```
     /// use host_sim::analysis::{polynomial::Polynomial, transfer_function::TransferFunction};
-    /// // 1/z: one sample of delay, a quarter of a turn at half the Nyquist frequency
+    /// // 1/z: one sample of delay, -90 deg at half the Nyquist frequency
     /// let one = Polynomial::new([1.0]);
     /// let delay = TransferFunction::sampled(one, Polynomial::new([1.0, 0.004]), 0.004);
     /// assert!((delay.at(62.5).arg().to_degrees() + 90.0).abs() < 1e-9);
@@ -48,26 +48,25 @@ impl TransferFunction {
         }
     }
 
-    /// The same system behind `delay_s` seconds more of transport delay, which stays outside any
-    /// loop (for the paper's test set-up 0.0175 s).
+    /// Adds `delay_s` seconds of transport delay, which is outside any loop (0.0175 s for the paper's
+    /// test set-up).
     #[must_use]
     pub fn delayed(mut self, delay_s: f64) -> Self {
         self.delay_s += delay_s;
         self
     }
 
-    /// Transport delay in front, s.
+    /// Transport delay, s.
     pub fn delay_s(&self) -> f64 {
         self.delay_s
     }
 
-    /// The Nyquist frequency, Hz, beyond which a sampled response repeats itself; infinite for a
-    /// continuous system.
+    /// The Nyquist frequency, Hz; infinite for a continuous system.
     pub fn nyquist_hz(&self) -> f64 {
         0.5 / self.period_s
     }
 
-    /// Its value at a frequency, the delay included.
+    /// Its value at a frequency, including the delay.
     pub fn at(&self, frequency_hz: f64) -> Complex64 {
         let turn = -2.0 * PI * frequency_hz * self.delay_s;
         self.rational_at(frequency_hz) * Complex64::from_polar(1.0, turn)
@@ -79,7 +78,7 @@ impl TransferFunction {
         self.numerator.at(x) / self.denominator.at(x)
     }
 
-    /// Gain at frequency zero; infinite or NaN where there is none.
+    /// Steady-state gain. Infinite or NaN if there is none.
     pub fn steady_gain(&self) -> f64 {
         self.rational_at(0.0).norm()
     }
@@ -89,14 +88,14 @@ impl TransferFunction {
         self.denominator.is_stable(self.period_s)
     }
 
-    /// The loop closed around `open` with negative feedback, from the input that reaches the
-    /// output through `forward_numerator` over the open loop's own denominator.
+    /// Closes the loop around `open` with negative feedback. The forward path from the input to the
+    /// output is `forward_numerator` over the denominator of `open`.
     pub fn closing(open: &Self, forward_numerator: Polynomial) -> Self {
         let characteristic = &open.denominator + &open.numerator;
         Self::sampled(forward_numerator, characteristic, open.period_s)
     }
 
-    /// `(exp(j w T) - 1)/T` without cancellation, which is `j w` for `T = 0`.
+    /// `(exp(j w T) - 1)/T`, computed without cancellation. It is `j w` for `T = 0`.
     fn variable(&self, frequency_hz: f64) -> Complex64 {
         let w = 2.0 * PI * frequency_hz;
         if self.period_s == 0.0 {

@@ -1,9 +1,9 @@
-//! From a motor and a wish to the gains of the board.
+//! Computes the gains of the board for a motor and a target bandwidth.
 //!
-//! The rate loop cancels the motor's pole with the zero of its PI (paper, section II.B): with
-//! `Kp = w tau/K` and `Ki = w/K` the loop is `w/s` around the rate, `w` its bandwidth, and the
-//! position gain `P` is a share of `w`. The board samples, filters and is late; what it makes of
-//! these gains is computed exactly and reported, with a warning where it falls short.
+//! The zero of the PI controller of the rate loop cancels the pole of the motor (paper, section
+//! II.B): with `Kp = w tau/K` and `Ki = w/K` the rate loop is `w/s` with the bandwidth `w`, and the
+//! position gain `P` is a fraction of `w`. The resulting loop of the board, with sampling, rate
+//! filter and delay, is computed exactly; warnings report insufficient margins.
 
 mod search;
 mod warning;
@@ -20,58 +20,58 @@ use model_core::parameter::ParameterError;
 const COUNT_DEG: f64 = 360.0 / 4096.0;
 
 model_core::parameters! {
-    /// A rate loop of wanted bandwidth, and a position loop beside it: the paper's way.
+    /// A target bandwidth of the rate loop and a position gain relative to it, as in the paper.
     pub struct InnerLoop {
         /// Bandwidth of the rate loop, `w`.
         inner_bandwidth_rad_s ["w"]: 28.36, "rad/s", 1e-3, 1e4, "paper: F G = 28.36/s";
-        /// Position gain as a share of it, `P/w`: a quarter is critical damping.
+        /// Position gain as a fraction of it, `P/w`: a quarter gives critical damping.
         position_share [""]: 8.0 / 28.36, "1", 1e-3, 10.0, "paper: P = 8 beside 28.36";
     }
 }
 
 model_core::parameters! {
-    /// A position loop of wanted bandwidth and phase margin.
+    /// A target bandwidth and phase margin of the position loop.
     pub struct PositionLoop {
         /// Bandwidth from position command to angle.
         bandwidth_hz [""]: 1.646, "Hz", 1e-2, 1e3, "the default loop on the board";
-        /// Least phase margin of the sampled loop, cut at the duty.
+        /// Minimum phase margin of the sampled loop, opened at the duty.
         phase_margin_deg [""]: 57.0, "deg", 0.0, 90.0, "the default loop on the board";
     }
 }
 
 model_core::parameters! {
-    /// What the duty may suffer from the encoder.
+    /// The tolerated effect of the encoder quantization on the duty.
     pub struct Ripple {
-        /// Greatest jump of the duty for one encoder count that passes without a warning.
+        /// Largest change of the duty for one encoder count without a warning.
         duty_jump_limit_pct [""]: 20.0, "%", 0.0, 100.0, "estimate: a fifth of the bridge";
     }
 }
 
-/// What the gains are to reach.
+/// The design goal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Goal {
-    /// The rate loop is given.
+    /// The rate loop is specified.
     Inner(InnerLoop),
-    /// The position loop is given; of the gains that reach it, the smallest are taken.
+    /// The position loop is specified. Of the gains that meet the goal, the smallest are selected.
     Position(PositionLoop),
 }
 
-/// All that tuning starts from.
+/// The input of [`tune`].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Request {
-    /// The motor; of an asymmetric one, the sense with the greater gain is the less stable.
+pub struct TuneRequest {
+    /// The motor. For an asymmetric motor, use the direction with the larger gain: it is less stable.
     pub motor: Motor,
     /// Sampling and delay of the board.
     pub timing: Timing,
-    /// The other parameters of the board, its rate filter and feed-forward among them.
+    /// The other parameters of the board, for example rate filter and feed-forward.
     pub control: ControlParameters,
-    /// What is wanted.
+    /// The design goal.
     pub goal: Goal,
-    /// What the encoder may do to the duty.
+    /// The tolerated effect of the encoder quantization.
     pub ripple: Ripple,
 }
 
-impl Default for Request {
+impl Default for TuneRequest {
     fn default() -> Self {
         Self {
             motor: Motor::default(),
@@ -83,60 +83,60 @@ impl Default for Request {
     }
 }
 
-/// Gains, and what the board makes of them.
+/// Gains and the properties of the resulting loop.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tuning {
-    /// The request's parameters of the board with the new gains.
+    /// The parameters of the request with the new gains.
     pub control: ControlParameters,
-    /// Bandwidth of the rate loop before it is sampled, rad/s.
+    /// Bandwidth of the continuous rate loop, rad/s.
     pub inner_bandwidth_rad_s: f64,
-    /// Margins of the sampled loop, cut at the duty.
+    /// Margins of the sampled loop, opened at the duty.
     pub margins: Margins,
-    /// Bandwidth of the sampled loop from command to angle, Hz; `None` where it reaches the
-    /// Nyquist frequency.
+    /// Bandwidth of the sampled loop from command to angle, Hz. `None` if the gain does not fall to
+    /// half power below the Nyquist frequency.
     pub bandwidth_hz: Option<f64>,
-    /// Jump of the duty when the angle moves by one encoder count, %.
+    /// Change of the duty when the angle changes by one encoder count, %.
     pub duty_jump_pct: f64,
-    /// Where it falls short, worst first.
+    /// The warnings, most severe first.
     pub warnings: Vec<Warning>,
 }
 
-/// Why there are no gains.
+/// Why no gains could be computed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum TuneError {
-    /// A parameter, given or found, is NaN or outside its range.
+    /// A given or computed parameter is NaN or out of range.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
-    /// No gains within their range give this bandwidth in a stable loop.
+    /// No gains within their ranges give a stable loop with this bandwidth.
     #[error(
-        "bandwidth_hz is {wanted_hz}, expected at most {greatest_hz:.3} Hz: no stable loop of this \
-         motor and timing with gains in their range is faster"
+        "bandwidth_hz is {target_hz}, expected at most {maximum_hz:.3} Hz: no stable loop of this \
+         motor and timing with gains in their ranges is faster"
     )]
     BandwidthOutOfReach {
-        /// What was wanted, Hz.
-        wanted_hz: f64,
-        /// The most there is, Hz.
-        greatest_hz: f64,
+        /// The target, Hz.
+        target_hz: f64,
+        /// The maximum, Hz.
+        maximum_hz: f64,
     },
 }
 
-/// Finds the gains for a request.
+/// Computes the gains for a request.
 ///
 /// ```
-/// use host_sim::tune::{Request, tune};
-/// // The paper's motor, 28.36 rad/s inside and P = 8 outside: Kp = 1.318, Ki = 10.
-/// let tuning = tune(&Request::default()).unwrap();
+/// use host_sim::tune::{TuneRequest, tune};
+/// // The paper's motor, a rate loop of 28.36 rad/s and P = 8: Kp = 1.318, Ki = 10.
+/// let tuning = tune(&TuneRequest::default()).unwrap();
 /// assert!((tuning.control.proportional_gain - 1.318).abs() < 1e-3);
 /// assert!((tuning.control.integral_gain - 10.0).abs() < 1e-9);
 /// assert!(tuning.warnings.is_empty());
 /// ```
 ///
 /// # Errors
-/// [`TuneError`] for a parameter outside its range, be it given or the outcome, and for a bandwidth
-/// out of reach. Lesser shortcomings are warnings.
-pub fn tune(request: &Request) -> Result<Tuning, TuneError> {
+/// [`TuneError`] for a given or computed parameter that is out of range, and for a bandwidth that
+/// cannot be reached.
+pub fn tune(request: &TuneRequest) -> Result<Tuning, TuneError> {
     request.ripple.check()?;
-    let (inner_bandwidth_rad_s, share, wanted_phase_deg) = match &request.goal {
+    let (inner_bandwidth_rad_s, share, target_phase_deg) = match &request.goal {
         Goal::Inner(goal) => {
             goal.check()?;
             (goal.inner_bandwidth_rad_s, goal.position_share, 0.0)
@@ -157,12 +157,12 @@ pub fn tune(request: &Request) -> Result<Tuning, TuneError> {
         margins,
         bandwidth_hz: bandwidth_hz(&servo.closed),
         duty_jump_pct,
-        warnings: warning::list(&margins, wanted_phase_deg, duty_jump_pct, &request.ripple),
+        warnings: warning::list(&margins, target_phase_deg, duty_jump_pct, &request.ripple),
     })
 }
 
-impl Request {
-    /// The board with gains that cancel the motor's pole.
+impl TuneRequest {
+    /// The parameters of the board with gains that cancel the motor's pole.
     fn gains(&self, inner_bandwidth_rad_s: f64, share: f64) -> ControlParameters {
         let tau = self.motor.motor_time_constant_s;
         let integral_gain = inner_bandwidth_rad_s / self.motor.motor_gain;
@@ -170,15 +170,15 @@ impl Request {
             position_gain: share * inner_bandwidth_rad_s,
             proportional_gain: integral_gain * tau,
             integral_gain,
-            // 1/Ti, the external-reset form. Beyond 1/T forward Euler would overshoot its target.
+            // 1/Ti, the external-reset form. Above 1/T the forward Euler integration overshoots.
             anti_windup_gain: 1.0 / tau.max(self.timing.control_period_s),
             ..self.control
         }
     }
 }
 
-/// The jump of the duty in the control step that sees the angle one count further: through the
-/// position gain, through the filtered difference, and through the feed-forward.
+/// The change of the duty in the control step in which the angle changes by one count: through
+/// position gain, filtered difference and feed-forward.
 fn duty_jump_pct(control: &ControlParameters, timing: &Timing) -> f64 {
     let difference = control.rate_filter / timing.control_period_s;
     let position = control.position_gain;

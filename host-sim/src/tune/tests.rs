@@ -3,29 +3,29 @@ use crate::analysis::referee::Board;
 use proptest::prelude::*;
 
 /// A request for a position loop on the paper's motor.
-fn position(bandwidth_hz: f64, phase_margin_deg: f64) -> Request {
-    Request {
+fn position(bandwidth_hz: f64, phase_margin_deg: f64) -> TuneRequest {
+    TuneRequest {
         goal: Goal::Position(PositionLoop {
             bandwidth_hz,
             phase_margin_deg,
         }),
-        ..Request::default()
+        ..TuneRequest::default()
     }
 }
 
 /// A request for a rate loop on the paper's motor.
-fn inner(inner_bandwidth_rad_s: f64, position_share: f64) -> Request {
-    Request {
+fn inner(inner_bandwidth_rad_s: f64, position_share: f64) -> TuneRequest {
+    TuneRequest {
         goal: Goal::Inner(InnerLoop {
             inner_bandwidth_rad_s,
             position_share,
         }),
-        ..Request::default()
+        ..TuneRequest::default()
     }
 }
 
-/// Whether the tuned board, stepped through time, comes to rest with this factor on its gain.
-fn comes_to_rest(request: &Request, tuning: &Tuning, gain: f64) -> bool {
+/// Whether the tuned board settles in a time-domain simulation with this factor on its gain.
+fn comes_to_rest(request: &TuneRequest, tuning: &Tuning, gain: f64) -> bool {
     let board = Board {
         motor: request.motor,
         control: tuning.control,
@@ -36,8 +36,8 @@ fn comes_to_rest(request: &Request, tuning: &Tuning, gain: f64) -> bool {
     board.comes_to_rest(10.0)
 }
 
-/// That the loop is stable with one per cent less than its gain margin, and not with one more.
-fn assert_gain_margin_in_time(request: &Request, tuning: &Tuning) {
+/// Asserts that the loop is stable 1 % below its gain margin and unstable 1 % above it.
+fn assert_gain_margin_in_time(request: &TuneRequest, tuning: &Tuning) {
     let limit = 10.0_f64.powf(tuning.margins.gain_db.unwrap().value / 20.0);
     assert!(comes_to_rest(request, tuning, 1.0));
     assert!(comes_to_rest(request, tuning, 0.99 * limit));
@@ -46,7 +46,7 @@ fn assert_gain_margin_in_time(request: &Request, tuning: &Tuning) {
 
 #[test]
 fn the_papers_motor_and_bandwidth_give_the_default_gains() {
-    let request = Request::default();
+    let request = TuneRequest::default();
     let tuning = tune(&request).unwrap();
     let default = ControlParameters::default();
     let gains = |c: &ControlParameters| {
@@ -65,12 +65,12 @@ fn the_papers_motor_and_bandwidth_give_the_default_gains() {
 }
 
 #[test]
-fn one_count_moves_the_duty_by_what_the_filter_lets_through() {
-    let tuning = tune(&Request::default()).unwrap();
+fn one_count_changes_the_duty_by_the_filtered_difference() {
+    let tuning = tune(&TuneRequest::default()).unwrap();
     // 1.318 * 0.0879 * (8 + 0.4/0.004)
     assert!((tuning.duty_jump_pct - 12.51).abs() < 0.01);
 
-    let mut unfiltered = Request::default();
+    let mut unfiltered = TuneRequest::default();
     unfiltered.control.rate_filter = 1.0;
     let tuning = tune(&unfiltered).unwrap();
     // The 29 % of the rate alone, and 0.9 % of the position.
@@ -83,15 +83,15 @@ fn one_count_moves_the_duty_by_what_the_filter_lets_through() {
 }
 
 #[test]
-fn the_default_loop_is_found_again_from_its_bandwidth_and_phase_margin() {
-    let default = tune(&Request::default()).unwrap();
+fn the_default_loop_is_recovered_from_its_bandwidth_and_phase_margin() {
+    let default = tune(&TuneRequest::default()).unwrap();
     let bandwidth_hz = default.bandwidth_hz.unwrap();
     let phase_margin_deg = default.margins.phase_deg.unwrap().value;
     let found = tune(&position(bandwidth_hz, phase_margin_deg)).unwrap();
     assert!((found.bandwidth_hz.unwrap() / bandwidth_hz - 1.0).abs() < 1e-6);
     let phase = found.margins.phase_deg.unwrap().value;
-    // Where the phase margin stands still along the shares, other gains may have as much: never
-    // more proportional gain than the default, since the smallest is taken.
+    // Where the phase margin is constant over the shares, other gains may meet the goal: the smallest
+    // are selected, so the proportional gain is at most that of the default.
     assert!((phase - phase_margin_deg).abs() < 1e-6, "{found:?}");
     let ratio = found.control.proportional_gain / default.control.proportional_gain;
     assert!(ratio < 1.0 + 1e-6, "{ratio}");
@@ -100,8 +100,8 @@ fn the_default_loop_is_found_again_from_its_bandwidth_and_phase_margin() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(8))]
     #[test]
-    fn a_wish_within_reach_is_met_by_the_board_stepped_through_time(
-        // At 3 Hz this board leaves 50.4 deg, lower down more.
+    fn a_reachable_goal_is_met_in_a_time_domain_simulation_of_the_board(
+        // At 3 Hz this board has a phase margin of 50.4 deg, at lower bandwidths more.
         bandwidth_hz in 0.5..2.5f64,
         phase_margin_deg in 40.0..50.0f64,
         motor_time_constant_s in 0.05..0.3f64,
@@ -116,7 +116,7 @@ proptest! {
     }
 
     #[test]
-    fn no_request_whatever_makes_it_panic(
+    fn no_request_causes_a_panic(
         numbers in prop::array::uniform7(prop_oneof![any::<f64>(), 1e-3..10.0f64, 1e-4..0.1f64]),
     ) {
         let [bandwidth, phase, gain, tau, period, delay, filter] = numbers;
@@ -130,9 +130,9 @@ proptest! {
 }
 
 #[test]
-fn a_bandwidth_out_of_reach_is_refused_with_the_most_there_is() {
+fn an_unreachable_bandwidth_is_rejected_with_the_maximum() {
     let error = tune(&position(100.0, 45.0)).unwrap_err();
-    let TuneError::BandwidthOutOfReach { greatest_hz, .. } = error else {
+    let TuneError::BandwidthOutOfReach { maximum_hz, .. } = error else {
         panic!("{error}");
     };
     assert!(
@@ -140,19 +140,19 @@ fn a_bandwidth_out_of_reach_is_refused_with_the_most_there_is() {
             .to_string()
             .starts_with("bandwidth_hz is 100, expected at most ")
     );
-    assert!(tune(&position(0.999 * greatest_hz, 45.0)).is_ok());
-    assert!(tune(&position(1.001 * greatest_hz, 45.0)).is_err());
+    assert!(tune(&position(0.999 * maximum_hz, 45.0)).is_ok());
+    assert!(tune(&position(1.001 * maximum_hz, 45.0)).is_err());
 }
 
 #[test]
-fn a_resonance_above_a_dip_is_no_bandwidth() {
-    // Here the gain is above -3 dB at 20 Hz before it is at 5 Hz.
+fn a_resonance_above_a_notch_does_not_count_as_bandwidth() {
+    // During the search the gain rises above -3 dB at 20 Hz before it does at 5 Hz.
     let tuning = tune(&position(20.0, 45.0)).unwrap();
     assert!(tuning.bandwidth_hz.unwrap() >= 19.99, "{tuning:?}");
 }
 
 #[test]
-fn a_phase_margin_out_of_reach_is_told_in_words() {
+fn an_unreachable_phase_margin_gives_a_warning() {
     let tuning = tune(&position(6.0, 80.0)).unwrap();
     assert!((tuning.bandwidth_hz.unwrap() - 6.0).abs() < 1e-5);
     let text = tuning.warnings[0].to_string();
@@ -161,7 +161,7 @@ fn a_phase_margin_out_of_reach_is_told_in_words() {
 }
 
 #[test]
-fn an_inner_loop_too_fast_for_the_board_is_told_to_be_unstable() {
+fn an_inner_loop_too_fast_for_the_board_gives_a_warning() {
     let mut request = inner(400.0, 0.25);
     let tuning = tune(&request).unwrap();
     assert!(!tuning.margins.stable);
@@ -170,7 +170,7 @@ fn an_inner_loop_too_fast_for_the_board_is_told_to_be_unstable() {
         "the sampled loop is unstable"
     );
     assert!(!comes_to_rest(&request, &tuning, 1.0));
-    // A third of it is stable, with less margin than is customary.
+    // A third of it is stable, with less than the customary margins.
     request.goal = inner(130.0, 0.25).goal;
     let tuning = tune(&request).unwrap();
     assert!(tuning.margins.stable && comes_to_rest(&request, &tuning, 1.0));
@@ -189,8 +189,8 @@ fn an_inner_loop_too_fast_for_the_board_is_told_to_be_unstable() {
 }
 
 #[test]
-fn a_wrong_parameter_is_named_whether_it_was_given_or_found() {
-    let text = |request: &Request| tune(request).unwrap_err().to_string();
+fn an_invalid_parameter_is_named_whether_given_or_computed() {
+    let text = |request: &TuneRequest| tune(request).unwrap_err().to_string();
     assert_eq!(
         text(&inner(f64::NAN, 0.25)),
         "inner_bandwidth_rad_s is NaN, expected a number from 0.001 to 10000 rad/s"

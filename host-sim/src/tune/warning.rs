@@ -1,37 +1,37 @@
-//! Where a tuning falls short of what is wanted, or of what is customary.
+//! Warnings about margins that are below the request or below customary values.
 
 use super::Ripple;
 use crate::analysis::loop_gain::Margins;
 use std::fmt;
 
-/// Least phase margin without a warning, deg: the lower end of the customary 45 to 60 degrees.
+/// Smallest phase margin without a warning, deg: the lower end of the customary 45 to 60 degrees.
 pub const LEAST_PHASE_MARGIN_DEG: f64 = 45.0;
 
-/// Least gain margin without a warning, dB: a factor of two, as is customary.
+/// Smallest gain margin without a warning, dB: the customary factor of two.
 pub const LEAST_GAIN_MARGIN_DB: f64 = 6.0;
 
-/// One shortcoming of a tuning.
+/// A warning about a tuning.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Warning {
     /// The closed loop is not stable.
     Unstable,
     /// The phase margin is small.
     PhaseMargin {
-        /// What there is, deg.
+        /// The margin, deg.
         value_deg: f64,
-        /// What was expected, deg.
+        /// The expected minimum, deg.
         expected_deg: f64,
     },
     /// The gain margin is small.
     GainMargin {
-        /// What there is, dB; negative where the gain must not fall.
+        /// The margin, dB; negative if a lower gain makes the loop unstable.
         value_db: f64,
     },
-    /// One encoder count moves the duty far.
+    /// One encoder count changes the duty by too much.
     DutyJump {
-        /// The jump, %.
+        /// The change, %.
         value_pct: f64,
-        /// What was expected at most, %.
+        /// The expected maximum, %.
         expected_pct: f64,
     },
 }
@@ -64,16 +64,16 @@ impl fmt::Display for Warning {
     }
 }
 
-/// The shortcomings, worst first. Margins of an unstable loop are none and are not mentioned.
+/// The warnings, most severe first. Margins of an unstable loop have no meaning and are omitted.
 pub(super) fn list(
     margins: &Margins,
-    wanted_phase_deg: f64,
+    target_phase_deg: f64,
     duty_jump_pct: f64,
     ripple: &Ripple,
 ) -> Vec<Warning> {
     let phase_deg = margins.phase_deg.map(|m| m.value);
     let gain_db = margins.gain_db.map(|m| m.value);
-    let expected_deg = wanted_phase_deg.max(LEAST_PHASE_MARGIN_DEG);
+    let expected_deg = target_phase_deg.max(LEAST_PHASE_MARGIN_DEG);
     let small_phase = phase_deg.filter(|p| margins.stable && p.abs() < expected_deg);
     let small_gain = gain_db.filter(|g| margins.stable && g.abs() < LEAST_GAIN_MARGIN_DB);
     let far = duty_jump_pct > ripple.duty_jump_limit_pct;
