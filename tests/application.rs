@@ -4,7 +4,7 @@ use firmware::application::{Application, Bridge, Request, Samples};
 use firmware::parameters::BoardParameters;
 use model_core::actuator::{ModelKind, PlantKind, Settings};
 use model_core::control::cascade::Coefficients;
-use model_core::control::units::{angle, float};
+use model_core::control::units::angle;
 use model_core::plant::{Plant, first_order::FirstOrder};
 use model_core::sensors::{encoder::Encoder, noise::Noise};
 use system_tests::{INPUTS, command};
@@ -32,17 +32,17 @@ fn the_enabled_application_gives_the_compare_values_of_the_simulated_board_integ
             let target = angle(command(input, edge * 20));
             if edge % 4 == 0 {
                 application
-                    .request(Request::Command(target))
+                    .request(Request::Command(target.into()))
                     .expect("from the bus");
                 let samples = Samples::at_rest(encoder.word(plant.at(0).angle_deg));
                 let outputs = application.step(&samples);
                 let Bridge::Driven(compare) = outputs.bridge else {
                     panic!("{input}: the bridge is off at edge {edge}");
                 };
-                duty_pct = float(outputs.telemetry.duty);
+                duty_pct = outputs.telemetry.duty.to_f64();
                 simulated.start_period(|_| target);
                 assert_eq!(outputs.fault, None, "{input}, edge {edge}: {:?}", outputs);
-                assert_eq!(compare, simulated.step.compare, "{input}, edge {edge}");
+                assert_eq!(compare, simulated.compare, "{input}, edge {edge}");
                 steps += i32::from(compare.get() != 0);
             } else {
                 simulated.start_period(|_| target);

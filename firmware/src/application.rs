@@ -3,28 +3,32 @@
 //! | from | to | when |
 //! |---|---|---|
 //! | initialising | disabled | encoder, current, supply and temperature were measured |
-//! | initialising | fault | they were not within 200 ms; or the reset was the watchdog's; or the stored parameters were corrupt |
-//! | disabled | enabled | [`Request::Enable`], and nothing is wrong |
+//! | initialising | fault | they were not within 200 ms; or the watchdog caused the reset; or the stored parameters are corrupt |
+//! | disabled | enabled | [`Request::Enable`], and no fault is present |
 //! | enabled | disabled | [`Request::Disable`] |
 //! | enabled | quick stop | [`Request::QuickStop`] |
-//! | quick stop | disabled | the shaft has come to rest and is not to be held; `quick_stop_ms` is over; [`Request::Disable`] |
+//! | quick stop | disabled | the shaft is at rest and is not to be held; `quick_stop_ms` has elapsed; [`Request::Disable`] |
 //! | quick stop | enabled | [`Request::Enable`] |
 //! | enabled, quick stop | fault reaction | a fault whose reaction is a quick stop |
-//! | fault reaction | fault | the shaft has come to rest; `quick_stop_ms` is over; [`Request::Disable`] |
+//! | fault reaction | fault | the shaft is at rest; `quick_stop_ms` has elapsed; [`Request::Disable`] |
 //! | any | fault | a fault whose reaction is to coast |
 //! | fault | disabled | [`Request::Acknowledge`] |
 //!
-//! While the bridge is off, what would be a fault is none: it stands in [`Telemetry::present`] and
-//! blocks [`Request::Enable`]. Only what is lost otherwise is latched in any state: a trip of the
-//! bridge, missed control periods, corrupt parameters and a reset by the watchdog.
+//! While the bridge is off, faults are reported in [`Telemetry::present`] and block
+//! [`Request::Enable`], but are not latched. Only events that would be lost otherwise are latched in
+//! every state: a trip of the bridge, missed control periods, corrupt parameters and a reset by the
+//! watchdog.
 //!
-//! Order of a control period: measure, judge the encoder's word, observe, command, protect, change
-//! the state, regulate.
+//! Order of a control period: measure, validate the encoder's word, observe, select the setpoint,
+//! protect, change the state, regulate, make the compare value of the duty.
 
 mod requests;
 mod stopping;
 
-use model_core::control::{cascade, encoder_word::EncoderWord, units::Angle};
+use model_core::{
+    control::cascade::{CascadeState, CascadeStep, Setpoint},
+    plant::pwm_timer::{Modulator, PwmCompare},
+};
 
 pub use crate::interface::{
     BoardState, Bridge, BusState, CommandSource, Outputs, Refused, Request, Samples, Scan,
@@ -40,30 +44,33 @@ use crate::{
     timing::periods,
 };
 
-/// Control periods within which everything has to be measured after a reset: the AS5045 takes up to
-/// 80 ms to its first angle (data sheet, power-up time).
+/// Control periods within which all quantities must be measured after a reset: the AS5045 takes up
+/// to 80 ms to its first angle (data sheet, power-up time).
 const INITIALISING_PERIODS: u32 = periods(200) as u32;
 
-/// The angle is lost: a word that comes later may be a turn away.
-const LOST: FaultSet =
+/// After these faults the position is unknown: the next valid count may be a turn away.
+const POSITION_LOST: FaultSet =
     FaultSet::of(&[Fault::EncoderInvalid, Fault::MagnetLost, Fault::EncoderJump]);
 
-/// How a reset left the board, as far as the application minds.
+/// Circumstances of the reset that are relevant to the application.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Start {
-    /// The watchdog has reset it.
+    /// The watchdog caused it.
     pub watchdog: bool,
-    /// There were stored parameters, and none of them could be read.
+    /// There are stored parameters, but they cannot be read.
     pub parameters_corrupt: bool,
 }
 
-/// The application: parameters, and everything that it remembers.
+/// The application: its parameters and its state.
 #[derive(Debug, Clone)]
 pub struct Application {
     parameters: BoardParameters,
-    control: cascade::CascadeState,
+    control: CascadeState,
     state: BoardState,
-    held: cascade::CascadeStep,
+    /// The last control step; its duty stays in force while there is no valid count.
+    last_step: CascadeStep,
+    modulator: Modulator,
+    compare: PwmCompare,
     setpoints: SetpointSource,
     protection: Protection,
     stopping: Stopping,
@@ -85,7 +92,7 @@ impl Application {
         Self::after(parameters, Start::default())
     }
 
-    /// An application after a reset of any kind; what went wrong before becomes a fault.
+    /// An application after a reset of any kind; its causes become faults.
     ///
     /// ```
     /// use firmware::application::{Application, Start};
@@ -100,9 +107,11 @@ impl Application {
         faults.put(Fault::ParametersCorrupt, start.parameters_corrupt);
         Self {
             parameters,
-            control: cascade::CascadeState::default(),
+            control: CascadeState::default(),
             state: BoardState::Initialising,
-            held: cascade::CascadeStep::default(),
+            last_step: CascadeStep::default(),
+            modulator: Modulator::default(),
+            compare: PwmCompare::default(),
             setpoints: SetpointSource::new(&parameters.command),
             protection: Protection::default(),
             stopping: Stopping::default(),
@@ -118,12 +127,12 @@ impl Application {
         self.state
     }
 
-    /// The faults that are latched and that were.
+    /// The latched faults and their history.
     pub fn faults(&self) -> &FaultLog {
         &self.log
     }
 
-    /// What was known of the actuator in the last control period.
+    /// Measurements and state of the last control period.
     pub fn telemetry(&self) -> &Telemetry {
         &self.telemetry
     }
@@ -138,48 +147,56 @@ impl Application {
         &self.parameters
     }
 
-    /// The shaft may have turned by any angle: the next valid word is the first one.
+    /// Discards the position: the shaft may have turned by any angle.
     fn reset_position(&mut self) {
         self.control.reset_position();
         self.protection.reset_position();
     }
 
+    /// The source of commands that is in force.
+    pub fn source(&self) -> CommandSource {
+        self.setpoints.source()
+    }
+
+    /// The source that is in force when no excitation runs.
+    pub fn selected_source(&self) -> CommandSource {
+        self.setpoints.selected()
+    }
+
     /// One control period.
     pub fn step(&mut self, samples: &Samples) -> Outputs {
         self.telemetry.tick = self.telemetry.tick.wrapping_add(1);
-        self.miss(samples.missed_periods);
-        let measured = self.protection.measure(&self.parameters, samples);
-        self.note(samples, &measured);
-        let valid = self
-            .control
-            .observe(&self.parameters.control, measured.word)
-            .is_ok();
-        let command = self
-            .setpoints
-            .next(&self.parameters, samples.servo_pulse_us);
-        self.protect(samples, &measured, command);
-        self.regulate(valid, command);
-        self.outputs(command)
+        self.count_missed(samples.missed_periods);
+        let measured = self
+            .protection
+            .measure(&self.parameters, samples, self.control.shaft());
+        self.update_telemetry(samples, &measured);
+        self.control
+            .observe(&self.parameters.control, measured.count);
+        let setpoint = self.setpoints.next(
+            (&self.parameters.command, &self.parameters.servo),
+            samples.servo_pulse_us,
+            self.control.angle(),
+        );
+        self.protect(samples, &measured, setpoint);
+        self.regulate(measured.count.is_some(), setpoint);
+        self.outputs()
     }
 
-    /// The step before this one ended too late: its duty took effect a PWM period after it was due.
-    /// That counts as a missed control period, but no sample was lost.
+    /// The last step ended too late: its duty took effect one PWM period after it was due. That
+    /// counts as a missed control period, but no sample was lost.
     pub fn was_late(&mut self) {
         self.is_late = true;
     }
 
-    /// Periods that were missed are samples that were lost, for the rate is a difference over time.
-    fn miss(&mut self, periods: u8) {
+    /// Control periods that did not run: the next difference of counts spans them.
+    fn count_missed(&mut self, periods: u8) {
         let missed = u32::from(periods);
         self.telemetry.missed_periods = self.telemetry.missed_periods.saturating_add(missed);
-        for _ in 0..periods.min(8) {
-            let _ = self
-                .control
-                .observe(&self.parameters.control, EncoderWord::new(0));
-        }
+        self.control.miss(periods.into());
     }
 
-    fn note(&mut self, samples: &Samples, measured: &Measured) {
+    fn update_telemetry(&mut self, samples: &Samples, measured: &Measured) {
         let t = &mut self.telemetry;
         t.bus = samples.bus;
         t.current_ma = measured.current_ma.unwrap_or(t.current_ma);
@@ -189,19 +206,24 @@ impl Application {
         t.magnet = measured.magnet.unwrap_or(t.magnet);
     }
 
-    fn protect(&mut self, samples: &Samples, measured: &Measured, command: Angle) {
+    fn protect(&mut self, samples: &Samples, measured: &Measured, setpoint: Setpoint) {
+        let gains = &self.parameters.control;
         let conditions = Conditions {
             measured,
             is_driving: self.state.is_driving(),
             is_following: self.state == BoardState::Enabled,
             angle: self.control.angle(),
             rate: self.control.rate(),
-            command: self.parameters.control.reachable(command),
-            rate_command: self.held.rate_command,
-            duty: self.held.duty,
+            setpoint: match setpoint {
+                Setpoint::Angle(angle) => gains.reachable(angle).into(),
+                rate => rate,
+            },
+            rate_command: self.last_step.rate_command,
+            duty: self.last_step.duty,
             is_stale: self.state == BoardState::Enabled
                 && self.setpoints.is_stale(&self.parameters.command),
-            is_bus_lost: samples.bus == BusState::Off && self.setpoints.is_of_the_bus(),
+            is_bus_lost: samples.bus == BusState::Off
+                && self.setpoints.selected() == CommandSource::Bus,
             is_tripped: samples.bridge_tripped,
             missed_periods: samples
                 .missed_periods
@@ -211,28 +233,28 @@ impl Application {
         self.telemetry.present = present;
         match self.state {
             BoardState::Initialising => self.initialise(present),
-            _ => self.judge(present),
+            _ => self.react(present),
         }
     }
 
     fn initialise(&mut self, present: FaultSet) {
-        let is_measured = self.control.is_position_known() && self.protection.is_complete();
+        let is_measured = self.control.shaft().is_known() && self.protection.is_complete();
         if !is_measured && self.telemetry.tick < INITIALISING_PERIODS {
             return;
         }
         let mut faults = self.start;
         if !is_measured {
             faults = faults.or(present);
-            faults.put(Fault::EncoderInvalid, !self.control.is_position_known());
+            faults.put(Fault::EncoderInvalid, !self.control.shaft().is_known());
             faults.put(Fault::MeasurementLost, !self.protection.is_complete());
         }
         self.state = BoardState::Disabled;
         self.latch(faults);
     }
 
-    /// Which of the present conditions matter in this state.
-    fn judge(&mut self, present: FaultSet) {
-        if !self.state.is_driving() && !present.and(LOST).is_empty() {
+    /// Latches the present faults that are relevant in this state.
+    fn react(&mut self, present: FaultSet) {
+        if !self.state.is_driving() && !present.and(POSITION_LOST).is_empty() {
             self.reset_position();
         }
         self.latch(match self.state {
@@ -247,7 +269,7 @@ impl Application {
             self.log.latch(fault, self.telemetry.tick);
             match (fault.reaction(), self.state) {
                 (Reaction::QuickStop, BoardState::Enabled) => self.stop(BoardState::FaultReaction),
-                // The ramp is running already.
+                // The ramp is already running.
                 (Reaction::QuickStop, BoardState::QuickStop) => {
                     self.state = BoardState::FaultReaction
                 }
@@ -257,37 +279,37 @@ impl Application {
         }
     }
 
-    fn regulate(&mut self, valid: bool, command: Angle) {
+    /// Closes the loop. Without a valid count the last duty stays in force.
+    fn regulate(&mut self, is_valid: bool, setpoint: Setpoint) {
         if matches!(
             self.state,
             BoardState::QuickStop | BoardState::FaultReaction
         ) {
-            self.decelerate(valid);
-        } else if self.state == BoardState::Enabled && valid {
-            self.held = self.control.regulate(&self.parameters.control, command);
+            self.decelerate(is_valid);
+        } else if self.state == BoardState::Enabled && is_valid {
+            let step = self.control.regulate(&self.parameters.control, setpoint);
+            self.apply(step);
         }
         if !self.state.is_driving() {
             self.control.release();
-            self.held = cascade::CascadeStep::default();
+            self.last_step = CascadeStep::default();
+            self.compare = PwmCompare::default();
         }
     }
 
     /// One period of a quick stop, and its end.
-    fn decelerate(&mut self, valid: bool) {
+    fn decelerate(&mut self, is_valid: bool) {
         let BoardParameters {
             stop: settings,
             control: gains,
             ..
         } = &self.parameters;
         let may_hold = self.state == BoardState::QuickStop && settings.quick_stop_hold == 1;
-        match self.stopping.holds_at().filter(|_| may_hold) {
-            Some(_) if !valid => {}
-            Some(angle) => self.held = self.control.regulate(gains, angle),
+        let step = match self.stopping.holds_at().filter(|_| may_hold) {
+            Some(angle) => is_valid.then(|| self.control.regulate(gains, angle)),
             None => {
                 let command = self.stopping.next(settings, self.control.rate());
-                if valid {
-                    self.held = self.control.regulate_rate(gains, command);
-                }
+                let step = is_valid.then(|| self.control.decelerate(gains, command));
                 if self.stopping.is_over(settings) {
                     match self.state {
                         _ if may_hold => self.stopping.hold(self.control.angle()),
@@ -295,25 +317,35 @@ impl Application {
                         _ => self.state = BoardState::Fault,
                     }
                 }
+                step
             }
+        };
+        if let Some(step) = step {
+            self.apply(step);
         }
     }
 
-    fn outputs(&mut self, command: Angle) -> Outputs {
+    /// Takes the duty of a control step as a compare value for the timer.
+    fn apply(&mut self, step: CascadeStep) {
+        self.last_step = step;
+        self.compare = self.modulator.next(step.duty);
+    }
+
+    fn outputs(&mut self) -> Outputs {
         let t = &mut self.telemetry;
         t.angle = self.control.angle();
         t.rate = self.control.rate();
-        t.command = command;
-        t.rate_command = self.held.rate_command;
-        t.duty = self.held.duty;
-        t.limits = self.held.limits;
+        t.command = self.setpoints.command();
+        t.rate_command = self.last_step.rate_command;
+        t.duty = self.last_step.duty;
+        t.limits = self.last_step.limits;
         t.servo_pulse_us = self.setpoints.servo_pulse_us();
         t.servo_glitches = self.setpoints.servo_glitches();
         t.source = self.setpoints.source();
         t.latched = self.log.latched();
         Outputs {
             bridge: if self.state.is_driving() {
-                Bridge::Driven(self.held.compare)
+                Bridge::Driven(self.compare)
             } else {
                 Bridge::Coast
             },

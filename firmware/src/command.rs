@@ -1,17 +1,18 @@
-//! Where the commanded angle comes from, without a jump where the source changes.
+//! Sources of the setpoint, and bumpless changes between them.
 //!
-//! | source | followed | after another source | stale |
+//! | source | followed | after a change of the source | stale |
 //! |---|---|---|---|
-//! | bus | at once | the command stays until the next one comes | after `command_timeout_ms` |
+//! | bus | at once | the last command stays until the next one | after `command_timeout_ms` |
 //! | servo pulse | at once | approached at `approach_rate_deg_s` | after `command_timeout_ms` without a valid pulse |
-//! | excitation | added to the command at its start | starts where the command is | never; at its end the command is that at its start |
+//! | excitation | added to the command at its start | starts at the command | never; at its end the command is that at its start |
 //!
-//! When the loop is closed the command is the measured angle, whatever the source.
+//! When the loop is closed the command is the measured angle, for every source. Only the bus
+//! commands rates; while it does, a change of the source starts from the measured angle.
 
 pub mod excitation;
 pub mod servo;
 
-use model_core::control::units::{Angle, held};
+use model_core::control::{cascade::Setpoint, units::Angle};
 
 use self::{
     excitation::{Run, Running},
@@ -19,20 +20,20 @@ use self::{
 };
 use crate::{
     interface::CommandSource,
-    parameters::{BoardParameters, CommandSettings},
+    parameters::{CommandSettings, ServoSettings},
     timing::{angle_per_period, periods},
 };
 
-/// Makes one commanded angle of all sources.
+/// Selects the setpoint from all sources. It alone knows which source is in force.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SetpointSource {
-    /// The source but for an excitation.
+    /// The source without regard to an excitation.
     source: CommandSource,
-    /// What was commanded last.
+    /// The last commanded angle; the measured one while a rate is commanded.
     command: Angle,
-    /// What the bus wants.
-    target: Angle,
-    /// Control periods since a command of the source.
+    /// The last command of the bus.
+    target: Setpoint,
+    /// Control periods since the last command of the source.
     age: u16,
     /// Whether the command has reached that of the servo pulse.
     joined: bool,
@@ -50,7 +51,7 @@ impl SetpointSource {
                 CommandSource::Bus
             },
             command: Angle::ZERO,
-            target: Angle::ZERO,
+            target: Angle::ZERO.into(),
             age: 0,
             joined: false,
             servo: ServoPulse::default(),
@@ -58,7 +59,7 @@ impl SetpointSource {
         }
     }
 
-    /// The source that is in force.
+    /// The source in force: an excitation, or else the selected source.
     pub fn source(&self) -> CommandSource {
         if self.running.is_some() {
             CommandSource::Excitation
@@ -67,14 +68,14 @@ impl SetpointSource {
         }
     }
 
-    /// Whether the bus commands, or would but for an excitation.
-    pub fn is_of_the_bus(&self) -> bool {
-        self.source == CommandSource::Bus
+    /// The source that is in force when no excitation runs.
+    pub fn selected(&self) -> CommandSource {
+        self.source
     }
 
-    /// Whether there is a command to start from: the servo pulse has to be there.
+    /// Whether the loop may be closed: the servo pulse must be present.
     pub fn may_start(&self) -> bool {
-        self.is_of_the_bus() || self.servo.angle().is_some()
+        self.source == CommandSource::Bus || self.servo.angle().is_some()
     }
 
     /// The last valid servo pulse, us; 0 before the first.
@@ -82,22 +83,22 @@ impl SetpointSource {
         self.servo.width_us()
     }
 
-    /// Servo pulses so far whose width was none.
+    /// Servo pulses of invalid width so far.
     pub fn servo_glitches(&self) -> u32 {
         self.servo.glitches()
     }
 
-    /// Starts over from this angle, with whatever source.
+    /// Restarts from this angle, for every source.
     pub fn hold(&mut self, angle: Angle) {
         self.running = None;
         self.command = angle;
-        self.target = angle;
+        self.target = angle.into();
         self.age = 0;
         self.joined = false;
     }
 
-    /// Takes a command of the bus; `false` where commands come from elsewhere.
-    pub fn take(&mut self, target: Angle) -> bool {
+    /// Takes a command of the bus; `false` if another source is in force.
+    pub fn take(&mut self, target: Setpoint) -> bool {
         let taken = self.source() == CommandSource::Bus;
         if taken {
             self.target = target;
@@ -106,7 +107,7 @@ impl SetpointSource {
         taken
     }
 
-    /// Goes over to another source; `false` where that is none to go over to.
+    /// Selects another source; `false` for an excitation, which is started instead.
     pub fn switch(&mut self, source: CommandSource) -> bool {
         if source == CommandSource::Excitation {
             return false;
@@ -118,7 +119,7 @@ impl SetpointSource {
         true
     }
 
-    /// Starts an excitation around the present command; one that runs is replaced.
+    /// Starts an excitation around the present command; it replaces a running one.
     pub fn start(&mut self, run: Run) {
         self.running = Some(Running::new(run, self.command));
     }
@@ -135,11 +136,16 @@ impl SetpointSource {
         }
     }
 
-    /// The command of this control period; `pulse_us` is the servo pulse that came, if one did.
-    pub fn next(&mut self, parameters: &BoardParameters, pulse_us: Option<u16>) -> Angle {
-        let pulse = self.servo.update(&parameters.servo, pulse_us);
+    /// The setpoint of this control period, at a measured angle; `pulse_us` is a new servo pulse.
+    pub fn next(
+        &mut self,
+        (settings, servo): (&CommandSettings, &ServoSettings),
+        pulse_us: Option<u16>,
+        measured: Angle,
+    ) -> Setpoint {
+        let is_valid = self.servo.update(servo, pulse_us);
         self.age = self.age.saturating_add(1);
-        if self.servo.is_stale(&parameters.command) {
+        if self.servo.is_stale(settings) {
             self.servo.forget();
             self.joined = false;
         }
@@ -147,7 +153,7 @@ impl SetpointSource {
             match running.next() {
                 Some(command) => {
                     self.command = command;
-                    return command;
+                    return command.into();
                 }
                 None => {
                     let base = running.base();
@@ -155,34 +161,42 @@ impl SetpointSource {
                 }
             }
         }
-        self.command = match self.source {
+        let setpoint = match self.source {
             CommandSource::ServoPulse => {
-                if pulse {
+                if is_valid {
                     self.age = 0;
                 }
-                self.servo_command(&parameters.command)
+                self.servo_command(settings).into()
             }
             CommandSource::Bus | CommandSource::Excitation => self.target,
         };
-        self.command
+        self.command = match setpoint {
+            Setpoint::Angle(angle) => angle,
+            Setpoint::Rate(_) => measured,
+        };
+        setpoint
     }
 
     fn servo_command(&mut self, settings: &CommandSettings) -> Angle {
-        let Some(wanted) = self.servo.angle() else {
+        let Some(target) = self.servo.angle() else {
             return self.command;
         };
         if self.joined {
-            return wanted;
+            return target;
         }
-        let step = angle_per_period(settings.approach_rate_deg_s);
-        let way = wanted.saturating_sub(self.command);
-        let step = held(way, step);
-        self.joined = step == way;
-        // Not further than where it is wanted.
+        let distance = target.saturating_sub(self.command);
+        let step = distance.limited(angle_per_period(settings.approach_rate_deg_s));
+        self.joined = step == distance;
+        // Not beyond the target.
         self.command.saturating_add(step)
     }
 
-    /// Whether the source has been silent for too long.
+    /// The last commanded angle; the measured one while a rate is commanded.
+    pub fn command(&self) -> Angle {
+        self.command
+    }
+
+    /// Whether the selected source has been silent for too long.
     pub fn is_stale(&self, settings: &CommandSettings) -> bool {
         self.running.is_none()
             && settings.command_timeout_ms > 0

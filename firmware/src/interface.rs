@@ -1,12 +1,13 @@
-//! What goes into a control period and what comes out of it.
+//! Inputs and outputs of a control period, requests and operating states: the types that the
+//! application shares with its parts and its users.
 
 use model_core::{
     control::{
-        cascade::ActiveLimits,
-        compare::Compare,
+        cascade::{ActiveLimits, Setpoint},
         encoder_word::{EncoderWord, Magnet},
         units::{Angle, Percent, Rate},
     },
+    plant::pwm_timer::PwmCompare,
     sensors::adc::AdcCode,
 };
 
@@ -15,26 +16,26 @@ use crate::{
     parameters::Parameter,
 };
 
-/// What was sampled for a control period.
+/// The samples of a control period.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Samples {
-    /// The encoder's word; none where the transfer has not ended.
+    /// The encoder's word; `None` if the transfer has not ended.
     pub encoder: Option<EncoderWord>,
-    /// The motor current in the middle of the last on time; none where it was not converted.
+    /// The motor current in the middle of the last on time; `None` if it was not converted.
     pub current: Option<AdcCode>,
-    /// What was scanned in and before the last coast window; none where the scan has not ended.
+    /// The scan in and before the last coast window; `None` if it has not ended.
     pub scan: Option<Scan>,
-    /// Width of the servo pulse that ended since the last control period, us; none where none did.
+    /// Width of the servo pulse that ended since the last control period, us.
     pub servo_pulse_us: Option<u16>,
     /// Whether the break input has switched the bridge off since the last control period.
     pub bridge_tripped: bool,
     /// Control periods that were missed since the last one.
     pub missed_periods: u8,
-    /// State of the CAN controller: the worst since the last control period.
+    /// The worst state of the CAN controller since the last control period.
     pub bus: BusState,
 }
 
-/// What is scanned while all switches are open, and the supply before that.
+/// Conversions while all switches are open, and of the supply before that.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Scan {
     /// Leg A of the motor.
@@ -48,7 +49,7 @@ pub struct Scan {
 }
 
 impl Samples {
-    /// An encoder's word on a board that is otherwise at rest: no current, no back-EMF, 6 V, 25 deg C.
+    /// An encoder word with all else at rest: no current, no back-EMF, 6 V, 25 deg C.
     ///
     /// ```
     /// use firmware::{application::Samples, measure::supply_mv};
@@ -74,16 +75,16 @@ impl Samples {
     }
 }
 
-/// What the CAN controller may do (ISO 11898-1, fault confinement).
+/// State of the CAN controller (ISO 11898-1, fault confinement).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u8)]
 pub enum BusState {
-    /// All.
+    /// Error active.
     #[default]
     Active = 0,
-    /// It may not disturb others any more.
+    /// Error passive.
     Passive = 1,
-    /// It may not send any more.
+    /// Bus off.
     Off = 2,
 }
 
@@ -98,9 +99,9 @@ pub enum BoardState {
     Disabled = 1,
     /// The loop is closed (operation enabled).
     Enabled = 2,
-    /// The shaft is brought to rest, or held there, on request (quick stop active).
+    /// The shaft is decelerated, or held at rest, on request (quick stop active).
     QuickStop = 3,
-    /// The shaft is brought to rest because of a fault (fault reaction active).
+    /// The shaft is decelerated because of a fault (fault reaction active).
     FaultReaction = 4,
     /// The bridge is off because of a fault (fault).
     Fault = 5,
@@ -113,11 +114,11 @@ impl BoardState {
     }
 }
 
-/// Where the commanded angle comes from.
+/// Where setpoints come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u8)]
 pub enum CommandSource {
-    /// [`Request::Command`].
+    /// The bus: [`Request::Command`].
     #[default]
     Bus = 0,
     /// The servo pulse.
@@ -126,33 +127,33 @@ pub enum CommandSource {
     Excitation = 2,
 }
 
-/// What the board is asked for.
+/// A request to the application.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Request {
-    /// Close the loop; the angle is held until a command comes.
+    /// Close the loop; the angle is held until the first command.
     Enable,
     /// Open the loop: the motor coasts.
     Disable,
-    /// Bring the shaft to rest by the ramp, then open the loop or hold.
+    /// Decelerate the shaft by the ramp, then open the loop or hold.
     QuickStop,
-    /// Take note of the faults and go to [`BoardState::Disabled`].
+    /// Acknowledge the faults and go to [`BoardState::Disabled`].
     Acknowledge,
-    /// Go to this angle.
-    Command(Angle),
-    /// Take commands from here from now on.
+    /// Follow this angle or rate.
+    Command(Setpoint),
+    /// Take commands from this source from now on.
     Source(CommandSource),
-    /// End the excitation; the command of the last period stays.
+    /// End the excitation; the last command stays.
     StopExcitation,
 }
 
-/// Why a request was refused. Nothing was changed then.
+/// Why a request was refused; nothing was changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Refused {
-    /// The present state has no such transition.
+    /// The state has no such transition.
     State(BoardState),
-    /// This would be a fault at once.
+    /// This fault is present.
     Blocked(Fault),
-    /// Commands come from elsewhere.
+    /// Commands come from this source.
     Source(CommandSource),
     /// These parameters change in [`BoardState::Disabled`] and [`BoardState::Fault`] only.
     NotWhileDriving,
@@ -160,7 +161,7 @@ pub enum Refused {
     Parameter(Parameter),
 }
 
-/// What the bridge shall do from the next PWM edge on.
+/// The command to the bridge, effective from the next PWM edge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Bridge {
     /// All switches open.
@@ -168,25 +169,23 @@ pub enum Bridge {
     /// Both low sides closed.
     Brake,
     /// Driven for this share of each PWM period, braked for the rest.
-    Driven(Compare),
+    Driven(PwmCompare),
 }
 
-/// What a control period decided.
+/// The outputs of a control period.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Outputs {
-    /// For the bridge.
+    /// The command to the bridge.
     pub bridge: Bridge,
     /// The operating state.
     pub state: BoardState,
-    /// The fault with which the trouble began; none if nothing is latched.
+    /// The first fault that was latched.
     pub fault: Option<Fault>,
-    /// What is known of the actuator.
+    /// Measurements and state.
     pub telemetry: Telemetry,
 }
 
-/// What is known of the actuator in a control period.
-///
-/// Where a measurement is missing the last one stays.
+/// Measurements and state in a control period. Without a new measurement the last one stays.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Telemetry {
     /// Number of the control period; wraps.
@@ -195,7 +194,7 @@ pub struct Telemetry {
     pub angle: Angle,
     /// The estimated rate.
     pub rate: Rate,
-    /// The commanded angle.
+    /// The commanded angle; the measured one while a rate is commanded.
     pub command: Angle,
     /// The commanded rate.
     pub rate_command: Rate,
@@ -211,19 +210,19 @@ pub struct Telemetry {
     pub temperature_mdeg_c: i32,
     /// The last servo pulse, us; 0 before the first.
     pub servo_pulse_us: u16,
-    /// Servo pulses since the reset whose width was none.
+    /// Servo pulses of invalid width since the reset.
     pub servo_glitches: u32,
-    /// Where the command came from.
+    /// The source of the setpoint.
     pub source: CommandSource,
     /// The limits that acted.
     pub limits: ActiveLimits,
-    /// What the encoder said of its magnet.
+    /// The encoder's magnet status.
     pub magnet: Magnet,
     /// The state of the CAN controller.
     pub bus: BusState,
-    /// What is wrong at present, latched or not.
+    /// The faults that are present, latched or not.
     pub present: FaultSet,
-    /// What is latched.
+    /// The latched faults.
     pub latched: FaultSet,
     /// Control periods missed since the reset.
     pub missed_periods: u32,

@@ -1,8 +1,8 @@
-//! What is watched in every control period; one module for each kind of trouble.
+//! Protections, evaluated in every control period; one module for each group of faults.
 //!
-//! Each module counts for how long a condition has lasted and says whether that is too long. A
-//! sample that is missing holds its counter: it neither accuses nor acquits. What follows from a
-//! condition is the application's decision, by state.
+//! Each module counts for how long a condition has lasted and reports a fault when that exceeds its
+//! limit. A missing sample does not change the counter. The application decides by its state which
+//! faults it latches and how it reacts.
 
 pub mod current;
 pub mod encoder;
@@ -14,7 +14,9 @@ pub mod temperature;
 pub mod timing;
 
 use model_core::control::{
-    encoder_word::{EncoderWord, Magnet},
+    cascade::Setpoint,
+    encoder_word::{EncoderCount, Magnet},
+    shaft_tracker::ShaftTracker,
     units::{Angle, Percent, Rate},
 };
 
@@ -29,14 +31,14 @@ use crate::{
     parameters::BoardParameters,
 };
 
-/// What the samples of a control period mean; none where a sample is missing.
+/// The measurements of a control period; `None` where a sample is missing or invalid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Measured {
-    /// The encoder's word for the control step; one without an angle where it must not be used.
-    pub word: EncoderWord,
-    /// Counts that the shaft has travelled since the last valid word.
+    /// The encoder's count, if the word is valid and plausible.
+    pub count: Option<EncoderCount>,
+    /// Counts that the shaft has travelled since the last valid count.
     pub travelled: Option<i32>,
-    /// What the encoder says of its magnet.
+    /// The encoder's magnet status.
     pub magnet: Option<Magnet>,
     /// Motor current, mA.
     pub current_ma: Option<i32>,
@@ -48,28 +50,28 @@ pub struct Measured {
     pub temperature_mdeg_c: Option<i32>,
 }
 
-/// Everything that the protections look at.
+/// The inputs of the protections.
 #[derive(Debug, Clone, Copy)]
 pub struct Conditions<'a> {
-    /// What was measured.
+    /// The measurements.
     pub measured: &'a Measured,
     /// Whether the bridge is driven.
     pub is_driving: bool,
-    /// Whether the shaft is to follow the command.
+    /// Whether the shaft has to follow the setpoint.
     pub is_following: bool,
     /// The angle.
     pub angle: Angle,
     /// The rate.
     pub rate: Rate,
-    /// The commanded angle, within the position limits.
-    pub command: Angle,
-    /// The rate that the position loop commanded in the last control period.
+    /// The setpoint, an angle within the position limits.
+    pub setpoint: Setpoint,
+    /// The input of the rate loop in the last control period.
     pub rate_command: Rate,
     /// The duty of the last control period.
     pub duty: Percent,
-    /// Whether the source of the command is silent.
+    /// Whether the last command is too old.
     pub is_stale: bool,
-    /// Whether the bus that commands is off.
+    /// Whether the bus is the source of commands and off.
     pub is_bus_lost: bool,
     /// Whether the break input has switched the bridge off.
     pub is_tripped: bool,
@@ -91,16 +93,21 @@ pub struct Protection {
 }
 
 impl Protection {
-    /// What the samples mean, the encoder's word judged.
-    pub fn measure(&mut self, parameters: &BoardParameters, samples: &Samples) -> Measured {
-        let judged =
-            self.encoder
-                .judge(&parameters.encoder, samples.encoder, samples.missed_periods);
+    /// Converts the samples and validates the encoder's word; `shaft` has not seen it yet.
+    pub fn measure(
+        &mut self,
+        parameters: &BoardParameters,
+        samples: &Samples,
+        shaft: &ShaftTracker,
+    ) -> Measured {
+        let encoder = self
+            .encoder
+            .validate(&parameters.encoder, samples.encoder, shaft);
         let scan = samples.scan;
         let measured = Measured {
-            word: judged.word,
-            travelled: judged.travelled,
-            magnet: judged.magnet,
+            count: encoder.count,
+            travelled: encoder.travelled,
+            magnet: encoder.magnet,
             current_ma: samples.current.map(measure::current_ma),
             back_emf_mv: scan.map(|Scan { leg_a, leg_b, .. }| measure::back_emf_mv(leg_a, leg_b)),
             supply_mv: scan.map(|scan| measure::supply_mv(scan.supply)),
@@ -110,12 +117,12 @@ impl Protection {
         measured
     }
 
-    /// Whether current, supply and temperature have been measured once.
+    /// Whether current, supply and temperature have been measured at least once.
     pub fn is_complete(&self) -> bool {
         self.is_complete
     }
 
-    /// What is wrong now, whether it matters or not.
+    /// The faults that are present, in any operating state.
     pub fn check(&mut self, p: &BoardParameters, c: &Conditions<'_>) -> FaultSet {
         let mut present = self
             .encoder
@@ -132,14 +139,14 @@ impl Protection {
         present
     }
 
-    /// The loop is closed: what concerns motion starts over.
+    /// The loop is closed: protections of the motion restart.
     pub fn restart(&mut self) {
         self.stall = StallGuard::default();
         self.following = FollowingGuard::default();
         self.encoder.restart();
     }
 
-    /// The next valid word of the encoder is the first one.
+    /// The tracked position was discarded.
     pub fn reset_position(&mut self) {
         self.encoder.reset_position();
     }

@@ -95,7 +95,7 @@ impl Service {
                     let _ = self.obey(application, capture, order);
                 }
                 if let Some(angle) = angle {
-                    let _ = application.request(Request::Command(angle));
+                    let _ = application.request(Request::Command(angle.into()));
                 }
                 Served {
                     answer: None,

@@ -1,15 +1,23 @@
-//! The control period as a number: everything here is counted in it.
+//! Times in control periods, and quantities in thousandths.
 
-use model_core::control::units::{Angle, held};
+use model_core::{
+    control::units::{Angle, Quantity, Rate},
+    time::CONTROL_RATE_HZ,
+};
 
 /// Length of one control period, ms.
-pub const CONTROL_PERIOD_MS: i32 = 4;
+pub const CONTROL_PERIOD_MS: i32 = 1000 / CONTROL_RATE_HZ as i32;
 
-/// Whole control periods in a time, one at the least; times up to 262 s.
+const _: () = assert!(
+    1000 % CONTROL_RATE_HZ == 0,
+    "a control period is a whole number of milliseconds"
+);
+
+/// Whole control periods in a time, at least one; saturates at 65,535.
 ///
 /// ```
-/// use firmware::timing::periods;
-/// assert_eq!([0, 4, 11, 100].map(periods), [1, 1, 2, 25]);
+/// use firmware::timing::{CONTROL_PERIOD_MS, periods};
+/// assert_eq!([0, 1, 11, 100].map(|n| periods(n * CONTROL_PERIOD_MS)), [1, 1, 11, 100]);
 /// ```
 pub const fn periods(time_ms: i32) -> u16 {
     let periods = time_ms / CONTROL_PERIOD_MS;
@@ -26,45 +34,85 @@ pub const fn periods(time_ms: i32) -> u16 {
 ///
 /// ```
 /// use firmware::timing::angle_of_mdeg;
-/// assert_eq!(angle_of_mdeg(-12_500), -12.5);
+/// use model_core::control::units::angle;
+/// assert_eq!(angle_of_mdeg(-12_500), angle(-12.5));
 /// ```
-#[inline(never)]
 pub const fn angle_of_mdeg(angle_mdeg: i32) -> Angle {
-    // 2^52/1000 to the nearest: times at most 999 it is below 2^52, off by 2^9, which the shift by
-    // 20 drops to 5e-4 of a step.
-    const STEPS_PER_MDEG: i64 = 4_503_599_627_370;
-    let whole = (angle_mdeg / 1000) as i64;
-    let rest = (angle_mdeg % 1000) as i64;
-    Angle::from_bits((whole << 32) + ((rest * STEPS_PER_MDEG + (1 << 19)) >> 20))
+    Angle::from_bits(bits_of_thousandths(angle_mdeg))
 }
 
-/// An angle or a rate in thousandths, rounded to the nearest; ends at those of `i32`.
+/// The rate nearest to so many thousandths of a degree per second.
+///
+/// ```
+/// use firmware::timing::rate_of_mdeg_s;
+/// use model_core::control::units::rate;
+/// assert_eq!(rate_of_mdeg_s(350_001), rate(350.001));
+/// ```
+pub const fn rate_of_mdeg_s(rate_mdeg_s: i32) -> Rate {
+    Rate::from_bits(bits_of_thousandths(rate_mdeg_s))
+}
+
+/// Steps of 2^-32 nearest to so many thousandths.
+#[inline(never)]
+const fn bits_of_thousandths(thousandths: i32) -> i64 {
+    // 2^52/1000 to the nearest: times at most 999 it is below 2^52, off by 2^9, which the shift by
+    // 20 reduces to 5e-4 of a step.
+    const STEPS: i64 = 4_503_599_627_370;
+    let whole = (thousandths / 1000) as i64;
+    let rest = (thousandths % 1000) as i64;
+    (whole << 32) + ((rest * STEPS + (1 << 19)) >> 20)
+}
+
+/// A quantity in thousandths of its unit, rounded to the nearest; saturates.
 ///
 /// ```
 /// use firmware::timing::{angle_of_mdeg, thousandths};
 /// assert_eq!(thousandths(angle_of_mdeg(-179_999)), -179_999);
 /// ```
+pub fn thousandths(value: impl Quantity) -> i32 {
+    thousandths_of_bits(value.raw().to_bits())
+}
+
+/// One function for all quantities: on the board it exists once.
 #[inline(never)]
-pub const fn thousandths(value: Angle) -> i32 {
-    // Held within 2^21 units: times 2^32 and 1000 that is below 2^63, and 2,097,151,000 is an i32.
-    const END: Angle = Angle::const_from_int(2_097_151);
-    let units = held(value, END).to_bits();
+const fn thousandths_of_bits(bits: i64) -> i32 {
+    // Limited to 2^21 units: times 2^32 and 1000 that is below 2^63, and 2,097,151,000 is an i32.
+    const END: Angle = Angle::from_int(2_097_151);
+    let units = Angle::from_bits(bits).limited(END).to_bits();
     ((units * 1000 + (1 << 31)) >> 32) as i32
 }
 
-/// How far a rate goes in one control period.
+/// The angle that a rate travels in one control period.
 ///
 /// ```
 /// use firmware::timing::angle_per_period;
-/// assert_eq!(angle_per_period(250), 1);
+/// use model_core::{control::units::Angle, time::CONTROL_RATE_HZ};
+/// assert_eq!(angle_per_period(CONTROL_RATE_HZ as i32), Angle::ONE);
 /// ```
 pub const fn angle_per_period(rate_deg_s: i32) -> Angle {
-    // 2^32/250 to the nearest, off by 1e-8 of it. Below 2^25: times 249 within 2^33.
-    const STEPS_PER_DEG_S: i64 = 17_179_869;
-    const PERIODS_PER_SECOND: i32 = 250;
-    let whole = (rate_deg_s / PERIODS_PER_SECOND) as i64;
-    let rest = (rate_deg_s % PERIODS_PER_SECOND) as i64;
-    Angle::from_bits((whole << 32) + rest * STEPS_PER_DEG_S)
+    Angle::from_bits(bits_per_period(rate_deg_s))
+}
+
+/// The change of a rate in one control period.
+///
+/// ```
+/// use firmware::timing::rate_per_period;
+/// use model_core::{control::units::Rate, time::CONTROL_RATE_HZ};
+/// assert_eq!(rate_per_period(2 * CONTROL_RATE_HZ as i32), Rate::from_int(2));
+/// ```
+pub const fn rate_per_period(acceleration_deg_s2: i32) -> Rate {
+    Rate::from_bits(bits_per_period(acceleration_deg_s2))
+}
+
+/// Steps of 2^-32 that so many units a second are in a control period.
+const fn bits_per_period(per_second: i32) -> i64 {
+    const PERIODS_PER_SECOND: i32 = CONTROL_RATE_HZ as i32;
+    // To the nearest, off by half a step in 2^32/1000 at the most. Times a rest below the rate it
+    // is at most 2^32.
+    const STEPS: i64 = ((1_i64 << 32) + PERIODS_PER_SECOND as i64 / 2) / PERIODS_PER_SECOND as i64;
+    let whole = (per_second / PERIODS_PER_SECOND) as i64;
+    let rest = (per_second % PERIODS_PER_SECOND) as i64;
+    (whole << 32) + rest * STEPS
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 //! of it.
 
 use model_core::actuator::{Actuator, ModelKind, PlantKind, Settings};
-use model_core::control::{encoder_word::COUNT_DEG, units::float};
+use model_core::control::encoder_word::COUNT_DEG;
 use model_core::excitation::catalogue::Input;
 use model_core::parameter::ParameterError;
 use model_core::sensors::noise::Noise;
@@ -44,7 +44,7 @@ pub fn simulated(
         ..Default::default()
     };
     for tick in 0..input.duration_ticks()? {
-        let command_deg = float(excitation.command(tick));
+        let command_deg = excitation.command(tick).to_f64();
         if tick.is_multiple_of(every) {
             recording.time_s.push(seconds(tick));
             recording.command_deg.push(command_deg);

@@ -1,26 +1,66 @@
-//! The integer time base.
+//! The integer time base and the rates of the loops: the only source of all of them.
 //!
 //! One tick is 50 us. Tick `i` is the instant `i * 50 us` and the half-open interval that starts
 //! there. Every event time is a whole number of ticks, so that nothing drifts and every target
-//! agrees on what happens when.
+//! agrees on the order of events.
+//!
+//! The rates are those of the paper, section II.A. To change one, change it here. With
+//! `RUSTFLAGS="--cfg rates_500_hz"` everything is built with the alternative rates, which
+//! `tests/rates/check.sh` tests. It is a `cfg` and not a feature, so that no dependency can switch
+//! it on for others.
+
+/// Rate of the control step, Hz.
+#[cfg(not(rates_500_hz))]
+pub const CONTROL_RATE_HZ: u32 = 250;
+
+/// Rate of the PWM, Hz.
+#[cfg(not(rates_500_hz))]
+pub const PWM_RATE_HZ: u32 = 1_000;
+
+/// Rate of the control step, Hz: that of the test configuration.
+#[cfg(rates_500_hz)]
+pub const CONTROL_RATE_HZ: u32 = 500;
+
+/// Rate of the PWM, Hz: that of the test configuration.
+#[cfg(rates_500_hz)]
+pub const PWM_RATE_HZ: u32 = 4_000;
+
+/// Rate at which the host commands, Hz.
+pub const HOST_RATE_HZ: u32 = 50;
 
 /// Ticks in one second.
 pub const TICKS_PER_SECOND: u64 = 20_000;
 
 /// Length of one tick, s.
-pub const TICK_S: f64 = 50e-6;
+pub const TICK_S: f64 = 1.0 / TICKS_PER_SECOND as f64;
 
-/// Ticks in one PWM period: 1 ms (paper, section II.A).
-pub const PWM_PERIOD_TICKS: u64 = 20;
+/// Ticks in one PWM period.
+pub const PWM_PERIOD_TICKS: u64 = whole_quotient(TICKS_PER_SECOND, PWM_RATE_HZ as u64);
 
-/// Ticks in one control period: 4 ms, 250 Hz (paper, section II.A).
-pub const CONTROL_PERIOD_TICKS: u64 = 80;
+/// Length of one PWM period, ns.
+pub const PWM_PERIOD_NS: u64 = whole_quotient(1_000_000_000, PWM_RATE_HZ as u64);
+
+/// Ticks in one control period.
+pub const CONTROL_PERIOD_TICKS: u64 = whole_quotient(TICKS_PER_SECOND, CONTROL_RATE_HZ as u64);
+
+/// Length of one control period, us.
+pub const CONTROL_PERIOD_US: u32 = whole_quotient(1_000_000, CONTROL_RATE_HZ as u64) as u32;
 
 /// Length of one control period, s.
-pub const CONTROL_PERIOD_S: f64 = 4e-3;
+pub const CONTROL_PERIOD_S: f64 = 1.0 / CONTROL_RATE_HZ as f64;
 
-/// Ticks in one host period: 20 ms, 50 Hz (paper, section II.A).
-pub const HOST_PERIOD_TICKS: u64 = 400;
+/// PWM periods in one control period.
+pub const PWM_PERIODS_PER_CONTROL_PERIOD: u32 =
+    whole_quotient(PWM_RATE_HZ as u64, CONTROL_RATE_HZ as u64) as u32;
+
+/// Ticks in one host period.
+pub const HOST_PERIOD_TICKS: u64 = whole_quotient(TICKS_PER_SECOND, HOST_RATE_HZ as u64);
+
+/// `a / b`, which must be whole: checked when the program is built.
+const fn whole_quotient(a: u64, b: u64) -> u64 {
+    assert!(a % b == 0, "a period is not a whole number of its unit");
+    a / b
+}
 
 /// The tick nearest to `seconds`; negative times and NaN give tick 0.
 ///

@@ -1,7 +1,6 @@
 //! Runs an actuator and keeps what is seen of it.
 
 use model_core::actuator::{Actuator, Reading};
-use model_core::control::units::float;
 use model_core::time::seconds;
 
 use crate::scenario::{Error, MOST_ROWS, Scenario};
@@ -90,10 +89,10 @@ pub fn run(scenario: &Scenario) -> Result<Trace, Error> {
     let mut trace = Trace::zeros(scenario.rows() as usize);
     for row in 0..trace.rows {
         let start = row as u64 * scenario.run.every;
-        let command = float(input.command(start));
+        let command = input.command(start).to_f64();
         trace.put(row, seconds(start), command, &actuator.reading());
         for tick in start..start + scenario.run.every {
-            let command = float(input.command(tick));
+            let command = input.command(tick).to_f64();
             actuator.advance(command, 1).map_err(|_| Error::Command)?;
         }
     }

@@ -1,4 +1,4 @@
-//! What the application is asked for, between two control periods.
+//! Requests to the application between two control periods.
 
 use super::{Application, BoardState, Refused, Request, stopping::Stopping};
 use crate::{
@@ -8,18 +8,18 @@ use crate::{
 };
 
 impl Application {
-    /// Takes other parameters, which it checks; the duty does not jump.
+    /// Checks and applies other parameters; the duty does not jump.
     ///
-    /// While the loop is closed only gains and limits of the control step change, not how the encoder
-    /// sits on the shaft.
+    /// While the loop is closed only gains and limits of the control step may change, not the
+    /// mounting of the encoder.
     ///
     /// # Errors
-    /// [`Refused::Parameter`] names one that is not possible, [`Refused::NotWhileDriving`] says that
-    /// more than gains and limits of the control step are to change, or anything during a stop.
+    /// [`Refused::Parameter`] names the first invalid one; [`Refused::NotWhileDriving`] if more than
+    /// gains and limits of the control step would change, or anything during a stop.
     pub fn retune(&mut self, parameters: &BoardParameters) -> Result<(), Refused> {
         parameters.check().map_err(Refused::Parameter)?;
         let may_change = match self.state {
-            // Another zero or sense of the encoder is another angle: the shaft would jump.
+            // With another zero or direction of the encoder the angle would jump.
             BoardState::Enabled => {
                 parameters.differs_in_control_only(&self.parameters)
                     && parameters.control.has_mounting_of(&self.parameters.control)
@@ -36,10 +36,10 @@ impl Application {
         Ok(())
     }
 
-    /// Asks for something.
+    /// Executes a request.
     ///
     /// # Errors
-    /// Why it is refused; nothing has changed then.
+    /// The reason of the refusal; nothing has changed then.
     pub fn request(&mut self, request: Request) -> Result<(), Refused> {
         match request {
             Request::Enable => return self.enable(),
@@ -53,8 +53,8 @@ impl Application {
                 BoardState::Fault => self.acknowledge(),
                 state => return Err(Refused::State(state)),
             },
-            Request::Command(angle) => {
-                if !self.setpoints.take(angle) {
+            Request::Command(setpoint) => {
+                if !self.setpoints.take(setpoint) {
                     return Err(Refused::Source(self.setpoints.source()));
                 }
             }
@@ -68,10 +68,10 @@ impl Application {
         Ok(())
     }
 
-    /// Adds this input to the present command, from its tick 0 on, until it has been seen.
+    /// Adds this input to the present command, from its tick 0 to its end.
     ///
     /// # Errors
-    /// [`Refused::State`] where the loop is not closed.
+    /// [`Refused::State`] if the loop is not closed.
     pub fn start_excitation(&mut self, run: Run) -> Result<(), Refused> {
         if self.state != BoardState::Enabled {
             return Err(Refused::State(self.state));
@@ -80,14 +80,14 @@ impl Application {
         Ok(())
     }
 
-    /// The tick of the excitation whose sample the next control period needs; none where it needs none. To be asked for
-    /// after each control period by whoever computes samples elsewhere with [`Run::sample`].
+    /// The tick of the excitation whose sample the next control period needs. A caller that computes
+    /// samples in another task with [`Run::sample`] reads it after each control period.
     pub fn sample_due(&mut self) -> Option<u64> {
         self.setpoints.running()?.due()
     }
 
-    /// Takes a sample of the excitation that runs. Without the one that was due, or with that of another tick, the
-    /// control period computes it itself: the command is the same.
+    /// Takes a sample of the running excitation. Without the sample that is due the control period
+    /// computes it itself: the command is the same.
     ///
     /// ```
     /// use firmware::{application::Application, command::excitation::Sample, parameters::BoardParameters};
@@ -102,7 +102,7 @@ impl Application {
         }
     }
 
-    /// Computes the sample that is due: for whoever has the time between two control periods.
+    /// Computes the sample that is due, between two control periods.
     pub fn prepare(&mut self) {
         if let Some(running) = self.setpoints.running() {
             running.prepare();
@@ -119,7 +119,7 @@ impl Application {
         if let Some(fault) = self.telemetry.present.first() {
             return Err(Refused::Blocked(fault));
         }
-        if !self.control.is_position_known() {
+        if !self.control.shaft().is_known() {
             return Err(Refused::Blocked(Fault::EncoderInvalid));
         }
         if !self.setpoints.may_start() {
@@ -139,7 +139,7 @@ impl Application {
         };
     }
 
-    /// Starts to bring the shaft to rest.
+    /// Starts to decelerate the shaft.
     pub(super) fn stop(&mut self, state: BoardState) {
         self.stopping = Stopping::from(self.control.rate());
         self.setpoints.stop();

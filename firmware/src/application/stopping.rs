@@ -1,23 +1,23 @@
 //! The ramp that brings the shaft to rest.
 //!
-//! The commanded rate starts at the measured one and falls by `quick_stop_deceleration_deg_s2`
-//! in a second. Once it is zero and the shaft has stood for five periods, or when
-//! `quick_stop_ms` is over, the stop is done.
+//! The commanded rate starts at the measured one and falls by `quick_stop_deceleration_deg_s2` per
+//! second. The stop ends once the command is zero and the shaft has stood for 20 ms, or when
+//! `quick_stop_ms` has elapsed.
 
-use model_core::control::units::{Angle, Rate, held};
+use model_core::control::units::{Angle, Rate};
 
 use crate::{
     parameters::StopSettings,
-    timing::{angle_per_period, periods},
+    timing::{periods, rate_per_period},
 };
 
-/// The shaft stands below this rate: a quarter of one encoder count a period.
-const STANDING: Rate = Rate::const_from_int(5);
+/// The shaft stands below this rate: a quarter of one encoder count in 4 ms.
+const STANDING: Rate = Rate::from_int(5);
 
-/// Control periods for which it has to.
-const STANDING_PERIODS: u8 = 5;
+/// Control periods for which it has to: 20 ms.
+const STANDING_PERIODS: u8 = periods(20) as u8;
 
-/// A quick stop on its way.
+/// The state of a quick stop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Stopping {
     command: Rate,
@@ -37,9 +37,8 @@ impl Stopping {
 
     /// The commanded rate of this period, while the shaft turns at `rate`.
     pub fn next(&mut self, settings: &StopSettings, rate: Rate) -> Rate {
-        // deg/s^2 times 4 ms are deg/s, as deg/s times 4 ms are deg.
-        let step = angle_per_period(settings.quick_stop_deceleration_deg_s2);
-        self.command -= held(self.command, step);
+        let step = rate_per_period(settings.quick_stop_deceleration_deg_s2);
+        self.command -= self.command.limited(step);
         self.periods = self.periods.saturating_add(1);
         let stands = self.command == Rate::ZERO && rate < STANDING && rate > -STANDING;
         self.standing = if stands {
@@ -50,17 +49,17 @@ impl Stopping {
         self.command
     }
 
-    /// Whether it is done.
+    /// Whether it has ended.
     pub fn is_over(&self, settings: &StopSettings) -> bool {
         self.standing >= STANDING_PERIODS || self.periods >= periods(settings.quick_stop_ms)
     }
 
-    /// From now on the shaft is held here.
+    /// Holds the shaft at this angle from now on.
     pub fn hold(&mut self, angle: Angle) {
         self.held = Some(angle);
     }
 
-    /// Where it is held, if it is.
+    /// The angle at which the shaft is held.
     pub fn holds_at(&self) -> Option<Angle> {
         self.held
     }
@@ -73,7 +72,7 @@ mod tests {
     #[test]
     fn from_350_deg_s_the_ramp_ends_after_175_ms_and_the_stop_after_20_ms_at_rest() {
         for sign in [1, -1] {
-            let mut stopping = Stopping::from(Rate::from_num(350 * sign));
+            let mut stopping = Stopping::from(Rate::from_int(350 * sign));
             let settings = StopSettings::DEFAULT;
             let mut periods = 0;
             loop {
@@ -81,7 +80,7 @@ mod tests {
                 periods += 1;
                 // 8 deg/s a period.
                 let expected = (350 - 8 * periods).max(0) * sign;
-                assert_eq!(command, expected);
+                assert_eq!(command, Rate::from_int(expected));
                 if stopping.is_over(&settings) {
                     break;
                 }
@@ -92,11 +91,11 @@ mod tests {
 
     #[test]
     fn a_shaft_that_does_not_stop_is_given_up_in_time() {
-        let mut stopping = Stopping::from(Rate::from_num(100));
+        let mut stopping = Stopping::from(Rate::from_int(100));
         let settings = StopSettings::DEFAULT;
         let mut periods = 0;
         while !stopping.is_over(&settings) {
-            stopping.next(&settings, Rate::from_num(100));
+            stopping.next(&settings, Rate::from_int(100));
             periods += 1;
         }
         assert_eq!(periods, 125);

@@ -13,11 +13,11 @@ use crate::{
 };
 
 impl ServoSettings {
-    /// The angle of a pulse; `None` where the width is none of a servo pulse.
+    /// The angle of a pulse; `None` if its width is invalid.
     ///
     /// ```
     /// use firmware::parameters::ServoSettings;
-    /// let angle = |width_us| ServoSettings::DEFAULT.angle(width_us).map(|a| a.to_num::<f64>());
+    /// let angle = |width_us| ServoSettings::DEFAULT.angle(width_us).map(|a| a.to_f64());
     /// assert_eq!([1250, 2000, 2150].map(angle), [Some(-30.0), Some(60.0), Some(60.0)]);
     /// assert_eq!([799, 2201].map(angle), [None; 2]);
     /// ```
@@ -50,7 +50,7 @@ pub(super) struct ServoPulse {
 }
 
 impl ServoPulse {
-    /// Takes what the capture gave; whether that was a valid pulse.
+    /// Takes the pulse that was captured; returns whether it is valid.
     pub fn update(&mut self, settings: &ServoSettings, width_us: Option<u16>) -> bool {
         self.age = self.age.saturating_add(1);
         let Some(width_us) = width_us else {
@@ -75,7 +75,7 @@ impl ServoPulse {
         settings.command_timeout_ms > 0 && self.age > periods(settings.command_timeout_ms)
     }
 
-    /// There is no angle until the next valid pulse.
+    /// Discards the angle until the next valid pulse.
     pub fn forget(&mut self) {
         self.angle = None;
     }

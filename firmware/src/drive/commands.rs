@@ -44,7 +44,7 @@ impl Drive<'_> {
         use super::measured::signed;
         let commands = &self.commands;
         match command {
-            Command::CommandSource => self.source as u64,
+            Command::CommandSource => self.application.selected_source() as u64,
             Command::ExcitationControl => self.measured(Measured::ExcitationStatus),
             Command::CaptureControl => u64::from(matches!(self.capture.phase() as u8, 1 | 2)),
             Command::Controlword => u64::from(commands.controlword),
@@ -101,7 +101,6 @@ impl Drive<'_> {
         };
         let request = Request::Source(source);
         self.application.request(request).map_err(abort)?;
-        self.source = source;
         // Refused while the loop is closed: only gains change then.
         let _ = self.set_parameter(Parameter::CommandSource, value as u32);
         Ok(())

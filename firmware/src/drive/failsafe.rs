@@ -66,7 +66,7 @@ impl Drive<'_> {
         if !is_cyclic || !is_enabled {
             self.failsafe.silent = None;
         }
-        if !is_enabled || self.source != CommandSource::Bus {
+        if !is_enabled || self.application.selected_source() != CommandSource::Bus {
             self.failsafe.silent = None;
             self.failsafe.retreat_mdeg = None;
             return Reaction::None;

@@ -62,7 +62,9 @@ impl Drive<'_> {
             Measured::PredictedAngleDeg => real(self.model.angle_deg()),
             Measured::PredictedRateDegS => real(self.model.rate_deg_s()),
             Measured::ResidualDeg => real(self.model.residual_deg()),
-            Measured::ExcitationStatus => u64::from(t.source == CommandSource::Excitation),
+            Measured::ExcitationStatus => {
+                u64::from(self.application.source() == CommandSource::Excitation)
+            }
             Measured::CaptureStatus => self.capture.phase() as u64,
             Measured::CapturedRecords => self.capture.count() as u64,
             Measured::RecordSize => self.capture.width() as u64 * 4,

@@ -15,9 +15,8 @@
 //!
 //! Once a control period the axis computes a demand from controlword, mode and targets. A demand for
 //! power becomes [`Request::Enable`], no demand becomes [`Request::Disable`], and a position becomes
-//! [`Request::Command`]. A demanded velocity `v` goes through the position loop with its gain `P`, as
-//! the angle `angle + v T + v/P`: the commanded rate is then `v`, and all protections of the position
-//! loop supervise it. A fault of the application is a fault of the axis. A stop that the application
+//! [`Request::Command`]. A demanded velocity is a rate setpoint: it goes
+//! to the rate loop without the gain of the position loop. A fault of the application is a fault of the axis. A stop that the application
 //! executes by itself (`FaultReaction`) is shown by the axis and not influenced.
 //!
 //! While an excitation runs, or the servo pulse commands, the axis follows their command and
@@ -52,7 +51,7 @@ use crate::{
     application::{Application, BoardState, CommandSource, Outputs, Samples, Start},
     capture::Capture,
     faults::FaultSet,
-    parameters::{BoardParameters, ObjectValues},
+    parameters::ObjectValues,
     timing::thousandths,
 };
 use commands::Commands;
@@ -74,7 +73,6 @@ pub struct Drive<'a> {
     failsafe: Failsafe,
     model: MotorModel,
     store: ParameterStore,
-    source: CommandSource,
     /// Faults of the way to the application: commands that stay out, and power that was refused.
     own: FaultSet,
     /// Control periods since a servo pulse.
@@ -104,7 +102,6 @@ impl<'a> Drive<'a> {
         Self {
             axis: Axis::new(),
             axis_parameters: limits::axis_parameters(&values, application.parameters()),
-            source: source_of(application.parameters()),
             application,
             capture: Capture::new(buffer),
             commands: Commands::DEFAULT,
@@ -183,7 +180,6 @@ impl<'a> Drive<'a> {
         self.failsafe = Failsafe::default();
         self.model = MotorModel::default();
         self.own = FaultSet::EMPTY;
-        self.source = source_of(self.application.parameters());
         self.capture.stop();
         self.update_limits();
     }
@@ -207,19 +203,13 @@ impl<'a> Drive<'a> {
 
     /// Whether the commands come from the bus at present.
     fn is_commanded(&self) -> bool {
-        self.application.telemetry().source == CommandSource::Bus
-            && self.source == CommandSource::Bus
+        // The axis takes over one period after the other source has ended: it starts from the command
+        // of that source.
+        self.application.source() == CommandSource::Bus
+            && self.application.telemetry().source == CommandSource::Bus
     }
 
     fn has_failed(&self) -> bool {
         self.application.state() == BoardState::Fault
-    }
-}
-
-fn source_of(parameters: &BoardParameters) -> CommandSource {
-    if parameters.command.command_source == 1 {
-        CommandSource::ServoPulse
-    } else {
-        CommandSource::Bus
     }
 }

@@ -1,15 +1,18 @@
-//! From the axis to the application and back, once a control period.
+//! The axis and the application: demands one way, state and motion the other, once in each control
+//! period.
 
 use canopen::cia402::{self, Command, Demand, Input, Mode, Output, StopOption, controlword};
 
-use super::{Drive, failsafe::Reaction, limits::PERIOD_US};
+use model_core::control::cascade::Setpoint;
+
+use super::{Drive, failsafe::Reaction};
 use crate::{
     application::{BoardState, CommandSource, Refused, Request},
     faults::{Fault, FaultSet},
-    timing::{angle_of_mdeg, thousandths},
+    timing::{angle_of_mdeg, rate_of_mdeg_s, thousandths},
 };
 
-/// Of the last control period.
+/// State of the axis in the last control period.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Motion {
     /// Statusword 6041h.
@@ -22,7 +25,7 @@ pub(super) struct Motion {
     pub velocity_mdeg_s: i32,
     /// Following error actual value 60F4h, mdeg.
     pub following_error_mdeg: i32,
-    /// The axis wants power.
+    /// The axis demands power.
     pub is_powered: bool,
     /// Bit 7 of the controlword.
     resets: bool,
@@ -42,11 +45,11 @@ impl Default for Motion {
     }
 }
 
-/// The supply is not as it has to be.
+/// Faults of the supply voltage.
 const VOLTAGE: FaultSet = FaultSet::of(&[Fault::UnderVoltage, Fault::OverVoltage]);
 
 impl Drive<'_> {
-    /// A rising edge of the fault reset acknowledges what is no longer there.
+    /// A rising edge of the fault reset acknowledges faults that are no longer present.
     pub(super) fn acknowledge(&mut self) {
         let resets = self.commands.controlword & controlword::FAULT_RESET != 0;
         let rises = resets && !self.motion.resets;
@@ -56,7 +59,7 @@ impl Drive<'_> {
             return;
         }
         if self.has_failed() {
-            // It is in the one state in which this is possible.
+            // The state allows it.
             let _ = self.application.request(Request::Acknowledge);
         }
         if self.application.state() != BoardState::FaultReaction && !self.own.is_empty() {
@@ -68,12 +71,12 @@ impl Drive<'_> {
     /// One period of the axis.
     pub(super) fn step_axis(&mut self) -> Output {
         if !self.is_commanded() {
-            // Where the loop is closed it goes on from the command, so that taking over is no step.
+            // Start from the command while the loop is closed, so that taking over is no step.
             let command = match self.application.state() {
                 BoardState::Enabled => self.application.telemetry().command,
                 _ => self.application.telemetry().angle,
             };
-            // Only a stop needs the rate, to begin with.
+            // Only a stop starts from the rate.
             let runs =
                 Command::from_controlword(self.commands.controlword) == Command::EnableOperation;
             let rate_mdeg_s = if runs { 0 } else { self.rate_mdeg_s() };
@@ -96,7 +99,7 @@ impl Drive<'_> {
     fn input(&mut self) -> Input {
         let mut input = Input {
             controlword: self.commands.controlword,
-            // The dictionary's limits have gaps: what is between them stands still.
+            // Values between the modes that the dictionary's limits admit stop the axis.
             mode: Mode::from_code(self.commands.mode).unwrap_or(Mode::None),
             target_position: self.commands.target_position_mdeg,
             target_velocity: self.commands.target_velocity_mdeg_s,
@@ -133,21 +136,21 @@ impl Drive<'_> {
         }
     }
 
-    /// What the application is asked for.
+    /// Requests from the application what the axis demands.
     pub(super) fn apply_demand(&mut self, output: &Output) {
         match output.demand {
             Demand::Off => self.power_off(output.state),
-            Demand::Position { position, .. } => self.command(output.state, position),
+            Demand::Position { position, .. } => {
+                self.command(output.state, angle_of_mdeg(position).into());
+            }
             Demand::Velocity(velocity) => {
-                let lead = self.lead_mdeg(velocity);
-                let angle_mdeg = self.angle_mdeg().saturating_add(lead);
-                self.command(output.state, angle_mdeg);
+                self.command(output.state, rate_of_mdeg_s(velocity).into());
             }
         }
     }
 
     fn power_off(&mut self, state: cia402::Cia402State) {
-        // The application brings the shaft to rest by itself, unless power is to go at once.
+        // The application decelerates the shaft by itself, unless power must be removed at once.
         let coasts = self.axis_parameters.options.fault_reaction == StopOption::Disable;
         let reacts = self.application.state() == BoardState::FaultReaction
             && state == cia402::Cia402State::Fault
@@ -157,7 +160,7 @@ impl Drive<'_> {
         }
     }
 
-    fn command(&mut self, state: cia402::Cia402State, position_mdeg: i32) {
+    fn command(&mut self, state: cia402::Cia402State, setpoint: Setpoint) {
         let runs = state == cia402::Cia402State::OperationEnabled;
         if runs
             && matches!(
@@ -168,32 +171,18 @@ impl Drive<'_> {
             match self.application.request(Request::Enable) {
                 Ok(()) => {}
                 Err(Refused::Blocked(fault)) => self.own.put(fault, true),
-                // The state has changed by itself: the next period sees it.
+                // The state has changed meanwhile: the next period handles it.
                 Err(_) => {}
             }
         }
         if self.is_commanded() {
-            let angle = angle_of_mdeg(position_mdeg);
-            let _ = self.application.request(Request::Command(angle));
+            let _ = self.application.request(Request::Command(setpoint));
         } else if !runs && self.application.state() == BoardState::Enabled {
-            // A stop ends whatever else commands.
-            let _ = match self.application.telemetry().source {
+            // A stop ends the commands of every other source.
+            let _ = match self.application.source() {
                 CommandSource::Excitation => self.application.request(Request::StopExcitation),
                 _ => self.application.request(Request::QuickStop),
             };
-        }
-    }
-
-    /// How far ahead of the shaft a command has to be for this rate, mdeg: `v T + v/P`.
-    fn lead_mdeg(&self, velocity_mdeg_s: i32) -> i32 {
-        // 4 ms.
-        let period_s = PERIOD_US as f32 * 1e-6;
-        let gain = self.application.parameters().control.get(0).unwrap_or(0.0);
-        if gain > 0.0 {
-            // Ends at the limits of the type.
-            (velocity_mdeg_s as f32 * (period_s + 1.0 / gain)) as i32
-        } else {
-            0
         }
     }
 }

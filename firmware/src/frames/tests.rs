@@ -23,7 +23,7 @@ fn a_command_frame_is_an_angle_and_a_request() {
     data.push(1);
     let expected = Message::Command {
         order: Some(Order::Application(Request::Enable)),
-        angle: Some(Angle::from_num(-90)),
+        angle: Some(Angle::from_int(-90)),
     };
     assert_eq!(frames.receive(&standard(0x205, &data)), Some(expected));
     // Whoever stops does not command an angle, in a frame with or without one.
@@ -93,10 +93,10 @@ fn numbers_beyond_their_field_end_at_its_ends() {
     let mut application = Application::new(BoardParameters::DEFAULT);
     let word = EncoderWord::of(EncoderCount::new(0), Magnet::Steady);
     let mut outputs = application.step(&Samples::at_rest(word));
-    outputs.telemetry.rate = Angle::from_num(-5000);
+    outputs.telemetry.rate = model_core::control::units::rate(-5000.0);
     outputs.telemetry.current_ma = 40_000;
     outputs.telemetry.supply_mv = -3;
-    outputs.telemetry.duty = Percent::from_num(-100);
+    outputs.telemetry.duty = Percent::from_int(-100);
     let [motion, power, _] = Frames::new(1).telemetry::<Plain>(&outputs);
     assert_eq!(motion.unwrap().bytes()[4..6], i16::MIN.to_le_bytes());
     let power = power.unwrap().bytes();

@@ -1,20 +1,27 @@
-//! The encoder: words that are none, jumps, a weak magnet, an angle that stands still.
+//! The encoder: invalid words, implausible jumps, a weak magnet, an angle that does not change.
 //!
-//! | condition | becomes |
+//! | condition | consequence |
 //! |---|---|
 //! | no word, odd parity, OCF clear | a lost sample; more than `lost_samples` in a row: [`Fault::EncoderInvalid`] |
 //! | COF or LIN set | the same: [`Fault::MagnetLost`] |
-//! | an angle further away than `greatest_rate_deg_s` allows since the last one | the same: [`Fault::EncoderJump`] |
+//! | a count further from the last valid one than `greatest_rate_deg_s` allows | the same: [`Fault::EncoderJump`] |
 //! | MagINC and MagDEC both set for `magnet_weak_ms` | [`Fault::MagnetWeak`] |
-//! | MagINC or MagDEC alone | the magnet moves: told in the telemetry |
+//! | MagINC or MagDEC alone | the magnet moves: reported in the telemetry |
 //! | no count travelled for `stuck_ms` although the motor turns | [`Fault::EncoderStuck`] |
 //!
-//! The motor turns where its back-EMF shows it, or where it is driven hard and takes less current
-//! than it would at a stall. A motor that is not connected looks the same.
+//! This guard decodes the word and decides whether its count is valid. The tracker of the control
+//! step tells how far a count is from the last valid one and how many periods ago that was.
+//!
+//! The motor turns if its back-EMF shows it, or if it is driven hard and takes less current than it
+//! would in a stall. A motor that is not connected looks the same.
 
-use model_core::control::{
-    encoder_word::{COUNTS_PER_TURN, EncoderCount, EncoderError, EncoderWord, Magnet},
-    units::Percent,
+use model_core::{
+    control::{
+        encoder_word::{EncoderCount, EncoderError, EncoderReading, EncoderWord, Magnet},
+        shaft_tracker::ShaftTracker,
+        units::Percent,
+    },
+    time::CONTROL_RATE_HZ,
 };
 
 use super::{Conditions, lasting::Lasting};
@@ -23,26 +30,22 @@ use crate::{
     parameters::EncoderLimits,
 };
 
-/// A word without an angle: OCF is clear.
-const NO_ANGLE: EncoderWord = EncoderWord::new(0);
-
-/// What is thought of a word.
+/// The result of validating a word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Judged {
-    pub word: EncoderWord,
+pub(super) struct Validated {
+    pub count: Option<EncoderCount>,
     pub travelled: Option<i32>,
     pub magnet: Option<Magnet>,
 }
 
-/// What is remembered of the encoder.
+/// The state of the encoder's protection.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct EncoderGuard {
-    last: Option<EncoderCount>,
-    /// Control periods since the last valid word in which there was none, missed ones included.
-    away: u16,
+    /// Counts rejected as jumps since the last valid one.
+    jumps: u16,
     /// Samples lost in a row.
     lost: u16,
-    /// Why the last one was.
+    /// The cause of the last lost sample.
     cause: Option<Fault>,
     weak: Lasting,
     stuck: Lasting,
@@ -50,53 +53,39 @@ pub(super) struct EncoderGuard {
 }
 
 impl EncoderGuard {
-    /// Decides whether a word serves.
-    pub fn judge(
+    /// Decides whether a word has a valid count.
+    pub fn validate(
         &mut self,
         limits: &EncoderLimits,
         word: Option<EncoderWord>,
-        missed_periods: u8,
-    ) -> Judged {
-        self.away = self.away.saturating_add(u16::from(missed_periods));
-        let reading = match word.map(EncoderWord::read) {
-            Some(Ok(reading)) => Ok(reading),
-            Some(Err(EncoderError::CordicOverflow | EncoderError::Linearity)) => {
-                Err(Fault::MagnetLost)
+        shaft: &ShaftTracker,
+    ) -> Validated {
+        let reading = decode(word).and_then(|reading| {
+            let travelled = shaft.travel_to(reading.count);
+            match travelled {
+                Some(way) if way.abs() > self.reach(limits, shaft) => Err(Fault::EncoderJump),
+                _ => Ok((reading, travelled)),
             }
-            Some(Err(EncoderError::Parity | EncoderError::NotReady)) | None => {
-                Err(Fault::EncoderInvalid)
-            }
-        };
-        let travelled = reading.map(|reading| self.travelled(reading.count));
-        let reading = match (reading, travelled) {
-            (Ok(_), Ok(Some(way))) if way.abs() > self.reach(limits) => Err(Fault::EncoderJump),
-            (reading, _) => reading,
-        };
+        });
         match reading {
-            Ok(reading) => {
-                self.last = Some(reading.count);
-                (self.away, self.lost, self.cause) = (0, 0, None);
-                self.travelled = travelled.ok().flatten();
-                Judged {
-                    word: word.unwrap_or(NO_ANGLE),
-                    travelled: self.travelled,
-                    magnet: Some(reading.magnet),
+            Ok((EncoderReading { count, magnet }, travelled)) => {
+                (self.jumps, self.lost, self.cause) = (0, 0, None);
+                self.travelled = travelled;
+                Validated {
+                    count: Some(count),
+                    travelled,
+                    magnet: Some(magnet),
                 }
             }
             Err(cause) => {
-                // A word that says too much lets the shaft turn no further than one before it: otherwise
-                // a jump that stays would soon be within reach.
-                let grows = u16::from(cause != Fault::EncoderJump);
-                self.away = self.away.saturating_add(grows);
+                self.jumps = self
+                    .jumps
+                    .saturating_add(u16::from(cause == Fault::EncoderJump));
                 self.lost = self.lost.saturating_add(1);
                 self.cause = Some(cause);
                 self.travelled = None;
-                Judged {
-                    // One that is no angle by itself says better why.
-                    word: match (cause, word) {
-                        (Fault::EncoderJump, _) | (_, None) => NO_ANGLE,
-                        (_, Some(word)) => word,
-                    },
+                Validated {
+                    count: None,
                     travelled: None,
                     magnet: (cause == Fault::MagnetLost).then_some(Magnet::Lost),
                 }
@@ -104,23 +93,20 @@ impl EncoderGuard {
         }
     }
 
-    /// Counts from the last valid word to this one, the short way; none without a last one.
-    fn travelled(&self, count: EncoderCount) -> Option<i32> {
-        let apart = i32::from(count.get()) - i32::from(self.last?.get());
-        let half = COUNTS_PER_TURN / 2;
-        Some((apart + half).rem_euclid(COUNTS_PER_TURN) - half)
+    /// Counts that the shaft can have travelled since the last valid count.
+    fn reach(&self, limits: &EncoderLimits, shaft: &ShaftTracker) -> i32 {
+        // Counts a period of 1 deg/s, in 2^-16. At most 40,000 deg/s are 1821 counts at 250 Hz:
+        // within 1821 * 2^16 < 2^27.
+        const COUNTS_PER_DEG_S: i32 =
+            ((4096 << 16) as f64 / 360.0 / CONTROL_RATE_HZ as f64 + 0.5) as i32;
+        let per_period = (limits.greatest_rate_deg_s * COUNTS_PER_DEG_S) >> 16;
+        // Rejected jumps do not extend the reach: a jump that persists would soon be within it.
+        let periods = i32::from(shaft.missed().saturating_sub(self.jumps)) + 1;
+        // At most 65,536 periods: below 2^27.
+        (per_period + 1) * periods
     }
 
-    /// Counts that the shaft can have travelled since the last valid word.
-    fn reach(&self, limits: &EncoderLimits) -> i32 {
-        // A count a period are 11,250/512 deg/s: 2983/2^16 counts a period per deg/s. At most
-        // 40,000 deg/s: 1821 counts, hence within 1821 * 2^16 < 2^27.
-        let per_period = (limits.greatest_rate_deg_s * 2983) >> 16;
-        // 65,536 periods at the most: below 2^27.
-        (per_period + 1) * (i32::from(self.away) + 1)
-    }
-
-    /// What is wrong with the encoder.
+    /// The present faults of the encoder.
     pub fn check(&mut self, limits: &EncoderLimits, c: &Conditions<'_>) -> FaultSet {
         let mut present = FaultSet::EMPTY;
         if i32::from(self.lost) > limits.lost_samples {
@@ -131,21 +117,20 @@ impl EncoderGuard {
             Fault::MagnetWeak,
             self.weak.update(is_marginal, limits.magnet_weak_ms),
         );
-        let stands = self.stands_while_the_motor_turns(limits, c);
+        let is_still = self.is_still_while_the_motor_turns(limits, c);
         present.put(
             Fault::EncoderStuck,
-            self.stuck.update(stands, limits.stuck_ms),
+            self.stuck.update(is_still, limits.stuck_ms),
         );
         present
     }
 
-    fn stands_while_the_motor_turns(
+    fn is_still_while_the_motor_turns(
         &self,
         limits: &EncoderLimits,
         c: &Conditions<'_>,
     ) -> Option<bool> {
-        let stands = self.travelled? == 0;
-        if !stands {
+        if self.travelled? != 0 {
             return Some(false);
         }
         let turns = c.measured.back_emf_mv?.abs() >= limits.stuck_back_emf_mv;
@@ -156,13 +141,24 @@ impl EncoderGuard {
         Some(turns || (is_driven && !pulls))
     }
 
-    /// The loop is closed anew.
+    /// The loop is closed.
     pub fn restart(&mut self) {
         self.stuck = Lasting::default();
     }
 
-    /// The next valid word is the first one; words that are lost count on.
+    /// The tracked position was discarded; the count of lost samples continues.
     pub fn reset_position(&mut self) {
-        (self.last, self.away) = (None, 0);
+        self.jumps = 0;
+    }
+}
+
+/// The reading of a word, or the fault that an invalid one indicates.
+fn decode(word: Option<EncoderWord>) -> Result<EncoderReading, Fault> {
+    match word.map(EncoderWord::read) {
+        Some(Ok(reading)) => Ok(reading),
+        Some(Err(EncoderError::CordicOverflow | EncoderError::Linearity)) => Err(Fault::MagnetLost),
+        Some(Err(EncoderError::Parity | EncoderError::NotReady)) | None => {
+            Err(Fault::EncoderInvalid)
+        }
     }
 }

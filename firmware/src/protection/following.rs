@@ -1,20 +1,28 @@
-//! The shaft does not follow the command.
+//! The shaft does not follow the setpoint.
 //!
-//! A command may step, and no shaft can: the plain difference of both says little. A shaft follows
-//! if it is near the command, or on its way there:
+//! A commanded angle may step, and no shaft can: the difference alone tells little. A shaft follows
+//! an angle if it is near it or approaches it:
 //!
 //! ```text
 //! |command - angle| <= following_window_mdeg
 //! or rate sign(command - angle) >= following_rate_deg_s
 //! ```
 //!
-//! or half of the commanded rate, where its limit or a weak gain make that the less.
+//! or half of the commanded rate, if its limit or a low gain makes that less.
 //!
-//! Neither of them for `following_ms` in a row is [`Fault::FollowingError`].
+//! For a commanded rate there is no difference of angles (CiA 402 defines the following error for
+//! the position modes). The shaft follows a rate of at least `following_rate_deg_s` if it turns in
+//! its direction with `following_rate_deg_s` or half of the commanded rate, whichever is less.
+//! Slower rates are not monitored: an estimate from single counts is too coarse.
+//!
+//! Not following for `following_ms` in a row is [`Fault::FollowingError`].
 //!
 //! [`Fault::FollowingError`]: crate::faults::Fault::FollowingError
 
-use model_core::control::units::{ANGLE_END, Angle, Rate, held};
+use model_core::control::{
+    cascade::Setpoint,
+    units::{ANGLE_END, Angle, Rate},
+};
 
 use super::{Conditions, lasting::Lasting};
 use crate::{parameters::FollowingLimits, timing::angle_of_mdeg};
@@ -24,27 +32,39 @@ use crate::{parameters::FollowingLimits, timing::angle_of_mdeg};
 pub(super) struct FollowingGuard(Lasting);
 
 impl FollowingGuard {
-    /// Whether it has been too long.
+    /// Whether the fault is present.
     pub fn check(&mut self, limits: &FollowingLimits, c: &Conditions<'_>) -> bool {
-        // An angle that is not known says nothing.
-        let strays = c.measured.travelled.map(|_| strays(limits, c));
-        self.0.update(strays, limits.following_ms)
+        // Without a valid count nothing is known.
+        let deviates = c.measured.travelled.map(|_| deviates(limits, c));
+        self.0.update(deviates, limits.following_ms)
     }
 }
 
-fn strays(limits: &FollowingLimits, c: &Conditions<'_>) -> bool {
-    let window = angle_of_mdeg(limits.following_window_mdeg);
-    // Both within 2^15 deg.
-    let error = held(c.command, ANGLE_END) - c.angle;
-    let wanted = Rate::from_bits(i64::from(limits.following_rate_deg_s) << 32);
+fn deviates(limits: &FollowingLimits, c: &Conditions<'_>) -> bool {
+    if !c.is_following {
+        return false;
+    }
+    let expected = Rate::from_int(limits.following_rate_deg_s);
     // Within 2^17 deg/s.
     let half = Rate::from_bits(c.rate_command.to_bits().abs() >> 1);
-    let least = if half < wanted { half } else { wanted };
-    let comes_nearer = if error > Angle::ZERO {
-        c.rate >= least
-    } else {
-        c.rate <= -least
+    let least = half.at_most(expected);
+    let turns = |is_upward: bool| {
+        if is_upward {
+            c.rate >= least
+        } else {
+            c.rate <= -least
+        }
     };
-    let is_off = error > window || error < -window;
-    c.is_following && is_off && !comes_nearer
+    match c.setpoint {
+        Setpoint::Angle(command) => {
+            let window = angle_of_mdeg(limits.following_window_mdeg);
+            // Both within 2^15 deg.
+            let error = command.limited(ANGLE_END) - c.angle;
+            let is_off = error > window || error < -window;
+            is_off && !turns(error > Angle::ZERO)
+        }
+        Setpoint::Rate(_) => {
+            c.rate_command.abs() >= expected && !turns(c.rate_command > Rate::ZERO)
+        }
+    }
 }

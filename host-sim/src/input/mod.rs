@@ -3,7 +3,7 @@
 pub mod file;
 
 use model_core::{
-    control::units::{Angle, angle, float},
+    control::units::{Angle, angle},
     excitation::Excitation,
 };
 
@@ -63,7 +63,7 @@ impl Command {
     /// The command at a tick, deg.
     pub fn at(&self, tick: u64) -> f64 {
         match self {
-            Self::Excitation(excitation) => float(excitation.command(tick)),
+            Self::Excitation(excitation) => excitation.command(tick).to_f64(),
             Self::Sequence(sequence) => sequence.at(tick),
         }
     }

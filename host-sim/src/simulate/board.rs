@@ -2,7 +2,6 @@
 
 use model_core::{
     actuator::closed_loop::ClosedLoop,
-    control::units::float,
     plant::{
         Plant,
         drivetrain::{load::Recording, pwm::PwmDrivetrain},
@@ -120,8 +119,8 @@ fn board_row<P: Plant>(
         board.duty_pct(),
         board.angle_meas_deg(),
         board.rate_meas_deg_s(),
-        float(board.step.rate_command),
-        board.step.compare.get().into(),
+        board.step.rate_command.to_f64(),
+        board.compare.get().into(),
     ]
 }
 

@@ -124,7 +124,7 @@ impl Bench {
         let samples = (self.duration_s / self.step_s).floor() as u64;
         let at = |i: u64| {
             let tick = ticks(i as f64 * self.step_s);
-            excitation.command(tick).to_num::<f64>()
+            excitation.command(tick).to_f64()
         };
         (0..=samples).map(at).collect()
     }

@@ -5,9 +5,12 @@
 
 use crate::control::{
     cascade::{CascadeState, CascadeStep, Coefficients},
-    units::{Angle, float},
+    units::Angle,
 };
-use crate::plant::Plant;
+use crate::plant::{
+    Plant,
+    pwm_timer::{Modulator, PwmCompare},
+};
 use crate::sensors::encoder::Encoder;
 use crate::time::{CONTROL_PERIOD_TICKS, PWM_PERIOD_TICKS};
 
@@ -21,13 +24,8 @@ crate::parameters! {
 }
 
 impl TimerParameters {
-    /// The duty that the timer makes of a step, %.
-    fn duty_pct(&self, step: &CascadeStep) -> f64 {
-        if self.timer_counts >= 0.5 {
-            step.compare.duty_pct()
-        } else {
-            float(step.duty)
-        }
+    fn counts(&self) -> bool {
+        self.timer_counts >= 0.5
     }
 }
 
@@ -42,8 +40,11 @@ pub struct ClosedLoop<P> {
     encoder: Encoder,
     /// The motor and what it moves.
     pub plant: P,
-    /// What the last control step decided.
+    modulator: Modulator,
+    /// The last control step.
     pub step: CascadeStep,
+    /// Its duty as a compare value of the timer.
+    pub compare: PwmCompare,
     duty_pct: f64,
     /// The duty that is in force from the next edge on, %.
     pending_duty_pct: f64,
@@ -81,7 +82,9 @@ impl<P: Plant> ClosedLoop<P> {
             timer,
             encoder,
             plant,
+            modulator: Modulator::default(),
             step: CascadeStep::default(),
+            compare: PwmCompare::default(),
             duty_pct: 0.0,
             pending_duty_pct: 0.0,
             tick: 0,
@@ -102,11 +105,17 @@ impl<P: Plant> ClosedLoop<P> {
 
     fn control(&mut self, command: Angle) {
         let word = self.encoder.word(self.plant.at(0).angle_deg);
-        // A magnet that is lost leaves the duty as it is; what a board does then is the business
-        // of its application.
-        if self.control.observe(&self.coefficients, word).is_ok() {
+        let count = word.read().ok().map(|reading| reading.count);
+        self.control.observe(&self.coefficients, count);
+        // Without a valid count the last duty stays: protections belong to the board's application.
+        if count.is_some() {
             self.step = self.control.regulate(&self.coefficients, command);
-            self.pending_duty_pct = self.timer.duty_pct(&self.step);
+            self.compare = self.modulator.next(self.step.duty);
+            self.pending_duty_pct = if self.timer.counts() {
+                self.compare.duty_pct()
+            } else {
+                self.step.duty.to_f64()
+            };
         }
     }
 
@@ -117,11 +126,11 @@ impl<P: Plant> ClosedLoop<P> {
 
     /// The measured angle, deg.
     pub fn angle_meas_deg(&self) -> f64 {
-        float(self.control.angle())
+        self.control.angle().to_f64()
     }
 
     /// The estimated rate, deg/s.
     pub fn rate_meas_deg_s(&self) -> f64 {
-        float(self.control.rate())
+        self.control.rate().to_f64()
     }
 }

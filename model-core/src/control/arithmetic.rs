@@ -1,18 +1,55 @@
 //! The one multiplication of the control path: a signal by a coefficient.
 
+use core::marker::PhantomData;
+
 use fixed::types::I32F32;
 
-use super::units::round;
+use super::units::{Quantity, round};
+
+/// A coefficient that makes a quantity of type `To` of one of type `From`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(bound = ""))]
+pub struct Gain<From, To> {
+    coefficient: Coefficient,
+    quantities: PhantomData<(From, To)>,
+}
+
+impl<From: Quantity, To: Quantity> Gain<From, To> {
+    /// The gain nearest to `value`, which is in units of `To` per unit of `From`.
+    pub const fn new(value: f64) -> Self {
+        Self::of(Coefficient::new(value))
+    }
+
+    /// The gain of this coefficient.
+    pub const fn of(coefficient: Coefficient) -> Self {
+        Self {
+            coefficient,
+            quantities: PhantomData,
+        }
+    }
+
+    /// Its coefficient.
+    pub const fn coefficient(self) -> Coefficient {
+        self.coefficient
+    }
+
+    /// The product, rounded to the nearest step; bounds as for [`Coefficient::times`].
+    #[inline(always)]
+    pub fn times(self, quantity: From) -> To {
+        To::from_raw(self.coefficient.times(quantity.raw()))
+    }
+}
 
 /// A coefficient: 31 bits and a sign, as far to the left as the value allows.
 ///
-/// It is `whole + upper 2^-32 + lower 2^-64`. Each of these digits has a sign of its own, and so have
-/// those that [`Coefficient::times`] splits a signal into: a Cortex-M4 multiplies two such digits and adds the
-/// product to what it has in one instruction, and nothing is left to be shifted.
+/// The value is `whole + upper 2^-32 + lower 2^-64`. Each digit has a sign of its own, and so have
+/// the digits of the signal in [`Coefficient::times`]: a Cortex-M4 multiplies two signed digits and
+/// accumulates the product in one instruction, without a shift.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Coefficient {
-    /// Zero where `lower` is none.
+    /// Zero where `lower` is not zero.
     whole: i32,
     upper: i32,
     /// Zero where the magnitude is a half or more.
@@ -20,18 +57,18 @@ pub struct Coefficient {
 }
 
 impl Coefficient {
-    /// The coefficient nearest to `value`, off by 2^-31 of it at most where it is 2^-32 or more.
+    /// The coefficient nearest to `value`; the relative error is at most 2^-31 from 2^-32 on.
     /// Saturates at +-2^31; NaN gives zero.
     pub const fn new(value: f64) -> Self {
         let mut shift = 62;
-        // 2^31 - 1 is odd: half a step more would round to what no i32 holds.
+        // 2^31 - 1 is odd: half a step more would round beyond the range of i32.
         while shift > 0 && magnitude(value) * (1u64 << shift) as f64 >= i32::MAX as f64 - 0.5 {
             shift -= 1;
         }
         Self::from_parts(round(value * (1u64 << shift) as f64) as i32, shift)
     }
 
-    /// The coefficient `mantissa * 2^-shift`; the shift is 62 at the most, and the greatest that the mantissa leaves.
+    /// The coefficient `mantissa * 2^-shift`, normalised: `shift` is the greatest possible, at most 62.
     pub(super) const fn from_parts(mantissa: i32, shift: u8) -> Self {
         let bits = (mantissa as i64) << (32 - shift % 32);
         let [low, high] = digits(bits);
@@ -65,11 +102,11 @@ impl Coefficient {
     #[inline(always)]
     pub const fn times(self, signal: I32F32) -> I32F32 {
         let [low, high] = digits(signal.to_bits());
-        // Digits are 2^31 at the most: this is below 2^31, and with another sign bit it is half a step more.
+        // Digits are at most 2^31, so this is below 2^31; inverting its sign bit adds half a step.
         let lowest = (product(low, self.lower) >> 32) as u32 ^ 1 << 31;
         // Where `lower` is not zero, `upper` is 2^30 at the most: the sums are below 2^63.
         let below = lowest as i64 + product(low, self.upper) + product(high, self.lower);
-        // What leaves 64 bits between these sums comes back, for the product does not leave them.
+        // Intermediate sums may wrap: the product itself fits 64 bits.
         let bits = (below >> 32).wrapping_add(product(high, self.upper));
         let bits = bits.wrapping_add(product(low, self.whole));
         let above = ((bits >> 32) as i32).wrapping_add(high.wrapping_mul(self.whole));
@@ -80,7 +117,7 @@ impl Coefficient {
 /// The digits of a number in base 2^32, the lower one first, each with a sign.
 #[inline(always)]
 const fn digits(bits: i64) -> [i32; 2] {
-    // What the lower one is below zero, the upper one makes up for.
+    // The upper digit compensates for a negative lower one.
     let low = bits as i32;
     [low, (bits.wrapping_sub(low as i64) >> 32) as i32]
 }
@@ -96,7 +133,7 @@ impl Coefficient {
     /// The coefficient in units of 2^-62.
     pub(crate) fn exactly(self) -> i128 {
         let (bits, exponent) = self.parts();
-        // The last two bits of 64 are none's.
+        // No coefficient has bits below 2^-62.
         (i128::from(bits) << (64 + exponent)) >> 2
     }
 }

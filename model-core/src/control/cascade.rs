@@ -1,15 +1,14 @@
-//! The whole control step, coefficients and state apart.
+//! The whole control step. Coefficients and state are separate types.
 
 use super::{
-    arithmetic::Coefficient,
-    compare::{Compare, Modulator},
-    encoder_word::{COUNT_DEG, EncoderCount, EncoderError, EncoderReading, EncoderWord},
+    arithmetic::Gain,
+    encoder_word::{COUNT_DEG, EncoderCount},
     parameters::ControlParameters,
-    position_loop::{PositionLoop, WIDEST_RATE},
+    position_loop::{PositionLoop, RATE_END, RateCommand},
     rate_estimate::{FilterShare, RateEstimate},
     rate_loop::{RateLoop, RateLoopState},
-    shaft_angle::{Mounting, ShaftAngle},
-    units::{Angle, Percent, Rate, angle, hold_between, percent, round},
+    shaft_tracker::{Mounting, ShaftTracker},
+    units::{Angle, Percent, Rate, angle, limit_between, percent, rate, round},
 };
 use crate::{
     limits::within,
@@ -19,8 +18,8 @@ use crate::{
 
 mod single_precision;
 
-/// From one end of the duty to the other: no limit to its change.
-const WIDEST_STEP: Percent = Percent::const_from_int(200);
+/// From one end of the duty range to the other: no limit to its change.
+const DUTY_STEP_END: Percent = Percent::from_int(200);
 
 /// Everything that does not change from step to step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,7 +36,7 @@ impl Coefficients {
     /// floating point for its defaults.
     ///
     /// # Errors
-    /// A [`ParameterError`] that names the parameter which is NaN, out of its range or at odds
+    /// A [`ParameterError`] that names the parameter which is NaN, out of its range or inconsistent
     /// with another.
     ///
     /// ```
@@ -75,18 +74,18 @@ impl Coefficients {
         })
     }
 
-    /// Whether an angle means the same under others: the encoder's zero and sense are equal.
+    /// Whether the encoder's zero and direction are those of `other`: then angles are comparable.
     pub fn has_mounting_of(&self, other: &Self) -> bool {
         self.mounting == other.mounting
     }
 
-    /// The command that the position limits leave of this one.
+    /// The command limited to the position limits.
     ///
     /// ```
     /// use model_core::control::{cascade::Coefficients, parameters::ControlParameters, units::angle};
     ///
     /// let p = ControlParameters { position_max_deg: 60.0, ..ControlParameters::DEFAULT };
-    /// assert_eq!(Coefficients::try_new(&p).unwrap().reachable(angle(90.0)), 60);
+    /// assert_eq!(Coefficients::try_new(&p).unwrap().reachable(angle(90.0)), angle(60.0));
     /// ```
     pub fn reachable(&self, command: Angle) -> Angle {
         within(command, self.position.min, self.position.max)
@@ -104,42 +103,59 @@ const fn mounting(p: &ControlParameters) -> Mounting {
 
 const fn position_loop(p: &ControlParameters) -> PositionLoop {
     PositionLoop {
-        gain: Coefficient::new(p.position_gain),
+        gain: Gain::new(p.position_gain),
         min: angle(p.position_min_deg),
         max: angle(p.position_max_deg),
-        rate_up: least(percent(p.rate_command_limit_up_deg_s), WIDEST_RATE),
-        rate_down: least(percent(p.rate_command_limit_down_deg_s), WIDEST_RATE),
+        rate_up: rate(p.rate_command_limit_up_deg_s).at_most(RATE_END),
+        rate_down: rate(p.rate_command_limit_down_deg_s).at_most(RATE_END),
     }
 }
 
 const fn rate_loop(p: &ControlParameters) -> RateLoop {
     RateLoop {
-        proportional: Coefficient::new(p.proportional_gain),
-        integral: Coefficient::new(p.integral_gain * CONTROL_PERIOD_S),
-        anti_windup: Coefficient::new(p.anti_windup_gain * CONTROL_PERIOD_S),
-        feed_forward: Coefficient::new(p.feed_forward_gain),
+        proportional: Gain::new(p.proportional_gain),
+        integral: Gain::new(p.integral_gain * CONTROL_PERIOD_S),
+        anti_windup: Gain::new(p.anti_windup_gain * CONTROL_PERIOD_S),
+        feed_forward: Gain::new(p.feed_forward_gain),
         duty_limit: percent(p.duty_limit_pct),
-        duty_step: least(percent(p.duty_slew_pct_s * CONTROL_PERIOD_S), WIDEST_STEP),
+        duty_step: percent(p.duty_slew_pct_s * CONTROL_PERIOD_S).at_most(DUTY_STEP_END),
     }
 }
 
-const fn least(a: Percent, b: Percent) -> Percent {
-    if a.to_bits() < b.to_bits() { a } else { b }
+/// What the loops are closed around.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Setpoint {
+    /// Both loops, around this angle.
+    Angle(Angle),
+    /// The rate loop alone, around this rate.
+    Rate(Rate),
 }
 
-/// What the controller remembers from step to step.
+impl From<Angle> for Setpoint {
+    fn from(angle: Angle) -> Self {
+        Self::Angle(angle)
+    }
+}
+
+impl From<Rate> for Setpoint {
+    fn from(rate: Rate) -> Self {
+        Self::Rate(rate)
+    }
+}
+
+/// The state of the controller between two steps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CascadeState {
-    shaft: ShaftAngle,
+    shaft: ShaftTracker,
     rate: RateEstimate,
     regulator: RateLoopState,
-    modulator: Modulator,
-    /// The last command, which a change of gains needs; none while the bridge is off.
-    command: Option<Angle>,
+    /// The last setpoint, which a change of gains needs; `None` while the bridge is off.
+    setpoint: Option<Setpoint>,
 }
 
-/// What one control step decided; nothing, by default.
+/// The result of one control step; zero by default.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CascadeStep {
@@ -147,8 +163,6 @@ pub struct CascadeStep {
     pub rate_command: Rate,
     /// The duty, %.
     pub duty: Percent,
-    /// The duty as the timer takes it; in force from the next PWM edge.
-    pub compare: Compare,
     /// Which limits acted.
     pub limits: ActiveLimits,
 }
@@ -157,138 +171,137 @@ pub struct CascadeStep {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ActiveLimits {
-    /// The position limit held the command.
+    /// A position limit changed the setpoint.
     pub position: bool,
-    /// The rate limit held the commanded rate.
+    /// A rate limit changed the commanded rate.
     pub rate: bool,
-    /// The duty limit held the duty.
+    /// The duty limit changed the duty.
     pub duty: bool,
-    /// The slew limit held the duty.
+    /// The slew limit changed the duty.
     pub slew: bool,
 }
 
-/// What the loops are closed around.
-#[derive(Clone, Copy)]
-enum Setpoint {
-    Angle(Angle),
-    Rate(Rate),
-}
-
 impl CascadeState {
-    /// Takes the encoder's word: once in each control period, before [`CascadeState::regulate`].
-    ///
-    /// A word that is not valid leaves angle and rate as they were.
-    ///
-    /// # Errors
-    /// Why the word is not valid.
+    /// Takes the encoder's count: once in each control period, before [`CascadeState::regulate`].
+    /// Without a valid count angle and rate stay as they are.
     #[cfg_attr(target_os = "none", inline(never))]
-    pub fn observe(
-        &mut self,
-        coefficients: &Coefficients,
-        word: EncoderWord,
-    ) -> Result<EncoderReading, EncoderError> {
-        let reading = word.read().inspect_err(|_| self.shaft.lost())?;
-        let motion = self.shaft.reading(coefficients.mounting, reading.count);
-        self.rate.update(coefficients.filter, motion);
-        Ok(reading)
-    }
-
-    /// Closes both loops once around what was observed.
-    ///
-    /// ```
-    /// use model_core::control::{cascade::*, encoder_word::*, parameters::ControlParameters};
-    ///
-    /// let gains = Coefficients::try_new(&ControlParameters::default()).unwrap();
-    /// let mut state = CascadeState::default();
-    /// state.observe(&gains, EncoderWord::of(EncoderCount::new(0), Magnet::Steady)).unwrap();
-    /// let step = state.regulate(&gains, model_core::control::units::angle(1.0));
-    /// assert_eq!(step.rate_command, 8.0);
-    /// assert_eq!(step.compare.get(), 5906); // 8 deg/s * 1.3182 %/(deg/s) * 560 counts/%
-    /// ```
-    #[inline(always)]
-    pub fn regulate(&mut self, coefficients: &Coefficients, command: Angle) -> CascadeStep {
-        self.close(coefficients, Setpoint::Angle(command))
-    }
-
-    /// Closes the inner loop alone, around a commanded rate; held within 2^17 deg/s.
-    ///
-    /// Between this and [`CascadeState::regulate`] the duty does not jump by more than the commanded rate
-    /// asks for: the integrator is the same. [`CascadeState::retune`] finds no command to keep then.
-    ///
-    /// ```
-    /// use model_core::control::{cascade::*, encoder_word::*, parameters::ControlParameters};
-    ///
-    /// let gains = Coefficients::try_new(&ControlParameters::default()).unwrap();
-    /// let mut state = CascadeState::default();
-    /// state.observe(&gains, EncoderWord::of(EncoderCount::new(0), Magnet::Steady)).unwrap();
-    /// let step = state.regulate_rate(&gains, model_core::control::units::Rate::from_num(8));
-    /// assert_eq!(step.compare.get(), 5906); // as a command of 1 deg gives with a gain of 8/s
-    /// ```
-    #[inline(always)]
-    pub fn regulate_rate(&mut self, coefficients: &Coefficients, rate: Rate) -> CascadeStep {
-        self.close(coefficients, Setpoint::Rate(rate))
-    }
-
-    /// Closes the loops, in one function for both: on the board nearly all of a control law's time is spent here.
-    #[cfg_attr(target_os = "none", inline(never))]
-    fn close(&mut self, coefficients: &Coefficients, setpoint: Setpoint) -> CascadeStep {
-        let mut limits = ActiveLimits::default();
-        let rate_command = match setpoint {
-            Setpoint::Angle(command) => {
-                self.command = Some(command);
-                let wanted = coefficients
-                    .position
-                    .rate_command(command, self.shaft.angle());
-                limits.position = wanted.position_limited;
-                limits.rate = wanted.rate_limited;
-                wanted.rate
+    pub fn observe(&mut self, coefficients: &Coefficients, count: Option<EncoderCount>) {
+        match count {
+            Some(count) => {
+                let motion = self.shaft.update(coefficients.mounting, count);
+                self.rate.update(coefficients.filter, motion);
             }
-            Setpoint::Rate(mut rate) => {
-                self.command = None;
-                limits.rate = hold_between(&mut rate, WIDEST_RATE, WIDEST_RATE);
-                rate
-            }
-        };
-        let gains = &coefficients.rate;
-        let limited = self.regulator.step(gains, rate_command, self.rate());
-        limits.duty = limited.duty_limited;
-        limits.slew = limited.slew_limited;
-        CascadeStep {
-            rate_command,
-            duty: limited.duty,
-            compare: self.modulator.next(limited.duty),
-            limits,
+            None => self.shaft.miss(1),
         }
     }
 
-    /// Lets go of what the regulator holds, for the time in which the bridge is off: the integrator
-    /// is emptied, angle and rate are kept.
+    /// Counts control periods that did not run: the next difference of counts spans them too.
+    pub fn miss(&mut self, periods: u16) {
+        self.shaft.miss(periods);
+    }
+
+    /// Closes the loops once around a setpoint, an angle or a rate. The limits of position, rate,
+    /// duty and slew apply to both. The integrator is shared, so that a change between them does
+    /// not make the duty jump by more than the commanded rate does.
+    ///
+    /// ```
+    /// use model_core::control::{cascade::*, encoder_word::*, parameters::ControlParameters};
+    /// use model_core::control::units::{angle, percent, rate};
+    ///
+    /// let gains = Coefficients::try_new(&ControlParameters::default()).unwrap();
+    /// let mut state = CascadeState::default();
+    /// state.observe(&gains, Some(EncoderCount::new(0)));
+    /// let mut other = state;
+    /// let step = state.regulate(&gains, angle(1.0));
+    /// assert_eq!(step.rate_command, rate(8.0));
+    /// assert!((step.duty.to_f64() - 8.0 * 10.0 / 7.586).abs() < 1e-8);
+    /// assert_eq!(other.regulate(&gains, rate(8.0)), step);
+    /// ```
+    #[inline(always)]
+    pub fn regulate(
+        &mut self,
+        coefficients: &Coefficients,
+        setpoint: impl Into<Setpoint>,
+    ) -> CascadeStep {
+        self.close(coefficients, setpoint.into())
+    }
+
+    /// Closes the rate loop around a rate to which neither position nor rate limits apply: the ramp
+    /// of a stop, which starts at the measured rate. Limited to 2^17 deg/s.
+    #[inline(always)]
+    pub fn decelerate(&mut self, coefficients: &Coefficients, mut rate: Rate) -> CascadeStep {
+        self.setpoint = None;
+        let rate_limited = limit_between(&mut rate, RATE_END, RATE_END);
+        self.close_rate_loop(
+            coefficients,
+            RateCommand {
+                rate,
+                position_limited: false,
+                rate_limited,
+            },
+        )
+    }
+
+    /// One function for all callers: on the board nearly all time of the control law is spent here.
+    #[cfg_attr(target_os = "none", inline(never))]
+    fn close(&mut self, coefficients: &Coefficients, setpoint: Setpoint) -> CascadeStep {
+        self.setpoint = Some(setpoint);
+        let position = &coefficients.position;
+        let command = match setpoint {
+            Setpoint::Angle(angle) => position.follow_angle(angle, self.shaft.angle()),
+            Setpoint::Rate(rate) => position.follow_rate(rate, self.shaft.angle()),
+        };
+        self.close_rate_loop(coefficients, command)
+    }
+
+    #[inline(always)]
+    fn close_rate_loop(
+        &mut self,
+        coefficients: &Coefficients,
+        command: RateCommand,
+    ) -> CascadeStep {
+        let limited = self
+            .regulator
+            .step(&coefficients.rate, command.rate, self.rate());
+        CascadeStep {
+            rate_command: command.rate,
+            duty: limited.duty,
+            limits: ActiveLimits {
+                position: command.position_limited,
+                rate: command.rate_limited,
+                duty: limited.duty_limited,
+                slew: limited.slew_limited,
+            },
+        }
+    }
+
+    /// Resets the regulator while the bridge is off: the integrator is emptied, angle and rate stay.
     pub fn release(&mut self) {
         self.regulator = RateLoopState::default();
-        self.command = None;
+        self.setpoint = None;
     }
 
-    /// Forgets the angle: the next valid word is taken to lie within half a turn of zero again.
+    /// Discards the angle: the next valid count lies within half a turn of zero again.
     pub fn reset_position(&mut self) {
-        self.shaft = ShaftAngle::default();
+        self.shaft = ShaftTracker::default();
     }
 
-    /// Goes over from old to new coefficients without a jump of the duty. With another zero or
-    /// direction of the encoder the angle is another one: it is taken anew from the next word. While the bridge is off
-    /// there is no duty to keep, and the integrator stays empty.
+    /// Changes from old to new coefficients without a jump of the duty. With another zero or
+    /// direction of the encoder the angle is discarded and starts again at the next valid count.
+    /// While the bridge is off there is no duty to maintain, and the integrator stays empty.
     pub fn retune(&mut self, old: &Coefficients, new: &Coefficients) {
         if old.mounting != new.mounting {
             self.reset_position();
         }
-        let Some(command) = self.command else {
+        let Some(setpoint) = self.setpoint else {
             return;
         };
-        let wanted = |under: &Coefficients| {
-            let mut tried = *self;
-            tried.regulate(under, command);
-            tried.regulator.wanted()
+        let unlimited = |under: &Coefficients| {
+            let mut trial = *self;
+            trial.close(under, setpoint);
+            trial.regulator.unlimited()
         };
-        let jump = wanted(new) - wanted(old);
+        let jump = unlimited(new) - unlimited(old);
         self.regulator.absorb(jump);
     }
 
@@ -302,8 +315,8 @@ impl CascadeState {
         self.rate.rate()
     }
 
-    /// Whether the angle is known: there was a valid word.
-    pub fn is_position_known(&self) -> bool {
-        self.shaft.is_known()
+    /// The tracker of the shaft.
+    pub fn shaft(&self) -> &ShaftTracker {
+        &self.shaft
     }
 }

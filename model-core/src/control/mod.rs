@@ -1,11 +1,11 @@
-//! The control step of the board: encoder word in, compare value out, every 4 ms.
+//! The control step of the board: encoder count in, duty out, once in each control period.
 //!
 //! ```text
-//!   AS5045 word -> angle -------------------------------+
+//!   encoder count -> angle -----------------------------+
 //!                    |                                  |
 //!                    +-> rate estimate ----------+      |
 //!                                                v      v
-//!   command -> position limits -> (-) -> P -> (-) -> PI -> duty limits -> compare value
+//!   command -> position limits -> (-) -> P -> (-) -> PI -> duty limits -> duty
 //!                                                 ^               |
 //!                                                 +- anti-windup -+
 //! ```
@@ -22,19 +22,18 @@
 //!
 //! Everything is fixed point; no step allocates, divides by a variable that may be zero, or
 //! panics, whatever the encoder and the bus deliver. [`cascade`] puts the parts together; its
-//! callers are the firmware's application and every simulation. The parts are private: each leans
-//! on bounds that [`cascade::Coefficients::try_new`] has checked.
+//! callers are the firmware's application and every simulation. The parts are private: each
+//! relies on bounds that [`cascade::Coefficients::try_new`] has checked.
 
 mod arithmetic;
 pub mod cascade;
-pub mod compare;
 pub mod encoder_word;
 pub mod parameters;
 mod position_loop;
 mod rate_estimate;
 mod rate_loop;
 mod scaled;
-mod shaft_angle;
+pub mod shaft_tracker;
 pub mod units;
 
 #[cfg(test)]

@@ -2,13 +2,13 @@
 //!
 //! `rate += alpha (counts * 45/512 deg / (periods * 4 ms) - rate)`, every 4 ms.
 
-use super::{arithmetic::Coefficient, shaft_angle::Motion, units::Rate};
+use super::{arithmetic::Gain, shaft_tracker::Motion, units::Rate};
 
 /// One count a control period, in steps of 2^-15 deg/s: 45/512 deg / 4 ms = 11,250/512 deg/s.
 const COUNT_RATE_STEPS: i32 = 11_250 << (15 - 9);
 
-/// Share of a new difference that enters the estimate.
-pub type FilterShare = Coefficient;
+/// Weight of a new difference in the estimate.
+pub type FilterShare = Gain<Rate, Rate>;
 
 /// The filtered rate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -16,9 +16,9 @@ pub type FilterShare = Coefficient;
 pub struct RateEstimate(Rate);
 
 impl RateEstimate {
-    /// Takes the motion of one reading.
+    /// Updates the estimate by the motion up to one valid count.
     pub fn update(&mut self, share: FilterShare, motion: Motion) {
-        // |counts| <= 2^11 and COUNT_RATE_STEPS = 720,000: within 1.48e9 < 2^31, that is
+        // |counts| <= 2^11 and COUNT_RATE_STEPS = 720,000: within 1.48e9 < 2^31, which is
         // +-45,000 deg/s. A single period divides by one, so it is exact.
         let steps = motion.counts * COUNT_RATE_STEPS / i32::from(motion.periods.get());
         let raw = Rate::from_bits((steps as i64) << (32 - 15));
@@ -27,7 +27,7 @@ impl RateEstimate {
         self.0 += share.times(raw - self.0);
     }
 
-    /// The estimate, +-45,000 deg/s.
+    /// The estimate, within +-45,000 deg/s.
     pub fn rate(&self) -> Rate {
         self.0
     }
@@ -36,6 +36,7 @@ impl RateEstimate {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::control::units::rate;
 
     #[test]
     fn half_of_a_difference_enters_with_a_share_of_a_half() {
@@ -43,6 +44,6 @@ mod tests {
         let (counts, periods) = (512, core::num::NonZeroU16::MIN);
         estimate.update(FilterShare::new(0.5), Motion { counts, periods });
         // 512 counts are 45 deg: 11,250 deg/s.
-        assert_eq!(estimate.rate(), 5625.0);
+        assert_eq!(estimate.rate(), rate(5625.0));
     }
 }

@@ -6,7 +6,7 @@
 
 use fixed::types::I32F32;
 
-use super::arithmetic::Coefficient;
+use super::{arithmetic::Coefficient, units::Quantity};
 
 /// A number `magnitude * 2^exponent` with its sign.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,8 +48,8 @@ impl Scaled {
     }
 
     /// Exactly this signal.
-    pub fn of_signal(signal: I32F32) -> Self {
-        let bits = signal.to_bits();
+    pub fn of_signal(signal: impl Quantity) -> Self {
+        let bits = signal.raw().to_bits();
         Self {
             magnitude: bits.unsigned_abs(),
             exponent: -32,
@@ -101,9 +101,13 @@ impl Scaled {
     }
 
     /// The nearest signal; saturates.
-    pub fn signal(self) -> I32F32 {
+    pub fn signal<Q: Quantity>(self) -> Q {
         let bits = rounded(self.magnitude, self.exponent + 32).min(i64::MAX as u64) as i64;
-        I32F32::from_bits(if self.is_negative { -bits } else { bits })
+        Q::from_raw(I32F32::from_bits(if self.is_negative {
+            -bits
+        } else {
+            bits
+        }))
     }
 
     /// The nearest number of single precision; beyond them infinite, below the normal ones zero.
@@ -141,7 +145,10 @@ fn rounded(value: u64, shift: i32) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{control::units::percent, time::CONTROL_PERIOD_S};
+    use crate::{
+        control::units::{Percent, percent},
+        time::CONTROL_PERIOD_S,
+    };
     use proptest::prelude::*;
 
     fn any_f32() -> impl Strategy<Value = f32> {
@@ -155,7 +162,7 @@ mod tests {
             prop_assume!(value >= -2_147_483_520.0 || value.is_nan());
             let wide = f64::from(value);
             prop_assert_eq!(Scaled::of_f32(value).coefficient(), Coefficient::new(wide));
-            let signal = Scaled::of_f32(value).signal();
+            let signal: Percent = Scaled::of_f32(value).signal();
             prop_assert_eq!(signal, percent(wide));
         }
 
@@ -186,12 +193,12 @@ mod tests {
 
     #[test]
     fn what_no_number_of_single_precision_is_ends_at_their_ends() {
-        assert_eq!(Scaled::of_f32(f32::NAN).signal(), I32F32::ZERO);
+        assert_eq!(Scaled::of_f32(f32::NAN).signal::<Percent>(), Percent::ZERO);
         assert_eq!(
             Scaled::of_f32(f32::INFINITY).coefficient(),
             Coefficient::new(f64::INFINITY)
         );
         assert_eq!(Scaled::of_f32(f32::INFINITY).f32(), f32::INFINITY);
-        assert_eq!(Scaled::of_signal(I32F32::MIN).f32(), -2_147_483_648.0);
+        assert_eq!(Scaled::of_signal(Percent::MIN).f32(), -2_147_483_648.0);
     }
 }

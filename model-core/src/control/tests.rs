@@ -3,14 +3,17 @@
 use proptest::prelude::*;
 
 use super::{
-    arithmetic::Coefficient,
+    arithmetic::{Coefficient, Gain},
     cascade::{CascadeState, Coefficients},
-    compare::PWM_COUNTS,
     encoder_word::{COUNT_DEG, EncoderCount, EncoderError, EncoderWord, Magnet},
     parameters::ControlParameters,
-    units::{Angle, Percent, angle, percent},
+    units::{Angle, Percent, Quantity, angle, percent, rate},
 };
-use crate::{parameter::Parameters, time::CONTROL_PERIOD_S};
+use crate::{
+    parameter::Parameters,
+    plant::pwm_timer::{Modulator, PWM_COUNTS},
+    time::CONTROL_PERIOD_S,
+};
 
 /// The equations of the module's documentation in `f64`, without slew limit.
 #[derive(Default)]
@@ -39,6 +42,11 @@ impl Referee {
 
 fn healthy(counts: i32) -> EncoderWord {
     EncoderWord::of(EncoderCount::new(counts as u16), Magnet::Steady)
+}
+
+/// The count of a valid word.
+fn valid(counts: i32) -> Option<EncoderCount> {
+    Some(EncoderCount::new(counts as u16))
 }
 
 fn coefficients(parameters: &ControlParameters) -> Coefficients {
@@ -77,9 +85,9 @@ fn the_duty_is_that_of_the_equations_in_double_precision() {
         // A shaft that runs to and fro over several turns while the command steps.
         counts += [3, -7, 12, -2, 40, -46][k / 700 % 6];
         let command = [0.0, 90.0, -33.25, 170.5, 1.0][k / 250 % 5];
-        let word = healthy(counts);
-        state.observe(&gains, word).unwrap();
-        let duty = state.regulate(&gains, angle(command)).duty.to_num::<f64>();
+        let word = valid(counts);
+        state.observe(&gains, word);
+        let duty = state.regulate(&gains, angle(command)).duty.to_f64();
         let expected = referee.duty(&p, counts, command);
         // The coefficients are off by 2^-31 of them. Errors up to 1,400 deg/s pass through Kp, and
         // the integrator forgets with its anti-windup, Ki/Kaw = Kp: 2 * 1.32 * 1,400 * 2^-31.
@@ -120,11 +128,9 @@ fn the_angle_counts_turns_and_knows_direction_and_zero() {
     let mut state = CascadeState::default();
     for turn in 0..10 {
         for quarter in 0..4 {
-            state
-                .observe(&gains, healthy(1024 - 1024 * quarter))
-                .unwrap();
+            state.observe(&gains, valid(1024 - 1024 * quarter));
             let expected = f64::from(turn * 4 + quarter) * 90.0;
-            assert_eq!(state.angle().to_num::<f64>(), expected);
+            assert_eq!(state.angle().to_f64(), expected);
         }
     }
 }
@@ -135,14 +141,10 @@ fn lost_samples_leave_no_jump_in_the_rate() {
     let mut state = CascadeState::default();
     for k in 0..200 {
         // Eight counts a period are 175.78125 deg/s; of four words two in a row are broken.
-        let word = if k % 4 == 1 || k % 4 == 2 {
-            EncoderWord::new(0)
-        } else {
-            healthy(8 * k)
-        };
-        let _ = state.observe(&gains, word);
+        let is_lost = k % 4 == 1 || k % 4 == 2;
+        state.observe(&gains, valid(8 * k).filter(|_| !is_lost));
         if k > 100 {
-            let error = state.rate().to_num::<f64>() - 175.781_25;
+            let error = state.rate().to_f64() - 175.781_25;
             assert!(error.abs() < 1e-3, "period {k}: off by {error}");
         }
     }
@@ -156,11 +158,9 @@ fn a_duty_of_half_the_supply_is_half_the_pwm_period() {
         ..Default::default()
     });
     let mut state = CascadeState::default();
-    state.observe(&gains, healthy(0)).unwrap();
-    assert_eq!(
-        state.regulate(&gains, angle(50.0)).compare.get(),
-        PWM_COUNTS / 2
-    );
+    state.observe(&gains, valid(0));
+    let duty = state.regulate(&gains, angle(50.0)).duty;
+    assert_eq!(Modulator::default().next(duty).get(), PWM_COUNTS / 2);
 }
 
 #[test]
@@ -171,7 +171,7 @@ fn a_reversal_of_the_command_moves_the_duty_by_its_slew_and_the_integrator_is_to
     };
     let gains = coefficients(&p);
     let mut state = CascadeState::default();
-    state.observe(&gains, healthy(0)).unwrap();
+    state.observe(&gains, valid(0));
     for _ in 0..250 {
         state.regulate(&gains, angle(90.0));
     }
@@ -193,7 +193,7 @@ fn beyond_the_position_limits_the_command_is_held_at_them() {
         ..Default::default()
     });
     let mut state = CascadeState::default();
-    state.observe(&gains, healthy(0)).unwrap();
+    state.observe(&gains, valid(0));
     for (command_deg, rate_deg_s, limited) in [
         (15.0, 120.0, false),
         (20.0, 160.0, false),
@@ -201,7 +201,7 @@ fn beyond_the_position_limits_the_command_is_held_at_them() {
         (-90.0, -80.0, true),
     ] {
         let step = state.regulate(&gains, angle(command_deg));
-        assert_eq!(step.rate_command, rate_deg_s);
+        assert_eq!(step.rate_command, rate(rate_deg_s));
         assert_eq!(step.limits.position, limited, "{command_deg}");
     }
 }
@@ -217,7 +217,7 @@ fn a_narrower_duty_limit_acts_at_once_whatever_the_slew() {
     };
     let (wide, narrow) = (with_limit(100.0), with_limit(40.0));
     let mut state = CascadeState::default();
-    state.observe(&wide, healthy(0)).unwrap();
+    state.observe(&wide, valid(0));
     for _ in 0..250 {
         state.regulate(&wide, angle(90.0));
     }
@@ -233,12 +233,12 @@ fn the_zero_is_the_nearest_count_and_the_angle_ends_after_91_turns() {
         ..Default::default()
     });
     let mut state = CascadeState::default();
-    state.observe(&gains, healthy(1)).unwrap();
-    assert_eq!(state.angle(), 0.0);
+    state.observe(&gains, valid(1));
+    assert_eq!(state.angle(), Angle::ZERO);
     for quarter in 1..400 {
-        state.observe(&gains, healthy(1 + 1024 * quarter)).unwrap();
+        state.observe(&gains, valid(1 + 1024 * quarter));
         let turned_deg = f64::from(quarter) * 90.0;
-        assert_eq!(state.angle(), turned_deg.min(32_768.0));
+        assert_eq!(state.angle().to_f64(), turned_deg.min(32_768.0));
     }
 }
 
@@ -246,7 +246,7 @@ fn the_zero_is_the_nearest_count_and_the_angle_ends_after_91_turns() {
 fn with_anti_windup_at_the_inverse_integral_time_the_integrator_stays_within_the_duty() {
     let gains = coefficients(&ControlParameters::default());
     let mut state = CascadeState::default();
-    state.observe(&gains, healthy(0)).unwrap();
+    state.observe(&gains, valid(0));
     for _ in 0..100_000 {
         state.regulate(&gains, angle(170.0));
     }
@@ -263,13 +263,14 @@ proptest! {
     ) {
         let gains = coefficients(&p);
         let mut state = CascadeState::default();
+        let mut modulator = Modulator::default();
         let limit = percent(p.duty_limit_pct);
-        for (word, command, valid) in inputs {
-            let word = if valid { healthy(word as i32) } else { EncoderWord::new(word) };
-            let _ = state.observe(&gains, word);
+        for (word, command, is_valid) in inputs {
+            let count = EncoderWord::new(word).read().ok().map(|reading| reading.count);
+            state.observe(&gains, if is_valid { valid(word as i32) } else { count });
             let step = state.regulate(&gains, Angle::from_bits(command));
             prop_assert!(step.duty.abs() <= limit);
-            prop_assert!(step.compare.get().abs() <= PWM_COUNTS);
+            prop_assert!(modulator.next(step.duty).get().abs() <= PWM_COUNTS);
         }
     }
 
@@ -307,7 +308,7 @@ proptest! {
         let (old, new) = (coefficients(&wide(old)), coefficients(&wide(new)));
         let mut state = CascadeState::default();
         for count in counts {
-            state.observe(&old, healthy(count)).unwrap();
+            state.observe(&old, valid(count));
             state.regulate(&old, angle(1.0));
         }
         let mut retuned = state;
@@ -320,7 +321,8 @@ proptest! {
 #[test]
 fn a_product_of_simple_fractions_is_exact() {
     let half = Coefficient::new(0.5);
-    assert_eq!(half.times(Percent::from_num(-3)), -1.5);
+    let half: Gain<Percent, Percent> = Gain::of(half);
+    assert_eq!(half.times(percent(-3.0)), percent(-1.5));
 }
 
 proptest! {
@@ -330,7 +332,7 @@ proptest! {
         let signal = Percent::from_bits(signal >> 10);
         let exact = k.exactly() * i128::from(signal.to_bits());
         // Halves go up.
-        prop_assert_eq!(i128::from(k.times(signal).to_bits()), (exact + (1 << 61)) >> 62);
+        prop_assert_eq!(i128::from(k.times(signal.raw()).to_bits()), (exact + (1 << 61)) >> 62);
     }
 }
 
@@ -363,10 +365,10 @@ fn another_zero_of_the_encoder_counts_from_the_next_word_on() {
     };
     let (old, new) = (at(0.0), at(90.0));
     let mut state = CascadeState::default();
-    state.observe(&old, healthy(1024)).unwrap();
+    state.observe(&old, valid(1024));
     state.regulate(&old, angle(90.0));
     state.retune(&old, &new);
-    assert!(!state.is_position_known());
-    state.observe(&new, healthy(1024)).unwrap();
-    assert_eq!(state.angle(), 0.0);
+    assert!(!state.shaft().is_known());
+    state.observe(&new, valid(1024));
+    assert_eq!(state.angle(), Angle::ZERO);
 }

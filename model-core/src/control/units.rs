@@ -1,79 +1,232 @@
-//! The numbers of the control path.
+//! The quantities of the control path: angle, rate and share of the supply, each a type of its own.
 //!
-//! An encoder count is 45/512 deg, so every measured angle is exact in 9 fractional bits, and so
-//! is every difference quotient `counts * 45/512 deg / 4 ms`. The other 23 bits serve the commands:
-//! where a loop hunts around one encoder count, a command that is off by 1e-5 deg moves the instant
-//! at which the count changes, and the trace is another one from there on.
+//! All of them are fixed point with 32 fractional bits. An encoder count is 45/512 deg, so every
+//! measured angle is exact in 9 fractional bits, and so is every difference quotient
+//! `counts * 45/512 deg / 4 ms`. Commands use the other 23 bits: where a loop limit-cycles around
+//! one encoder count, a command that is off by 1e-5 deg moves the instant at which the count
+//! changes, and from there on the trace differs.
+//!
+//! Quantities of the same type add and subtract. Only a [`Gain`](super::arithmetic::Gain) makes one
+//! of another, for example a rate of an angle.
 
 use core::hint::cold_path;
 
 use fixed::types::I32F32;
 
-/// An angle, deg, in steps of 2.3e-10 deg.
-pub type Angle = I32F32;
+/// A fixed-point quantity of the control path.
+pub trait Quantity: Copy + PartialOrd {
+    /// The quantity of this raw value, in units of 2^-32.
+    fn from_raw(raw: I32F32) -> Self;
 
-/// The control step takes angles within +-32,768 deg, 91 turns; what lies beyond is held there.
-pub const ANGLE_END: Angle = Angle::const_from_int(1 << 15);
-
-/// An angular rate, deg/s, in steps of 2.3e-10 deg/s.
-pub type Rate = I32F32;
-
-/// A share of the supply voltage, %, in steps of 2.3e-10 %.
-pub type Percent = I32F32;
-
-/// The angle nearest to `degrees`; beyond its ends the last one, for NaN zero.
-///
-/// ```
-/// use model_core::control::units::{Angle, angle};
-/// assert_eq!(angle(45.0 / 512.0), Angle::from_bits(45 << 23));
-/// assert_eq!(angle(1e10), Angle::MAX);
-/// assert_eq!(angle(f64::NAN), Angle::ZERO);
-/// ```
-pub const fn angle(degrees: f64) -> Angle {
-    nearest(degrees)
+    /// The raw value.
+    fn raw(self) -> I32F32;
 }
 
-/// The number in steps of 2^-32 that lies nearest to `value`; saturates, NaN gives zero.
-///
-/// ```
-/// use model_core::control::units::{Percent, percent};
-/// assert_eq!(percent(100.0), Percent::from_num(100));
-/// assert_eq!(percent(f64::INFINITY), Percent::MAX);
-/// ```
-pub const fn percent(value: f64) -> Percent {
-    nearest(value)
+macro_rules! quantity {
+    ($(#[$doc:meta])+ $Name:ident, $(#[$constructor_doc:meta])+ $constructor:ident) => {
+        $(#[$doc])+
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+        #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+        #[cfg_attr(feature = "serde", serde(transparent))]
+        pub struct $Name(I32F32);
+
+        $(#[$constructor_doc])+
+        pub const fn $constructor(value: f64) -> $Name {
+            $Name(nearest(value))
+        }
+
+        impl $Name {
+            /// Zero.
+            pub const ZERO: Self = Self(I32F32::ZERO);
+            /// One unit.
+            pub const ONE: Self = Self(I32F32::ONE);
+            /// The least value.
+            pub const MIN: Self = Self(I32F32::MIN);
+            /// The greatest value.
+            pub const MAX: Self = Self(I32F32::MAX);
+
+            /// The value of so many steps of 2^-32.
+            pub const fn from_bits(bits: i64) -> Self {
+                Self(I32F32::from_bits(bits))
+            }
+
+            /// Steps of 2^-32.
+            pub const fn to_bits(self) -> i64 {
+                self.0.to_bits()
+            }
+
+            /// A whole number of units.
+            pub const fn from_int(value: i32) -> Self {
+                Self(I32F32::from_bits((value as i64) << 32))
+            }
+
+            /// The value in whole units, rounded down.
+            pub const fn to_int(self) -> i32 {
+                (self.0.to_bits() >> 32) as i32
+            }
+
+            /// The value in floating point, to 53 bits.
+            pub const fn to_f64(self) -> f64 {
+                self.0.to_bits() as f64 / STEPS_PER_UNIT
+            }
+
+            /// The magnitude; saturates.
+            pub const fn abs(self) -> Self {
+                Self(self.0.saturating_abs())
+            }
+
+            /// The value limited to `-limit..=limit`; `limit` is not negative.
+            ///
+            /// ```
+            /// use model_core::control::units::angle;
+            /// assert_eq!(angle(-3.0).limited(angle(2.0)), angle(-2.0));
+            /// assert_eq!(angle(1.0).limited(angle(2.0)), angle(1.0));
+            /// ```
+            pub const fn limited(self, limit: Self) -> Self {
+                Self(limited_raw(self.0, limit.0))
+            }
+
+            /// The value, or `greatest` if that is less.
+            pub const fn at_most(self, greatest: Self) -> Self {
+                if self.to_bits() < greatest.to_bits() {
+                    self
+                } else {
+                    greatest
+                }
+            }
+
+            /// The opposite; saturates.
+            pub const fn saturating_neg(self) -> Self {
+                Self(self.0.saturating_neg())
+            }
+
+            /// The sum; saturates.
+            pub const fn saturating_add(self, other: Self) -> Self {
+                Self(self.0.saturating_add(other.0))
+            }
+
+            /// The difference; saturates.
+            pub const fn saturating_sub(self, other: Self) -> Self {
+                Self(self.0.saturating_sub(other.0))
+            }
+        }
+
+        impl Quantity for $Name {
+            #[inline(always)]
+            fn from_raw(raw: I32F32) -> Self {
+                Self(raw)
+            }
+
+            #[inline(always)]
+            fn raw(self) -> I32F32 {
+                self.0
+            }
+        }
+
+        impl core::ops::Add for $Name {
+            type Output = Self;
+            #[inline(always)]
+            fn add(self, other: Self) -> Self {
+                Self(self.0 + other.0)
+            }
+        }
+
+        impl core::ops::Sub for $Name {
+            type Output = Self;
+            #[inline(always)]
+            fn sub(self, other: Self) -> Self {
+                Self(self.0 - other.0)
+            }
+        }
+
+        impl core::ops::Neg for $Name {
+            type Output = Self;
+            #[inline(always)]
+            fn neg(self) -> Self {
+                Self(-self.0)
+            }
+        }
+
+        impl core::ops::AddAssign for $Name {
+            #[inline(always)]
+            fn add_assign(&mut self, other: Self) {
+                self.0 += other.0;
+            }
+        }
+
+        impl core::ops::SubAssign for $Name {
+            #[inline(always)]
+            fn sub_assign(&mut self, other: Self) {
+                self.0 -= other.0;
+            }
+        }
+
+        impl core::fmt::Display for $Name {
+            fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+                core::fmt::Display::fmt(&self.0, f)
+            }
+        }
+    };
 }
 
-/// The number in floating point, to 53 bits; the general conversion of the `fixed` crate goes bit
-/// by bit.
-///
-/// ```
-/// use model_core::control::units::{angle, float};
-/// assert_eq!(float(angle(-45.0 / 512.0)), -45.0 / 512.0);
-/// ```
-pub const fn float(value: I32F32) -> f64 {
-    value.to_bits() as f64 / 4_294_967_296.0
+quantity! {
+    /// An angle, deg, in steps of 2.3e-10 deg.
+    Angle,
+    /// The angle nearest to `degrees`; saturates, NaN gives zero.
+    ///
+    /// ```
+    /// use model_core::control::units::{Angle, angle};
+    /// assert_eq!(angle(45.0 / 512.0), Angle::from_bits(45 << 23));
+    /// assert_eq!(angle(1e10), Angle::MAX);
+    /// assert_eq!(angle(f64::NAN), Angle::ZERO);
+    /// ```
+    angle
 }
+
+quantity! {
+    /// An angular rate, deg/s, in steps of 2.3e-10 deg/s.
+    Rate,
+    /// The rate nearest to `degrees_per_second`; saturates, NaN gives zero.
+    ///
+    /// ```
+    /// use model_core::control::units::{Rate, rate};
+    /// assert_eq!(rate(-350.0), Rate::from_int(-350));
+    /// ```
+    rate
+}
+
+quantity! {
+    /// A share of the supply voltage, %, in steps of 2.3e-10 %.
+    Percent,
+    /// The share nearest to `value`; saturates, NaN gives zero.
+    ///
+    /// ```
+    /// use model_core::control::units::{Percent, percent};
+    /// assert_eq!(percent(100.0), Percent::from_int(100));
+    /// assert_eq!(percent(f64::INFINITY), Percent::MAX);
+    /// ```
+    percent
+}
+
+/// The control step takes angles within +-32,768 deg, 91 turns, and limits all others to that.
+pub const ANGLE_END: Angle = Angle::from_int(1 << 15);
+
+/// Steps in one unit.
+const STEPS_PER_UNIT: f64 = 4_294_967_296.0;
 
 /// The number in steps of 2^-32 that lies nearest to `value`; saturates, NaN gives zero.
 const fn nearest(value: f64) -> I32F32 {
     // The cast saturates and takes NaN to 0.
-    I32F32::from_bits(round(value * 4_294_967_296.0) as i64)
+    I32F32::from_bits(round(value * STEPS_PER_UNIT) as i64)
 }
 
-/// `value` within `end` of zero, either way; `end` is not negative. On the board all who limit a signal
-/// share this one.
-///
-/// ```
-/// use model_core::control::units::{angle, held};
-/// assert_eq!([-3.0, 1.0, 3.0].map(|deg| held(angle(deg), angle(2.0))), [-2, 1, 2].map(|deg| angle(deg.into())));
-/// ```
+/// One function for all quantities: on the board it exists once.
 #[cfg_attr(target_os = "none", inline(never))]
 #[cfg_attr(not(target_os = "none"), inline)]
-pub const fn held(value: I32F32, end: I32F32) -> I32F32 {
-    let (bits, end_bits) = (value.to_bits(), end.to_bits());
+const fn limited_raw(value: I32F32, limit: I32F32) -> I32F32 {
+    let (bits, end_bits) = (value.to_bits(), limit.to_bits());
     if bits > end_bits {
-        end
+        limit
     } else if bits < -end_bits {
         I32F32::from_bits(-end_bits)
     } else {
@@ -81,9 +234,10 @@ pub const fn held(value: I32F32, end: I32F32) -> I32F32 {
     }
 }
 
-/// Moves `value` into `low..=high`; whether it had to. Where it lies there already costs least.
+/// Limits `value` to `low..=high` and returns whether that changed it. A value within the limits
+/// costs least.
 #[inline(always)]
-pub(super) fn hold(value: &mut I32F32, low: I32F32, high: I32F32) -> bool {
+pub(super) fn limit<Q: Quantity>(value: &mut Q, low: Q, high: Q) -> bool {
     let end = if *value > high {
         high
     } else if *value < low {
@@ -96,26 +250,26 @@ pub(super) fn hold(value: &mut I32F32, low: I32F32, high: I32F32) -> bool {
     true
 }
 
-/// Moves `value` into `-down..=up`; whether it had to. All of them are below 2^30.
+/// Limits `value` to `-down..=up` and returns whether that changed it. All of them are below 2^30.
 #[inline(always)]
-pub(super) fn hold_between(value: &mut I32F32, down: I32F32, up: I32F32) -> bool {
-    let nearest = if *value > up {
+pub(super) fn limit_between<Q: Quantity>(value: &mut Q, down: Q, up: Q) -> bool {
+    let end = if *value > up {
         up
-    } else if *value + down < 0 {
-        -down
+    } else if value.raw() + down.raw() < I32F32::ZERO {
+        Q::from_raw(-down.raw())
     } else {
         return false;
     };
     cold_path();
-    *value = nearest;
+    *value = end;
     true
 }
 
-/// Moves `value` to within a whole `end` of zero, either way.
+/// Limits `value` to a whole `end` on either side of zero.
 #[inline(always)]
-pub(super) fn hold_whole(value: &mut I32F32, end: i32) {
-    // What is rounded down is below a whole number where the value is.
-    let whole = (value.to_bits() >> 32) as i32;
+pub(super) fn limit_whole<Q: Quantity>(value: &mut Q, end: i32) {
+    // The value rounded down is below a whole number exactly where the value is.
+    let whole = (value.raw().to_bits() >> 32) as i32;
     let end = if whole >= end {
         end
     } else if whole < -end {
@@ -124,12 +278,13 @@ pub(super) fn hold_whole(value: &mut I32F32, end: i32) {
         return;
     };
     cold_path();
-    *value = I32F32::const_from_int(end.into());
+    *value = Q::from_raw(I32F32::from_bits(i64::from(end) << 32));
 }
 
-/// What a cast to an integer makes the nearest one of, in constant expressions too.
+/// Half away from zero, so that a cast to an integer rounds to the nearest one, also in constant
+/// expressions.
 pub(crate) const fn round(value: f64) -> f64 {
-    // From 2^52 on there are only integers, and a half more would be rounded itself.
+    // From 2^52 on there are only integers, and adding a half would round.
     const INTEGERS: f64 = (1u64 << 52) as f64;
     if value >= INTEGERS || value <= -INTEGERS {
         value

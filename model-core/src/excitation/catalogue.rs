@@ -30,7 +30,7 @@ macro_rules! catalogue {
         /// assert_eq!(input.table()[0].name, "amplitude_deg");
         /// assert_eq!(input.duration_ticks().unwrap(), ticks(10.5));
         /// // 0.595 turn after one second.
-        /// let command = input.excitation().unwrap().command(20_000).to_num::<f64>();
+        /// let command = input.excitation().unwrap().command(20_000).to_f64();
         /// assert!((command - 2.0 * (1.19 * core::f64::consts::PI).sin()).abs() < 1e-5);
         /// ```
         #[derive(Debug, Clone, Copy, PartialEq)]

@@ -32,15 +32,15 @@ pub enum Sweep {
 /// A sweep that starts with phase zero at tick 0 and is zero after its end.
 ///
 /// ```
-/// use model_core::control::units::Angle;
+/// use model_core::control::units::angle;
 /// use model_core::excitation::{chirp::{Chirp, Sweep}, phase::Quadratic};
 /// // Evaluated at compile time: the board needs no floating point.
 /// const CHIRP: Chirp = Chirp {
-///     amplitude: Angle::lit("5"),
+///     amplitude: angle(5.0),
 ///     duration_ticks: 400_000,
 ///     sweep: Sweep::Linear(Quadratic::sweep(0.1, 10.0, 400_000)),
 /// };
-/// assert!((CHIRP.command(20_000).to_num::<f64>() - 4.0907).abs() < 1e-4);
+/// assert!((CHIRP.command(20_000).to_f64() - 4.0907).abs() < 1e-4);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Chirp {
@@ -59,7 +59,7 @@ impl Chirp {
     /// use model_core::excitation::chirp::{Chirp, ChirpParameters};
     /// let chirp = Chirp::try_linear(&ChirpParameters::default()).unwrap();
     /// // Ten turns are made after 6.1576 s, at tick 123,152.
-    /// assert!(chirp.command(123_150) < 0 && chirp.command(123_154) > 0);
+    /// assert!(chirp.command(123_150).to_f64() < 0.0 && chirp.command(123_154).to_f64() > 0.0);
     /// ```
     ///
     /// # Errors
@@ -81,7 +81,7 @@ impl Chirp {
     /// use model_core::excitation::chirp::{Chirp, ChirpParameters};
     /// let chirp = Chirp::try_logarithmic(&ChirpParameters::default()).unwrap();
     /// // After 10 s it is at 1 Hz and has made (1 - 0.1) * 20/ln 100 = 3.9087 turns.
-    /// assert!((chirp.command(200_000).to_num::<f64>() + 2.7148).abs() < 1e-4);
+    /// assert!((chirp.command(200_000).to_f64() + 2.7148).abs() < 1e-4);
     /// ```
     ///
     /// # Errors
@@ -122,13 +122,13 @@ mod tests {
         };
         let chirp = Chirp::try_logarithmic(&steady).unwrap();
         // An eighth of a second is a quarter of a turn.
-        assert_eq!(chirp.command(2_500), 5);
+        assert_eq!(chirp.command(2_500), angle(5.0));
     }
 
     #[test]
     fn each_law_makes_the_number_of_turns_of_its_closed_form() {
         let turns = |chirp: Chirp, until: u64| {
-            let positive = |tick| chirp.command(tick) > 0;
+            let positive = |tick| chirp.command(tick) > Angle::ZERO;
             (1..until)
                 .filter(|&i| positive(i) && !positive(i - 1))
                 .count()

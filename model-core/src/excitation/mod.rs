@@ -29,7 +29,7 @@ use core::num::NonZeroU64;
 /// ```
 /// use model_core::excitation::{Excitation, multistep::Multistep};
 /// let pulse = Excitation::Multistep(Multistep::try_pulse(&Default::default()).unwrap());
-/// assert_eq!([0, 20_000].map(|tick| pulse.command(tick).to_num::<i32>()), [0, 90]);
+/// assert_eq!([0, 20_000].map(|tick| pulse.command(tick).to_int()), [0, 90]);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Excitation<'a> {

@@ -52,7 +52,7 @@ impl Multisine {
     /// use model_core::excitation::multisine::{Multisine, MultisineParameters};
     /// let multisine = Multisine::try_new(&MultisineParameters::default()).unwrap();
     /// // Odd lines: the second half of a period is the opposite of the first.
-    /// let value = |tick| multisine.command(tick).to_num::<f64>();
+    /// let value = |tick| multisine.command(tick).to_f64();
     /// assert!((value(1_234) + value(41_234)).abs() < 2e-5);
     /// ```
     ///
@@ -136,7 +136,7 @@ mod tests {
             };
             let sum: f64 = (1..=20).map(line).sum();
             // Half an LSB of the angle and twenty errors of the sine.
-            let error = (multisine.command(tick).to_num::<f64>() - sum).abs();
+            let error = (multisine.command(tick).to_f64() - sum).abs();
             assert!(error < 7.7e-6, "{tick}: {error}");
         }
     }
@@ -147,7 +147,7 @@ mod tests {
             let multisine = multisine(f64::from(lines));
             let (mut peak, mut power) = (0_f64, 0.0);
             for tick in (0..80_000).step_by(20) {
-                let value = multisine.command(tick).to_num::<f64>();
+                let value = multisine.command(tick).to_f64();
                 peak = peak.max(value.abs());
                 power += value * value / 4_000.0;
             }

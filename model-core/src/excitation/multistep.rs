@@ -53,14 +53,14 @@ crate::parameters! {
 ///
 /// ```
 /// use core::num::NonZeroU64;
-/// use model_core::{control::units::Angle, excitation::multistep::Multistep};
+/// use model_core::{control::units::angle, excitation::multistep::Multistep};
 /// const DOUBLET: Multistep = Multistep {
-///     amplitude: Angle::lit("2.5"),
+///     amplitude: angle(2.5),
 ///     start_tick: 100,
 ///     unit_ticks: NonZeroU64::new(10).unwrap(),
 ///     widths: &[1, 1],
 /// };
-/// let commands = [99, 100, 110, 120].map(|i| DOUBLET.command(i).to_num::<f64>());
+/// let commands = [99, 100, 110, 120].map(|i| DOUBLET.command(i).to_f64());
 /// assert_eq!(commands, [0.0, 2.5, -2.5, 0.0]);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -81,7 +81,7 @@ impl Multistep {
     /// ```
     /// use model_core::excitation::multistep::{Multistep, PulseParameters};
     /// let pulse = Multistep::try_pulse(&PulseParameters::default()).unwrap();
-    /// assert_eq!([19_999, 20_000, 60_000].map(|i| pulse.command(i).to_num::<i32>()), [0, 90, 0]);
+    /// assert_eq!([19_999, 20_000, 60_000].map(|i| pulse.command(i).to_int()), [0, 90, 0]);
     /// ```
     ///
     /// # Errors
@@ -103,7 +103,7 @@ impl Multistep {
     /// ```
     /// use model_core::excitation::multistep::{DoubletParameters, Multistep};
     /// let doublet = Multistep::try_doublet(&DoubletParameters::default()).unwrap();
-    /// assert_eq!([20_000, 26_000].map(|i| doublet.command(i).to_num::<i32>()), [20, -20]);
+    /// assert_eq!([20_000, 26_000].map(|i| doublet.command(i).to_int()), [20, -20]);
     /// ```
     ///
     /// # Errors
@@ -123,7 +123,7 @@ impl Multistep {
     /// ```
     /// use model_core::excitation::multistep::{Multistep, ThreeTwoOneOneParameters};
     /// let steps = Multistep::try_3211(&ThreeTwoOneOneParameters::default()).unwrap();
-    /// let commands = [37_999, 38_000, 50_000].map(|i| steps.command(i).to_num::<i32>());
+    /// let commands = [37_999, 38_000, 50_000].map(|i| steps.command(i).to_int());
     /// assert_eq!(commands, [20, -20, 20]);
     /// ```
     ///
@@ -168,7 +168,7 @@ mod tests {
     use super::*;
 
     fn area_deg_s(steps: &Multistep) -> f64 {
-        let degrees = |tick| steps.command(tick).to_num::<f64>();
+        let degrees = |tick| steps.command(tick).to_f64();
         (0..steps.duration_ticks() + 100).map(degrees).sum::<f64>() / 20_000.0
     }
 
@@ -191,7 +191,7 @@ mod tests {
             ..Default::default()
         };
         let pulse = Multistep::try_pulse(&backward).unwrap();
-        assert!((0..100_000).all(|tick| pulse.command(tick) == 0));
+        assert!((0..100_000).all(|tick| pulse.command(tick) == Angle::ZERO));
     }
 
     #[test]

@@ -52,7 +52,7 @@ impl Prbs {
     /// use core::num::NonZeroU64;
     /// use model_core::{control::units::Angle, excitation::prbs::Prbs};
     /// const PRBS: Prbs = Prbs::new(Angle::ONE, 3, NonZeroU64::MIN, 0).unwrap();
-    /// let chips: [i32; 8] = core::array::from_fn(|i| PRBS.command(i as u64).to_num());
+    /// let chips: [i32; 8] = core::array::from_fn(|i| PRBS.command(i as u64).to_int());
     /// assert_eq!(chips, [1, -1, -1, 1, -1, 1, 1, 1]);
     /// ```
     pub const fn new(
@@ -79,7 +79,7 @@ impl Prbs {
     /// use model_core::excitation::prbs::{Prbs, PrbsParameters};
     /// let prbs = Prbs::try_new(&PrbsParameters::default()).unwrap();
     /// assert_eq!(prbs.duration_ticks(), 127 * 1_600);
-    /// assert_eq!([0, 1_600].map(|i| prbs.command(i).to_num::<i32>()), [5, -5]);
+    /// assert_eq!([0, 1_600].map(|i| prbs.command(i).to_int()), [5, -5]);
     /// ```
     ///
     /// # Errors
@@ -166,7 +166,7 @@ mod tests {
 
     fn chips(prbs: &Prbs) -> Vec<i32> {
         (0..prbs.duration_ticks())
-            .map(|tick| prbs.command(tick).to_num())
+            .map(|tick| prbs.command(tick).to_int())
             .collect()
     }
 

@@ -1,7 +1,7 @@
 //! Straight lines between breakpoints.
 
 use super::{product, quotient::divide, saturated};
-use crate::control::units::{ANGLE_END, Angle, angle, held};
+use crate::control::units::{ANGLE_END, Angle, angle};
 use crate::parameter::ParameterError;
 use crate::time::ticks;
 use core::num::NonZeroU64;
@@ -35,7 +35,7 @@ struct Line {
 
 impl Line {
     const fn between(from: (u64, Angle), to: (u64, Angle)) -> Self {
-        let (start, end) = (held(from.1, ANGLE_END), held(to.1, ANGLE_END));
+        let (start, end) = (from.1.limited(ANGLE_END), to.1.limited(ANGLE_END));
         // Two levels are at most 2^16 deg apart: 2^63 units.
         let rise = start.to_bits().abs_diff(end.to_bits()) << 15;
         let slope = match NonZeroU64::new(to.0.saturating_sub(from.0)) {
@@ -76,9 +76,9 @@ impl Ramp {
     /// [`ANGLE_END`]. If two have the same tick, the later one applies from that tick.
     ///
     /// ```
-    /// use model_core::{control::units::Angle, excitation::ramp::Ramp};
-    /// const UP: Ramp = Ramp::through(&[(100, Angle::lit("-1")), (104, Angle::lit("1"))]);
-    /// let commands = [0, 101, 102, 900].map(|i| UP.command(i).to_num::<f64>());
+    /// use model_core::{control::units::angle, excitation::ramp::Ramp};
+    /// const UP: Ramp = Ramp::through(&[(100, angle(-1.0)), (104, angle(1.0))]);
+    /// let commands = [0, 101, 102, 900].map(|i| UP.command(i).to_f64());
     /// assert_eq!(commands, [-1.0, -0.5, 0.0, 1.0]);
     /// ```
     pub const fn through<const N: usize>(points: &[(u64, Angle); N]) -> Self {
@@ -98,7 +98,7 @@ impl Ramp {
     /// ```
     /// use model_core::excitation::ramp::{Ramp, RampParameters};
     /// let ramp = Ramp::try_new(&RampParameters::default()).unwrap();
-    /// assert_eq!([25_000, 45_000, 80_000].map(|i| ramp.command(i).to_num::<i32>()), [45, 90, 0]);
+    /// assert_eq!([25_000, 45_000, 80_000].map(|i| ramp.command(i).to_int()), [45, 90, 0]);
     /// ```
     ///
     /// # Errors
@@ -152,7 +152,7 @@ mod tests {
             hold_s: 1.0,
         };
         let ramp = Ramp::try_new(&steep).unwrap();
-        let commands = [19_999, 20_000, 40_000].map(|tick| ramp.command(tick).to_num::<i32>());
+        let commands = [19_999, 20_000, 40_000].map(|tick| ramp.command(tick).to_int());
         assert_eq!(commands, [0, 1, -1]);
     }
 

@@ -31,9 +31,9 @@ impl<'a> Recorded<'a> {
     ///
     /// ```
     /// use model_core::{control::units::Angle, excitation::recorded::Recorded};
-    /// let commands = [(10, Angle::from_num(1)), (20, Angle::from_num(2))];
+    /// let commands = [(10, Angle::from_int(1)), (20, Angle::from_int(2))];
     /// let recorded = Recorded::try_new(&commands).unwrap();
-    /// assert_eq!([0, 19, 20, 99].map(|i| recorded.command(i).to_num::<i32>()), [1, 1, 2, 2]);
+    /// assert_eq!([0, 19, 20, 99].map(|i| recorded.command(i).to_int()), [1, 1, 2, 2]);
     /// ```
     ///
     /// # Errors
@@ -71,8 +71,11 @@ mod tests {
 
     #[test]
     fn the_last_of_several_commands_at_a_tick_applies() {
-        let commands = [(5, Angle::from_num(1)), (5, Angle::from_num(2))];
-        assert_eq!(Recorded::try_new(&commands).unwrap().command(5), 2);
+        let commands = [(5, Angle::from_int(1)), (5, Angle::from_int(2))];
+        assert_eq!(
+            Recorded::try_new(&commands).unwrap().command(5),
+            Angle::from_int(2)
+        );
     }
 
     #[test]

@@ -74,7 +74,7 @@ pub const fn sine(phase: u64) -> I2F30 {
 ///
 /// ```
 /// use model_core::{control::units::Angle, excitation::sine::scaled};
-/// assert_eq!(scaled(Angle::from_num(20), 1 << 29), 10);
+/// assert_eq!(scaled(Angle::from_int(20), 1 << 29), Angle::from_int(10));
 /// ```
 pub const fn scaled(amplitude: Angle, sum: i64) -> Angle {
     // 2^63 * 2^63 plus half a unit is below 2^127.

@@ -33,7 +33,7 @@ impl SteadySine {
     /// ```
     /// use model_core::excitation::steady_sine::{SineParameters, SteadySine};
     /// let sine = SteadySine::try_new(&SineParameters::default()).unwrap();
-    /// assert_eq!([0, 5_000, 15_000].map(|i| sine.command(i).to_num::<i32>()), [0, 20, -20]);
+    /// assert_eq!([0, 5_000, 15_000].map(|i| sine.command(i).to_int()), [0, 20, -20]);
     /// ```
     ///
     /// # Errors

@@ -31,7 +31,7 @@ fn assert_follows(name: &str, formula: impl Fn(u64) -> f64) {
     let input = standard(name);
     let ticks = Input::named(name).unwrap().duration_ticks().unwrap();
     for tick in 0..ticks + 20_000 {
-        let error = (input.command(tick).to_num::<f64>() - formula(tick)).abs();
+        let error = (input.command(tick).to_f64() - formula(tick)).abs();
         assert!(error < ALLOWED_DEG, "{name} at tick {tick}: {error}");
     }
 }

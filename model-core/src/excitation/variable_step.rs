@@ -27,7 +27,7 @@ pub const LEVELS: [Angle; 14] = {
     let mut levels = [Angle::ZERO; 14];
     let mut k = 0;
     while k < levels.len() {
-        levels[k] = Angle::const_from_int(degrees[k]);
+        levels[k] = Angle::from_int(degrees[k]);
         k += 1;
     }
     levels
@@ -37,13 +37,13 @@ pub const LEVELS: [Angle; 14] = {
 ///
 /// ```
 /// use core::num::NonZeroU64;
-/// use model_core::{control::units::Angle, excitation::variable_step::VariableStep};
+/// use model_core::{control::units::angle, excitation::variable_step::VariableStep};
 /// let stairs = VariableStep {
-///     levels: &[Angle::lit("1"), Angle::lit("-2")],
+///     levels: &[angle(1.0), angle(-2.0)],
 ///     dwell_ticks: NonZeroU64::new(5).unwrap(),
-///     scale: Angle::lit("1.5"),
+///     scale: angle(1.5),
 /// };
-/// assert_eq!([0, 4, 5, 99].map(|i| stairs.command(i).to_num::<f64>()), [1.5, 1.5, -3.0, -3.0]);
+/// assert_eq!([0, 4, 5, 99].map(|i| stairs.command(i).to_f64()), [1.5, 1.5, -3.0, -3.0]);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct VariableStep<'a> {
@@ -61,7 +61,7 @@ impl VariableStep<'static> {
     /// ```
     /// use model_core::excitation::variable_step::{VariableStep, VariableStepParameters};
     /// let stairs = VariableStep::try_new(&VariableStepParameters::default()).unwrap();
-    /// assert_eq!([0, 10_000, 75_000].map(|i| stairs.command(i).to_num::<i32>()), [0, 30, 120]);
+    /// assert_eq!([0, 10_000, 75_000].map(|i| stairs.command(i).to_int()), [0, 30, 120]);
     /// ```
     ///
     /// # Errors
@@ -107,7 +107,7 @@ mod tests {
             ..Default::default()
         };
         let mut stairs = VariableStep::try_new(&parameters).unwrap();
-        assert_eq!(stairs.command(115_000), -10_000);
+        assert_eq!(stairs.command(115_000), angle(-10_000.0));
         stairs.scale = Angle::MIN;
         assert_eq!(stairs.command(75_000), Angle::MIN);
     }

@@ -109,7 +109,7 @@ impl Key {
         let excitation = input.excitation()?;
         let host_ticks = TICKS_PER_SECOND / 50;
         let periods = input.duration_ticks()? / host_ticks;
-        let command = |period: u64| excitation.command(period * host_ticks).to_num::<f64>();
+        let command = |period: u64| excitation.command(period * host_ticks).to_f64();
         Ok((0..=periods)
             .map(|period| (command(period) * 1e3).round() as i32)
             .collect())

@@ -322,7 +322,7 @@ fn a_rate_limit_below_that_of_the_following_error_is_followed_without_one() {
     board.command = Some(angle(30.0));
     board.steps(500);
     assert_eq!(board.outputs.fault, None);
-    assert!(board.outputs.telemetry.angle > 15);
+    assert!(board.outputs.telemetry.angle > angle(15.0));
 }
 
 #[test]
@@ -334,7 +334,7 @@ fn a_shaft_that_was_turned_while_the_encoder_was_away_has_a_new_angle() {
     // 200 deg further: within half a turn of zero that is -160 deg.
     let count = 2276;
     let outputs = board.step_with(|samples| samples.encoder = Some(word(count)));
-    assert!((outputs.telemetry.angle + angle(160.0)).abs() < 0.1);
+    assert!((outputs.telemetry.angle + angle(160.0)).abs() < angle(0.1));
 }
 
 #[test]

@@ -3,13 +3,14 @@
 extern crate std;
 
 mod faults;
+mod rates;
 mod sources;
 mod states;
 
 use model_core::{
     control::{
         encoder_word::{EncoderCount, EncoderWord, Magnet},
-        units::{Angle, float},
+        units::{Angle, rate},
     },
     plant::{
         Plant, Pwm,
@@ -60,7 +61,7 @@ impl Motor {
             self.drift();
             if period == 0 {
                 self.duty_pct = match outputs.bridge {
-                    Bridge::Driven(_) => float(outputs.telemetry.duty),
+                    Bridge::Driven(_) => outputs.telemetry.duty.to_f64(),
                     Bridge::Coast | Bridge::Brake => 0.0,
                 };
             }
@@ -107,10 +108,10 @@ impl TestBoard {
     /// A board at full rate.
     pub fn turning() -> Self {
         let mut board = Self::enabled();
-        board.command = Some(Angle::from_num(30_000));
+        board.command = Some(Angle::from_int(30_000));
         board.steps(300);
         // 283.6 deg/s, and a count is 22 deg/s.
-        assert!(board.outputs.telemetry.rate > 270);
+        assert!(board.outputs.telemetry.rate > rate(270.0));
         board
     }
 
@@ -128,7 +129,7 @@ impl TestBoard {
         let mut samples = self.motor.samples();
         hand(&mut samples);
         if let Some(angle) = self.command {
-            let _ = self.application.request(Request::Command(angle));
+            let _ = self.application.request(Request::Command(angle.into()));
         }
         self.outputs = self.application.step(&samples);
         self.motor.turn(&self.outputs);

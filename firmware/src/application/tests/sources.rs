@@ -20,9 +20,9 @@ fn pulse(width_us: u16) -> impl Fn(&mut Samples) {
 fn a_command_of_the_bus_is_followed_at_once() {
     let mut board = TestBoard::enabled();
     board.command = Some(angle(30.0));
-    assert_eq!(board.step().telemetry.command, 30);
+    assert_eq!(board.step().telemetry.command, angle(30.0));
     board.steps(500);
-    assert!((board.outputs.telemetry.angle - angle(30.0)).abs() < 0.2);
+    assert!((board.outputs.telemetry.angle - angle(30.0)).abs() < angle(0.2));
 }
 
 #[test]
@@ -37,8 +37,8 @@ fn the_servo_pulse_is_approached_slowly_and_followed_at_once_from_there_on() {
         assert!(command - last <= angle(0.241), "{last} {command}");
         last = command;
     }
-    assert_eq!(last, 60);
-    assert_eq!(board.step_with(pulse(1000)).telemetry.command, -60);
+    assert_eq!(last, angle(60.0));
+    assert_eq!(board.step_with(pulse(1000)).telemetry.command, angle(-60.0));
     assert_eq!(board.outputs.telemetry.source, CommandSource::ServoPulse);
 }
 
@@ -47,7 +47,7 @@ fn commands_of_the_bus_are_refused_while_the_servo_pulse_commands() {
     let mut board = TestBoard::enabled();
     board.request(Request::Source(CommandSource::ServoPulse));
     let refused = Err(Refused::Source(CommandSource::ServoPulse));
-    let request = Request::Command(angle(1.0));
+    let request = Request::Command(angle(1.0).into());
     assert_eq!(board.application.request(request), refused);
 }
 
@@ -60,11 +60,11 @@ fn back_on_the_bus_the_command_stays_until_the_next_one() {
         board.step_with(pulse(1750));
     }
     let reached = board.outputs.telemetry.command;
-    assert!(reached > 20);
+    assert!(reached > angle(20.0));
     board.request(Request::Source(CommandSource::Bus));
     assert_eq!(board.step().telemetry.command, reached);
     board.command = Some(angle(-5.0));
-    assert_eq!(board.step().telemetry.command, -5);
+    assert_eq!(board.step().telemetry.command, angle(-5.0));
 }
 
 #[test]
@@ -106,12 +106,16 @@ fn an_excitation_is_added_to_the_command_and_ends_where_it_began() {
                 25..50 => 8,
                 _ => 10,
             };
-            assert_eq!(outputs.telemetry.command, expected, "{period}");
+            assert_eq!(
+                outputs.telemetry.command,
+                Angle::from_int(expected),
+                "{period}"
+            );
             assert_eq!(outputs.telemetry.source, CommandSource::Excitation);
         }
     }
     let outputs = board.step();
-    assert_eq!(outputs.telemetry.command, 10);
+    assert_eq!(outputs.telemetry.command, angle(10.0));
     assert_eq!(outputs.telemetry.source, CommandSource::Bus);
 }
 
@@ -126,7 +130,7 @@ fn an_excitation_that_is_ended_leaves_the_command_where_it_is() {
     board.steps(300);
     assert_eq!(board.outputs.fault, None);
     let command = board.outputs.telemetry.command;
-    assert_ne!(command, 0);
+    assert_ne!(command, Angle::ZERO);
     board.request(Request::StopExcitation);
     assert_eq!(board.step().telemetry.command, command);
 }

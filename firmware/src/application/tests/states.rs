@@ -1,6 +1,10 @@
 //! Operating states and the ways between them.
 
-use model_core::control::{cascade::Coefficients, parameters::ControlParameters, units::angle};
+use model_core::control::{
+    cascade::Coefficients,
+    parameters::ControlParameters,
+    units::{Rate, angle, percent, rate},
+};
 
 use super::*;
 use crate::parameters::Parameter;
@@ -93,7 +97,7 @@ fn a_disabled_bridge_is_off_and_the_integrator_empty() {
     board.request(Request::Enable);
     let outputs = board.step();
     assert_eq!(outputs.state, BoardState::Enabled);
-    assert!(outputs.telemetry.duty.abs() < 1e-6);
+    assert!(outputs.telemetry.duty.abs() < percent(1e-6));
 }
 
 #[test]
@@ -121,18 +125,18 @@ fn a_quick_stop_brings_the_shaft_to_rest_by_the_ramp_and_goes_off() {
         let outputs = board.step();
         periods += 1;
         // 2000 deg/s^2 are 8 deg/s a period.
-        let ramp = (before.rate - Angle::from_num(8 * periods)).max(Angle::ZERO);
+        let ramp = (before.rate - Rate::from_int(8 * periods)).max(Rate::ZERO);
         if outputs.state == BoardState::QuickStop {
             assert_eq!(outputs.telemetry.rate_command, ramp, "{periods}");
         }
     }
     // 283 deg/s take 36 periods; the shaft follows within some more.
     assert!((36 + 5..=100).contains(&periods), "{periods}");
-    assert!(board.outputs.telemetry.rate.abs() < 5);
+    assert!(board.outputs.telemetry.rate.abs() < rate(5.0));
     assert_eq!(board.outputs.bridge, Bridge::Coast);
     // v^2/2a = 20 deg, and what the lag adds.
     let way = board.outputs.telemetry.angle - before.angle;
-    assert!(way > 18 && way < 45, "{way}");
+    assert!(way > angle(18.0) && way < angle(45.0), "{way}");
 }
 
 #[test]
@@ -142,7 +146,7 @@ fn a_quick_stop_starts_without_a_jump_of_the_duty() {
     board.request(Request::QuickStop);
     let after = board.step().telemetry.duty;
     // 8 deg/s less at 1.32 %/(deg/s), and what the integrator makes of it.
-    assert!((after - before).abs() < 15, "{before} {after}");
+    assert!((after - before).abs() < percent(15.0), "{before} {after}");
 }
 
 #[test]
@@ -159,7 +163,7 @@ fn a_quick_stop_that_holds_stays_until_it_is_enabled_or_disabled() {
     let held = board.outputs.telemetry.angle;
     board.steps(500);
     assert_eq!(board.outputs.state, BoardState::QuickStop);
-    assert!((board.outputs.telemetry.angle - held).abs() < 2);
+    assert!((board.outputs.telemetry.angle - held).abs() < angle(2.0));
     board.command = None;
     board.request(Request::Enable);
     assert_eq!(board.step().state, BoardState::Enabled);
@@ -191,14 +195,14 @@ fn other_gains_while_the_loop_is_closed_do_not_move_the_duty() {
     assert_eq!(retuned.application.retune(&stiffer), Ok(()));
     let apart = held(&mut retuned).telemetry.duty - held(&mut kept).telemetry.duty;
     // What is left of the filtered rate after 20 periods: 440 deg/s 0.6^20, times 3 %/(deg/s).
-    assert!(apart.abs() < 0.05, "{apart}");
+    assert!(apart.abs() < percent(0.05), "{apart}");
     // From there on the new gains act: 12/s instead of 8/s at 3 deg and 10 %/deg are 0.5 % a period.
     for _ in 0..5 {
         held(&mut retuned);
         held(&mut kept);
     }
     let apart = held(&mut retuned).telemetry.duty - held(&mut kept).telemetry.duty;
-    assert!(apart > 2, "{apart}");
+    assert!(apart > percent(2.0), "{apart}");
 }
 
 #[test]
@@ -246,5 +250,5 @@ fn missed_periods_are_counted_and_leave_no_jump_in_the_rate() {
     assert_eq!(outputs.fault, None);
     let jump = outputs.telemetry.rate - before;
     // A count a period is 22 deg/s; over three periods and with a share of 0.4 a tenth of that.
-    assert!(jump.abs() < 9, "{jump}");
+    assert!(jump.abs() < rate(9.0), "{jump}");
 }

@@ -13,11 +13,14 @@
 use core::sync::atomic::{AtomicI32, Ordering::Relaxed};
 
 use cortex_m_rt::entry;
-use model_core::control::{
-    cascade::{CascadeState, Coefficients},
-    encoder_word::{EncoderCount, EncoderWord, Magnet},
-    parameters::ControlParameters,
-    units::Angle,
+use model_core::{
+    control::{
+        cascade::{CascadeState, Coefficients},
+        encoder_word::{EncoderCount, EncoderWord, Magnet},
+        parameters::ControlParameters,
+        units::Angle,
+    },
+    plant::pwm_timer::Modulator,
 };
 // The vectors of its interrupts.
 use stm32f4xx_hal as _;
@@ -41,9 +44,15 @@ static COMPARE: AtomicI32 = AtomicI32::new(0);
 /// What is being counted: an encoder's word and a command to a compare value.
 #[unsafe(no_mangle)]
 #[inline(never)]
-fn control_law(state: &mut CascadeState, word: EncoderWord, command: Angle) -> i32 {
-    let _ = state.observe(&COEFFICIENTS, word);
-    state.regulate(&COEFFICIENTS, command).compare.get()
+fn control_law(
+    (state, modulator): &mut (CascadeState, Modulator),
+    word: EncoderWord,
+    command: Angle,
+) -> i32 {
+    let count = word.read().ok().map(|reading| reading.count);
+    state.observe(&COEFFICIENTS, count);
+    let step = state.regulate(&COEFFICIENTS, command);
+    modulator.next(step.duty).get()
 }
 
 /// Inputs of a step: the shaft turns to and fro by 400 counts in 2 s, over its zero; the command jumps
@@ -57,7 +66,7 @@ fn stimulus(step: u32) -> (EncoderWord, Angle) {
         EncoderCount::new((count * 8 / 5).wrapping_sub(200)),
         Magnet::Steady,
     );
-    let command = Angle::from_num(if (step / 200).is_multiple_of(2) {
+    let command = Angle::from_int(if (step / 200).is_multiple_of(2) {
         20
     } else {
         -20
@@ -67,7 +76,7 @@ fn stimulus(step: u32) -> (EncoderWord, Angle) {
 
 #[entry]
 fn main() -> ! {
-    let mut state = CascadeState::default();
+    let mut state = Default::default();
     let mut step = 0u32;
     loop {
         let (word, command) = stimulus(step);

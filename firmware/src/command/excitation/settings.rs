@@ -66,7 +66,7 @@ impl ExcitationSettings {
     /// use firmware::parameters::ExcitationSettings;
     /// let doublet = ExcitationSettings { shape: 1, ..ExcitationSettings::DEFAULT };
     /// let run = doublet.run().unwrap();
-    /// assert_eq!(run.excitation.command(0), 5);
+    /// assert_eq!(run.excitation.command(0).to_f64(), 5.0);
     /// assert_eq!(run.ticks, 2 * 6_000);
     /// ```
     pub fn run(&self) -> Option<Run> {

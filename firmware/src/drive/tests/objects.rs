@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::dictionary::{DICTIONARY, Location, location};
-use crate::parameters::{CONTROL, ObjectValue, Parameter, tests::ends_of_range};
+use crate::parameters::{BoardParameters, CONTROL, ObjectValue, Parameter, tests::ends_of_range};
 use canopen::Abort;
 use canopen::dictionary::{Access, DataType};
 use proptest::prelude::*;

@@ -7,7 +7,7 @@
 //! and a limit beyond the widest one reads as the widest.
 
 use super::{
-    super::{scaled::Scaled, shaft_angle::COUNT_STEPS},
+    super::{scaled::Scaled, shaft_tracker::COUNT_STEPS},
     *,
 };
 use crate::parameter::Parameters;
@@ -55,22 +55,21 @@ impl Coefficients {
     pub fn get(&self, row: usize) -> Option<f32> {
         let (p, r) = (&self.position, &self.rate);
         let coefficient = Scaled::of_coefficient;
-        let signal = Scaled::of_signal;
         let value = match row {
-            POSITION_GAIN => coefficient(p.gain),
-            PROPORTIONAL_GAIN => coefficient(r.proportional),
-            INTEGRAL_GAIN => coefficient(r.integral),
-            ANTI_WINDUP_GAIN => coefficient(r.anti_windup),
-            FEED_FORWARD_GAIN => coefficient(r.feed_forward),
-            RATE_FILTER => coefficient(self.filter),
-            POSITION_MIN => signal(p.min),
-            POSITION_MAX => signal(p.max),
-            RATE_LIMIT_UP => signal(p.rate_up),
-            RATE_LIMIT_DOWN => signal(p.rate_down),
-            DUTY_LIMIT => signal(r.duty_limit),
-            DUTY_SLEW => signal(r.duty_step),
-            ENCODER_ZERO => signal(self.mounting.zero_deg()),
-            ENCODER_DIRECTION => signal(if self.mounting.reversed {
+            POSITION_GAIN => coefficient(p.gain.coefficient()),
+            PROPORTIONAL_GAIN => coefficient(r.proportional.coefficient()),
+            INTEGRAL_GAIN => coefficient(r.integral.coefficient()),
+            ANTI_WINDUP_GAIN => coefficient(r.anti_windup.coefficient()),
+            FEED_FORWARD_GAIN => coefficient(r.feed_forward.coefficient()),
+            RATE_FILTER => coefficient(self.filter.coefficient()),
+            POSITION_MIN => Scaled::of_signal(p.min),
+            POSITION_MAX => Scaled::of_signal(p.max),
+            RATE_LIMIT_UP => Scaled::of_signal(p.rate_up),
+            RATE_LIMIT_DOWN => Scaled::of_signal(p.rate_down),
+            DUTY_LIMIT => Scaled::of_signal(r.duty_limit),
+            DUTY_SLEW => Scaled::of_signal(r.duty_step),
+            ENCODER_ZERO => Scaled::of_signal(self.mounting.zero_deg()),
+            ENCODER_DIRECTION => Scaled::of_signal(if self.mounting.reversed {
                 -Angle::ONE
             } else {
                 Angle::ONE
@@ -120,39 +119,27 @@ impl Coefficients {
         } else {
             exactly
         };
-        let coefficient = match row {
-            POSITION_GAIN => &mut p.gain,
-            PROPORTIONAL_GAIN => &mut r.proportional,
-            INTEGRAL_GAIN => &mut r.integral,
-            ANTI_WINDUP_GAIN => &mut r.anti_windup,
-            FEED_FORWARD_GAIN => &mut r.feed_forward,
-            RATE_FILTER => &mut self.filter,
-            _ => return self.assign_signal(row, exactly.signal()),
-        };
-        *coefficient = exactly.coefficient();
-        true
-    }
-
-    fn assign_signal(&mut self, row: usize, value: Angle) -> bool {
-        let (p, r) = (&mut self.position, &mut self.rate);
-        let (signal, greatest) = match row {
-            POSITION_MIN => (&mut p.min, Angle::MAX),
-            POSITION_MAX => (&mut p.max, Angle::MAX),
-            RATE_LIMIT_UP => (&mut p.rate_up, WIDEST_RATE),
-            RATE_LIMIT_DOWN => (&mut p.rate_down, WIDEST_RATE),
-            DUTY_LIMIT => (&mut r.duty_limit, Angle::MAX),
-            DUTY_SLEW => (&mut r.duty_step, WIDEST_STEP),
-            ENCODER_ZERO => {
-                self.mounting.zero = nearest_count(value);
-                return true;
-            }
-            ENCODER_DIRECTION if value == 1 || value == -1 => {
-                self.mounting.reversed = value < 0;
-                return true;
-            }
+        match row {
+            POSITION_GAIN => p.gain = Gain::of(exactly.coefficient()),
+            PROPORTIONAL_GAIN => r.proportional = Gain::of(exactly.coefficient()),
+            INTEGRAL_GAIN => r.integral = Gain::of(exactly.coefficient()),
+            ANTI_WINDUP_GAIN => r.anti_windup = Gain::of(exactly.coefficient()),
+            FEED_FORWARD_GAIN => r.feed_forward = Gain::of(exactly.coefficient()),
+            RATE_FILTER => self.filter = Gain::of(exactly.coefficient()),
+            POSITION_MIN => p.min = exactly.signal(),
+            POSITION_MAX => p.max = exactly.signal(),
+            RATE_LIMIT_UP => p.rate_up = exactly.signal::<Rate>().at_most(RATE_END),
+            RATE_LIMIT_DOWN => p.rate_down = exactly.signal::<Rate>().at_most(RATE_END),
+            DUTY_LIMIT => r.duty_limit = exactly.signal(),
+            DUTY_SLEW => r.duty_step = exactly.signal::<Percent>().at_most(DUTY_STEP_END),
+            ENCODER_ZERO => self.mounting.zero = nearest_count(exactly.signal()),
+            ENCODER_DIRECTION => match exactly.signal::<Angle>() {
+                direction if direction == Angle::ONE => self.mounting.reversed = false,
+                direction if direction == -Angle::ONE => self.mounting.reversed = true,
+                _ => return false,
+            },
             _ => return false,
-        };
-        *signal = least(value, greatest);
+        }
         true
     }
 
@@ -179,7 +166,7 @@ fn nearest_count(angle: Angle) -> EncoderCount {
     let odd = (COUNT_STEPS >> COUNT_STEPS.trailing_zeros()) as u32;
     let steps = angle.to_bits().unsigned_abs() + COUNT_STEPS as u64 / 2;
     let counts = ((steps >> COUNT_STEPS.trailing_zeros()) as u32 / odd) as u16;
-    EncoderCount::new(if angle < 0 {
+    EncoderCount::new(if angle < Angle::ZERO {
         counts.wrapping_neg()
     } else {
         counts

@@ -1,6 +1,6 @@
 //! What the bridge does in a PWM period.
 
-use crate::control::compare::PWM_COUNTS;
+use crate::plant::pwm_timer::PWM_COUNTS;
 
 /// Cycles of the timer's clock, 168 MHz, in a PWM period of 1 ms.
 pub const PERIOD_CYCLES: u32 = 168_000;

@@ -8,7 +8,7 @@
 //! at `BKIN` without any help of the program, and while a debugger holds the timer.
 
 use firmware::application::Bridge as Command;
-use model_core::control::compare::PWM_COUNTS;
+use model_core::plant::pwm_timer::PWM_COUNTS;
 use stm32f4xx_hal::pac::{DBGMCU, TIM1};
 
 /// Where the coast window opens: the last 100 us of the last period of a tick.

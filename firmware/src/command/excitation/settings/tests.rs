@@ -16,7 +16,7 @@ fn excitation(settings: ExcitationSettings) -> Excitation<'static> {
 fn apart_deg(one: &Excitation<'_>, other: &Excitation<'_>) -> f64 {
     let difference = |tick| {
         let apart = one.command(tick).saturating_sub(other.command(tick));
-        apart.to_num::<f64>().abs()
+        apart.to_f64().abs()
     };
     (0..500_000).step_by(77).map(difference).fold(0.0, f64::max)
 }

@@ -1,0 +1,64 @@
+//! The PWM timer of the board: from a duty to the compare value that the timer takes.
+//!
+//! The timer resolves 1/560 %. The remainder of each rounding is added to the next duty (first-order
+//! noise shaping), so that the mean duty is exact and the shaft does not creep away from where a
+//! loop without quantisation would hold it.
+//!
+//! The control step decides duties and knows no counts. This module is part of the plant, as a model
+//! of the timer in front of the bridge: the firmware takes the type of its outputs from here and the
+//! simulations the duty that a compare value makes, so that both use one copy and the sequences of
+//! compare values are equal to the bit.
+
+use crate::control::units::Percent;
+
+/// Counts in one PWM period: 1 kHz from a timer clock of 56 MHz (168 MHz divided by three), the
+/// finest that fits the 16 bits of the timer.
+pub const PWM_COUNTS: i32 = 56_000;
+
+/// Counts for one percent.
+const COUNTS_PER_PERCENT: i64 = PWM_COUNTS as i64 / 100;
+
+/// On time of the bridge in counts of the timer, with the sign of the voltage.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct PwmCompare(i32);
+
+impl PwmCompare {
+    /// -56,000 to 56,000.
+    pub const fn get(self) -> i32 {
+        self.0
+    }
+
+    /// The duty of this compare value, %.
+    pub fn duty_pct(self) -> f64 {
+        self.0 as f64 / COUNTS_PER_PERCENT as f64
+    }
+}
+
+/// Rounds duties to compare values and carries the remainder over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Modulator {
+    /// Remainder of the last compare value, in 2^-32 counts: half a count at most.
+    remainder: i64,
+}
+
+impl Modulator {
+    /// The compare value for the next duty, which is within +-100 %: no duty limit is wider.
+    ///
+    /// ```
+    /// use model_core::{control::units::percent, plant::pwm_timer::Modulator};
+    /// let mut modulator = Modulator::default();
+    /// // 0.1 % are 56 counts, 0.0005 % are 0.28.
+    /// assert_eq!([0; 4].map(|_| modulator.next(percent(0.1005)).get()), [56, 57, 56, 56]);
+    /// assert_eq!(modulator.next(percent(-100.0)).get(), -56_000);
+    /// ```
+    pub fn next(&mut self, duty: Percent) -> PwmCompare {
+        // |duty| <= 100 * 2^32 and 560 < 2^10: within 2^49, remainder and rounding included.
+        let exact = duty.to_bits() * COUNTS_PER_PERCENT + self.remainder;
+        let counts = (exact + (1 << 31)) >> 32;
+        // From -2^31 to 2^31 - 1: a full duty rounds to 56,000 again.
+        self.remainder = exact - (counts << 32);
+        PwmCompare(counts as i32)
+    }
+}
