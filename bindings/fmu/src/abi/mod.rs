@@ -1,15 +1,15 @@
 //! The C interface of FMI 2.0 for co-simulation.
 //!
 //! Function names, argument types and their meaning are those of `fmi2Functions.h` of the standard.
-//! Every function but the first two takes a component and gives a status. No panic leaves a
+//! Every function except the first two takes a component and returns a status. No panic leaves a
 //! function, and nothing is global: instances may run in parallel, as long as each is called from
 //! one thread at a time.
 //!
 //! # Safety
-//! What the standard asks of the host is asked of the callers of all functions here: a component
-//! comes from `fmi2Instantiate` and was not freed; a pointer that comes with a number of elements
-//! leads to so many; strings end in a nul. Null pointers are found and refused. A kept state is a
-//! number in the guise of a pointer, which is never followed: any value may be passed.
+//! Callers of all functions must meet the requirements of the standard for the host: a component
+//! comes from `fmi2Instantiate` and has not been freed; a pointer with a number of elements points
+//! to that many; strings are null-terminated. Null pointers are detected and refused. A saved state
+//! is a number in a pointer, which is never dereferenced: any value may be passed.
 #![allow(
     unsafe_code,
     reason = "pointers from C; each use is argued where it is"

@@ -5,7 +5,7 @@ use std::ffi::{CStr, CString, c_void};
 use super::types::{CallbackFunctions, Logger, Status};
 use crate::description::ERROR_CATEGORY;
 
-/// The way to the host's logger.
+/// Access to the host's logger.
 #[derive(Debug, Clone)]
 pub struct Reporter {
     logger: Option<Logger>,
@@ -23,13 +23,13 @@ impl Reporter {
         }
     }
 
-    /// Tells the host why a call did not succeed.
+    /// Reports the reason of a failed call to the host.
     pub fn report(&self, status: Status, message: &str) {
         let Some(logger) = self.logger else { return };
         let (category, message) = (without_nul(ERROR_CATEGORY), without_nul(&format(message)));
-        // SAFETY: the host's logger takes a format in the manner of printf and what the format
-        // asks for, which is nothing. The strings end in a nul and live until it returns. No part
-        // of the instance is borrowed, so the logger may call back.
+        // SAFETY: the host's logger takes a printf format and its arguments, here none. The strings
+        // are null-terminated and valid until it returns. No part of the instance is borrowed, so
+        // the logger may call back.
         unsafe {
             logger(
                 self.environment,
@@ -42,7 +42,7 @@ impl Reporter {
     }
 }
 
-/// The text as a format of printf that prints just this text.
+/// The text as a printf format that prints exactly this text.
 fn format(text: &str) -> String {
     text.replace('%', "%%")
 }

@@ -1,4 +1,4 @@
-//! Kept states.
+//! Saved FMU states.
 
 use std::ptr::{null_mut, without_provenance_mut};
 
@@ -6,7 +6,7 @@ use super::call::{call, elements, elements_mut, place};
 use super::types::{Component, FmuState, Status};
 use crate::instance::Instance;
 
-/// Keeps a copy of the state; a state that is there already is replaced.
+/// Saves the state; an existing one is replaced.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetFMUstate(c: *mut Component, FMUstate: *mut FmuState) -> Status {
     let body = |instance: &mut Instance| {
@@ -20,7 +20,7 @@ pub unsafe extern "C" fn fmi2GetFMUstate(c: *mut Component, FMUstate: *mut FmuSt
     unsafe { call(c, "fmi2GetFMUstate", body) }
 }
 
-/// Goes back to a kept state.
+/// Restores a saved state.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SetFMUstate(c: *mut Component, FMUstate: FmuState) -> Status {
     let body = |instance: &mut Instance| instance.put_back(FMUstate.addr());
@@ -28,7 +28,7 @@ pub unsafe extern "C" fn fmi2SetFMUstate(c: *mut Component, FMUstate: FmuState) 
     unsafe { call(c, "fmi2SetFMUstate", body) }
 }
 
-/// Forgets a kept state and makes its pointer null; null is passed over.
+/// Deletes a saved state and sets its pointer to null; null is ignored.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2FreeFMUstate(c: *mut Component, FMUstate: *mut FmuState) -> Status {
     let body = |instance: &mut Instance| {
@@ -44,7 +44,7 @@ pub unsafe extern "C" fn fmi2FreeFMUstate(c: *mut Component, FMUstate: *mut FmuS
     unsafe { call(c, "fmi2FreeFMUstate", body) }
 }
 
-/// How many bytes a kept state takes.
+/// Size of a serialised state in bytes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SerializedFMUstateSize(
     c: *mut Component,
@@ -61,7 +61,7 @@ pub unsafe extern "C" fn fmi2SerializedFMUstateSize(
     unsafe { call(c, "fmi2SerializedFMUstateSize", body) }
 }
 
-/// Writes a kept state as bytes.
+/// Serialises a saved state.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SerializeFMUstate(
     c: *mut Component,
@@ -83,7 +83,7 @@ pub unsafe extern "C" fn fmi2SerializeFMUstate(
     unsafe { call(c, "fmi2SerializeFMUstate", body) }
 }
 
-/// Keeps a state that was written as bytes; a state that is there already is replaced.
+/// Saves a serialised state; an existing one is replaced.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
     c: *mut Component,

@@ -1,4 +1,4 @@
-//! Asynchronous steps: there are none, every step is done when `fmi2DoStep` returns.
+//! Asynchronous steps are not supported: every step is complete when `fmi2DoStep` returns.
 
 use std::ffi::{c_char, c_int};
 
@@ -11,21 +11,21 @@ pub const LAST_SUCCESSFUL_TIME: c_int = 2;
 /// `fmi2Terminated` of `fmi2StatusKind`.
 pub const TERMINATED: c_int = 3;
 
-/// Cancels a step: none is under way.
+/// Cancels a step: refused, since no step is pending.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2CancelStep(c: *mut Component) -> Status {
     // SAFETY: a component from the host.
-    unsafe { call(c, "fmi2CancelStep", |_| Err("no step is under way".into())) }
+    unsafe { call(c, "fmi2CancelStep", |_| Err("no step is pending".into())) }
 }
 
-/// The status of a step under way: there is none.
+/// The status of a pending step: refused, since no step is pending.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetStatus(c: *mut Component, s: c_int, _value: *mut Status) -> Status {
     // SAFETY: a component from the host.
     unsafe { call(c, "fmi2GetStatus", |_| unknown(s)) }
 }
 
-/// Gives the communication point that was reached.
+/// Returns the communication point that was reached.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetRealStatus(c: *mut Component, s: c_int, value: *mut f64) -> Status {
     let body = |instance: &mut Instance| {
@@ -40,7 +40,7 @@ pub unsafe extern "C" fn fmi2GetRealStatus(c: *mut Component, s: c_int, value: *
     unsafe { call(c, "fmi2GetRealStatus", body) }
 }
 
-/// The integer status of a step: there is none.
+/// The integer status of a step: not available.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetIntegerStatus(
     c: *mut Component,
@@ -51,7 +51,7 @@ pub unsafe extern "C" fn fmi2GetIntegerStatus(
     unsafe { call(c, "fmi2GetIntegerStatus", |_| unknown(s)) }
 }
 
-/// Says that the instance does not want to end the simulation: it never does.
+/// Reports that the instance does not request the end of the simulation.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetBooleanStatus(
     c: *mut Component,
@@ -70,7 +70,7 @@ pub unsafe extern "C" fn fmi2GetBooleanStatus(
     unsafe { call(c, "fmi2GetBooleanStatus", body) }
 }
 
-/// The status of a step in words: there is none.
+/// The string status of a step: not available.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetStringStatus(
     c: *mut Component,

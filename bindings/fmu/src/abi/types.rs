@@ -11,7 +11,7 @@ pub type Boolean = c_int;
 /// `fmi2ValueReference`.
 pub type ValueReference = c_uint;
 
-/// `fmi2FMUstate`: the key of a kept state, null for none.
+/// `fmi2FMUstate`: the key of a saved state, null for none.
 pub type FmuState = *mut c_void;
 
 /// `fmi2Status`.
@@ -20,13 +20,13 @@ pub type FmuState = *mut c_void;
 pub enum Status {
     /// Done.
     Ok = 0,
-    /// Done, but something is odd; not used.
+    /// Done with a warning; not used.
     Warning = 1,
-    /// Not done; the host may go on without it.
+    /// Not done; the host may continue without it.
     Discard = 2,
     /// Not done; nothing changed.
     Error = 3,
-    /// No instance works any more; not used.
+    /// All instances are unusable; not used.
     Fatal = 4,
     /// Will be done later; not used.
     Pending = 5,
@@ -46,19 +46,19 @@ pub type Logger = unsafe extern "C" fn(
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
 pub struct CallbackFunctions {
-    /// Takes messages.
+    /// Logs a message.
     pub logger: Option<Logger>,
-    /// Gives memory.
+    /// Allocates memory.
     pub allocate_memory: Option<unsafe extern "C" fn(usize, usize) -> *mut c_void>,
-    /// Takes memory back.
+    /// Frees memory.
     pub free_memory: Option<unsafe extern "C" fn(*mut c_void)>,
-    /// Told when an asynchronous step ends.
+    /// Called at the end of an asynchronous step.
     pub step_finished: Option<unsafe extern "C" fn(*mut c_void, Status)>,
-    /// What the callbacks get as their first argument.
+    /// First argument of the callbacks.
     pub component_environment: *mut c_void,
 }
 
-/// What `fmi2Component` leads to.
+/// The target of `fmi2Component`.
 #[derive(Debug)]
 pub struct Component {
     pub(super) instance: Instance,

@@ -120,7 +120,7 @@ pub unsafe extern "C" fn fmi2GetBoolean(
     }
 }
 
-/// Reads strings: there are none.
+/// Reads strings: the FMU has none.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetString(
     c: *mut Component,
@@ -182,7 +182,7 @@ pub unsafe extern "C" fn fmi2SetBoolean(
     }
 }
 
-/// Writes strings: there are none.
+/// Writes strings: the FMU has none.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SetString(
     c: *mut Component,
@@ -194,7 +194,7 @@ pub unsafe extern "C" fn fmi2SetString(
     unsafe { call(c, "fmi2SetString", |_| none("a string", nvr)) }
 }
 
-/// Sets derivatives of inputs: inputs are held, none is taken.
+/// Sets derivatives of inputs: not supported, since inputs are held.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SetRealInputDerivatives(
     c: *mut Component,
@@ -211,7 +211,7 @@ pub unsafe extern "C" fn fmi2SetRealInputDerivatives(
     }
 }
 
-/// Reads derivatives of outputs: none is given.
+/// Reads derivatives of outputs: not supported.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetRealOutputDerivatives(
     c: *mut Component,
@@ -228,7 +228,7 @@ pub unsafe extern "C" fn fmi2GetRealOutputDerivatives(
     }
 }
 
-/// Reads directional derivatives: none is given.
+/// Reads directional derivatives: not supported.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetDirectionalDerivative(
     c: *mut Component,
@@ -247,7 +247,7 @@ pub unsafe extern "C" fn fmi2GetDirectionalDerivative(
     }
 }
 
-/// Refuses everything but nothing.
+/// Refuses any number of variables except zero.
 fn none(what: &str, count: usize) -> Result<()> {
     match count {
         0 => Ok(()),
