@@ -78,7 +78,7 @@ static LOCATIONS: [Location; COUNT] = {
     locations
 };
 
-/// Where the value of the object at this address lives; [`Location::Server`] if there is none.
+/// Where the value of the object at this address lives; [`Location::Server`] if there is no object.
 pub(crate) fn location(address: Address) -> Location {
     let position = DICTIONARY.position(address);
     let location = position.and_then(|position| LOCATIONS.get(position));

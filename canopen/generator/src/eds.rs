@@ -4,12 +4,12 @@ use std::fmt::Write;
 
 use crate::row::{Access, Default, Kind, Row};
 
-/// What an EDS says of the device, beside its objects.
+/// The sections of an EDS that describe the device and not its objects.
 #[derive(Clone, Debug)]
 pub struct Device {
     /// Name of the file.
     pub file: String,
-    /// What it is.
+    /// Description.
     pub description: String,
     /// Vendor's name.
     pub vendor: String,
@@ -153,7 +153,7 @@ fn describe(out: &mut String, object: &[Row]) {
     }
 }
 
-/// An ARRAY where all elements have one type; PDO parameters and identity are RECORDs by the standard.
+/// An ARRAY if all elements have one type; PDO parameters and identity are RECORDs by the standard.
 fn object_type(object: &[Row]) -> u8 {
     let record = matches!(object[0].index, 0x1018 | 0x1200..=0x1BFF);
     let mut kinds = object
@@ -180,7 +180,7 @@ fn variable(out: &mut String, name: &str, title: &str, row: &Row) {
         ("DataType", format!("0x{:04X}", row.kind.number())),
         ("AccessType", row.access.name().to_string()),
     ];
-    // Importers disagree on how a REAL32 is written, so that none gets a default.
+    // Importers disagree on the format of a REAL32: it gets no default.
     match &row.default {
         Default::Integer(_, text) | Default::Text(text) => {
             pairs.push(("DefaultValue", text.clone()));
@@ -188,7 +188,7 @@ fn variable(out: &mut String, name: &str, title: &str, row: &Row) {
         Default::NodeId(value) => pairs.push(("DefaultValue", format!("$NODEID+0x{value:X}"))),
         Default::None | Default::Real(_) => {}
     }
-    // A DOMAIN has no such keyword in CiA 306, and node-canopen refuses a sheet where it has.
+    // CiA 306 has no such keyword for a DOMAIN, and node-canopen refuses an EDS that has it.
     if row.kind != Kind::Domain {
         pairs.push(("PDOMapping", u8::from(row.mappable).to_string()));
     }

@@ -35,13 +35,15 @@ mod parse;
 mod row;
 mod storage;
 mod table;
+mod value;
 
 pub use eds::{Device, eds};
 pub use markdown::markdown;
 pub use parse::{ParseError, parse};
-pub use row::{Access, Default, Flag, Kind, Place, Relation, Row, ValuePath};
+pub use row::{Access, Default, Flag, Kind, Row};
 pub use storage::{Group, storage};
 pub use table::table;
+pub use value::{Place, Relation, ValuePath};
 
 /// First line of each generated file.
 const HEAD: &str =

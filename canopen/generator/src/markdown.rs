@@ -2,7 +2,8 @@
 
 use std::fmt::Write;
 
-use crate::row::{Default, Flag, Relation, Row};
+use crate::row::{Default, Flag, Row};
+use crate::value::Relation;
 
 /// Markdown: one table for each area of the dictionary.
 #[must_use]

@@ -1,5 +1,7 @@
 //! One entry of the CSV file.
 
+use crate::value::{Relation, ValuePath};
+
 /// Data type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
@@ -190,82 +192,6 @@ pub enum Flag {
     Hook,
 }
 
-/// The store in which a value lives.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place {
-    /// Control parameters of `model-core`.
-    Control,
-    /// Integer parameters of the board.
-    Parameters,
-    /// Values that the drive stores beside the parameters.
-    Values,
-    /// Values with an effect.
-    Command,
-    /// Computed values.
-    Measured,
-}
-
-impl Place {
-    /// Whether the generator declares a field for it.
-    pub(crate) const fn is_stored(self) -> bool {
-        matches!(self, Self::Parameters | Self::Values)
-    }
-}
-
-/// Where a value lives.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct ValuePath {
-    /// The store.
-    pub place: Place,
-    /// The group of a stored field; else empty.
-    pub group: String,
-    /// The field or the name.
-    pub field: String,
-}
-
-impl ValuePath {
-    /// From the text in the file.
-    #[must_use]
-    pub fn from_text(text: &str) -> Option<Self> {
-        let (place, rest) = text.split_once('.')?;
-        let place = match place {
-            "control" => Place::Control,
-            "parameters" => Place::Parameters,
-            "values" => Place::Values,
-            "command" => Place::Command,
-            "measured" => Place::Measured,
-            _ => return None,
-        };
-        let (group, field) = if place.is_stored() {
-            rest.split_once('.')?
-        } else {
-            ("", rest)
-        };
-        let is_name = |name: &str| {
-            name.starts_with(|c: char| c.is_ascii_lowercase())
-                && name
-                    .chars()
-                    .all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_')
-        };
-        (is_name(field) && (is_name(group) || !place.is_stored())).then(|| Self {
-            place,
-            group: group.to_string(),
-            field: field.to_string(),
-        })
-    }
-}
-
-/// What a value must fulfil beside its range.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Relation {
-    /// Below the value of that object.
-    Below((u16, u8)),
-    /// Not above the value of that object.
-    NotAbove((u16, u8)),
-    /// One of these.
-    OneOf(Vec<i32>),
-}
-
 /// One entry.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
@@ -287,7 +213,7 @@ pub struct Row {
     pub default: Default,
     /// Smallest and largest value, as in the file.
     pub limits: Option<(String, String)>,
-    /// Unit; empty where there is none.
+    /// Unit; empty for none.
     pub unit: String,
     /// What is special about it.
     pub flag: Flag,

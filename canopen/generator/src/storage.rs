@@ -3,7 +3,8 @@
 use std::fmt::Write;
 
 use crate::parse::integer;
-use crate::row::{Default, Kind, Place, Relation, Row, ValuePath};
+use crate::row::{Default, Kind, Row};
+use crate::value::{Place, Relation, ValuePath};
 
 /// A group of stored fields.
 #[derive(Clone, Copy, Debug)]

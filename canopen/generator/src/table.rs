@@ -3,7 +3,8 @@
 use std::fmt::Write;
 
 use crate::parse::integer;
-use crate::row::{Access, Default, Flag, Kind, Place, Row};
+use crate::row::{Access, Default, Flag, Kind, Row};
+use crate::value::Place;
 
 /// Rust source of the constants `OBJECTS`, `TEXTS` and `RELATIONS`, and of the enums `Command` and
 /// `Measured`.

@@ -73,16 +73,17 @@ pub struct Drive<'a> {
     failsafe: Failsafe,
     model: MotorModel,
     store: ParameterStore,
-    /// Faults of the way to the application: commands that stay out, and power that was refused.
+    /// Faults that the drive detects itself: missing commands, and a refused enable.
     own: FaultSet,
-    /// Control periods since a servo pulse.
+    /// Control periods since the last servo pulse.
     pulse_age: u16,
+    /// A bit rate that LSS has set.
     bit_rate_kbit_s: Option<u16>,
-    /// Of the node; 0 for none.
+    /// Node-ID of the node; 0 for none.
     node_id: u8,
-    /// What the board started after, until the first reset of the node, which is that start.
+    /// Conditions at the start of the board, for the first reset of the node.
     start: Start,
-    /// What only the board knows; it may write here at any time.
+    /// Counters of the board's program, which may write here at any time.
     pub diagnostics: Diagnostics,
 }
 
@@ -124,7 +125,7 @@ impl<'a> Drive<'a> {
         &self.application
     }
 
-    /// Everything that is latched: of the application, and of the way to it.
+    /// All latched faults, of the application and of the drive.
     pub fn latched(&self) -> FaultSet {
         self.application.faults().latched().or(self.own)
     }
@@ -144,12 +145,12 @@ impl<'a> Drive<'a> {
         self.store.finish(is_successful);
     }
 
-    /// The bridge was told too late for the edge that was meant: the last period counts as missed.
+    /// The duty was written too late for its PWM edge: the last period counts as missed.
     pub fn was_late(&mut self) {
         self.application.was_late();
     }
 
-    /// The bit rate to go over to, kbit/s, once.
+    /// The bit rate to switch to, kbit/s, once.
     pub fn take_bit_rate(&mut self) -> Option<u16> {
         self.bit_rate_kbit_s.take()
     }
