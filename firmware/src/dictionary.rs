@@ -25,7 +25,7 @@ use canopen::dictionary::{Address, Entry};
 
 use crate::parameters::{ObjectValue, Parameter};
 
-pub(crate) use table::{COMMUNICATION, Command, Measured};
+pub(crate) use table::{COMMUNICATION, DriveCommand, Measured};
 
 /// All objects of the actuator; the compiler checks their consistency.
 pub const DICTIONARY: Dictionary =
@@ -48,7 +48,7 @@ pub(crate) enum Location {
     /// A value that the drive stores.
     Value(ObjectValue),
     /// A value that code of the drive reads and writes.
-    Command(Command),
+    Command(DriveCommand),
     /// A value that is computed when it is read.
     Measured(Measured),
 }

@@ -6,7 +6,7 @@ use crate::parse::integer;
 use crate::row::{Access, Default, Flag, Kind, Row};
 use crate::value::Place;
 
-/// Rust source of the constants `OBJECTS`, `TEXTS` and `RELATIONS`, and of the enums `Command` and
+/// Rust source of the constants `OBJECTS`, `TEXTS` and `RELATIONS`, and of the enums `DriveCommand` and
 /// `Measured`.
 #[must_use]
 pub fn table(rows: &[Row]) -> String {
@@ -54,9 +54,9 @@ pub fn table(rows: &[Row]) -> String {
     names(
         &mut out,
         rows,
-        "Command",
+        "DriveCommand",
         "read and written by code of the drive",
-        |row| is_command(row),
+        is_command,
     );
     names(
         &mut out,
@@ -109,14 +109,14 @@ fn location(row: &Row, communication: &mut std::ops::RangeFrom<u8>) -> String {
     };
     let name = crate::camel_case(&path.field);
     match path.place {
-        _ if is_command(row) => format!("Location::Command(Command::{name})"),
+        _ if is_command(row) => format!("Location::Command(DriveCommand::{name})"),
         Place::Control => format!(
             "Location::Control(ControlParameters::row(\"{}\"))",
             path.field
         ),
         Place::Parameters => format!("Location::Parameter(Parameter::{name})"),
         Place::Values => format!("Location::Value(ObjectValue::{name})"),
-        Place::Command => format!("Location::Command(Command::{name})"),
+        Place::Command => format!("Location::Command(DriveCommand::{name})"),
         Place::Measured => format!("Location::Measured(Measured::{name})"),
     }
 }

@@ -168,7 +168,7 @@ pub(super) const OBJECTS: [(Entry, Location); 338] = [
     (Entry::new(0x1A03, 7, DataType::U32, Access::ReadWrite), Location::Communication(115)),
     (Entry::new(0x1A03, 8, DataType::U32, Access::ReadWrite), Location::Communication(116)),
     (Entry::new(0x1F80, 0, DataType::U32, Access::ReadWrite).value(0x4), Location::Communication(117)),
-    (Entry::new(0x2000, 0, DataType::U8, Access::ReadWrite).limits(&Limits::unsigned(0, 1)), Location::Command(Command::CommandSource)),
+    (Entry::new(0x2000, 0, DataType::U8, Access::ReadWrite).limits(&Limits::unsigned(0, 1)), Location::Command(DriveCommand::CommandSource)),
     (Entry::new(0x2001, 0, DataType::U8, Access::Const).value(8), Location::Server),
     (Entry::new(0x2001, 1, DataType::U16, Access::Read).mappable(Mapping::Transmit), Location::Measured(Measured::PulseWidthUs)),
     (Entry::new(0x2001, 2, DataType::U8, Access::Read).mappable(Mapping::Transmit), Location::Measured(Measured::PulseIsPresent)),
@@ -209,7 +209,7 @@ pub(super) const OBJECTS: [(Entry, Location); 338] = [
     (Entry::new(0x2012, 2, DataType::F32, Access::Read).mappable(Mapping::Transmit), Location::Measured(Measured::PredictedRateDegS)),
     (Entry::new(0x2012, 3, DataType::F32, Access::Read).mappable(Mapping::Transmit), Location::Measured(Measured::ResidualDeg)),
     (Entry::new(0x2020, 0, DataType::U8, Access::Const).value(12), Location::Server),
-    (Entry::new(0x2020, 1, DataType::U8, Access::ReadWrite).mappable(Mapping::Receive).limits(&Limits::unsigned(0, 1)), Location::Command(Command::ExcitationControl)),
+    (Entry::new(0x2020, 1, DataType::U8, Access::ReadWrite).mappable(Mapping::Receive).limits(&Limits::unsigned(0, 1)), Location::Command(DriveCommand::ExcitationControl)),
     (Entry::new(0x2020, 2, DataType::U8, Access::Read).mappable(Mapping::Transmit), Location::Measured(Measured::ExcitationStatus)),
     (Entry::new(0x2020, 3, DataType::I32, Access::ReadWrite).value(5).limits(&Limits::signed(0, 9)), Location::Value(ObjectValue::Shape)),
     (Entry::new(0x2020, 4, DataType::I32, Access::ReadWrite).value(5000).limits(&Limits::signed(-180000, 180000)), Location::Value(ObjectValue::AmplitudeMdeg)),
@@ -222,7 +222,7 @@ pub(super) const OBJECTS: [(Entry, Location); 338] = [
     (Entry::new(0x2020, 11, DataType::I32, Access::ReadWrite).value(8).limits(&Limits::signed(1, 8)), Location::Value(ObjectValue::Lines)),
     (Entry::new(0x2020, 12, DataType::I32, Access::ReadWrite).value(1).limits(&Limits::signed(1, 10000)), Location::Value(ObjectValue::Repetitions)),
     (Entry::new(0x2030, 0, DataType::U8, Access::Const).value(9), Location::Server),
-    (Entry::new(0x2030, 1, DataType::U8, Access::ReadWrite).limits(&Limits::unsigned(0, 1)), Location::Command(Command::CaptureControl)),
+    (Entry::new(0x2030, 1, DataType::U8, Access::ReadWrite).limits(&Limits::unsigned(0, 1)), Location::Command(DriveCommand::CaptureControl)),
     (Entry::new(0x2030, 2, DataType::U8, Access::Read).mappable(Mapping::Transmit), Location::Measured(Measured::CaptureStatus)),
     (Entry::new(0x2030, 3, DataType::U8, Access::ReadWrite).limits(&Limits::unsigned(0, 2)), Location::Value(ObjectValue::Trigger)),
     (Entry::new(0x2030, 4, DataType::U16, Access::ReadWrite), Location::Value(ObjectValue::PreTriggerRecords)),
@@ -290,14 +290,14 @@ pub(super) const OBJECTS: [(Entry, Location); 338] = [
     (Entry::new(0x2102, 1, DataType::I32, Access::ReadWrite).value(1).limits(&Limits::signed(1, 127)).guarded(), Location::Parameter(Parameter::NodeId)),
     (Entry::new(0x2102, 2, DataType::I32, Access::ReadWrite).value(1000).limits(&Limits::signed(500, 1000)).guarded(), Location::Parameter(Parameter::BitRateKbitS)),
     (Entry::new(0x603F, 0, DataType::U16, Access::Read).mappable(Mapping::Transmit), Location::Measured(Measured::ErrorCode)),
-    (Entry::new(0x6040, 0, DataType::U16, Access::ReadWrite).mappable(Mapping::Receive), Location::Command(Command::Controlword)),
+    (Entry::new(0x6040, 0, DataType::U16, Access::ReadWrite).mappable(Mapping::Receive), Location::Command(DriveCommand::Controlword)),
     (Entry::new(0x6041, 0, DataType::U16, Access::Read).mappable(Mapping::Transmit), Location::Measured(Measured::Statusword)),
     (Entry::new(0x605A, 0, DataType::I16, Access::ReadWrite).value(2).limits(&Limits::signed(0, 8)), Location::Value(ObjectValue::QuickStopOption)),
     (Entry::new(0x605B, 0, DataType::I16, Access::ReadWrite).limits(&Limits::signed(0, 1)), Location::Value(ObjectValue::ShutdownOption)),
     (Entry::new(0x605C, 0, DataType::I16, Access::ReadWrite).value(1).limits(&Limits::signed(0, 1)), Location::Value(ObjectValue::DisableOption)),
     (Entry::new(0x605D, 0, DataType::I16, Access::ReadWrite).value(1).limits(&Limits::signed(1, 4)), Location::Value(ObjectValue::HaltOption)),
     (Entry::new(0x605E, 0, DataType::I16, Access::ReadWrite).value(2).limits(&Limits::signed(0, 4)), Location::Value(ObjectValue::FaultReactionOption)),
-    (Entry::new(0x6060, 0, DataType::I8, Access::ReadWrite).value(8).mappable(Mapping::Receive).limits(&Limits::signed(0, 9)), Location::Command(Command::Mode)),
+    (Entry::new(0x6060, 0, DataType::I8, Access::ReadWrite).value(8).mappable(Mapping::Receive).limits(&Limits::signed(0, 9)), Location::Command(DriveCommand::Mode)),
     (Entry::new(0x6061, 0, DataType::I8, Access::Read).value(8).mappable(Mapping::Transmit), Location::Measured(Measured::Mode)),
     (Entry::new(0x6062, 0, DataType::I32, Access::Read).mappable(Mapping::Transmit), Location::Measured(Measured::PositionDemandMdeg)),
     (Entry::new(0x6064, 0, DataType::I32, Access::Read).mappable(Mapping::Transmit), Location::Measured(Measured::PositionMdeg)),
@@ -314,7 +314,7 @@ pub(super) const OBJECTS: [(Entry, Location); 338] = [
     (Entry::new(0x6075, 0, DataType::U32, Access::ReadWrite).value(500).limits(&Limits::unsigned(50, 1600)).guarded(), Location::Parameter(Parameter::ContinuousMa)),
     (Entry::new(0x6078, 0, DataType::I16, Access::Read).mappable(Mapping::Transmit), Location::Measured(Measured::CurrentPermille)),
     (Entry::new(0x6079, 0, DataType::U32, Access::Read).mappable(Mapping::Transmit), Location::Measured(Measured::SupplyMv)),
-    (Entry::new(0x607A, 0, DataType::I32, Access::ReadWrite).mappable(Mapping::Receive), Location::Command(Command::TargetPosition)),
+    (Entry::new(0x607A, 0, DataType::I32, Access::ReadWrite).mappable(Mapping::Receive), Location::Command(DriveCommand::TargetPosition)),
     (Entry::new(0x607D, 0, DataType::U8, Access::Const).value(2), Location::Server),
     (Entry::new(0x607D, 1, DataType::I32, Access::ReadWrite).value(-60000_i32 as u32).guarded(), Location::Value(ObjectValue::MinPositionMdeg)),
     (Entry::new(0x607D, 2, DataType::I32, Access::ReadWrite).value(60000).guarded(), Location::Value(ObjectValue::MaxPositionMdeg)),
@@ -325,7 +325,7 @@ pub(super) const OBJECTS: [(Entry, Location); 338] = [
     (Entry::new(0x6085, 0, DataType::U32, Access::ReadWrite).value(6000000), Location::Value(ObjectValue::QuickStopDecelerationMdegS2)),
     (Entry::new(0x60A8, 0, DataType::U32, Access::Const).value(0xFD410000), Location::Server),
     (Entry::new(0x60A9, 0, DataType::U32, Access::Const).value(0xFD410300), Location::Server),
-    (Entry::new(0x60B1, 0, DataType::I32, Access::ReadWrite).mappable(Mapping::Receive), Location::Command(Command::VelocityOffset)),
+    (Entry::new(0x60B1, 0, DataType::I32, Access::ReadWrite).mappable(Mapping::Receive), Location::Command(DriveCommand::VelocityOffset)),
     (Entry::new(0x60C2, 0, DataType::U8, Access::Const).value(2), Location::Server),
     (Entry::new(0x60C2, 1, DataType::U8, Access::ReadWrite).value(20), Location::Value(ObjectValue::InterpolationTime)),
     (Entry::new(0x60C2, 2, DataType::I8, Access::ReadWrite).value(-3_i32 as u32).limits(&Limits::signed(-6, 0)), Location::Value(ObjectValue::InterpolationIndex)),
@@ -343,7 +343,7 @@ pub(super) const OBJECTS: [(Entry, Location); 338] = [
     (Entry::new(0x60FB, 1, DataType::F32, Access::ReadWrite).value(f32::to_bits(8.0)).mappable(Mapping::Receive).limits(&Limits::real(0.0, 500.0)), Location::Control(ControlParameters::row("position_gain"))),
     (Entry::new(0x60FB, 2, DataType::F32, Access::ReadWrite), Location::Control(ControlParameters::row("rate_command_limit_up_deg_s"))),
     (Entry::new(0x60FB, 3, DataType::F32, Access::ReadWrite), Location::Control(ControlParameters::row("rate_command_limit_down_deg_s"))),
-    (Entry::new(0x60FF, 0, DataType::I32, Access::ReadWrite).mappable(Mapping::Receive), Location::Command(Command::TargetVelocity)),
+    (Entry::new(0x60FF, 0, DataType::I32, Access::ReadWrite).mappable(Mapping::Receive), Location::Command(DriveCommand::TargetVelocity)),
     (Entry::new(0x6402, 0, DataType::U16, Access::Const).value(1), Location::Server),
     (Entry::new(0x6502, 0, DataType::U32, Access::Const).value(0x185), Location::Server),
 ];
@@ -368,7 +368,7 @@ pub(super) const RELATIONS: &[Relation] = &[
 
 /// A value that is read and written by code of the drive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Command {
+pub enum DriveCommand {
     /// 2000h Command source.
     CommandSource,
     /// 2020h:01 Excitation generator: Control.

@@ -6,7 +6,7 @@ use super::{Drive, objects::abort};
 use crate::{
     application::{CommandSource, Request},
     capture::{CaptureSettings, Signal, Trigger},
-    dictionary::{Command, Measured},
+    dictionary::{DriveCommand, Measured},
     parameters::{ExcitationSettings, Parameter},
     timing::thousandths,
 };
@@ -40,50 +40,50 @@ impl Commands {
 
 impl Drive<'_> {
     /// The present value of a command.
-    pub(super) fn command_value(&self, command: Command) -> u64 {
+    pub(super) fn command_value(&self, command: DriveCommand) -> u64 {
         use super::measured::signed;
         let commands = &self.commands;
         match command {
-            Command::CommandSource => self.application.selected_source() as u64,
-            Command::ExcitationControl => self.measured(Measured::ExcitationStatus),
-            Command::CaptureControl => u64::from(matches!(self.capture.phase() as u8, 1 | 2)),
-            Command::Controlword => u64::from(commands.controlword),
-            Command::Mode => signed(i32::from(commands.mode)),
-            Command::TargetPosition => signed(commands.target_position_mdeg),
-            Command::TargetVelocity => signed(commands.target_velocity_mdeg_s),
-            Command::VelocityOffset => signed(commands.velocity_offset_mdeg_s),
+            DriveCommand::CommandSource => self.application.selected_source() as u64,
+            DriveCommand::ExcitationControl => self.measured(Measured::ExcitationStatus),
+            DriveCommand::CaptureControl => u64::from(matches!(self.capture.phase() as u8, 1 | 2)),
+            DriveCommand::Controlword => u64::from(commands.controlword),
+            DriveCommand::Mode => signed(i32::from(commands.mode)),
+            DriveCommand::TargetPosition => signed(commands.target_position_mdeg),
+            DriveCommand::TargetVelocity => signed(commands.target_velocity_mdeg_s),
+            DriveCommand::VelocityOffset => signed(commands.velocity_offset_mdeg_s),
         }
     }
 
     /// Executes a command.
-    pub(super) fn execute(&mut self, command: Command, value: u64) -> Result<(), Abort> {
+    pub(super) fn execute(&mut self, command: DriveCommand, value: u64) -> Result<(), Abort> {
         let commands = &mut self.commands;
         match command {
-            Command::CommandSource => return self.switch_source(value),
-            Command::ExcitationControl if value == 0 => {
+            DriveCommand::CommandSource => return self.switch_source(value),
+            DriveCommand::ExcitationControl if value == 0 => {
                 let stopped = self.application.request(Request::StopExcitation);
                 return stopped.map_err(abort);
             }
-            Command::ExcitationControl => return self.start_excitation(),
-            Command::CaptureControl if value == 0 => self.capture.stop(),
-            Command::CaptureControl => self.arm_capture(),
-            Command::Controlword => commands.controlword = value as u16,
-            Command::Mode => {
+            DriveCommand::ExcitationControl => return self.start_excitation(),
+            DriveCommand::CaptureControl if value == 0 => self.capture.stop(),
+            DriveCommand::CaptureControl => self.arm_capture(),
+            DriveCommand::Controlword => commands.controlword = value as u16,
+            DriveCommand::Mode => {
                 let mode = value as i8;
                 if canopen::cia402::Mode::from_code(mode).is_none() {
                     return Err(Abort::Value);
                 }
                 commands.mode = mode;
             }
-            Command::TargetPosition => {
+            DriveCommand::TargetPosition => {
                 commands.target_position_mdeg = value as i32;
                 self.failsafe.commanded();
             }
-            Command::TargetVelocity => {
+            DriveCommand::TargetVelocity => {
                 commands.target_velocity_mdeg_s = value as i32;
                 self.failsafe.commanded();
             }
-            Command::VelocityOffset => {
+            DriveCommand::VelocityOffset => {
                 commands.velocity_offset_mdeg_s = value as i32;
                 self.failsafe.commanded();
             }
