@@ -10,7 +10,7 @@ use super::{
 };
 use identification::{
     Options,
-    assessment::SecondOpinion,
+    assessment::NonparametricAnalysis,
     compare::{Candidate, Comparison},
     models,
 };
@@ -73,11 +73,11 @@ impl Compare {
         for (name, error) in &comparison.refused {
             eprintln!("warning: {name} was not compared: {error}");
         }
-        let second_opinion = SecondOpinion::of(&loaded.fitted);
+        let nonparametric = NonparametricAnalysis::of(&loaded.fitted);
         let found = Found {
             assessments: &comparison.assessments,
             ranking: Some(&comparison.ranking),
-            second_opinion: &second_opinion,
+            nonparametric: &nonparametric,
             loaded: &loaded,
         };
         Ok(self.outputs.write(&found)?)

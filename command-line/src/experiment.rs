@@ -19,7 +19,7 @@ use identification::{
     Model, Recording,
     contradictions::ParameterOption,
     design::{
-        Bench, Designed, ENCODER_DEG, LEAST_STEP_S,
+        Designed, ENCODER_DEG, ExperimentSetup, LEAST_STEP_S,
         inputs::{Limits, bandwidth_hz, best, design},
     },
     models, parameter_file,
@@ -106,7 +106,7 @@ impl Experiment {
         Ok(())
     }
 
-    fn bench(&self) -> Result<Bench, Error> {
+    fn bench(&self) -> Result<ExperimentSetup, Error> {
         let within = |option, value: f64, low: f64, high: f64, expected| {
             // Written so that NaN fails.
             if value >= low && value <= high {
@@ -154,19 +154,19 @@ impl Experiment {
         let unknown = "the parser has let a model pass that it does not know";
         let model = models::named(&self.model).expect(unknown);
         check_command(&*model)?;
-        let mut bench = Bench {
+        let mut bench = ExperimentSetup {
             noise_deg: self.noise,
             resolution_deg: self.resolution,
             step_s: 1.0 / self.rate,
             duration_s: self.duration,
-            ..Bench::new(model)
+            ..ExperimentSetup::new(model)
         };
         self.expect(&mut bench)?;
         Ok(bench)
     }
 
     /// The expected values, and what is looked for.
-    fn expect(&self, bench: &mut Bench) -> Result<(), Error> {
+    fn expect(&self, bench: &mut ExperimentSetup) -> Result<(), Error> {
         let table = bench.model.parameters().to_vec();
         let is_motor = parameter_file::simulated(&self.model) == Some(ModelKind::Board);
         let place = |name: &str| {
@@ -206,7 +206,7 @@ impl Experiment {
     }
 
     /// All inputs that can be made; those that cannot are named on standard error.
-    fn designs(&self, bench: &Bench, limits: &Limits) -> Result<Vec<Designed>, Error> {
+    fn designs(&self, bench: &ExperimentSetup, limits: &Limits) -> Result<Vec<Designed>, Error> {
         let names = Input::NAMES.iter();
         let is_asked = |name: &str| self.input.is_empty() || self.input.iter().any(|i| i == name);
         let names: Vec<&str> = names.copied().filter(|name| is_asked(name)).collect();

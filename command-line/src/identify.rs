@@ -20,7 +20,7 @@ use host_sim::{
     fit_page::{self, Content, tables},
 };
 use identification::{
-    assessment::{Assessment, SecondOpinion},
+    assessment::{Assessment, NonparametricAnalysis},
     compare::Ranking,
     document, models, parameter_file,
 };
@@ -87,7 +87,7 @@ impl Identify {
         self.search.check(&chosen)?;
         let loaded = self.data.load()?;
         let assessments = self.search.fit(chosen, &loaded)?;
-        let second_opinion = SecondOpinion::of(&loaded.fitted);
+        let nonparametric = NonparametricAnalysis::of(&loaded.fitted);
         for assessment in &assessments {
             for warning in &assessment.warnings {
                 eprintln!("warning: {}: {warning}", assessment.name);
@@ -103,7 +103,7 @@ impl Identify {
         let found = Found {
             assessments: &assessments,
             ranking: None,
-            second_opinion: &second_opinion,
+            nonparametric: &nonparametric,
             loaded: &loaded,
         };
         Ok(self.outputs.write(&found)?)
@@ -117,7 +117,7 @@ pub struct Found<'a> {
     /// Which is enough; `None` where that was not asked.
     pub ranking: Option<&'a Ranking>,
     /// What the recordings say without a model.
-    pub second_opinion: &'a SecondOpinion,
+    pub nonparametric: &'a NonparametricAnalysis,
     /// The recordings.
     pub loaded: &'a Loaded,
 }
@@ -142,7 +142,7 @@ impl Outputs {
             let content = Content {
                 assessments: found.assessments,
                 ranking: found.ranking,
-                second_opinion: found.second_opinion,
+                nonparametric: found.nonparametric,
                 notes: &found.loaded.notes,
             };
             fit_page::page(&content).write(path)?;
@@ -164,12 +164,7 @@ impl Outputs {
 
 fn json(found: &Found<'_>) -> String {
     let notes = &found.loaded.notes;
-    document::text(
-        found.assessments,
-        found.ranking,
-        found.second_opinion,
-        notes,
-    )
+    document::text(found.assessments, found.ranking, found.nonparametric, notes)
 }
 
 fn print(found: &Found<'_>) -> Result<(), Error> {
@@ -183,11 +178,11 @@ fn print(found: &Found<'_>) -> Result<(), Error> {
         }
     }
     output::print_table(&tables::quality(found.assessments))?;
-    let systems = tables::equivalents(found.second_opinion);
+    let systems = tables::equivalents(found.nonparametric);
     if !systems.rows.is_empty() {
         output::print_table(&systems)?;
     }
-    output::print_table(&tables::delays(found.second_opinion))?;
+    output::print_table(&tables::delays(found.nonparametric))?;
     match found.ranking {
         Some(ranking) => output::print(&format!("\n{}.\n", ranking.verdict)),
         None => Ok(()),

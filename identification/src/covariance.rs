@@ -1,8 +1,8 @@
-//! What the data say of how well the unknowns are known.
+//! Covariance of the estimates.
 //!
-//! For white residuals of variance `s^2` the covariance is that of Cramer and Rao, `s^2 (J' J)^-1`.
-//! Residuals of a model that is not the truth are correlated in time, and the white formula is too
-//! bold; with their autocorrelation `R` it is `(J' J)^-1 (sum J_i' R(i - j) J_j) (J' J)^-1`
+//! For white residuals of variance `s^2` the covariance is the Cramer-Rao bound, `s^2 (J' J)^-1`. The
+//! residuals of a model that is not exact are correlated in time, and the bound is then too small;
+//! with their autocorrelation `R` the covariance is `(J' J)^-1 (sum J_i' R(i - j) J_j) (J' J)^-1`
 //! (Morelli and Klein, J. Aircraft 34, 1997, "Accuracy of aerodynamic model parameters estimated
 //! from flight test data").
 
@@ -16,7 +16,7 @@ use super::unknowns::Unknowns;
 /// Covariances of the unknowns at an optimum.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Covariance {
-    /// The unknowns that the matrices are about: neither at a bound nor without influence.
+    /// The unknowns in the rows of the matrices: neither at a bound nor without influence.
     pub rows: Vec<usize>,
     /// For white residuals.
     pub white: DMatrix<f64>,
@@ -26,15 +26,15 @@ pub struct Covariance {
     pub noise_deg: f64,
 }
 
-/// Of the eigenvalues of the normalised `J' J`, below this share of the greatest a direction is
-/// not seen: two parameters whose effects differ by less than 1e-5 of either.
-const UNSEEN: f64 = 1e-10;
+/// Share of the largest eigenvalue of the normalised `J' J` below which a direction is not
+/// observable: two parameters whose effects differ by less than 1e-5 of either.
+const NEGLIGIBLE_EIGENVALUE: f64 = 1e-10;
 
-/// How strongly an unknown takes part in an unseen direction to be called unseen itself.
-const TAKES_PART: f64 = 0.1;
+/// Component in a direction that is not observable from which an unknown is not identifiable.
+const INVOLVED: f64 = 0.1;
 
-/// The covariances where a search ended, with the fits of all experiments there. `is_held` says
-/// which unknowns stand at a bound.
+/// The covariances at the end of a search, with the fits of all experiments there. `is_held` marks the
+/// unknowns at a bound.
 pub fn covariance(
     problem: &Problem,
     unknowns: &Unknowns,
@@ -46,8 +46,8 @@ pub fn covariance(
     let residuals: Vec<Vec<f64>> = fits.iter().map(compared).collect();
     let samples: usize = residuals.iter().map(Vec::len).sum();
     let acting = (0..found.point.len()).filter(|i| hessian[(*i, *i)] > 0.0);
-    // One that stands at a bound for want of data takes others with it.
-    let mut rows = seen(hessian, acting.collect());
+    // An unknown at a bound for lack of information makes others unidentifiable, too.
+    let mut rows = identifiable(hessian, acting.collect());
     rows.retain(|i| !is_held[*i]);
     let n = rows.len();
     let freedom = samples.saturating_sub(n).max(1) as f64;
@@ -70,14 +70,14 @@ pub fn covariance(
     }
 }
 
-/// The residuals that there are.
+/// The residuals that are not missing.
 fn compared(fit: &ExperimentFit) -> Vec<f64> {
     let residuals = fit.residual_deg.iter().copied();
     residuals.filter(|r| !r.is_nan()).collect()
 }
 
-/// Those of the unknowns that take no part in a direction that the data do not see.
-pub(super) fn seen(hessian: &DMatrix<f64>, mut rows: Vec<usize>) -> Vec<usize> {
+/// The unknowns without a component in a direction that is not observable.
+pub(super) fn identifiable(hessian: &DMatrix<f64>, mut rows: Vec<usize>) -> Vec<usize> {
     while !rows.is_empty() {
         let n = rows.len();
         let scale = |i: usize| hessian[(rows[i], rows[i])].sqrt();
@@ -86,13 +86,14 @@ pub(super) fn seen(hessian: &DMatrix<f64>, mut rows: Vec<usize>) -> Vec<usize> {
         });
         let eigen = SymmetricEigen::new(normalised);
         let greatest = eigen.eigenvalues.max();
-        let unseen = (0..n).filter(|k| eigen.eigenvalues[*k] < UNSEEN * greatest);
-        let takes_part = |i: usize, k: usize| eigen.eigenvectors[(i, k)].abs() > TAKES_PART;
-        let unseen: Vec<usize> = unseen.collect();
-        if unseen.is_empty() {
+        let null_directions =
+            (0..n).filter(|k| eigen.eigenvalues[*k] < NEGLIGIBLE_EIGENVALUE * greatest);
+        let is_involved = |i: usize, k: usize| eigen.eigenvectors[(i, k)].abs() > INVOLVED;
+        let null_directions: Vec<usize> = null_directions.collect();
+        if null_directions.is_empty() {
             break;
         }
-        let left = (0..n).filter(|i| !unseen.iter().any(|k| takes_part(*i, *k)));
+        let left = (0..n).filter(|i| !null_directions.iter().any(|k| is_involved(*i, *k)));
         rows = left.map(|i| rows[i]).collect();
     }
     rows
@@ -115,12 +116,14 @@ fn middle(
             DMatrix::from_row_slice(width, width, &sums.information) * *level
         } else {
             let mut slopes = Vec::with_capacity(angles.len() * width);
-            let seen = &mut |i: usize, angle: f64, slope: &[f64]| {
+            let identifiable = &mut |i: usize, angle: f64, slope: &[f64]| {
                 if !(angles[i] - angle).is_nan() {
                     slopes.extend_from_slice(slope);
                 }
             };
-            problem.model.sensitivity(run, &values, &own.free, seen);
+            problem
+                .model
+                .sensitivity(run, &values, &own.free, identifiable);
             weighted_products(&slopes, width, &correlation)
         };
         for (i, &row) in own.columns.iter().enumerate() {

@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 use serde_json::{Map, Value, json};
 
 use super::{
-    assessment::{Assessed, Assessment, Limited, SecondOpinion, overall},
+    assessment::{Assessed, Assessment, Limited, NonparametricAnalysis, overall},
     data::Note,
     fit::{Bound, Estimate, Fit, Termination},
     frequency::{Equivalent, FrequencyResponse, Shape},
@@ -16,10 +16,10 @@ use super::{
 pub fn text(
     assessments: &[Assessment],
     order: Option<&super::compare::Ranking>,
-    second_opinion: &SecondOpinion,
+    nonparametric: &NonparametricAnalysis,
     notes: &[Note],
 ) -> String {
-    let mut document = document(assessments, second_opinion, notes);
+    let mut document = document(assessments, nonparametric, notes);
     if let Some(order) = order {
         document.insert("ranking".into(), ranking(order, assessments));
     }
@@ -30,7 +30,7 @@ pub fn text(
 /// Numbers that are not finite are null.
 pub fn document(
     assessments: &[Assessment],
-    second_opinion: &SecondOpinion,
+    nonparametric: &NonparametricAnalysis,
     notes: &[Note],
 ) -> Map<String, Value> {
     let models: Vec<Value> = assessments.iter().map(model).collect();
@@ -42,7 +42,7 @@ pub fn document(
         ("program", json!("actuator")),
         ("version", json!(env!("CARGO_PKG_VERSION"))),
         ("models", json!(models)),
-        ("second_opinion", opinion(second_opinion)),
+        ("second_opinion", opinion(nonparametric)),
         ("notes", json!(notes)),
     ];
     entries
@@ -70,9 +70,9 @@ fn model(assessment: &Assessment) -> Value {
         "free_parameters": assessment.unknowns(),
         "aic": assessment.criteria.aic,
         "bic": assessment.criteria.bic,
-        "command_is_held": fit.reading.is_held,
-        "command_may_be_held": fit.is_hold_open,
-        "begins_at_rest": fit.reading.begins_at_rest,
+        "command_is_held": fit.assumptions.is_held,
+        "command_may_be_held": fit.is_hold_undetermined,
+        "begins_at_rest": fit.assumptions.begins_at_rest,
         "correlation": {
             "parameters": names.collect::<Vec<_>>(),
             "matrix": matrix(&fit.correlation),
@@ -195,7 +195,7 @@ fn correlations(c: &Correlations) -> Value {
     })
 }
 
-fn opinion(opinion: &SecondOpinion) -> Value {
+fn opinion(opinion: &NonparametricAnalysis) -> Value {
     let delay = |(name, delay): &(String, Option<super::statistics::delay::DelayEstimate>)| {
         json!({
             "experiment": name,

@@ -1,15 +1,15 @@
-//! The search as a whole: many starts, the best of them, and what is to be said of it.
+//! The complete search: many starting points, the best optimum, and its statistics.
 
+mod assumptions;
+mod likelihood_ratio;
 mod nested;
 mod outcome;
 mod preview;
-mod reading;
-mod release;
 mod starts;
 
 use rayon::prelude::*;
 
-use super::experiment::{Experiment, Reading};
+use super::experiment::{Assumptions, Experiment};
 use super::fit::{ExperimentFit, Fit};
 use super::levenberg::{Found, Limits, search};
 use super::normal::{Normal, normal};
@@ -17,14 +17,15 @@ use super::problem::{IdentifyError, Problem, Role, Scope};
 use super::unknowns::Unknowns;
 use preview::Preview;
 
-/// How to search.
+/// Options of the search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
-    /// Starts: the one of the problem, the one of a first look, and others scattered around them.
+    /// Number of starting points: the problem's, the one estimated from the data, and random ones
+    /// around these.
     pub starts: usize,
-    /// Seed of the scatter.
+    /// Seed of the random starting points.
     pub seed: u64,
-    /// When each search ends.
+    /// Termination criteria of each search.
     pub limits: Limits,
 }
 
@@ -38,18 +39,18 @@ impl Default for Options {
     }
 }
 
-/// Is told how far the search is, and may stop it.
+/// Receives the progress of a search, and may stop it.
 pub trait Progress: Sync {
-    /// So many of so many starts are done; the least cost so far, deg^2.
+    /// Called after each start, with the lowest cost so far, deg^2.
     fn done(&self, _done: usize, _of: usize, _best_cost: f64) {}
 
-    /// Whether to stop with the best that there is.
+    /// Whether to stop with the best result so far.
     fn is_stopped(&self) -> bool {
         false
     }
 }
 
-/// Tells nobody.
+/// Reports no progress.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Quiet;
 
@@ -58,7 +59,7 @@ impl Progress for Quiet {}
 /// Fits a model to recordings.
 ///
 /// # Errors
-/// [`IdentifyError`] for what cannot be fitted; a poor fit is none.
+/// [`IdentifyError`]; a poor fit is not an error.
 pub fn fit(
     problem: &Problem,
     options: &Options,
@@ -67,9 +68,8 @@ pub fn fit(
     fit_from(problem, options, progress, &[])
 }
 
-/// The same, beginning also where simpler models fit best: `known` holds fits of special cases of the
-/// model, or of the model with more of its parameters held, to the same recordings. Others are
-/// passed over.
+/// The same with additional starting points: `known` contains fits to the same recordings of nested
+/// models, or of the model with more of its parameters fixed. Other fits are ignored.
 ///
 /// # Errors
 /// Those of [`fit`].
@@ -80,26 +80,31 @@ pub fn fit_from(
     known: &[&Fit],
 ) -> Result<Fit, IdentifyError> {
     let usual = solve(problem, options, progress, known)?;
-    let (other, mut solution) = reading::decided(problem, usual, options, progress, known)?;
+    let (other, mut solution) = assumptions::decided(problem, usual, options, progress, known)?;
     let problem = other.as_ref().unwrap_or(problem);
     let (unknowns, found) = (&solution.unknowns, solution.found);
     let is_stopped = || progress.is_stopped();
-    solution.found =
-        release::needless_limits(problem, unknowns, found, &options.limits, &is_stopped);
+    solution.found = likelihood_ratio::without_insignificant_limits(
+        problem,
+        unknowns,
+        found,
+        &options.limits,
+        &is_stopped,
+    );
     Ok(outcome::fit(problem, &solution))
 }
 
-/// Where a model fits best.
+/// The optimum of a model.
 struct Solution {
     unknowns: Unknowns,
     found: Found,
-    /// How many searches there were, and how many ended there.
+    /// Number of searches, and how many of them ended there.
     starts: (usize, usize),
-    /// How the recordings are read.
-    reading: Reading,
-    /// Whether the command may be held as well as smooth.
-    is_hold_open: bool,
-    /// The special case that fits as well but for chance.
+    /// The assumptions about the recordings.
+    assumptions: Assumptions,
+    /// Whether a zero-order hold of the command fits as well as a smooth command.
+    is_hold_undetermined: bool,
+    /// The nested model that fits as well by a likelihood-ratio test.
     no_better_than: Option<&'static str>,
 }
 
@@ -114,7 +119,7 @@ fn solve(
     let thinned = preview.as_ref().filter(|preview| preview.is_thinned);
     let where_to_nest = thinned.map_or(problem, |preview| &preview.problem);
     let nested = nested::starts(where_to_nest, &unknowns, options, progress, known);
-    let descent = Descent {
+    let descent = Searches {
         problem,
         unknowns: &unknowns,
         limits: options.limits,
@@ -128,8 +133,8 @@ fn solve(
             unknowns,
             found,
             starts: (1, 1),
-            reading: Reading::default(),
-            is_hold_open: false,
+            assumptions: Assumptions::default(),
+            is_hold_undetermined: false,
             no_better_than: None,
         });
     }
@@ -147,12 +152,12 @@ fn solve(
             starts: share(&found),
             found: first(found)?,
             unknowns,
-            reading: Reading::default(),
-            is_hold_open: false,
+            assumptions: Assumptions::default(),
+            is_hold_undetermined: false,
             no_better_than: None,
         });
     };
-    let quick = Descent {
+    let quick = Searches {
         problem: &preview.problem,
         limits: preview.limits,
         ..descent
@@ -161,27 +166,28 @@ fn solve(
     let share = share(&seen);
     let finalists = seen.into_iter().take(preview.finalists);
     let mut finalists: Vec<Vec<f64>> = finalists.map(|found| found.point).collect();
-    // What the preview makes of a case is not what the problem does: no worse than the case.
+    // The preview's optimum may differ: starting at the nested optimum, the fit is never worse than it.
     finalists.extend(points);
     let silent = nested::Silent(progress);
-    let last = Descent {
+    let last = Searches {
         progress: &silent,
         ..descent
     };
     let found = first(last.each(&finalists)?)?;
-    let (found, no_better_than) = release::needless_rest(problem, &unknowns, found, &nested);
+    let (found, no_better_than) =
+        likelihood_ratio::reduced_to_nested(problem, &unknowns, found, &nested);
     Ok(Solution {
         unknowns,
         found,
         starts: share,
-        reading: Reading::default(),
-        is_hold_open: false,
+        assumptions: Assumptions::default(),
+        is_hold_undetermined: false,
         no_better_than,
     })
 }
 
-/// Where the searches begin: where somebody or a first look says, where special cases fit best, and
-/// at points around these.
+/// The starting points: the given ones, those estimated from the data, the optima of nested models,
+/// and random points around these.
 fn all_starts(
     problem: &Problem,
     unknowns: &Unknowns,
@@ -191,12 +197,12 @@ fn all_starts(
 ) -> Vec<Vec<f64>> {
     let mut all = vec![unknowns.start()];
     if options.starts > 1 {
-        all = starts::sure(problem, unknowns);
+        all = starts::given_and_estimated(problem, unknowns);
         let centre = all[all.len() - 1].clone();
         if let Some(preview) = preview.filter(|_| problem.model.has_many_minima()) {
             let centres = [&centre, nested.last().unwrap_or(&centre)].map(Vec::as_slice);
             let is_stopped = || progress.is_stopped();
-            all.extend(preview.promising(unknowns, centres, options, &is_stopped));
+            all.extend(preview.best_points(unknowns, centres, options, &is_stopped));
         } else {
             let around = all.len()..options.starts;
             all.extend(
@@ -208,16 +214,16 @@ fn all_starts(
     all
 }
 
-/// Searches of one problem.
+/// Local searches of one problem.
 #[derive(Clone, Copy)]
-struct Descent<'a> {
+struct Searches<'a> {
     problem: &'a Problem,
     unknowns: &'a Unknowns,
     limits: Limits,
     progress: &'a dyn Progress,
 }
 
-impl Descent<'_> {
+impl Searches<'_> {
     fn one(&self, start: &[f64]) -> Option<Found> {
         let is_stopped = || self.progress.is_stopped();
         search(
@@ -229,8 +235,8 @@ impl Descent<'_> {
         )
     }
 
-    /// From each of several starts, the best first. Once somebody wishes to stop, none is begun but
-    /// the first: what there is then is the answer.
+    /// Searches from each of several starting points; returns the optima, best first. After a request to
+    /// stop only the first search is still begun, so that there is a result.
     fn each(&self, starts: &[Vec<f64>]) -> Result<Vec<Found>, IdentifyError> {
         let state = std::sync::Mutex::new((0, f64::INFINITY));
         let one = |(index, start): (usize, &Vec<f64>)| {
@@ -258,7 +264,7 @@ fn first(found: Vec<Found>) -> Result<Found, IdentifyError> {
     found.into_iter().next().ok_or(IdentifyError::NotFinite)
 }
 
-/// How many searches there were, and how many ended at the cost of the first, which is the best.
+/// Number of searches, and how many of them ended at the cost of the first, which is the best.
 fn share(found: &[Found]) -> (usize, usize) {
     let best = found.first().map_or(f64::NAN, |f| f.cost);
     // A millionth of the cost is a thousandth of a standard error and less.
@@ -266,9 +272,9 @@ fn share(found: &[Found]) -> (usize, usize) {
     (found.len(), found.iter().filter(same).count())
 }
 
-/// Cost, gradient and Gauss-Newton matrix at a point: the information that the experiments hold.
-/// The unknowns are those parameters that are free, in the order of the model, with those that
-/// belong to one experiment repeated for each.
+/// Cost, gradient and Gauss-Newton matrix at a point: the information of the experiments. The
+/// unknowns are the free parameters in the order of the model; those with a value for each
+/// experiment occur once for each.
 ///
 /// # Errors
 /// Those of [`Unknowns::of`].
@@ -276,8 +282,8 @@ pub fn normal_equations(problem: &Problem, point: &[f64]) -> Result<Normal, Iden
     Ok(normal(problem, &Unknowns::of(problem)?, point))
 }
 
-/// What a fitted model says of a recording that it was not fitted to: its parameters are held, the
-/// state at the first sample alone is looked for.
+/// The prediction of a recording that the model was not fitted to: the parameters are fixed, and
+/// only the initial state is estimated.
 ///
 /// # Errors
 /// Those of [`fit`].
@@ -286,18 +292,18 @@ pub fn predict(
     fitted: &Fit,
     experiment: &Experiment,
 ) -> Result<ExperimentFit, IdentifyError> {
-    let read = |begins_at_rest: bool| {
-        let reading = Reading {
+    let under = |begins_at_rest: bool| {
+        let assumptions = Assumptions {
             begins_at_rest,
-            ..fitted.reading
+            ..fitted.assumptions
         };
-        predict_as_read(problem, fitted, experiment.read(reading))
+        predict_as_read(problem, fitted, experiment.under(assumptions))
     };
-    let usual = read(false)?;
-    if !reading::may_begin_at_rest(experiment) {
+    let usual = under(false)?;
+    if !assumptions::may_begin_at_rest(experiment) {
         return Ok(usual);
     }
-    let at_rest = read(true)?;
+    let at_rest = under(true)?;
     let is_closer = at_rest.fit_percent > usual.fit_percent;
     Ok(if is_closer { at_rest } else { usual })
 }

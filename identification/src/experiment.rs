@@ -1,16 +1,17 @@
-//! A recording made ready for simulation.
+//! A recording prepared for simulation.
 
 use std::sync::Arc;
 
 use super::command::{Reader, Segment, segments};
 use super::recording::{Hold, Recording, RecordingError};
 
-/// How a recording is read where it does not say it.
+/// Assumptions where a recording leaves its command open.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Reading {
-    /// A command that moves from sample to sample keeps each value until the next one.
+pub struct Assumptions {
+    /// Zero-order hold: a command that changes from sample to sample keeps each value until the next.
     pub is_held: bool,
-    /// The actuator rests until the first command arrives; else the first command has been there for long.
+    /// The actuator is at rest until the first command arrives; otherwise the first command was applied
+    /// long before.
     pub begins_at_rest: bool,
 }
 
@@ -19,8 +20,8 @@ pub struct Reading {
 pub struct Experiment {
     /// The recording.
     pub recording: Arc<Recording>,
-    /// Instants of the samples after the first, ns. Of even samples all steps are alike to the last
-    /// bit, so that what is computed for one serves all.
+    /// Instants of the samples after the first, ns. All steps of even samples are identical, so that
+    /// cached transitions apply to all.
     pub time_ns: Vec<i64>,
     /// The command.
     pub command: Vec<Segment>,
@@ -29,25 +30,25 @@ pub struct Experiment {
     pub drive: Vec<Segment>,
     /// The mean supply, V, where it was logged.
     pub supply_v: Option<f64>,
-    /// Whether there are few lengths of step.
+    /// Whether there are only a few different step lengths.
     pub is_even: bool,
-    /// Whether nothing moves until the first command arrives.
+    /// Whether the actuator is at rest until the first command arrives.
     pub begins_at_rest: bool,
-    /// Whether it serves to find a start alone: models that move in steps take longer ones.
+    /// Whether it is used for starting values only: models that are integrated take longer steps.
     pub is_preview: bool,
 }
 
-/// Samples that are kept or left out together.
+/// Number of consecutive samples that are selected together.
 const BLOCK: usize = 250;
 
 /// Multiples of the golden ratio fill the circle most evenly (Steinhaus' three gaps).
 const GOLDEN: f64 = 0.618_033_988_749_895;
 
-/// Time steps that are few enough to be kept.
+/// Number of step lengths whose transitions are cached.
 const FEW_STEPS: usize = 4;
 
 impl Experiment {
-    /// Makes a recording ready.
+    /// Prepares a recording.
     ///
     /// # Errors
     /// Those of [`Recording::check`].
@@ -56,7 +57,7 @@ impl Experiment {
         let first_s = recording.time_s[0];
         let instant = |time_s: &f64| ((time_s - first_s) * 1e9).round() as i64;
         let mut time_ns: Vec<i64> = recording.time_s.iter().map(instant).collect();
-        // Less than a nanosecond apart is apart.
+        // Instants remain distinct when they are less than a nanosecond apart.
         for i in 1..time_ns.len() {
             time_ns[i] = time_ns[i].max(time_ns[i - 1] + 1);
         }
@@ -78,37 +79,38 @@ impl Experiment {
         self.time_ns.len()
     }
 
-    /// Whether there is no sample; never, as it was checked.
+    /// Whether there is no sample; always false for a checked recording.
     pub fn is_empty(&self) -> bool {
         self.time_ns.is_empty()
     }
 
-    /// The command, to be read at instants that grow.
+    /// The command, to be evaluated at increasing instants.
     pub fn commands(&self) -> Reader<'_> {
         Reader::new(&self.command)
     }
 
-    /// The same in another reading. What the recording says of its command itself stands.
-    pub fn read(&self, reading: Reading) -> Self {
+    /// The same under other assumptions. A hold that the recording specifies takes precedence.
+    pub fn under(&self, assumptions: Assumptions) -> Self {
         let hold = match self.recording.hold {
-            Hold::Auto if reading.is_held => Hold::Zero,
+            Hold::Auto if assumptions.is_held => Hold::Zero,
             said => said,
         };
         Self {
             command: segments(&self.time_ns, &self.recording.command_deg, hold),
-            begins_at_rest: reading.begins_at_rest,
+            begins_at_rest: assumptions.begins_at_rest,
             ..self.clone()
         }
     }
 
-    /// The same with one of `every` blocks of its samples compared; the command stays whole. Within a block
-    /// the samples show what is fast, and no period of the recording hides between the blocks.
+    /// The same with one of `every` blocks of samples compared and the complete command. The samples
+    /// within a block resolve fast motion, and the irregular blocks alias with no period of the
+    /// recording.
     pub fn thinned(&self, every: usize) -> Self {
         let share = 1.0 / every.max(1) as f64;
         self.with_samples(|i| ((i / BLOCK) as f64 * GOLDEN).fract() < share)
     }
 
-    /// The same with only some of its samples compared; the command stays whole.
+    /// The same with only some samples compared and the complete command.
     pub fn with_samples(&self, kept: impl Fn(&usize) -> bool) -> Self {
         let places: Vec<usize> = (0..self.len()).filter(kept).collect();
         let take = |column: &[f64]| places.iter().map(|i| column[*i]).collect::<Vec<f64>>();
@@ -145,7 +147,7 @@ impl Experiment {
     }
 }
 
-/// The logged duty, corrected for a supply that moves.
+/// The logged duty, corrected for variations of the supply.
 fn drive(recording: &Recording, time_ns: &[i64], mean_v: Option<f64>) -> Vec<Segment> {
     let Some(duty_pct) = &recording.duty_pct else {
         return Vec::new();
@@ -161,14 +163,14 @@ fn drive(recording: &Recording, time_ns: &[i64], mean_v: Option<f64>) -> Vec<Seg
     segments(time_ns, &shares, Hold::Zero)
 }
 
-/// The mean of what is no NaN, if that is above zero.
+/// The mean of the values that are not NaN, if it is positive.
 fn mean(values: &[f64]) -> Option<f64> {
     let numbers = || values.iter().filter(|v| !v.is_nan());
     let mean = numbers().sum::<f64>() / numbers().count() as f64;
     (mean > 0.0).then_some(mean)
 }
 
-/// Whether nine of ten steps have one of few lengths.
+/// Whether nine of ten steps have one of a few lengths.
 fn is_even(time_ns: &[i64]) -> bool {
     let mut lengths: Vec<i64> = Vec::new();
     let mut others = 0;

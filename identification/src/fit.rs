@@ -1,11 +1,11 @@
-//! The outcome of an identification.
+//! The result of an identification.
 
 use nalgebra::DMatrix;
 
-use super::experiment::Reading;
+use super::experiment::Assumptions;
 use super::model::ActiveLimit;
 
-/// A bound that an estimate stands at.
+/// A bound that an estimate is at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Bound {
     /// The lower one.
@@ -14,35 +14,35 @@ pub enum Bound {
     High,
 }
 
-/// A parameter as it was found or given.
+/// An estimated or fixed parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Estimate {
     /// The parameter's name.
     pub name: &'static str,
     /// Its unit.
     pub unit: &'static str,
-    /// The experiment that it belongs to alone, by number; `None` where all share it.
+    /// The index of the experiment that has it; `None` where all share it.
     pub experiment: Option<usize>,
     /// Its value.
     pub value: f64,
-    /// Where the search for it began.
+    /// Its starting value.
     pub start: f64,
     /// Its bounds.
     pub bounds: (f64, f64),
-    /// Whether it was given and not looked for.
+    /// Whether it was fixed.
     pub fixed: bool,
-    /// Cramer-Rao standard error if the residuals are white; NaN where there is none: fixed, at its
-    /// bound, or not identifiable.
+    /// Cramer-Rao standard error for white residuals; NaN where it is fixed, at its bound, or not
+    /// identifiable.
     pub standard_error: f64,
     /// The same for residuals that are correlated in time.
     pub standard_error_coloured: f64,
-    /// The bound that it stands at.
+    /// The bound that it is at.
     pub at_bound: Option<Bound>,
-    /// Whether the experiments tell anything of it.
+    /// Whether the experiments determine it.
     pub identifiable: bool,
 }
 
-/// What a fit makes of one experiment.
+/// The fit of one experiment.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ExperimentFit {
     /// Name of the recording.
@@ -51,7 +51,7 @@ pub struct ExperimentFit {
     pub predicted_deg: Vec<f64>,
     /// Recorded less predicted angle, deg; NaN where no angle was recorded.
     pub residual_deg: Vec<f64>,
-    /// The model's limits at the samples.
+    /// The active limits at the samples.
     pub state: Vec<ActiveLimit>,
     /// `100 (1 - |residual|/|angle - mean|)`: the NRMSE fit, %.
     pub fit_percent: f64,
@@ -87,7 +87,7 @@ pub struct Fit {
     pub model: &'static str,
     /// All parameters, the fixed ones included.
     pub estimates: Vec<Estimate>,
-    /// Which of the estimates the rows of the matrices stand for: those with a standard error.
+    /// The indices of the estimates in the rows of the matrices: those with a standard error.
     pub rows: Vec<usize>,
     /// Covariance of the estimates for white residuals.
     pub covariance: DMatrix<f64>,
@@ -99,25 +99,25 @@ pub struct Fit {
     pub experiments: Vec<ExperimentFit>,
     /// Half the sum of squared residuals, deg^2.
     pub cost: f64,
-    /// Residuals that were compared.
+    /// Number of residuals.
     pub samples: usize,
-    /// Standard deviation of the residuals with the parameters' degrees of freedom taken off, deg.
+    /// Standard deviation of the residuals with the degrees of freedom of the parameters subtracted, deg.
     pub noise_deg: f64,
     /// `100 (1 - |residual|/|angle - mean|)` over all experiments, %.
     pub fit_percent: f64,
-    /// Iterations of the search that found it.
+    /// Iterations of the search.
     pub iterations: usize,
-    /// Why that search ended.
+    /// The reason why the search ended.
     pub termination: Termination,
-    /// Starts that were tried, and how many of them ended here.
+    /// Number of starting points, and how many of them ended in this optimum.
     pub starts: (usize, usize),
-    /// How the recordings are read.
-    pub reading: Reading,
-    /// Whether a command that is held from sample to sample would fit as well as the smooth one that was
-    /// taken, but for chance: the delay is then known to half a sample only.
-    pub is_hold_open: bool,
-    /// The special case of the model that fits as well but for chance: the estimates are its own then, and
-    /// what the model has beyond it does nothing.
+    /// The assumptions about the recordings.
+    pub assumptions: Assumptions,
+    /// Whether a zero-order hold of the command fits as well as the assumed smooth command: the delay is
+    /// then determined to half a sample only.
+    pub is_hold_undetermined: bool,
+    /// The nested model that fits as well by a likelihood-ratio test: the estimates are its optimum, and
+    /// the additional parameters have no effect.
     pub no_better_than: Option<&'static str>,
 }
 

@@ -1,11 +1,10 @@
 //! Bounded Levenberg-Marquardt.
 //!
-//! The search goes by `s`: the logarithm of an unknown that is a size, the unknown itself
-//! otherwise. Each step solves `(H + lambda D) ds = -g` over those unknowns that are not held by
-//! a bound, `D` being the greatest diagonal of `H` so far (Marquardt, SIAM J. Appl. Math. 11, 1963;
-//! More, LNM 630, 1978), and is cut off at the bounds (projection). `lambda` follows the ratio of
-//! the won to the promised decrease (Nielsen, IMM-REP-1999-05). A step into NaN counts as one
-//! without gain.
+//! The search variable `s` is the logarithm of a positive unknown, and the unknown itself otherwise.
+//! Each step solves `(H + lambda D) ds = -g` over the unknowns that are not held by a bound, `D`
+//! being the largest diagonal of `H` so far (Marquardt, SIAM J. Appl. Math. 11, 1963; More, LNM 630,
+//! 1978), and is projected onto the bounds. `lambda` follows the ratio of actual to predicted
+//! decrease (Nielsen, IMM-REP-1999-05). A step to a cost of NaN counts as one without a decrease.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
@@ -14,13 +13,13 @@ use super::normal::{Normal, cost, normal};
 use super::problem::Problem;
 use super::unknowns::{Unknown, Unknowns};
 
-/// When the search ends.
+/// Termination criteria.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
     /// The most iterations.
     pub iterations: usize,
-    /// The search has converged when a full Gauss-Newton step promises less than this share of the
-    /// cost: of 1e-12 the distance to the optimum is 1e-6 sqrt(samples) standard errors.
+    /// The search has converged when a full Gauss-Newton step predicts a decrease below this share of
+    /// the cost: at 1e-12 the distance to the optimum is 1e-6 sqrt(samples) standard errors.
     pub decrease: f64,
 }
 
@@ -33,7 +32,7 @@ impl Default for Limits {
     }
 }
 
-/// Where a search ended.
+/// The end of a search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Found {
     /// The unknowns.
@@ -48,17 +47,17 @@ pub struct Found {
     pub termination: Termination,
 }
 
-/// A size does not change by more than this factor's logarithm in a step.
+/// Largest change of the logarithm of an unknown in a step.
 const LONGEST_STEP: f64 = 1.5;
 
-/// Of a first step, cautious: what is steepest at a start is seldom what leads to the optimum.
+/// The initial damping, which is cautious: the steepest direction seldom leads to the optimum.
 const FIRST_LAMBDA: f64 = 1e-2;
 
-/// Below this `lambda` a step is Gauss and Newton's.
+/// The damping below which a step is a Gauss-Newton step.
 const LEAST_LAMBDA: f64 = 1e-14;
 const GREATEST_LAMBDA: f64 = 1e14;
 
-/// What `lambda` is multiplied by after the first trial of a step that wins nothing.
+/// Factor of `lambda` after the first trial step without a decrease.
 const FIRST_GROWTH: f64 = 2.0;
 
 struct Search<'a> {
@@ -66,13 +65,13 @@ struct Search<'a> {
     unknowns: &'a Unknowns,
     point: Vec<f64>,
     here: Normal,
-    /// `J' J` by the unknowns as they are.
+    /// `J' J` by the unknowns themselves.
     information: DMatrix<f64>,
     scale: DVector<f64>,
     lambda: f64,
-    /// Whether the last step won at its first trial. The next will as a rule: its derivatives are
-    /// taken together with its cost.
-    is_trusted: bool,
+    /// Whether the last step succeeded at its first trial. The next one usually does, so that its
+    /// derivatives are computed together with its cost.
+    expects_success: bool,
 }
 
 /// Searches from `start`; `None` where the model has no finite answer there.
@@ -95,9 +94,9 @@ pub fn search(
         here: here.clone(),
         information: here.hessian.clone(),
         lambda: FIRST_LAMBDA,
-        is_trusted: true,
+        expects_success: true,
     };
-    search.take(here);
+    search.accept(here);
     let (mut iterations, mut termination) = (0, Termination::IterationLimit);
     while iterations < limits.iterations {
         if is_stopped() {
@@ -120,11 +119,11 @@ pub fn search(
 }
 
 impl Search<'_> {
-    /// Takes what was found at the point, told by `s`.
-    fn take(&mut self, mut normal: Normal) {
+    /// Accepts cost and derivatives at the point, transformed to `s`.
+    fn accept(&mut self, mut normal: Normal) {
         self.information.copy_from(&normal.hessian);
         for (i, unknown) in self.unknowns.list.iter().enumerate() {
-            if unknown.is_size {
+            if unknown.is_log_scaled {
                 let value = self.point[i];
                 normal.gradient[i] *= value;
                 normal.hessian.row_mut(i).scale_mut(value);
@@ -137,7 +136,7 @@ impl Search<'_> {
         self.here = normal;
     }
 
-    /// The unknowns that may move: not at a bound that the gradient pushes against, and seen.
+    /// The unknowns that may move: not held by a bound, and with an influence on the angle.
     fn movable(&self) -> Vec<usize> {
         let is_movable = |i: &usize| {
             let (unknown, slope) = (&self.unknowns.list[*i], self.here.gradient[*i]);
@@ -148,37 +147,37 @@ impl Search<'_> {
         (0..self.point.len()).filter(is_movable).collect()
     }
 
-    /// One iteration; says why the search ends, if it does.
+    /// One iteration; returns the reason if the search ends.
     fn step(&mut self, limits: &Limits) -> Option<Termination> {
         let movable = self.movable();
-        let promised = self.solve(&movable, LEAST_LAMBDA).map(|s| s.1);
-        if movable.is_empty() || promised.is_some_and(|p| p <= limits.decrease * self.here.cost) {
+        let predicted = self.solve(&movable, LEAST_LAMBDA).map(|s| s.1);
+        if movable.is_empty() || predicted.is_some_and(|p| p <= limits.decrease * self.here.cost) {
             return Some(Termination::Converged);
         }
         let mut growth = FIRST_GROWTH;
         while self.lambda <= GREATEST_LAMBDA {
-            let Some((step, promised)) = self.solve(&movable, self.lambda) else {
+            let Some((step, predicted)) = self.solve(&movable, self.lambda) else {
                 self.lambda *= 10.0;
                 continue;
             };
-            let trial = self.moved(&movable, &step);
+            let trial = self.stepped(&movable, &step);
             if trial == self.point {
                 return Some(Termination::Converged);
             }
-            let (trial_cost, there) = self.look(&trial);
-            let won = self.here.cost - trial_cost;
-            self.is_trusted = won > 0.0 && growth == FIRST_GROWTH;
-            if won > 0.0 {
+            let (trial_cost, there) = self.evaluate(&trial);
+            let decrease = self.here.cost - trial_cost;
+            self.expects_success = decrease > 0.0 && growth == FIRST_GROWTH;
+            if decrease > 0.0 {
                 let there = there.unwrap_or_else(|| normal(self.problem, self.unknowns, &trial));
                 self.point = trial;
-                self.take(there);
-                let ratio = (won / promised).min(1.0);
+                self.accept(there);
+                let ratio = (decrease / predicted).min(1.0);
                 let factor = (1.0 - (2.0 * ratio - 1.0).powi(3)).max(0.1);
                 self.lambda = (self.lambda * factor).max(LEAST_LAMBDA);
                 return None;
             }
-            // Nothing won where nothing to speak of was promised: that is as exact as it gets.
-            if won.is_finite() && promised <= 1e-9 * self.here.cost.max(f64::MIN_POSITIVE) {
+            // No decrease where a negligible one was predicted: the limit of precision.
+            if decrease.is_finite() && predicted <= 1e-9 * self.here.cost.max(f64::MIN_POSITIVE) {
                 return Some(Termination::Converged);
             }
             self.lambda *= growth;
@@ -187,16 +186,16 @@ impl Search<'_> {
         Some(Termination::Stalled)
     }
 
-    /// The cost of a trial, and its derivatives where they are likely to be needed.
-    fn look(&self, trial: &[f64]) -> (f64, Option<Normal>) {
-        if self.is_trusted {
+    /// The cost of a trial point, and its derivatives where they are likely to be needed.
+    fn evaluate(&self, trial: &[f64]) -> (f64, Option<Normal>) {
+        if self.expects_success {
             let there = normal(self.problem, self.unknowns, trial);
             return (there.cost, Some(there));
         }
         (cost(self.problem, self.unknowns, trial), None)
     }
 
-    /// The step of the movable unknowns and the decrease that it promises.
+    /// The step of the movable unknowns and its predicted decrease.
     fn solve(&self, movable: &[usize], lambda: f64) -> Option<(DVector<f64>, f64)> {
         let n = movable.len();
         let entry = |i: usize, j: usize| {
@@ -215,29 +214,35 @@ impl Search<'_> {
             .map(|i| self.scale[movable[i]] * step[i].powi(2))
             .sum();
         // g ds + ds H ds/2 with (H + lambda D) ds = -g.
-        let promised = -0.5 * gradient.dot(&step) + 0.5 * lambda * damped;
+        let predicted = -0.5 * gradient.dot(&step) + 0.5 * lambda * damped;
         step.iter()
             .all(|s| s.is_finite())
-            .then_some((step, promised))
+            .then_some((step, predicted))
     }
 
     /// The point after a step, within bounds.
-    fn moved(&self, movable: &[usize], step: &DVector<f64>) -> Vec<f64> {
+    fn stepped(&self, movable: &[usize], step: &DVector<f64>) -> Vec<f64> {
         let list = &self.unknowns.list;
-        let longest = movable.iter().zip(step).filter(|(i, _)| list[**i].is_size);
+        let longest = movable
+            .iter()
+            .zip(step)
+            .filter(|(i, _)| list[**i].is_log_scaled);
         let longest = longest.fold(0.0_f64, |m, (_, s)| m.max(s.abs()));
         let share = (LONGEST_STEP / longest).min(1.0);
         let mut point = self.point.clone();
         for (&i, step) in movable.iter().zip(step) {
             let Unknown {
-                low, high, is_size, ..
+                low,
+                high,
+                is_log_scaled,
+                ..
             } = list[i];
-            let moved = if is_size {
+            let stepped = if is_log_scaled {
                 point[i] * (step * share).exp()
             } else {
                 point[i] + step * share
             };
-            point[i] = moved.max(low).min(high);
+            point[i] = stepped.max(low).min(high);
         }
         point
     }

@@ -1,11 +1,16 @@
-//! From recordings to the parameters of a model: output-error identification in the time domain.
+//! Estimates the parameters of actuator models from recordings: output-error identification in the
+//! time domain.
 //!
-//! The model is simulated on the recorded command alone and its angle is compared with the recorded
-//! one; the parameters are those with the least sum of squared differences (Ljung, System
-//! Identification, 2nd ed., section 7.2; Maine and Iliff, NASA RP-1138: output error).
+//! The model is simulated on the recorded command and its angle is compared with the recorded one;
+//! the estimates minimise the sum of squared residuals (Ljung, System Identification, 2nd ed.,
+//! section 7.2; Maine and Iliff, NASA RP-1138: output error).
 //!
-//! [`Recording`] is what was measured, [`Experiment`] the same made ready for simulation,
-//! [`Model`] what is fitted, [`Problem`] which parameters are free, [`Fit`] the outcome.
+//! [`Recording`] is a measurement, [`Experiment`] the same prepared for simulation, [`Model`] the
+//! model, [`Problem`] the choice of free parameters, [`Fit`] the result. A model is one file:
+//! [`models`] says how to add one.
+//!
+//! The crate is at the top level because it needs only `model-core`: command line, Python and the
+//! study use it without the simulator, and the simulator's pages present its results.
 
 pub mod assessment;
 pub mod command;

@@ -1,4 +1,4 @@
-//! Cost, gradient and Gauss-Newton matrix of a problem.
+//! Cost, gradient and Gauss-Newton matrix of a problem: its normal equations.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -9,7 +9,7 @@ use super::unknowns::Unknowns;
 /// The least-squares problem around a point: `cost + g dx + dx H dx/2`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Normal {
-    /// Half the sum of squared residuals, deg^2; not finite where the model has no answer.
+    /// Half the sum of squared residuals, deg^2; not finite where the model diverges.
     pub cost: f64,
     /// Derivative of the cost by the unknowns.
     pub gradient: DVector<f64>,
@@ -19,7 +19,7 @@ pub struct Normal {
     pub samples: usize,
 }
 
-/// Samples from which experiments are worth a thread each.
+/// Samples of an experiment from which it is evaluated in a thread of its own.
 const WORTH_A_THREAD: usize = 4000;
 
 /// Half the sum of squared residuals, deg^2.
@@ -59,7 +59,7 @@ pub fn normal(problem: &Problem, unknowns: &Unknowns, point: &[f64]) -> Normal {
     all
 }
 
-/// What one experiment adds, by its own free parameters.
+/// The contribution of one experiment, by its own free parameters.
 fn part(problem: &Problem, unknowns: &Unknowns, point: &[f64], experiment: usize) -> Normal {
     let run = &problem.experiments[experiment];
     let own = &unknowns.runs[experiment];
@@ -75,7 +75,7 @@ fn part(problem: &Problem, unknowns: &Unknowns, point: &[f64], experiment: usize
     }
 }
 
-/// Something of each experiment, in parallel where it is long enough.
+/// Applies a function to each experiment, in parallel where they are long enough.
 fn over_experiments<T: Send>(problem: &Problem, f: impl Fn(usize) -> T + Sync + Send) -> Vec<T> {
     let count = problem.experiments.len();
     let samples: usize = problem.experiments.iter().map(|e| e.len()).sum();

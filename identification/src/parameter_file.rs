@@ -12,7 +12,7 @@ use model_core::{
     actuator::{ModelKind, PlantKind, Settings},
     named::Named,
 };
-use motor::Bench;
+use motor::DrivetrainParameters;
 
 use super::fit::{Estimate, Fit};
 
@@ -29,9 +29,9 @@ pub struct NotSimulated {
 /// # Errors
 /// [`NotSimulated`].
 pub fn text(fit: &Fit) -> Result<String, NotSimulated> {
-    let bench = Bench::of(fit);
+    let drivetrain = DrivetrainParameters::of(fit);
     let kind = simulated(fit.model).ok_or(NotSimulated { model: fit.model })?;
-    let plant = match &bench {
+    let plant = match &drivetrain {
         Some(_) => PlantKind::Drivetrain,
         None => PlantKind::FirstOrder,
     };
@@ -45,14 +45,14 @@ pub fn text(fit: &Fit) -> Result<String, NotSimulated> {
         fit.noise_deg,
         kind.name(),
     );
-    if let Some(bench) = &bench {
+    if let Some(drivetrain) = &drivetrain {
         let _ = writeln!(text, "plant = \"{}\"", plant.name());
-        for remark in bench.remarks() {
+        for remark in drivetrain.remarks() {
             let _ = writeln!(text, "# {remark}");
         }
     }
     text += "\n[set]\n";
-    let values = bench.map_or_else(|| values(fit), |bench| bench.values());
+    let values = drivetrain.map_or_else(|| values(fit), |drivetrain| drivetrain.values());
     for (name, value, estimate) in values {
         if !known.contains(&name) || !value.is_finite() {
             continue;

@@ -1,53 +1,53 @@
-//! Which parameters of which model are looked for in which experiments.
+//! What is fitted: a model, experiments, and the role of each parameter.
 
 use std::sync::Arc;
 
 use model_core::parameter::Parameter;
 
-use super::experiment::{Experiment, Reading};
+use super::experiment::{Assumptions, Experiment};
 use super::model::Model;
 use super::recording::RecordingError;
 use super::start::{DataSummary, greatest_angle_deg};
 
-/// The share of what was seen at which the search for a limit begins.
+/// Starting value of a limit, as a share of the largest observed value.
 const INSIDE: f64 = 0.98;
 
-/// Whether a parameter is looked for.
+/// Whether a parameter is estimated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
-    /// It is.
+    /// It is estimated.
     Free,
-    /// It has its start value, or the one that is known of the run.
+    /// It keeps its starting value, or the one known for the run.
     Fixed,
 }
 
-/// Whether experiments have one value of a parameter in common.
+/// Whether the experiments share one value of a parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scope {
-    /// All have the same.
+    /// All experiments share it.
     Shared,
-    /// Each has its own.
+    /// Each experiment has its own.
     Own,
 }
 
-/// What is asked of a parameter.
+/// The settings of a parameter in a problem.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spec {
-    /// What is known of it.
+    /// Its declaration.
     pub parameter: Parameter,
-    /// Whether it is looked for.
+    /// Whether it is estimated.
     pub role: Role,
-    /// Whether the experiments have it in common.
+    /// Whether the experiments share it.
     pub scope: Scope,
-    /// Where the search begins; the value where it is fixed.
+    /// Its starting value; its value where it is fixed.
     pub start: f64,
-    /// The least value that it may take.
+    /// Lower bound of the search.
     pub low: f64,
-    /// The greatest value that it may take.
+    /// Upper bound of the search.
     pub high: f64,
 }
 
-/// What is to be fitted to what.
+/// A model and the experiments to fit it to.
 #[derive(Clone)]
 pub struct Problem {
     /// The model.
@@ -59,11 +59,11 @@ pub struct Problem {
 }
 
 impl Problem {
-    /// A model and recordings with everything as it usually is: what belongs to the actuator is
-    /// shared, what belongs to a run is its own, and the search begins where a first look says.
+    /// A model and experiments with the default settings: the experiments share the parameters of the
+    /// actuator, each has its own initial state, and the starting values are estimated from the data.
     ///
     /// # Errors
-    /// [`IdentifyError::NoRecording`], or [`IdentifyError::Recording`] where one lacks what the
+    /// [`IdentifyError::NoRecording`], or [`IdentifyError::Recording`] for one without a column that the
     /// model needs.
     pub fn try_new(
         model: Arc<dyn Model>,
@@ -112,14 +112,14 @@ impl Problem {
         specs.find(|s| s.parameter.is_called(name)).ok_or(unknown)
     }
 
-    /// Holds a parameter at a value.
+    /// Fixes a parameter at a value.
     ///
     /// # Errors
-    /// [`IdentifyError::UnknownParameter`]; [`IdentifyError::Value`] for one that it cannot take.
+    /// [`IdentifyError::UnknownParameter`]; [`IdentifyError::Value`] for a value out of range.
     pub fn fix(&mut self, name: &str, value: f64) -> Result<(), IdentifyError> {
         let spec = self.spec(name)?;
         let Parameter { min, max, .. } = spec.parameter;
-        // What is not looked for may be what the search could not find, such as no limit.
+        // A fixed limit may be infinite, which the search could not find.
         let is_no_limit = value == f64::INFINITY && spec.parameter.default == f64::INFINITY;
         if !(value >= min && value <= max || is_no_limit) {
             return Err(IdentifyError::Value {
@@ -134,7 +134,7 @@ impl Problem {
         Ok(())
     }
 
-    /// Has a parameter looked for.
+    /// Frees a parameter.
     ///
     /// # Errors
     /// [`IdentifyError::UnknownParameter`].
@@ -146,7 +146,7 @@ impl Problem {
             "deg/s" => Some(DataSummary::of(&self.experiments).rate_up_deg_s),
             _ => None,
         };
-        // A limit that is none has no slope to follow: the search begins where it would just be met.
+        // An infinite limit has no sensitivity: the search begins where it is just reached.
         let start = seen.map_or(spec.start, |seen| {
             (INSIDE * seen).clamp(spec.low, spec.high)
         });
@@ -158,7 +158,7 @@ impl Problem {
         Ok(())
     }
 
-    /// Begins the search for a parameter at a value.
+    /// Sets the starting value of a parameter.
     ///
     /// # Errors
     /// [`IdentifyError::UnknownParameter`]; [`IdentifyError::Start`] for a value beyond its bounds.
@@ -171,11 +171,11 @@ impl Problem {
         Ok(())
     }
 
-    /// Keeps a parameter within bounds, which may be infinite where its range is.
+    /// Bounds a parameter; the bounds may be infinite where its range is.
     ///
     /// # Errors
     /// [`IdentifyError::UnknownParameter`]; [`IdentifyError::Order`] and [`IdentifyError::Range`] for
-    /// bounds that leave nothing.
+    /// bounds that contain no value.
     pub fn bound(&mut self, name: &str, low: f64, high: f64) -> Result<(), IdentifyError> {
         let spec = self.spec(name)?;
         let Parameter { name, min, max, .. } = spec.parameter;
@@ -197,7 +197,7 @@ impl Problem {
         Ok(())
     }
 
-    /// Has all experiments have one value of a parameter, or each its own.
+    /// Sets whether the experiments share a parameter.
     ///
     /// # Errors
     /// [`IdentifyError::UnknownParameter`].
@@ -206,7 +206,7 @@ impl Problem {
         Ok(())
     }
 
-    /// The problem of the same model with other experiments, each start value as it is.
+    /// The same problem with other experiments and unchanged starting values.
     pub fn with_experiments(&self, experiments: Vec<Experiment>) -> Self {
         Self {
             experiments,
@@ -214,12 +214,12 @@ impl Problem {
         }
     }
 
-    /// The same with its recordings in another reading.
-    pub fn read(&self, reading: Reading) -> Self {
+    /// The same problem under other assumptions about its recordings.
+    pub fn under(&self, assumptions: Assumptions) -> Self {
         self.with_experiments(
             self.experiments
                 .iter()
-                .map(|run| run.read(reading))
+                .map(|run| run.under(assumptions))
                 .collect(),
         )
     }
@@ -235,13 +235,13 @@ impl Spec {
         }
     }
 
-    /// Whether it is a size, whose logarithm is the better unknown: factors count, not differences.
-    pub fn is_size(&self) -> bool {
+    /// Whether the search uses its logarithm: a positive parameter, of which ratios matter.
+    pub fn is_log_scaled(&self) -> bool {
         self.parameter.min > 0.0
     }
 }
 
-/// Why nothing could be identified.
+/// Why a model could not be fitted.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum IdentifyError {
     /// A recording cannot be used.
@@ -249,10 +249,10 @@ pub enum IdentifyError {
     Recording {
         /// Its name.
         name: String,
-        /// What is wrong with it.
+        /// The reason.
         error: RecordingError,
     },
-    /// There is nothing to fit to.
+    /// There is no recording to fit to.
     #[error("no recording, expected at least one")]
     NoRecording,
     /// The model has no such parameter.
@@ -265,19 +265,19 @@ pub enum IdentifyError {
         /// The model's parameters.
         expected: String,
     },
-    /// A value at which a parameter is held is none of it.
+    /// A fixed value is out of range.
     #[error("{name} is held at {value}, expected {min} to {max}")]
     Value {
         /// The parameter.
         name: &'static str,
         /// The value.
         value: f64,
-        /// The least that it takes.
+        /// Lower end of its range.
         min: f64,
-        /// The greatest that it takes.
+        /// Upper end of its range.
         max: f64,
     },
-    /// Bounds that leave nothing between them.
+    /// The lower bound is not below the upper one.
     #[error("{name} is bound to {low}:{high}, expected the lower bound before a greater one")]
     Order {
         /// The parameter.
@@ -287,7 +287,7 @@ pub enum IdentifyError {
         /// The second one.
         high: f64,
     },
-    /// Bounds beyond what the parameter can be.
+    /// The bounds are out of range.
     #[error("{name} is bound to {low}:{high}, expected bounds within its range, {min} to {max}")]
     Range {
         /// The parameter.
@@ -296,27 +296,27 @@ pub enum IdentifyError {
         low: f64,
         /// The upper bound.
         high: f64,
-        /// The least that it takes.
+        /// Lower end of its range.
         min: f64,
-        /// The greatest that it takes.
+        /// Upper end of its range.
         max: f64,
     },
-    /// A start value is none.
+    /// A starting value is not within its bounds.
     #[error("{name} starts at {start} within {low} to {high}, expected a number within its bounds")]
     Start {
         /// The parameter.
         name: &'static str,
-        /// Its start value.
+        /// Its starting value.
         start: f64,
         /// Its lower bound.
         low: f64,
         /// Its upper bound.
         high: f64,
     },
-    /// Everything is fixed.
+    /// All parameters are fixed.
     #[error("no free parameter, expected at least one")]
     NothingFree,
-    /// More unknowns than data.
+    /// There are more unknowns than samples.
     #[error("{parameters} free parameters and {samples} samples, expected more samples")]
     TooFewSamples {
         /// Unknowns.
@@ -324,7 +324,7 @@ pub enum IdentifyError {
         /// Data.
         samples: usize,
     },
-    /// No start value gives a finite answer.
+    /// The model diverges from all starting values.
     #[error("the model answers with no numbers from any start value")]
     NotFinite,
 }

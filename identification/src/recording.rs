@@ -1,17 +1,17 @@
-//! What was measured: a command and the angle that answered it, at instants of any spacing.
+//! A measurement: the command and the measured angle, at instants of any spacing.
 
 use std::collections::BTreeMap;
 
-/// What the command does between two of its samples.
+/// The hold assumption: the command between two of its samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Hold {
-    /// Decided from the data: it jumps where it stands still before and after, and is smooth where
-    /// it moves from sample to sample.
+    /// Decided from the data: a step where the command is constant before and after, smooth where it
+    /// changes from sample to sample.
     #[default]
     Auto,
-    /// It keeps its value until the next sample: what a digital link delivers.
+    /// Zero-order hold: it keeps its value until the next sample, as on a digital link.
     Zero,
-    /// A smooth curve through the samples: what was sampled from a faster source.
+    /// A smooth curve through the samples, as sampled from a faster source.
     Smooth,
 }
 
@@ -21,7 +21,7 @@ pub enum Hold {
 /// compared, a command keeps its last value.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Recording {
-    /// What it is called: usually its file.
+    /// Its name, usually that of its file.
     pub name: String,
     /// Instants of the samples, s: finite and increasing, of any spacing.
     pub time_s: Vec<f64>,
@@ -37,11 +37,11 @@ pub struct Recording {
     pub current_ma: Option<Vec<f64>>,
     /// Supply voltage, V.
     pub supply_v: Option<Vec<f64>>,
-    /// Whether the motor was on, which 0 denies; on all the time where there is no column.
+    /// Whether the motor was on; 0 is off. Always on without this column.
     pub motor_on: Option<Vec<f64>>,
-    /// What the command does between its samples.
+    /// The hold assumption.
     pub hold: Hold,
-    /// What is known of this run by the name of a model's parameter, such as `pendulum_mass_kg`.
+    /// Known values of this run by the name of a parameter, such as `pendulum_mass_kg`.
     pub constants: BTreeMap<String, f64>,
 }
 
@@ -58,15 +58,15 @@ pub enum RecordingError {
         /// The length of the time.
         expected: usize,
     },
-    /// Too little to say anything.
+    /// There are too few samples.
     #[error("{found} samples with an angle, expected at least {expected}")]
     Short {
-        /// Samples that have an angle.
+        /// Samples with an angle.
         found: usize,
-        /// How many are needed.
+        /// Required samples.
         expected: usize,
     },
-    /// The time does not grow, or is no number.
+    /// The time does not increase, or is not a number.
     #[error("time_s is {value} in sample {index} after {before}, expected an increasing time")]
     Time {
         /// The sample, counted from 1.
@@ -76,7 +76,7 @@ pub enum RecordingError {
         /// The time before it, s.
         before: f64,
     },
-    /// A value is infinite or out of all range.
+    /// A value is infinite or implausibly large.
     #[error(
         "{column} is {value} in sample {index}, expected a number from -{LARGEST} to {LARGEST}, \
          or NaN where it is missing"
@@ -89,28 +89,28 @@ pub enum RecordingError {
         /// Its value.
         value: f64,
     },
-    /// The command is missing at the start.
+    /// The command has no value.
     #[error("command_deg has no number, expected at least one")]
     NoCommand,
     /// The motor is never on.
     #[error("motor_on is 0 in all samples: nothing can be identified from a motor that is off")]
     Off,
-    /// Nothing moves.
+    /// A signal is constant.
     #[error("{0} is the same in all samples: nothing can be identified from a recording at rest")]
     Constant(&'static str),
-    /// The model needs a column that is not there.
+    /// A column that the model needs is missing.
     #[error("no column {0}, which the model needs")]
     Missing(&'static str),
 }
 
-/// No angle, duty or voltage of a servo is larger.
+/// Largest plausible angle, duty or voltage of a servo.
 const LARGEST: f64 = 1e9;
 
 /// The fewest samples from which a model can be fitted.
 pub const FEWEST_SAMPLES: usize = 8;
 
 impl Recording {
-    /// The columns beside the time, each with its name.
+    /// The columns besides the time, each with its name.
     fn columns(&self) -> impl Iterator<Item = (&'static str, &[f64])> {
         let optional = [
             ("rate_deg_s", &self.rate_deg_s),
@@ -130,7 +130,7 @@ impl Recording {
         .chain(optional)
     }
 
-    /// Checks that something can be identified from it.
+    /// Checks that a model can be fitted to it.
     ///
     /// ```
     /// use identification::{Recording, RecordingError};
@@ -140,7 +140,7 @@ impl Recording {
     /// ```
     ///
     /// # Errors
-    /// The first thing that is wrong with it.
+    /// The first problem.
     pub fn check(&self) -> Result<(), RecordingError> {
         let expected = self.time_s.len();
         for (column, values) in self.columns() {
@@ -168,7 +168,7 @@ impl Recording {
     fn check_time(&self) -> Result<(), RecordingError> {
         let mut before = f64::NEG_INFINITY;
         for (index, &value) in self.time_s.iter().enumerate() {
-            // Written so that NaN fails.
+            // False for NaN.
             if !(value > before && value.abs() <= LARGEST) {
                 return Err(RecordingError::Time {
                     index: index + 1,

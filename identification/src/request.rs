@@ -1,4 +1,4 @@
-//! What somebody asks of a search, by the names of parameters: on a command line or in Python.
+//! The settings of a search by the names of parameters, as on the command line or in Python.
 
 use std::sync::Arc;
 
@@ -12,22 +12,22 @@ use super::{
     problem::{IdentifyError, Problem, Scope},
 };
 
-/// Which parameters are looked for, where and how. Of several models each takes what it has.
+/// The settings of the parameters. Each of several models uses those of the parameters that it has.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Request {
-    /// Held at these values.
+    /// Fixed at these values.
     pub fix: Vec<(String, f64)>,
-    /// Looked for although they are held as a rule.
+    /// Freed, though fixed by default.
     pub free: Vec<String>,
-    /// Kept within bounds: name, low, high.
+    /// Bounded: name, low, high.
     pub bound: Vec<(String, f64, f64)>,
-    /// Looked for from these values on.
+    /// Starting values.
     pub start: Vec<(String, f64)>,
-    /// Each recording has its own value.
+    /// With one value for each recording.
     pub own: Vec<String>,
-    /// All recordings have one value.
+    /// With one value for all recordings.
     pub share: Vec<String>,
-    /// How to search.
+    /// Options of the search.
     pub options: Options,
 }
 
@@ -48,8 +48,8 @@ pub enum RequestError {
 }
 
 impl Request {
-    /// Fits one model, and predicts the recordings that were left out. What was fitted `before` to
-    /// the same recordings serves as a start where it is simpler.
+    /// Fits one model, and predicts the held-out recordings. Simpler models that were fitted `before` to
+    /// the same recordings provide starting values.
     ///
     /// # Errors
     /// Those of [`Problem`] and of [`fit`](fn@super::fit).
@@ -66,11 +66,11 @@ impl Request {
         Assessment::of(found.model, &problem, found, held_out)
     }
 
-    /// Checks that each parameter that is named is one of a model at least, and that no two wishes about
-    /// one contradict each other.
+    /// Checks that each named parameter belongs to at least one of the models, and that no two options
+    /// contradict each other.
     ///
     /// # Errors
-    /// [`RequestError::UnknownParameter`] of the first that is not, [`RequestError::Conflict`] of two wishes.
+    /// [`RequestError::UnknownParameter`], [`RequestError::Conflict`].
     pub fn check(&self, models: &[Arc<dyn Model>]) -> Result<(), RequestError> {
         let parameters = || models.iter().flat_map(|m| m.parameters());
         let fixed = self.fix.iter().chain(&self.start).map(|(name, _)| name);

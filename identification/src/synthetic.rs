@@ -1,5 +1,4 @@
-//! Recordings with a known truth: what the simulator makes of an input, and what an encoder shows
-//! of it.
+//! Simulated recordings with known parameters, and the noise and resolution of an encoder.
 
 use model_core::actuator::{Actuator, ModelKind, PlantKind, Settings};
 use model_core::control::encoder_word::COUNT_DEG;
@@ -13,7 +12,7 @@ use super::recording::Recording;
 /// Noise of the angle, deg.
 pub const NOISE_DEG: f64 = 0.05;
 
-/// What the simulator makes of an input, as a recording with a row of every `every`th tick.
+/// Simulates a model on a standard input, with a sample at every `every`th tick.
 ///
 /// ```
 /// use identification::synthetic::simulated;
@@ -25,7 +24,8 @@ pub const NOISE_DEG: f64 = 0.05;
 /// ```
 ///
 /// # Errors
-/// For an input or a parameter that is not known, and for parameters that do not go together.
+/// [`ParameterError`] for an unknown input or parameter, a value out of range, or parameters that
+/// contradict each other.
 pub fn simulated(
     model: ModelKind,
     input: &str,

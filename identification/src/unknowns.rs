@@ -1,28 +1,28 @@
-//! The numbers that are looked for, and how each experiment takes its parameters from them.
+//! The unknowns of a problem, and how the parameters of each experiment follow from them.
 
 use super::problem::{IdentifyError, Problem, Role, Scope};
 
-/// One number that is looked for.
+/// One unknown.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unknown {
-    /// Which parameter of the model.
+    /// The index of its parameter in the model.
     pub parameter: usize,
-    /// The experiment that it belongs to alone.
+    /// The experiment that has it; `None` where all share it.
     pub experiment: Option<usize>,
-    /// Where the search begins.
+    /// Its starting value.
     pub start: f64,
     /// Its lower bound.
     pub low: f64,
     /// Its upper bound.
     pub high: f64,
-    /// Whether the search goes by its logarithm.
-    pub is_size: bool,
+    /// Whether the search uses its logarithm.
+    pub is_log_scaled: bool,
 }
 
-/// All of them, and for each experiment its way from them to the parameters of the model.
+/// All unknowns, and the mapping from them to the parameters of each experiment.
 #[derive(Debug, Clone)]
 pub struct Unknowns {
-    /// The numbers.
+    /// The unknowns.
     pub list: Vec<Unknown>,
     /// One for each experiment.
     pub runs: Vec<Run>,
@@ -31,11 +31,11 @@ pub struct Unknowns {
 /// The parameters of one experiment.
 #[derive(Debug, Clone)]
 pub struct Run {
-    /// All parameters, of which the fixed ones are used.
+    /// Values of all parameters, of which those of the fixed ones are used.
     template: Vec<f64>,
     /// The free parameters of the model.
     pub free: Vec<usize>,
-    /// The unknown that each of them is.
+    /// The index of the unknown of each free parameter.
     pub columns: Vec<usize>,
 }
 
@@ -54,8 +54,7 @@ impl Unknowns {
     /// The unknowns of a problem.
     ///
     /// # Errors
-    /// [`IdentifyError::NothingFree`], [`IdentifyError::Start`] for a start value that is none, and
-    /// [`IdentifyError::TooFewSamples`].
+    /// [`IdentifyError::NothingFree`], [`IdentifyError::Start`] and [`IdentifyError::TooFewSamples`].
     pub fn of(problem: &Problem) -> Result<Self, IdentifyError> {
         let mut unknowns = Self {
             list: Vec::new(),
@@ -105,7 +104,7 @@ impl Unknowns {
                     let own = &problem.experiments[experiment..=experiment];
                     start = problem.model.starting_values(own)[parameter];
                 }
-                // Written so that NaN and infinity fail.
+                // False for NaN and infinity.
                 if !(start >= spec.low && start <= spec.high && start.is_finite()) {
                     return Err(IdentifyError::Start {
                         name,
@@ -120,7 +119,7 @@ impl Unknowns {
                     start,
                     low: spec.low,
                     high: spec.high,
-                    is_size: spec.is_size(),
+                    is_log_scaled: spec.is_log_scaled(),
                 });
             }
             run.free.push(parameter);
@@ -129,7 +128,7 @@ impl Unknowns {
         Ok(run)
     }
 
-    /// Where the search begins.
+    /// Its starting value.
     pub fn start(&self) -> Vec<f64> {
         self.list.iter().map(|u| u.start).collect()
     }

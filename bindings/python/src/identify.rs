@@ -13,7 +13,7 @@ use std::{
 use host_sim::{error::Error, scenario::Setting};
 use identification::{
     Experiment, Hold, IdentifyError, Model, Options, Progress, Recording,
-    assessment::SecondOpinion,
+    assessment::NonparametricAnalysis,
     data::{Columns, Delimiter, Import, Note},
     document, models,
     request::{Request, RequestError},
@@ -164,8 +164,8 @@ impl Job {
             let assessed = threads.install(search).map_err(invalid)?;
             found.push(assessed);
         }
-        let second_opinion = SecondOpinion::of(&fitted);
-        Ok(document::text(&found, None, &second_opinion, &notes))
+        let nonparametric = NonparametricAnalysis::of(&fitted);
+        Ok(document::text(&found, None, &nonparametric, &notes))
     }
 }
 

@@ -4,7 +4,7 @@ use model_core::parameter::Parameter;
 use serde_json::{Value, json};
 
 use host_sim::table::{Cell, Table};
-use identification::design::{Bench, Designed, Predicted, inputs::Limits};
+use identification::design::{Designed, ExperimentSetup, Predicted, inputs::Limits};
 
 /// A row an input, a column a parameter.
 pub fn table(designs: &[Designed], best: Option<usize>) -> Table {
@@ -90,7 +90,12 @@ pub fn csv(design: &Designed, step_s: f64) -> String {
 }
 
 /// Everything as JSON.
-pub fn json(bench: &Bench, limits: &Limits, designs: &[Designed], best: Option<usize>) -> String {
+pub fn json(
+    bench: &ExperimentSetup,
+    limits: &Limits,
+    designs: &[Designed],
+    best: Option<usize>,
+) -> String {
     let designed: Vec<Value> = designs.iter().map(design).collect();
     let value = json!({
         "model": bench.model.name(),

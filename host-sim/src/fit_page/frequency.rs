@@ -18,7 +18,7 @@ const TEXT: &str = "An independent analysis without simulation: the frequency re
 
 /// Makes the section.
 pub fn section(content: &Content<'_>) -> Section {
-    let opinion = content.second_opinion;
+    let opinion = content.nonparametric;
     let mut section = Section::new("Frequency response").text(TEXT);
     section = match &opinion.response {
         None => section.note(

@@ -7,7 +7,7 @@ pub mod tables;
 
 use crate::page::{Page, Section};
 use identification::{
-    assessment::{Assessed, Assessment, SecondOpinion},
+    assessment::{Assessed, Assessment, NonparametricAnalysis},
     compare::Ranking,
     data::Note,
 };
@@ -24,7 +24,7 @@ pub struct Content<'a> {
     /// The ranking of the models; `None` if they were not compared.
     pub ranking: Option<&'a Ranking>,
     /// The analysis of the recordings without a model.
-    pub second_opinion: &'a SecondOpinion,
+    pub nonparametric: &'a NonparametricAnalysis,
     /// Notes about the files of the recordings.
     pub notes: &'a [Note],
 }

@@ -2,7 +2,7 @@
 
 use crate::table::{Cell, Table};
 use identification::{
-    assessment::{Assessed, Assessment, SecondOpinion, overall},
+    assessment::{Assessed, Assessment, NonparametricAnalysis, overall},
     compare::Ranking,
     fit::{Bound, Estimate},
     frequency::Shape,
@@ -184,7 +184,7 @@ pub fn ranking(ranking: &Ranking, assessments: &[Assessment]) -> Table {
 }
 
 /// The equivalent systems in the frequency domain.
-pub fn equivalents(opinion: &SecondOpinion) -> Table {
+pub fn equivalents(opinion: &NonparametricAnalysis) -> Table {
     let columns = [
         ("system", ""),
         ("pole or frequency", "rad/s"),
@@ -228,7 +228,7 @@ pub fn equivalents(opinion: &SecondOpinion) -> Table {
 }
 
 /// The delays from cross-correlation.
-pub fn delays(opinion: &SecondOpinion) -> Table {
+pub fn delays(opinion: &NonparametricAnalysis) -> Table {
     let columns = [
         ("recording", ""),
         ("first response", "ms"),

@@ -15,11 +15,11 @@ fn noisy(input: &str, seed: u64) -> Recording {
     synthetic::noisy(run.expect("a run"), seed)
 }
 
-fn page_of(comparison: &Comparison, second_opinion: &SecondOpinion) -> Page {
+fn page_of(comparison: &Comparison, nonparametric: &NonparametricAnalysis) -> Page {
     page(&Content {
         assessments: &comparison.assessments,
         ranking: Some(&comparison.ranking),
-        second_opinion,
+        nonparametric,
         notes: &[],
     })
 }
@@ -38,8 +38,8 @@ fn the_page_shows_every_recording_residual_and_parameter_and_is_self_contained()
     };
     let comparison = Comparison::of(&candidates, &fitted, &held_out, &options, &|_| {});
     let comparison = comparison.expect("they fit");
-    let second_opinion = SecondOpinion::of(&fitted);
-    let page = page_of(&comparison, &second_opinion);
+    let nonparametric = NonparametricAnalysis::of(&fitted);
+    let page = page_of(&comparison, &nonparametric);
     let titles: Vec<&str> = page.figures().map(|f| f.title.as_str()).collect();
     assert_eq!(titles[..2], ["pulse", "3-2-1-1"]);
     let residuals = titles.iter().filter(|t| t.starts_with("Residuals of"));
@@ -59,8 +59,7 @@ fn the_page_shows_every_recording_residual_and_parameter_and_is_self_contained()
         assert!(html.contains(text), "{text}");
     }
     assert!(html.contains("default-src 'none'") && !html.contains("src="));
-    let document =
-        identification::document::document(&comparison.assessments, &second_opinion, &[]);
+    let document = identification::document::document(&comparison.assessments, &nonparametric, &[]);
     let pole = &document["models"][0]["parameters"][0];
     assert_eq!(pole["name"], "pole_rad_s");
     assert!((pole["estimate"].as_f64().expect("a number") - 30.0).abs() < 0.5);
@@ -79,7 +78,7 @@ fn the_curves_of_the_best_complete_models_are_drawn() {
     };
     let comparison = Comparison::of(&candidates, &fitted, &[], &options, &|_| {});
     let comparison = comparison.expect("they fit");
-    let page = page_of(&comparison, &SecondOpinion::of(&fitted));
+    let page = page_of(&comparison, &NonparametricAnalysis::of(&fitted));
     let figure = page.figures().next().expect("a figure");
     // By the BIC the simpler one is better.
     let caption = &figure.caption;

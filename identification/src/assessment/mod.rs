@@ -2,13 +2,13 @@
 //! what speaks against it in words.
 
 pub mod limited;
-pub mod second_opinion;
+pub mod nonparametric;
 mod warnings;
 
 use std::sync::Arc;
 
 pub use limited::{Limited, Stretch};
-pub use second_opinion::SecondOpinion;
+pub use nonparametric::NonparametricAnalysis;
 
 use super::{
     engine::predict,

@@ -1,4 +1,4 @@
-//! What speaks against a fit, in words.
+//! Warnings about a fit, in words.
 
 use super::{Assessed, Assessment};
 use crate::{
@@ -6,18 +6,18 @@ use crate::{
     statistics::distributions::{COVERED, two_sided},
 };
 
-/// Two estimates this much correlated can hardly be told apart.
+/// Correlation above which two estimates can hardly be distinguished.
 const STRONG_CORRELATION: f64 = 0.98;
-/// An error as small as this comes from no sensor, deg.
+/// RMS error below which data are simulated without noise, deg.
 const EXACT_DEG: f64 = 1e-6;
 /// Theil's coefficient above which the agreement is called poor.
 const POOR_INEQUALITY: f64 = 0.3;
-/// Share of the error that a bias may have.
+/// Share of the bias in the mean square error above which it is reported.
 const LARGE_BIAS: f64 = 0.1;
-/// Fewer starts than this share that end in the optimum are few.
+/// Share of starts that end in the optimum below which a warning is due.
 const FEW_STARTS: f64 = 0.25;
 
-/// All of them.
+/// All warnings.
 pub fn all(assessment: &Assessment) -> Vec<String> {
     let mut warnings = Vec::new();
     search(assessment, &mut warnings);
@@ -29,7 +29,7 @@ pub fn all(assessment: &Assessment) -> Vec<String> {
         limits(experiment, &mut warnings);
         residuals(experiment, &mut warnings);
     }
-    colour(assessment, &mut warnings);
+    coloured_residuals(assessment, &mut warnings);
     warnings
 }
 
@@ -38,53 +38,54 @@ fn search(assessment: &Assessment, warnings: &mut Vec<String>) {
     match fit.termination {
         Termination::Converged => {}
         Termination::IterationLimit => {
-            warnings.push("the search ended at its most iterations, not at an optimum".into());
+            warnings.push("the search reached its iteration limit before an optimum".into());
         }
         Termination::Stalled => {
-            warnings.push("the search came to a halt where the cost still slopes".into());
+            warnings.push("the search stalled where the gradient of the cost is not zero".into());
         }
         Termination::Interrupted => {
-            warnings.push("the search was interrupted: this is its best until then".into());
+            warnings.push("the search was interrupted: these are its best values so far".into());
         }
     }
-    if fit.reading.is_held {
+    if fit.assumptions.is_held {
         warnings.push(
-            "the command is taken to keep its value from sample to sample: that fits better than a smooth one; \
-             --hold smooth says otherwise"
+            "a zero-order hold is assumed for the command: it fits better than a smooth command; \
+             --hold smooth overrides this"
                 .into(),
         );
     }
-    if fit.is_hold_open {
+    if fit.is_hold_undetermined {
         warnings.push(format!(
-            "the recordings do not tell whether the command is smooth, as is taken here, or held from sample \
-             to sample: held, the delay would be {:.4} s less; --hold zero or --hold smooth says which",
-            0.5 * usual_step_s(assessment)
+            "the recordings do not determine whether the command is smooth, as assumed here, or held \
+             from sample to sample: with a zero-order hold the delay would be {:.4} s less; \
+             --hold zero or --hold smooth decides",
+            0.5 * mean_interval_s(assessment)
         ));
     }
-    if fit.reading.begins_at_rest {
+    if fit.assumptions.begins_at_rest {
         warnings.push(
-            "the first command is taken to have come at the first sample, to an actuator at rest: that fits \
-             better than one that had been there for long"
+            "the first command is assumed to arrive at the first sample, at an actuator at rest: that \
+             fits better than a command that was applied long before"
                 .into(),
         );
     }
-    if let Some(case) = fit.no_better_than {
+    if let Some(nested) = fit.no_better_than {
         warnings.push(format!(
-            "it fits no better than {case} but by chance: it stays where {case} fits best, and what it has \
-             beyond that one is not identifiable from these experiments"
+            "by a likelihood-ratio test it fits no better than {nested}: it is reported at the optimum \
+             of {nested}, and its additional parameters are not identifiable from these experiments"
         ));
     }
     let (tried, ended_here) = fit.starts;
     if tried > 1 && (ended_here as f64) < FEW_STARTS * tried as f64 {
         warnings.push(format!(
-            "only {ended_here} of {tried} starts end in this optimum: there are others; --starts \
-             tries more"
+            "only {ended_here} of {tried} starts end in this optimum: there are other minima; \
+             --starts tries more"
         ));
     }
 }
 
-/// From sample to sample of the first recording, s.
-fn usual_step_s(assessment: &Assessment) -> f64 {
+/// Mean sample interval of the first recording, s.
+fn mean_interval_s(assessment: &Assessment) -> f64 {
     let time_s = assessment
         .experiments
         .first()
@@ -95,8 +96,8 @@ fn usual_step_s(assessment: &Assessment) -> f64 {
     }
 }
 
-/// The name of an estimate, with its experiment where it belongs to one.
-fn called(assessment: &Assessment, estimate: &Estimate) -> String {
+/// The name of an estimate, with its experiment where it has one.
+fn label(assessment: &Assessment, estimate: &Estimate) -> String {
     let experiments = &assessment.fit.experiments;
     match estimate.experiment.and_then(|index| experiments.get(index)) {
         Some(experiment) => format!("{} of {}", estimate.name, experiment.name),
@@ -105,23 +106,23 @@ fn called(assessment: &Assessment, estimate: &Estimate) -> String {
 }
 
 fn parameter(assessment: &Assessment, estimate: &Estimate) -> Option<String> {
-    let (name, unit) = (called(assessment, estimate), estimate.unit);
+    let (name, unit) = (label(assessment, estimate), estimate.unit);
     let limit = match estimate.at_bound {
         Some(Bound::Low) => Some(("lower", estimate.bounds.0)),
         Some(Bound::High) => Some(("upper", estimate.bounds.1)),
         None => None,
     };
     match limit {
-        Some((which, bound)) if estimate.identifiable => Some(format!(
-            "{name} stands at its {which} bound of {bound} {unit}"
-        )),
+        Some((which, bound)) if estimate.identifiable => {
+            Some(format!("{name} is at its {which} bound of {bound} {unit}"))
+        }
         Some((which, bound)) => Some(format!(
-            "{name} runs into its {which} bound of {bound} {unit}: it is not identifiable from \
+            "{name} reaches its {which} bound of {bound} {unit}: it is not identifiable from \
              these experiments"
         )),
         None if !estimate.identifiable => Some(format!(
-            "{name} is not identifiable from these experiments: they leave it open, or cannot tell \
-             it from others"
+            "{name} is not identifiable from these experiments: they do not determine it, or only \
+             together with others"
         )),
         None => None,
     }
@@ -133,17 +134,17 @@ fn correlated(assessment: &Assessment, warnings: &mut Vec<String>) {
         for (j, column) in fit.rows.iter().enumerate().take(i) {
             let correlation = fit.correlation[(i, j)];
             if correlation.abs() > STRONG_CORRELATION {
-                let [a, b] = [column, row].map(|k| called(assessment, &fit.estimates[*k]));
+                let [a, b] = [column, row].map(|k| label(assessment, &fit.estimates[*k]));
                 warnings.push(format!(
-                    "{a} and {b} are correlated by {correlation:.3}: these experiments hardly tell \
-                     them apart"
+                    "{a} and {b} are correlated by {correlation:.3}: these experiments hardly \
+                     distinguish them"
                 ));
             }
         }
     }
 }
 
-/// That the data were rate limited, and for how long.
+/// Time at rate and duty limits.
 fn limits(experiment: &Assessed, warnings: &mut Vec<String>) {
     let (limited, name) = (&experiment.limited, &experiment.recording.name);
     let Some(longest) = limited.longest() else {
@@ -152,8 +153,8 @@ fn limits(experiment: &Assessed, warnings: &mut Vec<String>) {
     let total_s = limited.rate_limited_s();
     warnings.push(format!(
         "{name} is rate limited for {total_s:.3} s of {:.3} s ({:.0} %): up {:.3} s, down {:.3} s, \
-         duty {:.3} s; the longest stretch is from {:.3} s to {:.3} s; linear tools find a slower \
-         system in such data",
+         duty {:.3} s; the longest stretch is from {:.3} s to {:.3} s; linear methods identify a \
+         slower system from such data",
         limited.duration_s,
         100.0 * total_s / limited.duration_s,
         limited.rate_up_s,
@@ -164,7 +165,7 @@ fn limits(experiment: &Assessed, warnings: &mut Vec<String>) {
     ));
 }
 
-/// Whether nothing but rounding is left: there is nothing to be said of it.
+/// Whether the residuals are rounding errors only, which need no warning.
 fn is_exact(experiment: &Assessed) -> bool {
     experiment.quality.is_some_and(|q| q.rms_deg < EXACT_DEG)
 }
@@ -193,15 +194,15 @@ fn residuals(experiment: &Assessed, warnings: &mut Vec<String>) {
     let correlations = experiment.correlations.as_ref();
     if let Some(found) = correlations.filter(|c| c.is_correlated_with_input()) {
         warnings.push(format!(
-            "{name}: the command still shows in the residual ({:.1} times its 95 % band): the \
-             actuator does something that the model does not",
+            "{name}: the residual is correlated with the command ({:.1} times its 95 % band): the \
+             model lacks dynamics",
             found.cross_ratio
         ));
     }
 }
 
-/// That the standard errors for white residuals are too small, and by how much.
-fn colour(assessment: &Assessment, warnings: &mut Vec<String>) {
+/// Coloured residuals, and the factor by which the white standard errors are too small.
+fn coloured_residuals(assessment: &Assessment, warnings: &mut Vec<String>) {
     let inexact = assessment.experiments.iter().filter(|e| !is_exact(e));
     let coloured = inexact.filter(|e| {
         let whiteness = e.correlations.as_ref().map(|c| c.whiteness);

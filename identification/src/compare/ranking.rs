@@ -1,4 +1,4 @@
-//! Which of several fitted models is best, and which of those that are as good is simplest.
+//! Ranks fitted models, and selects the simplest of those that are not worse than the best.
 
 use std::cmp::Ordering;
 
@@ -11,10 +11,10 @@ use crate::{
     },
 };
 
-/// A difference of the BIC that is worth no mention.
+/// A difference of the BIC below which models are not distinguished.
 const SMALL_BIC: f64 = 2.0;
 
-/// The place of a model, and why it stands there.
+/// The rank of a model, with the reason.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rank {
     /// Which of the assessments.
@@ -23,23 +23,23 @@ pub struct Rank {
     /// samples as are independent of each other in the residuals of the model that fits best. Of them, the
     /// most is noise; what is left out of another colours its residuals, and is no noise.
     pub score: f64,
-    /// Whether the data can tell it from the best.
+    /// Whether the data distinguish it from the best.
     pub is_distinguishable: bool,
-    /// Why it stands where it stands.
+    /// The reason for its rank.
     pub reason: String,
 }
 
 /// All models from the best to the worst.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ranking {
-    /// By what: in words.
+    /// The criterion, in words.
     pub criterion: &'static str,
     /// The models, best first.
     pub ranks: Vec<Rank>,
     /// Which of the assessments is enough: of those that cannot be told from the best the one with
     /// the fewest parameters.
     pub enough: usize,
-    /// Why, in words.
+    /// The reason, in words.
     pub verdict: String,
 }
 
@@ -108,7 +108,7 @@ impl Ranking {
     }
 }
 
-/// Residuals on the same held-out recordings: the test of Diebold and Mariano.
+/// By the residuals on held-out recordings: the test of Diebold and Mariano.
 fn by_held_out(best: &Assessment, other: &Assessment) -> (bool, String) {
     let pairs = other.validation.iter().zip(&best.validation);
     let residuals = pairs.map(|(other, best): (&Assessed, &Assessed)| Residuals {
@@ -179,16 +179,16 @@ fn verdict(assessments: &[Assessment], ranks: &[Rank], enough: usize) -> String 
             let next = &ranks[1];
             let other = &assessments[next.index].name;
             format!(
-                "{name} is enough: the data tell it from all others, of which {other} comes next ({})",
+                "{name} is enough: the data distinguish it from all others, of which {other} comes next ({})",
                 next.reason
             )
         }
         _ if name == best => format!(
-            "{name} is enough: it is the best and, of the {equals} that the data cannot tell apart, \
+            "{name} is enough: it is the best and, of the {equals} that the data do not distinguish, \
              the simplest with {unknowns} free parameters"
         ),
         _ => format!(
-            "{name} is enough: the data cannot tell it from {best}, and of the {equals} such models \
+            "{name} is enough: the data do not distinguish it from {best}, and of the {equals} such models \
              it is the simplest with {unknowns} free parameters"
         ),
     }

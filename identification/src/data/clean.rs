@@ -25,7 +25,7 @@ pub fn recording(
         places,
         notes: Vec::new(),
     };
-    cleaning.say_units();
+    cleaning.note_assumed_units();
     let time = cleaning.column(Quantity::Time)?.unwrap_or_default();
     let (rows, time_s) = cleaning.rows(&time, import.window_s)?;
     let mut take = |quantity| {
@@ -48,7 +48,7 @@ pub fn recording(
         hold: import.hold,
         constants,
     };
-    cleaning.look_at(&mut recording, &rows, import.keep_clipped);
+    cleaning.check_signals(&mut recording, &rows, import.keep_clipped);
     cleaning.notes.sort_by_key(|note| note.line);
     Ok(Imported {
         recording,
@@ -71,11 +71,11 @@ impl Cleaning<'_> {
         });
     }
 
-    fn say_units(&mut self) {
+    fn note_assumed_units(&mut self) {
         for place in self.places.iter().filter(|place| place.is_assumed) {
             let (name, column) = (place.quantity.name(), &self.table.names[place.index]);
             let text = format!(
-                "column `{column}` has no unit, deg is assumed; --column {name}={column}:UNIT says \
+                "column `{column}` has no unit, deg is assumed; --column {name}={column}:UNIT sets \
                  another"
             );
             self.note(self.table.header_line, text);
@@ -109,7 +109,7 @@ impl Cleaning<'_> {
         window: Option<(f64, f64)>,
     ) -> Result<(Vec<usize>, Vec<f64>), ImportError> {
         let (mut rows, mut times): (Vec<usize>, Vec<f64>) = (Vec::new(), Vec::new());
-        let (mut missing, mut twice) = (Tally::default(), Tally::default());
+        let (mut missing, mut duplicates) = (Tally::default(), Tally::default());
         let mut latest = f64::NEG_INFINITY;
         for (row, &t) in time.iter().enumerate() {
             if t.is_nan() {
@@ -122,14 +122,14 @@ impl Cleaning<'_> {
                 );
                 return Err(self.table.problem(self.table.line(row), problem));
             }
-            let is_twice = t == latest;
+            let is_duplicate = t == latest;
             latest = t;
             if window.is_some_and(|(from, to)| t < from || t > to) {
                 continue;
             }
-            if is_twice && times.last() == Some(&t) {
+            if is_duplicate && times.last() == Some(&t) {
                 // The later one is the newer one.
-                twice.count(row);
+                duplicates.count(row);
                 rows.pop();
                 times.pop();
             }
@@ -138,10 +138,10 @@ impl Cleaning<'_> {
         }
         self.tally(&missing, "rows have no time and are left out");
         self.tally(
-            &twice,
+            &duplicates,
             "rows have the time of the row before, which is left out",
         );
-        self.say_gaps(&rows, &times);
+        self.note_gaps(&rows, &times);
         Ok((rows, times))
     }
 
@@ -152,7 +152,7 @@ impl Cleaning<'_> {
         }
     }
 
-    fn say_gaps(&mut self, rows: &[usize], times: &[f64]) {
+    fn note_gaps(&mut self, rows: &[usize], times: &[f64]) {
         let Some(usual_s) = median_step_s(times) else {
             return;
         };
@@ -164,13 +164,13 @@ impl Cleaning<'_> {
         let count = gaps.len();
         let text = format!(
             "{count} gaps without samples; the longest, before this line, lasts {longest_s:.4} s \
-             where {usual_s:.4} s are usual; the command is taken to rest in them"
+             where {usual_s:.4} s are usual; the command is assumed constant in them"
         );
         self.note(self.table.line(rows[place + 1]), text);
     }
 
     /// Says what is missing, clipped or turned over in the angle, and mends it.
-    fn look_at(&mut self, recording: &mut Recording, rows: &[usize], keep_clipped: bool) {
+    fn check_signals(&mut self, recording: &mut Recording, rows: &[usize], keep_clipped: bool) {
         for (what, column) in [
             (
                 "command, which keeps its last value",
@@ -202,13 +202,13 @@ impl Cleaning<'_> {
             let Clipped { samples, angle_deg } = clipped.clone();
             let count = samples.len();
             let consequence = if keep_clipped {
-                "they are compared all the same"
+                "they are compared nevertheless"
             } else {
                 "they are not compared; --keep-clipped compares them"
             };
             let text = format!(
-                "{count} samples stand at {angle_deg:.3} deg, the end of all angles here, while the \
-                 actuator should move: a stop, or a sensor at its end; {consequence}"
+                "{count} samples stay at {angle_deg:.3} deg, an end of the range of angles, while the \
+                 actuator should move: a hard stop, or a clipped sensor; {consequence}"
             );
             self.note(self.table.line(rows[samples.start]), text);
             if !keep_clipped {

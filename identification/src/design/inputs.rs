@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use model_core::{excitation::catalogue::Input, parameter::ParameterError};
 
-use super::{Bench, Designed};
+use super::{Designed, ExperimentSetup};
 use crate::problem::IdentifyError;
 
 /// What the inputs have to keep.
@@ -27,10 +27,10 @@ const HALVINGS: usize = 10;
 
 /// The bandwidth that a model's parameters suggest, Hz; of one without a telling parameter the 4.775 Hz
 /// of the paper.
-pub fn bandwidth_hz(bench: &Bench) -> f64 {
+pub fn bandwidth_hz(setup: &ExperimentSetup) -> f64 {
     let value = |name: &str| {
-        let index = bench.model.parameter_index(name)?;
-        Some(bench.values[index]).filter(|v| v.is_finite() && *v > 0.0)
+        let index = setup.model.parameter_index(name)?;
+        Some(setup.values[index]).filter(|v| v.is_finite() && *v > 0.0)
     };
     let rad_s = value("pole_rad_s")
         .or_else(|| value("natural_frequency_rad_s"))
@@ -95,37 +95,37 @@ fn prbs(bandwidth_hz: f64, duration_s: f64) -> Vec<(&'static str, f64)> {
 /// purpose; never beyond the greatest command. `None` of a name that is no input.
 ///
 /// # Errors
-/// Those of [`timed`] and of [`Bench::predict`], in words.
+/// Those of [`timed`] and of [`ExperimentSetup::predict`], in words.
 pub fn design(
-    bench: &Bench,
+    setup: &ExperimentSetup,
     name: &str,
     limits: &Limits,
     is_beyond: bool,
 ) -> Option<Result<Designed, String>> {
-    let input = timed(name, limits.bandwidth_hz, bench.duration_s)?;
+    let input = timed(name, limits.bandwidth_hz, setup.duration_s)?;
     Some(
         input
             .map_err(|e| e.to_string())
-            .and_then(|input| scaled(bench, input, limits, is_beyond)),
+            .and_then(|input| scaled(setup, input, limits, is_beyond)),
     )
 }
 
 fn scaled(
-    bench: &Bench,
+    setup: &ExperimentSetup,
     mut input: Input,
     limits: &Limits,
     is_beyond: bool,
 ) -> Result<Designed, String> {
     let said = |error: IdentifyError| error.to_string();
     let excitation = input.excitation().map_err(|error| error.to_string())?;
-    let unit = bench.command(&excitation);
+    let unit = setup.command(&excitation);
     let peak = unit.iter().fold(0.0, |peak: f64, c| peak.max(c.abs()));
     if peak == 0.0 {
         return Err("the input does not move within the experiment".into());
     }
     let share_of = |amplitude: f64| {
         let command: Vec<f64> = unit.iter().map(|c| c * amplitude / peak).collect();
-        bench.limited_share(&command).map_err(said)
+        setup.limited_share(&command).map_err(said)
     };
     let wanted = if is_beyond {
         BEYOND_SHARE
@@ -159,14 +159,14 @@ fn scaled(
         .map_err(|error| error.to_string())?;
     if matches!(input, Input::Ramp(_)) {
         // A ramp of another height that takes the same time.
-        let rate = 5.0 / bench.duration_s * factor;
+        let rate = 5.0 / setup.duration_s * factor;
         input
             .set("rate_deg_s", rate)
             .map_err(|error| error.to_string())?;
     }
     let excitation = input.excitation().map_err(|error| error.to_string())?;
-    let command_deg = bench.command(&excitation);
-    let prediction = bench.predict(&command_deg).map_err(said)?;
+    let command_deg = setup.command(&excitation);
+    let prediction = setup.predict(&command_deg).map_err(said)?;
     Ok(Designed {
         input,
         is_beyond,

@@ -18,7 +18,7 @@ use nalgebra::DMatrix;
 
 use super::{
     assessment::Limited,
-    covariance::seen,
+    covariance::identifiable,
     engine::normal_equations,
     experiment::Experiment,
     model::{ActiveLimit, Model, Sample},
@@ -29,7 +29,7 @@ use super::{
 
 /// What is expected of the actuator and of the bench.
 #[derive(Clone)]
-pub struct Bench {
+pub struct ExperimentSetup {
     /// What will be fitted.
     pub model: Arc<dyn Model>,
     /// Its expected parameters, in its order.
@@ -98,7 +98,7 @@ impl Prediction {
     }
 }
 
-impl Bench {
+impl ExperimentSetup {
     /// The bench for a model with the parameters that it has by default. What is infinite or belongs
     /// to a run's start is not looked for.
     pub fn new(model: Arc<dyn Model>) -> Self {
@@ -219,7 +219,7 @@ pub const LEAST_STEP_S: f64 = 1.0 / TICKS_PER_SECOND as f64;
 fn standard_errors(information: &DMatrix<f64>, variance: f64) -> Vec<Option<f64>> {
     let n = information.nrows();
     let present = (0..n).filter(|i| information[(*i, *i)] > 0.0).collect();
-    let rows = seen(information, present);
+    let rows = identifiable(information, present);
     let scale: Vec<f64> = rows.iter().map(|i| information[(*i, *i)].sqrt()).collect();
     let normalised = DMatrix::from_fn(rows.len(), rows.len(), |i, j| {
         information[(rows[i], rows[j])] / (scale[i] * scale[j])

@@ -3,11 +3,11 @@
 use super::{inputs::*, *};
 use crate::{Options, Quiet, engine, models::named, statistics::tests::white};
 
-fn bench(duration_s: f64) -> Bench {
-    Bench {
+fn setup(duration_s: f64) -> ExperimentSetup {
+    ExperimentSetup {
         resolution_deg: 0.0,
         duration_s,
-        ..Bench::new(named("black-box-1").expect("a model"))
+        ..ExperimentSetup::new(named("black-box-1").expect("a model"))
     }
 }
 
@@ -16,15 +16,15 @@ const LIMITS: Limits = Limits {
     most_deg: 60.0,
 };
 
-fn designed(bench: &Bench, name: &str, is_beyond: bool) -> Designed {
-    let designed = design(bench, name, &LIMITS, is_beyond).expect("an input");
+fn designed(setup: &ExperimentSetup, name: &str, is_beyond: bool) -> Designed {
+    let designed = design(setup, name, &LIMITS, is_beyond).expect("an input");
     designed.expect("it can be made")
 }
 
 /// The scatter of each parameter over many fits to the same experiment with other noise, as shares of
 /// what was predicted.
-fn scatter(bench: &Bench, design: &Designed, runs: u64) -> Vec<(&'static str, f64)> {
-    let (experiment, _) = bench.simulated(&design.command_deg).expect("an experiment");
+fn scatter(setup: &ExperimentSetup, design: &Designed, runs: u64) -> Vec<(&'static str, f64)> {
+    let (experiment, _) = setup.simulated(&design.command_deg).expect("an experiment");
     let told = design.prediction.parameters.iter();
     let told = told.filter_map(|p| Some((p.name, p.standard_error?)));
     let told: Vec<(&str, f64)> = told.collect();
@@ -33,13 +33,13 @@ fn scatter(bench: &Bench, design: &Designed, runs: u64) -> Vec<(&'static str, f6
         let noise = white(experiment.len(), seed);
         let mut recording = (*experiment.recording).clone();
         for (angle, noise) in recording.angle_deg.iter_mut().zip(noise) {
-            *angle += bench.noise_deg * noise;
-            if bench.resolution_deg > 0.0 {
-                *angle = (*angle / bench.resolution_deg).round() * bench.resolution_deg;
+            *angle += setup.noise_deg * noise;
+            if setup.resolution_deg > 0.0 {
+                *angle = (*angle / setup.resolution_deg).round() * setup.resolution_deg;
             }
         }
         let experiment = Experiment::try_new(recording).expect("a recording");
-        let problem = Problem::try_new(bench.model.clone(), vec![experiment]).expect("a problem");
+        let problem = Problem::try_new(setup.model.clone(), vec![experiment]).expect("a problem");
         let options = Options {
             starts: 1,
             ..Options::default()
@@ -61,12 +61,12 @@ fn scatter(bench: &Bench, design: &Designed, runs: u64) -> Vec<(&'static str, f6
 fn the_predicted_errors_are_those_that_fits_scatter_by() {
     // Without and with the rounding of the encoder, which counts as noise.
     for resolution_deg in [0.0, ENCODER_DEG] {
-        let bench = Bench {
+        let setup = ExperimentSetup {
             resolution_deg,
-            ..bench(4.0)
+            ..setup(4.0)
         };
-        let design = designed(&bench, "log-chirp", true);
-        let ratios = scatter(&bench, &design, 60);
+        let design = designed(&setup, "log-chirp", true);
+        let ratios = scatter(&setup, &design, 60);
         assert_eq!(ratios.len(), 6, "{ratios:?}");
         for (name, ratio) in ratios {
             // The scatter of 60 runs is known to 9 %: three and a half times that, for the worst of
@@ -78,17 +78,17 @@ fn the_predicted_errors_are_those_that_fits_scatter_by() {
 
 #[test]
 fn amplitudes_are_as_great_as_the_rate_limit_lets_them_be() {
-    let bench = bench(10.0);
+    let setup = setup(10.0);
     for name in ["log-chirp", "prbs", "3-2-1-1"] {
         let share = |design: &Designed, factor: f64| {
             let command: Vec<f64> = design.command_deg.iter().map(|c| c * factor).collect();
-            bench.limited_share(&command).expect("a run")
+            setup.limited_share(&command).expect("a run")
         };
-        let within = designed(&bench, name, false);
+        let within = designed(&setup, name, false);
         assert_eq!(share(&within, 1.0), 0.0, "{name}");
         // The margin is a tenth: a fifth more goes beyond it.
         assert!(share(&within, 1.2) > 0.0, "{name}");
-        let beyond = designed(&bench, name, true);
+        let beyond = designed(&setup, name, true);
         let is_strongest = beyond.amplitude_deg == LIMITS.most_deg;
         assert!(is_strongest || share(&beyond, 1.0) > 0.25, "{name}");
         assert!(is_strongest || share(&beyond, 0.98) <= 0.25, "{name}");
@@ -97,9 +97,9 @@ fn amplitudes_are_as_great_as_the_rate_limit_lets_them_be() {
 
 #[test]
 fn an_input_within_the_rate_limit_tells_nothing_of_it_and_one_beyond_does() {
-    let bench = bench(10.0);
-    let within = designed(&bench, "log-chirp", false);
-    let beyond = designed(&bench, "log-chirp", true);
+    let setup = setup(10.0);
+    let within = designed(&setup, "log-chirp", false);
+    let beyond = designed(&setup, "log-chirp", true);
     assert_eq!(within.prediction.limited.rate_limited_s(), 0.0);
     assert!(beyond.prediction.limited.rate_limited_s() > 1.0);
     assert!(beyond.amplitude_deg > within.amplitude_deg);
@@ -115,14 +115,14 @@ fn an_input_within_the_rate_limit_tells_nothing_of_it_and_one_beyond_does() {
 
 #[test]
 fn four_times_the_noise_makes_four_times_the_error_and_four_times_the_time_half() {
-    let short = bench(10.0);
-    let noisy = Bench {
+    let short = setup(10.0);
+    let noisy = ExperimentSetup {
         noise_deg: 0.2,
         ..short.clone()
     };
     let command = designed(&short, "prbs", false).command_deg;
-    let first = |bench: &Bench, command: &[f64]| {
-        let prediction = bench.predict(command).expect("a prediction");
+    let first = |setup: &ExperimentSetup, command: &[f64]| {
+        let prediction = setup.predict(command).expect("a prediction");
         prediction.parameters[0].standard_error.expect("the pole")
     };
     let ratio = first(&noisy, &command) / first(&short, &command);
@@ -134,15 +134,15 @@ fn four_times_the_noise_makes_four_times_the_error_and_four_times_the_time_half(
 
 #[test]
 fn every_input_of_the_catalogue_can_be_designed_or_says_why_not() {
-    let bench = bench(10.0);
+    let setup = setup(10.0);
     for name in Input::NAMES {
         for is_beyond in [false, true] {
-            let designed = design(&bench, name, &LIMITS, is_beyond).expect("an input");
+            let designed = design(&setup, name, &LIMITS, is_beyond).expect("an input");
             match designed {
                 Ok(design) => assert!(design.amplitude_deg <= 60.0, "{name}"),
                 Err(problem) => panic!("{name}: {problem}"),
             }
         }
     }
-    assert!(design(&bench, "noise", &LIMITS, false).is_none());
+    assert!(design(&setup, "noise", &LIMITS, false).is_none());
 }

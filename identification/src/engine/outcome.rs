@@ -1,4 +1,4 @@
-//! A finished search told as a [`Fit`].
+//! Makes a [`Fit`] of a finished search.
 
 use nalgebra::DMatrix;
 
@@ -10,7 +10,7 @@ use crate::model::ActiveLimit;
 use crate::problem::{Problem, Scope, Spec};
 use crate::unknowns::Unknowns;
 
-/// An estimate whose standard error is more than this share of it is none.
+/// Relative standard error above which a parameter is not identifiable.
 const VAGUE: f64 = 0.5;
 
 /// The fit at the end of a search.
@@ -47,12 +47,12 @@ pub fn fit(problem: &Problem, solution: &Solution) -> Fit {
         termination: found.termination,
         starts: solution.starts,
         no_better_than: solution.no_better_than,
-        reading: solution.reading,
-        is_hold_open: solution.is_hold_open,
+        assumptions: solution.assumptions,
+        is_hold_undetermined: solution.is_hold_undetermined,
     }
 }
 
-/// What a model has beyond a case that fits as well is told by nothing.
+/// Marks the additional parameters as not identifiable where a nested model fits as well.
 fn leave_open_beyond(problem: &Problem, case: &str, estimates: &mut [Estimate]) {
     let cases = problem.model.nested_models();
     let Some(case) = cases.iter().find(|c| c.name() == case) else {
@@ -63,7 +63,7 @@ fn leave_open_beyond(problem: &Problem, case: &str, estimates: &mut [Estimate]) 
     }
 }
 
-/// The bound at which an unknown stands.
+/// The bound that an unknown is at.
 fn bound(unknowns: &Unknowns, index: usize, value: f64) -> Option<Bound> {
     let unknown = &unknowns.list[index];
     if value <= unknown.low {
@@ -81,7 +81,7 @@ fn correlation(covariance: &DMatrix<f64>) -> DMatrix<f64> {
     })
 }
 
-/// All estimates, and which of them the rows of the covariance stand for.
+/// All estimates, and the indices of those in the rows of the covariance.
 fn estimates(
     problem: &Problem,
     unknowns: &Unknowns,
@@ -121,7 +121,7 @@ fn estimates(
     (estimates, rows)
 }
 
-/// A value that was not looked for.
+/// A fixed value.
 fn plain(spec: &Spec, value: f64) -> Estimate {
     Estimate {
         name: spec.parameter.name,
@@ -138,7 +138,7 @@ fn plain(spec: &Spec, value: f64) -> Estimate {
     }
 }
 
-/// A parameter that was given, by all or run by run.
+/// A fixed parameter, for all runs or run by run.
 fn given(problem: &Problem, parameter: usize, spec: &Spec) -> Vec<Estimate> {
     let name = problem.specs[parameter].parameter.name;
     let known = |run: usize| problem.experiments[run].recording.constants.get(name);
@@ -155,22 +155,23 @@ fn given(problem: &Problem, parameter: usize, spec: &Spec) -> Vec<Estimate> {
     values.iter().enumerate().map(one).collect()
 }
 
-/// Whether the data tell more of a parameter than that it is possible.
+/// Whether the data determine a parameter.
 fn is_identifiable(spec: &Spec, estimate: &Estimate) -> bool {
     if let Some(bound) = estimate.at_bound {
-        // No delay and no damping are answers; a pole as fast as can be is none.
+        // A delay or a damping of zero is a result; a pole at its upper bound is not.
         return bound == Bound::Low && estimate.bounds.0 == 0.0;
     }
     let error = estimate
         .standard_error
         .max(estimate.standard_error_coloured);
-    // NaN is the error of what the data do not see.
-    let has_scale = spec.is_size() || spec.parameter.unit == "s" || spec.parameter.unit == "1";
+    // Parameters without influence have NaN as their standard error.
+    let has_scale =
+        spec.is_log_scaled() || spec.parameter.unit == "s" || spec.parameter.unit == "1";
     !error.is_nan()
         && (!has_scale || spec.scope == Scope::Own || error <= VAGUE * estimate.value.abs())
 }
 
-/// What the model makes of one experiment.
+/// Prediction and residuals of one experiment.
 pub fn experiment_fit(problem: &Problem, experiment: usize, values: &[f64]) -> ExperimentFit {
     let run = &problem.experiments[experiment];
     let angles = &run.recording.angle_deg;

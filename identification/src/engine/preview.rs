@@ -1,4 +1,4 @@
-//! A problem that is quicker than the one that is asked for, to find good starts in.
+//! A faster version of a problem, in which to find good starting points.
 
 use rayon::prelude::*;
 
@@ -9,27 +9,28 @@ use crate::normal::cost;
 use crate::problem::Problem;
 use crate::unknowns::Unknowns;
 
-/// More samples than this are thinned until the best start is known.
+/// Number of samples above which the preview uses only a part of them.
 pub const MANY_SAMPLES: usize = 20_000;
 
-/// Where the cost has many dips, so many points are looked at for each start, half of them around
-/// the first look and half around where the special cases fit best.
+/// For a model with many minima, the number of points that are evaluated for each start, half of
+/// them around the estimated starting values and half around the optima of nested models.
 const LOOKS_PER_START: usize = 12;
 
-/// How far around: half of the sizes are within a factor of 3, nearly all within 20.
+/// Their spread: half of the logarithmic parameters are within a factor of 3, nearly all within 20.
 const SPREAD: f64 = 1.5;
 
-/// So many of them for each start go a few steps down before it is said which are good.
+/// The number of them for each start that are improved by a few steps before the best are selected.
 const TRIED_PER_START: usize = 4;
 const TRIED: Limits = Limits {
     iterations: 5,
     decrease: 1e-3,
 };
 
-/// So many searches of the preview go on in the problem itself, if its cost has many dips.
+/// For a model with many minima, the number of optima of the preview that are continued in the
+/// problem itself.
 const FINALISTS: usize = 3;
 
-/// How exactly the preview of such a model is searched.
+/// Termination criteria of the preview of such a model.
 const ROUGH: Limits = Limits {
     iterations: 60,
     decrease: 1e-5,
@@ -38,16 +39,16 @@ const ROUGH: Limits = Limits {
 /// A preview of a problem.
 pub struct Preview {
     pub problem: Problem,
-    /// How exactly it is worth being searched.
+    /// Termination criteria of its searches.
     pub limits: Limits,
-    /// How many of its searches are worth going on with.
+    /// The number of its optima that are continued in the problem itself.
     pub finalists: usize,
-    /// Whether it has fewer samples.
+    /// Whether it uses fewer samples.
     pub is_thinned: bool,
 }
 
 impl Preview {
-    /// With fewer samples where there are many, in longer steps where the model's cost is rough.
+    /// With fewer samples where there are many, and in longer steps for a model with many minima.
     pub fn of(problem: &Problem, limits: &Limits) -> Option<Self> {
         let samples: usize = problem.experiments.iter().map(Experiment::len).sum();
         let every = samples.div_ceil(MANY_SAMPLES);
@@ -74,9 +75,8 @@ impl Preview {
         })
     }
 
-    /// Of many points around two centres those from which a few steps lead lowest, as many as there
-    /// are starts.
-    pub fn promising(
+    /// Random points around two centres, reduced to those with the lowest cost after a few steps.
+    pub fn best_points(
         &self,
         unknowns: &Unknowns,
         centres: [&[f64]; 2],
@@ -102,7 +102,7 @@ impl Preview {
     }
 }
 
-/// Of points with their costs the `count` that cost least.
+/// The `count` points with the lowest cost.
 fn least(mut points: Vec<(f64, Vec<f64>)>, count: usize) -> Vec<Vec<f64>> {
     points.retain(|(cost, _)| cost.is_finite());
     points.sort_by(|a, b| a.0.total_cmp(&b.0));

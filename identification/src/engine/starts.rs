@@ -1,11 +1,11 @@
-//! Where the searches begin: at the problem's start, at that of a first look, and around both.
+//! Starting points: the problem's, those estimated from the data, and random points around both.
 
 use crate::problem::Problem;
 use crate::unknowns::{Unknown, Unknowns};
 use model_core::sensors::noise::Noise;
 
-/// The problem's start, and that of a first look where it is another.
-pub fn sure(problem: &Problem, unknowns: &Unknowns) -> Vec<Vec<f64>> {
+/// The problem's starting point, and that estimated from the data where it differs.
+pub fn given_and_estimated(problem: &Problem, unknowns: &Unknowns) -> Vec<Vec<f64>> {
     let given = unknowns.start();
     let look = problem.model.starting_values(&problem.experiments);
     let from_look = |(u, given): (&Unknown, &f64)| {
@@ -24,7 +24,7 @@ pub fn sure(problem: &Problem, unknowns: &Unknowns) -> Vec<Vec<f64>> {
     }
 }
 
-/// Point number `index` of those that a seed scatters around a centre.
+/// Point number `index` of a random sequence around a centre.
 pub fn scattered(
     unknowns: &Unknowns,
     centre: &[f64],
@@ -33,12 +33,12 @@ pub fn scattered(
 ) -> Vec<f64> {
     let mut noise = Noise::new(seed, index as u64);
     let scatter = |(u, centre): (&Unknown, &f64)| {
-        // Half of the starts are within a factor of 2 of a size, nearly all within 8.
+        // Half of the factors are within 2, nearly all within 8.
         let number = noise.gaussian(spread);
-        let moved = if u.is_size {
+        let moved = if u.is_log_scaled {
             centre * number.exp()
         } else if u.low == 0.0 && u.high.is_finite() {
-            // A delay, say: from nothing to several times the first guess.
+            // A delay, for example: from zero to several times the estimate.
             centre.max(1e-3 * u.high) * number.exp()
         } else {
             *centre

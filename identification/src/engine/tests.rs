@@ -1,10 +1,10 @@
 //! What the search is held to, on recordings with a known truth.
 
+mod assumptions;
+mod edge_cases;
 mod many;
 mod motors;
 mod nested;
-mod odd;
-mod readings;
 
 use super::*;
 use crate::models;

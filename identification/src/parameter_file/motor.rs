@@ -6,7 +6,7 @@ use super::Set;
 use crate::fit::{Estimate, Fit};
 
 /// A fitted motor or servo.
-pub(super) struct Bench<'a> {
+pub(super) struct DrivetrainParameters<'a> {
     fit: &'a Fit,
     friction_model: f64,
     is_servo: bool,
@@ -55,7 +55,7 @@ pub(super) fn form(model: &str) -> Option<(bool, f64)> {
     Some((is_servo, friction.parse().ok()?))
 }
 
-impl<'a> Bench<'a> {
+impl<'a> DrivetrainParameters<'a> {
     /// The bench of a fit; `None` where it is no motor.
     pub fn of(fit: &'a Fit) -> Option<Self> {
         let (is_servo, friction_model) = form(fit.model)?;

@@ -1,24 +1,29 @@
 //! What a recording does not say of its command is decided by what fits.
 
 use super::*;
-use crate::experiment::Reading;
+use crate::experiment::Assumptions;
 use crate::recording::Hold;
 
-const USUAL: Reading = Reading {
+const USUAL: Assumptions = Assumptions {
     is_held: false,
     begins_at_rest: false,
 };
-const HELD: Reading = Reading {
+const HELD: Assumptions = Assumptions {
     is_held: true,
     ..USUAL
 };
-const AT_REST: Reading = Reading {
+const AT_REST: Assumptions = Assumptions {
     begins_at_rest: true,
     ..USUAL
 };
 
 /// What black box 1 answers to a command that is read so, as an encoder shows it.
-fn answered(command: impl Fn(f64) -> f64, rate_hz: f64, reading: Reading, seed: u64) -> Recording {
+fn answered(
+    command: impl Fn(f64) -> f64,
+    rate_hz: f64,
+    assumptions: Assumptions,
+    seed: u64,
+) -> Recording {
     let count = (6.0 * rate_hz) as u32;
     let time_s: Vec<f64> = (0..count).map(|i| f64::from(i) / rate_hz).collect();
     let recording = Recording {
@@ -33,7 +38,7 @@ fn answered(command: impl Fn(f64) -> f64, rate_hz: f64, reading: Reading, seed: 
     ready.angle_deg[1] = 1.0;
     let run = Experiment::try_new(ready)
         .expect("a recording")
-        .read(reading);
+        .under(assumptions);
     let model = models::named("black-box-1").expect("a model");
     let truth = |p: &crate::ModelParameter| {
         let known = BLACK_BOX_1.iter().find(|(name, _)| *name == p.name);
@@ -53,9 +58,9 @@ fn answered(command: impl Fn(f64) -> f64, rate_hz: f64, reading: Reading, seed: 
     )
 }
 
-fn assert_found(recording: Recording, reading: Reading) {
+fn assert_found(recording: Recording, assumptions: Assumptions) {
     let fit = fitted(&problem("black-box-1", vec![recording]));
-    assert_eq!(fit.reading, reading);
+    assert_eq!(fit.assumptions, assumptions);
     for (name, truth) in BLACK_BOX_1 {
         let e = fit.estimate(name).expect("an estimate");
         let is_within = !e.identifiable || (e.value - truth).abs() < 3.0 * e.standard_error;
@@ -77,8 +82,8 @@ fn quick_chirp(t: f64) -> f64 {
 
 #[test]
 fn a_chirp_that_was_held_between_its_samples_is_told_from_a_smooth_one() {
-    for reading in [USUAL, HELD] {
-        assert_found(answered(quick_chirp, 50.0, reading, 1), reading);
+    for assumptions in [USUAL, HELD] {
+        assert_found(answered(quick_chirp, 50.0, assumptions, 1), assumptions);
     }
 }
 
@@ -92,7 +97,7 @@ fn a_chirp_that_does_not_tell_whether_it_was_held_is_taken_for_smooth_and_that_i
         };
         let fit = fitted(&problem("black-box-1", vec![recording]));
         let delay = fit.estimate("delay_s").expect("an estimate").clone();
-        (delay.value, delay.standard_error, fit.is_hold_open)
+        (delay.value, delay.standard_error, fit.is_hold_undetermined)
     };
     let (smooth_s, error_s, is_open) = delay(Hold::Auto);
     assert!(is_open);
@@ -121,8 +126,8 @@ fn steps(t: f64) -> f64 {
 #[test]
 fn a_command_that_comes_with_the_first_sample_is_told_from_one_that_was_there() {
     // Commands of 45 deg that step, to an actuator at 0 deg.
-    for reading in [USUAL, AT_REST] {
-        assert_found(answered(steps, 250.0, reading, 2), reading);
+    for assumptions in [USUAL, AT_REST] {
+        assert_found(answered(steps, 250.0, assumptions, 2), assumptions);
     }
 }
 

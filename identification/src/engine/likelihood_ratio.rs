@@ -1,12 +1,12 @@
-//! What the data do not need.
+//! Likelihood-ratio tests of parameters that the data do not require.
 //!
-//! A limit of the rate just below the fastest motion of a recording always fits a little better: it
-//! cuts off noise. Such a limit is an accident. One without which the rest fits as well, by the
-//! likelihood ratio, is moved beyond all that was seen; its standard error is none then.
+//! A rate limit just below the fastest motion of a recording always fits a little better, because it
+//! cuts off noise. A limit without which the other parameters fit as well, by the likelihood ratio,
+//! is moved beyond all observed rates; it has no standard error then.
 //!
-//! A model that contains a simpler one always fits a little better too, and what it has beyond that one then
-//! stands anywhere: a recording that is left out is predicted worse by it, at times by far. Where the rest
-//! is worth no more than chance the model stays where the simpler one fits best.
+//! A model with a nested model always fits a little better as well, at arbitrary values of its
+//! additional parameters, and may predict held-out recordings much worse. Where the additional
+//! parameters are not significant, the model is reported at the optimum of the nested one.
 
 use super::nested::NestedStart;
 use crate::levenberg::{Found, Limits, search};
@@ -15,15 +15,15 @@ use crate::problem::Problem;
 use crate::statistics::distributions::chi_squared_exceeds;
 use crate::unknowns::Unknowns;
 
-/// Twice the logarithm of the likelihood ratio that one parameter reaches by accident in one case
-/// of six hundred (chi-squared, one degree of freedom).
+/// Threshold of twice the logarithm of the likelihood ratio: one insignificant parameter exceeds it
+/// in one case of six hundred (chi-squared, one degree of freedom).
 const ACCIDENT: f64 = 10.0;
 
-/// Of that size, no other values of the remaining parameters make up for a missing limit.
+/// Value above which a limit is certainly significant, so that no search without it is needed.
 const HOPELESS: f64 = 1e4;
 
-/// The optimum with every needless limit out of the way.
-pub fn needless_limits(
+/// The optimum with every insignificant limit removed.
+pub fn without_insignificant_limits(
     problem: &Problem,
     unknowns: &Unknowns,
     mut found: Found,
@@ -57,20 +57,21 @@ pub fn needless_limits(
     found
 }
 
-/// Whether what costs `less` is likelier than what costs `more` by more than an accident.
-pub fn is_worth_a_choice(problem: &Problem, unknowns: &Unknowns, more: f64, less: f64) -> bool {
+/// Whether a cost of `less` is significantly better than a cost of `more`.
+pub fn is_significant(problem: &Problem, unknowns: &Unknowns, more: f64, less: f64) -> bool {
     (more - less) * freedom(problem, unknowns) / less > ACCIDENT
 }
 
-/// Samples beyond the unknowns.
+/// Degrees of freedom: samples less unknowns.
 fn freedom(problem: &Problem, unknowns: &Unknowns) -> f64 {
     let angles = problem.experiments.iter().map(|e| &e.recording.angle_deg);
     let samples = angles.flatten().filter(|a| !a.is_nan()).count();
     samples.saturating_sub(unknowns.list.len()).max(1) as f64
 }
 
-/// The optimum, or that of the special case that fits best and no worse but for chance, with its name.
-pub fn needless_rest(
+/// The optimum, or that of the best nested model with its name, if the fit is not significantly
+/// better.
+pub fn reduced_to_nested(
     problem: &Problem,
     unknowns: &Unknowns,
     found: Found,

@@ -9,7 +9,7 @@ use crate::{
 
 /// Delay by cross-correlation, frequency response, equivalent systems of low order.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct SecondOpinion {
+pub struct NonparametricAnalysis {
     /// For each recording with its name; `None` where its command and angle are not correlated.
     pub delays: Vec<(String, Option<DelayEstimate>)>,
     /// Of all recordings together; `None` where they are too short or at rest.
@@ -20,7 +20,7 @@ pub struct SecondOpinion {
     pub second_order: Option<Equivalent>,
 }
 
-impl SecondOpinion {
+impl NonparametricAnalysis {
     /// Of all these experiments.
     pub fn of(experiments: &[Experiment]) -> Self {
         let recordings: Vec<&Recording> = experiments.iter().map(|e| &*e.recording).collect();
