@@ -1,14 +1,14 @@
 //! A sampled command as a function of time: cubic polynomials from sample to sample.
 //!
-//! A recording does not say what its command does between two samples. A step is one from the
-//! sample where the new value stands; a chirp is a smooth curve through the samples. A model that
-//! is given the one for the other is wrong by half a sample of delay.
+//! A recording does not contain the command between two samples. A step takes place at the sample
+//! with the new value; a chirp is a smooth curve through the samples. The wrong assumption causes an
+//! error of half a sample of delay.
 
 mod spline;
 
 use super::recording::Hold;
 
-/// A stretch of the command: `q0 + q1 u + q2 u^2 + q3 u^3`, `u` in s from its start.
+/// A segment of the command: `q0 + q1 u + q2 u^2 + q3 u^3`, `u` in s from its start.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Segment {
     /// Its start after the first sample, ns.
@@ -33,7 +33,7 @@ impl Segment {
 }
 
 impl Segment {
-    /// The command so long after its start, s.
+    /// The command `u` seconds after its start.
     #[inline]
     pub fn after(&self, u: f64) -> f64 {
         let [q0, q1, q2, q3] = self.q;
@@ -41,7 +41,7 @@ impl Segment {
     }
 }
 
-/// Reads a command at instants that grow.
+/// Evaluates a command at increasing instants.
 #[derive(Debug, Clone)]
 pub struct Reader<'a> {
     segments: &'a [Segment],
@@ -49,12 +49,12 @@ pub struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    /// A reader of these segments, of which there is at least one.
+    /// A reader of at least one segment.
     pub fn new(segments: &'a [Segment]) -> Self {
         Self { segments, index: 0 }
     }
 
-    /// The command at an instant that is not before the last one that was asked for.
+    /// The command at an instant that is not before the previous one.
     pub fn at(&mut self, time_ns: i64) -> f64 {
         while self
             .segments
@@ -68,18 +68,18 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// What the command does within the interval that follows a sample.
+/// The command within the interval that follows a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Interval {
     Held,
     Smooth,
 }
 
-/// Of a command with at most so many levels, each is held.
+/// A command with at most so many levels is a zero-order hold.
 const FEW_LEVELS: usize = 24;
 
-/// The command through these samples, the instants counted from the first. A missing value is the
-/// one before it.
+/// The command through these samples, with instants relative to the first. A missing value repeats
+/// the previous one.
 pub fn segments(time_ns: &[i64], command: &[f64], hold: Hold) -> Vec<Segment> {
     let values = filled(command);
     let kinds = intervals(&values, hold);
@@ -106,7 +106,7 @@ pub fn segments(time_ns: &[i64], command: &[f64], hold: Hold) -> Vec<Segment> {
     segments
 }
 
-/// The values with each missing one replaced by the one before, or by the first that there is.
+/// The values with each missing one replaced by the previous one, or by the first available one.
 fn filled(command: &[f64]) -> Vec<f64> {
     let first = command.iter().copied().find(|c| !c.is_nan());
     let mut last = first.unwrap_or(0.0);
@@ -119,7 +119,7 @@ fn filled(command: &[f64]) -> Vec<f64> {
     command.iter().map(next).collect()
 }
 
-/// What happens in each interval but the one after the last sample.
+/// The kind of each interval between two samples.
 fn intervals(values: &[f64], hold: Hold) -> Vec<Interval> {
     let moves: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
     if hold == Hold::Zero || (hold == Hold::Auto && has_few_levels(values)) {
@@ -127,11 +127,11 @@ fn intervals(values: &[f64], hold: Hold) -> Vec<Interval> {
     }
     let size = |i: usize| moves.get(i).map_or(0.0, |m| m.abs());
     let before = |i: usize| i.checked_sub(1).map_or(0.0, size);
-    // A move with none beside it is a step; a slope goes on at least on one side.
+    // An isolated change is a step; a slope continues on at least one side.
     let is_step = |i: usize| hold == Hold::Auto && before(i).max(size(i + 1)) < size(i) / 4.0;
     let is_slope = |i: usize| size(i) > 0.0 && !is_step(i);
     let kind = |i: usize| {
-        // Two samples beside the top of a curve may be alike.
+        // The two samples next to the maximum of a curve may be equal.
         let is_top = size(i) == 0.0 && i > 0 && is_slope(i - 1) && is_slope(i + 1);
         if is_slope(i) || is_top {
             Interval::Smooth
@@ -155,7 +155,7 @@ fn has_few_levels(values: &[f64]) -> bool {
     true
 }
 
-/// Says of each segment whether it begins where the one before ended.
+/// Marks the segments that do not begin at the end of the previous one.
 fn mark_jumps(segments: &mut [Segment]) {
     for i in 1..segments.len() {
         let before = segments[i - 1];

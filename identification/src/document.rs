@@ -1,4 +1,4 @@
-//! Everything that identification found, as JSON.
+//! The results of an identification as JSON.
 
 use nalgebra::DMatrix;
 use serde_json::{Map, Value, json};
@@ -7,9 +7,8 @@ use super::{
     assessment::{Assessed, Assessment, Limited, NonparametricAnalysis, overall},
     data::Note,
     fit::{Bound, Estimate, Fit, Termination},
-    frequency::{Equivalent, FrequencyResponse, Shape},
     model::ActiveLimit,
-    statistics::{Correlations, Quality},
+    statistics::Correlations,
 };
 
 /// The text of [`document`], with the ranking of a comparison where there is one.
@@ -26,8 +25,8 @@ pub fn text(
     format!("{:#}\n", Value::Object(document))
 }
 
-/// The document of an identification: its models, the second opinion, and what was odd in the files.
-/// Numbers that are not finite are null.
+/// The document of an identification: its models, the nonparametric analysis, and the notes about
+/// the files. Numbers that are not finite are null.
 pub fn document(
     assessments: &[Assessment],
     nonparametric: &NonparametricAnalysis,
@@ -42,7 +41,7 @@ pub fn document(
         ("program", json!("actuator")),
         ("version", json!(env!("CARGO_PKG_VERSION"))),
         ("models", json!(models)),
-        ("second_opinion", opinion(nonparametric)),
+        ("second_opinion", nonparametric_analysis(nonparametric)),
         ("notes", json!(notes)),
     ];
     entries
@@ -62,7 +61,7 @@ fn model(assessment: &Assessment) -> Value {
         "model": fit.model,
         "fit_percent": fit.fit_percent,
         "parameters": parameters,
-        "quality": quality(overall(&assessment.experiments).as_ref()),
+        "quality": overall(&assessment.experiments),
         "noise_deg": fit.noise_deg,
         "cost_deg2": fit.cost,
         "samples": fit.samples,
@@ -88,7 +87,7 @@ fn model(assessment: &Assessment) -> Value {
         },
         "experiments": assessed(&assessment.experiments),
         "validation": assessed(&assessment.validation),
-        "validation_quality": quality(overall(&assessment.validation).as_ref()),
+        "validation_quality": overall(&assessment.validation),
         "warnings": assessment.warnings,
     })
 }
@@ -127,33 +126,11 @@ fn matrix(matrix: &DMatrix<f64>) -> Vec<Vec<f64>> {
     rows.map(|row| row.iter().copied().collect()).collect()
 }
 
-/// Figures of merit.
-pub fn quality(quality: Option<&Quality>) -> Value {
-    let Some(q) = quality else {
-        return Value::Null;
-    };
-    json!({
-        "samples": q.samples,
-        "fit_percent": q.fit_percent,
-        "vaf_percent": q.vaf_percent,
-        "rms_deg": q.rms_deg,
-        "mean_absolute_deg": q.mean_absolute_deg,
-        "largest_deg": q.largest_deg,
-        "bias_deg": q.bias_deg,
-        "theil": {
-            "inequality": q.theil.inequality,
-            "bias": q.theil.bias,
-            "variance": q.theil.variance,
-            "covariance": q.theil.covariance,
-        },
-    })
-}
-
 fn experiment(assessed: &Assessed) -> Value {
     json!({
         "name": assessed.recording.name,
         "samples": assessed.recording.len(),
-        "quality": quality(assessed.quality.as_ref()),
+        "quality": assessed.quality,
         "limited": limited(&assessed.limited),
         "residuals": assessed.correlations.as_ref().map(correlations),
     })
@@ -195,7 +172,7 @@ fn correlations(c: &Correlations) -> Value {
     })
 }
 
-fn opinion(opinion: &NonparametricAnalysis) -> Value {
+fn nonparametric_analysis(analysis: &NonparametricAnalysis) -> Value {
     let delay = |(name, delay): &(String, Option<super::statistics::delay::DelayEstimate>)| {
         json!({
             "experiment": name,
@@ -206,40 +183,10 @@ fn opinion(opinion: &NonparametricAnalysis) -> Value {
         })
     };
     json!({
-        "delay": opinion.delays.iter().map(delay).collect::<Vec<_>>(),
-        "frequency_response": opinion.response.as_ref().map(response),
-        "first_order": opinion.first_order.as_ref().map(equivalent),
-        "second_order": opinion.second_order.as_ref().map(equivalent),
-    })
-}
-
-fn response(r: &FrequencyResponse) -> Value {
-    json!({
-        "frequency_hz": r.frequency_hz,
-        "gain_db": r.gain_db,
-        "phase_deg": r.phase_deg,
-        "coherence": r.coherence,
-        "gain_error_db": r.gain_error_db,
-        "phase_error_deg": r.phase_error_deg,
-        "averages": r.averages,
-    })
-}
-
-fn equivalent(e: &Equivalent) -> Value {
-    let poles = match e.shape {
-        Shape::First { pole_rad_s } => json!({ "pole_rad_s": pole_rad_s }),
-        Shape::Second {
-            natural_frequency_rad_s,
-            damping,
-        } => json!({ "natural_frequency_rad_s": natural_frequency_rad_s, "damping": damping }),
-    };
-    json!({
-        "poles": poles,
-        "gain": e.gain,
-        "delay_s": e.delay_s,
-        "cost": e.cost,
-        "from_hz": e.from_hz,
-        "to_hz": e.to_hz,
+        "delay": analysis.delays.iter().map(delay).collect::<Vec<_>>(),
+        "frequency_response": analysis.response,
+        "first_order": analysis.first_order,
+        "second_order": analysis.second_order,
     })
 }
 

@@ -1,8 +1,8 @@
-//! A fitted model as a file that `actuator simulate --parameters` takes: a scenario in TOML with its
-//! model and parameters.
+//! Writes a fitted model as a file for `actuator simulate --parameters`: a TOML scenario with model
+//! and parameters.
 //!
-//! A motor comes back as the bench behind the board: driven by the board's own loops where it was
-//! fitted from its duty, and by its fitted position loop where it was fitted from its command.
+//! A motor becomes the drivetrain behind the board: with the board's own loops where it was fitted
+//! from its duty, and with its fitted position loop where it was fitted from its command.
 
 mod motor;
 
@@ -57,7 +57,7 @@ pub fn text(fit: &Fit) -> Result<String, NotSimulated> {
         if !known.contains(&name) || !value.is_finite() {
             continue;
         }
-        // What comes back from the text is the number itself.
+        // The shortest text that reads back as the same number.
         let _ = write!(text, "{name} = {value:?}");
         let _ = match estimate {
             Some(e) if e.standard_error.is_finite() => writeln!(
@@ -73,7 +73,7 @@ pub fn text(fit: &Fit) -> Result<String, NotSimulated> {
     Ok(text)
 }
 
-/// The simulator's name of a model.
+/// The name of the simulator's model.
 fn simulated_as(model: &str) -> &str {
     match model {
         "black-box-2-oscillator" => "black-box-2",
@@ -81,7 +81,7 @@ fn simulated_as(model: &str) -> &str {
     }
 }
 
-/// What the simulator runs for a fitted model; `None` where it has nothing like it.
+/// The simulator's model of a fitted one; `None` where it has no such model.
 pub fn simulated(model: &str) -> Option<ModelKind> {
     match motor::form(model) {
         Some(_) => Some(ModelKind::Board),
@@ -89,7 +89,7 @@ pub fn simulated(model: &str) -> Option<ModelKind> {
     }
 }
 
-/// The settings of such a file by the names of the model that it was written for.
+/// The settings of such a file, by the names of the model that it was written for.
 pub fn named_for(model: &str, mut settings: Vec<(String, f64)>) -> Vec<(String, f64)> {
     let value = |name: &str| settings.iter().find(|s| s.0 == name).map(|s| s.1);
     let gains = value(POSITION_GAIN).zip(value(RATE_GAIN));
@@ -102,19 +102,19 @@ pub fn named_for(model: &str, mut settings: Vec<(String, f64)>) -> Vec<(String, 
     settings
 }
 
-/// Gains of black box 2, which the simulator has for the oscillator too.
+/// The gains of black box 2, by which the simulator describes the oscillator as well.
 const POSITION_GAIN: &str = "position_gain_per_s2";
 const RATE_GAIN: &str = "rate_gain_per_s";
 
-/// A parameter of the simulator with its value, and the estimate that it is; `None` where it was
-/// computed from estimates.
+/// A parameter of the simulator with its value and its estimate; `None` where it is computed from
+/// several estimates.
 type Set<'a> = (&'static str, f64, Option<&'a Estimate>);
 
 /// The parameters of the actuator by the simulator's names.
 fn values(fit: &Fit) -> Vec<Set<'_>> {
     let shared = fit.estimates.iter().filter(|e| e.experiment.is_none());
     let mut values: Vec<_> = shared.map(|e| (e.name, e.value, Some(e))).collect();
-    // The simulator has the gains of the oscillator.
+    // The simulator describes the oscillator by its gains.
     let oscillator = fit
         .value("natural_frequency_rad_s")
         .zip(fit.value("damping"));

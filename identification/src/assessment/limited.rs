@@ -1,39 +1,40 @@
-//! When a model stood at which limit.
+//! When a model is at which limit.
 
 use crate::model::ActiveLimit;
 
-/// A stretch at one limit.
+/// An interval at one limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stretch {
-    /// Which limit.
+    /// The limit.
     pub state: ActiveLimit,
-    /// From when, s.
+    /// Its start, s.
     pub from_s: f64,
-    /// Until when, s.
+    /// Its end, s.
     pub to_s: f64,
 }
 
-/// How long a model was at its limits in one recording.
+/// The time that a model spends at its limits in one recording.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Limited {
     /// From the first to the last sample, s.
     pub duration_s: f64,
-    /// At the upper limit of the rate, s.
+    /// At the upper rate limit, s.
     pub rate_up_s: f64,
-    /// At the lower limit of the rate, s.
+    /// At the lower rate limit, s.
     pub rate_down_s: f64,
-    /// At the limit of the duty, s.
+    /// At the duty limit, s.
     pub duty_s: f64,
-    /// At a stop of the position, s.
+    /// At a hard stop, s.
     pub stop_s: f64,
-    /// Held by friction, s.
+    /// Held by static friction, s.
     pub stuck_s: f64,
-    /// The stretches at a limit of rate or duty, in order.
+    /// The intervals at a rate or duty limit, in order.
     pub stretches: Vec<Stretch>,
 }
 
 impl Limited {
-    /// From the states at increasing instants. Between two samples each counts for its half.
+    /// From the active limits at increasing instants; each applies to the halves of the adjacent sample
+    /// intervals.
     ///
     /// ```
     /// use identification::{ActiveLimit, assessment::Limited};
@@ -48,7 +49,7 @@ impl Limited {
         };
         limited.duration_s = last - first;
         for (index, state) in states.iter().enumerate().take(time_s.len()) {
-            // To the middle between the neighbours.
+            // To the midpoints of the adjacent intervals.
             let before = time_s[index.saturating_sub(1)];
             let after = *time_s.get(index + 1).unwrap_or(last);
             let ends = [before, after].map(|t| 0.5 * (t + time_s[index]));
@@ -80,12 +81,12 @@ impl Limited {
         }
     }
 
-    /// Time at a limit of rate or duty, s: there a linear method finds another system.
+    /// Time at a rate or duty limit, s, where a linear method identifies another system.
     pub fn rate_limited_s(&self) -> f64 {
         self.rate_up_s + self.rate_down_s + self.duty_s
     }
 
-    /// The longest stretch at a limit of rate or duty.
+    /// The longest interval at a rate or duty limit.
     pub fn longest(&self) -> Option<&Stretch> {
         let length = |s: &Stretch| s.to_s - s.from_s;
         let mut stretches = self.stretches.iter();

@@ -1,5 +1,4 @@
-//! A fit with everything that a specialist asks of it: quality, residuals, limits, validation, and
-//! what speaks against it in words.
+//! The assessment of a fit: quality, residuals, limits, validation, and warnings.
 
 pub mod limited;
 pub mod nonparametric;
@@ -19,18 +18,18 @@ use super::{
     statistics::{Correlations, Criteria, Quality},
 };
 
-/// What a model makes of one recording, and what the residuals tell.
+/// A model's fit to one recording, with the analysis of its residuals.
 #[derive(Debug, Clone)]
 pub struct Assessed {
     /// The recording.
     pub recording: Arc<Recording>,
-    /// The model's answer.
+    /// The fit or prediction.
     pub fit: ExperimentFit,
-    /// How near it comes; `None` where nothing was compared.
+    /// Figures of merit; `None` without residuals.
     pub quality: Option<Quality>,
-    /// What is left in the residuals; `None` where there is nothing left.
+    /// Correlations of the residuals; `None` where they are all equal.
     pub correlations: Option<Correlations>,
-    /// How long the model was at which limit.
+    /// The time at each limit.
     pub limited: Limited,
 }
 
@@ -47,27 +46,27 @@ impl Assessed {
     }
 }
 
-/// A fit, assessed.
+/// A fit with its assessment.
 #[derive(Debug, Clone)]
 pub struct Assessment {
-    /// How it is called: the model's name, and what was left out of it.
+    /// The model's name, with the effects that were left out.
     pub name: String,
     /// The fit.
     pub fit: Fit,
-    /// Each recording that it was fitted to.
+    /// The recordings that it was fitted to.
     pub experiments: Vec<Assessed>,
-    /// Each recording that was left out of the fit; its initial state alone was looked for.
+    /// The held-out recordings, of which only the initial state was estimated.
     pub validation: Vec<Assessed>,
     /// Information criteria.
     pub criteria: Criteria,
-    /// As many residuals as are independent of each other.
+    /// The number of independent residuals.
     pub effective_samples: f64,
-    /// What speaks against it or must be known of it.
+    /// Warnings.
     pub warnings: Vec<String>,
 }
 
 impl Assessment {
-    /// Assesses a fit, and predicts recordings that it has not seen.
+    /// Assesses a fit, and predicts the held-out recordings.
     ///
     /// # Errors
     /// Those of [`predict`].
@@ -93,7 +92,7 @@ impl Assessment {
         let known = experiments.iter().filter_map(|e| e.correlations.as_ref());
         let effective: f64 = known.map(|c| c.effective_samples).sum();
         let unknowns = fit.estimates.iter().filter(|e| !e.fixed).count();
-        // A fit without residuals has as many samples as it has.
+        // Without correlated residuals all samples are independent.
         let effective_samples = if effective > 0.0 {
             effective
         } else {
@@ -112,13 +111,13 @@ impl Assessment {
         Ok(this)
     }
 
-    /// Number of parameters that were looked for.
+    /// Number of estimated parameters.
     pub fn unknowns(&self) -> usize {
         self.fit.estimates.iter().filter(|e| !e.fixed).count()
     }
 }
 
-/// Quality over several recordings as one; `None` where nothing was compared.
+/// Figures of merit over several recordings together; `None` without residuals.
 pub fn overall(assessed: &[Assessed]) -> Option<Quality> {
     let column = |of: &dyn Fn(&Assessed) -> Vec<f64>| assessed.iter().flat_map(of).collect();
     let measured: Vec<f64> = column(&|a| a.recording.angle_deg.clone());

@@ -1,4 +1,4 @@
-//! What the recordings say without any model in the time domain.
+//! Nonparametric analysis of the recordings, without a model in the time domain.
 
 use crate::{
     experiment::Experiment,
@@ -7,21 +7,21 @@ use crate::{
     statistics::delay::DelayEstimate,
 };
 
-/// Delay by cross-correlation, frequency response, equivalent systems of low order.
+/// Delay by cross-correlation, frequency response, and low-order equivalent systems.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct NonparametricAnalysis {
-    /// For each recording with its name; `None` where its command and angle are not correlated.
+    /// The delay of each recording, with its name; `None` where command and angle are not correlated.
     pub delays: Vec<(String, Option<DelayEstimate>)>,
-    /// Of all recordings together; `None` where they are too short or at rest.
+    /// The frequency response of all recordings together; `None` where they are too short or at rest.
     pub response: Option<FrequencyResponse>,
-    /// The first-order system in it.
+    /// The first-order equivalent system.
     pub first_order: Option<Equivalent>,
-    /// The second-order system in it.
+    /// The second-order equivalent system.
     pub second_order: Option<Equivalent>,
 }
 
 impl NonparametricAnalysis {
-    /// Of all these experiments.
+    /// The analysis of these experiments.
     pub fn of(experiments: &[Experiment]) -> Self {
         let recordings: Vec<&Recording> = experiments.iter().map(|e| &*e.recording).collect();
         let delay = |r: &&Recording| {

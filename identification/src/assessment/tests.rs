@@ -1,4 +1,4 @@
-//! What is said of fits whose truth is known.
+//! The assessment of fits with known parameters.
 
 use super::*;
 use model_core::actuator::ModelKind;

@@ -1,12 +1,12 @@
-//! Cubic splines through stretches of samples.
+//! Cubic splines through ranges of samples.
 //!
-//! A stretch is cut where its slope jumps, as at the corner of a ramp. Within a piece the spline has
-//! two continuous derivatives (de Boor, A Practical Guide to Splines, chapter IV); at its ends its
-//! slope is that of the cubic through the four outermost samples.
+//! A range is divided where its slope jumps, as at the corner of a ramp. Within a piece the spline
+//! has two continuous derivatives (de Boor, A Practical Guide to Splines, chapter IV); its end slopes
+//! are those of the cubic through the four outermost samples.
 
 use super::Segment;
 
-/// Appends the curve through these samples, of which there are at least two.
+/// Appends the curve through at least two samples.
 pub fn append(segments: &mut Vec<Segment>, time_ns: &[i64], values: &[f64]) {
     let mut from = 0;
     for corner in corners(values).into_iter().chain([values.len() - 1]) {
@@ -30,7 +30,7 @@ fn corners(values: &[f64]) -> Vec<usize> {
         .windows(2)
         .fold(0.0_f64, |m, p| m.max((p[1] - p[0]).abs()));
     let is_corner = |i: &usize| {
-        // Bends of rounding do not count; those of a smooth curve have bends beside them.
+        // Rounding is ignored; on a smooth curve the neighbours have a curvature as well.
         size(*i) > 1e-6 * scale && size(i - 1).max(size(i + 1)) < size(*i) / 8.0
     };
     inner.clone().filter(is_corner).collect()

@@ -1,4 +1,4 @@
-//! Which model is enough? All of them side by side, with and without delay and limits.
+//! Compares models, with and without delay and limits, and selects the simplest sufficient one.
 
 mod ranking;
 
@@ -15,25 +15,25 @@ use super::{
     problem::{IdentifyError, Problem},
 };
 
-/// A model, and what is left out of it.
+/// A model, with the effects that are left out.
 #[derive(Clone)]
 pub struct Candidate {
-    /// What it is called: `black-box-1 without delay`.
+    /// Its name, such as `black-box-1 without delay`.
     pub name: String,
     /// The model.
     pub model: Arc<dyn Model>,
-    /// Parameters that are held, each at the value that makes it do nothing.
+    /// Parameters that are fixed, each at the value at which it has no effect.
     pub held: Vec<(&'static str, f64)>,
 }
 
-/// A delay of none.
+/// No delay.
 const NO_DELAY: [(&str, f64); 1] = [("delay_s", 0.0)];
-/// Rate limits that are none: the search's own bound where infinity is not allowed.
+/// The rate limits, which are removed by an infinite value or by the upper bound of the search.
 const NO_LIMITS: [&str; 2] = ["rate_limit_up_deg_s", "rate_limit_down_deg_s"];
 
 impl Candidate {
-    /// A model in all its forms: whole, without delay, without rate limits, without both. A form that
-    /// leaves out what the model has not, or what is held anyway, is not made.
+    /// All variants of a model: complete, without delay, without rate limits, without both. Variants that
+    /// leave out what the model does not have or fixes anyway are omitted.
     pub fn forms(model: &Arc<dyn Model>) -> Vec<Self> {
         let parameters = model.parameters();
         let free = |name: &str| parameters.iter().find(|p| p.name == name && !p.is_fixed);
@@ -64,7 +64,7 @@ impl Candidate {
         forms.into_iter().map(candidate).collect()
     }
 
-    /// Fits it and assesses the fit.
+    /// Fits and assesses it.
     ///
     /// # Errors
     /// Those of [`Problem::try_new`] and of [`fit_from`].
@@ -82,8 +82,8 @@ impl Candidate {
         Assessment::of(self.name.clone(), &problem, fitted, held_out)
     }
 
-    /// Whether what fits of another candidate best may be what this one begins at: of its own model
-    /// with more left out, of another with as much.
+    /// Whether the optimum of another candidate is a starting point of this one: of the same model with
+    /// more left out, or of another model with the same left out.
     fn may_begin_at(&self, other: &Self) -> bool {
         let is_held = |(name, _): &(&str, f64)| other.held.iter().any(|(held, _)| held == name);
         let is_more = other.held.len() > self.held.len();
@@ -92,7 +92,7 @@ impl Candidate {
     }
 }
 
-/// The candidates in such an order that what is simpler of a model comes first; the models keep theirs.
+/// The order of fitting: the simpler variants of a model first, the models in their order.
 fn simple_first(candidates: &[Candidate]) -> Vec<usize> {
     let place = |candidate: &Candidate| {
         let is_it = |other: &Candidate| other.model.name() == candidate.model.name();
@@ -103,7 +103,7 @@ fn simple_first(candidates: &[Candidate]) -> Vec<usize> {
     order
 }
 
-/// The value of a limit that limits nothing.
+/// The value at which a limit has no effect.
 fn unlimited(limit: &ModelParameter) -> f64 {
     if limit.default.is_infinite() {
         f64::INFINITY
@@ -112,21 +112,22 @@ fn unlimited(limit: &ModelParameter) -> f64 {
     }
 }
 
-/// Models that were fitted to the same recordings, and those that cannot be.
+/// Models that were fitted to the same recordings.
 pub struct Comparison {
     /// The fits, in the order of the candidates.
     pub assessments: Vec<Assessment>,
     /// Candidates that could not be fitted, each with the reason.
     pub refused: Vec<(String, IdentifyError)>,
-    /// Which one is best, and why.
+    /// Their ranking.
     pub ranking: Ranking,
 }
 
 impl Comparison {
-    /// Fits all candidates, and tells how many are done. That one cannot be fitted is no failure.
+    /// Fits all candidates, and reports the number of finished ones. A candidate that cannot be fitted is
+    /// listed as refused.
     ///
     /// # Errors
-    /// The first candidate's, if no candidate can be fitted.
+    /// That of the first candidate, if no candidate can be fitted.
     pub fn of(
         candidates: &[Candidate],
         experiments: &[Experiment],

@@ -17,11 +17,11 @@ const SMALL_BIC: f64 = 2.0;
 /// The rank of a model, with the reason.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rank {
-    /// Which of the assessments.
+    /// The index of the assessment.
     pub index: usize,
-    /// What is compared: the root mean square error on held-out recordings, deg, or the BIC with as many
-    /// samples as are independent of each other in the residuals of the model that fits best. Of them, the
-    /// most is noise; what is left out of another colours its residuals, and is no noise.
+    /// The criterion: the root mean square error on held-out recordings, deg, or the BIC with the number
+    /// of independent residuals of the model that fits best, because the residuals of the others are also
+    /// coloured by the dynamics that they lack.
     pub score: f64,
     /// Whether the data distinguish it from the best.
     pub is_distinguishable: bool,
@@ -36,16 +36,16 @@ pub struct Ranking {
     pub criterion: &'static str,
     /// The models, best first.
     pub ranks: Vec<Rank>,
-    /// Which of the assessments is enough: of those that cannot be told from the best the one with
-    /// the fewest parameters.
+    /// The index of the sufficient assessment: of those that cannot be distinguished from the best, the
+    /// one with the fewest parameters.
     pub enough: usize,
     /// The reason, in words.
     pub verdict: String,
 }
 
 impl Ranking {
-    /// Ranks models that were fitted to the same recordings; by what they make of held-out ones where
-    /// there are any, else by BIC.
+    /// Ranks models that were fitted to the same recordings, by their predictions of held-out ones where
+    /// there are any, otherwise by the BIC.
     pub fn of(assessments: &[Assessment]) -> Self {
         let held_out = assessments.iter().any(|a| !a.validation.is_empty());
         let by_cost = |a: &&Assessment, b: &&Assessment| a.fit.cost.total_cmp(&b.fit.cost);
@@ -136,7 +136,7 @@ fn by_held_out(best: &Assessment, other: &Assessment) -> (bool, String) {
     }
 }
 
-/// A ratio of errors in words.
+/// A ratio of errors, in words.
 fn relative(ratio: f64) -> String {
     match 100.0 * (ratio - 1.0) {
         more if more > 200.0 => format!("{ratio:.0} times the error"),

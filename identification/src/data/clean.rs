@@ -1,4 +1,4 @@
-//! From the columns of a file to a recording, with a note of everything odd.
+//! Makes a recording of the columns of a file, with notes about its irregularities.
 
 use super::{
     Import, Imported, Note, Quantity, Table,
@@ -7,14 +7,14 @@ use super::{
 };
 use crate::{data::ImportError, recording::Recording, statistics::slots::median_step_s};
 
-/// A step of this many usual ones is a gap.
+/// Multiple of the median step from which a step is a gap.
 const GAP_STEPS: f64 = 5.0;
-/// A time that begins later counts from its first sample: a clock's date would cost digits.
+/// First time above which times are relative to the first sample: dates would lose digits.
 const LATEST_START_S: f64 = 1e6;
-/// An angle that changes by more from sample to sample has gone through the end of its sensor.
+/// Change from sample to sample above which an angle has wrapped around.
 const WRAP_DEG: f64 = 270.0;
 
-/// The recording that stands in these places of a table.
+/// The recording in these columns of a table.
 pub fn recording(
     import: &Import,
     table: &Table,
@@ -82,7 +82,7 @@ impl Cleaning<'_> {
         }
     }
 
-    /// A column in our unit.
+    /// A column in the unit of the recording.
     fn column(&mut self, quantity: Quantity) -> Result<Option<Vec<f64>>, ImportError> {
         let Some(place) = self.places.iter().find(|place| place.quantity == quantity) else {
             return Ok(None);
@@ -93,7 +93,7 @@ impl Cleaning<'_> {
             let problem = format!("column {number} (`{name}`) is no finite number");
             return Err(self.table.problem(self.table.line(row), problem));
         }
-        // Before the unit: of large times the differences are exact, their multiples are not.
+        // Before the conversion: differences of large times are exact, their multiples are not.
         let first = column.iter().find(|value| !value.is_nan());
         let first = first.copied().unwrap_or(0.0);
         let is_late = quantity == Quantity::Time && first * place.factor > LATEST_START_S;
@@ -102,7 +102,7 @@ impl Cleaning<'_> {
         Ok(Some(scaled.collect()))
     }
 
-    /// The rows that make samples, and their times.
+    /// The rows with a valid time, and their times.
     fn rows(
         &mut self,
         time: &[f64],
@@ -128,7 +128,7 @@ impl Cleaning<'_> {
                 continue;
             }
             if is_duplicate && times.last() == Some(&t) {
-                // The later one is the newer one.
+                // The later row is the newer one.
                 duplicates.count(row);
                 rows.pop();
                 times.pop();
@@ -169,7 +169,7 @@ impl Cleaning<'_> {
         self.note(self.table.line(rows[place + 1]), text);
     }
 
-    /// Says what is missing, clipped or turned over in the angle, and mends it.
+    /// Notes missing and clipped samples and wrapped angles, and corrects them.
     fn check_signals(&mut self, recording: &mut Recording, rows: &[usize], keep_clipped: bool) {
         for (what, column) in [
             (
@@ -196,7 +196,7 @@ impl Cleaning<'_> {
             &off,
             "samples have the motor off: only models of a motor with a load are compared there",
         );
-        // Only of a motor that is on the command says where it should go.
+        // The command determines the angle only while the motor is on.
         let driven = driven(recording);
         for clipped in clipping::find(&recording.command_deg, &driven) {
             let Clipped { samples, angle_deg } = clipped.clone();
@@ -229,7 +229,7 @@ fn driven(recording: &Recording) -> Vec<f64> {
     angles
 }
 
-/// Rows of a kind.
+/// Number of rows with an irregularity, and the first of them.
 #[derive(Default)]
 struct Tally {
     rows: usize,
@@ -245,8 +245,7 @@ impl Tally {
     }
 }
 
-/// Takes whole turns out of an angle whose sensor has gone through its end. Tells where that happened
-/// first, and how often.
+/// Unwraps an angle. Returns the first wrap and the number of wraps.
 fn unwrap(angle_deg: &mut [f64]) -> Option<(usize, usize)> {
     let (mut first, mut times) = (None, 0);
     let (mut offset_deg, mut before) = (0.0, f64::NAN);
@@ -255,7 +254,7 @@ fn unwrap(angle_deg: &mut [f64]) -> Option<(usize, usize)> {
             continue;
         }
         let raw = *angle;
-        // A jump from nowhere is none.
+        // The first sample has no predecessor.
         if (raw - before).abs() > WRAP_DEG {
             offset_deg -= 360.0 * ((raw - before) / 360.0).round();
             first = first.or(Some(index));

@@ -1,30 +1,30 @@
-//! Stretches in which the angle stands at the end of its range although the actuator should move.
+//! Finds clipped samples: the angle stays at an end of its range although the actuator should move.
 
 use std::ops::Range;
 
-/// A stretch at an end of the range.
+/// Consecutive samples at an end of the range.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Clipped {
     /// Its samples.
     pub samples: Range<usize>,
-    /// The angle that they have, deg.
+    /// Their angle, deg.
     pub angle_deg: f64,
 }
 
-/// Fewer equal samples are chance.
+/// Least number of equal samples.
 const FEWEST: usize = 5;
-/// Arriving at the end with this share of the fastest change of all is no settling.
+/// Arrival with more than this share of the fastest change is abrupt and not a settling.
 const ABRUPT: f64 = 0.3;
-/// A command beyond the end by this share of its range asks for an angle there.
+/// Distance, as a share of its range, from which the command is beyond the end.
 const BEYOND: f64 = 0.02;
-/// A command that goes on by this share of its range, away from the end, asks for motion.
+/// Change, as a share of its range, from which the command moves further away.
 const MOVING: f64 = 0.1;
 
-/// Finds the stretches: at the very least or greatest angle of all, with the command beyond it, and
-/// either reached at full speed and held at once, or held while the command goes on further away.
+/// Finds clipped samples: at the smallest or largest angle of all, with the command beyond it, and
+/// either reached at full speed, or held while the command moves further away.
 ///
-/// An actuator that settles on its command, that stands short of it or that friction holds at a
-/// crest does none of that.
+/// Neither applies to an actuator that settles on its command, stops short of it, or is held by
+/// friction at a maximum.
 pub fn find(command_deg: &[f64], angle_deg: &[f64]) -> Vec<Clipped> {
     let Some((least, greatest)) = range(angle_deg) else {
         return Vec::new();
@@ -43,12 +43,12 @@ pub fn find(command_deg: &[f64], angle_deg: &[f64]) -> Vec<Clipped> {
         }
         let outward = if run[0] == greatest { 1.0 } else { -1.0 };
         let commands = command_deg.get(samples.clone()).unwrap_or(&[]);
-        // How far the command is beyond the end, as a share of its range.
+        // Distance of the command beyond the end, as a share of its range.
         let beyond = |command: &f64| outward * (command - run[0]) / command_range;
         let count = commands.iter().filter(|c| beyond(c) > BEYOND).count();
         let before = samples.start.checked_sub(1).map(|i| angle_deg[i]);
         let arrival = before.map_or(0.0, |before| (run[0] - before).abs());
-        // Until its middle: at its end the command may have turned already.
+        // In the first half only: the command may return in the second.
         let first_half = commands.get(..=run.len() / 2).unwrap_or(&[]);
         let farthest = first_half
             .iter()

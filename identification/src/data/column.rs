@@ -1,9 +1,9 @@
-//! Which column of a file is what.
+//! Assigns quantities to the columns of a file.
 
 use super::ImportError;
 use super::{Table, unit};
 
-/// What a column can hold.
+/// The quantities that a column can contain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Quantity {
     /// Time of the sample.
@@ -20,12 +20,12 @@ pub enum Quantity {
     Current,
     /// Supply voltage.
     Supply,
-    /// Whether the motor is on: 0 where it is not.
+    /// Whether the motor is on; 0 is off.
     Enabled,
 }
 
 impl Quantity {
-    /// All of them; the first three every recording must have.
+    /// All quantities; the first three are required.
     pub const ALL: [Self; 8] = [
         Self::Time,
         Self::Command,
@@ -51,7 +51,7 @@ impl Quantity {
         }
     }
 
-    /// Usual names of its column without the unit; of several that are there the first counts.
+    /// Usual names of its column without the unit, by precedence.
     fn usual_names(self) -> &'static [&'static str] {
         match self {
             Self::Time => &["t", "time", "timestamp", "time_stamp"],
@@ -165,18 +165,18 @@ pub struct Place {
     pub quantity: Quantity,
     /// The index of its column.
     pub index: usize,
-    /// One of its units in ours.
+    /// The factor from its unit to that of the recording.
     pub factor: f64,
-    /// Whether the unit was said by nobody.
+    /// Whether the unit is assumed.
     pub is_assumed: bool,
 }
 
 impl Columns {
-    /// Finds every quantity in a table.
+    /// Finds all quantities in a table.
     ///
     /// # Errors
-    /// [`ImportError::Content`] at the header: a column that was named and is not there, or a quantity
-    /// that every recording must have and that no column holds.
+    /// [`ImportError::Content`] at the header, for a missing column or a required quantity without a
+    /// column.
     pub fn of(&self, table: &Table) -> Result<Vec<Place>, ImportError> {
         let mut places = Vec::new();
         for quantity in Quantity::ALL {
@@ -194,7 +194,7 @@ impl Columns {
     }
 }
 
-/// The units that are still unknown: a command has that of the angle, and the other way round.
+/// Completes unknown units: command and angle share theirs.
 fn with_units(table: &Table, places: &[(Quantity, usize, Option<f64>)]) -> Vec<Place> {
     let known = places.iter().find(|(q, _, f)| q.is_angle() && f.is_some());
     let angle = known.and_then(|(_, _, factor)| *factor);
@@ -214,14 +214,14 @@ fn with_units(table: &Table, places: &[(Quantity, usize, Option<f64>)]) -> Vec<P
             factor: factor
                 .or_else(|| unit::factor(quantity, default))
                 .unwrap_or(1.0),
-            // A time is in seconds as a matter of course; a factor of an unknown angle is not.
+            // A time without a unit is in seconds; an angle may be in degrees or radians.
             is_assumed: factor.is_none() && quantity.is_angle() && !table.radians,
         }
     };
     places.iter().map(place).collect()
 }
 
-/// The column that was named, and its unit.
+/// The assigned column, and its unit.
 fn chosen(table: &Table, choice: &Choice) -> Result<(usize, Option<f64>), ImportError> {
     let by_number = || {
         choice
@@ -246,14 +246,14 @@ fn chosen(table: &Table, choice: &Choice) -> Result<(usize, Option<f64>), Import
     Ok((index, unit))
 }
 
-/// The unit that stands in a column's name or below it.
+/// The unit in a column's name or in the line of units.
 fn unit_of(table: &Table, quantity: Quantity, index: usize) -> Option<f64> {
     let below = table.units.get(index);
     let below = below.and_then(|u| unit::factor(quantity, u.trim_matches(['(', ')', '[', ']'])));
     below.or_else(|| unit::split(quantity, &table.names[index]).1)
 }
 
-/// The column whose name is usual for a quantity, and its unit.
+/// The column with a usual name of a quantity, and its unit.
 fn usual(table: &Table, quantity: Quantity) -> Result<Option<(usize, Option<f64>)>, ImportError> {
     for usual in quantity.usual_names() {
         let is_it = |name: &String| unit::split(quantity, name).0 == *usual;

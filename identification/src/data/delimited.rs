@@ -1,4 +1,4 @@
-//! Text with a line a sample.
+//! Reads text with one sample in each line.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use crate::{
 
 /// Lines between two reports of progress.
 const LINES_PER_REPORT: usize = 1 << 14;
-/// What stands for a number that is missing.
+/// Representations of a missing number.
 const MISSING: [&str; 7] = ["", "nan", "na", "n/a", "null", "none", "-"];
 
 /// Reads the file. The first line names the columns, unless all its fields are numbers; the second
@@ -51,7 +51,7 @@ pub fn read(
     Ok(table)
 }
 
-/// Whether a line has no number at all.
+/// Whether a line contains no number.
 fn are_units(fields: &[String]) -> bool {
     let is_word = |field: &String| number(field).is_none();
     fields.iter().all(is_word) && fields.iter().any(|field| !field.is_empty())
@@ -64,7 +64,7 @@ fn push(table: &mut Table, line: &Line<'_>) -> Result<(), ImportError> {
         return Err(line.problem(problem));
     }
     for (index, field) in line.fields.iter().enumerate() {
-        // A column of words is no error unless somebody needs it.
+        // A column of text is an error only where it is used.
         let value = number(field).unwrap_or(f64::INFINITY);
         table.columns[index].push(value);
     }
@@ -72,15 +72,15 @@ fn push(table: &mut Table, line: &Line<'_>) -> Result<(), ImportError> {
     Ok(())
 }
 
-/// The number in a field, NaN where it is missing; `None` where there is something else. A comma may
-/// stand for the point.
+/// The number in a field, NaN where it is missing; `None` for any other text. A decimal comma is
+/// accepted.
 fn number(field: &str) -> Option<f64> {
     let parsed = field.parse().ok().or_else(|| {
         let with_point = field.contains(',').then(|| field.replacen(',', ".", 1));
         with_point.and_then(|field| field.parse().ok())
     });
     match parsed {
-        // What overflows or calls itself infinite is no measurement.
+        // Infinite values are not measurements.
         Some(value) => Some(value).filter(|value: &f64| !value.is_infinite()),
         None => {
             let lower = field.to_ascii_lowercase();

@@ -1,7 +1,7 @@
-//! JSON: a list of samples, in `entries` of an object or alone, each an object of numbers.
+//! Reads JSON: a list of samples, alone or in `entries` of an object, each an object of numbers.
 //!
-//! The numbers beside `entries` hold for the whole run. Of the recordings of Rhoban's BAM project
-//! they are mass and length of the pendulum and the supply; angles there are radians.
+//! The numbers next to `entries` apply to the whole run. In the recordings of Rhoban's BAM project
+//! they are mass and length of the pendulum and the supply; angles are in radians there.
 
 use std::{collections::BTreeMap, fs, path::Path};
 
@@ -11,7 +11,7 @@ use serde_json::{Value, value::RawValue};
 use super::ImportError;
 use super::{Progress, Table};
 
-/// What a number of the whole run is called in these files, and as a parameter of our models.
+/// Names of the numbers of the whole run in these files, with those of the model parameters.
 const CONSTANTS: [(&str, &str); 4] = [
     ("mass", "pendulum_mass_kg"),
     ("length", "pendulum_length_m"),
@@ -19,7 +19,7 @@ const CONSTANTS: [(&str, &str); 4] = [
     ("kp", "firmware_gain"),
 ];
 
-/// The samples of a file as they stand in its text.
+/// The samples of a file as unparsed text.
 struct Samples<'a> {
     entries: Vec<&'a RawValue>,
     constants: BTreeMap<String, f64>,
@@ -92,7 +92,7 @@ fn samples(text: &str) -> Result<Samples<'_>, serde_json::Error> {
     })
 }
 
-/// Appends a sample. A name that is new has missing numbers before.
+/// Appends a sample. A new column is filled with missing numbers.
 fn push(table: &mut Table, sample: &BTreeMap<&str, Value>) {
     let rows = table.lines.len();
     for (name, value) in sample {
@@ -100,7 +100,7 @@ fn push(table: &mut Table, sample: &BTreeMap<&str, Value>) {
             Value::Number(number) => number.as_f64().unwrap_or(f64::INFINITY),
             Value::Bool(flag) => f64::from(u8::from(*flag)),
             Value::Null => f64::NAN,
-            // No number: an error where somebody needs it.
+            // Not a number: an error only where it is used.
             _ => f64::INFINITY,
         };
         let known = table.names.iter().position(|known| known == name);
@@ -109,7 +109,7 @@ fn push(table: &mut Table, sample: &BTreeMap<&str, Value>) {
             table.columns.push(vec![f64::NAN; rows]);
             table.names.len() - 1
         });
-        // Of a name that stands twice the first counts.
+        // The first of several columns with the same name applies.
         if table.columns[index].len() == rows {
             table.columns[index].push(value);
         }
@@ -119,7 +119,7 @@ fn push(table: &mut Table, sample: &BTreeMap<&str, Value>) {
     }
 }
 
-/// Counts lines up to places that ascend.
+/// Counts lines up to increasing positions.
 struct LineNumbers<'a> {
     text: &'a str,
     place: usize,
@@ -135,7 +135,7 @@ impl<'a> LineNumbers<'a> {
         }
     }
 
-    /// The line of a part of the text.
+    /// The line number of a part of the text.
     fn of(&mut self, part: &str) -> u64 {
         let place = (part.as_ptr() as usize).saturating_sub(self.text.as_ptr() as usize);
         let passed = self.text.as_bytes().get(self.place..place).unwrap_or(&[]);

@@ -1,4 +1,6 @@
-//! The lines of a CSV file that hold something, each with its number.
+//! Reads the non-blank lines of a CSV file with their numbers.
+//!
+//! The `csv` crate would not limit the length of a line, and misnumbers lines after blank ones.
 
 use std::{
     fs::File,
@@ -8,21 +10,21 @@ use std::{
 
 use super::ImportError;
 
-/// The longest line, bytes: a file without line ends is given up here, not when memory is.
+/// The longest line, bytes: a file without line ends is refused instead of filling the memory.
 const LONGEST: usize = 1 << 16;
 
-/// What stands between two fields.
+/// The delimiter between two fields.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Delimiter {
-    /// This character, outside of quotes.
+    /// This character, outside quotes.
     Character(u8),
-    /// Blanks, as many as there are.
+    /// Any number of blanks.
     Blanks,
 }
 
 impl Delimiter {
-    /// The delimiter that a line is most likely written with. A semicolon goes before a comma: that
-    /// may be a decimal one then.
+    /// The most likely delimiter of a line. A semicolon takes precedence over a comma, which may be a
+    /// decimal comma.
     pub fn of(line: &str) -> Self {
         let character = b";\t,".iter().copied();
         let mut found = character.filter(|&c| line.contains(char::from(c)));
@@ -35,20 +37,20 @@ pub struct Lines<'a> {
     path: &'a Path,
     file: BufReader<File>,
     number: u64,
-    /// Bytes that were read.
+    /// Bytes read so far.
     pub read: u64,
     text: Vec<u8>,
-    /// Found in the first line where it is not given.
+    /// Detected from the first line where it is not given.
     delimiter: Option<Delimiter>,
-    /// Making one takes longer than using it.
+    /// Reused, because its construction is slow.
     reader: csv_core::Reader,
 }
 
-/// A line that holds something.
+/// A line that is neither blank nor a comment.
 pub struct Line<'a> {
     path: &'a Path,
     number: u64,
-    /// Its fields without quotes and without blanks around them.
+    /// Its fields without quotes and surrounding blanks.
     pub fields: Vec<String>,
 }
 
@@ -58,7 +60,7 @@ impl<'a> Lines<'a> {
         Self::delimited(path, Some(Delimiter::Character(b',')))
     }
 
-    /// Opens a file of values that this stands between, or what the first line shows.
+    /// Opens a file with this delimiter, or the one detected from the first line.
     pub fn delimited(path: &'a Path, delimiter: Option<Delimiter>) -> Result<Self, ImportError> {
         let file = File::open(path).map_err(|source| ImportError::Read {
             path: path.into(),
@@ -108,7 +110,7 @@ impl<'a> Lines<'a> {
         Ok(None)
     }
 
-    /// Takes the next line into `text`; false at the end of the file.
+    /// Reads the next line into `text`; false at the end of the file.
     fn advance(&mut self) -> Result<bool, ImportError> {
         self.text.clear();
         let mut part = self.file.by_ref().take(LONGEST as u64);
@@ -127,7 +129,7 @@ impl<'a> Lines<'a> {
         Ok(length > 0)
     }
 
-    /// What is wrong with the line that was read last.
+    /// A problem in the line that was read last.
     pub fn problem(&self, problem: String) -> ImportError {
         ImportError::Content {
             path: self.path.into(),
@@ -137,7 +139,7 @@ impl<'a> Lines<'a> {
     }
 }
 
-/// A reader of fields that this stands between.
+/// A reader of fields with this delimiter.
 fn reader(delimiter: Option<Delimiter>) -> csv_core::Reader {
     match delimiter {
         Some(Delimiter::Character(character)) => {
@@ -153,7 +155,7 @@ impl Line<'_> {
         self.number
     }
 
-    /// What is wrong with this line.
+    /// A problem in this line.
     pub fn problem(&self, problem: String) -> ImportError {
         ImportError::Content {
             path: self.path.into(),
@@ -166,11 +168,11 @@ impl Line<'_> {
 /// The fields of a line; `None` if a quote is not closed.
 fn fields(reader: &mut csv_core::Reader, line: &str) -> Option<Vec<String>> {
     let line = [line.as_bytes(), b"\n"].concat();
-    // Fields are never longer than what stands in the line, and there is one more than commas.
+    // The fields are not longer than the line, nor more than its characters.
     let (mut text, mut ends) = (vec![0; line.len()], vec![0; line.len()]);
     reader.reset();
     let (result, _, _, count) = reader.read_record(&line, &mut text, &mut ends);
-    // Within quotes the line's end is a character like others, and the record goes on.
+    // Within quotes a line end does not end the record.
     if !matches!(result, csv_core::ReadRecordResult::Record) {
         return None;
     }

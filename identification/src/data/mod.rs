@@ -1,8 +1,8 @@
-//! Recordings from files: text with named columns, and JSON.
+//! Imports recordings from text files with named columns, and from JSON.
 //!
-//! A file is read into a [`Table`] of plain columns; [`Columns`] says which of them is what and in which
-//! unit; cleaning turns that into a [`Recording`] and [`Note`]s, each with the line that it
-//! is about. What cannot be mended without guessing is an error that names file and line.
+//! A file is read into a [`Table`]; [`Columns`] assigns quantities and units to its columns; cleaning
+//! makes a [`Recording`] of it and [`Note`]s, each with its line. A problem that could be corrected
+//! only by guessing is an error with file and line.
 
 mod clean;
 mod clipping;
@@ -28,40 +28,40 @@ pub use table::Table;
 
 use super::recording::{Hold, Recording};
 
-/// How files are to be read.
+/// Options of the import.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Import {
-    /// Which column is what; the rest is found by the usual names.
+    /// Assigned columns; the others are found by their usual names.
     pub columns: Columns,
-    /// What stands between the fields of a text file; found in its first line where it is not given.
+    /// The delimiter of a text file; detected from its first line where it is not given.
     pub delimiter: Option<Delimiter>,
-    /// From and to this time of the file alone, s.
+    /// The time window to import, s.
     pub window_s: Option<(f64, f64)>,
-    /// Whether samples at the end of the sensor's range are compared too.
+    /// Whether clipped samples are compared as well.
     pub keep_clipped: bool,
-    /// What the command does between its samples.
+    /// The hold assumption.
     pub hold: Hold,
-    /// What is known of the runs, by the name of a model's parameter; wins over what a file says.
+    /// Known values of the runs by the name of a parameter; they override those of a file.
     pub constants: BTreeMap<String, f64>,
 }
 
-/// A recording, and what had to be said while it was read.
+/// A recording, with notes about its file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Imported {
     /// The recording.
     pub recording: Recording,
-    /// Everything that was odd, in the order of the file.
+    /// The irregularities, in the order of the file.
     pub notes: Vec<Note>,
 }
 
-/// Something odd in a file that did not keep it from being used.
+/// An irregularity of a file that can be used nevertheless.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Note {
     /// The file.
     pub path: PathBuf,
-    /// The first line that it is about, counted from 1.
+    /// Its first line, counted from 1.
     pub line: u64,
-    /// What is there, and what was done about it.
+    /// The irregularity, and how it was handled.
     pub text: String,
 }
 
@@ -94,15 +94,15 @@ pub enum ImportError {
     },
 }
 
-/// Is told how many bytes of how many are read.
+/// Receives the number of bytes read, and their total.
 pub type Progress<'a> = dyn FnMut(u64, u64) + 'a;
 
 impl Import {
-    /// Reads a recording: JSON where the name ends so, else text with a line a sample.
+    /// Reads a recording: JSON if the name ends in `.json`, otherwise text with one sample in each line.
     ///
     /// # Errors
-    /// [`ImportError::Read`], and [`ImportError::Content`] with file, line and what was expected: of a field
-    /// that is no number, a time that goes back, a column that is missing.
+    /// [`ImportError::Read`], and [`ImportError::Content`] for a field that is not a number, a time that
+    /// decreases, or a missing column.
     pub fn read(&self, path: &Path, progress: &mut Progress<'_>) -> Result<Imported, ImportError> {
         let is_json = path
             .extension()

@@ -1,10 +1,10 @@
-//! Named columns of numbers as they stand in a file.
+//! Named columns of numbers, as read from a file.
 
 use std::{collections::BTreeMap, path::PathBuf};
 
 use super::ImportError;
 
-/// The numbers of a file, and where each row stands.
+/// The numbers of a file, with the line of each row.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Table {
     /// The file.
@@ -13,20 +13,20 @@ pub struct Table {
     pub header_line: u64,
     /// Names of the columns; their numbers from 1 where there is no header.
     pub names: Vec<String>,
-    /// Units of the columns where a line of their own says them; else empty.
+    /// Units of the columns from a line of units; empty without such a line.
     pub units: Vec<String>,
-    /// One column a name. NaN is a number that is missing.
+    /// The columns. NaN is a missing number.
     pub columns: Vec<Vec<f64>>,
     /// The line of each row, counted from 1.
     pub lines: Vec<u64>,
-    /// Numbers that hold for the whole file.
+    /// Numbers that apply to the whole file.
     pub constants: BTreeMap<String, f64>,
-    /// Whether angles without a unit are radians in this kind of file.
+    /// Whether angles without a unit are in radians.
     pub radians: bool,
 }
 
 impl Table {
-    /// What is wrong at a line.
+    /// A problem at a line.
     pub fn problem(&self, line: u64, problem: impl Into<String>) -> ImportError {
         ImportError::Content {
             path: self.path.clone(),

@@ -1,4 +1,4 @@
-//! Units that recordings come in, and what one of each is in ours.
+//! Units of recordings, with their factors to the units used here.
 
 use super::Quantity;
 
@@ -42,7 +42,7 @@ const CURRENTS: [(&str, f64); 2] = [("a", 1e3), ("ma", 1.0)];
 /// Units of voltages, in V.
 const VOLTAGES: [(&str, f64); 2] = [("v", 1.0), ("mv", 1e-3)];
 
-/// The units that a quantity may have, each with its size in ours.
+/// The units of a quantity, with their factors.
 fn units(quantity: Quantity) -> &'static [(&'static str, f64)] {
     match quantity {
         Quantity::Time => &TIMES,
@@ -55,7 +55,7 @@ fn units(quantity: Quantity) -> &'static [(&'static str, f64)] {
     }
 }
 
-/// What a unit of this name, or a number of our units, is in ours.
+/// The factor of a unit by name, or given as a number.
 pub fn factor(quantity: Quantity, unit: &str) -> Option<f64> {
     let lower = unit.trim().to_ascii_lowercase();
     let known = units(quantity).iter().find(|(name, _)| *name == lower);
@@ -68,13 +68,13 @@ pub fn factor(quantity: Quantity, unit: &str) -> Option<f64> {
     known.map(|(_, factor)| *factor).or_else(number)
 }
 
-/// The units of a quantity in words.
+/// The units of a quantity, in words.
 pub fn expected(quantity: Quantity) -> String {
     let names: Vec<&str> = units(quantity).iter().map(|(name, _)| *name).collect();
     format!("{}, or a number of {}", names.join(", "), names[0])
 }
 
-/// A column's name without the unit at its end, and that: `pos (rad)`, `pos [rad]`, `pos_rad`.
+/// Splits the unit from a column's name: `pos (rad)`, `pos [rad]`, `pos_rad`.
 pub fn split(quantity: Quantity, name: &str) -> (String, Option<f64>) {
     let name = name.trim().to_ascii_lowercase();
     if let Some((base, unit)) = name.split_once(['(', '[']) {
@@ -91,7 +91,7 @@ pub fn split(quantity: Quantity, name: &str) -> (String, Option<f64>) {
             let base = name.strip_suffix(unit)?.strip_suffix('_')?;
             Some((base.to_owned(), *factor))
         })
-        // Of `rad_s` and `s` the longer one.
+        // The longer one of `rad_s` and `s`.
         .min_by_key(|(base, _)| base.len());
     match suffix {
         Some((base, factor)) => (base, Some(factor)),

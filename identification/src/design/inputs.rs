@@ -1,4 +1,4 @@
-//! Inputs made for an actuator: their timing from its bandwidth, their amplitude from its rate limit.
+//! Inputs designed for an actuator: timing from its bandwidth, amplitude from its rate limit.
 
 use std::f64::consts::TAU;
 
@@ -7,26 +7,26 @@ use model_core::{excitation::catalogue::Input, parameter::ParameterError};
 use super::{Designed, ExperimentSetup};
 use crate::problem::IdentifyError;
 
-/// What the inputs have to keep.
+/// Constraints of the inputs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
-    /// The bandwidth of the actuator, Hz: the timing of the inputs goes by it.
+    /// The bandwidth of the actuator, Hz, which determines the timing.
     pub bandwidth_hz: f64,
-    /// No command is larger, deg.
+    /// Largest command, deg.
     pub most_deg: f64,
 }
 
-/// Share of the time at the rate limit that an input beyond it aims at.
+/// Target share of the time at the rate limit, of an input that exceeds it.
 const BEYOND_SHARE: f64 = 0.25;
-/// Within the limit no sample may touch it.
+/// The same of an input within the limit: no sample may reach it.
 const WITHIN_SHARE: f64 = 0.0;
-/// What is within the limit keeps this much off it: between two samples the rate is greater.
+/// Margin of an input within the limit, because the rate is higher between two samples.
 const WITHIN_MARGIN: f64 = 0.9;
-/// Halvings of the range of the amplitude: to 0.1 %.
+/// Bisections of the amplitude: to 0.1 %.
 const HALVINGS: usize = 10;
 
-/// The bandwidth that a model's parameters suggest, Hz; of one without a telling parameter the 4.775 Hz
-/// of the paper.
+/// The bandwidth according to a model's parameters, Hz; the 4.775 Hz of the paper where no parameter
+/// determines it.
 pub fn bandwidth_hz(setup: &ExperimentSetup) -> f64 {
     let value = |name: &str| {
         let index = setup.model.parameter_index(name)?;
@@ -91,8 +91,8 @@ fn prbs(bandwidth_hz: f64, duration_s: f64) -> Vec<(&'static str, f64)> {
     vec![("chip_s", chip_s), ("order", order)]
 }
 
-/// Makes an input as strong as it may be within the rate limit, or so strong that it goes beyond it on
-/// purpose; never beyond the greatest command. `None` of a name that is no input.
+/// Designs an input with the largest amplitude within the rate limit, or with one that exceeds it on
+/// purpose, up to the largest command. `None` for an unknown input.
 ///
 /// # Errors
 /// Those of [`timed`] and of [`ExperimentSetup::predict`], in words.
@@ -158,7 +158,7 @@ fn scaled(
         .set(scale, factor)
         .map_err(|error| error.to_string())?;
     if matches!(input, Input::Ramp(_)) {
-        // A ramp of another height that takes the same time.
+        // A ramp of another height with the same duration.
         let rate = 5.0 / setup.duration_s * factor;
         input
             .set("rate_deg_s", rate)
@@ -176,8 +176,8 @@ fn scaled(
     })
 }
 
-/// The index of the design that tells most parameters, and of those the one whose worst error is the
-/// least.
+/// The index of the design that identifies the most parameters, and among these the one with the
+/// smallest worst error.
 pub fn best(designs: &[Designed]) -> Option<usize> {
     let told = designs.iter().map(|d| d.prediction.told()).max()?;
     let candidates = (0..designs.len()).filter(|&i| designs[i].prediction.told() == told);

@@ -1,9 +1,9 @@
-//! Which input tells most of an actuator, before anyone runs it.
+//! Experiment design: the precision of the estimates that an input will give.
 //!
-//! For a model with expected parameters, a noise and a sampling, the inverse of the Fisher
-//! information is what no unbiased estimator can beat: the Cramer-Rao bound (Maine and Iliff, NASA
-//! RP-1138, chapter 11; Jategaonkar, Flight Vehicle System Identification, chapter 2). Of output error
-//! with white noise it is `sigma^2 (J' J)^-1`, `J` being the derivatives of the angle.
+//! For expected parameters, noise and sampling, the inverse of the Fisher information bounds the
+//! covariance of any unbiased estimator: the Cramer-Rao bound (Maine and Iliff, NASA RP-1138, chapter
+//! 11; Jategaonkar, Flight Vehicle System Identification, chapter 2). For output error with white
+//! noise it is `sigma^2 (J' J)^-1`, `J` being the sensitivities of the angle.
 
 pub mod inputs;
 
@@ -27,14 +27,14 @@ use super::{
     unknowns::Unknowns,
 };
 
-/// What is expected of the actuator and of the bench.
+/// The expected actuator and the measurement.
 #[derive(Clone)]
 pub struct ExperimentSetup {
-    /// What will be fitted.
+    /// The model to be fitted.
     pub model: Arc<dyn Model>,
-    /// Its expected parameters, in its order.
+    /// Its expected parameter values.
     pub values: Vec<f64>,
-    /// Which of them will be looked for.
+    /// Which of them will be estimated.
     pub free: Vec<bool>,
     /// Standard deviation of the noise on the angle, deg.
     pub noise_deg: f64,
@@ -49,19 +49,19 @@ pub struct ExperimentSetup {
 /// Resolution of the actuator's own encoder, deg.
 pub const ENCODER_DEG: f64 = COUNT_DEG;
 
-/// What an input will tell.
+/// The predicted result of an input.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prediction {
-    /// The Cramer-Rao standard error of each parameter that is looked for; `None` where the input
-    /// does not tell it from the others.
+    /// The estimated parameters, each with its Cramer-Rao standard error; `None` where the input does not
+    /// distinguish it from the others.
     pub parameters: Vec<Predicted>,
-    /// How long the actuator will be at its limits.
+    /// The time that the actuator will be at its limits.
     pub limited: Limited,
     /// The largest angle that the actuator will reach, deg.
     pub largest_angle_deg: f64,
 }
 
-/// A parameter as it will be known.
+/// The predicted precision of a parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Predicted {
     /// Its name.
@@ -75,14 +75,14 @@ pub struct Predicted {
 }
 
 impl Predicted {
-    /// The standard error as a share of the value, %; of a value near zero infinite.
+    /// The relative standard error, %; infinite for a value near zero.
     pub fn percent(&self) -> Option<f64> {
         Some(100.0 * self.standard_error? / self.value.abs())
     }
 }
 
 impl Prediction {
-    /// How many parameters the input tells.
+    /// The number of parameters that the input identifies.
     pub fn told(&self) -> usize {
         self.parameters
             .iter()
@@ -90,8 +90,7 @@ impl Prediction {
             .count()
     }
 
-    /// The greatest share of its value that the error of a parameter has, %, of those that have a
-    /// scale: not of offsets and initial states, which may be zero.
+    /// The largest relative standard error, %, except of offsets and initial states, which may be zero.
     pub fn worst_percent(&self) -> f64 {
         let percent = self.parameters.iter().filter_map(Predicted::percent);
         percent.filter(|p| p.is_finite()).fold(0.0, f64::max)
@@ -99,8 +98,8 @@ impl Prediction {
 }
 
 impl ExperimentSetup {
-    /// The bench for a model with the parameters that it has by default. What is infinite or belongs
-    /// to a run's start is not looked for.
+    /// The setup for a model with its default parameters. Infinite values and initial states are not
+    /// estimated.
     pub fn new(model: Arc<dyn Model>) -> Self {
         let parameters = model.parameters();
         let values: Vec<f64> = parameters.iter().map(|p| p.default).collect();
@@ -129,7 +128,7 @@ impl ExperimentSetup {
         (0..=samples).map(at).collect()
     }
 
-    /// What an input will tell.
+    /// The predicted result of an input.
     ///
     /// # Errors
     /// [`IdentifyError`] of an input that moves nothing, or of a bench without a free parameter.
@@ -143,7 +142,7 @@ impl ExperimentSetup {
         let mut problem = Problem::try_new(self.model.clone(), vec![experiment])?;
         for (index, spec) in problem.specs.iter_mut().enumerate() {
             spec.start = self.values[index];
-            // The state at the start is always looked for: what it costs belongs to the errors.
+            // The initial state is always estimated, which increases the standard errors.
             let free = self.free[index] || self.model.parameters()[index].is_initial_state;
             spec.role = if free { Role::Free } else { Role::Fixed };
         }
@@ -169,7 +168,7 @@ impl ExperimentSetup {
         })
     }
 
-    /// Time at a limit of rate or duty under this command, as a share of the experiment.
+    /// Share of the experiment at a rate or duty limit under this command.
     pub fn limited_share(&self, command_deg: &[f64]) -> Result<f64, IdentifyError> {
         let (experiment, samples) = self.simulated(command_deg)?;
         let states: Vec<ActiveLimit> = samples.iter().map(|s| s.state).collect();
@@ -177,20 +176,19 @@ impl ExperimentSetup {
         Ok(limited.rate_limited_s() / limited.duration_s)
     }
 
-    /// Variance of a sample: noise, and the rounding of the encoder as noise that is even over a
-    /// count.
+    /// Variance of a sample: noise, and the quantisation of the encoder as uniform noise.
     fn variance_deg2(&self) -> f64 {
         self.noise_deg.powi(2) + self.resolution_deg.powi(2) / 12.0
     }
 
-    /// The experiment as it will be recorded but for the noise.
+    /// The experiment as it will be recorded, without noise.
     fn simulated(&self, command_deg: &[f64]) -> Result<(Experiment, Vec<Sample>), IdentifyError> {
         let time_s: Vec<f64> = (0..command_deg.len())
             .map(|i| i as f64 * self.step_s)
             .collect();
         let mut recording = Recording {
             name: "experiment".into(),
-            // An angle is needed before there is one.
+            // A placeholder: the check requires an angle that varies.
             angle_deg: time_s.clone(),
             time_s,
             command_deg: command_deg.to_vec(),
@@ -214,8 +212,8 @@ impl ExperimentSetup {
 /// The smallest step of a sampling: a tick of the simulator, s.
 pub const LEAST_STEP_S: f64 = 1.0 / TICKS_PER_SECOND as f64;
 
-/// Roots of the diagonal of `variance * information^-1`; `None` of what takes part in a direction
-/// without information.
+/// Square roots of the diagonal of `variance * information^-1`; `None` for unknowns with a component
+/// in a direction without information.
 fn standard_errors(information: &DMatrix<f64>, variance: f64) -> Vec<Option<f64>> {
     let n = information.nrows();
     let present = (0..n).filter(|i| information[(*i, *i)] > 0.0).collect();
@@ -232,12 +230,12 @@ fn standard_errors(information: &DMatrix<f64>, variance: f64) -> Vec<Option<f64>
     (0..n).map(error).collect()
 }
 
-/// An input of the catalogue with its parameters, as it will be run.
+/// An input of the catalogue with its designed parameters.
 #[derive(Debug, Clone)]
 pub struct Designed {
     /// The input.
     pub input: Input,
-    /// Whether it goes beyond the rate limit on purpose.
+    /// Whether it exceeds the rate limit on purpose.
     pub is_beyond: bool,
     /// The largest command, deg.
     pub amplitude_deg: f64,

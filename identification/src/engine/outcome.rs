@@ -3,6 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::Solution;
+use crate::assessment::Limited;
 use crate::covariance::{Covariance, covariance};
 use crate::fit::{Bound, Estimate, ExperimentFit, Fit};
 use crate::levenberg::Found;
@@ -189,19 +190,7 @@ pub fn experiment_fit(problem: &Problem, experiment: usize, values: &[f64]) -> E
     });
     let (errors, spread) = squares(angles, &fit.residual_deg);
     fit.fit_percent = percent(errors, spread);
-    let limited = |state: &ActiveLimit| {
-        matches!(
-            state,
-            ActiveLimit::RateUp | ActiveLimit::RateDown | ActiveLimit::Duty
-        )
-    };
-    for (i, pair) in run.time_ns.windows(2).enumerate() {
-        if limited(&fit.state[i]) || limited(&fit.state[i + 1]) {
-            let both = limited(&fit.state[i]) && limited(&fit.state[i + 1]);
-            let share = if both { 1.0 } else { 0.5 };
-            fit.rate_limited_s += share * (pair[1] - pair[0]) as f64 * 1e-9;
-        }
-    }
+    fit.rate_limited_s = Limited::of(&run.recording.time_s, &fit.state).rate_limited_s();
     fit
 }
 

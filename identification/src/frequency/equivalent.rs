@@ -1,4 +1,4 @@
-//! The equivalent system of low order: gain, pole or poles, and delay.
+//! The low-order equivalent system: gain, pole or poles, and delay.
 //!
 //! M. B. Tischler and R. K. Remple, Aircraft and Rotorcraft System Identification, 2nd ed. (2012),
 //! sections 11.2 and 11.3; MIL-STD-1797. The cost is
@@ -8,35 +8,36 @@
 //! W = (1.58 (1 - exp(-coherence)))^2
 //! ```
 //!
-//! with `n` frequencies that are even on a logarithmic axis, so that 1 dB weighs as 7.57 deg. Gain in
-//! dB and delay enter it linearly: for given poles they are a least-squares solution, and only the
-//! poles are searched, on a grid that closes in.
+//! with `n` frequencies that are evenly spaced on a logarithmic axis, so that 1 dB weighs as much as
+//! 7.57 deg. Gain in dB and delay are linear: for given poles they are a least-squares solution, and
+//! only the poles are searched, on a grid that is refined repeatedly.
 
 use num_complex::Complex64;
 
 use super::response::FrequencyResponse;
 use crate::frequency::{decibel, logarithmic_grid, unwrap_deg};
 
-/// Frequencies that a fit takes part in: the usual number.
+/// Number of frequencies of a fit, as is usual.
 const POINTS: usize = 20;
 /// Weight of a squared degree against a squared decibel.
 const PHASE_WEIGHT: f64 = 0.017_45;
-/// The least coherence of a frequency that takes part.
+/// The least coherence of a frequency that is used.
 pub const LEAST_COHERENCE: f64 = 0.6;
-/// Frequencies up to this share of the Nyquist frequency take part: above, what the samples fold down
-/// adds some per cent to the gain of a lag.
+/// Share of the Nyquist frequency up to which frequencies are used: above, aliasing adds some per cent
+/// to the gain of a lag.
 const NYQUIST_SHARE: f64 = 1.0 / 3.0;
-/// What a fit must not exceed to be called acceptable (Tischler and Remple, section 11.3).
+/// The cost up to which a fit is acceptable (Tischler and Remple, section 11.3).
 pub const ACCEPTABLE_COST: f64 = 100.0;
-/// Where a pole is looked for, rad/s.
+/// Range of a pole, rad/s.
 const POLES_RAD_S: (f64, f64) = (0.1, 2000.0);
-/// Where a damping is looked for.
+/// Range of a damping ratio.
 const DAMPINGS: (f64, f64) = (0.02, 20.0);
-/// The grid closes in so often on the best of its points, each time by half.
+/// Number of refinements of the grid around its best point, each by a factor of two.
 const ROUNDS: usize = 40;
 
-/// What the equivalent system is.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// The form of an equivalent system.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+#[serde(untagged)]
 pub enum Shape {
     /// `p/(s + p)`.
     First {
@@ -65,19 +66,20 @@ impl Shape {
 }
 
 /// An equivalent system of low order.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Equivalent {
     /// Its poles.
+    #[serde(rename = "poles")]
     pub shape: Shape,
     /// Its steady gain.
     pub gain: f64,
     /// Its delay, s; not negative.
     pub delay_s: f64,
-    /// The cost; up to 100 the match is acceptable, up to 50 it can hardly be told from the data.
+    /// The cost: a fit up to 100 is acceptable, one up to 50 can hardly be distinguished from the data.
     pub cost: f64,
-    /// The lowest frequency that took part, Hz.
+    /// The lowest frequency of the fit, Hz.
     pub from_hz: f64,
-    /// The highest one, Hz.
+    /// The highest frequency of the fit, Hz.
     pub to_hz: f64,
 }
 
@@ -123,7 +125,7 @@ impl Equivalent {
         let mut reach = logs.map(|(low, high)| high - low);
         let mut middle = logs.map(|(low, high)| 0.5 * (low + high));
         for round in 0..ROUNDS {
-            // The first look sees the whole range finely, the later ones the surroundings.
+            // The first pass covers the whole range finely, the later ones the vicinity.
             let steps = if round == 0 { 48 } else { 8 };
             for at in grid(middle, reach, logs, steps) {
                 let found = fit(at.map(f64::exp));
@@ -139,7 +141,7 @@ impl Equivalent {
     }
 }
 
-/// Points around a middle and within limits; one where the limits leave no choice.
+/// Points around a centre and within limits; one point where the limits coincide.
 fn grid(
     middle: [f64; 2],
     reach: [f64; 2],
@@ -161,7 +163,7 @@ fn grid(
     line(0).flat_map(move |x| line(1).map(move |y| [x, y]))
 }
 
-/// What a fit sees of a response.
+/// A frequency of the fit.
 struct Point {
     frequency_hz: f64,
     gain_db: f64,
@@ -169,7 +171,7 @@ struct Point {
     weight: f64,
 }
 
-/// The coherent frequencies, thinned until they are even on a logarithmic axis.
+/// The coherent frequencies, thinned to even spacing on a logarithmic axis.
 fn points(response: &FrequencyResponse) -> Option<Vec<Point>> {
     let highest_hz = NYQUIST_SHARE * response.nyquist_hz;
     let mut coherent = response.coherent(LEAST_COHERENCE);

@@ -1,16 +1,16 @@
-//! Samples of any spacing on an even grid, in stretches without gaps.
+//! Resamples recordings on an even grid, in segments without gaps.
 
 use crate::{
     recording::{Hold, Recording},
     statistics::slots::median_step_s,
 };
 
-/// A gap of more usual steps parts two stretches.
+/// Multiple of the median step from which a gap separates two segments.
 const GAP_STEPS: f64 = 5.0;
-/// No grid grows beyond this many times the samples of its recording.
+/// Largest number of grid points as a multiple of the samples.
 const MOST_GROWTH: f64 = 8.0;
 
-/// A stretch of a recording at even instants.
+/// A segment of a recording at even instants.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stretch {
     /// Commanded angle, deg.
@@ -19,14 +19,14 @@ pub struct Stretch {
     pub angle_deg: Vec<f64>,
 }
 
-/// A step that suits all recordings: the longest of their usual ones, s.
+/// The common step of all recordings: the longest of their median steps, s.
 pub fn common_step_s(recordings: &[&Recording]) -> Option<f64> {
     let steps = recordings.iter().filter_map(|r| median_step_s(&r.time_s));
     steps.max_by(f64::total_cmp)
 }
 
-/// Whether the command keeps its value from sample to sample, as far as the samples show it: where it
-/// is not known, a command that rests in one step of five is taken to be held.
+/// Whether the command is a zero-order hold; where that is not known, a command that is constant in
+/// one of five steps is assumed to be one.
 pub fn is_held(recording: &Recording) -> bool {
     match recording.hold {
         Hold::Zero => true,
@@ -38,8 +38,8 @@ pub fn is_held(recording: &Recording) -> bool {
     }
 }
 
-/// The stretches of a recording in steps of `step_s`: the command held or in straight lines, the angle
-/// in straight lines. Missing angles part stretches too, where they are more than a gap may be.
+/// The segments of a recording in steps of `step_s`: the command held or interpolated linearly, the
+/// angle interpolated linearly. Missing angles that exceed a gap also separate segments.
 pub fn stretches(recording: &Recording, step_s: f64) -> Vec<Stretch> {
     let held = is_held(recording);
     let complete = |&i: &usize| recording.angle_deg[i].is_finite();
@@ -58,7 +58,7 @@ pub fn stretches(recording: &Recording, step_s: f64) -> Vec<Stretch> {
     runs.filter_map(stretch).collect()
 }
 
-/// The samples of a stretch on the grid that begins with its first.
+/// The samples of a segment on a grid that begins with its first.
 fn resampled(
     recording: &Recording,
     command: &[f64],
@@ -68,7 +68,7 @@ fn resampled(
 ) -> Option<Stretch> {
     let (first, last) = (*samples.first()?, *samples.last()?);
     let start_s = recording.time_s[first];
-    // A hair more: the last sample of an even recording belongs to the grid.
+    // With a tolerance, so that the grid includes the last sample of an even recording.
     let steps = ((recording.time_s[last] - start_s) / step_s + 1e-6).floor();
     if steps.is_nan() || steps > MOST_GROWTH * samples.len() as f64 || !command[first].is_finite() {
         return None;

@@ -1,9 +1,8 @@
-//! A second opinion in the frequency domain: no model, no start values, no search.
+//! Nonparametric identification in the frequency domain.
 //!
-//! [`FrequencyResponse`] is what the recordings say by Welch's method, with coherence and confidence;
-//! [`Equivalent`] is the lag of low order that comes nearest to it. Both are of a linear system:
-//! recordings at the rate limit give the describing function of that amplitude, not the actuator's
-//! small-signal response.
+//! [`FrequencyResponse`] is the response by Welch's method, with coherence and confidence;
+//! [`Equivalent`] is the low-order system that fits it best. Both assume a linear system: recordings
+//! at the rate limit give the describing function of that amplitude, not the small-signal response.
 
 pub mod equivalent;
 pub mod grid;

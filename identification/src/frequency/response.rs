@@ -1,4 +1,4 @@
-//! The frequency response that recordings show, with coherence and confidence.
+//! The frequency response of recordings, with coherence and confidence.
 
 use std::f64::consts::{PI, TAU};
 
@@ -12,25 +12,25 @@ use crate::{
     statistics::distributions::{COVERED, two_sided},
 };
 
-/// Recordings are cut into windows of this share of all samples: seven of them with the overlap.
+/// Number of windows without overlap; with the overlap there are seven.
 const WINDOWS_PER_RECORD: usize = 4;
-/// Shorter windows resolve nothing.
+/// The shortest useful window, samples.
 const SHORTEST_WINDOW: usize = 32;
-/// Longer ones show more points than anybody looks at.
+/// The longest window, samples: more frequencies are not needed.
 const LONGEST_WINDOW: usize = 1 << 15;
-/// Lines whose input has less power than this share of the strongest are rounding and leakage.
+/// Share of the largest input power below which a line is rounding and leakage.
 const LEAST_POWER: f64 = 1e-7;
 /// Correlation of two Hann windows that overlap by half (F. J. Harris, Proc. IEEE 66, 1978).
 const OVERLAP_CORRELATION: f64 = 1.0 / 6.0;
-/// Coherence below which a phase is not trusted to lead its neighbours over a turn.
+/// Coherence below which a phase is not used for unwrapping.
 const TRUSTED_COHERENCE: f64 = 0.5;
 
-/// A frequency response from command to angle, one value a frequency.
+/// A frequency response from command to angle, with one value for each frequency.
 ///
 /// P. D. Welch, IEEE Trans. Audio Electroacoustics 15 (1967): Hann windows that overlap by half. The
 /// estimate is `Sxy/Sxx`, unbiased for noise on the angle; the errors are those of J. S. Bendat and
 /// A. G. Piersol, Random Data, 4th ed. (2010), section 9.2.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
 pub struct FrequencyResponse {
     /// Frequencies, Hz.
     pub frequency_hz: Vec<f64>,
@@ -44,18 +44,19 @@ pub struct FrequencyResponse {
     pub gain_error_db: Vec<f64>,
     /// Half of the 95 % interval of the phase, deg.
     pub phase_error_deg: Vec<f64>,
-    /// As many independent windows as were averaged.
+    /// The number of independent windows that were averaged.
     pub averages: f64,
     /// Half the frequency of the samples, Hz.
+    #[serde(skip)]
     pub nyquist_hz: f64,
 }
 
 impl FrequencyResponse {
-    /// The response of all recordings together. `None` where they are too short, or where the command
-    /// does not move.
+    /// The response of all recordings together. `None` where they are too short, or the command is
+    /// constant.
     ///
-    /// A command that is held between samples lags half a sample behind its values: that is taken out,
-    /// so that the response is of the actuator alone.
+    /// The lag of half a sample of a zero-order hold is removed, so that the response is that of the
+    /// actuator alone.
     pub fn of(recordings: &[&Recording]) -> Option<Self> {
         let step_s = common_step_s(recordings)?;
         let all: Vec<Vec<Stretch>> = recordings.iter().map(|r| stretches(r, step_s)).collect();
@@ -63,7 +64,7 @@ impl FrequencyResponse {
         let samples: usize = all.iter().map(|s| s.angle_deg.len()).sum();
         let longest = all.iter().map(|s| s.angle_deg.len()).max()?;
         let window = (samples / WINDOWS_PER_RECORD).clamp(SHORTEST_WINDOW, LONGEST_WINDOW);
-        // An even number, and none that no stretch could fill.
+        // An even number that fits into the longest segment.
         let window = window.min(longest) / 2 * 2;
         if window < SHORTEST_WINDOW {
             return None;
@@ -74,8 +75,8 @@ impl FrequencyResponse {
         spectra.response(step_s, held)
     }
 
-    /// The indices of the frequencies from the lowest on that the command explains: up to the first two
-    /// neighbours that both have less coherence.
+    /// The indices of the coherent frequencies from the lowest on, up to the first two adjacent ones with
+    /// less coherence.
     pub fn coherent(&self, least_coherence: f64) -> Vec<usize> {
         let good = |i: usize| self.coherence[i] >= least_coherence;
         let n = self.frequency_hz.len();
@@ -131,14 +132,14 @@ impl Spectra {
         let shaped = samples.iter().zip(&self.shape);
         let mut shaped: Vec<f64> = shaped.map(|(v, shape)| (v - mean) * shape).collect();
         let mut spectrum = self.transform.make_output_vec();
-        // It fails for other lengths alone, and both are its own.
+        // It fails only for other lengths.
         let _ = self.transform.process(&mut shaped, &mut spectrum);
         spectrum
     }
 
     fn response(&self, step_s: f64, held: bool) -> Option<FrequencyResponse> {
         let strongest = self.xx.iter().copied().fold(0.0, f64::max);
-        // The power of a constant command is rounding.
+        // A constant command has no power but rounding.
         if self.windows == 0 || strongest < 1e-18 {
             return None;
         }
@@ -150,7 +151,7 @@ impl Spectra {
             ..FrequencyResponse::default()
         };
         let spacing_hz = 1.0 / (step_s * self.shape.len() as f64);
-        // The window spreads the mean over two lines, and the Nyquist frequency has no phase.
+        // The window spreads the mean over two lines; the Nyquist frequency has no phase.
         for line in 2..self.xx.len() - 1 {
             if self.xx[line] > LEAST_POWER * strongest {
                 self.point(&mut response, line, line as f64 * spacing_hz, step_s, held);
@@ -187,7 +188,7 @@ impl Spectra {
         response.phase_deg.push(value.arg().to_degrees());
         response.coherence.push(coherence.min(1.0));
         response.gain_error_db.push(decibel(1.0 + reach));
-        // Beyond a half turn nothing is known.
+        // Errors above half a turn are not defined.
         response.phase_error_deg.push(if reach < 1.0 {
             reach.asin().to_degrees()
         } else {
@@ -196,7 +197,7 @@ impl Spectra {
     }
 }
 
-/// Takes whole turns out of the phases; those without coherence do not lead.
+/// Unwraps the phases along the coherent ones.
 fn unwrap(response: &mut FrequencyResponse) {
     let mut leading = 0.0;
     for (phase, coherence) in response.phase_deg.iter_mut().zip(&response.coherence) {

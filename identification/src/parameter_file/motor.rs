@@ -1,4 +1,4 @@
-//! Motors and servos as the bench of the simulator.
+//! Motors and servos as the drivetrain of the simulator.
 
 use model_core::plant::drivetrain::gear_train::GearTrainParameters;
 
@@ -12,7 +12,7 @@ pub(super) struct DrivetrainParameters<'a> {
     is_servo: bool,
 }
 
-/// What the bench calls as the fit does, and counts at the output shaft too.
+/// Parameters with the same name and meaning in the drivetrain.
 const ALIKE: [&str; 19] = [
     "winding_resistance_ohm",
     "supply_v",
@@ -35,16 +35,16 @@ const ALIKE: [&str; 19] = [
     "load_quadratic_external_1_nm",
 ];
 
-/// What the fitted model has not, and what it is then.
+/// Parameters that the fitted model lacks, with their values.
 const ABSENT: [(&str, f64); 2] = [("bearing_friction_nm", 0.0), ("winding_inductance_h", 0.0)];
 
-/// Gain of the position loop, 1/s; its feed-forward makes duty of it. Any value does.
+/// Gain of the position loop, 1/s. Its value is arbitrary: the feed-forward gain divides by it.
 const POSITION_GAIN: f64 = 10.0;
 
-/// What the simulator cannot do.
+/// Parameters that the simulator does not have.
 const UNKNOWN: [&str; 2] = ["vertical_deg", "drive_asymmetry"];
 
-/// Whether the model of this name is a servo, and its friction; `None` where it is no motor.
+/// Whether the model of this name is a servo, and its friction model; `None` where it is not a motor.
 pub(super) fn form(model: &str) -> Option<(bool, f64)> {
     let (kind, friction) = model.split_once("-m")?;
     let is_servo = match kind {
@@ -56,7 +56,7 @@ pub(super) fn form(model: &str) -> Option<(bool, f64)> {
 }
 
 impl<'a> DrivetrainParameters<'a> {
-    /// The bench of a fit; `None` where it is no motor.
+    /// The drivetrain of a fit; `None` where it is not a motor.
     pub fn of(fit: &'a Fit) -> Option<Self> {
         let (is_servo, friction_model) = form(fit.model)?;
         Some(Self {
@@ -76,7 +76,7 @@ impl<'a> DrivetrainParameters<'a> {
         self.shared(name).map_or(f64::NAN, |e| e.value)
     }
 
-    /// What must be known of the file.
+    /// Remarks in the file.
     pub fn remarks(&self) -> Vec<String> {
         let mut remarks = vec![
             match self.is_servo {
@@ -96,9 +96,9 @@ impl<'a> DrivetrainParameters<'a> {
         remarks
     }
 
-    /// The parameters of the bench.
+    /// The parameters of the drivetrain.
     pub fn values(&self) -> Vec<Set<'a>> {
-        // As seen at the output, and from there behind a gear train that the bench can have.
+        // Referred to the output shaft, and from there to a gear ratio in the drivetrain's range.
         let fitted_ratio = self.value("gear_ratio");
         let ratio = fitted_ratio.max(GearTrainParameters::default().gear_ratio);
         let scale = fitted_ratio / ratio;
@@ -116,7 +116,7 @@ impl<'a> DrivetrainParameters<'a> {
                 None,
             ),
         ];
-        // The delay of a motor is between its duty and its torque: no transport delay of commands.
+        // The delay of a motor is between duty and torque, and not a transport delay of the command.
         let is_of_the_servo = |name: &&str| self.is_servo || *name != "delay_s";
         let alike = ALIKE.into_iter().filter(is_of_the_servo);
         let alike = alike.filter_map(|name| {
@@ -135,7 +135,7 @@ impl<'a> DrivetrainParameters<'a> {
         values
     }
 
-    /// `u = Kff P (command - angle)`: no rate loop, and nothing that winds up.
+    /// `u = Kff P (command - angle)`, without a rate loop and without an integrator.
     fn position_loop(&self) -> impl Iterator<Item = Set<'a>> {
         let gain = self.value("duty_per_error_pct_deg") * self.value("firmware_gain");
         let set = [

@@ -1,38 +1,37 @@
-//! Whether residuals are white, and whether the input still shows in them.
+//! Whiteness of residuals, and their correlation with the input.
 //!
-//! A model that explains all leaves noise: no correlation of the residual with itself at any lag but
-//! zero, and none with the input at any. L. Ljung, System Identification, 2nd ed. (1999), section
-//! 16.6. Output error needs no white residuals to be unbiased; their standard errors do. A
-//! correlation with the input at positive lags means dynamics that the model lacks, at negative ones
-//! feedback or a wrong delay.
+//! The residuals of an exact model are white and not correlated with the input. L. Ljung, System
+//! Identification, 2nd ed. (1999), section 16.6. Output-error estimates are unbiased without white
+//! residuals; their standard errors are not. A correlation with the input at positive lags means
+//! dynamics that the model lacks, at negative lags feedback or a wrong delay.
 
 use super::{
     distributions::{COVERED, chi_squared_exceeds, two_sided},
     slots::{LaggedProducts, Slots, lagged_products},
 };
 
-/// Correlations of the residuals of one experiment, each with the band within which chance keeps 95 %.
+/// Correlations of the residuals of one experiment, each with its 95 % confidence band.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Correlations {
     /// Lags of the autocorrelation, s, from 0 on.
     pub auto_lag_s: Vec<f64>,
-    /// Autocorrelation of the residual, 1 at lag 0; NaN where no pair of samples is so far apart.
+    /// Autocorrelation of the residual, 1 at lag 0; NaN without a pair of samples at that lag.
     pub auto: Vec<f64>,
-    /// Half of its band: `1.96/sqrt(pairs)`.
+    /// Half-width of its band: `1.96/sqrt(pairs)`.
     pub auto_band: Vec<f64>,
-    /// Lags of the cross-correlation, s; positive ones are of a residual after the input.
+    /// Lags of the cross-correlation, s; positive where the residual follows the input.
     pub cross_lag_s: Vec<f64>,
-    /// Correlation of the residual with the changes of the input: those of a step or a held sequence are
-    /// nearly white, as its values are not, and what a model lacks shows at its lag.
+    /// Correlation of the residual with the changes of the input, which are nearly white for a step or a
+    /// held sequence, so that missing dynamics appear at their lag.
     pub cross: Vec<f64>,
-    /// Half of its band. Residual and input may both be coloured: the variance is the sum of the
+    /// Half-width of its band. Residual and input may both be coloured: the variance is the sum of the
     /// products of their autocorrelations over the pairs (Ljung, eq. 16.63).
     pub cross_band: Vec<f64>,
     /// The test of the autocorrelation.
     pub whiteness: Whiteness,
     /// The largest cross-correlation in units of its band, at lags from 0 on.
     pub cross_ratio: f64,
-    /// As many samples as there are residuals, if they were independent: `N/(1 + 2 sum rho)`.
+    /// The equivalent number of independent samples: `N/(1 + 2 sum rho)`.
     pub effective_samples: f64,
 }
 
@@ -42,33 +41,33 @@ pub struct Correlations {
 pub struct Whiteness {
     /// The sum over the lags.
     pub statistic: f64,
-    /// How many lags.
+    /// Number of lags.
     pub lags: usize,
     /// Probability that white residuals exceed it.
     pub p_value: f64,
-    /// Share of the lags beyond the band, of which chance explains 0.05.
+    /// Share of the lags outside the band; 0.05 is expected of white residuals.
     pub outside: f64,
 }
 
 /// Lags of the test: the customary 25.
 const TESTED_LAGS: usize = 25;
-/// The least probability that still counts as white: 0.01, as in Ljung's toolbox.
+/// Significance level of the test: 0.01, as in Ljung's toolbox.
 const LEAST_P: f64 = 0.01;
-/// Longest lag, s. A servo has forgotten all within it.
+/// Longest lag, s: beyond the impulse response of a servo.
 const LONGEST_LAG_S: f64 = 1.0;
-/// And as many lags at the most, for the pages that show them.
+/// Largest number of lags.
 const MOST_LAGS: usize = 1000;
 
 impl Whiteness {
-    /// Whether nothing speaks against white residuals.
+    /// Whether the test does not reject white residuals.
     pub fn is_white(&self) -> bool {
         self.p_value >= LEAST_P
     }
 }
 
 impl Correlations {
-    /// The correlations of a residual with itself and with the changes of the input at the same instants. `None`
-    /// where there are too few residuals, or only ones that are alike.
+    /// The correlations of a residual with itself and with the changes of the input. `None` where there
+    /// are too few residuals, or all are equal.
     ///
     /// ```
     /// use identification::statistics::Correlations;
@@ -103,7 +102,7 @@ impl Correlations {
             cross_ratio: 0.0,
             effective_samples,
         };
-        // A constant input correlates with nothing.
+        // A constant input has no correlation.
         if variance_u > 0.0 {
             let deviation = (scale.0 * variance_u).sqrt();
             this.cross(e, u, lags, deviation);
@@ -132,15 +131,15 @@ impl Correlations {
         self.cross_band = [earlier(&bands_before), bands_after].concat();
     }
 
-    /// Whether the input shows in the residual: at one lag more than in one of a hundred cases of
-    /// chance, with as many lags as there are (Bonferroni's bound).
+    /// Whether the residual is correlated with the input: at any lag at the level of 0.01, with
+    /// Bonferroni's correction for the number of lags.
     pub fn is_correlated_with_input(&self) -> bool {
         let lags = (self.cross.len() / 2 + 1) as f64;
         self.cross_ratio > two_sided(1.0 - 0.01 / lags) / two_sided(COVERED)
     }
 }
 
-/// Changes from slot to slot in place of the values.
+/// The changes from slot to slot.
 fn take_changes(input: &mut [f64]) {
     let mut before = input.first().copied().unwrap_or(f64::NAN);
     for value in input {
@@ -148,13 +147,13 @@ fn take_changes(input: &mut [f64]) {
     }
 }
 
-/// As many lags as a quarter of the samples allows: beyond, too few pairs remain.
+/// The number of lags, at most a quarter of the samples: beyond, too few pairs remain.
 fn shown_lags(samples: usize, slots: &Slots) -> usize {
     let wanted = slots.longest_lag.max(TESTED_LAGS);
     wanted.min(samples / 4).clamp(1, MOST_LAGS)
 }
 
-/// A correlation as a share of that at lag 0.
+/// A correlation normalised by that at lag 0.
 struct Normalised {
     values: Vec<f64>,
     pairs: Vec<f64>,
@@ -162,7 +161,7 @@ struct Normalised {
 }
 
 impl Normalised {
-    /// Divided by `deviation`, or by what stands at lag 0.
+    /// Divided by `deviation`, or by the value at lag 0.
     fn new(products: &LaggedProducts, deviation: Option<f64>) -> Option<Self> {
         let LaggedProducts { sums, pairs } = products;
         let means = sums.iter().zip(pairs);
@@ -198,8 +197,8 @@ impl Normalised {
         }
     }
 
-    /// `1 + 2 sum rho` up to where pairs of lags first sum to less than nothing: what follows is
-    /// noise (C. J. Geyer, Statistical Science 7, 1992).
+    /// `1 + 2 sum rho` up to the first pair of lags with a negative sum: the rest is noise (C. J. Geyer,
+    /// Statistical Science 7, 1992).
     fn correlation_length(&self) -> f64 {
         let pairs = self
             .values
@@ -212,8 +211,8 @@ impl Normalised {
     }
 }
 
-/// The sum of the products of two autocorrelations over all lags: how much wider the band of a
-/// cross-correlation is than that of white signals.
+/// The sum of the products of two autocorrelations over all lags: the factor of the variance of a
+/// cross-correlation against that of white signals.
 fn joint_colour(e: &[f64], u: &[f64]) -> f64 {
     let longest = e.len() / 4;
     let of = |signal| Normalised::new(&lagged_products(signal, signal, longest), None);
@@ -222,7 +221,7 @@ fn joint_colour(e: &[f64], u: &[f64]) -> f64 {
     };
     let products = e.values.iter().zip(&u.values).skip(1);
     let sum: f64 = products.map(|(e, u)| e * u).filter(|p| p.is_finite()).sum();
-    // Chance may take the sum below that of white signals; the band must not vanish.
+    // The estimated sum may be below that of white signals; the band must not vanish.
     (1.0 + 2.0 * sum).max(1.0)
 }
 

@@ -1,7 +1,7 @@
-//! What a parameter must pay for: information criteria.
+//! Information criteria.
 
-/// Information criteria of a least-squares fit, with the noise's variance estimated. Of two models
-/// on the same data the lower is better; only differences mean anything.
+/// Information criteria of a least-squares fit with estimated noise variance. Lower is better; only
+/// differences between models of the same data are meaningful.
 ///
 /// H. Akaike, IEEE TAC 19 (1974); G. Schwarz, Annals of Statistics 6 (1978); L. Ljung, System
 /// Identification, 2nd ed. (1999), section 16.4.
@@ -14,8 +14,8 @@ pub struct Criteria {
 }
 
 impl Criteria {
-    /// Of `samples` residuals with this sum of squares, after `parameters` were fitted. The variance of
-    /// the noise counts as a parameter more.
+    /// For `samples` residuals with this sum of squares and `parameters` estimated parameters. The noise
+    /// variance counts as one more parameter.
     ///
     /// ```
     /// use identification::statistics::Criteria;
@@ -34,15 +34,15 @@ impl Criteria {
     }
 }
 
-/// The BIC of residuals of this mean square, as many of which are independent: coloured residuals make a
-/// difference of the BIC over all samples look more certain than it is. Models are compared with one and
-/// the same number of samples.
+/// The BIC of residuals with this mean square and number of independent samples: with all samples,
+/// coloured residuals would exaggerate differences of the BIC. Models are compared with the same
+/// number of samples.
 pub fn bic(independent_samples: f64, mean_square: f64, parameters: usize) -> f64 {
     let k = (parameters + 1) as f64;
     independent_samples * mean_square.ln() + k * independent_samples.ln()
 }
 
-/// In words, how much a difference of the BIC says against the model with the greater one.
+/// The evidence of a difference of the BIC against the model with the larger one, in words.
 ///
 /// R. E. Kass and A. E. Raftery, Bayes Factors, JASA 90 (1995), section 3.2.
 pub fn evidence(bic_difference: f64) -> &'static str {

@@ -1,37 +1,36 @@
-//! The delay from command to angle without any model: by cross-correlation.
+//! The delay from command to angle by cross-correlation, without a model.
 
 use super::{
     distributions::two_sided,
     slots::{Slots, lagged_products},
 };
 
-/// What the cross-correlation of the changes of command and angle says of the delay.
+/// The delay according to the cross-correlation of the changes of command and angle.
 ///
-/// The changes are correlated and not the values: those of a servo hardly decay with the lag (Ljung,
-/// section 6.1 on pre-whitening). The peak is later than a pure delay by the lag of the actuator, so
-/// that it bounds the delay from above; where the correlation first leaves chance, from below or by
-/// a sample more.
+/// The changes are used because the correlation of the values hardly decays with the lag (Ljung,
+/// section 6.1 on pre-whitening). The peak includes the lag of the actuator and is an upper bound of
+/// the delay; the first significant correlation is a lower bound to within one sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DelayEstimate {
-    /// The lag of the largest correlation, between samples by a parabola, s.
+    /// The lag of the largest correlation, interpolated by a parabola, s.
     pub peak_s: f64,
     /// The correlation there.
     pub correlation: f64,
-    /// The first lag at which the correlation leaves its 99.9 % band for good before the peak, s; `None`
-    /// of a smooth command, whose changes announce each other.
+    /// The lag from which the correlation is outside its 99.9 % band up to the peak, s; `None` for a
+    /// smooth command, whose changes are correlated with each other.
     pub onset_s: Option<f64>,
-    /// One sample, s: nothing is known finer.
+    /// One sample, s: the resolution.
     pub resolution_s: f64,
 }
 
-/// Correlation of neighbouring changes below which a command counts as sudden.
+/// Correlation of adjacent changes below which a command is not smooth.
 const SUDDEN: f64 = 0.3;
-/// Longest delay that is looked for, s.
+/// Longest delay, s.
 const LONGEST_S: f64 = 0.5;
 
 impl DelayEstimate {
-    /// Estimates the delay of `angle` behind `command`. `None` where nothing moves or where no
-    /// correlation stands out of chance.
+    /// Estimates the delay of `angle` behind `command`. `None` without a change or without a significant
+    /// correlation.
     ///
     /// ```
     /// use identification::statistics::delay::DelayEstimate;
@@ -52,7 +51,7 @@ impl DelayEstimate {
         let products = lagged_products(&angle, &command, longest);
         let scale = |signal: &[f64]| lagged_products(signal, signal, 0).sums[0];
         let scale = (scale(&command) * scale(&angle)).sqrt();
-        // A signal without change has none, and rounding is not one.
+        // A constant signal, except for rounding.
         if scale.is_nan() || scale <= 1e-12 {
             return None;
         }
@@ -73,7 +72,7 @@ impl DelayEstimate {
     }
 }
 
-/// Whether the changes of a command come without notice: next to no correlation from one to the next.
+/// Whether adjacent changes of a command are hardly correlated.
 fn is_sudden(changes: &[f64]) -> bool {
     let products = lagged_products(changes, changes, 1);
     products.sums[1] < SUDDEN * products.sums[0]
@@ -83,7 +82,7 @@ fn changes(signal: &[f64]) -> Vec<f64> {
     signal.windows(2).map(|w| w[1] - w[0]).collect()
 }
 
-/// How far the vertex of the parabola through a maximum and its neighbours lies from it.
+/// The offset of the vertex of the parabola through a maximum and its neighbours.
 fn vertex(values: &[f64], peak: usize) -> f64 {
     let neighbour = |i: Option<usize>| i.and_then(|i| values.get(i)).copied();
     let before = neighbour(peak.checked_sub(1));

@@ -2,10 +2,10 @@
 
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, Normal};
 
-/// The share of a normal distribution within 1.96 standard deviations: what every band here covers.
+/// Coverage of all confidence bands: 1.96 standard deviations of a normal distribution.
 pub const COVERED: f64 = 0.95;
 
-/// How many standard deviations a two-sided interval of this coverage reaches out.
+/// Half-width of a two-sided interval of this coverage, in standard deviations.
 ///
 /// ```
 /// use identification::statistics::distributions::{COVERED, two_sided};
@@ -19,8 +19,8 @@ pub fn two_sided(covered: f64) -> f64 {
     }
 }
 
-/// Probability that chance alone exceeds `statistic` with this many degrees of freedom; NaN without
-/// any.
+/// Probability that a chi-squared variable with these degrees of freedom exceeds `statistic`; NaN
+/// without degrees of freedom.
 ///
 /// ```
 /// use identification::statistics::distributions::chi_squared_exceeds;

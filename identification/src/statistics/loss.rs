@@ -1,16 +1,15 @@
-//! Whether one model predicts better than another, or only by chance.
+//! Tests whether one model predicts significantly better than another.
 
 use super::{
     correlation::Correlations,
     distributions::{COVERED, two_sided},
 };
 
-/// The mean difference of the squared errors of two predictions of the same recording, and how
-/// sure its sign is.
+/// The mean difference of the squared errors of two predictions, with its standard error.
 ///
 /// F. X. Diebold and R. S. Mariano, Comparing Predictive Accuracy, Journal of Business and Economic
-/// Statistics 13 (1995): the difference is a time series, and its mean is as uncertain as so many
-/// independent samples of it make it.
+/// Statistics 13 (1995): the difference is a time series, and the standard error of its mean follows
+/// from its number of independent samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LossDifference {
     /// Mean of the squared error of the first less that of the second, deg^2.
@@ -31,7 +30,7 @@ pub struct Residuals<'a> {
 }
 
 impl LossDifference {
-    /// Compares two models on the same recordings. `None` where nothing was compared in both.
+    /// Compares two models on the same recordings. `None` without common samples.
     pub fn of<'a>(recordings: impl IntoIterator<Item = Residuals<'a>>) -> Option<Self> {
         let (mut sum, mut samples, mut variance_of_sum) = (0.0, 0.0, 0.0);
         for residuals in recordings {
@@ -56,7 +55,7 @@ impl LossDifference {
         })
     }
 
-    /// How many standard errors the difference is away from none; 0 of two models that are alike.
+    /// The difference in standard errors; 0 for identical predictions.
     pub fn z(&self) -> f64 {
         if self.mean_deg2 == 0.0 {
             return 0.0;
@@ -64,7 +63,7 @@ impl LossDifference {
         self.mean_deg2 / self.standard_error_deg2
     }
 
-    /// Whether chance explains it, in more than one case of twenty.
+    /// Whether it is not significant at the level of 0.05.
     pub fn is_by_chance(&self) -> bool {
         let z = self.z().abs();
         z.is_nan() || z <= two_sided(COVERED)

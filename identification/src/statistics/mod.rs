@@ -1,7 +1,7 @@
-//! What residuals tell of a model: how much it explains, and whether anything is left to explain.
+//! Statistics of residuals: figures of merit, correlations, information criteria and tests.
 //!
-//! All of it is computed from recorded and predicted values alone, whatever the model. Samples may be
-//! uneven or missing (NaN): correlations take them by time slot.
+//! They are computed from recorded and predicted values alone. Samples may be uneven or missing
+//! (NaN): correlations assign them to time slots.
 
 pub mod correlation;
 pub mod criteria;

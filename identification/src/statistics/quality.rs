@@ -1,13 +1,13 @@
-//! How near a prediction comes to what was measured.
+//! Figures of merit of a prediction.
 
 /// Theil's inequality coefficient and the parts of the mean square error.
 ///
 /// H. Theil, Economic Forecasts and Policy (1961), chapter 2; R. V. Jategaonkar, Flight Vehicle
 /// System Identification (2006), section 11.2.3: below 0.25 to 0.3 the agreement is good; of the
 /// parts, the covariance should be the largest, bias and variance near zero.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Theil {
-    /// `rms(y - p)/(rms(y) + rms(p))`: 0 where all is predicted, 1 where nothing is.
+    /// `rms(y - p)/(rms(y) + rms(p))`: 0 for an exact prediction, 1 for none.
     pub inequality: f64,
     /// Share of the mean square error that comes from the difference of the means.
     pub bias: f64,
@@ -18,9 +18,9 @@ pub struct Theil {
 }
 
 /// Figures of merit of a prediction of an angle.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Quality {
-    /// Samples that were compared.
+    /// Number of compared samples.
     pub samples: usize,
     /// `100 (1 - |y - p|/|y - mean y|)`, the normalised root mean square error as a fit, %; Ljung,
     /// System Identification Toolbox, `compare`. Negative where the mean would predict better.
@@ -40,8 +40,8 @@ pub struct Quality {
 }
 
 impl Quality {
-    /// Compares a prediction with what was measured; samples without a number in both are passed
-    /// over. `None` where none is left.
+    /// Compares a prediction with the measurement, at the samples that both have. `None` without such
+    /// samples.
     ///
     /// ```
     /// use identification::statistics::Quality;
@@ -60,7 +60,7 @@ impl Quality {
         }
         let mean = |f: &dyn Fn((f64, f64)) -> f64| pairs().map(f).sum::<f64>() / samples as f64;
         let (mean_y, mean_p) = (mean(&|(y, _)| y), mean(&|(_, p)| p));
-        // Around the means: far from zero the difference of sums of squares would cancel.
+        // Relative to the means, to avoid cancellation far from zero.
         let variance_y = mean(&|(y, _)| (y - mean_y).powi(2));
         let variance_p = mean(&|(_, p)| (p - mean_p).powi(2));
         let square = mean(&|(y, p)| (y - p).powi(2));

@@ -1,23 +1,23 @@
-//! Samples of any spacing in slots of equal length, for correlations.
+//! Assigns samples of any spacing to slots of equal length, for correlations.
 //!
-//! Each sample goes to the slot that is nearest in time; a slot that got none is missing. Even samples
-//! stay what they are. For uneven ones it is the slotting of W. T. Mayo (1974), known from laser
-//! anemometry: a correlation at a lag is the mean over all pairs of slots that are both there.
+//! Each sample is assigned to the nearest slot; slots without a sample are missing. Even samples are
+//! unchanged. For uneven ones this is the slotting technique of W. T. Mayo (1974) of laser anemometry:
+//! the correlation at a lag is the mean over all pairs of slots that are present.
 
 use realfft::{RealFftPlanner, num_complex::Complex64};
 
-/// Values in slots of equal length, those of several signals in the same ones.
+/// The values of several signals in the same slots of equal length.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Slots {
     /// Length of a slot, s.
     pub step_s: f64,
-    /// One column a signal; NaN where nothing is known.
+    /// One column for each signal; NaN is missing.
     pub columns: Vec<Vec<f64>>,
-    /// Longest lag that keeps its meaning, in slots: longer gaps were shortened to it.
+    /// Longest valid lag, in slots: longer gaps were shortened to it.
     pub longest_lag: usize,
 }
 
-/// The median step from sample to sample, s; `None` where there is not one.
+/// The median step from sample to sample, s; `None` for fewer than two samples.
 pub fn median_step_s(time_s: &[f64]) -> Option<f64> {
     let mut steps: Vec<f64> = time_s.windows(2).map(|t| t[1] - t[0]).collect();
     if steps.is_empty() {
@@ -34,7 +34,7 @@ impl Slots {
     /// fewer than two samples.
     pub fn new(time_s: &[f64], signals: &[&[f64]], longest_lag_s: f64) -> Option<Self> {
         let step_s = median_step_s(time_s)?;
-        // Bounded, as a step may be far shorter than the lag that is asked for.
+        // Bounded, because a step may be much shorter than the longest lag.
         let longest_lag = (longest_lag_s / step_s)
             .round()
             .clamp(1.0, time_s.len() as f64) as usize;
@@ -65,7 +65,7 @@ impl Slots {
         })
     }
 
-    /// Fills the missing slots of a signal with its last value before: what a command does.
+    /// Fills the missing slots of a signal with its previous value, as of a held command.
     pub fn held(&mut self, signal: usize) {
         let Some(column) = self.columns.get_mut(signal) else {
             return;
@@ -80,7 +80,7 @@ impl Slots {
     }
 }
 
-/// Sums of products at lags, and how many pairs each sum has.
+/// Sums of products at lags, with their numbers of pairs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LaggedProducts {
     /// The sum of `a[i + lag] b[i]` for lag 0, 1 ...
@@ -98,14 +98,14 @@ pub fn lagged_products(a: &[f64], b: &[f64], longest: usize) -> LaggedProducts {
     let spectrum = |mut padded: Vec<f64>| {
         padded.resize(length, 0.0);
         let mut spectrum = forward.make_output_vec();
-        // It fails for other lengths alone, and both are its own.
+        // It fails only for other lengths.
         let _ = forward.process(&mut padded, &mut spectrum);
         spectrum
     };
     let product = |a: Vec<f64>, b: Vec<f64>| {
         let (a, b) = (spectrum(a), spectrum(b));
         let mut product: Vec<Complex64> = a.iter().zip(&b).map(|(a, b)| a * b.conj()).collect();
-        // Of a real signal both are; rounding must not say otherwise.
+        // They are real for a real signal, except for rounding.
         for end in [0, product.len() - 1] {
             product[end].im = 0.0;
         }
@@ -123,7 +123,7 @@ pub fn lagged_products(a: &[f64], b: &[f64], longest: usize) -> LaggedProducts {
     }
 }
 
-/// Without its mean, and zero where it is missing.
+/// With its mean subtracted, and zero where it is missing.
 fn centred(signal: &[f64]) -> Vec<f64> {
     let present = || signal.iter().filter(|v| v.is_finite());
     let mean = present().sum::<f64>() / present().count().max(1) as f64;
