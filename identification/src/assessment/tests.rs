@@ -21,7 +21,7 @@ fn assessed(model: &str, kind: ModelKind, input: &str, held_out: &str) -> Assess
 }
 
 #[test]
-fn a_true_model_leaves_noise_and_says_how_long_the_rate_was_limited() {
+fn a_true_model_has_white_residuals_and_reports_the_time_at_the_rate_limit() {
     let found = assessed(
         "black-box-1",
         ModelKind::BlackBox1,
@@ -53,7 +53,7 @@ fn a_true_model_leaves_noise_and_says_how_long_the_rate_was_limited() {
 }
 
 #[test]
-fn a_model_of_too_low_order_is_said_to_leave_the_command_in_its_residual() {
+fn the_residual_of_a_model_of_too_low_order_is_reported_as_correlated_with_the_command() {
     let found = assessed("black-box-1", ModelKind::BlackBox2, "3-2-1-1", "pulse");
     let said = |what: &str| found.warnings.iter().any(|w| w.contains(what));
     assert!(said("not white"), "{:?}", found.warnings);

@@ -28,13 +28,13 @@ fn a_sine_of_25_samples_a_period_is_met_between_its_samples() {
     let segments = segments(&instants(500), &command, Hold::Auto);
     for i in 50..1900 {
         let time_ns = i * STEP_NS / 4;
-        // Within: 5 (w h)^4 5/384 at most, 2.6e-4; a straight line errs by 4e-2.
+        // Inside: 5 (w h)^4 5/384 at most, 2.6e-4; the error of a straight line is 4e-2.
         assert!((at(&segments, time_ns) - sine(time_ns)).abs() < 3e-4, "{i}");
     }
 }
 
 #[test]
-fn the_corners_of_a_ramp_stay_corners() {
+fn the_corners_of_a_ramp_are_preserved() {
     let level = |i: usize| -> f64 {
         match i {
             0..40 => 0.0,
@@ -62,13 +62,13 @@ fn a_command_with_few_levels_is_held_even_where_it_moves_with_every_sample() {
 }
 
 #[test]
-fn a_missing_command_is_the_one_before() {
+fn a_missing_command_repeats_the_previous_one() {
     let command = [f64::NAN, 1.0, f64::NAN, 2.0, f64::NAN];
     assert_eq!(filled(&command), [1.0, 1.0, 1.0, 2.0, 2.0]);
 }
 
 #[test]
-fn a_staircase_that_is_wanted_is_made_of_any_command() {
+fn any_command_becomes_a_zero_order_hold_on_request() {
     let command: Vec<f64> = (0..100).map(|i| f64::from(i).sin()).collect();
     let held = segments(&instants(100), &command, Hold::Zero);
     assert_eq!(held.len(), 100);

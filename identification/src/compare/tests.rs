@@ -1,4 +1,4 @@
-//! The comparison finds the model that made the data, and says so when it cannot.
+//! The comparison selects the model that generated the data, or reports that it cannot.
 
 use super::*;
 use model_core::actuator::ModelKind;
@@ -24,7 +24,7 @@ fn compared(models: &[&str], fitted: &[Experiment], held_out: &[Experiment]) -> 
 }
 
 #[test]
-fn a_model_has_a_form_for_each_thing_that_may_be_left_out() {
+fn a_model_has_a_variant_for_each_effect_that_can_be_left_out() {
     let names = |model| {
         let forms = Candidate::forms(&named(model).expect("a model"));
         forms.into_iter().map(|form| form.name).collect::<Vec<_>>()
@@ -38,12 +38,12 @@ fn a_model_has_a_form_for_each_thing_that_may_be_left_out() {
             "black-box-1 without delay and rate limits",
         ]
     );
-    // Its rate limits are none unless somebody frees them.
+    // Its rate limits are fixed at infinity by default.
     assert_eq!(names("grey-box"), ["grey-box", "grey-box without delay"]);
 }
 
 #[test]
-fn rate_limited_data_of_the_first_order_are_told_from_all_else() {
+fn rate_limited_first_order_data_are_distinguished_from_all_other_models() {
     let fitted = [experiment(ModelKind::BlackBox1, "pulse", &[], 1)];
     let comparison = compared(&["black-box-1", "black-box-2"], &fitted, &[]);
     let best = &comparison.assessments[comparison.ranking.ranks[0].index];
@@ -75,7 +75,7 @@ fn models_are_compared_by_the_independent_samples_of_the_one_that_fits_best() {
     let n = best.effective_samples;
     for rank in ranks {
         let this = &all[rank.index];
-        // The residuals of the others are coloured by what they lack.
+        // The residuals of the others are coloured by the dynamics that they lack.
         let has_fewer = this.effective_samples < 0.5 * n;
         assert!(has_fewer || this.name == best.name, "{}", this.name);
         let beyond = this.unknowns() as f64 - best.unknowns() as f64;
@@ -90,8 +90,8 @@ fn models_are_compared_by_the_independent_samples_of_the_one_that_fits_best() {
 }
 
 #[test]
-fn limits_that_are_never_reached_are_not_worth_their_parameters() {
-    // 1 deg at 30 rad/s asks for 60 deg/s at the most.
+fn limits_that_are_never_reached_do_not_justify_their_parameters() {
+    // 1 deg at 30 rad/s needs at most 60 deg/s.
     let set = [("delay_s", 0.0175)];
     let scale = |mut e: crate::Recording| {
         e.command_deg.iter_mut().for_each(|c| *c *= 0.05);
@@ -122,7 +122,7 @@ fn limits_that_are_never_reached_are_not_worth_their_parameters() {
 }
 
 #[test]
-fn nothing_that_leaves_more_out_fits_better() {
+fn no_variant_that_leaves_more_out_fits_better() {
     let fitted = [experiment(ModelKind::GreyBox, "variable-step", &[], 1)];
     let comparison = compared(&["black-box-1", "black-box-2"], &fitted, &[]);
     let cost = |name: &str| {
@@ -135,7 +135,7 @@ fn nothing_that_leaves_more_out_fits_better() {
             "without rate limits",
             "without delay and rate limits",
         ] {
-            // Limits that are needless may cost what chance gives.
+            // Removing an insignificant limit may increase the cost within the threshold.
             assert!(
                 cost(model) <= cost(&format!("{model} {less}")) * 1.01,
                 "{model} {less}"

@@ -1,4 +1,4 @@
-//! Files as people have them, written by the tests themselves.
+//! Import of typical files, which the tests write.
 
 use std::{fs, path::PathBuf};
 
@@ -42,7 +42,7 @@ fn with_columns(columns: &[&str]) -> Import {
 }
 
 #[test]
-fn a_trace_of_the_simulator_needs_no_help() {
+fn a_trace_of_the_simulator_needs_no_options() {
     let header =
         "t,command,command_delayed,angle_deg,rate_deg_s,duty_pct,angle_meas_deg,current_a\n";
     let imported = read(&format!(
@@ -50,7 +50,7 @@ fn a_trace_of_the_simulator_needs_no_help() {
     ));
     let Imported { recording, notes } = imported.expect("a trace");
     assert_eq!(recording.time_s, [0.0, 0.004]);
-    // What was measured goes before what is true.
+    // The measured columns take precedence over the true ones.
     assert_eq!(recording.angle_deg, [4.0, 5.0]);
     assert_eq!(recording.command_deg, [90.0, 90.0]);
     assert_eq!(recording.current_ma.as_deref(), Some(&[500.0, 500.0][..]));
@@ -70,7 +70,7 @@ fn columns_are_named_with_their_units_on_the_command_line() {
 }
 
 #[test]
-fn units_stand_in_the_header_in_a_line_below_or_nowhere() {
+fn units_are_read_from_the_header_or_the_line_below_or_assumed() {
     for text in [
         "time (ms),setpoint [rad],pos_rad\n0,0,0\n20,1,1\n",
         "time,setpoint,pos\nms,rad,rad\n0,0,0\n20,1,1\n",
@@ -153,7 +153,7 @@ fn every_problem_is_named_by_file_and_line() {
 }
 
 #[test]
-fn missing_numbers_repeated_times_and_gaps_are_noted_and_mended() {
+fn missing_numbers_repeated_times_and_gaps_are_noted_and_corrected() {
     let mut text = String::from("t,command_deg,angle_deg\n");
     for i in 0..20 {
         text += &format!("{},1,{i}\n", f64::from(i) / 10.0);
@@ -180,21 +180,21 @@ fn missing_numbers_repeated_times_and_gaps_are_noted_and_mended() {
 }
 
 #[test]
-fn a_clock_of_the_century_keeps_its_nanoseconds() {
+fn a_time_since_1970_keeps_its_resolution() {
     let text = "time_us,command_deg,angle_deg\n1700000000000001,0,0\n1700000000004001,0,1\n";
     let recording = read(text).expect("a date").recording;
     assert_eq!(recording.time_s, [0.0, 0.004]);
 }
 
 #[test]
-fn a_sensor_that_goes_through_its_end_is_unwrapped() {
+fn a_wrapped_angle_is_unwrapped() {
     let text = "t,command_deg,angle_deg\n0,0,350\n1,0,358\n2,0,6\n3,0,14\n4,0,359\n";
     let Imported { recording, notes } = read(text).expect("angles");
     assert_eq!(recording.angle_deg, [350.0, 358.0, 366.0, 374.0, 359.0]);
     assert!(notes[0].text.contains("2 times"), "{}", notes[0]);
 }
 
-/// A sine of 10 deg, cut at 7.
+/// A sine of 10 deg, clipped at 7 deg.
 fn cut_sine() -> String {
     let row = |i: i32| {
         let (t, angle) = (f64::from(i) * 0.01, 10.0 * (0.05 * f64::from(i)).sin());
@@ -205,7 +205,7 @@ fn cut_sine() -> String {
 }
 
 #[test]
-fn clipped_samples_are_left_out_unless_they_are_asked_for() {
+fn clipped_samples_are_not_compared_unless_requested() {
     let cut = read(&cut_sine()).expect("a sine");
     let missing = cut
         .recording
@@ -238,9 +238,9 @@ fn an_actuator_that_settles_on_an_encoder_is_not_clipped() {
 }
 
 #[test]
-fn a_fast_actuator_on_its_command_or_short_of_it_is_not_clipped() {
+fn a_fast_actuator_at_its_command_or_short_of_it_is_not_clipped() {
     for gain in [1.0, 0.3] {
-        // There in one sample, and behind the command by two.
+        // It arrives within one sample, two samples behind the command.
         let row = |i: usize| {
             let command = |i: usize| if (20..60).contains(&i) { 90.0 } else { 0.0 };
             let angle = gain * command(i.saturating_sub(2));
@@ -249,14 +249,14 @@ fn a_fast_actuator_on_its_command_or_short_of_it_is_not_clipped() {
         let rows: String = (0..100).map(row).collect();
         let imported = read(&format!("t,command_deg,angle_deg\n{rows}")).expect("a pulse");
         let clipped = imported.notes.len();
-        // One that stops short at full speed cannot be told from a clipped sensor.
+        // An abrupt stop cannot be distinguished from a clipped sensor.
         assert_eq!(clipped, usize::from(gain < 1.0), "{:?}", imported.notes);
     }
 }
 
 #[test]
-fn an_actuator_that_friction_holds_at_its_crest_is_not_clipped() {
-    // A third of the command, late and stuck for 20 samples after each crest.
+fn an_actuator_held_by_friction_at_its_maximum_is_not_clipped() {
+    // A third of the command, delayed and stuck for 20 samples after each maximum.
     let row = |i: i32| {
         let phase = |i: i32| 0.02 * f64::from(i);
         let late = phase(i) - 0.3;
@@ -278,14 +278,14 @@ fn an_actuator_that_friction_holds_at_its_crest_is_not_clipped() {
     assert_eq!(imported.notes, []);
 }
 
-/// As the recordings of BAM are written.
+/// In the format of the recordings of BAM.
 const BAM: &str = r#"{"mass": 0.49, "length": 0.1, "kp": 400, "vin": 7.4, "motor": "xl330",
 "trajectory": "sin_sin", "entries": [
 {"position": 0.1, "speed": 0.2, "load": 3, "input_volts": 7.3, "timestamp": 0.003, "goal_position": 0.0, "torque_enable": true},
 {"position": null, "speed": 0.2, "load": 3, "input_volts": 7.3, "timestamp": 0.008, "goal_position": 0.5, "torque_enable": true}]}"#;
 
 #[test]
-fn json_of_a_pendulum_bench_brings_radians_and_what_is_known_of_the_run() {
+fn json_of_a_pendulum_has_radians_and_known_values_of_the_run() {
     let Imported { recording, notes } =
         read_as(&Import::default(), "run.json", BAM).expect("a run");
     assert!((recording.angle_deg[0] - 0.1_f64.to_degrees()).abs() < 1e-12);
@@ -310,7 +310,7 @@ fn broken_json_is_refused_with_its_line() {
 }
 
 #[test]
-fn a_choice_that_makes_no_sense_is_refused() {
+fn an_invalid_column_assignment_is_refused() {
     for (text, expected) in [
         ("angle", "expected QUANTITY=COLUMN"),
         (
@@ -328,7 +328,7 @@ fn a_choice_that_makes_no_sense_is_refused() {
 }
 
 #[test]
-fn a_window_keeps_its_part_alone() {
+fn only_samples_in_the_window_are_imported() {
     let import = Import {
         window_s: Some((0.5, 1.5)),
         ..Import::default()

@@ -1,4 +1,4 @@
-//! Predictions against what fits of such experiments really scatter.
+//! Predicted standard errors against the scatter of fits.
 
 use super::{inputs::*, *};
 use crate::{Options, Quiet, engine, models::named, statistics::tests::white};
@@ -21,8 +21,8 @@ fn designed(setup: &ExperimentSetup, name: &str, is_beyond: bool) -> Designed {
     designed.expect("it can be made")
 }
 
-/// The scatter of each parameter over many fits to the same experiment with other noise, as shares of
-/// what was predicted.
+/// The scatter of each parameter over many fits to the same experiment with different noise, as a
+/// share of the predicted standard error.
 fn scatter(setup: &ExperimentSetup, design: &Designed, runs: u64) -> Vec<(&'static str, f64)> {
     let (experiment, _) = setup.simulated(&design.command_deg).expect("an experiment");
     let told = design.prediction.parameters.iter();
@@ -58,8 +58,8 @@ fn scatter(setup: &ExperimentSetup, design: &Designed, runs: u64) -> Vec<(&'stat
 }
 
 #[test]
-fn the_predicted_errors_are_those_that_fits_scatter_by() {
-    // Without and with the rounding of the encoder, which counts as noise.
+fn the_predicted_errors_are_the_scatter_of_fits() {
+    // Without and with the quantisation of the encoder, which counts as noise.
     for resolution_deg in [0.0, ENCODER_DEG] {
         let setup = ExperimentSetup {
             resolution_deg,
@@ -77,7 +77,7 @@ fn the_predicted_errors_are_those_that_fits_scatter_by() {
 }
 
 #[test]
-fn amplitudes_are_as_great_as_the_rate_limit_lets_them_be() {
+fn amplitudes_are_the_largest_within_the_rate_limit() {
     let setup = setup(10.0);
     for name in ["log-chirp", "prbs", "3-2-1-1"] {
         let share = |design: &Designed, factor: f64| {
@@ -86,7 +86,7 @@ fn amplitudes_are_as_great_as_the_rate_limit_lets_them_be() {
         };
         let within = designed(&setup, name, false);
         assert_eq!(share(&within, 1.0), 0.0, "{name}");
-        // The margin is a tenth: a fifth more goes beyond it.
+        // The margin is a tenth: a fifth more exceeds the limit.
         assert!(share(&within, 1.2) > 0.0, "{name}");
         let beyond = designed(&setup, name, true);
         let is_strongest = beyond.amplitude_deg == LIMITS.most_deg;
@@ -96,7 +96,7 @@ fn amplitudes_are_as_great_as_the_rate_limit_lets_them_be() {
 }
 
 #[test]
-fn an_input_within_the_rate_limit_tells_nothing_of_it_and_one_beyond_does() {
+fn only_an_input_beyond_the_rate_limit_identifies_it() {
     let setup = setup(10.0);
     let within = designed(&setup, "log-chirp", false);
     let beyond = designed(&setup, "log-chirp", true);
@@ -114,7 +114,7 @@ fn an_input_within_the_rate_limit_tells_nothing_of_it_and_one_beyond_does() {
 }
 
 #[test]
-fn four_times_the_noise_makes_four_times_the_error_and_four_times_the_time_half() {
+fn the_error_is_proportional_to_the_noise_and_to_the_inverse_root_of_the_duration() {
     let short = setup(10.0);
     let noisy = ExperimentSetup {
         noise_deg: 0.2,
@@ -128,12 +128,12 @@ fn four_times_the_noise_makes_four_times_the_error_and_four_times_the_time_half(
     let ratio = first(&noisy, &command) / first(&short, &command);
     assert!((ratio - 4.0).abs() < 1e-9, "{ratio}");
     let ratio = first(&short, &command.repeat(4)) / first(&short, &command);
-    // The first repetition alone begins at rest.
+    // Only the first repetition begins at rest.
     assert!((ratio - 0.5).abs() < 0.02, "{ratio}");
 }
 
 #[test]
-fn every_input_of_the_catalogue_can_be_designed_or_says_why_not() {
+fn every_input_of_the_catalogue_can_be_designed_or_is_refused_with_the_reason() {
     let setup = setup(10.0);
     for name in Input::NAMES {
         for is_beyond in [false, true] {

@@ -1,4 +1,4 @@
-//! What the search is held to, on recordings with a known truth.
+//! Tests of the search, on recordings with known parameters.
 
 mod assumptions;
 mod edge_cases;
@@ -13,7 +13,7 @@ use crate::testing::{noisy, simulated};
 use model_core::actuator::ModelKind;
 use model_core::sensors::noise::Noise;
 
-/// The values of the simulator's models unless something else is set.
+/// The defaults of the simulator's models.
 const BLACK_BOX_1: [(&str, f64); 6] = [
     ("pole_rad_s", 30.0),
     ("delay_s", 0.0175),
@@ -41,7 +41,7 @@ const GREY_BOX: [(&str, f64); 4] = [
 /// Parameters by name.
 type Truth = &'static [(&'static str, f64)];
 
-/// A model with the kind that simulates it and its truth.
+/// A model with the simulator's model and its parameters.
 fn truths() -> [(&'static str, ModelKind, Truth); 3] {
     [
         ("black-box-1", ModelKind::BlackBox1, &BLACK_BOX_1),
@@ -83,8 +83,8 @@ fn at_50_hz_every_parameter_is_within_one_percent() {
     for (model, kind, truth) in truths() {
         for input in ["pulse", "variable-step"] {
             let mut run = simulated(kind, input, 400, &[]);
-            // With noise, a pulse of 250 samples tells the gains of black box 2 to no better than
-            // 3 %: there the logging alone is looked at.
+            // With noise, a pulse of 250 samples determines the gains of black box 2 only to 3 %: for
+            // that model only the sampling is tested.
             if kind == ModelKind::BlackBox1 {
                 run = noisy(run, 1);
             }
@@ -104,7 +104,7 @@ fn at_50_hz_every_parameter_is_within_one_percent() {
 fn at_50_hz_with_noise_every_parameter_of_each_model_is_within_one_percent() {
     for (model, kind, truth) in truths() {
         let inputs = ["pulse", "variable-step", "3-2-1-1", "prbs"].into_iter();
-        // As many runs as tell each parameter to 0.3 %.
+        // As many runs as determine each parameter to 0.3 %.
         let runs = (0..3).flat_map(|seed| inputs.clone().map(move |input| (input, seed)));
         let runs = runs.map(|(input, seed)| noisy(simulated(kind, input, 400, &[]), seed));
         let fit = fitted(&problem(model, runs.collect()));
@@ -116,7 +116,7 @@ fn at_50_hz_with_noise_every_parameter_of_each_model_is_within_one_percent() {
 }
 
 #[test]
-fn the_pole_is_found_although_the_pulse_is_rate_limited_most_of_its_way() {
+fn the_pole_is_estimated_from_a_pulse_that_is_mostly_rate_limited() {
     let run = noisy(simulated(ModelKind::BlackBox1, "pulse", 80, &[]), 1);
     let fit = fitted(&problem("black-box-1", vec![run]));
     assert!((fit.value("pole_rad_s").expect("a pole") / 30.0 - 1.0).abs() < 0.01);
@@ -127,7 +127,7 @@ fn the_pole_is_found_although_the_pulse_is_rate_limited_most_of_its_way() {
 }
 
 #[test]
-fn a_slow_sine_is_said_not_to_tell_pole_and_limits() {
+fn a_slow_sine_does_not_identify_the_rate_limits() {
     let mut run = simulated(ModelKind::BlackBox1, "sine", 80, &[("delay_s", 0.05)]);
     // A quarter of a hertz.
     run.time_s.iter_mut().for_each(|t| *t *= 4.0);
@@ -142,7 +142,7 @@ fn a_slow_sine_is_said_not_to_tell_pole_and_limits() {
 }
 
 #[test]
-fn recordings_share_what_they_share_and_keep_their_own() {
+fn recordings_share_parameters_and_have_their_own() {
     let run = |offset, seed| {
         let set = [("offset_deg", offset)];
         noisy(
@@ -169,7 +169,7 @@ fn recordings_share_what_they_share_and_keep_their_own() {
 }
 
 #[test]
-fn a_stop_is_found_without_being_told_where_to_look() {
+fn a_stop_is_estimated_without_a_starting_value() {
     for stop_deg in [20.0, 60.0] {
         let set = [("position_limit_deg", stop_deg)];
         let run = noisy(simulated(ModelKind::BlackBox1, "pulse", 80, &set), 1);
@@ -184,7 +184,7 @@ fn a_stop_is_found_without_being_told_where_to_look() {
 }
 
 #[test]
-fn a_bound_holds_and_is_told() {
+fn a_bound_holds_and_is_reported() {
     let run = noisy(simulated(ModelKind::BlackBox1, "pulse", 80, &[]), 1);
     let mut problem = problem("black-box-1", vec![run]);
     problem.bound("pole_rad_s", 5.0, 20.0).expect("a bound");
@@ -198,7 +198,7 @@ fn a_bound_holds_and_is_told() {
 }
 
 #[test]
-fn a_fitted_model_predicts_a_recording_that_was_left_out() {
+fn a_fitted_model_predicts_a_held_out_recording() {
     let run = |input, seed| noisy(simulated(ModelKind::BlackBox2, input, 80, &[]), seed);
     let problem = problem("black-box-2", vec![run("variable-step", 1)]);
     let fit = fitted(&problem);

@@ -1,4 +1,4 @@
-//! Responses and equivalent systems against systems that are known.
+//! Responses and equivalent systems against known systems.
 
 use super::*;
 use crate::{
@@ -9,13 +9,13 @@ use crate::{
 const STEP_S: f64 = 0.004;
 const POLE_RAD_S: f64 = 30.0;
 
-/// A binary command through some samples of delay, `lags` equal lags of 30 rad/s, exact for a held
+/// A binary command through `delay` samples of delay, `lags` equal lags of 30 rad/s, exact for a held
 /// command, and noise.
 fn run(samples: usize, delay: usize, lags: usize, noise_deg: f64, seed: u64) -> Recording {
     let flips = white(samples / 5 + 1, seed);
     let command: Vec<f64> = (0..samples).map(|i| 5.0 * flips[i / 5].signum()).collect();
     let noise = white(samples, seed + 1);
-    // Between the samples nothing but small steps: the lags behind the first see no held input.
+    // Small steps between the samples: the input of the second lag is not held.
     let fine = 20;
     let decay = (-POLE_RAD_S * STEP_S / fine as f64).exp();
     let mut states = vec![0.0; lags];
@@ -41,7 +41,7 @@ fn run(samples: usize, delay: usize, lags: usize, noise_deg: f64, seed: u64) -> 
 }
 
 #[test]
-fn a_lag_and_its_delay_are_found_again() {
+fn a_lag_and_its_delay_are_recovered() {
     let run = run(10_000, 4, 1, 0.05, 1);
     let response = FrequencyResponse::of(&[&run]).expect("it moves");
     let Equivalent {
@@ -54,7 +54,7 @@ fn a_lag_and_its_delay_are_found_again() {
     let Shape::First { pole_rad_s } = shape else {
         panic!("of first order")
     };
-    // What the samples fold down adds 3 % to the gain at a third of the Nyquist frequency.
+    // Aliasing adds 3 % to the gain at a third of the Nyquist frequency.
     assert!((pole_rad_s / POLE_RAD_S - 1.0).abs() < 0.05, "{pole_rad_s}");
     assert!((delay_s - 0.016).abs() < 0.001, "{delay_s}");
     assert!((gain - 1.0).abs() < 0.02, "{gain}");
@@ -62,7 +62,7 @@ fn a_lag_and_its_delay_are_found_again() {
 }
 
 #[test]
-fn two_lags_are_told_from_one() {
+fn two_lags_are_distinguished_from_one() {
     let run = run(10_000, 0, 2, 0.02, 3);
     let response = FrequencyResponse::of(&[&run]).expect("it moves");
     let first = Equivalent::first_order(&response).expect("it is coherent");
@@ -80,7 +80,7 @@ fn two_lags_are_told_from_one() {
 }
 
 #[test]
-fn the_interval_holds_the_true_gain_as_often_as_it_says() {
+fn the_interval_contains_the_true_gain_as_often_as_stated() {
     let truth = Equivalent {
         shape: Shape::First {
             pole_rad_s: POLE_RAD_S,
@@ -127,7 +127,7 @@ fn uneven_samples_with_a_gap_give_the_same_answer() {
 }
 
 #[test]
-fn what_says_nothing_has_no_response() {
+fn a_recording_without_information_has_no_response() {
     assert_eq!(FrequencyResponse::of(&[]), None);
     assert_eq!(FrequencyResponse::of(&[&Recording::default()]), None);
     let mut rest = run(1000, 0, 1, 0.1, 1);
@@ -137,6 +137,6 @@ fn what_says_nothing_has_no_response() {
     unrelated.angle_deg = white(1000, 77);
     let response = FrequencyResponse::of(&[&unrelated]).expect("it moves");
     let mean = response.coherence.iter().sum::<f64>() / response.coherence.len() as f64;
-    // Of seven windows chance makes one seventh.
+    // The expected coherence of noise over seven windows is one seventh.
     assert!(mean < 0.25, "{mean}");
 }

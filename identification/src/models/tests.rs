@@ -1,11 +1,11 @@
-//! The exact solutions against the tick-by-tick models of the simulator, and derivatives against
-//! differences.
+//! The exact solutions against the tick-by-tick models of the simulator, and sensitivities against
+//! central differences.
 
 use super::*;
 use crate::testing::simulated;
 use model_core::actuator::{ModelKind, PlantKind, Settings};
 
-/// The parameters of the simulator by the names of a model; those of the run are zero.
+/// The parameters of the simulator by the names of a model; the initial state is zero.
 fn truth(model: &dyn Model, kind: ModelKind, set: &[(&str, f64)]) -> Vec<f64> {
     let settings = Settings::new(kind, PlantKind::FirstOrder);
     let value = |p: &crate::ModelParameter| {
@@ -30,9 +30,9 @@ fn worst(model: &dyn Model, kind: ModelKind, input: &str, every: u64, set: &[(&s
 }
 
 #[test]
-fn a_step_by_the_exact_solution_is_that_of_the_simulator() {
+fn the_exact_solution_agrees_with_the_simulator() {
     let cases: [(&dyn Model, ModelKind, f64); 3] = [
-        // The simulator takes a switch at its next tick: 50 us times at most 50 us p 350 deg/s.
+        // The simulator switches modes at its next tick: 50 us times at most 50 us p 350 deg/s.
         (&BlackBox1, ModelKind::BlackBox1, 2e-5),
         (&BlackBox2, ModelKind::BlackBox2, 2e-3),
         (&GreyBox, ModelKind::GreyBox, 2e-3),
@@ -41,7 +41,7 @@ fn a_step_by_the_exact_solution_is_that_of_the_simulator() {
         for input in ["pulse", "variable-step", "3-2-1-1"] {
             for every in [80, 400, 77] {
                 let error = worst(model, kind, input, every, &[]);
-                // Where the samples miss the steps, the steps are not known better than by samples.
+                // Where no sample is at a step, the step is known only to a sample.
                 if every != 77 {
                     assert!(error < tolerance, "{kind} {input} {every}: {error}");
                 }
@@ -51,7 +51,7 @@ fn a_step_by_the_exact_solution_is_that_of_the_simulator() {
 }
 
 #[test]
-fn a_smooth_command_is_met_between_its_samples() {
+fn a_smooth_command_is_interpolated_between_its_samples() {
     let cases: [(&dyn Model, ModelKind); 3] = [
         (&BlackBox1, ModelKind::BlackBox1),
         (&BlackBox2, ModelKind::BlackBox2),
@@ -59,10 +59,10 @@ fn a_smooth_command_is_met_between_its_samples() {
     ];
     for (model, kind) in cases {
         for (input, every, tolerance) in [
-            // The simulator holds its command through a tick: half a tick at 310 deg/s is 8e-3 deg.
+            // The simulator holds its command for a tick: half a tick at 310 deg/s is 8e-3 deg.
             ("chirp", 80, 1e-2),
-            // Five samples a period at the end, and nothing says when after its last sample the
-            // chirp stops.
+            // Five samples per period at the end, and an unknown instant at which the chirp stops after
+            // its last sample.
             ("chirp", 400, 0.1),
             ("ramp", 80, 4e-3),
             ("sine", 400, 4e-3),
@@ -78,7 +78,7 @@ fn every_limit_acts_as_in_the_simulator() {
     let stop = ("position_limit_deg", 60.0);
     assert!(worst(&BlackBox1, ModelKind::BlackBox1, "pulse", 80, &[stop]) < 2e-5);
     let two = BlackBox2;
-    // The simulator meets its stops and limits at ticks: 50 us at 350 deg/s.
+    // The simulator reaches its stops and limits at ticks: 50 us at 350 deg/s.
     assert!(worst(&two, ModelKind::BlackBox2, "variable-step", 80, &[stop]) < 1.75e-2);
     let limits = [
         ("rate_limit_up_deg_s", 100.0),
@@ -94,7 +94,7 @@ fn every_limit_acts_as_in_the_simulator() {
     assert!(error < 2e-2, "{error}");
 }
 
-/// Asserts that derivatives are those that central differences give.
+/// Asserts that the sensitivities agree with central differences.
 fn assert_derivatives(model: &dyn Model, run: &Experiment, values: &[f64], free: &[usize]) {
     let mut slopes = vec![Vec::new(); run.len()];
     model.sensitivity(run, values, free, &mut |i, _, slope| {
@@ -117,7 +117,7 @@ fn assert_derivatives(model: &dyn Model, run: &Experiment, values: &[f64], free:
             misses += usize::from((slopes[i][column] - difference).abs() > 1e-4 * scale + 1e-6);
         }
         let name = model.parameters()[parameter].name;
-        // A sample at the very instant of a corner has a derivative to each side.
+        // A sample at a corner has a different derivative on each side.
         assert!(
             misses <= run.len() / 200,
             "{name}: {misses} of {}",
@@ -150,11 +150,11 @@ fn derivatives_are_those_of_the_exact_solution() {
     }
 }
 
-/// Parameters that are set.
+/// Parameters that are set to other values.
 type Set = &'static [(&'static str, f64)];
 
 #[test]
-fn a_model_that_is_fast_against_its_samples_answers_as_between_close_ones() {
+fn a_model_that_is_fast_against_its_samples_gives_the_same_result_as_with_close_samples() {
     let cases: [(&dyn Model, ModelKind, Set); 3] = [
         (&BlackBox1, ModelKind::BlackBox1, &[("pole_rad_s", 900.0)]),
         (
@@ -185,7 +185,7 @@ fn a_model_that_is_fast_against_its_samples_answers_as_between_close_ones() {
             let (close, far) = (answers(&close), answers(&far));
             let pairs = close.iter().step_by(100).zip(&far);
             let worst = pairs.fold(0.0_f64, |worst, (a, b)| worst.max((a - b).abs()));
-            // A limit that is met and left again within a share of a step is the only difference.
+            // The only difference is a limit that is reached and left again within a fraction of a step.
             assert!(worst < 1e-4, "{kind} {input}: {worst}");
         }
     }

@@ -1,4 +1,4 @@
-//! Correlations against their theory: closed forms, and how often chance alone alarms.
+//! Correlations against their theory: closed forms and false-alarm rates.
 
 use super::*;
 
@@ -23,7 +23,7 @@ fn coloured(samples: usize, a: f64, seed: u64) -> Vec<f64> {
 }
 
 #[test]
-fn white_residuals_pass_as_often_as_the_test_says() {
+fn white_residuals_pass_as_often_as_the_significance_level_says() {
     let runs = 300;
     let alarms = (0..runs).filter(|&seed| {
         let (e, u) = (noise(1000, seed), coloured(1000, 0.9, seed + 10_000));
@@ -43,7 +43,7 @@ fn the_band_of_the_cross_correlation_holds_for_two_coloured_signals() {
             coloured(2000, 0.9, seed + 10_000),
         );
         let c = Correlations::of(&time_s(2000), &e, &u).expect("noise");
-        // Neighbours are correlated: every 50th lag is nearly a trial of its own.
+        // Adjacent lags are correlated: every 50th lag is nearly an independent trial.
         for (value, band) in c.cross.iter().zip(&c.cross_band).step_by(50) {
             inside += usize::from(value.abs() <= *band);
             all += 1;
@@ -69,7 +69,7 @@ fn coloured_residuals_have_the_autocorrelation_of_their_filter_and_fewer_samples
 }
 
 #[test]
-fn a_residual_that_follows_the_input_shows_at_its_lag() {
+fn a_residual_that_follows_the_input_is_correlated_at_its_lag() {
     let u = noise(1000, 3);
     let own = noise(1000, 4);
     let e: Vec<f64> = (0..1000)
@@ -98,7 +98,7 @@ fn uneven_samples_give_the_same_correlation_as_even_ones() {
 }
 
 #[test]
-fn what_says_nothing_has_no_correlations() {
+fn a_recording_without_information_has_no_correlations() {
     assert_eq!(Correlations::of(&[], &[], &[]), None);
     assert_eq!(
         Correlations::of(&[0.0, 1.0], &[f64::NAN; 2], &[0.0, 1.0]),

@@ -1,4 +1,4 @@
-//! What a recording does not say of its command is decided by what fits.
+//! Assumptions about the command are selected by the likelihood ratio.
 
 use super::*;
 use crate::experiment::Assumptions;
@@ -17,7 +17,7 @@ const AT_REST: Assumptions = Assumptions {
     ..USUAL
 };
 
-/// What black box 1 answers to a command that is read so, as an encoder shows it.
+/// The output of black box 1 under these assumptions about its command, as an encoder measures it.
 fn answered(
     command: impl Fn(f64) -> f64,
     rate_hz: f64,
@@ -33,7 +33,7 @@ fn answered(
         time_s,
         ..Default::default()
     };
-    // Angles that differ, so that it can be taken for a recording.
+    // The check requires an angle that varies.
     let mut ready = recording.clone();
     ready.angle_deg[1] = 1.0;
     let run = Experiment::try_new(ready)
@@ -81,14 +81,14 @@ fn quick_chirp(t: f64) -> f64 {
 }
 
 #[test]
-fn a_chirp_that_was_held_between_its_samples_is_told_from_a_smooth_one() {
+fn a_chirp_with_a_zero_order_hold_is_distinguished_from_a_smooth_one() {
     for assumptions in [USUAL, HELD] {
         assert_found(answered(quick_chirp, 50.0, assumptions, 1), assumptions);
     }
 }
 
 #[test]
-fn a_chirp_that_does_not_tell_whether_it_was_held_is_taken_for_smooth_and_that_is_said() {
+fn a_chirp_with_an_undetermined_hold_is_assumed_smooth_with_a_warning() {
     let recording = answered(chirp, 250.0, HELD, 1);
     let delay = |hold: Hold| {
         let recording = Recording {
@@ -114,7 +114,7 @@ fn a_chirp_that_does_not_tell_whether_it_was_held_is_taken_for_smooth_and_that_i
     );
 }
 
-/// Steps to and fro.
+/// Alternating steps.
 fn steps(t: f64) -> f64 {
     if ((t / 0.7) as u32).is_multiple_of(2) {
         45.0
@@ -124,7 +124,7 @@ fn steps(t: f64) -> f64 {
 }
 
 #[test]
-fn a_command_that_comes_with_the_first_sample_is_told_from_one_that_was_there() {
+fn a_command_that_arrives_at_the_first_sample_is_distinguished_from_an_earlier_one() {
     // Commands of 45 deg that step, to an actuator at 0 deg.
     for assumptions in [USUAL, AT_REST] {
         assert_found(answered(steps, 250.0, assumptions, 2), assumptions);
@@ -132,7 +132,7 @@ fn a_command_that_comes_with_the_first_sample_is_told_from_one_that_was_there() 
 }
 
 #[test]
-fn a_recording_that_is_left_out_is_predicted_as_it_began() {
+fn a_held_out_recording_is_predicted_from_its_own_initial_condition() {
     let fitted_to = noisy(simulated(ModelKind::BlackBox1, "pulse", 80, &[]), 1);
     let problem = problem("black-box-1", vec![fitted_to]);
     let fit = fitted(&problem);

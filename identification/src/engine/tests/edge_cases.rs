@@ -1,10 +1,10 @@
-//! Recordings that nobody wants: an answer or a clear refusal.
+//! Unusual recordings: a result or an error with the reason.
 
 use super::*;
 use crate::RecordingError;
 
 #[test]
-fn what_tells_nothing_is_refused_with_the_reason() {
+fn a_recording_without_information_is_refused_with_the_reason() {
     let refused = |recording: Recording| Experiment::try_new(recording).expect_err("no experiment");
     assert!(matches!(
         refused(Recording::default()),
@@ -45,14 +45,14 @@ fn what_tells_nothing_is_refused_with_the_reason() {
 }
 
 #[test]
-fn gaps_and_missing_samples_change_the_answer_by_less_than_it_is_known() {
+fn gaps_and_missing_samples_change_the_estimates_by_less_than_their_standard_errors() {
     let full = noisy(simulated(ModelKind::BlackBox1, "variable-step", 80, &[]), 1);
     let whole = fitted(&problem("black-box-1", vec![full.clone()]));
     let mut holes = full.clone();
     for i in (0..holes.len()).filter(|i| i % 7 == 3) {
         holes.angle_deg[i] = f64::NAN;
     }
-    // A gap within which the command stands still.
+    // A gap within which the command is constant.
     let keep = |i: &usize| !(640..720).contains(i);
     let kept: Vec<usize> = (0..holes.len()).filter(keep).collect();
     let take = |column: &[f64]| kept.iter().map(|i| column[*i]).collect();
@@ -84,7 +84,7 @@ fn switched(seed: u64) -> Recording {
 }
 
 #[test]
-fn what_is_done_to_a_motor_that_is_off_is_not_taken_for_its_answer() {
+fn motion_while_the_motor_is_off_is_not_compared() {
     for model in ["black-box-1", "grey-box"] {
         let run = switched(4);
         let fit = fitted(&problem(model, vec![run.clone()]));
@@ -109,9 +109,9 @@ fn what_is_done_to_a_motor_that_is_off_is_not_taken_for_its_answer() {
 }
 
 #[test]
-fn uneven_samples_are_taken_where_they_are() {
+fn uneven_samples_are_compared_at_their_instants() {
     let mut run = simulated(ModelKind::BlackBox2, "pulse", 2, &[]);
-    // Of the samples each 0.1 ms, those about 4 ms apart, by chance.
+    // Random samples about 4 ms apart, of samples every 0.1 ms.
     let mut noise = Noise::new(1, 1);
     let mut kept = vec![0];
     while let Some(next) = kept
@@ -123,7 +123,7 @@ fn uneven_samples_are_taken_where_they_are() {
         }
         kept.push(next);
     }
-    // The steps of the command are samples too: else nobody could know when they were.
+    // The steps of the command are samples as well: otherwise their instants would be unknown.
     kept.extend([10_000, 30_000]);
     kept.sort_unstable();
     kept.dedup();
@@ -138,7 +138,7 @@ fn uneven_samples_are_taken_where_they_are() {
 }
 
 #[test]
-fn a_long_recording_is_thinned_for_the_starts_and_fitted_whole() {
+fn a_long_recording_is_thinned_for_the_starts_and_fitted_completely() {
     let pulse = noisy(simulated(ModelKind::BlackBox1, "pulse", 80, &[]), 1);
     let mut long = Recording::default();
     let length_s = 5.0;
@@ -155,7 +155,7 @@ fn a_long_recording_is_thinned_for_the_starts_and_fitted_whole() {
 }
 
 #[test]
-fn who_stops_the_search_gets_the_best_so_far() {
+fn a_stopped_search_returns_the_best_result_so_far() {
     struct Stop;
     impl Progress for Stop {
         fn is_stopped(&self) -> bool {

@@ -1,8 +1,8 @@
-//! What only many runs show.
+//! Tests over many runs.
 
 use super::*;
 
-/// How many of the 95 % intervals of 200 runs hold the truth, of those of all parameters.
+/// How many of the 95 % intervals of all parameters contain the true value, over 200 runs.
 fn share_inside(model: &str, kind: ModelKind, truth: Truth) -> f64 {
     let clean = simulated(kind, "pulse", 80, &[]);
     let options = Options {
@@ -23,7 +23,7 @@ fn share_inside(model: &str, kind: ModelKind, truth: Truth) -> f64 {
 }
 
 #[test]
-fn nineteen_of_twenty_intervals_hold_the_truth_of_each_model() {
+fn nineteen_of_twenty_intervals_contain_the_true_value_for_each_model() {
     for (model, kind, truth) in truths() {
         let share = share_inside(model, kind, truth);
         assert!((0.92..0.97).contains(&share), "{model}: {share}");
@@ -32,7 +32,7 @@ fn nineteen_of_twenty_intervals_hold_the_truth_of_each_model() {
 
 // Forty starts for each model and input: the example `start_table`.
 #[test]
-fn from_a_quarter_to_four_times_the_truth_the_optimum_is_found() {
+fn starts_from_a_quarter_to_four_times_the_true_value_reach_the_optimum() {
     for (model, kind, truth) in truths() {
         for input in ["pulse", "variable-step", "3-2-1-1"] {
             let run = noisy(simulated(kind, input, 80, &[]), 1);

@@ -1,8 +1,9 @@
-//! Motors with friction: made by the model itself, as the simulator's bench has more parts.
+//! Motors with friction, simulated by the model itself, because the simulated drivetrain has more
+//! parts.
 
 use super::*;
 
-/// What a model of this truth answers, as an encoder shows it.
+/// The output of a model with these parameters, as an encoder measures it.
 fn answered(model: &str, mut recording: Recording, truth: &[(&str, f64)], seed: u64) -> Recording {
     let mut problem = problem(model, vec![recording.clone()]);
     for (name, value) in truth {
@@ -53,7 +54,7 @@ fn double_sine(gain: f64) -> Recording {
     recording
 }
 
-/// That of a servo with friction M4, with the 12 bits of its encoder.
+/// The recording of a servo with friction M4 and an encoder of 12 bits.
 fn pendulum(seed: u64, gain: f64) -> Recording {
     let more = [
         ("stribeck_friction_nm", 0.03),
@@ -83,7 +84,7 @@ fn a_richer_friction_model_fits_no_worse_and_predicts_better() {
 }
 
 #[test]
-fn a_model_that_fits_no_better_but_by_chance_keeps_to_the_simpler_one() {
+fn a_model_that_fits_not_significantly_better_is_reduced_to_the_nested_one() {
     let recording = answered("servo-m1", double_sine(100.0), &SERVO, 4);
     let fits = ["servo-m1", "servo-m3"].map(|name| fitted(&problem(name, vec![recording.clone()])));
     let [simple, rich] = fits;
@@ -91,7 +92,7 @@ fn a_model_that_fits_no_better_but_by_chance_keeps_to_the_simpler_one() {
     assert_eq!(rich.no_better_than, Some("servo-m1"));
     let beyond = rich.estimate("load_friction_motor").expect("an estimate");
     assert_eq!((beyond.value, beyond.identifiable), (0.0, false));
-    // The same answer, and so the same cost but for rounding.
+    // The same output, and so the same cost except for rounding.
     assert!(
         (rich.cost / simple.cost - 1.0).abs() < 1e-9,
         "{} {}",
@@ -118,7 +119,7 @@ fn a_pendulum_swings_freely_while_its_motor_is_off() {
     ];
     let recording = answered("servo-m1", recording, &truth, 3);
     let fit = fitted(&problem("servo-m1", vec![recording]));
-    // All of the recording counts, the swing too: it tells inertia and friction.
+    // The whole recording is compared, because the swing determines inertia and friction.
     assert_eq!(fit.samples, 400);
     for (name, truth) in truth {
         let e = fit.estimate(name).expect("an estimate");
@@ -128,7 +129,7 @@ fn a_pendulum_swings_freely_while_its_motor_is_off() {
 }
 
 #[test]
-fn a_motor_is_found_from_its_logged_duty() {
+fn a_motor_is_identified_from_its_logged_duty() {
     let mut recording = pendulum(1, 100.0);
     let duty = recording
         .time_s
@@ -163,7 +164,7 @@ fn a_motor_is_found_from_its_logged_duty() {
 }
 
 #[test]
-fn resistance_torque_constant_and_viscous_friction_are_said_not_to_be_told_apart() {
+fn resistance_torque_constant_and_viscous_friction_are_not_identifiable_together() {
     let mut recording = pendulum(1, 100.0);
     let duty = recording.angle_deg.iter().map(|a| a / 2.0);
     recording.duty_pct = Some(duty.collect());
@@ -189,7 +190,7 @@ fn a_motor_without_logged_duty_is_refused() {
 }
 
 #[test]
-fn frictions_are_looked_for_where_small_servos_have_them_unless_somebody_says_otherwise() {
+fn friction_is_bounded_to_the_range_of_small_servos_by_default() {
     let name = "viscous_friction_nm_s_deg";
     let mut problem = problem("servo-m4", vec![pendulum(1, 100.0)]);
     let high = |p: &Problem| {

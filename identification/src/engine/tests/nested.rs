@@ -1,4 +1,4 @@
-//! A model that contains another fits no worse, and a search that is stopped ends.
+//! A model never fits worse than a nested one, and a stopped search ends.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -20,9 +20,9 @@ fn black_box_2_fits_no_worse_than_black_box_1_which_it_contains() {
             for name in ["black-box-2", "black-box-2-oscillator"] {
                 let fit = fitted(&problem(name, vec![run.clone()]));
                 let excess = fit.cost / simple.cost - 1.0;
-                // It contains the other with an infinitely quick inner loop; its own may be as quick
-                // as 10,000 1/s: 0.1 ms of lag, which a delay cannot take off in full. A two-hundredth
-                // of the cost is a four-hundredth of the residuals' size.
+                // The other model is nested at an infinitely fast inner loop; the fastest inner loop of
+                // 10,000 1/s has a lag of 0.1 ms, which a delay compensates only in part. Half a per cent
+                // of the cost is a quarter of a per cent of the residuals.
                 assert!(excess < 5e-3, "{name} {input} {seed}: {excess}");
             }
         }
@@ -30,7 +30,7 @@ fn black_box_2_fits_no_worse_than_black_box_1_which_it_contains() {
 }
 
 #[test]
-fn what_is_known_of_a_special_case_is_a_start() {
+fn a_known_fit_of_a_nested_model_is_a_starting_point() {
     let run = noisy(simulated(ModelKind::BlackBox1, "pulse", 80, &[]), 1);
     let simple = fitted(&problem("black-box-1", vec![run.clone()]));
     let whole = problem("black-box-2", vec![run]);
@@ -41,13 +41,13 @@ fn what_is_known_of_a_special_case_is_a_start() {
     let alone = fit(&whole, &one, &Quiet).expect("a fit");
     let from = fit_from(&whole, &one, &Quiet, &[&simple]).expect("a fit");
     assert_eq!((alone.starts.0, from.starts.0), (1, 2));
-    // Of another model nothing can be taken.
+    // The fit of another model is ignored.
     let other = fit_from(&whole, &one, &Quiet, &[&alone]).expect("a fit");
     assert_eq!(other.starts.0, 2, "its own counts");
     assert!(other.cost <= alone.cost);
 }
 
-/// Wishes to stop after so many searches.
+/// Requests to stop after so many searches.
 struct After(usize, AtomicUsize);
 
 impl Progress for After {
@@ -61,7 +61,7 @@ impl Progress for After {
 }
 
 #[test]
-fn a_stopped_search_begins_no_further_start_and_answers_with_what_there_is() {
+fn a_stopped_search_begins_no_further_start_and_returns_its_best_result() {
     let run = noisy(simulated(ModelKind::BlackBox1, "pulse", 80, &[]), 1);
     for name in ["black-box-1", "black-box-2", "grey-box", "servo-m2"] {
         let problem = problem(name, vec![run.clone()]);
@@ -75,7 +75,7 @@ fn a_stopped_search_begins_no_further_start_and_answers_with_what_there_is() {
         assert_eq!(at_once.1.load(Ordering::Relaxed), 1, "{name}");
         let soon = After(3, AtomicUsize::new(0));
         super::fit(&problem, &options, &soon).expect("an answer");
-        // Those that other threads have begun end too.
+        // Searches that other threads have begun are completed.
         let most = 3 + rayon::current_num_threads();
         assert!(soon.1.load(Ordering::Relaxed) <= most, "{name}");
     }
