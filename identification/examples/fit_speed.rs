@@ -13,7 +13,7 @@ use model_core::actuator::ModelKind;
 
 const FITS: usize = 25;
 
-/// What the rivals are told of the grey box beside what they look for.
+/// Parameters of the grey box that the other programs are given.
 const HELD: [&str; 5] = [
     "proportional_gain",
     "integral_gain",

@@ -116,14 +116,12 @@ fn middle(
             DMatrix::from_row_slice(width, width, &sums.information) * *level
         } else {
             let mut slopes = Vec::with_capacity(angles.len() * width);
-            let identifiable = &mut |i: usize, angle: f64, slope: &[f64]| {
+            let output = &mut |i: usize, angle: f64, slope: &[f64]| {
                 if !(angles[i] - angle).is_nan() {
                     slopes.extend_from_slice(slope);
                 }
             };
-            problem
-                .model
-                .sensitivity(run, &values, &own.free, identifiable);
+            problem.model.sensitivity(run, &values, &own.free, output);
             weighted_products(&slopes, width, &correlation)
         };
         for (i, &row) in own.columns.iter().enumerate() {

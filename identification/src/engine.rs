@@ -162,9 +162,9 @@ fn solve(
         limits: preview.limits,
         ..descent
     };
-    let seen = quick.each(&starts)?;
-    let share = share(&seen);
-    let finalists = seen.into_iter().take(preview.finalists);
+    let candidates = quick.each(&starts)?;
+    let share = share(&candidates);
+    let finalists = candidates.into_iter().take(preview.finalists);
     let mut finalists: Vec<Vec<f64>> = finalists.map(|found| found.point).collect();
     // The preview's optimum may differ: starting at the nested optimum, the fit is never worse than it.
     finalists.extend(points);

@@ -93,7 +93,7 @@ impl Experiment {
     pub fn under(&self, assumptions: Assumptions) -> Self {
         let hold = match self.recording.hold {
             Hold::Auto if assumptions.is_held => Hold::Zero,
-            said => said,
+            specified => specified,
         };
         Self {
             command: segments(&self.time_ns, &self.recording.command_deg, hold),
@@ -111,8 +111,8 @@ impl Experiment {
     }
 
     /// The same with only some samples compared and the complete command.
-    pub fn with_samples(&self, kept: impl Fn(&usize) -> bool) -> Self {
-        let places: Vec<usize> = (0..self.len()).filter(kept).collect();
+    pub fn with_samples(&self, selected: impl Fn(&usize) -> bool) -> Self {
+        let places: Vec<usize> = (0..self.len()).filter(selected).collect();
         let take = |column: &[f64]| places.iter().map(|i| column[*i]).collect::<Vec<f64>>();
         let some = |column: &Option<Vec<f64>>| column.as_deref().map(take);
         let full = &self.recording;

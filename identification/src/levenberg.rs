@@ -74,7 +74,7 @@ struct Search<'a> {
     expects_success: bool,
 }
 
-/// Searches from `start`; `None` where the model has no finite answer there.
+/// Searches from `start`; `None` where the model diverges there.
 pub fn search(
     problem: &Problem,
     unknowns: &Unknowns,

@@ -79,7 +79,7 @@ def test_the_result_is_the_programs_json_bit_for_bit(tmp_path):
         (ValueError, "fix and free both name gain", {"fix": {"gain": 1.0}, "free": ["gain"]}),
         (ValueError, "bound pole_rad_s", {"bound": {"pole_rad_s": (2.0, 1.0)}}),
         (ValueError, "hold is `ramp`", {"hold": "ramp"}),
-        (ValueError, "`length` is no quantity", {"columns": {"length": "1"}}),
+        (ValueError, "`length` is not a quantity", {"columns": {"length": "1"}}),
         (ValueError, "starts is 0", {"starts": 0}),
         (TypeError, "starts is 1.5", {"starts": 1.5}),
         (TypeError, "parameter gain is 'one'", {"fix": {"gain": "one"}}),

@@ -37,7 +37,7 @@ pub fn table(designs: &[Designed], best: Option<usize>) -> Table {
 /// The best input in words.
 pub fn verdict(design: &Designed) -> String {
     let prediction = &design.prediction;
-    let (told, all) = (prediction.told(), prediction.parameters.len());
+    let (told, all) = (prediction.identified(), prediction.parameters.len());
     let untold = prediction
         .parameters
         .iter()

@@ -101,7 +101,7 @@ fn files_that_cannot_be_used_are_refused_by_name() {
         ("nan.csv", "0 samples with an angle"),
         (
             "words.csv",
-            "words.csv:3: column 3 (`angle_deg`) is no finite number",
+            "words.csv:3: column 3 (`angle_deg`) is not a finite number",
         ),
     ] {
         let failure = desk.actuator(&format!("identify {file}")).assert().code(2);

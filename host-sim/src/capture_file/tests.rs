@@ -151,7 +151,7 @@ fn a_field_that_is_no_number_is_named_by_its_line() {
     let error = Import::default().read(&path, &mut |_, _| {}).unwrap_err();
     let said = error.to_string();
     assert!(
-        said.ends_with("capture.csv:5: column 2 (`angle_mdeg`) is no finite number"),
+        said.ends_with("capture.csv:5: column 2 (`angle_mdeg`) is not a finite number"),
         "{said}"
     );
 }

@@ -42,11 +42,11 @@ fn a_true_model_has_white_residuals_and_reports_the_time_at_the_rate_limit() {
     let expected_s = (90.0 - 8.0) / 240.0 + (90.0 - 350.0 / 30.0) / 350.0;
     // A sample's half at each of the four ends.
     assert!((experiment.limited.rate_limited_s() - expected_s).abs() < 0.008);
-    let said = found
+    let warned = found
         .warnings
         .iter()
         .any(|w| w.contains("pulse is rate limited for 0.5"));
-    assert!(said, "{:?}", found.warnings);
+    assert!(warned, "{:?}", found.warnings);
     let validation = overall(&found.validation).expect("it was predicted");
     assert!(validation.fit_percent > 99.0, "{validation:?}");
     assert!(validation.theil.inequality < 0.01);
@@ -55,9 +55,13 @@ fn a_true_model_has_white_residuals_and_reports_the_time_at_the_rate_limit() {
 #[test]
 fn the_residual_of_a_model_of_too_low_order_is_reported_as_correlated_with_the_command() {
     let found = assessed("black-box-1", ModelKind::BlackBox2, "3-2-1-1", "pulse");
-    let said = |what: &str| found.warnings.iter().any(|w| w.contains(what));
-    assert!(said("not white"), "{:?}", found.warnings);
-    assert!(said("correlated with the command"), "{:?}", found.warnings);
+    let warned = |what: &str| found.warnings.iter().any(|w| w.contains(what));
+    assert!(warned("not white"), "{:?}", found.warnings);
+    assert!(
+        warned("correlated with the command"),
+        "{:?}",
+        found.warnings
+    );
     let criteria = &found.criteria;
     assert!(found.effective_samples < found.fit.samples as f64 / 2.0);
     assert!(criteria.bic > criteria.aic);

@@ -90,7 +90,7 @@ impl Cleaning<'_> {
         let column = &self.table.columns[place.index];
         if let Some(row) = column.iter().position(|value| value.is_infinite()) {
             let (name, number) = (&self.table.names[place.index], place.index + 1);
-            let problem = format!("column {number} (`{name}`) is no finite number");
+            let problem = format!("column {number} (`{name}`) is not a finite number");
             return Err(self.table.problem(self.table.line(row), problem));
         }
         // Before the conversion: differences of large times are exact, their multiples are not.

@@ -108,7 +108,7 @@ impl Quantity {
     }
 }
 
-/// A column that somebody has named: `angle=pos:rad`.
+/// An assigned column: `angle=pos:rad`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Choice {
     /// What it holds.
@@ -131,14 +131,19 @@ impl std::str::FromStr for Choice {
         let quantity = Quantity::ALL
             .into_iter()
             .find(|q| q.name() == quantity.trim())
-            .ok_or_else(|| format!("`{quantity}` is no quantity, expected one of {}", names()))?;
+            .ok_or_else(|| {
+                format!(
+                    "`{quantity}` is not a quantity, expected one of {}",
+                    names()
+                )
+            })?;
         let (column, factor) = match column.rsplit_once(':') {
             None => (column, None),
             Some((column, unit)) => {
                 let expected = || {
                     let expected = unit::expected(quantity);
                     format!(
-                        "`{unit}` is no unit of {}, expected {expected}",
+                        "`{unit}` is not a unit of {}, expected {expected}",
                         quantity.name()
                     )
                 };
@@ -154,11 +159,11 @@ impl std::str::FromStr for Choice {
     }
 }
 
-/// Which column is what, as far as somebody has said it.
+/// The assigned columns.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Columns(pub Vec<Choice>);
 
-/// Where a quantity stands in a table.
+/// The column of a quantity in a table.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Place {
     /// What it is.

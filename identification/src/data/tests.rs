@@ -130,11 +130,11 @@ fn every_problem_is_named_by_file_and_line() {
         ),
         (
             &format!("{header}0,0,0\n1,0,abc\n"),
-            "run.csv:3: column 3 (`angle_deg`) is no finite number",
+            "run.csv:3: column 3 (`angle_deg`) is not a finite number",
         ),
         (
             &format!("{header}0,0,0\n1,inf,0\n"),
-            "run.csv:3: column 2 (`command_deg`) is no finite number",
+            "run.csv:3: column 2 (`command_deg`) is not a finite number",
         ),
         (
             &format!("{header}0,0,0\n# why\n2,0,0\n1,0,0\n"),
@@ -315,11 +315,11 @@ fn an_invalid_column_assignment_is_refused() {
         ("angle", "expected QUANTITY=COLUMN"),
         (
             "angel=pos",
-            "`angel` is no quantity, expected one of time, command",
+            "`angel` is not a quantity, expected one of time, command",
         ),
         (
             "angle=pos:volt",
-            "`volt` is no unit of angle, expected deg, mdeg, rad",
+            "`volt` is not a unit of angle, expected deg, mdeg, rad",
         ),
     ] {
         let error = text.parse::<Choice>().expect_err(text);

@@ -116,7 +116,7 @@ fn scaled(
     limits: &Limits,
     is_beyond: bool,
 ) -> Result<Designed, String> {
-    let said = |error: IdentifyError| error.to_string();
+    let message = |error: IdentifyError| error.to_string();
     let excitation = input.excitation().map_err(|error| error.to_string())?;
     let unit = setup.command(&excitation);
     let peak = unit.iter().fold(0.0, |peak: f64, c| peak.max(c.abs()));
@@ -125,7 +125,7 @@ fn scaled(
     }
     let share_of = |amplitude: f64| {
         let command: Vec<f64> = unit.iter().map(|c| c * amplitude / peak).collect();
-        setup.limited_share(&command).map_err(said)
+        setup.limited_share(&command).map_err(message)
     };
     let wanted = if is_beyond {
         BEYOND_SHARE
@@ -166,7 +166,7 @@ fn scaled(
     }
     let excitation = input.excitation().map_err(|error| error.to_string())?;
     let command_deg = setup.command(&excitation);
-    let prediction = setup.predict(&command_deg).map_err(said)?;
+    let prediction = setup.predict(&command_deg).map_err(message)?;
     Ok(Designed {
         input,
         is_beyond,
@@ -179,8 +179,8 @@ fn scaled(
 /// The index of the design that identifies the most parameters, and among these the one with the
 /// smallest worst error.
 pub fn best(designs: &[Designed]) -> Option<usize> {
-    let told = designs.iter().map(|d| d.prediction.told()).max()?;
-    let candidates = (0..designs.len()).filter(|&i| designs[i].prediction.told() == told);
+    let most = designs.iter().map(|d| d.prediction.identified()).max()?;
+    let candidates = (0..designs.len()).filter(|&i| designs[i].prediction.identified() == most);
     let worst = |i: &usize| designs[*i].prediction.worst_percent();
     candidates.min_by(|a, b| worst(a).total_cmp(&worst(b)))
 }

@@ -83,7 +83,7 @@ impl Predicted {
 
 impl Prediction {
     /// The number of parameters that the input identifies.
-    pub fn told(&self) -> usize {
+    pub fn identified(&self) -> usize {
         self.parameters
             .iter()
             .filter(|p| p.standard_error.is_some())
@@ -150,8 +150,9 @@ impl ExperimentSetup {
         let point: Vec<f64> = unknowns.iter().map(|u| self.values[u.parameter]).collect();
         let information = normal_equations(&problem, &point)?.hessian;
         let errors = standard_errors(&information, self.variance_deg2());
-        let told = unknowns.iter().zip(errors);
-        let told = told.filter(|(u, _)| !self.model.parameters()[u.parameter].is_initial_state);
+        let estimated = unknowns.iter().zip(errors);
+        let estimated =
+            estimated.filter(|(u, _)| !self.model.parameters()[u.parameter].is_initial_state);
         let predicted = |(unknown, standard_error): (&super::unknowns::Unknown, Option<f64>)| {
             let parameter = &self.model.parameters()[unknown.parameter];
             Predicted {
@@ -162,7 +163,7 @@ impl ExperimentSetup {
             }
         };
         Ok(Prediction {
-            parameters: told.map(predicted).collect(),
+            parameters: estimated.map(predicted).collect(),
             limited,
             largest_angle_deg,
         })

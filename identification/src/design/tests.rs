@@ -25,10 +25,10 @@ fn designed(setup: &ExperimentSetup, name: &str, is_beyond: bool) -> Designed {
 /// share of the predicted standard error.
 fn scatter(setup: &ExperimentSetup, design: &Designed, runs: u64) -> Vec<(&'static str, f64)> {
     let (experiment, _) = setup.simulated(&design.command_deg).expect("an experiment");
-    let told = design.prediction.parameters.iter();
-    let told = told.filter_map(|p| Some((p.name, p.standard_error?)));
-    let told: Vec<(&str, f64)> = told.collect();
-    let mut found = vec![Vec::new(); told.len()];
+    let identified = design.prediction.parameters.iter();
+    let identified = identified.filter_map(|p| Some((p.name, p.standard_error?)));
+    let identified: Vec<(&str, f64)> = identified.collect();
+    let mut found = vec![Vec::new(); identified.len()];
     for seed in 0..runs {
         let noise = white(experiment.len(), seed);
         let mut recording = (*experiment.recording).clone();
@@ -45,7 +45,7 @@ fn scatter(setup: &ExperimentSetup, design: &Designed, runs: u64) -> Vec<(&'stat
             ..Options::default()
         };
         let fit = engine::fit(&problem, &options, &Quiet).expect("a fit");
-        for (values, (name, _)) in found.iter_mut().zip(&told) {
+        for (values, (name, _)) in found.iter_mut().zip(&identified) {
             values.push(fit.value(name).expect("it was looked for"));
         }
     }
@@ -54,7 +54,7 @@ fn scatter(setup: &ExperimentSetup, design: &Designed, runs: u64) -> Vec<(&'stat
         let squares = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>();
         (*name, (squares / (runs - 1) as f64).sqrt() / predicted)
     };
-    found.iter().zip(&told).map(ratio).collect()
+    found.iter().zip(&identified).map(ratio).collect()
 }
 
 #[test]

@@ -14,14 +14,14 @@ pub const MANY_SAMPLES: usize = 20_000;
 
 /// For a model with many minima, the number of points that are evaluated for each start, half of
 /// them around the estimated starting values and half around the optima of nested models.
-const LOOKS_PER_START: usize = 12;
+const POINTS_PER_START: usize = 12;
 
 /// Their spread: half of the logarithmic parameters are within a factor of 3, nearly all within 20.
 const SPREAD: f64 = 1.5;
 
 /// The number of them for each start that are improved by a few steps before the best are selected.
-const TRIED_PER_START: usize = 4;
-const TRIED: Limits = Limits {
+const IMPROVED_PER_START: usize = 4;
+const IMPROVED: Limits = Limits {
     iterations: 5,
     decrease: 1e-3,
 };
@@ -83,7 +83,7 @@ impl Preview {
         options: &Options,
         is_stopped: &(dyn Fn() -> bool + Sync),
     ) -> Vec<Vec<f64>> {
-        let look = |index: usize| {
+        let evaluated = |index: usize| {
             let at = (options.seed, index);
             let point = starts::scattered(unknowns, centres[index % 2], SPREAD, at);
             let cost = match is_stopped() {
@@ -92,13 +92,19 @@ impl Preview {
             };
             (cost, point)
         };
-        let looks = (0..LOOKS_PER_START * options.starts).into_par_iter();
-        let seen = least(looks.map(look).collect(), TRIED_PER_START * options.starts);
-        let tried = |point: &Vec<f64>| {
-            let found = search(&self.problem, unknowns, point, &TRIED, is_stopped)?;
+        let points = (0..POINTS_PER_START * options.starts).into_par_iter();
+        let best = least(
+            points.map(evaluated).collect(),
+            IMPROVED_PER_START * options.starts,
+        );
+        let improved = |point: &Vec<f64>| {
+            let found = search(&self.problem, unknowns, point, &IMPROVED, is_stopped)?;
             Some((found.cost, found.point))
         };
-        least(seen.par_iter().filter_map(tried).collect(), options.starts)
+        least(
+            best.par_iter().filter_map(improved).collect(),
+            options.starts,
+        )
     }
 }
 

@@ -7,20 +7,20 @@ use model_core::sensors::noise::Noise;
 /// The problem's starting point, and that estimated from the data where it differs.
 pub fn given_and_estimated(problem: &Problem, unknowns: &Unknowns) -> Vec<Vec<f64>> {
     let given = unknowns.start();
-    let look = problem.model.starting_values(&problem.experiments);
-    let from_look = |(u, given): (&Unknown, &f64)| {
-        let value = look[u.parameter];
+    let estimates = problem.model.starting_values(&problem.experiments);
+    let estimated = |(u, given): (&Unknown, &f64)| {
+        let value = estimates[u.parameter];
         if u.experiment.is_some() || !value.is_finite() {
             *given
         } else {
             value.clamp(u.low, u.high)
         }
     };
-    let looked: Vec<f64> = unknowns.list.iter().zip(&given).map(from_look).collect();
-    if looked == given {
+    let from_data: Vec<f64> = unknowns.list.iter().zip(&given).map(estimated).collect();
+    if from_data == given {
         vec![given]
     } else {
-        vec![given, looked]
+        vec![given, from_data]
     }
 }
 

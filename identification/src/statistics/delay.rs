@@ -122,7 +122,7 @@ mod tests {
             })
             .collect();
         let delay = DelayEstimate::of(&time_s, &command, &angle).expect("it moves");
-        // The state answers one sample after the delayed command.
+        // The state responds one sample after the delayed command.
         assert!(
             delay
                 .onset_s

@@ -46,8 +46,8 @@ fn answered(
     };
     let values: Vec<f64> = model.parameters().iter().map(truth).collect();
     let mut angle_deg = vec![0.0; run.len()];
-    let seen = &mut |i: usize, sample: crate::Sample| angle_deg[i] = sample.angle_deg;
-    model.simulate(&run, &values, seen);
+    let output = &mut |i: usize, sample: crate::Sample| angle_deg[i] = sample.angle_deg;
+    model.simulate(&run, &values, output);
     noisy(
         Recording {
             angle_deg,

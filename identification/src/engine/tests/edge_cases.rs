@@ -54,8 +54,8 @@ fn gaps_and_missing_samples_change_the_estimates_by_less_than_their_standard_err
     }
     // A gap within which the command is constant.
     let keep = |i: &usize| !(640..720).contains(i);
-    let kept: Vec<usize> = (0..holes.len()).filter(keep).collect();
-    let take = |column: &[f64]| kept.iter().map(|i| column[*i]).collect();
+    let selected: Vec<usize> = (0..holes.len()).filter(keep).collect();
+    let take = |column: &[f64]| selected.iter().map(|i| column[*i]).collect();
     let gapped = Recording {
         time_s: take(&holes.time_s),
         command_deg: take(&holes.command_deg),
@@ -113,22 +113,22 @@ fn uneven_samples_are_compared_at_their_instants() {
     let mut run = simulated(ModelKind::BlackBox2, "pulse", 2, &[]);
     // Random samples about 4 ms apart, of samples every 0.1 ms.
     let mut noise = Noise::new(1, 1);
-    let mut kept = vec![0];
-    while let Some(next) = kept
+    let mut selected = vec![0];
+    while let Some(next) = selected
         .last()
         .map(|l: &usize| l + 40 + noise.gaussian(10.0) as usize)
     {
         if next >= run.len() {
             break;
         }
-        kept.push(next);
+        selected.push(next);
     }
     // The steps of the command are samples as well: otherwise their instants would be unknown.
-    kept.extend([10_000, 30_000]);
-    kept.sort_unstable();
-    kept.dedup();
+    selected.extend([10_000, 30_000]);
+    selected.sort_unstable();
+    selected.dedup();
     for column in [&mut run.time_s, &mut run.command_deg, &mut run.angle_deg] {
-        *column = kept.iter().map(|i| column[*i]).collect();
+        *column = selected.iter().map(|i| column[*i]).collect();
     }
     let fit = fitted(&problem("black-box-2", vec![noisy(run, 2)]));
     for (name, truth) in BLACK_BOX_2 {

@@ -16,8 +16,8 @@ fn answered(model: &str, mut recording: Recording, truth: &[(&str, f64)], seed: 
     let values: Vec<f64> = problem.specs.iter().map(value).collect();
     let mut angles = vec![0.0; recording.len()];
     let run = &problem.experiments[0];
-    let seen = &mut |i: usize, sample: crate::Sample| angles[i] = sample.angle_deg;
-    problem.model.simulate(run, &values, seen);
+    let output = &mut |i: usize, sample: crate::Sample| angles[i] = sample.angle_deg;
+    problem.model.simulate(run, &values, output);
     recording.angle_deg = angles;
     noisy(recording, seed)
 }
