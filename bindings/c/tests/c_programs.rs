@@ -135,7 +135,12 @@ fn c_and_rust_give_the_same_bits_for_every_model_plant_and_preset() {
             if settings.apply(preset).is_err() {
                 continue;
             }
-            let arguments = [model.name(), plant.name(), preset.name, "switched", "7"];
+            // Only the board has a plant.
+            let plant_name = match model {
+                ModelKind::Board => plant.name(),
+                _ => "-",
+            };
+            let arguments = [model.name(), plant_name, preset.name, "switched", "7"];
             assert_eq!(
                 run(&program, &arguments, &input),
                 trace_in_rust(&settings),

@@ -63,7 +63,9 @@ int main(int argc, char **argv)
     if (argc != 6 || actuator_abi_version() != ACTUATOR_ABI_VERSION ||
         actuator_size() != sizeof actuator)
         return 2;
-    check(actuator_settings_init(&settings, sizeof settings, argv[1], argv[2], &why), why.text);
+    /* "-" is a model without a plant. */
+    const char *plant = strcmp(argv[2], "-") == 0 ? NULL : argv[2];
+    check(actuator_settings_init(&settings, sizeof settings, argv[1], plant, &why), why.text);
     check(actuator_settings_apply(&settings, argv[3], &why), why.text);
     check(actuator_settings_set_pwm(&settings, argv[4], &why), why.text);
     check(actuator_settings_set_seed(&settings, strtoull(argv[5], NULL, 10)), "seed");
