@@ -10,10 +10,14 @@
 //! | `access` | `const`, `ro`, `wo`, `rw`, or `rww` where RPDOs may map it |
 //! | `pdo` | `x` where PDOs may map it |
 //! | `default`, `min`, `max`, `unit` | of the value |
-//! | `flags` | `fixed`: read from the table; `locked`: not writable while the drive is enabled; `hook`: stored, but read and written by code of the drive |
+//! | `flags` | `fixed`, `locked` or `hook`, see below |
 //! | `relation` | `<0x2001:5`: below that object; `<=0x607D:2`: not above it; `in 500 1000`: one of these |
 //! | `value` | where the value lives, see below |
 //! | `meaning`, `source` | what a parameter is, and where its default comes from |
+//!
+//! The value of a `fixed` entry is read from the table. A `locked` entry is not writable while the
+//! drive is enabled. The value of a `hook` is stored under its path, but code of the drive reads
+//! and writes it.
 //!
 //! The column `value` names one of five places:
 //!

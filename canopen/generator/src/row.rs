@@ -219,7 +219,7 @@ pub struct Row {
     pub flag: Flag,
     /// What it must fulfil beside its limits.
     pub relation: Option<Relation>,
-    /// Where its value lives; `None` where the server holds it, or where it is a constant or a DOMAIN.
+    /// Where its value lives; `None` if the server holds it, or if it is a constant or a DOMAIN.
     pub value: Option<ValuePath>,
     /// What it is; empty where its name says it.
     pub meaning: String,

@@ -6,8 +6,8 @@ use crate::parse::integer;
 use crate::row::{Access, Default, Flag, Kind, Row};
 use crate::value::Place;
 
-/// Rust source of the constants `OBJECTS`, `TEXTS` and `RELATIONS`, and of the enums `DriveCommand` and
-/// `Measured`.
+/// Rust source of the constants `OBJECTS`, `TEXTS` and `RELATIONS`, and of the enums `DriveCommand`
+/// and `Measured`.
 #[must_use]
 pub fn table(rows: &[Row]) -> String {
     let mut out = format!("// {}\n\n", crate::HEAD);

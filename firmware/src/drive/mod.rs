@@ -1,5 +1,5 @@
-//! The actuator as a CANopen drive: the [`Application`] behind the object dictionary, with the drive
-//! profile CiA 402.
+//! The actuator as a CANopen drive: the [`Application`] behind the object dictionary, with the
+//! drive profile CiA 402.
 //!
 //! ```text
 //! frames ── canopen::Node ── Drive ─┬─ cia402::Axis      states, modes, ramps
@@ -13,11 +13,12 @@
 //!
 //! # How CiA 402 drives the application
 //!
-//! Once a control period the axis computes a demand from controlword, mode and targets. A demand for
-//! power becomes [`Request::Enable`], no demand becomes [`Request::Disable`], and a position becomes
-//! [`Request::Command`]. A demanded velocity is a rate setpoint: it goes
-//! to the rate loop without the gain of the position loop. A fault of the application is a fault of the axis. A stop that the application
-//! executes by itself (`FaultReaction`) is shown by the axis and not influenced.
+//! Once a control period the axis computes a demand from controlword, mode and targets. A demand
+//! for power becomes [`Request::Enable`], no demand becomes [`Request::Disable`], and a position
+//! becomes [`Request::Command`]. A demanded velocity is a rate setpoint: it goes to the rate loop
+//! without the gain of the position loop. A fault of the application is a fault of the axis. A stop
+//! that the application executes by itself (`FaultReaction`) is shown by the axis and not
+//! influenced.
 //!
 //! While an excitation runs, or the servo pulse commands, the axis follows their command and
 //! continues from it afterwards.
@@ -28,7 +29,6 @@
 
 mod commands;
 mod device;
-mod diagnostics;
 mod emergency;
 mod failsafe;
 mod limits;
@@ -44,7 +44,7 @@ mod tests;
 use canopen::cia402::Axis;
 
 pub use device::{Device, RPDOS, TPDOS};
-pub use diagnostics::Diagnostics;
+pub use measured::Diagnostics;
 pub use stored::StoredParameters;
 
 use crate::{
@@ -204,8 +204,8 @@ impl<'a> Drive<'a> {
 
     /// Whether the commands come from the bus at present.
     fn is_commanded(&self) -> bool {
-        // The axis takes over one period after the other source has ended: it starts from the command
-        // of that source.
+        // The axis takes over one period after the other source has ended: it starts from the
+        // command of that source.
         self.application.source() == CommandSource::Bus
             && self.application.telemetry().source == CommandSource::Bus
     }

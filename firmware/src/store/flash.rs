@@ -1,7 +1,8 @@
 //! The flash memory as the store uses it.
 
-/// One of the two pages. On the STM32F427 they are sectors 12 and 13, at 0x0810_0000 and
-/// 0x0810_4000, 16 KiB each: bank 2, which is erased and written while the program runs from bank 1.
+/// One of the two pages. On the STM32F427 they are sectors 12 and 13 at 0x0810_0000 and
+/// 0x0810_4000, 16 KiB each, in bank 2: the program runs from bank 1 while they are erased and
+/// written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Page {
     /// The first.
