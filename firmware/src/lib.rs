@@ -1,6 +1,6 @@
 //! The application of the actuator management board, free of any hardware.
 //!
-//! [`application::Application::step`] runs once in each control period of 4 ms: what was sampled
+//! [`application::Application::step`] runs once in each control period: what was sampled
 //! goes in, what the bridge shall do comes out. It closes the loop of `model-core`, which every
 //! simulation closes too. Beside it stands what else a board needs and a PC can test:
 //!
@@ -15,7 +15,7 @@
 //! | [`native`] | the application around the simulated rig |
 //! | [`parameters`] | everything that can be set, its ranges |
 //! | [`store`] | parameters in flash |
-//! | [`capture`] | chosen signals at 250 Hz into a buffer |
+//! | [`capture`] | chosen signals at the control rate into a buffer |
 //! | [`supervisor`] | when the watchdog is fed, missed control periods, cause of the reset |
 //! | [`dictionary`] | the CANopen object dictionary |
 //! | [`drive`] | the application as a CANopen drive: object dictionary, CiA 402, EMCY, store |

@@ -7,6 +7,8 @@
 //! [`Supervisor::period`] is called once in each control period, so that a control step that does
 //! not run starves the watchdog as well.
 
+use crate::timing::periods;
+
 /// A part of the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
@@ -20,7 +22,7 @@ pub enum Part {
 }
 
 /// Control periods within which each part has to report.
-pub const PATIENCE: [u8; 3] = [1, 25, 25];
+pub const PATIENCE: [u8; 3] = [1, periods(100) as u8, periods(100) as u8];
 
 /// Whether every part is alive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -171,7 +171,7 @@ impl<'a> Device<'a> {
 }
 
 /// Control periods without errors after which the bus has recovered: a second.
-const RECOVERY_PERIODS: u16 = 250;
+const RECOVERY_PERIODS: u16 = model_core::time::CONTROL_RATE_HZ as u16;
 
 /// The worse of two states.
 fn worse(a: BusState, b: BusState) -> BusState {

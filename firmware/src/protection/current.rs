@@ -1,8 +1,8 @@
 //! Motor current: too much at once, and too much for too long.
 //!
 //! ```text
-//! heat = max(0, heat + current^2 - continuous^2)           every 4 ms
-//! Overload while heat >= 3 continuous^2 overload_ms/4 ms
+//! heat = max(0, heat + current^2 - continuous^2)           every control period T
+//! Overload while heat >= 3 continuous^2 overload_ms/T
 //! ```
 //!
 //! Twice the continuous current has four times its heat, three times it above what is carried

@@ -1,5 +1,7 @@
 //! Control periods that were missed, and measurements that do not come.
 
+use model_core::time::CONTROL_RATE_HZ;
+
 use super::{Conditions, lasting::Lasting};
 use crate::{
     faults::{Fault, FaultSet},
@@ -7,7 +9,7 @@ use crate::{
 };
 
 /// Good control periods that make up for a missed one: a second of them.
-const GOOD_PERIODS: u16 = 250;
+const GOOD_PERIODS: u16 = CONTROL_RATE_HZ as u16;
 
 /// What was missed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -14,7 +14,7 @@ use model_core::{
 };
 
 /// Length of a control period, us.
-pub const PERIOD_US: u64 = 4_000;
+pub const PERIOD_US: u64 = model_core::time::CONTROL_PERIOD_US as u64;
 
 /// Values in the capture buffer, as on the board.
 pub const CAPTURE_VALUES: usize = 40_960;

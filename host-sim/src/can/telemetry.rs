@@ -201,6 +201,6 @@ impl Clock {
         self.lost += u64::from(step.saturating_sub(1));
         self.periods += u64::from(step);
         self.last = Some(counter);
-        self.periods as f64 / 250.0
+        self.periods as f64 / f64::from(model_core::time::CONTROL_RATE_HZ)
     }
 }

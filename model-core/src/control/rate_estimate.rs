@@ -1,11 +1,22 @@
 //! The angular rate, from differences of the encoder through a first-order filter.
 //!
-//! `rate += alpha (counts * 45/512 deg / (periods * 4 ms) - rate)`, every 4 ms.
+//! `rate += alpha (counts * 45/512 deg / (periods * T) - rate)` in each control period `T`.
 
-use super::{arithmetic::Gain, shaft_tracker::Motion, units::Rate};
+use super::{arithmetic::Gain, encoder_word::COUNTS_PER_TURN, shaft_tracker::Motion, units::Rate};
+use crate::time::CONTROL_RATE_HZ;
 
-/// One count a control period, in steps of 2^-15 deg/s: 45/512 deg / 4 ms = 11,250/512 deg/s.
-const COUNT_RATE_STEPS: i32 = 11_250 << (15 - 9);
+/// One count a control period in units of 2^-9 deg/s: 45/512 deg times the control rate.
+const COUNT_RATE: i32 = 45 * CONTROL_RATE_HZ as i32;
+
+/// Fractional bits of a raw rate: the most with which half a turn in one period fits 31 bits. At
+/// 250 Hz that are 15.
+const FRACTION_BITS: u32 = 9 + (i32::MAX / (COUNT_RATE * HALF_TURN)).ilog2();
+
+/// Counts in half a turn.
+const HALF_TURN: i32 = COUNTS_PER_TURN / 2;
+
+/// One count a control period, in steps of a raw rate.
+const COUNT_RATE_STEPS: i32 = COUNT_RATE << (FRACTION_BITS - 9);
 
 /// Weight of a new difference in the estimate.
 pub type FilterShare = Gain<Rate, Rate>;
@@ -18,10 +29,10 @@ pub struct RateEstimate(Rate);
 impl RateEstimate {
     /// Updates the estimate by the motion up to one valid count.
     pub fn update(&mut self, share: FilterShare, motion: Motion) {
-        // |counts| <= 2^11 and COUNT_RATE_STEPS = 720,000: within 1.48e9 < 2^31, which is
-        // +-45,000 deg/s. A single period divides by one, so it is exact.
+        // |counts| <= 2^11: the product fits 31 bits by the choice of FRACTION_BITS; at 250 Hz it is
+        // within 45,000 deg/s. A single period divides by one, so it is exact.
         let steps = motion.counts * COUNT_RATE_STEPS / i32::from(motion.periods.get());
-        let raw = Rate::from_bits((steps as i64) << (32 - 15));
+        let raw = Rate::from_bits((steps as i64) << (32 - FRACTION_BITS));
         // Both lie within 45,000 deg/s (the estimate is a mean of raw rates, as 0 < share <= 1),
         // so the difference lies within 2^17 and the product within 2^17.
         self.0 += share.times(raw - self.0);
@@ -43,7 +54,7 @@ mod tests {
         let mut estimate = RateEstimate::default();
         let (counts, periods) = (512, core::num::NonZeroU16::MIN);
         estimate.update(FilterShare::new(0.5), Motion { counts, periods });
-        // 512 counts are 45 deg: 11,250 deg/s.
-        assert_eq!(estimate.rate(), rate(5625.0));
+        // 512 counts are 45 deg a period.
+        assert_eq!(estimate.rate(), rate(22.5 * f64::from(CONTROL_RATE_HZ)));
     }
 }

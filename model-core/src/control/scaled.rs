@@ -7,6 +7,7 @@
 use fixed::types::I32F32;
 
 use super::{arithmetic::Coefficient, units::Quantity};
+use crate::time::CONTROL_RATE_HZ;
 
 /// A number `magnitude * 2^exponent` with its sign.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,8 +17,16 @@ pub(super) struct Scaled {
     is_negative: bool,
 }
 
-/// 4 ms in units of 2^-47 s, to the nearest: 40 bits.
-const PERIOD: u64 = ((4 << 47) + 500) / 1000;
+/// The control rate, Hz.
+const RATE: u64 = CONTROL_RATE_HZ as u64;
+
+/// Bits of the control rate.
+const RATE_BITS: u32 = 1 + RATE.ilog2();
+
+/// The control period in units of 2^-47 s, to the nearest: at most 40 bits.
+const PERIOD: u64 = ((1 << 47) + RATE / 2) / RATE;
+
+const _: () = assert!(RATE >= 128, "the control period is below 2^-7 s");
 
 impl Scaled {
     /// Exactly this number; infinities beyond any range of ours, NaN as zero.
@@ -57,7 +66,7 @@ impl Scaled {
         }
     }
 
-    /// A number of single precision times the control period of 4 ms, off by 2^-40 of it at most.
+    /// A number of single precision times the control period, off by 2^-40 of it at most.
     pub fn per_period(self) -> Self {
         Self {
             // 24 bits and 40.
@@ -67,13 +76,17 @@ impl Scaled {
         }
     }
 
-    /// Times 250 periods per second.
+    /// Times the control rate.
     pub fn per_second(self) -> Self {
         // A signal that is held within 2^18 has 50 bits. A coefficient has 31, below which there are zeros.
-        let drop = if self.magnitude >> 56 == 0 { 0 } else { 8 };
+        let drop = if self.magnitude >> (64 - RATE_BITS) == 0 {
+            0
+        } else {
+            RATE_BITS
+        };
         Self {
-            magnitude: (self.magnitude >> drop) * 250,
-            exponent: self.exponent + drop,
+            magnitude: (self.magnitude >> drop) * RATE,
+            exponent: self.exponent + drop as i32,
             ..self
         }
     }

@@ -1,6 +1,6 @@
 //! The PWM timer of the board: from a duty to the compare value that the timer takes.
 //!
-//! The timer resolves 1/560 %. The remainder of each rounding is added to the next duty (first-order
+//! At 1 kHz the timer resolves 1/560 %. The remainder of each rounding is added to the next duty (first-order
 //! noise shaping), so that the mean duty is exact and the shaft does not creep away from where a
 //! loop without quantisation would hold it.
 //!
@@ -9,11 +9,24 @@
 //! simulations the duty that a compare value makes, so that both use one copy and the sequences of
 //! compare values are equal to the bit.
 
-use crate::control::units::Percent;
+use crate::{control::units::Percent, time::PWM_RATE_HZ};
 
-/// Counts in one PWM period: 1 kHz from a timer clock of 56 MHz (168 MHz divided by three), the
-/// finest that fits the 16 bits of the timer.
-pub const PWM_COUNTS: i32 = 56_000;
+/// Clock of the timer's peripheral, Hz.
+pub const TIMER_CLOCK_HZ: u32 = 168_000_000;
+
+/// Divider in front of the counter: with it a period of 1 ms fits the 16 bits of the timer.
+pub const TIMER_DIVIDER: u32 = 3;
+
+/// Counts in one microsecond.
+pub const COUNTS_PER_US: u32 = TIMER_CLOCK_HZ / TIMER_DIVIDER / 1_000_000;
+
+/// Counts in one PWM period: 56,000 at 1 kHz.
+pub const PWM_COUNTS: i32 = (TIMER_CLOCK_HZ / TIMER_DIVIDER / PWM_RATE_HZ) as i32;
+
+const _: () = assert!(
+    PWM_COUNTS <= 1 << 16 && PWM_COUNTS % 100 == 0,
+    "the period fits the timer and a percent is a whole number of counts"
+);
 
 /// Counts for one percent.
 const COUNTS_PER_PERCENT: i64 = PWM_COUNTS as i64 / 100;

@@ -27,6 +27,9 @@
 mod actuator;
 mod board;
 
+/// The last PWM period of a control period.
+const LAST_PERIOD: u32 = model_core::time::PWM_PERIODS_PER_CONTROL_PERIOD - 1;
+
 /// Interrupts, and what each of them owns.
 #[allow(
     missing_docs,
@@ -190,7 +193,7 @@ mod app {
         bridge.period_began();
         match period {
             1 | 2 => rtic::pend(Interrupt::UART7),
-            3 => bridge.open_window_in_this_period(),
+            crate::LAST_PERIOD => bridge.open_window_in_this_period(),
             _ => {}
         }
     }

@@ -203,7 +203,7 @@ mod app {
             }
             (period, _) => {
                 bridge.period_began();
-                if period == 3 {
+                if period + 1 == model_core::time::PWM_PERIODS_PER_CONTROL_PERIOD {
                     bridge.open_window_in_this_period();
                 }
             }

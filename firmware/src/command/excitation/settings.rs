@@ -30,6 +30,7 @@ use model_core::{
         steady_sine::SteadySine,
         variable_step::{LEVELS, VariableStep},
     },
+    time::TICKS_PER_SECOND,
 };
 
 use super::{Run, logarithmic};
@@ -39,10 +40,10 @@ use crate::{
 };
 
 /// Ticks in a millisecond.
-const TICKS_PER_MS: u64 = 20;
+const TICKS_PER_MS: u64 = TICKS_PER_SECOND / 1_000;
 
 /// 1 Hz in 1e-3 Hz, times the ticks in a second.
-pub(super) const PER_SECOND: NonZeroU64 = NonZeroU64::new(20_000_000).unwrap();
+pub(super) const PER_SECOND: NonZeroU64 = NonZeroU64::new(1_000 * TICKS_PER_SECOND).unwrap();
 
 /// Widths of the steps of pulse, doublet and 3-2-1-1.
 const WIDTHS: [&[u8]; 3] = [&[1], &[1, 1], &[3, 2, 1, 1]];

@@ -1,12 +1,13 @@
 //! What the bridge does in a PWM period.
 
-use crate::plant::pwm_timer::PWM_COUNTS;
+use crate::plant::pwm_timer::{TIMER_CLOCK_HZ, TIMER_DIVIDER};
+use crate::time::{PWM_PERIOD_NS, PWM_RATE_HZ};
 
-/// Cycles of the timer's clock, 168 MHz, in a PWM period of 1 ms.
-pub const PERIOD_CYCLES: u32 = 168_000;
+/// Cycles of the timer's clock, 168 MHz, in a PWM period: 168,000 at 1 kHz.
+pub const PERIOD_CYCLES: u32 = TIMER_CLOCK_HZ / PWM_RATE_HZ;
 
 /// Cycles in a count of the timer.
-const CYCLES_PER_COUNT: u32 = PERIOD_CYCLES / PWM_COUNTS as u32;
+const CYCLES_PER_COUNT: u32 = TIMER_DIVIDER;
 
 /// 1 us, during which neither switch of a leg conducts.
 const DEAD_CYCLES: u32 = 168;
@@ -75,7 +76,7 @@ impl Bridge {
         else {
             return 0.0;
         };
-        let cycles = |ns: u64| ns * u64::from(PERIOD_CYCLES) / 1_000_000;
+        let cycles = |ns: u64| ns * u64::from(PERIOD_CYCLES) / PWM_PERIOD_NS;
         let (from, until) = (cycles(from_ns), cycles(until_ns));
         let on = u64::from(on_cycles).min(until).saturating_sub(from);
         let share = on as f64 / (until - from).max(1) as f64;

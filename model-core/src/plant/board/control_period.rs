@@ -2,9 +2,10 @@
 
 use super::{BoardPlant, Bridge, Sensed, Slot};
 use crate::sensors::adc::AdcCode;
+use crate::time::PWM_PERIODS_PER_CONTROL_PERIOD;
 
 /// PWM periods in a control period.
-const PERIODS: usize = 4;
+const PERIODS: u32 = PWM_PERIODS_PER_CONTROL_PERIOD;
 
 /// What the board has sampled when a control period begins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

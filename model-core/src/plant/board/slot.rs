@@ -1,10 +1,9 @@
 //! The grid on which the plant moves.
 
-/// Where the window for the back-EMF opens in a PWM period, ns.
-pub const WINDOW_NS: u64 = 900_000;
+use crate::time::PWM_PERIOD_NS;
 
-/// A PWM period, ns.
-pub(crate) const PERIOD_NS: u64 = 1_000_000;
+/// Where the window for the back-EMF opens in a PWM period, ns: 100 us before its end.
+pub const WINDOW_NS: u64 = PWM_PERIOD_NS - 100_000;
 
 /// A piece of a PWM period.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -28,7 +27,7 @@ impl Slot {
     pub const fn until_ns(self) -> u64 {
         match self {
             Self::Head => WINDOW_NS,
-            Self::Tail => PERIOD_NS,
+            Self::Tail => PWM_PERIOD_NS,
         }
     }
 

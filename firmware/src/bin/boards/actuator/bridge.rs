@@ -8,18 +8,23 @@
 //! at `BKIN` without any help of the program, and while a debugger holds the timer.
 
 use firmware::application::Bridge as Command;
-use model_core::plant::pwm_timer::PWM_COUNTS;
+use model_core::plant::pwm_timer::{COUNTS_PER_US, PWM_COUNTS, TIMER_DIVIDER};
 use stm32f4xx_hal::pac::{DBGMCU, TIM1};
 
 /// Where the coast window opens: the last 100 us of the last period of a tick.
-pub const WINDOW_OPENS: u16 = 50_400;
+pub const WINDOW_OPENS: u16 = PWM_COUNTS as u16 - counts(100);
 /// Where the back-EMF is sampled: 75 us later, with the winding's current gone.
-pub const BACK_EMF_SAMPLED: u16 = 54_600;
+pub const BACK_EMF_SAMPLED: u16 = WINDOW_OPENS + counts(75);
 /// The earliest instant for a sample of the current, 10 us after the edge: past the interrupt that
 /// asks for it. Shorter on times are sampled there, in the slow decay behind them.
-const CURRENT_EARLIEST: u16 = 560;
-/// The timer counts with a third of its clock: 56 MHz.
-const PRESCALER: u16 = 3 - 1;
+const CURRENT_EARLIEST: u16 = counts(10);
+/// Register value of the timer's divider.
+const PRESCALER: u16 = TIMER_DIVIDER as u16 - 1;
+
+/// Counts of the timer in so many microseconds.
+const fn counts(us: u32) -> u16 {
+    (us * COUNTS_PER_US) as u16
+}
 /// Dead time in 1/168 us (RM0090, section 17.4.18): (64 + 20) x 2 = 168, hence 1 us.
 const DEAD_TIME: u8 = 0b10 << 6 | 20;
 

@@ -4,6 +4,7 @@
 //! PWM. Its 32 bits wrap after 25 days, at a whole number of ticks.
 
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
+use model_core::time::{PWM_PERIODS_PER_CONTROL_PERIOD, PWM_RATE_HZ};
 
 use cortex_m::peripheral::{DCB, DWT};
 use firmware::supervisor::Periods;
@@ -24,8 +25,9 @@ pub struct Clock(TIM2);
 impl Clock {
     /// Sets the timer up, at rest.
     pub fn new(tim: TIM2) -> Self {
-        // 84 MHz / 42,000: 2 kHz.
-        tim.psc().write(|w| w.psc().set(42_000 - 1));
+        // Twice in a PWM period, from 84 MHz: 42,000 cycles at 1 kHz.
+        const CYCLES: u32 = 84_000_000 / (2 * PWM_RATE_HZ);
+        tim.psc().write(|w| w.psc().set((CYCLES - 1) as u16));
         // SAFETY: all 32 bits count.
         tim.arr().write(|w| unsafe { w.bits(u32::MAX) });
         tim.egr().write(|w| w.ug().set_bit());
@@ -45,7 +47,10 @@ impl Clock {
     /// Which period of the tick that is, and the number of the tick.
     pub fn now(&self) -> (u32, u32) {
         let period = self.period();
-        (period & 3, period >> 2)
+        (
+            period % PWM_PERIODS_PER_CONTROL_PERIOD,
+            period / PWM_PERIODS_PER_CONTROL_PERIOD,
+        )
     }
 }
 
