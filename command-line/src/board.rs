@@ -148,7 +148,7 @@ impl Board {
 }
 
 fn refusal(what: &dyn std::fmt::Display) -> Error {
-    Error::Board(what.to_string()).into()
+    Error::Board(what.to_string())
 }
 
 /// The person at the keyboard.

@@ -15,24 +15,24 @@ use identification::{
     models,
 };
 
-/// Fits all models to recordings and says which is enough
+/// Fits all models to recordings and selects the simplest that is adequate
 ///
-/// Each model is fitted whole, without delay, without rate limits and without both. They are ranked by
-/// what they make of the recordings after --validate; where there is none, by the BIC with the number of
-/// samples that are independent. A model that the data cannot tell from the best is said to be
-/// so; of those the one with the fewest parameters is enough.
+/// Each model is fitted complete, without delay, without rate limits and without both. They are ranked
+/// by their fit to the recordings of --validate or, without these, by the BIC with the number of
+/// independent samples. Models that the data do not distinguish from the best are marked; the one of
+/// them with the fewest parameters is selected.
 #[derive(Debug, Args)]
 pub struct Compare {
     #[command(flatten)]
     data: DataOptions,
-    /// What to compare; as often as needed [default: the paper's models, and where a pendulum was moved
-    /// the motors too]
+    /// Model to compare; repeatable [default: the paper's models, and the motors too if the recordings
+    /// are of a pendulum]
     #[arg(long, value_name = "NAME", value_parser = model_names())]
     model: Vec<String>,
-    /// How many starts to search from
+    /// Number of starting points of the search
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u16).range(1..=1000))]
     starts: u16,
-    /// Seed of the starts
+    /// Seed of the starting points
     #[arg(long, default_value_t = 0)]
     seed: u64,
     #[command(flatten)]
@@ -80,6 +80,6 @@ impl Compare {
             nonparametric: &nonparametric,
             loaded: &loaded,
         };
-        Ok(self.outputs.write(&found)?)
+        self.outputs.write(&found)
     }
 }

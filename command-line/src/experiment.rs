@@ -25,29 +25,29 @@ use identification::{
     models, parameter_file,
 };
 
-/// Designs inputs for an actuator and predicts how well each parameter will be known
+/// Designs inputs for identification and predicts the uncertainty of each parameter
 ///
-/// Every input is timed for the bandwidth and made as strong as it may be within the rate limit, and
-/// once more so strong that it goes beyond it on purpose. The errors are Cramer-Rao bounds for the
-/// expected parameters: one standard deviation that no unbiased estimate can beat.
+/// Each input is timed for the bandwidth, with the greatest amplitude within the rate limit and with
+/// one that exceeds it. The errors are Cramer-Rao bounds for the expected parameters: the least
+/// standard deviation of an unbiased estimate.
 #[derive(Debug, Args)]
 pub struct Experiment {
-    /// The model that will be fitted
+    /// Model to be fitted
     #[arg(value_name = "MODEL", value_parser = model_names())]
     model: String,
-    /// Expected parameters from a file that `identify --parameters` has written
+    /// Expected parameters, from a file written by `identify --parameters`
     #[arg(long = "parameters", value_name = "FILE")]
     parameter_file: Option<PathBuf>,
-    /// Expects this value of a parameter; as often as needed
+    /// Expected value of a parameter; repeatable
     #[arg(long, value_name = "NAME=VALUE", value_parser = setting)]
     set: Vec<Setting>,
-    /// Takes a parameter as known; as often as needed
+    /// Parameter with a known value; repeatable
     #[arg(long, value_name = "NAME")]
     fix: Vec<String>,
-    /// Looks for a parameter that is held as a rule; as often as needed
+    /// Estimates a parameter that is held by default; repeatable
     #[arg(long, value_name = "NAME")]
     free: Vec<String>,
-    /// Designs these inputs only; as often as needed [default: all]
+    /// Input to design; repeatable [default: all]
     #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(Input::NAMES))]
     input: Vec<String>,
     /// Length of the experiment, s
@@ -59,24 +59,24 @@ pub struct Experiment {
     /// Standard deviation of the noise on the angle, deg
     #[arg(long, value_name = "DEG", default_value_t = 0.05)]
     noise: f64,
-    /// Resolution of the encoder, deg; 0 for none [default: 12 bits]
+    /// Resolution of the encoder, deg; 0 for an ideal one [default: 12 bits]
     #[arg(long, value_name = "DEG", default_value_t = ENCODER_DEG, hide_default_value = true)]
     resolution: f64,
     /// Greatest command, deg
     #[arg(long, value_name = "DEG", default_value_t = 60.0)]
     amplitude: f64,
-    /// Bandwidth that the inputs are timed for, Hz [default: that of the expected parameters]
+    /// Bandwidth for the timing of the inputs, Hz [default: that of the expected parameters]
     #[arg(long, value_name = "HZ")]
     band: Option<f64>,
-    /// Writes the best input, of those that are designed, for `simulate --input-file`
+    /// Writes the best of the designed inputs, for `simulate --input-file`
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
-    /// Prints JSON in place of tables
+    /// Prints JSON instead of tables
     #[arg(long)]
     json: bool,
 }
 
-/// More samples than an hour at 1 kHz are no experiment.
+/// The most samples: an hour at 1 kHz.
 const MOST_SAMPLES: f64 = 3.6e6;
 
 impl Experiment {
@@ -165,7 +165,7 @@ impl Experiment {
         Ok(bench)
     }
 
-    /// The expected values, and what is looked for.
+    /// Sets the expected values and the parameters to estimate.
     fn expect(&self, bench: &mut ExperimentSetup) -> Result<(), Error> {
         let table = bench.model.parameters().to_vec();
         let is_motor = parameter_file::simulated(&self.model) == Some(ModelKind::Board);
@@ -181,7 +181,7 @@ impl Experiment {
             for setting in fitted(path, &self.model)? {
                 let index = match place(&setting.name) {
                     Ok(index) => index,
-                    // The board has more than the motor.
+                    // The file may have parameters of the board that the model lacks.
                     Err(_) if is_motor => continue,
                     Err(error) => return Err(error),
                 };
@@ -205,7 +205,7 @@ impl Experiment {
         Ok(())
     }
 
-    /// All inputs that can be made; those that cannot are named on standard error.
+    /// All inputs that can be designed; the others are reported on standard error.
     fn designs(&self, bench: &ExperimentSetup, limits: &Limits) -> Result<Vec<Designed>, Error> {
         let names = Input::NAMES.iter();
         let is_asked = |name: &str| self.input.is_empty() || self.input.iter().any(|i| i == name);
@@ -214,7 +214,7 @@ impl Experiment {
         let (mut designs, mut problems) = (Vec::<Designed>::new(), Vec::new());
         for (name, is_beyond) in names.iter().flat_map(|name| [(name, false), (name, true)]) {
             match design(bench, name, limits, is_beyond) {
-                // The greatest command may stay within the rate limit.
+                // Even the greatest command may stay within the rate limit.
                 Some(Ok(design)) => {
                     let same = |d: &Designed| d.command_deg == design.command_deg;
                     if !designs.last().is_some_and(same) {
@@ -240,7 +240,7 @@ impl Experiment {
     }
 }
 
-/// Refuses a model that takes something else than a command.
+/// Refuses a model whose input is not a command.
 fn check_command(model: &dyn Model) -> Result<(), Error> {
     let takes_command = |model: &dyn Model| model.accepts(&Recording::default()).is_ok();
     if takes_command(model) {
@@ -256,7 +256,7 @@ fn check_command(model: &dyn Model) -> Result<(), Error> {
     )))
 }
 
-/// The settings of a file that `identify --parameters` has written for this model.
+/// The settings of a file written by `identify --parameters` for this model.
 fn fitted(path: &Path, model: &str) -> Result<Vec<Setting>, Error> {
     let file = Scenario::read(path)?;
     match file.model {

@@ -18,29 +18,29 @@ use host_sim::{
     settings::{ModelKind, PlantKind, Settings},
 };
 
-/// Writes the actuator as a functional mock-up unit: FMI 2.0 for co-simulation
+/// Writes the actuator as a Functional Mock-up Unit: FMI 2.0 for co-simulation
 ///
 /// Every parameter of the model is a parameter of the unit; --preset and --set change its start
 /// value.
 #[derive(Debug, Args)]
 pub struct Fmu {
-    /// The file to write
+    /// File to write
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
-    /// What stands for the actuator
+    /// Model of the actuator
     #[arg(long, default_value = "board", value_parser = parameters::named::<ModelKind>())]
     model: ModelKind,
-    /// What the board drives [default: first-order]
+    /// Plant behind the board [default: first-order]
     #[arg(long, value_parser = parameters::named::<PlantKind>())]
     plant: Option<PlantKind>,
-    /// A reading of the paper [default: `paper` for a black box, else `consistent`]
+    /// Interpretation of the paper [default: `paper` for a black box, else `consistent`]
     #[arg(long, value_name = "NAME", value_parser = parameters::preset_names(PRESETS))]
     preset: Option<String>,
-    /// Sets a parameter by name or by symbol, as often as needed; of two values the last counts
+    /// Sets a parameter by name or symbol; repeatable, the last value applies
     #[arg(long, value_name = "NAME=VALUE", value_parser = parameters::setting)]
     set: Vec<Setting>,
-    /// A shared library to put in, for Linux or Windows on x86-64, one of each at most [default: the
-    /// one that was built along with this program]
+    /// Shared library to include, at most one each for Linux and Windows on x86-64 [default: the one
+    /// built along with this program]
     #[arg(long, value_name = "FILE")]
     library: Vec<PathBuf>,
 }
@@ -59,7 +59,7 @@ impl Fmu {
         Actuator::try_new(&settings)?;
         let libraries = libraries(&self.library)?;
         simulate::warn(&scenario);
-        Ok(write(&self.out, &settings, &libraries)?)
+        write(&self.out, &settings, &libraries)
     }
 }
 

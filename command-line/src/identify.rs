@@ -25,31 +25,31 @@ use identification::{
     document, models, parameter_file,
 };
 
-/// Fits models to recordings, and says how sure each parameter is
+/// Fits models to recordings, and estimates the uncertainty of each parameter
 ///
-/// A recording is a text file with a line a sample and a header that names its columns, as `simulate
-/// --csv` writes it, or the JSON of a pendulum bench. Warnings about files and fits go to standard
-/// error.
+/// A recording is a text file with one line per sample and a header with the names of the columns, as
+/// `simulate --csv` writes it, or the JSON of a pendulum test bench. Warnings about files and fits go
+/// to standard error.
 #[derive(Debug, Args)]
 pub struct Identify {
     #[command(flatten)]
     data: DataOptions,
-    /// What to fit; as often as needed [default: black-box-1, black-box-2 and grey-box]
+    /// Model to fit; repeatable [default: black-box-1, black-box-2 and grey-box]
     #[arg(long, value_name = "NAME", value_parser = model_names())]
     model: Vec<String>,
     #[command(flatten)]
     search: SearchOptions,
     #[command(flatten)]
     outputs: Outputs,
-    /// Writes the fitted parameters as a file for `simulate --parameters`; of one model
+    /// Writes the fitted parameters of one model, for `simulate --parameters`
     #[arg(long, value_name = "FILE")]
     parameters: Option<PathBuf>,
 }
 
-/// Where results go beside the terminal.
+/// Files for the results.
 #[derive(Debug, Args)]
 pub struct Outputs {
-    /// Writes everything as JSON; with `-`, nothing else is printed
+    /// Writes all results as JSON; with `-`, nothing else is printed
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
     /// Writes a self-contained page with all figures
@@ -57,10 +57,10 @@ pub struct Outputs {
     html: Option<PathBuf>,
 }
 
-/// What is fitted unless somebody says otherwise: the paper's models.
+/// The models that are fitted by default: those of the paper.
 const USUAL: [&str; 3] = ["black-box-1", "black-box-2", "grey-box"];
 
-/// The names of the models, each with what it is.
+/// The names of the models, with their summaries.
 pub fn model_names() -> PossibleValuesParser {
     let value = |m: std::sync::Arc<dyn identification::Model>| {
         PossibleValue::new(m.name()).help(m.summary())
@@ -106,24 +106,24 @@ impl Identify {
             nonparametric: &nonparametric,
             loaded: &loaded,
         };
-        Ok(self.outputs.write(&found)?)
+        self.outputs.write(&found)
     }
 }
 
-/// What was found.
+/// The results.
 pub struct Found<'a> {
     /// The fitted models.
     pub assessments: &'a [Assessment],
-    /// Which is enough; `None` where that was not asked.
+    /// The ranking of the models; `None` unless they are compared.
     pub ranking: Option<&'a Ranking>,
-    /// What the recordings say without a model.
+    /// Estimates without a model.
     pub nonparametric: &'a NonparametricAnalysis,
     /// The recordings.
     pub loaded: &'a Loaded,
 }
 
 impl Outputs {
-    /// Before the work: whether each file can be written, and is another one.
+    /// Checks in advance that the files can be written and are different.
     pub fn check(&self, parameters: Option<&Path>) -> Result<(), Error> {
         let json = self.json.as_deref();
         let json = json.filter(|path| !output::is_standard_output(path));
@@ -136,7 +136,7 @@ impl Outputs {
         Ok(file::check(&given.collect::<Vec<_>>())?)
     }
 
-    /// Writes what was asked for, and tables for people unless JSON goes to standard output.
+    /// Writes the files, and prints tables unless JSON goes to standard output.
     pub fn write(&self, found: &Found<'_>) -> Result<(), Error> {
         if let Some(path) = &self.html {
             let content = Content {

@@ -26,10 +26,10 @@ use clap::{Parser, Subcommand};
 
 use error::Error;
 
-/// A smart RC-servo actuator on the desk: its control core, its models and its bench.
+/// A smart RC-servo actuator: simulation, identification, tuning and CAN.
 ///
-/// Exit status: 0 done, 1 a file or a bus could not be read or written, 2 the command line, a
-/// parameter or an input is not what was expected, 3 an actuator refused.
+/// Exit status: 0 success, 1 a file or a bus cannot be read or written, 2 the command line, a
+/// parameter or an input is invalid, 3 an actuator refuses.
 #[derive(Debug, Parser)]
 #[command(name = "actuator", version, max_term_width = 100)]
 #[command(mut_subcommands(with_negative_numbers))]
@@ -64,7 +64,7 @@ enum Command {
     Report(report::Report),
 }
 
-/// Has every option take a negative number, so that its range is what refuses it.
+/// Lets every option take a negative number, so that the check of its range refuses it.
 fn with_negative_numbers(command: clap::Command) -> clap::Command {
     command.mut_args(|arg| {
         let takes_values = arg.get_action().takes_values();
@@ -73,10 +73,10 @@ fn with_negative_numbers(command: clap::Command) -> clap::Command {
 }
 
 impl Arguments {
-    /// Does what the command line says.
+    /// Runs the command.
     ///
     /// # Errors
-    /// What went wrong, with its exit status.
+    /// Those of the command.
     fn run(self) -> Result<(), Error> {
         match self.command {
             #[cfg(feature = "board")]

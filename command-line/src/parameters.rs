@@ -16,10 +16,10 @@ use host_sim::{
 
 #[derive(Debug, Args)]
 pub struct ParameterOptions {
-    /// Sets a parameter by name or by symbol, as often as needed; of two values the last counts
+    /// Sets a parameter by name or symbol; repeatable, the last value applies
     #[arg(long, value_name = "NAME=VALUE", value_parser = setting)]
     pub set: Vec<Setting>,
-    /// Prints every parameter with value, unit, range and source, and ends
+    /// Prints every parameter with value, unit, range and source, and exits
     #[arg(long = "list-parameters")]
     pub list: bool,
 }
@@ -32,16 +32,16 @@ pub fn setting(text: &str) -> Result<Setting, String> {
     Ok(Setting::new(name.trim(), number))
 }
 
-/// One of the values that have names, each with what it is.
+/// The values of an enumeration by name, with their summaries.
 pub fn named<T: Named>() -> impl TypedValueParser<Value = T> {
     let values = T::ALL
         .iter()
         .map(|value| PossibleValue::new(value.name()).help(value.summary().trim_end_matches('.')));
-    let unknown = "the parser has let a name pass that it does not know";
+    let unknown = "the parser accepts known names only";
     PossibleValuesParser::new(values).map(move |name| T::named(&name).expect(unknown))
 }
 
-/// The names of presets, each with what it is and for which models.
+/// The names of presets, with their models and summaries.
 pub fn preset_names(presets: impl IntoIterator<Item = &'static Preset>) -> PossibleValuesParser {
     PossibleValuesParser::new(presets.into_iter().map(|preset| {
         let models = preset.models.join(", ");

@@ -16,9 +16,9 @@ use host_sim::{
     report::{Comparison, document, models::MODELS, tables},
 };
 
-/// Runs every model on every input of the paper and writes one page of it
+/// Runs every model on every input of the paper and writes the results as a page
 ///
-/// The page needs no network, and its tables are printed too. Each run writes the same bytes.
+/// The page is self-contained, and its tables are printed too. Each run writes the same bytes.
 #[derive(Debug, Args)]
 pub struct Report {
     /// The page
@@ -76,7 +76,7 @@ fn write_figures(page: &Page, folder: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-/// A title as a file name: its letters and digits, whatever else is between them as one hyphen.
+/// A title as a file name: its letters and digits, and a hyphen for anything between them.
 fn file_name(title: &str) -> String {
     let lower = title.replace('\'', "").to_lowercase();
     let words = lower.split(|c: char| !c.is_ascii_alphanumeric());

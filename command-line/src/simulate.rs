@@ -23,59 +23,59 @@ use sinks::{Outputs, Sinks};
 
 /// Runs a model on an input
 ///
-/// Without --csv a summary is printed. --set also takes the parameters of the input, as
-/// `input.NAME=VALUE`; --list-parameters prints those of the model and of the input that are chosen.
+/// Without --csv a summary is printed. --set also sets parameters of the input, as
+/// `input.NAME=VALUE`; --list-parameters prints those of the selected model and input.
 #[derive(Debug, Args)]
 pub struct Simulate {
-    /// What to simulate
+    /// Model to simulate
     #[arg(value_parser = parameters::named::<ModelKind>())]
     model: Option<ModelKind>,
-    /// A scenario in TOML; options given beside it win
+    /// Scenario file in TOML; options override it
     #[arg(long, value_name = "FILE")]
     scenario: Option<PathBuf>,
-    /// Parameters that `identify --parameters` has written, with their model; those of --set win
+    /// Model and parameters written by `identify --parameters`; --set overrides them
     #[arg(long = "parameters", value_name = "FILE")]
     parameter_file: Option<PathBuf>,
-    /// A reading of the paper [default: `paper` for a black box, else `consistent`]
+    /// Interpretation of the paper [default: `paper` for a black box, else `consistent`]
     #[arg(long, value_name = "NAME", value_parser = parameters::preset_names(PRESETS))]
     preset: Option<String>,
-    /// What the board drives [default: first-order]
+    /// Plant behind the board [default: first-order]
     #[arg(long, value_parser = parameters::named::<PlantKind>())]
     plant: Option<PlantKind>,
-    /// A command by name [default: pulse]
+    /// Standard input by name [default: pulse]
     #[arg(long, value_name = "NAME", value_parser = input_names(), conflicts_with = "input_file")]
     input: Option<String>,
-    /// A command from a CSV file with the columns t (s) and command_deg, held piecewise constant
+    /// Command from a CSV file with the columns t (s) and command_deg, held between rows
     #[arg(long, value_name = "FILE")]
     input_file: Option<PathBuf>,
-    /// A torque on the load of the bench, from a CSV file with the columns t (s) and torque_nm
+    /// Torque on the load of the bench, from a CSV file with the columns t (s) and torque_nm
     #[arg(long, value_name = "FILE")]
     load_file: Option<PathBuf>,
     #[command(flatten)]
     parameters: ParameterOptions,
-    /// With --list-parameters: as JSON
+    /// Prints the list of --list-parameters as JSON
     #[arg(long, requires = "list")]
     json: bool,
     /// How long to run, s [default: as long as the input]
     #[arg(long, value_name = "SECONDS")]
     duration: Option<f64>,
-    /// Makes a row of every Nth tick of 50 us [default: 20]
+    /// Ticks of 50 us between two rows [default: 20]
     #[arg(long, value_name = "N")]
     every: Option<u64>,
-    /// Seed of all that is random [default: 0]
+    /// Seed of the random numbers [default: 0]
     #[arg(long)]
     seed: Option<u64>,
     /// How the bridge is switched [default: average]
     #[arg(long, value_parser = parameters::named::<Pwm>())]
     pwm: Option<Pwm>,
-    /// Writes the trace as CSV, whatever the name; `-` is standard output
+    /// Writes the trace as CSV, regardless of the name; `-` is standard output
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
-    /// Writes the trace, as .csv, as .mat for MATLAB and Octave, or as .parquet where that is built
-    /// in; as often as needed
+    /// Writes the trace as .csv, as .mat for MATLAB and Octave, or as .parquet (builds with that
+    /// feature); repeatable
     #[arg(long, value_name = "FILE")]
     out: Vec<PathBuf>,
-    /// Draws the trace, as .svg or as interactive .html
+    /// Plots the trace as .svg or interactive .html
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
 }
@@ -94,7 +94,7 @@ impl Simulate {
         let scenario = self.scenario()?;
         if self.parameters.list {
             let parameters = parameters(&scenario)?;
-            return Ok(parameters::print(&parameters, self.json)?);
+            return parameters::print(&parameters, self.json);
         }
         let simulation = scenario.resolve()?;
         warn(&scenario);
@@ -119,7 +119,7 @@ impl Simulate {
             None => Scenario::default(),
         };
         if base.path.is_some() {
-            // Of two files an error names the first: the lines of the second would mislead.
+            // An error names the first of two files: line numbers of the second would mislead.
             fitted
                 .set
                 .iter_mut()
@@ -142,7 +142,7 @@ impl Simulate {
     }
 }
 
-/// What must be said of a preset is said on standard error.
+/// Prints the warning of a preset to standard error.
 pub(super) fn warn(scenario: &Scenario) {
     let preset = scenario.preset.as_deref().and_then(presets::preset);
     if let Some(warning) = preset.and_then(|preset| preset.warning) {

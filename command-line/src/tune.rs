@@ -2,8 +2,8 @@
 
 mod figure;
 mod group;
+mod options;
 mod result;
-mod wish;
 
 use std::path::PathBuf;
 
@@ -20,20 +20,20 @@ use host_sim::{
     settings::ModelKind,
     tune::{self, TuneError},
 };
-use wish::Wish;
+use options::TuneOptions;
 
-/// Finds gains for a motor and a wish, and says what the sampled loop makes of them
+/// Computes gains for a motor and a target bandwidth
 ///
-/// The wish is either the bandwidth of the rate loop, and with it the position gain as a share of
-/// it, or the bandwidth and the phase margin of the position loop. Where the gains fall short of
-/// what is customary, warnings say so on standard error. Without a wish the rate loop is the
-/// paper's.
+/// The target is either the bandwidth of the rate loop, with the position gain as a share of it, or
+/// the bandwidth and the phase margin of the position loop. The default is the rate loop of the paper.
+/// The margins of the sampled loop are printed; margins below common practice cause warnings on
+/// standard error.
 #[derive(Debug, Args)]
 pub struct Tune {
-    /// Starts from the motor and the board of a preset [default: consistent]
+    /// Motor and board of a preset [default: consistent]
     #[arg(long, value_name = "NAME", value_parser = parameters::preset_names(ModelKind::Board.presets()))]
     preset: Option<String>,
-    /// Steady rate of the motor per duty, (deg/s)/%
+    /// Steady-state gain of the motor, (deg/s)/%
     #[arg(long, value_name = "K")]
     gain: Option<f64>,
     /// Time constant of the motor, s
@@ -55,29 +55,29 @@ pub struct Tune {
     phase_margin: Option<f64>,
     #[command(flatten)]
     parameters: ParameterOptions,
-    /// Prints JSON in place of tables
+    /// Prints JSON instead of tables
     #[arg(long)]
     json: bool,
-    /// Draws the Bode plot with the margins, as .svg or as interactive .html
+    /// Plots the Bode diagram with the margins, as .svg or interactive .html
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
 }
 
 impl Tune {
     pub(super) fn run(self) -> Result<(), Error> {
-        let wish = Wish::new(self.preset.as_deref(), &self.settings())?;
+        let options = TuneOptions::new(self.preset.as_deref(), &self.settings())?;
         if self.parameters.list {
-            return Ok(parameters::print(&wish.parameters(), self.json)?);
+            return parameters::print(&options.parameters(), self.json);
         }
         if let Some(path) = &self.plot {
             plot::Format::of(path)?;
         }
-        let request = wish.request();
+        let request = options.request();
         let tuning = tune::tune(&request).map_err(explained)?;
         for warning in &tuning.warnings {
             eprintln!("warning: {warning}");
         }
-        let command = wish.simulate_command(&tuning)?;
+        let command = options.simulate_command(&tuning)?;
         if self.json {
             output::print(&result::json(&tuning, command.as_deref()))?;
         } else {
@@ -90,7 +90,7 @@ impl Tune {
         Ok(())
     }
 
-    /// What the options set, and then what --set does.
+    /// The settings of the options, then those of --set.
     fn settings(&self) -> Vec<Setting> {
         let options = [
             ("motor_gain", self.gain),
@@ -106,12 +106,12 @@ impl Tune {
     }
 }
 
-/// Why there are no gains; of one out of range, which nobody has set, where it comes from.
+/// The error of the tuning; for a computed gain out of range, its cause.
 fn explained(error: TuneError) -> Error {
     match error {
-        TuneError::Parameter(parameter) if wish::is_found(&parameter) => Error::Conflict(format!(
-            "the wish asks for a gain that the board does not take: {parameter}"
-        )),
+        TuneError::Parameter(parameter) if options::is_found(&parameter) => Error::Conflict(
+            format!("the request asks for a gain that the board does not take: {parameter}"),
+        ),
         TuneError::Parameter(parameter) => parameter.into(),
         out_of_reach => Error::Conflict(out_of_reach.to_string()),
     }

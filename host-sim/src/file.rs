@@ -1,4 +1,4 @@
-//! Files that are there as a whole or not at all.
+//! Files that are written completely or not at all.
 
 use std::{
     fs::{self, File},
@@ -8,15 +8,15 @@ use std::{
 
 use crate::error::Error;
 
-/// A file that is written beside its place and moved there when it is complete, so that no half of
-/// it is ever found under its name and an old one stays until then. What is dropped before
-/// [`WholeFile::complete`] is removed; of a program that is killed, `FILE.part` remains.
+/// A file that is written under the name `FILE.part` and renamed on completion, so that an old file is
+/// replaced atomically. A file that is dropped before [`WholeFile::complete`] is removed; a program
+/// that is killed leaves `FILE.part`.
 ///
-/// A device or a pipe of that name is written to as it stands.
+/// A device or a pipe of that name is written directly.
 #[derive(Debug)]
 pub struct WholeFile {
     writer: BufWriter<File>,
-    /// Where it is written, and where it goes.
+    /// The temporary and the final path; `None` for a device.
     places: Option<(PathBuf, PathBuf)>,
 }
 
@@ -24,7 +24,7 @@ impl WholeFile {
     /// Opens a file of this name.
     ///
     /// # Errors
-    /// What the system says.
+    /// The error of the operating system.
     pub fn create(path: &Path) -> io::Result<Self> {
         if fs::metadata(path).is_ok_and(|found| !found.is_file()) {
             return Ok(Self {
@@ -32,7 +32,7 @@ impl WholeFile {
                 places: None,
             });
         }
-        // A link to a file stays a link.
+        // A symbolic link to a file is kept.
         let path = fs::canonicalize(path).unwrap_or_else(|_| path.into());
         let mut name = path.file_name().unwrap_or_default().to_owned();
         name.push(".part");
@@ -43,10 +43,10 @@ impl WholeFile {
         })
     }
 
-    /// Writes what is left and gives the file its name.
+    /// Completes the file and gives it its name.
     ///
     /// # Errors
-    /// What the system says; nothing remains then.
+    /// The error of the operating system; the file is removed then.
     pub fn complete(mut self) -> io::Result<()> {
         self.writer.flush()?;
         if let Some((part, path)) = &self.places {
@@ -60,7 +60,7 @@ impl WholeFile {
 impl Drop for WholeFile {
     fn drop(&mut self) {
         if let Some((part, _)) = &self.places {
-            // Whatever hindered the file hinders this too, or not: there is nothing else to be done.
+            // A failure cannot be handled here.
             let _: io::Result<()> = fs::remove_file(part);
         }
     }
@@ -97,11 +97,11 @@ pub fn write(path: &Path, text: &str) -> Result<(), Error> {
     })
 }
 
-/// Checks before the work that files can be written and are different ones, each with the option that
-/// names it. Nothing of these names is made or changed.
+/// Checks in advance that files, each with its option, can be written and are different. No file is
+/// created or changed.
 ///
 /// # Errors
-/// [`Error::Write`] of a file that cannot be written, [`Error::Conflict`] of two that are one.
+/// [`Error::Write`] for a file that cannot be written, [`Error::Conflict`] for two options with one file.
 pub fn check(files: &[(&str, &Path)]) -> Result<(), Error> {
     for (index, (option, path)) in files.iter().enumerate() {
         let is_it = |(_, other): &&(&str, &Path)| is_file(path) && place(other) == place(path);
@@ -119,7 +119,7 @@ pub fn check(files: &[(&str, &Path)]) -> Result<(), Error> {
     Ok(())
 }
 
-/// Whether it is a file or will be one: a device takes what it is given, from several too.
+/// Whether the path is a file or will be one: several outputs may go to one device.
 fn is_file(path: &Path) -> bool {
     fs::metadata(path).map_or(true, |found| found.is_file())
 }
@@ -128,14 +128,14 @@ fn check_one(path: &Path) -> io::Result<()> {
     if fs::metadata(path).is_ok_and(|found| found.is_dir()) {
         return Err(io::ErrorKind::IsADirectory.into());
     }
-    // A pipe would notice that it was opened.
+    // Opening a pipe would affect its reader.
     match is_file(path) {
         true => WholeFile::create(path).map(drop),
         false => Ok(()),
     }
 }
 
-/// Where a file is or will be, however it is named.
+/// The canonical path of a file that may not exist yet.
 fn place(path: &Path) -> PathBuf {
     let by_folder = || {
         let folder = path.parent().filter(|folder| *folder != Path::new(""));

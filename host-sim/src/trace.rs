@@ -19,7 +19,7 @@ impl Trace {
     /// Appends a row.
     ///
     /// # Panics
-    /// If the row has not exactly one value a column: an error of the caller, not of the data.
+    /// If the row does not have one value per column.
     pub fn push(&mut self, row: &[f64]) {
         assert_eq!(
             row.len(),
@@ -42,7 +42,7 @@ impl Trace {
         self.names.iter().copied().zip(columns)
     }
 
-    /// Takes all rows away.
+    /// Removes all rows.
     pub fn clear(&mut self) {
         self.columns.iter_mut().for_each(Vec::clear);
     }

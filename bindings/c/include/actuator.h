@@ -22,8 +22,8 @@
 #include <stdint.h>
 
 /**
- * Room for a sentence about the longest name, its value, range and unit (at most 150 bytes: a
- * number has at most 24 characters where it is not absurd); what is longer is cut.
+ * Size of a sentence with the longest name, a value, its range and unit (at most 150 bytes: a
+ * number usually has at most 24 characters); longer ones are truncated.
  */
 #define ACTUATOR_WHY_SIZE 192
 
@@ -43,13 +43,13 @@
 #define ACTUATOR_TICKS_PER_SECOND 20000
 
 /**
- * The longest single step, ticks: an hour, which a PC computes in two minutes at the most. More is
- * rather a wrong unit, or a time that nobody set.
+ * The longest single step, ticks: an hour, which a PC computes in two minutes at most. A longer step
+ * is refused, since it is most likely a wrong unit or an uninitialised time.
  */
 #define ACTUATOR_LONGEST_STEP_TICKS 72000000
 
 /**
- * Words of 8 bytes in `struct actuator`: 20,000 are the delay line, whose range ends at 1 s.
+ * Words of 8 bytes in `struct actuator`: 20,000 of them are the delay line of up to 1 s.
  */
 #define ACTUATOR_WORDS 20480
 
@@ -59,13 +59,13 @@
 #define ACTUATOR_SIZE 163840
 
 /**
- * Alignment of `struct actuator` and `struct actuator_settings`, bytes, which is enough anywhere.
+ * Alignment of `struct actuator` and `struct actuator_settings`, bytes, sufficient on every target.
  */
 #define ACTUATOR_ALIGNMENT 8
 
 /**
- * What became of a call. Only `ACTUATOR_ERROR_NONE` is 0; after any other nothing has changed,
- * unless the function says otherwise.
+ * The result of a call. Only `ACTUATOR_ERROR_NONE` is 0; a call with any other changes nothing,
+ * unless the function states it.
  */
 enum actuator_error {
   /**
@@ -77,20 +77,20 @@ enum actuator_error {
    */
   ACTUATOR_ERROR_POINTER = 1,
   /**
-   * A size is not that of this library: header and library are of different versions. Nothing
-   * was touched.
+   * A size is not that of this library: header and library have different versions. The memory
+   * is unchanged.
    */
   ACTUATOR_ERROR_SIZE = 2,
   /**
-   * The memory holds no settings or no started actuator.
+   * The memory does not hold initialised settings or a started actuator.
    */
   ACTUATOR_ERROR_NOT_READY = 3,
   /**
-   * Nothing has this name or this index.
+   * The name or the index does not exist.
    */
   ACTUATOR_ERROR_NAME = 4,
   /**
-   * A parameter is NaN, outside its range, or at odds with another one.
+   * A parameter is NaN, out of its range, or in conflict with another one.
    */
   ACTUATOR_ERROR_PARAMETER = 5,
   /**
@@ -108,23 +108,23 @@ enum actuator_error {
  */
 struct actuator_settings {
   /**
-   * Not for the caller.
+   * Private to the library.
    */
   uint64_t opaque[ACTUATOR_SETTINGS_WORDS];
 };
 
 /**
- * Why a call failed, in a sentence that names the parameter and its range.
+ * The reason of a failure, as a sentence with the parameter and its range.
  */
 struct actuator_why {
   /**
-   * The sentence, ended by a zero; empty where nothing failed.
+   * The sentence, terminated by a zero; empty on success.
    */
   char text[ACTUATOR_WHY_SIZE];
 };
 
 /**
- * What is known of one parameter, and its present value.
+ * A row of the parameter table, and the present value.
  */
 struct actuator_parameter {
   /**
@@ -132,15 +132,15 @@ struct actuator_parameter {
    */
   double value;
   /**
-   * Value unless somebody says otherwise, in its unit.
+   * Default value, in its unit.
    */
   double default_value;
   /**
-   * The least value that it takes, in its unit.
+   * Least allowed value, in its unit.
    */
   double min;
   /**
-   * The greatest value that it takes, in its unit; infinite where there is no bound.
+   * Greatest allowed value, in its unit; infinite without a bound.
    */
   double max;
   /**
@@ -148,7 +148,7 @@ struct actuator_parameter {
    */
   char name[32];
   /**
-   * The short symbol of the paper; empty where there is none.
+   * The symbol of the paper; empty if there is none.
    */
   char symbol[16];
   /**
@@ -156,17 +156,17 @@ struct actuator_parameter {
    */
   char unit[16];
   /**
-   * What it is, in a sentence.
+   * Its meaning, in a sentence.
    */
   char meaning[192];
   /**
-   * Where the default comes from.
+   * The source of the default.
    */
   char source[128];
 };
 
 /**
- * A named reading of the paper's numbers.
+ * A named interpretation of the paper's numbers.
  */
 struct actuator_preset {
   /**
@@ -174,29 +174,29 @@ struct actuator_preset {
    */
   char name[32];
   /**
-   * What it is for, in a sentence.
+   * Its purpose, in a sentence.
    */
   char summary[192];
   /**
-   * What must be said wherever its results are shown; empty for most.
+   * The warning that must accompany its results; empty for most.
    */
   char warning[128];
 };
 
 /**
- * An actuator with all of its state. Opaque. It points to nothing: a copy by assignment or memcpy
+ * An actuator with all of its state. Opaque. It contains no pointers: a copy by assignment or memcpy
  * is a snapshot, and copying it back restores it.
  */
 struct actuator {
   /**
-   * Not for the caller.
+   * Private to the library.
    */
   uint64_t opaque[ACTUATOR_WORDS];
 };
 
 /**
- * What can be seen of an actuator. What a model does not have is zero; what it does not measure
- * is its true value.
+ * The outputs of an actuator. A quantity that the model does not have is zero; one that it does not
+ * measure is the true value.
  */
 struct actuator_reading {
   /**
@@ -204,7 +204,7 @@ struct actuator_reading {
    */
   uint64_t tick;
   /**
-   * The command that has arrived behind the delay, deg.
+   * The command behind the transport delay, deg.
    */
   double command_deg;
   /**
@@ -242,16 +242,17 @@ extern "C" {
 #endif // __cplusplus
 
 /**
- * What a code means, in English; any number may be asked for. The text is constant.
+ * The text of a code, in English; any number is accepted. The text is constant.
  */
 const char *actuator_error_text(int32_t code);
 
 /**
- * Fills `settings` with the defaults of a model; whatever was there is overwritten, and where it
- * fails the settings are not ready.
+ * Fills `settings` with the defaults of a model. Previous content is overwritten; on failure the
+ * settings are not ready.
  *
  * `size` is `sizeof *settings`. `model` is `black-box-1`, `black-box-2`, `grey-box` or `board`.
- * `plant` is what the board drives, `first-order` or `bench`; null is `first-order`.
+ * `plant` is the plant behind the board, `first-order` or `bench`; null is `first-order` for the
+ * board, and the only value that other models take.
  */
 enum actuator_error actuator_settings_init(struct actuator_settings *settings,
                                            size_t size,
@@ -260,7 +261,7 @@ enum actuator_error actuator_settings_init(struct actuator_settings *settings,
                                            struct actuator_why *why);
 
 /**
- * Sets a parameter of the chosen model and plant, by name or by symbol, in its unit.
+ * Sets a parameter of the model and plant, by name or symbol, in its unit.
  */
 enum actuator_error actuator_settings_set(struct actuator_settings *settings,
                                           const char *name,
@@ -268,21 +269,21 @@ enum actuator_error actuator_settings_set(struct actuator_settings *settings,
                                           struct actuator_why *why);
 
 /**
- * The present value of a parameter, by name or by symbol, in its unit.
+ * The present value of a parameter, by name or symbol, in its unit.
  */
 enum actuator_error actuator_settings_get(const struct actuator_settings *settings,
                                           const char *name,
                                           double *value);
 
 /**
- * Applies a preset of the chosen model by name: it sets some parameters and leaves the others.
+ * Applies a preset of the model by name: it sets some parameters and keeps the others.
  */
 enum actuator_error actuator_settings_apply(struct actuator_settings *settings,
                                             const char *preset,
                                             struct actuator_why *why);
 
 /**
- * How the bridge of the board is switched: `average` (unless somebody says otherwise) or
+ * Sets how the bridge of the board is switched: `average` (the default) or
  * `switched`.
  */
 enum actuator_error actuator_settings_set_pwm(struct actuator_settings *settings,
@@ -290,20 +291,20 @@ enum actuator_error actuator_settings_set_pwm(struct actuator_settings *settings
                                               struct actuator_why *why);
 
 /**
- * The seed of all that is random; 0 unless somebody says otherwise.
+ * Sets the seed of the random numbers; the default is 0.
  */
 enum actuator_error actuator_settings_set_seed(struct actuator_settings *settings, uint64_t seed);
 
 /**
- * Parameter number `index` of the chosen model and plant; `ACTUATOR_ERROR_NAME` beyond the last.
+ * Parameter number `index` of the model and plant; `ACTUATOR_ERROR_NAME` beyond the last.
  */
 enum actuator_error actuator_settings_parameter(const struct actuator_settings *settings,
                                                 size_t index,
                                                 struct actuator_parameter *parameter);
 
 /**
- * Preset number `index` of the chosen model; `ACTUATOR_ERROR_NAME` beyond the last. Number 0
- * changes nothing: it is what the model is without a preset.
+ * Preset number `index` of the model; `ACTUATOR_ERROR_NAME` beyond the last. Number 0 changes
+ * nothing: it is the model without a preset.
  */
 enum actuator_error actuator_settings_preset(const struct actuator_settings *settings,
                                              size_t index,
@@ -320,8 +321,8 @@ uint32_t actuator_abi_version(void);
 size_t actuator_size(void);
 
 /**
- * Puts an actuator of these settings at rest at zero, time zero. Whatever was there is
- * overwritten; where it fails the actuator is not ready. The settings are needed no longer.
+ * Initialises an actuator with these settings, at rest at 0 deg and time 0. Previous content is
+ * overwritten; on failure the actuator is not ready. The settings are not referenced afterwards.
  *
  * `size` is `sizeof *actuator`. The call needs 500 KiB of stack; the others need 16 KiB.
  */
@@ -331,30 +332,30 @@ enum actuator_error actuator_start(struct actuator *actuator,
                                    struct actuator_why *why);
 
 /**
- * Moves by so many ticks of 50 us with this command held, deg.
+ * Advances by a number of ticks of 50 us with a constant command, deg.
  *
- * The first command is taken to have stood there for ever: the delay begins with the second.
+ * The first command is also the past of the delay line: only later ones are delayed.
  */
 enum actuator_error actuator_advance(struct actuator *actuator, double command_deg, uint64_t ticks);
 
 /**
- * Moves to the tick nearest to `time_s` after the start, s, with this command held, deg.
+ * Advances to the tick nearest to `time_s` after the start, s, with a constant command, deg.
  *
- * For simulations whose step is no whole number of ticks, 1/120 s say: the absolute time keeps
- * the two from drifting apart.
+ * For simulations whose step is not a whole number of ticks, such as 1/120 s: the absolute time
+ * prevents a drift between the two.
  */
 enum actuator_error actuator_advance_to(struct actuator *actuator,
                                         double command_deg,
                                         double time_s);
 
 /**
- * Puts a torque on the load from the next PWM period on, Nm, beside that of the parameters. Only
- * the bench has a load; the other models take any finite torque and do not feel it.
+ * Applies a torque to the load, Nm, from the next PWM period on, in addition to the parameter. Only
+ * the bench has a load; the other models accept and ignore any finite torque.
  */
 enum actuator_error actuator_set_load_nm(struct actuator *actuator, double torque_nm);
 
 /**
- * What can be seen now.
+ * Reads the outputs.
  */
 enum actuator_error actuator_read(const struct actuator *actuator,
                                   struct actuator_reading *reading);

@@ -1,11 +1,11 @@
-//! An actuator that its caller steps.
+//! An actuator that is stepped by its caller.
 #![allow(
     unsafe_code,
     reason = "functions that C calls by name, with its pointers"
 )]
 #![allow(
     clippy::missing_safety_doc,
-    reason = "what every pointer must be stands once, at the top of the header"
+    reason = "the header states the requirements of all pointers once, at its top"
 )]
 
 use model_core::actuator::Actuator as Core;
@@ -23,27 +23,27 @@ pub const ACTUATOR_TICKS_PER_SECOND: u64 = 20_000;
 
 const _: () = assert!(ACTUATOR_TICKS_PER_SECOND == TICKS_PER_SECOND);
 
-/// The longest single step, ticks: an hour, which a PC computes in two minutes at the most. More is
-/// rather a wrong unit, or a time that nobody set.
+/// The longest single step, ticks: an hour, which a PC computes in two minutes at most. A longer step
+/// is refused, since it is most likely a wrong unit or an uninitialised time.
 pub const ACTUATOR_LONGEST_STEP_TICKS: u64 = 72_000_000;
 
-/// Words of 8 bytes in `struct actuator`: 20,000 are the delay line, whose range ends at 1 s.
+/// Words of 8 bytes in `struct actuator`: 20,000 of them are the delay line of up to 1 s.
 pub const ACTUATOR_WORDS: usize = 20_480;
 
 /// Size of `struct actuator`, bytes.
 pub const ACTUATOR_SIZE: usize = 163_840;
 
-/// Alignment of `struct actuator` and `struct actuator_settings`, bytes, which is enough anywhere.
+/// Alignment of `struct actuator` and `struct actuator_settings`, bytes, sufficient on every target.
 pub const ACTUATOR_ALIGNMENT: usize = 8;
 
 const _: () = assert!(ACTUATOR_SIZE == size_of::<Actuator>());
 const _: () = assert!(ACTUATOR_ALIGNMENT >= align_of::<Actuator>());
 
-/// An actuator with all of its state. Opaque. It points to nothing: a copy by assignment or memcpy
+/// An actuator with all of its state. Opaque. It contains no pointers: a copy by assignment or memcpy
 /// is a snapshot, and copying it back restores it.
 #[repr(C)]
 pub struct Actuator {
-    /// Not for the caller.
+    /// Private to the library.
     pub opaque: [u64; ACTUATOR_WORDS],
 }
 
@@ -52,14 +52,14 @@ impl Holds for Actuator {
     const MARK: u64 = u64::from_le_bytes(*b"ACTUATO1");
 }
 
-/// What can be seen of an actuator. What a model does not have is zero; what it does not measure
-/// is its true value.
+/// The outputs of an actuator. A quantity that the model does not have is zero; one that it does not
+/// measure is the true value.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading {
     /// Ticks of 50 us since the start.
     pub tick: u64,
-    /// The command that has arrived behind the delay, deg.
+    /// The command behind the transport delay, deg.
     pub command_deg: f64,
     /// Angle of the output shaft, deg.
     pub angle_deg: f64,
@@ -89,8 +89,8 @@ pub extern "C" fn actuator_size() -> usize {
     ACTUATOR_SIZE
 }
 
-/// Puts an actuator of these settings at rest at zero, time zero. Whatever was there is
-/// overwritten; where it fails the actuator is not ready. The settings are needed no longer.
+/// Initialises an actuator with these settings, at rest at 0 deg and time 0. Previous content is
+/// overwritten; on failure the actuator is not ready. The settings are not referenced afterwards.
 ///
 /// `size` is `sizeof *actuator`. The call needs 500 KiB of stack; the others need 16 KiB.
 #[unsafe(no_mangle)]
@@ -100,38 +100,38 @@ pub unsafe extern "C" fn actuator_start(
     settings: *const Settings,
     why: *mut Why,
 ) -> Code {
-    // SAFETY: the caller's pointers, as the header wants them.
+    // SAFETY: the caller's pointers, as the header requires them.
     unsafe {
         let make = || Ok::<_, Error>(Core::try_new(memory::look(settings)?)?);
         explain(memory::fill(actuator, size, make), why)
     }
 }
 
-/// Moves by so many ticks of 50 us with this command held, deg.
+/// Advances by a number of ticks of 50 us with a constant command, deg.
 ///
-/// The first command is taken to have stood there for ever: the delay begins with the second.
+/// The first command is also the past of the delay line: only later ones are delayed.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn actuator_advance(
     actuator: *mut Actuator,
     command_deg: f64,
     ticks: u64,
 ) -> Code {
-    // SAFETY: the caller's pointer, as the header wants it.
+    // SAFETY: the caller's pointer, as the header requires it.
     let actuator = unsafe { memory::change(actuator) };
     code(actuator.and_then(|actuator| advance(actuator, command_deg, ticks)))
 }
 
-/// Moves to the tick nearest to `time_s` after the start, s, with this command held, deg.
+/// Advances to the tick nearest to `time_s` after the start, s, with a constant command, deg.
 ///
-/// For simulations whose step is no whole number of ticks, 1/120 s say: the absolute time keeps
-/// the two from drifting apart.
+/// For simulations whose step is not a whole number of ticks, such as 1/120 s: the absolute time
+/// prevents a drift between the two.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn actuator_advance_to(
     actuator: *mut Actuator,
     command_deg: f64,
     time_s: f64,
 ) -> Code {
-    // SAFETY: the caller's pointer, as the header wants it.
+    // SAFETY: the caller's pointer, as the header requires it.
     let actuator = unsafe { memory::change(actuator) };
     code(actuator.and_then(|actuator| {
         // Written so that NaN and negative times fail.
@@ -153,11 +153,11 @@ fn advance(actuator: &mut Core, command_deg: f64, ticks: u64) -> Result<(), Code
     result.map_err(|_| Code::Command)
 }
 
-/// Puts a torque on the load from the next PWM period on, Nm, beside that of the parameters. Only
-/// the bench has a load; the other models take any finite torque and do not feel it.
+/// Applies a torque to the load, Nm, from the next PWM period on, in addition to the parameter. Only
+/// the bench has a load; the other models accept and ignore any finite torque.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn actuator_set_load_nm(actuator: *mut Actuator, torque_nm: f64) -> Code {
-    // SAFETY: the caller's pointer, as the header wants it.
+    // SAFETY: the caller's pointer, as the header requires it.
     let actuator = unsafe { memory::change(actuator) };
     code(actuator.and_then(|actuator| {
         let result = actuator.set_load_torque_nm(torque_nm);
@@ -165,10 +165,10 @@ pub unsafe extern "C" fn actuator_set_load_nm(actuator: *mut Actuator, torque_nm
     }))
 }
 
-/// What can be seen now.
+/// Reads the outputs.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn actuator_read(actuator: *const Actuator, reading: *mut Reading) -> Code {
-    // SAFETY: the caller's pointers, as the header wants them.
+    // SAFETY: the caller's pointers, as the header requires them.
     unsafe {
         let read = || memory::put(reading, memory::look(actuator)?.into());
         code(read())

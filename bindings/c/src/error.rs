@@ -1,4 +1,4 @@
-//! What can go wrong, as a code and as a sentence.
+//! Errors as codes and as sentences.
 #![allow(
     unsafe_code,
     reason = "a function that C calls by name, and one that writes to its memory"
@@ -13,8 +13,8 @@ use model_core::scenario::ScenarioError;
 use crate::memory;
 use crate::text::Text;
 
-/// What became of a call. Only `ACTUATOR_ERROR_NONE` is 0; after any other nothing has changed,
-/// unless the function says otherwise.
+/// The result of a call. Only `ACTUATOR_ERROR_NONE` is 0; a call with any other changes nothing,
+/// unless the function states it.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Code {
@@ -22,14 +22,14 @@ pub enum Code {
     None = 0,
     /// A pointer is null or misaligned.
     Pointer = 1,
-    /// A size is not that of this library: header and library are of different versions. Nothing
-    /// was touched.
+    /// A size is not that of this library: header and library have different versions. The memory
+    /// is unchanged.
     Size = 2,
-    /// The memory holds no settings or no started actuator.
+    /// The memory does not hold initialised settings or a started actuator.
     NotReady = 3,
-    /// Nothing has this name or this index.
+    /// The name or the index does not exist.
     Name = 4,
-    /// A parameter is NaN, outside its range, or at odds with another one.
+    /// A parameter is NaN, out of its range, or in conflict with another one.
     Parameter = 5,
     /// A command or a torque is NaN or infinite.
     Command = 6,
@@ -44,10 +44,10 @@ impl Code {
             Self::Pointer => c"a pointer is null or misaligned",
             Self::Size => c"a size is not that of this library",
             Self::NotReady => c"the settings were not initialised or the actuator was not started",
-            Self::Name => c"nothing has this name or index",
-            Self::Parameter => c"a parameter is out of its range or at odds with another one",
+            Self::Name => c"the name or the index does not exist",
+            Self::Parameter => c"a parameter is out of its range or in conflict with another one",
             Self::Command => c"a command or a torque is not finite",
-            Self::Time => c"a time is not a number, is past, or is more than an hour away",
+            Self::Time => c"a time is not a number, is in the past, or is more than an hour ahead",
         }
     }
 
@@ -63,28 +63,28 @@ impl Code {
     ];
 }
 
-/// What a code means, in English; any number may be asked for. The text is constant.
+/// The text of a code, in English; any number is accepted. The text is constant.
 #[unsafe(no_mangle)]
 pub extern "C" fn actuator_error_text(code: i32) -> *const c_char {
     let known = Code::ALL.into_iter().find(|known| *known as i32 == code);
     known.map_or(c"unknown error", Code::sentence).as_ptr()
 }
 
-/// Why a call failed, in a sentence that names the parameter and its range.
+/// The reason of a failure, as a sentence with the parameter and its range.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct Why {
-    /// The sentence, ended by a zero; empty where nothing failed.
+    /// The sentence, terminated by a zero; empty on success.
     pub text: [c_char; ACTUATOR_WHY_SIZE],
 }
 
-/// Room for a sentence about the longest name, its value, range and unit (at most 150 bytes: a
-/// number has at most 24 characters where it is not absurd); what is longer is cut.
+/// Size of a sentence with the longest name, a value, its range and unit (at most 150 bytes: a
+/// number usually has at most 24 characters); longer ones are truncated.
 pub const ACTUATOR_WHY_SIZE: usize = 192;
 
-/// Why a call failed, while it is still in the library.
+/// The reason of a failure, within the library.
 pub enum Error<'a> {
-    /// There is nothing more to say than the code does.
+    /// The code alone.
     Code(Code),
     /// A name or a value is refused.
     Scenario(ScenarioError<'a>),
@@ -132,7 +132,7 @@ pub fn code(result: Result<(), Code>) -> Code {
     result.err().unwrap_or(Code::None)
 }
 
-/// The code of a result, and its sentence where the caller wants one.
+/// The code of a result, and its sentence unless `why` is null.
 ///
 /// # Safety
 /// `why` is null, misaligned or the caller's own.
@@ -141,13 +141,13 @@ pub unsafe fn explain(result: Result<(), Error<'_>>, why: *mut Why) -> Code {
     let code = match &result {
         Ok(()) => Code::None,
         Err(error) => {
-            // A text that is too long is cut: that is no failure.
+            // A text that is too long is truncated, which is not an error.
             let _ = write!(text, "{error}");
             error.code()
         }
     };
-    // Null is how a caller says that it wants no sentence.
-    // SAFETY: passed on to the caller.
+    // Null requests no sentence.
+    // SAFETY: the contract of this function.
     let _ = unsafe { memory::put(why, Why { text: text.0 }) };
     code
 }

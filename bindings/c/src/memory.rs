@@ -1,7 +1,7 @@
-//! What stands in memory that the caller owns.
+//! Values of the library in memory that the caller owns.
 //!
-//! The caller's structs are opaque words. The library keeps a mark and its own value there, so
-//! that memory which was zeroed, or holds another thing, is told from memory that it has filled.
+//! The caller's structs are opaque words. The library stores a mark and a value there, so that it
+//! detects memory that it has not filled.
 #![allow(
     unsafe_code,
     reason = "the caller's memory is reached through raw pointers"
@@ -15,13 +15,13 @@ use crate::error::Code;
 /// A struct of the caller that holds a value of the library.
 ///
 /// The value has no destructor and points to nothing of its own (nothing in `model-core` does), so
-/// a copy of its bytes is another value: C may copy, keep and forget it.
+/// a copy of its bytes is another value: C may copy and discard it.
 pub trait Holds: Sized {
-    /// What it holds.
+    /// The value.
     type Value;
-    /// What tells it from anything else: eight characters, the last of them for the layout.
+    /// The mark of the type: eight characters, of which the last is the version of the layout.
     const MARK: u64;
-    /// Fails to compile where the value does not fit, or would have to be dropped.
+    /// Fails to compile if the value does not fit or has a destructor.
     const FITS: () = {
         assert!(size_of::<Marked<Self::Value>>() <= size_of::<Self>());
         assert!(align_of::<Marked<Self::Value>>() <= align_of::<Self>());
@@ -29,14 +29,14 @@ pub trait Holds: Sized {
     };
 }
 
-/// A value with its mark in front of it.
+/// A value behind its mark.
 #[repr(C)]
 pub struct Marked<T> {
     mark: u64,
     value: MaybeUninit<T>,
 }
 
-/// Pointer and size as the caller gave them.
+/// Checks the pointer of the caller.
 fn place<H: Holds>(memory: *const H) -> Result<*const Marked<H::Value>, Code> {
     const { H::FITS };
     if memory.is_null() || !memory.is_aligned() {
@@ -45,8 +45,8 @@ fn place<H: Holds>(memory: *const H) -> Result<*const Marked<H::Value>, Code> {
     Ok(memory.cast())
 }
 
-/// Fills the caller's memory with what `make` gives; where that is an error, the memory holds
-/// nothing afterwards.
+/// Fills the caller's memory with the value of `make`; on an error the memory holds no value
+/// afterwards.
 ///
 /// # Safety
 /// `memory` is null, misaligned or the caller's own, `size` bytes of it.
@@ -59,7 +59,7 @@ pub unsafe fn fill<H: Holds, E: From<Code>>(
     if size != size_of::<H>() {
         return Err(Code::Size.into());
     }
-    // The parts are written one by one: a whole would stand on the stack first.
+    // Written part by part, since a whole would be on the stack first.
     // SAFETY: not null, aligned, and large enough by `FITS`; the caller owns it.
     unsafe {
         (&raw mut (*place).mark).write(0);
@@ -74,7 +74,7 @@ pub unsafe fn fill<H: Holds, E: From<Code>>(
 /// # Safety
 /// `memory` is null, misaligned, or the caller's own: zeroed, or filled by [`fill`].
 pub unsafe fn look<'a, H: Holds>(memory: *const H) -> Result<&'a H::Value, Code> {
-    // SAFETY: not null, aligned, and large enough by `FITS`; nobody changes it during the call.
+    // SAFETY: not null, aligned, and large enough by `FITS`; it does not change during the call.
     let marked = unsafe { &*place(memory)? };
     if marked.mark != H::MARK {
         return Err(Code::NotReady);
@@ -86,9 +86,9 @@ pub unsafe fn look<'a, H: Holds>(memory: *const H) -> Result<&'a H::Value, Code>
 /// The value in the caller's memory, to be changed.
 ///
 /// # Safety
-/// As [`look`], and nobody else uses it during the call.
+/// As [`look`], and no other thread uses it during the call.
 pub unsafe fn change<'a, H: Holds>(memory: *mut H) -> Result<&'a mut H::Value, Code> {
-    // SAFETY: not null, aligned, and large enough by `FITS`; it is ours during the call.
+    // SAFETY: not null, aligned, and large enough by `FITS`; this call has exclusive access.
     let marked = unsafe { &mut *place(memory)?.cast_mut() };
     if marked.mark != H::MARK {
         return Err(Code::NotReady);
@@ -97,7 +97,7 @@ pub unsafe fn change<'a, H: Holds>(memory: *mut H) -> Result<&'a mut H::Value, C
     Ok(unsafe { marked.value.assume_init_mut() })
 }
 
-/// Writes a result to where the caller wants it.
+/// Writes a result to the caller's memory.
 ///
 /// # Safety
 /// `out` is null, misaligned or the caller's own.
@@ -110,7 +110,7 @@ pub unsafe fn put<T>(out: *mut T, value: T) -> Result<(), Code> {
     Ok(())
 }
 
-/// The caller's text; what is not UTF-8 is no name of anything.
+/// The caller's text; text that is not UTF-8 is not a known name.
 ///
 /// # Safety
 /// `text` is null or ends in a zero, and stays as it is during the call.
@@ -118,7 +118,7 @@ pub unsafe fn text<'a>(text: *const c_char) -> Result<&'a str, Code> {
     if text.is_null() {
         return Err(Code::Pointer);
     }
-    // SAFETY: not null; the caller vouches for the zero.
+    // SAFETY: not null; it ends in a zero by the contract.
     let text = unsafe { CStr::from_ptr(text) };
     text.to_str().map_err(|_| Code::Name)
 }

@@ -1,11 +1,11 @@
-//! What an actuator is made of.
+//! The model of an actuator and its parameters.
 #![allow(
     unsafe_code,
     reason = "functions that C calls by name, with its pointers"
 )]
 #![allow(
     clippy::missing_safety_doc,
-    reason = "what every pointer must be stands once, at the top of the header"
+    reason = "the header states the requirements of all pointers once, at its top"
 )]
 
 use core::ffi::c_char;
@@ -23,7 +23,7 @@ pub const ACTUATOR_SETTINGS_WORDS: usize = 128;
 /// A model, its plant and the values of their parameters. Opaque; it may be copied by assignment.
 #[repr(C)]
 pub struct Settings {
-    /// Not for the caller.
+    /// Private to the library.
     pub opaque: [u64; ACTUATOR_SETTINGS_WORDS],
 }
 
@@ -32,44 +32,44 @@ impl Holds for Settings {
     const MARK: u64 = u64::from_le_bytes(*b"ACTSETT1");
 }
 
-/// What is known of one parameter, and its present value.
+/// A row of the parameter table, and the present value.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct Parameter {
     /// Present value, in its unit.
     pub value: f64,
-    /// Value unless somebody says otherwise, in its unit.
+    /// Default value, in its unit.
     pub default_value: f64,
-    /// The least value that it takes, in its unit.
+    /// Least allowed value, in its unit.
     pub min: f64,
-    /// The greatest value that it takes, in its unit; infinite where there is no bound.
+    /// Greatest allowed value, in its unit; infinite without a bound.
     pub max: f64,
     /// Its name.
     pub name: [c_char; 32],
-    /// The short symbol of the paper; empty where there is none.
+    /// The symbol of the paper; empty if there is none.
     pub symbol: [c_char; 16],
     /// Its unit.
     pub unit: [c_char; 16],
-    /// What it is, in a sentence.
+    /// Its meaning, in a sentence.
     pub meaning: [c_char; 192],
-    /// Where the default comes from.
+    /// The source of the default.
     pub source: [c_char; 128],
 }
 
-/// A named reading of the paper's numbers.
+/// A named interpretation of the paper's numbers.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct Preset {
     /// Its name.
     pub name: [c_char; 32],
-    /// What it is for, in a sentence.
+    /// Its purpose, in a sentence.
     pub summary: [c_char; 192],
-    /// What must be said wherever its results are shown; empty for most.
+    /// The warning that must accompany its results; empty for most.
     pub warning: [c_char; 128],
 }
 
-/// Fills `settings` with the defaults of a model; whatever was there is overwritten, and where it
-/// fails the settings are not ready.
+/// Fills `settings` with the defaults of a model. Previous content is overwritten; on failure the
+/// settings are not ready.
 ///
 /// `size` is `sizeof *settings`. `model` is `black-box-1`, `black-box-2`, `grey-box` or `board`.
 /// `plant` is the plant behind the board, `first-order` or `bench`; null is `first-order` for the
@@ -82,7 +82,7 @@ pub unsafe extern "C" fn actuator_settings_init(
     plant: *const c_char,
     why: *mut Why,
 ) -> Code {
-    // SAFETY: the caller's pointers, as the header wants them.
+    // SAFETY: the caller's pointers, as the header requires them.
     unsafe {
         let make = || {
             let model = scenario::named(Kind::Model, memory::text(model)?)?;
@@ -101,7 +101,7 @@ pub unsafe extern "C" fn actuator_settings_init(
     }
 }
 
-/// Sets a parameter of the chosen model and plant, by name or by symbol, in its unit.
+/// Sets a parameter of the model and plant, by name or symbol, in its unit.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn actuator_settings_set(
     settings: *mut Settings,
@@ -109,7 +109,7 @@ pub unsafe extern "C" fn actuator_settings_set(
     value: f64,
     why: *mut Why,
 ) -> Code {
-    // SAFETY: the caller's pointers, as the header wants them.
+    // SAFETY: the caller's pointers, as the header requires them.
     unsafe {
         let set = || {
             let settings = memory::change(settings)?;
@@ -119,14 +119,14 @@ pub unsafe extern "C" fn actuator_settings_set(
     }
 }
 
-/// The present value of a parameter, by name or by symbol, in its unit.
+/// The present value of a parameter, by name or symbol, in its unit.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn actuator_settings_get(
     settings: *const Settings,
     name: *const c_char,
     value: *mut f64,
 ) -> Code {
-    // SAFETY: the caller's pointers, as the header wants them.
+    // SAFETY: the caller's pointers, as the header requires them.
     unsafe {
         let get = || {
             let (settings, name) = (memory::look(settings)?, memory::text(name)?);
@@ -138,14 +138,14 @@ pub unsafe extern "C" fn actuator_settings_get(
     }
 }
 
-/// Applies a preset of the chosen model by name: it sets some parameters and leaves the others.
+/// Applies a preset of the model by name: it sets some parameters and keeps the others.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn actuator_settings_apply(
     settings: *mut Settings,
     preset: *const c_char,
     why: *mut Why,
 ) -> Code {
-    // SAFETY: the caller's pointers, as the header wants them.
+    // SAFETY: the caller's pointers, as the header requires them.
     unsafe {
         let apply = || {
             let settings = memory::change(settings)?;
@@ -155,7 +155,7 @@ pub unsafe extern "C" fn actuator_settings_apply(
     }
 }
 
-/// How the bridge of the board is switched: `average` (unless somebody says otherwise) or
+/// Sets how the bridge of the board is switched: `average` (the default) or
 /// `switched`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn actuator_settings_set_pwm(
@@ -163,7 +163,7 @@ pub unsafe extern "C" fn actuator_settings_set_pwm(
     pwm: *const c_char,
     why: *mut Why,
 ) -> Code {
-    // SAFETY: the caller's pointers, as the header wants them.
+    // SAFETY: the caller's pointers, as the header requires them.
     unsafe {
         let set = || {
             let settings = memory::change(settings)?;
@@ -174,21 +174,21 @@ pub unsafe extern "C" fn actuator_settings_set_pwm(
     }
 }
 
-/// The seed of all that is random; 0 unless somebody says otherwise.
+/// Sets the seed of the random numbers; the default is 0.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn actuator_settings_set_seed(settings: *mut Settings, seed: u64) -> Code {
-    // SAFETY: the caller's pointers, as the header wants them.
+    // SAFETY: the caller's pointers, as the header requires them.
     code(unsafe { memory::change(settings) }.map(|settings| settings.seed = seed))
 }
 
-/// Parameter number `index` of the chosen model and plant; `ACTUATOR_ERROR_NAME` beyond the last.
+/// Parameter number `index` of the model and plant; `ACTUATOR_ERROR_NAME` beyond the last.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn actuator_settings_parameter(
     settings: *const Settings,
     index: usize,
     parameter: *mut Parameter,
 ) -> Code {
-    // SAFETY: the caller's pointers, as the header wants them.
+    // SAFETY: the caller's pointers, as the header requires them.
     unsafe {
         let get = || {
             let found = memory::look(settings)?.values().nth(index);
@@ -198,15 +198,15 @@ pub unsafe extern "C" fn actuator_settings_parameter(
     }
 }
 
-/// Preset number `index` of the chosen model; `ACTUATOR_ERROR_NAME` beyond the last. Number 0
-/// changes nothing: it is what the model is without a preset.
+/// Preset number `index` of the model; `ACTUATOR_ERROR_NAME` beyond the last. Number 0 changes
+/// nothing: it is the model without a preset.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn actuator_settings_preset(
     settings: *const Settings,
     index: usize,
     preset: *mut Preset,
 ) -> Code {
-    // SAFETY: the caller's pointers, as the header wants them.
+    // SAFETY: the caller's pointers, as the header requires them.
     unsafe {
         let get = || {
             let found = memory::look(settings)?.model.presets().nth(index);
@@ -248,7 +248,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_text_of_a_parameter_or_of_a_preset_is_cut() {
+    fn no_text_of_a_parameter_or_of_a_preset_is_truncated() {
         for settings in scenario::choices() {
             for value in settings.values() {
                 let p = value.parameter;

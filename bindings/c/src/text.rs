@@ -1,4 +1,4 @@
-//! Text in an array of fixed size, ended by a zero.
+//! Text in an array of fixed size, terminated by a zero.
 
 use core::ffi::c_char;
 use core::fmt;
@@ -14,8 +14,8 @@ impl<const N: usize> Default for Text<N> {
 }
 
 impl<const N: usize> fmt::Write for Text<N> {
-    /// Appends as much as there is room for before the last zero; fails where that is not all. A
-    /// character of several bytes is not cut in two.
+    /// Appends as much as fits before the last zero; fails if that is not all. A character of several
+    /// bytes is not split.
     fn write_str(&mut self, text: &str) -> fmt::Result {
         let used = self.0.iter().take_while(|c| **c != 0).count();
         let free = self.0.iter_mut().skip(used);
@@ -32,10 +32,10 @@ impl<const N: usize> fmt::Write for Text<N> {
     }
 }
 
-/// The text as an array; what is too long is cut.
+/// The text as an array, truncated if it is too long.
 pub fn fixed<const N: usize>(text: &str) -> [c_char; N] {
     let mut result = Text::default();
-    // What is cut is no failure here: a test shows that no text of the library is.
+    // Truncation is not an error here: a test shows that every text of the library fits.
     let _ = fmt::Write::write_str(&mut result, text);
     result.0
 }
@@ -50,7 +50,7 @@ mod tests {
     }
 
     #[test]
-    fn text_that_is_too_long_is_cut_and_still_ends_in_a_zero() {
+    fn text_that_is_too_long_is_truncated_and_ends_in_a_zero() {
         let mut text = Text::<4>::default();
         assert!(write!(text, "ab").is_ok());
         assert!(write!(text, "cd").is_err());
@@ -60,12 +60,12 @@ mod tests {
     }
 
     #[test]
-    fn a_character_is_not_cut_in_two() {
+    fn a_character_is_not_split() {
         assert_eq!(&bytes(fixed::<4>("ab\u{b5}")), b"ab\0\0");
     }
 
     #[test]
-    fn there_is_room_for_nothing_in_nothing() {
+    fn an_empty_array_holds_no_text() {
         assert!(fixed::<0>("a").is_empty());
     }
 }

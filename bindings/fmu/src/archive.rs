@@ -13,7 +13,7 @@ use crate::{description, documentation, identity};
 /// The shared library of this crate for one platform.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Library {
-    /// The platform as the standard calls it, and the ending of its libraries.
+    /// The platform name of the standard, and the suffix of its libraries.
     platform: (&'static str, &'static str),
     bytes: Vec<u8>,
 }
@@ -21,29 +21,29 @@ pub struct Library {
 const LINUX: (&str, &str) = ("linux64", "so");
 const WINDOWS: (&str, &str) = ("win64", "dll");
 
-/// Why an FMU could not be written.
+/// Why an FMU cannot be written.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// The shared library is not where it should be.
+    /// The shared library is not found.
     #[error("there is no {}, expected the library there or named", name.display())]
     NoLibrary {
         /// Its file name.
         name: PathBuf,
     },
-    /// The shared library could not be read.
+    /// The shared library cannot be read.
     #[error("cannot read {}: {source}", path.display())]
     Read {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the operating system.
         source: io::Error,
     },
-    /// A file is no shared library of this crate.
+    /// A file is not a shared library of this crate.
     #[error("{} is not {expected}", path.display())]
     Foreign {
         /// The file.
         path: PathBuf,
-        /// What was expected.
+        /// The content that is expected.
         expected: &'static str,
     },
     /// Two libraries are for one platform.
@@ -76,8 +76,8 @@ impl Library {
         Ok(Self { platform, bytes })
     }
 
-    /// Finds the library that was built along with the running program: cargo puts it into the
-    /// folder `deps` beside a program, an installer beside the program itself.
+    /// Finds the library that was built along with the running program: cargo puts it into the folder
+    /// `deps` next to the program, an installer next to the program itself.
     ///
     /// # Errors
     /// [`Error::NoLibrary`], and those of [`Library::read`].
@@ -112,7 +112,7 @@ fn platform(bytes: &[u8]) -> Option<(&'static str, &'static str)> {
     (bytes.starts_with(b"MZ") && signature == b"PE\0\0\x64\x86").then_some(WINDOWS)
 }
 
-/// Checks that libraries can stand in one FMU.
+/// Checks that libraries can be in one FMU.
 ///
 /// # Errors
 /// [`Error::Twice`].
@@ -132,7 +132,7 @@ pub fn check(libraries: &[Library]) -> Result<(), Error> {
 /// Writes the FMU of these settings. The same settings and libraries give the same bytes.
 ///
 /// # Errors
-/// What the system said.
+/// The error of the operating system.
 pub fn write(settings: &Settings, libraries: &[Library], out: impl Write + Seek) -> io::Result<()> {
     let mut zip = ZipWriter::new(out);
     let options = SimpleFileOptions::default()

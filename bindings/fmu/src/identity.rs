@@ -1,8 +1,8 @@
-//! Which settings belong to a GUID.
+//! The settings of a GUID.
 //!
-//! Every FMU carries its settings in `resources/settings.txt`. The GUID is a hash over them, so it
-//! tells whether library, model description and settings belong together. An FMU with the defaults
-//! is known by its GUID alone and needs no resources.
+//! Every FMU contains its settings in `resources/settings.txt`. The GUID is a hash over them and so
+//! shows whether library, model description and settings belong together. An FMU with default settings
+//! is identified by its GUID alone and needs no resources.
 
 use std::fmt::Write;
 use std::fs;
@@ -16,10 +16,10 @@ use crate::description::guid;
 /// The name of the file with the settings, within the resources.
 pub const SETTINGS_FILE: &str = "settings.txt";
 
-/// The settings of the FMU with this GUID; `resources` is the place of its resources, as a URI.
+/// The settings of the FMU with this GUID; `resources` is the URI of its resources.
 ///
 /// # Errors
-/// What does not fit, in words.
+/// The problem.
 ///
 /// ```
 /// use actuator_fmu::{description::guid, identity};
@@ -33,8 +33,9 @@ pub fn find(wanted: &str, resources: Option<&str>) -> Result<Settings, String> {
     if let Some(settings) = scenario::choices().find(|settings| guid(settings) == wanted) {
         return Ok(settings);
     }
-    let unknown =
-        |why: &str| format!("guid is `{wanted}`, which is of no model of this library{why}");
+    let unknown = |why: &str| {
+        format!("guid is `{wanted}`, which does not belong to a model of this library{why}")
+    };
     let Some(resources) = resources else {
         return Err(unknown(", and there is no resource location"));
     };
@@ -51,19 +52,19 @@ pub fn find(wanted: &str, resources: Option<&str>) -> Result<Settings, String> {
     }
 }
 
-/// Reads what can be a file of settings: a short text.
+/// Reads a file of settings, which is a short text.
 fn read(path: &Path) -> Result<String, String> {
-    /// Ten times as long as the longest.
+    /// Ten times the size of the largest.
     const LONGEST: u64 = 1 << 16;
     let failed = |error| format!("cannot read {}: {error}", path.display());
     let metadata = fs::metadata(path).map_err(failed)?;
     if !metadata.is_file() || metadata.len() > LONGEST {
-        return Err(format!("{} is no file of settings", path.display()));
+        return Err(format!("{} is not a file of settings", path.display()));
     }
     fs::read_to_string(path).map_err(failed)
 }
 
-/// The settings as lines of a name, a blank and a value.
+/// The settings as lines of a name, a space and a value.
 pub fn to_text(settings: &Settings) -> String {
     let mut text = format!(
         "model {}\nplant {}\npwm {}\nseed {}\n",
@@ -79,7 +80,7 @@ pub fn to_text(settings: &Settings) -> String {
 /// The settings that [`to_text`] wrote.
 ///
 /// # Errors
-/// Which line is not as expected.
+/// The line that is invalid.
 pub fn from_text(text: &str) -> Result<Settings, String> {
     let mut lines = text.lines().filter_map(|line| line.split_once(' '));
     let mut request = Request::default();
@@ -91,7 +92,7 @@ pub fn from_text(text: &str) -> Result<Settings, String> {
         let parsed = request.parse(option, value);
         parsed.map_err(|error| error.to_string())?;
     }
-    // The line is there for every model.
+    // The file has this line for every model.
     request.plant = request
         .plant
         .filter(|_| request.model == Some(ModelKind::Board));
@@ -105,7 +106,7 @@ pub fn from_text(text: &str) -> Result<Settings, String> {
     Ok(settings)
 }
 
-/// The path that a `file:` URI names; anything else is taken for a path as it is.
+/// The path of a `file:` URI; any other text is a path.
 fn path_of_uri(uri: &str) -> PathBuf {
     let Some(rest) = uri.strip_prefix("file:") else {
         return uri.into();
@@ -194,7 +195,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn no_text_is_taken_for_settings_by_accident(text in "\\PC*", uri in "file:\\PC*") {
+        fn arbitrary_text_is_not_accepted_as_settings(text in "\\PC*", uri in "file:\\PC*") {
             prop_assert!(from_text(&text).is_err());
             let _ = path_of_uri(&uri);
         }

@@ -1,11 +1,12 @@
-//! One instance of an FMU, without the C.
+//! One instance of an FMU, without the C interface.
 //!
-//! A call either does what it should or changes nothing and says why.
+//! A call that fails changes nothing.
 
 use std::collections::BTreeMap;
 
 use model_core::actuator::{Actuator, Reading, Settings};
 use model_core::plant::Pwm;
+use model_core::scenario::LONGEST_S;
 use model_core::time::{TICK_S, ticks};
 
 use crate::description::guid;
@@ -14,13 +15,13 @@ use crate::variables::{self, Quantity, Type, Variable};
 
 pub mod values;
 
-/// Why a call was refused.
+/// Why a call is refused.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{message}")]
 pub struct Refusal {
-    /// Whether the host may go on without what it asked for (`fmi2Discard`).
+    /// Whether the host may continue without the result (`fmi2Discard`).
     pub is_discard: bool,
-    /// What was wrong and what was expected.
+    /// The problem, and what is expected.
     pub message: String,
 }
 
@@ -41,10 +42,7 @@ impl From<&str> for Refusal {
 
 type Result<T> = std::result::Result<T, Refusal>;
 
-/// The longest run, s: four months. Ticks are exact in `f64` until then.
-const LONGEST_S: f64 = 1e7;
-
-/// How far the host's sums of steps may be from ours, s.
+/// Tolerance of the communication points of the host, s.
 const HALF_TICK_S: f64 = TICK_S / 2.0;
 
 const BEFORE_STEPPING: &[Phase] = &[Phase::Instantiated, Phase::Initialization];
@@ -84,10 +82,10 @@ impl Instance {
         .into())
     }
 
-    /// Says where time starts and, if the host knows, where it ends, s.
+    /// Sets the start time and, if it is known, the stop time, s.
     ///
     /// # Errors
-    /// After the initialization began, and for times that are no numbers or in the wrong order.
+    /// After the start of the initialization, and for times that are not finite or in the wrong order.
     pub fn set_up_experiment(&mut self, start_s: f64, stop_s: Option<f64>) -> Result<()> {
         self.expect(&[Phase::Instantiated])?;
         if !start_s.is_finite() {
@@ -106,24 +104,24 @@ impl Instance {
         Ok(())
     }
 
-    /// Begins the initialization.
+    /// Starts the initialization.
     ///
     /// # Errors
-    /// If it had begun.
+    /// If it has started already.
     pub fn enter_initialization(&mut self) -> Result<()> {
         self.expect(&[Phase::Instantiated])?;
         self.state.phase = Phase::Initialization;
         Ok(())
     }
 
-    /// Ends the initialization: the parameters stay as they are.
+    /// Ends the initialization: the parameters are fixed from now on.
     ///
     /// # Errors
-    /// Where it had not begun, and for parameters that do not go together.
+    /// Before the initialization, and for parameters that exclude each other.
     pub fn exit_initialization(&mut self) -> Result<()> {
         self.expect(&[Phase::Initialization])?;
         let mut settings = self.state.settings;
-        // The input gives all of it.
+        // The input is the whole load torque.
         settings.drivetrain.load.load_torque_nm = 0.0;
         let actuator = Actuator::try_new(&settings);
         let actuator = actuator.map_err(|error| error.to_string())?;
@@ -132,39 +130,39 @@ impl Instance {
         Ok(())
     }
 
-    /// Ends the run; outputs stay readable.
+    /// Ends the run; outputs remain readable.
     ///
     /// # Errors
-    /// Where no step can be taken anyway.
+    /// In a phase without steps.
     pub fn terminate(&mut self) -> Result<()> {
         self.expect(&[Phase::Stepping])?;
         self.state.phase = Phase::Terminated;
         Ok(())
     }
 
-    /// Puts everything back to what it was right after the instantiation; kept states stay.
+    /// Restores the state after the instantiation; saved states are kept.
     pub fn reset(&mut self) {
         self.state = State::new(self.initial);
     }
 
-    /// Notes that a call ended in the middle: nothing can be relied on.
+    /// Marks the instance as failed after a panic: its state is unreliable.
     pub fn fail(&mut self) {
         self.state.phase = Phase::Failed;
     }
 
-    /// The communication point that was reached, s.
+    /// The present communication point, s.
     pub fn now_s(&self) -> f64 {
         self.state.time.now_s
     }
 
     /// Steps from one communication point over `step_s`.
     ///
-    /// The end is rounded to a tick from the start time, so lengths that are no whole number of
-    /// ticks do not add up their errors.
+    /// The end is rounded to a tick from the start time, so that rounding errors of step sizes that are
+    /// not whole numbers of ticks do not accumulate.
     ///
     /// # Errors
-    /// For a point other than the one reached, a step that is no positive number, and one beyond
-    /// the stop time or four months.
+    /// For a point other than the present one, a step size that is not positive, and an end after the
+    /// stop time or four months.
     pub fn step(&mut self, point_s: f64, step_s: f64) -> Result<()> {
         self.expect(&[Phase::Stepping])?;
         let time = &self.state.time;
@@ -207,11 +205,11 @@ impl Instance {
         taken.map_err(|error| error.to_string().into())
     }
 
-    /// Keeps a copy of everything, and gives the key to it. With the key of a kept state that one
-    /// is replaced.
+    /// Saves a copy of the state, and returns its key. With the key of a saved state, that one is
+    /// replaced.
     ///
     /// # Errors
-    /// For a key that belongs to no kept state.
+    /// For a key of no saved state.
     pub fn keep(&mut self, key: Option<usize>) -> Result<usize> {
         self.keep_under(key, self.state.clone())
     }
@@ -220,7 +218,7 @@ impl Instance {
         let key = match key {
             Some(key) => self.kept(key).map(|_| key)?,
             None => {
-                // Counted for ever: a key that was forgotten does not come back.
+                // Keys are never reused.
                 self.last_key += 1;
                 self.last_key
             }
@@ -231,41 +229,41 @@ impl Instance {
 
     fn kept(&self, key: usize) -> Result<&State> {
         let state = self.kept.get(&key).map(Box::as_ref);
-        state.ok_or_else(|| "the state is none that this instance keeps".into())
+        state.ok_or_else(|| "the state is not one that this instance has saved".into())
     }
 
-    /// Goes back to a kept state.
+    /// Restores a saved state.
     ///
     /// # Errors
-    /// For a key that belongs to no kept state.
+    /// For a key of no saved state.
     pub fn put_back(&mut self, key: usize) -> Result<()> {
         self.state = self.kept(key)?.clone();
         Ok(())
     }
 
-    /// Forgets a kept state.
+    /// Removes a saved state.
     ///
     /// # Errors
-    /// For a key that belongs to no kept state.
+    /// For a key of no saved state.
     pub fn forget(&mut self, key: usize) -> Result<()> {
         self.kept(key)?;
         self.kept.remove(&key);
         Ok(())
     }
 
-    /// A kept state as bytes.
+    /// A saved state as bytes.
     ///
     /// # Errors
-    /// For a key that belongs to no kept state.
+    /// For a key of no saved state.
     pub fn bytes(&self, key: usize) -> Result<Vec<u8>> {
         Ok(self.kept(key)?.to_bytes(&self.guid)?)
     }
 
-    /// Keeps a state that was turned to bytes by an instance of the same FMU, in place of the one
-    /// with this key if there is one: the standard does not say that a host clears its variable.
+    /// Saves a state that was serialised by an instance of the same FMU. It replaces the one with this
+    /// key, if there is one: the standard does not require a host to clear its variable.
     ///
     /// # Errors
-    /// For bytes that are no such state, or damaged.
+    /// For bytes that are damaged or not such a state.
     pub fn keep_bytes(&mut self, bytes: &[u8], key: Option<usize>) -> Result<usize> {
         let state = State::from_bytes(bytes, &self.guid, &self.initial);
         let state = state.map_err(|why| format!("the state is refused: {why}"))?;

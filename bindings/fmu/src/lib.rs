@@ -1,15 +1,15 @@
 //! The actuator as a Functional Mock-up Unit: FMI 2.0 for co-simulation.
 //!
-//! One shared library serves the FMUs of all models. It learns which one it is from the GUID of the
-//! model description, and from `resources/settings.txt` where the defaults were changed.
+//! One shared library implements the FMUs of all models. It selects the model by the GUID of the model
+//! description, and by `resources/settings.txt` if defaults are changed.
 //!
 //! | module | is |
 //! |---|---|
-//! | [`variables`] | what a model shows to its host, made from the parameter tables |
+//! | [`variables`] | the variables of a model, from the parameter tables |
 //! | [`description`], [`documentation`], [`archive`] | the FMU as a file |
-//! | [`identity`] | which settings belong to a GUID |
-//! | [`instance`] | one instance, in safe Rust: phases, variables, steps, kept states |
-//! | [`state`] | everything an instance remembers, as bytes too |
+//! | [`identity`] | the settings of a GUID |
+//! | [`instance`] | one instance, in safe Rust: phases, variables, steps, saved states |
+//! | [`state`] | the state of an instance and its serialisation |
 //! | [`abi`] | the C interface around it |
 //!
 //! "The standard" is FMI for Model Exchange and Co-Simulation 2.0.4, <https://fmi-standard.org>.

@@ -1,8 +1,8 @@
-//! Everything that an instance remembers, and the same as bytes.
+//! The state of an instance and its serialisation.
 //!
-//! Bytes: magic (8), GUID (38), length of what follows the head (8, little endian), CRC-32 of it
-//! (4, little endian), then the state in postcard's format. They tell a state of another model,
-//! version or start value, and damage; they are no protection against somebody who forges them.
+//! Bytes: magic (8), GUID (38), length of the body (8, little endian), CRC-32 of the body (4,
+//! little endian), then the body in postcard's format. They detect damage and the state of another
+//! model, version or start value; they are not protected against forgery.
 
 use model_core::actuator::{Actuator, Settings};
 use model_core::parameter::Parameters;
@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::variables::Inputs;
 
-/// What calls are allowed.
+/// The phase of an instance, which determines the calls that are allowed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Phase {
     /// Parameters can be set.
@@ -22,29 +22,29 @@ pub enum Phase {
     Stepping,
     /// Outputs can be read.
     Terminated,
-    /// Something failed within: only a reset or a kept state helps.
+    /// After an internal failure: only a reset or a saved state leads out.
     Failed,
 }
 
 /// The time of the host.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Time {
-    /// Where tick 0 is, s.
+    /// Time of tick 0, s.
     pub start_s: f64,
-    /// Where the host will stop, s, if it said so.
+    /// Stop time, s, if it is known.
     pub stop_s: Option<f64>,
-    /// The communication point that was reached, s.
+    /// The present communication point, s.
     pub now_s: f64,
 }
 
-/// Everything that an instance remembers.
+/// The state of an instance.
 #[derive(Debug, Clone)]
 pub struct State {
-    /// What calls are allowed.
+    /// The phase.
     pub phase: Phase,
     /// The parameters.
     pub settings: Settings,
-    /// The inputs as they were set last.
+    /// The inputs.
     pub inputs: Inputs,
     /// The time.
     pub time: Time,
@@ -52,7 +52,7 @@ pub struct State {
     pub actuator: Option<Box<Actuator>>,
 }
 
-/// A state as it is written: the settings by value, for the model is known.
+/// The serialised state, with the settings by value since the model is known.
 #[derive(Serialize, Deserialize)]
 struct Written<A> {
     phase: Phase,
@@ -83,7 +83,7 @@ impl State {
     /// The state as bytes, marked with the GUID of its FMU.
     ///
     /// # Errors
-    /// What the writer said; not known to happen.
+    /// The error of the serialiser, which is not known to occur.
     ///
     /// ```
     /// use actuator_fmu::{description::guid, state::State};
@@ -112,7 +112,7 @@ impl State {
     /// The state that [`State::to_bytes`] wrote for the FMU of this GUID and these start values.
     ///
     /// # Errors
-    /// What is wrong with the bytes, in words.
+    /// The problem of the bytes.
     pub fn from_bytes(bytes: &[u8], guid: &str, initial: &Settings) -> Result<Self, String> {
         let (found, body) = bytes
             .split_at_checked(HEAD_LENGTH)
@@ -121,7 +121,7 @@ impl State {
         let (found_origin, found_sums) = found.split_at(MAGIC.len() + GUID_LENGTH);
         let (origin, sums) = expected.split_at(MAGIC.len() + GUID_LENGTH);
         if found_origin != origin {
-            return Err("it is no state of this FMU".into());
+            return Err("it is not a state of this FMU".into());
         }
         if found_sums != sums {
             return Err("it is damaged: length or checksum differ".into());
@@ -129,13 +129,13 @@ impl State {
         let (written, rest): (Written<Box<Actuator>>, _) =
             postcard::take_from_bytes(body).map_err(|error| error.to_string())?;
         if !rest.is_empty() {
-            return Err("more follows where it should end".into());
+            return Err("it has bytes after its end".into());
         }
         written.restored(initial)
     }
 }
 
-/// What stands before a body.
+/// The head of a body.
 fn head(guid: &str, body: &[u8]) -> Vec<u8> {
     let mut head = MAGIC.to_vec();
     head.extend(guid.bytes().chain(std::iter::repeat(0)).take(GUID_LENGTH));
@@ -188,11 +188,11 @@ mod tests {
     }
 
     #[test]
-    fn no_bit_of_a_state_can_be_turned_unnoticed() {
+    fn every_flipped_bit_of_a_state_is_detected() {
         let settings = scenario::choices().last().unwrap();
         let (state, guid) = (stepped(&settings), guid(&settings));
         let bytes = state.to_bytes(&guid).unwrap();
-        // Every 7th bit: the CRC finds any single one.
+        // Every 7th bit suffices: the CRC detects any single bit.
         for bit in (0..bytes.len() * 8).step_by(7) {
             let mut broken = bytes.clone();
             broken[bit / 8] ^= 1 << (bit % 8);
@@ -209,12 +209,12 @@ mod tests {
         for (mine, other) in all.iter().zip(&all[1..]) {
             let bytes = stepped(mine).to_bytes(&guid(mine)).unwrap();
             let error = State::from_bytes(&bytes, &guid(other), other).unwrap_err();
-            assert_eq!(error, "it is no state of this FMU");
+            assert_eq!(error, "it is not a state of this FMU");
         }
     }
 
     #[test]
-    fn a_state_is_as_long_as_what_is_under_way() {
+    fn the_size_of_a_state_grows_with_the_commands_in_the_delay_line() {
         let settings = scenario::choices().next().unwrap();
         let bytes = stepped(&settings).to_bytes(&guid(&settings)).unwrap();
         // 350 ticks of delay, 8 bytes each.

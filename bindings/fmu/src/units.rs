@@ -1,4 +1,4 @@
-//! The units of the parameter tables in SI base units, for hosts that convert.
+//! The units of the parameter tables in SI base units, for hosts that convert units.
 
 use std::f64::consts::PI;
 
@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 pub struct Unit {
     /// Its name in the parameter tables.
     pub name: &'static str,
-    /// How many of the base unit it is.
+    /// Its factor to the base unit.
     pub factor: f64,
     /// The base units and their powers.
     pub powers: &'static [(&'static str, i32)],

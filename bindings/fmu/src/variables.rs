@@ -1,24 +1,24 @@
-//! What a model shows to its host: inputs, outputs, and every parameter of its tables.
+//! The variables of a model: inputs, outputs, and every parameter of its tables.
 
 use model_core::actuator::{ModelKind, PlantKind, Reading, Settings};
 use model_core::parameter::{Parameter, Parameters};
 
-/// What a variable stands for.
+/// The quantity of a variable.
 #[derive(Debug, Clone, Copy)]
 pub enum Quantity {
     /// An input, held from one communication point to the next.
     Input(&'static Parameter),
-    /// Something that can be read off the actuator.
+    /// An output of the actuator.
     Output(fn(&Reading) -> f64),
     /// A parameter, fixed from the end of the initialization on.
     Parameter(&'static Parameter),
-    /// The seed of all noise.
+    /// The seed of the noise.
     Seed,
-    /// Whether the bridge is simulated as it switches.
+    /// Whether the switching of the bridge is simulated.
     SwitchedPwm,
 }
 
-/// The types of FMI that occur here.
+/// The FMI types of the variables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Type {
     /// `fmi2Real`.
@@ -29,21 +29,21 @@ pub enum Type {
     Boolean,
 }
 
-/// A variable. Its value reference is its place in the list.
+/// A variable. Its value reference is its index in the list.
 #[derive(Debug, Clone, Copy)]
 pub struct Variable {
-    /// Its name, which ends in its unit where the unit is simple.
+    /// Its name, with the unit as its suffix if the unit is simple.
     pub name: &'static str,
     /// Its unit.
     pub unit: &'static str,
-    /// What it is, in a sentence.
+    /// Its meaning, in a sentence.
     pub meaning: &'static str,
-    /// What it stands for.
+    /// Its quantity.
     pub quantity: Quantity,
 }
 
 impl Quantity {
-    /// The type in which it is read and written.
+    /// Its type.
     pub fn of_type(self) -> Type {
         match self {
             Self::Seed => Type::Integer,
@@ -78,7 +78,7 @@ model_core::parameters! {
 }
 
 impl Inputs {
-    /// The inputs before they are set: the torque is that of the parameters.
+    /// The default inputs: the torque is that of the parameters.
     pub fn at_start(settings: &Settings) -> Self {
         Self {
             load_torque_nm: settings.drivetrain.load.load_torque_nm,
@@ -86,7 +86,7 @@ impl Inputs {
         }
     }
 
-    /// The value of one of them.
+    /// The value of an input.
     pub fn named(&self, parameter: &Parameter) -> f64 {
         let index = Self::TABLE.iter().position(|p| p.name == parameter.name);
         let value = index.and_then(|index| self.get(index));
@@ -94,7 +94,7 @@ impl Inputs {
     }
 }
 
-/// The columns that `actuator simulate` gives for every model, by the same names.
+/// The outputs of every model, named as the columns of `actuator simulate`.
 const OUTPUTS: [Variable; 5] = [
     variable(
         "angle_deg",

@@ -10,8 +10,8 @@ use crate::{
     request::{Plan, Request},
 };
 
-/// Runs of each thread between two looks at whether the user wants to stop.
-const RUNS_PER_LOOK: usize = 64;
+/// Runs of each thread between two checks for an interrupt.
+const RUNS_PER_CHECK: usize = 64;
 
 fn numbers(ends: &Extremes) -> [f64; 6] {
     [
@@ -24,11 +24,11 @@ fn numbers(ends: &Extremes) -> [f64; 6] {
     ]
 }
 
-/// A plan and, run by run, values for some of its parameters.
+/// A plan, with values for some of its parameters for each run.
 struct Campaign {
     plan: Plan,
     names: Vec<String>,
-    /// As many for each run as there are names.
+    /// Run after run, one value per name.
     values: Vec<f64>,
 }
 
@@ -42,10 +42,9 @@ impl Campaign {
     }
 }
 
-/// Six numbers a run, run after run.
+/// Six numbers per run, run after run.
 ///
-/// The threads are made for this call: those of a pool that is kept would be missing in a process
-/// that was forked meanwhile.
+/// The threads are created for this call: a forked process would lack those of a global pool.
 #[pyfunction]
 pub fn monte_carlo<'py>(
     py: Python<'py>,
@@ -55,7 +54,7 @@ pub fn monte_carlo<'py>(
     threads: usize,
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
     let (runs, plan) = (values.as_array().nrows(), request.plan()?);
-    // A copy: others may write to the array while the interpreter is released.
+    // A copy: other threads may write to the array while the interpreter lock is released.
     let values = values.as_array().iter().copied().collect();
     let campaign = Campaign {
         plan,
@@ -67,7 +66,7 @@ pub fn monte_carlo<'py>(
     let mut all = Vec::with_capacity(6 * runs);
     let mut first = 0;
     while first < runs {
-        let end = runs.min(first + RUNS_PER_LOOK * threads.current_num_threads());
+        let end = runs.min(first + RUNS_PER_CHECK * threads.current_num_threads());
         let run = |index| campaign.run(index);
         let done: Vec<_> =
             py.detach(|| threads.install(|| (first..end).into_par_iter().map(run).collect()));

@@ -6,8 +6,8 @@ use pyo3::{
     exceptions::{PyKeyError, PyValueError},
 };
 
-/// `KeyError` for a parameter that does not exist, `ValueError` for everything else; `place` stands
-/// in front of the message.
+/// `KeyError` for a parameter that does not exist, `ValueError` for everything else; `place` is
+/// the prefix of the message.
 pub fn exception(error: &Error, place: &str) -> PyErr {
     match error {
         Error::UnknownName {
@@ -31,7 +31,7 @@ pub fn exception(error: &Error, place: &str) -> PyErr {
     }
 }
 
-/// What [`exception`] says where there is one run only.
+/// The [`exception`] of a single run.
 pub fn raised(error: Error) -> PyErr {
     exception(&error, "")
 }

@@ -1,4 +1,4 @@
-//! Identification, in a thread of its own, so that the user can stop it.
+//! Identification, in a thread of its own so that an interrupt can end it.
 
 use std::{
     collections::BTreeMap,
@@ -24,14 +24,14 @@ use pyo3::{
     prelude::*,
 };
 
-/// A recording: a file, or columns by their names.
+/// A recording: a file, or columns by name.
 #[derive(FromPyObject)]
 pub enum Source<'py> {
     File(PathBuf),
     Arrays(BTreeMap<String, PyReadonlyArray1<'py, f64>>),
 }
 
-/// A dictionary with all of these keys: how files are read.
+/// A dictionary with all of these keys: the options of the import.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub struct Reading {
@@ -43,7 +43,7 @@ pub struct Reading {
     known: Vec<(String, f64)>,
 }
 
-/// A dictionary with all of these keys: what is looked for.
+/// A dictionary with all of these keys: the options of the search.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub struct Search {
@@ -59,10 +59,10 @@ pub struct Search {
     threads: usize,
 }
 
-/// Time between two looks at whether the user wants to stop.
-const LOOK: Duration = Duration::from_millis(50);
+/// Time between two checks for an interrupt.
+const CHECK_PERIOD: Duration = Duration::from_millis(50);
 
-/// Everything that was found, as the JSON of `actuator identify --json`.
+/// All results, as the JSON of `actuator identify --json`.
 #[pyfunction]
 pub fn identify(
     py: Python<'_>,
@@ -81,10 +81,10 @@ pub fn identify(
             result
         });
         while !worker.is_finished() {
-            py.detach(|| std::thread::park_timeout(LOOK));
+            py.detach(|| std::thread::park_timeout(CHECK_PERIOD));
             if let Err(interruption) = py.check_signals() {
                 stop.store(true, Ordering::Relaxed);
-                // Its own end is waited for, without the interpreter.
+                // Waits for the end of the worker, without the interpreter lock.
                 let _ = py.detach(|| worker.join());
                 return Err(interruption);
             }
@@ -95,7 +95,7 @@ pub fn identify(
     result
 }
 
-/// What is to be done, without anything of Python.
+/// An identification, without Python types.
 struct Job {
     data: Vec<Given>,
     validate: Vec<Given>,
@@ -105,7 +105,7 @@ struct Job {
     threads: usize,
 }
 
-/// A recording as it was given.
+/// A recording as given.
 enum Given {
     File(PathBuf),
     Recording(Box<Recording>),
@@ -143,7 +143,7 @@ impl Job {
         })
     }
 
-    /// Reads, fits and writes the document.
+    /// Reads the files, fits the models, and returns the document.
     fn run(self, stop: &AtomicBool) -> PyResult<String> {
         let mut notes = Vec::new();
         let mut ready = |given: Vec<Given>| -> PyResult<Vec<Experiment>> {
@@ -151,8 +151,8 @@ impl Job {
             given.into_iter().map(one).collect()
         };
         let (fitted, held_out) = (ready(self.data)?, ready(self.validate)?);
-        // The threads are made for this call: those of a pool that is kept would be missing in a
-        // process that was forked meanwhile.
+        // The threads are created for this call: a forked process would lack those of a global
+        // pool.
         let threads = rayon::ThreadPoolBuilder::new().num_threads(self.threads);
         let threads = threads
             .build()
@@ -169,7 +169,7 @@ impl Job {
     }
 }
 
-/// Makes a given recording ready.
+/// Imports a given recording.
 trait Ready {
     fn experiment(&self, given: Given, notes: &mut Vec<Note>) -> PyResult<Experiment>;
 }
@@ -193,7 +193,7 @@ impl Ready for Import {
     }
 }
 
-/// Ends the search where somebody has asked for it.
+/// Ends the search after an interrupt.
 struct Stop<'a>(&'a AtomicBool);
 
 impl Progress for Stop<'_> {
@@ -268,9 +268,9 @@ impl Search {
     }
 }
 
-/// The columns that a recording may have beside those that it must have.
+/// The optional columns of a recording.
 const OPTIONAL: [&str; 4] = ["rate_deg_s", "duty_pct", "current_ma", "supply_v"];
-/// Those that it must have.
+/// The required columns of a recording.
 const REQUIRED: [&str; 3] = ["time_s", "command_deg", "angle_deg"];
 
 fn recording(
@@ -327,7 +327,7 @@ fn exception(error: Error) -> PyErr {
             kind: "parameter", ..
         } => PyKeyError::new_err(error.to_string()),
         Error::Read { path, source } => match source.raw_os_error() {
-            // Of the kind that the number means, such as FileNotFoundError.
+            // The subclass of the number, such as FileNotFoundError.
             Some(number) => {
                 PyOSError::new_err((number, source.to_string(), path.display().to_string()))
             }

@@ -1,7 +1,7 @@
-//! The compiled half of the Python package `smart_actuator`.
+//! The compiled module of the Python package `smart_actuator`.
 //!
-//! It takes arguments that the Python half has brought into form, and releases the interpreter
-//! while it computes. What a user sees is documented there.
+//! It takes arguments that the Python modules have validated, and releases the interpreter lock while
+//! it computes. The public interface is documented there.
 
 mod campaign;
 mod exception;

@@ -1,4 +1,4 @@
-//! What to simulate, as the Python half says it.
+//! A run as the Python modules describe it.
 
 use host_sim::{
     error::Error,
@@ -20,7 +20,7 @@ use pyo3::{FromPyObject, PyResult};
 
 use crate::exception::raised;
 
-/// Times, s, and values that hold from then on.
+/// Times, s, and values that are each held from their time on.
 pub type Points<'py> = (PyReadonlyArray1<'py, f64>, PyReadonlyArray1<'py, f64>);
 
 /// A dictionary with all of these keys.
@@ -40,7 +40,7 @@ pub struct Request<'py> {
     parameters: Vec<(String, f64)>,
 }
 
-/// A run, without anything of Python.
+/// A run, without Python types.
 pub struct Plan {
     scenario: Scenario,
     command: Option<Sequence>,
@@ -72,10 +72,10 @@ pub fn scenario(
 }
 
 impl Request<'_> {
-    /// The run, checked as far as it goes for all actuators of a campaign.
+    /// The run, with the checks that are common to all actuators of a campaign.
     ///
     /// # Errors
-    /// A Python exception that names the argument and what was expected.
+    /// A Python exception with the argument and what is expected.
     pub fn plan(self) -> PyResult<Plan> {
         self.checked().map_err(raised)
     }
@@ -110,7 +110,7 @@ impl Request<'_> {
 }
 
 impl Plan {
-    /// The run with these parameters beside its own.
+    /// The run with these additional parameters.
     ///
     /// # Errors
     /// As [`Scenario::resolve`].
@@ -131,7 +131,7 @@ impl Plan {
     }
 }
 
-/// The sequence of an argument, taken as a file's would be.
+/// The sequence of an argument, by the rules for files.
 fn sequence(argument: &str, points: &Points, quantity: &Quantity) -> Result<Sequence, Error> {
     let (times, values) = (points.0.as_array(), points.1.as_array());
     if times.len() != values.len() || times.is_empty() {

@@ -1,4 +1,4 @@
-//! The actuator that is stepped by its caller.
+//! An actuator that is stepped by its caller.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -12,16 +12,16 @@ use pyo3::{
 
 use crate::{exception::raised, request::scenario};
 
-/// Ticks between two looks at whether the user wants to stop: 100 s.
-const TICKS_PER_LOOK: u64 = 2_000_000;
+/// Ticks between two checks for an interrupt: 100 s.
+const TICKS_PER_CHECK: u64 = 2_000_000;
 
-/// What can be seen of an actuator, in the order of `smart_actuator.Reading`.
+/// The outputs of an actuator, in the order of `smart_actuator.Reading`.
 type Reading = (f64, f64, f64, f64, f64, f64, f64, f64, f64);
 
-/// Everything that an actuator was made of: version, model, plant, bridge, seed and parameters.
+/// The origin of an actuator: version, model, plant, bridge, seed and parameters.
 type Origin = (String, ModelKind, PlantKind, Pwm, u64, Vec<f64>);
 
-/// An actuator that is stepped by its caller. Threads take turns.
+/// An actuator that is stepped by its caller. A lock serialises threads.
 #[pyclass(frozen, module = "smart_actuator._native")]
 pub struct Actuator {
     settings: Settings,
@@ -36,9 +36,9 @@ impl Actuator {
         }
     }
 
-    /// To be called without the interpreter, so that nobody waits for one while he has the other.
+    /// Call it without the interpreter lock, which could otherwise cause a deadlock.
     fn state(&self) -> MutexGuard<'_, Box<actuator::Actuator>> {
-        // Nothing panics half-way through a step, and if it did the numbers would still be numbers.
+        // A step does not panic, and no state is invalid: a poisoned lock can be used.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -54,7 +54,7 @@ fn invalid(problem: impl std::fmt::Display) -> PyErr {
     PyValueError::new_err(format!("not a snapshot of an actuator: {problem}"))
 }
 
-/// The settings and the state that are kept in these bytes.
+/// The settings and the state of a snapshot.
 fn kept(bytes: &[u8]) -> PyResult<(Settings, actuator::Actuator)> {
     let (origin, rest): (Origin, _) = postcard::take_from_bytes(bytes).map_err(invalid)?;
     let (version, model, plant, pwm, seed, values) = origin;
@@ -112,7 +112,7 @@ impl Actuator {
     fn advance(&self, py: Python<'_>, command_deg: f64, ticks: u64) -> PyResult<Reading> {
         let mut left = ticks;
         loop {
-            let now = left.min(TICKS_PER_LOOK);
+            let now = left.min(TICKS_PER_CHECK);
             let result = py.detach(|| {
                 let mut state = self.state();
                 state.advance(command_deg, now).map(|()| reading(&state))

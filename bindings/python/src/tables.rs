@@ -1,4 +1,4 @@
-//! What there is to choose from, as lists of dictionaries.
+//! Tables of the parameters, presets and inputs, as lists of dictionaries.
 
 use model_core::{excitation::catalogue::Input, parameter::Parameter, presets::PRESETS};
 use pyo3::{

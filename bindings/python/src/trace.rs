@@ -1,4 +1,4 @@
-//! One run with all of its columns.
+//! A single run with all of its columns.
 
 use host_sim::{
     error::Error,
@@ -9,17 +9,17 @@ use pyo3::{exceptions::PyMemoryError, prelude::*, types::PyDict};
 
 use crate::{exception::raised, request::Request};
 
-/// The most numbers in a trace: 4 GiB of them. More than that is a slip in duration or `every`,
-/// and would end the process rather than raise an exception.
+/// The most numbers in a trace: 4 GiB. A larger one is most likely a mistake in duration or `every`,
+/// and would end the process instead of raising an exception.
 const MOST_NUMBERS: u64 = 1 << 29;
 
-/// Rows between two looks at whether the user wants to stop.
-const ROWS_PER_LOOK: usize = 1 << 16;
+/// Rows between two checks for an interrupt.
+const ROWS_PER_CHECK: usize = 1 << 16;
 
-/// The columns of a trace as they grow.
+/// The columns of a growing trace.
 struct Columns {
     values: Vec<Vec<f64>>,
-    /// Why the user wanted to stop.
+    /// The exception of an interrupt.
     interruption: Option<PyErr>,
 }
 
@@ -53,7 +53,7 @@ impl Rows for Columns {
             column.push(*value);
         }
         let rows = self.values.first().map_or(0, Vec::len);
-        if rows.is_multiple_of(ROWS_PER_LOOK)
+        if rows.is_multiple_of(ROWS_PER_CHECK)
             && let Err(interruption) = Python::attach(|py| py.check_signals())
         {
             self.interruption = Some(interruption);

@@ -2,8 +2,8 @@
 //!
 //! A sum of sines at multiples of 0.25 Hz commands the actuator for one period in which it settles
 //! and for another in which its angle is correlated with each of them. All have the same amplitude
-//! up to 1 Hz; above, it falls with the frequency, so that no line asks for more rate than the one
-//! at 1 Hz. What the response has beside these lines is not linear, or is noise.
+//! up to 1 Hz; above, it falls with the frequency, so that no line requires more rate than the one
+//! at 1 Hz. The rest of the response is nonlinear distortion or noise.
 
 use core::f64::consts::{PI, TAU};
 
@@ -13,7 +13,7 @@ use serde::Serialize;
 
 use crate::scenario::{Error, Scenario};
 
-/// Ticks of one period: 4 s, of which all lines have a whole number of turns.
+/// Ticks of one period: 4 s, a whole number of periods of every line.
 const PERIOD: usize = 80_000;
 
 /// The frequency of which all lines are multiples, Hz.
@@ -24,7 +24,7 @@ const LINES: [u16; 23] = [
     1, 2, 3, 4, 5, 6, 7, 9, 11, 13, 16, 19, 23, 27, 32, 38, 45, 53, 61, 70, 80, 90, 100,
 ];
 
-/// Where the amplitude begins to fall, as a multiple of the base frequency.
+/// The corner above which the amplitude falls, as a multiple of the base frequency.
 const EVEN_UNTIL: f64 = 4.0;
 
 /// One line of a response.
@@ -34,7 +34,7 @@ pub struct Line {
     pub frequency_hz: f64,
     /// Gain from the command to the angle, dB.
     pub gain_db: f64,
-    /// Phase, deg, going on from line to line.
+    /// Phase, deg, unwrapped.
     pub phase_deg: f64,
 }
 
@@ -43,11 +43,11 @@ pub struct Line {
 pub struct Response {
     /// The lines, in the order of their frequencies.
     pub lines: Vec<Line>,
-    /// Share of the response's power that stands at the lines, 0 to 1.
+    /// Share of the power of the response at the lines, 0 to 1.
     pub linear_share: f64,
 }
 
-/// Measures the response of a scenario's actuator; its input does not matter.
+/// Measures the response of the actuator of a scenario, whose input is not used.
 ///
 /// ```
 /// use actuator_web::{frequency::measure, scenario::Scenario};
@@ -58,7 +58,7 @@ pub struct Response {
 /// ```
 ///
 /// # Errors
-/// [`Error::Parameter`] for parameters that do not go together.
+/// [`Error::Parameter`] for parameters that exclude each other.
 pub fn measure(scenario: &Scenario) -> Result<Response, Error> {
     let turn: Vec<f64> = (0..PERIOD)
         .map(|i| libm::sin(TAU * i as f64 / PERIOD as f64))
@@ -111,8 +111,8 @@ fn evaluate(scenario: &Scenario, turn: &[f64], angles: &[f64]) -> Response {
         let (re, im) = (sin * scale, cos * scale);
         power += (re * re + im * im) / 2.0;
         let frequency_hz = f64::from(*line) * BASE_HZ;
-        // The known delay is taken out while whole turns are counted: without it neighbouring
-        // lines are less than half a turn apart.
+        // The known delay is removed while the phase is unwrapped: without it the phases of
+        // neighbouring lines differ by less than half a turn.
         let delay_deg = 360.0 * frequency_hz * scenario.run.settings.setup.delay_s;
         let phase_deg = libm::atan2(im, re) * (180.0 / PI) + delay_deg;
         last_deg = phase_deg - 360.0 * libm::round((phase_deg - last_deg) / 360.0);
@@ -142,8 +142,7 @@ fn variance(values: &[f64]) -> f64 {
 }
 
 impl Response {
-    /// The frequency at which the gain has fallen by 3 dB from that of the first line, Hz; NaN where
-    /// it does not.
+    /// The frequency at which the gain is 3 dB below that of the first line, Hz; NaN if there is none.
     pub fn bandwidth_hz(&self) -> f64 {
         let half_power_db = decibel(core::f64::consts::FRAC_1_SQRT_2);
         let below = |line: &Line| line.gain_db - self.lines[0].gain_db - half_power_db;
@@ -191,7 +190,7 @@ mod tests {
             let response = response(&format!("model=black-box-1&delay_s={delay_s}"));
             for line in &response.lines {
                 let s = line.frequency_hz * TAU / 30.0;
-                // The command is held for a tick: half of it more of delay.
+                // The command is held for a tick, which adds half a tick of delay.
                 let delay_deg = 360.0 * line.frequency_hz * (delay_s + 25e-6);
                 let phase_deg = -s.atan().to_degrees() - delay_deg;
                 let gain_db = -10.0 * (1.0 + s * s).log10();
@@ -201,7 +200,7 @@ mod tests {
                     "{line:?} {phase_deg}"
                 );
             }
-            // Nothing limits, and e^(-30*4) of the start is left.
+            // No limit is active, and the transient has decayed to e^(-30*4).
             assert!((response.linear_share - 1.0).abs() < 1e-6);
         }
     }
@@ -222,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn an_amplitude_that_runs_into_the_limits_is_told_by_the_linear_share() {
+    fn an_amplitude_beyond_the_limits_lowers_the_linear_share() {
         let share = response("model=black-box-1&amplitude_deg=60").linear_share;
         assert!(share < 0.99, "{share}");
     }

@@ -1,12 +1,12 @@
-//! Runs an actuator and keeps what is seen of it.
+//! Runs an actuator and records its outputs.
 
 use model_core::actuator::{Actuator, Reading};
 use model_core::time::seconds;
 
 use crate::scenario::{Error, MOST_ROWS, Scenario};
 
-/// The columns of a trace: the time, the command given at that time, and what can be seen then,
-/// before anything else happens at this instant ([`Actuator::reading`]).
+/// The columns of a trace: the time, the command at that time, and the outputs before the updates of
+/// this instant ([`Actuator::reading`]).
 pub const COLUMNS: [&str; 10] = [
     "t",
     "command",
@@ -82,7 +82,7 @@ impl Trace {
 /// ```
 ///
 /// # Errors
-/// [`Error::Parameter`] for parameters that do not go together.
+/// [`Error::Parameter`] for parameters that exclude each other.
 pub fn run(scenario: &Scenario) -> Result<Trace, Error> {
     let input = scenario.run.input.excitation()?;
     let mut actuator = Actuator::try_new(&scenario.run.settings)?;
@@ -102,7 +102,7 @@ pub fn run(scenario: &Scenario) -> Result<Trace, Error> {
 /// Runs a scenario on given commands instead, each held for `every` ticks.
 ///
 /// # Errors
-/// [`Error::TooLong`], [`Error::Command`] where one is not finite, and those of [`run`].
+/// [`Error::TooLong`], [`Error::Command`] for one that is not finite, and those of [`run`].
 pub fn follow(scenario: &Scenario, commands_deg: &[f64]) -> Result<Trace, Error> {
     if commands_deg.len() as u64 > MOST_ROWS {
         return Err(Error::TooLong(format!(

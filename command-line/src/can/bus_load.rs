@@ -9,12 +9,12 @@ use crate::output::{print, print_table};
 use host_sim::can::bus_load::{default_profile, frame_bits, share};
 use host_sim::table::{Cell, Table};
 
-/// Reckons the load of a bus with so many actuators that speak as their dictionary has it by default.
+/// Estimates the bus load of N actuators with their default PDOs
 ///
-/// The greatest load has as many stuff bits as the frames can have, the least one none.
+/// The least load is that of frames without stuff bits, the greatest that of frames with the most.
 #[derive(Debug, Args)]
 pub struct BusLoad {
-    /// How many actuators
+    /// Number of actuators
     #[arg(long, value_name = "NUMBER", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=127))]
     actuators: u8,
     /// Bit rate, kbit/s
@@ -23,7 +23,7 @@ pub struct BusLoad {
     /// Rate of the two telemetry PDOs, Hz
     #[arg(long, value_name = "HZ", default_value_t = 250.0)]
     telemetry: f64,
-    /// Rate of the commands, Hz
+    /// Rate of the command PDO, Hz
     #[arg(long, value_name = "HZ", default_value_t = 50.0)]
     commands: f64,
     /// Rate of the heartbeats, Hz
@@ -35,15 +35,15 @@ pub struct BusLoad {
 }
 
 impl BusLoad {
-    /// Reckons.
+    /// Prints the load.
     ///
     /// # Errors
-    /// A rate that is none.
+    /// For a rate out of range.
     pub fn run(self) -> Result<(), Error> {
-        Ok(self.reckon()?)
+        self.estimate()
     }
 
-    fn reckon(&self) -> Result<(), Error> {
+    fn estimate(&self) -> Result<(), Error> {
         for (option, rate) in [
             ("--telemetry", self.telemetry),
             ("--commands", self.commands),
@@ -62,7 +62,7 @@ impl BusLoad {
         let one = share(&traffic, bit_rate);
         let number = f64::from(self.actuators);
         let (least, most) = (one.0 * number, one.1 * number);
-        // A bus that carries nothing has as many as there are node-IDs.
+        // A bus without traffic is limited by the number of node-IDs.
         let fit = (1.0 / one.1).floor().min(127.0) as u64;
         if self.json {
             return print_json(&json!({
@@ -72,7 +72,7 @@ impl BusLoad {
         let mut table = Table::new(
             "",
             &[
-                ("of each actuator", ""),
+                ("frame of each actuator", ""),
                 ("data", "B"),
                 ("rate", "Hz"),
                 ("bits at most", ""),

@@ -20,7 +20,7 @@ enum Shape {
     /// 3-2-1-1
     #[value(name = "3211")]
     ThreeTwoOneOne,
-    /// The paper's variable step
+    /// Variable step of the paper
     VariableStep,
     /// Up, down and back
     Ramp,
@@ -32,14 +32,14 @@ enum Shape {
     Sine,
     /// Pseudo-random binary sequence
     Prbs,
-    /// Sum of odd lines
+    /// Multisine: cosines at odd multiples of a frequency
     Multisine,
 }
 
-/// Runs an excitation on an actuator, around the angle where it is.
+/// Runs an excitation on an actuator, around its present angle
 ///
-/// What is not given stays as the actuator has it. With --capture the board records meanwhile, at 250 Hz, and
-/// `actuator record --capture` fetches that afterwards.
+/// Parameters that are not given keep their values in the actuator. With --capture the board records
+/// at 250 Hz, and `actuator record --capture` uploads the recording.
 #[derive(Debug, Args)]
 pub struct Excite {
     /// Shape
@@ -48,10 +48,10 @@ pub struct Excite {
     /// Amplitude, deg
     #[arg(long, value_name = "DEG")]
     amplitude: Option<f64>,
-    /// Frequency, or that at the start, Hz
+    /// Frequency, or the start frequency of a chirp, Hz
     #[arg(long, value_name = "HZ")]
     start: Option<f64>,
-    /// Frequency at the end, Hz
+    /// End frequency of a chirp, Hz
     #[arg(long, value_name = "HZ")]
     end: Option<f64>,
     /// Length of a chirp, s
@@ -69,14 +69,14 @@ pub struct Excite {
     /// Lines of a multisine
     #[arg(long)]
     lines: Option<u32>,
-    /// How often it runs
+    /// Number of repetitions
     #[arg(long)]
     repetitions: Option<u32>,
-    /// Records on the board from the start of the excitation to its end; with --no-wait until
-    /// `actuator set 2030:1=0` or until its memory is full
+    /// Records on the board during the excitation; with --no-wait until `actuator set 2030:1=0` or
+    /// until its memory is full
     #[arg(long)]
     capture: bool,
-    /// Does not wait for its end
+    /// Does not wait for the end
     #[arg(long)]
     no_wait: bool,
     #[command(flatten)]
@@ -84,12 +84,12 @@ pub struct Excite {
 }
 
 impl Excite {
-    /// Sets it up, starts it, and waits for its end.
+    /// Configures the excitation, starts it, and waits for its end.
     ///
     /// # Errors
-    /// A number that is none, or what the bus or the actuator says.
+    /// For an invalid number; those of the bus and the actuator.
     pub fn run(self) -> Result<(), Error> {
-        Ok(self.excite()?)
+        self.excite()
     }
 
     fn excite(&self) -> Result<(), Error> {
@@ -104,7 +104,7 @@ impl Excite {
             client.write("2030:1", "1")?;
         }
         let done = self.start(&mut client);
-        // What has not begun or came to no good end records no more.
+        // An excitation that has not started or has failed ends the recording.
         let stopped = match self.capture && (done.is_err() || !self.no_wait) {
             true => client.write("2030:1", "0"),
             false => Ok(()),
@@ -116,7 +116,7 @@ impl Excite {
         Ok(())
     }
 
-    /// Starts it, and waits for its end if that is wanted.
+    /// Starts the excitation, and waits for its end unless --no-wait is given.
     fn start(&self, client: &mut Client) -> Result<(), Error> {
         client.write("2020:1", "1")?;
         match self.no_wait {
@@ -125,7 +125,7 @@ impl Excite {
         }
     }
 
-    /// What is given, by sub-index.
+    /// The given parameters, by sub-index.
     fn settings(&self) -> Result<Vec<(u8, i32)>, Error> {
         let scaled = [
             (4, "--amplitude", self.amplitude),
@@ -157,7 +157,7 @@ fn wait(client: &mut Client) -> Result<(), Error> {
     loop {
         std::thread::sleep(Duration::from_millis(20));
         if client.status()? & 0x6F != 0x27 {
-            return Ok(client.fail_in_state("expected the excitation to come to its end")?);
+            return Ok(client.fail_in_state("expected the excitation to end")?);
         }
         if client.integer("2020:2")? == 0 {
             return Ok(());

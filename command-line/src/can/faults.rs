@@ -14,17 +14,17 @@ use host_sim::table::Table;
 /// Lists the faults of an actuator: present, latched, and the last eight errors.
 #[derive(Debug, Args)]
 pub struct Faults {
-    /// Resets what is latched and no longer there
+    /// Resets latched faults that are no longer present
     #[arg(long)]
     reset: bool,
-    /// Empties the history
+    /// Clears the history
     #[arg(long)]
     clear: bool,
     #[command(flatten)]
     at: AtNode,
 }
 
-/// The faults of a set, by their numbers as bits.
+/// The faults whose bits are set.
 fn names(bits: i64) -> Vec<&'static str> {
     let named = TABLE
         .iter()
@@ -33,12 +33,12 @@ fn names(bits: i64) -> Vec<&'static str> {
 }
 
 impl Faults {
-    /// Lists them.
+    /// Lists the faults.
     ///
     /// # Errors
-    /// What the bus or the actuator says, or that a fault remains after a reset.
+    /// Those of the bus and the actuator, and for a fault that remains after a reset.
     pub fn run(self) -> Result<(), Error> {
-        Ok(self.faults()?)
+        self.faults()
     }
 
     fn faults(&self) -> Result<(), Error> {
@@ -46,7 +46,7 @@ impl Faults {
         if self.clear {
             client.write("1003:0", "0")?;
         }
-        // What has no fault keeps its power.
+        // A drive without a fault stays enabled.
         if self.reset && client.status()? & statusword::FAULT != 0 {
             client.control(0)?;
             std::thread::sleep(std::time::Duration::from_millis(20));
@@ -75,13 +75,13 @@ impl Faults {
     }
 }
 
-/// Error code, and what it is about; the newest first.
+/// Error codes with their causes, the newest first.
 fn history(client: &mut Client) -> Result<Vec<(String, String)>, Error> {
     let mut history = Vec::new();
     for sub in 1..=client.integer("1003:0")? {
         let word = client.integer(&format!("1003:{sub}"))?;
         let (code, instance) = (word & 0xFFFF, (word >> 16) as u16 & 0xFF);
-        // Below 128 it is a node or a PDO.
+        // Below 128 the instance is a node or a PDO.
         let number = instance.saturating_sub(128);
         let fault = Fault::of_number(number).and_then(|fault| {
             let rows = TABLE.iter();

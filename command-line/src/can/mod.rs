@@ -34,10 +34,11 @@ use host_sim::can::client::Client;
 /// The bus.
 #[derive(Debug, Args)]
 pub(super) struct OnBus {
-    /// Bus: HOST:PORT for slcan over TCP, a serial device (/dev/ttyACM0, COM3), or a SocketCAN interface (can0)
+    /// HOST:PORT for slcan over TCP, a serial device (/dev/ttyACM0, COM3), or a SocketCAN interface
+    /// (can0)
     #[arg(long, value_name = "BUS", default_value = "127.0.0.1:29536")]
     bus: String,
-    /// Bit rate that the adapter is set to, kbit/s
+    /// Bit rate of the adapter, kbit/s
     #[arg(long, value_name = "RATE", default_value_t = 1000, value_parser = bit_rate)]
     kbit_s: u16,
     /// Prints JSON
@@ -76,7 +77,7 @@ fn print_json(value: &serde_json::Value) -> Result<(), Error> {
     super::output::print(&format!("{value}\n"))
 }
 
-/// One of the bit rates that an adapter can be set to, kbit/s.
+/// A bit rate of slcan adapters, kbit/s.
 fn bit_rate(text: &str) -> Result<u16, String> {
     let rate = text.parse().ok().filter(|rate| KBIT_S.contains(rate));
     rate.ok_or_else(|| {
@@ -85,7 +86,7 @@ fn bit_rate(text: &str) -> Result<u16, String> {
     })
 }
 
-/// A time of an option, which is above zero.
+/// A positive time of an option.
 fn length(option: &'static str, seconds: f64) -> Result<Duration, Error> {
     let time = Duration::try_from_secs_f64(seconds).ok();
     let time = time.filter(|time| !time.is_zero());
@@ -96,7 +97,7 @@ fn length(option: &'static str, seconds: f64) -> Result<Duration, Error> {
     })
 }
 
-/// A flag that an interrupt sets; a second one ends the program at once.
+/// A flag that the first interrupt sets; the second one ends the program.
 fn stop_on_interrupt() -> Result<Arc<AtomicBool>, Error> {
     let stop = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&stop);
@@ -106,6 +107,6 @@ fn stop_on_interrupt() -> Result<Arc<AtomicBool>, Error> {
         }
     };
     ctrlc::set_handler(handler)
-        .map_err(|error| Error::Conflict(format!("interrupts cannot be taken: {error}")))?;
+        .map_err(|error| Error::Conflict(format!("cannot handle interrupts: {error}")))?;
     Ok(stop)
 }

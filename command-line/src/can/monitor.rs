@@ -15,19 +15,20 @@ use crate::output::print;
 use host_sim::can::client::state_name;
 use host_sim::can::telemetry::Telemetry;
 
-/// Shows angle, rate, current, back-EMF, duty, state and faults of an actuator as they come.
+/// Shows angle, rate, current, back-EMF, duty, state and faults of an actuator
 ///
-/// On a terminal as curves of the last seconds, ten times a second; else, and with --json, as lines.
+/// On a terminal as curves of the last seconds, updated ten times a second; otherwise, and with
+/// --json, as lines.
 #[derive(Debug, Args)]
 pub struct Monitor {
-    /// Ends after so many seconds; otherwise with an interrupt (Ctrl-C)
+    /// Duration, s [default: until an interrupt (Ctrl-C)]
     #[arg(long = "for", value_name = "SECONDS")]
     seconds: Option<f64>,
     #[command(flatten)]
     at: AtNode,
 }
 
-/// What is shown: the start of a column's name, a label and the least span of its curve.
+/// The quantities: prefix of the name of the column, label, and least span of the curve.
 const SHOWN: [(&str, &str, f64); 5] = [
     ("angle", "angle     deg", 1.0),
     ("angular_rate", "rate    deg/s", 10.0),
@@ -39,16 +40,16 @@ const SHOWN: [(&str, &str, f64); 5] = [
 /// Points of a curve.
 const WIDTH: usize = 60;
 
-/// Between two pictures.
+/// Time between two updates.
 const EVERY: Duration = Duration::from_millis(100);
 
 impl Monitor {
-    /// Shows.
+    /// Shows the telemetry.
     ///
     /// # Errors
-    /// What the bus or the actuator says.
+    /// Those of the bus and the actuator.
     pub fn run(self) -> Result<(), Error> {
-        Ok(self.show()?)
+        self.show()
     }
 
     fn show(&self) -> Result<(), Error> {
@@ -82,7 +83,7 @@ fn record(telemetry: &Telemetry, now: Duration) -> serde_json::Value {
     object.into()
 }
 
-/// State, and the error code where there is one.
+/// The state, with the error code if there is one.
 fn state(telemetry: &Telemetry) -> String {
     let status = telemetry.value("statusword");
     let state = status.map_or("unknown", |status| state_name(status as u16));
@@ -92,7 +93,7 @@ fn state(telemetry: &Telemetry) -> String {
     }
 }
 
-/// The curves so far.
+/// The curves.
 struct Screen {
     is_terminal: bool,
     curves: [VecDeque<f64>; SHOWN.len()],
@@ -111,7 +112,7 @@ impl Screen {
     fn picture(&mut self, telemetry: &Telemetry) -> String {
         let mut text = String::new();
         if self.is_terminal && self.is_drawn {
-            // Back to the first line of the picture.
+            // Moves the cursor to the first line of the curves.
             let _ = write!(text, "\x1b[{}A", SHOWN.len() + 1);
         }
         self.is_drawn = true;
@@ -132,7 +133,7 @@ impl Screen {
     }
 }
 
-/// A curve in eighths of a line's height, over its own range or the least span.
+/// A curve in eighths of the height of a line, over its range or the least span.
 fn sparks(curve: &VecDeque<f64>, span: f64) -> String {
     const EIGHTHS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
     let known = || curve.iter().copied().filter(|value| value.is_finite());

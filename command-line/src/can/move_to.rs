@@ -11,23 +11,23 @@ use crate::error::Error;
 use crate::output::print;
 use host_sim::can::client::Client;
 
-/// Moves an actuator to an angle by a profile, and tells where it is.
+/// Moves an actuator to an angle by a profile, and prints the angle reached
 ///
-/// It is enabled if it is not, and holds the angle afterwards unless it is released.
+/// The drive is enabled if necessary. Afterwards it holds the angle unless --release is given.
 #[derive(Debug, Args)]
 pub struct Move {
     /// Angle, deg
     angle_deg: f64,
-    /// Rate of the profile, deg/s; it stays in 6081h for the moves that follow. Without it, what is there
+    /// Rate of the profile, deg/s; it is kept in 6081h for later moves [default: the value there]
     #[arg(long, value_name = "DEG_S")]
     rate: Option<f64>,
-    /// Takes the power off at the end, also where it did not get there
+    /// Disables the drive at the end, also on failure
     #[arg(long)]
     release: bool,
-    /// Does not wait until it is there
+    /// Does not wait until the angle is reached
     #[arg(long, conflicts_with = "release")]
     no_wait: bool,
-    /// Time within which it has to be there, s
+    /// Timeout, s
     #[arg(long, value_name = "SECONDS", default_value_t = 10.0)]
     within: f64,
     #[command(flatten)]
@@ -35,12 +35,12 @@ pub struct Move {
 }
 
 impl Move {
-    /// Moves.
+    /// Moves the actuator.
     ///
     /// # Errors
-    /// A number that is none, or what the bus or the actuator says.
+    /// For an invalid number; those of the bus and the actuator.
     pub fn run(self) -> Result<(), Error> {
-        Ok(self.go()?)
+        self.go()
     }
 
     fn go(&self) -> Result<(), Error> {
@@ -57,7 +57,7 @@ impl Move {
             true => client.disable(),
             false => Ok(()),
         };
-        // Why it did not get there says more than why it could not be released.
+        // The error of the move is more informative than that of the release.
         let angle_deg = angle_deg?;
         released?;
         if self.at.json() {
@@ -66,7 +66,7 @@ impl Move {
         print(&format!("{angle_deg} deg\n"))
     }
 
-    /// Moves there, and gives the angle where it is then.
+    /// Moves to the angle, and returns the angle reached.
     fn arrive(
         &self,
         client: &mut Client,
@@ -80,13 +80,13 @@ impl Move {
         client.enable(1)?;
         client.move_to(target_mdeg)?;
         if !self.no_wait {
-            let wanted = "expected it to reach the angle";
+            let wanted = "expected the angle to be reached";
             let status = client.wait(within, wanted, |status| {
                 status & statusword::TARGET_REACHED != 0
             })?;
             if status & statusword::INTERNAL_LIMIT != 0 {
                 return Ok(client.fail_in_state(
-                    "the angle is beyond the limits 607Dh, and it stands at one of them",
+                    "the angle is beyond the limits 607Dh, and the drive is at one of them",
                 )?);
             }
         }
@@ -94,7 +94,7 @@ impl Move {
     }
 }
 
-/// A rate that gets somewhere, in mdeg/s.
+/// A rate of at least one unit, mdeg/s.
 fn profile_rate(deg_s: f64) -> Result<i32, Error> {
     let rate = mdeg("--rate", deg_s)?;
     if rate > 0 {
@@ -103,11 +103,11 @@ fn profile_rate(deg_s: f64) -> Result<i32, Error> {
     Err(Error::Option {
         option: "--rate",
         value: deg_s.to_string(),
-        expected: "a rate of 0.001 deg/s at the least",
+        expected: "a rate of at least 0.001 deg/s",
     })
 }
 
-/// In thousandths, as the dictionary wants it.
+/// In thousandths, the unit of the dictionary.
 pub(super) fn mdeg(option: &'static str, degrees: f64) -> Result<i32, Error> {
     let value = (degrees * 1000.0).round();
     if value.abs() <= f64::from(i32::MAX) {

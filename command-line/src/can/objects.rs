@@ -16,26 +16,26 @@ use host_sim::can::{
 use host_sim::scenario::Scenario;
 use host_sim::table::{Cell, Table};
 
-/// Reads objects of an actuator, by name or index.
+/// Reads objects of an actuator, by name or index
 ///
 /// Names are those of docs/object-dictionary.md, in any case and with hyphens or spaces:
-/// `position-actual-value`, `software-position-limit/max-position-limit`, or `max-position-limit` alone where no other
-/// entry has that name. An index is hexadecimal: `6064`, `607D:2`.
+/// `position-actual-value`, `software-position-limit/max-position-limit`, or the unique
+/// `max-position-limit`. An index is hexadecimal: `6064`, `607D:2`.
 #[derive(Debug, Args)]
 pub struct Get {
-    /// Objects; all that can be read without one
+    /// Objects [default: all readable ones]
     objects: Vec<String>,
     #[command(flatten)]
     at: AtNode,
 }
 
 impl Get {
-    /// Reads and prints.
+    /// Reads and prints the objects.
     ///
     /// # Errors
-    /// An unknown name, or what the bus or the actuator says.
+    /// For an unknown name; those of the bus and the actuator.
     pub fn run(self) -> Result<(), Error> {
-        Ok(self.get()?)
+        self.get()
     }
 
     fn get(&self) -> Result<(), Error> {
@@ -54,7 +54,7 @@ impl Get {
         for row in rows {
             match client.get(row) {
                 Ok(value) => values.push((row, value)),
-                // The history has no errors, or the like.
+                // For example an empty history.
                 Err(error) if all && error.is_refusal() => {}
                 Err(error) => return Err(error.into()),
             }
@@ -90,14 +90,14 @@ fn show(values: &[(&Row, Value)]) -> Result<(), Error> {
     print_table(&table)
 }
 
-/// Writes objects of an actuator, by name or index.
+/// Writes objects of an actuator, by name or index
 #[derive(Debug, Args)]
 pub struct Set {
     /// Objects and their values, such as `607D:2=45000` or `profile-velocity=100000`
     #[arg(required_unless_present = "parameters", value_name = "OBJECT=VALUE")]
     values: Vec<String>,
-    /// A fitted motor or servo for the model that runs beside the motor, 2011h:1 to 6, as
-    /// `identify --parameters` writes it; `model-selection=1` starts that model
+    /// Parameters of a motor or servo for the reference model, 2011h:1 to 6, written by
+    /// `identify --parameters`; `model-selection=1` starts that model
     #[arg(long, value_name = "FILE")]
     parameters: Option<PathBuf>,
     #[command(flatten)]
@@ -105,18 +105,19 @@ pub struct Set {
 }
 
 impl Set {
-    /// Writes all of them, in order.
+    /// Writes the objects in order.
     ///
     /// # Errors
-    /// An unknown name, a value that is none, or what the bus or the actuator says; what stands before it is written.
+    /// For an unknown name or an invalid value; those of the bus and the actuator. Objects before the
+    /// failed one are written.
     pub fn run(self) -> Result<(), Error> {
-        Ok(self.set()?)
+        self.set()
     }
 
     fn set(&self) -> Result<(), Error> {
         let writes = self.values.iter().map(|text| {
             let pair = text.split_once('=').ok_or_else(|| Error::Option {
-                option: "an object to be set",
+                option: "an object to set",
                 value: text.clone(),
                 expected: "OBJECT=VALUE",
             });
@@ -124,7 +125,7 @@ impl Set {
             let row = names::find(object.trim())?;
             Ok((row, names::encode(row, value.trim())?))
         });
-        // All of them are looked at before one is written.
+        // All are validated before the first is written.
         let mut writes = writes.collect::<Result<Vec<_>, Error>>()?;
         if let Some(path) = &self.parameters {
             writes.splice(0..0, fitted(path)?);
@@ -141,7 +142,7 @@ impl Set {
     }
 }
 
-/// What a fitted motor makes of the objects 2011h, with a warning where they cannot tell all of it.
+/// The values of the objects 2011h for a fitted motor, with a warning for what they cannot describe.
 fn fitted(path: &Path) -> Result<Vec<(&'static Row, Vec<u8>)>, Error> {
     let settings = Scenario::read(path)?.settings()?;
     let objects = motor_objects::of(&settings)?;
@@ -152,31 +153,31 @@ fn fitted(path: &Path) -> Result<Vec<(&'static Row, Vec<u8>)>, Error> {
     Ok(objects.map(bytes).to_vec())
 }
 
-/// Which parameters.
+/// Groups of parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Group {
     /// All
     All,
-    /// Those of communication, 1000h to 1FFFh
+    /// Communication parameters, 1000h to 1FFFh
     Communication,
-    /// All others
+    /// Application parameters
     Application,
 }
 
-/// Stores the parameters that are in force in the actuator's flash.
+/// Stores the present parameters in the flash of the actuator
 #[derive(Debug, Args)]
 pub struct Save {
-    /// Which
+    /// Group of parameters
     #[arg(long, value_enum, default_value_t = Group::All)]
     group: Group,
     #[command(flatten)]
     at: AtNode,
 }
 
-/// Makes an actuator take its defaults with its next reset.
+/// Restores the default parameters at the next reset of the actuator
 #[derive(Debug, Args)]
 pub struct Restore {
-    /// Which
+    /// Group of parameters
     #[arg(long, value_enum, default_value_t = Group::All)]
     group: Group,
     /// Resets the actuator at once
@@ -187,20 +188,20 @@ pub struct Restore {
 }
 
 impl Save {
-    /// Stores.
+    /// Stores the parameters.
     ///
     /// # Errors
-    /// What the bus or the actuator says.
+    /// Those of the bus and the actuator.
     pub fn run(self) -> Result<(), Error> {
-        Ok(sign(&self.at, "1010", self.group, b"save").map(drop)?)
+        sign(&self.at, "1010", self.group, b"save").map(drop)
     }
 }
 
 impl Restore {
-    /// Restores.
+    /// Restores the parameters.
     ///
     /// # Errors
-    /// What the bus or the actuator says.
+    /// Those of the bus and the actuator.
     pub fn run(self) -> Result<(), Error> {
         let mut client = sign(&self.at, "1011", self.group, b"load")?;
         if self.reset {

@@ -16,19 +16,19 @@ use host_sim::can::client::{Client, ClientError};
 use host_sim::can::names::{self, Value};
 use host_sim::can::telemetry::{Clock, Telemetry};
 
-/// Records what an actuator measures, as a CSV file with units in the names of its columns.
+/// Records the telemetry of an actuator as a CSV file with units in the names of the columns
 ///
-/// With --json what goes to standard output is JSON: each sample as an object on its line, or, where
-/// the samples go to a file, how many they are and how many did not arrive.
+/// With --json standard output is JSON: one object per sample and line or, if the samples go to a
+/// file, the numbers of samples and of lost ones.
 #[derive(Debug, Args)]
 pub struct Record {
     /// CSV file; `-` for standard output
     #[arg(long, short, value_name = "FILE", default_value = "-")]
     out: PathBuf,
-    /// Length, s
+    /// Duration, s
     #[arg(long = "for", value_name = "SECONDS", default_value_t = 10.0)]
     seconds: f64,
-    /// Uploads what the capture on the board has recorded at 250 Hz, instead of listening to telemetry
+    /// Uploads the capture of the board, recorded at 250 Hz, instead of recording telemetry
     #[arg(long, conflicts_with = "seconds")]
     capture: bool,
     #[command(flatten)]
@@ -39,9 +39,9 @@ impl Record {
     /// Records.
     ///
     /// # Errors
-    /// A file that cannot be written, or what the bus or the actuator says.
+    /// For a file that cannot be written; those of the bus and the actuator.
     pub fn run(self) -> Result<(), Error> {
-        Ok(self.record()?)
+        self.record()
     }
 
     fn record(&self) -> Result<(), Error> {
@@ -67,7 +67,7 @@ impl Record {
     }
 }
 
-/// Writes what comes in this time; how many samples did not arrive.
+/// Records for this time; returns the number of lost samples.
 fn listen(client: &mut Client, time: Duration, sink: &mut Sink) -> Result<u64, Error> {
     let mut clock = Clock::default();
     let mut is_first = true;
@@ -85,18 +85,18 @@ fn listen(client: &mut Client, time: Duration, sink: &mut Sink) -> Result<u64, E
     Ok(clock.lost)
 }
 
-/// By the sample counter, if it is mapped, else by the clock of this computer.
+/// Time by the sample counter if it is mapped, otherwise by the clock of the computer.
 fn seconds(clock: &mut Clock, telemetry: &Telemetry, now: Duration) -> f64 {
     let counter = telemetry.value("sample_counter");
     counter.map_or(now.as_secs_f64(), |counter| clock.time_s(counter as u16))
 }
 
-/// Where samples go.
+/// A sink for samples.
 struct Sink {
     path: PathBuf,
     out: BufWriter<Box<dyn Write>>,
     rows: u64,
-    /// Names of the columns where each line is a JSON object; `None` of CSV.
+    /// Names of the columns for JSON; `None` for CSV.
     keys: Option<Vec<String>>,
 }
 
@@ -135,7 +135,7 @@ impl Sink {
         self.line(&format!("time_s,{}", names.join(",")))
     }
 
-    /// A value that is not known yet leaves its field empty, or is null.
+    /// A value that has not arrived yet is an empty field or null.
     fn row(&mut self, time_s: f64, values: impl Iterator<Item = f64>) -> Result<(), Error> {
         if let Some(keys) = &self.keys {
             let named = keys.iter().cloned().zip(values.map(|value| json!(value)));
@@ -162,12 +162,12 @@ impl Sink {
     }
 }
 
-/// Records of the board's capture.
+/// Uploads the capture of the board.
 fn upload(client: &mut Client, sink: &mut Sink) -> Result<(), Error> {
     if matches!(client.integer("2030:2")?, 1 | 2) {
         return Err(ClientError::NotNow {
             node: client.node(),
-            why: "the capture has not come to its end; `actuator set 2030:1=0` ends it",
+            why: "the capture is still running; `actuator set 2030:1=0` ends it",
         }
         .into());
     }
@@ -181,7 +181,7 @@ fn upload(client: &mut Client, sink: &mut Sink) -> Result<(), Error> {
     }
     let period_us = client.integer("2030:8")?;
     let Value::Bytes(data) = client.get(names::find("2032")?)? else {
-        return Err(Error::Conflict("the capture is no DOMAIN".into()));
+        return Err(Error::Conflict("the capture is not a DOMAIN".into()));
     };
     sink.header(signals.iter().map(|signal| signal.column().to_owned()))?;
     for (row, record) in data.chunks_exact(4 * signals.len().max(1)).enumerate() {

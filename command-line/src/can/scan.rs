@@ -14,14 +14,14 @@ use host_sim::can::client::{Client, ClientError, state_name};
 use host_sim::can::names::{self, Value};
 use host_sim::table::{Cell, Table};
 
-/// Lists the CANopen devices of a bus.
+/// Lists the CANopen devices of a bus
 #[derive(Debug, Args)]
 pub struct Scan {
     #[command(flatten)]
     bus: OnBus,
 }
 
-/// A device, as far as it answers.
+/// The identification of a device, as far as it answers.
 #[derive(Debug, serde::Serialize)]
 struct Device {
     node: u8,
@@ -33,12 +33,12 @@ struct Device {
 }
 
 impl Scan {
-    /// Asks all 127 node-IDs at once, and those that answer for more.
+    /// Requests the device type of all 127 node-IDs, and the identification of those that answer.
     ///
     /// # Errors
-    /// What the bus says.
+    /// Those of the bus.
     pub fn run(self) -> Result<(), Error> {
-        Ok(self.scan()?)
+        self.scan()
     }
 
     fn scan(&self) -> Result<(), Error> {
@@ -77,9 +77,9 @@ impl Scan {
     }
 }
 
-/// The nodes that answer to a request for object 1000h.
+/// The nodes that answer an upload request for object 1000h.
 fn answering(client: &mut Client) -> Result<Vec<u8>, Error> {
-    /// A busy bus at 10 kbit/s would take longer.
+    /// Sufficient unless a bus at 10 kbit/s is busy.
     const TIME: Duration = Duration::from_millis(500);
     let link = client.link();
     for node in 1..=127_u16 {
@@ -102,7 +102,7 @@ fn answering(client: &mut Client) -> Result<Vec<u8>, Error> {
 
 fn look(client: &mut Client, node: u8) -> Device {
     client.select_node(node);
-    // What a foreign device does not have is left out.
+    // Objects that a device of another vendor lacks are left out.
     let mut get = |object| {
         names::find(object)
             .ok()

@@ -16,49 +16,50 @@ use host_sim::can::bus::Bus;
 use host_sim::can::native_node::{CAPTURE_VALUES, NativeNode};
 use host_sim::can::server::Server;
 
-/// Runs actuators on a virtual CAN bus in real time, and serves the bus as slcan.
+/// Runs actuators on a virtual CAN bus in real time, and provides the bus as slcan
 ///
-/// Any number of clients may be there at a time. One line on standard output tells that it is ready; an interrupt ends it.
+/// Any number of clients can connect. A line on standard output reports that the server is ready; an
+/// interrupt ends it.
 ///
-/// With ELF files the programs of the boards run on emulated boards instead, and what is served is the serial line of the
-/// communication board, which has one client at a time: who comes while one is there is refused.
+/// With ELF files the programs run on emulated boards instead, and the server provides the serial line
+/// of the communication board, which has one client at a time: further ones are refused.
 #[derive(Debug, Args)]
 pub struct Serve {
-    /// Address and port to listen at; port 0 takes a free one
+    /// Address and port of the server; port 0 selects a free one
     #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:29536")]
     listen: SocketAddr,
-    /// Serves a pseudo-terminal instead, whose path the line on standard output tells
+    /// Provides a pseudo-terminal instead, whose path is in the line on standard output
     #[cfg(unix)]
     #[arg(long, conflicts_with = "listen")]
     pty: bool,
-    /// How many actuators, with node-IDs from 1
+    /// Number of actuators, with node-IDs from 1
     #[arg(long, value_name = "NUMBER", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=127))]
     nodes: u8,
-    /// The actuators have no node-ID and wait for one by LSS; their serial numbers begin with 1
+    /// The actuators wait for a node-ID by LSS; their serial numbers start at 1
     #[arg(long, conflicts_with = "elf")]
     unconfigured: bool,
-    /// Noise, spread of friction and a crooked magnet by this seed, another for each actuator; ideal without it
+    /// Seed of noise, friction and magnet misalignment, which differ between actuators [default: ideal]
     #[arg(long, value_name = "NUMBER")]
     seed: Option<u64>,
-    /// Program of the actuator boards, to be emulated
+    /// Program of the emulated actuator boards
     #[arg(long, value_name = "FILE", requires = "comm_elf")]
     elf: Option<PathBuf>,
-    /// Program of the communication board, to be emulated
+    /// Program of the emulated communication board
     #[arg(long, value_name = "FILE", requires = "elf")]
     comm_elf: Option<PathBuf>,
 }
 
-/// A way to the serial line, and where it is.
+/// A transport to the serial line, and its address.
 #[cfg(feature = "board")]
-type Way = (Box<dyn crate::emulated::Door>, String);
+type Endpoint = (Box<dyn crate::emulated::Transport>, String);
 
 impl Serve {
-    /// Serves until it is interrupted.
+    /// Runs the server until an interrupt.
     ///
     /// # Errors
-    /// An address that cannot be listened at.
+    /// For an address that is not available.
     pub fn run(self) -> Result<(), Error> {
-        Ok(self.serve()?)
+        self.serve()
     }
 
     fn serve(&self) -> Result<(), Error> {
@@ -84,7 +85,7 @@ impl Serve {
         run(&mut server, Some(&listener), &stop, &place)
     }
 
-    /// The motor and what is around it of an actuator.
+    /// The board plant of an actuator.
     fn rig(&self, number: u8) -> BoardPlantOptions {
         self.seed.map_or_else(BoardPlantOptions::default, |seed| {
             BoardPlantOptions::realistic(seed.wrapping_add(u64::from(number)))
@@ -93,24 +94,24 @@ impl Serve {
 
     #[cfg(feature = "board")]
     fn emulate(&self, actuator: &Path, comm: &Path, stop: &Arc<AtomicBool>) -> Result<(), Error> {
-        use crate::emulated::{self, Programs, Visitors};
+        use crate::emulated::{self, Programs, TcpServer};
         let programs = Programs::read(actuator, comm).map_err(Error::Board)?;
         let rigs: Vec<_> = (1..=self.nodes).map(|number| self.rig(number)).collect();
-        let (door, place): Way = match self.open_terminal()? {
-            Some((door, place)) => (door, place),
+        let (transport, place): Endpoint = match self.open_terminal()? {
+            Some((transport, place)) => (transport, place),
             None => {
                 let (listener, place) = self.listen()?;
-                (Box::new(Visitors::new(listener)), place)
+                (Box::new(TcpServer::new(listener)), place)
             }
         };
         let line = self.ready_line(&place);
-        // Who does not read the line is served all the same.
+        // The server also runs if nothing reads the line.
         let ready = move || drop(print(&line));
-        emulated::serve(&programs, &rigs, door, Box::new(ready), stop).map_err(Error::Board)
+        emulated::serve(&programs, &rigs, transport, Box::new(ready), stop).map_err(Error::Board)
     }
 
     #[cfg(all(feature = "board", unix))]
-    fn open_terminal(&self) -> Result<Option<Way>, Error> {
+    fn open_terminal(&self) -> Result<Option<Endpoint>, Error> {
         let open = || {
             open_terminal()
                 .map(|(file, place)| (Box::new(crate::emulated::Terminal(file)) as _, place))
@@ -119,7 +120,7 @@ impl Serve {
     }
 
     #[cfg(all(feature = "board", not(unix)))]
-    fn open_terminal(&self) -> Result<Option<Way>, Error> {
+    fn open_terminal(&self) -> Result<Option<Endpoint>, Error> {
         Ok(None)
     }
 
@@ -132,7 +133,7 @@ impl Serve {
         ))
     }
 
-    /// A listener, and where it listens.
+    /// A listener and its address.
     fn listen(&self) -> Result<(TcpListener, String), Error> {
         let listener = listen(self.listen).map_err(|source| Error::Serve {
             place: self.listen.to_string(),
@@ -141,7 +142,7 @@ impl Serve {
         let address = listener.local_addr().unwrap_or(self.listen);
         if !address.ip().is_loopback() {
             eprintln!(
-                "warning: {address} can be reached from other computers, and who reaches it commands the actuators"
+                "warning: {address} can be reached from other computers, which can then command the actuators"
             );
         }
         Ok((listener, address.to_string()))

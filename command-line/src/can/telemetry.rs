@@ -6,10 +6,11 @@ use crate::error::Error;
 use host_sim::can::client::{Client, ClientError};
 use host_sim::can::telemetry::Telemetry;
 
-/// How long nothing may come.
+/// Timeout of the telemetry.
 const SILENCE: Duration = Duration::from_secs(2);
 
-/// Starts the node and calls `see` with each complete record until it is over, which is asked with the time that has passed.
+/// Starts the node and passes each complete record to `see` until `is_over`, which gets the elapsed
+/// time.
 pub(super) fn watch(
     client: &mut Client,
     is_over: impl Fn(Duration) -> bool,
@@ -22,11 +23,11 @@ pub(super) fn watch(
     while !is_over(begun.elapsed()) {
         let frame = client.link().receive(Duration::from_millis(100));
         let frame = frame.map_err(ClientError::from)?;
-        // Others may be talking all the time.
+        // Frames of other nodes may arrive all the time.
         if heard.elapsed() > SILENCE {
             return Err(ClientError::NotNow {
                 node: client.node(),
-                why: "it sends no telemetry",
+                why: "the node sends no telemetry",
             }
             .into());
         }

@@ -1,9 +1,9 @@
 //! Emulated actuator boards and the emulated communication board on one CAN bus, in real time.
 //!
-//! Each board runs its ELF in a thread of its own; they meet at the bus. The serial line of the communication board is
-//! the way in, as on a desk: it has one client at a time.
+//! Each board runs its ELF in a thread of its own; the bus connects them. Clients use the serial line of
+//! the communication board, which has one client at a time.
 
-mod door;
+mod transport;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -19,21 +19,21 @@ use virtual_board::run::{
     View, run_comm, run_with,
 };
 
-pub use door::{Door, Terminal, Visitors};
+pub use transport::{TcpServer, Terminal, Transport};
 
-/// Where the chip has its unique identification, from which a board takes its serial number (RM0090, section 39.1).
+/// Address of the unique device identifier, the source of the serial number (RM0090, section 39.1).
 const UNIQUE_ID: u64 = 0x1fff_7a10;
 
-/// Between two looks at the clients, ns of virtual time.
-const LOOK_NS: u64 = 500_000;
+/// Time between two polls of the client, ns of virtual time.
+const POLL_NS: u64 = 500_000;
 
-/// Bytes that wait for the line: more are left to the operating system, which holds the client back.
-const MOST_WAITING: usize = 256;
+/// Bytes in the receive buffer of the line; the operating system buffers more and blocks the client.
+const RECEIVE_BUFFER: usize = 256;
 
-/// Bytes that wait for a client that does not read: lines that come then are lost for it.
-const MOST_UNREAD: usize = 1 << 16;
+/// Bytes in the send buffer of the client; further lines are lost.
+const SEND_BUFFER: usize = 1 << 16;
 
-/// Centuries.
+/// End of a run without end: centuries.
 const FOR_EVER_NS: u64 = u64::MAX / 2;
 
 /// The programs of the boards.
@@ -46,7 +46,7 @@ impl Programs {
     /// Reads both ELF files.
     ///
     /// # Errors
-    /// Names the file and why it does not serve.
+    /// For a file that is not a program of a board.
     pub fn read(actuator: &Path, comm: &Path) -> Result<Self, String> {
         let read = |path| Firmware::read(path).map_err(|error| error.to_string());
         Ok(Self {
@@ -60,11 +60,11 @@ impl Programs {
 /// `stop` is set; calls `ready` once all have started.
 ///
 /// # Errors
-/// What the emulator refuses.
+/// Those of the emulator.
 pub fn serve(
     programs: &Programs,
     rigs: &[BoardPlantOptions],
-    door: Box<dyn Door>,
+    transport: Box<dyn Transport>,
     ready: Box<dyn FnOnce() + Send>,
     stop: &Arc<AtomicBool>,
 ) -> Result<(), String> {
@@ -82,7 +82,7 @@ pub fn serve(
         let end = ends.next();
         let whole = Whole(stop);
         let line = Line {
-            door,
+            transport,
             unread: Vec::new(),
             is_skipping: false,
             ready: Some(ready),
@@ -99,7 +99,7 @@ pub fn serve(
     })
 }
 
-/// A chain that lacks a board is none: it stops when a run ends, however it does.
+/// Stops all runs when one ends: the chain needs every board.
 struct Whole<'a>(&'a AtomicBool);
 
 impl Drop for Whole<'_> {
@@ -139,7 +139,7 @@ fn run_actuator(
     Ok(())
 }
 
-/// What tells a board its number: parameters as they would be saved, and the chip's identification.
+/// The contents that give a board its number: stored parameters and the device identifier.
 fn identity(number: i32) -> Vec<(u64, Vec<u8>)> {
     let mut set = StoredParameters::DEFAULT;
     set.board.bus.node_id = number;
@@ -157,7 +157,7 @@ fn run_desk(
 ) -> Result<(), String> {
     let options = CommOptions {
         bus,
-        look_ns: LOOK_NS,
+        look_ns: POLL_NS,
         until_ns: FOR_EVER_NS,
         interrupt: Some(Arc::clone(stop)),
     };
@@ -166,27 +166,27 @@ fn run_desk(
     Ok(())
 }
 
-/// The serial line and who is at it.
+/// The serial line and its client.
 struct Line {
-    door: Box<dyn Door>,
+    transport: Box<dyn Transport>,
     unread: Vec<u8>,
     is_skipping: bool,
-    /// Called once the boards have started.
+    /// Called when the boards have started.
     ready: Option<Box<dyn FnOnce() + Send>>,
 }
 
-/// All boards have started by then, ns.
+/// Time at which all boards have started, ns.
 const STARTED_NS: u64 = 50_000_000;
 
 impl Line {
-    /// Keeps a byte for the client; one that does not read loses whole lines.
+    /// Buffers a byte for the client; if the client does not read, whole lines are lost.
     fn keep(&mut self, byte: u8) {
         if self.is_skipping {
             self.is_skipping = byte != b'\r';
             return;
         }
         self.unread.push(byte);
-        if self.unread.len() > MOST_UNREAD {
+        if self.unread.len() > SEND_BUFFER {
             let whole = self.unread.iter().rposition(|byte| *byte == b'\r');
             self.unread.truncate(whole.map_or(0, |end| end + 1));
             self.is_skipping = byte != b'\r';
@@ -208,23 +208,23 @@ impl Desk for Line {
         for (_, byte) in serial.take_heard() {
             self.keep(byte);
         }
-        self.door.write(&mut self.unread);
-        let mut bytes = [0; MOST_WAITING];
-        if serial.waiting() < MOST_WAITING {
-            let count = self.door.read(&mut bytes);
+        self.transport.write(&mut self.unread);
+        let mut bytes = [0; RECEIVE_BUFFER];
+        if serial.waiting() < RECEIVE_BUFFER {
+            let count = self.transport.read(&mut bytes);
             serial.say(now_ns, bytes.get(..count).unwrap_or_default());
         }
         Flow::On
     }
 }
 
-/// Tells what ought not to have been.
+/// Reports unexpected resets and gaps of the emulation.
 fn report(board: &str, resets: &[Reset], gaps: &Gaps) {
     for reset in resets {
         let ms = reset.at.0 / 1_000_000;
         eprintln!("{board}: reset at {ms} ms: {:?}", reset.cause);
     }
     if !gaps.is_empty() {
-        eprintln!("{board}: what the emulation does not have:\n{gaps}");
+        eprintln!("{board}: not emulated:\n{gaps}");
     }
 }

@@ -1,4 +1,4 @@
-//! Designed inputs for people and for programs.
+//! Designed inputs as tables and as JSON.
 
 use model_core::parameter::Parameter;
 use serde_json::{Value, json};
@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use host_sim::table::{Cell, Table};
 use identification::design::{Designed, ExperimentSetup, Predicted, inputs::Limits};
 
-/// A row an input, a column a parameter.
+/// One row per input and one column per parameter.
 pub fn table(designs: &[Designed], best: Option<usize>) -> Table {
     let names = designs
         .first()
@@ -34,7 +34,7 @@ pub fn table(designs: &[Designed], best: Option<usize>) -> Table {
     table
 }
 
-/// The best input in words.
+/// The best input as text.
 pub fn verdict(design: &Designed) -> String {
     let prediction = &design.prediction;
     let (told, all) = (prediction.identified(), prediction.parameters.len());
@@ -58,7 +58,7 @@ pub fn verdict(design: &Designed) -> String {
     )
 }
 
-/// The options that make `actuator simulate` run it.
+/// The options with which `actuator simulate` runs it.
 fn simulate(design: &Designed) -> String {
     let set = settings(design).map(|(p, value)| format!(" --set input.{}={value}", p.name));
     format!(
@@ -68,7 +68,7 @@ fn simulate(design: &Designed) -> String {
     )
 }
 
-/// The parameters of the input that are not as they are by default.
+/// The parameters of the input that differ from their defaults.
 fn settings(design: &Designed) -> impl Iterator<Item = (&'static Parameter, f64)> {
     let input = design.input;
     let values = input.table().iter().enumerate();
@@ -76,11 +76,11 @@ fn settings(design: &Designed) -> impl Iterator<Item = (&'static Parameter, f64)
     values.filter(|(p, value)| *value != p.default)
 }
 
-/// The command of an input as `simulate --input-file` takes it.
+/// The command of an input, for `simulate --input-file`.
 pub fn csv(design: &Designed, step_s: f64) -> String {
     let mut text = String::from("t,command_deg\n");
     for (index, command) in design.command_deg.iter().enumerate() {
-        // Held piecewise constant: what does not change needs no row.
+        // The command is held between rows: equal values need no row.
         let before = index.checked_sub(1).map(|i| design.command_deg[i]);
         if before != Some(*command) || index + 1 == design.command_deg.len() {
             text += &format!("{},{command}\n", index as f64 * step_s);
@@ -89,7 +89,7 @@ pub fn csv(design: &Designed, step_s: f64) -> String {
     text
 }
 
-/// Everything as JSON.
+/// All results as JSON.
 pub fn json(
     bench: &ExperimentSetup,
     limits: &Limits,

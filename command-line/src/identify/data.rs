@@ -1,4 +1,4 @@
-//! Options that say where recordings are and how they are to be read.
+//! Options for recordings and the format of their files.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -18,30 +18,29 @@ use identification::{
 
 #[derive(Debug, Args)]
 pub struct DataOptions {
-    /// Recordings to fit to
+    /// Recordings to fit
     #[arg(required = true, value_name = "DATA")]
     pub data: Vec<PathBuf>,
-    /// Recordings that the fitted models only predict
+    /// Recordings for validation: predicted by the fitted models, but not fitted
     #[arg(long, value_name = "FILE", num_args = 1..)]
     pub validate: Vec<PathBuf>,
-    /// Says which column is what, as angle=pos:rad or time=1; of time, command, angle, rate, duty,
-    /// current and supply; a unit may be a number of ours; as often as needed
+    /// Assigns a column to a quantity, as angle=pos:rad or time=1; the quantities are time, command,
+    /// angle, rate, duty, current and supply; a unit may be a factor; repeatable
     #[arg(long = "column", value_name = "WHAT=COLUMN[:UNIT]")]
     columns: Vec<Choice>,
-    /// What stands between two fields [default: what the first line shows]
+    /// Delimiter between two fields [default: detected in the first line]
     #[arg(long)]
     delimiter: Option<DelimiterName>,
-    /// Takes from and to these times of the files alone, s
+    /// First and last time of the files that are used, s
     #[arg(long, value_name = "FROM:TO", value_parser = window)]
     window: Option<(f64, f64)>,
-    /// Compares samples too where the angle stands at the end of its range
+    /// Also compares samples at which the angle is saturated
     #[arg(long)]
     keep_clipped: bool,
-    /// What the command does between its samples [default: what the samples show]
+    /// Course of the command between samples [default: detected]
     #[arg(long)]
     hold: Option<HoldName>,
-    /// Says what is known of the runs by the name of a parameter, as pendulum_mass_kg=0.5; as often
-    /// as needed
+    /// Known constant of the runs by the name of a parameter, as pendulum_mass_kg=0.5; repeatable
     #[arg(long, value_name = "NAME=VALUE", value_parser = setting)]
     known: Vec<Setting>,
 }
@@ -56,9 +55,9 @@ enum DelimiterName {
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum HoldName {
-    /// It keeps its value until the next sample
+    /// Constant until the next sample
     Zero,
-    /// It moves smoothly from sample to sample
+    /// Smooth from sample to sample
     Smooth,
 }
 
@@ -76,18 +75,18 @@ fn window(text: &str) -> Result<(f64, f64), String> {
     }
 }
 
-/// Recordings, ready.
+/// Imported recordings.
 pub struct Loaded {
-    /// Those to fit to.
+    /// Those to fit.
     pub fitted: Vec<Experiment>,
     /// Those to predict.
     pub held_out: Vec<Experiment>,
-    /// What was odd in them.
+    /// Remarks of the import.
     pub notes: Vec<Note>,
 }
 
 impl DataOptions {
-    /// Reads all files, and says on standard error what was odd in them.
+    /// Reads all files, and prints the remarks of the import to standard error.
     pub fn load(&self) -> Result<Loaded, Error> {
         let import = self.import();
         let mut notes = Vec::new();
@@ -107,7 +106,7 @@ impl DataOptions {
         })
     }
 
-    /// Refuses to know what none of the models asks for.
+    /// Refuses known constants that none of the models has.
     pub fn check_known(&self, models: &[Arc<dyn Model>]) -> Result<(), Error> {
         let parameters = || models.iter().flat_map(|m| m.parameters());
         for name in self.known.iter().map(|s| &s.name) {
@@ -120,7 +119,7 @@ impl DataOptions {
         Ok(())
     }
 
-    /// What is known by the names of the parameters, where symbols were given too.
+    /// The known constants by the names of the parameters, for which symbols may be given.
     fn constants(&self) -> BTreeMap<String, f64> {
         let models = models::all();
         let named = |s: &Setting| {
@@ -155,7 +154,7 @@ impl DataOptions {
     }
 }
 
-/// Reads a file, with a bar where that takes long.
+/// Reads a file, with a progress bar.
 fn read(import: &Import, path: &Path, notes: &mut Vec<Note>) -> Result<Experiment, Error> {
     let bar = output::progress(0, "bytes read");
     let imported = import.read(path, &mut |done, of| {

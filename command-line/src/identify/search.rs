@@ -1,4 +1,4 @@
-//! Options that say what is looked for and how.
+//! Options for the parameters to estimate and for the search.
 
 use std::sync::Arc;
 
@@ -13,28 +13,28 @@ use identification::{Model, Options, Progress, assessment::Assessment, request::
 
 #[derive(Debug, Args)]
 pub struct SearchOptions {
-    /// Holds a parameter at a value; as often as needed
+    /// Holds a parameter at a value; repeatable
     #[arg(long, value_name = "NAME=VALUE", value_parser = setting)]
     fix: Vec<Setting>,
-    /// Looks for a parameter that is held as a rule, such as position_limit_deg; as often as needed
+    /// Estimates a parameter that is held by default, such as position_limit_deg; repeatable
     #[arg(long, value_name = "NAME")]
     free: Vec<String>,
-    /// Keeps a parameter within bounds; as often as needed
+    /// Keeps a parameter within bounds; repeatable
     #[arg(long, value_name = "NAME=LOW:HIGH", value_parser = bound)]
     bound: Vec<Bounded>,
-    /// Begins the search for a parameter at a value; as often as needed
+    /// Starts the search for a parameter at a value; repeatable
     #[arg(long, value_name = "NAME=VALUE", value_parser = setting)]
     start: Vec<Setting>,
-    /// Gives each recording its own value of a parameter; as often as needed
+    /// Gives each recording its own value of a parameter; repeatable
     #[arg(long, value_name = "NAME")]
     own: Vec<String>,
-    /// Gives all recordings one value of a parameter; as often as needed
+    /// Gives all recordings one value of a parameter; repeatable
     #[arg(long, value_name = "NAME")]
     share: Vec<String>,
-    /// How many starts to search from
+    /// Number of starting points of the search
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u16).range(1..=1000))]
     starts: u16,
-    /// Seed of the starts
+    /// Seed of the starting points
     #[arg(long, default_value_t = 0)]
     seed: u64,
 }
@@ -85,12 +85,12 @@ impl SearchOptions {
         }
     }
 
-    /// Checks that what is said of parameters is about some of these models, and does not contradict itself.
+    /// Checks that the parameters exist in one of these models and the options do not conflict.
     pub fn check(&self, models: &[Arc<dyn Model>]) -> Result<(), Error> {
         Ok(self.request().check(models)?)
     }
 
-    /// Fits these models to the recordings, and predicts those that were left out.
+    /// Fits these models to the recordings, and predicts those for validation.
     pub fn fit(
         &self,
         models: Vec<Arc<dyn Model>>,
@@ -109,7 +109,7 @@ impl SearchOptions {
     }
 }
 
-/// A bar that the search moves.
+/// Shows the progress of the search.
 struct Bar<'a>(&'a ProgressBar);
 
 impl Progress for Bar<'_> {

@@ -1,4 +1,4 @@
-//! Where the rows of a run go.
+//! Sinks for the rows of a run: files, plots and standard output.
 
 use std::{
     collections::BTreeSet,
@@ -19,33 +19,33 @@ use host_sim::{
     trace_file::{Description, Format, TraceFile, csv::Csv},
 };
 
-/// The most rows that are kept for a plot: some 0.4 GB, and more than any screen resolves.
+/// The most rows of a plot, which takes some 0.4 GB.
 const MOST_PLOTTED: u64 = 2_000_000;
 
-/// What the command line asks for.
+/// The outputs that the options select.
 pub struct Outputs {
-    /// CSV, whatever the name; a summary where there is none.
+    /// CSV, regardless of the name; without it a summary is printed.
     pub csv: Option<PathBuf>,
-    /// Trace files, each as its name says.
+    /// Trace files, in the format of their suffix.
     pub files: Vec<PathBuf>,
     /// A plot.
     pub plot: Option<PathBuf>,
 }
 
-/// Everything that takes the rows of a run.
+/// All sinks of a run.
 pub struct Sinks {
     sinks: Vec<Box<dyn Sink>>,
     progress: ProgressBar,
 }
 
-/// Something that takes the rows of a run.
+/// A sink for the rows of a run.
 trait Sink: Rows {
-    /// Writes what is left.
+    /// Completes the output.
     fn finish(self: Box<Self>) -> Result<(), crate::Error>;
 }
 
 impl Sinks {
-    /// Opens what the rows of this run go to.
+    /// Opens the sinks for this run.
     pub fn create(
         scenario: &Scenario,
         simulation: &Simulation,
@@ -64,7 +64,7 @@ impl Sinks {
         if let Some(path) = outputs.plot {
             sinks.push(Box::new(PlotSink::create(simulation, path)?));
         }
-        // Made last: its header is not written before all is known to be good.
+        // Created last, so that no header is written if another sink fails.
         let table: Box<dyn Sink> = match &outputs.csv {
             None => Box::new(Summary::new(&simulation.columns())),
             Some(path) if output::is_standard_output(path) => {
@@ -79,7 +79,7 @@ impl Sinks {
         })
     }
 
-    /// Writes what is left.
+    /// Completes the output.
     pub fn finish(self) -> Result<(), crate::Error> {
         self.progress.finish_and_clear();
         self.sinks.into_iter().try_for_each(Sink::finish)
@@ -97,7 +97,7 @@ impl Rows for Sinks {
 }
 
 impl Outputs {
-    /// Before anything is opened: whether each name says its format, and stands once.
+    /// Checks in advance that each name has a known suffix and occurs once.
     fn check(&self) -> Result<(), Error> {
         for path in &self.files {
             Format::of(path)?;
@@ -111,7 +111,7 @@ impl Outputs {
         match twice {
             None => Ok(()),
             Some(twice) => Err(Error::Conflict(format!(
-                "{} is to be written twice, expected a name for each",
+                "{} is written twice, expected different files",
                 twice.display()
             ))),
         }
@@ -149,7 +149,7 @@ impl Sink for StandardOutput {
     }
 }
 
-/// A file, whose name is said when it is complete where it was asked for by its format.
+/// A file. If `said` is set, the name is printed to standard error on completion.
 struct FileSink {
     file: TraceFile,
     said: Option<PathBuf>,
@@ -208,7 +208,7 @@ impl Sink for PlotSink {
     }
 }
 
-/// Least, greatest and last value of every column.
+/// Minimum, maximum and last value of every column.
 struct Summary {
     rows: Vec<(&'static str, [f64; 3])>,
 }

@@ -17,7 +17,7 @@ const POINTS_PER_DECADE: usize = 100;
 pub fn bode(request: &TuneRequest, tuning: &Tuning) -> Result<Figure, Error> {
     let servo = Loop::sampled(&request.motor, &tuning.control, &request.timing)?;
     let nyquist_hz = 0.5 / request.timing.control_period_s;
-    // From well below the slowest of the crossings to where the sampled loop ends.
+    // From well below the lowest crossing to the Nyquist frequency of the loop.
     let margins = stable_margins(tuning);
     let crossings = [margins.phase_deg, margins.gain_db];
     let slowest_hz = crossings.into_iter().flatten().map(|m| m.frequency_hz);

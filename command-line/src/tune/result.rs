@@ -1,9 +1,9 @@
-//! Gains and what they make of the loop, for people and for programs.
+//! Gains and the margins of the loop, as tables and as JSON.
 
 use model_core::{control::parameters::ControlParameters, parameter::Parameters};
 use serde_json::json;
 
-use super::wish::FOUND;
+use super::options::FOUND;
 use crate::error::Error;
 use crate::output;
 use host_sim::{
@@ -77,7 +77,7 @@ fn outcome(tuning: &Tuning) -> Table {
     table
 }
 
-/// The margins; none where the loop is not stable, for their signs would mean nothing.
+/// The margins; empty for an unstable loop, whose margins have no meaning.
 pub fn stable_margins(tuning: &Tuning) -> Margins {
     match tuning.margins {
         margins if margins.stable => margins,
@@ -90,7 +90,7 @@ pub fn stable_margins(tuning: &Tuning) -> Margins {
     }
 }
 
-/// The same as JSON.
+/// All results as JSON.
 pub fn json(tuning: &Tuning, command: Option<&str>) -> String {
     let gains = ControlParameters::TABLE[..FOUND].iter().enumerate();
     let gains = gains.map(|(index, p)| (p.name.to_owned(), json!(tuning.control.get(index))));

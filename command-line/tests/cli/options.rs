@@ -33,7 +33,7 @@ fn what_is_known_of_a_run_is_a_parameter_of_a_model_that_is_fitted() {
 }
 
 #[test]
-fn wishes_that_contradict_each_other_are_refused_by_both_names() {
+fn options_that_exclude_each_other_are_refused_by_both_names() {
     let desk = desk();
     for (options, message) in [
         ("--fix gain=1 --free gain", "fix and free both name gain"),

@@ -55,13 +55,10 @@ fn a_name_that_says_no_format_or_stands_twice_is_refused_before_the_run() {
         ("--out run", format!("--out is run, {expected}")),
         ("--out -", format!("--out is -, {expected}")),
         ("--out a.mat --out .", format!("--out is ., {expected}")),
-        (
-            "--out a.mat --out a.mat",
-            "a.mat is to be written twice".into(),
-        ),
+        ("--out a.mat --out a.mat", "a.mat is written twice".into()),
         (
             "--csv a.csv --out ./a.csv",
-            "./a.csv is to be written twice".into(),
+            "./a.csv is written twice".into(),
         ),
     ];
     for (options, message) in bad {

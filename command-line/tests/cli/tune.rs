@@ -1,4 +1,4 @@
-//! `actuator tune`: from a motor and a wish to gains that the board takes.
+//! `actuator tune`: from a motor and a target bandwidth to gains for the board.
 
 use host_sim::analysis::sine_fit::fit;
 use predicates::prelude::*;
@@ -169,7 +169,7 @@ fn gains_that_fall_short_are_given_with_warnings() {
 }
 
 #[test]
-fn wishes_that_cannot_be_had_are_refused_with_what_can() {
+fn targets_out_of_reach_are_refused_with_the_greatest_possible() {
     let desk = Desk::new();
     let bad = [
         ("--bandwidth 60", "bandwidth_hz is 60, expected at most "),
@@ -200,7 +200,7 @@ fn wishes_that_cannot_be_had_are_refused_with_what_can() {
             "--bandwidth 2 --set w=20",
             "both the rate loop and the position loop, expected one",
         ),
-        ("--set Kp=2", "`Kp` is what tuning finds"),
+        ("--set Kp=2", "`Kp` is computed by tuning"),
         (
             "--set rate_fliter=1",
             "did you mean `rate_filter`?; expected one that `actuator tune",

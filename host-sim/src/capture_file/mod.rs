@@ -1,4 +1,4 @@
-//! The board's capture as a file: text with a line a record.
+//! The capture of the board as a file: text with one line per record.
 //!
 //! ```text
 //! # Capture of the board, form 1: a record each 4000 us.
@@ -8,8 +8,8 @@
 //! ```
 //!
 //! The numbers are those of the board, integers in the unit at the end of their column's name
-//! ([`Signal::column`]); the time counts from the first record. `actuator identify` takes the file
-//! as it stands, and so does any reader of CSV that passes over `#`.
+//! ([`Signal::column`]); the time counts from the first record. `actuator identify` reads the
+//! file, as does any CSV reader that ignores lines with `#`.
 
 mod reader;
 #[cfg(test)]

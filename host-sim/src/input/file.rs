@@ -1,4 +1,4 @@
-//! Sequences from CSV files with a column `t` (s) and one of values.
+//! Sequences from CSV files with a column `t` (s) and a column of values.
 
 use std::{ops::RangeInclusive, path::Path};
 
@@ -8,12 +8,12 @@ use model_core::time::{TICKS_PER_SECOND, ticks};
 use super::Sequence;
 use crate::error::Error;
 
-/// What a column holds.
+/// The quantity of a column.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Quantity {
     /// The name of its column.
     pub column: &'static str,
-    /// What stands in it, in words.
+    /// Its meaning, for messages.
     pub meaning: &'static str,
     /// Its unit.
     pub unit: &'static str,
@@ -34,7 +34,7 @@ const _: () = assert!(
     "ticks are exact in f64"
 );
 
-/// A commanded angle, within what the control step takes.
+/// A commanded angle, within the range of the control step.
 pub const COMMAND: Quantity = Quantity {
     column: "command_deg",
     meaning: "an angle",
@@ -42,7 +42,7 @@ pub const COMMAND: Quantity = Quantity {
     range: -32768.0..=32767.0,
 };
 
-/// A torque on the load, within what the bench takes as a constant one.
+/// A torque on the load, within the range of the constant one of the bench.
 pub const LOAD: Quantity = Quantity {
     column: "torque_nm",
     meaning: "a torque",
@@ -50,13 +50,13 @@ pub const LOAD: Quantity = Quantity {
     range: -100.0..=100.0,
 };
 
-/// Reads a file. Other columns are passed over, as are blank lines and those that start with `#`.
-/// Fields may stand in quotes, a row is a line.
+/// Reads a file. Other columns, blank lines and lines that start with `#` are ignored. Fields may be
+/// quoted; each row is one line.
 ///
-/// Times do not decrease; of several rows in one tick the last counts.
+/// Times do not decrease; of several rows in one tick the last applies.
 ///
 /// # Errors
-/// [`Error::Read`], and [`Error::InputFile`] with line, column and what was expected.
+/// [`Error::Read`], and [`Error::InputFile`] with line, column and what is expected.
 pub fn read(path: &Path, quantity: &Quantity) -> Result<Sequence, Error> {
     let mut lines = Lines::open(path)?;
     let expected = format!("expected a header with `t` and `{}`", quantity.column);

@@ -7,7 +7,7 @@ use model_core::{
     excitation::Excitation,
 };
 
-/// Values that are held piecewise constant, each from its tick on.
+/// A piecewise constant sequence: each value is held from its tick on.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Sequence {
     points: Vec<(u64, f64)>,
@@ -17,7 +17,7 @@ impl Sequence {
     /// Appends a value; one for the same tick replaces the last.
     ///
     /// # Panics
-    /// If the tick lies before the last one: an error of the caller.
+    /// If the tick is before the last one.
     pub fn push(&mut self, tick: u64, value: f64) {
         match self.points.last_mut() {
             Some(last) if last.0 == tick => last.1 = value,
@@ -41,7 +41,7 @@ impl Sequence {
         self.points.last().map_or(0, |point| point.0)
     }
 
-    /// The value at a tick: the last one at or before it, the first one before all.
+    /// The value at a tick: the last one at or before it; before the first, the first.
     fn at(&self, tick: u64) -> f64 {
         let index = self.points.partition_point(|point| point.0 <= tick);
         self.points
@@ -50,7 +50,7 @@ impl Sequence {
     }
 }
 
-/// What commands an actuator.
+/// The command of an actuator.
 #[derive(Debug, Clone)]
 pub enum Command {
     /// An excitation of the control core, exact on every target.
@@ -68,7 +68,7 @@ impl Command {
         }
     }
 
-    /// The command at a tick as the board gets it.
+    /// The command at a tick in the fixed-point format of the board.
     pub fn board(&self, tick: u64) -> Angle {
         match self {
             Self::Excitation(excitation) => excitation.command(tick),
@@ -77,27 +77,27 @@ impl Command {
     }
 }
 
-/// The way of a command through the test set-up: sampled by the host, then delayed.
+/// The path of a command through the test set-up: sampled by the host, then delayed.
 #[derive(Debug, Clone)]
 pub struct CommandPath<'a> {
-    /// What is commanded.
+    /// The command.
     pub command: &'a Command,
     /// Transport delay, ticks.
     pub delay_ticks: u64,
-    /// Period of the host, ticks; 0 where every tick passes.
+    /// Sample period of the host, ticks; 0 without sampling.
     pub host_ticks: u64,
 }
 
 impl CommandPath<'_> {
-    /// The tick whose command is only delayed to `tick`; the first one before all.
+    /// The tick whose command is at the end of the delay at `tick`; at least the first.
     pub fn sent(&self, tick: u64) -> u64 {
         tick.saturating_sub(self.delay_ticks)
     }
 
-    /// The tick whose command arrives at the actuator at `tick`, sampled by the host as well.
+    /// The tick whose command is at the actuator at `tick`, with sampling and delay.
     pub fn source(&self, tick: u64) -> u64 {
         let sent = self.sent(tick);
-        // Without a host period every tick is its own sample.
+        // Without a host period every tick is a sample.
         sent - sent.checked_rem(self.host_ticks).unwrap_or(0)
     }
 }

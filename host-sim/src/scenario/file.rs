@@ -1,4 +1,4 @@
-//! A scenario from a TOML file, each of whose errors names its line.
+//! A scenario from a TOML file. Each error names its line.
 
 use std::{collections::BTreeMap, fs, path::Path};
 
@@ -16,7 +16,7 @@ impl Scenario {
     /// Reads a TOML file.
     ///
     /// # Errors
-    /// [`Error::Read`], and [`Error::ScenarioFile`] with line, key and what was expected.
+    /// [`Error::Read`], and [`Error::ScenarioFile`] with line, key and what is expected.
     pub fn read(path: &Path) -> Result<Self, Error> {
         let bytes = fs::read(path).map_err(|source| Error::Read {
             path: path.into(),
@@ -42,7 +42,7 @@ impl Scenario {
     }
 }
 
-/// A value that `check` accepts, as it is or as what it names.
+/// A value that `check` accepts and converts.
 fn checked<'de, T: Deserialize<'de>, U, D: Deserializer<'de>>(
     deserializer: D,
     check: impl FnOnce(T) -> Result<U, Error>,

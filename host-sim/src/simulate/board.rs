@@ -32,7 +32,7 @@ const BENCH_COLUMNS: [&str; 9] = [
     "load_torque_nm",
 ];
 
-/// The columns that the board has beyond the common ones.
+/// The columns of the board in addition to the common ones.
 pub(super) fn columns(plant: PlantKind) -> Vec<&'static str> {
     let bench: &[_] = match plant {
         PlantKind::FirstOrder => &[],
@@ -76,12 +76,12 @@ pub(super) fn run(
     }
 }
 
-/// The loop around the paper's motor.
+/// The loop around the motor of the paper.
 pub(super) fn around_first_order(settings: &Settings) -> Result<ClosedLoop<FirstOrder>, Error> {
     Ok(settings.around(FirstOrder::try_new(settings.first_order, settings.pwm)?)?)
 }
 
-/// Runs, and shows every tick of which a row is made, with its place in the running period.
+/// Runs, and passes every tick of a row to `show`, with its index in the PWM period.
 #[inline(always)]
 pub(super) fn drive<P: Plant>(
     mut board: ClosedLoop<P>,

@@ -1,4 +1,4 @@
-//! Campaigns: many runs on all cores, each told by the ends of its motion.
+//! Campaigns: many runs on all cores, each evaluated by the extremes of its motion.
 
 use model_core::actuator::closed_loop::ClosedLoop;
 use model_core::plant::{PERIOD, Plant, PlantState, first_order::FirstOrder};
@@ -10,7 +10,7 @@ use crate::{
     settings::{ModelKind, PlantKind},
 };
 
-/// The ends of the motion of a run, over the ticks that it looked at.
+/// The extremes of the motion of a run, over the evaluated ticks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Extremes {
     /// Least angle, deg.
@@ -25,10 +25,10 @@ pub struct Extremes {
     pub last: PlantState,
 }
 
-/// Ticks that are looked at side by side: two vectors of the least processor, one of a later one.
+/// Ticks that are evaluated in parallel: two SSE2 vectors or one AVX vector.
 const LANES: usize = 4;
 
-/// The least and the greatest values so far, lane by lane.
+/// The least and the greatest values, lane by lane.
 #[derive(Debug, Clone, Copy)]
 struct Ends {
     least: [f64; LANES],
@@ -45,7 +45,7 @@ impl Default for Ends {
 }
 
 impl Ends {
-    /// Takes values, a whole number of lanes at best.
+    /// Includes values, preferably a multiple of the lanes.
     #[inline(always)]
     fn see(&mut self, values: &[f64]) {
         let (whole, rest) = values.as_chunks::<LANES>();
@@ -60,7 +60,7 @@ impl Ends {
     #[inline(always)]
     fn see_lanes(&mut self, values: &[f64; LANES]) {
         for (lane, value) in values.iter().enumerate() {
-            // Not `f64::min` and `max`, which cost more for the sake of NaN.
+            // `f64::min` and `max` are slower because they handle NaN.
             self.least[lane] = if *value < self.least[lane] {
                 *value
             } else {
@@ -83,7 +83,7 @@ impl Ends {
     }
 }
 
-/// Looks at a run as it goes.
+/// Evaluates a run tick by tick.
 #[derive(Debug, Clone, Copy, Default)]
 struct Watch {
     angle_deg: Ends,
@@ -121,8 +121,8 @@ impl Rows for Watch {
     }
 }
 
-/// A run with the widest vectors of this processor. No operation is fused, so the results are the
-/// same on each.
+/// A run with the widest vectors of the processor. No operation is fused: the results are the same
+/// on every processor.
 struct Watching<'a>(&'a Simulation);
 
 impl pulp::NullaryFnOnce for Watching<'_> {
@@ -135,8 +135,8 @@ impl pulp::NullaryFnOnce for Watching<'_> {
 }
 
 impl Simulation {
-    /// Runs, and looks at each tick of which a row would be made: at every 20th the motor is
-    /// stepped by 1 ms, at each one by 50 us; its equations are solved exactly either way.
+    /// Runs, and evaluates each tick of a row. The motor is stepped from row to row, by 1 ms at every
+    /// 20th tick; its equations are solved exactly for any step.
     ///
     /// # Errors
     /// As [`Simulation::run`].
@@ -173,7 +173,7 @@ impl Simulation {
             let ticks = board.plant.ticks();
             let wanted = left.min(PERIOD as u64) as usize;
             if wanted == PERIOD {
-                // Of a length that the compiler knows.
+                // A constant length, so that the compiler vectorises the loop.
                 watch.angle_deg.see(&ticks.angle_deg);
                 watch.rate_deg_s.see(&ticks.rate_deg_s);
             } else {
@@ -186,7 +186,7 @@ impl Simulation {
     }
 }
 
-/// Runs them all, on all cores.
+/// Runs all simulations, on all cores.
 pub fn campaign(simulations: &[Simulation]) -> Vec<Result<Extremes, Error>> {
     simulations.par_iter().map(Simulation::extremes).collect()
 }
@@ -241,7 +241,7 @@ mod tests {
 
     #[test]
     fn the_extremes_are_those_of_the_recorded_trace_to_the_last_bit() {
-        // Free, at the hard stops, at the rate limits.
+        // Free motion, hard stops, rate limits.
         for set in [
             &[][..],
             &[("position_limit_deg", 50.0)],

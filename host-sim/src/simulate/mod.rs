@@ -1,7 +1,7 @@
 //! Runs a model on a command, row by row.
 //!
-//! Row `i` is the state at tick `i`, after what the control and the PWM do at that instant and
-//! before the plant moves on.
+//! Row `i` is the state at tick `i`, after the updates of control and PWM at that instant and before
+//! the plant is stepped.
 
 mod board;
 pub mod extremes;
@@ -31,29 +31,29 @@ const COMMON_COLUMNS: [&str; 8] = [
     "rate_meas_deg_s",
 ];
 
-/// Everything that a run depends on.
+/// A run with all of its inputs.
 #[derive(Debug, Clone)]
 pub struct Simulation {
     /// The model and its parameters.
     pub settings: Settings,
-    /// What is commanded.
+    /// The command.
     pub command: Command,
-    /// How the command is called.
+    /// The name of the command.
     pub input: String,
-    /// A torque on the load of the bench, Nm, beside that of its parameters.
+    /// A torque on the load of the bench, Nm, in addition to that of its parameters.
     pub load: Option<Sequence>,
-    /// How many ticks to run, from tick 0.
+    /// Number of ticks.
     pub ticks: u64,
-    /// Every how many ticks a row is made; not 0.
+    /// Ticks between two rows; not 0.
     pub every: u64,
 }
 
-/// Takes the rows of a run as they are made.
+/// A sink for the rows of a run.
 pub trait Rows {
-    /// Takes one row, with one value a column.
+    /// Writes one row, with one value per column.
     ///
     /// # Errors
-    /// Whatever keeps it from taking more; the run ends with it.
+    /// Any error of the sink; it ends the run.
     fn row(&mut self, values: &[f64]) -> Result<(), Error>;
 }
 
@@ -65,7 +65,7 @@ impl Rows for Trace {
 }
 
 impl Simulation {
-    /// What is run, in a line.
+    /// Model and input.
     pub fn title(&self) -> String {
         format!("{} on {}", self.settings.model, self.input)
     }
@@ -79,7 +79,7 @@ impl Simulation {
         COMMON_COLUMNS.into_iter().chain(more).collect()
     }
 
-    /// How many rows there will be.
+    /// Number of rows.
     pub fn rows(&self) -> u64 {
         self.ticks.div_ceil(self.every.max(1))
     }
@@ -87,19 +87,19 @@ impl Simulation {
     /// Runs and records everything.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for parameters that do not go together.
+    /// [`Error::Parameter`] for parameters that exclude each other.
     pub fn record(&self) -> Result<Trace, Error> {
-        // Room for an hour at 1 ms at the most: longer traces grow as they come.
+        // Reserves at most an hour at 1 ms: longer traces grow.
         let room = self.rows().min(3_600_000) as usize;
         let mut trace = Trace::new(&self.columns(), room);
         self.run(&mut trace)?;
         Ok(trace)
     }
 
-    /// Runs and hands out the rows.
+    /// Runs and writes the rows.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for parameters that do not go together, and whatever `rows` says.
+    /// [`Error::Parameter`] for parameters that exclude each other; those of `rows`.
     pub fn run(&self, rows: &mut dyn Rows) -> Result<(), Error> {
         let path = self.path();
         let settings = &self.settings;

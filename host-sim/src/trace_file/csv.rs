@@ -1,4 +1,4 @@
-//! Comma-separated numbers, each with as many digits as bring it back exactly.
+//! Comma-separated numbers, each with the fewest digits that represent it exactly.
 
 use std::io::{self, Write};
 
@@ -36,7 +36,7 @@ impl<W: Write> Csv<W> {
         self.out.write_all(self.line.as_bytes())
     }
 
-    /// What it has written to.
+    /// The underlying writer.
     pub fn finish(self) -> W {
         self.out
     }

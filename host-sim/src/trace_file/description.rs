@@ -1,4 +1,4 @@
-//! What was run, to be kept with its trace.
+//! The description of a run, which is stored with its trace.
 
 use model_core::{excitation::catalogue::Input, named::Named};
 
@@ -9,7 +9,7 @@ use crate::{
     simulate::Simulation,
 };
 
-/// What was run: enough to run it again.
+/// Everything that is needed to repeat a run.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Description {
     /// Names with text.
@@ -39,7 +39,7 @@ impl Description {
         if let Some(load) = &scenario.load_file {
             texts.push(("load", load.display().to_string()));
         }
-        // As text: a double holds no more than 53 bits.
+        // As text: a double has only 53 bits.
         texts.push(("seed", settings.seed.to_string()));
         let values = settings.values().map(|v| (v.parameter.name, v.value));
         let mut groups = vec![("parameters", values.collect())];
@@ -50,7 +50,7 @@ impl Description {
     }
 }
 
-/// The preset that was named, else the one that is meant when none is: the model's first.
+/// The preset of the scenario, by default the first of the model.
 fn preset(scenario: &Scenario, settings: &Settings) -> String {
     let first = || settings.model.presets().next().map(|preset| preset.name);
     let name = scenario.preset.as_deref().or_else(first);

@@ -5,8 +5,8 @@
 //! "Data Element Format", and of "Level 5 MAT-File Data Type Formats" the numeric array, the
 //! character array and the structure. The bytes are little-endian and not compressed.
 //!
-//! How many rows there will be is known before the first: everything is laid out with gaps for the
-//! columns, and they are filled as the rows come.
+//! The number of rows is known in advance: the file is laid out with space for the columns, which are
+//! filled as the rows arrive.
 
 mod layout;
 
@@ -16,17 +16,17 @@ use super::{Description, unit};
 use crate::trace::Trace;
 use layout::Value;
 
-/// What MATLAB takes as one variable without its format of version 7.3.
+/// The greatest size of a variable without the format of version 7.3.
 const MOST_BYTES: u64 = i32::MAX as u64;
 
-/// More than all but the columns' numbers take: some hundred elements of less than 200 bytes, and
+/// More than the size of everything but the columns: some hundred elements below 200 bytes, and
 /// the names of two files of at most 4 KiB each.
 const ROOM_FOR_THE_REST: u64 = 1 << 20;
 
-/// Rows that are gathered before they are written: 10 MB at 19 columns.
+/// Rows that are buffered: 10 MB at 19 columns.
 const ROWS_AT_A_TIME: usize = 1 << 16;
 
-/// The greatest number of rows that a file holds.
+/// The greatest number of rows of a file.
 ///
 /// ```
 /// assert_eq!(host_sim::trace_file::mat::most_rows(8), 33_538_047);
@@ -38,7 +38,7 @@ pub fn most_rows(columns: usize) -> u64 {
 /// A writer of MAT files.
 pub struct Mat<W> {
     out: W,
-    /// Where the next number of each column goes.
+    /// The position of the next number of each column.
     places: Vec<u64>,
     rows_left: u64,
     gathered: Trace,
@@ -64,7 +64,7 @@ impl<W: Write + Seek> Mat<W> {
         })
     }
 
-    /// Takes a row.
+    /// Writes a row.
     ///
     /// # Errors
     /// Those of `out`.
@@ -76,13 +76,13 @@ impl<W: Write + Seek> Mat<W> {
         self.write_gathered()
     }
 
-    /// Writes what is left, and gives back what it has written to.
+    /// Completes the file, and returns the underlying writer.
     ///
     /// # Errors
     /// Those of `out`.
     ///
     /// # Panics
-    /// If there were fewer or more rows than was said: an error of the caller.
+    /// If the number of rows is not the announced one.
     pub fn finish(mut self) -> io::Result<W> {
         self.write_gathered()?;
         assert_eq!(self.rows_left, 0, "as many rows as was said");

@@ -1,7 +1,7 @@
 //! Traces as files: CSV for all, MAT for MATLAB and Octave, Parquet for data frames.
 //!
-//! MAT and Parquet also say what was run: a [`Description`], and the unit of each column. Rows are
-//! written as they come, so that a trace may be longer than the memory.
+//! MAT and Parquet files also contain a [`Description`] of the run and the unit of each column. Rows
+//! are written as they arrive, so that a trace may be larger than the memory.
 
 pub mod csv;
 pub mod description;
@@ -25,22 +25,22 @@ use crate::{
 use csv::Csv;
 use mat::Mat;
 
-/// What a trace is written as.
+/// The format of a trace file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
     /// Comma-separated text with a header.
     Csv,
     /// MAT level 5.
     Mat,
-    /// Apache Parquet; behind the feature `parquet`.
+    /// Apache Parquet, with the feature `parquet`.
     Parquet,
 }
 
 impl Format {
-    /// The format that a file's name asks for.
+    /// The format of the suffix of a file name.
     ///
     /// # Errors
-    /// [`Error::Option`] if the name ends in none of `.csv`, `.mat` and `.parquet`.
+    /// [`Error::Option`] unless the name ends in `.csv`, `.mat` or `.parquet`.
     pub fn of(path: &Path) -> Result<Self, Error> {
         match path.extension().and_then(|extension| extension.to_str()) {
             Some("csv") => Ok(Self::Csv),
@@ -55,7 +55,7 @@ impl Format {
     }
 }
 
-/// A file that takes the rows of a run.
+/// A file for the rows of a run.
 pub struct TraceFile {
     path: PathBuf,
     writer: Writer,
@@ -72,8 +72,8 @@ impl TraceFile {
     /// Opens the file for the rows of this run.
     ///
     /// # Errors
-    /// [`Error::Write`], and [`Error::Conflict`] where the format cannot hold the run or this build
-    /// has it not.
+    /// [`Error::Write`], and [`Error::Conflict`] if the run exceeds the format or
+    /// this build lacks it.
     pub fn create(
         path: &Path,
         format: Format,
@@ -104,7 +104,7 @@ impl TraceFile {
         })
     }
 
-    /// Writes what is left and gives the file its name.
+    /// Completes the file and gives it its name.
     ///
     /// # Errors
     /// [`Error::Write`].

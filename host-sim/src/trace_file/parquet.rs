@@ -1,7 +1,7 @@
 //! Apache Parquet: a column of required doubles for each column, and the description as metadata.
 //!
 //! The keys are those of the description, a group before a dot (`model`, `parameters.position_gain`),
-//! and `units.COLUMN`. Pages are plain and compressed with Snappy, which every reader knows.
+//! and `units.COLUMN`. Pages are plain and compressed with Snappy, which every reader supports.
 
 use std::{
     io::{self, Write},
@@ -19,7 +19,7 @@ use parquet::{
 use super::{Description, unit};
 use crate::trace::Trace;
 
-/// Rows of a row group, which are gathered before they are written: 40 MB at 19 columns.
+/// Rows of a row group, which is buffered: 40 MB at 19 columns.
 const ROWS_OF_A_GROUP: usize = 1 << 18;
 
 /// A writer of Parquet.
@@ -36,7 +36,7 @@ impl<W: Write + Send> Parquet<W> {
     pub fn create(out: W, columns: &[&'static str], description: &Description) -> io::Result<Self> {
         let properties = WriterProperties::builder()
             .set_compression(Compression::SNAPPY)
-            // A dictionary takes 0 and -0 for one.
+            // A dictionary does not distinguish 0 and -0.
             .set_dictionary_enabled(false)
             .set_key_value_metadata(Some(metadata(columns, description)))
             .build();
@@ -48,7 +48,7 @@ impl<W: Write + Send> Parquet<W> {
         })
     }
 
-    /// Takes a row.
+    /// Writes a row.
     ///
     /// # Errors
     /// Those of `out`.
@@ -60,7 +60,7 @@ impl<W: Write + Send> Parquet<W> {
         self.write_group().map_err(unwrapped)
     }
 
-    /// Writes what is left, and gives back what it has written to.
+    /// Completes the file, and returns the underlying writer.
     ///
     /// # Errors
     /// Those of `out`.
@@ -120,7 +120,7 @@ fn metadata(columns: &[&str], description: &Description) -> Vec<KeyValue> {
         .collect()
 }
 
-/// The error of the file where there is one below that of the library.
+/// The error of the file, if it is the source of the one of the library.
 fn unwrapped(error: ParquetError) -> io::Error {
     match error {
         ParquetError::External(source) => match source.downcast::<io::Error>() {

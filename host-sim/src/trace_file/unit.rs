@@ -1,6 +1,6 @@
 //! The units of the columns of a trace.
 
-/// What a column's name ends in, and the unit that it stands for; the longer of two endings first.
+/// Suffixes of names of columns, with their units; longer suffixes first.
 const ENDINGS: [(&str, &str); 6] = [
     ("_deg_s", "deg/s"),
     ("_deg", "deg"),

@@ -8,20 +8,20 @@ use crate::instance::{Instance, Refusal};
 
 pub type Result<T> = std::result::Result<T, Refusal>;
 
-/// Does a call on an instance and reports to the host if it is refused.
+/// Executes a call on an instance, and reports a refusal to the host.
 ///
 /// # Safety
-/// The component is null, or valid and used by nobody else.
+/// The component is null, or valid and not used by another thread.
 pub unsafe fn call(
     component: *mut Component,
     function: &str,
     body: impl FnOnce(&mut Instance) -> Result<()>,
 ) -> Status {
-    // SAFETY: null or valid, as promised.
+    // SAFETY: null or valid, by the contract.
     let Some(component) = (unsafe { component.as_mut() }) else {
         return Status::Error;
     };
-    // What a panic left behind is not looked at: only a reset or a kept state leads on.
+    // The state after a panic is not used: only a reset or a saved state leads out.
     let result = catch_unwind(AssertUnwindSafe(|| body(&mut component.instance)));
     let refusal = match result {
         Ok(Ok(())) => return Status::Ok,
@@ -42,23 +42,23 @@ pub unsafe fn call(
     status
 }
 
-/// The elements that a pointer leads to.
+/// The elements behind a pointer.
 ///
 /// # Safety
-/// The pointer is null, or leads to so many elements that nobody changes for `'a`.
+/// The pointer is null, or points to `count` elements that do not change for `'a`.
 pub unsafe fn elements<'a, T>(pointer: *const T, count: usize, what: &str) -> Result<&'a [T]> {
     if count == 0 {
         return Ok(&[]);
     }
     check(pointer, count, what)?;
-    // SAFETY: neither null nor misaligned nor too long; the rest as promised.
+    // SAFETY: neither null nor misaligned nor too long; the rest by the contract.
     Ok(unsafe { slice::from_raw_parts(pointer, count) })
 }
 
-/// As [`elements`], to be written.
+/// As [`elements`], for writing.
 ///
 /// # Safety
-/// The pointer is null, or leads to so many elements that nobody else uses for `'a`.
+/// The pointer is null, or points to `count` elements with exclusive access for `'a`.
 pub unsafe fn elements_mut<'a, T>(
     pointer: *mut T,
     count: usize,
@@ -68,17 +68,17 @@ pub unsafe fn elements_mut<'a, T>(
         return Ok(&mut []);
     }
     check(pointer, count, what)?;
-    // SAFETY: neither null nor misaligned nor too long; the rest as promised.
+    // SAFETY: neither null nor misaligned nor too long; the rest by the contract.
     Ok(unsafe { slice::from_raw_parts_mut(pointer, count) })
 }
 
-/// The place that a pointer leads to.
+/// The value behind a pointer.
 ///
 /// # Safety
-/// The pointer is null, or leads to a place that nobody else uses for `'a`.
+/// The pointer is null, or points to a value with exclusive access for `'a`.
 pub unsafe fn place<'a, T>(pointer: *mut T, what: &str) -> Result<&'a mut T> {
     check(pointer, 1, what)?;
-    // SAFETY: neither null nor misaligned; the rest as promised.
+    // SAFETY: neither null nor misaligned; the rest by the contract.
     Ok(unsafe { &mut *pointer })
 }
 
@@ -114,7 +114,7 @@ mod tests {
             reporter: Reporter::new(&callbacks, c"test"),
         };
         let c = &raw mut component;
-        // SAFETY: the component lives, and nobody else uses it.
+        // SAFETY: the component is valid, and the test uses it alone.
         unsafe {
             assert_eq!(call(c, "test", |_| panic!("on purpose")), Status::Error);
             let enter = call(c, "test", Instance::enter_initialization);

@@ -1,4 +1,4 @@
-//! From the instantiation to the end, and the step.
+//! Instantiation, initialization, steps and termination.
 
 use std::ffi::{CStr, c_char, c_int};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -14,7 +14,7 @@ use crate::instance::Instance;
 /// `fmi2CoSimulation` of `fmi2Type`.
 pub const CO_SIMULATION: c_int = 1;
 
-/// The name of the platform's types.
+/// The name of the types platform.
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi2GetTypesPlatform() -> *const c_char {
     c"default".as_ptr()
@@ -26,7 +26,7 @@ pub extern "C" fn fmi2GetVersion() -> *const c_char {
     c"2.0".as_ptr()
 }
 
-/// Makes an instance; null where anything does not fit, with a message.
+/// Creates an instance; null with a message for invalid arguments.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2Instantiate(
     instanceName: *const c_char,
@@ -40,7 +40,7 @@ pub unsafe extern "C" fn fmi2Instantiate(
     if functions.is_null() || !functions.is_aligned() {
         return null_mut();
     }
-    // SAFETY: neither null nor misaligned, and the host has put its callbacks there.
+    // SAFETY: neither null nor misaligned, and it points to the callbacks of the host.
     let callbacks = unsafe { *functions };
     // SAFETY: null or a string, here and below.
     let name = unsafe { text(instanceName) };

@@ -5,7 +5,7 @@ use super::{Settings, Variable};
 use crate::variables::Inputs;
 use model_core::parameter::Parameters;
 
-/// The phases in which outputs mean something.
+/// The phases in which outputs are valid.
 const READABLE: &[Phase] = &[
     Phase::Initialization,
     Phase::Stepping,
@@ -34,7 +34,7 @@ impl Value {
     }
 }
 
-/// What can be written.
+/// The writable part of the state.
 struct Draft {
     settings: Settings,
     inputs: Inputs,
@@ -57,7 +57,7 @@ impl Instance {
     /// Reads variables of a type, one after the other, into `take`.
     ///
     /// # Errors
-    /// Before the initialization, and for references that are none of this type.
+    /// Before the initialization, and for references of another type.
     pub fn read(
         &self,
         of_type: Type,
@@ -87,17 +87,17 @@ impl Instance {
                 let value = values.find(|v| v.parameter.name == parameter.name);
                 Value::Real(value.map_or(parameter.default, |v| v.value))
             }
-            // Seeds are set as positive integers; that of the start values may be greater.
+            // Seeds are set as positive integers; that of the start values may be larger.
             Quantity::Seed => Value::Integer(settings.seed.try_into().unwrap_or(i32::MAX)),
             Quantity::SwitchedPwm => Value::Boolean(settings.pwm == Pwm::Switched),
         }
     }
 
-    /// Writes variables: all of them or, where one is refused, none.
+    /// Writes variables; if one is refused, none is written.
     ///
     /// # Errors
-    /// For references that are none of the type, variables that cannot be written or not in this
-    /// phase, and values out of range; the message names the variable.
+    /// For references of another type, variables that cannot be written in this phase, and values out of
+    /// range; the message names the variable.
     pub fn write(&mut self, values: impl IntoIterator<Item = (u32, Value)>) -> Result<()> {
         self.expect(&[Phase::Instantiated, Phase::Initialization, Phase::Stepping])?;
         let mut draft = Draft {

@@ -57,7 +57,10 @@ fn bytes_of_another_model_and_garbage_are_refused() {
     let (one, other) = (Host::initialized(&all[0]), Host::initialized(&all[1]));
     let mut bytes = one.bytes(one.keep());
     let refused = other.keep_bytes(&bytes).unwrap_err();
-    assert!(refused.ends_with("it is no state of this FMU"), "{refused}");
+    assert!(
+        refused.ends_with("it is not a state of this FMU"),
+        "{refused}"
+    );
     bytes[100] ^= 1;
     assert!(one.keep_bytes(&bytes).unwrap_err().contains("damaged"));
     for garbage in [&[][..], &[0xa5; 10_000]] {

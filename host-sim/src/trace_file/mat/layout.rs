@@ -1,4 +1,4 @@
-//! The elements of a MAT file, with gaps where columns go.
+//! The elements of a MAT file, with space for the columns.
 
 use std::io::{self, Seek, SeekFrom, Write};
 
@@ -15,9 +15,9 @@ const MX_STRUCT: u32 = 2;
 const MX_CHAR: u32 = 4;
 const MX_DOUBLE: u32 = 6;
 
-/// What a variable, or a field of a struct, holds.
+/// The content of a variable or of a field of a struct.
 pub enum Value<'a> {
-    /// A column vector of this many numbers, which come later.
+    /// A column vector of this many numbers, which are written later.
     Column(u64),
     /// A number.
     Number(f64),
@@ -27,7 +27,7 @@ pub enum Value<'a> {
     Struct(Vec<(&'a str, Value<'a>)>),
 }
 
-/// Writes the header of a file and one variable; gives back `out` and where the columns start.
+/// Writes the header of a file and one variable; returns `out` and the positions of the columns.
 pub fn write<W: Write + Seek>(out: W, name: &str, value: &Value<'_>) -> io::Result<(W, Vec<u64>)> {
     let places = Vec::new();
     let mut layout = Layout { out, places };
@@ -71,7 +71,7 @@ impl<W: Write + Seek> Layout<W> {
                 self.fields(fields)?;
             }
         }
-        // Now its length is known.
+        // The length is known now.
         let end = self.out.stream_position()?;
         self.out.seek(SeekFrom::Start(start - 4))?;
         self.out.write_all(&length(end - start)?)?;
@@ -79,7 +79,7 @@ impl<W: Write + Seek> Layout<W> {
         Ok(())
     }
 
-    /// What every array begins with: flags, dimensions and name.
+    /// The start of every array: flags, dimensions and name.
     fn array(&mut self, class: u32, dimensions: [u64; 2], name: &str) -> io::Result<()> {
         let mut flags = [0; 8];
         flags[..4].copy_from_slice(&class.to_le_bytes());
@@ -90,7 +90,7 @@ impl<W: Write + Seek> Layout<W> {
     }
 
     fn fields(&mut self, fields: &[(&str, Value<'_>)]) -> io::Result<()> {
-        // MATLAB before 7.6 knows no names beyond 31 characters; they end in a zero.
+        // MATLAB before 7.6 limits names to 31 characters and a zero.
         let is_long = fields.iter().any(|(name, _)| name.len() > 31);
         let room: u32 = if is_long { 64 } else { 32 };
         // This one is always a small data element: size and type share four bytes.

@@ -1,42 +1,42 @@
-//! Who comes to the serial line.
+//! Transports between the emulated serial line and its client.
 
 use std::fs::File;
 use std::io::{ErrorKind, Read, Write};
 use std::net::{Shutdown, TcpListener, TcpStream};
 
-/// A way to the serial line that never waits.
-pub trait Door: Send {
-    /// Bytes of the client, and how many.
+/// A non-blocking transport to the serial line.
+pub trait Transport: Send {
+    /// Reads bytes of the client; returns their number.
     fn read(&mut self, bytes: &mut [u8]) -> usize;
 
-    /// Gives a client what it takes, and forgets that; all of it where there is none.
+    /// Sends bytes to the client and removes them; without a client, all are removed.
     fn write(&mut self, bytes: &mut Vec<u8>);
 }
 
-/// Whether an error says that there is nothing at present.
-fn is_nothing(kind: ErrorKind) -> bool {
+/// Whether the operation would block.
+fn is_temporary(kind: ErrorKind) -> bool {
     matches!(
         kind,
         ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted
     )
 }
 
-/// Writes as much as goes at once; whether the other side is still there.
+/// Writes as much as possible without blocking; returns whether the peer is still connected.
 fn write_some(mut line: impl Write, bytes: &mut Vec<u8>) -> bool {
     while !bytes.is_empty() {
         match line.write(bytes) {
             Ok(0) => return false,
             Ok(count) => drop(bytes.drain(..count)),
-            Err(error) => return is_nothing(error.kind()),
+            Err(error) => return is_temporary(error.kind()),
         }
     }
     true
 }
 
-/// A pseudo-terminal: it stays when its reader goes.
+/// A pseudo-terminal, which stays open when its reader closes it.
 pub struct Terminal(pub File);
 
-impl Door for Terminal {
+impl Transport for Terminal {
     fn read(&mut self, bytes: &mut [u8]) -> usize {
         self.0.read(bytes).unwrap_or(0)
     }
@@ -48,14 +48,14 @@ impl Door for Terminal {
     }
 }
 
-/// Clients over TCP, one after the other: while one is there, others are refused.
-pub struct Visitors {
+/// A TCP server for one client at a time: further ones are refused.
+pub struct TcpServer {
     listener: TcpListener,
     client: Option<TcpStream>,
 }
 
-impl Visitors {
-    /// At a listener that does not wait.
+impl TcpServer {
+    /// A server with a non-blocking listener.
     pub fn new(listener: TcpListener) -> Self {
         Self {
             listener,
@@ -71,7 +71,7 @@ impl Visitors {
             eprintln!(
                 "{address} is refused: the serial line of the communication board has a client"
             );
-            // Who is refused may be gone already.
+            // The refused client may have disconnected already.
             let _ = stream.shutdown(Shutdown::Both);
             return;
         }
@@ -82,16 +82,16 @@ impl Visitors {
     }
 }
 
-impl Door for Visitors {
+impl Transport for TcpServer {
     fn read(&mut self, bytes: &mut [u8]) -> usize {
         if let Some(client) = &mut self.client {
             match client.read(bytes) {
                 Ok(count) if count > 0 => return count,
-                Err(error) if is_nothing(error.kind()) => {}
+                Err(error) if is_temporary(error.kind()) => {}
                 _ => self.client = None,
             }
         }
-        // Only now: who has said goodbye is gone before the next one is looked at.
+        // After the read, which detects a client that has disconnected.
         self.let_in();
         0
     }

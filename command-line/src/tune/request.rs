@@ -1,4 +1,4 @@
-//! What tuning starts from, out of presets and settings.
+//! The motor, the board and the target of a tuning, from presets and settings.
 
 use model_core::{
     control::parameters::ControlParameters,
@@ -16,10 +16,10 @@ use host_sim::{
     tune::{Goal, InnerLoop, PositionLoop, Ripple, TuneRequest, Tuning},
 };
 
-/// How many parameters of the control step tuning finds, the first ones of its table.
+/// Number of parameters of the control step that tuning computes: the first ones of its table.
 pub const FOUND: usize = 4;
 
-/// The control step, but for what tuning finds.
+/// The parameters of the control step that tuning does not compute.
 #[derive(Debug)]
 struct Given(ControlParameters);
 
@@ -45,42 +45,42 @@ fn is_found_name(name: &str) -> bool {
     found.any(|parameter| parameter.is_called(name))
 }
 
-/// Whether the error is about a parameter that tuning finds.
+/// Whether the error is about a parameter that tuning computes.
 pub fn is_found(error: &ParameterError) -> bool {
     matches!(error, ParameterError::OutOfRange { parameter, .. } if is_found_name(parameter.name))
 }
 
-/// Motor, board and what is wanted of them.
-pub struct Wish {
+/// Motor, board and target of a tuning.
+pub struct TuneOptions {
     preset: Option<String>,
     board: Settings,
     motor: Motor,
     inner: InnerLoop,
     position: PositionLoop,
-    /// Whether the position loop is given, not the rate loop.
+    /// Whether the target is that of the position loop, not of the rate loop.
     is_position: bool,
     ripple: Ripple,
     timing: Timing,
     control: Given,
 }
 
-impl Wish {
-    /// The wish that a preset and settings make.
+impl TuneOptions {
+    /// The request of a preset and settings.
     pub fn new(preset: Option<&str>, settings: &[Setting]) -> Result<Self, Error> {
         let board = board(preset)?;
-        let (upward, downward) = senses(&board);
+        let (upward, downward) = directions(&board);
         let is_set = |table: &[Parameter]| {
             let mut names = settings.iter().map(|setting| &setting.name);
             names.any(|name| table.iter().any(|parameter| parameter.is_called(name)))
         };
         let is_position = is_set(PositionLoop::TABLE);
         if is_position && is_set(InnerLoop::TABLE) {
-            let both = "wishes for both the rate loop and the position loop, expected one of them";
+            let both = "targets for both the rate loop and the position loop, expected one of them";
             return Err(Error::Conflict(both.into()));
         }
-        let mut wish = Self {
+        let mut request = Self {
             preset: preset.map(str::to_owned),
-            // The sense with the greater gain is the less stable one.
+            // The direction with the greater gain is the less stable one.
             motor: if upward.motor_gain < downward.motor_gain {
                 downward
             } else {
@@ -95,9 +95,9 @@ impl Wish {
             timing: Timing::default(),
         };
         for setting in settings {
-            wish.set(setting)?;
+            request.set(setting)?;
         }
-        Ok(wish)
+        Ok(request)
     }
 
     fn groups(&mut self) -> [&mut dyn Group; 6] {
@@ -114,7 +114,8 @@ impl Wish {
     fn set(&mut self, setting: &Setting) -> Result<(), Error> {
         if is_found_name(&setting.name) {
             let name = &setting.name;
-            let problem = format!("`{name}` is what tuning finds, expected what it starts from");
+            let problem =
+                format!("`{name}` is computed by tuning, expected a parameter of its input");
             return Err(Error::Conflict(problem));
         }
         group::set(&mut self.groups(), &setting.name, setting.value, "tune")
@@ -128,7 +129,7 @@ impl Wish {
             .collect()
     }
 
-    /// What tuning is asked for.
+    /// The request for the tuning.
     pub fn request(&self) -> TuneRequest {
         TuneRequest {
             motor: self.motor,
@@ -151,7 +152,7 @@ impl Wish {
         }
         let mut wanted = self.board;
         wanted.control = tuning.control;
-        let (upward, downward) = senses(&self.board);
+        let (upward, downward) = directions(&self.board);
         if self.motor != upward && self.motor != downward {
             wanted.first_order.motor_gain_up = self.motor.motor_gain;
             wanted.first_order.motor_gain_down = self.motor.motor_gain;
@@ -177,7 +178,7 @@ fn board(preset: Option<&str>) -> Result<Settings, Error> {
     Ok(settings)
 }
 
-fn senses(board: &Settings) -> (Motor, Motor) {
+fn directions(board: &Settings) -> (Motor, Motor) {
     let motor = &board.first_order;
     (Motor::upward(motor), Motor::downward(motor))
 }
