@@ -1,16 +1,19 @@
-//! The page of the study, in Markdown, and its tables of numbers.
+//! The page of the study in Markdown (`templates/page.md`), and its tables as CSV.
 
 use std::fmt::Write as _;
 
+use askama::Template;
+use host_sim::table::{Cell, Table};
+
 use crate::{
-    claims::{Claim, MAIN, PRINTED},
+    claims::{Claim, LOADED, MAIN, PRINTED},
     figures::{PULSE_FIGURES, called, file},
     models::MODELS,
     runs::{CONDITIONS, INPUTS, Rate},
     study::Study,
 };
 
-/// What is made of the study beside the figures: the files with their texts.
+/// The files of the study, except for the figures.
 pub fn files(study: &Study, claims: &[Claim]) -> Vec<(&'static str, String)> {
     vec![
         ("README.md", page(study, claims)),
@@ -19,142 +22,118 @@ pub fn files(study: &Study, claims: &[Claim]) -> Vec<(&'static str, String)> {
     ]
 }
 
-const INTRODUCTION: &str = include_str!("page/introduction.md");
-const LIMITS: &str = include_str!("page/limits.md");
+#[derive(Template)]
+#[template(path = "page.md")]
+struct Page<'a> {
+    claims: &'a [Claim],
+    /// The number in the paper, the file of the main condition, and name and file of the others.
+    figures: Vec<(u32, String, Vec<(String, String)>)>,
+    quality: Table,
+    cross: Table,
+    parameters: Table,
+    verdicts: Vec<(String, &'a str)>,
+}
 
 fn page(study: &Study, claims: &[Claim]) -> String {
-    let mut page = String::from(INTRODUCTION);
-    page += "\n## The claims\n\n";
-    page += "| | section | the paper says | here | why | figure |\n|---|---|---|---|---|---|\n";
-    for (number, c) in (1..).zip(claims) {
-        let verdict = c.verdict.name();
-        let figure = format!("[figure]({})", c.figure);
-        let _ = writeln!(
-            page,
-            "| {number} | {} | {} | **{verdict}** | {} | {figure} |",
-            c.section, c.text, c.evidence
-        );
-    }
-    page += "\n## The figures\n\nNumbered as in the paper. Grey: five runs. Above, models with the \
-             paper's numbers; below, fitted here.\n";
-    for number in [PULSE_FIGURES[0], PULSE_FIGURES[1], 11, PULSE_FIGURES[2], 13] {
-        let _ = write!(
-            page,
-            "\n### Figure {number}\n\n![]({})\n\nThe same of ",
-            file(number, MAIN)
-        );
+    let figure = |number: u32| {
         let others = (0..CONDITIONS.len()).filter(|condition| *condition != MAIN);
-        let links = others.map(|c| format!("[the {}]({})", called(c), file(number, c)));
-        let _ = writeln!(page, "{}.", links.collect::<Vec<_>>().join(" and "));
-    }
-    page += "\n## How well each model fits\n\nFit (NRMSE, %) to the five runs of an input together, \
-             recorded at 250 and at 50 Hz.\n\n";
-    page += &quality_table(study);
-    page += "\n## What a model fitted to one input makes of the others\n\nFit (%) on the five runs of \
-             each input, recorded at 50 Hz, of the retuned loop without load. A row is fitted to the \
-             input that it names.\n\n";
-    page += &cross_table(study);
-    page += "\n## Parameters\n\nOf the pulse at 250 Hz and at 50 Hz; standard errors allow for coloured \
-             residuals.\n\n";
-    page += &parameter_table(study);
-    page += "\n## Which model is enough\n\nFitted to runs 1 to 3 of all inputs together at 50 Hz, judged \
-             by runs 4 and 5.\n\n";
-    for (condition, verdict) in study.verdicts.iter().enumerate() {
-        let _ = writeln!(page, "- {}: {verdict}", called(condition));
-    }
-    page + "\n" + LIMITS
+        let others = others.map(|c| (called(c), file(number, c)));
+        (number, file(number, MAIN), others.collect())
+    };
+    let verdicts = study.verdicts.iter().enumerate();
+    let page = Page {
+        claims,
+        figures: [PULSE_FIGURES[0], PULSE_FIGURES[1], 11, PULSE_FIGURES[2], 13]
+            .map(figure)
+            .into(),
+        quality: quality_table(study),
+        cross: cross_table(study),
+        parameters: parameter_table(study),
+        verdicts: verdicts
+            .map(|(c, verdict)| (called(c), verdict.as_str()))
+            .collect(),
+    };
+    // Writing to a string does not fail.
+    page.render().unwrap_or_default() + "\n"
 }
 
-fn quality_table(study: &Study) -> String {
-    let mut text = String::from("| condition | input |");
-    for rate in Rate::ALL {
-        for model in MODELS {
-            let _ = write!(text, " {model}, {} Hz |", rate.hz());
-        }
-    }
-    text += "\n|---|---|";
-    text += &"---|".repeat(2 * MODELS.len());
-    text.push('\n');
+fn table<S: AsRef<str>>(columns: &[S]) -> Table {
+    let columns: Vec<_> = columns.iter().map(|name| (name.as_ref(), "")).collect();
+    Table::new("", &columns)
+}
+
+fn quality_table(study: &Study) -> Table {
+    let fits = || {
+        Rate::ALL
+            .into_iter()
+            .flat_map(|rate| (0..MODELS.len()).map(move |m| (rate, m)))
+    };
+    let columns = fits().map(|(rate, model)| format!("{}, {} Hz", MODELS[model], rate.hz()));
+    let labels = ["condition", "input"].map(String::from);
+    let mut table = table(&labels.into_iter().chain(columns).collect::<Vec<_>>());
     for condition in 0..CONDITIONS.len() {
         for input in INPUTS {
-            let _ = write!(text, "| {} | {input} |", called(condition));
-            for rate in Rate::ALL {
-                for model in 0..MODELS.len() {
-                    let fit = study.fit(condition, rate, input, model);
-                    let percent = fit.map_or(f64::NAN, |f| f.quality.fit_percent);
-                    let _ = write!(text, " {percent:.2} |");
-                }
-            }
-            text.push('\n');
+            let cells = fits().map(|(rate, model)| {
+                let fit = study.fit(condition, rate, input, model);
+                Cell::optional(fit.map(|f| f.quality.fit_percent), 2)
+            });
+            let labels = [Cell::from(called(condition)), input.into()];
+            table.push(labels.into_iter().chain(cells));
         }
     }
-    text
+    table
 }
 
-fn cross_table(study: &Study) -> String {
-    let mut text = String::from("| model | fitted to |");
-    text += &INPUTS.map(|input| format!(" {input} |")).concat();
-    text += "\n|---|---|";
-    text += &"---|".repeat(INPUTS.len());
-    text.push('\n');
+fn cross_table(study: &Study) -> Table {
+    let mut table = table(&[&["model", "fitted to"][..], &INPUTS].concat());
     for (model, name) in MODELS.iter().enumerate() {
         for input in INPUTS {
             let Some(fit) = study.fit(MAIN, Rate::Hz50, input, model) else {
                 continue;
             };
-            let percent = fit
-                .predicted
-                .iter()
-                .map(|q| q.map_or(f64::NAN, |q| q.fit_percent));
-            let cells = percent.map(|percent| format!(" {percent:.1} |"));
-            let _ = writeln!(text, "| {name} | {input} |{}", cells.collect::<String>());
+            let percent = fit.predicted.iter();
+            let cells = percent.map(|q| Cell::optional(q.as_ref().map(|q| q.fit_percent), 1));
+            table.push([Cell::from(*name), input.into()].into_iter().chain(cells));
         }
     }
-    text
+    table
 }
 
-fn parameter_table(study: &Study) -> String {
-    let mut text = String::from("| condition | model | parameter | unit | 250 Hz | 50 Hz |\n");
-    text += "|---|---|---|---|---|---|\n";
-    for condition in [PRINTED, MAIN, 2] {
+fn parameter_table(study: &Study) -> Table {
+    let columns = ["condition", "model", "parameter", "unit", "250 Hz", "50 Hz"];
+    let mut table = table(&columns);
+    for condition in [PRINTED, MAIN, LOADED] {
         for (model, name) in MODELS.iter().enumerate() {
             let of = |rate| study.fit(condition, rate, "pulse", model);
             let (Some(fine), Some(coarse)) = (of(Rate::Hz250), of(Rate::Hz50)) else {
                 continue;
             };
-            let shared = fine
-                .fit
-                .estimates
-                .iter()
-                .filter(|e| !e.fixed && e.experiment.is_none());
-            for e in shared {
-                let number = |estimate: Option<&identification::Estimate>| {
-                    estimate.map_or(String::from("–"), |e| {
-                        with_error(e.value, e.standard_error_coloured)
-                    })
-                };
-                let row = [
-                    called(condition),
+            let estimates = fine.fit.estimates.iter();
+            for e in estimates.filter(|e| !e.fixed && e.experiment.is_none()) {
+                table.push([
+                    called(condition).into(),
                     (*name).into(),
-                    format!("`{}`", e.name),
+                    format!("`{}`", e.name).into(),
                     e.unit.into(),
-                ];
-                let values = [number(Some(e)), number(coarse.fit.estimate(e.name))];
-                let _ = writeln!(text, "| {} | {} |", row.join(" | "), values.join(" | "));
+                    with_error(e),
+                    coarse.fit.estimate(e.name).map_or(Cell::None, with_error),
+                ]);
             }
         }
     }
-    text
+    table
 }
 
-fn with_error(value: f64, error: f64) -> String {
+fn with_error(estimate: &identification::Estimate) -> Cell {
+    let (value, error) = (estimate.value, estimate.standard_error_coloured);
     match error.is_finite() {
         true => format!("{value:.4} ± {error:.2e}"),
         false => format!("{value:.4}, not identifiable"),
     }
+    .into()
 }
 
-/// A row a run: what was recorded, so that another machine can tell whether it has the same.
+/// One row for each run, with a checksum that shows whether another machine has the same data.
 fn runs(study: &Study) -> String {
     let mut text = String::from("controller,load,input,run,samples,checksum\n");
     for run in &study.runs {
@@ -175,7 +154,7 @@ pub fn run_row(run: &crate::runs::Run) -> String {
     )
 }
 
-/// A row a parameter of a fit.
+/// One row for each parameter of each fit.
 fn fits(study: &Study) -> String {
     let mut text = String::from(
         "controller,load,rate_hz,input,model,fit_percent,rms_deg,parameter,unit,estimate,\

@@ -1,4 +1,4 @@
-//! One run of the study, done again: what stands in docs/study is what the command writes.
+//! The files in docs/study are those that the command writes: one run is repeated.
 
 use std::path::Path;
 
@@ -16,7 +16,7 @@ fn committed(name: &str) -> String {
 }
 
 #[test]
-fn a_run_done_again_is_the_one_of_the_study_to_the_last_bit() {
+fn a_repeated_run_is_bit_exact() {
     let key = Key {
         controller: Controller::Retuned,
         load: Load::Unloaded,
@@ -35,13 +35,29 @@ fn a_run_done_again_is_the_one_of_the_study_to_the_last_bit() {
         .fit(1, Rate::Hz250, "3-2-1-1", 0)
         .expect("it was fitted");
     assert!(fit.quality.fit_percent > 80.0, "{:?}", fit.quality);
-    // What is missing is left out or said, never made up.
+    // Claims and figures without runs are reported or omitted.
     assert!(matches!(claims::all(&study), Err(Failure::Incomplete)));
     assert!(figures::all(&study).expect("no figure").is_empty());
 }
 
 #[test]
-fn the_page_names_every_run_fit_and_figure_that_is_there() {
+fn the_committed_page_has_the_texts_of_the_template() {
+    let study = Study {
+        runs: Vec::new(),
+        fits: std::collections::BTreeMap::new(),
+        verdicts: Vec::new(),
+    };
+    let (committed, files) = (committed("README.md"), page::files(&study, &[]));
+    for line in files[0].1.lines().filter(|line| !line.ends_with("– |")) {
+        assert!(
+            committed.lines().any(|found| found == line),
+            "`{line}` is not in docs/study/README.md"
+        );
+    }
+}
+
+#[test]
+fn the_page_names_every_run_fit_and_figure() {
     let (page, fits) = (committed("README.md"), committed("fits.csv"));
     assert_eq!(committed("runs.csv").lines().count(), 1 + Key::all().len());
     for input in INPUTS {

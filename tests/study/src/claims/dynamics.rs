@@ -30,8 +30,8 @@ fn accurate(case: &Case<'_>) -> Option<Claim> {
         section: "IV, figure 9",
         verdict: Verdict::contradicted_unless(percent > 90.0),
         evidence: format!(
-            "Fitted, it explains {percent:.1} % with {:.2} deg rms and {:.1} deg at the most; the \
-             five runs spread by up to {spread_deg:.1} deg (standard deviation).",
+            "The fit is {percent:.1} % with an error of {:.2} deg rms and {:.1} deg at most; the \
+             standard deviation of the five runs is up to {spread_deg:.1} deg.",
             fitted.quality.rms_deg, fitted.quality.largest_deg
         ),
         figure: file(9, MAIN),
@@ -48,12 +48,13 @@ fn inflection(case: &Case<'_>) -> Option<Claim> {
         section: "IV, figure 9",
         verdict: Verdict::contradicted_unless(!saturated),
         evidence: format!(
-            "After 3 s the runs and black box 1 are farthest apart, by {deg:.1} deg, at {at_s:.2} s. \
-             The duty is {duty_pct:.0} % there: {}",
+            "After 3 s the largest difference of the runs and black box 1 is {deg:.1} deg, at \
+             {at_s:.2} s. The duty is {duty_pct:.0} % there: {}",
             if saturated {
-                "the controller has no say, and the bend is the motor that still gains speed."
+                "the controller has no effect, and the inflection is the acceleration of the \
+                 motor."
             } else {
-                "the controller acts."
+                "the controller is not saturated."
             }
         ),
         figure: file(9, MAIN),
@@ -71,8 +72,8 @@ fn rate_limited(case: &Case<'_>) -> Option<Claim> {
         section: "IV",
         verdict: Verdict::contradicted_unless(limited_s > 0.4),
         evidence: format!(
-            "Black box 1 is at its limits for {limited_s:.2} s of a pulse, and the board's duty at \
-             100 % for {saturated_s:.2} s."
+            "Black box 1 is at its limits for {limited_s:.2} s of a pulse, and the board's duty \
+             is at 100 % for {saturated_s:.2} s."
         ),
         figure: file(9, MAIN),
     })
@@ -91,8 +92,8 @@ fn too_large(case: &Case<'_>) -> Option<Claim> {
         section: "IV, figure 13",
         verdict: Verdict::contradicted_unless(missed > 0),
         evidence: format!(
-            "{missed} of {} steps end more than 5 deg from their level. Amplitudes and times are ours: \
-             the paper prints none.",
+            "{missed} of {} steps end more than 5 deg from their level. Amplitudes and times are \
+             choices of this study: the paper states none.",
             steps.len()
         ),
         figure: file(13, MAIN),
@@ -122,8 +123,9 @@ fn ahead_of_it(case: &Case<'_>) -> Option<Claim> {
         section: "IV, figure 13",
         verdict: Verdict::not_reproduced_unless(2 * found.0.steps > found.0.of),
         evidence: format!(
-            "With the paper's numbers it is more than {NOTICED_DEG} deg ahead of the runs {}. Beyond \
-             the command it goes by {beyond:.1} deg: a first-order lag cannot overshoot.",
+            "With the paper's numbers it is more than {NOTICED_DEG} deg ahead of the runs {}. \
+             Its overshoot beyond the command is {beyond:.1} deg: a first-order lag cannot \
+             overshoot.",
             in_words(found)
         ),
         figure: file(13, MAIN),
@@ -155,8 +157,8 @@ fn grey_rise(case: &Case<'_>) -> Option<Claim> {
         section: "IV, figure 12",
         verdict: Verdict::not_reproduced_unless(paper < 9.0),
         evidence: format!(
-            "From 1 to 1.6 s it is off by {paper:.1} deg rms of 90 deg with the paper's numbers as \
-             printed, and by {fitted:.2} deg as fitted."
+            "From 1 to 1.6 s the error is {paper:.1} deg rms of 90 deg with the paper's numbers \
+             as printed, and {fitted:.2} deg as fitted."
         ),
         figure: file(12, MAIN),
     })
@@ -172,9 +174,10 @@ fn grey_peak(case: &Case<'_>) -> Option<Claim> {
         section: "IV, figure 12",
         verdict: Verdict::not_reproduced_unless(paper > 5.0 * runs.max(0.2)),
         evidence: format!(
-            "With the numbers as printed and our anti-windup gain it goes {paper:.1} deg beyond the \
-             command, the runs {runs:.1} deg. With the controller that really runs and a fitted motor \
-             it goes {fitted:.1} deg: the overshoot is not of the structure but of the numbers."
+            "With the numbers as printed and an assumed anti-windup gain the overshoot is \
+             {paper:.1} deg; that of the runs is {runs:.1} deg. With the controller of the board \
+             and a fitted motor it is {fitted:.1} deg: the numbers cause the overshoot, not the \
+             structure."
         ),
         figure: file(12, MAIN),
     })
@@ -197,8 +200,9 @@ fn grey_variable(case: &Case<'_>) -> Option<Claim> {
         section: "IV, figure 13",
         verdict: Verdict::contradicted_unless(worst && fitted[2] > fitted[0].min(fitted[1])),
         evidence: format!(
-            "Black box 1, 2 and grey box: {:.1}, {:.1} and {:.1} deg rms with the paper's numbers; \
-             {:.2}, {:.2} and {:.2} deg as fitted: what was wrong was not the structure.",
+            "Black box 1, 2 and grey box: {:.1}, {:.1} and {:.1} deg rms with the paper's \
+             numbers; {:.2}, {:.2} and {:.2} deg as fitted: the numbers cause the error, not the \
+             structure.",
             paper[0], paper[1], paper[2], fitted[0], fitted[1], fitted[2]
         ),
         figure: file(13, MAIN),
@@ -217,8 +221,8 @@ fn enough(case: &Case<'_>) -> Option<Claim> {
         section: "V",
         verdict: Verdict::not_reproduced_unless(first.min(second).min(grey) > 80.0),
         evidence: format!(
-            "Fitted to the pulse alone, black box 1, 2 and grey box predict the variable step, which \
-             they have not seen, to {first:.1}, {second:.1} and {grey:.1} %."
+            "Fitted to the pulse alone, black box 1, 2 and grey box predict the variable step, \
+             which was not used for the fit, to {first:.1}, {second:.1} and {grey:.1} %."
         ),
         figure: file(13, MAIN),
     })

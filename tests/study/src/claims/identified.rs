@@ -45,9 +45,9 @@ fn pole(case: &Case<'_>) -> Option<Claim> {
         section: "III.A",
         verdict: Verdict::contradicted_unless(near(printed, BLACK_BOX_1, 20.0)),
         evidence: format!(
-            "The loop that the paper prints, P = 8, has {printed:.1} rad/s on the pulse. A loop that \
-             is retuned to black box 2 has {pulse:.1} rad/s on the pulse and {chirp:.1} rad/s on the \
-             chirp: a single pole is a compromise that depends on the input."
+            "The loop that the paper prints, P = 8, gives {printed:.1} rad/s for the pulse. The \
+             loop retuned to black box 2 gives {pulse:.1} rad/s for the pulse and {chirp:.1} \
+             rad/s for the chirp: a single pole is a compromise that depends on the input."
         ),
         figure: file(9, PRINTED),
     })
@@ -62,10 +62,10 @@ fn delay(case: &Case<'_>) -> Option<Claim> {
         section: "III",
         verdict: Verdict::contradicted_unless(near(first, true_ms, 20.0)),
         evidence: format!(
-            "Here the chain delays by {true_ms:.0} ms. Fitted on the pulse at 50 Hz: black box 1 \
-             {first:.1} ms, black box 2 {second:.1} ms, grey box {grey:.1} ms: the delay of a black \
-             box absorbs the lag of the motor, so that a value matched with one is no delay of the \
-             setup."
+            "The true delay is {true_ms:.0} ms. Fitted to the pulse at 50 Hz: black box 1 \
+             {first:.1} ms, black box 2 {second:.1} ms, grey box {grey:.1} ms: the delay of a \
+             black box includes lag of the motor, so that a matched value is not the delay of \
+             the setup."
         ),
         figure: file(9, MAIN),
     })
@@ -84,8 +84,9 @@ fn limits(case: &Case<'_>) -> Option<Claim> {
         section: "III.A",
         verdict: Verdict::not_reproduced_unless(down / up > 1.2),
         evidence: format!(
-            "{up:.0} and {down:.0} deg/s: a brushed motor behind a bridge is as fast both ways. What \
-             made them differ was not in the unloaded actuator as the paper models it."
+            "{up:.0} and {down:.0} deg/s: a brushed motor with an H-bridge has the same limit in \
+             both directions. The unloaded actuator as the paper models it does not explain the \
+             difference."
         ),
         figure: file(9, MAIN),
     })
@@ -98,8 +99,9 @@ fn limits_loaded(case: &Case<'_>) -> Option<Claim> {
         section: "III.A",
         verdict: Verdict::not_reproduced_unless(down / up > 1.2),
         evidence: format!(
-            "A constant torque of {LOAD_NM} Nm makes them {up:.0} and {down:.0} deg/s, ratio {:.2} \
-             where the paper has 1.46: a torque on the shaft is enough to explain it.",
+            "A constant torque of {LOAD_NM} Nm gives {up:.0} and {down:.0} deg/s with a ratio of \
+             {:.2}; the paper's ratio is 1.46. A torque on the shaft is sufficient to explain \
+             the difference.",
             down / up
         ),
         figure: file(9, LOADED),
@@ -123,10 +125,11 @@ fn second_order(case: &Case<'_>) -> Option<Claim> {
         section: "III.B",
         verdict: Verdict::contradicted_unless(holds),
         evidence: format!(
-            "The printed loop has A = {:.0}, B = {:.1} on the chirp. The retuned loop, made to be \
-             900 and 54, has {:.0} and {:.1} on the chirp, and {:.0} and {:.1} on the pulse: one pole at \
-             A/B = {:.1} and {:.1} rad/s, as black box 1 has it, and a second beyond what the recordings \
-             tell. On the pulse the whole duty and not these gains rule the motion.",
+            "The printed loop has A = {:.0}, B = {:.1} on the chirp. The retuned loop, designed \
+             for 900 and 54, has {:.0} and {:.1} on the chirp, and {:.0} and {:.1} on the pulse: \
+             one pole at A/B = {:.1} and {:.1} rad/s, as in black box 1, and a second one that \
+             the recordings do not determine. During the pulse the duty limit determines the \
+             motion, not these gains.",
             printed.0,
             printed.1,
             chirp.0,
@@ -149,8 +152,8 @@ fn bandwidths(_: &Case<'_>) -> Option<Claim> {
         section: "IV, figure 11",
         verdict: Verdict::contradicted_unless(near(second, first, 5.0)),
         evidence: format!(
-            "By the paper's own numbers -3 dB is at {first:.3} Hz and at {second:.3} Hz; 4.775 Hz is \
-             the second one's natural frequency."
+            "With the paper's numbers the gain is -3 dB at {first:.3} Hz and at {second:.3} Hz; \
+             4.775 Hz is the natural frequency of black box 2."
         ),
         figure: file(11, MAIN),
     })
@@ -188,8 +191,8 @@ fn motor(case: &Case<'_>) -> Option<Claim> {
         verdict: Verdict::contradicted_unless(near(gain * pole, 2.836, 20.0)),
         evidence: format!(
             "The grey box finds {gain:.3} (deg/s)/% and a pole of {pole:.2} rad/s: {:.1}/(s + \
-             {pole:.2}). As printed the motor reaches 37.4 deg/s at full duty; this one, of the \
-             catalogue's torque, reaches what was measured.",
+             {pole:.2}). As printed, the motor reaches 37.4 deg/s at full duty; the simulated \
+             one, with the torque of the data sheet, reaches the measured rates.",
             gain * pole
         ),
         figure: file(12, MAIN),
@@ -205,8 +208,8 @@ fn by_eye(case: &Case<'_>) -> Option<Claim> {
         section: "III, III.A to III.C",
         verdict: Verdict::Contradicted,
         evidence: format!(
-            "The paper's text says both. Black box 1 with its numbers fits the retuned loop's pulse \
-             to {:.1} %; least squares to {fitted:.1} %.",
+            "The paper states both. Black box 1 with the paper's numbers fits the pulse of the \
+             retuned loop to {:.1} %, least squares to {fitted:.1} %.",
             quality.fit_percent
         ),
         figure: file(9, MAIN),
