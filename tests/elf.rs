@@ -2,7 +2,7 @@
 
 use std::{fmt::Write as _, fs, ops::Range, path::Path};
 
-use cross_build::{board_elf, comm_board_elf, plain_board_elf};
+use cross_build::{board_elf, comm_board_elf};
 use object::{File, Object, ObjectSection, ObjectSymbol, SectionFlags, elf};
 
 /// The capture buffer, which the limits leave out: it takes what is left of the memory.
@@ -16,18 +16,12 @@ struct Program {
     ram: u64,
 }
 
-const PROGRAMS: [Program; 3] = [
+const PROGRAMS: [Program; 2] = [
     Program {
         name: "actuator-board",
         elf: board_elf,
         flash: 64 * 1024,
         ram: 16 * 1024,
-    },
-    Program {
-        name: "actuator-board-plain",
-        elf: plain_board_elf,
-        flash: 24 * 1024,
-        ram: 8 * 1024,
     },
     Program {
         name: "comm-board",

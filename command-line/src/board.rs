@@ -1,39 +1,40 @@
 //! `actuator board`: the board's program on the emulated board.
 
 mod console;
-mod save;
+mod link;
 mod show;
 
 use std::net::TcpListener;
 use std::path::PathBuf;
-use std::sync::mpsc::{Receiver, channel};
+use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
 
 use clap::{Args, ValueEnum};
+use virtual_board::can::{Frame, Id};
 use virtual_board::faults::read_plan;
 use virtual_board::plant::BoardPlantOptions;
 use virtual_board::run::{Company, Firmware, Flow, Options, Script, View, run_with};
 
-use self::console::Command;
-use self::save::{Saved, Saving};
+use self::link::BoardEnd;
 use self::show::Show;
 use crate::error::Error;
 
-/// Runs the board's program on the emulated board, around the bench.
+/// Runs the board's program on the emulated board, with the motor and its gear train.
 ///
-/// What is typed goes to the board by its CAN bus: an angle in degrees commands it, and `enable`,
-/// `disable`, `stop`, `ack`, `save` are orders, and enabled it goes to 0 deg until an angle is typed; `capture start` and `capture stop` begin and end the
-/// board's capture, `capture save FILE` writes it for `identify`; `servo 1500` sends servo pulses,
-/// `servo off` ends them; `end` ends the run. The angle is commanded twenty times a second.
+/// Lines of standard input are requests to the board over its CAN bus, by CANopen. `enable` and `disable` switch the
+/// drive's power; an angle in degrees moves the enabled drive there in profile position mode; `stop` is a quick stop, `ack`
+/// resets faults, `save` saves the parameters; `capture start` and `capture stop` begin and end the board's capture, and
+/// `capture save FILE` writes it for `identify`; `servo 1500` sends servo pulses of 1500 us, `servo off` ends them; `end`
+/// ends the run.
 #[derive(Debug, Args)]
 pub struct Board {
-    /// ELF file of the board's program with plain frames (`cargo build-board`: actuator-board-plain)
+    /// ELF file of the board's program (`cargo build-board`: actuator-board)
     #[arg(long, value_name = "FILE")]
     elf: PathBuf,
-    /// What breaks and when (TOML)
+    /// Faults and their times (TOML)
     #[arg(long, value_name = "FILE")]
     faults: Option<PathBuf>,
-    /// Serves GDB at this port of this machine, and waits for it
+    /// Port of this machine for GDB; the run begins when GDB continues it
     #[arg(long, value_name = "PORT")]
     gdb: Option<u16>,
     /// How fast the virtual time passes
@@ -55,9 +56,9 @@ pub struct Board {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Pace {
-    /// As on the wall
+    /// In real time
     Real,
-    /// As fast as it goes
+    /// As fast as possible
     Max,
 }
 
@@ -70,9 +71,6 @@ pub(super) enum Format {
     /// Nothing but the end
     None,
 }
-
-/// A function that only the program with a CANopen node has.
-const NODE: &str = "communicate";
 
 /// Longest run, s: a week.
 const LONGEST_S: f64 = 7.0 * 86_400.0;
@@ -88,13 +86,6 @@ impl Board {
             return Err(refusal(&message));
         }
         let firmware = Firmware::read(&self.elf).map_err(|error| refusal(&error))?;
-        if firmware.address(NODE).is_ok() {
-            let message = format!(
-                "{}: this program speaks CANopen, expected one with plain frames as actuator-board-plain; `actuator serve --elf` runs it",
-                self.elf.display()
-            );
-            return Err(refusal(&message));
-        }
         let faults = match &self.faults {
             Some(path) => read_plan(path).map_err(|error| refusal(&error))?,
             None => Vec::new(),
@@ -151,75 +142,28 @@ fn refusal(what: &dyn std::fmt::Display) -> Error {
     Error::Board(what.to_string())
 }
 
-/// The person at the keyboard.
+/// The run, seen from outside the board: its bus, the console and the output.
 struct Session {
-    commands: Receiver<Command>,
+    board_end: BoardEnd,
     show: Show,
     started: Option<Instant>,
-    angle_deg: Option<f64>,
-    saving: Option<Saving>,
-    period: u64,
 }
 
 impl Session {
     fn new(arguments: &Board) -> Self {
-        let (typed, commands) = channel();
-        // It ends with the program: nobody can make a read of the terminal return.
+        let (typed, lines) = channel();
+        let (link, requests, board_end) = link::connect();
+        // Both end with the program: a read of the terminal cannot be interrupted.
         std::thread::spawn(move || console::read(&typed));
+        std::thread::spawn(move || console::run(&lines, link, &requests));
         Self {
-            commands,
+            board_end,
             show: Show::new(arguments.format),
             started: (arguments.pace == Pace::Real).then(Instant::now),
-            angle_deg: None,
-            saving: None,
-            period: 0,
         }
     }
 
-    fn obey(&mut self, command: Command, view: &mut View<'_>) -> Flow {
-        let now_ns = view.now_ns();
-        match command {
-            Command::End => return Flow::End,
-            Command::Servo(pulse_us) => view.set_servo_us(pulse_us),
-            Command::Angle(deg) => self.angle_deg = Some(deg),
-            Command::SaveCapture(path) => self.saving = Some(Saving::new(path)),
-            Command::Order(order) => {
-                // Without a command the loop would be opened again by the command timeout.
-                if order == console::ENABLE {
-                    self.angle_deg.get_or_insert(0.0);
-                }
-                if let Some(port) = view.port(0) {
-                    port.send(now_ns, console::frame(self.angle_deg.unwrap_or(0.0), order));
-                }
-            }
-        }
-        Flow::On
-    }
-
-    /// Reads on in the capture that is to be saved, if one is.
-    fn save(&mut self, view: &mut View<'_>, heard: &[(u64, virtual_board::can::Frame)]) {
-        let Some(saving) = &mut self.saving else {
-            return;
-        };
-        match saving.go_on(self.period, heard) {
-            Ok(frame) => {
-                let now_ns = view.now_ns();
-                if let (Some(port), Some(frame)) = (view.port(0), frame) {
-                    port.send(now_ns, frame);
-                }
-            }
-            Err(end) => {
-                let word = match end {
-                    Saved::Written(..) => "capture",
-                    Saved::Unreadable(_) | Saved::Unwritable(_) => "error",
-                };
-                eprintln!("{word}: {end}");
-                self.saving = None;
-            }
-        }
-    }
-
-    fn wait_for_the_wall(&self, now_ns: u64) {
+    fn keep_pace(&self, now_ns: u64) {
         if let Some(started) = self.started {
             let due = started + Duration::from_nanos(now_ns);
             std::thread::sleep(due.saturating_duration_since(Instant::now()));
@@ -227,33 +171,29 @@ impl Session {
     }
 }
 
-/// PWM periods from one command frame to the next: a tenth of a second would be the timeout.
-const COMMAND_EVERY: u64 = 50;
+/// Boot-up of the node, and the NMT command that starts it.
+const BOOT_UP: Id = Id::Standard(0x701);
+const START: [u8; 2] = [1, 1];
 
 impl Script for Session {
     fn at_edge(&mut self, view: &mut View<'_>) -> Flow {
-        self.period += 1;
         let now_ns = view.now_ns();
-        // What is typed before the board has started waits for it.
-        while self.show.is_started()
-            && let Ok(command) = self.commands.try_recv()
+        let Some(port) = view.port(0) else {
+            return Flow::End;
+        };
+        let sent = port.take_heard();
+        // After each reset the node waits for its start.
+        if sent
+            .iter()
+            .any(|(_, frame)| frame.id == BOOT_UP && frame.payload() == [0])
         {
-            if self.obey(command, view) == Flow::End {
-                return Flow::End;
-            }
+            port.send(now_ns, Frame::data_frame(Id::Standard(0), &START));
         }
-        if let (Some(deg), true) = (self.angle_deg, self.period.is_multiple_of(COMMAND_EVERY))
-            && let Some(port) = view.port(0)
-        {
-            port.send(now_ns, console::frame(deg, console::NO_ORDER));
+        if self.board_end.exchange(view, &sent) == Flow::End {
+            return Flow::End;
         }
-        let heard = view
-            .port(0)
-            .map(|port| port.take_heard())
-            .unwrap_or_default();
-        self.save(view, &heard);
-        let shown = self.show.row(view.row, self.angle_deg, &heard);
-        self.wait_for_the_wall(now_ns);
-        if shown { Flow::On } else { Flow::End }
+        let is_open = self.show.row(view.row, self.board_end.target_deg, &sent);
+        self.keep_pace(now_ns);
+        if is_open { Flow::On } else { Flow::End }
     }
 }

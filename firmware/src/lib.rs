@@ -19,8 +19,6 @@
 //! | [`supervisor`] | when the watchdog is fed, missed control periods, cause of the reset |
 //! | [`dictionary`] | the CANopen object dictionary |
 //! | [`drive`] | the application as a CANopen drive: object dictionary, CiA 402, EMCY, store |
-//! | [`frames`] | plain CAN frames for commands, telemetry, and values by number |
-//! | [`service`] | serves them: parameters, excitations, capture, history of faults |
 //!
 //! Nothing here allocates, blocks, or panics, whatever comes in.
 
@@ -33,13 +31,11 @@ pub mod command;
 pub mod dictionary;
 pub mod drive;
 pub mod faults;
-pub mod frames;
 pub mod interface;
 pub mod measure;
 pub mod native;
 pub mod parameters;
 pub mod protection;
-pub mod service;
 pub mod store;
 pub mod supervisor;
 pub mod timing;

@@ -3,7 +3,6 @@
 
 pub mod analysis;
 pub mod can;
-pub mod capture_file;
 pub mod error;
 pub mod file;
 pub mod fit_page;

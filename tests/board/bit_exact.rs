@@ -1,68 +1,110 @@
-//! The application on the PC and the ELF on the emulated board do the same, bit for bit.
+//! The device on the PC and the ELF on the emulated board do the same, bit for bit and frame for frame.
 
-use board_tests::frames::{BoardFrame, Frame, order};
-use board_tests::native::Native;
-use board_tests::runs::run_schedule;
-use virtual_board::plant::BoardPlantOptions;
+use board_tests::frames::{Frame, control, read, sent, start, target, write_real};
+use board_tests::native::NativeBoard;
+use board_tests::program::run_master;
+use virtual_board::plant::{BoardPlantOptions, Bridge};
 use virtual_board::run::Options;
 
 const SECONDS: u64 = 60;
 const TICKS: u64 = SECONDS * 250;
 
-/// Steps, ramps, a sine, the servo's end stops, quick stops, and a bridge that is off now and then.
-fn mixed(tick: u64) -> Option<Frame> {
+/// Where the drive is to go, deg: steps, sines, a ramp, the end stops of the servo to and fro, an angle beyond the
+/// position limits, and one of a few encoder counts.
+fn target_deg(tick: u64) -> f64 {
     let seconds = tick as f64 / 250.0;
-    let deg = match tick / 1250 % 6 {
+    let sine = |deg: f64, hz: f64| deg * (2.0 * std::f64::consts::PI * hz * seconds).sin();
+    match tick / 500 % 7 {
         0 => f64::from((tick / 125 % 3) as i32 - 1) * 30.0,
-        1 => 20.0 * (2.0 * std::f64::consts::PI * 0.7 * seconds).sin(),
-        2 => (seconds % 5.0) * 12.0 - 30.0,
-        3 => 2.0 * (2.0 * std::f64::consts::PI * 5.0 * seconds).sin(),
-        4 => {
-            if (tick / 50).is_multiple_of(2) {
-                60.0
-            } else {
-                -60.0
-            }
-        }
+        1 => sine(20.0, 0.7),
+        2 => (seconds % 2.5) * 20.0 - 25.0,
+        3 => 70.0,
+        4 => sine(2.0, 5.0),
+        5 if (tick / 50).is_multiple_of(2) => 60.0,
+        5 => -60.0,
         _ => 0.3,
+    }
+}
+
+/// Each mode for ten seconds, with quick stops, halts, and the power off now and then.
+pub fn command(tick: u64) -> Vec<Frame> {
+    let mode = [8, 1, 3, 9, 8, 1][(tick / 2500 % 6) as usize];
+    let within = tick % 2500;
+    let mdeg = (target_deg(tick) * 1000.0) as i32;
+    let word = match within {
+        0..12 => 0x06,
+        12..14 => 0x07,
+        // A new set-point each time, as profile position takes it.
+        _ if tick % 50 < 25 => 0x1f,
+        _ => 0x0f,
     };
-    let order = match tick % 3000 {
-        30 => order::ENABLE,
-        1400 => order::QUICK_STOP,
-        1500 => order::ACKNOWLEDGE,
-        1510 | 2210 => order::ENABLE,
-        2200 => order::DISABLE,
-        _ => order::NONE,
+    let word = match within {
+        1200..1260 => 0x02,
+        1260..1290 => 0x06,
+        1290..1300 => 0x07,
+        1700..1750 => word | 0x100,
+        2000..2020 => 0x00,
+        2020..2030 => 0x06,
+        2030..2040 => 0x07,
+        _ => word,
     };
-    let is_due = order != order::NONE || tick.is_multiple_of(5);
-    (tick >= 30 && is_due).then(|| Frame::command((deg * 1000.0) as i32, order))
+    vec![control(word, mdeg), target(mdeg, mode)]
+}
+
+/// Commands at 50 Hz, with SDO requests between them.
+fn mixed(tick: u64) -> Vec<Frame> {
+    if tick < 30 {
+        return if tick == 20 {
+            vec![start()]
+        } else {
+            Vec::new()
+        };
+    }
+    match tick % 25 {
+        // An object that does not exist, a gain and its default.
+        3 => vec![write_real(0x60F6, 1, 1.0)],
+        8 if tick.is_multiple_of(3) => vec![write_real(0x60FB, 1, 7.5)],
+        8 => vec![write_real(0x60FB, 1, 8.0)],
+        // A string, which is uploaded in segments: the next request aborts it.
+        13 => vec![read(0x6064, 0), read(0x1008, 0)],
+        14 => vec![read(0x5555, 0)],
+        18 => vec![read(0x1001, 0), read(0x2050, 1)],
+        _ if tick.is_multiple_of(5) => command(tick),
+        _ => Vec::new(),
+    }
 }
 
 #[test]
-fn a_minute_of_mixed_inputs_is_the_same_natively_and_on_the_emulated_board() {
-    let rig = BoardPlantOptions::realistic(7);
+fn a_minute_of_all_modes_is_the_same_natively_and_on_the_emulated_board() {
+    let rig = BoardPlantOptions::realistic(11);
     let options = Options {
         rig,
         ..Options::for_ms(SECONDS * 1000 + 20)
     };
-    let emulated = run_schedule(options, mixed);
-    let mut native = Native::new(&rig);
-    (0..TICKS).for_each(|tick| native.tick(mixed(tick).as_ref()));
+    let emulated = run_master(options, mixed);
+    let mut native = NativeBoard::new(&rig);
+    (0..TICKS).for_each(|tick| native.tick(&mixed(tick)));
 
     let rows = &emulated.trace.rows;
     assert!(rows.len() as u64 >= 4 * TICKS);
-    native.plant.assert_same(rows);
-    let sent: Vec<Frame> = (emulated.trace.frames.iter())
-        .filter(|sent| sent.sender == 0)
-        .map(|sent| Frame::from_the_wire(&sent.frame))
-        .collect();
-    let expected = native.telemetry.as_flattened();
-    assert!(sent.len() >= expected.len());
-    for (index, (expected, found)) in expected.iter().zip(&sent).enumerate() {
-        assert_eq!(found, expected, "frame {} of tick {}", index % 3, index / 3);
+    native.assert_same(rows);
+    let found: Vec<Frame> = sent(&emulated).iter().map(|sent| sent.frame).collect();
+    for (number, (expected, found)) in native.frames.iter().zip(&found).enumerate() {
+        assert_eq!(expected, found, "frame {number}");
     }
+    // Twice 250 Hz and once 50 Hz of telemetry, and the responses to the SDO requests.
+    assert!(
+        found.len() as u64 > 2 * TICKS + TICKS / 5,
+        "{}",
+        found.len()
+    );
+    // Frames of the last turns may not have ended yet.
+    assert!(found.len().abs_diff(native.frames.len()) < 20);
     let driven = rows
         .iter()
-        .filter(|row| matches!(row.bridge, virtual_board::plant::Bridge::Driven { .. }));
-    assert!(driven.count() > rows.len() / 4, "it hardly moved");
+        .filter(|row| matches!(row.bridge, Bridge::Driven { .. }));
+    assert!(driven.count() > rows.len() / 4, "the bridge is mostly off");
+    let angles = rows.iter().map(|row| row.angle_deg);
+    let (least, most) = angles.fold((0.0_f64, 0.0_f64), |(a, b), deg| (a.min(deg), b.max(deg)));
+    assert!(least < -25.0 && most > 50.0, "{least} to {most} deg");
 }

@@ -1,18 +1,22 @@
-//! What a tick costs, counted between entry and return.
+//! Instructions of a tick, counted between entry and return.
 
-use board_tests::frames::{BoardFrame, Frame, order};
-use board_tests::runs::{
-    Commander, Schedule, firmware, run_schedule, run_script, statuses, to_and_fro,
+use board_tests::frames::{
+    Frame, control, faults, is_operation_enabled, statuswords, write, write_real,
 };
+use board_tests::master::{ENABLED_TICK, Master, driven, to_and_fro};
+use board_tests::program::{firmware, run_master, run_script};
 use virtual_board::plant::BoardPlantOptions;
 use virtual_board::run::{Finished, Flow, Options, Script, Span, View};
 
 /// Interrupts of a tick, and how often each runs in it.
 const INTERRUPTS: [(&str, u64); 3] = [("DMA2_STREAM0", 1), ("TIM1_UP_TIM10", 4), ("TIM1_CC", 3)];
-const STAGES: [&str; 4] = ["gather", "serve", "application_step", "record"];
+const STAGES: [&str; 2] = ["gather", "device_control"];
 
 /// The control law with its parameters in memory, by pieces of the functions' names.
-const CONTROL_LAW: [&str; 2] = ["7cascade.*5State7observe", "7cascade.*5State5close"];
+const CONTROL_LAW: [&str; 2] = [
+    "cascade.*CascadeState.*7observe",
+    "cascade.*CascadeState.*5close",
+];
 
 /// The whole name of the function of which these are pieces.
 fn function(pieces: &str) -> String {
@@ -22,7 +26,7 @@ fn function(pieces: &str) -> String {
 }
 
 /// Least and most instructions.
-fn ends(spans: &[Span]) -> (u64, u64) {
+fn range(spans: &[Span]) -> (u64, u64) {
     let counts = || spans.iter().map(|span| span.instructions);
     (counts().min().unwrap_or(0), counts().max().unwrap_or(0))
 }
@@ -46,16 +50,16 @@ fn worst_tick<S>(finished: &Finished<S>, ticks: impl Fn(u64) -> bool) -> u64 {
 }
 
 /// Reads the board's own count of its longest step.
-struct OwnCount {
-    commander: Commander,
+struct OwnCount<F> {
+    master: Master<F>,
     longest: u32,
 }
 
-impl Script for OwnCount {
+impl<F: Fn(u64) -> Vec<Frame> + Send> Script for OwnCount<F> {
     fn at_edge(&mut self, view: &mut View<'_>) -> Flow {
         let address = firmware().address("LONGEST_STEP").expect("a symbol");
         self.longest = view.word(address).expect("memory");
-        self.commander.at_edge(view)
+        self.master.at_edge(view)
     }
 }
 
@@ -71,19 +75,19 @@ fn the_whole_tick_stays_below_3000_instructions_over_a_minute() {
         ..Options::for_ms(60_000)
     };
     let script = OwnCount {
-        commander: Commander::new(to_and_fro),
+        master: Master::new(|tick| driven(tick, to_and_fro(tick))),
         longest: 0,
     };
     let finished = run_script(options, script);
     for (name, spans) in &finished.spans {
-        let (least, most) = ends(spans);
+        let (least, most) = range(spans);
         println!(
             "{name:18} {:6} calls, {least:5} to {most:5} instructions",
             spans.len()
         );
         assert!(spans.len() > 14_000, "{name}");
     }
-    let worst = |(name, times): &(&str, u64)| times * ends(&finished.spans[*name]).1;
+    let worst = |(name, times): &(&str, u64)| times * range(&finished.spans[*name]).1;
     let sum: u64 = INTERRUPTS.iter().map(worst).sum();
     let tick = worst_tick(&finished, |_| true);
     println!("the worst tick: {tick} instructions; of the worst of each interrupt: {sum}");
@@ -93,68 +97,64 @@ fn the_whole_tick_stays_below_3000_instructions_over_a_minute() {
     // its gathering to before its return.
     let own = u64::from(finished.script.longest);
     let (step, gather) = ("DMA2_STREAM0", "gather");
-    let around = ends(&finished.spans[step]).1 - own;
+    let around = range(&finished.spans[step]).1 - own;
     println!("longest step by the board's own DWT: {own} cycles, {around} around it");
     assert!(
-        (ends(&finished.spans[gather]).0..200).contains(&around),
+        (range(&finished.spans[gather]).0..200).contains(&around),
         "{around}"
     );
 }
 
-/// Narrow limits by the numbers of their parameters: position, deg; rate, deg/s; duty, %, and its slew, %/s.
-const NARROW: [(u8, f32); 6] = [
-    (6, -8.0),
-    (7, 8.0),
-    (8, 30.0),
-    (9, 30.0),
-    (10, 40.0),
-    (11, 2_000.0),
+/// Narrow limits by the objects of their parameters: position, deg; rate, deg/s; duty, %, and its slew, %/s.
+const NARROW: [(u16, u8, f32); 6] = [
+    (0x2010, 5, -8.0),
+    (0x2010, 6, 8.0),
+    (0x60FB, 2, 30.0),
+    (0x60FB, 3, 30.0),
+    (0x60F9, 6, 40.0),
+    (0x60F9, 7, 2_000.0),
 ];
 
-/// To and fro within narrow limits.
-fn narrowly(tick: u64) -> Option<Frame> {
-    let limit = tick.checked_sub(10).and_then(|n| NARROW.get(n as usize));
-    limit.map_or_else(
-        || to_and_fro(tick),
-        |(number, value)| Some(Frame::write(*number, value.to_bits())),
-    )
+/// To and fro, with narrow limits or the default ones.
+fn limited(narrow: bool, tick: u64) -> Vec<Frame> {
+    match tick {
+        10 if narrow => NARROW
+            .map(|(index, sub, value)| write_real(index, sub, value))
+            .into(),
+        _ => driven(tick, to_and_fro(tick)),
+    }
 }
 
 #[test]
 fn the_control_law_stays_below_300_instructions_whatever_limits_act() {
-    let schedules: [(&str, Schedule); 2] = [("wide", to_and_fro), ("narrow", narrowly)];
-    for (limits, schedule) in schedules {
+    for (limits, narrow) in [("wide", false), ("narrow", true)] {
         let options = Options {
             rig: BoardPlantOptions::realistic(3),
             probes: CONTROL_LAW.map(function).into(),
             ..Options::for_ms(10_000)
         };
-        let finished = run_schedule(options, schedule);
+        let finished = run_master(options, move |tick| limited(narrow, tick));
         let [(_, observe), (_, regulate)] =
-            CONTROL_LAW.map(|part| ends(&finished.spans[&function(part)]));
+            CONTROL_LAW.map(|part| range(&finished.spans[&function(part)]));
         let law = observe + regulate;
         println!("{limits} limits: {observe} + {regulate} = {law} instructions at most");
         assert!(observe > 0 && regulate > 0 && law < 300, "{law}");
+        let furthest = finished.trace.rows.iter().map(|row| row.angle_deg);
+        let furthest_deg = furthest.fold(0.0, f64::max);
+        assert_eq!(narrow, furthest_deg < 9.0, "{furthest_deg} deg");
     }
 }
 
-/// Numbers of the excitation's shape and of the order of its register, and the order that starts it.
-const SHAPE: u8 = 128;
-const REGISTER: u8 = 135;
-const START_EXCITATION: u8 = 9;
-
-/// Each excitation of the board for half a second, around a command that rests.
-fn excitations(tick: u64) -> Option<Frame> {
+/// Each excitation of the board for half a second, around a target that rests.
+fn excitations(tick: u64) -> Vec<Frame> {
     let since = tick.saturating_sub(100);
     match (tick, since % 125) {
         // The longest register takes the longest; a multisine has as many lines as it may by default.
-        (10, _) => Some(Frame::write(REGISTER, 16)),
-        (30, _) => Some(Frame::command(0, order::ENABLE)),
-        (100.., 0) => Some(Frame::write(SHAPE, (since / 125) as u32)),
-        (100.., 3) => Some(Frame::command(0, START_EXCITATION)),
-        // Nothing is stale when an excitation ends.
-        (31.., _) if tick.is_multiple_of(5) => Some(Frame::command(0, order::NONE)),
-        _ => None,
+        (10, _) => vec![write(0x2020, 10, 16, 4)],
+        (100.., 0) => vec![write(0x2020, 3, (since / 125) as u32, 4), control(0x0f, 0)],
+        (100.., 3) => vec![write(0x2020, 1, 1, 1)],
+        (ENABLED_TICK.., _) if tick.is_multiple_of(5) => vec![control(0x0f, 0)],
+        _ => driven(tick, 0),
     }
 }
 
@@ -164,17 +164,17 @@ fn no_excitation_that_the_board_computes_itself_takes_a_tick_beyond_3000_instruc
         probes: INTERRUPTS.map(|(name, _)| name.to_owned()).into(),
         ..Options::for_ms(4 * (100 + 10 * 125))
     };
-    let finished = run_schedule(options, excitations);
-    let told = statuses(&finished);
-    let (_, last) = told.last().expect("it reports");
-    assert_eq!((last.state, last.fault), (2, 0), "enabled to the end");
+    let finished = run_master(options, excitations);
+    let (_, last) = *statuswords(&finished).last().expect("the board reports");
+    assert!(is_operation_enabled(last), "{last:04x}");
+    assert_eq!(faults(&finished), []);
     // From where it runs until before the next one is set.
     let from_ns = |shape: u64| (100 + shape * 125) * 4_000_000;
     for shape in 0..10 {
         let running = from_ns(shape) + 60_000_000..from_ns(shape + 1) - 20_000_000;
         let tick = worst_tick(&finished, |at_ns| running.contains(&at_ns));
         println!("excitation {shape}: a tick of {tick} instructions at most");
-        assert!(tick > 2_000, "one runs");
+        assert!(tick > 2_000, "the excitation runs");
     }
     let tick = worst_tick(&finished, |_| true);
     println!("with those in which one is set and started: {tick}");
@@ -187,7 +187,7 @@ fn the_samples_are_taken_at_their_instants() {
         probes: vec!["TIM1_CC".into(), "TIM1_UP_TIM10".into()],
         ..Options::for_ms(1000)
     };
-    let finished = run_schedule(options, to_and_fro);
+    let finished = run_master(options, |tick| driven(tick, to_and_fro(tick)));
     let edges_ns: Vec<u64> = finished.trace.rows.iter().map(|row| row.at_ns).collect();
     let within_us = |span: &Span| {
         let edge = edges_ns.partition_point(|edge_ns| *edge_ns <= span.at_ns + 20);

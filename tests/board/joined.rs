@@ -1,49 +1,46 @@
-//! Two boards on one bus: the same ELF twice, each by its own number.
+//! Two boards on one bus: the same ELF twice, each with its own node-ID.
 
 use board_tests::chain::saved;
-use board_tests::frames::{Status, order};
-use board_tests::runs::firmware;
-use firmware::parameters::BoardParameters;
-use virtual_board::can::{Frame, Id, Port, Sent};
+use board_tests::frames::{control, is_operation_enabled, standard, to_wire};
+use board_tests::program::firmware;
+use firmware::drive::StoredParameters;
+use virtual_board::can::{Port, Sent};
 use virtual_board::run::{Company, Finished, Flow, Options, Script, SharedBus, View, run_with};
 
-/// Both are enabled here, ms.
+/// Controlwords that enable both drives begin here, ms.
 const ENABLED_MS: u64 = 100;
 const END_MS: u64 = 2000;
 
-/// What is commanded to each, deg.
+/// Target of each node, deg.
 const ANGLES_DEG: [i32; 2] = [10, -20];
 
-/// Somebody at the bus: both are enabled and commanded in the same instant, every 20 ms.
-fn desk() -> Port {
+/// The master: starts all nodes, then commands both at the same instant, every 20 ms.
+fn master() -> Port {
     let mut port = Port::at_rate(1_000_000);
-    for ms in (ENABLED_MS..END_MS).step_by(20) {
+    port.send(80_000_000, to_wire(&standard(0, &[1, 0])));
+    let words = [0x06, 0x07].into_iter().chain(std::iter::repeat(0x0f));
+    for (ms, word) in (ENABLED_MS..END_MS).step_by(20).zip(words) {
         for (node, deg) in (1..).zip(ANGLES_DEG) {
-            let order = if ms == ENABLED_MS {
-                order::ENABLE
-            } else {
-                order::NONE
-            };
-            let [a, b, c, d] = (deg * 1000).to_le_bytes();
-            let frame = Frame::data_frame(Id::Standard(0x200 + node), &[a, b, c, d, order]);
-            port.send(ms * 1_000_000, frame);
+            let data = control(word, deg * 1000).bytes();
+            let frame = standard(0x200 + node, &data[..6]);
+            port.send(ms * 1_000_000, to_wire(&frame));
         }
     }
     port
 }
 
-fn nothing() -> impl Script {
+fn idle() -> impl Script {
     |_: &mut View<'_>| Flow::On
 }
 
-/// Runs both boards; what was on the bus.
+/// Runs both boards and returns what was on the bus.
 fn boards() -> Vec<Sent> {
-    let bus = SharedBus::new(vec![desk()], 2);
+    let bus = SharedBus::new(vec![master()], 2);
     let start = |(node_id, end)| {
-        let mut parameters = BoardParameters::DEFAULT;
-        parameters.bus.node_id = node_id;
+        let mut set = StoredParameters::DEFAULT;
+        set.board.bus.node_id = node_id;
         let options = Options {
-            contents: vec![saved(&parameters)],
+            contents: vec![saved(&set)],
             ..Options::for_ms(END_MS)
         };
         let company = Company {
@@ -52,7 +49,7 @@ fn boards() -> Vec<Sent> {
         };
         std::thread::spawn(move || {
             let finished: Finished<_> =
-                run_with(firmware(), options, nothing(), company).expect("it runs");
+                run_with(firmware(), options, idle(), company).expect("the run succeeds");
             assert!(finished.gaps.is_empty(), "{}", finished.gaps);
         })
     };
@@ -63,36 +60,36 @@ fn boards() -> Vec<Sent> {
     bus.take_log()
 }
 
-/// The last status of a node.
-fn last(log: &[Sent], node: u32) -> Status {
-    let mut of_node = (log.iter().rev()).filter(|sent| sent.frame.id.value() == 0x180 + node);
-    let mut frame = of_node.next().expect("it reports").frame;
-    frame.id = Id::Standard(0x181);
-    Status::of(&frame).expect("a status")
+/// The data of the last frame with this identifier.
+fn last(log: &[Sent], id: u32) -> [u8; 8] {
+    let mut with_id = log.iter().rev().filter(|sent| sent.frame.id.value() == id);
+    with_id.next().expect("a frame").frame.data
 }
 
 #[test]
 fn two_boards_on_one_bus_answer_and_move_by_their_own_numbers() {
     let log = boards();
     for (node, deg) in (1..).zip(ANGLES_DEG) {
-        let status = last(&log, node);
-        assert_eq!(
-            (status.state, status.fault),
-            (2, 0),
-            "node {node}: {status:?}"
+        let [.., a, b] = last(&log, 0x280 + node);
+        let statusword = u16::from_le_bytes([a, b]);
+        assert!(
+            is_operation_enabled(statusword),
+            "node {node}: {statusword:04x}"
         );
-        let off_mdeg = (status.mdeg - deg * 1000).abs();
-        assert!(off_mdeg < 200, "node {node}: {status:?}");
+        let [a, b, ..] = last(&log, 0x180 + node);
+        let cdeg = i32::from(i16::from_le_bytes([a, b]));
+        assert!((cdeg - deg * 100).abs() < 20, "node {node}: {cdeg}");
     }
-    // Both report in the same instant: the lower identifier goes first, and no bit of time is lost between them.
+    // Both send two PDOs in each control period. Behind the first frames both have one pending: the lower identifier wins,
+    // and the other follows without a gap.
     let pairs: Vec<_> = (log.windows(2))
-        .filter(|pair| pair[0].frame.id.value() == 0x181 && pair[1].sender != pair[0].sender)
+        .filter(|pair| pair[0].frame.id.value() == 0x281 && pair[1].sender != pair[0].sender)
         .collect();
     assert!(pairs.len() > 400, "{}", pairs.len());
     for pair in pairs {
         let bits = pair[1].frame.bits_on_the_wire() + 3;
         assert_eq!(pair[1].at_ns - pair[0].at_ns, u64::from(bits) * 1000);
     }
-    // Twice the same, however the threads take turns.
+    // A second run has the same frames, in whatever order the threads run.
     assert_eq!(log, boards());
 }

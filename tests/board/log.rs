@@ -1,8 +1,9 @@
 //! What the board logs, read out of its memory as a debugger does.
 
-use board_tests::runs::Commander;
-use board_tests::runs::{firmware, run_script, to_and_fro};
-use cross_build::plain_board_elf;
+use board_tests::frames::Frame;
+use board_tests::master::{Master, driven, to_and_fro};
+use board_tests::program::{firmware, run_script};
+use cross_build::board_elf;
 use virtual_board::run::{Flow, Options, Script, View};
 
 /// Offsets in the control block behind its 16 letters: buffer, size, written, read (SEGGER UM08001).
@@ -10,9 +11,9 @@ const BUFFER: u64 = 28;
 const SIZE: u64 = 32;
 const WRITTEN: u64 = 36;
 
-/// Reads the buffer in the end.
-struct Reader {
-    commander: Commander,
+/// Reads the buffer at the end.
+struct Reader<F> {
+    master: Master<F>,
     periods: u64,
     bytes: Vec<u8>,
 }
@@ -21,7 +22,7 @@ fn word(view: &mut View<'_>, address: u64) -> u64 {
     view.word(address).expect("memory").into()
 }
 
-impl Script for Reader {
+impl<F: Fn(u64) -> Vec<Frame> + Send> Script for Reader<F> {
     fn at_edge(&mut self, view: &mut View<'_>) -> Flow {
         self.periods += 1;
         if self.periods == 500 {
@@ -37,19 +38,19 @@ impl Script for Reader {
                 .map(|k| (word(view, (buffer + k) & !3) >> (8 * ((buffer + k) & 3))) as u8)
                 .collect();
         }
-        self.commander.at_edge(view)
+        self.master.at_edge(view)
     }
 }
 
 #[test]
 fn the_log_decodes_with_the_strings_of_the_elf() {
     let script = Reader {
-        commander: Commander::new(to_and_fro),
+        master: Master::new(|tick| driven(tick, to_and_fro(tick))),
         periods: 0,
         bytes: Vec::new(),
     };
     let finished = run_script(Options::for_ms(600), script);
-    let elf = std::fs::read(plain_board_elf()).expect("the ELF was built");
+    let elf = std::fs::read(board_elf()).expect("the ELF was built");
     let table = defmt_decoder::Table::parse(&elf).expect("a table");
     let table = table.expect("a log");
     let mut decoder = table.new_stream_decoder();

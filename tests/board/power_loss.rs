@@ -1,16 +1,15 @@
-//! The supply fails in every operation of a save: afterwards the old parameters are there or the new.
+//! The supply fails in every operation of a save: afterwards the board has the old parameters or the new ones.
 
 use board_tests::cuts::{Cut, Cuts};
-use board_tests::runs::{run_script, statuses};
-use firmware::faults::Fault as Told;
+use board_tests::frames::faults;
+use board_tests::program::run_script;
+use firmware::faults::Fault;
 use firmware::parameters::BoardParameters;
 use virtual_board::flash::Operation;
 use virtual_board::plant::Bridge;
 use virtual_board::run::{Finished, Options};
 
-const NAME: &str = "over_current_ma";
-
-/// As it is by default, and as it is saved one time after the other, mA.
+/// The over-current limit: the default, and the values that are saved one after the other, mA.
 const LIMITS_MA: [u32; 3] = [
     BoardParameters::DEFAULT.current.over_current_ma as u32,
     1234,
@@ -46,13 +45,13 @@ fn in_the_crc(operations: &[Operation]) -> Vec<Cut> {
 }
 
 fn run_cuts(values: &[u32], choose: fn(&[Operation]) -> Vec<Cut>) -> Finished<Cuts> {
-    let script = Cuts::new(NAME, values, choose);
+    let script = Cuts::new(values, choose);
     let finished = run_script(Options::for_ms(LIMIT_MS), script);
     assert!(finished.script.is_done(), "{} ns", finished.end_ns);
     finished
 }
 
-/// How often each of two values was there after a cut, and nothing else ever.
+/// Counts how often the board held each of two values after a cut, and asserts that it held no other.
 fn count(finished: &Finished<Cuts>, values: [u32; 2]) -> [usize; 2] {
     let held = &finished.script.held;
     for (cut, value) in held {
@@ -81,20 +80,21 @@ fn after_a_loss_of_supply_in_an_erase_or_a_word_after_it_a_valid_set_is_there() 
     let finished = run_cuts(&LIMITS_MA[1..], everywhere);
     let erases = |(cut, _): &&(Cut, u32)| cut.operation == 0;
     let erases = finished.script.held.iter().filter(erases).count();
-    assert_eq!(erases, 8, "a page that may have held something is erased");
+    assert_eq!(erases, 8, "a page that is not blank is erased");
     let [old, _] = count(&finished, [LIMITS_MA[1], LIMITS_MA[2]]);
     assert!(old > 8, "{old}");
 }
 
-/// A CRC that stands by half cannot be told from a page that has gone bad.
+/// A half-written CRC cannot be distinguished from a corrupt page.
 #[test]
-fn a_first_save_that_was_cut_in_its_crc_is_told_as_corrupt_parameters_and_the_board_stays_off() {
+fn a_first_save_that_was_cut_in_its_crc_is_reported_as_corrupt_parameters_and_the_board_stays_off()
+{
     let finished = run_cuts(&[LIMITS_MA[1]], in_the_crc);
     let reset_ns = finished.resets.last().expect("the supply came back").at.0;
-    let told = statuses(&finished);
-    let mut after = told.iter().filter(|(at_ns, _)| *at_ns > reset_ns);
-    let (_, last) = after.next_back().expect("the board tells something");
-    assert_eq!(u16::from(last.fault), Told::ParametersCorrupt.number());
+    let faults = faults(&finished).into_iter();
+    let mut after = faults.filter(|(at_ns, _)| *at_ns > reset_ns);
+    let (_, number) = after.next_back().expect("the board reports a fault");
+    assert_eq!(u16::from(number), Fault::ParametersCorrupt.number());
     let rows = finished.trace.rows.iter();
     assert!(rows.clone().any(|row| row.at_ns > reset_ns));
     for row in rows.filter(|row| row.at_ns > reset_ns) {

@@ -1,85 +1,101 @@
-//! What a reset does to the board, whatever its cause.
+//! What a reset does to the board, for each cause.
 
-use board_tests::frames::Status;
-use board_tests::runs::{run_schedule, statuses, to_and_fro};
+use board_tests::frames::{
+    Frame, is_fault, is_operation_enabled, is_switch_on_disabled, start, statuswords,
+};
+use board_tests::master::{driven, to_and_fro};
+use board_tests::program::run_master;
 use virtual_board::faults::{Fault, Planned};
 use virtual_board::plant::Bridge;
 use virtual_board::run::{Options, ResetCause};
 
 const FAULT_MS: u64 = 1000;
 
-/// Frames of the board, by their ends, ns.
-type Statuses = Vec<(u64, Status)>;
+/// The last control period with a target, shortly behind the fault.
+const LAST_TARGET: u64 = 260;
 
-/// What the bridge did, by ms.
-type Bridges = Vec<(u64, Bridge)>;
+/// What a run shows of a reset.
+struct Restart {
+    causes: Vec<ResetCause>,
+    /// Statuswords by the ends of their frames, ms.
+    statuswords: Vec<(u64, u16)>,
+    /// State of the bridge, by ms.
+    bridges: Vec<(u64, Bridge)>,
+}
 
-fn restart(fault: Planned) -> (Vec<ResetCause>, Statuses, Bridges) {
+/// Drives the shaft until the fault; then the master only starts the node, ten times a second.
+fn frames(tick: u64) -> Vec<Frame> {
+    match tick {
+        ..LAST_TARGET => driven(tick, to_and_fro(tick)),
+        _ if tick.is_multiple_of(25) => vec![start()],
+        _ => Vec::new(),
+    }
+}
+
+fn restart(fault: Planned) -> Restart {
     let options = Options {
         faults: vec![fault],
         ..Options::for_ms(1600)
     };
-    let finished = run_schedule(options, |tick| to_and_fro(tick).filter(|_| tick < 260));
-    let causes = finished.resets.iter().map(|reset| reset.cause).collect();
-    let bridges = finished.trace.rows.iter();
-    let bridges = bridges
-        .map(|row| (row.at_ns / 1_000_000, row.bridge))
-        .collect();
-    (causes, statuses(&finished), bridges)
+    let finished = run_master(options, frames);
+    let ms = |ns: u64| ns / 1_000_000;
+    let rows = finished.trace.rows.iter();
+    Restart {
+        causes: finished.resets.iter().map(|reset| reset.cause).collect(),
+        bridges: rows.map(|row| (ms(row.at_ns), row.bridge)).collect(),
+        statuswords: (statuswords(&finished).into_iter())
+            .map(|(at_ns, word)| (ms(at_ns), word))
+            .collect(),
+    }
 }
 
-/// From the reset on the bridge is off, and the board reports itself again.
-fn comes_back_off(statuses: &[(u64, Status)], bridges: &[(u64, Bridge)], from_ms: u64) {
-    let after = |ms: u64| ms > from_ms + 1;
-    assert!(
-        bridges
-            .iter()
-            .filter(|(ms, _)| after(*ms))
-            .all(|(_, bridge)| *bridge == Bridge::Coast)
-    );
-    let (_, last) = statuses.last().expect("it reports");
-    assert_ne!(last.state, 2, "{last:?}");
-    let frames = statuses.iter().filter(|(ns, _)| after(ns / 1_000_000));
-    assert!(frames.count() > 50, "it hardly reports");
+impl Restart {
+    fn last_statusword(&self) -> u16 {
+        self.statuswords.last().expect("the board reports").1
+    }
+
+    /// Asserts that from the reset on the bridge is off, and the board reports again once it is started.
+    fn assert_off_and_reporting(&self, from_ms: u64) {
+        let after = |ms: u64| ms > from_ms + 1;
+        let mut bridges = self.bridges.iter().filter(|(ms, _)| after(*ms));
+        assert!(bridges.all(|(_, bridge)| *bridge == Bridge::Coast));
+        let last = self.last_statusword();
+        assert!(!is_operation_enabled(last), "{last:04x}");
+        let frames = self.statuswords.iter().filter(|(ms, _)| after(*ms));
+        let count = frames.count();
+        assert!(count > 50, "{count} statuswords after the reset");
+    }
 }
 
 #[test]
-fn the_reset_pin_switches_the_bridge_off_and_the_board_starts_anew() {
-    let (causes, statuses, bridges) = restart(Planned::at_ms(FAULT_MS, Fault::ResetPin));
-    assert_eq!(causes, [ResetCause::Pin]);
-    comes_back_off(&statuses, &bridges, FAULT_MS);
+fn the_reset_pin_switches_the_bridge_off_and_the_board_starts_again() {
+    let restart = restart(Planned::at_ms(FAULT_MS, Fault::ResetPin));
+    assert_eq!(restart.causes, [ResetCause::Pin]);
+    restart.assert_off_and_reporting(FAULT_MS);
 }
 
 #[test]
-fn a_core_that_stands_still_is_reset_by_the_watchdog_and_the_board_says_so() {
+fn a_stalled_core_is_reset_by_the_watchdog_and_the_board_reports_a_fault() {
     let stall = Planned::at_ms(FAULT_MS, Fault::StallCore).for_ms(60);
-    let (causes, statuses, bridges) = restart(stall);
-    assert_eq!(causes.first(), Some(&ResetCause::Model("IWDG")));
-    comes_back_off(&statuses, &bridges, FAULT_MS + 60);
-    assert_eq!(
-        statuses.last().map(|(_, status)| status.state),
-        Some(5),
-        "a fault"
-    );
+    let restart = restart(stall);
+    assert_eq!(restart.causes.first(), Some(&ResetCause::Model("IWDG")));
+    restart.assert_off_and_reporting(FAULT_MS + 60);
+    assert!(is_fault(restart.last_statusword()));
 }
 
 #[test]
 fn a_loss_of_the_supply_starts_the_board_from_power_on() {
     let loss = Planned::at_ms(FAULT_MS, Fault::PowerLoss).for_ms(50);
-    let (causes, statuses, bridges) = restart(loss);
-    assert_eq!(causes, [ResetCause::PowerOn]);
-    comes_back_off(&statuses, &bridges, FAULT_MS);
-    assert_eq!(
-        statuses.last().map(|(_, status)| status.state),
-        Some(1),
-        "disabled"
-    );
+    let restart = restart(loss);
+    assert_eq!(restart.causes, [ResetCause::PowerOn]);
+    restart.assert_off_and_reporting(FAULT_MS);
+    assert!(is_switch_on_disabled(restart.last_statusword()));
 }
 
 #[test]
-fn a_supply_that_collapses_lets_go_of_the_board_and_takes_it_up_again() {
+fn a_supply_that_collapses_resets_the_board_which_starts_when_it_is_back() {
     let sag = Planned::at_ms(FAULT_MS, Fault::Supply { volts: 3.0 }).for_ms(50);
-    let (causes, statuses, bridges) = restart(sag);
-    assert_eq!(causes, [ResetCause::PowerOn]);
-    comes_back_off(&statuses, &bridges, FAULT_MS);
+    let restart = restart(sag);
+    assert_eq!(restart.causes, [ResetCause::PowerOn]);
+    restart.assert_off_and_reporting(FAULT_MS);
 }

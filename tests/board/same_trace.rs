@@ -3,7 +3,8 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use board_tests::runs::{run_schedule, to_and_fro};
+use board_tests::master::{driven, to_and_fro};
+use board_tests::program::run_master;
 use virtual_board::faults::{Fault, Planned};
 use virtual_board::plant::BoardPlantOptions;
 use virtual_board::run::Options;
@@ -14,11 +15,12 @@ fn hash(seed: u64) -> String {
         faults: vec![Planned::at_ms(900, Fault::Jam).for_ms(200)],
         ..Options::for_ms(2000)
     };
-    run_schedule(options, to_and_fro).trace.hash()
+    let finished = run_master(options, |tick| driven(tick, to_and_fro(tick)));
+    finished.trace.hash()
 }
 
 #[test]
-fn twice_in_a_row_and_under_load_the_hash_is_the_same_and_another_seed_has_another() {
+fn the_hash_is_the_same_twice_and_under_load_and_another_with_another_seed() {
     let first = hash(1);
     assert_eq!(hash(1), first);
     let is_over = Arc::new(AtomicBool::new(false));

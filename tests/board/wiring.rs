@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use board_tests::comm::run_desk;
-use board_tests::runs::run_script;
+use board_tests::program::run_script;
 use virtual_board::run::{CommView, Flow, Options, SharedBus, View};
 
 /// A pin and what its registers have to hold.

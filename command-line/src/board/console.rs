@@ -1,34 +1,44 @@
-//! What is typed, and the frames that it becomes (`firmware::frames`).
+//! The console: what is typed, and what the board is asked for.
 
 use std::io::BufRead;
 use std::path::PathBuf;
-use std::sync::mpsc::Sender;
+use std::sync::mpsc::{Receiver, Sender, TryRecvError};
+use std::time::Duration;
 
-use virtual_board::can::{Frame, Id};
+use canopen::cia402::{controlword, statusword};
+use host_sim::can::client::Client;
+
+use super::link::{Request, VirtualLink};
+use crate::can::record;
+use crate::error::Error;
+
+/// The node of the emulated board.
+const NODE: u8 = 1;
 
 /// A line of the console.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Command {
-    /// Command this angle, deg, from now on.
+enum Command {
+    /// Go to this angle, deg.
     Angle(f64),
-    /// Send this order.
-    Order(u8),
-    /// Send servo pulses of this length, us, or none.
-    Servo(Option<f64>),
+    /// Enable operation.
+    Enable,
+    /// Take the power off.
+    Disable,
+    /// Quick stop.
+    Stop,
+    /// Reset the faults.
+    Acknowledge,
+    /// Save the parameters.
+    Save,
+    /// Begin or end the capture.
+    Capture(bool),
     /// Save the capture into this file.
     SaveCapture(PathBuf),
+    /// Send servo pulses of this length, us, or none.
+    Servo(Option<f64>),
     /// End the run.
     End,
 }
-
-/// The request of a frame that only commands.
-pub(super) const NO_ORDER: u8 = 0;
-
-/// The order that closes the loop.
-pub(super) const ENABLE: u8 = 1;
-
-/// The command frame of node 1.
-const COMMAND: u16 = 0x201;
 
 /// Greatest angle, deg.
 const GREATEST_DEG: f64 = 180.0;
@@ -36,13 +46,13 @@ const GREATEST_DEG: f64 = 180.0;
 fn parse(line: &str) -> Result<Command, String> {
     let words: Vec<&str> = line.split_whitespace().collect();
     Ok(match words[..] {
-        ["enable"] => Command::Order(ENABLE),
-        ["disable"] => Command::Order(2),
-        ["stop"] => Command::Order(3),
-        ["ack"] => Command::Order(4),
-        ["save"] => Command::Order(7),
-        ["capture", "start"] => Command::Order(11),
-        ["capture", "stop"] => Command::Order(12),
+        ["enable"] => Command::Enable,
+        ["disable"] => Command::Disable,
+        ["stop"] => Command::Stop,
+        ["ack"] => Command::Acknowledge,
+        ["save"] => Command::Save,
+        ["capture", "start"] => Command::Capture(true),
+        ["capture", "stop"] => Command::Capture(false),
         ["capture", "save", path] => Command::SaveCapture(path.into()),
         ["end"] => Command::End,
         ["servo", "off"] => Command::Servo(None),
@@ -54,7 +64,7 @@ fn parse(line: &str) -> Result<Command, String> {
             GREATEST_DEG,
             "deg",
         )?),
-        _ => return Err(format!("`{line}` is no command")),
+        _ => return Err(format!("`{line}` is not a command")),
     })
 }
 
@@ -65,28 +75,109 @@ fn number(word: &str, what: &str, least: f64, most: f64, unit: &str) -> Result<f
         .ok_or_else(|| format!("`{word}`: expected {what} {least} to {most} {unit}"))
 }
 
-/// Reads the terminal until it ends.
-pub(super) fn read(typed: &Sender<Command>) {
+/// Reads lines of the terminal until it ends.
+pub(super) fn read(lines: &Sender<String>) {
     for line in std::io::stdin().lock().lines().map_while(Result::ok) {
-        if line.trim().is_empty() {
-            continue;
-        }
-        match parse(line.trim()) {
-            Ok(command) => {
-                if typed.send(command).is_err() {
-                    return;
-                }
-            }
-            Err(message) => eprintln!("{message}"),
+        let line = line.trim();
+        if !line.is_empty() && lines.send(line.to_owned()).is_err() {
+            return;
         }
     }
 }
 
-/// A command frame.
-pub(super) fn frame(angle_deg: f64, order: u8) -> Frame {
-    let [a, b, c, d] = ((angle_deg * 1e3).round() as i32).to_le_bytes();
-    Frame::data_frame(Id::Standard(COMMAND), &[a, b, c, d, order])
+/// Does what is typed, until the run ends.
+pub(super) fn run(lines: &Receiver<String>, link: VirtualLink, requests: &Sender<Request>) {
+    let mut console = Console {
+        client: Client::new(Box::new(link), NODE),
+        requests,
+    };
+    // The end of the run ends the link.
+    let _ = console.run(lines);
 }
+
+struct Console<'a> {
+    client: Client,
+    requests: &'a Sender<Request>,
+}
+
+impl Console<'_> {
+    fn run(&mut self, lines: &Receiver<String>) -> Result<(), Error> {
+        self.wait_for_start()?;
+        loop {
+            match lines.try_recv() {
+                Ok(line) => self.line(&line)?,
+                Err(TryRecvError::Empty) => self.client.pause(Duration::from_millis(10))?,
+                Err(TryRecvError::Disconnected) => self.client.pause(Duration::MAX)?,
+            }
+        }
+    }
+
+    /// What is typed before the board has started waits for it.
+    fn wait_for_start(&mut self) -> Result<(), Error> {
+        // No bit of the state is set in NOT READY TO SWITCH ON.
+        const STATE: u16 = 0x6f;
+        loop {
+            self.client.pause(Duration::from_millis(10))?;
+            if self.client.status().is_ok_and(|status| status & STATE != 0) {
+                return Ok(());
+            }
+        }
+    }
+
+    /// Does what a line says; what is refused is reported, and the console goes on.
+    fn line(&mut self, line: &str) -> Result<(), Error> {
+        let command = match parse(line) {
+            Ok(command) => command,
+            Err(message) => {
+                eprintln!("{message}");
+                return Ok(());
+            }
+        };
+        if let Err(error) = self.execute(command) {
+            eprintln!("error: {error}");
+        }
+        Ok(())
+    }
+
+    fn execute(&mut self, command: Command) -> Result<(), Error> {
+        match command {
+            Command::Angle(deg) => self.go_to(deg),
+            Command::Enable => Ok(self.client.enable(1)?),
+            Command::Disable => Ok(self.client.disable()?),
+            Command::Stop => Ok(self.client.control(controlword::ENABLE_VOLTAGE)?),
+            Command::Acknowledge => Ok(self.client.reset_fault()?),
+            Command::Save => Ok(self.client.write("1010:1", SAVE)?),
+            Command::Capture(starts) => {
+                let value = if starts { "1" } else { "0" };
+                Ok(self.client.write("2030:1", value)?)
+            }
+            Command::SaveCapture(path) => {
+                let rows = record::save_capture(&mut self.client, &path)?;
+                eprintln!("capture: {}: {rows} records", path.display());
+                Ok(())
+            }
+            Command::Servo(pulse_us) => self.request(Request::Servo(pulse_us)),
+            Command::End => self.request(Request::End),
+        }
+    }
+
+    fn go_to(&mut self, deg: f64) -> Result<(), Error> {
+        if self.client.status()? & statusword::OPERATION_ENABLED == 0 {
+            return Ok(self.client.fail_in_state("type `enable` first")?);
+        }
+        self.request(Request::ShowTarget(deg))?;
+        Ok(self.client.move_to((deg * 1e3).round() as i32)?)
+    }
+
+    fn request(&self, request: Request) -> Result<(), Error> {
+        // The run has ended where it is not received.
+        let _ = self.requests.send(request);
+        Ok(())
+    }
+}
+
+/// "save", the signature that 1010h expects.
+const SAVE: &str = "0x65766173";
 
 #[cfg(test)]
 mod tests {
@@ -94,21 +185,15 @@ mod tests {
 
     #[test]
     fn lines_are_commands_or_say_what_was_expected() {
-        assert_eq!(parse("enable"), Ok(Command::Order(ENABLE)));
+        assert_eq!(parse("enable"), Ok(Command::Enable));
         assert_eq!(parse("-12.5"), Ok(Command::Angle(-12.5)));
         assert_eq!(parse("servo 1500"), Ok(Command::Servo(Some(1500.0))));
         assert_eq!(parse("servo off"), Ok(Command::Servo(None)));
-        assert_eq!(parse("capture start"), Ok(Command::Order(11)));
+        assert_eq!(parse("capture start"), Ok(Command::Capture(true)));
         let save = Command::SaveCapture("run.csv".into());
         assert_eq!(parse("capture save run.csv"), Ok(save));
         let error = parse("999").unwrap_err();
         assert_eq!(error, "`999`: expected an angle of -180 to 180 deg");
-        assert_eq!(parse("go on"), Err("`go on` is no command".into()));
-    }
-
-    #[test]
-    fn an_angle_goes_out_in_thousandths() {
-        let frame = frame(-1.5, 1);
-        assert_eq!(frame.payload(), [0x24, 0xfa, 0xff, 0xff, 1]);
+        assert_eq!(parse("go on"), Err("`go on` is not a command".into()));
     }
 }

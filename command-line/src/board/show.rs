@@ -2,6 +2,7 @@
 
 use std::io::Write;
 
+use host_sim::can::client::state_name;
 use model_core::control::encoder_word::COUNT_DEG;
 use virtual_board::can::Frame;
 use virtual_board::trace::Row;
@@ -11,7 +12,7 @@ use super::Format;
 /// PWM periods from one line of the plot to the next.
 const PLOT_EVERY: u64 = 50;
 
-/// Columns of the plot's axis, and what its ends stand for.
+/// Columns of the plot's axis, and the angle at its ends.
 const COLUMNS: usize = 61;
 const END_DEG: f64 = 90.0;
 
@@ -20,8 +21,10 @@ const END_DEG: f64 = 90.0;
 pub(super) struct Show {
     format: Format,
     period: u64,
-    /// State and fault as the board told them last.
-    status: (u8, u8),
+    /// The last statusword of the board.
+    statusword: u16,
+    /// The first of its latched faults by its number, 0 for none.
+    fault: u8,
 }
 
 impl Show {
@@ -29,20 +32,28 @@ impl Show {
         Self {
             format,
             period: 0,
-            status: (0, 0),
+            statusword: 0,
+            fault: 0,
         }
     }
 
-    /// Whether the board has told that it is past its start: state 0 is the start itself.
-    pub fn is_started(&self) -> bool {
-        self.status.0 != 0
+    /// Takes note of what telemetry and EMCY say of the drive's state.
+    fn note(&mut self, frame: &Frame) {
+        let [a, b, _, d, e, _, g, h] = frame.data;
+        match frame.id.value() {
+            // An instance from 80h on is 80h and the number of a fault.
+            0x081 if (a, b) != (0, 0) && d > 0x80 && self.fault == 0 => self.fault = d - 0x80,
+            // TPDO 2 ends with the statusword.
+            0x281 => self.statusword = u16::from_le_bytes([g, h]),
+            // TPDO 3: statusword, mode, error code.
+            0x381 if (d, e) == (0, 0) => self.fault = 0,
+            _ => {}
+        }
     }
 
-    /// Prints a row if it is its turn; whether somebody still reads.
-    pub fn row(&mut self, row: &Row, angle_deg: Option<f64>, heard: &[(u64, Frame)]) -> bool {
-        for (_, frame) in heard.iter().filter(|(_, frame)| frame.id.value() == 0x181) {
-            self.status = (frame.data[6], frame.data[7]);
-        }
+    /// Prints a row if it is its turn; whether standard output is still open.
+    pub fn row(&mut self, row: &Row, angle_deg: Option<f64>, sent: &[(u64, Frame)]) -> bool {
+        sent.iter().for_each(|(_, frame)| self.note(frame));
         let is_first = self.period == 0;
         let is_turn = self.period.is_multiple_of(PLOT_EVERY);
         self.period += 1;
@@ -53,7 +64,7 @@ impl Show {
             Format::Plot => Ok(()),
             Format::Csv => {
                 let header = "time_s,command_deg,angle_deg,angle_meas_deg,rate_deg_s,current_a,\
-                              supply_v,state,fault";
+                              supply_v,statusword,fault";
                 let begun = if is_first {
                     writeln!(out, "{header}")
                 } else {
@@ -65,11 +76,11 @@ impl Show {
         written.is_ok()
     }
 
-    /// Empty where nothing is commanded yet.
+    /// The command is empty before the first one.
     fn values(&self, row: &Row, command_deg: Option<f64>) -> String {
-        let (state, fault) = self.status;
+        let (statusword, fault) = (self.statusword, self.fault);
         format!(
-            "{:.3},{},{},{},{},{},{},{state},{fault}",
+            "{:.3},{},{},{},{},{},{},{statusword},{fault}",
             row.at_ns as f64 * 1e-9,
             text(command_deg),
             row.angle_deg,
@@ -89,9 +100,9 @@ impl Show {
         }
         axis[column(row.angle_deg)] = 'o';
         let axis: String = axis.into_iter().collect();
-        let (state, fault) = self.status;
+        let (state, fault) = (state_name(self.statusword), self.fault);
         format!(
-            "{:8.2} s {axis} {:8.2} deg {:6.2} A  state {state} fault {fault}",
+            "{:8.2} s {axis} {:8.2} deg {:6.2} A  {state}, fault {fault}",
             row.at_ns as f64 * 1e-9,
             row.angle_deg,
             row.current_a,
@@ -99,7 +110,7 @@ impl Show {
     }
 }
 
-/// What the encoder shows, within half a turn of zero; nothing where its word is not valid.
+/// The encoder's angle, within half a turn of zero; `None` where its word is not valid.
 fn encoder_deg(row: &Row) -> Option<f64> {
     let count = i32::from(row.sensed.encoder.word().read().ok()?.count.get());
     Some(f64::from(count - ((count & 0x800) << 1)) * COUNT_DEG)

@@ -1,6 +1,6 @@
 //! `actuator faults`: what is wrong, what was, and its reset.
 
-use canopen::cia402::{controlword, statusword};
+use canopen::cia402::statusword;
 use clap::Args;
 use firmware::faults::{Fault, TABLE};
 use serde_json::json;
@@ -48,10 +48,7 @@ impl Faults {
         }
         // A drive without a fault stays enabled.
         if self.reset && client.status()? & statusword::FAULT != 0 {
-            client.control(0)?;
-            std::thread::sleep(std::time::Duration::from_millis(20));
-            client.control(controlword::FAULT_RESET)?;
-            std::thread::sleep(std::time::Duration::from_millis(20));
+            client.reset_fault()?;
         }
         let status = client.status()?;
         let present = names(client.integer("2050:9")?);

@@ -6,7 +6,7 @@ mod faults;
 mod monitor;
 mod move_to;
 mod objects;
-mod record;
+pub(crate) mod record;
 mod scan;
 mod serve;
 mod telemetry;

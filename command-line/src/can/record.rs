@@ -162,6 +162,14 @@ impl Sink {
     }
 }
 
+/// Uploads the board's capture into a CSV file; how many records it has.
+#[cfg(feature = "board")]
+pub(crate) fn save_capture(client: &mut Client, path: &std::path::Path) -> Result<u64, Error> {
+    let mut sink = Sink::open(path.to_owned(), false)?;
+    upload(client, &mut sink)?;
+    sink.close()
+}
+
 /// Uploads the capture of the board.
 fn upload(client: &mut Client, sink: &mut Sink) -> Result<(), Error> {
     if matches!(client.integer("2030:2")?, 1 | 2) {

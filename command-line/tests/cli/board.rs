@@ -14,7 +14,7 @@ type Row = HashMap<String, Option<f64>>;
 
 /// What the run prints of what is typed, row by row.
 fn csv(desk: &Desk, arguments: &str, typed: &str) -> Vec<Row> {
-    let elf = cross_build::plain_board_elf();
+    let elf = cross_build::board_elf();
     let mut command = desk.actuator("board --format csv --pace max --elf");
     let output = command
         .arg(elf)
@@ -38,8 +38,13 @@ fn value(row: &Row, name: &str) -> f64 {
     row[name].unwrap_or(f64::NAN)
 }
 
+/// Whether the statusword is that of OPERATION ENABLED.
+fn is_enabled(row: &Row) -> bool {
+    value(row, "statusword") as u16 & 0x6f == 0x27
+}
+
 #[test]
-fn every_pwm_period_is_a_row_and_the_shaft_goes_where_it_is_told() {
+fn every_pwm_period_is_a_row_and_the_shaft_goes_to_the_target() {
     let rows = csv(&Desk::new(), "--for 2", "enable\n12.5\n");
     // The first period begins when the program has set the timer up.
     assert!((1990..=2000).contains(&rows.len()), "{}", rows.len());
@@ -49,17 +54,20 @@ fn every_pwm_period_is_a_row_and_the_shaft_goes_where_it_is_told() {
     }
     let last = rows.last().expect("a row");
     assert!((value(last, "angle_deg") - 12.5).abs() < 0.1, "{last:?}");
-    // Enabled, no fault, from 6 V.
-    let rest = ["supply_v", "state", "fault"].map(|name| value(last, name));
-    assert_eq!(rest, [6.0, 2.0, 0.0]);
+    assert_eq!(value(last, "command_deg"), 12.5);
+    assert!(is_enabled(last), "{last:?}");
+    assert_eq!(
+        ["supply_v", "fault"].map(|name| value(last, name)),
+        [6.0, 0.0]
+    );
 }
 
 #[test]
 fn enabled_it_stays_so_before_an_angle_is_typed() {
     let rows = csv(&Desk::new(), "--for 1", "enable\n");
     let last = rows.last().expect("a row");
-    let told = ["state", "fault"].map(|name| value(last, name));
-    assert_eq!(told, [2.0, 0.0], "{last:?}");
+    assert!(is_enabled(last), "{last:?}");
+    assert_eq!(value(last, "fault"), 0.0);
 }
 
 #[test]
@@ -70,18 +78,18 @@ fn a_plan_of_faults_breaks_the_board_at_its_time() {
         "[[fault]]\nat_ms = 1500\nwhat = { supply = { volts = 3.8 } }\n",
     );
     let rows = csv(&desk, "--for 2 --faults plan.toml", "enable\n5\n");
-    let is_told = |row: &&Row| value(row, "fault") > 0.0;
-    let told = rows.iter().find(is_told).expect("a fault");
-    // Under-voltage, within 20 ms and the frame that tells.
-    assert_eq!(value(told, "fault"), 11.0);
-    assert!((1.5..1.53).contains(&value(told, "time_s")), "{told:?}");
+    let has_fault = |row: &&Row| value(row, "fault") > 0.0;
+    let row = rows.iter().find(has_fault).expect("a fault");
+    // Under-voltage, within 20 ms and the frame that reports it.
+    assert_eq!(value(row, "fault"), 11.0);
+    assert!((1.5..1.53).contains(&value(row, "time_s")), "{row:?}");
 }
 
 #[test]
 fn a_plan_that_makes_no_sense_is_refused_by_file_and_line() {
     let desk = Desk::new();
     desk.write("plan.toml", "\n[[fault]]\nwhat = \"jam\"\n");
-    let elf = cross_build::plain_board_elf();
+    let elf = cross_build::board_elf();
     let output = desk
         .actuator("board --for 1 --faults plan.toml --elf")
         .arg(elf)
@@ -99,15 +107,27 @@ fn a_plan_that_makes_no_sense_is_refused_by_file_and_line() {
 }
 
 #[test]
-fn a_program_that_speaks_canopen_is_sent_to_where_it_is_understood() {
+fn the_capture_of_the_board_is_saved_in_a_file_that_can_be_identified() {
     let desk = Desk::new();
-    let output = desk
-        .actuator("board --for 1 --elf")
-        .arg(cross_build::board_elf())
-        .assert()
-        .failure();
-    let message = String::from_utf8_lossy(&output.get_output().stderr).into_owned();
-    assert!(message.contains("actuator serve --elf"), "{message}");
+    let typed = "capture start\nenable\n20\ncapture stop\ncapture save run.csv\nend\n";
+    csv(&desk, "--for 60", typed);
+    let text = desk.read("run.csv");
+    let mut lines = text.lines();
+    let header = lines.next().expect("a header");
+    assert!(header.starts_with("time_s,angle_mdeg,"), "{header}");
+    let times: Vec<f64> = lines
+        .map(|line| {
+            let (time_s, _) = line.split_once(',').expect("columns");
+            time_s.parse().expect("a number")
+        })
+        .collect();
+    assert!(times.len() > 5, "{text}");
+    assert!(
+        times
+            .iter()
+            .enumerate()
+            .all(|(row, time_s)| (time_s - 0.004 * row as f64).abs() < 1e-9)
+    );
 }
 
 /// `actuator serve --elf`, until it is dropped.

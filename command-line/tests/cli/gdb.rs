@@ -7,7 +7,7 @@ use std::{
     time::Duration,
 };
 
-use cross_build::plain_board_elf;
+use cross_build::board_elf;
 
 /// Vector of the interrupt of the control step, DMA2 stream 0 (RM0090, table 62: position 56).
 const CONTROL_VECTOR: u32 = 0x0800_0000 + 4 * (16 + 56);
@@ -46,7 +46,7 @@ fn board(seconds: &str) -> (Child, BufReader<std::process::ChildStderr>, Debugge
     let mut child = Command::new(assert_cmd::cargo::cargo_bin!("actuator"))
         .args(["board", "--pace", "max", "--format", "none", "--gdb", "0"])
         .args(["--for", seconds, "--elf"])
-        .arg(plain_board_elf())
+        .arg(board_elf())
         .stdin(Stdio::null())
         .stderr(Stdio::piped())
         .spawn()

@@ -121,7 +121,12 @@ impl Client {
             bus: bus.to_owned(),
             source,
         })?;
-        Ok(Self { link, node })
+        Ok(Self::new(link, node))
+    }
+
+    /// A client of this node.
+    pub fn new(link: Box<dyn Link>, node: u8) -> Self {
+        Self { link, node }
     }
 
     /// The node.
@@ -259,7 +264,7 @@ impl Client {
             if status & statusword::FAULT != 0 || Instant::now() > end {
                 return self.fail_in_state(wanted);
             }
-            std::thread::sleep(Duration::from_millis(4));
+            self.pause(Duration::from_millis(4))?;
         }
     }
 
@@ -284,6 +289,26 @@ impl Client {
             })?;
         }
         Ok(())
+    }
+
+    /// A rising edge of the fault reset, and the time that the drive needs for it.
+    ///
+    /// # Errors
+    /// [`ClientError::Object`].
+    pub fn reset_fault(&mut self) -> Result<(), ClientError> {
+        for word in [0, controlword::FAULT_RESET] {
+            self.control(word)?;
+            self.pause(Duration::from_millis(20))?;
+        }
+        Ok(())
+    }
+
+    /// Lets this time pass.
+    ///
+    /// # Errors
+    /// [`ClientError::Link`].
+    pub fn pause(&mut self, time: Duration) -> Result<(), ClientError> {
+        Ok(self.link.pause(time)?)
     }
 
     /// Disables the power stage.

@@ -20,6 +20,15 @@ pub trait Link {
     /// # Errors
     /// The error of the operating system.
     fn receive(&mut self, timeout: Duration) -> io::Result<Option<CanFrame>>;
+
+    /// Lets this time pass.
+    ///
+    /// # Errors
+    /// What the system said.
+    fn pause(&mut self, time: Duration) -> io::Result<()> {
+        std::thread::sleep(time);
+        Ok(())
+    }
 }
 
 /// Opens a bus by its name: `HOST:PORT` is slcan over TCP, the path of a device (`/dev/ttyACM0`,

@@ -11,8 +11,8 @@ use virtual_board::run::{
     run_with,
 };
 
-use crate::canopen;
 use crate::comm::{LOOK_NS, comm_firmware};
+use crate::program::firmware;
 
 /// What the flash holds of a set that was saved.
 ///
@@ -59,7 +59,7 @@ where
             ..Company::default()
         };
         threads.push(thread::spawn(move || {
-            run_with(canopen::firmware(), options, script, company).expect("it runs")
+            run_with(firmware(), options, script, company).expect("it runs")
         }));
     }
     let options = CommOptions {

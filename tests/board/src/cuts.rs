@@ -1,26 +1,28 @@
-//! Saves of parameters that the supply does not outlast, one after the other in a single run: the
-//! emulator translates the program once.
+//! Saves of parameters that a loss of the supply interrupts, one after the other in a single run: the emulator translates
+//! the program once.
 
 use std::collections::VecDeque;
 
-use firmware::parameters::BoardParameters;
 use virtual_board::faults::{Fault, Planned, Trigger};
 use virtual_board::flash::{Operation, Sector};
 use virtual_board::run::{Flow, Script, View};
 
-use crate::frames::{BoardFrame, Frame, order};
+use crate::frames::{Frame, SAVE, read, to_wire, write};
 
 /// From power-on until the board has started and measured, ns.
 const STARTED_NS: u64 = 60_000_000;
 
-/// From a new value to the order to save it, and from question to question, ns.
+/// From a new value to the request to save it, and from one read request to the next, ns.
 const PAUSE_NS: u64 = 10_000_000;
 
 /// More than any save takes, the erase of a page before it included, ns.
 const SAVED_NS: u64 = 1_500_000_000;
 
-/// How long the supply is gone between two saves, ns.
+/// Length of the loss of supply between two saves, ns.
 const DARK_NS: u64 = 2_000_000;
+
+/// The parameter that is saved: over-current limit, mA.
+const PARAMETER: (u16, u8) = (0x2100, 8);
 
 /// Where a save is cut: in which operation of the flash, and after how many thousandths of its time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,59 +36,54 @@ pub struct Cut {
 /// The two pages of parameters, word by word.
 type Pages = Vec<u32>;
 
-/// What is waited for, and since when, ns.
+/// The phase of the sequence, and since when, ns.
 #[derive(Debug, Clone, Copy)]
 enum Step {
     /// The board starts.
     Starting(u64),
-    /// It has a new value, and is to save it.
+    /// The new value has been written; the request to save it follows.
     Writing(u64),
-    /// It saves.
+    /// The board saves.
     Saving(u64),
-    /// It has started again after the cut, or saved in peace, and is asked for its value.
-    Asking(u64),
+    /// The board has started after the cut, or completed the save, and its value is read.
+    Reading(u64),
 }
 
-/// Saves so many times in peace. Then saves, again and again from the flash as it was before the
-/// last of them, and cuts the supply each time.
+/// Saves each value without a cut. Then restores the flash to what it was before the last of these saves, saves the last
+/// value again and cuts the supply, once for each chosen cut.
 pub struct Cuts {
-    number: u8,
     values: Vec<u32>,
     choose: fn(&[Operation]) -> Vec<Cut>,
     cuts: VecDeque<Cut>,
     cut: Option<Cut>,
-    peaceful: usize,
+    /// Saves completed without a cut.
+    completed: usize,
     before: Pages,
     step: Step,
     resets: usize,
-    asked_ns: u64,
+    requested_ns: u64,
     /// What the board held after each cut.
     pub held: Vec<(Cut, u32)>,
 }
 
 impl Cuts {
-    /// Saves `values` of the parameter of this name in peace, one after the other; `choose` makes the
-    /// cuts from the operations of the last of these saves.
+    /// Saves these values of the over-current limit, mA; `choose` returns the cuts, given the flash operations of the last
+    /// of these saves.
     ///
     /// # Panics
-    /// If there is no such parameter, or no value.
-    pub fn new(name: &str, values: &[u32], choose: fn(&[Operation]) -> Vec<Cut>) -> Self {
-        let is_it = |number: &u8| {
-            let meaning = BoardParameters::meaning(*number);
-            meaning.is_some_and(|meaning| meaning.name() == name)
-        };
+    /// If there is no value.
+    pub fn new(values: &[u32], choose: fn(&[Operation]) -> Vec<Cut>) -> Self {
         assert!(!values.is_empty());
         Self {
-            number: (0..128).find(is_it).expect("it has a number"),
             values: values.to_vec(),
             choose,
             cuts: VecDeque::new(),
             cut: None,
-            peaceful: 0,
+            completed: 0,
             before: Pages::new(),
             step: Step::Starting(0),
             resets: 0,
-            asked_ns: 0,
+            requested_ns: 0,
             held: Vec::new(),
         }
     }
@@ -96,15 +93,15 @@ impl Cuts {
         self.cut.is_none() && self.cuts.is_empty() && !self.held.is_empty()
     }
 
-    /// The value that is being saved: after the peaceful saves always the last.
+    /// The value that is being saved: for each cut the last.
     fn value(&self) -> u32 {
-        let at = self.peaceful.min(self.values.len() - 1);
+        let at = self.completed.min(self.values.len() - 1);
         self.values[at]
     }
 
     fn save(&mut self, view: &mut View<'_>) {
         let now_ns = view.now_ns();
-        send(view, Frame::command(0, order::SAVE));
+        send(view, write(0x1010, 1, SAVE, 4));
         if let Some(cut) = self.cut {
             let fault = Fault::FlashCut {
                 operation: cut.operation,
@@ -115,30 +112,32 @@ impl Cuts {
         self.step = Step::Saving(now_ns);
     }
 
-    /// The answer to the question for the value, asked again and again.
-    fn answer(&mut self, view: &mut View<'_>) -> Option<u32> {
+    /// The value that the board holds, requested until it responds.
+    fn response(&mut self, view: &mut View<'_>) -> Option<u32> {
         let now_ns = view.now_ns();
+        let (index, sub) = PARAMETER;
+        let [low, high] = index.to_le_bytes();
         let mut value = None;
         for (_, frame) in view.port(0)?.take_heard() {
-            let [operation, number, _, _, a, b, c, d] = frame.data;
-            if frame.id.value() == 0x381 && number == self.number && operation == 0 {
+            let [command, object @ .., a, b, c, d] = frame.data;
+            if (frame.id.value(), command, object) == (0x581, 0x43, [low, high, sub]) {
                 value = Some(u32::from_le_bytes([a, b, c, d]));
             }
         }
-        if value.is_none() && now_ns >= self.asked_ns + PAUSE_NS {
-            self.asked_ns = now_ns;
-            send(view, Frame::read(self.number));
+        if value.is_none() && now_ns >= self.requested_ns + PAUSE_NS {
+            self.requested_ns = now_ns;
+            send(view, read(index, sub));
         }
         value
     }
 
-    /// A save is over and the board has told what it holds: on to the next, if there is one.
+    /// A save has ended and the board has reported what it holds: begins the next one, if any.
     fn next(&mut self, value: u32, view: &mut View<'_>) -> Flow {
         match self.cut.take() {
             Some(cut) => self.held.push((cut, value)),
-            None => self.saved_in_peace(value, view),
+            None => self.complete(value, view),
         }
-        if self.peaceful == self.values.len() {
+        if self.completed == self.values.len() {
             let Some(cut) = self.cuts.pop_front() else {
                 return Flow::End;
             };
@@ -154,11 +153,11 @@ impl Cuts {
         Flow::On
     }
 
-    fn saved_in_peace(&mut self, value: u32, view: &mut View<'_>) {
-        assert_eq!(value, self.value(), "a save in peace");
-        self.peaceful += 1;
+    fn complete(&mut self, value: u32, view: &mut View<'_>) {
+        assert_eq!(value, self.value(), "a save without a cut");
+        self.completed += 1;
         let operations = view.flash().take_log();
-        if self.peaceful == self.values.len() {
+        if self.completed == self.values.len() {
             self.cuts = (self.choose)(&operations).into();
         } else {
             self.before = pages(view);
@@ -175,19 +174,20 @@ impl Script for Cuts {
         match self.step {
             Step::Starting(from_ns) if now_ns >= from_ns + STARTED_NS => {
                 self.resets = view.resets();
-                send(view, Frame::write(self.number, self.value()));
+                let (index, sub) = PARAMETER;
+                send(view, write(index, sub, self.value(), 4));
                 self.step = Step::Writing(now_ns);
             }
             Step::Writing(from_ns) if now_ns >= from_ns + PAUSE_NS => self.save(view),
             Step::Saving(_) if view.resets() > self.resets => {
-                self.step = Step::Asking(now_ns + STARTED_NS);
+                self.step = Step::Reading(now_ns + STARTED_NS);
             }
             Step::Saving(from_ns) if now_ns >= from_ns + SAVED_NS => {
-                assert_eq!(self.cut, None, "the save never came so far");
-                self.step = Step::Asking(now_ns);
+                assert_eq!(self.cut, None, "the save did not reach the operation");
+                self.step = Step::Reading(now_ns);
             }
-            Step::Asking(from_ns) if now_ns >= from_ns => {
-                if let Some(value) = self.answer(view) {
+            Step::Reading(from_ns) if now_ns >= from_ns => {
+                if let Some(value) = self.response(view) {
                     return self.next(value, view);
                 }
             }
@@ -208,7 +208,7 @@ fn at(ns: u64, fault: Fault) -> Planned {
 fn send(view: &mut View<'_>, frame: Frame) {
     let now_ns = view.now_ns();
     if let Some(port) = view.port(0) {
-        port.send(now_ns, frame.on_the_wire());
+        port.send(now_ns, to_wire(&frame));
     }
 }
 

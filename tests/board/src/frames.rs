@@ -1,46 +1,15 @@
-//! Frames between the tests and the board, whose node is number 1.
+//! CANopen frames to and from the board, which is node 1.
 
 pub use canopen::CanFrame as Frame;
 use embedded_can::StandardId;
-use virtual_board::can;
+use virtual_board::can::{self, Outcome};
+use virtual_board::run::Finished;
 
-/// Orders of a command frame.
-pub mod order {
-    /// The angle alone.
-    pub const NONE: u8 = 0;
-    /// Switch the bridge on.
-    pub const ENABLE: u8 = 1;
-    /// Switch it off.
-    pub const DISABLE: u8 = 2;
-    /// Stop as fast as the motor can.
-    pub const QUICK_STOP: u8 = 3;
-    /// Acknowledge the fault.
-    pub const ACKNOWLEDGE: u8 = 4;
-    /// Commands from the bus.
-    pub const SOURCE_BUS: u8 = 5;
-    /// Commands from the servo pulse.
-    pub const SOURCE_SERVO: u8 = 6;
-    /// Save the parameters.
-    pub const SAVE: u8 = 7;
-}
+/// "save", the signature that 1010h expects.
+pub const SAVE: u32 = u32::from_le_bytes(*b"save");
 
-/// What the tests say to the board, and hear from it.
-pub trait BoardFrame: Sized {
-    /// A command frame: an angle, mdeg, and an order.
-    fn command(mdeg: i32, order: u8) -> Self;
-
-    /// A frame that writes a value by its number.
-    fn write(number: u8, value: u32) -> Self;
-
-    /// A frame that asks for a value by its number.
-    fn read(number: u8) -> Self;
-
-    /// The frame on the wire.
-    fn on_the_wire(&self) -> can::Frame;
-
-    /// A frame from the wire.
-    fn from_the_wire(frame: &can::Frame) -> Self;
-}
+/// "load", the signature that 1011h expects.
+pub const LOAD: u32 = u32::from_le_bytes(*b"load");
 
 /// A data frame with an identifier of 11 bits.
 ///
@@ -51,53 +20,144 @@ pub fn standard(id: u16, data: &[u8]) -> Frame {
     embedded_can::Frame::new(id, data).expect("at most 8 bytes")
 }
 
-impl BoardFrame for Frame {
-    fn command(mdeg: i32, order: u8) -> Self {
-        let [a, b, c, d] = mdeg.to_le_bytes();
-        standard(0x201, &[a, b, c, d, order])
-    }
-
-    fn write(number: u8, value: u32) -> Self {
-        let [a, b, c, d] = value.to_le_bytes();
-        standard(0x301, &[1, number, 0, 0, a, b, c, d])
-    }
-
-    fn read(number: u8) -> Self {
-        standard(0x301, &[0, number, 0, 0, 0, 0, 0, 0])
-    }
-
-    fn on_the_wire(&self) -> can::Frame {
-        let id = match self.raw_id() {
-            (id, true) => can::Id::Extended(id),
-            (id, false) => can::Id::Standard(id as u16),
-        };
-        can::Frame::data_frame(id, embedded_can::Frame::data(self))
-    }
-
-    fn from_the_wire(frame: &can::Frame) -> Self {
-        standard(frame.id.value() as u16, frame.payload())
-    }
+/// The frame as the emulated bus carries it.
+pub fn to_wire(frame: &Frame) -> can::Frame {
+    let id = match frame.raw_id() {
+        (id, true) => can::Id::Extended(id),
+        (id, false) => can::Id::Standard(id as u16),
+    };
+    can::Frame::data_frame(id, embedded_can::Frame::data(frame))
 }
 
-/// The first telemetry frame of a control period.
+/// A frame with an identifier of 11 bits from the emulated bus.
+///
+/// # Panics
+/// As [`standard`].
+pub fn from_wire(frame: &can::Frame) -> Frame {
+    standard(frame.id.value() as u16, frame.payload())
+}
+
+/// A command of network management to the node.
+pub fn nmt(command: u8) -> Frame {
+    standard(0, &[command, 1])
+}
+
+/// The node's start.
+pub fn start() -> Frame {
+    nmt(1)
+}
+
+/// RPDO 1: controlword and target position, mdeg.
+pub fn control(controlword: u16, mdeg: i32) -> Frame {
+    let [a, b] = controlword.to_le_bytes();
+    let [c, d, e, f] = mdeg.to_le_bytes();
+    standard(0x201, &[a, b, c, d, e, f])
+}
+
+/// RPDO 2: target velocity, mdeg/s, and mode of operation.
+pub fn target(mdeg_s: i32, mode: i8) -> Frame {
+    let [a, b, c, d] = mdeg_s.to_le_bytes();
+    standard(0x301, &[a, b, c, d, mode as u8])
+}
+
+/// An SDO request.
+pub fn sdo(bytes: [u8; 8]) -> Frame {
+    standard(0x601, &bytes)
+}
+
+/// An SDO request that writes so many bytes.
+pub fn write(index: u16, sub: u8, value: u32, size: u8) -> Frame {
+    let [low, high] = index.to_le_bytes();
+    let [a, b, c, d] = value.to_le_bytes();
+    let command = 0x23 | (4 - size.min(4)) << 2;
+    sdo([command, low, high, sub, a, b, c, d])
+}
+
+/// An SDO request that writes a REAL32.
+pub fn write_real(index: u16, sub: u8, value: f32) -> Frame {
+    write(index, sub, value.to_bits(), 4)
+}
+
+/// An SDO request that reads.
+pub fn read(index: u16, sub: u8) -> Frame {
+    let [low, high] = index.to_le_bytes();
+    sdo([0x40, low, high, sub, 0, 0, 0, 0])
+}
+
+/// The SDO client's abort of the transfer of this object.
+pub fn abort(index: u16, sub: u8) -> Frame {
+    let [low, high] = index.to_le_bytes();
+    sdo([0x80, low, high, sub, 0, 0, 0, 0x08])
+}
+
+/// A frame that the board sent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Status {
-    /// Angle, mdeg.
-    pub mdeg: i32,
-    /// State.
-    pub state: u8,
-    /// Fault.
-    pub fault: u8,
+pub struct Sent {
+    /// Its end, ns.
+    pub at_ns: u64,
+    /// The frame.
+    pub frame: Frame,
 }
 
-impl Status {
-    /// What the frame says, if it is that one.
-    pub fn of(frame: &can::Frame) -> Option<Self> {
-        let [a, b, c, d, _, _, state, fault] = frame.data;
-        (frame.id.value() == 0x181).then_some(Self {
-            mdeg: i32::from_le_bytes([a, b, c, d]),
-            state,
-            fault,
+/// Every frame of the board that was delivered.
+pub fn sent<S>(finished: &Finished<S>) -> Vec<Sent> {
+    let frames = finished.trace.frames.iter();
+    let delivered = frames.filter(|sent| sent.sender == 0 && sent.outcome == Outcome::Delivered);
+    delivered
+        .map(|sent| Sent {
+            at_ns: sent.at_ns,
+            frame: from_wire(&sent.frame),
         })
-    }
+        .collect()
+}
+
+/// The frames of the board with this identifier: their ends, ns, and their bytes.
+fn with_id<S>(finished: &Finished<S>, id: u32) -> impl Iterator<Item = (u64, [u8; 8])> {
+    let sent = sent(finished).into_iter();
+    sent.filter(move |sent| sent.frame.raw_id() == (id, false))
+        .map(|sent| (sent.at_ns, sent.frame.bytes()))
+}
+
+/// Statuswords, TPDO 2, with the ends of their frames, ns.
+pub fn statuswords<S>(finished: &Finished<S>) -> Vec<(u64, u16)> {
+    let word = |(at_ns, [.., a, b]): (u64, [u8; 8])| (at_ns, u16::from_le_bytes([a, b]));
+    with_id(finished, 0x281).map(word).collect()
+}
+
+/// Angles, TPDO 1, in 0.01 deg, with the ends of their frames, ns.
+pub fn angles_cdeg<S>(finished: &Finished<S>) -> Vec<(u64, i16)> {
+    let angle = |(at_ns, [a, b, ..]): (u64, [u8; 8])| (at_ns, i16::from_le_bytes([a, b]));
+    with_id(finished, 0x181).map(angle).collect()
+}
+
+/// Responses of the SDO server.
+pub fn responses<S>(finished: &Finished<S>) -> Vec<[u8; 8]> {
+    with_id(finished, 0x581).map(|(_, bytes)| bytes).collect()
+}
+
+/// Instances of EMCY from here on are the drive's faults: 80h and the fault's number.
+const DRIVE_FAULTS: u8 = 0x80;
+
+/// Faults of the drive as EMCY reports them: the ends of the frames, ns, and the fault's number.
+pub fn faults<S>(finished: &Finished<S>) -> Vec<(u64, u8)> {
+    let raised = |(at_ns, [code, class, _, instance, ..]): (u64, [u8; 8])| {
+        let number = instance.checked_sub(DRIVE_FAULTS)?;
+        ((code, class) != (0, 0)).then_some((at_ns, number))
+    };
+    with_id(finished, 0x081).filter_map(raised).collect()
+}
+
+/// Whether a statusword is that of OPERATION ENABLED (CiA 402, table 30).
+pub fn is_operation_enabled(statusword: u16) -> bool {
+    statusword & 0x6f == 0x27
+}
+
+/// Whether a statusword is that of SWITCH ON DISABLED.
+pub fn is_switch_on_disabled(statusword: u16) -> bool {
+    statusword & 0x4f == 0x40
+}
+
+/// Whether a statusword is that of FAULT.
+pub fn is_fault(statusword: u16) -> bool {
+    statusword & 0x4f == 0x08
 }

@@ -1,11 +1,10 @@
-//! What the tests on the emulated board share: the program, its frames, and the same application
-//! run natively on the same plant.
+//! Support for the tests on the emulated board: the board's program, CANopen frames and a master that sends them, and the
+//! same device run natively on the same plant.
 
-pub mod canopen;
 pub mod chain;
 pub mod comm;
 pub mod cuts;
 pub mod frames;
+pub mod master;
 pub mod native;
-pub mod native_plant;
-pub mod runs;
+pub mod program;

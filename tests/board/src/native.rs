@@ -1,54 +1,114 @@
-//! The application on the PC, on the plant of the emulated board, in the board's order.
+//! The device on the PC, on the plant of the emulated board, in the board's order.
 
-use firmware::application::Application;
-use firmware::capture::Capture;
-use firmware::frames::Frames;
-use firmware::parameters::BoardParameters;
-use firmware::service::Service;
-use virtual_board::plant::BoardPlantOptions;
+use firmware::application::Start;
+use firmware::drive::{Device, StoredParameters};
+use firmware::native;
+use virtual_board::plant::{
+    BoardPlant, BoardPlantOptions, Bridge, Edge, SampledBoardPlant, Sensed,
+};
+use virtual_board::trace;
 
 use crate::frames::Frame;
-use crate::native_plant::NativePlant;
+use crate::master::PERIODS;
 
-/// The native run.
-pub struct Native {
-    /// The plant.
-    pub plant: NativePlant,
-    /// The telemetry of each control period.
-    pub telemetry: Vec<[Frame; 3]>,
-    application: Application,
-    frames: Frames,
-    service: Service,
+/// The plant at the start of a PWM period.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Row {
+    /// State of the bridge up to it.
+    bridge: Bridge,
+    /// What the pins show from it on.
+    sensed: Sensed,
+    /// Angle of the shaft, deg.
+    angle_deg: f64,
 }
 
-impl Native {
+impl Row {
+    fn of(plant: &BoardPlant, Edge { bridge, sensed }: Edge) -> Self {
+        Self {
+            bridge,
+            sensed,
+            angle_deg: plant.reading().output.angle_deg,
+        }
+    }
+
+    /// Whether the row of the emulated board is the same, bit for bit.
+    fn equals(&self, emulated: &trace::Row) -> bool {
+        emulated.bridge == self.bridge
+            && emulated.sensed == self.sensed
+            && emulated.angle_deg.to_bits() == self.angle_deg.to_bits()
+    }
+}
+
+/// The native run.
+pub struct NativeBoard {
+    /// Every frame for the bus.
+    pub frames: Vec<Frame>,
+    plant: SampledBoardPlant,
+    rows: Vec<Row>,
+    device: Device<'static>,
+    tick: u64,
+}
+
+impl NativeBoard {
     /// A board after power-on, up to its first control period: a PWM period has passed by then.
     ///
     /// # Panics
     /// If a parameter of the plant is outside its range.
     pub fn new(options: &BoardPlantOptions) -> Self {
+        let mut rows = Vec::new();
+        let plant = BoardPlant::try_new(options).expect("in range");
+        let plant =
+            SampledBoardPlant::new(plant, &mut |plant, edge| rows.push(Row::of(plant, edge)));
         Self {
-            plant: NativePlant::new(options),
-            telemetry: Vec::new(),
-            application: Application::new(BoardParameters::DEFAULT),
-            frames: Frames::new(1),
-            service: Service::default(),
+            frames: Vec::new(),
+            plant,
+            rows,
+            device: Device::new(StoredParameters::DEFAULT, Start::default(), &mut [], 0),
+            tick: 0,
         }
     }
 
-    /// A control period with the four PWM periods behind it; the frame came in before it.
+    /// A control period with the four PWM periods behind it; these frames come in within the first of them.
+    pub fn tick(&mut self, frames: &[Frame]) {
+        let samples = native::samples(&self.plant.sampled());
+        let outputs = self.device.control(&samples);
+        self.communicate(1, frames);
+        self.communicate(2, &[]);
+        let rows = &mut self.rows;
+        self.plant
+            .tick(native::bridge(outputs.bridge), &mut |plant, edge| {
+                rows.push(Row::of(plant, edge));
+            });
+        self.tick += 1;
+    }
+
+    /// The node's turn in this PWM period of the tick.
+    fn communicate(&mut self, period: u64, frames: &[Frame]) {
+        let now_us = (PERIODS * self.tick + period) * 1000;
+        for frame in frames {
+            self.device.receive(frame, now_us);
+            self.transmit();
+        }
+        self.device.communicate(now_us);
+        self.transmit();
+    }
+
+    fn transmit(&mut self) {
+        while let Some(frame) = self.device.transmit() {
+            self.frames.push(frame);
+        }
+    }
+
+    /// Asserts that the plant of the emulated board was the same in every PWM period, bit for bit.
     ///
     /// # Panics
-    /// If the application makes no telemetry.
-    pub fn tick(&mut self, frame: Option<&Frame>) {
-        if let Some(message) = frame.and_then(|frame| self.frames.receive(frame)) {
-            let capture = &mut Capture::new(&mut []);
-            (self.service).serve(&mut self.application, capture, &message);
+    /// If it was not.
+    pub fn assert_same(&self, emulated: &[trace::Row]) {
+        for (period, (expected, found)) in self.rows.iter().zip(emulated).enumerate() {
+            assert!(
+                expected.equals(found),
+                "period {period}: native {expected:?}, emulated {found:?}"
+            );
         }
-        let outputs = self.application.step(&self.plant.samples());
-        let telemetry = self.frames.telemetry::<Frame>(&outputs);
-        self.telemetry
-            .push(telemetry.map(|frame| frame.expect("fits")));
-        self.plant.tick(outputs.bridge);
     }
 }

@@ -16,15 +16,6 @@ pub fn board_elf() -> &'static Path {
     ELF.get_or_init(|| program("actuator-board", &[]))
 }
 
-/// The ELF file of the actuator board with plain frames, built once in a process.
-///
-/// # Panics
-/// If it does not build.
-pub fn plain_board_elf() -> &'static Path {
-    static ELF: OnceLock<PathBuf> = OnceLock::new();
-    ELF.get_or_init(|| program("actuator-board-plain", &[]))
-}
-
 /// The ELF file of the communication board, built once in a process.
 ///
 /// # Panics

@@ -1,6 +1,5 @@
 //! The bench of the study: how the board is tuned, what it moves, and which servo it is.
 
-use firmware::parameters::BoardParameters;
 use model_core::sensors::noise::Noise;
 use virtual_board::plant::BoardPlantOptions;
 
@@ -27,7 +26,7 @@ impl Controller {
         }
     }
 
-    /// The parameters that are not at their defaults, by the names of the board.
+    /// The parameters that are not at their defaults, by name.
     ///
     /// The zero of the rate loop cancels the motor's pole, so that the loop is `B/s`; around it the
     /// position gain `A/B` makes `A/(s^2 + B s + A)`.
@@ -43,14 +42,11 @@ impl Controller {
         }
     }
 
-    /// The same by number, as the bits of single precision: what is written over the bus.
-    pub fn words(self) -> Vec<(u8, u32)> {
-        let settings = self.settings().into_iter();
-        let word = |(name, value): (&str, f64)| {
-            let number = BoardParameters::number_of(name)?;
-            Some((number, (value as f32).to_bits()))
-        };
-        settings.filter_map(word).collect()
+    /// The same by index and sub-index of their objects.
+    pub fn objects(self) -> Vec<((u16, u8), f64)> {
+        let objects = [(0x60FB, 1), (0x60F9, 1), (0x60F9, 2)];
+        let values = self.settings().into_iter().map(|(_, value)| value);
+        objects.into_iter().zip(values).collect()
     }
 }
 
@@ -114,7 +110,6 @@ mod tests {
         let rate_loop = value("integral_gain") * MOTOR.0;
         assert!((rate_loop - 54.0).abs() < 1e-12);
         assert!((rate_loop * value("position_gain") - 900.0).abs() < 1e-9);
-        assert_eq!(Controller::Retuned.words().len(), settings.len());
     }
 
     #[test]

@@ -1,29 +1,34 @@
-//! The host on the CAN bus: tunes the board, enables it, commands at 50 Hz, and hears telemetry.
+//! The host on the CAN bus: a CANopen master that sets the board's parameters, enables it, commands at 50 Hz and records
+//! telemetry at 250 Hz.
 //!
 //! The chain of the paper, Simulink at 50 Hz, a serial port and a communication board, is not
 //! emulated beyond its delay: a command goes on the bus [`CHAIN_MS`] after the host has set it.
 
-use board_tests::frames::{BoardFrame as _, Frame, order};
+use board_tests::frames::{
+    Frame, control, is_operation_enabled, start, to_wire, write, write_real,
+};
+use board_tests::master::PERIODS;
+use host_sim::can::client::state_name;
 use virtual_board::can;
 use virtual_board::run::{Flow, Script, View};
 
-/// PWM periods, of 1 ms, in a control period.
-const PERIODS: u64 = 4;
 /// Control periods in a period of the host.
 pub const HOST: usize = 5;
-/// Time from the host's command to its frame on the bus, ms. The next control step takes it 2 ms
+/// Time from the host's command to its frame on the bus, ms. The next control step uses it 4 ms
 /// later, and 1 ms after that the motor sees it: 17 ms, where the paper matched 17.5 ms by eye.
-pub const CHAIN_MS: u64 = 14;
+pub const CHAIN_MS: u64 = 12;
 /// From the host's command to the motor, s.
 pub const TRUE_DELAY_S: f64 = 0.017;
-/// The control period in which the board is enabled.
+/// The first control period with an SDO request.
+const SETUP: u64 = 2;
+/// The control period in which the drive is enabled: the controlwords before it are in the two before.
 const ENABLE: u64 = 30;
 /// The control period that is time zero: by then the shaft has come to the first command.
 const START: u64 = 280;
 
-/// What the board tells of a control period.
+/// Telemetry of a control period.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Told {
+pub struct Sample {
     /// Angle, mdeg.
     pub angle_mdeg: i32,
     /// Rate, 0.1 deg/s.
@@ -33,63 +38,101 @@ pub struct Told {
     /// Duty, 0.01 %.
     pub duty_cpct: i16,
     /// Supply, mV.
-    pub supply_mv: u16,
-    /// Operating state.
-    pub state: u8,
-    /// Latched fault, 0 for none.
-    pub fault: u8,
+    pub supply_mv: u32,
+    /// Statusword.
+    pub statusword: u16,
+    /// Error code, 0 for none.
+    pub error_code: u16,
 }
-
-/// The operating state in which the board moves.
-const ENABLED: u8 = 2;
 
 /// The host.
 pub struct Host {
-    words: Vec<(u8, u32)>,
+    /// SDO requests, sent one a control period.
+    requests: Vec<Frame>,
     /// A command for each of the host's periods, mdeg.
     commands: Vec<i32>,
     period: u64,
     /// Start of the first control period, ns.
     origin_ns: u64,
-    told: Vec<Told>,
-    refused: Vec<u8>,
+    samples: Vec<Sample>,
+    /// Index and sub-index of the objects that the board refused.
+    refused: Vec<(u16, u8)>,
 }
 
-/// Why a run is none.
+/// Why a run is not usable.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RunProblem {
-    /// The board refused a parameter.
-    #[error("the board refuses parameter {0}")]
-    Refused(u8),
+    /// The board refused the value of an object.
+    #[error("the board refuses {index:04X}h:{sub}")]
+    Refused {
+        /// Index of the object.
+        index: u16,
+        /// Sub-index.
+        sub: u8,
+    },
     /// The board stopped moving.
-    #[error("at {at_s:.3} s the board is in state {state} with fault {fault}")]
+    #[error("at {at_s:.3} s the drive is in state `{state}` with error code {error_code:04X}h")]
     Stopped {
         /// When.
         at_s: f64,
         /// Its state.
-        state: u8,
-        /// Its fault.
-        fault: u8,
+        state: &'static str,
+        /// Its error code.
+        error_code: u16,
     },
     /// Telemetry is missing.
-    #[error("{found} control periods were told, expected {expected}")]
+    #[error("telemetry has {found} control periods, expected {expected}")]
     Short {
-        /// As many as were heard.
+        /// Control periods with telemetry.
         found: usize,
-        /// As many as there were.
+        /// Control periods of the run.
         expected: usize,
     },
 }
 
+/// Maps objects, each with its length in bits, into TPDO 1 or 2.
+fn map(pdo: u8, objects: &[u32]) -> Vec<Frame> {
+    let (parameter, mapping) = (0x1800 + u16::from(pdo) - 1, 0x1A00 + u16::from(pdo) - 1);
+    let cob_id = 0x4000_0081 + 0x100 * u32::from(pdo);
+    let mut requests = vec![
+        write(parameter, 1, 0x8000_0000 | cob_id, 4),
+        write(mapping, 0, 0, 1),
+    ];
+    for (sub, object) in (1..).zip(objects) {
+        requests.push(write(mapping, sub, *object, 4));
+    }
+    requests.push(write(mapping, 0, objects.len() as u32, 1));
+    requests.push(write(parameter, 1, cob_id, 4));
+    requests
+}
+
+/// What the host sets before it enables the drive: commands that are used at once over the whole range, telemetry in each
+/// control period, and these gains.
+fn setup(gains: &[((u16, u8), f64)]) -> Vec<Frame> {
+    let mut requests = vec![
+        write(0x607D, 1, -180_000_i32 as u32, 4),
+        write(0x607D, 2, 180_000, 4),
+        // 60C2h: 4 ms, so that a command is not spread over several control periods.
+        write(0x60C2, 1, 4, 1),
+        write(0x1802, 5, 4, 2),
+    ];
+    // Angle and rate; current, duty and supply. TPDO 3 has statusword, mode and error code.
+    requests.extend(map(1, &[0x6064_0020, 0x2008_0210]));
+    requests.extend(map(2, &[0x2004_0010, 0x2002_0010, 0x6079_0020]));
+    let gains = gains.iter();
+    requests.extend(gains.map(|((index, sub), value)| write_real(*index, *sub, *value as f32)));
+    requests
+}
+
 impl Host {
-    /// A host that writes these parameters and sends these commands, mdeg, one each 20 ms.
-    pub fn new(words: Vec<(u8, u32)>, commands: Vec<i32>) -> Self {
+    /// A host that sets these gains, by their objects, and sends these commands, mdeg, one each 20 ms.
+    pub fn new(gains: &[((u16, u8), f64)], commands: Vec<i32>) -> Self {
         Self {
-            words,
+            requests: setup(gains),
             commands,
             period: 0,
             origin_ns: 0,
-            told: Vec::new(),
+            samples: Vec::new(),
             refused: Vec::new(),
         }
     }
@@ -97,83 +140,88 @@ impl Host {
     /// How long the run takes, ms.
     pub fn duration_ms(&self) -> u64 {
         // A control period more: its telemetry ends in it. The program starts in well below 0.2 s.
-        (START + self.samples() as u64 + 2) * PERIODS + 200
+        (START + self.expected() as u64 + 2) * PERIODS + 200
     }
 
-    fn samples(&self) -> usize {
+    /// Control periods of the run.
+    fn expected(&self) -> usize {
         self.commands.len() * HOST
     }
 
-    /// The frame that goes on the bus in the middle of this control period.
+    /// The frame that goes on the bus at the start of this control period; the next control step uses it.
     fn frame(&self, tick: u64) -> Option<Frame> {
-        let last_ms = tick * PERIODS + PERIODS / 2;
-        if tick < ENABLE {
-            // One access a control period, and time for its answer.
-            let index = (tick / 2) as usize;
-            let &(number, value) = self.words.get(index).filter(|_| tick.is_multiple_of(2))?;
-            return Some(Frame::write(number, value));
+        match tick {
+            ..SETUP => None,
+            _ if tick < ENABLE - 3 => self.requests.get((tick - SETUP) as usize).copied(),
+            _ if tick == ENABLE - 3 => Some(start()),
+            _ if tick == ENABLE - 2 => Some(control(0x06, 0)),
+            _ if tick == ENABLE - 1 => Some(control(0x07, 0)),
+            _ if tick == ENABLE => Some(control(0x0f, 0)),
+            _ => self.command(tick),
         }
-        if tick == ENABLE {
-            return Some(Frame::command(0, order::ENABLE));
-        }
-        let since_ms = (last_ms + 20 * START).checked_sub(START * PERIODS + CHAIN_MS)?;
+    }
+
+    fn command(&self, tick: u64) -> Option<Frame> {
+        let since_ms = (tick * PERIODS + 20 * START).checked_sub(START * PERIODS + CHAIN_MS)?;
         if !since_ms.is_multiple_of(20) {
             return None;
         }
         let index = (since_ms / 20).saturating_sub(START) as usize;
         let last = self.commands.last()?;
-        Some(Frame::command(
-            *self.commands.get(index).unwrap_or(last),
-            order::NONE,
-        ))
+        Some(control(0x0f, *self.commands.get(index).unwrap_or(last)))
     }
 
-    fn hear(&mut self, at_ns: u64, frame: &can::Frame) {
+    fn receive(&mut self, at_ns: u64, frame: &can::Frame) {
         let Some(since_ns) = at_ns.checked_sub(self.origin_ns) else {
             return;
         };
         let tick = (since_ns / (PERIODS * 1_000_000)) as usize;
-        if self.told.len() <= tick {
-            self.told.resize(tick + 1, Told::default());
+        if self.samples.len() <= tick {
+            self.samples.resize(tick + 1, Sample::default());
         }
-        let told = &mut self.told[tick];
+        let sample = &mut self.samples[tick];
         let [a, b, c, d, e, f, g, h] = frame.data;
         match frame.id.value() {
             0x181 => {
-                told.angle_mdeg = i32::from_le_bytes([a, b, c, d]);
-                told.rate_ddeg_s = i16::from_le_bytes([e, f]);
-                (told.state, told.fault) = (g, h);
+                sample.angle_mdeg = i32::from_le_bytes([a, b, c, d]);
+                sample.rate_ddeg_s = i16::from_le_bytes([e, f]);
             }
             0x281 => {
-                told.current_ma = i16::from_le_bytes([a, b]);
-                told.duty_cpct = i16::from_le_bytes([e, f]);
-                told.supply_mv = u16::from_le_bytes([g, h]);
+                sample.current_ma = i16::from_le_bytes([a, b]);
+                sample.duty_cpct = i16::from_le_bytes([c, d]);
+                sample.supply_mv = u32::from_le_bytes([e, f, g, h]);
             }
-            0x381 if a & 0x80 != 0 => self.refused.push(b),
+            0x381 => {
+                sample.statusword = u16::from_le_bytes([a, b]);
+                sample.error_code = u16::from_le_bytes([d, e]);
+            }
+            0x581 if a == 0x80 => self.refused.push((u16::from_le_bytes([b, c]), d)),
             _ => {}
         }
     }
 
-    /// What was told from time zero on, a row a control period.
+    /// Telemetry from time zero on, a row a control period.
     ///
     /// # Errors
-    /// [`RunProblem`] of a board that refused, stopped, or fell silent.
-    pub fn told(&self) -> Result<&[Told], RunProblem> {
-        if let Some(number) = self.refused.first() {
-            return Err(RunProblem::Refused(*number));
+    /// [`RunProblem`] of a board that refused an object, left OPERATION ENABLED, or sent no telemetry.
+    pub fn samples(&self) -> Result<&[Sample], RunProblem> {
+        if let Some(&(index, sub)) = self.refused.first() {
+            return Err(RunProblem::Refused { index, sub });
         }
-        let (from, expected) = (START as usize, self.samples());
-        let told = self.told.get(from..from + expected);
-        let told = told.ok_or(RunProblem::Short {
-            found: self.told.len().saturating_sub(from),
+        let (from, expected) = (START as usize, self.expected());
+        let samples = self.samples.get(from..from + expected);
+        let samples = samples.ok_or(RunProblem::Short {
+            found: self.samples.len().saturating_sub(from),
             expected,
         })?;
-        match told.iter().position(|t| (t.state, t.fault) != (ENABLED, 0)) {
-            None => Ok(told),
+        let runs =
+            |sample: &Sample| is_operation_enabled(sample.statusword) && sample.error_code == 0;
+        match samples.iter().position(|sample| !runs(sample)) {
+            None => Ok(samples),
             Some(index) => Err(RunProblem::Stopped {
                 at_s: index as f64 * 0.004,
-                state: told[index].state,
-                fault: told[index].fault,
+                state: state_name(samples[index].statusword),
+                error_code: samples[index].error_code,
             }),
         }
     }
@@ -185,16 +233,16 @@ impl Script for Host {
             self.origin_ns = view.row.at_ns;
         }
         let now_ns = view.now_ns();
-        let in_the_middle = self.period % PERIODS == PERIODS / 2;
-        let frame = in_the_middle
+        let is_start = self.period.is_multiple_of(PERIODS);
+        let frame = is_start
             .then(|| self.frame(self.period / PERIODS))
             .flatten();
         if let Some(port) = view.port(0) {
             if let Some(frame) = frame {
-                port.send(now_ns, frame.on_the_wire());
+                port.send(now_ns, to_wire(&frame));
             }
             for (at_ns, frame) in port.take_heard() {
-                self.hear(at_ns, &frame);
+                self.receive(at_ns, &frame);
             }
         }
         self.period += 1;
@@ -207,18 +255,27 @@ mod tests {
     use super::*;
 
     #[test]
-    fn commands_leave_14_ms_after_the_host_set_them_every_20_ms() {
-        let host = Host::new(Vec::new(), vec![1000, 2000, 3000]);
+    fn commands_leave_12_ms_after_the_host_set_them_every_20_ms() {
+        let host = Host::new(&[], vec![1000, 2000, 3000]);
         let sent: Vec<(u64, i32)> = (START..START + 20)
             .filter_map(|tick| {
-                let frame = host.frame(tick)?;
-                let mdeg = i32::from_le_bytes(frame.on_the_wire().data[..4].try_into().ok()?);
-                Some(((tick - START) * 4 + 2, mdeg))
+                let [_, _, a, b, c, d, ..] = host.frame(tick)?.bytes();
+                Some(((tick - START) * 4, i32::from_le_bytes([a, b, c, d])))
             })
             .collect();
-        assert_eq!(sent, [(14, 1000), (34, 2000), (54, 3000), (74, 3000)]);
-        // Before it the first command holds the board in time.
+        assert_eq!(sent, [(12, 1000), (32, 2000), (52, 3000), (72, 3000)]);
+        // Before it the first command keeps the command timeout from ending.
         let before = (ENABLE + 1..START).filter(|tick| host.frame(*tick).is_some());
         assert_eq!(before.count(), ((START - ENABLE) as usize) / HOST);
+    }
+
+    #[test]
+    fn the_requests_fit_before_the_node_is_started() {
+        let requests = setup(&crate::bench::Controller::Retuned.objects());
+        assert!(
+            SETUP + requests.len() as u64 <= ENABLE - 3,
+            "{}",
+            requests.len()
+        );
     }
 }

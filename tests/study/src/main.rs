@@ -26,7 +26,7 @@ fn main() -> ExitCode {
 impl Arguments {
     fn run(&self) -> Result<(), Failure> {
         std::fs::create_dir_all(&self.out).map_err(|error| self.unwritable(error))?;
-        let runs = runs::all(board_tests::runs::firmware(), &runs::Key::all())?;
+        let runs = runs::all(board_tests::program::firmware(), &runs::Key::all())?;
         let study = Study::of(runs)?;
         let claims = claims::all(&study)?;
         for (name, figure) in figures::all(&study)? {

@@ -9,7 +9,7 @@ use virtual_board::run::{Firmware, Options, run};
 use crate::{
     Failure,
     bench::{Controller, Load, RUNS, rig},
-    link::{HOST, Host, Told},
+    link::{HOST, Host, Sample},
 };
 
 /// The inputs of the paper, section III.
@@ -122,7 +122,7 @@ pub struct Run {
     /// Which one.
     pub key: Key,
     commands_mdeg: Vec<i32>,
-    told: Vec<Told>,
+    samples: Vec<Sample>,
 }
 
 impl Run {
@@ -132,7 +132,7 @@ impl Run {
     /// [`Failure`] of a board that does not run or that stops, and of an emulation with gaps.
     pub fn of(firmware: &Firmware, key: Key) -> Result<Self, Failure> {
         let commands_mdeg = key.commands()?;
-        let host = Host::new(key.controller.words(), commands_mdeg.clone());
+        let host = Host::new(&key.controller.objects(), commands_mdeg.clone());
         let options = Options {
             rig: rig(key.load, key.run),
             keeps_trace: false,
@@ -142,12 +142,12 @@ impl Run {
         if !finished.gaps.is_empty() {
             return Err(Failure::Gaps(key.name(), finished.gaps.to_string()));
         }
-        let told = finished.script.told();
-        let told = told.map_err(|problem| Failure::Run(key.name(), problem))?;
+        let samples = finished.script.samples();
+        let samples = samples.map_err(|problem| Failure::Run(key.name(), problem))?;
         Ok(Self {
             key,
             commands_mdeg,
-            told: told.to_vec(),
+            samples: samples.to_vec(),
         })
     }
 
@@ -160,17 +160,17 @@ impl Run {
 
     /// Control periods.
     pub fn len(&self) -> usize {
-        self.told.len()
+        self.samples.len()
     }
 
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
-        self.told.is_empty()
+        self.samples.is_empty()
     }
 
     /// A checksum of commands and angles as the bus carried them: FNV-1a, 64 bits (Fowler, Noll, Vo).
     pub fn checksum(&self) -> u64 {
-        let angles = self.told.iter().map(|told| told.angle_mdeg);
+        let angles = self.samples.iter().map(|sample| sample.angle_mdeg);
         let numbers = self.commands_mdeg.iter().copied().chain(angles);
         numbers
             .flat_map(i32::to_le_bytes)
@@ -181,9 +181,11 @@ impl Run {
 
     /// What a host keeps of it that logs at this rate.
     pub fn recording(&self, rate: Rate) -> Recording {
-        let rows = || self.told.iter().enumerate().step_by(rate.every());
-        let column = |of: fn(&Told) -> f64| rows().map(|(_, told)| of(told)).collect::<Vec<_>>();
-        let command = |(tick, _): (usize, &Told)| f64::from(self.commands_mdeg[tick / HOST]) * 1e-3;
+        let rows = || self.samples.iter().enumerate().step_by(rate.every());
+        let column =
+            |of: fn(&Sample) -> f64| rows().map(|(_, sample)| of(sample)).collect::<Vec<_>>();
+        let command =
+            |(tick, _): (usize, &Sample)| f64::from(self.commands_mdeg[tick / HOST]) * 1e-3;
         Recording {
             name: format!("{} run {}", INPUTS[self.key.input], self.key.run),
             time_s: rows().map(|(tick, _)| tick as f64 / 250.0).collect(),

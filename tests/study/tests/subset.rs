@@ -23,7 +23,7 @@ fn a_repeated_run_is_bit_exact() {
         input: place("3-2-1-1"),
         run: 1,
     };
-    let runs = runs::all(board_tests::runs::firmware(), &[key]).expect("the board runs");
+    let runs = runs::all(board_tests::program::firmware(), &[key]).expect("the board runs");
     let row = page::run_row(&runs[0]);
     let found = committed("runs.csv").lines().any(|line| line == row);
     assert!(

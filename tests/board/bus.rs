@@ -1,42 +1,37 @@
 //! The node on its bus: boot-up, filters, another bit rate, what survives a loss of power.
 
-use board_tests::canopen::{
-    Master, Seen, control, driven, nmt, read, run_master, run_node, seen, write,
+use board_tests::frames::{
+    Frame, SAVE, Sent, control, nmt, read, responses, sent, standard, write, write_real,
 };
-use board_tests::frames::{Frame, standard};
+use board_tests::master::{Master, driven};
+use board_tests::program::{run_master, run_script};
 use virtual_board::faults::{Fault, Planned};
+use virtual_board::plant::Bridge;
 use virtual_board::run::{Flow, Options, Script, View};
 
 const BOOT_UP: (u32, bool) = (0x701, false);
-const SAVE: u32 = u32::from_le_bytes(*b"save");
 
 /// Instants of the frames with an identifier, ms.
-fn times_ms(seen: &[Seen], id: (u32, bool)) -> Vec<u64> {
-    let of_it = seen.iter().filter(|seen| seen.frame.raw_id() == id);
-    of_it.map(|seen| seen.at_ns / 1_000_000).collect()
-}
-
-/// Answers of the SDO server.
-fn answers(seen: &[Seen]) -> Vec<[u8; 8]> {
-    let of_it = seen.iter().filter(|seen| seen.frame.raw_id().0 == 0x581);
-    of_it.map(|seen| seen.frame.bytes()).collect()
+fn times_ms(sent: &[Sent], id: (u32, bool)) -> Vec<u64> {
+    let with_id = sent.iter().filter(|sent| sent.frame.raw_id() == id);
+    with_id.map(|sent| sent.at_ns / 1_000_000).collect()
 }
 
 #[test]
-fn the_first_frame_is_the_boot_up_and_a_node_that_is_not_started_says_nothing_more() {
+fn the_first_frame_is_the_boot_up_and_a_node_that_is_not_started_sends_nothing_more() {
     let finished = run_master(Options::for_ms(300), |_| Vec::new());
-    let seen = seen(&finished);
-    assert_eq!(seen.len(), 1, "{seen:?}");
-    assert_eq!(seen[0].frame, standard(0x701, &[0]));
-    assert!(seen[0].at_ns < 20_000_000, "{} ns", seen[0].at_ns);
+    let sent = sent(&finished);
+    assert_eq!(sent.len(), 1, "{sent:?}");
+    assert_eq!(sent[0].frame, standard(0x701, &[0]));
+    assert!(sent[0].at_ns < 20_000_000, "{} ns", sent[0].at_ns);
 }
 
 #[test]
 fn telemetry_comes_each_tick_and_status_with_50_hz() {
     let finished = run_master(Options::for_ms(2100), |tick| driven(tick, 5_000));
-    let seen = seen(&finished);
+    let sent = sent(&finished);
     for (id, per_second) in [(0x181, 250), (0x281, 250), (0x381, 50)] {
-        let times = times_ms(&seen, (id, false));
+        let times = times_ms(&sent, (id, false));
         let second = times.iter().filter(|ms| (1000..2000).contains(*ms));
         let count = second.count();
         assert!(count.abs_diff(per_second) <= 1, "{id:x}: {count}");
@@ -50,22 +45,22 @@ fn moved(tick: u64) -> Vec<Frame> {
         50 => vec![write(0x1400, 1, 0x8000_0201, 4)],
         55 => vec![write(0x1400, 1, 0x2012_3456, 4)],
         20..40 => driven(tick, 0),
-        60..200 if tick.is_multiple_of(5) => vec![far(20_000), foreign(), foreign()],
-        // Where it was: nobody listens.
-        200..230 if tick.is_multiple_of(5) => vec![far(20_000), control(0x0f, -20_000)],
-        230.. if tick.is_multiple_of(5) => vec![far(20_000)],
+        60..200 if tick.is_multiple_of(5) => vec![moved_control(20_000), foreign(), foreign()],
+        // The old identifier is ignored.
+        200..230 if tick.is_multiple_of(5) => vec![moved_control(20_000), control(0x0f, -20_000)],
+        230.. if tick.is_multiple_of(5) => vec![moved_control(20_000)],
         _ => vec![foreign()],
     }
 }
 
-/// RPDO 1 at its other place.
-fn far(mdeg: i32) -> Frame {
+/// RPDO 1 with its other identifier.
+fn moved_control(mdeg: i32) -> Frame {
     let data = control(0x0f, mdeg).bytes();
     Frame::raw(0x12_3456, true, false, 6, data).expect("a frame")
 }
 
 #[test]
-fn the_controller_lets_in_what_concerns_the_node_wherever_its_pdos_are() {
+fn the_controller_accepts_the_identifiers_of_the_node_after_a_pdo_has_moved() {
     let options = Options {
         probes: vec!["CAN1_RX0".into()],
         ..Options::for_ms(1200)
@@ -83,10 +78,10 @@ fn the_controller_lets_in_what_concerns_the_node_wherever_its_pdos_are() {
     assert!(interrupts.abs_diff(own) <= 2, "{interrupts} for {own}");
 }
 
-/// The node is told by LSS to go to 500 kbit/s, and the bus goes with it.
+/// A master that changes to 500 kbit/s with the bus.
 struct Switching<F> {
     master: Master<F>,
-    /// When the master itself changes over.
+    /// When it does.
     at_tick: u64,
 }
 
@@ -130,21 +125,21 @@ fn the_bit_rate_changes_by_lss() {
         master: Master::new(slower),
         at_tick: 50,
     };
-    let finished = run_node(options, script);
-    let seen = seen(&finished);
-    let configured = seen.iter().filter(|seen| seen.frame.raw_id().0 == 0x7e4);
-    let configured: Vec<_> = configured.map(|seen| seen.frame.bytes()).collect();
+    let finished = run_script(options, script);
+    let sent = sent(&finished);
+    let configured = sent.iter().filter(|sent| sent.frame.raw_id().0 == 0x7e4);
+    let configured: Vec<_> = configured.map(|sent| sent.frame.bytes()).collect();
     assert_eq!(configured, [[0x13, 0, 0, 0, 0, 0, 0, 0]]);
-    let answers = answers(&seen);
-    assert_eq!(answers.len(), 1, "{answers:x?}");
-    assert_eq!(answers[0][..4], [0x43, 0x18, 0x10, 1]);
+    let responses = responses(&finished);
+    assert_eq!(responses.len(), 1, "{responses:x?}");
+    assert_eq!(responses[0][..4], [0x43, 0x18, 0x10, 1]);
 }
 
 /// A heartbeat of 60 ms and another gain, stored; then the power is lost.
 fn stored(tick: u64) -> Vec<Frame> {
     match tick {
         30 => vec![write(0x1017, 0, 60, 2)],
-        32 => vec![write(0x60FB, 1, 7.25_f32.to_bits(), 4)],
+        32 => vec![write_real(0x60FB, 1, 7.25)],
         34 => vec![write(0x1010, 1, SAVE, 4)],
         300 | 600 => vec![read(0x60FB, 1)],
         _ => Vec::new(),
@@ -158,16 +153,15 @@ fn what_1010h_stored_is_there_after_a_loss_of_power() {
         ..Options::for_ms(3000)
     };
     let finished = run_master(options, stored);
-    let seen = seen(&finished);
-    let answers = answers(&seen);
+    let responses = responses(&finished);
     let value = 7.25_f32.to_le_bytes();
-    let [.., before, after] = answers[..] else {
-        panic!("{answers:x?}");
+    let [.., before, after] = responses[..] else {
+        panic!("{responses:x?}");
     };
-    for answer in [before, after] {
-        assert_eq!(answer[4..], value, "{answer:x?}");
+    for response in [before, after] {
+        assert_eq!(response[4..], value, "{response:x?}");
     }
-    let all = times_ms(&seen, BOOT_UP);
+    let all = times_ms(&sent(&finished), BOOT_UP);
     let late: Vec<_> = all.iter().filter(|ms| **ms > 1700).copied().collect();
     let periods: Vec<_> = late.windows(2).map(|pair| pair[1] - pair[0]).collect();
     assert!(periods.len() > 15, "{all:?}");
@@ -184,15 +178,14 @@ fn a_reset_by_network_management_boots_again_with_the_power_off() {
         201.. => Vec::new(),
         _ => driven(tick, 10_000),
     });
-    let boots: Vec<_> = seen(&finished)
+    let boots: Vec<_> = sent(&finished)
         .into_iter()
-        .filter(|seen| seen.frame == standard(0x701, &[0]))
+        .filter(|sent| sent.frame == standard(0x701, &[0]))
         .collect();
     assert_eq!(boots.len(), 2, "{boots:?}");
     let after = boots[1].at_ns + 8_000_000;
     let rows = finished.trace.rows.iter().filter(|row| row.at_ns > after);
-    let is_off = |bridge| bridge == virtual_board::plant::Bridge::Coast;
     assert!(rows.clone().count() > 500);
-    assert!(rows.into_iter().all(|row| is_off(row.bridge)));
-    assert!(finished.resets.is_empty(), "the processor itself goes on");
+    assert!(rows.into_iter().all(|row| row.bridge == Bridge::Coast));
+    assert!(finished.resets.is_empty(), "the processor is not reset");
 }

@@ -1,15 +1,15 @@
-//! What node and drive cost: instructions of each turn, and the stack.
+//! The most that the program needs at once: instructions of each turn, and the stack.
 
-use board_tests::canopen::{
-    Master, Seen, control, firmware, nmt, read, run_node, sdo, seen, start, write,
+use board_tests::frames::{
+    Frame, LOAD, SAVE, Sent, control, nmt, read, sdo, sent, standard, start, write,
 };
-use board_tests::frames::{Frame, standard};
+use board_tests::master::Master;
+use board_tests::program::{firmware, run_script};
 use virtual_board::faults::{Fault, Planned};
 use virtual_board::plant::BoardPlantOptions;
 use virtual_board::run::{Flow, Options, Script, Span, View};
 
-use super::bit_exact::command;
-use crate::stack::{MARGIN_PCT, untouched};
+use crate::bit_exact::command;
 
 /// The interrupts that make up a control step without the node, and how often each runs in a tick.
 const STEP: [(&str, u64); 3] = [("DMA2_STREAM0", 1), ("TIM1_UP_TIM10", 4), ("TIM1_CC", 3)];
@@ -20,8 +20,11 @@ const NODE: &str = "UART7";
 /// Instructions of a millisecond: a turn begins at an edge and ends long before the next one.
 const MILLISECOND: u64 = 168_000;
 
-const SAVE: u32 = u32::from_le_bytes(*b"save");
-const LOAD: u32 = u32::from_le_bytes(*b"load");
+/// What the start-up paints the stack with (cortex-m-rt).
+const PAINT: u32 = 0xcccc_cccc;
+
+/// The part of the stack that is never used, at the least: percent of what is.
+const MARGIN_PCT: u64 = 25;
 
 /// Everything that takes long, one after the other: settings, saves with and without an erase, defaults, excitations under
 /// a capture, uploads in segments and in a block whose client never answers, all with commands at 50 Hz; then a burst of
@@ -76,16 +79,24 @@ fn begin_upload() -> Frame {
 /// Ticks of the run.
 const TICKS: u64 = 2450;
 
-/// Looks at the paint in the end.
-struct Looking<F> {
+/// Bytes of the stack that were never in use.
+fn untouched(view: &mut View<'_>) -> u64 {
+    let lowest = firmware().address("_stack_end").expect("a symbol");
+    let words = (lowest..).step_by(4);
+    let painted = words.take_while(|address| view.word(*address) == Some(PAINT));
+    4 * painted.count() as u64
+}
+
+/// Measures the stack at the end.
+struct StackProbe<F> {
     master: Master<F>,
     untouched: u64,
 }
 
-impl<F: Fn(u64) -> Vec<Frame> + Send> Script for Looking<F> {
+impl<F: Fn(u64) -> Vec<Frame> + Send> Script for StackProbe<F> {
     fn at_edge(&mut self, view: &mut View<'_>) -> Flow {
         if self.master.tick() == Some(TICKS) {
-            self.untouched = untouched(firmware(), view);
+            self.untouched = untouched(view);
         }
         self.master.at_edge(view)
     }
@@ -109,11 +120,11 @@ fn the_turns_of_the_node_end_in_their_periods_and_a_quarter_of_the_stack_is_left
             .collect(),
         ..Options::for_ms(4 * TICKS + 100)
     };
-    let script = Looking {
+    let script = StackProbe {
         master: Master::new(everything),
         untouched: 0,
     };
-    let finished = run_node(options, script);
+    let finished = run_script(options, script);
     for (name, spans) in &finished.spans {
         let least = spans.iter().map(|span| span.instructions).min();
         println!(
@@ -125,11 +136,11 @@ fn the_turns_of_the_node_end_in_their_periods_and_a_quarter_of_the_stack_is_left
     }
     let operations = finished.flash_operations.len();
     assert!(operations > 400, "the saves did not run: {operations}");
-    let seen = seen(&finished);
-    let overrun = |seen: &&Seen| seen.frame.bytes().starts_with(&[0x10, 0x81]);
-    assert_eq!(seen.iter().filter(overrun).count(), 0, "no frame was lost");
+    let sent = sent(&finished);
+    let overrun = |sent: &&Sent| sent.frame.bytes().starts_with(&[0x10, 0x81]);
+    assert_eq!(sent.iter().filter(overrun).count(), 0, "no frame was lost");
     let boot_up = standard(0x701, &[0]);
-    let boots = seen.iter().filter(|seen| seen.frame == boot_up);
+    let boots = sent.iter().filter(|sent| sent.frame == boot_up);
     assert_eq!(boots.count(), 3, "power-on and two resets");
     let step = STEP.map(|(name, times)| times * most(&finished.spans[name]));
     let turn = most(&finished.spans[NODE]);
@@ -145,5 +156,6 @@ fn the_turns_of_the_node_end_in_their_periods_and_a_quarter_of_the_stack_is_left
     let need = size - finished.script.untouched;
     let margin_pct = 100 * finished.script.untouched / need;
     println!("stack: {need} bytes of {size} needed, {margin_pct} % left over");
+    assert!(finished.script.untouched > 0, "the stack was used up");
     assert!(margin_pct >= MARGIN_PCT, "{margin_pct} %");
 }

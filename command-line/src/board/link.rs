@@ -1,0 +1,144 @@
+//! The CAN bus between a client and the emulated board. The client runs in a thread of its own, and virtual time passes
+//! only while it waits: what it does takes the same virtual time in every run.
+
+use std::collections::VecDeque;
+use std::io::{self, ErrorKind};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::time::Duration;
+
+use canopen::CanFrame;
+use embedded_can::Frame as _;
+use host_sim::can::link::Link;
+use virtual_board::can::{Frame, Id};
+use virtual_board::run::{Flow, View};
+
+/// What the client asks of the emulated board.
+#[derive(Debug)]
+pub(super) enum Request {
+    /// Send a frame to the board.
+    Send(CanFrame),
+    /// Continue until the board sends a frame, or this time has passed.
+    Wait(Duration),
+    /// Send servo pulses of this length, us, or none.
+    Servo(Option<f64>),
+    /// Show this commanded angle, deg.
+    ShowTarget(f64),
+    /// End the run.
+    End,
+}
+
+/// The client's end.
+#[derive(Debug)]
+pub(super) struct VirtualLink {
+    requests: Sender<Request>,
+    frames: Receiver<Vec<CanFrame>>,
+    received: VecDeque<CanFrame>,
+}
+
+/// The emulated board's end.
+#[derive(Debug)]
+pub(super) struct BoardEnd {
+    requests: Receiver<Request>,
+    frames: Sender<Vec<CanFrame>>,
+    sent: Vec<CanFrame>,
+    /// The client waits until this instant, ns; `None` before its first wait.
+    until_ns: Option<u64>,
+    /// The commanded angle to be shown, deg.
+    pub target_deg: Option<f64>,
+}
+
+/// Both ends, and a way to make requests beside the link.
+pub(super) fn connect() -> (VirtualLink, Sender<Request>, BoardEnd) {
+    let (requests, requested) = channel();
+    let (sent, frames) = channel();
+    let link = VirtualLink {
+        requests: requests.clone(),
+        frames,
+        received: VecDeque::new(),
+    };
+    let board = BoardEnd {
+        requests: requested,
+        frames: sent,
+        sent: Vec::new(),
+        until_ns: None,
+        target_deg: None,
+    };
+    (link, requests, board)
+}
+
+/// The run has ended.
+fn ended() -> io::Error {
+    io::Error::new(ErrorKind::BrokenPipe, "the run has ended")
+}
+
+impl Link for VirtualLink {
+    fn send(&mut self, frame: &CanFrame) -> io::Result<()> {
+        let sent = self.requests.send(Request::Send(*frame));
+        sent.map_err(|_| ended())
+    }
+
+    fn receive(&mut self, timeout: Duration) -> io::Result<Option<CanFrame>> {
+        if self.received.is_empty() {
+            let asked = self.requests.send(Request::Wait(timeout));
+            asked.map_err(|_| ended())?;
+            self.received = self.frames.recv().map_err(|_| ended())?.into();
+        }
+        Ok(self.received.pop_front())
+    }
+
+    /// Drops the frames that come in.
+    fn pause(&mut self, time: Duration) -> io::Result<()> {
+        self.received.clear();
+        self.receive(time).map(drop)
+    }
+}
+
+impl BoardEnd {
+    /// Passes on what the board has sent, and lets the client run until it waits again.
+    pub fn exchange(&mut self, view: &mut View<'_>, sent: &[(u64, Frame)]) -> Flow {
+        let now_ns = view.now_ns();
+        self.sent
+            .extend(sent.iter().filter_map(|(_, frame)| from_wire(frame)));
+        if let Some(until_ns) = self.until_ns {
+            if self.sent.is_empty() && now_ns < until_ns {
+                return Flow::On;
+            }
+            // A client that has ended receives nothing.
+            let _ = self.frames.send(std::mem::take(&mut self.sent));
+        }
+        while let Ok(request) = self.requests.recv() {
+            match request {
+                Request::Send(frame) => {
+                    if let Some(port) = view.port(0) {
+                        port.send(now_ns, to_wire(&frame));
+                    }
+                }
+                Request::Wait(time) => {
+                    let wait_ns = u64::try_from(time.as_nanos()).unwrap_or(u64::MAX);
+                    self.until_ns = Some(now_ns.saturating_add(wait_ns));
+                    return Flow::On;
+                }
+                Request::Servo(pulse_us) => view.set_servo_us(pulse_us),
+                Request::ShowTarget(deg) => self.target_deg = Some(deg),
+                Request::End => return Flow::End,
+            }
+        }
+        // The client has ended: the board goes on without it.
+        self.until_ns = Some(u64::MAX);
+        Flow::On
+    }
+}
+
+fn to_wire(frame: &CanFrame) -> Frame {
+    let id = match frame.raw_id() {
+        (id, true) => Id::Extended(id),
+        (id, false) => Id::Standard(id as u16),
+    };
+    Frame::data_frame(id, frame.data())
+}
+
+fn from_wire(frame: &Frame) -> Option<CanFrame> {
+    let is_extended = matches!(frame.id, Id::Extended(_));
+    let length = frame.payload().len() as u8;
+    CanFrame::raw(frame.id.value(), is_extended, false, length, frame.data)
+}
