@@ -1,4 +1,4 @@
-//! Tells the linker of the board's program where the memory map is. Other targets link as they do.
+//! Gives the linker of the boards' programs the memory map. Other targets need no arguments.
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
@@ -10,7 +10,7 @@ fn main() {
     }
     let manifest = std::env::var("CARGO_MANIFEST_DIR").unwrap_or_default();
     println!("cargo::rustc-link-search={manifest}/..");
-    // No page alignment: sections lie in flash as they come.
+    // Without --nmagic the linker aligns sections to pages, which flash does not have.
     for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {
         println!("cargo::rustc-link-arg-bins={argument}");
     }

@@ -1,14 +1,15 @@
-//! What holds for the programs of the boards without running them.
+//! Properties of the boards' programs that need no execution.
 
 use std::{fmt::Write as _, fs, ops::Range, path::Path};
 
 use cross_build::{board_elf, comm_board_elf};
 use object::{File, Object, ObjectSection, ObjectSymbol, SectionFlags, elf};
 
-/// The capture buffer, which the limits leave out: it takes what is left of the memory.
+/// The capture buffer, which the limits exclude: it takes the rest of the memory.
 const CAPTURE_BUFFER: &str = "capture_buffer";
 
-/// A program, and what it may take: bytes of flash, and of RAM with the stack and without the capture buffer.
+/// A program with its limits, bytes: flash, and SRAM without the capture buffer. The stack has a memory
+/// of its own; a test on the emulated board measures how much of it is used.
 struct Program {
     name: &'static str,
     elf: fn() -> &'static Path,
@@ -20,13 +21,13 @@ const PROGRAMS: [Program; 2] = [
     Program {
         name: "actuator-board",
         elf: board_elf,
-        flash: 64 * 1024,
+        flash: 96 * 1024,
         ram: 16 * 1024,
     },
     Program {
         name: "comm-board",
         elf: comm_board_elf,
-        flash: 8 * 1024,
+        flash: 16 * 1024,
         ram: 24 * 1024,
     },
 ];
@@ -159,18 +160,19 @@ fn every_section_lies_in_the_memory_that_memory_x_gives_it() {
 }
 
 #[test]
-fn the_regions_are_those_of_the_reference_manual_and_do_not_overlap() {
+fn the_regions_are_those_of_the_reference_manual() {
     // RM0090, table 6 and section 2.3.1.
     let bank_1 = 0x0800_0000..0x0810_0000;
+    let core_coupled = 0x1000_0000..0x1001_0000;
     let sram = 0x2000_0000..0x2003_0000;
-    let (flash, stack, ram) = (region("FLASH"), region("STACK"), region("RAM"));
-    assert!(lies_in(&flash, &bank_1), "parameters are in bank 2");
-    assert_eq!((stack.start, ram.end), (sram.start, sram.end));
-    assert_eq!(stack.end, ram.start);
+    assert!(lies_in(&region("FLASH"), &bank_1), "parameters are in bank 2");
+    assert!(lies_in(&region("STACK"), &core_coupled));
+    assert_eq!(region("STACK").start, core_coupled.start, "an overflow faults");
+    assert_eq!(region("RAM"), sram);
 }
 
 #[test]
-fn the_stack_lies_below_the_data_at_the_very_end_of_the_memory() {
+fn the_stack_is_alone_in_its_memory() {
     let stack = region("STACK");
     for_each_elf(|_, elf| {
         assert_eq!(address(elf, "_stack_start"), stack.end);
@@ -189,16 +191,13 @@ fn the_stack_lies_below_the_data_at_the_very_end_of_the_memory() {
             stack.end
         );
         for (name, addresses) in allocated(elf) {
-            let below = addresses.end <= region("FLASH").end;
-            assert!(
-                below || addresses.start >= stack.end,
-                "{name} lies at {addresses:x?}"
-            );
+            let is_apart = addresses.end <= stack.start || addresses.start >= stack.end;
+            assert!(is_apart, "{name} lies at {addresses:x?}");
         }
     });
 }
 
-/// Bytes of flash; of RAM without stack and capture buffer; of the stack.
+/// Bytes of flash; of SRAM without the capture buffer; of the stack.
 fn sizes(elf: &File<'_>) -> [u64; 3] {
     let ram = region("RAM");
     let (mut flash_bytes, mut ram_bytes) = (0, 0);
@@ -223,12 +222,9 @@ fn sizes(elf: &File<'_>) -> [u64; 3] {
 fn flash_and_ram_stay_below_their_limits() {
     for_each_elf(|program, elf| {
         let [flash, ram, stack] = sizes(elf);
-        println!(
-            "flash {flash} bytes, RAM {} bytes, {stack} of them stack",
-            ram + stack
-        );
+        println!("flash {flash} bytes, SRAM {ram} bytes, stack {stack} bytes");
         assert!(flash < program.flash);
-        assert!(ram + stack < program.ram);
+        assert!(ram < program.ram);
     });
 }
 
@@ -252,10 +248,10 @@ fn flash_and_ram_are_as_large_as_they_were() {
                 .next_back()
                 .and_then(|n| n.parse().ok())
                 .expect("a size");
-            // What moves by less than a fiftieth is the compiler's taste, not a change of the program.
+            // Changes below 2 % also result from the compiler's decisions.
             assert!(
                 size.abs_diff(golden) * 50 <= golden,
-                "{line}, now {size}; if that is as it should be: UPDATE_GOLDEN=1 cargo test -p system-tests --test elf"
+                "{line}, now {size}; if that is intended: UPDATE_GOLDEN=1 cargo test -p system-tests --test elf"
             );
         }
     });

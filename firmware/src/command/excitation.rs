@@ -5,11 +5,7 @@ mod settings;
 
 pub use crate::parameters::ExcitationSettings;
 
-use model_core::{
-    control::units::Angle,
-    excitation::{Excitation, quotient::saturating_product},
-    time::CONTROL_PERIOD_TICKS,
-};
+use model_core::{control::units::Angle, excitation::Excitation, time::CONTROL_PERIOD_TICKS};
 
 /// An excitation, how long it lasts and how often it runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,7 +50,7 @@ impl Run {
         Self {
             excitation,
             ticks: if is_periodic {
-                saturating_product(once, runs.into())
+                once.saturating_mul(runs.into())
             } else {
                 once
             },

@@ -24,7 +24,6 @@ const fn series() -> [u64; TERMS] {
 /// use model_core::excitation::exp2::product;
 /// assert_eq!(product(1 << 63, 1 << 63), 1 << 62);
 /// ```
-#[cfg_attr(target_os = "none", inline(never))]
 pub const fn product(a: u64, b: u64) -> u64 {
     ((a as u128 * b as u128) >> 64) as u64
 }

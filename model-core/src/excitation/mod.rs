@@ -14,7 +14,6 @@ pub mod multisine;
 pub mod multistep;
 pub mod phase;
 pub mod prbs;
-pub mod quotient;
 pub mod ramp;
 pub mod recorded;
 pub mod sine;
@@ -81,14 +80,12 @@ impl Excitation<'_> {
     }
 }
 
-/// The full product; one function shared by all inputs on the board.
-#[cfg_attr(target_os = "none", inline(never))]
+/// The full product.
 const fn product(a: i64, b: i64) -> i128 {
     a as i128 * b as i128
 }
 
 /// The angle with this number of LSBs, saturated.
-#[cfg_attr(target_os = "none", inline(never))]
 const fn saturated(bits: i128) -> Angle {
     if bits > i64::MAX as i128 {
         Angle::MAX

@@ -4,10 +4,7 @@
 //! divided by the unit, compared with 0.12 to 0.66 (Jategaonkar, "Flight Vehicle System
 //! Identification", chapter 2, shows both spectra).
 
-use super::{
-    at_least_one,
-    quotient::{divide, saturating_product},
-};
+use super::at_least_one;
 use crate::control::units::{Angle, angle};
 use crate::parameter::ParameterError;
 use crate::time::ticks;
@@ -144,7 +141,7 @@ impl Multistep {
         let Some(since) = tick.checked_sub(self.start_tick) else {
             return Angle::ZERO;
         };
-        let mut units = divide(since, self.unit_ticks);
+        let mut units = since / self.unit_ticks;
         for (step, &width) in self.widths.iter().enumerate() {
             match units.checked_sub(u64::from(width)) {
                 Some(rest) => units = rest,
@@ -159,7 +156,7 @@ impl Multistep {
     pub fn duration_ticks(&self) -> u64 {
         let units: u64 = self.widths.iter().map(|&width| u64::from(width)).sum();
         self.start_tick
-            .saturating_add(saturating_product(units, self.unit_ticks.get()))
+            .saturating_add(units.saturating_mul(self.unit_ticks.get()))
     }
 }
 

@@ -5,11 +5,37 @@
 
 use super::exp2::exp2_negative;
 use crate::time::TICK_S;
-use core::f64::consts::LN_2;
+use core::{f64::consts::LN_2, num::NonZeroU64};
 
 const TWO_TO_THE_64: f64 = 18_446_744_073_709_551_616.0;
 const TWO_TO_THE_96: f64 = (1_u128 << 96) as f64;
 const TWO_TO_THE_128: f64 = TWO_TO_THE_64 * TWO_TO_THE_64;
+
+/// `numerator * 2^bits / denominator`, rounded down, modulo 2^128; at most 128 bits.
+///
+/// The shifted numerator has up to 192 bits: the fraction is divided in two steps of 64 bits.
+///
+/// ```
+/// use core::num::NonZeroU64;
+/// use model_core::excitation::phase::ratio;
+/// let three = NonZeroU64::new(3).unwrap();
+/// assert_eq!((ratio(10, three, 0), ratio(1, three, 4)), (3, 5));
+/// ```
+pub const fn ratio(numerator: u64, denominator: NonZeroU64, bits: u32) -> u128 {
+    let denominator = denominator.get() as u128;
+    let numerator = numerator as u128;
+    // Remainders are below the denominator, hence below 2^64.
+    let upper = (numerator % denominator) << 64;
+    let lower = (upper % denominator) << 64;
+    // In units of 2^-128.
+    let fraction = (upper / denominator) << 64 | lower / denominator;
+    let whole = numerator / denominator;
+    match bits {
+        0 => whole,
+        128.. => fraction,
+        _ => whole << bits | fraction >> (128 - bits),
+    }
+}
 
 /// A phase that is a quadratic function of time: a linear frequency sweep or a constant frequency.
 ///
@@ -53,7 +79,6 @@ impl Quadratic {
     }
 
     /// The phase at a tick.
-    #[cfg_attr(target_os = "none", inline(never))]
     pub const fn at(&self, tick: u64) -> u64 {
         let tick = tick as u128;
         let slope = self
@@ -143,6 +168,36 @@ impl Exponential {
 mod tests {
     use super::*;
     use crate::time::TICKS_PER_SECOND;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn a_ratio_is_the_division_of_128_bits(
+            numerator: u64, long in 1..1u64 << 63, short in 1..1u64 << 16, bits in 0..=64u32
+        ) {
+            for denominator in [long, short] {
+                let exact = (u128::from(numerator) << bits) / u128::from(denominator);
+                let denominator = NonZeroU64::new(denominator).unwrap();
+                prop_assert_eq!(ratio(numerator, denominator, bits), exact);
+            }
+        }
+
+        #[test]
+        fn a_longer_ratio_is_rounded_down_to_a_shorter_one(
+            numerator: u64, denominator in 1..u64::MAX, bits in 1..128u32
+        ) {
+            let denominator = NonZeroU64::new(denominator).unwrap();
+            let (long, short) = (ratio(numerator, denominator, 128), ratio(numerator, denominator, bits));
+            prop_assert_eq!(long >> (128 - bits), short & (u128::MAX >> (128 - bits)));
+        }
+    }
+
+    #[test]
+    fn a_fraction_of_a_turn_has_128_bits() {
+        let seven = NonZeroU64::new(7).unwrap();
+        // 2^128 = 7 * q + 4.
+        assert_eq!(ratio(1, seven, 128), u128::MAX / 7);
+    }
 
     /// Distance of a phase from a number of turns, in turns.
     fn distance(phase: u64, turns: f64) -> f64 {

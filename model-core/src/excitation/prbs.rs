@@ -5,10 +5,7 @@
 //! chip is available without the preceding ones, in some hundred instructions. The sequence of
 //! order `n` repeats after `2^n - 1` chips; its spectrum is 3 dB down at 0.44 of the chip rate.
 
-use super::{
-    at_least_one,
-    quotient::{divide, remainder, saturating_product},
-};
+use super::at_least_one;
 use crate::control::units::{Angle, angle};
 use crate::parameter::{ParameterError, Parameters};
 use crate::time::ticks;
@@ -100,8 +97,8 @@ impl Prbs {
     pub fn command(&self, tick: u64) -> Angle {
         let period = self.period();
         // Both are below 2^32: the sum does not overflow.
-        let chip = remainder(divide(tick, self.chip_ticks), period) + u64::from(self.seed);
-        if self.power(remainder(chip, period) as u32) & 1 == 1 {
+        let chip = tick / self.chip_ticks % period + u64::from(self.seed);
+        if self.power((chip % period) as u32) & 1 == 1 {
             self.amplitude
         } else {
             self.amplitude.saturating_neg()
@@ -110,7 +107,7 @@ impl Prbs {
 
     /// Ticks of one period.
     pub fn duration_ticks(&self) -> u64 {
-        saturating_product(self.period().get(), self.chip_ticks.get())
+        self.period().get().saturating_mul(self.chip_ticks.get())
     }
 
     /// Chips in a period.

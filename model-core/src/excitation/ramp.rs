@@ -1,6 +1,6 @@
 //! Straight lines between breakpoints.
 
-use super::{product, quotient::divide, saturated};
+use super::{product, saturated};
 use crate::control::units::{ANGLE_END, Angle, angle};
 use crate::parameter::ParameterError;
 use crate::time::ticks;
@@ -40,7 +40,7 @@ impl Line {
         let rise = start.to_bits().abs_diff(end.to_bits()) << 15;
         let slope = match NonZeroU64::new(to.0.saturating_sub(from.0)) {
             // At most half of 2^63.
-            Some(run) if run.get() > 1 => divide(rise, run) as i64,
+            Some(run) if run.get() > 1 => (rise / run.get()) as i64,
             // Only the start of so short a line is evaluated.
             _ => 0,
         };

@@ -1,10 +1,6 @@
 //! A sequence of arbitrary levels of equal duration: the paper's variable step.
 
-use super::{
-    at_least_one, product,
-    quotient::{divide, saturating_product},
-    saturated,
-};
+use super::{at_least_one, product, saturated};
 use crate::control::units::{Angle, angle};
 use crate::parameter::ParameterError;
 use crate::time::ticks;
@@ -80,7 +76,7 @@ impl VariableStep<'_> {
     /// The command at a tick.
     pub fn command(&self, tick: u64) -> Angle {
         // The board's `usize` has 32 bits: an index that does not fit is beyond the last level.
-        let index = usize::try_from(divide(tick, self.dwell_ticks)).ok();
+        let index = usize::try_from(tick / self.dwell_ticks).ok();
         let level = index
             .and_then(|index| self.levels.get(index))
             .or(self.levels.last());
@@ -92,7 +88,9 @@ impl VariableStep<'_> {
 
     /// Ticks until the end of the last level's duration.
     pub fn duration_ticks(&self) -> u64 {
-        saturating_product(self.dwell_ticks.get(), self.levels.len() as u64)
+        self.dwell_ticks
+            .get()
+            .saturating_mul(self.levels.len() as u64)
     }
 }
 

@@ -1,77 +1,70 @@
-//! The program of the actuator management board: STM32F427, pins, clocks and interrupts. It speaks CANopen.
+//! Program of the actuator management board: STM32F427, CANopen.
 //!
-//! What the board does is decided in the library `firmware`; here it gets its samples, and what it
-//! decides is done. `docs/hardware.md` shows the wiring and the instants of a tick.
+//! The library `firmware` decides everything; this program supplies its samples and carries out its
+//! decisions. `docs/hardware.md` shows the wiring and the timing of a control period.
 //!
-//! | priority | interrupt | when | does |
+//! | priority | interrupt | event | function |
 //! |---|---|---|---|
-//! | 5 | `CAN1_RX0` | a frame came in | puts it into the node's queue |
-//! | 4 | `TIM1_UP_TIM10` | each PWM edge, 1 ms | outputs; in period 0 reads the encoder, in period 3 asks for the window |
-//! | 4 | `TIM1_CC` | period 3 | samples the current, opens the window, samples back-EMF, supply, temperature |
-//! | 4 | `DMA2_STREAM0` | 38 us into the tick | the control step of the drive |
-//! | 4 | `UART7`, which is no UART here | at the edges of periods 1 and 2 | the CANopen node: what came in, what is due, what goes out |
-//! | 2 | `CAN1_TX`, `CAN1_SCE` | a mailbox is free; the bus is in trouble, and each turn of the node | frames to the controller, its state, bit rate and filters |
-//! | 1 | `UART8`, which is no UART here | after the control step | everything that may wait |
+//! | 5 | `CAN1_RX0` | frame received | puts it into the queue of the CANopen device |
+//! | 4 | `TIM1_UP_TIM10` | each PWM edge | outputs; in the first PWM period starts the encoder, in the last one enables the sampling instants |
+//! | 4 | `TIM1_CC` | sampling instants in the last PWM period | starts the samples of current, back-EMF, supply and temperature, switches to coasting |
+//! | 4 | `DMA2_STREAM0` | encoder read, 38 us after the edge | control step |
+//! | 4 | `UART7`, used as a software interrupt | edges of two PWM periods in between | turn of the CANopen device: received frames, timers, frames to transmit |
+//! | 2 | `CAN1_TX`, `CAN1_SCE` | mailbox free; bus error, and each turn | frames to the controller; its state, bit rate and filters |
+//! | 1 | `UART8`, used as a software interrupt | after the control step | flash and log |
 //!
-//! Nothing preempts the control step but a frame that comes in, for a microsecond, and nothing less urgent locks it out. The node shares the drive with it
-//! without a lock, as it has its priority; its turns end long before the next edge, and the instants of period 3 have that period
-//! for themselves. Everybody else hands over through queues that need no lock.
+//! Only the reception of a frame preempts the control step, for a microsecond, and no task of lower
+//! priority locks it out. The turns of the device have its priority, so that both use the device
+//! without a lock; a turn ends long before the next control step, and before the last PWM period with
+//! its sampling instants. All other tasks communicate by queues and atomics without locks.
 
 #![no_std]
 #![no_main]
 #![allow(
     unsafe_code,
-    reason = "registers, and memory that is shared with a DMA controller: each place argues why it is sound"
+    reason = "registers, and memory shared with a DMA controller: each block states why it is sound"
 )]
 
 mod actuator;
 mod board;
 
-/// The last PWM period of a control period.
-const LAST_PERIOD: u32 = model_core::time::PWM_PERIODS_PER_CONTROL_PERIOD - 1;
-
-/// Interrupts, and what each of them owns.
+/// Tasks and their resources.
 #[allow(
     missing_docs,
-    reason = "RTIC makes public items here that nobody can document"
+    reason = "RTIC generates public items that cannot be documented"
 )]
 #[rtic::app(device = stm32f4xx_hal::pac, peripherals = true)]
 mod app {
-    use core::mem::MaybeUninit;
-
     use canopen::CanFrame;
     use firmware::{
-        application::{BusState, Outputs},
-        drive::StoredParameters,
-        supervisor::Part,
+        application::{BusState, Outputs, Start},
+        drive::{Device, StoredParameters},
+        store::{self, Origin},
+        supervisor::{Part, ResetCause},
     };
     use heapless::spsc::{Consumer, Producer, Queue};
     use stm32f4xx_hal::pac::Interrupt;
 
     use crate::actuator::{
+        acceptance::AcceptedIds,
         analog::Analog,
+        background::{Background, StateLog},
         bridge::{Bridge, Instant},
-        bus_state,
-        can::{Can, Receiver},
-        canopen::{
-            background::Background,
-            built::{Built, build},
-            setup,
-            station::{Queues, RECEIVED, Station, TO_SEND},
-            wanted::Wanted,
+        bus_status,
+        can_controller::{CanController, CanReceiver},
+        canopen_task::{
+            CanopenTask, OUTPUT_QUEUE, Queues, RECEIVE_QUEUE, SINGLE, TRANSMIT_QUEUE, TURNS, gather,
         },
         encoder::Encoder,
-        heard,
-        report::Report,
-        sampling::gather,
+        parameter_store::ParameterStore,
         servo_pulse::ServoPulse,
-        slot::{Slot, Taker},
-        ticks::Clock,
-        vigil::Vigil,
-        wiring::Board,
+        timebase::PeriodCounter,
+        timing::PWM_PERIODS,
+        watchdog_supervisor::{WatchdogSupervisor, report_alive},
+        wiring::{Peripherals, serial_number},
     };
 
-    /// Words of the capture: 20 s of eight signals.
+    /// Length of the capture buffer, words: 20 s of eight signals at 250 Hz.
     const CAPTURE_WORDS: usize = 40 * 1024;
 
     #[shared]
@@ -83,93 +76,89 @@ mod app {
         #[lock_free]
         encoder: Encoder,
         #[lock_free]
-        clock: Clock,
+        period_counter: PeriodCounter,
         #[lock_free]
-        station: Station,
+        canopen_task: CanopenTask,
         #[lock_free]
-        can: Can,
+        can: CanController,
         #[lock_free]
-        to_send: Consumer<'static, CanFrame, TO_SEND>,
+        to_transmit: Consumer<'static, CanFrame, TRANSMIT_QUEUE>,
     }
 
     #[local]
     struct Local {
         servo_pulse: ServoPulse,
-        received: Producer<'static, CanFrame, RECEIVED>,
-        receiver: Receiver,
-        wanted: Taker<Wanted>,
+        can_receiver: CanReceiver,
+        received: Producer<'static, CanFrame, RECEIVE_QUEUE>,
+        accepted_ids: Consumer<'static, AcceptedIds, SINGLE>,
         background: Background,
     }
 
     #[init(local = [
-        output_queue: Queue<Outputs, 3> = Queue::new(),
-        received_queue: Queue<CanFrame, RECEIVED> = Queue::new(),
-        send_queue: Queue<CanFrame, TO_SEND> = Queue::new(),
-        wanted_slot: Slot<Wanted> = Slot::new(),
-        save_slot: Slot<StoredParameters> = Slot::new(),
-        saved_slot: Slot<bool> = Slot::new(),
+        output_queue: Queue<Outputs, OUTPUT_QUEUE> = Queue::new(),
+        receive_queue: Queue<CanFrame, RECEIVE_QUEUE> = Queue::new(),
+        transmit_queue: Queue<CanFrame, TRANSMIT_QUEUE> = Queue::new(),
+        accepted_ids_queue: Queue<AcceptedIds, SINGLE> = Queue::new(),
+        save_queue: Queue<StoredParameters, SINGLE> = Queue::new(),
+        save_result_queue: Queue<bool, SINGLE> = Queue::new(),
         capture_buffer: [i32; CAPTURE_WORDS] = [0; CAPTURE_WORDS],
-        built: MaybeUninit<Built> = MaybeUninit::uninit(),
     ])]
     fn init(cx: init::Context) -> (Shared, Local) {
-        let mut board = Board::new(cx.device);
-        let (save, to_save) = cx.local.save_slot.split();
-        let built = build(
-            cx.local.built,
-            (board.flash, to_save),
-            board.reset_cause,
-            cx.local.capture_buffer,
-        );
+        let mut peripherals = Peripherals::new(cx.device);
+        let (output_producer, outputs) = cx.local.output_queue.split();
+        let (received, receive_consumer) = cx.local.receive_queue.split();
+        let (transmit_producer, to_transmit) = cx.local.transmit_queue.split();
+        let (accepted_ids_producer, accepted_ids) = cx.local.accepted_ids_queue.split();
+        let (save_producer, to_save) = cx.local.save_queue.split();
+        let (save_results, save_result_consumer) = cx.local.save_result_queue.split();
+
+        let loaded = store::load::<StoredParameters>(&peripherals.flash);
         defmt::info!(
             "reset cause {}, parameters from {}",
-            board.reset_cause as u8,
-            built.origin as u8
+            peripherals.reset_cause as u8,
+            loaded.origin as u8
         );
-        let (decided, outputs) = cx.local.output_queue.split();
-        let (came_in, received) = cx.local.received_queue.split();
-        let (to_send, goes_out) = cx.local.send_queue.split();
-        let (give_wanted, take_wanted) = cx.local.wanted_slot.split();
-        let (tell_saved, saved) = cx.local.saved_slot.split();
-
-        let wanted = Wanted::of(built.device.node().identifiers());
-        let bit_rate_kbit_s = built
-            .device
-            .drive
-            .application()
-            .parameters()
-            .bus
-            .bit_rate_kbit_s;
-        let (can, receiver) = Can::new(board.can, bit_rate_kbit_s as u16, wanted.iter());
-        let queues = Queues {
-            received,
-            to_send,
-            outputs: decided,
-            wanted: give_wanted,
-            save,
-            saved,
+        let start = Start {
+            watchdog: peripherals.reset_cause == ResetCause::Watchdog,
+            parameters_corrupt: loaded.origin == Origin::DefaultsInsteadOfCorrupt,
         };
-        let vigil = Vigil::start(board.watchdog, cx.core.DCB, cx.core.DWT);
-        board.clock.start();
-        board.bridge.start();
+        let mut device = Device::new(loaded.parameters, start, cx.local.capture_buffer, 0);
+        device.drive.diagnostics.reset_cause = peripherals.reset_cause;
+        device.drive.diagnostics.serial_number = serial_number();
+
+        let initial_ids = AcceptedIds::new(device.node().identifiers());
+        let kbit_s = device.drive.application().parameters().bus.bit_rate_kbit_s as u16;
+        let (can, can_receiver) = CanController::new(peripherals.can, kbit_s, &initial_ids);
+        let watchdog = WatchdogSupervisor::start(peripherals.watchdog, cx.core.DCB, cx.core.DWT);
+        let queues = Queues {
+            received: receive_consumer,
+            to_transmit: transmit_producer,
+            outputs: output_producer,
+            accepted_ids: accepted_ids_producer,
+            to_save: save_producer,
+            save_results: save_result_consumer,
+        };
+        peripherals.period_counter.start();
+        peripherals.bridge.start();
         let shared = Shared {
-            bridge: board.bridge,
-            analog: board.analog,
-            encoder: board.encoder,
-            clock: board.clock,
-            station: Station::new(&mut built.device, vigil, queues, wanted),
+            bridge: peripherals.bridge,
+            analog: peripherals.analog,
+            encoder: peripherals.encoder,
+            period_counter: peripherals.period_counter,
+            canopen_task: CanopenTask::new(device, watchdog, queues, initial_ids),
             can,
-            to_send: goes_out,
+            to_transmit,
         };
         let local = Local {
-            servo_pulse: board.servo_pulse,
-            received: came_in,
-            receiver,
-            wanted: take_wanted,
+            servo_pulse: peripherals.servo_pulse,
+            can_receiver,
+            received,
+            accepted_ids,
             background: Background {
                 outputs,
-                keeper: &mut built.keeper,
-                saved: tell_saved,
-                report: Report::default(),
+                store: ParameterStore::new(to_save, peripherals.flash, &loaded),
+                save_results,
+                log: StateLog::default(),
             },
         };
         (shared, local)
@@ -182,28 +171,29 @@ mod app {
         }
     }
 
-    #[task(binds = TIM1_UP_TIM10, priority = 4, shared = [bridge, encoder, clock])]
+    #[task(binds = TIM1_UP_TIM10, priority = 4, shared = [bridge, encoder, period_counter])]
     fn pwm_edge(cx: pwm_edge::Context) {
         let bridge = cx.shared.bridge;
-        let (period, _) = cx.shared.clock.now();
+        let period = cx.shared.period_counter.index();
         if period == 0 {
             cx.shared.encoder.start();
-            bridge.tick_began();
+            bridge.begin_control_period();
         }
-        bridge.period_began();
-        match period {
-            1 | 2 => rtic::pend(Interrupt::UART7),
-            crate::LAST_PERIOD => bridge.open_window_in_this_period(),
-            _ => {}
+        bridge.begin_pwm_period();
+        if TURNS.contains(&period) {
+            rtic::pend(Interrupt::UART7);
+        }
+        if period == PWM_PERIODS - 1 {
+            bridge.enable_sampling_instants();
         }
     }
 
     #[task(binds = TIM1_CC, priority = 4, shared = [bridge, analog])]
-    fn instant(cx: instant::Context) {
-        match cx.shared.bridge.instant() {
+    fn sampling_instant(cx: sampling_instant::Context) {
+        match cx.shared.bridge.take_instant() {
             Some(Instant::Current) => cx.shared.analog.sample_current(),
             Some(Instant::BackEmf) => cx.shared.analog.start_scan(),
-            Some(Instant::Opened) | None => {}
+            Some(Instant::WindowStart) | None => {}
         }
     }
 
@@ -211,79 +201,81 @@ mod app {
         binds = DMA2_STREAM0,
         priority = 4,
         local = [servo_pulse],
-        shared = [bridge, analog, encoder, clock, station],
+        shared = [bridge, analog, encoder, period_counter, canopen_task],
     )]
-    fn control(cx: control::Context) {
-        let (station, bridge) = (cx.shared.station, cx.shared.bridge);
+    fn control_step(cx: control_step::Context) {
+        let (task, bridge) = (cx.shared.canopen_task, cx.shared.bridge);
         let mut samples = gather(
             cx.shared.encoder,
             cx.shared.analog,
             cx.local.servo_pulse,
             bridge,
         );
-        let outputs = station.control(&mut samples, cx.shared.clock.now().1);
+        let outputs = task.begin_step(&mut samples, cx.shared.period_counter.control_period());
         bridge.command(outputs.bridge);
-        station.end(outputs, bridge.is_late());
+        task.end_step(outputs, bridge.is_late());
         rtic::pend(Interrupt::UART8);
     }
 
-    #[task(binds = UART7, priority = 4, shared = [clock, station])]
-    fn node(cx: node::Context) {
-        if cx.shared.station.communicate(cx.shared.clock.period()) {
+    #[task(binds = UART7, priority = 4, shared = [period_counter, canopen_task])]
+    fn canopen_turn(cx: canopen_turn::Context) {
+        let period = cx.shared.period_counter.period();
+        if cx.shared.canopen_task.communicate(period) {
             rtic::pend(Interrupt::CAN1_TX);
         }
         rtic::pend(Interrupt::CAN1_SCE);
     }
 
-    // Above everything, and short: the controller keeps three frames, and a turn of the node may take longer.
-    #[task(binds = CAN1_RX0, priority = 5, local = [receiver, received])]
-    fn received(cx: received::Context) {
-        if cx.local.receiver.take_overrun() {
-            setup::lost();
+    // The highest priority, and short: the FIFO holds three frames, and a turn of the device can take
+    // longer than three frames.
+    #[task(binds = CAN1_RX0, priority = 5, local = [can_receiver, received])]
+    fn frame_received(cx: frame_received::Context) {
+        if cx.local.can_receiver.take_overrun() {
+            bus_status::count_lost_frame();
         }
-        while let Some(frame) = cx.local.receiver.receive() {
+        while let Some(frame) = cx.local.can_receiver.receive() {
             if cx.local.received.enqueue(frame).is_err() {
-                setup::lost();
+                bus_status::count_lost_frame();
             }
         }
     }
 
-    #[task(binds = CAN1_TX, priority = 2, shared = [can, to_send])]
-    fn mailbox_is_free(cx: mailbox_is_free::Context) {
+    #[task(binds = CAN1_TX, priority = 2, shared = [can, to_transmit])]
+    fn mailbox_free(cx: mailbox_free::Context) {
         let can = cx.shared.can;
-        can.mailbox_is_free();
-        while can.is_idle()
-            && let Some(frame) = cx.shared.to_send.dequeue()
+        can.on_mailbox_free();
+        while can.is_queue_empty()
+            && let Some(frame) = cx.shared.to_transmit.dequeue()
         {
-            can.send(frame);
+            can.transmit(frame);
         }
     }
 
-    // The controller asks for this when it goes to another state, the node at each of its times.
+    // Requested by the controller when its state changes, and by each turn of the device.
     #[task(
         binds = CAN1_SCE,
         priority = 2,
-        local = [wanted, was: BusState = BusState::Active],
-        shared = [can, to_send],
+        local = [accepted_ids, last_state: BusState = BusState::Active],
+        shared = [can, to_transmit],
     )]
-    fn bus(cx: bus::Context) {
+    fn bus_status_changed(cx: bus_status_changed::Context) {
         let can = cx.shared.can;
-        can.proceed();
-        let state = can.state();
-        bus_state::note(state);
-        if state == BusState::Off && *cx.local.was != BusState::Off {
-            setup::left_the_bus();
+        can.join_bus_if_pending();
+        let state = can.take_state();
+        bus_status::record_state(state);
+        if state == BusState::Off && *cx.local.last_state != BusState::Off {
+            bus_status::count_bus_off();
         }
-        *cx.local.was = state;
-        if let Some(kbit_s) = setup::take_bit_rate() {
-            // What waits would break in upon the silence of the network.
-            while cx.shared.to_send.dequeue().is_some() {}
+        *cx.local.last_state = state;
+        if let Some(kbit_s) = bus_status::take_requested_bit_rate() {
+            // Queued frames must not be transmitted with the new bit rate while the network switches.
+            while cx.shared.to_transmit.dequeue().is_some() {}
             can.set_bit_rate(kbit_s);
         }
-        if let Some(wanted) = cx.local.wanted.take() {
-            can.set_filters(wanted.iter());
+        if let Some(accepted_ids) = cx.local.accepted_ids.dequeue() {
+            can.set_accepted_ids(&accepted_ids);
         }
-        heard::from(Part::Bus);
+        report_alive(Part::Bus);
     }
 
     #[task(binds = UART8, priority = 1, local = [background])]

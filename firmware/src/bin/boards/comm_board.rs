@@ -1,32 +1,32 @@
-//! The program of the communication board: STM32F427, between a serial line and a CAN bus.
+//! Program of the communication board: STM32F427, between a serial line and a CAN bus.
 //!
-//! What the lines mean is decided in `canopen::slcan`; here bytes and frames are moved, with queues in between that
-//! nobody waits for. `docs/chain.md` shows the way of a command and of a frame.
+//! `canopen::slcan` interprets the lines; this program moves bytes and frames through queues, and never
+//! waits. `docs/chain.md` shows the path of a command and of a frame.
 //!
-//! | priority | interrupt | when | does |
+//! | priority | interrupt | event | function |
 //! |---|---|---|---|
-//! | 3 | `USART3` | a byte came in, or the next one may go out | moves it between the line and a queue |
-//! | 2 | `CAN1_RX0`, `CAN1_TX`, `CAN1_SCE` | a frame came in, a mailbox is free, something went wrong | moves frames between controller and queues |
-//! | 1 | `UART8`, which is no UART here | a line or a frame is there | the adapter |
-//! | 1 | `TIM3` | each millisecond | the watchdog, and what the controller was not ready for |
+//! | 3 | `USART3` | byte received, or line ready for the next one | moves it between line and queue |
+//! | 2 | `CAN1_RX0`, `CAN1_TX`, `CAN1_SCE` | frame received, mailbox free, error | moves frames between controller and queues |
+//! | 1 | `UART8`, used as a software interrupt | a command or a frame is in the queue | slcan adapter |
+//! | 1 | `TIM3` | each millisecond | watchdog; joins the bus when the controller is ready |
 //!
-//! Nothing locks the serial line out: at 2,000,000 baud a byte has to be fetched within 5 us. The lowest priority
-//! feeds the watchdog, which it does only if everything above it came to an end.
+//! No task locks the serial line out: at 2,000,000 baud a byte has to be read within 5 us. The lowest
+//! priority feeds the watchdog: it runs only if all higher ones end.
 
 #![no_std]
 #![no_main]
 #![allow(
     unsafe_code,
-    reason = "registers, and the start of the program: each place argues why it is sound"
+    reason = "registers and exception handlers: each block states why it is sound"
 )]
 
 mod board;
 mod comm;
 
-/// Interrupts, and what each of them owns.
+/// Tasks and their resources.
 #[allow(
     missing_docs,
-    reason = "RTIC makes public items here that nobody can document"
+    reason = "RTIC generates public items that cannot be documented"
 )]
 #[rtic::app(device = stm32f4xx_hal::pac, peripherals = true)]
 mod app {
@@ -34,53 +34,55 @@ mod app {
     use stm32f4xx_hal::pac::Interrupt;
 
     use crate::{
-        board::{stack, watchdog::Watchdog},
+        board::{diagnostics, watchdog::Watchdog},
         comm::{
-            adapter::{FRAMES, Gateway, Stamped},
-            can_bus::CanBus,
-            serial::{INCOMING, OUTGOING, Serial},
-            stopwatch::{Millisecond, Stopwatch},
-            wiring::Board,
+            can_controller::CanController,
+            serial::{RECEIVE_QUEUE, Serial, TRANSMIT_QUEUE},
+            slcan_adapter::{FRAME_QUEUE, SlcanAdapter, StampedFrame},
+            timers::{MicrosecondCounter, MillisecondTimer},
+            wiring::Peripherals,
         },
     };
 
     #[shared]
     struct Shared {
-        can: CanBus,
+        can: CanController,
         #[lock_free]
-        gateway: Gateway,
+        adapter: SlcanAdapter,
     }
 
     #[local]
     struct Local {
         serial: Serial,
-        frames: Producer<'static, Stamped, FRAMES>,
-        stopwatch: Stopwatch,
-        millisecond: Millisecond,
+        frames: Producer<'static, StampedFrame, FRAME_QUEUE>,
+        receive_clock: MicrosecondCounter,
+        adapter_clock: MicrosecondCounter,
+        milliseconds: MillisecondTimer,
         watchdog: Watchdog,
     }
 
     #[init(local = [
-        incoming: Queue<u8, INCOMING> = Queue::new(),
-        outgoing: Queue<u8, OUTGOING> = Queue::new(),
-        frame_queue: Queue<Stamped, FRAMES> = Queue::new(),
+        receive_queue: Queue<u8, RECEIVE_QUEUE> = Queue::new(),
+        transmit_queue: Queue<u8, TRANSMIT_QUEUE> = Queue::new(),
+        frame_queue: Queue<StampedFrame, FRAME_QUEUE> = Queue::new(),
     ])]
     fn init(cx: init::Context) -> (Shared, Local) {
-        let board = Board::new(cx.device);
-        defmt::info!("reset cause {}", board.reset_cause as u8);
-        let (heard, commands) = cx.local.incoming.split();
-        let (said, to_say) = cx.local.outgoing.split();
-        let (frames, received) = cx.local.frame_queue.split();
+        let peripherals = Peripherals::new(cx.device);
+        defmt::info!("reset cause {}", peripherals.reset_cause as u8);
+        let (received, commands) = cx.local.receive_queue.split();
+        let (lines, to_transmit) = cx.local.transmit_queue.split();
+        let (frames, received_frames) = cx.local.frame_queue.split();
         let shared = Shared {
-            can: CanBus::new(board.can),
-            gateway: Gateway::new(commands, received, said),
+            can: CanController::new(peripherals.can),
+            adapter: SlcanAdapter::new(commands, received_frames, lines),
         };
         let local = Local {
-            serial: Serial::new(board.usart, heard, to_say),
+            serial: Serial::new(peripherals.usart, received, to_transmit),
             frames,
-            stopwatch: board.stopwatch,
-            millisecond: board.millisecond,
-            watchdog: Watchdog::start(board.watchdog),
+            receive_clock: peripherals.microseconds,
+            adapter_clock: peripherals.microseconds,
+            milliseconds: peripherals.milliseconds,
+            watchdog: Watchdog::start(peripherals.watchdog),
         };
         (shared, local)
     }
@@ -93,19 +95,19 @@ mod app {
     }
 
     #[task(binds = USART3, priority = 3, local = [serial])]
-    fn byte(cx: byte::Context) {
-        if cx.local.serial.serve() {
+    fn serial_byte(cx: serial_byte::Context) {
+        if cx.local.serial.on_interrupt() {
             rtic::pend(Interrupt::UART8);
         }
     }
 
-    #[task(binds = CAN1_RX0, priority = 2, local = [frames, stopwatch], shared = [can])]
-    fn received(mut cx: received::Context) {
-        let (frames, now_us) = (cx.local.frames, cx.local.stopwatch.now_us());
+    #[task(binds = CAN1_RX0, priority = 2, local = [frames, receive_clock], shared = [can])]
+    fn frame_received(mut cx: frame_received::Context) {
+        let (frames, now_us) = (cx.local.frames, cx.local.receive_clock.now_us());
         cx.shared.can.lock(|can| {
             while let Some(frame) = can.receive() {
                 if frames.enqueue((frame, now_us)).is_err() {
-                    can.lost();
+                    can.record_lost_frame();
                 }
             }
         });
@@ -113,34 +115,40 @@ mod app {
     }
 
     #[task(binds = CAN1_TX, priority = 2, shared = [can])]
-    fn mailbox_is_free(mut cx: mailbox_is_free::Context) {
-        cx.shared.can.lock(CanBus::mailbox_is_free);
+    fn mailbox_free(mut cx: mailbox_free::Context) {
+        cx.shared.can.lock(CanController::on_mailbox_free);
     }
 
     #[task(binds = CAN1_SCE, priority = 2, shared = [can])]
-    fn trouble(mut cx: trouble::Context) {
-        cx.shared.can.lock(CanBus::note_error);
+    fn bus_error(mut cx: bus_error::Context) {
+        cx.shared.can.lock(CanController::on_error);
     }
 
-    #[task(binds = UART8, priority = 1, shared = [can, gateway])]
+    #[task(binds = UART8, priority = 1, shared = [can, adapter])]
     fn adapt(mut cx: adapt::Context) {
         let can = &mut cx.shared.can;
-        let gateway = cx.shared.gateway;
-        let has_answered = gateway.obey(|adapter, byte| can.lock(|can| adapter.receive(byte, can)));
-        if gateway.report() || has_answered {
+        let adapter = cx.shared.adapter;
+        let has_answered =
+            adapter.execute_commands(|slcan, byte| can.lock(|can| slcan.receive(byte, can)));
+        if adapter.forward_frames() || has_answered {
             rtic::pend(Interrupt::USART3);
         }
     }
 
-    #[task(binds = TIM3, priority = 1, local = [millisecond, watchdog], shared = [can, gateway])]
+    #[task(
+        binds = TIM3,
+        priority = 1,
+        local = [milliseconds, adapter_clock, watchdog],
+        shared = [can, adapter],
+    )]
     fn millisecond(mut cx: millisecond::Context) {
-        cx.local.millisecond.begun();
-        cx.shared.can.lock(CanBus::proceed);
-        let now_us = cx.local.millisecond.now_us();
-        cx.shared.gateway.pass_time(now_us);
+        let is_report_due = cx.local.milliseconds.acknowledge();
+        cx.shared.can.lock(CanController::join_bus_if_pending);
+        let now_us = cx.local.adapter_clock.now_us();
+        cx.shared.adapter.update_time(now_us);
         cx.local.watchdog.feed();
-        if cx.local.millisecond.is_report_due() {
-            defmt::info!("deepest stack {} bytes", stack::deepest_use());
+        if is_report_due {
+            defmt::info!("deepest stack {} bytes", diagnostics::maximum_stack_use());
         }
         rtic::pend(Interrupt::UART8);
     }

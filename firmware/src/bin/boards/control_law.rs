@@ -1,13 +1,13 @@
-//! The control law alone, over and over, so that its instructions can be counted on an emulator.
+//! The control law in a loop, so that an emulator can count its instructions.
 //!
-//! `stimulus` and [`control_law`] follow each other; `virtual-board/benches/rival/control_law.c` does the same with
-//! the same inputs.
+//! `stimulus` and [`control_law`] alternate; `virtual-board/benches/rival/control_law.c` does the same in
+//! C with the same inputs.
 
 #![no_std]
 #![no_main]
 #![allow(
     unsafe_code,
-    reason = "two symbols for the emulator, and a panic handler that does not link"
+    reason = "symbols for the emulator, and a panic handler that does not link"
 )]
 
 use core::sync::atomic::{AtomicI32, Ordering::Relaxed};
@@ -21,27 +21,28 @@ use model_core::{
         units::Angle,
     },
     plant::pwm_timer::Modulator,
+    time::CONTROL_PERIOD_S,
 };
-// The vectors of its interrupts.
+// Links the interrupt vectors.
 use stm32f4xx_hal as _;
 
-/// The defaults, but for the anti-windup: what the limits cut off is taken back within one period, as
-/// by a recurrence that goes on from its limited output.
+/// The defaults except for the anti-windup gain: the integrator follows the limited output within one
+/// period, as in a recurrence that continues from its limited output.
 const PARAMETERS: ControlParameters = ControlParameters {
-    anti_windup_gain: 250.0,
+    anti_windup_gain: 1.0 / CONTROL_PERIOD_S,
     ..ControlParameters::DEFAULT
 };
 
 const COEFFICIENTS: Coefficients = match Coefficients::try_new(&PARAMETERS) {
     Ok(coefficients) => coefficients,
-    Err(_) => panic!("they are within their ranges"),
+    Err(_) => panic!("the parameters are within their ranges"),
 };
 
-/// The last decision, counts of the timer.
+/// The last compare value.
 #[unsafe(no_mangle)]
 static COMPARE: AtomicI32 = AtomicI32::new(0);
 
-/// What is being counted: an encoder's word and a command to a compare value.
+/// The function whose instructions are counted: encoder word and command to compare value.
 #[unsafe(no_mangle)]
 #[inline(never)]
 fn control_law(
@@ -55,8 +56,8 @@ fn control_law(
     modulator.next(step.duty).get()
 }
 
-/// Inputs of a step: the shaft turns to and fro by 400 counts in 2 s, over its zero; the command jumps
-/// between 20 and -20 deg every 0.8 s.
+/// Inputs of a step: the shaft moves over 400 counts in a triangle of 500 steps, across zero; the
+/// command alternates between 20 and -20 deg every 200 steps.
 #[unsafe(no_mangle)]
 #[inline(never)]
 fn stimulus(step: u32) -> (EncoderWord, Angle) {

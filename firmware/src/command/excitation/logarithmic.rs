@@ -4,8 +4,7 @@ use core::num::NonZeroU64;
 
 use model_core::excitation::{
     exp2::product,
-    phase::Exponential,
-    quotient::{quotient, saturating_product},
+    phase::{Exponential, ratio},
 };
 
 use super::settings::PER_SECOND;
@@ -29,11 +28,11 @@ pub(super) fn sweep([start, end]: [u32; 2], duration_ticks: NonZeroU64) -> Optio
     let ln_ratio = NonZeroU64::new(product(octaves, LN_2))?;
     // B = f T / ln r: the turns f T are below 2^20; in units of 2^-43 they fit. Over 2^-56 and times
     // 2^64 they come out in units of 2^-51.
-    let product = saturating_product(fast.into(), duration_ticks.get());
-    let turns = quotient(product, PER_SECOND, 43) as u64;
+    let product = u64::from(fast).saturating_mul(duration_ticks.get());
+    let turns = ratio(product, PER_SECOND, 43) as u64;
     let mut sweep = Exponential {
-        scale: quotient(turns, ln_ratio, 64 + (64 - 51)),
-        octaves_per_tick: quotient(octaves, duration_ticks, 96 - LOG_BITS),
+        scale: ratio(turns, ln_ratio, 64 + (64 - 51)),
+        octaves_per_tick: ratio(octaves, duration_ticks, 96 - LOG_BITS),
         duration_ticks: duration_ticks.get(),
         rising: start < end,
         offset: 0,
@@ -56,7 +55,7 @@ fn binary_logarithm(fast: u32, slow: u32) -> u64 {
         return 0;
     };
     // In units of 2^-63, from 1 to 2.
-    let mut mantissa = quotient(fast.into(), divisor, 63) as u64;
+    let mut mantissa = ratio(fast.into(), divisor, 63) as u64;
     let mut logarithm = u64::from(whole);
     for _ in 0..LOG_BITS {
         // From 1 to 4 in units of 2^-62: one bit less, which is made up for where it can be.

@@ -23,9 +23,8 @@ use model_core::{
         chirp::{Chirp, Sweep},
         multisine::Multisine,
         multistep::Multistep,
-        phase::Quadratic,
+        phase::{Quadratic, ratio},
         prbs::Prbs,
-        quotient::{quotient, saturating_product},
         ramp::Ramp,
         steady_sine::SteadySine,
         variable_step::{LEVELS, VariableStep},
@@ -157,7 +156,7 @@ impl ExcitationSettings {
 
     fn steady(&self) -> Quadratic {
         Quadratic {
-            per_tick: quotient(self.start_mhz as u64, PER_SECOND, 128),
+            per_tick: ratio(self.start_mhz as u64, PER_SECOND, 128),
             per_tick_squared: 0,
         }
     }
@@ -165,9 +164,9 @@ impl ExcitationSettings {
     fn linear(&self) -> Sweep {
         let rise = self.end_mhz - self.start_mhz;
         // t^2 (f1 - f0)/(2 T), the half as a bit less. 2e7 * 7.2e7 are below 2^51.
-        let length = saturating_product(PER_SECOND.get(), self.duration_ticks().get());
+        let length = PER_SECOND.get().saturating_mul(self.duration_ticks().get());
         let length = NonZeroU64::new(length).unwrap_or(PER_SECOND);
-        let growth = quotient(rise.unsigned_abs().into(), length, 127);
+        let growth = ratio(rise.unsigned_abs().into(), length, 127);
         Sweep::Linear(Quadratic {
             per_tick_squared: if rise < 0 {
                 growth.wrapping_neg()

@@ -1,9 +1,10 @@
 //! ADC1: motor current and supply under load, and a scan of back-EMF and temperature.
 //!
-//! Current and supply are the injected group, so that a scan cannot delay them. Both groups start by a write of the
-//! program, from interrupts of TIM1's channels that nothing of the same urgency delays in that period.
+//! Current and supply are the injected group, so that a scan cannot delay them. The program starts both
+//! groups, in interrupts of TIM1's channels: no interrupt of the same priority delays them in that PWM
+//! period.
 //!
-//! | group | channels | from its start |
+//! | group | channels | duration |
 //! |---|---|---|
 //! | injected | PA3 current, PC3 supply | (56 + 12) + (84 + 12) cycles of 21 MHz: 7.8 us |
 //! | regular | PC0 leg A, PC2 leg B, PB1 temperature | 3 x (84 + 12) cycles: 13.7 us |
@@ -20,53 +21,53 @@ use stm32f4xx_hal::{
     },
 };
 
-use crate::actuator::dma::{Lane, Wiring};
+use super::dma::{DmaStream, Transfer};
 
-static SCANNED: [AtomicU16; 3] = [const { AtomicU16::new(0) }; 3];
+/// Results of the scan: leg A, leg B, temperature.
+static SCAN_RESULTS: [AtomicU16; 3] = [const { AtomicU16::new(0) }; 3];
 
-/// The converter.
+/// The analog-to-digital converter.
 pub struct Analog {
     adc: ADC1,
-    scan: Lane<4>,
+    scan: DmaStream<4>,
 }
 
 impl Analog {
-    /// Sets the converter up, on and at rest.
+    /// Sets the converter up: on, no conversion running.
     pub fn new(adc: ADC1, common: &ADC_COMMON, stream: StreamX<DMA2, 4>) -> Self {
-        // 84 MHz / 4: of at most 36 MHz (data sheet, table 74).
+        // 84 MHz / 4 = 21 MHz; at most 36 MHz are allowed (data sheet, table 74).
         common.ccr().modify(|_, w| w.adcpre().div4());
         adc.cr1().write(|w| w.scan().enabled());
         adc.smpr1()
             .write(|w| w.smp10().cycles84().smp12().cycles84().smp13().cycles84());
         adc.smpr2().write(|w| w.smp3().cycles56().smp9().cycles84());
         adc.sqr1().write(|w| w.l().set(3 - 1));
-        // SAFETY: channels that the converter has.
+        // SAFETY: the converter has these channels.
         adc.sqr3()
             .write(|w| unsafe { w.sq1().bits(10).sq2().bits(12).sq3().bits(9) });
-        // SAFETY: as above. A group of two are the last of four.
+        // SAFETY: as above. A group of two consists of the last two of four.
         adc.jsqr()
             .write(|w| unsafe { w.jl().bits(2 - 1).jsq3().bits(3).jsq4().bits(13) });
         adc.cr2()
             .write(|w| w.adon().enabled().dma().enabled().dds().continuous());
-        let wiring = Wiring {
+        let transfer = Transfer {
             channel: 0,
             direction: DIR::PeripheralToMemory,
             register: adc.dr().as_ptr() as u32,
             circular: CIRC::Enabled,
             priority: PL::VeryHigh,
         };
-        let mut scan = Lane::new(stream, &wiring, &SCANNED);
+        let mut scan = DmaStream::new(stream, &transfer, &SCAN_RESULTS);
         scan.start();
         Self { adc, scan }
     }
 
-    /// Converts current and supply.
+    /// Starts the conversion of current and supply.
     pub fn sample_current(&mut self) {
         self.adc.cr2().modify(|_, w| w.jswstart().start());
     }
 
-    /// Converts all the others. A word that an earlier scan lost, or a stream that stopped, is got over
-    /// here.
+    /// Starts the scan. After an overrun of an earlier scan the stream restarts.
     pub fn start_scan(&mut self) {
         if self.adc.sr().read().ovr().bit() {
             self.scan.stop();
@@ -76,15 +77,15 @@ impl Analog {
         self.adc.cr2().modify(|_, w| w.swstart().start());
     }
 
-    /// The current, if it was converted since this was asked last; and the others, if all of them were, the supply
-    /// beside the current among them.
+    /// The current, if it was converted since the last call; the scan with the supply, if all channels
+    /// were converted.
     pub fn take(&mut self) -> (Option<AdcCode>, Option<Scan>) {
         let converted = self.adc.sr().read().jeoc().bit();
         self.adc.sr().write(|w| w.jeoc().clear_bit());
         let current = converted.then(|| AdcCode::new(self.adc.jdr1().read().jdata().bits()));
         let is_complete = self.scan.take_complete();
         let code = |code: &AtomicU16| AdcCode::new(code.load(Relaxed));
-        let [leg_a, leg_b, temperature] = &SCANNED;
+        let [leg_a, leg_b, temperature] = &SCAN_RESULTS;
         let scan = (converted && is_complete).then(|| Scan {
             leg_a: code(leg_a),
             leg_b: code(leg_b),

@@ -1,77 +1,80 @@
-//! TIM1 and the bridge behind it: two complementary legs, 1 kHz, dead time, hardware over-current trip.
+//! TIM1 and the H-bridge: two complementary legs, PWM, dead time, hardware over-current trip.
 //!
-//! The leg of the voltage's sign is switched, the other one's low side is on: the motor is driven
-//! for the share of the period that the compare value names, and braked for the rest.
+//! The leg of the voltage's sign switches, the low side of the other one is on: the motor is driven
+//! for the share of the period that the compare value gives, and braked for the rest.
 //!
-//! The outputs are off, all four switches open, while `MOE` is clear (RM0090, table 95, with `OSSI`
-//! set: driven to their idle levels, which are low). `MOE` is clear after any reset, by a low level
-//! at `BKIN` without any help of the program, and while a debugger holds the timer.
+//! The outputs are off, with all four switches open, while `MOE` is clear (RM0090, table 95, with
+//! `OSSI` set: driven to their idle levels, which are low). `MOE` is cleared by any reset, in hardware
+//! by a low level at `BKIN`, and while a debugger stops the timer.
 
 use firmware::application::Bridge as Command;
-use model_core::plant::pwm_timer::{COUNTS_PER_US, PWM_COUNTS, TIMER_DIVIDER};
+use model_core::plant::pwm_timer::PWM_COUNTS;
 use stm32f4xx_hal::pac::{DBGMCU, TIM1};
 
-/// Where the coast window opens: the last 100 us of the last period of a tick.
-pub const WINDOW_OPENS: u16 = PWM_COUNTS as u16 - counts(100);
-/// Where the back-EMF is sampled: 75 us later, with the winding's current gone.
-pub const BACK_EMF_SAMPLED: u16 = WINDOW_OPENS + counts(75);
-/// The earliest instant for a sample of the current, 10 us after the edge: past the interrupt that
-/// asks for it. Shorter on times are sampled there, in the slow decay behind them.
-const CURRENT_EARLIEST: u16 = counts(10);
-/// Register value of the timer's divider.
-const PRESCALER: u16 = TIMER_DIVIDER as u16 - 1;
+use super::timing::{CORE_HZ, PWM_HZ};
 
-/// Counts of the timer in so many microseconds.
-const fn counts(us: u32) -> u16 {
-    (us * COUNTS_PER_US) as u16
-}
-/// Dead time in 1/168 us (RM0090, section 17.4.18): (64 + 20) x 2 = 168, hence 1 us.
+/// The timer counts at a third of its clock: 56 MHz.
+const PRESCALER: u32 = 3;
+/// Counts of the timer in a microsecond.
+const COUNTS_PER_US: u32 = CORE_HZ / PRESCALER / 1_000_000;
+const _: () = assert!(PWM_COUNTS as u32 * PRESCALER * PWM_HZ == CORE_HZ);
+const _: () = assert!(PWM_COUNTS <= 1 << 16, "the timer has 16 bits");
+
+/// Start of the coast window: 100 us before the end of the last PWM period of a control period.
+const WINDOW_START: u16 = (PWM_COUNTS as u32 - 100 * COUNTS_PER_US) as u16;
+/// Sampling instant of the back-EMF: 75 us later, when the winding's current has decayed.
+const BACK_EMF_INSTANT: u16 = WINDOW_START + (75 * COUNTS_PER_US) as u16;
+/// Earliest sampling instant of the current: 10 us after the edge, later than the interrupt that
+/// enables the sample. With shorter on times the current is sampled there, during the slow decay.
+const EARLIEST_CURRENT_INSTANT: u16 = (10 * COUNTS_PER_US) as u16;
+/// Dead time in cycles of 168 MHz (RM0090, section 17.4.18): (64 + 20) x 2 = 168, that is 1 us.
 const DEAD_TIME: u8 = 0b10 << 6 | 20;
+const _: () = assert!((64 + (DEAD_TIME as u32 & 0x3f)) * 2 == CORE_HZ / 1_000_000);
 
 /// The bridge.
 pub struct Bridge {
     tim: TIM1,
     /// Whether the outputs are on from the next edge on.
-    wanted: bool,
-    /// Whether the control step of this tick has spoken.
+    is_enabled: bool,
+    /// Whether the control step of this control period has set a command.
     was_commanded: bool,
 }
 
-/// What the timer asks for in the coast window and before it.
+/// Event of TIM1's channels 3 and 4 in the last PWM period of a control period.
 pub enum Instant {
     /// The middle of the on time.
     Current,
-    /// The window opened; the outputs are off.
-    Opened,
-    /// Late in the window.
+    /// The coast window has started; the outputs are off.
+    WindowStart,
+    /// Late in the coast window.
     BackEmf,
 }
 
 impl Bridge {
-    /// Sets the timer up; outputs off, counter at rest.
+    /// Sets the timer up: outputs off, counter stopped.
     pub fn new(tim: TIM1, debug: &DBGMCU) -> Self {
-        // A halted program must not leave a motor driven, nor be bitten by the watchdog.
+        // While a debugger halts the program, the motor is not driven and the watchdog does not reset.
         debug.apb2_fz().modify(|_, w| w.dbg_tim1_stop().set_bit());
         debug
             .apb1_fz()
             .modify(|_, w| w.dbg_iwdg_stop().set_bit().dbg_tim2_stop().set_bit());
-        tim.psc().write(|w| w.psc().set(PRESCALER));
+        tim.psc().write(|w| w.psc().set(PRESCALER as u16 - 1));
         tim.arr().write(|w| w.arr().set((PWM_COUNTS - 1) as u16));
-        // Both legs: PWM mode 1 with preload. Channels 3 and 4 have no pin: they mark instants,
-        // channel 3 at once, channel 4 from the next edge.
+        // Both legs: PWM mode 1 with preload. Channels 3 and 4 have no pin and give the sampling
+        // instants: changes of channel 3 take effect at once, those of channel 4 at the next edge.
         tim.ccmr1_output().write(|w| {
             w.oc1m().pwm_mode1().oc1pe().enabled();
             w.oc2m().pwm_mode1().oc2pe().enabled()
         });
         tim.ccmr2_output().write(|w| w.oc4pe().enabled());
-        tim.ccr3().write(|w| w.ccr().set(WINDOW_OPENS));
-        tim.ccr4().write(|w| w.ccr().set(CURRENT_EARLIEST));
+        tim.ccr3().write(|w| w.ccr().set(WINDOW_START));
+        tim.ccr4().write(|w| w.ccr().set(EARLIEST_CURRENT_INSTANT));
         tim.ccer().write(|w| {
             w.cc1e().set_bit().cc1ne().set_bit();
             w.cc2e().set_bit().cc2ne().set_bit()
         });
-        // Idle levels are low as reset left them: all switches open. Locked at level 3, nothing
-        // changes polarities, idle levels, break, dead time and output modes until the next reset.
+        // Idle levels are low after a reset: all switches open. Lock level 3 protects polarities, idle
+        // levels, break, dead time and output modes until the next reset.
         tim.bdtr().write(|w| {
             w.bke()
                 .set_bit()
@@ -84,38 +87,38 @@ impl Bridge {
             w.dtg().set(DEAD_TIME).lock().level3()
         });
         tim.cr1().write(|w| w.arpe().enabled());
-        // The preloaded values come into force, and that sets UIF.
+        // The preloaded values take effect, which sets UIF.
         tim.egr().write(|w| w.ug().set_bit());
         tim.sr().write(|w| w.uif().clear_bit());
         tim.dier().write(|w| w.uie().set_bit());
         Self {
             tim,
-            wanted: false,
+            is_enabled: false,
             was_commanded: false,
         }
     }
 
-    /// Starts the first period.
+    /// Starts the first PWM period.
     pub fn start(&mut self) {
         self.tim.cr1().modify(|_, w| w.cen().enabled());
     }
 
-    /// What the bridge shall do from the next edge on.
+    /// Sets the state of the bridge from the next edge on.
     pub fn command(&mut self, command: Command) {
         let counts = match command {
             Command::Coast | Command::Brake => 0,
             Command::Driven(compare) => compare.get(),
         };
-        self.wanted = command != Command::Coast;
+        self.is_enabled = command != Command::Coast;
         self.was_commanded = true;
         let on = counts.unsigned_abs() as u16;
         let (a, b) = if counts < 0 { (0, on) } else { (on, 0) };
-        // All three come into force at the same edge.
+        // All three values take effect at the same edge.
         self.tim.cr1().modify(|_, w| w.udis().set_bit());
         self.tim.ccr1().write(|w| w.ccr().set(a));
         self.tim.ccr2().write(|w| w.ccr().set(b));
-        let middle = if on < 2 * CURRENT_EARLIEST {
-            CURRENT_EARLIEST
+        let middle = if on < 2 * EARLIEST_CURRENT_INSTANT {
+            EARLIEST_CURRENT_INSTANT
         } else {
             on / 2
         };
@@ -123,31 +126,31 @@ impl Bridge {
         self.tim.cr1().modify(|_, w| w.udis().clear_bit());
     }
 
-    /// A tick begins. If the one before had no control step, the motor coasts from now on, for an old
-    /// duty is nobody's decision.
-    pub fn tick_began(&mut self) {
-        self.wanted &= self.was_commanded;
+    /// Starts a control period. If the previous one had no control step, the motor coasts: a stale
+    /// duty must not be driven.
+    pub fn begin_control_period(&mut self) {
+        self.is_enabled &= self.was_commanded;
         self.was_commanded = false;
     }
 
-    /// A period has begun: the outputs go to what was commanded, out of the coast window too.
-    pub fn period_began(&mut self) {
+    /// Starts a PWM period: the outputs follow the command, also after the coast window.
+    pub fn begin_pwm_period(&mut self) {
         self.tim.sr().write(|w| w.uif().clear_bit());
-        if !self.wanted || self.has_tripped() {
+        if !self.is_enabled || self.has_tripped() {
             self.off();
             return;
         }
         self.tim.bdtr().modify(|_, w| w.moe().set_bit());
-        // A trip between the look at its flag and the line above.
+        // The bridge may have tripped between the two lines above.
         if self.has_tripped() {
             self.off();
         }
     }
 
-    /// In the last period of a tick: asks for the sample of the current, the window and what is
-    /// sampled in it.
-    pub fn open_window_in_this_period(&mut self) {
-        self.tim.ccr3().write(|w| w.ccr().set(WINDOW_OPENS));
+    /// Enables the interrupts of the sampling instants in this PWM period, the last one of a control
+    /// period.
+    pub fn enable_sampling_instants(&mut self) {
+        self.tim.ccr3().write(|w| w.ccr().set(WINDOW_START));
         self.tim
             .sr()
             .write(|w| w.cc3if().clear_bit().cc4if().clear_bit());
@@ -156,30 +159,30 @@ impl Bridge {
             .modify(|_, w| w.cc3ie().set_bit().cc4ie().set_bit());
     }
 
-    /// Which instant an interrupt of the channels stands for.
-    pub fn instant(&mut self) -> Option<Instant> {
+    /// The instant of a channel interrupt; at the start of the window the outputs are switched off.
+    pub fn take_instant(&mut self) -> Option<Instant> {
         let flags = self.tim.sr().read();
-        let asked = self.tim.dier().read();
-        if flags.cc4if().bit() && asked.cc4ie().bit() {
+        let enabled = self.tim.dier().read();
+        if flags.cc4if().bit() && enabled.cc4ie().bit() {
             self.tim.sr().write(|w| w.cc4if().clear_bit());
             self.tim.dier().modify(|_, w| w.cc4ie().clear_bit());
             return Some(Instant::Current);
         }
-        if !(flags.cc3if().bit() && asked.cc3ie().bit()) {
+        if !(flags.cc3if().bit() && enabled.cc3ie().bit()) {
             return None;
         }
         self.tim.sr().write(|w| w.cc3if().clear_bit());
-        if self.tim.ccr3().read().ccr().bits() == WINDOW_OPENS {
+        if self.tim.ccr3().read().ccr().bits() == WINDOW_START {
             self.off();
-            self.tim.ccr3().write(|w| w.ccr().set(BACK_EMF_SAMPLED));
-            return Some(Instant::Opened);
+            self.tim.ccr3().write(|w| w.ccr().set(BACK_EMF_INSTANT));
+            return Some(Instant::WindowStart);
         }
         self.tim.dier().modify(|_, w| w.cc3ie().clear_bit());
         Some(Instant::BackEmf)
     }
 
-    /// Whether the over-current comparator switched the bridge off since it was asked last. While its
-    /// input stays low the flag comes back, and the hardware refuses `MOE`.
+    /// Whether the over-current comparator has switched the bridge off since the last call. While its
+    /// input is low the flag is set again, and the hardware keeps `MOE` clear.
     pub fn take_trip(&mut self) -> bool {
         let tripped = self.has_tripped();
         if tripped {
@@ -188,7 +191,7 @@ impl Bridge {
         tripped
     }
 
-    /// Whether the next period has begun, and with it the time for what was commanded too late.
+    /// Whether the next PWM period has already started, so that the command takes effect one period late.
     pub fn is_late(&self) -> bool {
         self.tim.sr().read().uif().bit()
     }

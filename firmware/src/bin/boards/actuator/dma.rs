@@ -1,7 +1,7 @@
-//! Streams of DMA2 between a register and a buffer that lives as long as the program.
+//! Streams of DMA2 between a peripheral register and a static buffer.
 //!
-//! A buffer is made of atomics: the controller writes it behind the compiler's back, and whoever
-//! reads one element reads a whole one. That a transfer is complete is said by the stream's flag.
+//! The elements of a buffer are atomics: the controller writes them without the compiler's knowledge,
+//! and each read returns a whole element. The stream's flag signals the end of a transfer.
 
 use core::sync::atomic::{
     AtomicU8, AtomicU16,
@@ -20,11 +20,11 @@ use stm32f4xx_hal::{
     },
 };
 
-/// Something that a stream may read and write: for ever at its place, and atomic.
+/// Memory that a stream may read and write: static, with atomic elements.
 pub trait Buffer {
     /// Its address.
     fn address(&'static self) -> u32;
-    /// The width of its elements.
+    /// Width of its elements.
     const WIDTH: PSIZE;
 }
 
@@ -42,75 +42,79 @@ impl<const N: usize> Buffer for [AtomicU16; N] {
     }
 }
 
-/// A stream with its wiring; a transfer moves one buffer.
-pub struct Lane<const S: u8> {
+/// A configured stream; each transfer moves one buffer.
+pub struct DmaStream<const S: u8> {
     items: u16,
 }
 
-/// Where a transfer goes, and how it ends.
-pub struct Wiring {
-    /// The request, 0 to 7 (RM0090, table 44).
+/// Configuration of the transfers of a stream.
+pub struct Transfer {
+    /// Request channel, 0 to 7 (RM0090, table 44).
     pub channel: u8,
     /// From or to the peripheral.
     pub direction: DIR,
-    /// The address of the peripheral's data register.
+    /// Address of the peripheral's data register.
     pub register: u32,
-    /// Starts again by itself.
+    /// Whether transfers repeat.
     pub circular: CIRC,
-    /// Who goes first.
+    /// Priority among the streams.
     pub priority: PL,
 }
 
-/// The flags of a stream in its half of the interrupt registers (section 10.5.1): FEIF, DMEIF, TEIF, HTIF,
-/// TCIF.
+/// Flags of a stream in the interrupt registers (section 10.5.1): FEIF, DMEIF, TEIF, HTIF, TCIF.
 const FLAGS: u32 = 0b11_1101;
 const COMPLETE: u32 = 1 << 5;
 
-impl<const S: u8> Lane<S> {
-    /// Where the stream's flags are in their register.
+impl<const S: u8> DmaStream<S> {
+    /// Position of the stream's flags in their register.
     const SHIFT: u32 = [0, 6, 16, 22][S as usize % 4];
 
-    /// Sets the stream up; at rest. Whoever has the stream's token owns its registers.
+    /// Sets the stream up, stopped. The token proves that no other code uses the stream's registers.
     pub fn new<const N: usize, T>(
         _: StreamX<DMA2, S>,
-        wiring: &Wiring,
+        transfer: &Transfer,
         buffer: &'static [T; N],
     ) -> Self
     where
         [T; N]: Buffer,
     {
-        let lane = Self { items: N as u16 };
-        set_up(lane.stream(), wiring, <[T; N]>::WIDTH, buffer.address());
-        lane
+        let stream = Self { items: N as u16 };
+        set_up(
+            stream.registers(),
+            transfer,
+            <[T; N]>::WIDTH,
+            buffer.address(),
+        );
+        stream
     }
 
     fn controller() -> &'static stm32f4xx_hal::pac::dma2::RegisterBlock {
-        // SAFETY: registers that are always there; a lane touches those of its own stream alone, and
-        // the clearing register, where zeros mean nothing.
+        // SAFETY: the registers exist always; a `DmaStream` accesses those of its own stream and the
+        // flag clearing registers, where zeros have no effect.
         unsafe { &*DMA2::ptr() }
     }
 
-    fn stream(&self) -> &'static ST {
+    fn registers(&self) -> &'static ST {
         Self::controller().st(S as usize)
     }
 
-    /// Asks for an interrupt when a transfer ended, well or not.
+    /// Enables an interrupt at the end of a transfer, complete or failed.
     pub fn listen(&mut self) {
-        let control = self.stream().cr();
+        let control = self.registers().cr();
         control.modify(|_, w| w.tcie().set_bit().teie().set_bit());
     }
 
     /// Starts a transfer.
     pub fn start(&mut self) {
         self.clear();
-        let stream = self.stream();
+        let stream = self.registers();
         stream.ndtr().write(|w| w.ndt().set(self.items));
-        // What was read of the last transfer was read before this one.
+        // Reads of the last transfer's data precede this transfer.
         fence(Release);
         stream.cr().modify(|_, w| w.en().set_bit());
     }
 
-    /// Whether a transfer is complete; notes that it was asked.
+    /// Whether a transfer has completed since the last call.
     pub fn take_complete(&mut self) -> bool {
         let controller = Self::controller();
         let flags = if S < 4 {
@@ -118,20 +122,20 @@ impl<const S: u8> Lane<S> {
         } else {
             controller.hisr().read().bits()
         };
-        // What is read of the transfer is read after its flag.
+        // Reads of the transfer's data follow that of its flag.
         fence(Acquire);
         self.clear();
         flags >> Self::SHIFT & COMPLETE != 0
     }
 
-    /// Ends a transfer that has not come to its end.
+    /// Aborts a transfer.
     pub fn stop(&mut self) {
-        self.stream().cr().modify(|_, w| w.en().clear_bit());
+        self.registers().cr().modify(|_, w| w.en().clear_bit());
     }
 
     fn clear(&mut self) {
         let controller = Self::controller();
-        // SAFETY: ones clear this stream's flags, zeros leave the others'.
+        // SAFETY: ones clear this stream's flags, zeros have no effect.
         unsafe {
             if S < 4 {
                 controller.lifcr().write(|w| w.bits(FLAGS << Self::SHIFT));
@@ -142,18 +146,17 @@ impl<const S: u8> Lane<S> {
     }
 }
 
-#[inline(never)]
-fn set_up(stream: &ST, wiring: &Wiring, width: PSIZE, buffer: u32) {
+fn set_up(stream: &ST, transfer: &Transfer, width: PSIZE, buffer: u32) {
     stream.cr().write(|w| {
         w.chsel()
-            .set(wiring.channel)
+            .set(transfer.channel)
             .dir()
-            .variant(wiring.direction);
+            .variant(transfer.direction);
         w.circ()
-            .variant(wiring.circular)
+            .variant(transfer.circular)
             .pl()
-            .variant(wiring.priority);
-        // Both sides have the width of the buffer's elements, and none is unaligned.
+            .variant(transfer.priority);
+        // Both sides have the width of the buffer's elements, and both are aligned.
         w.minc()
             .set_bit()
             .msize()
@@ -161,9 +164,9 @@ fn set_up(stream: &ST, wiring: &Wiring, width: PSIZE, buffer: u32) {
             .psize()
             .variant(width)
     });
-    // SAFETY: a data register and a buffer, by what `Wiring` and `Buffer` say.
+    // SAFETY: `Transfer` gives the address of a data register, `Buffer` that of static memory.
     unsafe {
-        stream.par().write(|w| w.bits(wiring.register));
+        stream.par().write(|w| w.bits(transfer.register));
         stream.m0ar().write(|w| w.bits(buffer));
     }
 }

@@ -1,11 +1,11 @@
-//! The AS5045 at SPI1, read by DMA.
+//! The AS5045 encoder at SPI1, read by DMA.
 //!
-//! The encoder latches its angle at the first falling edge of the clock after CSn fell, 0.8 us later
-//! (data sheet, section 8.1 and table 14); its first bit comes with the first *rising* edge, at
-//! most 413 ns after it, each further bit with the next. The clock rests high, so the first edge is a falling one. Sampling at falling edges
-//! (CPOL = 1, CPHA = 0) gives each bit half a period of 762 ns to settle, and leaves the same time
-//! between CSn and the first edge, of which 500 ns are asked for. What the first edge samples is no
-//! bit yet, but the level of a selected, silent encoder:
+//! The encoder latches its angle at the first falling edge of the clock after CSn falls, 0.8 us later
+//! (data sheet, section 8.1 and table 14). It shifts its first bit out at the first *rising* edge, at
+//! most 413 ns after it, and each further bit at the next one. The clock idles high, so that the first
+//! edge is a falling one. Sampling at falling edges (CPOL = 1, CPHA = 0) gives each bit half a period
+//! of 762 ns to settle, and the same time between CSn and the first edge, of which 500 ns are required.
+//! The first edge samples no data bit:
 //!
 //! ```text
 //! CSn  \___________________________________________/
@@ -25,21 +25,21 @@ use stm32f4xx_hal::{
     },
 };
 
-use crate::actuator::dma::{Lane, Wiring};
+use super::dma::{DmaStream, Transfer};
 
 static RECEIVED: [AtomicU8; 3] = [const { AtomicU8::new(0) }; 3];
-/// The encoder does not listen; the clock runs while something is sent.
+/// The encoder has no data input; the clock runs while bytes are sent.
 static SENT: [AtomicU8; 3] = [const { AtomicU8::new(0) }; 3];
 
-/// Bits of the 24 behind the word: one dummy before it, 18 of it.
+/// Bits after the word: of 24, one precedes it and 18 belong to it.
 const TRAILING_BITS: u32 = 24 - 1 - 18;
 
-/// The encoder and the streams that read it.
+/// The encoder and its DMA streams.
 pub struct Encoder {
-    /// CSn is PA4, low where it selects.
+    /// CSn is PA4, active low.
     port: GPIOA,
-    receive: Lane<0>,
-    send: Lane<3>,
+    receive: DmaStream<0>,
+    send: DmaStream<3>,
     spi: SPI1,
 }
 
@@ -48,7 +48,7 @@ impl Encoder {
     pub fn new(spi: SPI1, port: GPIOA, streams: (StreamX<DMA2, 0>, StreamX<DMA2, 3>)) -> Self {
         spi.cr2()
             .write(|w| w.rxdmaen().enabled().txdmaen().enabled());
-        // 84 MHz / 128; a master whose select line is not the peripheral's business.
+        // 84 MHz / 128 = 656 kHz; a master that does not control CSn.
         spi.cr1().write(|w| {
             w.mstr()
                 .master()
@@ -60,16 +60,16 @@ impl Encoder {
                 .first_edge();
             w.ssm().enabled().ssi().slave_not_selected().spe().enabled()
         });
-        let wiring = |direction| Wiring {
+        let transfer = |direction| Transfer {
             channel: 3,
             direction,
             register: spi.dr().as_ptr() as u32,
             circular: CIRC::Disabled,
             priority: PL::High,
         };
-        let mut receive = Lane::new(streams.0, &wiring(DIR::PeripheralToMemory), &RECEIVED);
+        let mut receive = DmaStream::new(streams.0, &transfer(DIR::PeripheralToMemory), &RECEIVED);
         receive.listen();
-        let send = Lane::new(streams.1, &wiring(DIR::MemoryToPeripheral), &SENT);
+        let send = DmaStream::new(streams.1, &transfer(DIR::MemoryToPeripheral), &SENT);
         Self {
             port,
             receive,
@@ -78,11 +78,11 @@ impl Encoder {
         }
     }
 
-    /// Latches the angle and starts to fetch it; the interrupt of stream 0 says when it is there.
+    /// Latches the angle and starts to read it; the interrupt of stream 0 signals the end.
     pub fn start(&mut self) {
         self.receive.stop();
         self.send.stop();
-        // What a transfer left behind that was cut: the next word would be shifted by it.
+        // An aborted transfer leaves data in the registers, which would shift the next word.
         let _ = self.spi.dr().read();
         let _ = self.spi.sr().read();
         self.port.bsrr().write(|w| w.br4().reset());
@@ -90,7 +90,7 @@ impl Encoder {
         self.send.start();
     }
 
-    /// The word that was fetched.
+    /// The word that was read; `None` if the transfer is incomplete.
     pub fn finish(&mut self) -> Option<EncoderWord> {
         self.port.bsrr().write(|w| w.bs4().set_());
         if !self.receive.take_complete() {

@@ -1,23 +1,18 @@
-//! The hardware of the actuator board, and the CANopen device on it.
+//! The actuator board: its peripherals, and the CANopen device with its surroundings.
 
-pub mod actuator_pins;
+pub mod acceptance;
 pub mod analog;
-pub mod boot_stack;
+pub mod background;
 pub mod bridge;
-pub mod bus_state;
-pub mod can;
-pub mod can_filters;
-pub mod canopen;
+pub mod bus_status;
+pub mod can_controller;
+pub mod canopen_task;
 pub mod dma;
 pub mod encoder;
 pub mod flash;
-pub mod heard;
-pub mod keeper;
-pub mod report;
-pub mod sampling;
-pub mod serial_number;
+pub mod parameter_store;
 pub mod servo_pulse;
-pub mod slot;
-pub mod ticks;
-pub mod vigil;
+pub mod timebase;
+pub mod timing;
+pub mod watchdog_supervisor;
 pub mod wiring;

@@ -1,11 +1,13 @@
-//! The pulse of an RC receiver, measured by TIM4 at PD12.
+//! Pulse width of an RC receiver, measured by TIM4 at PD12.
 //!
-//! The timer counts microseconds. The rising edge starts it anew, the falling edge captures its count:
-//! the width of the pulse (RM0090, section 18.3.6, PWM input mode). No interrupt is taken.
+//! The timer counts microseconds. A rising edge restarts it, a falling edge captures its count: the
+//! width of the pulse (RM0090, section 18.3.6, PWM input mode). It takes no interrupt.
 
 use stm32f4xx_hal::pac::TIM4;
 
-/// The input.
+use super::timing::APB1_TIMER_HZ;
+
+/// The servo pulse input.
 pub struct ServoPulse {
     tim: TIM4,
 }
@@ -13,9 +15,9 @@ pub struct ServoPulse {
 impl ServoPulse {
     /// Sets the timer up and starts it.
     pub fn new(tim: TIM4) -> Self {
-        // 84 MHz / 84.
-        tim.psc().write(|w| w.psc().set(84 - 1));
-        // Both channels watch input 1. Eight equal samples at 84 MHz make an edge.
+        const CYCLES_PER_US: u16 = (APB1_TIMER_HZ / 1_000_000) as u16;
+        tim.psc().write(|w| w.psc().set(CYCLES_PER_US - 1));
+        // Both channels capture input 1. An edge is eight equal samples at the timer's clock.
         // SAFETY: the codes are those of RM0090, section 18.4.7.
         tim.ccmr1_input().write(|w| unsafe {
             w.cc1s().bits(0b01).ic1f().bits(0b0011);
@@ -33,7 +35,7 @@ impl ServoPulse {
         Self { tim }
     }
 
-    /// The width of the pulse that ended since this was asked last, us.
+    /// Width of the pulse that ended since the last call, us.
     pub fn take_us(&mut self) -> Option<u16> {
         let flags = self.tim.sr().read();
         if !flags.cc2if().bit() {
@@ -41,9 +43,9 @@ impl ServoPulse {
         }
         // Reading the capture clears its flag.
         let width_us = self.tim.ccr2().read().ccr().bits();
-        // The count ran over: the line was at one level for 65 ms, and the width is what is left.
-        let ran_over = flags.uif().bit();
+        // After an overflow the line was at one level for 65 ms, and the captured width is invalid.
+        let has_overflowed = flags.uif().bit();
         self.tim.sr().write(|w| w.uif().clear_bit());
-        (!ran_over).then_some(width_us)
+        (!has_overflowed).then_some(width_us)
     }
 }

@@ -1,37 +1,67 @@
-//! Clocks, and what hangs on the processor.
+//! Clocks, pins and peripherals of the actuator board.
 
+use core::ptr;
+
+use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use firmware::supervisor::ResetCause;
-use stm32f4xx_hal::{dma::StreamsTuple, pac, prelude::*};
+use stm32f4xx_hal::{dma::StreamsTuple, pac, prelude::*, signature::Uid};
 
-use crate::{
-    actuator::{
-        actuator_pins, analog::Analog, bridge::Bridge, encoder::Encoder, flash::Flash,
-        servo_pulse::ServoPulse, ticks::Clock,
-    },
-    board::{clocks, pins, reset_cause},
+use super::{
+    analog::Analog, bridge::Bridge, encoder::Encoder, flash::Flash, servo_pulse::ServoPulse,
+    timebase::PeriodCounter, timing::CORE_HZ,
+};
+use crate::board::{
+    diagnostics,
+    setup::{self, Mode, Pin, Pull},
 };
 
-/// Everything that is wired to the processor, at rest, and the watchdog.
-pub struct Board {
+/// Pins of the board, as in `docs/hardware.md`; a test on the emulated board compares the two.
+const PINS: [Pin; 16] = [
+    // Bridge: leg A high and low side, leg B high and low side.
+    (b'E', 9, Mode::Alternate(1), Pull::None),
+    (b'E', 8, Mode::Alternate(1), Pull::None),
+    (b'E', 11, Mode::Alternate(1), Pull::None),
+    (b'E', 10, Mode::Alternate(1), Pull::None),
+    // Break input. Without a comparator it reads low, and the bridge stays off.
+    (b'E', 15, Mode::Alternate(1), Pull::Down),
+    // Encoder: CSn, CLK, DO. A broken wire reads as zeros, which is an invalid word.
+    (b'A', 4, Mode::Output, Pull::None),
+    (b'A', 5, Mode::Alternate(5), Pull::None),
+    (b'A', 6, Mode::Alternate(5), Pull::Down),
+    // Current, temperature, legs A and B, supply.
+    (b'A', 3, Mode::Analog, Pull::None),
+    (b'B', 1, Mode::Analog, Pull::None),
+    (b'C', 0, Mode::Analog, Pull::None),
+    (b'C', 2, Mode::Analog, Pull::None),
+    (b'C', 3, Mode::Analog, Pull::None),
+    // Servo pulse. A broken wire gives no pulse.
+    (b'D', 12, Mode::Alternate(2), Pull::Down),
+    // CAN: receive, transmit.
+    (b'D', 0, Mode::Alternate(9), Pull::Up),
+    (b'D', 1, Mode::FastAlternate(9), Pull::None),
+];
+
+/// The peripherals, configured and stopped.
+pub struct Peripherals {
     pub bridge: Bridge,
     pub analog: Analog,
     pub encoder: Encoder,
     pub servo_pulse: ServoPulse,
-    pub clock: Clock,
-    /// CAN1, not on the bus yet: which bit rate it has is a parameter.
+    pub period_counter: PeriodCounter,
+    /// Not configured: the bit rate is a parameter.
     pub can: pac::CAN1,
     pub flash: Flash,
     pub watchdog: pac::IWDG,
     pub reset_cause: ResetCause,
 }
 
-impl Board {
-    /// Sets clocks, pins and peripherals up.
+impl Peripherals {
+    /// Starts the clocks, and sets pins and peripherals up.
     pub fn new(dp: pac::Peripherals) -> Self {
-        let reset_cause = reset_cause::take(&dp.RCC);
-        // APB2, and with it TIM1, SPI1 and ADC1, runs at half the core's clock, APB1 at a quarter.
-        let mut rcc = clocks::start(dp.RCC, 168.MHz());
-        // If the 8 MHz fail, the clock control breaks TIM1's outputs within cycles (RM0090, section 6.2.7).
+        let reset_cause = diagnostics::take_reset_cause(&dp.RCC);
+        let mut rcc = setup::start_clocks(dp.RCC, CORE_HZ.Hz());
+        // If the 8 MHz fail, the clock security system breaks TIM1's outputs within cycles (RM0090,
+        // section 6.2.7).
         rcc.cr().modify(|_, w| w.csson().set_bit());
         rcc.ahb1enr().modify(|_, w| {
             w.gpioaen()
@@ -46,14 +76,15 @@ impl Board {
             .modify(|_, w| w.tim2en().set_bit().tim4en().set_bit().can1en().set_bit());
         rcc.apb2enr()
             .modify(|_, w| w.tim1en().set_bit().spi1en().set_bit().adc1en().set_bit());
-        // Two cycles until their registers answer (ES0206, section 2.2.13): a read takes longer.
+        // The registers respond after two cycles (ES0206, section 2.2.13): a read takes longer.
         let _ = rcc.apb2enr().read();
         let streams = StreamsTuple::new(dp.DMA2, &mut rcc);
 
-        // The timer first: it holds its outputs low before they reach the pins. CSn starts high.
+        // The timer first: it holds its outputs low before they are connected to the pins. CSn starts
+        // high.
         let bridge = Bridge::new(dp.TIM1, &dp.DBGMCU);
         dp.GPIOA.bsrr().write(|w| w.bs4().set_());
-        pins::set_up(&actuator_pins::PINS);
+        setup::set_up_pins(&PINS);
         let analog = Analog::new(dp.ADC1, &dp.ADC_COMMON, streams.4);
         let encoder = Encoder::new(dp.SPI1, dp.GPIOA, (streams.0, streams.3));
         Self {
@@ -61,11 +92,19 @@ impl Board {
             analog,
             encoder,
             servo_pulse: ServoPulse::new(dp.TIM4),
-            clock: Clock::new(dp.TIM2),
+            period_counter: PeriodCounter::new(dp.TIM2),
             can: dp.CAN1,
             flash: Flash::new(dp.FLASH),
             watchdog: dp.IWDG,
             reset_cause,
         }
     }
+}
+
+/// Serial number: a hash of the unique ID of 96 bits (RM0090, section 39.1). Two chips share one with
+/// a probability of 1 in 4e9.
+pub fn serial_number() -> u32 {
+    // SAFETY: the ID is twelve bytes of read-only memory that is always accessible.
+    let id: &[u8; 12] = unsafe { &*ptr::from_ref(Uid::get()).cast() };
+    Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC).checksum(id)
 }

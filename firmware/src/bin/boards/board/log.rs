@@ -1,9 +1,9 @@
-//! The log of the program: defmt over RTT, read by a debugger while the program runs.
+//! Log: defmt over RTT, read by a debugger while the program runs.
 //!
-//! No control step writes to it, and a frame that would interrupt another one is left out: one lock that nobody waits for
-//! is enough, no interrupt is ever masked, and a debugger that does not read costs frames instead of time. The crate
-//! defmt-rtt masks interrupts while it writes, waits for the debugger once one is connected, and has a
-//! path to a panic.
+//! The control step does not log, and a frame that would interrupt another one is discarded. A single
+//! lock without waiting is sufficient, no interrupt is masked, and if the debugger does not read, frames
+//! are lost instead of time. The crate defmt-rtt masks interrupts while it writes, waits for a connected
+//! debugger, and has a path to a panic.
 
 use core::{
     cell::UnsafeCell,
@@ -13,10 +13,10 @@ use core::{
     },
 };
 
-/// Bytes that wait for the debugger; a power of two.
+/// Size of the buffer, bytes; a power of two.
 const SIZE: u32 = 512;
 
-/// What a debugger looks for in memory (SEGGER, J-Link user guide UM08001, section RTT).
+/// The structure that a debugger searches for in memory (SEGGER, J-Link user guide UM08001, section RTT).
 #[repr(C)]
 struct ControlBlock {
     id: [u8; 16],
@@ -32,7 +32,7 @@ struct ControlBlock {
 
 static BUFFER: [AtomicU8; SIZE as usize] = [const { AtomicU8::new(0) }; SIZE as usize];
 
-/// Mode 0: what does not fit is left out. A debugger may ask for another mode in vain.
+/// Mode 0: frames that do not fit are discarded. Other modes that a debugger sets have no effect.
 #[unsafe(no_mangle)]
 static _SEGGER_RTT: ControlBlock = ControlBlock {
     id: *b"SEGGER RTT\0\0\0\0\0\0",
@@ -46,49 +46,51 @@ static _SEGGER_RTT: ControlBlock = ControlBlock {
     flags: AtomicU32::new(0),
 };
 
-static TAKEN: AtomicBool = AtomicBool::new(false);
+/// Whether a frame is being written.
+static IS_LOCKED: AtomicBool = AtomicBool::new(false);
+
+/// Frames that interrupt the frame being written; they are discarded.
+static NESTED_FRAMES: AtomicU32 = AtomicU32::new(0);
 
 /// The frame that is being written.
-struct Frame(UnsafeCell<State>);
+struct Frame(UnsafeCell<FrameState>);
 
-struct State {
+struct FrameState {
     encoder: defmt::Encoder,
     cursor: Cursor,
-    /// Whose it is: nobody's if the log was taken when it began.
-    depth: u32,
 }
 
-/// How far the frame has come.
+/// Write position.
 struct Cursor {
-    /// Where its next byte goes; the debugger sees it when it is whole.
+    /// Index of the next byte; the debugger sees the frame when it is complete.
     end: u32,
-    /// All of it found a place.
-    whole: bool,
+    /// Whether all bytes of the frame have fitted.
+    is_complete: bool,
 }
 
-// SAFETY: whoever has set `TAKEN` alone reaches the state.
+// SAFETY: only the context that has set `IS_LOCKED` accesses the state, until it clears the lock.
+// Contexts that interrupt it count nested frames and access nothing else.
 unsafe impl Sync for Frame {}
 
-static FRAME: Frame = Frame(UnsafeCell::new(State {
+static FRAME: Frame = Frame(UnsafeCell::new(FrameState {
     encoder: defmt::Encoder::new(),
     cursor: Cursor {
         end: 0,
-        whole: true,
+        is_complete: true,
     },
-    depth: 0,
 }));
 
 impl Cursor {
-    /// Puts bytes there, as far as there is room.
-    fn put(&mut self, bytes: &[u8]) {
+    /// Appends bytes as far as there is room.
+    fn append(&mut self, bytes: &[u8]) {
         for byte in bytes {
             let next = (self.end + 1) % SIZE;
-            let place = BUFFER.get(self.end as usize);
-            let (Some(place), true) = (place, next != _SEGGER_RTT.read.load(Acquire)) else {
-                self.whole = false;
+            let element = BUFFER.get(self.end as usize);
+            let (Some(element), true) = (element, next != _SEGGER_RTT.read.load(Acquire)) else {
+                self.is_complete = false;
                 return;
             };
-            place.store(*byte, Relaxed);
+            element.store(*byte, Relaxed);
             self.end = next;
         }
     }
@@ -97,46 +99,49 @@ impl Cursor {
 #[defmt::global_logger]
 struct Logger;
 
-// SAFETY: `acquire` gives the log to one frame; `write` and `release` of a frame that did not get it,
-// because it interrupted another one, do nothing.
+// SAFETY: `acquire` locks the log for one frame; `acquire`, `write` and `release` of a frame that
+// interrupts it count nested frames only.
 unsafe impl defmt::Logger for Logger {
     fn acquire() {
-        // Nested frames are those of an interrupt: they end before the outer one goes on.
-        let nested = TAKEN.swap(true, Acquire);
-        // SAFETY: see above; a nested frame touches the depth alone.
-        let state = unsafe { &mut *FRAME.0.get() };
-        if nested {
-            state.depth = state.depth.wrapping_add(1);
+        // A nested frame is that of an interrupt, which ends before the outer frame continues.
+        if IS_LOCKED.swap(true, Acquire) {
+            NESTED_FRAMES.fetch_add(1, Relaxed);
             return;
         }
-        state.cursor = Cursor {
+        // SAFETY: this context has just set the lock.
+        let frame = unsafe { &mut *FRAME.0.get() };
+        frame.cursor = Cursor {
             end: _SEGGER_RTT.written.load(Relaxed),
-            whole: true,
+            is_complete: true,
         };
-        (state.encoder).start_frame(|bytes| state.cursor.put(bytes));
+        frame
+            .encoder
+            .start_frame(|bytes| frame.cursor.append(bytes));
     }
 
     unsafe fn flush() {}
 
     unsafe fn write(bytes: &[u8]) {
-        // SAFETY: between `acquire` and `release`.
-        let state = unsafe { &mut *FRAME.0.get() };
-        if state.depth == 0 {
-            (state.encoder).write(bytes, |bytes| state.cursor.put(bytes));
+        if NESTED_FRAMES.load(Relaxed) == 0 {
+            // SAFETY: without nested frames, this context has set the lock in `acquire`.
+            let frame = unsafe { &mut *FRAME.0.get() };
+            frame
+                .encoder
+                .write(bytes, |bytes| frame.cursor.append(bytes));
         }
     }
 
     unsafe fn release() {
-        // SAFETY: as above.
-        let state = unsafe { &mut *FRAME.0.get() };
-        if state.depth > 0 {
-            state.depth -= 1;
+        if NESTED_FRAMES.load(Relaxed) > 0 {
+            NESTED_FRAMES.fetch_sub(1, Relaxed);
             return;
         }
-        (state.encoder).end_frame(|bytes| state.cursor.put(bytes));
-        if state.cursor.whole {
-            _SEGGER_RTT.written.store(state.cursor.end, Release);
+        // SAFETY: as in `write`.
+        let frame = unsafe { &mut *FRAME.0.get() };
+        frame.encoder.end_frame(|bytes| frame.cursor.append(bytes));
+        if frame.cursor.is_complete {
+            _SEGGER_RTT.written.store(frame.cursor.end, Release);
         }
-        TAKEN.store(false, Release);
+        IS_LOCKED.store(false, Release);
     }
 }

@@ -1,16 +1,12 @@
-//! What the programs of both boards share: the processor's start, pins, CAN registers, watchdog, log and safe state.
+//! Support of the STM32F427 that the programs of both boards share.
 //!
-//! The programs include it as a module instead of linking it from the library `firmware`, because the library forbids
-//! unsafe code, which registers and exception handlers need. What only one board has lies in [`crate::actuator`] or
-//! `crate::comm`, so that the compiler still finds code that no program uses.
+//! Each program includes this module with one line. It is not a part of the library `firmware`: the
+//! library forbids unsafe code, which registers and exception handlers need. Modules of one board
+//! only are in `actuator` and `comm`, so that the compiler still reports code that is never used.
 
-pub mod can_frames;
-pub mod can_identifier;
-pub mod clocks;
+pub mod can_registers;
+pub mod diagnostics;
 pub mod log;
-pub mod memory;
-pub mod pins;
-pub mod reset_cause;
 pub mod safe_state;
-pub mod stack;
+pub mod setup;
 pub mod watchdog;

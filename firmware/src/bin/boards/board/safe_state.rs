@@ -1,16 +1,17 @@
-//! What is left to do when nothing can be done: open all switches, and wait for the watchdog.
+//! The safe state after a fault of the program: all switches open until the watchdog resets the
+//! processor.
 
 use cortex_m_rt::{ExceptionFrame, exception};
 use stm32f4xx_hal::pac::TIM1;
 
-/// All four switches open, at once and from anywhere.
+/// Opens all four switches at once, from any context.
 fn open_all_switches() {
-    // SAFETY: one write of one word; whoever owned the timer does not run any more.
+    // SAFETY: one write of one word; the owner of the timer does not run any more.
     let timer = unsafe { &*TIM1::ptr() };
     timer.bdtr().modify(|_, w| w.moe().clear_bit());
 }
 
-// SAFETY: the handler touches the timer alone and never returns.
+// SAFETY: the handler accesses the timer only and never returns.
 #[exception]
 unsafe fn HardFault(_: &ExceptionFrame) -> ! {
     open_all_switches();
@@ -19,7 +20,7 @@ unsafe fn HardFault(_: &ExceptionFrame) -> ! {
     }
 }
 
-// An interrupt that nobody handles has been enabled by a mistake: the same.
+// An enabled interrupt without a handler is an error of the program.
 // SAFETY: as above.
 #[exception]
 unsafe fn DefaultHandler(_: i16) -> ! {
@@ -29,8 +30,8 @@ unsafe fn DefaultHandler(_: i16) -> ! {
     }
 }
 
-/// There is no path to a panic in this program: a remaining one does not link, because nobody defines
-/// the function that is called here.
+/// The program has no path to a panic: if one remains, this function is linked, and linking fails
+/// because the function that it calls is not defined.
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo) -> ! {
     unsafe extern "C" {

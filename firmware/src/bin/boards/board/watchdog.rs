@@ -1,9 +1,9 @@
-//! The independent watchdog: it runs on its own oscillator, and nothing stops it once started.
+//! The independent watchdog. It has its own oscillator, and nothing stops it once it is started.
 
 use stm32f4xx_hal::pac::IWDG;
 
-/// Counts of 0.25 ms until the watchdog bites: 25 ms, six ticks, at the oscillator's nominal 32 kHz;
-/// 17 to 47 ms over its tolerance (data sheet, table 41).
+/// Timeout in counts of 0.25 ms: 25 ms at the nominal 32 kHz of the oscillator, 17 to 47 ms over its
+/// tolerance (data sheet, table 41).
 const RELOAD: u16 = 100;
 
 /// The watchdog.
@@ -27,8 +27,8 @@ impl Watchdog {
         watchdog
     }
 
-    /// Lets it wait anew. The reload value needs up to five cycles of its oscillator to arrive; until
-    /// then the reset value of 1 s holds.
+    /// Restarts the timeout. A new reload value takes effect after up to five cycles of the
+    /// oscillator; until then the reset value of 1 s applies.
     pub fn feed(&mut self) {
         const RELOAD_KEY: u16 = 0xaaaa;
         // SAFETY: as above.

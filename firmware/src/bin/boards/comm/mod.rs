@@ -1,7 +1,7 @@
-//! The communication board: what lies between its serial line and its bus.
+//! The communication board: an slcan adapter between a serial line and a CAN bus.
 
-pub mod adapter;
-pub mod can_bus;
+pub mod can_controller;
 pub mod serial;
-pub mod stopwatch;
+pub mod slcan_adapter;
+pub mod timers;
 pub mod wiring;

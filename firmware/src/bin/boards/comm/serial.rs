@@ -1,42 +1,43 @@
-//! The serial line: USART3, a byte at a time, between the line and two queues.
+//! The serial line: USART3, one byte at a time, between the line and two queues.
 //!
-//! A byte that was lost or came damaged is replaced by one that no command has, so that its line is refused and
-//! never understood as another one.
+//! A byte that is lost or damaged is replaced by one that no command contains: its line is refused, and
+//! cannot be taken for another command.
 
 use heapless::spsc::{Consumer, Producer};
 use stm32f4xx_hal::pac::USART3;
 
-/// 8 data bits, no parity, one stop bit, at 40 MHz / 20 = 2,000,000 baud.
+/// Baud rate divider: 40 MHz / 20 = 2,000,000 baud, with 8 data bits, no parity, one stop bit.
 const CYCLES_PER_BIT: u16 = 20;
 
-/// Bytes that may wait for the adapter: 5 ms of the line.
-pub const INCOMING: usize = 1024;
+/// Length of the queue of received bytes: 5 ms of the line.
+pub const RECEIVE_QUEUE: usize = 1024;
 
-/// Bytes that may wait for the line: 5 ms of it.
-pub const OUTGOING: usize = 1024;
+/// Length of the queue of bytes to be transmitted: 5 ms of the line.
+pub const TRANSMIT_QUEUE: usize = 1024;
 
-/// Makes a line that it is in no command.
+/// Byte that makes a command invalid.
 const DAMAGED: u8 = 0xff;
 
-/// The adapter is told of bytes that are no whole line yet when there are so many.
-const MANY: usize = INCOMING / 4;
+/// Received bytes after which the adapter runs even without the end of a command.
+const RECEIVE_THRESHOLD: usize = RECEIVE_QUEUE / 4;
 
-/// The line, and the line's ends of the queues.
+/// The serial line and its ends of the queues.
 pub struct Serial {
     usart: USART3,
-    heard: Producer<'static, u8, INCOMING>,
-    to_say: Consumer<'static, u8, OUTGOING>,
+    received: Producer<'static, u8, RECEIVE_QUEUE>,
+    to_transmit: Consumer<'static, u8, TRANSMIT_QUEUE>,
+    /// Whether the queue was full and bytes were lost.
     has_lost: bool,
 }
 
 impl Serial {
-    /// Sets the line up.
+    /// Sets the serial line up.
     pub fn new(
         usart: USART3,
-        heard: Producer<'static, u8, INCOMING>,
-        to_say: Consumer<'static, u8, OUTGOING>,
+        received: Producer<'static, u8, RECEIVE_QUEUE>,
+        to_transmit: Consumer<'static, u8, TRANSMIT_QUEUE>,
     ) -> Self {
-        // SAFETY: mantissa and fraction side by side, as 16 samples a bit have them.
+        // SAFETY: mantissa and fraction side by side, as with 16 samples for each bit.
         usart.brr().write(|w| unsafe { w.bits(CYCLES_PER_BIT) });
         usart.cr1().write(|w| {
             w.ue().enabled().te().enabled().re().enabled();
@@ -44,50 +45,51 @@ impl Serial {
         });
         Self {
             usart,
-            heard,
-            to_say,
+            received,
+            to_transmit,
             has_lost: false,
         }
     }
 
-    /// Fetches the byte that came in and puts out the next one; whether there is something to do for the adapter.
-    pub fn serve(&mut self) -> bool {
+    /// Handles the interrupt: reads the received byte and writes the next one. Returns whether the
+    /// adapter has to run.
+    pub fn on_interrupt(&mut self) -> bool {
         let status = self.usart.sr().read();
-        let mut calls = false;
+        let mut is_adapter_due = false;
         // Reading the data register after the status clears both.
         if status.rxne().bit() || status.ore().bit() {
             let byte = self.usart.dr().read().dr().bits() as u8;
-            let is_whole = !(status.fe().bit() || status.nf().bit());
+            let is_valid = !(status.fe().bit() || status.nf().bit());
             if status.rxne().bit() {
-                self.take(if is_whole { byte } else { DAMAGED });
+                self.receive(if is_valid { byte } else { DAMAGED });
             }
             if status.ore().bit() {
-                self.take(DAMAGED);
+                self.receive(DAMAGED);
             }
-            calls = byte == b'\r' || self.heard.len() >= MANY;
+            is_adapter_due = byte == b'\r' || self.received.len() >= RECEIVE_THRESHOLD;
         }
         if status.txe().bit() {
-            calls |= self.put();
+            is_adapter_due |= self.transmit();
         }
-        calls
+        is_adapter_due
     }
 
-    fn take(&mut self, byte: u8) {
-        // What is lost between two bytes is told between them.
-        if self.has_lost && self.heard.enqueue(DAMAGED).is_ok() {
+    fn receive(&mut self, byte: u8) {
+        // A loss is marked at its position, between the bytes before and after it.
+        if self.has_lost && self.received.enqueue(DAMAGED).is_ok() {
             self.has_lost = false;
         }
-        self.has_lost = self.has_lost || self.heard.enqueue(byte).is_err();
+        self.has_lost = self.has_lost || self.received.enqueue(byte).is_err();
     }
 
-    /// Puts the next byte onto the line; whether there is room for many more.
-    fn put(&mut self) -> bool {
-        let next = self.to_say.dequeue();
+    /// Writes the next byte to the line. Returns whether there is room for another eighth of the queue.
+    fn transmit(&mut self) -> bool {
+        let next = self.to_transmit.dequeue();
         if let Some(byte) = next {
             self.usart.dr().write(|w| w.dr().set(byte.into()));
         }
-        let is_on = next.is_some();
-        self.usart.cr1().modify(|_, w| w.txeie().bit(is_on));
-        is_on && self.to_say.len().is_multiple_of(OUTGOING / 8)
+        let is_active = next.is_some();
+        self.usart.cr1().modify(|_, w| w.txeie().bit(is_active));
+        is_active && self.to_transmit.len().is_multiple_of(TRANSMIT_QUEUE / 8)
     }
 }

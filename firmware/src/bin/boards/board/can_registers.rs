@@ -1,16 +1,14 @@
-//! Frames out of the controller's registers, and into them.
+//! Frames in the registers of the CAN controller.
 
 use canopen::CanFrame;
-use embedded_can::{Frame as _, Id};
+use embedded_can::{ExtendedId, Frame as _, Id, StandardId};
 use heapless::Deque;
 use stm32f4xx_hal::pac::{CAN1, can1};
 
-use crate::board::can_identifier::identifier;
-
-/// Takes the next frame out of receive queue 0.
-pub fn take(can: &CAN1) -> Option<CanFrame> {
-    let queue = can.rfr(0);
-    if queue.read().fmp().bits() == 0 {
+/// Takes the next frame out of receive FIFO 0.
+pub fn receive(can: &CAN1) -> Option<CanFrame> {
+    let fifo = can.rfr(0);
+    if fifo.read().fmp().bits() == 0 {
         return None;
     }
     let mailbox = can.rx(0);
@@ -19,32 +17,42 @@ pub fn take(can: &CAN1) -> Option<CanFrame> {
         [mailbox.rdlr().read().bits(), mailbox.rdhr().read().bits()].map(u32::to_le_bytes);
     let [a, b, c, d] = low;
     let [e, f, g, h] = high;
-    let address = identifier(id.ide().bit(), id.stid().bits(), id.exid().bits());
     let frame = CanFrame::received(
-        address,
+        identifier(id.ide().bit(), id.stid().bits(), id.exid().bits()),
         id.rtr().bit(),
         length.dlc().bits(),
         [a, b, c, d, e, f, g, h],
     );
-    queue.write(|w| w.rfom().set_bit());
+    fifo.write(|w| w.rfom().set_bit());
     Some(frame)
 }
 
-/// Fills free mailboxes with what waits for them.
-pub fn fill<const N: usize>(can: &CAN1, waiting: &mut Deque<CanFrame, N>) {
+/// An identifier from the fields of its register: 11 bits of base and 18 bits of extension.
+fn identifier(is_extended: bool, base: u16, extension: u32) -> Id {
+    let base = base & 0x7ff;
+    if is_extended {
+        let raw = u32::from(base) << 18 | extension & 0x3_ffff;
+        Id::Extended(ExtendedId::new(raw).unwrap_or(ExtendedId::ZERO))
+    } else {
+        Id::Standard(StandardId::new(base).unwrap_or(StandardId::ZERO))
+    }
+}
+
+/// Moves frames from the queue into the free transmit mailboxes.
+pub fn fill_mailboxes<const N: usize>(can: &CAN1, queue: &mut Deque<CanFrame, N>) {
     for mailbox in can.tx_iter() {
         if mailbox.tir().read().txrq().bit() {
             continue;
         }
-        let Some(frame) = waiting.pop_front() else {
+        let Some(frame) = queue.pop_front() else {
             return;
         };
-        load(mailbox, &frame);
+        request_transmission(mailbox, &frame);
     }
 }
 
-/// Puts a frame into a free mailbox and asks for it to be sent.
-fn load(mailbox: &can1::TX, frame: &CanFrame) {
+/// Writes a frame into a free mailbox and requests its transmission.
+fn request_transmission(mailbox: &can1::TX, frame: &CanFrame) {
     let [a, b, c, d, e, f, g, h] = frame.bytes();
     // SAFETY: any bits are data, and a length is at most 8.
     unsafe {

@@ -1,0 +1,68 @@
+//! The background task: parameters to the flash, and the log.
+
+use firmware::{
+    application::{BoardState, Outputs},
+    drive::StoredParameters,
+    faults::Fault,
+    supervisor::Part,
+};
+use heapless::spsc::{Consumer, Producer};
+
+use super::{
+    canopen_task::{OUTPUT_QUEUE, SINGLE},
+    parameter_store::ParameterStore,
+    timebase,
+    timing::CONTROL_HZ,
+    watchdog_supervisor::report_alive,
+};
+use crate::board::diagnostics;
+
+/// Control periods between two reports of time and stack: 10 s.
+const REPORT_INTERVAL: u32 = 10 * CONTROL_HZ;
+
+/// Resources of the background task.
+pub struct Background {
+    pub outputs: Consumer<'static, Outputs, OUTPUT_QUEUE>,
+    pub store: ParameterStore<StoredParameters>,
+    pub save_results: Producer<'static, bool, SINGLE>,
+    pub log: StateLog,
+}
+
+impl Background {
+    /// Processes the control periods since the last call, usually one.
+    pub fn run(&mut self) {
+        while let Some(outputs) = self.outputs.dequeue() {
+            self.log.update(&outputs);
+        }
+        if let Some(is_saved) = self.store.run() {
+            // There is room: the device takes each result within a control period, and a save takes
+            // many.
+            let _ = self.save_results.enqueue(is_saved);
+        }
+        report_alive(Part::Background);
+    }
+}
+
+/// Logs changes of state and fault, and periodically the longest step and the stack usage.
+#[derive(Default)]
+pub struct StateLog {
+    state: BoardState,
+    fault: Option<Fault>,
+}
+
+impl StateLog {
+    fn update(&mut self, outputs: &Outputs) {
+        if (outputs.state, outputs.fault) != (self.state, self.fault) {
+            (self.state, self.fault) = (outputs.state, outputs.fault);
+            let fault = self.fault.map_or(0, Fault::number);
+            defmt::info!("state {}, fault {}", self.state as u8, fault);
+        }
+        if outputs.telemetry.tick.is_multiple_of(REPORT_INTERVAL) {
+            defmt::info!(
+                "longest step {} cycles, deepest stack {} bytes",
+                timebase::longest_step_cycles(),
+                diagnostics::maximum_stack_use()
+            );
+        }
+    }
+}

@@ -1,0 +1,217 @@
+//! The CANopen device on the board: its control step, and its turns on the bus.
+//!
+//! [`gather`], [`device_control`] and [`communicate`] are not inlined and have fixed symbols, so that
+//! the emulator counts their instructions and a debugger shows them.
+
+use canopen::CanFrame;
+use cortex_m::peripheral::DWT;
+use firmware::{
+    application::{Outputs, Samples},
+    drive::{Device, StoredParameters},
+};
+use heapless::spsc::{Consumer, Producer};
+
+use super::{
+    acceptance::AcceptedIds,
+    analog::Analog,
+    bridge::Bridge,
+    bus_status,
+    encoder::Encoder,
+    servo_pulse::ServoPulse,
+    timebase,
+    timing::{CORE_HZ, CYCLES_PER_US, PWM_HZ, PWM_PERIOD_US, PWM_PERIODS},
+    watchdog_supervisor::WatchdogSupervisor,
+};
+
+/// Length of the queue of received frames: more than the bus carries between two turns, 3 ms at
+/// 1 Mbit/s. A queue holds one element less than its length.
+pub const RECEIVE_QUEUE: usize = 65;
+
+/// Length of the queue of frames to be transmitted: a bus of 1 Mbit/s carries as many in 2 ms, so that
+/// urgent frames of the next turn wait no longer. A block of the SDO server, 127 frames, continues as
+/// there is room.
+pub const TRANSMIT_QUEUE: usize = 17;
+
+/// Length of the queue of control step results for the background task.
+pub const OUTPUT_QUEUE: usize = 3;
+
+/// Length of a queue that holds one element.
+pub const SINGLE: usize = 2;
+
+/// The turns of the device start in these PWM periods of a control period, at the first edges after a
+/// quarter and after a half of it.
+pub const TURNS: [u32; 2] = [PWM_PERIODS / 4, PWM_PERIODS / 2];
+
+/// Core cycles after which a turn processes no further received frames. An ordinary frame takes 1,000
+/// cycles: two turns process as many frames as a bus of 1 Mbit/s carries.
+const INTAKE_CYCLES: u32 = 30_000;
+
+/// Core cycles of the longest frame, which resets the node.
+const LONGEST_FRAME_CYCLES: u32 = 70_000;
+
+// The last turn ends before the last PWM period, whose sampling instants it would delay.
+const _: () = assert!(
+    INTAKE_CYCLES + LONGEST_FRAME_CYCLES < (PWM_PERIODS - 1 - TURNS[1]) * (CORE_HZ / PWM_HZ)
+);
+
+/// The task's ends of the queues to the other tasks.
+pub struct Queues {
+    pub received: Consumer<'static, CanFrame, RECEIVE_QUEUE>,
+    pub to_transmit: Producer<'static, CanFrame, TRANSMIT_QUEUE>,
+    pub outputs: Producer<'static, Outputs, OUTPUT_QUEUE>,
+    pub accepted_ids: Producer<'static, AcceptedIds, SINGLE>,
+    pub to_save: Producer<'static, StoredParameters, SINGLE>,
+    pub save_results: Consumer<'static, bool, SINGLE>,
+}
+
+/// Node, drive, and their connections to the other tasks.
+pub struct CanopenTask {
+    device: Device<'static>,
+    watchdog: WatchdogSupervisor,
+    queues: Queues,
+    /// Identifiers that the controller receives, or will receive with the next status interrupt.
+    accepted_ids: AcceptedIds,
+    /// Number of the PWM period of the last turn, and its time, us.
+    last_turn: (u32, u64),
+}
+
+/// Reads what was sampled since the last control step.
+#[unsafe(no_mangle)]
+#[inline(never)]
+pub fn gather(
+    encoder: &mut Encoder,
+    analog: &mut Analog,
+    pulse: &mut ServoPulse,
+    bridge: &mut Bridge,
+) -> Samples {
+    let (current, scan) = analog.take();
+    Samples {
+        encoder: encoder.finish(),
+        current,
+        scan,
+        servo_pulse_us: pulse.take_us(),
+        bridge_tripped: bridge.take_trip(),
+        missed_periods: 0,
+        bus: bus_status::take_worst_state(),
+    }
+}
+
+/// The control step of the drive.
+#[unsafe(no_mangle)]
+#[inline(never)]
+fn device_control(device: &mut Device<'static>, samples: &Samples) -> Outputs {
+    device.control(samples)
+}
+
+/// Processes received frames and what has become due, and queues the frames to be transmitted.
+#[unsafe(no_mangle)]
+#[inline(never)]
+fn communicate(task: &mut CanopenTask, now_us: u64) {
+    let CanopenTask { device, queues, .. } = task;
+    let start = DWT::cycle_count();
+    while DWT::cycle_count().wrapping_sub(start) < INTAKE_CYCLES
+        && let Some(frame) = queues.received.dequeue()
+    {
+        device.receive(&frame, now_us);
+        queue_frames(device, queues);
+    }
+    device.communicate(now_us);
+    queue_frames(device, queues);
+}
+
+/// Queues as many frames as there is room for; the others remain in the node.
+fn queue_frames(device: &mut Device<'static>, queues: &mut Queues) {
+    while queues.to_transmit.ready()
+        && let Some(frame) = device.transmit()
+    {
+        // There is room.
+        let _ = queues.to_transmit.enqueue(frame);
+    }
+}
+
+impl CanopenTask {
+    /// The task of a device whose frames the controller receives already.
+    pub fn new(
+        device: Device<'static>,
+        watchdog: WatchdogSupervisor,
+        queues: Queues,
+        accepted_ids: AcceptedIds,
+    ) -> Self {
+        Self {
+            device,
+            watchdog,
+            queues,
+            accepted_ids,
+            last_turn: (0, 0),
+        }
+    }
+
+    /// Starts the control step of the period of this number; returns the drive's decision.
+    pub fn begin_step(&mut self, samples: &mut Samples, control_period: u32) -> Outputs {
+        samples.missed_periods = self.watchdog.begin_step(control_period);
+        device_control(&mut self.device, samples)
+    }
+
+    /// Ends the control step, after its decision is set at the bridge.
+    pub fn end_step(&mut self, outputs: Outputs, is_late: bool) {
+        if is_late {
+            self.device.drive.was_late();
+        }
+        // The queue is full only if the background task is late: the log then has a gap.
+        let _ = self.queues.outputs.enqueue(outputs);
+        self.device.drive.diagnostics.starved_periods = self.watchdog.end_step();
+    }
+
+    /// A turn of the device on the bus, in the PWM period of this number. Returns whether there are
+    /// frames to transmit.
+    pub fn communicate(&mut self, period: u32) -> bool {
+        self.update_diagnostics();
+        let now_us = self.time_us(period);
+        communicate(self, now_us);
+        self.exchange_with_store();
+        self.update_controller();
+        self.queues.to_transmit.len() > 0
+    }
+
+    /// Time of a PWM period from its number, which has 31 bits and wraps.
+    fn time_us(&mut self, period: u32) -> u64 {
+        let (last_period, last_us) = self.last_turn;
+        let elapsed = period.wrapping_sub(last_period) & (u32::MAX >> 1);
+        let now_us = last_us.wrapping_add(u64::from(elapsed) * u64::from(PWM_PERIOD_US));
+        self.last_turn = (period, now_us);
+        now_us
+    }
+
+    fn update_diagnostics(&mut self) {
+        let diagnostics = &mut self.device.drive.diagnostics;
+        diagnostics.receive_overflows = bus_status::lost_frames();
+        diagnostics.bus_offs = bus_status::bus_offs();
+        diagnostics.longest_step_us = timebase::longest_step_cycles() / CYCLES_PER_US;
+    }
+
+    /// Sends a set of parameters to be saved, and takes the result of the last save.
+    fn exchange_with_store(&mut self) {
+        if let Some(is_saved) = self.queues.save_results.dequeue() {
+            self.device.drive.saved(is_saved);
+        }
+        if self.queues.to_save.ready()
+            && let Some(set) = self.device.drive.take_save()
+        {
+            // There is room.
+            let _ = self.queues.to_save.enqueue(*set);
+        }
+    }
+
+    /// Sends changes of bit rate and identifiers to the CAN controller.
+    fn update_controller(&mut self) {
+        if let Some(kbit_s) = self.device.drive.take_bit_rate() {
+            bus_status::request_bit_rate(kbit_s);
+        }
+        let accepted_ids = AcceptedIds::new(self.device.node().identifiers());
+        if accepted_ids != self.accepted_ids
+            && self.queues.accepted_ids.enqueue(accepted_ids).is_ok()
+        {
+            self.accepted_ids = accepted_ids;
+        }
+    }
+}

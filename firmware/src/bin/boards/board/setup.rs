@@ -1,0 +1,97 @@
+//! Clock tree and pin functions.
+//!
+//! Pins are configured by their registers (RM0090, section 8.4), from one table for each board, which
+//! is the table of `docs/hardware.md`.
+
+use core::ptr;
+
+use stm32f4xx_hal::{
+    pac,
+    prelude::*,
+    rcc::{Config, Rcc},
+    time::Hertz,
+};
+
+/// Starts the core at this clock, from the 8 MHz that the Nucleo's debugger supplies. APB2 runs at
+/// half the core clock, APB1 at a quarter; timers run at twice the clock of their bus.
+pub fn start_clocks(rcc: pac::RCC, core: Hertz) -> Rcc {
+    let clocks = Config::hse(8.MHz())
+        .bypass_hse_oscillator()
+        .sysclk(core)
+        .pclk1(core / 4)
+        .pclk2(core / 2);
+    rcc.freeze(clocks)
+}
+
+/// Function of a pin.
+#[derive(Clone, Copy)]
+pub enum Mode {
+    #[allow(dead_code, reason = "the communication board has no output pin")]
+    Output,
+    /// Alternate function of this number (data sheet, table 12).
+    Alternate(u8),
+    /// Alternate function with edges below 100 ns.
+    FastAlternate(u8),
+    #[allow(dead_code, reason = "the communication board has no analog pin")]
+    Analog,
+}
+
+/// Internal pull resistor.
+#[derive(Clone, Copy)]
+pub enum Pull {
+    None = 0b00,
+    Up = 0b01,
+    #[allow(dead_code, reason = "the communication board has no pull-down")]
+    Down = 0b10,
+}
+
+/// Letter of the port, number of the pin, its function and its pull resistor.
+pub type Pin = (u8, u8, Mode, Pull);
+
+/// Address of a port's registers (RM0090, section 2.3).
+fn port_address(port: u8) -> u32 {
+    0x4002_0000 + 0x400 * u32::from(port.wrapping_sub(b'A'))
+}
+
+/// Register offsets: two bits for each pin in the first three, four bits in the last, which is two
+/// words.
+const MODER: u32 = 0x00;
+const OSPEEDR: u32 = 0x08;
+const PUPDR: u32 = 0x0c;
+const AFR: u32 = 0x20;
+
+const HIGH_SPEED: u32 = 0b10;
+
+/// Sets the function of every pin. The clocks of the ports are enabled, and outputs have their
+/// initial levels.
+pub fn set_up_pins(pins: &[Pin]) {
+    for &(port, number, mode, pull) in pins {
+        let port = port_address(port);
+        write_field(port + PUPDR, 2, number, pull as u32);
+        let mode = match mode {
+            Mode::Output => 0b01,
+            Mode::Alternate(function) | Mode::FastAlternate(function) => {
+                if matches!(mode, Mode::FastAlternate(_)) {
+                    write_field(port + OSPEEDR, 2, number, HIGH_SPEED);
+                }
+                let word = u32::from(number / 8);
+                write_field(port + AFR + 4 * word, 4, number % 8, function.into());
+                0b10
+            }
+            Mode::Analog => 0b11,
+        };
+        write_field(port + MODER, 2, number, mode);
+    }
+}
+
+/// Writes the field of pin `number` in a register with fields of `width` bits.
+fn write_field(register: u32, width: u8, number: u8, value: u32) {
+    let register: *mut u32 = ptr::with_exposed_provenance_mut(register as usize);
+    let shift = u32::from(width * number);
+    let mask = ((1 << width) - 1) << shift;
+    // SAFETY: the address is that of a port register, and only `init` configures pins.
+    unsafe {
+        let others = ptr::read_volatile(register) & !mask;
+        ptr::write_volatile(register, others | value << shift);
+    }
+}
