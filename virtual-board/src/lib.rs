@@ -1,21 +1,20 @@
-//! The emulated actuator board: an STM32F427 that runs the release ELF in lockstep with a motor
-//! model.
+//! Emulated boards: an STM32F427 that executes the release ELF in lockstep with a motor model.
 //!
 //! ```text
 //!             ┌ chip ── rigless: core, RCC, TIM1, SPI1, ADC1, DMA2, IWDG ..
 //! ELF ── run ─┤        └ own: CAN1 (can), FLASH (flash)
 //!             ├ board ── encoder on SPI1, comparator at the break input, servo pulses
 //!             ├ rig ──── bridge, motor, gear train, supply, front ends, encoder
-//!             ├ faults ─ what breaks when
-//!             └ trace ── what was seen, and its hash
+//!             ├ faults ─ planned faults
+//!             └ trace ── record of a run, and its hash
 //! ```
 //!
-//! Time is virtual and one instruction takes one cycle of 168 MHz, so the same ELF, options and faults
-//! give the same trace, whatever the machine and however busy it is.
+//! Time is virtual and one instruction takes one cycle of 168 MHz: the same ELF, options and faults give
+//! the same trace on every machine, independently of its load.
 //!
-//! What the emulation does not show: silicon cycles (flash wait states, bus contention), analogue
-//! settling, the ripple of the current within a PWM period (the rig sees the mean of each slot of
-//! its grid), and everything that the models of `rigless` list as left out.
+//! Not emulated: processor cycles (flash wait states, bus contention), analog settling, the ripple of
+//! the current within a PWM period (the plant computes the mean of each slot of its grid), and
+//! everything that the models of `rigless` list as omitted.
 
 pub mod board;
 pub mod can;

@@ -13,24 +13,24 @@ use crate::serial::FarEnd;
 /// Clock of the core, Hz.
 pub const COMM_CORE_HZ: u64 = 160_000_000;
 
-/// USART3 among the chip's.
+/// Index of USART3.
 const USART3: usize = 2;
 
-/// The communication board, on a bus that others share.
+/// The communication board, on a shared CAN bus.
 #[derive(Debug)]
 pub struct CommBoard {
     /// The chip.
     pub chip: Chip,
 }
 
-// A run starts from power-on: there is no snapshot to take.
+// A run starts from power-on: snapshots are not used.
 impl Store for CommBoard {}
 
 impl CommBoard {
     /// A board after power-on.
     ///
     /// # Errors
-    /// That of rigless, where the description of the chip does not hold together.
+    /// An error of rigless if the description of the chip is inconsistent.
     pub fn try_new() -> Result<Self, Error> {
         let mut chip = Chip::try_new(None, FlashTimes::TYPICAL, 0)?;
         chip.part.usart[USART3].attach(FarEnd::default());

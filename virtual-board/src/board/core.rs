@@ -1,4 +1,4 @@
-//! The core that runs a board's chip.
+//! Configuration of the emulated core.
 
 use std::num::{NonZeroU32, NonZeroU64};
 
@@ -8,10 +8,10 @@ use rigless::mcu::{Mcu, Operate};
 
 use crate::chip::Chip;
 
-/// The name of the chip.
+/// Name of the chip.
 pub(super) const TARGET: &str = "stm32f427";
 
-/// The chip as the emulator starts it: one instruction takes one cycle of so many Hz.
+/// The chip as a target of the emulator, with one instruction in each cycle of this clock.
 pub(super) fn target(chip: &mut Chip, clock_hz: u64) -> Option<Target<'_>> {
     let windows = cpu::armv7m::windows(Mcu::bus(chip));
     let lines = Operate::cpu(chip).interrupt_lines;

@@ -1,16 +1,16 @@
-//! The AS5045 at the chip's serial interface.
+//! The AS5045 encoder at SPI1.
 
 use rigless::chip::{Timeline, spi::Peer};
 use rigless::snapshot::Store;
 
 use crate::plant::SsiWord;
 
-/// The encoder: the angle is latched as its select falls, and shifted out from there.
+/// The encoder: latches the angle at the falling edge of CSn, and shifts it out.
 #[derive(Debug, Default)]
 pub(super) struct EncoderChip {
-    /// What is latched next.
+    /// Word that is latched next.
     pub word: SsiWord,
-    /// Times that it was selected.
+    /// Number of selections.
     pub reads: u64,
     latched: u32,
     clocked: u32,

@@ -1,4 +1,4 @@
-//! The boards: the actuator board, which is the chip with the encoder on its bus, and the communication board.
+//! The actuator board, with its encoder, and the communication board.
 
 mod comm;
 mod core;
@@ -29,17 +29,17 @@ pub struct ActuatorBoard {
     pub chip: Chip,
 }
 
-// A run starts from power-on: there is no snapshot to take.
+// A run starts from power-on: snapshots are not used.
 impl Store for ActuatorBoard {}
 
 /// The pin that selects the encoder: PA4.
 const SELECT_PIN: u8 = 4;
 
 impl ActuatorBoard {
-    /// A board after power-on, on a wire of its own or on one that is shared.
+    /// A board after power-on, on a CAN bus of its own or on a shared one.
     ///
     /// # Errors
-    /// That of rigless, where the description of the chip does not hold together.
+    /// An error of rigless if the description of the chip is inconsistent.
     pub fn try_new(wire: Option<Wire>, times: FlashTimes, seed: u64) -> Result<Self, Error> {
         let mut chip = Chip::try_new(wire, times, seed)?;
         if let Some(pin) = Pin::new(SELECT_PIN) {
@@ -53,14 +53,14 @@ impl ActuatorBoard {
         Ok(Self { chip })
     }
 
-    /// What the next transfer from the encoder reads.
+    /// Sets the word of the next encoder transfer.
     pub fn set_encoder(&mut self, word: SsiWord) {
         if let Some(encoder) = self.chip.part.spi[0].chip_mut::<EncoderChip>(0) {
             encoder.word = word;
         }
     }
 
-    /// Transfers from the encoder so far.
+    /// Number of encoder transfers.
     pub fn encoder_reads(&mut self) -> u64 {
         let encoder = self.chip.part.spi[0].chip_mut::<EncoderChip>(0);
         encoder.map_or(0, |encoder| encoder.reads)

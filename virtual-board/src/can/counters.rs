@@ -1,14 +1,13 @@
-//! Fault confinement: the error counters of ISO 11898-1, section 12.1.4, as RM0090 section 32.7.6
-//! has them.
+//! Fault confinement: the error counters of ISO 11898-1, section 12.1.4, as in RM0090, section 32.7.6.
 
-/// What a station may still do on the bus.
+/// Error state of a station.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ErrorState {
-    /// It destroys a frame in which it finds an error.
+    /// Error-active: sends active error flags.
     Active,
-    /// It takes part, but its error flags are recessive and disturb nobody.
+    /// Error-passive: its error flags are recessive and do not destroy frames.
     Passive,
-    /// It neither sends nor receives.
+    /// Bus-off: neither transmits nor receives.
     BusOff,
 }
 
@@ -19,17 +18,17 @@ pub struct ErrorCounters {
     receive: u8,
 }
 
-/// From here on a counter says that the bus is heavily disturbed.
+/// Error warning limit.
 const WARNING: u16 = 96;
-/// Beyond it a station is error-passive.
+/// Above this count a station is error-passive.
 const PASSIVE: u16 = 127;
-/// Beyond it a station is bus-off.
+/// Above this count a station is bus-off.
 const BUS_OFF: u16 = 255;
-/// What RM0090 resets a receive counter above 128 to at a good frame.
+/// Value of a receive counter above 127 after a valid frame (RM0090).
 const AFTER_GOOD_FRAME: u8 = 120;
 
 impl ErrorCounters {
-    /// The transmit error counter, 0 to 255: its eight bits show no more.
+    /// The transmit error counter, 0 to 255, as in its eight bits.
     pub fn transmit(&self) -> u8 {
         self.transmit.min(BUS_OFF) as u8
     }
@@ -39,7 +38,7 @@ impl ErrorCounters {
         self.receive
     }
 
-    /// What the counters make of the station.
+    /// Error state of the station.
     pub fn state(&self) -> ErrorState {
         if self.transmit > BUS_OFF {
             ErrorState::BusOff
@@ -55,13 +54,13 @@ impl ErrorCounters {
         self.transmit >= WARNING || u16::from(self.receive) >= WARNING
     }
 
-    /// A frame went out and was acknowledged.
+    /// Counts a transmitted and acknowledged frame.
     pub fn sent(&mut self) {
         self.transmit = self.transmit.saturating_sub(1);
     }
 
-    /// A frame failed that this station sent. An error-passive sender that misses only the
-    /// acknowledgement does not count: alone on the bus it must not go bus-off.
+    /// Counts a failed frame of this station. An error-passive transmitter does not count a missing
+    /// acknowledgement: alone on the bus it must not become bus-off.
     pub fn send_failed(&mut self, only_acknowledge: bool) {
         if only_acknowledge && self.state() == ErrorState::Passive {
             return;
@@ -69,7 +68,7 @@ impl ErrorCounters {
         self.transmit = (self.transmit + 8).min(BUS_OFF + 8);
     }
 
-    /// A good frame came in.
+    /// Counts a valid received frame.
     pub fn received(&mut self) {
         self.receive = if u16::from(self.receive) > PASSIVE {
             AFTER_GOOD_FRAME
@@ -78,7 +77,7 @@ impl ErrorCounters {
         };
     }
 
-    /// A frame failed that another station sent; `is_first` where this one raised the error flag.
+    /// Counts a failed frame of another station; `is_first` if this station sent the first error flag.
     pub fn receive_failed(&mut self, is_first: bool) {
         self.receive = self.receive.saturating_add(if is_first { 8 } else { 1 });
     }

@@ -6,7 +6,7 @@ use super::Frame;
 
 const DEPTH: usize = 3;
 
-/// A frame as it waits in a FIFO.
+/// A frame in a FIFO.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Received {
     pub frame: Frame,
@@ -31,8 +31,8 @@ impl Fifo {
         self.frames.len()
     }
 
-    /// Takes a frame in. One too many is lost where the FIFO is locked, and otherwise the last one
-    /// that waited.
+    /// Stores a frame. In a full FIFO, a locked one discards the new frame, and an unlocked one the last
+    /// stored frame.
     pub fn push(&mut self, received: Received, is_locked: bool) {
         if self.frames.len() < DEPTH {
             self.frames.push_back(received);
@@ -55,7 +55,7 @@ impl Fifo {
         self.frames.len() as u64 | u64::from(self.is_full) << 3 | u64::from(self.has_overrun) << 4
     }
 
-    /// A write of `RFxR`: flags cleared by ones, and the release.
+    /// Writes `RFxR`: ones clear flags and release the output mailbox.
     pub fn write(&mut self, value: u64) {
         self.is_full &= value & 1 << 3 == 0;
         self.has_overrun &= value & 1 << 4 == 0;

@@ -1,14 +1,14 @@
-//! The acceptance filters of bxCAN: 28 banks in four shapes (RM0090, section 32.7.4).
+//! The acceptance filters of bxCAN: 28 banks with four configurations (RM0090, section 32.7.4).
 
 use super::{Frame, Id};
 
 /// Banks that the two controllers share.
 pub(super) const BANKS: usize = 28;
 
-/// The filter registers as the firmware left them.
+/// Contents of the filter registers.
 #[derive(Debug, Clone)]
 pub(super) struct Filters {
-    /// `FMR`: `FINIT`, and the first bank that belongs to CAN2.
+    /// `FMR`: `FINIT`, and the first bank of CAN2.
     pub control: u32,
     /// `FM1R`: list rather than mask.
     pub is_list: u32,
@@ -22,7 +22,7 @@ pub(super) struct Filters {
     pub banks: [[u32; 2]; BANKS],
 }
 
-/// Where an accepted frame goes.
+/// Destination of an accepted frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Accepted {
     pub fifo: usize,
@@ -43,7 +43,7 @@ impl Default for Filters {
     }
 }
 
-/// A frame's identifier as the wide registers hold it.
+/// Identifier in the format of a 32-bit filter.
 fn wide(frame: &Frame) -> u32 {
     let id = match frame.id {
         Id::Standard(id) => u32::from(id) << 21,
@@ -52,7 +52,7 @@ fn wide(frame: &Frame) -> u32 {
     id | u32::from(frame.remote) << 1
 }
 
-/// A frame's identifier as the halves hold it: STID, RTR, IDE, EXID[17:15].
+/// Identifier in the format of a 16-bit filter: STID, RTR, IDE, EXID[17:15].
 fn narrow(frame: &Frame) -> u32 {
     let (standard, extended) = match frame.id {
         Id::Standard(id) => (u32::from(id), 0),
@@ -70,7 +70,7 @@ impl Filters {
         word >> bank & 1 != 0
     }
 
-    /// Filters in a bank.
+    /// Number of filters in a bank.
     fn count(&self, bank: usize) -> u8 {
         match (Self::bit(self.is_wide, bank), Self::bit(self.is_list, bank)) {
             (true, false) => 1,
@@ -79,7 +79,7 @@ impl Filters {
         }
     }
 
-    /// The first filter of a bank that the frame passes.
+    /// Index of the first filter of a bank that accepts the frame.
     fn passes(&self, bank: usize, frame: &Frame) -> Option<u8> {
         let [a, b] = self.banks[bank];
         let halves = |word: u32| [word & 0xffff, word >> 16];
@@ -101,8 +101,8 @@ impl Filters {
         hits.iter().position(|hit| *hit).map(|hit| hit as u8)
     }
 
-    /// Where the frame goes, or `None` where no filter of CAN1 lets it pass. Of several, the wide
-    /// goes before the narrow, the list before the mask, the lower number before the higher.
+    /// Destination of the frame; `None` if no filter of CAN1 accepts it. Priority: 32 bits before 16
+    /// bits, list before mask, lower number before higher number.
     pub fn accept(&self, frame: &Frame) -> Option<Accepted> {
         if self.is_initialising() {
             return None;
@@ -113,7 +113,7 @@ impl Filters {
         for bank in 0..own_banks {
             let fifo = usize::from(Self::bit(self.to_second, bank));
             let first = numbers[fifo];
-            // Inactive banks count as well.
+            // Inactive banks are numbered as well.
             numbers[fifo] += self.count(bank);
             if !Self::bit(self.is_active, bank) {
                 continue;

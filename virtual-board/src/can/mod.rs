@@ -6,8 +6,8 @@
 //! outside port ─────────────────── Station ┘
 //! ```
 //!
-//! Frames are whole, their length in bit times is that of ISO 11898-1 with stuffing. Faults act on
-//! whole frames: what a bit error does within one is its outcome, not its waveform.
+//! The model resolves whole frames, with the length in bit times of ISO 11898-1 including stuff bits.
+//! Faults act on whole frames: a bit error determines the outcome of its frame.
 
 mod bxcan;
 mod counters;

@@ -1,11 +1,11 @@
-//! Bit timing: the length of a bit, and how far two stations' may differ.
+//! Bit timing: the length of a bit, and the tolerated difference between two stations.
 
 /// The bit timing of a station.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BitTiming {
     /// Length of a bit, ps.
     pub bit_ps: u64,
-    /// Greatest relative error of the length that resynchronisation still makes up for, 1e-6.
+    /// Maximum relative error of the length that resynchronisation compensates, 1e-6.
     pub tolerance_ppm: u64,
 }
 
@@ -13,10 +13,10 @@ pub struct BitTiming {
 const PS_PER_S: u64 = 1_000_000_000_000;
 
 impl BitTiming {
-    /// What the register `CAN_BTR` gives at a peripheral clock, Hz (RM0090, section 32.7.7); `None`
-    /// while the clock stands.
+    /// Bit timing of a value of `CAN_BTR` at a peripheral clock, Hz (RM0090, section 32.7.7); `None`
+    /// while the clock is stopped.
     ///
-    /// The tolerance is the lesser of ISO 11898-1's two limits, with a bit of `n` quanta:
+    /// The tolerance is the smaller of ISO 11898-1's two limits, with a bit of `n` quanta:
     /// `SJW/(20 n)` and `min(TS1, TS2)/(2 (13 n - TS2))`.
     ///
     /// ```

@@ -1,4 +1,4 @@
-//! The wire: who gets it, what becomes of the frame, and what hangs on it beside the controllers.
+//! The CAN bus: arbitration, outcome of frames, and external ports.
 
 mod contest;
 mod port;
@@ -10,40 +10,40 @@ pub use port::Port;
 
 use super::Frame;
 
-/// What is wrong with the wire.
+/// Fault of the bus line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum WireFault {
-    /// Nothing.
+    /// No fault.
     #[default]
     None,
-    /// The controllers are cut off from all ports and from each other: nobody acknowledges.
+    /// The controllers are disconnected from all ports and from each other: no acknowledgement.
     Open,
-    /// CANH and CANL touch: no dominant bit comes through, every frame fails at its first bit.
+    /// CANH and CANL are shorted: no dominant bit is possible, every frame fails at its first bit.
     Short,
 }
 
-/// A frame that was on the wire, whatever became of it.
+/// A frame that was on the bus, with its outcome.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sent {
     /// End of the frame, or of the error frame that destroyed it, ns.
     pub at_ns: u64,
-    /// The station: first the controllers, then the ports.
+    /// Index of the transmitter: controllers first, then ports.
     pub sender: usize,
     /// The frame.
     pub frame: Frame,
-    /// What became of it.
+    /// Its outcome.
     pub outcome: Outcome,
 }
 
-/// A bus with outside ports. Controllers take part as [`Station`]s that they describe at every contest.
+/// A bus with external ports. Controllers describe themselves as [`Station`]s for each arbitration.
 #[derive(Debug, Default)]
 pub struct Wire {
-    /// The stations beside the controllers.
+    /// External stations.
     pub ports: Vec<Port>,
-    /// What is wrong with the wire.
+    /// Fault of the bus line.
     pub fault: WireFault,
-    /// So many of the next frames meet a disturbance.
+    /// Number of next frames that a disturbance destroys.
     pub noise: u32,
     running: Option<(u64, Transfer)>,
     free_at_ns: u64,
@@ -51,7 +51,7 @@ pub struct Wire {
 }
 
 impl Wire {
-    /// A wire with these ports.
+    /// A bus with these ports.
     pub fn new(ports: Vec<Port>) -> Self {
         Self {
             ports,
@@ -59,18 +59,18 @@ impl Wire {
         }
     }
 
-    /// Whether a frame is on its way.
+    /// Whether a frame is in transmission.
     pub fn is_busy(&self) -> bool {
         self.running.is_some()
     }
 
-    /// When the next frame may start, ns.
+    /// Earliest start of the next frame, ns.
     pub fn free_at_ns(&self) -> u64 {
         self.free_at_ns
     }
 
-    /// When the frame on its way ends, or a contest has to be held, not before `now_ns`; `None`
-    /// while nobody wants to send.
+    /// End of the frame in transmission, or time of the next arbitration, not before `now_ns`; `None`
+    /// while no station has a frame to transmit.
     pub fn next_ns(&self, now_ns: u64, a_controller_offers: bool) -> Option<u64> {
         if let Some((ends_ns, _)) = &self.running {
             return Some(*ends_ns);
@@ -85,8 +85,7 @@ impl Wire {
         due_ns.map(|due_ns| due_ns.max(self.free_at_ns).max(now_ns))
     }
 
-    /// Holds a contest between the controllers and the ports if the wire is free, and starts what
-    /// wins it.
+    /// Arbitrates between controllers and ports if the bus is idle, and starts the frame that wins.
     pub fn start(
         &mut self,
         now_ns: u64,
@@ -110,8 +109,8 @@ impl Wire {
         self.running
     }
 
-    /// Ends the frame on its way at its instant, and tells the ports. The controllers are the
-    /// caller's, `controllers` of them.
+    /// Ends the frame in transmission when its time has elapsed, and delivers it to the ports. The
+    /// caller delivers it to its controllers; `controllers` is their number.
     pub fn finish(&mut self, now_ns: u64, controllers: usize) -> Option<Transfer> {
         let (ends_ns, transfer) = self.running.take_if(|(ends_ns, _)| *ends_ns <= now_ns)?;
         self.log.push(Sent {
@@ -128,13 +127,13 @@ impl Wire {
         Some(transfer)
     }
 
-    /// The part that sent disappeared from the bus: its frame is lost.
+    /// Discards the frame of a controller that left the bus.
     pub fn abandon(&mut self, controller: usize) {
         self.running
             .take_if(|(_, transfer)| transfer.sender == controller);
     }
 
-    /// Every frame since the last call.
+    /// Frames since the last call.
     pub fn take_log(&mut self) -> Vec<Sent> {
         std::mem::take(&mut self.log)
     }

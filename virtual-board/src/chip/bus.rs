@@ -1,10 +1,9 @@
-//! The bus of the chip: that of rigless, described anew with a flash that its interface programs,
-//! and with CAN1.
+//! The bus of the chip: that of rigless, with CAN1 and with a flash that its interface programs.
 //!
-//! The description cannot be changed once it is made, and the one of rigless is not handed out in
-//! parts. Hence it is read off a built part: instances, reset values and clocks; what a built part does
-//! not show - gates, reset lines, who hears requests, write rules - is stated here for the
-//! instances that the board uses.
+//! A bus description cannot be modified, and rigless does not expose parts of its own. Instances, reset
+//! values and clocks are therefore read from a built part. What a built part does not expose - clock
+//! gates, reset lines, request listeners, write rules - is declared here for the instances that the
+//! boards use.
 
 use std::num::{NonZeroU32, NonZeroU64};
 
@@ -43,7 +42,7 @@ static MEMORY: [Region; 5] = [
     Region::ram("backup_sram", 0x4002_4000, 4 << 10),
 ];
 
-/// An instance with the bits of RCC that enable its clock and reset it: they bear its name.
+/// An instance with the RCC bits that enable its clock and reset it, which have its name.
 macro_rules! clocked {
     ($($bus:literal: $($instance:literal)*;)*) => {
         [$($((
@@ -61,7 +60,7 @@ const CLOCKED: [(&str, Gate, Gate); 23] = clocked! {
     "APB2": "TIM1" "TIM8" "SPI1" "USART1";
 };
 
-/// The converters and their common block, which one bit resets together.
+/// The converters and their common block, which share one reset bit.
 const CONVERTERS: [(&str, &str); 4] = [
     ("ADC1", "ADC1EN"),
     ("ADC2", "ADC2EN"),
@@ -69,17 +68,17 @@ const CONVERTERS: [(&str, &str); 4] = [
     ("C_ADC", "ADC1EN"),
 ];
 
-/// Who hears the requests of others: DMA, the converter of its trigger, the port selects of a chip.
+/// Instances that read requests of others: DMA requests, trigger events, chip selects.
 const LISTENERS: [&str; 11] = [
     "RTC", "SPI1", "SPI2", "SPI3", "TIM1", "TIM8", "RCC", "C_ADC", "ADC1", "DMA1", "DMA2",
 ];
 
 const NO_PART: VirtualNanos = VirtualNanos(0);
 
-/// The description.
+/// The bus description.
 ///
 /// # Errors
-/// That of rigless, where its own part does not build.
+/// An error of rigless if its own part cannot be built.
 pub fn builder() -> Result<Builder, Error> {
     let mut stock = Stm32f427::new()?;
     let instances: Vec<_> = stock.bus().peripherals().copied().collect();
@@ -89,7 +88,7 @@ pub fn builder() -> Result<Builder, Error> {
         for register in instance.registers {
             let address = instance.base + u64::from(register.offset);
             let width = register.width;
-            // A register that another one shares its place with answers for that one.
+            // Registers that share an address are excluded: a read gives the value of only one of them.
             if let Ok(value) = stock.peek(NO_PART, address, width)
                 && value != register.reset & width.mask()
                 && is_alone(instance.registers, register.offset)
@@ -121,7 +120,7 @@ fn wired(mut builder: Builder) -> Builder {
         builder = builder.gate(instance, Gate::by("RCC", "APB2ENR", enable));
         builder = builder.reset_by(instance, Gate::by("RCC", "APB2RSTR", "ADCRST"));
     }
-    // Its reset bit has a name of its own in the vendor's file.
+    // Its reset bit has a different name in the vendor's file.
     builder = builder
         .gate("USART3", Gate::by("RCC", "APB1ENR", "USART3EN"))
         .reset_by("USART3", Gate::by("RCC", "APB1RSTR", "UART3RST"));
@@ -158,7 +157,7 @@ mod tests {
                 let address = instance.base + u64::from(register.offset);
                 let of = |part: &mut dyn Mcu| part.peek(NO_PART, address, register.width).ok();
                 let (expected, found) = (of(&mut stock), of(&mut own));
-                // A clock tree that runs shows more than its register file holds.
+                // The clock tree model reports states that are not in its register file.
                 if instance.name != "RCC" {
                     assert_eq!(found, expected, "{}.{}", instance.name, register.name);
                 }

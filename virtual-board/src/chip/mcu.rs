@@ -1,4 +1,4 @@
-//! The whole STM32F427: that of rigless, with our bus, CAN1 and flash.
+//! The STM32F427: the part of rigless with this crate's bus, CAN1 and flash.
 
 use std::num::NonZeroU32;
 
@@ -13,13 +13,13 @@ use super::bus;
 use crate::can::{BxCan, Transfer, Wire};
 use crate::flash::{FlashTimes, Interface};
 
-/// Rail of the chip, mV.
+/// Supply of the chip, mV.
 const RAIL_MV: u32 = 3300;
 
-/// The chip of the board.
+/// The chip.
 #[derive(Debug)]
 pub struct Chip {
-    /// What rigless models.
+    /// Peripherals that rigless models.
     pub part: Stm32f427,
     /// The CAN controller.
     pub can: BxCan,
@@ -27,11 +27,11 @@ pub struct Chip {
     pub flash: Interface,
     can_slot: usize,
     flash_slot: usize,
-    /// The level that the board drives at the break input.
+    /// Level at the break input.
     break_level: Level,
 }
 
-/// Carries registers from one bus to another of the same instances.
+/// Copies registers between two buses with the same instances.
 fn keep<L: Layout>(
     from: &Bus,
     to: &mut Bus,
@@ -55,24 +55,24 @@ fn keep_backup(from: &Bus, to: &mut Bus) {
     keep(from, to, "DBG", dbg::Register::ALL.iter().copied());
 }
 
-/// The part of rigless with what the board puts on its pins.
+/// The part of rigless with the board's clock, supply and reference.
 fn fresh_part() -> Result<Stm32f427, Error> {
     let mut part = Stm32f427::new()?;
     part.rcc.attach_crystals(8_000_000, 0);
     part.set_supply(RAIL_MV);
-    // A converter that compares codes with codes: what the rig gives comes out as it is.
+    // With a reference of full scale the input codes of the plant are converted unchanged.
     part.adc[0].set_reference(u32::from(super::outputs::FULL_SCALE));
     Ok(part)
 }
 
 impl Chip {
-    /// A chip after power-on, with an oscillator of 8 MHz at HSE, on a wire of its own or on one that is shared.
+    /// A chip after power-on, with 8 MHz at HSE, on a CAN bus of its own or on a shared one.
     ///
     /// # Errors
-    /// That of rigless, where the description of the part does not hold together.
+    /// An error of rigless if the description of the chip is inconsistent.
     pub fn try_new(wire: Option<Wire>, times: FlashTimes, seed: u64) -> Result<Self, Error> {
         let mut part = fresh_part()?;
-        // The same instances in the same order, so that the part's wiring of slots to models holds.
+        // Same instances in the same order: the part's assignment of slots to models remains valid.
         *part.bus_mut() = bus::builder()?.build()?;
         let can_slot = part.bus().slot("CAN1")?;
         let flash_slot = part.bus().slot("FLASH")?;
@@ -102,7 +102,7 @@ impl Chip {
             });
     }
 
-    /// Cuts the chip's supply, or gives it back.
+    /// Switches the supply of the chip.
     pub fn set_power(&mut self, at: VirtualNanos, is_on: bool) {
         let (_, mut context) = self.part.bus_mut().drive(at, self.flash_slot);
         if is_on {
@@ -112,14 +112,15 @@ impl Chip {
         }
     }
 
-    /// Ends the frame on a shared wire whose time is over, so that what the controller offers is up to date.
+    /// Completes a frame on a shared bus whose time has elapsed, which updates the frame that the
+    /// controller offers.
     pub fn end_frame(&mut self, at: VirtualNanos) {
         let (registers, mut context) = self.part.bus_mut().drive(at, self.can_slot);
         self.can.proceed(registers, &mut context);
     }
 
-    /// A contest was held on a shared wire, and this frame has been on it since `began_ns`, until `ends_ns`; `index` is
-    /// the controller's own among the stations.
+    /// Starts a frame that won the arbitration on a shared bus, from `began_ns` to `ends_ns`; `index` is
+    /// the index of this controller among the stations.
     pub fn begin_frame(
         &mut self,
         at: VirtualNanos,
@@ -132,13 +133,13 @@ impl Chip {
         self.can.proceed(registers, &mut context);
     }
 
-    /// A register as a debugger sees it: nothing changes.
+    /// Reads a register without side effects, as a debugger does.
     pub fn peek_register(&mut self, at: VirtualNanos, address: u64) -> u64 {
         self.peek(at, address, Width::W32).unwrap_or(0)
     }
 
-    /// The part rebuilds its own bus and reads off the old one what survives: it gets a stock bus
-    /// with that for as long, and ours takes over again.
+    /// Resets the part. It rebuilds its bus and copies from the old one what a reset preserves: it gets a
+    /// stock bus with these values for that time, and then this crate's bus again.
     fn restart(&mut self, at: VirtualNanos, cause: ResetCause, mut stock: Bus, mut ours: Bus) {
         keep_backup(self.part.bus(), &mut stock);
         let old = std::mem::replace(self.part.bus_mut(), stock);
@@ -147,7 +148,7 @@ impl Chip {
         self.put_in(ours, &old);
     }
 
-    /// A power-on reset keeps nothing but what hangs on the pins.
+    /// Power-on reset: preserves only the devices at the pins.
     fn power_up(&mut self, ours: Bus) {
         let Ok(fresh) = fresh_part() else {
             unreachable!("it was built before");
@@ -165,7 +166,7 @@ impl Chip {
         self.put_in(ours, before.bus());
     }
 
-    /// Our bus, on which no event of before is taken for one of now.
+    /// Installs the bus without confusing events scheduled before with later ones.
     fn put_in(&mut self, mut ours: Bus, before: &Bus) {
         let continued = ours.keep_added(before);
         debug_assert!(continued.is_ok());
@@ -210,7 +211,7 @@ impl Mcu for Chip {
     fn poll(&mut self, now: VirtualNanos) {
         let (registers, mut context) = self.part.bus_mut().drive(now, self.can_slot);
         Device::poll(&mut self.can, registers, &mut context);
-        // Its serial ports.
+        // The serial ports.
         Mcu::poll(&mut self.part, now);
     }
 

@@ -1,4 +1,4 @@
-//! The microcontroller: the parts of rigless, with what they lack.
+//! The microcontroller: the peripherals of rigless and those that this crate adds.
 
 pub(crate) mod bus;
 mod mcu;

@@ -1,4 +1,4 @@
-//! What the board around the chip sees of its pins, and does to them.
+//! The pins of the chip: bridge outputs, converter inputs, servo pulse.
 
 use rigless::device::Level;
 use rigless::soc::stm32f427::peripherals::adc::Channel as Input;
@@ -8,7 +8,7 @@ use rigless::time::VirtualNanos;
 use super::Chip;
 use crate::plant::{Bridge, Legs, PERIOD_CYCLES, Sensed};
 
-/// The greatest code of the converter.
+/// Full scale of the converter.
 pub(super) const FULL_SCALE: u16 = 4095;
 
 const TIM1: u64 = 0x4001_0000;
@@ -16,7 +16,7 @@ const CR1: u64 = TIM1;
 const CNT: u64 = TIM1 + 0x24;
 const PSC: u64 = TIM1 + 0x28;
 
-/// Channels of the converter (schematic).
+/// Converter channels of the schematic.
 mod input {
     pub const CURRENT: u8 = 3;
     pub const TEMPERATURE: u8 = 9;
@@ -25,12 +25,13 @@ mod input {
     pub const SUPPLY: u8 = 13;
 }
 
-/// What a leg of the bridge does.
+/// State of a leg of the bridge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Leg {
     /// Both switches open.
     Off,
-    /// The high side conducts for so many cycles from the start of a period, the low side for the rest.
+    /// The high side conducts for this number of cycles from the start of a period, the low side for the
+    /// rest.
     High(u32),
 }
 
@@ -63,7 +64,7 @@ impl Chip {
         }
     }
 
-    /// How long ago the running PWM period began, ns; `None` while TIM1 stands.
+    /// Time since the start of the PWM period, ns; `None` while TIM1 is stopped.
     pub fn since_edge_ns(&mut self, at: VirtualNanos) -> Option<u64> {
         if self.peek_register(at, CR1) & 1 == 0 {
             return None;
@@ -73,7 +74,7 @@ impl Chip {
         Some(cycles * 1_000_000 / u64::from(PERIOD_CYCLES))
     }
 
-    /// Puts the codes at the converter's inputs.
+    /// Sets the codes at the converter's inputs.
     pub fn show(&mut self, sensed: &Sensed) {
         self.set_input(input::CURRENT, sensed.current.bits());
         self.set_input(input::SUPPLY, sensed.supply.bits());
@@ -81,7 +82,7 @@ impl Chip {
         self.show_legs(&sensed.legs);
     }
 
-    /// Puts the legs' codes there.
+    /// Sets the codes of the legs.
     pub fn show_legs(&mut self, legs: &Legs) {
         self.set_input(input::LEG_A, legs.a.bits());
         self.set_input(input::LEG_B, legs.b.bits());
@@ -93,7 +94,7 @@ impl Chip {
         }
     }
 
-    /// The level of the servo's pulse at TIM4.
+    /// Drives the servo pulse input of TIM4.
     pub fn drive_servo(&mut self, at: VirtualNanos, level: Level) {
         const TIM4: usize = 2;
         self.part

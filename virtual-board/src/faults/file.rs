@@ -1,4 +1,4 @@
-//! A plan from a file.
+//! Reads a fault plan from a file.
 
 use std::path::{Path, PathBuf};
 
@@ -7,7 +7,7 @@ use toml::Spanned;
 
 use super::{Fault, Planned, Trigger};
 
-/// Why a plan could not be read.
+/// Error of a fault plan.
 #[derive(Debug, thiserror::Error)]
 pub enum PlanError {
     /// The file cannot be read.
@@ -18,22 +18,22 @@ pub enum PlanError {
         /// Why.
         source: std::io::Error,
     },
-    /// It is not TOML, or has a field that no fault has.
+    /// It is not TOML, or has an unknown field.
     #[error("{path}: {message}", path = path.display())]
     Malformed {
         /// The file.
         path: PathBuf,
-        /// Line, column, and what was expected.
+        /// Line, column, and the expected input.
         message: String,
     },
-    /// An entry makes no sense.
+    /// An entry is inconsistent.
     #[error("{path}:{line}: {message}", path = path.display())]
     Senseless {
         /// The file.
         path: PathBuf,
         /// The line of the entry.
         line: usize,
-        /// What is wrong with it.
+        /// The error.
         message: String,
     },
 }
@@ -56,7 +56,7 @@ struct Entry {
     what: Fault,
 }
 
-/// Longest time that a plan may name, ms: a week.
+/// Maximum time in a plan, ms: a week.
 const LONGEST_MS: f64 = 7.0 * 86_400e3;
 
 fn nanoseconds(name: &str, ms: f64) -> Result<u64, String> {
@@ -104,10 +104,10 @@ impl Entry {
     }
 }
 
-/// Reads a plan.
+/// Reads a fault plan.
 ///
 /// # Errors
-/// Names the file, and the line where it is about one.
+/// Gives the file, and the line of an inconsistent entry.
 pub fn read_plan(path: &Path) -> Result<Vec<Planned>, PlanError> {
     let text = std::fs::read_to_string(path).map_err(|source| PlanError::Unreadable {
         path: path.into(),

@@ -1,22 +1,22 @@
-//! Keeps the plan, and says what begins and ends.
+//! Executes a fault plan: start and end of its faults.
 
 use super::{Fault, Planned, Trigger};
 
-/// A fault that is there.
+/// An active fault.
 #[derive(Debug, Clone)]
 struct Standing {
     until_ns: u64,
     fault: Fault,
 }
 
-/// What happens to a fault.
+/// Start or end of a fault.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Change {
     Begin(Fault),
     End(Fault),
 }
 
-/// The plan of a run.
+/// Fault plan of a run.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Injector {
     waiting: Vec<Planned>,
@@ -31,12 +31,12 @@ impl Injector {
         }
     }
 
-    /// Adds a fault while the run goes on.
+    /// Adds a fault during the run.
     pub fn add(&mut self, planned: Planned) {
         self.waiting.push(planned);
     }
 
-    /// Functions at whose entry something begins.
+    /// Functions at whose entry a fault starts.
     pub fn symbols(&self) -> impl Iterator<Item = &str> {
         self.waiting
             .iter()
@@ -46,7 +46,7 @@ impl Injector {
             })
     }
 
-    /// The next instant that something begins or ends at, ns.
+    /// Time of the next start or end of a fault, ns.
     pub fn next_ns(&self) -> Option<u64> {
         let begins = self
             .waiting
@@ -59,7 +59,7 @@ impl Injector {
         begins.chain(ends).min()
     }
 
-    /// The next instruction count that something begins at.
+    /// Instruction count of the next start of a fault.
     pub fn next_instruction(&self) -> Option<u64> {
         let counts = self
             .waiting
@@ -71,7 +71,7 @@ impl Injector {
         counts.min()
     }
 
-    /// The core arrived at a function.
+    /// Counts the entry of a function.
     pub fn arrive(&mut self, at: &str) {
         for planned in &mut self.waiting {
             if let Trigger::Symbol { name, hit } = &mut planned.trigger
@@ -82,7 +82,7 @@ impl Injector {
         }
     }
 
-    /// What ends and begins by now.
+    /// Faults that have ended and started since the last call.
     pub fn due(&mut self, now_ns: u64, instructions: u64) -> Vec<Change> {
         let ends = |standing: &mut Standing| standing.until_ns <= now_ns;
         let mut changes: Vec<_> = (self.standing.extract_if(.., ends))

@@ -1,4 +1,4 @@
-//! What can break.
+//! Kinds of faults.
 
 use model_core::control::encoder_word::Magnet;
 use serde::Deserialize;
@@ -10,11 +10,11 @@ use crate::plant::{EncoderWire, Stuck};
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Fault {
-    /// A wire of the encoder lies at one level.
+    /// A wire of the encoder is stuck at one level.
     EncoderWire {
-        /// Which.
+        /// The wire.
         line: EncoderWire,
-        /// At which.
+        /// The level.
         stuck: Stuck,
     },
     /// Bits of the encoder's word are inverted: bit 17 is D11, bit 0 the parity.
@@ -22,9 +22,9 @@ pub enum Fault {
         /// The bits.
         mask: u32,
     },
-    /// The encoder's magnet leaves its place.
+    /// The magnet of the encoder is displaced.
     Magnet {
-        /// What the encoder says of it.
+        /// State that the encoder reports.
         state: MagnetState,
     },
     /// The encoder repeats its last angle.
@@ -41,9 +41,9 @@ pub enum Fault {
     },
     /// A wire of the motor is off.
     MotorOpen,
-    /// The gear train is stuck.
+    /// The gear train is jammed.
     Jam,
-    /// Somebody pulls at the surface.
+    /// External torque at the surface.
     Torque {
         /// Positive towards positive angles.
         nm: f64,
@@ -53,12 +53,12 @@ pub enum Fault {
         /// V.
         volts: f64,
     },
-    /// The source has another resistance: it sags under the current.
+    /// The source has another resistance, and its voltage drops under load.
     Source {
         /// Ohm.
         ohm: f64,
     },
-    /// The board is as hot as this.
+    /// Temperature of the board.
     Temperature {
         /// deg C.
         deg_c: f64,
@@ -68,18 +68,18 @@ pub enum Fault {
         /// The code.
         code: u16,
     },
-    /// The hardware over-current comparator trips, whatever the current.
+    /// The over-current comparator trips, independently of the current.
     BridgeTrip,
-    /// The supply of the board is gone, RAM with it.
+    /// The board loses its supply and its RAM contents.
     PowerLoss,
-    /// The supply is cut within an operation of the flash.
+    /// The supply is cut during a flash operation.
     FlashCut {
-        /// Which, from 0 and counted from the trigger on.
+        /// Number of the operation after the trigger, from 0.
         operation: u64,
-        /// How much of its time is over, thousandths.
+        /// Elapsed share of its duration, thousandths.
         permille: u64,
     },
-    /// The reset pin is pulled.
+    /// The reset pin is pulled low.
     ResetPin,
     /// A bit of RAM flips, once.
     FlipRam {
@@ -89,21 +89,21 @@ pub enum Fault {
         /// Bit of the byte there and those after it.
         bit: u32,
     },
-    /// The core executes nothing, while all around it goes on.
+    /// The core stops executing while the peripherals continue.
     StallCore,
-    /// The wire of the CAN bus.
+    /// Fault of the CAN bus line.
     Can {
-        /// What is wrong with it.
+        /// The fault.
         wire: WireFault,
     },
-    /// Frames on the bus meet disturbances.
+    /// Disturbances destroy frames on the bus.
     CanNoise {
-        /// How many.
+        /// Number of frames.
         frames: u32,
     },
-    /// The servo input sees no pulses, or others than it was given.
+    /// The servo input receives no pulses, or pulses of another width.
     ServoPulse {
-        /// Their length; none where it is left out.
+        /// Pulse width; without it no pulses.
         us: Option<f64>,
     },
 }
@@ -118,17 +118,17 @@ pub enum Place {
     Symbol(String),
 }
 
-/// What the encoder says of its magnet.
+/// State of the magnet that the encoder reports.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum MagnetState {
-    /// It comes nearer.
+    /// The distance decreases.
     Approaching,
-    /// It moves away.
+    /// The distance increases.
     Receding,
-    /// It is too far or too near, the angle still serves.
+    /// Too far or too near; the angle is still usable.
     Marginal,
-    /// It is gone.
+    /// No magnet: the angle is not usable.
     Lost,
 }
 
@@ -144,7 +144,7 @@ impl From<MagnetState> for Magnet {
 }
 
 impl Fault {
-    /// The number in it that has to be within a range, with its name and ends.
+    /// Its limited number, with name, minimum and maximum.
     pub(super) fn bounds(&self) -> Option<(&'static str, f64, f64, f64)> {
         match self {
             Self::MagnetSlips { deg } => Some(("deg", *deg, -360.0, 360.0)),

@@ -1,13 +1,13 @@
-//! What breaks, when, and for how long; as Rust values or from a file.
+//! Fault plans: kind, start and duration of faults, as Rust values or from a file.
 //!
 //! ```toml
 //! [[fault]]
 //! at_ms = 1500.0                 # or at_instruction = 1_000_000
-//! for_ms = 100.0                 # for good where it is left out
+//! for_ms = 100.0                 # permanent if omitted
 //! what = { encoder_wire = { line = "data", stuck = "low" } }
 //!
 //! [[fault]]
-//! at_symbol = "application_step" # as the core arrives there ...
+//! at_symbol = "device_control"   # at the entry of this function ...
 //! hit = 3                        # ... for the third time
 //! what = { flip_ram = { symbol = "STATE", bit = 5 } }
 //!
@@ -24,7 +24,7 @@ pub use file::{PlanError, read_plan};
 pub(crate) use injector::{Change, Injector};
 pub use kind::{Fault, MagnetState, Place};
 
-/// When a fault begins.
+/// Start of a fault.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Trigger {
     /// At this instant of virtual time, ns.
@@ -32,33 +32,33 @@ pub enum Trigger {
         /// ns from power-on.
         ns: u64,
     },
-    /// When so many instructions have been executed.
+    /// After this number of executed instructions.
     Instruction {
         /// Instructions from power-on.
         count: u64,
     },
-    /// As the core arrives at a function.
+    /// At the entry of a function.
     Symbol {
         /// The function's name in the ELF file.
         name: String,
-        /// The how-manieth arrival, from 1.
+        /// Number of the entry, from 1.
         hit: u64,
     },
 }
 
-/// A fault with its time.
+/// A planned fault.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Planned {
-    /// When it begins.
+    /// Its start.
     pub trigger: Trigger,
-    /// How long it lasts, ns; for good where there is none.
+    /// Its duration, ns; `None` for a permanent fault.
     pub for_ns: Option<u64>,
-    /// What breaks.
+    /// The fault.
     pub fault: Fault,
 }
 
 impl Planned {
-    /// A fault for good from this instant on, ms.
+    /// A permanent fault from this instant on, ms.
     pub fn at_ms(at_ms: u64, fault: Fault) -> Self {
         Self {
             trigger: Trigger::At {
@@ -69,7 +69,7 @@ impl Planned {
         }
     }
 
-    /// The same for so long, ms.
+    /// The same fault with this duration, ms.
     pub fn for_ms(self, for_ms: u64) -> Self {
         Self {
             for_ns: Some(for_ms * 1_000_000),

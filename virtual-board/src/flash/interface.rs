@@ -1,4 +1,4 @@
-//! The registers of the flash interface, and the operations that they start.
+//! The flash interface: its state, and the operations that its registers start.
 
 mod device;
 pub(in crate::flash) mod register;
@@ -14,20 +14,20 @@ use super::operation::{Operation, Started};
 use super::power_loss::Damage;
 use super::{BANK_2, FlashTimes, Sector};
 
-/// Cuts the supply during an operation.
+/// A planned supply loss during an operation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Cut {
-    /// The operation, counted from 0 since the plan was made.
+    /// Number of the operation since power-on.
     operation: u64,
     permille: u64,
 }
 
-/// The flash interface. The option bytes, and the check of the wait states, are those of rigless.
+/// The flash interface. Option bytes and the check of the wait states are those of rigless.
 #[derive(Debug)]
 pub struct Interface {
-    /// The part's times.
+    /// Durations of erase and program operations.
     pub times: FlashTimes,
-    /// Decides what an operation leaves that the supply does not outlast.
+    /// Seed of the contents after an interrupted operation.
     pub seed: u64,
     options: Flash,
     supply_mv: Option<NonZeroU32>,
@@ -35,7 +35,7 @@ pub struct Interface {
     status: u64,
     key: Key,
     started: Option<Started>,
-    /// The events at which the operation ends, and the supply.
+    /// Event at the end of the operation.
     ends: Option<EventId>,
     cut_event: Option<EventId>,
     cut: Option<Cut>,
@@ -69,29 +69,29 @@ impl Interface {
         }
     }
 
-    /// The supply, which decides about wait states and parallelism, mV.
+    /// Sets the supply voltage, which determines wait states and parallelism, mV.
     pub fn set_supply(&mut self, supply_mv: NonZeroU32) {
         self.supply_mv = Some(supply_mv);
         self.options.set_supply(supply_mv);
     }
 
-    /// What runs.
+    /// The operation in progress.
     pub fn running(&self) -> Option<&Started> {
         self.started.as_ref()
     }
 
-    /// Whether the core stands still: the bank that it runs from is being changed.
+    /// Whether the core is stalled: an operation changes the bank from which it executes.
     pub fn holds_core(&self) -> bool {
         (self.started.as_ref()).is_some_and(|started| started.operation.address() < BANK_2)
     }
 
-    /// Operations that were started since the last call.
+    /// Operations started since the last call.
     pub fn take_log(&mut self) -> Vec<Operation> {
         std::mem::take(&mut self.log)
     }
 
-    /// Cuts the supply within the operation of this number, counted from 0 and from now on, when so
-    /// many thousandths of its time are over.
+    /// Cuts the supply during the operation of this number, counted from 0 and from now on, after this
+    /// share of its duration, thousandths.
     pub fn cut_during(&mut self, operation: u64, permille: u64) {
         let operation = self.operations + operation;
         self.cut = Some(Cut {
@@ -100,7 +100,7 @@ impl Interface {
         });
     }
 
-    /// The supply is gone: what runs stays undone.
+    /// Loss of the supply: interrupts the operation in progress.
     pub fn lose_power(&mut self, context: &mut DeviceContext<'_>) {
         if let Some(started) = self.started.take() {
             let damage = Damage::new(&started, self.seed, context.now().0);
@@ -113,7 +113,7 @@ impl Interface {
         context.request_power(false);
     }
 
-    /// Puts back what a reset of the part clears; an operation on its way is lost as it stands.
+    /// Resets the interface; an operation in progress is lost.
     pub fn restart(&mut self, registers: &mut RegisterFile) {
         let (option, option_1) = self.options.committed_options();
         let mut options = Flash::with_clock(16_000_000);
@@ -207,7 +207,7 @@ impl Interface {
                 Operation::Erase { .. } => {
                     context.program(address, operation.piece_width(), u64::MAX, device::IGNORED);
                 }
-                // Bits are only cleared: what the unit holds is asked first.
+                // Programming only clears bits: the present content is read first.
                 Operation::Program { width, .. } => {
                     context.read_from(address, width, device::PROGRAM | address);
                 }

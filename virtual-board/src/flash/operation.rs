@@ -1,4 +1,4 @@
-//! What the array does at a time.
+//! Operations of the array.
 
 use rigless::soc::Width;
 
@@ -16,9 +16,9 @@ pub enum Operation {
     Program {
         /// Its address.
         address: u64,
-        /// How wide it is.
+        /// Its width.
         width: Width,
-        /// What it is to hold.
+        /// Value to program.
         value: u64,
     },
 }
@@ -26,7 +26,7 @@ pub enum Operation {
 /// An operation with its time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Started {
-    /// What is done.
+    /// The operation.
     pub operation: Operation,
     /// Its start, ns.
     pub from_ns: u64,
@@ -43,7 +43,7 @@ impl Operation {
         }
     }
 
-    /// The pieces in which the array is read and written.
+    /// Addresses of the units in which the array is read and written.
     pub(super) fn pieces(&self) -> impl Iterator<Item = u64> {
         let (base, size) = match self {
             Self::Erase { base, size } => (*base, *size),
@@ -60,7 +60,7 @@ impl Operation {
         }
     }
 
-    /// What a piece holds afterwards that held this before.
+    /// Content of a unit after the operation.
     pub(super) fn complete(&self, held: u64) -> u64 {
         match self {
             Self::Erase { .. } => u64::MAX,

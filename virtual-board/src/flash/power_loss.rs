@@ -1,20 +1,20 @@
-//! What is left of an operation that the supply did not outlast.
+//! Contents of the array after a loss of the supply during an operation.
 
 use rand_pcg::{Pcg32, rand_core::Rng};
 
 use super::operation::{Operation, Started};
 
-/// How far an operation came, and the chance that decides the rest.
+/// Progress of an interrupted operation, and the random generator of the resulting bits.
 #[derive(Debug, Clone)]
 pub(super) struct Damage {
     operation: Operation,
-    /// Eighths of its time that were over.
+    /// Elapsed eighths of its duration.
     eighths: u64,
     chance: Pcg32,
 }
 
 impl Damage {
-    /// `started`, cut off at this instant. The same seed and instant leave the same bits.
+    /// `started`, interrupted at this instant. The same seed and instant give the same bits.
     pub fn new(started: &Started, seed: u64, at_ns: u64) -> Self {
         let whole_ns = (started.until_ns - started.from_ns).max(1);
         Self {
@@ -32,8 +32,8 @@ impl Damage {
         u64::from(self.chance.next_u32()) | u64::from(self.chance.next_u32()) << 32
     }
 
-    /// What a piece holds that held this before. A bit that was to change has changed or not: in
-    /// the first eighth none, and from each eighth to the next half of those left.
+    /// Content of a unit with this previous content. Of the bits that the operation changes, none has
+    /// changed in the first eighth, and half of the remaining ones change in each further eighth.
     pub fn leave(&mut self, held: u64) -> u64 {
         let mut changed = 0;
         for _ in 0..self.eighths {

@@ -1,4 +1,4 @@
-//! Where the sectors lie (RM0090, table 6): in each bank four of 16 KiB, one of 64, seven of 128.
+//! Sectors (RM0090, table 6): in each bank four of 16 KiB, one of 64 KiB, seven of 128 KiB.
 
 /// First address of the array.
 pub const BASE: u64 = 0x0800_0000;
@@ -43,7 +43,7 @@ impl Sector {
         })
     }
 
-    /// The sector that `CR.SNB` names: 0 to 11, and 16 to 27 for bank 2.
+    /// The sector of a value of `CR.SNB`: 0 to 11, and 16 to 27 for bank 2.
     pub(super) fn of_field(field: u64) -> Option<Self> {
         match field as u32 {
             number @ 0..=11 => Self::of_number(number),

@@ -1,6 +1,6 @@
-//! How long operations take (STM32F427 data sheet DS9405, table "Flash memory programming").
+//! Durations of operations (STM32F427 data sheet DS9405, table "Flash memory programming").
 
-/// Times of erasing, ms, by parallelism: x8, x16, x32.
+/// Durations of erase operations, ms, by parallelism: x8, x16, x32.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct EraseTimes {
     /// A sector of 16 KiB.
@@ -13,12 +13,12 @@ pub struct EraseTimes {
     pub bank_ms: [u64; 3],
 }
 
-/// The times of a part.
+/// Durations of all operations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FlashTimes {
     /// A byte, half-word, word or double word, ns.
     pub program_ns: u64,
-    /// Sectors.
+    /// Erase operations.
     pub erase: EraseTimes,
 }
 
@@ -36,7 +36,7 @@ impl FlashTimes {
         },
     };
 
-    /// The data sheet's greatest values.
+    /// The data sheet's maximum values.
     pub const SLOWEST: Self = Self {
         program_ns: 100_000,
         erase: EraseTimes {
@@ -47,7 +47,7 @@ impl FlashTimes {
         },
     };
 
-    /// Erasing a sector of this size at this parallelism, `CR.PSIZE`, ns.
+    /// Duration of the erase of a sector of this size at this parallelism, `CR.PSIZE`, ns.
     pub(super) fn sector_ns(&self, size: u64, parallelism: usize) -> u64 {
         let row = match size >> 10 {
             16 => self.erase.small_ms,

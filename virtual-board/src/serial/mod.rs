@@ -1,7 +1,7 @@
-//! The serial line of the communication board: what is at its other end, byte by byte in virtual time.
+//! The peer of the communication board's serial line, byte by byte in virtual time.
 //!
-//! `rigless` models the USART: the time of each byte by the baud rate register and the clock, parity, stop bits,
-//! overrun, interrupts. The far end has the board's own baud rate: one that differs cannot be shown.
+//! `rigless` models the USART: the time of each byte from baud rate register and clock, parity, stop
+//! bits, overrun, interrupts. The peer always has the baud rate of the board.
 
 use std::collections::VecDeque;
 
@@ -10,29 +10,29 @@ use rigless::chip::uart::Peer;
 use rigless::snapshot::Store;
 use rigless::time::VirtualNanos;
 
-/// What is at the other end of the line.
+/// The peer of the serial line.
 #[derive(Debug, Default)]
 pub struct FarEnd {
     to_say: VecDeque<(u64, u8)>,
     heard: Vec<(u64, u8)>,
 }
 
-// A run starts from power-on: there is no snapshot to take.
+// A run starts from power-on: snapshots are not used.
 impl Store for FarEnd {}
 
 impl FarEnd {
-    /// Says these bytes one after the other, the first not before this instant, ns, and not before those that wait.
+    /// Queues bytes for transmission, not before this instant, ns.
     pub fn say(&mut self, not_before_ns: u64, bytes: &[u8]) {
         let bytes = bytes.iter().map(|byte| (not_before_ns, *byte));
         self.to_say.extend(bytes);
     }
 
-    /// Bytes that have not been said yet.
+    /// Number of queued bytes.
     pub fn waiting(&self) -> usize {
         self.to_say.len()
     }
 
-    /// Every byte of the board since the last call, with the end of its stop bit, ns.
+    /// Bytes received from the board since the last call, each with the end of its stop bit, ns.
     pub fn take_heard(&mut self) -> Vec<(u64, u8)> {
         std::mem::take(&mut self.heard)
     }

@@ -1,4 +1,4 @@
-//! What a run shows from outside, PWM period by PWM period, and its hash.
+//! Record of a run in each PWM period, and its hash.
 
 use sha2::{Digest, Sha256};
 
@@ -10,15 +10,15 @@ use crate::plant::{Bridge, Sensed};
 pub struct Row {
     /// Nominal start of the period, ns.
     pub at_ns: u64,
-    /// Instructions executed so far.
+    /// Number of executed instructions.
     pub instructions: u64,
-    /// What the bridge did up to it.
+    /// State of the bridge before it.
     pub bridge: Bridge,
-    /// What the pins show from it on.
+    /// Sensor values from it on.
     pub sensed: Sensed,
     /// Angle of the output shaft, deg.
     pub angle_deg: f64,
-    /// Its rate, deg/s.
+    /// Rate of the output shaft, deg/s.
     pub rate_deg_s: f64,
     /// Current through the bridge, A.
     pub current_a: f64,
@@ -29,11 +29,11 @@ pub struct Row {
 /// The trace of a run.
 #[derive(Debug, Clone, Default)]
 pub struct Trace {
-    /// A row for each PWM period; none where only the hash is wanted.
+    /// A row for each PWM period; empty if only the hash is computed.
     pub rows: Vec<Row>,
-    /// Everything that was on the CAN bus.
+    /// Frames on the CAN bus.
     pub frames: Vec<Sent>,
-    /// Whether rows and frames are kept, not only hashed.
+    /// Whether rows and frames are stored, in addition to the hash.
     pub is_kept: bool,
     hash: Sha256,
 }
@@ -100,7 +100,7 @@ impl Trace {
         }
     }
 
-    /// SHA-256 of everything so far, in hexadecimal.
+    /// SHA-256 of all rows and frames, in hexadecimal.
     pub fn hash(&self) -> String {
         let digest = self.hash.clone().finalize();
         digest.iter().map(|byte| format!("{byte:02x}")).collect()

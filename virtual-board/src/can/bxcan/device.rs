@@ -1,4 +1,4 @@
-//! The registers as the firmware writes them, and the controller's own events.
+//! Register accesses of the firmware, and events of the controller.
 
 use rigless::device::{Device, DeviceContext, RegisterFile};
 use rigless::soc::Layout;
@@ -12,8 +12,8 @@ use super::{BxCan, mcr};
 impl BxCan {
     fn write_control(&mut self, value: u32) {
         if value & mcr::RESET != 0 {
-            // The filters outlive it (RM0090, section 32.9.2); the pending state of the lines too,
-            // until they are driven again.
+            // A reset preserves the filters (RM0090, section 32.9.2), and the state of the interrupt
+            // lines until they are driven again.
             let (filters, lines) = (self.filters.clone(), self.lines);
             self.restart();
             (self.filters, self.lines) = (filters, lines);
@@ -75,7 +75,8 @@ impl BxCan {
         self.status.acknowledges_sleep &= value & 1 << 4 == 0;
     }
 
-    /// Runs the controller and, where it owns one, the wire, up to now; then has itself woken.
+    /// Advances the controller and its own bus, if it has one, to the present; then schedules the next
+    /// event.
     pub(crate) fn proceed(
         &mut self,
         registers: &mut RegisterFile,
@@ -110,7 +111,7 @@ impl BxCan {
         }
     }
 
-    /// Has the controller woken at the next instant at which it has to do something by itself.
+    /// Schedules the controller's next event.
     pub fn schedule(&mut self, context: &mut DeviceContext<'_>) {
         let now_ns = context.now().0;
         let offers = self
@@ -168,7 +169,7 @@ impl Device for BxCan {
         }
     }
 
-    /// Looks for frames that a port was given meanwhile.
+    /// Checks for frames queued at ports.
     fn poll(&mut self, _: &mut RegisterFile, context: &mut DeviceContext<'_>) {
         if self.wire.as_ref().is_some_and(|wire| !wire.is_busy()) {
             self.schedule(context);

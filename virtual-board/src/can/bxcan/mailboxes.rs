@@ -4,15 +4,15 @@ use super::super::{Frame, Id};
 
 const COUNT: usize = 3;
 
-/// A mailbox as its registers hold it.
+/// A mailbox and its registers.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Mailbox {
     /// `TIxR`, `TDTxR`, `TDLxR`, `TDHxR`; `TXRQ` is [`Mailbox::is_pending`].
     pub words: [u32; 4],
     pub is_pending: bool,
-    /// It is to be emptied after the running attempt, whatever becomes of it.
+    /// Whether it is emptied after the present attempt, independently of the outcome.
     pub is_aborted: bool,
-    /// Place in the order of requests.
+    /// Position in the order of requests.
     pub order: u64,
     /// `RQCP`, `TXOK`, `ALST`, `TERR`: the low four bits of its byte in `TSR`.
     pub flags: Flags,
@@ -36,7 +36,7 @@ impl Flags {
 }
 
 impl Mailbox {
-    /// The frame in it.
+    /// Its frame.
     pub fn frame(&self) -> Frame {
         let [identifier, control, low, high] = self.words;
         let id = if identifier & 1 << 2 != 0 {
@@ -53,7 +53,7 @@ impl Mailbox {
         }
     }
 
-    /// Whether its last two bytes become the time stamp.
+    /// Whether the time stamp replaces its last two bytes.
     pub fn sends_stamp(&self) -> bool {
         self.words[1] & 1 << 8 != 0 && self.words[1] & 0xf == 8
     }
@@ -87,10 +87,10 @@ impl Mailboxes {
         }
     }
 
-    /// Pending mailboxes, the one that goes next first.
+    /// Pending mailboxes in the order of transmission.
     pub fn in_order(&self, by_request: bool) -> Vec<usize> {
         let mut pending: Vec<usize> = (0..COUNT).filter(|i| self.boxes[*i].is_pending).collect();
-        // Both sorts keep the order of the numbers where nothing else decides.
+        // Both sorts are stable: equal mailboxes remain in the order of their numbers.
         if by_request {
             pending.sort_by_key(|i| self.boxes[*i].order);
         } else {

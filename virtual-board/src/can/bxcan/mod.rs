@@ -2,8 +2,8 @@
 //! banks, error counters, bus-off and its recovery, all interrupts, silent and loop-back mode,
 //! time stamps.
 //!
-//! Left out: debug freeze (`DBF`: a halted core stops the virtual time), and bus activity as wake-up
-//! within a frame (it counts from the frame's start).
+//! Not modelled: debug freeze (`DBF`: a halted core stops the virtual time), and wake-up by bus activity
+//! within a frame (it wakes up at the start of a frame).
 
 mod device;
 mod mailboxes;
@@ -43,25 +43,25 @@ mod btr {
     pub const SILM: u32 = 1 << 31;
 }
 
-/// The frame that occupies the controller until its outcome is known.
+/// The frame that the controller transmits or receives.
 #[derive(Debug, Clone, Copy)]
 struct Carried {
     transfer: Transfer,
     ends_ns: u64,
     started_ns: u64,
-    /// The mailbox that it comes from.
+    /// Mailbox of a transmitted frame.
     mailbox: Option<usize>,
-    /// The controller's own number among the stations.
+    /// Index of the controller among the stations.
     index: usize,
-    /// Whether it never reaches the wire: silent loop-back.
+    /// Whether it is not on the bus: silent loop-back mode.
     is_private: bool,
 }
 
-/// One controller, alone on a [`Wire`] with its ports or on a wire that its
-/// user shares among several.
+/// A controller, on a [`Wire`] of its own with external ports or on a bus that its user shares among
+/// several controllers.
 #[derive(Debug)]
 pub struct BxCan {
-    /// The bus with its ports; `None` where it is shared, and its owner calls [`BxCan::begin`].
+    /// The bus with its ports; `None` if it is shared: its owner then calls [`BxCan::begin`].
     pub wire: Option<Wire>,
     clock_hz: u64,
     control: u32,
@@ -74,21 +74,21 @@ pub struct BxCan {
     status: Status,
     carried: Option<Carried>,
     wake: Option<EventId>,
-    /// Since when it has had something to send without a break, ns.
+    /// Time since which it has had a frame to transmit, ns.
     offers_since_ns: Option<u64>,
     lines: [Level; 4],
     /// Zero of the time stamps, ns.
     epoch_ns: u64,
 }
 
-/// `CAN_MCR` out of reset: asleep, and frozen in debug.
+/// Reset value of `CAN_MCR`: sleep mode, frozen in debug.
 const CONTROL_AFTER_RESET: u32 = 0x0001_0002;
 
-/// `CAN_BTR` out of reset.
+/// Reset value of `CAN_BTR`.
 const BIT_TIMING_AFTER_RESET: u32 = 0x0123_0000;
 
 impl BxCan {
-    /// A controller out of reset, on a wire of its own or on a shared one.
+    /// A controller after a reset, on a bus of its own or on a shared one.
     pub fn new(wire: Option<Wire>) -> Self {
         Self {
             wire,
@@ -114,12 +114,12 @@ impl BxCan {
         self.counters
     }
 
-    /// Frames that the firmware has not fetched, of both FIFOs.
+    /// Frames in both FIFOs.
     pub fn unread(&self) -> usize {
         self.fifos.iter().map(Fifo::len).sum()
     }
 
-    /// Puts back what a reset of the part clears; the wire and the clock stay.
+    /// Resets the controller; bus and clock are preserved.
     pub fn restart(&mut self) {
         let mut wire = self.wire.take();
         if let (Some(wire), Some(carried)) = (&mut wire, &self.carried) {
@@ -148,7 +148,7 @@ impl BxCan {
         BitTiming::from_btr(self.bit_timing, self.clock_hz)
     }
 
-    /// The controller as the wire sees it at this instant; `None` while it does not take part.
+    /// The controller as a station; `None` while it is not on the bus.
     pub fn station(&self, now_ns: u64) -> Option<Station> {
         if self.mode != Mode::Running || self.counters.state() == ErrorState::BusOff {
             return None;
@@ -164,7 +164,7 @@ impl BxCan {
         })
     }
 
-    /// Notes since when it has something to send.
+    /// Updates the time since which it has a frame to transmit.
     fn note_offer(&mut self, now_ns: u64) {
         let offers = |station: Station| station.offer.is_some();
         self.offers_since_ns = if self.station(now_ns).is_some_and(offers) {
@@ -174,7 +174,7 @@ impl BxCan {
         };
     }
 
-    /// Since when it has had something to send, ns; `None` while it has not.
+    /// Time since which it has had a frame to transmit, ns; `None` without one.
     pub fn offers_since_ns(&self) -> Option<u64> {
         self.offers_since_ns
     }

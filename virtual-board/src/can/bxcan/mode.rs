@@ -6,29 +6,29 @@ use rigless::chip::can::{BUS_IDLE_BITS, INTERMISSION_BITS};
 use super::super::{ErrorCounters, ErrorState};
 use super::{BxCan, mcr};
 
-/// What the controller does.
+/// Operating mode of the controller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Mode {
     /// `SLAK`.
     Asleep,
     /// `INAK`.
     Initialising,
-    /// It waits for 11 recessive bits, until this instant, ns, if nobody sends; still `INAK`.
+    /// Waits for 11 recessive bits, until this instant without traffic, ns; still `INAK`.
     Joining { ready_ns: u64 },
     /// On the bus.
     Running,
-    /// Off the bus, until this instant, ns, if it recovers at all.
+    /// Bus-off, until this instant, ns, if it recovers automatically.
     BusOff { recovers_ns: Option<u64> },
 }
 
-/// Recessive bits that tell a station that the bus is idle.
+/// Recessive bits after which the bus is idle.
 const IDLE_BITS: u32 = BUS_IDLE_BITS;
 
-/// So many times of them bring a station back from bus-off.
+/// Idle sequences of a recovery from bus-off.
 const RECOVERY_SEQUENCES: u32 = 128;
 
 impl BxCan {
-    /// Follows the requests of `MCR`, as far as the frame on its way permits.
+    /// Executes the requests of `MCR`, unless a frame is in transmission.
     pub(super) fn follow_requests(&mut self, now_ns: u64) {
         let sends = |carried: &super::Carried| carried.mailbox.is_some();
         if self.carried.as_ref().is_some_and(sends) {
@@ -60,7 +60,7 @@ impl BxCan {
         };
     }
 
-    /// A frame starts on the bus while the controller does not take part.
+    /// Handles the start of a frame on the bus while the controller does not take part.
     pub(super) fn notice_traffic(&mut self, ends_ns: u64) {
         // After the delimiter, which counts among the 11 recessive bits.
         let ends_ns = ends_ns + self.bits_ns(INTERMISSION_BITS);
@@ -78,7 +78,7 @@ impl BxCan {
         }
     }
 
-    /// When the mode changes by itself, ns.
+    /// Time of the next automatic mode change, ns.
     pub(super) fn mode_due_ns(&self) -> Option<u64> {
         match self.mode {
             Mode::Joining { ready_ns } => Some(ready_ns),
@@ -87,7 +87,7 @@ impl BxCan {
         }
     }
 
-    /// Lets the mode change whose time has come.
+    /// Executes an automatic mode change that is due.
     pub(super) fn advance_mode(&mut self, now_ns: u64) {
         if self.mode_due_ns().is_none_or(|due_ns| due_ns > now_ns) {
             return;
@@ -109,7 +109,7 @@ impl BxCan {
         now_ns + self.bits_ns(RECOVERY_SEQUENCES * IDLE_BITS)
     }
 
-    /// Leaves the bus if the counters say so.
+    /// Enters bus-off if the error counters require it.
     pub(super) fn check_bus_off(&mut self, now_ns: u64) {
         if self.mode == Mode::Running && self.counters.state() == ErrorState::BusOff {
             let recovers_ns = self.is(mcr::ABOM).then(|| self.recovery_ns(now_ns));

@@ -1,4 +1,4 @@
-//! From the wire through the filters into a FIFO, and its output registers.
+//! Reception: filters, FIFOs and their output registers.
 
 use super::super::fifo::Received;
 use super::super::{Frame, Id};

@@ -33,9 +33,9 @@ pub(super) struct Status {
     pub woke: bool,
     /// `MSR.SLAKI`.
     pub acknowledges_sleep: bool,
-    /// `EWGF`, `EPVF`, `BOFF` as they were published.
+    /// `EWGF`, `EPVF`, `BOFF` as last published.
     flags: u32,
-    /// An error was noted since the last publication.
+    /// Whether an error occurred since the last publication.
     has_noted: bool,
 }
 
@@ -56,7 +56,7 @@ impl Status {
         self.has_noted |= error != LastError::None;
     }
 
-    /// `ERRI` rises with a flag, or an error, whose interrupt is enabled.
+    /// Sets `ERRI` at a rising flag, or an error, whose interrupt is enabled.
     fn latch(&mut self, flags: u32) {
         let risen = flags & !self.flags;
         let by_flag = risen & (self.enabled >> ier::FLAGS_SHIFT) & 0b111 != 0;
@@ -74,7 +74,7 @@ const SCE: usize = 3;
 const MAILBOX_ROWS: [R; 3] = [R::Ti0r, R::Ti1r, R::Ti2r];
 const OUTPUT_ROWS: [R; 2] = [R::Ri0r, R::Ri1r];
 
-/// The register some rows after this one.
+/// The register at this distance from another.
 fn after(first: R, rows: usize) -> Option<R> {
     R::from_index(first.index() + rows)
 }
@@ -102,7 +102,7 @@ impl BxCan {
             | u64::from(self.carried.is_none()) << 11
     }
 
-    /// Puts everything where the firmware reads it, and drives the lines.
+    /// Updates the registers and the interrupt lines.
     pub(super) fn publish(
         &mut self,
         registers: &mut RegisterFile,

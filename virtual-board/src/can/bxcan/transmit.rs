@@ -1,4 +1,4 @@
-//! From a mailbox onto the wire, and what comes of it.
+//! Transmission, and the end of frames.
 
 use super::super::{ErrorState, Frame, Outcome, Transfer, WireFault, contest};
 use super::mailboxes::Flags;
@@ -11,7 +11,7 @@ impl BxCan {
         order.first().copied()
     }
 
-    /// The frame that goes next, with the time that `TGT` sends along.
+    /// The frame to be transmitted next, with the time stamp of `TGT`.
     pub(super) fn offer(&self, now_ns: u64) -> Option<Frame> {
         let mailbox = &self.mailboxes.boxes[self.next_mailbox()?];
         let mut frame = mailbox.frame();
@@ -21,12 +21,12 @@ impl BxCan {
         Some(frame)
     }
 
-    /// Whether its frames stay within the controller.
+    /// Whether frames remain within the controller: silent loop-back mode.
     pub(super) fn is_private(&self) -> bool {
         self.bit_timing & (btr::LBKM | btr::SILM) == btr::LBKM | btr::SILM
     }
 
-    /// Starts a frame that no wire sees.
+    /// Starts a frame in silent loop-back mode.
     pub(super) fn begin_private(&mut self, now_ns: u64) {
         if self.carried.is_some() {
             return;
@@ -38,9 +38,9 @@ impl BxCan {
         self.carry(now_ns, ends_ns, transfer, 0, true);
     }
 
-    /// A contest was held, and this frame is on the wire until `ends_ns`; `index` is the
-    /// controller's own among the stations. Of a shared wire, its owner calls this and has
-    /// the controller woken by [`BxCan::schedule`].
+    /// Starts a frame that won the arbitration and lasts until `ends_ns`; `index` is the index of this
+    /// controller among the stations. The owner of a shared bus calls this, and then
+    /// [`BxCan::schedule`].
     pub fn begin(&mut self, now_ns: u64, ends_ns: u64, transfer: Transfer, index: usize) {
         self.carry(now_ns, ends_ns, transfer, index, false);
     }
@@ -94,7 +94,7 @@ impl BxCan {
         mailbox.words[1] = mailbox.words[1] & 0xffff | u32::from(stamp) << 16;
     }
 
-    /// The attempt of a mailbox has ended.
+    /// Ends the transmission attempt of a mailbox.
     pub(super) fn finish_sending(&mut self, index: usize, transfer: &Transfer) {
         let only_once = self.is(mcr::NART);
         let mailbox = &mut self.mailboxes.boxes[index];
@@ -120,7 +120,7 @@ impl BxCan {
         self.status.note(error);
     }
 
-    /// `ABRQ`: at once, or after the running attempt.
+    /// `ABRQ`: aborts at once, or after the present attempt.
     pub(super) fn abort(&mut self, index: usize) {
         let is_sending = self.carried.is_some_and(|c| c.mailbox == Some(index));
         let mailbox = &mut self.mailboxes.boxes[index];
@@ -134,7 +134,7 @@ impl BxCan {
         }
     }
 
-    /// Ends what its time has come for.
+    /// Ends the frame whose time has elapsed.
     pub(super) fn finish_carried(&mut self, now_ns: u64) {
         let Some(carried) = self.carried.take_if(|carried| carried.ends_ns <= now_ns) else {
             return;

@@ -5,51 +5,50 @@ use rigless::chip::can::{ERROR_DELIMITER_BITS, ERROR_FLAG_BITS, INTERMISSION_BIT
 use super::super::{BitTiming, ErrorState, Frame};
 use super::WireFault;
 
-/// A station on the bus at the start of a frame.
+/// A station at the start of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Station {
     /// Its bit timing.
     pub timing: BitTiming,
-    /// Its error state; a station in bus-off is none.
+    /// Its error state; a bus-off station does not take part.
     pub state: ErrorState,
-    /// What it wants to send.
+    /// Frame that it has to transmit.
     pub offer: Option<Frame>,
-    /// Whether it acknowledges and signals errors: not so in silent mode.
+    /// Whether it acknowledges and signals errors; false in silent mode.
     pub speaks: bool,
-    /// Whether its own frames need an acknowledgement: not so in loop-back mode.
+    /// Whether its frames need an acknowledgement; false in loop-back mode.
     pub needs_acknowledge: bool,
 }
 
-/// What becomes of a frame.
+/// Outcome of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outcome {
     /// Another station acknowledged it.
     Delivered,
-    /// Nobody did.
+    /// No station acknowledged it.
     Unacknowledged,
-    /// An error flag destroyed it: of this station, whose bit timing differs, or of the disturbance
-    /// that all saw.
+    /// An error flag destroyed it: of this station, whose bit timing differs, or because of a
+    /// disturbance at all stations.
     Disturbed(Option<usize>),
-    /// The sender's own dominant bit did not appear on the wire.
+    /// Bit error: the transmitter did not read back its own dominant bit.
     Unheard,
 }
 
-/// A frame on the wire.
+/// A frame in transmission.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Transfer {
-    /// The station that won the wire.
+    /// Index of the transmitter.
     pub sender: usize,
     /// Its frame.
     pub frame: Frame,
     /// Its bit timing.
     pub timing: BitTiming,
-    /// What will become of it.
+    /// Its outcome.
     pub outcome: Outcome,
     suspended: bool,
 }
 
-/// Bits until a station with a wrong bit timing has met a stuff error: five bits and the sixth, at
-/// half the rate.
+/// Bits until a station with a different bit timing detects a stuff error: six bits at half the rate.
 const BITS_TO_STUFF_ERROR: u32 = 12;
 
 impl Transfer {
@@ -63,12 +62,12 @@ impl Transfer {
         }
     }
 
-    /// From the start of the frame until all know its outcome, ns.
+    /// Time from the start of the frame until its outcome is determined, ns.
     pub fn outcome_ns(&self) -> u64 {
         self.timing.bits_ns(self.outcome_bits())
     }
 
-    /// From the start of the frame until the next may start, ns.
+    /// Time from the start of the frame until the next one may start, ns.
     pub(super) fn busy_ns(&self) -> u64 {
         let failed = self.outcome != Outcome::Delivered;
         let suspend = if failed && self.suspended {
@@ -80,8 +79,8 @@ impl Transfer {
     }
 }
 
-/// Who of these stations sends next, and what becomes of its frame; `None` where nobody wants to.
-/// A station that is not on the bus is `None`.
+/// Arbitrates between these stations; `None` if none has a frame to transmit. A station that is not on
+/// the bus is `None`.
 pub fn contest(
     stations: &[Option<Station>],
     fault: WireFault,

@@ -1,23 +1,23 @@
-//! A station outside the emulated boards: a master, a tool, a recorder.
+//! An external station: a master, a tool, a recorder.
 
 use std::collections::VecDeque;
 
 use super::super::{BitTiming, ErrorState, Frame};
 use super::{Outcome, Station, Transfer};
 
-/// An error-free station that sends what it is given and keeps what it hears.
+/// A station without errors, with a transmit queue and a record of received frames.
 #[derive(Debug, Clone)]
 pub struct Port {
     /// Its bit timing.
     pub timing: BitTiming,
-    /// Whether it acknowledges; a silent one only listens.
+    /// Whether it acknowledges and transmits; false for a silent listener.
     pub speaks: bool,
     queue: VecDeque<(u64, Frame)>,
     heard: Vec<(u64, Frame)>,
 }
 
 impl Port {
-    /// A port at this rate, bit/s.
+    /// A port with this bit rate, bit/s.
     ///
     /// ```
     /// use virtual_board::can::{BitTiming, Port};
@@ -33,17 +33,17 @@ impl Port {
         }
     }
 
-    /// Sends a frame, not before this instant, ns, and after those that wait already.
+    /// Queues a frame for transmission, not before this instant, ns.
     pub fn send(&mut self, not_before_ns: u64, frame: Frame) {
         self.queue.push_back((not_before_ns, frame));
     }
 
-    /// Every frame of others that was delivered since the last call, with its end, ns.
+    /// Frames received from other stations since the last call, each with its end, ns.
     pub fn take_heard(&mut self) -> Vec<(u64, Frame)> {
         std::mem::take(&mut self.heard)
     }
 
-    /// Frames that wait to be sent.
+    /// Number of queued frames.
     pub fn waiting(&self) -> usize {
         self.queue.len()
     }

@@ -1,4 +1,4 @@
-//! The registers and the array as the firmware writes them.
+//! Register and array accesses of the firmware.
 
 use rigless::device::{Device, DeviceContext, Level, RegisterFile};
 use rigless::soc::Width;
@@ -9,7 +9,7 @@ use super::super::operation::Operation;
 use super::Interface;
 use super::register::{Turned, cr, sr};
 
-/// Tokens of accesses to the array: what the answer is for, and the address.
+/// Tokens of accesses to the array: purpose and address.
 pub(super) const IGNORED: u64 = 0;
 pub(super) const PROGRAM: u64 = 1 << 40;
 pub(super) const DAMAGE: u64 = 1 << 41;
@@ -49,7 +49,7 @@ impl Interface {
         }
     }
 
-    /// The error of a store into the array, if there is one (RM0090, section 3.6.4).
+    /// Error of a store to the array, if any (RM0090, section 3.6.4).
     fn store_error(&self, address: u64, width: Width) -> Option<u64> {
         let parallelism = match width {
             Width::W8 => 0,

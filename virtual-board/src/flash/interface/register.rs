@@ -1,4 +1,4 @@
-//! Bits of the registers, and the key that unlocks them (RM0090, sections 3.6.1 and 3.9).
+//! Register bits, and the key sequence that unlocks `FLASH_CR` (RM0090, sections 3.6.1 and 3.9).
 
 /// Bits of `FLASH_CR`.
 pub(in crate::flash) mod cr {
@@ -25,24 +25,24 @@ pub(in crate::flash) mod sr {
     pub const BSY: u64 = 1 << 16;
 }
 
-/// What unlocks `FLASH_CR`, one after the other.
+/// Key sequence of `FLASH_CR`.
 pub(in crate::flash) const KEYS: [u64; 2] = [0x4567_0123, 0xcdef_89ab];
 
-/// How far the key has been entered.
+/// State of the key sequence.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Key {
     entered: usize,
     is_stuck: bool,
 }
 
-/// What a word of the key did.
+/// Result of a word of the key sequence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Turned {
-    /// More is to come.
+    /// The sequence is not complete.
     On,
     /// The register is unlocked.
     Open,
-    /// It was wrong: the register stays locked until the next reset.
+    /// The word was wrong: the register remains locked until the next reset.
     Stuck,
 }
 
