@@ -165,9 +165,16 @@ fn the_regions_are_those_of_the_reference_manual() {
     let bank_1 = 0x0800_0000..0x0810_0000;
     let core_coupled = 0x1000_0000..0x1001_0000;
     let sram = 0x2000_0000..0x2003_0000;
-    assert!(lies_in(&region("FLASH"), &bank_1), "parameters are in bank 2");
+    assert!(
+        lies_in(&region("FLASH"), &bank_1),
+        "parameters are in bank 2"
+    );
     assert!(lies_in(&region("STACK"), &core_coupled));
-    assert_eq!(region("STACK").start, core_coupled.start, "an overflow faults");
+    assert_eq!(
+        region("STACK").start,
+        core_coupled.start,
+        "an overflow faults"
+    );
     assert_eq!(region("RAM"), sram);
 }
 

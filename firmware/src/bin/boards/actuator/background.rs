@@ -12,13 +12,13 @@ use super::{
     canopen_task::{OUTPUT_QUEUE, SINGLE},
     parameter_store::ParameterStore,
     timebase,
-    timing::CONTROL_HZ,
+    timing::CONTROL_RATE_HZ,
     watchdog_supervisor::report_alive,
 };
 use crate::board::diagnostics;
 
 /// Control periods between two reports of time and stack: 10 s.
-const REPORT_INTERVAL: u32 = 10 * CONTROL_HZ;
+const REPORT_INTERVAL: u32 = 10 * CONTROL_RATE_HZ;
 
 /// Resources of the background task.
 pub struct Background {

@@ -8,17 +8,12 @@
 //! by a low level at `BKIN`, and while a debugger stops the timer.
 
 use firmware::application::Bridge as Command;
-use model_core::plant::pwm_timer::PWM_COUNTS;
+use model_core::plant::pwm_timer::{COUNTS_PER_US, PWM_COUNTS, TIMER_CLOCK_HZ, TIMER_DIVIDER};
 use stm32f4xx_hal::pac::{DBGMCU, TIM1};
 
-use super::timing::{CORE_HZ, PWM_HZ};
+use super::timing::CORE_HZ;
 
-/// The timer counts at a third of its clock: 56 MHz.
-const PRESCALER: u32 = 3;
-/// Counts of the timer in a microsecond.
-const COUNTS_PER_US: u32 = CORE_HZ / PRESCALER / 1_000_000;
-const _: () = assert!(PWM_COUNTS as u32 * PRESCALER * PWM_HZ == CORE_HZ);
-const _: () = assert!(PWM_COUNTS <= 1 << 16, "the timer has 16 bits");
+const _: () = assert!(TIMER_CLOCK_HZ == CORE_HZ);
 
 /// Start of the coast window: 100 us before the end of the last PWM period of a control period.
 const WINDOW_START: u16 = (PWM_COUNTS as u32 - 100 * COUNTS_PER_US) as u16;
@@ -58,7 +53,7 @@ impl Bridge {
         debug
             .apb1_fz()
             .modify(|_, w| w.dbg_iwdg_stop().set_bit().dbg_tim2_stop().set_bit());
-        tim.psc().write(|w| w.psc().set(PRESCALER as u16 - 1));
+        tim.psc().write(|w| w.psc().set(TIMER_DIVIDER as u16 - 1));
         tim.arr().write(|w| w.arr().set((PWM_COUNTS - 1) as u16));
         // Both legs: PWM mode 1 with preload. Channels 3 and 4 have no pin and give the sampling
         // instants: changes of channel 3 take effect at once, those of channel 4 at the next edge.

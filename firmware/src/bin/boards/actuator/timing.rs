@@ -1,9 +1,12 @@
-//! Clock frequencies, and the periods of PWM and control in counts of the timers.
+//! Clock frequencies, and the rates of PWM and control in counts of the timers.
 //!
-//! The periods derive from [`model_core::time`] alone; that they divide the clocks without a remainder
-//! is checked at compile time.
+//! The rates are those of [`model_core::time`]; that they divide the clocks without a remainder is
+//! checked at compile time.
 
-use model_core::time::{CONTROL_PERIOD_TICKS, PWM_PERIOD_TICKS, TICKS_PER_SECOND};
+use model_core::time::PWM_RATE_HZ;
+pub use model_core::time::{
+    CONTROL_RATE_HZ, PWM_PERIODS_PER_CONTROL_PERIOD as PWM_PERIODS, PWM_RATE_HZ as PWM_HZ,
+};
 
 /// Core clock, Hz. TIM1 runs at the same frequency.
 pub const CORE_HZ: u32 = 168_000_000;
@@ -17,25 +20,13 @@ pub const CAN_HZ: u32 = CORE_HZ / 4;
 /// Core cycles of a microsecond.
 pub const CYCLES_PER_US: u32 = CORE_HZ / 1_000_000;
 
-/// PWM frequency, Hz.
-pub const PWM_HZ: u32 = (TICKS_PER_SECOND / PWM_PERIOD_TICKS) as u32;
-
 /// PWM period, us.
-pub const PWM_PERIOD_US: u32 = 1_000_000 / PWM_HZ;
-
-/// Control frequency, Hz.
-pub const CONTROL_HZ: u32 = (TICKS_PER_SECOND / CONTROL_PERIOD_TICKS) as u32;
-
-/// PWM periods of a control period.
-pub const PWM_PERIODS: u32 = (CONTROL_PERIOD_TICKS / PWM_PERIOD_TICKS) as u32;
+pub const PWM_PERIOD_US: u32 = 1_000_000 / PWM_RATE_HZ;
 
 const _: () = {
-    assert!(TICKS_PER_SECOND.is_multiple_of(PWM_PERIOD_TICKS) && 1_000_000 % PWM_HZ == 0);
-    assert!(CONTROL_PERIOD_TICKS.is_multiple_of(PWM_PERIOD_TICKS));
+    assert!(1_000_000 % PWM_RATE_HZ == 0);
     // The number of a PWM period wraps at a whole number of control periods.
     assert!(PWM_PERIODS.is_power_of_two());
-    assert!(
-        PWM_PERIODS >= 4,
-        "two turns of the CANopen device between first and last period"
-    );
+    // Two turns of the CANopen device are between the first and the last PWM period.
+    assert!(PWM_PERIODS >= 4);
 };
