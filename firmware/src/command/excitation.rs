@@ -3,8 +3,6 @@
 mod logarithmic;
 mod settings;
 
-pub use crate::parameters::ExcitationSettings;
-
 use model_core::{control::units::Angle, excitation::Excitation, time::CONTROL_PERIOD_TICKS};
 
 /// An excitation, how long it lasts and how often it runs.
