@@ -1,4 +1,4 @@
-//! The communication board speaks slcan, command by command, at its pins.
+//! The communication board's slcan commands, at its pins.
 
 use board_tests::comm::{Client, one_each_ms, run_desk, talk};
 use virtual_board::can::{BitTiming, Frame, Id, Outcome, Port, Sent};
@@ -95,7 +95,7 @@ fn frames_of_every_kind_go_both_ways_unchanged() {
     assert_eq!(delivered(&talk.log, 0), frames);
 }
 
-/// Looks at the bit timing while the bus is opened at one rate after the other.
+/// Records the bit timing while the bus is opened at one rate after the other.
 struct Rates {
     client: Client,
     seen: Vec<(u64, u32)>,

@@ -1,13 +1,13 @@
-//! The communication board on a bus that is never free.
+//! The communication board on a fully loaded bus.
 
 use board_tests::comm::{Client, Talk, one_each_ms, run_desk, talk};
 use virtual_board::can::{Frame, Id, Outcome, Port};
 use virtual_board::run::SharedBus;
 
-/// From here on the bus is full, ms.
+/// The bus is fully loaded from here on, ms.
 const FROM_MS: u64 = 20;
 
-/// A full bus of these frames, numbered in what `frame` makes of the number, with this rate and stamps.
+/// Loads the bus fully with frames made from their number, at this rate and with these time stamps.
 fn full_bus(
     bit_s: u32,
     digit: u8,
@@ -29,7 +29,7 @@ fn full_bus(
     talk(vec![port, Port::at_rate(bit_s)], plan, ms)
 }
 
-/// Numbers of the frames that came, from the data of their lines.
+/// Numbers of the received frames, from the data of their lines.
 fn numbers(talk: &Talk, head: &str, stamp_digits: usize) -> Vec<u32> {
     let lines = talk.client.lines();
     let frames = lines.iter().filter_map(|(_, line)| line.strip_prefix(head));
@@ -47,7 +47,7 @@ fn flags(talk: &Talk) -> String {
     flags.expect("it answers").1.clone()
 }
 
-/// Eight bytes, the number in the last four, with as few stuff bits as may be.
+/// Eight bytes, the number in the last four, with as few stuff bits as possible.
 fn long_standard(number: u32) -> Frame {
     let [a, b, c, d] = number.to_be_bytes();
     Frame::data_frame(Id::Standard(0x555), &[0x55, 0x55, 0x55, 0x55, a, b, c, d])
@@ -60,7 +60,7 @@ fn long_extended(number: u32) -> Frame {
     }
 }
 
-/// The share of the time that the bus was busy between the first and the last frame, in thousandths.
+/// Load of the bus between the first and the last frame, in thousandths.
 fn load_permille(talk: &Talk, bit_ns: u64) -> u64 {
     let sent: Vec<_> = (talk.log.iter()).filter(|sent| sent.sender == 1).collect();
     let [first, .., last] = &sent[..] else {
@@ -95,7 +95,7 @@ fn nothing_is_lost_of_a_full_bus_at_1_mbit_s_without_stamps() {
     assert_eq!(load_permille(&talk, 1000), 1000);
 }
 
-/// The number alone, with a stamp of eight digits: more than the line can carry.
+/// Frames with the number alone and a time stamp of eight digits: more than the line can carry.
 #[test]
 fn what_the_line_cannot_carry_is_told_and_what_comes_is_whole() {
     const COUNT: u32 = 6000;
@@ -128,7 +128,7 @@ fn what_the_line_cannot_carry_is_told_and_what_comes_is_whole() {
     assert!(*last > COUNT - 600, "{last}: it recovers by itself");
 }
 
-/// In real time boards meet seldom: several frames begin and end in between.
+/// In real time boards synchronise rarely: several frames begin and end in between.
 #[test]
 fn in_real_time_too_every_frame_comes_once() {
     const COUNT: u32 = 1500;
@@ -151,7 +151,7 @@ fn in_real_time_too_every_frame_comes_once() {
     assert!(came.eq(0..COUNT));
 }
 
-/// What a client sends as fast as its line can reaches the bus, or is refused at once.
+/// Frames that a client sends at its line rate are sent on the bus, or refused at once.
 #[test]
 fn a_client_that_sends_faster_than_the_bus_carries_is_told_frame_by_frame() {
     const COUNT: usize = 3000;

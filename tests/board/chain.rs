@@ -10,10 +10,10 @@ fn nobody() -> impl FnMut(&mut View<'_>) -> Flow + Send {
     |_: &mut View<'_>| Flow::On
 }
 
-/// On the bus at 1 Mbit/s from here on, us.
+/// The bus is opened at 1 Mbit/s, us.
 const OPEN_US: u64 = 20_000;
 
-/// Opens the bus, then says these lines one after the other, so many us apart.
+/// Opens the bus, then sends these lines one after the other, so many us apart.
 fn desk(apart_us: u64, lines: &[&str]) -> Client {
     let mut plan = vec![(OPEN_US, b"\rC\rS8\rO\r".to_vec())];
     let said = (1..).zip(lines);
@@ -57,8 +57,8 @@ fn two_actuators_answer_through_the_chain_under_their_own_numbers() {
     assert!(chain.actuators.iter().all(|board| board.resets.is_empty()));
 }
 
-/// When duties of more than a seventh set in, ns: at a PWM edge that follows periods with less, in any direction. The
-/// first control period of a jump gives a fifth, as 60C2h spreads it over 20 ms; who stands still needs less.
+/// Instants from which on the duty is above one seventh, in either direction, ns: PWM edges that follow a period with
+/// less. The first control period of a jump has a fifth, as 60C2h spreads the jump over 20 ms; a shaft at rest needs less.
 fn onsets(rows: &[Row]) -> Vec<u64> {
     let driven = rows.iter().filter_map(|row| match row.bridge {
         Bridge::Driven { on_cycles, .. } => Some((row.at_ns, on_cycles > PERIOD_CYCLES / 7)),
@@ -69,7 +69,7 @@ fn onsets(rows: &[Row]) -> Vec<u64> {
     let mut onsets = Vec::new();
     for (at_ns, is_more) in driven {
         if is_more && !was_more {
-            // A row is that of the period that ends there.
+            // A row is from the end of its period.
             onsets.push(at_ns - 1_000_000);
         }
         was_more = is_more;
@@ -81,14 +81,14 @@ fn onsets(rows: &[Row]) -> Vec<u64> {
 const JUMPS: u64 = 40;
 const APART_US: u64 = 300_100;
 
-/// What `docs/chain.md` allows from the last byte of a command's line to the PWM edge with its duty, us.
+/// Limits of `docs/chain.md` from the last byte of a command's line to the PWM edge with its duty, us.
 const LEAST_US: u64 = 3_000;
 const MOST_US: u64 = 8_000;
 
 #[test]
 fn a_command_reaches_the_bridge_within_its_budget_whenever_it_comes() {
     let mut plan = vec![(OPEN_US, b"\rC\rS8\rO\r".to_vec())];
-    // To OPERATIONAL, cyclic synchronous position, no timeout of commands, which come seldom here; enabled.
+    // To OPERATIONAL, cyclic synchronous position, no command timeout, as commands are rare here; enabled.
     let lines = [
         "t00020100",
         "t60182F60600008000000",
@@ -107,7 +107,7 @@ fn a_command_reaches_the_bridge_within_its_budget_whenever_it_comes() {
         let target = target_mdeg.to_le_bytes().map(|byte| format!("{byte:02X}"));
         let line = format!("t20160F00{}\r", target.concat());
         jumps.push(at_us * 1000 + 5_000 * line.len() as u64);
-        // As a master does, at 50 Hz until the next jump.
+        // Repeated at 50 Hz until the next jump, as by a master.
         for again in 0..15 {
             plan.push((at_us + 20_000 * again, line.clone().into()));
         }

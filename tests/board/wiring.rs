@@ -1,4 +1,4 @@
-//! Pins and SPI are set up as the page says that somebody wires.
+//! Pins and SPI are configured as the wiring page documents.
 
 use std::fs;
 use std::path::Path;
@@ -7,7 +7,7 @@ use board_tests::comm::run_desk;
 use board_tests::program::run_script;
 use virtual_board::run::{CommView, Flow, Options, SharedBus, View};
 
-/// A pin and what its registers have to hold.
+/// A pin and the fields of its registers.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Pin {
     name: String,
@@ -25,7 +25,7 @@ struct Pin {
 const ACTUATOR: &str = "\n## Pins\n";
 const COMM: &str = "\n## The communication board\n";
 
-/// What drives the bus needs edges of less than 100 ns.
+/// The pin to the CAN transceiver needs edges of less than 100 ns.
 const FAST: &str = "PD1";
 
 /// The rows of the page's table of pins behind a heading: function, pins, connector, peripheral, pulls, outside.
@@ -68,7 +68,7 @@ fn page(heading: &str) -> Vec<Pin> {
     pins
 }
 
-/// What the chip's registers say of a pin (RM0090, sections 8.4.1 to 8.4.4, 8.4.9 and 8.4.10).
+/// The configuration of a pin by the chip's registers (RM0090, sections 8.4.1 to 8.4.4, 8.4.9 and 8.4.10).
 fn set_up(mut register: impl FnMut(u64) -> u32, name: &str) -> Pin {
     let (port, number) = name[1..].split_at(1);
     let number: u64 = number.parse().expect("a pin's number");
@@ -85,7 +85,7 @@ fn set_up(mut register: impl FnMut(u64) -> u32, name: &str) -> Pin {
     }
 }
 
-/// The registers of SPI1 in the end, and the pins.
+/// The pins, and the control register of SPI1, after the start.
 fn look() -> (Vec<Pin>, u32) {
     let (sender, receiver) = std::sync::mpsc::channel();
     let mut periods = 0;

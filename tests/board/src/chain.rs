@@ -1,4 +1,4 @@
-//! The whole chain: somebody at the serial line of the communication board, and actuator boards on its bus.
+//! The whole chain: a client on the serial line of the communication board, and actuator boards on its bus.
 
 use std::thread;
 
@@ -14,7 +14,7 @@ use virtual_board::run::{
 use crate::comm::{LOOK_NS, comm_firmware};
 use crate::program::firmware;
 
-/// What the flash holds of a set that was saved.
+/// Address and contents of the flash with this set saved.
 ///
 /// # Panics
 /// If the chip has no sector for it.
@@ -35,10 +35,11 @@ pub struct Chain<S, D> {
     pub log: Vec<Sent>,
 }
 
-/// Runs actuators with node-IDs from 1 on, each with its script, and a desk; asserts that the emulation had no gap.
+/// Runs actuators with node-IDs from 1 on, each with its script, and the communication board with its own; asserts that
+/// the emulation had no gap.
 ///
 /// # Panics
-/// If it had, or a run does not come about.
+/// If it had one, or a run fails.
 pub fn run_chain<S, D>(options: &Options, scripts: Vec<S>, desk: D) -> Chain<S, D>
 where
     S: Script + 'static,

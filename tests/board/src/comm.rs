@@ -1,4 +1,4 @@
-//! Talks with the communication board over its serial line.
+//! A client on the serial line of the communication board.
 
 use std::sync::OnceLock;
 
@@ -9,7 +9,7 @@ use virtual_board::run::{
 
 use cross_build::comm_board_elf;
 
-/// Between two looks at the serial line, ns: whatever is said begins at a look.
+/// Poll period of the serial line, ns: a text begins at a poll.
 pub const LOOK_NS: u64 = 100_000;
 
 /// The communication board's program.
@@ -21,7 +21,7 @@ pub fn comm_firmware() -> &'static Firmware {
     FIRMWARE.get_or_init(|| Firmware::read(comm_board_elf()).expect("an ELF file"))
 }
 
-/// What somebody says when, us, and all that they hear.
+/// A client that sends texts at given instants, us, and records what it receives.
 pub struct Client {
     plan: std::vec::IntoIter<(u64, Vec<u8>)>,
     next: Option<(u64, Vec<u8>)>,
@@ -30,7 +30,7 @@ pub struct Client {
 }
 
 impl Client {
-    /// Says these texts.
+    /// A client that sends these texts.
     pub fn new(plan: Vec<(u64, Vec<u8>)>) -> Self {
         Self {
             plan: plan.into_iter(),
@@ -39,7 +39,7 @@ impl Client {
         }
     }
 
-    /// What was heard, line by line with the end of each; BEL is a line of its own.
+    /// The received lines with the end of each, ns; BEL is a line of its own.
     pub fn lines(&self) -> Vec<(u64, String)> {
         let mut lines = Vec::new();
         let mut line = String::new();
@@ -70,7 +70,7 @@ impl Desk for Client {
     }
 }
 
-/// A talk that has ended.
+/// A finished dialogue.
 pub struct Talk {
     /// Who talked.
     pub client: Client,
@@ -80,11 +80,11 @@ pub struct Talk {
     pub bus: SharedBus,
 }
 
-/// Runs a script beside the board, alone with these ports, for so many ms, and asserts that the emulation had no gap and
-/// the board no reset.
+/// Runs the communication board with this script, alone on the bus with its ports, for so many ms, and asserts that the
+/// emulation had no gap and the board no reset.
 ///
 /// # Panics
-/// If it had, or the run does not come about.
+/// If there was one, or the run fails.
 pub fn run_desk<S: Desk + 'static>(bus: &SharedBus, script: S, ms: u64) -> CommFinished<S> {
     let options = CommOptions {
         bus: bus.ends().remove(0),
@@ -98,7 +98,7 @@ pub fn run_desk<S: Desk + 'static>(bus: &SharedBus, script: S, ms: u64) -> CommF
     finished
 }
 
-/// Has a client talk so.
+/// Runs the communication board with a client that sends these texts.
 ///
 /// # Panics
 /// As [`run_desk`].

@@ -1,4 +1,4 @@
-//! Runs the communication board's ELF, on a bus that others may share.
+//! Runs the communication board's ELF, on a bus that it may share with actuator boards.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -16,20 +16,20 @@ use crate::board::CommBoard;
 use crate::can::BxCan;
 use crate::serial::FarEnd;
 
-/// How a run is set up.
+/// Options of a run.
 #[derive(Debug)]
 pub struct CommOptions {
-    /// Its end of the bus.
+    /// The board's connection to the bus.
     pub bus: BusEnd,
-    /// How often the script is called, ns.
+    /// Period of the calls of the script, ns.
     pub look_ns: u64,
     /// End of the run, ns of virtual time.
     pub until_ns: u64,
-    /// Ends the run once it is set.
+    /// Ends the run when it is set.
     pub interrupt: Option<Arc<AtomicBool>>,
 }
 
-/// Somebody at the other end of the serial line.
+/// A script at the other end of the serial line.
 pub trait Desk: Send {
     /// Called at every look.
     fn at_look(&mut self, view: &mut CommView<'_>) -> Flow;
@@ -41,7 +41,7 @@ impl<F: FnMut(&mut CommView<'_>) -> Flow + Send> Desk for F {
     }
 }
 
-/// The run, between two instructions.
+/// Access to the run between two instructions.
 pub struct CommView<'a> {
     now_ns: u64,
     board: &'a mut CommBoard,
@@ -54,7 +54,7 @@ impl CommView<'_> {
         self.now_ns
     }
 
-    /// The other end of the serial line.
+    /// The peer on the serial line.
     pub fn serial(&mut self) -> Option<&mut FarEnd> {
         self.board.serial()
     }
@@ -64,13 +64,13 @@ impl CommView<'_> {
         &mut self.board.chip.can
     }
 
-    /// A register of the chip, without the effects of a read.
+    /// A register of the chip, without the side effects of a read.
     pub fn register(&mut self, address: u64) -> u32 {
         let at = VirtualNanos(self.now_ns);
         self.board.chip.peek_register(at, address) as u32
     }
 
-    /// A word of memory; `None` where there is none.
+    /// A word of memory; `None` where no memory is mapped.
     pub fn word(&mut self, address: u64) -> Option<u32> {
         let word = self.memory.read(address, Width::W32).ok()?;
         Some(word as u32)
@@ -80,11 +80,11 @@ impl CommView<'_> {
 /// A finished run.
 #[derive(Debug)]
 pub struct CommFinished<S> {
-    /// The script with what it kept.
+    /// The script.
     pub script: S,
-    /// Where the emulation fell short.
+    /// Accesses that the emulation does not model.
     pub gaps: Gaps,
-    /// Every restart and its cause.
+    /// Every reset and its cause.
     pub resets: Vec<Reset>,
     /// Virtual time at the end, ns.
     pub end_ns: u64,
@@ -127,10 +127,10 @@ impl<S: Desk> Driver<CommBoard> for CommRun<S> {
     }
 }
 
-/// Runs a firmware on the communication board until its time is over or the script ends it.
+/// Runs a firmware on the communication board until its time has passed or the script ends it.
 ///
 /// # Errors
-/// What the emulator refuses.
+/// An error of the emulator.
 pub fn run_comm<S: Desk + 'static>(
     firmware: &Firmware,
     options: CommOptions,

@@ -1,4 +1,4 @@
-//! The lockstep of chip and rig.
+//! Runs the chip and the plant in lockstep.
 
 use rigless::device::Level;
 use rigless::emulator::{Driver, Host, Settled, Stop, Watch};
@@ -18,16 +18,16 @@ use crate::faults::Injector;
 use crate::plant::{BoardPlant, Bridge, Slot};
 use crate::trace::{Row, Trace};
 
-/// Stops while the timer has not started, or is expected to start anew, ns.
+/// Period of the stops while the timer has not started, ns.
 const LOOK_NS: u64 = 100_000;
 
-/// Current that trips the comparator at the bridge's ground return, A.
+/// Threshold of the comparator at the bridge's ground return, A.
 const TRIP_A: f64 = 2.0;
 
-/// Supply below which the regulator no longer holds the chip's rail, and above which it does, V.
+/// Supply voltage below which the regulator switches the chip off, and above which it switches it on, V.
 const BROWN_OUT_V: (f64, f64) = (3.6, 3.9);
 
-/// The run's driver.
+/// The driver of a run.
 #[derive(Debug)]
 pub(super) struct Lockstep<S> {
     pub script: S,
@@ -38,12 +38,12 @@ pub(super) struct Lockstep<S> {
     pub servo: Servo,
     /// Virtual time, ns, and instructions at the last stop.
     pub last: (u64, u64),
-    /// Faults that are not the rig's.
+    /// Active faults outside the plant.
     pub faulty: faulty::Faulty,
     /// Functions that faults wait for, by their entries.
     entries: Vec<(u64, String)>,
     grid: Grid,
-    /// The rig stands at this instant, ns.
+    /// Virtual time of the plant, ns.
     rig_ns: u64,
     until_ns: u64,
     next_look_ns: u64,
@@ -122,7 +122,7 @@ impl<S: Script> Lockstep<S> {
         }
     }
 
-    /// Everything whose time has come.
+    /// Performs everything that is due.
     fn act(
         &mut self,
         session: &mut Session<ActuatorBoard>,
@@ -144,14 +144,14 @@ impl<S: Script> Lockstep<S> {
         flow
     }
 
-    /// After a reset the timer starts anew, and until then nothing is known of its phase.
+    /// Detects resets. The timer restarts after a reset; its phase is unknown until then.
     fn notice_resets(
         &mut self,
         session: &Session<ActuatorBoard>,
         at: VirtualNanos,
         host: &mut dyn Host,
     ) {
-        // Cut within an operation of the flash.
+        // The supply failed within an operation of the flash.
         if session.unpowered() && self.is_powered {
             self.is_powered = false;
             faulty::forget_ram(host, at.0);
@@ -180,7 +180,7 @@ impl<S: Script> Lockstep<S> {
         let edge_ns = at.0.saturating_sub(since_ns);
         let is_first = !self.grid.is_locked;
         if self.grid.follow(edge_ns) && is_first {
-            // Whatever the firmware did before, the shaft has stood still.
+            // The shaft was at rest before the timer started.
             self.rig_ns = edge_ns;
         }
     }
@@ -222,7 +222,7 @@ impl<S: Script> Lockstep<S> {
         if ahead_ns == slot.until_ns() - slot.from_ns() {
             self.rig.advance(bridge, slot);
         } else {
-            // The timer was started anew.
+            // The timer was restarted.
             self.rig.advance_by(bridge, ahead_ns as f64 * 1e-9);
         }
         self.rig_ns = self.rig_ns.max(boundary_ns);
@@ -234,7 +234,7 @@ impl<S: Script> Lockstep<S> {
         board.chip.drive_break(at, Level::from(!trips));
     }
 
-    /// The regulator, which lets go of the chip when its input is too low.
+    /// The regulator, which switches the chip off when its input is too low.
     fn supply(&mut self, board: &mut ActuatorBoard, at: VirtualNanos, host: &mut dyn Host) {
         let supply_v = self.rig.supply_v();
         let limit_v = if self.is_powered {
@@ -286,7 +286,7 @@ impl<S: Script> Lockstep<S> {
         self.script.at_edge(&mut view)
     }
 
-    /// The core stands still while the bank that it runs from is changed, or a fault holds it.
+    /// Stalls the core while the flash bank that it runs from is written, or while a fault stalls it.
     fn hold_core(&mut self, session: &mut Session<ActuatorBoard>, host: &mut dyn Host) {
         let holds = self.faulty.stalls || session.board().chip.flash.holds_core();
         if holds != self.is_held && !session.unpowered() {
@@ -295,8 +295,8 @@ impl<S: Script> Lockstep<S> {
         }
     }
 
-    /// Stops where the core will have executed so many instructions, if it does not sleep: then it
-    /// stops again.
+    /// Schedules a stop at the instant at which the core reaches this instruction count if it does not
+    /// sleep; if it does, the next stop follows.
     fn approach_instruction(&self, session: &mut Session<ActuatorBoard>, now_ns: u64, count: u64) {
         if let Some(target) = self.faults.next_instruction() {
             let left = target.saturating_sub(count);

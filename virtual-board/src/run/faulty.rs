@@ -1,4 +1,4 @@
-//! Puts faults into effect.
+//! Applies faults to the run.
 
 use model_core::sensors::adc::AdcCode;
 use rand_pcg::{Pcg32, rand_core::Rng};
@@ -13,20 +13,20 @@ use crate::board::ActuatorBoard;
 use crate::can::WireFault;
 use crate::faults::{Change, Fault, Place};
 
-/// What is broken beside the rig.
+/// Active faults outside the plant.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Faulty {
     pub trips: bool,
     pub has_lost_power: bool,
     pub stalls: bool,
-    /// The servo's pulses as they were before the fault.
+    /// Width of the servo pulses before the fault, us.
     servo_us: Option<f64>,
 }
 
-/// RAM of the chip.
+/// RAM of the chip: address and size.
 const RAM: [(u64, u64); 2] = [(0x2000_0000, 192 << 10), (0x1000_0000, 64 << 10)];
 
-/// RAM without supply: what it holds afterwards nobody knows.
+/// Fills the RAM with random contents, as after a loss of supply.
 pub(super) fn forget_ram(host: &mut dyn Host, at_ns: u64) {
     let mut chance = Pcg32::new(at_ns, 0);
     for (base, size) in RAM {
@@ -65,7 +65,7 @@ pub(super) fn apply_due_at<S: Script>(
     }
 }
 
-/// Faults of the rig; whether this is one.
+/// Applies a fault of the plant; returns whether it is one.
 fn break_rig<S>(run: &mut Lockstep<S>, fault: &Fault, begins: bool) -> bool {
     let defects = &mut run.rig.defects;
     let number = |value: f64| if begins { value } else { 0.0 };
@@ -130,7 +130,7 @@ fn break_board<S: Script>(
     }
 }
 
-/// Flips a bit, at once.
+/// Flips a bit of the RAM.
 fn flip<S: Script>(run: &Lockstep<S>, place: &Place, bit: u32, host: &mut dyn Host) {
     let address = match place {
         Place::Address(address) => Some(*address),

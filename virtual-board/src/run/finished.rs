@@ -1,4 +1,4 @@
-//! What a run leaves behind.
+//! Results of a run.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -14,7 +14,7 @@ use crate::flash::Operation;
 use crate::plant::BoardPlant;
 use crate::trace::Trace;
 
-/// Where the emulation did not stand in for the chip; empty, or the run proves nothing.
+/// Accesses of the program that the emulation does not model. The results of a run are valid only if there are none.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Gaps(Vec<String>);
 
@@ -55,25 +55,25 @@ impl fmt::Display for Gaps {
 /// A finished run.
 #[derive(Debug)]
 pub struct Finished<S> {
-    /// The script with what it kept.
+    /// The script.
     pub script: S,
     /// The trace.
     pub trace: Trace,
-    /// Where the emulation fell short.
+    /// Accesses that the emulation does not model.
     pub gaps: Gaps,
-    /// Every restart and its cause, power-on but the first included.
+    /// Every reset and its cause, without the first power-on.
     pub resets: Vec<Reset>,
     /// Calls of the probed functions.
     pub spans: BTreeMap<String, Vec<Span>>,
-    /// Operations of the flash, in their order.
+    /// Operations of the flash, in order.
     pub flash_operations: Vec<Operation>,
-    /// Transfers from the encoder.
+    /// Number of transfers from the encoder.
     pub encoder_reads: u64,
-    /// Instructions executed.
+    /// Number of executed instructions.
     pub instructions: u64,
     /// Virtual time at the end, ns.
     pub end_ns: u64,
-    /// The rig at the end.
+    /// The plant at the end.
     pub rig: BoardPlant,
 }
 

@@ -1,4 +1,4 @@
-//! The ELF file: image, symbols, and where functions return.
+//! The ELF file: image, symbols, and the return instructions of functions.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use object::{Object, ObjectSection, ObjectSymbol, SymbolKind};
 use rigless::image::Image;
 
-/// Why an ELF file does not serve.
+/// Why an ELF file cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum FirmwareError {
     /// It cannot be read.
@@ -17,7 +17,7 @@ pub enum FirmwareError {
         /// Why.
         message: String,
     },
-    /// It has no such symbol.
+    /// It lacks a symbol.
     #[error("{path} has no symbol {name}", path = path.display())]
     NoSymbol {
         /// The file.
@@ -27,7 +27,7 @@ pub enum FirmwareError {
     },
 }
 
-/// Bytes that stand in the memory from an address on.
+/// Initial contents of the memory from an address on.
 pub(super) fn contents(address: u64, bytes: Vec<u8>) -> Result<Image, rigless::emulator::Error> {
     let name = format!("contents of {address:#x}");
     Ok(Image::new(Path::new(&name), bytes, Some(address))?)
@@ -37,7 +37,7 @@ pub(super) fn contents(address: u64, bytes: Vec<u8>) -> Result<Image, rigless::e
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Function {
     pub entry: u64,
-    /// Instructions that return from it.
+    /// Addresses of the instructions that return from it.
     pub exits: Vec<u64>,
 }
 
@@ -60,7 +60,7 @@ impl Firmware {
     /// Reads an ELF file.
     ///
     /// # Errors
-    /// Names the file and why it cannot be read.
+    /// The file cannot be read, or is not an ELF file.
     pub fn read(path: &Path) -> Result<Self, FirmwareError> {
         let unreadable = |message: String| FirmwareError::Unreadable {
             path: path.into(),
@@ -72,7 +72,7 @@ impl Firmware {
             let is_code = symbol.kind() == SymbolKind::Text;
             let name = symbol.name().ok().filter(|name| !name.is_empty())?;
             let entry = Symbol {
-                // A function's lowest bit says Thumb.
+                // The lowest bit of a function's address marks Thumb code.
                 address: symbol.address() & !u64::from(is_code),
                 size: symbol.size(),
                 is_code,
@@ -100,13 +100,13 @@ impl Firmware {
     /// Address of a symbol.
     ///
     /// # Errors
-    /// Where the file has none of this name.
+    /// The file has no symbol of this name.
     pub fn address(&self, name: &str) -> Result<u64, FirmwareError> {
         let symbol = self.symbols.get(name).ok_or_else(|| self.no_symbol(name))?;
         Ok(symbol.address)
     }
 
-    /// Size of a section, bytes; 0 where there is none.
+    /// Size of a section, bytes; 0 if the file does not have it.
     pub fn section_size(&self, name: &str) -> u64 {
         let file = object::File::parse(&*self.bytes).ok();
         let section = file.as_ref().and_then(|file| file.section_by_name(name));
@@ -140,8 +140,9 @@ impl Firmware {
     }
 }
 
-/// Where Thumb code of a function leaves it: `bx lr`, `pop {.., pc}`, `ldmia sp!, {.., pc}`,
-/// `ldr pc, [sp], #..`, and a jump out of the function, which is a tail call or a shared epilogue.
+/// Addresses of the instructions that leave a function, in Thumb code: `bx lr`, `pop {.., pc}`,
+/// `ldmia sp!, {.., pc}`, `ldr pc, [sp], #..`, and a jump out of the function, which is a tail call
+/// or a shared epilogue.
 fn returns(code: &[u8], address: u64) -> Vec<u64> {
     let half = |at: usize| Some(u16::from_le_bytes([*code.get(at)?, *code.get(at + 1)?]));
     let end = address + code.len() as u64;

@@ -1,25 +1,25 @@
-//! When the run stops for the rig: 5 us before each boundary of its grid, and within the window.
+//! Instants at which the run stops for the plant: 5 us before each boundary of its grid, and within the back-EMF window.
 
 use crate::plant::Slot;
 
-/// What is due at a stop.
+/// The reason for a stop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Point {
-    /// The slot ends: its bridge state is read, and the rig moves.
+    /// The slot ends: the state of the bridge is read, and the plant advances.
     Boundary(Slot),
-    /// Half of the window is over: the legs are looked at again.
+    /// Middle of the window: the legs are sampled again.
     Window,
 }
 
-/// How long before a boundary the bridge state is read, ns.
+/// Time before a boundary at which the state of the bridge is read, ns.
 const AHEAD_NS: u64 = 5_000;
 
-/// Where the legs are looked at, ns in the period.
+/// Instant within the period at which the legs are sampled, ns.
 const WINDOW_AT_NS: u64 = 950_000;
 
 const PERIOD_NS: u64 = Slot::Tail.until_ns();
 
-/// A difference that no edge of the timer makes by itself: more than an instruction, ns.
+/// Tolerance for the instant of an edge: more than an instruction takes, ns.
 const SLACK_NS: u64 = 1_000;
 
 /// The grid, locked to the PWM periods of the timer.
@@ -27,7 +27,7 @@ const SLACK_NS: u64 = 1_000;
 pub(super) struct Grid {
     period_ns: u64,
     next: Point,
-    /// The timer has run.
+    /// The timer has started.
     pub is_locked: bool,
 }
 
@@ -54,7 +54,7 @@ impl Grid {
         self.period_ns + slot.until_ns()
     }
 
-    /// Goes on behind the next point.
+    /// Advances to the point after the next one.
     pub fn pass(&mut self) {
         self.next = match self.next {
             Point::Boundary(Slot::Head) => Point::Window,
@@ -66,8 +66,8 @@ impl Grid {
         };
     }
 
-    /// Follows the timer, whose period began at this instant, ns. Whether it had to move; then the
-    /// first boundary is that of the period's head.
+    /// Aligns the grid with the timer, whose period began at this instant, ns. Returns whether the grid
+    /// moved; the next boundary is then that of the period's head.
     pub fn follow(&mut self, edge_ns: u64) -> bool {
         let apart_ns = (edge_ns % PERIOD_NS).abs_diff(self.period_ns % PERIOD_NS);
         let apart_ns = apart_ns.min(PERIOD_NS - apart_ns);

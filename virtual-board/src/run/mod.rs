@@ -1,4 +1,4 @@
-//! Runs an ELF on the board.
+//! Runs an ELF file on the emulated boards.
 
 mod comm;
 mod driver;
@@ -34,39 +34,39 @@ use self::driver::Lockstep;
 use crate::board::ActuatorBoard;
 use crate::can::{Port, Wire};
 
-/// Why a run did not come about.
+/// Why a run failed.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
-    /// A parameter of the rig is outside its range.
+    /// A parameter of the plant is outside its range.
     #[error(transparent)]
     Rig(#[from] model_core::parameter::ParameterError),
-    /// A function that a probe or a fault names is not in the ELF file.
+    /// The ELF file lacks a function that a probe or a fault names.
     #[error(transparent)]
     Firmware(#[from] FirmwareError),
-    /// The emulator refuses.
+    /// An error of the emulator.
     #[error("the emulator: {0}")]
     Emulator(#[from] emulator::Error),
-    /// The chip's description does not hold together.
+    /// The description of the chip is inconsistent.
     #[error("the chip: {0}")]
     Chip(#[from] rigless::soc::Error),
 }
 
-/// What stands beside a run: a debugger, and somebody who may end it.
+/// What is attached to a run from outside: a debugger, an interrupt, a shared bus.
 #[derive(Debug, Default)]
 pub struct Company {
     /// Serves GDB here, and holds the core until it continues.
     pub debugger: Option<TcpListener>,
-    /// Ends the run once it is set.
+    /// Ends the run when it is set.
     pub interrupt: Option<Arc<AtomicBool>>,
-    /// The board's end of a bus that others share. Its own ports are none then.
+    /// The board's connection to a shared bus. The run has no ports of its own then.
     pub bus: Option<BusEnd>,
 }
 
-/// Runs a firmware until its time is over or the script ends it.
+/// Runs a firmware until its time has passed or the script ends it.
 ///
 /// # Errors
-/// A parameter outside its range, a name that the ELF file does not have, or what the emulator
-/// refuses.
+/// A parameter outside its range, a name that the ELF file does not have, or an error of the
+/// emulator.
 pub fn run<S: Script + 'static>(
     firmware: &Firmware,
     options: Options,
@@ -75,7 +75,7 @@ pub fn run<S: Script + 'static>(
     run_with(firmware, options, script, Company::default())
 }
 
-/// The same in company.
+/// The same in attachments.
 ///
 /// # Errors
 /// As [`run`].

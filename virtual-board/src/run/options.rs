@@ -1,35 +1,35 @@
-//! How a run is set up.
+//! Options of a run.
 
 use crate::faults::Planned;
 use crate::flash::FlashTimes;
 use crate::plant::BoardPlantOptions;
 
-/// A run.
+/// Options of a run.
 #[derive(Debug, Clone)]
 pub struct Options {
-    /// The rig.
+    /// The plant.
     pub rig: BoardPlantOptions,
     /// Stations on the CAN bus, by their rate, bit/s.
     pub ports_bit_s: Vec<u32>,
-    /// The times of the flash.
+    /// Erase and program times of the flash.
     pub flash_times: FlashTimes,
-    /// What breaks.
+    /// Faults to be injected.
     pub faults: Vec<Planned>,
     /// Functions whose instructions are counted.
     pub probes: Vec<String>,
-    /// Length of the servo's pulses, us; none are sent without it.
+    /// Width of the servo pulses, us; `None` for no pulses.
     pub servo_us: Option<f64>,
-    /// What stands in the chip's memory beside the program before the start, such as saved parameters: addresses, and
-    /// bytes from there on.
+    /// Initial contents of the chip's memory beside the program, such as saved parameters: an address, and
+    /// the bytes from there on.
     pub contents: Vec<(u64, Vec<u8>)>,
-    /// Whether the trace keeps its rows and not only their hash.
+    /// Whether the trace keeps its rows, or their hash alone.
     pub keeps_trace: bool,
     /// End of the run, ns of virtual time.
     pub until_ns: u64,
 }
 
 impl Options {
-    /// A run of so many ms on the default rig, with one CAN port at 1 Mbit/s and its trace kept.
+    /// A run of so many ms on the default plant, with one CAN port at 1 Mbit/s and its trace kept.
     ///
     /// ```
     /// assert_eq!(virtual_board::run::Options::for_ms(5).until_ns, 5_000_000);

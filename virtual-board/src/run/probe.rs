@@ -1,10 +1,10 @@
-//! Counts the instructions of a function, from its entry to its return.
+//! Counts the instructions of functions, from entry to return.
 
 use std::collections::BTreeMap;
 
 use super::firmware::{Firmware, FirmwareError};
 
-/// A call of a function, with all that it called and that interrupted it.
+/// A call of a function, including all functions that it called and interrupts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Span {
     /// Its start, ns.
@@ -20,7 +20,7 @@ struct Probe {
     spans: Vec<Span>,
 }
 
-/// What an address means to a probe.
+/// The meaning of an address to a probe.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Mark {
     Entry(usize),
@@ -55,12 +55,12 @@ impl Probes {
         self.marks.entry(address).or_default().push(mark);
     }
 
-    /// Addresses to be watched.
+    /// Addresses to watch.
     pub fn addresses(&self) -> impl Iterator<Item = u64> {
         self.marks.keys().copied()
     }
 
-    /// The core arrived at an address.
+    /// The core has reached an address.
     pub fn arrive(&mut self, address: u64, at_ns: u64, instructions: u64) {
         for mark in self.marks.get(&address).into_iter().flatten() {
             match *mark {
@@ -79,7 +79,7 @@ impl Probes {
         }
     }
 
-    /// After a reset nothing returns.
+    /// Drops calls that have not returned: after a reset they never do.
     pub fn forget(&mut self) {
         self.probes
             .iter_mut()

@@ -1,16 +1,16 @@
-//! A radio's receiver: a pulse every 20 ms.
+//! A radio receiver: a servo pulse every 20 ms.
 
 use rigless::device::Level;
 
-/// A pulse starts this often, ns.
+/// Period of the pulses, ns.
 const FRAME_NS: u64 = 20_000_000;
 
-/// The pulses: half a microsecond beside the counts of any timer that starts on a whole one.
+/// Start of the pulses within the period: half a microsecond off the counts of a timer that starts at a whole one, ns.
 const OFFSET_NS: u64 = 5_000_500;
 
 #[derive(Debug, Clone)]
 pub(super) struct Servo {
-    /// Length of the pulses, us.
+    /// Width of the pulses, us; `None` for no pulses.
     pub pulse_us: Option<f64>,
     next_ns: u64,
     level: Level,
@@ -25,12 +25,12 @@ impl Servo {
         }
     }
 
-    /// The next edge, ns.
+    /// Instant of the next edge, ns.
     pub fn next_ns(&self) -> Option<u64> {
         (self.pulse_us.is_some() || self.level == Level::High).then_some(self.next_ns)
     }
 
-    /// The level from now on, if an edge is due.
+    /// The new level, if an edge is due.
     pub fn edge(&mut self, now_ns: u64) -> Option<Level> {
         if self.next_ns().is_none_or(|next_ns| next_ns > now_ns) {
             return None;
@@ -46,7 +46,7 @@ impl Servo {
         Some(self.level)
     }
 
-    /// Pulses begin, end, or change; the next frame has the new length.
+    /// Starts, ends or changes the pulses; the next pulse has the new width.
     pub fn set(&mut self, now_ns: u64, pulse_us: Option<f64>) {
         if self.next_ns().is_none() && pulse_us.is_some() {
             self.next_ns = (now_ns / FRAME_NS + 1) * FRAME_NS + OFFSET_NS;

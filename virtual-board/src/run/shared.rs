@@ -1,13 +1,14 @@
 //! One bus for several boards, each of which runs in a thread of its own.
 //!
-//! Nobody can begin a frame while one is on its way, and what becomes of it is known when it begins: as long the
-//! boards run by themselves. Where the bus is free they meet, tell who wants to send and since when, and the contest is
-//! held for the earliest instant at which one did. While nobody sends they meet after [`QUANTUM_NS`], less than the
-//! shortest frame: so a frame that began in between has not ended, and what it does to the others is still to come.
-//! Arbitration, acknowledgement and the instants of frames are therefore those of a wire that all share, to the
-//! nanosecond. Only an error frame, which is shorter, may be noticed later than it ended, by up to a quantum.
+//! No station can begin a frame while one is on the bus, and the outcome of a frame is known when it
+//! begins: until it ends, the boards run independently. On a free bus they synchronise: each states
+//! whether it offers a frame and since when, and the arbitration is held for the earliest instant of
+//! an offer. Without an offer they synchronise after [`QUANTUM_NS`], which is less than the shortest
+//! frame: a frame that began within the quantum has not ended, and its effects on the others are still
+//! to come. Arbitration, acknowledgement and the instants of frames are therefore exact to the
+//! nanosecond. Only an error frame, which is shorter, may be seen up to a quantum after its end.
 //!
-//! The same programs and scripts give the same frames, however the threads take turns.
+//! The same programs and scripts give the same frames, however the threads are scheduled.
 
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -17,27 +18,27 @@ use rigless::time::VirtualNanos;
 use crate::can::{Port, Sent, Station, Transfer, Wire};
 use crate::chip::Chip;
 
-/// How long the boards run by themselves on a free bus, ns: a frame without data takes 44 bits, 44 us at 1 Mbit/s.
+/// Longest time between two synchronisations on a free bus, ns: a frame without data takes 44 bits, 44 us at 1 Mbit/s.
 pub const QUANTUM_NS: u64 = 40_000;
 
-/// The same in real time, where meeting so often costs more than the boards: a frame that begins on a free bus is noticed up
-/// to so much later. Who wins against whom stays as it is.
+/// The same in real time, where the short quantum would take more time than the boards: a frame that
+/// begins on a free bus is seen up to this much later. The outcome of arbitration does not change.
 const REAL_TIME_QUANTUM_NS: u64 = 200_000;
 
-/// A run that is so much ahead of real time waits.
+/// A run that is ahead of real time by more than this sleeps.
 const NAP: Duration = Duration::from_micros(500);
 
-/// A run that is so much behind real time does not try to catch up.
+/// A run that is behind real time by more than this does not catch up.
 const MOST_BEHIND: Duration = Duration::from_millis(20);
 
-/// What a board says of itself where they meet.
+/// State of a board at a synchronisation.
 #[derive(Debug, Clone, Copy)]
 struct Attending {
     station: Option<Station>,
     since_ns: Option<u64>,
 }
 
-/// What they go away with.
+/// Outcome of a synchronisation.
 #[derive(Debug, Clone, Copy)]
 struct Resolved {
     began: Option<((u64, u64), Transfer)>,
@@ -47,7 +48,7 @@ struct Resolved {
 #[derive(Debug)]
 struct State {
     wire: Wire,
-    /// `None` of a board that has left.
+    /// `None` for a board that has not arrived, or has left.
     boards: Vec<Option<Attending>>,
     present: Vec<bool>,
     arrived: usize,
@@ -105,7 +106,7 @@ impl State {
         Some(((start_ns, ends_ns.max(now_ns)), transfer))
     }
 
-    /// Waits until real time is here too.
+    /// Sleeps while the run is ahead of real time.
     fn keep_pace(&mut self) {
         let Some(begun) = &mut self.pace else {
             return;
@@ -120,12 +121,12 @@ impl State {
     }
 }
 
-/// A bus that boards share.
+/// A bus for several boards.
 #[derive(Debug, Clone)]
 pub struct SharedBus(Arc<(Mutex<State>, Condvar)>);
 
 impl SharedBus {
-    /// A bus with these ports, for so many boards; as fast as the computer can.
+    /// A bus with these ports and this number of boards, which runs as fast as possible.
     pub fn new(ports: Vec<Port>, boards: usize) -> Self {
         let state = State {
             wire: Wire::new(ports),
@@ -144,7 +145,7 @@ impl SharedBus {
         Self(Arc::new((Mutex::new(state), Condvar::new())))
     }
 
-    /// The same in real time: no board is ahead of it.
+    /// Runs in real time: no board is ahead of it.
     #[must_use]
     pub fn in_real_time(self) -> Self {
         let mut state = self.lock();
@@ -154,7 +155,7 @@ impl SharedBus {
         self
     }
 
-    /// The boards' ends, each for one run: it leaves the bus when it is dropped.
+    /// The boards' connections, each for one run. A board leaves the bus when its connection is dropped.
     pub fn ends(&self) -> Vec<BusEnd> {
         let boards = self.lock().boards.len();
         let end = |index| BusEnd {
@@ -165,12 +166,12 @@ impl SharedBus {
         (0..boards).map(end).collect()
     }
 
-    /// What hangs on the bus beside the boards.
+    /// Access to a port.
     pub fn with_port<T>(&self, index: usize, act: impl FnOnce(&mut Port) -> T) -> Option<T> {
         self.lock().wire.ports.get_mut(index).map(act)
     }
 
-    /// Every frame since the last call, boards first among the senders.
+    /// Every frame since the last call. Senders are numbered from 0, boards before ports.
     pub fn take_log(&self) -> Vec<Sent> {
         self.lock().wire.take_log()
     }
@@ -181,7 +182,7 @@ impl SharedBus {
     }
 }
 
-/// A board's end of a shared bus.
+/// A board's connection to a shared bus.
 #[derive(Debug)]
 pub struct BusEnd {
     bus: SharedBus,
@@ -190,17 +191,17 @@ pub struct BusEnd {
 }
 
 impl BusEnd {
-    /// When all meet next, ns.
+    /// Instant of the next synchronisation, ns.
     pub(super) fn next_ns(&self) -> u64 {
         self.next_ns
     }
 
-    /// Meets the others if it is time.
+    /// Synchronises with the other boards if it is due.
     pub(super) fn meet(&mut self, chip: &mut Chip, at: VirtualNanos) {
         if at.0 < self.next_ns {
             return;
         }
-        // A frame that was noticed late ends in the instant in which the next one may begin.
+        // A frame that was seen late ends at the instant at which the next one may begin.
         chip.end_frame(at);
         let attending = Attending {
             station: chip.can.station(at.0),

@@ -1,4 +1,4 @@
-//! What a script sees of the run, and may do to it.
+//! A script's access to the run.
 
 use rigless::emulator::Memory;
 use rigless::soc::Width;
@@ -12,19 +12,19 @@ use crate::flash::Interface;
 use crate::plant::BoardPlant;
 use crate::trace::Row;
 
-/// Whether a run goes on.
+/// Whether a run continues.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Flow {
-    /// It does.
+    /// It continues.
     On,
-    /// It ends here.
+    /// It ends.
     End,
 }
 
-/// What somebody does who sits beside the board.
+/// Actions on a run from outside the board.
 pub trait Script: Send {
-    /// At the start of every PWM period: the rig has moved to it, the pins show it, and the
-    /// firmware has not seen it yet.
+    /// Called at the start of every PWM period: the plant has advanced to it, the pins are set, and the
+    /// firmware has not run yet.
     fn at_edge(&mut self, view: &mut View<'_>) -> Flow;
 }
 
@@ -34,11 +34,11 @@ impl<F: FnMut(&mut View<'_>) -> Flow + Send> Script for F {
     }
 }
 
-/// The run, between two instructions.
+/// Access to the run between two instructions.
 pub struct View<'a> {
-    /// What was traced last: the start of this period.
+    /// The last row of the trace: the start of this period.
     pub row: &'a Row,
-    /// The rig.
+    /// The plant.
     pub rig: &'a mut BoardPlant,
     pub(super) now_ns: u64,
     pub(super) board: &'a mut ActuatorBoard,
@@ -49,7 +49,7 @@ pub struct View<'a> {
 }
 
 impl View<'_> {
-    /// The virtual time, ns: some 5 us before the period that [`View::row`] names.
+    /// The virtual time, ns: some 5 us before the start of the period in [`View::row`].
     pub fn now_ns(&self) -> u64 {
         self.now_ns
     }
@@ -69,36 +69,36 @@ impl View<'_> {
         &mut self.board.chip.flash
     }
 
-    /// A word of memory; `None` where there is none.
+    /// A word of memory; `None` where no memory is mapped.
     pub fn word(&mut self, address: u64) -> Option<u32> {
         let word = self.memory.read(address, Width::W32).ok()?;
         Some(word as u32)
     }
 
-    /// A register of the chip, without the effects of a read.
+    /// A register of the chip, without the side effects of a read.
     pub fn register(&mut self, address: u64) -> u32 {
         let at = VirtualNanos(self.now_ns);
         self.board.chip.peek_register(at, address) as u32
     }
 
-    /// Puts a word into memory that the program cannot write, as a programmer puts it into the
-    /// flash; whether there is such memory.
+    /// Writes a word into the flash as a debug probe does; returns whether the address is
+    /// mapped.
     pub fn program_word(&mut self, address: u64, word: u32) -> bool {
         let put = self.memory.program(address, Width::W32, word.into());
         put.is_ok()
     }
 
-    /// Adds a fault to the plan.
+    /// Plans a fault.
     pub fn plan(&mut self, planned: Planned) {
         self.faults.add(planned);
     }
 
-    /// Sets the length of the servo's pulses, us, or ends them.
+    /// Sets the width of the servo pulses, us, or ends them.
     pub fn set_servo_us(&mut self, pulse_us: Option<f64>) {
         self.servo.set(self.now_ns, pulse_us);
     }
 
-    /// Resets so far.
+    /// Number of resets so far.
     pub fn resets(&self) -> usize {
         self.resets
     }
