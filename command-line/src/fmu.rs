@@ -51,10 +51,13 @@ impl Fmu {
             model: Some(self.model),
             plant: self.plant,
             preset: self.preset,
-            set: self.set,
             ..Scenario::default()
         };
-        let settings = scenario.settings()?;
+        let mut settings = scenario.settings()?;
+        // A unit has no input of its own: only parameters of the model are accepted.
+        for Setting { name, value, .. } in &self.set {
+            model_core::scenario::set(&mut settings, name, *value)?;
+        }
         // Finds parameters that exclude each other.
         Actuator::try_new(&settings)?;
         let libraries = libraries(&self.library)?;

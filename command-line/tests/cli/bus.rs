@@ -211,7 +211,7 @@ fn a_capture_that_still_runs_is_a_state_of_the_actuator_and_a_refused_excitation
     served.text("set 2030:1=0");
     served.text("set 607D:1=-2000 607D:2=2000");
     let error = served.error("excite doublet --amplitude 4 --capture", 3);
-    assert!(error.contains("does not go together"), "{error}");
+    assert!(error.contains("conflicts with another one"), "{error}");
     let phase = served.text("get 2030:2");
     assert!(
         ["0\n", "3\n"].contains(&&*phase),
@@ -224,7 +224,7 @@ fn a_move_that_fails_is_released_all_the_same() {
     let served = Served::new(&[]);
     served.text("set 6081=1");
     let error = served.error("move 20 --within 0.2 --release", 3);
-    assert!(error.contains("reach the angle"), "{error}");
+    assert!(error.contains("the angle to be reached"), "{error}");
     let status: u16 = served.text("get 6041").trim().parse().expect("a number");
     assert_ne!(
         status & 0x6F,

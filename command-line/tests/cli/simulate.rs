@@ -261,7 +261,7 @@ fn the_help_names_models_presets_inputs_and_the_exit_status() {
     }
     assert!(
         desk.text("--help")
-            .contains("Exit status: 0 done, 1 a file")
+            .contains("Exit status: 0 success, 1 a file")
     );
 }
 
