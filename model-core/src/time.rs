@@ -58,7 +58,10 @@ pub const HOST_PERIOD_TICKS: u64 = whole_quotient(TICKS_PER_SECOND, HOST_RATE_HZ
 
 /// `a / b`, which must be whole: checked when the program is built.
 const fn whole_quotient(a: u64, b: u64) -> u64 {
-    assert!(a % b == 0, "a period is not a whole number of its unit");
+    assert!(
+        a.is_multiple_of(b),
+        "a period is not a whole number of its unit"
+    );
     a / b
 }
 

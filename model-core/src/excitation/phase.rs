@@ -28,12 +28,12 @@ pub const fn ratio(numerator: u64, denominator: NonZeroU64, bits: u32) -> u128 {
     let upper = (numerator % denominator) << 64;
     let lower = (upper % denominator) << 64;
     // In units of 2^-128.
-    let fraction = (upper / denominator) << 64 | lower / denominator;
+    let fraction = ((upper / denominator) << 64) | (lower / denominator);
     let whole = numerator / denominator;
     match bits {
         0 => whole,
         128.. => fraction,
-        _ => whole << bits | fraction >> (128 - bits),
+        _ => (whole << bits) | (fraction >> (128 - bits)),
     }
 }
 
