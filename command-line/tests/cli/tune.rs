@@ -193,7 +193,7 @@ fn targets_out_of_reach_are_refused_with_the_greatest_possible() {
         ),
         (
             "--inner-bandwidth 2000",
-            "the wish asks for a gain that the board does not take: position_gain is",
+            "the request asks for a gain that the board does not take: position_gain is",
         ),
         ("--bandwidth 2 --inner-bandwidth 20", "cannot be used with"),
         (
