@@ -1,6 +1,5 @@
 #!/usr/bin/env bash
-# Counts the instructions of the control law beside those of its rival in C, holds `actuator board` and `serve --elf` to their
-# words, and has python-canopen drive the chain of both boards.
+# Compares the instructions of the control law with those of the same law in C, and drives both boards by python-canopen.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -9,9 +8,10 @@ if ! command -v arm-none-eabi-gcc >/dev/null; then
     $sudo apt-get update -qq
     $sudo apt-get install -y -qq gcc-arm-none-eabi
 fi
-# No package is named: the emulator has been built with the features of all.
-cargo bench --bench control_law --profile dev --locked
-cargo test --features actuator/board --test cli --locked -- board
+# All packages are named: the emulator is built already with the features of all.
+cargo bench --workspace --exclude actuator-python --features actuator/board --ignore-rust-version --locked \
+    --bench control_law --profile dev
+bash .ci/programs
 
 # The packages are those of canopen/ci.sh.
 venv=target/canopen-venv
