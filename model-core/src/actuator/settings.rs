@@ -141,7 +141,7 @@ impl Settings {
     /// Sets a parameter of the chosen model and plant, by name or by symbol.
     ///
     /// # Errors
-    /// [`ParameterError::Unknown`] where there is none of this name, else that of the value;
+    /// [`ParameterError::Unknown`] if no parameter has this name, otherwise the error of the value;
     /// nothing is changed then.
     pub fn set(&mut self, name: &str, value: f64) -> Result<(), ParameterError> {
         for group in self.groups_mut().into_iter().flatten() {
