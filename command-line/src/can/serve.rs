@@ -128,7 +128,7 @@ impl Serve {
     fn emulate(&self, _: &Path, _: &Path, _: &Arc<AtomicBool>) -> Result<(), Error> {
         Err(Error::Conflict(
             "this program was built without the emulator; one that has it is built by \
-             `cargo build --release --bin actuator --features actuator/board`"
+             `cargo emulate serve`"
                 .into(),
         ))
     }

@@ -25,11 +25,33 @@ pub struct Measured {
 }
 
 /// Every measurement, in the order of the page.
-pub static MEASUREMENTS: [Measurement; 1] = [Measurement {
-    what: "Flash, RAM and stack of the boards' programs",
-    arguments: "test -p system-tests --test elf -- --nocapture flash_and_ram_stay_below",
-    markers: &["actuator-board", "comm-board", "flash "],
-}];
+pub static MEASUREMENTS: [Measurement; 5] = [
+    Measurement {
+        what: "Flash, SRAM and stack of the boards' programs",
+        arguments: "test-all --test elf -- --nocapture --test-threads 1 below_their_limits",
+        markers: &["actuator-board", "comm-board", "flash "],
+    },
+    Measurement {
+        what: "Instructions of a control period on the board",
+        arguments: "test-all --test board -- --nocapture --test-threads 1 below_300 below_3000 beyond_3000",
+        markers: &["instructions", "set and started"],
+    },
+    Measurement {
+        what: "Worst turn of the CANopen device, and the stack",
+        arguments: "test-all --test board -- --nocapture --test-threads 1 the_turns_of_the_node",
+        markers: &["the worst", "stack:"],
+    },
+    Measurement {
+        what: "From the last byte of a command on the serial line to its duty",
+        arguments: "test-all --test board -- --nocapture --test-threads 1 a_command_reaches",
+        markers: &["from the last byte"],
+    },
+    Measurement {
+        what: "Faults, provoked on the emulated board",
+        arguments: "test-all --test board -- --nocapture --test-threads 1 faults",
+        markers: &["| "],
+    },
+];
 
 impl Measurement {
     /// The command as one types it.
