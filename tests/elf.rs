@@ -8,8 +8,8 @@ use object::{File, Object, ObjectSection, ObjectSymbol, SectionFlags, elf};
 /// The capture buffer, which the limits exclude: it takes the rest of the memory.
 const CAPTURE_BUFFER: &str = "capture_buffer";
 
-/// A program with its limits, bytes: flash, and SRAM without the capture buffer. The stack has a memory
-/// of its own; a test on the emulated board measures how much of it is used.
+/// A program with its limits, bytes: flash, and SRAM without the capture buffer. The stack has a
+/// memory of its own; a test on the emulated board measures how much of it is used.
 struct Program {
     name: &'static str,
     elf: fn() -> &'static Path,
@@ -114,8 +114,8 @@ fn lies_in(inner: &Range<u64>, outer: &Range<u64>) -> bool {
 
 #[test]
 fn nothing_can_panic_allocate_or_compute_in_emulated_floating_point() {
-    // What the runtime of C calls its floating point, and what Rust calls it: arithmetic, comparison
-    // and conversion, single and double.
+    // What the runtime of C calls its floating point, and what Rust calls it: arithmetic,
+    // comparison and conversion, single and double.
     let emulated = |name: &str| {
         let aeabi = name.strip_prefix("__aeabi_").is_some_and(|operation| {
             let first = operation.chars().next();

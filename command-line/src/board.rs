@@ -21,11 +21,12 @@ use crate::error::Error;
 
 /// Runs the board's program on the emulated board, with the motor and its gear train.
 ///
-/// Lines of standard input are requests to the board over its CAN bus, by CANopen. `enable` and `disable` switch the
-/// drive's power; an angle in degrees moves the enabled drive there in profile position mode; `stop` is a quick stop, `ack`
-/// resets faults, `save` saves the parameters; `capture start` and `capture stop` begin and end the board's capture, and
-/// `capture save FILE` writes it for `identify`; `servo 1500` sends servo pulses of 1500 us, `servo off` ends them; `end`
-/// ends the run.
+/// Lines of standard input are requests to the board over its CAN bus, by CANopen. `enable` and
+/// `disable` switch the drive's power; an angle in degrees moves the enabled drive there in profile
+/// position mode; `stop` is a quick stop, `ack` resets faults, `save` saves the parameters;
+/// `capture start` and `capture stop` begin and end the board's capture, and `capture save FILE`
+/// writes it for `identify`; `servo 1500` sends servo pulses of 1500 us, `servo off` ends them;
+/// `end` ends the run.
 #[derive(Debug, Args)]
 pub struct Board {
     /// ELF file of the board's program (`cargo build-board`: actuator-board)

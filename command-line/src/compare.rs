@@ -17,16 +17,16 @@ use identification::{
 
 /// Fits all models to recordings and selects the simplest that is adequate
 ///
-/// Each model is fitted complete, without delay, without rate limits and without both. They are ranked
-/// by their fit to the recordings of --validate or, without these, by the BIC with the number of
-/// independent samples. Models that the data do not distinguish from the best are marked; the one of
-/// them with the fewest parameters is selected.
+/// Each model is fitted complete, without delay, without rate limits and without both. They are
+/// ranked by their fit to the recordings of --validate or, without these, by the BIC with the
+/// number of independent samples. Models that the data do not distinguish from the best are marked;
+/// the one of them with the fewest parameters is selected.
 #[derive(Debug, Args)]
 pub struct Compare {
     #[command(flatten)]
     data: DataOptions,
-    /// Model to compare; repeatable [default: the paper's models, and the motors too if the recordings
-    /// are of a pendulum]
+    /// Model to compare; repeatable [default: the paper's models, and the motors too if the
+    /// recordings are of a pendulum]
     #[arg(long, value_name = "NAME", value_parser = model_names())]
     model: Vec<String>,
     /// Number of starting points of the search

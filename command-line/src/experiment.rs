@@ -27,9 +27,9 @@ use identification::{
 
 /// Designs inputs for identification and predicts the uncertainty of each parameter
 ///
-/// Each input is timed for the bandwidth, with the greatest amplitude within the rate limit and with
-/// one that exceeds it. The errors are Cramer-Rao bounds for the expected parameters: the least
-/// standard deviation of an unbiased estimate.
+/// Each input is timed for the bandwidth, with the greatest amplitude within the rate limit and
+/// with one that exceeds it. The errors are Cramer-Rao bounds for the expected parameters: the
+/// least standard deviation of an unbiased estimate.
 #[derive(Debug, Args)]
 pub struct Experiment {
     /// Model to be fitted

@@ -39,8 +39,8 @@ pub struct Fmu {
     /// Sets a parameter by name or symbol; repeatable, the last value applies
     #[arg(long, value_name = "NAME=VALUE", value_parser = parameters::setting)]
     set: Vec<Setting>,
-    /// Shared library to include, at most one each for Linux and Windows on x86-64 [default: the one
-    /// built along with this program]
+    /// Shared library to include, at most one each for Linux and Windows on x86-64 [default: the
+    /// one built along with this program]
     #[arg(long, value_name = "FILE")]
     library: Vec<PathBuf>,
 }

@@ -27,9 +27,9 @@ use identification::{
 
 /// Fits models to recordings, and estimates the uncertainty of each parameter
 ///
-/// A recording is a text file with one line per sample and a header with the names of the columns, as
-/// `simulate --csv` writes it, or the JSON of a pendulum test bench. Warnings about files and fits go
-/// to standard error.
+/// A recording is a text file with one line per sample and a header with the names of the columns,
+/// as `simulate --csv` writes it, or the JSON of a pendulum test bench. Warnings about files and
+/// fits go to standard error.
 #[derive(Debug, Args)]
 pub struct Identify {
     #[command(flatten)]

@@ -25,9 +25,9 @@ use options::TuneOptions;
 /// Computes gains for a motor and a target bandwidth
 ///
 /// The target is either the bandwidth of the rate loop, with the position gain as a share of it, or
-/// the bandwidth and the phase margin of the position loop. The default is the rate loop of the paper.
-/// The margins of the sampled loop are printed; margins below common practice cause warnings on
-/// standard error.
+/// the bandwidth and the phase margin of the position loop. The default is the rate loop of the
+/// paper. The margins of the sampled loop are printed; margins below common practice cause warnings
+/// on standard error.
 #[derive(Debug, Args)]
 pub struct Tune {
     /// Motor and board of a preset [default: consistent]

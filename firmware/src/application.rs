@@ -15,9 +15,9 @@
 //! | fault | disabled | [`Request::Acknowledge`] |
 //!
 //! While the bridge is off, faults are reported in [`Telemetry::present`] and block
-//! [`Request::Enable`], but are not latched. Only events that would be lost otherwise are latched in
-//! every state: a trip of the bridge, missed control periods, corrupt parameters and a reset by the
-//! watchdog.
+//! [`Request::Enable`], but are not latched. Only events that would be lost otherwise are latched
+//! in every state: a trip of the bridge, missed control periods, corrupt parameters and a reset by
+//! the watchdog.
 //!
 //! Order of a control period: measure, validate the encoder's word, observe, select the setpoint,
 //! protect, change the state, regulate, make the compare value of the duty.

@@ -1,4 +1,5 @@
-//! Records chosen signals at the control rate or a whole fraction of it, into a buffer that the caller owns.
+//! Records chosen signals at the control rate or a whole fraction of it, into a buffer that the
+//! caller owns.
 //!
 //! A record is one `i32` a signal. The buffer is a ring while the capture waits for its trigger, so
 //! that records from before it are kept; from the trigger on it is filled to its end and stays. One

@@ -1,4 +1,5 @@
-//! The application around the plant of `model-core`, which stands in for everything that the board's pins see.
+//! The application around the plant of `model-core`, which stands in for everything that the
+//! board's pins see.
 
 use model_core::plant::board::{self as plant, Sampled};
 

@@ -1,6 +1,8 @@
-//! A storm of frames on the whole device: frames that a master could send, mutated, and frames of pure chance.
+//! A storm of frames on the whole device: frames that a master could send, mutated, and frames of
+//! pure chance.
 //!
-//! `STORM_FRAMES=10000000 cargo test --release -p firmware --test storm -- --nocapture` makes it as long as one likes.
+//! `STORM_FRAMES=10000000 cargo test --release -p firmware --test storm -- --nocapture` makes it as
+//! long as one likes.
 
 use canopen::CanFrame;
 use embedded_can::Frame;
@@ -38,7 +40,8 @@ impl Storm {
         self.chance.next_u64().to_le_bytes()
     }
 
-    /// What a master could send: an SDO request about an object that there is, a PDO, NMT, SYNC, a heartbeat, LSS.
+    /// What a master could send: an SDO request about an object that there is, a PDO, NMT, SYNC, a
+    /// heartbeat, LSS.
     fn sensible(&mut self) -> CanFrame {
         const COMMANDS: [u8; 16] = [
             0x40, 0x23, 0x27, 0x2B, 0x2F, 0x21, 0x60, 0x70, 0x00, 0x11, 0xA0, 0xA3, 0xA2, 0xC2,
@@ -132,7 +135,8 @@ impl Board<'_> {
         heard
     }
 
-    /// After a reset by the master it answers as on its first day, on whatever node-ID LSS has left it.
+    /// After a reset by the master it answers as on its first day, on whatever node-ID LSS has left
+    /// it.
     fn check(&mut self) {
         let parameters = self.device.drive.application().parameters();
         assert_eq!(parameters.check(), Ok(()));

@@ -8,9 +8,9 @@ use std::{
 
 use crate::error::Error;
 
-/// A file that is written under the name `FILE.part` and renamed on completion, so that an old file is
-/// replaced atomically. A file that is dropped before [`WholeFile::complete`] is removed; a program
-/// that is killed leaves `FILE.part`.
+/// A file that is written under the name `FILE.part` and renamed on completion, so that an old file
+/// is replaced atomically. A file that is dropped before [`WholeFile::complete`] is removed; a
+/// program that is killed leaves `FILE.part`.
 ///
 /// A device or a pipe of that name is written directly.
 #[derive(Debug)]
@@ -101,7 +101,8 @@ pub fn write(path: &Path, text: &str) -> Result<(), Error> {
 /// created or changed.
 ///
 /// # Errors
-/// [`Error::Write`] for a file that cannot be written, [`Error::Conflict`] for two options with one file.
+/// [`Error::Write`] for a file that cannot be written, [`Error::Conflict`] for two options with one
+/// file.
 pub fn check(files: &[(&str, &Path)]) -> Result<(), Error> {
     for (index, (option, path)) in files.iter().enumerate() {
         let is_it = |(_, other): &&(&str, &Path)| is_file(path) && place(other) == place(path);

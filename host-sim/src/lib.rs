@@ -1,5 +1,5 @@
-//! Simulation of the smart actuator on a PC: the board's control core, the models of the paper, CAN,
-//! and the evaluation of traces.
+//! Simulation of the smart actuator on a PC: the board's control core, the models of the paper,
+//! CAN, and the evaluation of traces.
 
 pub mod analysis;
 pub mod can;

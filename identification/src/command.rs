@@ -1,8 +1,8 @@
 //! A sampled command as a function of time: cubic polynomials from sample to sample.
 //!
 //! A recording does not contain the command between two samples. A step takes place at the sample
-//! with the new value; a chirp is a smooth curve through the samples. The wrong assumption causes an
-//! error of half a sample of delay.
+//! with the new value; a chirp is a smooth curve through the samples. The wrong assumption causes
+//! an error of half a sample of delay.
 
 mod spline;
 

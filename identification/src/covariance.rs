@@ -1,10 +1,10 @@
 //! Covariance of the estimates.
 //!
-//! For white residuals of variance `s^2` the covariance is the Cramer-Rao bound, `s^2 (J' J)^-1`. The
-//! residuals of a model that is not exact are correlated in time, and the bound is then too small;
-//! with their autocorrelation `R` the covariance is `(J' J)^-1 (sum J_i' R(i - j) J_j) (J' J)^-1`
-//! (Morelli and Klein, J. Aircraft 34, 1997, "Accuracy of aerodynamic model parameters estimated
-//! from flight test data").
+//! For white residuals of variance `s^2` the covariance is the Cramer-Rao bound, `s^2 (J' J)^-1`.
+//! The residuals of a model that is not exact are correlated in time, and the bound is then too
+//! small; with their autocorrelation `R` the covariance is `(J' J)^-1 (sum J_i' R(i - j) J_j) (J'
+//! J)^-1` (Morelli and Klein, J. Aircraft 34, 1997, "Accuracy of aerodynamic model parameters
+//! estimated from flight test data").
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
@@ -33,8 +33,8 @@ const NEGLIGIBLE_EIGENVALUE: f64 = 1e-10;
 /// Component in a direction that is not observable from which an unknown is not identifiable.
 const INVOLVED: f64 = 0.1;
 
-/// The covariances at the end of a search, with the fits of all experiments there. `is_held` marks the
-/// unknowns at a bound.
+/// The covariances at the end of a search, with the fits of all experiments there. `is_held` marks
+/// the unknowns at a bound.
 pub fn covariance(
     problem: &Problem,
     unknowns: &Unknowns,

@@ -166,7 +166,8 @@ fn solve(
     let share = share(&candidates);
     let finalists = candidates.into_iter().take(preview.finalists);
     let mut finalists: Vec<Vec<f64>> = finalists.map(|found| found.point).collect();
-    // The preview's optimum may differ: starting at the nested optimum, the fit is never worse than it.
+    // The preview's optimum may differ: starting at the nested optimum, the fit is never worse than
+    // it.
     finalists.extend(points);
     let silent = nested::Silent(progress);
     let last = Searches {
@@ -235,8 +236,8 @@ impl Searches<'_> {
         )
     }
 
-    /// Searches from each of several starting points; returns the optima, best first. After a request to
-    /// stop only the first search is still begun, so that there is a result.
+    /// Searches from each of several starting points; returns the optima, best first. After a
+    /// request to stop only the first search is still begun, so that there is a result.
     fn each(&self, starts: &[Vec<f64>]) -> Result<Vec<Found>, IdentifyError> {
         let state = std::sync::Mutex::new((0, f64::INFINITY));
         let one = |(index, start): (usize, &Vec<f64>)| {

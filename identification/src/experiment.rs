@@ -8,10 +8,11 @@ use super::recording::{Hold, Recording, RecordingError};
 /// Assumptions where a recording leaves its command open.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Assumptions {
-    /// Zero-order hold: a command that changes from sample to sample keeps each value until the next.
+    /// Zero-order hold: a command that changes from sample to sample keeps each value until the
+    /// next.
     pub is_held: bool,
-    /// The actuator is at rest until the first command arrives; otherwise the first command was applied
-    /// long before.
+    /// The actuator is at rest until the first command arrives; otherwise the first command was
+    /// applied long before.
     pub begins_at_rest: bool,
 }
 
@@ -20,8 +21,8 @@ pub struct Assumptions {
 pub struct Experiment {
     /// The recording.
     pub recording: Arc<Recording>,
-    /// Instants of the samples after the first, ns. All steps of even samples are identical, so that
-    /// cached transitions apply to all.
+    /// Instants of the samples after the first, ns. All steps of even samples are identical, so
+    /// that cached transitions apply to all.
     pub time_ns: Vec<i64>,
     /// The command.
     pub command: Vec<Segment>,
@@ -102,9 +103,9 @@ impl Experiment {
         }
     }
 
-    /// The same with one of `every` blocks of samples compared and the complete command. The samples
-    /// within a block resolve fast motion, and the irregular blocks alias with no period of the
-    /// recording.
+    /// The same with one of `every` blocks of samples compared and the complete command. The
+    /// samples within a block resolve fast motion, and the irregular blocks alias with no period of
+    /// the recording.
     pub fn thinned(&self, every: usize) -> Self {
         let share = 1.0 / every.max(1) as f64;
         self.with_samples(|i| ((i / BLOCK) as f64 * GOLDEN).fract() < share)

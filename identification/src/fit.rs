@@ -101,7 +101,8 @@ pub struct Fit {
     pub cost: f64,
     /// Number of residuals.
     pub samples: usize,
-    /// Standard deviation of the residuals with the degrees of freedom of the parameters subtracted, deg.
+    /// Standard deviation of the residuals with the degrees of freedom of the parameters
+    /// subtracted, deg.
     pub noise_deg: f64,
     /// `100 (1 - |residual|/|angle - mean|)` over all experiments, %.
     pub fit_percent: f64,
@@ -113,11 +114,11 @@ pub struct Fit {
     pub starts: (usize, usize),
     /// The assumptions about the recordings.
     pub assumptions: Assumptions,
-    /// Whether a zero-order hold of the command fits as well as the assumed smooth command: the delay is
-    /// then determined to half a sample only.
+    /// Whether a zero-order hold of the command fits as well as the assumed smooth command: the
+    /// delay is then determined to half a sample only.
     pub is_hold_undetermined: bool,
-    /// The nested model that fits as well by a likelihood-ratio test: the estimates are its optimum, and
-    /// the additional parameters have no effect.
+    /// The nested model that fits as well by a likelihood-ratio test: the estimates are its
+    /// optimum, and the additional parameters have no effect.
     pub no_better_than: Option<&'static str>,
 }
 

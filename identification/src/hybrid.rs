@@ -1,11 +1,11 @@
 //! Exact simulation of hybrid systems: models that are linear between their limits.
 //!
-//! Such a model is a set of modes. Within a mode `x' = A x + b c + d`, the command `c` being a cubic
-//! polynomial of time; a mode ends where an affine function of state and command, its guard, falls
-//! below zero. Each step is the exact solution (`linear`), and each event (a guard that crosses zero)
-//! is located within its step (`crossing`): the result does not depend on the step length. The
-//! numbers may be [`Dual`](super::scalar::Dual), including the event times, so that the sensitivities
-//! are exact as well.
+//! Such a model is a set of modes. Within a mode `x' = A x + b c + d`, the command `c` being a
+//! cubic polynomial of time; a mode ends where an affine function of state and command, its guard,
+//! falls below zero. Each step is the exact solution (`linear`), and each event (a guard that
+//! crosses zero) is located within its step (`crossing`): the result does not depend on the step
+//! length. The numbers may be [`Dual`](super::scalar::Dual), including the event times, so that the
+//! sensitivities are exact as well.
 
 mod crossing;
 mod doubling;

@@ -1,10 +1,11 @@
 //! Bounded Levenberg-Marquardt.
 //!
-//! The search variable `s` is the logarithm of a positive unknown, and the unknown itself otherwise.
-//! Each step solves `(H + lambda D) ds = -g` over the unknowns that are not held by a bound, `D`
-//! being the largest diagonal of `H` so far (Marquardt, SIAM J. Appl. Math. 11, 1963; More, LNM 630,
-//! 1978), and is projected onto the bounds. `lambda` follows the ratio of actual to predicted
-//! decrease (Nielsen, IMM-REP-1999-05). A step to a cost of NaN counts as one without a decrease.
+//! The search variable `s` is the logarithm of a positive unknown, and the unknown itself
+//! otherwise. Each step solves `(H + lambda D) ds = -g` over the unknowns that are not held by a
+//! bound, `D` being the largest diagonal of `H` so far (Marquardt, SIAM J. Appl. Math. 11, 1963;
+//! More, LNM 630, 1978), and is projected onto the bounds. `lambda` follows the ratio of actual to
+//! predicted decrease (Nielsen, IMM-REP-1999-05). A step to a cost of NaN counts as one without a
+//! decrease.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
@@ -18,8 +19,8 @@ use super::unknowns::{Unknown, Unknowns};
 pub struct Limits {
     /// The most iterations.
     pub iterations: usize,
-    /// The search has converged when a full Gauss-Newton step predicts a decrease below this share of
-    /// the cost: at 1e-12 the distance to the optimum is 1e-6 sqrt(samples) standard errors.
+    /// The search has converged when a full Gauss-Newton step predicts a decrease below this share
+    /// of the cost: at 1e-12 the distance to the optimum is 1e-6 sqrt(samples) standard errors.
     pub decrease: f64,
 }
 

@@ -94,8 +94,8 @@ pub trait Description: Send + Sync {
         Vec::new()
     }
 
-    /// Whether it reproduces its nested models exactly. Its additional parameters are then kept only
-    /// where a likelihood-ratio test requires them.
+    /// Whether it reproduces its nested models exactly. Its additional parameters are then kept
+    /// only where a likelihood-ratio test requires them.
     fn contains_nested_models_exactly(&self) -> bool {
         false
     }
@@ -118,8 +118,8 @@ pub trait Model: Description {
     /// Starting values from a regression over the recordings, in the order of the parameters.
     fn starting_values(&self, experiments: &[Experiment]) -> Vec<f64>;
 
-    /// Simulates the run and passes each sample of the recording to `output`, in order. A model that
-    /// diverges passes NaN.
+    /// Simulates the run and passes each sample of the recording to `output`, in order. A model
+    /// that diverges passes NaN.
     fn simulate(&self, run: &Experiment, values: &[f64], output: &mut dyn FnMut(usize, Sample));
 
     /// The same with the sensitivities: the derivatives of the angle by the parameters `free`, in

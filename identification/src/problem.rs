@@ -59,12 +59,13 @@ pub struct Problem {
 }
 
 impl Problem {
-    /// A model and experiments with the default settings: the experiments share the parameters of the
-    /// actuator, each has its own initial state, and the starting values are estimated from the data.
+    /// A model and experiments with the default settings: the experiments share the parameters of
+    /// the actuator, each has its own initial state, and the starting values are estimated from the
+    /// data.
     ///
     /// # Errors
-    /// [`IdentifyError::NoRecording`], or [`IdentifyError::Recording`] for one without a column that the
-    /// model needs.
+    /// [`IdentifyError::NoRecording`], or [`IdentifyError::Recording`] for one without a column
+    /// that the model needs.
     pub fn try_new(
         model: Arc<dyn Model>,
         experiments: Vec<Experiment>,
@@ -174,8 +175,8 @@ impl Problem {
     /// Bounds a parameter; the bounds may be infinite where its range is.
     ///
     /// # Errors
-    /// [`IdentifyError::UnknownParameter`]; [`IdentifyError::Order`] and [`IdentifyError::Range`] for
-    /// bounds that contain no value.
+    /// [`IdentifyError::UnknownParameter`]; [`IdentifyError::Order`] and [`IdentifyError::Range`]
+    /// for bounds that contain no value.
     pub fn bound(&mut self, name: &str, low: f64, high: f64) -> Result<(), IdentifyError> {
         let spec = self.spec(name)?;
         let Parameter { name, min, max, .. } = spec.parameter;

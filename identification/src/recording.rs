@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 /// The hold assumption: the command between two of its samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Hold {
-    /// Decided from the data: a step where the command is constant before and after, smooth where it
-    /// changes from sample to sample.
+    /// Decided from the data: a step where the command is constant before and after, smooth where
+    /// it changes from sample to sample.
     #[default]
     Auto,
     /// Zero-order hold: it keeps its value until the next sample, as on a digital link.

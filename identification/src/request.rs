@@ -48,8 +48,8 @@ pub enum RequestError {
 }
 
 impl Request {
-    /// Fits one model, and predicts the held-out recordings. Simpler models that were fitted `before` to
-    /// the same recordings provide starting values.
+    /// Fits one model, and predicts the held-out recordings. Simpler models that were fitted
+    /// `before` to the same recordings provide starting values.
     ///
     /// # Errors
     /// Those of [`Problem`] and of [`fit`](fn@super::fit).
@@ -66,8 +66,8 @@ impl Request {
         Assessment::of(found.model, &problem, found, held_out)
     }
 
-    /// Checks that each named parameter belongs to at least one of the models, and that no two options
-    /// contradict each other.
+    /// Checks that each named parameter belongs to at least one of the models, and that no two
+    /// options contradict each other.
     ///
     /// # Errors
     /// [`RequestError::UnknownParameter`], [`RequestError::Conflict`].

@@ -54,7 +54,8 @@ impl Unknowns {
     /// The unknowns of a problem.
     ///
     /// # Errors
-    /// [`IdentifyError::NothingFree`], [`IdentifyError::Start`] and [`IdentifyError::TooFewSamples`].
+    /// [`IdentifyError::NothingFree`], [`IdentifyError::Start`] and
+    /// [`IdentifyError::TooFewSamples`].
     pub fn of(problem: &Problem) -> Result<Self, IdentifyError> {
         let mut unknowns = Self {
             list: Vec::new(),

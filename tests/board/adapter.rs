@@ -12,7 +12,8 @@ fn answers(commands: &[&str]) -> Vec<String> {
     talk.client.lines().into_iter().map(|(_, l)| l).collect()
 }
 
-/// As LAWICEL's manual of the CANUSB has it (version 1.0D, 2011), and python-can's `slcanBus` expects.
+/// As LAWICEL's manual of the CANUSB has it (version 1.0D, 2011), and python-can's `slcanBus`
+/// expects.
 #[test]
 fn every_command_is_answered_as_an_adapter_does() {
     let dialogue = [
@@ -170,13 +171,15 @@ fn a_bus_on_which_nobody_answers_is_told_by_the_flags_and_lets_itself_be_closed(
     ];
     let talk = talk(Vec::new(), one_each_ms(&commands), 20);
     let lines: Vec<_> = talk.client.lines().into_iter().map(|(_, l)| l).collect();
-    // Error warning, error passive, bus error; after it was opened again, the counters are what is left.
+    // Error warning, error passive, bus error; after it was opened again, the counters are what is
+    // left.
     assert_eq!(lines, ["", "", "z", "", "", "FA4", "", "", "F24"]);
 }
 
 #[test]
 fn a_damaged_or_lost_byte_makes_its_line_none() {
-    // More than the board obeys at once: ends of lines alone would overrun nothing, so a long line does.
+    // More than the board obeys at once: ends of lines alone would overrun nothing, so a long line
+    // does.
     let long = "x".repeat(3000) + "\rV\r";
     let talk = talk(Vec::new(), one_each_ms(&[long]), 40);
     let lines: Vec<_> = talk.client.lines().into_iter().map(|(_, l)| l).collect();

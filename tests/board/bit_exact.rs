@@ -1,4 +1,5 @@
-//! The device on the PC and the ELF on the emulated board do the same, bit for bit and frame for frame.
+//! The device on the PC and the ELF on the emulated board do the same, bit for bit and frame for
+//! frame.
 
 use board_tests::frames::{Frame, control, read, sent, start, target, write_real};
 use board_tests::native::NativeBoard;
@@ -9,8 +10,8 @@ use virtual_board::run::Options;
 const SECONDS: u64 = 60;
 const TICKS: u64 = SECONDS * 250;
 
-/// Where the drive is to go, deg: steps, sines, a ramp, the end stops of the servo to and fro, an angle beyond the
-/// position limits, and one of a few encoder counts.
+/// Where the drive is to go, deg: steps, sines, a ramp, the end stops of the servo to and fro, an
+/// angle beyond the position limits, and one of a few encoder counts.
 fn target_deg(tick: u64) -> f64 {
     let seconds = tick as f64 / 250.0;
     let sine = |deg: f64, hz: f64| deg * (2.0 * std::f64::consts::PI * hz * seconds).sin();

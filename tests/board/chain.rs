@@ -1,4 +1,5 @@
-//! From a line on the communication board's serial port to the motor of an actuator board, and back.
+//! From a line on the communication board's serial port to the motor of an actuator board, and
+//! back.
 
 use board_tests::chain::{Chain, run_chain};
 use board_tests::comm::Client;
@@ -37,7 +38,8 @@ fn two_actuators_answer_through_the_chain_under_their_own_numbers() {
         // Identity and node-ID of each, by SDO.
         "t60184018100200000000",
         "t60284002210100000000",
-        // The proportional gain of the first, 60FBh:1, becomes 9.25: all parameters are checked together for that.
+        // The proportional gain of the first, 60FBh:1, becomes 9.25: all parameters are checked
+        // together for that.
         "t601823FB600100001441",
         // Both to OPERATIONAL.
         "t00020100",
@@ -57,8 +59,9 @@ fn two_actuators_answer_through_the_chain_under_their_own_numbers() {
     assert!(chain.actuators.iter().all(|board| board.resets.is_empty()));
 }
 
-/// Instants from which on the duty is above one seventh, in either direction, ns: PWM edges that follow a period with
-/// less. The first control period of a jump has a fifth, as 60C2h spreads the jump over 20 ms; a shaft at rest needs less.
+/// Instants from which on the duty is above one seventh, in either direction, ns: PWM edges that
+/// follow a period with less. The first control period of a jump has a fifth, as 60C2h spreads the
+/// jump over 20 ms; a shaft at rest needs less.
 fn onsets(rows: &[Row]) -> Vec<u64> {
     let driven = rows.iter().filter_map(|row| match row.bridge {
         Bridge::Driven { on_cycles, .. } => Some((row.at_ns, on_cycles > PERIOD_CYCLES / 7)),
@@ -77,18 +80,21 @@ fn onsets(rows: &[Row]) -> Vec<u64> {
     onsets
 }
 
-/// Jumps of 10 deg to and fro, some more than 300 ms apart, so that they meet every tenth of a control period.
+/// Jumps of 10 deg to and fro, some more than 300 ms apart, so that they meet every tenth of a
+/// control period.
 const JUMPS: u64 = 40;
 const APART_US: u64 = 300_100;
 
-/// Limits of `docs/chain.md` from the last byte of a command's line to the PWM edge with its duty, us.
+/// Limits of `docs/chain.md` from the last byte of a command's line to the PWM edge with its duty,
+/// us.
 const LEAST_US: u64 = 3_000;
 const MOST_US: u64 = 8_000;
 
 #[test]
 fn a_command_reaches_the_bridge_within_its_budget_whenever_it_comes() {
     let mut plan = vec![(OPEN_US, b"\rC\rS8\rO\r".to_vec())];
-    // To OPERATIONAL, cyclic synchronous position, no command timeout, as commands are rare here; enabled.
+    // To OPERATIONAL, cyclic synchronous position, no command timeout, as commands are rare here;
+    // enabled.
     let lines = [
         "t00020100",
         "t60182F60600008000000",

@@ -1,4 +1,5 @@
-//! Faults of the table, provoked on the emulated board: each is reported by EMCY and safe within its times.
+//! Faults of the table, provoked on the emulated board: each is reported by EMCY and safe within
+//! its times.
 
 use board_tests::frames::{faults, write};
 use board_tests::master::{Targets, driven, steps, to_and_fro};
@@ -14,8 +15,8 @@ use virtual_board::trace::Row;
 /// In the middle of a control period; the shaft is on its way then.
 const FROM_MS: u64 = 1102;
 
-/// Beyond the table's times, which are those of the control step: a control period until the step sees the condition, and
-/// the frame that reports it.
+/// Beyond the table's times, which are those of the control step: a control period until the step
+/// sees the condition, and the frame that reports it.
 const REPORTING_MS: u64 = 5;
 
 /// A fault of the board, and what provokes it.
@@ -253,7 +254,8 @@ fn a_supply_that_drops_under_load_alone_is_detected() {
         _ => driven(tick, 0),
     });
     let at_ns = first_fault(&finished, Reported::UnderVoltage);
-    // While the bridge is open, as in the window, the voltage is sufficient: rows are from the ends of the periods.
+    // While the bridge is open, as in the window, the voltage is sufficient: rows are from the ends
+    // of the periods.
     let rows = finished.trace.rows.iter();
     let open_v = (rows.filter(|row| row.at_ns < at_ns))
         .map(|row| row.supply_v)

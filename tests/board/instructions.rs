@@ -93,8 +93,8 @@ fn the_whole_tick_stays_below_3000_instructions_over_a_minute() {
     println!("the worst tick: {tick} instructions; of the worst of each interrupt: {sum}");
     assert!(tick <= sum && sum < 3_000, "{tick}, {sum}");
 
-    // DWT runs on the core's clock, and an instruction takes one cycle here. The board counts from behind
-    // its gathering to before its return.
+    // DWT runs on the core's clock, and an instruction takes one cycle here. The board counts from
+    // behind its gathering to before its return.
     let own = u64::from(finished.script.longest);
     let (step, gather) = ("DMA2_STREAM0", "gather");
     let around = range(&finished.spans[step]).1 - own;
@@ -105,7 +105,8 @@ fn the_whole_tick_stays_below_3000_instructions_over_a_minute() {
     );
 }
 
-/// Narrow limits by the objects of their parameters: position, deg; rate, deg/s; duty, %, and its slew, %/s.
+/// Narrow limits by the objects of their parameters: position, deg; rate, deg/s; duty, %, and its
+/// slew, %/s.
 const NARROW: [(u16, u8, f32); 6] = [
     (0x2010, 5, -8.0),
     (0x2010, 6, 8.0),
@@ -149,7 +150,8 @@ fn the_control_law_stays_below_300_instructions_whatever_limits_act() {
 fn excitations(tick: u64) -> Vec<Frame> {
     let since = tick.saturating_sub(100);
     match (tick, since % 125) {
-        // The longest register takes the longest; a multisine has as many lines as it may by default.
+        // The longest register takes the longest; a multisine has as many lines as it may by
+        // default.
         (10, _) => vec![write(0x2020, 10, 16, 4)],
         (100.., 0) => vec![write(0x2020, 3, (since / 125) as u32, 4), control(0x0f, 0)],
         (100.., 3) => vec![write(0x2020, 1, 1, 1)],

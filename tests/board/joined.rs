@@ -80,8 +80,8 @@ fn two_boards_on_one_bus_answer_and_move_by_their_own_numbers() {
         let cdeg = i32::from(i16::from_le_bytes([a, b]));
         assert!((cdeg - deg * 100).abs() < 20, "node {node}: {cdeg}");
     }
-    // Both send two PDOs in each control period. Behind the first frames both have one pending: the lower identifier wins,
-    // and the other follows without a gap.
+    // Both send two PDOs in each control period. Behind the first frames both have one pending: the
+    // lower identifier wins, and the other follows without a gap.
     let pairs: Vec<_> = (log.windows(2))
         .filter(|pair| pair[0].frame.id.value() == 0x281 && pair[1].sender != pair[0].sender)
         .collect();

@@ -6,7 +6,8 @@ use board_tests::program::{firmware, run_script};
 use cross_build::board_elf;
 use virtual_board::run::{Flow, Options, Script, View};
 
-/// Offsets in the control block behind its 16 letters: buffer, size, written, read (SEGGER UM08001).
+/// Offsets in the control block behind its 16 letters: buffer, size, written, read (SEGGER
+/// UM08001).
 const BUFFER: u64 = 28;
 const SIZE: u64 = 32;
 const WRITTEN: u64 = 36;

@@ -1,4 +1,5 @@
-//! The supply fails in every operation of a save: afterwards the board has the old parameters or the new ones.
+//! The supply fails in every operation of a save: afterwards the board has the old parameters or
+//! the new ones.
 
 use board_tests::cuts::{Cut, Cuts};
 use board_tests::frames::faults;
@@ -19,11 +20,12 @@ const LIMITS_MA: [u32; 3] = [
 /// More than all the saves take, ms.
 const LIMIT_MS: u64 = 200_000;
 
-/// Words at both ends of a page in which each word is cut, and the distance of the cuts between them.
+/// Words at both ends of a page in which each word is cut, and the distance of the cuts between
+/// them.
 const EVERY_WORD: usize = 16;
 
-/// Words are cut at their half, erases at several stages. A cut takes two starts of the board, so of
-/// the words in the middle of a page, which are all alike, only some are cut; the tests of
+/// Words are cut at their half, erases at several stages. A cut takes two starts of the board, so
+/// of the words in the middle of a page, which are all alike, only some are cut; the tests of
 /// `firmware::store` cut each. With the environment variable `EXHAUSTIVE` each is cut here too.
 fn everywhere(operations: &[Operation]) -> Vec<Cut> {
     let exhaustive = std::env::var_os("EXHAUSTIVE").is_some();
@@ -60,7 +62,8 @@ fn run_cuts(values: &[u32], choose: fn(&[Operation]) -> Vec<Cut>) -> Finished<Cu
     finished
 }
 
-/// Counts how often the board held each of two values after a cut, and asserts that it held no other.
+/// Counts how often the board held each of two values after a cut, and asserts that it held no
+/// other.
 fn count(finished: &Finished<Cuts>, values: [u32; 2]) -> [usize; 2] {
     let held = &finished.script.held;
     for (cut, value) in held {

@@ -43,7 +43,8 @@ fn the_last_of_three_saves_within_an_erase_is_what_a_power_cycle_leaves() {
     assert_eq!(f32::from_le_bytes(value), 7.0);
 }
 
-/// A pulse of 5 deg that is started and stopped between the same two control steps; then one that is only started.
+/// A pulse of 5 deg that is started and stopped between the same two control steps; then one that
+/// is only started.
 fn start_and_stop(tick: u64) -> Vec<Frame> {
     let excitation = |on| write(0x2020, 1, on, 1);
     match tick {

@@ -54,7 +54,8 @@ impl Restart {
         self.statuswords.last().expect("the board reports").1
     }
 
-    /// Asserts that from the reset on the bridge is off, and the board reports again once it is started.
+    /// Asserts that from the reset on the bridge is off, and the board reports again once it is
+    /// started.
     fn assert_off_and_reporting(&self, from_ms: u64) {
         let after = |ms: u64| ms > from_ms + 1;
         let mut bridges = self.bridges.iter().filter(|(ms, _)| after(*ms));

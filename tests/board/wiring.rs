@@ -28,7 +28,8 @@ const COMM: &str = "\n## The communication board\n";
 /// The pin to the CAN transceiver needs edges of less than 100 ns.
 const FAST: &str = "PD1";
 
-/// The rows of the page's table of pins behind a heading: function, pins, connector, peripheral, pulls, outside.
+/// The rows of the page's table of pins behind a heading: function, pins, connector, peripheral,
+/// pulls, outside.
 fn page(heading: &str) -> Vec<Pin> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/hardware.md");
     let text = fs::read_to_string(path).expect("the page");
@@ -68,7 +69,8 @@ fn page(heading: &str) -> Vec<Pin> {
     pins
 }
 
-/// The configuration of a pin by the chip's registers (RM0090, sections 8.4.1 to 8.4.4, 8.4.9 and 8.4.10).
+/// The configuration of a pin by the chip's registers (RM0090, sections 8.4.1 to 8.4.4, 8.4.9 and
+/// 8.4.10).
 fn set_up(mut register: impl FnMut(u64) -> u32, name: &str) -> Pin {
     let (port, number) = name[1..].split_at(1);
     let number: u64 = number.parse().expect("a pin's number");

@@ -26,9 +26,10 @@ const PAINT: u32 = 0xcccc_cccc;
 /// The part of the stack that is never used, at the least: percent of what is.
 const MARGIN_PCT: u64 = 25;
 
-/// Everything that takes long, one after the other: settings, saves with and without an erase, defaults, excitations under
-/// a capture, uploads in segments and in a block whose client never answers, all with commands at 50 Hz; then a burst of
-/// commands as dense as the bus takes, LSS, and resets of communication and node in one turn.
+/// Everything that takes long, one after the other: settings, saves with and without an erase,
+/// defaults, excitations under a capture, uploads in segments and in a block whose client never
+/// answers, all with commands at 50 Hz; then a burst of commands as dense as the bus takes, LSS,
+/// and resets of communication and node in one turn.
 fn everything(tick: u64) -> Vec<Frame> {
     let excitation = tick.saturating_sub(1000);
     match tick {

@@ -9,11 +9,11 @@
 //!             └ trace ── record of a run, and its hash
 //! ```
 //!
-//! Time is virtual and one instruction takes one cycle of 168 MHz: the same ELF, options and faults give
-//! the same trace on every machine, independently of its load.
+//! Time is virtual and one instruction takes one cycle of 168 MHz: the same ELF, options and faults
+//! give the same trace on every machine, independently of its load.
 //!
-//! Not emulated: processor cycles (flash wait states, bus contention), analog settling, the ripple of
-//! the current within a PWM period (the plant computes the mean of each slot of its grid), and
+//! Not emulated: processor cycles (flash wait states, bus contention), analog settling, the ripple
+//! of the current within a PWM period (the plant computes the mean of each slot of its grid), and
 //! everything that the models of `rigless` list as omitted.
 
 pub mod board;

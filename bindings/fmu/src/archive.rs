@@ -76,8 +76,8 @@ impl Library {
         Ok(Self { platform, bytes })
     }
 
-    /// Finds the library that was built along with the running program: cargo puts it into the folder
-    /// `deps` next to the program, an installer next to the program itself.
+    /// Finds the library that was built along with the running program: cargo puts it into the
+    /// folder `deps` next to the program, an installer next to the program itself.
     ///
     /// # Errors
     /// [`Error::NoLibrary`], and those of [`Library::read`].

@@ -1,8 +1,8 @@
 //! The settings of a GUID.
 //!
 //! Every FMU contains its settings in `resources/settings.txt`. The GUID is a hash over them and so
-//! shows whether library, model description and settings belong together. An FMU with default settings
-//! is identified by its GUID alone and needs no resources.
+//! shows whether library, model description and settings belong together. An FMU with default
+//! settings is identified by its GUID alone and needs no resources.
 
 use std::fmt::Write;
 use std::fs;

@@ -85,7 +85,8 @@ impl Instance {
     /// Sets the start time and, if it is known, the stop time, s.
     ///
     /// # Errors
-    /// After the start of the initialization, and for times that are not finite or in the wrong order.
+    /// After the start of the initialization, and for times that are not finite or in the wrong
+    /// order.
     pub fn set_up_experiment(&mut self, start_s: f64, stop_s: Option<f64>) -> Result<()> {
         self.expect(&[Phase::Instantiated])?;
         if !start_s.is_finite() {
@@ -157,12 +158,12 @@ impl Instance {
 
     /// Steps from one communication point over `step_s`.
     ///
-    /// The end is rounded to a tick from the start time, so that rounding errors of step sizes that are
-    /// not whole numbers of ticks do not accumulate.
+    /// The end is rounded to a tick from the start time, so that rounding errors of step sizes that
+    /// are not whole numbers of ticks do not accumulate.
     ///
     /// # Errors
-    /// For a point other than the present one, a step size that is not positive, and an end after the
-    /// stop time or four months.
+    /// For a point other than the present one, a step size that is not positive, and an end after
+    /// the stop time or four months.
     pub fn step(&mut self, point_s: f64, step_s: f64) -> Result<()> {
         self.expect(&[Phase::Stepping])?;
         let time = &self.state.time;
@@ -259,8 +260,8 @@ impl Instance {
         Ok(self.kept(key)?.to_bytes(&self.guid)?)
     }
 
-    /// Saves a state that was serialised by an instance of the same FMU. It replaces the one with this
-    /// key, if there is one: the standard does not require a host to clear its variable.
+    /// Saves a state that was serialised by an instance of the same FMU. It replaces the one with
+    /// this key, if there is one: the standard does not require a host to clear its variable.
     ///
     /// # Errors
     /// For bytes that are damaged or not such a state.

@@ -1,7 +1,7 @@
 //! The actuator as a Functional Mock-up Unit: FMI 2.0 for co-simulation.
 //!
-//! One shared library implements the FMUs of all models. It selects the model by the GUID of the model
-//! description, and by `resources/settings.txt` if defaults are changed.
+//! One shared library implements the FMUs of all models. It selects the model by the GUID of the
+//! model description, and by `resources/settings.txt` if defaults are changed.
 //!
 //! | module | is |
 //! |---|---|

@@ -1,7 +1,7 @@
 //! The compiled module of the Python package `smart_actuator`.
 //!
-//! It takes arguments that the Python modules have validated, and releases the interpreter lock while
-//! it computes. The public interface is documented there.
+//! It takes arguments that the Python modules have validated, and releases the interpreter lock
+//! while it computes. The public interface is documented there.
 
 mod campaign;
 mod exception;

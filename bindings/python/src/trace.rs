@@ -9,8 +9,8 @@ use pyo3::{exceptions::PyMemoryError, prelude::*, types::PyDict};
 
 use crate::{exception::raised, request::Request};
 
-/// The most numbers in a trace: 4 GiB. A larger one is most likely a mistake in duration or `every`,
-/// and would end the process instead of raising an exception.
+/// The most numbers in a trace: 4 GiB. A larger one is most likely a mistake in duration or
+/// `every`, and would end the process instead of raising an exception.
 const MOST_NUMBERS: u64 = 1 << 29;
 
 /// Rows between two checks for an interrupt.

@@ -142,7 +142,8 @@ fn variance(values: &[f64]) -> f64 {
 }
 
 impl Response {
-    /// The frequency at which the gain is 3 dB below that of the first line, Hz; NaN if there is none.
+    /// The frequency at which the gain is 3 dB below that of the first line, Hz; NaN if there is
+    /// none.
     pub fn bandwidth_hz(&self) -> f64 {
         let half_power_db = decibel(core::f64::consts::FRAC_1_SQRT_2);
         let below = |line: &Line| line.gain_db - self.lines[0].gain_db - half_power_db;

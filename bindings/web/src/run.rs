@@ -5,8 +5,8 @@ use model_core::time::seconds;
 
 use crate::scenario::{Error, MOST_ROWS, Scenario};
 
-/// The columns of a trace: the time, the command at that time, and the outputs before the updates of
-/// this instant ([`Actuator::reading`]).
+/// The columns of a trace: the time, the command at that time, and the outputs before the updates
+/// of this instant ([`Actuator::reading`]).
 pub const COLUMNS: [&str; 10] = [
     "t",
     "command",

@@ -1,9 +1,9 @@
 //! What is run, from one line of text.
 //!
-//! The line is a list of `key=value` separated by `&`, as in the address of a page. The keys are the
-//! options of [`Request`]; `amplitude_deg` (of the frequency response); `input.NAME` for a parameter
-//! of the input; every other key is a parameter of the model. If a key occurs twice, the last value
-//! applies.
+//! The line is a list of `key=value` separated by `&`, as in the address of a page. The keys are
+//! the options of [`Request`]; `amplitude_deg` (of the frequency response); `input.NAME` for a
+//! parameter of the input; every other key is a parameter of the model. If a key occurs twice, the
+//! last value applies.
 
 use core::fmt;
 

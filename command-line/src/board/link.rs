@@ -1,5 +1,5 @@
-//! The CAN bus between a client and the emulated board. The client runs in a thread of its own, and virtual time passes
-//! only while it waits: what it does takes the same virtual time in every run.
+//! The CAN bus between a client and the emulated board. The client runs in a thread of its own, and
+//! virtual time passes only while it waits: what it does takes the same virtual time in every run.
 
 use std::collections::VecDeque;
 use std::io::{self, ErrorKind};

@@ -38,8 +38,8 @@ enum Shape {
 
 /// Runs an excitation on an actuator, around its present angle
 ///
-/// Parameters that are not given keep their values in the actuator. With --capture the board records
-/// at 250 Hz, and `actuator record --capture` uploads the recording.
+/// Parameters that are not given keep their values in the actuator. With --capture the board
+/// records at 250 Hz, and `actuator record --capture` uploads the recording.
 #[derive(Debug, Args)]
 pub struct Excite {
     /// Shape

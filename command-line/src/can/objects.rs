@@ -108,8 +108,8 @@ impl Set {
     /// Writes the objects in order.
     ///
     /// # Errors
-    /// For an unknown name or an invalid value; those of the bus and the actuator. Objects before the
-    /// failed one are written.
+    /// For an unknown name or an invalid value; those of the bus and the actuator. Objects before
+    /// the failed one are written.
     pub fn run(self) -> Result<(), Error> {
         self.set()
     }
@@ -142,7 +142,8 @@ impl Set {
     }
 }
 
-/// The values of the objects 2011h for a fitted motor, with a warning for what they cannot describe.
+/// The values of the objects 2011h for a fitted motor, with a warning for what they cannot
+/// describe.
 fn fitted(path: &Path) -> Result<Vec<(&'static Row, Vec<u8>)>, Error> {
     let settings = Scenario::read(path)?.settings()?;
     let objects = motor_objects::of(&settings)?;

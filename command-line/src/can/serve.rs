@@ -18,11 +18,11 @@ use host_sim::can::server::Server;
 
 /// Runs actuators on a virtual CAN bus in real time, and provides the bus as slcan
 ///
-/// Any number of clients can connect. A line on standard output reports that the server is ready; an
-/// interrupt ends it.
+/// Any number of clients can connect. A line on standard output reports that the server is ready;
+/// an interrupt ends it.
 ///
-/// With ELF files the programs run on emulated boards instead, and the server provides the serial line
-/// of the communication board, which has one client at a time: further ones are refused.
+/// With ELF files the programs run on emulated boards instead, and the server provides the serial
+/// line of the communication board, which has one client at a time: further ones are refused.
 #[derive(Debug, Args)]
 pub struct Serve {
     /// Address and port of the server; port 0 selects a free one
@@ -38,7 +38,8 @@ pub struct Serve {
     /// The actuators wait for a node-ID by LSS; their serial numbers start at 1
     #[arg(long, conflicts_with = "elf")]
     unconfigured: bool,
-    /// Seed of noise, friction and magnet misalignment, which differ between actuators [default: ideal]
+    /// Seed of noise, friction and magnet misalignment, which differ between actuators [default:
+    /// ideal]
     #[arg(long, value_name = "NUMBER")]
     seed: Option<u64>,
     /// Program of the emulated actuator boards

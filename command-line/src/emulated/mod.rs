@@ -1,7 +1,7 @@
 //! Emulated actuator boards and the emulated communication board on one CAN bus, in real time.
 //!
-//! Each board runs its ELF in a thread of its own; the bus connects them. Clients use the serial line of
-//! the communication board, which has one client at a time.
+//! Each board runs its ELF in a thread of its own; the bus connects them. Clients use the serial
+//! line of the communication board, which has one client at a time.
 
 mod transport;
 
@@ -27,7 +27,8 @@ const UNIQUE_ID: u64 = 0x1fff_7a10;
 /// Time between two polls of the client, ns of virtual time.
 const POLL_NS: u64 = 500_000;
 
-/// Bytes in the receive buffer of the line; the operating system buffers more and blocks the client.
+/// Bytes in the receive buffer of the line; the operating system buffers more and blocks the
+/// client.
 const RECEIVE_BUFFER: usize = 256;
 
 /// Bytes in the send buffer of the client; further lines are lost.
@@ -56,8 +57,8 @@ impl Programs {
     }
 }
 
-/// Runs one board for each of these rigs, with node-IDs and serial numbers from 1, and the communication board, until
-/// `stop` is set; calls `ready` once all have started.
+/// Runs one board for each of these rigs, with node-IDs and serial numbers from 1, and the
+/// communication board, until `stop` is set; calls `ready` once all have started.
 ///
 /// # Errors
 /// Those of the emulator.

@@ -24,8 +24,8 @@ pub struct DataOptions {
     /// Recordings for validation: predicted by the fitted models, but not fitted
     #[arg(long, value_name = "FILE", num_args = 1..)]
     pub validate: Vec<PathBuf>,
-    /// Assigns a column to a quantity, as angle=pos:rad or time=1; the quantities are time, command,
-    /// angle, rate, duty, current and supply; a unit may be a factor; repeatable
+    /// Assigns a column to a quantity, as angle=pos:rad or time=1; the quantities are time,
+    /// command, angle, rate, duty, current and supply; a unit may be a factor; repeatable
     #[arg(long = "column", value_name = "WHAT=COLUMN[:UNIT]")]
     columns: Vec<Choice>,
     /// Delimiter between two fields [default: detected in the first line]

@@ -1,4 +1,5 @@
-//! `actuator board --gdb`: a debugger's side of GDB's remote protocol, as far as a stop and a look need it.
+//! `actuator board --gdb`: a debugger's side of GDB's remote protocol, as far as a stop and a look
+//! need it.
 
 use std::{
     io::{BufRead, BufReader, Read, Write},

@@ -1,4 +1,5 @@
-//! Options of `actuator identify`, `compare` and `experiment` that cannot be had, and what is said of them.
+//! Options of `actuator identify`, `compare` and `experiment` that cannot be had, and what is said
+//! of them.
 
 use super::Desk;
 

@@ -14,8 +14,8 @@ impl Application {
     /// mounting of the encoder.
     ///
     /// # Errors
-    /// [`Refused::Parameter`] names the first invalid one; [`Refused::NotWhileDriving`] if more than
-    /// gains and limits of the control step would change, or anything during a stop.
+    /// [`Refused::Parameter`] names the first invalid one; [`Refused::NotWhileDriving`] if more
+    /// than gains and limits of the control step would change, or anything during a stop.
     pub fn retune(&mut self, parameters: &BoardParameters) -> Result<(), Refused> {
         parameters.check().map_err(Refused::Parameter)?;
         let may_change = match self.state {
@@ -80,8 +80,8 @@ impl Application {
         Ok(())
     }
 
-    /// The tick of the excitation whose sample the next control period needs. A caller that computes
-    /// samples in another task with [`Run::sample`] reads it after each control period.
+    /// The tick of the excitation whose sample the next control period needs. A caller that
+    /// computes samples in another task with [`Run::sample`] reads it after each control period.
     pub fn sample_due(&mut self) -> Option<u64> {
         self.setpoints.running()?.due()
     }

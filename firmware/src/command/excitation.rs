@@ -98,8 +98,8 @@ impl Running {
         }
     }
 
-    /// The tick whose sample the next control period takes and does not have; none where it has it, or all of it has
-    /// been seen.
+    /// The tick whose sample the next control period takes and does not have; none where it has it,
+    /// or all of it has been seen.
     pub fn due(&self) -> Option<u64> {
         let has_more = self.tick <= self.run.ticks;
         (has_more && self.ready.tick != self.tick).then_some(self.tick)

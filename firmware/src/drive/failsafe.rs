@@ -1,7 +1,8 @@
 //! What happens when the master falls silent.
 //!
-//! In the cyclic modes the master has promised to command again and again: once it has begun to, a pause of more than 2040h:1 is
-//! its loss. In every mode a lost heartbeat is, and that the node is stopped. What follows says 2040h:2.
+//! In the cyclic modes the master has promised to command again and again: once it has begun to, a
+//! pause of more than 2040h:1 is its loss. In every mode a lost heartbeat is, and that the node is
+//! stopped. What follows says 2040h:2.
 //!
 //! | 2040h:2 | |
 //! |---|---|
@@ -38,8 +39,9 @@ impl Failsafe {
         self.lost = lost;
     }
 
-    /// Whoever resets the fault is there, and has another try, whatever was known of the master before: its heartbeat may be
-    /// watched no longer, and after a reset of the communication it need not start the node.
+    /// Whoever resets the fault is there, and has another try, whatever was known of the master
+    /// before: its heartbeat may be watched no longer, and after a reset of the communication it
+    /// need not start the node.
     pub fn begin_anew(&mut self) {
         *self = Self::default();
     }

@@ -62,8 +62,8 @@ impl Fault {
     /// What the board does when it latches this fault while it drives.
     pub const fn reaction(self) -> Reaction {
         match self {
-            // Angle, current and motor are known and well: they can bring the shaft to rest. Behind a
-            // following error the sense of the encoder may be wrong, and a ramp would drive on.
+            // Angle, current and motor are known and well: they can bring the shaft to rest. Behind
+            // a following error the sense of the encoder may be wrong, and a ramp would drive on.
             Self::MagnetWeak | Self::OverTemperature | Self::CommandTimeout | Self::BusOff => {
                 Reaction::QuickStop
             }

@@ -29,8 +29,8 @@ pub struct Response {
 impl Response {
     /// The response of `system` at ascending frequencies.
     ///
-    /// Without the transport delay, the first phase is within 180 deg of zero, and each following one
-    /// within 180 deg of the previous one: start at a low frequency.
+    /// Without the transport delay, the first phase is within 180 deg of zero, and each following
+    /// one within 180 deg of the previous one: start at a low frequency.
     ///
     /// ```
     /// use host_sim::analysis::{frequency::Response, linear_models::black_box_1};
@@ -56,8 +56,8 @@ impl Response {
     }
 }
 
-/// The grid for the search of crossings of `system`. It ends just below the Nyquist frequency, where
-/// the response is real and the sign of the imaginary part is a rounding error.
+/// The grid for the search of crossings of `system`. It ends just below the Nyquist frequency,
+/// where the response is real and the sign of the imaginary part is a rounding error.
 pub(crate) fn search_grid(system: &TransferFunction) -> Vec<f64> {
     let to_hz = HIGHEST_HZ.min(system.nyquist_hz() * (1.0 - 1e-6));
     logarithmic_grid(LOWEST_HZ, to_hz, SEARCH_POINTS_PER_DECADE)

@@ -124,8 +124,8 @@ impl Loop {
         Ok(Self::around(&numerator, &denominator, control, 0.0))
     }
 
-    /// The board: sampled with `timing.control_period_s`, with delayed and held duty and the rate from
-    /// the filtered encoder difference. The angle is that at the control steps.
+    /// The board: sampled with `timing.control_period_s`, with delayed and held duty and the rate
+    /// from the filtered encoder difference. The angle is that at the control steps.
     ///
     /// ```
     /// use host_sim::analysis::{frequency::bandwidth_hz, linear_models::Loop};

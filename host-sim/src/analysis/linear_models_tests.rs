@@ -31,8 +31,8 @@ proptest! {
         let x = (z - 1.0) / timing.control_period_s;
         let found = numerator.at(x) / denominator.at(x);
         let expected = summed(&motor, &timing, z);
-        // The tail that the sum leaves out is 1.02^-4000 = 4e-35. Each angle of the step response is
-        // the difference of numbers up to 3 deg, rounded to 1e-15; 50 of them weigh in.
+        // The tail that the sum leaves out is 1.02^-4000 = 4e-35. Each angle of the step response
+        // is the difference of numbers up to 3 deg, rounded to 1e-15; 50 of them weigh in.
         let tolerance = 1e-9 * expected.norm() + 1e-13;
         let error = (found - expected).norm();
         prop_assert!(error < tolerance, "{} of {}", error, expected.norm());

@@ -32,7 +32,8 @@ fn assert_margins(duty_delay_s: f64, phase_deg: f64, gain_db: f64) {
 
 #[test]
 fn the_default_loop_has_57_deg_and_20_6_db_with_1_ms_and_52_deg_and_15_db_with_4_ms() {
-    // The second decimals come from a dense scan of the same loop in powers of z, by another program.
+    // The second decimals come from a dense scan of the same loop in powers of z, by another
+    // program.
     assert_margins(0.001, 57.11, 20.647);
     assert_margins(0.004, 51.98, 15.107);
 }

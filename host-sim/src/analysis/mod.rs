@@ -4,8 +4,8 @@
 //! models ([`linear_models`]), and stability and margins of their loops ([`loop_gain`]).
 //! From samples: step metrics ([`step_metrics`]), and gain and phase at a frequency ([`sine_fit`]).
 //!
-//! Continuous and sampled systems have one type, [`transfer_function::TransferFunction`]: a rational
-//! function of the delta operator `(z - 1)/T`, which is `s` for `T = 0`.
+//! Continuous and sampled systems have one type, [`transfer_function::TransferFunction`]: a
+//! rational function of the delta operator `(z - 1)/T`, which is `s` for `T = 0`.
 
 pub mod frequency;
 pub mod linear_models;

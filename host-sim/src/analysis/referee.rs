@@ -1,5 +1,5 @@
-//! A time-domain simulation of the board's loop in `f64`, by the rules S9 of the project's reference.
-//! The tests compare the analysis in the frequency domain with it.
+//! A time-domain simulation of the board's loop in `f64`, by the rules S9 of the project's
+//! reference. The tests compare the analysis in the frequency domain with it.
 
 use super::linear_models::{Motor, Timing};
 use model_core::control::parameters::ControlParameters;
@@ -24,8 +24,8 @@ pub struct Board {
 pub type States = (Vec<f64>, Vec<f64>);
 
 impl Board {
-    /// Runs for `ticks` with a command as a function of the tick. The delay is rounded to ticks and is
-    /// between one tick and one control period.
+    /// Runs for `ticks` with a command as a function of the tick. The delay is rounded to ticks and
+    /// is between one tick and one control period.
     pub fn run(&self, ticks: u64, command_deg: impl Fn(i64) -> f64) -> States {
         let Self { motor, control, .. } = self;
         let period_s = CONTROL_PERIOD_TICKS as f64 * TICK_S;

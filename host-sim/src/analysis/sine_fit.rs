@@ -28,8 +28,8 @@ impl SineFit {
 /// Fits `y = amplitude sin(2 pi frequency_hz t + phase) + offset` to the last whole periods of the
 /// samples: the three-parameter fit of IEEE Std 1057, section on the known frequency.
 ///
-/// The samples need not be equally spaced; `t_s` is ascending. `None` if the samples cover less than
-/// one period or a value is not finite.
+/// The samples need not be equally spaced; `t_s` is ascending. `None` if the samples cover less
+/// than one period or a value is not finite.
 ///
 /// ```
 /// use host_sim::analysis::sine_fit::fit;
@@ -77,8 +77,8 @@ fn first_of_whole_periods(t_s: &[f64], frequency_hz: f64) -> Option<usize> {
     Some(t_s.partition_point(|t| *t < start))
 }
 
-/// Solves the normal equations of rows `[x0, x1, x2, y]` by Gaussian elimination. Over whole periods
-/// they are nearly diagonal, so that no pivoting is needed.
+/// Solves the normal equations of rows `[x0, x1, x2, y]` by Gaussian elimination. Over whole
+/// periods they are nearly diagonal, so that no pivoting is needed.
 fn least_squares(rows: impl Iterator<Item = [f64; 4]>) -> Option<[f64; 3]> {
     let mut m = [[0.0; 4]; 3];
     for row in rows {

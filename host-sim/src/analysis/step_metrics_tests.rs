@@ -82,7 +82,8 @@ fn black_box_1_agrees_with_the_reference() {
         };
     }
     let found = of_pulse(&angle, &rate);
-    // The reference's overshoots of -5e-12 and -2e-22 are the exponential's rest: zero to four digits.
+    // The reference's overshoots of -5e-12 and -2e-22 are the exponential's rest: zero to four
+    // digits.
     let some = [0.2999, 0.355, 0.0, 0.0, 0.4089, 0.3037, 240.0, -350.0].map(Some);
     assert_line(&found, some);
 }
@@ -106,8 +107,8 @@ fn a_step_that_is_never_reached_has_no_times_and_a_negative_overshoot() {
     assert_eq!(found.steps[0].rise_time_s, None);
     assert_eq!(found.steps[0].t90_s, None);
     assert_eq!(found.steps[0].settling_time_s, None);
-    // The reference's continuous controller is ahead of the board by some milliseconds of 37.4 deg/s:
-    // -23.13 % there.
+    // The reference's continuous controller is ahead of the board by some milliseconds of 37.4
+    // deg/s: -23.13 % there.
     assert!((found.steps[0].overshoot_pct + 23.13).abs() < 0.3);
     assert!((found.max_rate_deg_s - 37.38).abs() < 0.01);
 }

@@ -1,9 +1,9 @@
 //! Rational transfer functions, continuous or sampled, with a transport delay.
 //!
 //! The variable is the delta operator `(z - 1)/T` (Middleton and Goodwin, "Improved finite word
-//! length characteristics in digital control using delta operators", IEEE TAC 31, 1986). For
-//! `T = 0` it is `s`, so that the same formulas apply to both. For poles near `z = 1`, such as those
-//! of a motor sampled at 250 Hz, it is numerically more accurate than polynomials in `z`.
+//! length characteristics in digital control using delta operators", IEEE TAC 31, 1986). For `T =
+//! 0` it is `s`, so that the same formulas apply to both. For poles near `z = 1`, such as those of
+//! a motor sampled at 250 Hz, it is numerically more accurate than polynomials in `z`.
 
 use super::polynomial::Polynomial;
 use num_complex::Complex64;
@@ -48,8 +48,8 @@ impl TransferFunction {
         }
     }
 
-    /// Adds `delay_s` seconds of transport delay, which is outside any loop (0.0175 s for the paper's
-    /// test set-up).
+    /// Adds `delay_s` seconds of transport delay, which is outside any loop (0.0175 s for the
+    /// paper's test set-up).
     #[must_use]
     pub fn delayed(mut self, delay_s: f64) -> Self {
         self.delay_s += delay_s;

@@ -42,8 +42,8 @@ impl<'a> Bus<'a> {
         self.queue.push_back((Port::Client(from), frame));
     }
 
-    /// Runs the control periods that are due and delivers all frames; `monitor` gets each frame with
-    /// its sender.
+    /// Runs the control periods that are due and delivers all frames; `monitor` gets each frame
+    /// with its sender.
     pub fn run(&mut self, now_us: u64, mut monitor: impl FnMut(Port, &CanFrame)) {
         self.deliver(&mut monitor);
         let latest = now_us.saturating_sub(MOST_BEHIND * PERIOD_US);

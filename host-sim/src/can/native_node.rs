@@ -64,8 +64,8 @@ pub struct NativeNode<'a> {
 }
 
 impl<'a> NativeNode<'a> {
-    /// An actuator with default parameters, this serial number and node-ID (`None` waits for LSS), and
-    /// this capture buffer.
+    /// An actuator with default parameters, this serial number and node-ID (`None` waits for LSS),
+    /// and this capture buffer.
     ///
     /// # Errors
     /// For a parameter of the plant that is out of range.

@@ -99,8 +99,8 @@ impl<'a> Sdo<'a> {
         }
     }
 
-    /// Sends the first request of a transfer and returns the response. Responses about other objects
-    /// are skipped: they are for other clients of the node.
+    /// Sends the first request of a transfer and returns the response. Responses about other
+    /// objects are skipped: they are for other clients of the node.
     fn begin(
         &mut self,
         command: u8,

@@ -136,8 +136,8 @@ impl Telemetry {
         Ok(entries)
     }
 
-    /// Receives a frame. Returns whether it completes a record: it is the last of the TPDOs with the
-    /// shortest event timer.
+    /// Receives a frame. Returns whether it completes a record: it is the last of the TPDOs with
+    /// the shortest event timer.
     pub fn receive(&mut self, frame: &CanFrame) -> bool {
         let (id, _) = frame.raw_id();
         let Some(tpdo) = self.tpdos.iter().find(|tpdo| tpdo.id == id) else {

@@ -70,7 +70,8 @@ fn overview(content: &Content<'_>) -> Section {
     warnings(section, content)
 }
 
-/// The warnings of each model. If the models were ranked, only those of the chosen one are expanded.
+/// The warnings of each model. If the models were ranked, only those of the chosen one are
+/// expanded.
 fn warnings(mut section: Section, content: &Content<'_>) -> Section {
     for (index, assessment) in content.assessments.iter().enumerate() {
         let is_chosen = content

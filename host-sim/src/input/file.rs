@@ -50,8 +50,8 @@ pub const LOAD: Quantity = Quantity {
     range: -100.0..=100.0,
 };
 
-/// Reads a file. Other columns, blank lines and lines that start with `#` are ignored. Fields may be
-/// quoted; each row is one line.
+/// Reads a file. Other columns, blank lines and lines that start with `#` are ignored. Fields may
+/// be quoted; each row is one line.
 ///
 /// Times do not decrease; of several rows in one tick the last applies.
 ///

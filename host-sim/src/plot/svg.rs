@@ -85,7 +85,8 @@ fn panels(scene: &mut Scene, figure: &Figure, top: f64) -> f64 {
             title: None,
             extra_attrs: None,
         });
-        // The axes enclose all data. Clipping would need ids, which are shared by all figures of a page.
+        // The axes enclose all data. Clipping would need ids, which are shared by all figures of a
+        // page.
         let clip = |e: &Primitive| matches!(e, Primitive::ClipStart { .. } | Primitive::ClipEnd);
         let drawn = drawing.elements.into_iter().filter(|e| !clip(e));
         drawn.for_each(|e| scene.add(e));

@@ -20,8 +20,8 @@ pub struct Outcome {
     pub linear: Option<SmallSignal>,
     /// Its figures of merit.
     pub metrics: Metrics,
-    /// Root mean square of the difference to the angle of [`BASELINE`], deg, by input; empty without
-    /// a baseline.
+    /// Root mean square of the difference to the angle of [`BASELINE`], deg, by input; empty
+    /// without a baseline.
     pub rms_difference_deg: BTreeMap<&'static str, f64>,
 }
 
@@ -42,7 +42,8 @@ impl Comparison {
     /// the order of the runs.
     ///
     /// # Errors
-    /// Does not fail for [`super::models::MODELS`]; for other models those of [`crate::scenario::Scenario::resolve`].
+    /// Does not fail for [`super::models::MODELS`]; for other models those of
+    /// [`crate::scenario::Scenario::resolve`].
     pub fn of(models: &[Model], done: &(dyn Fn() + Sync)) -> Result<Self, Error> {
         let all = runs::run(models, done)?;
         let baseline = all.iter().find(|runs| runs.model.name == BASELINE).cloned();

@@ -55,8 +55,8 @@ pub struct Pulse {
 /// The thirteen steps of the variable step.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct VariableStep {
-    /// Largest overshoot, deg, in the direction from the angle at the step to the command. The angle
-    /// at the step need not be the previous command.
+    /// Largest overshoot, deg, in the direction from the angle at the step to the command. The
+    /// angle at the step need not be the previous command.
     pub worst_overshoot_deg: f64,
     /// Steps with an overshoot of more than 2 %.
     pub overshot_steps: usize,

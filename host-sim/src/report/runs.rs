@@ -39,7 +39,8 @@ pub fn steps(models: usize) -> u64 {
 /// Runs the models on all cores and calls `done` after each run.
 ///
 /// # Errors
-/// Does not fail for [`super::models::MODELS`]; for other models those of [`crate::scenario::Scenario::resolve`].
+/// Does not fail for [`super::models::MODELS`]; for other models those of
+/// [`crate::scenario::Scenario::resolve`].
 pub fn run(models: &[Model], done: &(dyn Fn() + Sync)) -> Result<Vec<Runs>, Error> {
     let traces = each(models, &INPUTS, done, |model, input| {
         model.scenario(input).resolve()?.record()

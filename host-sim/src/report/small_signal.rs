@@ -21,8 +21,8 @@ pub struct SmallSignal {
 }
 
 impl SmallSignal {
-    /// The linear model of these parameters. `None` for the bench, whose friction makes it nonlinear
-    /// at any amplitude.
+    /// The linear model of these parameters. `None` for the bench, whose friction makes it
+    /// nonlinear at any amplitude.
     ///
     /// ```
     /// use host_sim::analysis::frequency::bandwidth_hz;

@@ -12,8 +12,8 @@ use crate::{
 };
 use model_core::time::CONTROL_PERIOD_TICKS;
 
-/// The frequencies of the sweep, Hz; one of them is the paper's 30 rad/s. At 20 Hz the motion of the
-/// board is one encoder count: higher frequencies cannot be measured.
+/// The frequencies of the sweep, Hz; one of them is the paper's 30 rad/s. At 20 Hz the motion of
+/// the board is one encoder count: higher frequencies cannot be measured.
 pub const FREQUENCIES_HZ: [f64; 12] = [
     0.2,
     0.5,

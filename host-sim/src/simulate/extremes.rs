@@ -135,8 +135,8 @@ impl pulp::NullaryFnOnce for Watching<'_> {
 }
 
 impl Simulation {
-    /// Runs, and evaluates each tick of a row. The motor is stepped from row to row, by 1 ms at every
-    /// 20th tick; its equations are solved exactly for any step.
+    /// Runs, and evaluates each tick of a row. The motor is stepped from row to row, by 1 ms at
+    /// every 20th tick; its equations are solved exactly for any step.
     ///
     /// # Errors
     /// As [`Simulation::run`].

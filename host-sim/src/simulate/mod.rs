@@ -1,7 +1,7 @@
 //! Runs a model on a command, row by row.
 //!
-//! Row `i` is the state at tick `i`, after the updates of control and PWM at that instant and before
-//! the plant is stepped.
+//! Row `i` is the state at tick `i`, after the updates of control and PWM at that instant and
+//! before the plant is stepped.
 
 mod board;
 pub mod extremes;

@@ -5,8 +5,8 @@
 //! "Data Element Format", and of "Level 5 MAT-File Data Type Formats" the numeric array, the
 //! character array and the structure. The bytes are little-endian and not compressed.
 //!
-//! The number of rows is known in advance: the file is laid out with space for the columns, which are
-//! filled as the rows arrive.
+//! The number of rows is known in advance: the file is laid out with space for the columns, which
+//! are filled as the rows arrive.
 
 mod layout;
 

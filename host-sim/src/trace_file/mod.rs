@@ -1,7 +1,7 @@
 //! Traces as files: CSV for all, MAT for MATLAB and Octave, Parquet for data frames.
 //!
-//! MAT and Parquet files also contain a [`Description`] of the run and the unit of each column. Rows
-//! are written as they arrive, so that a trace may be larger than the memory.
+//! MAT and Parquet files also contain a [`Description`] of the run and the unit of each column.
+//! Rows are written as they arrive, so that a trace may be larger than the memory.
 
 pub mod csv;
 pub mod description;

@@ -1,7 +1,8 @@
 //! Apache Parquet: a column of required doubles for each column, and the description as metadata.
 //!
-//! The keys are those of the description, a group before a dot (`model`, `parameters.position_gain`),
-//! and `units.COLUMN`. Pages are plain and compressed with Snappy, which every reader supports.
+//! The keys are those of the description, a group before a dot (`model`,
+//! `parameters.position_gain`), and `units.COLUMN`. Pages are plain and compressed with Snappy,
+//! which every reader supports.
 
 use std::{
     io::{self, Write},

@@ -59,7 +59,8 @@ pub enum Goal {
 /// The input of [`tune`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TuneRequest {
-    /// The motor. For an asymmetric motor, use the direction with the larger gain: it is less stable.
+    /// The motor. For an asymmetric motor, use the direction with the larger gain: it is less
+    /// stable.
     pub motor: Motor,
     /// Sampling and delay of the board.
     pub timing: Timing,

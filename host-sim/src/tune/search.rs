@@ -1,9 +1,10 @@
 //! The search for a position loop with a target bandwidth and phase margin.
 //!
-//! The unknowns are the inner bandwidth `w` and the share `P/w`. For each share, bisection finds the
-//! smallest inner bandwidth that gives at least the target bandwidth. A large share requires a small
-//! `w` and therefore small gains, but has low damping; a small share requires a fast inner loop,
-//! whose delays reduce the phase margin. The largest share with sufficient phase margin is selected.
+//! The unknowns are the inner bandwidth `w` and the share `P/w`. For each share, bisection finds
+//! the smallest inner bandwidth that gives at least the target bandwidth. A large share requires a
+//! small `w` and therefore small gains, but has low damping; a small share requires a fast inner
+//! loop, whose delays reduce the phase margin. The largest share with sufficient phase margin is
+//! selected.
 
 use super::{PositionLoop, TuneError, TuneRequest};
 use crate::analysis::frequency::{HALF_POWER_DB, bisect, decibel, logarithmic_grid};
@@ -12,20 +13,20 @@ use crate::analysis::loop_gain::Margins;
 use crate::analysis::transfer_function::TransferFunction;
 use model_core::parameter::ParameterError;
 
-// Range of the shares P/w: from 0.02, where P determines the bandwidth, to 2, where the phase margin
-// without any delay is 38.7 degrees.
+// Range of the shares P/w: from 0.02, where P determines the bandwidth, to 2, where the phase
+// margin without any delay is 38.7 degrees.
 const MIN_SHARE: f64 = 0.02;
 const MAX_SHARE: f64 = 2.0;
 const SHARES_PER_DECADE: usize = 20;
 
-// Range of the inner bandwidths, as multiples of the target bandwidth. Without delay the multiple is
-// from 0.5 (share 2) to 50 (share 0.02).
+// Range of the inner bandwidths, as multiples of the target bandwidth. Without delay the multiple
+// is from 0.5 (share 2) to 50 (share 0.02).
 const MIN_MULTIPLE: f64 = 0.05;
 const MAX_MULTIPLE: f64 = 200.0;
 const MULTIPLES_PER_DECADE: usize = 12;
 
-// Density of the frequencies below the target bandwidth at which the gain is checked. Resonances and
-// notches of the loop are wider than a fifteenth of a decade.
+// Density of the frequencies below the target bandwidth at which the gain is checked. Resonances
+// and notches of the loop are wider than a fifteenth of a decade.
 const LEVELS_PER_DECADE: usize = 15;
 
 /// The inner bandwidth, rad/s, and the share that meet the goal. If no share has the phase margin,

@@ -90,8 +90,8 @@ fn the_default_loop_is_recovered_from_its_bandwidth_and_phase_margin() {
     let found = tune(&position(bandwidth_hz, phase_margin_deg)).unwrap();
     assert!((found.bandwidth_hz.unwrap() / bandwidth_hz - 1.0).abs() < 1e-6);
     let phase = found.margins.phase_deg.unwrap().value;
-    // Where the phase margin is constant over the shares, other gains may meet the goal: the smallest
-    // are selected, so the proportional gain is at most that of the default.
+    // Where the phase margin is constant over the shares, other gains may meet the goal: the
+    // smallest are selected, so the proportional gain is at most that of the default.
     assert!((phase - phase_margin_deg).abs() < 1e-6, "{found:?}");
     let ratio = found.control.proportional_gain / default.control.proportional_gain;
     assert!(ratio < 1.0 + 1e-6, "{ratio}");

@@ -33,8 +33,8 @@ pub struct Limited {
 }
 
 impl Limited {
-    /// From the active limits at increasing instants; each applies to the halves of the adjacent sample
-    /// intervals.
+    /// From the active limits at increasing instants; each applies to the halves of the adjacent
+    /// sample intervals.
     ///
     /// ```
     /// use identification::{ActiveLimit, assessment::Limited};

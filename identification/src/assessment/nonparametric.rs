@@ -10,9 +10,11 @@ use crate::{
 /// Delay by cross-correlation, frequency response, and low-order equivalent systems.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct NonparametricAnalysis {
-    /// The delay of each recording, with its name; `None` where command and angle are not correlated.
+    /// The delay of each recording, with its name; `None` where command and angle are not
+    /// correlated.
     pub delays: Vec<(String, Option<DelayEstimate>)>,
-    /// The frequency response of all recordings together; `None` where they are too short or at rest.
+    /// The frequency response of all recordings together; `None` where they are too short or at
+    /// rest.
     pub response: Option<FrequencyResponse>,
     /// The first-order equivalent system.
     pub first_order: Option<Equivalent>,

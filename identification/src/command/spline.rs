@@ -1,8 +1,8 @@
 //! Cubic splines through ranges of samples.
 //!
 //! A range is divided where its slope jumps, as at the corner of a ramp. Within a piece the spline
-//! has two continuous derivatives (de Boor, A Practical Guide to Splines, chapter IV); its end slopes
-//! are those of the cubic through the four outermost samples.
+//! has two continuous derivatives (de Boor, A Practical Guide to Splines, chapter IV); its end
+//! slopes are those of the cubic through the four outermost samples.
 
 use super::Segment;
 

@@ -32,8 +32,8 @@ const NO_DELAY: [(&str, f64); 1] = [("delay_s", 0.0)];
 const NO_LIMITS: [&str; 2] = ["rate_limit_up_deg_s", "rate_limit_down_deg_s"];
 
 impl Candidate {
-    /// All variants of a model: complete, without delay, without rate limits, without both. Variants that
-    /// leave out what the model does not have or fixes anyway are omitted.
+    /// All variants of a model: complete, without delay, without rate limits, without both.
+    /// Variants that leave out what the model does not have or fixes anyway are omitted.
     pub fn forms(model: &Arc<dyn Model>) -> Vec<Self> {
         let parameters = model.parameters();
         let free = |name: &str| parameters.iter().find(|p| p.name == name && !p.is_fixed);
@@ -82,8 +82,8 @@ impl Candidate {
         Assessment::of(self.name.clone(), &problem, fitted, held_out)
     }
 
-    /// Whether the optimum of another candidate is a starting point of this one: of the same model with
-    /// more left out, or of another model with the same left out.
+    /// Whether the optimum of another candidate is a starting point of this one: of the same model
+    /// with more left out, or of another model with the same left out.
     fn may_begin_at(&self, other: &Self) -> bool {
         let is_held = |(name, _): &(&str, f64)| other.held.iter().any(|(held, _)| held == name);
         let is_more = other.held.len() > self.held.len();
@@ -123,8 +123,8 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// Fits all candidates, and reports the number of finished ones. A candidate that cannot be fitted is
-    /// listed as refused.
+    /// Fits all candidates, and reports the number of finished ones. A candidate that cannot be
+    /// fitted is listed as refused.
     ///
     /// # Errors
     /// That of the first candidate, if no candidate can be fitted.

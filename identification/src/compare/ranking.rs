@@ -19,9 +19,9 @@ const SMALL_BIC: f64 = 2.0;
 pub struct Rank {
     /// The index of the assessment.
     pub index: usize,
-    /// The criterion: the root mean square error on held-out recordings, deg, or the BIC with the number
-    /// of independent residuals of the model that fits best, because the residuals of the others are also
-    /// coloured by the dynamics that they lack.
+    /// The criterion: the root mean square error on held-out recordings, deg, or the BIC with the
+    /// number of independent residuals of the model that fits best, because the residuals of the
+    /// others are also coloured by the dynamics that they lack.
     pub score: f64,
     /// Whether the data distinguish it from the best.
     pub is_distinguishable: bool,
@@ -36,16 +36,16 @@ pub struct Ranking {
     pub criterion: &'static str,
     /// The models, best first.
     pub ranks: Vec<Rank>,
-    /// The index of the sufficient assessment: of those that cannot be distinguished from the best, the
-    /// one with the fewest parameters.
+    /// The index of the sufficient assessment: of those that cannot be distinguished from the best,
+    /// the one with the fewest parameters.
     pub enough: usize,
     /// The reason, in words.
     pub verdict: String,
 }
 
 impl Ranking {
-    /// Ranks models that were fitted to the same recordings, by their predictions of held-out ones where
-    /// there are any, otherwise by the BIC.
+    /// Ranks models that were fitted to the same recordings, by their predictions of held-out ones
+    /// where there are any, otherwise by the BIC.
     pub fn of(assessments: &[Assessment]) -> Self {
         let held_out = assessments.iter().any(|a| !a.validation.is_empty());
         let by_cost = |a: &&Assessment, b: &&Assessment| a.fit.cost.total_cmp(&b.fit.cost);

@@ -180,8 +180,8 @@ impl Columns {
     /// Finds all quantities in a table.
     ///
     /// # Errors
-    /// [`ImportError::Content`] at the header, for a missing column or a required quantity without a
-    /// column.
+    /// [`ImportError::Content`] at the header, for a missing column or a required quantity without
+    /// a column.
     pub fn of(&self, table: &Table) -> Result<Vec<Place>, ImportError> {
         let mut places = Vec::new();
         for quantity in Quantity::ALL {

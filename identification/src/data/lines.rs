@@ -23,8 +23,8 @@ pub enum Delimiter {
 }
 
 impl Delimiter {
-    /// The most likely delimiter of a line. A semicolon takes precedence over a comma, which may be a
-    /// decimal comma.
+    /// The most likely delimiter of a line. A semicolon takes precedence over a comma, which may be
+    /// a decimal comma.
     pub fn of(line: &str) -> Self {
         let character = b";\t,".iter().copied();
         let mut found = character.filter(|&c| line.contains(char::from(c)));

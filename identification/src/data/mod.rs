@@ -1,8 +1,8 @@
 //! Imports recordings from text files with named columns, and from JSON.
 //!
-//! A file is read into a [`Table`]; [`Columns`] assigns quantities and units to its columns; cleaning
-//! makes a [`Recording`] of it and [`Note`]s, each with its line. A problem that could be corrected
-//! only by guessing is an error with file and line.
+//! A file is read into a [`Table`]; [`Columns`] assigns quantities and units to its columns;
+//! cleaning makes a [`Recording`] of it and [`Note`]s, each with its line. A problem that could be
+//! corrected only by guessing is an error with file and line.
 
 mod clean;
 mod clipping;
@@ -98,11 +98,12 @@ pub enum ImportError {
 pub type Progress<'a> = dyn FnMut(u64, u64) + 'a;
 
 impl Import {
-    /// Reads a recording: JSON if the name ends in `.json`, otherwise text with one sample in each line.
+    /// Reads a recording: JSON if the name ends in `.json`, otherwise text with one sample in each
+    /// line.
     ///
     /// # Errors
-    /// [`ImportError::Read`], and [`ImportError::Content`] for a field that is not a number, a time that
-    /// decreases, or a missing column.
+    /// [`ImportError::Read`], and [`ImportError::Content`] for a field that is not a number, a time
+    /// that decreases, or a missing column.
     pub fn read(&self, path: &Path, progress: &mut Progress<'_>) -> Result<Imported, ImportError> {
         let is_json = path
             .extension()

@@ -25,8 +25,8 @@ const WITHIN_MARGIN: f64 = 0.9;
 /// Bisections of the amplitude: to 0.1 %.
 const HALVINGS: usize = 10;
 
-/// The bandwidth according to a model's parameters, Hz; the 4.775 Hz of the paper where no parameter
-/// determines it.
+/// The bandwidth according to a model's parameters, Hz; the 4.775 Hz of the paper where no
+/// parameter determines it.
 pub fn bandwidth_hz(setup: &ExperimentSetup) -> f64 {
     let value = |name: &str| {
         let index = setup.model.parameter_index(name)?;
@@ -41,8 +41,8 @@ pub fn bandwidth_hz(setup: &ExperimentSetup) -> f64 {
 
 /// The input of this name, timed for a bandwidth, with an amplitude of 1 deg.
 ///
-/// Doublet and 3-2-1-1 have the units of P. Marchand as Jategaonkar gives them (chapter 2): 2.3 and 2.1
-/// over the natural frequency. Chirp, multisine and PRBS are strong up to twice the bandwidth.
+/// Doublet and 3-2-1-1 have the units of P. Marchand as Jategaonkar gives them (chapter 2): 2.3 and
+/// 2.1 over the natural frequency. Chirp, multisine and PRBS are strong up to twice the bandwidth.
 ///
 /// # Errors
 /// Those of [`Input::set`] for a duration or a bandwidth that no input can have.
@@ -91,8 +91,8 @@ fn prbs(bandwidth_hz: f64, duration_s: f64) -> Vec<(&'static str, f64)> {
     vec![("chip_s", chip_s), ("order", order)]
 }
 
-/// Designs an input with the largest amplitude within the rate limit, or with one that exceeds it on
-/// purpose, up to the largest command. `None` for an unknown input.
+/// Designs an input with the largest amplitude within the rate limit, or with one that exceeds it
+/// on purpose, up to the largest command. `None` for an unknown input.
 ///
 /// # Errors
 /// Those of [`timed`] and of [`ExperimentSetup::predict`], in words.

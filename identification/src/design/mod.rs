@@ -1,9 +1,9 @@
 //! Experiment design: the precision of the estimates that an input will give.
 //!
 //! For expected parameters, noise and sampling, the inverse of the Fisher information bounds the
-//! covariance of any unbiased estimator: the Cramer-Rao bound (Maine and Iliff, NASA RP-1138, chapter
-//! 11; Jategaonkar, Flight Vehicle System Identification, chapter 2). For output error with white
-//! noise it is `sigma^2 (J' J)^-1`, `J` being the sensitivities of the angle.
+//! covariance of any unbiased estimator: the Cramer-Rao bound (Maine and Iliff, NASA RP-1138,
+//! chapter 11; Jategaonkar, Flight Vehicle System Identification, chapter 2). For output error with
+//! white noise it is `sigma^2 (J' J)^-1`, `J` being the sensitivities of the angle.
 
 pub mod inputs;
 
@@ -52,8 +52,8 @@ pub const ENCODER_DEG: f64 = COUNT_DEG;
 /// The predicted result of an input.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prediction {
-    /// The estimated parameters, each with its Cramer-Rao standard error; `None` where the input does not
-    /// distinguish it from the others.
+    /// The estimated parameters, each with its Cramer-Rao standard error; `None` where the input
+    /// does not distinguish it from the others.
     pub parameters: Vec<Predicted>,
     /// The time that the actuator will be at its limits.
     pub limited: Limited,
@@ -90,7 +90,8 @@ impl Prediction {
             .count()
     }
 
-    /// The largest relative standard error, %, except of offsets and initial states, which may be zero.
+    /// The largest relative standard error, %, except of offsets and initial states, which may be
+    /// zero.
     pub fn worst_percent(&self) -> f64 {
         let percent = self.parameters.iter().filter_map(Predicted::percent);
         percent.filter(|p| p.is_finite()).fold(0.0, f64::max)
@@ -98,8 +99,8 @@ impl Prediction {
 }
 
 impl ExperimentSetup {
-    /// The setup for a model with its default parameters. Infinite values and initial states are not
-    /// estimated.
+    /// The setup for a model with its default parameters. Infinite values and initial states are
+    /// not estimated.
     pub fn new(model: Arc<dyn Model>) -> Self {
         let parameters = model.parameters();
         let values: Vec<f64> = parameters.iter().map(|p| p.default).collect();
@@ -213,8 +214,8 @@ impl ExperimentSetup {
 /// The smallest step of a sampling: a tick of the simulator, s.
 pub const LEAST_STEP_S: f64 = 1.0 / TICKS_PER_SECOND as f64;
 
-/// Square roots of the diagonal of `variance * information^-1`; `None` for unknowns with a component
-/// in a direction without information.
+/// Square roots of the diagonal of `variance * information^-1`; `None` for unknowns with a
+/// component in a direction without information.
 fn standard_errors(information: &DMatrix<f64>, variance: f64) -> Vec<Option<f64>> {
     let n = information.nrows();
     let present = (0..n).filter(|i| information[(*i, *i)] > 0.0).collect();

@@ -1,9 +1,9 @@
 //! Assumptions about the command that a recording leaves open, selected by the likelihood ratio.
 //!
 //! A command that changes from sample to sample may be a smooth curve or a zero-order hold: the two
-//! differ by half a sample of delay. A first command that differs from the first angle may have been
-//! applied long before, or arrive at the first sample at an actuator at rest, as in a recording that
-//! is triggered by its step: then nothing moves before the delay has passed.
+//! differ by half a sample of delay. A first command that differs from the first angle may have
+//! been applied long before, or arrive at the first sample at an actuator at rest, as in a
+//! recording that is triggered by its step: then nothing moves before the delay has passed.
 
 use super::{Options, Progress, Solution, likelihood_ratio::is_significant, nested::Silent, solve};
 use crate::experiment::{Assumptions, Experiment};

@@ -1,8 +1,8 @@
 //! Likelihood-ratio tests of parameters that the data do not require.
 //!
-//! A rate limit just below the fastest motion of a recording always fits a little better, because it
-//! cuts off noise. A limit without which the other parameters fit as well, by the likelihood ratio,
-//! is moved beyond all observed rates; it has no standard error then.
+//! A rate limit just below the fastest motion of a recording always fits a little better, because
+//! it cuts off noise. A limit without which the other parameters fit as well, by the likelihood
+//! ratio, is moved beyond all observed rates; it has no standard error then.
 //!
 //! A model with a nested model always fits a little better as well, at arbitrary values of its
 //! additional parameters, and may predict held-out recordings much worse. Where the additional

@@ -83,8 +83,8 @@ fn at_50_hz_every_parameter_is_within_one_percent() {
     for (model, kind, truth) in truths() {
         for input in ["pulse", "variable-step"] {
             let mut run = simulated(kind, input, 400, &[]);
-            // With noise, a pulse of 250 samples determines the gains of black box 2 only to 3 %: for
-            // that model only the sampling is tested.
+            // With noise, a pulse of 250 samples determines the gains of black box 2 only to 3 %:
+            // for that model only the sampling is tested.
             if kind == ModelKind::BlackBox1 {
                 run = noisy(run, 1);
             }

@@ -8,9 +8,9 @@
 //! W = (1.58 (1 - exp(-coherence)))^2
 //! ```
 //!
-//! with `n` frequencies that are evenly spaced on a logarithmic axis, so that 1 dB weighs as much as
-//! 7.57 deg. Gain in dB and delay are linear: for given poles they are a least-squares solution, and
-//! only the poles are searched, on a grid that is refined repeatedly.
+//! with `n` frequencies that are evenly spaced on a logarithmic axis, so that 1 dB weighs as much
+//! as 7.57 deg. Gain in dB and delay are linear: for given poles they are a least-squares solution,
+//! and only the poles are searched, on a grid that is refined repeatedly.
 
 use num_complex::Complex64;
 
@@ -23,8 +23,8 @@ const POINTS: usize = 20;
 const PHASE_WEIGHT: f64 = 0.017_45;
 /// The least coherence of a frequency that is used.
 pub const LEAST_COHERENCE: f64 = 0.6;
-/// Share of the Nyquist frequency up to which frequencies are used: above, aliasing adds some per cent
-/// to the gain of a lag.
+/// Share of the Nyquist frequency up to which frequencies are used: above, aliasing adds some per
+/// cent to the gain of a lag.
 const NYQUIST_SHARE: f64 = 1.0 / 3.0;
 /// The cost up to which a fit is acceptable (Tischler and Remple, section 11.3).
 pub const ACCEPTABLE_COST: f64 = 100.0;
@@ -75,7 +75,8 @@ pub struct Equivalent {
     pub gain: f64,
     /// Its delay, s; not negative.
     pub delay_s: f64,
-    /// The cost: a fit up to 100 is acceptable, one up to 50 can hardly be distinguished from the data.
+    /// The cost: a fit up to 100 is acceptable, one up to 50 can hardly be distinguished from the
+    /// data.
     pub cost: f64,
     /// The lowest frequency of the fit, Hz.
     pub from_hz: f64,

@@ -1,8 +1,9 @@
 //! Nonparametric identification in the frequency domain.
 //!
 //! [`FrequencyResponse`] is the response by Welch's method, with coherence and confidence;
-//! [`Equivalent`] is the low-order system that fits it best. Both assume a linear system: recordings
-//! at the rate limit give the describing function of that amplitude, not the small-signal response.
+//! [`Equivalent`] is the low-order system that fits it best. Both assume a linear system:
+//! recordings at the rate limit give the describing function of that amplitude, not the
+//! small-signal response.
 
 pub mod equivalent;
 pub mod grid;

@@ -27,9 +27,9 @@ const TRUSTED_COHERENCE: f64 = 0.5;
 
 /// A frequency response from command to angle, with one value for each frequency.
 ///
-/// P. D. Welch, IEEE Trans. Audio Electroacoustics 15 (1967): Hann windows that overlap by half. The
-/// estimate is `Sxy/Sxx`, unbiased for noise on the angle; the errors are those of J. S. Bendat and
-/// A. G. Piersol, Random Data, 4th ed. (2010), section 9.2.
+/// P. D. Welch, IEEE Trans. Audio Electroacoustics 15 (1967): Hann windows that overlap by half.
+/// The estimate is `Sxy/Sxx`, unbiased for noise on the angle; the errors are those of J. S. Bendat
+/// and A. G. Piersol, Random Data, 4th ed. (2010), section 9.2.
 #[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
 pub struct FrequencyResponse {
     /// Frequencies, Hz.
@@ -55,8 +55,8 @@ impl FrequencyResponse {
     /// The response of all recordings together. `None` where they are too short, or the command is
     /// constant.
     ///
-    /// The lag of half a sample of a zero-order hold is removed, so that the response is that of the
-    /// actuator alone.
+    /// The lag of half a sample of a zero-order hold is removed, so that the response is that of
+    /// the actuator alone.
     pub fn of(recordings: &[&Recording]) -> Option<Self> {
         let step_s = common_step_s(recordings)?;
         let all: Vec<Vec<Stretch>> = recordings.iter().map(|r| stretches(r, step_s)).collect();
@@ -75,8 +75,8 @@ impl FrequencyResponse {
         spectra.response(step_s, held)
     }
 
-    /// The indices of the coherent frequencies from the lowest on, up to the first two adjacent ones with
-    /// less coherence.
+    /// The indices of the coherent frequencies from the lowest on, up to the first two adjacent
+    /// ones with less coherence.
     pub fn coherent(&self, least_coherence: f64) -> Vec<usize> {
         let good = |i: usize| self.coherence[i] >= least_coherence;
         let n = self.frequency_hz.len();

@@ -9,8 +9,8 @@ use crate::{
 const STEP_S: f64 = 0.004;
 const POLE_RAD_S: f64 = 30.0;
 
-/// A binary command through `delay` samples of delay, `lags` equal lags of 30 rad/s, exact for a held
-/// command, and noise.
+/// A binary command through `delay` samples of delay, `lags` equal lags of 30 rad/s, exact for a
+/// held command, and noise.
 fn run(samples: usize, delay: usize, lags: usize, noise_deg: f64, seed: u64) -> Recording {
     let flips = white(samples / 5 + 1, seed);
     let command: Vec<f64> = (0..samples).map(|i| 5.0 * flips[i / 5].signum()).collect();

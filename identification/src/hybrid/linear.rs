@@ -1,6 +1,7 @@
 //! The exact solution of `x' = A x + b c + d` for a command that is a cubic polynomial.
 //!
-//! Its Taylor series is summed to rounding, over steps that are short against the fastest eigenvalue.
+//! Its Taylor series is summed to rounding, over steps that are short against the fastest
+//! eigenvalue.
 
 use super::Command;
 use crate::scalar::Scalar;

@@ -2,8 +2,8 @@
 //!
 //! For a step length that recurs, the series are summed once and cached as matrices. A step that is
 //! long against the fastest eigenvalue is split into a short remainder and the sub-steps of
-//! [`StepDoubling`], at the end of each of which the guards are checked; where none is violated, the
-//! whole step is again one matrix product.
+//! [`StepDoubling`], at the end of each of which the guards are checked; where none is violated,
+//! the whole step is again one matrix product.
 
 use super::Command;
 use super::doubling::StepDoubling;
@@ -140,8 +140,8 @@ impl<S: Scalar, const N: usize> Propagator<S, N> {
         self.series.fastest.is_nan() || self.series.fastest > FASTEST_RAD_S
     }
 
-    /// Splits a step into a short remainder, which depends on the parameters as the step does, and a
-    /// number of base lengths.
+    /// Splits a step into a short remainder, which depends on the parameters as the step does, and
+    /// a number of base lengths.
     pub fn split(&self, step: S) -> (S, u64) {
         if self.series.is_short(step.value()) {
             (step, 0)
@@ -172,8 +172,8 @@ impl<S: Scalar, const N: usize> Propagator<S, N> {
         self.series.plain.solve(x, command, step_s, terms)
     }
 
-    /// The state after the short step that was used last, under a constant command; `None` where the
-    /// last step had another length.
+    /// The state after the short step that was used last, under a constant command; `None` where
+    /// the last step had another length.
     #[inline(always)]
     pub fn repeat(&mut self, x: &[S; N], command: f64, step_s: f64) -> Option<[S; N]> {
         let (key, transition) = self.short.entries.get_mut(self.short.last)?;

@@ -39,8 +39,8 @@ pub trait Stepper<S: Scalar> {
     /// Advances by `step`; `caching` is how to cache what is computed for its length.
     fn advance(&mut self, step: S, caching: Caching, command: &Command<S>);
 
-    /// Repeats the last step, of a length that depends on no parameter and under a constant command,
-    /// from the cache. Returns whether it could.
+    /// Repeats the last step, of a length that depends on no parameter and under a constant
+    /// command, from the cache. Returns whether it could.
     fn repeat_step(&mut self, _step_s: f64, _command: f64) -> bool {
         false
     }
@@ -93,8 +93,8 @@ pub fn simulate<S: Scalar, const N: usize, F: HybridModel<S, N>>(
 }
 
 /// Steps a model along a run under these segments of the command, and passes angle, rate and active
-/// limit of each sample to `output`. Before the first sample the command has its first value, or the
-/// actuator is at rest until that arrives.
+/// limit of each sample to `output`. Before the first sample the command has its first value, or
+/// the actuator is at rest until that arrives.
 ///
 /// The delay is exact, also where it is no multiple of a sample: the steps end where the delayed
 /// command changes and where the angle was sampled, so that nothing is interpolated.

@@ -130,8 +130,8 @@ impl<'a, S: Scalar, const N: usize, F: HybridModel<S, N>> HybridSimulator<'a, F,
         self.advance_inside(left, Caching::Off, &mut command);
     }
 
-    /// Advances to the end of `step` or the first event, whichever comes first, and shifts the command
-    /// accordingly.
+    /// Advances to the end of `step` or the first event, whichever comes first, and shifts the
+    /// command accordingly.
     fn advance_inside(
         &mut self,
         step: S,

@@ -79,7 +79,8 @@ impl<S: Scalar, const N: usize> Transition<S, N> {
         }
     }
 
-    /// The terms of the powers of the time over twice the step: `u^k` is `(u + h)^k` in its second half.
+    /// The terms of the powers of the time over twice the step: `u^k` is `(u + h)^k` in its second
+    /// half.
     fn doubled_moments(&self, moments: &[[S; N]; 3]) -> [[S; N]; 3] {
         let h = self.step;
         let powers = [h, h * h, h * h * h];
@@ -103,8 +104,8 @@ impl<S: Scalar, const N: usize> Transition<S, N> {
         self.moments.is_some()
     }
 
-    /// Computes the terms of a changing command from the series over a short step, `system` being that
-    /// of this transition.
+    /// Computes the terms of a changing command from the series over a short step, `system` being
+    /// that of this transition.
     pub fn make_moments(&mut self, system: &LinearSystem<S, N>) -> &[[S; N]; 3] {
         let Self { step, terms, .. } = *self;
         let make = || Box::new(moments(system, step, terms));

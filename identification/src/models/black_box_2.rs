@@ -89,8 +89,8 @@ impl<S: Scalar> OscillatorValues<S> {
 /// second pole is too fast to show, and still has a sensitivity.
 const INNER_LOOP_RATIO: f64 = 10.0;
 
-/// The fastest pole that is taken from black box 1, rad/s: the lag of 5 ms that a faster one lacks is
-/// found in the delay, and an inner loop ten times as fast could not be simulated.
+/// The fastest pole that is taken from black box 1, rad/s: the lag of 5 ms that a faster one lacks
+/// is found in the delay, and an inner loop ten times as fast could not be simulated.
 const FASTEST_POLE_RAD_S: f64 = 200.0;
 
 /// The pole of a first-order optimum; `None` where the nested model has no pole.

@@ -1,5 +1,5 @@
-//! The friction budgets M1 to M6 of [`model_core::plant::drivetrain::friction`] over [`Scalar`]: the search
-//! needs their derivatives.
+//! The friction budgets M1 to M6 of [`model_core::plant::drivetrain::friction`] over [`Scalar`]:
+//! the search needs their derivatives.
 
 use super::motor::MotorValues;
 use crate::model::NestedOptimum;

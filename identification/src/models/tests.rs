@@ -61,8 +61,8 @@ fn a_smooth_command_is_interpolated_between_its_samples() {
         for (input, every, tolerance) in [
             // The simulator holds its command for a tick: half a tick at 310 deg/s is 8e-3 deg.
             ("chirp", 80, 1e-2),
-            // Five samples per period at the end, and an unknown instant at which the chirp stops after
-            // its last sample.
+            // Five samples per period at the end, and an unknown instant at which the chirp stops
+            // after its last sample.
             ("chirp", 400, 0.1),
             ("ramp", 80, 4e-3),
             ("sine", 400, 4e-3),
@@ -185,7 +185,8 @@ fn a_model_that_is_fast_against_its_samples_gives_the_same_result_as_with_close_
             let (close, far) = (answers(&close), answers(&far));
             let pairs = close.iter().step_by(100).zip(&far);
             let worst = pairs.fold(0.0_f64, |worst, (a, b)| worst.max((a - b).abs()));
-            // The only difference is a limit that is reached and left again within a fraction of a step.
+            // The only difference is a limit that is reached and left again within a fraction of a
+            // step.
             assert!(worst < 1e-4, "{kind} {input}: {worst}");
         }
     }

@@ -44,7 +44,8 @@ const POSITION_GAIN: f64 = 10.0;
 /// Parameters that the simulator does not have.
 const UNKNOWN: [&str; 2] = ["vertical_deg", "drive_asymmetry"];
 
-/// Whether the model of this name is a servo, and its friction model; `None` where it is not a motor.
+/// Whether the model of this name is a servo, and its friction model; `None` where it is not a
+/// motor.
 pub(super) fn form(model: &str) -> Option<(bool, f64)> {
     let (kind, friction) = model.split_once("-m")?;
     let is_servo = match kind {
@@ -116,7 +117,8 @@ impl<'a> DrivetrainParameters<'a> {
                 None,
             ),
         ];
-        // The delay of a motor is between duty and torque, and not a transport delay of the command.
+        // The delay of a motor is between duty and torque, and not a transport delay of the
+        // command.
         let is_of_the_servo = |name: &&str| self.is_servo || *name != "delay_s";
         let alike = ALIKE.into_iter().filter(is_of_the_servo);
         let alike = alike.filter_map(|name| {

@@ -21,11 +21,11 @@ pub struct Correlations {
     pub auto_band: Vec<f64>,
     /// Lags of the cross-correlation, s; positive where the residual follows the input.
     pub cross_lag_s: Vec<f64>,
-    /// Correlation of the residual with the changes of the input, which are nearly white for a step or a
-    /// held sequence, so that missing dynamics appear at their lag.
+    /// Correlation of the residual with the changes of the input, which are nearly white for a step
+    /// or a held sequence, so that missing dynamics appear at their lag.
     pub cross: Vec<f64>,
-    /// Half-width of its band. Residual and input may both be coloured: the variance is the sum of the
-    /// products of their autocorrelations over the pairs (Ljung, eq. 16.63).
+    /// Half-width of its band. Residual and input may both be coloured: the variance is the sum of
+    /// the products of their autocorrelations over the pairs (Ljung, eq. 16.63).
     pub cross_band: Vec<f64>,
     /// The test of the autocorrelation.
     pub whiteness: Whiteness,
@@ -66,8 +66,8 @@ impl Whiteness {
 }
 
 impl Correlations {
-    /// The correlations of a residual with itself and with the changes of the input. `None` where there
-    /// are too few residuals, or all are equal.
+    /// The correlations of a residual with itself and with the changes of the input. `None` where
+    /// there are too few residuals, or all are equal.
     ///
     /// ```
     /// use identification::statistics::Correlations;
@@ -197,8 +197,8 @@ impl Normalised {
         }
     }
 
-    /// `1 + 2 sum rho` up to the first pair of lags with a negative sum: the rest is noise (C. J. Geyer,
-    /// Statistical Science 7, 1992).
+    /// `1 + 2 sum rho` up to the first pair of lags with a negative sum: the rest is noise (C. J.
+    /// Geyer, Statistical Science 7, 1992).
     fn correlation_length(&self) -> f64 {
         let pairs = self
             .values

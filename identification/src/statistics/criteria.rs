@@ -14,8 +14,8 @@ pub struct Criteria {
 }
 
 impl Criteria {
-    /// For `samples` residuals with this sum of squares and `parameters` estimated parameters. The noise
-    /// variance counts as one more parameter.
+    /// For `samples` residuals with this sum of squares and `parameters` estimated parameters. The
+    /// noise variance counts as one more parameter.
     ///
     /// ```
     /// use identification::statistics::Criteria;

@@ -8,16 +8,16 @@ use super::{
 /// The delay according to the cross-correlation of the changes of command and angle.
 ///
 /// The changes are used because the correlation of the values hardly decays with the lag (Ljung,
-/// section 6.1 on pre-whitening). The peak includes the lag of the actuator and is an upper bound of
-/// the delay; the first significant correlation is a lower bound to within one sample.
+/// section 6.1 on pre-whitening). The peak includes the lag of the actuator and is an upper bound
+/// of the delay; the first significant correlation is a lower bound to within one sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DelayEstimate {
     /// The lag of the largest correlation, interpolated by a parabola, s.
     pub peak_s: f64,
     /// The correlation there.
     pub correlation: f64,
-    /// The lag from which the correlation is outside its 99.9 % band up to the peak, s; `None` for a
-    /// smooth command, whose changes are correlated with each other.
+    /// The lag from which the correlation is outside its 99.9 % band up to the peak, s; `None` for
+    /// a smooth command, whose changes are correlated with each other.
     pub onset_s: Option<f64>,
     /// One sample, s: the resolution.
     pub resolution_s: f64,
@@ -29,8 +29,8 @@ const SUDDEN: f64 = 0.3;
 const LONGEST_S: f64 = 0.5;
 
 impl DelayEstimate {
-    /// Estimates the delay of `angle` behind `command`. `None` without a change or without a significant
-    /// correlation.
+    /// Estimates the delay of `angle` behind `command`. `None` without a change or without a
+    /// significant correlation.
     ///
     /// ```
     /// use identification::statistics::delay::DelayEstimate;

@@ -8,8 +8,8 @@ use super::{
 /// The mean difference of the squared errors of two predictions, with its standard error.
 ///
 /// F. X. Diebold and R. S. Mariano, Comparing Predictive Accuracy, Journal of Business and Economic
-/// Statistics 13 (1995): the difference is a time series, and the standard error of its mean follows
-/// from its number of independent samples.
+/// Statistics 13 (1995): the difference is a time series, and the standard error of its mean
+/// follows from its number of independent samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LossDifference {
     /// Mean of the squared error of the first less that of the second, deg^2.

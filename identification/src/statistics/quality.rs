@@ -40,8 +40,8 @@ pub struct Quality {
 }
 
 impl Quality {
-    /// Compares a prediction with the measurement, at the samples that both have. `None` without such
-    /// samples.
+    /// Compares a prediction with the measurement, at the samples that both have. `None` without
+    /// such samples.
     ///
     /// ```
     /// use identification::statistics::Quality;

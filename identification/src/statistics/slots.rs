@@ -1,8 +1,8 @@
 //! Assigns samples of any spacing to slots of equal length, for correlations.
 //!
-//! Each sample is assigned to the nearest slot; slots without a sample are missing. Even samples are
-//! unchanged. For uneven ones this is the slotting technique of W. T. Mayo (1974) of laser anemometry:
-//! the correlation at a lag is the mean over all pairs of slots that are present.
+//! Each sample is assigned to the nearest slot; slots without a sample are missing. Even samples
+//! are unchanged. For uneven ones this is the slotting technique of W. T. Mayo (1974) of laser
+//! anemometry: the correlation at a lag is the mean over all pairs of slots that are present.
 
 use realfft::{RealFftPlanner, num_complex::Complex64};
 
@@ -29,9 +29,9 @@ pub fn median_step_s(time_s: &[f64]) -> Option<f64> {
 }
 
 impl Slots {
-    /// Sorts signals over one increasing time into slots, as long as the median step is. Gaps longer
-    /// than `longest_lag_s` are shortened to that, which leaves every shorter lag as it is; `None` of
-    /// fewer than two samples.
+    /// Sorts signals over one increasing time into slots, as long as the median step is. Gaps
+    /// longer than `longest_lag_s` are shortened to that, which leaves every shorter lag as it is;
+    /// `None` of fewer than two samples.
     pub fn new(time_s: &[f64], signals: &[&[f64]], longest_lag_s: f64) -> Option<Self> {
         let step_s = median_step_s(time_s)?;
         // Bounded, because a step may be much shorter than the longest lag.

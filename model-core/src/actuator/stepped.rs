@@ -249,8 +249,8 @@ impl Settings {
         Ok(ClosedLoop::new(coefficients, self.timer, encoder, plant))
     }
 
-    /// The analogue front ends of the drivetrain: those of the current and of the back-EMF, with their
-    /// noise.
+    /// The analogue front ends of the drivetrain: those of the current and of the back-EMF, with
+    /// their noise.
     pub fn front_ends(&self) -> [(FrontEnd, Noise); 2] {
         [
             (

@@ -68,7 +68,8 @@ impl Coefficient {
         Self::from_parts(round(value * (1u64 << shift) as f64) as i32, shift)
     }
 
-    /// The coefficient `mantissa * 2^-shift`, normalised: `shift` is the greatest possible, at most 62.
+    /// The coefficient `mantissa * 2^-shift`, normalised: `shift` is the greatest possible, at most
+    /// 62.
     pub(super) const fn from_parts(mantissa: i32, shift: u8) -> Self {
         let bits = (mantissa as i64) << (32 - shift % 32);
         let [low, high] = digits(bits);

@@ -275,7 +275,8 @@ impl CascadeState {
         }
     }
 
-    /// Resets the regulator while the bridge is off: the integrator is emptied, angle and rate stay.
+    /// Resets the regulator while the bridge is off: the integrator is emptied, angle and rate
+    /// stay.
     pub fn release(&mut self) {
         self.regulator = RateLoopState::default();
         self.setpoint = None;

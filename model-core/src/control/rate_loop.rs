@@ -68,7 +68,8 @@ impl RateLoopState {
         let error = command - rate;
         let unlimited = self.pi_output(gains, command, rate);
         self.unlimited = unlimited;
-        // Both products of the error stand together: the compiler splits the error into digits once.
+        // Both products of the error stand together: the compiler splits the error into digits
+        // once.
         let grown = gains.integral.times(error);
         let mut limited = unlimited;
         let duty_limited = limit_between(&mut limited, gains.duty_limit, gains.duty_limit);

@@ -1,8 +1,8 @@
 //! Numbers of single precision into fixed point and back, in integers.
 //!
-//! A bus carries gains as IEEE 754 single precision; a Cortex-M4F has no instruction that takes them
-//! to 64 bits. What comes out equals what the constructors in double precision make of the same
-//! number.
+//! A bus carries gains as IEEE 754 single precision; a Cortex-M4F has no instruction that takes
+//! them to 64 bits. What comes out equals what the constructors in double precision make of the
+//! same number.
 
 use fixed::types::I32F32;
 
@@ -78,7 +78,8 @@ impl Scaled {
 
     /// Times the control rate.
     pub fn per_second(self) -> Self {
-        // A signal that is held within 2^18 has 50 bits. A coefficient has 31, below which there are zeros.
+        // A signal that is held within 2^18 has 50 bits. A coefficient has 31, below which there
+        // are zeros.
         let drop = if self.magnitude >> (64 - RATE_BITS) == 0 {
             0
         } else {

@@ -1,13 +1,13 @@
 //! The PWM timer of the board: from a duty to the compare value that the timer takes.
 //!
-//! At 1 kHz the timer resolves 1/560 %. The remainder of each rounding is added to the next duty (first-order
-//! noise shaping), so that the mean duty is exact and the shaft does not creep away from where a
-//! loop without quantisation would hold it.
+//! At 1 kHz the timer resolves 1/560 %. The remainder of each rounding is added to the next duty
+//! (first-order noise shaping), so that the mean duty is exact and the shaft does not creep away
+//! from where a loop without quantisation would hold it.
 //!
-//! The control step decides duties and knows no counts. This module is part of the plant, as a model
-//! of the timer in front of the bridge: the firmware takes the type of its outputs from here and the
-//! simulations the duty that a compare value makes, so that both use one copy and the sequences of
-//! compare values are equal to the bit.
+//! The control step decides duties and knows no counts. This module is part of the plant, as a
+//! model of the timer in front of the bridge: the firmware takes the type of its outputs from here
+//! and the simulations the duty that a compare value makes, so that both use one copy and the
+//! sequences of compare values are equal to the bit.
 
 use crate::{control::units::Percent, time::PWM_RATE_HZ};
 

@@ -1,4 +1,5 @@
-//! The whole chain: a client on the serial line of the communication board, and actuator boards on its bus.
+//! The whole chain: a client on the serial line of the communication board, and actuator boards on
+//! its bus.
 
 use std::thread;
 
@@ -35,8 +36,8 @@ pub struct Chain<S, D> {
     pub log: Vec<Sent>,
 }
 
-/// Runs actuators with node-IDs from 1 on, each with its script, and the communication board with its own; asserts that
-/// the emulation had no gap.
+/// Runs actuators with node-IDs from 1 on, each with its script, and the communication board with
+/// its own; asserts that the emulation had no gap.
 ///
 /// # Panics
 /// If it had one, or a run fails.

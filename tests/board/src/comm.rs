@@ -80,8 +80,8 @@ pub struct Talk {
     pub bus: SharedBus,
 }
 
-/// Runs the communication board with this script, alone on the bus with its ports, for so many ms, and asserts that the
-/// emulation had no gap and the board no reset.
+/// Runs the communication board with this script, alone on the bus with its ports, for so many ms,
+/// and asserts that the emulation had no gap and the board no reset.
 ///
 /// # Panics
 /// If there was one, or the run fails.

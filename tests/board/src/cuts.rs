@@ -1,5 +1,5 @@
-//! Saves of parameters that a loss of the supply interrupts, one after the other in a single run: the emulator translates
-//! the program once.
+//! Saves of parameters that a loss of the supply interrupts, one after the other in a single run:
+//! the emulator translates the program once.
 
 use std::collections::VecDeque;
 
@@ -24,7 +24,8 @@ const DARK_NS: u64 = 2_000_000;
 /// The parameter that is saved: over-current limit, mA.
 const PARAMETER: (u16, u8) = (0x2100, 8);
 
-/// Where a save is cut: in which operation of the flash, and after how many thousandths of its time.
+/// Where a save is cut: in which operation of the flash, and after how many thousandths of its
+/// time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Cut {
     /// Counted from the beginning of the save.
@@ -49,8 +50,8 @@ enum Step {
     Reading(u64),
 }
 
-/// Saves each value without a cut. Then restores the flash to what it was before the last of these saves, saves the last
-/// value again and cuts the supply, once for each chosen cut.
+/// Saves each value without a cut. Then restores the flash to what it was before the last of these
+/// saves, saves the last value again and cuts the supply, once for each chosen cut.
 pub struct Cuts {
     values: Vec<u32>,
     choose: fn(&[Operation]) -> Vec<Cut>,
@@ -67,8 +68,8 @@ pub struct Cuts {
 }
 
 impl Cuts {
-    /// Saves these values of the over-current limit, mA; `choose` returns the cuts, given the flash operations of the last
-    /// of these saves.
+    /// Saves these values of the over-current limit, mA; `choose` returns the cuts, given the flash
+    /// operations of the last of these saves.
     ///
     /// # Panics
     /// If there is no value.

@@ -1,5 +1,5 @@
-//! Support for the tests on the emulated board: the board's program, CANopen frames and a master that sends them, and the
-//! same device run natively on the same plant.
+//! Support for the tests on the emulated board: the board's program, CANopen frames and a master
+//! that sends them, and the same device run natively on the same plant.
 
 pub mod chain;
 pub mod comm;

@@ -7,8 +7,8 @@ use crate::frames::{Frame, control, start, to_wire};
 /// PWM periods in a control period.
 pub const PERIODS: u64 = 4;
 
-/// The master: `frames` returns what it sends at the start of a control period. The node receives these frames in its
-/// first turn of that period, and the next control step uses them.
+/// The master: `frames` returns what it sends at the start of a control period. The node receives
+/// these frames in its first turn of that period, and the next control step uses them.
 pub struct Master<F> {
     frames: F,
     period: u64,
@@ -48,11 +48,12 @@ impl<F: Fn(u64) -> Vec<Frame> + Send> Script for Master<F> {
     }
 }
 
-/// The first control period in which [`driven`] sends targets: the drive is in OPERATION ENABLED by then.
+/// The first control period in which [`driven`] sends targets: the drive is in OPERATION ENABLED by
+/// then.
 pub const ENABLED_TICK: u64 = 40;
 
-/// Starts the node and takes the drive to OPERATION ENABLED; from [`ENABLED_TICK`] on sends a target, mdeg, each fifth
-/// tick.
+/// Starts the node and takes the drive to OPERATION ENABLED; from [`ENABLED_TICK`] on sends a
+/// target, mdeg, each fifth tick.
 pub fn driven(tick: u64, target_mdeg: i32) -> Vec<Frame> {
     match tick {
         20 => vec![start()],

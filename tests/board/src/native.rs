@@ -68,7 +68,8 @@ impl NativeBoard {
         }
     }
 
-    /// A control period with the four PWM periods behind it; these frames come in within the first of them.
+    /// A control period with the four PWM periods behind it; these frames come in within the first
+    /// of them.
     pub fn tick(&mut self, frames: &[Frame]) {
         let samples = native::samples(&self.plant.sampled());
         let outputs = self.device.control(&samples);

@@ -17,8 +17,8 @@ pub fn firmware() -> &'static Firmware {
     FIRMWARE.get_or_init(|| Firmware::read(board_elf()).expect("an ELF file"))
 }
 
-/// Runs the board with a master that sends these frames in each control period, and asserts that the emulation had no
-/// gap.
+/// Runs the board with a master that sends these frames in each control period, and asserts that
+/// the emulation had no gap.
 ///
 /// # Panics
 /// If it had one, or the run fails.

@@ -1,7 +1,7 @@
 //! Frames at the whole device: `cargo +nightly fuzz run --fuzz-dir tests/fuzz frames`.
 //!
-//! The input is a sequence of frames: two bytes of identifier (bit 15: 29 bits, bit 14: remote, bits 11 to 13: control periods that
-//! pass first), a length, and the data.
+//! The input is a sequence of frames: two bytes of identifier (bit 15: 29 bits, bit 14: remote,
+//! bits 11 to 13: control periods that pass first), a length, and the data.
 #![no_main]
 
 use canopen::CanFrame;

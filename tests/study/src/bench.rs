@@ -12,7 +12,8 @@ pub enum Controller {
     Retuned,
 }
 
-/// The motor as the paper prints it, in the reading of docs/model.md: gain, (deg/s)/%, and pole, 1/s.
+/// The motor as the paper prints it, in the reading of docs/model.md: gain, (deg/s)/%, and pole,
+/// 1/s.
 const MOTOR: (f64, f64) = (2.836, 7.586);
 /// Black box 2 of the paper: A, 1/s^2, and B, 1/s.
 pub const BLACK_BOX_2: (f64, f64) = (900.0, 54.0);

@@ -1,5 +1,5 @@
-//! The host on the CAN bus: a CANopen master that sets the board's parameters, enables it, commands at 50 Hz and records
-//! telemetry at 250 Hz.
+//! The host on the CAN bus: a CANopen master that sets the board's parameters, enables it, commands
+//! at 50 Hz and records telemetry at 250 Hz.
 //!
 //! The chain of the paper, Simulink at 50 Hz, a serial port and a communication board, is not
 //! emulated beyond its delay: a command goes on the bus [`CHAIN_MS`] after the host has set it.
@@ -21,7 +21,8 @@ pub const CHAIN_MS: u64 = 12;
 pub const TRUE_DELAY_S: f64 = 0.017;
 /// The first control period with an SDO request.
 const SETUP: u64 = 2;
-/// The control period in which the drive is enabled: the controlwords before it are in the two before.
+/// The control period in which the drive is enabled: the controlwords before it are in the two
+/// before.
 const ENABLE: u64 = 30;
 /// The control period that is time zero: by then the shaft has come to the first command.
 const START: u64 = 280;
@@ -106,8 +107,8 @@ fn map(pdo: u8, objects: &[u32]) -> Vec<Frame> {
     requests
 }
 
-/// What the host sets before it enables the drive: commands that are used at once over the whole range, telemetry in each
-/// control period, and these gains.
+/// What the host sets before it enables the drive: commands that are used at once over the whole
+/// range, telemetry in each control period, and these gains.
 fn setup(gains: &[((u16, u8), f64)]) -> Vec<Frame> {
     let mut requests = vec![
         write(0x607D, 1, -180_000_i32 as u32, 4),
@@ -125,7 +126,8 @@ fn setup(gains: &[((u16, u8), f64)]) -> Vec<Frame> {
 }
 
 impl Host {
-    /// A host that sets these gains, by their objects, and sends these commands, mdeg, one each 20 ms.
+    /// A host that sets these gains, by their objects, and sends these commands, mdeg, one each 20
+    /// ms.
     pub fn new(gains: &[((u16, u8), f64)], commands: Vec<i32>) -> Self {
         Self {
             requests: setup(gains),
@@ -148,7 +150,8 @@ impl Host {
         self.commands.len() * HOST
     }
 
-    /// The frame that goes on the bus at the start of this control period; the next control step uses it.
+    /// The frame that goes on the bus at the start of this control period; the next control step
+    /// uses it.
     fn frame(&self, tick: u64) -> Option<Frame> {
         match tick {
             ..SETUP => None,
@@ -203,7 +206,8 @@ impl Host {
     /// Telemetry from time zero on, a row a control period.
     ///
     /// # Errors
-    /// [`RunProblem`] of a board that refused an object, left OPERATION ENABLED, or sent no telemetry.
+    /// [`RunProblem`] of a board that refused an object, left OPERATION ENABLED, or sent no
+    /// telemetry.
     pub fn samples(&self) -> Result<&[Sample], RunProblem> {
         if let Some(&(index, sub)) = self.refused.first() {
             return Err(RunProblem::Refused { index, sub });

@@ -26,8 +26,8 @@ pub const CONDITIONS: [(Controller, Load); 3] = [
 /// Where the chirp ends, Hz.
 pub const CHIRP_END_HZ: f64 = 6.0;
 
-/// The chirp: what the motor can follow without the whole duty, 2150 deg/s^2 at the most, up to 6 Hz.
-/// The default, 5 deg up to 10 Hz, the board ends for overload.
+/// The chirp: what the motor can follow without the whole duty, 2150 deg/s^2 at the most, up to 6
+/// Hz. The default, 5 deg up to 10 Hz, the board ends for overload.
 const CHIRP: [(&str, f64); 3] = [
     ("amplitude_deg", 1.5),
     ("end_hz", CHIRP_END_HZ),
@@ -168,7 +168,8 @@ impl Run {
         self.samples.is_empty()
     }
 
-    /// A checksum of commands and angles as the bus carried them: FNV-1a, 64 bits (Fowler, Noll, Vo).
+    /// A checksum of commands and angles as the bus carried them: FNV-1a, 64 bits (Fowler, Noll,
+    /// Vo).
     pub fn checksum(&self) -> u64 {
         let angles = self.samples.iter().map(|sample| sample.angle_mdeg);
         let numbers = self.commands_mdeg.iter().copied().chain(angles);

@@ -107,7 +107,8 @@ impl Driver<Bare> for Counter {
     }
 }
 
-/// Counts from each arrival at one symbol to the next arrival at another, and reads `COMPARE` there.
+/// Counts from each arrival at one symbol to the next arrival at another, and reads `COMPARE`
+/// there.
 ///
 /// # Panics
 /// If the file is no such program.

@@ -66,9 +66,9 @@ fn main() {
     compare(&ours.compares, &theirs.compares);
 }
 
-/// Both decide the same, but for what single precision rounds: its 24 bits are 0.003 counts of a full duty, the integrator
-/// sums some of them up, and where the modulator's remainder is near a half, its count comes a step earlier or
-/// later.
+/// Both decide the same, but for what single precision rounds: its 24 bits are 0.003 counts of a
+/// full duty, the integrator sums some of them up, and where the modulator's remainder is near a
+/// half, its count comes a step earlier or later.
 fn compare(ours: &[i32], theirs: &[i32]) {
     let apart = || ours.iter().zip(theirs).map(|(a, b)| a.abs_diff(*b));
     let equal = apart().filter(|apart| *apart == 0).count();

@@ -1,4 +1,5 @@
-//! Fault confinement: the error counters of ISO 11898-1, section 12.1.4, as in RM0090, section 32.7.6.
+//! Fault confinement: the error counters of ISO 11898-1, section 12.1.4, as in RM0090, section
+//! 32.7.6.
 
 /// Error state of a station.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -77,7 +78,8 @@ impl ErrorCounters {
         };
     }
 
-    /// Counts a failed frame of another station; `is_first` if this station sent the first error flag.
+    /// Counts a failed frame of another station; `is_first` if this station sent the first error
+    /// flag.
     pub fn receive_failed(&mut self, is_first: bool) {
         self.receive = self.receive.saturating_add(if is_first { 8 } else { 1 });
     }

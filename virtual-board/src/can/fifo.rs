@@ -31,8 +31,8 @@ impl Fifo {
         self.frames.len()
     }
 
-    /// Stores a frame. In a full FIFO, a locked one discards the new frame, and an unlocked one the last
-    /// stored frame.
+    /// Stores a frame. In a full FIFO, a locked one discards the new frame, and an unlocked one the
+    /// last stored frame.
     pub fn push(&mut self, received: Received, is_locked: bool) {
         if self.frames.len() < DEPTH {
             self.frames.push_back(received);

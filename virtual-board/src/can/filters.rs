@@ -101,8 +101,8 @@ impl Filters {
         hits.iter().position(|hit| *hit).map(|hit| hit as u8)
     }
 
-    /// Destination of the frame; `None` if no filter of CAN1 accepts it. Priority: 32 bits before 16
-    /// bits, list before mask, lower number before higher number.
+    /// Destination of the frame; `None` if no filter of CAN1 accepts it. Priority: 32 bits before
+    /// 16 bits, list before mask, lower number before higher number.
     pub fn accept(&self, frame: &Frame) -> Option<Accepted> {
         if self.is_initialising() {
             return None;

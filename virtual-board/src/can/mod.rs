@@ -6,8 +6,8 @@
 //! outside port ─────────────────── Station ┘
 //! ```
 //!
-//! The model resolves whole frames, with the length in bit times of ISO 11898-1 including stuff bits.
-//! Faults act on whole frames: a bit error determines the outcome of its frame.
+//! The model resolves whole frames, with the length in bit times of ISO 11898-1 including stuff
+//! bits. Faults act on whole frames: a bit error determines the outcome of its frame.
 
 mod bxcan;
 mod counters;

@@ -13,8 +13,8 @@ pub struct BitTiming {
 const PS_PER_S: u64 = 1_000_000_000_000;
 
 impl BitTiming {
-    /// Bit timing of a value of `CAN_BTR` at a peripheral clock, Hz (RM0090, section 32.7.7); `None`
-    /// while the clock is stopped.
+    /// Bit timing of a value of `CAN_BTR` at a peripheral clock, Hz (RM0090, section 32.7.7);
+    /// `None` while the clock is stopped.
     ///
     /// The tolerance is the smaller of ISO 11898-1's two limits, with a bit of `n` quanta:
     /// `SJW/(20 n)` and `min(TS1, TS2)/(2 (13 n - TS2))`.

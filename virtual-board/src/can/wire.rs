@@ -69,8 +69,8 @@ impl Wire {
         self.free_at_ns
     }
 
-    /// End of the frame in transmission, or time of the next arbitration, not before `now_ns`; `None`
-    /// while no station has a frame to transmit.
+    /// End of the frame in transmission, or time of the next arbitration, not before `now_ns`;
+    /// `None` while no station has a frame to transmit.
     pub fn next_ns(&self, now_ns: u64, a_controller_offers: bool) -> Option<u64> {
         if let Some((ends_ns, _)) = &self.running {
             return Some(*ends_ns);

@@ -1,9 +1,9 @@
 //! The bus of the chip: that of rigless, with CAN1 and with a flash that its interface programs.
 //!
-//! A bus description cannot be modified, and rigless does not expose parts of its own. Instances, reset
-//! values and clocks are therefore read from a built part. What a built part does not expose - clock
-//! gates, reset lines, request listeners, write rules - is declared here for the instances that the
-//! boards use.
+//! A bus description cannot be modified, and rigless does not expose parts of its own. Instances,
+//! reset values and clocks are therefore read from a built part. What a built part does not expose
+//! - clock gates, reset lines, request listeners, write rules - is declared here for the instances
+//! that the boards use.
 
 use std::num::{NonZeroU32, NonZeroU64};
 
@@ -88,7 +88,8 @@ pub fn builder() -> Result<Builder, Error> {
         for register in instance.registers {
             let address = instance.base + u64::from(register.offset);
             let width = register.width;
-            // Registers that share an address are excluded: a read gives the value of only one of them.
+            // Registers that share an address are excluded: a read gives the value of only one of
+            // them.
             if let Ok(value) = stock.peek(NO_PART, address, width)
                 && value != register.reset & width.mask()
                 && is_alone(instance.registers, register.offset)

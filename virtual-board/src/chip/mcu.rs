@@ -119,8 +119,8 @@ impl Chip {
         self.can.proceed(registers, &mut context);
     }
 
-    /// Starts a frame that won the arbitration on a shared bus, from `began_ns` to `ends_ns`; `index` is
-    /// the index of this controller among the stations.
+    /// Starts a frame that won the arbitration on a shared bus, from `began_ns` to `ends_ns`;
+    /// `index` is the index of this controller among the stations.
     pub fn begin_frame(
         &mut self,
         at: VirtualNanos,
@@ -138,8 +138,8 @@ impl Chip {
         self.peek(at, address, Width::W32).unwrap_or(0)
     }
 
-    /// Resets the part. It rebuilds its bus and copies from the old one what a reset preserves: it gets a
-    /// stock bus with these values for that time, and then this crate's bus again.
+    /// Resets the part. It rebuilds its bus and copies from the old one what a reset preserves: it
+    /// gets a stock bus with these values for that time, and then this crate's bus again.
     fn restart(&mut self, at: VirtualNanos, cause: ResetCause, mut stock: Bus, mut ours: Bus) {
         keep_backup(self.part.bus(), &mut stock);
         let old = std::mem::replace(self.part.bus_mut(), stock);

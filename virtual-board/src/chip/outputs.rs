@@ -30,8 +30,8 @@ mod input {
 enum Leg {
     /// Both switches open.
     Off,
-    /// The high side conducts for this number of cycles from the start of a period, the low side for the
-    /// rest.
+    /// The high side conducts for this number of cycles from the start of a period, the low side
+    /// for the rest.
     High(u32),
 }
 

@@ -90,8 +90,8 @@ impl Interface {
         std::mem::take(&mut self.log)
     }
 
-    /// Cuts the supply during the operation of this number, counted from 0 and from now on, after this
-    /// share of its duration, thousandths.
+    /// Cuts the supply during the operation of this number, counted from 0 and from now on, after
+    /// this share of its duration, thousandths.
     pub fn cut_during(&mut self, operation: u64, permille: u64) {
         let operation = self.operations + operation;
         self.cut = Some(Cut {

@@ -32,8 +32,9 @@ impl Damage {
         u64::from(self.chance.next_u32()) | u64::from(self.chance.next_u32()) << 32
     }
 
-    /// Content of a unit with this previous content. Of the bits that the operation changes, none has
-    /// changed in the first eighth, and half of the remaining ones change in each further eighth.
+    /// Content of a unit with this previous content. Of the bits that the operation changes, none
+    /// has changed in the first eighth, and half of the remaining ones change in each further
+    /// eighth.
     pub fn leave(&mut self, held: u64) -> u64 {
         let mut changed = 0;
         for _ in 0..self.eighths {

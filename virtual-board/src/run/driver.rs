@@ -24,7 +24,8 @@ const LOOK_NS: u64 = 100_000;
 /// Threshold of the comparator at the bridge's ground return, A.
 const TRIP_A: f64 = 2.0;
 
-/// Supply voltage below which the regulator switches the chip off, and above which it switches it on, V.
+/// Supply voltage below which the regulator switches the chip off, and above which it switches it
+/// on, V.
 const BROWN_OUT_V: (f64, f64) = (3.6, 3.9);
 
 /// The driver of a run.
@@ -286,7 +287,8 @@ impl<S: Script> Lockstep<S> {
         self.script.at_edge(&mut view)
     }
 
-    /// Stalls the core while the flash bank that it runs from is written, or while a fault stalls it.
+    /// Stalls the core while the flash bank that it runs from is written, or while a fault stalls
+    /// it.
     fn hold_core(&mut self, session: &mut Session<ActuatorBoard>, host: &mut dyn Host) {
         let holds = self.faulty.stalls || session.board().chip.flash.holds_core();
         if holds != self.is_held && !session.unpowered() {
@@ -295,8 +297,8 @@ impl<S: Script> Lockstep<S> {
         }
     }
 
-    /// Schedules a stop at the instant at which the core reaches this instruction count if it does not
-    /// sleep; if it does, the next stop follows.
+    /// Schedules a stop at the instant at which the core reaches this instruction count if it does
+    /// not sleep; if it does, the next stop follows.
     fn approach_instruction(&self, session: &mut Session<ActuatorBoard>, now_ns: u64, count: u64) {
         if let Some(target) = self.faults.next_instruction() {
             let left = target.saturating_sub(count);

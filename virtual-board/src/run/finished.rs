@@ -14,7 +14,8 @@ use crate::flash::Operation;
 use crate::plant::BoardPlant;
 use crate::trace::Trace;
 
-/// Accesses of the program that the emulation does not model. The results of a run are valid only if there are none.
+/// Accesses of the program that the emulation does not model. The results of a run are valid only
+/// if there are none.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Gaps(Vec<String>);
 

@@ -1,4 +1,5 @@
-//! Instants at which the run stops for the plant: 5 us before each boundary of its grid, and within the back-EMF window.
+//! Instants at which the run stops for the plant: 5 us before each boundary of its grid, and within
+//! the back-EMF window.
 
 use crate::plant::Slot;
 
@@ -66,8 +67,8 @@ impl Grid {
         };
     }
 
-    /// Aligns the grid with the timer, whose period began at this instant, ns. Returns whether the grid
-    /// moved; the next boundary is then that of the period's head.
+    /// Aligns the grid with the timer, whose period began at this instant, ns. Returns whether the
+    /// grid moved; the next boundary is then that of the period's head.
     pub fn follow(&mut self, edge_ns: u64) -> bool {
         let apart_ns = (edge_ns % PERIOD_NS).abs_diff(self.period_ns % PERIOD_NS);
         let apart_ns = apart_ns.min(PERIOD_NS - apart_ns);

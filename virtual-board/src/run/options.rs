@@ -19,8 +19,8 @@ pub struct Options {
     pub probes: Vec<String>,
     /// Width of the servo pulses, us; `None` for no pulses.
     pub servo_us: Option<f64>,
-    /// Initial contents of the chip's memory beside the program, such as saved parameters: an address, and
-    /// the bytes from there on.
+    /// Initial contents of the chip's memory beside the program, such as saved parameters: an
+    /// address, and the bytes from there on.
     pub contents: Vec<(u64, Vec<u8>)>,
     /// Whether the trace keeps its rows, or their hash alone.
     pub keeps_trace: bool,

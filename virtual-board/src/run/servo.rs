@@ -5,7 +5,8 @@ use rigless::device::Level;
 /// Period of the pulses, ns.
 const FRAME_NS: u64 = 20_000_000;
 
-/// Start of the pulses within the period: half a microsecond off the counts of a timer that starts at a whole one, ns.
+/// Start of the pulses within the period: half a microsecond off the counts of a timer that starts
+/// at a whole one, ns.
 const OFFSET_NS: u64 = 5_000_500;
 
 #[derive(Debug, Clone)]

@@ -1,12 +1,13 @@
 //! One bus for several boards, each of which runs in a thread of its own.
 //!
-//! No station can begin a frame while one is on the bus, and the outcome of a frame is known when it
-//! begins: until it ends, the boards run independently. On a free bus they synchronise: each states
-//! whether it offers a frame and since when, and the arbitration is held for the earliest instant of
-//! an offer. Without an offer they synchronise after [`QUANTUM_NS`], which is less than the shortest
-//! frame: a frame that began within the quantum has not ended, and its effects on the others are still
-//! to come. Arbitration, acknowledgement and the instants of frames are therefore exact to the
-//! nanosecond. Only an error frame, which is shorter, may be seen up to a quantum after its end.
+//! No station can begin a frame while one is on the bus, and the outcome of a frame is known when
+//! it begins: until it ends, the boards run independently. On a free bus they synchronise: each
+//! states whether it offers a frame and since when, and the arbitration is held for the earliest
+//! instant of an offer. Without an offer they synchronise after [`QUANTUM_NS`], which is less than
+//! the shortest frame: a frame that began within the quantum has not ended, and its effects on the
+//! others are still to come. Arbitration, acknowledgement and the instants of frames are therefore
+//! exact to the nanosecond. Only an error frame, which is shorter, may be seen up to a quantum
+//! after its end.
 //!
 //! The same programs and scripts give the same frames, however the threads are scheduled.
 
@@ -18,11 +19,13 @@ use rigless::time::VirtualNanos;
 use crate::can::{Port, Sent, Station, Transfer, Wire};
 use crate::chip::Chip;
 
-/// Longest time between two synchronisations on a free bus, ns: a frame without data takes 44 bits, 44 us at 1 Mbit/s.
+/// Longest time between two synchronisations on a free bus, ns: a frame without data takes 44 bits,
+/// 44 us at 1 Mbit/s.
 pub const QUANTUM_NS: u64 = 40_000;
 
-/// The same in real time, where the short quantum would take more time than the boards: a frame that
-/// begins on a free bus is seen up to this much later. The outcome of arbitration does not change.
+/// The same in real time, where the short quantum would take more time than the boards: a frame
+/// that begins on a free bus is seen up to this much later. The outcome of arbitration does not
+/// change.
 const REAL_TIME_QUANTUM_NS: u64 = 200_000;
 
 /// A run that is ahead of real time by more than this sleeps.
@@ -155,7 +158,8 @@ impl SharedBus {
         self
     }
 
-    /// The boards' connections, each for one run. A board leaves the bus when its connection is dropped.
+    /// The boards' connections, each for one run. A board leaves the bus when its connection is
+    /// dropped.
     pub fn ends(&self) -> Vec<BusEnd> {
         let boards = self.lock().boards.len();
         let end = |index| BusEnd {

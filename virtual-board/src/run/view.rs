@@ -23,8 +23,8 @@ pub enum Flow {
 
 /// Actions on a run from outside the board.
 pub trait Script: Send {
-    /// Called at the start of every PWM period: the plant has advanced to it, the pins are set, and the
-    /// firmware has not run yet.
+    /// Called at the start of every PWM period: the plant has advanced to it, the pins are set, and
+    /// the firmware has not run yet.
     fn at_edge(&mut self, view: &mut View<'_>) -> Flow;
 }
 

@@ -1,7 +1,7 @@
 //! The peer of the communication board's serial line, byte by byte in virtual time.
 //!
-//! `rigless` models the USART: the time of each byte from baud rate register and clock, parity, stop
-//! bits, overrun, interrupts. The peer always has the baud rate of the board.
+//! `rigless` models the USART: the time of each byte from baud rate register and clock, parity,
+//! stop bits, overrun, interrupts. The peer always has the baud rate of the board.
 
 use std::collections::VecDeque;
 

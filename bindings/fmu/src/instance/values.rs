@@ -96,8 +96,8 @@ impl Instance {
     /// Writes variables; if one is refused, none is written.
     ///
     /// # Errors
-    /// For references of another type, variables that cannot be written in this phase, and values out of
-    /// range; the message names the variable.
+    /// For references of another type, variables that cannot be written in this phase, and values
+    /// out of range; the message names the variable.
     pub fn write(&mut self, values: impl IntoIterator<Item = (u32, Value)>) -> Result<()> {
         self.expect(&[Phase::Instantiated, Phase::Initialization, Phase::Stepping])?;
         let mut draft = Draft {

@@ -135,7 +135,8 @@ fn an_excitation_that_is_ended_leaves_the_command_where_it_is() {
     assert_eq!(board.step().telemetry.command, command);
 }
 
-/// Commands of an excitation that repeats itself, with what `meanwhile` does after each control period.
+/// Commands of an excitation that repeats itself, with what `meanwhile` does after each control
+/// period.
 fn commands(run: Run, meanwhile: impl Fn(&mut Application, usize)) -> [Angle; 120] {
     let mut board = TestBoard::enabled();
     board.command = None;

@@ -196,7 +196,8 @@ fn other_gains_while_the_loop_is_closed_do_not_move_the_duty() {
     let apart = held(&mut retuned).telemetry.duty - held(&mut kept).telemetry.duty;
     // What is left of the filtered rate after 20 periods: 440 deg/s 0.6^20, times 3 %/(deg/s).
     assert!(apart.abs() < percent(0.05), "{apart}");
-    // From there on the new gains act: 12/s instead of 8/s at 3 deg and 10 %/deg are 0.5 % a period.
+    // From there on the new gains act: 12/s instead of 8/s at 3 deg and 10 %/deg are 0.5 % a
+    // period.
     for _ in 0..5 {
         held(&mut retuned);
         held(&mut kept);

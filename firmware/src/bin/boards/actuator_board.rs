@@ -15,8 +15,8 @@
 //!
 //! Only the reception of a frame preempts the control step, for a microsecond, and no task of lower
 //! priority locks it out. The turns of the device have its priority, so that both use the device
-//! without a lock; a turn ends long before the next control step, and before the last PWM period with
-//! its sampling instants. All other tasks communicate by queues and atomics without locks.
+//! without a lock; a turn ends long before the next control step, and before the last PWM period
+//! with its sampling instants. All other tasks communicate by queues and atomics without locks.
 
 #![no_std]
 #![no_main]
@@ -226,8 +226,8 @@ mod app {
         rtic::pend(Interrupt::CAN1_SCE);
     }
 
-    // The highest priority, and short: the FIFO holds three frames, and a turn of the device can take
-    // longer than three frames.
+    // The highest priority, and short: the FIFO holds three frames, and a turn of the device can
+    // take longer than three frames.
     #[task(binds = CAN1_RX0, priority = 5, local = [can_receiver, received])]
     fn frame_received(cx: frame_received::Context) {
         if cx.local.can_receiver.take_overrun() {
@@ -268,7 +268,8 @@ mod app {
         }
         *cx.local.last_state = state;
         if let Some(kbit_s) = bus_status::take_requested_bit_rate() {
-            // Queued frames must not be transmitted with the new bit rate while the network switches.
+            // Queued frames must not be transmitted with the new bit rate while the network
+            // switches.
             while cx.shared.to_transmit.dequeue().is_some() {}
             can.set_bit_rate(kbit_s);
         }

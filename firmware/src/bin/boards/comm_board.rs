@@ -1,7 +1,7 @@
 //! Program of the communication board: STM32F427, between a serial line and a CAN bus.
 //!
-//! `canopen::slcan` interprets the lines; this program moves bytes and frames through queues, and never
-//! waits. `docs/chain.md` shows the path of a command and of a frame.
+//! `canopen::slcan` interprets the lines; this program moves bytes and frames through queues, and
+//! never waits. `docs/chain.md` shows the path of a command and of a frame.
 //!
 //! | priority | interrupt | event | function |
 //! |---|---|---|---|
@@ -10,8 +10,8 @@
 //! | 1 | `UART8`, used as a software interrupt | a command or a frame is in the queue | slcan adapter |
 //! | 1 | `TIM3` | each millisecond | watchdog; joins the bus when the controller is ready |
 //!
-//! No task locks the serial line out: at 2,000,000 baud a byte has to be read within 5 us. The lowest
-//! priority feeds the watchdog: it runs only if all higher ones end.
+//! No task locks the serial line out: at 2,000,000 baud a byte has to be read within 5 us. The
+//! lowest priority feeds the watchdog: it runs only if all higher ones end.
 
 #![no_std]
 #![no_main]

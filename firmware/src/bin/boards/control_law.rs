@@ -1,7 +1,7 @@
 //! The control law in a loop, so that an emulator can count its instructions.
 //!
-//! `stimulus` and [`control_law`] alternate; `virtual-board/benches/rival/control_law.c` does the same in
-//! C with the same inputs.
+//! `stimulus` and [`control_law`] alternate; `virtual-board/benches/rival/control_law.c` does the
+//! same in C with the same inputs.
 
 #![no_std]
 #![no_main]
@@ -26,8 +26,8 @@ use model_core::{
 // Links the interrupt vectors.
 use stm32f4xx_hal as _;
 
-/// The defaults except for the anti-windup gain: the integrator follows the limited output within one
-/// period, as in a recurrence that continues from its limited output.
+/// The defaults except for the anti-windup gain: the integrator follows the limited output within
+/// one period, as in a recurrence that continues from its limited output.
 const PARAMETERS: ControlParameters = ControlParameters {
     anti_windup_gain: 1.0 / CONTROL_PERIOD_S,
     ..ControlParameters::DEFAULT

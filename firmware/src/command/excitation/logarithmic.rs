@@ -15,8 +15,8 @@ const LOG_BITS: u32 = 56;
 /// ln 2 in units of 2^-64.
 const LN_2: u64 = 12_786_308_645_202_655_660;
 
-/// A sweep between two frequencies in 1e-3 Hz, both above zero and below 2^17, within less than 2^27
-/// ticks. `None` where they are equal: the linear law is the same then.
+/// A sweep between two frequencies in 1e-3 Hz, both above zero and below 2^17, within less than
+/// 2^27 ticks. `None` where they are equal: the linear law is the same then.
 pub(super) fn sweep([start, end]: [u32; 2], duration_ticks: NonZeroU64) -> Option<Exponential> {
     let (slow, fast) = if start < end {
         (start, end)
@@ -26,8 +26,8 @@ pub(super) fn sweep([start, end]: [u32; 2], duration_ticks: NonZeroU64) -> Optio
     // At most 17 octaves of 2^56, hence below 2^61, and so is the natural logarithm.
     let octaves = binary_logarithm(fast, slow);
     let ln_ratio = NonZeroU64::new(product(octaves, LN_2))?;
-    // B = f T / ln r: the turns f T are below 2^20; in units of 2^-43 they fit. Over 2^-56 and times
-    // 2^64 they come out in units of 2^-51.
+    // B = f T / ln r: the turns f T are below 2^20; in units of 2^-43 they fit. Over 2^-56 and
+    // times 2^64 they come out in units of 2^-51.
     let product = u64::from(fast).saturating_mul(duration_ticks.get());
     let turns = ratio(product, PER_SECOND, 43) as u64;
     let mut sweep = Exponential {

@@ -18,7 +18,8 @@ fn assert_pulse(name: &str, line: [f64; 8]) {
     for (i, (found, expected)) in found.into_iter().zip(line).enumerate() {
         let tolerance = match i {
             // The reference has a resolution of 50 us and prints 0.1 ms; here the time is
-            // interpolated between samples of 1 ms: the error is 2,000 deg/s^2 x (1 ms)^2/8 at most.
+            // interpolated between samples of 1 ms: the error is 2,000 deg/s^2 x (1 ms)^2/8 at
+            // most.
             0 | 1 | 4 | 5 => 1.6e-4,
             // 0.1 mdeg of 90 deg: the maximum may lie between two samples.
             2 | 3 => 1e-3 * expected.abs() + 1e-4,
@@ -124,8 +125,8 @@ fn the_lag_on_the_ramp_is_its_rate_times_the_sum_of_delay_and_linear_lag() {
         ("board", 1.0 / 8.0),
     ] {
         let found = outcome(name).metrics.ramp_lag_deg.expect(name);
-        // The transient of the grey box has decayed to exp(-8 x 1.25) of 8.55 deg; the mean of a lag
-        // that is rounded to counts of 0.088 deg is accurate to a tenth of a count.
+        // The transient of the grey box has decayed to exp(-8 x 1.25) of 8.55 deg; the mean of a
+        // lag that is rounded to counts of 0.088 deg is accurate to a tenth of a count.
         assert!(
             (found - 60.0 * (0.0175 + lag_s)).abs() < 0.01,
             "{name}: {found}"

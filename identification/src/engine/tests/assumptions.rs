@@ -138,6 +138,7 @@ fn a_held_out_recording_is_predicted_from_its_own_initial_condition() {
     let fit = fitted(&problem);
     let left_out = Experiment::try_new(answered(steps, 250.0, AT_REST, 3)).expect("a recording");
     let prediction = predict(&problem, &fit, &left_out).expect("a prediction");
-    // Noise of 0.05 deg and 12 bits of 0.088 deg: 0.056 deg, of which the mean magnitude is 0.8 times.
+    // Noise of 0.05 deg and 12 bits of 0.088 deg: 0.056 deg, of which the mean magnitude is 0.8
+    // times.
     assert!(prediction.mean_absolute_error_deg() < 0.05);
 }

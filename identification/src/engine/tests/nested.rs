@@ -20,9 +20,9 @@ fn black_box_2_fits_no_worse_than_black_box_1_which_it_contains() {
             for name in ["black-box-2", "black-box-2-oscillator"] {
                 let fit = fitted(&problem(name, vec![run.clone()]));
                 let excess = fit.cost / simple.cost - 1.0;
-                // The other model is nested at an infinitely fast inner loop; the fastest inner loop of
-                // 10,000 1/s has a lag of 0.1 ms, which a delay compensates only in part. Half a per cent
-                // of the cost is a quarter of a per cent of the residuals.
+                // The other model is nested at an infinitely fast inner loop; the fastest inner
+                // loop of 10,000 1/s has a lag of 0.1 ms, which a delay compensates only in part.
+                // Half a per cent of the cost is a quarter of a per cent of the residuals.
                 assert!(excess < 5e-3, "{name} {input} {seed}: {excess}");
             }
         }

@@ -1,8 +1,8 @@
 //! The output shaft, integrated in short steps.
 //!
 //! Each step is the implicit midpoint rule for the smooth terms, and the stopping torque for
-//! friction: a shaft at rest whose torque is within the friction budget keeps a rate of exactly zero.
-//! The error of a step is of third order as long as the direction of motion does not change.
+//! friction: a shaft at rest whose torque is within the friction budget keeps a rate of exactly
+//! zero. The error of a step is of third order as long as the direction of motion does not change.
 
 use crate::hybrid::{Caching, Command, Stepper};
 use crate::model::ActiveLimit;

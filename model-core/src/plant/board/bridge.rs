@@ -22,7 +22,8 @@ pub enum Bridge {
     Coast,
     /// Both low sides closed.
     Brake,
-    /// One leg's high side closed from the period's start on, the other leg's low side all the time.
+    /// One leg's high side closed from the period's start on, the other leg's low side all the
+    /// time.
     Driven {
         /// Whether leg A is switched: a positive voltage.
         is_positive: bool,

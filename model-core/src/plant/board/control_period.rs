@@ -14,8 +14,8 @@ pub struct Sampled {
     pub sensed: Sensed,
     /// The motor current at the start of the last PWM period; none before the first control period.
     pub current: Option<AdcCode>,
-    /// What the window of the last PWM period saw, the legs while the bridge was open, with the supply beside the
-    /// current; none before the first.
+    /// What the window of the last PWM period saw, the legs while the bridge was open, with the
+    /// supply beside the current; none before the first.
     pub window: Option<Sensed>,
 }
 
@@ -28,8 +28,9 @@ pub struct Edge {
     pub sensed: Sensed,
 }
 
-/// A plant that is driven as a board does it: a decision takes effect one PWM period after the control period began, and the
-/// bridge is open in the window at the end of the last of its four PWM periods.
+/// A plant that is driven as a board does it: a decision takes effect one PWM period after the
+/// control period began, and the bridge is open in the window at the end of the last of its four
+/// PWM periods.
 #[derive(Debug, Clone)]
 pub struct SampledBoardPlant {
     /// The plant.
@@ -60,7 +61,8 @@ impl SampledBoardPlant {
         self.sampled
     }
 
-    /// A control period, in which this was decided; `see` sees the plant at the end of each of its PWM periods.
+    /// A control period, in which this was decided; `see` sees the plant at the end of each of its
+    /// PWM periods.
     ///
     /// ```
     /// use model_core::plant::board::{Bridge, BoardPlant, BoardPlantOptions, SampledBoardPlant};

@@ -39,8 +39,8 @@ impl SsiWord {
     /// Clocks of a transfer: three bytes.
     pub const CLOCKS: u32 = 24;
 
-    /// The data line is high from the select on, and stays so at the first falling edge of the clock;
-    /// each rising edge after it shifts a bit out, and after the last of 18 the line is low.
+    /// The data line is high from the select on, and stays so at the first falling edge of the
+    /// clock; each rising edge after it shifts a bit out, and after the last of 18 the line is low.
     fn of(word: EncoderWord) -> Self {
         Self(1 << 23 | word.bits() << 5)
     }

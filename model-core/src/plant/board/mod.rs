@@ -1,9 +1,9 @@
 //! Everything that the chip's pins see: motor, gear train, supply, encoder, analogue front ends.
 //!
 //! The plant is driven from boundary to boundary of a fixed grid, twice a PWM period: 900 us, where
-//! the window for the back-EMF opens, and 1000 us. Whoever calls it with the same bridge states gets
-//! the same words and codes bit for bit: the emulated board does, and so does a loop that runs the
-//! application natively.
+//! the window for the back-EMF opens, and 1000 us. Whoever calls it with the same bridge states
+//! gets the same words and codes bit for bit: the emulated board does, and so does a loop that runs
+//! the application natively.
 
 mod bridge;
 mod control_period;
@@ -151,7 +151,8 @@ impl BoardPlant {
         sensed
     }
 
-    /// What the supply falls to while the bridge conducts, V: its pin is sampled in the middle of the on time.
+    /// What the supply falls to while the bridge conducts, V: its pin is sampled in the middle of
+    /// the on time.
     fn supply_on_v(&self) -> f64 {
         match self.bridge {
             Bridge::Driven { is_positive, .. } => {

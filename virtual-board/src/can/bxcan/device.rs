@@ -12,8 +12,8 @@ use super::{BxCan, mcr};
 impl BxCan {
     fn write_control(&mut self, value: u32) {
         if value & mcr::RESET != 0 {
-            // A reset preserves the filters (RM0090, section 32.9.2), and the state of the interrupt
-            // lines until they are driven again.
+            // A reset preserves the filters (RM0090, section 32.9.2), and the state of the
+            // interrupt lines until they are driven again.
             let (filters, lines) = (self.filters.clone(), self.lines);
             self.restart();
             (self.filters, self.lines) = (filters, lines);
@@ -75,8 +75,8 @@ impl BxCan {
         self.status.acknowledges_sleep &= value & 1 << 4 == 0;
     }
 
-    /// Advances the controller and its own bus, if it has one, to the present; then schedules the next
-    /// event.
+    /// Advances the controller and its own bus, if it has one, to the present; then schedules the
+    /// next event.
     pub(crate) fn proceed(
         &mut self,
         registers: &mut RegisterFile,

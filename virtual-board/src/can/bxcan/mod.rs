@@ -2,8 +2,8 @@
 //! banks, error counters, bus-off and its recovery, all interrupts, silent and loop-back mode,
 //! time stamps.
 //!
-//! Not modelled: debug freeze (`DBF`: a halted core stops the virtual time), and wake-up by bus activity
-//! within a frame (it wakes up at the start of a frame).
+//! Not modelled: debug freeze (`DBF`: a halted core stops the virtual time), and wake-up by bus
+//! activity within a frame (it wakes up at the start of a frame).
 
 mod device;
 mod mailboxes;
@@ -57,8 +57,8 @@ struct Carried {
     is_private: bool,
 }
 
-/// A controller, on a [`Wire`] of its own with external ports or on a bus that its user shares among
-/// several controllers.
+/// A controller, on a [`Wire`] of its own with external ports or on a bus that its user shares
+/// among several controllers.
 #[derive(Debug)]
 pub struct BxCan {
     /// The bus with its ports; `None` if it is shared: its owner then calls [`BxCan::begin`].

@@ -38,8 +38,8 @@ impl BxCan {
         self.carry(now_ns, ends_ns, transfer, 0, true);
     }
 
-    /// Starts a frame that won the arbitration and lasts until `ends_ns`; `index` is the index of this
-    /// controller among the stations. The owner of a shared bus calls this, and then
+    /// Starts a frame that won the arbitration and lasts until `ends_ns`; `index` is the index of
+    /// this controller among the stations. The owner of a shared bus calls this, and then
     /// [`BxCan::schedule`].
     pub fn begin(&mut self, now_ns: u64, ends_ns: u64, transfer: Transfer, index: usize) {
         self.carry(now_ns, ends_ns, transfer, index, false);

@@ -48,7 +48,8 @@ pub struct Transfer {
     suspended: bool,
 }
 
-/// Bits until a station with a different bit timing detects a stuff error: six bits at half the rate.
+/// Bits until a station with a different bit timing detects a stuff error: six bits at half the
+/// rate.
 const BITS_TO_STUFF_ERROR: u32 = 12;
 
 impl Transfer {
@@ -79,8 +80,8 @@ impl Transfer {
     }
 }
 
-/// Arbitrates between these stations; `None` if none has a frame to transmit. A station that is not on
-/// the bus is `None`.
+/// Arbitrates between these stations; `None` if none has a frame to transmit. A station that is not
+/// on the bus is `None`.
 pub fn contest(
     stations: &[Option<Station>],
     fault: WireFault,

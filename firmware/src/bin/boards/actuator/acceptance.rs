@@ -43,8 +43,8 @@ impl AcceptedIds {
     }
 }
 
-/// Sets the filter up after a reset, while its initialisation mode is on: frames with these identifiers
-/// go to FIFO 0, all others are rejected.
+/// Sets the filter up after a reset, while its initialisation mode is on: frames with these
+/// identifiers go to FIFO 0, all others are rejected.
 pub fn set_up(can: &CAN1, accepted: &AcceptedIds) {
     // SAFETY: one bit for each bank; banks without an identifier stay off.
     unsafe {
@@ -56,8 +56,8 @@ pub fn set_up(can: &CAN1, accepted: &AcceptedIds) {
     change(can, accepted);
 }
 
-/// Changes the list while frames are received. Only the banks that differ are off meanwhile, so that
-/// the others continue to receive; the change may be interrupted.
+/// Changes the list while frames are received. Only the banks that differ are off meanwhile, so
+/// that the others continue to receive; the change may be interrupted.
 pub fn change(can: &CAN1, accepted: &AcceptedIds) {
     let mut words = accepted.words();
     let mut active_banks = 0;

@@ -1,8 +1,8 @@
 //! ADC1: motor current and supply under load, and a scan of back-EMF and temperature.
 //!
-//! Current and supply are the injected group, so that a scan cannot delay them. The program starts both
-//! groups, in interrupts of TIM1's channels: no interrupt of the same priority delays them in that PWM
-//! period.
+//! Current and supply are the injected group, so that a scan cannot delay them. The program starts
+//! both groups, in interrupts of TIM1's channels: no interrupt of the same priority delays them in
+//! that PWM period.
 //!
 //! | group | channels | duration |
 //! |---|---|---|
@@ -77,8 +77,8 @@ impl Analog {
         self.adc.cr2().modify(|_, w| w.swstart().start());
     }
 
-    /// The current, if it was converted since the last call; the scan with the supply, if all channels
-    /// were converted.
+    /// The current, if it was converted since the last call; the scan with the supply, if all
+    /// channels were converted.
     pub fn take(&mut self) -> (Option<AdcCode>, Option<Scan>) {
         let converted = self.adc.sr().read().jeoc().bit();
         self.adc.sr().write(|w| w.jeoc().clear_bit());

@@ -4,8 +4,8 @@
 //! for the share of the period that the compare value gives, and braked for the rest.
 //!
 //! The outputs are off, with all four switches open, while `MOE` is clear (RM0090, table 95, with
-//! `OSSI` set: driven to their idle levels, which are low). `MOE` is cleared by any reset, in hardware
-//! by a low level at `BKIN`, and while a debugger stops the timer.
+//! `OSSI` set: driven to their idle levels, which are low). `MOE` is cleared by any reset, in
+//! hardware by a low level at `BKIN`, and while a debugger stops the timer.
 
 use firmware::application::Bridge as Command;
 use model_core::plant::pwm_timer::{COUNTS_PER_US, PWM_COUNTS, TIMER_CLOCK_HZ, TIMER_DIVIDER};
@@ -48,7 +48,8 @@ pub enum Instant {
 impl Bridge {
     /// Sets the timer up: outputs off, counter stopped.
     pub fn new(tim: TIM1, debug: &DBGMCU) -> Self {
-        // While a debugger halts the program, the motor is not driven and the watchdog does not reset.
+        // While a debugger halts the program, the motor is not driven and the watchdog does not
+        // reset.
         debug.apb2_fz().modify(|_, w| w.dbg_tim1_stop().set_bit());
         debug
             .apb1_fz()
@@ -68,8 +69,8 @@ impl Bridge {
             w.cc1e().set_bit().cc1ne().set_bit();
             w.cc2e().set_bit().cc2ne().set_bit()
         });
-        // Idle levels are low after a reset: all switches open. Lock level 3 protects polarities, idle
-        // levels, break, dead time and output modes until the next reset.
+        // Idle levels are low after a reset: all switches open. Lock level 3 protects polarities,
+        // idle levels, break, dead time and output modes until the next reset.
         tim.bdtr().write(|w| {
             w.bke()
                 .set_bit()
@@ -142,8 +143,8 @@ impl Bridge {
         }
     }
 
-    /// Enables the interrupts of the sampling instants in this PWM period, the last one of a control
-    /// period.
+    /// Enables the interrupts of the sampling instants in this PWM period, the last one of a
+    /// control period.
     pub fn enable_sampling_instants(&mut self) {
         self.tim.ccr3().write(|w| w.ccr().set(WINDOW_START));
         self.tim
@@ -176,8 +177,8 @@ impl Bridge {
         Some(Instant::BackEmf)
     }
 
-    /// Whether the over-current comparator has switched the bridge off since the last call. While its
-    /// input is low the flag is set again, and the hardware keeps `MOE` clear.
+    /// Whether the over-current comparator has switched the bridge off since the last call. While
+    /// its input is low the flag is set again, and the hardware keeps `MOE` clear.
     pub fn take_trip(&mut self) -> bool {
         let tripped = self.has_tripped();
         if tripped {
@@ -186,7 +187,8 @@ impl Bridge {
         tripped
     }
 
-    /// Whether the next PWM period has already started, so that the command takes effect one period late.
+    /// Whether the next PWM period has already started, so that the command takes effect one period
+    /// late.
     pub fn is_late(&self) -> bool {
         self.tim.sr().read().uif().bit()
     }

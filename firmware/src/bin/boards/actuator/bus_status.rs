@@ -7,8 +7,8 @@ use core::sync::atomic::{AtomicU8, AtomicU16, AtomicU32, Ordering::Relaxed};
 
 use firmware::application::BusState;
 
-/// Most severe state since it was taken. Bus-off lasts 128 times 11 bits only, 1.4 ms at 1 Mbit/s: a
-/// look once in a control period can miss it. The controller interrupts when it enters the state.
+/// Most severe state since it was taken. Bus-off lasts 128 times 11 bits only, 1.4 ms at 1 Mbit/s:
+/// a look once in a control period can miss it. The controller interrupts when it enters the state.
 static WORST_STATE: AtomicU8 = AtomicU8::new(BusState::Active as u8);
 
 /// Requested bit rate, kbit/s; 0 for none.

@@ -1,8 +1,9 @@
 //! CAN1 of the actuator board. No operation waits for the bus.
 //!
-//! Received frames are fetched by an interrupt of their own. Frames to be transmitted wait in a queue
-//! for one of the three mailboxes, which transmit in the order in which they are filled. After bus-off
-//! the controller recovers by itself, after 128 times 11 recessive bits (RM0090, section 32.7.6).
+//! Received frames are fetched by an interrupt of their own. Frames to be transmitted wait in a
+//! queue for one of the three mailboxes, which transmit in the order in which they are filled.
+//! After bus-off the controller recovers by itself, after 128 times 11 recessive bits (RM0090,
+//! section 32.7.6).
 
 use canopen::CanFrame;
 use firmware::application::BusState;
@@ -15,8 +16,8 @@ use super::{
 };
 use crate::board::can_registers;
 
-/// Frames that can wait for a mailbox: the others wait in the queue of the CANopen device, which can
-/// still discard them.
+/// Frames that can wait for a mailbox: the others wait in the queue of the CANopen device, which
+/// can still discard them.
 const QUEUE_LENGTH: usize = 1;
 
 /// Time quanta of a bit before and after the sample point, behind the first quantum: sampled at
@@ -57,10 +58,11 @@ impl CanReceiver {
 }
 
 impl CanController {
-    /// Joins the bus with 1000 kbit/s or 500 kbit/s, and receives the frames with these identifiers.
+    /// Joins the bus with 1000 kbit/s or 500 kbit/s, and receives the frames with these
+    /// identifiers.
     pub fn new(can: CAN1, kbit_s: u16, accepted: &AcceptedIds) -> (Self, CanReceiver) {
-        // After a reset the controller is in sleep mode. It recovers from bus-off by itself, transmits
-        // in order, and discards new frames when the FIFO is full.
+        // After a reset the controller is in sleep mode. It recovers from bus-off by itself,
+        // transmits in order, and discards new frames when the FIFO is full.
         can.mcr().write(|w| {
             w.sleep().clear_bit().inrq().set_bit();
             w.abom().set_bit().txfp().set_bit().rflm().set_bit()
@@ -91,9 +93,9 @@ impl CanController {
         self.join_bus_if_pending();
     }
 
-    /// Joins the bus with the pending bit rate, if the controller is in initialisation mode. It enters
-    /// that mode at once or at the end of the frame that it transmits, unless its receive line is
-    /// stuck: call this periodically. It joins the bus after 11 recessive bits.
+    /// Joins the bus with the pending bit rate, if the controller is in initialisation mode. It
+    /// enters that mode at once or at the end of the frame that it transmits, unless its receive
+    /// line is stuck: call this periodically. It joins the bus after 11 recessive bits.
     pub fn join_bus_if_pending(&mut self) {
         if self.registers.msr().read().inak().bit()
             && let Some(kbit_s) = self.pending_kbit_s.take()

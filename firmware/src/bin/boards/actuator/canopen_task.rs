@@ -1,7 +1,7 @@
 //! The CANopen device on the board: its control step, and its turns on the bus.
 //!
-//! [`gather`], [`device_control`] and [`communicate`] are not inlined and have fixed symbols, so that
-//! the emulator counts their instructions and a debugger shows them.
+//! [`gather`], [`device_control`] and [`communicate`] are not inlined and have fixed symbols, so
+//! that the emulator counts their instructions and a debugger shows them.
 
 use canopen::CanFrame;
 use cortex_m::peripheral::DWT;
@@ -27,9 +27,9 @@ use super::{
 /// 1 Mbit/s. A queue holds one element less than its length.
 pub const RECEIVE_QUEUE: usize = 65;
 
-/// Length of the queue of frames to be transmitted: a bus of 1 Mbit/s carries as many in 2 ms, so that
-/// urgent frames of the next turn wait no longer. A block of the SDO server, 127 frames, continues as
-/// there is room.
+/// Length of the queue of frames to be transmitted: a bus of 1 Mbit/s carries as many in 2 ms, so
+/// that urgent frames of the next turn wait no longer. A block of the SDO server, 127 frames,
+/// continues as there is room.
 pub const TRANSMIT_QUEUE: usize = 17;
 
 /// Length of the queue of control step results for the background task.
@@ -38,12 +38,12 @@ pub const OUTPUT_QUEUE: usize = 3;
 /// Length of a queue that holds one element.
 pub const SINGLE: usize = 2;
 
-/// The turns of the device start in these PWM periods of a control period, at the first edges after a
-/// quarter and after a half of it.
+/// The turns of the device start in these PWM periods of a control period, at the first edges after
+/// a quarter and after a half of it.
 pub const TURNS: [u32; 2] = [PWM_PERIODS / 4, PWM_PERIODS / 2];
 
-/// Core cycles after which a turn processes no further received frames. An ordinary frame takes 1,000
-/// cycles: two turns process as many frames as a bus of 1 Mbit/s carries.
+/// Core cycles after which a turn processes no further received frames. An ordinary frame takes
+/// 1,000 cycles: two turns process as many frames as a bus of 1 Mbit/s carries.
 const INTAKE_CYCLES: u32 = 30_000;
 
 /// Core cycles of the longest frame, which resets the node.

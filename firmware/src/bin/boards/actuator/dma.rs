@@ -1,7 +1,8 @@
 //! Streams of DMA2 between a peripheral register and a static buffer.
 //!
-//! The elements of a buffer are atomics: the controller writes them without the compiler's knowledge,
-//! and each read returns a whole element. The stream's flag signals the end of a transfer.
+//! The elements of a buffer are atomics: the controller writes them without the compiler's
+//! knowledge, and each read returns a whole element. The stream's flag signals the end of a
+//! transfer.
 
 use core::sync::atomic::{
     AtomicU8, AtomicU16,
@@ -69,7 +70,8 @@ impl<const S: u8> DmaStream<S> {
     /// Position of the stream's flags in their register.
     const SHIFT: u32 = [0, 6, 16, 22][S as usize % 4];
 
-    /// Sets the stream up, stopped. The token proves that no other code uses the stream's registers.
+    /// Sets the stream up, stopped. The token proves that no other code uses the stream's
+    /// registers.
     pub fn new<const N: usize, T>(
         _: StreamX<DMA2, S>,
         transfer: &Transfer,
@@ -89,8 +91,8 @@ impl<const S: u8> DmaStream<S> {
     }
 
     fn controller() -> &'static stm32f4xx_hal::pac::dma2::RegisterBlock {
-        // SAFETY: the registers exist always; a `DmaStream` accesses those of its own stream and the
-        // flag clearing registers, where zeros have no effect.
+        // SAFETY: the registers exist always; a `DmaStream` accesses those of its own stream and
+        // the flag clearing registers, where zeros have no effect.
         unsafe { &*DMA2::ptr() }
     }
 

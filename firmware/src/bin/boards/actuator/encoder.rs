@@ -1,11 +1,11 @@
 //! The AS5045 encoder at SPI1, read by DMA.
 //!
-//! The encoder latches its angle at the first falling edge of the clock after CSn falls, 0.8 us later
-//! (data sheet, section 8.1 and table 14). It shifts its first bit out at the first *rising* edge, at
-//! most 413 ns after it, and each further bit at the next one. The clock idles high, so that the first
-//! edge is a falling one. Sampling at falling edges (CPOL = 1, CPHA = 0) gives each bit half a period
-//! of 762 ns to settle, and the same time between CSn and the first edge, of which 500 ns are required.
-//! The first edge samples no data bit:
+//! The encoder latches its angle at the first falling edge of the clock after CSn falls, 0.8 us
+//! later (data sheet, section 8.1 and table 14). It shifts its first bit out at the first *rising*
+//! edge, at most 413 ns after it, and each further bit at the next one. The clock idles high, so
+//! that the first edge is a falling one. Sampling at falling edges (CPOL = 1, CPHA = 0) gives each
+//! bit half a period of 762 ns to settle, and the same time between CSn and the first edge, of
+//! which 500 ns are required. The first edge samples no data bit:
 //!
 //! ```text
 //! CSn  \___________________________________________/

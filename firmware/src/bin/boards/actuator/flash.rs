@@ -1,7 +1,8 @@
 //! The two flash pages of parameters: sectors 12 and 13, the first of bank 2.
 //!
-//! The program runs from bank 1, which remains readable while bank 2 is erased (250 ms for a sector) or
-//! programmed (16 us for a word): RM0090, section 3.5.4, read while write. No function here waits.
+//! The program runs from bank 1, which remains readable while bank 2 is erased (250 ms for a
+//! sector) or programmed (16 us for a word): RM0090, section 3.5.4, read while write. No function
+//! here waits.
 
 use core::ptr;
 
@@ -33,8 +34,8 @@ impl Flash {
 
     /// Unlocks the control register and clears earlier errors.
     ///
-    /// The data cache is off until the end of the operation: lines that are filled while the other bank
-    /// is written may be corrupt (ES0206, section 2.2.12).
+    /// The data cache is off until the end of the operation: lines that are filled while the other
+    /// bank is written may be corrupt (ES0206, section 2.2.12).
     fn unlock(&mut self) {
         self.registers.acr().modify(|_, w| w.dcen().clear_bit());
         if self.registers.cr().read().lock().bit() {

@@ -6,8 +6,8 @@ use heapless::spsc::Consumer;
 use super::{canopen_task::SINGLE, flash::Flash};
 
 /// Maximum polls of the flash in a call. A word takes 16 us, as long as some twenty polls: a set is
-/// written in 20 control periods, plus 250 ms for an erase, and the background task is busy with it for
-/// 0.2 ms of each, in the first call longer because the set is hashed.
+/// written in 20 control periods, plus 250 ms for an erase, and the background task is busy with it
+/// for 0.2 ms of each, in the first call longer because the set is hashed.
 const POLLS: usize = 200;
 
 /// Flash pages of parameters, and the sets to be saved there.

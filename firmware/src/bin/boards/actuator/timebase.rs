@@ -1,8 +1,8 @@
-//! Numbers of PWM periods and control periods, by a timer that no interrupt delays, and the duration
-//! of the control steps.
+//! Numbers of PWM periods and control periods, by a timer that no interrupt delays, and the
+//! duration of the control steps.
 //!
-//! TIM2 has the same clock source as TIM1, also while the processor sleeps, and counts half periods of
-//! the PWM. Its 32 bits wrap at a whole number of control periods, after 25 days at 1 kHz.
+//! TIM2 has the same clock source as TIM1, also while the processor sleeps, and counts half periods
+//! of the PWM. Its 32 bits wrap at a whole number of control periods, after 25 days at 1 kHz.
 
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
@@ -40,14 +40,14 @@ impl PeriodCounter {
         Self(tim)
     }
 
-    /// Starts it; call this immediately before TIM1 starts. At each edge of TIM1 the counter has then
-    /// just completed a half period.
+    /// Starts it; call this immediately before TIM1 starts. At each edge of TIM1 the counter has
+    /// then just completed a half period.
     pub fn start(&mut self) {
         self.0.cr1().write(|w| w.cen().enabled());
     }
 
-    /// Number of the present PWM period since the first edge, which has number 0. It has 31 bits and
-    /// wraps.
+    /// Number of the present PWM period since the first edge, which has number 0. It has 31 bits
+    /// and wraps.
     pub fn period(&self) -> u32 {
         (self.0.cnt().read().bits() >> 1).wrapping_sub(1)
     }
@@ -71,7 +71,8 @@ pub struct StepMonitor {
 }
 
 impl StepMonitor {
-    /// Starts the cycle counter. It stops while the processor sleeps, which it never does in a step.
+    /// Starts the cycle counter. It stops while the processor sleeps, which it never does in a
+    /// step.
     pub fn new(mut debug: DCB, mut trace: DWT) -> Self {
         debug.enable_trace();
         trace.enable_cycle_counter();

@@ -80,8 +80,8 @@ impl Peripherals {
         let _ = rcc.apb2enr().read();
         let streams = StreamsTuple::new(dp.DMA2, &mut rcc);
 
-        // The timer first: it holds its outputs low before they are connected to the pins. CSn starts
-        // high.
+        // The timer first: it holds its outputs low before they are connected to the pins. CSn
+        // starts high.
         let bridge = Bridge::new(dp.TIM1, &dp.DBGMCU);
         dp.GPIOA.bsrr().write(|w| w.bs4().set_());
         setup::set_up_pins(&PINS);
@@ -101,8 +101,8 @@ impl Peripherals {
     }
 }
 
-/// Serial number: a hash of the unique ID of 96 bits (RM0090, section 39.1). Two chips share one with
-/// a probability of 1 in 4e9.
+/// Serial number: a hash of the unique ID of 96 bits (RM0090, section 39.1). Two chips share one
+/// with a probability of 1 in 4e9.
 pub fn serial_number() -> u32 {
     // SAFETY: the ID is twelve bytes of read-only memory that is always accessible.
     let id: &[u8; 12] = unsafe { &*ptr::from_ref(Uid::get()).cast() };

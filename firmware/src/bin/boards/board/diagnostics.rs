@@ -18,8 +18,8 @@ unsafe extern "C" {
     static _stack_start: u32;
 }
 
-/// Maximum stack usage since the reset, bytes. The start-up code fills the stack with a pattern, which
-/// the program overwrites where it uses the stack.
+/// Maximum stack usage since the reset, bytes. The start-up code fills the stack with a pattern,
+/// which the program overwrites where it uses the stack.
 pub fn maximum_stack_use() -> u32 {
     let (lowest, end) = (addr_of!(_stack_end), addr_of!(_stack_start));
     let size = end.addr() - lowest.addr();

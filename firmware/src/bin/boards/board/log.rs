@@ -1,9 +1,9 @@
 //! Log: defmt over RTT, read by a debugger while the program runs.
 //!
-//! The control step does not log, and a frame that would interrupt another one is discarded. A single
-//! lock without waiting is sufficient, no interrupt is masked, and if the debugger does not read, frames
-//! are lost instead of time. The crate defmt-rtt masks interrupts while it writes, waits for a connected
-//! debugger, and has a path to a panic.
+//! The control step does not log, and a frame that would interrupt another one is discarded. A
+//! single lock without waiting is sufficient, no interrupt is masked, and if the debugger does not
+//! read, frames are lost instead of time. The crate defmt-rtt masks interrupts while it writes,
+//! waits for a connected debugger, and has a path to a panic.
 
 use core::{
     cell::UnsafeCell,
@@ -16,7 +16,8 @@ use core::{
 /// Size of the buffer, bytes; a power of two.
 const SIZE: u32 = 512;
 
-/// The structure that a debugger searches for in memory (SEGGER, J-Link user guide UM08001, section RTT).
+/// The structure that a debugger searches for in memory (SEGGER, J-Link user guide UM08001, section
+/// RTT).
 #[repr(C)]
 struct ControlBlock {
     id: [u8; 16],

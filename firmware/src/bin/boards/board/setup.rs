@@ -1,7 +1,7 @@
 //! Clock tree and pin functions.
 //!
-//! Pins are configured by their registers (RM0090, section 8.4), from one table for each board, which
-//! is the table of `docs/hardware.md`.
+//! Pins are configured by their registers (RM0090, section 8.4), from one table for each board,
+//! which is the table of `docs/hardware.md`.
 
 use core::ptr;
 

@@ -2,8 +2,8 @@
 
 use stm32f4xx_hal::pac::IWDG;
 
-/// Timeout in counts of 0.25 ms: 25 ms at the nominal 32 kHz of the oscillator, 17 to 47 ms over its
-/// tolerance (data sheet, table 41).
+/// Timeout in counts of 0.25 ms: 25 ms at the nominal 32 kHz of the oscillator, 17 to 47 ms over
+/// its tolerance (data sheet, table 41).
 const RELOAD: u16 = 100;
 
 /// The watchdog.

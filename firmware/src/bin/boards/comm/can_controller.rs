@@ -1,8 +1,8 @@
 //! CAN1 of the communication board: opened and closed without waiting, at all bit rates of slcan.
 //!
-//! The controller leaves the bus at the end of the frame that it transmits (RM0090, section 32.4.1); how
-//! to join the bus again is stored until then. After bus-off it recovers by itself, after 128 times 11
-//! recessive bits.
+//! The controller leaves the bus at the end of the frame that it transmits (RM0090, section
+//! 32.4.1); how to join the bus again is stored until then. After bus-off it recovers by itself,
+//! after 128 times 11 recessive bits.
 
 use canopen::{
     CanFrame,
@@ -95,14 +95,15 @@ impl CanController {
         };
         let quanta = 1 + u32::from(before) + u32::from(after);
         let divider = CLOCK_KHZ / (quanta * u32::from(kbit_s).max(1));
-        // SAFETY: the fields hold one less than these numbers; the largest divider, at 10 kbit/s, is 200.
+        // SAFETY: the fields hold one less than these numbers; the largest divider, at 10 kbit/s,
+        // is 200.
         can.btr().write(|w| unsafe {
             w.brp().bits((divider as u16).wrapping_sub(1));
             w.ts1().bits(before - 1).ts2().bits(after - 1).sjw().bits(1);
             w.silm().bit(is_silent)
         });
-        // The controller recovers from bus-off by itself, transmits in order, and discards new frames
-        // when the FIFO is full. It joins the bus after 11 recessive bits.
+        // The controller recovers from bus-off by itself, transmits in order, and discards new
+        // frames when the FIFO is full. It joins the bus after 11 recessive bits.
         can.mcr().write(|w| {
             w.sleep().clear_bit().inrq().clear_bit();
             w.abom().set_bit().txfp().set_bit().rflm().set_bit()

@@ -1,7 +1,7 @@
 //! The serial line: USART3, one byte at a time, between the line and two queues.
 //!
-//! A byte that is lost or damaged is replaced by one that no command contains: its line is refused, and
-//! cannot be taken for another command.
+//! A byte that is lost or damaged is replaced by one that no command contains: its line is refused,
+//! and cannot be taken for another command.
 
 use heapless::spsc::{Consumer, Producer};
 use stm32f4xx_hal::pac::USART3;
@@ -82,7 +82,8 @@ impl Serial {
         self.has_lost = self.has_lost || self.received.enqueue(byte).is_err();
     }
 
-    /// Writes the next byte to the line. Returns whether there is room for another eighth of the queue.
+    /// Writes the next byte to the line. Returns whether there is room for another eighth of the
+    /// queue.
     fn transmit(&mut self) -> bool {
         let next = self.to_transmit.dequeue();
         if let Some(byte) = next {

@@ -1,5 +1,5 @@
-//! The slcan adapter with its queues: commands from the serial line to the bus, frames from the bus to
-//! the serial line.
+//! The slcan adapter with its queues: commands from the serial line to the bus, frames from the bus
+//! to the serial line.
 
 use canopen::{
     CanFrame,

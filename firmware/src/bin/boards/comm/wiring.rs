@@ -1,7 +1,7 @@
 //! Clocks, pins and peripherals of the communication board.
 //!
-//! The core runs at 160 MHz, unlike that of the actuator board: 40 MHz for CAN1 and USART3 give all bit
-//! rates of slcan and 2,000,000 baud exactly; 42 MHz do not give 800 kbit/s.
+//! The core runs at 160 MHz, unlike that of the actuator board: 40 MHz for CAN1 and USART3 give all
+//! bit rates of slcan and 2,000,000 baud exactly; 42 MHz do not give 800 kbit/s.
 
 use firmware::supervisor::ResetCause;
 use stm32f4xx_hal::{pac, prelude::*};
