@@ -4,26 +4,19 @@
 //! there. Every event time is a whole number of ticks, so that nothing drifts and every target
 //! agrees on the order of events.
 //!
-//! The rates are those of the paper, section II.A. To change one, change it here. With
-//! `RUSTFLAGS="--cfg rates_500_hz"` everything is built with the alternative rates, which
-//! `tests/rates/check.sh` tests. It is a `cfg` and not a feature, so that no dependency can switch
-//! it on for others.
+//! The rates are those of the paper, section II.A. To change one, change it here. A build with the
+//! environment variable `ACTUATOR_RATES_500_HZ` has the alternative rates, which
+//! `tests/rates/check.sh` tests. It is not a feature, so that no dependency can switch it on for
+//! others.
+
+/// Whether this build has the alternative rates.
+const ALTERNATIVE_RATES: bool = option_env!("ACTUATOR_RATES_500_HZ").is_some();
 
 /// Rate of the control step, Hz.
-#[cfg(not(rates_500_hz))]
-pub const CONTROL_RATE_HZ: u32 = 250;
+pub const CONTROL_RATE_HZ: u32 = if ALTERNATIVE_RATES { 500 } else { 250 };
 
 /// Rate of the PWM, Hz.
-#[cfg(not(rates_500_hz))]
-pub const PWM_RATE_HZ: u32 = 1_000;
-
-/// Rate of the control step, Hz: that of the test configuration.
-#[cfg(rates_500_hz)]
-pub const CONTROL_RATE_HZ: u32 = 500;
-
-/// Rate of the PWM, Hz: that of the test configuration.
-#[cfg(rates_500_hz)]
-pub const PWM_RATE_HZ: u32 = 4_000;
+pub const PWM_RATE_HZ: u32 = if ALTERNATIVE_RATES { 4_000 } else { 1_000 };
 
 /// Rate at which the host commands, Hz.
 pub const HOST_RATE_HZ: u32 = 50;

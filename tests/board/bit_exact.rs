@@ -4,16 +4,17 @@
 use board_tests::frames::{Frame, control, read, sent, start, target, write_real};
 use board_tests::native::NativeBoard;
 use board_tests::program::run_master;
+use model_core::time::{CONTROL_RATE_HZ, PWM_PERIODS_PER_CONTROL_PERIOD};
 use virtual_board::plant::{BoardPlantOptions, Bridge};
 use virtual_board::run::Options;
 
 const SECONDS: u64 = 60;
-const TICKS: u64 = SECONDS * 250;
+const TICKS: u64 = SECONDS * CONTROL_RATE_HZ as u64;
 
 /// Where the drive is to go, deg: steps, sines, a ramp, the end stops of the servo to and fro, an
 /// angle beyond the position limits, and one of a few encoder counts.
 fn target_deg(tick: u64) -> f64 {
-    let seconds = tick as f64 / 250.0;
+    let seconds = tick as f64 / f64::from(CONTROL_RATE_HZ);
     let sine = |deg: f64, hz: f64| deg * (2.0 * std::f64::consts::PI * hz * seconds).sin();
     match tick / 500 % 7 {
         0 => f64::from((tick / 125 % 3) as i32 - 1) * 30.0,
@@ -87,7 +88,7 @@ fn a_minute_of_all_modes_is_the_same_natively_and_on_the_emulated_board() {
     (0..TICKS).for_each(|tick| native.tick(&mixed(tick)));
 
     let rows = &emulated.trace.rows;
-    assert!(rows.len() as u64 >= 4 * TICKS);
+    assert!(rows.len() as u64 >= u64::from(PWM_PERIODS_PER_CONTROL_PERIOD) * TICKS);
     native.assert_same(rows);
     let found: Vec<Frame> = sent(&emulated).iter().map(|sent| sent.frame).collect();
     for (number, (expected, found)) in native.frames.iter().zip(&found).enumerate() {

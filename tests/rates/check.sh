@@ -1,10 +1,8 @@
 #!/bin/sh
-# The alternative rates of model_core::time (500 Hz control, 4 kHz PWM): builds the library, the
-# firmware and the board's programs with them, and holds the closed loop against the referee.
+# The alternative rates of model_core::time (500 Hz control, 4 kHz PWM): holds the closed loop against the referee, builds the
+# boards' programs and runs the actuator board's ELF bit for bit beside the library.
 set -eu
 cd "$(dirname "$0")/../.."
-export RUSTFLAGS="--cfg rates_500_hz"
-export CARGO_TARGET_DIR="${CARGO_TARGET_DIR:-target}/rates-500-hz"
-options="--ignore-rust-version --locked"
-cargo test $options -p model-core --test rates
-cargo check $options --target thumbv7em-none-eabihf -p firmware --features board --bins
+export ACTUATOR_RATES_500_HZ=1
+cargo test-all --test rates
+cargo test-all --test board -- bit_exact

@@ -16,7 +16,7 @@ pub(super) enum Point {
 const AHEAD_NS: u64 = 5_000;
 
 /// Instant within the period at which the legs are sampled, ns.
-const WINDOW_AT_NS: u64 = 950_000;
+const WINDOW_MIDDLE_NS: u64 = (Slot::Tail.from_ns() + Slot::Tail.until_ns()) / 2;
 
 const PERIOD_NS: u64 = Slot::Tail.until_ns();
 
@@ -45,7 +45,7 @@ impl Grid {
     pub fn next(&self) -> (u64, Point) {
         let within_ns = match self.next {
             Point::Boundary(slot) => slot.until_ns() - AHEAD_NS,
-            Point::Window => WINDOW_AT_NS,
+            Point::Window => WINDOW_MIDDLE_NS,
         };
         (self.period_ns + within_ns, self.next)
     }
