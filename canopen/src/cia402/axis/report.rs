@@ -13,8 +13,9 @@ impl Axis {
     ) -> Output {
         let position_mode = input.mode.is_position();
         let powered = motion != Motion::Off;
+        let position = self.ramp.position();
         let error = if powered && position_mode {
-            self.ramp.position().saturating_sub(input.position_actual)
+            position.saturating_sub(input.position_actual)
         } else {
             0
         };
@@ -34,10 +35,7 @@ impl Axis {
         let velocity = self.ramp.velocity();
         let demand = match (powered, position_mode) {
             (false, _) => Demand::Off,
-            (true, true) => Demand::Position {
-                position: self.ramp.position(),
-                velocity,
-            },
+            (true, true) => Demand::Position { position, velocity },
             (true, false) => Demand::Velocity(velocity),
         };
         Output {

@@ -37,7 +37,7 @@ mod board;
 mod app {
     use canopen::CanFrame;
     use firmware::{
-        application::{BusState, Outputs, Start},
+        application::{BusState, Start},
         drive::{Device, StoredParameters},
         store::{self, Origin},
         supervisor::{Part, ResetCause},
@@ -48,12 +48,12 @@ mod app {
     use crate::actuator::{
         acceptance::AcceptedIds,
         analog::Analog,
-        background::{Background, StateLog},
+        background::{Background, StateLog, StepReport},
         bridge::{Bridge, Instant},
         bus_status,
         can_controller::{CanController, CanReceiver},
         canopen_task::{
-            CanopenTask, OUTPUT_QUEUE, Queues, RECEIVE_QUEUE, SINGLE, TRANSMIT_QUEUE, TURNS, gather,
+            CanopenTask, Queues, RECEIVE_QUEUE, REPORT_QUEUE, SINGLE, TRANSMIT_QUEUE, TURNS, gather,
         },
         encoder::Encoder,
         parameter_store::ParameterStore,
@@ -95,7 +95,7 @@ mod app {
     }
 
     #[init(local = [
-        output_queue: Queue<Outputs, OUTPUT_QUEUE> = Queue::new(),
+        report_queue: Queue<StepReport, REPORT_QUEUE> = Queue::new(),
         receive_queue: Queue<CanFrame, RECEIVE_QUEUE> = Queue::new(),
         transmit_queue: Queue<CanFrame, TRANSMIT_QUEUE> = Queue::new(),
         accepted_ids_queue: Queue<AcceptedIds, SINGLE> = Queue::new(),
@@ -105,7 +105,7 @@ mod app {
     ])]
     fn init(cx: init::Context) -> (Shared, Local) {
         let mut peripherals = Peripherals::new(cx.device);
-        let (output_producer, outputs) = cx.local.output_queue.split();
+        let (report_producer, reports) = cx.local.report_queue.split();
         let (received, receive_consumer) = cx.local.receive_queue.split();
         let (transmit_producer, to_transmit) = cx.local.transmit_queue.split();
         let (accepted_ids_producer, accepted_ids) = cx.local.accepted_ids_queue.split();
@@ -133,7 +133,7 @@ mod app {
         let queues = Queues {
             received: receive_consumer,
             to_transmit: transmit_producer,
-            outputs: output_producer,
+            reports: report_producer,
             accepted_ids: accepted_ids_producer,
             to_save: save_producer,
             save_results: save_result_consumer,
@@ -155,7 +155,7 @@ mod app {
             received,
             accepted_ids,
             background: Background {
-                outputs,
+                reports,
                 store: ParameterStore::new(to_save, peripherals.flash, &loaded),
                 save_results,
                 log: StateLog::default(),
@@ -213,7 +213,7 @@ mod app {
         );
         let outputs = task.begin_step(&mut samples, cx.shared.period_counter.control_period());
         bridge.command(outputs.bridge);
-        task.end_step(outputs, bridge.is_late());
+        task.end_step(&outputs, bridge.is_late());
         rtic::pend(Interrupt::UART8);
     }
 

@@ -9,7 +9,7 @@ use firmware::{
 use heapless::spsc::{Consumer, Producer};
 
 use super::{
-    canopen_task::{OUTPUT_QUEUE, SINGLE},
+    canopen_task::{REPORT_QUEUE, SINGLE},
     parameter_store::ParameterStore,
     timebase,
     timing::CONTROL_RATE_HZ,
@@ -20,9 +20,27 @@ use crate::board::diagnostics;
 /// Control periods between two reports of time and stack: 10 s.
 const REPORT_INTERVAL: u32 = 10 * CONTROL_RATE_HZ;
 
+/// What the log needs of a control period.
+pub struct StepReport {
+    tick: u32,
+    state: BoardState,
+    fault: Option<Fault>,
+}
+
+impl StepReport {
+    /// The report of a control period with these outputs.
+    pub fn new(outputs: &Outputs) -> Self {
+        Self {
+            tick: outputs.telemetry.tick,
+            state: outputs.state,
+            fault: outputs.fault,
+        }
+    }
+}
+
 /// Resources of the background task.
 pub struct Background {
-    pub outputs: Consumer<'static, Outputs, OUTPUT_QUEUE>,
+    pub reports: Consumer<'static, StepReport, REPORT_QUEUE>,
     pub store: ParameterStore<StoredParameters>,
     pub save_results: Producer<'static, bool, SINGLE>,
     pub log: StateLog,
@@ -31,8 +49,8 @@ pub struct Background {
 impl Background {
     /// Processes the control periods since the last call, usually one.
     pub fn run(&mut self) {
-        while let Some(outputs) = self.outputs.dequeue() {
-            self.log.update(&outputs);
+        while let Some(report) = self.reports.dequeue() {
+            self.log.update(&report);
         }
         if let Some(is_saved) = self.store.run() {
             // There is room: the device takes each result within a control period, and a save takes
@@ -51,13 +69,13 @@ pub struct StateLog {
 }
 
 impl StateLog {
-    fn update(&mut self, outputs: &Outputs) {
-        if (outputs.state, outputs.fault) != (self.state, self.fault) {
-            (self.state, self.fault) = (outputs.state, outputs.fault);
+    fn update(&mut self, report: &StepReport) {
+        if (report.state, report.fault) != (self.state, self.fault) {
+            (self.state, self.fault) = (report.state, report.fault);
             let fault = self.fault.map_or(0, Fault::number);
             defmt::info!("state {}, fault {}", self.state as u8, fault);
         }
-        if outputs.telemetry.tick.is_multiple_of(REPORT_INTERVAL) {
+        if report.tick.is_multiple_of(REPORT_INTERVAL) {
             defmt::info!(
                 "longest step {} cycles, deepest stack {} bytes",
                 timebase::longest_step_cycles(),

@@ -14,6 +14,7 @@ use heapless::spsc::{Consumer, Producer};
 use super::{
     acceptance::AcceptedIds,
     analog::Analog,
+    background::StepReport,
     bridge::Bridge,
     bus_status,
     encoder::Encoder,
@@ -32,8 +33,8 @@ pub const RECEIVE_QUEUE: usize = 65;
 /// continues as there is room.
 pub const TRANSMIT_QUEUE: usize = 17;
 
-/// Length of the queue of control step results for the background task.
-pub const OUTPUT_QUEUE: usize = 3;
+/// Length of the queue of reports for the background task.
+pub const REPORT_QUEUE: usize = 3;
 
 /// Length of a queue that holds one element.
 pub const SINGLE: usize = 2;
@@ -58,7 +59,7 @@ const _: () = assert!(
 pub struct Queues {
     pub received: Consumer<'static, CanFrame, RECEIVE_QUEUE>,
     pub to_transmit: Producer<'static, CanFrame, TRANSMIT_QUEUE>,
-    pub outputs: Producer<'static, Outputs, OUTPUT_QUEUE>,
+    pub reports: Producer<'static, StepReport, REPORT_QUEUE>,
     pub accepted_ids: Producer<'static, AcceptedIds, SINGLE>,
     pub to_save: Producer<'static, StoredParameters, SINGLE>,
     pub save_results: Consumer<'static, bool, SINGLE>,
@@ -153,12 +154,12 @@ impl CanopenTask {
     }
 
     /// Ends the control step, after its decision is set at the bridge.
-    pub fn end_step(&mut self, outputs: Outputs, is_late: bool) {
+    pub fn end_step(&mut self, outputs: &Outputs, is_late: bool) {
         if is_late {
             self.device.drive.was_late();
         }
         // The queue is full only if the background task is late: the log then has a gap.
-        let _ = self.queues.outputs.enqueue(outputs);
+        let _ = self.queues.reports.enqueue(StepReport::new(outputs));
         self.device.drive.diagnostics.starved_periods = self.watchdog.end_step();
     }
 
