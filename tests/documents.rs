@@ -10,12 +10,14 @@ fn workspace() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// Every Markdown file below a folder, without what a build or a package manager writes.
+/// Every Markdown file below a folder, without templates and what a build or a package manager
+/// writes.
 fn documents(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).expect("a folder can be read") {
         let path = entry.expect("an entry").path();
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        if path.is_dir() && !name.starts_with('.') && name != "target" && name != "node_modules" {
+        let is_left_out = ["target", "node_modules", "templates"].contains(&&*name);
+        if path.is_dir() && !name.starts_with('.') && !is_left_out {
             documents(&path, found);
         } else if name.ends_with(".md") {
             found.push(path);

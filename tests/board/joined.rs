@@ -83,7 +83,7 @@ fn two_boards_on_one_bus_answer_and_move_by_their_own_numbers() {
     // Both send two PDOs in each control period. Behind the first frames both have one pending: the
     // lower identifier wins, and the other follows without a gap.
     let pairs: Vec<_> = (log.windows(2))
-        .filter(|pair| pair[0].frame.id.value() == 0x281 && pair[1].sender != pair[0].sender)
+        .filter(|pair| pair[0].frame.id.value() == 0x281 && pair[1].frame.id.value() == 0x282)
         .collect();
     assert!(pairs.len() > 400, "{}", pairs.len());
     for pair in pairs {

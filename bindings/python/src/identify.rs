@@ -10,7 +10,7 @@ use std::{
     time::Duration,
 };
 
-use host_sim::{error::Error, scenario::Setting};
+use host_sim::error::Error;
 use identification::{
     Experiment, Hold, IdentifyError, Model, Options, Progress, Recording,
     assessment::NonparametricAnalysis,
@@ -73,7 +73,7 @@ pub fn identify(
 ) -> PyResult<String> {
     let job = Job::of(data, validate, reading, search)?;
     let (stop, caller) = (AtomicBool::new(false), std::thread::current());
-    let result = std::thread::scope(|scope| {
+    std::thread::scope(|scope| {
         let stop = &stop;
         let worker = scope.spawn(move || {
             let result = job.run(stop);
@@ -91,8 +91,7 @@ pub fn identify(
         }
         let ended = worker.join();
         ended.map_err(|_| PyRuntimeError::new_err("the search ended unexpectedly"))
-    })?;
-    result
+    })?
 }
 
 /// An identification, without Python types.

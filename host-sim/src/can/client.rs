@@ -200,7 +200,7 @@ impl Client {
     /// [`ClientError::Object`], and [`ClientError::Request`] for an invalid value.
     pub fn write(&mut self, object: &str, value: &str) -> Result<(), ClientError> {
         let row = names::find(object)?;
-        Ok(self.set(row, &names::encode(row, value)?)?)
+        self.set(row, &names::encode(row, value)?)
     }
 
     /// An NMT command to the node.

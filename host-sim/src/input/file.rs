@@ -60,7 +60,7 @@ pub const LOAD: Quantity = Quantity {
 pub fn read(path: &Path, quantity: &Quantity) -> Result<Sequence, Error> {
     let mut lines = Lines::open(path)?;
     let expected = format!("expected a header with `t` and `{}`", quantity.column);
-    let Some(header) = lines.next()? else {
+    let Some(header) = lines.next_line()? else {
         return Err(lines
             .problem(format!("the file is empty, {expected}"))
             .into());
@@ -72,7 +72,7 @@ pub fn read(path: &Path, quantity: &Quantity) -> Result<Sequence, Error> {
 
     let mut sequence = Sequence::default();
     let mut last_s = 0.0;
-    while let Some(line) = lines.next()? {
+    while let Some(line) = lines.next_line()? {
         if line.fields.len() != width {
             let found = line.fields.len();
             let problem = format!("the fields are {found}, expected {width} as in the header");

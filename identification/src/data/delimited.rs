@@ -22,7 +22,7 @@ pub fn read(
 ) -> Result<Table, ImportError> {
     let size = std::fs::metadata(path).map_or(0, |file| file.len());
     let mut lines = Lines::delimited(path, delimiter)?;
-    let Some(header) = lines.next()? else {
+    let Some(header) = lines.next_line()? else {
         return Err(lines.problem("the file is empty, expected a header and samples".into()));
     };
     let mut table = Table {
@@ -37,7 +37,7 @@ pub fn read(
     } else {
         table.names = header.fields;
     }
-    while let Some(line) = lines.next()? {
+    while let Some(line) = lines.next_line()? {
         if table.is_empty() && table.units.is_empty() && are_units(&line.fields) {
             table.units = line.fields;
             continue;

@@ -78,7 +78,7 @@ impl<'a> Lines<'a> {
     }
 
     /// The next line that is neither blank nor a comment.
-    pub fn next(&mut self) -> Result<Option<Line<'a>>, ImportError> {
+    pub fn next_line(&mut self) -> Result<Option<Line<'a>>, ImportError> {
         while self.advance()? {
             let text = str::from_utf8(&self.text)
                 .map_err(|error| self.problem(format!("{error}, expected UTF-8 text")))?;

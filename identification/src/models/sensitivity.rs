@@ -116,7 +116,8 @@ pub fn sums_in_passes<D: Dynamics>(
     // Where the motor is off, NaN is not a divergence.
     let is_switched = run.recording.motor_on.is_some();
     in_passes(model, run, values, free, &mut |i, angle, slope| {
-        if !angles[i].is_nan() && !(is_switched && angle.is_nan()) {
+        let is_left_out = angles[i].is_nan() || is_switched && angle.is_nan();
+        if !is_left_out {
             sums.add(angles[i] - angle, slope);
         }
     });

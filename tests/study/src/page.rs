@@ -22,12 +22,15 @@ pub fn files(study: &Study, claims: &[Claim]) -> Vec<(&'static str, String)> {
     ]
 }
 
+/// The number of a figure in the paper, the file of the main condition, and name and file of each
+/// other condition.
+type Figure = (u32, String, Vec<(String, String)>);
+
 #[derive(Template)]
 #[template(path = "page.md")]
 struct Page<'a> {
     claims: &'a [Claim],
-    /// The number in the paper, the file of the main condition, and name and file of the others.
-    figures: Vec<(u32, String, Vec<(String, String)>)>,
+    figures: Vec<Figure>,
     quality: Table,
     cross: Table,
     parameters: Table,

@@ -2,7 +2,7 @@
 //!
 //! A bus description cannot be modified, and rigless does not expose parts of its own. Instances,
 //! reset values and clocks are therefore read from a built part. What a built part does not expose
-//! - clock gates, reset lines, request listeners, write rules - is declared here for the instances
+//! (clock gates, reset lines, request listeners, write rules) is declared here for the instances
 //! that the boards use.
 
 use std::num::{NonZeroU32, NonZeroU64};

@@ -92,6 +92,6 @@ fn a_state_that_is_not_kept_is_refused_whatever_its_pointer() {
     }
     assert!(
         host.last_message()
-            .contains("none that this instance keeps")
+            .contains("not one that this instance has saved")
     );
 }
