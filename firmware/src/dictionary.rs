@@ -1,7 +1,7 @@
 //! The object dictionary, and where the value of each object lives.
 //!
 //! `object-dictionary.csv` is the only declaration of objects and parameters. From each of its
-//! lines `canopen-generator` writes the entry of the const table with its [`Location`]
+//! lines `canopen-generator` writes the entry of the const table with its `Location`
 //! (`dictionary/table.rs`), the field that stores the value with default, range and relation
 //! (`parameters/generated.rs`), the electronic data sheet (`docs/smart-actuator.eds`) and the
 //! documentation (`docs/object-dictionary.md`). The generated files are committed, so that a build
@@ -12,7 +12,7 @@
 //! a line shows all facts of an object side by side, a change is one line of a diff, and the
 //! generated code is plain Rust that an editor can follow.
 //!
-//! Access by SDO or PDO is one lookup: [`location`] finds the location of an address, and the drive
+//! Access by SDO or PDO is one lookup: `location` finds the location of an address, and the drive
 //! matches on it.
 
 #[rustfmt::skip]

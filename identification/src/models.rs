@@ -3,7 +3,7 @@
 //! Each model is written once over [`Scalar`]: its simulation and its sensitivities are the same
 //! code. A new model is one file with a struct of parameters (`parameters!`), an implementation of
 //! [`Description`] and [`Dynamics`] and a function `models`; it is registered in the list
-//! [`FAMILIES`] below, and the command line, the comparison and Python offer it by its name.
+//! `FAMILIES` below, and the command line, the comparison and Python offer it by its name.
 
 mod black_box_1;
 mod black_box_2;

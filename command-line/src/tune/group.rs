@@ -14,8 +14,8 @@ pub fn values<'a>(groups: &'a [&'a mut dyn Group]) -> impl Iterator<Item = Value
 /// Sets a parameter by name or by symbol.
 ///
 /// # Errors
-/// [`Error::UnknownName`], which names the command of `actuator` that lists the parameters, and
-/// [`Error::Parameter`] for a value out of range.
+/// For an unknown name, with the command of `actuator` that lists the parameters, and for a value
+/// out of range.
 pub fn set(
     groups: &mut [&mut dyn Group],
     name: &str,

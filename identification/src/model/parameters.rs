@@ -1,6 +1,6 @@
 //! The parameters of a model, each declared once.
 //!
-//! [`parameters!`](crate::model::parameters) makes a struct with one field for each parameter,
+//! `parameters!` makes a struct with one field for each parameter,
 //! generic over the scalar, and the table that the search, the command line and the files use. The
 //! simulator's own table supplies name, symbol, unit, default, range and meaning; the declaration
 //! adds what only a search needs.
@@ -104,7 +104,7 @@ const fn is_equal(a: &[u8], b: &[u8]) -> bool {
     i == a.len() && i == b.len()
 }
 
-/// The parameters of a model as a struct that [`parameters!`](crate::model::parameters) declares.
+/// The parameters of a model as a struct that `parameters!` declares.
 pub trait ParameterValues<S>: Copy {
     /// The table, in the order of the fields.
     const TABLE: &'static [ModelParameter];

@@ -6,7 +6,7 @@
 //! one encoder count, a command that is off by 1e-5 deg moves the instant at which the count
 //! changes, and from there on the trace differs.
 //!
-//! Quantities of the same type add and subtract. Only a [`Gain`](super::arithmetic::Gain) makes one
+//! Quantities of the same type add and subtract. Only a `Gain` makes one
 //! of another, for example a rate of an angle.
 
 use core::hint::cold_path;
