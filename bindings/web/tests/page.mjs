@@ -121,7 +121,7 @@ try {
     // An address that leads nowhere says so, and the page still works.
     const page = await browser.open(`${url}#model=bord&P=NaN`);
     await page.until("document.body.dataset.state === 'refused'");
-    assert.match(await page.evaluate("document.getElementById('error').textContent"), /no model is called `bord`/);
+    assert.match(await page.evaluate("document.getElementById('error').textContent"), /unknown model `bord`/);
     await page.evaluate("document.getElementById('model').value = 'black-box-2'; document.getElementById('model').dispatchEvent(new Event('change')); document.getElementById('reset').click()");
     await page.until(READY);
     assert.deepEqual(page.complaints, []);

@@ -35,14 +35,15 @@ class Reading(ctypes.Structure):
 class Servo:
     """An actuator of the C library."""
 
-    def __init__(self, library, model, plant="first-order", **parameters):
+    def __init__(self, library, model, plant=None, **parameters):
         self._c = ctypes.CDLL(str(library))
         if self._c.actuator_abi_version() != ABI_VERSION:
             raise RuntimeError("the library is of another version")
         self._actuator, settings, self._why = _Actuator(), _Settings(), _Why()
         s, why = ctypes.byref(settings), ctypes.byref(self._why)
         size = ctypes.c_size_t(ctypes.sizeof(settings))
-        self._check(self._c.actuator_settings_init(s, size, model.encode(), plant.encode(), why))
+        plant = None if plant is None else plant.encode()
+        self._check(self._c.actuator_settings_init(s, size, model.encode(), plant, why))
         for name, value in parameters.items():
             self._check(self._c.actuator_settings_set(s, name.encode(), ctypes.c_double(value), why))
         size = ctypes.c_size_t(ctypes.sizeof(self._actuator))

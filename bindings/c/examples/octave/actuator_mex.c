@@ -44,7 +44,8 @@ static void start(int count, const mxArray *arguments[])
     char *model = text(arguments[0]), *plant = text(arguments[1]);
     size_t parameters = 0, i;
 
-    check(actuator_settings_init(&settings, sizeof settings, model, plant, &why), why.text);
+    /* An empty text: the model has no plant. */
+    check(actuator_settings_init(&settings, sizeof settings, model, *plant ? plant : NULL, &why), why.text);
     if (count == 4) {
         parameters = mxGetNumberOfElements(arguments[2]);
         if (!mxIsCell(arguments[2]) || !mxIsDouble(arguments[3]) ||
