@@ -81,7 +81,10 @@ impl Measurement {
             });
         }
         let is_figure = |line: &&str| self.markers.iter().any(|marker| line.contains(marker));
-        let lines: Vec<_> = text.lines().filter(is_figure).map(str::to_owned).collect();
+        let lines = text.lines().filter(is_figure);
+        let lines: Vec<_> = lines
+            .map(|line| without_test_name(line).to_owned())
+            .collect();
         if lines.is_empty() {
             return Err(Error::NoFigure {
                 command: self.command(),
@@ -92,5 +95,28 @@ impl Measurement {
             measurement: self,
             lines,
         })
+    }
+}
+
+/// A line without the name of its test, which the test runner prints before the first line of a
+/// test.
+fn without_test_name(line: &str) -> &str {
+    match line.split_once(" ... ") {
+        Some((name, rest)) if name.starts_with("test ") => rest,
+        _ => line,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_name_of_a_test_is_no_part_of_a_figure() {
+        assert_eq!(
+            without_test_name("test a::b ... flash 1 bytes"),
+            "flash 1 bytes"
+        );
+        assert_eq!(without_test_name("flash 1 bytes"), "flash 1 bytes");
     }
 }
