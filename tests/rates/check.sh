@@ -5,4 +5,4 @@ set -eu
 cd "$(dirname "$0")/../.."
 export ACTUATOR_RATES_500_HZ=1
 cargo test-all --test rates
-cargo build-board --locked --target-dir target/board
+cargo build-board --bin actuator-board --bin comm-board --locked --target-dir target/board
