@@ -190,9 +190,9 @@ const fn max_velocity(limits: &Limits) -> i64 {
 
 /// `numerator / divisor`, rounded toward zero; 0 if the divisor is 0.
 ///
-/// Every control period divides several times. A processor of 32 bits has no division of 64 bits: if
-/// the odd part of the divisor is below 2^16, long division with digits of 16 bits takes a third of
-/// the instructions of the compiler's routine.
+/// Every control period divides several times. A processor of 32 bits has no division of 64 bits:
+/// if the odd part of the divisor is below 2^16, long division with digits of 16 bits takes a third
+/// of the instructions of the compiler's routine.
 const fn divide(numerator: i64, divisor: u32) -> i64 {
     let shift = divisor.trailing_zeros() % u32::BITS;
     let odd = divisor >> shift;

@@ -1,7 +1,7 @@
 //! The serial line: USART3, one byte at a time, between the line and two queues.
 //!
 //! A byte that is lost or damaged is replaced by one that no command contains: its line is refused,
-//! and cannot be taken for another command.
+//! and is never executed as another command.
 
 use heapless::spsc::{Consumer, Producer};
 use stm32f4xx_hal::pac::USART3;
