@@ -2,7 +2,7 @@
 
 use model_core::{
     control::units::{Angle, Quantity, Rate},
-    time::CONTROL_RATE_HZ,
+    time::{CONTROL_RATE_HZ, PWM_PERIODS_PER_CONTROL_PERIOD},
 };
 
 /// Length of one control period, ms.
@@ -12,6 +12,13 @@ const _: () = assert!(
     1000 % CONTROL_RATE_HZ == 0,
     "a control period is a whole number of milliseconds"
 );
+
+/// The PWM periods of a control period in which the turns of the CANopen device start: at the first
+/// edges after a quarter and after a half of it.
+pub const TURNS: [u32; 2] = [
+    PWM_PERIODS_PER_CONTROL_PERIOD / 4,
+    PWM_PERIODS_PER_CONTROL_PERIOD / 2,
+];
 
 /// Whole control periods in a time, at least one; saturates at 65,535.
 ///

@@ -3,6 +3,8 @@
 use firmware::application::Start;
 use firmware::drive::{Device, StoredParameters};
 use firmware::native;
+use firmware::timing::TURNS;
+use model_core::time::PWM_PERIOD_NS;
 use virtual_board::plant::{
     BoardPlant, BoardPlantOptions, Bridge, Edge, SampledBoardPlant, Sensed,
 };
@@ -68,13 +70,13 @@ impl NativeBoard {
         }
     }
 
-    /// A control period with the four PWM periods behind it; these frames come in within the first
-    /// of them.
+    /// A control period; these frames come in before the first turn of the device.
     pub fn tick(&mut self, frames: &[Frame]) {
         let samples = native::samples(&self.plant.sampled());
         let outputs = self.device.control(&samples);
-        self.communicate(1, frames);
-        self.communicate(2, &[]);
+        let [first, second] = TURNS;
+        self.communicate(first, frames);
+        self.communicate(second, &[]);
         let rows = &mut self.rows;
         self.plant
             .tick(native::bridge(outputs.bridge), &mut |plant, edge| {
@@ -84,8 +86,8 @@ impl NativeBoard {
     }
 
     /// The node's turn in this PWM period of the tick.
-    fn communicate(&mut self, period: u64, frames: &[Frame]) {
-        let now_us = (PERIODS * self.tick + period) * 1000;
+    fn communicate(&mut self, period: u32, frames: &[Frame]) {
+        let now_us = (PERIODS * self.tick + u64::from(period)) * PWM_PERIOD_NS / 1000;
         for frame in frames {
             self.device.receive(frame, now_us);
             self.transmit();

@@ -1,5 +1,6 @@
 //! The pins of the chip: bridge outputs, converter inputs, servo pulse.
 
+use model_core::time::PWM_PERIOD_NS;
 use rigless::device::Level;
 use rigless::soc::stm32f427::peripherals::adc::Channel as Input;
 use rigless::soc::stm32f427::peripherals::tim::Channel;
@@ -52,7 +53,7 @@ impl Chip {
         };
         if let Some(pulse) = timer.pulse(channel, registers) {
             // Rounded down to ns from cycles of 5.95 ns: rounding up again finds the cycles.
-            let cycles = (pulse.width.0 * u64::from(PERIOD_CYCLES)).div_ceil(1_000_000);
+            let cycles = (pulse.width.0 * u64::from(PERIOD_CYCLES)).div_ceil(PWM_PERIOD_NS);
             return Leg::High(cycles as u32);
         }
         let high = timer.output(channel, registers);
@@ -71,7 +72,7 @@ impl Chip {
         }
         let count = self.peek_register(at, CNT);
         let cycles = count * (self.peek_register(at, PSC) + 1);
-        Some(cycles * 1_000_000 / u64::from(PERIOD_CYCLES))
+        Some(cycles * PWM_PERIOD_NS / u64::from(PERIOD_CYCLES))
     }
 
     /// Sets the codes at the converter's inputs.

@@ -41,6 +41,7 @@ mod app {
         drive::{Device, StoredParameters},
         store::{self, Origin},
         supervisor::{Part, ResetCause},
+        timing::TURNS,
     };
     use heapless::spsc::{Consumer, Producer, Queue};
     use stm32f4xx_hal::pac::Interrupt;
@@ -53,7 +54,7 @@ mod app {
         bus_status,
         can_controller::{CanController, CanReceiver},
         canopen_task::{
-            CanopenTask, Queues, RECEIVE_QUEUE, REPORT_QUEUE, SINGLE, TRANSMIT_QUEUE, TURNS, gather,
+            CanopenTask, Queues, RECEIVE_QUEUE, REPORT_QUEUE, SINGLE, TRANSMIT_QUEUE, gather,
         },
         encoder::Encoder,
         parameter_store::ParameterStore,

@@ -8,6 +8,7 @@ use cortex_m::peripheral::DWT;
 use firmware::{
     application::{Outputs, Samples},
     drive::{Device, StoredParameters},
+    timing::TURNS,
 };
 use heapless::spsc::{Consumer, Producer};
 
@@ -38,10 +39,6 @@ pub const REPORT_QUEUE: usize = 3;
 
 /// Length of a queue that holds one element.
 pub const SINGLE: usize = 2;
-
-/// The turns of the device start in these PWM periods of a control period, at the first edges after
-/// a quarter and after a half of it.
-pub const TURNS: [u32; 2] = [PWM_PERIODS / 4, PWM_PERIODS / 2];
 
 /// Core cycles after which a turn processes no further received frames. An ordinary frame takes
 /// 1,000 cycles: two turns process as many frames as a bus of 1 Mbit/s carries.
