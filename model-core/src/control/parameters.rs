@@ -1,6 +1,7 @@
 //! The parameters of the control step in engineering units.
 
 use crate::parameter::{self, Parameters};
+use crate::time::CONTROL_RATE_HZ;
 
 impl ControlParameters {
     /// The row of a parameter in the table, for constant expressions.
@@ -21,8 +22,9 @@ crate::parameters! {
         proportional_gain ["Kp"]: 10.0 / 7.586, "%/(deg/s)", 0.0, 100.0, "paper, eq. (1), read as F(s) = 10 (1 + 0.1318 s)/s";
         /// Integral gain of the rate loop.
         integral_gain ["Ki"]: 10.0, "%/deg", 0.0, 400.0, "paper, eq. (1), read as F(s) = 10 (1 + 0.1318 s)/s";
+        // At the control rate the integrator follows the limited output within one period.
         /// Gain of the anti-windup by back-calculation.
-        anti_windup_gain ["Kaw"]: 7.586, "1/s", 0.0, 250.0, "1/Ti, the external-reset form; the paper prints none";
+        anti_windup_gain ["Kaw"]: 7.586, "1/s", 0.0, CONTROL_RATE_HZ as f64, "1/Ti, the external-reset form; the paper prints none";
         /// Feed-forward from the commanded rate to the duty that balances its back-EMF.
         feed_forward_gain ["Kff"]: 0.0, "%/(deg/s)", 0.0, 100.0, "none in the paper; 1/K of the motor balances the back-EMF";
         /// Share of a new encoder difference that enters the rate estimate.
