@@ -1,8 +1,10 @@
 #!/bin/sh
-# The alternative rates of model_core::time (500 Hz control, 4 kHz PWM): holds the closed loop against the referee and builds the
-# boards' programs.
+# The alternative rates of model_core::time (500 Hz control, 4 kHz PWM): holds the closed loop against
+# the referee, runs the actuator board's program bit-exactly on the emulated board, and builds all
+# programs of the boards. Rebuilds what depends on the rates; with CARGO_TARGET_DIR set, elsewhere.
 set -eu
 cd "$(dirname "$0")/../.."
 export ACTUATOR_RATES_500_HZ=1
 cargo test-all --test rates
-cargo build-board --bin actuator-board --bin comm-board --locked --target-dir target/board
+cargo test-all --test board -- bit_exact
+cargo build-board --locked --target-dir "${CARGO_TARGET_DIR:-target}/board"

@@ -5,7 +5,7 @@ use std::{
     sync::OnceLock,
 };
 
-use crate::{BOARD_TARGET, build, workspace};
+use crate::{BOARD_TARGET, build, target_dir};
 
 /// The ELF file of the actuator board, built once in a process.
 ///
@@ -44,7 +44,7 @@ pub fn control_law_elf() -> &'static Path {
 
 fn program(name: &str, settings: &[&str]) -> PathBuf {
     // A target folder of its own: the outer cargo holds the lock of the other.
-    let folder = workspace().join("target/board");
+    let folder = target_dir().join("board");
     let arguments = [&["build-board", "--bin", name], settings].concat();
     if let Err(error) = build(BOARD_TARGET, &arguments, &folder) {
         panic!("{name}: {error}");

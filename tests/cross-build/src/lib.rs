@@ -68,6 +68,12 @@ pub fn workspace() -> &'static Path {
     package.ancestors().nth(2).unwrap_or(package)
 }
 
+/// The folder of what is built: that of the environment variable `CARGO_TARGET_DIR`, or `target`.
+pub(crate) fn target_dir() -> PathBuf {
+    let folder = std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into());
+    workspace().join(folder)
+}
+
 /// Runs `cargo ARGUMENTS --target-dir FOLDER` for a target, which it adds where it is missing.
 ///
 /// # Errors
