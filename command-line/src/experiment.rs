@@ -5,7 +5,7 @@ mod result;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, builder::PossibleValuesParser};
-use model_core::excitation::catalogue::Input;
+use model_core::{excitation::catalogue::Input, time::CONTROL_RATE_HZ};
 
 use super::{identify::model_names, output, parameters::setting};
 use crate::error::Error;
@@ -54,7 +54,7 @@ pub struct Experiment {
     #[arg(long, value_name = "SECONDS", default_value_t = 10.0)]
     duration: f64,
     /// Samples per second
-    #[arg(long, value_name = "HZ", default_value_t = 250.0)]
+    #[arg(long, value_name = "HZ", default_value_t = CONTROL_RATE_HZ.into())]
     rate: f64,
     /// Standard deviation of the noise on the angle, deg
     #[arg(long, value_name = "DEG", default_value_t = 0.05)]

@@ -39,7 +39,7 @@ enum Shape {
 /// Runs an excitation on an actuator, around its present angle
 ///
 /// Parameters that are not given keep their values in the actuator. With --capture the board
-/// records at 250 Hz, and `actuator record --capture` uploads the recording.
+/// records in each control period, and `actuator record --capture` uploads the recording.
 #[derive(Debug, Args)]
 pub struct Excite {
     /// Shape

@@ -250,7 +250,7 @@ pub const TABLE: [Description; 19] = {
         row(
             Fault::LoopOverrun,
             "loop overrun",
-            "more than `overruns` control periods missed, 250 good ones making up for one",
+            "more than `overruns` control periods missed; each second without one cancels one",
             Always,
             0x6100,
         ),

@@ -1,5 +1,7 @@
 //! The tables of figures of merit.
 
+use model_core::time::CONTROL_RATE_HZ;
+
 use super::{
     comparison::{Comparison, Outcome},
     metrics::{Pulse, SmallSignalMetrics},
@@ -95,9 +97,11 @@ fn small_signals(comparison: &Comparison) -> Table {
         ("phase margin", "deg"),
         ("delay margin", "ms"),
     ];
-    let caption = "Small signals: bandwidths, computed and measured with sines, and margins of the \
-        loop opened at the duty, sampled at 250 Hz for the board.";
-    filled(comparison, caption, &columns, |o| {
+    let caption = format!(
+        "Small signals: bandwidths, computed and measured with sines, and margins of the loop opened \
+        at the duty, sampled at {CONTROL_RATE_HZ} Hz for the board."
+    );
+    filled(comparison, &caption, &columns, |o| {
         let SmallSignalMetrics {
             half_power_hz,
             measured_half_power_hz,

@@ -12,7 +12,7 @@ use std::sync::Arc;
 use model_core::{
     control::encoder_word::COUNT_DEG,
     excitation::{Excitation, catalogue::Input},
-    time::{TICKS_PER_SECOND, ticks},
+    time::{CONTROL_PERIOD_S, TICKS_PER_SECOND, ticks},
 };
 use nalgebra::DMatrix;
 
@@ -113,7 +113,7 @@ impl ExperimentSetup {
             values,
             noise_deg: 0.05,
             resolution_deg: ENCODER_DEG,
-            step_s: 0.004,
+            step_s: CONTROL_PERIOD_S,
             duration_s: 10.0,
             model,
         }

@@ -29,8 +29,8 @@ pub struct Edge {
 }
 
 /// A plant that is driven as a board does it: a decision takes effect one PWM period after the
-/// control period began, and the bridge is open in the window at the end of the last of its four
-/// PWM periods.
+/// control period began, and the bridge is open in the window at the end of the last of its PWM
+/// periods.
 #[derive(Debug, Clone)]
 pub struct SampledBoardPlant {
     /// The plant.
