@@ -20,9 +20,11 @@ const LIMITS_MA: [u32; 3] = [
 /// More than all the saves take, ms.
 const LIMIT_MS: u64 = 200_000;
 
-/// Words at both ends of a page in which each word is cut, and the distance of the cuts between
-/// them.
+/// Words at both ends of a page in which each word is cut.
 const EVERY_WORD: usize = 16;
+
+/// Distance of the cuts between them.
+const DISTANCE: usize = 4;
 
 /// Words are cut at their half, erases at several stages. A cut takes two starts of the board, so
 /// of the words in the middle of a page, which are all alike, only some are cut; the tests of
@@ -32,7 +34,7 @@ fn everywhere(operations: &[Operation]) -> Vec<Cut> {
     let end = operations.len().saturating_sub(EVERY_WORD);
     let mut cuts = Vec::new();
     for (number, operation) in operations.iter().enumerate() {
-        let is_cut = exhaustive || number < EVERY_WORD || number >= end || number % EVERY_WORD == 0;
+        let is_cut = exhaustive || number < EVERY_WORD || number >= end || number % DISTANCE == 0;
         let stages: &[u64] = match operation {
             Operation::Erase { .. } => &[0, 10, 130, 300, 500, 700, 900, 999],
             Operation::Program { .. } if is_cut => &[500],

@@ -3,6 +3,7 @@
 mod comm;
 mod core;
 mod encoder_chip;
+mod resettable;
 
 use rigless::device::Level;
 use rigless::machine::{Board, Target};

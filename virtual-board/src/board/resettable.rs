@@ -1,0 +1,237 @@
+//! A core that keeps its translated code over a reset.
+//!
+//! The emulator's core drops all translated code when it resets, and translating the program again
+//! takes longer than running its first hundred milliseconds. The code stays valid: a reset does not
+//! change the flash, and whatever writes memory invalidates what was translated from it. So a second
+//! core is reset instead, and its state is loaded into the first one, which keeps its code.
+
+use std::ops::Range;
+
+use rigless::emulator::{
+    BitAlias, CoreBus, DataModel, Error, Exit, HaltReason, HostCall, Processor,
+    ProcessorConstructor, Queued,
+};
+use rigless::soc::{Endian, Width};
+use rigless::time::VirtualNanos;
+
+/// A core, and another one of the same kind that computes its state after a reset.
+#[derive(Debug)]
+pub(super) struct Resettable {
+    core: Box<dyn Processor>,
+    /// It has no memory and executes nothing.
+    twin: Box<dyn Processor>,
+    /// A debugger may halt the core at its reset, which is not a part of the loaded state.
+    is_debugged: bool,
+}
+
+impl Resettable {
+    /// Makes the constructor of a core one of a core that keeps its translated code.
+    pub fn constructor(inner: ProcessorConstructor) -> ProcessorConstructor {
+        std::sync::Arc::new(move |endian| {
+            Ok(Box::new(Self {
+                core: inner(endian)?,
+                twin: inner(endian)?,
+                is_debugged: false,
+            }))
+        })
+    }
+
+    /// Loads the state after a reset; fails if the emulator refuses a state.
+    fn load_reset_state(&mut self) -> Result<(), Error> {
+        self.twin.load(&self.core.save())?;
+        self.twin.reset();
+        self.core.load(&self.twin.save())
+    }
+}
+
+impl Processor for Resettable {
+    fn reset(&mut self) {
+        if self.is_debugged || self.load_reset_state().is_err() {
+            self.core.reset();
+        }
+        // A request that is still pending ends with the reset.
+        self.core.take_reset_request();
+    }
+
+    fn attach_debugger(&mut self, attached: bool) {
+        self.is_debugged = attached;
+        self.core.attach_debugger(attached);
+    }
+
+    #[allow(
+        unsafe_code,
+        reason = "the trait declares the function unsafe; the call is forwarded unchanged"
+    )]
+    unsafe fn map(&mut self, start: u64, length: u64, host: *mut u8, writable: bool) {
+        // SAFETY: the caller's promise covers the core, which is dropped with this value.
+        unsafe { self.core.map(start, length, host, writable) };
+    }
+
+    // Everything else is the core's.
+
+    fn run(&mut self, budget: u32, bus: &mut dyn CoreBus) -> (Exit, u64) {
+        self.core.run(budget, bus)
+    }
+
+    fn retired(&self) -> u64 {
+        self.core.retired()
+    }
+
+    fn ask(&mut self, queued: Queued) {
+        self.core.ask(queued);
+    }
+
+    fn maps(&self, start: u64, length: u64) -> bool {
+        self.core.maps(start, length)
+    }
+
+    fn page_size(&self) -> u64 {
+        self.core.page_size()
+    }
+
+    fn boot(&mut self, table: u64, read: &dyn Fn(u64, Width) -> Option<u64>) {
+        self.core.boot(table, read);
+    }
+
+    fn take_reset_request(&mut self) -> bool {
+        self.core.take_reset_request()
+    }
+
+    fn next_event(&self) -> Option<VirtualNanos> {
+        self.core.next_event()
+    }
+
+    fn on_event(&mut self, now: VirtualNanos) {
+        self.core.on_event(now);
+    }
+
+    fn waiting(&self) -> bool {
+        self.core.waiting()
+    }
+
+    fn pc(&self) -> u64 {
+        self.core.pc()
+    }
+
+    fn add_breakpoint(&mut self, address: u64) -> bool {
+        self.core.add_breakpoint(address)
+    }
+
+    fn remove_breakpoint(&mut self, address: u64) {
+        self.core.remove_breakpoint(address);
+    }
+
+    fn pass_breakpoint(&mut self, address: u64) {
+        self.core.pass_breakpoint(address);
+    }
+
+    fn hold_interrupts(&mut self, held: bool) {
+        self.core.hold_interrupts(held);
+    }
+
+    fn gdb_register(&self, number: usize) -> Option<Vec<u8>> {
+        self.core.gdb_register(number)
+    }
+
+    fn set_gdb_register(&mut self, number: usize, bytes: &[u8]) -> bool {
+        self.core.set_gdb_register(number, bytes)
+    }
+
+    fn debugger_access(
+        &mut self,
+        write: Option<u64>,
+        address: u64,
+        width: Width,
+        now: VirtualNanos,
+    ) -> Option<u64> {
+        self.core.debugger_access(write, address, width, now)
+    }
+
+    fn take_debugger_trace(&mut self) -> Vec<u8> {
+        self.core.take_debugger_trace()
+    }
+
+    fn target_xml(&self) -> &'static str {
+        self.core.target_xml()
+    }
+
+    fn data_model(&self) -> DataModel {
+        self.core.data_model()
+    }
+
+    fn byte_order(&self, address: u64) -> Endian {
+        self.core.byte_order(address)
+    }
+
+    fn save(&self) -> Vec<u8> {
+        self.core.save()
+    }
+
+    fn load(&mut self, bytes: &[u8]) -> Result<(), Error> {
+        self.core.load(bytes)
+    }
+
+    fn monitor_command(&mut self, command: &str) -> Option<String> {
+        self.core.monitor_command(command)
+    }
+
+    fn debugger_halted(&mut self, why: HaltReason) -> bool {
+        self.core.debugger_halted(why)
+    }
+
+    fn bit_alias(&self, address: u64, width: Width) -> Option<BitAlias> {
+        self.core.bit_alias(address, width)
+    }
+
+    fn own_ranges(&self) -> Vec<Range<u64>> {
+        self.core.own_ranges()
+    }
+
+    fn check_reads(&mut self, every: bool) {
+        self.core.check_reads(every);
+    }
+
+    fn check_words(&mut self, words: &[u64]) {
+        self.core.check_words(words);
+    }
+
+    fn host_call(&self, read: &mut dyn FnMut(u64, Width) -> Option<u64>) -> Option<HostCall> {
+        self.core.host_call(read)
+    }
+
+    fn answer_host_call(&mut self, answer: Option<u64>) {
+        self.core.answer_host_call(answer);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rigless::device::Level;
+    use rigless::emulator::InterruptLine;
+
+    use super::*;
+    use crate::board::{CORE_HZ, core};
+    use crate::chip::Chip;
+    use crate::flash::FlashTimes;
+
+    #[test]
+    fn the_state_after_a_reset_is_that_of_the_emulators_core() {
+        let chip = Chip::try_new(None, FlashTimes::TYPICAL, 0).unwrap();
+        let plain = core::spec(&chip, CORE_HZ).unwrap().processor;
+        let constructors = [plain.clone(), Resettable::constructor(plain)];
+        let [expected, found] = constructors.map(|constructor| {
+            let mut core = constructor(Endian::Little).unwrap();
+            let unused = core.save();
+            core.boot(0x0800_0000, &|address, _| Some(address + 0x100));
+            for number in 0..13 {
+                assert!(core.set_gdb_register(number, &[number as u8 + 1; 4]));
+            }
+            core.ask(Queued::Line(InterruptLine::new(37).unwrap(), Level::High));
+            let used = core.save();
+            core.reset();
+            assert!(core.save() != used && used != unused);
+            core.save()
+        });
+        assert_eq!(found, expected);
+    }
+}
