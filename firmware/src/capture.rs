@@ -1,12 +1,12 @@
-//! Records chosen signals at the control rate or a whole fraction of it, into a buffer that the
-//! caller owns.
+//! Records selected signals at the control rate or an integer fraction of it, into a buffer of the
+//! caller.
 //!
-//! A record is one `i32` a signal. The buffer is a ring while the capture waits for its trigger, so
-//! that records from before it are kept; from the trigger on it is filled to its end and stays. One
-//! call a control period, some 20 instructions a signal.
+//! A record has one `i32` for each signal. The buffer is a ring while the capture waits for its
+//! trigger, so that records from before the trigger are kept; from the trigger on it is filled to
+//! its end. The capture takes about 20 instructions for each signal in a control period.
 //!
-//! An excitation that starts in a control period triggers in that very period, so the first record
-//! from the trigger on is the one of its tick 0.
+//! An excitation triggers in the control period in which it starts, so the first record after the
+//! trigger is that of its tick 0.
 
 mod signal;
 #[cfg(test)]
@@ -16,14 +16,14 @@ pub use signal::Signal;
 
 use crate::interface::{CommandSource, Outputs};
 
-/// Signals of a record at most.
-pub const MOST_SIGNALS: usize = 8;
+/// Maximum number of signals in a record.
+pub const MAX_SIGNALS: usize = 8;
 
-/// What ends the waiting.
+/// Condition that starts the recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u8)]
 pub enum Trigger {
-    /// Nothing: it records at once.
+    /// No condition: it records immediately.
     #[default]
     Now = 0,
     /// An excitation starts.
@@ -32,21 +32,21 @@ pub enum Trigger {
     Fault = 2,
 }
 
-/// What is recorded, and when.
+/// Settings of a capture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CaptureSettings {
-    /// The signals, up to the first that is none.
-    pub signals: [Option<Signal>; MOST_SIGNALS],
-    /// Control periods from record to record, one at the least.
+    /// The signals, up to the first `None`.
+    pub signals: [Option<Signal>; MAX_SIGNALS],
+    /// Control periods from one record to the next, at least one.
     pub decimation: u16,
-    /// What starts it.
+    /// Condition that starts the recording.
     pub trigger: Trigger,
-    /// Records to be kept from before the trigger.
+    /// Number of records to be kept from before the trigger.
     pub before: u16,
 }
 
 impl CaptureSettings {
-    /// Angle, rate, current, back-EMF, duty and command of each control period, from now on.
+    /// Angle, rate, current, back-EMF, duty and command of each control period, without a trigger.
     pub const DEFAULT: Self = Self {
         signals: [
             Some(Signal::Angle),
@@ -70,7 +70,7 @@ impl Default for CaptureSettings {
     }
 }
 
-/// How far a capture is.
+/// State of a capture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u8)]
 pub enum Phase {
@@ -91,20 +91,20 @@ pub struct Capture<'a> {
     buffer: &'a mut [i32],
     settings: CaptureSettings,
     phase: Phase,
-    /// Signals of a record.
+    /// Number of signals in a record.
     width: usize,
-    /// Records that fit.
+    /// Number of records that fit into the buffer.
     capacity: usize,
-    /// Where the next record goes.
+    /// Position of the next record.
     next: usize,
-    /// Records that are there.
+    /// Number of stored records.
     count: usize,
-    /// Records from the trigger on that are still to come.
+    /// Number of records still to be stored from the trigger on.
     left: usize,
     /// Control periods until the next record.
     skip: u16,
-    was_exciting: bool,
-    was_faulty: bool,
+    had_excitation: bool,
+    had_fault: bool,
 }
 
 impl<'a> Capture<'a> {
@@ -128,13 +128,13 @@ impl<'a> Capture<'a> {
             count: 0,
             left: 0,
             skip: 0,
-            was_exciting: false,
-            was_faulty: false,
+            had_excitation: false,
+            had_fault: false,
         }
     }
 
-    /// Starts over with these settings. Without a signal, or in a buffer that is too small for one
-    /// record, there is nothing to record: it is full at once.
+    /// Restarts with these settings. Without a signal, or with a buffer that is too small for one
+    /// record, its state is [`Phase::Full`] immediately.
     pub fn arm(&mut self, settings: CaptureSettings) {
         let signals = settings.signals.iter().map_while(|&signal| signal).count();
         self.settings = settings;
@@ -145,7 +145,6 @@ impl<'a> Capture<'a> {
             self.buffer.len().checked_div(signals).unwrap_or(0)
         };
         (self.next, self.count, self.skip) = (0, 0, 0);
-        // What was so in the last control period is no trigger.
         let before = usize::from(settings.before).min(self.capacity.saturating_sub(1));
         self.left = self.capacity.saturating_sub(before);
         self.phase = match settings.trigger {
@@ -158,39 +157,39 @@ impl<'a> Capture<'a> {
         }
     }
 
-    /// Ends it; what was recorded can be read.
+    /// Ends the recording; the stored records can be read.
     pub fn stop(&mut self) {
         if matches!(self.phase, Phase::Armed | Phase::Running) {
             self.phase = Phase::Full;
         }
     }
 
-    /// How far it is.
+    /// Its state.
     pub fn phase(&self) -> Phase {
         self.phase
     }
 
-    /// Records that fit.
+    /// Number of records that fit into the buffer.
     pub fn capacity(&self) -> usize {
         self.capacity
     }
 
-    /// Records that are there.
+    /// Number of stored records.
     pub fn count(&self) -> usize {
         self.count
     }
 
-    /// Signals of a record.
+    /// Number of signals in a record.
     pub fn width(&self) -> usize {
         self.width
     }
 
-    /// Takes the outputs of a control period.
+    /// To be called with the outputs of each control period.
     pub fn sample(&mut self, outputs: &Outputs) {
         let is_triggered = self.is_triggered(outputs);
         if self.phase == Phase::Armed && is_triggered {
             self.phase = Phase::Running;
-            // The trigger's own period is recorded, whatever the decimation.
+            // The control period of the trigger is recorded for any decimation.
             self.skip = 0;
         }
         if !matches!(self.phase, Phase::Armed | Phase::Running) {
@@ -204,25 +203,25 @@ impl<'a> Capture<'a> {
         self.record(outputs);
     }
 
-    /// Whether what it waits for begins in this control period.
+    /// Whether the condition of the trigger begins in this control period.
     fn is_triggered(&mut self, outputs: &Outputs) -> bool {
-        let is_exciting = outputs.telemetry.source == CommandSource::Excitation;
-        let is_faulty = outputs.fault.is_some();
+        let has_excitation = outputs.telemetry.source == CommandSource::Excitation;
+        let has_fault = outputs.fault.is_some();
         let begins = match self.settings.trigger {
             Trigger::Now => true,
-            Trigger::Excitation => is_exciting && !self.was_exciting,
-            Trigger::Fault => is_faulty && !self.was_faulty,
+            Trigger::Excitation => has_excitation && !self.had_excitation,
+            Trigger::Fault => has_fault && !self.had_fault,
         };
-        (self.was_exciting, self.was_faulty) = (is_exciting, is_faulty);
+        (self.had_excitation, self.had_fault) = (has_excitation, has_fault);
         begins
     }
 
     fn record(&mut self, outputs: &Outputs) {
         let start = self.next.saturating_mul(self.width);
         let record = self.buffer.get_mut(start..).unwrap_or_default();
-        for (place, signal) in record.iter_mut().zip(&self.settings.signals) {
+        for (slot, signal) in record.iter_mut().zip(&self.settings.signals) {
             let Some(signal) = signal else { break };
-            *place = signal.of(outputs);
+            *slot = signal.of(outputs);
         }
         self.next += 1;
         if self.next >= self.capacity {
@@ -231,7 +230,7 @@ impl<'a> Capture<'a> {
         self.count = (self.count + 1).min(self.capacity);
         if self.phase == Phase::Armed {
             let before = self.capacity.saturating_sub(self.left);
-            // Older ones are overwritten: they are too many.
+            // Records older than the requested number before the trigger are discarded.
             self.count = self.count.min(before);
             return;
         }
@@ -241,33 +240,34 @@ impl<'a> Capture<'a> {
         }
     }
 
-    /// A value: signal `signal` of record `record`, the oldest being 0; `None` where there is none.
+    /// The value of signal `signal` in record `record`, 0 for the oldest; `None` beyond the stored
+    /// records.
     pub fn value(&self, record: usize, signal: usize) -> Option<i32> {
         if record >= self.count || signal >= self.width {
             return None;
         }
-        // The oldest lies `count` records behind the next one.
+        // The oldest record is `count` records before the next one.
         let oldest = self.next + self.capacity - self.count;
-        let mut place = oldest + record;
-        while place >= self.capacity {
-            place -= self.capacity;
+        let mut slot = oldest + record;
+        while slot >= self.capacity {
+            slot -= self.capacity;
         }
-        self.buffer.get(place * self.width + signal).copied()
+        self.buffer.get(slot * self.width + signal).copied()
     }
 
-    /// Values one after the other, record by record, from number `from` on, as many as there are
-    /// and fit; returns how many. A bus reads in pieces so.
+    /// Copies values, record by record, from value number `from` on, until `piece` is full or the
+    /// values end; returns their number. The bus reads the buffer in such pieces.
     pub fn read(&self, from: usize, piece: &mut [i32]) -> usize {
         let (mut record, mut signal) = (
             from.checked_div(self.width).unwrap_or(0),
             from.checked_rem(self.width).unwrap_or(0),
         );
         let mut count = 0;
-        for place in piece {
+        for slot in piece {
             let Some(value) = self.value(record, signal) else {
                 break;
             };
-            *place = value;
+            *slot = value;
             count += 1;
             signal += 1;
             if signal >= self.width {

@@ -1,13 +1,13 @@
 //! Sources of the setpoint, and bumpless changes between them.
 //!
-//! | source | followed | after a change of the source | stale |
+//! | source | followed | after a change to the source | stale |
 //! |---|---|---|---|
 //! | bus | at once | the last command stays until the next one | after `command_timeout_ms` |
 //! | servo pulse | at once | approached at `approach_rate_deg_s` | after `command_timeout_ms` without a valid pulse |
 //! | excitation | added to the command at its start | starts at the command | never; at its end the command is that at its start |
 //!
-//! When the loop is closed the command is the measured angle, for every source. Only the bus
-//! commands rates; while it does, a change of the source starts from the measured angle.
+//! When the loop is closed, the command starts at the measured angle, for every source. Only the
+//! bus commands rates; meanwhile a change of the source starts from the measured angle.
 
 pub mod excitation;
 pub mod servo;
@@ -24,10 +24,10 @@ use crate::{
     timing::{angle_per_period, periods},
 };
 
-/// Selects the setpoint from all sources. It alone knows which source is in force.
+/// Selects the setpoint from all sources and tracks the active source.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SetpointSource {
-    /// The source without regard to an excitation.
+    /// The selected source; a running excitation overrides it.
     source: CommandSource,
     /// The last commanded angle; the measured one while a rate is commanded.
     command: Angle,
@@ -35,14 +35,14 @@ pub struct SetpointSource {
     target: Setpoint,
     /// Control periods since the last command of the source.
     age: u16,
-    /// Whether the command has reached that of the servo pulse.
-    joined: bool,
+    /// Whether the command has reached the angle of the servo pulse.
+    has_reached_pulse: bool,
     servo: ServoPulse,
     running: Option<Running>,
 }
 
 impl SetpointSource {
-    /// No command yet.
+    /// The state before the first command.
     pub fn new(settings: &CommandSettings) -> Self {
         Self {
             source: if settings.command_source == 1 {
@@ -53,13 +53,13 @@ impl SetpointSource {
             command: Angle::ZERO,
             target: Angle::ZERO.into(),
             age: 0,
-            joined: false,
+            has_reached_pulse: false,
             servo: ServoPulse::default(),
             running: None,
         }
     }
 
-    /// The source in force: an excitation, or else the selected source.
+    /// The active source: a running excitation, otherwise the selected source.
     pub fn source(&self) -> CommandSource {
         if self.running.is_some() {
             CommandSource::Excitation
@@ -68,7 +68,7 @@ impl SetpointSource {
         }
     }
 
-    /// The source that is in force when no excitation runs.
+    /// The selected source, which is active while no excitation runs.
     pub fn selected(&self) -> CommandSource {
         self.source
     }
@@ -83,7 +83,7 @@ impl SetpointSource {
         self.servo.width_us()
     }
 
-    /// Servo pulses of invalid width so far.
+    /// Number of servo pulses with an invalid width.
     pub fn servo_glitches(&self) -> u32 {
         self.servo.glitches()
     }
@@ -94,10 +94,10 @@ impl SetpointSource {
         self.command = angle;
         self.target = angle.into();
         self.age = 0;
-        self.joined = false;
+        self.has_reached_pulse = false;
     }
 
-    /// Takes a command of the bus; `false` if another source is in force.
+    /// Accepts a command of the bus; `false` if another source is active.
     pub fn take(&mut self, target: Setpoint) -> bool {
         let taken = self.source() == CommandSource::Bus;
         if taken {
@@ -124,7 +124,7 @@ impl SetpointSource {
         self.running = Some(Running::new(run, self.command));
     }
 
-    /// The excitation that runs.
+    /// The running excitation.
     pub(crate) fn running(&mut self) -> Option<&mut Running> {
         self.running.as_mut()
     }
@@ -146,8 +146,8 @@ impl SetpointSource {
         let is_valid = self.servo.update(servo, pulse_us);
         self.age = self.age.saturating_add(1);
         if self.servo.is_stale(settings) {
-            self.servo.forget();
-            self.joined = false;
+            self.servo.discard_angle();
+            self.has_reached_pulse = false;
         }
         if let Some(running) = &mut self.running {
             match running.next() {
@@ -181,13 +181,13 @@ impl SetpointSource {
         let Some(target) = self.servo.angle() else {
             return self.command;
         };
-        if self.joined {
+        if self.has_reached_pulse {
             return target;
         }
         let distance = target.saturating_sub(self.command);
         let step = distance.limited(angle_per_period(settings.approach_rate_deg_s));
-        self.joined = step == distance;
-        // Not beyond the target.
+        self.has_reached_pulse = step == distance;
+        // `step` is limited to `distance`, so the command does not pass the target.
         self.command.saturating_add(step)
     }
 
@@ -196,7 +196,7 @@ impl SetpointSource {
         self.command
     }
 
-    /// Whether the selected source has been silent for too long.
+    /// Whether the last command of the selected source is older than the timeout.
     pub fn is_stale(&self, settings: &CommandSettings) -> bool {
         self.running.is_none()
             && settings.command_timeout_ms > 0

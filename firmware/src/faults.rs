@@ -1,4 +1,4 @@
-//! Faults: numbered, latched, acknowledged; what each means and what follows from it.
+//! Faults: numbers, latching and acknowledgement, conditions and reactions.
 
 mod log;
 mod set;
@@ -10,17 +10,17 @@ pub use log::{FaultLog, FaultRecord, HISTORY};
 pub use set::FaultSet;
 pub use table::{ALWAYS, Description, OF_COMMANDS, Reaction, TABLE, Watched};
 
-/// What went wrong. The numbers are for good: they go over the bus and into logs.
+/// A fault. The numbers never change: they are transmitted on the bus and stored in logs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[repr(u16)]
 pub enum Fault {
-    /// The encoder's words do not arrive, or not whole.
+    /// The encoder's words are missing or invalid.
     EncoderInvalid = 1,
     /// The encoder has lost its magnet.
     MagnetLost = 2,
-    /// The magnet's field is out of the recommended range for long.
+    /// The magnet's field has been outside its recommended range for too long.
     MagnetWeak = 3,
-    /// The motor turns, or is driven and must turn, while the encoder stands still.
+    /// The motor turns, or must turn as it is driven, while the encoder's angle does not change.
     EncoderStuck = 4,
     /// The encoder's angle jumps further than the shaft can turn.
     EncoderJump = 5,
@@ -30,7 +30,7 @@ pub enum Fault {
     Overload = 7,
     /// The bridge's own over-current trip has switched it off.
     BridgeTripped = 8,
-    /// The shaft does not turn while the motor pulls.
+    /// The shaft does not turn at a high motor current.
     Stall = 9,
     /// The shaft does not follow the command.
     FollowingError = 10,
@@ -46,7 +46,7 @@ pub enum Fault {
     CommandTimeout = 15,
     /// Control periods were missed.
     LoopOverrun = 16,
-    /// The stored parameters could not be read; the defaults serve.
+    /// The stored parameters could not be read; the defaults are in use.
     ParametersCorrupt = 17,
     /// The CAN controller has left the bus.
     BusOff = 18,
@@ -55,7 +55,7 @@ pub enum Fault {
 }
 
 impl Fault {
-    /// All of them, by number.
+    /// All faults in the order of their numbers.
     pub const ALL: [Self; 19] = [
         Self::EncoderInvalid,
         Self::MagnetLost,

@@ -49,7 +49,7 @@ pub struct Scan {
 }
 
 impl Samples {
-    /// An encoder word with all else at rest: no current, no back-EMF, 6 V, 25 deg C.
+    /// An encoder word and otherwise a board at rest: no current, no back-EMF, 6 V, 25 deg C.
     ///
     /// ```
     /// use firmware::{application::Samples, measure::supply_mv};
@@ -114,7 +114,7 @@ impl BoardState {
     }
 }
 
-/// Where setpoints come from.
+/// Source of the setpoints.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u8)]
 pub enum CommandSource {
@@ -140,13 +140,13 @@ pub enum Request {
     Acknowledge,
     /// Follow this angle or rate.
     Command(Setpoint),
-    /// Take commands from this source from now on.
+    /// Select this source of commands.
     Source(CommandSource),
-    /// End the excitation; the last command stays.
+    /// End the excitation; the last command remains.
     StopExcitation,
 }
 
-/// Why a request was refused; nothing was changed.
+/// Reason why a request was refused, without effect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Refused {
     /// The state has no such transition.
@@ -185,7 +185,7 @@ pub struct Outputs {
     pub telemetry: Telemetry,
 }
 
-/// Measurements and state in a control period. Without a new measurement the last one stays.
+/// Measurements and state in a control period. Without a new measurement the last one remains.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Telemetry {
     /// Number of the control period; wraps.

@@ -1,26 +1,27 @@
-//! The application of the actuator management board, free of any hardware.
+//! The application of the actuator management board, independent of the hardware.
 //!
-//! [`application::Application::step`] runs once in each control period: what was sampled
-//! goes in, what the bridge shall do comes out. It closes the loop of `model-core`, which every
-//! simulation closes too. Beside it stands what else a board needs and a PC can test:
+//! [`application::Application::step`] runs once in each control period: its inputs are the sampled
+//! values, its output is the command to the bridge. It runs the control step of `model-core`, as
+//! every simulation does. The other modules are further parts of the board's program that a PC can
+//! test:
 //!
-//! | module | is |
+//! | module | contents |
 //! |---|---|
 //! | [`interface`] | inputs, outputs, requests and states that the application shares with its users |
 //! | [`application`] | operating states, the control step, requests |
 //! | [`command`] | bus, servo pulse and excitation as sources of the commanded angle |
 //! | [`measure`] | codes of the converter to mA, mV and degrees Celsius |
-//! | [`protection`] | what is watched in every control period |
+//! | [`protection`] | conditions that are monitored in every control period |
 //! | [`faults`] | numbered faults, latched and acknowledged |
-//! | [`native`] | the application around the simulated rig |
-//! | [`parameters`] | everything that can be set, its ranges |
+//! | [`native`] | the application with the simulated board plant |
+//! | [`parameters`] | parameters and their ranges |
 //! | [`store`] | parameters in flash |
-//! | [`capture`] | chosen signals at the control rate into a buffer |
-//! | [`supervisor`] | when the watchdog is fed, missed control periods, cause of the reset |
+//! | [`capture`] | recording of selected signals at the control rate |
+//! | [`supervisor`] | supervision of the tasks by the watchdog, missed control periods, cause of the reset |
 //! | [`dictionary`] | the CANopen object dictionary |
 //! | [`drive`] | the application as a CANopen drive: object dictionary, CiA 402, EMCY, store |
 //!
-//! Nothing here allocates, blocks, or panics, whatever comes in.
+//! Nothing in this crate allocates, blocks, or panics, for any input.
 
 #![no_std]
 #![forbid(unsafe_code)]

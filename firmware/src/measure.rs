@@ -1,7 +1,7 @@
-//! From codes of the converter to mA, mV and thousandths of a degree Celsius, in integers.
+//! Conversion of ADC codes to mA, mV and thousandths of a degree Celsius, in integers.
 //!
-//! Gains and offsets are those of `model_core::sensors`, taken over when the program is built, so
-//! that the board and what is simulated around it cannot differ.
+//! Gains and offsets are computed from those of `model_core::sensors` at compile time, so that the
+//! board and its simulated front ends cannot differ.
 
 mod ntc;
 
@@ -12,7 +12,7 @@ use model_core::sensors::{
 
 pub use ntc::temperature_mdeg_c;
 
-/// A straight line from codes to thousandths of a unit.
+/// Linear conversion of codes to thousandths of a unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct LinearConversion {
     /// In 2^-16 thousandths per code.
@@ -25,7 +25,7 @@ struct LinearConversion {
 const ONE: f64 = 65_536.0;
 
 impl LinearConversion {
-    /// The line of a front end: pin voltage = offset + gain x quantity.
+    /// Inverse of a front end: pin voltage = offset + gain x quantity.
     const fn of(gain: f64, offset_v: f64) -> Self {
         Self {
             slope: (AdcCode::LSB_V / gain * 1000.0 * ONE + 0.5) as i32,
@@ -34,8 +34,8 @@ impl LinearConversion {
     }
 
     const fn at(self, code: i32) -> i32 {
-        // The steepest is the supply's: 4.03 mV a code are 264,000 < 2^19, and |code| < 2^12; the
-        // greatest offset is the current's, 1650 mA, 1.1e8 < 2^27.
+        // The greatest slope is that of the supply: 4.03 mV per code are 264,000 < 2^19, and
+        // |code| < 2^12; the greatest offset is that of the current, 1650 mA, 1.1e8 < 2^27.
         (code * self.slope + self.offset + (1 << 15)) >> 16
     }
 }
@@ -89,26 +89,26 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_current_is_the_nearest_ma_to_what_the_front_end_means(code in 0u16..4096) {
+        fn the_current_is_that_of_the_front_end_rounded_to_ma(code in 0u16..4096) {
             let code = AdcCode::new(code);
             let front_end = FrontEnd::from(&CurrentSenseParameters::DEFAULT);
             let exact_ma = front_end.quantity(code) * 1000.0;
-            // Half a mA, and 4095 times half a step of the slope.
+            // Rounding to a mA, and the rounding of the slope times 4095 codes.
             prop_assert!((f64::from(current_ma(code)) - exact_ma).abs() < 0.5 + 0.04);
         }
 
         #[test]
-        fn legs_and_supply_come_back_within_a_code(a in 0.0..9.8, b in 0.0..9.8, supply in 0.0..16.4) {
+        fn legs_and_supply_are_recovered_within_a_code(a in 0.0..9.8, b in 0.0..9.8, supply in 0.0..16.4) {
             use model_core::sensors::dividers::{leg_code, supply_code};
             let difference_mv = f64::from(back_emf_mv(leg_code(a), leg_code(b)));
-            // A code of a leg is 2.42 mV: half of it each, and half a mV.
+            // Half a code of 2.42 mV for each leg, and the rounding to a mV.
             prop_assert!((difference_mv - (a - b) * 1000.0).abs() < 2.42 + 0.6);
             prop_assert!((f64::from(supply_mv(supply_code(supply))) - supply * 1000.0).abs() < 2.02 + 0.6);
         }
     }
 
     #[test]
-    fn no_current_reads_as_none() {
+    fn zero_current_is_measured_as_zero() {
         let front_end = FrontEnd::from(&CurrentSenseParameters::DEFAULT);
         let code = front_end.convert(0.0, &mut Noise::new(0, 0));
         assert_eq!(current_ma(code), 0);

@@ -1,20 +1,21 @@
-//! The application around the plant of `model-core`, which stands in for everything that the
-//! board's pins see.
+//! Native runs of the application: conversions between its inputs and outputs and those of the
+//! board plant of `model-core`, which simulates everything outside the processor's pins.
 
 use model_core::plant::board::{self as plant, Sampled};
 
 use crate::application::{Bridge, BusState, Samples, Scan};
 
-/// What the application is given of what was sampled, on a board that is otherwise undisturbed.
+/// The application's inputs for these sampled values; without trips, servo pulses, missed periods
+/// or bus errors.
 ///
 /// ```
 /// use firmware::native::samples;
 /// use model_core::plant::board::{BoardPlant, BoardPlantOptions, SampledBoardPlant};
 ///
 /// let plant = BoardPlant::try_new(&BoardPlantOptions::default()).unwrap();
-/// let ticked = SampledBoardPlant::new(plant, &mut |_, _| {});
+/// let plant = SampledBoardPlant::new(plant, &mut |_, _| {});
 /// // Nothing has been converted before the first control period.
-/// assert_eq!(samples(&ticked.sampled()).scan, None);
+/// assert_eq!(samples(&plant.sampled()).scan, None);
 /// ```
 pub fn samples(sampled: &Sampled) -> Samples {
     Samples {
@@ -33,9 +34,9 @@ pub fn samples(sampled: &Sampled) -> Samples {
     }
 }
 
-/// What the plant's bridge does of what was decided.
-pub fn bridge(decided: Bridge) -> plant::Bridge {
-    match decided {
+/// The state of the plant's bridge for this command.
+pub fn bridge(command: Bridge) -> plant::Bridge {
+    match command {
         Bridge::Coast => plant::Bridge::Coast,
         Bridge::Brake => plant::Bridge::Brake,
         Bridge::Driven(compare) => plant::Bridge::driven(compare.get()),

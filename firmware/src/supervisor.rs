@@ -1,18 +1,18 @@
-//! When the watchdog is fed, and why the board started.
+//! Supervision of the program's tasks by the watchdog, and the cause of the last reset.
 //!
-//! Every part of the program has to report within its time, counted in control periods. While one
-//! of them is late, the watchdog is not fed, and its reset puts the bridge into its safe state: a
-//! board that hangs in part is worth no more than one that hangs altogether.
+//! Every task has to report within its deadline, counted in control periods. While one of them is
+//! late, the watchdog is not fed, and its reset opens all switches of the bridge: a board with one
+//! hanging task must not continue to drive.
 //!
-//! [`Supervisor::period`] is called once in each control period, so that a control step that does
-//! not run starves the watchdog as well.
+//! [`Supervisor::period`] is called once in each control period, so a missing control step also
+//! leads to a watchdog reset.
 
 use crate::timing::periods;
 
-/// A part of the program.
+/// A task of the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
-pub enum Part {
+pub enum Task {
     /// The control step: it reports when it has written the bridge.
     Control = 0,
     /// Frames to and from the bus.
@@ -21,79 +21,84 @@ pub enum Part {
     Background = 2,
 }
 
-/// Control periods within which each part has to report.
-pub const PATIENCE: [u8; 3] = [1, periods(100) as u8, periods(100) as u8];
+/// Deadlines of the tasks' reports, in control periods, in the order of [`Task`].
+pub const DEADLINE_PERIODS: [u8; 3] = [1, periods(100) as u8, periods(100) as u8];
 
-/// Whether every part is alive.
+/// Monitors the reports of all tasks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Supervisor {
-    silent: [u8; 3],
-    starved: u32,
+    periods_since_report: [u8; 3],
+    unfed_periods: u32,
 }
 
 impl Supervisor {
-    /// All parts have just reported.
+    /// The state directly after reports of all tasks.
     pub const fn new() -> Self {
         Self {
-            silent: [0; 3],
-            starved: 0,
+            periods_since_report: [0; 3],
+            unfed_periods: 0,
         }
     }
 
-    /// A part is alive.
-    pub fn report(&mut self, part: Part) {
-        if let Some(silent) = self.silent.get_mut(part as usize) {
-            *silent = 0;
+    /// To be called when a task reports.
+    pub fn report(&mut self, task: Task) {
+        if let Some(periods_since_report) = self.periods_since_report.get_mut(task as usize) {
+            *periods_since_report = 0;
         }
     }
 
-    /// The parts of these bits are alive, bit n for the part of number n.
+    /// To be called when the tasks of these bits have reported; bit `n` is the task with number
+    /// `n`.
     ///
     /// ```
-    /// use firmware::supervisor::{Part, Supervisor};
+    /// use firmware::supervisor::{Task, Supervisor};
     /// let mut supervisor = Supervisor::new();
     /// supervisor.period();
-    /// supervisor.report_all(1 << Part::Control as u8);
+    /// supervisor.report_all(1 << Task::Control as u8);
     /// assert!(supervisor.period());
     /// ```
-    pub fn report_all(&mut self, parts: u8) {
-        for (number, silent) in self.silent.iter_mut().enumerate() {
-            if parts >> number & 1 == 1 {
-                *silent = 0;
+    pub fn report_all(&mut self, tasks: u8) {
+        for (number, periods_since_report) in self.periods_since_report.iter_mut().enumerate() {
+            if tasks >> number & 1 == 1 {
+                *periods_since_report = 0;
             }
         }
     }
 
-    /// Once in each control period: whether the watchdog may be fed.
+    /// To be called once in each control period; returns whether the watchdog may be fed.
     ///
     /// ```
-    /// use firmware::supervisor::{Part, Supervisor};
+    /// use firmware::supervisor::{Task, Supervisor};
     /// let mut supervisor = Supervisor::new();
     /// assert!(supervisor.period());
     /// assert!(!supervisor.period()); // the control step did not report
-    /// assert_eq!(supervisor.late(), Some(Part::Control));
+    /// assert_eq!(supervisor.late(), Some(Task::Control));
     /// ```
     pub fn period(&mut self) -> bool {
         let mut may_feed = true;
-        for (silent, patience) in self.silent.iter_mut().zip(&PATIENCE) {
-            *silent = silent.saturating_add(1);
-            may_feed &= *silent <= *patience;
+        for (periods_since_report, deadline) in
+            self.periods_since_report.iter_mut().zip(&DEADLINE_PERIODS)
+        {
+            *periods_since_report = periods_since_report.saturating_add(1);
+            may_feed &= *periods_since_report <= *deadline;
         }
-        self.starved = self.starved.saturating_add(u32::from(!may_feed));
+        self.unfed_periods = self.unfed_periods.saturating_add(u32::from(!may_feed));
         may_feed
     }
 
-    /// A part that is late.
-    pub fn late(&self) -> Option<Part> {
-        let parts = [Part::Control, Part::Bus, Part::Background];
-        let mut late = parts.into_iter().zip(self.silent.into_iter().zip(PATIENCE));
-        late.find(|(_, (silent, patience))| silent > patience)
-            .map(|(part, _)| part)
+    /// The first task that is late, if any.
+    pub fn late(&self) -> Option<Task> {
+        let tasks = [Task::Control, Task::Bus, Task::Background];
+        let mut late = tasks
+            .into_iter()
+            .zip(self.periods_since_report.into_iter().zip(DEADLINE_PERIODS));
+        late.find(|(_, (periods_since_report, deadline))| periods_since_report > deadline)
+            .map(|(task, _)| task)
     }
 
     /// Control periods in which the watchdog was not fed.
-    pub fn starved(&self) -> u32 {
-        self.starved
+    pub fn unfed_periods(&self) -> u32 {
+        self.unfed_periods
     }
 }
 
@@ -103,25 +108,25 @@ impl Default for Supervisor {
     }
 }
 
-/// Counts control periods and finds those that were missed.
+/// Detects missed control periods.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Periods {
+pub struct MissedPeriods {
     next: Option<u32>,
 }
 
-impl Periods {
-    /// A control period starts whose number is `number`, by a counter that no one can hold up;
-    /// returns how many were missed since the last one. The counter may wrap.
+impl MissedPeriods {
+    /// To be called at the start of control period `number`, which is counted by a free-running
+    /// timer; returns the number of periods missed since the last call. The number may wrap.
     ///
     /// ```
-    /// use firmware::supervisor::Periods;
-    /// let mut periods = Periods::default();
+    /// use firmware::supervisor::MissedPeriods;
+    /// let mut periods = MissedPeriods::default();
     /// assert_eq!([7, 8, 11, 12].map(|number| periods.missed(number)), [0, 0, 2, 0]);
     /// ```
     pub fn missed(&mut self, number: u32) -> u8 {
         let missed = self.next.map_or(0, |next| number.wrapping_sub(next));
         self.next = Some(number.wrapping_add(1));
-        // One that comes twice has missed nothing.
+        // A repeated number is not a missed period.
         if missed > u32::MAX / 2 {
             0
         } else {
@@ -130,7 +135,7 @@ impl Periods {
     }
 }
 
-/// Why the processor started.
+/// Cause of the last reset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u8)]
 pub enum ResetCause {
@@ -139,7 +144,7 @@ pub enum ResetCause {
     Power = 0,
     /// The reset pin alone.
     Pin = 1,
-    /// The program or a debugger asked for it.
+    /// Requested by the program or a debugger.
     Software = 2,
     /// The independent or the window watchdog.
     Watchdog = 3,
@@ -148,8 +153,8 @@ pub enum ResetCause {
 }
 
 impl ResetCause {
-    /// The cause that the flags of RCC_CSR tell (RM0090, section 6.3.21), the most telling where
-    /// several stand: each reset pulls the pin too, and a power-up sets the flag of the brown-out.
+    /// The cause by the flags of RCC_CSR (RM0090, section 6.3.21), the most specific one if several
+    /// are set: each reset also pulls the reset pin, and a power-up also sets the brown-out flag.
     ///
     /// ```
     /// use firmware::supervisor::ResetCause;
@@ -180,29 +185,29 @@ mod tests {
     use super::*;
 
     #[test]
-    fn one_late_part_starves_the_watchdog_until_it_reports() {
-        for part in [Part::Control, Part::Bus, Part::Background] {
+    fn one_late_task_stops_the_feeding_until_it_reports() {
+        for task in [Task::Control, Task::Bus, Task::Background] {
             let mut supervisor = Supervisor::new();
-            let patience = PATIENCE[part as usize];
+            let deadline = DEADLINE_PERIODS[task as usize];
             for period in 0..=u8::MAX {
-                for other in [Part::Control, Part::Bus, Part::Background] {
-                    if other != part {
+                for other in [Task::Control, Task::Bus, Task::Background] {
+                    if other != task {
                         supervisor.report(other);
                     }
                 }
-                assert_eq!(supervisor.period(), period < patience, "{part:?}, {period}");
+                assert_eq!(supervisor.period(), period < deadline, "{task:?}, {period}");
             }
-            assert_eq!(supervisor.late(), Some(part));
-            supervisor.report(part);
-            supervisor.report(Part::Control);
+            assert_eq!(supervisor.late(), Some(task));
+            supervisor.report(task);
+            supervisor.report(Task::Control);
             assert!(supervisor.period());
-            assert_eq!(supervisor.starved(), 256 - u32::from(patience));
+            assert_eq!(supervisor.unfed_periods(), 256 - u32::from(deadline));
         }
     }
 
     #[test]
     fn missed_periods_are_counted_across_the_wrap_and_end_at_255() {
-        let mut periods = Periods::default();
+        let mut periods = MissedPeriods::default();
         assert_eq!(periods.missed(u32::MAX - 1), 0);
         assert_eq!(periods.missed(1), 2);
         assert_eq!(periods.missed(1), 0);
@@ -210,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn without_any_flag_it_was_the_pin() {
+    fn without_any_flag_the_cause_is_the_reset_pin() {
         assert_eq!(ResetCause::of_csr(0), ResetCause::Pin);
         assert_eq!(ResetCause::of_csr(1 << 26), ResetCause::Pin);
         assert_eq!(ResetCause::of_csr(1 << 28 | 1 << 26), ResetCause::Software);

@@ -37,7 +37,7 @@ pub const fn periods(time_ms: i32) -> u16 {
     }
 }
 
-/// The angle nearest to so many thousandths of a degree.
+/// The angle nearest to this number of thousandths of a degree.
 ///
 /// ```
 /// use firmware::timing::angle_of_mdeg;
@@ -48,7 +48,7 @@ pub const fn angle_of_mdeg(angle_mdeg: i32) -> Angle {
     Angle::from_bits(bits_of_thousandths(angle_mdeg))
 }
 
-/// The rate nearest to so many thousandths of a degree per second.
+/// The rate nearest to this number of thousandths of a degree per second.
 ///
 /// ```
 /// use firmware::timing::rate_of_mdeg_s;
@@ -59,7 +59,7 @@ pub const fn rate_of_mdeg_s(rate_mdeg_s: i32) -> Rate {
     Rate::from_bits(bits_of_thousandths(rate_mdeg_s))
 }
 
-/// Steps of 2^-32 nearest to so many thousandths.
+/// Steps of 2^-32 nearest to this number of thousandths.
 #[inline(never)]
 const fn bits_of_thousandths(thousandths: i32) -> i64 {
     // 2^52/1000 to the nearest: times at most 999 it is below 2^52, off by 2^9, which the shift by
@@ -111,7 +111,7 @@ pub const fn rate_per_period(acceleration_deg_s2: i32) -> Rate {
     Rate::from_bits(bits_per_period(acceleration_deg_s2))
 }
 
-/// Steps of 2^-32 that so many units a second are in a control period.
+/// Steps of 2^-32 of this number of units per second in a control period.
 const fn bits_per_period(per_second: i32) -> i64 {
     const PERIODS_PER_SECOND: i32 = CONTROL_RATE_HZ as i32;
     // To the nearest, off by half a step in 2^32/1000 at the most. Times a rest below the rate it

@@ -1,8 +1,7 @@
-//! A storm of frames on the whole device: frames that a master could send, mutated, and frames of
-//! pure chance.
+//! Fuzzing of the device with CAN frames: plausible frames of a master, mutated and random frames.
 //!
-//! `STORM_FRAMES=10000000 cargo test --release -p firmware --test storm -- --nocapture` makes it as
-//! long as one likes.
+//! `STORM_FRAMES=10000000 cargo test --release -p firmware --test storm -- --nocapture` sets the
+//! number of frames.
 
 use canopen::CanFrame;
 use embedded_can::Frame;
@@ -13,36 +12,36 @@ use model_core::control::encoder_word::{EncoderCount, EncoderWord, Magnet};
 use proptest::prelude::Rng;
 use proptest::test_runner::{RngAlgorithm, TestRng};
 
-/// Frames where nobody says otherwise.
+/// Default number of frames.
 const FRAMES: u64 = 60_000;
 
-/// Frames between two looks at the device.
+/// Number of frames between two checks of the device.
 const CHECK_EVERY: u64 = 1_000;
 
 struct Storm {
-    chance: TestRng,
+    random: TestRng,
     last: CanFrame,
 }
 
 impl Storm {
     fn new() -> Self {
         Self {
-            chance: TestRng::deterministic_rng(RngAlgorithm::ChaCha),
+            random: TestRng::deterministic_rng(RngAlgorithm::ChaCha),
             last: CanFrame::raw(0, false, false, 0, [0; 8]).expect("a frame"),
         }
     }
 
     fn below(&mut self, end: u32) -> u32 {
-        self.chance.next_u32() % end
+        self.random.next_u32() % end
     }
 
     fn bytes(&mut self) -> [u8; 8] {
-        self.chance.next_u64().to_le_bytes()
+        self.random.next_u64().to_le_bytes()
     }
 
-    /// What a master could send: an SDO request about an object that there is, a PDO, NMT, SYNC, a
+    /// A plausible frame of a master: an SDO request for an existing object, a PDO, NMT, SYNC, a
     /// heartbeat, LSS.
-    fn sensible(&mut self) -> CanFrame {
+    fn plausible(&mut self) -> CanFrame {
         const COMMANDS: [u8; 16] = [
             0x40, 0x23, 0x27, 0x2B, 0x2F, 0x21, 0x60, 0x70, 0x00, 0x11, 0xA0, 0xA3, 0xA2, 0xC2,
             0xC6, 0x80,
@@ -56,7 +55,7 @@ impl Storm {
             [data[1], data[2]] = address.index.to_le_bytes();
             data[3] = address.sub;
             if self.below(2) == 0 {
-                // Small numbers are those that pass limits.
+                // Small numbers are more often within the limits.
                 data[5..].fill(0);
             }
             return CanFrame::raw(0x601, false, false, 8, data).expect("a frame");
@@ -83,14 +82,14 @@ impl Storm {
 
     fn any(&mut self) -> CanFrame {
         let (extended, remote) = (self.below(2) == 0, self.below(4) == 0);
-        let id = self.chance.next_u32() & if extended { 0x1FFF_FFFF } else { 0x7FF };
+        let id = self.random.next_u32() & if extended { 0x1FFF_FFFF } else { 0x7FF };
         let (length, data) = (self.below(9) as u8, self.bytes());
         CanFrame::raw(id, extended, remote, length, data).expect("a frame")
     }
 
     fn next(&mut self) -> CanFrame {
         self.last = match self.below(10) {
-            0..6 => self.sensible(),
+            0..6 => self.plausible(),
             6..9 => self.mutated(),
             _ => self.any(),
         };
@@ -101,7 +100,7 @@ impl Storm {
 struct Board<'a> {
     device: Device<'a>,
     now_us: u64,
-    /// Control periods that the flash still takes.
+    /// Remaining control periods of the flash operation.
     writing: u32,
     saves: u32,
 }
@@ -115,7 +114,7 @@ impl Board<'_> {
         if drive.take_save().is_some() {
             self.writing = 7;
         }
-        // The flash takes its time, and every third time it fails.
+        // The flash operation takes some periods, and every third one fails.
         self.writing = self.writing.saturating_sub(1);
         if self.writing == 1 {
             self.saves += 1;
@@ -124,26 +123,29 @@ impl Board<'_> {
         let _ = drive.take_bit_rate();
     }
 
-    fn say(&mut self, id: u32, data: [u8; 8], length: u8) -> Vec<CanFrame> {
+    fn exchange(&mut self, id: u32, data: [u8; 8], length: u8) -> Vec<CanFrame> {
         let frame = CanFrame::raw(id, false, false, length, data).expect("a frame");
         self.device.receive(&frame, self.now_us);
-        let mut heard = Vec::new();
+        let mut responses = Vec::new();
         while let Some(frame) = self.device.transmit() {
-            heard.push(frame);
-            assert!(heard.len() < 1_000, "it does not talk for ever");
+            responses.push(frame);
+            assert!(
+                responses.len() < 1_000,
+                "the number of responses is limited"
+            );
         }
-        heard
+        responses
     }
 
-    /// After a reset by the master it answers as on its first day, on whatever node-ID LSS has left
-    /// it.
+    /// Checks that after a reset by the master the device responds as after power-on, under the
+    /// node-ID that LSS may have set.
     fn check(&mut self) {
         let parameters = self.device.drive.application().parameters();
         assert_eq!(parameters.check(), Ok(()));
-        // LSS may be changing the bit rate, in whose silence nothing is said.
+        // During a change of the bit rate by LSS the device does not transmit.
         for _ in 0..40_000 {
             self.period();
-            if !self.say(0, [129, 0, 0, 0, 0, 0, 0, 0], 2).is_empty() {
+            if !self.exchange(0, [129, 0, 0, 0, 0, 0, 0, 0], 2).is_empty() {
                 break;
             }
         }
@@ -152,10 +154,12 @@ impl Board<'_> {
         };
         self.period();
         let id = u32::from(node.get());
-        let heard = self.say(0x600 + id, [0x40, 0, 0x10, 0, 0, 0, 0, 0], 8);
-        let answer = heard.iter().find(|frame| frame.raw_id().0 == 0x580 + id);
-        let answer = answer.expect("an answer");
-        assert_eq!(answer.bytes(), [0x43, 0, 0x10, 0, 0x92, 0x01, 0x02, 0]);
+        let responses = self.exchange(0x600 + id, [0x40, 0, 0x10, 0, 0, 0, 0, 0], 8);
+        let response = responses
+            .iter()
+            .find(|frame| frame.raw_id().0 == 0x580 + id);
+        let response = response.expect("a response");
+        assert_eq!(response.bytes(), [0x43, 0, 0x10, 0, 0x92, 0x01, 0x02, 0]);
         assert_ne!(
             self.device.drive.application().state(),
             BoardState::FaultReaction
@@ -164,12 +168,12 @@ impl Board<'_> {
 }
 
 #[test]
-fn no_storm_of_frames_breaks_the_device_or_its_parameters() {
+fn random_frames_do_not_break_the_device_or_its_parameters() {
     let frames = std::env::var("STORM_FRAMES")
         .map_or(FRAMES, |text| text.parse().expect("a number of frames"));
-    let (mut storm, mut sent, mut lives) = (Storm::new(), 0, 0);
+    let (mut storm, mut sent, mut devices) = (Storm::new(), 0, 0);
     while sent < frames {
-        // A device that LSS has left without a node-ID lives anew.
+        // A device without a node-ID after LSS is replaced by a new one.
         let mut buffer = [0; 400];
         let mut board = Board {
             device: Device::new(StoredParameters::DEFAULT, Start::default(), &mut buffer, 0),
@@ -177,7 +181,7 @@ fn no_storm_of_frames_breaks_the_device_or_its_parameters() {
             writing: 0,
             saves: 0,
         };
-        lives += 1;
+        devices += 1;
         while sent < frames && board.device.node().node_id().is_some() {
             board.device.receive(&storm.next(), board.now_us);
             sent += 1;
@@ -190,5 +194,5 @@ fn no_storm_of_frames_breaks_the_device_or_its_parameters() {
             }
         }
     }
-    println!("{sent} frames, {lives} lives");
+    println!("{sent} frames, {devices} devices");
 }

@@ -1,4 +1,4 @@
-//! What can be recorded.
+//! The signals that can be recorded.
 
 use crate::{
     interface::{Bridge, Outputs},
@@ -7,7 +7,8 @@ use crate::{
 
 macro_rules! signals {
     ($($(#[doc = $doc:literal])+ $Signal:ident = $number:literal, $column:literal, $value:expr;)+) => {
-        /// What can be recorded; each is an `i32`. The numbers are for good.
+        /// A signal that can be recorded, as an `i32`. The numbers are part of the bus interface
+        /// and never change.
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
         #[repr(u8)]
         pub enum Signal {
@@ -15,7 +16,7 @@ macro_rules! signals {
         }
 
         impl Signal {
-            /// All of them.
+            /// All signals.
             pub const ALL: &'static [Self] = &[$(Self::$Signal),+];
 
             /// The signal of a number.
@@ -32,7 +33,7 @@ macro_rules! signals {
                 }
             }
 
-            /// The name of its column in a file, with its unit.
+            /// Name of its column in a file, with the unit.
             ///
             /// ```
             /// assert_eq!(firmware::capture::Signal::Angle.column(), "angle_mdeg");
@@ -75,7 +76,7 @@ signals! {
     Supply = 7, "supply_mv", |o| o.telemetry.supply_mv;
     /// Temperature, thousandths of a degree Celsius.
     Temperature = 8, "temperature_mdeg_c", |o| o.telemetry.temperature_mdeg_c;
-    /// The compare value of the bridge, 0 where it is off.
+    /// The compare value of the bridge, 0 while it is off.
     Compare = 9, "compare_counts", |o| match o.bridge {
         Bridge::Driven(compare) => compare.get(),
         Bridge::Coast | Bridge::Brake => 0,

@@ -39,7 +39,7 @@ fn values(capture: &Capture<'_>) -> Vec<i32> {
 }
 
 #[test]
-fn at_once_it_records_until_the_buffer_is_full_and_stays() {
+fn without_a_trigger_it_records_until_the_buffer_is_full() {
     let mut buffer = [0; 5];
     let mut capture = Capture::new(&mut buffer);
     capture.sample(&outputs(99));
@@ -90,7 +90,7 @@ fn records_from_before_a_fault_are_kept() {
 }
 
 #[test]
-fn a_fault_that_was_there_is_no_trigger_and_fewer_records_before_it_are_no_harm() {
+fn a_fault_present_at_the_start_does_not_trigger_and_pre_trigger_records_may_be_incomplete() {
     let mut buffer = [0; 5];
     let mut capture = Capture::new(&mut buffer);
     let faulty = |tick, fault| {
@@ -171,14 +171,14 @@ fn it_is_read_in_pieces_of_any_size() {
 }
 
 #[test]
-fn without_room_or_signals_it_is_full_at_once() {
+fn without_capacity_or_signals_it_is_full_at_once() {
     let mut buffer = [0; 5];
     let mut capture = Capture::new(&mut buffer);
     capture.arm(CaptureSettings::DEFAULT);
     capture.sample(&outputs(0));
     assert_eq!((capture.phase(), capture.count()), (Phase::Full, 0));
     capture.arm(CaptureSettings {
-        signals: [None; MOST_SIGNALS],
+        signals: [None; MAX_SIGNALS],
         ..CaptureSettings::DEFAULT
     });
     capture.sample(&outputs(0));
@@ -186,7 +186,7 @@ fn without_room_or_signals_it_is_full_at_once() {
 }
 
 #[test]
-fn every_signal_has_the_number_that_finds_it() {
+fn every_signal_is_found_by_its_number() {
     for (index, &signal) in Signal::ALL.iter().enumerate() {
         assert_eq!(Signal::of_number(index as u8), Some(signal));
         assert_eq!(signal as usize, index);

@@ -5,31 +5,31 @@ mod settings;
 
 use model_core::{control::units::Angle, excitation::Excitation, time::CONTROL_PERIOD_TICKS};
 
-/// An excitation, how long it lasts and how often it runs.
+/// An excitation with its duration and its number of repetitions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Run {
     /// The input; it is added to the command at its start.
     pub excitation: Excitation<'static>,
     /// Its length in ticks of `model_core::time`.
     pub ticks: u64,
-    /// How often it starts anew after that.
+    /// Number of further repetitions.
     pub more: u16,
-    /// What it starts with.
+    /// Its value at tick 0.
     first: Angle,
 }
 
-/// What an excitation adds to the command.
+/// The value of an excitation at a tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sample {
     /// The tick of the excitation.
     pub tick: u64,
-    /// What it adds there.
+    /// Angle that it adds to the command.
     pub angle: Angle,
 }
 
 impl Run {
-    /// So many runs until all of it has been seen, one at the least. What repeats itself goes on
-    /// without a seam.
+    /// An excitation that runs `repetitions` times, at least once. A periodic one continues its
+    /// phase from one repetition to the next.
     ///
     /// ```
     /// use firmware::command::excitation::Run;
@@ -68,7 +68,7 @@ impl Run {
         }
     }
 
-    /// What it adds at a tick. This may take longer than a control period has time for.
+    /// The value at a tick. The computation may take too long for a control step.
     pub fn sample(&self, tick: u64) -> Sample {
         Sample {
             tick,
@@ -77,14 +77,14 @@ impl Run {
     }
 }
 
-/// An excitation on its way.
+/// A running excitation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Running {
     run: Run,
-    /// The command at its start, which it is added to.
+    /// The command at its start, to which it is added.
     base: Angle,
     tick: u64,
-    /// What has been computed beforehand.
+    /// The sample that was computed in advance.
     ready: Sample,
 }
 
@@ -98,14 +98,14 @@ impl Running {
         }
     }
 
-    /// The tick whose sample the next control period takes and does not have; none where it has it,
-    /// or all of it has been seen.
+    /// The tick of the next control period if its sample has not been computed yet; `None` if it
+    /// has been, or at the end of the excitation.
     pub fn due(&self) -> Option<u64> {
         let has_more = self.tick <= self.run.ticks;
         (has_more && self.ready.tick != self.tick).then_some(self.tick)
     }
 
-    /// Takes what has been computed beforehand.
+    /// Stores a sample that was computed in advance.
     pub fn offer(&mut self, sample: Sample) {
         self.ready = sample;
     }
@@ -117,14 +117,14 @@ impl Running {
         }
     }
 
-    /// The command of this control period; none once all of it has been seen.
+    /// The command of this control period; `None` after the end of the excitation.
     pub fn next(&mut self) -> Option<Angle> {
         if self.tick > self.run.ticks {
             self.run.more = self.run.more.checked_sub(1)?;
             self.tick = 0;
             self.ready = self.run.sample_at_start();
         }
-        // What has not been computed in time, or for another tick, is computed here.
+        // A sample that was not computed in time, or for another tick, is computed here.
         self.prepare();
         self.tick = self.tick.saturating_add(CONTROL_PERIOD_TICKS);
         Some(self.base.saturating_add(self.ready.angle))

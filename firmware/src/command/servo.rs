@@ -1,4 +1,4 @@
-//! The pulse of a radio-control receiver as a command.
+//! Commands by the servo pulse of a radio-control receiver.
 //!
 //! ```text
 //! angle = travel (width - centre)/(max - centre)      width >= centre
@@ -39,18 +39,19 @@ impl ServoSettings {
     }
 }
 
-/// The last valid pulse.
+/// The last valid servo pulse.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct ServoPulse {
     width_us: u16,
     angle: Option<Angle>,
-    /// Control periods since then.
+    /// Control periods since that pulse.
     age: u16,
     glitches: u32,
 }
 
 impl ServoPulse {
-    /// Takes the pulse that was captured; returns whether it is valid.
+    /// To be called in each control period with the captured pulse, if any; returns whether it is
+    /// valid.
     pub fn update(&mut self, settings: &ServoSettings, width_us: Option<u16>) -> bool {
         self.age = self.age.saturating_add(1);
         let Some(width_us) = width_us else {
@@ -76,7 +77,7 @@ impl ServoPulse {
     }
 
     /// Discards the angle until the next valid pulse.
-    pub fn forget(&mut self) {
+    pub fn discard_angle(&mut self) {
         self.angle = None;
     }
 

@@ -1,11 +1,11 @@
-//! What is latched, and what has been.
+//! Latched faults and the fault history.
 
 use super::{Fault, FaultSet};
 
-/// How many faults the history holds.
+/// Number of faults in the history.
 pub const HISTORY: usize = 8;
 
-/// A fault and when it was latched.
+/// A fault and the time at which it was latched.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FaultRecord {
     /// The fault.
@@ -14,18 +14,18 @@ pub struct FaultRecord {
     pub tick: u32,
 }
 
-/// Latched faults until they are acknowledged, and a history that outlives that.
+/// Latched faults until they are acknowledged, and a history that remains after that.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct FaultLog {
     latched: FaultSet,
     first: Option<FaultRecord>,
-    /// The last one first.
+    /// The last fault first.
     history: [Option<FaultRecord>; HISTORY],
     count: u32,
 }
 
 impl FaultLog {
-    /// Latches a fault; one that is latched already is left as it is.
+    /// Latches a fault; without effect if it is latched already.
     pub fn latch(&mut self, fault: Fault, tick: u32) {
         if self.latched.contains(fault) {
             return;
@@ -37,44 +37,44 @@ impl FaultLog {
         self.latched.put(fault, true);
         self.count = self.count.saturating_add(1);
         let mut newest = Some(record);
-        for place in &mut self.history {
-            core::mem::swap(place, &mut newest);
+        for slot in &mut self.history {
+            core::mem::swap(slot, &mut newest);
         }
     }
 
-    /// Takes note: nothing is latched any more; the history stays.
+    /// Clears all latched faults; the history remains.
     pub fn acknowledge(&mut self) {
         self.latched = FaultSet::EMPTY;
         self.first = None;
     }
 
-    /// Empties the history; what is latched stays latched.
+    /// Empties the history; latched faults remain latched.
     pub fn clear_history(&mut self) {
         self.history = [None; HISTORY];
         self.count = 0;
     }
 
-    /// What is latched.
+    /// The latched faults.
     pub fn latched(&self) -> FaultSet {
         self.latched
     }
 
-    /// The fault with which it began: of those latched the one that came first.
+    /// Of the latched faults, the one that was latched first.
     pub fn first(&self) -> Option<FaultRecord> {
         self.first
     }
 
-    /// The last one, acknowledged or not.
+    /// The last fault, acknowledged or not.
     pub fn last(&self) -> Option<FaultRecord> {
         self.history[0]
     }
 
-    /// The last ones, the last of them first.
+    /// The faults of the history, the last one first.
     pub fn history(&self) -> impl Iterator<Item = FaultRecord> + '_ {
         self.history.iter().copied().flatten()
     }
 
-    /// How many were latched since the reset, or since the history was emptied.
+    /// Number of faults latched since the reset, or since the history was emptied.
     pub fn count(&self) -> u32 {
         self.count
     }
@@ -85,7 +85,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_first_and_the_last_are_kept_and_none_is_counted_twice() {
+    fn the_first_and_the_last_fault_are_kept_and_a_repeated_one_is_not_counted() {
         let mut log = FaultLog::default();
         log.latch(Fault::Stall, 5);
         log.latch(Fault::OverCurrent, 6);

@@ -10,7 +10,7 @@ impl FaultSet {
     /// No fault.
     pub const EMPTY: Self = Self(0);
 
-    /// The set of these.
+    /// The set of these faults.
     pub const fn of(faults: &[Fault]) -> Self {
         let mut bits = 0;
         let mut rest = faults;
@@ -22,48 +22,48 @@ impl FaultSet {
     }
 
     const fn bit(fault: Fault) -> u32 {
-        // Numbers end at 19.
+        // Numbers are at most 19, so the mask has no effect; it removes the overflow check.
         1 << (fault.number() & 31)
     }
 
-    /// As a number: bit `n` for the fault of number `n`.
+    /// The bits: bit `n` for the fault with number `n`.
     pub const fn bits(self) -> u32 {
         self.0
     }
 
-    /// Whether there is none.
+    /// Whether the set is empty.
     pub const fn is_empty(self) -> bool {
         self.0 == 0
     }
 
-    /// Whether this one is in it.
+    /// Whether this fault is in the set.
     pub const fn contains(self, fault: Fault) -> bool {
         self.0 & Self::bit(fault) != 0
     }
 
-    /// Puts this one into it if `present`.
+    /// Inserts this fault if `present`.
     pub const fn put(&mut self, fault: Fault, present: bool) {
         if present {
             self.0 |= Self::bit(fault);
         }
     }
 
-    /// What is in either.
+    /// Union of both sets.
     pub const fn or(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
 
-    /// What is in both.
+    /// Intersection of both sets.
     pub const fn and(self, other: Self) -> Self {
         Self(self.0 & other.0)
     }
 
-    /// What is in this one and not in the other.
+    /// The faults of this set that are not in the other.
     pub const fn without(self, other: Self) -> Self {
         Self(self.0 & !other.0)
     }
 
-    /// The one of the lowest number.
+    /// The fault with the lowest number.
     ///
     /// ```
     /// use firmware::faults::{Fault, FaultSet};
@@ -75,7 +75,7 @@ impl FaultSet {
         Fault::of_number(self.0.trailing_zeros() as u16)
     }
 
-    /// All of them, by number.
+    /// All faults of the set in the order of their numbers.
     pub fn iter(self) -> impl Iterator<Item = Fault> {
         core::iter::successors(Some(self), |set| Some(Self(set.0 & set.0.wrapping_sub(1))))
             .map_while(Self::first)
@@ -90,7 +90,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_set_gives_back_what_was_put_into_it_by_number() {
+    fn a_set_iterates_over_its_faults_in_the_order_of_their_numbers() {
         for bits in 0..1u32 << 19 {
             let expected: Vec<_> = Fault::ALL
                 .into_iter()
@@ -107,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn sets_are_joined_cut_and_reduced() {
+    fn union_intersection_and_difference_of_sets() {
         let (a, b) = (Fault::Stall, Fault::BusOff);
         let both = FaultSet::of(&[a]).or(FaultSet::of(&[b]));
         assert!(both.contains(a) && both.contains(b));

@@ -1,4 +1,4 @@
-//! What is known of each fault: condition, reaction, times.
+//! Condition, reaction and times of each fault.
 
 use super::{Fault, FaultSet};
 use crate::{
@@ -6,7 +6,7 @@ use crate::{
     timing::{CONTROL_PERIOD_MS, periods},
 };
 
-/// What the board does when it latches a fault.
+/// Reaction to a fault when it is latched.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reaction {
     /// All switches open from the next PWM edge on: the motor coasts.
@@ -15,7 +15,7 @@ pub enum Reaction {
     QuickStop,
 }
 
-/// When a condition is a fault; at other times it blocks the way to the enabled state.
+/// When a condition latches its fault; at other times it only prevents the enabled state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Watched {
     /// While the bridge is driven.
@@ -28,22 +28,23 @@ pub enum Watched {
     Start,
 }
 
-/// What is known of a fault; texts are for documents and tools, a board carries none of them.
+/// Description of a fault. The texts are for documents and tools; the board's program contains none
+/// of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Description {
     /// The fault.
     pub fault: Fault,
     /// Its name.
     pub name: &'static str,
-    /// When it is latched.
+    /// Condition that latches it.
     pub condition: &'static str,
-    /// In which states.
+    /// States in which the condition is monitored.
     pub watched: Watched,
     /// Error code of CiA 402, object 0x603F.
     pub error_code: u16,
 }
 
-/// Faults that are latched whether the board drives or not.
+/// Faults that are latched in every state, also while the bridge is off.
 pub const ALWAYS: FaultSet = FaultSet::of(&[
     Fault::BridgeTripped,
     Fault::LoopOverrun,
@@ -51,19 +52,19 @@ pub const ALWAYS: FaultSet = FaultSet::of(&[
     Fault::WatchdogReset,
 ]);
 
-/// Faults of the way from a command to the shaft: one that is being brought to rest follows none.
+/// Faults of following a command; they do not occur while the shaft is being brought to rest.
 pub const OF_COMMANDS: FaultSet =
     FaultSet::of(&[Fault::FollowingError, Fault::CommandTimeout, Fault::BusOff]);
 
-/// PWM period, after which a decision takes effect.
+/// PWM period, the delay until a new duty takes effect.
 const PWM_PERIOD_MS: u32 = 1;
 
 impl Fault {
-    /// What the board does when it latches this fault while it drives.
+    /// Reaction when this fault is latched while the bridge is driven.
     pub const fn reaction(self) -> Reaction {
         match self {
-            // Angle, current and motor are known and well: they can bring the shaft to rest. Behind
-            // a following error the sense of the encoder may be wrong, and a ramp would drive on.
+            // Encoder, current measurement and motor work, so the shaft can be brought to rest. A
+            // following error may be caused by an inverted encoder, where a ramp would accelerate.
             Self::MagnetWeak | Self::OverTemperature | Self::CommandTimeout | Self::BusOff => {
                 Reaction::QuickStop
             }
@@ -71,8 +72,8 @@ impl Fault {
         }
     }
 
-    /// Time from the moment in which its condition holds to the control step that latches it, ms;
-    /// at the most, and for [`Fault::Overload`] at twice the continuous current from cold.
+    /// Maximum time from the start of the condition to the control step that latches the fault, ms;
+    /// for [`Fault::Overload`] at twice the continuous current, starting cold.
     ///
     /// ```
     /// use firmware::{faults::Fault, parameters::BoardParameters};
@@ -88,13 +89,13 @@ impl Fault {
             Self::OverCurrent => p.current.over_current_samples,
             Self::Overload => periods(p.current.overload_ms) as i32,
             Self::Stall => periods(p.stall.stall_ms) as i32,
-            // The commanded rate that is compared is that of the control period before.
+            // It compares the commanded rate of the previous control period.
             Self::FollowingError => periods(p.following.following_ms) as i32 + 1,
             Self::UnderVoltage | Self::OverVoltage => periods(p.supply.supply_ms) as i32,
             Self::OverTemperature => periods(p.temperature.over_temperature_ms) as i32,
             Self::MeasurementLost => periods(p.timing.measurement_ms) as i32,
             Self::CommandTimeout => periods(p.command.command_timeout_ms) as i32 + 1,
-            // With the first control period that sees it.
+            // In the first control period with the condition.
             Self::BridgeTripped
             | Self::LoopOverrun
             | Self::ParametersCorrupt
@@ -104,8 +105,7 @@ impl Fault {
         (periods * CONTROL_PERIOD_MS) as u32
     }
 
-    /// Time from the moment in which its condition holds to the safe state, all switches open, ms;
-    /// at the most.
+    /// Maximum time from the start of the condition to the safe state, all switches open, ms.
     ///
     /// ```
     /// use firmware::{faults::Fault, parameters::BoardParameters};
@@ -121,7 +121,7 @@ impl Fault {
     }
 }
 
-/// Every fault.
+/// All faults in the order of their numbers.
 pub const TABLE: [Description; 19] = {
     use Watched::{Always, Driven, Following, Start};
     const fn row(
@@ -193,14 +193,14 @@ pub const TABLE: [Description; 19] = {
         row(
             Fault::BridgeTripped,
             "bridge tripped",
-            "the break input has opened all switches, within a microsecond and without the program",
+            "the break input has opened all switches in hardware, within a microsecond",
             Always,
             0x2340,
         ),
         row(
             Fault::Stall,
             "stall",
-            "`stall_current_ma` or more for `stall_ms` on a way of `stall_way_mdeg` or less",
+            "`stall_current_ma` or more for `stall_ms` over a travel of `stall_way_mdeg` or less",
             Driven,
             0x7121,
         ),
@@ -236,7 +236,7 @@ pub const TABLE: [Description; 19] = {
         row(
             Fault::MeasurementLost,
             "measurement lost",
-            "current, scan or a temperature within -46 and 160 deg C missing for `measurement_ms`",
+            "no current, no scan, or no temperature within -46 to 160 deg C for `measurement_ms`",
             Driven,
             0x5210,
         ),
@@ -257,14 +257,14 @@ pub const TABLE: [Description; 19] = {
         row(
             Fault::ParametersCorrupt,
             "parameters corrupt",
-            "the flash holds something, but no valid set; the defaults serve",
+            "the flash is not blank, but has no valid parameters; the defaults are used",
             Start,
             0x6320,
         ),
         row(
             Fault::BusOff,
             "bus off",
-            "the CAN controller has left the bus that commands",
+            "the CAN controller is bus-off while the bus is the command source",
             Following,
             0x8140,
         ),

@@ -6,7 +6,7 @@ use super::*;
 use crate::parameters::BoardParameters;
 
 #[test]
-fn numbers_are_those_of_the_places_in_list_and_table() {
+fn numbers_match_the_positions_in_list_and_table() {
     for (index, fault) in Fault::ALL.into_iter().enumerate() {
         assert_eq!(usize::from(fault.number()), index + 1);
         assert_eq!(Fault::of_number(fault.number()), Some(fault));
@@ -17,7 +17,7 @@ fn numbers_are_those_of_the_places_in_list_and_table() {
 }
 
 #[test]
-fn the_sets_say_what_the_table_says() {
+fn the_sets_agree_with_the_table() {
     for row in TABLE {
         let always = matches!(row.watched, Watched::Always | Watched::Start);
         assert_eq!(ALWAYS.contains(row.fault), always, "{}", row.name);
@@ -63,7 +63,7 @@ fn table() -> String {
 }
 
 #[test]
-fn the_document_holds_the_table_of_the_code() {
+fn the_document_contains_the_table_of_the_code() {
     let document = include_str!("../../../docs/faults.md");
     let table = table();
     assert!(

@@ -40,7 +40,7 @@ mod app {
         application::{BusState, Start},
         drive::{Device, StoredParameters},
         store::{self, Origin},
-        supervisor::{Part, ResetCause},
+        supervisor::{ResetCause, Task},
         timing::TURNS,
     };
     use heapless::spsc::{Consumer, Producer, Queue};
@@ -277,7 +277,7 @@ mod app {
         if let Some(accepted_ids) = cx.local.accepted_ids.dequeue() {
             can.set_accepted_ids(&accepted_ids);
         }
-        report_alive(Part::Bus);
+        report_alive(Task::Bus);
     }
 
     #[task(binds = UART8, priority = 1, local = [background])]

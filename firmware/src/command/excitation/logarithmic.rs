@@ -1,4 +1,4 @@
-//! The law of a logarithmic chirp in integers.
+//! Phase law of a logarithmic chirp in integers.
 
 use core::num::NonZeroU64;
 
@@ -9,7 +9,7 @@ use model_core::excitation::{
 
 use super::settings::PER_SECOND;
 
-/// Bits behind the point of a logarithm.
+/// Fraction bits of a logarithm.
 const LOG_BITS: u32 = 56;
 
 /// ln 2 in units of 2^-64.
@@ -26,8 +26,8 @@ pub(super) fn sweep([start, end]: [u32; 2], duration_ticks: NonZeroU64) -> Optio
     // At most 17 octaves of 2^56, hence below 2^61, and so is the natural logarithm.
     let octaves = binary_logarithm(fast, slow);
     let ln_ratio = NonZeroU64::new(product(octaves, LN_2))?;
-    // B = f T / ln r: the turns f T are below 2^20; in units of 2^-43 they fit. Over 2^-56 and
-    // times 2^64 they come out in units of 2^-51.
+    // B = f T / ln r: the cycles f T are below 2^20 and fit in units of 2^-43. Divided by units of
+    // 2^-56 and multiplied by 2^64 they are in units of 2^-51.
     let product = u64::from(fast).saturating_mul(duration_ticks.get());
     let turns = ratio(product, PER_SECOND, 43) as u64;
     let mut sweep = Exponential {
@@ -42,7 +42,7 @@ pub(super) fn sweep([start, end]: [u32; 2], duration_ticks: NonZeroU64) -> Optio
 }
 
 /// `log2(fast/slow)` in units of 2^-56, bit by bit: squaring a number from 1 to 2 doubles its
-/// logarithm. Zero where `slow` is, or is above `fast`.
+/// logarithm. Zero if `slow` is zero or above `fast`.
 fn binary_logarithm(fast: u32, slow: u32) -> u64 {
     let Some(mut whole) = slow.leading_zeros().checked_sub(fast.leading_zeros()) else {
         return 0;
@@ -58,7 +58,7 @@ fn binary_logarithm(fast: u32, slow: u32) -> u64 {
     let mut mantissa = ratio(fast.into(), divisor, 63) as u64;
     let mut logarithm = u64::from(whole);
     for _ in 0..LOG_BITS {
-        // From 1 to 4 in units of 2^-62: one bit less, which is made up for where it can be.
+        // From 1 to 4 in units of 2^-62: one bit less, restored below if the result is below 2.
         mantissa = product(mantissa, mantissa);
         logarithm <<= 1;
         if mantissa >> 63 == 1 {
@@ -75,7 +75,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn logarithms_are_those_of_floating_point() {
+    fn logarithms_match_floating_point() {
         extern crate std;
         for (fast, slow) in [
             (2_u32, 1_u32),
@@ -95,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn equal_ends_are_no_logarithmic_sweep() {
+    fn equal_frequencies_have_no_logarithmic_sweep() {
         assert!(sweep([5, 5], NonZeroU64::MIN).is_none());
     }
 }

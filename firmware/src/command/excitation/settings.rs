@@ -1,5 +1,5 @@
-//! Excitations by integer settings: their constructors in `model_core` work in double precision,
-//! which the board has not.
+//! Excitations from integer settings: the constructors of `model_core` compute in double precision,
+//! for which the board has no hardware.
 //!
 //! | shape | is | uses |
 //! |---|---|---|
@@ -47,9 +47,9 @@ pub(super) const PER_SECOND: NonZeroU64 = NonZeroU64::new(1_000 * TICKS_PER_SECO
 /// Widths of the steps of pulse, doublet and 3-2-1-1.
 const WIDTHS: [&[u8]; 3] = [&[1], &[1, 1], &[3, 2, 1, 1]];
 
-/// Bends of a ramp: so many holds and so many times the way to its level after the start, and the
-/// level there.
-const BENDS: [(u8, u8, i8); 7] = [
+/// Corners of a ramp: time after the start as a number of holds and of rise times to the level, and
+/// the level there relative to the amplitude.
+const CORNERS: [(u8, u8, i8); 7] = [
     (1, 0, 0),
     (1, 1, 1),
     (2, 1, 1),
@@ -60,7 +60,7 @@ const BENDS: [(u8, u8, i8); 7] = [
 ];
 
 impl ExcitationSettings {
-    /// The run that these settings mean; `None` if one is out of its range.
+    /// The excitation of these settings; `None` if one is outside its range.
     ///
     /// ```
     /// use firmware::parameters::ExcitationSettings;
@@ -131,19 +131,19 @@ impl ExcitationSettings {
 
     fn ramp(&self, level: Angle, unit: NonZeroU64) -> Ramp {
         let rate_deg_s = self.rate_deg_s as u32;
-        // mdeg over deg/s are ms. At most 180,000 * 20 ticks.
-        let way = self.amplitude_mdeg.unsigned_abs() * TICKS_PER_MS as u32;
-        let mut bends = [(0, Angle::ZERO); BENDS.len()];
-        for (bend, &(holds, ways, side)) in bends.iter_mut().zip(&BENDS) {
-            let rises = (u32::from(ways) * way + rate_deg_s / 2).checked_div(rate_deg_s);
-            bend.0 = u64::from(holds) * unit.get() + u64::from(rises.unwrap_or(0));
-            bend.1 = match side {
+        // mdeg divided by deg/s are ms. At most 180,000 * 20 ticks.
+        let amplitude = self.amplitude_mdeg.unsigned_abs() * TICKS_PER_MS as u32;
+        let mut corners = [(0, Angle::ZERO); CORNERS.len()];
+        for (corner, &(holds, rises, side)) in corners.iter_mut().zip(&CORNERS) {
+            let ticks = (u32::from(rises) * amplitude + rate_deg_s / 2).checked_div(rate_deg_s);
+            corner.0 = u64::from(holds) * unit.get() + u64::from(ticks.unwrap_or(0));
+            corner.1 = match side {
                 0 => Angle::ZERO,
                 1 => level,
                 _ => -level,
             };
         }
-        Ramp::through(&bends)
+        Ramp::through(&corners)
     }
 
     fn chirp(&self, amplitude: Angle, sweep: Sweep) -> Excitation<'static> {
@@ -163,7 +163,7 @@ impl ExcitationSettings {
 
     fn linear(&self) -> Sweep {
         let rise = self.end_mhz - self.start_mhz;
-        // t^2 (f1 - f0)/(2 T), the half as a bit less. 2e7 * 7.2e7 are below 2^51.
+        // t^2 (f1 - f0)/(2 T), with 127 instead of 128 bits for the factor 1/2. 2e7 * 7.2e7 < 2^51.
         let length = PER_SECOND.get().saturating_mul(self.duration_ticks().get());
         let length = NonZeroU64::new(length).unwrap_or(PER_SECOND);
         let growth = ratio(rise.unsigned_abs().into(), length, 127);

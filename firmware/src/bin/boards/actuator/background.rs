@@ -4,7 +4,7 @@ use firmware::{
     application::{BoardState, Outputs},
     drive::StoredParameters,
     faults::Fault,
-    supervisor::Part,
+    supervisor::Task,
 };
 use heapless::spsc::{Consumer, Producer};
 
@@ -57,7 +57,7 @@ impl Background {
             // many.
             let _ = self.save_results.enqueue(is_saved);
         }
-        report_alive(Part::Background);
+        report_alive(Task::Background);
     }
 }
 

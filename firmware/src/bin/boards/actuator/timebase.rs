@@ -7,7 +7,7 @@
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use cortex_m::peripheral::{DCB, DWT};
-use firmware::supervisor::Periods;
+use firmware::supervisor::MissedPeriods;
 use stm32f4xx_hal::pac::TIM2;
 
 use super::timing::{APB1_TIMER_HZ, PWM_HZ, PWM_PERIODS};
@@ -66,7 +66,7 @@ impl PeriodCounter {
 /// Detects control periods without a control step, and measures the duration of the steps.
 #[derive(Default)]
 pub struct StepMonitor {
-    periods: Periods,
+    periods: MissedPeriods,
     start_cycles: u32,
 }
 

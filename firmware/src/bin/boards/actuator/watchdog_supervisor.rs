@@ -3,18 +3,19 @@
 use core::sync::atomic::{AtomicU8, Ordering::Relaxed};
 
 use cortex_m::peripheral::{DCB, DWT};
-use firmware::supervisor::{Part, Supervisor};
+use firmware::supervisor::{Supervisor, Task};
 use stm32f4xx_hal::pac::IWDG;
 
 use super::timebase::StepMonitor;
 use crate::board::watchdog::Watchdog;
 
-/// Liveness flags, one bit for each part: set by the part's interrupt, taken by the control step.
+/// Liveness flags, one bit for each task: set by the interrupt of the task, taken by the control
+/// step.
 static LIVENESS: AtomicU8 = AtomicU8::new(0);
 
-/// Reports that a part is alive.
-pub fn report_alive(part: Part) {
-    LIVENESS.fetch_or(1 << part as u8, Relaxed);
+/// Reports that a task is alive.
+pub fn report_alive(task: Task) {
+    LIVENESS.fetch_or(1 << task as u8, Relaxed);
 }
 
 /// Watchdog, liveness of the parts, and duration of the control steps.
@@ -40,14 +41,14 @@ impl WatchdogSupervisor {
     }
 
     /// Ends the step and feeds the watchdog if all parts are alive. Returns the number of control
-    /// periods since the reset in which a part was late.
+    /// periods since the reset in which a task was late.
     pub fn end_step(&mut self) -> u32 {
-        report_alive(Part::Control);
+        report_alive(Task::Control);
         self.supervisor.report_all(LIVENESS.swap(0, Relaxed));
         if self.supervisor.period() {
             self.watchdog.feed();
         }
         self.steps.end();
-        self.supervisor.starved()
+        self.supervisor.unfed_periods()
     }
 }

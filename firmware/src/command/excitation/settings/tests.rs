@@ -13,16 +13,16 @@ fn excitation(settings: ExcitationSettings) -> Excitation<'static> {
 }
 
 /// The greatest difference of two excitations, deg.
-fn apart_deg(one: &Excitation<'_>, other: &Excitation<'_>) -> f64 {
+fn max_difference_deg(one: &Excitation<'_>, other: &Excitation<'_>) -> f64 {
     let difference = |tick| {
-        let apart = one.command(tick).saturating_sub(other.command(tick));
-        apart.to_f64().abs()
+        let difference_deg = one.command(tick).saturating_sub(other.command(tick));
+        difference_deg.to_f64().abs()
     };
     (0..500_000).step_by(77).map(difference).fold(0.0, f64::max)
 }
 
 #[test]
-fn the_shapes_are_those_of_double_precision() {
+fn the_shapes_match_those_computed_in_double_precision() {
     let set = |shape| ExcitationSettings {
         shape,
         ..ExcitationSettings::DEFAULT
@@ -79,15 +79,15 @@ fn the_shapes_are_those_of_double_precision() {
         ),
     ];
     for (shape, reference) in references {
-        let apart = apart_deg(&excitation(set(shape)), &reference);
-        // An amplitude in mdeg makes 1/24 deg of the stairs 0.041 deg: 120 levels of it.
+        let difference_deg = max_difference_deg(&excitation(set(shape)), &reference);
+        // In mdeg the step of 1/24 deg is rounded to 0.041 deg, in up to 120 steps.
         let bound = if shape == 3 { 0.1 } else { 1e-6 };
-        assert!(apart < bound, "shape {shape}: {apart}");
+        assert!(difference_deg < bound, "shape {shape}: {difference_deg}");
     }
 }
 
 #[test]
-fn each_shape_runs_for_as_long_as_the_excitation_itself_says() {
+fn each_run_has_the_duration_of_its_excitation() {
     for shape in 0..10 {
         for repetitions in [1, 3] {
             let run = ExcitationSettings {
@@ -103,7 +103,7 @@ fn each_shape_runs_for_as_long_as_the_excitation_itself_says() {
 }
 
 #[test]
-fn a_chirp_that_falls_mirrors_one_that_rises() {
+fn a_falling_chirp_mirrors_a_rising_one() {
     for shape in [5, 6] {
         let falling = excitation(ExcitationSettings {
             shape,
@@ -120,8 +120,8 @@ fn a_chirp_that_falls_mirrors_one_that_rises() {
             5 => Chirp::try_linear(&ends),
             _ => Chirp::try_logarithmic(&ends),
         };
-        let apart = apart_deg(&falling, &Excitation::Chirp(reference.unwrap()));
-        assert!(apart < 1e-6, "shape {shape}: {apart}");
+        let difference_deg = max_difference_deg(&falling, &Excitation::Chirp(reference.unwrap()));
+        assert!(difference_deg < 1e-6, "shape {shape}: {difference_deg}");
     }
 }
 
