@@ -1,4 +1,4 @@
-//! A pseudo-terminal, for clients that know serial devices only.
+//! A pseudo-terminal, for clients that support only serial devices.
 
 use std::fs::File;
 use std::io;
@@ -12,7 +12,7 @@ use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 /// Our side of a terminal that never waits, and the path of the other one.
 ///
 /// # Errors
-/// What the system said.
+/// The error of the operating system.
 pub fn open() -> io::Result<(File, PathBuf)> {
     let terminal = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)?;
     grantpt(&terminal)?;

@@ -1,7 +1,7 @@
-//! Fits each of the paper's models to its own noisy pulse, for `benches/against_scipy.py`:
-//! writes the recordings as CSV into the directory that is named, and a line of JSON a fit to
-//! standard output, with the start, the optimum and the time of the best of several fits.
-//! A million samples come last.
+//! Fits each of the paper's models to its own noisy pulse, for `benches/against_scipy.py`: writes
+//! the recordings as CSV into the given directory, and one line of JSON per fit to standard output,
+//! with start values, optimum and the shortest time of several fits. The last fit has a million
+//! samples.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -13,7 +13,7 @@ use model_core::actuator::ModelKind;
 
 const FITS: usize = 25;
 
-/// Parameters of the grey box that the other programs are given.
+/// Parameters of the grey box that are fixed in the compared programs too.
 const HELD: [&str; 5] = [
     "proportional_gain",
     "integral_gain",
@@ -22,7 +22,7 @@ const HELD: [&str; 5] = [
     "duty_limit_pct",
 ];
 
-/// What an encoder shows of a model at 250 Hz.
+/// The response of a model at 250 Hz with encoder quantisation and noise.
 fn recording(kind: ModelKind, input: &str) -> Recording {
     noisy(simulated(kind, input, 80, &[]).expect("a run"), 1)
 }
@@ -36,7 +36,7 @@ fn write(recording: &Recording, path: &Path) -> std::io::Result<()> {
     std::fs::write(path, text)
 }
 
-/// Fits from the start values that were asked for, and prints what came out.
+/// Fits from these start values, and prints the results.
 fn report(model: &str, file: &str, recording: Recording, start: &[(&str, f64)], fits: usize) {
     let model = models::named(model).expect("a model");
     let run = Experiment::try_new(recording).expect("a recording");
@@ -44,7 +44,7 @@ fn report(model: &str, file: &str, recording: Recording, start: &[(&str, f64)], 
     for (name, value) in start {
         problem.start(name, *value).expect("within its range");
     }
-    // The rivals begin at rest at zero too.
+    // The compared programs also start at rest at zero.
     problem.fix("initial_angle_deg", 0.0).expect("a parameter");
     let options = Options {
         starts: 1,

@@ -1,5 +1,5 @@
-//! From forty starts at a quarter to four times the truth: how often each search alone, and all of
-//! them together, end at the optimum. A line for each model and input.
+//! Forty starts at a quarter to four times the true values: number of starts from which a single
+//! search, and a search with several starts, reach the optimum. One line per model and input.
 
 use identification::synthetic::{noisy, simulated};
 use identification::{Experiment, Options, Problem, Quiet, Recording, Role, fit, models};
@@ -8,12 +8,12 @@ use model_core::sensors::noise::Noise;
 
 const STARTS: u64 = 40;
 
-/// What an encoder shows of a model at 250 Hz.
+/// The response of a model at 250 Hz with encoder quantisation and noise.
 fn recording(kind: ModelKind, input: &str) -> Recording {
     noisy(simulated(kind, input, 80, &[]).expect("a run"), 1)
 }
 
-/// A problem that starts at the truth times factors from 1/4 to 4, each parameter by its own.
+/// The problem with start values at the true values times random factors from 1/4 to 4.
 fn scattered(problem: &Problem, truth: &[f64], start: u64) -> Problem {
     let mut problem = problem.clone();
     let mut noise = Noise::new(start, 77);

@@ -169,9 +169,9 @@ fn solve(
     // The preview's optimum may differ: starting at the nested optimum, the fit is never worse than
     // it.
     finalists.extend(points);
-    let silent = nested::Silent(progress);
+    let cancel_only = nested::CancelOnly(progress);
     let last = Searches {
-        progress: &silent,
+        progress: &cancel_only,
         ..descent
     };
     let found = first(last.each(&finalists)?)?;

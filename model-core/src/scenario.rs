@@ -1,4 +1,5 @@
-//! One run, described: the actuator, its input, how long it runs and how often a row is recorded.
+//! Description of a simulated run: the actuator, its input, the duration and the interval of
+//! recorded rows.
 //!
 //! Every front end (command line, scenario file, Python, C, browser, FMU) maps its own syntax to a
 //! [`Request`] and to parameter values. Names, defaults, ranges and errors are decided here.
@@ -29,10 +30,10 @@ use crate::plant::Pwm;
 use crate::presets::{self, Preset};
 use crate::time::{PWM_PERIOD_TICKS, ticks};
 
-/// Ticks between two rows by default: 1 ms.
+/// Default number of ticks between two rows: 1 ms.
 pub const DEFAULT_EVERY: u64 = PWM_PERIOD_TICKS;
 
-/// The input by default.
+/// The default input.
 pub const DEFAULT_INPUT: &str = "pulse";
 
 /// The prefix of the name of a parameter of the input.
@@ -46,13 +47,13 @@ pub const LONGEST_S: f64 = 1e7;
 pub struct Request<'a> {
     /// The model. It has no default.
     pub model: Option<ModelKind>,
-    /// The plant behind the board; the other models have none.
+    /// The plant of the board; other models have none.
     pub plant: Option<PlantKind>,
     /// The preset by name.
     pub preset: Option<&'a str>,
     /// The input by name.
     pub input: Option<&'a str>,
-    /// How long to run, s; by default as long as the input.
+    /// Duration, s; by default that of the input.
     pub duration_s: Option<f64>,
     /// Ticks between two rows.
     pub every: Option<u64>,
@@ -63,7 +64,7 @@ pub struct Request<'a> {
 }
 
 impl<'a> Request<'a> {
-    /// The names that [`Request::parse`] takes.
+    /// The names of the options of [`Request::parse`].
     pub const OPTIONS: [&'static str; 8] = [
         "model",
         "plant",
@@ -78,7 +79,7 @@ impl<'a> Request<'a> {
     /// Sets an option from text; `false` if there is no option of this name.
     ///
     /// # Errors
-    /// For a value that the option does not take.
+    /// For an invalid value of the option.
     pub fn parse(&mut self, option: &str, value: &'a str) -> Result<bool, ScenarioError<'a>> {
         match option {
             "model" => self.model = Some(named(Kind::Model, value)?),
@@ -113,14 +114,14 @@ impl<'a> Request<'a> {
     }
 }
 
-/// A run without its command sequence from a file, which only front ends with files know.
+/// A run, except for a command sequence from a file, which only some front ends support.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scenario {
     /// The actuator.
     pub settings: Settings,
     /// The input with its parameters.
     pub input: Input,
-    /// How long to run, s; `None` is as long as the input.
+    /// Duration, s; `None` is that of the input.
     pub duration_s: Option<f64>,
     /// Ticks between two rows; not 0.
     pub every: u64,
@@ -170,7 +171,7 @@ impl Scenario {
         of_actuator.chain(of_input)
     }
 
-    /// How long to run, ticks.
+    /// Duration, ticks.
     ///
     /// # Errors
     /// For parameters of the input that exclude each other.
@@ -187,7 +188,7 @@ pub fn run_ticks(duration_s: f64) -> u64 {
     ticks(duration_s).max(1)
 }
 
-/// The defaults of every model, and of the board with every plant.
+/// The default settings of every model, and of the board with every plant.
 pub fn choices() -> impl Iterator<Item = Settings> {
     let plants = |model| match model {
         ModelKind::Board => PlantKind::ALL,
@@ -204,10 +205,10 @@ pub fn presets(settings: &Settings) -> impl Iterator<Item = &'static Preset> + u
     of_model.filter(move |preset| settings.clone().apply(preset).is_ok())
 }
 
-/// The value of this name of an enumeration.
+/// The value of an enumeration with this name.
 ///
 /// # Errors
-/// For a name that it does not have.
+/// For an unknown name.
 pub fn named<T: Named>(kind: Kind, name: &str) -> Result<T, ScenarioError<'_>> {
     T::named(name).ok_or(ScenarioError::Unknown { kind, name })
 }
@@ -215,7 +216,7 @@ pub fn named<T: Named>(kind: Kind, name: &str) -> Result<T, ScenarioError<'_>> {
 /// The input of this name with its default parameters.
 ///
 /// # Errors
-/// For a name that no input has.
+/// For an unknown input.
 pub fn input(name: &str) -> Result<Input, ScenarioError<'_>> {
     let kind = Kind::Input;
     Input::named(name).ok_or(ScenarioError::Unknown { kind, name })
@@ -224,7 +225,7 @@ pub fn input(name: &str) -> Result<Input, ScenarioError<'_>> {
 /// Applies the preset of this name.
 ///
 /// # Errors
-/// For a name that no preset has, and a preset of another model or plant; nothing is changed then.
+/// For an unknown preset, and a preset of another model or plant; nothing is changed then.
 pub fn apply_preset<'n>(settings: &mut Settings, name: &'n str) -> Result<(), ScenarioError<'n>> {
     let model = settings.model;
     let kind = Kind::Preset(Some(model));
@@ -232,7 +233,7 @@ pub fn apply_preset<'n>(settings: &mut Settings, name: &'n str) -> Result<(), Sc
     if !preset.models.contains(&model.name()) {
         return Err(ScenarioError::PresetOfOtherModel { preset, model });
     }
-    // The value of a preset is in its range: only its parameter may be missing.
+    // The values of a preset are in range: only a missing parameter is possible.
     let result = settings.apply(preset);
     result.map_err(|_| ScenarioError::PresetOfOtherPlant { preset })
 }
@@ -269,7 +270,7 @@ pub fn set_input<'n>(
     })
 }
 
-/// Checks how long to run, s.
+/// Checks a duration, s.
 ///
 /// # Errors
 /// Outside 0 to [`LONGEST_S`].
@@ -292,10 +293,10 @@ pub fn check_every(every: u64) -> Result<(), ScenarioError<'static>> {
     Err(ScenarioError::Every(every))
 }
 
-/// The number that an option is given as text.
+/// The number in the text of an option.
 ///
 /// # Errors
-/// For text that is not such a number.
+/// For text that is not a number of this type.
 pub fn number<'n, T: core::str::FromStr>(
     option: &'static str,
     text: &'n str,

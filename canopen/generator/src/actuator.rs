@@ -4,7 +4,9 @@ use model_core::control::parameters::ControlParameters;
 use model_core::parameter::Parameters;
 
 use crate::parse::Declared;
-use crate::{Device, Group, ParseError, Place, Row, eds, markdown, parse, storage, table};
+use crate::{
+    Device, Group, ParseError, Row, StorageLocation, eds, markdown, parse, storage, table,
+};
 
 /// The source.
 const SOURCE: &str = include_str!("../../../firmware/object-dictionary.csv");
@@ -12,87 +14,97 @@ const SOURCE: &str = include_str!("../../../firmware/object-dictionary.csv");
 /// The groups of stored fields: path, type and content.
 const GROUPS: [Group; 16] = [
     Group::new(
-        Place::Parameters,
+        StorageLocation::Parameters,
         "command",
         "CommandSettings",
         "Source of the commands, and how long a command is valid.",
     ),
     Group::new(
-        Place::Parameters,
+        StorageLocation::Parameters,
         "servo",
         "ServoSettings",
         "Angle of a servo pulse.",
     ),
     Group::new(
-        Place::Parameters,
+        StorageLocation::Parameters,
         "encoder",
         "EncoderLimits",
         "Protection: the encoder.",
     ),
     Group::new(
-        Place::Parameters,
+        StorageLocation::Parameters,
         "current",
         "CurrentLimits",
         "Protection: the motor current.",
     ),
     Group::new(
-        Place::Parameters,
+        StorageLocation::Parameters,
         "stall",
         "StallLimits",
         "Protection: stall.",
     ),
     Group::new(
-        Place::Parameters,
+        StorageLocation::Parameters,
         "following",
         "FollowingLimits",
         "Protection: the following error.",
     ),
     Group::new(
-        Place::Parameters,
+        StorageLocation::Parameters,
         "supply",
         "SupplyLimits",
         "Protection: the supply voltage.",
     ),
     Group::new(
-        Place::Parameters,
+        StorageLocation::Parameters,
         "temperature",
         "TemperatureLimits",
         "Protection: the temperature.",
     ),
     Group::new(
-        Place::Parameters,
+        StorageLocation::Parameters,
         "timing",
         "TimingLimits",
         "Protection: missed control periods and measurements.",
     ),
-    Group::new(Place::Parameters, "stop", "StopSettings", "Quick stop."),
-    Group::new(Place::Parameters, "bus", "BusSettings", "The CAN bus."),
     Group::new(
-        Place::Values,
+        StorageLocation::Parameters,
+        "stop",
+        "StopSettings",
+        "Quick stop.",
+    ),
+    Group::new(
+        StorageLocation::Parameters,
+        "bus",
+        "BusSettings",
+        "The CAN bus.",
+    ),
+    Group::new(
+        StorageLocation::Values,
         "model",
         "ModelSettings",
         "The motor model that runs beside the motor.",
     ),
     Group::new(
-        Place::Values,
+        StorageLocation::Values,
         "excitation",
         "ExcitationSettings",
         "The excitation that the board runs on request.",
     ),
     Group::new(
-        Place::Values,
+        StorageLocation::Values,
         "capture",
         "CaptureObjects",
         "Signals and trigger of a capture.",
     ),
     Group::new(
-        Place::Values,
+        StorageLocation::Values,
         "failsafe",
         "FailsafeSettings",
         "Reaction to the loss of the master.",
     ),
     Group::new(
-        Place::Values,
+        StorageLocation::Values,
         "profile",
         "ProfileSettings",
         "Settings of the drive profile CiA 402.",

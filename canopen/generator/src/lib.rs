@@ -13,7 +13,7 @@
 //! | `flags` | `fixed`, `locked` or `hook`, see below |
 //! | `relation` | `<0x2001:5`: below that object; `<=0x607D:2`: not above it; `in 500 1000`: one of these |
 //! | `value` | where the value lives, see below |
-//! | `meaning`, `source` | what a parameter is, and where its default comes from |
+//! | `meaning`, `source` | meaning of a parameter, and the source of its default |
 //!
 //! The value of a `fixed` entry is read from the table. A `locked` entry is not writable while the
 //! drive is enabled. The value of a `hook` is stored under its path, but code of the drive reads
@@ -21,11 +21,11 @@
 //!
 //! The column `value` names one of five places:
 //!
-//! | path | place |
+//! | path | location |
 //! |---|---|
 //! | `control.FIELD` | a control parameter; default, range and unit are those of `model-core` |
 //! | `parameters.GROUP.FIELD` | an integer parameter of the board |
-//! | `values.GROUP.FIELD` | a value that the drive stores beside the parameters |
+//! | `values.GROUP.FIELD` | a value that the drive stores in addition to the parameters |
 //! | `command.NAME` | a value with an effect: the drive's code reads and writes it |
 //! | `measured.NAME` | read only: the drive's code computes it |
 //!
@@ -47,7 +47,7 @@ pub use parse::{ParseError, parse};
 pub use row::{Access, Default, Flag, Kind, Row};
 pub use storage::{Group, storage};
 pub use table::table;
-pub use value::{Place, Relation, ValuePath};
+pub use value::{Relation, StorageLocation, ValuePath};
 
 /// First line of each generated file.
 const HEAD: &str =
@@ -61,7 +61,10 @@ fn objects(rows: &[Row]) -> impl Iterator<Item = &[Row]> {
 /// The entries that declare a stored field, in the order of the file.
 fn declarations(rows: &[Row]) -> impl Iterator<Item = (&Row, &ValuePath)> {
     rows.iter().enumerate().filter_map(|(at, row)| {
-        let path = row.value.as_ref().filter(|path| path.place.is_stored())?;
+        let path = row
+            .value
+            .as_ref()
+            .filter(|path| path.location.is_stored())?;
         let is_alias = rows[..at]
             .iter()
             .any(|other| other.value.as_ref() == Some(path));

@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 use crate::row::{Access, Default, Flag, Kind, Row};
-use crate::value::{Place, Relation, ValuePath};
+use crate::value::{Relation, StorageLocation, ValuePath};
 
 /// What is wrong in the file.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -23,7 +23,7 @@ pub enum ParseError {
         /// What it should contain.
         expected: &'static str,
     },
-    /// Entries are not sorted, or an address stands twice.
+    /// Entries are not sorted, or an address occurs twice.
     #[error("line {0}: the entry does not come after the one before it")]
     Order(u64),
 }
@@ -60,7 +60,7 @@ pub struct Declared {
     pub unit: String,
 }
 
-/// Reads the file; `control` knows the control parameters by name.
+/// Reads the file; `control` finds control parameters by name.
 ///
 /// # Errors
 ///
@@ -186,12 +186,12 @@ impl Line {
             meaning: r.meaning.clone(),
             source: r.source.clone(),
         };
-        self.place(&mut row, control, before)?;
+        self.set_location(&mut row, control, before)?;
         Ok(row)
     }
 
-    /// Sets the path of the value, and what is declared elsewhere.
-    fn place(
+    /// Sets the path of the value and the properties that are declared elsewhere.
+    fn set_location(
         &self,
         row: &mut Row,
         control: &dyn Fn(&str) -> Option<Declared>,
@@ -211,8 +211,8 @@ impl Line {
             return Ok(());
         };
         let declaration = before.iter().find(|row| row.value.as_ref() == Some(&path));
-        let declared = match (path.place, declaration) {
-            (Place::Control, _) => {
+        let declared = match (path.location, declaration) {
+            (StorageLocation::Control, _) => {
                 let declared = self.get(text, "a control parameter", |_| control(&path.field))?;
                 Some((
                     match declared.default.is_finite() {
@@ -227,7 +227,7 @@ impl Line {
                     },
                 ))
             }
-            (Place::Parameters | Place::Values, Some(first)) => Some((
+            (StorageLocation::Parameters | StorageLocation::Values, Some(first)) => Some((
                 first.default.clone(),
                 first.limits.clone(),
                 first.unit.clone(),

@@ -217,13 +217,13 @@ pub struct Row {
     pub unit: String,
     /// What is special about it.
     pub flag: Flag,
-    /// What it must fulfil beside its limits.
+    /// Constraint in addition to its limits.
     pub relation: Option<Relation>,
     /// Where its value lives; `None` if the server holds it, or if it is a constant or a DOMAIN.
     pub value: Option<ValuePath>,
-    /// What it is; empty where its name says it.
+    /// Its meaning; empty if the name is sufficient.
     pub meaning: String,
-    /// Where its default comes from; may be empty.
+    /// Source of its default; may be empty.
     pub source: String,
 }
 

@@ -4,12 +4,12 @@ use std::fmt::Write;
 
 use crate::parse::integer;
 use crate::row::{Default, Kind, Row};
-use crate::value::{Place, Relation, ValuePath};
+use crate::value::{Relation, StorageLocation, ValuePath};
 
 /// A group of stored fields.
 #[derive(Clone, Copy, Debug)]
 pub struct Group {
-    place: Place,
+    location: StorageLocation,
     name: &'static str,
     type_name: &'static str,
     doc: &'static str,
@@ -19,13 +19,13 @@ impl Group {
     /// The group `name` of a store, with the name of its struct and a sentence about it.
     #[must_use]
     pub const fn new(
-        place: Place,
+        location: StorageLocation,
         name: &'static str,
         type_name: &'static str,
         doc: &'static str,
     ) -> Self {
         Self {
-            place,
+            location,
             name,
             type_name,
             doc,
@@ -48,20 +48,24 @@ pub fn storage(groups: &[Group], rows: &[Row]) -> String {
     out.push_str("use model_core::control::cascade::Coefficients;\n");
     let fields: Vec<Field> = crate::declarations(rows).collect();
     for (row, path) in &fields {
-        let is_group = |group: &Group| group.place == path.place && group.name == path.group;
+        let is_group = |group: &Group| group.location == path.location && group.name == path.group;
         assert!(groups.iter().any(is_group), "{}: no such group", row.entry);
     }
     for group in groups {
-        let is_its =
-            |field: &&Field| (field.1.place, field.1.group.as_str()) == (group.place, group.name);
+        let is_its = |field: &&Field| {
+            (field.1.location, field.1.group.as_str()) == (group.location, group.name)
+        };
         let fields: Vec<Field> = fields.iter().filter(is_its).copied().collect();
         group_struct(&mut out, group, &fields);
     }
-    for (place, name, entry, docs) in STORES {
-        let is_its = |field: &&Field| field.1.place == place;
+    for (location, name, entry, docs) in STORES {
+        let is_its = |field: &&Field| field.1.location == location;
         let fields: Vec<Field> = fields.iter().filter(is_its).copied().collect();
-        let groups: Vec<&Group> = groups.iter().filter(|group| group.place == place).collect();
-        store_struct(&mut out, (place, name, docs[0]), &groups);
+        let groups: Vec<&Group> = groups
+            .iter()
+            .filter(|group| group.location == location)
+            .collect();
+        store_struct(&mut out, (location, name, docs[0]), &groups);
         write!(
             out,
             "\nentries! {{\n    /// {}\n    {entry} of {name} {{\n",
@@ -93,9 +97,9 @@ fn range(row: &Row) -> String {
 }
 
 /// Store, struct, enum of its fields, and the documentation of both.
-const STORES: [(Place, &str, &str, [&str; 2]); 2] = [
+const STORES: [(StorageLocation, &str, &str, [&str; 2]); 2] = [
     (
-        Place::Parameters,
+        StorageLocation::Parameters,
         "BoardParameters",
         "Parameter",
         [
@@ -104,7 +108,7 @@ const STORES: [(Place, &str, &str, [&str; 2]); 2] = [
         ],
     ),
     (
-        Place::Values,
+        StorageLocation::Values,
         "ObjectValues",
         "ObjectValue",
         [
@@ -114,10 +118,10 @@ const STORES: [(Place, &str, &str, [&str; 2]); 2] = [
     ),
 ];
 
-/// The parameters of the board are computed with as 32-bit integers, whatever their objects are.
+/// The parameters of the board are 32-bit integers, independently of the types of their objects.
 fn rust_type(row: &Row, path: &ValuePath) -> &'static str {
-    match path.place {
-        Place::Parameters => "i32",
+    match path.location {
+        StorageLocation::Parameters => "i32",
         _ => row.kind.rust_name(),
     }
 }
@@ -187,8 +191,12 @@ fn description(row: &Row) -> String {
     text
 }
 
-fn store_struct(out: &mut String, (place, name, doc): (Place, &str, &str), groups: &[&Group]) {
-    let has_control = place == Place::Parameters;
+fn store_struct(
+    out: &mut String,
+    (location, name, doc): (StorageLocation, &str, &str),
+    groups: &[&Group],
+) {
+    let has_control = location == StorageLocation::Parameters;
     let derives = derives(!has_control);
     write!(out, "\n/// {doc}\n{derives}\npub struct {name} {{\n").expect("a string");
     if has_control {
@@ -225,7 +233,7 @@ fn relations(out: &mut String, (name, entry): (&str, &str), fields: &[Field], ro
         let row = rows.iter().find(|row| row.address() == (index, sub));
         let path = row
             .and_then(|row| row.value.as_ref())
-            .filter(|path| path.place.is_stored());
+            .filter(|path| path.location.is_stored());
         let path = path.unwrap_or_else(|| panic!("{index:04X}h:{sub:02X}: no stored value"));
         format!("self.{}.{}", path.group, path.field)
     };

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use crate::parse::integer;
 use crate::row::{Access, Default, Flag, Kind, Row};
-use crate::value::Place;
+use crate::value::StorageLocation;
 
 /// Rust source of the constants `OBJECTS`, `TEXTS` and `RELATIONS`, and of the enums `DriveCommand`
 /// and `Measured`.
@@ -63,17 +63,17 @@ pub fn table(rows: &[Row]) -> String {
         rows,
         "Measured",
         "computed when it is read",
-        |row| place(row) == Some(Place::Measured),
+        |row| storage_location(row) == Some(StorageLocation::Measured),
     );
     out
 }
 
-fn place(row: &Row) -> Option<Place> {
-    row.value.as_ref().map(|path| path.place)
+fn storage_location(row: &Row) -> Option<StorageLocation> {
+    row.value.as_ref().map(|path| path.location)
 }
 
 fn is_command(row: &Row) -> bool {
-    row.flag == Flag::Hook || place(row) == Some(Place::Command)
+    row.flag == Flag::Hook || storage_location(row) == Some(StorageLocation::Command)
 }
 
 /// An enum of the values for which this holds.
@@ -108,16 +108,16 @@ fn location(row: &Row, communication: &mut std::ops::RangeFrom<u8>) -> String {
         };
     };
     let name = crate::camel_case(&path.field);
-    match path.place {
+    match path.location {
         _ if is_command(row) => format!("Location::Command(DriveCommand::{name})"),
-        Place::Control => format!(
+        StorageLocation::Control => format!(
             "Location::Control(ControlParameters::row(\"{}\"))",
             path.field
         ),
-        Place::Parameters => format!("Location::Parameter(Parameter::{name})"),
-        Place::Values => format!("Location::Value(ObjectValue::{name})"),
-        Place::Command => format!("Location::Command(DriveCommand::{name})"),
-        Place::Measured => format!("Location::Measured(Measured::{name})"),
+        StorageLocation::Parameters => format!("Location::Parameter(Parameter::{name})"),
+        StorageLocation::Values => format!("Location::Value(ObjectValue::{name})"),
+        StorageLocation::Command => format!("Location::Command(DriveCommand::{name})"),
+        StorageLocation::Measured => format!("Location::Measured(Measured::{name})"),
     }
 }
 

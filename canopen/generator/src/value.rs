@@ -1,13 +1,13 @@
-//! Where the value of an entry lives, and what it must fulfil.
+//! Storage location and constraints of the value of an entry.
 
 /// The store in which a value lives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place {
+pub enum StorageLocation {
     /// Control parameters of `model-core`.
     Control,
     /// Integer parameters of the board.
     Parameters,
-    /// Values that the drive stores beside the parameters.
+    /// Values that the drive stores in addition to the parameters.
     Values,
     /// Values with an effect.
     Command,
@@ -15,7 +15,7 @@ pub enum Place {
     Measured,
 }
 
-impl Place {
+impl StorageLocation {
     /// Whether the generator declares a field for it.
     pub(crate) const fn is_stored(self) -> bool {
         matches!(self, Self::Parameters | Self::Values)
@@ -26,7 +26,7 @@ impl Place {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ValuePath {
     /// The store.
-    pub place: Place,
+    pub location: StorageLocation,
     /// The group of a stored field; else empty.
     pub group: String,
     /// The field or the name.
@@ -37,16 +37,16 @@ impl ValuePath {
     /// From the text in the file.
     #[must_use]
     pub fn from_text(text: &str) -> Option<Self> {
-        let (place, rest) = text.split_once('.')?;
-        let place = match place {
-            "control" => Place::Control,
-            "parameters" => Place::Parameters,
-            "values" => Place::Values,
-            "command" => Place::Command,
-            "measured" => Place::Measured,
+        let (location, rest) = text.split_once('.')?;
+        let location = match location {
+            "control" => StorageLocation::Control,
+            "parameters" => StorageLocation::Parameters,
+            "values" => StorageLocation::Values,
+            "command" => StorageLocation::Command,
+            "measured" => StorageLocation::Measured,
             _ => return None,
         };
-        let (group, field) = if place.is_stored() {
+        let (group, field) = if location.is_stored() {
             rest.split_once('.')?
         } else {
             ("", rest)
@@ -57,15 +57,15 @@ impl ValuePath {
                     .chars()
                     .all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_')
         };
-        (is_name(field) && (is_name(group) || !place.is_stored())).then(|| Self {
-            place,
+        (is_name(field) && (is_name(group) || !location.is_stored())).then(|| Self {
+            location,
             group: group.to_string(),
             field: field.to_string(),
         })
     }
 }
 
-/// What a value must fulfil beside its range.
+/// A constraint of a value in addition to its range.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Relation {
     /// Below the value of that object.

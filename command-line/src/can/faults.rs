@@ -1,4 +1,4 @@
-//! `actuator faults`: what is wrong, what was, and its reset.
+//! `actuator faults`: present faults, fault history, and fault reset.
 
 use canopen::cia402::statusword;
 use clap::Args;

@@ -1,4 +1,4 @@
-//! Commands that serve a bus of actuators, or talk to one.
+//! Commands that serve a bus of actuators, or access one.
 
 mod bus_load;
 mod excite;

@@ -1,4 +1,4 @@
-//! `actuator monitor`: what an actuator does, live.
+//! `actuator monitor`: live telemetry of an actuator.
 
 use std::collections::VecDeque;
 use std::fmt::Write as _;

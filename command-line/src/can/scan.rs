@@ -21,7 +21,7 @@ pub struct Scan {
     bus: OnBus,
 }
 
-/// The identification of a device, as far as it answers.
+/// The identification of a device; parts without a response are missing.
 #[derive(Debug, serde::Serialize)]
 struct Device {
     node: u8,

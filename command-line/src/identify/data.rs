@@ -12,7 +12,7 @@ use host_sim::error::Error as SimulatorError;
 use host_sim::scenario::Setting;
 use identification::{
     Experiment, Hold, IdentifyError, Model,
-    data::{Choice, Columns, Delimiter, Import, Note},
+    data::{ColumnSelection, Columns, Delimiter, Import, Note},
     models,
 };
 
@@ -27,7 +27,7 @@ pub struct DataOptions {
     /// Assigns a column to a quantity, as angle=pos:rad or time=1; the quantities are time,
     /// command, angle, rate, duty, current and supply; a unit may be a factor; repeatable
     #[arg(long = "column", value_name = "WHAT=COLUMN[:UNIT]")]
-    columns: Vec<Choice>,
+    columns: Vec<ColumnSelection>,
     /// Delimiter between two fields [default: detected in the first line]
     #[arg(long)]
     delimiter: Option<DelimiterName>,

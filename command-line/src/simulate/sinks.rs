@@ -19,7 +19,7 @@ use host_sim::{
     trace_file::{Description, Format, TraceFile, csv::Csv},
 };
 
-/// The most rows of a plot, which takes some 0.4 GB.
+/// Maximum number of rows of a plot, which takes about 0.4 GB.
 const MOST_PLOTTED: u64 = 2_000_000;
 
 /// The outputs that the options select.
@@ -53,9 +53,12 @@ impl Sinks {
     ) -> Result<Self, Error> {
         outputs.check()?;
         let description = Description::of(scenario, simulation)?;
-        let file = |path: &Path, format, said| {
+        let file = |path: &Path, format, announced_path| {
             let file = TraceFile::create(path, format, simulation, &description)?;
-            Ok::<Box<dyn Sink>, Error>(Box::new(FileSink { file, said }))
+            Ok::<Box<dyn Sink>, Error>(Box::new(FileSink {
+                file,
+                announced_path,
+            }))
         };
         let mut sinks = Vec::new();
         for path in outputs.files {
@@ -149,10 +152,10 @@ impl Sink for StandardOutput {
     }
 }
 
-/// A file. If `said` is set, the name is printed to standard error on completion.
+/// A file. If `announced_path` is set, the name is printed to standard error on completion.
 struct FileSink {
     file: TraceFile,
-    said: Option<PathBuf>,
+    announced_path: Option<PathBuf>,
 }
 
 impl Rows for FileSink {
@@ -164,7 +167,7 @@ impl Rows for FileSink {
 impl Sink for FileSink {
     fn finish(self: Box<Self>) -> Result<(), crate::Error> {
         self.file.finish()?;
-        if let Some(path) = self.said {
+        if let Some(path) = self.announced_path {
             eprintln!("trace: {}", path.display());
         }
         Ok(())

@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 /// Delay of the paper's test set-up, s.
 const DELAY_S: f64 = 0.0175;
 
-/// Half a tick: the reference holds the command of its continuous models through each tick.
+/// Half a tick: the reference holds the command of its continuous models during each tick.
 const HELD_S: f64 = 25e-6;
 
 fn board() -> Loop {
@@ -24,8 +24,8 @@ fn grey() -> Loop {
     Loop::continuous(&Motor::default(), &ControlParameters::default()).unwrap()
 }
 
-/// A line of the reference's table: where the gain is -3.000 dB, the phase there, and gain and
-/// phase at 30 rad/s.
+/// Compares with a row of the reference's table: frequency of -3.000 dB, the phase there, and gain
+/// and phase at 30 rad/s.
 fn assert_row(system: TransferFunction, row: [f64; 4], tolerance: [f64; 4]) {
     let at = falls_to_hz(&system, -3.0).unwrap();
     let response = Response::of(&system, &[0.01, 0.1, at, 30.0 / TAU]);
@@ -109,7 +109,7 @@ fn the_response_of_the_board_agrees_with_a_simulated_sine() {
     for frequency_hz in [0.25, 1.0, 2.5, 5.0, 12.5, 25.0] {
         let command = |tick: i64| (TAU * frequency_hz * (tick as f64 * 50e-6 - DELAY_S)).sin();
         let (angle, _) = simulated.run(200_000, command);
-        // Angles at the control steps, after 6 s in which the start dies away: its slowest pole is
+        // Angles at the control steps, after 6 s in which the transient decays: its slowest pole is
         // -14 1/s, half of the inner bandwidth.
         let samples = || (120_000..200_000).step_by(80);
         let t: Vec<f64> = samples().map(|i| i as f64 * 50e-6).collect();

@@ -68,7 +68,7 @@ model_core::parameters! {
 }
 
 /// Largest delay of the duty, in control periods. It limits the degree of the polynomials.
-pub const MOST_DELAY_PERIODS: f64 = 8.0;
+pub const MAX_DELAY_PERIODS: f64 = 8.0;
 
 /// Black box 1, `p/(s + p)` (paper, section III.A).
 ///
@@ -137,7 +137,7 @@ impl Loop {
     ///
     /// # Errors
     /// A parameter that is NaN or out of range, and a delay of more than
-    /// [`MOST_DELAY_PERIODS`].
+    /// [`MAX_DELAY_PERIODS`].
     pub fn sampled(
         motor: &Motor,
         control: &ControlParameters,
@@ -185,7 +185,7 @@ impl Loop {
 /// The parameter of the delay, with a maximum that depends on the control period.
 fn delay_limit(control_period_s: f64) -> Parameter {
     Parameter {
-        max: MOST_DELAY_PERIODS * control_period_s,
+        max: MAX_DELAY_PERIODS * control_period_s,
         ..Timing::TABLE[1]
     }
 }

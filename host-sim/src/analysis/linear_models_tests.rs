@@ -4,8 +4,8 @@ use num_complex::Complex64;
 use proptest::prelude::*;
 use std::f64::consts::TAU;
 
-/// The motor's sampled response to the held, late duty, summed from its impulses: an independent
-/// way to its transfer function, for |z| > 1.
+/// The motor's sampled response to the held and delayed duty as a sum of impulse responses: an
+/// independent computation of its transfer function, for |z| > 1.
 fn summed(motor: &Motor, timing: &Timing, z: Complex64) -> Complex64 {
     let (tau, period) = (motor.motor_time_constant_s, timing.control_period_s);
     let step = |t: f64| {
@@ -31,15 +31,15 @@ proptest! {
         let x = (z - 1.0) / timing.control_period_s;
         let found = numerator.at(x) / denominator.at(x);
         let expected = summed(&motor, &timing, z);
-        // The tail that the sum leaves out is 1.02^-4000 = 4e-35. Each angle of the step response
-        // is the difference of numbers up to 3 deg, rounded to 1e-15; 50 of them weigh in.
+        // The truncated tail of the sum is 1.02^-4000 = 4e-35. Each angle of the step response is
+        // the difference of numbers up to 3 deg, rounded to 1e-15; about 50 of them contribute.
         let tolerance = 1e-9 * expected.norm() + 1e-13;
         let error = (found - expected).norm();
         prop_assert!(error < tolerance, "{} of {}", error, expected.norm());
     }
 
     #[test]
-    fn poles_and_time_agree_on_stability(
+    fn stability_by_poles_agrees_with_the_time_response(
         speed in 0.3..17.0f64,
         share in 0.1..1.0f64,
         rate_filter in 0.1..1.0f64,
@@ -58,15 +58,15 @@ proptest! {
             let motor = Motor { motor_gain: 2.836 * gain, ..Motor::default() };
             Loop::sampled(&motor, &control, &timing).unwrap().closed.is_stable()
         };
-        // Three per cent from its limit of stability a loop takes longer to show what it is.
+        // Within three per cent of its stability limit a loop takes longer to settle or to diverge.
         prop_assume!(at_gain(0.97) == at_gain(1.03));
         let board = Board { control, timing, linear: true, gain: 1.0, ..Board::default() };
-        prop_assert_eq!(board.comes_to_rest(4.0), at_gain(1.0));
+        prop_assert_eq!(board.settles(4.0), at_gain(1.0));
     }
 }
 
 #[test]
-fn a_fast_board_is_the_grey_box() {
+fn a_board_with_a_short_period_approaches_the_grey_box() {
     let control = ControlParameters::default();
     let grey = Loop::continuous(&Motor::default(), &control).unwrap();
     let timing = Timing {
@@ -76,14 +76,15 @@ fn a_fast_board_is_the_grey_box() {
     let board = Loop::sampled(&Motor::default(), &control, &timing).unwrap();
     for frequency_hz in [0.01, 0.1, 1.0, 10.0] {
         let ratio = board.closed.at(frequency_hz) / grey.closed.at(frequency_hz);
-        // Hold, difference and filter are late by 0.05 + 0.05 + 0.15 ms: w times that.
+        // Hold, difference and filter delay by 0.05 + 0.05 + 0.15 ms; the phase error is w times
+        // that.
         let bound = TAU * frequency_hz * 2.6e-4 + 1e-6;
         assert!((ratio - 1.0).norm() < bound, "{ratio} at {frequency_hz} Hz");
     }
 }
 
 #[test]
-fn the_grey_box_is_the_closed_form_of_the_papers_digits() {
+fn the_grey_box_agrees_with_the_closed_form_of_the_papers_numbers() {
     // F G = 28.36/s and P = 8: 226.88/(s^2 + 28.36 s + 226.88).
     let grey = Loop::continuous(&Motor::default(), &ControlParameters::default()).unwrap();
     let closed_form = black_box_2(226.88, 28.36);
@@ -94,7 +95,7 @@ fn the_grey_box_is_the_closed_form_of_the_papers_digits() {
 }
 
 #[test]
-fn gains_taken_literally_need_a_faster_board_than_the_papers() {
+fn the_literal_gains_need_a_faster_board_than_the_papers() {
     // The paper's F(s) as printed, Kp = 10 and Ki = 75.86, on 2.836/(1 + 0.1318 s): 7.586 times the
     // default loop, 17.6 dB. That fits into 20.6 dB of gain margin, but not into 15.1 dB.
     let literal = ControlParameters {

@@ -49,9 +49,9 @@ impl Margins {
             .map(|m| m.value.rem_euclid(360.0) / (360.0 * m.frequency_hz));
         Self {
             stable: servo.closed.is_stable(),
-            gain_db: least(phase_crossings(&servo.open)),
+            gain_db: smallest(phase_crossings(&servo.open)),
             delay_s: delays.min_by(f64::total_cmp),
-            phase_deg: least(phases),
+            phase_deg: smallest(phases),
         }
     }
 }
@@ -81,7 +81,7 @@ fn phase_crossings(open: &TransferFunction) -> Vec<Margin> {
         .collect()
 }
 
-fn least(margins: Vec<Margin>) -> Option<Margin> {
+fn smallest(margins: Vec<Margin>) -> Option<Margin> {
     margins
         .into_iter()
         .min_by(|a, b| a.value.abs().total_cmp(&b.value.abs()))

@@ -31,8 +31,8 @@ fn assert_margins(duty_delay_s: f64, phase_deg: f64, gain_db: f64) {
 }
 
 #[test]
-fn the_default_loop_has_57_deg_and_20_6_db_with_1_ms_and_52_deg_and_15_db_with_4_ms() {
-    // The second decimals come from a dense scan of the same loop in powers of z, by another
+fn the_default_loop_has_57_deg_and_20_6_db_at_1_ms_delay_and_52_deg_and_15_db_at_4_ms() {
+    // The second decimals are from a dense scan of the same loop in powers of z by an independent
     // program.
     assert_margins(0.001, 57.11, 20.647);
     assert_margins(0.004, 51.98, 15.107);
@@ -50,9 +50,9 @@ fn the_loop_is_stable_up_to_its_gain_margin() {
             duty_delay_s,
             ..Timing::default()
         };
-        for (factor, rests) in [(0.99, true), (1.01, false)] {
+        for (factor, settles) in [(0.99, true), (1.01, false)] {
             let stable = board(duty_delay_s, limit * factor).closed.is_stable();
-            assert_eq!(stable, rests, "poles at {factor} of the limit");
+            assert_eq!(stable, settles, "poles at {factor} of the limit");
             let gain = limit * factor;
             let simulated = Board {
                 timing,
@@ -61,8 +61,8 @@ fn the_loop_is_stable_up_to_its_gain_margin() {
                 ..Board::default()
             };
             assert_eq!(
-                simulated.comes_to_rest(10.0),
-                rests,
+                simulated.settles(10.0),
+                settles,
                 "time at {factor} of the limit"
             );
         }
@@ -71,11 +71,11 @@ fn the_loop_is_stable_up_to_its_gain_margin() {
 
 #[test]
 fn the_loop_is_stable_up_to_its_delay_margin() {
-    // Four times the gain, so that the whole delay is one that a loop may have.
+    // Four times the gain, so that the total delay is within the permitted range.
     let delay_s = Margins::of(&board(0.001, 4.0)).delay_s.unwrap();
     let stable = |share: f64| board(0.001 + share * delay_s, 4.0).closed.is_stable();
-    // The duty's delay is a delay in the loop, but for the images of the signal beyond the Nyquist
-    // frequency: two per cent stand for them.
+    // The delay of the duty is a delay of the loop, except for the images of the signal above the
+    // Nyquist frequency, for which the tolerance is two per cent.
     assert!(stable(0.98) && !stable(1.02), "{delay_s}");
 }
 
@@ -109,7 +109,7 @@ fn the_smallest_margin_of_several_crossings_is_given() {
 
 #[test]
 fn the_margin_at_the_nyquist_frequency_is_included() {
-    // L = k/(z - 1) is real and negative at z = -1 only: stable below k = 2, 6.02 dB above 1.
+    // L = k/(z - 1) is real and negative only at z = -1: stable below k = 2, 6.02 dB above 1.
     let one = || Polynomial::new([1.0]);
     let integrator = TransferFunction::sampled(one(), Polynomial::new([0.0, 1.0]), 1.0);
     let closed = TransferFunction::closing(&integrator, one());

@@ -75,7 +75,7 @@ impl Board {
 
     /// Whether the linear loop settles after a step: whether its error in the last quarter of
     /// `seconds` is smaller than in the second quarter.
-    pub fn comes_to_rest(&self, seconds: f64) -> bool {
+    pub fn settles(&self, seconds: f64) -> bool {
         let ticks = model_core::time::ticks(seconds);
         let (angle, _) = self.run(ticks, |_| 1.0);
         let quarter = angle.len() / 4;

@@ -4,7 +4,7 @@
 //! the transport delay. A step ends at the next one.
 
 /// Half the width of the settling band, as a fraction of the step.
-pub const SETTLED: f64 = 0.02;
+pub const SETTLING_BAND: f64 = 0.02;
 
 /// One step of a command and its response.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -107,15 +107,15 @@ fn reaches(shares: &[(f64, f64)], level: f64) -> Option<f64> {
 /// When the response enters the settling band for the last time.
 fn settles(shares: &[(f64, f64)]) -> Option<f64> {
     // NaN is not inside.
-    let inside = |s: &(f64, f64)| (s.1 - 1.0).abs() <= SETTLED;
+    let inside = |s: &(f64, f64)| (s.1 - 1.0).abs() <= SETTLING_BAND;
     let Some(last) = shares.iter().rposition(|s| !inside(s)) else {
         return shares.first().map(|s| s.0);
     };
     let next = shares.get(last + 1)?;
     let edge = if shares[last].1 > 1.0 {
-        1.0 + SETTLED
+        1.0 + SETTLING_BAND
     } else {
-        1.0 - SETTLED
+        1.0 - SETTLING_BAND
     };
     Some(between(shares[last], *next, edge))
 }

@@ -6,7 +6,7 @@ use proptest::prelude::*;
 
 const DELAY: i64 = 350;
 
-/// The paper's pulse as this project reads it: 90 deg from 1 s to 3 s.
+/// The paper's pulse in this project's interpretation: 90 deg from 1 s to 3 s.
 fn pulse_deg(tick: i64) -> f64 {
     if (20_000..60_000).contains(&tick) {
         90.0
@@ -82,8 +82,8 @@ fn black_box_1_agrees_with_the_reference() {
         };
     }
     let found = of_pulse(&angle, &rate);
-    // The reference's overshoots of -5e-12 and -2e-22 are the exponential's rest: zero to four
-    // digits.
+    // The reference's overshoots of -5e-12 and -2e-22 are the remainder of the exponential: zero to
+    // four digits.
     let some = [0.2999, 0.355, 0.0, 0.0, 0.4089, 0.3037, 240.0, -350.0].map(Some);
     assert_line(&found, some);
 }
@@ -136,7 +136,7 @@ fn overshoot_is_relative_to_the_step_and_in_its_direction() {
 
 proptest! {
     #[test]
-    fn no_trace_whatever_makes_it_panic(
+    fn no_trace_causes_a_panic(
         t in prop::collection::vec(any::<f64>(), 0..9),
         command in prop::collection::vec(any::<f64>(), 0..9),
         angle in prop::collection::vec(any::<f64>(), 0..9),

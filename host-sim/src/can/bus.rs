@@ -9,7 +9,7 @@ use super::native_node::{NativeNode, PERIOD_US};
 
 /// Late control periods that are run after a pause. More are skipped: a suspended computer must not
 /// trigger the command timeout.
-const MOST_BEHIND: u64 = 5;
+const MAX_LATE_PERIODS: u64 = 5;
 
 /// A participant of the bus.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,7 +46,7 @@ impl<'a> Bus<'a> {
     /// with its sender.
     pub fn run(&mut self, now_us: u64, mut monitor: impl FnMut(Port, &CanFrame)) {
         self.deliver(&mut monitor);
-        let latest = now_us.saturating_sub(MOST_BEHIND * PERIOD_US);
+        let latest = now_us.saturating_sub(MAX_LATE_PERIODS * PERIOD_US);
         for node in &mut self.nodes {
             node.skip_to(latest);
         }

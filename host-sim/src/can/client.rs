@@ -65,7 +65,7 @@ pub enum ClientError {
 }
 
 impl ClientError {
-    /// Whether the actuator answered and refused.
+    /// Whether the actuator responded with a refusal.
     pub fn is_refusal(&self) -> bool {
         match self {
             Self::Object { source, .. } => matches!(source, SdoError::Abort { .. }),
@@ -74,7 +74,7 @@ impl ClientError {
         }
     }
 
-    /// Whether the request is invalid, whatever the actuator is.
+    /// Whether the request is invalid independently of the actuator.
     pub fn is_invalid_request(&self) -> bool {
         matches!(
             self,
@@ -303,7 +303,7 @@ impl Client {
         Ok(())
     }
 
-    /// Lets this time pass.
+    /// Waits for this time.
     ///
     /// # Errors
     /// [`ClientError::Link`].

@@ -15,16 +15,16 @@ pub trait Link {
     /// The error of the operating system.
     fn send(&mut self, frame: &CanFrame) -> io::Result<()>;
 
-    /// The next frame, if one comes in time.
+    /// The next frame, if one arrives within the timeout.
     ///
     /// # Errors
     /// The error of the operating system.
     fn receive(&mut self, timeout: Duration) -> io::Result<Option<CanFrame>>;
 
-    /// Lets this time pass.
+    /// Waits for this time.
     ///
     /// # Errors
-    /// What the system said.
+    /// The error of the operating system.
     fn pause(&mut self, time: Duration) -> io::Result<()> {
         std::thread::sleep(time);
         Ok(())

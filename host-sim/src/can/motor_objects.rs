@@ -67,7 +67,7 @@ pub fn of(settings: &Settings) -> Result<[(&'static Row, f64); 6], Error> {
 
 /// The part of the friction that the objects cannot represent, as a sentence; `None` if they
 /// represent all of it.
-pub fn left_out(settings: &Settings) -> Option<String> {
+pub fn omitted_friction(settings: &Settings) -> Option<String> {
     let mut values = settings.values();
     let friction = values.find(|v| v.parameter.name == "friction_model")?;
     (friction.value > 1.0).then(|| {

@@ -25,13 +25,13 @@ pub fn rows() -> &'static [Row] {
 /// ```
 pub fn name(row: &Row) -> String {
     match row.sub {
-        None => plain(&row.object),
-        Some(_) => format!("{}/{}", plain(&row.object), plain(&row.entry)),
+        None => kebab_case(&row.object),
+        Some(_) => format!("{}/{}", kebab_case(&row.object), kebab_case(&row.entry)),
     }
 }
 
 /// Lower case with hyphens.
-fn plain(name: &str) -> String {
+fn kebab_case(name: &str) -> String {
     let words = name.split(|letter: char| !letter.is_ascii_alphanumeric());
     let words: Vec<_> = words.filter(|word| !word.is_empty()).collect();
     words.join("-").to_ascii_lowercase()
@@ -62,14 +62,14 @@ pub fn find(text: &str) -> Result<&'static Row, Error> {
             .find(|row| (row.index, row.sub_index()) == (index, sub));
         return row.ok_or_else(|| unknown(text));
     }
-    let wanted: Vec<String> = text.split('/').map(plain).collect();
+    let wanted: Vec<String> = text.split('/').map(kebab_case).collect();
     let wanted = wanted.join("/");
     if let Some(row) = rows().iter().find(|row| name(row) == wanted) {
         return Ok(row);
     }
     let mut short = rows()
         .iter()
-        .filter(|row| row.sub.is_some() && plain(&row.entry) == wanted);
+        .filter(|row| row.sub.is_some() && kebab_case(&row.entry) == wanted);
     match (short.next(), short.next()) {
         (Some(row), None) => Ok(row),
         _ => Err(unknown(text)),

@@ -86,7 +86,7 @@ impl<'a> Sdo<'a> {
         Ok(self.link.send(&frame)?)
     }
 
-    fn answer(&mut self) -> Result<[u8; 8], SdoError> {
+    fn response(&mut self) -> Result<[u8; 8], SdoError> {
         let end = Instant::now() + TIMEOUT;
         loop {
             let left = end.saturating_duration_since(Instant::now());
@@ -110,9 +110,9 @@ impl<'a> Sdo<'a> {
         let ([low, high], [a, b, c, d]) = (index.to_le_bytes(), data);
         self.send([command, low, high, sub, a, b, c, d])?;
         loop {
-            let answer = self.answer()?;
-            if answer[1..4] == [low, high, sub] {
-                return check_abort(answer, (index, sub));
+            let response = self.response()?;
+            if response[1..4] == [low, high, sub] {
+                return check_abort(response, (index, sub));
             }
         }
     }
@@ -120,7 +120,7 @@ impl<'a> Sdo<'a> {
     /// Sends a further request and returns the response.
     fn request(&mut self, request: [u8; 8], object: (u16, u8)) -> Result<[u8; 8], SdoError> {
         self.send(request)?;
-        check_abort(self.answer()?, object)
+        check_abort(self.response()?, object)
     }
 
     /// The value of an object.
@@ -128,8 +128,8 @@ impl<'a> Sdo<'a> {
     /// # Errors
     /// [`SdoError`].
     pub fn upload(&mut self, index: u16, sub: u8) -> Result<Vec<u8>, SdoError> {
-        let answer = self.begin(0x40, [0; 4], (index, sub))?;
-        let [command, _, _, _, data @ ..] = answer;
+        let response = self.begin(0x40, [0; 4], (index, sub))?;
+        let [command, _, _, _, data @ ..] = response;
         match command {
             0x42 => Ok(data.to_vec()),
             0x43 | 0x47 | 0x4B | 0x4F => {
@@ -145,13 +145,13 @@ impl<'a> Sdo<'a> {
         let mut data = Vec::new();
         let mut toggle = 0;
         loop {
-            let answer = self.request([0x60 | toggle, 0, 0, 0, 0, 0, 0, 0], (index, sub))?;
-            if answer[0] & 0xF0 != toggle {
+            let response = self.request([0x60 | toggle, 0, 0, 0, 0, 0, 0, 0], (index, sub))?;
+            if response[0] & 0xF0 != toggle {
                 return Err(SdoError::Protocol(self.node));
             }
-            let unused = usize::from(answer[0] >> 1 & 7);
-            data.extend_from_slice(&answer[1..8 - unused]);
-            if answer[0] & 1 != 0 {
+            let unused = usize::from(response[0] >> 1 & 7);
+            data.extend_from_slice(&response[1..8 - unused]);
+            if response[0] & 1 != 0 {
                 return Ok(data);
             }
             toggle ^= 0x10;
@@ -163,8 +163,8 @@ impl<'a> Sdo<'a> {
     /// # Errors
     /// [`SdoError`].
     pub fn upload_block(&mut self, index: u16, sub: u8) -> Result<Vec<u8>, SdoError> {
-        let answer = self.begin(0xA0, [BLOCK, 0, 0, 0], (index, sub))?;
-        if answer[0] & 0xE1 != 0xC0 {
+        let response = self.begin(0xA0, [BLOCK, 0, 0, 0], (index, sub))?;
+        if response[0] & 0xE1 != 0xC0 {
             return Err(SdoError::Protocol(self.node));
         }
         self.send([0xA3, 0, 0, 0, 0, 0, 0, 0])?;
@@ -175,7 +175,7 @@ impl<'a> Sdo<'a> {
                 break;
             }
         }
-        let end = self.answer()?;
+        let end = self.response()?;
         if end[0] & 0xE3 != 0xC1 {
             return Err(SdoError::Protocol(self.node));
         }
@@ -189,7 +189,7 @@ impl<'a> Sdo<'a> {
         let mut received = 0;
         let mut is_last = false;
         for number in 1..=BLOCK {
-            let segment = check_abort(self.answer()?, (index, sub))?;
+            let segment = check_abort(self.response()?, (index, sub))?;
             // Segments after a lost one are sent again with the next block.
             if segment[0] & 0x7F == number && received + 1 == number {
                 received = number;
@@ -213,12 +213,12 @@ impl<'a> Sdo<'a> {
             let mut data = [0; 4];
             data[..value.len()].copy_from_slice(value);
             let command = 0x23 | (4 - value.len() as u8) << 2;
-            let answer = self.begin(command, data, (index, sub))?;
-            return self.expect(answer[0] == 0x60);
+            let response = self.begin(command, data, (index, sub))?;
+            return self.expect(response[0] == 0x60);
         }
         let size = (value.len() as u32).to_le_bytes();
-        let answer = self.begin(0x21, size, (index, sub))?;
-        self.expect(answer[0] == 0x60)?;
+        let response = self.begin(0x21, size, (index, sub))?;
+        self.expect(response[0] == 0x60)?;
         let mut toggle = 0;
         let mut rest = value;
         loop {
@@ -226,8 +226,8 @@ impl<'a> Sdo<'a> {
             let mut segment = [0; 8];
             segment[0] = toggle | (7 - now.len() as u8) << 1 | u8::from(later.is_empty());
             segment[1..=now.len()].copy_from_slice(now);
-            let answer = self.request(segment, (index, sub))?;
-            self.expect(answer[0] == 0x20 | toggle)?;
+            let response = self.request(segment, (index, sub))?;
+            self.expect(response[0] == 0x20 | toggle)?;
             if later.is_empty() {
                 return Ok(());
             }
@@ -241,11 +241,11 @@ impl<'a> Sdo<'a> {
 }
 
 /// The response, unless it is an abort.
-fn check_abort(answer: [u8; 8], (index, sub): (u16, u8)) -> Result<[u8; 8], SdoError> {
-    let [command, _, _, _, a, b, c, d] = answer;
+fn check_abort(response: [u8; 8], (index, sub): (u16, u8)) -> Result<[u8; 8], SdoError> {
+    let [command, _, _, _, a, b, c, d] = response;
     if command == 0x80 {
         let code = u32::from_le_bytes([a, b, c, d]);
         return Err(SdoError::Abort { index, sub, code });
     }
-    Ok(answer)
+    Ok(response)
 }

@@ -8,7 +8,7 @@ use crate::{
     analysis::{
         frequency::{bandwidth_hz, falls_to_hz},
         sine_fit::fit,
-        step_metrics::{SETTLED, Step, step_metrics},
+        step_metrics::{SETTLING_BAND, Step, step_metrics},
     },
     trace::Trace,
 };
@@ -128,7 +128,7 @@ fn variable_step(trace: &Trace) -> VariableStep {
         .collect();
     let shares = steps.iter().zip(&overshoots);
     let is_overshot =
-        |(step, deg): &(&Step, &f64)| **deg > SETTLED * (step.to_deg - step.from_deg).abs();
+        |(step, deg): &(&Step, &f64)| **deg > SETTLING_BAND * (step.to_deg - step.from_deg).abs();
     VariableStep {
         worst_overshoot_deg: overshoots.iter().copied().fold(0.0, f64::max),
         overshot_steps: shares.filter(is_overshot).count(),

@@ -25,7 +25,7 @@ fn inner(inner_bandwidth_rad_s: f64, position_share: f64) -> TuneRequest {
 }
 
 /// Whether the tuned board settles in a time-domain simulation with this factor on its gain.
-fn comes_to_rest(request: &TuneRequest, tuning: &Tuning, gain: f64) -> bool {
+fn settles(request: &TuneRequest, tuning: &Tuning, gain: f64) -> bool {
     let board = Board {
         motor: request.motor,
         control: tuning.control,
@@ -33,15 +33,15 @@ fn comes_to_rest(request: &TuneRequest, tuning: &Tuning, gain: f64) -> bool {
         linear: true,
         gain,
     };
-    board.comes_to_rest(10.0)
+    board.settles(10.0)
 }
 
 /// Asserts that the loop is stable 1 % below its gain margin and unstable 1 % above it.
 fn assert_gain_margin_in_time(request: &TuneRequest, tuning: &Tuning) {
     let limit = 10.0_f64.powf(tuning.margins.gain_db.unwrap().value / 20.0);
-    assert!(comes_to_rest(request, tuning, 1.0));
-    assert!(comes_to_rest(request, tuning, 0.99 * limit));
-    assert!(!comes_to_rest(request, tuning, 1.01 * limit));
+    assert!(settles(request, tuning, 1.0));
+    assert!(settles(request, tuning, 0.99 * limit));
+    assert!(!settles(request, tuning, 1.01 * limit));
 }
 
 #[test]
@@ -169,11 +169,11 @@ fn an_inner_loop_too_fast_for_the_board_gives_a_warning() {
         tuning.warnings[0].to_string(),
         "the sampled loop is unstable"
     );
-    assert!(!comes_to_rest(&request, &tuning, 1.0));
+    assert!(!settles(&request, &tuning, 1.0));
     // A third of it is stable, with less than the customary margins.
     request.goal = inner(130.0, 0.25).goal;
     let tuning = tune(&request).unwrap();
-    assert!(tuning.margins.stable && comes_to_rest(&request, &tuning, 1.0));
+    assert!(tuning.margins.stable && settles(&request, &tuning, 1.0));
     assert!(
         tuning
             .warnings

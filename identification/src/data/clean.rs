@@ -3,7 +3,7 @@
 use super::{
     Import, Imported, Note, Quantity, Table,
     clipping::{self, Clipped},
-    column::Place,
+    column::LocatedColumn,
 };
 use crate::{data::ImportError, recording::Recording, statistics::slots::median_step_s};
 
@@ -18,11 +18,11 @@ const WRAP_DEG: f64 = 270.0;
 pub fn recording(
     import: &Import,
     table: &Table,
-    places: &[Place],
+    columns: &[LocatedColumn],
 ) -> Result<Imported, ImportError> {
     let mut cleaning = Cleaning {
         table,
-        places,
+        columns,
         notes: Vec::new(),
     };
     cleaning.note_assumed_units();
@@ -58,7 +58,7 @@ pub fn recording(
 
 struct Cleaning<'a> {
     table: &'a Table,
-    places: &'a [Place],
+    columns: &'a [LocatedColumn],
     notes: Vec<Note>,
 }
 
@@ -72,8 +72,8 @@ impl Cleaning<'_> {
     }
 
     fn note_assumed_units(&mut self) {
-        for place in self.places.iter().filter(|place| place.is_assumed) {
-            let (name, column) = (place.quantity.name(), &self.table.names[place.index]);
+        for located in self.columns.iter().filter(|located| located.is_assumed) {
+            let (name, column) = (located.quantity.name(), &self.table.names[located.index]);
             let text = format!(
                 "column `{column}` has no unit, deg is assumed; --column {name}={column}:UNIT sets \
                  another"
@@ -84,21 +84,25 @@ impl Cleaning<'_> {
 
     /// A column in the unit of the recording.
     fn column(&mut self, quantity: Quantity) -> Result<Option<Vec<f64>>, ImportError> {
-        let Some(place) = self.places.iter().find(|place| place.quantity == quantity) else {
+        let Some(located) = self
+            .columns
+            .iter()
+            .find(|located| located.quantity == quantity)
+        else {
             return Ok(None);
         };
-        let column = &self.table.columns[place.index];
+        let column = &self.table.columns[located.index];
         if let Some(row) = column.iter().position(|value| value.is_infinite()) {
-            let (name, number) = (&self.table.names[place.index], place.index + 1);
+            let (name, number) = (&self.table.names[located.index], located.index + 1);
             let problem = format!("column {number} (`{name}`) is not a finite number");
             return Err(self.table.problem(self.table.line(row), problem));
         }
         // Before the conversion: differences of large times are exact, their multiples are not.
         let first = column.iter().find(|value| !value.is_nan());
         let first = first.copied().unwrap_or(0.0);
-        let is_late = quantity == Quantity::Time && first * place.factor > LATEST_START_S;
+        let is_late = quantity == Quantity::Time && first * located.factor > LATEST_START_S;
         let origin = if is_late { first } else { 0.0 };
-        let scaled = column.iter().map(|value| (value - origin) * place.factor);
+        let scaled = column.iter().map(|value| (value - origin) * located.factor);
         Ok(Some(scaled.collect()))
     }
 
@@ -158,7 +162,7 @@ impl Cleaning<'_> {
         };
         let steps = times.windows(2).map(|t| t[1] - t[0]).enumerate();
         let gaps: Vec<(usize, f64)> = steps.filter(|(_, s)| *s > GAP_STEPS * usual_s).collect();
-        let Some(&(place, longest_s)) = gaps.iter().max_by(|a, b| a.1.total_cmp(&b.1)) else {
+        let Some(&(located, longest_s)) = gaps.iter().max_by(|a, b| a.1.total_cmp(&b.1)) else {
             return;
         };
         let count = gaps.len();
@@ -166,7 +170,7 @@ impl Cleaning<'_> {
             "{count} gaps without samples; the longest, before this line, lasts {longest_s:.4} s \
              where {usual_s:.4} s are usual; the command is assumed constant in them"
         );
-        self.note(self.table.line(rows[place + 1]), text);
+        self.note(self.table.line(rows[located + 1]), text);
     }
 
     /// Notes missing and clipped samples and wrapped angles, and corrects them.

@@ -110,7 +110,7 @@ impl Quantity {
 
 /// An assigned column: `angle=pos:rad`.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Choice {
+pub struct ColumnSelection {
     /// What it holds.
     pub quantity: Quantity,
     /// Its name in the file, or its number from 1.
@@ -119,7 +119,7 @@ pub struct Choice {
     pub factor: Option<f64>,
 }
 
-impl std::str::FromStr for Choice {
+impl std::str::FromStr for ColumnSelection {
     type Err = String;
 
     /// Parses `QUANTITY=COLUMN[:UNIT]`.
@@ -161,11 +161,11 @@ impl std::str::FromStr for Choice {
 
 /// The assigned columns.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Columns(pub Vec<Choice>);
+pub struct Columns(pub Vec<ColumnSelection>);
 
 /// The column of a quantity in a table.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Place {
+pub struct LocatedColumn {
     /// What it is.
     pub quantity: Quantity,
     /// The index of its column.
@@ -182,28 +182,28 @@ impl Columns {
     /// # Errors
     /// [`ImportError::Content`] at the header, for a missing column or a required quantity without
     /// a column.
-    pub fn of(&self, table: &Table) -> Result<Vec<Place>, ImportError> {
-        let mut places = Vec::new();
+    pub fn of(&self, table: &Table) -> Result<Vec<LocatedColumn>, ImportError> {
+        let mut columns = Vec::new();
         for quantity in Quantity::ALL {
             let found = match self.0.iter().rev().find(|c| c.quantity == quantity) {
-                Some(choice) => Some(chosen(table, choice)?),
+                Some(selection) => Some(selected(table, selection)?),
                 None => usual(table, quantity)?,
             };
             match found {
-                Some((index, factor)) => places.push((quantity, index, factor)),
+                Some((index, factor)) => columns.push((quantity, index, factor)),
                 None if quantity.is_required() => return Err(missing(table, quantity)),
                 None => {}
             }
         }
-        Ok(with_units(table, &places))
+        Ok(with_units(table, &columns))
     }
 }
 
 /// Completes unknown units: command and angle share theirs.
-fn with_units(table: &Table, places: &[(Quantity, usize, Option<f64>)]) -> Vec<Place> {
-    let known = places.iter().find(|(q, _, f)| q.is_angle() && f.is_some());
+fn with_units(table: &Table, columns: &[(Quantity, usize, Option<f64>)]) -> Vec<LocatedColumn> {
+    let known = columns.iter().find(|(q, _, f)| q.is_angle() && f.is_some());
     let angle = known.and_then(|(_, _, factor)| *factor);
-    let place = |&(quantity, index, factor): &(Quantity, usize, Option<f64>)| {
+    let located = |&(quantity, index, factor): &(Quantity, usize, Option<f64>)| {
         let default = match quantity {
             Quantity::Current => "a",
             Quantity::Command | Quantity::Angle if table.radians => "rad",
@@ -213,7 +213,7 @@ fn with_units(table: &Table, places: &[(Quantity, usize, Option<f64>)]) -> Vec<P
         };
         let shared = angle.filter(|_| quantity.is_angle());
         let factor = factor.or(shared);
-        Place {
+        LocatedColumn {
             quantity,
             index,
             factor: factor
@@ -223,13 +223,16 @@ fn with_units(table: &Table, places: &[(Quantity, usize, Option<f64>)]) -> Vec<P
             is_assumed: factor.is_none() && quantity.is_angle() && !table.radians,
         }
     };
-    places.iter().map(place).collect()
+    columns.iter().map(located).collect()
 }
 
 /// The assigned column, and its unit.
-fn chosen(table: &Table, choice: &Choice) -> Result<(usize, Option<f64>), ImportError> {
+fn selected(
+    table: &Table,
+    selection: &ColumnSelection,
+) -> Result<(usize, Option<f64>), ImportError> {
     let by_number = || {
-        choice
+        selection
             .column
             .parse()
             .ok()
@@ -238,16 +241,19 @@ fn chosen(table: &Table, choice: &Choice) -> Result<(usize, Option<f64>), Import
     let index = table
         .names
         .iter()
-        .position(|name| *name == choice.column)
+        .position(|name| *name == selection.column)
         .or_else(|| by_number().filter(|&index| index < table.names.len()));
     let index = index.ok_or_else(|| {
         let columns = table.names.join("`, `");
-        let problem = format!("no column `{}`: the columns are `{columns}`", choice.column);
+        let problem = format!(
+            "no column `{}`: the columns are `{columns}`",
+            selection.column
+        );
         table.problem(table.header_line, problem)
     })?;
-    let unit = choice
+    let unit = selection
         .factor
-        .or_else(|| unit_of(table, choice.quantity, index));
+        .or_else(|| unit_of(table, selection.quantity, index));
     Ok((index, unit))
 }
 

@@ -22,7 +22,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-pub use column::{Choice, Columns, Quantity};
+pub use column::{ColumnSelection, Columns, Quantity};
 pub use lines::Delimiter;
 pub use table::Table;
 

@@ -322,7 +322,7 @@ fn an_invalid_column_assignment_is_refused() {
             "`volt` is not a unit of angle, expected deg, mdeg, rad",
         ),
     ] {
-        let error = text.parse::<Choice>().expect_err(text);
+        let error = text.parse::<ColumnSelection>().expect_err(text);
         assert!(error.contains(expected), "{error}");
     }
 }

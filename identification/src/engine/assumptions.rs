@@ -5,7 +5,9 @@
 //! been applied long before, or arrive at the first sample at an actuator at rest, as in a
 //! recording that is triggered by its step: then nothing moves before the delay has passed.
 
-use super::{Options, Progress, Solution, likelihood_ratio::is_significant, nested::Silent, solve};
+use super::{
+    Options, Progress, Solution, likelihood_ratio::is_significant, nested::CancelOnly, solve,
+};
 use crate::experiment::{Assumptions, Experiment};
 use crate::fit::Fit;
 use crate::levenberg::{Found, search};
@@ -76,7 +78,7 @@ pub fn decided(
         };
         return Ok((None, usual));
     };
-    let mut solution = solve(&other, options, &Silent(progress), known)?;
+    let mut solution = solve(&other, options, &CancelOnly(progress), known)?;
     // A solution that was reduced to a nested model has a higher cost on purpose.
     if solution.no_better_than.is_none() && found.cost < solution.found.cost {
         solution.found = found;

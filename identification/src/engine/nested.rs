@@ -13,9 +13,9 @@ use crate::unknowns::{Unknown, Unknowns};
 const ROUGH_DECREASE: f64 = 1e-6;
 
 /// Forwards the request to stop and nothing else: inner searches report no progress.
-pub struct Silent<'a>(pub &'a dyn Progress);
+pub struct CancelOnly<'a>(pub &'a dyn Progress);
 
-impl Progress for Silent<'_> {
+impl Progress for CancelOnly<'_> {
     fn is_stopped(&self) -> bool {
         self.0.is_stopped()
     }
@@ -124,7 +124,7 @@ fn searched(
         options.limits.decrease = ROUGH_DECREASE.max(options.limits.decrease);
     }
     let simple = simplified(problem, nested)?;
-    let solution = solve(&simple, &options, &Silent(progress), &[])?;
+    let solution = solve(&simple, &options, &CancelOnly(progress), &[])?;
     let runs = solution.unknowns.runs.iter();
     Ok(runs.map(|run| run.values(&solution.found.point)).collect())
 }

@@ -1,7 +1,7 @@
 //! The board's control step in closed loop with a plant (reference semantics S9).
 //!
-//! At each PWM edge the timer takes the duty that it was given; at every fourth edge the control
-//! step then samples the encoder and decides on the next one, which acts a period later.
+//! At each PWM edge the pending duty takes effect; at every fourth edge the control step then
+//! samples the encoder and computes the next duty, which takes effect one PWM period later.
 
 use crate::control::{
     cascade::{CascadeState, CascadeStep, Coefficients},
@@ -17,8 +17,8 @@ use crate::time::{CONTROL_PERIOD_TICKS, PWM_PERIOD_TICKS};
 crate::parameters! {
     /// The timer that switches the bridge.
     pub struct TimerParameters {
-        /// 1 where the bridge is on for whole counts of the timer, 1/560 %; 0 where it is on for
-        /// just as long as the control step decided.
+        /// 1: the on time is a whole number of timer counts, 1/560 %; 0: it is exactly the computed
+        /// duty.
         timer_counts [""]: 0.0, "choice", 0.0, 1.0, "0: the loop is that of the equations; the board's timer counts";
     }
 }
@@ -29,7 +29,7 @@ impl TimerParameters {
     }
 }
 
-/// A board that controls since just before tick 0.
+/// The board's loop, which starts with a control step at tick 0.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ClosedLoop<P> {
@@ -38,7 +38,7 @@ pub struct ClosedLoop<P> {
     #[cfg_attr(feature = "serde", serde(with = "crate::parameter::as_values"))]
     timer: TimerParameters,
     encoder: Encoder,
-    /// The motor and what it moves.
+    /// Motor, gear train and load.
     pub plant: P,
     modulator: Modulator,
     /// The last control step.
@@ -46,7 +46,7 @@ pub struct ClosedLoop<P> {
     /// Its duty as a compare value of the timer.
     pub compare: PwmCompare,
     duty_pct: f64,
-    /// The duty that is in force from the next edge on, %.
+    /// The duty that takes effect at the next edge, %.
     pending_duty_pct: f64,
     tick: u64,
 }
@@ -91,8 +91,8 @@ impl<P: Plant> ClosedLoop<P> {
         }
     }
 
-    /// The PWM edge at which the next period of 20 ticks starts, and what belongs to that instant;
-    /// `command` gives the command that has arrived at a tick.
+    /// Processes the PWM edge at which the next period of 20 ticks starts; `command` returns the
+    /// command that has arrived at a tick.
     #[inline(always)]
     pub fn start_period(&mut self, command: impl FnOnce(u64) -> Angle) {
         self.duty_pct = self.pending_duty_pct;
@@ -107,7 +107,8 @@ impl<P: Plant> ClosedLoop<P> {
         let word = self.encoder.word(self.plant.at(0).angle_deg);
         let count = word.read().ok().map(|reading| reading.count);
         self.control.observe(&self.coefficients, count);
-        // Without a valid count the last duty stays: protections belong to the board's application.
+        // Without a valid count the last duty remains: protections are part of the board's
+        // application.
         if count.is_some() {
             self.step = self.control.regulate(&self.coefficients, command);
             self.compare = self.modulator.next(self.step.duty);

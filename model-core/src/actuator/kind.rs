@@ -1,9 +1,9 @@
-//! The models and plants by name.
+//! Models and plants by name.
 
 use crate::named::named;
 
 named! {
-    /// What can stand for the actuator.
+    /// Model of the actuator.
     ModelKind {
         /// First-order lag with rate and position limits.
         BlackBox1 = "black-box-1",
@@ -17,11 +17,11 @@ named! {
 }
 
 named! {
-    /// What stands for the motor and what it moves, behind the board.
+    /// Plant of the board: motor, gear train and load.
     PlantKind {
         /// The paper's first-order motor, solved exactly.
         FirstOrder = "first-order",
-        /// Motor, gear train, friction and load in detail.
+        /// Detailed motor, gear train, friction and load.
         Drivetrain = "bench",
     }
 }
@@ -32,7 +32,7 @@ mod tests {
     use crate::named::Named;
 
     #[test]
-    fn every_name_leads_back_to_its_value() {
+    fn every_value_is_found_by_its_name() {
         for kind in ModelKind::ALL {
             assert_eq!(ModelKind::named(kind.name()), Some(*kind));
         }

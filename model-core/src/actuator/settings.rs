@@ -1,4 +1,4 @@
-//! Which model, and the values of all of its parameters.
+//! Model, plant and the values of all parameters.
 
 use super::closed_loop::TimerParameters;
 use super::kind::{ModelKind, PlantKind};
@@ -14,18 +14,18 @@ use crate::presets::{PRESETS, Preset};
 use crate::sensors::adc::{BackEmfSenseParameters, CurrentSenseParameters};
 use crate::sensors::encoder::EncoderParameters;
 
-/// Everything that makes an actuator but its command.
+/// Everything that defines an actuator except its command.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
-    /// Which model stands for it.
+    /// The model.
     pub model: ModelKind,
-    /// What the board drives; the other models have none.
+    /// The plant of the board; other models have none.
     pub plant: PlantKind,
     /// How the board's bridge is switched.
     pub pwm: Pwm,
-    /// Seed of all that is random.
+    /// Seed of all random numbers.
     pub seed: u64,
-    /// What happens to the command on its way.
+    /// Sampling and delay of the command by the test set-up.
     pub setup: SetupParameters,
     /// Black box 1.
     pub black_box_1: BlackBox1Parameters,
@@ -49,11 +49,11 @@ pub struct Settings {
     pub back_emf_sense: BackEmfSenseParameters,
 }
 
-/// The most tables that one model has.
-const MOST_GROUPS: usize = 10;
+/// Maximum number of parameter tables of a model.
+const MAX_GROUPS: usize = 10;
 
-/// The tables that the chosen model and plant use, `$borrow` being `&` or `&mut`; unused places
-/// are `None`.
+/// The parameter tables of the selected model and plant, borrowed by `$borrow`, `&` or `&mut`;
+/// unused entries are `None`.
 macro_rules! groups {
     ($settings:expr, $($borrow:tt)+) => {{
         let s = $settings;
@@ -123,22 +123,22 @@ impl Settings {
         }
     }
 
-    fn groups(&self) -> [Option<&dyn Group>; MOST_GROUPS] {
+    fn groups(&self) -> [Option<&dyn Group>; MAX_GROUPS] {
         groups!(self, &)
     }
 
-    fn groups_mut(&mut self) -> [Option<&mut dyn Group>; MOST_GROUPS] {
+    fn groups_mut(&mut self) -> [Option<&mut dyn Group>; MAX_GROUPS] {
         groups!(self, &mut)
     }
 
-    /// Every parameter of the chosen model and plant with its present value, in the order of the
+    /// Every parameter of the selected model and plant with its present value, in the order of the
     /// tables.
     pub fn values(&self) -> impl Iterator<Item = Value> + '_ {
         let groups = self.groups().into_iter().flatten();
         groups.flat_map(|group| (0..).map_while(move |index| group.value(index)))
     }
 
-    /// Sets a parameter of the chosen model and plant, by name or by symbol.
+    /// Sets a parameter of the selected model and plant, by name or by symbol.
     ///
     /// # Errors
     /// [`ParameterError::Unknown`] if no parameter has this name, otherwise the error of the value;
@@ -153,12 +153,12 @@ impl Settings {
         Err(ParameterError::Unknown)
     }
 
-    /// Applies a preset. Its parameters are known by name to the models that it is for; those that
-    /// the chosen plant does not have are an error.
+    /// Applies a preset. A parameter of the preset that the selected model and plant do not have is
+    /// an error.
     ///
     /// # Errors
-    /// [`ParameterError::Unknown`] where a parameter of the preset is none of this model or plant;
-    /// nothing is changed then.
+    /// [`ParameterError::Unknown`] if model and plant do not have a parameter of the preset; nothing is
+    /// changed then.
     pub fn apply(&mut self, preset: &Preset) -> Result<(), ParameterError> {
         let mut changed = *self;
         for (name, value) in preset.values {
@@ -170,7 +170,7 @@ impl Settings {
 }
 
 impl ModelKind {
-    /// The presets that apply to it, its default first.
+    /// The presets of this model, the default first.
     pub fn presets(self) -> impl Iterator<Item = &'static Preset> {
         PRESETS
             .iter()
@@ -183,7 +183,7 @@ mod tests {
     use super::*;
     use std::collections::BTreeSet;
 
-    fn every_choice() -> impl Iterator<Item = Settings> {
+    fn all_settings() -> impl Iterator<Item = Settings> {
         ModelKind::ALL.iter().flat_map(|model| {
             PlantKind::ALL
                 .iter()
@@ -193,7 +193,7 @@ mod tests {
 
     #[test]
     fn no_two_parameters_of_a_model_share_a_name_or_a_symbol() {
-        for settings in every_choice() {
+        for settings in all_settings() {
             let mut seen = BTreeSet::new();
             for Value { parameter, .. } in settings.values() {
                 for name in [parameter.name, parameter.symbol] {
@@ -207,8 +207,8 @@ mod tests {
     }
 
     #[test]
-    fn every_default_lies_in_its_range_and_every_parameter_can_be_set_to_it() {
-        for mut settings in every_choice() {
+    fn every_default_is_in_its_range_and_can_be_set() {
+        for mut settings in all_settings() {
             let before = settings;
             for Value { parameter, value } in before.values() {
                 assert_eq!(value, parameter.default);
@@ -219,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn every_preset_goes_with_the_models_that_it_names() {
+    fn every_preset_applies_to_its_models() {
         for model in ModelKind::ALL {
             assert!(model.presets().count() > 0);
             for preset in model.presets() {

@@ -1,4 +1,4 @@
-//! An actuator that its caller steps, from tick to tick.
+//! An actuator that is stepped by its caller, tick by tick.
 
 use super::closed_loop::ClosedLoop;
 use super::kind::{ModelKind, PlantKind};
@@ -16,8 +16,8 @@ use crate::time::{TICKS_PER_SECOND, ticks};
 /// The longest transport delay, ticks: the end of its range, 1 s.
 const LONGEST_DELAY: usize = TICKS_PER_SECOND as usize;
 
-/// What can be seen of an actuator. What a model does not have is zero; what it does not measure
-/// is its true value.
+/// The outputs of an actuator. A quantity that the model does not have is zero; a measured quantity
+/// of a model without sensors has its true value.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Reading {
     /// The command that has arrived, deg.
@@ -38,7 +38,7 @@ pub struct Reading {
     pub back_emf_v: f64,
 }
 
-/// The command, the load or the time was not a number that can be taken; nothing moved.
+/// A command or a load torque was not finite; the actuator was not stepped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CommandError;
 
@@ -50,7 +50,7 @@ impl core::fmt::Display for CommandError {
 
 impl core::error::Error for CommandError {}
 
-/// Room for any model: there is no heap to put the greater ones on.
+/// Any model, stored inline: there is no heap.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[allow(clippy::large_enum_variant, reason = "no heap")]
@@ -62,17 +62,17 @@ enum Model {
     Drivetrain(ClosedLoop<PwmDrivetrain<'static>>),
 }
 
-/// An actuator at rest at zero, until it is stepped.
+/// An actuator, initially at rest at zero.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Actuator {
     model: Model,
     delay: DelayLine<LONGEST_DELAY>,
-    /// Period of the host, ticks; 0 where every tick passes.
+    /// Period of the host, ticks; 0 if the host samples every tick.
     host_ticks: u64,
-    /// What the host sampled last.
+    /// The last command that the host sampled.
     sampled_deg: f64,
-    /// What has arrived behind the delay.
+    /// The delayed command.
     arrived_deg: f64,
     tick: u64,
 }
@@ -81,14 +81,14 @@ impl Actuator {
     /// The actuator of these settings.
     ///
     /// # Errors
-    /// That of the first parameter which is out of its range or at odds with another.
+    /// That of the first parameter that is out of its range or inconsistent with another one.
     ///
     /// ```
     /// use model_core::actuator::{Actuator, ModelKind, PlantKind, Settings};
     ///
     /// let settings = Settings::new(ModelKind::BlackBox1, PlantKind::FirstOrder);
     /// let mut actuator = Actuator::try_new(&settings).unwrap();
-    /// // The first command is taken to have stood there for ever: no delay. 240 deg/s for 100 ms.
+    /// // The first command is assumed to have been applied before: no delay. 240 deg/s for 100 ms.
     /// actuator.advance(90.0, 2000).unwrap();
     /// assert!((actuator.reading().angle_deg - 24.0).abs() < 1e-9);
     /// ```
@@ -106,7 +106,7 @@ impl Actuator {
                 Model::Drivetrain(s.around(PwmDrivetrain::try_new(&s.drivetrain, s.pwm, None)?)?)
             }
         };
-        // The range of the delay ends where the line does.
+        // The maximum of the parameter is the length of the delay line.
         let delay = DelayLine::try_new(ticks(s.setup.delay_s)).ok_or(ParameterError::Unknown)?;
         Ok(Self {
             model,
@@ -118,7 +118,7 @@ impl Actuator {
         })
     }
 
-    /// Moves by so many ticks of 50 us with this command held.
+    /// Advances by this number of ticks of 50 us with a constant command.
     ///
     /// # Errors
     /// [`CommandError`] for a command that is not finite.
@@ -132,8 +132,8 @@ impl Actuator {
         Ok(())
     }
 
-    /// Puts a torque on the load from the next PWM period on, Nm, beside that of the parameters;
-    /// only the drivetrain has a load.
+    /// Applies a torque to the load from the next PWM period on, Nm, in addition to that of the
+    /// parameters; only the drivetrain has a load.
     ///
     /// # Errors
     /// [`CommandError`] for a torque that is not finite.
@@ -147,7 +147,7 @@ impl Actuator {
         Ok(())
     }
 
-    /// The ticks moved so far.
+    /// Number of ticks so far.
     pub fn tick(&self) -> u64 {
         self.tick
     }
@@ -162,13 +162,13 @@ impl Actuator {
             Model::BlackBox1(model) => model.step(arrived_deg),
             Model::BlackBox2(model) => model.step(arrived_deg),
             Model::GreyBox(model) => model.step(arrived_deg),
-            Model::FirstOrder(board) => board.pass(tick, arrived_deg),
-            Model::Drivetrain(board) => board.pass(tick, arrived_deg),
+            Model::FirstOrder(board) => board.advance_tick(tick, arrived_deg),
+            Model::Drivetrain(board) => board.advance_tick(tick, arrived_deg),
         }
         self.tick += 1;
     }
 
-    /// What can be seen now, before whatever the next step does at this instant.
+    /// The outputs at this instant, before the next step.
     pub fn reading(&self) -> Reading {
         let arrived_deg = self.arrived_deg;
         match &self.model {
@@ -188,7 +188,7 @@ impl Actuator {
     }
 }
 
-/// Ticks since the start of the period that runs until now: 1 to 20, and 0 at the very start.
+/// Ticks since the start of the PWM period that ends now or later: 1 to 20, and 0 at tick 0.
 fn ticks_into_period(tick: u64) -> usize {
     match tick {
         0 => 0,
@@ -210,8 +210,8 @@ fn of_model(model: &impl ActuatorModel, command_deg: f64) -> Reading {
 }
 
 impl<P: Plant> ClosedLoop<P> {
-    /// Passes one tick, a PWM edge at its start if there is one.
-    fn pass(&mut self, tick: u64, arrived_deg: f64) {
+    /// Advances by one tick, with the PWM edge at its start if there is one.
+    fn advance_tick(&mut self, tick: u64, arrived_deg: f64) {
         if tick.is_multiple_of(PERIOD as u64) {
             self.start_period(|_| angle(arrived_deg));
         }
@@ -231,16 +231,16 @@ impl<P: Plant> ClosedLoop<P> {
     }
 }
 
-/// The streams of the noise generator: one a sensor, so that none shifts the numbers of another.
+/// Streams of the noise generator: one for each sensor, so that they are independent.
 const ENCODER_STREAM: u64 = 0;
 const CURRENT_STREAM: u64 = 1;
 const BACK_EMF_STREAM: u64 = 2;
 
 impl Settings {
-    /// The board's loop around a plant.
+    /// The board's loop with a plant.
     ///
     /// # Errors
-    /// That of the first parameter of control or encoder which is out of its range.
+    /// That of the first parameter of control step or encoder that is out of its range.
     pub fn around<P: Plant>(&self, plant: P) -> Result<ClosedLoop<P>, ParameterError> {
         self.timer.check()?;
         self.encoder.check()?;
@@ -275,15 +275,15 @@ mod tests {
         Actuator::try_new(&Settings::new(model, plant)).unwrap()
     }
 
-    fn any_choice() -> impl Strategy<Value = (ModelKind, PlantKind)> {
+    fn any_settings() -> impl Strategy<Value = (ModelKind, PlantKind)> {
         let models = proptest::sample::select(ModelKind::ALL);
         (models, proptest::sample::select(PlantKind::ALL))
     }
 
     proptest! {
         #[test]
-        fn the_way_to_a_tick_does_not_depend_on_the_length_of_the_steps(
-            (model, plant) in any_choice(),
+        fn the_state_at_a_tick_does_not_depend_on_the_length_of_the_steps(
+            (model, plant) in any_settings(),
             cuts in proptest::collection::vec(0_u64..90, 1..20),
         ) {
             let mut by_cuts = actuator(model, plant);
@@ -296,8 +296,8 @@ mod tests {
         }
 
         #[test]
-        fn a_copy_goes_on_as_the_original(
-            (model, plant) in any_choice(), before in 0_u64..2000, after in 0_u64..2000
+        fn a_copy_continues_as_the_original(
+            (model, plant) in any_settings(), before in 0_u64..2000, after in 0_u64..2000
         ) {
             let mut original = actuator(model, plant);
             original.advance(-40.0, before).unwrap();
@@ -309,7 +309,7 @@ mod tests {
     }
 
     #[test]
-    fn a_command_that_is_no_number_is_refused_and_moves_nothing() {
+    fn a_command_that_is_not_finite_is_refused_without_effect() {
         let mut actuator = actuator(ModelKind::Board, PlantKind::Drivetrain);
         for command in [f64::NAN, f64::INFINITY] {
             assert_eq!(actuator.advance(command, 1000), Err(CommandError));
@@ -322,7 +322,7 @@ mod tests {
     }
 
     #[test]
-    fn a_torque_on_the_load_holds_the_drivetrain_back() {
+    fn a_torque_on_the_load_slows_the_drivetrain() {
         let angle_after = |torque_nm: f64| {
             let mut actuator = actuator(ModelKind::Board, PlantKind::Drivetrain);
             actuator.set_load_torque_nm(torque_nm).unwrap();
@@ -333,7 +333,7 @@ mod tests {
     }
 
     #[test]
-    fn a_host_that_samples_every_20_ms_passes_on_what_it_saw_then() {
+    fn a_host_with_a_period_of_20_ms_holds_its_last_sample() {
         let mut settings = Settings::new(ModelKind::BlackBox1, PlantKind::FirstOrder);
         settings.setup.host_period_s = 0.02;
         settings.setup.delay_s = 0.0;

@@ -1,4 +1,4 @@
-//! What is wrong with a scenario, and what was expected.
+//! Errors of a scenario, with the expected values.
 
 use core::fmt;
 
@@ -10,22 +10,22 @@ use crate::parameter::{Parameter, ParameterError};
 use crate::plant::Pwm;
 use crate::presets::{PRESETS, Preset};
 
-/// What a name stands for.
+/// Kind of object that a name refers to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Kind {
     /// A model.
     Model,
-    /// A plant behind the board.
+    /// A plant of the board.
     Plant,
-    /// A way to switch the bridge.
+    /// A switching mode of the bridge.
     Pwm,
-    /// A preset of this model, or of any.
+    /// A preset of this model, or of any model.
     Preset(Option<ModelKind>),
     /// A standard input.
     Input,
     /// A parameter of this model and plant.
     Parameter(ModelKind, PlantKind),
-    /// A parameter of an input, whose table this is.
+    /// A parameter of the input with this table.
     InputParameter(&'static [Parameter]),
 }
 
@@ -43,7 +43,7 @@ impl Kind {
         }
     }
 
-    /// Passes on every known name; of a parameter its name and its symbol, if it has one.
+    /// Calls `take` with every known name; for a parameter with its name and its symbol, if any.
     pub fn for_each_name(self, mut take: impl FnMut(&'static str)) {
         let mut parameter = |p: &'static Parameter| {
             [p.name, p.symbol]
@@ -71,8 +71,7 @@ impl Kind {
     }
 }
 
-/// The names that are expected, separated by commas; of parameters of a model, that there are too
-/// many to list.
+/// The expected names, separated by commas; for the many parameters of a model only a description.
 impl fmt::Display for Kind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut separator = "";
@@ -92,14 +91,14 @@ impl fmt::Display for Kind {
     }
 }
 
-/// Why a scenario is refused.
+/// Reason why a scenario is refused.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ScenarioError<'a> {
     /// The model is missing.
     NoModel,
-    /// There is nothing of this name.
+    /// The name is unknown.
     Unknown {
-        /// What the name stands for.
+        /// Kind of the named object.
         kind: Kind,
         /// The name.
         name: &'a str,
@@ -132,7 +131,7 @@ pub enum ScenarioError<'a> {
         option: &'static str,
         /// The text.
         text: &'a str,
-        /// The values that it takes, in words.
+        /// The valid values, in words.
         expected: &'static str,
     },
 }

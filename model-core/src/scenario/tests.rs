@@ -35,7 +35,7 @@ fn every_option_is_parsed_under_its_name() {
 }
 
 #[test]
-fn a_run_without_a_duration_is_as_long_as_its_input_and_one_of_less_than_a_tick_has_one_tick() {
+fn the_default_duration_is_that_of_the_input_and_the_shortest_is_one_tick() {
     let pulse = parsed(&[("model", "grey-box")]).unwrap();
     assert_eq!(pulse.ticks(), Ok(100_000));
     let short = parsed(&[("model", "grey-box"), ("duration_s", "1e-9")]).unwrap();
@@ -43,7 +43,7 @@ fn a_run_without_a_duration_is_as_long_as_its_input_and_one_of_less_than_a_tick_
 }
 
 #[test]
-fn an_error_names_what_is_wrong_and_what_is_expected() {
+fn an_error_names_the_invalid_value_and_the_expected_ones() {
     let board = ("model", "board");
     let cases: [(&[(&str, &str)], &str); 11] = [
         (
@@ -137,7 +137,7 @@ fn a_parameter_is_set_by_name_or_symbol_and_a_refused_one_changes_nothing() {
 }
 
 #[test]
-fn each_choice_is_listed_once_with_the_presets_that_it_takes() {
+fn each_model_and_plant_is_listed_once_with_its_presets() {
     assert_eq!(choices().count(), 5);
     for settings in choices() {
         assert!(presets(&settings).count() > 0);
