@@ -13,10 +13,10 @@ use clap::{Args, ValueEnum};
 use virtual_board::can::{Frame, Id};
 use virtual_board::faults::read_plan;
 use virtual_board::plant::BoardPlantOptions;
-use virtual_board::run::{Company, Firmware, Flow, Options, Script, View, run_with};
+use virtual_board::run::{Attachments, Firmware, Flow, Options, Script, View, run_with};
 
-use self::link::BoardEnd;
-use self::show::Show;
+use self::link::BoardLink;
+use self::show::RowPrinter;
 use crate::error::Error;
 
 /// Runs the board's program on the emulated board, with the motor and its gear train.
@@ -92,7 +92,7 @@ impl Board {
             None => Vec::new(),
         };
         let options = Options {
-            rig: self
+            plant: self
                 .seed
                 .map_or_else(BoardPlantOptions::default, BoardPlantOptions::realistic),
             ports_bit_s: vec![self.bit_rate],
@@ -101,14 +101,14 @@ impl Board {
             ..Options::for_ms((self.seconds * 1e3) as u64)
         };
         let debugger = self.listen()?;
-        let company = Company {
+        let attachments = Attachments {
             debugger,
-            ..Company::default()
+            ..Attachments::default()
         };
         let script = Session::new(&self);
         let started = Instant::now();
         let finished =
-            run_with(&firmware, options, script, company).map_err(|error| refusal(&error))?;
+            run_with(&firmware, options, script, attachments).map_err(|error| refusal(&error))?;
         let seconds = finished.end_ns as f64 * 1e-9;
         let wall_s = started.elapsed().as_secs_f64();
         eprintln!(
@@ -121,7 +121,7 @@ impl Board {
             eprintln!("reset at {} ms: {:?}", reset.at.0 / 1_000_000, reset.cause);
         }
         if !finished.gaps.is_empty() {
-            eprintln!("what the emulation does not have:\n{}", finished.gaps);
+            eprintln!("not emulated:\n{}", finished.gaps);
         }
         Ok(())
     }
@@ -143,23 +143,23 @@ fn refusal(what: &dyn std::fmt::Display) -> Error {
     Error::Board(what.to_string())
 }
 
-/// The run, seen from outside the board: its bus, the console and the output.
+/// The environment of the board: its bus, the console and the output.
 struct Session {
-    board_end: BoardEnd,
-    show: Show,
+    board_link: BoardLink,
+    printer: RowPrinter,
     started: Option<Instant>,
 }
 
 impl Session {
     fn new(arguments: &Board) -> Self {
         let (typed, lines) = channel();
-        let (link, requests, board_end) = link::connect();
-        // Both end with the program: a read of the terminal cannot be interrupted.
+        let (link, requests, board_link) = link::connect();
+        // Both threads end with the program: a read of standard input cannot be interrupted.
         std::thread::spawn(move || console::read(&typed));
         std::thread::spawn(move || console::run(&lines, link, &requests));
         Self {
-            board_end,
-            show: Show::new(arguments.format),
+            board_link,
+            printer: RowPrinter::new(arguments.format),
             started: (arguments.pace == Pace::Real).then(Instant::now),
         }
     }
@@ -182,19 +182,21 @@ impl Script for Session {
         let Some(port) = view.port(0) else {
             return Flow::End;
         };
-        let sent = port.take_heard();
-        // After each reset the node waits for its start.
+        let sent = port.take_received();
+        // After each reset the node waits for the NMT start.
         if sent
             .iter()
             .any(|(_, frame)| frame.id == BOOT_UP && frame.payload() == [0])
         {
             port.send(now_ns, Frame::data_frame(Id::Standard(0), &START));
         }
-        if self.board_end.exchange(view, &sent) == Flow::End {
+        if self.board_link.exchange(view, &sent) == Flow::End {
             return Flow::End;
         }
-        let is_open = self.show.row(view.row, self.board_end.target_deg, &sent);
+        let is_open = self
+            .printer
+            .row(view.row, self.board_link.target_deg, &sent);
         self.keep_pace(now_ns);
-        if is_open { Flow::On } else { Flow::End }
+        if is_open { Flow::Continue } else { Flow::End }
     }
 }

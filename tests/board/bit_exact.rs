@@ -1,5 +1,5 @@
-//! The device on the PC and the ELF on the emulated board do the same, bit for bit and frame for
-//! frame.
+//! The device on the PC and the ELF on the emulated board give bit-exactly the same signals and
+//! frames.
 
 use board_tests::frames::{Frame, control, read, sent, start, target, write_real};
 use board_tests::native::NativeBoard;
@@ -11,8 +11,8 @@ use virtual_board::run::Options;
 const SECONDS: u64 = 60;
 const TICKS: u64 = SECONDS * CONTROL_RATE_HZ as u64;
 
-/// Where the drive is to go, deg: steps, sines, a ramp, the end stops of the servo to and fro, an
-/// angle beyond the position limits, and one of a few encoder counts.
+/// Targets, deg: steps, sines, a ramp, the end stops of the servo alternately, an angle beyond the
+/// position limits, and one of a few encoder counts.
 fn target_deg(tick: u64) -> f64 {
     let seconds = tick as f64 / f64::from(CONTROL_RATE_HZ);
     let sine = |deg: f64, hz: f64| deg * (2.0 * std::f64::consts::PI * hz * seconds).sin();
@@ -28,7 +28,7 @@ fn target_deg(tick: u64) -> f64 {
     }
 }
 
-/// Each mode for ten seconds, with quick stops, halts, and the power off now and then.
+/// Each mode for ten seconds, with occasional quick stops, halts and disabled power.
 pub fn command(tick: u64) -> Vec<Frame> {
     let mode = [8, 1, 3, 9, 8, 1][(tick / 2500 % 6) as usize];
     let within = tick % 2500;
@@ -36,7 +36,7 @@ pub fn command(tick: u64) -> Vec<Frame> {
     let word = match within {
         0..12 => 0x06,
         12..14 => 0x07,
-        // A new set-point each time, as profile position takes it.
+        // A new set-point each time, with the handshake of profile position.
         _ if tick % 50 < 25 => 0x1f,
         _ => 0x0f,
     };
@@ -78,13 +78,13 @@ fn mixed(tick: u64) -> Vec<Frame> {
 
 #[test]
 fn a_minute_of_all_modes_is_the_same_natively_and_on_the_emulated_board() {
-    let rig = BoardPlantOptions::realistic(11);
+    let plant = BoardPlantOptions::realistic(11);
     let options = Options {
-        rig,
+        plant,
         ..Options::for_ms(SECONDS * 1000 + 20)
     };
     let emulated = run_master(options, mixed);
-    let mut native = NativeBoard::new(&rig);
+    let mut native = NativeBoard::new(&plant);
     (0..TICKS).for_each(|tick| native.tick(&mixed(tick)));
 
     let rows = &emulated.trace.rows;
@@ -97,7 +97,7 @@ fn a_minute_of_all_modes_is_the_same_natively_and_on_the_emulated_board() {
     // Twice 250 Hz and once 50 Hz of telemetry, and the responses to the SDO requests.
     let telemetry = (2 * 250 + 50) * SECONDS as usize;
     assert!(found.len() > telemetry, "{}", found.len());
-    // Frames of the last turns may not have ended yet.
+    // Frames of the last calls may not have ended yet.
     assert!(found.len().abs_diff(native.frames.len()) < 20);
     let driven = rows
         .iter()

@@ -1,4 +1,4 @@
-//! The node on its bus: boot-up, filters, another bit rate, what survives a loss of power.
+//! The node on its bus: boot-up, filters, another bit rate, parameters after a loss of power.
 
 use board_tests::frames::{
     Frame, SAVE, Sent, control, nmt, read, responses, sent, standard, write, write_real,
@@ -27,7 +27,7 @@ fn the_first_frame_is_the_boot_up_and_a_node_that_is_not_started_sends_nothing_m
 }
 
 #[test]
-fn telemetry_comes_each_tick_and_status_with_50_hz() {
+fn telemetry_is_sent_each_tick_and_status_at_50_hz() {
     let finished = run_master(Options::for_ms(2100), |tick| driven(tick, 5_000));
     let sent = sent(&finished);
     for (id, per_second) in [(0x181, 250), (0x281, 250), (0x381, 50)] {
@@ -38,7 +38,7 @@ fn telemetry_comes_each_tick_and_status_with_50_hz() {
     }
 }
 
-/// Moves RPDO 1 to an identifier of 29 bits, while many frames are sent to others.
+/// Moves RPDO 1 to an identifier of 29 bits, while many frames are sent to other nodes.
 fn moved(tick: u64) -> Vec<Frame> {
     let foreign = || standard(0x205, &[0; 6]);
     match tick {
@@ -67,7 +67,7 @@ fn the_controller_accepts_the_identifiers_of_the_node_after_a_pdo_has_moved() {
     };
     let ticks = 1200 / 4;
     let finished = run_master(options, moved);
-    let angle = finished.rig.reading().output.angle_deg;
+    let angle = finished.plant.reading().output.angle_deg;
     assert!((angle - 20.0).abs() < 1.0, "{angle} deg");
     let own: usize = (0..ticks)
         .flat_map(moved)
@@ -81,7 +81,7 @@ fn the_controller_accepts_the_identifiers_of_the_node_after_a_pdo_has_moved() {
 /// A master that changes to 500 kbit/s with the bus.
 struct Switching<F> {
     master: Master<F>,
-    /// When it does.
+    /// Tick of the change.
     at_tick: u64,
 }
 
@@ -91,7 +91,7 @@ impl<F: Fn(u64) -> Vec<Frame> + Send> Script for Switching<F> {
             self.master.port = usize::from(tick >= self.at_tick);
             for number in 0..2 {
                 if let Some(port) = view.port(number) {
-                    port.speaks = number == self.master.port;
+                    port.is_silent = number != self.master.port;
                 }
             }
         }
@@ -135,7 +135,7 @@ fn the_bit_rate_changes_by_lss() {
     assert_eq!(responses[0][..4], [0x43, 0x18, 0x10, 1]);
 }
 
-/// A heartbeat of 60 ms and another gain, stored; then the power is lost.
+/// Stores a heartbeat of 60 ms and another gain before the loss of power.
 fn stored(tick: u64) -> Vec<Frame> {
     match tick {
         30 => vec![write(0x1017, 0, 60, 2)],
@@ -147,7 +147,7 @@ fn stored(tick: u64) -> Vec<Frame> {
 }
 
 #[test]
-fn what_1010h_stored_is_there_after_a_loss_of_power() {
+fn parameters_stored_by_1010h_survive_a_loss_of_power() {
     let options = Options {
         faults: vec![Planned::at_ms(1500, Fault::PowerLoss).for_ms(50)],
         ..Options::for_ms(3000)
@@ -172,7 +172,7 @@ fn what_1010h_stored_is_there_after_a_loss_of_power() {
 }
 
 #[test]
-fn a_reset_by_network_management_boots_again_with_the_power_off() {
+fn an_nmt_reset_boots_again_with_the_power_off() {
     let finished = run_master(Options::for_ms(1500), |tick| match tick {
         200 => vec![nmt(0x81)],
         201.. => Vec::new(),

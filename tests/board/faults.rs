@@ -1,5 +1,5 @@
-//! Faults of the table, provoked on the emulated board: each is reported by EMCY and safe within
-//! its times.
+//! Faults of the table, provoked on the emulated board: each is reported by EMCY, and the bridge is
+//! off, within the times of the table.
 
 use board_tests::frames::{faults, write};
 use board_tests::master::{Targets, driven, steps, to_and_fro};
@@ -12,17 +12,17 @@ use virtual_board::plant::{Bridge, EncoderWire, Stuck};
 use virtual_board::run::{Finished, Options};
 use virtual_board::trace::Row;
 
-/// In the middle of a control period; the shaft is on its way then.
+/// Instant of the fault, in the middle of a control period, while the shaft moves.
 const FROM_MS: u64 = 1102;
 
-/// Beyond the table's times, which are those of the control step: a control period until the step
-/// sees the condition, and the frame that reports it.
+/// In addition to the table's times, which count from the control step: a control period until the
+/// step samples the condition, and the duration of the frame that reports it.
 const REPORTING_MS: u64 = 5;
 
-/// A fault of the board, and what provokes it.
+/// A fault of the board, and its cause.
 struct Case {
     fault: Reported,
-    /// The fault's condition holds at most `delay_ms` after it.
+    /// The fault's condition is true at most `delay_ms` after the cause.
     cause: fn() -> Planned,
     delay_ms: u64,
     targets: Targets,
@@ -41,13 +41,13 @@ fn at(fault: Fault) -> Planned {
     Planned::at_ms(FROM_MS, fault)
 }
 
-/// Never at rest for as long as a stall takes.
-fn restless(tick: u64) -> i32 {
+/// Alternates faster than the stall time.
+fn alternating(tick: u64) -> i32 {
     steps(tick, 10_000, 60)
 }
 
 /// Steps that do not leave the window of the following error.
-fn gentle(tick: u64) -> i32 {
+fn small_steps(tick: u64) -> i32 {
     steps(tick, 4_500, 250)
 }
 
@@ -92,28 +92,28 @@ const CASES: [Case; 18] = [
         || at(Fault::CurrentSense { code: 4071 }),
         0,
     ),
-    // 1 A, twice what it may be for long.
+    // 1 A, twice the continuous current.
     Case {
-        targets: restless,
+        targets: alternating,
         ..case(
             Reported::Overload,
             || at(Fault::CurrentSense { code: 3290 }),
             0,
         )
     },
-    // The integrator has to drive the current up to that of a stall first.
+    // The integrator must first raise the current to that of a stall.
     Case {
-        targets: gentle,
+        targets: small_steps,
         ..case(Reported::Stall, || at(Fault::Jam), 100)
     },
     case(Reported::BridgeTripped, || at(Fault::BridgeTrip), 0),
-    // The comparator sees the current at the end of a slot of the grid.
+    // The comparator is updated with the current at the end of a slot of the grid.
     case(
         Reported::BridgeTripped,
         || at(Fault::MotorShort { ohm: 0.1 }),
         4,
     ),
-    // The error has to grow to its window first.
+    // The error must first grow to its window.
     case(Reported::FollowingError, || at(Fault::Jam), 300),
     case(
         Reported::UnderVoltage,
@@ -140,7 +140,7 @@ const CASES: [Case; 18] = [
         || at(Fault::StallCore).for_ms(14),
         14,
     ),
-    // Back at once: 32 frames that fail, then the time that the controller stays away.
+    // The bus is restored at once: 32 failed frames, then the recovery time of the controller.
     case(
         Reported::BusOff,
         || {
@@ -158,7 +158,7 @@ const CASES: [Case; 18] = [
     ),
 ];
 
-/// The first instant from which on the bridge stays off, ms.
+/// Instant from which the bridge remains off, ms.
 fn safe_from_ms(rows: &[Row]) -> u64 {
     let last_on = rows.iter().rev().find(|row| row.bridge != Bridge::Coast);
     last_on.map_or(0, |row| row.at_ns / 1_000_000)
@@ -168,7 +168,8 @@ fn run(options: Options, targets: Targets) -> Finished<impl Sized> {
     run_master(options, move |tick| driven(tick, targets(tick)))
 }
 
-/// The number of the first fault, and after how many ms it was reported and safe.
+/// The number of the first fault, and the times until it was reported and until the bridge was off,
+/// ms.
 fn provoke(case: &Case) -> (u8, u64, u64) {
     let options = Options {
         faults: vec![(case.cause)()],
@@ -211,7 +212,7 @@ fn every_provoked_fault_is_an_emergency_and_safe_within_its_times() {
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
-/// The first fault: the end of its EMCY, ns. Asserts which one it is.
+/// The end of the EMCY of the first fault, ns. Asserts that it is the expected fault.
 fn first_fault<S>(finished: &Finished<S>, expected: Reported) -> u64 {
     let faults = faults(finished);
     let (at_ns, number) = faults.first().expect("a fault is reported");
@@ -220,7 +221,7 @@ fn first_fault<S>(finished: &Finished<S>, expected: Reported) -> u64 {
 }
 
 #[test]
-fn without_commands_the_board_stops_by_itself() {
+fn without_commands_the_board_stops_the_drive() {
     let last_tick = 275;
     let finished = run_master(Options::for_ms(2000), move |tick| {
         let is_sent = tick <= last_tick;
@@ -228,7 +229,7 @@ fn without_commands_the_board_stops_by_itself() {
         frames.unwrap_or_default()
     });
     let at_ns = first_fault(&finished, Reported::CommandTimeout);
-    // The first control period begins some 6 ms after power-on.
+    // The first control period begins about 6 ms after power-on.
     let after_ms = at_ns / 1_000_000 - 4 * last_tick;
     assert!((100..120).contains(&after_ms), "{after_ms}");
     assert!(
@@ -241,21 +242,21 @@ fn without_commands_the_board_stops_by_itself() {
 const LEAST_MV: u32 = 5600;
 
 #[test]
-fn a_supply_that_drops_under_load_alone_is_detected() {
+fn a_supply_that_drops_only_under_load_is_detected() {
     let mut options = Options {
         faults: vec![at(Fault::Torque { nm: 0.7 })],
         ..Options::for_ms(FROM_MS + 500)
     };
     // 6 V behind 1.5 ohm.
-    options.rig.supply.source_resistance_ohm = 1.5;
-    // Holds still.
+    options.plant.supply.source_resistance_ohm = 1.5;
+    // Constant target.
     let finished = run_master(options, |tick| match tick {
         25 => vec![write(0x2100, 18, LEAST_MV, 4)],
         _ => driven(tick, 0),
     });
     let at_ns = first_fault(&finished, Reported::UnderVoltage);
-    // While the bridge is open, as in the window, the voltage is sufficient: rows are from the ends
-    // of the periods.
+    // While the bridge is open, as in the window, the voltage is sufficient: rows are recorded at
+    // the ends of the periods.
     let rows = finished.trace.rows.iter();
     let open_v = (rows.filter(|row| row.at_ns < at_ns))
         .map(|row| row.supply_v)

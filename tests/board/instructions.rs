@@ -12,13 +12,13 @@ use virtual_board::run::{Finished, Flow, Options, Script, Span, View};
 const INTERRUPTS: [(&str, u64); 3] = [("DMA2_STREAM0", 1), ("TIM1_UP_TIM10", 4), ("TIM1_CC", 3)];
 const STAGES: [&str; 2] = ["gather", "device_control"];
 
-/// The control law with its parameters in memory, by pieces of the functions' names.
+/// Functions of the control law, by parts of their mangled names.
 const CONTROL_LAW: [&str; 2] = [
     "cascade.*CascadeState.*7observe",
     "cascade.*CascadeState.*5close",
 ];
 
-/// The whole name of the function of which these are pieces.
+/// The full name of the function whose name contains these parts.
 fn function(pieces: &str) -> String {
     let has_all = |name: &&str| pieces.split(".*").all(|piece| name.contains(piece));
     let name = firmware().functions().find(has_all);
@@ -49,7 +49,7 @@ fn worst_tick<S>(finished: &Finished<S>, ticks: impl Fn(u64) -> bool) -> u64 {
     sums.into_iter().max().unwrap_or(0)
 }
 
-/// Reads the board's own count of its longest step.
+/// Reads the longest step as the board itself measures it.
 struct OwnCount<F> {
     master: Master<F>,
     longest: u32,
@@ -67,7 +67,7 @@ impl<F: Fn(u64) -> Vec<Frame> + Send> Script for OwnCount<F> {
 fn the_whole_tick_stays_below_3000_instructions_over_a_minute() {
     let names = INTERRUPTS.iter().map(|(name, _)| *name).chain(STAGES);
     let options = Options {
-        rig: BoardPlantOptions::realistic(3),
+        plant: BoardPlantOptions::realistic(3),
         probes: (names.map(str::to_owned))
             .chain(CONTROL_LAW.map(function))
             .collect(),
@@ -93,8 +93,8 @@ fn the_whole_tick_stays_below_3000_instructions_over_a_minute() {
     println!("the worst tick: {tick} instructions; of the worst of each interrupt: {sum}");
     assert!(tick <= sum && sum < 3_000, "{tick}, {sum}");
 
-    // DWT runs on the core's clock, and an instruction takes one cycle here. The board counts from
-    // behind its gathering to before its return.
+    // DWT counts cycles of the core's clock, and an instruction takes one cycle on the emulator.
+    // The board counts from the end of `gather` to just before its return.
     let own = u64::from(finished.script.longest);
     let (step, gather) = ("DMA2_STREAM0", "gather");
     let around = range(&finished.spans[step]).1 - own;
@@ -105,8 +105,7 @@ fn the_whole_tick_stays_below_3000_instructions_over_a_minute() {
     );
 }
 
-/// Narrow limits by the objects of their parameters: position, deg; rate, deg/s; duty, %, and its
-/// slew, %/s.
+/// Narrow limits, as objects and values: position, deg; rate, deg/s; duty, %; its slew rate, %/s.
 const NARROW: [(u16, u8, f32); 6] = [
     (0x2010, 5, -8.0),
     (0x2010, 6, 8.0),
@@ -116,7 +115,7 @@ const NARROW: [(u16, u8, f32); 6] = [
     (0x60F9, 7, 2_000.0),
 ];
 
-/// To and fro, with narrow limits or the default ones.
+/// Alternating targets, with narrow limits or the default ones.
 fn limited(narrow: bool, tick: u64) -> Vec<Frame> {
     match tick {
         10 if narrow => NARROW
@@ -127,10 +126,10 @@ fn limited(narrow: bool, tick: u64) -> Vec<Frame> {
 }
 
 #[test]
-fn the_control_law_stays_below_300_instructions_whatever_limits_act() {
+fn the_control_law_stays_below_300_instructions_with_any_active_limit() {
     for (limits, narrow) in [("wide", false), ("narrow", true)] {
         let options = Options {
-            rig: BoardPlantOptions::realistic(3),
+            plant: BoardPlantOptions::realistic(3),
             probes: CONTROL_LAW.map(function).into(),
             ..Options::for_ms(10_000)
         };
@@ -146,12 +145,12 @@ fn the_control_law_stays_below_300_instructions_whatever_limits_act() {
     }
 }
 
-/// Each excitation of the board for half a second, around a target that rests.
+/// Each excitation of the board for half a second, around a constant target.
 fn excitations(tick: u64) -> Vec<Frame> {
     let since = tick.saturating_sub(100);
     match (tick, since % 125) {
-        // The longest register takes the longest; a multisine has as many lines as it may by
-        // default.
+        // The longest shift register takes the longest; a multisine has the maximum number of lines
+        // by default.
         (10, _) => vec![write(0x2020, 10, 16, 4)],
         (100.., 0) => vec![write(0x2020, 3, (since / 125) as u32, 4), control(0x0f, 0)],
         (100.., 3) => vec![write(0x2020, 1, 1, 1)],
@@ -161,7 +160,7 @@ fn excitations(tick: u64) -> Vec<Frame> {
 }
 
 #[test]
-fn no_excitation_that_the_board_computes_itself_takes_a_tick_beyond_3000_instructions() {
+fn with_any_excitation_of_the_board_a_tick_stays_below_3000_instructions() {
     let options = Options {
         probes: INTERRUPTS.map(|(name, _)| name.to_owned()).into(),
         ..Options::for_ms(4 * (100 + 10 * 125))
@@ -170,7 +169,7 @@ fn no_excitation_that_the_board_computes_itself_takes_a_tick_beyond_3000_instruc
     let (_, last) = *statuswords(&finished).last().expect("the board reports");
     assert!(is_operation_enabled(last), "{last:04x}");
     assert_eq!(faults(&finished), []);
-    // From where it runs until before the next one is set.
+    // From the start of the excitation until the next one is configured.
     let from_ns = |shape: u64| (100 + shape * 125) * 4_000_000;
     for shape in 0..10 {
         let running = from_ns(shape) + 60_000_000..from_ns(shape + 1) - 20_000_000;
@@ -198,7 +197,8 @@ fn the_samples_are_taken_at_their_instants() {
             .map_or(edges_ns[0] - 1_000_000, |i| edges_ns[i]);
         (span.at_ns as f64 - edge_ns as f64) / 1e3
     };
-    // Entry into the interrupt takes below a microsecond; an edge is known to a count, 18 ns.
+    // Entry into the interrupt takes less than a microsecond; the resolution of an edge is a count,
+    // 18 ns.
     let near = |at_us: f64, instant_us: f64| (-0.02..1.0).contains(&(at_us - instant_us));
     let instants: Vec<f64> = finished.spans["TIM1_CC"].iter().map(within_us).collect();
     for tick @ [current, window, back_emf] in instants.as_chunks::<3>().0 {

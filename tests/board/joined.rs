@@ -5,9 +5,9 @@ use board_tests::frames::{control, is_operation_enabled, standard, to_wire};
 use board_tests::program::firmware;
 use firmware::drive::StoredParameters;
 use virtual_board::can::{Port, Sent};
-use virtual_board::run::{Company, Finished, Flow, Options, Script, SharedBus, View, run_with};
+use virtual_board::run::{Attachments, Finished, Flow, Options, Script, SharedBus, View, run_with};
 
-/// Controlwords that enable both drives begin here, ms.
+/// Start of the controlwords that enable both drives, ms.
 const ENABLED_MS: u64 = 100;
 const END_MS: u64 = 2000;
 
@@ -30,30 +30,30 @@ fn master() -> Port {
 }
 
 fn idle() -> impl Script {
-    |_: &mut View<'_>| Flow::On
+    |_: &mut View<'_>| Flow::Continue
 }
 
-/// Runs both boards and returns what was on the bus.
+/// Runs both boards and returns the frames that were on the bus.
 fn boards() -> Vec<Sent> {
     let bus = SharedBus::new(vec![master()], 2);
-    let start = |(node_id, end)| {
-        let mut set = StoredParameters::DEFAULT;
-        set.board.bus.node_id = node_id;
+    let start = |(node_id, connection)| {
+        let mut parameters = StoredParameters::DEFAULT;
+        parameters.board.bus.node_id = node_id;
         let options = Options {
-            contents: vec![saved(&set)],
+            contents: vec![saved(&parameters)],
             ..Options::for_ms(END_MS)
         };
-        let company = Company {
-            bus: Some(end),
-            ..Company::default()
+        let attachments = Attachments {
+            bus: Some(connection),
+            ..Attachments::default()
         };
         std::thread::spawn(move || {
             let finished: Finished<_> =
-                run_with(firmware(), options, idle(), company).expect("the run succeeds");
+                run_with(firmware(), options, idle(), attachments).expect("the run succeeds");
             assert!(finished.gaps.is_empty(), "{}", finished.gaps);
         })
     };
-    let threads: Vec<_> = (1..).zip(bus.ends()).map(start).collect();
+    let threads: Vec<_> = (1..).zip(bus.connections()).map(start).collect();
     for thread in threads {
         thread.join().expect("no panic");
     }
@@ -67,7 +67,7 @@ fn last(log: &[Sent], id: u32) -> [u8; 8] {
 }
 
 #[test]
-fn two_boards_on_one_bus_answer_and_move_by_their_own_numbers() {
+fn two_boards_on_one_bus_respond_and_move_under_their_own_node_ids() {
     let log = boards();
     for (node, deg) in (1..).zip(ANGLES_DEG) {
         let [.., a, b] = last(&log, 0x280 + node);
@@ -80,8 +80,8 @@ fn two_boards_on_one_bus_answer_and_move_by_their_own_numbers() {
         let cdeg = i32::from(i16::from_le_bytes([a, b]));
         assert!((cdeg - deg * 100).abs() < 20, "node {node}: {cdeg}");
     }
-    // Both send two PDOs in each control period. Behind the first frames both have one pending: the
-    // lower identifier wins, and the other follows without a gap.
+    // Both send two PDOs in each control period. During the first frames both have one pending: the
+    // lower identifier wins the arbitration, and the other follows without a gap.
     let pairs: Vec<_> = (log.windows(2))
         .filter(|pair| pair[0].frame.id.value() == 0x281 && pair[1].frame.id.value() == 0x282)
         .collect();
@@ -90,6 +90,6 @@ fn two_boards_on_one_bus_answer_and_move_by_their_own_numbers() {
         let bits = pair[1].frame.bits_on_the_wire() + 3;
         assert_eq!(pair[1].at_ns - pair[0].at_ns, u64::from(bits) * 1000);
     }
-    // A second run has the same frames, in whatever order the threads run.
+    // A second run has the same frames, independently of the scheduling of the threads.
     assert_eq!(log, boards());
 }

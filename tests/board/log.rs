@@ -1,4 +1,4 @@
-//! What the board logs, read out of its memory as a debugger does.
+//! The log of the board, read from its memory as a debugger does.
 
 use board_tests::frames::Frame;
 use board_tests::master::{Master, driven, to_and_fro};
@@ -6,7 +6,7 @@ use board_tests::program::{firmware, run_script};
 use cross_build::board_elf;
 use virtual_board::run::{Flow, Options, Script, View};
 
-/// Offsets in the control block behind its 16 letters: buffer, size, written, read (SEGGER
+/// Offsets in the control block after its 16-byte identifier: buffer, size, written, read (SEGGER
 /// UM08001).
 const BUFFER: u64 = 28;
 const SIZE: u64 = 32;

@@ -1,5 +1,5 @@
-//! The supply fails in every operation of a save: afterwards the board has the old parameters or
-//! the new ones.
+//! The supply is cut in every operation of a save: afterwards the board has the old or the new
+//! parameters.
 
 use board_tests::cuts::{Cut, Cuts};
 use board_tests::frames::faults;
@@ -17,18 +17,19 @@ const LIMITS_MA: [u32; 3] = [
     1235,
 ];
 
-/// More than all the saves take, ms.
+/// Upper limit of the duration of all saves, ms.
 const LIMIT_MS: u64 = 200_000;
 
-/// Words at both ends of a page in which each word is cut.
+/// Number of words at both ends of a page that are all cut.
 const EVERY_WORD: usize = 16;
 
 /// Distance of the cuts between them.
 const DISTANCE: usize = 4;
 
-/// Words are cut at their half, erases at several stages. A cut takes two starts of the board, so
-/// of the words in the middle of a page, which are all alike, only some are cut; the tests of
-/// `firmware::store` cut each. With the environment variable `EXHAUSTIVE` each is cut here too.
+/// Cuts in the middle of word programming and at several stages of erases. A cut takes two starts
+/// of the board, so only some words in the middle of a page, which are all equivalent, are cut; the
+/// tests of `firmware::store` cut every word. With the environment variable `EXHAUSTIVE` every word
+/// is cut here too.
 fn everywhere(operations: &[Operation]) -> Vec<Cut> {
     let exhaustive = std::env::var_os("EXHAUSTIVE").is_some();
     let end = operations.len().saturating_sub(EVERY_WORD);
@@ -64,8 +65,7 @@ fn run_cuts(values: &[u32], choose: fn(&[Operation]) -> Vec<Cut>) -> Finished<Cu
     finished
 }
 
-/// Counts how often the board held each of two values after a cut, and asserts that it held no
-/// other.
+/// Counts how often the board had each of two values after a cut, and asserts that it had no other.
 fn count(finished: &Finished<Cuts>, values: [u32; 2]) -> [usize; 2] {
     let held = &finished.script.held;
     for (cut, value) in held {
@@ -83,14 +83,14 @@ fn count(finished: &Finished<Cuts>, values: [u32; 2]) -> [usize; 2] {
 }
 
 #[test]
-fn after_a_loss_of_supply_in_any_word_of_the_first_save_a_valid_set_is_there() {
+fn after_a_loss_of_supply_in_any_word_of_the_first_save_the_parameters_are_valid() {
     let finished = run_cuts(&[LIMITS_MA[1]], everywhere);
     let [old, _] = count(&finished, [LIMITS_MA[0], LIMITS_MA[1]]);
     assert!(old > 20, "{old}");
 }
 
 #[test]
-fn after_a_loss_of_supply_in_an_erase_or_a_word_after_it_a_valid_set_is_there() {
+fn after_a_loss_of_supply_in_an_erase_or_a_word_after_it_the_parameters_are_valid() {
     let finished = run_cuts(&LIMITS_MA[1..], everywhere);
     let erases = |(cut, _): &&(Cut, u32)| cut.operation == 0;
     let erases = finished.script.held.iter().filter(erases).count();
@@ -104,7 +104,12 @@ fn after_a_loss_of_supply_in_an_erase_or_a_word_after_it_a_valid_set_is_there() 
 fn a_first_save_that_was_cut_in_its_crc_is_reported_as_corrupt_parameters_and_the_board_stays_off()
 {
     let finished = run_cuts(&[LIMITS_MA[1]], in_the_crc);
-    let reset_ns = finished.resets.last().expect("the supply came back").at.0;
+    let reset_ns = finished
+        .resets
+        .last()
+        .expect("the supply received back")
+        .at
+        .0;
     let faults = faults(&finished).into_iter();
     let mut after = faults.filter(|(at_ns, _)| *at_ns > reset_ns);
     let (_, number) = after.next_back().expect("the board reports a fault");

@@ -1,4 +1,4 @@
-//! Requests that take more than a control period, and what comes in between.
+//! Requests that take more than a control period, and other requests in the meantime.
 
 use board_tests::frames::{
     Frame, SAVE, abort, angles_cdeg, control, read, responses, write, write_real,
@@ -13,12 +13,12 @@ fn save(gain: f32) -> Vec<Frame> {
     vec![write_real(0x60FB, 1, gain), write(0x1010, 1, SAVE, 4)]
 }
 
-/// The same from a client that waits no longer for its last save.
+/// The same from a client that aborts its previous save.
 fn save_again(gain: f32) -> Vec<Frame> {
     [vec![abort(0x1010, 1)], save(gain)].concat()
 }
 
-/// A save onto the blank page; then three within the erase of the next one.
+/// A save to the blank page; then three during the erase of the next one.
 fn saves(tick: u64) -> Vec<Frame> {
     match tick {
         25 => save(8.5),
@@ -31,7 +31,7 @@ fn saves(tick: u64) -> Vec<Frame> {
 }
 
 #[test]
-fn the_last_of_three_saves_within_an_erase_is_what_a_power_cycle_leaves() {
+fn after_three_saves_within_an_erase_a_power_cycle_loads_the_last() {
     let options = Options {
         faults: vec![Planned::at_ms(3400, Fault::PowerLoss).for_ms(50)],
         ..Options::for_ms(3700)
@@ -57,7 +57,7 @@ fn start_and_stop(tick: u64) -> Vec<Frame> {
 }
 
 #[test]
-fn a_stop_in_the_control_period_of_the_start_calls_the_excitation_off() {
+fn a_stop_in_the_control_period_of_the_start_cancels_the_excitation() {
     let finished = run_master(Options::for_ms(1400), start_and_stop);
     let furthest_cdeg = |from_ms: u64, until_ms: u64| {
         let angles = angles_cdeg(&finished).into_iter();

@@ -1,4 +1,4 @@
-//! What a reset does to the board, for each cause.
+//! Behaviour of the board after each kind of reset.
 
 use board_tests::frames::{
     Frame, is_fault, is_operation_enabled, is_switch_on_disabled, start, statuswords,
@@ -11,10 +11,10 @@ use virtual_board::run::{Options, ResetCause};
 
 const FAULT_MS: u64 = 1000;
 
-/// The last control period with a target, shortly behind the fault.
+/// The last control period with a target, shortly after the fault.
 const LAST_TARGET: u64 = 260;
 
-/// What a run shows of a reset.
+/// Results of a run with a reset.
 struct Restart {
     causes: Vec<ResetCause>,
     /// Statuswords by the ends of their frames, ms.
@@ -54,8 +54,8 @@ impl Restart {
         self.statuswords.last().expect("the board reports").1
     }
 
-    /// Asserts that from the reset on the bridge is off, and the board reports again once it is
-    /// started.
+    /// Asserts that the bridge is off from the reset on, and that the board sends statuswords again
+    /// after its start.
     fn assert_off_and_reporting(&self, from_ms: u64) {
         let after = |ms: u64| ms > from_ms + 1;
         let mut bridges = self.bridges.iter().filter(|(ms, _)| after(*ms));
@@ -85,7 +85,7 @@ fn a_stalled_core_is_reset_by_the_watchdog_and_the_board_reports_a_fault() {
 }
 
 #[test]
-fn a_loss_of_the_supply_starts_the_board_from_power_on() {
+fn a_loss_of_the_supply_causes_a_power_on_reset() {
     let loss = Planned::at_ms(FAULT_MS, Fault::PowerLoss).for_ms(50);
     let restart = restart(loss);
     assert_eq!(restart.causes, [ResetCause::PowerOn]);
@@ -94,7 +94,7 @@ fn a_loss_of_the_supply_starts_the_board_from_power_on() {
 }
 
 #[test]
-fn a_supply_that_collapses_resets_the_board_which_starts_when_it_is_back() {
+fn a_collapsed_supply_resets_the_board_which_starts_when_it_returns() {
     let sag = Planned::at_ms(FAULT_MS, Fault::Supply { volts: 3.0 }).for_ms(50);
     let restart = restart(sag);
     assert_eq!(restart.causes, [ResetCause::PowerOn]);

@@ -1,4 +1,4 @@
-//! The same run gives the same trace, however busy the machine is.
+//! The same run gives the same trace, independently of the load of the machine.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -11,7 +11,7 @@ use virtual_board::run::Options;
 
 fn hash(seed: u64) -> String {
     let options = Options {
-        rig: BoardPlantOptions::realistic(seed),
+        plant: BoardPlantOptions::realistic(seed),
         faults: vec![Planned::at_ms(900, Fault::Jam).for_ms(200)],
         ..Options::for_ms(2000)
     };
@@ -20,7 +20,7 @@ fn hash(seed: u64) -> String {
 }
 
 #[test]
-fn the_hash_is_the_same_twice_and_under_load_and_another_with_another_seed() {
+fn the_hash_is_reproducible_under_load_and_depends_on_the_seed() {
     let first = hash(1);
     assert_eq!(hash(1), first);
     let is_over = Arc::new(AtomicBool::new(false));

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use board_tests::comm::run_desk;
+use board_tests::comm::run_comm_script;
 use board_tests::program::run_script;
 use virtual_board::run::{CommView, Flow, Options, SharedBus, View};
 
@@ -71,7 +71,7 @@ fn page(heading: &str) -> Vec<Pin> {
 
 /// The configuration of a pin by the chip's registers (RM0090, sections 8.4.1 to 8.4.4, 8.4.9 and
 /// 8.4.10).
-fn set_up(mut register: impl FnMut(u64) -> u32, name: &str) -> Pin {
+fn configured_pin(mut register: impl FnMut(u64) -> u32, name: &str) -> Pin {
     let (port, number) = name[1..].split_at(1);
     let number: u64 = number.parse().expect("a pin's number");
     let port = 0x4002_0000 + 0x400 * u64::from(port.as_bytes()[0] - b'A');
@@ -88,59 +88,59 @@ fn set_up(mut register: impl FnMut(u64) -> u32, name: &str) -> Pin {
 }
 
 /// The pins, and the control register of SPI1, after the start.
-fn look() -> (Vec<Pin>, u32) {
+fn actuator_board_pins() -> (Vec<Pin>, u32) {
     let (sender, receiver) = std::sync::mpsc::channel();
     let mut periods = 0;
     let script = move |view: &mut View<'_>| {
         periods += 1;
         if periods < 40 {
-            return Flow::On;
+            return Flow::Continue;
         }
         let pins = page(ACTUATOR)
             .iter()
-            .map(|pin| set_up(|address| view.register(address), &pin.name))
+            .map(|pin| configured_pin(|address| view.register(address), &pin.name))
             .collect();
         let spi_cr1 = view.register(0x4001_3000);
         sender.send((pins, spi_cr1)).expect("the test waits");
         Flow::End
     };
     run_script(Options::for_ms(100), script);
-    receiver.recv().expect("the script looked")
+    receiver.recv().expect("the script has read the registers")
 }
 
 #[test]
-fn pins_and_the_clock_of_the_encoder_are_those_of_the_page() {
-    let (pins, spi_cr1) = look();
+fn pins_and_encoder_clock_match_the_hardware_page() {
+    let (pins, spi_cr1) = actuator_board_pins();
     let page = page(ACTUATOR);
     assert_eq!(page.len(), 16, "the table of the page");
     assert_eq!(pins, page);
     // CPOL is bit 1, CPHA bit 0, the rate bits 3 to 5: 84 MHz over 2^(n + 1) (section 28.5.1).
     let (cpha, cpol, rate) = (spi_cr1 & 1, spi_cr1 >> 1 & 1, spi_cr1 >> 3 & 7);
     let khz = 84_000 >> (rate + 1);
-    let said = format!("CPOL = {cpol}, CPHA = {cpha}, {khz} kHz");
+    let expected = format!("CPOL = {cpol}, CPHA = {cpha}, {khz} kHz");
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/hardware.md");
     let text = fs::read_to_string(path).expect("the page");
-    assert!(text.contains(&said), "{said} is not what the page says");
+    assert!(text.contains(&expected), "{expected} is not in the page");
 }
 
 #[test]
-fn pins_and_baud_rate_of_the_communication_board_are_those_of_the_page() {
+fn pins_and_baud_rate_of_the_communication_board_match_the_hardware_page() {
     let (sender, receiver) = std::sync::mpsc::channel();
     let script = move |view: &mut CommView<'_>| {
         if view.now_ns() < 10_000_000 {
-            return Flow::On;
+            return Flow::Continue;
         }
         let pins: Vec<_> = page(COMM)
             .iter()
-            .map(|pin| set_up(|address| view.register(address), &pin.name))
+            .map(|pin| configured_pin(|address| view.register(address), &pin.name))
             .collect();
-        // BRR of USART3: cycles of a bit with 16 samples (section 30.6.3).
+        // BRR of USART3: clock cycles of a bit with 16 samples (section 30.6.3).
         let baud = 40_000_000 / view.register(0x4000_4808);
         sender.send((pins, baud)).expect("the test waits");
         Flow::End
     };
-    run_desk(&SharedBus::new(Vec::new(), 1), script, 100);
-    let (pins, baud) = receiver.recv().expect("the script looked");
+    run_comm_script(&SharedBus::new(Vec::new(), 1), script, 100);
+    let (pins, baud) = receiver.recv().expect("the script has read the registers");
     assert_eq!(pins.len(), 4);
     assert_eq!((pins, baud), (page(COMM), 2_000_000));
 }

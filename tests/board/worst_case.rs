@@ -1,4 +1,4 @@
-//! The most that the program needs at once: instructions of each turn, and the stack.
+//! Worst cases of the program: instructions of each call, and stack use.
 
 use board_tests::frames::{
     Frame, LOAD, SAVE, Sent, control, nmt, read, sdo, sent, standard, start, write,
@@ -14,22 +14,23 @@ use crate::bit_exact::command;
 /// The interrupts that make up a control step without the node, and how often each runs in a tick.
 const STEP: [(&str, u64); 3] = [("DMA2_STREAM0", 1), ("TIM1_UP_TIM10", 4), ("TIM1_CC", 3)];
 
-/// The node's turns.
+/// The interrupt in which the node runs.
 const NODE: &str = "UART7";
 
-/// Instructions of a millisecond: a turn begins at an edge and ends long before the next one.
+/// Instructions of a millisecond: a call of the node begins at a PWM edge and must end well before
+/// the next one.
 const MILLISECOND: u64 = 168_000;
 
-/// What the start-up paints the stack with (cortex-m-rt).
+/// Word that the start-up code fills the stack with (cortex-m-rt).
 const PAINT: u32 = 0xcccc_cccc;
 
-/// The part of the stack that is never used, at the least: percent of what is.
+/// Minimum unused stack, percent of the used stack.
 const MARGIN_PCT: u64 = 25;
 
 /// Everything that takes long, one after the other: settings, saves with and without an erase,
-/// defaults, excitations under a capture, uploads in segments and in a block whose client never
-/// answers, all with commands at 50 Hz; then a burst of commands as dense as the bus takes, LSS,
-/// and resets of communication and node in one turn.
+/// defaults, excitations during a capture, uploads in segments and in a block that the client never
+/// acknowledges, all with commands at 50 Hz; then a burst of commands at the full bus load, LSS,
+/// and resets of communication and node in one call.
 fn everything(tick: u64) -> Vec<Frame> {
     let excitation = tick.saturating_sub(1000);
     match tick {
@@ -47,7 +48,7 @@ fn everything(tick: u64) -> Vec<Frame> {
             step if step % 5 == 4 => vec![read(0x6064, 0); 5],
             _ => Vec::new(),
         },
-        // A block upload of the capture: 127 segments at once.
+        // A block upload of the capture: 127 segments in one block.
         2010 => vec![upload_block(0x2032)],
         2012 => vec![begin_upload()],
         2100 => vec![control(0x0f, 1_000); 23],
@@ -80,7 +81,7 @@ fn begin_upload() -> Frame {
 /// Ticks of the run.
 const TICKS: u64 = 2450;
 
-/// Bytes of the stack that were never in use.
+/// Bytes of the stack that were never used.
 fn untouched(view: &mut View<'_>) -> u64 {
     let lowest = firmware().address("_stack_end").expect("a symbol");
     let words = (lowest..).step_by(4);
@@ -112,9 +113,9 @@ fn most(spans: &[Span]) -> u64 {
 }
 
 #[test]
-fn the_turns_of_the_node_end_in_their_periods_and_a_quarter_of_the_stack_is_left_over() {
+fn the_calls_of_the_node_end_in_their_periods_and_a_quarter_of_the_stack_is_unused() {
     let options = Options {
-        rig: BoardPlantOptions::realistic(3),
+        plant: BoardPlantOptions::realistic(3),
         faults: vec![Planned::at_ms(8150, Fault::CanNoise { frames: 5 })],
         probes: (STEP.iter().map(|(name, _)| (*name).to_owned()))
             .chain([NODE, "gather", "device_control", "communicate"].map(str::to_owned))
@@ -144,13 +145,13 @@ fn the_turns_of_the_node_end_in_their_periods_and_a_quarter_of_the_stack_is_left
     let boots = sent.iter().filter(|sent| sent.frame == boot_up);
     assert_eq!(boots.count(), 3, "power-on and two resets");
     let step = STEP.map(|(name, times)| times * most(&finished.spans[name]));
-    let turn = most(&finished.spans[NODE]);
+    let call = most(&finished.spans[NODE]);
     println!(
-        "the worst control step with its interrupts: {}, the worst turn of the node: {turn}",
+        "the worst control step with its interrupts: {}, the longest call of the node: {call}",
         step.iter().sum::<u64>()
     );
     assert!(step.iter().sum::<u64>() < 5_000);
-    assert!(turn < MILLISECOND * 3 / 4, "{turn}");
+    assert!(call < MILLISECOND * 3 / 4, "{call}");
 
     let address = |name| firmware().address(name).expect("a symbol");
     let size = address("_stack_start") - address("_stack_end");

@@ -4,7 +4,7 @@
 //!             ┌ chip ── rigless: core, RCC, TIM1, SPI1, ADC1, DMA2, IWDG ..
 //! ELF ── run ─┤        └ own: CAN1 (can), FLASH (flash)
 //!             ├ board ── encoder on SPI1, comparator at the break input, servo pulses
-//!             ├ rig ──── bridge, motor, gear train, supply, front ends, encoder
+//!             ├ plant ── bridge, motor, gear train, supply, front ends, encoder
 //!             ├ faults ─ planned faults
 //!             └ trace ── record of a run, and its hash
 //! ```

@@ -1,4 +1,4 @@
-//! The console: what is typed, and what the board is asked for.
+//! The console: commands from standard input, executed by a CANopen client of the board.
 
 use std::io::BufRead;
 use std::path::PathBuf;
@@ -18,11 +18,11 @@ const NODE: u8 = 1;
 /// A line of the console.
 #[derive(Debug, Clone, PartialEq)]
 enum Command {
-    /// Go to this angle, deg.
+    /// Move to this angle, deg.
     Angle(f64),
     /// Enable operation.
     Enable,
-    /// Take the power off.
+    /// Disable the power stage.
     Disable,
     /// Quick stop.
     Stop,
@@ -34,7 +34,7 @@ enum Command {
     Capture(bool),
     /// Save the capture into this file.
     SaveCapture(PathBuf),
-    /// Send servo pulses of this length, us, or none.
+    /// Send servo pulses of this width, us; `None` ends them.
     Servo(Option<f64>),
     /// End the run.
     End,
@@ -75,7 +75,7 @@ fn number(word: &str, what: &str, least: f64, most: f64, unit: &str) -> Result<f
         .ok_or_else(|| format!("`{word}`: expected {what} {least} to {most} {unit}"))
 }
 
-/// Reads lines of the terminal until it ends.
+/// Reads lines of standard input until its end.
 pub(super) fn read(lines: &Sender<String>) {
     for line in std::io::stdin().lock().lines().map_while(Result::ok) {
         let line = line.trim();
@@ -85,7 +85,7 @@ pub(super) fn read(lines: &Sender<String>) {
     }
 }
 
-/// Does what is typed, until the run ends.
+/// Executes the lines until the run ends.
 pub(super) fn run(lines: &Receiver<String>, link: VirtualLink, requests: &Sender<Request>) {
     let mut console = Console {
         client: Client::new(Box::new(link), NODE),
@@ -112,7 +112,7 @@ impl Console<'_> {
         }
     }
 
-    /// What is typed before the board has started waits for it.
+    /// Waits until the board has started; earlier lines are executed after that.
     fn wait_for_start(&mut self) -> Result<(), Error> {
         // No bit of the state is set in NOT READY TO SWITCH ON.
         const STATE: u16 = 0x6f;
@@ -124,7 +124,7 @@ impl Console<'_> {
         }
     }
 
-    /// Does what a line says; what is refused is reported, and the console goes on.
+    /// Executes a line; an error is reported, and the console continues.
     fn line(&mut self, line: &str) -> Result<(), Error> {
         let command = match parse(line) {
             Ok(command) => command,
@@ -170,7 +170,7 @@ impl Console<'_> {
     }
 
     fn request(&self, request: Request) -> Result<(), Error> {
-        // The run has ended where it is not received.
+        // An error means that the run has ended.
         let _ = self.requests.send(request);
         Ok(())
     }
@@ -184,7 +184,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lines_are_commands_or_say_what_was_expected() {
+    fn a_line_is_a_command_or_an_error_with_the_expected_value() {
         assert_eq!(parse("enable"), Ok(Command::Enable));
         assert_eq!(parse("-12.5"), Ok(Command::Angle(-12.5)));
         assert_eq!(parse("servo 1500"), Ok(Command::Servo(Some(1500.0))));

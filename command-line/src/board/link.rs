@@ -1,5 +1,5 @@
-//! The CAN bus between a client and the emulated board. The client runs in a thread of its own, and
-//! virtual time passes only while it waits: what it does takes the same virtual time in every run.
+//! The CAN bus between a client and the emulated board. The client runs in a separate thread, and
+//! virtual time passes only while it waits: its requests take the same virtual time in every run.
 
 use std::collections::VecDeque;
 use std::io::{self, ErrorKind};
@@ -12,14 +12,14 @@ use host_sim::can::link::Link;
 use virtual_board::can::{Frame, Id};
 use virtual_board::run::{Flow, View};
 
-/// What the client asks of the emulated board.
+/// A request of the client to the emulated board.
 #[derive(Debug)]
 pub(super) enum Request {
     /// Send a frame to the board.
     Send(CanFrame),
     /// Continue until the board sends a frame, or this time has passed.
     Wait(Duration),
-    /// Send servo pulses of this length, us, or none.
+    /// Send servo pulses of this width, us; `None` ends them.
     Servo(Option<f64>),
     /// Show this commanded angle, deg.
     ShowTarget(f64),
@@ -27,7 +27,7 @@ pub(super) enum Request {
     End,
 }
 
-/// The client's end.
+/// The client's side of the link.
 #[derive(Debug)]
 pub(super) struct VirtualLink {
     requests: Sender<Request>,
@@ -35,9 +35,9 @@ pub(super) struct VirtualLink {
     received: VecDeque<CanFrame>,
 }
 
-/// The emulated board's end.
+/// The emulated board's side of the link.
 #[derive(Debug)]
-pub(super) struct BoardEnd {
+pub(super) struct BoardLink {
     requests: Receiver<Request>,
     frames: Sender<Vec<CanFrame>>,
     sent: Vec<CanFrame>,
@@ -47,8 +47,8 @@ pub(super) struct BoardEnd {
     pub target_deg: Option<f64>,
 }
 
-/// Both ends, and a way to make requests beside the link.
-pub(super) fn connect() -> (VirtualLink, Sender<Request>, BoardEnd) {
+/// Both sides of a link, and a sender of further requests.
+pub(super) fn connect() -> (VirtualLink, Sender<Request>, BoardLink) {
     let (requests, requested) = channel();
     let (sent, frames) = channel();
     let link = VirtualLink {
@@ -56,7 +56,7 @@ pub(super) fn connect() -> (VirtualLink, Sender<Request>, BoardEnd) {
         frames,
         received: VecDeque::new(),
     };
-    let board = BoardEnd {
+    let board = BoardLink {
         requests: requested,
         frames: sent,
         sent: Vec::new(),
@@ -66,7 +66,7 @@ pub(super) fn connect() -> (VirtualLink, Sender<Request>, BoardEnd) {
     (link, requests, board)
 }
 
-/// The run has ended.
+/// Error after the end of the run.
 fn ended() -> io::Error {
     io::Error::new(ErrorKind::BrokenPipe, "the run has ended")
 }
@@ -86,22 +86,22 @@ impl Link for VirtualLink {
         Ok(self.received.pop_front())
     }
 
-    /// Drops the frames that come in.
+    /// Discards the received frames.
     fn pause(&mut self, time: Duration) -> io::Result<()> {
         self.received.clear();
         self.receive(time).map(drop)
     }
 }
 
-impl BoardEnd {
-    /// Passes on what the board has sent, and lets the client run until it waits again.
+impl BoardLink {
+    /// Forwards the frames of the board, and runs the client until it waits again.
     pub fn exchange(&mut self, view: &mut View<'_>, sent: &[(u64, Frame)]) -> Flow {
         let now_ns = view.now_ns();
         self.sent
             .extend(sent.iter().filter_map(|(_, frame)| from_wire(frame)));
         if let Some(until_ns) = self.until_ns {
             if self.sent.is_empty() && now_ns < until_ns {
-                return Flow::On;
+                return Flow::Continue;
             }
             // A client that has ended receives nothing.
             let _ = self.frames.send(std::mem::take(&mut self.sent));
@@ -116,16 +116,16 @@ impl BoardEnd {
                 Request::Wait(time) => {
                     let wait_ns = u64::try_from(time.as_nanos()).unwrap_or(u64::MAX);
                     self.until_ns = Some(now_ns.saturating_add(wait_ns));
-                    return Flow::On;
+                    return Flow::Continue;
                 }
                 Request::Servo(pulse_us) => view.set_servo_us(pulse_us),
                 Request::ShowTarget(deg) => self.target_deg = Some(deg),
                 Request::End => return Flow::End,
             }
         }
-        // The client has ended: the board goes on without it.
+        // The client has ended: the board continues without it.
         self.until_ns = Some(u64::MAX);
-        Flow::On
+        Flow::Continue
     }
 }
 

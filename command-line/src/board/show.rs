@@ -1,4 +1,4 @@
-//! What is printed while the board runs.
+//! Output during the run.
 
 use std::io::Write;
 
@@ -18,16 +18,16 @@ const END_DEG: f64 = 90.0;
 
 /// Prints rows.
 #[derive(Debug)]
-pub(super) struct Show {
+pub(super) struct RowPrinter {
     format: Format,
     period: u64,
     /// The last statusword of the board.
     statusword: u16,
-    /// The first of its latched faults by its number, 0 for none.
+    /// Number of the first latched fault, 0 without a fault.
     fault: u8,
 }
 
-impl Show {
+impl RowPrinter {
     pub fn new(format: Format) -> Self {
         Self {
             format,
@@ -37,8 +37,8 @@ impl Show {
         }
     }
 
-    /// Takes note of what telemetry and EMCY say of the drive's state.
-    fn note(&mut self, frame: &Frame) {
+    /// Updates statusword and fault from TPDOs and EMCY.
+    fn update(&mut self, frame: &Frame) {
         let [a, b, _, d, e, _, g, h] = frame.data;
         match frame.id.value() {
             // An instance from 80h on is 80h and the number of a fault.
@@ -51,26 +51,26 @@ impl Show {
         }
     }
 
-    /// Prints a row if it is its turn; whether standard output is still open.
+    /// Prints the row if it is due; returns whether standard output is still open.
     pub fn row(&mut self, row: &Row, angle_deg: Option<f64>, sent: &[(u64, Frame)]) -> bool {
-        sent.iter().for_each(|(_, frame)| self.note(frame));
+        sent.iter().for_each(|(_, frame)| self.update(frame));
         let is_first = self.period == 0;
-        let is_turn = self.period.is_multiple_of(PLOT_EVERY);
+        let is_due = self.period.is_multiple_of(PLOT_EVERY);
         self.period += 1;
         let mut out = std::io::stdout().lock();
         let written = match self.format {
             Format::None => Ok(()),
-            Format::Plot if is_turn => writeln!(out, "{}", self.line(row, angle_deg)),
+            Format::Plot if is_due => writeln!(out, "{}", self.line(row, angle_deg)),
             Format::Plot => Ok(()),
             Format::Csv => {
                 let header = "time_s,command_deg,angle_deg,angle_meas_deg,rate_deg_s,current_a,\
                               supply_v,statusword,fault";
-                let begun = if is_first {
+                let header_written = if is_first {
                     writeln!(out, "{header}")
                 } else {
                     Ok(())
                 };
-                begun.and_then(|()| writeln!(out, "{}", self.values(row, angle_deg)))
+                header_written.and_then(|()| writeln!(out, "{}", self.values(row, angle_deg)))
             }
         };
         written.is_ok()
@@ -91,7 +91,7 @@ impl Show {
         )
     }
 
-    /// Time, angle on its axis with the commanded one, current, state and fault.
+    /// Time, an axis with measured and commanded angle, current, state and fault.
     fn line(&self, row: &Row, angle_deg: Option<f64>) -> String {
         let mut axis = vec!['·'; COLUMNS];
         axis[COLUMNS / 2] = '|';
@@ -110,7 +110,7 @@ impl Show {
     }
 }
 
-/// The encoder's angle, within half a turn of zero; `None` where its word is not valid.
+/// The encoder's angle, within half a turn of zero; `None` if its word is not valid.
 fn encoder_deg(row: &Row) -> Option<f64> {
     let count = i32::from(row.sensed.encoder.word().read().ok()?.count.get());
     Some(f64::from(count - ((count & 0x800) << 1)) * COUNT_DEG)

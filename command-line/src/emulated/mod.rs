@@ -15,8 +15,8 @@ use firmware::store::first_page;
 use model_core::plant::board::BoardPlantOptions;
 use virtual_board::flash::Sector;
 use virtual_board::run::{
-    BusEnd, CommOptions, CommView, Company, Desk, Firmware, Flow, Gaps, Options, Reset, SharedBus,
-    View, run_comm, run_with,
+    Attachments, BusConnection, CommOptions, CommView, Firmware, Flow, Gaps, Options, Reset,
+    SerialScript, SharedBus, View, run_comm, run_with,
 };
 
 pub use transport::{TcpServer, Terminal, Transport};
@@ -34,7 +34,7 @@ const RECEIVE_BUFFER: usize = 256;
 /// Bytes in the send buffer of the client; further lines are lost.
 const SEND_BUFFER: usize = 1 << 16;
 
-/// End of a run without end: centuries.
+/// End of an unlimited run: centuries.
 const FOR_EVER_NS: u64 = u64::MAX / 2;
 
 /// The programs of the boards.
@@ -57,39 +57,41 @@ impl Programs {
     }
 }
 
-/// Runs one board for each of these rigs, with node-IDs and serial numbers from 1, and the
+/// Runs one board for each of these plants, with node-IDs and serial numbers from 1, and the
 /// communication board, until `stop` is set; calls `ready` once all have started.
 ///
 /// # Errors
 /// Those of the emulator.
 pub fn serve(
     programs: &Programs,
-    rigs: &[BoardPlantOptions],
+    plants: &[BoardPlantOptions],
     transport: Box<dyn Transport>,
     ready: Box<dyn FnOnce() + Send>,
     stop: &Arc<AtomicBool>,
 ) -> Result<(), String> {
-    let bus = SharedBus::new(Vec::new(), rigs.len() + 1).in_real_time();
-    let mut ends = bus.ends().into_iter();
+    let bus = SharedBus::new(Vec::new(), plants.len() + 1).in_real_time();
+    let mut connections = bus.connections().into_iter();
     thread::scope(|scope| {
         let mut boards = Vec::new();
-        for (number, (rig, end)) in (1..).zip(rigs.iter().zip(&mut ends)) {
+        for (number, (plant, connection)) in (1..).zip(plants.iter().zip(&mut connections)) {
             let run = move || {
-                let _whole = Whole(stop);
-                run_actuator(&programs.actuator, number, rig, end, stop)
+                let _stop_on_end = StopOnDrop(stop);
+                run_actuator(&programs.actuator, number, plant, connection, stop)
             };
             boards.push(scope.spawn(run));
         }
-        let end = ends.next();
-        let whole = Whole(stop);
-        let line = Line {
+        let connection = connections.next();
+        let stop_on_end = StopOnDrop(stop);
+        let line = SerialLine {
             transport,
             unread: Vec::new(),
             is_skipping: false,
             ready: Some(ready),
         };
-        let mut done = end.map_or(Ok(()), |end| run_desk(&programs.comm, end, line, stop));
-        drop(whole);
+        let mut done = connection.map_or(Ok(()), |connection| {
+            run_comm_board(&programs.comm, connection, line, stop)
+        });
+        drop(stop_on_end);
         for board in boards {
             let ended = board
                 .join()
@@ -100,10 +102,10 @@ pub fn serve(
     })
 }
 
-/// Stops all runs when one ends: the chain needs every board.
-struct Whole<'a>(&'a AtomicBool);
+/// Stops all runs when one connections: the chain needs every board.
+struct StopOnDrop<'a>(&'a AtomicBool);
 
-impl Drop for Whole<'_> {
+impl Drop for StopOnDrop<'_> {
     fn drop(&mut self) {
         self.0.store(true, Relaxed);
     }
@@ -112,26 +114,26 @@ impl Drop for Whole<'_> {
 fn run_actuator(
     program: &Firmware,
     number: i32,
-    rig: &BoardPlantOptions,
-    end: BusEnd,
+    plant: &BoardPlantOptions,
+    connection: BusConnection,
     stop: &Arc<AtomicBool>,
 ) -> Result<(), String> {
     let options = Options {
-        rig: *rig,
+        plant: *plant,
         ports_bit_s: Vec::new(),
         contents: identity(number),
         keeps_trace: false,
         until_ns: FOR_EVER_NS,
         ..Options::for_ms(0)
     };
-    let company = Company {
+    let attachments = Attachments {
         interrupt: Some(Arc::clone(stop)),
-        bus: Some(end),
-        ..Company::default()
+        bus: Some(connection),
+        ..Attachments::default()
     };
-    let script = |_: &mut View<'_>| Flow::On;
+    let script = |_: &mut View<'_>| Flow::Continue;
     let finished =
-        run_with(program, options, script, company).map_err(|error| error.to_string())?;
+        run_with(program, options, script, attachments).map_err(|error| error.to_string())?;
     report(
         &format!("actuator {number}"),
         &finished.resets,
@@ -140,25 +142,25 @@ fn run_actuator(
     Ok(())
 }
 
-/// The contents that give a board its number: stored parameters and the device identifier.
+/// Memory contents that set the number of a board: stored parameters and device identifier.
 fn identity(number: i32) -> Vec<(u64, Vec<u8>)> {
-    let mut set = StoredParameters::DEFAULT;
-    set.board.bus.node_id = number;
+    let mut parameters = StoredParameters::DEFAULT;
+    parameters.board.bus.node_id = number;
     let bytes = |words: &[u32]| words.iter().flat_map(|word| word.to_le_bytes()).collect();
-    let page = Sector::of_number(12).map(|sector| (sector.base, bytes(&first_page(&set))));
+    let page = Sector::of_number(12).map(|sector| (sector.base, bytes(&first_page(&parameters))));
     let id = (UNIQUE_ID, bytes(&[number.cast_unsigned(), 0, 0]));
     page.into_iter().chain([id]).collect()
 }
 
-fn run_desk(
+fn run_comm_board(
     program: &Firmware,
-    bus: BusEnd,
-    line: Line,
+    bus: BusConnection,
+    line: SerialLine,
     stop: &Arc<AtomicBool>,
 ) -> Result<(), String> {
     let options = CommOptions {
         bus,
-        look_ns: POLL_NS,
+        poll_ns: POLL_NS,
         until_ns: FOR_EVER_NS,
         interrupt: Some(Arc::clone(stop)),
     };
@@ -168,7 +170,7 @@ fn run_desk(
 }
 
 /// The serial line and its client.
-struct Line {
+struct SerialLine {
     transport: Box<dyn Transport>,
     unread: Vec<u8>,
     is_skipping: bool,
@@ -179,24 +181,24 @@ struct Line {
 /// Time at which all boards have started, ns.
 const STARTED_NS: u64 = 50_000_000;
 
-impl Line {
+impl SerialLine {
     /// Buffers a byte for the client; if the client does not read, whole lines are lost.
-    fn keep(&mut self, byte: u8) {
+    fn buffer(&mut self, byte: u8) {
         if self.is_skipping {
             self.is_skipping = byte != b'\r';
             return;
         }
         self.unread.push(byte);
         if self.unread.len() > SEND_BUFFER {
-            let whole = self.unread.iter().rposition(|byte| *byte == b'\r');
-            self.unread.truncate(whole.map_or(0, |end| end + 1));
+            let last_end = self.unread.iter().rposition(|byte| *byte == b'\r');
+            self.unread.truncate(last_end.map_or(0, |end| end + 1));
             self.is_skipping = byte != b'\r';
         }
     }
 }
 
-impl Desk for Line {
-    fn at_look(&mut self, view: &mut CommView<'_>) -> Flow {
+impl SerialScript for SerialLine {
+    fn at_poll(&mut self, view: &mut CommView<'_>) -> Flow {
         let now_ns = view.now_ns();
         if now_ns >= STARTED_NS
             && let Some(ready) = self.ready.take()
@@ -206,16 +208,16 @@ impl Desk for Line {
         let Some(serial) = view.serial() else {
             return Flow::End;
         };
-        for (_, byte) in serial.take_heard() {
-            self.keep(byte);
+        for (_, byte) in serial.take_received() {
+            self.buffer(byte);
         }
         self.transport.write(&mut self.unread);
         let mut bytes = [0; RECEIVE_BUFFER];
-        if serial.waiting() < RECEIVE_BUFFER {
+        if serial.queued() < RECEIVE_BUFFER {
             let count = self.transport.read(&mut bytes);
-            serial.say(now_ns, bytes.get(..count).unwrap_or_default());
+            serial.send(now_ns, bytes.get(..count).unwrap_or_default());
         }
-        Flow::On
+        Flow::Continue
     }
 }
 

@@ -33,7 +33,7 @@ fn write_some(mut line: impl Write, bytes: &mut Vec<u8>) -> bool {
     true
 }
 
-/// A pseudo-terminal, which stays open when its reader closes it.
+/// A pseudo-terminal, which remains open when its reader closes it.
 pub struct Terminal(pub File);
 
 impl Transport for Terminal {
@@ -63,7 +63,7 @@ impl TcpServer {
         }
     }
 
-    fn let_in(&mut self) {
+    fn accept_client(&mut self) {
         let Ok((stream, address)) = self.listener.accept() else {
             return;
         };
@@ -92,7 +92,7 @@ impl Transport for TcpServer {
             }
         }
         // After the read, which detects a client that has disconnected.
-        self.let_in();
+        self.accept_client();
         0
     }
 

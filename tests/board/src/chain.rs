@@ -8,14 +8,14 @@ use firmware::store::{Stored, first_page};
 use virtual_board::can::Sent;
 use virtual_board::flash::Sector;
 use virtual_board::run::{
-    CommFinished, CommOptions, Company, Desk, Finished, Options, Script, SharedBus, run_comm,
-    run_with,
+    Attachments, CommFinished, CommOptions, Finished, Options, Script, SerialScript, SharedBus,
+    run_comm, run_with,
 };
 
-use crate::comm::{LOOK_NS, comm_firmware};
+use crate::comm::{POLL_NS, comm_firmware};
 use crate::program::firmware;
 
-/// Address and contents of the flash with this set saved.
+/// Address and contents of the flash with these parameters saved.
 ///
 /// # Panics
 /// If the chip has no sector for it.
@@ -26,13 +26,14 @@ pub fn saved<S: Stored>(set: &S) -> (u64, Vec<u8>) {
     (sector.base, bytes.collect())
 }
 
-/// A chain that has run.
+/// The results of a run of the chain.
 pub struct Chain<S, D> {
     /// The actuator boards.
     pub actuators: Vec<Finished<S>>,
     /// The communication board.
     pub comm: CommFinished<D>,
-    /// What was on the bus: the actuators in their order, then the communication board.
+    /// Frames that were on the bus; senders: the actuators in their order, then the communication
+    /// board.
     pub log: Vec<Sent>,
 }
 
@@ -41,36 +42,36 @@ pub struct Chain<S, D> {
 ///
 /// # Panics
 /// If it had one, or a run fails.
-pub fn run_chain<S, D>(options: &Options, scripts: Vec<S>, desk: D) -> Chain<S, D>
+pub fn run_chain<S, D>(options: &Options, scripts: Vec<S>, client: D) -> Chain<S, D>
 where
     S: Script + 'static,
-    D: Desk + 'static,
+    D: SerialScript + 'static,
 {
     let bus = SharedBus::new(Vec::new(), scripts.len() + 1);
-    let mut ends = bus.ends().into_iter();
+    let mut connections = bus.connections().into_iter();
     let mut threads = Vec::new();
-    for (node_id, (script, end)) in (1..).zip(scripts.into_iter().zip(&mut ends)) {
-        let mut set = StoredParameters::DEFAULT;
-        set.board.bus.node_id = node_id;
+    for (node_id, (script, connection)) in (1..).zip(scripts.into_iter().zip(&mut connections)) {
+        let mut parameters = StoredParameters::DEFAULT;
+        parameters.board.bus.node_id = node_id;
         let options = Options {
-            contents: vec![saved(&set)],
+            contents: vec![saved(&parameters)],
             ..options.clone()
         };
-        let company = Company {
-            bus: Some(end),
-            ..Company::default()
+        let attachments = Attachments {
+            bus: Some(connection),
+            ..Attachments::default()
         };
         threads.push(thread::spawn(move || {
-            run_with(firmware(), options, script, company).expect("it runs")
+            run_with(firmware(), options, script, attachments).expect("the run succeeds")
         }));
     }
     let options = CommOptions {
-        bus: ends.next().expect("one for each"),
-        look_ns: LOOK_NS,
+        bus: connections.next().expect("a connection for each board"),
+        poll_ns: POLL_NS,
         until_ns: options.until_ns,
         interrupt: None,
     };
-    let comm = run_comm(comm_firmware(), options, desk).expect("it runs");
+    let comm = run_comm(comm_firmware(), options, client).expect("the run succeeds");
     assert!(comm.gaps.is_empty(), "{}", comm.gaps);
     let actuators = threads
         .into_iter()

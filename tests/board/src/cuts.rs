@@ -1,5 +1,5 @@
-//! Saves of parameters that a loss of the supply interrupts, one after the other in a single run:
-//! the emulator translates the program once.
+//! Saves of parameters that are interrupted by a loss of the supply, all in a single run: the
+//! emulator translates the program only once.
 
 use std::collections::VecDeque;
 
@@ -9,26 +9,26 @@ use virtual_board::run::{Flow, Script, View};
 
 use crate::frames::{Frame, SAVE, read, to_wire, write};
 
-/// From power-on until the board has started and measured, ns.
+/// Time from power-on until the board has started and has measured, ns.
 const STARTED_NS: u64 = 60_000_000;
 
-/// From a new value to the request to save it, and from one read request to the next, ns.
+/// Time between a new value and the request to save it, and between two read requests, ns.
 const PAUSE_NS: u64 = 10_000_000;
 
-/// More than any save takes, the erase of a page before it included, ns.
+/// Upper limit of the duration of a save with the erase of a page, ns.
 const SAVED_NS: u64 = 1_500_000_000;
 
 /// Length of the loss of supply between two saves, ns.
-const DARK_NS: u64 = 2_000_000;
+const OFF_NS: u64 = 2_000_000;
 
 /// The parameter that is saved: over-current limit, mA.
 const PARAMETER: (u16, u8) = (0x2100, 8);
 
-/// Where a save is cut: in which operation of the flash, and after how many thousandths of its
-/// time.
+/// Instant of a supply cut: the flash operation of a save, and the elapsed thousandths of its
+/// duration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Cut {
-    /// Counted from the beginning of the save.
+    /// Number of the operation, counted from the beginning of the save.
     pub operation: u64,
     /// Thousandths.
     pub permille: u64,
@@ -63,7 +63,7 @@ pub struct Cuts {
     step: Step,
     resets: usize,
     requested_ns: u64,
-    /// What the board held after each cut.
+    /// The value that the board had after each cut.
     pub held: Vec<(Cut, u32)>,
 }
 
@@ -113,13 +113,13 @@ impl Cuts {
         self.step = Step::Saving(now_ns);
     }
 
-    /// The value that the board holds, requested until it responds.
+    /// The value that the board has, requested until it responds.
     fn response(&mut self, view: &mut View<'_>) -> Option<u32> {
         let now_ns = view.now_ns();
         let (index, sub) = PARAMETER;
         let [low, high] = index.to_le_bytes();
         let mut value = None;
-        for (_, frame) in view.port(0)?.take_heard() {
+        for (_, frame) in view.port(0)?.take_received() {
             let [command, object @ .., a, b, c, d] = frame.data;
             if (frame.id.value(), command, object) == (0x581, 0x43, [low, high, sub]) {
                 value = Some(u32::from_le_bytes([a, b, c, d]));
@@ -132,7 +132,7 @@ impl Cuts {
         value
     }
 
-    /// A save has ended and the board has reported what it holds: begins the next one, if any.
+    /// Called when a save has ended and its value has been read: begins the next save, if any.
     fn next(&mut self, value: u32, view: &mut View<'_>) -> Flow {
         match self.cut.take() {
             Some(cut) => self.held.push((cut, value)),
@@ -143,15 +143,15 @@ impl Cuts {
                 return Flow::End;
             };
             self.cut = Some(cut);
-            put(&self.before, view);
+            restore(&self.before, view);
         }
         let now_ns = view.now_ns();
         view.plan(Planned {
-            for_ns: Some(DARK_NS),
+            for_ns: Some(OFF_NS),
             ..at(now_ns, Fault::PowerLoss)
         });
-        self.step = Step::Starting(now_ns + DARK_NS);
-        Flow::On
+        self.step = Step::Starting(now_ns + OFF_NS);
+        Flow::Continue
     }
 
     fn complete(&mut self, value: u32, view: &mut View<'_>) {
@@ -194,7 +194,7 @@ impl Script for Cuts {
             }
             _ => {}
         }
-        Flow::On
+        Flow::Continue
     }
 }
 
@@ -226,7 +226,7 @@ fn pages(view: &mut View<'_>) -> Pages {
     words.map(|word| word.expect("flash is there")).collect()
 }
 
-fn put(pages: &Pages, view: &mut View<'_>) {
+fn restore(pages: &Pages, view: &mut View<'_>) {
     for (address, &word) in addresses().zip(pages) {
         if view.word(address) != Some(word) {
             assert!(view.program_word(address, word), "{address:#x} is flash");

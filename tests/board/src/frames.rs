@@ -37,7 +37,7 @@ pub fn from_wire(frame: &can::Frame) -> Frame {
     standard(frame.id.value() as u16, frame.payload())
 }
 
-/// A command of network management to the node.
+/// An NMT command to the node.
 pub fn nmt(command: u8) -> Frame {
     standard(0, &[command, 1])
 }
@@ -65,7 +65,7 @@ pub fn sdo(bytes: [u8; 8]) -> Frame {
     standard(0x601, &bytes)
 }
 
-/// An SDO request that writes so many bytes.
+/// An SDO request that writes `size` bytes.
 pub fn write(index: u16, sub: u8, value: u32, size: u8) -> Frame {
     let [low, high] = index.to_le_bytes();
     let [a, b, c, d] = value.to_le_bytes();
@@ -135,7 +135,7 @@ pub fn responses<S>(finished: &Finished<S>) -> Vec<[u8; 8]> {
     with_id(finished, 0x581).map(|(_, bytes)| bytes).collect()
 }
 
-/// Instances of EMCY from here on are the drive's faults: 80h and the fault's number.
+/// EMCY frames report the drive's faults with this value plus the fault's number as instance.
 const DRIVE_FAULTS: u8 = 0x80;
 
 /// Faults of the drive as EMCY reports them: the ends of the frames, ns, and the fault's number.

@@ -9,7 +9,7 @@ use crate::frames::{Frame, control, start, to_wire};
 pub const PERIODS: u64 = PWM_PERIODS_PER_CONTROL_PERIOD as u64;
 
 /// The master: `frames` returns what it sends at the start of a control period. The node receives
-/// these frames in its first turn of that period, and the next control step uses them.
+/// these frames in its first call of that period, and the next control step uses them.
 pub struct Master<F> {
     frames: F,
     period: u64,
@@ -45,7 +45,7 @@ impl<F: Fn(u64) -> Vec<Frame> + Send> Script for Master<F> {
             }
         }
         self.period += 1;
-        Flow::On
+        Flow::Continue
     }
 }
 
@@ -69,12 +69,12 @@ pub fn driven(tick: u64, target_mdeg: i32) -> Vec<Frame> {
 /// A target angle for each control period, mdeg.
 pub type Targets = fn(tick: u64) -> i32;
 
-/// 10 deg and -10 deg in turns of one second.
+/// 10 deg and -10 deg, alternating every second.
 pub fn to_and_fro(tick: u64) -> i32 {
     steps(tick, 10_000, 250)
 }
 
-/// An angle and its opposite in turns of so many control periods.
+/// An angle and its opposite, alternating every `turn` control periods.
 pub fn steps(tick: u64, mdeg: i32, turn: u64) -> i32 {
     if (tick / turn).is_multiple_of(2) {
         mdeg

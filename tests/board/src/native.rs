@@ -1,4 +1,4 @@
-//! The device on the PC, on the plant of the emulated board, in the board's order.
+//! The device run natively on the PC, with the plant and the execution order of the emulated board.
 
 use firmware::application::Start;
 use firmware::drive::{Device, StoredParameters};
@@ -18,7 +18,7 @@ use crate::master::PERIODS;
 struct Row {
     /// State of the bridge up to it.
     bridge: Bridge,
-    /// What the pins show from it on.
+    /// Sensor values from it on.
     sensed: Sensed,
     /// Angle of the shaft, deg.
     angle_deg: f64,
@@ -43,7 +43,7 @@ impl Row {
 
 /// The native run.
 pub struct NativeBoard {
-    /// Every frame for the bus.
+    /// Every transmitted frame.
     pub frames: Vec<Frame>,
     plant: SampledBoardPlant,
     rows: Vec<Row>,
@@ -70,7 +70,7 @@ impl NativeBoard {
         }
     }
 
-    /// A control period; these frames come in before the first turn of the device.
+    /// Runs a control period; these frames arrive before the first call of the device.
     pub fn tick(&mut self, frames: &[Frame]) {
         let samples = native::samples(&self.plant.sampled());
         let outputs = self.device.control(&samples);
@@ -85,7 +85,7 @@ impl NativeBoard {
         self.tick += 1;
     }
 
-    /// The node's turn in this PWM period of the tick.
+    /// The node's call in this PWM period of the tick.
     fn communicate(&mut self, period: u32, frames: &[Frame]) {
         let now_us = (PERIODS * self.tick + u64::from(period)) * PWM_PERIOD_NS / 1000;
         for frame in frames {
@@ -102,7 +102,7 @@ impl NativeBoard {
         }
     }
 
-    /// Asserts that the plant of the emulated board was the same in every PWM period, bit for bit.
+    /// Asserts that the plant of the emulated board was bit-exactly the same in every PWM period.
     ///
     /// # Panics
     /// If it was not.

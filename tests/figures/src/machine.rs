@@ -2,7 +2,7 @@
 
 use std::{fs, process::Command};
 
-/// What the page says about its origin.
+/// Origin of the figures, for the page.
 #[derive(Debug)]
 pub struct Machine {
     /// Commit of the work tree; "modified" where it has uncommitted changes.

@@ -1,4 +1,4 @@
-//! What is measured, and how.
+//! The measurements: commands and the lines of their output.
 
 use std::process::Command;
 
@@ -7,7 +7,7 @@ use crate::Error;
 /// A command, and the lines of its output that are figures.
 #[derive(Debug)]
 pub struct Measurement {
-    /// What the figures are.
+    /// Heading of the figures.
     pub what: &'static str,
     /// Arguments of cargo.
     arguments: &'static str,
@@ -33,12 +33,12 @@ pub static MEASUREMENTS: [Measurement; 5] = [
     },
     Measurement {
         what: "Instructions of a control period on the board",
-        arguments: "test-all --test board -- --nocapture --test-threads 1 below_300 below_3000 beyond_3000",
+        arguments: "test-all --test board -- --nocapture --test-threads 1 below_300 below_3000",
         markers: &["instructions", "set and started"],
     },
     Measurement {
-        what: "Worst turn of the CANopen device, and the stack",
-        arguments: "test-all --test board -- --nocapture --test-threads 1 the_turns_of_the_node",
+        what: "Longest call of the CANopen device, and stack use",
+        arguments: "test-all --test board -- --nocapture --test-threads 1 the_calls_of_the_node",
         markers: &["the worst", "stack:"],
     },
     Measurement {
@@ -54,7 +54,7 @@ pub static MEASUREMENTS: [Measurement; 5] = [
 ];
 
 impl Measurement {
-    /// The command as one types it.
+    /// The command line.
     pub fn command(&self) -> String {
         format!("cargo {}", self.arguments)
     }

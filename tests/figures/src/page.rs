@@ -7,8 +7,8 @@ use crate::{machine::Machine, measurement::Measured};
 /// The page as Markdown.
 pub fn markdown(machine: &Machine, measured: &[Measured]) -> String {
     let mut text = format!(
-        "# Figures\n\nWritten by `cargo run --release -p figures`; each line below a command is what \
-         that command printed.\n\n\
+        "# Figures\n\nWritten by `cargo run --release -p figures`; the lines below each command \
+         are its output.\n\n\
          | | |\n|---|---|\n| commit | {} |\n| date | {} |\n| processor | {} |\n\
          | load average before | {} |\n| compiler | {} |\n\n\
          Counts of instructions and bytes depend on the commit and the compiler alone. Times and \

@@ -1,23 +1,23 @@
-//! Each claim of the paper, held against the runs.
+//! The claims of the paper, compared with the runs.
 
 mod dynamics;
 mod identified;
 
-use crate::{Failure, measures::Traces, study::Study};
+use crate::{Failure, study::Study, trace_measures::Traces};
 
-/// What became of a claim.
+/// Result of the comparison of a claim.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
-    /// It holds here too.
+    /// The results confirm it.
     Reproduced,
-    /// It does not show here, which says nothing against it.
+    /// The results neither confirm nor contradict it.
     NotReproduced,
-    /// Here the opposite holds, or it contradicts itself.
+    /// The results contradict it, or it is inconsistent.
     Contradicted,
 }
 
 impl Verdict {
-    /// The verdict of a test: what fails it is contradicted.
+    /// Verdict of a test whose failure contradicts the claim.
     pub fn contradicted_unless(holds: bool) -> Self {
         if holds {
             Self::Reproduced
@@ -26,7 +26,7 @@ impl Verdict {
         }
     }
 
-    /// The same where failing says nothing against the claim.
+    /// Verdict of a test whose failure does not contradict the claim.
     pub fn not_reproduced_unless(holds: bool) -> Self {
         if holds {
             Self::Reproduced
@@ -35,7 +35,7 @@ impl Verdict {
         }
     }
 
-    /// In words.
+    /// Name in the table.
     pub fn name(self) -> &'static str {
         match self {
             Self::Reproduced => "reproduced",
@@ -48,24 +48,24 @@ impl Verdict {
 /// A claim with its verdict.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Claim {
-    /// What the paper says.
+    /// The paper's statement.
     pub text: &'static str,
-    /// Where it says so.
+    /// Section of the paper.
     pub section: &'static str,
-    /// What became of it.
+    /// Result of the comparison.
     pub verdict: Verdict,
-    /// The numbers that show it.
+    /// The numbers of the comparison.
     pub evidence: String,
-    /// The file of the figure that shows it; empty where none does.
+    /// File of the figure that shows it; empty without a figure.
     pub figure: String,
 }
 
-/// The conditions by their places in [`crate::runs::CONDITIONS`].
+/// Indices of the conditions in [`crate::runs::CONDITIONS`].
 pub(crate) const PRINTED: usize = 0;
 pub(crate) const MAIN: usize = 1;
 pub(crate) const LOADED: usize = 2;
 
-/// What the claims are judged by.
+/// Data for the evaluation of the claims.
 pub(crate) struct Case<'a> {
     pub study: &'a Study,
     pub pulse: Traces,
@@ -89,5 +89,5 @@ pub fn all(study: &Study) -> Result<Vec<Claim>, Failure> {
         .collect()
 }
 
-/// Judges a claim; `None` of a study that lacks the runs for it.
-type Judge = fn(&Case<'_>) -> Option<Claim>;
+/// Evaluates a claim; `None` if the study lacks the runs for it.
+type Evaluate = fn(&Case<'_>) -> Option<Claim>;

@@ -1,4 +1,4 @@
-//! The paper's figures 9 to 13, of our data.
+//! The paper's figures 9 to 13 with the data of this study.
 
 use host_sim::{
     analysis::{
@@ -11,29 +11,29 @@ use identification::frequency::FrequencyResponse;
 
 use crate::{
     Failure,
-    bench::BLACK_BOX_2,
-    measures::Traces,
     models::MODELS,
-    runs::{CHIRP_END_HZ, CONDITIONS, Rate, Run},
+    runs::{CHIRP_END_HZ, CONDITIONS, Run, SampleRate},
     study::Study,
+    test_bench::BLACK_BOX_2,
+    trace_measures::Traces,
 };
 
 /// Black box 1 of the paper, rad/s.
 pub const BLACK_BOX_1: f64 = 30.0;
-/// The grey of the runs, and the models' colours.
+/// Colours of the runs (grey) and of the models.
 const RUN_COLOUR: usize = 7;
 const COLOURS: [usize; 3] = [1, 2, 3];
 
-/// The paper's number of the pulse's figure for each model.
+/// The paper's number of the figure of each model on the pulse.
 pub const PULSE_FIGURES: [u32; 3] = [9, 10, 12];
 
-/// Where a figure is, beside the page.
+/// File of a figure, relative to the page.
 pub fn file(number: u32, condition: usize) -> String {
     let (controller, load) = CONDITIONS[condition];
     format!("figure-{number}-{}-{}.svg", controller.name(), load.name())
 }
 
-/// All figures with their files, as far as there are runs.
+/// All figures for which there are runs, with their files.
 ///
 /// # Errors
 /// Those of the simulator.
@@ -67,12 +67,12 @@ pub fn called(condition: usize) -> String {
     format!("{} loop, {}", controller.name(), load.name())
 }
 
-/// Every fifth sample, as the paper's host logged: a figure shows no more.
+/// Every fifth sample, as recorded by the paper's host, which is sufficient for a figure.
 fn thin(trace: &[f64]) -> Vec<f64> {
     trace.iter().step_by(5).copied().collect()
 }
 
-/// Above the models with the paper's numbers, below as fitted; the runs in grey in both.
+/// Two panels: models with the paper's numbers, and fitted models; the runs in grey in both.
 fn time_figure(title: &str, traces: &Traces, models: &[usize]) -> Figure {
     let t: Vec<f64> = (0..traces.mean_deg.len())
         .map(|i| i as f64 / 250.0)
@@ -95,12 +95,15 @@ fn time_figure(title: &str, traces: &Traces, models: &[usize]) -> Figure {
         .panel(panel("fitted here (deg)", &traces.fitted_deg))
 }
 
-/// The black boxes, printed and fitted to the chirp, and the response that the chirp shows.
+/// The black boxes, printed and fitted to the chirp, and the frequency response of the chirp.
 fn bode(study: &Study, condition: usize) -> Option<Figure> {
     let runs: Vec<&Run> = study.runs(condition, "chirp");
-    let recordings: Vec<_> = runs.iter().map(|run| run.recording(Rate::Hz250)).collect();
+    let recordings: Vec<_> = runs
+        .iter()
+        .map(|run| run.recording(SampleRate::Hz250))
+        .collect();
     let measured = FrequencyResponse::of(&recordings.iter().collect::<Vec<_>>())?;
-    let fit = |model| study.fit(condition, Rate::Hz250, "chirp", model);
+    let fit = |model| study.fit(condition, SampleRate::Hz250, "chirp", model);
     let (first, second) = (fit(0)?, fit(1)?);
     let (a, b) = BLACK_BOX_2;
     let fitted_2 = (
@@ -133,14 +136,14 @@ fn bode(study: &Study, condition: usize) -> Option<Figure> {
         Panel::new("gain (dB)"),
         Panel::new("phase (deg)").y_step(45.0),
     );
-    // Beyond what the chirp excites there is noise alone.
+    // Outside the frequencies of the chirp the response is only noise.
     let band = 0.1..=CHIRP_END_HZ;
     let shown: Vec<usize> = (0..measured.frequency_hz.len())
         .filter(|&i| measured.coherence[i] > 0.8 && band.contains(&measured.frequency_hz[i]))
         .collect();
     let take = |y: &[f64]| shown.iter().map(|&i| y[i]).collect::<Vec<f64>>();
     let f = take(&measured.frequency_hz);
-    // The black boxes of the figure have no delay, as in the paper: it is taken out of the data.
+    // The black boxes of the figure have no delay, as in the paper, so it is removed from the data.
     let delay_s = second.value("delay_s");
     let undelayed: Vec<f64> = (shown.iter())
         .map(|&i| measured.phase_deg[i] + 360.0 * measured.frequency_hz[i] * delay_s)

@@ -1,52 +1,54 @@
-//! The paper's study, redone: the board's program on the emulated board in closed loop, the paper's
-//! three models fitted to what it did, and each claim of the paper held against that.
+//! Replication of the paper's study: the board's program runs on the emulated board in closed loop,
+//! the paper's three models are fitted to the recordings, and each claim of the paper is compared
+//! with the results.
 //!
-//! [`runs`] makes the data, [`models`] fits them, [`claims`] judges, [`page`] and [`figures`] show.
-//! Everything is seeded: the same program makes the same files.
+//! [`runs`] records the data, [`models`] fits the models, [`claims`] evaluates the claims, [`page`]
+//! and [`figures`] write the results. All random numbers are seeded: the same program writes the
+//! same files.
 
-pub mod bench;
 pub mod claims;
 pub mod figures;
-pub mod link;
-pub mod measures;
+pub mod host;
 pub mod models;
 pub mod page;
 pub mod runs;
 pub mod study;
+pub mod test_bench;
+pub mod trace_measures;
 
 use identification::{IdentifyError, RecordingError};
 use model_core::parameter::ParameterError;
 use virtual_board::run::{FirmwareError, RunError};
 
-/// Why there is no study.
+/// Reason why the study failed.
 #[derive(Debug, thiserror::Error)]
 pub enum Failure {
-    /// An input has another name.
-    #[error("no input is called {0}")]
+    /// Unknown name of an input.
+    #[error("unknown input {0}")]
     NoInput(&'static str),
-    /// A model has another name.
-    #[error("no model is called {0}")]
+    /// Unknown name of a model.
+    #[error("unknown model {0}")]
     NoModel(&'static str),
-    /// A claim cannot be judged.
-    #[error("the study lacks runs that a claim is judged by")]
+    /// Runs of a claim are missing.
+    #[error("the study lacks runs for a claim")]
     Incomplete,
-    /// Nothing could be compared.
+    /// No sample could be compared.
     #[error("a model and a recording have no sample in common")]
     Nothing,
-    /// An input or a model does not take a parameter.
+    /// Unknown parameter of an input or a model, or a value outside its range.
     #[error("parameter {0}")]
     Parameter(#[from] ParameterError),
     /// The board's program cannot be read.
     #[error(transparent)]
     Firmware(#[from] FirmwareError),
-    /// The board does not run.
+    /// The run of the board failed.
     #[error(transparent)]
     Board(Box<RunError>),
-    /// A run ended otherwise than it should.
+    /// A run ended with an error.
     #[error("{0}: {1}")]
-    Run(String, link::RunProblem),
-    /// The emulation lacks something: the run proves nothing.
-    #[error("{0}: what the emulation does not have:\n{1}")]
+    Run(String, host::HostError),
+    /// The program used something that is not emulated: the run is not valid.
+    #[error("{0}: not emulated:\n{1}")]
     Gaps(String, String),
     /// A recording cannot be used.
     #[error("{0}: {1}")]
@@ -59,7 +61,7 @@ pub enum Failure {
     Program(Box<host_sim::error::Error>),
 }
 
-/// Boxed: a result is moved more often than it is a failure.
+/// Conversions of large errors, which are boxed to keep `Result` small.
 macro_rules! boxed {
     ($($Variant:ident: $Error:ty),+ $(,)?) => {
         $(impl From<$Error> for Failure {

@@ -1,14 +1,14 @@
-//! `cargo run --release --bin study -- --out docs/study` writes the study anew.
+//! `cargo run --release --bin study -- --out docs/study` writes the study.
 
 use std::{path::PathBuf, process::ExitCode};
 
 use clap::Parser;
 use study::{Failure, claims, figures, page, runs, study::Study};
 
-/// Redoes the paper's study on the emulated board: some minutes on two cores.
+/// Repeats the paper's study on the emulated board, which takes some minutes on two cores.
 #[derive(Debug, Parser)]
 struct Arguments {
-    /// Folder that the study is written into
+    /// Output folder of the study
     #[arg(long, value_name = "FOLDER")]
     out: PathBuf,
 }
@@ -26,7 +26,7 @@ fn main() -> ExitCode {
 impl Arguments {
     fn run(&self) -> Result<(), Failure> {
         std::fs::create_dir_all(&self.out).map_err(|error| self.unwritable(error))?;
-        let runs = runs::all(board_tests::program::firmware(), &runs::Key::all())?;
+        let runs = runs::all(board_tests::program::firmware(), &runs::RunKey::all())?;
         let study = Study::of(runs)?;
         let claims = claims::all(&study)?;
         for (name, figure) in figures::all(&study)? {

@@ -11,15 +11,15 @@ use identification::{
 use model_core::{named::Named as _, scenario, time::TICKS_PER_SECOND};
 use std::sync::Arc;
 
-use crate::{Failure, bench::Controller, runs::Run};
+use crate::{Failure, runs::Run, test_bench::Controller};
 
-/// The models, from the least to the most complex as the paper orders them.
+/// The models in the paper's order of complexity.
 pub const MODELS: [&str; 3] = ["black-box-1", "black-box-2", "grey-box"];
-/// The presets that are the paper's numbers; of the grey box as it is printed, in the paper's unit.
+/// The presets with the paper's numbers; for the grey box as printed, in the paper's unit.
 const PRINTED: [&str; 3] = ["paper", "paper", "as-printed"];
 
-/// How all models are searched for: the look at the data starts near the optimum, and three
-/// scattered starts beside it would find another.
+/// Search options of all models: one start from the regression, which is near the optimum, and
+/// three random starts to detect other optima.
 pub fn search() -> Options {
     Options {
         starts: 4,
@@ -27,16 +27,16 @@ pub fn search() -> Options {
     }
 }
 
-/// A model by its place in [`MODELS`].
+/// A model by its index in [`MODELS`].
 ///
 /// # Errors
-/// [`Failure::NoModel`] of a name that identification does not know.
+/// [`Failure::NoModel`] for a name that is unknown to `identification`.
 pub fn model(index: usize) -> Result<Arc<dyn Model>, Failure> {
     let name = MODELS[index];
     named(name).ok_or(Failure::NoModel(name))
 }
 
-/// The parameters that are known beforehand: of the grey box the gains of its controller.
+/// Parameters with known values: for the grey box the gains of its controller.
 pub fn known(index: usize, controller: Controller) -> Vec<(&'static str, f64)> {
     match MODELS[index] {
         "grey-box" => controller.settings(),
@@ -49,19 +49,19 @@ pub fn known(index: usize, controller: Controller) -> Vec<(&'static str, f64)> {
 pub struct Fitted {
     /// The fit.
     pub fit: Fit,
-    /// How near it comes to the runs that it was fitted to.
+    /// Quality on the runs that it was fitted to.
     pub quality: Quality,
-    /// How near it comes to those of each input, its own included; `None` of an input without runs.
+    /// Quality on the runs of each input, including its own; `None` for an input without runs.
     pub predicted: Vec<Option<Quality>>,
 }
 
 impl Fitted {
-    /// The estimate of a parameter; NaN where the model has none.
+    /// The estimate of a parameter; NaN if the model does not have it.
     pub fn value(&self, name: &str) -> f64 {
         self.fit.value(name).unwrap_or(f64::NAN)
     }
 
-    /// Fits a model to the runs of one input, and predicts those of all.
+    /// Fits a model to the runs of one input, and predicts the runs of all inputs.
     ///
     /// # Errors
     /// Those of the fit.
@@ -80,19 +80,22 @@ impl Fitted {
             let measured = pairs
                 .iter()
                 .flat_map(|(e, _)| e.recording.angle_deg.clone());
-            let answers = pairs.iter().flat_map(|(_, angles)| angles.clone());
-            Quality::of(&measured.collect::<Vec<_>>(), &answers.collect::<Vec<_>>())
-                .ok_or(Failure::Nothing)
+            let responses = pairs.iter().flat_map(|(_, angles)| angles.clone());
+            Quality::of(
+                &measured.collect::<Vec<_>>(),
+                &responses.collect::<Vec<_>>(),
+            )
+            .ok_or(Failure::Nothing)
         };
         let own: Vec<_> = (own.iter().zip(&fit.experiments))
             .map(|(experiment, fit)| (experiment, fit.predicted_deg.clone()))
             .collect();
         let predict = |runs: &Vec<Experiment>| {
             let one = |run| Ok((run, engine::predict(&problem, &fit, run)?.predicted_deg));
-            let answers = runs.iter().map(one).collect::<Result<Vec<_>, Failure>>()?;
-            match answers.is_empty() {
+            let responses = runs.iter().map(one).collect::<Result<Vec<_>, Failure>>()?;
+            match responses.is_empty() {
                 true => Ok(None),
-                false => quality(&answers).map(Some),
+                false => quality(&responses).map(Some),
             }
         };
         Ok(Self {
@@ -103,7 +106,7 @@ impl Fitted {
     }
 }
 
-/// What a model with the paper's numbers answers to the commands of a run, at each control period,
+/// Response of a model with the paper's numbers to the commands of a run, at each control period,
 /// deg.
 ///
 /// # Errors

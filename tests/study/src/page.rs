@@ -9,7 +9,7 @@ use crate::{
     claims::{Claim, LOADED, MAIN, PRINTED},
     figures::{PULSE_FIGURES, called, file},
     models::MODELS,
-    runs::{CONDITIONS, INPUTS, Rate},
+    runs::{CONDITIONS, INPUTS, SampleRate},
     study::Study,
 };
 
@@ -67,7 +67,7 @@ fn table<S: AsRef<str>>(columns: &[S]) -> Table {
 
 fn quality_table(study: &Study) -> Table {
     let fits = || {
-        Rate::ALL
+        SampleRate::ALL
             .into_iter()
             .flat_map(|rate| (0..MODELS.len()).map(move |m| (rate, m)))
     };
@@ -91,7 +91,7 @@ fn cross_table(study: &Study) -> Table {
     let mut table = table(&[&["model", "fitted to"][..], &INPUTS].concat());
     for (model, name) in MODELS.iter().enumerate() {
         for input in INPUTS {
-            let Some(fit) = study.fit(MAIN, Rate::Hz50, input, model) else {
+            let Some(fit) = study.fit(MAIN, SampleRate::Hz50, input, model) else {
                 continue;
             };
             let percent = fit.predicted.iter();
@@ -108,7 +108,7 @@ fn parameter_table(study: &Study) -> Table {
     for condition in [PRINTED, MAIN, LOADED] {
         for (model, name) in MODELS.iter().enumerate() {
             let of = |rate| study.fit(condition, rate, "pulse", model);
-            let (Some(fine), Some(coarse)) = (of(Rate::Hz250), of(Rate::Hz50)) else {
+            let (Some(fine), Some(coarse)) = (of(SampleRate::Hz250), of(SampleRate::Hz50)) else {
                 continue;
             };
             let estimates = fine.fit.estimates.iter();

@@ -1,4 +1,4 @@
-//! All runs of the study, and the recordings in them.
+//! The runs of the study and their recordings.
 
 use identification::{Experiment, Hold, Recording};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -8,43 +8,43 @@ use virtual_board::run::{Firmware, Options, run};
 
 use crate::{
     Failure,
-    bench::{Controller, Load, RUNS, rig},
-    link::{HOST, Host, Sample},
+    host::{CONTROL_PERIODS_PER_HOST_PERIOD, Host, Sample},
+    test_bench::{Controller, Load, RUNS, plant_options},
 };
 
 /// The inputs of the paper, section III.
 pub const INPUTS: [&str; 6] = ["pulse", "variable-step", "ramp", "chirp", "sine", "3-2-1-1"];
 
-/// The conditions of the study. The second is the paper's as far as its numbers can be had from one
-/// loop; the first is the loop that it prints.
+/// The conditions of the study. The first is the loop that the paper prints; the second is the one
+/// whose responses match the paper's numbers as far as one loop can.
 pub const CONDITIONS: [(Controller, Load); 3] = [
     (Controller::Printed, Load::Unloaded),
     (Controller::Retuned, Load::Unloaded),
     (Controller::Retuned, Load::Loaded),
 ];
 
-/// Where the chirp ends, Hz.
+/// End frequency of the chirp, Hz.
 pub const CHIRP_END_HZ: f64 = 6.0;
 
-/// The chirp: what the motor can follow without the whole duty, 2150 deg/s^2 at the most, up to 6
-/// Hz. The default, 5 deg up to 10 Hz, the board ends for overload.
+/// The chirp: at most 2150 deg/s^2, up to 6 Hz, which the motor follows without saturation of the
+/// duty. With the default chirp, 5 deg up to 10 Hz, the board stops by its overload protection.
 const CHIRP: [(&str, f64); 3] = [
     ("amplitude_deg", 1.5),
     ("end_hz", CHIRP_END_HZ),
     ("duration_s", 15.0),
 ];
 
-/// What is recorded of a run.
+/// Sample rate of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Rate {
+pub enum SampleRate {
     /// Every control period.
     Hz250,
-    /// Every fifth, as the paper's host logged.
+    /// Every fifth control period, as the paper's host.
     Hz50,
 }
 
-impl Rate {
-    /// Both.
+impl SampleRate {
+    /// Both rates.
     pub const ALL: [Self; 2] = [Self::Hz250, Self::Hz50];
 
     /// Samples per second.
@@ -55,25 +55,25 @@ impl Rate {
     fn every(self) -> usize {
         match self {
             Self::Hz250 => 1,
-            Self::Hz50 => HOST,
+            Self::Hz50 => CONTROL_PERIODS_PER_HOST_PERIOD,
         }
     }
 }
 
-/// Which run.
+/// Identification of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Key {
-    /// How the board was tuned.
+pub struct RunKey {
+    /// Gains of the board.
     pub controller: Controller,
-    /// What it moved.
+    /// Load of the board.
     pub load: Load,
-    /// What was commanded: an index into [`INPUTS`].
+    /// Index of the input in [`INPUTS`].
     pub input: usize,
-    /// Which of the runs, from 1.
+    /// Number of the run, from 1.
     pub run: u64,
 }
 
-impl Key {
+impl RunKey {
     /// All runs of the study.
     pub fn all() -> Vec<Self> {
         let mut keys = Vec::new();
@@ -99,7 +99,7 @@ impl Key {
         )
     }
 
-    /// What the host commands, mdeg, each 20 ms.
+    /// The host's commands, mdeg, one per 20 ms.
     fn commands(&self) -> Result<Vec<i32>, Failure> {
         let name = INPUTS[self.input];
         let mut input = Input::named(name).ok_or(Failure::NoInput(name))?;
@@ -119,8 +119,8 @@ impl Key {
 /// A run of the board.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Run {
-    /// Which one.
-    pub key: Key,
+    /// Its identification.
+    pub key: RunKey,
     commands_mdeg: Vec<i32>,
     samples: Vec<Sample>,
 }
@@ -129,12 +129,12 @@ impl Run {
     /// Runs the board's program on the emulated board.
     ///
     /// # Errors
-    /// [`Failure`] of a board that does not run or that stops, and of an emulation with gaps.
-    pub fn of(firmware: &Firmware, key: Key) -> Result<Self, Failure> {
+    /// [`Failure`] if the board does not run or stops, or if the emulation has gaps.
+    pub fn of(firmware: &Firmware, key: RunKey) -> Result<Self, Failure> {
         let commands_mdeg = key.commands()?;
         let host = Host::new(&key.controller.objects(), commands_mdeg.clone());
         let options = Options {
-            rig: rig(key.load, key.run),
+            plant: plant_options(key.load, key.run),
             keeps_trace: false,
             ..Options::for_ms(host.duration_ms())
         };
@@ -151,24 +151,24 @@ impl Run {
         })
     }
 
-    /// The commands, deg, one each 20 ms.
+    /// The commands, deg, one per 20 ms.
     pub fn commands_deg(&self) -> impl Iterator<Item = f64> {
         self.commands_mdeg
             .iter()
             .map(|mdeg| f64::from(*mdeg) * 1e-3)
     }
 
-    /// Control periods.
+    /// Number of control periods.
     pub fn len(&self) -> usize {
         self.samples.len()
     }
 
-    /// Whether there is none.
+    /// Whether there is no control period.
     pub fn is_empty(&self) -> bool {
         self.samples.is_empty()
     }
 
-    /// A checksum of commands and angles as the bus carried them: FNV-1a, 64 bits (Fowler, Noll,
+    /// A checksum of commands and angles as transmitted on the bus: FNV-1a, 64 bits (Fowler, Noll,
     /// Vo).
     pub fn checksum(&self) -> u64 {
         let angles = self.samples.iter().map(|sample| sample.angle_mdeg);
@@ -180,13 +180,14 @@ impl Run {
             })
     }
 
-    /// What a host keeps of it that logs at this rate.
-    pub fn recording(&self, rate: Rate) -> Recording {
+    /// The recording at this sample rate.
+    pub fn recording(&self, rate: SampleRate) -> Recording {
         let rows = || self.samples.iter().enumerate().step_by(rate.every());
         let column =
             |of: fn(&Sample) -> f64| rows().map(|(_, sample)| of(sample)).collect::<Vec<_>>();
-        let command =
-            |(tick, _): (usize, &Sample)| f64::from(self.commands_mdeg[tick / HOST]) * 1e-3;
+        let command = |(tick, _): (usize, &Sample)| {
+            f64::from(self.commands_mdeg[tick / CONTROL_PERIODS_PER_HOST_PERIOD]) * 1e-3
+        };
         Recording {
             name: format!("{} run {}", INPUTS[self.key.input], self.key.run),
             time_s: rows().map(|(tick, _)| tick as f64 / 250.0).collect(),
@@ -201,24 +202,24 @@ impl Run {
         }
     }
 
-    /// The recording, ready for identification.
+    /// The recording as an experiment for identification.
     ///
     /// # Errors
     /// Those of [`Experiment::try_new`].
-    pub fn experiment(&self, rate: Rate) -> Result<Experiment, Failure> {
+    pub fn experiment(&self, rate: SampleRate) -> Result<Experiment, Failure> {
         let recording = self.recording(rate);
         let name = recording.name.clone();
         Experiment::try_new(recording).map_err(|error| Failure::Recording(name, error))
     }
 }
 
-/// Does these runs on all cores, in any order; they come back in theirs.
+/// Executes these runs on all cores; the results are in the order of the keys.
 ///
 /// # Errors
 /// The first failure.
-pub fn all(firmware: &Firmware, keys: &[Key]) -> Result<Vec<Run>, Failure> {
+pub fn all(firmware: &Firmware, keys: &[RunKey]) -> Result<Vec<Run>, Failure> {
     let bar = progress(keys.len(), "runs of the board");
-    let one = |key: &Key| {
+    let one = |key: &RunKey| {
         let run = Run::of(firmware, *key);
         bar.inc(1);
         run
@@ -228,7 +229,7 @@ pub fn all(firmware: &Firmware, keys: &[Key]) -> Result<Vec<Run>, Failure> {
     runs
 }
 
-/// A bar on standard error; nothing where that is no terminal.
+/// A progress bar on standard error; hidden if that is not a terminal.
 pub fn progress(steps: usize, what: &'static str) -> ProgressBar {
     let style = ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len} {eta}");
     ProgressBar::new(steps as u64)

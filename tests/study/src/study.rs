@@ -1,4 +1,4 @@
-//! Everything that is made of the runs: the fits, their predictions, and which model is enough.
+//! Evaluation of the runs: the fits, their predictions, and the sufficient model.
 
 use std::collections::BTreeMap;
 
@@ -11,11 +11,11 @@ use rayon::prelude::*;
 use crate::{
     Failure,
     models::{Fitted, MODELS, known, model, search},
-    runs::{CONDITIONS, INPUTS, Rate, Run, progress},
+    runs::{CONDITIONS, INPUTS, Run, SampleRate, progress},
 };
 
-/// Which fit: condition, rate, input and model by their places.
-pub type Place = (usize, Rate, usize, usize);
+/// Identification of a fit: sample rate, and indices of condition, input and model.
+pub type FitKey = (usize, SampleRate, usize, usize);
 
 /// The study.
 #[derive(Debug)]
@@ -23,12 +23,12 @@ pub struct Study {
     /// All runs.
     pub runs: Vec<Run>,
     /// All fits.
-    pub fits: BTreeMap<Place, Fitted>,
-    /// Which model is enough, in words; one for each condition.
+    pub fits: BTreeMap<FitKey, Fitted>,
+    /// The sufficient model of each condition, in words.
     pub verdicts: Vec<String>,
 }
 
-/// Runs that the comparison of models fits to; it is judged by the rest.
+/// Number of runs that the models are fitted to in the comparison; the others are for validation.
 const FITTED_RUNS: u64 = 3;
 
 impl Study {
@@ -37,27 +37,27 @@ impl Study {
     /// # Errors
     /// The first failure.
     pub fn of(runs: Vec<Run>) -> Result<Self, Failure> {
-        let mut places = Vec::new();
+        let mut keys = Vec::new();
         for condition in 0..CONDITIONS.len() {
-            for rate in Rate::ALL {
+            for rate in SampleRate::ALL {
                 for input in 0..INPUTS.len() {
-                    places.extend((0..MODELS.len()).map(|model| (condition, rate, input, model)));
+                    keys.extend((0..MODELS.len()).map(|model| (condition, rate, input, model)));
                 }
             }
         }
-        let has_runs = |place: &Place| of_input(&runs, place.0, place.2).next().is_some();
-        places.retain(has_runs);
-        let bar = progress(places.len() + CONDITIONS.len(), "fits");
-        let one = |place: &Place| {
-            let fitted = fit(&runs, *place)?;
+        let has_runs = |key: &FitKey| of_input(&runs, key.0, key.2).next().is_some();
+        keys.retain(has_runs);
+        let bar = progress(keys.len() + CONDITIONS.len(), "fits");
+        let one = |key: &FitKey| {
+            let fitted = fit(&runs, *key)?;
             bar.inc(1);
-            Ok((*place, fitted))
+            Ok((*key, fitted))
         };
-        let fits = places.par_iter().map(one);
+        let fits = keys.par_iter().map(one);
         let fits = fits.collect::<Result<BTreeMap<_, _>, Failure>>()?;
         let mut verdicts = Vec::new();
         for condition in 0..CONDITIONS.len() {
-            verdicts.push(enough(&runs, condition)?);
+            verdicts.push(sufficient_model(&runs, condition)?);
             bar.inc(1);
         }
         bar.finish_and_clear();
@@ -70,17 +70,23 @@ impl Study {
 
     /// The runs of an input.
     pub fn runs(&self, condition: usize, input: &str) -> Vec<&Run> {
-        of_input(&self.runs, condition, place(input)).collect()
+        of_input(&self.runs, condition, input_index(input)).collect()
     }
 
     /// A fit.
-    pub fn fit(&self, condition: usize, rate: Rate, input: &str, model: usize) -> Option<&Fitted> {
-        self.fits.get(&(condition, rate, place(input), model))
+    pub fn fit(
+        &self,
+        condition: usize,
+        rate: SampleRate,
+        input: &str,
+        model: usize,
+    ) -> Option<&Fitted> {
+        self.fits.get(&(condition, rate, input_index(input), model))
     }
 }
 
-/// The place of an input.
-pub fn place(input: &str) -> usize {
+/// Index of an input in [`INPUTS`].
+pub fn input_index(input: &str) -> usize {
     INPUTS.iter().position(|name| *name == input).unwrap_or(0)
 }
 
@@ -93,17 +99,17 @@ fn of_input(runs: &[Run], condition: usize, input: usize) -> impl Iterator<Item 
 
 fn experiments<'a>(
     runs: impl Iterator<Item = &'a Run>,
-    rate: Rate,
+    rate: SampleRate,
 ) -> Result<Vec<Experiment>, Failure> {
     runs.map(|run| run.experiment(rate)).collect()
 }
 
-fn fit(runs: &[Run], (condition, rate, input, model): Place) -> Result<Fitted, Failure> {
+fn fit(runs: &[Run], (condition, rate, input, model): FitKey) -> Result<Fitted, Failure> {
     let own = experiments(of_input(runs, condition, input), rate)?;
-    // How a model does on other inputs is the same at both rates: the lower one is cheaper.
+    // The prediction of other inputs does not depend on the rate: the lower rate takes less time.
     let others = match rate {
-        Rate::Hz250 => Vec::new(),
-        Rate::Hz50 => (0..INPUTS.len())
+        SampleRate::Hz250 => Vec::new(),
+        SampleRate::Hz50 => (0..INPUTS.len())
             .map(|other| experiments(of_input(runs, condition, other), rate))
             .collect::<Result<_, _>>()?,
     };
@@ -111,12 +117,12 @@ fn fit(runs: &[Run], (condition, rate, input, model): Place) -> Result<Fitted, F
 }
 
 /// Fits all models to some runs of all inputs together, and ranks them by the other runs.
-fn enough(runs: &[Run], condition: usize) -> Result<String, Failure> {
+fn sufficient_model(runs: &[Run], condition: usize) -> Result<String, Failure> {
     let of_all = || (0..INPUTS.len()).flat_map(|input| of_input(runs, condition, input));
     let fitted = of_all().filter(|run| run.key.run <= FITTED_RUNS);
     let held_out = of_all().filter(|run| run.key.run > FITTED_RUNS);
-    let fitted = experiments(fitted, Rate::Hz50)?;
-    let held_out = experiments(held_out, Rate::Hz50)?;
+    let fitted = experiments(fitted, SampleRate::Hz50)?;
+    let held_out = experiments(held_out, SampleRate::Hz50)?;
     if fitted.is_empty() || held_out.is_empty() {
         return Ok(String::from("too few runs to compare the models"));
     }

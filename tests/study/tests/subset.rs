@@ -1,26 +1,25 @@
-//! The files in docs/study are those that the command writes: one run is repeated.
+//! The files in docs/study agree with the output of the command; one run is repeated.
 
 use std::path::Path;
 
 use study::{
-    Failure,
-    bench::{Controller, Load},
-    claims, figures, page,
-    runs::{self, INPUTS, Key, Rate},
-    study::{Study, place},
+    Failure, claims, figures, page,
+    runs::{self, INPUTS, RunKey, SampleRate},
+    study::{Study, input_index},
+    test_bench::{Controller, Load},
 };
 
 fn committed(name: &str) -> String {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/study");
-    std::fs::read_to_string(folder.join(name)).expect("the study is in docs/study")
+    std::fs::read_to_string(folder.join(name)).expect("a file of docs/study")
 }
 
 #[test]
 fn a_repeated_run_is_bit_exact() {
-    let key = Key {
+    let key = RunKey {
         controller: Controller::Retuned,
         load: Load::Unloaded,
-        input: place("3-2-1-1"),
+        input: input_index("3-2-1-1"),
         run: 1,
     };
     let runs = runs::all(board_tests::program::firmware(), &[key]).expect("the board runs");
@@ -30,10 +29,10 @@ fn a_repeated_run_is_bit_exact() {
         found,
         "`{row}` is not in runs.csv: cargo run --release --bin study -- --out docs/study"
     );
-    let study = Study::of(runs).expect("it can be fitted");
+    let study = Study::of(runs).expect("the runs can be fitted");
     let fit = study
-        .fit(1, Rate::Hz250, "3-2-1-1", 0)
-        .expect("it was fitted");
+        .fit(1, SampleRate::Hz250, "3-2-1-1", 0)
+        .expect("the fit of the run");
     assert!(fit.quality.fit_percent > 80.0, "{:?}", fit.quality);
     // Claims and figures without runs are reported or omitted.
     assert!(matches!(claims::all(&study), Err(Failure::Incomplete)));
@@ -57,9 +56,12 @@ fn the_committed_page_has_the_texts_of_the_template() {
 }
 
 #[test]
-fn the_page_names_every_run_fit_and_figure() {
+fn the_page_contains_every_run_fit_and_figure() {
     let (page, fits) = (committed("README.md"), committed("fits.csv"));
-    assert_eq!(committed("runs.csv").lines().count(), 1 + Key::all().len());
+    assert_eq!(
+        committed("runs.csv").lines().count(),
+        1 + RunKey::all().len()
+    );
     for input in INPUTS {
         assert!(page.contains(input) && fits.contains(input), "{input}");
     }

@@ -8,7 +8,7 @@ use rigless::soc::Error;
 use super::core;
 use crate::chip::Chip;
 use crate::flash::FlashTimes;
-use crate::serial::FarEnd;
+use crate::serial::SerialPeer;
 
 /// Clock of the core, Hz.
 pub const COMM_CORE_HZ: u64 = 160_000_000;
@@ -33,12 +33,12 @@ impl CommBoard {
     /// An error of rigless if the description of the chip is inconsistent.
     pub fn try_new() -> Result<Self, Error> {
         let mut chip = Chip::try_new(None, FlashTimes::TYPICAL, 0)?;
-        chip.part.usart[USART3].attach(FarEnd::default());
+        chip.part.usart[USART3].attach(SerialPeer::default());
         Ok(Self { chip })
     }
 
     /// The other end of the serial line.
-    pub fn serial(&mut self) -> Option<&mut FarEnd> {
+    pub fn serial(&mut self) -> Option<&mut SerialPeer> {
         self.chip.part.usart[USART3].chip_mut()
     }
 }

@@ -104,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn thirty_two_failed_frames_take_a_station_off_the_bus() {
+    fn thirty_two_failed_frames_cause_bus_off() {
         let mut counters = ErrorCounters::default();
         for sent in 0..32 {
             assert_ne!(counters.state(), ErrorState::BusOff, "after {sent}");
@@ -115,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn a_good_frame_makes_up_for_an_eighth_of_a_failed_one() {
+    fn a_good_frame_compensates_an_eighth_of_a_failed_one() {
         let mut counters = ErrorCounters::default();
         counters.send_failed(false);
         counters.sent();
@@ -123,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn a_receiver_warns_at_96_is_passive_above_127_and_comes_back_at_120() {
+    fn a_receiver_warns_at_96_is_passive_above_127_and_returns_to_120() {
         let mut counters = ErrorCounters::default();
         for _ in 0..12 {
             counters.receive_failed(true);

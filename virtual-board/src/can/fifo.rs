@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn a_locked_fifo_loses_the_newest() {
+    fn a_locked_fifo_discards_the_newest_frame() {
         let mut fifo = Fifo::default();
         (1..=4).for_each(|id| fifo.push(received(id), true));
         assert!(fifo.has_overrun);

@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_passes_without_an_active_filter_or_while_they_are_set_up() {
+    fn no_frame_is_accepted_without_an_active_filter_or_in_filter_initialisation() {
         let mut f = filters();
         assert_eq!(f.accept(&standard(1)), None);
         f.is_wide = 1;
@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wide_mask_looks_at_the_bits_it_names() {
+    fn a_wide_mask_compares_only_its_set_bits() {
         let mut f = filters();
         (f.is_wide, f.is_active) = (1, 1);
         f.banks[0] = [0x201 << 21, 0x7ff << 21 | 1 << 2 | 1 << 1];
@@ -175,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn a_list_takes_exactly_its_entries() {
+    fn a_list_accepts_exactly_its_entries() {
         let mut f = filters();
         (f.is_wide, f.is_list, f.is_active) = (0, 1, 1);
         let entry = |id: u32| id << 5;
@@ -194,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn narrow_masks_see_the_upper_bits_of_an_extended_identifier() {
+    fn narrow_masks_compare_the_upper_bits_of_an_extended_identifier() {
         let mut f = filters();
         f.is_active = 1;
         let extended = Frame::data_frame(Id::Extended(0x155 << 18 | 5 << 15), &[]);
@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn the_more_exact_filter_wins_and_numbers_count_within_their_fifo() {
+    fn the_more_exact_filter_has_priority_and_numbers_count_within_their_fifo() {
         let mut f = filters();
         // Bank 0: two narrow masks that take all; bank 1: a wide list, into FIFO 1, inactive;
         // bank 2: a wide list, into FIFO 1.

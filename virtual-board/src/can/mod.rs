@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! firmware ── registers ── BxCan ── Station ┐
-//!                                  Station ├── contest ── Transfer
+//!                                  Station ├── arbitration ── Transfer
 //! outside port ─────────────────── Station ┘
 //! ```
 //!
@@ -20,4 +20,4 @@ pub use bxcan::BxCan;
 pub use counters::{ErrorCounters, ErrorState};
 pub use rigless::chip::can::{Frame, Id};
 pub use timing::BitTiming;
-pub use wire::{Outcome, Port, Sent, Station, Transfer, Wire, WireFault, contest};
+pub use wire::{Outcome, Port, Sent, Station, Transfer, Wire, WireFault, arbitrate};

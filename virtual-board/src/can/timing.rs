@@ -55,13 +55,13 @@ impl BitTiming {
         }
     }
 
-    /// The time of so many bits, ns.
+    /// Duration of this number of bits, ns.
     pub fn bits_ns(&self, bits: u32) -> u64 {
         u64::from(bits) * self.bit_ps / 1000
     }
 
-    /// Whether two stations understand each other.
-    pub fn agrees(&self, other: &Self) -> bool {
+    /// Whether two stations can receive each other's frames.
+    pub fn is_compatible(&self, other: &Self) -> bool {
         let difference = self.bit_ps.abs_diff(other.bit_ps);
         let tolerance = self.tolerance_ppm + other.tolerance_ppm;
         difference * 1_000_000 <= self.bit_ps.min(other.bit_ps) * tolerance
@@ -73,13 +73,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_two_rates_of_the_board_are_told_apart() {
+    fn the_two_rates_of_the_board_are_not_compatible() {
         let fast = BitTiming::from_btr(0x001a_0002, 42_000_000).unwrap();
         let slow = BitTiming::from_btr(0x001a_0005, 42_000_000).unwrap();
         assert_eq!(slow.bit_ps, 2_000_000);
-        assert!(fast.agrees(&BitTiming::at_rate(1_000_000)));
-        assert!(slow.agrees(&BitTiming::at_rate(500_000)));
-        assert!(!fast.agrees(&slow));
+        assert!(fast.is_compatible(&BitTiming::at_rate(1_000_000)));
+        assert!(slow.is_compatible(&BitTiming::at_rate(500_000)));
+        assert!(!fast.is_compatible(&slow));
     }
 
     #[test]
@@ -89,8 +89,8 @@ mod tests {
             bit_ps: 1_000_000 + ppm,
             ..exact
         };
-        assert!(exact.agrees(&off(2_000)));
-        assert!(!exact.agrees(&off(10_000)));
+        assert!(exact.is_compatible(&off(2_000)));
+        assert!(!exact.is_compatible(&off(10_000)));
     }
 
     #[test]

@@ -1,11 +1,11 @@
 //! The CAN bus: arbitration, outcome of frames, and external ports.
 
-mod contest;
+mod arbitration;
 mod port;
 #[cfg(test)]
 mod tests;
 
-pub use contest::{Outcome, Station, Transfer, contest};
+pub use arbitration::{Outcome, Station, Transfer, arbitrate};
 pub use port::Port;
 
 use super::Frame;
@@ -99,7 +99,7 @@ impl Wire {
         let stations: Vec<_> = (controllers.iter().copied())
             .chain(ports.map(|station| station.filter(|_| !is_open)))
             .collect();
-        let transfer = contest(&stations, self.fault, self.noise > 0)?;
+        let transfer = arbitrate(&stations, self.fault, self.noise > 0)?;
         if transfer.outcome == Outcome::Disturbed(None) {
             self.noise = self.noise.saturating_sub(1);
         }
@@ -121,7 +121,7 @@ impl Wire {
         });
         if self.fault != WireFault::Open {
             for (port, station) in self.ports.iter_mut().zip(controllers..) {
-                port.hear(ends_ns, station, &transfer);
+                port.receive(ends_ns, station, &transfer);
             }
         }
         Some(transfer)

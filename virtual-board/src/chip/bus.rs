@@ -148,7 +148,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_register_of_the_bus_resets_as_that_of_the_stock_part() {
+    fn every_register_of_the_bus_has_the_reset_value_of_the_stock_part() {
         let mut stock = Stm32f427::new().unwrap();
         let mut own = rigless::mcu::Bare::new(builder().unwrap()).unwrap();
         let instances: Vec<_> = stock.bus().peripherals().copied().collect();

@@ -48,7 +48,7 @@ fn keep<L: Layout>(
 }
 
 /// What a reset of the part keeps (RM0090, section 6.1).
-fn keep_backup(from: &Bus, to: &mut Bus) {
+fn copy_backup_domain(from: &Bus, to: &mut Bus) {
     keep(from, to, "RCC", [rcc::Register::Csr, rcc::Register::Bdcr]);
     keep(from, to, "PWR", [pwr::Register::Csr]);
     keep(from, to, "RTC", rtc::Register::ALL.iter().copied());
@@ -56,7 +56,7 @@ fn keep_backup(from: &Bus, to: &mut Bus) {
 }
 
 /// The part of rigless with the board's clock, supply and reference.
-fn fresh_part() -> Result<Stm32f427, Error> {
+fn new_part() -> Result<Stm32f427, Error> {
     let mut part = Stm32f427::new()?;
     part.rcc.attach_crystals(8_000_000, 0);
     part.set_supply(RAIL_MV);
@@ -71,7 +71,7 @@ impl Chip {
     /// # Errors
     /// An error of rigless if the description of the chip is inconsistent.
     pub fn try_new(wire: Option<Wire>, times: FlashTimes, seed: u64) -> Result<Self, Error> {
-        let mut part = fresh_part()?;
+        let mut part = new_part()?;
         // Same instances in the same order: the part's assignment of slots to models remains valid.
         *part.bus_mut() = bus::builder()?.build()?;
         let can_slot = part.bus().slot("CAN1")?;
@@ -141,16 +141,16 @@ impl Chip {
     /// Resets the part. It rebuilds its bus and copies from the old one what a reset preserves: it
     /// gets a stock bus with these values for that time, and then this crate's bus again.
     fn restart(&mut self, at: VirtualNanos, cause: ResetCause, mut stock: Bus, mut ours: Bus) {
-        keep_backup(self.part.bus(), &mut stock);
+        copy_backup_domain(self.part.bus(), &mut stock);
         let old = std::mem::replace(self.part.bus_mut(), stock);
         self.part.reset(at, cause);
-        keep_backup(self.part.bus(), &mut ours);
-        self.put_in(ours, &old);
+        copy_backup_domain(self.part.bus(), &mut ours);
+        self.install_bus(ours, &old);
     }
 
     /// Power-on reset: preserves only the devices at the pins.
     fn power_up(&mut self, ours: Bus) {
-        let Ok(fresh) = fresh_part() else {
+        let Ok(fresh) = new_part() else {
             unreachable!("it was built before");
         };
         let mut before = std::mem::replace(&mut self.part, fresh);
@@ -163,11 +163,11 @@ impl Chip {
         for (fresh, before) in self.part.adc.iter_mut().zip(&before.adc) {
             fresh.inherit(before);
         }
-        self.put_in(ours, before.bus());
+        self.install_bus(ours, before.bus());
     }
 
     /// Installs the bus without confusing events scheduled before with later ones.
-    fn put_in(&mut self, mut ours: Bus, before: &Bus) {
+    fn install_bus(&mut self, mut ours: Bus, before: &Bus) {
         let continued = ours.keep_added(before);
         debug_assert!(continued.is_ok());
         *self.part.bus_mut() = ours;

@@ -76,15 +76,15 @@ impl Chip {
     }
 
     /// Sets the codes at the converter's inputs.
-    pub fn show(&mut self, sensed: &Sensed) {
+    pub fn set_sensor_inputs(&mut self, sensed: &Sensed) {
         self.set_input(input::CURRENT, sensed.current.bits());
         self.set_input(input::SUPPLY, sensed.supply.bits());
         self.set_input(input::TEMPERATURE, sensed.temperature.bits());
-        self.show_legs(&sensed.legs);
+        self.set_leg_inputs(&sensed.legs);
     }
 
     /// Sets the codes of the legs.
-    pub fn show_legs(&mut self, legs: &Legs) {
+    pub fn set_leg_inputs(&mut self, legs: &Legs) {
         self.set_input(input::LEG_A, legs.a.bits());
         self.set_input(input::LEG_B, legs.b.bits());
     }

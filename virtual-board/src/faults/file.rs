@@ -137,7 +137,7 @@ fn parse(path: &Path, text: &str) -> Result<Vec<Planned>, PlanError> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{MagnetState, Place};
+    use super::super::{MagnetState, MemoryLocation};
     use super::*;
     use crate::can::WireFault;
     use crate::plant::{EncoderWire, Stuck};
@@ -173,11 +173,11 @@ mod tests {
             },
             Fault::Jam,
             Fault::FlipRam {
-                place: Place::Symbol("STATE".into()),
+                place: MemoryLocation::Symbol("STATE".into()),
                 bit: 5,
             },
             Fault::FlipRam {
-                place: Place::Address(0x2000_0010),
+                place: MemoryLocation::Address(0x2000_0010),
                 bit: 5,
             },
             Fault::Can {

@@ -4,7 +4,7 @@ use super::{Fault, Planned, Trigger};
 
 /// An active fault.
 #[derive(Debug, Clone)]
-struct Standing {
+struct ActiveFault {
     until_ns: u64,
     fault: Fault,
 }
@@ -19,26 +19,26 @@ pub(crate) enum Change {
 /// Fault plan of a run.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Injector {
-    waiting: Vec<Planned>,
-    standing: Vec<Standing>,
+    pending: Vec<Planned>,
+    active: Vec<ActiveFault>,
 }
 
 impl Injector {
     pub fn new(plan: Vec<Planned>) -> Self {
         Self {
-            waiting: plan,
-            standing: Vec::new(),
+            pending: plan,
+            active: Vec::new(),
         }
     }
 
     /// Adds a fault during the run.
     pub fn add(&mut self, planned: Planned) {
-        self.waiting.push(planned);
+        self.pending.push(planned);
     }
 
     /// Functions at whose entry a fault starts.
     pub fn symbols(&self) -> impl Iterator<Item = &str> {
-        self.waiting
+        self.pending
             .iter()
             .filter_map(|planned| match &planned.trigger {
                 Trigger::Symbol { name, .. } => Some(name.as_str()),
@@ -49,20 +49,20 @@ impl Injector {
     /// Time of the next start or end of a fault, ns.
     pub fn next_ns(&self) -> Option<u64> {
         let begins = self
-            .waiting
+            .pending
             .iter()
             .filter_map(|planned| match planned.trigger {
                 Trigger::At { ns } => Some(ns),
                 _ => None,
             });
-        let ends = self.standing.iter().map(|standing| standing.until_ns);
+        let ends = self.active.iter().map(|fault| fault.until_ns);
         begins.chain(ends).min()
     }
 
     /// Instruction count of the next start of a fault.
     pub fn next_instruction(&self) -> Option<u64> {
         let counts = self
-            .waiting
+            .pending
             .iter()
             .filter_map(|planned| match planned.trigger {
                 Trigger::Instruction { count } => Some(count),
@@ -72,8 +72,8 @@ impl Injector {
     }
 
     /// Counts the entry of a function.
-    pub fn arrive(&mut self, at: &str) {
-        for planned in &mut self.waiting {
+    pub fn count_entry(&mut self, at: &str) {
+        for planned in &mut self.pending {
             if let Trigger::Symbol { name, hit } = &mut planned.trigger
                 && name == at
             {
@@ -84,20 +84,20 @@ impl Injector {
 
     /// Faults that have ended and started since the last call.
     pub fn due(&mut self, now_ns: u64, instructions: u64) -> Vec<Change> {
-        let ends = |standing: &mut Standing| standing.until_ns <= now_ns;
-        let mut changes: Vec<_> = (self.standing.extract_if(.., ends))
-            .map(|standing| Change::End(standing.fault))
+        let ends = |fault: &mut ActiveFault| fault.until_ns <= now_ns;
+        let mut changes: Vec<_> = (self.active.extract_if(.., ends))
+            .map(|ended| Change::End(ended.fault))
             .collect();
         let begins = |planned: &mut Planned| match planned.trigger {
             Trigger::At { ns } => ns <= now_ns,
             Trigger::Instruction { count } => count <= instructions,
             Trigger::Symbol { hit, .. } => hit == 0,
         };
-        let begun: Vec<_> = self.waiting.extract_if(.., begins).collect();
+        let begun: Vec<_> = self.pending.extract_if(.., begins).collect();
         for planned in begun {
             changes.push(Change::Begin(planned.fault.clone()));
             if let Some(for_ns) = planned.for_ns {
-                self.standing.push(Standing {
+                self.active.push(ActiveFault {
                     until_ns: now_ns + for_ns,
                     fault: planned.fault,
                 });
@@ -123,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn counts_and_arrivals_trigger_once() {
+    fn instruction_counts_and_function_entries_trigger_once() {
         let planned = |trigger| Planned {
             trigger,
             for_ns: None,
@@ -136,10 +136,10 @@ mod tests {
         ]);
         assert_eq!(injector.due(0, 99).len(), 0);
         assert_eq!(injector.due(0, 100).len(), 1);
-        injector.arrive("other");
-        injector.arrive("step");
+        injector.count_entry("other");
+        injector.count_entry("step");
         assert_eq!(injector.due(0, 101).len(), 0);
-        injector.arrive("step");
+        injector.count_entry("step");
         assert_eq!(injector.due(0, 102).len(), 1);
         assert_eq!(injector.due(0, 103).len(), 0);
     }

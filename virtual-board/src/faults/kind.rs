@@ -83,10 +83,10 @@ pub enum Fault {
     ResetPin,
     /// A bit of RAM flips, once.
     FlipRam {
-        /// Where.
+        /// Location of the byte.
         #[serde(flatten)]
-        place: Place,
-        /// Bit of the byte there and those after it.
+        place: MemoryLocation,
+        /// Bit number, counted from bit 0 of the byte at this location.
         bit: u32,
     },
     /// The core stops executing while the peripherals continue.
@@ -108,10 +108,10 @@ pub enum Fault {
     },
 }
 
-/// A place in memory.
+/// A location in memory.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Place {
+pub enum MemoryLocation {
     /// An address.
     Address(u64),
     /// A symbol of the ELF file.

@@ -22,7 +22,7 @@ mod kind;
 
 pub use file::{PlanError, read_plan};
 pub(crate) use injector::{Change, Injector};
-pub use kind::{Fault, MagnetState, Place};
+pub use kind::{Fault, MagnetState, MemoryLocation};
 
 /// Start of a fault.
 #[derive(Debug, Clone, PartialEq)]

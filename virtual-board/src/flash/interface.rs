@@ -81,7 +81,7 @@ impl Interface {
     }
 
     /// Whether the core is stalled: an operation changes the bank from which it executes.
-    pub fn holds_core(&self) -> bool {
+    pub fn stalls_core(&self) -> bool {
         (self.started.as_ref()).is_some_and(|started| started.operation.address() < BANK_2)
     }
 

@@ -8,7 +8,7 @@
 //!
 //! Not modelled: programming with an external VPP, read-out protection, and the stall of a read
 //! from the bank that is being changed: such a read gives the present content of the sector. An
-//! operation on bank 1, from which the firmware runs, stalls the core ([`Interface::holds_core`]).
+//! operation on bank 1, from which the firmware runs, stalls the core ([`Interface::stalls_core`]).
 
 mod interface;
 mod operation;

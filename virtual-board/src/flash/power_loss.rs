@@ -10,7 +10,7 @@ pub(super) struct Damage {
     operation: Operation,
     /// Elapsed eighths of its duration.
     eighths: u64,
-    chance: Pcg32,
+    random: Pcg32,
 }
 
 impl Damage {
@@ -20,7 +20,7 @@ impl Damage {
         Self {
             operation: started.operation,
             eighths: at_ns.saturating_sub(started.from_ns) * 8 / whole_ns,
-            chance: Pcg32::new(seed, at_ns),
+            random: Pcg32::new(seed, at_ns),
         }
     }
 
@@ -29,13 +29,13 @@ impl Damage {
     }
 
     fn word(&mut self) -> u64 {
-        u64::from(self.chance.next_u32()) | u64::from(self.chance.next_u32()) << 32
+        u64::from(self.random.next_u32()) | u64::from(self.random.next_u32()) << 32
     }
 
     /// Content of a unit with this previous content. Of the bits that the operation changes, none
     /// has changed in the first eighth, and half of the remaining ones change in each further
     /// eighth.
-    pub fn leave(&mut self, held: u64) -> u64 {
+    pub fn content_after(&mut self, held: u64) -> u64 {
         let mut changed = 0;
         for _ in 0..self.eighths {
             changed |= self.word();
@@ -59,13 +59,13 @@ mod tests {
     }
 
     #[test]
-    fn an_operation_that_hardly_began_leaves_what_was_there() {
-        assert_eq!(erase(0).leave(0x1234), 0x1234);
+    fn an_operation_in_its_first_eighth_changes_nothing() {
+        assert_eq!(erase(0).content_after(0x1234), 0x1234);
     }
 
     #[test]
-    fn later_more_bits_have_changed_and_none_that_was_not_to() {
-        let ones = |eighths| erase(eighths).leave(0).count_ones();
+    fn later_more_bits_have_changed_and_only_those_of_the_operation() {
+        let ones = |eighths| erase(eighths).content_after(0).count_ones();
         assert!((20..44).contains(&ones(1)), "half: {}", ones(1));
         assert!(ones(7) > 60);
         let started = Started {
@@ -77,7 +77,7 @@ mod tests {
             from_ns: 0,
             until_ns: 16_000,
         };
-        let left = Damage::new(&started, 1, 5_000).leave(0xffff_ff00);
+        let left = Damage::new(&started, 1, 5_000).content_after(0xffff_ff00);
         assert_eq!(left & 0x00ff_0000, 0x00ff_0000);
         assert_eq!(left & 0xff, 0);
         assert!(left != 0xffff_ff00 && left != 0x00ff_0000);
@@ -85,7 +85,7 @@ mod tests {
 
     #[test]
     fn the_same_seed_leaves_the_same_bits() {
-        assert_eq!(erase(3).leave(0), erase(3).leave(0));
-        assert_ne!(erase(3).leave(0), erase(4).leave(0));
+        assert_eq!(erase(3).content_after(0), erase(3).content_after(0));
+        assert_ne!(erase(3).content_after(0), erase(4).content_after(0));
     }
 }

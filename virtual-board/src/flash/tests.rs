@@ -1,11 +1,11 @@
-//! Through the registers, as a firmware uses the flash.
+//! Tests through the registers, as a firmware uses the flash.
 
 mod bench;
 
 use bench::*;
 
 #[test]
-fn out_of_reset_the_registers_are_locked_and_a_store_is_an_error() {
+fn after_a_reset_the_registers_are_locked_and_a_store_is_an_error() {
     let mut bench = Bench::new();
     bench.write(CR, 1);
     assert_eq!(bench.read(CR), 1 << 31);
@@ -23,7 +23,7 @@ fn a_wrong_key_locks_until_the_next_reset() {
     bench.write(KEYR, KEYS[0]);
     bench.unlock();
     assert_eq!(bench.read(CR), 1 << 31);
-    assert_eq!(bench.told(), 3);
+    assert_eq!(bench.reports(), 3);
 }
 
 #[test]
@@ -40,7 +40,7 @@ fn a_word_is_programmed_in_its_time_and_only_clears_bits() {
     bench.store(PAGE, 0x1234_5678);
     bench.run_us(20);
     assert_eq!(bench.array(PAGE), 0x1234_5678 & 0xffff_00ff);
-    assert_eq!(bench.told(), 0);
+    assert_eq!(bench.reports(), 0);
 }
 
 #[test]
@@ -82,7 +82,7 @@ fn an_error_is_summed_up_where_its_interrupt_is_enabled() {
 }
 
 #[test]
-fn a_sector_is_erased_in_its_time_and_its_neighbours_stay() {
+fn a_sector_is_erased_in_its_time_and_its_neighbours_are_unchanged() {
     let mut bench = Bench::unlocked();
     for address in [PAGE, PAGE + 0x3ffc, PAGE + 0x4000] {
         bench.write(CR, PG | X32);
@@ -125,29 +125,29 @@ fn a_bank_is_erased_as_a_whole_and_alone() {
 }
 
 #[test]
-fn a_change_of_bank_1_holds_the_core_and_one_of_bank_2_does_not() {
+fn an_operation_on_bank_1_stalls_the_core_and_one_on_bank_2_does_not() {
     let mut bench = Bench::unlocked();
     bench.write(CR, PG | X32);
     bench.store(BASE + 0x1_0000, 0);
-    assert!(bench.part.model.holds_core());
+    assert!(bench.part.model.stalls_core());
     bench.run_us(20);
     bench.store(PAGE, 0);
-    assert!(!bench.part.model.holds_core());
+    assert!(!bench.part.model.stalls_core());
 }
 
 #[test]
-fn what_silicon_would_answer_with_a_stall_is_told() {
+fn an_access_that_would_stall_the_core_is_reported() {
     let mut bench = Bench::unlocked();
     bench.write(CR, PG | X32);
     bench.store(PAGE, 0);
     bench.store(PAGE + 4, 0);
-    assert_eq!(bench.told(), 1);
+    assert_eq!(bench.reports(), 1);
     bench.run_us(20);
     assert_eq!(bench.array(PAGE + 4), 0xffff_ffff);
 }
 
 #[test]
-fn a_supply_cut_within_a_word_leaves_some_of_its_bits() {
+fn a_supply_cut_while_a_word_is_programmed_changes_only_some_of_its_bits() {
     let mut bench = Bench::unlocked();
     bench.part.model.cut_during(1, 500);
     bench.write(CR, PG | X32);
@@ -162,7 +162,7 @@ fn a_supply_cut_within_a_word_leaves_some_of_its_bits() {
 }
 
 #[test]
-fn a_supply_cut_within_an_erase_leaves_no_word_to_rely_on() {
+fn a_supply_cut_during_an_erase_leaves_partly_erased_words() {
     let mut bench = Bench::unlocked();
     bench.write(CR, PG | X32);
     bench.store(PAGE, 0);
@@ -176,6 +176,6 @@ fn a_supply_cut_within_an_erase_leaves_no_word_to_rely_on() {
     assert_eq!(
         bench.array(PAGE + 8),
         0xffff_ffff,
-        "an erased word stays so"
+        "an erased word stays erased"
     );
 }

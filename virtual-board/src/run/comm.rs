@@ -9,39 +9,39 @@ use rigless::soc::Width;
 use rigless::time::VirtualNanos;
 
 use super::finished::Gaps;
-use super::shared::BusEnd;
+use super::shared::BusConnection;
 use super::view::Flow;
 use super::{Firmware, RunError};
 use crate::board::CommBoard;
 use crate::can::BxCan;
-use crate::serial::FarEnd;
+use crate::serial::SerialPeer;
 
 /// Options of a run.
 #[derive(Debug)]
 pub struct CommOptions {
     /// The board's connection to the bus.
-    pub bus: BusEnd,
+    pub bus: BusConnection,
     /// Period of the calls of the script, ns.
-    pub look_ns: u64,
+    pub poll_ns: u64,
     /// End of the run, ns of virtual time.
     pub until_ns: u64,
     /// Ends the run when it is set.
     pub interrupt: Option<Arc<AtomicBool>>,
 }
 
-/// A script at the other end of the serial line.
-pub trait Desk: Send {
-    /// Called at every look.
-    fn at_look(&mut self, view: &mut CommView<'_>) -> Flow;
+/// Plays the peer of the communication board on its serial line.
+pub trait SerialScript: Send {
+    /// Called once in each poll period.
+    fn at_poll(&mut self, view: &mut CommView<'_>) -> Flow;
 }
 
-impl<F: FnMut(&mut CommView<'_>) -> Flow + Send> Desk for F {
-    fn at_look(&mut self, view: &mut CommView<'_>) -> Flow {
+impl<F: FnMut(&mut CommView<'_>) -> Flow + Send> SerialScript for F {
+    fn at_poll(&mut self, view: &mut CommView<'_>) -> Flow {
         self(view)
     }
 }
 
-/// Access to the run between two instructions.
+/// A script's access to the run between two instructions.
 pub struct CommView<'a> {
     now_ns: u64,
     board: &'a mut CommBoard,
@@ -55,7 +55,7 @@ impl CommView<'_> {
     }
 
     /// The peer on the serial line.
-    pub fn serial(&mut self) -> Option<&mut FarEnd> {
+    pub fn serial(&mut self) -> Option<&mut SerialPeer> {
         self.board.serial()
     }
 
@@ -94,11 +94,11 @@ pub struct CommFinished<S> {
 struct CommRun<S> {
     script: S,
     options: CommOptions,
-    next_look_ns: u64,
+    next_poll_ns: u64,
     last_ns: u64,
 }
 
-impl<S: Desk> Driver<CommBoard> for CommRun<S> {
+impl<S: SerialScript> Driver<CommBoard> for CommRun<S> {
     fn on_stop(
         &mut self,
         session: &mut Session<CommBoard>,
@@ -107,21 +107,21 @@ impl<S: Desk> Driver<CommBoard> for CommRun<S> {
     ) -> Option<VirtualNanos> {
         let now_ns = stop.at.0;
         self.last_ns = now_ns;
-        let mut flow = Flow::On;
-        if now_ns >= self.next_look_ns {
-            self.next_look_ns += self.options.look_ns.max(1);
-            flow = self.script.at_look(&mut CommView {
+        let mut flow = Flow::Continue;
+        if now_ns >= self.next_poll_ns {
+            self.next_poll_ns += self.options.poll_ns.max(1);
+            flow = self.script.at_poll(&mut CommView {
                 now_ns,
                 board: session.board_mut(),
                 memory: host,
             });
         }
         let bus = &mut self.options.bus;
-        bus.meet(&mut session.board_mut().chip, stop.at);
+        bus.synchronise(&mut session.board_mut().chip, stop.at);
         if flow == Flow::End || now_ns >= self.options.until_ns {
             return None;
         }
-        let next_ns = bus.next_ns().min(self.next_look_ns);
+        let next_ns = bus.next_ns().min(self.next_poll_ns);
         let next_ns = next_ns.min(self.options.until_ns);
         Some(VirtualNanos(next_ns.max(now_ns + 1)))
     }
@@ -131,7 +131,7 @@ impl<S: Desk> Driver<CommBoard> for CommRun<S> {
 ///
 /// # Errors
 /// An error of the emulator.
-pub fn run_comm<S: Desk + 'static>(
+pub fn run_comm<S: SerialScript + 'static>(
     firmware: &Firmware,
     options: CommOptions,
     script: S,
@@ -140,7 +140,7 @@ pub fn run_comm<S: Desk + 'static>(
     let interrupt = options.interrupt.clone();
     let driver = CommRun {
         script,
-        next_look_ns: options.look_ns,
+        next_poll_ns: options.poll_ns,
         options,
         last_ns: 0,
     };

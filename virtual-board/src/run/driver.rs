@@ -5,21 +5,22 @@ use rigless::emulator::{Driver, Host, Settled, Stop, Watch};
 use rigless::session::Session;
 use rigless::time::VirtualNanos;
 
+use super::RunError;
+use super::board_faults::{self, BoardFaults};
 use super::firmware::Firmware;
 use super::grid::{Grid, Point};
 use super::options::Options;
 use super::probe::Probes;
 use super::servo::Servo;
-use super::shared::BusEnd;
+use super::shared::BusConnection;
 use super::view::{Flow, Script, View};
-use super::{RunError, faulty};
 use crate::board::{ActuatorBoard, CORE_HZ};
 use crate::faults::Injector;
 use crate::plant::{BoardPlant, Bridge, Slot};
 use crate::trace::{Row, Trace};
 
 /// Period of the stops while the timer has not started, ns.
-const LOOK_NS: u64 = 100_000;
+const POLL_NS: u64 = 100_000;
 
 /// Threshold of the comparator at the bridge's ground return, A.
 const TRIP_A: f64 = 2.0;
@@ -32,7 +33,7 @@ const BROWN_OUT_V: (f64, f64) = (3.6, 3.9);
 #[derive(Debug)]
 pub(super) struct Lockstep<S> {
     pub script: S,
-    pub rig: BoardPlant,
+    pub plant: BoardPlant,
     pub trace: Trace,
     pub probes: Probes,
     pub faults: Injector,
@@ -40,21 +41,21 @@ pub(super) struct Lockstep<S> {
     /// Virtual time, ns, and instructions at the last stop.
     pub last: (u64, u64),
     /// Active faults outside the plant.
-    pub faulty: faulty::Faulty,
-    /// Functions that faults wait for, by their entries.
+    pub board_faults: BoardFaults,
+    /// Entry addresses and names of the functions that start faults.
     entries: Vec<(u64, String)>,
     grid: Grid,
     /// Virtual time of the plant, ns.
-    rig_ns: u64,
+    plant_ns: u64,
     until_ns: u64,
-    next_look_ns: u64,
+    next_poll_ns: u64,
     is_watching: bool,
-    is_held: bool,
+    is_core_stalled: bool,
     is_powered: bool,
     resets: usize,
     firmware: Firmware,
     row: Row,
-    bus: Option<BusEnd>,
+    bus: Option<BusConnection>,
 }
 
 impl<S: Script> Lockstep<S> {
@@ -62,30 +63,30 @@ impl<S: Script> Lockstep<S> {
         firmware: &Firmware,
         options: Options,
         script: S,
-        bus: Option<BusEnd>,
+        bus: Option<BusConnection>,
     ) -> Result<Self, RunError> {
-        let mut rig = BoardPlant::try_new(&options.rig)?;
+        let mut plant = BoardPlant::try_new(&options.plant)?;
         let faults = Injector::new(options.faults);
         let mut entries = Vec::new();
         for name in faults.symbols() {
             entries.push((firmware.function(name)?.entry, name.to_owned()));
         }
-        let sensed = rig.sense();
+        let sensed = plant.sense();
         Ok(Self {
             script,
             trace: Trace::new(options.keeps_trace),
             probes: Probes::try_new(firmware, &options.probes)?,
             servo: Servo::new(options.servo_us),
             last: (0, 0),
-            faulty: faulty::Faulty::default(),
+            board_faults: BoardFaults::default(),
             entries,
             faults,
             grid: Grid::new(),
-            rig_ns: 0,
+            plant_ns: 0,
             until_ns: options.until_ns,
-            next_look_ns: 1,
+            next_poll_ns: 1,
             is_watching: false,
-            is_held: false,
+            is_core_stalled: false,
             is_powered: true,
             bus,
             resets: 0,
@@ -100,18 +101,18 @@ impl<S: Script> Lockstep<S> {
                 current_a: 0.0,
                 supply_v: 0.0,
             },
-            rig,
+            plant,
         })
     }
 
     /// The next instant at which the run has to stop, ns.
     pub fn next_ns(&self, now_ns: u64) -> u64 {
         let grid_ns = self.grid.is_locked.then(|| self.grid.next().0);
-        let bus_ns = self.bus.as_ref().map(BusEnd::next_ns);
+        let bus_ns = self.bus.as_ref().map(BusConnection::next_ns);
         let others = [self.faults.next_ns(), self.servo.next_ns(), grid_ns, bus_ns];
         let next_ns = others.into_iter().flatten().min().unwrap_or(u64::MAX);
         next_ns
-            .min(self.next_look_ns)
+            .min(self.next_poll_ns)
             .min(self.until_ns)
             .max(now_ns + 1)
     }
@@ -123,20 +124,20 @@ impl<S: Script> Lockstep<S> {
         }
     }
 
-    /// Performs everything that is due.
-    fn act(
+    /// Applies everything that is due at this stop.
+    fn process(
         &mut self,
         session: &mut Session<ActuatorBoard>,
         stop: Stop,
         host: &mut dyn Host,
     ) -> Flow {
-        self.notice_resets(session, stop.at, host);
-        faulty::apply_due(self, session, stop, host);
-        self.follow_timer(session.board_mut(), stop.at);
-        let mut flow = Flow::On;
+        self.detect_resets(session, stop.at, host);
+        board_faults::apply_due(self, session, stop, host);
+        self.align_with_timer(session.board_mut(), stop.at);
+        let mut flow = Flow::Continue;
         while self.grid.is_locked && self.grid.next().0 <= stop.at.0 {
             let (_, point) = self.grid.next();
-            flow = self.pass(point, session.board_mut(), stop, host);
+            flow = self.reach(point, session.board_mut(), stop, host);
             self.grid.pass();
         }
         if let Some(level) = self.servo.edge(stop.at.0) {
@@ -146,35 +147,35 @@ impl<S: Script> Lockstep<S> {
     }
 
     /// Detects resets. The timer restarts after a reset; its phase is unknown until then.
-    fn notice_resets(
+    fn detect_resets(
         &mut self,
         session: &Session<ActuatorBoard>,
         at: VirtualNanos,
         host: &mut dyn Host,
     ) {
-        // The supply failed within an operation of the flash.
+        // The supply was cut during a flash operation.
         if session.unpowered() && self.is_powered {
             self.is_powered = false;
-            faulty::forget_ram(host, at.0);
+            board_faults::randomise_ram(host, at.0);
         }
         let resets = session.resets().len();
         if resets != self.resets {
             self.resets = resets;
-            self.probes.forget();
+            self.probes.discard_open_calls();
         }
     }
 
-    fn follow_timer(&mut self, board: &mut ActuatorBoard, at: VirtualNanos) {
+    fn align_with_timer(&mut self, board: &mut ActuatorBoard, at: VirtualNanos) {
         let since_ns = board.chip.since_edge_ns(at);
-        self.next_look_ns = if self.grid.is_locked && since_ns.is_some() {
+        self.next_poll_ns = if self.grid.is_locked && since_ns.is_some() {
             u64::MAX
         } else {
-            at.0 + LOOK_NS
+            at.0 + POLL_NS
         };
         let Some(since_ns) = since_ns else {
-            if self.rig_ns == 0 && !self.grid.is_locked {
+            if self.plant_ns == 0 && !self.grid.is_locked {
                 board.set_encoder(self.row.sensed.encoder);
-                board.chip.show(&self.row.sensed);
+                board.chip.set_sensor_inputs(&self.row.sensed);
             }
             return;
         };
@@ -182,11 +183,11 @@ impl<S: Script> Lockstep<S> {
         let is_first = !self.grid.is_locked;
         if self.grid.follow(edge_ns) && is_first {
             // The shaft was at rest before the timer started.
-            self.rig_ns = edge_ns;
+            self.plant_ns = edge_ns;
         }
     }
 
-    fn pass(
+    fn reach(
         &mut self,
         point: Point,
         board: &mut ActuatorBoard,
@@ -199,71 +200,71 @@ impl<S: Script> Lockstep<S> {
             Bridge::Coast
         };
         let Point::Boundary(slot) = point else {
-            let legs = self.rig.sense_legs(bridge);
-            board.chip.show_legs(&legs);
-            return Flow::On;
+            let legs = self.plant.sense_legs(bridge);
+            board.chip.set_leg_inputs(&legs);
+            return Flow::Continue;
         };
-        self.move_rig(slot, bridge);
-        let sensed = self.rig.sense();
+        self.advance_plant(slot, bridge);
+        let sensed = self.plant.sense();
         board.set_encoder(sensed.encoder);
-        board.chip.show(&sensed);
-        self.compare(board, stop.at);
-        self.supply(board, stop.at, host);
+        board.chip.set_sensor_inputs(&sensed);
+        self.update_trip(board, stop.at);
+        self.update_supply(board, stop.at, host);
         self.row.sensed = sensed;
         if slot == Slot::Head {
-            return Flow::On;
+            return Flow::Continue;
         }
-        self.note(bridge, stop);
+        self.record_row(bridge, stop);
         self.run_script(board, stop, host)
     }
 
-    fn move_rig(&mut self, slot: Slot, bridge: Bridge) {
+    fn advance_plant(&mut self, slot: Slot, bridge: Bridge) {
         let boundary_ns = self.grid.boundary_ns(slot);
-        let ahead_ns = boundary_ns.saturating_sub(self.rig_ns);
+        let ahead_ns = boundary_ns.saturating_sub(self.plant_ns);
         if ahead_ns == slot.until_ns() - slot.from_ns() {
-            self.rig.advance(bridge, slot);
+            self.plant.advance(bridge, slot);
         } else {
             // The timer was restarted.
-            self.rig.advance_by(bridge, ahead_ns as f64 * 1e-9);
+            self.plant.advance_by(bridge, ahead_ns as f64 * 1e-9);
         }
-        self.rig_ns = self.rig_ns.max(boundary_ns);
+        self.plant_ns = self.plant_ns.max(boundary_ns);
     }
 
     /// The comparator at the bridge's ground return.
-    fn compare(&mut self, board: &mut ActuatorBoard, at: VirtualNanos) {
-        let trips = self.faulty.trips || self.rig.bridge_current_a().abs() > TRIP_A;
+    fn update_trip(&mut self, board: &mut ActuatorBoard, at: VirtualNanos) {
+        let trips = self.board_faults.trips || self.plant.bridge_current_a().abs() > TRIP_A;
         board.chip.drive_break(at, Level::from(!trips));
     }
 
     /// The regulator, which switches the chip off when its input is too low.
-    fn supply(&mut self, board: &mut ActuatorBoard, at: VirtualNanos, host: &mut dyn Host) {
-        let supply_v = self.rig.supply_v();
+    fn update_supply(&mut self, board: &mut ActuatorBoard, at: VirtualNanos, host: &mut dyn Host) {
+        let supply_v = self.plant.supply_v();
         let limit_v = if self.is_powered {
             BROWN_OUT_V.0
         } else {
             BROWN_OUT_V.1
         };
-        let is_powered = supply_v >= limit_v && !self.faulty.has_lost_power;
+        let is_powered = supply_v >= limit_v && !self.board_faults.has_lost_power;
         if is_powered != self.is_powered {
             self.is_powered = is_powered;
             board.chip.set_power(at, is_powered);
             if !is_powered {
-                faulty::forget_ram(host, at.0);
+                board_faults::randomise_ram(host, at.0);
             }
         }
     }
 
-    fn note(&mut self, bridge: Bridge, stop: Stop) {
-        let reading = self.rig.reading();
+    fn record_row(&mut self, bridge: Bridge, stop: Stop) {
+        let reading = self.plant.reading();
         self.row = Row {
-            at_ns: self.rig_ns,
+            at_ns: self.plant_ns,
             instructions: stop.instruction_count,
             bridge,
             sensed: self.row.sensed,
             angle_deg: reading.output.angle_deg,
             rate_deg_s: reading.output.rate_deg_s,
-            current_a: self.rig.bridge_current_a(),
-            supply_v: self.rig.supply_v(),
+            current_a: self.plant.bridge_current_a(),
+            supply_v: self.plant.supply_v(),
         };
         self.trace.row(self.row);
     }
@@ -276,7 +277,7 @@ impl<S: Script> Lockstep<S> {
         }
         let mut view = View {
             row: &self.row,
-            rig: &mut self.rig,
+            plant: &mut self.plant,
             now_ns: stop.at.0,
             board,
             memory: host,
@@ -287,19 +288,19 @@ impl<S: Script> Lockstep<S> {
         self.script.at_edge(&mut view)
     }
 
-    /// Stalls the core while the flash bank that it runs from is written, or while a fault stalls
-    /// it.
-    fn hold_core(&mut self, session: &mut Session<ActuatorBoard>, host: &mut dyn Host) {
-        let holds = self.faulty.stalls || session.board().chip.flash.holds_core();
-        if holds != self.is_held && !session.unpowered() {
-            self.is_held = holds;
-            host.hold(holds);
+    /// Stalls the core while the flash bank that it executes from is written, or while a fault is
+    /// active that stalls it.
+    fn stall_core(&mut self, session: &mut Session<ActuatorBoard>, host: &mut dyn Host) {
+        let is_stalled = self.board_faults.stalls || session.board().chip.flash.stalls_core();
+        if is_stalled != self.is_core_stalled && !session.unpowered() {
+            self.is_core_stalled = is_stalled;
+            host.hold(is_stalled);
         }
     }
 
     /// Schedules a stop at the instant at which the core reaches this instruction count if it does
     /// not sleep; if it does, the next stop follows.
-    fn approach_instruction(&self, session: &mut Session<ActuatorBoard>, now_ns: u64, count: u64) {
+    fn pause_at_instruction(&self, session: &mut Session<ActuatorBoard>, now_ns: u64, count: u64) {
         if let Some(target) = self.faults.next_instruction() {
             let left = target.saturating_sub(count);
             let ns = left * 1_000_000_000 / CORE_HZ;
@@ -322,25 +323,25 @@ impl<S: Script> Driver<ActuatorBoard> for Lockstep<S> {
         match settled {
             Settled::Hit(hit) => {
                 self.probes
-                    .arrive(hit.address, hit.at.0, hit.instruction_count);
+                    .on_address(hit.address, hit.at.0, hit.instruction_count);
                 if self
                     .entries
                     .iter()
                     .any(|(address, _)| *address == hit.address)
                 {
-                    let arrived = self.entries.iter().filter(|(at, _)| *at == hit.address);
-                    arrived.for_each(|(_, name)| self.faults.arrive(name));
+                    let entered = self.entries.iter().filter(|(at, _)| *at == hit.address);
+                    entered.for_each(|(_, name)| self.faults.count_entry(name));
                     let (at, count) = (hit.at, hit.instruction_count);
-                    faulty::apply_due_at(self, session, at, count, host);
+                    board_faults::apply_due_at(self, session, at, count, host);
                 }
             }
             Settled::Stop(stop) if self.faults.next_instruction().is_some() => {
-                faulty::apply_due(self, session, stop, host);
-                self.approach_instruction(session, stop.at.0, stop.instruction_count);
+                board_faults::apply_due(self, session, stop, host);
+                self.pause_at_instruction(session, stop.at.0, stop.instruction_count);
             }
             _ => {}
         }
-        self.hold_core(session, host);
+        self.stall_core(session, host);
     }
 
     fn on_stop(
@@ -354,10 +355,10 @@ impl<S: Script> Driver<ActuatorBoard> for Lockstep<S> {
             self.watch(session);
         }
         self.last = (stop.at.0, stop.instruction_count);
-        let flow = self.act(session, stop, host);
-        self.hold_core(session, host);
+        let flow = self.process(session, stop, host);
+        self.stall_core(session, host);
         if let Some(bus) = &mut self.bus {
-            bus.meet(&mut session.board_mut().chip, stop.at);
+            bus.synchronise(&mut session.board_mut().chip, stop.at);
         }
         if flow == Flow::End || stop.at.0 >= self.until_ns {
             return None;

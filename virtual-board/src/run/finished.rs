@@ -34,7 +34,7 @@ impl Gaps {
         gaps.extend(session.told().map(|told| {
             let (instance, register) = (told.instance, told.register);
             format!(
-                "told {instance}.{register} at {} ns: {}",
+                "not modelled {instance}.{register} at {} ns: {}",
                 told.at.0, told.reason
             )
         }));
@@ -75,7 +75,7 @@ pub struct Finished<S> {
     /// Virtual time at the end, ns.
     pub end_ns: u64,
     /// The plant at the end.
-    pub rig: BoardPlant,
+    pub plant: BoardPlant,
 }
 
 impl<S> Finished<S> {
@@ -98,7 +98,7 @@ impl<S> Finished<S> {
             encoder_reads,
             instructions,
             end_ns,
-            rig: driver.rig,
+            plant: driver.plant,
         }
     }
 }

@@ -217,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_is_none_is_named() {
+    fn the_error_names_a_missing_file() {
         let error = Firmware::read(Path::new("no/such.elf"))
             .unwrap_err()
             .to_string();

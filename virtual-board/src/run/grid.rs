@@ -87,7 +87,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_points_of_a_period_come_in_their_order() {
+    fn the_points_of_a_period_have_a_fixed_order() {
         let mut grid = Grid::new();
         assert!(grid.follow(3_000_000));
         let mut points = Vec::new();
@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn an_edge_where_it_is_expected_moves_nothing() {
+    fn an_edge_at_its_expected_instant_does_not_move_the_grid() {
         let mut grid = Grid::new();
         grid.follow(3_000_000);
         grid.pass();

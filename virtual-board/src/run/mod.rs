@@ -1,8 +1,8 @@
 //! Runs an ELF file on the emulated boards.
 
+mod board_faults;
 mod comm;
 mod driver;
-mod faulty;
 mod finished;
 mod firmware;
 mod grid;
@@ -20,27 +20,27 @@ use rigless::emulator::{self, Start};
 use rigless::session::Session;
 use rigless::time::VirtualNanos;
 
-pub use comm::{CommFinished, CommOptions, CommView, Desk, run_comm};
+pub use comm::{CommFinished, CommOptions, CommView, SerialScript, run_comm};
 pub use finished::{Finished, Gaps};
 pub use firmware::{Firmware, FirmwareError};
 pub use options::Options;
 pub use probe::Span;
 pub use rigless::device::ResetCause;
 pub use rigless::session::Reset;
-pub use shared::{BusEnd, QUANTUM_NS, SharedBus};
+pub use shared::{BusConnection, QUANTUM_NS, SharedBus};
 pub use view::{Flow, Script, View};
 
 use self::driver::Lockstep;
 use crate::board::ActuatorBoard;
 use crate::can::{Port, Wire};
 
-/// Why a run failed.
+/// Reason why a run failed.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
     /// A parameter of the plant is outside its range.
     #[error(transparent)]
-    Rig(#[from] model_core::parameter::ParameterError),
-    /// The ELF file lacks a function that a probe or a fault names.
+    Plant(#[from] model_core::parameter::ParameterError),
+    /// The ELF file lacks a function that a probe or a fault refers to.
     #[error(transparent)]
     Firmware(#[from] FirmwareError),
     /// An error of the emulator.
@@ -51,15 +51,15 @@ pub enum RunError {
     Chip(#[from] rigless::soc::Error),
 }
 
-/// What is attached to a run from outside: a debugger, an interrupt, a shared bus.
+/// Optional attachments of a run: a debugger, a flag that ends it, a shared bus.
 #[derive(Debug, Default)]
-pub struct Company {
-    /// Serves GDB here, and holds the core until it continues.
+pub struct Attachments {
+    /// Serves GDB here; the core is halted until GDB continues it.
     pub debugger: Option<TcpListener>,
     /// Ends the run when it is set.
     pub interrupt: Option<Arc<AtomicBool>>,
     /// The board's connection to a shared bus. The run has no ports of its own then.
-    pub bus: Option<BusEnd>,
+    pub bus: Option<BusConnection>,
 }
 
 /// Runs a firmware until its time has passed or the script ends it.
@@ -72,10 +72,10 @@ pub fn run<S: Script + 'static>(
     options: Options,
     script: S,
 ) -> Result<Finished<S>, RunError> {
-    run_with(firmware, options, script, Company::default())
+    run_with(firmware, options, script, Attachments::default())
 }
 
-/// The same in attachments.
+/// As [`run`], with attachments.
 ///
 /// # Errors
 /// As [`run`].
@@ -83,17 +83,17 @@ pub fn run_with<S: Script + 'static>(
     firmware: &Firmware,
     options: Options,
     script: S,
-    company: Company,
+    attachments: Attachments,
 ) -> Result<Finished<S>, RunError> {
     let ports = options
         .ports_bit_s
         .iter()
         .map(|bit_s| Port::at_rate(*bit_s));
-    let is_shared = company.bus.is_some();
+    let is_shared = attachments.bus.is_some();
     let wire = (!is_shared).then(|| Wire::new(ports.collect()));
-    let board = ActuatorBoard::try_new(wire, options.flash_times, options.rig.seed)?;
+    let board = ActuatorBoard::try_new(wire, options.flash_times, options.plant.seed)?;
     let contents = options.contents.clone();
-    let driver = Lockstep::try_new(firmware, options, script, company.bus)?;
+    let driver = Lockstep::try_new(firmware, options, script, attachments.bus)?;
     let until = VirtualNanos(driver.next_ns(0));
     let session = Session::new(Box::new(board), 0, until)?;
     let mut images = vec![firmware.image()?];
@@ -101,9 +101,9 @@ pub fn run_with<S: Script + 'static>(
         images.push(firmware::contents(address, bytes)?);
     }
     let mut start = Start::new(&images);
-    start.debugger = company.debugger.as_ref();
-    start.wait_for_debugger = company.debugger.is_some();
-    start.interrupt = company.interrupt.as_deref();
+    start.debugger = attachments.debugger.as_ref();
+    start.wait_for_debugger = attachments.debugger.is_some();
+    start.interrupt = attachments.interrupt.as_deref();
     let finished = emulator::run(session, &start, driver)?;
     Ok(Finished::of(finished))
 }

@@ -8,8 +8,8 @@ use crate::plant::BoardPlantOptions;
 #[derive(Debug, Clone)]
 pub struct Options {
     /// The plant.
-    pub rig: BoardPlantOptions,
-    /// Stations on the CAN bus, by their rate, bit/s.
+    pub plant: BoardPlantOptions,
+    /// External stations on the CAN bus: their bit rates, bit/s.
     pub ports_bit_s: Vec<u32>,
     /// Erase and program times of the flash.
     pub flash_times: FlashTimes,
@@ -22,21 +22,21 @@ pub struct Options {
     /// Initial contents of the chip's memory beside the program, such as saved parameters: an
     /// address, and the bytes from there on.
     pub contents: Vec<(u64, Vec<u8>)>,
-    /// Whether the trace keeps its rows, or their hash alone.
+    /// Whether the trace keeps its rows; otherwise it only computes their hash.
     pub keeps_trace: bool,
     /// End of the run, ns of virtual time.
     pub until_ns: u64,
 }
 
 impl Options {
-    /// A run of so many ms on the default plant, with one CAN port at 1 Mbit/s and its trace kept.
+    /// A run of this many ms with the default plant, one CAN port at 1 Mbit/s and a stored trace.
     ///
     /// ```
     /// assert_eq!(virtual_board::run::Options::for_ms(5).until_ns, 5_000_000);
     /// ```
     pub fn for_ms(ms: u64) -> Self {
         Self {
-            rig: BoardPlantOptions::default(),
+            plant: BoardPlantOptions::default(),
             ports_bit_s: vec![1_000_000],
             flash_times: FlashTimes::TYPICAL,
             faults: Vec::new(),

@@ -20,7 +20,7 @@ struct Probe {
     spans: Vec<Span>,
 }
 
-/// The meaning of an address to a probe.
+/// What a watched address is for a probe.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Mark {
     Entry(usize),
@@ -60,8 +60,8 @@ impl Probes {
         self.marks.keys().copied()
     }
 
-    /// The core has reached an address.
-    pub fn arrive(&mut self, address: u64, at_ns: u64, instructions: u64) {
+    /// To be called when the core reaches a watched address.
+    pub fn on_address(&mut self, address: u64, at_ns: u64, instructions: u64) {
         for mark in self.marks.get(&address).into_iter().flatten() {
             match *mark {
                 Mark::Entry(index) => self.probes[index].entered.push((at_ns, instructions)),
@@ -79,8 +79,8 @@ impl Probes {
         }
     }
 
-    /// Drops calls that have not returned: after a reset they never do.
-    pub fn forget(&mut self) {
+    /// Discards calls that have not returned: after a reset they never return.
+    pub fn discard_open_calls(&mut self) {
         self.probes
             .iter_mut()
             .for_each(|probe| probe.entered.clear());

@@ -2,12 +2,12 @@
 //!
 //! No station can begin a frame while one is on the bus, and the outcome of a frame is known when
 //! it begins: until it ends, the boards run independently. On a free bus they synchronise: each
-//! states whether it offers a frame and since when, and the arbitration is held for the earliest
-//! instant of an offer. Without an offer they synchronise after [`QUANTUM_NS`], which is less than
-//! the shortest frame: a frame that began within the quantum has not ended, and its effects on the
-//! others are still to come. Arbitration, acknowledgement and the instants of frames are therefore
-//! exact to the nanosecond. Only an error frame, which is shorter, may be seen up to a quantum
-//! after its end.
+//! reports whether it has a frame to transmit and since when, and arbitration takes place at the
+//! earliest of these instants. Without a frame to transmit they synchronise after [`QUANTUM_NS`],
+//! which is less than the shortest frame: a frame that began within the quantum has not ended, and
+//! has not affected the other boards yet. Arbitration, acknowledgement and the instants of frames
+//! are therefore exact to the nanosecond. Only an error frame, which is shorter, may be detected up
+//! to a quantum after its end.
 //!
 //! The same programs and scripts give the same frames, however the threads are scheduled.
 
@@ -24,70 +24,71 @@ use crate::chip::Chip;
 pub const QUANTUM_NS: u64 = 40_000;
 
 /// The same in real time, where the short quantum would take more time than the boards: a frame
-/// that begins on a free bus is seen up to this much later. The outcome of arbitration does not
+/// that begins on a free bus is detected up to this much later. The outcome of arbitration does not
 /// change.
 const REAL_TIME_QUANTUM_NS: u64 = 200_000;
 
 /// A run that is ahead of real time by more than this sleeps.
-const NAP: Duration = Duration::from_micros(500);
+const MIN_SLEEP: Duration = Duration::from_micros(500);
 
 /// A run that is behind real time by more than this does not catch up.
-const MOST_BEHIND: Duration = Duration::from_millis(20);
+const MAX_LAG: Duration = Duration::from_millis(20);
 
-/// State of a board at a synchronisation.
+/// SharedBusState of a board at a synchronisation.
 #[derive(Debug, Clone, Copy)]
-struct Attending {
+struct StationState {
     station: Option<Station>,
     since_ns: Option<u64>,
 }
 
 /// Outcome of a synchronisation.
 #[derive(Debug, Clone, Copy)]
-struct Resolved {
+struct SyncOutcome {
     began: Option<((u64, u64), Transfer)>,
     next_ns: u64,
 }
 
 #[derive(Debug)]
-struct State {
+struct SharedBusState {
     wire: Wire,
-    /// `None` for a board that has not arrived, or has left.
-    boards: Vec<Option<Attending>>,
+    /// `None` for a board that has not reached the synchronisation, or has left the bus.
+    boards: Vec<Option<StationState>>,
     present: Vec<bool>,
     arrived: usize,
     round: u64,
     at_ns: u64,
-    resolved: Resolved,
+    outcome: SyncOutcome,
     quantum_ns: u64,
     /// Real time of virtual time zero.
     pace: Option<Instant>,
 }
 
-impl State {
-    /// Everybody is here: ends what has ended, and holds a contest if the bus is free.
-    fn resolve(&mut self) {
+impl SharedBusState {
+    /// Called when every board has reached the synchronisation: ends the frame whose time has
+    /// elapsed, and arbitrates if the bus is free.
+    fn synchronise_all(&mut self) {
         let now_ns = self.at_ns;
         self.keep_pace();
         self.wire.finish(now_ns, self.boards.len());
-        let began = (!self.wire.is_busy()).then(|| self.contest(now_ns));
+        let began = (!self.wire.is_busy()).then(|| self.arbitrate(now_ns));
         let began = began.flatten();
         let next_ns = match &began {
             Some(_) => self.wire.free_at_ns().max(now_ns + 1),
-            None => self.next_look_ns(now_ns),
+            None => self.next_sync_ns(now_ns),
         };
-        self.resolved = Resolved { began, next_ns };
+        self.outcome = SyncOutcome { began, next_ns };
         self.at_ns = next_ns;
         self.arrived = 0;
         self.round += 1;
     }
 
-    fn next_look_ns(&self, now_ns: u64) -> u64 {
+    fn next_sync_ns(&self, now_ns: u64) -> u64 {
         let due_ns = self.wire.next_ns(now_ns, false);
         let due_ns = due_ns.filter(|due_ns| *due_ns > now_ns);
         (now_ns + self.quantum_ns).min(due_ns.unwrap_or(u64::MAX))
     }
 
-    fn contest(&mut self, now_ns: u64) -> Option<((u64, u64), Transfer)> {
+    fn arbitrate(&mut self, now_ns: u64) -> Option<((u64, u64), Transfer)> {
         let offers = self.boards.iter().flatten().filter_map(|b| b.since_ns);
         let ports_ns = self.wire.next_ns(0, false);
         let earliest_ns = offers.chain(ports_ns).min()?;
@@ -97,7 +98,7 @@ impl State {
         let start_ns = earliest_ns.max(self.wire.free_at_ns());
         let stations: Vec<_> = (self.boards.iter())
             .map(|board| {
-                let Attending { station, since_ns } = (*board)?;
+                let StationState { station, since_ns } = (*board)?;
                 let offers = since_ns.is_some_and(|since_ns| since_ns <= start_ns);
                 station.map(|station| Station {
                     offer: station.offer.filter(|_| offers),
@@ -116,9 +117,9 @@ impl State {
         };
         let due = *begun + Duration::from_nanos(self.at_ns);
         let now = Instant::now();
-        if due > now + NAP {
+        if due > now + MIN_SLEEP {
             std::thread::sleep(due - now);
-        } else if now > due + MOST_BEHIND {
+        } else if now > due + MAX_LAG {
             *begun += now - due;
         }
     }
@@ -126,19 +127,19 @@ impl State {
 
 /// A bus for several boards.
 #[derive(Debug, Clone)]
-pub struct SharedBus(Arc<(Mutex<State>, Condvar)>);
+pub struct SharedBus(Arc<(Mutex<SharedBusState>, Condvar)>);
 
 impl SharedBus {
     /// A bus with these ports and this number of boards, which runs as fast as possible.
     pub fn new(ports: Vec<Port>, boards: usize) -> Self {
-        let state = State {
+        let state = SharedBusState {
             wire: Wire::new(ports),
             boards: vec![None; boards],
             present: vec![true; boards],
             arrived: 0,
             round: 0,
             at_ns: QUANTUM_NS,
-            resolved: Resolved {
+            outcome: SyncOutcome {
                 began: None,
                 next_ns: QUANTUM_NS,
             },
@@ -148,7 +149,7 @@ impl SharedBus {
         Self(Arc::new((Mutex::new(state), Condvar::new())))
     }
 
-    /// Runs in real time: no board is ahead of it.
+    /// Runs in real time: the virtual time of no board is ahead of it.
     #[must_use]
     pub fn in_real_time(self) -> Self {
         let mut state = self.lock();
@@ -160,14 +161,14 @@ impl SharedBus {
 
     /// The boards' connections, each for one run. A board leaves the bus when its connection is
     /// dropped.
-    pub fn ends(&self) -> Vec<BusEnd> {
+    pub fn connections(&self) -> Vec<BusConnection> {
         let boards = self.lock().boards.len();
-        let end = |index| BusEnd {
+        let connection = |index| BusConnection {
             bus: self.clone(),
             index,
             next_ns: QUANTUM_NS,
         };
-        (0..boards).map(end).collect()
+        (0..boards).map(connection).collect()
     }
 
     /// Access to a port.
@@ -180,74 +181,74 @@ impl SharedBus {
         self.lock().wire.take_log()
     }
 
-    fn lock(&self) -> MutexGuard<'_, State> {
-        // Whoever panicked has left the bus; what it left behind is whole.
+    fn lock(&self) -> MutexGuard<'_, SharedBusState> {
+        // A board that panicked has left the bus; no state is modified across a possible panic.
         (self.0.0.lock()).unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 /// A board's connection to a shared bus.
 #[derive(Debug)]
-pub struct BusEnd {
+pub struct BusConnection {
     bus: SharedBus,
     index: usize,
     next_ns: u64,
 }
 
-impl BusEnd {
+impl BusConnection {
     /// Instant of the next synchronisation, ns.
     pub(super) fn next_ns(&self) -> u64 {
         self.next_ns
     }
 
     /// Synchronises with the other boards if it is due.
-    pub(super) fn meet(&mut self, chip: &mut Chip, at: VirtualNanos) {
+    pub(super) fn synchronise(&mut self, chip: &mut Chip, at: VirtualNanos) {
         if at.0 < self.next_ns {
             return;
         }
-        // A frame that was seen late ends at the instant at which the next one may begin.
+        // A frame that was detected late ends at the instant at which the next one may begin.
         chip.end_frame(at);
-        let attending = Attending {
+        let station_state = StationState {
             station: chip.can.station(at.0),
             since_ns: chip.can.offers_since_ns(),
         };
-        let resolved = self.wait(attending);
-        self.next_ns = resolved.next_ns;
-        if let Some((times_ns, transfer)) = resolved.began {
+        let outcome = self.wait(station_state);
+        self.next_ns = outcome.next_ns;
+        if let Some((times_ns, transfer)) = outcome.began {
             chip.begin_frame(at, times_ns, transfer, self.index);
         }
     }
 
-    fn wait(&self, attending: Attending) -> Resolved {
+    fn wait(&self, station_state: StationState) -> SyncOutcome {
         let mut state = self.bus.lock();
-        state.boards[self.index] = Some(attending);
+        state.boards[self.index] = Some(station_state);
         state.arrived += 1;
         let round = state.round;
         if state.is_complete() {
-            state.resolve();
+            state.synchronise_all();
             self.bus.0.1.notify_all();
         }
         while state.round == round {
             state = (self.bus.0.1.wait(state)).unwrap_or_else(PoisonError::into_inner);
         }
-        state.resolved
+        state.outcome
     }
 }
 
-impl State {
+impl SharedBusState {
     fn is_complete(&self) -> bool {
         let present = self.present.iter().filter(|is_there| **is_there).count();
         present > 0 && self.arrived == present
     }
 }
 
-impl Drop for BusEnd {
+impl Drop for BusConnection {
     fn drop(&mut self) {
         let mut state = self.bus.lock();
         state.present[self.index] = false;
         state.boards[self.index] = None;
         if state.is_complete() {
-            state.resolve();
+            state.synchronise_all();
             self.bus.0.1.notify_all();
         }
     }

@@ -16,7 +16,7 @@ use crate::trace::Row;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Flow {
     /// It continues.
-    On,
+    Continue,
     /// It ends.
     End,
 }
@@ -39,7 +39,7 @@ pub struct View<'a> {
     /// The last row of the trace: the start of this period.
     pub row: &'a Row,
     /// The plant.
-    pub rig: &'a mut BoardPlant,
+    pub plant: &'a mut BoardPlant,
     pub(super) now_ns: u64,
     pub(super) board: &'a mut ActuatorBoard,
     pub(super) memory: &'a mut dyn Memory,

@@ -12,42 +12,42 @@ use rigless::time::VirtualNanos;
 
 /// The peer of the serial line.
 #[derive(Debug, Default)]
-pub struct FarEnd {
-    to_say: VecDeque<(u64, u8)>,
-    heard: Vec<(u64, u8)>,
+pub struct SerialPeer {
+    queue: VecDeque<(u64, u8)>,
+    received: Vec<(u64, u8)>,
 }
 
 // A run starts from power-on: snapshots are not used.
-impl Store for FarEnd {}
+impl Store for SerialPeer {}
 
-impl FarEnd {
+impl SerialPeer {
     /// Queues bytes for transmission, not before this instant, ns.
-    pub fn say(&mut self, not_before_ns: u64, bytes: &[u8]) {
+    pub fn send(&mut self, not_before_ns: u64, bytes: &[u8]) {
         let bytes = bytes.iter().map(|byte| (not_before_ns, *byte));
-        self.to_say.extend(bytes);
+        self.queue.extend(bytes);
     }
 
     /// Number of queued bytes.
-    pub fn waiting(&self) -> usize {
-        self.to_say.len()
+    pub fn queued(&self) -> usize {
+        self.queue.len()
     }
 
     /// Bytes received from the board since the last call, each with the end of its stop bit, ns.
-    pub fn take_heard(&mut self) -> Vec<(u64, u8)> {
-        std::mem::take(&mut self.heard)
+    pub fn take_received(&mut self) -> Vec<(u64, u8)> {
+        std::mem::take(&mut self.received)
     }
 }
 
-impl Peer for FarEnd {
+impl Peer for SerialPeer {
     fn receive(&mut self, word: u16, context: &mut Timeline<'_, '_>) {
-        self.heard.push((context.now().0, word as u8));
+        self.received.push((context.now().0, word as u8));
     }
 
     fn transmit(&mut self, now: VirtualNanos) -> Option<u16> {
-        let (due_ns, _) = self.to_say.front()?;
+        let (due_ns, _) = self.queue.front()?;
         if *due_ns > now.0 {
             return None;
         }
-        self.to_say.pop_front().map(|(_, byte)| byte.into())
+        self.queue.pop_front().map(|(_, byte)| byte.into())
     }
 }

@@ -1,14 +1,17 @@
-//! Claims about what the figures show.
+//! Claims about the figures.
 
-use super::{Case, Claim, Judge, MAIN, Verdict};
+use super::{Case, Claim, Evaluate, MAIN, Verdict};
 use crate::{
     figures::file,
-    measures::{Ahead, NOTICED_DEG, ahead, farthest, overshoot_deg, rms_deg, widest_spread_deg},
-    runs::Rate::{Hz50, Hz250},
+    runs::SampleRate::{Hz50, Hz250},
+    trace_measures::{
+        Ahead, VISIBLE_DEG, ahead, largest_difference, max_standard_deviation_deg, overshoot_deg,
+        rms_deg,
+    },
 };
 
-/// All of them.
-pub(super) const CLAIMS: &[Judge] = &[
+/// The claims of this module.
+pub(super) const CLAIMS: &[Evaluate] = &[
     accurate,
     inflection,
     rate_limited,
@@ -23,7 +26,7 @@ pub(super) const CLAIMS: &[Judge] = &[
 
 fn accurate(case: &Case<'_>) -> Option<Claim> {
     let fitted = case.study.fit(MAIN, Hz250, "pulse", 0)?;
-    let spread_deg = widest_spread_deg(&case.pulse.runs_deg);
+    let spread_deg = max_standard_deviation_deg(&case.pulse.runs_deg);
     let percent = fitted.quality.fit_percent;
     Some(Claim {
         text: "Black box 1 is very accurate for the constant pulse.",
@@ -40,7 +43,7 @@ fn accurate(case: &Case<'_>) -> Option<Claim> {
 
 fn inflection(case: &Case<'_>) -> Option<Claim> {
     let pulse = &case.pulse;
-    let (at_s, deg) = farthest(&pulse.fitted_deg[0], &pulse.mean_deg, 3.0, 4.0);
+    let (at_s, deg) = largest_difference(&pulse.fitted_deg[0], &pulse.mean_deg, 3.0, 4.0);
     let duty_pct = *pulse.duty_pct.get((at_s * 250.0) as usize)?;
     let saturated = duty_pct.abs() > 99.0;
     Some(Claim {
@@ -81,7 +84,7 @@ fn rate_limited(case: &Case<'_>) -> Option<Claim> {
 
 fn too_large(case: &Case<'_>) -> Option<Claim> {
     let traces = &case.variable_step;
-    let steps = crate::measures::steps(&traces.command_deg);
+    let steps = crate::trace_measures::steps(&traces.command_deg);
     let missed = steps.iter().filter(|(range, _)| {
         let last = range.end - 1;
         (traces.command_deg[last] - traces.mean_deg[last]).abs() > 5.0
@@ -100,7 +103,7 @@ fn too_large(case: &Case<'_>) -> Option<Claim> {
     })
 }
 
-/// How far a model with the paper's numbers, and as fitted, is ahead on the variable step.
+/// Lead of a model on the variable step, with the paper's numbers and as fitted.
 fn both(case: &Case<'_>, model: usize) -> (Ahead, Ahead) {
     let traces = &case.variable_step;
     let of = |answers: &[Vec<f64>]| ahead(&traces.command_deg, &traces.mean_deg, &answers[model]);
@@ -123,7 +126,7 @@ fn ahead_of_it(case: &Case<'_>) -> Option<Claim> {
         section: "IV, figure 13",
         verdict: Verdict::not_reproduced_unless(2 * found.0.steps > found.0.of),
         evidence: format!(
-            "With the paper's numbers it is more than {NOTICED_DEG} deg ahead of the runs {}. \
+            "With the paper's numbers it is more than {VISIBLE_DEG} deg ahead of the runs {}. \
              Its overshoot beyond the command is {beyond:.1} deg: a first-order lag cannot \
              overshoot.",
             in_words(found)
@@ -212,7 +215,9 @@ fn grey_variable(case: &Case<'_>) -> Option<Claim> {
 fn enough(case: &Case<'_>) -> Option<Claim> {
     let of = |model| {
         let fitted = case.study.fit(MAIN, Hz50, "pulse", model)?;
-        let other = fitted.predicted.get(crate::study::place("variable-step"))?;
+        let other = fitted
+            .predicted
+            .get(crate::study::input_index("variable-step"))?;
         Some(other.as_ref()?.fit_percent)
     };
     let (first, second, grey) = (of(0)?, of(1)?, of(2)?);

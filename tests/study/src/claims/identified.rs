@@ -5,17 +5,17 @@ use host_sim::analysis::{
     linear_models::{black_box_1, black_box_2},
 };
 
-use super::{Case, Claim, Judge, LOADED, MAIN, PRINTED, Verdict};
+use super::{Case, Claim, Evaluate, LOADED, MAIN, PRINTED, Verdict};
 use crate::{
-    bench::{BLACK_BOX_2, LOAD_NM},
     figures::{BLACK_BOX_1, file},
-    link::TRUE_DELAY_S,
+    host::TRUE_DELAY_S,
     models::Fitted,
-    runs::Rate::{Hz50, Hz250},
+    runs::SampleRate::{Hz50, Hz250},
+    test_bench::{BLACK_BOX_2, LOAD_NM},
 };
 
-/// All of them.
-pub(super) const CLAIMS: &[Judge] = &[
+/// The claims of this module.
+pub(super) const CLAIMS: &[Evaluate] = &[
     pole,
     delay,
     limits,
@@ -27,7 +27,7 @@ pub(super) const CLAIMS: &[Judge] = &[
     by_eye,
 ];
 
-/// As near as two printed digits and an eye come.
+/// Whether a value agrees with one of the paper, which has two digits or was matched visually.
 fn near(value: f64, expected: f64, percent: f64) -> bool {
     (value / expected - 1.0).abs() <= percent / 100.0
 }

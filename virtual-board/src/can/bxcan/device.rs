@@ -83,26 +83,26 @@ impl BxCan {
         context: &mut DeviceContext<'_>,
     ) {
         let now_ns = context.now().0;
-        if self.carried.is_some_and(|carried| carried.is_private) {
-            self.finish_carried(now_ns);
+        if self.current.is_some_and(|current| current.is_internal) {
+            self.finish_current(now_ns);
         }
         let wire_ended = self.wire.as_mut().and_then(|wire| wire.finish(now_ns, 1));
         if wire_ended.is_some() || self.wire.is_none() {
-            self.finish_carried(now_ns);
+            self.finish_current(now_ns);
         }
         self.advance_mode(now_ns);
         self.follow_requests(now_ns);
         self.start(now_ns);
-        self.note_offer(now_ns);
+        self.update_offer(now_ns);
         self.publish(registers, context);
         self.schedule(context);
     }
 
     fn start(&mut self, now_ns: u64) {
-        if self.is_private() {
-            self.begin_private(now_ns);
+        if self.is_internal() {
+            self.begin_internal(now_ns);
         }
-        let station = self.station(now_ns).filter(|_| !self.is_private());
+        let station = self.station(now_ns).filter(|_| !self.is_internal());
         let Some(wire) = &mut self.wire else {
             return;
         };
@@ -117,12 +117,12 @@ impl BxCan {
         let offers = self
             .station(now_ns)
             .is_some_and(|station| station.offer.is_some());
-        let offers_wire = offers && !self.is_private();
+        let offers_wire = offers && !self.is_internal();
         let wire_ns = self
             .wire
             .as_ref()
             .and_then(|wire| wire.next_ns(now_ns, offers_wire));
-        let carried_ns = self.carried.map(|carried| carried.ends_ns);
+        let carried_ns = self.current.map(|current| current.ends_ns);
         let next_ns = [wire_ns, carried_ns, self.mode_due_ns()];
         let next_ns = next_ns.into_iter().flatten().min();
         self.wake = next_ns.map(|at_ns| context.schedule(VirtualNanos(at_ns.max(now_ns + 1))));

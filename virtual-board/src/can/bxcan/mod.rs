@@ -45,7 +45,7 @@ mod btr {
 
 /// The frame that the controller transmits or receives.
 #[derive(Debug, Clone, Copy)]
-struct Carried {
+struct FrameInProgress {
     transfer: Transfer,
     ends_ns: u64,
     started_ns: u64,
@@ -54,7 +54,7 @@ struct Carried {
     /// Index of the controller among the stations.
     index: usize,
     /// Whether it is not on the bus: silent loop-back mode.
-    is_private: bool,
+    is_internal: bool,
 }
 
 /// A controller, on a [`Wire`] of its own with external ports or on a bus that its user shares
@@ -72,7 +72,7 @@ pub struct BxCan {
     filters: Filters,
     counters: ErrorCounters,
     status: Status,
-    carried: Option<Carried>,
+    current: Option<FrameInProgress>,
     wake: Option<EventId>,
     /// Time since which it has had a frame to transmit, ns.
     offers_since_ns: Option<u64>,
@@ -101,7 +101,7 @@ impl BxCan {
             filters: Filters::default(),
             counters: ErrorCounters::default(),
             status: Status::default(),
-            carried: None,
+            current: None,
             wake: None,
             offers_since_ns: None,
             lines: [Level::Low; 4],
@@ -122,8 +122,8 @@ impl BxCan {
     /// Resets the controller; bus and clock are preserved.
     pub fn restart(&mut self) {
         let mut wire = self.wire.take();
-        if let (Some(wire), Some(carried)) = (&mut wire, &self.carried) {
-            wire.abandon(carried.transfer.sender);
+        if let (Some(wire), Some(current)) = (&mut wire, &self.current) {
+            wire.abandon(current.transfer.sender);
         }
         let clock_hz = self.clock_hz;
         *self = Self {
@@ -159,13 +159,13 @@ impl BxCan {
             offer: self
                 .offer(now_ns)
                 .filter(|_| !self.is_silent() || self.is_looped()),
-            speaks: !self.is_silent(),
+            is_silent: self.is_silent(),
             needs_acknowledge: !self.is_looped(),
         })
     }
 
     /// Updates the time since which it has a frame to transmit.
-    fn note_offer(&mut self, now_ns: u64) {
+    fn update_offer(&mut self, now_ns: u64) {
         let offers = |station: Station| station.offer.is_some();
         self.offers_since_ns = if self.station(now_ns).is_some_and(offers) {
             self.offers_since_ns.or(Some(now_ns))

@@ -30,8 +30,8 @@ const RECOVERY_SEQUENCES: u32 = 128;
 impl BxCan {
     /// Executes the requests of `MCR`, unless a frame is in transmission.
     pub(super) fn follow_requests(&mut self, now_ns: u64) {
-        let sends = |carried: &super::Carried| carried.mailbox.is_some();
-        if self.carried.as_ref().is_some_and(sends) {
+        let sends = |current: &super::FrameInProgress| current.mailbox.is_some();
+        if self.current.as_ref().is_some_and(sends) {
             return;
         }
         let (init, sleep) = (self.is(mcr::INRQ), self.is(mcr::SLEEP));
@@ -61,7 +61,7 @@ impl BxCan {
     }
 
     /// Handles the start of a frame on the bus while the controller does not take part.
-    pub(super) fn notice_traffic(&mut self, ends_ns: u64) {
+    pub(super) fn on_traffic(&mut self, ends_ns: u64) {
         // After the delimiter, which counts among the 11 recessive bits.
         let ends_ns = ends_ns + self.bits_ns(INTERMISSION_BITS);
         match &mut self.mode {

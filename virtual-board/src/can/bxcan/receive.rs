@@ -5,7 +5,7 @@ use super::super::{Frame, Id};
 use super::{BxCan, mcr};
 
 impl BxCan {
-    pub(super) fn take_in(&mut self, frame: &Frame, started_ns: u64) {
+    pub(super) fn store_received(&mut self, frame: &Frame, started_ns: u64) {
         let Some(accepted) = self.filters.accept(frame) else {
             return;
         };

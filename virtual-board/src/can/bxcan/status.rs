@@ -7,7 +7,7 @@ use rigless::soc::stm32f427::generated::can1::Register as R;
 use super::super::ErrorState;
 use super::super::filters::BANKS;
 use super::mode::Mode;
-use super::{BxCan, Carried, mcr};
+use super::{BxCan, FrameInProgress, mcr};
 
 /// `ESR.LEC`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -51,7 +51,7 @@ mod ier {
 }
 
 impl Status {
-    pub fn note(&mut self, error: LastError) {
+    pub fn record(&mut self, error: LastError) {
         self.last_error = error;
         self.has_noted |= error != LastError::None;
     }
@@ -88,18 +88,18 @@ impl BxCan {
     }
 
     fn master_status(&self) -> u64 {
-        let sends = |carried: Carried| carried.mailbox.is_some();
+        let sends = |current: FrameInProgress| current.mailbox.is_some();
         let initialises = matches!(self.mode, Mode::Initialising | Mode::Joining { .. });
         u64::from(initialises)
             | u64::from(self.mode == Mode::Asleep) << 1
             | u64::from(self.status.has_error_interrupt) << 2
             | u64::from(self.status.woke) << 3
             | u64::from(self.status.acknowledges_sleep) << 4
-            | u64::from(self.carried.is_some_and(sends)) << 8
-            | u64::from(self.carried.is_some_and(|carried| !sends(carried))) << 9
+            | u64::from(self.current.is_some_and(sends)) << 8
+            | u64::from(self.current.is_some_and(|current| !sends(current))) << 9
             // The line is recessive between frames.
             | 1 << 10
-            | u64::from(self.carried.is_none()) << 11
+            | u64::from(self.current.is_none()) << 11
     }
 
     /// Updates the registers and the interrupt lines.

@@ -1,4 +1,4 @@
-//! Through the registers, as a firmware uses the controller.
+//! Tests through the registers, as a firmware uses the controller.
 
 mod bench;
 mod errors;
@@ -20,15 +20,15 @@ fn a_frame_goes_out_and_its_mailbox_empties() {
     // RQCP0, TXOK0; all empty.
     assert_eq!(bench.read(TSR) & 0xff, 0b11);
     assert_eq!(bench.read(TSR) >> 26 & 7, 0b111);
-    let heard = bench.port().take_heard();
-    assert_eq!(heard.len(), 1);
-    assert_eq!(heard[0].1, frame(0x181, &[1, 2, 3, 4]));
+    let received = bench.port().take_received();
+    assert_eq!(received.len(), 1);
+    assert_eq!(received[0].1, frame(0x181, &[1, 2, 3, 4]));
     bench.write(TSR, 1);
     assert_eq!(bench.read(TSR) & 0xff, 0);
 }
 
 #[test]
-fn mailboxes_go_by_identifier_or_in_the_order_of_the_requests() {
+fn mailboxes_are_sent_in_the_order_of_identifiers_or_of_requests() {
     for (control, expected) in [(0, [0x100, 0x200, 0x300]), (1 << 2, [0x300, 0x100, 0x200])] {
         let mut bench = Bench::with(control, BTR_1M);
         // Keeps the wire busy while the mailboxes fill.
@@ -37,14 +37,14 @@ fn mailboxes_go_by_identifier_or_in_the_order_of_the_requests() {
         bench.transmit(0, 0x300, 0);
         bench.transmit(1, 0x100, 0);
         bench.transmit(2, 0x200, 0);
-        // The lowest of three pending is flagged, and CODE names it.
+        // LOW marks the pending mailbox of the lowest priority, and CODE is its number.
         let lowest = if control == 0 { 0 } else { 2 };
         assert_eq!(bench.read(TSR) >> 29, 1 << lowest);
         assert_eq!(bench.read(TSR) >> 24 & 3, lowest);
         bench.run_us(1_000);
         let ids: Vec<_> = bench
             .port()
-            .take_heard()
+            .take_received()
             .iter()
             .map(|(_, f)| f.id.value())
             .collect();
@@ -67,7 +67,7 @@ fn a_lower_identifier_from_outside_goes_first() {
         .map(|sent| sent.frame.id.value())
         .collect();
     assert_eq!(ids, [1, 0x10, 0x20]);
-    // Arbitration was lost once, and the frame went out after all.
+    // Arbitration was lost once, and the frame was sent afterwards.
     assert_eq!(bench.read(TSR) & 0xff, 0b11);
 }
 
@@ -94,7 +94,7 @@ fn a_pending_frame_can_be_aborted_and_its_registers_are_protected() {
     bench.write(TSR, 1 << 7);
     assert_eq!(bench.read(TSR) & 0xff, 1);
     bench.run_us(1_000);
-    assert!(bench.port().take_heard().is_empty());
+    assert!(bench.port().take_received().is_empty());
 }
 
 #[test]
@@ -119,7 +119,7 @@ fn frames_come_in_by_the_filters_and_are_released() {
 }
 
 #[test]
-fn four_unread_frames_overrun_the_fifo_and_say_so() {
+fn four_unread_frames_overrun_the_fifo_and_set_the_overrun_flag() {
     let mut bench = Bench::running();
     bench.write(IER, 1 << 3);
     for id in 1..=4 {
@@ -133,7 +133,7 @@ fn four_unread_frames_overrun_the_fifo_and_say_so() {
 }
 
 #[test]
-fn the_lines_follow_their_conditions() {
+fn the_interrupt_lines_follow_their_flags() {
     let mut bench = Bench::running();
     // TMEIE, FMPIE0.
     bench.write(IER, 1 | 1 << 1);
@@ -151,17 +151,18 @@ fn the_lines_follow_their_conditions() {
 }
 
 #[test]
-fn a_time_stamp_counts_bits_and_is_sent_along() {
+fn a_time_stamp_counts_bits_and_is_sent_in_the_frame() {
     let mut bench = Bench::with(1 << 7, BTR_1M);
     bench.run_us(100);
     // TGT, eight bytes.
     bench.write(TDT0R, 1 << 8 | 8);
     bench.write(TI0R, 5 << 21 | 1);
     bench.run_us(300);
-    let (ended_ns, sent) = bench.port().take_heard()[0];
+    let (ended_ns, sent) = bench.port().take_received()[0];
     let stamp = u16::from_le_bytes([sent.data[6], sent.data[7]]);
     assert_eq!(bench.read(TDT0R) >> 16, u64::from(stamp));
     let started_us = ended_ns / 1000 - u64::from(sent.bits_on_the_wire());
-    // The stamp itself moves the stuffing by a bit or two; the zero is when joining began.
+    // The stamp itself changes the number of stuff bits by one or two; stamps count from the
+    // request to join the bus.
     assert!(u64::from(stamp).abs_diff(started_us - bench.joined_us) <= 3);
 }

@@ -1,9 +1,9 @@
 //! Transmission, and the end of frames.
 
-use super::super::{ErrorState, Frame, Outcome, Transfer, WireFault, contest};
+use super::super::{ErrorState, Frame, Outcome, Transfer, WireFault, arbitrate};
 use super::mailboxes::Flags;
 use super::status::LastError;
-use super::{BxCan, Carried, btr, mcr};
+use super::{BxCan, FrameInProgress, btr, mcr};
 
 impl BxCan {
     fn next_mailbox(&self) -> Option<usize> {
@@ -22,39 +22,39 @@ impl BxCan {
     }
 
     /// Whether frames remain within the controller: silent loop-back mode.
-    pub(super) fn is_private(&self) -> bool {
+    pub(super) fn is_internal(&self) -> bool {
         self.bit_timing & (btr::LBKM | btr::SILM) == btr::LBKM | btr::SILM
     }
 
     /// Starts a frame in silent loop-back mode.
-    pub(super) fn begin_private(&mut self, now_ns: u64) {
-        if self.carried.is_some() {
+    pub(super) fn begin_internal(&mut self, now_ns: u64) {
+        if self.current.is_some() {
             return;
         }
-        let Some(transfer) = contest(&[self.station(now_ns)], WireFault::None, false) else {
+        let Some(transfer) = arbitrate(&[self.station(now_ns)], WireFault::None, false) else {
             return;
         };
         let ends_ns = now_ns + transfer.outcome_ns();
-        self.carry(now_ns, ends_ns, transfer, 0, true);
+        self.begin_frame(now_ns, ends_ns, transfer, 0, true);
     }
 
     /// Starts a frame that won the arbitration and lasts until `ends_ns`; `index` is the index of
     /// this controller among the stations. The owner of a shared bus calls this, and then
     /// [`BxCan::schedule`].
     pub fn begin(&mut self, now_ns: u64, ends_ns: u64, transfer: Transfer, index: usize) {
-        self.carry(now_ns, ends_ns, transfer, index, false);
+        self.begin_frame(now_ns, ends_ns, transfer, index, false);
     }
 
-    fn carry(
+    fn begin_frame(
         &mut self,
         now_ns: u64,
         ends_ns: u64,
         transfer: Transfer,
         index: usize,
-        is_private: bool,
+        is_internal: bool,
     ) {
         let Some(station) = self.station(now_ns) else {
-            self.notice_traffic(ends_ns);
+            self.on_traffic(ends_ns);
             return;
         };
         let own = self.next_mailbox().filter(|_| station.offer.is_some());
@@ -65,13 +65,13 @@ impl BxCan {
         if let Some(sent) = mailbox {
             self.stamp_mailbox(sent, now_ns);
         }
-        self.carried = Some(Carried {
+        self.current = Some(FrameInProgress {
             transfer,
             ends_ns,
             started_ns: now_ns,
             mailbox,
             index,
-            is_private,
+            is_internal,
         });
     }
 
@@ -104,7 +104,7 @@ impl BxCan {
                 ..Flags::default()
             });
             self.counters.sent();
-            self.status.note(LastError::None);
+            self.status.record(LastError::None);
             return;
         }
         mailbox.flags.had_error = true;
@@ -113,16 +113,16 @@ impl BxCan {
         }
         let error = match transfer.outcome {
             Outcome::Unacknowledged => LastError::Acknowledge,
-            Outcome::Unheard => LastError::BitDominant,
+            Outcome::BitError => LastError::BitDominant,
             _ => LastError::BitRecessive,
         };
         self.counters.send_failed(error == LastError::Acknowledge);
-        self.status.note(error);
+        self.status.record(error);
     }
 
     /// `ABRQ`: aborts at once, or after the present attempt.
     pub(super) fn abort(&mut self, index: usize) {
-        let is_sending = self.carried.is_some_and(|c| c.mailbox == Some(index));
+        let is_sending = self.current.is_some_and(|c| c.mailbox == Some(index));
         let mailbox = &mut self.mailboxes.boxes[index];
         if !mailbox.is_pending {
             return;
@@ -135,43 +135,43 @@ impl BxCan {
     }
 
     /// Ends the frame whose time has elapsed.
-    pub(super) fn finish_carried(&mut self, now_ns: u64) {
-        let Some(carried) = self.carried.take_if(|carried| carried.ends_ns <= now_ns) else {
+    pub(super) fn finish_current(&mut self, now_ns: u64) {
+        let Some(current) = self.current.take_if(|current| current.ends_ns <= now_ns) else {
             return;
         };
-        let transfer = carried.transfer;
-        match carried.mailbox {
+        let transfer = current.transfer;
+        match current.mailbox {
             Some(mailbox) => {
                 self.finish_sending(mailbox, &transfer);
                 if self.is_looped() && transfer.outcome == Outcome::Delivered {
-                    self.take_in(&transfer.frame, carried.started_ns);
+                    self.store_received(&transfer.frame, current.started_ns);
                 }
             }
             None if self.is_looped() => {}
-            None => self.finish_receiving(&carried),
+            None => self.finish_receiving(&current),
         }
         self.check_bus_off(now_ns);
     }
 
-    fn finish_receiving(&mut self, carried: &Carried) {
-        let transfer = &carried.transfer;
-        let understands = self
+    fn finish_receiving(&mut self, current: &FrameInProgress) {
+        let transfer = &current.transfer;
+        let is_compatible = self
             .timing()
-            .is_some_and(|own| own.agrees(&transfer.timing));
+            .is_some_and(|own| own.is_compatible(&transfer.timing));
         let passive = self.counters.state() == ErrorState::Passive;
         match transfer.outcome {
-            Outcome::Delivered if understands => {
+            Outcome::Delivered if is_compatible => {
                 self.counters.received();
-                self.status.note(LastError::None);
-                self.take_in(&transfer.frame, carried.started_ns);
+                self.status.record(LastError::None);
+                self.store_received(&transfer.frame, current.started_ns);
             }
             Outcome::Disturbed(by) => {
-                self.counters.receive_failed(by == Some(carried.index));
-                self.status.note(LastError::Stuff);
+                self.counters.receive_failed(by == Some(current.index));
+                self.status.record(LastError::Stuff);
             }
-            _ if !understands && passive => {
+            _ if !is_compatible && passive => {
                 self.counters.receive_failed(false);
-                self.status.note(LastError::Stuff);
+                self.status.record(LastError::Stuff);
             }
             _ => {}
         }

@@ -10,10 +10,10 @@ use super::{Outcome, Station, Transfer};
 pub struct Port {
     /// Its bit timing.
     pub timing: BitTiming,
-    /// Whether it acknowledges and transmits; false for a silent listener.
-    pub speaks: bool,
+    /// Whether it only listens: it neither acknowledges nor transmits.
+    pub is_silent: bool,
     queue: VecDeque<(u64, Frame)>,
-    heard: Vec<(u64, Frame)>,
+    received: Vec<(u64, Frame)>,
 }
 
 impl Port {
@@ -27,9 +27,9 @@ impl Port {
     pub fn at_rate(bit_s: u32) -> Self {
         Self {
             timing: BitTiming::at_rate(bit_s),
-            speaks: true,
+            is_silent: false,
             queue: VecDeque::new(),
-            heard: Vec::new(),
+            received: Vec::new(),
         }
     }
 
@@ -39,17 +39,17 @@ impl Port {
     }
 
     /// Frames received from other stations since the last call, each with its end, ns.
-    pub fn take_heard(&mut self) -> Vec<(u64, Frame)> {
-        std::mem::take(&mut self.heard)
+    pub fn take_received(&mut self) -> Vec<(u64, Frame)> {
+        std::mem::take(&mut self.received)
     }
 
     /// Number of queued frames.
-    pub fn waiting(&self) -> usize {
+    pub fn queued(&self) -> usize {
         self.queue.len()
     }
 
     pub(super) fn due_ns(&self) -> Option<u64> {
-        let front = self.queue.front().filter(|_| self.speaks);
+        let front = self.queue.front().filter(|_| !self.is_silent);
         front.map(|(due_ns, _)| *due_ns)
     }
 
@@ -58,20 +58,20 @@ impl Port {
         Some(Station {
             timing: self.timing,
             state: ErrorState::Active,
-            offer: due.filter(|_| self.speaks).map(|(_, frame)| *frame),
-            speaks: self.speaks,
+            offer: due.filter(|_| !self.is_silent).map(|(_, frame)| *frame),
+            is_silent: self.is_silent,
             needs_acknowledge: true,
         })
     }
 
-    pub(super) fn hear(&mut self, at_ns: u64, own_index: usize, transfer: &Transfer) {
+    pub(super) fn receive(&mut self, at_ns: u64, own_index: usize, transfer: &Transfer) {
         if transfer.outcome != Outcome::Delivered {
             return;
         }
         if transfer.sender == own_index {
             self.queue.pop_front();
-        } else if transfer.timing.agrees(&self.timing) {
-            self.heard.push((at_ns, transfer.frame));
+        } else if transfer.timing.is_compatible(&self.timing) {
+            self.received.push((at_ns, transfer.frame));
         }
     }
 }

@@ -10,13 +10,13 @@ fn station(offer: Option<Frame>) -> Option<Station> {
         timing: BitTiming::at_rate(1_000_000),
         state: ErrorState::Active,
         offer,
-        speaks: true,
+        is_silent: false,
         needs_acknowledge: true,
     })
 }
 
 fn outcome(stations: &[Option<Station>]) -> Option<(usize, Outcome)> {
-    contest(stations, WireFault::None, false).map(|t| (t.sender, t.outcome))
+    arbitrate(stations, WireFault::None, false).map(|t| (t.sender, t.outcome))
 }
 
 #[test]
@@ -31,9 +31,9 @@ fn the_lowest_identifier_wins_and_others_acknowledge() {
 }
 
 #[test]
-fn alone_or_among_silent_stations_a_frame_stays_unacknowledged() {
+fn a_frame_without_an_active_receiver_is_not_acknowledged() {
     let mut silent = station(None);
-    silent.as_mut().unwrap().speaks = false;
+    silent.as_mut().unwrap().is_silent = true;
     let stations = [station(Some(frame(5))), silent, None];
     assert_eq!(outcome(&stations), Some((0, Outcome::Unacknowledged)));
     let mut looped = station(Some(frame(5)));
@@ -42,7 +42,7 @@ fn alone_or_among_silent_stations_a_frame_stays_unacknowledged() {
 }
 
 #[test]
-fn a_station_of_another_rate_destroys_frames_until_it_is_passive() {
+fn a_station_with_another_bit_rate_destroys_frames_until_it_is_error_passive() {
     let mut slow = station(None);
     slow.as_mut().unwrap().timing = BitTiming::at_rate(500_000);
     let sender = station(Some(frame(5)));
@@ -68,8 +68,8 @@ fn two_frames_with_one_identifier_and_different_data_destroy_each_other() {
 #[test]
 fn a_shorted_wire_carries_no_dominant_bit() {
     let stations = [station(Some(frame(5))), station(None)];
-    let transfer = contest(&stations, WireFault::Short, false).unwrap();
-    assert_eq!(transfer.outcome, Outcome::Unheard);
+    let transfer = arbitrate(&stations, WireFault::Short, false).unwrap();
+    assert_eq!(transfer.outcome, Outcome::BitError);
     assert_eq!(transfer.outcome_ns(), 15_000);
 }
 
@@ -89,11 +89,11 @@ fn a_frame_takes_its_stuffed_bits_and_the_next_waits_for_the_intermission() {
         wire.start(ends_ns + 2999, &[station(Some(frame(1)))])
             .is_none()
     );
-    assert_eq!(wire.ports[0].take_heard(), [(ends_ns, frame(0x123))]);
+    assert_eq!(wire.ports[0].take_received(), [(ends_ns, frame(0x123))]);
 }
 
 #[test]
-fn a_port_sends_when_it_is_due_and_not_to_itself() {
+fn a_port_sends_a_frame_at_its_time_and_does_not_receive_it() {
     let mut wire = Wire::new(vec![Port::at_rate(1_000_000), Port::at_rate(1_000_000)]);
     wire.ports[0].send(5_000, frame(7));
     assert_eq!(wire.next_ns(0, false), Some(5_000));
@@ -101,24 +101,24 @@ fn a_port_sends_when_it_is_due_and_not_to_itself() {
     let (ends_ns, transfer) = wire.start(5_000, &[None]).unwrap();
     assert_eq!((transfer.sender, transfer.outcome), (1, Outcome::Delivered));
     wire.finish(ends_ns, 1).unwrap();
-    assert_eq!(wire.ports[0].waiting(), 0);
-    assert!(wire.ports[0].take_heard().is_empty());
-    assert_eq!(wire.ports[1].take_heard().len(), 1);
+    assert_eq!(wire.ports[0].queued(), 0);
+    assert!(wire.ports[0].take_received().is_empty());
+    assert_eq!(wire.ports[1].take_received().len(), 1);
     assert_eq!(wire.take_log().len(), 1);
 }
 
 #[test]
-fn an_open_wire_cuts_the_ports_off() {
+fn an_open_wire_disconnects_the_ports() {
     let mut wire = Wire::new(vec![Port::at_rate(1_000_000)]);
     wire.fault = WireFault::Open;
     let (ends_ns, transfer) = wire.start(0, &[station(Some(frame(1)))]).unwrap();
     assert_eq!(transfer.outcome, Outcome::Unacknowledged);
     wire.finish(ends_ns, 1).unwrap();
-    assert!(wire.ports[0].take_heard().is_empty());
+    assert!(wire.ports[0].take_received().is_empty());
 }
 
 #[test]
-fn noise_destroys_as_many_frames_as_it_was_told() {
+fn noise_destroys_the_configured_number_of_frames() {
     let mut wire = Wire::new(vec![Port::at_rate(1_000_000)]);
     wire.noise = 1;
     let (ends_ns, transfer) = wire.start(0, &[station(Some(frame(1)))]).unwrap();

@@ -7,7 +7,7 @@ use rigless::time::{EventId, VirtualNanos};
 
 use super::super::operation::Operation;
 use super::Interface;
-use super::register::{Turned, cr, sr};
+use super::register::{KeyProgress, cr, sr};
 
 /// Tokens of accesses to the array: purpose and address.
 pub(super) const IGNORED: u64 = 0;
@@ -23,7 +23,7 @@ impl Interface {
         if self.is_busy() {
             context.tell(
                 "CR",
-                "written during an operation: silicon holds the core, RM0090 3.6.1",
+                "written during an operation: the chip stalls the core, RM0090 3.6.1",
             );
             return;
         }
@@ -36,10 +36,10 @@ impl Interface {
     }
 
     fn write_key(&mut self, value: u64, context: &mut DeviceContext<'_>) {
-        match self.key.turn(value) {
-            Turned::On => {}
-            Turned::Open => self.control &= !cr::LOCK,
-            Turned::Stuck => {
+        match self.key.enter(value) {
+            KeyProgress::Incomplete => {}
+            KeyProgress::Unlocked => self.control &= !cr::LOCK,
+            KeyProgress::Rejected => {
                 self.control |= cr::LOCK;
                 context.tell(
                     "KEYR",
@@ -112,7 +112,7 @@ impl Device for Interface {
         context: &mut DeviceContext<'_>,
     ) -> bool {
         if self.is_busy() {
-            let reason = "a store during an operation: silicon holds the core, RM0090 3.6.4";
+            let reason = "a store during an operation: the chip stalls the core, RM0090 3.6.4";
             context.tell("SR", reason);
         } else if let Some(error) = self.store_error(address, width) {
             self.fail(error);
@@ -158,7 +158,7 @@ impl Device for Interface {
             let Some(damage) = &mut self.damage else {
                 return;
             };
-            let left = damage.leave(held);
+            let left = damage.content_after(held);
             context.program(address, damage.operation().piece_width(), left, IGNORED);
         } else if token & PROGRAM != 0
             && let Some(operation) = self.finishing.take()

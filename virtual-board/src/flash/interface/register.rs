@@ -32,31 +32,31 @@ pub(in crate::flash) const KEYS: [u64; 2] = [0x4567_0123, 0xcdef_89ab];
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Key {
     entered: usize,
-    is_stuck: bool,
+    is_blocked: bool,
 }
 
 /// Result of a word of the key sequence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Turned {
+pub(super) enum KeyProgress {
     /// The sequence is not complete.
-    On,
+    Incomplete,
     /// The register is unlocked.
-    Open,
+    Unlocked,
     /// The word was wrong: the register remains locked until the next reset.
-    Stuck,
+    Rejected,
 }
 
 impl Key {
-    pub fn turn(&mut self, word: u64) -> Turned {
-        if self.is_stuck || KEYS.get(self.entered) != Some(&word) {
-            self.is_stuck = true;
-            return Turned::Stuck;
+    pub fn enter(&mut self, word: u64) -> KeyProgress {
+        if self.is_blocked || KEYS.get(self.entered) != Some(&word) {
+            self.is_blocked = true;
+            return KeyProgress::Rejected;
         }
         self.entered = (self.entered + 1) % KEYS.len();
         if self.entered == 0 {
-            Turned::Open
+            KeyProgress::Unlocked
         } else {
-            Turned::On
+            KeyProgress::Incomplete
         }
     }
 }

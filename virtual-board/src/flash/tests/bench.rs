@@ -47,7 +47,7 @@ pub struct Bench {
     array: Array,
     now_ns: u64,
     line: Level,
-    told: usize,
+    reports: usize,
 }
 
 impl Bench {
@@ -58,7 +58,7 @@ impl Bench {
             array: Array::default(),
             now_ns: 0,
             line: Level::Low,
-            told: 0,
+            reports: 0,
         }
     }
 
@@ -99,7 +99,7 @@ impl Bench {
         if let Some(change) = self.part.drain_interrupts().last() {
             self.line = change.level;
         }
-        self.told += self.part.drain_told().len();
+        self.reports += self.part.drain_told().len();
     }
 
     pub fn run_us(&mut self, us: u64) {
@@ -121,11 +121,11 @@ impl Bench {
         self.line == Level::High
     }
 
-    pub fn told(&self) -> usize {
-        self.told
+    pub fn reports(&self) -> usize {
+        self.reports
     }
 
-    /// What became of the supply.
+    /// The requested state of the supply, if a cut was due.
     pub fn power(&mut self) -> Option<bool> {
         self.part.take_power_request()
     }

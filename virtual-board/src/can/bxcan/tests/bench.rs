@@ -87,7 +87,7 @@ impl Bench {
         self.joined_us = self.now_ns / 1000;
         self.write(MCR, control);
         self.run_us(50);
-        assert_eq!(self.read(MSR) & 0b11, 0, "is on the bus");
+        assert_eq!(self.read(MSR) & 0b11, 0, "the controller is on the bus");
     }
 
     pub fn write(&mut self, offset: u64, value: u64) {
@@ -110,7 +110,7 @@ impl Bench {
         }
     }
 
-    /// Lets the time pass as the runtime does: from event to event.
+    /// Advances the time as the emulator does: from event to event.
     pub fn run_us(&mut self, us: u64) {
         let end_ns = self.now_ns + us * 1000;
         loop {

@@ -1,18 +1,18 @@
 use super::*;
 
 #[test]
-fn out_of_reset_the_controller_sleeps_and_hears_nothing() {
+fn after_a_reset_the_controller_sleeps_and_receives_nothing() {
     let mut bench = Bench::new();
     assert_eq!(bench.read(MSR) & 0b11, 0b10);
     assert_eq!(bench.read(MCR), 0x0001_0002);
     bench.port().send(0, frame(1, &[]));
     bench.run_us(500);
     assert_eq!(bench.read(RF0R), 0);
-    assert_eq!(bench.port().waiting(), 1, "nobody acknowledged");
+    assert_eq!(bench.port().queued(), 1, "no station acknowledged");
 }
 
 #[test]
-fn the_bit_timing_is_written_in_initialisation_alone() {
+fn the_bit_timing_is_writable_only_in_initialisation_mode() {
     let mut bench = Bench::running();
     bench.write(BTR, 0);
     assert_eq!(bench.read(BTR), BTR_1M);
@@ -30,7 +30,7 @@ fn it_joins_after_eleven_recessive_bits() {
 }
 
 #[test]
-fn initialisation_waits_for_the_frame_on_its_way() {
+fn initialisation_waits_for_the_end_of_the_frame() {
     let mut bench = Bench::running();
     bench.transmit(0, 5, 0);
     bench.run_us(10);
@@ -42,7 +42,7 @@ fn initialisation_waits_for_the_frame_on_its_way() {
 }
 
 #[test]
-fn sleep_is_acknowledged_and_traffic_wakes() {
+fn sleep_is_acknowledged_and_traffic_wakes_the_controller_up() {
     let mut bench = Bench::running();
     bench.write(IER, 1 << 16 | 1 << 17);
     // AWUM.
@@ -55,23 +55,24 @@ fn sleep_is_acknowledged_and_traffic_wakes() {
     bench.run_us(1_000);
     assert_eq!(bench.read(MSR) & 0b1011, 0b1000);
     assert!(bench.line(3));
-    // The frame that woke it is lost to it, but repeated, as nobody acknowledged.
+    // The frame that woke the controller up is not received, but repeated: it was not
+    // acknowledged.
     assert_eq!(bench.read(RF0R), 1);
 }
 
 #[test]
-fn a_silent_controller_listens_without_a_trace() {
+fn a_silent_controller_neither_transmits_nor_acknowledges() {
     let mut bench = Bench::with(0, BTR_1M | 1 << 31);
     bench.transmit(0, 5, 0);
     bench.run_us(1_000);
     assert!(bench.wire().take_log().is_empty());
     bench.port().send(0, frame(1, &[]));
     bench.run_us(100);
-    assert_eq!(bench.port().waiting(), 1, "it does not acknowledge");
+    assert_eq!(bench.port().queued(), 1, "it does not acknowledge");
 }
 
 #[test]
-fn a_looped_controller_hears_itself_and_needs_nobody() {
+fn in_loop_back_mode_the_controller_receives_its_own_frames_without_an_acknowledgement() {
     let mut bench = Bench::with(0, BTR_1M | 1 << 30);
     bench.wire().fault = WireFault::Open;
     bench.transmit(0, 0x123, 0x5a);
@@ -82,7 +83,7 @@ fn a_looped_controller_hears_itself_and_needs_nobody() {
 }
 
 #[test]
-fn silent_and_looped_it_never_touches_the_wire() {
+fn in_silent_loop_back_mode_no_frame_reaches_the_bus() {
     let mut bench = Bench::with(0, BTR_1M | 3 << 30);
     bench.transmit(0, 0x123, 0x5a);
     bench.run_us(200);

@@ -14,8 +14,8 @@ pub struct Station {
     pub state: ErrorState,
     /// Frame that it has to transmit.
     pub offer: Option<Frame>,
-    /// Whether it acknowledges and signals errors; false in silent mode.
-    pub speaks: bool,
+    /// Silent mode: it neither acknowledges nor signals errors.
+    pub is_silent: bool,
     /// Whether its frames need an acknowledgement; false in loop-back mode.
     pub needs_acknowledge: bool,
 }
@@ -31,7 +31,7 @@ pub enum Outcome {
     /// disturbance at all stations.
     Disturbed(Option<usize>),
     /// Bit error: the transmitter did not read back its own dominant bit.
-    Unheard,
+    BitError,
 }
 
 /// A frame in transmission.
@@ -59,7 +59,7 @@ impl Transfer {
             Outcome::Delivered => self.frame.bits_on_the_wire(),
             Outcome::Unacknowledged => self.frame.bits_through_acknowledge() + error_frame,
             Outcome::Disturbed(_) => BITS_TO_STUFF_ERROR + error_frame,
-            Outcome::Unheard => 1 + error_frame,
+            Outcome::BitError => 1 + error_frame,
         }
     }
 
@@ -82,7 +82,7 @@ impl Transfer {
 
 /// Arbitrates between these stations; `None` if none has a frame to transmit. A station that is not
 /// on the bus is `None`.
-pub fn contest(
+pub fn arbitrate(
     stations: &[Option<Station>],
     fault: WireFault,
     is_disturbed: bool,
@@ -95,20 +95,22 @@ pub fn contest(
         .filter_map(|(index, station)| station.offer.map(|frame| (index, station, frame)))
         .min_by(|(_, _, a), (_, _, b)| a.arbitrates(b))?;
     let others = || present().filter(|(index, _)| *index != sender);
-    let clash = others().any(|(_, other)| {
+    let collides = others().any(|(_, other)| {
         let equal = |offer: &Frame| offer.arbitrates(&frame).is_eq() && *offer != frame;
         other.offer.as_ref().is_some_and(equal)
     });
-    let stranger = others().find(|(_, other)| {
-        other.speaks && other.state == ErrorState::Active && !other.timing.agrees(&station.timing)
+    let other_rate = others().find(|(_, other)| {
+        !other.is_silent
+            && other.state == ErrorState::Active
+            && !other.timing.is_compatible(&station.timing)
     });
     let is_acknowledged =
-        others().any(|(_, other)| other.speaks && other.timing.agrees(&station.timing));
+        others().any(|(_, other)| !other.is_silent && other.timing.is_compatible(&station.timing));
     let outcome = if fault == WireFault::Short {
-        Outcome::Unheard
-    } else if is_disturbed || clash {
+        Outcome::BitError
+    } else if is_disturbed || collides {
         Outcome::Disturbed(None)
-    } else if let Some((index, _)) = stranger {
+    } else if let Some((index, _)) = other_rate {
         Outcome::Disturbed(Some(index))
     } else if is_acknowledged || !station.needs_acknowledge {
         Outcome::Delivered

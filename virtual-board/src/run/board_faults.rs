@@ -11,11 +11,11 @@ use super::driver::Lockstep;
 use super::view::Script;
 use crate::board::ActuatorBoard;
 use crate::can::WireFault;
-use crate::faults::{Change, Fault, Place};
+use crate::faults::{Change, Fault, MemoryLocation};
 
 /// Active faults outside the plant.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Faulty {
+pub(super) struct BoardFaults {
     pub trips: bool,
     pub has_lost_power: bool,
     pub stalls: bool,
@@ -27,11 +27,11 @@ pub(super) struct Faulty {
 const RAM: [(u64, u64); 2] = [(0x2000_0000, 192 << 10), (0x1000_0000, 64 << 10)];
 
 /// Fills the RAM with random contents, as after a loss of supply.
-pub(super) fn forget_ram(host: &mut dyn Host, at_ns: u64) {
-    let mut chance = Pcg32::new(at_ns, 0);
+pub(super) fn randomise_ram(host: &mut dyn Host, at_ns: u64) {
+    let mut random = Pcg32::new(at_ns, 0);
     for (base, size) in RAM {
         for address in (base..base + size).step_by(4) {
-            let word = chance.next_u32().into();
+            let word = random.next_u32().into();
             let written = host.write(address, Width::W32, word);
             debug_assert!(written.is_ok(), "{address:#x} is RAM");
         }
@@ -59,15 +59,15 @@ pub(super) fn apply_due_at<S: Script>(
             Change::Begin(fault) => (fault, true),
             Change::End(fault) => (fault, false),
         };
-        if !break_rig(run, fault, begins) {
-            break_board(run, session, (at, instructions), host, (fault, begins));
+        if !apply_to_plant(run, fault, begins) {
+            apply_to_board(run, session, (at, instructions), host, (fault, begins));
         }
     }
 }
 
 /// Applies a fault of the plant; returns whether it is one.
-fn break_rig<S>(run: &mut Lockstep<S>, fault: &Fault, begins: bool) -> bool {
-    let defects = &mut run.rig.defects;
+fn apply_to_plant<S>(run: &mut Lockstep<S>, fault: &Fault, begins: bool) -> bool {
+    let defects = &mut run.plant.defects;
     let number = |value: f64| if begins { value } else { 0.0 };
     match *fault {
         Fault::EncoderWire { line, stuck } => {
@@ -92,7 +92,7 @@ fn break_rig<S>(run: &mut Lockstep<S>, fault: &Fault, begins: bool) -> bool {
     true
 }
 
-fn break_board<S: Script>(
+fn apply_to_board<S: Script>(
     run: &mut Lockstep<S>,
     session: &mut Session<ActuatorBoard>,
     (at, instructions): (VirtualNanos, u64),
@@ -101,9 +101,9 @@ fn break_board<S: Script>(
 ) {
     let chip = &mut session.board_mut().chip;
     match fault {
-        Fault::BridgeTrip => run.faulty.trips = begins,
-        Fault::PowerLoss => run.faulty.has_lost_power = begins,
-        Fault::StallCore => run.faulty.stalls = begins,
+        Fault::BridgeTrip => run.board_faults.trips = begins,
+        Fault::PowerLoss => run.board_faults.has_lost_power = begins,
+        Fault::StallCore => run.board_faults.stalls = begins,
         Fault::FlashCut {
             operation,
             permille,
@@ -120,8 +120,12 @@ fn break_board<S: Script>(
         }
         Fault::ServoPulse { us } => {
             let before = run.servo.pulse_us;
-            let pulse_us = if begins { *us } else { run.faulty.servo_us };
-            run.faulty.servo_us = before;
+            let pulse_us = if begins {
+                *us
+            } else {
+                run.board_faults.servo_us
+            };
+            run.board_faults.servo_us = before;
             run.servo.set(at.0, pulse_us);
         }
         Fault::ResetPin if begins => session.reset_by_pin(at, instructions, host),
@@ -131,10 +135,10 @@ fn break_board<S: Script>(
 }
 
 /// Flips a bit of the RAM.
-fn flip<S: Script>(run: &Lockstep<S>, place: &Place, bit: u32, host: &mut dyn Host) {
+fn flip<S: Script>(run: &Lockstep<S>, place: &MemoryLocation, bit: u32, host: &mut dyn Host) {
     let address = match place {
-        Place::Address(address) => Some(*address),
-        Place::Symbol(name) => run.firmware().address(name).ok(),
+        MemoryLocation::Address(address) => Some(*address),
+        MemoryLocation::Symbol(name) => run.firmware().address(name).ok(),
     };
     if let Some(address) = address {
         let address = address + u64::from(bit / 8);

@@ -1,8 +1,8 @@
-//! The host on the CAN bus: a CANopen master that sets the board's parameters, enables it, commands
-//! at 50 Hz and records telemetry at 250 Hz.
+//! The host on the CAN bus: a CANopen master that sets the board's parameters, enables the drive,
+//! sends commands at 50 Hz and records telemetry at 250 Hz.
 //!
-//! The chain of the paper, Simulink at 50 Hz, a serial port and a communication board, is not
-//! emulated beyond its delay: a command goes on the bus [`CHAIN_MS`] after the host has set it.
+//! Of the paper's chain, Simulink at 50 Hz, a serial port and a communication board, only the delay
+//! is emulated: a command is sent on the bus [`CHAIN_MS`] after the host has set it.
 
 use board_tests::frames::{
     Frame, control, is_operation_enabled, start, to_wire, write, write_real,
@@ -13,18 +13,19 @@ use virtual_board::can;
 use virtual_board::run::{Flow, Script, View};
 
 /// Control periods in a period of the host.
-pub const HOST: usize = 5;
+pub const CONTROL_PERIODS_PER_HOST_PERIOD: usize = 5;
 /// Time from the host's command to its frame on the bus, ms. The next control step uses it 4 ms
-/// later, and 1 ms after that the motor sees it: 17 ms, where the paper matched 17.5 ms by eye.
+/// later, and its duty takes effect 1 ms after that: 17 ms in total; the paper matched 17.5 ms
+/// visually.
 pub const CHAIN_MS: u64 = 12;
-/// From the host's command to the motor, s.
+/// Delay from the host's command to the motor, s.
 pub const TRUE_DELAY_S: f64 = 0.017;
 /// The first control period with an SDO request.
 const SETUP: u64 = 2;
-/// The control period in which the drive is enabled: the controlwords before it are in the two
-/// before.
+/// The control period in which the drive is enabled, after the two controlwords in the previous two
+/// control periods.
 const ENABLE: u64 = 30;
-/// The control period that is time zero: by then the shaft has come to the first command.
+/// The control period of time zero, in which the shaft has reached the first command.
 const START: u64 = 280;
 
 /// Telemetry of a control period.
@@ -32,7 +33,7 @@ const START: u64 = 280;
 pub struct Sample {
     /// Angle, mdeg.
     pub angle_mdeg: i32,
-    /// Rate, 0.1 deg/s.
+    /// SampleRate, 0.1 deg/s.
     pub rate_ddeg_s: i16,
     /// Current, mA.
     pub current_ma: i16,
@@ -48,7 +49,7 @@ pub struct Sample {
 
 /// The host.
 pub struct Host {
-    /// SDO requests, sent one a control period.
+    /// SDO requests, sent one per control period.
     requests: Vec<Frame>,
     /// A command for each of the host's periods, mdeg.
     commands: Vec<i32>,
@@ -60,9 +61,9 @@ pub struct Host {
     refused: Vec<(u16, u8)>,
 }
 
-/// Why a run is not usable.
+/// Reason why a run is not usable.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum RunProblem {
+pub enum HostError {
     /// The board refused the value of an object.
     #[error("the board refuses {index:04X}h:{sub}")]
     Refused {
@@ -71,10 +72,10 @@ pub enum RunProblem {
         /// Sub-index.
         sub: u8,
     },
-    /// The board stopped moving.
+    /// The drive left OPERATION ENABLED or reported an error.
     #[error("at {at_s:.3} s the drive is in state `{state}` with error code {error_code:04X}h")]
     Stopped {
-        /// When.
+        /// Time, s.
         at_s: f64,
         /// Its state.
         state: &'static str,
@@ -107,8 +108,8 @@ fn map(pdo: u8, objects: &[u32]) -> Vec<Frame> {
     requests
 }
 
-/// What the host sets before it enables the drive: commands that are used at once over the whole
-/// range, telemetry in each control period, and these gains.
+/// Settings that the host makes before it enables the drive: commands without interpolation in the
+/// full range, telemetry in each control period, and these gains.
 fn setup(gains: &[((u16, u8), f64)]) -> Vec<Frame> {
     let mut requests = vec![
         write(0x607D, 1, -180_000_i32 as u32, 4),
@@ -126,8 +127,8 @@ fn setup(gains: &[((u16, u8), f64)]) -> Vec<Frame> {
 }
 
 impl Host {
-    /// A host that sets these gains, by their objects, and sends these commands, mdeg, one each 20
-    /// ms.
+    /// A host that sets these gains, by their objects, and sends these commands, mdeg, one per
+    /// 20 ms.
     pub fn new(gains: &[((u16, u8), f64)], commands: Vec<i32>) -> Self {
         Self {
             requests: setup(gains),
@@ -141,17 +142,17 @@ impl Host {
 
     /// How long the run takes, ms.
     pub fn duration_ms(&self) -> u64 {
-        // A control period more: its telemetry ends in it. The program starts in well below 0.2 s.
+        // With the control period in which the last telemetry ends. The program starts in well
+        // below 0.2 s.
         (START + self.expected() as u64 + 2) * PERIODS + 200
     }
 
     /// Control periods of the run.
     fn expected(&self) -> usize {
-        self.commands.len() * HOST
+        self.commands.len() * CONTROL_PERIODS_PER_HOST_PERIOD
     }
 
-    /// The frame that goes on the bus at the start of this control period; the next control step
-    /// uses it.
+    /// The frame that is sent at the start of this control period; the next control step uses it.
     fn frame(&self, tick: u64) -> Option<Frame> {
         match tick {
             ..SETUP => None,
@@ -203,18 +204,17 @@ impl Host {
         }
     }
 
-    /// Telemetry from time zero on, a row a control period.
+    /// Telemetry from time zero on, one row per control period.
     ///
     /// # Errors
-    /// [`RunProblem`] of a board that refused an object, left OPERATION ENABLED, or sent no
-    /// telemetry.
-    pub fn samples(&self) -> Result<&[Sample], RunProblem> {
+    /// [`HostError`] if the board refused an object, left OPERATION ENABLED, or sent no telemetry.
+    pub fn samples(&self) -> Result<&[Sample], HostError> {
         if let Some(&(index, sub)) = self.refused.first() {
-            return Err(RunProblem::Refused { index, sub });
+            return Err(HostError::Refused { index, sub });
         }
         let (from, expected) = (START as usize, self.expected());
         let samples = self.samples.get(from..from + expected);
-        let samples = samples.ok_or(RunProblem::Short {
+        let samples = samples.ok_or(HostError::Short {
             found: self.samples.len().saturating_sub(from),
             expected,
         })?;
@@ -222,7 +222,7 @@ impl Host {
             |sample: &Sample| is_operation_enabled(sample.statusword) && sample.error_code == 0;
         match samples.iter().position(|sample| !runs(sample)) {
             None => Ok(samples),
-            Some(index) => Err(RunProblem::Stopped {
+            Some(index) => Err(HostError::Stopped {
                 at_s: index as f64 * 0.004,
                 state: state_name(samples[index].statusword),
                 error_code: samples[index].error_code,
@@ -245,12 +245,12 @@ impl Script for Host {
             if let Some(frame) = frame {
                 port.send(now_ns, to_wire(&frame));
             }
-            for (at_ns, frame) in port.take_heard() {
+            for (at_ns, frame) in port.take_received() {
                 self.receive(at_ns, &frame);
             }
         }
         self.period += 1;
-        Flow::On
+        Flow::Continue
     }
 }
 
@@ -259,7 +259,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn commands_leave_12_ms_after_the_host_set_them_every_20_ms() {
+    fn commands_are_sent_every_20_ms_12_ms_after_the_host_has_set_them() {
         let host = Host::new(&[], vec![1000, 2000, 3000]);
         let sent: Vec<(u64, i32)> = (START..START + 20)
             .filter_map(|tick| {
@@ -268,14 +268,17 @@ mod tests {
             })
             .collect();
         assert_eq!(sent, [(12, 1000), (32, 2000), (52, 3000), (72, 3000)]);
-        // Before it the first command keeps the command timeout from ending.
+        // Before time zero the first command is repeated, which prevents a command timeout.
         let before = (ENABLE + 1..START).filter(|tick| host.frame(*tick).is_some());
-        assert_eq!(before.count(), ((START - ENABLE) as usize) / HOST);
+        assert_eq!(
+            before.count(),
+            ((START - ENABLE) as usize) / CONTROL_PERIODS_PER_HOST_PERIOD
+        );
     }
 
     #[test]
     fn the_requests_fit_before_the_node_is_started() {
-        let requests = setup(&crate::bench::Controller::Retuned.objects());
+        let requests = setup(&crate::test_bench::Controller::Retuned.objects());
         assert!(
             SETUP + requests.len() as u64 <= ENABLE - 3,
             "{}",

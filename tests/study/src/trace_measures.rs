@@ -1,4 +1,4 @@
-//! What the paper says in words, as numbers.
+//! Quantities of traces for the paper's qualitative statements.
 
 use crate::{Failure, models, runs::Run, study::Study};
 
@@ -10,7 +10,7 @@ pub fn mean(traces: &[Vec<f64>]) -> Vec<f64> {
 }
 
 /// The greatest standard deviation of several traces around their mean.
-pub fn widest_spread_deg(traces: &[Vec<f64>]) -> f64 {
+pub fn max_standard_deviation_deg(traces: &[Vec<f64>]) -> f64 {
     let centre = mean(traces);
     let count = (traces.len().max(2) - 1) as f64;
     let at = |(i, m): (usize, &f64)| {
@@ -39,16 +39,16 @@ pub fn steps(command_deg: &[f64]) -> Vec<(std::ops::Range<usize>, f64)> {
 /// How far one trace is ahead of another in the direction of each step.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Ahead {
-    /// Steps in which it is ahead by more than [`NOTICED_DEG`].
+    /// Number of steps in which it is ahead by more than [`VISIBLE_DEG`].
     pub steps: usize,
-    /// Steps in all.
+    /// Number of steps.
     pub of: usize,
-    /// The furthest, deg.
+    /// Largest lead, deg.
     pub largest_deg: f64,
 }
 
-/// What an eye sees in a figure of 180 deg, deg.
-pub const NOTICED_DEG: f64 = 2.0;
+/// Smallest difference that is visible in a figure of 180 deg, deg.
+pub const VISIBLE_DEG: f64 = 2.0;
 
 /// How far `model` is ahead of `data`.
 pub fn ahead(command_deg: &[f64], data: &[f64], model: &[f64]) -> Ahead {
@@ -57,18 +57,19 @@ pub fn ahead(command_deg: &[f64], data: &[f64], model: &[f64]) -> Ahead {
         let differences = range.map(|i| sign * (model[i] - data[i]));
         let largest = differences.fold(0.0, f64::max);
         found.of += 1;
-        found.steps += usize::from(largest > NOTICED_DEG);
+        found.steps += usize::from(largest > VISIBLE_DEG);
         found.largest_deg = found.largest_deg.max(largest);
     }
     found
 }
 
-/// How far a trace goes beyond the command that it was sent to, at the most, deg.
+/// Largest overshoot of a trace beyond the commands of its steps, deg.
 pub fn overshoot_deg(command_deg: &[f64], trace: &[f64]) -> f64 {
     let mut most = 0.0_f64;
     for (range, sign) in steps(command_deg) {
         let level = command_deg[range.start];
-        // A step that sets out beyond its level is no overshoot until it has come back.
+        // A trace that starts a step beyond its level counts only after it has returned to the
+        // level.
         let mut has_arrived = false;
         for i in range {
             let beyond = sign * (trace[i] - level);
@@ -91,13 +92,13 @@ pub fn rms_deg(a: &[f64], b: &[f64], from_s: f64, to_s: f64) -> f64 {
     (sum / f64::from(count.max(1))).sqrt()
 }
 
-/// Where two traces differ most between two instants, s at 250 Hz, and by how much, deg.
-pub fn farthest(a: &[f64], b: &[f64], from_s: f64, to_s: f64) -> (f64, f64) {
+/// Time, s at 250 Hz, and value, deg, of the largest difference of two traces between two instants.
+pub fn largest_difference(a: &[f64], b: &[f64], from_s: f64, to_s: f64) -> (f64, f64) {
     let (from, to) = ((from_s * 250.0) as usize, (to_s * 250.0) as usize);
     let differences = a.iter().zip(b).map(|(a, b)| (a - b).abs()).enumerate();
     let within = differences.take(to).skip(from);
-    let farthest = within.max_by(|a, b| a.1.total_cmp(&b.1));
-    farthest.map_or((f64::NAN, f64::NAN), |(i, deg)| (i as f64 / 250.0, deg))
+    let largest_difference = within.max_by(|a, b| a.1.total_cmp(&b.1));
+    largest_difference.map_or((f64::NAN, f64::NAN), |(i, deg)| (i as f64 / 250.0, deg))
 }
 
 /// The traces of an input in one condition, at 250 Hz.
@@ -112,17 +113,17 @@ pub struct Traces {
     pub duty_pct: Vec<f64>,
     /// Each model with the paper's numbers.
     pub printed_deg: Vec<Vec<f64>>,
-    /// Each model as it was fitted: the mean of its answers.
+    /// Each fitted model: the mean of its responses.
     pub fitted_deg: Vec<Vec<f64>>,
 }
 
 impl Traces {
-    /// Of an input in a condition; `None` where it was not run.
+    /// The traces of an input in a condition; `None` without runs.
     ///
     /// # Errors
     /// Those of [`models::printed`].
     pub fn of(study: &Study, condition: usize, input: &str) -> Result<Option<Self>, Failure> {
-        use crate::runs::Rate::Hz250;
+        use crate::runs::SampleRate::Hz250;
         let runs: Vec<&Run> = study.runs(condition, input);
         let Some(first) = runs.first() else {
             return Ok(None);
@@ -136,13 +137,13 @@ impl Traces {
         let printed = (0..models::MODELS.len()).map(|model| models::printed(model, first));
         let fitted = (0..models::MODELS.len()).map(|model| {
             let fit = study.fit(condition, Hz250, input, model);
-            let answers = fit.map(|fitted| {
+            let responses = fit.map(|fitted| {
                 let experiments = fitted.fit.experiments.iter();
                 experiments
                     .map(|e| e.predicted_deg.clone())
                     .collect::<Vec<_>>()
             });
-            mean(&answers.unwrap_or_default())
+            mean(&responses.unwrap_or_default())
         });
         Ok(Some(Self {
             command_deg: recordings[0].command_deg.clone(),
@@ -169,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn an_overshoot_is_what_lies_beyond_the_level_after_arriving() {
+    fn overshoot_counts_only_after_the_level_was_reached() {
         let command = [0.0, 10.0, 10.0, 10.0, 0.0, 0.0];
         let trace = [0.0, 5.0, 11.0, 10.0, 9.0, -3.0];
         assert_eq!(overshoot_deg(&command, &trace), 3.0);
@@ -177,8 +178,8 @@ mod tests {
     }
 
     #[test]
-    fn spread_is_a_standard_deviation_at_its_widest() {
-        let spread = widest_spread_deg(&[vec![0.0, 1.0], vec![0.0, 3.0]]);
+    fn the_largest_standard_deviation_is_given() {
+        let spread = max_standard_deviation_deg(&[vec![0.0, 1.0], vec![0.0, 3.0]]);
         assert!((spread - 2.0_f64.sqrt()).abs() < 1e-12);
     }
 }
