@@ -1,4 +1,4 @@
-//! The firmware's application closes the very loop that the simulations close.
+//! The firmware's application and the simulator run the same control loop.
 
 use firmware::application::{Application, Bridge, Request, Samples};
 use firmware::parameters::BoardParameters;
@@ -21,7 +21,7 @@ fn the_enabled_application_gives_the_compare_values_of_the_simulated_board_integ
             control: Coefficients::try_new(&settings.control).expect("in range"),
             ..BoardParameters::DEFAULT
         });
-        // Before the run: the encoder is seen once, then the loop is closed.
+        // Before the run the encoder is sampled once, then the loop is closed.
         application.step(&Samples::at_rest(encoder.word(plant.at(0).angle_deg)));
         application
             .request(Request::Enable)

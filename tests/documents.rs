@@ -1,4 +1,4 @@
-//! The documents name files and sections that exist.
+//! Links and paths in the documents refer to existing files and sections.
 
 use std::{
     fs,
@@ -10,8 +10,8 @@ fn workspace() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// Every Markdown file below a folder, without templates and what a build or a package manager
-/// writes.
+/// Every Markdown file below a folder, without templates and the folders of builds and package
+/// managers.
 fn documents(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).expect("a folder can be read") {
         let path = entry.expect("an entry").path();
@@ -69,13 +69,13 @@ fn has_anchor(document: &Path, wanted: &str) -> bool {
 }
 
 #[test]
-fn every_link_leads_to_a_file_and_section_that_exist() {
+fn every_link_refers_to_an_existing_file_and_section() {
     let mut found = Vec::new();
     documents(&workspace(), &mut found);
     let mut broken = Vec::new();
     for document in &found {
         let text = fs::read_to_string(document).expect("a document");
-        let folder = document.parent().expect("a file lies in a folder");
+        let folder = document.parent().expect("a file is in a folder");
         for link in links(&text) {
             let (file, section) = link.split_once('#').unwrap_or((&link, ""));
             let target = match file {
@@ -92,7 +92,7 @@ fn every_link_leads_to_a_file_and_section_that_exist() {
 }
 
 #[test]
-fn every_path_that_the_guides_name_exists() {
+fn every_path_in_the_guides_exists() {
     let mut missing = Vec::new();
     for guide in ["README.md", "CONTRIBUTING.md", "docs/architecture.md"] {
         let text = fs::read_to_string(workspace().join(guide)).expect("a guide");

@@ -60,7 +60,7 @@ fn address(elf: &File<'_>, name: &str) -> u64 {
 /// Name and addresses of each region of `memory.x`.
 fn regions() -> Vec<(String, Range<u64>)> {
     let script = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../memory.x"));
-    let script = script.expect("memory.x lies at the top");
+    let script = script.expect("memory.x is in the workspace folder");
     let number = |text: &str| {
         let (digits, unit) = text
             .strip_suffix('K')
@@ -92,7 +92,7 @@ fn region(name: &str) -> Range<u64> {
     found.unwrap_or_else(|| panic!("memory.x has no {name}")).1
 }
 
-/// Name and addresses of each section that is in the processor's memory.
+/// Name and addresses of each section in the processor's memory.
 fn allocated(elf: &File<'_>) -> Vec<(String, Range<u64>)> {
     let in_memory = |flags| matches!(flags, SectionFlags::Elf { sh_flags } if sh_flags & u64::from(elf::SHF_ALLOC) != 0);
     let sections = elf
@@ -108,14 +108,14 @@ fn allocated(elf: &File<'_>) -> Vec<(String, Range<u64>)> {
         .collect()
 }
 
-fn lies_in(inner: &Range<u64>, outer: &Range<u64>) -> bool {
+fn is_within(inner: &Range<u64>, outer: &Range<u64>) -> bool {
     outer.start <= inner.start && inner.end <= outer.end
 }
 
 #[test]
 fn nothing_can_panic_allocate_or_compute_in_emulated_floating_point() {
-    // What the runtime of C calls its floating point, and what Rust calls it: arithmetic,
-    // comparison and conversion, single and double.
+    // Floating-point functions of the C runtime and of Rust: arithmetic, comparison and conversion
+    // in single and double precision.
     let emulated = |name: &str| {
         let aeabi = name.strip_prefix("__aeabi_").is_some_and(|operation| {
             let first = operation.chars().next();
@@ -145,7 +145,7 @@ fn nothing_can_panic_allocate_or_compute_in_emulated_floating_point() {
 }
 
 #[test]
-fn every_section_lies_in_the_memory_that_memory_x_gives_it() {
+fn every_section_is_in_its_region_of_memory_x() {
     let (flash, ram) = (region("FLASH"), region("RAM"));
     for_each_elf(|_, elf| {
         for (name, addresses) in allocated(elf) {
@@ -154,22 +154,25 @@ fn every_section_lies_in_the_memory_that_memory_x_gives_it() {
             } else {
                 &ram
             };
-            assert!(lies_in(&addresses, right), "{name} lies at {addresses:x?}");
+            assert!(
+                is_within(&addresses, right),
+                "{name} lies at {addresses:x?}"
+            );
         }
     });
 }
 
 #[test]
-fn the_regions_are_those_of_the_reference_manual() {
+fn the_regions_match_the_reference_manual() {
     // RM0090, table 6 and section 2.3.1.
     let bank_1 = 0x0800_0000..0x0810_0000;
     let core_coupled = 0x1000_0000..0x1001_0000;
     let sram = 0x2000_0000..0x2003_0000;
     assert!(
-        lies_in(&region("FLASH"), &bank_1),
+        is_within(&region("FLASH"), &bank_1),
         "parameters are in bank 2"
     );
-    assert!(lies_in(&region("STACK"), &core_coupled));
+    assert!(is_within(&region("STACK"), &core_coupled));
     assert_eq!(
         region("STACK").start,
         core_coupled.start,
@@ -179,12 +182,12 @@ fn the_regions_are_those_of_the_reference_manual() {
 }
 
 #[test]
-fn the_stack_is_alone_in_its_memory() {
+fn no_other_section_is_in_the_memory_of_the_stack() {
     let stack = region("STACK");
     for_each_elf(|_, elf| {
         assert_eq!(address(elf, "_stack_start"), stack.end);
         assert_eq!(address(elf, "_stack_end"), stack.start);
-        // What the processor loads at reset.
+        // The initial stack pointer, which the processor loads at reset.
         let vectors = elf
             .section_by_name(".vector_table")
             .expect("a vector table");
@@ -236,7 +239,7 @@ fn flash_and_ram_stay_below_their_limits() {
 }
 
 #[test]
-fn flash_and_ram_are_as_large_as_they_were() {
+fn flash_and_ram_match_their_golden_sizes() {
     for_each_elf(|program, elf| {
         let file = format!("golden/{}.size", program.name);
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
@@ -265,7 +268,7 @@ fn flash_and_ram_are_as_large_as_they_were() {
 }
 
 #[test]
-fn what_the_board_logs_decodes() {
+fn the_log_strings_can_be_decoded() {
     let bytes = fs::read(board_elf()).expect("the ELF was built");
     let table = defmt_decoder::Table::parse(&bytes)
         .expect("a table")

@@ -1,7 +1,7 @@
 //! The float models against the referee, on all its inputs.
 //!
-//! It sees the presets too, for each model is made of one. It does not see the hard stops, which
-//! no input of the referee reaches.
+//! It covers the presets, as each model is created from one. It does not cover the hard stops,
+//! which no input of the referee reaches.
 
 use model_core::models::ActuatorModel;
 use model_core::models::black_box_1::BlackBox1;
@@ -26,8 +26,8 @@ fn parameters<P: Parameters>(name: &str) -> P {
 
 /// Runs a model on every input and compares each recorded row.
 ///
-/// The agreement asked of the models is 1e-3 deg and 0.2 deg/s. They do the referee's arithmetic
-/// in the referee's order, so the rows must be the same in print.
+/// The required agreement is 1e-3 deg and 0.2 deg/s. As the models compute with the referee's
+/// arithmetic in the same order, the printed rows must be equal.
 fn agrees_with_the_referee(referee: &str, start: &impl Fn() -> Box<dyn ActuatorModel>) {
     for input in INPUTS {
         let mut model = start();
@@ -38,7 +38,7 @@ fn agrees_with_the_referee(referee: &str, start: &impl Fn() -> Box<dyn ActuatorM
                 model.step(delay.shift(command(input, tick)));
                 tick += 1;
             }
-            // The line moves on with the next step: what it would give now is seen in a copy.
+            // The delay line advances with the next step: its present output is read from a copy.
             let delayed_deg = delay.clone().shift(command(input, tick));
             let seen = model.output(delayed_deg);
             for (value, printed) in [

@@ -1,7 +1,7 @@
-//! The simulator, with the product's own excitations, against the referee on all its inputs.
+//! The simulator, with its own excitations, against the referee on all its inputs.
 //!
-//! It sees the whole way of a command: excitation, delay, model or board, rows. It does not see
-//! the hard stops, which no input of the referee reaches.
+//! It covers the complete path of a command: excitation, delay, model or board, rows. It does not
+//! cover the hard stops, which no input of the referee reaches.
 
 use host_sim::scenario::{Scenario, Setting};
 use host_sim::settings::{ModelKind, Pwm};
@@ -75,7 +75,7 @@ fn every_model_in_floating_point_agrees_within_a_micro_degree() {
         };
         for input in INPUTS {
             let worst = Worst::of(&run(&scenario, input), &golden(referee, input));
-            // The integer sine is off by 1.5e-9 of its amplitude; the command's error passes with
+            // The integer sine has an error of 1.5e-9 of its amplitude, which is transmitted with
             // a gain of at most one to the angle, and of the loop's 300 1/s to the rate.
             assert!(worst.angle_deg < 1e-6, "{referee} on {input}: {worst:?}");
             assert!(worst.rate_deg_s < 1e-4, "{referee} on {input}: {worst:?}");

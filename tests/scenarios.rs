@@ -1,6 +1,6 @@
 //! The front ends accept and refuse the same scenarios, those of `scenarios.txt`.
 //!
-//! The command line, C and Python read the same file in tests of their own.
+//! The command line, C and Python read the same file in their own tests.
 
 use actuator_fmu::identity;
 use model_core::actuator::Actuator;

@@ -1,4 +1,4 @@
-//! What the tests of the whole system share: the referee's inputs and its recorded answers.
+//! Common code of the system tests: the referee's inputs and its recorded rows.
 
 use std::f64::consts::PI;
 use std::path::Path;
@@ -11,8 +11,8 @@ pub const INPUTS: [&str; 6] = ["pulse", "varstep", "ramp", "chirp", "sine", "321
 
 /// The command of the referee's `input` at a tick, deg.
 ///
-/// This is written after `referee/reference.py` in floating point, apart from the integer
-/// arithmetic of the product's own excitations, so that one can be held against the other.
+/// This follows `referee/reference.py` in floating point and is independent of the integer
+/// arithmetic of `model_core::excitation`, so that both can be compared.
 ///
 /// # Panics
 /// If there is no such input.
@@ -34,12 +34,12 @@ pub fn command(input: &str, tick: u64) -> f64 {
     }
 }
 
-/// Levels of half a second each, deg; the last one stays.
+/// Levels of half a second each, deg; the last one remains.
 const VARIABLE_STEP: [f64; 14] = [
     0.0, 30.0, -20.0, 60.0, -60.0, 90.0, -45.0, 120.0, -120.0, 45.0, 0.0, 10.0, -10.0, 0.0,
 ];
 
-/// Levels of 0.3 s each, deg; the last one stays.
+/// Levels of 0.3 s each, deg; the last one remains.
 const THREE_TWO_ONE_ONE: [f64; 8] = [20.0, 20.0, 20.0, -20.0, -20.0, 20.0, -20.0, 0.0];
 
 /// Corners of the ramp, s and deg.
@@ -54,7 +54,7 @@ const RAMP: [(f64, f64); 8] = [
     (8.5, 0.0),
 ];
 
-/// On the line through `corners` at `t`; beyond the last one its value.
+/// Linear interpolation through `corners` at `t`; after the last one its value.
 fn interpolated(corners: &[(f64, f64)], t: f64) -> f64 {
     let after = corners.iter().position(|(t_corner, _)| *t_corner > t);
     match after {
@@ -74,7 +74,7 @@ pub struct Row {
     pub tick: u64,
     /// Command, deg.
     pub command_deg: f64,
-    /// Command behind the transport delay, deg.
+    /// Command after the transport delay, deg.
     pub command_delayed_deg: f64,
     /// True angle, deg.
     pub angle_deg: f64,
@@ -82,16 +82,16 @@ pub struct Row {
     pub rate_deg_s: f64,
     /// Duty at the motor, %.
     pub duty_pct: f64,
-    /// Measured angle, deg; the true one where the model measures nothing.
+    /// Measured angle, deg; the true one of a model without sensors.
     pub angle_meas_deg: f64,
-    /// Measured rate, deg/s; the true one where the model measures nothing.
+    /// Measured rate, deg/s; the true one of a model without sensors.
     pub rate_meas_deg_s: f64,
 }
 
 /// The referee's rows of a model (`bb1`, `grey-asym`, `fw-pwm` ...) on an input.
 ///
 /// # Panics
-/// If the file is missing or is not what the referee writes.
+/// If the file is missing or does not have the referee's format.
 pub fn golden(model: &str, input: &str) -> Vec<Row> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("referee/golden")
@@ -119,10 +119,10 @@ fn row(line: &str) -> Row {
     }
 }
 
-/// Whether `value` is what the referee wrote as `printed`, with nine digits.
+/// Whether `value` agrees with the referee's `printed` value, which has nine digits.
 ///
-/// Nine digits are within 5e-9 of the value, relatively; as much again is left for another
-/// platform's sine and for the order of a sum, and 1e-9 for the neighbourhood of zero.
+/// Nine digits have a relative error of 5e-9; the tolerance is twice that, for the sine of another
+/// platform and the order of a sum, plus 1e-9 near zero.
 pub fn same_in_print(value: f64, printed: f64) -> bool {
     (value - printed).abs() <= 1e-8 * printed.abs() + 1e-9
 }
@@ -132,7 +132,7 @@ mod tests {
     use super::{INPUTS, command, golden, same_in_print};
 
     #[test]
-    fn each_input_is_the_referees_at_every_recorded_row() {
+    fn each_input_agrees_with_the_referee_at_every_recorded_row() {
         for input in INPUTS {
             for row in golden("bb1", input) {
                 let ours = command(input, row.tick);
@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn the_recorded_rows_visit_every_phase_of_the_pwm_and_control_periods() {
+    fn the_recorded_rows_cover_every_phase_of_the_pwm_and_control_periods() {
         for input in INPUTS {
             let rows = golden("fw", input);
             let phases: std::collections::BTreeSet<u64> =

@@ -1,4 +1,4 @@
-//! `actuator board`: the ELF on the emulated board, as somebody at a terminal sees it.
+//! `actuator board`: the ELF on the emulated board, through its standard input and output.
 
 use std::collections::HashMap;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -7,15 +7,15 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
-use super::Desk;
+use super::Cli;
 
-/// A PWM period, by the names of the columns; what is not known is none.
+/// A PWM period: values by the names of their columns; `None` for an empty cell.
 type Row = HashMap<String, Option<f64>>;
 
-/// What the run prints of what is typed, row by row.
-fn csv(desk: &Desk, arguments: &str, typed: &str) -> Vec<Row> {
+/// The rows that the run prints for this input.
+fn csv(cli: &Cli, arguments: &str, typed: &str) -> Vec<Row> {
     let elf = cross_build::board_elf();
-    let mut command = desk.actuator("board --format csv --pace max --elf");
+    let mut command = cli.actuator("board --format csv --pace max --elf");
     let output = command
         .arg(elf)
         .args(arguments.split_whitespace())
@@ -45,8 +45,8 @@ fn is_enabled(row: &Row) -> bool {
 
 #[test]
 fn every_pwm_period_is_a_row_and_the_shaft_goes_to_the_target() {
-    let rows = csv(&Desk::new(), "--for 2", "enable\n12.5\n");
-    // The first period begins when the program has set the timer up.
+    let rows = csv(&Cli::new(), "--for 2", "enable\n12.5\n");
+    // The first period begins when the program has configured the timer.
     assert!((1990..=2000).contains(&rows.len()), "{}", rows.len());
     for pair in rows.windows(2) {
         let step_s = value(&pair[1], "time_s") - value(&pair[0], "time_s");
@@ -63,34 +63,34 @@ fn every_pwm_period_is_a_row_and_the_shaft_goes_to_the_target() {
 }
 
 #[test]
-fn enabled_it_stays_so_before_an_angle_is_typed() {
-    let rows = csv(&Desk::new(), "--for 1", "enable\n");
+fn an_enabled_drive_stays_enabled_without_a_target() {
+    let rows = csv(&Cli::new(), "--for 1", "enable\n");
     let last = rows.last().expect("a row");
     assert!(is_enabled(last), "{last:?}");
     assert_eq!(value(last, "fault"), 0.0);
 }
 
 #[test]
-fn a_plan_of_faults_breaks_the_board_at_its_time() {
-    let desk = Desk::new();
-    desk.write(
+fn a_fault_plan_injects_its_faults_at_their_times() {
+    let cli = Cli::new();
+    cli.write(
         "plan.toml",
         "[[fault]]\nat_ms = 1500\nwhat = { supply = { volts = 3.8 } }\n",
     );
-    let rows = csv(&desk, "--for 2 --faults plan.toml", "enable\n5\n");
+    let rows = csv(&cli, "--for 2 --faults plan.toml", "enable\n5\n");
     let has_fault = |row: &&Row| value(row, "fault") > 0.0;
     let row = rows.iter().find(has_fault).expect("a fault");
-    // Under-voltage, within 20 ms and the frame that reports it.
+    // Under-voltage: 20 ms and the frame that reports it.
     assert_eq!(value(row, "fault"), 11.0);
     assert!((1.5..1.53).contains(&value(row, "time_s")), "{row:?}");
 }
 
 #[test]
-fn a_plan_that_makes_no_sense_is_refused_by_file_and_line() {
-    let desk = Desk::new();
-    desk.write("plan.toml", "\n[[fault]]\nwhat = \"jam\"\n");
+fn the_error_of_an_invalid_fault_plan_names_file_and_line() {
+    let cli = Cli::new();
+    cli.write("plan.toml", "\n[[fault]]\nwhat = \"jam\"\n");
     let elf = cross_build::board_elf();
-    let output = desk
+    let output = cli
         .actuator("board --for 1 --faults plan.toml --elf")
         .arg(elf)
         .assert()
@@ -100,7 +100,7 @@ fn a_plan_that_makes_no_sense_is_refused_by_file_and_line() {
         message.contains("plan.toml:2: expected exactly one of"),
         "{message}"
     );
-    let no_elf = desk.actuator("board --elf none.elf").assert().failure();
+    let no_elf = cli.actuator("board --elf none.elf").assert().failure();
     let message = String::from_utf8_lossy(&no_elf.get_output().stderr).into_owned();
     assert!(message.contains("none.elf"), "{message}");
     assert!(!Path::new("none.elf").exists());
@@ -108,10 +108,10 @@ fn a_plan_that_makes_no_sense_is_refused_by_file_and_line() {
 
 #[test]
 fn the_capture_of_the_board_is_saved_in_a_file_that_can_be_identified() {
-    let desk = Desk::new();
+    let cli = Cli::new();
     let typed = "capture start\nenable\n20\ncapture stop\ncapture save run.csv\nend\n";
-    csv(&desk, "--for 60", typed);
-    let text = desk.read("run.csv");
+    csv(&cli, "--for 60", typed);
+    let text = cli.read("run.csv");
     let mut lines = text.lines();
     let header = lines.next().expect("a header");
     assert!(header.starts_with("time_s,angle_mdeg,"), "{header}");
@@ -174,9 +174,9 @@ impl Drop for Chain {
     }
 }
 
-/// Says this, and hears until this line has come; frames of the bus may come before.
-fn talk(client: &mut TcpStream, said: &[u8], line: &str) {
-    client.write_all(said).expect("it is there");
+/// Sends bytes and reads until this line; frames of the bus may precede it.
+fn exchange(client: &mut TcpStream, bytes: &[u8], line: &str) {
+    client.write_all(bytes).expect("it is there");
     let mut heard = String::new();
     while !heard.split('\r').rev().skip(1).any(|whole| whole == line) {
         let mut byte = [0];
@@ -190,18 +190,18 @@ fn the_serial_line_of_the_chain_has_one_client_at_a_time() {
     let mut chain = Chain::new();
     let mut first = chain.client();
     // Version; then the bus, and the identity of node 1 by SDO.
-    talk(&mut first, b"V\r", "V1013");
-    talk(&mut first, b"S8\rO\rt60184018100200000000\r", "z");
+    exchange(&mut first, b"V\r", "V1013");
+    exchange(&mut first, b"S8\rO\rt60184018100200000000\r", "z");
     let mut second = chain.client();
     assert_eq!(second.read(&mut [0]).expect("it is refused"), 0);
-    talk(
+    exchange(
         &mut first,
         b"t60184018100200000000\r",
         "t58184318100241530000",
     );
     drop(first);
     let mut third = chain.client();
-    talk(&mut third, b"C\rN\r", "N0001");
+    exchange(&mut third, b"C\rN\r", "N0001");
     chain.process.kill().expect("it runs");
     let mut log = String::new();
     let pipe = chain.process.stderr.as_mut().expect("piped");

@@ -1,15 +1,15 @@
-//! Actuators on a virtual bus, and the commands that talk to them.
+//! Actuators on a virtual bus, and the commands that access them.
 
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, Command, Stdio};
 
-use crate::Desk;
+use crate::Cli;
 
 /// `actuator serve`, until it is dropped.
 struct Served {
     process: Child,
     bus: String,
-    desk: Desk,
+    cli: Cli,
 }
 
 impl Served {
@@ -32,12 +32,12 @@ impl Served {
         Self {
             process,
             bus,
-            desk: Desk::new(),
+            cli: Cli::new(),
         }
     }
 
     fn command(&self, arguments: &str) -> assert_cmd::Command {
-        self.desk
+        self.cli
             .actuator(&format!("{arguments} --bus {}", self.bus))
     }
 
@@ -90,15 +90,15 @@ fn values_are_stored_and_restored() {
 }
 
 #[test]
-fn a_fitted_motor_becomes_the_model_beside_the_motor() {
+fn a_fitted_motor_is_written_to_the_motor_model_of_the_board() {
     let served = Served::new(&[]);
-    let desk = &served.desk;
-    desk.text("simulate board --plant bench --every 80 --csv run.csv");
-    desk.text(
+    let cli = &served.cli;
+    cli.text("simulate board --plant bench --every 80 --csv run.csv");
+    cli.text(
         "identify run.csv --model motor-m1 --fix winding_resistance_ohm=7.7 --fix supply_v=6 --starts 1 \
          --parameters fitted.toml",
     );
-    let fitted: toml::Table = desk.read("fitted.toml").parse().expect("TOML");
+    let fitted: toml::Table = cli.read("fitted.toml").parse().expect("TOML");
     let fitted = |name: &str| fitted["set"][name].as_float().expect("a number");
     let of_the_board = |object: &str| -> f64 {
         let text = served.text(&format!("get {object}"));
@@ -118,21 +118,21 @@ fn a_fitted_motor_becomes_the_model_beside_the_motor() {
         ("2010:2", 1.0),
     ] {
         let value = of_the_board(object);
-        // The objects are REAL32; the horn of the bench has 2e-6 kg m^2 of its own.
+        // The objects are REAL32; the horn of the bench plant has an inertia of 2e-6 kg m^2.
         let near = 1e-6 * expected + if object == "2011:4" { 2.1e-6 } else { 1e-12 };
         assert!(
             (value - expected).abs() <= near,
             "{object}: {value} {expected}"
         );
     }
-    desk.text("simulate black-box-1 --every 80 --csv simple.csv");
-    desk.text("identify simple.csv --model black-box-1 --starts 1 --parameters simple.toml");
+    cli.text("simulate black-box-1 --every 80 --csv simple.csv");
+    cli.text("identify simple.csv --model black-box-1 --starts 1 --parameters simple.toml");
     let error = served.error("set --parameters simple.toml", 2);
     assert!(error.contains("black-box-1"), "{error}");
 }
 
 #[test]
-fn what_cannot_be_done_says_why_by_text_and_status() {
+fn a_refused_request_ends_with_a_reason_and_its_status() {
     let served = Served::new(&[]);
     assert!(
         served
@@ -152,8 +152,8 @@ fn what_cannot_be_done_says_why_by_text_and_status() {
     assert!(served.error("set 6041=1", 2).contains("read only"));
     assert!(served.error("set 6040", 2).contains("OBJECT=VALUE"));
     assert!(served.error("record --capture", 3).contains("no data"));
-    let desk = Desk::new();
-    let closed = desk.actuator("get 6041 --bus 127.0.0.1:1").assert().code(1);
+    let cli = Cli::new();
+    let closed = cli.actuator("get 6041 --bus 127.0.0.1:1").assert().code(1);
     let error = String::from_utf8_lossy(&closed.get_output().stderr).into_owned();
     assert!(
         error.contains("cannot open the bus `127.0.0.1:1`"),
@@ -162,7 +162,7 @@ fn what_cannot_be_done_says_why_by_text_and_status() {
 }
 
 #[test]
-fn a_captured_excitation_comes_back_with_its_columns() {
+fn a_captured_excitation_is_read_with_its_columns() {
     let served = Served::new(&["--seed", "3"]);
     served.text("excite doublet --amplitude 4 --unit 0.1 --capture");
     let text = served.text("record --capture");
@@ -194,16 +194,16 @@ fn a_captured_excitation_comes_back_with_its_columns() {
         .chain([0])
         .collect();
     assert_eq!(doublet, expected);
-    // It ended with the excitation: two pulses of 100 ms, and not the buffer's end.
+    // The capture ended with the excitation, two pulses of 100 ms, before the buffer was full.
     assert!(commands.len() < 250, "{}", commands.len());
     served.text("record --capture --out capture.csv");
-    let desk = &served.desk;
-    let fit = desk.text("identify capture.csv --model black-box-1 --starts 1");
+    let cli = &served.cli;
+    let fit = cli.text("identify capture.csv --model black-box-1 --starts 1");
     assert!(fit.contains("pole_rad_s"), "{fit}");
 }
 
 #[test]
-fn a_capture_that_still_runs_is_a_state_of_the_actuator_and_a_refused_excitation_leaves_none() {
+fn a_running_capture_is_an_error_of_the_state_and_a_refused_excitation_starts_no_capture() {
     let served = Served::new(&[]);
     served.text("set 2030:1=1");
     let error = served.error("record --capture", 3);
@@ -220,7 +220,7 @@ fn a_capture_that_still_runs_is_a_state_of_the_actuator_and_a_refused_excitation
 }
 
 #[test]
-fn a_move_that_fails_is_released_all_the_same() {
+fn a_failed_move_disables_the_drive() {
     let served = Served::new(&[]);
     served.text("set 6081=1");
     let error = served.error("move 20 --within 0.2 --release", 3);
@@ -234,7 +234,7 @@ fn a_move_that_fails_is_released_all_the_same() {
 }
 
 #[test]
-fn a_rate_that_gets_nowhere_is_refused_and_changes_nothing() {
+fn a_rate_that_is_too_low_is_refused_without_effect() {
     let served = Served::new(&[]);
     for rate in ["0", "-5", "0.0001", "nan"] {
         let error = served.error(&format!("move 5 --rate {rate}"), 2);
@@ -246,7 +246,7 @@ fn a_rate_that_gets_nowhere_is_refused_and_changes_nothing() {
 }
 
 #[test]
-fn a_recording_as_json_has_an_object_a_line_with_the_columns_of_the_file() {
+fn a_recording_as_json_has_one_object_per_line_with_the_columns_of_the_file() {
     let served = Served::new(&[]);
     let lines = served.text("record --for 0.2 --json");
     let parse = |line: &str| -> serde_json::Value { serde_json::from_str(line).expect("JSON") };
@@ -254,7 +254,7 @@ fn a_recording_as_json_has_an_object_a_line_with_the_columns_of_the_file() {
     assert!(samples.len() > 10, "{}", samples.len());
     assert!(samples.iter().all(|sample| sample["time_s"].is_number()));
     let told = parse(&served.text("record --for 0.2 --json --out run.csv"));
-    let csv = served.desk.read("run.csv");
+    let csv = served.cli.read("run.csv");
     assert_eq!(told["rows"].as_u64(), Some(csv.lines().count() as u64 - 1));
     let names: Vec<_> = csv.lines().next().expect("a header").split(',').collect();
     let keys = samples[0].as_object().expect("an object");
@@ -263,8 +263,8 @@ fn a_recording_as_json_has_an_object_a_line_with_the_columns_of_the_file() {
 }
 
 #[test]
-fn numbers_out_of_range_are_refused_by_their_range() {
-    let desk = Desk::new();
+fn the_error_of_a_number_out_of_range_names_the_range() {
+    let cli = Cli::new();
     for (arguments, expected) in [
         ("record --for 0", "--for is 0, expected a time above 0 s"),
         ("record --for -1", "--for is -1, expected a time above 0 s"),
@@ -282,16 +282,16 @@ fn numbers_out_of_range_are_refused_by_their_range() {
             "--duration is -1, expected 0.1 to 3600 s",
         ),
     ] {
-        desk.assert_error(arguments, 2, expected);
+        cli.assert_error(arguments, 2, expected);
     }
 }
 
 #[test]
-fn the_load_of_a_bus_is_reckoned_without_one() {
-    let desk = Desk::new();
-    let text = desk.text("busload --actuators 4 --json");
+fn the_bus_load_is_computed_without_a_bus() {
+    let cli = Cli::new();
+    let text = cli.text("busload --actuators 4 --json");
     let load: serde_json::Value = serde_json::from_str(&text).expect("JSON");
-    // 4 x (2 x 250 x 135 + 50 x 105 + 50 x 115) bits a second of a million.
+    // 4 x (2 x 250 x 135 + 50 x 105 + 50 x 115) bit/s of 1 Mbit/s.
     let greatest = load["greatest_load"].as_f64().expect("a number");
     assert!((greatest - 0.314).abs() < 1e-12, "{greatest}");
     assert_eq!(load["actuators_that_fit"].as_u64(), Some(12));
@@ -299,7 +299,7 @@ fn the_load_of_a_bus_is_reckoned_without_one() {
 
 #[cfg(unix)]
 #[test]
-fn an_interrupt_is_the_good_end_of_a_monitor() {
+fn an_interrupt_ends_the_monitor_with_status_0() {
     let served = Served::new(&[]);
     let mut monitor = Command::new(assert_cmd::cargo::cargo_bin!("actuator"))
         .args(["monitor", "--json", "--bus", &served.bus])
@@ -318,7 +318,7 @@ fn an_interrupt_is_the_good_end_of_a_monitor() {
 
 #[cfg(unix)]
 #[test]
-fn an_interrupt_ends_the_server_with_status_0_and_nothing_more_to_say() {
+fn an_interrupt_ends_the_server_with_status_0_and_without_messages() {
     let mut served = Served::new(&[]);
     let pid = served.process.id().to_string();
     let killed = Command::new("kill").args(["-INT", &pid]).status();

@@ -1,10 +1,10 @@
-//! What the command line refuses, and how.
+//! Errors of the command line.
 
-use super::Desk;
+use super::Cli;
 
 #[test]
-fn an_unknown_name_is_answered_with_the_nearest_known_one() {
-    let desk = Desk::new();
+fn the_error_of_an_unknown_name_suggests_the_most_similar_one() {
+    let cli = Cli::new();
     let bad = [
         ("simulat", "a similar subcommand exists: 'simulate'"),
         ("simulate bord", "a similar value exists: 'board'"),
@@ -30,20 +30,20 @@ fn an_unknown_name_is_answered_with_the_nearest_known_one() {
             "unknown input parameter `amplitude`, did you mean `amplitude_deg`?; expected \
              input.amplitude_deg, input.start_s, input.end_s",
         ),
-        // A parameter without a symbol is not called by the empty name.
+        // A parameter without a symbol is not found by the empty name.
         (
             "simulate board --set =3",
             "unknown parameter ``; expected one",
         ),
     ];
     for (arguments, message) in bad {
-        desk.assert_error(arguments, 2, message);
+        cli.assert_error(arguments, 2, message);
     }
 }
 
 #[test]
-fn a_value_that_an_option_does_not_take_is_named_with_what_was_expected() {
-    let desk = Desk::new();
+fn the_error_of_an_invalid_value_names_the_expected_ones() {
+    let cli = Cli::new();
     let bad = [
         (
             "--duration 0",
@@ -102,15 +102,15 @@ fn a_value_that_an_option_does_not_take_is_named_with_what_was_expected() {
         ),
     ];
     for (options, message) in bad {
-        // No header either is written before all is known to be good.
-        desk.assert_error(&format!("simulate board --csv - {options}"), 2, message);
+        // No header is written before all arguments have been checked.
+        cli.assert_error(&format!("simulate board --csv - {options}"), 2, message);
     }
 }
 
 #[test]
-fn what_does_not_go_together_is_refused_with_the_reason() {
-    let desk = Desk::new();
-    desk.write("in.csv", "t,command_deg\n0,1\n");
+fn inconsistent_options_are_refused_with_the_reason() {
+    let cli = Cli::new();
+    cli.write("in.csv", "t,command_deg\n0,1\n");
     let bad = [
         (
             "board --preset as-printed",
@@ -148,13 +148,13 @@ fn what_does_not_go_together_is_refused_with_the_reason() {
         ("board --json", "--list-parameters"),
     ];
     for (arguments, message) in bad {
-        desk.assert_error(&format!("simulate {arguments}"), 2, message);
+        cli.assert_error(&format!("simulate {arguments}"), 2, message);
     }
 }
 
 #[test]
 fn a_file_that_cannot_be_written_is_named_with_status_1() {
-    let desk = Desk::new();
+    let cli = Cli::new();
     let bad = [
         (
             "simulate board --csv none/out.csv",
@@ -168,7 +168,7 @@ fn a_file_that_cannot_be_written_is_named_with_status_1() {
         ("tune --json --plot none/p.svg", "cannot write none/p.svg: "),
     ];
     for (arguments, message) in bad {
-        let assert = desk.actuator(arguments).assert().code(1);
+        let assert = cli.actuator(arguments).assert().code(1);
         let error = String::from_utf8_lossy(&assert.get_output().stderr).into_owned();
         assert!(error.contains(message), "{arguments}\n{error}");
     }
@@ -176,9 +176,9 @@ fn a_file_that_cannot_be_written_is_named_with_status_1() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_full_disk_is_said_of_files_and_of_standard_output() {
-    let desk = Desk::new();
-    desk.assert_error(
+fn a_full_disk_is_reported_for_files_and_for_standard_output() {
+    let cli = Cli::new();
+    cli.assert_error(
         "simulate board --csv /dev/full",
         1,
         "cannot write /dev/full: No space",
@@ -199,22 +199,22 @@ fn a_full_disk_is_said_of_files_and_of_standard_output() {
 
 #[test]
 fn a_plot_of_more_rows_than_fit_into_memory_is_refused() {
-    let desk = Desk::new();
+    let cli = Cli::new();
     let message = "the plot would have 10000000 rows, expected at most 2000000";
-    desk.assert_error("simulate board --duration 10000 --plot p.svg", 2, message);
+    cli.assert_error("simulate board --duration 10000 --plot p.svg", 2, message);
 }
 
 #[test]
 fn a_chain_needs_both_programs_and_the_emulator() {
-    let desk = Desk::new();
-    desk.assert_error("serve --elf actuator-board", 2, "--comm-elf <FILE>");
-    desk.assert_error("serve --comm-elf comm-board", 2, "--elf <FILE>");
+    let cli = Cli::new();
+    cli.assert_error("serve --elf actuator-board", 2, "--comm-elf <FILE>");
+    cli.assert_error("serve --comm-elf comm-board", 2, "--elf <FILE>");
     let missing = if cfg!(feature = "board") {
         "actuator-board: "
     } else {
         "this program was built without the emulator; one that has it is built by `cargo build"
     };
-    desk.assert_error(
+    cli.assert_error(
         "serve --elf no/actuator-board --comm-elf no/comm-board",
         2,
         missing,

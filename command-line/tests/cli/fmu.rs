@@ -2,15 +2,15 @@
 
 use predicates::str::contains;
 
-use super::Desk;
+use super::Cli;
 
 #[test]
-fn a_unit_is_written_with_the_library_that_was_built_along() {
-    let desk = Desk::new();
-    desk.actuator("fmu --out a.fmu --plant bench --set P=9")
+fn the_fmu_contains_the_library_of_this_build() {
+    let cli = Cli::new();
+    cli.actuator("fmu --out a.fmu --plant bench --set P=9")
         .assert()
         .success();
-    let unit = std::fs::read(desk.path("a.fmu")).expect("the file is there");
+    let unit = std::fs::read(cli.path("a.fmu")).expect("the file is there");
     // The directory of a zip file lists the names as they are.
     for name in [
         "modelDescription.xml",
@@ -23,9 +23,9 @@ fn a_unit_is_written_with_the_library_that_was_built_along() {
 }
 
 #[test]
-fn what_does_not_go_together_is_said_before_a_file_is_made() {
-    let desk = Desk::new();
-    desk.write("text.so", "no library");
+fn inconsistent_options_are_refused_before_a_file_is_written() {
+    let cli = Cli::new();
+    cli.write("text.so", "no library");
     for (options, expected) in [
         ("--model grey-box --plant bench", "`grey-box` has no plant"),
         ("--plant bench --preset asymmetric", "the plant is `bench`"),
@@ -37,13 +37,13 @@ fn what_does_not_go_together_is_said_before_a_file_is_made() {
         ),
         ("--library text.so", "text.so is not a shared library"),
     ] {
-        desk.actuator(&format!("fmu --out a.fmu {options}"))
+        cli.actuator(&format!("fmu --out a.fmu {options}"))
             .assert()
             .code(2)
             .stderr(contains(expected));
-        assert!(!desk.path("a.fmu").exists(), "{options}");
+        assert!(!cli.path("a.fmu").exists(), "{options}");
     }
-    desk.actuator("fmu --out a.fmu --library nowhere.so")
+    cli.actuator("fmu --out a.fmu --library nowhere.so")
         .assert()
         .code(1);
 }

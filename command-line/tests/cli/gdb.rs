@@ -1,5 +1,5 @@
-//! `actuator board --gdb`: a debugger's side of GDB's remote protocol, as far as a stop and a look
-//! need it.
+//! `actuator board --gdb`: a minimal client of GDB's remote protocol that stops the board and reads
+//! its state.
 
 use std::{
     io::{BufRead, BufReader, Read, Write},
@@ -19,7 +19,7 @@ struct Debugger {
 }
 
 impl Debugger {
-    /// Sends a packet, and gives what is answered.
+    /// Sends a packet and returns the response.
     fn ask(&mut self, packet: &str) -> String {
         let sum = packet.bytes().fold(0u8, u8::wrapping_add);
         let sent = format!("${packet}#{sum:02x}");
@@ -35,7 +35,7 @@ impl Debugger {
         String::from_utf8(answer).expect("ASCII")
     }
 
-    /// A word as the target has it, the least byte first.
+    /// A word in the byte order of the target, little endian.
     fn word(hex: &str) -> u32 {
         u32::from_str_radix(hex, 16)
             .expect("hexadecimal")
@@ -64,11 +64,11 @@ fn board(seconds: &str) -> (Child, BufReader<std::process::ChildStderr>, Debugge
 }
 
 #[test]
-fn a_debugger_stops_the_board_in_its_control_step_reads_it_and_lets_it_go_on_to_the_end() {
+fn a_debugger_stops_the_board_in_its_control_step_reads_it_and_continues_it() {
     let (mut child, mut said, mut debugger) = board("0.1");
     assert!(debugger.ask("?").starts_with(['S', 'T']));
     let vector = debugger.ask(&format!("m{CONTROL_VECTOR:x},4"));
-    // The lowest bit says Thumb.
+    // The lowest bit marks Thumb code.
     let handler = Debugger::word(&vector) & !1;
     assert_eq!(debugger.ask(&format!("Z1,{handler:x},2")), "OK");
     for _ in 0..2 {

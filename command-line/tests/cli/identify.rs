@@ -1,12 +1,12 @@
-//! `actuator identify`, `compare` and `experiment`: from a file to an answer.
+//! `actuator identify`, `compare` and `experiment`, from a file to the results.
 
-use super::Desk;
+use super::Cli;
 
-/// A desk with a recording of black box 1 on a pulse, `pulse.csv`.
-fn desk() -> Desk {
-    let desk = Desk::new();
-    desk.text("simulate black-box-1 --input pulse --every 80 --csv pulse.csv");
-    desk
+/// A directory with a recording of black box 1 on a pulse, `pulse.csv`.
+fn cli_with_pulse() -> Cli {
+    let cli = Cli::new();
+    cli.text("simulate black-box-1 --input pulse --every 80 --csv pulse.csv");
+    cli
 }
 
 fn json(text: &str) -> serde_json::Value {
@@ -22,9 +22,9 @@ fn parameter<'a>(document: &'a serde_json::Value, name: &str) -> &'a serde_json:
 }
 
 #[test]
-fn a_simulated_trace_gives_back_the_parameters_that_made_it() {
-    let desk = desk();
-    let document = json(&desk.text("identify pulse.csv --model black-box-1 --json -"));
+fn the_parameters_of_a_simulated_trace_are_recovered() {
+    let cli = cli_with_pulse();
+    let document = json(&cli.text("identify pulse.csv --model black-box-1 --json -"));
     assert_eq!(document["models"][0]["name"], "black-box-1");
     for (name, truth) in [
         ("pole_rad_s", 30.0),
@@ -34,7 +34,7 @@ fn a_simulated_trace_gives_back_the_parameters_that_made_it() {
     ] {
         let found = parameter(&document, name);
         let estimate = found["estimate"].as_f64().expect("a number");
-        // The trace is without noise; of its integration steps a millionth remains.
+        // The trace has no noise; the integration error is about one millionth.
         assert!(
             (estimate / truth - 1.0).abs() < 1e-4,
             "{name} is {estimate}"
@@ -47,47 +47,47 @@ fn a_simulated_trace_gives_back_the_parameters_that_made_it() {
 }
 
 #[test]
-fn fitted_parameters_are_simulated_again() {
-    let desk = desk();
-    desk.text("identify pulse.csv --model black-box-1 --parameters fitted.toml");
-    assert!(desk.read("fitted.toml").contains("model = \"black-box-1\""));
+fn fitted_parameters_can_be_simulated() {
+    let cli = cli_with_pulse();
+    cli.text("identify pulse.csv --model black-box-1 --parameters fitted.toml");
+    assert!(cli.read("fitted.toml").contains("model = \"black-box-1\""));
     let columns = |trace: super::Csv| trace.column("angle_deg");
-    let again = columns(desk.trace("--parameters fitted.toml --every 80"));
-    let truth = columns(desk.trace("black-box-1 --every 80"));
+    let again = columns(cli.trace("--parameters fitted.toml --every 80"));
+    let truth = columns(cli.trace("black-box-1 --every 80"));
     for (again, truth) in again.iter().zip(&truth) {
         assert!((again - truth).abs() < 1e-2, "{again} and {truth}");
     }
 }
 
 #[test]
-fn a_report_is_one_file_and_a_comparison_says_which_model_is_enough() {
-    let desk = desk();
-    desk.text("simulate black-box-1 --input 3-2-1-1 --every 80 --csv other.csv");
-    let text = desk.text(
+fn a_report_is_one_file_and_a_comparison_names_the_sufficient_model() {
+    let cli = cli_with_pulse();
+    cli.text("simulate black-box-1 --input 3-2-1-1 --every 80 --csv other.csv");
+    let text = cli.text(
         "compare pulse.csv --model black-box-1 --model black-box-2 --starts 2 --validate other.csv \
          --html report.html --json all.json",
     );
     assert!(text.contains("black-box-1 is enough"), "{text}");
-    let html = desk.read("report.html");
+    let html = cli.read("report.html");
     assert!(html.contains("Validation") && html.contains("other.csv"));
-    let document = json(&desk.read("all.json"));
+    let document = json(&cli.read("all.json"));
     assert_eq!(document["ranking"]["enough"], "black-box-1");
     assert_eq!(document["models"].as_array().map(Vec::len), Some(8));
 }
 
 #[test]
-fn files_that_cannot_be_used_are_refused_by_name() {
-    let desk = desk();
+fn the_error_of_an_unusable_file_names_it() {
+    let cli = cli_with_pulse();
     let header = "t,command_deg,angle_deg\n";
-    desk.write("empty.csv", "");
-    desk.write("three.csv", format!("{header}0,0,0\n1,1,1\n2,1,1\n"));
+    cli.write("empty.csv", "");
+    cli.write("three.csv", format!("{header}0,0,0\n1,1,1\n2,1,1\n"));
     let rows: String = (0..50).map(|i| format!("{i},1,1\n")).collect();
-    desk.write("rest.csv", format!("{header}{rows}"));
-    desk.write(
+    cli.write("rest.csv", format!("{header}{rows}"));
+    cli.write(
         "nan.csv",
         format!("{header}{}", rows.replace(",1,1", ",1,nan")),
     );
-    desk.write("words.csv", format!("{header}0,0,0\n1,0,fast\n"));
+    cli.write("words.csv", format!("{header}0,0,0\n1,0,fast\n"));
     for (file, expected) in [
         ("empty.csv", "empty.csv:1: the file is empty"),
         (
@@ -104,12 +104,12 @@ fn files_that_cannot_be_used_are_refused_by_name() {
             "words.csv:3: column 3 (`angle_deg`) is not a finite number",
         ),
     ] {
-        let failure = desk.actuator(&format!("identify {file}")).assert().code(2);
+        let failure = cli.actuator(&format!("identify {file}")).assert().code(2);
         let said = String::from_utf8_lossy(&failure.get_output().stderr).into_owned();
         assert!(said.contains(expected), "{file}: {said}");
     }
-    desk.actuator("identify missing.csv").assert().code(1);
-    let typo = desk
+    cli.actuator("identify missing.csv").assert().code(1);
+    let typo = cli
         .actuator("identify pulse.csv --fix pole=30")
         .assert()
         .code(2);
@@ -118,9 +118,9 @@ fn files_that_cannot_be_used_are_refused_by_name() {
 }
 
 #[test]
-fn columns_and_units_are_mapped_and_oddities_said_with_their_lines() {
-    let desk = desk();
-    let trace = desk.trace("black-box-1 --input pulse --every 80");
+fn columns_and_units_are_mapped_and_irregularities_are_reported_with_their_lines() {
+    let cli = cli_with_pulse();
+    let trace = cli.trace("black-box-1 --input pulse --every 80");
     let (t, u, y) = (
         trace.column("t"),
         trace.column("command"),
@@ -138,8 +138,8 @@ fn columns_and_units_are_mapped_and_oddities_said_with_their_lines() {
         .filter(|i| !(800..850).contains(i))
         .map(row)
         .collect();
-    desk.write("odd.txt", format!("clock;want;have\n{rows}"));
-    let output = desk
+    cli.write("odd.txt", format!("clock;want;have\n{rows}"));
+    let output = cli
         .actuator(
             "identify odd.txt --model black-box-1 --column time=clock:ms --column \
              command=want:rad --column angle=have:rad --json -",
@@ -157,39 +157,39 @@ fn columns_and_units_are_mapped_and_oddities_said_with_their_lines() {
 }
 
 #[test]
-fn an_experiment_is_designed_simulated_and_keeps_its_promise() {
-    let desk = Desk::new();
-    let document = json(&desk.text("experiment black-box-1 --duration 6 --json --csv best.csv"));
+fn a_designed_experiment_reaches_its_predicted_accuracy_in_simulation() {
+    let cli = Cli::new();
+    let document = json(&cli.text("experiment black-box-1 --duration 6 --json --csv best.csv"));
     let best = document["best"].as_u64().expect("there is one") as usize;
     let best = &document["inputs"][best];
     let errors = best["parameters"].as_array().expect("a list");
     assert!(errors.iter().all(|p| p["identifiable"] == true), "{best}");
-    desk.text("simulate black-box-1 --input-file best.csv --every 80 --duration 6 --csv run.csv");
-    let found = json(&desk.text("identify run.csv --model black-box-1 --hold zero --json -"));
+    cli.text("simulate black-box-1 --input-file best.csv --every 80 --duration 6 --csv run.csv");
+    let found = json(&cli.text("identify run.csv --model black-box-1 --hold zero --json -"));
     let pole = parameter(&found, "pole_rad_s");
     assert!((pole["estimate"].as_f64().expect("a number") - 30.0).abs() < 0.01);
 
-    let text = desk.text("experiment black-box-1 --input doublet --input prbs");
+    let text = cli.text("experiment black-box-1 --input doublet --input prbs");
     assert!(text.contains("simulate --input"), "{text}");
-    desk.actuator("experiment black-box-1 --duration 0")
+    cli.actuator("experiment black-box-1 --duration 0")
         .assert()
         .code(2);
-    desk.actuator("experiment black-box-1 --set pole=3")
+    cli.actuator("experiment black-box-1 --set pole=3")
         .assert()
         .code(2);
 }
 
 /// The commands of the worked example, one after the other.
 #[test]
-fn the_worked_example_of_the_documentation_works() {
+fn the_worked_example_of_the_documentation_runs() {
     let document = include_str!("../../../docs/identification.md");
     let commands: Vec<&str> = document
         .lines()
         .filter_map(|line| line.strip_prefix("$ actuator "))
         .collect();
     assert_eq!(commands.len(), 7);
-    let desk = Desk::new();
-    let said: Vec<String> = commands.iter().map(|command| desk.text(command)).collect();
+    let cli = Cli::new();
+    let said: Vec<String> = commands.iter().map(|command| cli.text(command)).collect();
     assert!(said[2].contains("pole_rad_s"), "{}", said[2]);
     assert!(said[3].contains("is enough"), "{}", said[3]);
     for file in [
@@ -200,6 +200,6 @@ fn the_worked_example_of_the_documentation_works() {
         "best.csv",
         "best-run.csv",
     ] {
-        assert!(!desk.read(file).is_empty(), "{file}");
+        assert!(!cli.read(file).is_empty(), "{file}");
     }
 }

@@ -2,49 +2,49 @@
 
 use std::{fmt::Write as _, time::Duration};
 
-use super::Desk;
+use super::Cli;
 
 #[test]
 fn a_command_is_held_piecewise_constant_and_right_continuous_on_the_tick() {
-    let desk = Desk::new();
-    // Ticks 0, 2 and 4; 0.00012 s lies nearest to tick 2.
-    desk.write("in.csv", "t,command_deg\n0,1\n0.00012,-2.5\n0.0002,3\n");
-    let csv = desk.trace("black-box-1 --input-file in.csv --every 1 --duration 0.0003");
+    let cli = Cli::new();
+    // Ticks 0, 2 and 4; 0.00012 s is nearest to tick 2.
+    cli.write("in.csv", "t,command_deg\n0,1\n0.00012,-2.5\n0.0002,3\n");
+    let csv = cli.trace("black-box-1 --input-file in.csv --every 1 --duration 0.0003");
     assert_eq!(csv.column("command"), [1.0, 1.0, -2.5, -2.5, 3.0, 3.0]);
 }
 
 #[test]
 fn the_delayed_command_follows_350_ticks_later() {
-    let desk = Desk::new();
-    desk.write("in.csv", "t,command_deg\n0,1\n0.001,2\n");
-    let csv = desk.trace("board --input-file in.csv --every 1 --duration 0.03");
+    let cli = Cli::new();
+    cli.write("in.csv", "t,command_deg\n0,1\n0.001,2\n");
+    let csv = cli.trace("board --input-file in.csv --every 1 --duration 0.03");
     let (command, delayed) = (csv.column("command"), csv.column("command_delayed"));
     assert_eq!(delayed[350..], command[..250]);
     assert!(delayed[..350].iter().all(|value| *value == 1.0));
 }
 
 #[test]
-fn before_its_first_row_a_file_commands_what_that_row_says() {
-    let desk = Desk::new();
-    desk.write("in.csv", "t,command_deg\n0.001,5\n");
-    let csv = desk.trace("black-box-1 --input-file in.csv");
+fn before_its_first_row_a_file_commands_the_value_of_that_row() {
+    let cli = Cli::new();
+    cli.write("in.csv", "t,command_deg\n0.001,5\n");
+    let csv = cli.trace("black-box-1 --input-file in.csv");
     assert_eq!(csv.column("command"), [5.0, 5.0]);
 }
 
 #[test]
 fn the_last_row_of_the_file_is_the_last_of_the_run() {
-    let desk = Desk::new();
-    desk.write("in.csv", "t,command_deg\n0,1\n0.005,2\n");
-    let t = desk.trace("grey-box --input-file in.csv").column("t");
+    let cli = Cli::new();
+    cli.write("in.csv", "t,command_deg\n0,1\n0.005,2\n");
+    let t = cli.trace("grey-box --input-file in.csv").column("t");
     assert_eq!(t.last(), Some(&0.005));
 }
 
 #[test]
-fn of_several_rows_in_one_tick_the_last_counts() {
-    let desk = Desk::new();
-    desk.write("in.csv", "t,command_deg\n0,1\n0,2\n0.00001,3\n");
+fn the_last_of_several_rows_in_one_tick_is_used() {
+    let cli = Cli::new();
+    cli.write("in.csv", "t,command_deg\n0,1\n0,2\n0.00001,3\n");
     assert_eq!(
-        desk.trace("black-box-1 --input-file in.csv")
+        cli.trace("black-box-1 --input-file in.csv")
             .column("command"),
         [3.0]
     );
@@ -52,7 +52,7 @@ fn of_several_rows_in_one_tick_the_last_counts() {
 
 #[test]
 fn all_common_kinds_of_csv_are_read() {
-    let desk = Desk::new();
+    let cli = Cli::new();
     let kinds = [
         "t,command_deg\n0,1\n0.001,2",
         "\u{feff}t,command_deg\r\n0,1\r\n0.001,2\r\n",
@@ -60,15 +60,15 @@ fn all_common_kinds_of_csv_are_read() {
         "\"command_deg\",\"note\",\"t\"\n\"1\",\"a, \"\"b\"\"\",\"0\"\n2,,1e-3\n",
     ];
     for kind in kinds {
-        desk.write("in.csv", kind);
-        let csv = desk.trace("black-box-1 --input-file in.csv");
+        cli.write("in.csv", kind);
+        let csv = cli.trace("black-box-1 --input-file in.csv");
         assert_eq!(csv.column("command"), [1.0, 2.0], "{kind:?}");
     }
 }
 
 #[test]
-fn an_error_names_file_line_and_column_and_says_what_was_expected() {
-    let desk = Desk::new();
+fn an_error_names_file_line_column_and_expected_value() {
+    let cli = Cli::new();
     let bad: [(&[u8], &str); 21] = [
         (
             b"",
@@ -144,44 +144,44 @@ fn an_error_names_file_line_and_column_and_says_what_was_expected() {
         (b"\xff\xfet\0,\0", "in.csv:1: invalid utf-8"),
     ];
     for (content, message) in bad {
-        desk.write("in.csv", content);
-        desk.assert_error("simulate board --csv - --input-file in.csv", 2, message);
+        cli.write("in.csv", content);
+        cli.assert_error("simulate board --csv - --input-file in.csv", 2, message);
     }
-    desk.write("load.csv", "t,torque_nm\n0,1000\n");
+    cli.write("load.csv", "t,torque_nm\n0,1000\n");
     let load = "simulate board --plant bench --csv - --load-file load.csv";
     let message =
         "load.csv:2: column 2 (`torque_nm`) is `1000`, expected a torque from -100 to 100 Nm";
-    desk.assert_error(load, 2, message);
+    cli.assert_error(load, 2, message);
 }
 
 #[test]
-fn a_file_that_cannot_be_read_is_said_with_status_1() {
-    let desk = Desk::new();
-    desk.assert_error(
+fn an_unreadable_file_is_reported_with_status_1() {
+    let cli = Cli::new();
+    cli.assert_error(
         "simulate board --input-file none.csv",
         1,
         "cannot read none.csv: ",
     );
-    desk.assert_error("simulate board --input-file .", 1, "cannot read .: ");
+    cli.assert_error("simulate board --input-file .", 1, "cannot read .: ");
 }
 
 #[test]
-fn a_file_without_line_ends_is_given_up_before_the_memory_is() {
-    let desk = Desk::new();
-    desk.write("in.csv", vec![0; 1 << 20]);
+fn a_file_without_line_ends_is_refused_before_it_fills_the_memory() {
+    let cli = Cli::new();
+    cli.write("in.csv", vec![0; 1 << 20]);
     let message = "in.csv:1: more than 65536 bytes in a line";
-    desk.assert_error("simulate board --input-file in.csv", 2, message);
+    cli.assert_error("simulate board --input-file in.csv", 2, message);
 }
 
 #[test]
 fn two_million_rows_are_read_quickly() {
-    let desk = Desk::new();
+    let cli = Cli::new();
     let mut text = String::from("t,command_deg\n");
     for row in 0..2_000_000 {
         let _ = writeln!(text, "{}e-4,{}", row, row % 90);
     }
-    desk.write("in.csv", text);
-    let mut command = desk.actuator("simulate board --input-file in.csv --duration 0.1 --csv -");
-    // It takes below a second where nobody else computes.
+    cli.write("in.csv", text);
+    let mut command = cli.actuator("simulate board --input-file in.csv --duration 0.1 --csv -");
+    // It takes less than a second on an idle machine.
     command.timeout(Duration::from_secs(30)).assert().success();
 }

@@ -1,4 +1,4 @@
-//! The program `actuator` as its user sees it.
+//! Tests of the program `actuator` through its command line.
 
 #[cfg(feature = "board")]
 mod board;
@@ -21,18 +21,18 @@ use std::path::{Path, PathBuf};
 use assert_cmd::{Command, cargo::cargo_bin_cmd};
 use tempfile::TempDir;
 
-/// The program, in a directory of its own.
-struct Desk {
+/// The program with a temporary working directory.
+struct Cli {
     directory: TempDir,
 }
 
-impl Desk {
+impl Cli {
     fn new() -> Self {
         let directory = tempfile::tempdir().expect("a temporary directory can be made");
         Self { directory }
     }
 
-    /// The program with these arguments, which blanks separate.
+    /// The program with these arguments, separated by blanks.
     fn actuator(&self, arguments: &str) -> Command {
         let mut command = cargo_bin_cmd!("actuator");
         command.current_dir(self.directory.path());
@@ -52,19 +52,18 @@ impl Desk {
         std::fs::read_to_string(self.path(name)).expect("the file was written")
     }
 
-    /// What `actuator simulate ARGUMENTS --csv -` writes.
+    /// Output of `actuator simulate ARGUMENTS --csv -`.
     fn trace(&self, arguments: &str) -> Csv {
         Csv::parse(&self.text(&format!("simulate {arguments} --csv -")))
     }
 
-    /// What the program writes to standard output when all goes well.
+    /// Standard output of a successful run.
     fn text(&self, arguments: &str) -> String {
         let output = self.actuator(arguments).assert().success();
         String::from_utf8(output.get_output().stdout.clone()).expect("the output is UTF-8")
     }
 
-    /// That the program ends with this status and writes this, and nothing but this, to standard
-    /// error.
+    /// Asserts that the program ends with this status and writes exactly this to standard error.
     #[track_caller]
     fn assert_error(&self, arguments: &str, status: i32, message: &str) {
         let assert = self.actuator(arguments).assert().code(status);

@@ -1,32 +1,31 @@
-//! Options of `actuator identify`, `compare` and `experiment` that cannot be had, and what is said
-//! of them.
+//! Invalid options of `actuator identify`, `compare` and `experiment`, and their messages.
 
-use super::Desk;
+use super::Cli;
 
-/// A desk with a recording of black box 1 on a pulse, `pulse.csv`.
-fn desk() -> Desk {
-    let desk = Desk::new();
-    desk.text("simulate black-box-1 --input pulse --every 80 --csv pulse.csv");
-    desk
+/// A directory with a recording of black box 1 on a pulse, `pulse.csv`.
+fn cli_with_pulse() -> Cli {
+    let cli = Cli::new();
+    cli.text("simulate black-box-1 --input pulse --every 80 --csv pulse.csv");
+    cli
 }
 
 #[test]
-fn what_is_known_of_a_run_is_a_parameter_of_a_model_that_is_fitted() {
-    let desk = desk();
+fn known_values_must_be_parameters_of_a_fitted_model() {
+    let cli = cli_with_pulse();
     let identify = "identify pulse.csv --model black-box-1 --starts 1";
     for (known, message) in [
         ("nonsense=0.5", "unknown parameter `nonsense`"),
         ("pole_rad=30", "did you mean `pole_rad_s`?"),
         ("pendulum_mass_kg=0.5", "expected delay_s, gain, "),
     ] {
-        desk.assert_error(&format!("{identify} --known {known}"), 2, message);
+        cli.assert_error(&format!("{identify} --known {known}"), 2, message);
     }
-    desk.assert_error(
+    cli.assert_error(
         "compare pulse.csv --starts 1 --known pendulum_mas_kg=5",
         2,
         "unknown parameter `pendulum_mas_kg`",
     );
-    let text = desk.text(&format!("{identify} --known pole_rad_s=29 --json -"));
+    let text = cli.text(&format!("{identify} --known pole_rad_s=29 --json -"));
     let document: serde_json::Value = serde_json::from_str(&text).expect("JSON");
     let parameters = document["models"][0]["parameters"].as_array();
     let is_pole = |p: &serde_json::Value| p["name"] == "pole_rad_s" && p["estimate"] != 29.0;
@@ -34,8 +33,8 @@ fn what_is_known_of_a_run_is_a_parameter_of_a_model_that_is_fitted() {
 }
 
 #[test]
-fn options_that_exclude_each_other_are_refused_by_both_names() {
-    let desk = desk();
+fn the_error_of_exclusive_options_names_both() {
+    let cli = cli_with_pulse();
     for (options, message) in [
         ("--fix gain=1 --free gain", "fix and free both name gain"),
         (
@@ -50,22 +49,22 @@ fn options_that_exclude_each_other_are_refused_by_both_names() {
         ("--own gain --share gain", "own and share both name gain"),
     ] {
         let command = format!("identify pulse.csv --model black-box-1 --starts 1 {options}");
-        desk.assert_error(&command, 2, message);
+        cli.assert_error(&command, 2, message);
     }
-    desk.assert_error(
+    cli.assert_error(
         "experiment black-box-1 --fix pole_rad_s --free pole_rad_s",
         2,
         "--fix and --free both name pole_rad_s",
     );
-    desk.text(
+    cli.text(
         "identify pulse.csv --model black-box-1 --starts 1 --fix gain=1 --bound pole_rad_s=5:80 \
          --start pole_rad_s=20 --share delay_s",
     );
 }
 
 #[test]
-fn a_bound_or_value_that_cannot_be_says_what_is_wrong_with_it() {
-    let desk = desk();
+fn the_error_of_an_invalid_bound_or_value_gives_the_reason() {
+    let cli = cli_with_pulse();
     for (option, message) in [
         (
             "--bound pole_rad_s=30:10",
@@ -90,31 +89,31 @@ fn a_bound_or_value_that_cannot_be_says_what_is_wrong_with_it() {
         ("--fix pole_rad_s=-3", "pole_rad_s is held at -3, expected "),
     ] {
         let command = format!("identify pulse.csv --model black-box-1 --starts 1 {option}");
-        desk.assert_error(&command, 2, message);
+        cli.assert_error(&command, 2, message);
     }
 }
 
 #[test]
 fn an_experiment_expects_the_parameters_of_its_own_model() {
-    let desk = desk();
-    desk.text("identify pulse.csv --model black-box-1 --starts 1 --parameters one.toml");
-    desk.assert_error(
+    let cli = cli_with_pulse();
+    cli.text("identify pulse.csv --model black-box-1 --starts 1 --parameters one.toml");
+    cli.assert_error(
         "experiment black-box-2 --parameters one.toml",
         2,
         "one.toml has the parameters of black-box-1, expected those of black-box-2",
     );
-    desk.text("experiment black-box-1 --parameters one.toml --input doublet");
+    cli.text("experiment black-box-1 --parameters one.toml --input doublet");
 }
 
 #[test]
-fn the_file_of_the_oscillator_comes_back_as_its_frequency_and_damping() {
-    let desk = Desk::new();
-    desk.write(
+fn frequency_and_damping_of_a_recorded_oscillator_are_recovered() {
+    let cli = Cli::new();
+    cli.write(
         "two.toml",
         "model = \"black-box-2\"\n[set]\nposition_gain_per_s2 = 400.0\nrate_gain_per_s = 30.0\n",
     );
     let text =
-        desk.text("experiment black-box-2-oscillator --parameters two.toml --input doublet --json");
+        cli.text("experiment black-box-2-oscillator --parameters two.toml --input doublet --json");
     let document: serde_json::Value = serde_json::from_str(&text).expect("JSON");
     let parameters = document["inputs"][0]["parameters"].as_array();
     let value = |name: &str| {
@@ -128,14 +127,14 @@ fn the_file_of_the_oscillator_comes_back_as_its_frequency_and_damping() {
 
 #[test]
 fn inputs_are_designed_for_models_with_a_command() {
-    let desk = Desk::new();
+    let cli = Cli::new();
     let message = "motor-m1 takes the duty of its motor, expected one of black-box-1,";
-    desk.assert_error("experiment motor-m1", 2, message);
+    cli.assert_error("experiment motor-m1", 2, message);
 }
 
 #[test]
-fn results_that_could_not_be_written_are_refused_before_the_work() {
-    let desk = desk();
+fn unwritable_results_are_refused_before_the_computation() {
+    let cli = cli_with_pulse();
     for (outputs, status, message) in [
         (
             "--json both --html ./both",
@@ -150,16 +149,16 @@ fn results_that_could_not_be_written_are_refused_before_the_work() {
         ("--html none/page.html", 1, "cannot write none/page.html"),
         ("--json .", 1, "cannot write ."),
     ] {
-        // A recording that is not there would be noticed next.
+        // A missing recording would be the next error.
         let command = format!("identify missing.csv --model black-box-1 {outputs}");
-        desk.assert_error(&command, status, message);
+        cli.assert_error(&command, status, message);
     }
-    desk.assert_error("compare missing.csv --html a --json a", 2, "both write a");
-    desk.assert_error(
+    cli.assert_error("compare missing.csv --html a --json a", 2, "both write a");
+    cli.assert_error(
         "experiment black-box-1 --csv none/a.csv",
         1,
         "cannot write none/a.csv",
     );
-    let left = std::fs::read_dir(desk.path(".")).expect("the folder");
+    let left = std::fs::read_dir(cli.path(".")).expect("the folder");
     assert_eq!(left.count(), 1, "nothing but the recording");
 }

@@ -1,8 +1,8 @@
-//! Parameters: listed and set.
+//! Listing and setting of parameters.
 
 use serde_json::Value;
 
-use super::Desk;
+use super::Cli;
 
 const TABLES: [&str; 6] = [
     "simulate black-box-1",
@@ -13,9 +13,9 @@ const TABLES: [&str; 6] = [
     "tune",
 ];
 
-/// What `--list-parameters --json` prints.
-fn list(desk: &Desk, command: &str) -> Vec<Value> {
-    let text = desk.text(&format!("{command} --list-parameters --json"));
+/// Output of `--list-parameters --json`.
+fn list(cli: &Cli, command: &str) -> Vec<Value> {
+    let text = cli.text(&format!("{command} --list-parameters --json"));
     serde_json::from_str(&text).expect("the list is JSON")
 }
 
@@ -27,15 +27,15 @@ fn text<'a>(row: &'a Value, key: &str) -> &'a str {
 
 #[test]
 fn every_parameter_has_a_unit_a_range_and_a_source() {
-    let desk = Desk::new();
+    let cli = Cli::new();
     for command in TABLES {
-        let rows = list(&desk, command);
+        let rows = list(&cli, command);
         assert!(rows.len() > 5, "{command}");
         for row in rows {
             for key in ["name", "unit", "meaning", "source"] {
                 assert!(!text(&row, key).is_empty(), "{command}: {key} of {row}");
             }
-            // Infinity is null.
+            // Infinity is written as null.
             let bound = |key: &str, otherwise| row[key].as_f64().unwrap_or(otherwise);
             let (min, max) = (bound("min", f64::NEG_INFINITY), bound("max", f64::INFINITY));
             let default = bound("default", f64::INFINITY);
@@ -45,10 +45,10 @@ fn every_parameter_has_a_unit_a_range_and_a_source() {
 }
 
 #[test]
-fn no_name_or_symbol_stands_for_two_parameters() {
-    let desk = Desk::new();
+fn names_and_symbols_of_parameters_are_unique() {
+    let cli = Cli::new();
     for command in TABLES {
-        let rows = list(&desk, command);
+        let rows = list(&cli, command);
         let input = |row: &Value| text(row, "name").starts_with("input.");
         let rows: Vec<_> = rows.iter().filter(|row| !input(row)).collect();
         let names = rows
@@ -64,12 +64,12 @@ fn no_name_or_symbol_stands_for_two_parameters() {
 
 #[test]
 fn every_parameter_can_be_set_by_name_and_by_symbol() {
-    let desk = Desk::new();
+    let cli = Cli::new();
     for command in TABLES {
         for key in ["name", "symbol"] {
-            let rows = list(&desk, command);
+            let rows = list(&cli, command);
             let settable = |row: &&Value| {
-                // A tuning has one goal, and an input's parameters are set below `input.`.
+                // A tuning accepts one goal, and parameters of the input have the prefix `input.`.
                 let name = text(row, "name");
                 let other_goal = ["bandwidth_hz", "phase_margin_deg"].contains(&name);
                 let hidden = key == "symbol" && name.starts_with("input.");
@@ -82,7 +82,7 @@ fn every_parameter_can_be_set_by_name_and_by_symbol() {
                 let value = bound(row).expect("one of the bounds is finite");
                 arguments += &format!(" --set {}={value}", text(row, key));
             }
-            for row in list(&desk, &arguments).iter().filter(settable) {
+            for row in list(&cli, &arguments).iter().filter(settable) {
                 assert_eq!(row["value"].as_f64(), bound(row), "{command}: {row}");
             }
         }
@@ -90,10 +90,10 @@ fn every_parameter_can_be_set_by_name_and_by_symbol() {
 }
 
 #[test]
-fn of_two_values_the_last_counts_whatever_it_is_called_by() {
-    let desk = Desk::new();
+fn the_last_of_two_values_is_used_for_name_and_symbol() {
+    let cli = Cli::new();
     let value = |sets: &str| {
-        let rows = list(&desk, &format!("simulate board {sets}"));
+        let rows = list(&cli, &format!("simulate board {sets}"));
         let row = rows.iter().find(|row| text(row, "name") == "position_gain");
         row.and_then(|row| row["value"].as_f64())
     };
@@ -102,11 +102,11 @@ fn of_two_values_the_last_counts_whatever_it_is_called_by() {
 }
 
 #[test]
-fn the_list_shows_what_preset_scenario_and_options_make_of_the_values() {
-    let desk = Desk::new();
-    desk.write("s.toml", "[set]\nP = 5\n");
+fn the_list_shows_the_values_after_preset_scenario_and_options() {
+    let cli = Cli::new();
+    cli.write("s.toml", "[set]\nP = 5\n");
     let options = "--scenario s.toml --preset as-measured --input sine --set input.f=2";
-    let rows = list(&desk, &format!("simulate board {options}"));
+    let rows = list(&cli, &format!("simulate board {options}"));
     let value = |name: &str| {
         let row = rows.iter().find(|row| text(row, "name") == name);
         row.unwrap_or_else(|| panic!("{name}"))["value"].as_f64()
@@ -118,9 +118,9 @@ fn the_list_shows_what_preset_scenario_and_options_make_of_the_values() {
 
 #[test]
 fn the_table_shows_the_same_parameters_as_the_json() {
-    let desk = Desk::new();
-    let table = desk.text("simulate grey-box --list-parameters");
-    for row in list(&desk, "simulate grey-box") {
+    let cli = Cli::new();
+    let table = cli.text("simulate grey-box --list-parameters");
+    for row in list(&cli, "simulate grey-box") {
         for key in ["name", "unit", "meaning", "source"] {
             assert!(table.contains(text(&row, key)), "{key} of {row}");
         }

@@ -1,11 +1,11 @@
 //! Scenarios from TOML files.
 
-use super::Desk;
+use super::Cli;
 
 #[test]
-fn a_scenario_says_all_that_options_say() {
-    let desk = Desk::new();
-    desk.write(
+fn a_scenario_supports_all_options() {
+    let cli = Cli::new();
+    cli.write(
         "s.toml",
         "model = \"board\"\nplant = \"first-order\"\npreset = \"as-measured\"\ninput = \"sine\"\n\
          duration_s = 0.5\nevery = 40\nseed = 3\npwm = \"switched\"\n[set]\nP = 10\n\
@@ -15,47 +15,47 @@ fn a_scenario_says_all_that_options_say() {
                    --every 40 --seed 3 --pwm switched --set P=10 --set encoder_noise_deg=0.03 \
                    --set input.amplitude_deg=5.5";
     let [one, two] = [
-        desk.text("simulate --scenario s.toml --csv -"),
-        desk.text(&format!("simulate {options} --csv -")),
+        cli.text("simulate --scenario s.toml --csv -"),
+        cli.text(&format!("simulate {options} --csv -")),
     ];
     assert!(one == two);
 }
 
 #[test]
-fn options_win_over_the_scenario() {
-    let desk = Desk::new();
-    desk.write(
+fn options_override_the_scenario() {
+    let cli = Cli::new();
+    cli.write(
         "s.toml",
         "model = \"grey-box\"\ninput = \"sine\"\nduration_s = 1\nevery = 1\n\
          [set]\nposition_gain = 20\nKp = 2\n",
     );
-    // A symbol wins over the name of the same parameter.
+    // The option's symbol overrides the name of the same parameter in the file.
     let options = "board --input pulse --duration 1.3 --every 30 --set P=9";
     let [one, two] = [
-        desk.text(&format!("simulate --scenario s.toml --csv - {options}")),
-        desk.text(&format!("simulate {options} --set Kp=2 --csv -")),
+        cli.text(&format!("simulate --scenario s.toml --csv - {options}")),
+        cli.text(&format!("simulate {options} --set Kp=2 --csv -")),
     ];
     assert!(one == two);
 }
 
 #[test]
-fn an_input_file_is_looked_for_beside_the_scenario_and_an_input_option_replaces_it() {
-    let desk = Desk::new();
-    std::fs::create_dir(desk.path("runs")).expect("the directory can be made");
-    desk.write("runs/in.csv", "t,command_deg\n0,4\n");
-    desk.write(
+fn an_input_file_is_relative_to_the_scenario_and_an_input_option_replaces_it() {
+    let cli = Cli::new();
+    std::fs::create_dir(cli.path("runs")).expect("the directory can be made");
+    cli.write("runs/in.csv", "t,command_deg\n0,4\n");
+    cli.write(
         "runs/s.toml",
         "model = \"black-box-1\"\ninput_file = \"in.csv\"\n",
     );
-    let command = desk.trace("--scenario runs/s.toml").column("command");
+    let command = cli.trace("--scenario runs/s.toml").column("command");
     assert_eq!(command, [4.0]);
-    let command = desk
+    let command = cli
         .trace("--scenario runs/s.toml --input pulse")
         .column("command");
     assert_eq!(command.len(), 5000);
-    // An option's file is looked for where the user is.
-    desk.write("here.csv", "t,command_deg\n0,6\n");
-    let command = desk
+    // The file of an option is relative to the working directory.
+    cli.write("here.csv", "t,command_deg\n0,6\n");
+    let command = cli
         .trace("--scenario runs/s.toml --input-file here.csv")
         .column("command");
     assert_eq!(command, [6.0]);
@@ -63,17 +63,17 @@ fn an_input_file_is_looked_for_beside_the_scenario_and_an_input_option_replaces_
 
 #[test]
 fn windows_line_ends_and_a_byte_order_mark_are_read() {
-    let desk = Desk::new();
-    desk.write(
+    let cli = Cli::new();
+    cli.write(
         "s.toml",
         "\u{feff}model = \"board\"\r\nduration_s = 0.01\r\n",
     );
-    assert_eq!(desk.trace("--scenario s.toml").rows.len(), 10);
+    assert_eq!(cli.trace("--scenario s.toml").rows.len(), 10);
 }
 
 #[test]
-fn an_error_names_file_and_line_and_says_what_was_expected() {
-    let desk = Desk::new();
+fn an_error_names_file_line_and_expected_value() {
+    let cli = Cli::new();
     let bad = [
         ("model = \"board\"\nspeed = 1\n", "line 2, column 1"),
         (
@@ -138,12 +138,12 @@ fn an_error_names_file_and_line_and_says_what_was_expected() {
         ),
     ];
     for (content, message) in bad {
-        desk.write("s.toml", content);
-        desk.assert_error("simulate --scenario s.toml --csv -", 2, message);
+        cli.write("s.toml", content);
+        cli.assert_error("simulate --scenario s.toml --csv -", 2, message);
     }
-    desk.write("s.toml", b"\xff");
-    desk.assert_error("simulate --scenario s.toml", 2, "s.toml: invalid utf-8");
-    desk.assert_error(
+    cli.write("s.toml", b"\xff");
+    cli.assert_error("simulate --scenario s.toml", 2, "s.toml: invalid utf-8");
+    cli.assert_error(
         "simulate --scenario none.toml",
         1,
         "cannot read none.toml: ",
@@ -152,11 +152,11 @@ fn an_error_names_file_and_line_and_says_what_was_expected() {
 
 #[test]
 fn the_scenarios_of_every_front_end_are_accepted_and_refused() {
-    let desk = Desk::new();
+    let cli = Cli::new();
     let cases = include_str!("../../../tests/scenarios.txt").lines();
     for line in cases.filter(|line| !line.starts_with('#')) {
         let (verdict, scenario) = line.split_once(' ').expect("a verdict and a scenario");
-        let mut command = desk.actuator("simulate");
+        let mut command = cli.actuator("simulate");
         if !scenario.contains("duration_s=") {
             command.args(["--duration", "0.01"]);
         }

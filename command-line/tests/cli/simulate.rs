@@ -1,4 +1,4 @@
-//! `actuator simulate`: what it runs and where the rows go.
+//! `actuator simulate`: runs and their outputs.
 
 use std::{
     io::{BufRead, BufReader},
@@ -9,7 +9,7 @@ use host_sim::{scenario::Scenario, settings::ModelKind};
 use model_core::excitation::catalogue::Input;
 use predicates::prelude::*;
 
-use super::Desk;
+use super::Cli;
 
 const COMMON_COLUMNS: [&str; 8] = [
     "t",
@@ -26,10 +26,10 @@ const MODELS: [&str; 4] = ["black-box-1", "black-box-2", "grey-box", "board"];
 
 #[test]
 fn every_model_runs_on_every_input() {
-    let desk = Desk::new();
+    let cli = Cli::new();
     for model in MODELS {
         for name in Input::NAMES {
-            let csv = desk.trace(&format!("{model} --input {name} --every 4000"));
+            let csv = cli.trace(&format!("{model} --input {name} --every 4000"));
             let input = Input::named(name).and_then(|input| input.duration_ticks().ok());
             let ticks = input.expect("the input has a duration");
             assert_eq!(
@@ -45,10 +45,10 @@ fn every_model_runs_on_every_input() {
 
 #[test]
 fn the_referees_names_of_the_inputs_are_known_too() {
-    let desk = Desk::new();
+    let cli = Cli::new();
     for (name, other) in [("variable-step", "varstep"), ("3-2-1-1", "3211")] {
         let [one, two] = [name, other].map(|input| {
-            desk.text(&format!(
+            cli.text(&format!(
                 "simulate black-box-1 --csv - --every 4000 --input {input}"
             ))
         });
@@ -57,47 +57,47 @@ fn the_referees_names_of_the_inputs_are_known_too() {
 }
 
 #[test]
-fn a_row_is_made_of_every_twentieth_tick_of_50_us_unless_told_otherwise() {
-    let desk = Desk::new();
-    let t = desk.trace("board").column("t");
+fn by_default_every_twentieth_tick_of_50_us_is_a_row() {
+    let cli = Cli::new();
+    let t = cli.trace("board").column("t");
     assert_eq!(t.len(), 5000);
     assert_eq!([t[0], t[1], t[4999]], [0.0, 0.001, 4.999]);
-    let t = desk.trace("board --every 1 --duration 0.01").column("t");
+    let t = cli.trace("board --every 1 --duration 0.01").column("t");
     assert_eq!(t.len(), 200);
     assert_eq!(t[1], 0.00005);
-    let t = desk.trace("board --every 80 --duration 0.0101").column("t");
+    let t = cli.trace("board --every 80 --duration 0.0101").column("t");
     assert_eq!(t, [0.0, 0.004, 0.008]);
 }
 
 #[test]
 fn a_duration_below_a_tick_is_one_tick() {
-    let desk = Desk::new();
-    assert_eq!(desk.trace("board --duration 1e-9").rows.len(), 1);
+    let cli = Cli::new();
+    assert_eq!(cli.trace("board --duration 1e-9").rows.len(), 1);
 }
 
 #[test]
-fn with_a_dash_nothing_but_csv_is_written() {
-    let desk = Desk::new();
-    let assert = desk
+fn csv_on_standard_output_contains_only_the_table() {
+    let cli = Cli::new();
+    let assert = cli
         .actuator("simulate board --duration 1.5 --csv -")
         .assert();
     assert.success().stderr("");
-    // Panics where a line is no row of numbers.
-    assert_eq!(desk.trace("board --duration 1.5").rows.len(), 1500);
+    // Panics if a line is not a row of numbers.
+    assert_eq!(cli.trace("board --duration 1.5").rows.len(), 1500);
 }
 
 #[test]
 fn a_file_gets_the_same_bytes_as_standard_output() {
-    let desk = Desk::new();
-    let to_file = desk.actuator("simulate grey-box --csv out.csv").assert();
+    let cli = Cli::new();
+    let to_file = cli.actuator("simulate grey-box --csv out.csv").assert();
     to_file.success().stdout("");
-    assert!(desk.read("out.csv") == desk.text("simulate grey-box --csv -"));
+    assert!(cli.read("out.csv") == cli.text("simulate grey-box --csv -"));
 }
 
 #[test]
 fn without_csv_a_summary_is_printed() {
-    let desk = Desk::new();
-    let text = desk.text("simulate black-box-1 --every 1");
+    let cli = Cli::new();
+    let text = cli.text("simulate black-box-1 --every 1");
     let line = text.lines().find(|line| line.contains("rate_deg_s"));
     let line = line.expect("the summary has a row for the rate");
     // The rate limits of the paper.
@@ -108,8 +108,8 @@ fn without_csv_a_summary_is_printed() {
 }
 
 #[test]
-fn numbers_come_back_exactly() {
-    let desk = Desk::new();
+fn numbers_survive_the_round_trip_through_csv() {
+    let cli = Cli::new();
     let scenario = Scenario {
         model: Some(ModelKind::BlackBox1),
         ..Scenario::default()
@@ -118,15 +118,15 @@ fn numbers_come_back_exactly() {
         .resolve()
         .and_then(|simulation| simulation.record());
     let rows: Vec<Vec<f64>> = trace.expect("it runs").rows().collect();
-    assert!(desk.trace("black-box-1").rows == rows);
+    assert!(cli.trace("black-box-1").rows == rows);
 }
 
 #[test]
-fn equal_seeds_give_equal_bytes_and_others_do_not_where_there_is_noise() {
-    let desk = Desk::new();
+fn equal_seeds_give_equal_bytes_and_different_seeds_different_noise() {
+    let cli = Cli::new();
     let run = |seed: &str, noise: &str| {
         let noise = format!("--set encoder_noise_deg={noise}");
-        desk.text(&format!(
+        cli.text(&format!(
             "simulate board --duration 1.2 --csv - {noise} {seed}"
         ))
     };
@@ -138,9 +138,9 @@ fn equal_seeds_give_equal_bytes_and_others_do_not_where_there_is_noise() {
 
 #[test]
 fn the_bridge_is_averaged_or_switched() {
-    let desk = Desk::new();
+    let cli = Cli::new();
     let run = |pwm: &str| {
-        desk.text(&format!(
+        cli.text(&format!(
             "simulate board --input sine --duration 0.2 --csv - {pwm}"
         ))
     };
@@ -150,15 +150,15 @@ fn the_bridge_is_averaged_or_switched() {
 
 #[test]
 fn a_preset_changes_the_motor() {
-    let desk = Desk::new();
+    let cli = Cli::new();
     let fastest = |preset: &str| {
-        let rate = desk
+        let rate = cli
             .trace(&format!("board --preset {preset}"))
             .column("rate_deg_s");
         let up = rate.iter().copied().fold(0.0, f64::max);
         (up, rate.iter().copied().fold(0.0, f64::min))
     };
-    // Motor gains times the whole duty, reached to a per cent within the 90 deg of the pulse.
+    // Motor gains times the full duty, reached to a per cent within the 90 deg of the pulse.
     let (up, down) = fastest("as-measured");
     assert!(
         (up - 240.0).abs() < 2.4 && (down + 350.0).abs() < 3.5,
@@ -167,9 +167,9 @@ fn a_preset_changes_the_motor() {
 }
 
 #[test]
-fn a_preset_that_contradicts_the_paper_says_so_on_standard_error() {
-    let desk = Desk::new();
-    let strict = desk
+fn a_preset_that_contradicts_the_paper_warns_on_standard_error() {
+    let cli = Cli::new();
+    let strict = cli
         .actuator("simulate grey-box --preset as-printed-strict --csv -")
         .assert();
     strict
@@ -178,9 +178,9 @@ fn a_preset_that_contradicts_the_paper_says_so_on_standard_error() {
 }
 
 #[test]
-fn the_bench_shows_what_only_it_has() {
-    let desk = Desk::new();
-    let csv = desk.trace("board --plant bench --duration 1.2");
+fn the_bench_plant_has_its_additional_columns() {
+    let cli = Cli::new();
+    let csv = cli.trace("board --plant bench --duration 1.2");
     for name in [
         "current_a",
         "back_emf_v",
@@ -190,17 +190,17 @@ fn the_bench_shows_what_only_it_has() {
     ] {
         assert!(csv.column(name).iter().any(|value| *value != 0.0), "{name}");
     }
-    let of_motor = desk.trace("board --plant first-order --duration 1.2");
+    let of_motor = cli.trace("board --plant first-order --duration 1.2");
     assert!(!of_motor.names.contains(&"current_a".to_owned()));
 }
 
 #[test]
-fn a_load_file_pulls_at_the_bench_from_its_time_on() {
-    let desk = Desk::new();
-    desk.write("load.csv", "t,torque_nm\n0.5,0.05\n0.7,-0.02\n");
-    let csv = desk.trace("board --plant bench --duration 1 --load-file load.csv");
+fn a_load_file_applies_its_torque_from_its_time_on() {
+    let cli = Cli::new();
+    cli.write("load.csv", "t,torque_nm\n0.5,0.05\n0.7,-0.02\n");
+    let csv = cli.trace("board --plant bench --duration 1 --load-file load.csv");
     let torque = csv.column("load_torque_nm");
-    // Rows are 1 ms apart; a torque is shown from the end of its first tick on.
+    // Rows are 1 ms apart; a torque affects the outputs from the end of its first tick on.
     let torque = [499, 501, 699, 701].map(|row| torque[row]);
     assert_eq!(torque, [0.0, 0.05, 0.05, -0.02]);
     let angle = csv.column("load_angle_deg");
@@ -209,26 +209,26 @@ fn a_load_file_pulls_at_the_bench_from_its_time_on() {
 
 #[test]
 fn a_plot_is_an_svg_or_a_page_that_needs_no_network() {
-    let desk = Desk::new();
-    desk.actuator("simulate board --plot p.svg")
+    let cli = Cli::new();
+    cli.actuator("simulate board --plot p.svg")
         .assert()
         .success()
         .stderr("plot: p.svg\n");
-    let svg = desk.read("p.svg");
+    let svg = cli.read("p.svg");
     let document = roxmltree::Document::parse(&svg).expect("the plot is well-formed");
     assert_eq!(document.root_element().tag_name().name(), "svg");
-    // Beside CSV on standard output too.
-    let both = desk
+    // Also in combination with CSV on standard output.
+    let both = cli
         .actuator("simulate board --plot p.html --csv -")
         .assert();
     both.success()
         .stdout(predicate::str::starts_with("t,command,"));
-    let html = desk.read("p.html");
+    let html = cli.read("p.html");
     assert!(html.contains("</html>") && !html.contains("src=\"http"));
 }
 
 #[test]
-fn a_reader_that_has_enough_is_no_error() {
+fn a_closed_standard_output_is_not_an_error() {
     let mut child = std::process::Command::new(assert_cmd::cargo::cargo_bin!("actuator"))
         .args(["simulate", "black-box-1", "--duration", "100", "--csv", "-"])
         .stdout(Stdio::piped())
@@ -246,9 +246,9 @@ fn a_reader_that_has_enough_is_no_error() {
 }
 
 #[test]
-fn the_help_names_models_presets_inputs_and_the_exit_status() {
-    let desk = Desk::new();
-    let help = desk.text("simulate --help");
+fn the_help_lists_models_presets_inputs_and_the_exit_status() {
+    let cli = Cli::new();
+    let help = cli.text("simulate --help");
     let presets = model_core::presets::PRESETS
         .iter()
         .map(|preset| preset.name);
@@ -260,13 +260,13 @@ fn the_help_names_models_presets_inputs_and_the_exit_status() {
         assert!(help.contains(&format!("- {name}:")), "{name}");
     }
     assert!(
-        desk.text("--help")
+        cli.text("--help")
             .contains("Exit status: 0 success, 1 a file")
     );
 }
 
 #[test]
-fn a_host_of_50_hz_holds_what_it_samples_and_the_delayed_command_shows_what_it_was_given() {
+fn a_host_of_50_hz_holds_its_samples_and_the_delayed_command_shows_them() {
     let scenario = |host_period_s: f64| Scenario {
         model: Some(ModelKind::BlackBox1),
         input: Some("ramp".into()),
@@ -284,7 +284,7 @@ fn a_host_of_50_hz_holds_what_it_samples_and_the_delayed_command_shows_what_it_w
         held.column("command_delayed"),
         free.column("command_delayed")
     );
-    // Black box 1 turns at p (c - angle): the command that arrived can be read off its rate.
+    // The rate of black box 1 is p (c - angle), from which the delayed command c follows.
     let arrived = |trace: &host_sim::trace::Trace, tick: usize| {
         let column = |name| trace.column(name).unwrap()[tick];
         column("rate_deg_s") / 30.0 + column("angle_deg")

@@ -4,11 +4,11 @@ use host_sim::analysis::sine_fit::fit;
 use predicates::prelude::*;
 use serde_json::Value;
 
-use super::Desk;
+use super::Cli;
 
-/// What `actuator tune --json` prints.
-fn tune(desk: &Desk, options: &str) -> Value {
-    serde_json::from_str(&desk.text(&format!("tune --json {options}"))).expect("JSON")
+/// Output of `actuator tune --json`.
+fn tune(cli: &Cli, options: &str) -> Value {
+    serde_json::from_str(&cli.text(&format!("tune --json {options}"))).expect("JSON")
 }
 
 fn number(value: &Value, pointer: &str) -> f64 {
@@ -16,7 +16,7 @@ fn number(value: &Value, pointer: &str) -> f64 {
     number.unwrap_or_else(|| panic!("{pointer} of {value}"))
 }
 
-/// The arguments of the command line that a tuning prints, without the program's name.
+/// The command line that a tuning prints, without the name of the program.
 fn simulate_command(tuning: &Value) -> &str {
     let command = tuning["simulate"]
         .as_str()
@@ -28,16 +28,16 @@ fn simulate_command(tuning: &Value) -> &str {
 
 #[test]
 fn the_papers_motor_gives_the_papers_gains() {
-    let desk = Desk::new();
+    let cli = Cli::new();
     let tuning = tune(
-        &desk,
+        &cli,
         "--gain 2.836 --time-constant 0.1318 --inner-bandwidth 28.36",
     );
     // Ki = w/K and Kp = Ki tau.
     assert!((number(&tuning, "/gains/integral_gain") - 10.0).abs() < 1e-9);
     assert!((number(&tuning, "/gains/proportional_gain") - 1.318).abs() < 1e-9);
     assert!((number(&tuning, "/gains/position_gain") - 8.0).abs() < 1e-9);
-    // The margins of the default loop, as the project's facts have them.
+    // The margins of the default loop.
     assert!((number(&tuning, "/phase_margin_deg/value") - 57.0).abs() < 0.5);
     assert!((number(&tuning, "/gain_margin_db/value") - 20.6).abs() < 0.1);
     assert_eq!(tuning["warnings"], serde_json::json!([]));
@@ -45,14 +45,14 @@ fn the_papers_motor_gives_the_papers_gains() {
 
 #[test]
 fn without_options_the_gains_are_the_boards_own() {
-    let desk = Desk::new();
-    assert_eq!(tune(&desk, "")["simulate"], "actuator simulate board");
+    let cli = Cli::new();
+    assert_eq!(tune(&cli, "")["simulate"], "actuator simulate board");
 }
 
 #[test]
-fn the_table_says_gains_margins_and_how_to_simulate_them() {
-    let desk = Desk::new();
-    let text = desk.text("tune --inner-bandwidth 20 --position-share 0.25");
+fn the_table_shows_gains_margins_and_the_command_to_simulate_them() {
+    let cli = Cli::new();
+    let text = cli.text("tune --inner-bandwidth 20 --position-share 0.25");
     let words = [
         "position_gain",
         "Kaw",
@@ -70,24 +70,24 @@ fn the_table_says_gains_margins_and_how_to_simulate_them() {
 }
 
 #[test]
-fn options_are_settings_by_another_name() {
-    let desk = Desk::new();
+fn options_are_equivalent_to_settings() {
+    let cli = Cli::new();
     let options = "--gain 2 --time-constant 0.05 --inner-bandwidth 40 --position-share 0.3";
     let settings = "--set K=2 --set tau=0.05 --set w=40 --set position_share=0.3";
-    assert_eq!(tune(&desk, options), tune(&desk, settings));
+    assert_eq!(tune(&cli, options), tune(&cli, settings));
 }
 
 #[test]
-fn the_promised_bandwidth_is_that_of_the_simulated_board() {
-    let desk = Desk::new();
+fn the_predicted_bandwidth_is_that_of_the_simulated_board() {
+    let cli = Cli::new();
     let motor = "--gain 2.0 --time-constant 0.05";
-    let tuning = tune(&desk, &format!("{motor} --bandwidth 3 --phase-margin 48"));
+    let tuning = tune(&cli, &format!("{motor} --bandwidth 3 --phase-margin 48"));
     let promised_hz = number(&tuning, "/bandwidth_hz");
     assert!((promised_hz - 3.0).abs() < 1e-6);
     assert!(number(&tuning, "/phase_margin_deg/value") > 47.99);
     // 3 deg take 3 x 2 pi x 3 Hz = 57 deg/s, far from the 200 of this motor.
     let sine = "--input sine --set input.frequency_hz=3 --set input.amplitude_deg=3 --duration 4";
-    let csv = desk.trace(&format!("{} {sine}", simulate_command(&tuning)));
+    let csv = cli.trace(&format!("{} {sine}", simulate_command(&tuning)));
     let fitted = fit(&csv.column("t"), &csv.column("angle_deg"), 3.0).expect("whole periods");
     // Half the power. An encoder count is 3 % of the amplitude.
     assert!(
@@ -98,14 +98,14 @@ fn the_promised_bandwidth_is_that_of_the_simulated_board() {
 
 #[test]
 fn a_quarter_share_steps_without_overshoot_and_a_larger_one_overshoots() {
-    let desk = Desk::new();
+    let cli = Cli::new();
     let greatest = |share: &str| {
         let tuning = tune(
-            &desk,
+            &cli,
             &format!("--inner-bandwidth 28 --position-share {share}"),
         );
         let step = "--set input.amplitude_deg=2";
-        let csv = desk.trace(&format!("{} {step}", simulate_command(&tuning)));
+        let csv = cli.trace(&format!("{} {step}", simulate_command(&tuning)));
         csv.column("angle_deg").into_iter().fold(0.0, f64::max)
     };
     // A share of one is a damping of a half: 16 % overshoot. An encoder count is 0.09 deg.
@@ -114,40 +114,40 @@ fn a_quarter_share_steps_without_overshoot_and_a_larger_one_overshoots() {
 }
 
 #[test]
-fn of_a_presets_unequal_motor_the_greater_gain_is_taken() {
-    let desk = Desk::new();
-    let tuning = tune(&desk, "--preset as-measured --inner-bandwidth 35");
+fn of_an_asymmetric_motor_the_greater_gain_is_used() {
+    let cli = Cli::new();
+    let tuning = tune(&cli, "--preset as-measured --inner-bandwidth 35");
     // 35/3.50, and 54/s as the zero of the PI.
     assert!((number(&tuning, "/gains/integral_gain") - 10.0).abs() < 1e-9);
     assert!((number(&tuning, "/gains/anti_windup_gain") - 54.0).abs() < 1e-9);
-    // The motor stays the preset's.
+    // The motor is still that of the preset.
     let command = simulate_command(&tuning);
     assert!(
         command.starts_with("board --preset as-measured --set "),
         "{command}"
     );
     assert!(!command.contains("motor"), "{command}");
-    desk.trace(&format!("{command} --duration 0.1"));
+    cli.trace(&format!("{command} --duration 0.1"));
 }
 
 #[test]
-fn other_parameters_of_the_board_go_with_the_gains() {
-    let desk = Desk::new();
-    let tuning = tune(&desk, "--set rate_filter=0.2 --set Kff=0.3");
+fn other_parameters_of_the_board_are_combined_with_the_gains() {
+    let cli = Cli::new();
+    let tuning = tune(&cli, "--set rate_filter=0.2 --set Kff=0.3");
     let command = simulate_command(&tuning);
     assert!(command.contains("--set rate_filter=0.2"), "{command}");
     assert!(command.contains("--set feed_forward_gain=0.3"), "{command}");
-    // A board of another period is not ours to simulate.
+    // A board with another control period cannot be simulated.
     assert_eq!(
-        tune(&desk, "--set control_period_s=0.002")["simulate"],
+        tune(&cli, "--set control_period_s=0.002")["simulate"],
         Value::Null
     );
 }
 
 #[test]
-fn gains_that_fall_short_are_given_with_warnings() {
-    let desk = Desk::new();
-    let assert = desk
+fn gains_that_miss_the_goal_are_printed_with_warnings() {
+    let cli = Cli::new();
+    let assert = cli
         .actuator("tune --inner-bandwidth 120")
         .assert()
         .success();
@@ -156,21 +156,21 @@ fn gains_that_fall_short_are_given_with_warnings() {
         .stderr(predicate::str::contains(
             "warning: one encoder count moves the duty by",
         ));
-    let assert = desk
+    let assert = cli
         .actuator("tune --inner-bandwidth 300 --json")
         .assert()
         .success();
     assert.stderr(predicate::str::contains(
         "warning: the sampled loop is unstable",
     ));
-    let unstable = tune(&desk, "--inner-bandwidth 300");
+    let unstable = tune(&cli, "--inner-bandwidth 300");
     assert_eq!(unstable["is_stable"], Value::Bool(false));
     assert_eq!(unstable["phase_margin_deg"], Value::Null);
 }
 
 #[test]
-fn targets_out_of_reach_are_refused_with_the_greatest_possible() {
-    let desk = Desk::new();
+fn unreachable_targets_are_refused_with_the_greatest_possible_value() {
+    let cli = Cli::new();
     let bad = [
         ("--bandwidth 60", "bandwidth_hz is 60, expected at most "),
         (
@@ -212,18 +212,18 @@ fn targets_out_of_reach_are_refused_with_the_greatest_possible() {
         ("--plot p.pdf", "expected a name that ends in .svg or .html"),
     ];
     for (options, message) in bad {
-        desk.assert_error(&format!("tune {options}"), 2, message);
+        cli.assert_error(&format!("tune {options}"), 2, message);
     }
 }
 
 #[test]
 fn the_bode_plot_shows_both_loops_and_both_margins() {
-    let desk = Desk::new();
-    desk.actuator("tune --plot bode.svg")
+    let cli = Cli::new();
+    cli.actuator("tune --plot bode.svg")
         .assert()
         .success()
         .stderr("plot: bode.svg\n");
-    let svg = desk.read("bode.svg");
+    let svg = cli.read("bode.svg");
     roxmltree::Document::parse(&svg).expect("the plot is well-formed");
     for label in [
         "open loop",
@@ -234,9 +234,9 @@ fn the_bode_plot_shows_both_loops_and_both_margins() {
     ] {
         assert!(svg.contains(label), "{label}");
     }
-    desk.actuator("tune --inner-bandwidth 300 --plot bode.html")
+    cli.actuator("tune --inner-bandwidth 300 --plot bode.html")
         .assert()
         .success();
-    let html = desk.read("bode.html");
+    let html = cli.read("bode.html");
     assert!(html.contains("the sampled loop is unstable") && !html.contains("phase margin"));
 }

@@ -10,7 +10,7 @@ use crate::{BOARD_TARGET, build, target_dir};
 /// The ELF file of the actuator board, built once in a process.
 ///
 /// # Panics
-/// If it does not build: no test can go on without it.
+/// If it does not build.
 pub fn board_elf() -> &'static Path {
     static ELF: OnceLock<PathBuf> = OnceLock::new();
     ELF.get_or_init(|| program("actuator-board", &[]))

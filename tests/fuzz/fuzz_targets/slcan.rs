@@ -13,7 +13,7 @@ impl Bus for Wire {
     }
     fn close(&mut self) {}
     fn send(&mut self, frame: &CanFrame) -> bool {
-        // Whatever is sent is a frame whose line says the same.
+        // Every transmitted frame encodes to a line that parses to the same frame.
         let text = SlcanLine::frame(frame);
         let line = text.as_bytes().strip_suffix(b"\r").expect("an end");
         assert_eq!(parse_frame(line), Some(*frame));
