@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Fails where a dependency has no licence that goes with MIT OR Apache-2.0."""
+"""Fails if the licence of a dependency is not compatible with MIT OR Apache-2.0."""
 import json
 import re
 import subprocess
@@ -10,12 +10,12 @@ ALLOWED = {
     "BSL-1.0", "CC0-1.0", "ISC", "MIT", "MIT-0", "Unicode-3.0", "Unlicense", "Zlib",
 }
 
-# Tools of the tests that are part of nothing that is built here, with the licence that they have.
+# Tools of the tests that are not part of any build product, with their licences.
 TOOLS = {"alterable_logger": "MPL-2.0", "cbindgen": "MPL-2.0", "colored": "MPL-2.0"}
 
 
 def allowed(expression):
-    """Whether an SPDX expression can be met; `/` is what old crates write for OR."""
+    """Whether an SPDX expression can be met; old crates write `/` for OR."""
     python = re.sub(
         r"\(|\)|\bAND\b|\bOR\b|/|[A-Za-z0-9.+-]+( WITH [A-Za-z0-9.+-]+)?",
         lambda m: {"AND": " and ", "OR": " or ", "/": " or ", "(": "(", ")": ")"}.get(

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# What `cargo test` leaves out because it needs more than a C compiler: C++, valgrind, sanitisers, bare metal, JSBSim and
-# Octave. Installs what is missing (apt, and a Python environment under target/).
+# Tests that need more than a C compiler and are not part of `cargo test`: C++, valgrind, sanitisers, bare metal, JSBSim
+# and Octave. Installs missing tools (apt, and a Python environment under target/).
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 

@@ -29,7 +29,7 @@ pub trait Holds: Sized {
     };
 }
 
-/// A value behind its mark.
+/// A value preceded by its type mark.
 #[repr(C)]
 pub struct Marked<T> {
     mark: u64,
@@ -113,7 +113,7 @@ pub unsafe fn put<T>(out: *mut T, value: T) -> Result<(), Code> {
 /// The caller's text; text that is not UTF-8 is not a known name.
 ///
 /// # Safety
-/// `text` is null or ends in a zero, and stays as it is during the call.
+/// `text` is null or ends in a zero, and is not modified during the call.
 pub unsafe fn text<'a>(text: *const c_char) -> Result<&'a str, Code> {
     if text.is_null() {
         return Err(Code::Pointer);

@@ -17,7 +17,7 @@ use model_core::plant::Pwm;
 
 /// The static library, built as any user of it would.
 static LIBRARY: LazyLock<PathBuf> = LazyLock::new(|| {
-    // Cargo's folder for tests lies in the target folder.
+    // Cargo's folder for tests is in the target folder.
     let target = Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap();
     let mut build = Command::new(env!("CARGO"));
     build.args([

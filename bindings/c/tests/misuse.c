@@ -1,4 +1,4 @@
-/* Everything that a caller can get wrong gives the error code that the header names. */
+/* Every misuse by a caller gives the error code that the header documents. */
 #include "actuator.h"
 
 #include <math.h>
@@ -41,7 +41,7 @@ static void memory_that_holds_nothing(void)
     EXPECT_ERROR(NOT_READY, actuator_advance_to(&actuator, 0.0, 1.0));
     EXPECT_ERROR(NOT_READY, actuator_set_load_nm(&actuator, 0.0));
     EXPECT_ERROR(NOT_READY, actuator_read(&actuator, &reading));
-    /* Settings are no actuator, nor is anything else. */
+    /* Settings and arbitrary bytes are not accepted as an actuator. */
     memset(&actuator, 0xff, sizeof actuator);
     EXPECT_ERROR(NOT_READY, actuator_read(&actuator, &reading));
 }
@@ -122,7 +122,7 @@ static void time_and_commands(void)
     EXPECT_ERROR(TIME, actuator_advance_to(&actuator, 0.0, HUGE_VAL));
     EXPECT_ERROR(NONE, actuator_read(&actuator, &after));
     EXPECT(memcmp(&before, &after, sizeof before) == 0);
-    /* A start that fails leaves no actuator. */
+    /* After a failed initialisation there is no valid actuator. */
     EXPECT_ERROR(POINTER, actuator_start(&actuator, sizeof actuator, NULL, NULL));
     EXPECT_ERROR(NOT_READY, actuator_advance(&actuator, 0.0, 1));
 }

@@ -13,7 +13,7 @@ use actuator_c::settings::{
 
 const CASES: &str = include_str!("../../../tests/scenarios.txt");
 
-/// Keys of which C has none: the caller gives the commands and steps.
+/// Keys that do not exist in C, where the caller sets the commands and steps.
 const LEFT_OUT: [&str; 3] = ["input", "duration_s", "every"];
 
 fn text(value: &str) -> CString {

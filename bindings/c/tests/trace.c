@@ -1,9 +1,9 @@
 /*
- * Prints the trace of an actuator, number by number in bits.
+ * Prints the trace of an actuator, the bits of each number in hexadecimal.
  *
  * Usage: trace MODEL PLANT PRESET PWM SEED < steps
- * Each step is a line `command_deg ticks load_nm`. Half way the actuator is kept, driven astray and
- * put back.
+ * Each step is a line `command_deg ticks load_nm`. After half of the steps the state is saved, changed by other
+ * steps, and restored.
  */
 #include "actuator.h"
 

@@ -137,7 +137,7 @@ impl ModelDescription<'_> {
         Some(Number(value).to_string())
     }
 
-    /// The lower and the upper limit of the value, as far as it has finite ones.
+    /// The lower and the upper limit of the value, if they are finite.
     fn limits(&self, variable: &Variable) -> [Option<Number>; 2] {
         match variable.quantity {
             Quantity::Input(p) | Quantity::Parameter(p) => {

@@ -58,7 +58,7 @@ class Unit:
 
 
 class Instance:
-    """A running FMU, and what its logger was told."""
+    """A running FMU, and the messages to its logger."""
 
     def __init__(self, unit, guid=None, messages=None):
         self.unit = unit
@@ -88,7 +88,7 @@ class Instance:
         return self.fmu.getReal([self.unit.references[name] for name in names])
 
     def run(self, step_ms, first=0, steps=None):
-        """Steps; the command of each 20 ms is random but known. Gives time in ms and outputs."""
+        """Steps with a seeded random command per 20 ms; returns time in ms and outputs."""
         rows = {}
         steps = steps or round(DURATION_S * 1e3 / step_ms)
         for i in range(first, first + steps):
@@ -106,7 +106,7 @@ COMMANDS = np.random.default_rng(1).uniform(-90.0, 90.0, 100)
 
 
 def for_each_unit(test):
-    """Runs a test on every FMU, whichever fails."""
+    """Runs a test on every FMU, also after a failure."""
 
     @functools.wraps(test)
     def run(self):
@@ -128,7 +128,7 @@ class Fmus(unittest.TestCase):
         shutil.rmtree(cls.folder)
 
     def simulated(self, unit, times_s, commands, *options):
-        """The trace of every tick that `actuator simulate` gives for these commands."""
+        """The trace of every tick by `actuator simulate` for these commands."""
         file = Path(self.folder) / "command.csv"
         rows = "".join(f"{t!r},{c!r}\n" for t, c in zip(times_s.tolist(), commands.tolist()))
         file.write_text("t,command_deg\n" + rows)
@@ -139,8 +139,8 @@ class Fmus(unittest.TestCase):
         return np.genfromtxt(io.StringIO(text), delimiter=",", names=True)
 
     def compare(self, unit, result, trace):
-        """A row of the trace is seen after the PWM edge and the control step of its instant, an
-        output before it: what these change stands one tick earlier in the trace."""
+        """A row of the trace has the values after the PWM edge and the control step of its instant, an
+        output of the FMU those before: values changed there are one tick earlier in the trace."""
         ticks = np.rint(result["time"] / TICK_S).astype(int)
         ticks, result = ticks[ticks > 0], result[ticks > 0]
         settled = trace["command_delayed"][ticks] == trace["command_delayed"][ticks - 1]
@@ -150,7 +150,7 @@ class Fmus(unittest.TestCase):
                 at_edge = name in ("duty_pct", "angle_meas_deg", "rate_meas_deg_s")
                 expected, seen = trace[name][ticks - at_edge], result[name]
             else:
-                # Rate and duty of the other models depend on the command of the very instant.
+                # Rate and duty of the other models depend on the command at the same instant.
                 expected, seen = trace[name][ticks][settled], result[name][settled]
             np.testing.assert_array_equal(seen, expected, err_msg=name)
 

@@ -17,7 +17,7 @@ KINDS = [
 
 
 def moved(servo):
-    """Readings on a way that is not still at its end."""
+    """Readings during a motion that has not settled."""
     readings = [servo.advance(40.0, ticks=1), servo.advance(40.0, seconds=0.0333)]
     return [*readings, servo.advance(-25.0, ticks=977), servo.advance(10.0, ticks=200)]
 
@@ -28,14 +28,14 @@ def test_steps_lead_where_the_recorded_run_leads(kind):
     trace = sa.simulate(**kind, command=(t, command), duration=1.0, every=7)
     servo = sa.Actuator(**kind)
     for row, time in enumerate(trace.t):
-        # A row is the state after the edge at its tick; the step ends just before it.
+        # A row is the state after the PWM edge at its tick; the step ends just before the edge.
         tick = round(time * 20_000)
         while servo.tick < tick:
             now = command[np.searchsorted(t, servo.time + 1e-9, side="right") - 1]
             reading = servo.advance(now, ticks=1)
         if tick:
             assert reading.angle_deg == trace.angle_deg[row], time
-            # The rate of black box 1 jumps with its command, which a row has seen already.
+            # The rate of black box 1 jumps with its command, which is already applied in a row.
             if kind["model"] != "black-box-1":
                 assert reading.rate_deg_s == trace.rate_deg_s[row], time
 

@@ -33,7 +33,7 @@ def test_arrays_give_back_the_parameters_that_made_them():
     parameters = estimates(found)
     truth = {"pole_rad_s": 30.0, "delay_s": 0.0175, "rate_limit_up_deg_s": 240.0}
     for name, value in truth.items():
-        # Four of its standard errors: a draw beyond is one in 16,000.
+        # Four standard errors, which are exceeded with a probability of 1/16,000.
         error = parameters[name]["standard_error"]
         assert abs(parameters[name]["estimate"] - value) < 4.0 * error, name
     assert parameters["position_limit_deg"]["fixed"]
@@ -115,7 +115,7 @@ def test_recordings_that_are_none_are_named(tmp_path):
 
 
 def test_the_interpreter_is_free_meanwhile_and_an_interrupt_ends_the_search():
-    # Who starts Python in the background may have it ignore interrupts.
+    # A Python that was started in the background may ignore interrupts.
     signal.signal(signal.SIGINT, signal.default_int_handler)
     # A search of many starts, and a thread that counts and then interrupts.
     runs = [recording(input="sine")]

@@ -85,7 +85,7 @@ def test_other_threads_run_meanwhile():
         time.sleep(0.001)
         beats += 1
     worker.join()
-    # A held interpreter would leave one or two.
+    # With a blocked interpreter there would be one or two.
     assert beats > 20
 
 
@@ -107,6 +107,6 @@ def test_dask_gives_what_a_serial_run_gives():
     done = subprocess.run(command, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
     assert "600 runs: the results are equal" in done.stdout
-    # How much faster depends on what else the machine does.
+    # The speed-up depends on the load of the machine.
     print(done.stdout)
     assert float(re.search(r"speed-up ([\d.]+)", done.stdout)[1]) > 0

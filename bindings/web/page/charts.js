@@ -1,4 +1,4 @@
-// Plots whose curves may come and go.
+// Plots with a variable set of curves.
 
 const css = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 const short = (v, digits = 4) => {
@@ -7,7 +7,7 @@ const short = (v, digits = 4) => {
   return rounded && Math.abs(rounded) < 1e-3 ? rounded.toExponential() : String(rounded);
 };
 
-// A plot is rebuilt when its curves are others, and fed otherwise.
+// A plot is rebuilt when its set of curves changes; otherwise only its data are replaced.
 class Chart {
   constructor(id, { y, x = 't (s)', log = false, height = 170, incrs, sync }) {
     Object.assign(this, { host: document.getElementById(id), y, x, log, height, incrs, sync, curves: '' });
@@ -18,7 +18,7 @@ class Chart {
     if (this.plot && this.host.clientWidth) this.plot.setSize({ width: this.host.clientWidth, height: this.tall() });
   }
 
-  // On a phone the first plot stays in sight while the sliders are moved.
+  // On a small screen the first plot remains visible while the sliders are moved.
   tall() {
     return innerWidth < 760 ? Math.min(this.height, 190) : this.height;
   }
@@ -45,7 +45,7 @@ class Chart {
       values: (u, at) => at.map(v => v == null ? '' : short(v)),
       ...more,
     });
-    // Without those in between the labels of a decade collide.
+    // Intermediate labels are omitted, as the labels of a decade would overlap.
     const decades = at => at.map(v => v == null || ![1, 2, 5].includes(Math.round(v / 10 ** Math.floor(Math.log10(v) + 1e-9))) ? '' : short(v));
     return {
       width: this.host.clientWidth, height: this.tall(), padding: [8, 12, 0, 0],

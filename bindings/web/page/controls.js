@@ -1,7 +1,7 @@
-// Sliders and boxes, made from the tables of the core.
+// Sliders and input boxes, generated from the tables of the core.
 
-// The parameters that stand first, with the range of their sliders: the tables' ranges are those
-// of what is possible, these of what is usual. What a model does not have is left out.
+// The parameters that are shown first, with the ranges of their sliders: the tables contain the
+// permitted ranges, these are the usual ones. Parameters that a model does not have are omitted.
 const SHORT = [
   ['Control', {
     position_gain: [0, 40], proportional_gain: [0, 10], integral_gain: [0, 100], anti_windup_gain: [0, 50],
@@ -37,7 +37,8 @@ const written = v => v === Infinity ? '∞' : short(v, 6);
 const told = (v, unit) => v === Infinity || v == null ? 'no limit' : `${short(v, 6)}${unit === '1' ? '' : ' ' + unit}`;
 const read = text => /^\s*(∞|no limit|none|inf(inity)?)\s*$/i.test(text) ? 'inf' : text.replace(/[^\w.+-]/g, '');
 
-// One parameter: name, slider where its range is known, box. `changed` gets the text of the value.
+// One parameter: name, slider if it has a range above, input box. `changed` receives the text of the
+// value.
 class Control {
   constructor(key, p, range, changed) {
     Object.assign(this, { key, p, range });
@@ -63,7 +64,7 @@ class Control {
     this.row.append(this.box, make('span', { className: 'unit' }, p.unit === '1' ? '' : p.unit));
   }
 
-  // The last step of a parameter without an upper limit is no limit.
+  // The last position of a slider without an upper limit means no limit.
   value(step) {
     const [low, high, law] = this.range;
     if (step === STEPS && this.p.max === null) return 'inf';

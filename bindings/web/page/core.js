@@ -1,4 +1,4 @@
-// The core behind plain functions: text goes in, text and numbers come out.
+// Wrapper of the WebAssembly core: functions from text to text and numbers.
 
 async function loadCore(base64) {
   const bytes = Uint8Array.from(atob(base64), c => c.charCodeAt(0));
@@ -18,7 +18,7 @@ async function loadCore(base64) {
 
   const catalogue = call('catalogue');
 
-  // A copy: the next run writes over the memory.
+  // A copy, as the next run overwrites the memory.
   const trace = figures => {
     const rows = wasm.trace_rows();
     const values = new Float64Array(wasm.memory.buffer, wasm.trace(), rows * catalogue.columns.length).slice();

@@ -1,4 +1,4 @@
-// The page: the controls change the state, the core runs it, the plots show it.
+// The page: the controls change the state, the core simulates it, the plots show the results.
 
 const by = id => document.getElementById(id);
 
@@ -16,7 +16,7 @@ const duration = longest_s => ({
 });
 const EVERY_TICKS = 20, MOST_SHOWN = 30_000, REST_MS = 120;
 
-const say = (id, text) => {
+const setMessage = (id, text) => {
   by(id).hidden = !text;
   by(id).textContent = text ?? '';
 };
@@ -37,9 +37,9 @@ class Page {
     by(id).replaceChildren(...options.map(([value, text, title]) => make('option', { value, title }, text)));
   }
 
-  // The state that stands in the address, and the pinned one.
+  // The state in the address, and the pinned one.
   load() {
-    // Nothing here needs escapes, but mail programs add them.
+    // The address needs no escapes, but mail programs add them.
     const plain = location.hash.slice(1).replace(/%[0-7][0-9a-f]/gi, decodeURIComponent);
     const [text, other] = plain.split('~');
     this.state = new State(this.core.catalogue, text);
@@ -47,12 +47,12 @@ class Page {
     try {
       if (other) this.pin(other);
     } catch {
-      // A pinned run that cannot be run is no reason not to show this one.
+      // An invalid pinned run does not prevent the present one.
     }
     this.rebuild();
   }
 
-  // Everything that depends on which model and input there are.
+  // Updates everything that depends on the selected model and input.
   rebuild() {
     const { choice, input, preset } = this.state;
     this.controls = [];
@@ -84,7 +84,7 @@ class Page {
     host.append(control.row);
   }
 
-  // Runs and draws with the next frame: a slider moves more often than that.
+  // Simulates and draws once per frame, as sliders send events more often.
   refresh() {
     this.showControls();
     this.due ||= requestAnimationFrame(() => {
@@ -94,7 +94,7 @@ class Page {
       try {
         this.trace = this.run(this.state);
       } catch (error) {
-        say('error', `Not run: ${error.message}.`);
+        setMessage('error', `Not run: ${error.message}.`);
         document.body.dataset.state = 'refused';
         return;
       }
@@ -103,7 +103,7 @@ class Page {
     });
   }
 
-  // Long runs are thinned to what a plot can show.
+  // Long runs are decimated to the resolution of a plot.
   run(state) {
     const run = every => this.core.run(`${state}${state.values.has('every') ? '' : `&every=${every}`}`);
     const trace = run(EVERY_TICKS), times = Math.ceil(trace.rows / MOST_SHOWN);
@@ -112,8 +112,8 @@ class Page {
 
   show(start, computed) {
     const { preset, choice } = this.state;
-    say('error', '');
-    say('warning', preset.warning && `${preset.name}: ${preset.warning}`);
+    setMessage('error', '');
+    setMessage('warning', preset.warning && `${preset.name}: ${preset.warning}`);
     by('summary').textContent = preset.summary;
     by('pin').setAttribute('aria-pressed', this.pinned !== null);
     by('pin').textContent = this.pinned ? 'Unpin' : 'Pin';
@@ -125,7 +125,7 @@ class Page {
     document.body.dataset.ms = (end - start).toFixed(1);
   }
 
-  // What takes longer, or is limited by browsers, waits until nothing moves.
+  // Slow updates, and those that browsers limit in rate, wait until no slider moves.
   rest() {
     const start = performance.now();
     this.bode = this.core.frequency(String(this.state));
@@ -143,7 +143,7 @@ class Page {
   showControls() {
     for (const control of this.controls) {
       const { key, p } = control, isSet = this.state.values.has(key);
-      // Unless it is said, a run is as long as it turned out.
+      // Without a given duration, that of the simulated run is shown.
       const text = key === 'duration_s' && !isSet ? String(this.length()) : this.state.value(key, p);
       control.show(text, isSet);
     }
@@ -154,7 +154,7 @@ class Page {
     try {
       if (hash !== location.hash) history.replaceState(null, '', hash);
     } catch {
-      // Some browsers refuse it for files: the address stays as it is.
+      // Some browsers refuse it for local files: the address is unchanged.
     }
   }
 
@@ -192,9 +192,9 @@ class Page {
       act();
       then.call(this);
     });
-    changing('model', 'change', () => this.state.turnTo(by('model').value), this.rebuild);
+    changing('model', 'change', () => this.state.selectModel(by('model').value), this.rebuild);
     changing('preset', 'change', () => this.state.take(by('preset').value), this.refresh);
-    changing('input', 'change', () => this.state.turnToInput(by('input').value), this.rebuild);
+    changing('input', 'change', () => this.state.selectInput(by('input').value), this.rebuild);
     changing('reset', 'click', () => this.state.values.clear(), this.rebuild);
     changing('pin', 'click', () => this.pinned ? this.pinned = null : this.pin(String(this.state)), this.refresh);
     by('csv').addEventListener('click', () => this.save());
@@ -211,7 +211,7 @@ async function start(base64) {
   try {
     new Page(await loadCore(base64));
   } catch (error) {
-    say('error', `The page does not run in this browser: ${error.message}`);
+    setMessage('error', `The page does not run in this browser: ${error.message}`);
     throw error;
   }
 }

@@ -1,4 +1,4 @@
-// What a run looks like: its plots and its figures of merit, with the pinned one beside it.
+// Plots and figures of merit of the present run and of the pinned one.
 
 const MERITS = [
   ['Rise 10–90 %', f => f.rise_s, 1e3, 'ms'], ['To 90 %', f => f.t90_s, 1e3, 'ms'],
@@ -13,7 +13,7 @@ function tiles(now, pinned) {
   return MERITS.map(([name, of, scale, unit]) => {
     const value = ({ trace, bode }) => {
       const v = of(trace.figures, bode);
-      // What is below a hundredth is noise to a reader.
+      // Differences below a hundredth are not shown.
       return v == null ? '–' : `${short(Math.round(v * scale * 100) / 100, 3)} ${unit}`;
     };
     const tile = make('div', { className: 'tile' }, make('span', {}, name), make('b', {}, value(now)));
@@ -63,7 +63,7 @@ class Plots {
 
 const pinnedCurve = y => ({ label: 'pinned', y, colour: '--ghost', width: 2.5 });
 
-// A column of a trace at other times.
+// A column of a trace, interpolated at other times.
 function held({ columns, rows }, column, times) {
   const step = columns.t[1] ?? 1, of = columns[column];
   return Array.from(times, t => {
@@ -72,7 +72,7 @@ function held({ columns, rows }, column, times) {
   });
 }
 
-// What is to be known of a measured frequency response.
+// Summary of a measured frequency response.
 function onResponse({ linear_share: share }, amplitude_deg) {
   return `Measured: 23 sines at once, ${short(amplitude_deg)} deg each up to 1 Hz and falling with the frequency above, ` +
     `one period of 4 s to settle and one to correlate. ${short(100 * share)} % of the response's power stands at these frequencies` +

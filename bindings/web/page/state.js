@@ -1,4 +1,4 @@
-// What is run: names of what is chosen, and texts of the values that are not the preset's.
+// The run: names of model, preset and input, and texts of the values that differ from the preset.
 
 class State {
   constructor(catalogue, text) {
@@ -13,7 +13,7 @@ class State {
       return value;
     };
     const model = take('model', 'board'), plant = take('plant', 'first-order');
-    // Names that there are not stay for the core to judge.
+    // Unknown names are kept; the core reports them.
     this.model = model === 'board' ? `${model} ${plant}` : model;
     this.presetName = take('preset', '') || this.choice.presets[0].name;
     this.inputName = take('input', 'pulse');
@@ -43,7 +43,7 @@ class State {
     return entries.map(entry => entry.join('=')).join('&');
   }
 
-  // The text of a value, whoever said it.
+  // The text of a value: the user's, otherwise that of the preset or the default.
   value(key, p) {
     const { values } = this.preset;
     const value = this.values.get(key) ?? (p.name === key && key in values ? values[key] : p.default);
@@ -55,26 +55,26 @@ class State {
     else this.values.set(key, text);
   }
 
-  // What the other model has too is kept.
-  turnTo(model) {
+  // Values of parameters that the other model has too are kept.
+  selectModel(model) {
     const before = this.presetName;
     this.model = model;
     const { parameters, presets } = this.choice;
     this.presetName = (presets.find(p => p.name === before) ?? presets[0]).name;
-    this.forget(key => !ofRun(key) && !parameters.some(p => p.name === key));
+    this.deleteValues(key => !ofRun(key) && !parameters.some(p => p.name === key));
   }
 
   take(preset) {
     this.presetName = preset;
-    this.forget(key => !ofRun(key) && key !== 'delay_s' && key !== 'host_period_s');
+    this.deleteValues(key => !ofRun(key) && key !== 'delay_s' && key !== 'host_period_s');
   }
 
-  turnToInput(name) {
+  selectInput(name) {
     this.inputName = name;
-    this.forget(key => key.startsWith('input.') || key === 'duration_s');
+    this.deleteValues(key => key.startsWith('input.') || key === 'duration_s');
   }
 
-  forget(which) {
+  deleteValues(which) {
     for (const key of [...this.values.keys()]) if (which(key)) this.values.delete(key);
   }
 }

@@ -1,4 +1,4 @@
-// A headless Chromium, spoken to through pipes: no package and no port.
+// A headless Chromium, controlled through pipes without a package or a port.
 import { spawn } from 'node:child_process';
 import { mkdtempSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
@@ -34,7 +34,7 @@ export async function launch(program = process.env.CHROMIUM ?? 'chromium') {
     child.stdio[3].write(JSON.stringify({ id, method, params, sessionId }) + '\0');
   });
 
-  // A page whose errors, warnings and requests are kept.
+  // A page; its errors, warnings and requests are recorded.
   const open = async (url, { width = 1280, height = 900, dark = false, touch = false } = {}) => {
     const { targetId } = await send('Target.createTarget', { url: 'about:blank' });
     const { sessionId } = await send('Target.attachToTarget', { targetId, flatten: true });

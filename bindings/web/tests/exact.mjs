@@ -1,4 +1,4 @@
-// Holds the page's core against `actuator simulate`, bit for bit: node exact.mjs PAGE.html ACTUATOR
+// Compares the page's core with `actuator simulate`, bit for bit: node exact.mjs PAGE.html ACTUATOR
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
@@ -14,7 +14,7 @@ const core = await runInThisContext(`${source}\nloadCore`)(base64);
 const TICKS = 30_000, TICK_S = 50e-6, HELD = 80;
 const directory = mkdtempSync(join(tmpdir(), 'actuator-exact-'));
 
-// Steps of any size in a fixed order, some of which are too large to be followed.
+// Steps of various sizes in a fixed order, some of which saturate the actuator.
 function commands() {
   let x = 12345;
   const next = () => (x = (Math.imul(x, 1103515245) + 12345) >>> 0) / 2 ** 32;
@@ -36,8 +36,9 @@ function simulated(file, options) {
 const bits = new DataView(new ArrayBuffer(8));
 const asBits = v => (bits.setFloat64(0, v), bits.getBigUint64(0));
 
-// A trace of the core shows an instant before anything happens there, a row of the program after:
-// what is decided at an instant stands in the row of the tick and in the trace a tick later.
+// A trace of the core has the values before the updates at an instant, a row of the program those
+// after them: a value computed at an instant is in the row of that tick, and in the trace one tick
+// later.
 function compare(name, trace, rows, model) {
   let compared = 0;
   const same = (column, at, of, row) => {
@@ -51,9 +52,9 @@ function compare(name, trace, rows, model) {
     same('command', i, 'command', i);
     same('angle_deg', i, 'angle_deg', i);
     if (i === 0) continue;
-    // The program's column is only delayed; the core shows what the host sampled as well.
+    // The program's column is only delayed; that of the core is also sampled by the host.
     if (!name.includes('host_period_s')) same('command_delayed', i, 'command_delayed', i - 1);
-    // What a model decides in continuous time depends on the command that arrives now.
+    // Outputs of the continuous models depend on the command at the same instant.
     const arrived = trace.columns.command_delayed;
     const arrives = i + 1 === TICKS || arrived[i + 1] !== arrived[i];
     if (model === 'board') {
@@ -89,7 +90,7 @@ try {
   assert.throws(() => core.follow('', { length: 1e9 }), /too many/);
   assert.throws(() => core.run('x'.repeat(1e6)), /too long/);
 
-  // Either end of every range: a refusal has a code, a trap would not.
+  // Both ends of every range: a refused value gives an error code, a trap does not.
   const ends = ({ name, min, max }, prefix = '') => [min, max ?? 'inf'].map(value => `${prefix}${name}=${value}`);
   const choices = core.catalogue.choices.flatMap(({ model, plant, parameters }) =>
     parameters.flatMap(p => ends(p)).map(end => `model=${model}&${plant ? `plant=${plant}&` : ''}${end}`));

@@ -1,4 +1,4 @@
-// Opens the page from its file in Chromium and uses it: node page.mjs PAGE.html SCREENSHOTS
+// Opens the page as a local file in Chromium and operates it: node page.mjs PAGE.html SCREENSHOTS
 import assert from 'node:assert/strict';
 import { existsSync, mkdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { join, resolve } from 'node:path';
@@ -17,7 +17,7 @@ try {
     await page.until(READY);
     page.merit = name => page.evaluate(`[...document.querySelectorAll('.tile')].find(t => t.firstChild.textContent === '${name}').querySelector('b').textContent`);
     page.text = id => page.evaluate(`const e = document.getElementById('${id}'); e.hidden ? '' : e.textContent`.replace('const e = ', 'var e = '));
-    // A change as a user makes it, and what follows from it.
+    // A change by the user, and its effects.
     page.set = async (id, value, event) => {
       await page.evaluate(`document.body.dataset.state = 'changed'; { const e = document.getElementById('${id}'); e.value = '${value}'; e.dispatchEvent(new Event('${event}')); }`);
       await page.until("document.body.dataset.state !== 'changed'");
@@ -43,7 +43,7 @@ try {
     assert.equal(drawn, 5, 'angle, rate, duty, gain and phase');
     await page.picture('desktop');
 
-    // Times include the drawing; a loaded machine is given some room.
+    // Times include the drawing; the limits allow for a loaded machine.
     const times = [];
     for (const step of [50, 90, 130, 170, 210]) {
       await page.set('p-position_gain-slider', step, 'input');
@@ -61,11 +61,11 @@ try {
     assert.match(await page.evaluate('location.hash'), /preset=as-printed-strict.*~model=board.*position_gain=21/);
     await page.picture('pinned');
 
-    // The address leads back to both runs.
+    // The address restores both runs.
     const again = await visit(await page.evaluate('location.hash'), {});
     const merits = "document.getElementById('merits').textContent";
     assert.equal(await again.evaluate(merits), await page.evaluate(merits));
-    // A page behind another is not drawn.
+    // Browsers do not draw a page in the background.
     await page.send('Page.bringToFront');
 
     await page.send('Browser.setDownloadBehavior', { behavior: 'allow', downloadPath: resolve(pictures) });
@@ -118,7 +118,7 @@ try {
   }
 
   {
-    // An address that leads nowhere says so, and the page still works.
+    // An invalid address gives a message, and the page still works.
     const page = await browser.open(`${url}#model=bord&P=NaN`);
     await page.until("document.body.dataset.state === 'refused'");
     assert.match(await page.evaluate("document.getElementById('error').textContent"), /unknown model `bord`/);

@@ -18,7 +18,7 @@ def command_deg(time_s):
 
 
 def tolerance_deg(frame_s):
-    """How far the system may be from the model, deg.
+    """Tolerance between the system and the model, deg.
 
     At full rate a shift in time by a frame makes RATE_LIMIT * frame. JSBSim's delay of 17.5 ms is rounded down to whole
     frames and short by one more: at most two. The trapezoid of its integrator meets a step half a frame late. And the
@@ -32,7 +32,7 @@ def differences(library, folder, name, frame_s):
     fdm = servo.simulator(folder, name, frame_s)
     fdm["ic/h-sl-ft"], fdm["ic/vc-kts"] = 3000, 100
     fdm.run_ic()
-    # The system starts with its delay line full of zeros: so does the model with a first command of 0.
+    # The delay line of the system is initially zero, like that of the model after a first command of 0.
     model = servo.Servo(library, "black-box-1")
     system = lag = 0.0
     for frame in range(1, round(END_S / frame_s) + 1):
@@ -55,7 +55,7 @@ def main():
             allowed = tolerance_deg(1 / frames)
             failed |= not system <= allowed
             print(f"1/{frames:<9}{system:<14.3f}{allowed:<15.3f}{lag:.3f}")
-    # The other one does not come nearer, however short the frame.
+    # The error of JSBSim's own lag does not decrease with the frame time.
     failed |= not lag > 1.0
     return failed
 

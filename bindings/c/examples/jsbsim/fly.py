@@ -14,7 +14,7 @@ FRAME_S = 1 / 120
 END_S = 240.0
 START_FT, CLIMB_FT = 3000.0, 100.0
 
-# What moves the elevator: a model with its parameters, or None for an elevator that follows at once.
+# Actuator of the elevator: a model with its parameters, or None for an ideal elevator without delay.
 SERVOS = {
     "ideal": None,
     "board": ("board", {}),
@@ -23,13 +23,13 @@ SERVOS = {
     "slow and late": ("board", {"motor_gain_up": 0.374, "motor_gain_down": 0.374, "delay_s": 0.8}),
 }
 
-# A good servo changes the flight by so little, ft: a tenth of the climb. The slow one must change it by more, or it
-# would not be in the loop.
+# Maximum change of the altitude by a fast servo, ft: a tenth of the climb. A slow servo must change it by more, which
+# proves that the servo is in the loop.
 NEAR_FT = 0.1 * CLIMB_FT
 
 
 def fly(library, folder, name, choice):
-    """Flies; gives the rows of time, s, altitude, ft, elevator command and elevator, deg."""
+    """Flies; returns rows of time, s, altitude, ft, elevator command and elevator, deg."""
     fdm = servo.simulator(folder, name, FRAME_S)
     fdm["ic/h-sl-ft"], fdm["ic/vc-kts"] = START_FT, 100
     fdm["fcs/throttle-cmd-norm"], fdm["fcs/mixture-cmd-norm"] = 0.75, 0.9

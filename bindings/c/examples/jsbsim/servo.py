@@ -1,4 +1,4 @@
-"""The C library of the smart actuator through ctypes, and a JSBSim aircraft that has a place for it."""
+"""The C library of the smart actuator through ctypes, and a JSBSim aircraft with an external servo."""
 import ctypes
 import math
 import pathlib
@@ -23,7 +23,7 @@ class _Why(ctypes.Structure):
 
 
 class Reading(ctypes.Structure):
-    """struct actuator_reading: what can be seen of an actuator."""
+    """struct actuator_reading: the outputs of an actuator."""
 
     _fields_ = [("tick", ctypes.c_uint64)] + [
         (name, ctypes.c_double)
@@ -54,21 +54,21 @@ class Servo:
             raise ValueError(self._why.text.decode() or f"error {code}")
 
     def advance_to(self, command_deg, time_s):
-        """Moves to a time after the start, s, with this command held, deg; gives the angle, deg."""
+        """Advances to a time after the start, s, with a constant command, deg; returns the angle, deg."""
         self._why.text = b""
         self._check(self._c.actuator_advance_to(
             ctypes.byref(self._actuator), ctypes.c_double(command_deg), ctypes.c_double(time_s)))
         return self.reading().angle_deg
 
     def reading(self):
-        """What can be seen now."""
+        """The present outputs."""
         now = Reading()
         self._check(self._c.actuator_read(ctypes.byref(self._actuator), ctypes.byref(now)))
         return now
 
 
 def aircraft(folder):
-    """Writes c172x with a servo in its elevator into the folder, and gives the name of the aircraft.
+    """Writes c172x with a servo in its elevator into the folder, and returns the name of the aircraft.
 
     Its own elevator actuator makes room for the property servo/elevator-deg; the system black_box_1 comes aboard.
     """
@@ -93,7 +93,7 @@ def aircraft(folder):
 
 
 def simulator(folder, name, frame_s):
-    """JSBSim with that aircraft, quiet, at this frame time, s."""
+    """JSBSim with that aircraft and this frame time, s, without log output."""
     jsbsim.FGJSBBase().debug_lvl = 0
     fdm = jsbsim.FGFDMExec(str(folder))
     fdm.set_debug_level(0)

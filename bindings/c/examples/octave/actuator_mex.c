@@ -4,11 +4,12 @@
  *   state = actuator_mex(model, plant, names, values)
  *       An actuator at rest: names is a cell array of parameters, values their values.
  *   [state, readings] = actuator_mex(state, commands_deg, ticks)
- *       Holds each command for so many ticks of 50 us; a row of readings after each. Its columns: time, s; command that
- *       has arrived, angle, deg; rate, deg/s; duty, %; measured angle, deg; measured rate, deg/s; current, A; back-EMF, V.
+ *       Holds each command for `ticks` ticks of 50 us; returns a row of readings after each. The columns: time, s;
+ *       delayed command, angle, deg; rate, deg/s; duty, %; measured angle, deg; measured rate, deg/s; current, A;
+ *       back-EMF, V.
  *
- * The state is a value (a column of uint64): keep it, and you have a snapshot. It is valid within the session, and must
- * be left as it is.
+ * The state is a value (a column of uint64): a copy is a snapshot. It is valid within the session, and its elements must
+ * not be modified.
  *
  * Build: mkoctfile --mex -I../../include actuator_mex.c libactuator_c.a
  */
@@ -67,7 +68,7 @@ static mxArray *advance(const mxArray *arguments[])
     mxArray *readings;
     double *out;
 
-    /* Written so that NaN fails; a double counts exactly to far beyond the longest step. */
+    /* Written so that NaN fails; a double represents every permitted number of ticks exactly. */
     if (!(ticks >= 0.0 && ticks <= (double)ACTUATOR_LONGEST_STEP_TICKS && ticks == (double)(uint64_t)ticks))
         mexErrMsgIdAndTxt("actuator:usage", "expected a whole number of ticks");
     readings = mxCreateDoubleMatrix(rows, COLUMNS, mxREAL);

@@ -1,9 +1,9 @@
-% The MEX function against the traces of the program `actuator`, bit for bit.
+% Compares the MEX function with the traces of the program `actuator`, bit for bit.
 %
-% Usage: octave compare.m PROGRAM, where actuator_mex can be found.
+% Usage: octave compare.m PROGRAM, with actuator_mex in the path.
 1;
 
-% What the program simulates, read from its CSV by name of the column.
+% The trace of the program, read from its CSV by the names of the columns.
 function [columns, names] = simulate(program, model, plant)
   if strcmp(model, 'board')
     model = ['board --plant ' plant];
@@ -13,7 +13,7 @@ function [columns, names] = simulate(program, model, plant)
   assert(status == 0);
   [header, rest] = strtok(text, "\n");
   names = strsplit(header, ',');
-  % Not textscan, which is a bit off in the last digit.
+  % Not textscan, which rounds the last digit differently.
   columns = reshape(sscanf(strrep(rest, ',', ' '), '%f'), numel(names), []).';
 end
 
@@ -24,8 +24,9 @@ function same_bits(what, a, b)
   end
 end
 
-% A row of the program is what is true before the plant moves on, after what control and timer do at that instant. The
-% state is therefore read before the step, what control and timer did one tick later.
+% A row of the program has the values after the updates of control step and timer at that instant, before the plant
+% advances. The state of the plant is therefore read before the step, the outputs of control step and timer one tick
+% later.
 function compare(program, model, plant)
   [rows, names] = simulate(program, model, plant);
   column = @(name) rows(:, strcmp(names, name));
@@ -41,7 +42,7 @@ function compare(program, model, plant)
   same_bits('time', before(:, 1), column('t'));
   same_bits('command', after(:, 2), column('command_delayed'));
   same_bits('angle', before(:, 3), column('angle_deg'));
-  % The black boxes and the grey box have a rate and a duty that jump with the command: those of neither reading.
+  % Rate and duty of the black boxes and the grey box jump with the command and are in neither reading.
   if strcmp(model, 'board')
     same_bits('rate', before(:, 4), column('rate_deg_s'));
     same_bits('duty', after(:, 5), column('duty_pct'));

@@ -163,7 +163,7 @@ pub unsafe extern "C" fn fmi2Terminate(c: *mut Component) -> Status {
     unsafe { call(c, "fmi2Terminate", Instance::terminate) }
 }
 
-/// Puts everything back to what it was right after the instantiation.
+/// Restores the state directly after the instantiation.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2Reset(c: *mut Component) -> Status {
     let body = |instance: &mut Instance| {

@@ -120,7 +120,7 @@ pub unsafe extern "C" fn fmi2GetBoolean(
     }
 }
 
-/// Reads strings: the FMU has none.
+/// Reads strings: the FMU has no string variables.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetString(
     c: *mut Component,
@@ -182,7 +182,7 @@ pub unsafe extern "C" fn fmi2SetBoolean(
     }
 }
 
-/// Writes strings: the FMU has none.
+/// Writes strings: the FMU has no string variables.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SetString(
     c: *mut Component,

@@ -7,7 +7,7 @@ use std::sync::Mutex;
 use actuator_fmu::{abi::*, description, variables};
 use model_core::actuator::Settings;
 
-/// What a logger was told, per instance.
+/// The messages to the logger, by instance.
 pub type Messages = Mutex<Vec<String>>;
 
 /// Without its variable arguments, which no message has: the calling convention of variadic
@@ -19,7 +19,7 @@ unsafe extern "C" fn log(
     category: *const c_char,
     message: *const c_char,
 ) {
-    // SAFETY: what `Host` gave, and strings that live for the call.
+    // SAFETY: the pointer is from `Host`, and the strings live during the call.
     let (messages, [name, category, message]) = unsafe {
         (
             &*environment.cast::<Messages>(),
@@ -50,7 +50,7 @@ pub fn callbacks(messages: &Messages) -> CallbackFunctions {
     }
 }
 
-/// An instance and what it said.
+/// An instance and its messages.
 pub struct Host {
     pub c: *mut Component,
     names: Vec<&'static str>,
@@ -141,7 +141,7 @@ impl Host {
 
     pub fn bytes(&self, state: FmuState) -> Vec<u8> {
         let mut size = 0;
-        // SAFETY: a place for the size, then one for so many bytes.
+        // SAFETY: valid pointers to the size, then to a buffer of this size.
         unsafe {
             assert_eq!(
                 fmi2SerializedFMUstateSize(self.c, state, &mut size),
@@ -156,7 +156,7 @@ impl Host {
 
     pub fn keep_bytes(&self, bytes: &[u8]) -> Result<FmuState, String> {
         let mut state = null_mut();
-        // SAFETY: so many bytes, and a place for a state.
+        // SAFETY: valid pointers to a buffer of this size and to a state.
         let status =
             unsafe { fmi2DeSerializeFMUstate(self.c, bytes.as_ptr(), bytes.len(), &mut state) };
         match status {

@@ -16,7 +16,7 @@ pub fn command_deg(step: u32) -> f64 {
     f64::from(step * 7919 % 101) - 50.0
 }
 
-/// Runs for 0.4 s with steps of so many ticks; calls `each` after each step.
+/// Runs for 0.4 s with steps of this many ticks; calls `each` after each step.
 pub fn run(host: &Host, ticks: u32, mut each: impl FnMut(u32)) {
     let step_s = f64::from(ticks) * 50e-6;
     let mut point_s = 0.0;
@@ -127,7 +127,7 @@ fn a_parameter_that_was_set_acts_and_a_reset_takes_it_back() {
         host.get("angle_deg")
     };
     host.set("rate_limit_up_deg_s", 100.0);
-    // The rate limit for 0.1 s: the first command is taken to have stood there for ever.
+    // The rate limit for 0.1 s: the first command is assumed to have been applied before.
     assert!((angle_after_the_delay() - 10.0).abs() < 1e-9);
     // SAFETY: a component in use by this thread alone.
     assert_eq!(unsafe { actuator_fmu::abi::fmi2Reset(host.c) }, Status::Ok);

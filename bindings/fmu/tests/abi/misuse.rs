@@ -12,7 +12,7 @@ fn bench() -> Host {
     Host::initialized(&scenario::choices().last().unwrap())
 }
 
-/// What the logger says of an instantiation that is refused.
+/// The message of a refused instantiation.
 fn refused(
     name: *const c_char,
     kind: i32,

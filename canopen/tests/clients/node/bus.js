@@ -1,6 +1,6 @@
 'use strict';
 /**
- * A server of its own for each test, and the frames of its bus: slcan over TCP in the shape that node-canopen gives and takes.
+ * A separate server for each test, and the frames of its bus: slcan over TCP in the format of node-canopen.
  */
 const { spawn } = require('node:child_process');
 const { once } = require('node:events');
@@ -8,7 +8,7 @@ const net = require('node:net');
 const readline = require('node:readline');
 const { setTimeout: pause } = require('node:timers/promises');
 
-/** For answers, ms: a busy computer takes its time. */
+/** Response timeout, ms, for a busy computer. */
 const PATIENCE_MS = 4000;
 
 class Bus {
@@ -19,7 +19,7 @@ class Bus {
         const [line] = await once(readline.createInterface({ input: bus.server.stdout }), 'line');
         bus.socket = net.connect(Number(/127\.0\.0\.1:(\d+)/.exec(line)[1]), '127.0.0.1').setNoDelay(true);
         await once(bus.socket, 'connect');
-        bus.socket.on('data', (bytes) => bus.hear(bytes));
+        bus.socket.on('data', (bytes) => bus.receive(bytes));
         bus.socket.write('C\rS8\rO\r');
         return bus;
     }
@@ -30,7 +30,7 @@ class Bus {
         this.frames = [];
     }
 
-    /** Gives the bus to a device of node-canopen. */
+    /** Connects the bus to a device of node-canopen. */
     join(device) {
         device.addListener('message', (message) => this.send(message));
         this.devices.push(device);
@@ -42,7 +42,7 @@ class Bus {
         this.socket.write(`t${head}${data.toString('hex')}\r`);
     }
 
-    hear(bytes) {
+    receive(bytes) {
         const lines = (this.rest + bytes.toString('latin1')).split(/[\r\x07]/);
         this.rest = lines.pop();
         for (const line of lines) {

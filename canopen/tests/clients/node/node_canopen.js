@@ -17,7 +17,7 @@ const { Bus, PATIENCE_MS, pause, until } = require('./bus');
 const [ACTUATOR, LOOPBACK, SHEET] = process.argv.slice(2);
 const { INTEGER8, INTEGER32, UNSIGNED16, UNSIGNED32, VISIBLE_STRING } = DataType;
 
-/** The data sheet of node 1 as a file: node-canopen leaves $NODEID to its user. */
+/** The data sheet of node 1 as a file: node-canopen does not replace $NODEID. */
 const sheetOfNode1 = path.join(fs.mkdtempSync(path.join(os.tmpdir(), 'node-canopen-')), 'node-1.eds');
 fs.writeFileSync(sheetOfNode1, fs.readFileSync(SHEET, 'utf8').replace(
     /\$NODEID\+(0x[0-9A-F]+)/g, (_, base) => `0x${(Number(base) + 1).toString(16)}`));
@@ -43,7 +43,7 @@ class Master extends Device {
     }
 }
 
-/** Node 1 of two actuators, with all that the data sheet says of it. */
+/** Node 1 of two actuators, with the objects of the data sheet. */
 async function withActuator(body) {
     const bus = await Bus.serve([ACTUATOR, 'serve', '--listen', '127.0.0.1:0', '--nodes', '2']);
     try {
@@ -146,11 +146,11 @@ async function test_node_canopen_receives_an_emergency_when_its_heartbeat_is_los
 
 async function test_node_canopen_drives_the_actuator_by_pdos() {
     await withActuator(async (master, bus) => {
-        const heard = {};
+        const received = {};
         master.nmt.startNode();
         master.pdo.on('pdo', ({ dataObjects }) => {
             for (const { parameterName, value } of dataObjects)
-                heard[parameterName] = value;
+                received[parameterName] = value;
         });
         await master.set(0x6060, 0, INTEGER8, 1);
         master.nmt.startNode(1);
@@ -163,10 +163,10 @@ async function test_node_canopen_drives_the_actuator_by_pdos() {
         for (const [controlword, mask, statusword] of [
             [0x06, 0x6f, 0x21], [0x07, 0x6f, 0x23], [0x0f, 0x6f, 0x27], [0x1f, 0x1000, 0x1000], [0x0f, 0x1400, 0x0400]]) {
             command(controlword);
-            await until(() => (heard.Statusword & mask) === statusword, `the answer to ${controlword.toString(16)}h`);
+            await until(() => (received.Statusword & mask) === statusword, `the answer to ${controlword.toString(16)}h`);
         }
-        assert.equal(heard['Modes of operation display'], 1);
-        assert.ok(Math.abs(heard.Angle - 2000) < 50, `${heard.Angle} hundredths of a degree`);
+        assert.equal(received['Modes of operation display'], 1);
+        assert.ok(Math.abs(received.Angle - 2000) < 50, `${received.Angle} hundredths of a degree`);
     });
 }
 
@@ -195,7 +195,7 @@ async function test_node_canopen_finds_two_actuators_by_lss_and_assigns_node_ids
     try {
         const { lss } = new Master(bus, 1);
         const identity = (serialNumber) => ({ vendorId: 0, productCode: 0x5341, revisionNumber: 0x10000, serialNumber });
-        // In fast scan no response is the answer for each bit that is set: the time-out allows for a busy computer.
+        // In fast scan a missing response means a set bit: the timeout allows for a busy computer.
         const timeout = 100;
         for (const serial of [1, 2]) {
             assert.deepEqual(await lss.fastscan({ timeout }), identity(serial));
