@@ -43,8 +43,8 @@
 #define ACTUATOR_TICKS_PER_SECOND 20000
 
 /**
- * The longest single step, ticks: an hour, which a PC computes in two minutes at most. A longer step
- * is refused, since it is most likely a wrong unit or an uninitialised time.
+ * The longest single step, ticks: an hour, which a PC computes in two minutes at most. A longer
+ * step is refused, since it is most likely a wrong unit or an uninitialised time.
  */
 #define ACTUATOR_LONGEST_STEP_TICKS 72000000
 
@@ -59,7 +59,8 @@
 #define ACTUATOR_SIZE 163840
 
 /**
- * Alignment of `struct actuator` and `struct actuator_settings`, bytes, sufficient on every target.
+ * Alignment of `struct actuator` and `struct actuator_settings`, bytes, sufficient on every
+ * target.
  */
 #define ACTUATOR_ALIGNMENT 8
 
@@ -184,8 +185,8 @@ struct actuator_preset {
 };
 
 /**
- * An actuator with all of its state. Opaque. It contains no pointers: a copy by assignment or memcpy
- * is a snapshot, and copying it back restores it.
+ * An actuator with all of its state. Opaque. It contains no pointers: a copy by assignment or
+ * memcpy is a snapshot, and copying it back restores it.
  */
 struct actuator {
   /**
@@ -195,8 +196,8 @@ struct actuator {
 };
 
 /**
- * The outputs of an actuator. A quantity that the model does not have is zero; one that it does not
- * measure is the true value.
+ * The outputs of an actuator. A quantity that the model does not have is zero; one that it does
+ * not measure is the true value.
  */
 struct actuator_reading {
   /**
@@ -204,7 +205,7 @@ struct actuator_reading {
    */
   uint64_t tick;
   /**
-   * The command behind the transport delay, deg.
+   * The command after the transport delay, deg.
    */
   double command_deg;
   /**
@@ -251,7 +252,7 @@ const char *actuator_error_text(int32_t code);
  * settings are not ready.
  *
  * `size` is `sizeof *settings`. `model` is `black-box-1`, `black-box-2`, `grey-box` or `board`.
- * `plant` is the plant behind the board, `first-order` or `bench`; null is `first-order` for the
+ * `plant` is the plant of the board, `first-order` or `bench`; null is `first-order` for the
  * board, and the only value that other models take.
  */
 enum actuator_error actuator_settings_init(struct actuator_settings *settings,
@@ -349,8 +350,8 @@ enum actuator_error actuator_advance_to(struct actuator *actuator,
                                         double time_s);
 
 /**
- * Applies a torque to the load, Nm, from the next PWM period on, in addition to the parameter. Only
- * the bench has a load; the other models accept and ignore any finite torque.
+ * Applies a torque to the load, Nm, from the next PWM period on, in addition to the parameter.
+ * Only the bench has a load; the other models accept and ignore any finite torque.
  */
 enum actuator_error actuator_set_load_nm(struct actuator *actuator, double torque_nm);
 

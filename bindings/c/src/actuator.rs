@@ -23,8 +23,8 @@ pub const ACTUATOR_TICKS_PER_SECOND: u64 = 20_000;
 
 const _: () = assert!(ACTUATOR_TICKS_PER_SECOND == TICKS_PER_SECOND);
 
-/// The longest single step, ticks: an hour, which a PC computes in two minutes at most. A longer step
-/// is refused, since it is most likely a wrong unit or an uninitialised time.
+/// The longest single step, ticks: an hour, which a PC computes in two minutes at most. A longer
+/// step is refused, since it is most likely a wrong unit or an uninitialised time.
 pub const ACTUATOR_LONGEST_STEP_TICKS: u64 = 72_000_000;
 
 /// Words of 8 bytes in `struct actuator`: 20,000 of them are the delay line of up to 1 s.
@@ -33,14 +33,15 @@ pub const ACTUATOR_WORDS: usize = 20_480;
 /// Size of `struct actuator`, bytes.
 pub const ACTUATOR_SIZE: usize = 163_840;
 
-/// Alignment of `struct actuator` and `struct actuator_settings`, bytes, sufficient on every target.
+/// Alignment of `struct actuator` and `struct actuator_settings`, bytes, sufficient on every
+/// target.
 pub const ACTUATOR_ALIGNMENT: usize = 8;
 
 const _: () = assert!(ACTUATOR_SIZE == size_of::<Actuator>());
 const _: () = assert!(ACTUATOR_ALIGNMENT >= align_of::<Actuator>());
 
-/// An actuator with all of its state. Opaque. It contains no pointers: a copy by assignment or memcpy
-/// is a snapshot, and copying it back restores it.
+/// An actuator with all of its state. Opaque. It contains no pointers: a copy by assignment or
+/// memcpy is a snapshot, and copying it back restores it.
 #[repr(C)]
 pub struct Actuator {
     /// Private to the library.
@@ -52,14 +53,14 @@ impl Holds for Actuator {
     const MARK: u64 = u64::from_le_bytes(*b"ACTUATO1");
 }
 
-/// The outputs of an actuator. A quantity that the model does not have is zero; one that it does not
-/// measure is the true value.
+/// The outputs of an actuator. A quantity that the model does not have is zero; one that it does
+/// not measure is the true value.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading {
     /// Ticks of 50 us since the start.
     pub tick: u64,
-    /// The command behind the transport delay, deg.
+    /// The command after the transport delay, deg.
     pub command_deg: f64,
     /// Angle of the output shaft, deg.
     pub angle_deg: f64,
@@ -153,8 +154,8 @@ fn advance(actuator: &mut Core, command_deg: f64, ticks: u64) -> Result<(), Code
     result.map_err(|_| Code::Command)
 }
 
-/// Applies a torque to the load, Nm, from the next PWM period on, in addition to the parameter. Only
-/// the bench has a load; the other models accept and ignore any finite torque.
+/// Applies a torque to the load, Nm, from the next PWM period on, in addition to the parameter.
+/// Only the bench has a load; the other models accept and ignore any finite torque.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn actuator_set_load_nm(actuator: *mut Actuator, torque_nm: f64) -> Code {
     // SAFETY: the caller's pointer, as the header requires it.

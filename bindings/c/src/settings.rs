@@ -11,7 +11,7 @@
 use core::ffi::c_char;
 
 use model_core::actuator::Settings as Core;
-use model_core::scenario::{self, Kind, Request};
+use model_core::scenario::{self, NameKind, Request};
 
 use crate::error::{Code, Error, Why, code, explain};
 use crate::memory::{self, Holds};
@@ -72,7 +72,7 @@ pub struct Preset {
 /// settings are not ready.
 ///
 /// `size` is `sizeof *settings`. `model` is `black-box-1`, `black-box-2`, `grey-box` or `board`.
-/// `plant` is the plant behind the board, `first-order` or `bench`; null is `first-order` for the
+/// `plant` is the plant of the board, `first-order` or `bench`; null is `first-order` for the
 /// board, and the only value that other models take.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn actuator_settings_init(
@@ -85,10 +85,10 @@ pub unsafe extern "C" fn actuator_settings_init(
     // SAFETY: the caller's pointers, as the header requires them.
     unsafe {
         let make = || {
-            let model = scenario::named(Kind::Model, memory::text(model)?)?;
+            let model = scenario::named(NameKind::Model, memory::text(model)?)?;
             let plant = match plant.is_null() {
                 true => None,
-                false => Some(scenario::named(Kind::Plant, memory::text(plant)?)?),
+                false => Some(scenario::named(NameKind::Plant, memory::text(plant)?)?),
             };
             let request = Request {
                 model: Some(model),
@@ -167,7 +167,7 @@ pub unsafe extern "C" fn actuator_settings_set_pwm(
     unsafe {
         let set = || {
             let settings = memory::change(settings)?;
-            settings.pwm = scenario::named(Kind::Pwm, memory::text(pwm)?)?;
+            settings.pwm = scenario::named(NameKind::Pwm, memory::text(pwm)?)?;
             Ok(())
         };
         explain(set(), why)

@@ -14,8 +14,8 @@ impl<const N: usize> Default for Text<N> {
 }
 
 impl<const N: usize> fmt::Write for Text<N> {
-    /// Appends as much as fits before the last zero; fails if that is not all. A character of several
-    /// bytes is not split.
+    /// Appends as much as fits before the last zero; fails if that is not all. A character of
+    /// several bytes is not split.
     fn write_str(&mut self, text: &str) -> fmt::Result {
         let used = self.0.iter().take_while(|c| **c != 0).count();
         let free = self.0.iter_mut().skip(used);

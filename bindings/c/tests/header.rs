@@ -1,9 +1,9 @@
-//! The committed header is the one that the source makes.
+//! The committed header agrees with the source.
 
 use std::{fs, path::Path};
 
 #[test]
-fn the_header_is_that_of_the_source() {
+fn the_header_agrees_with_the_source() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let config = cbindgen::Config::from_file(root.join("cbindgen.toml")).unwrap();
     let sources = ["error", "settings", "actuator"].map(|name| root.join(format!("src/{name}.rs")));
@@ -18,6 +18,6 @@ fn the_header_is_that_of_the_source() {
     let kept = fs::read_to_string(&path).unwrap_or_default();
     assert!(
         kept.as_bytes() == made,
-        "actuator.h is not what the source makes; UPDATE_HEADER=1 cargo test -p actuator-c writes it"
+        "actuator.h differs from the source; UPDATE_HEADER=1 cargo test -p actuator-c updates it"
     );
 }
