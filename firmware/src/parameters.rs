@@ -41,7 +41,7 @@ macro_rules! entries {
                 }
             }
 
-            /// Sets a field to what [`Self::word`] returned; neither range nor relations are
+            /// Sets a field to a value of [`Self::word`]; neither range nor relations are
             /// checked.
             pub fn set_word(&mut self, entry: $Entry, word: u32) {
                 match entry {
@@ -147,8 +147,8 @@ impl BoardParameters {
         }
     }
 
-    /// Reads what [`Self::write_words`] wrote; `None` if a parameter is out of its range or breaks
-    /// a relation.
+    /// Reads the words of [`Self::write_words`]; `None` if a parameter is out of its range or
+    /// breaks a relation.
     pub fn read_words(words: &mut impl Iterator<Item = u32>) -> Option<Self> {
         let mut parameters = Self::DEFAULT;
         for row in 0..CONTROL {
@@ -161,7 +161,7 @@ impl BoardParameters {
         parameters.check().is_ok().then_some(parameters)
     }
 
-    /// Whether both have the same parameters beside those of the control step.
+    /// Whether both have the same parameters, except for those of the control step.
     pub fn differs_in_control_only(&self, other: &Self) -> bool {
         let control = self.control;
         *self == Self { control, ..*other }
@@ -176,7 +176,7 @@ impl ObjectValues {
         }
     }
 
-    /// Reads what [`Self::write_words`] wrote; `None` if a value is out of its range or breaks a
+    /// Reads the words of [`Self::write_words`]; `None` if a value is out of its range or breaks a
     /// relation.
     pub fn read_words(words: &mut impl Iterator<Item = u32>) -> Option<Self> {
         let mut values = Self::DEFAULT;

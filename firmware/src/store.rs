@@ -42,7 +42,7 @@ pub trait Stored: Copy + PartialEq + Debug {
     /// The hash of its layout, the first word of a page.
     const LAYOUT: u32;
 
-    /// The set that is used if none is stored.
+    /// The set that is used without a stored one.
     const DEFAULT: Self;
 
     /// All words of a page: [`EDGES`] more than the set has.
@@ -58,7 +58,7 @@ pub trait Stored: Copy + PartialEq + Debug {
     fn read(words: &[u32]) -> Option<Self>;
 }
 
-/// Words of a page beside its set: layout hash, sequence number and CRC.
+/// Words of a page in addition to the set: layout hash, sequence number and CRC.
 pub const EDGES: usize = 3;
 
 /// What the flash holds.
@@ -83,7 +83,7 @@ struct Newest {
 pub enum Origin {
     /// The flash.
     Stored,
-    /// The flash is empty: nothing was ever stored.
+    /// The flash is blank: no set has been stored.
     Defaults,
     /// The flash is not empty, but holds no valid set of this layout: the defaults are used.
     DefaultsInsteadOfCorrupt,

@@ -15,7 +15,7 @@ const _: () = assert!(
 
 /// The PWM periods of a control period in which the turns of the CANopen device start: at the first
 /// edges after a quarter and after a half of it.
-pub const TURNS: [u32; 2] = [
+pub const CALL_PERIODS: [u32; 2] = [
     PWM_PERIODS_PER_CONTROL_PERIOD / 4,
     PWM_PERIODS_PER_CONTROL_PERIOD / 2,
 ];

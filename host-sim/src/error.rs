@@ -1,4 +1,4 @@
-//! Errors of scenarios, inputs, files and runs: what is wrong, where, and what is expected.
+//! Errors of scenarios, inputs, files and runs, with their location and the expected value.
 //!
 //! The type depends on no other module of this crate. The CAN client, the tuning and the capture
 //! reader have errors of their own; the command line joins all of them.
@@ -10,7 +10,7 @@ use std::{
 
 use model_core::actuator::ModelKind;
 use model_core::parameter::ParameterError;
-use model_core::scenario::{Kind, ScenarioError};
+use model_core::scenario::{NameKind, ScenarioError};
 
 use identification::data::ImportError;
 
@@ -40,7 +40,7 @@ pub enum Error {
         path: PathBuf,
         /// The line, counted from 1.
         line: u64,
-        /// The content, with its column, and what is expected.
+        /// The content, with its column, and the expected content.
         problem: String,
     },
     /// A scenario file is not TOML, or has an unknown key or a value of another type.
@@ -48,13 +48,13 @@ pub enum Error {
     ScenarioFile {
         /// The file.
         path: PathBuf,
-        /// The line, the key and what is expected.
+        /// The line, the key and the expected value.
         problem: String,
     },
     /// An unknown name.
     #[error("unknown {kind} `{name}`{}; expected {expected}", suggestion(closest))]
     UnknownName {
-        /// The term for what is named: `parameter`, `preset`, `input` ...
+        /// Kind of the named object: `parameter`, `preset`, `input` ...
         kind: &'static str,
         /// The name.
         name: String,
@@ -129,10 +129,10 @@ impl From<ScenarioError<'_>> for Error {
                 let mut known = Vec::new();
                 kind.for_each_name(|name| known.push(name));
                 let expected = match kind {
-                    Kind::Parameter(ModelKind::Board, plant) => format!(
+                    NameKind::Parameter(ModelKind::Board, plant) => format!(
                         "one that `actuator simulate board --plant {plant} --list-parameters` prints"
                     ),
-                    Kind::Parameter(model, _) => {
+                    NameKind::Parameter(model, _) => {
                         format!("one that `actuator simulate {model} --list-parameters` prints")
                     }
                     kind => kind.to_string(),

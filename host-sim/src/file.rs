@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_written_is_named_and_leaves_nothing_behind() {
+    fn the_error_of_an_unwritable_file_names_it_and_no_file_remains() {
         let folder = tempfile::tempdir().expect("a folder");
         let taken = folder.path().join("taken");
         fs::create_dir(&taken).expect("a folder in the way");
@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn until_it_is_complete_the_old_file_stays_and_what_is_dropped_is_gone() {
+    fn the_old_file_is_kept_until_the_new_one_is_complete() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("run.csv");
         write(&path, "old").expect("an old one");
@@ -215,7 +215,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn a_link_stays_a_link_and_a_device_a_device() {
+    fn links_and_devices_are_written_through() {
         let folder = tempfile::tempdir().expect("a folder");
         let [path, link] = ["run.csv", "latest.csv"].map(|name| folder.path().join(name));
         write(&path, "old").expect("the file");

@@ -1,4 +1,4 @@
-//! The options of a run as a command line or a TOML file gives them, with sequences from files.
+//! The options of a run from a command line or a TOML file, with sequences from files.
 //!
 //! ```toml
 //! model = "board"
@@ -30,14 +30,14 @@ use crate::{
 
 pub use model_core::scenario::{DEFAULT_EVERY, INPUT_PREFIX};
 
-/// The options of a run. The default of an option stands in brackets.
+/// The options of a run, with their defaults in brackets.
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Scenario {
     /// The model. It has no default.
     #[serde(deserialize_with = "file::model")]
     pub model: Option<ModelKind>,
-    /// The plant behind the board (`first-order`).
+    /// The plant of the board (`first-order`).
     #[serde(deserialize_with = "file::plant")]
     pub plant: Option<PlantKind>,
     /// The preset (the model's first).
@@ -81,7 +81,7 @@ pub struct Setting {
 }
 
 impl Setting {
-    /// A value that comes from no file.
+    /// A value that is not from a file.
     pub fn new(name: impl Into<String>, value: f64) -> Self {
         Self {
             name: name.into(),
@@ -156,7 +156,7 @@ impl Scenario {
         Ok(described)
     }
 
-    /// The standard input with its parameters; `None` where the command comes from a file.
+    /// The standard input with its parameters; `None` if the command is from a file.
     ///
     /// # Errors
     /// As [`Scenario::resolve`].
@@ -193,7 +193,7 @@ impl Scenario {
         Ok(simulation)
     }
 
-    /// The error with the place of the setting that it comes from.
+    /// The error with the location of its setting.
     fn at(&self, setting: &Setting, error: Error) -> Error {
         match (&self.path, setting.line) {
             (Some(path), Some(line)) => Error::At {

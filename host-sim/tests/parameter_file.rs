@@ -62,7 +62,7 @@ fn recording(trace: &Trace) -> Recording {
     }
 }
 
-/// The text of a model that is fitted to a bench with these settings, and what it simulates.
+/// The parameter file of a model fitted to a bench with these settings, and its simulation.
 fn again(model: &str, trace: &Trace) -> (String, Trace) {
     let experiment = Experiment::try_new(recording(trace)).expect("a recording");
     let mut problem =
@@ -83,7 +83,7 @@ fn again(model: &str, trace: &Trace) -> (String, Trace) {
     let mut scenario = Scenario::read(&path).expect("a scenario");
     scenario.input = Some("variable-step".into());
     scenario.every = Some(80);
-    let simulation = scenario.resolve().expect("the bench takes it");
+    let simulation = scenario.resolve().expect("valid parameters of the bench");
     (text, simulation.record().expect("a run"))
 }
 
@@ -101,7 +101,8 @@ fn a_fitted_servo_is_simulated_with_its_own_position_loop() {
         text.contains("model = \"board\"\nplant = \"bench\"\n"),
         "{text}"
     );
-    // Of steps up to 120 deg. The board samples its loop each 4 ms, which the fit does not know.
+    // Of steps up to 120 deg. The board samples its loop every 4 ms, which the fitted model does
+    // not include.
     let error = rms_deg(&trace, &answer);
     assert!(error < 0.5, "{error} deg\n{text}");
 }

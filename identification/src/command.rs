@@ -75,7 +75,7 @@ enum Interval {
     Smooth,
 }
 
-/// A command with at most so many levels is a zero-order hold.
+/// A command with at most this number of levels is a zero-order hold.
 const FEW_LEVELS: usize = 24;
 
 /// The command through these samples, with instants relative to the first. A missing value repeats

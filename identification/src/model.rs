@@ -151,7 +151,7 @@ pub struct Sums {
 }
 
 impl Sums {
-    /// Zero, for so many parameters.
+    /// Zero, for this number of parameters.
     pub fn new(width: usize) -> Self {
         Self {
             squares: 0.0,

@@ -1,7 +1,7 @@
 //! Writes a fitted model as a file for `actuator simulate --parameters`: a TOML scenario with model
 //! and parameters.
 //!
-//! A motor becomes the drivetrain behind the board: with the board's own loops where it was fitted
+//! A motor becomes the drivetrain of the board: with the board's own loops where it was fitted
 //! from its duty, and with its fitted position loop where it was fitted from its command.
 
 mod motor;

@@ -110,7 +110,7 @@ const LARGEST: f64 = 1e9;
 pub const FEWEST_SAMPLES: usize = 8;
 
 impl Recording {
-    /// The columns besides the time, each with its name.
+    /// The columns except the time, each with its name.
     fn columns(&self) -> impl Iterator<Item = (&'static str, &[f64])> {
         let optional = [
             ("rate_deg_s", &self.rate_deg_s),

@@ -20,7 +20,7 @@
 
 mod error;
 
-pub use error::{Kind, ScenarioError};
+pub use error::{NameKind, ScenarioError};
 
 use crate::actuator::{ModelKind, PlantKind, Settings};
 use crate::excitation::catalogue::Input;
@@ -82,14 +82,14 @@ impl<'a> Request<'a> {
     /// For an invalid value of the option.
     pub fn parse(&mut self, option: &str, value: &'a str) -> Result<bool, ScenarioError<'a>> {
         match option {
-            "model" => self.model = Some(named(Kind::Model, value)?),
-            "plant" => self.plant = Some(named(Kind::Plant, value)?),
+            "model" => self.model = Some(named(NameKind::Model, value)?),
+            "plant" => self.plant = Some(named(NameKind::Plant, value)?),
             "preset" => self.preset = Some(value),
             "input" => self.input = Some(value),
             "duration_s" => self.duration_s = Some(number("duration_s", value)?),
             "every" => self.every = Some(number("every", value)?),
             "seed" => self.seed = Some(number("seed", value)?),
-            "pwm" => self.pwm = Some(named(Kind::Pwm, value)?),
+            "pwm" => self.pwm = Some(named(NameKind::Pwm, value)?),
             _ => return Ok(false),
         }
         Ok(true)
@@ -209,7 +209,7 @@ pub fn presets(settings: &Settings) -> impl Iterator<Item = &'static Preset> + u
 ///
 /// # Errors
 /// For an unknown name.
-pub fn named<T: Named>(kind: Kind, name: &str) -> Result<T, ScenarioError<'_>> {
+pub fn named<T: Named>(kind: NameKind, name: &str) -> Result<T, ScenarioError<'_>> {
     T::named(name).ok_or(ScenarioError::Unknown { kind, name })
 }
 
@@ -218,7 +218,7 @@ pub fn named<T: Named>(kind: Kind, name: &str) -> Result<T, ScenarioError<'_>> {
 /// # Errors
 /// For an unknown input.
 pub fn input(name: &str) -> Result<Input, ScenarioError<'_>> {
-    let kind = Kind::Input;
+    let kind = NameKind::Input;
     Input::named(name).ok_or(ScenarioError::Unknown { kind, name })
 }
 
@@ -228,7 +228,7 @@ pub fn input(name: &str) -> Result<Input, ScenarioError<'_>> {
 /// For an unknown preset, and a preset of another model or plant; nothing is changed then.
 pub fn apply_preset<'n>(settings: &mut Settings, name: &'n str) -> Result<(), ScenarioError<'n>> {
     let model = settings.model;
-    let kind = Kind::Preset(Some(model));
+    let kind = NameKind::Preset(Some(model));
     let preset = presets::preset(name).ok_or(ScenarioError::Unknown { kind, name })?;
     if !preset.models.contains(&model.name()) {
         return Err(ScenarioError::PresetOfOtherModel { preset, model });
@@ -247,7 +247,7 @@ pub fn set<'n>(
     name: &'n str,
     value: f64,
 ) -> Result<(), ScenarioError<'n>> {
-    let kind = Kind::Parameter(settings.model, settings.plant);
+    let kind = NameKind::Parameter(settings.model, settings.plant);
     settings.set(name, value).map_err(|error| match error {
         ParameterError::Unknown => ScenarioError::Unknown { kind, name },
         error => ScenarioError::Parameter(error),
@@ -263,7 +263,7 @@ pub fn set_input<'n>(
     name: &'n str,
     value: f64,
 ) -> Result<(), ScenarioError<'n>> {
-    let kind = Kind::InputParameter(input.table());
+    let kind = NameKind::InputParameter(input.table());
     input.set(name, value).map_err(|error| match error {
         ParameterError::Unknown => ScenarioError::Unknown { kind, name },
         error => ScenarioError::InputParameter(error),

@@ -49,7 +49,7 @@ pub const PWM_PERIODS_PER_CONTROL_PERIOD: u32 =
 /// Ticks in one host period.
 pub const HOST_PERIOD_TICKS: u64 = whole_quotient(TICKS_PER_SECOND, HOST_RATE_HZ as u64);
 
-/// `a / b`, which must be whole: checked when the program is built.
+/// `a / b`, which must be an integer: checked at compile time.
 const fn whole_quotient(a: u64, b: u64) -> u64 {
     assert!(
         a.is_multiple_of(b),

@@ -10,7 +10,7 @@ use model_core::scenario::LONGEST_S;
 use model_core::time::{TICK_S, ticks};
 
 use crate::description::guid;
-use crate::state::{Phase, State, Time};
+use crate::state::{InstanceState, Phase, Time};
 use crate::variables::{self, Quantity, Type, Variable};
 
 pub mod values;
@@ -53,8 +53,8 @@ pub struct Instance {
     guid: String,
     variables: Vec<Variable>,
     initial: Settings,
-    state: State,
-    kept: BTreeMap<usize, Box<State>>,
+    state: InstanceState,
+    kept: BTreeMap<usize, Box<InstanceState>>,
     last_key: usize,
 }
 
@@ -65,7 +65,7 @@ impl Instance {
             guid: guid(&settings),
             variables: variables::of(&settings),
             initial: settings,
-            state: State::new(settings),
+            state: InstanceState::new(settings),
             kept: BTreeMap::new(),
             last_key: 0,
         }
@@ -143,7 +143,7 @@ impl Instance {
 
     /// Restores the state after the instantiation; saved states are kept.
     pub fn reset(&mut self) {
-        self.state = State::new(self.initial);
+        self.state = InstanceState::new(self.initial);
     }
 
     /// Marks the instance as failed after a panic: its state is unreliable.
@@ -215,7 +215,7 @@ impl Instance {
         self.keep_under(key, self.state.clone())
     }
 
-    fn keep_under(&mut self, key: Option<usize>, state: State) -> Result<usize> {
+    fn keep_under(&mut self, key: Option<usize>, state: InstanceState) -> Result<usize> {
         let key = match key {
             Some(key) => self.kept(key).map(|_| key)?,
             None => {
@@ -228,7 +228,7 @@ impl Instance {
         Ok(key)
     }
 
-    fn kept(&self, key: usize) -> Result<&State> {
+    fn kept(&self, key: usize) -> Result<&InstanceState> {
         let state = self.kept.get(&key).map(Box::as_ref);
         state.ok_or_else(|| "the state is not one that this instance has saved".into())
     }
@@ -266,7 +266,7 @@ impl Instance {
     /// # Errors
     /// For bytes that are damaged or not such a state.
     pub fn keep_bytes(&mut self, bytes: &[u8], key: Option<usize>) -> Result<usize> {
-        let state = State::from_bytes(bytes, &self.guid, &self.initial);
+        let state = InstanceState::from_bytes(bytes, &self.guid, &self.initial);
         let state = state.map_err(|why| format!("the state is refused: {why}"))?;
         self.keep_under(key.filter(|key| self.kept.contains_key(key)), state)
     }

@@ -39,7 +39,7 @@ pub struct Time {
 
 /// The state of an instance.
 #[derive(Debug, Clone)]
-pub struct State {
+pub struct InstanceState {
     /// The phase.
     pub phase: Phase,
     /// The parameters.
@@ -68,7 +68,7 @@ const MAGIC: &[u8; 8] = b"ActFMU\x00\x01";
 const GUID_LENGTH: usize = 38;
 const HEAD_LENGTH: usize = MAGIC.len() + GUID_LENGTH + 8 + 4;
 
-impl State {
+impl InstanceState {
     /// The state right after the instantiation.
     pub fn new(settings: Settings) -> Self {
         Self {
@@ -86,14 +86,14 @@ impl State {
     /// The error of the serialiser, which is not known to occur.
     ///
     /// ```
-    /// use actuator_fmu::{description::guid, state::State};
+    /// use actuator_fmu::{description::guid, state::InstanceState};
     /// use model_core::scenario;
     ///
     /// let settings = scenario::choices().next().unwrap();
-    /// let bytes = State::new(settings).to_bytes(&guid(&settings)).unwrap();
-    /// let state = State::from_bytes(&bytes, &guid(&settings), &settings).unwrap();
+    /// let bytes = InstanceState::new(settings).to_bytes(&guid(&settings)).unwrap();
+    /// let state = InstanceState::from_bytes(&bytes, &guid(&settings), &settings).unwrap();
     /// assert_eq!(state.settings, settings);
-    /// assert!(State::from_bytes(&bytes[1..], &guid(&settings), &settings).is_err());
+    /// assert!(InstanceState::from_bytes(&bytes[1..], &guid(&settings), &settings).is_err());
     /// ```
     pub fn to_bytes(&self, guid: &str) -> Result<Vec<u8>, String> {
         let written = Written {
@@ -109,7 +109,8 @@ impl State {
         Ok([head(guid, &body).as_slice(), body.as_slice()].concat())
     }
 
-    /// The state that [`State::to_bytes`] wrote for the FMU of this GUID and these start values.
+    /// The state that [`InstanceState::to_bytes`] wrote for the FMU of this GUID and these start
+    /// values.
     ///
     /// # Errors
     /// The problem of the bytes.
@@ -145,7 +146,7 @@ fn head(guid: &str, body: &[u8]) -> Vec<u8> {
 }
 
 impl Written<Box<Actuator>> {
-    fn restored(self, initial: &Settings) -> Result<State, String> {
+    fn restored(self, initial: &Settings) -> Result<InstanceState, String> {
         let mut settings = *initial;
         (settings.seed, settings.pwm) = (self.seed, self.pwm);
         if self.values.len() != initial.values().count() {
@@ -161,7 +162,7 @@ impl Written<Box<Actuator>> {
             load_torque_nm,
         };
         inputs.check().map_err(|error| error.to_string())?;
-        Ok(State {
+        Ok(InstanceState {
             phase: self.phase,
             settings,
             inputs,
@@ -177,10 +178,10 @@ mod tests {
     use crate::description::guid;
     use model_core::scenario;
 
-    fn stepped(settings: &Settings) -> State {
+    fn stepped(settings: &Settings) -> InstanceState {
         let mut actuator = Actuator::try_new(settings).unwrap();
         actuator.advance(20.0, 777).unwrap();
-        let mut state = State::new(*settings);
+        let mut state = InstanceState::new(*settings);
         state.phase = Phase::Stepping;
         state.time.now_s = 777.0 * 50e-6;
         state.actuator = Some(Box::new(actuator));
@@ -196,10 +197,10 @@ mod tests {
         for bit in (0..bytes.len() * 8).step_by(7) {
             let mut broken = bytes.clone();
             broken[bit / 8] ^= 1 << (bit % 8);
-            assert!(State::from_bytes(&broken, &guid, &settings).is_err());
+            assert!(InstanceState::from_bytes(&broken, &guid, &settings).is_err());
         }
         for length in 0..bytes.len() {
-            assert!(State::from_bytes(&bytes[..length], &guid, &settings).is_err());
+            assert!(InstanceState::from_bytes(&bytes[..length], &guid, &settings).is_err());
         }
     }
 
@@ -208,7 +209,7 @@ mod tests {
         let all: Vec<_> = scenario::choices().collect();
         for (mine, other) in all.iter().zip(&all[1..]) {
             let bytes = stepped(mine).to_bytes(&guid(mine)).unwrap();
-            let error = State::from_bytes(&bytes, &guid(other), other).unwrap_err();
+            let error = InstanceState::from_bytes(&bytes, &guid(other), other).unwrap_err();
             assert_eq!(error, "it is not a state of this FMU");
         }
     }

@@ -12,7 +12,7 @@ use host_sim::{
 };
 use model_core::{
     named::Named,
-    scenario::{Kind, named},
+    scenario::{NameKind, named},
     time::ticks,
 };
 use numpy::PyReadonlyArray1;
@@ -61,11 +61,13 @@ pub fn scenario(
 ) -> Result<Scenario, Error> {
     let set = parameters.into_iter();
     Ok(Scenario {
-        model: Some(named(Kind::Model, model)?),
-        plant: plant.map(|plant| named(Kind::Plant, plant)).transpose()?,
+        model: Some(named(NameKind::Model, model)?),
+        plant: plant
+            .map(|plant| named(NameKind::Plant, plant))
+            .transpose()?,
         preset,
         seed: Some(seed),
-        pwm: Some(named(Kind::Pwm, pwm)?),
+        pwm: Some(named(NameKind::Pwm, pwm)?),
         set: set.map(|(name, value)| Setting::new(name, value)).collect(),
         ..Default::default()
     })

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::row::{Access, Default, Kind, Row};
+use crate::row::{Access, DataType, Default, Row};
 
 /// The sections of an EDS that describe the device and not its objects.
 #[derive(Clone, Debug)]
@@ -169,7 +169,7 @@ fn object_type(object: &[Row]) -> u8 {
 }
 
 fn variable(out: &mut String, name: &str, title: &str, row: &Row) {
-    let object_type = if row.kind == Kind::Domain {
+    let object_type = if row.kind == DataType::Domain {
         DOMAIN
     } else {
         VARIABLE
@@ -189,13 +189,13 @@ fn variable(out: &mut String, name: &str, title: &str, row: &Row) {
         Default::None | Default::Real(_) => {}
     }
     // CiA 306 has no such keyword for a DOMAIN, and node-canopen refuses an EDS that has it.
-    if row.kind != Kind::Domain {
+    if row.kind != DataType::Domain {
         pairs.push(("PDOMapping", u8::from(row.mappable).to_string()));
     }
-    if let Some((low, high)) = row.limits.as_ref().filter(|_| row.kind != Kind::F32) {
+    if let Some((low, high)) = row.limits.as_ref().filter(|_| row.kind != DataType::F32) {
         pairs.push(("LowLimit", low.clone()));
         pairs.push(("HighLimit", high.clone()));
     }
     section(out, name, &pairs);
-    debug_assert!(!(row.access == Access::Const && row.mappable && row.kind == Kind::Domain));
+    debug_assert!(!(row.access == Access::Const && row.mappable && row.kind == DataType::Domain));
 }

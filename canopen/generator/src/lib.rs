@@ -44,7 +44,7 @@ mod value;
 pub use eds::{Device, eds};
 pub use markdown::markdown;
 pub use parse::{ParseError, parse};
-pub use row::{Access, Default, Flag, Kind, Row};
+pub use row::{Access, DataType, Default, Flag, Row};
 pub use storage::{Group, storage};
 pub use table::table;
 pub use value::{Relation, StorageLocation, ValuePath};

@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use crate::row::{Access, Default, Flag, Kind, Row};
+use crate::row::{Access, DataType, Default, Flag, Row};
 use crate::value::{Relation, StorageLocation, ValuePath};
 
 /// What is wrong in the file.
@@ -140,7 +140,7 @@ impl Line {
         let kind = self.get(
             ("type", &r.r#type),
             "u8 to u64, i8 to i64, f32, str or dom",
-            Kind::from_name,
+            DataType::from_name,
         )?;
         let mut row = Row {
             index: self.get(("index", &r.index), "an index such as 0x6041", number)?,
@@ -202,7 +202,7 @@ impl Line {
         let is_served = row.index < 0x2000
             || row.access == Access::Const
             || row.flag == Flag::Fixed
-            || row.kind == Kind::Domain;
+            || row.kind == DataType::Domain;
         let Some(path) = self.get(text, "the path of a value", |text| match text {
             "" if is_served => Some(None),
             text => ValuePath::from_text(text).map(Some),
@@ -246,7 +246,7 @@ impl Line {
         Ok(())
     }
 
-    fn limits(&self, kind: Kind) -> Result<Option<(String, String)>, ParseError> {
+    fn limits(&self, kind: DataType) -> Result<Option<(String, String)>, ParseError> {
         let allowed = |text: &str| text.is_empty() || default(text, kind).is_some();
         let read = |text| Some(text).filter(|text: &&str| allowed(text));
         let low = self.get(("min", &self.record.min), "a value of the type", read)?;
@@ -259,19 +259,19 @@ impl Line {
     }
 }
 
-fn default(text: &str, kind: Kind) -> Option<Default> {
+fn default(text: &str, kind: DataType) -> Option<Default> {
     if text.is_empty() {
         return Some(Default::None);
     }
     match (kind, kind.range()) {
-        (Kind::Text, _) => Some(Default::Text(text.to_string())),
-        (Kind::F32, _) => text
+        (DataType::Text, _) => Some(Default::Text(text.to_string())),
+        (DataType::F32, _) => text
             .parse()
             .ok()
             .filter(|value: &f32| value.is_finite())
             .map(Default::Real),
         (_, Some((low, high))) => match text.strip_prefix("$NODEID+") {
-            Some(rest) if kind == Kind::U32 => {
+            Some(rest) if kind == DataType::U32 => {
                 Some(Default::NodeId(u32::try_from(integer(rest)?).ok()?))
             }
             Some(_) => None,

@@ -4,7 +4,7 @@ use crate::value::{Relation, ValuePath};
 
 /// Data type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum DataType {
     /// UNSIGNED8.
     U8,
     /// UNSIGNED16.
@@ -29,7 +29,7 @@ pub enum Kind {
     Domain,
 }
 
-impl Kind {
+impl DataType {
     /// From the name in the file.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
@@ -204,7 +204,7 @@ pub struct Row {
     /// Name of the entry.
     pub entry: String,
     /// Data type.
-    pub kind: Kind,
+    pub kind: DataType,
     /// Access.
     pub access: Access,
     /// Whether it may be mapped.

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use crate::parse::integer;
-use crate::row::{Default, Kind, Row};
+use crate::row::{DataType, Default, Row};
 use crate::value::{Relation, StorageLocation, ValuePath};
 
 /// A group of stored fields.
@@ -90,7 +90,7 @@ fn range(row: &Row) -> String {
         return String::new();
     };
     let bound = |text: &String| match row.kind {
-        Kind::F32 => format!("{:?}", text.parse::<f32>().unwrap_or(0.0)),
+        DataType::F32 => format!("{:?}", text.parse::<f32>().unwrap_or(0.0)),
         _ => integer(text).unwrap_or(0).to_string(),
     };
     format!(" in {}..={}", bound(low), bound(high))
@@ -135,7 +135,7 @@ fn derives(has_real: bool) -> &'static str {
 }
 
 fn group_struct(out: &mut String, group: &Group, fields: &[Field]) {
-    let has_real = fields.iter().any(|(row, _)| row.kind == Kind::F32);
+    let has_real = fields.iter().any(|(row, _)| row.kind == DataType::F32);
     let (name, derives) = (group.type_name, derives(has_real));
     write!(
         out,

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use crate::parse::integer;
-use crate::row::{Access, Default, Flag, Kind, Row};
+use crate::row::{Access, DataType, Default, Flag, Row};
 use crate::value::StorageLocation;
 
 /// Rust source of the constants `OBJECTS`, `TEXTS` and `RELATIONS`, and of the enums `DriveCommand`
@@ -171,14 +171,14 @@ fn bits(value: i128, default: &Default) -> String {
     }
 }
 
-fn limits(kind: Kind, low: &str, high: &str) -> String {
+fn limits(kind: DataType, low: &str, high: &str) -> String {
     let integers = || (integer(low).unwrap_or(0), integer(high).unwrap_or(0));
     match kind {
-        Kind::F32 => {
+        DataType::F32 => {
             let real = |text: &str| text.parse::<f32>().unwrap_or(0.0);
             format!("real({:?}, {:?})", real(low), real(high))
         }
-        Kind::I8 | Kind::I16 | Kind::I32 | Kind::I64 => {
+        DataType::I8 | DataType::I16 | DataType::I32 | DataType::I64 => {
             let (low, high) = integers();
             format!("signed({low}, {high})")
         }

@@ -70,7 +70,7 @@ impl Get {
 }
 
 fn is_readable(row: &Row) -> bool {
-    row.access != Access::Wo && row.kind != canopen_generator::Kind::Domain
+    row.access != Access::Wo && row.kind != canopen_generator::DataType::Domain
 }
 
 fn show(values: &[(&Row, Value)]) -> Result<(), Error> {

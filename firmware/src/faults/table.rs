@@ -31,7 +31,7 @@ pub enum Watched {
 /// Description of a fault. The texts are for documents and tools; the board's program contains none
 /// of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Description {
+pub struct FaultDescription {
     /// The fault.
     pub fault: Fault,
     /// Its name.
@@ -122,7 +122,7 @@ impl Fault {
 }
 
 /// All faults in the order of their numbers.
-pub const TABLE: [Description; 19] = {
+pub const TABLE: [FaultDescription; 19] = {
     use Watched::{Always, Driven, Following, Start};
     const fn row(
         fault: Fault,
@@ -130,8 +130,8 @@ pub const TABLE: [Description; 19] = {
         condition: &'static str,
         watched: Watched,
         error_code: u16,
-    ) -> Description {
-        Description {
+    ) -> FaultDescription {
+        FaultDescription {
             fault,
             name,
             condition,

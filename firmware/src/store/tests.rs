@@ -119,7 +119,7 @@ impl FakeFlash {
         self.seed.rotate_left(13) ^ self.seed
     }
 
-    /// The same memory behind a new power-up.
+    /// The same memory after a power-up.
     fn powered_again(&self, power: Option<usize>) -> Self {
         Self {
             power,
@@ -185,7 +185,7 @@ fn set(node_id: u32) -> TestSet {
     Set::with_node_id(node_id)
 }
 
-/// Saves until it is done or the power is gone.
+/// Saves until the save is complete or the power is lost.
 fn save(flash: &mut FakeFlash, parameters: &TestSet) -> Progress {
     let mut saver = Saver::new(&load(flash));
     assert!(saver.start(parameters));
@@ -206,7 +206,7 @@ fn used() -> FakeFlash {
     flash
 }
 
-/// Stages of a whole save.
+/// Stages of a complete save.
 const STAGES: usize = 2 * (1 + PAGE_WORDS);
 
 #[test]
@@ -235,7 +235,7 @@ fn a_loss_of_power_at_any_operation_leaves_the_old_or_the_new_set() {
             let is_new = loaded.parameters == set(3);
             assert!(is_new || loaded.parameters == set(2), "stage {power}");
             ends[usize::from(is_new)] += 1;
-            // The next save works, whatever was left.
+            // The next save succeeds for any remaining contents.
             let mut flash = flash;
             assert_eq!(save(&mut flash, &set(4)), Progress::Done, "stage {power}");
             assert_eq!(load(&flash).parameters, set(4));

@@ -149,7 +149,7 @@ fn feed_forward_gives_a_faster_response() {
 }
 
 #[test]
-fn an_invalid_parameter_is_named_with_its_value_and_range() {
+fn the_error_of_an_invalid_parameter_gives_its_value_and_range() {
     let refuse = |motor: Motor, timing: Timing| {
         Loop::sampled(&motor, &ControlParameters::default(), &timing)
             .unwrap_err()

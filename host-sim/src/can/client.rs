@@ -155,7 +155,7 @@ impl Client {
     /// [`ClientError::Object`].
     pub fn get(&mut self, row: &Row) -> Result<Value, ClientError> {
         let (index, sub) = (row.index, row.sub_index());
-        let long = row.kind == canopen_generator::Kind::Domain;
+        let long = row.kind == canopen_generator::DataType::Domain;
         let bytes = if long {
             self.sdo().upload_block(index, sub)
         } else {

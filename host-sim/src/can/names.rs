@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-use canopen_generator::{Access, Kind, Row, ValuePath};
+use canopen_generator::{Access, DataType, Row, ValuePath};
 
 use crate::error::Error;
 
@@ -139,26 +139,26 @@ impl From<&Value> for serde_json::Value {
 }
 
 /// Size of a number in bytes, and whether it is signed.
-pub fn layout(kind: Kind) -> Option<(usize, bool)> {
+pub fn layout(kind: DataType) -> Option<(usize, bool)> {
     Some(match kind {
-        Kind::U8 => (1, false),
-        Kind::U16 => (2, false),
-        Kind::U32 => (4, false),
-        Kind::U64 => (8, false),
-        Kind::I8 => (1, true),
-        Kind::I16 => (2, true),
-        Kind::I32 => (4, true),
-        Kind::I64 => (8, true),
-        Kind::F32 | Kind::Text | Kind::Domain => return None,
+        DataType::U8 => (1, false),
+        DataType::U16 => (2, false),
+        DataType::U32 => (4, false),
+        DataType::U64 => (8, false),
+        DataType::I8 => (1, true),
+        DataType::I16 => (2, true),
+        DataType::I32 => (4, true),
+        DataType::I64 => (8, true),
+        DataType::F32 | DataType::Text | DataType::Domain => return None,
     })
 }
 
 /// The value of these bytes; `None` if their number is wrong.
-pub fn decode(kind: Kind, bytes: &[u8]) -> Option<Value> {
+pub fn decode(kind: DataType, bytes: &[u8]) -> Option<Value> {
     match kind {
-        Kind::F32 => Some(Value::Real(f32::from_le_bytes(bytes.try_into().ok()?))),
-        Kind::Text => Some(Value::Text(String::from_utf8_lossy(bytes).into_owned())),
-        Kind::Domain => Some(Value::Bytes(bytes.to_vec())),
+        DataType::F32 => Some(Value::Real(f32::from_le_bytes(bytes.try_into().ok()?))),
+        DataType::Text => Some(Value::Text(String::from_utf8_lossy(bytes).into_owned())),
+        DataType::Domain => Some(Value::Bytes(bytes.to_vec())),
         _ => {
             let (size, is_signed) = layout(kind)?;
             if bytes.len() != size {
@@ -192,12 +192,12 @@ pub fn encode(row: &Row, text: &str) -> Result<Vec<u8>, Error> {
         return Err(Error::Conflict(format!("{} is read only", name(row))));
     }
     match row.kind {
-        Kind::F32 => {
+        DataType::F32 => {
             let value: f32 = text.parse().map_err(|_| wrong("a number"))?;
             Ok(value.to_le_bytes().to_vec())
         }
-        Kind::Text => Ok(text.as_bytes().to_vec()),
-        Kind::Domain => Err(wrong("nothing: a DOMAIN cannot be written as text")),
+        DataType::Text => Ok(text.as_bytes().to_vec()),
+        DataType::Domain => Err(wrong("nothing: a DOMAIN cannot be written as text")),
         kind => {
             let (size, is_signed) = layout(kind).ok_or_else(|| wrong("a number"))?;
             let number = match text.strip_prefix("0x") {
@@ -268,7 +268,7 @@ mod tests {
                 "{object} = {text}"
             );
         }
-        assert_eq!(decode(Kind::U16, &[1]), None);
+        assert_eq!(decode(DataType::U16, &[1]), None);
     }
 
     #[test]

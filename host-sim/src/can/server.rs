@@ -16,7 +16,7 @@ const SEND_BUFFER: usize = 1 << 18;
 /// Time between two polls of sockets and clock.
 const POLL_PERIOD: Duration = Duration::from_micros(500);
 
-/// The bus as an adapter sees it: a list of the frames that the client sends.
+/// The bus of an adapter: a list of the frames that the client sends.
 #[derive(Default)]
 struct Outbox(Vec<CanFrame>);
 

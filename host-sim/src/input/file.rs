@@ -2,7 +2,7 @@
 
 use std::{ops::RangeInclusive, path::Path};
 
-use identification::data::lines::{Line, Lines};
+use identification::data::lines::{Lines, TextLine};
 use model_core::time::{TICKS_PER_SECOND, ticks};
 
 use super::Sequence;
@@ -56,7 +56,7 @@ pub const LOAD: Quantity = Quantity {
 /// Times do not decrease; of several rows in one tick the last applies.
 ///
 /// # Errors
-/// [`Error::Read`], and [`Error::InputFile`] with line, column and what is expected.
+/// [`Error::Read`], and [`Error::InputFile`] with line, column and the expected value.
 pub fn read(path: &Path, quantity: &Quantity) -> Result<Sequence, Error> {
     let mut lines = Lines::open(path)?;
     let expected = format!("expected a header with `t` and `{}`", quantity.column);
@@ -100,7 +100,7 @@ trait Fields {
     fn value(&self, index: usize, quantity: &Quantity) -> Result<f64, Error>;
 }
 
-impl Fields for Line<'_> {
+impl Fields for TextLine<'_> {
     /// The index of the column of this name.
     fn column(&self, name: &str) -> Result<usize, String> {
         let mut found = (0..self.fields.len()).filter(|&index| self.fields[index] == name);

@@ -127,7 +127,7 @@ fn the_extension_selects_the_format_and_errors_name_the_file() {
     let figure = Figure::new("", "");
     save(&figure, &at("a.svg")).expect("an SVG");
     save(&figure, &at("a.html")).expect("a page");
-    let read = |name| std::fs::read_to_string(at(name)).expect("what was written");
+    let read = |name| std::fs::read_to_string(at(name)).expect("the written file");
     assert!(read("a.svg").starts_with("<svg ") && read("a.html").starts_with("<!DOCTYPE html>"));
     for bad in ["a.png", "a", "missing/a.svg"] {
         let error = save(&figure, &at(bad)).expect_err(bad).to_string();

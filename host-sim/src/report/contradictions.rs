@@ -1,12 +1,12 @@
 //! Contradictions within the paper, or between the paper and measurement. Each has a title and a
-//! short text: what is printed, what follows from it, and how it is interpreted here.
+//! short text: the printed text, its consequence, and the interpretation of this project.
 
 /// A contradiction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Contradiction {
     /// Its subject, as a question.
     pub title: &'static str,
-    /// What is printed, what follows from it, and the interpretation.
+    /// The printed text, its consequence, and the interpretation.
     pub text: &'static str,
 }
 

@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn both_gains_literal_the_duty_reaches_both_limits_and_the_angle_stays_within_two_counts() {
+    fn with_both_literal_gains_the_duty_saturates_and_the_angle_stays_within_two_counts() {
         let trace = trace().expect("a run");
         let column = |name: &str| trace.column(name).expect(name);
         let arrived = column("t").partition_point(|t| *t < 2.25);

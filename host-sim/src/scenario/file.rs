@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, fs, path::Path};
 
 use model_core::named::Named;
 use model_core::presets;
-use model_core::scenario::{self, Kind, ScenarioError};
+use model_core::scenario::{self, NameKind, ScenarioError};
 use serde::{Deserialize, Deserializer, de::Error as _};
 use toml::Spanned;
 
@@ -16,7 +16,7 @@ impl Scenario {
     /// Reads a TOML file.
     ///
     /// # Errors
-    /// [`Error::Read`], and [`Error::ScenarioFile`] with line, key and what is expected.
+    /// [`Error::Read`], and [`Error::ScenarioFile`] with line, key and the expected value.
     pub fn read(path: &Path) -> Result<Self, Error> {
         let bytes = fs::read(path).map_err(|source| Error::Read {
             path: path.into(),
@@ -52,7 +52,7 @@ fn checked<'de, T: Deserialize<'de>, U, D: Deserializer<'de>>(
 }
 
 fn named<'de, T: Named, D: Deserializer<'de>>(
-    kind: Kind,
+    kind: NameKind,
     deserializer: D,
 ) -> Result<Option<T>, D::Error> {
     checked(deserializer, |name: String| {
@@ -61,20 +61,20 @@ fn named<'de, T: Named, D: Deserializer<'de>>(
 }
 
 pub fn model<'de, D: Deserializer<'de>>(d: D) -> Result<Option<ModelKind>, D::Error> {
-    named(Kind::Model, d)
+    named(NameKind::Model, d)
 }
 
 pub fn plant<'de, D: Deserializer<'de>>(d: D) -> Result<Option<PlantKind>, D::Error> {
-    named(Kind::Plant, d)
+    named(NameKind::Plant, d)
 }
 
 pub fn pwm<'de, D: Deserializer<'de>>(d: D) -> Result<Option<Pwm>, D::Error> {
-    named(Kind::Pwm, d)
+    named(NameKind::Pwm, d)
 }
 
 pub fn preset<'de, D: Deserializer<'de>>(d: D) -> Result<Option<String>, D::Error> {
     checked(d, |name: String| {
-        let kind = Kind::Preset(None);
+        let kind = NameKind::Preset(None);
         match presets::preset(&name) {
             Some(_) => Ok(name),
             None => Err(ScenarioError::Unknown { kind, name: &name }.into()),

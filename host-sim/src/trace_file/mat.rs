@@ -85,14 +85,14 @@ impl<W: Write + Seek> Mat<W> {
     /// If the number of rows is not the announced one.
     pub fn finish(mut self) -> io::Result<W> {
         self.write_gathered()?;
-        assert_eq!(self.rows_left, 0, "as many rows as was said");
+        assert_eq!(self.rows_left, 0, "the announced number of rows");
         Ok(self.out)
     }
 
     fn write_gathered(&mut self) -> io::Result<()> {
         let rows = self.gathered.len() as u64;
         let left = self.rows_left.checked_sub(rows);
-        self.rows_left = left.expect("no more rows than was said");
+        self.rows_left = left.expect("no more rows than announced");
         for ((_, column), place) in self.gathered.columns().zip(&mut self.places) {
             self.out.seek(SeekFrom::Start(*place))?;
             for value in column {

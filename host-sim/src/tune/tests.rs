@@ -189,7 +189,7 @@ fn an_inner_loop_too_fast_for_the_board_gives_a_warning() {
 }
 
 #[test]
-fn an_invalid_parameter_is_named_whether_given_or_computed() {
+fn the_error_of_an_invalid_given_or_computed_parameter_names_it() {
     let text = |request: &TuneRequest| tune(request).unwrap_err().to_string();
     assert_eq!(
         text(&inner(f64::NAN, 0.25)),

@@ -1,4 +1,4 @@
-//! When a model is at which limit.
+//! Times that a model spends at its limits.
 
 use crate::model::ActiveLimit;
 

@@ -55,7 +55,7 @@ fn the_corners_of_a_ramp_are_preserved() {
 }
 
 #[test]
-fn a_command_with_few_levels_is_held_even_where_it_moves_with_every_sample() {
+fn a_command_with_few_levels_is_held_even_if_every_sample_differs() {
     let command: Vec<f64> = (0..200).map(|i| f64::from(i * 7 % 3)).collect();
     let segments = segments(&instants(200), &command, Hold::Auto);
     assert!(segments.iter().all(|s| s.is_constant));

@@ -33,7 +33,7 @@ const NO_LIMITS: [&str; 2] = ["rate_limit_up_deg_s", "rate_limit_down_deg_s"];
 
 impl Candidate {
     /// All variants of a model: complete, without delay, without rate limits, without both.
-    /// Variants that leave out what the model does not have or fixes anyway are omitted.
+    /// Variants without an effect that the model does not have, or that it fixes, are omitted.
     pub fn forms(model: &Arc<dyn Model>) -> Vec<Self> {
         let parameters = model.parameters();
         let free = |name: &str| parameters.iter().find(|p| p.name == name && !p.is_fixed);

@@ -1,4 +1,5 @@
-//! Finds clipped samples: the angle stays at an end of its range although the actuator should move.
+//! Finds clipped samples: the angle remains at an end of its range although the actuator should
+//! move.
 
 use std::ops::Range;
 

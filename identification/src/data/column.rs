@@ -111,11 +111,11 @@ impl Quantity {
 /// An assigned column: `angle=pos:rad`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ColumnSelection {
-    /// What it holds.
+    /// The quantity in the column.
     pub quantity: Quantity,
     /// Its name in the file, or its number from 1.
     pub column: String,
-    /// One of its units in ours; found in its name where it is not given.
+    /// Factor from its unit to that of the recording; by default from the unit in its name.
     pub factor: Option<f64>,
 }
 
@@ -166,7 +166,7 @@ pub struct Columns(pub Vec<ColumnSelection>);
 /// The column of a quantity in a table.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LocatedColumn {
-    /// What it is.
+    /// The quantity.
     pub quantity: Quantity,
     /// The index of its column.
     pub index: usize,
@@ -199,7 +199,7 @@ impl Columns {
     }
 }
 
-/// Completes unknown units: command and angle share theirs.
+/// Completes unknown units: command and angle have the same unit.
 fn with_units(table: &Table, columns: &[(Quantity, usize, Option<f64>)]) -> Vec<LocatedColumn> {
     let known = columns.iter().find(|(q, _, f)| q.is_angle() && f.is_some());
     let angle = known.and_then(|(_, _, factor)| *factor);

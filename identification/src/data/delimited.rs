@@ -5,7 +5,7 @@ use std::path::Path;
 use super::{Progress, Table};
 use crate::{
     data::ImportError,
-    data::lines::{Delimiter, Line, Lines},
+    data::lines::{Delimiter, Lines, TextLine},
 };
 
 /// Lines between two reports of progress.
@@ -57,7 +57,7 @@ fn are_units(fields: &[String]) -> bool {
     fields.iter().all(is_word) && fields.iter().any(|field| !field.is_empty())
 }
 
-fn push(table: &mut Table, line: &Line<'_>) -> Result<(), ImportError> {
+fn push(table: &mut Table, line: &TextLine<'_>) -> Result<(), ImportError> {
     let (found, expected) = (line.fields.len(), table.columns.len());
     if found != expected {
         let problem = format!("the fields are {found}, expected {expected} as in the header");

@@ -47,7 +47,7 @@ pub struct Lines<'a> {
 }
 
 /// A line that is neither blank nor a comment.
-pub struct Line<'a> {
+pub struct TextLine<'a> {
     path: &'a Path,
     number: u64,
     /// Its fields without quotes and surrounding blanks.
@@ -78,7 +78,7 @@ impl<'a> Lines<'a> {
     }
 
     /// The next line that is neither blank nor a comment.
-    pub fn next_line(&mut self) -> Result<Option<Line<'a>>, ImportError> {
+    pub fn next_line(&mut self) -> Result<Option<TextLine<'a>>, ImportError> {
         while self.advance()? {
             let text = str::from_utf8(&self.text)
                 .map_err(|error| self.problem(format!("{error}, expected UTF-8 text")))?;
@@ -101,7 +101,7 @@ impl<'a> Lines<'a> {
                 let problem = "a quote is not closed, expected its end in the same line";
                 return Err(self.problem(problem.into()));
             };
-            return Ok(Some(Line {
+            return Ok(Some(TextLine {
                 path: self.path,
                 number: self.number,
                 fields,
@@ -149,7 +149,7 @@ fn reader(delimiter: Option<Delimiter>) -> csv_core::Reader {
     }
 }
 
-impl Line<'_> {
+impl TextLine<'_> {
     /// Its number, counted from 1.
     pub fn number(&self) -> u64 {
         self.number

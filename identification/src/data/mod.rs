@@ -82,14 +82,14 @@ pub enum ImportError {
         /// The error of the operating system.
         source: io::Error,
     },
-    /// The file does not contain what was expected.
+    /// The file does not have the expected content.
     #[error("{}:{line}: {problem}", path.display())]
     Content {
         /// The file.
         path: PathBuf,
         /// The line, counted from 1.
         line: u64,
-        /// What was found, in which column, and what was expected.
+        /// The content, its column, and the expected content.
         problem: String,
     },
 }

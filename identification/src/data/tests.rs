@@ -105,7 +105,7 @@ fn a_file_without_header_names_its_columns_by_number() {
 }
 
 #[test]
-fn every_problem_is_named_by_file_and_line() {
+fn every_error_names_file_and_line() {
     let header = "t,command_deg,angle_deg\n";
     for (text, expected) in [
         (
@@ -240,7 +240,7 @@ fn an_actuator_that_settles_on_an_encoder_is_not_clipped() {
 #[test]
 fn a_fast_actuator_at_its_command_or_short_of_it_is_not_clipped() {
     for gain in [1.0, 0.3] {
-        // It arrives within one sample, two samples behind the command.
+        // It responds within one sample, two samples after the command.
         let row = |i: usize| {
             let command = |i: usize| if (20..60).contains(&i) { 90.0 } else { 0.0 };
             let angle = gain * command(i.saturating_sub(2));

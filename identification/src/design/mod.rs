@@ -243,7 +243,7 @@ pub struct Designed {
     pub amplitude_deg: f64,
     /// The command at the samples, deg.
     pub command_deg: Vec<f64>,
-    /// What it will tell.
+    /// The expected results.
     pub prediction: Prediction,
 }
 

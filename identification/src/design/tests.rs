@@ -46,7 +46,7 @@ fn scatter(setup: &ExperimentSetup, design: &Designed, runs: u64) -> Vec<(&'stat
         };
         let fit = engine::fit(&problem, &options, &Quiet).expect("a fit");
         for (values, (name, _)) in found.iter_mut().zip(&identified) {
-            values.push(fit.value(name).expect("it was looked for"));
+            values.push(fit.value(name).expect("an estimate"));
         }
     }
     let ratio = |(values, (name, predicted)): (&Vec<f64>, &(&'static str, f64))| {

@@ -117,8 +117,8 @@ fn searched(
     options: &Options,
     progress: &dyn Progress,
 ) -> Result<Vec<Vec<f64>>, IdentifyError> {
-    // Searched as by itself, so that this model fits no worse; a model with many minima, which
-    // takes long, only to the precision of a starting value.
+    // Searched with the same options as alone, so that this model does not fit worse; a model with
+    // many minima, which takes long, only to the precision of a starting value.
     let mut options = *options;
     if nested.has_many_minima() {
         options.limits.decrease = ROUGH_DECREASE.max(options.limits.decrease);

@@ -5,7 +5,7 @@ pub fn decibel(gain: f64) -> f64 {
     20.0 * gain.log10()
 }
 
-/// Takes the jumps by whole turns out of a sequence of angles; the first angle stays.
+/// Removes jumps by whole turns from a sequence of angles; the first angle is unchanged.
 pub fn unwrap_deg(angles_deg: &mut [f64]) {
     for i in 1..angles_deg.len() {
         let jump = angles_deg[i] - angles_deg[i - 1];

@@ -112,7 +112,7 @@ impl<S: Scalar, const N: usize> Series<S, N> {
     }
 }
 
-/// A system with what has been computed of it.
+/// A system with its cached results.
 pub struct Propagator<S, const N: usize> {
     pub series: Series<S, N>,
     short: TransitionCache<S, N>,

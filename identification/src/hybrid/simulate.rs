@@ -1,4 +1,4 @@
-//! Simulates a model along the samples of a recording, behind a delay.
+//! Simulates a model at the samples of a recording, with a delayed command.
 
 use super::propagator::Caching;
 use super::simulator::HybridSimulator;
@@ -36,7 +36,7 @@ pub trait Stepper<S: Scalar> {
     /// Switches the motor on or off; `angle_deg` is the last measured angle.
     fn switch_motor(&mut self, is_on: bool, angle_deg: f64, command: f64);
 
-    /// Advances by `step`; `caching` is how to cache what is computed for its length.
+    /// Advances by `step`; `caching` selects how the results for its length are cached.
     fn advance(&mut self, step: S, caching: Caching, command: &Command<S>);
 
     /// Repeats the last step, of a length that depends on no parameter and under a constant
@@ -170,7 +170,7 @@ pub fn simulate_steps<S: Scalar, R: Stepper<S>>(
     }
 }
 
-/// The last measured angle up to sample `i`, deg; NaN where there is none, and at the first sample.
+/// The last measured angle up to sample `i`, deg; NaN without one, and at the first sample.
 #[cold]
 fn measured(run: &Experiment, i: usize) -> f64 {
     if i == 0 {

@@ -11,7 +11,7 @@ pub const TOLERANCE: f64 = 1e-9;
 /// Events within one step after which the mode is selected from state and command.
 const MOST_CROSSINGS: usize = 16;
 
-/// A mode with what has been computed of it.
+/// A mode with its cached results.
 pub struct Mode<S, const N: usize> {
     pub linear: Propagator<S, N>,
     /// The same without derivatives: checks whether a long step leaves the mode.
@@ -114,7 +114,7 @@ impl<'a, S: Scalar, const N: usize, F: HybridModel<S, N>> HybridSimulator<'a, F,
         remains_in_mode
     }
 
-    /// Advances by `step`; `caching` is how to cache what is computed for its length.
+    /// Advances by `step`; `caching` selects how the results for its length are cached.
     pub fn advance(&mut self, step: S, caching: Caching, command: &Command<S>) {
         let (mut left, mut caching, mut command) = (step, caching, *command);
         for _ in 0..MOST_CROSSINGS {

@@ -22,7 +22,7 @@ pub struct Transition<S, const N: usize> {
 }
 
 impl<S: Scalar, const N: usize> Transition<S, N> {
-    /// Over `step`, with so many terms of the series.
+    /// Over `step`, with this number of terms of the series.
     pub fn new(system: &LinearSystem<S, N>, step: S, terms: usize) -> Self {
         let zero = [S::constant(0.0); N];
         let mut columns = [zero; N];
@@ -200,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn the_matrices_are_what_the_series_says() {
+    fn the_matrices_agree_with_their_series() {
         let mut transition = Transition::new(&SYSTEM, 0.02, 24);
         let x = [1.5, -20.0];
         for command in COMMANDS {

@@ -3,13 +3,13 @@
 //! `parameters!` makes a struct with one field for each parameter,
 //! generic over the scalar, and the table that the search, the command line and the files use. The
 //! simulator's own table supplies name, symbol, unit, default, range and meaning; the declaration
-//! adds what only a search needs.
+//! adds properties for the search.
 
 use std::ops::Deref;
 
 use model_core::parameter::Parameter;
 
-/// A parameter of a model: what the simulator declares of it, and how a search treats it.
+/// A parameter of a model: its declaration in the simulator, and its properties in a search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ModelParameter {
     /// Name, symbol, unit, default, range and meaning.
@@ -88,7 +88,7 @@ impl ModelParameter {
         self
     }
 
-    /// A limit of the rate: from what no encoder resolves to what no servo reaches.
+    /// A rate limit: from below the resolution of an encoder to above the rate of any servo.
     pub const fn rate_limit(self) -> Self {
         let mut limit = self.within(0.1, 1e5);
         limit.is_limit = true;

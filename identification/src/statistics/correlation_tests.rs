@@ -23,7 +23,7 @@ fn coloured(samples: usize, a: f64, seed: u64) -> Vec<f64> {
 }
 
 #[test]
-fn white_residuals_pass_as_often_as_the_significance_level_says() {
+fn white_residuals_pass_at_the_rate_of_the_significance_level() {
     let runs = 300;
     let alarms = (0..runs).filter(|&seed| {
         let (e, u) = (noise(1000, seed), coloured(1000, 0.9, seed + 10_000));

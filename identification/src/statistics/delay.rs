@@ -102,7 +102,7 @@ mod tests {
     use super::{super::tests::white, *};
 
     #[test]
-    fn the_delay_of_a_lag_lies_between_onset_and_peak() {
+    fn the_delay_of_a_lag_is_between_onset_and_peak() {
         const STEP_S: f64 = 0.004;
         let time_s: Vec<f64> = (0..2000).map(|i| f64::from(i) * STEP_S).collect();
         // A binary sequence through 5 samples of delay and a lag of 30 rad/s.
@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn what_rests_or_has_nothing_to_do_with_the_command_has_no_delay() {
+    fn a_constant_or_unrelated_angle_has_no_delay() {
         let time_s: Vec<f64> = (0..500).map(|i| f64::from(i) * 0.02).collect();
         assert_eq!(DelayEstimate::of(&time_s, &time_s, &[1.0; 500]), None);
         assert_eq!(DelayEstimate::of(&[], &[], &[]), None);

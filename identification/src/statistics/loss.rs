@@ -94,14 +94,14 @@ mod tests {
     }
 
     #[test]
-    fn a_model_with_a_third_more_error_is_told_apart() {
+    fn a_model_with_a_third_more_error_is_distinguished() {
         let worse: Vec<f64> = white(500, 1).iter().map(|e| 1.33 * e).collect();
         let difference = difference(&worse, &white(500, 2));
         assert!(difference.mean_deg2 > 0.0 && !difference.is_by_chance());
     }
 
     #[test]
-    fn a_model_is_not_told_apart_from_itself() {
+    fn a_model_is_not_distinguished_from_itself() {
         let e = white(100, 1);
         assert!(difference(&e, &e).is_by_chance());
         assert_eq!(LossDifference::of([]), None);

@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_predicted_exactly_has_no_error_and_what_is_missing_does_not_count() {
+    fn an_exact_prediction_has_no_error_and_missing_samples_do_not_count() {
         let quality = Quality::of(&[1.0, f64::NAN, 3.0], &[1.0, 2.0, 3.0]).expect("two numbers");
         assert_eq!((quality.samples, quality.fit_percent), (2, 100.0));
         assert_eq!(quality.theil.inequality, 0.0);

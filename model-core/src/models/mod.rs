@@ -33,7 +33,7 @@ pub struct Output {
     pub angle_deg: f64,
     /// Rate of the output shaft, deg/s.
     pub rate_deg_s: f64,
-    /// Duty at the motor, %; 0 for a model that has none.
+    /// Duty at the motor, %; 0 for a model without a duty.
     pub duty_pct: f64,
 }
 

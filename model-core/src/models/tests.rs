@@ -18,7 +18,7 @@ pub(super) fn angle_after(model: &mut impl ActuatorModel, command_deg: f64, tick
     model.output(command_deg).angle_deg
 }
 
-/// Lag behind a ramp of this slope after two seconds, s.
+/// Lag relative to a ramp of this slope after two seconds, s.
 pub(super) fn ramp_lag_s(model: &mut impl ActuatorModel, slope_deg_s: f64) -> f64 {
     let command_deg = |tick: u32| slope_deg_s * f64::from(tick) * TICK_S;
     for tick in 0..40_000 {

@@ -12,7 +12,7 @@ use crate::presets::{PRESETS, Preset};
 
 /// Kind of object that a name refers to.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Kind {
+pub enum NameKind {
     /// A model.
     Model,
     /// A plant of the board.
@@ -29,7 +29,7 @@ pub enum Kind {
     InputParameter(&'static [Parameter]),
 }
 
-impl Kind {
+impl NameKind {
     /// The term for it in a message.
     pub const fn label(self) -> &'static str {
         match self {
@@ -72,7 +72,7 @@ impl Kind {
 }
 
 /// The expected names, separated by commas; for the many parameters of a model only a description.
-impl fmt::Display for Kind {
+impl fmt::Display for NameKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut separator = "";
         let mut result = Ok(());
@@ -99,7 +99,7 @@ pub enum ScenarioError<'a> {
     /// The name is unknown.
     Unknown {
         /// Kind of the named object.
-        kind: Kind,
+        kind: NameKind,
         /// The name.
         name: &'a str,
     },
@@ -145,7 +145,7 @@ impl From<ParameterError> for ScenarioError<'_> {
 impl fmt::Display for ScenarioError<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NoModel => write!(f, "no model, expected one of {}", Kind::Model),
+            Self::NoModel => write!(f, "no model, expected one of {}", NameKind::Model),
             Self::Unknown { kind, name } => {
                 write!(f, "unknown {} `{name}`; expected {kind}", kind.label())
             }
@@ -162,7 +162,7 @@ impl fmt::Display for ScenarioError<'_> {
                 write!(
                     f,
                     ", not for {model}: {summary}; expected {}",
-                    Kind::Preset(Some(*model))
+                    NameKind::Preset(Some(*model))
                 )
             }
             Self::PresetOfOtherPlant { preset } => write!(

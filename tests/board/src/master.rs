@@ -74,9 +74,9 @@ pub fn to_and_fro(tick: u64) -> i32 {
     steps(tick, 10_000, 250)
 }
 
-/// An angle and its opposite, alternating every `turn` control periods.
-pub fn steps(tick: u64, mdeg: i32, turn: u64) -> i32 {
-    if (tick / turn).is_multiple_of(2) {
+/// An angle and its opposite, alternating every `hold` control periods.
+pub fn steps(tick: u64, mdeg: i32, hold: u64) -> i32 {
+    if (tick / hold).is_multiple_of(2) {
         mdeg
     } else {
         -mdeg

@@ -53,7 +53,7 @@ fn a_second_address_of_a_value_takes_default_limits_and_unit_from_the_first() {
     let row = &rows.expect("valid")[1];
     assert_eq!(row.default, Default::Integer(5, "5".into()));
     assert_eq!(row.limits, Some(("0".into(), "9".into())));
-    assert_eq!((row.unit.as_str(), row.kind), ("mA", Kind::U32));
+    assert_eq!((row.unit.as_str(), row.kind), ("mA", DataType::U32));
     assert_eq!(
         error(&format!(
             "{first}\n0x2001,,A,B,u32,rw,,6,,,,,,parameters.a.b,,"
@@ -65,17 +65,17 @@ fn a_second_address_of_a_value_takes_default_limits_and_unit_from_the_first() {
 #[test]
 fn values_are_those_of_their_type() {
     assert_eq!(
-        default("-5", Kind::I8),
+        default("-5", DataType::I8),
         Some(Default::Integer(-5, "-5".into()))
     );
     assert_eq!(
-        default("$NODEID+0x180", Kind::U32),
+        default("$NODEID+0x180", DataType::U32),
         Some(Default::NodeId(0x180))
     );
-    assert_eq!(default("$NODEID+0x180", Kind::U16), None);
-    assert_eq!(default("0.5", Kind::F32), Some(Default::Real(0.5)));
-    assert_eq!(default("nan", Kind::F32), None);
-    assert_eq!(default("x", Kind::Domain), None);
+    assert_eq!(default("$NODEID+0x180", DataType::U16), None);
+    assert_eq!(default("0.5", DataType::F32), Some(Default::Real(0.5)));
+    assert_eq!(default("nan", DataType::F32), None);
+    assert_eq!(default("x", DataType::Domain), None);
     assert_eq!(relation("in 1 2"), Some(Some(Relation::OneOf(vec![1, 2]))));
     assert_eq!(relation("=1"), None);
 }

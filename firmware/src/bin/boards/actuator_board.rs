@@ -9,13 +9,13 @@
 //! | 4 | `TIM1_UP_TIM10` | each PWM edge | outputs; in the first PWM period starts the encoder, in the last one enables the sampling instants |
 //! | 4 | `TIM1_CC` | sampling instants in the last PWM period | starts the samples of current, back-EMF, supply and temperature, switches to coasting |
 //! | 4 | `DMA2_STREAM0` | encoder read, 38 us after the edge | control step |
-//! | 4 | `UART7`, used as a software interrupt | edges of two PWM periods in between | turn of the CANopen device: received frames, timers, frames to transmit |
-//! | 2 | `CAN1_TX`, `CAN1_SCE` | mailbox free; bus error, and each turn | frames to the controller; its state, bit rate and filters |
+//! | 4 | `UART7`, used as a software interrupt | edges of two PWM periods in between | call of the CANopen device: received frames, timers, frames to transmit |
+//! | 2 | `CAN1_TX`, `CAN1_SCE` | mailbox free; bus error, and each call | frames to the controller; its state, bit rate and filters |
 //! | 1 | `UART8`, used as a software interrupt | after the control step | flash and log |
 //!
 //! Only the reception of a frame preempts the control step, for a microsecond, and no task of lower
-//! priority locks it out. The turns of the device have its priority, so that both use the device
-//! without a lock; a turn ends long before the next control step, and before the last PWM period
+//! priority locks it out. The calls of the device have its priority, so that both use the device
+//! without a lock; a call ends long before the next control step, and before the last PWM period
 //! with its sampling instants. All other tasks communicate by queues and atomics without locks.
 
 #![no_std]
@@ -41,7 +41,7 @@ mod app {
         drive::{Device, StoredParameters},
         store::{self, Origin},
         supervisor::{ResetCause, Task},
-        timing::TURNS,
+        timing::CALL_PERIODS,
     };
     use heapless::spsc::{Consumer, Producer, Queue};
     use stm32f4xx_hal::pac::Interrupt;
@@ -181,7 +181,7 @@ mod app {
             bridge.begin_control_period();
         }
         bridge.begin_pwm_period();
-        if TURNS.contains(&period) {
+        if CALL_PERIODS.contains(&period) {
             rtic::pend(Interrupt::UART7);
         }
         if period == PWM_PERIODS - 1 {
@@ -219,7 +219,7 @@ mod app {
     }
 
     #[task(binds = UART7, priority = 4, shared = [period_counter, canopen_task])]
-    fn canopen_turn(cx: canopen_turn::Context) {
+    fn canopen_call(cx: canopen_call::Context) {
         let period = cx.shared.period_counter.period();
         if cx.shared.canopen_task.communicate(period) {
             rtic::pend(Interrupt::CAN1_TX);
@@ -227,7 +227,7 @@ mod app {
         rtic::pend(Interrupt::CAN1_SCE);
     }
 
-    // The highest priority, and short: the FIFO holds three frames, and a turn of the device can
+    // The highest priority, and short: the FIFO holds three frames, and a call of the device can
     // take longer than three frames.
     #[task(binds = CAN1_RX0, priority = 5, local = [can_receiver, received])]
     fn frame_received(cx: frame_received::Context) {
@@ -252,7 +252,7 @@ mod app {
         }
     }
 
-    // Requested by the controller when its state changes, and by each turn of the device.
+    // Requested by the controller when its state changes, and by each call of the device.
     #[task(
         binds = CAN1_SCE,
         priority = 2,

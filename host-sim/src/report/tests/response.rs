@@ -28,7 +28,7 @@ fn tolerance(o: &Outcome, frequency_hz: f64, gain: f64) -> f64 {
 }
 
 #[test]
-fn every_measured_point_lies_on_its_computed_line() {
+fn every_measured_point_agrees_with_its_computed_line() {
     for o in &comparison().outcomes {
         let Some(linear) = &o.linear else {
             continue;

@@ -117,7 +117,7 @@ fn text(text: &str) -> Read {
 }
 
 #[test]
-fn every_column_comes_back_bit_for_bit_however_many_rows_there_are() {
+fn every_column_is_read_back_bit_for_bit_for_any_number_of_rows() {
     let odd = [
         0.0,
         -0.0,
@@ -209,7 +209,7 @@ fn a_field_has_room_for_31_characters_or_where_one_needs_it_for_63() {
 
 #[test]
 fn the_greatest_number_of_rows_is_that_of_two_gibibytes() {
-    // The layout alone says whether it goes: nothing is written into the gaps.
+    // Only the layout is checked: no data are written into the sparse file.
     let sized = |rows: u64| {
         let names = ["t", "a", "b", "c", "d", "e", "f", "g"];
         let description = Description::default();
@@ -218,8 +218,8 @@ fn the_greatest_number_of_rows_is_that_of_two_gibibytes() {
     };
     let most = most_rows(8);
     assert!(sized(most).expect("it goes") <= i32::MAX as u64);
-    assert!(sized(2 * most).expect("it goes by the bits of a length") > i32::MAX as u64);
-    assert!(sized(3 * most).is_err(), "longer than a length can say");
+    assert!(sized(2 * most).expect("the length fits its field") > i32::MAX as u64);
+    assert!(sized(3 * most).is_err(), "too long for the length field");
 }
 
 /// A file of which only the end is known.

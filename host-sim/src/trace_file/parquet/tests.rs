@@ -1,4 +1,4 @@
-//! The library's reader gives back what was written.
+//! The files are read back with the library's reader.
 
 use std::{collections::BTreeMap, fs::File};
 
@@ -22,16 +22,16 @@ fn written(rows: usize) -> (Vec<[f64; 2]>, SerializedFileReader<File>) {
     let rows: Vec<_> = (0..rows).map(|row| [row as f64, value(row)]).collect();
     let file = tempfile::tempfile().expect("a file");
     let mut parquet =
-        Parquet::create(file, &["t", "angle_deg"], &description).expect("the disk takes it");
+        Parquet::create(file, &["t", "angle_deg"], &description).expect("the file is written");
     for row in &rows {
-        parquet.row(row).expect("the disk takes it");
+        parquet.row(row).expect("the file is written");
     }
-    let file = parquet.finish().expect("the disk takes it");
+    let file = parquet.finish().expect("the file is written");
     (rows, SerializedFileReader::new(file).expect("it is one"))
 }
 
 #[test]
-fn every_column_comes_back_bit_for_bit_in_as_many_groups_as_it_needs() {
+fn every_column_is_read_back_bit_for_bit_from_several_groups() {
     for (rows, groups) in [
         (1, 1),
         (1000, 1),

@@ -47,7 +47,7 @@ fn a_known_fit_of_a_nested_model_is_a_starting_point() {
     assert!(other.cost <= alone.cost);
 }
 
-/// Requests to stop after so many searches.
+/// Requests a stop after this number of searches.
 struct After(usize, AtomicUsize);
 
 impl Progress for After {

@@ -46,7 +46,7 @@ impl AcceptedIds {
 /// Sets the filter up after a reset, while its initialisation mode is on: frames with these
 /// identifiers go to FIFO 0, all others are rejected.
 pub fn set_up(can: &CAN1, accepted: &AcceptedIds) {
-    // SAFETY: one bit for each bank; banks without an identifier stay off.
+    // SAFETY: one bit for each bank; banks without an identifier remain inactive.
     unsafe {
         can.fm1r().write(|w| w.bits(u32::MAX >> 4));
         can.ffa1r().write(|w| w.bits(0));

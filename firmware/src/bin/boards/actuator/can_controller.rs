@@ -1,8 +1,8 @@
 //! CAN1 of the actuator board. No operation waits for the bus.
 //!
-//! Received frames are fetched by an interrupt of their own. Frames to be transmitted wait in a
+//! Received frames are fetched by a separate interrupt. Frames to be transmitted wait in a
 //! queue for one of the three mailboxes, which transmit in the order in which they are filled.
-//! After bus-off the controller recovers by itself, after 128 times 11 recessive bits (RM0090,
+//! After bus-off the controller recovers automatically, after 128 times 11 recessive bits (RM0090,
 //! section 32.7.6).
 
 use canopen::CanFrame;
@@ -20,7 +20,7 @@ use crate::board::can_registers;
 /// can still discard them.
 const QUEUE_LENGTH: usize = 1;
 
-/// Time quanta of a bit before and after the sample point, behind the first quantum: sampled at
+/// Time quanta of a bit before and after the sample point, after the first quantum: sampled at
 /// 85.7 %.
 const SEGMENT_1: u8 = 11;
 const SEGMENT_2: u8 = 2;
@@ -37,7 +37,7 @@ pub struct CanController {
     pending_kbit_s: Option<u16>,
 }
 
-/// The receive FIFO, for an interrupt of its own.
+/// The receive FIFO, for a separate interrupt.
 pub struct CanReceiver(CAN1);
 
 impl CanReceiver {
@@ -61,7 +61,7 @@ impl CanController {
     /// Joins the bus with 1000 kbit/s or 500 kbit/s, and receives the frames with these
     /// identifiers.
     pub fn new(can: CAN1, kbit_s: u16, accepted: &AcceptedIds) -> (Self, CanReceiver) {
-        // After a reset the controller is in sleep mode. It recovers from bus-off by itself,
+        // After a reset the controller is in sleep mode. It recovers from bus-off automatically,
         // transmits in order, and discards new frames when the FIFO is full.
         can.mcr().write(|w| {
             w.sleep().clear_bit().inrq().set_bit();

@@ -1,4 +1,4 @@
-//! The CANopen device on the board: its control step, and its turns on the bus.
+//! The CANopen device on the board: its control step, and its calls for the bus.
 //!
 //! [`gather`], [`device_control`] and [`communicate`] are not inlined and have fixed symbols, so
 //! that the emulator counts their instructions and a debugger shows them.
@@ -8,7 +8,7 @@ use cortex_m::peripheral::DWT;
 use firmware::{
     application::{Outputs, Samples},
     drive::{Device, StoredParameters},
-    timing::TURNS,
+    timing::CALL_PERIODS,
 };
 use heapless::spsc::{Consumer, Producer};
 
@@ -25,12 +25,12 @@ use super::{
     watchdog_supervisor::WatchdogSupervisor,
 };
 
-/// Length of the queue of received frames: more than the bus carries between two turns, 3 ms at
+/// Length of the queue of received frames: more than the bus carries between two calls, 3 ms at
 /// 1 Mbit/s. A queue holds one element less than its length.
 pub const RECEIVE_QUEUE: usize = 65;
 
 /// Length of the queue of frames to be transmitted: a bus of 1 Mbit/s carries as many in 2 ms, so
-/// that urgent frames of the next turn wait no longer. A block of the SDO server, 127 frames,
+/// that urgent frames of the next call wait no longer. A block of the SDO server, 127 frames,
 /// continues as there is room.
 pub const TRANSMIT_QUEUE: usize = 17;
 
@@ -40,16 +40,16 @@ pub const REPORT_QUEUE: usize = 3;
 /// Length of a queue that holds one element.
 pub const SINGLE: usize = 2;
 
-/// Core cycles after which a turn processes no further received frames. An ordinary frame takes
-/// 1,000 cycles: two turns process as many frames as a bus of 1 Mbit/s carries.
+/// Core cycles after which a call processes no further received frames. An ordinary frame takes
+/// 1,000 cycles: two calls process as many frames as a bus of 1 Mbit/s carries.
 const INTAKE_CYCLES: u32 = 30_000;
 
 /// Core cycles of the longest frame, which resets the node.
 const LONGEST_FRAME_CYCLES: u32 = 70_000;
 
-// The last turn ends before the last PWM period, whose sampling instants it would delay.
+// The last call ends before the last PWM period, whose sampling instants it would delay.
 const _: () = assert!(
-    INTAKE_CYCLES + LONGEST_FRAME_CYCLES < (PWM_PERIODS - 1 - TURNS[1]) * (CORE_HZ / PWM_HZ)
+    INTAKE_CYCLES + LONGEST_FRAME_CYCLES < (PWM_PERIODS - 1 - CALL_PERIODS[1]) * (CORE_HZ / PWM_HZ)
 );
 
 /// The task's ends of the queues to the other tasks.
@@ -69,11 +69,11 @@ pub struct CanopenTask {
     queues: Queues,
     /// Identifiers that the controller receives, or will receive with the next status interrupt.
     accepted_ids: AcceptedIds,
-    /// Number of the PWM period of the last turn, and its time, us.
-    last_turn: (u32, u64),
+    /// Number of the PWM period of the last call, and its time, us.
+    last_call: (u32, u64),
 }
 
-/// Reads what was sampled since the last control step.
+/// Reads the values sampled since the last control step.
 #[unsafe(no_mangle)]
 #[inline(never)]
 pub fn gather(
@@ -101,7 +101,7 @@ fn device_control(device: &mut Device<'static>, samples: &Samples) -> Outputs {
     device.control(samples)
 }
 
-/// Processes received frames and what has become due, and queues the frames to be transmitted.
+/// Processes received frames and due events, and queues the frames to be transmitted.
 #[unsafe(no_mangle)]
 #[inline(never)]
 fn communicate(task: &mut CanopenTask, now_us: u64) {
@@ -140,7 +140,7 @@ impl CanopenTask {
             watchdog,
             queues,
             accepted_ids,
-            last_turn: (0, 0),
+            last_call: (0, 0),
         }
     }
 
@@ -160,7 +160,7 @@ impl CanopenTask {
         self.device.drive.diagnostics.starved_periods = self.watchdog.end_step();
     }
 
-    /// A turn of the device on the bus, in the PWM period of this number. Returns whether there are
+    /// A call of the CANopen device, in the PWM period of this number. Returns whether there are
     /// frames to transmit.
     pub fn communicate(&mut self, period: u32) -> bool {
         self.update_diagnostics();
@@ -173,10 +173,10 @@ impl CanopenTask {
 
     /// Time of a PWM period from its number, which has 31 bits and wraps.
     fn time_us(&mut self, period: u32) -> u64 {
-        let (last_period, last_us) = self.last_turn;
+        let (last_period, last_us) = self.last_call;
         let elapsed = period.wrapping_sub(last_period) & (u32::MAX >> 1);
         let now_us = last_us.wrapping_add(u64::from(elapsed) * u64::from(PWM_PERIOD_US));
-        self.last_turn = (period, now_us);
+        self.last_call = (period, now_us);
         now_us
     }
 

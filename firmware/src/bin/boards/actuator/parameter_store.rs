@@ -18,7 +18,7 @@ pub struct ParameterStore<S: Stored + 'static> {
 }
 
 impl<S: Stored> ParameterStore<S> {
-    /// A store with what was loaded from this flash.
+    /// A store with the parameters loaded from this flash.
     pub fn new(to_save: Consumer<'static, S, SINGLE>, flash: Flash, loaded: &Loaded<S>) -> Self {
         Self {
             to_save,

@@ -27,6 +27,6 @@ const _: () = {
     assert!(1_000_000 % PWM_RATE_HZ == 0);
     // The number of a PWM period wraps at a whole number of control periods.
     assert!(PWM_PERIODS.is_power_of_two());
-    // Two turns of the CANopen device are between the first and the last PWM period.
+    // Two calls of the CANopen device are between the first and the last PWM period.
     assert!(PWM_PERIODS >= 4);
 };

@@ -22,7 +22,7 @@ const PINS: [Pin; 16] = [
     (b'E', 8, Mode::Alternate(1), Pull::None),
     (b'E', 11, Mode::Alternate(1), Pull::None),
     (b'E', 10, Mode::Alternate(1), Pull::None),
-    // Break input. Without a comparator it reads low, and the bridge stays off.
+    // Break input. Without a comparator it reads low, and the bridge remains off.
     (b'E', 15, Mode::Alternate(1), Pull::Down),
     // Encoder: CSn, CLK, DO. A broken wire reads as zeros, which is an invalid word.
     (b'A', 4, Mode::Output, Pull::None),

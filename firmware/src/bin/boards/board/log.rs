@@ -82,7 +82,7 @@ static FRAME: Frame = Frame(UnsafeCell::new(FrameState {
 }));
 
 impl Cursor {
-    /// Appends bytes as far as there is room.
+    /// Appends bytes while there is space.
     fn append(&mut self, bytes: &[u8]) {
         for byte in bytes {
             let next = (self.end + 1) % SIZE;

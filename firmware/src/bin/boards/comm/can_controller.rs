@@ -1,8 +1,8 @@
 //! CAN1 of the communication board: opened and closed without waiting, at all bit rates of slcan.
 //!
 //! The controller leaves the bus at the end of the frame that it transmits (RM0090, section
-//! 32.4.1); how to join the bus again is stored until then. After bus-off it recovers by itself,
-//! after 128 times 11 recessive bits.
+//! 32.4.1); how to join the bus again is stored until then. After bus-off it recovers
+//! automatically, after 128 times 11 recessive bits.
 
 use canopen::{
     CanFrame,
@@ -13,7 +13,7 @@ use stm32f4xx_hal::pac::CAN1;
 
 use crate::board::can_registers;
 
-/// Time quanta of a bit before and after the sample point, behind the first quantum: 1 + 16 + 3,
+/// Time quanta of a bit before and after the sample point, after the first quantum: 1 + 16 + 3,
 /// sampled at 85 %; at 800 kbit/s 1 + 7 + 2, sampled at 80 %.
 const SEGMENTS: (u8, u8) = (16, 3);
 const SEGMENTS_AT_800: (u8, u8) = (7, 2);
@@ -102,7 +102,7 @@ impl CanController {
             w.ts1().bits(before - 1).ts2().bits(after - 1).sjw().bits(1);
             w.silm().bit(is_silent)
         });
-        // The controller recovers from bus-off by itself, transmits in order, and discards new
+        // The controller recovers from bus-off automatically, transmits in order, and discards new
         // frames when the FIFO is full. It joins the bus after 11 recessive bits.
         can.mcr().write(|w| {
             w.sleep().clear_bit().inrq().clear_bit();

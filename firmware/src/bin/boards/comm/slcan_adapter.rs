@@ -69,7 +69,7 @@ impl SlcanAdapter {
         }
     }
 
-    /// Executes the received commands, as far as there is room for their answers. Returns whether
+    /// Executes the received commands, while there is space for their responses. Returns whether
     /// there is an answer.
     pub fn execute_commands(
         &mut self,
@@ -88,7 +88,7 @@ impl SlcanAdapter {
         has_written
     }
 
-    /// Writes the received frames to the serial line, as far as there is room. Returns whether it
+    /// Writes the received frames to the serial line, while there is space. Returns whether it
     /// wrote any.
     pub fn forward_frames(&mut self) -> bool {
         let mut has_written = false;
