@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Tests that need Python or Node.js and are therefore not part of `cargo test`: python-canopen and node-canopen as independent
-# masters over slcan; the EDS in three importers and compared with the server entry by entry. Installs its packages in target/.
+# Tests that need Python or Node.js and are therefore not part of `cargo test`: python-canopen and
+# node-canopen as independent masters over slcan; the EDS in three importers and compared with the
+# server entry by entry. Installs its packages in target/.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

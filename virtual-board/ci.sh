@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Compares the instructions of the control law with those of the same law in C, and drives both boards by python-canopen.
+# Compares the instructions of the control law with those of the same law in C, and drives both
+# boards by python-canopen.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -8,7 +9,7 @@ if ! command -v arm-none-eabi-gcc >/dev/null; then
     $sudo apt-get update -qq
     $sudo apt-get install -y -qq gcc-arm-none-eabi
 fi
-# All packages are named: the emulator is built already with the features of all.
+# With all packages, as the emulator has already been built with their features.
 cargo bench --workspace --exclude actuator-python --features actuator/board --ignore-rust-version --locked \
     --bench control_law --profile dev
 bash .ci/programs
@@ -20,7 +21,7 @@ cargo build-board --locked --target-dir target/board
 clients=canopen/tests/clients
 printf '\n-- The chain: python-canopen at the serial line of the communication board\n'
 "$venv/bin/python" "$clients/actuator.py" target/debug/actuator docs/smart-actuator.eds --elf "$boards/actuator-board" "$boards/comm-board"
-printf '\n-- The chain: a master that errs, and every command in every state\n'
+printf '\n-- The chain: invalid requests of a master, and every command in every state\n'
 "$venv/bin/python" "$clients/black_box.py" target/debug/actuator --elf "$boards/actuator-board" "$boards/comm-board"
 printf '\n-- The chain: the experiment of the paper\n'
 "$venv/bin/python" "$clients/experiment.py" target/debug/actuator docs/smart-actuator.eds "$boards/actuator-board" "$boards/comm-board"

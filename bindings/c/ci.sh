@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Tests that need more than a C compiler and are not part of `cargo test`: C++, valgrind, sanitisers, bare metal, JSBSim
-# and Octave. Installs missing tools (apt, and a Python environment under target/).
+# Tests that need more than a C compiler and are not part of `cargo test`: C++, valgrind,
+# sanitisers, bare metal, JSBSim and Octave. Installs missing tools (apt, and a Python environment
+# under target/).
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 

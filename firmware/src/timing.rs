@@ -13,7 +13,7 @@ const _: () = assert!(
     "a control period is a whole number of milliseconds"
 );
 
-/// The PWM periods of a control period in which the turns of the CANopen device start: at the first
+/// The PWM periods of a control period in which the calls of the CANopen device start: at the first
 /// edges after a quarter and after a half of it.
 pub const CALL_PERIODS: [u32; 2] = [
     PWM_PERIODS_PER_CONTROL_PERIOD / 4,

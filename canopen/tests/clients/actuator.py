@@ -24,7 +24,8 @@ from wire import boards
 
 PROGRAM, SHEET, ELF = sys.argv.pop(1), sys.argv.pop(1), boards(sys.argv)
 
-# Serial number: 1 for the first native actuator; a board hashes the unique ID of its chip, which is 1 on the first emulated board.
+# Serial number: 1 for the first native actuator; a board hashes the unique ID of its chip, which is
+# 1 on the first emulated board.
 SERIAL_NUMBER = zlib.crc32(struct.pack("<III", 1, 0, 0)) if ELF else 1
 
 # A serial line has one client, and a board stores its node-ID.
@@ -162,7 +163,8 @@ class ProcessData(Served):
         before, begun = counter.raw, len(seen[2])
         time.sleep(1)
         samples, frames = counter.raw - before & 0xFFFF, len(seen[2]) - begun
-        # By the actuator's count no sample is lost; the tolerance is for the clock of a busy computer.
+        # By the actuator's count no sample is lost; the tolerance is for the clock of a busy
+        # computer.
         self.assertAlmostEqual(samples, frames, delta=2)
         if not ELF:
             self.assertTrue(230 <= samples <= 270, samples)
@@ -211,7 +213,8 @@ class Drive(DriveTests, Served):
             command["Target position"].raw = 200 * step
             command.transmit()
             time.sleep(0.02)
-        # The lag is the rate, 10 deg/s, divided by the gain, 8/s, plus the delay of a busy computer.
+        # The lag is the rate, 10 deg/s, divided by the gain, 8/s, plus the delay of a busy
+        # computer.
         self.assertGreater(self.angle_mdeg(), 12_000)
 
         def settled():
@@ -255,7 +258,8 @@ class Program(Served):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.actuator("set", "2030:1=0")
         rows = list(csv.DictReader(self.actuator("record", "--capture").stdout.splitlines()))
-        # The commands of the board are exact in mdeg: 5 deg up, 5 deg down, 25 control periods each.
+        # The commands of the board are exact in mdeg: 5 deg up, 5 deg down, 25 control periods
+        # each.
         commands = [float(row["command_mdeg"]) - float(rows[-1]["command_mdeg"]) for row in rows]
         self.assertEqual([round(value) for value in commands[:51]], [5_000] * 25 + [-5_000] * 25 + [0])
         rows = list(csv.DictReader(self.actuator("record", "--for", "0.5").stdout.splitlines()))

@@ -124,7 +124,8 @@ class Network(Bench):
 NOT_ENABLED, READY, SWITCHED_ON, ENABLED, QUICK_STOP = 0x40, 0x21, 0x23, 0x27, 0x07
 WAYS = {NOT_ENABLED: [], READY: [6], SWITCHED_ON: [6, 7], ENABLED: [6, 7, 15], QUICK_STOP: [6, 7, 15, 2]}
 COMMANDS = {"shutdown": 0x06, "switch on": 0x07, "enable operation": 0x0F, "disable voltage": 0x00, "quick stop": 0x02, "fault reset": 0x80}
-# Next state of each command; a command that is not listed has no effect. A fault reset has bit 1 clear, which disables voltage.
+# Next state of each command; a command that is not listed has no effect. A fault reset has bit 1
+# clear, which disables voltage.
 LEADS = {
     (NOT_ENABLED, "shutdown"): READY,
     (READY, "switch on"): SWITCHED_ON, (READY, "enable operation"): ENABLED, (READY, "disable voltage"): NOT_ENABLED,

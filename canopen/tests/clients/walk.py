@@ -74,7 +74,8 @@ class Walk(Bench):
             with self.subTest(str(entry)):
                 value = self.read(entry)
                 for limit, beyond, code in ((entry.low, entry.low - 1, TOO_LOW), (entry.high, entry.high + 1, TOO_HIGH)):
-                    # A limit may violate a relation to another parameter; and an excitation cannot start while the drive is disabled.
+                    # A limit may violate a relation to another parameter; and an excitation cannot
+                    # start while the drive is disabled.
                     expected = [None, STATE] if entry.index == 0x2020 else [None, MINIMUM_ABOVE_MAXIMUM]
                     self.assertIn(self.write(entry, entry.pack(limit)), expected, limit)
                     self.assertIsNone(self.write(entry, value))

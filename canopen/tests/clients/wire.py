@@ -162,7 +162,8 @@ class Bench(unittest.TestCase):
         cls.addClassCleanup(cls.wire.close)
         # A busy computer may emulate more slowly than real time.
         cls.sdo = Sdo(cls.wire, cls.node, timeout=8 if cls.elf else 2)
-        # While the serial line is closed no node acknowledges the boot-up of a board, which records this error.
+        # While the serial line is closed no node acknowledges the boot-up of a board, which records
+        # this error.
         cls.sdo.download(0x1003, 0, b"\0")
 
     @classmethod

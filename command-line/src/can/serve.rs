@@ -71,23 +71,28 @@ impl Serve {
         let mut buffers = vec![vec![0; CAPTURE_VALUES]; usize::from(self.nodes)];
         let nodes = (1..).zip(&mut buffers).map(|(number, buffer)| {
             let node_id = NodeId::new(number).filter(|_| !self.unconfigured);
-            NativeNode::new(u32::from(number), node_id, &self.rig(number), buffer)
+            NativeNode::new(
+                u32::from(number),
+                node_id,
+                &self.plant_options(number),
+                buffer,
+            )
         });
         let mut server = Server::new(Bus::new(nodes.collect::<Result<_, _>>()?));
         #[cfg(unix)]
         if self.pty {
-            let (terminal, place) = open_terminal()?;
+            let (terminal, address) = open_terminal()?;
             server.add(terminal, true);
-            self.ready(&place)?;
-            return run(&mut server, None, &stop, &place);
+            self.ready(&address)?;
+            return run(&mut server, None, &stop, &address);
         }
-        let (listener, place) = self.listen()?;
-        self.ready(&place)?;
-        run(&mut server, Some(&listener), &stop, &place)
+        let (listener, address) = self.listen()?;
+        self.ready(&address)?;
+        run(&mut server, Some(&listener), &stop, &address)
     }
 
-    /// The board plant of an actuator.
-    fn rig(&self, number: u8) -> BoardPlantOptions {
+    /// Options of the board plant of an actuator.
+    fn plant_options(&self, number: u8) -> BoardPlantOptions {
         self.seed.map_or_else(BoardPlantOptions::default, |seed| {
             BoardPlantOptions::realistic(seed.wrapping_add(u64::from(number)))
         })
@@ -97,25 +102,27 @@ impl Serve {
     fn emulate(&self, actuator: &Path, comm: &Path, stop: &Arc<AtomicBool>) -> Result<(), Error> {
         use crate::emulated::{self, Programs, TcpServer};
         let programs = Programs::read(actuator, comm).map_err(Error::Board)?;
-        let rigs: Vec<_> = (1..=self.nodes).map(|number| self.rig(number)).collect();
-        let (transport, place): Endpoint = match self.open_terminal()? {
-            Some((transport, place)) => (transport, place),
+        let plants: Vec<_> = (1..=self.nodes)
+            .map(|number| self.plant_options(number))
+            .collect();
+        let (transport, address): Endpoint = match self.open_terminal()? {
+            Some((transport, address)) => (transport, address),
             None => {
-                let (listener, place) = self.listen()?;
-                (Box::new(TcpServer::new(listener)), place)
+                let (listener, address) = self.listen()?;
+                (Box::new(TcpServer::new(listener)), address)
             }
         };
-        let line = self.ready_line(&place);
+        let line = self.ready_line(&address);
         // The server also runs if nothing reads the line.
         let ready = move || drop(print(&line));
-        emulated::serve(&programs, &rigs, transport, Box::new(ready), stop).map_err(Error::Board)
+        emulated::serve(&programs, &plants, transport, Box::new(ready), stop).map_err(Error::Board)
     }
 
     #[cfg(all(feature = "board", unix))]
     fn open_terminal(&self) -> Result<Option<Endpoint>, Error> {
         let open = || {
             open_terminal()
-                .map(|(file, place)| (Box::new(crate::emulated::Terminal(file)) as _, place))
+                .map(|(file, address)| (Box::new(crate::emulated::Terminal(file)) as _, address))
         };
         self.pty.then(open).transpose()
     }
@@ -137,7 +144,7 @@ impl Serve {
     /// A listener and its address.
     fn listen(&self) -> Result<(TcpListener, String), Error> {
         let listener = listen(self.listen).map_err(|source| Error::Serve {
-            place: self.listen.to_string(),
+            address: self.listen.to_string(),
             source,
         })?;
         let address = listener.local_addr().unwrap_or(self.listen);
@@ -149,11 +156,11 @@ impl Serve {
         Ok((listener, address.to_string()))
     }
 
-    fn ready(&self, place: &str) -> Result<(), Error> {
-        print(&self.ready_line(place))
+    fn ready(&self, address: &str) -> Result<(), Error> {
+        print(&self.ready_line(address))
     }
 
-    fn ready_line(&self, place: &str) -> String {
+    fn ready_line(&self, address: &str) -> String {
         let ids = match (self.unconfigured, self.nodes) {
             (true, _) => "without node-IDs".to_owned(),
             (_, 1) => "with node-ID 1".to_owned(),
@@ -166,7 +173,7 @@ impl Serve {
         };
         let kind = if self.elf.is_some() { "emulated " } else { "" };
         format!(
-            "ready: slcan at {place}, {} {kind}{what} {ids}\n",
+            "ready: slcan at {address}, {} {kind}{what} {ids}\n",
             self.nodes
         )
     }
@@ -175,7 +182,7 @@ impl Serve {
 #[cfg(unix)]
 fn open_terminal() -> Result<(std::fs::File, String), Error> {
     let opened = crate::terminal::open().map_err(|source| Error::Serve {
-        place: "a pseudo-terminal".into(),
+        address: "a pseudo-terminal".into(),
         source,
     });
     opened.map(|(terminal, path)| (terminal, path.display().to_string()))
@@ -191,9 +198,9 @@ fn run(
     server: &mut Server<'_>,
     listener: Option<&TcpListener>,
     stop: &AtomicBool,
-    place: &str,
+    address: &str,
 ) -> Result<(), Error> {
-    let place = place.to_owned();
+    let address = address.to_owned();
     let done = server.run(listener, stop);
-    done.map_err(|source| Error::Serve { place, source })
+    done.map_err(|source| Error::Serve { address, source })
 }

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Trace files as others read them: Octave, scipy and pyarrow against the CSV of the same run, bit for bit.
-# Installs what it needs: Octave by apt where it is not there, Python's packages below target/.
-# With --parquet the Parquet files too: building their crate takes some minutes.
+# Trace files as others read them: Octave, scipy and pyarrow against the CSV of the same run, bit
+# for bit. Installs what it needs: Octave by apt where it is not there, Python's packages below
+# target/. With --parquet the Parquet files too: building their crate takes some minutes.
 set -euo pipefail
 features=()
 [ "${1:-}" != --parquet ] || features=(--features parquet)

@@ -1,4 +1,5 @@
-//! Instructions between two places of a program, on an emulated STM32F427 with nothing around it.
+//! Instructions between two symbols of a program, on an emulated STM32F427 without peripherals of a
+//! board.
 
 use std::{num::NonZeroU32, num::NonZeroU64, path::Path};
 
@@ -58,19 +59,19 @@ impl Board for Bare {
     }
 }
 
-/// What was counted.
+/// The result of the count.
 #[derive(Debug, Default)]
 pub struct Counted {
     /// Instructions of each pass.
     pub instructions: Vec<u64>,
-    /// The compare value that each has decided.
+    /// Compare value of each pass.
     pub compares: Vec<i32>,
 }
 
 struct Counter {
     from: u64,
     to: u64,
-    /// Where the program puts its decision.
+    /// Address of the program's compare value.
     decision: u64,
     passes: usize,
     began: Option<u64>,
@@ -107,11 +108,11 @@ impl Driver<Bare> for Counter {
     }
 }
 
-/// Counts from each arrival at one symbol to the next arrival at another, and reads `COMPARE`
-/// there.
+/// Counts the instructions from each execution of one symbol to the next execution of another,
+/// where it reads `COMPARE`.
 ///
 /// # Panics
-/// If the file is no such program.
+/// If the file is not such a program.
 pub fn count(elf: &Path, [from, to]: [&str; 2], passes: usize) -> Counted {
     let bytes = std::fs::read(elf).expect("the program");
     let symbols = Symbols::read(&bytes, |address| address & !1).expect("its symbols");
@@ -119,7 +120,7 @@ pub fn count(elf: &Path, [from, to]: [&str; 2], passes: usize) -> Counted {
     let counter = Counter {
         from: address(from),
         to: address(to),
-        decision: symbols.get("COMPARE").expect("a decision"),
+        decision: symbols.get("COMPARE").expect("the symbol COMPARE"),
         passes,
         began: None,
         is_watching: false,
@@ -128,7 +129,7 @@ pub fn count(elf: &Path, [from, to]: [&str; 2], passes: usize) -> Counted {
     let board = Bare {
         mcu: Stm32f427::new().expect("the processor"),
     };
-    // Before the first instruction of any program, so that no pass goes by unseen.
+    // Before the first instruction of the program, so that every pass is counted.
     let first_stop = VirtualNanos(1);
     let session = Session::new(Box::new(board), 0, first_stop).expect("a session");
     let images = [Image::read(elf, None).expect("an image")];

@@ -1,5 +1,5 @@
-//! Instructions of the control law beside the same cascade in C around CMSIS-DSP's `arm_pid_f32`,
-//! compiled by `arm-none-eabi-gcc -O3`, with the same inputs on the same emulator.
+//! Instructions of the control law, compared with the same cascade in C with CMSIS-DSP's
+//! `arm_pid_f32`, compiled by `arm-none-eabi-gcc -O3`, with the same inputs on the same emulator.
 
 use std::{
     path::{Path, PathBuf},
@@ -11,15 +11,16 @@ mod instructions;
 use cross_build::control_law_elf;
 use instructions::{Counted, count};
 
-/// Four seconds of control periods.
+/// Control periods in four seconds.
 const STEPS: usize = 1000;
 
-/// Counts of 56,000 that the decisions may be apart: a half that one rounds up and the other down.
-const FURTHEST: u32 = 1;
+/// Tolerance of the compare values, counts of 56,000: a half that is rounded in different
+/// directions.
+const TOLERANCE_COUNTS: u32 = 1;
 
-fn rival() -> PathBuf {
-    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/rival");
-    let elf = Path::new(env!("CARGO_TARGET_TMPDIR")).join("rival.elf");
+fn c_program() -> PathBuf {
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/c_reference");
+    let elf = Path::new(env!("CARGO_TARGET_TMPDIR")).join("c-reference.elf");
     let status = Command::new("arm-none-eabi-gcc")
         .args([
             "-O3",
@@ -58,27 +59,27 @@ fn report(name: &str, counted: &Counted) {
 
 fn main() {
     let symbols = ["control_law", "stimulus"];
-    let ours = count(control_law_elf(), symbols, STEPS);
-    let theirs = count(&rival(), symbols, STEPS);
+    let rust = count(control_law_elf(), symbols, STEPS);
+    let c = count(&c_program(), symbols, STEPS);
     println!("instructions of a control law, {STEPS} steps:");
-    report("  model-core, Rust, 64-bit fixed point", &ours);
-    report("  C, CMSIS-DSP's recurrence, single precision", &theirs);
-    compare(&ours.compares, &theirs.compares);
+    report("  model-core, Rust, 64-bit fixed point", &rust);
+    report("  C, CMSIS-DSP's recurrence, single precision", &c);
+    compare(&rust.compares, &c.compares);
 }
 
-/// Both decide the same, but for what single precision rounds: its 24 bits are 0.003 counts of a
-/// full duty, the integrator sums some of them up, and where the modulator's remainder is near a
-/// half, its count comes a step earlier or later.
-fn compare(ours: &[i32], theirs: &[i32]) {
-    let apart = || ours.iter().zip(theirs).map(|(a, b)| a.abs_diff(*b));
-    let equal = apart().filter(|apart| *apart == 0).count();
-    let (worst, total) = (apart().max().unwrap_or(0), apart().count());
-    let spread = ours.iter().map(|compare| compare.abs()).max().unwrap_or(0);
+/// Asserts that both give the same compare values, except for the rounding of single precision: its
+/// 24 bits are 0.003 counts of a full duty, the integrator accumulates some of them, and if the
+/// modulator's remainder is near a half, a count may occur a step earlier or later.
+fn compare(rust: &[i32], c: &[i32]) {
+    let differences = || rust.iter().zip(c).map(|(a, b)| a.abs_diff(*b));
+    let equal = differences().filter(|difference| *difference == 0).count();
+    let (worst, total) = (differences().max().unwrap_or(0), differences().count());
+    let spread = rust.iter().map(|compare| compare.abs()).max().unwrap_or(0);
     println!(
-        "compare values up to {spread}: {equal} of {total} equal, {worst} counts apart at most"
+        "compare values up to {spread}: {equal} of {total} equal, {worst} counts of difference at most"
     );
     assert!(
-        total >= STEPS && worst <= FURTHEST,
-        "they are not the same law"
+        total >= STEPS && worst <= TOLERANCE_COUNTS,
+        "the control laws differ"
     );
 }

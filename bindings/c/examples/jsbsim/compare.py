@@ -32,7 +32,8 @@ def differences(library, folder, name, frame_s):
     fdm = servo.simulator(folder, name, frame_s)
     fdm["ic/h-sl-ft"], fdm["ic/vc-kts"] = 3000, 100
     fdm.run_ic()
-    # The delay line of the system is initially zero, like that of the model after a first command of 0.
+    # The delay line of the system is initially zero, like that of the model after a first command
+    # of 0.
     model = servo.Servo(library, "black-box-1")
     system = lag = 0.0
     for frame in range(1, round(END_S / frame_s) + 1):

@@ -14,7 +14,8 @@ FRAME_S = 1 / 120
 END_S = 240.0
 START_FT, CLIMB_FT = 3000.0, 100.0
 
-# Actuator of the elevator: a model with its parameters, or None for an ideal elevator without delay.
+# Actuator of the elevator: a model with its parameters, or None for an ideal elevator without
+# delay.
 SERVOS = {
     "ideal": None,
     "board": ("board", {}),
@@ -23,8 +24,8 @@ SERVOS = {
     "slow and late": ("board", {"motor_gain_up": 0.374, "motor_gain_down": 0.374, "delay_s": 0.8}),
 }
 
-# Maximum change of the altitude by a fast servo, ft: a tenth of the climb. A slow servo must change it by more, which
-# proves that the servo is in the loop.
+# Maximum change of the altitude by a fast servo, ft: a tenth of the climb. A slow servo must change
+# it by more, which proves that the servo is in the loop.
 NEAR_FT = 0.1 * CLIMB_FT
 
 

@@ -1,6 +1,6 @@
 //! The control law in a loop, so that an emulator can count its instructions.
 //!
-//! `stimulus` and [`control_law`] alternate; `virtual-board/benches/rival/control_law.c` does the
+//! `stimulus` and [`control_law`] alternate; `virtual-board/benches/c_reference/control_law.c` does the
 //! same in C with the same inputs.
 
 #![no_std]
