@@ -21,10 +21,10 @@ pub enum Error {
     #[error(transparent)]
     Bus(#[from] ClientError),
     /// A bus cannot be served.
-    #[error("cannot serve at {place}: {source}")]
+    #[error("cannot serve at {address}: {source}")]
     Serve {
         /// Address or device.
-        place: String,
+        address: String,
         /// The error of the operating system.
         source: io::Error,
     },
