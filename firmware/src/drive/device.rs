@@ -54,6 +54,8 @@ impl<'a> Device<'a> {
     }
 
     /// As [`Device::new`], with this node-ID; `None` waits for LSS.
+    // Not inlined: its temporaries, as large as the device, stay out of the caller's stack frame.
+    #[inline(never)]
     pub fn with_node_id(
         stored: StoredParameters,
         start: Start,

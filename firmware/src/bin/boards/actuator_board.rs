@@ -35,6 +35,8 @@ mod board;
 )]
 #[rtic::app(device = stm32f4xx_hal::pac, peripherals = true)]
 mod app {
+    use core::mem::MaybeUninit;
+
     use canopen::CanFrame;
     use firmware::{
         application::{BusState, Start},
@@ -57,7 +59,7 @@ mod app {
             CanopenTask, Queues, RECEIVE_QUEUE, REPORT_QUEUE, SINGLE, TRANSMIT_QUEUE, gather,
         },
         encoder::Encoder,
-        parameter_store::ParameterStore,
+        parameter_store::{ParameterStore, SaveResult},
         servo_pulse::ServoPulse,
         timebase::PeriodCounter,
         timing::PWM_PERIODS,
@@ -100,8 +102,10 @@ mod app {
         receive_queue: Queue<CanFrame, RECEIVE_QUEUE> = Queue::new(),
         transmit_queue: Queue<CanFrame, TRANSMIT_QUEUE> = Queue::new(),
         accepted_ids_queue: Queue<AcceptedIds, SINGLE> = Queue::new(),
-        save_queue: Queue<StoredParameters, SINGLE> = Queue::new(),
-        save_result_queue: Queue<bool, SINGLE> = Queue::new(),
+        save_queue: Queue<&'static mut StoredParameters, SINGLE> = Queue::new(),
+        save_result_queue: Queue<SaveResult<StoredParameters>, SINGLE> = Queue::new(),
+        set_to_save: MaybeUninit<StoredParameters> = MaybeUninit::uninit(),
+        device: MaybeUninit<Device<'static>> = MaybeUninit::uninit(),
         capture_buffer: [i32; CAPTURE_WORDS] = [0; CAPTURE_WORDS],
     ])]
     fn init(cx: init::Context) -> (Shared, Local) {
@@ -123,7 +127,8 @@ mod app {
             watchdog: peripherals.reset_cause == ResetCause::Watchdog,
             parameters_corrupt: loaded.origin == Origin::DefaultsInsteadOfCorrupt,
         };
-        let mut device = Device::new(loaded.parameters, start, cx.local.capture_buffer, 0);
+        let device = Device::new(loaded.parameters, start, cx.local.capture_buffer, 0);
+        let device = cx.local.device.write(device);
         device.drive.diagnostics.reset_cause = peripherals.reset_cause;
         device.drive.diagnostics.serial_number = serial_number();
 
@@ -146,7 +151,13 @@ mod app {
             analog: peripherals.analog,
             encoder: peripherals.encoder,
             period_counter: peripherals.period_counter,
-            canopen_task: CanopenTask::new(device, watchdog, queues, initial_ids),
+            canopen_task: CanopenTask::new(
+                device,
+                watchdog,
+                queues,
+                cx.local.set_to_save.write(loaded.parameters),
+                initial_ids,
+            ),
             can,
             to_transmit,
         };

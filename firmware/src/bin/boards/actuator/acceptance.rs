@@ -1,7 +1,7 @@
 //! Acceptance filter of the CAN controller: 14 filter banks as one list of 28 identifiers (RM0090,
 //! section 32.7.4).
 
-use embedded_can::{Id, StandardId};
+use embedded_can::Id;
 use firmware::drive::{RPDOS, TPDOS};
 use stm32f4xx_hal::pac::CAN1;
 
@@ -16,22 +16,22 @@ const _: () = assert!(MAXIMUM <= FILTERS);
 const REMOTE: u32 = 1 << 1;
 const EXTENDED: u32 = 1 << 2;
 
-/// Identifiers that the node receives, each with whether of remote frames.
+/// Filter words of the identifiers that the node receives.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct AcceptedIds {
-    list: [(Id, bool); MAXIMUM],
+    words: [u32; MAXIMUM],
     count: usize,
 }
 
 impl AcceptedIds {
-    /// The list of these identifiers.
+    /// The list of these identifiers, each with whether of remote frames.
     pub fn new(identifiers: impl Iterator<Item = (Id, bool)>) -> Self {
         let mut accepted = Self {
-            list: [(Id::Standard(StandardId::ZERO), false); MAXIMUM],
+            words: [0; MAXIMUM],
             count: 0,
         };
-        for (entry, identifier) in accepted.list.iter_mut().zip(identifiers) {
-            *entry = identifier;
+        for (word, identifier) in accepted.words.iter_mut().zip(identifiers) {
+            *word = filter_word(identifier);
             accepted.count += 1;
         }
         accepted
@@ -39,7 +39,7 @@ impl AcceptedIds {
 
     /// Filter words of the list.
     fn words(&self) -> impl Iterator<Item = u32> {
-        self.list.iter().take(self.count).copied().map(filter_word)
+        self.words.iter().take(self.count).copied()
     }
 }
 

@@ -10,7 +10,7 @@ use heapless::spsc::{Consumer, Producer};
 
 use super::{
     canopen_task::{REPORT_QUEUE, SINGLE},
-    parameter_store::ParameterStore,
+    parameter_store::{ParameterStore, SaveResult},
     timebase,
     timing::CONTROL_RATE_HZ,
     watchdog_supervisor::report_alive,
@@ -42,7 +42,7 @@ impl StepReport {
 pub struct Background {
     pub reports: Consumer<'static, StepReport, REPORT_QUEUE>,
     pub store: ParameterStore<StoredParameters>,
-    pub save_results: Producer<'static, bool, SINGLE>,
+    pub save_results: Producer<'static, SaveResult<StoredParameters>, SINGLE>,
     pub log: StateLog,
 }
 
@@ -52,10 +52,10 @@ impl Background {
         while let Some(report) = self.reports.dequeue() {
             self.log.update(&report);
         }
-        if let Some(is_saved) = self.store.run() {
+        if let Some(result) = self.store.run() {
             // There is room: the device takes each result within a control period, and a save takes
             // many.
-            let _ = self.save_results.enqueue(is_saved);
+            let _ = self.save_results.enqueue(result);
         }
         report_alive(Task::Background);
     }

@@ -19,6 +19,7 @@ use super::{
     bridge::Bridge,
     bus_status,
     encoder::Encoder,
+    parameter_store::SaveResult,
     servo_pulse::ServoPulse,
     timebase,
     timing::{CORE_HZ, CYCLES_PER_US, PWM_HZ, PWM_PERIOD_US, PWM_PERIODS},
@@ -58,15 +59,17 @@ pub struct Queues {
     pub to_transmit: Producer<'static, CanFrame, TRANSMIT_QUEUE>,
     pub reports: Producer<'static, StepReport, REPORT_QUEUE>,
     pub accepted_ids: Producer<'static, AcceptedIds, SINGLE>,
-    pub to_save: Producer<'static, StoredParameters, SINGLE>,
-    pub save_results: Consumer<'static, bool, SINGLE>,
+    pub to_save: Producer<'static, &'static mut StoredParameters, SINGLE>,
+    pub save_results: Consumer<'static, SaveResult<StoredParameters>, SINGLE>,
 }
 
 /// Node, drive, and their connections to the other tasks.
 pub struct CanopenTask {
-    device: Device<'static>,
+    device: &'static mut Device<'static>,
     watchdog: WatchdogSupervisor,
     queues: Queues,
+    /// Memory for the set of the next save; none while a save runs.
+    set_to_save: Option<&'static mut StoredParameters>,
     /// Identifiers that the controller receives, or will receive with the next status interrupt.
     accepted_ids: AcceptedIds,
     /// Number of the PWM period of the last call, and its time, us.
@@ -130,15 +133,17 @@ fn queue_frames(device: &mut Device<'static>, queues: &mut Queues) {
 impl CanopenTask {
     /// The task of a device whose frames the controller receives already.
     pub fn new(
-        device: Device<'static>,
+        device: &'static mut Device<'static>,
         watchdog: WatchdogSupervisor,
         queues: Queues,
+        set_to_save: &'static mut StoredParameters,
         accepted_ids: AcceptedIds,
     ) -> Self {
         Self {
             device,
             watchdog,
             queues,
+            set_to_save: Some(set_to_save),
             accepted_ids,
             last_call: (0, 0),
         }
@@ -147,7 +152,7 @@ impl CanopenTask {
     /// Starts the control step of the period of this number; returns the drive's decision.
     pub fn begin_step(&mut self, samples: &mut Samples, control_period: u32) -> Outputs {
         samples.missed_periods = self.watchdog.begin_step(control_period);
-        device_control(&mut self.device, samples)
+        device_control(self.device, samples)
     }
 
     /// Ends the control step, after its decision is set at the bridge.
@@ -189,14 +194,17 @@ impl CanopenTask {
 
     /// Sends a set of parameters to be saved, and takes the result of the last save.
     fn exchange_with_store(&mut self) {
-        if let Some(is_saved) = self.queues.save_results.dequeue() {
+        if let Some((is_saved, memory)) = self.queues.save_results.dequeue() {
             self.device.drive.saved(is_saved);
+            self.set_to_save = Some(memory);
         }
-        if self.queues.to_save.ready()
+        if self.set_to_save.is_some()
             && let Some(set) = self.device.drive.take_save()
+            && let Some(memory) = self.set_to_save.take()
         {
-            // There is room.
-            let _ = self.queues.to_save.enqueue(*set);
+            *memory = *set;
+            // There is room: only one set is on its way.
+            let _ = self.queues.to_save.enqueue(memory);
         }
     }
 

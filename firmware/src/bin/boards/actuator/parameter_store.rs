@@ -10,29 +10,41 @@ use super::{canopen_task::SINGLE, flash::Flash};
 /// for 0.2 ms of each, in the first call longer because the set is hashed.
 const POLLS: usize = 200;
 
+/// Whether a set is saved, and its memory for the next one.
+pub type SaveResult<S> = (bool, &'static mut S);
+
 /// Flash pages of parameters, and the sets to be saved there.
 pub struct ParameterStore<S: Stored + 'static> {
-    to_save: Consumer<'static, S, SINGLE>,
+    to_save: Consumer<'static, &'static mut S, SINGLE>,
     flash: Flash,
     saver: Saver<S>,
+    /// The set that is being saved.
+    set: Option<&'static mut S>,
 }
 
 impl<S: Stored> ParameterStore<S> {
     /// A store with the parameters loaded from this flash.
-    pub fn new(to_save: Consumer<'static, S, SINGLE>, flash: Flash, loaded: &Loaded<S>) -> Self {
+    pub fn new(
+        to_save: Consumer<'static, &'static mut S, SINGLE>,
+        flash: Flash,
+        loaded: &Loaded<S>,
+    ) -> Self {
         Self {
             to_save,
             flash,
             saver: Saver::new(loaded),
+            set: None,
         }
     }
 
-    /// Continues a save or starts one. Returns at its end whether the set is saved.
-    pub fn run(&mut self) -> Option<bool> {
+    /// Continues a save or starts one. Returns at its end whether the set is saved, and the memory
+    /// of the set.
+    pub fn run(&mut self) -> Option<SaveResult<S>> {
         if !self.saver.is_running()
             && let Some(set) = self.to_save.dequeue()
         {
-            self.saver.start(&set);
+            self.saver.start(set);
+            self.set = Some(set);
         }
         let mut polls = 0..POLLS;
         let progress = loop {
@@ -41,16 +53,17 @@ impl<S: Stored> ParameterStore<S> {
                 break progress;
             }
         };
-        match progress {
-            Progress::Idle | Progress::Running => None,
+        let is_saved = match progress {
+            Progress::Idle | Progress::Running => return None,
             Progress::Done => {
                 defmt::info!("parameters saved");
-                Some(true)
+                true
             }
             Progress::Failed(error) => {
                 defmt::error!("parameters not saved, stage {}", error as u8);
-                Some(false)
+                false
             }
-        }
+        };
+        Some((is_saved, self.set.take()?))
     }
 }
