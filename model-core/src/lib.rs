@@ -2,7 +2,8 @@
 //!
 //! The crate has no dependency on a bus, hardware, a clock or a heap: functions take structs and
 //! return structs. Computations of the board are in fixed point ([`control`], [`excitation`]);
-//! models of the physical world are in `f64` ([`models`], [`plant`], [`sensors`]).
+//! models of the physical world and the evaluation of runs are in `f64` ([`models`], [`plant`],
+//! [`sensors`], [`evaluation`]).
 
 #![no_std]
 
@@ -11,6 +12,7 @@ extern crate std;
 
 pub mod actuator;
 pub mod control;
+pub mod evaluation;
 pub mod excitation;
 mod limits;
 pub mod models;

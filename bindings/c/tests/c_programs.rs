@@ -90,18 +90,8 @@ fn steps() -> impl Iterator<Item = (f64, u64, f64)> {
 }
 
 fn line(tick: u64, r: &Reading) -> String {
-    let numbers = [
-        r.command_deg,
-        r.angle_deg,
-        r.rate_deg_s,
-        r.duty_pct,
-        r.angle_meas_deg,
-        r.rate_meas_deg_s,
-        r.current_a,
-        r.back_emf_v,
-    ];
     let mut line = tick.to_string();
-    for number in numbers {
+    for number in r.values() {
         write!(line, " {:016x}", number.to_bits()).unwrap();
     }
     line + "\n"

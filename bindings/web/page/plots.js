@@ -75,6 +75,6 @@ function held({ columns, rows }, column, times) {
 // Summary of a measured frequency response.
 function onResponse({ linear_share: share }, amplitude_deg) {
   return `Measured: 23 sines at once, ${short(amplitude_deg)} deg each up to 1 Hz and falling with the frequency above, ` +
-    `one period of 4 s to settle and one to correlate. ${short(100 * share)} % of the response's power stands at these frequencies` +
+    `one period of 4 s to settle and one to correlate. Frequencies at which quantization or distortion hides the motion are left out. ${short(100 * share)} % of the response's power stands at these frequencies` +
     (share < 0.98 ? '; the rest is distortion or noise: limits, friction or quantisation show at this amplitude.' : '.');
 }

@@ -145,7 +145,7 @@ pub extern "C" fn trace_rows() -> usize {
 pub extern "C" fn frequency() -> i32 {
     with(|session| {
         let response = session.scenario().and_then(|s| frequency::measure(&s));
-        session.answer(response.map(|response| response.to_json()))
+        session.answer(response.map(|response| frequency::to_json(&response)))
     })
 }
 

@@ -36,19 +36,8 @@ impl Trace {
     }
 
     fn put(&mut self, row: usize, t_s: f64, command_deg: f64, r: &Reading) {
-        let values = [
-            t_s,
-            command_deg,
-            r.command_deg,
-            r.angle_deg,
-            r.rate_deg_s,
-            r.duty_pct,
-            r.angle_meas_deg,
-            r.rate_meas_deg_s,
-            r.current_a,
-            r.back_emf_v,
-        ];
-        for (column, value) in values.into_iter().enumerate() {
+        let values = [t_s, command_deg].into_iter().chain(r.values());
+        for (column, value) in values.enumerate() {
             self.values[column * self.rows + row] = value;
         }
     }

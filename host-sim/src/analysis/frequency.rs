@@ -1,11 +1,9 @@
 //! Bode plots and bandwidths of transfer functions.
 
 pub use identification::frequency::{decibel, logarithmic_grid, unwrap_deg};
+pub use model_core::evaluation::frequency_response::HALF_POWER_DB;
 
 use super::transfer_function::TransferFunction;
-
-/// Gain that defines the bandwidth: half the power, -3.0103 dB.
-pub const HALF_POWER_DB: f64 = -3.010_299_956_639_812;
 
 // Range of all searches, Hz. The dynamics of a servo are between 0.1 and 100 Hz: three decades of
 // reserve below, two above.

@@ -2,7 +2,8 @@
 //!
 //! From parameters, exact for small signals: frequency responses ([`frequency`]) of the linear
 //! models ([`linear_models`]), and stability and margins of their loops ([`loop_gain`]).
-//! From samples: step metrics ([`step_metrics`]), and gain and phase at a frequency ([`sine_fit`]).
+//! From samples: gain and phase at a frequency ([`sine_fit`]). Step metrics and the measured
+//! frequency response are in [`model_core::evaluation`].
 //!
 //! Continuous and sampled systems have one type, [`transfer_function::TransferFunction`]: a
 //! rational function of the delta operator `(z - 1)/T`, which is `s` for `T = 0`.
@@ -12,8 +13,9 @@ pub mod linear_models;
 pub mod loop_gain;
 pub mod polynomial;
 pub mod sine_fit;
-pub mod step_metrics;
 pub mod transfer_function;
 
 #[cfg(test)]
 pub(crate) mod referee;
+#[cfg(test)]
+mod step_metrics_tests;

@@ -1,8 +1,9 @@
-use super::super::referee::Board;
-use super::*;
+//! The metrics of steps agree with the table of the reference.
+
+use super::referee::Board;
 use model_core::control::parameters::ControlParameters;
+use model_core::evaluation::step_metrics::{Step, rate_extremes, steps};
 use model_core::time::{seconds, ticks};
-use proptest::prelude::*;
 
 const DELAY: i64 = 350;
 
@@ -15,19 +16,26 @@ fn pulse_deg(tick: i64) -> f64 {
     }
 }
 
-/// Metrics of the 5 s pulse for states at every tick.
-fn of_pulse(angle: &[f64], rate: &[f64]) -> StepMetrics {
+/// The two steps of the 5 s pulse and the extremes of the rate, for states at every tick.
+struct Found {
+    steps: [Step; 2],
+    rates_deg_s: (f64, f64),
+}
+
+fn of_pulse(angle: &[f64], rate: &[f64]) -> Found {
     let t: Vec<f64> = (0..ticks(5.0)).map(seconds).collect();
     let command: Vec<f64> = (0..100_000).map(pulse_deg).collect();
-    step_metrics(&t, &command, angle, rate)
+    let steps: Vec<Step> = steps(&t, &command, angle).collect();
+    Found {
+        steps: steps.try_into().expect("a pulse has two steps"),
+        rates_deg_s: rate_extremes(rate),
+    }
 }
 
 /// Compares with a line of the reference's table: rise, t90, overshoots, settling up and down,
 /// rates.
-fn assert_line(found: &StepMetrics, line: [Option<f64>; 8]) {
-    let [up, down] = &found.steps[..] else {
-        panic!("a pulse has two steps");
-    };
+fn assert_line(found: &Found, line: [Option<f64>; 8]) {
+    let [up, down] = &found.steps;
     let values = [
         up.rise_time_s,
         up.t90_s,
@@ -35,8 +43,8 @@ fn assert_line(found: &StepMetrics, line: [Option<f64>; 8]) {
         Some(down.overshoot_pct),
         up.settling_time_s,
         down.settling_time_s,
-        Some(found.max_rate_deg_s),
-        Some(found.min_rate_deg_s),
+        Some(found.rates_deg_s.1),
+        Some(found.rates_deg_s.0),
     ];
     for (i, (value, expected)) in values.iter().zip(line).enumerate() {
         // Times are read to a tick of 50 us there and printed to 0.1 ms; the rest to four digits.
@@ -110,38 +118,5 @@ fn a_step_that_is_never_reached_has_no_times_and_a_negative_overshoot() {
     // The reference's continuous controller is ahead of the board by some milliseconds of 37.4
     // deg/s: -23.13 % there.
     assert!((found.steps[0].overshoot_pct + 23.13).abs() < 0.3);
-    assert!((found.max_rate_deg_s - 37.38).abs() < 0.01);
-}
-
-#[test]
-fn each_step_counts_from_its_own_command() {
-    let t: Vec<f64> = (0..40).map(|i| f64::from(i) * 0.1).collect();
-    let command: Vec<f64> = (0..40).map(|i| [0.0, 10.0, -10.0, -10.0][i / 10]).collect();
-    let found = step_metrics(&t, &command, &command, &command);
-    let steps: Vec<_> = found.steps.iter().map(|s| (s.from_deg, s.to_deg)).collect();
-    assert_eq!(steps, [(0.0, 10.0), (10.0, -10.0)]);
-    assert!(found.steps.iter().all(|s| s.settling_time_s == Some(0.0)));
-    assert!(found.steps.iter().all(|s| s.t90_s == Some(0.0)));
-}
-
-#[test]
-fn overshoot_is_relative_to_the_step_and_in_its_direction() {
-    let t = [0.0, 1.0, 2.0, 3.0, 4.0];
-    let command = [0.0, -20.0, -20.0, -20.0, -20.0];
-    let found = step_metrics(&t, &command, &[0.0, 0.0, -25.0, -20.0, -20.0], &[0.0; 5]);
-    assert!((found.steps[0].overshoot_pct - 25.0).abs() < 1e-12);
-    // From -25 to -20 in one second: inside the band of 0.4 deg at 4.6/5 of it.
-    assert!((found.steps[0].settling_time_s.unwrap() - 1.92).abs() < 1e-12);
-}
-
-proptest! {
-    #[test]
-    fn no_trace_causes_a_panic(
-        t in prop::collection::vec(any::<f64>(), 0..9),
-        command in prop::collection::vec(any::<f64>(), 0..9),
-        angle in prop::collection::vec(any::<f64>(), 0..9),
-        rate in prop::collection::vec(any::<f64>(), 0..9),
-    ) {
-        step_metrics(&t, &command, &angle, &rate);
-    }
+    assert!((found.rates_deg_s.1 - 37.38).abs() < 0.01);
 }

@@ -2,9 +2,10 @@
 
 use super::{comparison::Outcome, models::Model};
 use crate::{
-    analysis::frequency::{HALF_POWER_DB, Response, logarithmic_grid},
+    analysis::frequency::{HALF_POWER_DB, Response, logarithmic_grid, unwrap_deg},
     plot::{Figure, Panel, Series, Style},
 };
+use model_core::evaluation::frequency_response::Point;
 
 /// The axis begins where all models have a gain of one and ends above the last measurement.
 const FROM_HZ: f64 = 0.1;
@@ -50,12 +51,14 @@ pub fn figure(title: &str, outcomes: &[&Outcome]) -> Figure {
         .panel(phase)
 }
 
-/// Removes the transport delay from a measured response.
-pub fn undelayed(response: &Response, delay_s: f64) -> Response {
-    let turns = response.frequency_hz.iter().map(|f| f * delay_s);
-    let phases = response.phase_deg.iter().zip(turns);
+/// A measured response without the transport delay.
+pub fn undelayed(points: &[Point], delay_s: f64) -> Response {
+    let phase_deg = |point: &Point| point.phase_deg + 360.0 * point.frequency_hz * delay_s;
+    let mut phase_deg: Vec<f64> = points.iter().map(phase_deg).collect();
+    unwrap_deg(&mut phase_deg);
     Response {
-        phase_deg: phases.map(|(phase, turns)| phase + 360.0 * turns).collect(),
-        ..response.clone()
+        frequency_hz: points.iter().map(|point| point.frequency_hz).collect(),
+        gain_db: points.iter().map(|point| point.gain_db).collect(),
+        phase_deg,
     }
 }

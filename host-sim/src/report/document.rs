@@ -134,8 +134,10 @@ fn frequency_response(comparison: &Comparison) -> Section {
          the parameters, without limits and quantization. Points are measured: the simulator, with \
          limits, encoder and timing, is driven by one sine after the other, and the delay of 17.5 ms \
          is removed from the phase. An amplitude of 5 deg is 57 encoder counts and reaches no limit; \
-         as-printed-strict allows 1 deg only. If the motor has different gains up and down, the line \
-         is computed with their harmonic mean.",
+         as-printed-strict allows 1 deg only. A point is drawn where the motion is at least three \
+         times larger than any motion within an octave that the sine does not cause, such as that \
+         of quantization. If the motor has different gains up and down, the line is computed with \
+         their harmonic mean.",
     );
     let groups = comparison.groups().into_iter().zip(CAPTIONS);
     for (i, ((group, outcomes), caption)) in groups.enumerate() {

@@ -1,6 +1,9 @@
 //! The figures of merit of a model.
 
-use model_core::excitation::steady_sine::SineParameters;
+use model_core::{
+    evaluation::step_metrics::{SETTLING_BAND, Step, rate_extremes, steps},
+    excitation::steady_sine::SineParameters,
+};
 use serde::Serialize;
 
 use super::{runs::Runs, small_signal::SmallSignal};
@@ -8,7 +11,6 @@ use crate::{
     analysis::{
         frequency::{bandwidth_hz, falls_to_hz},
         sine_fit::fit,
-        step_metrics::{SETTLING_BAND, Step, step_metrics},
     },
     trace::Trace,
 };
@@ -101,8 +103,9 @@ impl Metrics {
 
 fn pulse(trace: &Trace) -> Pulse {
     let [t, command, angle, rate] = columns(trace);
-    let found = step_metrics(t, command, angle, rate);
-    let (up, down) = (found.steps.first(), found.steps.get(1));
+    let mut steps = steps(t, command, angle);
+    let (up, down) = (steps.next(), steps.next());
+    let (min_rate_deg_s, max_rate_deg_s) = rate_extremes(rate);
     Pulse {
         rise_time_s: up.and_then(|step| step.rise_time_s),
         t90_s: up.and_then(|step| step.t90_s),
@@ -110,14 +113,14 @@ fn pulse(trace: &Trace) -> Pulse {
         overshoot_down_pct: down.map(|step| step.overshoot_pct),
         settling_up_s: up.and_then(|step| step.settling_time_s),
         settling_down_s: down.and_then(|step| step.settling_time_s),
-        max_rate_deg_s: found.max_rate_deg_s,
-        min_rate_deg_s: found.min_rate_deg_s,
+        max_rate_deg_s,
+        min_rate_deg_s,
     }
 }
 
 fn variable_step(trace: &Trace) -> VariableStep {
-    let [t, command, angle, rate] = columns(trace);
-    let steps = step_metrics(t, command, angle, rate).steps;
+    let [t, command, angle, _] = columns(trace);
+    let steps: Vec<Step> = steps(t, command, angle).collect();
     let starts = steps
         .iter()
         .map(|step| t.partition_point(|at| *at < step.time_s));

@@ -1,9 +1,10 @@
 //! The runs: every model on every input of the paper.
 
+use model_core::evaluation::frequency_response::Point;
 use rayon::prelude::*;
 
 use super::{models::Model, sweep};
-use crate::{analysis::frequency::Response, error::Error, settings::Settings, trace::Trace};
+use crate::{error::Error, settings::Settings, trace::Trace};
 
 /// The inputs of the paper (sections II.A and III), in the order of the report.
 pub const INPUTS: [&str; 6] = ["pulse", "variable-step", "ramp", "chirp", "sine", "3-2-1-1"];
@@ -17,8 +18,8 @@ pub struct Runs {
     pub settings: Settings,
     /// Its traces in the order of [`INPUTS`], one row per millisecond.
     traces: Vec<Trace>,
-    /// Its measured frequency response.
-    pub response: Response,
+    /// Its measured frequency response, in the order of the frequencies.
+    pub response: Vec<Point>,
     /// Frequency at which its measured power is half, Hz.
     pub bandwidth_hz: Option<f64>,
 }
@@ -45,16 +46,12 @@ pub fn run(models: &[Model], done: &(dyn Fn() + Sync)) -> Result<Vec<Runs>, Erro
     let traces = each(models, &INPUTS, done, |model, input| {
         model.scenario(input).resolve()?.record()
     })?;
-    let points = each(
+    let responses = each(
         models,
         &sweep::FREQUENCIES_HZ,
         done,
         |model, frequency_hz| sweep::measure(model, *frequency_hz),
     )?;
-    let responses: Vec<_> = points
-        .iter()
-        .map(|points| sweep::response(points))
-        .collect();
     let of_model = |(i, model): (usize, &Model)| {
         let bandwidth_hz = sweep::bandwidth_hz(model, &responses[i])?;
         done();

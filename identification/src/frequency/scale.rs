@@ -1,17 +1,6 @@
 //! Scales of a Bode plot.
 
-/// A gain in dB.
-pub fn decibel(gain: f64) -> f64 {
-    20.0 * gain.log10()
-}
-
-/// Removes jumps by whole turns from a sequence of angles; the first angle is unchanged.
-pub fn unwrap_deg(angles_deg: &mut [f64]) {
-    for i in 1..angles_deg.len() {
-        let jump = angles_deg[i] - angles_deg[i - 1];
-        angles_deg[i] -= 360.0 * (jump / 360.0).round();
-    }
-}
+pub use model_core::evaluation::frequency_response::{decibel, unwrap_deg};
 
 /// Frequencies from `from_hz` to `to_hz`, both included, evenly spaced on a logarithmic axis; none
 /// where that is not possible.

@@ -38,6 +38,22 @@ pub struct Reading {
     pub back_emf_v: f64,
 }
 
+impl Reading {
+    /// All quantities in the order of their declaration.
+    pub fn values(&self) -> [f64; 8] {
+        [
+            self.command_deg,
+            self.angle_deg,
+            self.rate_deg_s,
+            self.duty_pct,
+            self.angle_meas_deg,
+            self.rate_meas_deg_s,
+            self.current_a,
+            self.back_emf_v,
+        ]
+    }
+}
+
 /// A command or a load torque was not finite; the actuator was not stepped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CommandError;

@@ -3,7 +3,7 @@
 use super::super::{bode::undelayed, models::Family, sweep};
 use super::*;
 use crate::analysis::frequency::{Response, logarithmic_grid};
-use model_core::presets::preset;
+use model_core::{actuator::Actuator, presets::preset};
 use std::f64::consts::TAU;
 
 /// The allowed distance of a measured point from its line, relative to the response, whose gain is
@@ -71,20 +71,21 @@ fn the_measured_bandwidth_is_the_computed_one() {
 #[test]
 fn no_limit_acts_while_the_response_is_measured() {
     for model in &MODELS {
+        let settings = model.scenario("sine").settings().expect("a model");
         for frequency_hz in sweep::FREQUENCIES_HZ {
-            let trace = sweep::trace(model, frequency_hz).expect("a sine");
-            let largest = |name: &str| {
-                let column = trace.column(name).expect(name).iter();
-                column.fold(0.0_f64, |largest, value| largest.max(value.abs()))
-            };
-            assert!(
-                largest("rate_deg_s") < 240.0,
-                "{} at {frequency_hz} Hz",
-                model.name
-            );
+            let mut actuator = Actuator::try_new(&settings).expect("a model");
+            let mut largest = (0.0_f64, 0.0_f64);
+            let command = sweep::command(model, frequency_hz);
+            for command_deg in command.commands().chain(command.commands()) {
+                actuator.advance(command_deg, 1).expect("a finite command");
+                let now = actuator.reading();
+                largest.0 = largest.0.max(now.rate_deg_s.abs());
+                largest.1 = largest.1.max(now.duty_pct.abs());
+            }
+            assert!(largest.0 < 240.0, "{} at {frequency_hz} Hz", model.name);
             let limited = model.preset != "as-printed";
             assert!(
-                !limited || largest("duty_pct") < 95.0,
+                !limited || largest.1 < 95.0,
                 "{} at {frequency_hz} Hz",
                 model.name
             );
