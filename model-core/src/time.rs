@@ -18,9 +18,6 @@ pub const CONTROL_RATE_HZ: u32 = if ALTERNATIVE_RATES { 500 } else { 250 };
 /// Rate of the PWM, Hz.
 pub const PWM_RATE_HZ: u32 = if ALTERNATIVE_RATES { 4_000 } else { 1_000 };
 
-/// Rate at which the host commands, Hz.
-pub const HOST_RATE_HZ: u32 = 50;
-
 /// Ticks in one second.
 pub const TICKS_PER_SECOND: u64 = 20_000;
 
@@ -45,9 +42,6 @@ pub const CONTROL_PERIOD_S: f64 = 1.0 / CONTROL_RATE_HZ as f64;
 /// PWM periods in one control period.
 pub const PWM_PERIODS_PER_CONTROL_PERIOD: u32 =
     whole_quotient(PWM_RATE_HZ as u64, CONTROL_RATE_HZ as u64) as u32;
-
-/// Ticks in one host period.
-pub const HOST_PERIOD_TICKS: u64 = whole_quotient(TICKS_PER_SECOND, HOST_RATE_HZ as u64);
 
 /// `a / b`, which must be an integer: checked at compile time.
 const fn whole_quotient(a: u64, b: u64) -> u64 {

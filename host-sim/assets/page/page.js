@@ -53,11 +53,10 @@
       width: host.clientWidth, height: height + (last ? 50 : 14), padding: [8, 14, 0, 0],
       scales: {
         x: { time: false, distr: figure.x_log ? 3 : 1, range: (u, min, max) => min < max ? [min, max] : uPlot.rangeNum(min, max, .1, true) },
-        y: { distr: panel.y_log ? 3 : 1 },
       },
       axes: [
         axis(last ? figure.x_label : null, figure.x_log, last ? { size: 30 } : { size: 6, values: (u, at) => at.map(() => '') }),
-        axis(panel.y_label, panel.y_log, { size: 56, ...steps(panel.y_step) }),
+        axis(panel.y_label, false, { size: 56, ...steps(panel.y_step) }),
       ],
       series: [{ label: figure.x_label, value: (u, v) => short(v) }, ...panel.series.map(curve)],
       legend: { markers: {

@@ -80,9 +80,4 @@ impl<'a> Bus<'a> {
             self.collect();
         }
     }
-
-    /// The angles of the shafts, deg.
-    pub fn angles_deg(&self) -> Vec<f64> {
-        self.nodes.iter().map(NativeNode::angle_deg).collect()
-    }
 }

@@ -71,8 +71,6 @@ impl Series {
 pub struct Panel {
     /// The quantity and, in brackets, its unit.
     pub y_label: String,
-    /// The scale of the y axis.
-    pub y_scale: Scale,
     /// Distance of the ticks, if it is not a round decimal number: 45 for a phase.
     pub y_step: Option<f64>,
     /// The curves; later ones are drawn on top.
@@ -80,7 +78,7 @@ pub struct Panel {
 }
 
 impl Panel {
-    /// Creates an empty panel with a linear axis.
+    /// Creates an empty panel.
     ///
     /// ```
     /// # use host_sim::plot::Panel;
@@ -89,16 +87,9 @@ impl Panel {
     pub fn new(y_label: impl Into<String>) -> Self {
         Self {
             y_label: y_label.into(),
-            y_scale: Scale::Linear,
             y_step: None,
             series: Vec::new(),
         }
-    }
-
-    /// Makes the y axis logarithmic.
-    pub fn log_y(mut self) -> Self {
-        self.y_scale = Scale::Log;
-        self
     }
 
     /// Sets the ticks to multiples of `step`.

@@ -56,7 +56,6 @@ struct FigureData<'a> {
 #[derive(Serialize)]
 struct PanelData<'a> {
     y_label: &'a str,
-    y_log: bool,
     y_step: Option<f64>,
     series: Vec<SeriesData<'a>>,
 }
@@ -80,13 +79,10 @@ impl Number {
     }
 }
 
-/// The ordinates. On a linear axis the number of decimals follows from the largest value, so that
-/// values that cannot be distinguished from zero there become zero.
-fn ordinates(points: &[Point], scale: Scale) -> Vec<Number> {
+/// The ordinates. The number of decimals follows from the largest value, so that values that cannot
+/// be distinguished from zero on the axis become zero.
+fn ordinates(points: &[Point]) -> Vec<Number> {
     let y = points.iter().map(|p| p.1);
-    if scale == Scale::Log {
-        return y.map(|y| Number::rounded(y, Y_DIGITS)).collect();
-    }
     let largest = range(y.clone().map(f64::abs)).map_or(0.0, |(_, largest)| largest);
     // The smallest normal number has 308 decimals.
     let decimals = (f64::from(Y_DIGITS) - 1.0 - largest.log10().floor()).clamp(0.0, 308.0) as usize;
@@ -120,17 +116,16 @@ pub(crate) fn json(figure: &Figure) -> String {
 }
 
 fn panel_data(panel: &Panel, x_scale: Scale) -> PanelData<'_> {
-    let series = |s| series_data(s, x_scale, panel.y_scale);
+    let series = |s| series_data(s, x_scale);
     PanelData {
         y_label: &panel.y_label,
-        y_log: panel.y_scale == Scale::Log,
         y_step: panel.y_step,
         series: panel.series.iter().map(series).collect(),
     }
 }
 
-fn series_data(series: &Series, x_scale: Scale, y_scale: Scale) -> SeriesData<'_> {
-    let points = points(series, x_scale, y_scale, COLUMNS);
+fn series_data(series: &Series, x_scale: Scale) -> SeriesData<'_> {
+    let points = points(series, x_scale, COLUMNS);
     SeriesData {
         label: &series.label,
         colour: series.colour % PALETTE.len(),
@@ -144,6 +139,6 @@ fn series_data(series: &Series, x_scale: Scale, y_scale: Scale) -> SeriesData<'_
             .iter()
             .map(|p| Number::rounded(p.0, X_DIGITS))
             .collect(),
-        y: ordinates(&points, y_scale),
+        y: ordinates(&points),
     }
 }

@@ -62,7 +62,7 @@ fn panels(scene: &mut Scene, figure: &Figure, top: f64) -> f64 {
         .panels
         .iter()
         .map(|p| {
-            let of = |s| points(s, figure.x_scale, p.y_scale, COLUMNS);
+            let of = |s| points(s, figure.x_scale, COLUMNS);
             p.series.iter().map(of).collect()
         })
         .collect();
@@ -107,15 +107,19 @@ fn layout(
     y_data: Option<(f64, f64)>,
     last: bool,
 ) -> Layout {
-    let y_step = panel.y_step.filter(|_| panel.y_scale == Scale::Linear);
-    let stepped = y_step
+    let stepped = panel
+        .y_step
         .zip(y_data)
         .and_then(|(step, data)| axis::by_steps(data, step));
-    let y = stepped.unwrap_or_else(|| axis::ends(y_data, panel.y_scale, 0.05));
-    let mut layout = with_scales(styled(x, y), figure.x_scale, panel.y_scale)
+    let y = stepped.unwrap_or_else(|| axis::ends(y_data, Scale::Linear, 0.05));
+    let mut layout = styled(x, y)
         .with_y_label(plain(&panel.y_label))
         .with_force_margins_y(GAP / 2.0, if last { BOTTOM } else { GAP / 2.0 });
-    layout.y_tick_step = stepped.and(y_step);
+    if figure.x_scale == Scale::Log {
+        let ticks = TickFormat::Custom(Arc::new(log_tick));
+        layout = layout.with_log_x().with_x_tick_format(ticks);
+    }
+    layout.y_tick_step = stepped.and(panel.y_step);
     layout.suppress_x_ticks = !last;
     layout.show_legend = false;
     if last {
@@ -145,17 +149,6 @@ fn styled(x: (f64, f64), y: (f64, f64)) -> Layout {
         .with_tick_size(TEXT_SIZE - 1)
         // As many ticks as the length of the axis allows.
         .with_ticks(0)
-}
-
-fn with_scales(mut layout: Layout, x: Scale, y: Scale) -> Layout {
-    let ticks = || TickFormat::Custom(Arc::new(log_tick));
-    if x == Scale::Log {
-        layout = layout.with_log_x().with_x_tick_format(ticks());
-    }
-    if y == Scale::Log {
-        layout = layout.with_log_y().with_y_tick_format(ticks());
-    }
-    layout
 }
 
 /// The label of a tick of a logarithmic axis: 0.1, 0.2, 0.5, 1 ... without rounding errors of the

@@ -1,6 +1,6 @@
 //! Quantiles and tail probabilities of the usual distributions.
 
-use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, Normal};
+use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
 /// Coverage of all confidence bands: 1.96 standard deviations of a normal distribution.
 pub const COVERED: f64 = 0.95;
@@ -29,16 +29,4 @@ pub fn two_sided(covered: f64) -> f64 {
 /// ```
 pub fn chi_squared_exceeds(statistic: f64, degrees: f64) -> f64 {
     ChiSquared::new(degrees).map_or(f64::NAN, |chi_squared| chi_squared.sf(statistic))
-}
-
-/// The value that an F distribution exceeds with the probability `1 - covered`; NaN without degrees
-/// of freedom.
-///
-/// ```
-/// use identification::statistics::distributions::f_quantile;
-/// assert!((f_quantile(2.0, 10.0, 0.95) - 4.1028).abs() < 1e-4);
-/// ```
-pub fn f_quantile(numerator_degrees: f64, denominator_degrees: f64, covered: f64) -> f64 {
-    FisherSnedecor::new(numerator_degrees, denominator_degrees)
-        .map_or(f64::NAN, |f| f.inverse_cdf(covered))
 }
