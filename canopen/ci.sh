@@ -21,9 +21,6 @@ modules=$PWD/target/node-canopen
 [ -d "$modules/node_modules/canopen" ] ||
     npm install --silent --no-audit --no-fund --ignore-scripts --prefix "$modules" canopen@6.2.1
 
-printf '\n-- CANopen: tests named in docs/conformance.md\n'
-python3 canopen/tests/conformance.py
-
 printf '\n-- CANopen: EDS\n'
 complaints=$("$venv/bin/dcfchk" -n 1 docs/smart-actuator.eds 2>&1)
 [ -z "$complaints" ] || { echo "dcfchk: $complaints"; exit 1; }

@@ -1,6 +1,7 @@
-//! Links and paths in the documents refer to existing files and sections.
+//! The documents refer to files, sections and tests that exist.
 
 use std::{
+    collections::HashSet,
     fs,
     path::{Path, PathBuf},
 };
@@ -10,16 +11,16 @@ fn workspace() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// Every Markdown file below a folder, without templates and the folders of builds and package
-/// managers.
-fn documents(folder: &Path, found: &mut Vec<PathBuf>) {
+/// Every file below a folder whose name ends in one of `suffixes`, without templates and the folders
+/// of builds and package managers.
+fn files(folder: &Path, suffixes: &[&str], found: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).expect("a folder can be read") {
         let path = entry.expect("an entry").path();
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let is_left_out = ["target", "node_modules", "templates"].contains(&&*name);
         if path.is_dir() && !name.starts_with('.') && !is_left_out {
-            documents(&path, found);
-        } else if name.ends_with(".md") {
+            files(&path, suffixes, found);
+        } else if suffixes.iter().any(|suffix| name.ends_with(suffix)) {
             found.push(path);
         }
     }
@@ -71,7 +72,7 @@ fn has_anchor(document: &Path, wanted: &str) -> bool {
 #[test]
 fn every_link_refers_to_an_existing_file_and_section() {
     let mut found = Vec::new();
-    documents(&workspace(), &mut found);
+    files(&workspace(), &[".md"], &mut found);
     let mut broken = Vec::new();
     for document in &found {
         let text = fs::read_to_string(document).expect("a document");
@@ -103,8 +104,62 @@ fn every_path_in_the_guides_exists() {
     assert!(missing.is_empty(), "{missing:#?}");
 }
 
+/// The functions that a source in Rust, Python or JavaScript declares.
+fn functions(source: &str) -> impl Iterator<Item = &str> {
+    let after = ["fn ", "def ", "function "].map(|keyword| source.split(keyword).skip(1));
+    let names = after.into_iter().flatten().map(|rest| rest.split_once('('));
+    names.flatten().map(|(name, _)| name)
+}
+
+/// The names of tests in backquotes: three words or more, joined by underscores.
+fn named_tests(text: &str) -> impl Iterator<Item = &str> {
+    let is_name = |word: &&str| {
+        word.split('_').count() > 2
+            && !word.ends_with('_')
+            && word.starts_with(|c: char| c.is_ascii_lowercase())
+            && word
+                .chars()
+                .all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_')
+    };
+    text.split('`').skip(1).step_by(2).filter(is_name)
+}
+
 #[test]
-fn links_paths_and_anchors_are_recognised() {
+fn every_claim_of_conformance_names_a_test_that_exists() {
+    let mut sources = Vec::new();
+    for folder in ["canopen", "firmware/src", "firmware/tests", "tests/board"] {
+        files(
+            &workspace().join(folder),
+            &[".rs", ".py", ".js"],
+            &mut sources,
+        );
+    }
+    let sources: Vec<String> = sources
+        .iter()
+        .map(|path| fs::read_to_string(path).expect("a source"))
+        .collect();
+    let tests: HashSet<&str> = sources.iter().flat_map(|text| functions(text)).collect();
+    let text = fs::read_to_string(workspace().join("docs/conformance.md")).expect("a document");
+    let missing: Vec<&str> = named_tests(&text)
+        .filter(|name| !tests.contains(name))
+        .collect();
+    assert!(missing.is_empty(), "{missing:#?}");
+    let rows = text.lines().filter(|line| line.starts_with('|'));
+    let is_heading = |row: &str| row.ends_with("| verified by |") || row.ends_with("---|");
+    let claims: Vec<&str> = rows.filter(|row| !is_heading(row)).collect();
+    let unverified: Vec<_> = claims
+        .iter()
+        .filter(|row| {
+            let cell = row.trim_end_matches('|').rsplit('|').next();
+            cell.is_none_or(|cell| named_tests(cell).next().is_none())
+        })
+        .collect();
+    assert!(claims.len() > 50, "{claims:#?}");
+    assert!(unverified.is_empty(), "{unverified:#?}");
+}
+
+#[test]
+fn links_paths_anchors_and_tests_are_recognised() {
     assert_eq!(
         links("[a](b.md#c), [d](https://e), [f](g)"),
         ["b.md#c", "g"]
@@ -117,4 +172,10 @@ fn links_paths_and_anchors_are_recognised() {
         anchor("## What it carries, and not"),
         "what-it-carries-and-not"
     );
+    assert_eq!(
+        named_tests("`a_b_c`, `a::b_c`, `A_b_c`, a_b_d, `a_b`").collect::<Vec<_>>(),
+        ["a_b_c"]
+    );
+    let declared: Vec<&str> = functions("fn a_b() {} def c_d(self): function e_f(g) {}").collect();
+    assert_eq!(declared, ["a_b", "c_d", "e_f"]);
 }
