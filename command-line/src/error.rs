@@ -2,7 +2,12 @@
 
 use std::{io, process::ExitCode};
 
-use host_sim::{can::client::ClientError, error::Error as SimulatorError};
+use host_sim::{
+    can::client::ClientError,
+    error::Error as SimulatorError,
+    file::{CheckError, WriteError},
+    plot, trace_file,
+};
 use identification::{
     IdentifyError, data::ImportError, parameter_file::NotSimulated, request::RequestError,
 };
@@ -58,7 +63,7 @@ impl Error {
             Self::Bus(error) if error.is_refusal() => 3,
             Self::Bus(error) if error.is_invalid_request() => 2,
             Self::Bus(_) | Self::Serve { .. } => 1,
-            Self::Simulator(SimulatorError::Read { .. } | SimulatorError::Write { .. }) => 1,
+            Self::Simulator(SimulatorError::Read { .. } | SimulatorError::Write(_)) => 1,
             _ => 2,
         })
     }
@@ -67,29 +72,31 @@ impl Error {
     fn is_closed_pipe(&self) -> bool {
         matches!(
             self,
-            Self::Simulator(SimulatorError::Write { source, .. })
-                if source.kind() == io::ErrorKind::BrokenPipe
+            Self::Simulator(SimulatorError::Write(error))
+                if error.source.kind() == io::ErrorKind::BrokenPipe
         )
     }
 }
 
-impl From<ParameterError> for Error {
-    fn from(error: ParameterError) -> Self {
-        SimulatorError::from(error).into()
-    }
+macro_rules! of_the_simulator {
+    ($($Error:ty),+) => {$(
+        impl From<$Error> for Error {
+            fn from(error: $Error) -> Self {
+                SimulatorError::from(error).into()
+            }
+        }
+    )+};
 }
 
-impl From<ScenarioError<'_>> for Error {
-    fn from(error: ScenarioError<'_>) -> Self {
-        SimulatorError::from(error).into()
-    }
-}
-
-impl From<ImportError> for Error {
-    fn from(error: ImportError) -> Self {
-        SimulatorError::from(error).into()
-    }
-}
+of_the_simulator!(
+    ParameterError,
+    ScenarioError<'_>,
+    ImportError,
+    WriteError,
+    CheckError,
+    plot::Error,
+    trace_file::Error
+);
 
 impl From<RequestError> for Error {
     fn from(error: RequestError) -> Self {

@@ -8,7 +8,7 @@ use std::{
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::error::Error;
-use host_sim::{error::Error as SimulatorError, table::Table};
+use host_sim::{file::WriteError, table::Table};
 
 /// Whether the name is that of standard output.
 pub fn is_standard_output(path: &Path) -> bool {
@@ -17,8 +17,7 @@ pub fn is_standard_output(path: &Path) -> bool {
 
 /// The error for a file that cannot be written; `-` is standard output.
 pub fn write_error(path: &Path, source: io::Error) -> Error {
-    let path = path.into();
-    SimulatorError::Write { path, source }.into()
+    WriteError::new(path, source).into()
 }
 
 /// Writes to standard output.

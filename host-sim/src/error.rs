@@ -1,18 +1,21 @@
 //! Errors of scenarios, inputs, files and runs, with their location and the expected value.
 //!
-//! The type depends on no other module of this crate. The CAN client, the tuning and the capture
-//! reader have errors of their own; the command line joins all of them.
+//! Files, plots and trace files have errors of their own, which become one of these where an option
+//! names the file. The CAN client and the tuning have theirs too; the command line joins all of
+//! them.
 
-use std::{
-    io,
-    path::{Path, PathBuf},
-};
+use std::{io, path::PathBuf};
 
 use model_core::actuator::ModelKind;
 use model_core::parameter::ParameterError;
 use model_core::scenario::{NameKind, ScenarioError};
 
 use identification::data::ImportError;
+
+use crate::{
+    file::{CheckError, WriteError},
+    plot, trace_file,
+};
 
 /// Why a run, an analysis or a file is refused.
 #[derive(Debug, thiserror::Error)]
@@ -26,13 +29,8 @@ pub enum Error {
         source: io::Error,
     },
     /// A file could not be written.
-    #[error("cannot write {}: {source}", sink(path))]
-    Write {
-        /// The file, or `-` for standard output.
-        path: PathBuf,
-        /// The error of the operating system.
-        source: io::Error,
-    },
+    #[error(transparent)]
+    Write(#[from] WriteError),
     /// An input file is not a command sequence.
     #[error("{}:{line}: {problem}", path.display())]
     InputFile {
@@ -91,17 +89,46 @@ pub enum Error {
     Conflict(String),
 }
 
-fn sink(path: &Path) -> String {
-    if path == Path::new("-") {
-        return "standard output".into();
-    }
-    path.display().to_string()
-}
-
 fn suggestion(closest: &Option<String>) -> String {
     closest
         .as_ref()
         .map_or(String::new(), |name| format!(", did you mean `{name}`?"))
+}
+
+impl From<CheckError> for Error {
+    fn from(error: CheckError) -> Self {
+        match error {
+            CheckError::Write(error) => error.into(),
+            twice => Self::Conflict(twice.to_string()),
+        }
+    }
+}
+
+impl From<plot::Error> for Error {
+    fn from(error: plot::Error) -> Self {
+        match error {
+            plot::Error::Write(error) => error.into(),
+            plot::Error::Name(path) => Self::Option {
+                option: "--plot",
+                value: path.display().to_string(),
+                expected: plot::EXPECTED_NAME,
+            },
+        }
+    }
+}
+
+impl From<trace_file::Error> for Error {
+    fn from(error: trace_file::Error) -> Self {
+        match error {
+            trace_file::Error::Write(error) => error.into(),
+            trace_file::Error::Name(path) => Self::Option {
+                option: "--out",
+                value: path.display().to_string(),
+                expected: trace_file::EXPECTED_NAME,
+            },
+            refused => Self::Conflict(refused.to_string()),
+        }
+    }
 }
 
 impl From<ImportError> for Error {

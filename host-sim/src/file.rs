@@ -6,7 +6,48 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use crate::error::Error;
+/// A file could not be written.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot write {}: {source}", sink(path))]
+pub struct WriteError {
+    /// The file, or `-` for standard output.
+    pub path: PathBuf,
+    /// The error of the operating system.
+    pub source: io::Error,
+}
+
+fn sink(path: &Path) -> String {
+    if path == Path::new("-") {
+        return "standard output".into();
+    }
+    path.display().to_string()
+}
+
+impl WriteError {
+    /// The error at this file, or at `-` for standard output.
+    pub fn new(path: &Path, source: io::Error) -> Self {
+        Self {
+            path: path.into(),
+            source,
+        }
+    }
+}
+
+/// Why files are refused before anything is written.
+#[derive(Debug, thiserror::Error)]
+pub enum CheckError {
+    /// A file cannot be written.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+    /// Two options name one file.
+    #[error("{} and {} both write {}, expected two files", options[0], options[1], path.display())]
+    Twice {
+        /// The options.
+        options: [String; 2],
+        /// The file.
+        path: PathBuf,
+    },
+}
 
 /// A file that is written under the name `FILE.part` and renamed on completion, so that an old file
 /// is replaced atomically. A file that is dropped before [`WholeFile::complete`] is removed; a
@@ -85,37 +126,30 @@ impl Seek for WholeFile {
 /// Writes a text file as a [`WholeFile`].
 ///
 /// # Errors
-/// [`Error::Write`].
-pub fn write(path: &Path, text: &str) -> Result<(), Error> {
+/// That of the operating system.
+pub fn write(path: &Path, text: &str) -> Result<(), WriteError> {
     let result = WholeFile::create(path).and_then(|mut file| {
         file.write_all(text.as_bytes())?;
         file.complete()
     });
-    result.map_err(|source| Error::Write {
-        path: path.into(),
-        source,
-    })
+    result.map_err(|source| WriteError::new(path, source))
 }
 
 /// Checks in advance that files, each with its option, can be written and are different. No file is
 /// created or changed.
 ///
 /// # Errors
-/// [`Error::Write`] for a file that cannot be written, [`Error::Conflict`] for two options with one
-/// file.
-pub fn check(files: &[(&str, &Path)]) -> Result<(), Error> {
+/// For a file that cannot be written, and for two options with one file.
+pub fn check(files: &[(&str, &Path)]) -> Result<(), CheckError> {
     for (index, (option, path)) in files.iter().enumerate() {
         let is_it = |(_, other): &&(&str, &Path)| is_file(path) && place(other) == place(path);
         if let Some((other, _)) = files[..index].iter().find(is_it) {
-            let path = path.display();
-            return Err(Error::Conflict(format!(
-                "{other} and {option} both write {path}, expected two files"
-            )));
+            return Err(CheckError::Twice {
+                options: [other, option].map(|option| (*option).into()),
+                path: (*path).into(),
+            });
         }
-        check_one(path).map_err(|source| Error::Write {
-            path: (*path).into(),
-            source,
-        })?;
+        check_one(path).map_err(|source| WriteError::new(path, source))?;
     }
     Ok(())
 }
@@ -204,7 +238,7 @@ mod tests {
         for bad in [folder.path().into(), folder.path().join("none/page.html")] {
             assert!(matches!(
                 check(&[("--html", &bad)]),
-                Err(Error::Write { .. })
+                Err(CheckError::Write(_))
             ));
         }
         let device = Path::new("/dev/null");

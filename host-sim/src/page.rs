@@ -6,7 +6,11 @@ use std::path::Path;
 
 use askama::Template;
 
-use crate::{error::Error, file, plot::Figure, table::Table};
+use crate::{
+    file::{self, WriteError},
+    plot::Figure,
+    table::Table,
+};
 
 /// One part of a section.
 #[derive(Debug, Clone, PartialEq)]
@@ -166,8 +170,8 @@ impl Page {
     /// Writes the page to a file. An incomplete write leaves the old file unchanged.
     ///
     /// # Errors
-    /// [`Error::Write`].
-    pub fn write(&self, path: &Path) -> Result<(), Error> {
+    /// That of the operating system.
+    pub fn write(&self, path: &Path) -> Result<(), WriteError> {
         file::write(path, &self.render())
     }
 

@@ -11,6 +11,7 @@ use indicatif::ProgressBar;
 use crate::output;
 use host_sim::{
     error::Error,
+    file::WriteError,
     plot,
     scenario::Scenario,
     simulate::{Rows, Simulation},
@@ -133,10 +134,7 @@ impl StandardOutput {
     }
 
     fn failed(source: io::Error) -> Error {
-        Error::Write {
-            path: "-".into(),
-            source,
-        }
+        WriteError::new(Path::new("-"), source).into()
     }
 }
 

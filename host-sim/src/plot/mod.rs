@@ -3,7 +3,7 @@
 //! A [`Figure`] describes the content; [`svg::render`] and [`html::render`] draw it, and [`save`]
 //! selects the format by the file name.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 mod axis;
 pub mod figure;
@@ -17,7 +17,21 @@ pub use figure::{Figure, Panel, Scale, Series, Style};
 pub use palette::Colours;
 pub use trace::of_trace;
 
-use crate::{error::Error, file};
+use crate::file::{self, WriteError};
+
+/// The names that a figure takes.
+pub const EXPECTED_NAME: &str = "a name that ends in .svg or .html";
+
+/// Why a figure is not written.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The name has no known suffix.
+    #[error("the figure is {}, expected {EXPECTED_NAME}", .0.display())]
+    Name(PathBuf),
+    /// The file could not be written.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+}
 
 /// The file format of a figure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -32,16 +46,12 @@ impl Format {
     /// The format for the extension of a file name.
     ///
     /// # Errors
-    /// [`Error::Option`] if the name ends in neither `.svg` nor `.html`.
+    /// [`Error::Name`] if the name ends in neither `.svg` nor `.html`.
     pub fn of(path: &Path) -> Result<Self, Error> {
         match path.extension().and_then(|extension| extension.to_str()) {
             Some("svg") => Ok(Self::Svg),
             Some("html") => Ok(Self::Html),
-            _ => Err(Error::Option {
-                option: "--plot",
-                value: path.display().to_string(),
-                expected: "a name that ends in .svg or .html",
-            }),
+            _ => Err(Error::Name(path.into())),
         }
     }
 }
@@ -55,7 +65,7 @@ pub fn save(figure: &Figure, path: &Path) -> Result<(), Error> {
         Format::Svg => svg::render(figure),
         Format::Html => html::render(figure),
     };
-    file::write(path, &text)
+    Ok(file::write(path, &text)?)
 }
 
 #[cfg(test)]

@@ -10,20 +10,53 @@ pub mod mat;
 pub mod parquet;
 pub mod unit;
 
-use std::{
-    io,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
 pub use description::Description;
 
 use crate::{
-    error::Error,
-    file::WholeFile,
+    error,
+    file::{WholeFile, WriteError},
     simulate::{Rows, Simulation},
 };
 use csv::Csv;
 use mat::Mat;
+
+/// The names that a trace file takes.
+pub const EXPECTED_NAME: &str = "a name that ends in .csv, .mat or .parquet";
+
+/// Why a trace file is not written.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The name has no known suffix.
+    #[error("the trace file is {}, expected {EXPECTED_NAME}", .0.display())]
+    Name(PathBuf),
+    /// The file could not be written.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+    /// The run has more rows than the format.
+    #[error(
+        "{} would have {rows} rows, expected at most {most}: a variable of a MAT file holds 2 GiB; \
+         a greater --every, a smaller --duration, or another format",
+        path.display()
+    )]
+    TooLong {
+        /// The file.
+        path: PathBuf,
+        /// Rows of the run.
+        rows: u64,
+        /// The most rows of the format.
+        most: u64,
+    },
+    /// This build lacks the format.
+    #[cfg(not(feature = "parquet"))]
+    #[error(
+        "{}: this program was built without the feature `parquet`, expected \
+         `cargo build --release --features parquet`",
+        .0.display()
+    )]
+    WithoutParquet(PathBuf),
+}
 
 /// The format of a trace file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -40,17 +73,13 @@ impl Format {
     /// The format of the suffix of a file name.
     ///
     /// # Errors
-    /// [`Error::Option`] unless the name ends in `.csv`, `.mat` or `.parquet`.
+    /// [`Error::Name`] unless the name ends in `.csv`, `.mat` or `.parquet`.
     pub fn of(path: &Path) -> Result<Self, Error> {
         match path.extension().and_then(|extension| extension.to_str()) {
             Some("csv") => Ok(Self::Csv),
             Some("mat") => Ok(Self::Mat),
             Some("parquet") => Ok(Self::Parquet),
-            _ => Err(Error::Option {
-                option: "--out",
-                value: path.display().to_string(),
-                expected: "a name that ends in .csv, .mat or .parquet",
-            }),
+            _ => Err(Error::Name(path.into())),
         }
     }
 }
@@ -72,8 +101,7 @@ impl TraceFile {
     /// Opens the file for the rows of this run.
     ///
     /// # Errors
-    /// [`Error::Write`], and [`Error::Conflict`] if the run exceeds the format or
-    /// this build lacks it.
+    /// [`Error::Write`], and others if the run exceeds the format or this build lacks it.
     pub fn create(
         path: &Path,
         format: Format,
@@ -86,7 +114,11 @@ impl TraceFile {
             Format::Csv => file().and_then(|file| Ok(Writer::Csv(Csv::create(file, &columns)?))),
             Format::Mat => {
                 let rows = simulation.rows();
-                fits(path, rows, mat::most_rows(columns.len()))?;
+                let most = mat::most_rows(columns.len());
+                if rows > most {
+                    let path = path.into();
+                    return Err(Error::TooLong { path, rows, most });
+                }
                 let mat = file().and_then(|file| Mat::create(file, &columns, rows, description));
                 mat.map(Writer::Mat)
             }
@@ -95,9 +127,9 @@ impl TraceFile {
                 .and_then(|file| parquet::Parquet::create(file, &columns, description))
                 .map(Writer::Parquet),
             #[cfg(not(feature = "parquet"))]
-            Format::Parquet => return Err(without_parquet(path)),
+            Format::Parquet => return Err(Error::WithoutParquet(path.into())),
         };
-        let writer = writer.map_err(|source| failed(path, source))?;
+        let writer = writer.map_err(|source| WriteError::new(path, source))?;
         Ok(Self {
             path: path.into(),
             writer,
@@ -116,45 +148,18 @@ impl TraceFile {
             Writer::Parquet(parquet) => parquet.finish(),
         };
         let result = file.and_then(WholeFile::complete);
-        result.map_err(|source| failed(&self.path, source))
+        Ok(result.map_err(|source| WriteError::new(&self.path, source))?)
     }
 }
 
 impl Rows for TraceFile {
-    fn row(&mut self, values: &[f64]) -> Result<(), Error> {
+    fn row(&mut self, values: &[f64]) -> Result<(), error::Error> {
         let result = match &mut self.writer {
             Writer::Csv(csv) => csv.row(values),
             Writer::Mat(mat) => mat.row(values),
             #[cfg(feature = "parquet")]
             Writer::Parquet(parquet) => parquet.row(values),
         };
-        result.map_err(|source| failed(&self.path, source))
+        Ok(result.map_err(|source| WriteError::new(&self.path, source))?)
     }
-}
-
-fn failed(path: &Path, source: io::Error) -> Error {
-    Error::Write {
-        path: path.into(),
-        source,
-    }
-}
-
-fn fits(path: &Path, rows: u64, most: u64) -> Result<(), Error> {
-    if rows <= most {
-        return Ok(());
-    }
-    Err(Error::Conflict(format!(
-        "{} would have {rows} rows, expected at most {most}: a variable of a MAT file holds 2 GiB; \
-         a greater --every, a smaller --duration, or another format",
-        path.display()
-    )))
-}
-
-#[cfg(not(feature = "parquet"))]
-fn without_parquet(path: &Path) -> Error {
-    Error::Conflict(format!(
-        "{}: this program was built without the feature `parquet`, expected \
-         `cargo build --release --features parquet`",
-        path.display()
-    ))
 }

@@ -16,6 +16,7 @@ pub mod study;
 pub mod test_bench;
 pub mod trace_measures;
 
+use host_sim::file::WriteError;
 use identification::{IdentifyError, RecordingError};
 use model_core::parameter::ParameterError;
 use virtual_board::run::{FirmwareError, RunError};
@@ -56,9 +57,15 @@ pub enum Failure {
     /// A model cannot be fitted.
     #[error(transparent)]
     Identify(Box<IdentifyError>),
-    /// A file cannot be read or written, or a model cannot be simulated.
+    /// A file cannot be read, or a model cannot be simulated.
     #[error(transparent)]
     Program(Box<host_sim::error::Error>),
+    /// A file cannot be written.
+    #[error(transparent)]
+    Write(Box<WriteError>),
+    /// A figure cannot be written.
+    #[error(transparent)]
+    Figure(Box<host_sim::plot::Error>),
 }
 
 /// Conversions of large errors, which are boxed to keep `Result` small.
@@ -76,4 +83,6 @@ boxed! {
     Board: RunError,
     Identify: IdentifyError,
     Program: host_sim::error::Error,
+    Write: WriteError,
+    Figure: host_sim::plot::Error,
 }

@@ -3,6 +3,7 @@
 use std::{path::PathBuf, process::ExitCode};
 
 use clap::Parser;
+use host_sim::file::WriteError;
 use study::{Failure, claims, figures, page, runs, study::Study};
 
 /// Repeats the paper's study on the emulated board, which takes some minutes on two cores.
@@ -45,7 +46,6 @@ impl Arguments {
     }
 
     fn unwritable(&self, source: std::io::Error) -> Failure {
-        let path = self.out.clone();
-        host_sim::error::Error::Write { path, source }.into()
+        WriteError::new(&self.out, source).into()
     }
 }
