@@ -246,28 +246,12 @@ fn braking_velocity(distance: u64, deceleration_step: i64, period_us: u32) -> i6
     // the factor 8 below.
     let travel = (distance * 1000 / u64::from(period_us.max(1))).min(u64::MAX / 8);
     let deceleration_step = deceleration_step.unsigned_abs().max(1);
-    let k = (integer_sqrt((travel * 8 / deceleration_step).saturating_add(1)) - 1) / 2;
+    let root = (travel * 8 / deceleration_step).saturating_add(1).isqrt();
+    let k = (root - 1) / 2;
     // deceleration_step * k * (k + 1) / 2 <= travel < 2^61.
     let saved = deceleration_step * k * (k + 1) / 2;
     let velocity = (travel + saved) / (k + 1);
     velocity.min(VELOCITY_MAX as u64) as i64
-}
-
-/// Integer square root of a value other than 0, bit by bit: a tenth of the code size of the
-/// standard library's, which is optimised for speed.
-fn integer_sqrt(value: u64) -> u64 {
-    let (mut remainder, mut root) = (value, 0);
-    let mut bit = 1 << 62;
-    while bit != 0 {
-        if remainder >= root + bit {
-            remainder -= root + bit;
-            root = root / 2 + bit;
-        } else {
-            root /= 2;
-        }
-        bit /= 4;
-    }
-    root
 }
 
 #[cfg(test)]
@@ -347,11 +331,6 @@ mod tests {
     }
 
     proptest! {
-        #[test]
-        fn the_square_root_equals_that_of_the_standard_library(value: u64, shift in 0..64_u32) {
-            prop_assert_eq!(integer_sqrt(value >> shift), (value >> shift).isqrt());
-        }
-
         #[test]
         fn a_move_ends_at_its_target_within_its_limits(
             start in -100_000..100_000_i32,
