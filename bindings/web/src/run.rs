@@ -7,18 +7,10 @@ use crate::scenario::{Error, MOST_ROWS, Scenario};
 
 /// The columns of a trace: the time, the command at that time, and the outputs before the updates
 /// of this instant ([`Actuator::reading`]).
-pub const COLUMNS: [&str; 10] = [
-    "t",
-    "command",
-    "command_delayed",
-    "angle_deg",
-    "rate_deg_s",
-    "duty_pct",
-    "angle_meas_deg",
-    "rate_meas_deg_s",
-    "current_a",
-    "back_emf_v",
-];
+pub const COLUMNS: [&str; 10] = {
+    let [a, b, c, d, e, f, g, h] = Reading::COLUMNS;
+    ["t", "command", a, b, c, d, e, f, g, h]
+};
 
 /// The recording of a run: one column after the other.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -1,8 +1,9 @@
 use super::super::linear_models::{Loop, Motor, Timing, black_box_1, black_box_2};
 use super::super::referee::Board;
-use super::super::sine_fit::fit;
 use super::*;
 use model_core::control::parameters::ControlParameters;
+use model_core::evaluation::frequency_response::sine;
+use num_complex::Complex64;
 use std::f64::consts::TAU;
 
 /// Delay of the paper's test set-up, s.
@@ -112,10 +113,10 @@ fn the_response_of_the_board_agrees_with_a_simulated_sine() {
         // Angles at the control steps, after 6 s in which the transient decays: its slowest pole is
         // -14 1/s, half of the inner bandwidth.
         let samples = || (120_000..200_000).step_by(80);
-        let t: Vec<f64> = samples().map(|i| i as f64 * 50e-6).collect();
         let y: Vec<f64> = samples().map(|i| angle[i]).collect();
-        let sine = fit(&t, &y, frequency_hz).unwrap();
-        let found = num_complex::Complex64::from_polar(sine.amplitude, sine.phase_deg.to_radians());
+        let (amplitude, phase_deg) = sine(&y, (4.0 * frequency_hz) as u32);
+        let start_deg = 360.0 * 6.0 * frequency_hz;
+        let found = Complex64::from_polar(amplitude, (phase_deg - start_deg).to_radians());
         let error = (found / system.at(frequency_hz) - 1.0).norm();
         assert!(error < 1e-8, "{error} at {frequency_hz} Hz");
     }

@@ -2,8 +2,7 @@
 //!
 //! From parameters, exact for small signals: frequency responses ([`frequency`]) of the linear
 //! models ([`linear_models`]), and stability and margins of their loops ([`loop_gain`]).
-//! From samples: gain and phase at a frequency ([`sine_fit`]). Step metrics and the measured
-//! frequency response are in [`model_core::evaluation`].
+//! What is evaluated from samples is in [`model_core::evaluation`].
 //!
 //! Continuous and sampled systems have one type, [`transfer_function::TransferFunction`]: a
 //! rational function of the delta operator `(z - 1)/T`, which is `s` for `T = 0`.
@@ -12,7 +11,6 @@ pub mod frequency;
 pub mod linear_models;
 pub mod loop_gain;
 pub mod polynomial;
-pub mod sine_fit;
 pub mod transfer_function;
 
 #[cfg(test)]

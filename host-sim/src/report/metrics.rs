@@ -1,17 +1,17 @@
 //! The figures of merit of a model.
 
 use model_core::{
-    evaluation::step_metrics::{SETTLING_BAND, Step, rate_extremes, steps},
+    evaluation::{
+        frequency_response::sine as fundamental,
+        step_metrics::{SETTLING_BAND, Step, rate_extremes, steps},
+    },
     excitation::steady_sine::SineParameters,
 };
 use serde::Serialize;
 
 use super::{runs::Runs, small_signal::SmallSignal};
 use crate::{
-    analysis::{
-        frequency::{bandwidth_hz, falls_to_hz},
-        sine_fit::fit,
-    },
+    analysis::frequency::{bandwidth_hz, falls_to_hz},
     trace::Trace,
 };
 
@@ -167,11 +167,14 @@ fn ramp_lag_deg(trace: &Trace) -> Option<f64> {
 fn sine(trace: &Trace) -> Option<(f64, f64)> {
     let frequency_hz = SineParameters::default().frequency_hz;
     let [t, command, angle, _] = columns(trace);
-    let start = t.partition_point(|t| *t < 1.0 / frequency_hz);
-    let angle = fit(&t[start..], &angle[start..], frequency_hz)?;
-    let command = fit(&t[start..], &command[start..], frequency_hz)?;
-    let (_, phase_deg) = angle.over(&command);
-    Some((angle.amplitude / command.amplitude, phase_deg))
+    let period = t.iter().position(|t| *t >= 1.0 / frequency_hz)?;
+    let periods = t.len() / period - 1;
+    let rows = period..period * (periods + 1);
+    let of = |column: &[f64]| fundamental(&column[rows.clone()], periods as u32);
+    let (angle, command) = (of(angle), of(command));
+    let phase_deg = angle.1 - command.1;
+    let phase_deg = phase_deg - 360.0 * (phase_deg / 360.0).round();
+    Some((angle.0 / command.0, phase_deg))
 }
 
 fn small_signal(runs: &Runs, linear: Option<&SmallSignal>) -> SmallSignalMetrics {

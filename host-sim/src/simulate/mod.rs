@@ -8,6 +8,7 @@ pub mod extremes;
 mod float;
 
 use model_core::{
+    actuator::Reading,
     models::{black_box_1::BlackBox1, black_box_2::BlackBox2, grey_box::GreyBox},
     time::ticks,
 };
@@ -19,17 +20,12 @@ use crate::{
     trace::Trace,
 };
 
-/// Columns that every model has.
-const COMMON_COLUMNS: [&str; 8] = [
-    "t",
-    "command",
-    "command_delayed",
-    "angle_deg",
-    "rate_deg_s",
-    "duty_pct",
-    "angle_meas_deg",
-    "rate_meas_deg_s",
-];
+/// Columns that every model has: time, command, and of [`Reading::COLUMNS`] all but current and
+/// back-EMF.
+const COMMON_COLUMNS: [&str; 8] = {
+    let [a, b, c, d, e, f, ..] = Reading::COLUMNS;
+    ["t", "command", a, b, c, d, e, f]
+};
 
 /// A run with all of its inputs.
 #[derive(Debug, Clone)]

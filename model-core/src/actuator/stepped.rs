@@ -39,6 +39,18 @@ pub struct Reading {
 }
 
 impl Reading {
+    /// The names of the quantities in traces.
+    pub const COLUMNS: [&'static str; 8] = [
+        "command_delayed",
+        "angle_deg",
+        "rate_deg_s",
+        "duty_pct",
+        "angle_meas_deg",
+        "rate_meas_deg_s",
+        "current_a",
+        "back_emf_v",
+    ];
+
     /// All quantities in the order of their declaration.
     pub fn values(&self) -> [f64; 8] {
         [

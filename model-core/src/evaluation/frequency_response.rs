@@ -267,49 +267,87 @@ impl Phasor {
     }
 }
 
+/// Amplitude and phase, deg, of the sine with this number of periods in equally spaced samples. The
+/// phase is that at the first sample. A constant and harmonics do not change the result.
+///
+/// ```
+/// use model_core::evaluation::frequency_response::sine;
+///
+/// let samples = [3.0, 1.0, -1.0, 1.0];
+/// let (amplitude, phase_deg) = sine(&samples, 1);
+/// assert!((amplitude - 2.0).abs() < 1e-12 && (phase_deg - 90.0).abs() < 1e-12);
+/// ```
+pub fn sine(samples: &[f64], periods: u32) -> (f64, f64) {
+    let mut correlation = Correlation::new(f64::from(periods) / samples.len() as f64);
+    samples.iter().for_each(|sample| correlation.add(*sample));
+    let (amplitude, turns) = correlation.sine(samples.len() as f64);
+    (amplitude, 360.0 * turns)
+}
+
+/// The correlation of samples with the cosine and sine of one frequency.
+#[derive(Clone, Copy, Default)]
+struct Correlation {
+    phasor: Phasor,
+    sums: (f64, f64),
+}
+
+impl Correlation {
+    fn new(turns_per_sample: f64) -> Self {
+        Self {
+            phasor: Phasor::new(0.0, turns_per_sample),
+            sums: (0.0, 0.0),
+        }
+    }
+
+    fn add(&mut self, sample: f64) {
+        let (cos, sin) = self.phasor.next();
+        self.sums.0 += sample * cos;
+        self.sums.1 += sample * sin;
+    }
+
+    /// Amplitude, and phase in turns.
+    fn sine(&self, samples: f64) -> (f64, f64) {
+        let (cos, sin) = self.sums;
+        let amplitude = 2.0 * libm::hypot(cos, sin) / samples;
+        (amplitude, libm::atan2(cos, sin) / TAU)
+    }
+}
+
 /// The motion of one period at all multiples of its frequency.
 struct Motion {
-    control_periods: f64,
-    phasors: [Phasor; MULTIPLES],
-    sums: [(f64, f64); MULTIPLES],
+    samples: f64,
+    multiples: [Correlation; MULTIPLES],
     sum: f64,
     squares: f64,
 }
 
 impl Motion {
     fn new(control_periods: u32) -> Self {
-        let control_periods = f64::from(control_periods);
+        let samples = f64::from(control_periods);
         Self {
-            control_periods,
-            phasors: core::array::from_fn(|i| Phasor::new(0.0, (i + 1) as f64 / control_periods)),
-            sums: [(0.0, 0.0); MULTIPLES],
+            samples,
+            multiples: core::array::from_fn(|i| Correlation::new((i + 1) as f64 / samples)),
             sum: 0.0,
             squares: 0.0,
         }
     }
 
     fn add(&mut self, angle_deg: f64) {
-        for (phasor, sum) in self.phasors.iter_mut().zip(&mut self.sums) {
-            let (cos, sin) = phasor.next();
-            sum.0 += angle_deg * cos;
-            sum.1 += angle_deg * sin;
-        }
+        self.multiples.iter_mut().for_each(|m| m.add(angle_deg));
         self.sum += angle_deg;
         self.squares += angle_deg * angle_deg;
     }
 
     /// Amplitude, deg, and phase of the sine at this multiple, turns.
     fn at(&self, multiple: usize) -> (f64, f64) {
-        let sums = self.sums.get(multiple.wrapping_sub(1));
-        let (cos, sin) = sums.copied().unwrap_or_default();
-        let amplitude = 2.0 * libm::hypot(cos, sin) / self.control_periods;
-        (amplitude, libm::atan2(cos, sin) / TAU)
+        let correlation = self.multiples.get(multiple.wrapping_sub(1));
+        correlation.copied().unwrap_or_default().sine(self.samples)
     }
 
     /// Power of the motion without its mean.
     fn power(&self) -> f64 {
-        let mean = self.sum / self.control_periods;
-        self.squares / self.control_periods - mean * mean
+        let mean = self.sum / self.samples;
+        self.squares / self.samples - mean * mean
     }
 }
 
@@ -317,6 +355,7 @@ impl Motion {
 mod tests {
     use super::*;
     use crate::actuator::{ModelKind, PlantKind, Settings};
+    use proptest::prelude::*;
 
     const ODD: [u16; 6] = [1, 3, 5, 9, 17, 33];
 
@@ -370,6 +409,24 @@ mod tests {
         assert_eq!(valid(12, 0.4), [true, true, true, false, false, true]);
         assert_eq!(valid(7, 0.4), [false, false, false, false, true, true]);
         assert_eq!(valid(150, 0.4), [true; 6]);
+    }
+
+    proptest! {
+        #[test]
+        fn a_sine_is_found_beside_a_constant_and_a_harmonic(
+            amplitude in 0.01..100.0f64, turns in -0.49..0.49f64, constant in -100.0..100.0f64,
+            periods in 1..40u32,
+        ) {
+            let samples: [f64; 1000] = core::array::from_fn(|i| {
+                let x = TAU * f64::from(periods) * i as f64 / 1e3;
+                amplitude * libm::sin(x + TAU * turns) + constant + libm::cos(3.0 * x)
+            });
+            let found = sine(&samples, periods);
+            // Rounding of 1e-16 in 1000 sums, relative to the larger of all parts.
+            let tolerance = 1e-10 * (amplitude + constant.abs() + 1.0);
+            prop_assert!((found.0 - amplitude).abs() < tolerance);
+            prop_assert!((found.1 - 360.0 * turns).abs() < 100.0 * tolerance / amplitude);
+        }
     }
 
     #[test]
