@@ -22,6 +22,10 @@ pub struct Input {
     pub target_velocity: i32,
     /// Velocity offset 60B1h, added in cyclic synchronous velocity mode.
     pub velocity_offset: i32,
+    /// 607Ah was written since the last period, by whatever value.
+    pub is_new_position: bool,
+    /// 60FFh or 60B1h was written since the last period, by whatever value.
+    pub is_new_velocity: bool,
     /// Position actual value 6064h.
     pub position_actual: i32,
     /// Velocity actual value 606Ch.
@@ -43,6 +47,8 @@ impl Default for Input {
             target_position: 0,
             target_velocity: 0,
             velocity_offset: 0,
+            is_new_position: false,
+            is_new_velocity: false,
             position_actual: 0,
             velocity_actual: 0,
             fault: Fault::None,
@@ -88,12 +94,19 @@ pub struct Output {
 }
 
 /// One axis.
+///
+/// A mode starts when operation is enabled, after a quick stop and with each change of 6060h. It
+/// starts at the actual position and holds it: a target acts once it has been written in a later
+/// period than that in which the mode started. What was written before, in another mode or while
+/// the power was off, moves nothing.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Axis {
     machine: StateMachine,
     ramp: Ramp,
     set_points: SetPoints,
     mode: Option<Mode>,
+    /// A target has been written since the mode started.
+    has_target: bool,
     /// Cyclic synchronous position: the last target, and the control periods left to interpolate to
     /// it.
     command: i32,
@@ -110,7 +123,7 @@ struct ModeResult {
     limited: bool,
     /// The profile is complete.
     ended: bool,
-    /// Position that bit 10 "target reached" compares with.
+    /// Position, or in profile velocity mode velocity, that bit 10 "target reached" compares with.
     target: i32,
 }
 
@@ -149,7 +162,7 @@ impl Axis {
         let motion = self
             .machine
             .step(input.controlword, conditions, &parameters.options);
-        let result = match motion {
+        let mut result = match motion {
             Motion::Off => {
                 self.track_actual_position(input);
                 ModeResult {
@@ -158,6 +171,8 @@ impl Axis {
                 }
             }
             Motion::Stop(how) => {
+                // A profile resumes after a halt; the targets of a cyclic mode have moved on.
+                self.has_target &= !input.mode.is_cyclic();
                 self.decelerate(how, parameters);
                 ModeResult {
                     target: self.ramp.position(),
@@ -166,6 +181,9 @@ impl Axis {
             }
             Motion::Run => self.run(input, parameters),
         };
+        if !input.mode.is_position() {
+            result.limited |= self.approach_limits(input, parameters);
+        }
         self.report(input, parameters, motion, result)
     }
 
@@ -175,8 +193,13 @@ impl Axis {
         self.mode = None;
     }
 
-    /// Starts a mode at the present position demand.
+    /// Starts a mode at the actual position, with the present velocity demand. Behind a stop, or a
+    /// source other than this axis, the position demand continues.
     fn start_mode(&mut self, input: &Input) {
+        if self.mode.is_some() {
+            self.ramp.set_position(input.position_actual);
+        }
+        self.has_target = false;
         self.set_points
             .restart(self.ramp.position(), input.controlword);
         self.command = self.ramp.position();
@@ -211,44 +234,83 @@ impl Axis {
     fn run(&mut self, input: &Input, parameters: &Parameters) -> ModeResult {
         if self.mode != Some(input.mode) {
             self.start_mode(input);
+        } else if input.mode.is_position() {
+            self.has_target |= input.is_new_position;
+        } else {
+            self.has_target |= input.is_new_velocity;
         }
         match input.mode {
-            Mode::None => {
+            Mode::ProfilePosition => self.profile_position(input, parameters),
+            Mode::ProfileVelocity => self.profile_velocity(input, parameters),
+            Mode::CyclicPosition if self.has_target => self.cyclic_position(input, parameters),
+            Mode::CyclicVelocity if self.has_target => self.cyclic_velocity(input, parameters),
+            Mode::None | Mode::CyclicPosition | Mode::CyclicVelocity => {
                 self.decelerate(Deceleration::SlowDown, parameters);
                 ModeResult {
                     target: self.ramp.position(),
                     ..ModeResult::default()
                 }
             }
-            Mode::ProfilePosition => self.profile_position(input, parameters),
-            Mode::CyclicPosition => self.cyclic_position(input, parameters),
-            Mode::ProfileVelocity => {
-                let (target, limited) =
-                    within_velocity_limits(input.target_velocity, input, parameters);
-                let limits = parameters.profile(u32::MAX);
-                self.ramp.to_velocity(target, &limits, parameters.period_us);
-                ModeResult {
-                    limited,
-                    ..ModeResult::default()
-                }
-            }
-            Mode::CyclicVelocity => {
-                let requested = input.target_velocity.saturating_add(input.velocity_offset);
-                let (target, limited) = within_velocity_limits(requested, input, parameters);
-                self.ramp.set_velocity(target, parameters.period_us);
-                ModeResult {
-                    limited,
-                    ..ModeResult::default()
-                }
-            }
         }
+    }
+
+    fn profile_velocity(&mut self, input: &Input, parameters: &Parameters) -> ModeResult {
+        let requested = if self.has_target {
+            input.target_velocity
+        } else {
+            0
+        };
+        let (target, limited) = within_max_velocity(requested, parameters);
+        let limits = parameters.profile(u32::MAX);
+        self.ramp.to_velocity(target, &limits, parameters.period_us);
+        ModeResult {
+            limited,
+            target: requested,
+            ..ModeResult::default()
+        }
+    }
+
+    fn cyclic_velocity(&mut self, input: &Input, parameters: &Parameters) -> ModeResult {
+        let requested = input.target_velocity.saturating_add(input.velocity_offset);
+        let (target, limited) = within_max_velocity(requested, parameters);
+        self.ramp.set_velocity(target, parameters.period_us);
+        ModeResult {
+            limited,
+            ..ModeResult::default()
+        }
+    }
+
+    /// Limits the velocity demand toward a position limit, in every motion of a velocity mode;
+    /// returns whether it was changed.
+    fn approach_limits(&mut self, input: &Input, parameters: &Parameters) -> bool {
+        let Some((low, high)) = parameters.position_limits else {
+            return false;
+        };
+        let place = i64::from(input.position_actual);
+        let velocity = self.ramp.velocity();
+        let distance = if velocity < 0 {
+            place - i64::from(low)
+        } else {
+            i64::from(high) - place
+        };
+        let fastest = approach_velocity(distance, parameters);
+        let limited = velocity.saturating_abs() > fastest;
+        if limited {
+            self.ramp.limit_velocity(fastest.unsigned_abs());
+        }
+        limited
     }
 
     fn profile_position(&mut self, input: &Input, parameters: &Parameters) -> ModeResult {
         let requested = self
             .set_points
             .step(input.controlword, input.target_position);
-        let (target, limited) = parameters.within_position_limits(requested);
+        // Without a set-point the axis stays where the mode started, be it beyond the limits.
+        let (target, limited) = if self.set_points.is_empty() {
+            (requested, false)
+        } else {
+            parameters.within_position_limits(requested)
+        };
         let limits = parameters.profile(parameters.profile_velocity);
         let ended = self.ramp.to_position(target, &limits, parameters.period_us);
         if ended {
@@ -280,25 +342,25 @@ impl Axis {
     }
 }
 
-/// Limits a velocity to 607Fh and to one from which the axis can stop before the position limits;
-/// returns it and whether it was changed.
-fn within_velocity_limits(requested: i32, input: &Input, parameters: &Parameters) -> (i32, bool) {
+/// Limits a velocity to 607Fh; returns it and whether it was changed.
+fn within_max_velocity(requested: i32, parameters: &Parameters) -> (i32, bool) {
     let top = i32::try_from(parameters.max_velocity).unwrap_or(i32::MAX);
-    let mut velocity = requested.max(-top).min(top);
-    if let Some((low, high)) = parameters.position_limits {
-        let limit = if velocity < 0 { low } else { high };
-        let beyond = if velocity < 0 {
-            input.position_actual <= low
-        } else {
-            input.position_actual >= high
-        };
-        let fastest = if beyond {
-            0
-        } else {
-            let rate = parameters.deceleration;
-            Ramp::max_velocity_toward(input.position_actual, limit, rate, parameters.period_us)
-        };
-        velocity = velocity.max(-fastest).min(fastest);
-    }
+    let velocity = requested.max(-top).min(top);
     (velocity, velocity != requested)
+}
+
+/// The highest velocity from which the axis stops before a position limit at this distance, by
+/// deceleration and by gain. 0 beyond the limit.
+fn approach_velocity(distance: i64, parameters: &Parameters) -> i32 {
+    let Ok(distance) = u32::try_from(distance) else {
+        return 0;
+    };
+    let deceleration = (parameters.deceleration).min(parameters.reachable_deceleration);
+    let by_ramp = Ramp::max_velocity_toward(distance, deceleration, parameters.period_us);
+    if parameters.approach_gain == 0 {
+        return by_ramp;
+    }
+    // Below 2^32 times 2^32.
+    let by_loop = u64::from(distance) * u64::from(parameters.approach_gain) / 1000;
+    by_ramp.min(i32::try_from(by_loop).unwrap_or(i32::MAX))
 }

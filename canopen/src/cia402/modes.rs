@@ -40,6 +40,11 @@ impl Mode {
         })
     }
 
+    /// Whether a master sends a target in each of its periods.
+    pub(super) const fn is_cyclic(self) -> bool {
+        matches!(self, Self::CyclicPosition | Self::CyclicVelocity)
+    }
+
     /// Whether the mode has a position demand.
     pub(super) const fn is_position(self) -> bool {
         matches!(self, Self::ProfilePosition | Self::CyclicPosition)

@@ -12,6 +12,12 @@ pub struct Parameters {
     pub options: Options,
     /// Software position limits 607Dh, lower and upper; `None` disables them.
     pub position_limits: Option<(i32, i32)>,
+    /// Velocity per distance at which a velocity mode may approach a position limit, in thousandths
+    /// of 1/s; 0 for no such bound.
+    pub approach_gain: u32,
+    /// Deceleration that the motor reaches: the approach to a position limit counts on no more of
+    /// 6084h than this.
+    pub reachable_deceleration: u32,
     /// Max profile velocity 607Fh.
     pub max_velocity: u32,
     /// Profile velocity 6081h.
@@ -50,6 +56,8 @@ impl Default for Parameters {
             period_us: 4_000,
             options: Options::default(),
             position_limits: Some((-60_000, 60_000)),
+            approach_gain: 0,
+            reachable_deceleration: u32::MAX,
             max_velocity: 500_000,
             profile_velocity: 300_000,
             acceleration: 3_000_000,

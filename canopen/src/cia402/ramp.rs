@@ -148,22 +148,12 @@ impl Ramp {
         self.velocity = 0;
     }
 
-    /// The highest velocity toward a limit from which the axis can stop before it.
+    /// The highest velocity from which the axis can stop within a distance.
     #[must_use]
-    pub fn max_velocity_toward(
-        position: i32,
-        limit: i32,
-        deceleration: u32,
-        period_us: u32,
-    ) -> i32 {
-        let distance = (i64::from(limit) - i64::from(position)).unsigned_abs() * UNIT as u64;
-        saturate(
-            braking_velocity(
-                distance,
-                velocity_change(deceleration, period_us),
-                period_us,
-            ) / UNIT_PER_S,
-        )
+    pub fn max_velocity_toward(distance: u32, deceleration: u32, period_us: u32) -> i32 {
+        let distance = u64::from(distance) * UNIT as u64;
+        let deceleration_step = velocity_change(deceleration, period_us);
+        saturate(braking_velocity(distance, deceleration_step, period_us) / UNIT_PER_S)
     }
 
     fn move_at(&mut self, velocity: i64, period_us: u32) {
@@ -325,7 +315,7 @@ mod tests {
                 ramp.to_velocity(i32::MIN, &limits, period_us);
                 ramp.interpolate(i32::MAX, 0, period_us);
                 ramp.set_velocity(i32::MIN, period_us);
-                assert!(Ramp::max_velocity_toward(i32::MIN, i32::MAX, 0, period_us) >= 0);
+                assert!(Ramp::max_velocity_toward(u32::MAX, 0, period_us) >= 0);
             }
         }
     }

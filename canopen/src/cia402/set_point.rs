@@ -9,6 +9,8 @@ pub(super) struct SetPoints {
     target: i32,
     buffered: Option<i32>,
     moving: bool,
+    /// A set-point was accepted since the start of the mode.
+    accepted: bool,
     new_set_point: bool,
     acknowledged: bool,
 }
@@ -54,6 +56,7 @@ impl SetPoints {
             return;
         }
         self.acknowledged = true;
+        self.accepted = true;
     }
 
     /// The target is reached: activates the buffered set-point.
@@ -68,6 +71,11 @@ impl SetPoints {
     /// buffer is full.
     pub const fn acknowledged(&self) -> bool {
         self.acknowledged
+    }
+
+    /// Whether no set-point was accepted since the start of the mode.
+    pub const fn is_empty(&self) -> bool {
+        !self.accepted
     }
 
     /// Whether no set-point is active.

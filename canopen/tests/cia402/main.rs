@@ -19,8 +19,11 @@ struct Bench {
 
 impl Bench {
     fn new(mode: Mode) -> Self {
+        // A master that writes its targets in each period.
         let input = Input {
             mode,
+            is_new_position: true,
+            is_new_velocity: true,
             ..Input::default()
         };
         Self {

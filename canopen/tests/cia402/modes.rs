@@ -196,17 +196,55 @@ fn a_position_outside_the_window_is_not_target_reached() {
 }
 
 #[test]
-fn enabling_operation_does_not_step_the_demand() {
-    for mode in [Mode::ProfilePosition, Mode::CyclicPosition] {
+fn a_target_acts_once_it_is_written_after_the_mode_has_started() {
+    for mode in [
+        Mode::CyclicPosition,
+        Mode::CyclicVelocity,
+        Mode::ProfileVelocity,
+    ] {
         let mut bench = Bench::new(mode);
-        bench.input.position_actual = 12_345;
-        bench.input.target_position = 12_345;
-        for word in [0, 6, 7, ENABLE, ENABLE] {
-            let output = bench.command(word);
-            if let Demand::Position { position, .. } = output.demand {
-                assert_eq!(position, 12_345);
-            }
+        (
+            bench.input.target_position,
+            bench.input.target_velocity,
+            bench.input.velocity_offset,
+        ) = (9_000, 70_000, 7_000);
+        for word in [0, 6, 7] {
+            bench.command(word);
         }
+        // The target that comes with the controlword that enables operation is from before.
+        let first = bench.command(ENABLE);
+        (bench.input.is_new_position, bench.input.is_new_velocity) = (false, false);
+        bench.run(50);
+        assert_eq!(bench.input.position_actual, 0, "{mode:?}");
+        assert!(!has(first.statusword, statusword::MODE_12) || mode == Mode::ProfileVelocity);
+        // The same values, written again.
+        (bench.input.is_new_position, bench.input.is_new_velocity) = (true, true);
+        bench.step();
+        (bench.input.is_new_position, bench.input.is_new_velocity) = (false, false);
+        bench.run(50);
+        assert!(bench.input.position_actual >= 9_000, "{mode:?}");
+    }
+}
+
+#[test]
+fn a_cyclic_mode_needs_a_new_target_after_a_halt_and_a_profile_resumes() {
+    for mode in [
+        Mode::CyclicPosition,
+        Mode::CyclicVelocity,
+        Mode::ProfileVelocity,
+    ] {
+        let mut bench = Bench::enabled(mode);
+        bench.input.target_position = 2_000;
+        bench.input.target_velocity = 50_000;
+        bench.run(3);
+        (bench.input.is_new_position, bench.input.is_new_velocity) = (false, false);
+        bench.command(ENABLE | controlword::HALT);
+        bench.run(50);
+        let place = bench.input.position_actual;
+        bench.command(ENABLE);
+        bench.run(50);
+        let has_moved = bench.input.position_actual != place;
+        assert_eq!(has_moved, mode == Mode::ProfileVelocity, "{mode:?}");
     }
 }
 

@@ -1,7 +1,7 @@
 use canopen::cia402::{Cia402State, Demand, Fault, Mode};
 use proptest::prelude::*;
 
-use crate::Bench;
+use crate::{Bench, ENABLE, NEW};
 
 fn mode() -> impl Strategy<Value = Mode> {
     prop::sample::select(vec![
@@ -15,6 +15,33 @@ fn mode() -> impl Strategy<Value = Mode> {
 
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn enabling_and_changes_of_mode_demand_the_actual_position_whatever_was_written_before(
+        modes in prop::collection::vec(mode(), 1..6),
+        angle in -200_000..200_000_i32, target: i32, velocity: i32, offset: i32,
+        set_point in prop_oneof![Just(0_u16), Just(NEW & !ENABLE)],
+    ) {
+        let mut bench = Bench::new(modes[0]);
+        let input = &mut bench.input;
+        (input.position_actual, input.target_position) = (angle, target);
+        (input.target_velocity, input.velocity_offset) = (velocity, offset);
+        for word in [0, 6, 7] {
+            bench.command(word);
+        }
+        bench.command(ENABLE | set_point);
+        (bench.input.is_new_position, bench.input.is_new_velocity) = (false, false);
+        for mode in modes {
+            bench.input.mode = mode;
+            for _ in 0..10 {
+                match bench.step().demand {
+                    Demand::Off => prop_assert!(false, "powered"),
+                    Demand::Position { position, velocity } => prop_assert_eq!((position, velocity), (angle, 0)),
+                    Demand::Velocity(velocity) => prop_assert_eq!(velocity, 0),
+                }
+            }
+        }
+    }
 
     #[test]
     fn random_inputs_power_the_drive_in_three_states_only_and_keep_positions_in_range(

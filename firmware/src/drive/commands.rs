@@ -25,6 +25,10 @@ pub(super) struct Commands {
     pub target_position_mdeg: i32,
     pub target_velocity_mdeg_s: i32,
     pub velocity_offset_mdeg_s: i32,
+    /// The target position was written since the last control period.
+    pub is_new_position: bool,
+    /// The target velocity or its offset was written since the last control period.
+    pub is_new_velocity: bool,
 }
 
 impl Commands {
@@ -35,6 +39,8 @@ impl Commands {
         target_position_mdeg: 0,
         target_velocity_mdeg_s: 0,
         velocity_offset_mdeg_s: 0,
+        is_new_position: false,
+        is_new_velocity: false,
     };
 }
 
@@ -77,14 +83,17 @@ impl Drive<'_> {
             }
             DriveCommand::TargetPosition => {
                 commands.target_position_mdeg = value as i32;
+                commands.is_new_position = true;
                 self.failsafe.commanded();
             }
             DriveCommand::TargetVelocity => {
                 commands.target_velocity_mdeg_s = value as i32;
+                commands.is_new_velocity = true;
                 self.failsafe.commanded();
             }
             DriveCommand::VelocityOffset => {
                 commands.velocity_offset_mdeg_s = value as i32;
+                commands.is_new_velocity = true;
                 self.failsafe.commanded();
             }
         }

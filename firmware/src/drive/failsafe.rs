@@ -1,8 +1,8 @@
 //! What happens when the master falls silent.
 //!
-//! In the cyclic modes the master has promised to command again and again: once it has begun to, a
-//! pause of more than 2040h:1 is its loss. In every mode a lost heartbeat is, and that the node is
-//! stopped. What follows says 2040h:2.
+//! In the cyclic modes the master commands again and again: a pause of more than 2040h:1, counted
+//! from the enabling of operation or the change to a cyclic mode, is its loss. In every mode a lost
+//! heartbeat is, and that the node is stopped. What follows says 2040h:2.
 //!
 //! | 2040h:2 | |
 //! |---|---|
@@ -20,8 +20,9 @@ use canopen::cia402::Cia402State;
 /// What is known of the master.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Failsafe {
-    /// Control periods since the last cyclic command; none before the first.
-    silent: Option<u16>,
+    /// Control periods since the last cyclic command, or since operation was enabled in a cyclic
+    /// mode.
+    silent: u16,
     /// The network says that it is gone.
     lost: bool,
     /// Where a retreat has come to, mdeg.
@@ -31,7 +32,7 @@ pub(super) struct Failsafe {
 impl Failsafe {
     /// A cyclic command came.
     pub fn commanded(&mut self) {
-        self.silent = Some(0);
+        self.silent = 0;
     }
 
     /// The network says that the master is gone, or there again.
@@ -65,27 +66,24 @@ impl Drive<'_> {
     pub(super) fn fail_safe(&mut self) -> Reaction {
         let is_enabled = self.axis.state() == Cia402State::OperationEnabled;
         let is_cyclic = matches!(self.commands.mode, 8 | 9);
-        if !is_cyclic || !is_enabled {
-            self.failsafe.silent = None;
+        let is_bus = self.application.selected_source() == CommandSource::Bus;
+        if !is_cyclic || !is_enabled || !is_bus {
+            self.failsafe.silent = 0;
         }
-        if !is_enabled || self.application.selected_source() != CommandSource::Bus {
-            self.failsafe.silent = None;
+        if !is_enabled || !is_bus {
             self.failsafe.retreat_mdeg = None;
             return Reaction::None;
         }
         let timeout_ms = self.application.parameters().command.command_timeout_ms;
         // An excitation needs no commands; behind it the silence begins anew.
         let is_exciting = !self.is_commanded();
-        let next = |age: u16| {
-            if is_exciting {
-                0
-            } else {
-                age.saturating_add(1)
-            }
+        self.failsafe.silent = if is_cyclic && !is_exciting {
+            self.failsafe.silent.saturating_add(1)
+        } else {
+            0
         };
-        self.failsafe.silent = self.failsafe.silent.map(next);
-        let too_long = |age| timeout_ms > 0 && age > periods(timeout_ms);
-        if !self.failsafe.lost && !self.failsafe.silent.is_some_and(too_long) {
+        let is_silent = timeout_ms > 0 && self.failsafe.silent > periods(timeout_ms);
+        if !self.failsafe.lost && !is_silent {
             self.failsafe.retreat_mdeg = None;
             return Reaction::None;
         }

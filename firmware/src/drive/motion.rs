@@ -104,6 +104,8 @@ impl Drive<'_> {
             target_position: self.commands.target_position_mdeg,
             target_velocity: self.commands.target_velocity_mdeg_s,
             velocity_offset: self.commands.velocity_offset_mdeg_s,
+            is_new_position: core::mem::take(&mut self.commands.is_new_position),
+            is_new_velocity: core::mem::take(&mut self.commands.is_new_velocity),
             position_actual: self.angle_mdeg(),
             velocity_actual: self.rate_mdeg_s(),
             fault: self.fault(),
@@ -120,6 +122,7 @@ impl Drive<'_> {
             Reaction::Go(position_mdeg) => {
                 input.mode = Mode::CyclicPosition;
                 input.target_position = position_mdeg;
+                input.is_new_position = true;
             }
         }
         input

@@ -71,13 +71,15 @@ impl Axis {
                 (reached || stopped, runs && self.set_points.acknowledged())
             }
             Mode::ProfileVelocity => {
-                let off = input.velocity_actual.abs_diff(input.target_velocity);
+                let off = input.velocity_actual.abs_diff(result.target);
                 let near = runs && off <= parameters.velocity_window;
                 let time_ms = parameters.velocity_window_time_ms;
                 let reached = self.reached_timer.step(near, time_ms, period_us);
                 (reached || stopped, zero)
             }
-            Mode::CyclicPosition | Mode::CyclicVelocity => (false, runs && !result.limited),
+            Mode::CyclicPosition | Mode::CyclicVelocity => {
+                (false, runs && self.has_target && !result.limited)
+            }
             Mode::None => (false, false),
         }
     }

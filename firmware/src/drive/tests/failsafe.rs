@@ -134,20 +134,28 @@ fn an_excitation_needs_no_commands_and_restarts_the_timeout() {
 }
 
 #[test]
+fn the_timeout_of_commands_runs_from_enabling() {
+    for mode in [8, 9] {
+        let mut bench = Bench::enabled(mode);
+        bench.received.clear();
+        // `enabled` has taken two periods, and an SDO one.
+        bench.steps(22);
+        assert!(bench.emergencies().is_empty(), "mode {mode}");
+        bench.steps(3);
+        assert_eq!(bench.emergencies(), [(0x8130, 0x8F)], "mode {mode}");
+    }
+}
+
+#[test]
 fn a_change_to_a_cyclic_mode_restarts_the_timeout() {
     let mut bench = Bench::enabled(1);
     bench.set(0x607A, 0, 0, 4);
     bench.steps(500);
     bench.set(0x6060, 0, 8, 1);
-    bench.steps(100);
+    bench.steps(20);
     assert_eq!(bench.status() & 0x6F, 0x27);
-    bench.set(0x607A, 0, 0, 4);
-    bench.steps(30);
-    assert_eq!(
-        bench.get(0x603F, 0),
-        0x8130,
-        "from the first cyclic command on"
-    );
+    bench.steps(10);
+    assert_eq!(bench.get(0x603F, 0), 0x8130, "from the change of mode on");
 }
 
 #[test]

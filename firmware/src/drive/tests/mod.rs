@@ -3,7 +3,9 @@
 extern crate std;
 
 mod bus_errors;
+mod enabling;
 mod failsafe;
+mod limits;
 mod motion;
 mod objects;
 mod store;
