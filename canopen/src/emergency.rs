@@ -115,6 +115,8 @@ pub(crate) struct EmergencyProducer {
     newest: usize,
     recorded: usize,
     queue: Ring<[u8; 8], QUEUE>,
+    /// Messages at the head of the queue that a stop by the error behaviour waits for.
+    before_stop: usize,
     inhibit: Timer,
 }
 
@@ -128,6 +130,7 @@ impl EmergencyProducer {
         newest: 0,
         recorded: 0,
         queue: Ring::new([0; 8]),
+        before_stop: 0,
         inhibit: Timer::EXPIRED,
     };
 
@@ -136,6 +139,7 @@ impl EmergencyProducer {
         self.cob_id = INVALID;
         self.inhibit_100us = 0;
         self.queue.clear();
+        self.before_stop = 0;
         self.inhibit = Timer::EXPIRED;
         for slot in &mut self.active {
             if slot.is_some_and(|error| {
@@ -216,11 +220,25 @@ impl EmergencyProducer {
         self.inhibit.advance(elapsed);
     }
 
+    /// The messages of the errors so far belong to the state before the one that they cause.
+    pub fn mark_before_stop(&mut self) {
+        self.before_stop = self.queue.len();
+    }
+
+    /// The next message from before a stop.
+    pub fn transmit_before_stop(&mut self) -> Option<Message> {
+        if self.before_stop == 0 {
+            return None;
+        }
+        self.transmit()
+    }
+
     pub fn transmit(&mut self) -> Option<Message> {
         if self.cob_id & INVALID != 0 || !self.inhibit.is_expired() {
             return None;
         }
         let data = self.queue.pop()?;
+        self.before_stop = self.before_stop.saturating_sub(1);
         self.inhibit = Timer::from_100us(self.inhibit_100us);
         Some(Message::new(self.cob_id & IDENTIFIER, &data))
     }

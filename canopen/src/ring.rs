@@ -18,6 +18,10 @@ impl<T: Copy, const N: usize> Ring<T, N> {
         }
     }
 
+    pub fn len(&self) -> usize {
+        self.length
+    }
+
     pub fn clear(&mut self) {
         self.length = 0;
     }

@@ -42,6 +42,7 @@ use crate::{
     parameters::BoardParameters,
     protection::{Conditions, Measured, Protection},
     timing::periods,
+    velocity::VelocityTracker,
 };
 
 /// Control periods within which all quantities must be measured after a reset: the AS5045 takes up
@@ -66,6 +67,7 @@ pub struct Start {
 pub struct Application {
     parameters: BoardParameters,
     control: CascadeState,
+    velocity: VelocityTracker,
     state: BoardState,
     /// The last control step; its duty stays in force while there is no valid count.
     last_step: CascadeStep,
@@ -108,6 +110,7 @@ impl Application {
         Self {
             parameters,
             control: CascadeState::default(),
+            velocity: VelocityTracker::default(),
             state: BoardState::Initialising,
             last_step: CascadeStep::default(),
             modulator: Modulator::default(),
@@ -135,6 +138,11 @@ impl Application {
     /// Measurements and state of the last control period.
     pub fn telemetry(&self) -> &Telemetry {
         &self.telemetry
+    }
+
+    /// The velocity that is reported, mdeg/s.
+    pub fn velocity_mdeg_s(&self) -> i32 {
+        self.velocity.mdeg_s()
     }
 
     /// Empties the history of faults.
@@ -171,8 +179,13 @@ impl Application {
             .protection
             .measure(&self.parameters, samples, self.control.shaft());
         self.update_telemetry(samples, &measured);
+        if !self.control.shaft().is_known() {
+            self.velocity.reset();
+        }
         self.control
             .observe(&self.parameters.control, measured.count);
+        let angle = measured.count.map(|_| self.control.angle());
+        self.velocity.step(angle, samples.missed_periods);
         let setpoint = self.setpoints.next(
             (&self.parameters.command, &self.parameters.servo),
             samples.servo_pulse_us,

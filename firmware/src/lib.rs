@@ -11,6 +11,7 @@
 //! | [`application`] | operating states, the control step, requests |
 //! | [`command`] | bus, servo pulse and excitation as sources of the commanded angle |
 //! | [`measure`] | codes of the converter to mA, mV and degrees Celsius |
+//! | [`velocity`] | the velocity that is reported |
 //! | [`protection`] | conditions that are monitored in every control period |
 //! | [`faults`] | numbered faults, latched and acknowledged |
 //! | [`native`] | the application with the simulated board plant |
@@ -40,3 +41,4 @@ pub mod protection;
 pub mod store;
 pub mod supervisor;
 pub mod timing;
+pub mod velocity;

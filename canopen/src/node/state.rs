@@ -63,7 +63,10 @@ impl<const R: usize, const T: usize> Node<R, T> {
     pub(super) fn communication_error(&mut self, app: &mut impl Application) {
         match self.services.communication_error {
             0 if self.state == NmtState::Operational => self.enter(NmtState::PreOperational, app),
-            2 if self.state != NmtState::Initialising => self.enter(NmtState::Stopped, app),
+            2 if self.state.communicates() => {
+                self.services.emergency.mark_before_stop();
+                self.enter(NmtState::Stopped, app);
+            }
             _ => {}
         }
     }

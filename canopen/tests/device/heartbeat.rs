@@ -1,4 +1,4 @@
-use canopen::{Event, NmtState};
+use canopen::{Emergency, ErrorCode, Event, NmtState};
 
 use crate::bench::{Bench, SentFrame};
 
@@ -71,6 +71,27 @@ fn a_lost_heartbeat_raises_an_error_and_changes_the_nmt_state_by_1029h() {
         assert_eq!(bench.read(0x1001, 0), Ok(0x11));
         assert_eq!(bench.read(0x1003, 1), Ok(0x0009_8130));
     }
+}
+
+#[test]
+fn the_emcy_of_a_lost_heartbeat_precedes_the_stop_that_it_causes_and_later_ones_wait() {
+    let mut bench = monitoring(2);
+    bench.write_u16(0x1017, 0, 500).expect("a heartbeat");
+    bench.drain();
+    let sent = bench.run_ms(60);
+    let sent: Vec<_> = sent.into_iter().map(|(_, frame)| frame).collect();
+    let emcy = (0x85, vec![0x30, 0x81, 0x11, 9, 0, 0, 0, 0]);
+    assert_eq!(sent, [emcy, (0x705, vec![4])]);
+    // An error in STOPPED is heard when the node leaves it.
+    let late = Emergency::new(ErrorCode(0x5000), 0);
+    bench.node.raise(late, &mut bench.device);
+    assert!(bench.run_ms(20).is_empty());
+    let sent = bench.send(0, &[128, 5]);
+    assert!(
+        sent.iter()
+            .any(|(id, data)| *id == 0x85 && data[..2] == [0, 0x50])
+    );
+    assert_eq!(bench.read(0x1003, 1), Ok(0x5000));
 }
 
 #[test]

@@ -49,7 +49,7 @@ impl Drive<'_> {
         let board = &self.diagnostics;
         match value {
             Measured::PositionMdeg => signed(thousandths(t.angle)),
-            Measured::VelocityMdegS => signed(thousandths(t.rate)),
+            Measured::VelocityMdegS => signed(self.application.velocity_mdeg_s()),
             Measured::CompactAngle => short(thousandths(t.angle) / 10),
             Measured::CompactRate => short(thousandths(t.rate) / 100),
             Measured::RateCommandMdegS => signed(thousandths(t.rate_command)),

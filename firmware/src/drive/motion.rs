@@ -107,7 +107,7 @@ impl Drive<'_> {
             is_new_position: core::mem::take(&mut self.commands.is_new_position),
             is_new_velocity: core::mem::take(&mut self.commands.is_new_velocity),
             position_actual: self.angle_mdeg(),
-            velocity_actual: self.rate_mdeg_s(),
+            velocity_actual: self.application.velocity_mdeg_s(),
             fault: self.fault(),
             voltage: self.application.telemetry().present.and(VOLTAGE).is_empty(),
             initialised: self.application.state() != BoardState::Initialising,

@@ -459,11 +459,13 @@ pub struct ProfileSettings {
     pub position_window_mdeg: u32,
     /// Position window time. Unit: ms. Default: 20. Object 6068h Position window time.
     pub position_window_ms: u16,
-    /// Velocity window. Unit: mdeg/s. Default: 2000. Object 606Dh Velocity window.
+    /// Velocity window. Unit: mdeg/s. Default: 3000 (twice what 606Ch and the shaft ripple at a
+    /// constant velocity). Object 606Dh Velocity window.
     pub velocity_window_mdeg_s: u16,
     /// Velocity window time. Unit: ms. Default: 20. Object 606Eh Velocity window time.
     pub velocity_window_ms: u16,
-    /// Velocity threshold. Unit: mdeg/s. Default: 1000. Object 606Fh Velocity threshold.
+    /// Velocity threshold. Unit: mdeg/s. Default: 1500 (above the ripple of 606Ch). Object 606Fh
+    /// Velocity threshold.
     pub velocity_threshold_mdeg_s: u16,
     /// Velocity threshold time. Unit: ms. Default: 20. Object 6070h Velocity threshold time.
     pub velocity_threshold_ms: u16,
@@ -473,16 +475,20 @@ pub struct ProfileSettings {
     /// Max position limit. Unit: mdeg. Default: 60000. Object 607Dh:02 Software position limit: Max
     /// position limit.
     pub max_position_mdeg: i32,
-    /// Max profile velocity. Unit: mdeg/s. Default: 500000. Object 607Fh Max profile velocity.
+    /// Max profile velocity. Unit: mdeg/s. Default: 500000. Range: 1 to 4294967295. Object 607Fh
+    /// Max profile velocity.
     pub max_velocity_mdeg_s: u32,
-    /// Profile velocity. Unit: mdeg/s. Default: 300000. Object 6081h Profile velocity.
+    /// Profile velocity. Unit: mdeg/s. Default: 300000. Range: 1 to 4294967295. Object 6081h
+    /// Profile velocity.
     pub profile_velocity_mdeg_s: u32,
-    /// Profile acceleration. Unit: mdeg/s^2. Default: 3000000. Object 6083h Profile acceleration.
+    /// Profile acceleration. Unit: mdeg/s^2. Default: 3000000. Range: 1 to 4294967295. Object 6083h
+    /// Profile acceleration.
     pub acceleration_mdeg_s2: u32,
-    /// Profile deceleration. Unit: mdeg/s^2. Default: 3000000. Object 6084h Profile deceleration.
+    /// Profile deceleration. Unit: mdeg/s^2. Default: 3000000. Range: 1 to 4294967295. Object 6084h
+    /// Profile deceleration.
     pub deceleration_mdeg_s2: u32,
-    /// Quick stop deceleration. Unit: mdeg/s^2. Default: 6000000. Object 6085h Quick stop
-    /// deceleration.
+    /// Quick stop deceleration. Unit: mdeg/s^2. Default: 6000000. Range: 1 to 4294967295. Object
+    /// 6085h Quick stop deceleration.
     pub quick_stop_deceleration_mdeg_s2: u32,
     /// Interpolation time period value. Default: 20. Object 60C2h:01 Interpolation time period:
     /// Interpolation time period value.
@@ -502,9 +508,9 @@ impl ProfileSettings {
         fault_reaction_option: 2,
         position_window_mdeg: 500,
         position_window_ms: 20,
-        velocity_window_mdeg_s: 2000,
+        velocity_window_mdeg_s: 3000,
         velocity_window_ms: 20,
-        velocity_threshold_mdeg_s: 1000,
+        velocity_threshold_mdeg_s: 1500,
         velocity_threshold_ms: 20,
         min_position_mdeg: -60000,
         max_position_mdeg: 60000,
@@ -703,11 +709,11 @@ entries! {
         VelocityThresholdMs: profile.velocity_threshold_ms as u16,
         MinPositionMdeg: profile.min_position_mdeg as i32,
         MaxPositionMdeg: profile.max_position_mdeg as i32,
-        MaxVelocityMdegS: profile.max_velocity_mdeg_s as u32,
-        ProfileVelocityMdegS: profile.profile_velocity_mdeg_s as u32,
-        AccelerationMdegS2: profile.acceleration_mdeg_s2 as u32,
-        DecelerationMdegS2: profile.deceleration_mdeg_s2 as u32,
-        QuickStopDecelerationMdegS2: profile.quick_stop_deceleration_mdeg_s2 as u32,
+        MaxVelocityMdegS: profile.max_velocity_mdeg_s as u32 in 1..=4294967295,
+        ProfileVelocityMdegS: profile.profile_velocity_mdeg_s as u32 in 1..=4294967295,
+        AccelerationMdegS2: profile.acceleration_mdeg_s2 as u32 in 1..=4294967295,
+        DecelerationMdegS2: profile.deceleration_mdeg_s2 as u32 in 1..=4294967295,
+        QuickStopDecelerationMdegS2: profile.quick_stop_deceleration_mdeg_s2 as u32 in 1..=4294967295,
         InterpolationTime: profile.interpolation_time as u8,
         InterpolationIndex: profile.interpolation_index as i8 in -6..=0,
     }

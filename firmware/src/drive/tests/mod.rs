@@ -9,6 +9,7 @@ mod limits;
 mod motion;
 mod objects;
 mod store;
+mod velocity;
 
 use canopen::CanFrame;
 use canopen::cia402::statusword;

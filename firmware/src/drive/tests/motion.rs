@@ -81,7 +81,10 @@ fn a_quick_stop_stops_the_shaft_and_switches_off() {
     bench.set(0x607A, 0, 50_000, 4);
     bench.control(0x1F);
     bench.steps(40);
-    assert!(bench.get(0x606C, 0) as i32 > 100_000, "in motion");
+    assert!(
+        bench.get(0x2008, 2) as i16 > 1_000,
+        "in motion at 100 deg/s"
+    );
     bench.control(0x0B);
     bench.until(200, |bench| bench.status() & 0x6F == 0x40);
     assert_eq!(bench.step().bridge, Bridge::Coast);
