@@ -240,7 +240,7 @@ impl EmergencyProducer {
         let data = self.queue.pop()?;
         self.before_stop = self.before_stop.saturating_sub(1);
         self.inhibit = Timer::from_100us(self.inhibit_100us);
-        Some(Message::new(self.cob_id & IDENTIFIER, &data))
+        Some(Message::new(self.identifier(), &data))
     }
 
     /// Reads object 1003h; `shown` is the number of entries in the dictionary.
@@ -266,6 +266,11 @@ impl EmergencyProducer {
 
     pub fn cob_id(&self) -> u32 {
         self.cob_id
+    }
+
+    /// The identifier of the messages, with the bit of an extended one.
+    pub fn identifier(&self) -> u32 {
+        self.cob_id & IDENTIFIER
     }
 
     pub fn set_cob_id(&mut self, new: u32) -> Result<(), Abort> {

@@ -1,7 +1,7 @@
 //! Instructions of a tick, counted between entry and return.
 
 use board_tests::frames::{
-    Frame, control, faults, is_operation_enabled, statuswords, write, write_real,
+    Frame, control, faults, is_operation_enabled, standard, statuswords, write, write_real,
 };
 use board_tests::master::{ENABLED_TICK, Master, driven, to_and_fro};
 use board_tests::program::{firmware, run_master, run_script};
@@ -180,6 +180,60 @@ fn with_any_excitation_of_the_board_a_tick_stays_below_3000_instructions() {
     let tick = worst_tick(&finished, |_| true);
     println!("with those in which one is set and started: {tick}");
     assert!(tick < 3_000, "{tick}");
+}
+
+/// Modes of operation.
+const MODES: [u8; 4] = [1, 3, 8, 9];
+
+/// Instructions of a tick in which a mode decelerates: the velocity from which the axis still stops
+/// at a target or before a limit takes a root and divisions of 64 bits.
+const WITH_A_STOP: u64 = 3_500;
+
+/// Each mode of operation for a second: set-points to and fro, velocities into both position limits,
+/// and changes of mode while the shaft turns.
+fn modes(tick: u64) -> Vec<Frame> {
+    let since = tick.saturating_sub(100);
+    let mode = MODES[(since / 250) as usize % 4];
+    let sign = if (since / 100).is_multiple_of(2) {
+        1
+    } else {
+        -1
+    };
+    let [a, b, c, d] = (sign * 250_000_i32).to_le_bytes();
+    // A new set-point in profile position mode, in the other modes no bit of theirs.
+    let word = if mode == 1 && tick.is_multiple_of(10) {
+        0x3f
+    } else {
+        0x0f
+    };
+    match tick {
+        100.. if tick.is_multiple_of(5) => vec![
+            standard(0x301, &[a, b, c, d, mode]),
+            control(word, sign * 40_000),
+        ],
+        100.. => Vec::new(),
+        _ => driven(tick, 0),
+    }
+}
+
+#[test]
+fn no_mode_of_operation_takes_a_tick_beyond_3500_instructions() {
+    let options = Options {
+        probes: INTERRUPTS.map(|(name, _)| name.to_owned()).into(),
+        ..Options::for_ms(4 * (100 + 5 * 250))
+    };
+    let finished = run_master(options, modes);
+    let (_, last) = *statuswords(&finished).last().expect("the board reports");
+    assert!(is_operation_enabled(last), "{last:04x}");
+    assert_eq!(faults(&finished), []);
+    let mut wrong = false;
+    for (mode, from) in MODES.into_iter().zip((100..).step_by(250)) {
+        let running = from * 4_000_000..(from + 250) * 4_000_000;
+        let tick = worst_tick(&finished, |at_ns| running.contains(&at_ns));
+        println!("mode {mode}: a tick of {tick} instructions at most");
+        wrong |= !(2_000..WITH_A_STOP).contains(&tick);
+    }
+    assert!(!wrong);
 }
 
 #[test]

@@ -245,7 +245,9 @@ impl Axis {
             Mode::CyclicPosition if self.has_target => self.cyclic_position(input, parameters),
             Mode::CyclicVelocity if self.has_target => self.cyclic_velocity(input, parameters),
             Mode::None | Mode::CyclicPosition | Mode::CyclicVelocity => {
-                self.decelerate(Deceleration::SlowDown, parameters);
+                if !self.ramp.is_stationary() {
+                    self.decelerate(Deceleration::SlowDown, parameters);
+                }
                 ModeResult {
                     target: self.ramp.position(),
                     ..ModeResult::default()
@@ -349,6 +351,9 @@ fn within_max_velocity(requested: i32, parameters: &Parameters) -> (i32, bool) {
     (velocity, velocity != requested)
 }
 
+/// Fractional bits of [`Parameters::approach_gain`].
+const GAIN_BITS: u32 = 10;
+
 /// The highest velocity from which the axis stops before a position limit at this distance, by
 /// deceleration and by gain. 0 beyond the limit.
 fn approach_velocity(distance: i64, parameters: &Parameters) -> i32 {
@@ -356,11 +361,11 @@ fn approach_velocity(distance: i64, parameters: &Parameters) -> i32 {
         return 0;
     };
     let deceleration = (parameters.deceleration).min(parameters.reachable_deceleration);
-    let by_ramp = Ramp::max_velocity_toward(distance, deceleration, parameters.period_us);
+    let by_ramp = Ramp::stopping_velocity(distance, deceleration, parameters.period_us);
     if parameters.approach_gain == 0 {
         return by_ramp;
     }
     // Below 2^32 times 2^32.
-    let by_loop = u64::from(distance) * u64::from(parameters.approach_gain) / 1000;
+    let by_loop = u64::from(distance) * u64::from(parameters.approach_gain) >> GAIN_BITS;
     by_ramp.min(i32::try_from(by_loop).unwrap_or(i32::MAX))
 }

@@ -12,8 +12,8 @@ pub struct Parameters {
     pub options: Options,
     /// Software position limits 607Dh, lower and upper; `None` disables them.
     pub position_limits: Option<(i32, i32)>,
-    /// Velocity per distance at which a velocity mode may approach a position limit, in thousandths
-    /// of 1/s; 0 for no such bound.
+    /// Velocity per distance at which a velocity mode may approach a position limit, in units of
+    /// 2^-10/s; 0 for no such bound.
     pub approach_gain: u32,
     /// Deceleration that the motor reaches: the approach to a position limit counts on no more of
     /// 6084h than this.

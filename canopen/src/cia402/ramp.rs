@@ -148,12 +148,16 @@ impl Ramp {
         self.velocity = 0;
     }
 
-    /// The highest velocity from which the axis can stop within a distance.
+    /// The highest velocity from which the axis can stop within a distance, if it begins to
+    /// decelerate a period later: `v T + v^2/(2 a) = d`. At most 2^-15 of it too low.
     #[must_use]
-    pub fn max_velocity_toward(distance: u32, deceleration: u32, period_us: u32) -> i32 {
-        let distance = u64::from(distance) * UNIT as u64;
-        let deceleration_step = velocity_change(deceleration, period_us);
-        saturate(braking_velocity(distance, deceleration_step, period_us) / UNIT_PER_S)
+    pub fn stopping_velocity(distance: u32, deceleration: u32, period_us: u32) -> i32 {
+        let step = i64::from(deceleration) * i64::from(period_us.min(PERIOD_MAX_US));
+        // At most 2^32: its square saturates.
+        let step = divide(step, 1_000_000).unsigned_abs();
+        let product = (u64::from(deceleration) * u64::from(distance)).saturating_mul(2);
+        let root = rough_square_root(step.saturating_mul(step).saturating_add(product));
+        i32::try_from(root.saturating_sub(step)).unwrap_or(i32::MAX)
     }
 
     fn move_at(&mut self, velocity: i64, period_us: u32) {
@@ -182,7 +186,8 @@ const fn max_velocity(limits: &Limits) -> i64 {
 ///
 /// Every control period divides several times. A processor of 32 bits has no division of 64 bits:
 /// if the odd part of the divisor is below 2^16, long division with digits of 16 bits takes a third
-/// of the instructions of the compiler's routine.
+/// of the instructions of the compiler's routine. Inlined, since most divisors are constants.
+#[inline(always)]
 const fn divide(numerator: i64, divisor: u32) -> i64 {
     let shift = divisor.trailing_zeros() % u32::BITS;
     let odd = divisor >> shift;
@@ -190,7 +195,10 @@ const fn divide(numerator: i64, divisor: u32) -> i64 {
         return 0;
     }
     if odd >= 1 << 16 {
-        return numerator / divisor as i64;
+        return match numerator.checked_div(divisor as i64) {
+            Some(quotient) => quotient,
+            None => 0,
+        };
     }
     // A remainder is below 2^16: with the next digit it is below 2^32.
     let magnitude = numerator.unsigned_abs() >> shift;
@@ -222,7 +230,8 @@ const fn saturate(value: i64) -> i32 {
 
 /// Velocity change of an acceleration in one period: at most 2^32 * 10^6 / 1000.
 fn velocity_change(acceleration: u32, period_us: u32) -> i64 {
-    (i64::from(acceleration) * i64::from(period_us.min(PERIOD_MAX_US)) / 1000).max(1)
+    let product = i64::from(acceleration) * i64::from(period_us.min(PERIOD_MAX_US));
+    divide(product, 1000).max(1)
 }
 
 /// The highest velocity from which a stop within `distance` is possible if each period reduces it
@@ -234,14 +243,52 @@ fn velocity_change(acceleration: u32, period_us: u32) -> i64 {
 fn braking_velocity(distance: u64, deceleration_step: i64, period_us: u32) -> i64 {
     // distance <= 2^32 * 10^6, times 1000 is below 2^63. Saturated at an eighth of the range for
     // the factor 8 below.
-    let travel = (distance * 1000 / u64::from(period_us.max(1))).min(u64::MAX / 8);
+    let travel = divide((distance * 1000) as i64, period_us.max(1)).unsigned_abs();
+    let travel = travel.min(u64::MAX / 8);
     let deceleration_step = deceleration_step.unsigned_abs().max(1);
-    let root = (travel * 8 / deceleration_step).saturating_add(1).isqrt();
-    let k = (root - 1) / 2;
     // deceleration_step * k * (k + 1) / 2 <= travel < 2^61.
-    let saved = deceleration_step * k * (k + 1) / 2;
-    let velocity = (travel + saved) / (k + 1);
+    let saved = |k: u64| deceleration_step * (k * (k + 1) / 2);
+    let ratio = (travel * 8).checked_div(deceleration_step).unwrap_or(0);
+    let ratio = ratio.saturating_add(1);
+    let mut k = (rough_square_root(ratio) - 1) / 2;
+    // The root is low by its 2^-15 at most: by one here, by more for a large k.
+    if k >= 1 << 14 {
+        let left = travel.saturating_sub(saved(k));
+        k += left.checked_div(deceleration_step * (k + 1)).unwrap_or(0);
+        // What n further periods save, n (k + 1) + n (n - 1)/2 steps, was taken for its first term,
+        // which is n^2/(2 k) < 1 too many for n <= k/2^15 < 2^16.
+        if saved(k) > travel {
+            k -= 1;
+        }
+    }
+    if saved(k + 1) <= travel {
+        k += 1;
+    }
+    let numerator = travel + saved(k);
+    let velocity = match u32::try_from(k + 1) {
+        // Below 2^62.
+        Ok(divisor) => divide(numerator as i64, divisor).unsigned_abs(),
+        Err(_) => numerator.checked_div(k + 1).unwrap_or(0),
+    };
     velocity.min(VELOCITY_MAX as u64) as i64
+}
+
+/// The square root of a value, at most 2^-15 of it too low: that of its upper 31 or 32 bits.
+fn rough_square_root(value: u64) -> u64 {
+    let excess = (u64::BITS - value.leading_zeros()).saturating_sub(u32::BITS);
+    let shift = excess.next_multiple_of(2);
+    let (mut remainder, mut root) = ((value >> shift) as u32, 0_u32);
+    let mut bit = 1 << 30;
+    while bit != 0 {
+        if remainder >= root + bit {
+            remainder -= root + bit;
+            root = root / 2 + bit;
+        } else {
+            root /= 2;
+        }
+        bit /= 4;
+    }
+    u64::from(root) << (shift / 2)
 }
 
 #[cfg(test)]
@@ -315,12 +362,44 @@ mod tests {
                 ramp.to_velocity(i32::MIN, &limits, period_us);
                 ramp.interpolate(i32::MAX, 0, period_us);
                 ramp.set_velocity(i32::MIN, period_us);
-                assert!(Ramp::max_velocity_toward(u32::MAX, 0, period_us) >= 0);
+                assert!(Ramp::stopping_velocity(u32::MAX, 0, period_us) >= 0);
             }
         }
     }
 
     proptest! {
+        #[test]
+        fn the_braking_velocity_is_that_of_the_exact_number_of_periods(
+            distance: u64, drop in 31..60_u32, step in 1..1_i64 << 40, short in 0..40_u32, period_us in 1..20_000_u32,
+        ) {
+            let (distance, step) = (distance >> drop, (step >> short).max(1));
+            let travel = distance * 1000 / u64::from(period_us);
+            // The greatest k with d k (k + 1)/2 <= travel.
+            let exact = ((u128::from(travel) * 8 / step as u128 + 1).isqrt() - 1) / 2;
+            let saved = step as u128 * exact * (exact + 1) / 2;
+            let velocity = (u128::from(travel) + saved) / (exact + 1);
+            let expected = velocity.min(VELOCITY_MAX as u128) as i64;
+            prop_assert_eq!(braking_velocity(distance, step, period_us), expected);
+        }
+
+        #[test]
+        fn the_rough_square_root_is_low_by_a_32768th_at_most(value: u64, shift in 0..64_u32) {
+            let exact = (value >> shift).isqrt();
+            let rough = rough_square_root(value >> shift);
+            prop_assert!(rough <= exact && exact - rough <= exact / 32_768, "{rough} for {exact}");
+        }
+
+        #[test]
+        fn a_stop_from_the_stopping_velocity_ends_within_the_distance(
+            distance in 1..10_000_000_u32, deceleration in 1..100_000_000_u32, period_us in 100..20_000_u32,
+        ) {
+            let velocity = Ramp::stopping_velocity(distance, deceleration, period_us);
+            let (v, a, t) = (f64::from(velocity), f64::from(deceleration), f64::from(period_us) * 1e-6);
+            // The step of the velocity is a whole number of units.
+            let way = v * t + v * v / (2.0 * a);
+            prop_assert!(way <= f64::from(distance) + v * 1e-6 * t + 1.0 / a + v / a);
+        }
+
         #[test]
         fn a_move_ends_at_its_target_within_its_limits(
             start in -100_000..100_000_i32,

@@ -42,6 +42,20 @@ impl<const R: usize, const T: usize> Node<R, T> {
         })
     }
 
+    /// Whether the node transmits process data with this identifier: a controller with frames that
+    /// wait too long may discard these, and these only; [`Node::repeat_process_data`] replaces them.
+    #[must_use]
+    pub fn is_process_data(&self, id: Id) -> bool {
+        let mut valid = self.services.tpdos.iter().map(|tpdo| &tpdo.parameters);
+        valid.any(|tpdo| tpdo.valid() && bus_id(tpdo.id()) == Some(id))
+    }
+
+    /// Whether the node transmits emergencies with this identifier.
+    #[must_use]
+    pub fn is_emergency(&self, id: Id) -> bool {
+        bus_id(self.services.emergency.identifier()) == Some(id)
+    }
+
     /// The identifier at a position of the list, if it exists at present, and whether it is
     /// received as a remote frame.
     fn identifier(&self, position: usize) -> Option<(u32, bool)> {

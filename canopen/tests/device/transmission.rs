@@ -141,3 +141,18 @@ fn an_rpdo_timeout_is_raised_and_cleared_by_reception() {
     assert!(bench.run_ms(100).is_empty(), "reported once");
     assert_eq!(bench.send(0x205, &[0; 6])[0].1[..3], [0, 0, 0]);
 }
+
+#[test]
+fn frames_are_told_apart_and_discarded_process_data_is_sampled_again() {
+    let mut bench = Bench::operational();
+    bench.drain();
+    let id = |raw| embedded_can::Id::from(embedded_can::StandardId::new(raw).expect("11 bits"));
+    assert!(bench.node.is_process_data(id(0x185)));
+    for other in [0x85, 0x585, 0x705, 0x205] {
+        assert!(!bench.node.is_process_data(id(other)), "{other:x}");
+    }
+    assert!(bench.node.is_emergency(id(0x85)) && !bench.node.is_emergency(id(0x185)));
+    bench.node.repeat_process_data();
+    let sent = bench.run_ms(1);
+    assert!(sent.iter().any(|(_, (id, _))| *id == 0x185), "{sent:x?}");
+}

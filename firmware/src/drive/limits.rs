@@ -43,7 +43,7 @@ pub(super) fn axis_parameters(values: &ObjectValues, board: &BoardParameters) ->
     }
 }
 
-/// Velocity per distance at which a velocity mode approaches a position limit, thousandths of 1/s.
+/// Velocity per distance at which a velocity mode approaches a position limit, in units of 2^-10/s.
 ///
 /// With `v = k d` for the distance `d` and a rate loop that follows its command like a first-order
 /// lag `T`, the distance obeys `T d'' + d' + k d = 0`: it ends without overshoot up to
@@ -60,12 +60,12 @@ fn approach_gain(control: &Coefficients) -> u32 {
     let gain = |row| control.get(row).unwrap_or(0.0);
     let by_integral = MOTOR_GAIN / 4.0 * gain(INTEGRAL_GAIN);
     let by_proportional = MOTOR_POLE / 4.0 * (1.0 + MOTOR_GAIN * gain(PROPORTIONAL_GAIN));
-    let thousandths = |gain: f32| (gain * 1000.0) as u32;
-    thousandths(by_integral)
-        .min(thousandths(by_proportional))
-        .min(thousandths(gain(POSITION_GAIN)))
-        .min(8000)
-        .max(1000)
+    let units = |gain: f32| (gain * 1024.0) as u32;
+    units(by_integral)
+        .min(units(by_proportional))
+        .min(units(gain(POSITION_GAIN)))
+        .min(8 << 10)
+        .max(1 << 10)
 }
 
 /// The ranges of the dictionary exclude undefined option codes.

@@ -13,7 +13,7 @@ use crate::{
 pub struct Diagnostics {
     /// Longest control step, us.
     pub longest_step_us: u32,
-    /// Frames that were not sent because the queue was full.
+    /// Frames with process data that were discarded because they had waited for the bus too long.
     pub transmit_overflows: u32,
     /// Frames from the bus that were lost.
     pub receive_overflows: u32,

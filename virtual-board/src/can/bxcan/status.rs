@@ -15,6 +15,7 @@ pub(super) enum LastError {
     #[default]
     None = 0,
     Stuff = 1,
+    Form = 2,
     Acknowledge = 3,
     BitRecessive = 4,
     BitDominant = 5,

@@ -158,18 +158,26 @@ impl BxCan {
         let is_compatible = self
             .timing()
             .is_some_and(|own| own.is_compatible(&transfer.timing));
-        let passive = self.counters.state() == ErrorState::Passive;
+        // Its error flags destroy nothing: the frame of another bit rate goes on, and with it the
+        // errors that it detects in the frame.
+        let only_listens = self.is_silent() || self.counters.state() == ErrorState::Passive;
         match transfer.outcome {
-            Outcome::Delivered if is_compatible => {
+            Outcome::Delivered | Outcome::Unacknowledged
+                if is_compatible && transfer.is_whole() =>
+            {
                 self.counters.received();
                 self.status.record(LastError::None);
                 self.store_received(&transfer.frame, current.started_ns);
+            }
+            Outcome::Unacknowledged if is_compatible => {
+                self.counters.receive_failed(false);
+                self.status.record(LastError::Form);
             }
             Outcome::Disturbed(by) => {
                 self.counters.receive_failed(by == Some(current.index));
                 self.status.record(LastError::Stuff);
             }
-            _ if !is_compatible && passive => {
+            _ if !is_compatible && only_listens => {
                 self.counters.receive_failed(false);
                 self.status.record(LastError::Stuff);
             }

@@ -53,6 +53,17 @@ pub struct Transfer {
 const BITS_TO_STUFF_ERROR: u32 = 12;
 
 impl Transfer {
+    /// Whether a station that only listens receives the whole frame: one that nobody acknowledges
+    /// is destroyed by the error flag of its transmitter, unless that is error-passive and its flag
+    /// recessive.
+    pub fn is_whole(&self) -> bool {
+        match self.outcome {
+            Outcome::Delivered => true,
+            Outcome::Unacknowledged => self.suspended,
+            Outcome::Disturbed(_) | Outcome::Unheard => false,
+        }
+    }
+
     fn outcome_bits(&self) -> u32 {
         let error_frame = ERROR_FLAG_BITS + ERROR_DELIMITER_BITS;
         match self.outcome {

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use super::super::{BitTiming, ErrorState, Frame};
+use super::super::{BitTiming, ErrorCounters, Frame};
 use super::{Outcome, Station, Transfer};
 
 /// A station without errors, with a transmit queue and a record of received frames.
@@ -14,6 +14,8 @@ pub struct Port {
     pub is_silent: bool,
     queue: VecDeque<(u64, Frame)>,
     received: Vec<(u64, Frame)>,
+    /// Of its errors it counts missing acknowledgements: alone on the bus it becomes error-passive.
+    counters: ErrorCounters,
 }
 
 impl Port {
@@ -30,6 +32,7 @@ impl Port {
             is_silent: false,
             queue: VecDeque::new(),
             received: Vec::new(),
+            counters: ErrorCounters::default(),
         }
     }
 
@@ -57,7 +60,7 @@ impl Port {
         let due = self.queue.front().filter(|(due_ns, _)| *due_ns <= now_ns);
         Some(Station {
             timing: self.timing,
-            state: ErrorState::Active,
+            state: self.counters.state(),
             offer: due.filter(|_| !self.is_silent).map(|(_, frame)| *frame),
             is_silent: self.is_silent,
             needs_acknowledge: true,
@@ -65,10 +68,15 @@ impl Port {
     }
 
     pub(super) fn receive(&mut self, at_ns: u64, own_index: usize, transfer: &Transfer) {
+        let is_own = transfer.sender == own_index;
+        if is_own && transfer.outcome == Outcome::Unacknowledged {
+            self.counters.send_failed(true);
+        }
         if transfer.outcome != Outcome::Delivered {
             return;
         }
-        if transfer.sender == own_index {
+        if is_own {
+            self.counters.sent();
             self.queue.pop_front();
         } else if transfer.timing.is_compatible(&self.timing) {
             self.received.push((at_ns, transfer.frame));

@@ -71,6 +71,45 @@ fn a_silent_controller_neither_transmits_nor_acknowledges() {
     assert_eq!(bench.port().queued(), 1, "it does not acknowledge");
 }
 
+/// `ESR.LEC`.
+fn last_error(bench: &mut Bench) -> u64 {
+    bench.read(ESR) >> 4 & 7
+}
+
+#[test]
+fn a_silent_controller_receives_what_nobody_acknowledges_once_its_sender_is_passive() {
+    let mut bench = Bench::with(0, BTR_1M | 1 << 31);
+    bench.write(ESR, 7 << 4);
+    bench.port().send(0, frame(1, &[]));
+    bench.run_us(1_000);
+    assert_eq!(
+        (bench.read(RF0R), last_error(&mut bench)),
+        (0, 2),
+        "a form error"
+    );
+    // 16 attempts of 82 bits at most.
+    bench.run_us(1_000);
+    assert_ne!(bench.read(RF0R) & 3, 0);
+    assert_eq!(last_error(&mut bench), 0);
+    assert_eq!(bench.port().waiting(), 1, "still not acknowledged");
+}
+
+#[test]
+fn a_silent_controller_of_another_bit_rate_sees_errors_and_destroys_nothing() {
+    let mut bench = Bench::with(0, BTR_500K | 1 << 31);
+    let other = Port::at_rate(1_000_000);
+    bench.wire().ports.push(other);
+    bench.write(ESR, 7 << 4);
+    bench.port().send(0, frame(1, &[]));
+    bench.run_us(200);
+    assert_eq!(bench.port().waiting(), 0, "the other port acknowledges");
+    assert_eq!(
+        (bench.read(RF0R), last_error(&mut bench)),
+        (0, 1),
+        "a stuff error"
+    );
+}
+
 #[test]
 fn in_loop_back_mode_the_controller_receives_its_own_frames_without_an_acknowledgement() {
     let mut bench = Bench::with(0, BTR_1M | 1 << 30);
