@@ -9,6 +9,7 @@ mod faults;
 mod instructions;
 mod joined;
 mod log;
+mod motion;
 mod power_loss;
 mod requests;
 mod resets;

@@ -29,6 +29,15 @@ impl<const R: usize, const T: usize> Node<R, T> {
         }
     }
 
+    /// Transmits the event-driven TPDOs again, with new samples: their frames were discarded.
+    pub fn repeat_process_data(&mut self) {
+        for tpdo in &mut self.services.tpdos {
+            if tpdo.parameters.event_driven() {
+                tpdo.request();
+            }
+        }
+    }
+
     pub(super) fn start_process_data(&mut self) {
         for rpdo in &mut self.services.rpdos {
             rpdo.start();

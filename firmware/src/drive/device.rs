@@ -93,6 +93,12 @@ impl<'a> Device<'a> {
         self.node.transmit(&mut self.drive)
     }
 
+    /// Frames with process data were discarded because they had waited for the bus too long: those
+    /// that no SYNC requests are sampled anew with the next [`Device::communicate`].
+    pub fn repeat_process_data(&mut self) {
+        self.node.repeat_process_data();
+    }
+
     /// One control period, at its time: [`Device::control`], then [`Device::communicate`].
     pub fn step(&mut self, samples: &Samples, now_us: u64) -> Outputs {
         let outputs = self.control(samples);

@@ -68,8 +68,8 @@ pub struct Sdo<'a> {
     node: u8,
 }
 
-/// The response timeout: a node may have to erase flash.
-const TIMEOUT: Duration = Duration::from_secs(2);
+/// The response timeout: a node may have to erase flash, for up to 4 s.
+const TIMEOUT: Duration = Duration::from_secs(5);
 
 /// Segments of a block, the most that the protocol allows.
 const BLOCK: u8 = 127;
