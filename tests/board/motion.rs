@@ -49,7 +49,7 @@ fn enabled_away_from_its_target(tick: u64) -> Vec<Frame> {
 #[test]
 fn enabling_at_50_deg_with_target_0_holds_the_angle_and_misses_the_commands() {
     let options = Options {
-        rig: BoardPlantOptions::realistic(3),
+        plant: BoardPlantOptions::realistic(3),
         ..Options::for_ms(1_800)
     };
     let finished = run_master(options, enabled_away_from_its_target);
@@ -72,7 +72,7 @@ fn a_velocity_into_the_position_limit_stops_at_it() {
     for mode in [3_u8, 9] {
         for sign in [1, -1] {
             let options = Options {
-                rig: BoardPlantOptions::realistic(3),
+                plant: BoardPlantOptions::realistic(3),
                 ..Options::for_ms(1_600)
             };
             let finished = run_master(options, move |tick| match tick {
@@ -91,10 +91,12 @@ fn a_velocity_into_the_position_limit_stops_at_it() {
 
 #[test]
 fn a_velocity_is_reached_once_and_stays_so_on_the_board() {
-    for velocity in [40_000, 200_000, -100_000] {
+    for velocity in [40_000_i32, 200_000, -100_000] {
+        // 150 deg, before the hard stop at 180 deg.
+        let ms = 150_000_000 / u64::from(velocity.unsigned_abs());
         let options = Options {
-            rig: BoardPlantOptions::realistic(3),
-            ..Options::for_ms(2_400)
+            plant: BoardPlantOptions::realistic(3),
+            ..Options::for_ms(160 + ms.min(2_000))
         };
         let finished = run_master(options, move |tick| match tick {
             40 => vec![target(velocity, 3)],

@@ -292,7 +292,7 @@ fn velocities_and_accelerations_of_a_profile_are_at_least_one_unit() {
     let mut bench = Bench::new();
     for index in [0x607F, 0x6081, 0x6083, 0x6084, 0x6085] {
         let before = bench.get(index, 0);
-        assert_eq!(bench.try_set(index, 0, 0, 4), Err(0x0609_0030), "{index:x}");
+        assert_eq!(bench.try_set(index, 0, 0, 4), Err(0x0609_0032), "{index:x}");
         assert_eq!(bench.get(index, 0), before);
         assert_eq!(bench.try_set(index, 0, 1, 4), Ok(()), "{index:x}");
     }

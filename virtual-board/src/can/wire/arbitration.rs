@@ -60,7 +60,7 @@ impl Transfer {
         match self.outcome {
             Outcome::Delivered => true,
             Outcome::Unacknowledged => self.suspended,
-            Outcome::Disturbed(_) | Outcome::Unheard => false,
+            Outcome::Disturbed(_) | Outcome::BitError => false,
         }
     }
 
