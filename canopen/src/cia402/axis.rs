@@ -366,6 +366,6 @@ fn approach_velocity(distance: i64, parameters: &Parameters) -> i32 {
         return by_ramp;
     }
     // Below 2^32 times 2^32.
-    let by_loop = u64::from(distance) * u64::from(parameters.approach_gain) >> GAIN_BITS;
+    let by_loop = (u64::from(distance) * u64::from(parameters.approach_gain)) >> GAIN_BITS;
     by_ramp.min(i32::try_from(by_loop).unwrap_or(i32::MAX))
 }

@@ -64,8 +64,7 @@ fn approach_gain(control: &Coefficients) -> u32 {
     units(by_integral)
         .min(units(by_proportional))
         .min(units(gain(POSITION_GAIN)))
-        .min(8 << 10)
-        .max(1 << 10)
+        .clamp(1 << 10, 8 << 10)
 }
 
 /// The ranges of the dictionary exclude undefined option codes.
