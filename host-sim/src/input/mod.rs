@@ -51,7 +51,7 @@ impl Sequence {
 }
 
 /// The command of an actuator.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Command {
     /// An excitation of the control core, exact on every target.
     Excitation(Excitation<'static>),
@@ -78,7 +78,7 @@ impl Command {
 }
 
 /// The path of a command through the test set-up: sampled by the host, then delayed.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct CommandPath<'a> {
     /// The command.
     pub command: &'a Command,

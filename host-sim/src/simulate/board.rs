@@ -3,7 +3,7 @@
 use model_core::{
     actuator::closed_loop::ClosedLoop,
     plant::{
-        Plant,
+        Plant, PlantState,
         drivetrain::{load::Recording, pwm::PwmDrivetrain},
         first_order::FirstOrder,
     },
@@ -58,13 +58,7 @@ pub(super) fn run(
             })
         }
         PlantKind::Drivetrain => {
-            let load = simulation.load.as_ref();
-            let load = load.and_then(|load| Recording::try_new(load.points()));
-            let board = settings.around(PwmDrivetrain::try_new(
-                &settings.drivetrain,
-                settings.pwm,
-                load,
-            )?)?;
+            let board = around_drivetrain(simulation)?;
             let mut front_ends = settings.front_ends();
             drive(board, simulation, path, |board, tick, within| {
                 row.clear();
@@ -76,14 +70,53 @@ pub(super) fn run(
     }
 }
 
+/// Runs, and passes the state of the plant at every tick of a row.
+#[inline(always)]
+pub(super) fn states(
+    simulation: &Simulation,
+    path: &CommandPath,
+    mut see: impl FnMut(PlantState),
+) -> Result<(), Error> {
+    let settings = &simulation.settings;
+    match settings.plant {
+        PlantKind::FirstOrder => drive(
+            around_first_order(settings)?,
+            simulation,
+            path,
+            |board, _, within| {
+                see(board.plant.at(within));
+                Ok(())
+            },
+        ),
+        PlantKind::Drivetrain => drive(
+            around_drivetrain(simulation)?,
+            simulation,
+            path,
+            |board, _, within| {
+                see(board.plant.at(within));
+                Ok(())
+            },
+        ),
+    }
+}
+
 /// The loop around the motor of the paper.
-pub(super) fn around_first_order(settings: &Settings) -> Result<ClosedLoop<FirstOrder>, Error> {
+fn around_first_order(settings: &Settings) -> Result<ClosedLoop<FirstOrder>, Error> {
     Ok(settings.around(FirstOrder::try_new(settings.first_order, settings.pwm)?)?)
+}
+
+/// The loop around the bench.
+fn around_drivetrain(simulation: &Simulation) -> Result<ClosedLoop<PwmDrivetrain<'_>>, Error> {
+    let settings = &simulation.settings;
+    let load = simulation.load.as_ref();
+    let load = load.and_then(|load| Recording::try_new(load.points()));
+    let drivetrain = PwmDrivetrain::try_new(&settings.drivetrain, settings.pwm, load)?;
+    Ok(settings.around(drivetrain)?)
 }
 
 /// Runs, and passes every tick of a row to `show`, with its index in the PWM period.
 #[inline(always)]
-pub(super) fn drive<P: Plant>(
+fn drive<P: Plant>(
     mut board: ClosedLoop<P>,
     simulation: &Simulation,
     path: &CommandPath,

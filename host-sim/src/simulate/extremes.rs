@@ -1,14 +1,16 @@
 //! Campaigns: many runs on all cores, each evaluated by the extremes of its motion.
 
-use model_core::actuator::closed_loop::ClosedLoop;
-use model_core::plant::{PERIOD, Plant, PlantState, first_order::FirstOrder};
+use std::array;
+
+use model_core::{
+    actuator::lanes::{LoopLanes, Seen},
+    plant::PlantState,
+    time::{CONTROL_PERIOD_TICKS, PWM_PERIOD_TICKS},
+};
 use rayon::prelude::*;
 
 use super::{Rows, Simulation, board};
-use crate::{
-    error::Error,
-    settings::{ModelKind, PlantKind},
-};
+use crate::{error::Error, settings::ModelKind};
 
 /// The extremes of the motion of a run, over the evaluated ticks.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,88 +27,31 @@ pub struct Extremes {
     pub last: PlantState,
 }
 
-/// Ticks that are evaluated in parallel: two SSE2 vectors or one AVX vector.
-const LANES: usize = 4;
-
-/// The least and the greatest values, lane by lane.
+/// Evaluates a run row by row.
 #[derive(Debug, Clone, Copy)]
-struct Ends {
-    least: [f64; LANES],
-    greatest: [f64; LANES],
-}
+struct Watch(Extremes);
 
-impl Default for Ends {
+impl Default for Watch {
     fn default() -> Self {
-        Self {
-            least: [f64::INFINITY; LANES],
-            greatest: [f64::NEG_INFINITY; LANES],
-        }
+        Self(Extremes {
+            least_angle_deg: f64::INFINITY,
+            greatest_angle_deg: f64::NEG_INFINITY,
+            least_rate_deg_s: f64::INFINITY,
+            greatest_rate_deg_s: f64::NEG_INFINITY,
+            last: PlantState::default(),
+        })
     }
-}
-
-impl Ends {
-    /// Includes values, preferably a multiple of the lanes.
-    #[inline(always)]
-    fn see(&mut self, values: &[f64]) {
-        let (whole, rest) = values.as_chunks::<LANES>();
-        for lanes in whole {
-            self.see_lanes(lanes);
-        }
-        for value in rest {
-            self.see_lanes(&[*value; LANES]);
-        }
-    }
-
-    #[inline(always)]
-    fn see_lanes(&mut self, values: &[f64; LANES]) {
-        for (lane, value) in values.iter().enumerate() {
-            // `f64::min` and `max` are slower because they handle NaN.
-            self.least[lane] = if *value < self.least[lane] {
-                *value
-            } else {
-                self.least[lane]
-            };
-            self.greatest[lane] = if *value > self.greatest[lane] {
-                *value
-            } else {
-                self.greatest[lane]
-            };
-        }
-    }
-
-    fn least(&self) -> f64 {
-        self.least.into_iter().fold(f64::INFINITY, f64::min)
-    }
-
-    fn greatest(&self) -> f64 {
-        self.greatest.into_iter().fold(f64::NEG_INFINITY, f64::max)
-    }
-}
-
-/// Evaluates a run tick by tick.
-#[derive(Debug, Clone, Copy, Default)]
-struct Watch {
-    angle_deg: Ends,
-    rate_deg_s: Ends,
-    last: PlantState,
 }
 
 impl Watch {
     #[inline(always)]
     fn see(&mut self, state: PlantState) {
-        self.angle_deg.see(&[state.angle_deg]);
-        self.rate_deg_s.see(&[state.rate_deg_s]);
-        self.last = state;
-    }
-
-    fn extremes(&self) -> Extremes {
-        Extremes {
-            least_angle_deg: self.angle_deg.least(),
-            greatest_angle_deg: self.angle_deg.greatest(),
-            least_rate_deg_s: self.rate_deg_s.least(),
-            greatest_rate_deg_s: self.rate_deg_s.greatest(),
-            last: self.last,
-        }
+        let ends = &mut self.0;
+        ends.least_angle_deg = ends.least_angle_deg.min(state.angle_deg);
+        ends.greatest_angle_deg = ends.greatest_angle_deg.max(state.angle_deg);
+        ends.least_rate_deg_s = ends.least_rate_deg_s.min(state.rate_deg_s);
+        ends.greatest_rate_deg_s = ends.greatest_rate_deg_s.max(state.rate_deg_s);
+        ends.last = state;
     }
 }
 
@@ -121,8 +66,52 @@ impl Rows for Watch {
     }
 }
 
-/// A run with the widest vectors of the processor. No operation is fused: the results are the same
+/// Boards that are computed side by side: as many as keep all vectors of a processor busy, and few
+/// enough for the nearest cache.
+const ABREAST: usize = 32;
+
+/// Runs with the widest vectors of the processor. No operation is fused: the results are the same
 /// on every processor.
+struct Abreast<'a, const N: usize>([&'a Simulation; N]);
+
+impl<const N: usize> pulp::NullaryFnOnce for Abreast<'_, N> {
+    type Output = Result<Option<[Extremes; N]>, Error>;
+
+    #[inline(always)]
+    fn call(self) -> Self::Output {
+        let Some(mut boards) = LoopLanes::try_new(self.0.map(|run| &run.settings))? else {
+            return Ok(None);
+        };
+        let Some(run) = self.0.first() else {
+            return Ok(None);
+        };
+        let see = match run.every {
+            1 => Seen::All,
+            PWM_PERIOD_TICKS => Seen::Edges,
+            _ => return Ok(None),
+        };
+        let path = run.path();
+        let mut tick = 0;
+        while tick < run.ticks {
+            let command = path.command.board(path.source(tick));
+            let ticks = (run.ticks - tick).min(CONTROL_PERIOD_TICKS);
+            boards.pass(command, ticks as usize, see);
+            tick += CONTROL_PERIOD_TICKS;
+        }
+        Ok(Some(array::from_fn(|lane| {
+            let (least, greatest) = (boards.seen.least.of(lane), boards.seen.greatest.of(lane));
+            Extremes {
+                least_angle_deg: least.angle_deg,
+                greatest_angle_deg: greatest.angle_deg,
+                least_rate_deg_s: least.rate_deg_s,
+                greatest_rate_deg_s: greatest.rate_deg_s,
+                last: boards.last(lane),
+            }
+        })))
+    }
+}
+
+/// Any other run, likewise.
 struct Watching<'a>(&'a Simulation);
 
 impl pulp::NullaryFnOnce for Watching<'_> {
@@ -130,7 +119,12 @@ impl pulp::NullaryFnOnce for Watching<'_> {
 
     #[inline(always)]
     fn call(self) -> Self::Output {
-        self.0.watch()
+        let mut watch = Watch::default();
+        match self.0.settings.model {
+            ModelKind::Board => board::states(self.0, &self.0.path(), |state| watch.see(state))?,
+            _ => self.0.run(&mut watch)?,
+        }
+        Ok(watch.0)
     }
 }
 
@@ -141,54 +135,40 @@ impl Simulation {
     /// # Errors
     /// As [`Simulation::run`].
     pub fn extremes(&self) -> Result<Extremes, Error> {
+        if let Some([extremes]) = pulp::Arch::new().dispatch(Abreast([self]))? {
+            return Ok(extremes);
+        }
         pulp::Arch::new().dispatch(Watching(self))
     }
 
-    #[inline(always)]
-    fn watch(&self) -> Result<Extremes, Error> {
-        let mut watch = Watch::default();
-        match (self.settings.model, self.settings.plant) {
-            (ModelKind::Board, PlantKind::FirstOrder) => {
-                let board = board::around_first_order(&self.settings)?;
-                if self.every == 1 {
-                    self.watch_every_tick(board, &mut watch);
-                } else {
-                    board::drive(board, self, &self.path(), |board, _, within| {
-                        watch.see(board.plant.at(within));
-                        Ok(())
-                    })?;
-                }
-            }
-            _ => self.run(&mut watch)?,
-        }
-        Ok(watch.extremes())
-    }
-
-    #[inline(always)]
-    fn watch_every_tick(&self, mut board: ClosedLoop<FirstOrder>, watch: &mut Watch) {
-        let path = self.path();
-        let mut left = self.ticks;
-        while left > 0 {
-            board.start_period(|tick| path.command.board(path.source(tick)));
-            let ticks = board.plant.ticks();
-            let wanted = left.min(PERIOD as u64) as usize;
-            if wanted == PERIOD {
-                // A constant length, so that the compiler vectorises the loop.
-                watch.angle_deg.see(&ticks.angle_deg);
-                watch.rate_deg_s.see(&ticks.rate_deg_s);
-            } else {
-                watch.angle_deg.see(&ticks.angle_deg[..wanted]);
-                watch.rate_deg_s.see(&ticks.rate_deg_s[..wanted]);
-            }
-            watch.last = board.plant.at(wanted - 1);
-            left -= wanted as u64;
-        }
+    /// Whether these runs have the same command and the same ticks.
+    fn is_beside(&self, other: &Self) -> bool {
+        (self.ticks, self.every) == (other.ticks, other.every) && self.path() == other.path()
     }
 }
 
-/// Runs all simulations, on all cores.
+/// Runs all simulations, on all cores. Boards with the same command run side by side.
 pub fn campaign(simulations: &[Simulation]) -> Vec<Result<Extremes, Error>> {
-    simulations.par_iter().map(Simulation::extremes).collect()
+    simulations
+        .par_chunks(ABREAST)
+        .flat_map_iter(|runs| match abreast(runs) {
+            Some(extremes) => extremes.into_iter().map(Ok).collect::<Vec<_>>(),
+            None => runs.iter().map(Simulation::extremes).collect(),
+        })
+        .collect()
+}
+
+/// The extremes of runs side by side; `None` where they have to run alone.
+fn abreast(runs: &[Simulation]) -> Option<Vec<Extremes>> {
+    let (first, others) = runs.split_first()?;
+    // Beside empty lanes fewer runs are no faster than alone.
+    if runs.len() <= ABREAST / 4 || !others.iter().all(|run| run.is_beside(first)) {
+        return None;
+    }
+    let lanes = array::from_fn(|lane| runs.get(lane).unwrap_or(first));
+    // An error comes again, and from the run that it is of, where they run alone.
+    let extremes: [_; ABREAST] = pulp::Arch::new().dispatch(Abreast(lanes)).ok()??;
+    Some(extremes[..runs.len()].to_vec())
 }
 
 #[cfg(test)]
@@ -196,7 +176,6 @@ mod tests {
     use super::*;
     use crate::{
         scenario::{Scenario, Setting},
-        settings::ModelKind,
         trace::Trace,
     };
     use model_core::named::Named;

@@ -104,8 +104,7 @@ impl<P: Plant> ClosedLoop<P> {
     }
 
     fn control(&mut self, command: Angle) {
-        let word = self.encoder.word(self.plant.at(0).angle_deg);
-        let count = word.read().ok().map(|reading| reading.count);
+        let count = self.encoder.valid_count(self.plant.at(0).angle_deg);
         self.control.observe(&self.coefficients, count);
         // Without a valid count the last duty remains: protections are part of the board's
         // application.

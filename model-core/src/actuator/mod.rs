@@ -5,6 +5,7 @@
 
 pub mod closed_loop;
 pub mod kind;
+pub mod lanes;
 pub mod settings;
 pub mod stepped;
 

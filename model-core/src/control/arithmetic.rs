@@ -88,6 +88,21 @@ impl Coefficient {
         }
     }
 
+    /// Its digits of weight 1, 2^-32 and 2^-64.
+    pub(super) const fn digits(self) -> [i32; 3] {
+        [self.whole, self.upper, self.lower]
+    }
+
+    /// The coefficient of the digits of another.
+    #[inline(always)]
+    pub(super) const fn of_digits([whole, upper, lower]: [i32; 3]) -> Self {
+        Self {
+            whole,
+            upper,
+            lower,
+        }
+    }
+
     /// Bits and exponent: the value is `bits * 2^exponent`.
     pub(super) const fn parts(self) -> (i64, i32) {
         if self.lower == 0 {
@@ -102,7 +117,17 @@ impl Coefficient {
     /// The caller shows that signal and product lie within +-2^30.
     #[inline(always)]
     pub const fn times(self, signal: I32F32) -> I32F32 {
-        let [low, high] = digits(signal.to_bits());
+        I32F32::from_bits(if cfg!(target_pointer_width = "64") {
+            self.times_word(signal.to_bits())
+        } else {
+            self.times_digits(signal.to_bits())
+        })
+    }
+
+    /// The product by the multiplications of a Cortex-M4.
+    #[inline(always)]
+    const fn times_digits(self, signal: i64) -> i64 {
+        let [low, high] = digits(signal);
         // Digits are at most 2^31, so this is below 2^31; inverting its sign bit adds half a step.
         let lowest = (product(low, self.lower) >> 32) as u32 ^ 1 << 31;
         // Where `lower` is not zero, `upper` is 2^30 at the most: the sums are below 2^63.
@@ -111,7 +136,20 @@ impl Coefficient {
         let bits = (below >> 32).wrapping_add(product(high, self.upper));
         let bits = bits.wrapping_add(product(low, self.whole));
         let above = ((bits >> 32) as i32).wrapping_add(high.wrapping_mul(self.whole));
-        I32F32::from_bits((above as i64) << 32 | (bits as u32) as i64)
+        (above as i64) << 32 | (bits as u32) as i64
+    }
+
+    /// The same product on a processor that multiplies 64 bits by 64 bits.
+    #[inline(always)]
+    pub(super) const fn times_word(self, signal: i64) -> i64 {
+        // The digits below the point, in units of 2^-64: they fit, as they were made of 64 bits.
+        let fraction = ((self.upper as i64) << 32).wrapping_add(self.lower as i64);
+        let exact = signal as i128 * fraction as i128;
+        // The whole digit adds no bits below the point, so rounding concerns the fraction alone:
+        // half a step carries where the highest bit below the point is set.
+        let rounded = ((exact >> 64) as i64).wrapping_add((exact as u64 >> 63) as i64);
+        // Parts may wrap: the product itself fits 64 bits.
+        rounded.wrapping_add(signal.wrapping_mul(self.whole as i64))
     }
 }
 
@@ -141,4 +179,28 @@ impl Coefficient {
 
 const fn magnitude(value: f64) -> f64 {
     if value < 0.0 { -value } else { value }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn words_and_digits_give_the_same_product(
+            magnitude in 0..=i32::MAX, is_negative: bool, shift in 0_u8..=62,
+            signal: i64, narrower in 2_u32..62
+        ) {
+            // Normalised: below the greatest shift the mantissa has 31 bits.
+            let magnitude = if shift < 62 { magnitude | 1 << 30 } else { magnitude };
+            let mantissa = if is_negative { -magnitude } else { magnitude };
+            let coefficient = Coefficient::from_parts(mantissa, shift);
+            let signal = signal >> narrower;
+            let exact = (i128::from(signal) * i128::from(mantissa)) >> shift;
+            prop_assume!(exact.unsigned_abs() < 1 << 62);
+            prop_assert_eq!(coefficient.times_word(signal), coefficient.times_digits(signal));
+        }
+    }
 }

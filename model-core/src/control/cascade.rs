@@ -25,13 +25,19 @@ const DUTY_STEP_END: Percent = Percent::from_int(200);
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Coefficients {
-    mounting: Mounting,
-    filter: FilterShare,
-    position: PositionLoop,
-    rate: RateLoop,
+    pub(super) mounting: Mounting,
+    pub(super) filter: FilterShare,
+    pub(super) position: PositionLoop,
+    pub(super) rate: RateLoop,
 }
 
 impl Coefficients {
+    /// Those of the default parameters.
+    pub const DEFAULT: Self = match Self::try_new(&ControlParameters::DEFAULT) {
+        Ok(coefficients) => coefficients,
+        Err(_) => panic!("a default is out of its range"),
+    };
+
     /// The coefficients for these parameters, also in constant expressions: a board needs no
     /// floating point for its defaults.
     ///

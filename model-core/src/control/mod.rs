@@ -28,6 +28,7 @@
 mod arithmetic;
 pub mod cascade;
 pub mod encoder_word;
+pub mod lanes;
 pub mod parameters;
 mod position_loop;
 mod rate_estimate;

@@ -31,7 +31,12 @@ impl RateEstimate {
     pub fn update(&mut self, share: FilterShare, motion: Motion) {
         // |counts| <= 2^11: the product fits 31 bits by the choice of FRACTION_BITS; at 250 Hz it is
         // within 45,000 deg/s. A single period divides by one, so it is exact.
-        let steps = motion.counts * COUNT_RATE_STEPS / i32::from(motion.periods.get());
+        let travelled = motion.counts * COUNT_RATE_STEPS;
+        let steps = match i32::from(motion.periods.get()) {
+            // A PC divides in ten to twenty cycles, the board in as many as a comparison takes.
+            1 if cfg!(target_pointer_width = "64") => travelled,
+            periods => travelled / periods,
+        };
         let raw = Rate::from_bits((steps as i64) << (32 - FRACTION_BITS));
         // Both lie within 45,000 deg/s (the estimate is a mean of raw rates, as 0 < share <= 1),
         // so the difference lies within 2^17 and the product within 2^17.

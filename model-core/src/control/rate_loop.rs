@@ -21,7 +21,7 @@ use super::{
 };
 
 /// Limit of the integrator in any case: far beyond any duty.
-const INTEGRATOR_END: i32 = 1 << 28;
+pub(super) const INTEGRATOR_END: i32 = 1 << 28;
 
 /// Coefficients of the rate loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -45,7 +45,7 @@ impl Mounting {
 
 /// The equivalent difference of counts that is nearest to zero, -2048 to 2047.
 const fn wrap(counts: i32) -> i32 {
-    (counts + COUNTS_PER_TURN / 2).rem_euclid(COUNTS_PER_TURN) - COUNTS_PER_TURN / 2
+    ((counts + COUNTS_PER_TURN / 2) & (COUNTS_PER_TURN - 1)) - COUNTS_PER_TURN / 2
 }
 
 /// The motion between two valid counts.

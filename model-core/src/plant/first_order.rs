@@ -12,6 +12,7 @@
 //! start of the period, and one step over the whole period is as exact as 20 small ones. After the
 //! bridge has switched off, `W` is 0: the motor is braked with the same time constant.
 
+pub mod lanes;
 mod motion;
 
 use self::motion::{Lag, Motion, Response};
@@ -80,8 +81,13 @@ impl FirstOrder {
     /// ```
     pub fn try_new(parameters: FirstOrderParameters, pwm: Pwm) -> Result<Self, ParameterError> {
         parameters.check()?;
+        Ok(Self::of_checked(parameters, pwm))
+    }
+
+    /// The same of parameters that were checked.
+    pub(crate) fn of_checked(parameters: FirstOrderParameters, pwm: Pwm) -> Self {
         let lag = Lag::new(parameters.motor_time_constant_s);
-        Ok(Self {
+        Self {
             response: Response::new(&parameters, &lag, pwm, 0.0),
             parameters,
             pwm,
@@ -90,7 +96,7 @@ impl FirstOrder {
             end: PlantState::default(),
             stepped: [PlantState::default(); PERIOD + 1],
             is_stepped: false,
-        })
+        }
     }
 
     /// Angle and rate at the ticks 0 to 19 of the running period, for a recording of every tick.
@@ -118,9 +124,7 @@ impl FirstOrder {
     fn runs_free(&self) -> bool {
         let p = &self.parameters;
         let (rate, target) = (self.start.rate_deg_s, self.response.driven.target_deg_s);
-        // The rate remains between its start, the target and, if braked, zero. The angle therefore
-        // changes by less than the sum of both times the period; one more tick covers the rounding.
-        let reach_deg = (rate.abs() + target.abs()) * ((PERIOD + 1) as f64 * TICK_S);
+        let reach_deg = reach_deg(rate, target);
         let is_allowed = |rate| rate <= p.rate_limit_up_deg_s && rate >= -p.rate_limit_down_deg_s;
         self.start.angle_deg.abs() + reach_deg < p.position_limit_deg
             && is_allowed(rate)
@@ -139,19 +143,20 @@ impl FirstOrder {
         }
     }
 
-    /// Computes the period tick by tick, with the limits applied after each.
+    /// The states at the ticks of a period that starts like this, tick by tick with the limits
+    /// applied after each.
     #[cold]
-    fn run_stepped(&mut self) {
-        let (on_ticks, target) = (self.response.on_ticks, self.response.driven.target_deg_s);
+    fn stepped(&self, response: &Response, start: PlantState) -> [PlantState; PERIOD + 1] {
+        let (on_ticks, target) = (response.on_ticks, response.driven.target_deg_s);
         let edge = on_ticks - libm::floor(on_ticks);
         let towards = |target_deg_s, start| Motion {
             start,
             target_deg_s,
         };
-        self.stepped[0] = self.start;
+        let mut states = [start; PERIOD + 1];
         for tick in 0..PERIOD {
             let on = on_ticks - tick as f64;
-            let state = self.stepped[tick];
+            let state = states[tick];
             let next = if on >= 1.0 {
                 self.lag.at(&towards(target, state), 1)
             } else if on > 0.0 {
@@ -160,8 +165,9 @@ impl FirstOrder {
             } else {
                 self.lag.at(&towards(0.0, state), 1)
             };
-            self.stepped[tick + 1] = self.within_limits(next);
+            states[tick + 1] = self.within_limits(next);
         }
+        states
     }
 
     /// Applies the rate limit and the inelastic hard stop.
@@ -180,6 +186,14 @@ impl FirstOrder {
     }
 }
 
+/// How far the angle may move within a period that starts with this rate towards this one.
+#[inline(always)]
+pub(super) fn reach_deg(rate_deg_s: f64, target_deg_s: f64) -> f64 {
+    // The rate remains between its start, the target and, if braked, zero. The angle therefore
+    // changes by less than the sum of both times the period; one more tick covers the rounding.
+    (rate_deg_s.abs() + target_deg_s.abs()) * ((PERIOD + 1) as f64 * TICK_S)
+}
+
 impl Plant for FirstOrder {
     #[inline(always)]
     fn start_period(&mut self, duty_pct: f64) {
@@ -191,7 +205,7 @@ impl Plant for FirstOrder {
         self.start = self.end;
         self.is_stepped = !self.runs_free();
         if self.is_stepped {
-            self.run_stepped();
+            self.stepped = self.stepped(&self.response, self.start);
             self.end = self.stepped[PERIOD];
         } else {
             self.end = self.free_end();

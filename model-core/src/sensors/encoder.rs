@@ -73,15 +73,8 @@ impl Encoder {
         } else {
             self.seen_deg(shaft_deg)
         };
-        if !seen_deg.is_finite() {
-            return EncoderCount::new(0);
-        }
-        // `as` saturates and truncates towards 0; subtracting one below 0 makes it the floor. The
-        // low twelve bits of two's complement are the value modulo 4096.
-        let counts = seen_deg / COUNT_DEG + 0.5;
-        let cut = counts as i64;
-        let floor = cut.saturating_sub(i64::from(cut as f64 > counts));
-        EncoderCount::new(floor as u16)
+        // The low twelve bits of two's complement are the value modulo 4096.
+        EncoderCount::new(floor_u16(seen_deg / COUNT_DEG + 0.5))
     }
 
     /// The measured angle with all errors.
@@ -108,11 +101,55 @@ impl Encoder {
         ideal_deg + error_deg + self.noise.gaussian(p.encoder_noise_deg)
     }
 
+    /// The count at a shaft angle, `None` if its word is not valid: what the control step sees of
+    /// [`Encoder::word`].
+    #[inline]
+    pub fn valid_count(&mut self, shaft_deg: f64) -> Option<EncoderCount> {
+        let count = self.count(shaft_deg);
+        (self.magnet != Magnet::Lost).then_some(count)
+    }
+
     /// The serial word at a shaft angle.
     #[inline]
     pub fn word(&mut self, shaft_deg: f64) -> EncoderWord {
         EncoderWord::of(self.count(shaft_deg), self.magnet)
     }
+}
+
+/// The low 16 bits of the value rounded down; 0 for a value that is not finite.
+#[inline(always)]
+fn floor_u16(value: f64) -> u16 {
+    if value.abs() < (1_u64 << 50) as f64 {
+        return floor_bits(value) as u16;
+    }
+    if !value.is_finite() {
+        return 0;
+    }
+    // `as` saturates and truncates towards 0; subtracting one below 0 makes it the floor.
+    let cut = value as i64;
+    cut.saturating_sub(i64::from(cut as f64 > value)) as u16
+}
+
+/// A number whose low 48 bits are those of the value rounded down, for magnitudes below 2^50.
+#[inline(always)]
+fn floor_bits(value: f64) -> i64 {
+    /// The numbers from here to its double are the integers: adding it rounds to the nearest one,
+    /// which then stands in the low bits.
+    const INTEGERS: f64 = (3_u64 << 51) as f64;
+    let sum = value + INTEGERS;
+    let is_above = sum - INTEGERS > value;
+    (sum.to_bits() as i64).wrapping_sub(i64::from(is_above))
+}
+
+/// The counts of ideal encoders with correct magnets at these angles, below 2^40 deg; bits above the
+/// twelfth are not cleared.
+#[inline(always)]
+pub fn ideal_counts<const N: usize>(shafts_deg: &[f64; N]) -> [i64; N] {
+    let mut counts = [0; N];
+    for lane in 0..N {
+        counts[lane] = floor_bits(shafts_deg[lane] / COUNT_DEG + 0.5);
+    }
+    counts
 }
 
 #[cfg(test)]
@@ -178,6 +215,28 @@ mod tests {
             let n = (angle / COUNT_DEG + 0.5).floor() as i64;
             let mut e = encoder(EncoderParameters::default());
             prop_assert_eq!(i64::from(e.count(angle).get()), n.rem_euclid(4096));
+        }
+
+        #[test]
+        fn rounding_down_is_that_of_the_standard_library(
+            value in prop_oneof![-1e3..1e3, -1e16..1e16, any::<f64>()], whole in -4_100_i16..4_100
+        ) {
+            let around = f64::from(whole);
+            for value in [value, around, around.next_up(), around.next_down()] {
+                let floor = value.floor();
+                // Beyond 2^63 the cast saturates.
+                let expected = if value.is_finite() { (floor as i64) as u16 } else { 0 };
+                prop_assert_eq!(floor_u16(value), expected, "{}", value);
+            }
+        }
+
+        #[test]
+        fn a_valid_count_is_that_of_the_word(angle in -400.0..400.0, magnet in 0..5_usize) {
+            let mut e = encoder(EncoderParameters::default());
+            use Magnet::*;
+            e.magnet = [Steady, Approaching, Receding, Marginal, Lost][magnet];
+            let of_word = e.word(angle).read().ok().map(|reading| reading.count);
+            prop_assert_eq!(e.valid_count(angle), of_word);
         }
 
         #[test]

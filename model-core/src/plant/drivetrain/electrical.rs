@@ -56,6 +56,7 @@ pub(super) struct Winding {
 
 /// Coefficients of the closed form for one step length.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Step {
     step_s: f64,
     /// `E`.
@@ -87,6 +88,7 @@ impl Winding {
     }
 
     /// The terminal voltage, V.
+    #[inline(always)]
     pub fn terminal_v(&self, terminal: Terminal, back_emf_v: f64) -> f64 {
         match terminal {
             Terminal::Driven(v) => v,
@@ -101,17 +103,27 @@ impl Winding {
     /// Advances the current by a step; returns its mean, A.
     pub fn advance(&mut self, terminal: Terminal, back_emf_v: f64, step: &Step) -> f64 {
         let start_a = self.current_a;
-        let steady_a = (self.terminal_v(terminal, back_emf_v) - back_emf_v) / self.resistance_ohm;
-        let end_a = steady_a + (start_a - steady_a) * step.left;
-        let tau_s = self.time_constant_s;
-        if terminal == Terminal::Coast && end_a * start_a < 0.0 {
+        let voltage_v = self.terminal_v(terminal, back_emf_v);
+        let mean_a = self.advance_driven(voltage_v, back_emf_v, step);
+        if terminal == Terminal::Coast && self.current_a * start_a < 0.0 {
             // The diodes block at the zero crossing: E(t0) = -steady/(start - steady).
+            let steady_a = (voltage_v - back_emf_v) / self.resistance_ohm;
+            let tau_s = self.time_constant_s;
             let zero_s = tau_s * libm::log((steady_a - start_a) / steady_a);
             self.current_a = 0.0;
             return (steady_a * zero_s + tau_s * start_a) / step.step_s;
         }
+        mean_a
+    }
+
+    /// The same with this voltage at the terminals during the whole step.
+    #[inline(always)]
+    pub fn advance_driven(&mut self, voltage_v: f64, back_emf_v: f64, step: &Step) -> f64 {
+        let start_a = self.current_a;
+        let steady_a = (voltage_v - back_emf_v) / self.resistance_ohm;
+        let end_a = steady_a + (start_a - steady_a) * step.left;
         self.current_a = end_a;
-        steady_a + tau_s * (start_a - end_a) / step.step_s
+        steady_a + self.time_constant_s * (start_a - end_a) / step.step_s
     }
 }
 

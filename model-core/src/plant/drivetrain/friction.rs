@@ -60,6 +60,8 @@ pub struct Friction {
     coefficients: FrictionParameters,
     viscous_nm_s: f64,
     stribeck_rad_s: f64,
+    /// Whether all terms but those of M1 are zero.
+    is_viscous: bool,
 }
 
 impl Friction {
@@ -94,13 +96,26 @@ impl Friction {
             coefficients: p,
             viscous_nm_s: p.viscous_friction_nm_s_deg * (180.0 / PI),
             stribeck_rad_s: p.stribeck_rate_deg_s * (PI / 180.0),
+            is_viscous: [
+                p.stribeck_friction_nm,
+                p.load_friction_motor,
+                p.load_friction_external,
+                p.load_stribeck_motor,
+                p.load_stribeck_external,
+                p.load_quadratic_motor_1_nm,
+                p.load_quadratic_external_1_nm,
+            ] == [0.0; 7],
         }
     }
 
     /// The maximum friction torque at an output rate, rad/s, with the motor torque and the external
     /// torque at the output, Nm.
+    #[inline]
     pub fn budget_nm(&self, rate_rad_s: f64, motor_nm: f64, external_nm: f64) -> f64 {
         let p = &self.coefficients;
+        if self.is_viscous {
+            return p.coulomb_friction_nm + self.viscous_nm_s * rate_rad_s.abs();
+        }
         let load = |external: f64, motor: f64| (external * external_nm - motor * motor_nm).abs();
         let at_rest_nm = p.stribeck_friction_nm
             + load(p.load_stribeck_external, p.load_stribeck_motor)

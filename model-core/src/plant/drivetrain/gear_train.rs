@@ -14,7 +14,7 @@
 //! the angles from the new rates. Friction removes at most its budget of momentum, so a body at
 //! rest under a torque below the budget keeps a rate of exactly zero.
 
-use core::f64::consts::PI;
+use core::{array::from_fn, f64::consts::PI};
 
 use super::friction::Friction;
 use super::load::Load;
@@ -78,14 +78,18 @@ struct Joint {
 
 impl Joint {
     /// The torque from the first body on the second.
+    #[inline(always)]
     fn torque_nm(&self, first: &Body, second: &Body) -> f64 {
         let lead_rad = first.angle_rad - second.angle_rad;
         let gap = self.half_gap_rad;
+        let damping_nm = self.damping_nm_s * (first.rate_rad_s - second.rate_rad_s);
+        if gap == 0.0 {
+            return self.stiffness_nm * lead_rad + damping_nm;
+        }
         let twist_rad = lead_rad - within(lead_rad, -gap, gap);
-        let torque_nm = self.stiffness_nm * twist_rad
-            + self.damping_nm_s * (first.rate_rad_s - second.rate_rad_s);
+        let torque_nm = self.stiffness_nm * twist_rad + damping_nm;
         // Flanks with backlash push but do not pull.
-        if gap > 0.0 && torque_nm * twist_rad <= 0.0 {
+        if torque_nm * twist_rad <= 0.0 {
             0.0
         } else {
             torque_nm
@@ -190,50 +194,71 @@ impl GearTrain {
         step_s.max(SHORTEST_STEP_S)
     }
 
-    /// Advances a step with the motor torque and the load.
-    pub fn advance(&mut self, step_s: f64, motor_nm: f64, load: &Load) {
-        let last = self.count - 1;
-        // torques[i] acts on body i from the motor side, torques[i + 1] on its load side.
-        let mut torques = [motor_nm, 0.0, 0.0, 0.0];
-        for (i, pair) in self.bodies[..self.count].windows(2).enumerate() {
-            torques[i + 1] = self.joints[i].torque_nm(&pair[0], &pair[1]);
+    /// Advances equal steps. `motor_nm` gives the motor torque of a step for the motor's rate at its
+    /// start.
+    #[inline(always)]
+    pub fn advance(
+        &mut self,
+        steps: u32,
+        step_s: f64,
+        load: &Load,
+        motor_nm: impl FnMut(f64) -> f64,
+    ) {
+        // A constant number of bodies lets the compiler keep them in registers.
+        match self.count {
+            3 => self.advance_bodies::<3>(steps, step_s, load, motor_nm),
+            2 => self.advance_bodies::<2>(steps, step_s, load, motor_nm),
+            _ => self.advance_bodies::<1>(steps, step_s, load, motor_nm),
         }
-        torques[self.count] = -load_nm(load, &self.bodies[last]);
-        let gearbox_nm = self
-            .friction
-            .budget_nm(self.bodies[0].rate_rad_s, motor_nm, -torques[1]);
-        self.friction_nm = 0.0;
-        for (i, body) in self.bodies[..self.count].iter_mut().enumerate() {
-            let gearbox = if i == 0 { gearbox_nm } else { 0.0 };
-            let bearing = if i == self.output {
-                self.bearing_nm
+    }
+
+    #[inline(always)]
+    fn advance_bodies<const COUNT: usize>(
+        &mut self,
+        steps: u32,
+        step_s: f64,
+        load: &Load,
+        mut motor_nm: impl FnMut(f64) -> f64,
+    ) {
+        let mut bodies: [Body; COUNT] = from_fn(|i| self.bodies[i]);
+        let (joints, output) = (self.joints, self.output.min(COUNT - 1));
+        // Load damping acts on the new rate (implicit), which is stable for any value.
+        let inertias: [f64; COUNT] = from_fn(|i| {
+            let damping = if i + 1 == COUNT {
+                load.damping_nm_s
             } else {
                 0.0
             };
-            let budget = if self.is_jammed {
-                f64::INFINITY
-            } else {
-                (gearbox + bearing) * step_s
-            };
-            // Load damping acts on the new rate (implicit), which is stable for any value.
-            let damping = if i == last { load.damping_nm_s } else { 0.0 };
-            let inertia = body.inertia_kg_m2 + damping * step_s;
-            let momentum = inertia * body.rate_rad_s + (torques[i] - torques[i + 1]) * step_s;
-            let taken = within(momentum, -budget, budget);
-            self.friction_nm += taken / step_s;
-            body.rate_rad_s = (momentum - taken) / inertia;
-            body.angle_rad += body.rate_rad_s * step_s;
-        }
-        self.stop();
-    }
-
-    fn stop(&mut self) {
-        let body = &mut self.bodies[self.output];
-        if body.angle_rad.abs() > self.stop_rad {
-            body.angle_rad = within(body.angle_rad, -self.stop_rad, self.stop_rad);
-            if body.angle_rad * body.rate_rad_s > 0.0 {
-                body.rate_rad_s = 0.0;
+            bodies[i].inertia_kg_m2 + damping * step_s
+        });
+        let bearing_nm: [f64; COUNT] = from_fn(|i| if i == output { self.bearing_nm } else { 0.0 });
+        let mut taken = [0.0; COUNT];
+        for _ in 0..steps {
+            let motor_nm = motor_nm(bodies[0].rate_rad_s);
+            // behind[i] acts on body i from its load side, and on the next from its motor side.
+            let mut behind = [-load_nm(load, &bodies[COUNT - 1]); COUNT];
+            for i in 1..COUNT {
+                behind[i - 1] = joints[i - 1].torque_nm(&bodies[i - 1], &bodies[i]);
             }
+            let gearbox_nm = self
+                .friction
+                .budget_nm(bodies[0].rate_rad_s, motor_nm, -behind[0]);
+            for i in 0..COUNT {
+                let before = if i == 0 { motor_nm } else { behind[i - 1] };
+                let gearbox = if i == 0 { gearbox_nm } else { 0.0 };
+                let budget = (gearbox + bearing_nm[i]) * step_s;
+                let body = &mut bodies[i];
+                let momentum = inertias[i] * body.rate_rad_s + (before - behind[i]) * step_s;
+                taken[i] = within(momentum, -budget, budget);
+                body.rate_rad_s = (momentum - taken[i]) / inertias[i];
+                body.angle_rad += body.rate_rad_s * step_s;
+            }
+            stop(&mut bodies[output], self.stop_rad);
+        }
+        self.bodies[..COUNT].copy_from_slice(&bodies);
+        self.friction_nm = 0.0;
+        for taken in taken {
+            self.friction_nm += taken / step_s;
         }
     }
 
@@ -272,6 +297,17 @@ impl GearTrain {
             joint.stiffness_nm * twist * twist / 2.0
         });
         kinetic.chain(elastic).sum()
+    }
+}
+
+/// Applies the inelastic stops to the output.
+#[inline(always)]
+fn stop(body: &mut Body, stop_rad: f64) {
+    if body.angle_rad.abs() > stop_rad {
+        body.angle_rad = within(body.angle_rad, -stop_rad, stop_rad);
+        if body.angle_rad * body.rate_rad_s > 0.0 {
+            body.rate_rad_s = 0.0;
+        }
     }
 }
 

@@ -40,6 +40,7 @@ use self::load::{Load, LoadParameters};
 use super::PlantState;
 use crate::limits::within;
 use crate::parameter::{Parameter, ParameterError, Parameters};
+use crate::time::TICK_S;
 
 /// All parameters of the drivetrain.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -116,6 +117,19 @@ pub struct Reading {
     pub load_torque_nm: f64,
 }
 
+/// What a [`Reading`] is computed from, in the units of the simulation.
+#[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+struct Instant {
+    motor: Motion,
+    output: Motion,
+    load: Motion,
+    current_a: f64,
+    terminal_v: f64,
+    friction_nm: f64,
+    load_nm: f64,
+}
+
 /// The drivetrain, driven at the terminals of the winding.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -129,6 +143,31 @@ pub struct Drivetrain {
     /// Back-EMF per output rate, equal to output torque per current.
     constant_nm_a: f64,
     longest_step_s: f64,
+    steps_of_tick: Steps,
+}
+
+/// A time in equal steps.
+#[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+struct Steps {
+    count: u32,
+    step_s: f64,
+    electrical: electrical::Step,
+}
+
+impl Steps {
+    /// The fewest steps of at most the longest one, for a time above 0 and up to
+    /// [`LONGEST_ADVANCE_S`].
+    fn new(dt_s: f64, longest_step_s: f64, winding: &Winding) -> Self {
+        // At most 1 s / 0.78 us = 1.3 million, at least 1.
+        let count = libm::ceil(dt_s / longest_step_s) as u32;
+        let step_s = dt_s / f64::from(count);
+        Self {
+            count,
+            step_s,
+            electrical: winding.step(step_s),
+        }
+    }
 }
 
 /// Maximum time that one call simulates, s, which limits the work of a call.
@@ -164,8 +203,10 @@ impl Drivetrain {
         let decay_s = motor.winding_resistance_ohm * parameters.gear_train.motor_inertia_kg_m2
             / (motor.torque_constant_nm_a * motor.torque_constant_nm_a);
         let longest_step_s = train.longest_step_s(&load).min(STEP_SHARE * decay_s);
+        let winding = Winding::new(motor);
         Ok(Self {
-            winding: Winding::new(motor),
+            steps_of_tick: Steps::new(TICK_S, longest_step_s, &winding),
+            winding,
             train,
             load,
             terminal: Terminal::Coast,
@@ -180,6 +221,7 @@ impl Drivetrain {
     ///
     /// A time that is NaN or not above 0 has no effect; a time above one second is limited to one
     /// second. A voltage of NaN counts as 0.
+    #[inline(always)]
     pub fn advance(&mut self, terminal: Terminal, dt_s: f64) {
         self.terminal = match terminal {
             Terminal::Driven(v) if v.is_nan() => Terminal::Driven(0.0),
@@ -190,16 +232,30 @@ impl Drivetrain {
             return;
         }
         let dt_s = dt_s.min(LONGEST_ADVANCE_S);
-        // At most 1 s / 0.78 us = 1.3 million, at least 1.
-        let steps = libm::ceil(dt_s / self.longest_step_s) as u32;
-        let step_s = dt_s / f64::from(steps);
-        let step = self.winding.step(step_s);
-        for _ in 0..steps {
-            let back_emf_v = self.back_emf_v();
-            let mean_a = self.winding.advance(self.terminal, back_emf_v, &step);
-            self.train
-                .advance(step_s, self.constant_nm_a * mean_a, &self.load);
+        let steps = if dt_s == TICK_S {
+            self.steps_of_tick
+        } else {
+            Steps::new(dt_s, self.longest_step_s, &self.winding)
+        };
+        // What a step changes stays in registers.
+        let (mut winding, constant_nm_a) = (self.winding.clone(), self.constant_nm_a);
+        let (train, load, step_s) = (&mut self.train, &self.load, steps.step_s);
+        let driven_v = match self.terminal {
+            Terminal::Driven(v) => Some(v),
+            Terminal::Brake => Some(0.0),
+            Terminal::Coast => None,
+        };
+        match driven_v {
+            Some(v) => train.advance(steps.count, step_s, load, |rate_rad_s| {
+                let back_emf_v = constant_nm_a * rate_rad_s;
+                constant_nm_a * winding.advance_driven(v, back_emf_v, &steps.electrical)
+            }),
+            None => train.advance(steps.count, step_s, load, |rate_rad_s| {
+                let back_emf_v = constant_nm_a * rate_rad_s;
+                constant_nm_a * winding.advance(Terminal::Coast, back_emf_v, &steps.electrical)
+            }),
         }
+        self.winding.current_a = winding.current_a;
     }
 
     /// Adds a torque to the external load until the next call, Nm, for example a recording or a
@@ -239,19 +295,36 @@ impl Drivetrain {
 
     /// The present state and signals.
     pub fn reading(&self) -> Reading {
-        let back_emf_v = self.back_emf_v();
-        let current_a = self.winding.current_a;
-        let (motor_rad, motor_rad_s) = self.train.motor();
+        self.reading_of(&self.instant())
+    }
+
+    /// The present state.
+    #[inline(always)]
+    fn instant(&self) -> Instant {
+        Instant {
+            motor: self.train.motor(),
+            output: self.train.output(),
+            load: self.train.load(),
+            current_a: self.winding.current_a,
+            terminal_v: self.winding.terminal_v(self.terminal, self.back_emf_v()),
+            friction_nm: self.train.friction_nm,
+            load_nm: self.train.load_nm(&self.load),
+        }
+    }
+
+    /// The signals of a state of this drivetrain.
+    fn reading_of(&self, instant: &Instant) -> Reading {
+        let (motor_rad, motor_rad_s) = instant.motor;
         Reading {
-            output: state(self.train.output()),
+            output: state(instant.output),
             motor: state((motor_rad * self.gear_ratio, motor_rad_s * self.gear_ratio)),
-            load: state(self.train.load()),
-            current_a,
-            back_emf_v,
-            terminal_v: self.winding.terminal_v(self.terminal, back_emf_v),
-            motor_torque_nm: self.constant_nm_a * current_a,
-            friction_torque_nm: self.train.friction_nm,
-            load_torque_nm: self.train.load_nm(&self.load),
+            load: state(instant.load),
+            current_a: instant.current_a,
+            back_emf_v: self.constant_nm_a * motor_rad_s,
+            terminal_v: instant.terminal_v,
+            motor_torque_nm: self.constant_nm_a * instant.current_a,
+            friction_torque_nm: instant.friction_nm,
+            load_torque_nm: instant.load_nm,
         }
     }
 

@@ -2,14 +2,14 @@
 
 use super::electrical::Terminal;
 use super::load::Recording;
-use super::{Drivetrain, DrivetrainParameters, Reading};
+use super::{Drivetrain, DrivetrainParameters, Instant, Reading, state};
 use crate::parameter::ParameterError;
 use crate::plant::{PERIOD, Plant, PlantState, Pwm, bridge_duty_pct};
 use crate::time::TICK_S;
 
 /// A [`Drivetrain`] whose bridge is driven by PWM periods.
 ///
-/// A period is simulated at its start and its readings are stored, so reading has no side effect.
+/// A period is simulated at its start and its states are stored, so reading has no side effect.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PwmDrivetrain<'a> {
@@ -19,7 +19,7 @@ pub struct PwmDrivetrain<'a> {
     #[cfg_attr(feature = "serde", serde(skip))]
     recording: Option<Recording<'a>>,
     tick: u64,
-    readings: [Reading; PERIOD + 1],
+    instants: [Instant; PERIOD + 1],
 }
 
 impl<'a> PwmDrivetrain<'a> {
@@ -49,20 +49,21 @@ impl<'a> PwmDrivetrain<'a> {
         } else {
             Terminal::Brake
         };
-        let readings = [drivetrain.reading(); PERIOD + 1];
+        let instants = [drivetrain.instant(); PERIOD + 1];
         Ok(Self {
             drivetrain,
             pwm,
             off,
             recording,
             tick: 0,
-            readings,
+            instants,
         })
     }
 
     /// State and signals at a tick of the running period, as [`Plant::at`].
     pub fn reading_at(&self, tick_in_period: usize) -> Reading {
-        self.readings[tick_in_period.min(PERIOD)]
+        let instant = &self.instants[tick_in_period.min(PERIOD)];
+        self.drivetrain.reading_of(instant)
     }
 
     /// Adds a torque to the external load from the next period, Nm, unless a recording does.
@@ -71,20 +72,26 @@ impl<'a> PwmDrivetrain<'a> {
     }
 
     /// Simulates one tick; the switching edge is `on` ticks after its start.
+    #[inline(always)]
     fn run_tick(&mut self, level_v: f64, on: f64) {
-        if on >= 1.0 {
-            self.drivetrain.advance(Terminal::Driven(level_v), TICK_S);
+        let parts = if on >= 1.0 {
+            [(Terminal::Driven(level_v), TICK_S), (self.off, 0.0)]
         } else if on > 0.0 {
-            self.drivetrain
-                .advance(Terminal::Driven(level_v), on * TICK_S);
-            self.drivetrain.advance(self.off, (1.0 - on) * TICK_S);
+            let (on_s, off_s) = (on * TICK_S, (1.0 - on) * TICK_S);
+            [(Terminal::Driven(level_v), on_s), (self.off, off_s)]
         } else {
-            self.drivetrain.advance(self.off, TICK_S);
+            [(self.off, TICK_S), (self.off, 0.0)]
+        };
+        for (terminal, time_s) in parts {
+            if time_s > 0.0 {
+                self.drivetrain.advance(terminal, time_s);
+            }
         }
     }
 }
 
 impl Plant for PwmDrivetrain<'_> {
+    #[inline(always)]
     fn start_period(&mut self, duty_pct: f64) {
         let share = bridge_duty_pct(duty_pct) / 100.0;
         let supply_v = self.drivetrain.supply_v;
@@ -92,7 +99,7 @@ impl Plant for PwmDrivetrain<'_> {
             Pwm::Average => (supply_v * share, PERIOD as f64),
             Pwm::Switched => (libm::copysign(supply_v, share), share.abs() * PERIOD as f64),
         };
-        self.readings[0] = self.readings[PERIOD];
+        self.instants[0] = self.instants[PERIOD];
         for tick in 0..PERIOD {
             if let Some(recording) = &self.recording {
                 let torque_nm = recording.torque_nm(self.tick);
@@ -101,11 +108,11 @@ impl Plant for PwmDrivetrain<'_> {
             self.run_tick(level_v, on_ticks - tick as f64);
             // 2^64 ticks are 29 million years.
             self.tick = self.tick.saturating_add(1);
-            self.readings[tick + 1] = self.drivetrain.reading();
+            self.instants[tick + 1] = self.drivetrain.instant();
         }
     }
 
     fn at(&self, tick_in_period: usize) -> PlantState {
-        self.reading_at(tick_in_period).output
+        state(self.instants[tick_in_period.min(PERIOD)].output)
     }
 }

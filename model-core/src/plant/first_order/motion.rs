@@ -5,7 +5,7 @@ use crate::plant::{PERIOD, PlantState, Pwm};
 use crate::time::TICK_S;
 
 /// The times of the ticks of a period, s.
-const TIMES_S: [f64; PERIOD + 1] = {
+pub(super) const TIMES_S: [f64; PERIOD + 1] = {
     let mut times_s = [0.0; PERIOD + 1];
     let mut tick = 0;
     while tick <= PERIOD {
@@ -72,7 +72,7 @@ pub(super) struct Motion {
 
 impl Motion {
     #[inline(always)]
-    fn after(&self, time_s: f64, decay: f64, tau_s: f64) -> PlantState {
+    pub(super) fn after(&self, time_s: f64, decay: f64, tau_s: f64) -> PlantState {
         let excess_deg_s = self.start.rate_deg_s - self.target_deg_s;
         PlantState {
             angle_deg: self.start.angle_deg + self.target_deg_s * time_s

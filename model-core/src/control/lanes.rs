@@ -1,0 +1,196 @@
+//! The control step of several actuators at once, bit for bit that of [`super::cascade`].
+//!
+//! Each quantity is an array with one element an actuator, and each operation a loop over them
+//! without branches, of which the compiler makes vectors. Vectors multiply signed digits of 32 bits,
+//! as the board does. The tests compare every step with that of
+//! [`CascadeState`](super::cascade::CascadeState).
+
+use core::array::from_fn;
+
+use super::{
+    arithmetic::Coefficient, cascade::Coefficients, encoder_word::COUNTS_PER_TURN,
+    rate_loop::INTEGRATOR_END, shaft_tracker::COUNT_STEPS, units::Angle,
+};
+use crate::time::CONTROL_RATE_HZ;
+
+/// One element an actuator, in steps of 2^-32 of its unit.
+type Steps<const N: usize> = [i64; N];
+
+/// The state and the coefficients of `N` control steps.
+///
+/// The encoders are valid in every period and their angles within 32,000 deg, so that neither
+/// missed periods nor the end of the angle's range occur.
+#[derive(Debug, Clone)]
+pub struct CascadeLanes<const N: usize> {
+    gains: Gains<N>,
+    state: State<N>,
+}
+
+#[derive(Debug, Clone)]
+struct Gains<const N: usize> {
+    /// 1, or -1 where the encoder is reversed.
+    direction: [i64; N],
+    filter: Factors<N>,
+    position: Factors<N>,
+    proportional: Factors<N>,
+    integral: Factors<N>,
+    anti_windup: Factors<N>,
+    feed_forward: Factors<N>,
+    /// Whether any actuator feeds forward.
+    feeds_forward: bool,
+    least_angle: Steps<N>,
+    greatest_angle: Steps<N>,
+    rate_down: Steps<N>,
+    rate_up: Steps<N>,
+    duty_limit: Steps<N>,
+    duty_step: Steps<N>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct State<const N: usize> {
+    last: [i64; N],
+    counts: [i64; N],
+    rate: Steps<N>,
+    integrator: Steps<N>,
+    duty: Steps<N>,
+}
+
+/// The coefficients of one product, digit by digit.
+#[derive(Debug, Clone)]
+struct Factors<const N: usize> {
+    whole: [i64; N],
+    upper: [i64; N],
+    lower: [i64; N],
+}
+
+impl<const N: usize> Factors<N> {
+    fn new(coefficient: impl Fn(usize) -> Coefficient) -> Self {
+        let digits: [[i64; 3]; N] = from_fn(|lane| coefficient(lane).digits().map(i64::from));
+        Self {
+            whole: from_fn(|lane| digits[lane][0]),
+            upper: from_fn(|lane| digits[lane][1]),
+            lower: from_fn(|lane| digits[lane][2]),
+        }
+    }
+
+    /// [`Coefficient::times`] of one actuator.
+    #[inline(always)]
+    fn times(&self, lane: usize, signal: i64) -> i64 {
+        let (whole, upper, lower) = (self.whole[lane], self.upper[lane], self.lower[lane]);
+        if N == 1 {
+            // A single product has no use for vectors.
+            return Coefficient::of_digits([whole, upper, lower].map(|digit| digit as i32))
+                .times_word(signal);
+        }
+        let low = signal as i32 as i64;
+        let high = signal.wrapping_sub(low) >> 32;
+        let lowest = ((product(low, lower) >> 32) + (1 << 31)) & 0xffff_ffff;
+        let below = lowest + product(low, upper) + product(high, lower);
+        let bits = (below >> 32).wrapping_add(product(high, upper));
+        let bits = bits.wrapping_add(product(low, whole));
+        bits.wrapping_add(product(high, whole) << 32)
+    }
+}
+
+/// The product of two numbers of 32 bits, which a vector multiplies in one instruction.
+#[inline(always)]
+fn product(a: i64, b: i64) -> i64 {
+    i64::from(a as i32) * i64::from(b as i32)
+}
+
+/// `value` limited to `low..=high`, without a branch.
+#[inline(always)]
+fn between(value: i64, low: i64, high: i64) -> i64 {
+    let value = if value > high { high } else { value };
+    if value < low { low } else { value }
+}
+
+/// The equivalent difference of counts that is nearest to zero.
+#[inline(always)]
+fn wrap(counts: i64) -> i64 {
+    const TURN: i64 = COUNTS_PER_TURN as i64;
+    ((counts + TURN / 2) & (TURN - 1)) - TURN / 2
+}
+
+impl<const N: usize> CascadeLanes<N> {
+    /// Actuators at rest whose encoders stand at count 0.
+    pub fn new(coefficients: &[Coefficients; N]) -> Self {
+        let c = |lane: usize| &coefficients[lane];
+        let steps = |of: fn(&Coefficients) -> i64| from_fn(|lane| of(c(lane)));
+        let gains = Gains {
+            direction: steps(|c| if c.mounting.reversed { -1 } else { 1 }),
+            filter: Factors::new(|lane| c(lane).filter.coefficient()),
+            position: Factors::new(|lane| c(lane).position.gain.coefficient()),
+            proportional: Factors::new(|lane| c(lane).rate.proportional.coefficient()),
+            integral: Factors::new(|lane| c(lane).rate.integral.coefficient()),
+            anti_windup: Factors::new(|lane| c(lane).rate.anti_windup.coefficient()),
+            feed_forward: Factors::new(|lane| c(lane).rate.feed_forward.coefficient()),
+            feeds_forward: coefficients
+                .iter()
+                .any(|c| c.rate.feed_forward.coefficient() != Coefficient::default()),
+            least_angle: steps(|c| c.position.min.to_bits()),
+            greatest_angle: steps(|c| c.position.max.to_bits()),
+            rate_down: steps(|c| -c.position.rate_down.to_bits()),
+            rate_up: steps(|c| c.position.rate_up.to_bits()),
+            duty_limit: steps(|c| c.rate.duty_limit.to_bits()),
+            duty_step: steps(|c| c.rate.duty_step.to_bits()),
+        };
+        let zero = |lane: usize| i64::from(c(lane).mounting.zero.get());
+        let state = State {
+            last: [0; N],
+            counts: from_fn(|lane| wrap(gains.direction[lane] * -zero(lane))),
+            rate: [0; N],
+            integrator: [0; N],
+            duty: [0; N],
+        };
+        Self { gains, state }
+    }
+
+    /// One control period around an angle: from the counts of the encoders, of which the low twelve
+    /// bits matter, to the duties, %, in steps of 2^-32.
+    #[inline(always)]
+    pub fn step(&mut self, counts: &[i64; N], command: Angle) -> [i64; N] {
+        let (gains, mut state) = (&self.gains, self.state);
+        let command = command.to_bits();
+        let mut rate_command = [0; N];
+        for lane in 0..N {
+            let count = counts[lane] & i64::from(COUNTS_PER_TURN - 1);
+            let travelled = wrap(product(gains.direction[lane], count - state.last[lane]));
+            state.last[lane] = count;
+            state.counts[lane] += travelled;
+            // 45/512 deg a period: the product of a number of 11 bits and one of 37.
+            const COUNT_RATE: i64 = COUNT_STEPS * CONTROL_RATE_HZ as i64;
+            const SHIFT: u32 = COUNT_RATE.trailing_zeros();
+            let raw = product(travelled, COUNT_RATE >> SHIFT) << SHIFT;
+            state.rate[lane] += gains.filter.times(lane, raw - state.rate[lane]);
+            let angle = product(state.counts[lane], COUNT_STEPS);
+            let target = between(command, gains.least_angle[lane], gains.greatest_angle[lane]);
+            let rate = gains.position.times(lane, target - angle);
+            rate_command[lane] = between(rate, gains.rate_down[lane], gains.rate_up[lane]);
+        }
+        let mut unlimited = [0; N];
+        for lane in 0..N {
+            let error = rate_command[lane] - state.rate[lane];
+            unlimited[lane] = gains.proportional.times(lane, error) + state.integrator[lane];
+            state.integrator[lane] += gains.integral.times(lane, error);
+        }
+        if gains.feeds_forward {
+            for lane in 0..N {
+                unlimited[lane] += gains.feed_forward.times(lane, rate_command[lane]);
+            }
+        }
+        for lane in 0..N {
+            let (limit, step) = (gains.duty_limit[lane], gains.duty_step[lane]);
+            let last = state.duty[lane];
+            let limited = between(unlimited[lane], -limit, limit);
+            // The last duty lies within the limit, which does not change.
+            let duty = between(limited, last - step, last + step);
+            state.duty[lane] = duty;
+            let excess = gains.anti_windup.times(lane, duty - unlimited[lane]);
+            const END: i64 = (INTEGRATOR_END as i64) << 32;
+            state.integrator[lane] = between(state.integrator[lane] + excess, -END, END);
+        }
+        self.state = state;
+        state.duty
+    }
+}
