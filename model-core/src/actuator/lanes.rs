@@ -1,6 +1,11 @@
 //! Several boards at once around first-order motors, for campaigns: bit for bit the
 //! [`ClosedLoop`](super::closed_loop::ClosedLoop) of each.
 
+#![allow(
+    clippy::needless_range_loop,
+    reason = "each loop is over an index of many arrays"
+)]
+
 use core::array::from_fn;
 
 use crate::{
@@ -14,13 +19,9 @@ use crate::{
         },
     },
     sensors::encoder::{EncoderParameters, ideal_counts},
-    time::CONTROL_PERIOD_TICKS,
 };
 
 use super::{ModelKind, PlantKind, Settings};
-
-/// PWM periods of a control period.
-const EDGES: usize = CONTROL_PERIOD_TICKS as usize / PERIOD;
 
 /// Which ticks are seen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -38,8 +39,7 @@ pub struct LoopLanes<const N: usize> {
     motors: MotorLanes<N>,
     /// The extremes of what was seen.
     pub seen: Extremes<N>,
-    pending_pct: [f64; N],
-    /// The tick of the last PWM period that was seen last.
+    /// The tick of the last control period that was seen last.
     last_tick: usize,
 }
 
@@ -79,7 +79,6 @@ impl<const N: usize> LoopLanes<N> {
             control: CascadeLanes::new(coefficients),
             motors: MotorLanes::new(motors)?,
             seen: Extremes::default(),
-            pending_pct: [0.0; N],
             last_tick: 0,
         })
     }
@@ -89,23 +88,18 @@ impl<const N: usize> LoopLanes<N> {
     pub fn pass(&mut self, command: Angle, ticks: usize, see: Seen) {
         let counts = ideal_counts(&self.motors.states().angle_deg);
         let duty = self.control.step(&counts, command);
-        for edge in 0..EDGES {
-            let wanted = ticks.saturating_sub(edge * PERIOD).min(PERIOD);
-            if wanted == 0 {
-                return;
+        let mut duty_pct = [0.0; N];
+        for lane in 0..N {
+            duty_pct[lane] = percent_of(duty[lane]);
+        }
+        match see {
+            Seen::All => {
+                self.motors.pass::<true>(&duty_pct, ticks, &mut self.seen);
+                self.last_tick = ticks - 1;
             }
-            if edge == 1 {
-                for lane in 0..N {
-                    self.pending_pct[lane] = percent_of(duty[lane]);
-                }
-                self.motors.set_duty(&self.pending_pct);
-            }
-            match see {
-                Seen::All => {
-                    self.motors.pass_seeing_ticks(wanted, &mut self.seen);
-                    self.last_tick = wanted - 1;
-                }
-                Seen::Edges => self.motors.pass(&mut self.seen),
+            Seen::Edges => {
+                self.motors.pass::<false>(&duty_pct, ticks, &mut self.seen);
+                self.last_tick = (ticks - 1) / PERIOD * PERIOD;
             }
         }
     }
@@ -130,11 +124,13 @@ fn percent_of(bits: i64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::time::CONTROL_PERIOD_TICKS;
     use crate::{actuator::closed_loop::ClosedLoop, control::units::angle, plant::Plant};
     use proptest::{prelude::*, sample::Index};
     use std::vec::Vec;
 
     const LANES: usize = 3;
+    const EDGES: usize = CONTROL_PERIOD_TICKS as usize / PERIOD;
 
     /// Settings with some of the parameters of control and motor anywhere in a useful range.
     fn settings() -> impl Strategy<Value = Settings> {

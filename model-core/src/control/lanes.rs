@@ -5,6 +5,11 @@
 //! as the board does. The tests compare every step with that of
 //! [`CascadeState`](super::cascade::CascadeState).
 
+#![allow(
+    clippy::needless_range_loop,
+    reason = "each loop is over an index of many arrays"
+)]
+
 use core::array::from_fn;
 
 use super::{
@@ -61,6 +66,8 @@ struct Factors<const N: usize> {
     whole: [i64; N],
     upper: [i64; N],
     lower: [i64; N],
+    /// Whether all are below a half: their whole digits are zero.
+    are_small: bool,
 }
 
 impl<const N: usize> Factors<N> {
@@ -70,26 +77,50 @@ impl<const N: usize> Factors<N> {
             whole: from_fn(|lane| digits[lane][0]),
             upper: from_fn(|lane| digits[lane][1]),
             lower: from_fn(|lane| digits[lane][2]),
+            are_small: digits.iter().all(|[whole, ..]| *whole == 0),
         }
     }
 
-    /// [`Coefficient::times`] of one actuator.
+    /// [`Coefficient::times`] of every actuator.
     #[inline(always)]
-    fn times(&self, lane: usize, signal: i64) -> i64 {
-        let (whole, upper, lower) = (self.whole[lane], self.upper[lane], self.lower[lane]);
+    fn times(&self, signals: &Steps<N>) -> Steps<N> {
+        let mut products = [0; N];
         if N == 1 {
             // A single product has no use for vectors.
-            return Coefficient::of_digits([whole, upper, lower].map(|digit| digit as i32))
-                .times_word(signal);
+            for lane in 0..N {
+                let digits = [self.whole[lane], self.upper[lane], self.lower[lane]];
+                let coefficient = Coefficient::of_digits(digits.map(|digit| digit as i32));
+                products[lane] = coefficient.times_word(signals[lane]);
+            }
+        } else if self.are_small {
+            for lane in 0..N {
+                let (low, high) = digits(signals[lane]);
+                let (upper, lower) = (self.upper[lane], self.lower[lane]);
+                let lowest = (product(low, lower) as u64 >> 32) as i64 ^ (1 << 31);
+                let below = lowest + product(low, upper) + product(high, lower);
+                products[lane] = (below >> 32) + product(high, upper);
+            }
+        } else {
+            for lane in 0..N {
+                let (low, high) = digits(signals[lane]);
+                let (whole, upper, lower) = (self.whole[lane], self.upper[lane], self.lower[lane]);
+                let lowest = (product(low, lower) as u64 >> 32) as i64 ^ (1 << 31);
+                let below = lowest + product(low, upper) + product(high, lower);
+                let bits = (below >> 32).wrapping_add(product(high, upper));
+                let bits = bits.wrapping_add(product(low, whole));
+                products[lane] = bits.wrapping_add(product(high, whole) << 32);
+            }
         }
-        let low = signal as i32 as i64;
-        let high = signal.wrapping_sub(low) >> 32;
-        let lowest = ((product(low, lower) >> 32) + (1 << 31)) & 0xffff_ffff;
-        let below = lowest + product(low, upper) + product(high, lower);
-        let bits = (below >> 32).wrapping_add(product(high, upper));
-        let bits = bits.wrapping_add(product(low, whole));
-        bits.wrapping_add(product(high, whole) << 32)
+        products
     }
+}
+
+/// The digits of a number in base 2^32, the lower one first, each with a sign; above their 32 bits
+/// stands anything.
+#[inline(always)]
+fn digits(signal: i64) -> (i64, i64) {
+    // Half of the base more compensates for a negative lower digit.
+    (signal, (signal.wrapping_add(1 << 31) as u64 >> 32) as i64)
 }
 
 /// The product of two numbers of 32 bits, which a vector multiplies in one instruction.
@@ -150,9 +181,10 @@ impl<const N: usize> CascadeLanes<N> {
     /// bits matter, to the duties, %, in steps of 2^-32.
     #[inline(always)]
     pub fn step(&mut self, counts: &[i64; N], command: Angle) -> [i64; N] {
-        let (gains, mut state) = (&self.gains, self.state);
+        let (gains, state) = (&self.gains, &mut self.state);
         let command = command.to_bits();
-        let mut rate_command = [0; N];
+        let mut change = [0; N];
+        let mut error = [0; N];
         for lane in 0..N {
             let count = counts[lane] & i64::from(COUNTS_PER_TURN - 1);
             let travelled = wrap(product(gains.direction[lane], count - state.last[lane]));
@@ -162,35 +194,44 @@ impl<const N: usize> CascadeLanes<N> {
             const COUNT_RATE: i64 = COUNT_STEPS * CONTROL_RATE_HZ as i64;
             const SHIFT: u32 = COUNT_RATE.trailing_zeros();
             let raw = product(travelled, COUNT_RATE >> SHIFT) << SHIFT;
-            state.rate[lane] += gains.filter.times(lane, raw - state.rate[lane]);
+            change[lane] = raw - state.rate[lane];
             let angle = product(state.counts[lane], COUNT_STEPS);
             let target = between(command, gains.least_angle[lane], gains.greatest_angle[lane]);
-            let rate = gains.position.times(lane, target - angle);
-            rate_command[lane] = between(rate, gains.rate_down[lane], gains.rate_up[lane]);
+            error[lane] = target - angle;
         }
-        let mut unlimited = [0; N];
+        let change = gains.filter.times(&change);
+        let mut rate_command = gains.position.times(&error);
         for lane in 0..N {
-            let error = rate_command[lane] - state.rate[lane];
-            unlimited[lane] = gains.proportional.times(lane, error) + state.integrator[lane];
-            state.integrator[lane] += gains.integral.times(lane, error);
+            state.rate[lane] += change[lane];
+            let rate = rate_command[lane];
+            rate_command[lane] = between(rate, gains.rate_down[lane], gains.rate_up[lane]);
+            error[lane] = rate_command[lane] - state.rate[lane];
         }
+        let mut unlimited = gains.proportional.times(&error);
+        let grown = gains.integral.times(&error);
         if gains.feeds_forward {
+            let forward = gains.feed_forward.times(&rate_command);
             for lane in 0..N {
-                unlimited[lane] += gains.feed_forward.times(lane, rate_command[lane]);
+                unlimited[lane] += forward[lane];
             }
         }
+        let mut excess = [0; N];
         for lane in 0..N {
+            unlimited[lane] += state.integrator[lane];
             let (limit, step) = (gains.duty_limit[lane], gains.duty_step[lane]);
             let last = state.duty[lane];
             let limited = between(unlimited[lane], -limit, limit);
             // The last duty lies within the limit, which does not change.
             let duty = between(limited, last - step, last + step);
             state.duty[lane] = duty;
-            let excess = gains.anti_windup.times(lane, duty - unlimited[lane]);
-            const END: i64 = (INTEGRATOR_END as i64) << 32;
-            state.integrator[lane] = between(state.integrator[lane] + excess, -END, END);
+            excess[lane] = duty - unlimited[lane];
         }
-        self.state = state;
+        let excess = gains.anti_windup.times(&excess);
+        for lane in 0..N {
+            const END: i64 = (INTEGRATOR_END as i64) << 32;
+            let integrator = state.integrator[lane] + grown[lane] + excess[lane];
+            state.integrator[lane] = between(integrator, -END, END);
+        }
         state.duty
     }
 }

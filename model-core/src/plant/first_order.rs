@@ -131,18 +131,6 @@ impl FirstOrder {
             && is_allowed(target)
     }
 
-    /// State at the end of a period without limits.
-    #[inline(always)]
-    fn free_end(&self) -> PlantState {
-        let forced = &self.response.end;
-        let lost_deg_s = self.start.rate_deg_s * self.lag.decay[PERIOD];
-        let coasted_deg = self.lag.tau_s * lost_deg_s;
-        PlantState {
-            angle_deg: self.start.angle_deg - coasted_deg + forced.angle_deg,
-            rate_deg_s: self.start.rate_deg_s + lost_deg_s + forced.rate_deg_s,
-        }
-    }
-
     /// The states at the ticks of a period that starts like this, tick by tick with the limits
     /// applied after each.
     #[cold]
@@ -186,9 +174,20 @@ impl FirstOrder {
     }
 }
 
+/// State at the end of a period without limits, with the response to its duty.
+#[inline(always)]
+fn free_end(start: PlantState, decay: f64, tau_s: f64, forced: PlantState) -> PlantState {
+    let lost_deg_s = start.rate_deg_s * decay;
+    let coasted_deg = tau_s * lost_deg_s;
+    PlantState {
+        angle_deg: start.angle_deg - coasted_deg + forced.angle_deg,
+        rate_deg_s: start.rate_deg_s + lost_deg_s + forced.rate_deg_s,
+    }
+}
+
 /// How far the angle may move within a period that starts with this rate towards this one.
 #[inline(always)]
-pub(super) fn reach_deg(rate_deg_s: f64, target_deg_s: f64) -> f64 {
+fn reach_deg(rate_deg_s: f64, target_deg_s: f64) -> f64 {
     // The rate remains between its start, the target and, if braked, zero. The angle therefore
     // changes by less than the sum of both times the period; one more tick covers the rounding.
     (rate_deg_s.abs() + target_deg_s.abs()) * ((PERIOD + 1) as f64 * TICK_S)
@@ -208,7 +207,8 @@ impl Plant for FirstOrder {
             self.stepped = self.stepped(&self.response, self.start);
             self.end = self.stepped[PERIOD];
         } else {
-            self.end = self.free_end();
+            let lag = &self.lag;
+            self.end = free_end(self.start, lag.decay[PERIOD], lag.tau_s, self.response.end);
         }
     }
 

@@ -231,7 +231,10 @@ impl GearTrain {
             };
             bodies[i].inertia_kg_m2 + damping * step_s
         });
-        let bearing_nm: [f64; COUNT] = from_fn(|i| if i == output { self.bearing_nm } else { 0.0 });
+        // An infinite friction holds a jammed train.
+        let held_nm = if self.is_jammed { f64::INFINITY } else { 0.0 };
+        let bearing_nm: [f64; COUNT] =
+            from_fn(|i| held_nm + if i == output { self.bearing_nm } else { 0.0 });
         let mut taken = [0.0; COUNT];
         for _ in 0..steps {
             let motor_nm = motor_nm(bodies[0].rate_rad_s);

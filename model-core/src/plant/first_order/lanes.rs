@@ -1,17 +1,30 @@
 //! Several motors at once, bit for bit those of [`FirstOrder`].
 //!
 //! Each quantity is an array with one element a motor, and each operation a loop over them without
-//! branches, of which the compiler makes vectors. Where a hard stop may act within a period, that
-//! motor alone is computed by [`FirstOrder`].
+//! branches, of which the compiler makes vectors. A motor that may reach a hard stop within a
+//! control period is computed alone, as [`FirstOrder`] computes it.
+
+#![allow(
+    clippy::needless_range_loop,
+    reason = "each loop is over an index of many arrays"
+)]
 
 use core::array::from_fn;
 
-use super::{FirstOrder, Motion, Response, motion::TIMES_S, reach_deg};
+use super::{FirstOrder, Motion, Response, free_end, motion::TIMES_S, reach_deg};
 use crate::plant::{PERIOD, PlantState, Pwm};
+use crate::time::{CONTROL_PERIOD_TICKS, TICK_S};
 
-/// Rate above which the angle grows from tick to tick whatever is rounded: by 5e-8 deg at least,
-/// where the greatest angle, 32,000 deg, is rounded to 4e-12 deg.
-const MOVING_DEG_S: f64 = 1e-3;
+/// PWM periods of a control period.
+const EDGES: usize = CONTROL_PERIOD_TICKS as usize / PERIOD;
+
+/// Rate above which the angle grows from tick to tick whatever is rounded: by 5e-10 deg at least,
+/// where two angles are off by [`ROUNDING_DEG`] at most.
+const MOVING_DEG_S: f64 = 1e-5;
+
+/// What two angles of 32,000 deg are off by at most: each sum by half of 7.3e-12 deg, and there are
+/// two to an angle.
+const ROUNDING_DEG: f64 = 2e-11;
 
 /// Motors that are driven by the mean voltage and have no rate limits.
 #[derive(Debug, Clone)]
@@ -24,7 +37,9 @@ pub struct MotorLanes<const N: usize> {
     gain_up: [f64; N],
     gain_down: [f64; N],
     limit_deg: [f64; N],
-    drive: Drive<N>,
+    /// In force during the first PWM period of the last control period, and since then.
+    drives: [Drive<N>; 2],
+    /// At the start of the last control period, and at its end.
     start: States<N>,
     end: States<N>,
 }
@@ -38,7 +53,7 @@ pub struct States<const N: usize> {
     pub rate_deg_s: [f64; N],
 }
 
-/// What the duty in force does.
+/// What a duty does.
 #[derive(Debug, Clone, Copy)]
 struct Drive<const N: usize> {
     duty_pct: [f64; N],
@@ -69,6 +84,17 @@ impl<const N: usize> Default for Extremes<N> {
     }
 }
 
+impl<const N: usize> Extremes<N> {
+    /// Includes a state of one motor.
+    #[inline(always)]
+    fn see(&mut self, lane: usize, state: PlantState) {
+        self.least.set(lane, lesser_of(state, self.least.of(lane)));
+        self.greatest
+            .set(lane, greater_of(state, self.greatest.of(lane)));
+    }
+}
+
+/// The second of equal numbers; `f64::min` handles NaN in addition.
 #[inline(always)]
 fn lesser(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
@@ -79,28 +105,21 @@ fn greater(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
-impl<const N: usize> Extremes<N> {
-    /// Includes the states of all motors.
-    #[inline(always)]
-    fn see_all(&mut self, states: &States<N>) {
-        for lane in 0..N {
-            self.see_rate(lane, states.rate_deg_s[lane]);
-            self.see_angle(lane, states.angle_deg[lane]);
-        }
+/// The lesser angle and the lesser rate.
+#[inline(always)]
+fn lesser_of(a: PlantState, b: PlantState) -> PlantState {
+    PlantState {
+        angle_deg: lesser(a.angle_deg, b.angle_deg),
+        rate_deg_s: lesser(a.rate_deg_s, b.rate_deg_s),
     }
+}
 
-    #[inline(always)]
-    fn see_angle(&mut self, lane: usize, angle_deg: f64) {
-        let (least, greatest) = (&mut self.least.angle_deg, &mut self.greatest.angle_deg);
-        least[lane] = lesser(angle_deg, least[lane]);
-        greatest[lane] = greater(angle_deg, greatest[lane]);
-    }
-
-    #[inline(always)]
-    fn see_rate(&mut self, lane: usize, rate_deg_s: f64) {
-        let (least, greatest) = (&mut self.least.rate_deg_s, &mut self.greatest.rate_deg_s);
-        least[lane] = lesser(rate_deg_s, least[lane]);
-        greatest[lane] = greater(rate_deg_s, greatest[lane]);
+/// The greater angle and the greater rate.
+#[inline(always)]
+fn greater_of(a: PlantState, b: PlantState) -> PlantState {
+    PlantState {
+        angle_deg: greater(a.angle_deg, b.angle_deg),
+        rate_deg_s: greater(a.rate_deg_s, b.rate_deg_s),
     }
 }
 
@@ -121,6 +140,11 @@ impl<const N: usize> MotorLanes<N> {
             angle_deg: [0.0; N],
             rate_deg_s: [0.0; N],
         };
+        let drive = Drive {
+            duty_pct: [0.0; N],
+            target_deg_s: [0.0; N],
+            forced: rest,
+        };
         let mut lanes = Self {
             tau_s: from_fn(|lane| motors[lane].lag.tau_s),
             decay_19: from_fn(|lane| motors[lane].lag.decay[PERIOD - 1]),
@@ -128,11 +152,7 @@ impl<const N: usize> MotorLanes<N> {
             gain_up: from_fn(|lane| motors[lane].parameters.motor_gain_up),
             gain_down: from_fn(|lane| motors[lane].parameters.motor_gain_down),
             limit_deg: from_fn(|lane| motors[lane].parameters.position_limit_deg),
-            drive: Drive {
-                duty_pct: [0.0; N],
-                target_deg_s: [0.0; N],
-                forced: rest,
-            },
+            drives: [drive; 2],
             start: rest,
             end: rest,
             motors,
@@ -146,9 +166,10 @@ impl<const N: usize> MotorLanes<N> {
         &self.end
     }
 
-    /// Drives by these duties, within +-100 %, from the next period on.
+    /// What these duties, within +-100 %, do.
     #[inline(always)]
-    pub fn set_duty(&mut self, duty_pct: &[f64; N]) {
+    fn set_duty(&mut self, duty_pct: &[f64; N]) {
+        let [_, drive] = &mut self.drives;
         for lane in 0..N {
             let duty = duty_pct[lane];
             let gain = if duty > 0.0 {
@@ -156,163 +177,159 @@ impl<const N: usize> MotorLanes<N> {
             } else {
                 self.gain_down[lane]
             };
-            let target = gain * duty;
             let driven = Motion {
                 start: PlantState::default(),
-                target_deg_s: target,
+                target_deg_s: gain * duty,
             };
             let forced = driven.after(TIMES_S[PERIOD], self.decay_20[lane], self.tau_s[lane]);
-            self.drive.target_deg_s[lane] = target;
-            self.drive.forced.angle_deg[lane] = forced.angle_deg;
-            self.drive.forced.rate_deg_s[lane] = forced.rate_deg_s;
-            self.drive.duty_pct[lane] = duty;
+            drive.target_deg_s[lane] = driven.target_deg_s;
+            drive.forced.set(lane, forced);
+            drive.duty_pct[lane] = duty;
         }
     }
 
-    /// Passes a period, of which the first tick is seen.
-    #[inline(always)]
-    pub fn pass(&mut self, seen: &mut Extremes<N>) {
-        let start = self.end;
-        seen.see_all(&start);
-        let (mut end, mut stops, mut is_any) = (start, [0_i64; N], 0);
-        for lane in 0..N {
-            let (state, is_free) = self.free_end(lane, &start);
-            end.angle_deg[lane] = state.angle_deg;
-            end.rate_deg_s[lane] = state.rate_deg_s;
-            stops[lane] = i64::from(!is_free);
-            is_any |= stops[lane];
-        }
-        (self.start, self.end) = (start, end);
-        if is_any != 0 {
-            self.stop(&stops);
-        }
-    }
-
-    /// Passes a period, of which so many ticks are seen, from 1 to 20.
+    /// Passes a control period of which so many ticks are wanted, from 1 to 80, and sees them: all,
+    /// or those at the start of a PWM period. The duties are in force from the second PWM period
+    /// on.
     ///
-    /// The rate runs monotonically towards its target, so that it is least and greatest at the
-    /// first or the last tick, and so is the angle where the motor does not reverse. Every tick is
-    /// computed where it does, unless what is seen already reaches further.
+    /// The rate runs monotonically from target to target, so that it is least and greatest at the
+    /// first or the last tick of a PWM period, and so is the angle where the motor does not reverse.
+    /// A motor that may reverse further out than it was seen, or reach a stop, is computed tick by
+    /// tick.
     #[inline(always)]
-    pub fn pass_seeing_ticks(&mut self, ticks: usize, seen: &mut Extremes<N>) {
-        let start = self.end;
-        seen.see_all(&start);
-        let (mut end, mut stops, mut is_any) = (start, [0_i64; N], 0);
-        let (mut unclear, mut is_any_unclear) = ([0_i64; N], i64::from(ticks < PERIOD));
-        for lane in 0..N {
-            let (state, is_free) = self.free_end(lane, &start);
-            end.angle_deg[lane] = state.angle_deg;
-            end.rate_deg_s[lane] = state.rate_deg_s;
-            stops[lane] = i64::from(!is_free);
-            is_any |= stops[lane];
-            let (angle, rate) = (start.angle_deg[lane], start.rate_deg_s[lane]);
-            let target = self.drive.target_deg_s[lane];
-            let (decay, tau) = (self.decay_19[lane], self.tau_s[lane]);
-            let last = self
-                .motion(lane, &start)
-                .after(TIMES_S[PERIOD - 1], decay, tau);
-            let is_moving = (rate > MOVING_DEG_S) & (last.rate_deg_s > MOVING_DEG_S)
-                | (rate < -MOVING_DEG_S) & (last.rate_deg_s < -MOVING_DEG_S);
-            let reach = reach_deg(rate, target);
-            let is_within = (angle - reach >= seen.least.angle_deg[lane])
-                & (angle + reach <= seen.greatest.angle_deg[lane]);
-            let is_clear = is_free & (is_moving | is_within) & (ticks == PERIOD);
-            unclear[lane] = i64::from(!is_clear);
-            is_any_unclear |= unclear[lane];
-            // What is not clear is looked at below, tick by tick.
-            seen.see_angle(lane, if is_clear { last.angle_deg } else { angle });
-            seen.see_rate(lane, if is_clear { last.rate_deg_s } else { rate });
-        }
-        (self.start, self.end) = (start, end);
-        if is_any_unclear != 0 {
-            self.see_each_tick(&unclear, &stops, ticks, seen);
-        }
-        if is_any != 0 {
-            self.stop(&stops);
-        }
-    }
-
-    /// The motion that starts in one of these states.
-    #[inline(always)]
-    fn motion(&self, lane: usize, start: &States<N>) -> Motion {
-        let driven = Motion {
-            start: PlantState::default(),
-            target_deg_s: self.drive.target_deg_s[lane],
-        };
-        driven.plus(start.of(lane))
-    }
-
-    /// The state after a period in which no stop acts, and whether none does.
-    #[inline(always)]
-    fn free_end(&self, lane: usize, start: &States<N>) -> (PlantState, bool) {
-        let (angle, rate) = (start.angle_deg[lane], start.rate_deg_s[lane]);
-        let lost_deg_s = rate * self.decay_20[lane];
-        let coasted_deg = self.tau_s[lane] * lost_deg_s;
-        let end = PlantState {
-            angle_deg: angle - coasted_deg + self.drive.forced.angle_deg[lane],
-            rate_deg_s: rate + lost_deg_s + self.drive.forced.rate_deg_s[lane],
-        };
-        let reach = reach_deg(rate, self.drive.target_deg_s[lane]);
-        (end, angle.abs() + reach < self.limit_deg[lane])
-    }
-
-    /// Sees the first ticks of the period that has just been passed, of some of the motors.
-    #[cold]
-    fn see_each_tick(
-        &self,
-        chosen: &[i64; N],
-        stops: &[i64; N],
+    pub fn pass<const ALL: bool>(
+        &mut self,
+        duty_pct: &[f64; N],
         ticks: usize,
         seen: &mut Extremes<N>,
     ) {
-        for lane in (0..N).filter(|lane| chosen[*lane] != 0) {
-            if stops[lane] != 0 {
-                for state in &self.stepped(lane)[..ticks] {
-                    seen.see_angle(lane, state.angle_deg);
-                    seen.see_rate(lane, state.rate_deg_s);
+        self.drives[0] = self.drives[1];
+        self.set_duty(duty_pct);
+        let [first, then] = &self.drives;
+        let mut unclear = [0_i64; N];
+        let mut is_any_unclear = 0;
+        for lane in 0..N {
+            let start = self.end.of(lane);
+            let (tau_s, decay) = (self.tau_s[lane], self.decay_20[lane]);
+            let mut state = start;
+            let (mut least, mut greatest) = (state, state);
+            // Where the angle certainly stays.
+            let (mut low_deg, mut high_deg) = (start.angle_deg, start.angle_deg);
+            for edge in 0..EDGES {
+                let drive = if edge == 0 { first } else { then };
+                if edge > 0 {
+                    (least, greatest) = (lesser_of(state, least), greater_of(state, greatest));
                 }
-                continue;
+                if ALL {
+                    // `plus` is part of the sum of a single motor.
+                    let motion = drive.motion(lane).plus(state);
+                    let last = motion.after(TIMES_S[PERIOD - 1], self.decay_19[lane], tau_s);
+                    (least, greatest) = (lesser_of(last, least), greater_of(last, greatest));
+                    let [from, to] = [state.rate_deg_s, last.rate_deg_s];
+                    let is_moving =
+                        (lesser(from, to) > MOVING_DEG_S) | (greater(from, to) < -MOVING_DEG_S);
+                    let fastest = greater(from.abs(), to.abs());
+                    // At rest nothing is rounded.
+                    let rounding_deg = if fastest > 0.0 { ROUNDING_DEG } else { 0.0 };
+                    let reach = fastest * (PERIOD as f64 * TICK_S) + rounding_deg;
+                    let reach = if is_moving { 0.0 } else { reach };
+                    low_deg = lesser(state.angle_deg - reach, low_deg);
+                    high_deg = greater(state.angle_deg + reach, high_deg);
+                }
+                state = free_end(state, decay, tau_s, drive.forced.of(lane));
             }
-            let states = self.motors[lane].lag.ticks(&self.motion(lane, &self.start));
-            for (angle, rate) in states.angle_deg.iter().zip(&states.rate_deg_s).take(ticks) {
-                seen.see_angle(lane, *angle);
-                seen.see_rate(lane, *rate);
+            // The rate stays below the sum of where it starts and the targets. Until the last PWM
+            // period the angle moves by its ticks times that, and there it has to be clear by the
+            // criterion of a single motor, 21 ticks of twice the sum. Two more cover the rounding.
+            const REACH_S: f64 = ((EDGES + 1) * PERIOD + 4) as f64 * TICK_S;
+            let fastest = start.rate_deg_s.abs()
+                + first.target_deg_s[lane].abs()
+                + then.target_deg_s[lane].abs();
+            let reach = fastest * REACH_S;
+            let is_free = start.angle_deg.abs() + reach < self.limit_deg[lane];
+            // What is not clear is seen below.
+            let before = (seen.least.of(lane), seen.greatest.of(lane));
+            least = lesser_of(least, before.0);
+            greatest = greater_of(greatest, before.1);
+            let is_within = (low_deg >= least.angle_deg) & (high_deg <= greatest.angle_deg);
+            let is_clear = is_free & is_within & (ticks == EDGES * PERIOD);
+            unclear[lane] = i64::from(!is_clear);
+            is_any_unclear |= unclear[lane];
+            if !is_clear {
+                (least, greatest) = before;
+            }
+            seen.least.set(lane, least);
+            seen.greatest.set(lane, greatest);
+            self.start.set(lane, start);
+            self.end.set(lane, state);
+        }
+        if is_any_unclear != 0 {
+            for lane in 0..N {
+                if unclear[lane] != 0 {
+                    let end = self.pass_alone(lane, |tick, state| {
+                        if tick < ticks && (ALL || tick % PERIOD == 0) {
+                            seen.see(lane, state);
+                        }
+                    });
+                    self.end.set(lane, end);
+                }
             }
         }
     }
 
-    /// Ends the period at the stops of some of the motors.
+    /// The control period that was just passed for one motor, as [`FirstOrder`] computes it: shows
+    /// all ticks and returns the end.
     #[cold]
-    fn stop(&mut self, stops: &[i64; N]) {
-        for lane in (0..N).filter(|lane| stops[*lane] != 0) {
-            let end = self.stepped(lane)[PERIOD];
-            self.end.angle_deg[lane] = end.angle_deg;
-            self.end.rate_deg_s[lane] = end.rate_deg_s;
-        }
-    }
-
-    /// The period that has just been passed, tick by tick.
-    fn stepped(&self, lane: usize) -> [PlantState; PERIOD + 1] {
+    fn pass_alone(&self, lane: usize, mut show: impl FnMut(usize, PlantState)) -> PlantState {
         let motor = &self.motors[lane];
-        let response = Response::new(
-            &motor.parameters,
-            &motor.lag,
-            motor.pwm,
-            self.drive.duty_pct[lane],
-        );
-        motor.stepped(&response, self.start.of(lane))
+        let mut state = self.start.of(lane);
+        for edge in 0..EDGES {
+            let drive = &self.drives[usize::from(edge > 0)];
+            let reach = reach_deg(state.rate_deg_s, drive.target_deg_s[lane]);
+            if state.angle_deg.abs() + reach < motor.parameters.position_limit_deg {
+                let ticks = motor.lag.ticks(&drive.motion(lane).plus(state));
+                show(edge * PERIOD, state);
+                for tick in 1..PERIOD {
+                    let state = PlantState {
+                        angle_deg: ticks.angle_deg[tick],
+                        rate_deg_s: ticks.rate_deg_s[tick],
+                    };
+                    show(edge * PERIOD + tick, state);
+                }
+                let (decay, tau_s) = (self.decay_20[lane], self.tau_s[lane]);
+                state = free_end(state, decay, tau_s, drive.forced.of(lane));
+            } else {
+                let (p, duty_pct) = (&motor.parameters, drive.duty_pct[lane]);
+                let response = Response::new(p, &motor.lag, motor.pwm, duty_pct);
+                let states = motor.stepped(&response, state);
+                for (tick, state) in states[..PERIOD].iter().enumerate() {
+                    show(edge * PERIOD + tick, *state);
+                }
+                state = states[PERIOD];
+            }
+        }
+        state
     }
 
-    /// The state of a motor at a tick of the period that was passed last, from 0 to 19.
+    /// The state of a motor at a tick of the control period that was passed last, from 0 to 79.
     pub fn at(&self, lane: usize, tick: usize) -> PlantState {
-        let start = self.start.of(lane);
-        match tick {
-            0 => start,
-            tick if self.free_end(lane, &self.start).1 => {
-                let lag = &self.motors[lane].lag;
-                lag.at(&self.motion(lane, &self.start), tick)
+        let mut found = self.start.of(lane);
+        self.pass_alone(lane, |shown, state| {
+            if shown == tick {
+                found = state;
             }
-            tick => self.stepped(lane)[tick],
+        });
+        found
+    }
+}
+
+impl<const N: usize> Drive<N> {
+    /// The motion from rest at zero.
+    #[inline(always)]
+    fn motion(&self, lane: usize) -> Motion {
+        Motion {
+            start: PlantState::default(),
+            target_deg_s: self.target_deg_s[lane],
         }
     }
 }
@@ -325,5 +342,11 @@ impl<const N: usize> States<N> {
             angle_deg: self.angle_deg[lane],
             rate_deg_s: self.rate_deg_s[lane],
         }
+    }
+
+    #[inline(always)]
+    fn set(&mut self, lane: usize, state: PlantState) {
+        self.angle_deg[lane] = state.angle_deg;
+        self.rate_deg_s[lane] = state.rate_deg_s;
     }
 }
