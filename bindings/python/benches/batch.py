@@ -45,9 +45,8 @@ def own(every):
 def native(program):
     """Simulated seconds per second of the native batch, at 1 ms and at 50 us."""
     output = subprocess.run([program, "--bench"], check=True, capture_output=True, text=True)
-    batch = output.stdout[output.stdout.index("1,000 actuators") :]
-    rows = re.findall(r"this program, \S+ \S+ steps\D*([\d,]+)", batch)
-    return [float(row.replace(",", "")) for row in rows]
+    find = r"figure 1,000 boards[^:]*: %s = ([\d.]+) s/s"
+    return [float(re.search(find % step, output.stdout)[1]) for step in ("1 ms", "50 us")]
 
 
 def main():

@@ -1,6 +1,10 @@
 //! Many runs on all cores.
 
-use host_sim::{error::Error, scenario::Setting, simulate::extremes::Extremes};
+use host_sim::{
+    error::Error,
+    scenario::Setting,
+    simulate::{self, Simulation, extremes::Extremes},
+};
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray2};
 use pyo3::{exceptions::PyRuntimeError, prelude::*};
 use rayon::prelude::*;
@@ -33,12 +37,12 @@ struct Campaign {
 }
 
 impl Campaign {
-    fn run(&self, index: usize) -> Result<[f64; 6], Error> {
+    fn simulation(&self, index: usize) -> Result<Simulation, Error> {
         let width = self.names.len();
         let values = &self.values[index * width..][..width];
         let more = self.names.iter().zip(values);
         let more = more.map(|(name, value)| Setting::new(name.as_str(), *value));
-        Ok(numbers(&self.plan.simulation(more)?.extremes()?))
+        self.plan.simulation(more)
     }
 }
 
@@ -67,12 +71,26 @@ pub fn monte_carlo<'py>(
     let mut first = 0;
     while first < runs {
         let end = runs.min(first + RUNS_PER_CHECK * threads.current_num_threads());
-        let run = |index| campaign.run(index);
-        let done: Vec<_> =
-            py.detach(|| threads.install(|| (first..end).into_par_iter().map(run).collect()));
-        for (index, result) in (first..end).zip(done) {
-            all.extend(result.map_err(|error| exception(&error, &format!("run {index}: ")))?);
-        }
+        let simulation = |index| {
+            let simulation = campaign.simulation(index);
+            simulation.map_err(|error| (index, error))
+        };
+        let run = || -> Result<Vec<_>, _> {
+            let simulations: Vec<_> = (first..end)
+                .into_par_iter()
+                .map(simulation)
+                .collect::<Result<_, _>>()?;
+            let results = (first..end).zip(simulate::extremes::campaign(&simulations));
+            let numbers = |(index, result): (usize, Result<Extremes, Error>)| {
+                result
+                    .map(|ends| numbers(&ends))
+                    .map_err(|error| (index, error))
+            };
+            results.map(numbers).collect()
+        };
+        let done = py.detach(|| threads.install(run));
+        let done = done.map_err(|(index, error)| exception(&error, &format!("run {index}: ")))?;
+        all.extend(done.into_iter().flatten());
         py.check_signals()?;
         first = end;
     }
