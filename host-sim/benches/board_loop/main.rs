@@ -1,7 +1,8 @@
 //! How fast the board's loop runs, against the same loop in C.
 //!
 //! `rival.c` is compiled here by `cc -O3 -march=native`. Rivals take turns in every round, so that
-//! what else the machine does meets them alike; the figures are medians over the rounds.
+//! what else the machine does meets them alike; the figures are medians over the
+//! rounds.
 
 use std::{
     env,
@@ -13,12 +14,11 @@ use std::{
 
 use host_sim::{
     scenario::{Scenario, Setting},
-    settings::ModelKind,
+    settings::{ModelKind, PlantKind},
     simulate::{
         Simulation,
         extremes::{Extremes, campaign},
     },
-    table::{Cell, Table},
 };
 
 const SECONDS: f64 = 60.0;
@@ -57,6 +57,26 @@ fn simulations(actuators: usize, every: u64) -> Vec<Simulation> {
         scenario.resolve().expect("a scenario that resolves")
     };
     (0..actuators).map(simulation).collect()
+}
+
+/// The bench for a second each, with the inertia of the load spread.
+fn bench_simulations() -> Vec<Simulation> {
+    let simulation = |k: u32| {
+        let scenario = Scenario {
+            model: Some(ModelKind::Board),
+            plant: Some(PlantKind::Drivetrain),
+            input: Some("pulse".into()),
+            duration_s: Some(1.0),
+            every: Some(1),
+            set: vec![Setting::new(
+                "load_inertia_kg_m2",
+                2e-6 + 1e-8 * f64::from(k),
+            )],
+            ..Default::default()
+        };
+        scenario.resolve().expect("a scenario that resolves")
+    };
+    (0..64).map(simulation).collect()
 }
 
 fn compile(name: &str, flags: &[&str]) -> PathBuf {
@@ -132,83 +152,96 @@ fn median(mut values: Vec<f64>) -> f64 {
 /// One rival of a comparison.
 type Runner<'a> = (&'a str, Box<dyn Fn() -> (f64, f64) + 'a>);
 
-/// Lets them take turns; the last is the one that the others are measured against.
-fn compare(title: &str, simulated_s: f64, rounds: usize, runners: &[Runner]) {
+/// Lets all take turns, and prints the median speed of each and, as the median over the rounds, the
+/// ratio of the first ones to each of the others. Every line is `figure NAME = VALUE UNIT`.
+fn compare(title: &str, simulated_s: f64, rounds: usize, own: &[Runner], rivals: &[Runner]) {
+    let runners: Vec<_> = own.iter().chain(rivals).collect();
     let mut seconds = vec![Vec::new(); runners.len()];
     for _ in 0..rounds {
-        for (taken, (_, run)) in seconds.iter_mut().zip(runners) {
+        for (taken, (_, run)) in seconds.iter_mut().zip(&runners) {
             taken.push(run().0);
         }
     }
-    let base = seconds[runners.len() - 1].clone();
-    let columns = [
-        ("", ""),
-        ("simulated seconds per second", ""),
-        ("ratio to the last", ""),
-    ];
-    let mut table = Table::new(title, &columns);
-    for ((name, _), taken) in runners.iter().zip(seconds) {
-        let ratio = median(
-            base.iter()
-                .zip(&taken)
-                .map(|(base, own)| base / own)
-                .collect(),
-        );
-        table.push([
-            Cell::from(*name),
-            Cell::Number(simulated_s / median(taken), 0),
-            Cell::Number(ratio, 2),
-        ]);
+    for ((name, _), taken) in runners.iter().zip(&seconds) {
+        let speed = simulated_s / median(taken.clone());
+        println!("figure {title}: {name} = {speed:.0} s/s");
     }
-    println!("{}", table.to_terminal(100));
+    let (own_s, rival_s) = seconds.split_at(own.len());
+    for ((name, _), taken) in own.iter().zip(own_s) {
+        for ((rival, _), rival_taken) in rivals.iter().zip(rival_s) {
+            let ratios = rival_taken.iter().zip(taken).map(|(b, a)| b / a);
+            let ratio = median(ratios.collect());
+            println!("figure {title}: {name} to {rival} = {ratio:.2} times");
+        }
+    }
+}
+
+/// The rivals of a number of actuators, by name.
+fn rivals<'a>(
+    programs: &'a [(&'a str, PathBuf)],
+    actuators: usize,
+    threads: usize,
+) -> Vec<Runner<'a>> {
+    let runner = |(name, program): &'a (&'a str, PathBuf)| -> Runner<'a> {
+        (name, Box::new(move || rival(program, actuators, threads)))
+    };
+    programs.iter().map(runner).collect()
 }
 
 fn main() {
-    let plain = compile("rival-plain", &["-DPLAIN"]);
-    let stepped = compile("rival-stepped", &["-DSTEPPED"]);
-    let tuned = compile("rival-closed-form", &[]);
+    let programs = [
+        ("C, 50 us plain", compile("rival-plain", &["-DPLAIN"])),
+        ("C, 50 us tuned", compile("rival-stepped", &["-DSTEPPED"])),
+        ("C, 50 us closed form", compile("rival-closed-form", &[])),
+        ("C, 1 ms bare", compile("rival-bare", &["-DBARE"])),
+        (
+            "C, 50 us tuned, fast-math",
+            compile("rival-stepped-fast", &["-DSTEPPED", "-ffast-math"]),
+        ),
+        (
+            "C, 1 ms bare, fast-math",
+            compile("rival-bare-fast", &["-DBARE", "-ffast-math"]),
+        ),
+    ];
     let (fine, fast) = (simulations(1, 1), simulations(1, 20));
 
     // The rivals see the same motion, but for what fixed point and rounding make of it.
-    let (own, other) = (one_core(&fine, 1).1, rival(&tuned, 1, 1).1);
+    let (own, other) = (one_core(&fine, 1).1, rival(&programs[2].1, 1, 1).1);
     assert!(
         (own - other).abs() < 1e-3,
         "the loops differ: {own} and {other}"
     );
 
-    let threads = available_parallelism().map_or(1, |n| n.get());
     compare(
-        "60 s of the board's loop, one core",
+        "60 s of one board, one core",
         SECONDS * SINGLES as f64,
         ROUNDS,
         &[
-            (
-                "this program, 1 ms steps",
-                Box::new(|| one_core(&fast, SINGLES)),
-            ),
-            (
-                "this program, 50 us steps",
-                Box::new(|| one_core(&fine, SINGLES)),
-            ),
-            ("C, plain", Box::new(|| rival(&plain, SINGLES, 1))),
-            ("C, tuned loops", Box::new(|| rival(&stepped, SINGLES, 1))),
-            ("C, closed form", Box::new(|| rival(&tuned, SINGLES, 1))),
+            ("50 us", Box::new(|| one_core(&fine, SINGLES))),
+            ("1 ms", Box::new(|| one_core(&fast, SINGLES))),
         ],
+        &rivals(&programs, SINGLES, 1),
     );
+    let threads = available_parallelism().map_or(1, |n| n.get());
     let (fine, fast) = (simulations(BATCH, 1), simulations(BATCH, 20));
     compare(
-        &format!("1,000 actuators with spread parameters, {threads} cores"),
+        &format!("1,000 boards with spread parameters, {threads} cores"),
         SECONDS * BATCH as f64,
         BATCH_ROUNDS,
         &[
-            ("this program, 1 ms steps", Box::new(|| all_cores(&fast))),
-            ("this program, 50 us steps", Box::new(|| all_cores(&fine))),
-            ("C, plain", Box::new(|| rival(&plain, BATCH, threads))),
-            (
-                "C, tuned loops",
-                Box::new(|| rival(&stepped, BATCH, threads)),
-            ),
-            ("C, closed form", Box::new(|| rival(&tuned, BATCH, threads))),
+            ("50 us", Box::new(|| all_cores(&fine))),
+            ("1 ms", Box::new(|| all_cores(&fast))),
         ],
+        &rivals(&programs[1..], BATCH, threads),
     );
+    let bench = bench_simulations();
+    compare(
+        "64 benches of 1 s",
+        64.0,
+        BATCH_ROUNDS,
+        &[("50 us", Box::new(|| all_cores(&bench)))],
+        &[],
+    );
+    let bytes = size_of::<Simulation>();
+    println!("figure memory of an actuator in a batch = {bytes} bytes");
 }

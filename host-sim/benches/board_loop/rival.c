@@ -1,11 +1,11 @@
 /* The rivals of the benchmark: the board's loop (reference semantics S9) in double precision, as a
- * C programmer would write it: plainly (-DPLAIN), with tuned loops (-DSTEPPED), or with the closed
- * form of this project's own program.
+ * C programmer would write it: plainly (-DPLAIN), with tuned loops (-DSTEPPED), with the closed
+ * form of this project's own program, or in steps of 1 ms without looking at anything (-DBARE).
  *
  * usage: rival ACTUATORS THREADS
  * prints: seconds of the run, then a sum over what it saw, so that nothing can be left out
  *
- * All look at angle and rate at every 50 us and follow their ends. With tuned loops, the duty is
+ * All others look at angle and rate at every 50 us and follow their ends. With tuned loops, the duty is
  * known to hold for a millisecond: the loops are nested, everything stays in registers, and one
  * multiplication is on the critical path of a step. With the closed form, the steps of a millisecond
  * do not depend on each other, and the compiler makes vectors of them. */
@@ -71,6 +71,26 @@ static Ends simulate(Motor m) {
         }
     }
     return r;
+}
+#elif defined BARE
+static Ends simulate(Motor m) {
+    Control s = {0};
+    const double H20 = 20 * H, E = exp(-H20 / m.tau), travel = m.tau * (1 - E);
+    double theta = 0, w = 0, pending = 0;
+    for (long i = 0; i < TICKS; i += 80) {
+        double winf = (pending > 0 ? m.kup : m.kdn) * pending;
+        pending = control(&s, theta, command(i - DELAY));
+        for (int period = 0; period < 4; period++) {
+            if (period == 1) winf = (pending > 0 ? m.kup : m.kdn) * pending;
+            theta += winf * H20 + (w - winf) * travel;
+            w = winf + (w - winf) * E;
+            if (fabs(theta) > 180) {
+                theta = limit(theta, -180, 180);
+                if (theta * w > 0) w = 0;
+            }
+        }
+    }
+    return (Ends){theta, theta, w, w};
 }
 #elif defined STEPPED
 static Ends simulate(Motor m) {

@@ -1,4 +1,4 @@
-//! The measurements: commands and the lines of their output.
+//! What is counted, and how: figures that depend on the commit and the compiler alone.
 
 use std::process::Command;
 
@@ -25,7 +25,7 @@ pub struct Measured {
 }
 
 /// Every measurement, in the order of the page.
-pub static MEASUREMENTS: [Measurement; 5] = [
+pub static MEASUREMENTS: [Measurement; 6] = [
     Measurement {
         what: "Flash, SRAM and stack of the boards' programs",
         arguments: "test-all --test elf -- --nocapture --test-threads 1 below_their_limits",
@@ -35,6 +35,11 @@ pub static MEASUREMENTS: [Measurement; 5] = [
         what: "Instructions of a control period on the board",
         arguments: "test-all --test board -- --nocapture --test-threads 1 below_300 below_3000",
         markers: &["instructions", "set and started"],
+    },
+    Measurement {
+        what: "Instructions on a PC",
+        arguments: "run --profile bench -p instruction-counts",
+        markers: &["%", "of each"],
     },
     Measurement {
         what: "Longest call of the CANopen device, and stack use",
@@ -64,22 +69,7 @@ impl Measurement {
     /// # Errors
     /// If the command cannot be started, fails, or prints no figure.
     pub fn run(&'static self) -> Result<Measured, Error> {
-        let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-        let output = Command::new(cargo)
-            .current_dir(cross_build::workspace())
-            .args(self.arguments.split_whitespace())
-            .output()
-            .map_err(|source| Error::Start {
-                command: self.command(),
-                source,
-            })?;
-        let text = String::from_utf8_lossy(&output.stdout);
-        if !output.status.success() {
-            return Err(Error::Failed {
-                command: self.command(),
-                output: format!("{text}{}", String::from_utf8_lossy(&output.stderr)),
-            });
-        }
+        let text = cargo(self.arguments.split_whitespace())?;
         let is_figure = |line: &&str| self.markers.iter().any(|marker| line.contains(marker));
         let lines = text.lines().filter(is_figure);
         let lines: Vec<_> = lines
@@ -96,6 +86,30 @@ impl Measurement {
             lines,
         })
     }
+}
+
+/// Runs cargo in the workspace and returns what it prints.
+///
+/// # Errors
+/// If it cannot be started or fails.
+pub fn cargo<'a>(arguments: impl IntoIterator<Item = &'a str>) -> Result<String, Error> {
+    let arguments: Vec<_> = arguments.into_iter().collect();
+    let command = format!("cargo {}", arguments.join(" "));
+    let program = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let output = Command::new(program)
+        .current_dir(cross_build::workspace())
+        .args(&arguments)
+        .output();
+    let output = output.map_err(|source| Error::Start {
+        command: command.clone(),
+        source,
+    })?;
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    if output.status.success() {
+        return Ok(text);
+    }
+    let output = format!("{text}{}", String::from_utf8_lossy(&output.stderr));
+    Err(Error::Failed { command, output })
 }
 
 /// A line without the name of its test, which the test runner prints before the first line of a

@@ -2,24 +2,49 @@
 
 use std::fmt::Write as _;
 
-use crate::{machine::Machine, measurement::Measured};
+use crate::{history::Entry, machine::Machine, measurement::Measured};
 
-/// The page as Markdown.
-pub fn markdown(machine: &Machine, measured: &[Measured]) -> String {
+/// The first line of the part with the counts.
+const COUNTS: &str = "## Counts\n";
+
+/// The part with the times, as Markdown.
+pub fn times(machine: &Machine, entry: &Entry) -> String {
     let mut text = format!(
-        "# Figures\n\nWritten by `cargo run --release -p figures`; the lines below each command \
-         are its output.\n\n\
-         | | |\n|---|---|\n| commit | {} |\n| date | {} |\n| processor | {} |\n\
-         | load average before | {} |\n| compiler | {} |\n\n\
-         Counts of instructions and bytes depend on the commit and the compiler alone. Times and \
-         ratios of times depend on the machine and its load.\n",
-        machine.commit, machine.date, machine.processor, machine.load, machine.compiler
+        "# Figures\n\nWritten by `cargo run --release -p figures`.\n\n## Times\n\n{} runs, with pauses \
+         between them. Times depend on the machine and on what else it does: the least and the greatest \
+         value tell how far a figure can be trusted. s/s are simulated seconds per second; a \
+         ratio above one is in favour of the first. Rivals in C take turns with this program in \
+         each run. `figures.jsonl` keeps all measurements.\n\n![All measurements so far](figures.svg)\n\n\
+         {}\n| figure | least | median | greatest | unit |\n|---|---|---|---|---|\n",
+        entry.runs,
+        origin(machine)
+    );
+    for (name, range) in &entry.figures {
+        // Writing to a string does not fail.
+        let _ = writeln!(
+            text,
+            "| {name} | {} | {} | {} | {} |",
+            rounded(range.least),
+            rounded(range.median),
+            rounded(range.greatest),
+            range.unit
+        );
+    }
+    text + "\n"
+}
+
+/// The part with the counts, as Markdown.
+pub fn counts(machine: &Machine, measured: &[Measured]) -> String {
+    let mut text = format!(
+        "{COUNTS}\nThe lines below each command are its output. Counts of instructions \
+         and bytes depend on the commit and the compiler alone.\n\n{}",
+        origin(machine)
     );
     for Measured { measurement, lines } in measured {
         // Writing to a string does not fail.
         let _ = write!(
             text,
-            "\n## {}\n\n    {}\n\n```text\n{}\n```\n",
+            "\n### {}\n\n    {}\n\n```text\n{}\n```\n",
             measurement.what,
             measurement.command(),
             lines.join("\n")
@@ -28,13 +53,35 @@ pub fn markdown(machine: &Machine, measured: &[Measured]) -> String {
     text
 }
 
+/// The part with the counts of a page.
+pub fn counts_of(page: &str) -> &str {
+    page.find(COUNTS).map_or("", |start| &page[start..])
+}
+
+fn origin(machine: &Machine) -> String {
+    format!(
+        "| | |\n|---|---|\n| commit | {} |\n| date | {} |\n| processor | {} |\n\
+         | load average before | {} |\n| compiler | {} |\n",
+        machine.commit, machine.date, machine.processor, machine.load, machine.compiler
+    )
+}
+
+/// Three digits.
+fn rounded(value: f64) -> String {
+    match value.abs() {
+        100.0.. => format!("{value:.0}"),
+        10.0.. => format!("{value:.1}"),
+        _ => format!("{value:.2}"),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::measurement::MEASUREMENTS;
 
     #[test]
-    fn a_section_holds_command_and_lines() {
+    fn a_section_holds_command_and_lines_and_is_found_again() {
         let machine = Machine {
             commit: "abc".into(),
             date: "2026-01-01".into(),
@@ -46,8 +93,10 @@ mod tests {
             measurement: &MEASUREMENTS[0],
             lines: vec!["flash 1 bytes".into()],
         };
-        let text = markdown(&machine, &[measured]);
-        assert!(text.contains("| commit | abc |"));
-        assert!(text.contains("```text\nflash 1 bytes\n```"));
+        let counts = counts(&machine, &[measured]);
+        assert!(counts.contains("| commit | abc |"));
+        assert!(counts.contains("```text\nflash 1 bytes\n```"));
+        let page = times(&machine, &Entry::of(&machine, &[])) + &counts;
+        assert_eq!(counts_of(&page), counts);
     }
 }
