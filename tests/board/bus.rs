@@ -78,7 +78,7 @@ fn the_controller_accepts_the_identifiers_of_the_node_after_a_pdo_has_moved() {
     assert!(interrupts.abs_diff(own) <= 2, "{interrupts} for {own}");
 }
 
-/// A master that changes to 500 kbit/s with the bus.
+/// A master that changes to another bit rate with the bus.
 struct Switching<F> {
     master: Master<F>,
     /// Tick of the change.
@@ -104,11 +104,12 @@ fn lss(bytes: [u8; 3]) -> Frame {
     standard(0x7e5, &[command, a, b, 0, 0, 0, 0, 0])
 }
 
-/// LSS: configuration state, 500 kbit/s, activation 40 ms later; then an SDO at the new rate.
-fn slower(tick: u64) -> Vec<Frame> {
+/// LSS: configuration state, the bit rate of this entry of CiA's table, activation 40 ms later; then
+/// an SDO at the new rate.
+fn slower(entry: u8, tick: u64) -> Vec<Frame> {
     match tick {
         30 => vec![lss([0x04, 1, 0])],
-        35 => vec![lss([0x13, 0, 2])],
+        35 => vec![lss([0x13, 0, entry])],
         40 => vec![lss([0x15, 40, 0])],
         70 => vec![lss([0x04, 0, 0]), read(0x1018, 1)],
         _ => Vec::new(),
@@ -117,22 +118,24 @@ fn slower(tick: u64) -> Vec<Frame> {
 
 #[test]
 fn the_bit_rate_changes_by_lss() {
-    let options = Options {
-        ports_bit_s: vec![1_000_000, 500_000],
-        ..Options::for_ms(400)
-    };
-    let script = Switching {
-        master: Master::new(slower),
-        at_tick: 50,
-    };
-    let finished = run_script(options, script);
-    let sent = sent(&finished);
-    let configured = sent.iter().filter(|sent| sent.frame.raw_id().0 == 0x7e4);
-    let configured: Vec<_> = configured.map(|sent| sent.frame.bytes()).collect();
-    assert_eq!(configured, [[0x13, 0, 0, 0, 0, 0, 0, 0]]);
-    let responses = responses(&finished);
-    assert_eq!(responses.len(), 1, "{responses:x?}");
-    assert_eq!(responses[0][..4], [0x43, 0x18, 0x10, 1]);
+    for (entry, bit_s) in [(2, 500_000), (3, 250_000), (4, 125_000)] {
+        let options = Options {
+            ports_bit_s: vec![1_000_000, bit_s],
+            ..Options::for_ms(400)
+        };
+        let script = Switching {
+            master: Master::new(move |tick| slower(entry, tick)),
+            at_tick: 50,
+        };
+        let finished = run_script(options, script);
+        let sent = sent(&finished);
+        let configured = sent.iter().filter(|sent| sent.frame.raw_id().0 == 0x7e4);
+        let configured: Vec<_> = configured.map(|sent| sent.frame.bytes()).collect();
+        assert_eq!(configured, [[0x13, 0, 0, 0, 0, 0, 0, 0]], "{bit_s}");
+        let responses = responses(&finished);
+        assert_eq!(responses.len(), 1, "{responses:x?}");
+        assert_eq!(responses[0][..4], [0x43, 0x18, 0x10, 1]);
+    }
 }
 
 /// Stores a heartbeat of 60 ms and another gain before the loss of power.

@@ -6,6 +6,7 @@ mod bit_exact;
 mod bus;
 mod chain;
 mod faults;
+mod gaps;
 mod instructions;
 mod joined;
 mod log;

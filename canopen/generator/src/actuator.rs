@@ -144,7 +144,7 @@ pub fn files() -> Result<[(&'static str, String); 4], ParseError> {
         description: "Smart RC-servo actuator: CiA 402 drive with capture and excitation".into(),
         vendor: "smart-actuator".into(),
         product: "SMART-ACTUATOR".into(),
-        bit_rates: vec![500, 1000],
+        bit_rates: vec![125, 250, 500, 1000],
     };
     Ok([
         ("firmware/src/dictionary/table.rs", table(&rows)),

@@ -201,6 +201,10 @@ const fn kbit_s(bit_rate: BitRate) -> Option<i32> {
     match bit_rate {
         BitRate::Kbit1000 => Some(1000),
         BitRate::Kbit500 => Some(500),
+        BitRate::Kbit250 => Some(250),
+        BitRate::Kbit125 => Some(125),
+        // The CAN controller's clock of 42 MHz is no multiple of 800 kHz; telemetry at 250 Hz takes
+        // 100 kbit/s.
         _ => None,
     }
 }

@@ -39,7 +39,7 @@ mod app {
 
     use canopen::CanFrame;
     use firmware::{
-        application::{BusState, Start},
+        application::Start,
         drive::{Device, StoredParameters},
         store::{self, Origin},
         supervisor::{ResetCause, Task},
@@ -54,7 +54,7 @@ mod app {
         background::{Background, StateLog, StepReport},
         bridge::{Bridge, Instant},
         bus_status,
-        can_controller::{CanController, CanReceiver},
+        can_controller::{CanController, CanReceiver, TransmitQueues},
         canopen_task::{
             CanopenTask, Queues, RECEIVE_QUEUE, REPORT_QUEUE, SINGLE, TRANSMIT_QUEUE, gather,
         },
@@ -84,8 +84,6 @@ mod app {
         canopen_task: CanopenTask,
         #[lock_free]
         can: CanController,
-        #[lock_free]
-        to_transmit: Consumer<'static, CanFrame, TRANSMIT_QUEUE>,
     }
 
     #[local]
@@ -101,6 +99,7 @@ mod app {
         report_queue: Queue<StepReport, REPORT_QUEUE> = Queue::new(),
         receive_queue: Queue<CanFrame, RECEIVE_QUEUE> = Queue::new(),
         transmit_queue: Queue<CanFrame, TRANSMIT_QUEUE> = Queue::new(),
+        process_data_queue: Queue<CanFrame, TRANSMIT_QUEUE> = Queue::new(),
         accepted_ids_queue: Queue<AcceptedIds, SINGLE> = Queue::new(),
         save_queue: Queue<&'static mut StoredParameters, SINGLE> = Queue::new(),
         save_result_queue: Queue<SaveResult<StoredParameters>, SINGLE> = Queue::new(),
@@ -112,7 +111,8 @@ mod app {
         let mut peripherals = Peripherals::new(cx.device);
         let (report_producer, reports) = cx.local.report_queue.split();
         let (received, receive_consumer) = cx.local.receive_queue.split();
-        let (transmit_producer, to_transmit) = cx.local.transmit_queue.split();
+        let (transmit_producer, others) = cx.local.transmit_queue.split();
+        let (process_data_producer, process_data) = cx.local.process_data_queue.split();
         let (accepted_ids_producer, accepted_ids) = cx.local.accepted_ids_queue.split();
         let (save_producer, to_save) = cx.local.save_queue.split();
         let (save_results, save_result_consumer) = cx.local.save_result_queue.split();
@@ -134,11 +134,16 @@ mod app {
 
         let initial_ids = AcceptedIds::new(device.node().identifiers());
         let kbit_s = device.drive.application().parameters().bus.bit_rate_kbit_s as u16;
-        let (can, can_receiver) = CanController::new(peripherals.can, kbit_s, &initial_ids);
+        let queues = TransmitQueues {
+            process_data,
+            others,
+        };
+        let (can, can_receiver) = CanController::new(peripherals.can, kbit_s, &initial_ids, queues);
         let watchdog = WatchdogSupervisor::start(peripherals.watchdog, cx.core.DCB, cx.core.DWT);
         let queues = Queues {
             received: receive_consumer,
             to_transmit: transmit_producer,
+            process_data: process_data_producer,
             reports: report_producer,
             accepted_ids: accepted_ids_producer,
             to_save: save_producer,
@@ -159,7 +164,6 @@ mod app {
                 initial_ids,
             ),
             can,
-            to_transmit,
         };
         let local = Local {
             servo_pulse: peripherals.servo_pulse,
@@ -252,37 +256,28 @@ mod app {
         }
     }
 
-    #[task(binds = CAN1_TX, priority = 2, shared = [can, to_transmit])]
+    #[task(binds = CAN1_TX, priority = 2, shared = [can])]
     fn mailbox_free(cx: mailbox_free::Context) {
         let can = cx.shared.can;
-        can.on_mailbox_free();
-        while can.is_queue_empty()
-            && let Some(frame) = cx.shared.to_transmit.dequeue()
-        {
-            can.transmit(frame);
+        bus_status::count_transmitted(can.take_transmitted());
+        if bus_status::take_discard_request() {
+            bus_status::count_discarded(can.discard_process_data());
         }
+        can.fill_mailboxes();
     }
 
     // Requested by the controller when its state changes, and by each call of the device.
-    #[task(
-        binds = CAN1_SCE,
-        priority = 2,
-        local = [accepted_ids, last_state: BusState = BusState::Active],
-        shared = [can, to_transmit],
-    )]
+    #[task(binds = CAN1_SCE, priority = 2, local = [accepted_ids], shared = [can])]
     fn bus_status_changed(cx: bus_status_changed::Context) {
         let can = cx.shared.can;
-        can.join_bus_if_pending();
-        let state = can.take_state();
-        bus_status::record_state(state);
-        if state == BusState::Off && *cx.local.last_state != BusState::Off {
+        bus_status::record_state(can.take_state());
+        if can.update() {
             bus_status::count_bus_off();
+            bus_status::count_discarded(can.discard_process_data());
         }
-        *cx.local.last_state = state;
         if let Some(kbit_s) = bus_status::take_requested_bit_rate() {
             // Queued frames must not be transmitted with the new bit rate while the network
             // switches.
-            while cx.shared.to_transmit.dequeue().is_some() {}
             can.set_bit_rate(kbit_s);
         }
         if let Some(accepted_ids) = cx.local.accepted_ids.dequeue() {

@@ -3,7 +3,7 @@
 //!
 //! Each value is one atomic: no context waits for another, and no value depends on a second one.
 
-use core::sync::atomic::{AtomicU8, AtomicU16, AtomicU32, Ordering::Relaxed};
+use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU16, AtomicU32, Ordering::Relaxed};
 
 use firmware::application::BusState;
 
@@ -16,6 +16,28 @@ static REQUESTED_BIT_RATE: AtomicU16 = AtomicU16::new(0);
 
 static LOST_FRAMES: AtomicU32 = AtomicU32::new(0);
 static BUS_OFFS: AtomicU32 = AtomicU32::new(0);
+
+/// Frames that left a mailbox since the reset.
+static TRANSMITTED: AtomicU32 = AtomicU32::new(0);
+
+/// The waiting process data shall be discarded.
+static DISCARD_REQUESTED: AtomicBool = AtomicBool::new(false);
+
+/// Process data that was discarded since the reset, frames.
+static DISCARDED: AtomicU32 = AtomicU32::new(0);
+
+/// Number of the PWM period of the last turn of the CANopen device, 31 bits.
+static PERIOD: AtomicU32 = AtomicU32::new(0);
+
+/// Sets the number of the present PWM period.
+pub fn set_period(period: u32) {
+    PERIOD.store(period, Relaxed);
+}
+
+/// The number of the PWM period of the last turn.
+pub fn period() -> u32 {
+    PERIOD.load(Relaxed)
+}
 
 /// Records the present state of the controller.
 pub fn record_state(state: BusState) {
@@ -64,4 +86,34 @@ pub fn count_bus_off() {
 /// Transitions to bus-off since the reset.
 pub fn bus_offs() -> u32 {
     BUS_OFFS.load(Relaxed)
+}
+
+/// Counts transmitted frames.
+pub fn count_transmitted(frames: u32) {
+    TRANSMITTED.fetch_add(frames, Relaxed);
+}
+
+/// Frames transmitted since the reset; wraps.
+pub fn transmitted() -> u32 {
+    TRANSMITTED.load(Relaxed)
+}
+
+/// Requests that the process data that waits for the bus be discarded.
+pub fn request_discard() {
+    DISCARD_REQUESTED.store(true, Relaxed);
+}
+
+/// Takes that request.
+pub fn take_discard_request() -> bool {
+    DISCARD_REQUESTED.swap(false, Relaxed)
+}
+
+/// Counts discarded frames.
+pub fn count_discarded(frames: u32) {
+    DISCARDED.fetch_add(frames, Relaxed);
+}
+
+/// Frames discarded since the reset; wraps.
+pub fn discarded() -> u32 {
+    DISCARDED.load(Relaxed)
 }

@@ -5,6 +5,7 @@
 
 use canopen::CanFrame;
 use cortex_m::peripheral::DWT;
+use embedded_can::Frame as _;
 use firmware::{
     application::{Outputs, Samples},
     drive::{Device, StoredParameters},
@@ -56,7 +57,10 @@ const _: () = assert!(
 /// The task's ends of the queues to the other tasks.
 pub struct Queues {
     pub received: Consumer<'static, CanFrame, RECEIVE_QUEUE>,
+    /// EMCY, heartbeats, SDO responses: all that must not be lost.
     pub to_transmit: Producer<'static, CanFrame, TRANSMIT_QUEUE>,
+    /// TPDOs, which are discarded when they have waited too long.
+    pub process_data: Producer<'static, CanFrame, TRANSMIT_QUEUE>,
     pub reports: Producer<'static, StepReport, REPORT_QUEUE>,
     pub accepted_ids: Producer<'static, AcceptedIds, SINGLE>,
     pub to_save: Producer<'static, &'static mut StoredParameters, SINGLE>,
@@ -74,6 +78,11 @@ pub struct CanopenTask {
     accepted_ids: AcceptedIds,
     /// Number of the PWM period of the last call, and its time, us.
     last_call: (u32, u64),
+    /// Calls in which process data has waited without a frame leaving the board, and the number of
+    /// frames that had left it before.
+    waited: (usize, u32),
+    /// Discarded frames that the device knows of.
+    discarded: u32,
 }
 
 /// Reads the values sampled since the last control step.
@@ -120,13 +129,22 @@ fn communicate(task: &mut CanopenTask, now_us: u64) {
     queue_frames(device, queues);
 }
 
-/// Queues as many frames as there is room for; the others remain in the node.
+/// Queues as many frames as there is room for; the others remain in the node. An EMCY goes before
+/// all process data: if some waits it is discarded, also from the mailboxes, and sampled again.
 fn queue_frames(device: &mut Device<'static>, queues: &mut Queues) {
     while queues.to_transmit.ready()
-        && let Some(frame) = device.transmit()
+        && queues.process_data.ready()
+        && let Some(frame) = device.transmit::<CanFrame>()
     {
         // There is room.
-        let _ = queues.to_transmit.enqueue(frame);
+        let _ = if device.node().is_process_data(frame.id()) {
+            queues.process_data.enqueue(frame)
+        } else {
+            if device.node().is_emergency(frame.id()) && queues.process_data.len() > 0 {
+                bus_status::request_discard();
+            }
+            queues.to_transmit.enqueue(frame)
+        };
     }
 }
 
@@ -146,6 +164,8 @@ impl CanopenTask {
             set_to_save: Some(set_to_save),
             accepted_ids,
             last_call: (0, 0),
+            waited: (0, 0),
+            discarded: 0,
         }
     }
 
@@ -168,12 +188,32 @@ impl CanopenTask {
     /// A call of the CANopen device, in the PWM period of this number. Returns whether there are
     /// frames to transmit.
     pub fn communicate(&mut self, period: u32) -> bool {
+        bus_status::set_period(period);
         self.update_diagnostics();
+        self.discard_stale();
         let now_us = self.time_us(period);
         communicate(self, now_us);
         self.exchange_with_store();
         self.update_controller();
-        self.queues.to_transmit.len() > 0
+        self.queues.to_transmit.len() > 0 || self.queues.process_data.len() > 0
+    }
+
+    /// Requests that process data be discarded that has waited for a control period in which no
+    /// frame left the board, and has what was discarded sampled anew: after a gap of the bus the
+    /// first telemetry is the newest.
+    fn discard_stale(&mut self) {
+        let (calls, before) = self.waited;
+        let transmitted = bus_status::transmitted();
+        let waits = self.queues.process_data.len() > 0 && transmitted == before;
+        self.waited = (if waits { calls + 1 } else { 0 }, transmitted);
+        if self.waited.0 >= CALL_PERIODS.len() || !self.queues.process_data.ready() {
+            bus_status::request_discard();
+        }
+        let discarded = bus_status::discarded();
+        if discarded != self.discarded {
+            self.discarded = discarded;
+            self.device.repeat_process_data();
+        }
     }
 
     /// Time of a PWM period from its number, which has 31 bits and wraps.
@@ -189,6 +229,7 @@ impl CanopenTask {
         let diagnostics = &mut self.device.drive.diagnostics;
         diagnostics.receive_overflows = bus_status::lost_frames();
         diagnostics.bus_offs = bus_status::bus_offs();
+        diagnostics.transmit_overflows = bus_status::discarded();
         diagnostics.longest_step_us = timebase::longest_step_cycles() / CYCLES_PER_US;
     }
 

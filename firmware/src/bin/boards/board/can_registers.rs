@@ -2,7 +2,6 @@
 
 use canopen::CanFrame;
 use embedded_can::{ExtendedId, Frame as _, Id, StandardId};
-use heapless::Deque;
 use stm32f4xx_hal::pac::{CAN1, can1};
 
 /// Takes the next frame out of receive FIFO 0.
@@ -38,21 +37,8 @@ fn identifier(is_extended: bool, base: u16, extension: u32) -> Id {
     }
 }
 
-/// Moves frames from the queue into the free transmit mailboxes.
-pub fn fill_mailboxes<const N: usize>(can: &CAN1, queue: &mut Deque<CanFrame, N>) {
-    for mailbox in can.tx_iter() {
-        if mailbox.tir().read().txrq().bit() {
-            continue;
-        }
-        let Some(frame) = queue.pop_front() else {
-            return;
-        };
-        request_transmission(mailbox, &frame);
-    }
-}
-
 /// Writes a frame into a free mailbox and requests its transmission.
-fn request_transmission(mailbox: &can1::TX, frame: &CanFrame) {
+pub fn request_transmission(mailbox: &can1::TX, frame: &CanFrame) {
     let [a, b, c, d, e, f, g, h] = frame.bytes();
     // SAFETY: any bits are data, and a length is at most 8.
     unsafe {

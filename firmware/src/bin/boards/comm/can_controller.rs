@@ -163,7 +163,15 @@ impl CanController {
         let Self {
             registers, queue, ..
         } = self;
-        can_registers::fill_mailboxes(registers, queue);
+        for mailbox in registers.tx_iter() {
+            if mailbox.tir().read().txrq().bit() {
+                continue;
+            }
+            let Some(frame) = queue.pop_front() else {
+                return;
+            };
+            can_registers::request_transmission(mailbox, &frame);
+        }
     }
 }
 
