@@ -1,6 +1,6 @@
 //! Gaps of the bus and other bit rates: what is sent first afterwards, and what the node disturbs.
 
-use board_tests::frames::{Frame, from_wire, standard, to_wire};
+use board_tests::frames::{Frame, from_wire, standard, to_wire, write};
 use board_tests::master::{driven, to_and_fro};
 use board_tests::program::{run_master, run_script};
 use virtual_board::can::{Outcome, WireFault};
@@ -29,7 +29,11 @@ fn after_a_gap_emergencies_come_first_and_telemetry_is_new() {
             faults: vec![Planned::at_ms(1_000, Fault::Can { wire }).for_ms(ms)],
             ..Options::for_ms(2_000)
         };
-        let finished = run_master(options, |tick| driven(tick, to_and_fro(tick)));
+        let finished = run_master(options, |tick| match tick {
+            // Bus-off does not end OPERATIONAL.
+            15 => vec![write(0x1029, 1, 1, 1)],
+            _ => driven(tick, to_and_fro(tick)),
+        });
         let frames: Vec<(u64, Frame)> = delivered(&finished).collect();
         let telemetry = |from_ns: u64| {
             let mut frames = frames.iter().filter(move |(at_ns, _)| *at_ns > from_ns);
@@ -67,7 +71,7 @@ impl Script for Talking {
         if let Some(port) = view.port(0).filter(|_| self.periods >= self.from) {
             port.send(now_ns, to_wire(&standard(0x321, &[1, 2, 3, 4])));
         }
-        Flow::On
+        Flow::Continue
     }
 }
 

@@ -288,7 +288,7 @@ pub(super) const OBJECTS: [(Entry, Location); 338] = [
     (Entry::new(0x2101, 3, DataType::I32, Access::ReadWrite).limits(&Limits::signed(0, 1)).guarded(), Location::Parameter(Parameter::QuickStopHold)),
     (Entry::new(0x2102, 0, DataType::U8, Access::Const).value(2), Location::Server),
     (Entry::new(0x2102, 1, DataType::I32, Access::ReadWrite).value(1).limits(&Limits::signed(1, 127)).guarded(), Location::Parameter(Parameter::NodeId)),
-    (Entry::new(0x2102, 2, DataType::I32, Access::ReadWrite).value(1000).limits(&Limits::signed(500, 1000)).guarded(), Location::Parameter(Parameter::BitRateKbitS)),
+    (Entry::new(0x2102, 2, DataType::I32, Access::ReadWrite).value(1000).limits(&Limits::signed(125, 1000)).guarded(), Location::Parameter(Parameter::BitRateKbitS)),
     (Entry::new(0x603F, 0, DataType::U16, Access::Read).mappable(Mapping::Transmit), Location::Measured(Measured::ErrorCode)),
     (Entry::new(0x6040, 0, DataType::U16, Access::ReadWrite).mappable(Mapping::Receive), Location::Command(DriveCommand::Controlword)),
     (Entry::new(0x6041, 0, DataType::U16, Access::Read).mappable(Mapping::Transmit), Location::Measured(Measured::Statusword)),

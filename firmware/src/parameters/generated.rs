@@ -272,8 +272,8 @@ impl StopSettings {
 pub struct BusSettings {
     /// Node-ID. Default: 1 (CiA 301). Range: 1 to 127. Object 2102h:01 Bus: Node-ID.
     pub node_id: i32,
-    /// Bit rate: 1000 or 500. Unit: kbit/s. Default: 1000 (the bit timings that the board
-    /// configures). Range: 500 to 1000. Object 2102h:02 Bus: Bit rate.
+    /// Bit rate: 1000, 500, 250 or 125. Unit: kbit/s. Default: 1000 (the bit timings that the board
+    /// configures). Range: 125 to 1000. Object 2102h:02 Bus: Bit rate.
     pub bit_rate_kbit_s: i32,
 }
 
@@ -610,7 +610,7 @@ entries! {
         QuickStopMs: stop.quick_stop_ms as i32 in 20..=10000,
         QuickStopHold: stop.quick_stop_hold as i32 in 0..=1,
         NodeId: bus.node_id as i32 in 1..=127,
-        BitRateKbitS: bus.bit_rate_kbit_s as i32 in 500..=1000,
+        BitRateKbitS: bus.bit_rate_kbit_s as i32 in 125..=1000,
     }
 }
 
@@ -629,7 +629,7 @@ impl BoardParameters {
         if self.supply.under_voltage_mv >= self.supply.over_voltage_mv {
             return Some(Parameter::UnderVoltageMv);
         }
-        if !matches!(self.bus.bit_rate_kbit_s, 500 | 1000) {
+        if !matches!(self.bus.bit_rate_kbit_s, 125 | 250 | 500 | 1000) {
             return Some(Parameter::BitRateKbitS);
         }
         None
