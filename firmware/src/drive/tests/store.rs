@@ -93,9 +93,9 @@ fn lss_stores_node_id_and_bit_rate_and_a_restore_keeps_them() {
     bench.set(0x1011, 1, LOAD, 4);
     let bus = bench.device.drive.store.stored().board.bus;
     assert_eq!((bus.node_id, bus.bit_rate_kbit_s), (42, 500));
-    bench.send(0x7E5, &[0x13, 0, 4, 0, 0, 0, 0, 0]);
+    bench.send(0x7E5, &[0x13, 0, 1, 0, 0, 0, 0, 0]);
     let refused = frame(0x7E4, &[0x13, 1, 0, 0, 0, 0, 0, 0]);
-    assert!(bench.received.contains(&refused), "125 kbit/s");
+    assert!(bench.received.contains(&refused), "800 kbit/s");
     bench.send(0x7E5, &[0x15, 10, 0, 0, 0, 0, 0, 0]);
     bench.steps(10);
     assert_eq!(bench.device.drive.take_bit_rate(), Some(500));
