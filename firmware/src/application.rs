@@ -11,7 +11,7 @@
 //! | quick stop | enabled | [`Request::Enable`] |
 //! | enabled, quick stop | fault reaction | a fault whose reaction is a quick stop |
 //! | fault reaction | fault | the shaft is at rest; `quick_stop_ms` has elapsed; [`Request::Disable`] |
-//! | any | fault | a fault whose reaction is to coast |
+//! | any | fault | a fault whose reaction is to switch off |
 //! | fault | disabled | [`Request::Acknowledge`] |
 //!
 //! While the bridge is off, faults are reported in [`Telemetry::present`] and block
@@ -39,7 +39,8 @@ use self::stopping::Stopping;
 use crate::{
     command::SetpointSource,
     faults::{ALWAYS, Fault, FaultLog, FaultSet, OF_COMMANDS, Reaction},
-    parameters::BoardParameters,
+    measure::Ripple,
+    parameters::{BoardParameters, ModelSettings},
     protection::{Conditions, Measured, Protection},
     timing::periods,
     velocity::VelocityTracker,
@@ -104,6 +105,13 @@ impl Application {
     /// assert!(Application::after(BoardParameters::DEFAULT, start).faults().latched().is_empty());
     /// ```
     pub fn after(parameters: BoardParameters, start: Start) -> Self {
+        let motor = ModelSettings::DEFAULT;
+        let ripple = Ripple::of(motor.resistance_ohm, motor.inductance_h);
+        Self::with_ripple(parameters, start, ripple)
+    }
+
+    /// An application after a reset of any kind, for a motor whose current ripples like this.
+    pub(crate) fn with_ripple(parameters: BoardParameters, start: Start, ripple: Ripple) -> Self {
         let mut faults = FaultSet::EMPTY;
         faults.put(Fault::WatchdogReset, start.watchdog);
         faults.put(Fault::ParametersCorrupt, start.parameters_corrupt);
@@ -116,13 +124,18 @@ impl Application {
             modulator: Modulator::default(),
             compare: PwmCompare::default(),
             setpoints: SetpointSource::new(&parameters.command),
-            protection: Protection::default(),
+            protection: Protection::new(ripple),
             stopping: Stopping::default(),
             log: FaultLog::default(),
             start: faults,
             is_late: false,
             telemetry: Telemetry::default(),
         }
+    }
+
+    /// The motor has another winding.
+    pub(crate) fn set_ripple(&mut self, ripple: Ripple) {
+        self.protection.set_ripple(ripple);
     }
 
     /// The operating state.
@@ -175,9 +188,12 @@ impl Application {
     pub fn step(&mut self, samples: &Samples) -> Outputs {
         self.telemetry.tick = self.telemetry.tick.wrapping_add(1);
         self.count_missed(samples.missed_periods);
-        let measured = self
-            .protection
-            .measure(&self.parameters, samples, self.control.shaft());
+        let measured = self.protection.measure(
+            &self.parameters,
+            samples,
+            self.control.shaft(),
+            self.compare,
+        );
         self.update_telemetry(samples, &measured);
         if !self.control.shaft().is_known() {
             self.velocity.reset();
@@ -212,7 +228,9 @@ impl Application {
     fn update_telemetry(&mut self, samples: &Samples, measured: &Measured) {
         let t = &mut self.telemetry;
         t.bus = samples.bus;
-        t.current_ma = measured.current_ma.unwrap_or(t.current_ma);
+        t.current_ma = measured
+            .current
+            .map_or(t.current_ma, |current| current.mean_ma);
         t.back_emf_mv = measured.back_emf_mv.unwrap_or(t.back_emf_mv);
         t.supply_mv = measured.supply_mv.unwrap_or(t.supply_mv);
         t.temperature_mdeg_c = measured.temperature_mdeg_c.unwrap_or(t.temperature_mdeg_c);
@@ -287,7 +305,9 @@ impl Application {
                     self.state = BoardState::FaultReaction
                 }
                 (Reaction::QuickStop, BoardState::FaultReaction) => {}
-                _ => self.state = BoardState::Fault,
+                (Reaction::SwitchOff, _) | (Reaction::QuickStop, _) => {
+                    self.state = BoardState::Fault
+                }
             }
         }
     }
@@ -344,6 +364,22 @@ impl Application {
         self.compare = self.modulator.next(step.duty);
     }
 
+    /// The command to the bridge. In [`BoardState::Fault`] the motor brakes, which limits the travel
+    /// of the shaft, unless one of the faults excludes it or the braking current is too large.
+    fn bridge(&self) -> Bridge {
+        if self.state.is_driving() {
+            return Bridge::Driven(self.compare);
+        }
+        let braking = FaultSet::of_bits(self.parameters.stop.brake_faults as u32);
+        let excluded = self.log.latched().without(braking);
+        let is_unsafe = self.telemetry.present.contains(Fault::OverCurrent);
+        if self.state == BoardState::Fault && excluded.is_empty() && !is_unsafe {
+            Bridge::Brake
+        } else {
+            Bridge::Coast
+        }
+    }
+
     fn outputs(&mut self) -> Outputs {
         let t = &mut self.telemetry;
         t.angle = self.control.angle();
@@ -357,11 +393,7 @@ impl Application {
         t.source = self.setpoints.source();
         t.latched = self.log.latched();
         Outputs {
-            bridge: if self.state.is_driving() {
-                Bridge::Driven(self.compare)
-            } else {
-                Bridge::Coast
-            },
+            bridge: self.bridge(),
             state: self.state,
             fault: self.log.first().map(|record| record.fault),
             telemetry: self.telemetry,

@@ -52,11 +52,15 @@ pub enum Fault {
     BusOff = 18,
     /// The watchdog has reset the board.
     WatchdogReset = 19,
+    /// The measured motor current is far below what duty, supply and back-EMF make.
+    CurrentImplausible = 20,
+    /// The encoder turns against the back-EMF.
+    MotorPolarity = 21,
 }
 
 impl Fault {
     /// All faults in the order of their numbers.
-    pub const ALL: [Self; 19] = [
+    pub const ALL: [Self; 21] = [
         Self::EncoderInvalid,
         Self::MagnetLost,
         Self::MagnetWeak,
@@ -76,6 +80,8 @@ impl Fault {
         Self::ParametersCorrupt,
         Self::BusOff,
         Self::WatchdogReset,
+        Self::CurrentImplausible,
+        Self::MotorPolarity,
     ];
 
     /// Its number.

@@ -4,6 +4,7 @@
 //! board and its simulated front ends cannot differ.
 
 mod ntc;
+mod ripple;
 
 use model_core::sensors::{
     adc::{AdcCode, CurrentSenseParameters},
@@ -11,6 +12,7 @@ use model_core::sensors::{
 };
 
 pub use ntc::temperature_mdeg_c;
+pub use ripple::{PeriodCurrent, Ripple};
 
 /// Linear conversion of codes to thousandths of a unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,8 +36,8 @@ impl LinearConversion {
     }
 
     const fn at(self, code: i32) -> i32 {
-        // The greatest slope is that of the supply: 4.03 mV per code are 264,000 < 2^19, and
-        // |code| < 2^12; the greatest offset is that of the current, 1650 mA, 1.1e8 < 2^27.
+        // The greatest slope is that of the supply: 4.03 mV per code are 264,000 < 2^19, and |code| < 2^12; the
+        // greatest offset is the current's, 3300 mA, 2.2e8 < 2^28.
         (code * self.slope + self.offset + (1 << 15)) >> 16
     }
 }
@@ -52,21 +54,31 @@ const SUPPLY: LinearConversion = LinearConversion::of(SUPPLY_DIVIDER, 0.0);
 /// ```
 /// use firmware::measure::current_ma;
 /// use model_core::sensors::adc::AdcCode;
-/// assert_eq!([2048, 2669, 0].map(|code| current_ma(AdcCode::new(code))), [0, 500, -1650]);
+/// assert_eq!([2048, 2669, 0].map(|code| current_ma(AdcCode::new(code))), [0, 1001, -3300]);
 /// ```
 pub const fn current_ma(code: AdcCode) -> i32 {
     CURRENT.at(code.bits() as i32)
 }
 
+/// Code of a leg that is at ground: 39 mV. While a diode still carries the winding's current after
+/// the switches have opened, one leg is a diode's drop below ground. A motor at its full rate
+/// without load has 4 % of the supply less back-EMF than supply: its lower leg is at 120 mV.
+const LEG_AT_GROUND: u16 = 16;
+
 /// The back-EMF of the codes of both legs with the bridge off, mV; positive where leg A is higher.
+/// `None` if a leg is at ground: a diode conducts, and the difference is the supply.
 ///
 /// ```
 /// use firmware::measure::back_emf_mv;
 /// use model_core::sensors::dividers::leg_code;
-/// assert_eq!(back_emf_mv(leg_code(5.0), leg_code(1.0)), 4000);
+/// assert_eq!(back_emf_mv(leg_code(5.0), leg_code(1.0)), Some(4000));
+/// assert_eq!(back_emf_mv(leg_code(6.7), leg_code(0.0)), None);
 /// ```
-pub const fn back_emf_mv(leg_a: AdcCode, leg_b: AdcCode) -> i32 {
-    LEGS.at(leg_a.bits() as i32 - leg_b.bits() as i32)
+pub const fn back_emf_mv(leg_a: AdcCode, leg_b: AdcCode) -> Option<i32> {
+    if leg_a.bits() < LEG_AT_GROUND || leg_b.bits() < LEG_AT_GROUND {
+        return None;
+    }
+    Some(LEGS.at(leg_a.bits() as i32 - leg_b.bits() as i32))
 }
 
 /// The supply voltage of a code, mV.
@@ -98,10 +110,10 @@ mod tests {
         }
 
         #[test]
-        fn legs_and_supply_are_recovered_within_a_code(a in 0.0..9.8, b in 0.0..9.8, supply in 0.0..16.4) {
+        fn legs_and_supply_are_recovered_within_a_code(a in 0.1..9.8, b in 0.1..9.8, supply in 0.0..16.4) {
             use model_core::sensors::dividers::{leg_code, supply_code};
-            let difference_mv = f64::from(back_emf_mv(leg_code(a), leg_code(b)));
-            // Half a code of 2.42 mV for each leg, and the rounding to a mV.
+            let difference_mv = f64::from(back_emf_mv(leg_code(a), leg_code(b)).expect("off ground"));
+            // A code of a leg is 2.42 mV: half of it each, and half a mV.
             prop_assert!((difference_mv - (a - b) * 1000.0).abs() < 2.42 + 0.6);
             prop_assert!((f64::from(supply_mv(supply_code(supply))) - supply * 1000.0).abs() < 2.02 + 0.6);
         }

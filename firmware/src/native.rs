@@ -20,12 +20,12 @@ use crate::application::{Bridge, BusState, Samples, Scan};
 pub fn samples(sampled: &Sampled) -> Samples {
     Samples {
         encoder: Some(sampled.sensed.encoder.word()),
-        current: sampled.current,
-        scan: sampled.window.map(|window| Scan {
-            leg_a: window.legs.a,
-            leg_b: window.legs.b,
-            supply: window.supply,
-            temperature: window.temperature,
+        current: sampled.converted.map(|converted| converted.current),
+        scan: sampled.converted.map(|converted| Scan {
+            leg_a: converted.legs.a,
+            leg_b: converted.legs.b,
+            supply: converted.supply,
+            temperature: converted.temperature,
         }),
         servo_pulse_us: None,
         bridge_tripped: false,

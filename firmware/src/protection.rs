@@ -8,26 +8,31 @@ pub mod current;
 pub mod encoder;
 pub mod following;
 mod lasting;
+pub mod plausibility;
 pub mod stall;
 pub mod supply;
 pub mod temperature;
 pub mod timing;
 
-use model_core::control::{
-    cascade::Setpoint,
-    encoder_word::{EncoderCount, Magnet},
-    shaft_tracker::ShaftTracker,
-    units::{Angle, Percent, Rate},
+use model_core::{
+    control::{
+        cascade::Setpoint,
+        encoder_word::{EncoderCount, Magnet},
+        shaft_tracker::ShaftTracker,
+        units::{Angle, Percent, Rate},
+    },
+    plant::pwm_timer::PwmCompare,
 };
 
 use self::{
-    current::CurrentGuard, encoder::EncoderGuard, following::FollowingGuard, stall::StallGuard,
-    supply::SupplyGuard, temperature::TemperatureGuard, timing::TimingGuard,
+    current::CurrentGuard, encoder::EncoderGuard, following::FollowingGuard,
+    plausibility::PlausibilityGuard, stall::StallGuard, supply::SupplyGuard,
+    temperature::TemperatureGuard, timing::TimingGuard,
 };
 use crate::{
     faults::{Fault, FaultSet},
     interface::{Samples, Scan},
-    measure,
+    measure::{self, PeriodCurrent, Ripple},
     parameters::BoardParameters,
 };
 
@@ -40,8 +45,12 @@ pub struct Measured {
     pub travelled: Option<i32>,
     /// The encoder's magnet status.
     pub magnet: Option<Magnet>,
-    /// Motor current, mA.
-    pub current_ma: Option<i32>,
+    /// Motor current at the sample in the on time, near its peak, mA.
+    pub sampled_ma: Option<i32>,
+    /// Motor current over the PWM period.
+    pub current: Option<PeriodCurrent>,
+    /// Mean motor current that duty, supply and back-EMF make, mA.
+    pub expected_ma: Option<i32>,
     /// Back-EMF, mV.
     pub back_emf_mv: Option<i32>,
     /// Supply voltage, mV.
@@ -80,7 +89,7 @@ pub struct Conditions<'a> {
 }
 
 /// All protections.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Protection {
     encoder: EncoderGuard,
     current: CurrentGuard,
@@ -89,31 +98,68 @@ pub struct Protection {
     supply: SupplyGuard,
     temperature: TemperatureGuard,
     timing: TimingGuard,
+    plausibility: PlausibilityGuard,
+    ripple: Ripple,
     is_complete: bool,
 }
 
 impl Protection {
-    /// Converts the samples and validates the encoder's word; `shaft` has not seen it yet.
+    /// All protections without a history, for a motor of this winding.
+    pub fn new(ripple: Ripple) -> Self {
+        Self {
+            encoder: EncoderGuard::default(),
+            current: CurrentGuard::default(),
+            stall: StallGuard::default(),
+            following: FollowingGuard::default(),
+            supply: SupplyGuard::default(),
+            temperature: TemperatureGuard::default(),
+            timing: TimingGuard::default(),
+            plausibility: PlausibilityGuard::default(),
+            ripple,
+            is_complete: false,
+        }
+    }
+
+    /// The motor has this winding.
+    pub fn set_ripple(&mut self, ripple: Ripple) {
+        self.ripple = ripple;
+    }
+
+    /// Converts the samples and validates the encoder's word; `shaft` has not seen it yet. The
+    /// current was sampled in a PWM period with this compare value.
     pub fn measure(
         &mut self,
         parameters: &BoardParameters,
         samples: &Samples,
         shaft: &ShaftTracker,
+        compare: PwmCompare,
     ) -> Measured {
         let encoder = self
             .encoder
             .validate(&parameters.encoder, samples.encoder, shaft);
         let scan = samples.scan;
+        let sampled_ma = samples.current.map(measure::current_ma);
+        let supply_mv = scan.map(|scan| measure::supply_mv(scan.supply));
+        let current = sampled_ma
+            .zip(supply_mv)
+            .map(|(sampled_ma, supply_mv)| self.ripple.over_period(sampled_ma, compare, supply_mv));
+        let back_emf_mv =
+            scan.and_then(|Scan { leg_a, leg_b, .. }| measure::back_emf_mv(leg_a, leg_b));
+        let expected_ma = supply_mv.zip(back_emf_mv).map(|(supply_mv, back_emf_mv)| {
+            self.ripple.expected_ma(compare, supply_mv, back_emf_mv)
+        });
         let measured = Measured {
             count: encoder.count,
             travelled: encoder.travelled,
             magnet: encoder.magnet,
-            current_ma: samples.current.map(measure::current_ma),
-            back_emf_mv: scan.map(|Scan { leg_a, leg_b, .. }| measure::back_emf_mv(leg_a, leg_b)),
-            supply_mv: scan.map(|scan| measure::supply_mv(scan.supply)),
+            sampled_ma,
+            current,
+            expected_ma,
+            back_emf_mv,
+            supply_mv,
             temperature_mdeg_c: scan.and_then(|scan| measure::temperature_mdeg_c(scan.temperature)),
         };
-        self.is_complete |= measured.current_ma.is_some() && measured.temperature_mdeg_c.is_some();
+        self.is_complete |= measured.current.is_some() && measured.temperature_mdeg_c.is_some();
         measured
     }
 
@@ -130,7 +176,8 @@ impl Protection {
             .or(self.current.check(&p.current, c))
             .or(self.supply.check(&p.supply, c))
             .or(self.temperature.check(&p.temperature, c))
-            .or(self.timing.check(&p.timing, c));
+            .or(self.timing.check(&p.timing, c))
+            .or(self.plausibility.check(&p.encoder, c));
         present.put(Fault::Stall, self.stall.check(&p.stall, c));
         present.put(Fault::FollowingError, self.following.check(&p.following, c));
         present.put(Fault::CommandTimeout, c.is_stale);
@@ -143,6 +190,7 @@ impl Protection {
     pub fn restart(&mut self) {
         self.stall = StallGuard::default();
         self.following = FollowingGuard::default();
+        self.plausibility = PlausibilityGuard::default();
         self.encoder.restart();
     }
 

@@ -260,7 +260,7 @@ fn the_samples_are_taken_at_their_instants() {
             *current <= 501.0,
             "the current in the middle of the on time: {tick:?}"
         );
-        assert!(near(*window, 900.0), "the window opens: {tick:?}");
+        assert!(near(*window, 800.0), "the window opens: {tick:?}");
         assert!(near(*back_emf, 975.0), "the back-EMF is sampled: {tick:?}");
     }
     let edges = finished.spans["TIM1_UP_TIM10"].iter().map(within_us);

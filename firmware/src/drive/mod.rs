@@ -51,6 +51,7 @@ use crate::{
     application::{Application, BoardState, CommandSource, Outputs, Samples, Start},
     capture::Capture,
     faults::FaultSet,
+    measure::Ripple,
     parameters::ObjectValues,
     timing::thousandths,
 };
@@ -59,6 +60,11 @@ use failsafe::Failsafe;
 use model::MotorModel;
 use motion::Motion;
 use store::ParameterStore;
+
+/// The ripple of the current in the motor that these values describe.
+fn ripple(values: &ObjectValues) -> Ripple {
+    Ripple::of(values.model.resistance_ohm, values.model.inductance_h)
+}
 
 /// The application behind the object dictionary.
 #[derive(Debug)]
@@ -98,8 +104,8 @@ impl<'a> Drive<'a> {
     /// assert_eq!(drive.application().state(), BoardState::Initialising);
     /// ```
     pub fn new(stored: StoredParameters, start: Start, buffer: &'a mut [i32]) -> Self {
-        let application = Application::after(stored.board, start);
         let values = stored.values;
+        let application = Application::with_ripple(stored.board, start, ripple(&values));
         Self {
             axis: Axis::new(),
             axis_parameters: limits::axis_parameters(&values, application.parameters()),
@@ -173,8 +179,9 @@ impl<'a> Drive<'a> {
     /// Restarts with the stored parameters.
     fn power_on(&mut self) {
         let stored = self.store.stored();
-        self.application = Application::after(stored.board, core::mem::take(&mut self.start));
         self.values = stored.values;
+        let start = core::mem::take(&mut self.start);
+        self.application = Application::with_ripple(stored.board, start, ripple(&self.values));
         self.axis = Axis::new();
         self.commands = Commands::DEFAULT;
         self.motion = Motion::default();

@@ -45,6 +45,9 @@ impl Drive<'_> {
         }
         self.values.set_word(value, word);
         self.update_limits();
+        if matches!(value, ObjectValue::ResistanceOhm | ObjectValue::InductanceH) {
+            self.application.set_ripple(super::ripple(&self.values));
+        }
         Ok(())
     }
 }

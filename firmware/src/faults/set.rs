@@ -22,11 +22,16 @@ impl FaultSet {
     }
 
     const fn bit(fault: Fault) -> u32 {
-        // Numbers are at most 19, so the mask has no effect; it removes the overflow check.
+        // Numbers are at most 21, so the mask has no effect; it removes the overflow check.
         1 << (fault.number() & 31)
     }
 
-    /// The bits: bit `n` for the fault with number `n`.
+    /// The set of a number: bit `n` for the fault of number `n`.
+    pub const fn of_bits(bits: u32) -> Self {
+        Self(bits)
+    }
+
+    /// As a number: bit `n` for the fault of number `n`.
     pub const fn bits(self) -> u32 {
         self.0
     }

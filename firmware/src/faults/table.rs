@@ -3,15 +3,16 @@
 use super::{Fault, FaultSet};
 use crate::{
     parameters::BoardParameters,
+    protection::plausibility::{CURRENT_IMPLAUSIBLE_PERIODS, MOTOR_POLARITY_PERIODS},
     timing::{CONTROL_PERIOD_MS, periods},
 };
 
 /// Reaction to a fault when it is latched.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reaction {
-    /// All switches open from the next PWM edge on: the motor coasts.
-    Coast,
-    /// The shaft is brought to rest by the quick-stop ramp, then all switches open.
+    /// The drive is off from the next PWM edge on.
+    SwitchOff,
+    /// The shaft is brought to rest by the quick-stop ramp, then the drive is off.
     QuickStop,
 }
 
@@ -68,7 +69,7 @@ impl Fault {
             Self::MagnetWeak | Self::OverTemperature | Self::CommandTimeout | Self::BusOff => {
                 Reaction::QuickStop
             }
-            _ => Reaction::Coast,
+            _ => Reaction::SwitchOff,
         }
     }
 
@@ -94,6 +95,9 @@ impl Fault {
             Self::UnderVoltage | Self::OverVoltage => periods(p.supply.supply_ms) as i32,
             Self::OverTemperature => periods(p.temperature.over_temperature_ms) as i32,
             Self::MeasurementLost => periods(p.timing.measurement_ms) as i32,
+            // The duty that is compared is that of the control period before.
+            Self::CurrentImplausible => CURRENT_IMPLAUSIBLE_PERIODS + 1,
+            Self::MotorPolarity => MOTOR_POLARITY_PERIODS,
             Self::CommandTimeout => periods(p.command.command_timeout_ms) as i32 + 1,
             // In the first control period with the condition.
             Self::BridgeTripped
@@ -105,7 +109,8 @@ impl Fault {
         (periods * CONTROL_PERIOD_MS) as u32
     }
 
-    /// Maximum time from the start of the condition to the safe state, all switches open, ms.
+    /// Time from the moment in which its condition holds to the moment from which the motor is no
+    /// longer driven, ms; at the most.
     ///
     /// ```
     /// use firmware::{faults::Fault, parameters::BoardParameters};
@@ -114,7 +119,7 @@ impl Fault {
     /// ```
     pub const fn safe_ms(self, p: &BoardParameters) -> u32 {
         let stop_ms = match self.reaction() {
-            Reaction::Coast => 0,
+            Reaction::SwitchOff => 0,
             Reaction::QuickStop => periods(p.stop.quick_stop_ms) as u32 * CONTROL_PERIOD_MS as u32,
         };
         self.detected_ms(p) + stop_ms + PWM_PERIOD_MS
@@ -122,7 +127,7 @@ impl Fault {
 }
 
 /// All faults in the order of their numbers.
-pub const TABLE: [FaultDescription; 19] = {
+pub const TABLE: [FaultDescription; 21] = {
     use Watched::{Always, Driven, Following, Start};
     const fn row(
         fault: Fault,
@@ -165,7 +170,7 @@ pub const TABLE: [FaultDescription; 19] = {
             Fault::EncoderStuck,
             "encoder stuck",
             "no count travelled for `stuck_ms` although the back-EMF is `stuck_back_emf_mv` or more, or the duty \
-             `stuck_duty_pct` or more at less than `stuck_current_ma`; a motor that is not connected looks the same",
+             `stuck_duty_pct` or more at a mean current below `stuck_current_ma`",
             Driven,
             0x7305,
         ),
@@ -179,14 +184,14 @@ pub const TABLE: [FaultDescription; 19] = {
         row(
             Fault::OverCurrent,
             "over-current",
-            "`over_current_samples` in a row above `over_current_ma`",
+            "`over_current_samples` samples in the on time in a row above `over_current_ma`",
             Driven,
             0x2310,
         ),
         row(
             Fault::Overload,
             "overload",
-            "I2t: heat of twice `continuous_ma` for `overload_ms`",
+            "I2t: heat of a mean square of twice `continuous_ma` for `overload_ms`",
             Driven,
             0x2350,
         ),
@@ -200,7 +205,7 @@ pub const TABLE: [FaultDescription; 19] = {
         row(
             Fault::Stall,
             "stall",
-            "`stall_current_ma` or more for `stall_ms` over a travel of `stall_way_mdeg` or less",
+            "mean current of `stall_current_ma` or more for `stall_ms` over a travel of `stall_way_mdeg` or less",
             Driven,
             0x7121,
         ),
@@ -274,6 +279,21 @@ pub const TABLE: [FaultDescription; 19] = {
             "the watchdog has reset the board",
             Start,
             0x6010,
+        ),
+        row(
+            Fault::CurrentImplausible,
+            "current implausible",
+            "for 60 ms a mean current below a third of (duty x supply - back-EMF)/resistance, which is 200 mA or more: \
+             the current sense is dead, or the motor is not connected",
+            Driven,
+            0x5210,
+        ),
+        row(
+            Fault::MotorPolarity,
+            "motor polarity",
+            "for 20 ms a back-EMF of `stuck_back_emf_mv` or more while the encoder turns the other way",
+            Driven,
+            0x7122,
         ),
     ]
 };

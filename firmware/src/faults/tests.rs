@@ -12,7 +12,7 @@ fn numbers_match_the_positions_in_list_and_table() {
         assert_eq!(Fault::of_number(fault.number()), Some(fault));
         assert_eq!(TABLE[index].fault, fault);
     }
-    assert_eq!(Fault::of_number(20), None);
+    assert_eq!(Fault::of_number(22), None);
     assert_eq!(Fault::of_number(u16::MAX), None);
 }
 
@@ -40,10 +40,14 @@ fn table() -> String {
             Watched::Always => "always",
             Watched::Start => "at the start",
         };
-        let reaction = match (row.watched, row.fault.reaction()) {
-            (Watched::Start, _) => "stays off",
-            (_, Reaction::Coast) => "coast",
-            (_, Reaction::QuickStop) => "quick stop",
+        let end = if FaultSet::of_bits(p.stop.brake_faults as u32).contains(row.fault) {
+            "brake"
+        } else {
+            "coast"
+        };
+        let reaction = match row.fault.reaction() {
+            Reaction::SwitchOff => String::from(end),
+            Reaction::QuickStop => format!("quick stop, {end}"),
         };
         let time = |ms| match row.watched {
             Watched::Start => String::from("first step"),

@@ -80,9 +80,9 @@ pub struct EncoderLimits {
     /// Duty at which the motor must turn unless it draws current. Unit: %. Default: 50 (far above
     /// what friction needs). Range: 5 to 100. Object 2100h:05 Protection: Stuck duty.
     pub stuck_duty_pct: i32,
-    /// Motor current from which the shaft may be blocked at this duty. Unit: mA. Default: 100 (a
-    /// quarter of the current at 50 % duty and standstill). Range: 10 to 1600. Object 2100h:06
-    /// Protection: Stuck current.
+    /// Mean motor current from which the shaft may be blocked at this duty. Unit: mA. Default: 100
+    /// (a quarter of the mean current of 390 mA at 50 % duty and standstill). Range: 10 to 2800.
+    /// Object 2100h:06 Protection: Stuck current.
     pub stuck_current_ma: i32,
     /// Time for which the encoder may then stay unchanged. Unit: ms. Default: 100 (25 control
     /// periods). Range: 12 to 10000. Object 2100h:07 Protection: Stuck time.
@@ -105,16 +105,16 @@ impl EncoderLimits {
 /// Protection: the motor current.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CurrentLimits {
-    /// Largest motor current. Unit: mA. Default: 1600 (a reversal at full rate takes 1520 mA; the
-    /// converter saturates at 1650 mA). Range: 100 to 1640. Object 2100h:08 Protection:
-    /// Over-current.
+    /// Largest sampled motor current. Unit: mA. Default: 1600 (a reversal at full rate takes (6 V +
+    /// 5.7 V)/7.7 ohm = 1520 mA; the amplifier saturates at 2900 mA). Range: 100 to 2800. Object
+    /// 2100h:08 Protection: Over-current.
     pub over_current_ma: i32,
     /// Consecutive samples above it that trip. Default: 2 (one sample may be noise). Range: 1 to
     /// 25. Object 2100h:09 Protection: Over-current samples.
     pub over_current_samples: i32,
-    /// Current that the motor tolerates continuously. Unit: mA. Default: 500 (estimate: two thirds
-    /// of the stall current of 780 mA). Range: 50 to 1600. Object 2100h:0A Protection: Continuous
-    /// current.
+    /// Root mean square of the current that the motor tolerates continuously. Unit: mA. Default:
+    /// 500 (estimate: two thirds of the stall current of 780 mA). Range: 50 to 2800. Object
+    /// 2100h:0A Protection: Continuous current.
     pub continuous_ma: i32,
     /// Time for which the motor tolerates twice that current from cold. Unit: ms. Default: 2000
     /// (estimate: winding of a small motor). Range: 20 to 60000. Object 2100h:0B Protection:
@@ -135,9 +135,9 @@ impl CurrentLimits {
 /// Protection: stall.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StallLimits {
-    /// Motor current above which a shaft that does not turn counts as stalled. Unit: mA. Default:
-    /// 500 (two thirds of the stall current of 780 mA). Range: 20 to 1640. Object 2100h:0C
-    /// Protection: Stall current.
+    /// Mean motor current above which a shaft that does not turn counts as stalled. Unit: mA.
+    /// Default: 500 (two thirds of the stall current of 780 mA: 0.58 N m at the output). Range: 20
+    /// to 2800. Object 2100h:0C Protection: Stall current.
     pub stall_current_ma: i32,
     /// Travel within which the shaft counts as standing. Unit: mdeg. Default: 1000 (eleven counts:
     /// 2 deg/s). Range: 100 to 90000. Object 2100h:0D Protection: Stall way.
@@ -244,6 +244,11 @@ impl TimingLimits {
 /// Quick stop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StopSettings {
+    /// Faults after which both low sides short the motor, bit n for fault n; after all others it
+    /// coasts. Default: 4193982 (all but over-current and a tripped bridge: the braking current, at
+    /// most 5.7 V/7.7 ohm = 740 mA, is within the limits of bridge and motor). Range: 0 to 4194302.
+    /// Object 2100h:19 Protection: Brake faults.
+    pub brake_faults: i32,
     /// Deceleration of a quick stop. Unit: deg/s^2. Default: 2000 (full duty against the motion
     /// gives 2150 deg/s^2 and more). Range: 50 to 100000. Object 2101h:01 Stop on a fault:
     /// Deceleration.
@@ -261,6 +266,7 @@ pub struct StopSettings {
 impl StopSettings {
     /// The defaults.
     pub const DEFAULT: Self = Self {
+        brake_faults: 4193982,
         quick_stop_deceleration_deg_s2: 2000,
         quick_stop_ms: 500,
         quick_stop_hold: 0,
@@ -310,6 +316,9 @@ pub struct ModelSettings {
     /// Correction time. Unit: s. Default: 1.0. Range: 0.02 to 1000. Object 2011h:07 Model
     /// parameters: Correction time.
     pub correction_time_s: f32,
+    /// Armature inductance. Unit: H. Default: 0.001. Range: 1e-06 to 1. Object 2011h:08 Model
+    /// parameters: Armature inductance.
+    pub inductance_h: f32,
 }
 
 impl ModelSettings {
@@ -323,6 +332,7 @@ impl ModelSettings {
         viscous_friction_nm_s: 0.002,
         coulomb_friction_nm: 0.03,
         correction_time_s: 1.0,
+        inductance_h: 0.001,
     };
 }
 
@@ -587,13 +597,13 @@ entries! {
         MagnetWeakMs: encoder.magnet_weak_ms as i32 in 4..=60000,
         StuckBackEmfMv: encoder.stuck_back_emf_mv as i32 in 100..=20000,
         StuckDutyPct: encoder.stuck_duty_pct as i32 in 5..=100,
-        StuckCurrentMa: encoder.stuck_current_ma as i32 in 10..=1600,
+        StuckCurrentMa: encoder.stuck_current_ma as i32 in 10..=2800,
         StuckMs: encoder.stuck_ms as i32 in 12..=10000,
-        OverCurrentMa: current.over_current_ma as i32 in 100..=1640,
+        OverCurrentMa: current.over_current_ma as i32 in 100..=2800,
         OverCurrentSamples: current.over_current_samples as i32 in 1..=25,
-        ContinuousMa: current.continuous_ma as i32 in 50..=1600,
+        ContinuousMa: current.continuous_ma as i32 in 50..=2800,
         OverloadMs: current.overload_ms as i32 in 20..=60000,
-        StallCurrentMa: stall.stall_current_ma as i32 in 20..=1640,
+        StallCurrentMa: stall.stall_current_ma as i32 in 20..=2800,
         StallWayMdeg: stall.stall_way_mdeg as i32 in 100..=90000,
         StallMs: stall.stall_ms as i32 in 20..=60000,
         FollowingWindowMdeg: following.following_window_mdeg as i32 in 100..=360000,
@@ -606,6 +616,7 @@ entries! {
         OverTemperatureMs: temperature.over_temperature_ms as i32 in 4..=60000,
         Overruns: timing.overruns as i32 in 0..=250,
         MeasurementMs: timing.measurement_ms as i32 in 4..=1000,
+        BrakeFaults: stop.brake_faults as i32 in 0..=4194302,
         QuickStopDecelerationDegS2: stop.quick_stop_deceleration_deg_s2 as i32 in 50..=100000,
         QuickStopMs: stop.quick_stop_ms as i32 in 20..=10000,
         QuickStopHold: stop.quick_stop_hold as i32 in 0..=1,
@@ -673,6 +684,7 @@ entries! {
         ViscousFrictionNmS: model.viscous_friction_nm_s as f32 in 0.0..=10.0,
         CoulombFrictionNm: model.coulomb_friction_nm as f32 in 0.0..=10.0,
         CorrectionTimeS: model.correction_time_s as f32 in 0.02..=1000.0,
+        InductanceH: model.inductance_h as f32 in 1e-6..=1.0,
         Shape: excitation.shape as i32 in 0..=9,
         AmplitudeMdeg: excitation.amplitude_mdeg as i32 in -180000..=180000,
         StartMhz: excitation.start_mhz as i32 in 1..=100000,

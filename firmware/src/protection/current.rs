@@ -1,12 +1,15 @@
 //! Motor current: too much at once, and too much for too long.
 //!
 //! ```text
-//! heat = max(0, heat + current^2 - continuous^2)           every control period T
+//! heat = max(0, heat + mean of current^2 - continuous^2)   every control period T
 //! Overload while heat >= 3 continuous^2 overload_ms/T
 //! ```
 //!
 //! Twice the continuous current has four times its heat, three times it above what is carried
 //! away: it reaches the limit after `overload_ms`. A missing sample leaves the heat as it is.
+//!
+//! The over-current is that of the sample in the on time, which is nearest to the peak. The heat
+//! takes the mean square over the PWM period: the current pulses.
 
 use super::{Conditions, lasting::Lasting};
 use crate::{
@@ -25,23 +28,25 @@ pub(super) struct CurrentGuard {
 impl CurrentGuard {
     /// What is wrong with the current.
     pub fn check(&mut self, limits: &CurrentLimits, c: &Conditions<'_>) -> FaultSet {
-        let current_ma = c.measured.current_ma.map(i32::abs);
-        let is_over = current_ma.map(|current_ma| current_ma > limits.over_current_ma);
+        let sampled_ma = c.measured.sampled_ma.map(i32::abs);
+        let is_over = sampled_ma.map(|sampled_ma| sampled_ma > limits.over_current_ma);
+        let square_ma2 = c.measured.current.map(|current| current.square_ma2);
         // 1 to 25.
         let time_ms = limits.over_current_samples * CONTROL_PERIOD_MS;
         let mut present = FaultSet::EMPTY;
         present.put(Fault::OverCurrent, self.over.update(is_over, time_ms));
-        present.put(Fault::Overload, self.is_overloaded(limits, current_ma));
+        present.put(Fault::Overload, self.is_overloaded(limits, square_ma2));
         present
     }
 
-    fn is_overloaded(&mut self, limits: &CurrentLimits, current_ma: Option<i32>) -> bool {
-        // Currents are below 2^11 mA: squares below 2^22. 60 s are 15,000 < 2^14 periods: the limit
-        // is below 3 * 2^36, and the heat ends at twice that, so that it also cools in time.
+    fn is_overloaded(&mut self, limits: &CurrentLimits, square_ma2: Option<i64>) -> bool {
+        // Squares are below 2^40. The continuous current is below 2^12 mA, and 60 s are at most
+        // 30,000 < 2^15 periods: the limit is below 3 * 2^39, and the heat ends at twice that, so
+        // that it also cools in time.
         let continuous = i64::from(limits.continuous_ma * limits.continuous_ma);
         let limit = 3 * continuous * i64::from(periods(limits.overload_ms));
-        if let Some(current_ma) = current_ma {
-            let heated = self.heat + i64::from(current_ma * current_ma) - continuous;
+        if let Some(square_ma2) = square_ma2 {
+            let heated = self.heat + square_ma2 - continuous;
             self.heat = if heated < 0 {
                 0
             } else if heated > 2 * limit {

@@ -133,11 +133,12 @@ impl EncoderGuard {
         if self.travelled? != 0 {
             return Some(false);
         }
+        // Unknown while the diodes carry a large current: then the motor does pull.
         let turns = c.measured.back_emf_mv?.abs() >= limits.stuck_back_emf_mv;
         // 5 % to 100 %.
         let hard = Percent::from_bits(i64::from(limits.stuck_duty_pct) << 32);
         let is_driven = c.is_driving && (c.duty >= hard || c.duty <= -hard);
-        let pulls = c.measured.current_ma?.abs() >= limits.stuck_current_ma;
+        let pulls = c.measured.current?.mean_ma.abs() >= limits.stuck_current_ma;
         Some(turns || (is_driven && !pulls))
     }
 

@@ -20,9 +20,9 @@ impl StallGuard {
     pub fn check(&mut self, limits: &StallLimits, c: &Conditions<'_>) -> bool {
         // An angle that is not known says nothing of the way.
         let is_known = c.measured.travelled.is_some();
-        let current_ma = c.measured.current_ma.filter(|_| is_known);
-        let stalls = current_ma.map(|current_ma| {
-            let pulls = c.is_driving && current_ma.abs() >= limits.stall_current_ma;
+        let current = c.measured.current.filter(|_| is_known);
+        let stalls = current.map(|current| {
+            let pulls = c.is_driving && current.mean_ma.abs() >= limits.stall_current_ma;
             pulls && self.stands(limits, c.angle)
         });
         if stalls == Some(false) {

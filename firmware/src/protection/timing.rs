@@ -26,7 +26,7 @@ impl TimingGuard {
         let overruns = i32::from(self.overruns(c.missed_periods));
         present.put(Fault::LoopOverrun, overruns > limits.overruns);
         // The temperature is missing with the scan, or with the NTC.
-        let is_missing = c.measured.current_ma.is_none() || c.measured.temperature_mdeg_c.is_none();
+        let is_missing = c.measured.current.is_none() || c.measured.temperature_mdeg_c.is_none();
         let is_lost = self
             .unmeasured
             .update(Some(is_missing), limits.measurement_ms);

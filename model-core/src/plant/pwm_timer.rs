@@ -31,6 +31,73 @@ const _: () = assert!(
 /// Counts for one percent.
 const COUNTS_PER_PERCENT: i64 = PWM_COUNTS as i64 / 100;
 
+/// Length of the coast window at the end of the last PWM period of a control period, us.
+///
+/// After the switches open, the diodes carry the winding's current until it is zero: 77 us from a
+/// stall at full duty, and up to 122 us from the currents of a reversal below 1 A. The legs then
+/// settle with 6.7 us (20 kohm parallel to 10 kohm, 1 nF), within half a code after eight time
+/// constants: 122 us + 53 us = 175 us to the sample of the legs. After a greater current a leg is
+/// still at a rail, and the sample is refused.
+const WINDOW_US: u32 = 200;
+
+/// Time from the sample of the legs to the end of the window, us: the scan takes 13.7 us.
+const SCAN_US: u32 = 25;
+
+/// Count at which the coast window starts: all switches open.
+pub const WINDOW_START: u32 = PWM_COUNTS as u32 - WINDOW_US * COUNTS_PER_US;
+
+/// Count at which the scan of the legs starts.
+pub const BACK_EMF_INSTANT: u32 = PWM_COUNTS as u32 - SCAN_US * COUNTS_PER_US;
+
+/// Earliest count at which the conversion of the current starts: 10 us after the edge, later than
+/// the interrupt that enables it. With shorter on times the current is sampled there, during the
+/// slow decay.
+const EARLIEST_CURRENT: u32 = 10 * COUNTS_PER_US;
+
+/// Latest count for it: current and supply take 7.8 us and must end before the window starts.
+const LATEST_CURRENT: u32 = WINDOW_START - 10 * COUNTS_PER_US;
+
+/// Time from the compare event to the instant whose current is converted, in cycles of the timer's
+/// clock: 50 cycles of the interrupt, 448 of the converter's sampling phase (56 cycles of 21 MHz),
+/// less the delay of the amplifier, 67 cycles (400 kHz: 0.4 us).
+pub const APERTURE_CYCLES: u32 = 50 + 448 - 67;
+
+/// Count at which the current of a PWM period is sampled: the middle of the on time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct CurrentInstant(u32);
+
+impl CurrentInstant {
+    /// The instant for an on time, counts.
+    ///
+    /// ```
+    /// use model_core::plant::pwm_timer::{COUNTS_PER_US, CurrentInstant};
+    /// assert_eq!(CurrentInstant::of_on_time(20_000).count(), 10_000);
+    /// assert_eq!(CurrentInstant::of_on_time(0).count(), 10 * COUNTS_PER_US);
+    /// ```
+    pub const fn of_on_time(counts: u32) -> Self {
+        match counts / 2 {
+            middle if middle < EARLIEST_CURRENT => Self(EARLIEST_CURRENT),
+            middle if middle > LATEST_CURRENT => Self(LATEST_CURRENT),
+            middle => Self(middle),
+        }
+    }
+
+    /// The instant of a count of the timer; counts outside the range of instants are limited to it.
+    pub const fn of_count(count: u32) -> Self {
+        Self::of_on_time(count.saturating_mul(2))
+    }
+
+    /// The count of the timer.
+    pub const fn count(self) -> u32 {
+        self.0
+    }
+
+    /// The instant whose current is converted, in cycles of the timer's clock after the edge.
+    pub const fn sampled_cycles(self) -> u32 {
+        self.0 * TIMER_DIVIDER + APERTURE_CYCLES
+    }
+}
+
 /// On time of the bridge in counts of the timer, with the sign of the voltage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

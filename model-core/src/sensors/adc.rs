@@ -8,7 +8,7 @@
 use super::noise::Noise;
 
 /// Result of a conversion: 0 to 4095.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub struct AdcCode(u16);
 
 impl AdcCode {
@@ -56,7 +56,7 @@ crate::parameters! {
     /// Front end of the motor current: shunt with bidirectional amplifier.
     pub struct CurrentSenseParameters {
         /// Volts at the pin per ampere.
-        current_gain_v_a [""]: 1.0, "V/A", 1e-3, 1000.0, "estimate: +-1.65 A, twice the stall current";
+        current_gain_v_a [""]: 0.5, "V/A", 1e-3, 1000.0, "INA240A2 (50 V/V) with 10 mohm: +-2.9 A, and a reversal at full rate takes 1.52 A";
         /// Volts at the pin without current.
         current_offset_v [""]: 1.65, "V", 0.0, 3.3, "estimate: half the reference, for both signs";
         /// Relative error of the gain.
@@ -93,7 +93,13 @@ pub struct FrontEnd {
     gain_error: f64,
     offset_error_v: f64,
     noise_v: f64,
+    /// Least and greatest output voltage of the amplifier, V.
+    swing_v: (f64, f64),
 }
+
+/// Output swing of the current amplifier at a supply of 3.3 V: within 200 mV of the supply and
+/// 10 mV of ground (INA240 data sheet, electrical characteristics, output).
+const INA240_SWING_V: (f64, f64) = (0.01, 3.1);
 
 impl From<&CurrentSenseParameters> for FrontEnd {
     fn from(p: &CurrentSenseParameters) -> Self {
@@ -103,6 +109,7 @@ impl From<&CurrentSenseParameters> for FrontEnd {
             gain_error: p.current_gain_error,
             offset_error_v: p.current_offset_error_v,
             noise_v: p.current_noise_v,
+            swing_v: INA240_SWING_V,
         }
     }
 }
@@ -115,6 +122,7 @@ impl From<&BackEmfSenseParameters> for FrontEnd {
             gain_error: p.back_emf_gain_error,
             offset_error_v: p.back_emf_offset_error_v,
             noise_v: p.back_emf_noise_v,
+            swing_v: (0.0, 3.3),
         }
     }
 }
@@ -126,12 +134,16 @@ impl FrontEnd {
     /// use model_core::sensors::{adc::{CurrentSenseParameters, FrontEnd}, noise::Noise};
     ///
     /// let current = FrontEnd::from(&CurrentSenseParameters::default());
-    /// let code = current.convert(0.5, &mut Noise::new(0, 0));
+    /// let code = current.convert(1.0, &mut Noise::new(0, 0));
     /// assert_eq!(code.bits(), 2669); // (1.65 + 0.5) V / 3.3 V x 4096 = 2668.6
     /// ```
     pub fn convert(&self, quantity: f64, noise: &mut Noise) -> AdcCode {
         let ideal_v = self.offset_v + self.gain * quantity * (1.0 + self.gain_error);
-        AdcCode::from_pin_v(ideal_v + self.offset_error_v + noise.gaussian(self.noise_v))
+        let output_v = ideal_v + self.offset_error_v;
+        let (least_v, most_v) = self.swing_v;
+        // NaN stays NaN and gives code 0.
+        let output_v = crate::limits::within(output_v, least_v, most_v);
+        AdcCode::from_pin_v(output_v + noise.gaussian(self.noise_v))
     }
 
     /// Converts a code to the quantity, A or V, with nominal gain and offset, as the board does.
@@ -163,11 +175,15 @@ mod tests {
     }
 
     #[test]
-    fn the_current_range_ends_at_the_pin_limits() {
+    fn the_current_range_ends_at_the_swing_of_the_amplifier() {
         let current = FrontEnd::from(&CurrentSenseParameters::default());
-        assert_eq!(current.convert(2.0, &mut quiet()), AdcCode::MAX);
-        assert!((current.quantity(AdcCode::MAX) - 1.65).abs() < 1e-3);
-        assert_eq!(current.convert(-2.0, &mut quiet()).bits(), 0);
+        let ends =
+            [4.0, -4.0].map(|amperes| current.quantity(current.convert(amperes, &mut quiet())));
+        // (3.1 - 1.65) V and (0.01 - 1.65) V over 0.5 V/A, within half a code.
+        assert!(
+            (ends[0] - 2.9).abs() < 1e-3 && (ends[1] + 3.28).abs() < 1e-3,
+            "{ends:?}"
+        );
     }
 
     #[test]
@@ -194,8 +210,8 @@ mod tests {
             .map(|a| a * a)
             .sum();
         let rms = libm::sqrt(square / 1e4);
-        // Three standard errors of 0.7 %, plus 0.03 % of quantisation.
-        assert!((rms / 0.01 - 1.0).abs() < 0.025);
+        // 10 mV over 0.5 V/A; three standard errors of 0.7 %, plus 0.03 % of quantisation.
+        assert!((rms / 0.02 - 1.0).abs() < 0.025);
     }
 
     proptest! {

@@ -18,6 +18,9 @@ pub const SUPPLY_DIVIDER: f64 = 1.0 / 5.0;
 /// Volts at the pin per volt of a leg: 20 kohm over 10 kohm.
 pub const LEG_DIVIDER: f64 = 1.0 / 3.0;
 
+/// Time constant of a leg's divider, s: 20 kohm parallel to 10 kohm, with 1 nF.
+pub const LEG_SETTLING_S: f64 = 20e3 * 10e3 / 30e3 * 1e-9;
+
 /// Resistance of the NTC at 25 deg C, ohm.
 pub const NTC_OHM: f64 = 10e3;
 

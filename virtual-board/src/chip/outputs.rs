@@ -1,5 +1,6 @@
 //! The pins of the chip: bridge outputs, converter inputs, servo pulse.
 
+use model_core::plant::pwm_timer::CurrentInstant;
 use model_core::time::PWM_PERIOD_NS;
 use rigless::device::Level;
 use rigless::soc::stm32f427::peripherals::adc::Channel as Input;
@@ -7,7 +8,7 @@ use rigless::soc::stm32f427::peripherals::tim::Channel;
 use rigless::time::VirtualNanos;
 
 use super::Chip;
-use crate::plant::{Bridge, Legs, PERIOD_CYCLES, Sensed};
+use crate::plant::{Bridge, PERIOD_CYCLES, Sensed};
 
 /// Full scale of the converter.
 pub(super) const FULL_SCALE: u16 = 4095;
@@ -16,6 +17,7 @@ const TIM1: u64 = 0x4001_0000;
 const CR1: u64 = TIM1;
 const CNT: u64 = TIM1 + 0x24;
 const PSC: u64 = TIM1 + 0x28;
+const CCR4: u64 = TIM1 + 0x40;
 
 /// Converter channels of the schematic.
 mod input {
@@ -75,18 +77,18 @@ impl Chip {
         Some(cycles * PWM_PERIOD_NS / u64::from(PERIOD_CYCLES))
     }
 
+    /// The instant at which the next PWM period samples the current: channel 4 of TIM1, preloaded.
+    pub fn current_instant(&mut self, at: VirtualNanos) -> CurrentInstant {
+        CurrentInstant::of_count(self.peek_register(at, CCR4) as u32)
+    }
+
     /// Sets the codes at the converter's inputs.
     pub fn set_sensor_inputs(&mut self, sensed: &Sensed) {
         self.set_input(input::CURRENT, sensed.current.bits());
         self.set_input(input::SUPPLY, sensed.supply.bits());
         self.set_input(input::TEMPERATURE, sensed.temperature.bits());
-        self.set_leg_inputs(&sensed.legs);
-    }
-
-    /// Sets the codes of the legs.
-    pub fn set_leg_inputs(&mut self, legs: &Legs) {
-        self.set_input(input::LEG_A, legs.a.bits());
-        self.set_input(input::LEG_B, legs.b.bits());
+        self.set_input(input::LEG_A, sensed.legs.a.bits());
+        self.set_input(input::LEG_B, sensed.legs.b.bits());
     }
 
     fn set_input(&mut self, channel: u8, code: u16) {

@@ -8,7 +8,7 @@ use rigless::time::VirtualNanos;
 use super::RunError;
 use super::board_faults::{self, BoardFaults};
 use super::firmware::Firmware;
-use super::grid::{Grid, Point};
+use super::grid::Grid;
 use super::options::Options;
 use super::probe::Probes;
 use super::servo::Servo;
@@ -65,13 +65,13 @@ impl<S: Script> Lockstep<S> {
         script: S,
         bus: Option<BusConnection>,
     ) -> Result<Self, RunError> {
-        let mut plant = BoardPlant::try_new(&options.plant)?;
+        let plant = BoardPlant::try_new(&options.plant)?;
         let faults = Injector::new(options.faults);
         let mut entries = Vec::new();
         for name in faults.symbols() {
             entries.push((firmware.function(name)?.entry, name.to_owned()));
         }
-        let sensed = plant.sense();
+        let sensed = plant.sensed();
         Ok(Self {
             script,
             trace: Trace::new(options.keeps_trace),
@@ -136,9 +136,10 @@ impl<S: Script> Lockstep<S> {
         self.align_with_timer(session.board_mut(), stop.at);
         let mut flow = Flow::Continue;
         while self.grid.is_locked && self.grid.next().0 <= stop.at.0 {
-            let (_, point) = self.grid.next();
-            flow = self.reach(point, session.board_mut(), stop, host);
-            self.grid.pass();
+            let (_, slot) = self.grid.next();
+            flow = self.pass(slot, session.board_mut(), stop, host);
+            let next = session.board_mut().chip.current_instant(stop.at);
+            self.grid.pass(next);
         }
         if let Some(level) = self.servo.edge(stop.at.0) {
             session.board_mut().chip.drive_servo(stop.at, level);
@@ -181,15 +182,20 @@ impl<S: Script> Lockstep<S> {
         };
         let edge_ns = at.0.saturating_sub(since_ns);
         let is_first = !self.grid.is_locked;
-        if self.grid.follow(edge_ns) && is_first {
+        if !self.grid.follow(edge_ns) {
+            return;
+        }
+        self.grid.current = board.chip.current_instant(at);
+        if is_first {
             // The shaft was at rest before the timer started.
             self.plant_ns = edge_ns;
         }
     }
 
-    fn reach(
+    /// Ends a slot: the plant advances to its end, and the converter's inputs show the new samples.
+    fn pass(
         &mut self,
-        point: Point,
+        slot: Slot,
         board: &mut ActuatorBoard,
         stop: Stop,
         host: &mut dyn Host,
@@ -199,40 +205,36 @@ impl<S: Script> Lockstep<S> {
         } else {
             Bridge::Coast
         };
-        let Point::Boundary(slot) = point else {
-            let legs = self.plant.sense_legs(bridge);
-            board.chip.set_leg_inputs(&legs);
-            return Flow::Continue;
-        };
-        self.advance_plant(slot, bridge);
-        let sensed = self.plant.sense();
-        board.set_encoder(sensed.encoder);
+        self.move_plant(slot, bridge);
+        let sensed = self.plant.sensed();
+        self.row.sensed = sensed;
         board.chip.set_sensor_inputs(&sensed);
         self.update_trip(board, stop.at);
         self.update_supply(board, stop.at, host);
-        self.row.sensed = sensed;
-        if slot == Slot::Head {
+        if slot != Slot::Edge {
             return Flow::Continue;
         }
+        board.set_encoder(sensed.encoder);
         self.record_row(bridge, stop);
         self.run_script(board, stop, host)
     }
 
-    fn advance_plant(&mut self, slot: Slot, bridge: Bridge) {
-        let boundary_ns = self.grid.boundary_ns(slot);
-        let ahead_ns = boundary_ns.saturating_sub(self.plant_ns);
-        if ahead_ns == slot.until_ns() - slot.from_ns() {
-            self.plant.advance(bridge, slot);
+    fn move_plant(&mut self, slot: Slot, bridge: Bridge) {
+        let current = self.grid.current;
+        let end_ns = self.grid.end_ns();
+        let ahead_ns = end_ns.saturating_sub(self.plant_ns);
+        if ahead_ns == slot.length_ns(current) {
+            self.plant.advance(bridge, slot, current);
         } else {
             // The timer was restarted.
             self.plant.advance_by(bridge, ahead_ns as f64 * 1e-9);
         }
-        self.plant_ns = self.plant_ns.max(boundary_ns);
+        self.plant_ns = self.plant_ns.max(end_ns);
     }
 
     /// The comparator at the bridge's ground return.
     fn update_trip(&mut self, board: &mut ActuatorBoard, at: VirtualNanos) {
-        let trips = self.board_faults.trips || self.plant.bridge_current_a().abs() > TRIP_A;
+        let trips = self.board_faults.trips || self.plant.return_peak_a() > TRIP_A;
         board.chip.drive_break(at, Level::from(!trips));
     }
 
@@ -263,7 +265,7 @@ impl<S: Script> Lockstep<S> {
             sensed: self.row.sensed,
             angle_deg: reading.output.angle_deg,
             rate_deg_s: reading.output.rate_deg_s,
-            current_a: self.plant.bridge_current_a(),
+            current_a: self.plant.motor_current_a(),
             supply_v: self.plant.supply_v(),
         };
         self.trace.row(self.row);

@@ -13,7 +13,7 @@ use crate::faults::{TABLE, Watched};
 
 /// The code of a motor current.
 fn current(current_ma: i32) -> AdcCode {
-    AdcCode::from_pin_v(1.65 + f64::from(current_ma) / 1000.0)
+    AdcCode::from_pin_v(1.65 + 0.5 * f64::from(current_ma) / 1000.0)
 }
 
 fn scan(samples: &mut Samples) -> &mut Scan {
@@ -49,14 +49,20 @@ fn provoke(fault: Fault, samples: &mut Samples, since: u32) {
         Fault::Overload => samples.current = Some(current(1010)),
         Fault::BridgeTripped => samples.bridge_tripped = true,
         Fault::Stall => {
-            samples.encoder = Some(word(0));
+            *samples = Samples::at_rest(word(0));
             samples.current = Some(current(700));
         }
         // Held, at a current between that of a free motor and that of a stall.
         Fault::FollowingError => {
-            samples.encoder = Some(word(0));
+            *samples = Samples::at_rest(word(0));
             samples.current = Some(current(300));
         }
+        // Held, and no current.
+        Fault::CurrentImplausible => {
+            *samples = Samples::at_rest(word(0));
+        }
+        // Turning upward, with leg B above leg A.
+        Fault::MotorPolarity => scan(samples).leg_b = leg_code(4.0),
         Fault::UnderVoltage => scan(samples).supply = supply_code(3.8),
         Fault::OverVoltage => scan(samples).supply = supply_code(9.2),
         Fault::OverTemperature => scan(samples).temperature = temperature_code(90.0),
@@ -71,7 +77,7 @@ fn provoke(fault: Fault, samples: &mut Samples, since: u32) {
 fn prepared(fault: Fault) -> TestBoard {
     let mut board = match fault {
         // At rest it would be a stall.
-        Fault::Overload => TestBoard::turning(),
+        Fault::Overload | Fault::MotorPolarity => TestBoard::turning(),
         _ => TestBoard::enabled(),
     };
     match fault {
@@ -79,10 +85,16 @@ fn prepared(fault: Fault) -> TestBoard {
             board.command = None;
         }
         Fault::FollowingError => {
+            board.application.set_ripple(smooth());
             board.command = Some(angle(30.0));
         }
+        Fault::CurrentImplausible => board.command = Some(angle(9.0)),
+        Fault::Overload => board.application.set_ripple(smooth()),
         // The controller pulls, within the window of the following error.
-        Fault::Stall => board.command = Some(angle(5.0)),
+        Fault::Stall => {
+            board.application.set_ripple(smooth());
+            board.command = Some(angle(5.0));
+        }
         _ => {}
     }
     board
@@ -103,7 +115,9 @@ fn every_fault_is_latched_and_safe_within_its_times() {
                 detected = Some(ms);
             }
             if outputs.state == BoardState::Fault {
-                assert_eq!(outputs.bridge, Bridge::Coast);
+                let coasts = matches!(fault, Fault::OverCurrent | Fault::BridgeTripped);
+                let off = if coasts { Bridge::Coast } else { Bridge::Brake };
+                assert_eq!(outputs.bridge, off, "{}", row.name);
                 safe = Some(ms + 1);
                 break;
             }
@@ -119,7 +133,7 @@ fn every_fault_is_latched_and_safe_within_its_times() {
 }
 
 #[test]
-fn faults_of_driving_block_enabling_while_the_board_is_disabled_and_are_none() {
+fn faults_of_driving_block_enabling_while_the_board_is_disabled_and_are_not_latched() {
     for row in TABLE.iter().filter(|row| row.watched == Watched::Driven) {
         let fault = row.fault;
         let mut board = TestBoard::new(BoardParameters::DEFAULT);
@@ -133,7 +147,11 @@ fn faults_of_driving_block_enabling_while_the_board_is_disabled_and_are_none() {
             );
         }
         // A shaft that stands, and a shaft that is elsewhere, are no news where nothing drives it.
-        if matches!(fault, Fault::Stall | Fault::EncoderJump) {
+        // Without a drive there is neither an expected current nor a direction.
+        if matches!(
+            fault,
+            Fault::Stall | Fault::EncoderJump | Fault::CurrentImplausible | Fault::MotorPolarity
+        ) {
             continue;
         }
         assert!(
@@ -179,7 +197,7 @@ fn three_lost_samples_hold_the_duty_and_the_fourth_switches_the_bridge_off() {
     let outputs = board.step_with(|samples| samples.encoder = None);
     assert_eq!(
         (outputs.bridge, outputs.state),
-        (Bridge::Coast, BoardState::Fault)
+        (Bridge::Brake, BoardState::Fault)
     );
 }
 
@@ -244,21 +262,22 @@ fn bus_off_matters_only_where_commands_come_from_the_bus() {
 }
 
 #[test]
-fn a_motor_that_is_not_connected_looks_like_a_stuck_encoder() {
+fn a_motor_that_is_not_connected_takes_no_current() {
     let mut board = TestBoard::enabled();
     board.command = Some(angle(9.0));
     let mut periods = 0;
     while board.outputs.fault.is_none() && periods < 200 {
-        board.step_with(|samples| samples.encoder = Some(word(0)));
+        board.step_with(|samples| *samples = Samples::at_rest(word(0)));
         periods += 1;
     }
-    assert_eq!(board.outputs.fault, Some(Fault::EncoderStuck));
+    assert_eq!(board.outputs.fault, Some(Fault::CurrentImplausible));
 }
 
 #[test]
 fn overload_comes_after_its_time_at_twice_the_current_and_never_at_the_continuous_one() {
     let periods_at = |current_ma| {
         let mut board = TestBoard::turning();
+        board.application.set_ripple(smooth());
         (1..5000).find(|_| {
             let outputs = board.step_with(|samples| samples.current = Some(current(current_ma)));
             outputs.fault == Some(Fault::Overload)
@@ -302,11 +321,12 @@ fn an_offset_that_stays_is_a_jump_however_small_beyond_the_reach() {
 #[test]
 fn a_count_that_flickers_hides_no_stall() {
     let mut board = TestBoard::enabled();
+    board.application.set_ripple(smooth());
     let mut periods = 0;
     while board.outputs.fault.is_none() && periods < 200 {
         periods += 1;
         board.step_with(|samples| {
-            samples.encoder = Some(word(periods % 2));
+            *samples = Samples::at_rest(word(periods % 2));
             samples.current = Some(current(600));
         });
     }

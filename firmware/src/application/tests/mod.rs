@@ -16,7 +16,7 @@ use model_core::{
         Plant, Pwm,
         first_order::{FirstOrder, FirstOrderParameters},
     },
-    sensors::{encoder::Encoder, noise::Noise},
+    sensors::{adc::AdcCode, dividers::leg_code, encoder::Encoder, noise::Noise},
 };
 
 use super::*;
@@ -29,11 +29,21 @@ fn without_stop() -> FirstOrderParameters {
     }
 }
 
+/// A winding whose current is constant within a PWM period, and so small that none is expected: for
+/// samples of a current that has nothing to do with the duty.
+fn smooth() -> Ripple {
+    Ripple::of(1e3, 1e3)
+}
+
+/// Back-EMF of the simulated motor, V per deg/s: 5.73 V at 283.6 deg/s.
+const BACK_EMF_V_S_DEG: f64 = 5.73 / 283.6;
+
 /// A motor with its encoder.
 pub(crate) struct Motor {
     plant: FirstOrder,
     encoder: Encoder,
     duty_pct: f64,
+    compare: PwmCompare,
 }
 
 impl Motor {
@@ -42,12 +52,25 @@ impl Motor {
             plant: FirstOrder::try_new(without_stop(), Pwm::Average).unwrap(),
             encoder: Encoder::new(Default::default(), Noise::new(0, 0)),
             duty_pct: 0.0,
+            compare: PwmCompare::default(),
         }
     }
 
     /// What an undisturbed board samples.
     pub fn samples(&mut self) -> Samples {
-        Samples::at_rest(self.encoder.word(self.plant.at(20).angle_deg))
+        let state = self.plant.at(20);
+        let mut samples = Samples::at_rest(self.encoder.word(state.angle_deg));
+        let back_emf_v = state.rate_deg_s * BACK_EMF_V_S_DEG;
+        let mean_a = (self.duty_pct / 100.0 * 5.998 - back_emf_v) / 7.7;
+        // The sample in the on time, from the mean by the ripple of a sample of 0.
+        let of_zero = Ripple::of(7.7, 1e-3).over_period(0, self.compare, 5998);
+        let sampled_a = mean_a - f64::from(of_zero.mean_ma) / 1000.0;
+        samples.current = Some(AdcCode::from_pin_v(1.65 + 0.5 * sampled_a));
+        if let Some(scan) = &mut samples.scan {
+            scan.leg_a = leg_code((5.998 + back_emf_v) / 2.0);
+            scan.leg_b = leg_code((5.998 - back_emf_v) / 2.0);
+        }
+        samples
     }
 
     /// A PWM period more, as before.
@@ -60,9 +83,9 @@ impl Motor {
         for period in 0..4 {
             self.drift();
             if period == 0 {
-                self.duty_pct = match outputs.bridge {
-                    Bridge::Driven(_) => outputs.telemetry.duty.to_f64(),
-                    Bridge::Coast | Bridge::Brake => 0.0,
+                (self.duty_pct, self.compare) = match outputs.bridge {
+                    Bridge::Driven(compare) => (outputs.telemetry.duty.to_f64(), compare),
+                    Bridge::Coast | Bridge::Brake => (0.0, PwmCompare::default()),
                 };
             }
         }

@@ -16,7 +16,8 @@ fn with_gains(control: ControlParameters) -> BoardParameters {
 }
 
 fn enabled(parameters: BoardParameters) -> Application {
-    let mut application = Application::new(parameters);
+    // The samples show no current.
+    let mut application = Application::with_ripple(parameters, Start::default(), smooth());
     application.step(&Samples::at_rest(word(1000)));
     application.request(Request::Enable).unwrap();
     application

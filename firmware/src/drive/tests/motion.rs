@@ -138,7 +138,7 @@ fn a_fault_with_a_controlled_stop_ends_in_fault_at_standstill() {
     let last = last.expect("stepped");
     assert_eq!(
         (last.state, last.bridge),
-        (BoardState::Fault, Bridge::Coast)
+        (BoardState::Fault, Bridge::Brake)
     );
     assert_eq!(bench.status() & 0x4F, 0x08);
     assert_eq!(bench.get(0x603F, 0), 0x4210);

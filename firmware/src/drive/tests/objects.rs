@@ -202,11 +202,13 @@ fn an_excitation_beyond_the_position_limits_is_refused() {
 #[test]
 fn measurements_have_their_units() {
     let mut bench = Bench::enabled(9);
+    // A large inductance: the current is constant within a PWM period.
+    bench.set_real(0x2011, 8, 1.0);
     bench.set(0x60FF, 0, 100_000, 4);
     for _ in 0..100 {
-        // The bus voltage of `at_rest` is 5,998 mV; half an ampere flows.
+        // The bus voltage of `at_rest` is 5,998 mV; 250 mA flow.
         bench.step_with(|samples| {
-            samples.current = Some(model_core::sensors::adc::AdcCode::new(2360))
+            samples.current = Some(model_core::sensors::adc::AdcCode::new(2203))
         });
         bench.set(0x60FF, 0, 100_000, 4);
     }

@@ -1,7 +1,7 @@
-//! What the bridge does in a PWM period.
+//! States of the bridge in a PWM period, and the terminal voltages that they cause.
 
-use crate::plant::pwm_timer::{TIMER_CLOCK_HZ, TIMER_DIVIDER};
-use crate::time::{PWM_PERIOD_NS, PWM_RATE_HZ};
+use crate::plant::pwm_timer::{CurrentInstant, TIMER_CLOCK_HZ, TIMER_DIVIDER};
+use crate::time::PWM_RATE_HZ;
 
 /// Cycles of the timer's clock, 168 MHz, in a PWM period: 168,000 at 1 kHz.
 pub const PERIOD_CYCLES: u32 = TIMER_CLOCK_HZ / PWM_RATE_HZ;
@@ -9,32 +9,47 @@ pub const PERIOD_CYCLES: u32 = TIMER_CLOCK_HZ / PWM_RATE_HZ;
 /// Cycles in a count of the timer.
 const CYCLES_PER_COUNT: u32 = TIMER_DIVIDER;
 
-/// 1 us, during which neither switch of a leg conducts.
+/// Dead time: neither switch of a leg conducts for 1 us.
 const DEAD_CYCLES: u32 = 168;
 
-/// What the dead time leaves of a full period, which has no edge and loses nothing.
+/// On time of a full period less the dead time. A full period has no edge and loses nothing.
 const FULL_CYCLES: u32 = PERIOD_CYCLES - DEAD_CYCLES;
 
-/// State of the bridge, for as long as it stays.
+/// State of the bridge over a PWM period.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Bridge {
     /// All switches open.
     Coast,
     /// Both low sides closed.
     Brake,
-    /// One leg's high side closed from the period's start on, the other leg's low side all the
-    /// time.
+    /// The high side of one leg closed from the start of the period, the low side of the other leg
+    /// closed throughout.
     Driven {
         /// Whether leg A is switched: a positive voltage.
         is_positive: bool,
-        /// How long its high side conducts, cycles of 168 MHz; [`PERIOD_CYCLES`] is all the time.
+        /// On time of its high side, cycles of 168 MHz; [`PERIOD_CYCLES`] is the whole period.
         on_cycles: u32,
     },
 }
 
+/// A part of a slot with one switch state.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Switched {
+    /// All switches open.
+    Open,
+    /// Both low sides closed.
+    Shorted,
+    /// The supply at the winding, with this sign.
+    Supply(f64),
+    /// Both switches of the leg that drives with this sign open: a diode of the leg carries the
+    /// current, to the supply if it flows against the sign, else from ground.
+    Dead(f64),
+}
+
 impl Bridge {
-    /// The state for a compare value of the board, -56,000 to 56,000 counts: the dead time goes off
-    /// the on time, and a full period has none. What is no longer than the dead time brakes.
+    /// The state for a compare value of the board, -56,000 to 56,000 counts. The dead time shortens
+    /// the on time, except in a full period; an on time that is not longer than the dead time
+    /// brakes.
     ///
     /// ```
     /// use model_core::plant::board::Bridge;
@@ -45,15 +60,11 @@ impl Bridge {
     /// ```
     pub fn driven(compare: i32) -> Self {
         let cycles = compare.unsigned_abs().saturating_mul(CYCLES_PER_COUNT);
-        Self::of_cycles(compare > 0, cycles)
+        Self::after_dead_time(compare > 0, cycles.saturating_sub(DEAD_CYCLES))
     }
 
-    fn of_cycles(is_positive: bool, cycles: u32) -> Self {
-        Self::after_dead_time(is_positive, cycles.saturating_sub(DEAD_CYCLES))
-    }
-
-    /// The state for a high side that conducts for so many cycles. The timer knows of no full
-    /// period: it takes the dead time off that one as well.
+    /// The state for an on time from which the dead time has been subtracted. The timer subtracts it
+    /// from a full period as well.
     pub fn after_dead_time(is_positive: bool, cycles: u32) -> Self {
         match cycles {
             0 => Self::Brake,
@@ -68,48 +79,94 @@ impl Bridge {
         }
     }
 
-    /// Mean voltage between these instants of the period, as a share of the supply.
-    pub(super) fn share(&self, from_ns: u64, until_ns: u64) -> f64 {
-        let Self::Driven {
-            is_positive,
-            on_cycles,
-        } = *self
-        else {
-            return 0.0;
+    /// The instant at which the board samples the current in a period with this state.
+    pub fn current_instant(self) -> CurrentInstant {
+        let cycles = match self {
+            Self::Coast | Self::Brake => 0,
+            Self::Driven {
+                on_cycles: PERIOD_CYCLES,
+                ..
+            } => PERIOD_CYCLES,
+            Self::Driven { on_cycles, .. } => on_cycles + DEAD_CYCLES,
         };
-        let cycles = |ns: u64| ns * u64::from(PERIOD_CYCLES) / PWM_PERIOD_NS;
-        let (from, until) = (cycles(from_ns), cycles(until_ns));
-        let on = u64::from(on_cycles).min(until).saturating_sub(from);
-        let share = on as f64 / (until - from).max(1) as f64;
-        if is_positive { share } else { -share }
+        CurrentInstant::of_on_time(cycles / CYCLES_PER_COUNT)
+    }
+
+    /// The switch states between two cycles of the period, with their lengths in cycles. The high
+    /// side closes a dead time after the edge, and the low side a dead time after it has opened.
+    pub(super) fn between(self, from: u32, until: u32) -> [(Switched, u32); 4] {
+        let (is_positive, on_cycles) = match self {
+            Self::Coast => return [(Switched::Open, until - from), NONE, NONE, NONE],
+            Self::Brake => return [(Switched::Shorted, until - from), NONE, NONE, NONE],
+            Self::Driven {
+                is_positive,
+                on_cycles,
+            } => (is_positive, on_cycles),
+        };
+        let sign = if is_positive { 1.0 } else { -1.0 };
+        let is_full = on_cycles == PERIOD_CYCLES;
+        let dead = if is_full { 0 } else { DEAD_CYCLES };
+        let rise = dead.clamp(from, until);
+        let fall = (dead + on_cycles).clamp(from, until);
+        let low = (dead + on_cycles + dead).clamp(from, until);
+        [
+            (Switched::Dead(sign), rise - from),
+            (Switched::Supply(sign), fall - rise),
+            (Switched::Dead(sign), low - fall),
+            (Switched::Shorted, until - low),
+        ]
     }
 }
+
+/// No time.
+const NONE: (Switched, u32) = (Switched::Shorted, 0);
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn the_on_time_lies_at_the_start_of_the_period() {
-        let bridge = Bridge::driven(28_056);
-        // 500 us of 900, and none of the rest.
-        assert_eq!(bridge.share(0, 900_000), 5.0 / 9.0);
-        assert_eq!(bridge.share(900_000, 1_000_000), 0.0);
-        assert_eq!(bridge.share(0, 1_000_000), 0.5);
+    fn the_on_time_lies_between_two_dead_times() {
+        let bridge = Bridge::driven(28_000);
+        let (dead, on) = (Switched::Dead(1.0), Switched::Supply(1.0));
+        let off = Switched::Shorted;
+        let head = [(dead, 168), (on, 83_832), (dead, 168), (off, 50_232)];
+        assert_eq!(bridge.between(0, 134_400), head);
+        let part = [(dead, 0), (on, 4_000), (dead, 168), (off, 832)];
+        assert_eq!(bridge.between(80_000, 85_000), part);
     }
 
     #[test]
-    fn a_long_on_time_reaches_into_the_window_and_a_full_one_through_it() {
-        let bridge = Bridge::driven(-(53_200 + 56));
-        assert_eq!(bridge.share(0, 900_000), -1.0);
-        assert_eq!(bridge.share(900_000, 1_000_000), -0.5);
-        assert_eq!(Bridge::driven(56_000).share(900_000, 1_000_000), 1.0);
+    fn a_full_period_has_no_off_time() {
+        for compare in [56_000_i32, -56_000] {
+            let sign = f64::from(compare.signum());
+            let parts = Bridge::driven(compare).between(0, PERIOD_CYCLES);
+            assert_eq!(parts[1], (Switched::Supply(sign), PERIOD_CYCLES));
+            assert_eq!(
+                parts.map(|(_, cycles)| cycles).iter().sum::<u32>(),
+                PERIOD_CYCLES
+            );
+        }
     }
 
     #[test]
     fn brake_and_coast_drive_nothing() {
-        assert_eq!(Bridge::Brake.share(0, 900_000), 0.0);
-        assert_eq!(Bridge::Coast.share(0, 900_000), 0.0);
+        assert_eq!(Bridge::Brake.between(0, 10)[0], (Switched::Shorted, 10));
+        assert_eq!(Bridge::Coast.between(0, 10)[0], (Switched::Open, 10));
         assert_eq!(Bridge::driven(0), Bridge::Brake);
+    }
+
+    #[test]
+    fn the_current_is_sampled_in_the_middle_of_the_commanded_on_time() {
+        for compare in [
+            0_i32, 56, 57, 1120, 20_001, -40_000, 44_000, -55_999, 56_000,
+        ] {
+            let expected = CurrentInstant::of_on_time(i32::unsigned_abs(compare));
+            assert_eq!(
+                Bridge::driven(compare).current_instant(),
+                expected,
+                "{compare}"
+            );
+        }
     }
 }

@@ -1,30 +1,26 @@
 //! The plant in control periods, in the order in which the board samples and drives.
 
 use super::{BoardPlant, Bridge, Sensed, Slot};
-use crate::sensors::adc::AdcCode;
 use crate::time::PWM_PERIODS_PER_CONTROL_PERIOD;
 
 /// PWM periods in a control period.
 const PERIODS: u32 = PWM_PERIODS_PER_CONTROL_PERIOD;
 
-/// What the board has sampled when a control period begins.
+/// The samples of the board when a control period begins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sampled {
-    /// What the pins show at the edge at which it begins; the encoder is read there.
+    /// The samples up to the edge at which it begins; the encoder is read there.
     pub sensed: Sensed,
-    /// The motor current at the start of the last PWM period; none before the first control period.
-    pub current: Option<AdcCode>,
-    /// What the window of the last PWM period saw, the legs while the bridge was open, with the
-    /// supply beside the current; none before the first.
-    pub window: Option<Sensed>,
+    /// The conversions of the last PWM period; `None` before the first control period.
+    pub converted: Option<Sensed>,
 }
 
 /// The plant at the end of a PWM period.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Edge {
-    /// What the bridge did up to it.
+    /// State of the bridge up to it.
     pub bridge: Bridge,
-    /// What the pins show from it on.
+    /// The samples up to it.
     pub sensed: Sensed,
 }
 
@@ -41,15 +37,14 @@ pub struct SampledBoardPlant {
 
 impl SampledBoardPlant {
     /// After power-on: one PWM period passes before the first control period.
-    pub fn new(mut plant: BoardPlant, see: &mut impl FnMut(&BoardPlant, Edge)) -> Self {
-        let sensed = plant.sense();
+    pub fn new(plant: BoardPlant, see: &mut impl FnMut(&BoardPlant, Edge)) -> Self {
+        let sensed = plant.sensed();
         let mut ticked = Self {
             plant,
             bridge: Bridge::Coast,
             sampled: Sampled {
                 sensed,
-                current: None,
-                window: None,
+                converted: None,
             },
         };
         ticked.period(false, see);
@@ -75,7 +70,7 @@ impl SampledBoardPlant {
     /// assert_eq!(edges, 5);
     /// ```
     pub fn tick(&mut self, decided: Bridge, see: &mut impl FnMut(&BoardPlant, Edge)) {
-        (self.sampled.current, self.sampled.window) = (None, None);
+        self.sampled.converted = None;
         self.period(false, see);
         // The compare values are preloaded: they take effect at the next edge.
         self.bridge = decided;
@@ -84,31 +79,21 @@ impl SampledBoardPlant {
         }
     }
 
-    /// A PWM period; in the last of a tick the window opens, and the converter runs.
+    /// A PWM period; in the last of a control period the coast window opens and the converter runs.
     fn period(&mut self, has_window: bool, see: &mut impl FnMut(&BoardPlant, Edge)) {
-        if has_window {
-            self.sampled.current = Some(self.sampled.sensed.current);
+        let current = self.bridge.current_instant();
+        let mut bridge = self.bridge;
+        for slot in Slot::ALL {
+            if has_window && slot == Slot::Legs {
+                bridge = Bridge::Coast;
+            }
+            self.plant.advance(bridge, slot, current);
         }
-        let supply = self.sampled.sensed.supply;
-        self.plant.advance(self.bridge, Slot::Head);
-        let within = self.plant.sense();
-        let bridge = if has_window {
-            let legs = self.plant.sense_legs(Bridge::Coast);
-            self.sampled.window = Some(Sensed {
-                legs,
-                supply,
-                ..within
-            });
-            Bridge::Coast
-        } else {
-            self.bridge
-        };
-        self.plant.advance(bridge, Slot::Tail);
-        self.sampled.sensed = self.plant.sense();
-        let edge = Edge {
-            bridge,
-            sensed: self.sampled.sensed,
-        };
-        see(&self.plant, edge);
+        let sensed = self.plant.sensed();
+        self.sampled.sensed = sensed;
+        if has_window {
+            self.sampled.converted = Some(sensed);
+        }
+        see(&self.plant, Edge { bridge, sensed });
     }
 }

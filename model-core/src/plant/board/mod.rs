@@ -1,14 +1,17 @@
 //! Everything that the chip's pins see: motor, gear train, supply, encoder, analogue front ends.
 //!
-//! The plant is driven from boundary to boundary of a fixed grid, twice a PWM period: 900 us, where
-//! the window for the back-EMF opens, and 1000 us. Whoever calls it with the same bridge states
-//! gets the same words and codes bit for bit: the emulated board does, and so does a loop that runs
-//! the application natively.
+//! The plant advances slot by slot through each PWM period: to the instant at which the current is
+//! sampled, to the start of the coast window, to the instant at which the legs are sampled, to the
+//! next edge. Within a slot the winding's current is computed in closed form between the edges of
+//! the bridge, with the conduction of the diodes while all switches are open. Two callers that pass
+//! the same bridge states obtain the same words and codes bit for bit: the emulated board does, and
+//! so does a loop that runs the application natively.
 
 mod bridge;
 mod control_period;
 mod defects;
 mod encoder;
+mod legs;
 mod options;
 mod sensed;
 mod slot;
@@ -18,6 +21,7 @@ mod tests;
 
 use crate::parameter::ParameterError;
 use crate::plant::drivetrain::{Drivetrain, Reading, electrical::Terminal};
+use crate::plant::pwm_timer::CurrentInstant;
 use crate::sensors::noise::Noise;
 
 pub use bridge::{Bridge, PERIOD_CYCLES};
@@ -26,10 +30,12 @@ pub use defects::Defects;
 pub use encoder::{EncoderWire, SsiWord, Stuck};
 pub use options::BoardPlantOptions;
 pub use sensed::{Legs, Sensed};
-pub use slot::{Slot, WINDOW_NS};
+pub use slot::Slot;
 pub use supply::SupplyParameters;
 
+use self::bridge::Switched;
 use self::encoder::EncoderOutput;
+use self::legs::LegVoltages;
 use self::sensed::FrontEnds;
 use self::supply::Supply;
 
@@ -42,10 +48,14 @@ pub struct BoardPlant {
     supply: Supply,
     encoder: EncoderOutput,
     front_ends: FrontEnds,
-    /// What the bridge did in the last interval.
-    bridge: Bridge,
-    /// Current through the bridge's shunt at its end, A, with the sign of the motor's.
-    bridge_a: f64,
+    legs: LegVoltages,
+    sensed: Sensed,
+    /// The switch state at the end of the last slot.
+    switched: Switched,
+    /// Mean current drawn from the supply in the last slot, A.
+    drawn_a: f64,
+    /// Largest current through the bridge's return in the last slot, A.
+    return_peak_a: f64,
 }
 
 impl BoardPlant {
@@ -58,140 +68,201 @@ impl BoardPlant {
     /// use model_core::plant::board::{Bridge, BoardPlant, BoardPlantOptions, Slot};
     ///
     /// let mut plant = BoardPlant::try_new(&BoardPlantOptions::default()).unwrap();
+    /// let bridge = Bridge::driven(28_000);
     /// for _ in 0..500 {
-    ///     plant.advance(Bridge::driven(28_000), Slot::Head);
-    ///     plant.advance(Bridge::driven(28_000), Slot::Tail);
+    ///     for slot in Slot::ALL {
+    ///         plant.advance(bridge, slot, bridge.current_instant());
+    ///     }
     /// }
     /// // Half of 283.6 deg/s, less the share of friction and dead time.
     /// assert!((plant.reading().output.rate_deg_s - 133.6).abs() < 1.0);
     /// ```
     pub fn try_new(options: &BoardPlantOptions) -> Result<Self, ParameterError> {
         let noise = |stream| Noise::new(options.seed, stream);
-        Ok(Self {
+        let mut plant = Self {
             defects: Defects::default(),
             drivetrain: Drivetrain::try_new(&options.drivetrain)?,
             supply: Supply::try_new(&options.drivetrain.electrical, &options.supply)?,
             encoder: EncoderOutput::try_new(options.encoder, noise(0))?,
             front_ends: FrontEnds::try_new(options, noise)?,
-            bridge: Bridge::Coast,
-            bridge_a: 0.0,
-        })
+            legs: LegVoltages::new(&options.drivetrain.electrical),
+            sensed: Sensed::default(),
+            switched: Switched::Open,
+            drawn_a: 0.0,
+            return_peak_a: 0.0,
+        };
+        plant.sample_current();
+        plant.sample_legs();
+        plant.sample_encoder();
+        Ok(plant)
     }
 
-    /// Runs a slot of the grid with the bridge in this state.
-    pub fn advance(&mut self, bridge: Bridge, slot: Slot) {
-        let share = bridge.share(slot.from_ns(), slot.until_ns());
-        self.advance_with(bridge, share, slot.length_s());
+    /// Runs a slot of a PWM period with the bridge in this state, and samples at its end what the
+    /// slot is named for. `current` is the instant at which this period samples the current.
+    /// Returns the mean current of the winding in the slot, A.
+    pub fn advance(&mut self, bridge: Bridge, slot: Slot, current: CurrentInstant) -> f64 {
+        let (from, until) = slot.cycles(current);
+        let length_s = slot::seconds(until - from);
+        self.start_slot(length_s);
+        let mut charge = 0.0;
+        for (switched, cycles) in bridge.between(from, until) {
+            if cycles > 0 {
+                let time_s = slot::seconds(cycles);
+                charge += self.run(switched, time_s) * time_s;
+            }
+        }
+        self.drawn_a /= length_s;
+        match slot {
+            Slot::Current => self.sample_current(),
+            Slot::Window => self.legs.open(self.current_a(), self.back_emf_v()),
+            Slot::Legs => self.sample_legs(),
+            Slot::Edge => self.sample_encoder(),
+        }
+        charge / length_s
     }
 
-    /// Runs any time, where the grid is disturbed: the board restarts, or a fault wants it finer.
+    /// Runs any time, where the periods are disturbed: the board restarts, or a fault requires a
+    /// finer step. The bridge's mean voltage acts, and everything is sampled at the end.
     pub fn advance_by(&mut self, bridge: Bridge, time_s: f64) {
-        let share = bridge.share(0, Slot::Tail.until_ns());
-        self.advance_with(bridge, share, time_s);
+        if time_s <= 0.0 {
+            return;
+        }
+        self.start_slot(time_s);
+        for (switched, cycles) in bridge.between(0, PERIOD_CYCLES) {
+            if cycles > 0 {
+                let share = f64::from(cycles) / f64::from(PERIOD_CYCLES);
+                self.run(switched, time_s * share);
+            }
+        }
+        self.drawn_a /= time_s;
+        self.legs.open(0.0, self.back_emf_v());
+        self.sample_current();
+        self.sample_legs();
+        self.sample_encoder();
     }
 
-    fn advance_with(&mut self, bridge: Bridge, share: f64, time_s: f64) {
-        self.bridge = bridge;
-        self.supply
-            .advance(time_s, self.bridge_a * share, &self.defects);
-        let supply_v = self.supply.volts();
-        self.drivetrain.set_supply_v(supply_v);
+    fn start_slot(&mut self, time_s: f64) {
+        self.supply.advance(time_s, self.drawn_a, &self.defects);
+        self.drivetrain.set_supply_v(self.supply.volts());
         self.drivetrain.set_jammed(self.defects.is_jammed);
         self.drivetrain
             .set_recorded_torque_nm(self.defects.torque_nm);
-        let terminal = self.terminal(bridge, share * supply_v);
-        self.drivetrain.advance(terminal, time_s);
-        self.bridge_a = self.shunt_a(terminal);
+        (self.drawn_a, self.return_peak_a) = (0.0, 0.0);
     }
 
-    /// What the winding sees of the bridge, whose mean voltage this is.
-    fn terminal(&self, bridge: Bridge, mean_v: f64) -> Terminal {
-        let shorted = self.defects.motor_short_ohm.is_some();
-        match bridge {
+    /// Runs with the switches in this state; `drawn_a` accumulates charge meanwhile. Returns the
+    /// mean current of the winding, A.
+    fn run(&mut self, switched: Switched, time_s: f64) -> f64 {
+        let switched = self.conducting(switched);
+        self.switched = switched;
+        let peak_a = self.return_a(switched);
+        let mean_a = self.drivetrain.advance(self.terminal(switched), time_s);
+        let drawn_a = match switched {
+            Switched::Supply(sign) => sign * mean_a + self.short_a(),
+            // The diodes return the winding's energy.
+            Switched::Open => -mean_a.abs(),
+            Switched::Shorted | Switched::Dead(_) => 0.0,
+        };
+        self.drawn_a += drawn_a * time_s;
+        let end_a = self.return_a(switched);
+        self.return_peak_a = self.return_peak_a.max(peak_a).max(end_a);
+        mean_a
+    }
+
+    /// The state that the diodes make of a dead time: the current does not change its sign within
+    /// a microsecond.
+    fn conducting(&self, switched: Switched) -> Switched {
+        match switched {
+            Switched::Dead(sign) if sign * self.drivetrain.reading().current_a < 0.0 => {
+                Switched::Supply(sign)
+            }
+            Switched::Dead(_) => Switched::Shorted,
+            other => other,
+        }
+    }
+
+    /// The terminal voltage of the winding.
+    fn terminal(&self, switched: Switched) -> Terminal {
+        let is_shorted = self.defects.motor_short_ohm.is_some();
+        match switched {
             _ if self.defects.is_motor_open => Terminal::Coast,
             // The short brakes the motor where the bridge does not drive it.
-            Bridge::Coast if shorted => Terminal::Brake,
-            Bridge::Coast => Terminal::Coast,
-            Bridge::Brake => Terminal::Brake,
-            Bridge::Driven { .. } => Terminal::Driven(mean_v),
+            Switched::Open if is_shorted => Terminal::Brake,
+            Switched::Open => Terminal::Coast,
+            Switched::Shorted | Switched::Dead(_) => Terminal::Brake,
+            Switched::Supply(sign) => Terminal::Driven(sign * self.supply.volts()),
         }
     }
 
-    /// The winding's current, and that of a short across it while the bridge drives.
-    fn shunt_a(&self, terminal: Terminal) -> f64 {
-        let reading = self.drivetrain.reading();
-        let short_a = match (self.defects.motor_short_ohm, terminal) {
-            (Some(ohm), Terminal::Driven(v)) => v / ohm.max(1e-3),
-            _ => 0.0,
-        };
-        let open = self.bridge == Bridge::Coast && self.defects.motor_short_ohm.is_some();
-        if open {
-            0.0
-        } else {
-            reading.current_a + short_a
+    /// Current of a short across the motor while the supply is at it, A.
+    fn short_a(&self) -> f64 {
+        self.defects
+            .motor_short_ohm
+            .map_or(0.0, |ohm| self.supply.volts() / ohm.max(1e-3))
+    }
+
+    /// Current through the return of the bridge, A; none circulates there in the off time.
+    fn return_a(&self, switched: Switched) -> f64 {
+        match switched {
+            Switched::Supply(sign) => {
+                (sign * self.drivetrain.reading().current_a + self.short_a()).abs()
+            }
+            Switched::Open | Switched::Shorted | Switched::Dead(_) => 0.0,
         }
     }
 
-    /// The encoder's word and the converter's codes, for what follows.
-    pub fn sense(&mut self) -> Sensed {
-        let reading = self.drivetrain.reading();
-        let quantities = sensed::Quantities {
-            current_a: self.bridge_a,
-            supply_v: self.supply_on_v(),
-            temperature_deg_c: self
-                .defects
-                .temperature_deg_c
-                .unwrap_or(self.front_ends.ambient_deg_c),
+    /// Current through the shunt in the motor's line, A.
+    fn current_a(&self) -> f64 {
+        let winding_a = self.drivetrain.reading().current_a;
+        match self.switched {
+            // It circulates behind the shunt.
+            Switched::Open if self.defects.motor_short_ohm.is_some() => 0.0,
+            Switched::Supply(sign) => winding_a + sign * self.short_a(),
+            Switched::Open | Switched::Shorted | Switched::Dead(_) => winding_a,
+        }
+    }
+
+    /// Back-EMF at the motor's terminals, V.
+    fn back_emf_v(&self) -> f64 {
+        if self.defects.is_motor_open || self.defects.motor_short_ohm.is_some() {
+            return 0.0;
+        }
+        self.drivetrain.reading().back_emf_v
+    }
+
+    fn sample_current(&mut self) {
+        let drawn_a = match self.switched {
+            Switched::Supply(sign) => sign * self.current_a(),
+            Switched::Open | Switched::Shorted | Switched::Dead(_) => 0.0,
         };
-        let mut sensed = self.front_ends.sense(&quantities, self.legs(self.bridge));
-        sensed.encoder = self.encoder.word(reading.output.angle_deg, &self.defects);
+        let (current_a, supply_v) = (self.current_a(), self.supply.under(drawn_a));
+        self.sensed.current = self.front_ends.current(current_a);
+        self.sensed.supply = self.front_ends.supply(supply_v);
         if let Some(code) = self.defects.stuck_current {
-            sensed.current = code;
-        }
-        sensed
-    }
-
-    /// What the supply falls to while the bridge conducts, V: its pin is sampled in the middle of
-    /// the on time.
-    fn supply_on_v(&self) -> f64 {
-        match self.bridge {
-            Bridge::Driven { is_positive, .. } => {
-                let drawn_a = if is_positive {
-                    self.bridge_a
-                } else {
-                    -self.bridge_a
-                };
-                self.supply.under(drawn_a)
-            }
-            Bridge::Brake | Bridge::Coast => self.supply.volts(),
+            self.sensed.current = code;
         }
     }
 
-    /// The legs' codes now that the bridge is in this state; nothing moves, and no noise is drawn.
-    pub fn sense_legs(&mut self, bridge: Bridge) -> Legs {
-        let legs = self.legs(bridge);
-        self.front_ends.legs(legs)
+    fn sample_legs(&mut self) {
+        let temperature_deg_c = self
+            .defects
+            .temperature_deg_c
+            .unwrap_or(self.front_ends.ambient_deg_c);
+        let legs_v = self
+            .legs
+            .at_sample(self.switched, self.supply.volts(), self.back_emf_v());
+        self.sensed.legs = self.front_ends.legs(legs_v);
+        self.sensed.temperature = crate::sensors::dividers::temperature_code(temperature_deg_c);
     }
 
-    /// Voltages of the legs, V.
-    fn legs(&self, bridge: Bridge) -> [f64; 2] {
-        let supply_v = self.supply.volts();
-        match bridge {
-            Bridge::Coast => {
-                let back_emf_v =
-                    if self.defects.is_motor_open || self.defects.motor_short_ohm.is_some() {
-                        0.0
-                    } else {
-                        self.drivetrain.reading().back_emf_v
-                    };
-                [(supply_v + back_emf_v) / 2.0, (supply_v - back_emf_v) / 2.0]
-            }
-            Bridge::Brake => [0.0; 2],
-            Bridge::Driven { .. } => {
-                let share = bridge.share(0, Slot::Tail.until_ns());
-                [share.max(0.0) * supply_v, (-share).max(0.0) * supply_v]
-            }
-        }
+    fn sample_encoder(&mut self) {
+        let angle_deg = self.drivetrain.reading().output.angle_deg;
+        self.sensed.encoder = self.encoder.word(angle_deg, &self.defects);
+    }
+
+    /// The last samples: what a transfer from the encoder and the conversions read until the next.
+    pub fn sensed(&self) -> Sensed {
+        self.sensed
     }
 
     /// Everything that can be read off the drivetrain.
@@ -199,9 +270,15 @@ impl BoardPlant {
         self.drivetrain.reading()
     }
 
-    /// Current through the bridge's shunt, A.
-    pub fn bridge_current_a(&self) -> f64 {
-        self.bridge_a
+    /// Current through the shunt in the motor's line, A.
+    pub fn motor_current_a(&self) -> f64 {
+        self.current_a()
+    }
+
+    /// Largest current through the bridge's return in the last slot, A: what the comparator of the
+    /// over-current trip sees.
+    pub fn return_peak_a(&self) -> f64 {
+        self.return_peak_a
     }
 
     /// Voltage of the supply at the board, V.

@@ -2,39 +2,33 @@
 
 use crate::parameter::ParameterError;
 use crate::sensors::adc::{AdcCode, FrontEnd};
-use crate::sensors::dividers::{LEG_DIVIDER, SUPPLY_DIVIDER, temperature_code};
+use crate::sensors::dividers::{LEG_DIVIDER, LEG_SETTLING_S, SUPPLY_DIVIDER};
 use crate::sensors::noise::Noise;
 
 use super::{BoardPlantOptions, SsiWord};
 
-/// What the pins show until the next boundary.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// The last samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Sensed {
-    /// What a transfer from the encoder reads.
+    /// What a transfer from the encoder reads, at the last edge.
     pub encoder: SsiWord,
-    /// The motor current.
+    /// The motor current in the last on time.
     pub current: AdcCode,
-    /// The legs of the motor.
+    /// The legs of the motor at the scan's instant.
     pub legs: Legs,
-    /// The supply.
+    /// The supply at the instant of the current.
     pub supply: AdcCode,
-    /// The temperature.
+    /// The temperature at the scan's instant.
     pub temperature: AdcCode,
 }
 
 /// The codes of the two legs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Legs {
     /// Leg A.
     pub a: AdcCode,
     /// Leg B.
     pub b: AdcCode,
-}
-
-pub(super) struct Quantities {
-    pub current_a: f64,
-    pub supply_v: f64,
-    pub temperature_deg_c: f64,
 }
 
 #[derive(Debug, Clone)]
@@ -44,8 +38,16 @@ pub(super) struct FrontEnds {
     current_noise: Noise,
     pin_noise: Noise,
     pin_noise_v: f64,
-    /// What the noise adds to the legs until the next boundary, V.
-    leg_noise_v: [f64; 2],
+    /// Voltage that the converter's sampling capacitor holds from the last conversion, V.
+    held_v: f64,
+}
+
+/// Share of the difference from the last conversion that a conversion of a leg still shows: the
+/// sampling capacitor, 4 pF (STM32F427 data sheet, table 74), shares its charge with the 1 nF at
+/// the pin, which recovers through 6.7 kohm during the sampling phase of 84 cycles of 21 MHz.
+fn charge_share() -> f64 {
+    const SAMPLING_S: f64 = 84.0 / 21e6;
+    4e-12 / (1e-9 + 4e-12) * libm::exp(-SAMPLING_S / LEG_SETTLING_S)
 }
 
 impl FrontEnds {
@@ -60,7 +62,7 @@ impl FrontEnds {
             current_noise: noise(1),
             pin_noise: noise(2),
             pin_noise_v: options.pin_noise_v,
-            leg_noise_v: [0.0; 2],
+            held_v: 0.0,
         })
     }
 
@@ -68,31 +70,26 @@ impl FrontEnds {
         self.pin_noise.gaussian(self.pin_noise_v)
     }
 
-    /// Draws all noise anew; the encoder's word is the caller's.
-    pub fn sense(&mut self, quantities: &Quantities, legs_v: [f64; 2]) -> Sensed {
-        self.leg_noise_v = [self.noise_v(), self.noise_v()];
-        let supply_pin_v = quantities.supply_v * SUPPLY_DIVIDER + self.noise_v();
-        // The NTC's filter is slow against any noise.
-        let temperature = temperature_code(quantities.temperature_deg_c);
-        Sensed {
-            encoder: SsiWord::default(),
-            current: self
-                .current
-                .convert(quantities.current_a, &mut self.current_noise),
-            legs: self.legs(legs_v),
-            supply: AdcCode::from_pin_v(supply_pin_v),
-            temperature,
-        }
+    /// The code of the motor current.
+    pub fn current(&mut self, current_a: f64) -> AdcCode {
+        self.current.convert(current_a, &mut self.current_noise)
     }
 
-    /// The legs at these voltages, with the noise of the last boundary.
-    pub fn legs(&self, legs_v: [f64; 2]) -> Legs {
-        let code = |leg: usize| {
-            AdcCode::from_pin_v(legs_v[leg].max(0.0) * LEG_DIVIDER + self.leg_noise_v[leg])
-        };
-        Legs {
-            a: code(0),
-            b: code(1),
-        }
+    /// The code of the supply. Its 10 nF hold the pin against the sampling capacitor.
+    pub fn supply(&mut self, supply_v: f64) -> AdcCode {
+        self.held_v = supply_v * SUPPLY_DIVIDER;
+        AdcCode::from_pin_v(self.held_v + self.noise_v())
+    }
+
+    /// The codes of the legs at these voltages, converted one after the other.
+    pub fn legs(&mut self, legs_v: [f64; 2]) -> Legs {
+        let [a, b] = legs_v.map(|leg_v| {
+            // The converter's clamp holds the pin at ground.
+            let pin_v = leg_v.max(0.0) * LEG_DIVIDER;
+            let sampled_v = pin_v + (self.held_v - pin_v) * charge_share();
+            self.held_v = pin_v;
+            AdcCode::from_pin_v(sampled_v + self.noise_v())
+        });
+        Legs { a, b }
     }
 }

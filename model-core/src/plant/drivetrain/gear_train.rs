@@ -269,6 +269,14 @@ impl GearTrain {
         self.motion(0)
     }
 
+    /// Sets the rate of all bodies.
+    #[cfg(test)]
+    pub fn spin(&mut self, rate_rad_s: f64) {
+        self.bodies
+            .iter_mut()
+            .for_each(|body| body.rate_rad_s = rate_rad_s);
+    }
+
     pub fn output(&self) -> Motion {
         self.motion(self.output)
     }

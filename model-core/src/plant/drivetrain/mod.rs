@@ -219,17 +219,19 @@ impl Drivetrain {
 
     /// Advances by `dt_s` with the bridge in this state, in equal steps short enough to be stable.
     ///
+    /// Returns the mean current of the winding over that time, A.
+    ///
     /// A time that is NaN or not above 0 has no effect; a time above one second is limited to one
     /// second. A voltage of NaN counts as 0.
     #[inline(always)]
-    pub fn advance(&mut self, terminal: Terminal, dt_s: f64) {
+    pub fn advance(&mut self, terminal: Terminal, dt_s: f64) -> f64 {
         self.terminal = match terminal {
             Terminal::Driven(v) if v.is_nan() => Terminal::Driven(0.0),
             Terminal::Driven(v) => Terminal::Driven(within(v, -self.supply_v, self.supply_v)),
             other => other,
         };
         if dt_s.is_nan() || dt_s <= 0.0 {
-            return;
+            return self.winding.current_a;
         }
         let dt_s = dt_s.min(LONGEST_ADVANCE_S);
         let steps = if dt_s == TICK_S {
@@ -238,6 +240,7 @@ impl Drivetrain {
             Steps::new(dt_s, self.longest_step_s, &self.winding)
         };
         // What a step changes stays in registers.
+        let mut sum_a = 0.0;
         let (mut winding, constant_nm_a) = (self.winding.clone(), self.constant_nm_a);
         let (train, load, step_s) = (&mut self.train, &self.load, steps.step_s);
         let driven_v = match self.terminal {
@@ -248,14 +251,19 @@ impl Drivetrain {
         match driven_v {
             Some(v) => train.advance(steps.count, step_s, load, |rate_rad_s| {
                 let back_emf_v = constant_nm_a * rate_rad_s;
-                constant_nm_a * winding.advance_driven(v, back_emf_v, &steps.electrical)
+                let mean_a = winding.advance_driven(v, back_emf_v, &steps.electrical);
+                sum_a += mean_a;
+                constant_nm_a * mean_a
             }),
             None => train.advance(steps.count, step_s, load, |rate_rad_s| {
                 let back_emf_v = constant_nm_a * rate_rad_s;
-                constant_nm_a * winding.advance(Terminal::Coast, back_emf_v, &steps.electrical)
+                let mean_a = winding.advance(Terminal::Coast, back_emf_v, &steps.electrical);
+                sum_a += mean_a;
+                constant_nm_a * mean_a
             }),
         }
         self.winding.current_a = winding.current_a;
+        sum_a / f64::from(steps.count)
     }
 
     /// Adds a torque to the external load until the next call, Nm, for example a recording or a
@@ -326,6 +334,12 @@ impl Drivetrain {
             friction_torque_nm: instant.friction_nm,
             load_torque_nm: instant.load_nm,
         }
+    }
+
+    /// Turns the motor at the rate of this back-EMF.
+    #[cfg(test)]
+    pub(crate) fn spin(&mut self, back_emf_v: f64) {
+        self.train.spin(back_emf_v / self.constant_nm_a);
     }
 
     fn back_emf_v(&self) -> f64 {

@@ -8,20 +8,15 @@
 //! hardware by a low level at `BKIN`, and while a debugger stops the timer.
 
 use firmware::application::Bridge as Command;
-use model_core::plant::pwm_timer::{COUNTS_PER_US, PWM_COUNTS, TIMER_CLOCK_HZ, TIMER_DIVIDER};
+use model_core::plant::pwm_timer::{
+    BACK_EMF_INSTANT, CurrentInstant, PWM_COUNTS, TIMER_CLOCK_HZ, TIMER_DIVIDER, WINDOW_START,
+};
 use stm32f4xx_hal::pac::{DBGMCU, TIM1};
 
 use super::timing::CORE_HZ;
 
 const _: () = assert!(TIMER_CLOCK_HZ == CORE_HZ);
 
-/// Start of the coast window: 100 us before the end of the last PWM period of a control period.
-const WINDOW_START: u16 = (PWM_COUNTS as u32 - 100 * COUNTS_PER_US) as u16;
-/// Sampling instant of the back-EMF: 75 us later, when the winding's current has decayed.
-const BACK_EMF_INSTANT: u16 = WINDOW_START + (75 * COUNTS_PER_US) as u16;
-/// Earliest sampling instant of the current: 10 us after the edge, later than the interrupt that
-/// enables the sample. With shorter on times the current is sampled there, during the slow decay.
-const EARLIEST_CURRENT_INSTANT: u16 = (10 * COUNTS_PER_US) as u16;
 /// Dead time in cycles of 168 MHz (RM0090, section 17.4.18): (64 + 20) x 2 = 168, that is 1 us.
 const DEAD_TIME: u8 = 0b10 << 6 | 20;
 const _: () = assert!((64 + (DEAD_TIME as u32 & 0x3f)) * 2 == CORE_HZ / 1_000_000);
@@ -63,8 +58,9 @@ impl Bridge {
             w.oc2m().pwm_mode1().oc2pe().enabled()
         });
         tim.ccmr2_output().write(|w| w.oc4pe().enabled());
-        tim.ccr3().write(|w| w.ccr().set(WINDOW_START));
-        tim.ccr4().write(|w| w.ccr().set(EARLIEST_CURRENT_INSTANT));
+        tim.ccr3().write(|w| w.ccr().set(WINDOW_START as u16));
+        let current = CurrentInstant::of_on_time(0).count() as u16;
+        tim.ccr4().write(|w| w.ccr().set(current));
         tim.ccer().write(|w| {
             w.cc1e().set_bit().cc1ne().set_bit();
             w.cc2e().set_bit().cc2ne().set_bit()
@@ -113,12 +109,8 @@ impl Bridge {
         self.tim.cr1().modify(|_, w| w.udis().set_bit());
         self.tim.ccr1().write(|w| w.ccr().set(a));
         self.tim.ccr2().write(|w| w.ccr().set(b));
-        let middle = if on < 2 * EARLIEST_CURRENT_INSTANT {
-            EARLIEST_CURRENT_INSTANT
-        } else {
-            on / 2
-        };
-        self.tim.ccr4().write(|w| w.ccr().set(middle));
+        let current = CurrentInstant::of_on_time(on.into()).count() as u16;
+        self.tim.ccr4().write(|w| w.ccr().set(current));
         self.tim.cr1().modify(|_, w| w.udis().clear_bit());
     }
 
@@ -146,7 +138,7 @@ impl Bridge {
     /// Enables the interrupts of the sampling instants in this PWM period, the last one of a
     /// control period.
     pub fn enable_sampling_instants(&mut self) {
-        self.tim.ccr3().write(|w| w.ccr().set(WINDOW_START));
+        self.tim.ccr3().write(|w| w.ccr().set(WINDOW_START as u16));
         self.tim
             .sr()
             .write(|w| w.cc3if().clear_bit().cc4if().clear_bit());
@@ -168,9 +160,11 @@ impl Bridge {
             return None;
         }
         self.tim.sr().write(|w| w.cc3if().clear_bit());
-        if self.tim.ccr3().read().ccr().bits() == WINDOW_START {
+        if self.tim.ccr3().read().ccr().bits() == WINDOW_START as u16 {
             self.off();
-            self.tim.ccr3().write(|w| w.ccr().set(BACK_EMF_INSTANT));
+            self.tim
+                .ccr3()
+                .write(|w| w.ccr().set(BACK_EMF_INSTANT as u16));
             return Some(Instant::WindowStart);
         }
         self.tim.dier().modify(|_, w| w.cc3ie().clear_bit());

@@ -1,0 +1,72 @@
+//! Motor current and encoder against what duty, supply and back-EMF make.
+//!
+//! ```text
+//! expected mean current = (duty supply - back-EMF)/resistance
+//! ```
+//!
+//! A dead current sense reads zero. A winding that is hot or that has brushes of high resistance
+//! takes less than expected, but not less than a third: copper would have to be at 500 deg C.
+//!
+//! A motor that is connected the wrong way round turns against the loop, which drives it to its
+//! full rate. Its back-EMF has the sign of the voltage, and the encoder turns the other way.
+
+use model_core::control::units::Rate;
+
+use super::{Conditions, lasting::Lasting};
+use crate::{
+    faults::{Fault, FaultSet},
+    parameters::EncoderLimits,
+    timing::CONTROL_PERIOD_MS,
+};
+
+/// Control periods for which the current has to be too small: 60 ms, before a stuck encoder is
+/// suspected of a motor that takes no current.
+pub const CURRENT_IMPLAUSIBLE_PERIODS: i32 = 60 / CONTROL_PERIOD_MS;
+
+/// Control periods for which the encoder has to turn against the back-EMF: 20 ms.
+pub const MOTOR_POLARITY_PERIODS: i32 = 20 / CONTROL_PERIOD_MS;
+
+/// Expected current from which it is compared: a quarter of the stall current of 780 mA, and 60
+/// times the error of half a code and the table of the ripple.
+const COMPARED_MA: i32 = 200;
+
+/// For how long current and encoder have been implausible.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct PlausibilityGuard {
+    current: Lasting,
+    polarity: Lasting,
+}
+
+impl PlausibilityGuard {
+    /// Which of them is implausible.
+    pub fn check(&mut self, limits: &EncoderLimits, c: &Conditions<'_>) -> FaultSet {
+        let mut present = FaultSet::EMPTY;
+        let is_small = is_too_small(c);
+        present.put(
+            Fault::CurrentImplausible,
+            self.current
+                .update(is_small, CURRENT_IMPLAUSIBLE_PERIODS * CONTROL_PERIOD_MS),
+        );
+        let is_reversed = turns_against_back_emf(limits, c);
+        present.put(
+            Fault::MotorPolarity,
+            self.polarity
+                .update(is_reversed, MOTOR_POLARITY_PERIODS * CONTROL_PERIOD_MS),
+        );
+        present
+    }
+}
+
+fn is_too_small(c: &Conditions<'_>) -> Option<bool> {
+    let (mean_ma, expected_ma) = (c.measured.current?.mean_ma, c.measured.expected_ma?);
+    let is_compared = c.is_driving && expected_ma.abs() >= COMPARED_MA;
+    Some(is_compared && mean_ma.abs() < expected_ma.abs() / 3)
+}
+
+fn turns_against_back_emf(limits: &EncoderLimits, c: &Conditions<'_>) -> Option<bool> {
+    let travelled = c.measured.travelled?;
+    let back_emf_mv = c.measured.back_emf_mv?;
+    let is_moving = travelled != 0 && back_emf_mv.abs() >= limits.stuck_back_emf_mv;
+    let is_against = (back_emf_mv > 0) != (c.rate > Rate::ZERO);
+    Some(c.is_driving && is_moving && is_against)
+}
