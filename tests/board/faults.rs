@@ -51,7 +51,7 @@ fn small_steps(tick: u64) -> i32 {
     steps(tick, 4_500, 250)
 }
 
-const CASES: [Case; 18] = [
+const CASES: [Case; 19] = [
     case(
         Reported::EncoderInvalid,
         || {
@@ -86,21 +86,27 @@ const CASES: [Case; 18] = [
         || at(Fault::MagnetSlips { deg: 40.0 }),
         0,
     ),
-    // 1.63 A.
+    // 1.63 A at 0.5 V/A.
     case(
         Reported::OverCurrent,
-        || at(Fault::CurrentSense { code: 4071 }),
+        || at(Fault::CurrentSense { code: 3060 }),
         0,
     ),
-    // 1 A, twice the continuous current.
+    // 1.1 A: at any duty a root mean square above twice the continuous current.
     Case {
         targets: alternating,
         ..case(
             Reported::Overload,
-            || at(Fault::CurrentSense { code: 3290 }),
+            || at(Fault::CurrentSense { code: 2731 }),
             0,
         )
     },
+    // No current, once the integrator has raised the duty against the jam.
+    case(
+        Reported::CurrentImplausible,
+        || at(Fault::CurrentSense { code: 2048 }),
+        1000,
+    ),
     // The integrator must first raise the current to that of a stall.
     Case {
         targets: small_steps,
@@ -158,9 +164,10 @@ const CASES: [Case; 18] = [
     ),
 ];
 
-/// Instant from which the bridge remains off, ms.
+/// Instant from which the motor is no longer driven, ms.
 fn safe_from_ms(rows: &[Row]) -> u64 {
-    let last_on = rows.iter().rev().find(|row| row.bridge != Bridge::Coast);
+    let is_driven = |row: &&Row| matches!(row.bridge, Bridge::Driven { .. });
+    let last_on = rows.iter().rev().find(is_driven);
     last_on.map_or(0, |row| row.at_ns / 1_000_000)
 }
 
@@ -168,8 +175,8 @@ fn run(options: Options, targets: Targets) -> Finished<impl Sized> {
     run_master(options, move |tick| driven(tick, targets(tick)))
 }
 
-/// The number of the first fault, and the times until it was reported and until the bridge was off,
-/// ms.
+/// The number of the first fault, and the times until it was reported and until the motor was no
+/// longer driven, ms.
 fn provoke(case: &Case) -> (u8, u64, u64) {
     let options = Options {
         faults: vec![(case.cause)()],
@@ -234,7 +241,7 @@ fn without_commands_the_board_stops_the_drive() {
     assert!((100..120).contains(&after_ms), "{after_ms}");
     assert!(
         safe_from_ms(&finished.trace.rows) < 1700,
-        "the bridge is off"
+        "the motor is not driven"
     );
 }
 

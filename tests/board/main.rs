@@ -14,6 +14,7 @@ mod motion;
 mod power_loss;
 mod requests;
 mod resets;
+mod safe_motion;
 mod same_trace;
 mod wiring;
 mod worst_case;

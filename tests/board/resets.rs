@@ -59,7 +59,7 @@ impl Restart {
     fn assert_off_and_reporting(&self, from_ms: u64) {
         let after = |ms: u64| ms > from_ms + 1;
         let mut bridges = self.bridges.iter().filter(|(ms, _)| after(*ms));
-        assert!(bridges.all(|(_, bridge)| *bridge == Bridge::Coast));
+        assert!(bridges.all(|(_, bridge)| !matches!(bridge, Bridge::Driven { .. })));
         let last = self.last_statusword();
         assert!(!is_operation_enabled(last), "{last:04x}");
         let frames = self.statuswords.iter().filter(|(ms, _)| after(*ms));

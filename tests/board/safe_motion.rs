@@ -1,0 +1,184 @@
+//! What the shaft does after a fault at the full rate, and under a load that the drive must hold.
+
+use board_tests::frames::{Frame, control, faults, start, target, write};
+use board_tests::master::{ENABLED_TICK, driven};
+use board_tests::program::run_master;
+use firmware::faults::Fault as Reported;
+use firmware::parameters::BoardParameters;
+use virtual_board::faults::{Fault, MagnetState, Planned};
+use virtual_board::plant::{BoardPlantOptions, EncoderWire, Stuck};
+use virtual_board::run::Options;
+use virtual_board::trace::Row;
+
+/// Instant of the fault: the shaft has its full rate.
+const FROM_MS: u64 = 902;
+
+/// Full rate without load: 283.6 deg/s less 3 % for friction and 5 % for the window without drive.
+const FULL_RATE_DEG_S: f64 = 275.0;
+
+/// Mechanical time constant of motor and gears, s, and their inertia at the output, kg m^2
+/// (`model_core::plant::drivetrain`).
+const BRAKING_S: f64 = 0.1318;
+const INERTIA_KG_M2: f64 = 0.0232;
+
+/// Inertia of the load, kg m^2: as much as motor and gears.
+const LOAD_KG_M2: f64 = INERTIA_KG_M2;
+
+/// The faults after which the motor brakes: none, or the default.
+const COAST: u32 = 0;
+
+/// Full rate from OPERATION ENABLED on, without position limits, by velocity demands at 50 Hz.
+fn full_rate(tick: u64, brake_faults: Option<u32>) -> Vec<Frame> {
+    match tick {
+        20 => vec![start()],
+        22 => vec![write(0x607D, 1, (-2_000_000_000_i32) as u32, 4)],
+        24 => vec![write(0x607D, 2, 2_000_000_000, 4)],
+        26 => brake_faults
+            .map(|faults| write(0x2100, 25, faults, 4))
+            .into_iter()
+            .collect(),
+        28 => vec![target(0, 9)],
+        30 => vec![control(0x06, 0)],
+        32 => vec![control(0x07, 0)],
+        34 => vec![control(0x0f, 0)],
+        ENABLED_TICK.. if tick.is_multiple_of(5) => vec![target(400_000, 9)],
+        _ => Vec::new(),
+    }
+}
+
+/// The shaft after the fault.
+#[derive(Debug)]
+struct Travel {
+    /// The fault that was reported.
+    number: u16,
+    /// The way until it rests, deg, and the time, ms.
+    deg: f64,
+    rest_ms: u64,
+}
+
+fn plant(load_kg_m2: f64) -> BoardPlantOptions {
+    let mut plant = BoardPlantOptions::default();
+    plant.drivetrain.gear_train.hard_stop_deg = 32_000.0;
+    plant.drivetrain.gear_train.load_inertia_kg_m2 = load_kg_m2;
+    plant
+}
+
+fn travel(fault: Fault, for_ms: Option<u64>, load_kg_m2: f64, brakes: Option<u32>) -> Travel {
+    let planned = Planned::at_ms(FROM_MS, fault);
+    let options = Options {
+        plant: plant(load_kg_m2),
+        faults: vec![for_ms.map_or(planned.clone(), |ms| planned.for_ms(ms))],
+        ..Options::for_ms(FROM_MS + 3000)
+    };
+    let finished = run_master(options, move |tick| full_rate(tick, brakes));
+    let reported = faults(&finished).into_iter();
+    let first = reported.map(|(_, number)| u16::from(number)).next();
+    let rows = &finished.trace.rows;
+    let at = |ms: u64| rows.partition_point(|row| row.at_ns < ms * 1_000_000);
+    let begin: &Row = &rows[at(FROM_MS)];
+    // Accelerating a load takes longer.
+    let least = if load_kg_m2 > 0.0 { 0.8 } else { 0.95 };
+    assert!(begin.rate_deg_s > least * FULL_RATE_DEG_S, "{begin:?}");
+    let moves = |row: &&Row| row.rate_deg_s.abs() > 1.0;
+    let rest = rows.iter().rev().find(moves).expect("it moved");
+    Travel {
+        number: first.expect("a fault is reported"),
+        deg: rest.angle_deg - begin.angle_deg,
+        rest_ms: (rest.at_ns - begin.at_ns) / 1_000_000,
+    }
+}
+
+/// The way of a shaft at the full rate until the motor is no longer driven after `safe_ms`, and then
+/// braked by the shorted motor against this inertia, deg.
+fn braked_deg(safe_ms: u64, load_kg_m2: f64) -> f64 {
+    let braking_s = BRAKING_S * (1.0 + load_kg_m2 / INERTIA_KG_M2);
+    FULL_RATE_DEG_S * (safe_ms as f64 / 1e3 + braking_s)
+}
+
+#[test]
+fn after_a_fault_at_the_full_rate_the_shaft_rests_within_its_braking_distance() {
+    let broken = Fault::EncoderWire {
+        line: EncoderWire::Data,
+        stuck: Stuck::Low,
+    };
+    let lost = MagnetState::Lost;
+    let cases = [
+        (Reported::EncoderInvalid, broken.clone(), None),
+        (Reported::MagnetLost, Fault::Magnet { state: lost }, None),
+        (Reported::EncoderStuck, Fault::EncoderFrozen, None),
+        (
+            Reported::EncoderJump,
+            Fault::MagnetSlips { deg: 40.0 },
+            None,
+        ),
+        (Reported::UnderVoltage, Fault::Supply { volts: 3.8 }, None),
+        (
+            Reported::MeasurementLost,
+            Fault::Temperature { deg_c: 250.0 },
+            None,
+        ),
+        (Reported::LoopOverrun, Fault::StallCore, Some(14)),
+    ];
+    let parameters = BoardParameters::DEFAULT;
+    println!(
+        "| fault at the full rate | travel | at rest after | with a load of as much inertia | at rest after |"
+    );
+    println!("|---|---|---|---|---|");
+    let mut wrong = Vec::new();
+    for (reported, fault, for_ms) in cases {
+        let [free, loaded] = [0.0, LOAD_KG_M2].map(|load| {
+            let travel = travel(fault.clone(), for_ms, load, None);
+            // A control period until the step sees the condition.
+            let safe_ms = u64::from(reported.safe_ms(&parameters)) + for_ms.unwrap_or(0) + 4;
+            let bound = braked_deg(safe_ms, load);
+            if travel.number != reported.number() || travel.deg > bound {
+                wrong.push(format!("{reported:?}: {travel:?}, bound {bound:.0} deg"));
+            }
+            travel
+        });
+        println!(
+            "| {reported:?} | {:.0} deg | {} ms | {:.0} deg | {} ms |",
+            free.deg, free.rest_ms, loaded.deg, loaded.rest_ms
+        );
+    }
+    let coasting = travel(broken, None, 0.0, Some(COAST));
+    println!(
+        "| EncoderInvalid, coasting | {:.0} deg | {} ms | | |",
+        coasting.deg, coasting.rest_ms
+    );
+    assert!(wrong.is_empty(), "{wrong:#?}");
+    // Twice the braking distance and more: what the brake is for.
+    assert!(coasting.deg > 2.0 * braked_deg(21, 0.0), "{coasting:?}");
+}
+
+#[test]
+fn a_torque_of_a_third_of_the_stall_torque_is_held_without_a_fault() {
+    let options = Options {
+        faults: vec![Planned::at_ms(FROM_MS, Fault::Torque { nm: 0.3 })],
+        ..Options::for_ms(FROM_MS + 4000)
+    };
+    let finished = run_master(options, |tick| driven(tick, 0));
+    assert_eq!(faults(&finished), []);
+    let last = finished.trace.rows.last().expect("rows");
+    // The integrator has removed the deflection.
+    assert!(last.angle_deg.abs() < 1.0, "{last:?}");
+}
+
+#[test]
+fn a_stall_at_full_duty_is_not_taken_for_a_stuck_encoder() {
+    let options = Options {
+        faults: vec![Planned::at_ms(FROM_MS, Fault::Jam)],
+        ..Options::for_ms(FROM_MS + 2000)
+    };
+    // The protections that a stall triggers are disabled by their times.
+    let finished = run_master(options, |tick| match tick {
+        22 => vec![write(0x2100, 11, 60_000, 4)],
+        24 => vec![write(0x2100, 14, 60_000, 4)],
+        26 => vec![write(0x2100, 17, 60_000, 4)],
+        _ => driven(tick, if tick < 225 { 0 } else { 60_000 }),
+    });
+    assert_eq!(faults(&finished), []);
+    let full = |row: &&Row| row.current_a > 0.75;
+    let stalled = finished.trace.rows.iter().filter(full).count();
+    assert!(stalled > 1000, "{stalled} PWM periods at the stall current");
+}
