@@ -89,7 +89,7 @@ pub struct Conditions<'a> {
 }
 
 /// All protections.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Protection {
     encoder: EncoderGuard,
     current: CurrentGuard,

@@ -48,9 +48,7 @@ impl FaultSet {
 
     /// Inserts this fault if `present`.
     pub const fn put(&mut self, fault: Fault, present: bool) {
-        if present {
-            self.0 |= Self::bit(fault);
-        }
+        self.0 |= (present as u32) << (fault.number() & 31);
     }
 
     /// Union of both sets.

@@ -31,16 +31,13 @@ const STEP_COUNTS: u32 = PWM_COUNTS as u32 / STEPS as u32;
 /// Counts of the dead time: the on time begins so much after the edge.
 const DEAD_COUNTS: f32 = 168.0 / TIMER_DIVIDER as f32;
 
-/// 1 in the units of the table.
-const ONE: f32 = 32_768.0;
-
-/// The factors for one duty, in 2^-15.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+/// The factors for one duty.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Factors {
     /// `x(sample) - duty`.
-    excess: i16,
+    excess: f32,
     /// `mean of x^2 - duty^2`.
-    variance: i16,
+    variance: f32,
 }
 
 /// Mean and mean square of the current over a PWM period.
@@ -48,16 +45,16 @@ struct Factors {
 pub struct PeriodCurrent {
     /// The mean, which makes the torque, mA.
     pub mean_ma: i32,
-    /// The mean of the square, which heats the winding, mA^2.
-    pub square_ma2: i64,
+    /// The mean of the square, which heats the winding, mA^2; at most that of 46 A.
+    pub square_ma2: i32,
 }
 
 /// The factors for all duties, for one winding.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Ripple {
     table: [Factors; STEPS + 1],
-    /// 1/R in 2^-16 /ohm: at most 1/0.05 ohm, 1.3e6.
-    conductance: i32,
+    /// 1/R, 1/ohm.
+    conductance: f32,
 }
 
 impl Ripple {
@@ -71,7 +68,7 @@ impl Ripple {
         }
         Self {
             table,
-            conductance: (65_536.0 / resistance_ohm) as i32,
+            conductance: 1.0 / resistance_ohm,
         }
     }
 
@@ -86,9 +83,9 @@ impl Ripple {
     /// assert_eq!(Ripple::of(8.0, 1e-3).expected_ma(compare, 6000, 1000), 250);
     /// ```
     pub fn expected_ma(&self, compare: PwmCompare, supply_mv: i32, back_emf_mv: i32) -> i32 {
-        // 16,500 mV x 56,000 < 2^30.
-        let driven_mv = supply_mv * compare.get() / PWM_COUNTS;
-        ((i64::from(driven_mv - back_emf_mv) * i64::from(self.conductance)) >> 16) as i32
+        let driven_mv = supply_mv as f32 * (compare.get() as f32 / PWM_COUNTS as f32);
+        // Saturates.
+        ((driven_mv - back_emf_mv as f32) * self.conductance) as i32
     }
 
     /// Mean and mean square of the current that was sampled in a period with this compare value,
@@ -110,27 +107,19 @@ impl Ripple {
         supply_mv: i32,
     ) -> PeriodCurrent {
         let counts = compare.get().unsigned_abs();
-        let (step, beyond) = ((counts / STEP_COUNTS) as usize, counts % STEP_COUNTS);
+        let step = (counts / STEP_COUNTS) as usize;
+        let beyond = (counts % STEP_COUNTS) as f32 * (1.0 / STEP_COUNTS as f32);
         let at = |step: usize| self.table.get(step.min(STEPS)).copied().unwrap_or_default();
         let (low, high) = (at(step), at(step + 1));
-        // Within 2^15 x 2^11.
-        let between = |low: i16, high: i16| {
-            let rise = i32::from(high) - i32::from(low);
-            i32::from(low) + rise * beyond as i32 / STEP_COUNTS as i32
-        };
-        // V/R: 16.5 V over 0.05 ohm are 330,000 mA < 2^19.
-        let full_ma = ((i64::from(supply_mv) * i64::from(self.conductance)) >> 16) as i32;
-        let part = |factor: i32| (i64::from(full_ma) * i64::from(factor)) >> 15;
-        let excess_ma = part(between(low.excess, high.excess)) as i32;
-        let mean_ma = if compare.get() < 0 {
-            sampled_ma + excess_ma
-        } else {
-            sampled_ma - excess_ma
-        };
+        let excess = low.excess + (high.excess - low.excess) * beyond;
+        let variance = low.variance + (high.variance - low.variance) * beyond;
+        let full_ma = supply_mv as f32 * self.conductance;
+        let signed_ma = if compare.get() < 0 { -full_ma } else { full_ma };
+        let mean_ma = sampled_ma as f32 - signed_ma * excess;
         PeriodCurrent {
-            mean_ma,
-            square_ma2: i64::from(mean_ma) * i64::from(mean_ma)
-                + part(between(low.variance, high.variance)) * i64::from(full_ma),
+            // Both saturate.
+            mean_ma: mean_ma as i32,
+            square_ma2: (mean_ma * mean_ma + full_ma * full_ma * variance) as i32,
         }
     }
 }
@@ -165,8 +154,8 @@ fn factors_at(counts: u32, decay: f32) -> Factors {
     let square_off = end * end * (1.0 - off * off) / (2.0 * decay);
     let variance = (square_on + square_off - duty * duty).max(0.0);
     Factors {
-        excess: ((sampled - duty) * ONE) as i16,
-        variance: (variance * ONE) as i16,
+        excess: sampled - duty,
+        variance,
     }
 }
 
@@ -226,7 +215,7 @@ mod tests {
             let error_ma = (f64::from(found.mean_ma) - mean_a * 1e3).abs();
             assert!(error_ma < 3.4, "{pct} %: {found:?}, {mean_a} A");
             // The same error in the mean, at most 780 mA, and 0.2 % of 779 mA squared.
-            let error = (found.square_ma2 as f64 - square_a2 * 1e6).abs();
+            let error = (f64::from(found.square_ma2) - square_a2 * 1e6).abs();
             let bound = 2.0 * mean_a.abs() * 1e3 * 3.4 + 0.002 * 779.0 * 779.0;
             assert!(error < bound, "{pct} %: {found:?}, {square_a2} A^2");
         }

@@ -39,14 +39,14 @@ impl CurrentGuard {
         present
     }
 
-    fn is_overloaded(&mut self, limits: &CurrentLimits, square_ma2: Option<i64>) -> bool {
-        // Squares are below 2^40. The continuous current is below 2^12 mA, and 60 s are at most
+    fn is_overloaded(&mut self, limits: &CurrentLimits, square_ma2: Option<i32>) -> bool {
+        // Squares are below 2^31. The continuous current is below 2^12 mA, and 60 s are at most
         // 30,000 < 2^15 periods: the limit is below 3 * 2^39, and the heat ends at twice that, so
         // that it also cools in time.
         let continuous = i64::from(limits.continuous_ma * limits.continuous_ma);
         let limit = 3 * continuous * i64::from(periods(limits.overload_ms));
         if let Some(square_ma2) = square_ma2 {
-            let heated = self.heat + square_ma2 - continuous;
+            let heated = self.heat + i64::from(square_ma2) - continuous;
             self.heat = if heated < 0 {
                 0
             } else if heated > 2 * limit {

@@ -15,7 +15,8 @@ impl Lasting {
             Some(false) => self.0 = 0,
             None => {}
         }
-        self.0 >= periods(time_ms)
+        // Most conditions do not hold: no division then.
+        self.0 > 0 && self.0 >= periods(time_ms)
     }
 }
 
