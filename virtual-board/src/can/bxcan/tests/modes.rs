@@ -91,7 +91,7 @@ fn a_silent_controller_receives_what_nobody_acknowledges_once_its_sender_is_pass
     bench.run_us(1_000);
     assert_ne!(bench.read(RF0R) & 3, 0);
     assert_eq!(last_error(&mut bench), 0);
-    assert_eq!(bench.port().waiting(), 1, "still not acknowledged");
+    assert_eq!(bench.port().queued(), 1, "still not acknowledged");
 }
 
 #[test]
@@ -102,7 +102,7 @@ fn a_silent_controller_of_another_bit_rate_sees_errors_and_destroys_nothing() {
     bench.write(ESR, 7 << 4);
     bench.port().send(0, frame(1, &[]));
     bench.run_us(200);
-    assert_eq!(bench.port().waiting(), 0, "the other port acknowledges");
+    assert_eq!(bench.port().queued(), 0, "the other port acknowledges");
     assert_eq!(
         (bench.read(RF0R), last_error(&mut bench)),
         (0, 1),
