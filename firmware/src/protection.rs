@@ -49,8 +49,6 @@ pub struct Measured {
     pub sampled_ma: Option<i32>,
     /// Motor current over the PWM period.
     pub current: Option<PeriodCurrent>,
-    /// Mean motor current that duty, supply and back-EMF make, mA.
-    pub expected_ma: Option<i32>,
     /// Back-EMF, mV.
     pub back_emf_mv: Option<i32>,
     /// Supply voltage, mV.
@@ -145,16 +143,12 @@ impl Protection {
             .map(|(sampled_ma, supply_mv)| self.ripple.over_period(sampled_ma, compare, supply_mv));
         let back_emf_mv =
             scan.and_then(|Scan { leg_a, leg_b, .. }| measure::back_emf_mv(leg_a, leg_b));
-        let expected_ma = supply_mv.zip(back_emf_mv).map(|(supply_mv, back_emf_mv)| {
-            self.ripple.expected_ma(compare, supply_mv, back_emf_mv)
-        });
         let measured = Measured {
             count: encoder.count,
             travelled: encoder.travelled,
             magnet: encoder.magnet,
             sampled_ma,
             current,
-            expected_ma,
             back_emf_mv,
             supply_mv,
             temperature_mdeg_c: scan.and_then(|scan| measure::temperature_mdeg_c(scan.temperature)),
@@ -177,7 +171,7 @@ impl Protection {
             .or(self.supply.check(&p.supply, c))
             .or(self.temperature.check(&p.temperature, c))
             .or(self.timing.check(&p.timing, c))
-            .or(self.plausibility.check(&p.encoder, c));
+            .or(self.plausibility.check(&p.encoder, &self.ripple, c));
         present.put(Fault::Stall, self.stall.check(&p.stall, c));
         present.put(Fault::FollowingError, self.following.check(&p.following, c));
         present.put(Fault::CommandTimeout, c.is_stale);

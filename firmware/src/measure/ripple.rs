@@ -40,11 +40,13 @@ struct Factors {
     variance: f32,
 }
 
-/// Mean and mean square of the current over a PWM period.
+/// The current over a PWM period.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct PeriodCurrent {
     /// The mean, which makes the torque, mA.
     pub mean_ma: i32,
+    /// The mean at this duty and supply without a back-EMF, mA.
+    pub stall_ma: i32,
     /// The mean of the square, which heats the winding, mA^2; at most that of 46 A.
     pub square_ma2: i32,
 }
@@ -72,20 +74,9 @@ impl Ripple {
         }
     }
 
-    /// The mean current that a compare value makes with this supply against this back-EMF, mA.
-    ///
-    /// ```
-    /// use firmware::measure::Ripple;
-    /// use model_core::{control::units::percent, plant::pwm_timer::Modulator};
-    ///
-    /// let compare = Modulator::default().next(percent(50.0));
-    /// // (3 V - 1 V)/8 ohm.
-    /// assert_eq!(Ripple::of(8.0, 1e-3).expected_ma(compare, 6000, 1000), 250);
-    /// ```
-    pub fn expected_ma(&self, compare: PwmCompare, supply_mv: i32, back_emf_mv: i32) -> i32 {
-        let driven_mv = supply_mv as f32 * (compare.get() as f32 / PWM_COUNTS as f32);
-        // Saturates.
-        ((driven_mv - back_emf_mv as f32) * self.conductance) as i32
+    /// The current of a back-EMF alone, mA.
+    pub fn of_back_emf_ma(&self, back_emf_mv: i32) -> i32 {
+        (back_emf_mv as f32 * self.conductance) as i32
     }
 
     /// Mean and mean square of the current that was sampled in a period with this compare value,
@@ -117,8 +108,9 @@ impl Ripple {
         let signed_ma = if compare.get() < 0 { -full_ma } else { full_ma };
         let mean_ma = sampled_ma as f32 - signed_ma * excess;
         PeriodCurrent {
-            // Both saturate.
+            // All saturate.
             mean_ma: mean_ma as i32,
+            stall_ma: (full_ma * (compare.get() as f32 * (1.0 / PWM_COUNTS as f32))) as i32,
             square_ma2: (mean_ma * mean_ma + full_ma * full_ma * variance) as i32,
         }
     }

@@ -15,6 +15,7 @@ use model_core::control::units::Rate;
 use super::{Conditions, lasting::Lasting};
 use crate::{
     faults::{Fault, FaultSet},
+    measure::Ripple,
     parameters::EncoderLimits,
     timing::CONTROL_PERIOD_MS,
 };
@@ -39,9 +40,14 @@ pub(super) struct PlausibilityGuard {
 
 impl PlausibilityGuard {
     /// Which of them is implausible.
-    pub fn check(&mut self, limits: &EncoderLimits, c: &Conditions<'_>) -> FaultSet {
+    pub fn check(
+        &mut self,
+        limits: &EncoderLimits,
+        ripple: &Ripple,
+        c: &Conditions<'_>,
+    ) -> FaultSet {
         let mut present = FaultSet::EMPTY;
-        let is_small = is_too_small(c);
+        let is_small = is_too_small(ripple, c);
         present.put(
             Fault::CurrentImplausible,
             self.current
@@ -57,10 +63,11 @@ impl PlausibilityGuard {
     }
 }
 
-fn is_too_small(c: &Conditions<'_>) -> Option<bool> {
-    let (mean_ma, expected_ma) = (c.measured.current?.mean_ma, c.measured.expected_ma?);
+fn is_too_small(ripple: &Ripple, c: &Conditions<'_>) -> Option<bool> {
+    let current = c.measured.current?;
+    let expected_ma = current.stall_ma - ripple.of_back_emf_ma(c.measured.back_emf_mv?);
     let is_compared = c.is_driving && expected_ma.abs() >= COMPARED_MA;
-    Some(is_compared && mean_ma.abs() < expected_ma.abs() / 3)
+    Some(is_compared && 3 * current.mean_ma.abs() < expected_ma.abs())
 }
 
 fn turns_against_back_emf(limits: &EncoderLimits, c: &Conditions<'_>) -> Option<bool> {

@@ -61,8 +61,11 @@ fn provoke(fault: Fault, samples: &mut Samples, since: u32) {
         Fault::CurrentImplausible => {
             *samples = Samples::at_rest(word(0));
         }
-        // Turning upward, with leg B above leg A.
-        Fault::MotorPolarity => scan(samples).leg_b = leg_code(4.0),
+        // The legs of a motor that turns the other way.
+        Fault::MotorPolarity => {
+            let scan = scan(samples);
+            core::mem::swap(&mut scan.leg_a, &mut scan.leg_b);
+        }
         Fault::UnderVoltage => scan(samples).supply = supply_code(3.8),
         Fault::OverVoltage => scan(samples).supply = supply_code(9.2),
         Fault::OverTemperature => scan(samples).temperature = temperature_code(90.0),

