@@ -23,6 +23,10 @@ pub struct Device {
     incoming: Vec<u8>,
     /// Whether the drive is enabled.
     pub enabled: bool,
+    /// 607Ah was written since the last step of the axis.
+    pub is_new_position: bool,
+    /// 60FFh was written since the last step of the axis.
+    pub is_new_velocity: bool,
     /// Reported events, in order.
     pub events: Vec<Event>,
     /// Stored communication parameters.
@@ -84,6 +88,8 @@ impl Application for Device {
     }
 
     fn write(&mut self, address: Address, value: u64) -> Result<(), Abort> {
+        self.is_new_position |= address.index == 0x607A;
+        self.is_new_velocity |= address.index == 0x60FF;
         self.numbers.insert(address, value);
         Ok(())
     }

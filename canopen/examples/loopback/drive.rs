@@ -37,6 +37,8 @@ impl Drive {
             mode,
             target_position: device.number(0x607A, 0) as i32,
             target_velocity: device.number(0x60FF, 0) as i32,
+            is_new_position: core::mem::take(&mut device.is_new_position),
+            is_new_velocity: core::mem::take(&mut device.is_new_velocity),
             position_actual: self.position,
             velocity_actual: self.velocity,
             fault: if device.number(0x2007, 0) == 0 {

@@ -176,6 +176,8 @@ class ProcessData(Served):
             command[0x6040].raw = word
             command.transmit()
             time.sleep(0.02)
+        # A cyclic target acts once it arrives after enabling.
+        command.transmit()
         self.wait_for(lambda: pdo[0x6064].raw == 12_345 and pdo[0x2001].raw == -7, "values")
         seen = []
         pdo.add_callback(seen.append)

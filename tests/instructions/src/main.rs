@@ -2,7 +2,7 @@
 //!
 //! Times on a shared machine vary by tens of percent, counts by less than one. This program runs
 //! itself in valgrind once for each workload, with the name of the workload as its argument; only
-//! what runs below [`workloads::counted_work`] is counted.
+//! what runs below `counted_work` is counted.
 
 mod golden;
 mod workloads;
