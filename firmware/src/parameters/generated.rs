@@ -113,7 +113,7 @@ pub struct CurrentLimits {
     /// 25. Object 2100h:09 Protection: Over-current samples.
     pub over_current_samples: i32,
     /// Root mean square of the current that the motor tolerates continuously. Unit: mA. Default:
-    /// 500 (estimate: two thirds of the stall current of 780 mA). Range: 50 to 2800. Object
+    /// 500 (estimate: two thirds of the stall current of 780 mA). Range: 50 to 1600. Object
     /// 2100h:0A Protection: Continuous current.
     pub continuous_ma: i32,
     /// Time for which the motor tolerates twice that current from cold. Unit: ms. Default: 2000
@@ -601,7 +601,7 @@ entries! {
         StuckMs: encoder.stuck_ms as i32 in 12..=10000,
         OverCurrentMa: current.over_current_ma as i32 in 100..=2800,
         OverCurrentSamples: current.over_current_samples as i32 in 1..=25,
-        ContinuousMa: current.continuous_ma as i32 in 50..=2800,
+        ContinuousMa: current.continuous_ma as i32 in 50..=1600,
         OverloadMs: current.overload_ms as i32 in 20..=60000,
         StallCurrentMa: stall.stall_current_ma as i32 in 20..=2800,
         StallWayMdeg: stall.stall_way_mdeg as i32 in 100..=90000,
