@@ -24,10 +24,10 @@ from canopen.profiles.p402 import BaseNode402
 PERIOD_S = 0.004
 COMMAND_S = 0.02
 
-# The simulation has neither the window without drive in which the back-EMF is measured (0.1 ms in 4
+# The simulation has neither the window without drive in which the back-EMF is measured (0.2 ms in 4
 # ms) nor a supply sag: on the board a motion lags by up to this fraction of its travel, plus one
 # encoder count.
-WINDOW = 0.025
+WINDOW = 0.05
 COUNT_DEG = 360 / 4096
 # Tolerance after 0.1 s at rest: friction leaves both within two counts of each other.
 STANDING_DEG = 0.2
