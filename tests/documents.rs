@@ -11,8 +11,8 @@ fn workspace() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// Every file below a folder whose name ends in one of `suffixes`, without templates and the folders
-/// of builds and package managers.
+/// Every file below a folder whose name ends in one of `suffixes`, without templates and the
+/// folders of builds and package managers.
 fn files(folder: &Path, suffixes: &[&str], found: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).expect("a folder can be read") {
         let path = entry.expect("an entry").path();

@@ -364,8 +364,9 @@ impl Application {
         self.compare = self.modulator.next(step.duty);
     }
 
-    /// The command to the bridge. In [`BoardState::Fault`] the motor brakes, which limits the travel
-    /// of the shaft, unless one of the faults excludes it or the braking current is too large.
+    /// The command to the bridge. In [`BoardState::Fault`] the motor brakes, which limits the
+    /// travel of the shaft, unless one of the faults excludes it or the braking current is too
+    /// large.
     fn bridge(&self) -> Bridge {
         if self.state.is_driving() {
             return Bridge::Driven(self.compare);

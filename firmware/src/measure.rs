@@ -36,8 +36,8 @@ impl LinearConversion {
     }
 
     const fn at(self, code: i32) -> i32 {
-        // The greatest slope is that of the supply: 4.03 mV per code are 264,000 < 2^19, and |code| < 2^12; the
-        // greatest offset is the current's, 3300 mA, 2.2e8 < 2^28.
+        // The greatest slope is that of the supply: 4.03 mV per code are 264,000 < 2^19, and |code|
+        // < 2^12; the greatest offset is the current's, 3300 mA, 2.2e8 < 2^28.
         (code * self.slope + self.offset + (1 << 15)) >> 16
     }
 }

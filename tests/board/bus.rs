@@ -104,8 +104,8 @@ fn lss(bytes: [u8; 3]) -> Frame {
     standard(0x7e5, &[command, a, b, 0, 0, 0, 0, 0])
 }
 
-/// LSS: configuration state, the bit rate of this entry of CiA's table, activation 40 ms later; then
-/// an SDO at the new rate.
+/// LSS: configuration state, the bit rate of this entry of CiA's table, activation 40 ms later;
+/// then an SDO at the new rate.
 fn slower(entry: u8, tick: u64) -> Vec<Frame> {
     match tick {
         30 => vec![lss([0x04, 1, 0])],

@@ -205,8 +205,8 @@ const MODES: [u8; 4] = [1, 3, 8, 9];
 /// at a target or before a limit takes a root and divisions of 64 bits.
 const WITH_A_STOP: u64 = 3_500;
 
-/// Each mode of operation for a second: set-points to and fro, velocities into both position limits,
-/// and changes of mode while the shaft turns.
+/// Each mode of operation for a second: set-points to and fro, velocities into both position
+/// limits, and changes of mode while the shaft turns.
 fn modes(tick: u64) -> Vec<Frame> {
     let since = tick.saturating_sub(100);
     let mode = MODES[(since / 250) as usize % 4];

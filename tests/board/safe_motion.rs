@@ -91,8 +91,8 @@ fn travel(fault: Fault, for_ms: Option<u64>, load_kg_m2: f64, brakes: Option<u32
     }
 }
 
-/// The way of a shaft at the full rate until the motor is no longer driven after `safe_ms`, and then
-/// braked by the shorted motor against this inertia, deg.
+/// The way of a shaft at the full rate until the motor is no longer driven after `safe_ms`, and
+/// then braked by the shorted motor against this inertia, deg.
 fn braked_deg(safe_ms: u64, load_kg_m2: f64) -> f64 {
     let braking_s = BRAKING_S * (1.0 + load_kg_m2 / INERTIA_KG_M2);
     FULL_RATE_DEG_S * (safe_ms as f64 / 1e3 + braking_s)

@@ -1,7 +1,8 @@
 #!/bin/sh
-# The alternative rates of model_core::time (500 Hz control, 4 kHz PWM): holds the closed loop against
-# the referee, runs the actuator board's program bit-exactly on the emulated board, and builds all
-# programs of the boards. Rebuilds what depends on the rates; with CARGO_TARGET_DIR set, elsewhere.
+# The alternative rates of model_core::time (500 Hz control, 4 kHz PWM): holds the closed loop
+# against the referee, runs the actuator board's program bit-exactly on the emulated board, and
+# builds all programs of the boards. Rebuilds what depends on the rates; with CARGO_TARGET_DIR set,
+# elsewhere.
 set -eu
 cd "$(dirname "$0")/../.."
 export ACTUATOR_RATES_500_HZ=1

@@ -2,8 +2,8 @@
  * Prints the trace of an actuator, the bits of each number in hexadecimal.
  *
  * Usage: trace MODEL PLANT PRESET PWM SEED < steps
- * Each step is a line `command_deg ticks load_nm`. After half of the steps the state is saved, changed by other
- * steps, and restored.
+ * Each step is a line `command_deg ticks load_nm`. After half of the steps the state is saved,
+ * changed by other steps, and restored.
  */
 #include "actuator.h"
 

@@ -37,8 +37,8 @@ const written = v => v === Infinity ? '∞' : short(v, 6);
 const told = (v, unit) => v === Infinity || v == null ? 'no limit' : `${short(v, 6)}${unit === '1' ? '' : ' ' + unit}`;
 const read = text => /^\s*(∞|no limit|none|inf(inity)?)\s*$/i.test(text) ? 'inf' : text.replace(/[^\w.+-]/g, '');
 
-// One parameter: name, slider if it has a range above, input box. `changed` receives the text of the
-// value.
+// One parameter: name, slider if it has a range above, input box. `changed` receives the text of
+// the value.
 class Control {
   constructor(key, p, range, changed) {
     Object.assign(this, { key, p, range });

@@ -43,7 +43,8 @@ impl<const R: usize, const T: usize> Node<R, T> {
     }
 
     /// Whether the node transmits process data with this identifier: a controller with frames that
-    /// wait too long may discard these, and these only; [`Node::repeat_process_data`] replaces them.
+    /// wait too long may discard these, and these only; [`Node::repeat_process_data`] replaces
+    /// them.
     #[must_use]
     pub fn is_process_data(&self, id: Id) -> bool {
         let mut valid = self.services.tpdos.iter().map(|tpdo| &tpdo.parameters);

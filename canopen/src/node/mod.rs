@@ -211,7 +211,8 @@ impl<const R: usize, const T: usize> Node<R, T> {
             self.boot_up_sent(app);
             return Some(Message::new(0x700 + node_id, &[0]));
         }
-        // No EMCY in STOPPED: that of the error which stops the node is sent before the state shows.
+        // No EMCY in STOPPED: that of the error which stops the node is sent before the state
+        // shows.
         if self.state == NmtState::Stopped
             && let Some(message) = self.services.emergency.transmit_before_stop()
         {

@@ -28,7 +28,8 @@ pub struct Record {
     /// Duration, s
     #[arg(long = "for", value_name = "SECONDS", default_value_t = 10.0)]
     seconds: f64,
-    /// Uploads the capture of the board, recorded in each control period, instead of recording telemetry
+    /// Uploads the capture of the board, recorded in each control period, instead of recording
+    /// telemetry
     #[arg(long, conflicts_with = "seconds")]
     capture: bool,
     #[command(flatten)]

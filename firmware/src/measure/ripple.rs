@@ -13,8 +13,8 @@
 //! the off time. Both factors depend on the duty and on the period over the time constant alone; a
 //! table of them is computed when the motor's parameters change.
 //!
-//! The coast window in every last PWM period is not part of it. It takes at most 7.4 % from the mean
-//! over a control period (stall at full duty).
+//! The coast window in every last PWM period is not part of it. It takes at most 7.4 % from the
+//! mean over a control period (stall at full duty).
 
 use model_core::{
     plant::pwm_timer::{APERTURE_CYCLES, CurrentInstant, PWM_COUNTS, PwmCompare, TIMER_DIVIDER},

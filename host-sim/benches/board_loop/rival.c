@@ -5,10 +5,10 @@
  * usage: rival ACTUATORS THREADS
  * prints: seconds of the run, then a sum over what it saw, so that nothing can be left out
  *
- * All others look at angle and rate at every 50 us and follow their ends. With tuned loops, the duty is
- * known to hold for a millisecond: the loops are nested, everything stays in registers, and one
- * multiplication is on the critical path of a step. With the closed form, the steps of a millisecond
- * do not depend on each other, and the compiler makes vectors of them. */
+ * All others look at angle and rate at every 50 us and follow their ends. With tuned loops, the
+ * duty is known to hold for a millisecond: the loops are nested, everything stays in registers, and
+ * one multiplication is on the critical path of a step. With the closed form, the steps of a
+ * millisecond do not depend on each other, and the compiler makes vectors of them. */
 #include <math.h>
 #include <pthread.h>
 #include <stdio.h>

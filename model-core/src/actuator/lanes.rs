@@ -43,8 +43,8 @@ pub struct LoopLanes<const N: usize> {
     last_tick: usize,
 }
 
-/// Whether these settings can be one of [`LoopLanes`]: the board with the mean voltage, without rate
-/// limits, with an ideal encoder and a duty that the timer does not round.
+/// Whether these settings can be one of [`LoopLanes`]: the board with the mean voltage, without
+/// rate limits, with an ideal encoder and a duty that the timer does not round.
 pub fn is_plain(settings: &Settings) -> bool {
     let motor = &settings.first_order;
     (settings.model, settings.plant) == (ModelKind::Board, PlantKind::FirstOrder)

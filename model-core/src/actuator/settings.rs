@@ -157,8 +157,8 @@ impl Settings {
     /// an error.
     ///
     /// # Errors
-    /// [`ParameterError::Unknown`] if model and plant do not have a parameter of the preset; nothing is
-    /// changed then.
+    /// [`ParameterError::Unknown`] if model and plant do not have a parameter of the preset;
+    /// nothing is changed then.
     pub fn apply(&mut self, preset: &Preset) -> Result<(), ParameterError> {
         let mut changed = *self;
         for (name, value) in preset.values {

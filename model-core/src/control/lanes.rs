@@ -1,8 +1,8 @@
 //! The control step of several actuators at once, bit for bit that of [`super::cascade`].
 //!
 //! Each quantity is an array with one element an actuator, and each operation a loop over them
-//! without branches, of which the compiler makes vectors. Vectors multiply signed digits of 32 bits,
-//! as the board does. The tests compare every step with that of
+//! without branches, of which the compiler makes vectors. Vectors multiply signed digits of 32
+//! bits, as the board does. The tests compare every step with that of
 //! [`CascadeState`](super::cascade::CascadeState).
 
 #![allow(

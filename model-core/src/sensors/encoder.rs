@@ -141,8 +141,8 @@ fn floor_bits(value: f64) -> i64 {
     (sum.to_bits() as i64).wrapping_sub(i64::from(is_above))
 }
 
-/// The counts of ideal encoders with correct magnets at these angles, below 2^40 deg; bits above the
-/// twelfth are not cleared.
+/// The counts of ideal encoders with correct magnets at these angles, below 2^40 deg; bits above
+/// the twelfth are not cleared.
 #[inline(always)]
 pub fn ideal_counts<const N: usize>(shafts_deg: &[f64; N]) -> [i64; N] {
     let mut counts = [0; N];

@@ -4,12 +4,12 @@
  *   state = actuator_mex(model, plant, names, values)
  *       An actuator at rest: names is a cell array of parameters, values their values.
  *   [state, readings] = actuator_mex(state, commands_deg, ticks)
- *       Holds each command for `ticks` ticks of 50 us; returns a row of readings after each. The columns: time, s;
- *       delayed command, angle, deg; rate, deg/s; duty, %; measured angle, deg; measured rate, deg/s; current, A;
- *       back-EMF, V.
+ *       Holds each command for `ticks` ticks of 50 us; returns a row of readings after each. The
+ *       columns: time, s; delayed command, angle, deg; rate, deg/s; duty, %; measured angle, deg;
+ *       measured rate, deg/s; current, A; back-EMF, V.
  *
- * The state is a value (a column of uint64): a copy is a snapshot. It is valid within the session, and its elements must
- * not be modified.
+ * The state is a value (a column of uint64): a copy is a snapshot. It is valid within the session,
+ * and its elements must not be modified.
  *
  * Build: mkoctfile --mex -I../../include actuator_mex.c libactuator_c.a
  */

@@ -1,6 +1,7 @@
 'use strict';
 /**
- * A separate server for each test, and the frames of its bus: slcan over TCP in the format of node-canopen.
+ * A separate server for each test, and the frames of its bus: slcan over TCP in the format of
+ * node-canopen.
  */
 const { spawn } = require('node:child_process');
 const { once } = require('node:events');

@@ -1,7 +1,7 @@
 'use strict';
 /**
- * Replaces `node-crc`, of which node-canopen uses only the checksum of block transfers (CRC-16/XMODEM): that package has to be
- * compiled for each version of node.
+ * Replaces `node-crc`, of which node-canopen uses only the checksum of block transfers
+ * (CRC-16/XMODEM): that package has to be compiled for each version of node.
  */
 function crc(width, reflected, polynomial, polynomialLow, initial, initialLow, final, finalLow, data) {
     let remainder = initial;

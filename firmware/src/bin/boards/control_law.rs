@@ -1,7 +1,7 @@
 //! The control law in a loop, so that an emulator can count its instructions.
 //!
-//! `stimulus` and [`control_law`] alternate; `virtual-board/benches/c_reference/control_law.c` does the
-//! same in C with the same inputs.
+//! `stimulus` and [`control_law`] alternate; `virtual-board/benches/c_reference/control_law.c` does
+//! the same in C with the same inputs.
 
 #![no_std]
 #![no_main]

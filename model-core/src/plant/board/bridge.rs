@@ -63,8 +63,8 @@ impl Bridge {
         Self::after_dead_time(compare > 0, cycles.saturating_sub(DEAD_CYCLES))
     }
 
-    /// The state for an on time from which the dead time has been subtracted. The timer subtracts it
-    /// from a full period as well.
+    /// The state for an on time from which the dead time has been subtracted. The timer subtracts
+    /// it from a full period as well.
     pub fn after_dead_time(is_positive: bool, cycles: u32) -> Self {
         match cycles {
             0 => Self::Brake,

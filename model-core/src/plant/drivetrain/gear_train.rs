@@ -194,8 +194,8 @@ impl GearTrain {
         step_s.max(SHORTEST_STEP_S)
     }
 
-    /// Advances equal steps. `motor_nm` gives the motor torque of a step for the motor's rate at its
-    /// start.
+    /// Advances equal steps. `motor_nm` gives the motor torque of a step for the motor's rate at
+    /// its start.
     #[inline(always)]
     pub fn advance(
         &mut self,

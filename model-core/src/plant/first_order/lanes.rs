@@ -193,9 +193,9 @@ impl<const N: usize> MotorLanes<N> {
     /// on.
     ///
     /// The rate runs monotonically from target to target, so that it is least and greatest at the
-    /// first or the last tick of a PWM period, and so is the angle where the motor does not reverse.
-    /// A motor that may reverse further out than it was seen, or reach a stop, is computed tick by
-    /// tick.
+    /// first or the last tick of a PWM period, and so is the angle where the motor does not
+    /// reverse. A motor that may reverse further out than it was seen, or reach a stop, is computed
+    /// tick by tick.
     #[inline(always)]
     pub fn pass<const ALL: bool>(
         &mut self,

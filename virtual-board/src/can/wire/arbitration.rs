@@ -53,7 +53,7 @@ pub struct Transfer {
 const BITS_TO_STUFF_ERROR: u32 = 12;
 
 impl Transfer {
-    /// Whether a station that only listens receives the whole frame: one that nobody acknowledges
+    /// Whether a station that only listens receives the whole frame: one without an acknowledgement
     /// is destroyed by the error flag of its transmitter, unless that is error-passive and its flag
     /// recessive.
     pub fn is_whole(&self) -> bool {

@@ -4,11 +4,11 @@
 //! queues for one of the three mailboxes, which transmit in the order in which they are filled:
 //! process data, which may be discarded, and all others, which go first.
 //!
-//! The controller joins a bus listening, without acknowledging or signalling errors (RM0090, section
-//! 32.4.2, silent mode): a board that is set to another bit rate would destroy every frame. It
-//! takes part once it has received a valid frame of any identifier, or after [`QUIET_MS`] without
-//! traffic and errors. A frame that no other station acknowledges is valid too once its transmitter
-//! is error-passive, after 16 attempts: two stations suffice.
+//! The controller joins a bus listening, without acknowledging or signalling errors (RM0090,
+//! section 32.4.2, silent mode): a board that is set to another bit rate would destroy every frame.
+//! It takes part once it has received a valid frame of any identifier, or after [`QUIET_MS`]
+//! without traffic and errors. A frame that no other station acknowledges is valid too once its
+//! transmitter is error-passive, after 16 attempts: two stations suffice.
 //!
 //! After bus-off it waits, for [`BACK_OFF_MS`] at first and twice as long after each further
 //! bus-off without a frame transmitted or received in between, for [`LONGEST_BACK_OFF_MS`] at most;
