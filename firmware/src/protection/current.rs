@@ -58,3 +58,62 @@ impl CurrentGuard {
         self.heat >= limit
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use model_core::control::units::{Angle, Percent, Rate};
+
+    use super::*;
+    use crate::{measure::PeriodCurrent, protection::Measured};
+
+    /// Whether an overload of these currents is present after so many control periods.
+    fn is_overloaded(mean_ma: i32, square_ma2: i32, count: u32) -> bool {
+        let measured = Measured {
+            count: None,
+            travelled: None,
+            magnet: None,
+            sampled_ma: Some(mean_ma),
+            current: Some(PeriodCurrent {
+                mean_ma,
+                stall_ma: mean_ma,
+                square_ma2,
+            }),
+            back_emf_mv: None,
+            supply_mv: None,
+            temperature_mdeg_c: None,
+        };
+        let conditions = Conditions {
+            measured: &measured,
+            is_driving: true,
+            is_following: true,
+            angle: Angle::ZERO,
+            rate: Rate::ZERO,
+            setpoint: Angle::ZERO.into(),
+            rate_command: Rate::ZERO,
+            duty: Percent::ZERO,
+            is_stale: false,
+            is_bus_lost: false,
+            is_tripped: false,
+            missed_periods: 0,
+        };
+        let limits = CurrentLimits {
+            continuous_ma: 500,
+            overload_ms: 5 * CONTROL_PERIOD_MS,
+            ..CurrentLimits::DEFAULT
+        };
+        let mut guard = CurrentGuard::default();
+        let mut present = FaultSet::EMPTY;
+        for _ in 0..count {
+            present = guard.check(&limits, &conditions);
+        }
+        present.contains(Fault::Overload)
+    }
+
+    #[test]
+    fn the_mean_square_heats_and_the_mean_does_not() {
+        // Four times 500^2: three times that is above what is carried away, for five periods.
+        assert!(!is_overloaded(400, 1_000_000, 4));
+        assert!(is_overloaded(400, 1_000_000, 5));
+        assert!(!is_overloaded(900, 250_000, 10_000));
+    }
+}

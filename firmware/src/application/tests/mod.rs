@@ -6,6 +6,7 @@ mod faults;
 mod rates;
 mod sources;
 mod states;
+mod winding;
 
 use model_core::{
     control::{
