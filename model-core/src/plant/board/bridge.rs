@@ -32,18 +32,42 @@ pub enum Bridge {
     },
 }
 
-/// A part of a slot with one switch state.
+/// State of the switches in a part of a slot.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Switched {
     /// All switches open.
     Open,
     /// Both low sides closed.
     Shorted,
-    /// The supply at the winding, with this sign.
+    /// The high side of the leg that drives with this sign closed.
     Supply(f64),
-    /// Both switches of the leg that drives with this sign open: a diode of the leg carries the
-    /// current, to the supply if it flows against the sign, else from ground.
+    /// Both switches of the leg that drives with this sign open.
     Dead(f64),
+}
+
+/// Connection of the winding that switches and diodes make.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Connection {
+    /// None, or to the supply through two diodes while the current flows.
+    Open,
+    /// Both terminals to ground.
+    Shorted,
+    /// To the supply with this sign.
+    Supply(f64),
+}
+
+impl Switched {
+    /// The connection of a winding with this current. In a dead time a diode of the leg carries it,
+    /// to the supply if it flows against the sign, else from ground; it does not change its sign
+    /// within that microsecond.
+    pub fn connection(self, current_a: f64) -> Connection {
+        match self {
+            Self::Open => Connection::Open,
+            Self::Supply(sign) => Connection::Supply(sign),
+            Self::Dead(sign) if sign * current_a < 0.0 => Connection::Supply(sign),
+            Self::Shorted | Self::Dead(_) => Connection::Shorted,
+        }
+    }
 }
 
 impl Bridge {

@@ -14,7 +14,7 @@ use crate::plant::drivetrain::electrical::ElectricalParameters;
 use crate::plant::pwm_timer::{BACK_EMF_INSTANT, TIMER_DIVIDER, WINDOW_START};
 use crate::sensors::dividers::LEG_SETTLING_S;
 
-use super::bridge::Switched;
+use super::bridge::Connection;
 use super::slot::seconds;
 
 /// Time from the start of the window to the scan, s.
@@ -65,13 +65,18 @@ impl LegVoltages {
     }
 
     /// Voltages of the legs at the instant of the scan, V.
-    pub fn at_sample(&mut self, switched: Switched, supply_v: f64, back_emf_v: f64) -> [f64; 2] {
+    pub fn at_sample(
+        &mut self,
+        connection: Connection,
+        supply_v: f64,
+        back_emf_v: f64,
+    ) -> [f64; 2] {
         self.supply_v = supply_v;
-        match switched {
-            Switched::Shorted | Switched::Dead(_) => [0.0; 2],
-            Switched::Supply(sign) if sign > 0.0 => [supply_v, 0.0],
-            Switched::Supply(_) => [0.0, supply_v],
-            Switched::Open => self.open_legs(supply_v, back_emf_v),
+        match connection {
+            Connection::Shorted => [0.0; 2],
+            Connection::Supply(sign) if sign > 0.0 => [supply_v, 0.0],
+            Connection::Supply(_) => [0.0, supply_v],
+            Connection::Open => self.open_legs(supply_v, back_emf_v),
         }
     }
 

@@ -33,7 +33,7 @@ pub use sensed::{Legs, Sensed};
 pub use slot::Slot;
 pub use supply::SupplyParameters;
 
-use self::bridge::Switched;
+use self::bridge::{Connection, Switched};
 use self::encoder::EncoderOutput;
 use self::legs::LegVoltages;
 use self::sensed::FrontEnds;
@@ -50,8 +50,8 @@ pub struct BoardPlant {
     front_ends: FrontEnds,
     legs: LegVoltages,
     sensed: Sensed,
-    /// The switch state at the end of the last slot.
-    switched: Switched,
+    /// The connection of the winding at the end of the last slot.
+    connection: Connection,
     /// Mean current drawn from the supply in the last slot, A.
     drawn_a: f64,
     /// Largest current through the bridge's return in the last slot, A.
@@ -87,7 +87,7 @@ impl BoardPlant {
             front_ends: FrontEnds::try_new(options, noise)?,
             legs: LegVoltages::new(&options.drivetrain.electrical),
             sensed: Sensed::default(),
-            switched: Switched::Open,
+            connection: Connection::Open,
             drawn_a: 0.0,
             return_peak_a: 0.0,
         };
@@ -153,44 +153,32 @@ impl BoardPlant {
     /// Runs with the switches in this state; `drawn_a` accumulates charge meanwhile. Returns the
     /// mean current of the winding, A.
     fn run(&mut self, switched: Switched, time_s: f64) -> f64 {
-        let switched = self.conducting(switched);
-        self.switched = switched;
-        let peak_a = self.return_a(switched);
-        let mean_a = self.drivetrain.advance(self.terminal(switched), time_s);
-        let drawn_a = match switched {
-            Switched::Supply(sign) => sign * mean_a + self.short_a(),
+        let connection = switched.connection(self.drivetrain.reading().current_a);
+        self.connection = connection;
+        let peak_a = self.return_a(connection);
+        let mean_a = self.drivetrain.advance(self.terminal(connection), time_s);
+        let drawn_a = match connection {
+            Connection::Supply(sign) => sign * mean_a + self.short_a(),
             // The diodes return the winding's energy.
-            Switched::Open => -mean_a.abs(),
-            Switched::Shorted | Switched::Dead(_) => 0.0,
+            Connection::Open => -mean_a.abs(),
+            Connection::Shorted => 0.0,
         };
         self.drawn_a += drawn_a * time_s;
-        let end_a = self.return_a(switched);
+        let end_a = self.return_a(connection);
         self.return_peak_a = self.return_peak_a.max(peak_a).max(end_a);
         mean_a
     }
 
-    /// The state that the diodes make of a dead time: the current does not change its sign within
-    /// a microsecond.
-    fn conducting(&self, switched: Switched) -> Switched {
-        match switched {
-            Switched::Dead(sign) if sign * self.drivetrain.reading().current_a < 0.0 => {
-                Switched::Supply(sign)
-            }
-            Switched::Dead(_) => Switched::Shorted,
-            other => other,
-        }
-    }
-
     /// The terminal voltage of the winding.
-    fn terminal(&self, switched: Switched) -> Terminal {
+    fn terminal(&self, connection: Connection) -> Terminal {
         let is_shorted = self.defects.motor_short_ohm.is_some();
-        match switched {
+        match connection {
             _ if self.defects.is_motor_open => Terminal::Coast,
             // The short brakes the motor where the bridge does not drive it.
-            Switched::Open if is_shorted => Terminal::Brake,
-            Switched::Open => Terminal::Coast,
-            Switched::Shorted | Switched::Dead(_) => Terminal::Brake,
-            Switched::Supply(sign) => Terminal::Driven(sign * self.supply.volts()),
+            Connection::Open if is_shorted => Terminal::Brake,
+            Connection::Open => Terminal::Coast,
+            Connection::Shorted => Terminal::Brake,
+            Connection::Supply(sign) => Terminal::Driven(sign * self.supply.volts()),
         }
     }
 
@@ -202,23 +190,23 @@ impl BoardPlant {
     }
 
     /// Current through the return of the bridge, A; none circulates there in the off time.
-    fn return_a(&self, switched: Switched) -> f64 {
-        match switched {
-            Switched::Supply(sign) => {
+    fn return_a(&self, connection: Connection) -> f64 {
+        match connection {
+            Connection::Supply(sign) => {
                 (sign * self.drivetrain.reading().current_a + self.short_a()).abs()
             }
-            Switched::Open | Switched::Shorted | Switched::Dead(_) => 0.0,
+            Connection::Open | Connection::Shorted => 0.0,
         }
     }
 
     /// Current through the shunt in the motor's line, A.
     fn current_a(&self) -> f64 {
         let winding_a = self.drivetrain.reading().current_a;
-        match self.switched {
+        match self.connection {
             // It circulates behind the shunt.
-            Switched::Open if self.defects.motor_short_ohm.is_some() => 0.0,
-            Switched::Supply(sign) => winding_a + sign * self.short_a(),
-            Switched::Open | Switched::Shorted | Switched::Dead(_) => winding_a,
+            Connection::Open if self.defects.motor_short_ohm.is_some() => 0.0,
+            Connection::Supply(sign) => winding_a + sign * self.short_a(),
+            Connection::Open | Connection::Shorted => winding_a,
         }
     }
 
@@ -231,9 +219,9 @@ impl BoardPlant {
     }
 
     fn sample_current(&mut self) {
-        let drawn_a = match self.switched {
-            Switched::Supply(sign) => sign * self.current_a(),
-            Switched::Open | Switched::Shorted | Switched::Dead(_) => 0.0,
+        let drawn_a = match self.connection {
+            Connection::Supply(sign) => sign * self.current_a(),
+            Connection::Open | Connection::Shorted => 0.0,
         };
         let (current_a, supply_v) = (self.current_a(), self.supply.under(drawn_a));
         self.sensed.current = self.front_ends.current(current_a);
@@ -250,7 +238,7 @@ impl BoardPlant {
             .unwrap_or(self.front_ends.ambient_deg_c);
         let legs_v = self
             .legs
-            .at_sample(self.switched, self.supply.volts(), self.back_emf_v());
+            .at_sample(self.connection, self.supply.volts(), self.back_emf_v());
         self.sensed.legs = self.front_ends.legs(legs_v);
         self.sensed.temperature = crate::sensors::dividers::temperature_code(temperature_deg_c);
     }
