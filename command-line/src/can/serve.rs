@@ -1,5 +1,6 @@
 //! `actuator serve`: actuators on a virtual bus.
 
+use std::io::{self, Write as _};
 use std::net::{SocketAddr, TcpListener};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -14,11 +15,13 @@ use crate::error::Error;
 use crate::output::print;
 use host_sim::can::bus::Bus;
 use host_sim::can::native_node::{CAPTURE_VALUES, NativeNode};
-use host_sim::can::server::Server;
+use host_sim::can::server::{Notice, Server};
 
 /// Runs actuators on a virtual CAN bus in real time, and provides the bus as slcan
 ///
-/// Any number of clients can connect. A line on standard output reports that the server is ready;
+/// Up to 64 clients can connect. One that sends more frames than the bus carries has to wait; one
+/// that does not read what it gets loses lines, which its status `F` tells. A line on standard
+/// output reports that the server is ready, lines on standard error what becomes of such clients;
 /// an interrupt ends it.
 ///
 /// With ELF files the programs run on emulated boards instead, and the server provides the serial
@@ -82,13 +85,13 @@ impl Serve {
         #[cfg(unix)]
         if self.pty {
             let (terminal, address) = open_terminal()?;
-            server.add(terminal, true);
+            server.add("the terminal", host_sim::can::server::Terminal(terminal));
             self.ready(&address)?;
             return run(&mut server, None, &stop, &address);
         }
         let (listener, address) = self.listen()?;
         self.ready(&address)?;
-        run(&mut server, Some(&listener), &stop, &address)
+        run(&mut server, Some(listener), &stop, &address)
     }
 
     /// Options of the board plant of an actuator.
@@ -196,11 +199,13 @@ fn listen(address: SocketAddr) -> std::io::Result<TcpListener> {
 
 fn run(
     server: &mut Server<'_>,
-    listener: Option<&TcpListener>,
+    listener: Option<TcpListener>,
     stop: &AtomicBool,
     address: &str,
 ) -> Result<(), Error> {
     let address = address.to_owned();
-    let done = server.run(listener, stop);
+    // The server also runs if nothing reads its notices.
+    let mut notify = |notice: &Notice| drop(writeln!(io::stderr(), "{notice}"));
+    let done = server.run(listener, stop, &mut notify);
     done.map_err(|source| Error::Serve { address, source })
 }

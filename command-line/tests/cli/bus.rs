@@ -1,64 +1,10 @@
 //! Actuators on a virtual bus, and the commands that access them.
 
 use std::io::{BufRead, BufReader, Read};
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 
 use crate::Cli;
-
-/// `actuator serve`, until it is dropped.
-struct Served {
-    process: Child,
-    bus: String,
-    cli: Cli,
-}
-
-impl Served {
-    fn new(options: &[&str]) -> Self {
-        let program = assert_cmd::cargo::cargo_bin!("actuator");
-        let mut process = Command::new(program)
-            .args(["serve", "--listen", "127.0.0.1:0"])
-            .args(options)
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .expect("it starts");
-        let mut line = String::new();
-        let mut out = BufReader::new(process.stdout.as_mut().expect("piped"));
-        out.read_line(&mut line).expect("a line");
-        let bus = line
-            .split([' ', ','])
-            .find(|word| word.contains(':') && word.contains("127.0.0.1"));
-        let bus = bus.expect("the line tells the address").to_owned();
-        Self {
-            process,
-            bus,
-            cli: Cli::new(),
-        }
-    }
-
-    fn command(&self, arguments: &str) -> assert_cmd::Command {
-        self.cli
-            .actuator(&format!("{arguments} --bus {}", self.bus))
-    }
-
-    fn text(&self, arguments: &str) -> String {
-        let output = self.command(arguments).assert().success();
-        String::from_utf8(output.get_output().stdout.clone()).expect("UTF-8")
-    }
-
-    /// The error of a command that ends with this status.
-    fn error(&self, arguments: &str, status: i32) -> String {
-        let output = self.command(arguments).assert().code(status);
-        String::from_utf8(output.get_output().stderr.clone()).expect("UTF-8")
-    }
-}
-
-impl Drop for Served {
-    fn drop(&mut self) {
-        let _ = self.process.kill();
-        let _ = self.process.wait();
-    }
-}
+use crate::served::Served;
 
 #[test]
 fn two_actuators_are_found_moved_and_read() {

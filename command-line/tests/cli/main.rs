@@ -12,6 +12,9 @@ mod input_file;
 mod options;
 mod parameters;
 mod scenario;
+#[cfg(target_os = "linux")]
+mod serve;
+mod served;
 mod simulate;
 mod trace_file;
 mod tune;

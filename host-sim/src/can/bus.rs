@@ -37,28 +37,38 @@ impl<'a> Bus<'a> {
         bus
     }
 
-    /// Queues a frame of a client.
-    pub fn send(&mut self, from: u64, frame: CanFrame) {
+    /// Delivers a frame of a client and the responses to it; `monitor` gets each frame with its
+    /// sender.
+    pub fn send(&mut self, from: u64, frame: CanFrame, mut monitor: impl FnMut(Port, &CanFrame)) {
         self.queue.push_back((Port::Client(from), frame));
+        self.deliver(&mut monitor);
     }
 
-    /// Runs the control periods that are due and delivers all frames; `monitor` gets each frame
-    /// with its sender.
-    pub fn run(&mut self, now_us: u64, mut monitor: impl FnMut(Port, &CanFrame)) {
+    /// The time of the next control period, us.
+    pub fn next_us(&self) -> u64 {
+        let times = self.nodes.iter().map(NativeNode::next_us);
+        times.min().unwrap_or(u64::MAX)
+    }
+
+    /// Runs a control period of each actuator for which one is due, and delivers all frames;
+    /// `monitor` gets each frame with its sender.
+    pub fn step(&mut self, now_us: u64, mut monitor: impl FnMut(Port, &CanFrame)) {
         self.deliver(&mut monitor);
+        for node in &mut self.nodes {
+            node.step(now_us);
+        }
+        self.collect();
+        self.deliver(&mut monitor);
+    }
+
+    /// Skips the control periods that are too late to be run; returns their number.
+    pub fn skip_late(&mut self, now_us: u64) -> u64 {
         let latest = now_us.saturating_sub(MAX_LATE_PERIODS * PERIOD_US);
+        let skipped = latest.saturating_sub(self.next_us()) / PERIOD_US;
         for node in &mut self.nodes {
             node.skip_to(latest);
         }
-        while self.step(now_us) {
-            self.collect();
-            self.deliver(&mut monitor);
-        }
-    }
-
-    fn step(&mut self, now_us: u64) -> bool {
-        let steps = self.nodes.iter_mut().map(|node| node.step(now_us));
-        steps.fold(false, |any, stepped| any | stepped)
+        skipped
     }
 
     fn collect(&mut self) {

@@ -118,6 +118,11 @@ impl<'a> NativeNode<'a> {
         true
     }
 
+    /// The time of the next control period, us.
+    pub fn next_us(&self) -> u64 {
+        self.next_us
+    }
+
     /// Skips late control periods.
     pub fn skip_to(&mut self, now_us: u64) {
         self.next_us = self.next_us.max(now_us);

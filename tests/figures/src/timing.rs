@@ -15,8 +15,8 @@ pub struct Figure {
     pub unit: String,
 }
 
-/// A benchmark that prints its figures.
-const BENCHMARK: &str = "bench -p host-sim --bench board_loop --locked";
+/// Benchmarks that print their figures.
+const BENCHMARKS: &str = "bench -p host-sim --bench board_loop --bench server --locked";
 
 /// Whole processes of the program `actuator`: name and arguments. `RECORDING` stands for a
 /// recording of 1,250 samples, `PAGE` for a file that is written.
@@ -44,7 +44,7 @@ impl Timings {
     /// If a build or the simulation of the recording fails.
     pub fn prepare() -> Result<Self, Error> {
         cargo("build --release -p actuator --locked".split(' '))?;
-        cargo(BENCHMARK.split(' ').chain(["--no-run"]))?;
+        cargo(BENCHMARKS.split(' ').chain(["--no-run"]))?;
         let target = cross_build::workspace().join("target");
         let timings = Self {
             program: target.join("release/actuator"),
@@ -60,7 +60,7 @@ impl Timings {
     /// # Errors
     /// If a program fails.
     pub fn run(&self) -> Result<Vec<Figure>, Error> {
-        let text = cargo(BENCHMARK.split(' '))?;
+        let text = cargo(BENCHMARKS.split(' '))?;
         let mut figures: Vec<_> = text.lines().filter_map(figure).collect();
         for (name, arguments) in PROCESSES {
             let start = Instant::now();
