@@ -5,13 +5,14 @@ use clap::Args;
 use crate::error::Error;
 
 use super::{
-    identify::{DataOptions, Found, Outputs, model_names},
+    identify::{DataOptions, Found, Outputs, loss_names, model_names},
     output,
 };
 use identification::{
     Options,
     assessment::NonparametricAnalysis,
     compare::{Candidate, Comparison},
+    loss::LossChoice,
     models,
 };
 
@@ -29,6 +30,10 @@ pub struct Compare {
     /// recordings are of a pendulum]
     #[arg(long, value_name = "NAME", value_parser = model_names())]
     model: Vec<String>,
+    /// How residuals count: squares; robust, by Student's distribution; auto, squares unless
+    /// isolated residuals decide the fit
+    #[arg(long, value_name = "NAME", default_value = LossChoice::NAMES[0], value_parser = loss_names())]
+    loss: LossChoice,
     /// Number of starting points of the search
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u16).range(1..=1000))]
     starts: u16,
@@ -57,6 +62,7 @@ impl Compare {
         let options = Options {
             starts: self.starts.into(),
             seed: self.seed,
+            loss: self.loss,
             ..Options::default()
         };
         let bar = output::progress(candidates.len() as u64, "models");

@@ -11,7 +11,7 @@ use clap::{
 };
 
 pub use data::{DataOptions, Loaded};
-pub use search::SearchOptions;
+pub use search::{SearchOptions, loss_names};
 
 use super::output;
 use crate::error::Error;

@@ -10,6 +10,8 @@ use nalgebra::{DMatrix, SymmetricEigen};
 
 use super::fit::ExperimentFit;
 use super::levenberg::Found;
+use super::loss::Loss;
+use super::normal::normal;
 use super::problem::Problem;
 use super::unknowns::Unknowns;
 
@@ -42,16 +44,33 @@ pub fn covariance(
     is_held: &[bool],
     fits: &[ExperimentFit],
 ) -> Covariance {
-    let hessian = &found.information;
-    let residuals: Vec<Vec<f64>> = fits.iter().map(compared).collect();
+    let mut residuals: Vec<Vec<f64>> = fits.iter().map(compared).collect();
     let samples: usize = residuals.iter().map(Vec::len).sum();
+    let mut hessian = found.information.clone();
+    let loss = problem
+        .experiments
+        .first()
+        .map_or(Loss::Squares, |run| run.loss);
+    if loss != Loss::Squares {
+        // Of least squares, to which the influences of the residuals belong.
+        let plain = problem.with_loss(Loss::Squares);
+        hessian = normal(&plain, unknowns, &found.point).hessian;
+        let slope = loss.mean_slope(residuals.iter().flatten().copied());
+        let all = residuals.iter_mut().flatten();
+        all.for_each(|r| *r = loss.influence(*r, slope));
+    }
+    let hessian = &hessian;
     let acting = (0..found.point.len()).filter(|i| hessian[(*i, *i)] > 0.0);
     // An unknown at a bound for lack of information makes others unidentifiable, too.
     let mut rows = identifiable(hessian, acting.collect());
     rows.retain(|i| !is_held[*i]);
     let n = rows.len();
     let freedom = samples.saturating_sub(n).max(1) as f64;
-    let variance = 2.0 * found.cost / freedom;
+    let squares: f64 = match loss {
+        Loss::Squares => 2.0 * found.cost,
+        Loss::Student { .. } => residuals.iter().flatten().map(|r| r * r).sum(),
+    };
+    let variance = squares / freedom;
     let scale: Vec<f64> = rows.iter().map(|i| hessian[(*i, *i)].sqrt()).collect();
     let normalised = DMatrix::from_fn(n, n, |i, j| {
         hessian[(rows[i], rows[j])] / (scale[i] * scale[j])

@@ -7,6 +7,7 @@ use super::{
     assessment::{Assessed, Assessment, Limited, NonparametricAnalysis, overall},
     data::Note,
     fit::{Bound, Estimate, Fit, Termination},
+    loss::Loss,
     model::ActiveLimit,
     statistics::Correlations,
 };
@@ -64,6 +65,10 @@ fn model(assessment: &Assessment) -> Value {
         "quality": overall(&assessment.experiments),
         "noise_deg": fit.noise_deg,
         "cost_deg2": fit.cost,
+        "loss": match fit.loss {
+            Loss::Squares => json!({ "name": "squares" }),
+            Loss::Student { scale_deg } => json!({ "name": "student", "scale_deg": scale_deg }),
+        },
         "samples": fit.samples,
         "effective_samples": assessment.effective_samples,
         "free_parameters": assessment.unknowns(),
@@ -127,8 +132,10 @@ fn matrix(matrix: &DMatrix<f64>) -> Vec<Vec<f64>> {
 }
 
 fn experiment(assessed: &Assessed) -> Value {
+    let time_s = |i: &usize| assessed.recording.time_s[*i];
     json!({
         "name": assessed.recording.name,
+        "outliers_s": assessed.fit.outliers.iter().map(time_s).collect::<Vec<_>>(),
         "samples": assessed.recording.len(),
         "quality": assessed.quality,
         "limited": limited(&assessed.limited),

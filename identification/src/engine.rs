@@ -5,6 +5,7 @@ mod likelihood_ratio;
 mod nested;
 mod outcome;
 mod preview;
+mod robust;
 mod starts;
 
 use rayon::prelude::*;
@@ -12,6 +13,7 @@ use rayon::prelude::*;
 use super::experiment::{Assumptions, Experiment};
 use super::fit::{ExperimentFit, Fit};
 use super::levenberg::{Found, Limits, search};
+use super::loss::LossChoice;
 use super::normal::{Normal, normal};
 use super::problem::{IdentifyError, Problem, Role, Scope};
 use super::unknowns::Unknowns;
@@ -27,6 +29,8 @@ pub struct Options {
     pub seed: u64,
     /// Termination criteria of each search.
     pub limits: Limits,
+    /// How residuals count.
+    pub loss: LossChoice,
 }
 
 impl Default for Options {
@@ -35,6 +39,7 @@ impl Default for Options {
             starts: 8,
             seed: 0,
             limits: Limits::default(),
+            loss: LossChoice::default(),
         }
     }
 }
@@ -79,8 +84,26 @@ pub fn fit_from(
     progress: &dyn Progress,
     known: &[&Fit],
 ) -> Result<Fit, IdentifyError> {
+    let given = match options.loss {
+        LossChoice::Given(loss) => Some(problem.with_loss(loss)),
+        _ => None,
+    };
+    let problem = given.as_ref().unwrap_or(problem);
     let usual = solve(problem, options, progress, known)?;
     let (other, mut solution) = assumptions::decided(problem, usual, options, progress, known)?;
+    let problem = other.as_ref().unwrap_or(problem);
+    let is_robust = match options.loss {
+        LossChoice::Auto => robust::is_called_for(problem, &solution),
+        LossChoice::Robust => true,
+        LossChoice::Squares | LossChoice::Given(_) => false,
+    };
+    let other = if is_robust {
+        let (other, robust) = robust::solve(problem, solution, options, progress, known)?;
+        solution = robust;
+        Some(other)
+    } else {
+        None
+    };
     let problem = other.as_ref().unwrap_or(problem);
     let (unknowns, found) = (&solution.unknowns, solution.found);
     let is_stopped = || progress.is_stopped();

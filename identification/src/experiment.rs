@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::command::{Reader, Segment, segments};
+use super::loss::Loss;
 use super::recording::{Hold, Recording, RecordingError};
 
 /// Assumptions where a recording leaves its command open.
@@ -37,6 +38,8 @@ pub struct Experiment {
     pub begins_at_rest: bool,
     /// Whether it is used for starting values only: models that are integrated take longer steps.
     pub is_preview: bool,
+    /// How its residuals count.
+    pub loss: Loss,
 }
 
 /// Number of consecutive samples that are selected together.
@@ -70,6 +73,7 @@ impl Experiment {
             is_even: is_even(&time_ns),
             begins_at_rest: false,
             is_preview: false,
+            loss: Loss::Squares,
             recording: Arc::new(recording),
             time_ns,
         })
@@ -139,6 +143,7 @@ impl Experiment {
             supply_v: self.supply_v,
             begins_at_rest: self.begins_at_rest,
             is_preview: self.is_preview,
+            loss: self.loss,
         }
     }
 

@@ -3,6 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::experiment::Assumptions;
+use super::loss::Loss;
 use super::model::ActiveLimit;
 
 /// A bound that an estimate is at.
@@ -57,6 +58,8 @@ pub struct ExperimentFit {
     pub fit_percent: f64,
     /// Time in which the rate was limited, s.
     pub rate_limited_s: f64,
+    /// Samples that a robust loss gives less than a tenth of the weight of the others.
+    pub outliers: Vec<usize>,
 }
 
 impl ExperimentFit {
@@ -97,7 +100,9 @@ pub struct Fit {
     pub correlation: DMatrix<f64>,
     /// One for each experiment.
     pub experiments: Vec<ExperimentFit>,
-    /// Half the sum of squared residuals, deg^2.
+    /// How residuals counted.
+    pub loss: Loss,
+    /// Half the sum of squared residuals, deg^2, or of their losses where these are not squares.
     pub cost: f64,
     /// Number of residuals.
     pub samples: usize,

@@ -8,6 +8,7 @@ pub(crate) use parameters::parameters;
 pub use parameters::{ModelParameter, ParameterValues};
 
 use super::experiment::Experiment;
+use super::loss::weighed;
 use super::recording::{Recording, RecordingError};
 
 /// The limit that is active in a model.
@@ -140,7 +141,7 @@ pub trait Model: Description {
 /// Sums over the samples of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sums {
-    /// Of squared residuals.
+    /// Of twice the losses of the residuals: of their squares with [`Loss::Squares`](super::loss::Loss::Squares).
     pub squares: f64,
     /// Number of samples.
     pub samples: usize,
@@ -161,15 +162,17 @@ impl Sums {
         }
     }
 
-    /// Adds a sample.
-    pub fn add(&mut self, residual: f64, slope: &[f64]) {
-        self.squares += residual * residual;
+    /// Adds a sample under a loss of this curvature.
+    pub fn add(&mut self, curvature: f64, residual: f64, slope: &[f64]) {
+        let (square, weight) = weighed(curvature, residual);
+        self.squares += square;
         self.samples += 1;
         let rows = self.information.chunks_exact_mut(slope.len());
         for ((product, row), by_row) in self.products.iter_mut().zip(rows).zip(slope) {
-            *product += by_row * residual;
+            let weighted = weight * by_row;
+            *product += weighted * residual;
             for (place, by_column) in row.iter_mut().zip(slope) {
-                *place += by_row * by_column;
+                *place += weighted * by_column;
             }
         }
     }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use model_core::parameter::Parameter;
 
 use super::experiment::{Assumptions, Experiment};
+use super::loss::Loss;
 use super::model::Model;
 use super::recording::RecordingError;
 use super::start::{DataSummary, greatest_angle_deg};
@@ -213,6 +214,12 @@ impl Problem {
             experiments,
             ..self.clone()
         }
+    }
+
+    /// The same problem with another loss.
+    pub fn with_loss(&self, loss: Loss) -> Self {
+        let runs = self.experiments.iter().cloned();
+        self.with_experiments(runs.map(|run| Experiment { loss, ..run }).collect())
     }
 
     /// The same problem under other assumptions about its recordings.

@@ -1,8 +1,10 @@
 //! Starting values from the recordings.
 //!
 //! The lag of the angle behind the command is the shift at which a straight line through command
-//! and angle fits best; that line gives gain and offset. The steepest slopes give the rate limits.
-//! The lag is divided between delay and dynamics: half each in a first-order model.
+//! and angle fits best; that line gives gain and offset. The rate limits are slopes at which a tenth
+//! of the whole path is travelled, after a running median of five samples: neither a bad reading nor
+//! one steep sample moves them. The lag is divided between delay and dynamics: half each in a
+//! first-order model.
 
 use super::experiment::Experiment;
 
@@ -25,9 +27,9 @@ pub struct DataSummary {
     pub natural_frequency_rad_s: f64,
     /// Its damping ratio.
     pub damping: f64,
-    /// The steepest slope upward, deg/s.
+    /// A steep slope upward, deg/s.
     pub rate_up_deg_s: f64,
-    /// The steepest slope downward, deg/s.
+    /// A steep slope downward, deg/s.
     pub rate_down_deg_s: f64,
     /// Angle at the first sample of the first recording, deg.
     pub initial_angle_deg: f64,
@@ -57,7 +59,7 @@ impl DataSummary {
         let best = lines.min_by(|a, b| a.1.error.total_cmp(&b.1.error));
         let (lag_s, line) = best.unwrap_or((0.0, Line::default()));
         let lag_s = lag_s.max(4e-3);
-        let (up, down) = steepest(&points);
+        let (up, down) = steep(&points);
         let first = points.first().and_then(|p| p.first());
         Self {
             gain: line.gain,
@@ -90,10 +92,36 @@ fn points(run: &Experiment) -> Vec<Point> {
     let is_on = |i: &usize| recording.motor_on.as_ref().is_none_or(|on| on[*i] != 0.0);
     let point = |i: usize| Point {
         time_ns: run.time_ns[i],
-        angle_deg: recording.angle_deg[i],
+        angle_deg: median_around(&recording.angle_deg, i),
     };
     let all = (0..run.len()).step_by(every).filter(is_on).map(point);
     all.filter(|p| !p.angle_deg.is_nan()).collect()
+}
+
+/// The median of an angle, two before and two after it, which keeps ramps and edges and drops one
+/// or two bad readings; fewer at the ends. NaN where the angle is missing.
+fn median_around(angle_deg: &[f64], i: usize) -> f64 {
+    if angle_deg[i].is_nan() {
+        return f64::NAN;
+    }
+    // As many on either side, so that a ramp is kept.
+    let side = i.min(angle_deg.len() - 1 - i).min(2);
+    let around = &angle_deg[i - side..=i + side];
+    let mut numbers = [0.0; 5];
+    let mut count = 0;
+    for angle in around.iter().filter(|a| !a.is_nan()) {
+        numbers[count] = *angle;
+        count += 1;
+    }
+    let numbers = &mut numbers[..count];
+    numbers.sort_unstable_by(f64::total_cmp);
+    // Of an even number, the one that is nearer to the angle itself.
+    let middle = [numbers[(count - 1) / 2], numbers[count / 2]];
+    if (middle[0] - angle_deg[i]).abs() < (middle[1] - angle_deg[i]).abs() {
+        middle[0]
+    } else {
+        middle[1]
+    }
 }
 
 #[derive(Debug, Clone, Copy, Default)]
@@ -136,9 +164,12 @@ fn line(experiments: &[Experiment], points: &[Vec<Point>], lag_s: f64) -> Line {
 /// The time over which slopes are taken, s: they are those of the servo and not of encoder noise.
 const SLOPE_S: f64 = 0.02;
 
-/// The steepest slopes up and down, deg/s; the steeper one for both where only one direction moves.
-fn steepest(points: &[Vec<Point>]) -> (f64, f64) {
-    let (mut up, mut down) = (0.0_f64, 0.0_f64);
+/// Share of the path that is travelled at a rate limit or faster.
+const STEEP: f64 = 0.1;
+
+/// Steep slopes up and down, deg/s; the steeper one for both where only one direction moves.
+fn steep(points: &[Vec<Point>]) -> (f64, f64) {
+    let (mut up, mut down) = (Vec::new(), Vec::new());
     for points in points {
         let mut from = 0;
         for to in points {
@@ -148,11 +179,26 @@ fn steepest(points: &[Vec<Point>]) -> (f64, f64) {
             }
             if width_s(from) >= SLOPE_S {
                 let slope = (to.angle_deg - points[from].angle_deg) / width_s(from);
-                (up, down) = (up.max(slope), down.max(-slope));
+                match slope > 0.0 {
+                    true => up.push(slope),
+                    false => down.push(-slope),
+                }
             }
         }
     }
+    let (up, down) = (exceeded_on_the_path(up), exceeded_on_the_path(down));
     let most = up.max(down).max(1.0);
     let or_steepest = |slope: f64| if slope < 0.05 * most { most } else { slope };
     (or_steepest(up), or_steepest(down))
+}
+
+/// The slope that is exceeded on a tenth of the path.
+fn exceeded_on_the_path(mut slopes: Vec<f64>) -> f64 {
+    slopes.sort_unstable_by(|a, b| b.total_cmp(a));
+    let mut left = STEEP * slopes.iter().sum::<f64>();
+    let steep = slopes.iter().find(|slope| {
+        left -= **slope;
+        left <= 0.0
+    });
+    steep.copied().unwrap_or(0.0)
 }

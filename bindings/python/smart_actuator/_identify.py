@@ -95,10 +95,12 @@ def identify(
     share: Union[str, Sequence[str]] = (),
     starts: int = 8,
     seed: int = 0,
+    loss: str = "auto",
     columns: Optional[Mapping[str, str]] = None,
     delimiter: Optional[str] = None,
     window: Optional[Tuple[float, float]] = None,
     keep_clipped: bool = False,
+    keep_bad: bool = False,
     hold: Optional[str] = None,
     known: Optional[Mapping[str, float]] = None,
     threads: Optional[int] = None,
@@ -121,10 +123,13 @@ def identify(
     :param share: parameters that have one value for all recordings.
     :param starts: number of starting points of the search, 1 to 1000.
     :param seed: of the starting points.
+    :param loss: how residuals count: ``squares``, ``robust`` (Student's distribution), or ``auto``,
+        squares unless isolated residuals decide the fit.
     :param columns: the columns of the files by quantity, as ``{"angle": "pos:rad"}``.
     :param delimiter: between two fields: ``comma``, ``semicolon``, ``tab`` or ``blanks``.
     :param window: first and last time of the files that are used, s.
     :param keep_clipped: also compares samples at which the angle of a file is saturated.
+    :param keep_bad: also compares samples of a file that look like faults of the sensor or the link.
     :param hold: ``zero`` if the command is constant between two samples, ``smooth`` if it changes;
         by default as the samples show.
     :param known: known constants of the runs by the name of a parameter, such as
@@ -147,6 +152,7 @@ def identify(
         "delimiter": _arguments.optional_text("delimiter", delimiter),
         "window": None if window is None else _pair("window", window),
         "keep_clipped": bool(keep_clipped),
+        "keep_bad": bool(keep_bad),
         "hold": _arguments.optional_text("hold", hold),
         "known": _arguments.pairs(known or {}),
     }
@@ -160,6 +166,7 @@ def identify(
         "share": _names("share", share),
         "starts": count,
         "seed": _arguments.whole("seed", seed),
+        "loss": _text("loss", loss),
         "threads": 0 if threads is None else _arguments.whole("threads", threads, 1),
     }
     text = _native.identify(recordings, _recordings("validate", validate), reading, search)

@@ -15,7 +15,9 @@ use identification::{
     Experiment, Hold, IdentifyError, Model, Options, Progress, Recording,
     assessment::NonparametricAnalysis,
     data::{Columns, Delimiter, Import, Note},
-    document, models,
+    document,
+    loss::LossChoice,
+    models,
     request::{Request, RequestError},
 };
 use numpy::PyReadonlyArray1;
@@ -39,6 +41,7 @@ pub struct Reading {
     delimiter: Option<String>,
     window: Option<(f64, f64)>,
     keep_clipped: bool,
+    keep_bad: bool,
     hold: Option<String>,
     known: Vec<(String, f64)>,
 }
@@ -56,6 +59,7 @@ pub struct Search {
     share: Vec<String>,
     starts: usize,
     seed: u64,
+    loss: String,
     threads: usize,
 }
 
@@ -119,7 +123,7 @@ impl Job {
     ) -> PyResult<Self> {
         let import = reading.import()?;
         let (models, threads) = (search.models().map_err(exception)?, search.threads);
-        let request = search.request();
+        let request = search.request()?;
         request.check(&models).map_err(of_request)?;
         let given = |sources: Vec<Source<'_>>, what| {
             let numbered = sources.into_iter().enumerate();
@@ -223,6 +227,7 @@ impl Reading {
             },
             window_s: self.window,
             keep_clipped: self.keep_clipped,
+            keep_bad: self.keep_bad,
             hold: match self.hold.as_deref() {
                 None => Hold::Auto,
                 Some("zero") => Hold::Zero,
@@ -250,8 +255,15 @@ impl Search {
         self.models.iter().map(one).collect()
     }
 
-    fn request(self) -> Request {
-        Request {
+    fn request(self) -> PyResult<Request> {
+        let loss = LossChoice::named(&self.loss).ok_or_else(|| {
+            PyValueError::new_err(format!(
+                "loss is `{}`, expected {}",
+                self.loss,
+                LossChoice::NAMES.join(", ")
+            ))
+        })?;
+        Ok(Request {
             fix: self.fix,
             free: self.free,
             bound: self.bound,
@@ -261,9 +273,10 @@ impl Search {
             options: Options {
                 starts: self.starts,
                 seed: self.seed,
+                loss,
                 ..Options::default()
             },
-        }
+        })
     }
 }
 

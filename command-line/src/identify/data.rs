@@ -37,6 +37,10 @@ pub struct DataOptions {
     /// Also compares samples at which the angle is saturated
     #[arg(long)]
     keep_clipped: bool,
+    /// Also compares samples that look like faults of the sensor or the link: isolated readings,
+    /// frozen readings, and the response to a change of the command within a gap
+    #[arg(long)]
+    keep_bad: bool,
     /// Course of the command between samples [default: detected]
     #[arg(long)]
     hold: Option<HoldName>,
@@ -144,6 +148,7 @@ impl DataOptions {
             }),
             window_s: self.window,
             keep_clipped: self.keep_clipped,
+            keep_bad: self.keep_bad,
             hold: match self.hold {
                 None => Hold::Auto,
                 Some(HoldName::Zero) => Hold::Zero,

@@ -2,14 +2,19 @@
 
 use std::sync::Arc;
 
-use clap::Args;
+use clap::{
+    Args,
+    builder::{PossibleValuesParser, TypedValueParser},
+};
 use indicatif::ProgressBar;
 
 use super::Loaded;
 use crate::error::Error;
 use crate::{output, parameters::setting};
 use host_sim::scenario::Setting;
-use identification::{Model, Options, Progress, assessment::Assessment, request::Request};
+use identification::{
+    Model, Options, Progress, assessment::Assessment, loss::LossChoice, request::Request,
+};
 
 #[derive(Debug, Args)]
 pub struct SearchOptions {
@@ -31,12 +36,22 @@ pub struct SearchOptions {
     /// Gives all recordings one value of a parameter; repeatable
     #[arg(long, value_name = "NAME")]
     share: Vec<String>,
+    /// How residuals count: squares; robust, by Student's distribution; auto, squares unless
+    /// isolated residuals decide the fit
+    #[arg(long, value_name = "NAME", default_value = LossChoice::NAMES[0], value_parser = loss_names())]
+    loss: LossChoice,
     /// Number of starting points of the search
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u16).range(1..=1000))]
     starts: u16,
     /// Seed of the starting points
     #[arg(long, default_value_t = 0)]
     seed: u64,
+}
+
+/// The values of `--loss`.
+pub fn loss_names() -> impl TypedValueParser<Value = LossChoice> {
+    PossibleValuesParser::new(LossChoice::NAMES)
+        .map(|name| LossChoice::named(&name).unwrap_or_default())
 }
 
 /// The value of `--bound`.
@@ -80,6 +95,7 @@ impl SearchOptions {
             options: Options {
                 starts: self.starts.into(),
                 seed: self.seed,
+                loss: self.loss,
                 ..Options::default()
             },
         }

@@ -3,6 +3,8 @@
 use super::{Assessed, Assessment};
 use crate::{
     fit::{Bound, Estimate, Termination},
+    loss::Loss,
+    screening::suspicion,
     statistics::distributions::{COVERED, two_sided},
 };
 
@@ -21,6 +23,10 @@ const FEW_STARTS: f64 = 0.25;
 pub fn all(assessment: &Assessment) -> Vec<String> {
     let mut warnings = Vec::new();
     search(assessment, &mut warnings);
+    outliers(assessment, &mut warnings);
+    for experiment in &assessment.experiments {
+        units(assessment, experiment, &mut warnings);
+    }
     for estimate in assessment.fit.estimates.iter().filter(|e| !e.fixed) {
         warnings.extend(parameter(assessment, estimate));
     }
@@ -81,6 +87,40 @@ fn search(assessment: &Assessment, warnings: &mut Vec<String>) {
             "only {ended_here} of {tried} starts end in this optimum: there are other minima; \
              --starts tries more"
         ));
+    }
+}
+
+/// The robust loss, and the samples that hardly count under it.
+fn outliers(assessment: &Assessment, warnings: &mut Vec<String>) {
+    let Loss::Student { scale_deg } = assessment.fit.loss else {
+        return;
+    };
+    warnings.push(format!(
+        "isolated residuals would decide a fit by least squares: a robust loss is used, that of \
+         Student's distribution with a scale of {scale_deg:.4} deg; --loss squares overrides this"
+    ));
+    for experiment in &assessment.experiments {
+        let outliers = &experiment.fit.outliers;
+        let Some(first) = outliers.first() else {
+            continue;
+        };
+        warnings.push(format!(
+            "{}: {} of {} samples have less than a tenth of the weight of the others, the first of \
+             them at {:.4} s with a residual of {:.3} deg",
+            experiment.recording.name,
+            outliers.len(),
+            experiment.recording.len(),
+            experiment.recording.time_s[*first],
+            experiment.fit.residual_deg[*first],
+        ));
+    }
+}
+
+/// Units and signs that look wrong.
+fn units(assessment: &Assessment, experiment: &Assessed, warnings: &mut Vec<String>) {
+    let gain = assessment.fit.estimate("gain").filter(|gain| !gain.fixed);
+    if let Some(text) = suspicion(&experiment.recording, gain.map(|gain| gain.value)) {
+        warnings.push(format!("{}: {text}", experiment.recording.name));
     }
 }
 

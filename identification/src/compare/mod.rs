@@ -11,6 +11,7 @@ use super::{
     engine::{Options, Quiet, fit_from},
     experiment::Experiment,
     fit::Fit,
+    loss::{Loss, LossChoice},
     model::{Model, ModelParameter},
     problem::{IdentifyError, Problem},
 };
@@ -124,11 +125,36 @@ pub struct Comparison {
 
 impl Comparison {
     /// Fits all candidates, and reports the number of finished ones. A candidate that cannot be
-    /// fitted is listed as refused.
+    /// fitted is listed as refused. Where outliers call for a robust loss in one of them, all are
+    /// fitted with it, so that their costs can be compared.
     ///
     /// # Errors
     /// That of the first candidate, if no candidate can be fitted.
     pub fn of(
+        candidates: &[Candidate],
+        experiments: &[Experiment],
+        held_out: &[Experiment],
+        options: &Options,
+        told: &dyn Fn(usize),
+    ) -> Result<Self, IdentifyError> {
+        let fitted = Self::fitted(candidates, experiments, held_out, options, told)?;
+        let losses = fitted.assessments.iter().map(|a| a.fit.loss);
+        let scales = losses.filter_map(|loss| match loss {
+            Loss::Student { scale_deg } => Some(scale_deg),
+            Loss::Squares => None,
+        });
+        let Some(scale_deg) = scales.min_by(f64::total_cmp) else {
+            return Ok(fitted);
+        };
+        let options = Options {
+            loss: LossChoice::Given(Loss::Student { scale_deg }),
+            ..*options
+        };
+        Self::fitted(candidates, experiments, held_out, &options, told)
+    }
+
+    /// The same with the loss of the options.
+    fn fitted(
         candidates: &[Candidate],
         experiments: &[Experiment],
         held_out: &[Experiment],

@@ -5,10 +5,13 @@ use super::{
     clipping::{self, Clipped},
     column::LocatedColumn,
 };
-use crate::{data::ImportError, recording::Recording, statistics::slots::median_step_s};
+use crate::{
+    data::ImportError,
+    recording::Recording,
+    screening::{self, GAP_STEPS},
+    statistics::slots::median_step_s,
+};
 
-/// Multiple of the median step from which a step is a gap.
-const GAP_STEPS: f64 = 5.0;
 /// First time above which times are relative to the first sample: dates would lose digits.
 const LATEST_START_S: f64 = 1e6;
 /// Change from sample to sample above which an angle has wrapped around.
@@ -48,7 +51,7 @@ pub fn recording(
         hold: import.hold,
         constants,
     };
-    cleaning.check_signals(&mut recording, &rows, import.keep_clipped);
+    cleaning.check_signals(&mut recording, &rows, import);
     cleaning.notes.sort_by_key(|note| note.line);
     Ok(Imported {
         recording,
@@ -174,7 +177,8 @@ impl Cleaning<'_> {
     }
 
     /// Notes missing and clipped samples and wrapped angles, and corrects them.
-    fn check_signals(&mut self, recording: &mut Recording, rows: &[usize], keep_clipped: bool) {
+    fn check_signals(&mut self, recording: &mut Recording, rows: &[usize], import: &Import) {
+        let keep_clipped = import.keep_clipped;
         for (what, column) in [
             (
                 "command, which keeps its last value",
@@ -200,6 +204,13 @@ impl Cleaning<'_> {
             &off,
             "samples have the motor off: only models of a motor with a load are compared there",
         );
+        for bad in screening::bad_samples(recording) {
+            let text = bad.described(recording, import.keep_bad);
+            self.note(self.table.line(rows[bad.samples.start]), text);
+            if !import.keep_bad {
+                screening::leave_out(recording, &[bad]);
+            }
+        }
         // The command determines the angle only while the motor is on.
         let driven = driven(recording);
         for clipped in clipping::find(&recording.command_deg, &driven) {

@@ -39,6 +39,8 @@ pub struct Import {
     pub window_s: Option<(f64, f64)>,
     /// Whether clipped samples are compared as well.
     pub keep_clipped: bool,
+    /// Whether samples that look like faults of the sensor or the link are compared as well.
+    pub keep_bad: bool,
     /// The hold assumption.
     pub hold: Hold,
     /// Known values of the runs by the name of a parameter; they override those of a file.

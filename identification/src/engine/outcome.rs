@@ -7,12 +7,16 @@ use crate::assessment::Limited;
 use crate::covariance::{Covariance, covariance};
 use crate::fit::{Bound, Estimate, ExperimentFit, Fit};
 use crate::levenberg::Found;
+use crate::loss::Loss;
 use crate::model::ActiveLimit;
 use crate::problem::{Problem, Scope, Spec};
 use crate::unknowns::Unknowns;
 
 /// Relative standard error above which a parameter is not identifiable.
 const VAGUE: f64 = 0.5;
+
+/// Weight below which a sample is listed as an outlier.
+const OUTLIER_WEIGHT: f64 = 0.1;
 
 /// The fit at the end of a search.
 pub fn fit(problem: &Problem, solution: &Solution) -> Fit {
@@ -39,6 +43,7 @@ pub fn fit(problem: &Problem, solution: &Solution) -> Fit {
         correlation: correlation(&covariance.white),
         covariance: covariance.white,
         covariance_coloured: covariance.coloured,
+        loss: loss_of(problem),
         cost: found.cost,
         samples: residuals.filter(|r| !r.is_nan()).count(),
         noise_deg: covariance.noise_deg,
@@ -51,6 +56,14 @@ pub fn fit(problem: &Problem, solution: &Solution) -> Fit {
         assumptions: solution.assumptions,
         is_hold_undetermined: solution.is_hold_undetermined,
     }
+}
+
+/// The loss of all runs.
+fn loss_of(problem: &Problem) -> Loss {
+    problem
+        .experiments
+        .first()
+        .map_or(Loss::Squares, |run| run.loss)
 }
 
 /// Marks the additional parameters as not identifiable where a nested model fits as well.
@@ -190,6 +203,8 @@ pub fn experiment_fit(problem: &Problem, experiment: usize, values: &[f64]) -> E
     });
     let (errors, spread) = squares(angles, &fit.residual_deg);
     fit.fit_percent = percent(errors, spread);
+    let is_outlier = |i: &usize| run.loss.of(fit.residual_deg[*i]).1 < OUTLIER_WEIGHT;
+    fit.outliers = (0..run.len()).filter(is_outlier).collect();
     fit.rate_limited_s = Limited::of(&run.recording.time_s, &fit.state).rate_limited_s();
     fit
 }

@@ -5,6 +5,7 @@ mod edge_cases;
 mod many;
 mod motors;
 mod nested;
+mod outliers;
 
 use super::*;
 use crate::models;

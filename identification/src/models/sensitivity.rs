@@ -3,6 +3,7 @@
 use super::Dynamics;
 use crate::experiment::Experiment;
 use crate::hybrid::Output;
+use crate::loss::weighed;
 use crate::model::{ActiveLimit, ParameterValues, Sums};
 use crate::scalar::{Dual, Scalar};
 
@@ -51,6 +52,20 @@ struct Totals<const N: usize> {
     information: [[f64; N]; N],
 }
 
+impl<const N: usize> Totals<N> {
+    #[inline(always)]
+    fn add(&mut self, square: f64, residual: f64, weighted: &[f64; N], slope: &[f64; N]) {
+        self.squares += square;
+        let rows = self.products.iter_mut().zip(&mut self.information);
+        for ((product, row), weighted) in rows.zip(weighted) {
+            *product += weighted * residual;
+            for (place, slope) in row.iter_mut().zip(slope) {
+                *place += weighted * slope;
+            }
+        }
+    }
+}
+
 struct Summing<'a, D: Dynamics, const N: usize> {
     model: &'a D,
     run: &'a Experiment,
@@ -71,6 +86,7 @@ impl<D: Dynamics, const N: usize> pulp::NullaryFnOnce for Summing<'_, D, N> {
         };
         let output = &mut Comparison {
             angles: self.angles,
+            curvature: self.run.loss.curvature(),
             totals: &mut totals,
         };
         self.model.run(self.run, self.p, output);
@@ -81,6 +97,7 @@ impl<D: Dynamics, const N: usize> pulp::NullaryFnOnce for Summing<'_, D, N> {
 /// Compares the output with the measured angles.
 struct Comparison<'a, const N: usize> {
     angles: &'a [f64],
+    curvature: f64,
     totals: &'a mut Totals<N>,
 }
 
@@ -93,13 +110,17 @@ impl<const N: usize> Output<Dual<N>> for Comparison<'_, N> {
             return;
         }
         let totals = &mut *self.totals;
-        totals.squares += residual * residual;
         totals.samples += 1;
-        for row in 0..N {
-            totals.products[row] += angle.slope[row] * residual;
-            for column in 0..N {
-                totals.information[row][column] += angle.slope[row] * angle.slope[column];
-            }
+        if self.curvature == 0.0 {
+            totals.add(residual * residual, residual, &angle.slope, &angle.slope);
+        } else {
+            let (square, weight) = weighed(self.curvature, residual);
+            totals.add(
+                square,
+                residual,
+                &angle.slope.map(|s| weight * s),
+                &angle.slope,
+            );
         }
     }
 }
@@ -113,12 +134,13 @@ pub fn sums_in_passes<D: Dynamics>(
     angles: &[f64],
 ) -> Sums {
     let mut sums = Sums::new(free.len());
+    let curvature = run.loss.curvature();
     // Where the motor is off, NaN is not a divergence.
     let is_switched = run.recording.motor_on.is_some();
     in_passes(model, run, values, free, &mut |i, angle, slope| {
         let is_left_out = angles[i].is_nan() || is_switched && angle.is_nan();
         if !is_left_out {
-            sums.add(angles[i] - angle, slope);
+            sums.add(curvature, angles[i] - angle, slope);
         }
     });
     sums

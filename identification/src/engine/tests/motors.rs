@@ -92,9 +92,9 @@ fn a_model_that_fits_not_significantly_better_is_reduced_to_the_nested_one() {
     assert_eq!(rich.no_better_than, Some("servo-m1"));
     let beyond = rich.estimate("load_friction_motor").expect("an estimate");
     assert_eq!((beyond.value, beyond.identifiable), (0.0, false));
-    // The same output, and so the same cost except for rounding.
+    // The nested model is searched for starting values to a millionth of its cost.
     assert!(
-        (rich.cost / simple.cost - 1.0).abs() < 1e-9,
+        (rich.cost / simple.cost - 1.0).abs() < 1e-6,
         "{} {}",
         rich.cost,
         simple.cost
