@@ -91,9 +91,11 @@ impl<const N: usize> pulp::NullaryFnOnce for Abreast<'_, N> {
             _ => return Ok(None),
         };
         let path = run.path();
-        let mut tick = 0;
+        let (mut tick, (mut command, mut until)) = (0, path.held(0));
         while tick < run.ticks {
-            let command = path.command.board(path.source(tick));
+            if tick >= until {
+                (command, until) = path.held(tick);
+            }
             let ticks = (run.ticks - tick).min(CONTROL_PERIOD_TICKS);
             boards.pass(command, ticks as usize, see);
             tick += CONTROL_PERIOD_TICKS;
