@@ -1,57 +1,16 @@
 //! The device on the PC and the ELF on the emulated board give bit-exactly the same signals and
 //! frames.
 
-use board_tests::frames::{Frame, control, read, sent, start, target, write_real};
+use board_tests::frames::{Frame, read, sent, start, write_real};
 use board_tests::native::NativeBoard;
 use board_tests::program::run_master;
+use board_tests::workloads::command;
 use model_core::time::{CONTROL_RATE_HZ, PWM_PERIODS_PER_CONTROL_PERIOD};
 use virtual_board::plant::{BoardPlantOptions, Bridge};
 use virtual_board::run::Options;
 
 const SECONDS: u64 = 60;
 const TICKS: u64 = SECONDS * CONTROL_RATE_HZ as u64;
-
-/// Targets, deg: steps, sines, a ramp, the end stops of the servo alternately, an angle beyond the
-/// position limits, and one of a few encoder counts.
-fn target_deg(tick: u64) -> f64 {
-    let seconds = tick as f64 / f64::from(CONTROL_RATE_HZ);
-    let sine = |deg: f64, hz: f64| deg * (2.0 * std::f64::consts::PI * hz * seconds).sin();
-    match tick / 500 % 7 {
-        0 => f64::from((tick / 125 % 3) as i32 - 1) * 30.0,
-        1 => sine(20.0, 0.7),
-        2 => (seconds % 2.5) * 20.0 - 25.0,
-        3 => 70.0,
-        4 => sine(2.0, 5.0),
-        5 if (tick / 50).is_multiple_of(2) => 60.0,
-        5 => -60.0,
-        _ => 0.3,
-    }
-}
-
-/// Each mode for ten seconds, with occasional quick stops, halts and disabled power.
-pub fn command(tick: u64) -> Vec<Frame> {
-    let mode = [8, 1, 3, 9, 8, 1][(tick / 2500 % 6) as usize];
-    let within = tick % 2500;
-    let mdeg = (target_deg(tick) * 1000.0) as i32;
-    let word = match within {
-        0..12 => 0x06,
-        12..14 => 0x07,
-        // A new set-point each time, with the handshake of profile position.
-        _ if tick % 50 < 25 => 0x1f,
-        _ => 0x0f,
-    };
-    let word = match within {
-        1200..1260 => 0x02,
-        1260..1290 => 0x06,
-        1290..1300 => 0x07,
-        1700..1750 => word | 0x100,
-        2000..2020 => 0x00,
-        2020..2030 => 0x06,
-        2030..2040 => 0x07,
-        _ => word,
-    };
-    vec![control(word, mdeg), target(mdeg, mode)]
-}
 
 /// Commands at 50 Hz, with SDO requests between them.
 fn mixed(tick: u64) -> Vec<Frame> {

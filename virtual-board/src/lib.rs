@@ -22,6 +22,7 @@ pub mod chip;
 pub mod faults;
 pub mod flash;
 pub use model_core::plant::board as plant;
+pub mod processor;
 pub mod run;
 pub mod serial;
 pub mod trace;

@@ -1,4 +1,4 @@
-//! Support for the tests on the emulated board: the board's program, CANopen frames and a master
+//! Support for the tests on the emulated board: the board's program, CANopen frames, a master
 //! that sends them, and the same device run natively on the same plant.
 
 pub mod chain;
@@ -8,3 +8,4 @@ pub mod frames;
 pub mod master;
 pub mod native;
 pub mod program;
+pub mod workloads;

@@ -57,7 +57,7 @@ impl Board for CommBoard {
     }
 
     fn targets(&mut self) -> Vec<Target<'_>> {
-        core::target(&mut self.chip, COMM_CORE_HZ)
+        core::target(&mut self.chip, COMM_CORE_HZ, None)
             .into_iter()
             .collect()
     }

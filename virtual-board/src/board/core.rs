@@ -9,14 +9,19 @@ use rigless::mcu::{Mcu, Operate};
 
 use super::resettable::Resettable;
 use crate::chip::Chip;
+use crate::processor::SharedObserver;
 
 /// Name of the chip.
 pub(super) const TARGET: &str = "stm32f427";
 
 /// The chip as a target of the emulator, with one instruction in each cycle of this clock.
-pub(super) fn target(chip: &mut Chip, clock_hz: u64) -> Option<Target<'_>> {
+pub(super) fn target(
+    chip: &mut Chip,
+    clock_hz: u64,
+    observer: Option<SharedObserver>,
+) -> Option<Target<'_>> {
     let mut spec = spec(chip, clock_hz)?;
-    spec.processor = Resettable::constructor(spec.processor);
+    spec.processor = Resettable::constructor(spec.processor, observer);
     Some(Target::new(TARGET, chip, spec))
 }
 

@@ -19,6 +19,7 @@ use crate::can::Wire;
 use crate::chip::Chip;
 use crate::flash::FlashTimes;
 use crate::plant::SsiWord;
+use crate::processor::SharedObserver;
 
 /// Clock of the core, Hz.
 pub const CORE_HZ: u64 = 168_000_000;
@@ -28,6 +29,8 @@ pub const CORE_HZ: u64 = 168_000_000;
 pub struct ActuatorBoard {
     /// The chip.
     pub chip: Chip,
+    /// Observes the core.
+    pub observer: Option<SharedObserver>,
 }
 
 // A run starts from power-on: snapshots are not used.
@@ -51,7 +54,10 @@ impl ActuatorBoard {
             };
             chip.part.spi[0].attach_selected(EncoderChip::default(), select);
         }
-        Ok(Self { chip })
+        Ok(Self {
+            chip,
+            observer: None,
+        })
     }
 
     /// Sets the word of the next encoder transfer.
@@ -84,6 +90,9 @@ impl Board for ActuatorBoard {
     }
 
     fn targets(&mut self) -> Vec<Target<'_>> {
-        core::target(&mut self.chip, CORE_HZ).into_iter().collect()
+        let observer = self.observer.clone();
+        core::target(&mut self.chip, CORE_HZ, observer)
+            .into_iter()
+            .collect()
     }
 }

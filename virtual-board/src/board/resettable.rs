@@ -14,6 +14,8 @@ use rigless::emulator::{
 use rigless::soc::{Endian, Width};
 use rigless::time::VirtualNanos;
 
+use crate::processor::{Memory, SharedObserver, lock};
+
 /// A core, and another one of the same kind that computes its state after a reset.
 #[derive(Debug)]
 pub(super) struct Resettable {
@@ -22,16 +24,23 @@ pub(super) struct Resettable {
     twin: Box<dyn Processor>,
     /// A debugger may halt the core at its reset, which is not a part of the loaded state.
     is_debugged: bool,
+    memory: Memory,
+    observer: Option<SharedObserver>,
 }
 
 impl Resettable {
     /// Makes the constructor of a core one of a core that keeps its translated code.
-    pub fn constructor(inner: ProcessorConstructor) -> ProcessorConstructor {
+    pub fn constructor(
+        inner: ProcessorConstructor,
+        observer: Option<SharedObserver>,
+    ) -> ProcessorConstructor {
         std::sync::Arc::new(move |endian| {
             Ok(Box::new(Self {
                 core: inner(endian)?,
                 twin: inner(endian)?,
                 is_debugged: false,
+                memory: Memory::default(),
+                observer: observer.clone(),
             }))
         })
     }
@@ -51,6 +60,9 @@ impl Processor for Resettable {
         }
         // A request that is still pending ends with the reset.
         self.core.take_reset_request();
+        if let Some(observer) = &self.observer {
+            lock(observer).after_reset();
+        }
     }
 
     fn attach_debugger(&mut self, attached: bool) {
@@ -63,14 +75,21 @@ impl Processor for Resettable {
         reason = "the trait declares the function unsafe; the call is forwarded unchanged"
     )]
     unsafe fn map(&mut self, start: u64, length: u64, host: *mut u8, writable: bool) {
-        // SAFETY: the caller's promise covers the core, which is dropped with this value.
-        unsafe { self.core.map(start, length, host, writable) };
+        // SAFETY: the caller's promise covers the core and this value's view of the memory, which
+        // are dropped with this value.
+        unsafe {
+            self.core.map(start, length, host, writable);
+            self.memory.map(start, length, host, writable);
+        }
     }
 
     // Everything else is the core's.
 
     fn run(&mut self, budget: u32, bus: &mut dyn CoreBus) -> (Exit, u64) {
-        self.core.run(budget, bus)
+        match &self.observer {
+            None => self.core.run(budget, bus),
+            Some(observer) => lock(observer).run(&mut *self.core, &self.memory, budget, bus),
+        }
     }
 
     fn retired(&self) -> u64 {
@@ -218,7 +237,7 @@ mod tests {
     fn the_state_after_a_reset_is_that_of_the_emulators_core() {
         let chip = Chip::try_new(None, FlashTimes::TYPICAL, 0).unwrap();
         let plain = core::spec(&chip, CORE_HZ).unwrap().processor;
-        let constructors = [plain.clone(), Resettable::constructor(plain)];
+        let constructors = [plain.clone(), Resettable::constructor(plain, None)];
         let [expected, found] = constructors.map(|constructor| {
             let mut core = constructor(Endian::Little).unwrap();
             let unused = core.save();

@@ -33,6 +33,7 @@ pub use view::{Flow, Script, View};
 use self::driver::Lockstep;
 use crate::board::ActuatorBoard;
 use crate::can::{Port, Wire};
+use crate::processor::SharedObserver;
 
 /// Reason why a run failed.
 #[derive(Debug, thiserror::Error)]
@@ -51,7 +52,7 @@ pub enum RunError {
     Chip(#[from] rigless::soc::Error),
 }
 
-/// Optional attachments of a run: a debugger, a flag that ends it, a shared bus.
+/// Optional attachments of a run: a debugger, a flag that ends it, a shared bus, an observer.
 #[derive(Debug, Default)]
 pub struct Attachments {
     /// Serves GDB here; the core is halted until GDB continues it.
@@ -60,6 +61,8 @@ pub struct Attachments {
     pub interrupt: Option<Arc<AtomicBool>>,
     /// The board's connection to a shared bus. The run has no ports of its own then.
     pub bus: Option<BusConnection>,
+    /// Observes the core.
+    pub observer: Option<SharedObserver>,
 }
 
 /// Runs a firmware until its time has passed or the script ends it.
@@ -91,7 +94,8 @@ pub fn run_with<S: Script + 'static>(
         .map(|bit_s| Port::at_rate(*bit_s));
     let is_shared = attachments.bus.is_some();
     let wire = (!is_shared).then(|| Wire::new(ports.collect()));
-    let board = ActuatorBoard::try_new(wire, options.flash_times, options.plant.seed)?;
+    let mut board = ActuatorBoard::try_new(wire, options.flash_times, options.plant.seed)?;
+    board.observer = attachments.observer;
     let contents = options.contents.clone();
     let driver = Lockstep::try_new(firmware, options, script, attachments.bus)?;
     let until = VirtualNanos(driver.next_ns(0));
