@@ -7,7 +7,7 @@ use virtual_board::run::Firmware;
 use crate::shadow::Shadow;
 
 /// The functions that are listed: interrupt, number of its exception, and what it does.
-const HANDLERS: [(&str, u32, &str); 8] = [
+pub const HANDLERS: [(&str, u32, &str); 8] = [
     ("DMA2_STREAM0", 72, "control step"),
     ("TIM1_UP_TIM10", 41, "PWM edge"),
     ("TIM1_CC", 43, "sampling instants"),
@@ -19,7 +19,7 @@ const HANDLERS: [(&str, u32, &str); 8] = [
 ];
 
 /// A number with a comma between thousands.
-fn grouped(number: u64) -> String {
+pub fn grouped(number: u64) -> String {
     let digits = number.to_string();
     let mut grouped = String::new();
     for (index, digit) in digits.chars().enumerate() {

@@ -1,5 +1,6 @@
 //! A second opinion on the emulated processor.
 
+pub mod cycles;
 pub mod document;
 mod frames;
 mod registers;

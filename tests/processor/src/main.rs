@@ -1,8 +1,9 @@
-//! Runs the board's program on the emulated board and on a second emulator, in step, and writes
-//! what was compared into `docs/emulated-board.md`.
+//! Runs the board's program on the emulated board and on a second emulator, in step, bounds
+//! the cycles of the executed instructions, and writes both into `docs/emulated-board.md`.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
@@ -36,9 +37,13 @@ struct Arguments {
 /// Instructions before a defect: the board has started and moves.
 const BEFORE_DEFECT: u64 = 1_000_000;
 
+/// Tick of the commands from which on they are LSS, resets and the loading of defaults.
+const RESETS_TICK: u64 = 2150;
+
 /// The master, and reports of the progress.
 struct Progress<F> {
     master: Master<F>,
+    is_reset: Arc<AtomicBool>,
     started: Instant,
     reported_s: u64,
     seconds: u64,
@@ -51,6 +56,9 @@ impl<F: Fn(u64) -> Vec<Frame> + Send> Script for Progress<F> {
             self.reported_s = now_s;
             let elapsed = self.started.elapsed().as_secs();
             eprintln!("{now_s} of {} s compared after {elapsed} s", self.seconds);
+        }
+        if let Some(tick) = self.master.tick() {
+            self.is_reset.store(tick % TICKS >= RESETS_TICK, Relaxed);
         }
         self.master.at_edge(view)
     }
@@ -70,6 +78,7 @@ fn compare(arguments: &Arguments) -> Result<(), String> {
     let mut shadow = Shadow::open(&arguments.library).map_err(|error| error.to_string())?;
     shadow.defect = arguments.defect.map(|defect| (defect, BEFORE_DEFECT));
     let interrupt = Arc::clone(&shadow.stop);
+    let is_reset = Arc::clone(&shadow.cycles().is_reset);
     let shadow = Arc::new(Mutex::new(shadow));
     let attachments = Attachments {
         observer: Some(shadow.clone()),
@@ -83,13 +92,14 @@ fn compare(arguments: &Arguments) -> Result<(), String> {
     };
     let script = Progress {
         master: Master::new(|tick| everything(tick % TICKS)),
+        is_reset,
         started: Instant::now(),
         reported_s: 0,
         seconds: arguments.seconds,
     };
     let finished = run_with(firmware(), options, script, attachments);
     let finished = finished.map_err(|error| error.to_string())?;
-    let shadow = shadow.lock().map_err(|error| error.to_string())?;
+    let mut shadow = shadow.lock().map_err(|error| error.to_string())?;
     let found = shadow.difference.as_ref().map(|difference| {
         let after = shadow.compared.instructions;
         format!("after {after} instructions: {difference}")
@@ -105,8 +115,18 @@ fn compare(arguments: &Arguments) -> Result<(), String> {
     }
     let table = document::comparison(&shadow, firmware(), finished.end_ns);
     println!("{table}");
+    let cycles = shadow.cycles().table();
+    println!("{cycles}");
     if arguments.write {
         document::write("comparison", &table)?;
+        document::write("cycles", &cycles)?;
     }
-    Ok(())
+    let bounds = shadow.cycles().bounds();
+    match bounds.iter().find(|bound| bound.cycles >= bound.limit) {
+        None => Ok(()),
+        Some(bound) => Err(format!(
+            "{}: {} of {} cycles",
+            bound.name, bound.cycles, bound.limit
+        )),
+    }
 }

@@ -12,6 +12,7 @@ use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 use virtual_board::processor::{CoreBus, Exit, Memory, Observer, Processor, Queued, Region};
 
+use crate::cycles::Cycles;
 use crate::frames::Frames;
 use crate::registers::{FPCA, Registers, holds, it_of, with_it};
 use crate::replay::{Replay, size};
@@ -128,6 +129,11 @@ impl Shadow {
         self.second.version()
     }
 
+    /// The bound of the cycles.
+    pub fn cycles(&mut self) -> &Cycles {
+        &self.second.host().cycles
+    }
+
     /// Number of compared reads and writes.
     pub fn accesses(&self) -> u64 {
         self.accesses
@@ -198,6 +204,7 @@ impl Shadow {
             .write([(Register::CONTROL, registers.masks[3] | FPCA)]);
         self.it = it_of(registers.xpsr);
         self.frames.clear();
+        self.second.host().cycles.clear();
         self.returning = None;
         self.is_synchronised = true;
     }
@@ -222,6 +229,7 @@ impl Shadow {
                 let half = self.second.memory().half(pc).unwrap_or(0);
                 self.it = half as u8;
                 self.second.write([(Register::core(15), (pc + 2) | 1)]);
+                self.second.host().cycles.skipped(2);
                 left -= 1;
             } else if executed == 0 && self.returning.is_none() {
                 let [pc] = self.second.read([Register::core(15)]);
@@ -266,6 +274,7 @@ impl Shadow {
             self.run(1, Some(next))?;
         } else {
             self.second.write([(Register::core(15), next | 1)]);
+            self.second.host().cycles.skipped(next - pc);
         }
         self.it = if self.it & 0b111 == 0 {
             0
@@ -279,6 +288,7 @@ impl Shadow {
         let [status] = self.second.read([Register::XPSR]);
         *self.compared.handlers.entry(status & 0x1ff).or_default() += 1;
         self.handler_ended = true;
+        self.second.host().cycles.leave();
         self.it = self.frames.leave(&mut self.second, link)?;
         Ok(())
     }
@@ -293,6 +303,9 @@ impl Shadow {
             if is_at_handler && board.core[13] == at && board.core[14] == link {
                 *self.compared.handlers.entry(status & 0x1ff).or_default() += 1;
                 self.handler_ended = true;
+                let cycles = &mut self.second.host().cycles;
+                cycles.leave();
+                cycles.enter(number);
                 Frames::chain(&mut self.second, link, (number, vector & !1));
                 return Ok(());
             }
@@ -307,6 +320,7 @@ impl Shadow {
                 board.core[14],
             )?;
             self.it = 0;
+            self.second.host().cycles.enter(number);
         }
         Ok(())
     }
