@@ -31,7 +31,7 @@ fn parameters<P: Parameters>(name: &str) -> P {
 fn agrees_with_the_referee(referee: &str, start: &impl Fn() -> Box<dyn ActuatorModel>) {
     for input in INPUTS {
         let mut model = start();
-        let mut delay = DelayLine::<350>::try_new(DELAY_TICKS).expect("as long as the line");
+        let mut delay = DelayLine::<[f64; 350]>::try_new(DELAY_TICKS).expect("as long as the line");
         let mut tick = 0;
         for row in golden(referee, input) {
             while tick < row.tick {

@@ -55,7 +55,7 @@ proptest! {
 fn a_delay_beyond_the_line_and_an_index_beyond_the_delay_are_refused() {
     let line = |delay: u64, oldest: u64| {
         let bytes = postcard::to_stdvec(&(3_u64, delay, false, oldest)).unwrap();
-        postcard::from_bytes::<DelayLine<4>>(&bytes)
+        postcard::from_bytes::<DelayLine<[f64; 4]>>(&bytes)
     };
     assert!(line(4, 3).is_ok());
     assert!(line(5, 0).is_err());
@@ -70,4 +70,44 @@ fn a_parameter_outside_its_range_is_refused() {
     // The tag of the model is one byte, followed by the pole.
     bytes[1..9].copy_from_slice(&f64::NAN.to_le_bytes());
     assert!(postcard::from_bytes::<Actuator>(&bytes).is_err());
+}
+
+#[cfg(feature = "alloc")]
+mod on_the_heap {
+    use super::*;
+
+    type OnHeap = Actuator<Vec<f64>>;
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(16))]
+
+        #[test]
+        fn it_moves_and_is_written_like_the_one_without(
+            settings in any_settings(), ticks in 0_u64..2500,
+        ) {
+            let mut without = Actuator::try_new(&settings).unwrap();
+            let mut with = OnHeap::try_with_ring(&settings).unwrap();
+            without.advance(-40.0, ticks).unwrap();
+            with.advance(-40.0, ticks).unwrap();
+            prop_assert_eq!(with.reading(), without.reading());
+            let bytes = postcard::to_stdvec(&without).unwrap();
+            prop_assert_eq!(&postcard::to_stdvec(&with).unwrap(), &bytes);
+            let mut restored: OnHeap = postcard::from_bytes(&bytes).unwrap();
+            without.advance(25.0, 500).unwrap();
+            restored.advance(25.0, 500).unwrap();
+            prop_assert_eq!(restored.reading(), without.reading());
+        }
+    }
+
+    #[test]
+    fn a_delay_above_the_longest_takes_no_memory() {
+        let bytes = postcard::to_stdvec(&(3_u64, u64::MAX, false, 0_u64)).unwrap();
+        assert!(postcard::from_bytes::<DelayLine<Vec<f64>>>(&bytes).is_err());
+    }
+
+    #[test]
+    fn it_takes_a_few_kilobytes() {
+        // The ring of the default delay has 350 values, 2.8 KB.
+        assert!(size_of::<OnHeap>() < 4096, "{}", size_of::<OnHeap>());
+    }
 }

@@ -4,13 +4,13 @@
 
 use std::collections::BTreeMap;
 
-use model_core::actuator::{Actuator, Reading, Settings};
+use model_core::actuator::{Reading, Settings};
 use model_core::plant::Pwm;
 use model_core::scenario::LONGEST_S;
 use model_core::time::{TICK_S, ticks};
 
 use crate::description::guid;
-use crate::state::{InstanceState, Phase, Time};
+use crate::state::{Actuator, InstanceState, Phase, Time};
 use crate::variables::{self, Quantity, Type, Variable};
 
 pub mod values;
@@ -124,7 +124,7 @@ impl Instance {
         let mut settings = self.state.settings;
         // The input is the whole load torque.
         settings.drivetrain.load.load_torque_nm = 0.0;
-        let actuator = Actuator::try_new(&settings);
+        let actuator = Actuator::try_with_ring(&settings);
         let actuator = actuator.map_err(|error| error.to_string())?;
         self.state.actuator = Some(Box::new(actuator));
         self.state.phase = Phase::Stepping;

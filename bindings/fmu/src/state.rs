@@ -4,7 +4,7 @@
 //! little endian), then the body in postcard's format. They detect damage and the state of another
 //! model, version or start value; they are not protected against forgery.
 
-use model_core::actuator::{Actuator, Settings};
+use model_core::actuator::{self, Settings};
 use model_core::parameter::Parameters;
 use model_core::plant::Pwm;
 use serde::{Deserialize, Serialize};
@@ -36,6 +36,9 @@ pub struct Time {
     /// The present communication point, s.
     pub now_s: f64,
 }
+
+/// An actuator with a delay line of the length of the delay.
+pub type Actuator = actuator::Actuator<Vec<f64>>;
 
 /// The state of an instance.
 #[derive(Debug, Clone)]
@@ -179,7 +182,7 @@ mod tests {
     use model_core::scenario;
 
     fn stepped(settings: &Settings) -> InstanceState {
-        let mut actuator = Actuator::try_new(settings).unwrap();
+        let mut actuator = Actuator::try_with_ring(settings).unwrap();
         actuator.advance(20.0, 777).unwrap();
         let mut state = InstanceState::new(*settings);
         state.phase = Phase::Stepping;

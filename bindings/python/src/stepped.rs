@@ -21,15 +21,18 @@ type Reading = (f64, f64, f64, f64, f64, f64, f64, f64, f64);
 /// The origin of an actuator: version, model, plant, bridge, seed and parameters.
 type Origin = (String, ModelKind, PlantKind, Pwm, u64, Vec<f64>);
 
+/// The state, with a delay line of the length of the delay.
+type State = actuator::Actuator<Vec<f64>>;
+
 /// An actuator that is stepped by its caller. A lock serialises threads.
 #[pyclass(frozen, module = "smart_actuator._native")]
 pub struct Actuator {
     settings: Settings,
-    state: Mutex<Box<actuator::Actuator>>,
+    state: Mutex<Box<State>>,
 }
 
 impl Actuator {
-    fn with(settings: Settings, state: actuator::Actuator) -> Self {
+    fn with(settings: Settings, state: State) -> Self {
         Self {
             settings,
             state: Mutex::new(Box::new(state)),
@@ -37,7 +40,7 @@ impl Actuator {
     }
 
     /// Call it without the interpreter lock, which could otherwise cause a deadlock.
-    fn state(&self) -> MutexGuard<'_, Box<actuator::Actuator>> {
+    fn state(&self) -> MutexGuard<'_, Box<State>> {
         // A step does not panic, and no state is invalid: a poisoned lock can be used.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -55,7 +58,7 @@ fn invalid(problem: impl std::fmt::Display) -> PyErr {
 }
 
 /// The settings and the state of a snapshot.
-fn kept(bytes: &[u8]) -> PyResult<(Settings, actuator::Actuator)> {
+fn kept(bytes: &[u8]) -> PyResult<(Settings, State)> {
     let (origin, rest): (Origin, _) = postcard::take_from_bytes(bytes).map_err(invalid)?;
     let (version, model, plant, pwm, seed, values) = origin;
     if version != env!("CARGO_PKG_VERSION") {
@@ -74,7 +77,7 @@ fn kept(bytes: &[u8]) -> PyResult<(Settings, actuator::Actuator)> {
     Ok((settings, state))
 }
 
-fn reading(state: &actuator::Actuator) -> Reading {
+fn reading(state: &State) -> Reading {
     let now = state.reading();
     (
         model_core::time::seconds(state.tick()),
@@ -102,7 +105,7 @@ impl Actuator {
     ) -> PyResult<Self> {
         let scenario = scenario(model, plant, preset, seed, pwm, parameters);
         let settings = scenario.and_then(|s| s.settings()).map_err(raised)?;
-        let state = actuator::Actuator::try_new(&settings);
+        let state = State::try_with_ring(&settings);
         Ok(Self::with(
             settings,
             state.map_err(|error| raised(error.into()))?,

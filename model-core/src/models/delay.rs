@@ -1,38 +1,64 @@
-//! Transport delay of whole ticks, without a heap.
+//! Transport delay of whole ticks.
 
 #[cfg(feature = "serde")]
 mod serialization;
 
-/// Returns each value `delay_ticks` calls after it was passed in, for up to `N` ticks.
+use crate::time::TICKS_PER_SECOND;
+
+/// The longest transport delay, ticks: the end of its range, 1 s.
+pub const LONGEST_DELAY: usize = TICKS_PER_SECOND as usize;
+
+/// Memory for the values in transit: an array for delays of up to its length or, with the feature
+/// `alloc`, a vector of the length of the delay.
+pub trait Ring: AsRef<[f64]> + AsMut<[f64]> + Sized {
+    /// Memory for this delay, zeroed; `None` if that is too long.
+    fn for_delay(delay_ticks: usize) -> Option<Self>;
+}
+
+impl<const N: usize> Ring for [f64; N] {
+    fn for_delay(delay_ticks: usize) -> Option<Self> {
+        (delay_ticks <= N).then_some([0.0; N])
+    }
+}
+
+#[cfg(feature = "alloc")]
+impl Ring for alloc::vec::Vec<f64> {
+    fn for_delay(delay_ticks: usize) -> Option<Self> {
+        // Serialised bytes may ask for any length.
+        (delay_ticks <= LONGEST_DELAY).then(|| alloc::vec![0.0; delay_ticks])
+    }
+}
+
+/// Returns each value `delay_ticks` calls after it was passed in.
 ///
 /// The paper has one such delay at the input of the actuator (section III: 0.0175 s, 350 ticks,
 /// "because of the test setup"). Until the delay has elapsed the line returns its first value, as
 /// if the command had been constant before.
 #[derive(Debug, Clone, PartialEq)]
-pub struct DelayLine<const N: usize> {
+pub struct DelayLine<R> {
     delay_ticks: usize,
     /// The values in transit, in the first `delay_ticks` elements.
-    ring: [f64; N],
+    ring: R,
     oldest: usize,
     /// Whether the first value was received.
     started: bool,
 }
 
-impl<const N: usize> DelayLine<N> {
-    /// A line with a delay of `delay_ticks`; `None` if that is more than `N`.
+impl<R: Ring> DelayLine<R> {
+    /// A line with a delay of `delay_ticks`; `None` if its memory is too small.
     ///
     /// ```
     /// use model_core::models::delay::DelayLine;
     ///
-    /// let mut line = DelayLine::<4>::try_new(2).unwrap();
+    /// let mut line = DelayLine::<[f64; 4]>::try_new(2).unwrap();
     /// assert_eq!([5.0, 6.0, 7.0, 8.0].map(|value| line.shift(value)), [5.0, 5.0, 5.0, 6.0]);
-    /// assert!(DelayLine::<4>::try_new(5).is_none());
+    /// assert!(DelayLine::<[f64; 4]>::try_new(5).is_none());
     /// ```
     pub fn try_new(delay_ticks: u64) -> Option<Self> {
-        let delay_ticks = usize::try_from(delay_ticks).ok().filter(|d| *d <= N)?;
+        let delay_ticks = usize::try_from(delay_ticks).ok()?;
         Some(Self {
             delay_ticks,
-            ring: [0.0; N],
+            ring: R::for_delay(delay_ticks)?,
             oldest: 0,
             started: false,
         })
@@ -46,14 +72,15 @@ impl<const N: usize> DelayLine<N> {
             return value;
         }
         if !self.started {
-            // In place: the actuator's line has 160 KB, too much to copy to the stack or in every
-            // tick.
-            self.ring.fill(value);
+            // In place: an array for the longest delay has 160 KB, too much to copy to the stack
+            // or in every tick.
+            self.ring.as_mut().fill(value);
             self.started = true;
         }
-        // `oldest < delay_ticks <= N` always holds; `map_or` avoids the panic path of an index.
+        // `oldest < delay_ticks` always holds, which the memory has; `map_or` avoids the panic path of an index.
         let delayed = self
             .ring
+            .as_mut()
             .get_mut(self.oldest)
             .map_or(value, |place| core::mem::replace(place, value));
         self.oldest += 1;
@@ -71,14 +98,14 @@ mod tests {
 
     #[test]
     fn the_maximum_delay_is_the_capacity() {
-        assert!(DelayLine::<350>::try_new(350).is_some());
-        assert!(DelayLine::<350>::try_new(351).is_none());
-        assert!(DelayLine::<350>::try_new(u64::MAX).is_none());
+        assert!(DelayLine::<[f64; 350]>::try_new(350).is_some());
+        assert!(DelayLine::<[f64; 350]>::try_new(351).is_none());
+        assert!(DelayLine::<[f64; 350]>::try_new(u64::MAX).is_none());
     }
 
     #[test]
     fn nan_and_infinity_pass_unchanged() {
-        let mut line = DelayLine::<1>::try_new(1).unwrap();
+        let mut line = DelayLine::<[f64; 1]>::try_new(1).unwrap();
         assert!(line.shift(f64::NAN).is_nan());
         assert!(line.shift(f64::INFINITY).is_nan());
         assert_eq!(line.shift(1.0), f64::INFINITY);
@@ -91,7 +118,7 @@ mod tests {
             delay in 0_usize..=8,
             values in proptest::collection::vec(-1e3..1e3, 1..40),
         ) {
-            let mut line = DelayLine::<8>::try_new(delay as u64).unwrap();
+            let mut line = DelayLine::<[f64; 8]>::try_new(delay as u64).unwrap();
             for (i, value) in values.iter().enumerate() {
                 prop_assert_eq!(line.shift(*value), values[i.saturating_sub(delay)]);
             }

@@ -1,17 +1,18 @@
 //! Serialisation of a delay line: only the values in transit.
 
-use core::fmt;
+use core::{fmt, marker::PhantomData};
 
 use serde::de::{Deserializer, Error, SeqAccess, Visitor};
 use serde::ser::{SerializeSeq, Serializer};
 use serde::{Deserialize, Serialize};
 
-use super::DelayLine;
+use super::{DelayLine, Ring};
 
 /// Sequence: delay in ticks, whether a value was received, index of the oldest value, the values.
-impl<const N: usize> Serialize for DelayLine<N> {
+impl<R: Ring> Serialize for DelayLine<R> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let in_transit = self.ring.get(..self.delay_ticks).filter(|_| self.started);
+        let in_transit = self.ring.as_ref().get(..self.delay_ticks);
+        let in_transit = in_transit.filter(|_| self.started);
         let count = in_transit.map_or(0, <[f64]>::len);
         let mut seq = serializer.serialize_seq(Some(3 + count))?;
         seq.serialize_element(&(self.delay_ticks as u64))?;
@@ -24,19 +25,19 @@ impl<const N: usize> Serialize for DelayLine<N> {
     }
 }
 
-impl<'de, const N: usize> Deserialize<'de> for DelayLine<N> {
+impl<'de, R: Ring> Deserialize<'de> for DelayLine<R> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_seq(Line::<N>)
+        deserializer.deserialize_seq(Line(PhantomData))
     }
 }
 
-struct Line<const N: usize>;
+struct Line<R>(PhantomData<R>);
 
-impl<'de, const N: usize> Visitor<'de> for Line<N> {
-    type Value = DelayLine<N>;
+impl<'de, R: Ring> Visitor<'de> for Line<R> {
+    type Value = DelayLine<R>;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "a delay of at most {N} ticks and the values in transit")
+        f.write_str("a delay in ticks, and the values in transit")
     }
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Self::Value, A::Error> {
@@ -44,7 +45,7 @@ impl<'de, const N: usize> Visitor<'de> for Line<N> {
         let delay_ticks = seq.next_element()?.ok_or_else(|| missing(0))?;
         let has_begun = seq.next_element()?.ok_or_else(|| missing(1))?;
         let oldest: u64 = seq.next_element()?.ok_or_else(|| missing(2))?;
-        let line = DelayLine::try_new(delay_ticks);
+        let line = DelayLine::<R>::try_new(delay_ticks);
         let mut line = line.ok_or_else(|| A::Error::custom("a delay longer than the line"))?;
         if oldest != 0 && oldest >= delay_ticks {
             return Err(A::Error::custom("an index beyond the delay"));
@@ -52,7 +53,7 @@ impl<'de, const N: usize> Visitor<'de> for Line<N> {
         line.oldest = oldest as usize;
         line.started = has_begun;
         if has_begun {
-            let ring = line.ring.iter_mut().take(line.delay_ticks);
+            let ring = line.ring.as_mut().iter_mut().take(line.delay_ticks);
             for (i, place) in ring.enumerate() {
                 *place = seq.next_element()?.ok_or_else(|| missing(3 + i))?;
             }
