@@ -38,7 +38,7 @@ pub use crate::interface::{
 use self::stopping::Stopping;
 use crate::{
     command::SetpointSource,
-    faults::{ALWAYS, Fault, FaultLog, FaultSet, OF_COMMANDS, Reaction},
+    faults::{ALWAYS, Fault, FaultLog, FaultSet, OF_COMMANDS, PERMANENT, Reaction},
     measure::Ripple,
     parameters::{BoardParameters, ModelSettings},
     protection::{Conditions, Measured, Protection},
@@ -61,6 +61,29 @@ pub struct Start {
     pub watchdog: bool,
     /// There are stored parameters, but they cannot be read.
     pub parameters_corrupt: bool,
+    /// The program has restarted because of corrupt data.
+    pub data_corrupt: bool,
+    /// The program's flash is not that of the program that was built.
+    pub program_corrupt: bool,
+}
+
+impl Start {
+    fn faults(self) -> FaultSet {
+        let mut faults = FaultSet::EMPTY;
+        faults.put(Fault::WatchdogReset, self.watchdog);
+        faults.put(Fault::ParametersCorrupt, self.parameters_corrupt);
+        faults.put(Fault::DataCorrupt, self.data_corrupt);
+        faults.put(Fault::ProgramCorrupt, self.program_corrupt);
+        faults
+    }
+
+    /// What remains at the second start of the node.
+    pub(crate) fn permanent(self) -> Self {
+        Self {
+            program_corrupt: self.program_corrupt,
+            ..Self::default()
+        }
+    }
 }
 
 /// The application: its parameters and its state.
@@ -112,9 +135,6 @@ impl Application {
 
     /// An application after a reset of any kind, for a motor whose current ripples like this.
     pub(crate) fn with_ripple(parameters: BoardParameters, start: Start, ripple: Ripple) -> Self {
-        let mut faults = FaultSet::EMPTY;
-        faults.put(Fault::WatchdogReset, start.watchdog);
-        faults.put(Fault::ParametersCorrupt, start.parameters_corrupt);
         Self {
             parameters,
             control: CascadeState::default(),
@@ -127,7 +147,7 @@ impl Application {
             protection: Protection::new(ripple),
             stopping: Stopping::default(),
             log: FaultLog::default(),
-            start: faults,
+            start: start.faults(),
             is_late: false,
             telemetry: Telemetry::default(),
         }
@@ -261,6 +281,7 @@ impl Application {
                 .saturating_add(u8::from(core::mem::take(&mut self.is_late))),
         };
         let present = self.protection.check(&self.parameters, &conditions);
+        let present = present.or(self.start.and(PERMANENT));
         self.telemetry.present = present;
         match self.state {
             BoardState::Initialising => self.initialise(present),
@@ -366,15 +387,19 @@ impl Application {
 
     /// The command to the bridge. In [`BoardState::Fault`] the motor brakes, which limits the
     /// travel of the shaft, unless one of the faults excludes it or the braking current is too
-    /// large.
+    /// large; also while the board initialises after a fault that has reset it in motion.
     fn bridge(&self) -> Bridge {
         if self.state.is_driving() {
             return Bridge::Driven(self.compare);
         }
         let braking = FaultSet::of_bits(self.parameters.stop.brake_faults as u32);
-        let excluded = self.log.latched().without(braking);
+        let faults = match self.state {
+            BoardState::Initialising => self.start,
+            BoardState::Fault => self.log.latched(),
+            _ => FaultSet::EMPTY,
+        };
         let is_unsafe = self.telemetry.present.contains(Fault::OverCurrent);
-        if self.state == BoardState::Fault && excluded.is_empty() && !is_unsafe {
+        if !faults.is_empty() && faults.without(braking).is_empty() && !is_unsafe {
             Bridge::Brake
         } else {
             Bridge::Coast

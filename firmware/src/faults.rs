@@ -8,7 +8,7 @@ mod tests;
 
 pub use log::{FaultLog, FaultRecord, HISTORY};
 pub use set::FaultSet;
-pub use table::{ALWAYS, FaultDescription, OF_COMMANDS, Reaction, TABLE, Watched};
+pub use table::{ALWAYS, FaultDescription, OF_COMMANDS, PERMANENT, Reaction, TABLE, Watched};
 
 /// A fault. The numbers never change: they are transmitted on the bus and stored in logs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -56,11 +56,15 @@ pub enum Fault {
     CurrentImplausible = 20,
     /// The encoder turns against the back-EMF.
     MotorPolarity = 21,
+    /// Data in the RAM have changed between two uses.
+    DataCorrupt = 22,
+    /// The program's flash differs from the program that was built.
+    ProgramCorrupt = 23,
 }
 
 impl Fault {
     /// All faults in the order of their numbers.
-    pub const ALL: [Self; 21] = [
+    pub const ALL: [Self; 23] = [
         Self::EncoderInvalid,
         Self::MagnetLost,
         Self::MagnetWeak,
@@ -82,6 +86,8 @@ impl Fault {
         Self::WatchdogReset,
         Self::CurrentImplausible,
         Self::MotorPolarity,
+        Self::DataCorrupt,
+        Self::ProgramCorrupt,
     ];
 
     /// Its number.

@@ -7,6 +7,7 @@
 //!
 //! | module | contents |
 //! |---|---|
+//! | [`integrity`] | check of the program's flash |
 //! | [`interface`] | inputs, outputs, requests and states that the application shares with its users |
 //! | [`application`] | operating states, the control step, requests |
 //! | [`command`] | bus, servo pulse and excitation as sources of the commanded angle |
@@ -33,6 +34,7 @@ pub mod command;
 pub mod dictionary;
 pub mod drive;
 pub mod faults;
+pub mod integrity;
 pub mod interface;
 pub mod measure;
 pub mod native;

@@ -1,6 +1,7 @@
 //! Faults of the table, provoked on the emulated board: each is reported by EMCY, and the bridge is
 //! off, within the times of the table.
 
+use board_tests::flips::{device_flip, program_flip};
 use board_tests::frames::{faults, write};
 use board_tests::master::{Targets, driven, steps, to_and_fro};
 use board_tests::program::run_master;
@@ -18,6 +19,9 @@ const FROM_MS: u64 = 1102;
 /// In addition to the table's times, which count from the control step: a control period until the
 /// step samples the condition, and the duration of the frame that reports it.
 const REPORTING_MS: u64 = 5;
+
+/// From a reset to the first control step, ms: most of it is the CRC of the program.
+const START_MS: u64 = 10;
 
 /// A fault of the board, and its cause.
 struct Case {
@@ -51,7 +55,7 @@ fn small_steps(tick: u64) -> i32 {
     steps(tick, 4_500, 250)
 }
 
-const CASES: [Case; 19] = [
+const CASES: [Case; 21] = [
     case(
         Reported::EncoderInvalid,
         || {
@@ -143,8 +147,8 @@ const CASES: [Case; 19] = [
     ),
     case(
         Reported::LoopOverrun,
-        || at(Fault::StallCore).for_ms(14),
-        14,
+        || at(Fault::StallCore).for_ms(16),
+        16,
     ),
     // The bus is restored at once: 32 failed frames, then the recovery time of the controller.
     case(
@@ -160,8 +164,10 @@ const CASES: [Case; 19] = [
     case(
         Reported::WatchdogReset,
         || at(Fault::StallCore).for_ms(60),
-        60,
+        60 + START_MS,
     ),
+    case(Reported::DataCorrupt, || at(device_flip()), 0),
+    case(Reported::ProgramCorrupt, || at(program_flip()), 0),
 ];
 
 /// Instant from which the motor is no longer driven, ms.
@@ -236,7 +242,7 @@ fn without_commands_the_board_stops_the_drive() {
         frames.unwrap_or_default()
     });
     let at_ns = first_fault(&finished, Reported::CommandTimeout);
-    // The first control period begins about 6 ms after power-on.
+    // The first control period begins about 10 ms after power-on.
     let after_ms = at_ns / 1_000_000 - 4 * last_tick;
     assert!((100..120).contains(&after_ms), "{after_ms}");
     assert!(
@@ -262,10 +268,9 @@ fn a_supply_that_drops_only_under_load_is_detected() {
         _ => driven(tick, 0),
     });
     let at_ns = first_fault(&finished, Reported::UnderVoltage);
-    // While the bridge is open, as in the window, the voltage is sufficient: rows are recorded at
-    // the ends of the periods.
+    // While the bridge is open in the window, the voltage is sufficient.
     let rows = finished.trace.rows.iter();
-    let open_v = (rows.filter(|row| row.at_ns < at_ns))
+    let open_v = (rows.filter(|row| row.at_ns < at_ns && row.bridge == Bridge::Coast))
         .map(|row| row.supply_v)
         .fold(f64::INFINITY, f64::min);
     println!(

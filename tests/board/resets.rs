@@ -79,7 +79,7 @@ fn the_reset_pin_switches_the_bridge_off_and_the_board_starts_again() {
 fn a_stalled_core_is_reset_by_the_watchdog_and_the_board_reports_a_fault() {
     let stall = Planned::at_ms(FAULT_MS, Fault::StallCore).for_ms(60);
     let restart = restart(stall);
-    assert_eq!(restart.causes.first(), Some(&ResetCause::Model("IWDG")));
+    assert_eq!(restart.causes.first(), Some(&ResetCause::Model("WWDG")));
     restart.assert_off_and_reporting(FAULT_MS + 60);
     assert!(is_fault(restart.last_statusword()));
 }

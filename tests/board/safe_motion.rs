@@ -1,5 +1,6 @@
 //! What the shaft does after a fault at the full rate, and under a load that the drive must hold.
 
+use board_tests::flips::{device_flip, program_flip};
 use board_tests::frames::{Frame, control, faults, start, target, write};
 use board_tests::master::{ENABLED_TICK, driven};
 use board_tests::program::run_master;
@@ -120,7 +121,10 @@ fn after_a_fault_at_the_full_rate_the_shaft_rests_within_its_braking_distance() 
             Fault::Temperature { deg_c: 250.0 },
             None,
         ),
-        (Reported::LoopOverrun, Fault::StallCore, Some(14)),
+        (Reported::LoopOverrun, Fault::StallCore, Some(16)),
+        (Reported::WatchdogReset, Fault::StallCore, Some(60)),
+        (Reported::DataCorrupt, device_flip(), None),
+        (Reported::ProgramCorrupt, program_flip(), None),
     ];
     let parameters = BoardParameters::DEFAULT;
     println!(

@@ -3,7 +3,7 @@
 use super::{Application, BoardState, Refused, Request, stopping::Stopping};
 use crate::{
     command::excitation::{Run, Sample},
-    faults::{Fault, FaultSet},
+    faults::{Fault, PERMANENT},
     parameters::BoardParameters,
 };
 
@@ -151,7 +151,7 @@ impl Application {
             self.reset_position();
         }
         self.log.acknowledge();
-        self.start = FaultSet::EMPTY;
+        self.start = self.start.and(PERMANENT);
         self.state = BoardState::Disabled;
     }
 }

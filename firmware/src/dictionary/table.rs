@@ -283,7 +283,7 @@ pub(super) const OBJECTS: [(Entry, Location); 340] = [
     (Entry::new(0x2100, 22, DataType::I32, Access::ReadWrite).value(1000).limits(&Limits::signed(4, 60000)).guarded(), Location::Parameter(Parameter::OverTemperatureMs)),
     (Entry::new(0x2100, 23, DataType::I32, Access::ReadWrite).value(3).limits(&Limits::signed(0, 250)).guarded(), Location::Parameter(Parameter::Overruns)),
     (Entry::new(0x2100, 24, DataType::I32, Access::ReadWrite).value(20).limits(&Limits::signed(4, 1000)).guarded(), Location::Parameter(Parameter::MeasurementMs)),
-    (Entry::new(0x2100, 25, DataType::I32, Access::ReadWrite).value(4193982).limits(&Limits::signed(0, 4194302)).guarded(), Location::Parameter(Parameter::BrakeFaults)),
+    (Entry::new(0x2100, 25, DataType::I32, Access::ReadWrite).value(16776894).limits(&Limits::signed(0, 16777214)).guarded(), Location::Parameter(Parameter::BrakeFaults)),
     (Entry::new(0x2101, 0, DataType::U8, Access::Const).value(3), Location::Server),
     (Entry::new(0x2101, 1, DataType::I32, Access::ReadWrite).value(2000).limits(&Limits::signed(50, 100000)).guarded(), Location::Parameter(Parameter::QuickStopDecelerationDegS2)),
     (Entry::new(0x2101, 2, DataType::I32, Access::ReadWrite).value(500).limits(&Limits::signed(20, 10000)).guarded(), Location::Parameter(Parameter::QuickStopMs)),

@@ -44,6 +44,7 @@ mod tests;
 use canopen::cia402::Axis;
 
 pub use device::{Device, RPDOS, TPDOS};
+pub use emergency::emergency_frame;
 pub use measured::Diagnostics;
 pub use stored::StoredParameters;
 
@@ -180,7 +181,8 @@ impl<'a> Drive<'a> {
     fn power_on(&mut self) {
         let stored = self.store.stored();
         self.values = stored.values;
-        let start = core::mem::take(&mut self.start);
+        let start = self.start;
+        self.start = start.permanent();
         self.application = Application::with_ripple(stored.board, start, ripple(&self.values));
         self.axis = Axis::new();
         self.commands = Commands::DEFAULT;

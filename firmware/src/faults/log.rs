@@ -107,7 +107,7 @@ mod tests {
             log.latch(fault, tick as u32);
         }
         let ticks = log.history().map(|record| record.tick);
-        assert!(ticks.eq((13..21).rev()));
+        assert!(ticks.eq((15..23).rev()));
         log.clear_history();
         assert_eq!((log.history().count(), log.count()), (0, 0));
         assert!(log.latched().contains(Fault::Stall));

@@ -2,6 +2,7 @@
 
 use super::{Fault, FaultSet};
 use crate::{
+    integrity::PROGRAM_CHECK_PERIODS,
     parameters::BoardParameters,
     protection::plausibility::{CURRENT_IMPLAUSIBLE_PERIODS, MOTOR_POLARITY_PERIODS},
     timing::{CONTROL_PERIOD_MS, periods},
@@ -51,7 +52,12 @@ pub const ALWAYS: FaultSet = FaultSet::of(&[
     Fault::LoopOverrun,
     Fault::ParametersCorrupt,
     Fault::WatchdogReset,
+    Fault::DataCorrupt,
+    Fault::ProgramCorrupt,
 ]);
+
+/// Faults whose condition cannot end while the program runs: acknowledged, they are latched again.
+pub const PERMANENT: FaultSet = FaultSet::of(&[Fault::ProgramCorrupt]);
 
 /// Faults of following a command; they do not occur while the shaft is being brought to rest.
 pub const OF_COMMANDS: FaultSet =
@@ -99,8 +105,11 @@ impl Fault {
             Self::CurrentImplausible => CURRENT_IMPLAUSIBLE_PERIODS + 1,
             Self::MotorPolarity => MOTOR_POLARITY_PERIODS,
             Self::CommandTimeout => periods(p.command.command_timeout_ms) as i32 + 1,
+            // All parts were checked once.
+            Self::ProgramCorrupt => PROGRAM_CHECK_PERIODS as i32 + 1,
             // In the first control period with the condition.
             Self::BridgeTripped
+            | Self::DataCorrupt
             | Self::LoopOverrun
             | Self::ParametersCorrupt
             | Self::BusOff
@@ -127,7 +136,7 @@ impl Fault {
 }
 
 /// All faults in the order of their numbers.
-pub const TABLE: [FaultDescription; 21] = {
+pub const TABLE: [FaultDescription; 23] = {
     use Watched::{Always, Driven, Following, Start};
     const fn row(
         fault: Fault,
@@ -294,6 +303,21 @@ pub const TABLE: [FaultDescription; 21] = {
             "for 20 ms a back-EMF of `stuck_back_emf_mv` or more while the encoder turns the other way",
             Driven,
             0x7122,
+        ),
+        row(
+            Fault::DataCorrupt,
+            "data corrupt",
+            "the memory of the CANopen device, its parameters and its control state has changed between two uses",
+            Always,
+            0x5510,
+        ),
+        row(
+            Fault::ProgramCorrupt,
+            "program corrupt",
+            "the CRC of the program's flash is not that of the program that was built; all of it is checked every \
+             400 ms and at the start",
+            Always,
+            0x5520,
         ),
     ]
 };

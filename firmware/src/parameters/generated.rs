@@ -245,9 +245,9 @@ impl TimingLimits {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StopSettings {
     /// Faults after which both low sides short the motor, bit n for fault n; after all others it
-    /// coasts. Default: 4193982 (all but over-current and a tripped bridge: the braking current, at
-    /// most 5.7 V/7.7 ohm = 740 mA, is within the limits of bridge and motor). Range: 0 to 4194302.
-    /// Object 2100h:19 Protection: Brake faults.
+    /// coasts. Default: 16776894 (all but over-current and a tripped bridge: the braking current,
+    /// at most 5.7 V/7.7 ohm = 740 mA, is within the limits of bridge and motor). Range: 0 to
+    /// 16777214. Object 2100h:19 Protection: Brake faults.
     pub brake_faults: i32,
     /// Deceleration of a quick stop. Unit: deg/s^2. Default: 2000 (full duty against the motion
     /// gives 2150 deg/s^2 and more). Range: 50 to 100000. Object 2101h:01 Stop on a fault:
@@ -266,7 +266,7 @@ pub struct StopSettings {
 impl StopSettings {
     /// The defaults.
     pub const DEFAULT: Self = Self {
-        brake_faults: 4193982,
+        brake_faults: 16776894,
         quick_stop_deceleration_deg_s2: 2000,
         quick_stop_ms: 500,
         quick_stop_hold: 0,
@@ -616,7 +616,7 @@ entries! {
         OverTemperatureMs: temperature.over_temperature_ms as i32 in 4..=60000,
         Overruns: timing.overruns as i32 in 0..=250,
         MeasurementMs: timing.measurement_ms as i32 in 4..=1000,
-        BrakeFaults: stop.brake_faults as i32 in 0..=4194302,
+        BrakeFaults: stop.brake_faults as i32 in 0..=16777214,
         QuickStopDecelerationDegS2: stop.quick_stop_deceleration_deg_s2 as i32 in 50..=100000,
         QuickStopMs: stop.quick_stop_ms as i32 in 20..=10000,
         QuickStopHold: stop.quick_stop_hold as i32 in 0..=1,

@@ -1,15 +1,10 @@
 //! The content of a page.
 
-use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
-
 use super::{Flash, Page, Stored};
+use crate::integrity::SMALL_CRC;
 
 /// Words before the set: layout hash and sequence number.
 const HEAD: usize = 2;
-
-/// Bit by bit: a table would take 1 KiB, and hashing a word takes about 250 instructions at
-/// start-up or in a save, outside the control step.
-const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
 /// What a page holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -122,7 +117,7 @@ fn is_erased(words: &[u32]) -> bool {
 }
 
 fn checksum(words: &[u32]) -> u32 {
-    let mut digest = CRC.digest();
+    let mut digest = SMALL_CRC.digest();
     for word in words {
         digest.update(&word.to_le_bytes());
     }

@@ -49,5 +49,9 @@ fn program(name: &str, settings: &[&str]) -> PathBuf {
     if let Err(error) = build(BOARD_TARGET, &arguments, &folder) {
         panic!("{name}: {error}");
     }
-    folder.join(BOARD_TARGET).join("board").join(name)
+    let elf = folder.join(BOARD_TARGET).join("board").join(name);
+    if let Err(error) = program_image::stamp(&elf) {
+        panic!("{error}");
+    }
+    elf
 }

@@ -54,9 +54,9 @@ macro_rules! clocked {
 }
 
 /// RM0090, sections 6.3.5 to 6.3.14.
-const CLOCKED: [(&str, Gate, Gate); 23] = clocked! {
+const CLOCKED: [(&str, Gate, Gate); 24] = clocked! {
     "AHB1": "GPIOA" "GPIOB" "GPIOC" "GPIOD" "GPIOE" "GPIOF" "GPIOG" "GPIOH" "GPIOI" "DMA1" "DMA2";
-    "APB1": "TIM2" "TIM3" "TIM4" "TIM5" "SPI2" "SPI3" "CAN1" "PWR";
+    "APB1": "TIM2" "TIM3" "TIM4" "TIM5" "SPI2" "SPI3" "CAN1" "PWR" "WWDG";
     "APB2": "TIM1" "TIM8" "SPI1" "USART1";
 };
 
@@ -113,7 +113,9 @@ fn is_alone(registers: &[rigless::soc::RegisterSpec], offset: u32) -> bool {
 }
 
 fn wired(mut builder: Builder) -> Builder {
-    builder = builder.clocked_by("CAN1", Clock::output("RCC", rcc::PCLK1));
+    for instance in ["CAN1", "WWDG"] {
+        builder = builder.clocked_by(instance, Clock::output("RCC", rcc::PCLK1));
+    }
     for (instance, enable, reset) in CLOCKED {
         builder = builder.gate(instance, enable).reset_by(instance, reset);
     }

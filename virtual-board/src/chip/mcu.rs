@@ -1,4 +1,4 @@
-//! The STM32F427: the part of rigless with this crate's bus, CAN1 and flash.
+//! The STM32F427: the part of rigless with this crate's bus, CAN1, flash and window watchdog.
 
 use std::num::NonZeroU32;
 
@@ -10,6 +10,7 @@ use rigless::soc::{Bus, Error, Layout, Width, stm32f427};
 use rigless::time::VirtualNanos;
 
 use super::bus;
+use super::window_watchdog::WindowWatchdog;
 use crate::can::{BxCan, Transfer, Wire};
 use crate::flash::{FlashTimes, Interface};
 
@@ -25,7 +26,9 @@ pub struct Chip {
     pub can: BxCan,
     /// The flash.
     pub flash: Interface,
+    window_watchdog: WindowWatchdog,
     can_slot: usize,
+    window_watchdog_slot: usize,
     flash_slot: usize,
     /// Level at the break input.
     break_level: Level,
@@ -76,6 +79,7 @@ impl Chip {
         *part.bus_mut() = bus::builder()?.build()?;
         let can_slot = part.bus().slot("CAN1")?;
         let flash_slot = part.bus().slot("FLASH")?;
+        let window_watchdog_slot = part.bus().slot("WWDG")?;
         let mut flash = Interface::new(times, seed);
         if let Some(rail_mv) = NonZeroU32::new(RAIL_MV) {
             flash.set_supply(rail_mv);
@@ -84,7 +88,9 @@ impl Chip {
             part,
             can: BxCan::new(wire),
             flash,
+            window_watchdog: WindowWatchdog::default(),
             can_slot,
+            window_watchdog_slot,
             flash_slot,
             break_level: Level::High,
         };
@@ -143,6 +149,11 @@ impl Chip {
     fn restart(&mut self, at: VirtualNanos, cause: ResetCause, mut stock: Bus, mut ours: Bus) {
         copy_backup_domain(self.part.bus(), &mut stock);
         let old = std::mem::replace(self.part.bus_mut(), stock);
+        // The part knows one watchdog: the other one sets the same flag.
+        let cause = match cause {
+            ResetCause::Model("WWDG") => ResetCause::Model("IWDG"),
+            other => other,
+        };
         self.part.reset(at, cause);
         copy_backup_domain(self.part.bus(), &mut ours);
         self.install_bus(ours, &old);
@@ -181,6 +192,7 @@ impl Chip {
             .registers_mut();
         self.flash.restart(registers);
         let (registers, mut context) = self.part.bus_mut().drive(at, self.can_slot);
+        Device::reset(&mut self.window_watchdog);
         Device::reset_line(&mut self.can, registers, &mut context);
         self.drive_break(at, self.break_level);
     }
@@ -220,6 +232,8 @@ impl Mcu for Chip {
             (self.part.bus_mut(), Some(&mut self.can))
         } else if slot == self.flash_slot {
             (self.part.bus_mut(), Some(&mut self.flash))
+        } else if slot == self.window_watchdog_slot {
+            (self.part.bus_mut(), Some(&mut self.window_watchdog))
         } else {
             self.part.split(slot)
         }

@@ -3,5 +3,6 @@
 pub(crate) mod bus;
 mod mcu;
 mod outputs;
+mod window_watchdog;
 
 pub use mcu::Chip;

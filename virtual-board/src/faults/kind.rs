@@ -89,6 +89,14 @@ pub enum Fault {
         /// Bit number, counted from bit 0 of the byte at this location.
         bit: u32,
     },
+    /// A bit of the flash flips, and remains so.
+    FlipFlash {
+        /// Location of the byte.
+        #[serde(flatten)]
+        place: MemoryLocation,
+        /// Bit number, counted from bit 0 of the byte at this location.
+        bit: u32,
+    },
     /// The core stops executing while the peripherals continue.
     StallCore,
     /// Fault of the CAN bus line.
@@ -155,7 +163,9 @@ impl Fault {
             Self::Temperature { deg_c } => Some(("deg_c", *deg_c, -273.0, 1000.0)),
             Self::CurrentSense { code } => Some(("code", f64::from(*code), 0.0, 4095.0)),
             Self::FlashCut { permille, .. } => Some(("permille", *permille as f64, 0.0, 999.0)),
-            Self::FlipRam { bit, .. } => Some(("bit", f64::from(*bit), 0.0, 31.0)),
+            Self::FlipRam { bit, .. } | Self::FlipFlash { bit, .. } => {
+                Some(("bit", f64::from(*bit), 0.0, 31.0))
+            }
             Self::ServoPulse { us: Some(us) } => Some(("us", *us, 1.0, 19_000.0)),
             Self::EncoderBits { mask } => Some(("mask", f64::from(*mask), 1.0, 262_143.0)),
             _ => None,

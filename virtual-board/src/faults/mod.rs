@@ -60,10 +60,13 @@ pub struct Planned {
 impl Planned {
     /// A permanent fault from this instant on, ms.
     pub fn at_ms(at_ms: u64, fault: Fault) -> Self {
+        Self::at_ns(at_ms * 1_000_000, fault)
+    }
+
+    /// A permanent fault from this instant on, ns.
+    pub fn at_ns(ns: u64, fault: Fault) -> Self {
         Self {
-            trigger: Trigger::At {
-                ns: at_ms * 1_000_000,
-            },
+            trigger: Trigger::At { ns },
             for_ns: None,
             fault,
         }

@@ -129,13 +129,28 @@ fn apply_to_board<S: Script>(
             run.servo.set(at.0, pulse_us);
         }
         Fault::ResetPin if begins => session.reset_by_pin(at, instructions, host),
-        Fault::FlipRam { place, bit } if begins => flip(run, place, *bit, host),
+        Fault::FlipRam { place, bit } if begins => {
+            flip(run, place, *bit, host, |host, address, byte| {
+                host.write(address, Width::W8, byte)
+            });
+        }
+        Fault::FlipFlash { place, bit } if begins => {
+            flip(run, place, *bit, host, |host, address, byte| {
+                host.program(address, Width::W8, byte)
+            });
+        }
         _ => {}
     }
 }
 
-/// Flips a bit of the RAM.
-fn flip<S: Script>(run: &Lockstep<S>, place: &MemoryLocation, bit: u32, host: &mut dyn Host) {
+/// Flips a bit of the memory; `write` writes a byte.
+fn flip<S: Script, E>(
+    run: &Lockstep<S>,
+    place: &MemoryLocation,
+    bit: u32,
+    host: &mut dyn Host,
+    write: impl Fn(&mut dyn Host, u64, u64) -> Result<(), E>,
+) {
     let address = match place {
         MemoryLocation::Address(address) => Some(*address),
         MemoryLocation::Symbol(name) => run.firmware().address(name).ok(),
@@ -143,7 +158,7 @@ fn flip<S: Script>(run: &Lockstep<S>, place: &MemoryLocation, bit: u32, host: &m
     if let Some(address) = address {
         let address = address + u64::from(bit / 8);
         if let Ok(byte) = host.read(address, Width::W8) {
-            let flipped = host.write(address, Width::W8, byte ^ 1 << (bit % 8));
+            let flipped = write(host, address, byte ^ 1 << (bit % 8));
             debug_assert!(flipped.is_ok(), "{address:#x} was read");
         }
     }

@@ -1,6 +1,7 @@
 //! The ELF file: image, symbols, and the return instructions of functions.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use object::{Object, ObjectSection, ObjectSymbol, SymbolKind};
@@ -106,11 +107,25 @@ impl Firmware {
         Ok(symbol.address)
     }
 
-    /// Size of a section, bytes; 0 if the file does not have it.
-    pub fn section_size(&self, name: &str) -> u64 {
+    /// Addresses of a section; empty if the file does not have it.
+    pub fn section(&self, name: &str) -> Range<u64> {
         let file = object::File::parse(&*self.bytes).ok();
         let section = file.as_ref().and_then(|file| file.section_by_name(name));
-        section.map_or(0, |section| section.size())
+        section.map_or(0..0, |section| {
+            section.address()..section.address() + section.size()
+        })
+    }
+
+    /// Addresses of the first variable whose name contains this text, such as one whose full name
+    /// the compiler makes.
+    ///
+    /// # Errors
+    /// The file has no such variable.
+    pub fn symbol_containing(&self, text: &str) -> Result<Range<u64>, FirmwareError> {
+        let mut symbols = self.symbols.iter();
+        let found = symbols.find(|(name, symbol)| !symbol.is_code && name.contains(text));
+        let (_, symbol) = found.ok_or_else(|| self.no_symbol(text))?;
+        Ok(symbol.address..symbol.address + symbol.size)
     }
 
     /// Names of all functions.

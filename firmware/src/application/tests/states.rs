@@ -68,6 +68,46 @@ fn a_watchdog_reset_and_corrupt_parameters_are_faults_of_the_start() {
 }
 
 #[test]
+fn a_corrupt_program_remains_a_fault_after_every_acknowledgement() {
+    let start = Start {
+        program_corrupt: true,
+        ..Start::default()
+    };
+    let mut application = Application::after(BoardParameters::DEFAULT, start);
+    for _ in 0..3 {
+        let outputs = application.step(&Samples::at_rest(word(0)));
+        assert_eq!(
+            (outputs.state, outputs.fault),
+            (BoardState::Fault, Some(Fault::ProgramCorrupt))
+        );
+        assert_eq!(application.request(Request::Acknowledge), Ok(()));
+        assert_eq!(
+            application.request(Request::Enable),
+            Err(Refused::Blocked(Fault::ProgramCorrupt))
+        );
+    }
+}
+
+#[test]
+fn after_a_reset_in_motion_the_motor_brakes_while_the_board_initialises() {
+    let unmeasured = Samples {
+        encoder: None,
+        ..Samples::at_rest(word(0))
+    };
+    let first = |start| {
+        let outputs = Application::after(BoardParameters::DEFAULT, start).step(&unmeasured);
+        assert_eq!(outputs.state, BoardState::Initialising);
+        outputs.bridge
+    };
+    let watchdog = Start {
+        watchdog: true,
+        ..Start::default()
+    };
+    assert_eq!(first(watchdog), Bridge::Brake);
+    assert_eq!(first(Start::default()), Bridge::Coast);
+}
+
+#[test]
 fn every_request_that_does_not_fit_the_state_is_refused_and_changes_nothing() {
     let mut disabled = TestBoard::new(BoardParameters::DEFAULT);
     for request in [Request::QuickStop, Request::Acknowledge] {

@@ -9,6 +9,7 @@
 //! | 4 | `TIM1_UP_TIM10` | each PWM edge | outputs; in the first PWM period starts the encoder, in the last one enables the sampling instants |
 //! | 4 | `TIM1_CC` | sampling instants in the last PWM period | starts the samples of current, back-EMF, supply and temperature, switches to coasting |
 //! | 4 | `DMA2_STREAM0` | encoder read, 38 us after the edge | control step |
+//! | 4 | `UART5`, used as a software interrupt | first PWM edge, while the encoder is read; after the control step | checks that the memory of the CANopen device has not changed; seals it |
 //! | 4 | `UART7`, used as a software interrupt | edges of two PWM periods in between | call of the CANopen device: received frames, timers, frames to transmit |
 //! | 2 | `CAN1_TX`, `CAN1_SCE` | mailbox free; bus error, and each call | frames to the controller; its state, bit rate and filters |
 //! | 1 | `UART8`, used as a software interrupt | after the control step | flash and log |
@@ -41,6 +42,7 @@ mod app {
     use firmware::{
         application::Start,
         drive::{Device, StoredParameters},
+        faults::Fault,
         store::{self, Origin},
         supervisor::{ResetCause, Task},
         timing::CALL_PERIODS,
@@ -60,12 +62,14 @@ mod app {
         },
         encoder::Encoder,
         parameter_store::{ParameterStore, SaveResult},
+        program_check,
         servo_pulse::ServoPulse,
         timebase::PeriodCounter,
         timing::PWM_PERIODS,
         watchdog_supervisor::{WatchdogSupervisor, report_alive},
         wiring::{Peripherals, serial_number},
     };
+    use crate::board::memory_protection;
 
     /// Length of the capture buffer, words: 20 s of eight signals at 250 Hz.
     const CAPTURE_WORDS: usize = 40 * 1024;
@@ -107,7 +111,7 @@ mod app {
         device: MaybeUninit<Device<'static>> = MaybeUninit::uninit(),
         capture_buffer: [i32; CAPTURE_WORDS] = [0; CAPTURE_WORDS],
     ])]
-    fn init(cx: init::Context) -> (Shared, Local) {
+    fn init(mut cx: init::Context) -> (Shared, Local) {
         let mut peripherals = Peripherals::new(cx.device);
         let (report_producer, reports) = cx.local.report_queue.split();
         let (received, receive_consumer) = cx.local.receive_queue.split();
@@ -117,6 +121,8 @@ mod app {
         let (save_producer, to_save) = cx.local.save_queue.split();
         let (save_results, save_result_consumer) = cx.local.save_result_queue.split();
 
+        memory_protection::enable(&mut cx.core.MPU);
+        let (is_as_built, program_check) = program_check::start();
         let loaded = store::load::<StoredParameters>(&peripherals.flash);
         defmt::info!(
             "reset cause {}, parameters from {}",
@@ -126,6 +132,8 @@ mod app {
         let start = Start {
             watchdog: peripherals.reset_cause == ResetCause::Watchdog,
             parameters_corrupt: loaded.origin == Origin::DefaultsInsteadOfCorrupt,
+            data_corrupt: peripherals.restart_fault == Some(Fault::DataCorrupt),
+            program_corrupt: !is_as_built,
         };
         let device = Device::new(loaded.parameters, start, cx.local.capture_buffer, 0);
         let device = cx.local.device.write(device);
@@ -139,7 +147,7 @@ mod app {
             others,
         };
         let (can, can_receiver) = CanController::new(peripherals.can, kbit_s, &initial_ids, queues);
-        let watchdog = WatchdogSupervisor::start(peripherals.watchdog, cx.core.DCB, cx.core.DWT);
+        let watchdog = WatchdogSupervisor::start(peripherals.watchdogs, cx.core.DCB, cx.core.DWT);
         let queues = Queues {
             received: receive_consumer,
             to_transmit: transmit_producer,
@@ -175,6 +183,7 @@ mod app {
                 store: ParameterStore::new(to_save, peripherals.flash, &loaded),
                 save_results,
                 log: StateLog::default(),
+                program_check,
             },
         };
         (shared, local)
@@ -194,6 +203,7 @@ mod app {
         if period == 0 {
             cx.shared.encoder.start();
             bridge.begin_control_period();
+            rtic::pend(Interrupt::UART5);
         }
         bridge.begin_pwm_period();
         if CALL_PERIODS.contains(&period) {
@@ -227,16 +237,26 @@ mod app {
             cx.local.servo_pulse,
             bridge,
         );
-        let outputs = task.begin_step(&mut samples, cx.shared.period_counter.control_period());
-        bridge.command(outputs.bridge);
-        task.end_step(&outputs, bridge.is_late());
+        let period = cx.shared.period_counter.control_period();
+        let outputs = task.begin_step(&mut samples, period, bridge.is_on());
+        let command = outputs.as_ref().map(|outputs| outputs.bridge);
+        bridge.command(command.unwrap_or_else(|| task.shut_down()));
+        task.end_step(outputs.as_ref(), bridge.is_late());
+        rtic::pend(Interrupt::UART5);
         rtic::pend(Interrupt::UART8);
     }
 
-    #[task(binds = UART7, priority = 4, shared = [period_counter, canopen_task])]
+    #[task(binds = UART5, priority = 4, shared = [bridge, canopen_task])]
+    fn seal(cx: seal::Context) {
+        let is_driven = cx.shared.bridge.is_on();
+        cx.shared.canopen_task.maintain_seal(is_driven);
+    }
+
+    #[task(binds = UART7, priority = 4, shared = [bridge, period_counter, canopen_task])]
     fn canopen_call(cx: canopen_call::Context) {
         let period = cx.shared.period_counter.period();
-        if cx.shared.canopen_task.communicate(period) {
+        let is_driven = cx.shared.bridge.is_on();
+        if cx.shared.canopen_task.communicate(period, is_driven) {
             rtic::pend(Interrupt::CAN1_TX);
         }
         rtic::pend(Interrupt::CAN1_SCE);

@@ -1,9 +1,10 @@
-//! The background task: parameters to the flash, and the log.
+//! The background task: parameters to the flash, check of the program's flash, and the log.
 
 use firmware::{
     application::{BoardState, Outputs},
     drive::StoredParameters,
     faults::Fault,
+    integrity::ProgramCheck,
     supervisor::Task,
 };
 use heapless::spsc::{Consumer, Producer};
@@ -11,7 +12,7 @@ use heapless::spsc::{Consumer, Producer};
 use super::{
     canopen_task::{REPORT_QUEUE, SINGLE},
     parameter_store::{ParameterStore, SaveResult},
-    timebase,
+    program_check, timebase,
     timing::CONTROL_RATE_HZ,
     watchdog_supervisor::report_alive,
 };
@@ -44,6 +45,7 @@ pub struct Background {
     pub store: ParameterStore<StoredParameters>,
     pub save_results: Producer<'static, SaveResult<StoredParameters>, SINGLE>,
     pub log: StateLog,
+    pub program_check: ProgramCheck<'static>,
 }
 
 impl Background {
@@ -57,6 +59,7 @@ impl Background {
             // many.
             let _ = self.save_results.enqueue(result);
         }
+        program_check::proceed(&mut self.program_check);
         report_alive(Task::Background);
     }
 }

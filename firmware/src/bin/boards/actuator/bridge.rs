@@ -46,9 +46,10 @@ impl Bridge {
         // While a debugger halts the program, the motor is not driven and the watchdog does not
         // reset.
         debug.apb2_fz().modify(|_, w| w.dbg_tim1_stop().set_bit());
-        debug
-            .apb1_fz()
-            .modify(|_, w| w.dbg_iwdg_stop().set_bit().dbg_tim2_stop().set_bit());
+        debug.apb1_fz().modify(|_, w| {
+            w.dbg_iwdg_stop().set_bit().dbg_wwdg_stop().set_bit();
+            w.dbg_tim2_stop().set_bit()
+        });
         tim.psc().write(|w| w.psc().set(TIMER_DIVIDER as u16 - 1));
         tim.arr().write(|w| w.arr().set((PWM_COUNTS - 1) as u16));
         // Both legs: PWM mode 1 with preload. Channels 3 and 4 have no pin and give the sampling
@@ -112,6 +113,11 @@ impl Bridge {
         let current = CurrentInstant::of_on_time(on.into()).count() as u16;
         self.tim.ccr4().write(|w| w.ccr().set(current));
         self.tim.cr1().modify(|_, w| w.udis().clear_bit());
+    }
+
+    /// Whether the motor is driven or braked.
+    pub fn is_on(&self) -> bool {
+        self.is_enabled
     }
 
     /// Starts a control period. If the previous one had no control step, the motor coasts: a stale

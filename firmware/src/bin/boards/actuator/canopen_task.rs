@@ -3,12 +3,13 @@
 //! [`gather`], [`device_control`] and [`communicate`] are not inlined and have fixed symbols, so
 //! that the emulator counts their instructions and a debugger shows them.
 
-use canopen::CanFrame;
+use canopen::{CanFrame, NodeId};
 use cortex_m::peripheral::DWT;
 use embedded_can::Frame as _;
 use firmware::{
-    application::{Outputs, Samples},
+    application::{Bridge as Command, Outputs, Samples},
     drive::{Device, StoredParameters},
+    faults::Fault,
     timing::CALL_PERIODS,
 };
 use heapless::spsc::{Consumer, Producer};
@@ -21,7 +22,10 @@ use super::{
     bus_status,
     encoder::Encoder,
     parameter_store::SaveResult,
+    program_check,
+    sealed::Sealed,
     servo_pulse::ServoPulse,
+    shutdown::Shutdown,
     timebase,
     timing::{CORE_HZ, CYCLES_PER_US, PWM_HZ, PWM_PERIOD_US, PWM_PERIODS},
     watchdog_supervisor::WatchdogSupervisor,
@@ -69,7 +73,14 @@ pub struct Queues {
 
 /// Node, drive, and their connections to the other tasks.
 pub struct CanopenTask {
-    device: &'static mut Device<'static>,
+    /// Sealed between two uses.
+    device: Sealed<Device<'static>>,
+    /// Whether a control step has used the device since it was last sealed.
+    is_in_use: bool,
+    /// After corrupt data or a corrupt program: the device is used no more.
+    shutdown: Option<Shutdown>,
+    /// Node-ID of the last call; 0 for none.
+    node_id: u8,
     watchdog: WatchdogSupervisor,
     queues: Queues,
     /// Memory for the set of the next save; none while a save runs.
@@ -118,6 +129,7 @@ fn device_control(device: &mut Device<'static>, samples: &Samples) -> Outputs {
 #[inline(never)]
 fn communicate(task: &mut CanopenTask, now_us: u64) {
     let CanopenTask { device, queues, .. } = task;
+    let device = device.get();
     let start = DWT::cycle_count();
     while DWT::cycle_count().wrapping_sub(start) < INTAKE_CYCLES
         && let Some(frame) = queues.received.dequeue()
@@ -158,7 +170,10 @@ impl CanopenTask {
         accepted_ids: AcceptedIds,
     ) -> Self {
         Self {
-            device,
+            device: Sealed::new(device),
+            is_in_use: false,
+            shutdown: None,
+            node_id: 0,
             watchdog,
             queues,
             set_to_save: Some(set_to_save),
@@ -169,25 +184,80 @@ impl CanopenTask {
         }
     }
 
-    /// Starts the control step of the period of this number; returns the drive's decision.
-    pub fn begin_step(&mut self, samples: &mut Samples, control_period: u32) -> Outputs {
+    /// Seals the device after a control step, and checks it before the next one, while the encoder
+    /// is read.
+    pub fn maintain_seal(&mut self, is_driven: bool) {
+        if self.is_in_use {
+            self.is_in_use = false;
+            self.device.seal();
+        } else {
+            self.check(is_driven);
+        }
+    }
+
+    /// Checks that the device and the program are as they were; otherwise begins the shutdown.
+    fn check(&mut self, is_driven: bool) {
+        let fault = if !self.device.unseal() {
+            Fault::DataCorrupt
+        } else if program_check::is_corrupt() {
+            Fault::ProgramCorrupt
+        } else {
+            return;
+        };
+        let node_id = self.node_id;
+        self.shutdown
+            .get_or_insert_with(|| Shutdown::new(fault, is_driven, node_id));
+    }
+
+    /// Starts the control step of the period of this number; returns the drive's decision, unless
+    /// the device is corrupt.
+    pub fn begin_step(
+        &mut self,
+        samples: &mut Samples,
+        control_period: u32,
+        is_driven: bool,
+    ) -> Option<Outputs> {
         samples.missed_periods = self.watchdog.begin_step(control_period);
-        device_control(self.device, samples)
+        self.check(is_driven);
+        match self.shutdown {
+            None => Some(device_control(self.device.get(), samples)),
+            Some(_) => None,
+        }
+    }
+
+    /// The command to the bridge without a decision of the drive.
+    pub fn shut_down(&mut self) -> Command {
+        self.shutdown
+            .as_mut()
+            .map_or(Command::Coast, Shutdown::step)
     }
 
     /// Ends the control step, after its decision is set at the bridge.
-    pub fn end_step(&mut self, outputs: &Outputs, is_late: bool) {
+    pub fn end_step(&mut self, outputs: Option<&Outputs>, is_late: bool) {
+        let starved_periods = self.watchdog.end_step(is_late);
+        let Some(outputs) = outputs else { return };
+        let drive = &mut self.device.get().drive;
         if is_late {
-            self.device.drive.was_late();
+            drive.was_late();
         }
+        drive.diagnostics.starved_periods = starved_periods;
         // The queue is full only if the background task is late: the log then has a gap.
         let _ = self.queues.reports.enqueue(StepReport::new(outputs));
-        self.device.drive.diagnostics.starved_periods = self.watchdog.end_step();
+        self.is_in_use = true;
     }
 
     /// A call of the CANopen device, in the PWM period of this number. Returns whether there are
     /// frames to transmit.
-    pub fn communicate(&mut self, period: u32) -> bool {
+    pub fn communicate(&mut self, period: u32, is_driven: bool) -> bool {
+        self.check(is_driven);
+        if let Some(shutdown) = &mut self.shutdown {
+            // Before everything that waits.
+            if let Some(frame) = shutdown.take_frame() {
+                bus_status::request_discard();
+                let _ = self.queues.to_transmit.enqueue(frame);
+            }
+            return true;
+        }
         bus_status::set_period(period);
         self.update_diagnostics();
         self.discard_stale();
@@ -195,6 +265,9 @@ impl CanopenTask {
         communicate(self, now_us);
         self.exchange_with_store();
         self.update_controller();
+        let node_id = self.device.get().node().node_id();
+        self.node_id = node_id.map_or(0, NodeId::get);
+        self.device.seal();
         self.queues.to_transmit.len() > 0 || self.queues.process_data.len() > 0
     }
 
@@ -212,7 +285,7 @@ impl CanopenTask {
         let discarded = bus_status::discarded();
         if discarded != self.discarded {
             self.discarded = discarded;
-            self.device.repeat_process_data();
+            self.device.get().repeat_process_data();
         }
     }
 
@@ -226,7 +299,7 @@ impl CanopenTask {
     }
 
     fn update_diagnostics(&mut self) {
-        let diagnostics = &mut self.device.drive.diagnostics;
+        let diagnostics = &mut self.device.get().drive.diagnostics;
         diagnostics.receive_overflows = bus_status::lost_frames();
         diagnostics.bus_offs = bus_status::bus_offs();
         diagnostics.transmit_overflows = bus_status::discarded();
@@ -236,11 +309,11 @@ impl CanopenTask {
     /// Sends a set of parameters to be saved, and takes the result of the last save.
     fn exchange_with_store(&mut self) {
         if let Some((is_saved, memory)) = self.queues.save_results.dequeue() {
-            self.device.drive.saved(is_saved);
+            self.device.get().drive.saved(is_saved);
             self.set_to_save = Some(memory);
         }
         if self.set_to_save.is_some()
-            && let Some(set) = self.device.drive.take_save()
+            && let Some(set) = self.device.get().drive.take_save()
             && let Some(memory) = self.set_to_save.take()
         {
             *memory = *set;
@@ -251,10 +324,10 @@ impl CanopenTask {
 
     /// Sends changes of bit rate and identifiers to the CAN controller.
     fn update_controller(&mut self) {
-        if let Some(kbit_s) = self.device.drive.take_bit_rate() {
+        if let Some(kbit_s) = self.device.get().drive.take_bit_rate() {
             bus_status::request_bit_rate(kbit_s);
         }
-        let accepted_ids = AcceptedIds::new(self.device.node().identifiers());
+        let accepted_ids = AcceptedIds::new(self.device.get().node().identifiers());
         if accepted_ids != self.accepted_ids
             && self.queues.accepted_ids.enqueue(accepted_ids).is_ok()
         {

@@ -3,12 +3,12 @@
 use core::ptr;
 
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
-use firmware::supervisor::ResetCause;
+use firmware::{faults::Fault, integrity::restart_fault, supervisor::ResetCause};
 use stm32f4xx_hal::{dma::StreamsTuple, pac, prelude::*, signature::Uid};
 
 use super::{
     analog::Analog, bridge::Bridge, encoder::Encoder, flash::Flash, servo_pulse::ServoPulse,
-    timebase::PeriodCounter, timing::CORE_HZ,
+    shutdown, timebase::PeriodCounter, timing::CORE_HZ,
 };
 use crate::board::{
     diagnostics,
@@ -51,8 +51,10 @@ pub struct Peripherals {
     /// Not configured: the bit rate is a parameter.
     pub can: pac::CAN1,
     pub flash: Flash,
-    pub watchdog: pac::IWDG,
+    pub watchdogs: (pac::IWDG, pac::WWDG),
     pub reset_cause: ResetCause,
+    /// Fault of which the program has restarted itself.
+    pub restart_fault: Option<Fault>,
 }
 
 impl Peripherals {
@@ -72,8 +74,10 @@ impl Peripherals {
                 .set_bit();
             w.gpioden().set_bit().gpioeen().set_bit()
         });
-        rcc.apb1enr()
-            .modify(|_, w| w.tim2en().set_bit().tim4en().set_bit().can1en().set_bit());
+        rcc.apb1enr().modify(|_, w| {
+            w.tim2en().set_bit().tim4en().set_bit().can1en().set_bit();
+            w.wwdgen().set_bit().pwren().set_bit()
+        });
         rcc.apb2enr()
             .modify(|_, w| w.tim1en().set_bit().spi1en().set_bit().adc1en().set_bit());
         // The registers respond after two cycles (ES0206, section 2.2.13): a read takes longer.
@@ -85,6 +89,7 @@ impl Peripherals {
         let bridge = Bridge::new(dp.TIM1, &dp.DBGMCU);
         dp.GPIOA.bsrr().write(|w| w.bs4().set_());
         setup::set_up_pins(&PINS);
+        setup::lock_pins(&PINS);
         let analog = Analog::new(dp.ADC1, &dp.ADC_COMMON, streams.4);
         let encoder = Encoder::new(dp.SPI1, dp.GPIOA, (streams.0, streams.3));
         Self {
@@ -95,8 +100,9 @@ impl Peripherals {
             period_counter: PeriodCounter::new(dp.TIM2),
             can: dp.CAN1,
             flash: Flash::new(dp.FLASH),
-            watchdog: dp.IWDG,
+            watchdogs: (dp.IWDG, dp.WWDG),
             reset_cause,
+            restart_fault: restart_fault(shutdown::take_mark()),
         }
     }
 }

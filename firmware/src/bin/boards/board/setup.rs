@@ -58,9 +58,13 @@ fn port_address(port: u8) -> u32 {
 const MODER: u32 = 0x00;
 const OSPEEDR: u32 = 0x08;
 const PUPDR: u32 = 0x0c;
+const LCKR: u32 = 0x1c;
 const AFR: u32 = 0x20;
 
 const HIGH_SPEED: u32 = 0b10;
+
+/// LCKK of LCKR.
+const LOCK_KEY: u32 = 1 << 16;
 
 /// Sets the function of every pin. The clocks of the ports are enabled, and outputs have their
 /// initial levels.
@@ -81,6 +85,26 @@ pub fn set_up_pins(pins: &[Pin]) {
             Mode::Analog => 0b11,
         };
         write_field(port + MODER, 2, number, mode);
+    }
+}
+
+/// Locks the functions of these pins until the next reset (RM0090, section 8.3.6).
+pub fn lock_pins(pins: &[Pin]) {
+    for port in b'A'..=b'I' {
+        let locked =
+            (pins.iter().filter(|pin| pin.0 == port)).fold(0, |mask, pin| mask | 1 << pin.1);
+        if locked == 0 {
+            continue;
+        }
+        let register: *mut u32 =
+            ptr::with_exposed_provenance_mut((port_address(port) + LCKR) as usize);
+        // The key: LCKK set, clear, set with the same pins, then a read.
+        for value in [LOCK_KEY | locked, locked, LOCK_KEY | locked] {
+            // SAFETY: the address is that of a port register, and only `init` configures pins.
+            unsafe { ptr::write_volatile(register, value) };
+        }
+        // SAFETY: as above.
+        let _ = unsafe { ptr::read_volatile(register) };
     }
 }
 

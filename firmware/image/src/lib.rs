@@ -1,0 +1,109 @@
+//! Writes the CRC of a board's program into its ELF file.
+//!
+//! The program checks its flash against this CRC (`firmware::integrity`). A linker cannot compute
+//! it, so it is written into the section `.program_crc` after linking. The CRC covers the flash from
+//! `_program_start` to `_program_crc`, with erased bytes between the sections.
+
+#![forbid(unsafe_code)]
+#![deny(missing_docs)]
+
+use std::path::{Path, PathBuf};
+use std::{fs, io};
+
+use firmware::integrity::program_crc;
+use object::elf::FileHeader32;
+use object::endian::LittleEndian;
+use object::read::elf::{ElfFile, ProgramHeader};
+use object::{Object, ObjectSection, ObjectSegment, ObjectSymbol};
+
+/// Content of flash that is not programmed.
+const ERASED: u8 = 0xff;
+
+/// Section of the CRC.
+const SECTION: &str = ".program_crc";
+
+/// Why a file was not changed.
+#[derive(Debug, thiserror::Error)]
+pub enum ImageError {
+    /// It cannot be read or written.
+    #[error("{}: {source}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// It is not an ELF file of 32 bits, or a segment is outside the file.
+    #[error("{}: {source}", path.display())]
+    Elf {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: object::Error,
+    },
+    /// It lacks a symbol of `memory.x`.
+    #[error("{}: no symbol {name}; the program is not linked with memory.x", path.display())]
+    NoSymbol {
+        /// The file.
+        path: PathBuf,
+        /// The symbol.
+        name: &'static str,
+    },
+}
+
+/// Writes the CRC into this file, if it has a section for it; returns the CRC.
+///
+/// # Errors
+/// The file is not a program of a board, or cannot be read or written.
+pub fn stamp(path: &Path) -> Result<Option<u32>, ImageError> {
+    let file_error = |source| ImageError::File {
+        path: path.into(),
+        source,
+    };
+    let mut bytes = fs::read(path).map_err(file_error)?;
+    let Some((offset, crc)) = place_and_crc(path, &bytes)? else {
+        return Ok(None);
+    };
+    let word = bytes.get_mut(offset..offset + 4);
+    // Unchanged files keep their time, on which builds depend.
+    if let Some(word) = word.filter(|word| **word != crc.to_le_bytes()) {
+        word.copy_from_slice(&crc.to_le_bytes());
+        fs::write(path, &bytes).map_err(file_error)?;
+    }
+    Ok(Some(crc))
+}
+
+/// Offset of the CRC in the file, and its value.
+fn place_and_crc(path: &Path, bytes: &[u8]) -> Result<Option<(usize, u32)>, ImageError> {
+    let elf_error = |source| ImageError::Elf {
+        path: path.into(),
+        source,
+    };
+    let file = ElfFile::<FileHeader32<LittleEndian>>::parse(bytes).map_err(elf_error)?;
+    let section = file
+        .section_by_name(SECTION)
+        .filter(|section| section.size() == 4);
+    let Some((offset, _)) = section.and_then(|section| section.file_range()) else {
+        return Ok(None);
+    };
+    let address = |name| {
+        let symbol = file.symbol_by_name(name).map(|symbol| symbol.address());
+        symbol.ok_or_else(|| ImageError::NoSymbol {
+            path: path.into(),
+            name,
+        })
+    };
+    let (start, end) = (address("_program_start")?, address("_program_crc")?);
+    let mut program = vec![ERASED; end.saturating_sub(start) as usize];
+    for segment in file.segments() {
+        let load = u64::from(segment.elf_program_header().p_paddr(LittleEndian));
+        let data = segment.data().map_err(elf_error)?;
+        let Some(begin) = load.checked_sub(start).map(|begin| begin as usize) else {
+            continue;
+        };
+        for (to, from) in program.iter_mut().skip(begin).zip(data) {
+            *to = *from;
+        }
+    }
+    Ok(Some((offset as usize, program_crc(&program))))
+}

@@ -1,0 +1,77 @@
+//! What remains of the program when its data or its flash are corrupt: it brakes, reports the
+//! fault, and restarts the processor.
+
+use canopen::CanFrame;
+use firmware::{
+    application::Bridge, drive::emergency_frame, faults::Fault, integrity::restart_mark,
+};
+use stm32f4xx_hal::pac::{PWR, RTC};
+
+use super::timing::CONTROL_RATE_HZ;
+
+/// Control periods until the restart: in a second the shorted motor stops a shaft with twice the
+/// inertia of motor and gears (`docs/faults.md`: time constant).
+const BRAKING_PERIODS: u32 = CONTROL_RATE_HZ;
+
+/// The end of the program.
+pub struct Shutdown {
+    fault: Fault,
+    /// Whether the motor was driven.
+    brakes: bool,
+    periods: u32,
+    frame: Option<CanFrame>,
+}
+
+impl Shutdown {
+    /// Starts it. The motor brakes if it was driven, and otherwise remains free.
+    pub fn new(fault: Fault, brakes: bool, node_id: u8) -> Self {
+        Self {
+            fault,
+            brakes,
+            periods: 0,
+            frame: emergency_frame(fault, node_id),
+        }
+    }
+
+    /// The EMCY message, once.
+    pub fn take_frame(&mut self) -> Option<CanFrame> {
+        self.frame.take()
+    }
+
+    /// One control period. After the last one it does not return.
+    pub fn step(&mut self) -> Bridge {
+        self.periods += 1;
+        if self.periods > BRAKING_PERIODS {
+            restart(self.fault);
+        }
+        if self.brakes {
+            Bridge::Brake
+        } else {
+            Bridge::Coast
+        }
+    }
+}
+
+/// Restarts the processor; the program then reports this fault.
+fn restart(fault: Fault) -> ! {
+    write_mark(restart_mark(fault));
+    cortex_m::peripheral::SCB::sys_reset()
+}
+
+/// Writes the backup register that survives the restart, and not a loss of the supply (RM0090,
+/// section 26.6.20).
+fn write_mark(mark: u32) {
+    // SAFETY: this register has no other user.
+    let (power, clock) = unsafe { (&*PWR::ptr(), &*RTC::ptr()) };
+    power.cr().modify(|_, w| w.dbp().set_bit());
+    // SAFETY: all 32 bits are data.
+    clock.bkpr(0).write(|w| unsafe { w.bits(mark) });
+}
+
+/// The mark of the last restart, once. The clock of the power controller is enabled.
+pub fn take_mark() -> u32 {
+    // SAFETY: as above.
+    let mark = unsafe { &*RTC::ptr() }.bkpr(0).read().bits();
+    write_mark(0);
+    mark
+}

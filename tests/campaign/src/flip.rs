@@ -1,0 +1,123 @@
+//! What flips, where, and when.
+
+use std::ops::Range;
+
+use rand_pcg::{Pcg32, rand_core::Rng};
+use virtual_board::run::{Firmware, FirmwareError};
+
+use crate::motion::Motion;
+
+/// Bytes of the stack below its highest address that the program uses (`tests/board` holds the
+/// deepest use of a run).
+const STACK_BYTES: u64 = 3 << 10;
+
+/// Instants of the flips, ms after power-on: the drive is enabled and moves.
+const INSTANTS_MS: Range<u32> = 300..1500;
+
+/// A kind of memory.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Memory {
+    /// Variables and the part of the stack that is used.
+    Ram,
+    /// Vectors, code and constants in the flash.
+    Code,
+}
+
+impl Memory {
+    /// Its address ranges in this program. The capture buffer is not a part: it is a recording.
+    ///
+    /// # Errors
+    /// The ELF file lacks a symbol.
+    pub fn ranges(self, firmware: &Firmware) -> Result<Vec<Range<u64>>, FirmwareError> {
+        let sections = |names: &[&str]| -> Vec<Range<u64>> {
+            names.iter().map(|name| firmware.section(name)).collect()
+        };
+        Ok(match self {
+            Self::Code => sections(&[".vector_table", ".text", ".rodata"]),
+            Self::Ram => {
+                let capture = firmware.symbol_containing("capture_buffer")?;
+                let stack_end = firmware.address("_stack_start")?;
+                let variables = sections(&[".data", ".bss", ".uninit"]);
+                let stack = stack_end - STACK_BYTES..stack_end;
+                let without = |range: &Range<u64>| {
+                    [
+                        range.start..range.end.min(capture.start),
+                        range.start.max(capture.end)..range.end,
+                    ]
+                };
+                let parts = variables.iter().flat_map(without);
+                parts
+                    .filter(|part| part.start < part.end)
+                    .chain([stack])
+                    .collect()
+            }
+        })
+    }
+}
+
+/// A bit flip, and the motion that it disturbs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Flip {
+    /// Number of the experiment.
+    pub number: u64,
+    /// The kind of memory.
+    pub memory: Memory,
+    /// Address of the byte.
+    pub address: u64,
+    /// The bit, 0 to 7.
+    pub bit: u8,
+    /// Instant after power-on, ms.
+    pub at_ms: u32,
+    /// The motion.
+    pub motion: Motion,
+}
+
+impl Flip {
+    /// The flip of this number of the campaign with this seed, uniform over all bits of the ranges.
+    ///
+    /// # Panics
+    /// If the ranges are empty.
+    pub fn draw(seed: u64, number: u64, memory: Memory, ranges: &[Range<u64>]) -> Self {
+        // The streams of the two kinds differ.
+        let mut random = Pcg32::new(seed, number << 1 | u64::from(memory == Memory::Code));
+        let mut below = |limit: u32| (u64::from(random.next_u32()) * u64::from(limit) >> 32) as u32;
+        let bytes: u64 = ranges.iter().map(|range| range.end - range.start).sum();
+        assert!(bytes > 0, "there is memory");
+        let mut offset = u64::from(below(bytes as u32));
+        let mut address = 0;
+        for range in ranges {
+            let length = range.end - range.start;
+            if offset < length {
+                address = range.start + offset;
+                break;
+            }
+            offset -= length;
+        }
+        Self {
+            number,
+            memory,
+            address,
+            bit: below(8) as u8,
+            at_ms: INSTANTS_MS.start + below(INSTANTS_MS.end - INSTANTS_MS.start),
+            motion: Motion::ALL[below(Motion::ALL.len() as u32) as usize],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn flips_repeat_by_seed_and_number_and_reach_every_range() {
+        let ranges = [0x100..0x110, 0x800..0x810];
+        let draw = |number| Flip::draw(7, number, Memory::Ram, &ranges);
+        let flips: Vec<Flip> = (0..100).map(draw).collect();
+        assert_eq!(flips, (0..100).map(draw).collect::<Vec<_>>());
+        for range in &ranges {
+            let within = flips.iter().filter(|flip| range.contains(&flip.address));
+            // 50 of 100 are expected; 25 are five standard deviations less.
+            assert!(within.count() > 25);
+        }
+    }
+}
