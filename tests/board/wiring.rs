@@ -19,6 +19,8 @@ struct Pin {
     pull: u32,
     /// OSPEEDR: 2 high.
     speed: u32,
+    /// LCKR: its bit and that of the key are set.
+    is_locked: bool,
 }
 
 /// Headings of the boards' sections.
@@ -64,6 +66,7 @@ fn page(heading: &str) -> Vec<Pin> {
                 _ => 0,
             },
             speed: if name == FAST { 2 } else { 0 },
+            is_locked: true,
         }));
     }
     pins
@@ -77,6 +80,7 @@ fn configured_pin(mut register: impl FnMut(u64) -> u32, name: &str) -> Pin {
     let port = 0x4002_0000 + 0x400 * u64::from(port.as_bytes()[0] - b'A');
     let mut two_bits = |offset| register(port + offset) >> (2 * number) & 3;
     let (mode, speed, pull) = (two_bits(0x00), two_bits(0x08), two_bits(0x0c));
+    let lock = register(port + 0x1c);
     let function = register(port + 0x20 + 4 * (number / 8)) >> (4 * (number % 8)) & 15;
     Pin {
         name: name.to_owned(),
@@ -84,6 +88,7 @@ fn configured_pin(mut register: impl FnMut(u64) -> u32, name: &str) -> Pin {
         function: (mode == 2).then_some(function),
         pull,
         speed,
+        is_locked: lock >> 16 & lock >> number & 1 == 1,
     }
 }
 

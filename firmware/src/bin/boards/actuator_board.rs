@@ -125,9 +125,10 @@ mod app {
         let (is_as_built, program_check) = program_check::start();
         let loaded = store::load::<StoredParameters>(&peripherals.flash);
         defmt::info!(
-            "reset cause {}, parameters from {}",
+            "reset cause {}, parameters from {}, option bytes {:x}",
             peripherals.reset_cause as u8,
-            loaded.origin as u8
+            loaded.origin as u8,
+            peripherals.flash.option_bytes()
         );
         let start = Start {
             watchdog: peripherals.reset_cause == ResetCause::Watchdog,

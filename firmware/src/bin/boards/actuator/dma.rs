@@ -66,6 +66,9 @@ pub struct Transfer {
 const FLAGS: u32 = 0b11_1101;
 const COMPLETE: u32 = 1 << 5;
 
+/// Polls of a stream that stops: an access to the slowest bus takes below 20 cycles.
+const STOP_POLLS: u32 = 20;
+
 impl<const S: u8> DmaStream<S> {
     /// Position of the stream's flags in their register.
     const SHIFT: u32 = [0, 6, 16, 22][S as usize % 4];
@@ -130,9 +133,15 @@ impl<const S: u8> DmaStream<S> {
         flags >> Self::SHIFT & COMPLETE != 0
     }
 
-    /// Aborts a transfer.
+    /// Aborts a transfer. The stream first ends the access to the bus that it has begun, and its
+    /// registers are locked until then (RM0090, section 10.3.14).
     pub fn stop(&mut self) {
-        self.registers().cr().modify(|_, w| w.en().clear_bit());
+        let control = self.registers().cr();
+        control.modify(|_, w| w.en().clear_bit());
+        let has_stopped = |_: &u32| control.read().en().bit_is_clear();
+        // A stream that does not stop within these polls cannot be started again: the next transfer
+        // does not complete, which is a lost sample.
+        let _ = (0..STOP_POLLS).find(has_stopped);
     }
 
     fn clear(&mut self) {

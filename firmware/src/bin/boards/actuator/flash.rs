@@ -32,6 +32,12 @@ impl Flash {
         }
     }
 
+    /// The option bytes (section 3.9.10): read protection, write protection, brown-out level, hardware
+    /// watchdog.
+    pub fn option_bytes(&self) -> u32 {
+        self.registers.optcr().read().bits()
+    }
+
     /// Unlocks the control register and clears earlier errors.
     ///
     /// The data cache is off until the end of the operation: lines that are filled while the other

@@ -45,6 +45,7 @@ impl Peripherals {
         // The registers respond after two cycles (ES0206, section 2.2.13): a read takes longer.
         let _ = rcc.apb1enr().read();
         setup::set_up_pins(&PINS);
+        setup::lock_pins(&PINS);
         let (microseconds, milliseconds) = timers::start(dp.TIM2, dp.TIM3);
         Self {
             can: dp.CAN1,
