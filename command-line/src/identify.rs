@@ -85,7 +85,7 @@ impl Identify {
             .collect();
         self.data.check_known(&chosen)?;
         self.search.check(&chosen)?;
-        let loaded = self.data.load()?;
+        let loaded = self.data.load(&chosen)?;
         let assessments = self.search.fit(chosen, &loaded)?;
         let nonparametric = NonparametricAnalysis::of(&loaded.fitted);
         for assessment in &assessments {

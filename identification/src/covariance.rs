@@ -5,9 +5,16 @@
 //! small; with their autocorrelation `R` the covariance is `(J' J)^-1 (sum J_i' R(i - j) J_j) (J'
 //! J)^-1` (Morelli and Klein, J. Aircraft 34, 1997, "Accuracy of aerodynamic model parameters
 //! estimated from flight test data").
+//!
+//! That formula assumes residuals of the same variance everywhere. Where they are larger where the
+//! parameters act, the variances are those of the sandwich with `sum r^2 J J'` (White, Econometrica
+//! 48, 1980), and for correlated residuals those of the sums over stretches of the recordings
+//! (clustered errors: Liang and Zeger, Biometrika 73, 1986), where these are larger.
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
+use super::blocks::Blocks;
+use super::experiment::Experiment;
 use super::fit::ExperimentFit;
 use super::levenberg::Found;
 use super::loss::Loss;
@@ -26,7 +33,23 @@ pub struct Covariance {
     pub coloured: DMatrix<f64>,
     /// Standard deviation of the residuals, deg.
     pub noise_deg: f64,
+    /// The sum of the squared influences of the residuals, deg^2.
+    pub squares: f64,
 }
+
+impl Covariance {
+    /// Multiplies the standard error of a row by `white` and `coloured`, with unchanged correlations.
+    pub fn widen(&mut self, row: usize, white: f64, coloured: f64) {
+        for (matrix, factor) in [(&mut self.white, white), (&mut self.coloured, coloured)] {
+            matrix.row_mut(row).scale_mut(factor);
+            matrix.column_mut(row).scale_mut(factor);
+        }
+    }
+}
+
+/// Ratio of variances from which the variance of the residuals is taken to change: beyond the
+/// scatter of the estimate from some fifty samples in motion.
+const HETEROSKEDASTIC: f64 = 1.5;
 
 /// Share of the largest eigenvalue of the normalised `J' J` below which a direction is not
 /// observable: two parameters whose effects differ by less than 1e-5 of either.
@@ -35,15 +58,15 @@ const NEGLIGIBLE_EIGENVALUE: f64 = 1e-10;
 /// Component in a direction that is not observable from which an unknown is not identifiable.
 const INVOLVED: f64 = 0.1;
 
-/// The covariances at the end of a search, with the fits of all experiments there. `is_held` marks
-/// the unknowns at a bound.
+/// The covariances at the end of a search, with the fits of all experiments there, and the stretches
+/// that they were computed from. `is_held` marks the unknowns at a bound.
 pub fn covariance(
     problem: &Problem,
     unknowns: &Unknowns,
     found: &Found,
     is_held: &[bool],
     fits: &[ExperimentFit],
-) -> Covariance {
+) -> (Covariance, Blocks) {
     let mut residuals: Vec<Vec<f64>> = fits.iter().map(compared).collect();
     let samples: usize = residuals.iter().map(Vec::len).sum();
     let mut hessian = found.information.clone();
@@ -51,11 +74,12 @@ pub fn covariance(
         .experiments
         .first()
         .map_or(Loss::Squares, |run| run.loss);
+    let mut slope = 1.0;
     if loss != Loss::Squares {
         // Of least squares, to which the influences of the residuals belong.
         let plain = problem.with_loss(Loss::Squares);
         hessian = normal(&plain, unknowns, &found.point).hessian;
-        let slope = loss.mean_slope(residuals.iter().flatten().copied());
+        slope = loss.mean_slope(residuals.iter().flatten().copied());
         let all = residuals.iter_mut().flatten();
         all.for_each(|r| *r = loss.influence(*r, slope));
     }
@@ -79,14 +103,37 @@ pub fn covariance(
         .cholesky()
         .map_or(DMatrix::zeros(n, n), |c| c.inverse());
     let inverse = DMatrix::from_fn(n, n, |i, j| inverse[(i, j)] / (scale[i] * scale[j]));
-    let all = middle(problem, unknowns, &found.point, &residuals);
-    let middle = all.select_rows(&rows).select_columns(&rows) * (samples as f64 / freedom);
-    Covariance {
+    let (all, is_coloured) = middle(problem, unknowns, &found.point, &residuals);
+    let of_rows = |matrix: &DMatrix<f64>| {
+        let matrix = matrix.select_rows(&rows).select_columns(&rows) * (samples as f64 / freedom);
+        &inverse * matrix * &inverse
+    };
+    let influence = |residual: f64| loss.influence(residual, slope);
+    let blocks = Blocks::of(problem, unknowns, &found.point, &influence);
+    let mut covariance = Covariance {
         white: &inverse * variance,
-        coloured: &inverse * middle * &inverse,
+        coloured: of_rows(&all),
         noise_deg: variance.sqrt(),
-        rows,
+        squares,
+        rows: rows.clone(),
+    };
+    let uneven = of_rows(&blocks.heteroskedastic());
+    let between = of_rows(&blocks.between_blocks());
+    for row in 0..n {
+        let white = covariance.white[(row, row)];
+        let before = covariance.coloured[(row, row)];
+        let mut greater = before;
+        if uneven[(row, row)] > HETEROSKEDASTIC * white {
+            greater = greater.max(uneven[(row, row)]);
+        }
+        if is_coloured {
+            greater = greater.max(between[(row, row)]);
+        }
+        if before > 0.0 && greater > before {
+            covariance.widen(row, 1.0, (greater / before).sqrt());
+        }
     }
+    (covariance, blocks)
 }
 
 /// The residuals that are not missing.
@@ -118,20 +165,26 @@ pub(super) fn identifiable(hessian: &DMatrix<f64>, mut rows: Vec<usize>) -> Vec<
     rows
 }
 
-/// `sum J_i' R(i - j) J_j` of all unknowns.
+/// `sum J_i' R(i - j) J_j` of all unknowns, and whether the residuals of a run are correlated.
 fn middle(
     problem: &Problem,
     unknowns: &Unknowns,
     point: &[f64],
     residuals: &[Vec<f64>],
-) -> DMatrix<f64> {
+) -> (DMatrix<f64>, bool) {
+    let mut is_coloured = false;
     let mut all = DMatrix::zeros(point.len(), point.len());
     for (experiment, (run, own)) in problem.experiments.iter().zip(&unknowns.runs).enumerate() {
         let correlation = autocovariance(&residuals[experiment]);
+        is_coloured |= correlation.len() > 1;
         let (values, angles) = (own.values(point), &run.recording.angle_deg);
         let width = own.free.len();
         let sum = if let [level] = correlation.as_slice() {
-            let sums = problem.model.sums(run, &values, &own.free, angles);
+            let plain = &Experiment {
+                loss: Loss::Squares,
+                ..run.clone()
+            };
+            let sums = problem.model.sums(plain, &values, &own.free, angles);
             DMatrix::from_row_slice(width, width, &sums.information) * *level
         } else {
             let mut slopes = Vec::with_capacity(angles.len() * width);
@@ -149,7 +202,7 @@ fn middle(
             }
         }
     }
-    all
+    (all, is_coloured)
 }
 
 /// The same of one run with derivatives `slopes`, sample after sample.

@@ -94,6 +94,8 @@ fn model(assessment: &Assessment) -> Value {
         "validation": assessed(&assessment.validation),
         "validation_quality": overall(&assessment.validation),
         "warnings": assessment.warnings,
+        "intervals_hold": assessment.doubts.is_empty(),
+        "doubts": assessment.doubts,
     })
 }
 
@@ -119,6 +121,7 @@ fn estimate(fit: &Fit, estimate: &Estimate) -> Value {
             Bound::Low => "low",
             Bound::High => "high",
         }),
+        "profile": estimate.profile,
         "bounds": [estimate.bounds.0, estimate.bounds.1],
         "identifiable": estimate.identifiable,
         "fixed": estimate.fixed,

@@ -1,6 +1,8 @@
 //! The complete search: many starting points, the best optimum, and its statistics.
 
 mod assumptions;
+mod drift;
+mod intervals;
 mod likelihood_ratio;
 mod nested;
 mod outcome;

@@ -107,6 +107,17 @@ impl Experiment {
         }
     }
 
+    /// The same with the instants of its samples, but not of its command, scaled by `1 + share`.
+    pub fn on_clock(&self, share: f64) -> Self {
+        let scaled = |t: &i64| (*t as f64 * (1.0 + share)).round() as i64;
+        let time_ns: Vec<i64> = self.time_ns.iter().map(scaled).collect();
+        Self {
+            is_even: is_even(&time_ns),
+            time_ns,
+            ..self.clone()
+        }
+    }
+
     /// The same with one of `every` blocks of samples compared and the complete command. The
     /// samples within a block resolve fast motion, and the irregular blocks alias with no period of
     /// the recording.

@@ -2,6 +2,7 @@
 
 use nalgebra::DMatrix;
 
+use super::consistency::Consistency;
 use super::experiment::Assumptions;
 use super::loss::Loss;
 use super::model::ActiveLimit;
@@ -41,6 +42,9 @@ pub struct Estimate {
     pub at_bound: Option<Bound>,
     /// Whether the experiments determine it.
     pub identifiable: bool,
+    /// Where it is at a bound, the end of its 95 % interval by the profile likelihood; NaN where it
+    /// has a standard error or no influence.
+    pub profile: f64,
 }
 
 /// The fit of one experiment.
@@ -125,6 +129,8 @@ pub struct Fit {
     /// The nested model that fits as well by a likelihood-ratio test: the estimates are its
     /// optimum, and the additional parameters have no effect.
     pub no_better_than: Option<&'static str>,
+    /// Whether all parts of the recordings agree about the parameters.
+    pub consistency: Consistency,
 }
 
 impl Fit {

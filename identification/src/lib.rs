@@ -13,14 +13,17 @@
 //! study use it without the simulator, and the simulator's pages present its results.
 
 pub mod assessment;
+mod blocks;
 pub mod command;
 pub mod compare;
+pub mod consistency;
 pub mod contradictions;
 mod covariance;
 pub mod data;
 pub mod design;
 pub mod document;
 pub mod engine;
+pub mod evaluation;
 pub mod experiment;
 pub mod fit;
 pub mod frequency;

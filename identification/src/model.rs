@@ -107,6 +107,11 @@ pub trait Description: Send + Sync {
         nested.value(name)
     }
 
+    /// Whether it describes a shaft that friction holds, which looks like a clipped sensor.
+    fn has_friction(&self) -> bool {
+        false
+    }
+
     /// Whether its cost has many local minima, as friction causes them. The search then evaluates
     /// many points and descends from the best ones.
     fn has_many_minima(&self) -> bool {

@@ -23,6 +23,7 @@ use super::scalar::Scalar;
 use sensitivity::{in_passes, sums_in_passes, sums_with_duals, with_duals};
 
 pub use black_box_1::BlackBox1;
+pub(crate) use black_box_2::gains as oscillator_gains;
 pub use black_box_2::{BlackBox2, BlackBox2Oscillator};
 pub use grey_box::GreyBox;
 pub use motor::{Drive, Motor};

@@ -9,19 +9,34 @@ mod motor;
 use std::fmt::Write as _;
 
 use model_core::{
-    actuator::{ModelKind, PlantKind, Settings},
+    actuator::{Actuator, ModelKind, PlantKind, Settings},
     named::Named,
+    parameter::ParameterError,
 };
 use motor::DrivetrainParameters;
 
 use super::fit::{Estimate, Fit};
+use super::models::oscillator_gains;
 
-/// The simulator has no model that corresponds to the fitted one.
+/// Why the simulator cannot simulate a fit.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("{model} cannot be simulated by itself, expected one of {}", ModelKind::NAMES.join(", "))]
-pub struct NotSimulated {
-    /// The fitted model.
-    pub model: &'static str,
+pub enum NotSimulated {
+    /// It has no model that corresponds to the fitted one.
+    #[error("{model} cannot be simulated by itself, expected one of {}", ModelKind::NAMES.join(", "))]
+    Model {
+        /// The fitted model.
+        model: &'static str,
+    },
+    /// It refuses a value.
+    #[error("the fitted {name} of {value} cannot be simulated: {error}")]
+    Parameter {
+        /// The parameter of the simulator.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// The reason.
+        error: Box<ParameterError>,
+    },
 }
 
 /// The text of the file.
@@ -30,12 +45,12 @@ pub struct NotSimulated {
 /// [`NotSimulated`].
 pub fn text(fit: &Fit) -> Result<String, NotSimulated> {
     let drivetrain = DrivetrainParameters::of(fit);
-    let kind = simulated(fit.model).ok_or(NotSimulated { model: fit.model })?;
+    let kind = simulated(fit.model).ok_or(NotSimulated::Model { model: fit.model })?;
     let plant = match &drivetrain {
         Some(_) => PlantKind::Drivetrain,
         None => PlantKind::FirstOrder,
     };
-    let settings = Settings::new(kind, plant);
+    let mut settings = Settings::new(kind, plant);
     let known: Vec<&str> = settings.values().map(|v| v.parameter.name).collect();
     let mut text = format!(
         "# {} fitted by actuator {}: fit {:.2} %, noise {:.4} deg.\nmodel = \"{}\"\n",
@@ -52,11 +67,9 @@ pub fn text(fit: &Fit) -> Result<String, NotSimulated> {
         }
     }
     text += "\n[set]\n";
-    let values = drivetrain.map_or_else(|| values(fit), |drivetrain| drivetrain.values());
-    for (name, value, estimate) in values {
-        if !known.contains(&name) || !value.is_finite() {
-            continue;
-        }
+    let mut values = drivetrain.map_or_else(|| values(fit), |drivetrain| drivetrain.values());
+    values.retain(|(name, value, _)| known.contains(name) && value.is_finite());
+    for (name, value, estimate) in resolvable(&mut settings, values)? {
         // The shortest text that reads back as the same number.
         let _ = write!(text, "{name} = {value:?}");
         let _ = match estimate {
@@ -72,6 +85,45 @@ pub fn text(fit: &Fit) -> Result<String, NotSimulated> {
     }
     Ok(text)
 }
+
+/// The values, all of which the simulator takes. An inertia that its steps do not resolve is raised
+/// to the least that they do: the motor is then faster than a tick, which no recording shows.
+fn resolvable<'a>(
+    settings: &mut Settings,
+    mut values: Vec<Set<'a>>,
+) -> Result<Vec<Set<'a>>, NotSimulated> {
+    let refused = |name, value, error| NotSimulated::Parameter {
+        name,
+        value,
+        error: Box::new(error),
+    };
+    for (name, value, _) in &values {
+        let set = settings.set(name, *value);
+        set.map_err(|error| refused(name, *value, error))?;
+    }
+    let Err(error) = Actuator::try_new(settings) else {
+        return Ok(values);
+    };
+    let ParameterError::OutOfRange { parameter, value } = error else {
+        return Err(refused("parameters", f64::NAN, error));
+    };
+    let inertia = values.iter_mut().find(|(name, ..)| *name == INERTIA);
+    let Some(inertia) = inertia.filter(|_| parameter.name == INERTIA) else {
+        return Err(refused(parameter.name, value, error));
+    };
+    // Above the bound in the digits that are written.
+    inertia.1 = parameter.min * (1.0 + 1e-9);
+    settings
+        .set(INERTIA, inertia.1)
+        .map_err(|error| refused(INERTIA, value, error))?;
+    match Actuator::try_new(settings) {
+        Ok(_) => Ok(values),
+        Err(error) => Err(refused(INERTIA, value, error)),
+    }
+}
+
+/// The inertia of the motor, the range of which depends on other parameters.
+const INERTIA: &str = "motor_inertia_kg_m2";
 
 /// The name of the simulator's model.
 fn simulated_as(model: &str) -> &str {
@@ -119,8 +171,9 @@ fn values(fit: &Fit) -> Vec<Set<'_>> {
         .value("natural_frequency_rad_s")
         .zip(fit.value("damping"));
     if let Some((w, damping)) = oscillator {
-        values.push((POSITION_GAIN, w * w, None));
-        values.push((RATE_GAIN, 2.0 * damping * w, None));
+        let (position_gain, rate_gain) = oscillator_gains(w, damping);
+        values.push((POSITION_GAIN, position_gain, None));
+        values.push((RATE_GAIN, rate_gain, None));
     }
     values
 }

@@ -324,13 +324,18 @@ pub enum IdentifyError {
     /// All parameters are fixed.
     #[error("no free parameter, expected at least one")]
     NothingFree,
-    /// There are more unknowns than samples.
-    #[error("{parameters} free parameters and {samples} samples, expected more samples")]
+    /// There are too few samples for the unknowns.
+    #[error(
+        "{samples} samples with an angle for {parameters} free parameters, expected at least \
+         {expected}"
+    )]
     TooFewSamples {
         /// Unknowns.
         parameters: usize,
         /// Data.
         samples: usize,
+        /// Required data.
+        expected: usize,
     },
     /// The model diverges from all starting values.
     #[error("the model answers with no numbers from any start value")]

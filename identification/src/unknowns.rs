@@ -2,6 +2,10 @@
 
 use super::problem::{IdentifyError, Problem, Role, Scope};
 
+/// The fewest samples for each unknown: with fewer, the scatter of the residuals, from which the
+/// standard errors follow, is hardly determined.
+const SAMPLES_PER_UNKNOWN: usize = 5;
+
 /// One unknown.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unknown {
@@ -71,10 +75,12 @@ impl Unknowns {
         }
         let angles = problem.experiments.iter().map(|e| &e.recording.angle_deg);
         let samples = angles.flatten().filter(|a| !a.is_nan()).count();
-        if samples <= parameters {
+        let expected = SAMPLES_PER_UNKNOWN * parameters;
+        if samples < expected {
             return Err(IdentifyError::TooFewSamples {
                 parameters,
                 samples,
+                expected,
             });
         }
         Ok(unknowns)

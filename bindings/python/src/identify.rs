@@ -121,8 +121,10 @@ impl Job {
         reading: Reading,
         search: Search,
     ) -> PyResult<Self> {
-        let import = reading.import()?;
+        let mut import = reading.import()?;
         let (models, threads) = (search.models().map_err(exception)?, search.threads);
+        // A shaft that friction holds looks like a clipped sensor.
+        import.keep_clipped |= models.iter().any(|model| model.has_friction());
         let request = search.request()?;
         request.check(&models).map_err(of_request)?;
         let given = |sources: Vec<Source<'_>>, what| {

@@ -90,9 +90,27 @@ pub struct Loaded {
 }
 
 impl DataOptions {
-    /// Reads all files, and prints the remarks of the import to standard error.
-    pub fn load(&self) -> Result<Loaded, Error> {
-        let import = self.import();
+    /// Reads all files for these models, and prints the remarks of the import to standard error.
+    /// Where one of the models describes friction, saturated angles are compared: a shaft that
+    /// friction holds looks the same.
+    pub fn load(&self, models: &[Arc<dyn Model>]) -> Result<Loaded, Error> {
+        let loaded = self.read(models.iter().any(|model| model.has_friction()))?;
+        for note in &loaded.notes {
+            eprintln!("warning: {note}");
+        }
+        Ok(loaded)
+    }
+
+    /// Whether the recordings are of a pendulum.
+    pub fn are_of_a_pendulum(&self) -> Result<bool, Error> {
+        let loaded = self.read(false)?;
+        let has_pendulum = |e: &Experiment| e.recording.constants.contains_key("pendulum_mass_kg");
+        Ok(loaded.fitted.iter().any(has_pendulum))
+    }
+
+    fn read(&self, has_friction: bool) -> Result<Loaded, Error> {
+        let mut import = self.import();
+        import.keep_clipped |= has_friction;
         let mut notes = Vec::new();
         let mut read = |paths: &[PathBuf]| -> Result<Vec<Experiment>, Error> {
             let one = |path: &PathBuf| read(&import, path, &mut notes);
@@ -100,9 +118,6 @@ impl DataOptions {
         };
         let fitted = read(&self.data)?;
         let held_out = read(&self.validate)?;
-        for note in &notes {
-            eprintln!("warning: {note}");
-        }
         Ok(Loaded {
             fitted,
             held_out,

@@ -13,7 +13,10 @@ use crate::error::Error;
 use crate::{output, parameters::setting};
 use host_sim::scenario::Setting;
 use identification::{
-    Model, Options, Progress, assessment::Assessment, loss::LossChoice, request::Request,
+    Model, Options, Progress,
+    assessment::{Assessment, point_to_better},
+    loss::LossChoice,
+    request::Request,
 };
 
 #[derive(Debug, Args)]
@@ -121,6 +124,7 @@ impl SearchOptions {
             bar.finish_and_clear();
             assessments.push(assessed?);
         }
+        point_to_better(&mut assessments);
         Ok(assessments)
     }
 }

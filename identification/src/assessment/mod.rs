@@ -1,5 +1,6 @@
 //! The assessment of a fit: quality, residuals, limits, validation, and warnings.
 
+mod extrapolation;
 pub mod limited;
 pub mod nonparametric;
 mod warnings;
@@ -63,6 +64,9 @@ pub struct Assessment {
     pub effective_samples: f64,
     /// Warnings.
     pub warnings: Vec<String>,
+    /// Those of the warnings that say why the intervals of the estimates may not cover the true
+    /// values.
+    pub doubts: Vec<String>,
 }
 
 impl Assessment {
@@ -105,15 +109,47 @@ impl Assessment {
             validation,
             effective_samples,
             warnings: Vec::new(),
+            doubts: Vec::new(),
             fit,
         };
+        this.doubts = warnings::doubts(&this);
         this.warnings = warnings::all(&this);
+        if !held_out.is_empty() {
+            let beyond = extrapolation::warnings(&problem.experiments, held_out);
+            this.warnings.extend(beyond);
+        }
         Ok(this)
     }
 
     /// Number of estimated parameters.
     pub fn unknowns(&self) -> usize {
         self.fit.estimates.iter().filter(|e| !e.fixed).count()
+    }
+}
+
+/// Points from each model with coloured residuals to one that explains them: the first other with
+/// white residuals, or else the one with the least cost, if it is below half.
+pub fn point_to_better(assessments: &mut [Assessment]) {
+    let is_white = |a: &Assessment| {
+        let mut all = a.experiments.iter().filter_map(|e| e.correlations.as_ref());
+        all.all(|c| c.whiteness.is_white())
+    };
+    let white = assessments.iter().find(|a| is_white(a));
+    let white = white.map(|a| (a.name.clone(), a.fit.cost));
+    let by_cost = |a: &&Assessment, b: &&Assessment| a.fit.cost.total_cmp(&b.fit.cost);
+    let least = assessments.iter().min_by(by_cost);
+    let least = least.map(|a| (a.name.clone(), a.fit.cost));
+    for assessment in assessments.iter_mut().filter(|a| !is_white(a)) {
+        let cost = assessment.fit.cost;
+        if let Some((name, _)) = white.as_ref().filter(|(_, other)| *other < cost) {
+            assessment.warnings.push(format!(
+                "{name} explains what the residuals contain: its own are white"
+            ));
+        } else if let Some((name, _)) = least.as_ref().filter(|(_, other)| *other < 0.5 * cost) {
+            assessment.warnings.push(format!(
+                "{name} explains more than half of the residuals, though its own are not white"
+            ));
+        }
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::{Assessed, Assessment};
 use crate::{
+    consistency::Part,
     fit::{Bound, Estimate, Termination},
     loss::Loss,
     screening::suspicion,
@@ -16,6 +17,8 @@ const EXACT_DEG: f64 = 1e-6;
 const POOR_INEQUALITY: f64 = 0.3;
 /// Share of the bias in the mean square error above which it is reported.
 const LARGE_BIAS: f64 = 0.1;
+/// Share of outliers above which they may be the rule.
+const MANY_OUTLIERS: f64 = 0.1;
 /// Share of starts that end in the optimum below which a warning is due.
 const FEW_STARTS: f64 = 0.25;
 
@@ -36,7 +39,53 @@ pub fn all(assessment: &Assessment) -> Vec<String> {
         residuals(experiment, &mut warnings);
     }
     coloured_residuals(assessment, &mut warnings);
+    warnings.extend_from_slice(&assessment.doubts);
     warnings
+}
+
+/// Why the intervals may not cover the true values, in words; nothing where they can be relied on.
+pub fn doubts(assessment: &Assessment) -> Vec<String> {
+    let mut doubts = Vec::new();
+    let fit = &assessment.fit;
+    let interval = 100.0 * COVERED;
+    for difference in &fit.consistency.differences {
+        let place = match difference.part {
+            Part::FirstHalf => "the first half of the recording and the second".into(),
+            Part::Recording(index) => format!("{} and the others", fit.experiments[index].name),
+        };
+        let digits = |(value, error): (f64, f64)| format!("{value:.4} +- {error:.4}");
+        doubts.push(format!(
+            "{} differs between {place}, about {} against {} {}: by {:.1} standard errors, so that \
+             no {interval:.0} % interval of it holds for both",
+            difference.name,
+            digits(difference.there),
+            digits(difference.elsewhere),
+            difference.unit,
+            difference.z.abs()
+        ));
+    }
+    if let Some(drift) = fit.consistency.drift {
+        doubts.push(format!(
+            "the clock of the angle differs from that of the command by {:.2} +- {:.2} %, or the \
+             delay changes by as much of the time: the estimates are those of neither",
+            100.0 * drift.share,
+            100.0 * drift.standard_error,
+        ));
+    }
+    if let Loss::Student { .. } = fit.loss {
+        let outliers: usize = fit.experiments.iter().map(|e| e.outliers.len()).sum();
+        let share = outliers as f64 / fit.samples as f64;
+        if share > MANY_OUTLIERS {
+            doubts.push(format!(
+                "{:.0} % of the samples are outliers: no loss tells which are right",
+                100.0 * share
+            ));
+        }
+    }
+    if fit.termination != Termination::Converged {
+        doubts.push("the search has not converged: the errors are not those of an optimum".into());
+    }
+    doubts
 }
 
 fn search(assessment: &Assessment, warnings: &mut Vec<String>) {
@@ -63,8 +112,8 @@ fn search(assessment: &Assessment, warnings: &mut Vec<String>) {
     if fit.is_hold_undetermined {
         warnings.push(format!(
             "the recordings do not determine whether the command is smooth, as assumed here, or held \
-             from sample to sample: with a zero-order hold the delay would be {:.4} s less; \
-             --hold zero or --hold smooth decides",
+             from sample to sample: with a zero-order hold the delay would be {:.4} s less, which its \
+             standard error includes; --hold zero or --hold smooth decides",
             0.5 * mean_interval_s(assessment)
         ));
     }
@@ -153,12 +202,14 @@ fn parameter(assessment: &Assessment, estimate: &Estimate) -> Option<String> {
         None => None,
     };
     match limit {
-        Some((which, bound)) if estimate.identifiable => {
-            Some(format!("{name} is at its {which} bound of {bound} {unit}"))
-        }
+        Some((which, bound)) if estimate.identifiable => Some(format!(
+            "{name} is at its {which} bound of {bound} {unit}{}",
+            profile(estimate)
+        )),
         Some((which, bound)) => Some(format!(
             "{name} reaches its {which} bound of {bound} {unit}: it is not identifiable from \
-             these experiments"
+             these experiments{}",
+            profile(estimate)
         )),
         None if !estimate.identifiable => Some(format!(
             "{name} is not identifiable from these experiments: they do not determine it, or only \
@@ -166,6 +217,19 @@ fn parameter(assessment: &Assessment, estimate: &Estimate) -> Option<String> {
         )),
         None => None,
     }
+}
+
+/// The interval of an estimate at its bound.
+fn profile(estimate: &Estimate) -> String {
+    if estimate.profile.is_nan() {
+        return String::new();
+    }
+    format!(
+        "; by the profile likelihood its {:.0} % interval extends to {:.4} {}",
+        100.0 * COVERED,
+        estimate.profile,
+        estimate.unit
+    )
 }
 
 fn correlated(assessment: &Assessment, warnings: &mut Vec<String>) {

@@ -7,7 +7,7 @@ use std::{cmp::Reverse, sync::Arc};
 pub use ranking::{Rank, Ranking};
 
 use super::{
-    assessment::Assessment,
+    assessment::{Assessment, point_to_better},
     engine::{Options, Quiet, fit_from},
     experiment::Experiment,
     fit::Fit,
@@ -186,6 +186,7 @@ impl Comparison {
             let first = refused.into_iter().next();
             return Err(first.map_or(IdentifyError::NoRecording, |(_, error)| error));
         }
+        point_to_better(&mut assessments);
         Ok(Self {
             ranking: Ranking::of(&assessments),
             assessments,

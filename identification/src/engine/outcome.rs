@@ -2,15 +2,16 @@
 
 use nalgebra::DMatrix;
 
-use super::Solution;
+use super::{Solution, drift, intervals};
 use crate::assessment::Limited;
+use crate::consistency::Consistency;
 use crate::covariance::{Covariance, covariance};
 use crate::fit::{Bound, Estimate, ExperimentFit, Fit};
 use crate::levenberg::Found;
 use crate::loss::Loss;
 use crate::model::ActiveLimit;
 use crate::problem::{Problem, Scope, Spec};
-use crate::unknowns::Unknowns;
+use crate::unknowns::{Unknown, Unknowns};
 
 /// Relative standard error above which a parameter is not identifiable.
 const VAGUE: f64 = 0.5;
@@ -30,8 +31,24 @@ pub fn fit(problem: &Problem, solution: &Solution) -> Fit {
     let experiments: Vec<ExperimentFit> = (0..problem.experiments.len())
         .map(|i| experiment_fit(problem, i, &unknowns.runs[i].values(&found.point)))
         .collect();
-    let covariance = covariance(problem, unknowns, found, &is_held, &experiments);
+    let (mut covariance, blocks) = covariance(problem, unknowns, found, &is_held, &experiments);
+    let mut consistency = Consistency::of(problem, unknowns, &found.point, &blocks, &covariance);
+    consistency.drift = drift::of(problem, unknowns, found, &experiments);
+    intervals::widen(problem, solution, &consistency, &mut covariance);
     let (mut estimates, rows) = estimates(problem, unknowns, found, &bounds, &covariance);
+    let ends = intervals::profiles(unknowns, found, &is_held, &blocks, &covariance);
+    for estimate in estimates.iter_mut().filter(|e| e.at_bound.is_some()) {
+        let is_it = |u: &Unknown| {
+            problem.specs[u.parameter].parameter.name == estimate.name
+                && estimate
+                    .experiment
+                    .is_none_or(|own| u.experiment == Some(own))
+        };
+        let column = unknowns.list.iter().position(is_it);
+        estimate.profile = column.map_or(f64::NAN, |column| ends[column]);
+    }
+    let correlation = correlation(&covariance.white);
+    intervals::leave_open_correlated(problem, &rows, &correlation, &mut estimates);
     if let Some(case) = solution.no_better_than {
         leave_open_beyond(problem, case, &mut estimates);
     }
@@ -40,7 +57,8 @@ pub fn fit(problem: &Problem, solution: &Solution) -> Fit {
         model: problem.model.name(),
         rows,
         estimates,
-        correlation: correlation(&covariance.white),
+        correlation,
+        consistency,
         covariance: covariance.white,
         covariance_coloured: covariance.coloured,
         loss: loss_of(problem),
@@ -106,7 +124,7 @@ fn estimates(
     let mut estimates: Vec<Estimate> = Vec::new();
     let mut columns: Vec<Option<usize>> = Vec::new();
     for (parameter, spec) in problem.specs.iter().enumerate() {
-        let is_it = |(_, u): &(usize, &crate::unknowns::Unknown)| u.parameter == parameter;
+        let is_it = |(_, u): &(usize, &Unknown)| u.parameter == parameter;
         let mut looked_for = unknowns.list.iter().enumerate().filter(is_it).peekable();
         if looked_for.peek().is_none() {
             estimates.extend(given(problem, parameter, spec));
@@ -149,6 +167,7 @@ fn plain(spec: &Spec, value: f64) -> Estimate {
         standard_error_coloured: f64::NAN,
         at_bound: None,
         identifiable: true,
+        profile: f64::NAN,
     }
 }
 
@@ -169,6 +188,11 @@ fn given(problem: &Problem, parameter: usize, spec: &Spec) -> Vec<Estimate> {
     values.iter().enumerate().map(one).collect()
 }
 
+/// Whether ratios of a parameter matter, rather than differences.
+pub fn has_scale(spec: &Spec) -> bool {
+    spec.is_log_scaled() || spec.parameter.unit == "s" || spec.parameter.unit == "1"
+}
+
 /// Whether the data determine a parameter.
 fn is_identifiable(spec: &Spec, estimate: &Estimate) -> bool {
     if let Some(bound) = estimate.at_bound {
@@ -179,10 +203,8 @@ fn is_identifiable(spec: &Spec, estimate: &Estimate) -> bool {
         .standard_error
         .max(estimate.standard_error_coloured);
     // Parameters without influence have NaN as their standard error.
-    let has_scale =
-        spec.is_log_scaled() || spec.parameter.unit == "s" || spec.parameter.unit == "1";
     !error.is_nan()
-        && (!has_scale || spec.scope == Scope::Own || error <= VAGUE * estimate.value.abs())
+        && (!has_scale(spec) || spec.scope == Scope::Own || error <= VAGUE * estimate.value.abs())
 }
 
 /// Prediction and residuals of one experiment.

@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use model_core::models::{SetupParameters, black_box_2::BlackBox2Parameters};
+use model_core::parameter::Parameters;
 
 use super::initial_state::InitialState;
 use super::limits::{self, FREE, Limits, RATE_DOWN, RATE_UP, STOP_HIGH, STOP_LOW};
@@ -69,10 +70,11 @@ parameters! {
 impl<S: Scalar> OscillatorValues<S> {
     /// The same by the gains.
     fn by_gains(&self) -> BlackBox2Values<S> {
-        let (first, second) = (self.natural_frequency_rad_s, self.damping);
+        let (position_gain_per_s2, rate_gain_per_s) =
+            gains(self.natural_frequency_rad_s, self.damping);
         BlackBox2Values {
-            position_gain_per_s2: first * first,
-            rate_gain_per_s: first * second * 2.0,
+            position_gain_per_s2,
+            rate_gain_per_s,
             delay_s: self.delay_s,
             rate_limit_up_deg_s: self.rate_limit_up_deg_s,
             rate_limit_down_deg_s: self.rate_limit_down_deg_s,
@@ -83,6 +85,25 @@ impl<S: Scalar> OscillatorValues<S> {
             initial_rate_deg_s: self.initial_rate_deg_s,
         }
     }
+}
+
+/// The greatest gain of the inner loop that the simulator takes, 1/s.
+const GREATEST_RATE_GAIN_PER_S: f64 = ModelParameter::of(
+    <BlackBox2Parameters as Parameters>::TABLE,
+    "rate_gain_per_s",
+)
+.parameter
+.max;
+
+/// The gains of an oscillator. Beyond the simulator's range of the inner loop's gain the damping has
+/// no effect: no box of frequency and damping is that range.
+pub fn gains<S: Scalar>(natural_frequency_rad_s: S, damping: S) -> (S, S) {
+    let rate_gain = natural_frequency_rad_s * damping * 2.0;
+    let greatest = S::constant(GREATEST_RATE_GAIN_PER_S);
+    (
+        natural_frequency_rad_s * natural_frequency_rad_s,
+        rate_gain.within(S::constant(0.0), greatest),
+    )
 }
 
 /// Ratio of the inner loop's bandwidth to the pole at which this model reproduces black box 1: the

@@ -16,6 +16,7 @@ mod shaft;
 use std::sync::Arc;
 
 use model_core::models::SetupParameters;
+use model_core::parameter::Parameters;
 use model_core::plant::drivetrain::{
     electrical::ElectricalParameters, friction::FrictionParameters,
     gear_train::GearTrainParameters, load::LoadParameters,
@@ -70,6 +71,28 @@ pub struct Motor {
 
 const INFINITY: f64 = f64::INFINITY;
 
+/// The gear ratio of the simulator's drivetrain, which a fitted motor gets.
+const RATIO: f64 = ModelParameter::of(<GearTrainParameters as Parameters>::TABLE, "gear_ratio")
+    .parameter
+    .default;
+
+/// The least values at the output shaft of which the simulator has the values at the motor.
+const LEAST_TORQUE_CONSTANT_NM_A: f64 = RATIO
+    * ModelParameter::of(
+        <ElectricalParameters as Parameters>::TABLE,
+        "torque_constant_nm_a",
+    )
+    .parameter
+    .min;
+const LEAST_INERTIA_KG_M2: f64 = RATIO
+    * RATIO
+    * ModelParameter::of(
+        <GearTrainParameters as Parameters>::TABLE,
+        "motor_inertia_kg_m2",
+    )
+    .parameter
+    .min;
+
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 parameters! {
@@ -77,11 +100,15 @@ parameters! {
     /// authors of arXiv 2410.08650 search (github.com/Rhoban/bam, `bam/model.py`): beyond them a
     /// recording is fitted by friction that no servo has, and a held-out one is not predicted.
     pub struct MotorValues {
-        torque_constant_nm_a: ElectricalParameters.redeclared(1.6, 1e-5, 100.0);
+        torque_constant_nm_a: ElectricalParameters.redeclared(1.6, 1e-5, 100.0)
+            .searched(LEAST_TORQUE_CONSTANT_NM_A, 100.0);
         winding_resistance_ohm: ElectricalParameters.redeclared(2.0, 1e-2, 1e3).fixed();
-        motor_inertia_kg_m2: GearTrainParameters.redeclared(5e-3, 1e-10, 10.0);
+        motor_inertia_kg_m2: GearTrainParameters.redeclared(5e-3, 1e-10, 10.0)
+            .searched(LEAST_INERTIA_KG_M2, 10.0);
         delay_s: SetupParameters;
-        duty_per_error_pct_deg: RigParameters;
+        // The simulator describes it by a feed-forward gain of at most 100 %/(deg/s), behind a
+        // position gain of 10 1/s.
+        duty_per_error_pct_deg: RigParameters.searched(1e-4, 1e3);
         vertical_deg: RigParameters.fixed();
         duty_limit_pct: RigParameters.fixed();
         supply_v: ElectricalParameters.redeclared(12.0, 0.1, 1e3).fixed();
@@ -195,6 +222,10 @@ impl Description for Motor {
             true => neutral_value(name, nested),
             false => nested.value(name),
         }
+    }
+
+    fn has_friction(&self) -> bool {
+        true
     }
 
     fn has_many_minima(&self) -> bool {

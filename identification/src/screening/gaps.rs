@@ -11,6 +11,8 @@ use crate::start::DataSummary;
 pub const GAP_STEPS: f64 = 5.0;
 /// Change of the command across a gap, as a share of its range, from which it matters.
 const CHANGED: f64 = 0.01;
+/// Expected changes in a gap, by their frequency, from which the command is taken to have changed.
+const LIKELY: f64 = 0.3;
 /// Lags after which a response has settled: five time constants leave 0.7 %.
 const SETTLED_LAGS: f64 = 5.0;
 /// Share of the recording that may be left out after gaps; a recording of gaps is used as it is.
@@ -22,11 +24,17 @@ pub fn find(recording: &Recording, motion: &Motion) -> Vec<BadSamples> {
     let numbers = || command.iter().filter(|c| c.is_finite());
     let range = numbers().fold(f64::NEG_INFINITY, |m, c| m.max(*c))
         - numbers().fold(f64::INFINITY, |m, c| m.min(*c));
-    let changes = |i: &usize| {
-        let change = (command[*i] - command[i - 1]).abs();
-        time[*i] - time[i - 1] > GAP_STEPS * motion.step_s && change > CHANGED * range
-    };
-    let gaps: Vec<usize> = (1..recording.len()).filter(changes).collect();
+    let is_change = |i: &usize| (command[*i] - command[i - 1]).abs() > CHANGED * range;
+    let is_gap = |i: &usize| time[*i] - time[i - 1] > GAP_STEPS * motion.step_s;
+    let mut gaps: Vec<usize> = (1..recording.len()).filter(is_gap).collect();
+    if gaps.is_empty() {
+        return Vec::new();
+    }
+    let changes = (1..recording.len()).filter(is_change).count();
+    let per_s = changes as f64 / (time[time.len() - 1] - time[0]);
+    // A command that changes often has changed there, too, and perhaps back again.
+    let is_likely = |i: &usize| per_s * (time[*i] - time[i - 1]) > LIKELY;
+    gaps.retain(|i| is_change(i) || is_likely(i));
     if gaps.is_empty() {
         return Vec::new();
     }
@@ -37,7 +45,12 @@ pub fn find(recording: &Recording, motion: &Motion) -> Vec<BadSamples> {
     let data = DataSummary::of(&[run]);
     let slower = data.rate_up_deg_s.min(data.rate_down_deg_s);
     let settled_s = |i: usize| {
-        let change_deg = data.gain.abs() * (command[i] - command[i - 1]).abs();
+        let change = if is_likely(&i) {
+            range
+        } else {
+            (command[i] - command[i - 1]).abs()
+        };
+        let change_deg = data.gain.abs() * change;
         SETTLED_LAGS * data.lag_s + change_deg / slower.max(1.0)
     };
     let after = |&i: &usize| {

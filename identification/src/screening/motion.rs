@@ -13,8 +13,9 @@ const USUAL: f64 = 0.95;
 /// noiseless recording may all be motion.
 const FEWEST_LEVELS: f64 = 200.0;
 
-/// Differences above this multiple of their noise are motion.
-const ABOVE_NOISE: f64 = 4.0;
+/// Two successive differences of one sign above this multiple of their noise are motion: those of
+/// noise have opposite signs.
+const ABOVE_NOISE: f64 = 2.0;
 
 /// Scales of the differences from sample to sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,7 +51,7 @@ impl Motion {
         let differences: Vec<f64> = (1..count).map(|k| angle(k) - angle(k - 1)).collect();
         let range_deg = range((0..count).map(angle));
         let resolution_deg = resolution_deg((0..count).map(angle));
-        let least = ABOVE_NOISE * 2.0_f64.sqrt() * noise_deg + resolution_deg;
+        let least = ABOVE_NOISE * 2.0_f64.sqrt() * noise_deg + 0.5 * resolution_deg;
         let rate = |k: usize| {
             let dt = (time(k + 1) - time(k)).max(0.5 * step_s);
             differences[k].abs() / dt

@@ -1,0 +1,151 @@
+//! Information and gradient of a fit by stretches of its recordings.
+//!
+//! They show what the sums over all samples hide: residuals that are larger where the parameters
+//! act, residuals that are correlated for longer than any lag of their autocorrelation, and
+//! parameters that one part of the recordings wants larger than another.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::problem::Problem;
+use super::unknowns::Unknowns;
+
+/// Stretches of equal length of each recording.
+const PER_RUN: usize = 16;
+
+/// A stretch of a recording.
+pub struct Block {
+    /// The recording.
+    pub experiment: usize,
+    /// Its place in the recording, from 0 to 1.
+    pub place: f64,
+    /// The sum of residuals times derivatives.
+    gradient: DVector<f64>,
+    /// The sum of the products of derivatives.
+    information: DMatrix<f64>,
+}
+
+/// All stretches. The rows are those of the unknowns of the run, and a last one for the drift of the
+/// clock: the derivative by the delay times the time from the middle of the recording.
+pub struct Blocks {
+    list: Vec<Block>,
+    /// Of each recording: the products of the derivatives weighted by squared residuals.
+    weighted: Vec<DMatrix<f64>>,
+    /// The places of the rows in the unknowns.
+    columns: Vec<Vec<usize>>,
+    width: usize,
+}
+
+impl Blocks {
+    /// The stretches at a point, with the residuals that `influence` makes of the plain ones.
+    pub fn of(
+        problem: &Problem,
+        unknowns: &Unknowns,
+        point: &[f64],
+        influence: &dyn Fn(f64) -> f64,
+    ) -> Self {
+        let mut blocks = Self {
+            list: Vec::new(),
+            weighted: Vec::new(),
+            columns: Vec::new(),
+            width: point.len(),
+        };
+        for (experiment, (run, own)) in problem.experiments.iter().zip(&unknowns.runs).enumerate() {
+            let width = own.free.len();
+            let delay = problem.model.parameter_index("delay_s");
+            let delay = own.free.iter().position(|p| Some(*p) == delay);
+            let first = blocks.list.len();
+            let count = PER_RUN.min(run.len());
+            blocks.list.extend((0..count).map(|k| Block {
+                experiment,
+                place: (k as f64 + 0.5) / count as f64,
+                gradient: DVector::zeros(width + 1),
+                information: DMatrix::zeros(width + 1, width + 1),
+            }));
+            let mut weighted = DMatrix::zeros(width, width);
+            let (angles, length) = (&run.recording.angle_deg, run.len());
+            let middle_s = 0.5 * run.duration_s();
+            let mut row = vec![0.0; width + 1];
+            let output = &mut |i: usize, angle: f64, slope: &[f64]| {
+                let residual = influence(angles[i] - angle);
+                if residual.is_nan() {
+                    return;
+                }
+                row[..width].copy_from_slice(slope);
+                row[width] = delay.map_or(0.0, |delay| {
+                    slope[delay] * (run.time_ns[i] as f64 * 1e-9 - middle_s)
+                });
+                let block = &mut blocks.list[first + i * count / length];
+                for a in 0..=width {
+                    block.gradient[a] += residual * row[a];
+                    for b in 0..=a {
+                        block.information[(a, b)] += row[a] * row[b];
+                    }
+                }
+                for a in 0..width {
+                    for b in 0..=a {
+                        weighted[(a, b)] += residual * residual * row[a] * row[b];
+                    }
+                }
+            };
+            problem
+                .model
+                .sensitivity(run, &own.values(point), &own.free, output);
+            for block in &mut blocks.list[first..] {
+                block.information.fill_upper_triangle_with_lower_triangle();
+            }
+            weighted.fill_upper_triangle_with_lower_triangle();
+            blocks.weighted.push(weighted);
+            // The drift follows the unknowns.
+            let columns = own.columns.iter().copied().chain([point.len()]);
+            blocks.columns.push(columns.collect());
+        }
+        blocks
+    }
+
+    /// Gradient and information of the selected stretches by all unknowns and the drift.
+    pub fn sum(&self, selected: impl Fn(&Block) -> bool) -> (DVector<f64>, DMatrix<f64>) {
+        let mut gradient = DVector::zeros(self.width + 1);
+        let mut information = DMatrix::zeros(self.width + 1, self.width + 1);
+        for block in self.list.iter().filter(|block| selected(block)) {
+            let columns = &self.columns[block.experiment];
+            for (a, &row) in columns.iter().enumerate() {
+                gradient[row] += block.gradient[a];
+                for (b, &column) in columns.iter().enumerate() {
+                    information[(row, column)] += block.information[(a, b)];
+                }
+            }
+        }
+        (gradient, information)
+    }
+
+    /// `sum r^2 J J'`: the covariance of the gradient where the variance of the residuals changes
+    /// (White, Econometrica 48, 1980).
+    pub fn heteroskedastic(&self) -> DMatrix<f64> {
+        let mut sum = DMatrix::zeros(self.width, self.width);
+        for (weighted, columns) in self.weighted.iter().zip(&self.columns) {
+            for a in 0..weighted.nrows() {
+                for b in 0..weighted.ncols() {
+                    sum[(columns[a], columns[b])] += weighted[(a, b)];
+                }
+            }
+        }
+        sum
+    }
+
+    /// `sum g g'` over the stretches: the covariance of the gradient where residuals of one stretch
+    /// are correlated, and those of different ones are not.
+    pub fn between_blocks(&self) -> DMatrix<f64> {
+        let mut sum = DMatrix::zeros(self.width, self.width);
+        for block in &self.list {
+            let columns = &self.columns[block.experiment];
+            let own = columns.len() - 1;
+            for a in 0..own {
+                for b in 0..own {
+                    sum[(columns[a], columns[b])] += block.gradient[a] * block.gradient[b];
+                }
+            }
+        }
+        let count = self.list.len() as f64;
+        sum * (count / (count - 1.0).max(1.0))
+    }
+}
