@@ -81,7 +81,9 @@ pub fn of(
         best = next;
     }
     let (share, found, step) = best;
-    let is_told = found.cost < (1.0 - EXPLAINED) * without.1.cost
+    // At the end of the range it is another property of the actuator that grows with the time.
+    let is_told = share.abs() < MOST
+        && found.cost < (1.0 - EXPLAINED) * without.1.cost
         && share.abs() > LEAST.max(SIGNIFICANT * step.standard_error);
     is_told.then_some(Drift {
         share,
