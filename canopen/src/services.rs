@@ -29,6 +29,9 @@ const RPDO: u16 = 0x1400;
 const TPDO: u16 = 0x1800;
 const MAPPING: u16 = 0x0200;
 
+/// Index of the synchronous counter overflow value.
+const SYNC_OVERFLOW: u16 = 0x1019;
+
 /// Objects held by the server that are not stored by 1010h.
 const fn is_volatile(index: u16) -> bool {
     matches!(index, 0x1001 | 0x1003)
@@ -92,17 +95,14 @@ impl<const R: usize, const T: usize> Services<R, T> {
         self.startup = NO_SELF_START;
         self.configuration_date = [0; 2];
         // 1019h first: it cannot be written while SYNC is produced.
-        for is_first in [true, false] {
-            for entry in dictionary.entries() {
-                let address = entry.address();
-                let has_turn = (address.index == 0x1019) == is_first;
-                if !has_turn || !(0x1000..0x2000).contains(&address.index) {
-                    continue;
-                }
-                let stored = entry.is_writable().then(|| stored(address)).flatten();
-                let value = stored.unwrap_or_else(|| entry.default_value(node_id));
-                self.load_one(address, value);
-            }
+        let communication = dictionary.range(0x1000..0x2000);
+        let is_overflow = |entry: &&Entry| entry.address().index == SYNC_OVERFLOW;
+        let overflow = dictionary.range(SYNC_OVERFLOW..SYNC_OVERFLOW + 1).iter();
+        for entry in overflow.chain(communication.iter().filter(|entry| !is_overflow(entry))) {
+            let address = entry.address();
+            let stored = entry.is_writable().then(|| stored(address)).flatten();
+            let value = stored.unwrap_or_else(|| entry.default_value(node_id));
+            self.load_one(address, value);
         }
         for (_, parameters) in self.all_pdo_parameters() {
             parameters.validate(dictionary);
@@ -158,7 +158,7 @@ impl<const R: usize, const T: usize> Services<R, T> {
             (0x1015, _) => u32::from(self.emergency.inhibit_100us()),
             (0x1016, _) => self.consumers.word(sub)?,
             (0x1017, _) => u32::from(self.heartbeat.period_ms()),
-            (0x1019, _) => u32::from(self.sync.overflow()),
+            (SYNC_OVERFLOW, _) => u32::from(self.sync.overflow()),
             (0x1020, 1 | 2) => *self.configuration_date.get(usize::from(sub) - 1)?,
             (0x1029, 1) => u32::from(self.communication_error),
             (0x1F80, _) => self.startup,
@@ -237,7 +237,7 @@ impl<const R: usize, const T: usize> Services<R, T> {
                 self.heartbeat.set_period(value as u16);
                 Ok(())
             }
-            (0x1019, _) => self.sync.set_overflow(value as u8),
+            (SYNC_OVERFLOW, _) => self.sync.set_overflow(value as u8),
             (0x1020, sub @ (1 | 2)) => {
                 if let Some(word) = self.configuration_date.get_mut(usize::from(sub) - 1) {
                     *word = value;

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Runs the board's program on a second emulator in step with the emulated board. Needs Python 3 and
 # pip. The long run, with its result in docs/emulated-board.md:
-#   bash tests/processor/ci.sh --seconds 1000 --write
+#   bash tests/processor/ci.sh --seconds 300 --write
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 

@@ -8,6 +8,8 @@ pub use check::DictionaryError;
 pub use data_type::DataType;
 pub use entry::{Access, Entry, Limits, Mapping};
 
+use core::ops::Range;
+
 use crate::Abort;
 
 /// Index and sub-index of an object.
@@ -99,6 +101,16 @@ impl Dictionary {
     #[must_use]
     pub const fn entries(&self) -> &'static [Entry] {
         self.entries
+    }
+
+    /// The entries of these indices.
+    pub(crate) fn range(&self, indices: Range<u16>) -> &'static [Entry] {
+        let before = |index: u16| {
+            self.entries
+                .partition_point(|entry| entry.address().index < index)
+        };
+        let range = before(indices.start)..before(indices.end);
+        self.entries.get(range).unwrap_or_default()
     }
 
     /// The entry at an address.

@@ -54,14 +54,14 @@ impl Cycles {
         }
     }
 
-    /// A turn that begins at an edge and takes its longest frame last.
-    fn turn(&self, turn: Turn) -> u64 {
+    /// A turn that begins at an edge, and takes its longest frame after this number of cycles.
+    fn turn(&self, turn: Turn, intake: u64) -> u64 {
         let edge = self.longest(EDGE).cycles;
-        self.with_reception(edge + turn.begin + INTAKE + turn.frame + turn.end)
+        self.with_reception(edge + turn.begin + intake + turn.frame + turn.end)
     }
 
     /// The bounds.
-    pub fn bounds(&self) -> [Bound; 4] {
+    pub fn bounds(&self) -> [Bound; 5] {
         let edge = self.longest(EDGE).cycles;
         let bound = |name, cycles, limit| Bound {
             name,
@@ -86,19 +86,15 @@ impl Cycles {
             ),
             bound(
                 "turn with 30,000 cycles of frames, then the longest one, without resets",
-                self.turn(self.turns[0]),
+                self.turn(self.turns[0], INTAKE),
+                PWM_PERIOD,
+            ),
+            bound(
+                "turn that begins with a reset of the node",
+                self.turn(self.turns[1], 0),
                 PWM_PERIOD,
             ),
         ]
-    }
-
-    /// The turn that takes a reset after 30,000 cycles of other frames.
-    pub fn reset_turn(&self) -> Bound {
-        Bound {
-            name: "the same with a reset of the node as the last frame",
-            cycles: self.turn(self.turns[1]),
-            limit: PWM_PERIOD,
-        }
     }
 
     /// The bounds as Markdown.
@@ -117,8 +113,19 @@ impl Cycles {
                 grouped(most.uncached)
             );
         }
+        let [ordinary, reset] = self.turns;
+        for (name, cycles) in [
+            ("frame of a turn, without resets", ordinary.frame),
+            ("frame with a reset of the node", reset.frame),
+            (
+                "turn beside its frames",
+                (ordinary.begin + ordinary.end).max(reset.begin + reset.end),
+            ),
+        ] {
+            text += &format!("| {name} | | {} | | |\n", grouped(cycles));
+        }
         text += "\n| bound, with the frames received meanwhile on a full bus | cycles at most | of |\n|---|---|---|\n";
-        for bound in self.bounds().into_iter().chain([self.reset_turn()]) {
+        for bound in self.bounds() {
             let (cycles, limit) = (grouped(bound.cycles), grouped(bound.limit));
             text += &format!("| {} | {cycles} | {limit} |\n", bound.name);
         }
