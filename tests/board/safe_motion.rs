@@ -1,11 +1,16 @@
 //! What the shaft does after a fault at the full rate, and under a load that the drive must hold.
 
+use std::fs;
+use std::path::Path;
+
 use board_tests::flips::{device_flip, program_flip};
 use board_tests::frames::{Frame, control, faults, start, target, write};
 use board_tests::master::{ENABLED_TICK, driven};
 use board_tests::program::run_master;
-use firmware::faults::Fault as Reported;
+use firmware::faults::{Fault as Reported, TABLE};
+
 use firmware::parameters::BoardParameters;
+use virtual_board::can::WireFault;
 use virtual_board::faults::{Fault, MagnetState, Planned};
 use virtual_board::plant::{BoardPlantOptions, EncoderWire, Stuck};
 use virtual_board::run::Options;
@@ -67,12 +72,17 @@ fn plant(load_kg_m2: f64) -> BoardPlantOptions {
     plant
 }
 
-fn travel(fault: Fault, for_ms: Option<u64>, load_kg_m2: f64, brakes: Option<u32>) -> Travel {
+fn travel(
+    fault: Fault,
+    for_ms: Option<u64>,
+    (load_kg_m2, observed_ms): (f64, u64),
+    brakes: Option<u32>,
+) -> Travel {
     let planned = Planned::at_ms(FROM_MS, fault);
     let options = Options {
         plant: plant(load_kg_m2),
         faults: vec![for_ms.map_or(planned.clone(), |ms| planned.for_ms(ms))],
-        ..Options::for_ms(FROM_MS + 3000)
+        ..Options::for_ms(FROM_MS + observed_ms)
     };
     let finished = run_master(options, move |tick| full_rate(tick, brakes));
     let reported = faults(&finished).into_iter();
@@ -99,62 +109,136 @@ fn braked_deg(safe_ms: u64, load_kg_m2: f64) -> f64 {
     FULL_RATE_DEG_S * (safe_ms as f64 / 1e3 + braking_s)
 }
 
-#[test]
-fn after_a_fault_at_the_full_rate_the_shaft_rests_within_its_braking_distance() {
+/// A fault at the full rate, its cause, and for how long the cause lasts, ms.
+type Case = (Reported, Fault, Option<u64>);
+
+/// Faults after which the motor brakes, at once or after a quick stop.
+fn braking_cases() -> Vec<Case> {
     let broken = Fault::EncoderWire {
         line: EncoderWire::Data,
         stuck: Stuck::Low,
     };
-    let lost = MagnetState::Lost;
-    let cases = [
-        (Reported::EncoderInvalid, broken.clone(), None),
-        (Reported::MagnetLost, Fault::Magnet { state: lost }, None),
+    let magnet = |state| Fault::Magnet { state };
+    let supply = |volts| Fault::Supply { volts };
+    let board = |deg_c| Fault::Temperature { deg_c };
+    let short = Fault::Can {
+        wire: WireFault::Short,
+    };
+    vec![
+        (Reported::EncoderInvalid, broken, None),
+        (Reported::MagnetLost, magnet(MagnetState::Lost), None),
+        (Reported::MagnetWeak, magnet(MagnetState::Marginal), None),
         (Reported::EncoderStuck, Fault::EncoderFrozen, None),
         (
             Reported::EncoderJump,
             Fault::MagnetSlips { deg: 40.0 },
             None,
         ),
-        (Reported::UnderVoltage, Fault::Supply { volts: 3.8 }, None),
-        (
-            Reported::MeasurementLost,
-            Fault::Temperature { deg_c: 250.0 },
-            None,
-        ),
+        // 1.1 A: twice the continuous current and more.
+        (Reported::Overload, Fault::CurrentSense { code: 2731 }, None),
+        (Reported::UnderVoltage, supply(3.8), None),
+        (Reported::OverVoltage, supply(8.0), None),
+        (Reported::OverTemperature, board(120.0), None),
+        (Reported::MeasurementLost, board(250.0), None),
         (Reported::LoopOverrun, Fault::StallCore, Some(16)),
+        (Reported::BusOff, short, Some(20)),
         (Reported::WatchdogReset, Fault::StallCore, Some(60)),
         (Reported::DataCorrupt, device_flip(), None),
         (Reported::ProgramCorrupt, program_flip(), None),
-    ];
+    ]
+}
+
+/// Faults of the bridge, after which the motor coasts.
+fn coasting_cases() -> Vec<Case> {
+    vec![
+        // 1.63 A.
+        (
+            Reported::OverCurrent,
+            Fault::CurrentSense { code: 3060 },
+            None,
+        ),
+        (Reported::BridgeTripped, Fault::BridgeTrip, None),
+    ]
+}
+
+/// Times after which a shaft rests that brakes or coasts, ms.
+const BRAKED_MS: u64 = 3_000;
+const COASTED_MS: u64 = 9_000;
+
+/// Travel and time until rest of a fault, bare and with the load.
+fn travels((_, fault, for_ms): &Case, brakes: bool) -> [Travel; 2] {
+    let observed_ms = if brakes { BRAKED_MS } else { COASTED_MS };
+    let of = |load| travel(fault.clone(), *for_ms, (load, observed_ms), None);
+    [of(BARE_KG_M2), of(LOAD_KG_M2)]
+}
+
+/// Numbers of the row of `docs/faults.md` that begins with this fault: deg, ms, deg, ms.
+fn documented(reported: Reported) -> Vec<f64> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/faults.md");
+    let text = fs::read_to_string(path).expect("the page");
+    let (_, section) = text.split_once("## Travel until rest").expect("a section");
+    let begin = format!("| {} |", reported.number());
+    let row = section.lines().find(|line| line.starts_with(&begin));
+    let cells = row.unwrap_or_default().split('|').skip(3);
+    let number = |cell: &str| cell.split_whitespace().next().and_then(|n| n.parse().ok());
+    cells.filter_map(number).collect()
+}
+
+/// Whether the page states these values: within 2 deg and 20 ms, by which a change of the program
+/// moves the instants of its steps against that of the fault.
+fn is_documented(reported: Reported, travels: &[Travel; 2]) -> bool {
+    let values = travels.each_ref().map(|t| [t.deg, t.rest_ms as f64]);
+    let stated = documented(reported);
+    let differences = stated.iter().zip(values.as_flattened());
+    stated.len() == 4
+        && differences
+            .zip([2.0, 20.0, 2.0, 20.0])
+            .all(|((a, b), tolerance)| (a - b).abs() <= tolerance)
+}
+
+fn name(reported: Reported) -> &'static str {
+    TABLE[usize::from(reported.number()) - 1].name
+}
+
+#[test]
+fn after_a_fault_at_the_full_rate_the_shaft_rests_within_its_braking_distance() {
     let parameters = BoardParameters::DEFAULT;
-    println!(
-        "| fault at the full rate | travel | at rest after | with a load of as much inertia | at rest after |"
-    );
-    println!("|---|---|---|---|---|");
     let mut wrong = Vec::new();
-    for (reported, fault, for_ms) in cases {
-        let [free, loaded] = [BARE_KG_M2, LOAD_KG_M2].map(|load| {
-            let travel = travel(fault.clone(), for_ms, load, None);
-            // A control period until the step sees the condition.
-            let safe_ms = u64::from(reported.safe_ms(&parameters)) + for_ms.unwrap_or(0) + 4;
+    let cases = braking_cases().into_iter().map(|case| (case, true));
+    for (case, brakes) in cases.chain(coasting_cases().into_iter().map(|case| (case, false))) {
+        let (reported, _, for_ms) = &case;
+        let travels = travels(&case, brakes);
+        let [bare, loaded] = &travels;
+        println!(
+            "| {} | {} | {:.0} deg | {} ms | {:.0} deg | {} ms |",
+            reported.number(),
+            name(*reported),
+            bare.deg,
+            bare.rest_ms,
+            loaded.deg,
+            loaded.rest_ms
+        );
+        // A control period until the step sees the condition.
+        let safe_ms = u64::from(reported.safe_ms(&parameters)) + for_ms.unwrap_or(0) + 4;
+        for (travel, load) in travels.iter().zip([BARE_KG_M2, LOAD_KG_M2]) {
             let bound = braked_deg(safe_ms, load);
-            if travel.number != reported.number() || travel.deg > bound {
+            if travel.number != reported.number() || brakes && travel.deg > bound {
                 wrong.push(format!("{reported:?}: {travel:?}, bound {bound:.0} deg"));
             }
-            travel
-        });
-        println!(
-            "| {reported:?} | {:.0} deg | {} ms | {:.0} deg | {} ms |",
-            free.deg, free.rest_ms, loaded.deg, loaded.rest_ms
-        );
+        }
+        if !is_documented(*reported, &travels) {
+            wrong.push(format!("{reported:?}: not in docs/faults.md"));
+        }
     }
-    let coasting = travel(broken, None, BARE_KG_M2, Some(COAST));
-    println!(
-        "| EncoderInvalid, coasting | {:.0} deg | {} ms | | |",
-        coasting.deg, coasting.rest_ms
-    );
     assert!(wrong.is_empty(), "{wrong:#?}");
-    // Twice the braking distance and more: what the brake is for.
+}
+
+#[test]
+fn without_the_brake_a_shaft_travels_more_than_twice_as_far() {
+    let (_, broken, _) = braking_cases().remove(0);
+    let observed = (BARE_KG_M2, COASTED_MS);
+    let coasting = travel(broken, None, observed, Some(COAST));
+    println!("coasting: {:.0} deg, {} ms", coasting.deg, coasting.rest_ms);
     assert!(
         coasting.deg > 2.0 * braked_deg(21, BARE_KG_M2),
         "{coasting:?}"
