@@ -80,7 +80,8 @@ impl Flip {
     pub fn draw(seed: u64, number: u64, memory: Memory, ranges: &[Range<u64>]) -> Self {
         // The streams of the two kinds differ.
         let mut random = Pcg32::new(seed, number << 1 | u64::from(memory == Memory::Code));
-        let mut below = |limit: u32| (u64::from(random.next_u32()) * u64::from(limit) >> 32) as u32;
+        let mut below =
+            |limit: u32| ((u64::from(random.next_u32()) * u64::from(limit)) >> 32) as u32;
         let bytes: u64 = ranges.iter().map(|range| range.end - range.start).sum();
         assert!(bytes > 0, "there is memory");
         let mut offset = u64::from(below(bytes as u32));
