@@ -32,24 +32,21 @@ pub fn draw(
         .collect())
 }
 
-/// Runs a batch on one emulated board.
-fn run_batch(flips: Vec<Flip>) -> Vec<(Flip, Outcome)> {
+/// Runs a batch on one emulated board. What the emulator has not judged, since it stopped with an
+/// error or its time was over, runs alone, and is told if that does not end either.
+fn run_batch(flips: &[Flip]) -> Vec<(Flip, Outcome)> {
     let options = Options {
         keeps_trace: false,
         ..Options::for_ms(LIMIT_MS)
     };
-    match run(firmware(), options, Experiments::new(flips.clone())) {
-        Ok(finished) => finished.script.results,
-        // Each alone: the emulator stops at most once more.
-        Err(_) if flips.len() > 1 => flips
-            .into_iter()
-            .flat_map(|flip| run_batch(vec![flip]))
-            .collect(),
-        Err(_) => flips
-            .into_iter()
-            .map(|flip| (flip, Outcome::Unjudged))
-            .collect(),
+    let finished = run(firmware(), options, Experiments::new(flips.to_vec()));
+    let mut results = finished.map_or_else(|_| Vec::new(), |finished| finished.script.results);
+    let rest = flips.get(results.len()..).unwrap_or_default();
+    match rest {
+        [flip] if flips.len() == 1 => results.push((*flip, Outcome::Unjudged)),
+        rest => results.extend(rest.iter().flat_map(|flip| run_batch(&[*flip]))),
     }
+    results
 }
 
 /// Runs these experiments on this number of threads, and reports each batch.
@@ -66,7 +63,7 @@ pub fn run_all(
                 loop {
                     let next = batches.lock().ok().and_then(|mut batches| batches.next());
                     let Some(batch) = next else { return };
-                    let judged = run_batch(batch.to_vec());
+                    let judged = run_batch(batch);
                     report(&judged);
                     if let Ok(mut results) = results.lock() {
                         results.extend(judged);

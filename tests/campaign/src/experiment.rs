@@ -51,6 +51,8 @@ pub struct Experiments {
     /// ms since power-on; `None` before the first one.
     ms: Option<u32>,
     off_ms: u32,
+    /// Time of the last call, ns.
+    last_ns: u64,
     tell: Tell,
     judge: Judge,
     /// Angles of this run, one each millisecond, deg.
@@ -71,17 +73,13 @@ impl Experiments {
             recording: None,
             ms: None,
             off_ms: 0,
+            last_ns: 0,
             tell: Tell::default(),
             judge: Judge::default(),
             angles: Vec::new(),
             original: None,
             results: Vec::new(),
         }
-    }
-
-    /// The experiment that runs, and those that have not run.
-    pub fn remaining(self) -> (Option<Flip>, Vec<Flip>) {
-        (self.current, self.flips.collect())
     }
 
     /// Selects the next run; returns whether there is one.
@@ -178,6 +176,21 @@ fn beyond(angle_deg: f64, angles: &[f64], ms: usize, end: usize) -> f64 {
 
 impl Script for Experiments {
     fn at_edge(&mut self, view: &mut View<'_>) -> Flow {
+        self.last_ns = view.now_ns();
+        self.each_ms(view)
+    }
+
+    /// A flip can prevent the start of the timer: time goes on.
+    fn without_timer(&mut self, view: &mut View<'_>) -> Flow {
+        if view.now_ns() < self.last_ns + 1_000_000 {
+            return Flow::Continue;
+        }
+        self.at_edge(view)
+    }
+}
+
+impl Experiments {
+    fn each_ms(&mut self, view: &mut View<'_>) -> Flow {
         if self.off_ms > 0 {
             self.off_ms -= 1;
             if self.off_ms == 0 {

@@ -6,7 +6,7 @@ use fault_campaign::flip::{Flip, Memory};
 use fault_campaign::outcome::Outcome;
 
 /// Flips of each kind, of another seed than that of the document.
-const FLIPS: u64 = 50;
+const FLIPS: u64 = 25;
 const SEED: u64 = 2;
 
 #[test]
@@ -33,8 +33,8 @@ fn every_flip_in_the_canopen_device_is_told() {
         .filter(|(_, outcome)| *outcome != Outcome::Told)
         .collect();
     // A flip during a use of the device, at most 5 % of the time, is not noticed if the use
-    // overwrites it or ends before the effect: of 50, six are the 95 % limit of a binomial count.
-    assert!(silent.len() <= 6, "{silent:x?}");
+    // overwrites it or ends before the effect: more than four of 25 have a probability of 1 %.
+    assert!(silent.len() <= 4, "{silent:x?}");
     assert!(
         silent
             .iter()

@@ -69,7 +69,6 @@ mod app {
         watchdog_supervisor::{WatchdogSupervisor, report_alive},
         wiring::{Peripherals, serial_number},
     };
-    use crate::board::memory_protection;
 
     /// Length of the capture buffer, words: 20 s of eight signals at 250 Hz.
     const CAPTURE_WORDS: usize = 40 * 1024;
@@ -111,7 +110,7 @@ mod app {
         device: MaybeUninit<Device<'static>> = MaybeUninit::uninit(),
         capture_buffer: [i32; CAPTURE_WORDS] = [0; CAPTURE_WORDS],
     ])]
-    fn init(mut cx: init::Context) -> (Shared, Local) {
+    fn init(cx: init::Context) -> (Shared, Local) {
         let mut peripherals = Peripherals::new(cx.device);
         let (report_producer, reports) = cx.local.report_queue.split();
         let (received, receive_consumer) = cx.local.receive_queue.split();
@@ -121,7 +120,6 @@ mod app {
         let (save_producer, to_save) = cx.local.save_queue.split();
         let (save_results, save_result_consumer) = cx.local.save_result_queue.split();
 
-        memory_protection::enable(&mut cx.core.MPU);
         let (is_as_built, program_check) = program_check::start();
         let loaded = store::load::<StoredParameters>(&peripherals.flash);
         defmt::info!(

@@ -34,7 +34,7 @@ mod app {
     use stm32f4xx_hal::pac::Interrupt;
 
     use crate::{
-        board::{diagnostics, memory_protection, watchdog::Watchdog},
+        board::{diagnostics, watchdog::Watchdog},
         comm::{
             can_controller::CanController,
             serial::{RECEIVE_QUEUE, Serial, TRANSMIT_QUEUE},
@@ -66,8 +66,7 @@ mod app {
         transmit_queue: Queue<u8, TRANSMIT_QUEUE> = Queue::new(),
         frame_queue: Queue<StampedFrame, FRAME_QUEUE> = Queue::new(),
     ])]
-    fn init(mut cx: init::Context) -> (Shared, Local) {
-        memory_protection::enable(&mut cx.core.MPU);
+    fn init(cx: init::Context) -> (Shared, Local) {
         let peripherals = Peripherals::new(cx.device);
         defmt::info!("reset cause {}", peripherals.reset_cause as u8);
         let (received, commands) = cx.local.receive_queue.split();

@@ -7,7 +7,6 @@
 pub mod can_registers;
 pub mod diagnostics;
 pub mod log;
-pub mod memory_protection;
 pub mod safe_state;
 pub mod setup;
 pub mod watchdog;
