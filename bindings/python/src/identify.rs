@@ -13,7 +13,7 @@ use std::{
 use host_sim::error::Error;
 use identification::{
     Experiment, Hold, IdentifyError, Model, Options, Progress, Recording,
-    assessment::NonparametricAnalysis,
+    assessment::{NonparametricAnalysis, point_to_better},
     data::{Columns, Delimiter, Import, Note},
     document,
     loss::LossChoice,
@@ -169,6 +169,7 @@ impl Job {
             let assessed = threads.install(search).map_err(invalid)?;
             found.push(assessed);
         }
+        point_to_better(&mut found);
         let nonparametric = NonparametricAnalysis::of(&fitted);
         Ok(document::text(&found, None, &nonparametric, &notes))
     }

@@ -407,7 +407,8 @@ impl Shadow {
                 return;
             }
             Defect::Memory => {
-                let [at] = self.second.read([Register::core(13)]);
+                // The first variable: the identifier of the log, which nothing writes.
+                let at = 0x2000_0000;
                 let word = self.second.memory().word(at).unwrap_or(0) ^ 1;
                 self.second.memory().write(at, &word.to_le_bytes());
             }
