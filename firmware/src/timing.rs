@@ -14,11 +14,13 @@ const _: () = assert!(
 );
 
 /// The PWM periods of a control period in which the calls of the CANopen device start: at the first
-/// edges after a quarter and after a half of it.
-pub const CALL_PERIODS: [u32; 2] = [
-    PWM_PERIODS_PER_CONTROL_PERIOD / 4,
-    PWM_PERIODS_PER_CONTROL_PERIOD / 2,
-];
+/// edge after the control step, and so that the second call ends before the last PWM period, also if
+/// that is short.
+pub const CALL_PERIODS: [u32; 2] = {
+    let eighth = PWM_PERIODS_PER_CONTROL_PERIOD / 8;
+    let first = if eighth == 0 { 1 } else { eighth };
+    [first, PWM_PERIODS_PER_CONTROL_PERIOD / 2 - eighth]
+};
 
 /// Whole control periods in a time, at least one; saturates at 65,535.
 ///
