@@ -105,8 +105,8 @@ impl Fault {
             Self::CurrentImplausible => CURRENT_IMPLAUSIBLE_PERIODS + 1,
             Self::MotorPolarity => MOTOR_POLARITY_PERIODS,
             Self::CommandTimeout => periods(p.command.command_timeout_ms) as i32 + 1,
-            // All parts were checked once.
-            Self::ProgramCorrupt => PROGRAM_CHECK_PERIODS as i32 + 1,
+            // The end of the pass after that in which it changed.
+            Self::ProgramCorrupt => 2 * PROGRAM_CHECK_PERIODS as i32 + 1,
             // In the first control period with the condition.
             Self::BridgeTripped
             | Self::DataCorrupt
@@ -315,7 +315,7 @@ pub const TABLE: [FaultDescription; 23] = {
             Fault::ProgramCorrupt,
             "program corrupt",
             "the CRC of the program's flash is not that of the program that was built; all of it is checked every \
-             400 ms and at the start",
+             200 ms and at the start",
             Always,
             0x5520,
         ),
