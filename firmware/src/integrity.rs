@@ -10,9 +10,9 @@ use crc::{CRC_32_ISO_HDLC, Crc, Digest, NoTable, Table};
 use crate::faults::Fault;
 use crate::timing::periods;
 
-/// Control periods in which all of the program's flash is checked once. A change behind the place of
-/// the check is found at the end of the next pass: within 0.4 s, less than the 0.5 s after which wrong
-/// motion is hazardous (`docs/trust.md`).
+/// Control periods in which all of the program's flash is checked once. A change behind the place
+/// of the check is found at the end of the next pass: within 0.4 s, less than the 0.5 s after which
+/// wrong motion is hazardous (`docs/trust.md`).
 pub const PROGRAM_CHECK_PERIODS: u16 = periods(200);
 
 /// The CRC of small data, bit by bit: hashing a word takes about 250 instructions at start-up or in

@@ -1,6 +1,6 @@
 //! Faulty recordings of systems with secret parameters, a hundred of each fault: a table of the
-//! share of 95 % intervals that cover the truth, for `docs/identification.md`. The number of systems
-//! may be given as an argument.
+//! share of 95 % intervals that cover the truth, for `docs/identification.md`. The number of
+//! systems may be given as an argument.
 
 use identification::evaluation::{Fault, Outcome, outcome};
 use rayon::prelude::*;

@@ -24,8 +24,8 @@ pub struct Block {
     information: DMatrix<f64>,
 }
 
-/// All stretches. The rows are those of the unknowns of the run, and a last one for the drift of the
-/// clock: the derivative by the delay times the time from the middle of the recording.
+/// All stretches. The rows are those of the unknowns of the run, and a last one for the drift of
+/// the clock: the derivative by the delay times the time from the middle of the recording.
 pub struct Blocks {
     list: Vec<Block>,
     /// Of each recording: the products of the derivatives weighted by squared residuals.

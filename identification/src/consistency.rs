@@ -193,8 +193,8 @@ pub(super) fn drift_step(blocks: &Blocks, width: usize, deviation_deg: f64) -> O
     let matrix = information.select_rows(&rows).select_columns(&rows);
     let (step, inverse) = solved(&matrix, &gradient.select_rows(&rows))?;
     let last = rows.len() - 1;
-    // A delay that grows with the time is an angle whose clock is fast: sampled later than labelled,
-    // it is ahead.
+    // A delay that grows with the time is an angle whose clock is fast: sampled later than
+    // labelled, it is ahead.
     Some(Drift {
         share: -step[last],
         standard_error: deviation_deg * inverse[(last, last)].sqrt(),

@@ -38,7 +38,8 @@ pub struct Covariance {
 }
 
 impl Covariance {
-    /// Multiplies the standard error of a row by `white` and `coloured`, with unchanged correlations.
+    /// Multiplies the standard error of a row by `white` and `coloured`, with unchanged
+    /// correlations.
     pub fn widen(&mut self, row: usize, white: f64, coloured: f64) {
         for (matrix, factor) in [(&mut self.white, white), (&mut self.coloured, coloured)] {
             matrix.row_mut(row).scale_mut(factor);
@@ -58,8 +59,8 @@ const NEGLIGIBLE_EIGENVALUE: f64 = 1e-10;
 /// Component in a direction that is not observable from which an unknown is not identifiable.
 const INVOLVED: f64 = 0.1;
 
-/// The covariances at the end of a search, with the fits of all experiments there, and the stretches
-/// that they were computed from. `is_held` marks the unknowns at a bound.
+/// The covariances at the end of a search, with the fits of all experiments there, and the
+/// stretches that they were computed from. `is_held` marks the unknowns at a bound.
 pub fn covariance(
     problem: &Problem,
     unknowns: &Unknowns,

@@ -146,7 +146,8 @@ pub trait Model: Description {
 /// Sums over the samples of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sums {
-    /// Of twice the losses of the residuals: of their squares with [`Loss::Squares`](super::loss::Loss::Squares).
+    /// Of twice the losses of the residuals: of their squares with
+    /// [`Loss::Squares`](super::loss::Loss::Squares).
     pub squares: f64,
     /// Number of samples.
     pub samples: usize,

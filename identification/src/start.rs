@@ -1,10 +1,10 @@
 //! Starting values from the recordings.
 //!
 //! The lag of the angle behind the command is the shift at which a straight line through command
-//! and angle fits best; that line gives gain and offset. The rate limits are slopes at which a tenth
-//! of the whole path is travelled, after a running median of five samples: neither a bad reading nor
-//! one steep sample moves them. The lag is divided between delay and dynamics: half each in a
-//! first-order model.
+//! and angle fits best; that line gives gain and offset. The rate limits are slopes at which a
+//! tenth of the whole path is travelled, after a running median of five samples: neither a bad
+//! reading nor one steep sample moves them. The lag is divided between delay and dynamics: half
+//! each in a first-order model.
 
 use super::experiment::Experiment;
 

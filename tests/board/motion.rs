@@ -62,7 +62,8 @@ fn enabling_at_50_deg_with_target_0_holds_the_angle_and_misses_the_commands() {
     let [(at_ns, COMMAND_TIMEOUT)] = faults[..] else {
         panic!("{faults:?}");
     };
-    // 100 ms from enabling on, and the turn that reports it; ticks begin about 10 ms after power-on.
+    // 100 ms from enabling on, and the turn that reports it; ticks begin about 10 ms after
+    // power-on.
     let after_ms = (at_ns / 1_000_000).saturating_sub(324 * 4);
     assert!((100..=122).contains(&after_ms), "{after_ms} ms");
 }

@@ -1,8 +1,8 @@
 //! Writes the CRC of a board's program into its ELF file.
 //!
 //! The program checks its flash against this CRC (`firmware::integrity`). A linker cannot compute
-//! it, so it is written into the section `.program_crc` after linking. The CRC covers the flash from
-//! `_program_start` to `_program_crc`, with erased bytes between the sections.
+//! it, so it is written into the section `.program_crc` after linking. The CRC covers the flash
+//! from `_program_start` to `_program_crc`, with erased bytes between the sections.
 
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]

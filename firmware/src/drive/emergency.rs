@@ -39,8 +39,8 @@ pub(super) fn of(fault: Fault, tick: u32) -> Emergency {
     }
 }
 
-/// The EMCY frame of a fault at the default COB-ID of this node, for a program that can no longer use
-/// its CANopen device; `None` for a node-ID that does not exist.
+/// The EMCY frame of a fault at the default COB-ID of this node, for a program that can no longer
+/// use its CANopen device; `None` for a node-ID that does not exist.
 ///
 /// ```
 /// use embedded_can::Frame;

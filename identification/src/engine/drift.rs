@@ -1,4 +1,5 @@
-//! The drift between the clocks of command and angle, by fits with the instants of the angle scaled.
+//! The drift between the clocks of command and angle, by fits with the instants of the angle
+//! scaled.
 
 use super::preview::MANY_SAMPLES;
 use crate::blocks::Blocks;

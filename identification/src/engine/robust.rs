@@ -1,9 +1,9 @@
 //! The optimum under a loss that outliers do not decide.
 //!
 //! Isolated residuals call for it: larger than the scatter of their neighbours, than the motion of
-//! the model from the sample before to the sample after, which an error in time explains, and with a
-//! considerable share of the cost. Residuals of a model that lacks dynamics are not isolated: their
-//! size is information, and squares keep it.
+//! the model from the sample before to the sample after, which an error in time explains, and with
+//! a considerable share of the cost. Residuals of a model that lacks dynamics are not isolated:
+//! their size is information, and squares keep it.
 
 use super::{
     Options, Progress, Solution, assumptions, nested::CancelOnly, outcome, solve as search_all,

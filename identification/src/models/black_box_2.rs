@@ -95,8 +95,8 @@ const GREATEST_RATE_GAIN_PER_S: f64 = ModelParameter::of(
 .parameter
 .max;
 
-/// The gains of an oscillator. Beyond the simulator's range of the inner loop's gain the damping has
-/// no effect: no box of frequency and damping is that range.
+/// The gains of an oscillator. Beyond the simulator's range of the inner loop's gain the damping
+/// has no effect: no box of frequency and damping is that range.
 pub fn gains<S: Scalar>(natural_frequency_rad_s: S, damping: S) -> (S, S) {
     let rate_gain = natural_frequency_rad_s * damping * 2.0;
     let greatest = S::constant(GREATEST_RATE_GAIN_PER_S);

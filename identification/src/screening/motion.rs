@@ -9,8 +9,8 @@ const SIGMA_BY_MEDIAN: f64 = 1.4826;
 /// Share of the sustained motions that are at most as fast as [`Motion::rate_deg_s`].
 const USUAL: f64 = 0.95;
 
-/// The coarsest encoder has this many levels in the range of the recording: the few differences of a
-/// noiseless recording may all be motion.
+/// The coarsest encoder has this many levels in the range of the recording: the few differences of
+/// a noiseless recording may all be motion.
 const FEWEST_LEVELS: f64 = 200.0;
 
 /// Two successive differences of one sign above this multiple of their noise are motion: those of

@@ -77,7 +77,8 @@ impl<R: Ring> DelayLine<R> {
             self.ring.as_mut().fill(value);
             self.started = true;
         }
-        // `oldest < delay_ticks` always holds, which the memory has; `map_or` avoids the panic path of an index.
+        // `oldest < delay_ticks` always holds, which the memory has; `map_or` avoids the panic path
+        // of an index.
         let delayed = self
             .ring
             .as_mut()

@@ -51,8 +51,6 @@ pub struct Experiments {
     /// ms since power-on; `None` before the first one.
     ms: Option<u32>,
     off_ms: u32,
-    /// Time of the last call, ns.
-    last_ns: u64,
     tell: Tell,
     judge: Judge,
     /// Angles of this run, one each millisecond, deg.
@@ -73,7 +71,6 @@ impl Experiments {
             recording: None,
             ms: None,
             off_ms: 0,
-            last_ns: 0,
             tell: Tell::default(),
             judge: Judge::default(),
             angles: Vec::new(),
@@ -164,7 +161,8 @@ impl Experiments {
     }
 }
 
-/// How far an angle is outside the range of these angles from [`TOLERATED_MS`] before `ms` to `end`.
+/// How far an angle is outside the range of these angles from [`TOLERATED_MS`] before `ms` to
+/// `end`.
 fn beyond(angle_deg: f64, angles: &[f64], ms: usize, end: usize) -> f64 {
     let begin = ms.saturating_sub(TOLERATED_MS);
     let window = angles.iter().take(end + 1).skip(begin);
@@ -176,21 +174,6 @@ fn beyond(angle_deg: f64, angles: &[f64], ms: usize, end: usize) -> f64 {
 
 impl Script for Experiments {
     fn at_edge(&mut self, view: &mut View<'_>) -> Flow {
-        self.last_ns = view.now_ns();
-        self.each_ms(view)
-    }
-
-    /// A flip can prevent the start of the timer: time goes on.
-    fn without_timer(&mut self, view: &mut View<'_>) -> Flow {
-        if view.now_ns() < self.last_ns + 1_000_000 {
-            return Flow::Continue;
-        }
-        self.at_edge(view)
-    }
-}
-
-impl Experiments {
-    fn each_ms(&mut self, view: &mut View<'_>) -> Flow {
         if self.off_ms > 0 {
             self.off_ms -= 1;
             if self.off_ms == 0 {

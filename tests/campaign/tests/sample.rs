@@ -32,8 +32,8 @@ fn every_flip_in_the_canopen_device_is_told() {
     let silent: Vec<_> = (run_all(&flips, 2, |_| ()).into_iter())
         .filter(|(_, outcome)| *outcome != Outcome::Told)
         .collect();
-    // A flip during a use of the device, at most 5 % of the time, is not noticed if the use
-    // overwrites it or ends before the effect: more than four of 25 have a probability of 1 %.
+    // A flip while the device is in use is not noticed if the use overwrites it. With one flip in
+    // twenty so, more than four of 25 have a probability of 0.7 % (binomial distribution).
     assert!(silent.len() <= 4, "{silent:x?}");
     assert!(
         silent

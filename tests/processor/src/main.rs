@@ -26,7 +26,8 @@ struct Arguments {
     /// Virtual time of the run, s.
     #[arg(long, default_value_t = 20)]
     seconds: u64,
-    /// Makes the second emulator fail after a million instructions; the run succeeds if it is found.
+    /// Makes the second emulator fail after a million instructions; the run succeeds if it is
+    /// found.
     #[arg(long)]
     defect: Option<Defect>,
     /// Writes the result into docs/emulated-board.md.

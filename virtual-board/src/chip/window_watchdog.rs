@@ -1,9 +1,9 @@
 //! The window watchdog WWDG (RM0090, chapter 22).
 //!
 //! The counter counts the clock of APB1 divided by 4096 and the prescaler. It resets the part when
-//! it falls below 40h, when it is written with a value below 40h, and when it is written while it is
-//! above the window. Not modelled: the early wake-up interrupt; a count that is read back; a change
-//! of the clock while the counter runs.
+//! it falls below 40h, when it is written with a value below 40h, and when it is written while it
+//! is above the window. Not modelled: the early wake-up interrupt; a count that is read back; a
+//! change of the clock while the counter runs.
 
 use rigless::device::{Device, DeviceContext, RegisterFile};
 use rigless::soc::stm32f427::generated::wwdg::Register as R;

@@ -135,9 +135,6 @@ impl<S: Script> Lockstep<S> {
         board_faults::apply_due(self, session, stop, host);
         self.align_with_timer(session.board_mut(), stop.at);
         let mut flow = Flow::Continue;
-        if self.next_poll_ns != u64::MAX {
-            flow = self.run_script(session.board_mut(), stop, host, S::without_timer);
-        }
         while self.grid.is_locked && self.grid.next().0 <= stop.at.0 {
             let (_, slot) = self.grid.next();
             flow = self.pass(slot, session.board_mut(), stop, host);
@@ -219,7 +216,7 @@ impl<S: Script> Lockstep<S> {
         }
         board.set_encoder(sensed.encoder);
         self.record_row(bridge, stop);
-        self.run_script(board, stop, host, S::at_edge)
+        self.run_script(board, stop, host)
     }
 
     fn move_plant(&mut self, slot: Slot, bridge: Bridge) {
@@ -274,13 +271,7 @@ impl<S: Script> Lockstep<S> {
         self.trace.row(self.row);
     }
 
-    fn run_script(
-        &mut self,
-        board: &mut ActuatorBoard,
-        stop: Stop,
-        host: &mut dyn Host,
-        call: fn(&mut S, &mut View<'_>) -> Flow,
-    ) -> Flow {
+    fn run_script(&mut self, board: &mut ActuatorBoard, stop: Stop, host: &mut dyn Host) -> Flow {
         if let Some(wire) = &mut board.chip.can.wire {
             wire.take_log()
                 .into_iter()
@@ -296,7 +287,7 @@ impl<S: Script> Lockstep<S> {
             servo: &mut self.servo,
             resets: self.resets,
         };
-        call(&mut self.script, &mut view)
+        self.script.at_edge(&mut view)
     }
 
     /// Stalls the core while the flash bank that it executes from is written, or while a fault is

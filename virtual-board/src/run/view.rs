@@ -26,12 +26,6 @@ pub trait Script: Send {
     /// Called at the start of every PWM period: the plant has advanced to it, the pins are set, and
     /// the firmware has not run yet.
     fn at_edge(&mut self, view: &mut View<'_>) -> Flow;
-
-    /// Called ten times a millisecond while the timer of the PWM does not run: before the program
-    /// has started it, and after a fault has stopped it.
-    fn without_timer(&mut self, _view: &mut View<'_>) -> Flow {
-        Flow::Continue
-    }
 }
 
 impl<F: FnMut(&mut View<'_>) -> Flow + Send> Script for F {

@@ -1,8 +1,8 @@
 //! Cycles of an instruction at most, without the wait states of its fetch and its operands.
 //!
 //! Arm 100166_0001 (Cortex-M4 technical reference manual, r0p1), table 3-1 for the integer
-//! instructions and section 7.2 for the floating-point ones. A load is never taken as pipelined. The
-//! refill of the pipeline after a taken branch is counted apart.
+//! instructions and section 7.2 for the floating-point ones. A load is never taken as pipelined.
+//! The refill of the pipeline after a taken branch is counted apart.
 
 /// Cycles to refill the pipeline after a branch: P of table 3-1 is 1 to 3.
 pub const REFILL: u64 = 3;

@@ -1,11 +1,11 @@
 //! The lines of the flash that are certainly in a cache.
 //!
-//! RM0090, section 3.5.2: the flash is read in lines of 128 bits. The cache of instructions holds 64
-//! of them, that of operands 8, and a new one replaces that which was used least recently. A line that is read because of a miss is
-//! copied into it. Whether one that was prefetched is copied as well, or one that the prefetch
-//! buffer holds counts as used, the manual does not say. Hence a line is certainly in the cache only
-//! if a branch from elsewhere went to it, and fewer other lines than the cache holds were used since
-//! the last such branch. Operands are not prefetched.
+//! RM0090, section 3.5.2: the flash is read in lines of 128 bits. The cache of instructions holds
+//! 64 of them, that of operands 8, and a new one replaces that which was used least recently. A
+//! line that is read because of a miss is copied into it. Whether one that was prefetched is copied
+//! as well, or one that the prefetch buffer holds counts as used, the manual does not say. Hence a
+//! line is certainly in the cache only if a branch from elsewhere went to it, and fewer other lines
+//! than the cache holds were used since the last such branch. Operands are not prefetched.
 
 use std::collections::VecDeque;
 

@@ -1,9 +1,9 @@
 //! An upper bound of the cycles that the executed instructions take on the chip.
 //!
 //! Every instruction takes its longest time, every store waits for its end, and the flash delays
-//! each fetch of a line that is not certainly in the instruction cache. It is a bound of the executed
-//! paths, not of all paths that the program has: the commands of the run are those of the worst
-//! cases.
+//! each fetch of a line that is not certainly in the instruction cache. It is a bound of the
+//! executed paths, not of all paths that the program has: the commands of the run are those of the
+//! worst cases.
 
 mod cost;
 mod lines;
@@ -19,9 +19,9 @@ use lines::{Lines, line_of};
 
 /// Wait states of the flash at 168 MHz and 2.7 to 3.6 V (RM0090, table 11).
 ///
-/// While the processor executes a line, the next one is prefetched: it arrives this many cycles after
-/// the line began, of which each executed instruction is at least one. A branch elsewhere waits for
-/// the end of the prefetch, then for its own line; an operand likewise.
+/// While the processor executes a line, the next one is prefetched: it arrives this many cycles
+/// after the line began, of which each executed instruction is at least one. A branch elsewhere
+/// waits for the end of the prefetch, then for its own line; an operand likewise.
 const WAIT: u64 = 5;
 
 /// Lines in the caches of instructions and of operands (RM0090, section 3.5.2).
@@ -32,14 +32,15 @@ const OPERAND_LINES: usize = 8;
 const FLASH: std::ops::Range<u32> = 0x0800_0000..0x0810_0000;
 
 /// Cycles of an access to a peripheral beyond those of a load: on AHB; on APB2 at half the core's
-/// clock; on APB1 at a quarter. A transfer on APB takes two of its cycles, begins with the next one,
-/// and the bridge passes address and data with a cycle each (AMBA 3 APB, IHI 0024, section 3).
+/// clock; on APB1 at a quarter. A transfer on APB takes two of its cycles, begins with the next
+/// one, and the bridge passes address and data with a cycle each (AMBA 3 APB, IHI 0024, section 3).
 const AHB: u64 = 2;
 const APB2: u64 = 3 * 2 + 2;
 const APB1: u64 = 3 * 4 + 2;
 
-/// Cycles to take an exception and to return from it (100166_0001, section 3.9), the vector from the
-/// flash, and the delay of the accesses of the two DMA streams that run, 16 in a control period.
+/// Cycles to take an exception and to return from it (100166_0001, section 3.9), the vector from
+/// the flash, and the delay of the accesses of the two DMA streams that run, 16 in a control
+/// period.
 const EXCEPTION: u64 = 12 + 10 + 2 * WAIT + 2 * 16;
 
 /// Cycles to store and restore the floating-point registers of a frame: 17 words and a cycle.
@@ -101,7 +102,8 @@ pub struct Longest {
 /// The exceptions that make up a tick, and the one that begins it.
 const TICK: [u32; 3] = [72, 41, 43];
 
-/// The exception in which the node runs, and the cycle counter that limits how many frames it takes.
+/// The exception in which the node runs, and the cycle counter that limits how many frames it
+/// takes.
 const NODE: u32 = 98;
 const CYCLE_COUNTER: u32 = 0xe000_1004;
 

@@ -46,8 +46,8 @@ pub enum UnicornError {
 
 /// What the emulator calls while it runs.
 pub trait Host {
-    /// Called before each instruction, with its address and the values of R0 to R15; returns whether
-    /// it executes. If not, the emulator stops.
+    /// Called before each instruction, with its address and the values of R0 to R15; returns
+    /// whether it executes. If not, the emulator stops.
     fn instruction(&mut self, address: u32, register: &dyn Fn(u8) -> u32) -> bool;
 
     /// A read of a register outside of plain memory.

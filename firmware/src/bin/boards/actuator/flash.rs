@@ -32,8 +32,8 @@ impl Flash {
         }
     }
 
-    /// The option bytes (section 3.9.10): read protection, write protection, brown-out level, hardware
-    /// watchdog.
+    /// The option bytes (section 3.9.10): read protection, write protection, brown-out level,
+    /// hardware watchdog.
     pub fn option_bytes(&self) -> u32 {
         self.registers.optcr().read().bits()
     }

@@ -48,9 +48,9 @@ impl WatchdogSupervisor {
         missed
     }
 
-    /// Ends the step and feeds the watchdogs if all parts are alive, the window watchdog only after a
-    /// step in its time: the step after a late one comes too early for its window. Returns the number
-    /// of control periods since the reset in which a task was late.
+    /// Ends the step and feeds the watchdogs if all parts are alive, the window watchdog only after
+    /// a step in its time: the step after a late one comes too early for its window. Returns the
+    /// number of control periods since the reset in which a task was late.
     pub fn end_step(&mut self, is_late: bool) -> u32 {
         report_alive(Task::Control);
         self.supervisor.report_all(LIVENESS.swap(0, Relaxed));

@@ -7,8 +7,9 @@ use stm32f4xx_hal::pac::WWDG;
 /// below 40h (RM0090, section 22.3): 31 + 1 counts, 24.2 to 25.0 ms after it was fed.
 const FED: u8 = 0x5f;
 
-/// Feeding is permitted from this count on: 2 to 3 counts, at most 2.4 ms, after the last time. It is
-/// fed after steps that end in the first PWM period of their control period: at least 3 ms apart.
+/// Feeding is permitted from this count on: 2 to 3 counts, at most 2.4 ms, after the last time. It
+/// is fed after steps that end in the first PWM period of their control period: at least 3 ms
+/// apart.
 const WINDOW: u8 = FED - 2;
 
 /// The window watchdog. Nothing stops it once it was fed.
