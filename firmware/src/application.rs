@@ -10,8 +10,9 @@
 //! | quick stop | disabled | the shaft is at rest and is not to be held; `quick_stop_ms` has elapsed; [`Request::Disable`] |
 //! | quick stop | enabled | [`Request::Enable`] |
 //! | enabled, quick stop | fault reaction | a fault whose reaction is a quick stop |
+//! | enabled, quick stop, fault reaction | fault reaction | a fault whose reaction is a stop by the back-EMF, and after which the motor may brake |
 //! | fault reaction | fault | the shaft is at rest; `quick_stop_ms` has elapsed; [`Request::Disable`] |
-//! | any | fault | a fault whose reaction is to switch off |
+//! | any | fault | any other fault |
 //! | fault | disabled | [`Request::Acknowledge`] |
 //!
 //! While the bridge is off, faults are reported in [`Telemetry::present`] and block
@@ -22,6 +23,7 @@
 //! Order of a control period: measure, validate the encoder's word, observe, select the setpoint,
 //! protect, change the state, regulate, make the compare value of the duty.
 
+mod back_emf_stop;
 mod requests;
 mod stopping;
 
@@ -35,7 +37,10 @@ pub use crate::interface::{
     Telemetry,
 };
 
-use self::stopping::Stopping;
+use self::{
+    back_emf_stop::{BackEmfStop, Voltages},
+    stopping::Stopping,
+};
 use crate::{
     command::SetpointSource,
     faults::{ALWAYS, Fault, FaultLog, FaultSet, OF_COMMANDS, PERMANENT, Reaction},
@@ -100,6 +105,8 @@ pub struct Application {
     setpoints: SetpointSource,
     protection: Protection,
     stopping: Stopping,
+    /// The stop without an encoder, in [`BoardState::FaultReaction`].
+    back_emf_stop: Option<BackEmfStop>,
     log: FaultLog,
     start: FaultSet,
     is_late: bool,
@@ -146,6 +153,7 @@ impl Application {
             setpoints: SetpointSource::new(&parameters.command),
             protection: Protection::new(ripple),
             stopping: Stopping::default(),
+            back_emf_stop: None,
             log: FaultLog::default(),
             start: start.faults(),
             is_late: false,
@@ -228,7 +236,7 @@ impl Application {
             self.control.angle(),
         );
         self.protect(samples, &measured, setpoint);
-        self.regulate(measured.count.is_some(), setpoint);
+        self.regulate(&measured, setpoint);
         self.outputs()
     }
 
@@ -306,7 +314,8 @@ impl Application {
 
     /// Latches the present faults that are relevant in this state.
     fn react(&mut self, present: FaultSet) {
-        if !self.state.is_driving() && !present.and(POSITION_LOST).is_empty() {
+        let is_free = !self.state.is_driving() || self.back_emf_stop.is_some();
+        if is_free && !present.and(POSITION_LOST).is_empty() {
             self.reset_position();
         }
         self.latch(match self.state {
@@ -319,36 +328,77 @@ impl Application {
     fn latch(&mut self, faults: FaultSet) {
         for fault in faults.without(self.log.latched()).iter() {
             self.log.latch(fault, self.telemetry.tick);
-            match (fault.reaction(), self.state) {
+            match (self.reaction(fault), self.state) {
                 (Reaction::QuickStop, BoardState::Enabled) => self.stop(BoardState::FaultReaction),
                 // The ramp is already running.
                 (Reaction::QuickStop, BoardState::QuickStop) => {
                     self.state = BoardState::FaultReaction
                 }
                 (Reaction::QuickStop, BoardState::FaultReaction) => {}
-                (Reaction::SwitchOff, _) | (Reaction::QuickStop, _) => {
-                    self.state = BoardState::Fault
+                (Reaction::StopByBackEmf, state) if state.is_driving() => {
+                    self.back_emf_stop = self.back_emf_stop.or(Some(BackEmfStop::default()));
+                    self.setpoints.stop();
+                    self.state = BoardState::FaultReaction;
                 }
+                _ => self.state = BoardState::Fault,
             }
         }
     }
 
+    /// The reaction to a fault. Only where the motor may brake is it stopped by its back-EMF.
+    fn reaction(&self, fault: Fault) -> Reaction {
+        match fault.reaction() {
+            Reaction::StopByBackEmf if !self.braking().contains(fault) => Reaction::SwitchOff,
+            reaction => reaction,
+        }
+    }
+
+    /// The faults after which the motor brakes.
+    fn braking(&self) -> FaultSet {
+        FaultSet::of_bits(self.parameters.stop.brake_faults as u32)
+    }
+
     /// Closes the loop. Without a valid count the last duty stays in force.
-    fn regulate(&mut self, is_valid: bool, setpoint: Setpoint) {
-        if matches!(
-            self.state,
-            BoardState::QuickStop | BoardState::FaultReaction
-        ) {
-            self.decelerate(is_valid);
-        } else if self.state == BoardState::Enabled && is_valid {
-            let step = self.control.regulate(&self.parameters.control, setpoint);
-            self.apply(step);
+    fn regulate(&mut self, measured: &Measured, setpoint: Setpoint) {
+        let is_valid = measured.count.is_some();
+        match self.state {
+            BoardState::FaultReaction if self.back_emf_stop.is_some() => {
+                self.oppose_back_emf(measured.back_emf_mv);
+            }
+            BoardState::QuickStop | BoardState::FaultReaction => self.decelerate(is_valid),
+            BoardState::Enabled if is_valid => {
+                let step = self.control.regulate(&self.parameters.control, setpoint);
+                self.apply(step);
+            }
+            _ => {}
         }
         if !self.state.is_driving() {
             self.control.release();
+            self.back_emf_stop = None;
             self.last_step = CascadeStep::default();
             self.compare = PwmCompare::default();
         }
+    }
+
+    /// One period of a stop by the back-EMF, and its end.
+    fn oppose_back_emf(&mut self, back_emf_mv: Option<i32>) {
+        let Some(mut stop) = self.back_emf_stop else {
+            return;
+        };
+        let p = &self.parameters;
+        let voltages = Voltages {
+            back_emf_mv,
+            supply_mv: self.telemetry.supply_mv,
+        };
+        let duty = stop.next(&p.current, self.protection.ripple(), voltages);
+        if stop.is_over(&p.stop) {
+            self.state = BoardState::Fault;
+        }
+        self.back_emf_stop = Some(stop);
+        self.apply(CascadeStep {
+            duty,
+            ..CascadeStep::default()
+        });
     }
 
     /// One period of a quick stop, and its end.
@@ -392,14 +442,13 @@ impl Application {
         if self.state.is_driving() {
             return Bridge::Driven(self.compare);
         }
-        let braking = FaultSet::of_bits(self.parameters.stop.brake_faults as u32);
         let faults = match self.state {
             BoardState::Initialising => self.start,
             BoardState::Fault => self.log.latched(),
             _ => FaultSet::EMPTY,
         };
         let is_unsafe = self.telemetry.present.contains(Fault::OverCurrent);
-        if !faults.is_empty() && faults.without(braking).is_empty() && !is_unsafe {
+        if !faults.is_empty() && faults.without(self.braking()).is_empty() && !is_unsafe {
             Bridge::Brake
         } else {
             Bridge::Coast

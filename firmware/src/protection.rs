@@ -118,6 +118,11 @@ impl Protection {
         }
     }
 
+    /// The ripple of the motor's current.
+    pub fn ripple(&self) -> &Ripple {
+        &self.ripple
+    }
+
     /// The motor has this winding.
     pub fn set_ripple(&mut self, ripple: Ripple) {
         self.ripple = ripple;

@@ -7,7 +7,7 @@ use board_tests::flips::{device_flip, program_flip};
 use board_tests::frames::{Frame, control, faults, start, target, write};
 use board_tests::master::{ENABLED_TICK, driven};
 use board_tests::program::run_master;
-use firmware::faults::{Fault as Reported, TABLE};
+use firmware::faults::{Fault as Reported, Reaction, TABLE};
 
 use firmware::parameters::BoardParameters;
 use virtual_board::can::WireFault;
@@ -102,11 +102,27 @@ fn travel(
     }
 }
 
-/// The way of a shaft at the full rate until the motor is no longer driven after `safe_ms`, and
-/// then braked by the shorted motor against this inertia, deg.
-fn braked_deg(safe_ms: u64, load_kg_m2: f64) -> f64 {
-    let braking_s = BRAKING_S * (1.0 + load_kg_m2 / INERTIA_KG_M2);
-    FULL_RATE_DEG_S * (safe_ms as f64 / 1e3 + braking_s)
+/// Current of a stop by the back-EMF over that of the shorted motor: 1.75, less the window in which
+/// the back-EMF is measured, 175 us in 4 ms.
+const OPPOSED: f64 = 1.75 * (1.0 - 0.175 / 4.0);
+
+/// The way of a shaft at the full rate until its reaction begins, and then against `current` times
+/// the current of the shorted motor with this inertia, deg.
+fn braked_deg(begin_ms: u64, current: f64, load_kg_m2: f64) -> f64 {
+    let braking_s = BRAKING_S * (1.0 + load_kg_m2 / INERTIA_KG_M2) / current;
+    FULL_RATE_DEG_S * (begin_ms as f64 / 1e3 + braking_s)
+}
+
+/// When the shaft decelerates at the latest after the cause of the fault, ms, and with which
+/// multiple of the current of the shorted motor. After a quick stop it has the rest of its way to
+/// brake.
+fn reaction(reported: Reported) -> (u64, f64) {
+    let parameters = BoardParameters::DEFAULT;
+    match reported.reaction() {
+        // A PWM period until the duty is in force.
+        Reaction::StopByBackEmf => (u64::from(reported.detected_ms(&parameters)) + 1, OPPOSED),
+        _ => (u64::from(reported.safe_ms(&parameters)), 1.0),
+    }
 }
 
 /// A fault at the full rate, its cause, and for how long the cause lasts, ms.
@@ -202,7 +218,6 @@ fn name(reported: Reported) -> &'static str {
 
 #[test]
 fn after_a_fault_at_the_full_rate_the_shaft_rests_within_its_braking_distance() {
-    let parameters = BoardParameters::DEFAULT;
     let mut wrong = Vec::new();
     let cases = braking_cases().into_iter().map(|case| (case, true));
     for (case, brakes) in cases.chain(coasting_cases().into_iter().map(|case| (case, false))) {
@@ -219,9 +234,10 @@ fn after_a_fault_at_the_full_rate_the_shaft_rests_within_its_braking_distance() 
             loaded.rest_ms
         );
         // A control period until the step sees the condition.
-        let safe_ms = u64::from(reported.safe_ms(&parameters)) + for_ms.unwrap_or(0) + 4;
+        let (reaction_ms, current) = reaction(*reported);
+        let begin_ms = reaction_ms + for_ms.unwrap_or(0) + 4;
         for (travel, load) in travels.iter().zip([BARE_KG_M2, LOAD_KG_M2]) {
-            let bound = braked_deg(safe_ms, load);
+            let bound = braked_deg(begin_ms, current, load);
             if travel.number != reported.number() || brakes && travel.deg > bound {
                 wrong.push(format!("{reported:?}: {travel:?}, bound {bound:.0} deg"));
             }
@@ -240,7 +256,7 @@ fn without_the_brake_a_shaft_travels_more_than_twice_as_far() {
     let coasting = travel(broken, None, observed, Some(COAST));
     println!("coasting: {:.0} deg, {} ms", coasting.deg, coasting.rest_ms);
     assert!(
-        coasting.deg > 2.0 * braked_deg(21, BARE_KG_M2),
+        coasting.deg > 2.0 * braked_deg(21, 1.0, BARE_KG_M2),
         "{coasting:?}"
     );
 }

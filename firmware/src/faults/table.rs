@@ -15,6 +15,9 @@ pub enum Reaction {
     SwitchOff,
     /// The shaft is brought to rest by the quick-stop ramp, then the drive is off.
     QuickStop,
+    /// The shaft is brought to rest by a duty that opposes the back-EMF, then the motor brakes.
+    /// Where `brake_faults` excludes the fault, the drive is off at once.
+    StopByBackEmf,
 }
 
 /// When a condition latches its fault; at other times it only prevents the enabled state.
@@ -75,6 +78,10 @@ impl Fault {
             Self::MagnetWeak | Self::OverTemperature | Self::CommandTimeout | Self::BusOff => {
                 Reaction::QuickStop
             }
+            // The encoder is lost, the back-EMF is not.
+            Self::EncoderInvalid | Self::MagnetLost | Self::EncoderStuck | Self::EncoderJump => {
+                Reaction::StopByBackEmf
+            }
             _ => Reaction::SwitchOff,
         }
     }
@@ -123,13 +130,16 @@ impl Fault {
     ///
     /// ```
     /// use firmware::{faults::Fault, parameters::BoardParameters};
-    /// assert_eq!(Fault::EncoderInvalid.safe_ms(&BoardParameters::DEFAULT), 17);
+    /// assert_eq!(Fault::EncoderInvalid.safe_ms(&BoardParameters::DEFAULT), 16 + 500 + 1);
+    /// assert_eq!(Fault::LoopOverrun.safe_ms(&BoardParameters::DEFAULT), 5);
     /// assert_eq!(Fault::BusOff.safe_ms(&BoardParameters::DEFAULT), 4 + 500 + 1);
     /// ```
     pub const fn safe_ms(self, p: &BoardParameters) -> u32 {
         let stop_ms = match self.reaction() {
             Reaction::SwitchOff => 0,
-            Reaction::QuickStop => periods(p.stop.quick_stop_ms) as u32 * CONTROL_PERIOD_MS as u32,
+            Reaction::QuickStop | Reaction::StopByBackEmf => {
+                periods(p.stop.quick_stop_ms) as u32 * CONTROL_PERIOD_MS as u32
+            }
         };
         self.detected_ms(p) + stop_ms + PWM_PERIOD_MS
     }

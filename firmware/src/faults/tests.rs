@@ -48,6 +48,7 @@ fn table() -> String {
         let reaction = match row.fault.reaction() {
             Reaction::SwitchOff => String::from(end),
             Reaction::QuickStop => format!("quick stop, {end}"),
+            Reaction::StopByBackEmf => format!("stop by back-EMF, {end}"),
         };
         let time = |ms| match row.watched {
             Watched::Start => String::from("first step"),

@@ -1,7 +1,12 @@
 //! Every fault, provoked; detected and safe within its stated times.
 
+use std::vec::Vec;
+
 use model_core::{
-    control::{encoder_word::Magnet, units::angle},
+    control::{
+        encoder_word::Magnet,
+        units::{Percent, angle},
+    },
     sensors::{
         adc::AdcCode,
         dividers::{leg_code, supply_code, temperature_code},
@@ -175,7 +180,8 @@ fn faults_of_driving_block_enabling_while_the_board_is_disabled_and_are_not_latc
 #[test]
 fn a_fault_stays_until_it_is_acknowledged_and_then_wants_a_new_enable() {
     let mut board = TestBoard::enabled();
-    for _ in 0..4 {
+    // Four periods until it is detected, and 20 ms of a stop in which the shaft already rests.
+    for _ in 0..4 + 5 {
         board.step_with(|samples| provoke(Fault::EncoderInvalid, samples, 1));
     }
     assert_eq!(board.outputs.fault, Some(Fault::EncoderInvalid));
@@ -192,9 +198,8 @@ fn a_fault_stays_until_it_is_acknowledged_and_then_wants_a_new_enable() {
 }
 
 #[test]
-fn three_lost_samples_hold_the_duty_and_the_fourth_switches_the_bridge_off() {
-    let mut board = TestBoard::enabled();
-    board.command = Some(angle(20.0));
+fn three_lost_samples_hold_the_duty_and_the_fourth_starts_the_stop_by_the_back_emf() {
+    let mut board = TestBoard::turning();
     let driven = board.step().bridge;
     for _ in 0..3 {
         assert_eq!(
@@ -202,10 +207,79 @@ fn three_lost_samples_hold_the_duty_and_the_fourth_switches_the_bridge_off() {
             driven
         );
     }
+    // At 5.73 V the current of the on time would be too large: the motor is shorted for a period.
     let outputs = board.step_with(|samples| samples.encoder = None);
+    assert_eq!(outputs.state, BoardState::FaultReaction);
+    assert_eq!(outputs.telemetry.duty, Percent::ZERO);
+    let outputs = board.step_with(|samples| samples.encoder = None);
+    let back_emf_mv = f64::from(outputs.telemetry.back_emf_mv);
+    assert!(back_emf_mv > 5000.0, "{back_emf_mv} mV");
+    let duty_pct = outputs.telemetry.duty.to_f64();
+    assert!(
+        (duty_pct + 75.0 * back_emf_mv / 5998.0).abs() < 0.01,
+        "{duty_pct} %"
+    );
+}
+
+/// The rates in each period of the stop, deg/s, of a motor at the full rate whose encoder is lost,
+/// with legs that are connected rightly or the wrong way round.
+fn stop_without_encoder(legs_swapped: bool) -> Vec<f64> {
+    let mut board = TestBoard::turning();
+    let break_wire = |samples: &mut Samples| {
+        samples.encoder = None;
+        if legs_swapped {
+            let scan = scan(samples);
+            core::mem::swap(&mut scan.leg_a, &mut scan.leg_b);
+        }
+    };
+    let mut rates = Vec::new();
+    while board.step_with(break_wire).state != BoardState::Fault {
+        if board.outputs.state == BoardState::FaultReaction {
+            rates.push(board.rate_deg_s());
+        }
+        assert!(rates.len() < 1000, "it does not end");
+    }
+    assert_eq!(board.outputs.bridge, Bridge::Brake);
+    rates
+}
+
+#[test]
+fn a_shaft_without_encoder_is_brought_to_rest_by_its_back_emf() {
+    let rates = stop_without_encoder(false);
+    let last = *rates.last().expect("a stop");
+    assert!(last.abs() < 5.0, "{last} deg/s");
+    // The duty that opposes the back-EMF of 20.2 mV per deg/s divides the plant's time constant
+    // by 1 + 0.75 * 5.73/5.998. Then 20 ms at rest. Two periods are left for
+    // the delay of the duty and the resolution of a period.
+    let time_constant_s = without_stop().motor_time_constant_s / (1.0 + 0.75 * 5.73 / 5.998);
+    let decay_s = (283.6_f64 / 5.0).ln() * time_constant_s;
+    let periods = decay_s / 0.004 + 5.0;
+    let difference = rates.len() as f64 - periods;
+    assert!(difference.abs() < 2.0, "{} periods, {periods}", rates.len());
+}
+
+#[test]
+fn a_back_emf_of_the_wrong_sign_does_not_accelerate_the_shaft() {
+    // The current is soon implausible, and the motor brakes.
+    let rates = stop_without_encoder(true);
+    assert!(rates.len() > 10, "{rates:?}");
+    assert!(
+        rates.is_sorted_by(|before, after| before > after),
+        "{rates:?}"
+    );
+}
+
+#[test]
+fn without_an_encoder_the_motor_coasts_at_once_where_its_brake_is_excluded() {
+    let mut parameters = BoardParameters::DEFAULT;
+    parameters.stop.brake_faults = 0;
+    let mut board = TestBoard::enabled_with(parameters);
+    for _ in 0..4 {
+        board.step_with(|samples| samples.encoder = None);
+    }
     assert_eq!(
-        (outputs.bridge, outputs.state),
-        (Bridge::Brake, BoardState::Fault)
+        (board.outputs.bridge, board.outputs.state),
+        (Bridge::Coast, BoardState::Fault)
     );
 }
 

@@ -121,7 +121,12 @@ impl TestBoard {
 
     /// A board whose loop is closed.
     pub fn enabled() -> Self {
-        let mut board = Self::new(BoardParameters::DEFAULT);
+        Self::enabled_with(BoardParameters::DEFAULT)
+    }
+
+    /// The same with these parameters.
+    pub fn enabled_with(parameters: BoardParameters) -> Self {
+        let mut board = Self::new(parameters);
         board.request(Request::Enable);
         board.command = Some(Angle::ZERO);
         board.step();
@@ -158,6 +163,11 @@ impl TestBoard {
         self.outputs = self.application.step(&samples);
         self.motor.turn(&self.outputs);
         self.outputs
+    }
+
+    /// The rate of the shaft, deg/s.
+    pub fn rate_deg_s(&mut self) -> f64 {
+        self.motor.plant.at(20).rate_deg_s
     }
 
     pub fn steps(&mut self, count: u32) -> Outputs {
