@@ -41,5 +41,8 @@ printf '\n-- CANopen: every entry of the EDS, and invalid requests\n'
 "$venv/bin/python" canopen/tests/clients/walk.py target/debug/actuator docs/smart-actuator.eds
 "$venv/bin/python" canopen/tests/clients/black_box.py target/debug/actuator
 
+printf '\n-- CANopen: no motion that was not commanded\n'
+"$venv/bin/python" canopen/tests/clients/commanded_motion.py target/debug/actuator
+
 printf '\n-- CANopen: a network as dcfgen configures it for a Lely master\n'
 "$venv/bin/python" canopen/tests/clients/lely.py target/debug/actuator docs/smart-actuator.eds

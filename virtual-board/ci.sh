@@ -23,5 +23,7 @@ printf '\n-- The chain: python-canopen at the serial line of the communication b
 "$venv/bin/python" "$clients/actuator.py" target/debug/actuator docs/smart-actuator.eds --elf "$boards/actuator-board" "$boards/comm-board"
 printf '\n-- The chain: invalid requests of a master, and every command in every state\n'
 "$venv/bin/python" "$clients/black_box.py" target/debug/actuator --elf "$boards/actuator-board" "$boards/comm-board"
+printf '\n-- The chain: no motion that was not commanded\n'
+"$venv/bin/python" "$clients/commanded_motion.py" target/debug/actuator --elf "$boards/actuator-board" "$boards/comm-board"
 printf '\n-- The chain: the experiment of the paper\n'
 "$venv/bin/python" "$clients/experiment.py" target/debug/actuator docs/smart-actuator.eds "$boards/actuator-board" "$boards/comm-board"

@@ -158,7 +158,8 @@ class Bench(unittest.TestCase):
         command = [cls.program, "serve", "--listen", "127.0.0.1:0", "--nodes", "1", *cls.elf]
         cls.server = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
         cls.addClassCleanup(cls.stop)
-        cls.wire = Wire(int(re.search(r"127\.0\.0\.1:(\d+)", cls.server.stdout.readline())[1]))
+        cls.port = int(re.search(r"127\.0\.0\.1:(\d+)", cls.server.stdout.readline())[1])
+        cls.wire = Wire(cls.port)
         cls.addClassCleanup(cls.wire.close)
         # A busy computer may emulate more slowly than real time.
         cls.sdo = Sdo(cls.wire, cls.node, timeout=8 if cls.elf else 2)
