@@ -1,12 +1,12 @@
 //! Behaviour of the board after each kind of reset.
 
 use board_tests::frames::{
-    Frame, is_fault, is_operation_enabled, is_switch_on_disabled, start, statuswords,
+    Frame, faults, is_fault, is_operation_enabled, is_switch_on_disabled, start, statuswords,
 };
 use board_tests::master::{driven, to_and_fro};
 use board_tests::program::run_master;
 use virtual_board::faults::{Fault, Planned};
-use virtual_board::plant::Bridge;
+use virtual_board::plant::{Bridge, EncoderWire, Stuck};
 use virtual_board::run::{Options, ResetCause};
 
 const FAULT_MS: u64 = 1000;
@@ -99,4 +99,32 @@ fn a_collapsed_supply_resets_the_board_which_starts_when_it_returns() {
     let restart = restart(sag);
     assert_eq!(restart.causes, [ResetCause::PowerOn]);
     restart.assert_off_and_reporting(FAULT_MS);
+}
+
+#[test]
+fn an_encoder_that_starts_after_80_ms_delays_the_board_and_causes_no_fault() {
+    // Until its first angle OCF is clear, as in a word of zeros.
+    let starting = Fault::EncoderWire {
+        line: EncoderWire::Data,
+        stuck: Stuck::Low,
+    };
+    let ready_ms = |faults_of_run: Vec<Planned>| {
+        let options = Options {
+            faults: faults_of_run,
+            ..Options::for_ms(400)
+        };
+        let finished = run_master(options, |tick| match tick {
+            2 | 40 => vec![start()],
+            _ => Vec::new(),
+        });
+        assert_eq!(faults(&finished), []);
+        let mut words = statuswords(&finished).into_iter();
+        let ready = words.find(|(_, word)| is_switch_on_disabled(*word));
+        ready.expect("the board is initialised").0 / 1_000_000
+    };
+    let usual = ready_ms(Vec::new());
+    let delayed = ready_ms(vec![Planned::at_ms(0, starting).for_ms(80)]);
+    assert!(usual < 80, "{usual} ms");
+    // A control period until the word is read, and the period of the statusword.
+    assert!((80..80 + 4 + 20 + 1).contains(&delayed), "{delayed} ms");
 }
