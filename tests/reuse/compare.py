@@ -87,10 +87,11 @@ def fmu(program, model, plant, folder):
 def c(library, model, plant):
     lib = ctypes.CDLL(library)
     lib.actuator_size.restype = ctypes.c_size_t
-    size = lib.actuator_size()
-    actuator, settings = (ctypes.c_uint64 * (size // 8))(), (ctypes.c_uint64 * 128)()
+    settings = (ctypes.c_uint64 * 128)()
     names = model.encode(), None if plant is None else plant.encode()
     assert lib.actuator_settings_init(settings, ctypes.c_size_t(1024), *names, None) == 0
+    size = lib.actuator_size(settings)
+    actuator = (ctypes.c_uint64 * (size // 8))()
     assert lib.actuator_start(actuator, ctypes.c_size_t(size), settings, None) == 0
     # struct actuator_reading: a tick, then doubles, of which the second is the angle.
     reading, angles = (ctypes.c_double * 9)(), []

@@ -4,13 +4,14 @@
  * Angles are in deg, rates in deg/s, times in s or in ticks of 50 us, torques in Nm, duties in %.
  * The library has no heap, no thread and no global state: all memory is the caller's.
  *
- * Every pointer must be null, or point to a whole object of its type; texts end in a zero. Memory
+ * Every pointer must be null, or point to a whole object of its type, an actuator with a long delay
+ * to all of its memory; texts end in a zero. Memory
  * that is given to another function than actuator_settings_init or actuator_start must be zeroed
  * or filled by one of these two. Null, misaligned pointers, zeroed memory, NaN and unknown names
  * give an error code. `why` may be null; otherwise it is always written.
  *
  * Different actuators may be used by different threads at once; one actuator by one at a time.
- * Snapshots are valid within one process.
+ * Snapshots are valid for the same build of the library.
  */
 
 #ifndef ACTUATOR_H
@@ -35,7 +36,7 @@
 /**
  * Version of this interface: it changes with the layout or the meaning of anything in the header.
  */
-#define ACTUATOR_ABI_VERSION 1
+#define ACTUATOR_ABI_VERSION 2
 
 /**
  * Ticks in one second: a tick is 50 us.
@@ -49,14 +50,14 @@
 #define ACTUATOR_LONGEST_STEP_TICKS 72000000
 
 /**
- * Words of 8 bytes in `struct actuator`: 20,000 of them are the delay line of up to 1 s.
+ * Words of 8 bytes in `struct actuator`.
  */
-#define ACTUATOR_WORDS 20480
+#define ACTUATOR_WORDS 800
 
 /**
- * Size of `struct actuator`, bytes.
+ * Size of `struct actuator`, bytes: sufficient for delays of up to 20 ms.
  */
-#define ACTUATOR_SIZE 163840
+#define ACTUATOR_SIZE 6400
 
 /**
  * Alignment of `struct actuator` and `struct actuator_settings`, bytes, sufficient on every
@@ -78,8 +79,8 @@ enum actuator_error {
    */
   ACTUATOR_ERROR_POINTER = 1,
   /**
-   * A size is not that of this library: header and library have different versions. The memory
-   * is unchanged.
+   * A size is not that of this library, or the memory is smaller than an actuator with this delay
+   * needs: `actuator_size` returns what it needs.
    */
   ACTUATOR_ERROR_SIZE = 2,
   /**
@@ -95,13 +96,39 @@ enum actuator_error {
    */
   ACTUATOR_ERROR_PARAMETER = 5,
   /**
-   * A command or a torque is NaN or infinite.
+   * A command, a torque, an inertia or a motion is NaN or infinite, or an inertia is negative.
    */
   ACTUATOR_ERROR_COMMAND = 6,
   /**
    * A time is NaN or in the past, or the step to it is longer than an hour.
    */
   ACTUATOR_ERROR_TIME = 7,
+  /**
+   * The model does not have this input.
+   */
+  ACTUATOR_ERROR_INPUT = 8,
+};
+
+/**
+ * The quantity that an actuator is commanded in.
+ */
+enum actuator_input {
+  /**
+   * Angle of the output shaft, deg: both loops are closed.
+   */
+  ACTUATOR_INPUT_POSITION = 0,
+  /**
+   * Rate of the output shaft, deg/s: the rate loop alone is closed.
+   */
+  ACTUATOR_INPUT_RATE = 1,
+  /**
+   * Duty of the bridge, %: no loop is closed.
+   */
+  ACTUATOR_INPUT_DUTY = 2,
+  /**
+   * Voltage at the motor's terminals, V; of the bench only.
+   */
+  ACTUATOR_INPUT_VOLTAGE = 3,
 };
 
 /**
@@ -187,12 +214,30 @@ struct actuator_preset {
 /**
  * An actuator with all of its state. Opaque. It contains no pointers: a copy by assignment or
  * memcpy is a snapshot, and copying it back restores it.
+ *
+ * An actuator with a longer delay is in a larger piece of memory, of which this struct is the
+ * start: `actuator_size` returns the bytes that it needs, and a snapshot is a copy of them all.
  */
 struct actuator {
   /**
    * Private to the library.
    */
   uint64_t opaque[ACTUATOR_WORDS];
+};
+
+/**
+ * Angle and rate of the load: of the last body of the bench, which moves against the output within
+ * the flexibility of the shaft, and of the output of the other models.
+ */
+struct actuator_load {
+  /**
+   * Angle, deg.
+   */
+  double angle_deg;
+  /**
+   * Rate, deg/s.
+   */
+  double rate_deg_s;
 };
 
 /**
@@ -317,15 +362,18 @@ enum actuator_error actuator_settings_preset(const struct actuator_settings *set
 uint32_t actuator_abi_version(void);
 
 /**
- * `ACTUATOR_SIZE` of the library, bytes.
+ * Bytes that an actuator with these settings needs, at most `ACTUATOR_SIZE` for delays of up to
+ * 20 ms; 0 if the settings are not initialised.
  */
-size_t actuator_size(void);
+size_t actuator_size(const struct actuator_settings *settings);
 
 /**
  * Initialises an actuator with these settings, at rest at 0 deg and time 0. Previous content is
  * overwritten; on failure the actuator is not ready. The settings are not referenced afterwards.
  *
- * `size` is `sizeof *actuator`. The call needs 500 KiB of stack; the others need 16 KiB.
+ * `size` is that of the memory at `actuator`, bytes: at least `actuator_size(settings)`, for which
+ * `sizeof *actuator` is sufficient with a delay of up to 20 ms. Every call needs up to 16 KiB of
+ * stack.
  */
 enum actuator_error actuator_start(struct actuator *actuator,
                                    size_t size,
@@ -350,10 +398,50 @@ enum actuator_error actuator_advance_to(struct actuator *actuator,
                                         double time_s);
 
 /**
+ * Advances by a number of ticks of 50 us with a constant value of an input, one of
+ * `enum actuator_input`, in its unit.
+ *
+ * Sampling and delay of the test set-up apply to every input. A change of the input takes effect
+ * at once: its first value is also its past.
+ */
+enum actuator_error actuator_drive(struct actuator *actuator,
+                                   int32_t input,
+                                   double value,
+                                   uint64_t ticks);
+
+/**
+ * As `actuator_drive`, to the tick nearest to `time_s` after the start, s.
+ */
+enum actuator_error actuator_drive_to(struct actuator *actuator,
+                                      int32_t input,
+                                      double value,
+                                      double time_s);
+
+/**
  * Applies a torque to the load, Nm, from the next PWM period on, in addition to the parameter.
  * Only the bench has a load; the other models accept and ignore any finite torque.
  */
 enum actuator_error actuator_set_load_nm(struct actuator *actuator, double torque_nm);
+
+/**
+ * Adds an inertia to the load, kg m^2, up to 1e3, from the next PWM period on, in addition to the
+ * parameter. Only the bench has a load.
+ */
+enum actuator_error actuator_set_load_inertia(struct actuator *actuator, double inertia_kg_m2);
+
+/**
+ * Moves the load by an angle, deg, and an impulse, Nm s, at the end of the running PWM period: what
+ * another simulation has found to act on it beyond the torque that was set. Only the bench has a
+ * load.
+ */
+enum actuator_error actuator_push_load(struct actuator *actuator,
+                                       double angle_deg,
+                                       double impulse_nms);
+
+/**
+ * Reads the motion of the load.
+ */
+enum actuator_error actuator_read_load(const struct actuator *actuator, struct actuator_load *load);
 
 /**
  * Reads the outputs.

@@ -8,7 +8,8 @@
     reason = "the header states the requirements of all pointers once, at its top"
 )]
 
-use model_core::actuator::Actuator as Core;
+use model_core::actuator::{ActuatorCore, CommandError, InputLevel};
+use model_core::models::delay::DelayCursor;
 use model_core::time::{TICKS_PER_SECOND, ticks};
 
 use crate::error::{Code, Error, Why, code, explain};
@@ -16,7 +17,7 @@ use crate::memory::{self, Holds};
 use crate::settings::Settings;
 
 /// Version of this interface: it changes with the layout or the meaning of anything in the header.
-pub const ACTUATOR_ABI_VERSION: u32 = 1;
+pub const ACTUATOR_ABI_VERSION: u32 = 2;
 
 /// Ticks in one second: a tick is 50 us.
 pub const ACTUATOR_TICKS_PER_SECOND: u64 = 20_000;
@@ -27,30 +28,75 @@ const _: () = assert!(ACTUATOR_TICKS_PER_SECOND == TICKS_PER_SECOND);
 /// step is refused, since it is most likely a wrong unit or an uninitialised time.
 pub const ACTUATOR_LONGEST_STEP_TICKS: u64 = 72_000_000;
 
-/// Words of 8 bytes in `struct actuator`: 20,000 of them are the delay line of up to 1 s.
-pub const ACTUATOR_WORDS: usize = 20_480;
+/// Words of 8 bytes in `struct actuator`.
+pub const ACTUATOR_WORDS: usize = 800;
 
-/// Size of `struct actuator`, bytes.
-pub const ACTUATOR_SIZE: usize = 163_840;
+/// Size of `struct actuator`, bytes: sufficient for delays of up to 20 ms.
+pub const ACTUATOR_SIZE: usize = 6_400;
 
 /// Alignment of `struct actuator` and `struct actuator_settings`, bytes, sufficient on every
 /// target.
 pub const ACTUATOR_ALIGNMENT: usize = 8;
 
 const _: () = assert!(ACTUATOR_SIZE == size_of::<Actuator>());
+const _: () = assert!(ACTUATOR_SIZE >= memory::size_with_tail::<Actuator>(400));
 const _: () = assert!(ACTUATOR_ALIGNMENT >= align_of::<Actuator>());
 
 /// An actuator with all of its state. Opaque. It contains no pointers: a copy by assignment or
 /// memcpy is a snapshot, and copying it back restores it.
+///
+/// An actuator with a longer delay is in a larger piece of memory, of which this struct is the
+/// start: `actuator_size` returns the bytes that it needs, and a snapshot is a copy of them all.
 #[repr(C)]
 pub struct Actuator {
     /// Private to the library.
     pub opaque: [u64; ACTUATOR_WORDS],
 }
 
+/// The value in that memory; behind it are the commands in transit.
+pub struct Started {
+    core: ActuatorCore,
+    delay: DelayCursor,
+}
+
 impl Holds for Actuator {
-    type Value = Core;
-    const MARK: u64 = u64::from_le_bytes(*b"ACTUATO1");
+    type Value = Started;
+    const MARK: u64 = u64::from_le_bytes(*b"ACTUATO2");
+}
+
+/// The quantity that an actuator is commanded in.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Input {
+    /// Angle of the output shaft, deg: both loops are closed.
+    Position = 0,
+    /// Rate of the output shaft, deg/s: the rate loop alone is closed.
+    Rate = 1,
+    /// Duty of the bridge, %: no loop is closed.
+    Duty = 2,
+    /// Voltage at the motor's terminals, V; of the bench only.
+    Voltage = 3,
+}
+
+/// The level of a number of `enum actuator_input`.
+fn level(input: i32) -> Result<InputLevel, Code> {
+    let levels = [
+        (Input::Position, InputLevel::Position),
+        (Input::Rate, InputLevel::Rate),
+        (Input::Duty, InputLevel::Duty),
+        (Input::Voltage, InputLevel::Voltage),
+    ];
+    let known = levels.into_iter().find(|(known, _)| *known as i32 == input);
+    known.map(|(_, level)| level).ok_or(Code::Input)
+}
+
+impl From<CommandError> for Code {
+    fn from(error: CommandError) -> Self {
+        match error {
+            CommandError::Value => Self::Command,
+            CommandError::Level(_) => Self::Input,
+        }
+    }
 }
 
 /// The outputs of an actuator. A quantity that the model does not have is zero; one that it does
@@ -84,16 +130,24 @@ pub extern "C" fn actuator_abi_version() -> u32 {
     ACTUATOR_ABI_VERSION
 }
 
-/// `ACTUATOR_SIZE` of the library, bytes.
+/// Bytes that an actuator with these settings needs, at most `ACTUATOR_SIZE` for delays of up to
+/// 20 ms; 0 if the settings are not initialised.
 #[unsafe(no_mangle)]
-pub extern "C" fn actuator_size() -> usize {
-    ACTUATOR_SIZE
+pub unsafe extern "C" fn actuator_size(settings: *const Settings) -> usize {
+    // SAFETY: the caller's pointer, as the header requires it.
+    let settings = unsafe { memory::look(settings) };
+    settings.map_or(0, |settings| {
+        let delay = ticks(settings.setup.delay_s) as usize;
+        memory::size_with_tail::<Actuator>(delay)
+    })
 }
 
 /// Initialises an actuator with these settings, at rest at 0 deg and time 0. Previous content is
 /// overwritten; on failure the actuator is not ready. The settings are not referenced afterwards.
 ///
-/// `size` is `sizeof *actuator`. The call needs 500 KiB of stack; the others need 16 KiB.
+/// `size` is that of the memory at `actuator`, bytes: at least `actuator_size(settings)`, for which
+/// `sizeof *actuator` is sufficient with a delay of up to 20 ms. Every call needs up to 16 KiB of
+/// stack.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn actuator_start(
     actuator: *mut Actuator,
@@ -103,8 +157,11 @@ pub unsafe extern "C" fn actuator_start(
 ) -> Code {
     // SAFETY: the caller's pointers, as the header requires them.
     unsafe {
-        let make = || Ok::<_, Error>(Core::try_new(memory::look(settings)?)?);
-        explain(memory::fill(actuator, size, make), why)
+        let make = || {
+            let (core, delay) = ActuatorCore::try_new(memory::look(settings)?)?;
+            Ok::<_, Error>((Started { core, delay }, delay.len()))
+        };
+        explain(memory::fill_with_tail(actuator, size, make), why)
     }
 }
 
@@ -118,8 +175,7 @@ pub unsafe extern "C" fn actuator_advance(
     ticks: u64,
 ) -> Code {
     // SAFETY: the caller's pointer, as the header requires it.
-    let actuator = unsafe { memory::change(actuator) };
-    code(actuator.and_then(|actuator| advance(actuator, command_deg, ticks)))
+    unsafe { actuator_drive(actuator, Input::Position as i32, command_deg, ticks) }
 }
 
 /// Advances to the tick nearest to `time_s` after the start, s, with a constant command, deg.
@@ -133,25 +189,68 @@ pub unsafe extern "C" fn actuator_advance_to(
     time_s: f64,
 ) -> Code {
     // SAFETY: the caller's pointer, as the header requires it.
-    let actuator = unsafe { memory::change(actuator) };
-    code(actuator.and_then(|actuator| {
-        // Written so that NaN and negative times fail.
-        let time_s = if time_s >= 0.0 {
-            time_s
-        } else {
-            return Err(Code::Time);
-        };
-        let step = ticks(time_s).checked_sub(actuator.tick());
-        advance(actuator, command_deg, step.ok_or(Code::Time)?)
-    }))
+    unsafe { actuator_drive_to(actuator, Input::Position as i32, command_deg, time_s) }
 }
 
-fn advance(actuator: &mut Core, command_deg: f64, ticks: u64) -> Result<(), Code> {
+/// Advances by a number of ticks of 50 us with a constant value of an input, one of
+/// `enum actuator_input`, in its unit.
+///
+/// Sampling and delay of the test set-up apply to every input. A change of the input takes effect
+/// at once: its first value is also its past.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn actuator_drive(
+    actuator: *mut Actuator,
+    input: i32,
+    value: f64,
+    ticks: u64,
+) -> Code {
+    // SAFETY: the caller's pointer, as the header requires it.
+    code(unsafe { drive(actuator, input, value, |_| Ok(ticks)) })
+}
+
+/// As `actuator_drive`, to the tick nearest to `time_s` after the start, s.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn actuator_drive_to(
+    actuator: *mut Actuator,
+    input: i32,
+    value: f64,
+    time_s: f64,
+) -> Code {
+    // SAFETY: the caller's pointer, as the header requires it.
+    code(unsafe {
+        drive(actuator, input, value, |now| {
+            // Written so that NaN and negative times fail.
+            let time_s = if time_s >= 0.0 {
+                time_s
+            } else {
+                return Err(Code::Time);
+            };
+            ticks(time_s).checked_sub(now).ok_or(Code::Time)
+        })
+    })
+}
+
+/// Advances by the number of ticks that `step` returns for the present one.
+///
+/// # Safety
+/// As the header requires of the pointer.
+unsafe fn drive(
+    actuator: *mut Actuator,
+    input: i32,
+    value: f64,
+    step: impl FnOnce(u64) -> Result<u64, Code>,
+) -> Result<(), Code> {
+    // SAFETY: the contract of this function; the memory was filled with that of the delay.
+    let (started, line) =
+        unsafe { memory::change_with_tail(actuator, |started| started.delay.len())? };
+    let ticks = step(started.core.tick())?;
     if ticks > ACTUATOR_LONGEST_STEP_TICKS {
         return Err(Code::Time);
     }
-    let result = actuator.advance(command_deg, ticks);
-    result.map_err(|_| Code::Command)
+    let delay = (&mut started.delay, line);
+    Ok(started
+        .core
+        .advance_with(delay, level(input)?, value, ticks)?)
 }
 
 /// Applies a torque to the load, Nm, from the next PWM period on, in addition to the parameter.
@@ -160,10 +259,64 @@ fn advance(actuator: &mut Core, command_deg: f64, ticks: u64) -> Result<(), Code
 pub unsafe extern "C" fn actuator_set_load_nm(actuator: *mut Actuator, torque_nm: f64) -> Code {
     // SAFETY: the caller's pointer, as the header requires it.
     let actuator = unsafe { memory::change(actuator) };
-    code(actuator.and_then(|actuator| {
-        let result = actuator.set_load_torque_nm(torque_nm);
-        result.map_err(|_| Code::Command)
-    }))
+    code(actuator.and_then(|actuator| Ok(actuator.core.set_load_torque_nm(torque_nm)?)))
+}
+
+/// Adds an inertia to the load, kg m^2, up to 1e3, from the next PWM period on, in addition to the
+/// parameter. Only the bench has a load.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn actuator_set_load_inertia(
+    actuator: *mut Actuator,
+    inertia_kg_m2: f64,
+) -> Code {
+    // SAFETY: the caller's pointer, as the header requires it.
+    let actuator = unsafe { memory::change(actuator) };
+    code(actuator.and_then(|actuator| Ok(actuator.core.set_load_inertia_kg_m2(inertia_kg_m2)?)))
+}
+
+/// Moves the load by an angle, deg, and an impulse, Nm s, at the end of the running PWM period: what
+/// another simulation has found to act on it beyond the torque that was set. Only the bench has a
+/// load.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn actuator_push_load(
+    actuator: *mut Actuator,
+    angle_deg: f64,
+    impulse_nms: f64,
+) -> Code {
+    // SAFETY: the caller's pointer, as the header requires it.
+    let actuator = unsafe { memory::change(actuator) };
+    code(actuator.and_then(|actuator| Ok(actuator.core.push_load(angle_deg, impulse_nms)?)))
+}
+
+/// Angle and rate of the load: of the last body of the bench, which moves against the output within
+/// the flexibility of the shaft, and of the output of the other models.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Load {
+    /// Angle, deg.
+    pub angle_deg: f64,
+    /// Rate, deg/s.
+    pub rate_deg_s: f64,
+}
+
+/// Reads the motion of the load.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn actuator_read_load(actuator: *const Actuator, load: *mut Load) -> Code {
+    // SAFETY: the caller's pointers, as the header requires them.
+    unsafe {
+        let read = || {
+            let now = memory::look(actuator)?.core.load();
+            let (angle_deg, rate_deg_s) = (now.angle_deg, now.rate_deg_s);
+            memory::put(
+                load,
+                Load {
+                    angle_deg,
+                    rate_deg_s,
+                },
+            )
+        };
+        code(read())
+    }
 }
 
 /// Reads the outputs.
@@ -171,13 +324,13 @@ pub unsafe extern "C" fn actuator_set_load_nm(actuator: *mut Actuator, torque_nm
 pub unsafe extern "C" fn actuator_read(actuator: *const Actuator, reading: *mut Reading) -> Code {
     // SAFETY: the caller's pointers, as the header requires them.
     unsafe {
-        let read = || memory::put(reading, memory::look(actuator)?.into());
+        let read = || memory::put(reading, (&memory::look(actuator)?.core).into());
         code(read())
     }
 }
 
-impl From<&Core> for Reading {
-    fn from(actuator: &Core) -> Self {
+impl From<&ActuatorCore> for Reading {
+    fn from(actuator: &ActuatorCore) -> Self {
         let now = actuator.reading();
         Self {
             tick: actuator.tick(),

@@ -22,8 +22,8 @@ pub enum Code {
     None = 0,
     /// A pointer is null or misaligned.
     Pointer = 1,
-    /// A size is not that of this library: header and library have different versions. The memory
-    /// is unchanged.
+    /// A size is not that of this library, or the memory is smaller than an actuator with this delay
+    /// needs: `actuator_size` returns what it needs.
     Size = 2,
     /// The memory does not hold initialised settings or a started actuator.
     NotReady = 3,
@@ -31,10 +31,12 @@ pub enum Code {
     Name = 4,
     /// A parameter is NaN, out of its range, or in conflict with another one.
     Parameter = 5,
-    /// A command or a torque is NaN or infinite.
+    /// A command, a torque, an inertia or a motion is NaN or infinite, or an inertia is negative.
     Command = 6,
     /// A time is NaN or in the past, or the step to it is longer than an hour.
     Time = 7,
+    /// The model does not have this input.
+    Input = 8,
 }
 
 impl Code {
@@ -42,16 +44,19 @@ impl Code {
         match self {
             Self::None => c"no error",
             Self::Pointer => c"a pointer is null or misaligned",
-            Self::Size => c"a size is not that of this library",
+            Self::Size => {
+                c"a size is not that of this library, or less than actuator_size(settings)"
+            }
             Self::NotReady => c"the settings were not initialised or the actuator was not started",
             Self::Name => c"the name or the index does not exist",
             Self::Parameter => c"a parameter is out of its range or in conflict with another one",
-            Self::Command => c"a command or a torque is not finite",
+            Self::Command => c"a command, a torque or an inertia is not finite or out of its range",
+            Self::Input => c"the model does not have this input",
             Self::Time => c"a time is not a number, is in the past, or is more than an hour ahead",
         }
     }
 
-    const ALL: [Self; 8] = [
+    const ALL: [Self; 9] = [
         Self::None,
         Self::Pointer,
         Self::Size,
@@ -60,6 +65,7 @@ impl Code {
         Self::Parameter,
         Self::Command,
         Self::Time,
+        Self::Input,
     ];
 }
 

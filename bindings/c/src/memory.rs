@@ -55,18 +55,46 @@ pub unsafe fn fill<H: Holds, E: From<Code>>(
     size: usize,
     make: impl FnOnce() -> Result<H::Value, E>,
 ) -> Result<(), E> {
-    let place = place(memory)?.cast_mut();
     if size != size_of::<H>() {
+        return Err(place(memory).err().unwrap_or(Code::Size).into());
+    }
+    // SAFETY: the contract of this function.
+    unsafe { fill_with_tail(memory, size, || Ok((make()?, 0))) }
+}
+
+/// As [`fill`], for a value that is followed by a number of doubles, which become zero; the memory
+/// may be larger than both.
+///
+/// # Safety
+/// As [`fill`].
+pub unsafe fn fill_with_tail<H: Holds, E: From<Code>>(
+    memory: *mut H,
+    size: usize,
+    make: impl FnOnce() -> Result<(H::Value, usize), E>,
+) -> Result<(), E> {
+    let place = place(memory)?.cast_mut();
+    if size < size_with_tail::<H>(0) {
         return Err(Code::Size.into());
     }
     // Written part by part, since a whole would be on the stack first.
-    // SAFETY: not null, aligned, and large enough by `FITS`; the caller owns it.
+    // SAFETY: not null, aligned, and large enough, which is checked; the caller owns it.
     unsafe {
         (&raw mut (*place).mark).write(0);
-        (&raw mut (*place).value).write(MaybeUninit::new(make()?));
+        let (value, tail) = make()?;
+        if size < size_with_tail::<H>(tail) {
+            return Err(Code::Size.into());
+        }
+        (&raw mut (*place).value).write(MaybeUninit::new(value));
+        place.add(1).cast::<f64>().write_bytes(0, tail);
         (&raw mut (*place).mark).write(H::MARK);
     }
     Ok(())
+}
+
+/// Bytes of a value that is followed by so many doubles.
+pub const fn size_with_tail<H: Holds>(tail: usize) -> usize {
+    const { assert!(size_of::<Marked<H::Value>>().is_multiple_of(size_of::<f64>())) };
+    size_of::<Marked<H::Value>>() + tail * size_of::<f64>()
 }
 
 /// The value in the caller's memory.
@@ -95,6 +123,25 @@ pub unsafe fn change<'a, H: Holds>(memory: *mut H) -> Result<&'a mut H::Value, C
     }
     // SAFETY: the mark is written by `fill` alone, together with the value.
     Ok(unsafe { marked.value.assume_init_mut() })
+}
+
+/// The value in the caller's memory and the doubles behind it, to be changed.
+///
+/// # Safety
+/// As [`change`]; `tail` returns the number of doubles that [`fill_with_tail`] was told.
+pub unsafe fn change_with_tail<'a, H: Holds>(
+    memory: *mut H,
+    tail: impl FnOnce(&H::Value) -> usize,
+) -> Result<(&'a mut H::Value, &'a mut [f64]), Code> {
+    // SAFETY: the contract of this function.
+    let value = unsafe { change(memory)? };
+    let count = tail(value);
+    // SAFETY: behind the value, in the memory that was filled with both, and aligned as it is.
+    let tail = unsafe {
+        let first = memory.cast::<Marked<H::Value>>().add(1).cast::<f64>();
+        core::slice::from_raw_parts_mut(first, count)
+    };
+    Ok((value, tail))
 }
 
 /// Writes a result to the caller's memory.

@@ -11,7 +11,7 @@ use std::{
     sync::LazyLock,
 };
 
-use model_core::actuator::{Actuator, ModelKind, PlantKind, Reading, Settings};
+use model_core::actuator::{Actuator, InputLevel, ModelKind, PlantKind, Settings};
 use model_core::named::Named;
 use model_core::plant::Pwm;
 
@@ -79,19 +79,34 @@ fn run(program: &Path, arguments: &[&str], input: &str) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// Steps of every sort of length, in deg, ticks and Nm.
-fn steps() -> impl Iterator<Item = (f64, u64, f64)> {
-    let lengths = [1, 7, 20, 80, 83, 400, 1000];
-    (0..60_u32).map(move |i| {
-        let command_deg = f64::from((i * 37) % 121) - 60.3;
-        let load_nm = f64::from(i % 5) * 0.05 - 0.1;
-        (command_deg, lengths[i as usize % lengths.len()], load_nm)
-    })
+/// A step of a trace.
+struct Step {
+    input: InputLevel,
+    value: f64,
+    ticks: u64,
+    load_nm: f64,
+    inertia_kg_m2: f64,
 }
 
-fn line(tick: u64, r: &Reading) -> String {
-    let mut line = tick.to_string();
-    for number in r.values() {
+/// Steps of every sort of length, in every input that the model has.
+fn steps(settings: &Settings) -> Vec<Step> {
+    let lengths = [1, 7, 20, 80, 83, 400, 1000];
+    let has = |input: &InputLevel| input.is_of(settings.model, settings.plant);
+    let inputs: Vec<_> = InputLevel::ALL.iter().copied().filter(has).collect();
+    let step = |i: u32| Step {
+        input: inputs[i as usize / 5 % inputs.len()],
+        value: f64::from((i * 37) % 121) - 60.3,
+        ticks: lengths[i as usize % lengths.len()],
+        load_nm: f64::from(i % 5) * 0.05 - 0.1,
+        inertia_kg_m2: f64::from(i % 3) * 1e-3,
+    };
+    (0..60).map(step).collect()
+}
+
+fn line(actuator: &Actuator) -> String {
+    let (mut line, load) = (actuator.tick().to_string(), actuator.load());
+    let motion = [load.angle_deg, load.rate_deg_s];
+    for number in actuator.reading().values().into_iter().chain(motion) {
         write!(line, " {:016x}", number.to_bits()).unwrap();
     }
     line + "\n"
@@ -99,11 +114,16 @@ fn line(tick: u64, r: &Reading) -> String {
 
 fn trace_in_rust(settings: &Settings) -> String {
     let mut actuator = Actuator::try_new(settings).unwrap();
-    let mut trace = line(0, &actuator.reading());
-    for (command_deg, ticks, load_nm) in steps() {
-        actuator.set_load_torque_nm(load_nm).unwrap();
-        actuator.advance(command_deg, ticks).unwrap();
-        trace += &line(actuator.tick(), &actuator.reading());
+    let mut trace = line(&actuator);
+    for step in steps(settings) {
+        actuator.set_load_torque_nm(step.load_nm).unwrap();
+        actuator.set_load_inertia_kg_m2(step.inertia_kg_m2).unwrap();
+        let push = (1e-3 * step.value, 1e-4 * step.load_nm);
+        actuator.push_load(push.0, push.1).unwrap();
+        actuator
+            .advance_with(step.input, step.value, step.ticks)
+            .unwrap();
+        trace += &line(&actuator);
     }
     trace
 }
@@ -113,7 +133,6 @@ fn c_and_rust_give_the_same_bits_for_every_model_plant_and_preset() {
     let folder = tempfile::tempdir().unwrap();
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let program = compile(folder.path(), &root.join("tests/trace.c"));
-    let input: String = steps().map(|(c, t, l)| format!("{c} {t} {l}\n")).collect();
     let mut compared = 0;
     for (model, plant) in ModelKind::ALL
         .iter()
@@ -124,6 +143,18 @@ fn c_and_rust_give_the_same_bits_for_every_model_plant_and_preset() {
             (settings.pwm, settings.seed) = (Pwm::Switched, 7);
             if settings.apply(preset).is_err() {
                 continue;
+            }
+            let mut input = String::new();
+            for Step {
+                input: level,
+                value,
+                ticks,
+                load_nm,
+                inertia_kg_m2,
+            } in steps(&settings)
+            {
+                let level = InputLevel::ALL.iter().position(|l| *l == level).unwrap();
+                writeln!(input, "{level} {value} {ticks} {load_nm} {inertia_kg_m2}").unwrap();
             }
             // Only the board has a plant.
             let plant_name = match model {

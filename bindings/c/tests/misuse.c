@@ -39,6 +39,11 @@ static void memory_that_holds_nothing(void)
     EXPECT_ERROR(NOT_READY, actuator_start(&actuator, sizeof actuator, &settings, NULL));
     EXPECT_ERROR(NOT_READY, actuator_advance(&actuator, 0.0, 1));
     EXPECT_ERROR(NOT_READY, actuator_advance_to(&actuator, 0.0, 1.0));
+    EXPECT_ERROR(NOT_READY, actuator_drive(&actuator, ACTUATOR_INPUT_RATE, 0.0, 1));
+    EXPECT_ERROR(NOT_READY, actuator_drive_to(&actuator, ACTUATOR_INPUT_RATE, 0.0, 1.0));
+    EXPECT_ERROR(NOT_READY, actuator_set_load_inertia(&actuator, 0.0));
+    EXPECT_ERROR(NOT_READY, actuator_push_load(&actuator, 0.0, 0.0));
+    EXPECT(actuator_size(&settings) == 0);
     EXPECT_ERROR(NOT_READY, actuator_set_load_nm(&actuator, 0.0));
     EXPECT_ERROR(NOT_READY, actuator_read(&actuator, &reading));
     /* Settings and arbitrary bytes are not accepted as an actuator. */
@@ -67,7 +72,14 @@ static void pointers(void)
     EXPECT_ERROR(POINTER, actuator_start(NULL, sizeof actuator, &settings, NULL));
     EXPECT_ERROR(POINTER, actuator_start(odd, sizeof actuator, &settings, NULL));
     EXPECT_ERROR(POINTER, actuator_start(&actuator, sizeof actuator, NULL, NULL));
-    EXPECT_ERROR(SIZE, actuator_start(&actuator, sizeof actuator + 8, &settings, NULL));
+    EXPECT_ERROR(SIZE, actuator_start(&actuator, 8, &settings, NULL));
+    EXPECT_ERROR(SIZE, actuator_start(&actuator, actuator_size(&settings) - 1, &settings, NULL));
+    EXPECT_ERROR(POINTER, actuator_drive(NULL, ACTUATOR_INPUT_DUTY, 0.0, 1));
+    EXPECT_ERROR(POINTER, actuator_drive_to(NULL, ACTUATOR_INPUT_DUTY, 0.0, 1.0));
+    EXPECT_ERROR(POINTER, actuator_set_load_inertia(NULL, 0.0));
+    EXPECT_ERROR(POINTER, actuator_push_load(NULL, 0.0, 0.0));
+    EXPECT_ERROR(POINTER, actuator_read_load(NULL, NULL));
+    EXPECT(actuator_size(NULL) == 0);
     EXPECT_ERROR(POINTER, actuator_advance(NULL, 0.0, 1));
     EXPECT_ERROR(POINTER, actuator_advance_to(NULL, 0.0, 1.0));
     EXPECT_ERROR(POINTER, actuator_set_load_nm(NULL, 0.0));
@@ -115,6 +127,12 @@ static void time_and_commands(void)
     EXPECT_ERROR(COMMAND, actuator_advance(&actuator, NAN, 1));
     EXPECT_ERROR(COMMAND, actuator_advance_to(&actuator, HUGE_VAL, 1.0));
     EXPECT_ERROR(COMMAND, actuator_set_load_nm(&actuator, -HUGE_VAL));
+    EXPECT_ERROR(COMMAND, actuator_set_load_inertia(&actuator, -1.0));
+    EXPECT_ERROR(COMMAND, actuator_push_load(&actuator, NAN, 0.0));
+    EXPECT_ERROR(COMMAND, actuator_drive(&actuator, ACTUATOR_INPUT_DUTY, NAN, 1));
+    EXPECT_ERROR(INPUT, actuator_drive(&actuator, ACTUATOR_INPUT_VOLTAGE, 1.0, 1));
+    EXPECT_ERROR(INPUT, actuator_drive(&actuator, 4, 1.0, 1));
+    EXPECT_ERROR(INPUT, actuator_drive(&actuator, -1, 1.0, 1));
     EXPECT_ERROR(TIME, actuator_advance(&actuator, 0.0, UINT64_MAX));
     EXPECT_ERROR(TIME, actuator_advance_to(&actuator, 0.0, NAN));
     EXPECT_ERROR(TIME, actuator_advance_to(&actuator, 0.0, -1.0));
@@ -125,6 +143,27 @@ static void time_and_commands(void)
     /* After a failed initialisation there is no valid actuator. */
     EXPECT_ERROR(POINTER, actuator_start(&actuator, sizeof actuator, NULL, NULL));
     EXPECT_ERROR(NOT_READY, actuator_advance(&actuator, 0.0, 1));
+}
+
+static void long_delays(void)
+{
+    static uint64_t memory[20000 + ACTUATOR_WORDS];
+    struct actuator *delayed = (struct actuator *)memory;
+    struct actuator_reading reading;
+
+    EXPECT(actuator_size(&settings) <= sizeof actuator);
+    EXPECT_ERROR(NONE, actuator_settings_set(&settings, "delay_s", 1.0, &why));
+    EXPECT(actuator_size(&settings) > 20000 * 8 && actuator_size(&settings) <= sizeof memory);
+    EXPECT_ERROR(SIZE, actuator_start(&actuator, sizeof actuator, &settings, &why));
+    EXPECT_ERROR(NOT_READY, actuator_advance(&actuator, 0.0, 1));
+    EXPECT_ERROR(NONE, actuator_start(delayed, sizeof memory, &settings, &why));
+    EXPECT_ERROR(NONE, actuator_advance(delayed, 0.0, 1));
+    EXPECT_ERROR(NONE, actuator_advance(delayed, 10.0, 20000));
+    EXPECT_ERROR(NONE, actuator_read(delayed, &reading));
+    EXPECT(reading.command_deg == 0.0);
+    EXPECT_ERROR(NONE, actuator_advance(delayed, 10.0, 1));
+    EXPECT_ERROR(NONE, actuator_read(delayed, &reading));
+    EXPECT(reading.command_deg == 10.0);
 }
 
 static void lists(void)
@@ -149,13 +188,14 @@ static void lists(void)
 
 int main(void)
 {
-    for (int code = -1; code <= 8; code++)
+    for (int code = -1; code <= 9; code++)
         EXPECT(strlen(actuator_error_text(code)) > 0);
     EXPECT(strcmp(actuator_error_text(INT32_MIN), "unknown error") == 0);
     memory_that_holds_nothing();
     pointers();
     names_and_values();
     time_and_commands();
+    long_delays();
     lists();
     return failures != 0;
 }

@@ -2,7 +2,8 @@
  * Prints the trace of an actuator, the bits of each number in hexadecimal.
  *
  * Usage: trace MODEL PLANT PRESET PWM SEED < steps
- * Each step is a line `command_deg ticks load_nm`. After half of the steps the state is saved,
+ * Each step is a line `input value ticks load_nm inertia_kg_m2`, the input a number of
+ * `enum actuator_input`. After half of the steps the state is saved,
  * changed by other steps, and restored.
  */
 #include "actuator.h"
@@ -30,6 +31,7 @@ static void print(double value)
 static void show(const struct actuator *actuator)
 {
     struct actuator_reading r;
+    struct actuator_load load;
     check(actuator_read(actuator, &r), "read");
     printf("%" PRIu64, r.tick);
     print(r.command_deg);
@@ -40,12 +42,15 @@ static void show(const struct actuator *actuator)
     print(r.rate_meas_deg_s);
     print(r.current_a);
     print(r.back_emf_v);
+    check(actuator_read_load(actuator, &load), "load");
+    print(load.angle_deg);
+    print(load.rate_deg_s);
     putchar('\n');
 }
 
 static void go_astray_and_back(struct actuator *actuator)
 {
-    static struct actuator kept;
+    static struct actuator kept; /* the delay is the default one */
     memcpy(&kept, actuator, sizeof kept);
     check(actuator_advance(actuator, -123.0, 4321), "astray");
     memcpy(actuator, &kept, sizeof kept);
@@ -56,12 +61,12 @@ int main(int argc, char **argv)
     static struct actuator actuator;
     struct actuator_settings settings;
     struct actuator_why why;
-    double command_deg, load_nm;
+    double value, load_nm, inertia_kg_m2;
+    int input;
     uint64_t ticks;
     int steps = 0;
 
-    if (argc != 6 || actuator_abi_version() != ACTUATOR_ABI_VERSION ||
-        actuator_size() != sizeof actuator)
+    if (argc != 6 || actuator_abi_version() != ACTUATOR_ABI_VERSION)
         return 2;
     /* "-" is a model without a plant. */
     const char *plant = strcmp(argv[2], "-") == 0 ? NULL : argv[2];
@@ -69,13 +74,17 @@ int main(int argc, char **argv)
     check(actuator_settings_apply(&settings, argv[3], &why), why.text);
     check(actuator_settings_set_pwm(&settings, argv[4], &why), why.text);
     check(actuator_settings_set_seed(&settings, strtoull(argv[5], NULL, 10)), "seed");
+    if (actuator_size(&settings) > sizeof actuator)
+        return 3;
     check(actuator_start(&actuator, sizeof actuator, &settings, &why), why.text);
     show(&actuator);
-    while (scanf("%lf %" SCNu64 " %lf", &command_deg, &ticks, &load_nm) == 3) {
+    while (scanf("%d %lf %" SCNu64 " %lf %lf", &input, &value, &ticks, &load_nm, &inertia_kg_m2) == 5) {
         if (++steps == 20)
             go_astray_and_back(&actuator);
         check(actuator_set_load_nm(&actuator, load_nm), "load");
-        check(actuator_advance(&actuator, command_deg, ticks), "advance");
+        check(actuator_set_load_inertia(&actuator, inertia_kg_m2), "inertia");
+        check(actuator_push_load(&actuator, 1e-3 * value, 1e-4 * load_nm), "push");
+        check(actuator_drive(&actuator, input, value, ticks), "drive");
         show(&actuator);
     }
     return 0;

@@ -4,11 +4,12 @@
 //! samples the encoder and computes the next duty, which takes effect one PWM period later.
 
 use crate::control::{
-    cascade::{CascadeState, CascadeStep, Coefficients},
-    units::Angle,
+    cascade::{CascadeState, CascadeStep, Coefficients, Setpoint},
+    units::percent,
 };
 use crate::plant::{
-    Plant,
+    Plant, bridge_duty_pct,
+    drivetrain::pwm::PwmDrivetrain,
     pwm_timer::{Modulator, PwmCompare},
 };
 use crate::sensors::encoder::Encoder;
@@ -92,9 +93,9 @@ impl<P: Plant> ClosedLoop<P> {
     }
 
     /// Processes the PWM edge at which the next period of 20 ticks starts; `command` returns the
-    /// command that has arrived at a tick.
+    /// command that has arrived at a tick, an angle or a rate.
     #[inline(always)]
-    pub fn start_period(&mut self, command: impl FnOnce(u64) -> Angle) {
+    pub fn start_period<S: Into<Setpoint>>(&mut self, command: impl FnOnce(u64) -> S) {
         self.duty_pct = self.pending_duty_pct;
         self.plant.start_period(self.duty_pct);
         if self.tick.is_multiple_of(CONTROL_PERIOD_TICKS) {
@@ -103,7 +104,7 @@ impl<P: Plant> ClosedLoop<P> {
         self.tick += PWM_PERIOD_TICKS;
     }
 
-    fn control(&mut self, command: Angle) {
+    fn control(&mut self, command: impl Into<Setpoint>) {
         let count = self.encoder.valid_count(self.plant.at(0).angle_deg);
         self.control.observe(&self.coefficients, count);
         // Without a valid count the last duty remains: protections are part of the board's
@@ -119,6 +120,38 @@ impl<P: Plant> ClosedLoop<P> {
         }
     }
 
+    /// Processes the PWM edge with both loops open: this duty, %, takes effect at once.
+    ///
+    /// The board goes on to measure angle and rate; its regulator is empty when the loops close.
+    pub fn start_open_period(&mut self, duty_pct: f64) {
+        let limited_pct = bridge_duty_pct(duty_pct);
+        let duty = percent(limited_pct);
+        self.compare = self.modulator.next(duty);
+        let duty_pct = if self.timer.counts() {
+            self.compare.duty_pct()
+        } else {
+            limited_pct
+        };
+        self.plant.start_period(duty_pct);
+        self.observe(duty_pct);
+    }
+
+    /// Measures without regulating, in the periods in which the control step runs. The duty is
+    /// also that of the next edge, if the loops close then.
+    fn observe(&mut self, duty_pct: f64) {
+        (self.duty_pct, self.pending_duty_pct) = (duty_pct, duty_pct);
+        self.step = CascadeStep {
+            duty: percent(duty_pct),
+            ..CascadeStep::default()
+        };
+        if self.tick.is_multiple_of(CONTROL_PERIOD_TICKS) {
+            let count = self.encoder.valid_count(self.plant.at(0).angle_deg);
+            self.control.observe(&self.coefficients, count);
+            self.control.release();
+        }
+        self.tick += PWM_PERIOD_TICKS;
+    }
+
     /// The duty of the running period, %.
     pub fn duty_pct(&self) -> f64 {
         self.duty_pct
@@ -132,5 +165,15 @@ impl<P: Plant> ClosedLoop<P> {
     /// The estimated rate, deg/s.
     pub fn rate_meas_deg_s(&self) -> f64 {
         self.control.rate().to_f64()
+    }
+}
+
+impl ClosedLoop<PwmDrivetrain<'_>> {
+    /// Processes the PWM edge with this voltage, V, at the motor's terminals during the whole
+    /// period. The duty is that of the same mean voltage, and 0 without a supply.
+    pub fn start_period_at_volts(&mut self, terminal_v: f64) {
+        self.plant.start_period_at_volts(terminal_v);
+        let share = terminal_v / self.plant.supply_v();
+        self.observe(bridge_duty_pct(100.0 * share));
     }
 }

@@ -3,12 +3,23 @@
 //! [`Settings`] contains model and parameters, [`Actuator`] is stepped by its caller. Neither uses
 //! the heap: both can be copied, stored and restored.
 
+mod board;
 pub mod closed_loop;
+mod input;
 pub mod kind;
 pub mod lanes;
+mod load;
+mod reading;
 pub mod settings;
 pub mod stepped;
+mod stepped_core;
 
+pub use input::{CommandError, InputLevel};
 pub use kind::{ModelKind, PlantKind};
+pub use reading::Reading;
 pub use settings::Settings;
-pub use stepped::{Actuator, CommandError, Reading};
+pub use stepped::Actuator;
+pub use stepped_core::ActuatorCore;
+
+#[cfg(test)]
+mod tests;

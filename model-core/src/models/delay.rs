@@ -29,6 +29,67 @@ impl Ring for alloc::vec::Vec<f64> {
     }
 }
 
+/// The place of a transport delay in its memory, which is given to each call.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct DelayCursor {
+    delay_ticks: usize,
+    oldest: usize,
+    /// Whether the first value was received.
+    started: bool,
+}
+
+impl DelayCursor {
+    /// The start of a delay; `None` above [`LONGEST_DELAY`].
+    pub fn try_new(delay_ticks: u64) -> Option<Self> {
+        let delay_ticks = usize::try_from(delay_ticks).ok()?;
+        (delay_ticks <= LONGEST_DELAY).then_some(Self {
+            delay_ticks,
+            oldest: 0,
+            started: false,
+        })
+    }
+
+    /// Values of its memory.
+    pub fn len(&self) -> usize {
+        self.delay_ticks
+    }
+
+    /// Whether it does not delay.
+    pub fn is_empty(&self) -> bool {
+        self.delay_ticks == 0
+    }
+
+    /// Forgets the values in transit: the next one is again assumed to be the past.
+    pub fn restart(&mut self) {
+        (self.oldest, self.started) = (0, false);
+    }
+
+    /// Accepts the value of this tick and returns that of `delay_ticks` ago. Every value passes
+    /// unchanged, including NaN.
+    #[inline]
+    pub fn shift(&mut self, memory: &mut [f64], value: f64) -> f64 {
+        if self.delay_ticks == 0 {
+            return value;
+        }
+        if !self.started {
+            // In place: an array for the longest delay has 160 KB, too much to copy to the stack
+            // or in every tick.
+            memory.fill(value);
+            self.started = true;
+        }
+        // `oldest < delay_ticks` always holds, which the memory has; `map_or` avoids the panic path
+        // of an index.
+        let delayed = memory
+            .get_mut(self.oldest)
+            .map_or(value, |place| core::mem::replace(place, value));
+        self.oldest += 1;
+        if self.oldest == self.delay_ticks {
+            self.oldest = 0;
+        }
+        delayed
+    }
+}
+
 /// Returns each value `delay_ticks` calls after it was passed in.
 ///
 /// The paper has one such delay at the input of the actuator (section III: 0.0175 s, 350 ticks,
@@ -36,12 +97,9 @@ impl Ring for alloc::vec::Vec<f64> {
 /// if the command had been constant before.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DelayLine<R> {
-    delay_ticks: usize,
+    cursor: DelayCursor,
     /// The values in transit, in the first `delay_ticks` elements.
     ring: R,
-    oldest: usize,
-    /// Whether the first value was received.
-    started: bool,
 }
 
 impl<R: Ring> DelayLine<R> {
@@ -55,40 +113,22 @@ impl<R: Ring> DelayLine<R> {
     /// assert!(DelayLine::<[f64; 4]>::try_new(5).is_none());
     /// ```
     pub fn try_new(delay_ticks: u64) -> Option<Self> {
-        let delay_ticks = usize::try_from(delay_ticks).ok()?;
+        let cursor = DelayCursor::try_new(delay_ticks)?;
         Some(Self {
-            delay_ticks,
-            ring: R::for_delay(delay_ticks)?,
-            oldest: 0,
-            started: false,
+            ring: R::for_delay(cursor.len())?,
+            cursor,
         })
     }
 
-    /// Accepts the value of this tick and returns that of `delay_ticks` ago. Every value passes
-    /// unchanged, including NaN.
+    /// As [`DelayCursor::shift`].
     #[inline]
     pub fn shift(&mut self, value: f64) -> f64 {
-        if self.delay_ticks == 0 {
-            return value;
-        }
-        if !self.started {
-            // In place: an array for the longest delay has 160 KB, too much to copy to the stack
-            // or in every tick.
-            self.ring.as_mut().fill(value);
-            self.started = true;
-        }
-        // `oldest < delay_ticks` always holds, which the memory has; `map_or` avoids the panic path
-        // of an index.
-        let delayed = self
-            .ring
-            .as_mut()
-            .get_mut(self.oldest)
-            .map_or(value, |place| core::mem::replace(place, value));
-        self.oldest += 1;
-        if self.oldest == self.delay_ticks {
-            self.oldest = 0;
-        }
-        delayed
+        self.cursor.shift(self.ring.as_mut(), value)
+    }
+
+    /// The place and the memory.
+    pub fn parts(&mut self) -> (&mut DelayCursor, &mut [f64]) {
+        (&mut self.cursor, self.ring.as_mut())
     }
 }
 

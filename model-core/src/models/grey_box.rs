@@ -66,6 +66,17 @@ pub struct GreyBox {
     integral_pct: f64,
 }
 
+/// What the grey box is commanded in.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Demand {
+    /// Angle, deg: both loops are closed.
+    Angle(f64),
+    /// Rate, deg/s: the rate loop alone is closed.
+    Rate(f64),
+    /// Duty, %, up to its limit: both loops are open and the integrator is empty.
+    Duty(f64),
+}
+
 /// Output of the controller.
 struct Control {
     /// Rate after the limit, `ws`.
@@ -109,10 +120,23 @@ impl GreyBox {
 
 impl GreyBoxParameters {
     #[inline]
-    fn control(&self, command_deg: f64, [angle, rate, integral]: [f64; 3]) -> Control {
+    fn control(&self, command: Demand, [angle, rate, integral]: [f64; 3]) -> Control {
         let limited_rate_deg_s =
             within(rate, -self.rate_limit_down_deg_s, self.rate_limit_up_deg_s);
-        let error_deg_s = self.position_gain * (command_deg - angle) - limited_rate_deg_s;
+        let rate_command_deg_s = match command {
+            Demand::Angle(command_deg) => self.position_gain * (command_deg - angle),
+            Demand::Rate(rate_deg_s) => rate_deg_s,
+            Demand::Duty(duty_pct) => {
+                let duty_pct = within(duty_pct, -self.duty_limit_pct, self.duty_limit_pct);
+                return Control {
+                    limited_rate_deg_s,
+                    error_deg_s: 0.0,
+                    demand_pct: duty_pct,
+                    duty_pct,
+                };
+            }
+        };
+        let error_deg_s = rate_command_deg_s - limited_rate_deg_s;
         let demand_pct = self.proportional_gain * error_deg_s + integral;
         Control {
             limited_rate_deg_s,
@@ -124,9 +148,9 @@ impl GreyBoxParameters {
 
     /// Derivative of angle, rate and integrator.
     #[inline]
-    fn derivative(&self, command_deg: f64, state: [f64; 3]) -> [f64; 3] {
+    fn derivative(&self, command: Demand, state: [f64; 3]) -> [f64; 3] {
         let [_, rate, _] = state;
-        let control = self.control(command_deg, state);
+        let control = self.control(command, state);
         let motor_gain = if control.duty_pct > 0.0 {
             self.motor_gain_up
         } else {
@@ -142,9 +166,10 @@ impl GreyBoxParameters {
     }
 }
 
-impl ActuatorModel for GreyBox {
-    fn output(&self, command_deg: f64) -> Output {
-        let control = self.parameters.control(command_deg, self.state());
+impl GreyBox {
+    /// As [`ActuatorModel::output`].
+    pub fn output_for(&self, demand: Demand) -> Output {
+        let control = self.parameters.control(demand, self.state());
         Output {
             angle_deg: self.angle_deg,
             rate_deg_s: control.limited_rate_deg_s,
@@ -152,14 +177,28 @@ impl ActuatorModel for GreyBox {
         }
     }
 
+    /// As [`ActuatorModel::step`].
     #[inline]
-    fn step(&mut self, command_deg: f64) {
+    pub fn step_for(&mut self, demand: Demand) {
+        if let Demand::Duty(_) = demand {
+            self.integral_pct = 0.0;
+        }
         let p = &self.parameters;
-        let [angle, rate, integral] = rk4::step(self.state(), TICK_S, |state| {
-            p.derivative(command_deg, state)
-        });
+        let [angle, rate, integral] =
+            rk4::step(self.state(), TICK_S, |state| p.derivative(demand, state));
         (self.angle_deg, self.rate_deg_s) = hard_stop(angle, rate, p.position_limit_deg);
         self.integral_pct = integral;
+    }
+}
+
+impl ActuatorModel for GreyBox {
+    fn output(&self, command_deg: f64) -> Output {
+        self.output_for(Demand::Angle(command_deg))
+    }
+
+    #[inline]
+    fn step(&mut self, command_deg: f64) {
+        self.step_for(Demand::Angle(command_deg));
     }
 }
 

@@ -7,7 +7,7 @@ import xml.etree.ElementTree as xml
 
 import jsbsim
 
-ABI_VERSION = 1
+ABI_VERSION = 2
 
 
 class _Settings(ctypes.Structure):
@@ -15,7 +15,7 @@ class _Settings(ctypes.Structure):
 
 
 class _Actuator(ctypes.Structure):
-    _fields_ = [("opaque", ctypes.c_uint64 * 20480)]
+    _fields_ = [("opaque", ctypes.c_uint64 * 800)]
 
 
 class _Why(ctypes.Structure):

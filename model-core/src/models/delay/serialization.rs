@@ -11,13 +11,13 @@ use super::{DelayLine, Ring};
 /// Sequence: delay in ticks, whether a value was received, index of the oldest value, the values.
 impl<R: Ring> Serialize for DelayLine<R> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let in_transit = self.ring.as_ref().get(..self.delay_ticks);
-        let in_transit = in_transit.filter(|_| self.started);
+        let in_transit = self.ring.as_ref().get(..self.cursor.delay_ticks);
+        let in_transit = in_transit.filter(|_| self.cursor.started);
         let count = in_transit.map_or(0, <[f64]>::len);
         let mut seq = serializer.serialize_seq(Some(3 + count))?;
-        seq.serialize_element(&(self.delay_ticks as u64))?;
+        seq.serialize_element(&(self.cursor.delay_ticks as u64))?;
         seq.serialize_element(&in_transit.is_some())?;
-        seq.serialize_element(&(self.oldest as u64))?;
+        seq.serialize_element(&(self.cursor.oldest as u64))?;
         for value in in_transit.into_iter().flatten() {
             seq.serialize_element(value)?;
         }
@@ -50,10 +50,10 @@ impl<'de, R: Ring> Visitor<'de> for Line<R> {
         if oldest != 0 && oldest >= delay_ticks {
             return Err(A::Error::custom("an index beyond the delay"));
         }
-        line.oldest = oldest as usize;
-        line.started = has_begun;
+        line.cursor.oldest = oldest as usize;
+        line.cursor.started = has_begun;
         if has_begun {
-            let ring = line.ring.as_mut().iter_mut().take(line.delay_ticks);
+            let ring = line.ring.as_mut().iter_mut().take(line.cursor.delay_ticks);
             for (i, place) in ring.enumerate() {
                 *place = seq.next_element()?.ok_or_else(|| missing(3 + i))?;
             }

@@ -105,6 +105,10 @@ pub(super) struct GearTrain {
     /// `joints[i]` connects `bodies[i]` and `bodies[i + 1]`.
     joints: [Joint; 2],
     count: usize,
+    /// Inertia of the last body without what is added to it.
+    last_inertia_kg_m2: f64,
+    /// Inertia that is added to the last body.
+    added_kg_m2: f64,
     /// Index of the output gear in `bodies`.
     output: usize,
     friction: Friction,
@@ -147,6 +151,8 @@ impl GearTrain {
             bodies: [Body::default(); 3],
             joints: [Joint::default(); 2],
             count: 1,
+            last_inertia_kg_m2: 0.0,
+            added_kg_m2: 0.0,
             output: 0,
             friction,
             bearing_nm: p.bearing_friction_nm,
@@ -165,7 +171,25 @@ impl GearTrain {
                 train.output = train.count - 1;
             }
         }
+        train.last_inertia_kg_m2 = train.bodies[train.count - 1].inertia_kg_m2;
         train
+    }
+
+    /// Adds an inertia to the load; whether that is a change.
+    pub fn set_added_inertia(&mut self, added_kg_m2: f64) -> bool {
+        if added_kg_m2 == self.added_kg_m2 {
+            return false;
+        }
+        self.added_kg_m2 = added_kg_m2;
+        self.bodies[self.count - 1].inertia_kg_m2 = self.last_inertia_kg_m2 + added_kg_m2;
+        true
+    }
+
+    /// Moves the load by an angle and an impulse.
+    pub fn push_load(&mut self, angle_rad: f64, impulse_nms: f64) {
+        let load = &mut self.bodies[self.count - 1];
+        load.angle_rad += angle_rad;
+        load.rate_rad_s += impulse_nms / load.inertia_kg_m2;
     }
 
     /// The longest step that resolves every oscillation and decay, at most a tick.

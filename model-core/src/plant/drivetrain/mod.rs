@@ -143,6 +143,8 @@ pub struct Drivetrain {
     /// Back-EMF per output rate, equal to output torque per current.
     constant_nm_a: f64,
     longest_step_s: f64,
+    /// The longest step that resolves the decay of the rotor's rate.
+    decay_step_s: f64,
     steps_of_tick: Steps,
 }
 
@@ -159,14 +161,18 @@ impl Steps {
     /// The fewest steps of at most the longest one, for a time above 0 and up to
     /// [`LONGEST_ADVANCE_S`].
     fn new(dt_s: f64, longest_step_s: f64, winding: &Winding) -> Self {
-        // At most 1 s / 0.78 us = 1.3 million, at least 1.
-        let count = libm::ceil(dt_s / longest_step_s) as u32;
+        let count = Self::count(dt_s, longest_step_s);
         let step_s = dt_s / f64::from(count);
         Self {
             count,
             step_s,
             electrical: winding.step(step_s),
         }
+    }
+
+    /// At most 1 s / 0.78 us = 1.3 million, at least 1.
+    fn count(dt_s: f64, longest_step_s: f64) -> u32 {
+        libm::ceil(dt_s / longest_step_s) as u32
     }
 }
 
@@ -176,6 +182,9 @@ const LONGEST_ADVANCE_S: f64 = 1.0;
 /// Maximum recorded torque. With the smallest load inertia, 1e-8 kg m^2, it gives 1e14 rad/s^2,
 /// which overflows no number in any practical time.
 const GREATEST_TORQUE_NM: f64 = 1e6;
+
+/// Maximum added inertia: that of a tonne at a metre.
+const GREATEST_INERTIA_KG_M2: f64 = 1e3;
 
 impl Drivetrain {
     /// A drivetrain at rest at zero, without current.
@@ -202,7 +211,8 @@ impl Drivetrain {
         // The back-EMF decelerates the rotor with the rate k^2/(R J), a decay like the others.
         let decay_s = motor.winding_resistance_ohm * parameters.gear_train.motor_inertia_kg_m2
             / (motor.torque_constant_nm_a * motor.torque_constant_nm_a);
-        let longest_step_s = train.longest_step_s(&load).min(STEP_SHARE * decay_s);
+        let decay_step_s = STEP_SHARE * decay_s;
+        let longest_step_s = train.longest_step_s(&load).min(decay_step_s);
         let winding = Winding::new(motor);
         Ok(Self {
             steps_of_tick: Steps::new(TICK_S, longest_step_s, &winding),
@@ -214,6 +224,7 @@ impl Drivetrain {
             gear_ratio,
             constant_nm_a: motor.torque_constant_nm_a * gear_ratio,
             longest_step_s,
+            decay_step_s,
         })
     }
 
@@ -274,6 +285,34 @@ impl Drivetrain {
         } else {
             within(torque_nm, -GREATEST_TORQUE_NM, GREATEST_TORQUE_NM)
         };
+    }
+
+    /// Inertia that moves with the load in addition to that of the parameters, kg m^2, until the
+    /// next call: that of a joint of another simulation. It is limited to the range from 0 to 1e3;
+    /// NaN counts as 0. Motions keep their rates.
+    pub fn set_added_inertia_kg_m2(&mut self, inertia_kg_m2: f64) {
+        let inertia_kg_m2 = if inertia_kg_m2.is_nan() {
+            0.0
+        } else {
+            within(inertia_kg_m2, 0.0, GREATEST_INERTIA_KG_M2)
+        };
+        if self.train.set_added_inertia(inertia_kg_m2) {
+            self.longest_step_s = self.train.longest_step_s(&self.load).min(self.decay_step_s);
+            let steps = Steps::count(TICK_S, self.longest_step_s);
+            // The coefficients of a step cost an exponential.
+            if steps != self.steps_of_tick.count {
+                self.steps_of_tick = Steps::new(TICK_S, self.longest_step_s, &self.winding);
+            }
+        }
+    }
+
+    /// Moves the load by an angle, deg, and an impulse, Nm s: the effect of something that the
+    /// external torque did not contain, such as a contact that another simulation has solved.
+    /// Values that are not finite have no effect.
+    pub fn push_load(&mut self, angle_deg: f64, impulse_nms: f64) {
+        if angle_deg.is_finite() && impulse_nms.is_finite() {
+            self.train.push_load(angle_deg * (PI / 180.0), impulse_nms);
+        }
     }
 
     /// Sets the supply of the bridge, V, limited to the range of its parameter; NaN counts as 0.

@@ -71,6 +71,45 @@ impl<'a> PwmDrivetrain<'a> {
         self.drivetrain.set_recorded_torque_nm(torque_nm);
     }
 
+    /// Adds an inertia to the load from the next period, kg m^2, as
+    /// [`Drivetrain::set_added_inertia_kg_m2`].
+    pub fn set_load_inertia_kg_m2(&mut self, inertia_kg_m2: f64) {
+        self.drivetrain.set_added_inertia_kg_m2(inertia_kg_m2);
+    }
+
+    /// Moves the load at the end of the running period, as [`Drivetrain::push_load`].
+    pub fn push_load(&mut self, angle_deg: f64, impulse_nms: f64) {
+        self.drivetrain.push_load(angle_deg, impulse_nms);
+        self.instants[PERIOD] = self.drivetrain.instant();
+    }
+
+    /// Supply of the bridge, V.
+    pub fn supply_v(&self) -> f64 {
+        self.drivetrain.supply_v
+    }
+
+    /// As [`Plant::start_period`], with a voltage at the terminals instead of a duty; it is limited
+    /// to the supply, and NaN counts as 0.
+    pub fn start_period_at_volts(&mut self, terminal_v: f64) {
+        self.run_period(terminal_v, PERIOD as f64);
+    }
+
+    /// Simulates a period with this voltage at the terminals for so many ticks.
+    #[inline(always)]
+    fn run_period(&mut self, level_v: f64, on_ticks: f64) {
+        self.instants[0] = self.instants[PERIOD];
+        for tick in 0..PERIOD {
+            if let Some(recording) = &self.recording {
+                let torque_nm = recording.torque_nm(self.tick);
+                self.drivetrain.set_recorded_torque_nm(torque_nm);
+            }
+            self.run_tick(level_v, on_ticks - tick as f64);
+            // 2^64 ticks are 29 million years.
+            self.tick = self.tick.saturating_add(1);
+            self.instants[tick + 1] = self.drivetrain.instant();
+        }
+    }
+
     /// Simulates one tick; the switching edge is `on` ticks after its start.
     #[inline(always)]
     fn run_tick(&mut self, level_v: f64, on: f64) {
@@ -99,17 +138,7 @@ impl Plant for PwmDrivetrain<'_> {
             Pwm::Average => (supply_v * share, PERIOD as f64),
             Pwm::Switched => (libm::copysign(supply_v, share), share.abs() * PERIOD as f64),
         };
-        self.instants[0] = self.instants[PERIOD];
-        for tick in 0..PERIOD {
-            if let Some(recording) = &self.recording {
-                let torque_nm = recording.torque_nm(self.tick);
-                self.drivetrain.set_recorded_torque_nm(torque_nm);
-            }
-            self.run_tick(level_v, on_ticks - tick as f64);
-            // 2^64 ticks are 29 million years.
-            self.tick = self.tick.saturating_add(1);
-            self.instants[tick + 1] = self.drivetrain.instant();
-        }
+        self.run_period(level_v, on_ticks);
     }
 
     fn at(&self, tick_in_period: usize) -> PlantState {

@@ -1,0 +1,231 @@
+//! Everything of an actuator but the memory of its delay.
+
+use super::closed_loop::ClosedLoop;
+use super::input::{CommandError, InputLevel};
+use super::kind::{ModelKind, PlantKind};
+use super::reading::Reading;
+use super::settings::Settings;
+use crate::control::units::{angle, rate};
+use crate::models::{
+    ActuatorModel, Output, black_box_1::BlackBox1, black_box_2::BlackBox2, delay::DelayCursor,
+    grey_box::Demand, grey_box::GreyBox,
+};
+use crate::parameter::ParameterError;
+use crate::plant::{PERIOD, Plant, drivetrain::pwm::PwmDrivetrain, first_order::FirstOrder};
+use crate::time::ticks;
+
+/// Any model, stored inline: there is no heap.
+#[derive(Debug, Clone)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[allow(clippy::large_enum_variant, reason = "no heap")]
+pub(super) enum Model {
+    BlackBox1(BlackBox1),
+    BlackBox2(BlackBox2),
+    GreyBox(GreyBox),
+    FirstOrder(ClosedLoop<FirstOrder>),
+    Drivetrain(ClosedLoop<PwmDrivetrain<'static>>),
+}
+
+/// An actuator whose delay has its memory elsewhere: for callers that have no heap and allocate
+/// what a delay needs themselves.
+#[derive(Debug, Clone)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct ActuatorCore {
+    pub(super) model: Model,
+    /// Period of the host, ticks; 0 if the host samples every tick.
+    host_ticks: u64,
+    /// The quantity that is commanded.
+    level: InputLevel,
+    /// The last command that the host sampled.
+    sampled: f64,
+    /// The delayed command.
+    arrived: f64,
+    tick: u64,
+}
+
+impl ActuatorCore {
+    /// The actuator of these settings, and the delay of its command.
+    ///
+    /// # Errors
+    /// That of the first parameter that is out of its range or inconsistent with another one.
+    pub fn try_new(settings: &Settings) -> Result<(Self, DelayCursor), ParameterError> {
+        settings.setup.check()?;
+        let s = settings;
+        let model = match (s.model, s.plant) {
+            (ModelKind::BlackBox1, _) => Model::BlackBox1(BlackBox1::try_new(s.black_box_1)?),
+            (ModelKind::BlackBox2, _) => Model::BlackBox2(BlackBox2::try_new(s.black_box_2)?),
+            (ModelKind::GreyBox, _) => Model::GreyBox(GreyBox::try_new(s.grey_box)?),
+            (ModelKind::Board, PlantKind::FirstOrder) => {
+                Model::FirstOrder(s.around(FirstOrder::try_new(s.first_order, s.pwm)?)?)
+            }
+            (ModelKind::Board, PlantKind::Drivetrain) => {
+                Model::Drivetrain(s.around(PwmDrivetrain::try_new(&s.drivetrain, s.pwm, None)?)?)
+            }
+        };
+        // The maximum of the parameter is the longest delay.
+        let delay = DelayCursor::try_new(ticks(s.setup.delay_s)).ok_or(ParameterError::Unknown)?;
+        let core = Self {
+            model,
+            host_ticks: ticks(s.setup.host_period_s),
+            level: InputLevel::Position,
+            sampled: 0.0,
+            arrived: 0.0,
+            tick: 0,
+        };
+        Ok((core, delay))
+    }
+
+    /// As [`Actuator::advance_with`](super::Actuator::advance_with), with the delay and its memory
+    /// of [`DelayCursor::len`] values.
+    ///
+    /// # Errors
+    /// [`CommandError`] for a value that is not finite, or if the model has no such input.
+    pub fn advance_with(
+        &mut self,
+        (delay, memory): (&mut DelayCursor, &mut [f64]),
+        level: InputLevel,
+        value: f64,
+        ticks: u64,
+    ) -> Result<(), CommandError> {
+        if !value.is_finite() {
+            return Err(CommandError::Value);
+        }
+        if level != self.level && ticks > 0 {
+            if !self.has(level) {
+                return Err(CommandError::Level(level));
+            }
+            self.level = level;
+            self.sampled = value;
+            delay.restart();
+        }
+        for _ in 0..ticks {
+            if self.tick.checked_rem(self.host_ticks).unwrap_or(0) == 0 {
+                self.sampled = value;
+            }
+            self.arrived = delay.shift(memory, self.sampled);
+            self.step();
+        }
+        Ok(())
+    }
+
+    /// Whether the model has an input in this quantity.
+    pub fn has(&self, level: InputLevel) -> bool {
+        let (model, plant) = match &self.model {
+            Model::BlackBox1(_) => (ModelKind::BlackBox1, PlantKind::FirstOrder),
+            Model::BlackBox2(_) => (ModelKind::BlackBox2, PlantKind::FirstOrder),
+            Model::GreyBox(_) => (ModelKind::GreyBox, PlantKind::FirstOrder),
+            Model::FirstOrder(_) => (ModelKind::Board, PlantKind::FirstOrder),
+            Model::Drivetrain(_) => (ModelKind::Board, PlantKind::Drivetrain),
+        };
+        level.is_of(model, plant)
+    }
+
+    /// Number of ticks so far.
+    pub fn tick(&self) -> u64 {
+        self.tick
+    }
+
+    /// The quantity that was commanded last.
+    pub fn level(&self) -> InputLevel {
+        self.level
+    }
+
+    /// Passes a tick with the command that has arrived.
+    #[inline]
+    fn step(&mut self) {
+        let (arrived, level, tick) = (self.arrived, self.level, self.tick);
+        match &mut self.model {
+            Model::BlackBox1(model) => model.step(arrived),
+            Model::BlackBox2(model) => model.step(arrived),
+            Model::GreyBox(model) => model.step_for(demand(level, arrived)),
+            Model::FirstOrder(board) if starts_period(tick) => match level {
+                InputLevel::Position => board.start_period(|_| angle(arrived)),
+                InputLevel::Rate => board.start_period(|_| rate(arrived)),
+                InputLevel::Duty | InputLevel::Voltage => board.start_open_period(arrived),
+            },
+            Model::Drivetrain(board) if starts_period(tick) => match level {
+                InputLevel::Position => board.start_period(|_| angle(arrived)),
+                InputLevel::Rate => board.start_period(|_| rate(arrived)),
+                InputLevel::Duty => board.start_open_period(arrived),
+                InputLevel::Voltage => board.start_period_at_volts(arrived),
+            },
+            Model::FirstOrder(_) | Model::Drivetrain(_) => {}
+        }
+        self.tick += 1;
+    }
+
+    /// The outputs at this instant, before the next step.
+    pub fn reading(&self) -> Reading {
+        let arrived = self.arrived;
+        let command_deg = match self.level {
+            InputLevel::Position => arrived,
+            // The angle is not commanded.
+            _ => 0.0,
+        };
+        match &self.model {
+            Model::BlackBox1(model) => of_output(model.output(arrived), command_deg),
+            Model::BlackBox2(model) => of_output(model.output(arrived), command_deg),
+            Model::GreyBox(model) => {
+                of_output(model.output_for(demand(self.level, arrived)), command_deg)
+            }
+            Model::FirstOrder(board) => board.reading(self.tick, command_deg),
+            Model::Drivetrain(board) => {
+                let now = board.plant.reading_at(ticks_into_period(self.tick));
+                Reading {
+                    current_a: now.current_a,
+                    back_emf_v: now.back_emf_v,
+                    ..board.reading(self.tick, command_deg)
+                }
+            }
+        }
+    }
+}
+
+/// The command of a grey box, which has no voltage.
+fn demand(level: InputLevel, value: f64) -> Demand {
+    match level {
+        InputLevel::Position => Demand::Angle(value),
+        InputLevel::Rate => Demand::Rate(value),
+        InputLevel::Duty | InputLevel::Voltage => Demand::Duty(value),
+    }
+}
+
+/// Whether a PWM period starts at a tick.
+fn starts_period(tick: u64) -> bool {
+    tick.is_multiple_of(PERIOD as u64)
+}
+
+/// Ticks since the start of the PWM period that ends now or later: 1 to 20, and 0 at tick 0.
+pub(super) fn ticks_into_period(tick: u64) -> usize {
+    match tick {
+        0 => 0,
+        tick => (tick - 1) as usize % PERIOD + 1,
+    }
+}
+
+fn of_output(output: Output, command_deg: f64) -> Reading {
+    Reading {
+        command_deg,
+        angle_deg: output.angle_deg,
+        rate_deg_s: output.rate_deg_s,
+        duty_pct: output.duty_pct,
+        angle_meas_deg: output.angle_deg,
+        rate_meas_deg_s: output.rate_deg_s,
+        ..Default::default()
+    }
+}
+
+impl<P: Plant> ClosedLoop<P> {
+    fn reading(&self, tick: u64, command_deg: f64) -> Reading {
+        let now = self.plant.at(ticks_into_period(tick));
+        Reading {
+            command_deg,
+            angle_deg: now.angle_deg,
+            rate_deg_s: now.rate_deg_s,
+            duty_pct: self.duty_pct(),
+            angle_meas_deg: self.angle_meas_deg(),
+            rate_meas_deg_s: self.rate_meas_deg_s(),
+            ..Default::default()
+        }
+    }
+}

@@ -1,0 +1,213 @@
+//! Actuators that are stepped by their caller.
+
+use super::{Actuator, CommandError, InputLevel, ModelKind, PlantKind, Reading, Settings};
+use crate::named::Named;
+use proptest::prelude::*;
+
+fn actuator(model: ModelKind, plant: PlantKind) -> Actuator {
+    Actuator::try_new(&Settings::new(model, plant)).unwrap()
+}
+
+fn any_settings() -> impl Strategy<Value = (ModelKind, PlantKind)> {
+    let models = proptest::sample::select(ModelKind::ALL);
+    (models, proptest::sample::select(PlantKind::ALL))
+}
+
+proptest! {
+    #[test]
+    fn the_state_at_a_tick_does_not_depend_on_the_length_of_the_steps(
+        (model, plant) in any_settings(),
+        cuts in proptest::collection::vec(0_u64..90, 1..20),
+    ) {
+        let mut by_cuts = actuator(model, plant);
+        for ticks in &cuts {
+            by_cuts.advance(30.0, *ticks).unwrap();
+        }
+        let mut at_once = actuator(model, plant);
+        at_once.advance(30.0, cuts.iter().sum()).unwrap();
+        prop_assert_eq!(by_cuts.reading(), at_once.reading());
+    }
+
+    #[test]
+    fn a_copy_continues_as_the_original(
+        (model, plant) in any_settings(), before in 0_u64..2000, after in 0_u64..2000
+    ) {
+        let mut original = actuator(model, plant);
+        original.advance(-40.0, before).unwrap();
+        let mut copy = original.clone();
+        original.advance(25.0, after).unwrap();
+        copy.advance(25.0, after).unwrap();
+        prop_assert_eq!(original.reading(), copy.reading());
+    }
+}
+
+#[test]
+fn a_command_that_is_not_finite_is_refused_without_effect() {
+    let mut actuator = actuator(ModelKind::Board, PlantKind::Drivetrain);
+    for command in [f64::NAN, f64::INFINITY] {
+        assert_eq!(actuator.advance(command, 1000), Err(CommandError::Value));
+        assert_eq!(
+            actuator.set_load_torque_nm(command),
+            Err(CommandError::Value)
+        );
+    }
+    assert_eq!(
+        (actuator.tick(), actuator.reading()),
+        (0, Reading::default())
+    );
+}
+
+#[test]
+fn a_torque_on_the_load_slows_the_drivetrain() {
+    let angle_after = |torque_nm: f64| {
+        let mut actuator = actuator(ModelKind::Board, PlantKind::Drivetrain);
+        actuator.set_load_torque_nm(torque_nm).unwrap();
+        actuator.advance(60.0, 4000).unwrap();
+        actuator.reading().angle_deg
+    };
+    assert!(angle_after(-0.3) < angle_after(0.0) - 1.0);
+}
+
+#[test]
+fn a_host_with_a_period_of_20_ms_holds_its_last_sample() {
+    let mut settings = Settings::new(ModelKind::BlackBox1, PlantKind::FirstOrder);
+    settings.setup.host_period_s = 0.02;
+    settings.setup.delay_s = 0.0;
+    let mut actuator = Actuator::try_new(&settings).unwrap();
+    actuator.advance(0.0, 1).unwrap();
+    actuator.advance(10.0, 399).unwrap();
+    assert_eq!(actuator.reading().command_deg, 0.0);
+    actuator.advance(10.0, 1).unwrap();
+    assert_eq!(actuator.reading().command_deg, 10.0);
+}
+
+/// The same settings without the delay of the set-up.
+fn undelayed(model: ModelKind, plant: PlantKind) -> Settings {
+    let mut settings = Settings::new(model, plant);
+    settings.setup.delay_s = 0.0;
+    settings
+}
+
+fn started(settings: &Settings) -> Actuator {
+    Actuator::try_new(settings).unwrap()
+}
+
+#[test]
+fn a_commanded_rate_is_held_by_the_rate_loop_of_every_model_that_has_one() {
+    for (model, plant) in [
+        (ModelKind::GreyBox, PlantKind::FirstOrder),
+        (ModelKind::Board, PlantKind::FirstOrder),
+        (ModelKind::Board, PlantKind::Drivetrain),
+    ] {
+        let mut actuator = started(&undelayed(model, plant));
+        for rate_deg_s in [40.0, -60.0] {
+            let command = |actuator: &mut Actuator, ticks| {
+                actuator
+                    .advance_with(InputLevel::Rate, rate_deg_s, ticks)
+                    .unwrap();
+                actuator.reading().angle_deg
+            };
+            // The slowest pole is that of the motor, 7.6/s: e^-11 of 100 deg/s is left. The encoder
+            // resolves 0.09 deg, of which the estimate makes a ripple that averages out.
+            let start_deg = command(&mut actuator, 30_000);
+            let mean_deg_s = command(&mut actuator, 10_000) - start_deg;
+            assert!(
+                (mean_deg_s / 0.5 - rate_deg_s).abs() < 0.5,
+                "{model} {mean_deg_s}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_duty_moves_the_first_order_motor_by_its_closed_form() {
+    let mut actuator = started(&undelayed(ModelKind::Board, PlantKind::FirstOrder));
+    for ticks in [1, 19, 80, 400, 3000] {
+        actuator
+            .advance_with(InputLevel::Duty, -30.0, ticks)
+            .unwrap();
+        let time_s = crate::time::seconds(actuator.tick());
+        let expected = -30.0 * 2.836 * (1.0 - libm::exp(-7.586 * time_s));
+        assert!((actuator.reading().rate_deg_s - expected).abs() < 1e-10);
+    }
+    assert_eq!(actuator.reading().duty_pct, -30.0);
+}
+
+#[test]
+fn a_voltage_is_the_duty_of_the_mean_voltage_without_its_switching() {
+    let mut settings = undelayed(ModelKind::Board, PlantKind::Drivetrain);
+    let mut by_duty = started(&settings);
+    settings.pwm = crate::plant::Pwm::Switched;
+    let mut by_volts = started(&settings);
+    for (duty_pct, volts) in [(50.0, 3.0), (-25.0, -1.5), (100.0, 90.0)] {
+        by_duty
+            .advance_with(InputLevel::Duty, duty_pct, 1234)
+            .unwrap();
+        by_volts
+            .advance_with(InputLevel::Voltage, volts, 1234)
+            .unwrap();
+        assert_eq!(by_volts.reading(), by_duty.reading());
+    }
+}
+
+#[test]
+fn an_input_that_the_model_does_not_have_is_refused_without_effect() {
+    let mut actuator = started(&undelayed(ModelKind::BlackBox1, PlantKind::FirstOrder));
+    let refused = Err(CommandError::Level(InputLevel::Duty));
+    assert_eq!(actuator.advance_with(InputLevel::Duty, 1.0, 10), refused);
+    assert_eq!(
+        (actuator.tick(), actuator.level()),
+        (0, InputLevel::Position)
+    );
+}
+
+#[test]
+fn no_value_in_transit_is_taken_for_another_quantity() {
+    let settings = Settings::new(ModelKind::Board, PlantKind::FirstOrder);
+    let mut actuator = started(&settings);
+    // 90 deg are in transit for 17.5 ms when the rate is commanded.
+    actuator.advance(0.0, 100).unwrap();
+    actuator.advance(90.0, 300).unwrap();
+    actuator.advance_with(InputLevel::Rate, 0.0, 2000).unwrap();
+    assert_eq!(actuator.reading().angle_deg, 0.0);
+}
+
+#[test]
+fn an_inertia_as_a_signal_is_the_parameter() {
+    let mut settings = undelayed(ModelKind::Board, PlantKind::Drivetrain);
+    let horn = settings.drivetrain.gear_train.load_inertia_kg_m2;
+    let mut by_signal = started(&settings);
+    by_signal.set_load_inertia_kg_m2(0.003).unwrap();
+    settings.drivetrain.gear_train.load_inertia_kg_m2 = horn + 0.003;
+    let mut by_parameter = started(&settings);
+    for command_deg in [30.0, -20.0] {
+        for actuator in [&mut by_signal, &mut by_parameter] {
+            actuator.advance(command_deg, 4321).unwrap();
+        }
+        assert_eq!(by_signal.reading(), by_parameter.reading());
+    }
+    assert_eq!(
+        by_signal.set_load_inertia_kg_m2(-1e-3),
+        Err(CommandError::Value)
+    );
+}
+
+#[test]
+fn an_impulse_changes_the_rate_of_the_load_by_its_inertia() {
+    let mut settings = undelayed(ModelKind::Board, PlantKind::Drivetrain);
+    settings.drivetrain.gear_train.load_inertia_kg_m2 = 0.004;
+    let mut actuator = started(&settings);
+    actuator.push_load(0.5, 0.002).unwrap();
+    // Before the first period nothing has moved.
+    actuator.advance(0.0, 0).unwrap();
+    let load = actuator.load();
+    assert_eq!(load.angle_deg, 0.0);
+    actuator.advance(0.0, 1).unwrap();
+    // 0.5 rad/s over one tick, less what the shaft takes back of 0.5 deg: 2 Nm/0.004 kg m^2.
+    let rate_deg_s = 0.5_f64.to_degrees() - 500.0_f64.to_degrees() * 50e-6;
+    assert!(
+        (actuator.load().rate_deg_s - rate_deg_s).abs() < 0.2,
+        "{:?}",
+        actuator.load()
+    );
+}
