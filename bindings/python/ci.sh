@@ -35,11 +35,11 @@ exec(compile(code, "README.md", "exec"))
 CODE
 
 say "tests"
-"$python" -m pip install --quiet pytest "dask[distributed]" mypy
+"$python" -m pip install --quiet pytest "dask[distributed]" mypy pandas polars pyarrow
 bash "$source/../../.ci/programs"
 ACTUATOR=$target/debug/actuator "$python" -m pytest -q -p no:cacheprovider \
     --rootdir "$source" -c "$source/pyproject.toml" "$source/tests"
 
 say "types"
 "$python" -m mypy --config-file "$source/pyproject.toml" --cache-dir "$place/mypy" -p smart_actuator
-"$python" -m mypy.stubtest smart_actuator --ignore-disjoint-bases
+"$python" -m mypy.stubtest smart_actuator --ignore-disjoint-bases --mypy-config-file "$source/pyproject.toml"

@@ -61,6 +61,7 @@ impl Error {
         eprintln!("error: {self}");
         ExitCode::from(match self {
             Self::Bus(error) if error.is_refusal() => 3,
+            Self::Bus(error) if error.is_at_limit() => 4,
             Self::Bus(error) if error.is_invalid_request() => 2,
             Self::Bus(_) | Self::Serve { .. } => 1,
             Self::Simulator(SimulatorError::Read { .. } | SimulatorError::Write(_)) => 1,

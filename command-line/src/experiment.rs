@@ -7,14 +7,14 @@ use std::path::{Path, PathBuf};
 use clap::{Args, builder::PossibleValuesParser};
 use model_core::{excitation::catalogue::Input, time::CONTROL_RATE_HZ};
 
-use super::{identify::model_names, output, parameters::setting};
+use super::{
+    identify::model_names,
+    output,
+    parameters::{self, setting},
+};
 use crate::error::Error;
 use host_sim::error::Error as SimulatorError;
-use host_sim::{
-    file,
-    scenario::{Scenario, Setting},
-    settings::ModelKind,
-};
+use host_sim::{file, scenario::Setting, settings::ModelKind};
 use identification::{
     Model, Recording,
     contradictions::ParameterOption,
@@ -258,7 +258,7 @@ fn check_command(model: &dyn Model) -> Result<(), Error> {
 
 /// The settings of a file written by `identify --parameters` for this model.
 fn fitted(path: &Path, model: &str) -> Result<Vec<Setting>, Error> {
-    let file = Scenario::read(path)?;
+    let file = parameters::read(path)?;
     match file.model {
         Some(kind) if parameter_file::simulated(model) != Some(kind) => {
             Err(Error::Conflict(format!(

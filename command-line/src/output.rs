@@ -26,13 +26,35 @@ pub fn print(text: &str) -> Result<(), Error> {
     result.map_err(|source| write_error(Path::new("-"), source))
 }
 
+/// The width of the terminal; without one no line is too long.
+pub fn width() -> usize {
+    const UNBOUNDED: usize = 1000;
+    terminal_size::terminal_size().map_or(UNBOUNDED, |(width, _)| width.0.into())
+}
+
 /// Writes a table to standard output, as wide as the terminal.
 pub fn print_table(table: &Table) -> Result<(), Error> {
-    /// The width without a terminal: no cell is wrapped.
-    const UNBOUNDED: u16 = 1000;
-    let width = terminal_size::terminal_size().map_or(UNBOUNDED, |(width, _)| width.0);
+    let width = width().try_into().unwrap_or(u16::MAX);
     // A table without a caption starts with an empty line.
     print(&format!("{}\n", table.to_terminal(width).trim_start()))
+}
+
+/// Words in lines of at most `width` columns, each after `indent`. A longer word has its own line.
+pub fn wrapped(text: &str, indent: &str, width: usize) -> String {
+    let (mut lines, mut columns) = (String::new(), 0);
+    for word in text.split(' ') {
+        let length = word.chars().count();
+        if columns > 0 && columns + 1 + length <= width {
+            lines.push(' ');
+            columns += 1 + length;
+        } else {
+            lines += if columns > 0 { "\n" } else { "" };
+            lines += indent;
+            columns = indent.len() + length;
+        }
+        lines += word;
+    }
+    lines + "\n"
 }
 
 /// A progress bar on standard error, hidden unless that is a terminal.
@@ -41,4 +63,16 @@ pub fn progress(steps: u64, what: &'static str) -> ProgressBar {
     ProgressBar::new(steps)
         .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
         .with_message(what)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_as_long_as_allowed_and_no_word_is_lost() {
+        assert_eq!(wrapped("one two three", "  ", 9), "  one two\n  three\n");
+        assert_eq!(wrapped("one two three", "  ", 3), "  one\n  two\n  three\n");
+        assert_eq!(wrapped("one two", "", 1000), "one two\n");
+    }
 }

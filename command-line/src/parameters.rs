@@ -1,5 +1,7 @@
 //! Options that name, set and list parameters.
 
+use std::path::Path;
+
 use clap::{
     Args,
     builder::{PossibleValue, PossibleValuesParser, TypedValueParser},
@@ -9,9 +11,8 @@ use model_core::{named::Named, presets::Preset};
 use super::output;
 use crate::error::Error;
 use host_sim::{
-    scenario::Setting,
+    scenario::{Scenario, Setting},
     settings::Value,
-    table::{Cell, Table},
 };
 
 #[derive(Debug, Args)]
@@ -32,6 +33,18 @@ pub fn setting(text: &str) -> Result<Setting, String> {
     Ok(Setting::new(name.trim(), number))
 }
 
+/// A parameter file as `identify --parameters` writes it.
+pub fn read(path: &Path) -> Result<Scenario, Error> {
+    let file = Scenario::read(path)?;
+    if !file.set.is_empty() {
+        return Ok(file);
+    }
+    Err(Error::Conflict(format!(
+        "{} sets no parameter, expected a section [set] as `identify --parameters` writes it",
+        path.display()
+    )))
+}
+
 /// The values of an enumeration by name, with their summaries.
 pub fn named<T: Named>() -> impl TypedValueParser<Value = T> {
     let values = T::ALL
@@ -49,30 +62,31 @@ pub fn preset_names(presets: impl IntoIterator<Item = &'static Preset>) -> Possi
     }))
 }
 
-/// Writes the parameters to standard output, as a table or as JSON.
+/// Writes the parameters to standard output, as text or as JSON.
 pub fn print(parameters: &[(String, Value)], as_json: bool) -> Result<(), Error> {
     if as_json {
         output::print(&json(parameters))
     } else {
-        output::print_table(&table(parameters))
+        output::print(&list(parameters, output::width()))
     }
 }
 
-fn table(parameters: &[(String, Value)]) -> Table {
-    let columns = [
-        "name", "symbol", "value", "unit", "default", "range", "meaning", "source",
-    ];
-    let mut table = Table::new("", &columns.map(|name| (name, "")));
+/// A paragraph for each parameter, in lines of at most `width` columns.
+fn list(parameters: &[(String, Value)], width: usize) -> String {
+    let mut text = String::new();
     for (name, Value { parameter, value }) in parameters {
         let p = parameter;
-        let range = format!("{} to {}", p.min, p.max);
-        let (value, default) = (value.to_string(), p.default.to_string());
-        let row = [
-            name, p.symbol, &value, p.unit, &default, &range, p.meaning, p.source,
-        ];
-        table.push(row.map(Cell::from));
+        let symbol = match p.symbol {
+            "" => String::new(),
+            symbol => format!(" ({symbol})"),
+        };
+        let range = format!("from {} to {}, default {}", p.min, p.max, p.default);
+        text += &format!("{name}{symbol} = {value} {}\n", p.unit);
+        for line in [range.as_str(), p.meaning, p.source] {
+            text += &output::wrapped(line, "    ", width);
+        }
     }
-    table
+    text
 }
 
 fn json(parameters: &[(String, Value)]) -> String {

@@ -45,10 +45,11 @@ pub struct Simulate {
     /// Standard input by name [default: pulse]
     #[arg(long, value_name = "NAME", value_parser = input_names(), conflicts_with = "input_file")]
     input: Option<String>,
-    /// Command from a CSV file with the columns t (s) and command_deg, held between rows
+    /// Command from a text file with columns of times and commands, as time_s and command_deg, held
+    /// between rows: a trace, a recording or a designed input
     #[arg(long, value_name = "FILE")]
     input_file: Option<PathBuf>,
-    /// Torque on the load of the bench, from a CSV file with the columns t (s) and torque_nm
+    /// Torque on the load of the bench, from a text file with the columns time_s and load_torque_nm
     #[arg(long, value_name = "FILE")]
     load_file: Option<PathBuf>,
     #[command(flatten)]
@@ -115,7 +116,7 @@ impl Simulate {
             None => Scenario::default(),
         };
         let mut fitted = match &self.parameter_file {
-            Some(path) => Scenario::read(path)?,
+            Some(path) => parameters::read(path)?,
             None => Scenario::default(),
         };
         if base.path.is_some() {

@@ -84,6 +84,9 @@ pub enum Error {
         /// The error.
         error: Box<Error>,
     },
+    /// Another thread has ended the run.
+    #[error("interrupted")]
+    Interrupted,
     /// Options exclude each other, or a request cannot be met.
     #[error("{0}")]
     Conflict(String),

@@ -1,9 +1,11 @@
 //! Files that are written completely or not at all.
 
 use std::{
+    collections::BTreeSet,
     fs::{self, File},
     io::{self, BufWriter, Seek, SeekFrom, Write},
     path::{Path, PathBuf},
+    sync::{Mutex, MutexGuard, PoisonError},
 };
 
 /// A file could not be written.
@@ -50,8 +52,8 @@ pub enum CheckError {
 }
 
 /// A file that is written under the name `FILE.part` and renamed on completion, so that an old file
-/// is replaced atomically. A file that is dropped before [`WholeFile::complete`] is removed; a
-/// program that is killed leaves `FILE.part`.
+/// is replaced atomically. A file that is dropped before [`WholeFile::complete`] is removed, as is
+/// one of a program that calls [`abandon`] at its end; a program that is killed leaves `FILE.part`.
 ///
 /// A device or a pipe of that name is written directly.
 #[derive(Debug)]
@@ -78,8 +80,11 @@ impl WholeFile {
         let mut name = path.file_name().unwrap_or_default().to_owned();
         name.push(".part");
         let part = path.with_file_name(name);
+        let mut unfinished = unfinished();
+        let file = File::create(&part)?;
+        unfinished.insert(part.clone());
         Ok(Self {
-            writer: BufWriter::new(File::create(&part)?),
+            writer: BufWriter::new(file),
             places: Some((part, path)),
         })
     }
@@ -91,7 +96,9 @@ impl WholeFile {
     pub fn complete(mut self) -> io::Result<()> {
         self.writer.flush()?;
         if let Some((part, path)) = &self.places {
+            let mut unfinished = unfinished();
             fs::rename(part, path)?;
+            unfinished.remove(part);
             self.places = None;
         }
         Ok(())
@@ -101,10 +108,32 @@ impl WholeFile {
 impl Drop for WholeFile {
     fn drop(&mut self) {
         if let Some((part, _)) = &self.places {
+            let mut unfinished = unfinished();
             // A failure cannot be handled here.
             let _: io::Result<()> = fs::remove_file(part);
+            unfinished.remove(part);
         }
     }
+}
+
+/// The temporary paths of all files that are being written.
+static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+fn unfinished() -> MutexGuard<'static, BTreeSet<PathBuf>> {
+    // No code panics while it holds the lock.
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Removes all files that are not complete, for a program that ends now: threads that create or
+/// complete a file wait from now on.
+pub fn abandon() {
+    let unfinished = unfinished();
+    for part in unfinished.iter() {
+        // A failure cannot be handled here.
+        let _: io::Result<()> = fs::remove_file(part);
+    }
+    // The lock is never released.
+    std::mem::forget(unfinished);
 }
 
 impl Write for WholeFile {

@@ -184,6 +184,7 @@ impl Scenario {
             load,
             ticks: 0,
             every: described.every,
+            progress: None,
         };
         // A run of no ticks finds parameters that exclude each other, before any output is made.
         simulation.run(&mut Trace::default())?;

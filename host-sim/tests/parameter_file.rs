@@ -41,6 +41,7 @@ fn recorded(set: &[(&str, f64)]) -> Trace {
         load: None,
         ticks: input.duration_ticks().expect("it is in range"),
         every: 80,
+        progress: None,
     };
     simulation.record().expect("a run")
 }
@@ -53,8 +54,8 @@ fn recording(trace: &Trace) -> Recording {
     let constants = [("pendulum_mass_kg", 0.3), ("pendulum_length_m", 0.1)];
     Recording {
         name: "bench".into(),
-        time_s: column(trace, "t"),
-        command_deg: column(trace, "command"),
+        time_s: column(trace, "time_s"),
+        command_deg: column(trace, "command_deg"),
         angle_deg: column(trace, "angle_deg"),
         duty_pct: Some(column(trace, "duty_pct")),
         constants: constants.map(|(n, v)| (n.to_owned(), v)).into(),

@@ -104,6 +104,10 @@ impl<'a> Request<'a> {
         if self.plant.is_some() && model != ModelKind::Board {
             return Err(ScenarioError::NoPlant(model));
         }
+        // The mean voltage is what every other model has.
+        if self.pwm == Some(Pwm::Switched) && model != ModelKind::Board {
+            return Err(ScenarioError::NoBridge(model));
+        }
         let mut settings = Settings::new(model, self.plant.unwrap_or(PlantKind::FirstOrder));
         settings.pwm = self.pwm.unwrap_or(settings.pwm);
         settings.seed = self.seed.unwrap_or(settings.seed);

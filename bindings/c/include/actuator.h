@@ -96,7 +96,7 @@ enum actuator_error {
    */
   ACTUATOR_ERROR_PARAMETER = 5,
   /**
-   * A command, a torque, an inertia or a motion is NaN or infinite, or an inertia is negative.
+   * A command, a torque, an inertia or a motion is NaN, or out of its range.
    */
   ACTUATOR_ERROR_COMMAND = 6,
   /**

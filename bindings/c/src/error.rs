@@ -31,7 +31,7 @@ pub enum Code {
     Name = 4,
     /// A parameter is NaN, out of its range, or in conflict with another one.
     Parameter = 5,
-    /// A command, a torque, an inertia or a motion is NaN or infinite, or an inertia is negative.
+    /// A command, a torque, an inertia or a motion is NaN, or out of its range.
     Command = 6,
     /// A time is NaN or in the past, or the step to it is longer than an hour.
     Time = 7,

@@ -1,6 +1,8 @@
 //! The variables of a model: inputs, outputs, and every parameter of its tables.
 
-use model_core::actuator::{ModelKind, PlantKind, Reading, Settings};
+use model_core::actuator::{
+    COMMAND_RANGE, LOAD_TORQUE_RANGE_NM, ModelKind, PlantKind, Reading, Settings,
+};
 use model_core::parameter::{Parameter, Parameters};
 
 /// The quantity of a variable.
@@ -71,9 +73,9 @@ model_core::parameters! {
     /// The inputs.
     pub struct Inputs {
         /// Commanded angle.
-        command_deg [""]: 0.0, "deg", -1e6, 1e6, "beyond every stop, and no sum of it overflows";
+        command_deg [""]: 0.0, "deg", *COMMAND_RANGE.start(), *COMMAND_RANGE.end(), "the range of the control step's fixed-point format";
         /// Torque on the load, from the next PWM period on.
-        load_torque_nm [""]: 0.0, "Nm", -100.0, 100.0, "the range of the parameter of this name, which the input stands in for";
+        load_torque_nm [""]: 0.0, "Nm", *LOAD_TORQUE_RANGE_NM.start(), *LOAD_TORQUE_RANGE_NM.end(), "the range of the parameter of this name, which the input stands in for";
     }
 }
 
@@ -158,7 +160,7 @@ const BOARD_SWITCHES: [Variable; 2] = [
 ///
 /// ```
 /// use actuator_fmu::variables;
-/// use model_core::actuator::{ModelKind, PlantKind, Settings};
+/// use model_core::actuator::{COMMAND_RANGE, LOAD_TORQUE_RANGE_NM, ModelKind, PlantKind, Settings};
 ///
 /// let list = variables::of(&Settings::new(ModelKind::Board, PlantKind::FirstOrder));
 /// assert_eq!(list[0].name, "command_deg");

@@ -143,7 +143,7 @@ class Fmus(unittest.TestCase):
         output of the FMU those before: values changed there are one tick earlier in the trace."""
         ticks = np.rint(result["time"] / TICK_S).astype(int)
         ticks, result = ticks[ticks > 0], result[ticks > 0]
-        settled = trace["command_delayed"][ticks] == trace["command_delayed"][ticks - 1]
+        settled = trace["command_delayed_deg"][ticks] == trace["command_delayed_deg"][ticks - 1]
         self.assertGreater(settled.sum(), len(ticks) / 2)
         for name in unit.outputs():
             if model_name(unit.model) == "board":

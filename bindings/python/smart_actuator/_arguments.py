@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import operator
 import warnings
-from typing import Any, Mapping, Optional, Tuple
+from typing import Any, Mapping, Optional, Tuple, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _native
+from . import _columns, _native
 
-#: Times in s, and values that are each held from their time on.
-Points = Tuple[ArrayLike, ArrayLike]
+#: Times in s, and values that are each held from their time on: a pair of arrays, or a trace, a
+#: data frame or a mapping with their columns.
+Points = Union[Tuple[ArrayLike, ArrayLike], Mapping[str, ArrayLike], Any]
 
 
 def number(name: str, value: object) -> float:
@@ -63,10 +64,19 @@ def array(name: str, value: ArrayLike) -> NDArray[np.float64]:
     return np.require(np.array(given, np.float64), np.float64, ["C", "A"])
 
 
-def points(name: str, value: Optional[Points]) -> Optional[Tuple[NDArray[np.float64], ...]]:
+def points(
+    name: str, value: Optional[Points], column: str
+) -> Optional[Tuple[NDArray[np.float64], ...]]:
     """Times and values as two one-dimensional arrays."""
     if value is None:
         return None
+    columns = _columns.of(value)
+    if columns is not None:
+        for key in ("time_s", column):
+            if key not in columns:
+                names = ", ".join(map(str, columns))
+                raise KeyError(f"{name} has no column {key!r}: the columns are {names}")
+        value = columns["time_s"], columns[column]
     try:
         times, values = value
     except (TypeError, ValueError):
@@ -112,8 +122,8 @@ def request(
         "plant": optional_text("plant", plant),
         "preset": optional_text("preset", preset),
         "input": optional_text("input", input),
-        "command": points("command", command),
-        "load": points("load", load),
+        "command": points("command", command, "command_deg"),
+        "load": points("load", load, "load_torque_nm"),
         "duration": None if duration is None else number("duration", duration),
         "every": whole("every", every, 1),
         "seed": whole("seed", seed),

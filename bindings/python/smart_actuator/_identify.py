@@ -4,14 +4,21 @@ from __future__ import annotations
 
 import json
 import os
-from typing import Any, List, Mapping, Optional, Sequence, Tuple, TypedDict, Union, cast
+from typing import Any, List, Mapping, Optional, Protocol, Sequence, Tuple, TypedDict, Union, cast
 
 from numpy.typing import ArrayLike
 
-from . import _arguments, _native
+from . import _arguments, _columns, _native
+from ._progress import Progress, reported
 
-#: A file, or its columns by name.
-Recording = Union[str, "os.PathLike[str]", Mapping[str, ArrayLike]]
+#: A file, or its columns by name: a trace, a mapping, a data frame or a structured array.
+Recording = Union[str, "os.PathLike[str]", Mapping[str, ArrayLike], "DataFrame"]
+
+
+class DataFrame(Protocol):
+    """A table with named columns, as those of pandas, polars and pyarrow."""
+
+    def __getitem__(self, key: Any, /) -> Any: ...
 
 
 class Estimate(TypedDict):
@@ -104,15 +111,18 @@ def identify(
     hold: Optional[str] = None,
     known: Optional[Mapping[str, float]] = None,
     threads: Optional[int] = None,
+    progress: Progress = False,
 ) -> Identification:
     """Fits models to recordings by output error, and estimates the uncertainty of each parameter.
 
     The global interpreter lock is released during the search; an interrupt ends it.
 
     :param data: a recording, or several that one set of parameters is fitted to: files as `actuator
-        identify` takes them, or mappings with the columns ``time_s``, ``command_deg`` and
-        ``angle_deg``, and optionally ``rate_deg_s``, ``duty_pct`` (%), ``current_ma`` and
-        ``supply_v`` (V). NaN marks a missing value.
+        identify` takes them, or traces, mappings, data frames and structured arrays with the
+        columns ``time_s``, ``command_deg`` and ``angle_meas_deg`` or ``angle_deg``, and optionally
+        ``rate_meas_deg_s``, ``duty_pct`` (%), ``current_a`` and ``supply_v`` (V). Names and units
+        of columns are found as in files: ``angle_rad`` and ``current_ma`` are known as well, other
+        columns are left out. NaN marks a missing value.
     :param models: the models to fit.
     :param validate: recordings that are predicted by the fitted models, but not fitted.
     :param fix: parameters that are held, with their values.
@@ -125,9 +135,9 @@ def identify(
     :param seed: of the starting points.
     :param loss: how residuals count: ``squares``, ``robust`` (Student's distribution), or ``auto``,
         squares unless isolated residuals decide the fit.
-    :param columns: the columns of the files by quantity, as ``{"angle": "pos:rad"}``.
+    :param columns: the columns by quantity, as ``{"angle": "pos:rad"}``.
     :param delimiter: between two fields: ``comma``, ``semicolon``, ``tab`` or ``blanks``.
-    :param window: first and last time of the files that are used, s.
+    :param window: first and last time that are used, s.
     :param keep_clipped: also compares samples at which the angle of a file is saturated.
     :param keep_bad: also compares samples of a file that look like faults of the sensor or the link.
     :param hold: ``zero`` if the command is constant between two samples, ``smooth`` if it changes;
@@ -135,7 +145,9 @@ def identify(
     :param known: known constants of the runs by the name of a parameter, such as
         ``{"pendulum_mass_kg": 0.5}``.
     :param threads: number of threads; by default one per core.
-    :raises KeyError: a parameter that no model has, a column that is missing or unknown.
+    :param progress: True for a bar on standard error, or a function that is called with the numbers
+        of fitted models and of all models.
+    :raises KeyError: a parameter that no model has, a column that is missing.
     :raises OSError: a file that cannot be read.
     :raises ValueError: a file of another format, with the line; a recording that cannot be used; a
         value out of range; an unknown model.
@@ -169,7 +181,9 @@ def identify(
         "loss": _text("loss", loss),
         "threads": 0 if threads is None else _arguments.whole("threads", threads, 1),
     }
-    text = _native.identify(recordings, _recordings("validate", validate), reading, search)
+    held_out = _recordings("validate", validate)
+    with reported(progress, "models") as report:
+        text = _native.identify(recordings, held_out, reading, search, report)
     found: Identification = json.loads(text)
     return found
 
@@ -194,17 +208,18 @@ def _pair(name: str, value: object) -> Tuple[float, float]:
 
 
 def _recordings(name: str, value: Union[Recording, Sequence[Recording]]) -> List[Any]:
-    each = [value] if isinstance(value, (str, os.PathLike, Mapping)) else list(value)
+    each = [value] if _columns.is_single(value) else list(cast(Sequence[Recording], value))
     return [_recording(f"{name}[{index}]", one) for index, one in enumerate(each)]
 
 
 def _recording(name: str, value: object) -> Any:
     if isinstance(value, (str, os.PathLike)):
         return os.fspath(value)
-    if not isinstance(value, Mapping):
-        raise TypeError(f"{name} is {value!r}, expected a file or a mapping of arrays")
+    named = _columns.of(value)
+    if named is None:
+        raise TypeError(f"{name} is {value!r}, expected a file, a mapping of arrays or a data frame")
     columns = {}
-    for key, column in value.items():
+    for key, column in named.items():
         array = _arguments.array(f"{name}, {key}", column)
         if array.ndim != 1:
             raise ValueError(f"{name}, {key} has the shape {array.shape}, expected one dimension")

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Any, Mapping, Optional
+from typing import TYPE_CHECKING, Any, Mapping, Optional
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _arguments, _native
 from ._arguments import Points
+from ._progress import Progress, reported
 from ._trace import Trace
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from ._parameters import ModelParameters
 
 #: The fields that :func:`monte_carlo` returns for each run.
 EXTREMES = np.dtype(
@@ -40,9 +46,10 @@ def simulate(
     seed: int = 0,
     pwm: str = "average",
     load: Optional[Points] = None,
-    **parameters: float,
+    progress: Progress = False,
+    **parameters: Unpack[ModelParameters],
 ) -> Trace:
-    """Runs a model on an input and records it.
+    """Runs a model on an input and records it. An interrupt ends it.
 
     :param model: ``board`` (the board's fixed-point control around a motor), ``grey-box``,
         ``black-box-1`` or ``black-box-2``.
@@ -51,12 +58,16 @@ def simulate(
     :param input: an input by name; :func:`inputs` lists them. ``pulse`` unless there is a
         ``command``.
     :param input_parameters: parameters of the input by name, such as ``{"amplitude_deg": 5.0}``.
-    :param command: in place of ``input``: times, s, and commands, deg, each held until the next.
+    :param command: in place of ``input``: times, s, and commands, deg, each held until the next; or
+        a trace, a data frame or a mapping with the columns ``time_s`` and ``command_deg``.
     :param duration: how long to run, s, up to 1e7; by default as long as the input.
     :param every: ticks of 50 us between rows. 20 is 1 ms.
     :param seed: of the random numbers.
     :param pwm: ``average`` or ``switched``.
-    :param load: times, s, and torques on the load of the bench, Nm.
+    :param load: times, s, and torques on the load of the bench, Nm; or columns ``time_s`` and
+        ``load_torque_nm``.
+    :param progress: True for a bar on standard error, or a function that is called with the
+        simulated time and that of the whole run, s.
     :param parameters: of the model, by name or symbol; :func:`parameters` lists them with units.
     :raises KeyError: a parameter that does not exist.
     :raises ValueError: a value out of range or in conflict with another, or an unknown name.
@@ -77,7 +88,8 @@ def simulate(
         load=load,
         parameters=parameters,
     )
-    return Trace(*_native.simulate(request))
+    with reported(progress, "s") as report:
+        return Trace(*_native.simulate(request, report))
 
 
 def monte_carlo(
@@ -95,17 +107,20 @@ def monte_carlo(
     pwm: str = "average",
     load: Optional[Points] = None,
     threads: Optional[int] = None,
-    **fixed: float,
+    progress: Progress = False,
+    **fixed: Unpack[ModelParameters],
 ) -> NDArray[Any]:
     """Runs a model once for each element of parameter arrays, on all cores.
 
-    The global interpreter lock is released during the runs.
+    The global interpreter lock is released during the runs; an interrupt ends them.
 
     :param parameters: arrays by the name or symbol of a parameter, broadcast against each other;
         a parameter of the input is called ``input.NAME``.
     :param every: ticks of 50 us between two evaluated samples of a run; 20 (1 ms) is fastest.
     :param threads: number of threads; by default one per core. Use 1 within a distributed engine
         that has a worker on each core.
+    :param progress: True for a bar on standard error, or a function that is called with the numbers
+        of finished runs and of all runs.
     :param fixed: parameters that are the same in all runs.
     :returns: an array of the broadcast shape with the fields ``least_angle_deg``,
         ``greatest_angle_deg``, ``least_rate_deg_s``, ``greatest_rate_deg_s``, ``last_angle_deg``
@@ -141,5 +156,6 @@ def monte_carlo(
     count = 0 if threads is None else _arguments.whole("threads", threads, 1)
     if count > 1024:
         raise ValueError(f"threads is {count}, expected 1024 at most")
-    ends = _native.monte_carlo(request, names, values, count)
+    with reported(progress, "runs") as report:
+        ends = _native.monte_carlo(request, names, values, count, report)
     return ends.view(EXTREMES).reshape(arrays[0].shape)

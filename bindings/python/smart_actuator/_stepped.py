@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import zlib
-from typing import Dict, NamedTuple, Optional
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Mapping, NamedTuple, Optional
 
 from . import _arguments, _native
 
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from ._parameters import ModelParameters
+
 _TICKS_PER_SECOND = 20_000
-#: Four months, the longest run.
-_MOST_TICKS = 10**7 * _TICKS_PER_SECOND
+#: Four months, the longest run, s.
+_LONGEST_S = 1e7
 
 
 class Reading(NamedTuple):
@@ -18,9 +24,9 @@ class Reading(NamedTuple):
     A quantity that the model does not have is zero; one that it does not measure is the true value.
     """
 
-    t: float
+    time_s: float
     """Time, s."""
-    command_deg: float
+    command_delayed_deg: float
     """The command behind the transport delay, deg."""
     angle_deg: float
     """Angle of the output shaft, deg."""
@@ -70,7 +76,7 @@ class Actuator:
         preset: Optional[str] = None,
         seed: int = 0,
         pwm: str = "average",
-        **parameters: float,
+        **parameters: Unpack[ModelParameters],
     ) -> None:
         _arguments.warn(preset)
         self._native = _native.Actuator(
@@ -91,20 +97,30 @@ class Actuator:
     ) -> Reading:
         """Advances the simulation with a constant command, and returns the outputs.
 
+        The simulation advances by whole ticks of 50 us. A step of any other length ends at the tick
+        that is nearest to the sum of all steps: there is no drift.
+
         :param command_deg: the command, deg. The first one is also the past of the delay line.
         :param ticks: step size, ticks of 50 us; or
-        :param seconds: step size, s: a whole number of ticks, up to 1e7.
+        :param seconds: step size, s, up to 1e7.
         """
         if (ticks is None) == (seconds is None):
             raise TypeError("expected either ticks or seconds")
-        if seconds is not None:
-            count = _ticks(_arguments.number("seconds", seconds))
-        else:
-            count = _arguments.whole("ticks", ticks)
-        if count > _MOST_TICKS:
-            raise ValueError(f"a step of {count} ticks, expected {_MOST_TICKS} at most")
         command_deg = _arguments.number("command_deg", command_deg)
-        return Reading(*self._native.advance(command_deg, count))
+        if seconds is None:
+            count = _arguments.whole("ticks", ticks)
+            return Reading(*self._native.advance(command_deg, count))
+        step = _time("seconds", seconds)
+        return Reading(*self._native.advance_seconds(command_deg, step))
+
+    def advance_to(self, command_deg: float, time_s: float) -> Reading:
+        """Advances to the tick nearest to a time since the start, and returns the outputs.
+
+        :param command_deg: the command, deg.
+        :param time_s: time, s, up to 1e7; not before that of the actuator.
+        """
+        command_deg = _arguments.number("command_deg", command_deg)
+        return Reading(*self._native.advance_to(command_deg, _time("time_s", time_s)))
 
     def reading(self) -> Reading:
         """The outputs now, before the updates of the next step at this instant."""
@@ -158,9 +174,10 @@ class Actuator:
         return self._native.settings["pwm"]
 
     @property
-    def parameters(self) -> Dict[str, float]:
-        """Every parameter by name; :func:`smart_actuator.parameters` lists the units."""
-        return self._native.settings["parameters"]
+    def parameters(self) -> Mapping[str, float]:
+        """Every parameter by name, read only: parameters are given when an actuator is made.
+        :func:`smart_actuator.parameters` lists the units."""
+        return MappingProxyType(self._native.settings["parameters"])
 
     def __copy__(self) -> Actuator:
         copy = object.__new__(type(self))
@@ -176,7 +193,7 @@ class Actuator:
     def __repr__(self) -> str:
         plant = f" on {self.plant}" if self.plant else ""
         now = self.reading()
-        return f"<Actuator {self.model}{plant} at {now.t} s: {now.angle_deg:.3f} deg>"
+        return f"<Actuator {self.model}{plant} at {now.time_s} s: {now.angle_deg:.3f} deg>"
 
 
 def _kept(kind: type[Actuator], snapshot: bytes) -> Actuator:
@@ -185,15 +202,9 @@ def _kept(kind: type[Actuator], snapshot: bytes) -> Actuator:
     return actuator
 
 
-def _ticks(seconds: float) -> int:
+def _time(name: str, value: object) -> float:
+    seconds = _arguments.number(name, value)
     # Written so that NaN fails.
-    if not 0.0 <= seconds <= 1e7:
-        raise ValueError(f"seconds is {seconds}, expected a time from 0 to 1e7 s")
-    exact = seconds * _TICKS_PER_SECOND
-    count = round(exact)
-    # Seconds of a whole number of ticks differ from it by rounding alone, some 1e-16.
-    if abs(exact - count) > 1e-9 * max(1.0, exact):
-        raise ValueError(
-            f"seconds is {seconds}, {exact:.6g} ticks, expected a whole number of ticks of 50 us"
-        )
-    return count
+    if not 0.0 <= seconds <= _LONGEST_S:
+        raise ValueError(f"{name} is {seconds}, expected a time from 0 to 1e7 s")
+    return seconds

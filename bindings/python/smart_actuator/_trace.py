@@ -2,48 +2,55 @@
 
 from __future__ import annotations
 
-from typing import Iterator, Mapping
+from typing import TYPE_CHECKING, Any, Dict, List, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    import pandas as _pandas
 
 # The unit of a column is the suffix of its name; the longest suffix applies.
 _SUFFIXES = {
     "_deg_s": "deg/s",
     "_deg": "deg",
     "_pct": "%",
+    "_counts": "1/560 %",
+    "_nm": "Nm",
     "_a": "A",
     "_v": "V",
-    "_nm": "Nm",
+    "_s": "s",
 }
-_OTHERS = {"t": "s", "command": "deg", "command_delayed": "deg", "compare": "1/560 %"}
 
 
 def _unit(column: str) -> str:
     units = (unit for suffix, unit in _SUFFIXES.items() if column.endswith(suffix))
-    return _OTHERS.get(column) or next(units, "")
+    return next(units, "")
 
 
-class Trace(Mapping[str, NDArray[np.float64]]):
+class Trace(Dict[str, NDArray[np.float64]]):
     """Columns of equal length by name, as items and as attributes.
 
-    Row ``i`` is the state at its tick, after the updates of control and PWM at that instant and
-    before the plant is stepped. Every trace has
+    A trace is a dictionary: ``pandas.DataFrame(trace)``, ``polars.DataFrame(trace)``,
+    ``pyarrow.table(trace)`` and :func:`identify` take it as it is. Its columns have the names of
+    the files that ``actuator simulate`` writes. Row ``i`` is the state at its tick, after the
+    updates of control and PWM at that instant and before the plant is stepped. Every trace has
 
-    - ``t``: time, s
-    - ``command``, ``command_delayed``: the command, and the command behind the transport delay, deg
+    - ``time_s``: time, s
+    - ``command_deg``, ``command_delayed_deg``: the command, and the command behind the transport
+      delay, deg
     - ``angle_deg``, ``rate_deg_s``: angle of the output shaft, deg, and its rate, deg/s
     - ``duty_pct``: duty of the bridge, %
     - ``angle_meas_deg``, ``rate_meas_deg_s``: angle and rate as the board measures them
 
-    and that of a board also ``rate_command_deg_s`` (deg/s), ``compare`` (timer counts, 1/560 %)
-    and, with the plant ``bench``, currents (A), voltages (V), torques (Nm) and angles within the
-    gear train. :attr:`units` lists all of them.
+    and that of a board also ``rate_command_deg_s`` (deg/s), ``compare_counts`` (1/560 %) and, with
+    the plant ``bench``, currents (A), voltages (V), torques (Nm) and angles within the gear train.
+    :attr:`units` lists all of them.
     """
 
     def __init__(self, title: str, columns: Mapping[str, NDArray[np.float64]]) -> None:
+        super().__init__(columns)
         self._title = title
-        self._columns = dict(columns)
 
     @property
     def title(self) -> str:
@@ -51,38 +58,49 @@ class Trace(Mapping[str, NDArray[np.float64]]):
         return self._title
 
     @property
-    def units(self) -> dict[str, str]:
+    def units(self) -> Dict[str, str]:
         """The unit of each column."""
-        return {name: _unit(name) for name in self._columns}
+        return {name: _unit(name) for name in self}
 
-    def to_dict(self) -> dict[str, NDArray[np.float64]]:
-        """The columns as a dictionary, for instance for ``pandas.DataFrame``."""
-        return dict(self._columns)
+    def to_dict(self) -> Dict[str, NDArray[np.float64]]:
+        """The columns as a plain dictionary."""
+        return dict(self)
 
-    def __getitem__(self, name: str) -> NDArray[np.float64]:
-        try:
-            return self._columns[name]
-        except KeyError:
-            raise KeyError(f"no column {name!r}, expected one of {', '.join(self)}") from None
+    def to_numpy(self) -> NDArray[np.float64]:
+        """A row for each instant and a column for each name, in their order."""
+        return np.column_stack(list(self.values()))
+
+    def to_pandas(self) -> _pandas.DataFrame:
+        """A data frame, with :attr:`title` and :attr:`units` in its ``attrs``."""
+        import pandas
+
+        frame = pandas.DataFrame(dict(self))
+        frame.attrs.update(title=self.title, units=self.units)
+        return frame
+
+    def __dataframe__(self, nan_as_null: bool = False, allow_copy: bool = True) -> Any:
+        """The interchange object of the dataframe protocol, by ``pyarrow``."""
+        import pyarrow
+
+        return pyarrow.table(dict(self)).__dataframe__(nan_as_null, allow_copy)
+
+    def __arrow_c_stream__(self, requested_schema: object = None) -> object:
+        """The stream of the Arrow PyCapsule interface, by ``pyarrow``."""
+        import pyarrow
+
+        return pyarrow.table(dict(self)).__arrow_c_stream__(requested_schema)
+
+    def __missing__(self, name: str) -> NDArray[np.float64]:
+        raise KeyError(f"no column {name!r}, expected one of {', '.join(self)}")
 
     def __getattr__(self, name: str) -> NDArray[np.float64]:
-        # An instance that is being copied has no columns yet: looking them up would recurse.
-        columns = self.__dict__.get("_columns", {})
-        if name in columns:
-            column: NDArray[np.float64] = columns[name]
-            return column
-        raise AttributeError(f"no column {name!r}, expected one of {', '.join(columns)}")
+        if name in self:
+            return self[name]
+        raise AttributeError(f"no column {name!r}, expected one of {', '.join(self)}")
 
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._columns)
-
-    def __len__(self) -> int:
-        """The number of columns."""
-        return len(self._columns)
-
-    def __dir__(self) -> list[str]:
-        return [*super().__dir__(), *self._columns]
+    def __dir__(self) -> List[str]:
+        return [*super().__dir__(), *self]
 
     def __repr__(self) -> str:
-        rows = len(self["t"])
+        rows = len(next(iter(self.values()), ()))
         return f"<Trace of {self._title}: {rows} rows of {', '.join(self)}>"

@@ -1,20 +1,20 @@
-//! Identification, in a thread of its own so that an interrupt can end it.
+//! Identification.
 
 use std::{
     collections::BTreeMap,
     path::PathBuf,
     sync::{
         Arc,
-        atomic::{AtomicBool, Ordering},
+        atomic::{AtomicBool, AtomicUsize, Ordering},
     },
-    time::Duration,
 };
 
+use crate::watch::{self, Report};
 use host_sim::error::Error;
 use identification::{
-    Experiment, Hold, IdentifyError, Model, Options, Progress, Recording,
+    Experiment, Hold, IdentifyError, Model, Options, Progress,
     assessment::{NonparametricAnalysis, point_to_better},
-    data::{Columns, Delimiter, Import, Note},
+    data::{Columns, Delimiter, Import, Note, Quantity, Table},
     document,
     loss::LossChoice,
     models,
@@ -63,39 +63,27 @@ pub struct Search {
     threads: usize,
 }
 
-/// Time between two checks for an interrupt.
-const CHECK_PERIOD: Duration = Duration::from_millis(50);
-
-/// All results, as the JSON of `actuator identify --json`.
+/// All results, as the JSON of `actuator identify --json`. Progress is reported in models.
 #[pyfunction]
-pub fn identify(
-    py: Python<'_>,
-    data: Vec<Source<'_>>,
-    validate: Vec<Source<'_>>,
+pub fn identify<'py>(
+    py: Python<'py>,
+    data: Vec<Source<'py>>,
+    validate: Vec<Source<'py>>,
     reading: Reading,
     search: Search,
+    report: Report<'py>,
 ) -> PyResult<String> {
     let job = Job::of(data, validate, reading, search)?;
-    let (stop, caller) = (AtomicBool::new(false), std::thread::current());
-    std::thread::scope(|scope| {
-        let stop = &stop;
-        let worker = scope.spawn(move || {
-            let result = job.run(stop);
-            caller.unpark();
-            result
-        });
-        while !worker.is_finished() {
-            py.detach(|| std::thread::park_timeout(CHECK_PERIOD));
-            if let Err(interruption) = py.check_signals() {
-                stop.store(true, Ordering::Relaxed);
-                // Waits for the end of the worker, without the interpreter lock.
-                let _ = py.detach(|| worker.join());
-                return Err(interruption);
-            }
-        }
-        let ended = worker.join();
-        ended.map_err(|_| PyRuntimeError::new_err("the search ended unexpectedly"))
-    })?
+    let models = job.models.len() as f64;
+    let progress = Arc::new(SearchProgress::default());
+    let of_job = Arc::clone(&progress);
+    watch::run(
+        py,
+        &report,
+        || (progress.models(), models),
+        || progress.stop(),
+        move || job.run(&of_job),
+    )?
 }
 
 /// An identification, without Python types.
@@ -111,7 +99,7 @@ struct Job {
 /// A recording as given.
 enum Given {
     File(PathBuf),
-    Recording(Box<Recording>),
+    Table(Box<Table>),
 }
 
 impl Job {
@@ -132,8 +120,8 @@ impl Job {
             let one = |(index, source): (usize, Source<'_>)| match source {
                 Source::File(path) => Ok(Given::File(path)),
                 Source::Arrays(columns) => {
-                    let name = format!("{what}[{index}]");
-                    recording(name, &columns, &import).map(|r| Given::Recording(Box::new(r)))
+                    let table = table(&format!("{what}[{index}]"), &columns, &import.columns)?;
+                    Ok(Given::Table(Box::new(table)))
                 }
             };
             numbered.map(one).collect::<PyResult<Vec<_>>>()
@@ -149,7 +137,7 @@ impl Job {
     }
 
     /// Reads the files, fits the models, and returns the document.
-    fn run(self, stop: &AtomicBool) -> PyResult<String> {
+    fn run(self, progress: &SearchProgress) -> PyResult<String> {
         let mut notes = Vec::new();
         let mut ready = |given: Vec<Given>| -> PyResult<Vec<Experiment>> {
             let one = |given| self.import.experiment(given, &mut notes);
@@ -165,9 +153,10 @@ impl Job {
         let runs = (&fitted[..], &held_out[..]);
         let mut found = Vec::new();
         for model in self.models {
-            let search = || self.request.assess(model, runs, &found, &Stop(stop));
+            let search = || self.request.assess(model, runs, &found, progress);
             let assessed = threads.install(search).map_err(invalid)?;
             found.push(assessed);
+            progress.next_model();
         }
         point_to_better(&mut found);
         let nonparametric = NonparametricAnalysis::of(&fitted);
@@ -182,16 +171,19 @@ trait Ready {
 
 impl Ready for Import {
     fn experiment(&self, given: Given, notes: &mut Vec<Note>) -> PyResult<Experiment> {
-        let (name, recording) = match given {
-            Given::Recording(recording) => (recording.name.clone(), *recording),
+        let (path, imported) = match given {
+            Given::Table(table) => {
+                let imported = self.recording(&table);
+                (table.path, imported)
+            }
             Given::File(path) => {
-                let imported = self
-                    .read(&path, &mut |_, _| {})
-                    .map_err(|error| exception(error.into()))?;
-                notes.extend(imported.notes);
-                (path.display().to_string(), imported.recording)
+                let imported = self.read(&path, &mut |_, _| {});
+                (path, imported)
             }
         };
+        let imported = imported.map_err(|error| exception(error.into()))?;
+        notes.extend(imported.notes);
+        let (name, recording) = (path.display().to_string(), imported.recording);
         let unusable = |error| IdentifyError::Recording { name, error };
         Experiment::try_new(recording)
             .map_err(unusable)
@@ -199,12 +191,41 @@ impl Ready for Import {
     }
 }
 
-/// Ends the search after an interrupt.
-struct Stop<'a>(&'a AtomicBool);
+/// Counts the models and starts of a search, and ends it.
+#[derive(Default)]
+struct SearchProgress {
+    is_stopped: AtomicBool,
+    /// Models that are fitted.
+    models: AtomicUsize,
+    /// Share of the starts of the present model, thousandths.
+    starts: AtomicUsize,
+}
 
-impl Progress for Stop<'_> {
+impl SearchProgress {
+    fn models(&self) -> f64 {
+        let starts = self.starts.load(Ordering::Relaxed) as f64 / 1000.0;
+        self.models.load(Ordering::Relaxed) as f64 + starts
+    }
+
+    fn next_model(&self) {
+        self.starts.store(0, Ordering::Relaxed);
+        self.models.fetch_add(1, Ordering::Relaxed);
+    }
+
+    fn stop(&self) {
+        self.is_stopped.store(true, Ordering::Relaxed);
+    }
+}
+
+impl Progress for SearchProgress {
+    fn done(&self, done: usize, of: usize, _: f64) {
+        // A model counts as fitted only with its assessment.
+        let share = (1000 * done / of.max(1)).min(999);
+        self.starts.store(share, Ordering::Relaxed);
+    }
+
     fn is_stopped(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
+        self.is_stopped.load(Ordering::Relaxed)
     }
 }
 
@@ -283,41 +304,48 @@ impl Search {
     }
 }
 
-/// The optional columns of a recording.
-const OPTIONAL: [&str; 4] = ["rate_deg_s", "duty_pct", "current_ma", "supply_v"];
-/// The required columns of a recording.
-const REQUIRED: [&str; 3] = ["time_s", "command_deg", "angle_deg"];
+/// The required quantities, with the names of their columns in a trace.
+const REQUIRED: [(Quantity, &str); 3] = [
+    (Quantity::Time, "time_s"),
+    (Quantity::Command, "command_deg"),
+    (Quantity::Angle, "angle_deg"),
+];
 
-fn recording(
-    name: String,
+/// The columns of a recording as a table, whose lines are the rows counted from 1.
+fn table(
+    name: &str,
     columns: &BTreeMap<String, PyReadonlyArray1<'_, f64>>,
-    import: &Import,
-) -> PyResult<Recording> {
-    let is_known = |key: &str| REQUIRED.contains(&key) || OPTIONAL.contains(&key);
-    if let Some(key) = columns.keys().find(|key| !is_known(key)) {
-        let known = [&REQUIRED[..], &OPTIONAL[..]].concat().join(", ");
-        return Err(PyKeyError::new_err(format!(
-            "{name} has a column `{key}`, expected {known}"
+    chosen: &Columns,
+) -> PyResult<Table> {
+    let mut table = Table {
+        path: name.into(),
+        ..Table::default()
+    };
+    for (column, values) in columns {
+        table.names.push(column.clone());
+        table.columns.push(values.as_array().to_vec());
+    }
+    let is_chosen = |quantity| chosen.0.iter().any(|column| column.quantity == quantity);
+    for (quantity, usual) in REQUIRED {
+        if !is_chosen(quantity) && quantity.find(&table.names) == Ok(None) {
+            let (what, names) = (quantity.name(), table.names.join(", "));
+            return Err(PyKeyError::new_err(format!(
+                "{name} has no column of the {what}: the columns are {names}, expected `{usual}` or \
+                 columns={{\"{what}\": \"COLUMN:UNIT\"}}"
+            )));
+        }
+    }
+    let rows = table.columns.first().map_or(0, Vec::len);
+    let uneven = |values: &&Vec<f64>| values.len() != rows;
+    if let Some(index) = table.columns.iter().position(|values| uneven(&values)) {
+        let (first, other) = (&table.names[0], &table.names[index]);
+        return Err(PyValueError::new_err(format!(
+            "{name}: {other} has {} samples, expected {rows} as {first} has",
+            table.columns[index].len()
         )));
     }
-    let column = |key: &str| Some(columns.get(key)?.as_array().to_vec());
-    let required = |key: &str| {
-        let missing = || PyKeyError::new_err(format!("{name} has no column `{key}`"));
-        column(key).ok_or_else(missing)
-    };
-    Ok(Recording {
-        time_s: required("time_s")?,
-        command_deg: required("command_deg")?,
-        angle_deg: required("angle_deg")?,
-        rate_deg_s: column("rate_deg_s"),
-        duty_pct: column("duty_pct"),
-        current_ma: column("current_ma"),
-        supply_v: column("supply_v"),
-        hold: import.hold,
-        constants: import.constants.clone(),
-        name,
-        ..Recording::default()
-    })
+    table.lines = (1..=rows as u64).collect();
+    Ok(table)
 }
 
 fn invalid(error: IdentifyError) -> PyErr {

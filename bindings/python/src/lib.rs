@@ -10,6 +10,7 @@ mod request;
 mod stepped;
 mod tables;
 mod trace;
+mod watch;
 
 use pyo3::prelude::*;
 

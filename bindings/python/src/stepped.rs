@@ -2,18 +2,30 @@
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use host_sim::settings::{ModelKind, PlantKind, Pwm, Settings};
-use model_core::{actuator, named::Named};
+use host_sim::{
+    input::file::{COMMAND, LOAD, Quantity},
+    settings::{ModelKind, PlantKind, Pwm, Settings},
+};
+use model_core::{
+    actuator,
+    named::Named,
+    scenario::LONGEST_S,
+    time::{TICKS_PER_SECOND, ticks},
+};
 use pyo3::{
     exceptions::PyValueError,
     prelude::*,
     types::{PyBytes, PyDict},
 };
+use serde::{Deserialize, Serialize};
 
 use crate::{exception::raised, request::scenario};
 
-/// Ticks between two checks for an interrupt: 100 s.
-const TICKS_PER_CHECK: u64 = 2_000_000;
+/// Ticks between two checks for an interrupt: 10 s, which take the slowest plant less than 0.1 s.
+const TICKS_PER_CHECK: u64 = 200_000;
+
+/// The longest run, ticks: four months.
+const MOST_TICKS: u64 = (LONGEST_S as u64) * TICKS_PER_SECOND;
 
 /// The outputs of an actuator, in the order of `smart_actuator.Reading`.
 type Reading = (f64, f64, f64, f64, f64, f64, f64, f64, f64);
@@ -24,23 +36,72 @@ type Origin = (String, ModelKind, PlantKind, Pwm, u64, Vec<f64>);
 /// The state, with a delay line of the length of the delay.
 type State = actuator::Actuator<Vec<f64>>;
 
+/// An actuator, and the time that its caller has reached.
+#[derive(Clone, Serialize, Deserialize)]
+struct Stepped {
+    actuator: Box<State>,
+    /// Time of the caller beyond the tick of the actuator, in ticks: at most half a tick, as each
+    /// step ends at the nearest one.
+    beyond: f64,
+}
+
+impl Stepped {
+    /// The ticks of a step of this length, and what remains beyond them.
+    fn ticks_for(&self, seconds: f64) -> (u64, f64) {
+        let exact = seconds * TICKS_PER_SECOND as f64 + self.beyond;
+        // Half a tick of the last step may be more than this one.
+        let whole = exact.round().max(0.0);
+        (whole as u64, exact - whole)
+    }
+}
+
 /// An actuator that is stepped by its caller. A lock serialises threads.
 #[pyclass(frozen, module = "smart_actuator._native")]
 pub struct Actuator {
     settings: Settings,
-    state: Mutex<Box<State>>,
+    state: Mutex<Stepped>,
 }
 
 impl Actuator {
-    fn with(settings: Settings, state: State) -> Self {
+    fn with(settings: Settings, state: Stepped) -> Self {
         Self {
             settings,
-            state: Mutex::new(Box::new(state)),
+            state: Mutex::new(state),
         }
     }
 
+    /// Advances by the ticks that `plan` gives for the state, after which the caller is beyond its
+    /// tick by the second number, and checks for an interrupt meanwhile.
+    fn run(
+        &self,
+        py: Python<'_>,
+        command_deg: f64,
+        plan: impl FnOnce(&Stepped) -> PyResult<(u64, f64)> + Send,
+    ) -> PyResult<Reading> {
+        py.detach(|| {
+            let mut state = self.state();
+            let (mut left, beyond) = plan(&state)?;
+            if left > MOST_TICKS {
+                let problem = format!("a step of {left} ticks, expected {MOST_TICKS} at most");
+                return Err(PyValueError::new_err(problem));
+            }
+            loop {
+                let now = left.min(TICKS_PER_CHECK);
+                let done = state.actuator.advance(command_deg, now);
+                done.map_err(|_| refused("command_deg", command_deg, &COMMAND))?;
+                left -= now;
+                if left == 0 {
+                    state.beyond = beyond;
+                    return Ok(reading(&state.actuator));
+                }
+                // Other threads wait for the actuator without the interpreter lock.
+                Python::attach(|py| py.check_signals())?;
+            }
+        })
+    }
+
     /// Call it without the interpreter lock, which could otherwise cause a deadlock.
-    fn state(&self) -> MutexGuard<'_, Box<State>> {
+    fn state(&self) -> MutexGuard<'_, Stepped> {
         // A step does not panic, and no state is invalid: a poisoned lock can be used.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -58,7 +119,7 @@ fn invalid(problem: impl std::fmt::Display) -> PyErr {
 }
 
 /// The settings and the state of a snapshot.
-fn kept(bytes: &[u8]) -> PyResult<(Settings, State)> {
+fn kept(bytes: &[u8]) -> PyResult<(Settings, Stepped)> {
     let (origin, rest): (Origin, _) = postcard::take_from_bytes(bytes).map_err(invalid)?;
     let (version, model, plant, pwm, seed, values) = origin;
     if version != env!("CARGO_PKG_VERSION") {
@@ -75,6 +136,17 @@ fn kept(bytes: &[u8]) -> PyResult<(Settings, State)> {
     }
     let state = postcard::from_bytes(rest).map_err(invalid)?;
     Ok((settings, state))
+}
+
+/// The exception for a number beyond its range.
+fn refused(name: &str, value: f64, quantity: &Quantity) -> PyErr {
+    let (range, unit) = (&quantity.range, quantity.unit);
+    PyValueError::new_err(format!(
+        "{name} is {value}, expected {} from {} to {} {unit}",
+        quantity.meaning,
+        range.start(),
+        range.end()
+    ))
 }
 
 fn reading(state: &State) -> Reading {
@@ -106,32 +178,37 @@ impl Actuator {
         let scenario = scenario(model, plant, preset, seed, pwm, parameters);
         let settings = scenario.and_then(|s| s.settings()).map_err(raised)?;
         let state = State::try_with_ring(&settings);
-        Ok(Self::with(
-            settings,
-            state.map_err(|error| raised(error.into()))?,
-        ))
+        let actuator = state.map_err(|error| raised(error.into()))?;
+        let stepped = Stepped {
+            actuator: Box::new(actuator),
+            beyond: 0.0,
+        };
+        Ok(Self::with(settings, stepped))
     }
 
     fn advance(&self, py: Python<'_>, command_deg: f64, ticks: u64) -> PyResult<Reading> {
-        let mut left = ticks;
-        loop {
-            let now = left.min(TICKS_PER_CHECK);
-            let result = py.detach(|| {
-                let mut state = self.state();
-                state.advance(command_deg, now).map(|()| reading(&state))
-            });
-            let refused = || format!("command_deg is {command_deg}, expected a finite angle, deg");
-            let reading = result.map_err(|_| PyValueError::new_err(refused()))?;
-            left -= now;
-            if left == 0 {
-                return Ok(reading);
-            }
-            py.check_signals()?;
-        }
+        self.run(py, command_deg, |state| Ok((ticks, state.beyond)))
+    }
+
+    fn advance_seconds(&self, py: Python<'_>, command_deg: f64, seconds: f64) -> PyResult<Reading> {
+        self.run(py, command_deg, |state| Ok(state.ticks_for(seconds)))
+    }
+
+    fn advance_to(&self, py: Python<'_>, command_deg: f64, time_s: f64) -> PyResult<Reading> {
+        self.run(py, command_deg, |state| {
+            let (target, now) = (ticks(time_s), state.actuator.tick());
+            let step = target.checked_sub(now).ok_or_else(|| {
+                let now_s = model_core::time::seconds(now);
+                PyValueError::new_err(format!(
+                    "time_s is {time_s}, the actuator is at {now_s} s, expected no earlier time"
+                ))
+            })?;
+            Ok((step, time_s * TICKS_PER_SECOND as f64 - target as f64))
+        })
     }
 
     fn reading(&self, py: Python<'_>) -> Reading {
-        py.detach(|| reading(&self.state()))
+        py.detach(|| reading(&self.state().actuator))
     }
 
     fn set_load_torque(&self, py: Python<'_>, torque_nm: f64) -> PyResult<()> {
@@ -140,14 +217,13 @@ impl Actuator {
                 "a load torque applies to plant=\"bench\", no other has a load",
             ));
         }
-        let result = py.detach(|| self.state().set_load_torque_nm(torque_nm));
-        let refused = || format!("torque_nm is {torque_nm}, expected a finite torque, Nm");
-        result.map_err(|_| PyValueError::new_err(refused()))
+        let result = py.detach(|| self.state().actuator.set_load_torque_nm(torque_nm));
+        result.map_err(|_| refused("torque_nm", torque_nm, &LOAD))
     }
 
     #[getter]
     fn tick(&self, py: Python<'_>) -> u64 {
-        py.detach(|| self.state().tick())
+        py.detach(|| self.state().actuator.tick())
     }
 
     #[getter]
@@ -167,7 +243,7 @@ impl Actuator {
     }
 
     fn snapshot<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let bytes = py.detach(|| postcard::to_stdvec(&(self.origin(), &**self.state())));
+        let bytes = py.detach(|| postcard::to_stdvec(&(self.origin(), &*self.state())));
         Ok(PyBytes::new(py, &bytes.map_err(invalid)?))
     }
 
@@ -178,7 +254,7 @@ impl Actuator {
                 "the snapshot is of an actuator with another model, seed or parameters",
             ));
         }
-        py.detach(|| **self.state() = state);
+        py.detach(|| *self.state() = state);
         Ok(())
     }
 

@@ -1,27 +1,27 @@
 //! A single run with all of its columns.
 
+use std::sync::Arc;
+
 use host_sim::{
     error::Error,
-    simulate::{Rows, Simulation},
+    simulate::{Rows, RunProgress, Simulation},
 };
+use model_core::time::seconds;
 use numpy::IntoPyArray;
 use pyo3::{exceptions::PyMemoryError, prelude::*, types::PyDict};
 
-use crate::{exception::raised, request::Request};
+use crate::{
+    exception::raised,
+    request::Request,
+    watch::{self, Report},
+};
 
 /// The most numbers in a trace: 4 GiB. A larger one is most likely a mistake in duration or
 /// `every`, and would end the process instead of raising an exception.
 const MOST_NUMBERS: u64 = 1 << 29;
 
-/// Rows between two checks for an interrupt.
-const ROWS_PER_CHECK: usize = 1 << 16;
-
 /// The columns of a growing trace.
-struct Columns {
-    values: Vec<Vec<f64>>,
-    /// The exception of an interrupt.
-    interruption: Option<PyErr>,
-}
+struct Columns(Vec<Vec<f64>>);
 
 impl Columns {
     fn room_for(simulation: &Simulation) -> PyResult<Self> {
@@ -40,45 +40,37 @@ impl Columns {
             let room = column.try_reserve_exact(rows as usize);
             room.map_err(|_| too_long())?;
         }
-        Ok(Self {
-            values,
-            interruption: None,
-        })
+        Ok(Self(values))
     }
 }
 
 impl Rows for Columns {
     fn row(&mut self, values: &[f64]) -> Result<(), Error> {
-        for (column, value) in self.values.iter_mut().zip(values) {
+        for (column, value) in self.0.iter_mut().zip(values) {
             column.push(*value);
-        }
-        let rows = self.values.first().map_or(0, Vec::len);
-        if rows.is_multiple_of(ROWS_PER_CHECK)
-            && let Err(interruption) = Python::attach(|py| py.check_signals())
-        {
-            self.interruption = Some(interruption);
-            return Err(Error::Conflict("interrupted".into()));
         }
         Ok(())
     }
 }
 
-/// The title of a run and its columns by name.
+/// The title of a run and its columns by name. Progress is reported in simulated seconds.
 #[pyfunction]
 pub fn simulate<'py>(
     py: Python<'py>,
     request: Request<'py>,
+    report: Report<'py>,
 ) -> PyResult<(String, Bound<'py, PyDict>)> {
-    let simulation = request.plan()?.simulation([].into_iter()).map_err(raised)?;
+    let mut simulation = request.plan()?.simulation([].into_iter()).map_err(raised)?;
+    let progress = Arc::new(RunProgress::default());
+    simulation.progress = Some(Arc::clone(&progress));
     let mut columns = Columns::room_for(&simulation)?;
-    let result = py.detach(|| simulation.run(&mut columns));
-    if let Some(interruption) = columns.interruption {
-        return Err(interruption);
-    }
-    result.map_err(raised)?;
+    let (title, names, ticks) = (simulation.title(), simulation.columns(), simulation.ticks);
+    let job = move || simulation.run(&mut columns).map(|()| columns);
+    let done = || (seconds(progress.ticks()), seconds(ticks));
+    let columns = watch::run(py, &report, done, || progress.stop(), job)?;
     let by_name = PyDict::new(py);
-    for (name, values) in simulation.columns().into_iter().zip(columns.values) {
+    for (name, values) in names.into_iter().zip(columns.map_err(raised)?.0) {
         by_name.set_item(name, values.into_pyarray(py))?;
     }
-    Ok((simulation.title(), by_name))
+    Ok((title, by_name))
 }

@@ -50,7 +50,7 @@ def test_arrays_of_command_and_load_are_taken_as_files_are(tmp_path):
     command, load = np.array([0.0, 10.0, -5.5, 0.1, 3.0]), np.array([0.0, 0.1, -0.2, 0.3, 0.0])
     for name, column, values in [("c", "command_deg", command), ("l", "torque_nm", load)]:
         rows = "".join(f"{a!r},{b!r}\n" for a, b in zip(t.tolist(), values.tolist()))
-        (tmp_path / name).write_text(f"t,{column}\n{rows}")
+        (tmp_path / name).write_text(f"time_s,{column}\n{rows}")
     trace = sa.simulate(plant="bench", command=(t, command), load=(t, load), every=1)
     files = ["--input-file", str(tmp_path / "c"), "--load-file", str(tmp_path / "l")]
     assert_same(trace, of_the_program("board", "--plant", "bench", "--every", "1", *files))
@@ -107,6 +107,7 @@ NAN = float("nan")
         (ValueError, "unknown model `bord`.*board", {"model": "bord"}),
         (ValueError, "unknown plant `table`.*first-order, bench", {"plant": "table"}),
         (ValueError, "applies to the model `board`", {"model": "grey-box", "plant": "bench"}),
+        (ValueError, "`grey-box` has no bridge", {"model": "grey-box", "pwm": "switched"}),
         (ValueError, "unknown preset `paperr`", {"preset": "paperr"}),
         (ValueError, "unknown input `step`", {"input": "step"}),
         (ValueError, "unknown pwm `on`.*average, switched", {"pwm": "on"}),
@@ -129,6 +130,8 @@ NAN = float("nan")
         (ValueError, "a load applies to", {"load": ([0.0], [1.0])}),
         (ValueError, "expected one of them", {"input": "pulse", "command": ([0.0], [1.0])}),
         (TypeError, "command: expected a pair", {"command": 5}),
+        (KeyError, "command has no column 'command_deg'", {"command": {"time_s": [0.0], "u": [1]}}),
+        (TypeError, "progress is 'yes', expected", {"progress": "yes"}),
         (TypeError, "command, values: expected an array", {"command": ([0.0], ["x"])}),
         (TypeError, "command, values: expected an array", {"command": ([0.0], [1j])}),
         (ValueError, "command, values: expected an array", {"command": ([0.0], [[1.0], []])}),
@@ -136,9 +139,9 @@ NAN = float("nan")
         (ValueError, "one dimension", {"command": (0.0, 1.0)}),
         (ValueError, "2 times and 1 values", {"command": ([0.0, 1.0], [1.0])}),
         (ValueError, "0 times and 0 values", {"command": ([], [])}),
-        (ValueError, r"command: t\[1\] is NaN", {"command": ([0.0, NAN], [1.0, 2.0])}),
+        (ValueError, r"command: time_s\[1\] is NaN", {"command": ([0.0, NAN], [1.0, 2.0])}),
         (ValueError, r"command_deg\[0\] is inf", {"command": ([0.0], [float("inf")])}),
-        (ValueError, r"t\[0\] is -1, expected a time", {"command": ([-1.0], [1.0])}),
+        (ValueError, r"time_s\[0\] is -1, expected a time", {"command": ([-1.0], [1.0])}),
         (ValueError, "do not decrease", {"command": ([1.0, 0.5], [1.0, 2.0])}),
         (ValueError, r"torque_nm\[0\] is NaN", {"plant": "bench", "load": ([0.0], [NAN])}),
     ],
@@ -156,17 +159,49 @@ def test_a_preset_with_a_warning_warns():
 
 def test_columns_are_items_and_attributes_with_units():
     trace = sa.simulate(plant="bench", duration=0.1)
-    assert trace.angle_deg is trace["angle_deg"] and len(trace.t) == 100
+    assert trace.angle_deg is trace["angle_deg"] and len(trace.time_s) == 100
     assert "angle_deg" in dir(trace) and "100 rows" in repr(trace)
     assert list(trace.to_dict()) == list(trace) == list(trace.units)
-    wanted = {"t": "s", "rate_deg_s": "deg/s", "duty_pct": "%", "current_a": "A"}
-    wanted |= {"back_emf_v": "V", "load_torque_nm": "Nm", "command": "deg"}
+    wanted = {"time_s": "s", "rate_deg_s": "deg/s", "duty_pct": "%", "current_a": "A"}
+    wanted |= {"back_emf_v": "V", "load_torque_nm": "Nm", "command_deg": "deg"}
     assert all(trace.units[name] == unit for name, unit in wanted.items())
     assert all(trace.units.values())
     with pytest.raises(KeyError, match="no column 'angle'.*angle_deg"):
         trace["angle"]
     with pytest.raises(AttributeError, match="no column 'angle'"):
         trace.angle
+
+
+def test_a_trace_goes_into_every_table_and_comes_back():
+    import pandas
+    import polars
+    import pyarrow
+    import pyarrow.interchange
+
+    trace = sa.simulate(plant="bench", duration=0.1)
+    frame = trace.to_pandas()
+    assert frame.attrs["title"] == trace.title and frame.attrs["units"] == trace.units
+    tables = [frame, pandas.DataFrame(trace), polars.DataFrame(trace), pyarrow.table(trace)]
+    tables.append(pyarrow.table(pyarrow.RecordBatchReader.from_stream(trace).read_all()))
+    for table in tables:
+        names = table.column_names if isinstance(table, pyarrow.Table) else table.columns
+        assert list(names) == list(trace)
+        assert_same(trace, {name: np.asarray(table[name]) for name in names})
+    exchanged = pyarrow.interchange.from_dataframe(trace)
+    assert_same(trace, {name: exchanged[name].to_numpy() for name in trace})
+    rows = trace.to_numpy()
+    assert rows.shape == (100, len(trace))
+    assert_same(trace, {name: rows[:, index].copy() for index, name in enumerate(trace)})
+
+
+def test_a_trace_is_a_command_and_a_load():
+    first = sa.simulate(plant="bench", input="sine", load=([0.0, 0.5], [0.0, 0.1]), every=1)
+    again = sa.simulate(plant="bench", command=first, every=1)
+    assert np.array_equal(first.command_deg, again.command_deg)
+    loaded = sa.simulate(plant="bench", command=first.to_pandas(), load=first, every=1)
+    pairs = {"command": first.command_deg, "load": first.load_torque_nm}
+    pairs = {name: (first.time_s, values) for name, values in pairs.items()}
+    assert_same(loaded, sa.simulate(plant="bench", every=1, **pairs))
 
 
 def test_a_trace_can_be_pickled():

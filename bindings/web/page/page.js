@@ -138,7 +138,7 @@ class Page {
     document.body.dataset.state = 'ready';
   }
 
-  length() { return this.trace ? this.trace.rows * (this.trace.columns.t[1] ?? 0) : NaN; }
+  length() { return this.trace ? this.trace.rows * (this.trace.columns.time_s[1] ?? 0) : NaN; }
 
   showControls() {
     for (const control of this.controls) {

@@ -34,20 +34,20 @@ class Plots {
   }
 
   time({ model, plant }, { columns: c }, pinned) {
-    const ghost = column => pinned ? [pinnedCurve(held(pinned.trace, column, c.t))] : [];
+    const ghost = column => pinned ? [pinnedCurve(held(pinned.trace, column, c.time_s))] : [];
     const isBoard = model === 'board', isBench = plant === 'bench', hasDuty = isBoard || model === 'grey-box';
-    this.angle.show(c.t, [
+    this.angle.show(c.time_s, [
       ...ghost('angle_deg'),
-      { label: 'command', y: c.command, colour: '--c0', dash: [6, 4], width: 1.2, step: true },
+      { label: 'command', y: c.command_deg, colour: '--c0', dash: [6, 4], width: 1.2, step: true },
       { label: 'angle', y: c.angle_deg, colour: '--c1', width: 2 },
     ]);
-    this.rate.show(c.t, [
+    this.rate.show(c.time_s, [
       ...ghost('rate_deg_s'),
       ...(isBoard ? [{ label: 'estimate of the board', y: c.rate_meas_deg_s, colour: '--c6', width: 1, step: true }] : []),
       { label: 'rate', y: c.rate_deg_s, colour: '--c1' },
     ]);
-    this.duty.show(c.t, hasDuty ? [...ghost('duty_pct'), { label: 'duty', y: c.duty_pct, colour: '--c2', width: 1.2, step: true }] : []);
-    this.current.show(c.t, isBench ? [...ghost('current_a'), { label: 'current', y: c.current_a, colour: '--c3', width: 1.2 }] : []);
+    this.duty.show(c.time_s, hasDuty ? [...ghost('duty_pct'), { label: 'duty', y: c.duty_pct, colour: '--c2', width: 1.2, step: true }] : []);
+    this.current.show(c.time_s, isBench ? [...ghost('current_a'), { label: 'current', y: c.current_a, colour: '--c3', width: 1.2 }] : []);
   }
 
   frequency(bode, pinned) {
@@ -65,7 +65,7 @@ const pinnedCurve = y => ({ label: 'pinned', y, colour: '--ghost', width: 2.5 })
 
 // A column of a trace, interpolated at other times.
 function held({ columns, rows }, column, times) {
-  const step = columns.t[1] ?? 1, of = columns[column];
+  const step = columns.time_s[1] ?? 1, of = columns[column];
   return Array.from(times, t => {
     const row = Math.round(t / step);
     return row < rows ? of[row] : null;

@@ -44,8 +44,8 @@ impl Figures {
     /// assert!(figures.overshoot_pct.unwrap() < 0.0);
     /// ```
     pub fn of(trace: &Trace) -> Self {
-        let (command, angle) = (trace.column("command"), trace.column("angle_deg"));
-        let step = first_step(trace.column("t"), command, angle);
+        let (command, angle) = (trace.column("command_deg"), trace.column("angle_deg"));
+        let step = first_step(trace.column("time_s"), command, angle);
         let (min_rate_deg_s, max_rate_deg_s) = rate_extremes(trace.column("rate_deg_s"));
         let duty = trace.column("duty_pct").iter();
         let squares = command.iter().zip(angle).map(|(c, a)| (c - a) * (c - a));

@@ -9,7 +9,7 @@ use crate::scenario::{Error, MOST_ROWS, Scenario};
 /// of this instant ([`Actuator::reading`]).
 pub const COLUMNS: [&str; 10] = {
     let [a, b, c, d, e, f, g, h] = Reading::COLUMNS;
-    ["t", "command", a, b, c, d, e, f, g, h]
+    ["time_s", "command_deg", a, b, c, d, e, f, g, h]
 };
 
 /// The recording of a run: one column after the other.
@@ -116,7 +116,7 @@ mod tests {
             let text = format!("{choice}&input=3211&input.start_s=0.01&duration_s=0.5&every=1");
             let scenario = scenario(&text);
             let trace = run(&scenario).unwrap();
-            assert_eq!(follow(&scenario, trace.column("command")), Ok(trace));
+            assert_eq!(follow(&scenario, trace.column("command_deg")), Ok(trace));
         }
     }
 
@@ -138,7 +138,7 @@ mod tests {
         let trace = run(&scenario("plant=bench")).unwrap();
         assert_eq!(trace.rows(), 5000);
         assert!(trace.column("current_a").iter().any(|a| *a > 0.1));
-        assert_eq!(trace.column("t")[4999], 4.999);
+        assert_eq!(trace.column("time_s")[4999], 4.999);
         assert!(trace.column("no such").is_empty());
     }
 }

@@ -48,14 +48,14 @@ function compare(name, trace, rows, model) {
     assert.equal(asBits(a + 0), asBits(b + 0), `${name}: ${column} at tick ${at}: ${a} and ${b}`);
   };
   for (let i = 0; i < TICKS; i++) {
-    same('t', i, 't', i);
-    same('command', i, 'command', i);
+    same('time_s', i, 'time_s', i);
+    same('command_deg', i, 'command_deg', i);
     same('angle_deg', i, 'angle_deg', i);
     if (i === 0) continue;
     // The program's column is only delayed; that of the core is also sampled by the host.
-    if (!name.includes('host_period_s')) same('command_delayed', i, 'command_delayed', i - 1);
+    if (!name.includes('host_period_s')) same('command_delayed_deg', i, 'command_delayed_deg', i - 1);
     // Outputs of the continuous models depend on the command at the same instant.
-    const arrived = trace.columns.command_delayed;
+    const arrived = trace.columns.command_delayed_deg;
     const arrives = i + 1 === TICKS || arrived[i + 1] !== arrived[i];
     if (model === 'board') {
       same('rate_deg_s', i, 'rate_deg_s', i);
@@ -70,7 +70,7 @@ try {
   const command = commands();
   const file = join(directory, 'command.csv');
   const text = Array.from(command, (v, i) => i && v === command[i - 1] ? '' : `${i * TICK_S},${v}\n`).join('');
-  writeFileSync(file, `t,command_deg\n${text}`);
+  writeFileSync(file, `time_s,command_deg\n${text}`);
   let compared = 0;
   for (const choice of core.catalogue.choices) for (const preset of choice.presets) {
     const { model, plant } = choice;

@@ -73,7 +73,7 @@ try {
     const saved = join(pictures, 'board-first-order-pulse.csv');
     for (const end = Date.now() + 10_000; !existsSync(saved) && Date.now() < end;) await new Promise(next => setTimeout(next, 50));
     const [names, ...rows] = readFileSync(saved, 'utf8').trim().split('\n');
-    assert.match(names, /^t,command,command_delayed,angle_deg,/);
+    assert.match(names, /^time_s,command_deg,command_delayed_deg,angle_deg,/);
     assert.equal(rows.length, 5000);
     rmSync(saved);
 

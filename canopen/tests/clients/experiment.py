@@ -115,7 +115,7 @@ def in_order(samples):
 def run(arguments, name):
     """Returns whether no sample is lost and the direct simulation agrees."""
     matches = simulate(arguments.program, "--input", name)
-    commands_deg = [float(row["command"]) for row in matches[::5]]
+    commands_deg = [float(row["command_deg"]) for row in matches[::5]]
     with Chain(arguments) as chain:
         chain.set_up()
         chain.command([0.0] * 10)
@@ -127,7 +127,7 @@ def run(arguments, name):
         file = folder / f"{name}.csv"
         with open(file, "w", newline="") as out:
             writer = csv.writer(out)
-            writer.writerow(["t", "command_deg", "angle_deg"])
+            writer.writerow(["time_s", "command_deg", "angle_deg"])
             writer.writerows([f"{PERIOD_S * number:.3f}", *row] for number, row in sorted(rows.items()))
         direct = simulate(arguments.program, "--input-file", str(file))
     rates = [abs(float(there["rate_deg_s"])) for there in direct]

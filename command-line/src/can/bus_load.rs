@@ -12,6 +12,7 @@ use host_sim::table::{Cell, Table};
 /// Estimates the bus load of N actuators with their default PDOs
 ///
 /// The least load is that of frames without stuff bits, the greatest that of frames with the most.
+/// A load that may exceed 100 % is an error.
 #[derive(Debug, Args)]
 pub struct BusLoad {
     /// Number of actuators
@@ -65,9 +66,10 @@ impl BusLoad {
         // A bus without traffic is limited by the number of node-IDs.
         let fit = (1.0 / one.1).floor().min(127.0) as u64;
         if self.json {
-            return print_json(&json!({
+            print_json(&json!({
                 "least_load": least, "greatest_load": most, "actuators_that_fit": fit, "traffic": traffic,
-            }));
+            }))?;
+            return self.check(most, fit);
         }
         let mut table = Table::new(
             "",
@@ -91,16 +93,25 @@ impl BusLoad {
         }
         print_table(&table)?;
         print(&format!(
-            "{} actuators at {} kbit/s load the bus by {:.1} % to {:.1} %{}; {fit} fit at the most\n",
+            "{} actuators at {} kbit/s load the bus by {:.1} % to {:.1} %; {fit} fit at the most\n",
             self.actuators,
             self.kbit_s,
             least * 100.0,
             most * 100.0,
-            if most > 1.0 {
-                ", which is too much"
-            } else {
-                ""
-            },
-        ))
+        ))?;
+        self.check(most, fit)
+    }
+
+    /// Refuses a load above 100 %.
+    fn check(&self, most: f64, fit: u64) -> Result<(), Error> {
+        if most <= 1.0 {
+            return Ok(());
+        }
+        Err(Error::Conflict(format!(
+            "{} actuators may load the bus by {:.1} %, expected {fit} actuators at the most, lower \
+             rates or more kbit/s",
+            self.actuators,
+            most * 100.0
+        )))
     }
 }

@@ -11,8 +11,6 @@ mod scan;
 mod serve;
 mod telemetry;
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use canopen::slcan::KBIT_S;
@@ -95,18 +93,4 @@ fn length(option: &'static str, seconds: f64) -> Result<Duration, Error> {
         value: seconds.to_string(),
         expected: "a time above 0 s",
     })
-}
-
-/// A flag that the first interrupt sets; the second one ends the program.
-fn stop_on_interrupt() -> Result<Arc<AtomicBool>, Error> {
-    let stop = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&stop);
-    let handler = move || {
-        if flag.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-    };
-    ctrlc::set_handler(handler)
-        .map_err(|error| Error::Conflict(format!("cannot handle interrupts: {error}")))?;
-    Ok(stop)
 }

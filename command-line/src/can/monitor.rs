@@ -9,8 +9,9 @@ use std::time::Duration;
 use clap::Args;
 use serde_json::json;
 
-use super::{AtNode, length, print_json, stop_on_interrupt, telemetry::watch};
+use super::{AtNode, length, print_json, telemetry::watch};
 use crate::error::Error;
+use crate::interrupt;
 use crate::output::print;
 use host_sim::can::client::state_name;
 use host_sim::can::telemetry::Telemetry;
@@ -55,7 +56,7 @@ impl Monitor {
     fn show(&self) -> Result<(), Error> {
         let time = self.seconds.map(|seconds| length("--for", seconds));
         let time = time.transpose()?;
-        let stop = stop_on_interrupt()?;
+        let stop = interrupt::stop()?;
         let is_over = |now| stop.load(Ordering::Relaxed) || time.is_some_and(|time| now >= time);
         let mut client = self.at.open()?;
         let mut screen = Screen::new(std::io::stdout().is_terminal());

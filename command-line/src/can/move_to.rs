@@ -9,11 +9,12 @@ use serde_json::json;
 use super::{AtNode, print_json};
 use crate::error::Error;
 use crate::output::print;
-use host_sim::can::client::Client;
+use host_sim::can::client::{Client, ClientError};
 
 /// Moves an actuator to an angle by a profile, and prints the angle reached
 ///
-/// The drive is enabled if necessary. Afterwards it holds the angle unless --release is given.
+/// The drive is enabled if necessary. Afterwards it holds the angle unless --release is given. An
+/// angle beyond the limits of the actuator ends at the limit, with exit status 4.
 #[derive(Debug, Args)]
 pub struct Move {
     /// Angle, deg
@@ -85,9 +86,12 @@ impl Move {
                 status & statusword::TARGET_REACHED != 0
             })?;
             if status & statusword::INTERNAL_LIMIT != 0 {
-                return Ok(client.fail_in_state(
-                    "the angle is beyond the limits 607Dh, and the drive is at one of them",
-                )?);
+                return Err(ClientError::AtLimit {
+                    node: client.node(),
+                    angle_deg: client.integer("6064")? as f64 / 1000.0,
+                    why: "the angle is beyond the limits 607Dh, and the drive is at one of them",
+                }
+                .into());
             }
         }
         Ok(client.integer("6064")? as f64 / 1000.0)

@@ -3,6 +3,7 @@
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use clap::Args;
@@ -11,12 +12,15 @@ use serde_json::json;
 
 use super::{AtNode, length, print_json, telemetry::watch};
 use crate::error::Error;
+use crate::interrupt;
 use crate::output::{is_standard_output, write_error};
 use host_sim::can::client::{Client, ClientError};
 use host_sim::can::names::{self, Value};
 use host_sim::can::telemetry::{Clock, Telemetry};
 
 /// Records the telemetry of an actuator as a CSV file with units in the names of the columns
+///
+/// An interrupt (Ctrl-C) ends the recording; the file has all samples until then.
 ///
 /// With --json standard output is JSON: one object per sample and line or, if the samples go to a
 /// file, the numbers of samples and of lost ones.
@@ -72,7 +76,8 @@ impl Record {
 fn listen(client: &mut Client, time: Duration, sink: &mut Sink) -> Result<u64, Error> {
     let mut clock = Clock::default();
     let mut is_first = true;
-    let is_over = |now| now >= time;
+    let stop = interrupt::stop()?;
+    let is_over = |now| now >= time || stop.load(Ordering::Relaxed);
     watch(client, is_over, |telemetry, now| {
         if std::mem::take(&mut is_first) {
             let names = telemetry.columns.iter().map(|column| column.name.clone());

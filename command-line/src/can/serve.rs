@@ -10,8 +10,8 @@ use canopen::NodeId;
 use clap::Args;
 use model_core::plant::board::BoardPlantOptions;
 
-use super::stop_on_interrupt;
 use crate::error::Error;
+use crate::interrupt;
 use crate::output::print;
 use host_sim::can::bus::Bus;
 use host_sim::can::native_node::{CAPTURE_VALUES, NativeNode};
@@ -67,7 +67,7 @@ impl Serve {
     }
 
     fn serve(&self) -> Result<(), Error> {
-        let stop = stop_on_interrupt()?;
+        let stop = interrupt::stop()?;
         if let (Some(actuator), Some(comm)) = (&self.elf, &self.comm_elf) {
             return self.emulate(actuator, comm, &stop);
         }

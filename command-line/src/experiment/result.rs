@@ -78,7 +78,7 @@ fn settings(design: &Designed) -> impl Iterator<Item = (&'static Parameter, f64)
 
 /// The command of an input, for `simulate --input-file`.
 pub fn csv(design: &Designed, step_s: f64) -> String {
-    let mut text = String::from("t,command_deg\n");
+    let mut text = String::from("time_s,command_deg\n");
     for (index, command) in design.command_deg.iter().enumerate() {
         // The command is held between rows: equal values need no row.
         let before = index.checked_sub(1).map(|i| design.command_deg[i]);

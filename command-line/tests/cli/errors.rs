@@ -212,7 +212,7 @@ fn a_chain_needs_both_programs_and_the_emulator() {
     let missing = if cfg!(feature = "board") {
         "actuator-board: "
     } else {
-        "this program was built without the emulator; one that has it is built by `cargo build"
+        "this program was built without the emulator; one that has it is built by `cargo emulate serve`"
     };
     cli.assert_error(
         "serve --elf no/actuator-board --comm-elf no/comm-board",

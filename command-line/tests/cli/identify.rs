@@ -122,8 +122,8 @@ fn columns_and_units_are_mapped_and_irregularities_are_reported_with_their_lines
     let cli = cli_with_pulse();
     let trace = cli.trace("black-box-1 --input pulse --every 80");
     let (t, u, y) = (
-        trace.column("t"),
-        trace.column("command"),
+        trace.column("time_s"),
+        trace.column("command_deg"),
         trace.column("angle_deg"),
     );
     let row = |i: usize| {

@@ -10,7 +10,7 @@ fn a_command_is_held_piecewise_constant_and_right_continuous_on_the_tick() {
     // Ticks 0, 2 and 4; 0.00012 s is nearest to tick 2.
     cli.write("in.csv", "t,command_deg\n0,1\n0.00012,-2.5\n0.0002,3\n");
     let csv = cli.trace("black-box-1 --input-file in.csv --every 1 --duration 0.0003");
-    assert_eq!(csv.column("command"), [1.0, 1.0, -2.5, -2.5, 3.0, 3.0]);
+    assert_eq!(csv.column("command_deg"), [1.0, 1.0, -2.5, -2.5, 3.0, 3.0]);
 }
 
 #[test]
@@ -18,7 +18,7 @@ fn the_delayed_command_follows_350_ticks_later() {
     let cli = Cli::new();
     cli.write("in.csv", "t,command_deg\n0,1\n0.001,2\n");
     let csv = cli.trace("board --input-file in.csv --every 1 --duration 0.03");
-    let (command, delayed) = (csv.column("command"), csv.column("command_delayed"));
+    let (command, delayed) = (csv.column("command_deg"), csv.column("command_delayed_deg"));
     assert_eq!(delayed[350..], command[..250]);
     assert!(delayed[..350].iter().all(|value| *value == 1.0));
 }
@@ -28,14 +28,14 @@ fn before_its_first_row_a_file_commands_the_value_of_that_row() {
     let cli = Cli::new();
     cli.write("in.csv", "t,command_deg\n0.001,5\n");
     let csv = cli.trace("black-box-1 --input-file in.csv");
-    assert_eq!(csv.column("command"), [5.0, 5.0]);
+    assert_eq!(csv.column("command_deg"), [5.0, 5.0]);
 }
 
 #[test]
 fn the_last_row_of_the_file_is_the_last_of_the_run() {
     let cli = Cli::new();
     cli.write("in.csv", "t,command_deg\n0,1\n0.005,2\n");
-    let t = cli.trace("grey-box --input-file in.csv").column("t");
+    let t = cli.trace("grey-box --input-file in.csv").column("time_s");
     assert_eq!(t.last(), Some(&0.005));
 }
 
@@ -45,7 +45,7 @@ fn the_last_of_several_rows_in_one_tick_is_used() {
     cli.write("in.csv", "t,command_deg\n0,1\n0,2\n0.00001,3\n");
     assert_eq!(
         cli.trace("black-box-1 --input-file in.csv")
-            .column("command"),
+            .column("command_deg"),
         [3.0]
     );
 }
@@ -57,12 +57,14 @@ fn all_common_kinds_of_csv_are_read() {
         "t,command_deg\n0,1\n0.001,2",
         "\u{feff}t,command_deg\r\n0,1\r\n0.001,2\r\n",
         "# a comment\n\n t , command_deg \n\n0, 1\n# another\n 0.001,2 \n\n",
+        "time_ms;command_mdeg\n0;1000\n1;2000",
+        "time_s command_rad\n0 0.017453292519943295\n0.001 0.03490658503988659",
         "\"command_deg\",\"note\",\"t\"\n\"1\",\"a, \"\"b\"\"\",\"0\"\n2,,1e-3\n",
     ];
     for kind in kinds {
         cli.write("in.csv", kind);
         let csv = cli.trace("black-box-1 --input-file in.csv");
-        assert_eq!(csv.column("command"), [1.0, 2.0], "{kind:?}");
+        assert_eq!(csv.column("command_deg"), [1.0, 2.0], "{kind:?}");
     }
 }
 
@@ -72,7 +74,7 @@ fn an_error_names_file_line_column_and_expected_value() {
     let bad: [(&[u8], &str); 21] = [
         (
             b"",
-            "in.csv:1: the file is empty, expected a header with `t` and `command_deg`",
+            "in.csv:1: the file is empty, expected a header with `time_s` and `command_deg`",
         ),
         (b"\n\n", "in.csv:2: the file is empty"),
         (
@@ -81,17 +83,20 @@ fn an_error_names_file_line_column_and_expected_value() {
         ),
         (
             b"0,1\n1,2\n",
-            "in.csv:1: no column `t`: the columns are `0`, `1`, expected",
+            "in.csv:1: no column `time_s`: the columns are `0`, `1`, expected",
         ),
         (
-            b"t;command_deg\n0;1\n",
-            "in.csv:1: no column `t`: the columns are `t;command_deg`",
+            b"t;command_deg\n0,5;1\n",
+            "in.csv:2: column 1 (`t`) is `0,5`, expected a time",
         ),
         (
             b"t,command\n0,1\n",
-            "no column `command_deg`: the columns are `t`, `command`",
+            "in.csv:1: column `command` has no unit, expected a header with `time_s` and",
         ),
-        (b"t,t,command_deg\n0,1,2\n", "in.csv:1: two columns `t`"),
+        (
+            b"t,t,command_deg\n0,1,2\n",
+            "in.csv:1: `t` and `t` may both be a time, expected",
+        ),
         (
             b"t,command_deg\n0,up\n",
             "in.csv:2: column 2 (`command_deg`) is `up`, expected an angle",
@@ -126,7 +131,7 @@ fn an_error_names_file_line_column_and_expected_value() {
         ),
         (
             b"t,command_deg\n1,1\n\n#\n0.5,1\n",
-            "in.csv:5: t is 0.5 after 1, expected times that do",
+            "in.csv:5: t is 0.5 s after 1 s, expected times that do",
         ),
         (
             b"t,command_deg\r\n\r\n0\r\n",

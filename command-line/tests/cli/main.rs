@@ -15,6 +15,7 @@ mod scenario;
 #[cfg(target_os = "linux")]
 mod serve;
 mod served;
+mod silent;
 mod simulate;
 mod trace_file;
 mod tune;

@@ -126,3 +126,36 @@ fn the_table_shows_the_same_parameters_as_the_json() {
         }
     }
 }
+
+#[cfg(target_os = "linux")]
+#[test]
+fn the_list_fits_a_terminal_of_80_columns() {
+    let cli = Cli::new();
+    let program = assert_cmd::cargo::cargo_bin!("actuator");
+    for model in [
+        "board --plant bench",
+        "black-box-1",
+        "grey-box --input multisine",
+    ] {
+        let list = format!(
+            "stty cols 80 rows 24; {} simulate {model} --list-parameters",
+            program.display()
+        );
+        let output = std::process::Command::new("script")
+            .args(["--quiet", "--command", &list, "/dev/null"])
+            .current_dir(cli.path("."))
+            .stdin(std::process::Stdio::null())
+            .output()
+            .expect("the terminal of util-linux");
+        let text = String::from_utf8_lossy(&output.stdout);
+        assert!(
+            text.contains("delay_s = ") && text.contains("\r\n    from 0 to 1,"),
+            "{text}"
+        );
+        let widest = text
+            .lines()
+            .map(|line| line.trim_end().chars().count())
+            .max();
+        assert!(widest <= Some(80), "{model}: {widest:?}");
+    }
+}

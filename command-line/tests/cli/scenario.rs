@@ -47,17 +47,17 @@ fn an_input_file_is_relative_to_the_scenario_and_an_input_option_replaces_it() {
         "runs/s.toml",
         "model = \"black-box-1\"\ninput_file = \"in.csv\"\n",
     );
-    let command = cli.trace("--scenario runs/s.toml").column("command");
+    let command = cli.trace("--scenario runs/s.toml").column("command_deg");
     assert_eq!(command, [4.0]);
     let command = cli
         .trace("--scenario runs/s.toml --input pulse")
-        .column("command");
+        .column("command_deg");
     assert_eq!(command.len(), 5000);
     // The file of an option is relative to the working directory.
     cli.write("here.csv", "t,command_deg\n0,6\n");
     let command = cli
         .trace("--scenario runs/s.toml --input-file here.csv")
-        .column("command");
+        .column("command_deg");
     assert_eq!(command, [6.0]);
 }
 

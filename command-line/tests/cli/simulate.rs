@@ -12,9 +12,9 @@ use predicates::prelude::*;
 use super::Cli;
 
 const COMMON_COLUMNS: [&str; 8] = [
-    "t",
-    "command",
-    "command_delayed",
+    "time_s",
+    "command_deg",
+    "command_delayed_deg",
     "angle_deg",
     "rate_deg_s",
     "duty_pct",
@@ -59,13 +59,17 @@ fn the_referees_names_of_the_inputs_are_known_too() {
 #[test]
 fn by_default_every_twentieth_tick_of_50_us_is_a_row() {
     let cli = Cli::new();
-    let t = cli.trace("board").column("t");
+    let t = cli.trace("board").column("time_s");
     assert_eq!(t.len(), 5000);
     assert_eq!([t[0], t[1], t[4999]], [0.0, 0.001, 4.999]);
-    let t = cli.trace("board --every 1 --duration 0.01").column("t");
+    let t = cli
+        .trace("board --every 1 --duration 0.01")
+        .column("time_s");
     assert_eq!(t.len(), 200);
     assert_eq!(t[1], 0.00005);
-    let t = cli.trace("board --every 80 --duration 0.0101").column("t");
+    let t = cli
+        .trace("board --every 80 --duration 0.0101")
+        .column("time_s");
     assert_eq!(t, [0.0, 0.004, 0.008]);
 }
 
@@ -222,7 +226,7 @@ fn a_plot_is_an_svg_or_a_page_that_needs_no_network() {
         .actuator("simulate board --plot p.html --csv -")
         .assert();
     both.success()
-        .stdout(predicate::str::starts_with("t,command,"));
+        .stdout(predicate::str::starts_with("time_s,command_deg,"));
     let html = cli.read("p.html");
     assert!(html.contains("</html>") && !html.contains("src=\"http"));
 }
@@ -242,7 +246,7 @@ fn a_closed_standard_output_is_not_an_error() {
     let output = child.wait_with_output().expect("the program ends");
     assert!(output.status.success(), "{output:?}");
     assert_eq!(String::from_utf8_lossy(&output.stderr), "");
-    assert!(line.starts_with("t,command,"));
+    assert!(line.starts_with("time_s,command_deg,"));
 }
 
 #[test]
@@ -281,15 +285,15 @@ fn a_host_of_50_hz_holds_its_samples_and_the_delayed_command_shows_them() {
     let run = |host_period_s| scenario(host_period_s).resolve().unwrap().record().unwrap();
     let (held, free) = (run(0.02), run(0.0));
     assert_eq!(
-        held.column("command_delayed"),
-        free.column("command_delayed")
+        held.column("command_delayed_deg"),
+        free.column("command_delayed_deg")
     );
     // The rate of black box 1 is p (c - angle), from which the delayed command c follows.
     let arrived = |trace: &host_sim::trace::Trace, tick: usize| {
         let column = |name| trace.column(name).unwrap()[tick];
         column("rate_deg_s") / 30.0 + column("angle_deg")
     };
-    let command = free.column("command").unwrap();
+    let command = free.column("command_deg").unwrap();
     for tick in (11_000..12_000).step_by(7) {
         let sampled = command[(tick - 350) / 400 * 400];
         assert!((arrived(&held, tick) - sampled).abs() < 1e-9, "tick {tick}");

@@ -30,7 +30,7 @@ fn csv_on_standard_output_can_be_combined_with_files() {
         .assert()
         .success()
         .stderr("trace: run.mat\nplot: run.svg\n");
-    assert.stdout(predicate::str::starts_with("t,command,"));
+    assert.stdout(predicate::str::starts_with("time_s,command_deg,"));
 }
 
 #[test]

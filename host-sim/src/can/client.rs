@@ -53,6 +53,16 @@ pub enum ClientError {
         /// The state that is expected.
         wanted: &'static str,
     },
+    /// The drive stopped at one of its limits.
+    #[error("node {node} is at {angle_deg} deg: {why}")]
+    AtLimit {
+        /// The node.
+        node: u8,
+        /// Its angle, deg.
+        angle_deg: f64,
+        /// The limit.
+        why: &'static str,
+    },
     /// The object does not hold an integer.
     #[error("{0} is not an integer")]
     NotAnInteger(String),
@@ -72,6 +82,11 @@ impl ClientError {
             Self::State { .. } | Self::NotNow { .. } => true,
             _ => false,
         }
+    }
+
+    /// Whether the actuator did what it could, and stopped at a limit.
+    pub fn is_at_limit(&self) -> bool {
+        matches!(self, Self::AtLimit { .. })
     }
 
     /// Whether the request is invalid independently of the actuator.

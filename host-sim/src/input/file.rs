@@ -1,9 +1,18 @@
-//! Sequences from CSV files with a column `t` (s) and a column of values.
+//! Sequences from text files with a column of times and a column of values.
+//!
+//! Traces and recordings are such files: columns of times and commands are found by the names and
+//! units that the import of recordings knows.
 
 use std::{ops::RangeInclusive, path::Path};
 
-use identification::data::lines::{Lines, TextLine};
-use model_core::time::{TICKS_PER_SECOND, ticks};
+use identification::data::{
+    self,
+    lines::{Lines, TextLine},
+};
+use model_core::{
+    actuator::{COMMAND_RANGE, LOAD_TORQUE_RANGE_NM},
+    time::{TICKS_PER_SECOND, ticks},
+};
 
 use super::Sequence;
 use crate::error::Error;
@@ -13,6 +22,10 @@ use crate::error::Error;
 pub struct Quantity {
     /// The name of its column.
     pub column: &'static str,
+    /// The quantity of recordings that it is: its other names and units are taken as well.
+    recorded: Option<data::Quantity>,
+    /// Another name of its column, with the same unit.
+    alias: Option<&'static str>,
     /// Its meaning, for messages.
     pub meaning: &'static str,
     /// Its unit.
@@ -23,7 +36,9 @@ pub struct Quantity {
 
 /// The time of a row: at most four months.
 pub const TIME: Quantity = Quantity {
-    column: "t",
+    column: "time_s",
+    recorded: Some(data::Quantity::Time),
+    alias: None,
     meaning: "a time",
     unit: "s",
     range: 0.0..=1e7,
@@ -37,37 +52,44 @@ const _: () = assert!(
 /// A commanded angle, within the range of the control step.
 pub const COMMAND: Quantity = Quantity {
     column: "command_deg",
+    recorded: Some(data::Quantity::Command),
+    alias: None,
     meaning: "an angle",
     unit: "deg",
-    range: -32768.0..=32767.0,
+    range: COMMAND_RANGE,
 };
 
 /// A torque on the load, within the range of the constant one of the bench.
 pub const LOAD: Quantity = Quantity {
-    column: "torque_nm",
+    column: "load_torque_nm",
+    recorded: None,
+    alias: Some("torque_nm"),
     meaning: "a torque",
     unit: "Nm",
-    range: -100.0..=100.0,
+    range: LOAD_TORQUE_RANGE_NM,
 };
 
 /// Reads a file. Other columns, blank lines and lines that start with `#` are ignored. Fields may
-/// be quoted; each row is one line.
+/// be quoted; each row is one line. The delimiter is detected in the header.
 ///
 /// Times do not decrease; of several rows in one tick the last applies.
 ///
 /// # Errors
 /// [`Error::Read`], and [`Error::InputFile`] with line, column and the expected value.
 pub fn read(path: &Path, quantity: &Quantity) -> Result<Sequence, Error> {
-    let mut lines = Lines::open(path)?;
-    let expected = format!("expected a header with `t` and `{}`", quantity.column);
+    let mut lines = Lines::delimited(path, None)?;
+    let expected = format!(
+        "expected a header with `{}` and `{}`",
+        TIME.column, quantity.column
+    );
     let Some(header) = lines.next_line()? else {
         return Err(lines
             .problem(format!("the file is empty, {expected}"))
             .into());
     };
-    let find = |name| header.column(name).map_err(|p| format!("{p}, {expected}"));
-    let places = find(TIME.column).and_then(|t| Ok((t, find(quantity.column)?)));
-    let (t_index, value_index) = places.map_err(|problem| header.problem(problem))?;
+    let find = |quantity| Column::of(quantity, &header).map_err(|p| format!("{p}, {expected}"));
+    let columns = find(&TIME).and_then(|time| Ok((time, find(quantity)?)));
+    let (time, values) = columns.map_err(|problem| header.problem(problem))?;
     let width = header.fields.len();
 
     let mut sequence = Sequence::default();
@@ -78,13 +100,15 @@ pub fn read(path: &Path, quantity: &Quantity) -> Result<Sequence, Error> {
             let problem = format!("the fields are {found}, expected {width} as in the header");
             return Err(line.problem(problem).into());
         }
-        let t = line.value(t_index, &TIME)?;
+        let t = time.value(&line)?;
         if t < last_s {
-            let problem = format!("t is {t} after {last_s}, expected times that do not decrease");
+            let name = &time.name;
+            let problem =
+                format!("{name} is {t} s after {last_s} s, expected times that do not decrease");
             return Err(line.problem(problem).into());
         }
         last_s = t;
-        sequence.push(ticks(t), line.value(value_index, quantity)?);
+        sequence.push(ticks(t), values.value(&line)?);
     }
     if sequence.points().is_empty() {
         return Err(lines
@@ -94,40 +118,77 @@ pub fn read(path: &Path, quantity: &Quantity) -> Result<Sequence, Error> {
     Ok(sequence)
 }
 
-/// Finds columns and values by their quantities.
-trait Fields {
-    fn column(&self, name: &str) -> Result<usize, String>;
-    fn value(&self, index: usize, quantity: &Quantity) -> Result<f64, Error>;
+/// The column of a quantity in a file.
+struct Column<'a> {
+    quantity: &'a Quantity,
+    index: usize,
+    name: String,
+    /// From its unit to that of the quantity.
+    factor: f64,
 }
 
-impl Fields for TextLine<'_> {
-    /// The index of the column of this name.
-    fn column(&self, name: &str) -> Result<usize, String> {
-        let mut found = (0..self.fields.len()).filter(|&index| self.fields[index] == name);
-        match (found.next(), found.next()) {
-            (Some(index), None) => Ok(index),
-            (Some(_), Some(_)) => Err(format!("two columns `{name}`")),
-            (None, _) => {
-                let columns = self.fields.join("`, `");
-                Err(format!("no column `{name}`: the columns are `{columns}`"))
-            }
-        }
+impl<'a> Column<'a> {
+    fn of(quantity: &'a Quantity, header: &TextLine<'_>) -> Result<Self, String> {
+        let names = &header.fields;
+        let found = match quantity.recorded {
+            Some(recorded) => recorded.find(names),
+            None => named(quantity, names),
+        };
+        let index = found.map_err(|[a, b]| {
+            let meaning = quantity.meaning;
+            format!("`{}` and `{}` may both be {meaning}", names[a], names[b])
+        })?;
+        let columns = || names.join("`, `");
+        let missing = || {
+            let column = quantity.column;
+            format!("no column `{column}`: the columns are `{}`", columns())
+        };
+        let index = index.ok_or_else(missing)?;
+        let name = names[index].clone();
+        let factor = match quantity.recorded {
+            None => 1.0,
+            Some(recorded) => match (recorded.unit_in(&name), recorded) {
+                (Some(factor), _) => factor,
+                // A time without a unit is in seconds, as in a recording; an angle may be in
+                // degrees or radians.
+                (None, data::Quantity::Time) => 1.0,
+                (None, _) => return Err(format!("column `{name}` has no unit")),
+            },
+        };
+        Ok(Self {
+            quantity,
+            index,
+            name,
+            factor,
+        })
     }
 
-    /// The number in a field.
-    fn value(&self, index: usize, quantity: &Quantity) -> Result<f64, Error> {
-        let text = &self.fields[index];
-        match text.parse::<f64>() {
-            Ok(value) if quantity.range.contains(&value) => Ok(value),
-            _ => Err(Error::from(self.problem(format!(
+    /// The number in its field of a line, in the unit of the quantity.
+    fn value(&self, line: &TextLine<'_>) -> Result<f64, Error> {
+        let text = &line.fields[self.index];
+        let value = text.parse().map(|value: f64| value * self.factor);
+        let range = &self.quantity.range;
+        match value {
+            Ok(value) if range.contains(&value) => Ok(value),
+            _ => Err(Error::from(line.problem(format!(
                 "column {} (`{}`) is `{text}`, expected {} from {} to {} {}",
-                index + 1,
-                quantity.column,
-                quantity.meaning,
-                quantity.range.start(),
-                quantity.range.end(),
-                quantity.unit
+                self.index + 1,
+                self.name,
+                self.quantity.meaning,
+                range.start(),
+                range.end(),
+                self.quantity.unit
             )))),
         }
+    }
+}
+
+/// The column that has a name of this quantity; two of them are an error.
+fn named(quantity: &Quantity, names: &[String]) -> Result<Option<usize>, [usize; 2]> {
+    let is_it = |name: &str| name == quantity.column || Some(name) == quantity.alias;
+    let mut found = (0..names.len()).filter(|&index| is_it(&names[index]));
+    match (found.next(), found.next()) {
+        (Some(a), Some(b)) => Err([a, b]),
+        (first, _) => Ok(first),
     }
 }

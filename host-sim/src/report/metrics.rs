@@ -192,5 +192,6 @@ fn small_signal(runs: &Runs, linear: Option<&SmallSignal>) -> SmallSignalMetrics
 
 /// Time, command, angle and rate.
 fn columns(trace: &Trace) -> [&[f64]; 4] {
-    ["t", "command", "angle_deg", "rate_deg_s"].map(|name| trace.column(name).unwrap_or_default())
+    ["time_s", "command_deg", "angle_deg", "rate_deg_s"]
+        .map(|name| trace.column(name).unwrap_or_default())
 }

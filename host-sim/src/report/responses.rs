@@ -46,7 +46,7 @@ impl Quantity {
             Self::Duty => column("duty_pct").filter(|_| model.has_duty()),
             Self::Current => column("current_a"),
             Self::Error => {
-                let command = trace.column("command")?.iter();
+                let command = trace.column("command_deg")?.iter();
                 let angle = trace.column("angle_deg")?;
                 Some(
                     command
@@ -76,7 +76,7 @@ pub fn angles(title: &str, inputs: &[(&str, Vec<Shown>)]) -> Figure {
 fn panel_of(quantity: Quantity, label: &str, shown: &[Shown]) -> Option<Panel> {
     let (_, first) = shown.first()?;
     let command = first
-        .column("command")
+        .column("command_deg")
         .filter(|_| quantity == Quantity::Angle);
     let of = |shown: &Shown| Some(Curve::of(shown.0, quantity.of(*shown)?));
     let mut models: Vec<_> = shown.iter().filter_map(of).collect();
@@ -91,5 +91,5 @@ fn panel_of(quantity: Quantity, label: &str, shown: &[Shown]) -> Option<Panel> {
         .into_iter()
         .chain(models)
         .collect();
-    Some(panel(label, first.column("t")?, &curves))
+    Some(panel(label, first.column("time_s")?, &curves))
 }

@@ -119,7 +119,7 @@ mod tests {
     fn with_both_literal_gains_the_duty_saturates_and_the_angle_stays_within_two_counts() {
         let trace = trace().expect("a run");
         let column = |name: &str| trace.column(name).expect(name);
-        let arrived = column("t").partition_point(|t| *t < 2.25);
+        let arrived = column("time_s").partition_point(|t| *t < 2.25);
         let duty = &column("duty_pct")[arrived..];
         assert!(duty.contains(&100.0) && duty.contains(&-100.0));
         let two_counts = 2.0 * 360.0 / 4096.0;

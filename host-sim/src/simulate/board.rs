@@ -18,7 +18,7 @@ use crate::{
     settings::{PlantKind, Settings},
 };
 
-const BOARD_COLUMNS: [&str; 2] = ["rate_command_deg_s", "compare"];
+const BOARD_COLUMNS: [&str; 2] = ["rate_command_deg_s", "compare_counts"];
 
 const BENCH_COLUMNS: [&str; 9] = [
     "current_a",
@@ -125,6 +125,7 @@ fn drive<P: Plant>(
     let (ticks, every) = (simulation.ticks, simulation.every.max(1));
     let (mut edge, mut shown) = (0, 0_u64);
     while edge < ticks {
+        simulation.check(edge)?;
         board.start_period(|tick| path.command.board(path.source(tick)));
         let end = ticks.min(edge + PWM_PERIOD_TICKS);
         while shown < end {

@@ -9,7 +9,7 @@ use model_core::{
 };
 use rayon::prelude::*;
 
-use super::{Rows, Simulation, board};
+use super::{Rows, Simulation, board, progress::CHECK_TICKS};
 use crate::{error::Error, settings::ModelKind};
 
 /// The extremes of the motion of a run, over the evaluated ticks.
@@ -57,7 +57,7 @@ impl Watch {
 
 impl Rows for Watch {
     fn row(&mut self, values: &[f64]) -> Result<(), Error> {
-        // The common columns: t, command, command_delayed, angle_deg, rate_deg_s.
+        // The common columns: time_s, command_deg, command_delayed_deg, angle_deg, rate_deg_s.
         self.see(PlantState {
             angle_deg: values[3],
             rate_deg_s: values[4],
@@ -93,6 +93,9 @@ impl<const N: usize> pulp::NullaryFnOnce for Abreast<'_, N> {
         let path = run.path();
         let (mut tick, (mut command, mut until)) = (0, path.held(0));
         while tick < run.ticks {
+            if tick.is_multiple_of(CHECK_TICKS) {
+                self.0.iter().try_for_each(|run| run.check(tick))?;
+            }
             if tick >= until {
                 (command, until) = path.held(tick);
             }

@@ -12,6 +12,7 @@ pub(super) fn run(
     rows: &mut dyn Rows,
 ) -> Result<(), Error> {
     for tick in 0..simulation.ticks {
+        simulation.check(tick)?;
         let arrived = path.command.at(path.source(tick));
         if tick % simulation.every.max(1) == 0 {
             let now = model.output(arrived);

@@ -6,6 +6,11 @@
 mod board;
 pub mod extremes;
 mod float;
+mod progress;
+
+use std::sync::Arc;
+
+pub use progress::RunProgress;
 
 use model_core::{
     actuator::Reading,
@@ -24,7 +29,7 @@ use crate::{
 /// back-EMF.
 const COMMON_COLUMNS: [&str; 8] = {
     let [a, b, c, d, e, f, ..] = Reading::COLUMNS;
-    ["t", "command", a, b, c, d, e, f]
+    ["time_s", "command_deg", a, b, c, d, e, f]
 };
 
 /// A run with all of its inputs.
@@ -42,6 +47,8 @@ pub struct Simulation {
     pub ticks: u64,
     /// Ticks between two rows; not 0.
     pub every: u64,
+    /// Counts the ticks, and can end the run.
+    pub progress: Option<Arc<RunProgress>>,
 }
 
 /// A sink for the rows of a run.
@@ -95,7 +102,8 @@ impl Simulation {
     /// Runs and writes the rows.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for parameters that exclude each other; those of `rows`.
+    /// [`Error::Parameter`] for parameters that exclude each other; those of `rows`;
+    /// [`Error::Interrupted`].
     pub fn run(&self, rows: &mut dyn Rows) -> Result<(), Error> {
         let path = self.path();
         let settings = &self.settings;
@@ -110,6 +118,17 @@ impl Simulation {
                 float::run(GreyBox::try_new(settings.grey_box)?, self, &path, rows)
             }
             ModelKind::Board => board::run(self, &path, rows),
+        }
+    }
+
+    /// Counts the ticks of a check at this tick, if there is one: those up to the next check.
+    #[inline(always)]
+    fn check(&self, tick: u64) -> Result<(), Error> {
+        match &self.progress {
+            Some(progress) if tick.is_multiple_of(progress::CHECK_TICKS) => {
+                progress.advance((self.ticks - tick).min(progress::CHECK_TICKS))
+            }
+            _ => Ok(()),
         }
     }
 

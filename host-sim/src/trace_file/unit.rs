@@ -1,25 +1,22 @@
 //! The units of the columns of a trace.
 
 /// Suffixes of names of columns, with their units; longer suffixes first.
-const ENDINGS: [(&str, &str); 6] = [
+const ENDINGS: [(&str, &str); 7] = [
     ("_deg_s", "deg/s"),
     ("_deg", "deg"),
     ("_pct", "%"),
     ("_nm", "N m"),
     ("_a", "A"),
     ("_v", "V"),
+    ("_s", "s"),
 ];
 
-/// The unit of the column of this name; `1` for a plain number.
+/// The unit of the column of this name; `1` for a count.
 pub fn of(column: &str) -> &'static str {
-    match column {
-        "t" => "s",
-        "command" | "command_delayed" => "deg",
-        _ => ENDINGS
-            .iter()
-            .find(|(ending, _)| column.ends_with(ending))
-            .map_or("1", |(_, unit)| unit),
-    }
+    ENDINGS
+        .iter()
+        .find(|(ending, _)| column.ends_with(ending))
+        .map_or("1", |(_, unit)| unit)
 }
 
 #[cfg(test)]
@@ -31,7 +28,7 @@ mod tests {
     };
 
     #[test]
-    fn every_column_but_the_compare_value_of_the_timer_has_a_unit() {
+    fn every_column_but_the_counts_of_the_timer_has_a_unit() {
         let bench = Scenario {
             model: Some(ModelKind::Board),
             plant: Some(PlantKind::Drivetrain),
@@ -39,8 +36,9 @@ mod tests {
         };
         let columns = bench.resolve().expect("it is one").columns();
         let plain: Vec<_> = columns.iter().filter(|name| of(name) == "1").collect();
-        assert_eq!(plain, [&"compare"]);
+        assert_eq!(plain, [&"compare_counts"]);
         let some = ["rate_command_deg_s", "load_angle_deg", "current_meas_a"];
         assert_eq!(some.map(of), ["deg/s", "deg", "A"]);
+        assert_eq!(of("time_s"), "s");
     }
 }

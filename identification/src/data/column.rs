@@ -85,8 +85,15 @@ impl Quantity {
                 "output",
                 "y",
             ],
-            Self::Rate => &["rate_meas", "rate", "speed", "velocity", "omega"],
-            Self::Duty => &["duty", "pwm"],
+            Self::Rate => &[
+                "rate_meas",
+                "rate",
+                "angular_rate",
+                "speed",
+                "velocity",
+                "omega",
+            ],
+            Self::Duty => &["duty", "motor_duty", "pwm"],
             Self::Current => &["current_meas", "current", "motor_current"],
             Self::Supply => &["supply", "input_volts", "supply_voltage", "voltage", "vin"],
             Self::Enabled => &[
@@ -97,6 +104,38 @@ impl Quantity {
                 "torque_enabled",
             ],
         }
+    }
+
+    /// The index of its column among columns of these names, by its usual names; `None` if there
+    /// is none.
+    ///
+    /// ```
+    /// use identification::data::Quantity;
+    ///
+    /// let names = ["time_s", "command_mdeg"].map(String::from);
+    /// assert_eq!(Quantity::Command.find(&names), Ok(Some(1)));
+    /// assert_eq!(Quantity::Command.unit_in(&names[1]), Some(1e-3));
+    /// ```
+    ///
+    /// # Errors
+    /// The indices of two columns that may both be it.
+    pub fn find(self, names: &[String]) -> Result<Option<usize>, [usize; 2]> {
+        for usual in self.usual_names() {
+            let is_it = |name: &String| unit::split(self, name).0 == *usual;
+            let mut found = (0..names.len()).filter(|&i| is_it(&names[i]));
+            match (found.next(), found.next()) {
+                (None, _) => {}
+                (Some(index), None) => return Ok(Some(index)),
+                (Some(a), Some(b)) => return Err([a, b]),
+            }
+        }
+        Ok(None)
+    }
+
+    /// The factor from the unit in a column's name to that of a recording; `None` if the name has
+    /// no unit.
+    pub fn unit_in(self, name: &str) -> Option<f64> {
+        unit::split(self, name).1
     }
 
     fn is_angle(self) -> bool {
@@ -261,27 +300,20 @@ fn selected(
 fn unit_of(table: &Table, quantity: Quantity, index: usize) -> Option<f64> {
     let below = table.units.get(index);
     let below = below.and_then(|u| unit::factor(quantity, u.trim_matches(['(', ')', '[', ']'])));
-    below.or_else(|| unit::split(quantity, &table.names[index]).1)
+    below.or_else(|| quantity.unit_in(&table.names[index]))
 }
 
 /// The column with a usual name of a quantity, and its unit.
 fn usual(table: &Table, quantity: Quantity) -> Result<Option<(usize, Option<f64>)>, ImportError> {
-    for usual in quantity.usual_names() {
-        let is_it = |name: &String| unit::split(quantity, name).0 == *usual;
-        let mut found = (0..table.names.len()).filter(|&i| is_it(&table.names[i]));
-        match (found.next(), found.next()) {
-            (None, _) => {}
-            (Some(index), None) => return Ok(Some((index, unit_of(table, quantity, index)))),
-            (Some(a), Some(b)) => {
-                let (a, b, name) = (&table.names[a], &table.names[b], quantity.name());
-                let problem = format!(
-                    "`{a}` and `{b}` may both be the {name}, expected --column {name}=COLUMN"
-                );
-                return Err(table.problem(table.header_line, problem));
-            }
+    match quantity.find(&table.names) {
+        Ok(found) => Ok(found.map(|index| (index, unit_of(table, quantity, index)))),
+        Err([a, b]) => {
+            let (a, b, name) = (&table.names[a], &table.names[b], quantity.name());
+            let problem =
+                format!("`{a}` and `{b}` may both be the {name}, expected --column {name}=COLUMN");
+            Err(table.problem(table.header_line, problem))
         }
     }
-    Ok(None)
 }
 
 fn missing(table: &Table, quantity: Quantity) -> ImportError {

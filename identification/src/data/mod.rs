@@ -115,7 +115,15 @@ impl Import {
         } else {
             delimited::read(path, self.delimiter, progress)?
         };
-        let columns = self.columns.of(&table)?;
-        clean::recording(self, &table, &columns)
+        self.recording(&table)
+    }
+
+    /// The recording in a table, by the rules for files.
+    ///
+    /// # Errors
+    /// [`ImportError::Content`], as [`Import::read`].
+    pub fn recording(&self, table: &Table) -> Result<Imported, ImportError> {
+        let columns = self.columns.of(table)?;
+        clean::recording(self, table, &columns)
     }
 }

@@ -1,7 +1,16 @@
 //! What a caller commands: an angle, or one of the quantities inside the loops.
 
+use core::ops::RangeInclusive;
+
 use super::kind::{ModelKind, PlantKind};
 use crate::named::{Named, named};
+
+/// The commands that an actuator accepts, in the unit of their quantity: the range of the control
+/// step's fixed-point format.
+pub const COMMAND_RANGE: RangeInclusive<f64> = -32768.0..=32767.0;
+
+/// The load torques that an actuator accepts, Nm: the range of the constant one of the drivetrain.
+pub const LOAD_TORQUE_RANGE_NM: RangeInclusive<f64> = -100.0..=100.0;
 
 named! {
     /// Quantity that an actuator is commanded in.
@@ -44,7 +53,7 @@ impl InputLevel {
 /// A signal to an actuator that it does not accept; the actuator is unchanged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CommandError {
-    /// A command, a torque, an inertia or a motion is not finite, or an inertia is negative.
+    /// A command or a torque is out of its range, a motion is not finite, or an inertia is negative.
     Value,
     /// The model has no such input.
     Level(InputLevel),
@@ -53,7 +62,7 @@ pub enum CommandError {
 impl core::fmt::Display for CommandError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
-            Self::Value => f.write_str("the value is not finite, or it is an inertia below zero"),
+            Self::Value => f.write_str("the value is out of range, or it is an inertia below zero"),
             Self::Level(level) => write!(
                 f,
                 "the model has no input `{}`, expected an input that its equations contain",

@@ -1,6 +1,6 @@
 //! Signals of the load: torque, inertia and motion that another simulation gives.
 
-use super::input::CommandError;
+use super::input::{CommandError, LOAD_TORQUE_RANGE_NM};
 use super::stepped_core::{ActuatorCore, Model, ticks_into_period};
 use crate::plant::PlantState;
 
@@ -9,9 +9,9 @@ impl ActuatorCore {
     /// parameters; only the drivetrain has a load.
     ///
     /// # Errors
-    /// [`CommandError::Value`] for a torque that is not finite.
+    /// [`CommandError::Value`] for a torque beyond [`LOAD_TORQUE_RANGE_NM`], and for NaN.
     pub fn set_load_torque_nm(&mut self, torque_nm: f64) -> Result<(), CommandError> {
-        if !torque_nm.is_finite() {
+        if !LOAD_TORQUE_RANGE_NM.contains(&torque_nm) {
             return Err(CommandError::Value);
         }
         if let Model::Drivetrain(board) = &mut self.model {

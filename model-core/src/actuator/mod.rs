@@ -14,7 +14,7 @@ pub mod settings;
 pub mod stepped;
 mod stepped_core;
 
-pub use input::{CommandError, InputLevel};
+pub use input::{COMMAND_RANGE, CommandError, InputLevel, LOAD_TORQUE_RANGE_NM};
 pub use kind::{ModelKind, PlantKind};
 pub use reading::Reading;
 pub use settings::Settings;

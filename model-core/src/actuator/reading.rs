@@ -25,7 +25,7 @@ pub struct Reading {
 impl Reading {
     /// The names of the quantities in traces.
     pub const COLUMNS: [&'static str; 8] = [
-        "command_delayed",
+        "command_delayed_deg",
         "angle_deg",
         "rate_deg_s",
         "duty_pct",

@@ -57,7 +57,8 @@ impl<R: Ring> Actuator<R> {
     /// Advances by this number of ticks of 50 us with a constant command, deg.
     ///
     /// # Errors
-    /// [`CommandError::Value`] for a command that is not finite.
+    /// [`CommandError::Value`] for a command beyond
+    /// [`COMMAND_RANGE`](super::COMMAND_RANGE), and for NaN.
     pub fn advance(&mut self, command_deg: f64, ticks: u64) -> Result<(), CommandError> {
         self.advance_with(InputLevel::Position, command_deg, ticks)
     }
@@ -68,7 +69,7 @@ impl<R: Ring> Actuator<R> {
     /// quantity is also its past, so that none is taken for another one.
     ///
     /// # Errors
-    /// [`CommandError`] for a value that is not finite, or if the model has no such input.
+    /// [`CommandError`] for a value out of range, or if the model has no such input.
     ///
     /// ```
     /// use model_core::actuator::{Actuator, InputLevel, ModelKind, PlantKind, Settings};

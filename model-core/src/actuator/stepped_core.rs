@@ -1,7 +1,7 @@
 //! Everything of an actuator but the memory of its delay.
 
 use super::closed_loop::ClosedLoop;
-use super::input::{CommandError, InputLevel};
+use super::input::{COMMAND_RANGE, CommandError, InputLevel};
 use super::kind::{ModelKind, PlantKind};
 use super::reading::Reading;
 use super::settings::Settings;
@@ -79,7 +79,8 @@ impl ActuatorCore {
     /// of [`DelayCursor::len`] values.
     ///
     /// # Errors
-    /// [`CommandError`] for a value that is not finite, or if the model has no such input.
+    /// [`CommandError`] for a value beyond [`COMMAND_RANGE`] and for NaN, or if the model has no
+    /// such input.
     pub fn advance_with(
         &mut self,
         (delay, memory): (&mut DelayCursor, &mut [f64]),
@@ -87,7 +88,7 @@ impl ActuatorCore {
         value: f64,
         ticks: u64,
     ) -> Result<(), CommandError> {
-        if !value.is_finite() {
+        if !COMMAND_RANGE.contains(&value) {
             return Err(CommandError::Value);
         }
         if level != self.level && ticks > 0 {

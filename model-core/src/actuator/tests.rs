@@ -42,9 +42,9 @@ proptest! {
 }
 
 #[test]
-fn a_command_that_is_not_finite_is_refused_without_effect() {
+fn a_command_out_of_range_is_refused_without_effect() {
     let mut actuator = actuator(ModelKind::Board, PlantKind::Drivetrain);
-    for command in [f64::NAN, f64::INFINITY] {
+    for command in [f64::NAN, f64::INFINITY, 32_768.0, -1e308] {
         assert_eq!(actuator.advance(command, 1000), Err(CommandError::Value));
         assert_eq!(
             actuator.set_load_torque_nm(command),

@@ -105,6 +105,8 @@ pub enum ScenarioError<'a> {
     },
     /// A plant is given, but this model has none.
     NoPlant(ModelKind),
+    /// Switching of the bridge is asked for, but this model has no bridge.
+    NoBridge(ModelKind),
     /// The preset is not one of this model.
     PresetOfOtherModel {
         /// The preset.
@@ -152,6 +154,10 @@ impl fmt::Display for ScenarioError<'_> {
             Self::NoPlant(model) => write!(
                 f,
                 "`plant` applies to the model `board`, `{model}` has no plant"
+            ),
+            Self::NoBridge(model) => write!(
+                f,
+                "`pwm` `switched` applies to the model `board`, `{model}` has no bridge"
             ),
             Self::PresetOfOtherModel { preset, model } => {
                 write!(f, "preset `{}` is for ", preset.name)?;

@@ -128,6 +128,7 @@ pub fn printed(index: usize, run: &Run) -> Result<Vec<f64>, Failure> {
         load: None,
         ticks: run.len() as u64 * every,
         every,
+        progress: None,
     }
     .record()?;
     let angles = trace.column("angle_deg").unwrap_or_default();

@@ -32,15 +32,15 @@ function compare(program, model, plant)
   column = @(name) rows(:, strcmp(names, name));
   state = actuator_mex(model, plant);
   ticks = 20;
-  command = column('command');
+  command = column('command_deg');
   [before, after] = deal(zeros(numel(command), 9));
   for k = 1:numel(command)
     [state, before(k, :)] = actuator_mex(state, command(k), 0);
     [state, after(k, :)] = actuator_mex(state, command(k), 1);
     state = actuator_mex(state, command(k), ticks - 1);
   end
-  same_bits('time', before(:, 1), column('t'));
-  same_bits('command', after(:, 2), column('command_delayed'));
+  same_bits('time', before(:, 1), column('time_s'));
+  same_bits('command', after(:, 2), column('command_delayed_deg'));
   same_bits('angle', before(:, 3), column('angle_deg'));
   % Rate and duty of the black boxes and the grey box jump with the command and are in neither reading.
   if strcmp(model, 'board')

@@ -144,11 +144,14 @@ fn every_column_is_read_back_bit_for_bit_for_any_number_of_rows() {
             .map(|row| (0..3).map(|column| value(row, column)).collect())
             .collect();
         let fields = written(
-            &["t", "angle_deg", "compare"],
+            &["time_s", "angle_deg", "compare_counts"],
             &rows,
             &Description::default(),
         );
-        for (column, name) in ["t", "angle_deg", "compare"].into_iter().enumerate() {
+        for (column, name) in ["time_s", "angle_deg", "compare_counts"]
+            .into_iter()
+            .enumerate()
+        {
             let expected = rows.iter().map(|row| row[column].to_bits()).collect();
             assert!(fields[name] == Read::Numbers(expected), "{name}");
         }
@@ -168,7 +171,7 @@ fn units_texts_and_parameters_stand_beside_the_columns() {
             vec![("position_gain", 10.0), ("limit", f64::INFINITY)],
         )],
     };
-    let fields = written(&["t", "rate_deg_s"], &[vec![0.0, 1.0]], &description);
+    let fields = written(&["time_s", "rate_deg_s"], &[vec![0.0, 1.0]], &description);
     let number = |value: f64| Read::Numbers(vec![value.to_bits()]);
     let structure = |fields: Vec<(&str, Read)>| {
         Read::Struct(
@@ -178,7 +181,7 @@ fn units_texts_and_parameters_stand_beside_the_columns() {
                 .collect(),
         )
     };
-    let units = structure(vec![("t", text("s")), ("rate_deg_s", text("deg/s"))]);
+    let units = structure(vec![("time_s", text("s")), ("rate_deg_s", text("deg/s"))]);
     assert_eq!(fields["units"], units);
     let parameters = structure(vec![
         ("position_gain", number(10.0)),
@@ -201,7 +204,11 @@ fn a_field_has_room_for_31_characters_or_where_one_needs_it_for_63() {
         "a_name_of_thirty_two_characters_",
         longest,
     ] {
-        let fields = written(&["t", name], &[vec![0.0, 1.0]], &Description::default());
+        let fields = written(
+            &["time_s", name],
+            &[vec![0.0, 1.0]],
+            &Description::default(),
+        );
         assert_eq!(fields[name], Read::Numbers(vec![1f64.to_bits()]));
         assert_eq!(fields.len(), 4);
     }
@@ -211,7 +218,7 @@ fn a_field_has_room_for_31_characters_or_where_one_needs_it_for_63() {
 fn the_greatest_number_of_rows_is_that_of_two_gibibytes() {
     // Only the layout is checked: no data are written into the sparse file.
     let sized = |rows: u64| {
-        let names = ["t", "a", "b", "c", "d", "e", "f", "g"];
+        let names = ["time_s", "a", "b", "c", "d", "e", "f", "g"];
         let description = Description::default();
         let value = variable(&names, rows, &description);
         layout::write(Holes::default(), "trace", &value).map(|(file, _)| file.end)

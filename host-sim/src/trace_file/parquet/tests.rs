@@ -22,7 +22,7 @@ fn written(rows: usize) -> (Vec<[f64; 2]>, SerializedFileReader<File>) {
     let rows: Vec<_> = (0..rows).map(|row| [row as f64, value(row)]).collect();
     let file = tempfile::tempfile().expect("a file");
     let mut parquet =
-        Parquet::create(file, &["t", "angle_deg"], &description).expect("the file is written");
+        Parquet::create(file, &["time_s", "angle_deg"], &description).expect("the file is written");
     for row in &rows {
         parquet.row(row).expect("the file is written");
     }
