@@ -238,6 +238,10 @@ struct actuator_load {
    * Rate, deg/s.
    */
   double rate_deg_s;
+  /**
+   * Torque of the shaft on the load, Nm; of the bench only.
+   */
+  double shaft_torque_nm;
 };
 
 /**
@@ -418,25 +422,30 @@ enum actuator_error actuator_drive_to(struct actuator *actuator,
                                       double time_s);
 
 /**
- * Applies a torque to the load, Nm, from the next PWM period on, in addition to the parameter.
+ * Applies a torque to the load, Nm, from the next tick on, in addition to the parameter.
  * Only the bench has a load; the other models accept and ignore any finite torque.
  */
 enum actuator_error actuator_set_load_nm(struct actuator *actuator, double torque_nm);
 
 /**
- * Adds an inertia to the load, kg m^2, up to 1e3, from the next PWM period on, in addition to the
+ * Adds an inertia to the load, kg m^2, up to 1e3, from the next tick on, in addition to the
  * parameter. Only the bench has a load.
  */
 enum actuator_error actuator_set_load_inertia(struct actuator *actuator, double inertia_kg_m2);
 
 /**
- * Moves the load by an angle, deg, and an impulse, Nm s, at the end of the running PWM period: what
- * another simulation has found to act on it beyond the torque that was set. Only the bench has a
+ * Moves the load by an angle, deg, and an impulse, Nm s: what another simulation has found to act on it beyond the torque that was set. Only the bench has a
  * load.
  */
 enum actuator_error actuator_push_load(struct actuator *actuator,
                                        double angle_deg,
                                        double impulse_nms);
+
+/**
+ * Places the shaft at an angle, deg, before the first tick; later it has no effect. The board's
+ * encoder then measures it within half a turn.
+ */
+enum actuator_error actuator_place(struct actuator *actuator, double angle_deg);
 
 /**
  * Reads the motion of the load.

@@ -253,7 +253,7 @@ unsafe fn drive(
         .advance_with(delay, level(input)?, value, ticks)?)
 }
 
-/// Applies a torque to the load, Nm, from the next PWM period on, in addition to the parameter.
+/// Applies a torque to the load, Nm, from the next tick on, in addition to the parameter.
 /// Only the bench has a load; the other models accept and ignore any finite torque.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn actuator_set_load_nm(actuator: *mut Actuator, torque_nm: f64) -> Code {
@@ -262,7 +262,7 @@ pub unsafe extern "C" fn actuator_set_load_nm(actuator: *mut Actuator, torque_nm
     code(actuator.and_then(|actuator| Ok(actuator.core.set_load_torque_nm(torque_nm)?)))
 }
 
-/// Adds an inertia to the load, kg m^2, up to 1e3, from the next PWM period on, in addition to the
+/// Adds an inertia to the load, kg m^2, up to 1e3, from the next tick on, in addition to the
 /// parameter. Only the bench has a load.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn actuator_set_load_inertia(
@@ -274,8 +274,7 @@ pub unsafe extern "C" fn actuator_set_load_inertia(
     code(actuator.and_then(|actuator| Ok(actuator.core.set_load_inertia_kg_m2(inertia_kg_m2)?)))
 }
 
-/// Moves the load by an angle, deg, and an impulse, Nm s, at the end of the running PWM period: what
-/// another simulation has found to act on it beyond the torque that was set. Only the bench has a
+/// Moves the load by an angle, deg, and an impulse, Nm s: what another simulation has found to act on it beyond the torque that was set. Only the bench has a
 /// load.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn actuator_push_load(
@@ -288,6 +287,15 @@ pub unsafe extern "C" fn actuator_push_load(
     code(actuator.and_then(|actuator| Ok(actuator.core.push_load(angle_deg, impulse_nms)?)))
 }
 
+/// Places the shaft at an angle, deg, before the first tick; later it has no effect. The board's
+/// encoder then measures it within half a turn.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn actuator_place(actuator: *mut Actuator, angle_deg: f64) -> Code {
+    // SAFETY: the caller's pointer, as the header requires it.
+    let actuator = unsafe { memory::change(actuator) };
+    code(actuator.and_then(|actuator| Ok(actuator.core.place(angle_deg)?)))
+}
+
 /// Angle and rate of the load: of the last body of the bench, which moves against the output within
 /// the flexibility of the shaft, and of the output of the other models.
 #[repr(C)]
@@ -297,6 +305,8 @@ pub struct Load {
     pub angle_deg: f64,
     /// Rate, deg/s.
     pub rate_deg_s: f64,
+    /// Torque of the shaft on the load, Nm; of the bench only.
+    pub shaft_torque_nm: f64,
 }
 
 /// Reads the motion of the load.
@@ -305,15 +315,14 @@ pub unsafe extern "C" fn actuator_read_load(actuator: *const Actuator, load: *mu
     // SAFETY: the caller's pointers, as the header requires them.
     unsafe {
         let read = || {
-            let now = memory::look(actuator)?.core.load();
-            let (angle_deg, rate_deg_s) = (now.angle_deg, now.rate_deg_s);
-            memory::put(
-                load,
-                Load {
-                    angle_deg,
-                    rate_deg_s,
-                },
-            )
+            let core = &memory::look(actuator)?.core;
+            let motion = core.load();
+            let now = Load {
+                angle_deg: motion.angle_deg,
+                rate_deg_s: motion.rate_deg_s,
+                shaft_torque_nm: core.shaft_torque_nm(),
+            };
+            memory::put(load, now)
         };
         code(read())
     }

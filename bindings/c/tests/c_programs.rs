@@ -105,7 +105,7 @@ fn steps(settings: &Settings) -> Vec<Step> {
 
 fn line(actuator: &Actuator) -> String {
     let (mut line, load) = (actuator.tick().to_string(), actuator.load());
-    let motion = [load.angle_deg, load.rate_deg_s];
+    let motion = [load.angle_deg, load.rate_deg_s, actuator.shaft_torque_nm()];
     for number in actuator.reading().values().into_iter().chain(motion) {
         write!(line, " {:016x}", number.to_bits()).unwrap();
     }

@@ -45,6 +45,7 @@ static void show(const struct actuator *actuator)
     check(actuator_read_load(actuator, &load), "load");
     print(load.angle_deg);
     print(load.rate_deg_s);
+    print(load.shaft_torque_nm);
     putchar('\n');
 }
 

@@ -74,7 +74,7 @@ model_core::parameters! {
     pub struct Inputs {
         /// Commanded angle.
         command_deg [""]: 0.0, "deg", *COMMAND_RANGE.start(), *COMMAND_RANGE.end(), "the range of the control step's fixed-point format";
-        /// Torque on the load, from the next PWM period on.
+        /// Torque on the load, from the next tick on.
         load_torque_nm [""]: 0.0, "Nm", *LOAD_TORQUE_RANGE_NM.start(), *LOAD_TORQUE_RANGE_NM.end(), "the range of the parameter of this name, which the input stands in for";
     }
 }

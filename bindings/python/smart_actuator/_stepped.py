@@ -127,7 +127,7 @@ class Actuator:
         return Reading(*self._native.reading())
 
     def set_load_torque(self, torque_nm: float) -> None:
-        """Applies a torque to the load of the bench, Nm, from the next PWM period (1 ms) on, in
+        """Applies a torque to the load of the bench, Nm, from the next tick (50 us) on, in
         addition to the one of its parameters."""
         self._native.set_load_torque(_arguments.number("torque_nm", torque_nm))
 

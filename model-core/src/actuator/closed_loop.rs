@@ -9,7 +9,7 @@ use crate::control::{
 };
 use crate::plant::{
     Plant, bridge_duty_pct,
-    drivetrain::pwm::PwmDrivetrain,
+    drivetrain::stepped::SteppedDrivetrain,
     pwm_timer::{Modulator, PwmCompare},
 };
 use crate::sensors::encoder::Encoder;
@@ -168,7 +168,7 @@ impl<P: Plant> ClosedLoop<P> {
     }
 }
 
-impl ClosedLoop<PwmDrivetrain<'_>> {
+impl ClosedLoop<SteppedDrivetrain> {
     /// Processes the PWM edge with this voltage, V, at the motor's terminals during the whole
     /// period. The duty is that of the same mean voltage, and 0 without a supply.
     pub fn start_period_at_volts(&mut self, terminal_v: f64) {

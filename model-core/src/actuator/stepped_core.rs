@@ -11,8 +11,10 @@ use crate::models::{
     grey_box::Demand, grey_box::GreyBox,
 };
 use crate::parameter::ParameterError;
-use crate::plant::{PERIOD, Plant, drivetrain::pwm::PwmDrivetrain, first_order::FirstOrder};
-use crate::time::ticks;
+use crate::plant::{
+    PERIOD, Plant, drivetrain::stepped::SteppedDrivetrain, first_order::FirstOrder,
+};
+use crate::time::{PWM_PERIOD_TICKS, ticks};
 
 /// Any model, stored inline: there is no heap.
 #[derive(Debug, Clone)]
@@ -23,7 +25,7 @@ pub(super) enum Model {
     BlackBox2(BlackBox2),
     GreyBox(GreyBox),
     FirstOrder(ClosedLoop<FirstOrder>),
-    Drivetrain(ClosedLoop<PwmDrivetrain<'static>>),
+    Drivetrain(ClosedLoop<SteppedDrivetrain>),
 }
 
 /// An actuator whose delay has its memory elsewhere: for callers that have no heap and allocate
@@ -59,7 +61,7 @@ impl ActuatorCore {
                 Model::FirstOrder(s.around(FirstOrder::try_new(s.first_order, s.pwm)?)?)
             }
             (ModelKind::Board, PlantKind::Drivetrain) => {
-                Model::Drivetrain(s.around(PwmDrivetrain::try_new(&s.drivetrain, s.pwm, None)?)?)
+                Model::Drivetrain(s.around(SteppedDrivetrain::try_new(&s.drivetrain, s.pwm)?)?)
             }
         };
         // The maximum of the parameter is the longest delay.
@@ -99,12 +101,18 @@ impl ActuatorCore {
             self.sampled = value;
             delay.restart();
         }
+        if delay.is_empty() && self.host_ticks == 0 {
+            // The command is that of every tick.
+            self.arrived = if ticks > 0 { value } else { self.arrived };
+            self.run(ticks);
+            return Ok(());
+        }
         for _ in 0..ticks {
             if self.tick.checked_rem(self.host_ticks).unwrap_or(0) == 0 {
                 self.sampled = value;
             }
             self.arrived = delay.shift(memory, self.sampled);
-            self.step();
+            self.run(1);
         }
         Ok(())
     }
@@ -131,28 +139,43 @@ impl ActuatorCore {
         self.level
     }
 
-    /// Passes a tick with the command that has arrived.
+    /// Passes ticks with the command that has arrived.
     #[inline]
-    fn step(&mut self) {
-        let (arrived, level, tick) = (self.arrived, self.level, self.tick);
+    fn run(&mut self, ticks: u64) {
+        let (arrived, level, first) = (self.arrived, self.level, self.tick);
+        self.tick += ticks;
         match &mut self.model {
-            Model::BlackBox1(model) => model.step(arrived),
-            Model::BlackBox2(model) => model.step(arrived),
-            Model::GreyBox(model) => model.step_for(demand(level, arrived)),
-            Model::FirstOrder(board) if starts_period(tick) => match level {
-                InputLevel::Position => board.start_period(|_| angle(arrived)),
-                InputLevel::Rate => board.start_period(|_| rate(arrived)),
-                InputLevel::Duty | InputLevel::Voltage => board.start_open_period(arrived),
-            },
-            Model::Drivetrain(board) if starts_period(tick) => match level {
-                InputLevel::Position => board.start_period(|_| angle(arrived)),
-                InputLevel::Rate => board.start_period(|_| rate(arrived)),
-                InputLevel::Duty => board.start_open_period(arrived),
-                InputLevel::Voltage => board.start_period_at_volts(arrived),
-            },
-            Model::FirstOrder(_) | Model::Drivetrain(_) => {}
+            Model::BlackBox1(model) => (0..ticks).for_each(|_| model.step(arrived)),
+            Model::BlackBox2(model) => (0..ticks).for_each(|_| model.step(arrived)),
+            Model::GreyBox(model) => {
+                let demand = demand(level, arrived);
+                (0..ticks).for_each(|_| model.step_for(demand));
+            }
+            Model::FirstOrder(board) => {
+                let mut edge = first.next_multiple_of(PWM_PERIOD_TICKS);
+                while edge < self.tick {
+                    match level {
+                        InputLevel::Position => board.start_period(|_| angle(arrived)),
+                        InputLevel::Rate => board.start_period(|_| rate(arrived)),
+                        InputLevel::Duty | InputLevel::Voltage => board.start_open_period(arrived),
+                    }
+                    edge += PWM_PERIOD_TICKS;
+                }
+            }
+            Model::Drivetrain(board) => {
+                for tick in first..self.tick {
+                    if tick.is_multiple_of(PWM_PERIOD_TICKS) {
+                        match level {
+                            InputLevel::Position => board.start_period(|_| angle(arrived)),
+                            InputLevel::Rate => board.start_period(|_| rate(arrived)),
+                            InputLevel::Duty => board.start_open_period(arrived),
+                            InputLevel::Voltage => board.start_period_at_volts(arrived),
+                        }
+                    }
+                    board.plant.advance_tick();
+                }
+            }
         }
-        self.tick += 1;
     }
 
     /// The outputs at this instant, before the next step.
@@ -171,7 +194,7 @@ impl ActuatorCore {
             }
             Model::FirstOrder(board) => board.reading(self.tick, command_deg),
             Model::Drivetrain(board) => {
-                let now = board.plant.reading_at(ticks_into_period(self.tick));
+                let now = board.plant.reading();
                 Reading {
                     current_a: now.current_a,
                     back_emf_v: now.back_emf_v,
@@ -191,13 +214,8 @@ fn demand(level: InputLevel, value: f64) -> Demand {
     }
 }
 
-/// Whether a PWM period starts at a tick.
-fn starts_period(tick: u64) -> bool {
-    tick.is_multiple_of(PERIOD as u64)
-}
-
 /// Ticks since the start of the PWM period that ends now or later: 1 to 20, and 0 at tick 0.
-pub(super) fn ticks_into_period(tick: u64) -> usize {
+fn ticks_into_period(tick: u64) -> usize {
     match tick {
         0 => 0,
         tick => (tick - 1) as usize % PERIOD + 1,

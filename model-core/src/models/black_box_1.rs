@@ -38,6 +38,11 @@ pub struct BlackBox1 {
 }
 
 impl BlackBox1 {
+    /// Sets the angle, deg.
+    pub(crate) fn place(&mut self, angle_deg: f64) {
+        self.angle_deg = angle_deg;
+    }
+
     /// A model with these parameters, at angle zero.
     ///
     /// # Errors

@@ -60,6 +60,11 @@ pub struct BlackBox2 {
 }
 
 impl BlackBox2 {
+    /// Sets the angle, deg.
+    pub(crate) fn place(&mut self, angle_deg: f64) {
+        self.angle_deg = angle_deg;
+    }
+
     /// The model with these parameters, at rest at zero.
     ///
     /// # Errors

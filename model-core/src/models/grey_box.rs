@@ -90,6 +90,11 @@ struct Control {
 }
 
 impl GreyBox {
+    /// Sets the angle, deg.
+    pub(crate) fn place(&mut self, angle_deg: f64) {
+        self.angle_deg = angle_deg;
+    }
+
     /// The model with these parameters, at rest at zero.
     ///
     /// # Errors

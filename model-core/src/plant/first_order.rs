@@ -99,6 +99,11 @@ impl FirstOrder {
         }
     }
 
+    /// Sets the angle at the end of the running period, deg.
+    pub(crate) fn place(&mut self, angle_deg: f64) {
+        self.end.angle_deg = angle_deg;
+    }
+
     /// Angle and rate at the ticks 0 to 19 of the running period, for a recording of every tick.
     #[inline(always)]
     pub fn ticks(&self) -> Ticks {

@@ -185,6 +185,13 @@ impl GearTrain {
         true
     }
 
+    /// Sets the angle of all bodies: the flanks are in the middle of the backlash.
+    pub fn place(&mut self, angle_rad: f64) {
+        for body in &mut self.bodies {
+            body.angle_rad = angle_rad;
+        }
+    }
+
     /// Moves the load by an angle and an impulse.
     pub fn push_load(&mut self, angle_rad: f64, impulse_nms: f64) {
         let load = &mut self.bodies[self.count - 1];
@@ -307,6 +314,14 @@ impl GearTrain {
 
     pub fn load(&self) -> Motion {
         self.motion(self.count - 1)
+    }
+
+    /// Torque of the last flexible joint on the bodies behind it; 0 if all are one.
+    pub fn shaft_nm(&self) -> f64 {
+        match self.bodies[..self.count] {
+            [.., first, second] => self.joints[self.count - 2].torque_nm(&first, &second),
+            _ => 0.0,
+        }
     }
 
     /// External torque at the load.

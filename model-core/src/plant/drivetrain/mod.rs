@@ -30,6 +30,7 @@ pub mod friction;
 pub mod gear_train;
 pub mod load;
 pub mod pwm;
+pub mod stepped;
 
 use core::f64::consts::PI;
 
@@ -306,6 +307,13 @@ impl Drivetrain {
         }
     }
 
+    /// Sets the angle of all bodies, deg; one that is not finite has no effect.
+    pub fn place(&mut self, angle_deg: f64) {
+        if angle_deg.is_finite() {
+            self.train.place(angle_deg * (PI / 180.0));
+        }
+    }
+
     /// Moves the load by an angle, deg, and an impulse, Nm s: the effect of something that the
     /// external torque did not contain, such as a contact that another simulation has solved.
     /// Values that are not finite have no effect.
@@ -338,6 +346,16 @@ impl Drivetrain {
     /// Jams or frees the gear train; a jammed gear train remains at rest under any torque.
     pub fn set_jammed(&mut self, is_jammed: bool) {
         self.train.is_jammed = is_jammed;
+    }
+
+    /// Torque of the shaft on the load, Nm: with a rigid shaft, of the gears on output and load.
+    pub fn shaft_torque_nm(&self) -> f64 {
+        self.train.shaft_nm()
+    }
+
+    /// Motion of the load.
+    pub fn load(&self) -> PlantState {
+        state(self.train.load())
     }
 
     /// The present state and signals.
