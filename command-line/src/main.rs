@@ -13,6 +13,7 @@ mod experiment;
 mod fmu;
 mod identify;
 mod interrupt;
+mod mujoco;
 mod output;
 mod parameters;
 mod report;
@@ -51,6 +52,7 @@ enum Command {
     Experiment(experiment::Experiment),
     Faults(can::Faults),
     Fmu(fmu::Fmu),
+    Mujoco(mujoco::Mujoco),
     Get(can::Get),
     Identify(identify::Identify),
     Monitor(can::Monitor),
@@ -89,6 +91,7 @@ impl Arguments {
             Command::Experiment(experiment) => experiment.run(),
             Command::Faults(faults) => faults.run(),
             Command::Fmu(fmu) => fmu.run(),
+            Command::Mujoco(mujoco) => mujoco.run(),
             Command::Get(get) => get.run(),
             Command::Identify(identify) => identify.run(),
             Command::Monitor(monitor) => monitor.run(),

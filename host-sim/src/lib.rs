@@ -7,6 +7,7 @@ pub mod error;
 pub mod file;
 pub mod fit_page;
 pub mod input;
+pub mod mjcf;
 pub mod page;
 pub mod plot;
 pub mod report;

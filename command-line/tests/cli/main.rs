@@ -9,6 +9,7 @@ mod fmu;
 mod gdb;
 mod identify;
 mod input_file;
+mod mujoco;
 mod options;
 mod parameters;
 mod scenario;

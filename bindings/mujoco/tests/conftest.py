@@ -1,0 +1,5 @@
+import os
+
+import mujoco
+
+mujoco.mj_loadPluginLibrary(os.environ["ACTUATOR_PLUGIN"])
