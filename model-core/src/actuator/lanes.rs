@@ -88,17 +88,13 @@ impl<const N: usize> LoopLanes<N> {
     pub fn pass(&mut self, command: Angle, ticks: usize, see: Seen) {
         let counts = ideal_counts(&self.motors.states().angle_deg);
         let duty = self.control.step(&counts, command);
-        let mut duty_pct = [0.0; N];
-        for lane in 0..N {
-            duty_pct[lane] = percent_of(duty[lane]);
-        }
         match see {
             Seen::All => {
-                self.motors.pass::<true>(&duty_pct, ticks, &mut self.seen);
+                self.motors.pass::<true>(&duty, ticks, &mut self.seen);
                 self.last_tick = ticks - 1;
             }
             Seen::Edges => {
-                self.motors.pass::<false>(&duty_pct, ticks, &mut self.seen);
+                self.motors.pass::<false>(&duty, ticks, &mut self.seen);
                 self.last_tick = (ticks - 1) / PERIOD * PERIOD;
             }
         }
@@ -108,17 +104,6 @@ impl<const N: usize> LoopLanes<N> {
     pub fn last(&self, lane: usize) -> PlantState {
         self.motors.at(lane, self.last_tick)
     }
-}
-
-/// A duty in steps of 2^-32 as a floating-point number, as `Percent::to_f64`.
-#[inline(always)]
-fn percent_of(bits: i64) -> f64 {
-    /// Doubles from here to twice as much are whole numbers, and their low bits count them.
-    const WHOLE: f64 = (3_u64 << 51) as f64;
-    // The duty is within +-100 * 2^32, below 2^39, so nothing is rounded. There are vector
-    // instructions for this sum, and none for the cast before AVX-512.
-    let whole = f64::from_bits(WHOLE.to_bits().wrapping_add_signed(bits)) - WHOLE;
-    whole / 4_294_967_296.0
 }
 
 #[cfg(test)]
@@ -256,22 +241,6 @@ mod tests {
             let mut settings = Settings::new(ModelKind::Board, PlantKind::FirstOrder);
             settings.set(name, value).unwrap();
             assert!(LoopLanes::<1>::try_new([&settings]).unwrap().is_none());
-        }
-    }
-
-    #[test]
-    fn a_duty_as_a_number_is_that_of_its_type() {
-        use crate::control::units::Percent;
-        for bits in [
-            0,
-            1,
-            -1,
-            100 << 32,
-            -(100 << 32),
-            0x12_3456_789a,
-            -0x12_3456_789b,
-        ] {
-            assert_eq!(percent_of(bits), Percent::from_bits(bits).to_f64());
         }
     }
 }

@@ -8,7 +8,7 @@
 //! A magnet off the chip's axis causes the first two harmonics. The word format is that of
 //! [`crate::control::encoder_word`].
 
-use core::f64::consts::PI;
+use core::{f64::consts::PI, hint::cold_path};
 
 use super::noise::Noise;
 use crate::control::encoder_word::{COUNT_DEG, EncoderCount, EncoderWord, Magnet};
@@ -130,12 +130,13 @@ fn floor_u16(value: f64) -> u16 {
     cut.saturating_sub(i64::from(cut as f64 > value)) as u16
 }
 
+/// The numbers from here to its double are the integers: adding it rounds to the nearest one, which
+/// then stands in the low bits.
+const INTEGERS: f64 = (3_u64 << 51) as f64;
+
 /// A number whose low 48 bits are those of the value rounded down, for magnitudes below 2^50.
 #[inline(always)]
 fn floor_bits(value: f64) -> i64 {
-    /// The numbers from here to its double are the integers: adding it rounds to the nearest one,
-    /// which then stands in the low bits.
-    const INTEGERS: f64 = (3_u64 << 51) as f64;
     let sum = value + INTEGERS;
     let is_above = sum - INTEGERS > value;
     (sum.to_bits() as i64).wrapping_sub(i64::from(is_above))
@@ -143,11 +144,30 @@ fn floor_bits(value: f64) -> i64 {
 
 /// The counts of ideal encoders with correct magnets at these angles, below 2^40 deg; bits above
 /// the twelfth are not cleared.
+///
+/// A product with the reciprocal, rounded to the nearest integer, is the count wherever rounding
+/// does not matter. It is twenty cycles faster than the division and the comparison of
+/// [`Encoder::count`], which decide near the edge between two counts.
 #[inline(always)]
 pub fn ideal_counts<const N: usize>(shafts_deg: &[f64; N]) -> [i64; N] {
+    /// Product and quotient are off by less than 2^-51 of themselves: 2^-31 counts below 2^20.
+    const CLEAR: f64 = 0.5 - 1e-6;
+    const LARGE: f64 = (1_u64 << 20) as f64;
     let mut counts = [0; N];
+    let mut is_unclear = false;
     for lane in 0..N {
-        counts[lane] = floor_bits(shafts_deg[lane] / COUNT_DEG + 0.5);
+        let value = shafts_deg[lane] * (1.0 / COUNT_DEG);
+        let sum = value + INTEGERS;
+        counts[lane] = sum.to_bits() as i64;
+        let rest = value - (sum - INTEGERS);
+        // Not true for NaN either.
+        is_unclear |= !((rest.abs() < CLEAR) & (value.abs() < LARGE));
+    }
+    if is_unclear {
+        cold_path();
+        for lane in 0..N {
+            counts[lane] = floor_bits(shafts_deg[lane] / COUNT_DEG + 0.5);
+        }
     }
     counts
 }
@@ -215,6 +235,20 @@ mod tests {
             let n = (angle / COUNT_DEG + 0.5).floor() as i64;
             let mut e = encoder(EncoderParameters::default());
             prop_assert_eq!(i64::from(e.count(angle).get()), n.rem_euclid(4096));
+        }
+
+        #[test]
+        fn several_ideal_counts_are_those_of_one_encoder_at_any_angle_and_at_the_edges(
+            angle in prop_oneof![-32000.0..32000.0f64, -1e9..1e9f64],
+            edge in -364_000_i32..364_000, steps in -3_i64..4,
+        ) {
+            let edge = (f64::from(edge) + 0.5) * COUNT_DEG;
+            let near = f64::from_bits(edge.to_bits().wrapping_add_signed(steps));
+            let mut e = encoder(EncoderParameters::default());
+            for angles in [[angle, near], [near, near], [angle, angle]] {
+                let counts = ideal_counts(&angles).map(|count| count & 4095);
+                prop_assert_eq!(counts, angles.map(|angle| i64::from(e.count(angle).get())));
+            }
         }
 
         #[test]
