@@ -24,6 +24,46 @@ pub struct Block {
     information: DMatrix<f64>,
 }
 
+/// The sums of a stretch: of residuals times derivatives, and of the weighted products of
+/// derivatives, whose lower triangle stands row by row.
+#[derive(Clone)]
+struct Products {
+    gradient: Vec<f64>,
+    lower: Vec<f64>,
+}
+
+impl Products {
+    fn new(width: usize) -> Self {
+        Self {
+            gradient: vec![0.0; width],
+            lower: vec![0.0; width * (width + 1) / 2],
+        }
+    }
+
+    fn add(&mut self, residual: f64, weight: f64, row: &[f64]) {
+        for (sum, slope) in self.gradient.iter_mut().zip(row) {
+            *sum += residual * slope;
+        }
+        let mut rest = &mut self.lower[..];
+        for (a, slope) in row.iter().enumerate() {
+            let (sums, others) = rest.split_at_mut(a + 1);
+            let weighted = weight * slope;
+            for (sum, other) in sums.iter_mut().zip(row) {
+                *sum += weighted * other;
+            }
+            rest = others;
+        }
+    }
+
+    fn matrix(&self) -> DMatrix<f64> {
+        let width = self.gradient.len();
+        DMatrix::from_fn(width, width, |a, b| {
+            let (low, high) = (a.min(b), a.max(b));
+            self.lower[high * (high + 1) / 2 + low]
+        })
+    }
+}
+
 /// All stretches. The rows are those of the unknowns of the run, and a last one for the drift of
 /// the clock: the derivative by the delay times the time from the middle of the recording.
 pub struct Blocks {
@@ -53,15 +93,9 @@ impl Blocks {
             let width = own.free.len();
             let delay = problem.model.parameter_index("delay_s");
             let delay = own.free.iter().position(|p| Some(*p) == delay);
-            let first = blocks.list.len();
             let count = PER_RUN.min(run.len());
-            blocks.list.extend((0..count).map(|k| Block {
-                experiment,
-                place: (k as f64 + 0.5) / count as f64,
-                gradient: DVector::zeros(width + 1),
-                information: DMatrix::zeros(width + 1, width + 1),
-            }));
-            let mut weighted = DMatrix::zeros(width, width);
+            let mut products = vec![Products::new(width + 1); count];
+            let mut weighted = Products::new(width);
             let (angles, length) = (&run.recording.angle_deg, run.len());
             let middle_s = 0.5 * run.duration_s();
             let mut row = vec![0.0; width + 1];
@@ -74,27 +108,21 @@ impl Blocks {
                 row[width] = delay.map_or(0.0, |delay| {
                     slope[delay] * (run.time_ns[i] as f64 * 1e-9 - middle_s)
                 });
-                let block = &mut blocks.list[first + i * count / length];
-                for a in 0..=width {
-                    block.gradient[a] += residual * row[a];
-                    for b in 0..=a {
-                        block.information[(a, b)] += row[a] * row[b];
-                    }
-                }
-                for a in 0..width {
-                    for b in 0..=a {
-                        weighted[(a, b)] += residual * residual * row[a] * row[b];
-                    }
-                }
+                products[i * count / length].add(residual, 1.0, &row);
+                weighted.add(residual, residual * residual, slope);
             };
             problem
                 .model
                 .sensitivity(run, &own.values(point), &own.free, output);
-            for block in &mut blocks.list[first..] {
-                block.information.fill_upper_triangle_with_lower_triangle();
-            }
-            weighted.fill_upper_triangle_with_lower_triangle();
-            blocks.weighted.push(weighted);
+            blocks
+                .list
+                .extend(products.into_iter().enumerate().map(|(k, products)| Block {
+                    experiment,
+                    place: (k as f64 + 0.5) / count as f64,
+                    information: products.matrix(),
+                    gradient: DVector::from_vec(products.gradient),
+                }));
+            blocks.weighted.push(weighted.matrix());
             // The drift follows the unknowns.
             let columns = own.columns.iter().copied().chain([point.len()]);
             blocks.columns.push(columns.collect());
