@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Builds the wheel, installs it in a clean environment and tests it there. Needs Python 3 with venv
-# and access to the package index.
+# Makes the wheel, installs it in a clean environment without Rust, and tests it there. Needs Python
+# 3 with venv and access to the package index.
 set -euo pipefail
 cd "$(dirname "$0")"
 source=$PWD
@@ -11,28 +11,28 @@ export PYTHONDONTWRITEBYTECODE=1
 
 say() { printf '\n-- %s\n' "$*"; }
 
-say "tools"
-[ -x "$place/tools/bin/maturin" ] || python3 -m venv "$place/tools"
-"$place/tools/bin/pip" install --quiet "maturin>=1.9.4,<2"
-
 say "wheel"
-rm -rf "$place/wheels"
-CARGO_TARGET_DIR=$target "$place/tools/bin/maturin" build --quiet --locked --out "$place/wheels"
+(cd ../.. && cargo run --quiet --release --locked --bin package -- --out "$place/dist" wheel)
+ls -l "$place"/dist/*.whl
 
-say "clean environment"
+say "clean environment without Rust"
 rm -rf "$place/clean"
 python3 -m venv "$place/clean"
 python=$place/clean/bin/python
-"$python" -m pip install --quiet "$place"/wheels/*.whl
+without_rust=$place/clean/bin:/usr/bin:/bin
+if PATH=$without_rust command -v rustc cargo; then
+    echo "there is a Rust in /usr/bin: it is not used, but could be" >&2
+fi
 
 say "example of the README"
-cd "$place" # so that the installed package is imported
-"$python" - <(sed -n '/^```python$/,/^```$/p' "$source/README.md" | sed '/^```/d') <<'CODE'
-import sys
-code = open(sys.argv[1]).read()
-assert len(code.splitlines()) == 5, code
-exec(compile(code, "README.md", "exec"))
-CODE
+# So that `dist` is that of the README, and the installed package is imported.
+cd "$place"
+readme() { sed -n "/^\`\`\`$1\$/,/^\`\`\`\$/p" "$source/README.md" | sed '/^```/d'; }
+readme sh >install.sh
+grep -qx 'pip install dist/\*.whl' install.sh
+env -i HOME="$HOME" PATH="$without_rust" PIP_QUIET=1 bash -e install.sh
+readme python >example.py
+env -i HOME="$HOME" PATH="$without_rust" python example.py
 
 say "tests"
 "$python" -m pip install --quiet pytest "dask[distributed]" mypy pandas polars pyarrow

@@ -39,8 +39,8 @@ pub struct Fmu {
     /// Sets a parameter by name or symbol; repeatable, the last value applies
     #[arg(long, value_name = "NAME=VALUE", value_parser = parameters::setting)]
     set: Vec<Setting>,
-    /// Shared library to include, at most one each for Linux and Windows on x86-64 [default: the
-    /// one built along with this program]
+    /// Shared library to include, at most one each for Linux and Windows on x86-64 [default: those
+    /// inside this program or, without them, the one built along with it]
     #[arg(long, value_name = "FILE")]
     library: Vec<PathBuf>,
 }
@@ -66,7 +66,16 @@ impl Fmu {
     }
 }
 
+/// The libraries inside this program, with the names of their files: those of a release.
+const INSIDE: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/fmu_libraries.rs"));
+
 fn libraries(paths: &[PathBuf]) -> Result<Vec<Library>, Error> {
+    if paths.is_empty() && !INSIDE.is_empty() {
+        let library = |(path, bytes): &(&str, &[u8])| {
+            Library::of(Path::new(path), bytes.to_vec()).map_err(of_library)
+        };
+        return INSIDE.iter().map(library).collect();
+    }
     if paths.is_empty() {
         let library = Library::beside_program().map_err(of_library)?;
         return Ok(vec![library]);

@@ -61,6 +61,14 @@ impl Library {
             path: path.into(),
             source,
         })?;
+        Self::of(path, bytes)
+    }
+
+    /// A library that has been read from this file.
+    ///
+    /// # Errors
+    /// [`Error::Foreign`] for any other file.
+    pub fn of(path: &Path, bytes: Vec<u8>) -> Result<Self, Error> {
         let foreign = |expected| Error::Foreign {
             path: path.into(),
             expected,

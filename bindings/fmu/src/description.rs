@@ -11,7 +11,7 @@ use model_core::time::CONTROL_PERIOD_S;
 use uuid::Uuid;
 
 use crate::units::{self, Unit};
-use crate::variables::{self, Inputs, Quantity, Type, Variable};
+use crate::variables::{self, Inputs, Quantity, Type, Variable, finite};
 
 /// The only log category.
 pub const ERROR_CATEGORY: &str = "logStatusError";
@@ -149,15 +149,16 @@ impl ModelDescription<'_> {
     }
 }
 
-/// A number in the notation of XML Schema, with enough digits to restore it exactly.
+/// A number in the notation of XML Schema, with enough digits to restore it exactly. Infinity, which
+/// few hosts can show, is the largest number.
 struct Number(f64);
 
 impl fmt::Display for Number {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.0.is_infinite() {
-            f.write_str(if self.0 > 0.0 { "INF" } else { "-INF" })
-        } else {
-            write!(f, "{}", self.0)
+        match finite(self.0) {
+            // All digits of the largest numbers would be 309.
+            largest if largest.abs() == f64::MAX => write!(f, "{largest:e}"),
+            value => write!(f, "{value}"),
         }
     }
 }
@@ -165,8 +166,17 @@ impl fmt::Display for Number {
 /// The meaning of a variable and the source of its default.
 fn about(variable: &Variable) -> String {
     match variable.quantity {
-        Quantity::Parameter(p) if p.symbol.is_empty() => format!("{} ({})", p.meaning, p.source),
-        Quantity::Parameter(p) => format!("{}: {} ({})", p.symbol, p.meaning, p.source),
+        Quantity::Parameter(p) => {
+            let symbol = match p.symbol {
+                "" => String::new(),
+                symbol => format!("{symbol}: "),
+            };
+            let limit = match p.max.is_infinite() {
+                true => format!(", {:e} is unlimited", f64::MAX),
+                false => String::new(),
+            };
+            format!("{symbol}{} ({}{limit})", p.meaning, p.source)
+        }
         _ => variable.meaning.to_owned(),
     }
 }
@@ -191,20 +201,24 @@ mod tests {
     }
 
     #[test]
-    fn infinity_is_written_in_the_notation_of_xml_schema() {
-        assert_eq!(Number(f64::NEG_INFINITY).to_string(), "-INF");
+    fn infinity_is_written_as_the_largest_number() {
+        assert_eq!(
+            Number(f64::NEG_INFINITY).to_string(),
+            "-1.7976931348623157e308"
+        );
         assert_eq!(Number(0.0175).to_string(), "0.0175");
     }
 
     #[test]
-    fn a_start_value_is_written_as_set_and_infinity_as_inf() {
+    fn a_start_value_is_written_as_set_and_infinity_as_the_largest_number() {
         let mut settings = Settings::new(ModelKind::GreyBox, PlantKind::FirstOrder);
         settings.set("duty_limit_pct", f64::INFINITY).unwrap();
         settings.set("position_gain", 9.5).unwrap();
         let xml = xml(&settings);
-        assert!(xml.contains(r#"start="INF""#));
+        assert!(xml.contains(r#"start="1.7976931348623157e308""#));
+        assert!(xml.contains("1.7976931348623157e308 is unlimited"));
         assert!(xml.contains(r#"start="9.5""#));
-        assert!(!xml.contains("inf\""));
+        assert!(!xml.to_lowercase().contains("inf\""));
     }
 
     #[test]

@@ -79,6 +79,19 @@ model_core::parameters! {
     }
 }
 
+/// A value as hosts see it: infinity, an unlimited parameter, is the largest number.
+pub fn finite(value: f64) -> f64 {
+    value.clamp(f64::MIN, f64::MAX)
+}
+
+/// The value of a parameter that a host sets: the largest number is infinity.
+pub fn unlimited(value: f64) -> f64 {
+    match value.abs() == f64::MAX {
+        true => f64::INFINITY.copysign(value),
+        false => value,
+    }
+}
+
 impl Inputs {
     /// The default inputs: the torque is that of the parameters.
     pub fn at_start(settings: &Settings) -> Self {

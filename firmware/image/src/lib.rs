@@ -94,16 +94,50 @@ fn place_and_crc(path: &Path, bytes: &[u8]) -> Result<Option<(usize, u32)>, Imag
         })
     };
     let (start, end) = (address("_program_start")?, address("_program_crc")?);
-    let mut program = vec![ERASED; end.saturating_sub(start) as usize];
+    let program = bytes_between(&file, start, end).map_err(elf_error)?;
+    Ok(Some((offset as usize, program_crc(&program))))
+}
+
+/// The bytes that the file loads into the flash memory, from the first one to the last one; gaps are
+/// erased.
+///
+/// # Errors
+/// The file is not a program of a board, or cannot be read.
+pub fn flash(path: &Path) -> Result<Vec<u8>, ImageError> {
+    let bytes = fs::read(path).map_err(|source| ImageError::File {
+        path: path.into(),
+        source,
+    })?;
+    let elf_error = |source| ImageError::Elf {
+        path: path.into(),
+        source,
+    };
+    let file = ElfFile::<FileHeader32<LittleEndian>>::parse(&*bytes).map_err(elf_error)?;
+    let loads = file.segments().map(|segment| {
+        let header = segment.elf_program_header();
+        let (load, size) = (header.p_paddr(LittleEndian), header.p_filesz(LittleEndian));
+        (u64::from(load), u64::from(size))
+    });
+    let loads: Vec<_> = loads.filter(|(_, size)| *size > 0).collect();
+    let start = loads.iter().map(|(load, _)| *load).min().unwrap_or(0);
+    let end = loads.iter().map(|(load, size)| load + size).max();
+    bytes_between(&file, start, end.unwrap_or(0)).map_err(elf_error)
+}
+
+type Elf<'a> = ElfFile<'a, FileHeader32<LittleEndian>>;
+
+/// What the segments of a file load between two addresses; the rest is erased.
+fn bytes_between(file: &Elf<'_>, start: u64, end: u64) -> Result<Vec<u8>, object::Error> {
+    let mut bytes = vec![ERASED; end.saturating_sub(start) as usize];
     for segment in file.segments() {
         let load = u64::from(segment.elf_program_header().p_paddr(LittleEndian));
-        let data = segment.data().map_err(elf_error)?;
+        let data = segment.data()?;
         let Some(begin) = load.checked_sub(start).map(|begin| begin as usize) else {
             continue;
         };
-        for (to, from) in program.iter_mut().skip(begin).zip(data) {
+        for (to, from) in bytes.iter_mut().skip(begin).zip(data) {
             *to = *from;
         }
     }
-    Ok(Some((offset as usize, program_crc(&program))))
+    Ok(bytes)
 }

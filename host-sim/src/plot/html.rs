@@ -17,8 +17,8 @@ pub(crate) const UPLOT_CSS: &str = include_str!("../../assets/uplot/uPlot.min.cs
 pub(crate) const PAGE_JS: &str = include_str!("../../assets/page/page.js");
 pub(crate) const PAGE_CSS: &str = include_str!("../../assets/page/page.css");
 
-/// Columns of samples that are distinguished: twice those of the SVG, so that zooming shows more.
-const COLUMNS: usize = 1200;
+/// Columns of samples that are distinguished: more than those of the SVG, so that zooming shows more.
+const COLUMNS: usize = 900;
 /// Significant digits of the data: a millisecond in a day, and a thousandth of a degree in a turn.
 const X_DIGITS: u8 = 8;
 const Y_DIGITS: u8 = 6;

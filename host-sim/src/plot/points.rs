@@ -63,6 +63,52 @@ fn thin(all: Vec<Point>, columns: usize) -> Vec<Point> {
     kept
 }
 
+/// Leaves out points on a straight line between their neighbours, with an error of at most
+/// `tolerance` in y. The points have no gap; jumps and ends are kept.
+///
+/// From the last kept point the cone of all lines is followed that pass within the tolerance of
+/// every point since (Williams, "An efficient algorithm for the piecewise linear approximation of
+/// planar curves", CGIP 8(2), 1978).
+pub fn straightened(points: &[Point], x_scale: Scale, tolerance: f64) -> Vec<Point> {
+    let place = |x: f64| match x_scale {
+        Scale::Linear => x,
+        Scale::Log => x.log10(),
+    };
+    let (Some(&first), Some(&last)) = (points.first(), points.last()) else {
+        return Vec::new();
+    };
+    let (mut kept, mut from, mut before) = (vec![first], first, first);
+    let mut cone = (f64::NEG_INFINITY, f64::INFINITY);
+    for &(x, y) in points.iter().skip(1) {
+        let slope = |y: f64, from: Point| (y - from.1) / (place(x) - place(from.0));
+        // The slope of a jump is infinite or NaN, and in no cone.
+        let direct = slope(y, from);
+        if !(direct >= cone.0 && direct <= cone.1 && direct.is_finite()) {
+            if before != from {
+                kept.push(before);
+            }
+            from = before;
+            cone = (f64::NEG_INFINITY, f64::INFINITY);
+        }
+        let (low, high) = (slope(y - tolerance, from), slope(y + tolerance, from));
+        cone = (cone.0.max(low), cone.1.min(high));
+        before = (x, y);
+    }
+    if last != from || points.len() > 1 {
+        kept.push(last);
+    }
+    kept
+}
+
+/// Leaves out points that repeat the value before them, of a curve that holds its value; the last
+/// one is kept.
+pub fn held(points: &[Point]) -> Vec<Point> {
+    let is_last = |index| index + 1 == points.len();
+    let repeats = |index: usize| index > 0 && points[index].1 == points[index - 1].1;
+    let kept = (0..points.len()).filter(|&index| is_last(index) || !repeats(index));
+    kept.map(|index| points[index]).collect()
+}
+
 /// The indices of the first, last, smallest and largest sample and of the first gap, ascending.
 fn representatives(column: &[Point]) -> Vec<usize> {
     let finite = || (0..column.len()).filter(|&i| !column[i].1.is_nan());
@@ -126,6 +172,56 @@ mod tests {
             prop_assert!(thinned.len() <= 5 * columns.max(1));
             prop_assert!(thinned.is_sorted_by_key(|p| p.0));
         }
+    }
+
+    /// The line through some points at this x.
+    fn on_the_line(kept: &[Point], x: f64) -> f64 {
+        let after = kept.partition_point(|p| p.0 < x);
+        match kept[after].0 == x {
+            true => kept[after].1,
+            false => {
+                let ((x0, y0), (x1, y1)) = (kept[after - 1], kept[after]);
+                y0 + (y1 - y0) * (x - x0) / (x1 - x0)
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn a_straightened_line_is_within_the_tolerance_of_every_point(
+            y in prop::collection::vec(-10.0..10.0, 2..300), tolerance in 0.0..3.0,
+        ) {
+            let all: Vec<Point> = (0..y.len()).map(|i| (i as f64, y[i])).collect();
+            let kept = straightened(&all, Scale::Linear, tolerance);
+            prop_assert_eq!((kept[0], kept.last()), (all[0], all.last()));
+            for (x, y) in all {
+                // And rounding.
+                prop_assert!((on_the_line(&kept, x) - y).abs() <= tolerance + 1e-9);
+            }
+        }
+    }
+
+    #[test]
+    fn a_straight_line_has_two_points_and_jumps_are_kept() {
+        let line: Vec<Point> = (0..100)
+            .map(|i| (f64::from(i), f64::from(i) * 0.1))
+            .collect();
+        assert_eq!(
+            straightened(&line, Scale::Linear, 1e-9),
+            [line[0], line[99]]
+        );
+        let jump = [
+            (0.0, 1.0),
+            (1.0, 1.0),
+            (2.0, 1.0),
+            (2.0, 5.0),
+            (3.0, 5.0),
+            (4.0, 5.0),
+        ];
+        let kept = straightened(&jump, Scale::Linear, 0.01);
+        assert_eq!(kept, [(0.0, 1.0), (2.0, 1.0), (2.0, 5.0), (4.0, 5.0)]);
+        let steps = [(0.0, 1.0), (1.0, 1.0), (2.0, 3.0), (3.0, 3.0), (4.0, 3.0)];
+        assert_eq!(held(&steps), [(0.0, 1.0), (2.0, 3.0), (4.0, 3.0)]);
     }
 
     #[test]

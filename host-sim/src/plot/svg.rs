@@ -17,8 +17,9 @@ use super::axis;
 use super::figure::{Figure, Panel, Scale, Series, Style};
 use super::html::escape;
 use super::palette::colour;
-use super::points::{Point, points, range};
+use super::points::{Point, held, points, range, straightened};
 
+mod compact;
 mod heading;
 
 /// Width of the drawing: 190 mm at 96 dpi, a page without its margins. All lengths are in px.
@@ -37,6 +38,8 @@ const DASHES: &str = "7 4";
 /// Columns of samples that are distinguished: about one per pixel of the axis.
 const COLUMNS: usize = 600;
 const TEXT_SIZE: u32 = 12;
+/// Greatest distance of a line from its samples, pixels.
+const FINEST: f64 = 0.1;
 /// Mean width of a letter in units of the text size, in the widest of the fonts.
 const LETTER: f64 = 0.6;
 
@@ -49,7 +52,7 @@ pub fn render(figure: &Figure) -> String {
     y = legend(&mut scene, figure, y);
     y = panels(&mut scene, figure, y);
     scene.height = y;
-    let svg = SvgBackend::new().render_scene(&scene);
+    let svg = compact::compact(&SvgBackend::new().render_scene(&scene));
     // With a view box the drawing scales to its container.
     let name = escape(&printable(&figure.title));
     let root = format!(r#"<svg viewBox="0 0 {WIDTH} {y}" role="img" aria-label="{name}" "#);
@@ -79,7 +82,12 @@ fn panels(scene: &mut Scene, figure: &Figure, top: f64) -> f64 {
         let height = plot_height + GAP / 2.0 + if last { BOTTOM } else { GAP / 2.0 };
         let y_data = range(curves.iter().flatten().map(|p| p.1));
         let layout = layout(figure, panel, x_ends, y_data, last).with_height(height);
-        let drawing = render_multiple(plots(panel, curves), layout);
+        let tolerance = y_data.map_or(0.0, |(low, high)| FINEST * (high - low) / plot_height);
+        let straight = |style, run: &[Point]| match style {
+            Style::Step => held(run),
+            _ => straightened(run, figure.x_scale, tolerance),
+        };
+        let drawing = render_multiple(plots(panel, curves, straight), layout);
         scene.add(Primitive::GroupStart {
             transform: Some(format!("translate(0,{y})")),
             title: None,
@@ -162,8 +170,13 @@ fn log_tick(value: f64) -> String {
     }
 }
 
-/// The curves of a panel: one line for each section without a gap, a dot for a single point.
-fn plots(panel: &Panel, curves: &[Vec<Point>]) -> Vec<Plot> {
+/// The curves of a panel: one line for each section without a gap, made `straight`, and a dot for a
+/// single point.
+fn plots(
+    panel: &Panel,
+    curves: &[Vec<Point>],
+    straight: impl Fn(Style, &[Point]) -> Vec<Point>,
+) -> Vec<Plot> {
     let mut plots = Vec::new();
     for (series, curve) in panel.series.iter().zip(curves) {
         let mut lone = Vec::new();
@@ -171,7 +184,7 @@ fn plots(panel: &Panel, curves: &[Vec<Point>]) -> Vec<Plot> {
             if run.len() < 2 || series.style == Style::Points {
                 lone.extend_from_slice(run);
             } else {
-                plots.push(Plot::Line(line(series, run)));
+                plots.push(Plot::Line(line(series, straight(series.style, run))));
             }
         }
         let dots = ScatterPlot::new()
@@ -183,9 +196,9 @@ fn plots(panel: &Panel, curves: &[Vec<Point>]) -> Vec<Plot> {
     plots
 }
 
-fn line(series: &Series, run: &[Point]) -> LinePlot {
+fn line(series: &Series, run: Vec<Point>) -> LinePlot {
     let line = LinePlot::new()
-        .with_data(run.iter().copied())
+        .with_data(run)
         .with_color(colour(series.colour))
         .with_stroke_width(LINE_WIDTH);
     match series.style {

@@ -2,7 +2,7 @@
 
 use super::{BEFORE_STEPPING, Instance, Phase, Pwm, Quantity, Reading, Result, Type};
 use super::{Settings, Variable};
-use crate::variables::Inputs;
+use crate::variables::{Inputs, finite, unlimited};
 use model_core::parameter::Parameters;
 
 /// The phases in which outputs are valid.
@@ -85,7 +85,7 @@ impl Instance {
             Quantity::Parameter(parameter) => {
                 let mut values = settings.values();
                 let value = values.find(|v| v.parameter.name == parameter.name);
-                Value::Real(value.map_or(parameter.default, |v| v.value))
+                Value::Real(finite(value.map_or(parameter.default, |v| v.value)))
             }
             // Seeds are set as positive integers; that of the start values may be larger.
             Quantity::Seed => Value::Integer(settings.seed.try_into().unwrap_or(i32::MAX)),
@@ -131,7 +131,7 @@ impl Draft {
                 set.map_err(|error| error.to_string())?;
             }
             (Quantity::Parameter(_), Value::Real(value)) => {
-                let set = self.settings.set(name, value);
+                let set = self.settings.set(name, unlimited(value));
                 set.map_err(|error| error.to_string())?;
             }
             (Quantity::Seed, Value::Integer(value)) => {

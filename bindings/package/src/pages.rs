@@ -1,0 +1,27 @@
+//! The two pages: the report of the simulator and the actuator in a browser.
+
+use std::{fs, path::Path, process::Command};
+
+use crate::{
+    error::{Error, at},
+    program,
+    tools::{Tools, run},
+};
+
+/// Makes both pages.
+pub fn make(_: &Tools, out: &Path) -> Result<(), Error> {
+    let folder = out.join("pages");
+    fs::create_dir_all(&folder).map_err(at(&folder))?;
+    let mut report = Command::new(program::place(out));
+    run(report
+        .args(["report", "--out"])
+        .arg(folder.join("actuator-report.html"))
+        .stdout(std::process::Stdio::null()))?;
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let mut page = Command::new(cargo);
+    run(page
+        .current_dir(cross_build::workspace())
+        .args(["run", "--quiet", "--release", "--locked"])
+        .args(["-p", "actuator-web", "--example", "page", "--"])
+        .arg(folder.join("actuator.html")))
+}

@@ -1,0 +1,50 @@
+//! The program `actuator`, with the libraries of its FMUs inside, and the FMUs.
+
+use std::{
+    env,
+    path::{Path, PathBuf},
+    process::Command,
+};
+
+use crate::{
+    copy,
+    error::Error,
+    tools::{LINUX, Tools, WINDOWS, run},
+};
+
+/// The FMUs with the options that `actuator fmu` makes them by.
+const FMUS: [(&str, &[&str]); 5] = [
+    ("board", &[]),
+    ("bench", &["--plant", "bench"]),
+    ("grey-box", &["--model", "grey-box"]),
+    ("black-box-1", &["--model", "black-box-1"]),
+    ("black-box-2", &["--model", "black-box-2"]),
+];
+
+/// The program in the release.
+pub fn place(out: &Path) -> PathBuf {
+    out.join("actuator")
+}
+
+/// Makes the program and the FMUs.
+pub fn make(tools: &Tools, out: &Path) -> Result<(), Error> {
+    let library = ["-p", "actuator-fmu", "--lib", "--crate-type", "cdylib"];
+    let linux = tools.build(LINUX, &library, &[], &[])?;
+    let windows = tools.build(WINDOWS, &library, &[], &[])?;
+    let libraries = [
+        linux.join("libactuator_fmu.so"),
+        windows.join("actuator_fmu.dll"),
+    ];
+    let libraries = env::join_paths(&libraries).unwrap_or_default();
+    let program = ["-p", "actuator", "--bin", "actuator", "--features=parquet"];
+    let variables = [("ACTUATOR_FMU_LIBRARIES", Path::new(&libraries))];
+    let built = tools.build(LINUX, &program, &[], &variables)?;
+    copy(&built.join("actuator"), &place(out))?;
+    for (name, options) in FMUS {
+        let file = out.join("fmu").join(format!("{name}.fmu"));
+        std::fs::create_dir_all(out.join("fmu")).map_err(crate::error::at(&file))?;
+        let mut command = Command::new(place(out));
+        run(command.args(["fmu", "--out"]).arg(file).args(options))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,115 @@
+//! The tools from Python's package index, and the builds that use them.
+
+use std::{
+    env,
+    ffi::OsString,
+    path::{Path, PathBuf},
+    process::Command,
+};
+
+use crate::error::Error;
+
+/// The tools with their versions: the linker for an old glibc and for Windows, and the maker of
+/// wheels.
+const TOOLS: [&str; 3] = [
+    "ziglang==0.17.1",
+    "cargo-zigbuild==0.24.0",
+    "maturin==1.16.0",
+];
+
+/// The target of Linux, as rustup names it.
+pub const LINUX: &str = "x86_64-unknown-linux-gnu";
+
+/// The oldest glibc that what is built runs with: that of Rust's standard library.
+pub const GLIBC: &str = "2.17";
+
+/// The target of Windows.
+pub const WINDOWS: &str = "x86_64-pc-windows-gnu";
+
+/// An environment of Python with the tools.
+pub struct Tools {
+    programs: PathBuf,
+    /// `PATH` with the tools first.
+    path: OsString,
+}
+
+impl Tools {
+    /// Installs the tools below `target` where they are missing.
+    pub fn ready() -> Result<Self, Error> {
+        let folder = target().join("package/tools");
+        let programs = folder.join("bin");
+        if !programs.join("maturin").is_file() || !programs.join("cargo-zigbuild").is_file() {
+            run(Command::new("python3").args(["-m", "venv"]).arg(&folder))?;
+            let mut pip = Command::new(programs.join("pip"));
+            run(pip
+                .args(["install", "--quiet", "--disable-pip-version-check"])
+                .args(TOOLS))?;
+        }
+        let mut path = vec![programs.clone()];
+        path.extend(env::split_paths(&env::var_os("PATH").unwrap_or_default()));
+        Ok(Self {
+            programs,
+            path: env::join_paths(path).unwrap_or_default(),
+        })
+    }
+
+    /// A tool, in the workspace's folder.
+    pub fn command(&self, name: &str) -> Command {
+        let mut command = Command::new(self.programs.join(name));
+        command
+            .current_dir(cross_build::workspace())
+            .env("PATH", &self.path)
+            .env("CARGO_TARGET_DIR", target());
+        command
+    }
+
+    /// `cargo rustc --release` of a library or program, linked by zig; `flags` are those of the
+    /// linker. The folder with the result.
+    pub fn build(
+        &self,
+        triple: &str,
+        arguments: &[&str],
+        flags: &[&str],
+        variables: &[(&str, &Path)],
+    ) -> Result<PathBuf, Error> {
+        cross_build::add_target(triple)?;
+        let linked = match triple {
+            LINUX => format!("{LINUX}.{GLIBC}"),
+            other => other.to_owned(),
+        };
+        let mut command = self.command("cargo-zigbuild");
+        command
+            .args(["rustc", "--quiet", "--locked", "--release", "--target"])
+            .arg(linked)
+            .args(arguments)
+            .envs(variables.iter().copied())
+            .arg("--");
+        for flag in flags {
+            command.arg(format!("-Clink-arg={flag}"));
+        }
+        run(&mut command)?;
+        Ok(target().join(triple).join("release"))
+    }
+}
+
+/// The folder of what is built.
+pub fn target() -> PathBuf {
+    let folder = env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into());
+    cross_build::workspace().join(folder)
+}
+
+/// Runs a command to its end.
+pub fn run(command: &mut Command) -> Result<(), Error> {
+    let line = format!("{command:?}");
+    match command.status() {
+        Ok(status) if status.success() => Ok(()),
+        Ok(status) => Err(Error::Failed {
+            command: line,
+            status,
+        }),
+        Err(source) => Err(Error::Start {
+            command: line,
+            source,
+        }),
+    }
+}

@@ -1,0 +1,12 @@
+# Before 1.0 each minor version is an interface of its own.
+set(PACKAGE_VERSION "@VERSION@")
+string(REGEX MATCH "^[0-9]+\\.[0-9]+" _actuator_c_own "${PACKAGE_VERSION}")
+string(REGEX MATCH "^[0-9]+\\.[0-9]+" _actuator_c_asked "${PACKAGE_FIND_VERSION}")
+if(_actuator_c_own STREQUAL _actuator_c_asked AND NOT PACKAGE_VERSION VERSION_LESS PACKAGE_FIND_VERSION)
+  set(PACKAGE_VERSION_COMPATIBLE TRUE)
+endif()
+if(PACKAGE_VERSION STREQUAL PACKAGE_FIND_VERSION)
+  set(PACKAGE_VERSION_EXACT TRUE)
+endif()
+unset(_actuator_c_own)
+unset(_actuator_c_asked)
