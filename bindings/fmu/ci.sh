@@ -15,8 +15,10 @@ folder=$(mktemp -d)
 trap 'rm -r "$folder"' EXIT
 for options in "--model black-box-1" "--model black-box-2" "--model grey-box" "--model board" "--plant bench"; do
     # shellcheck disable=SC2086
-    "$target/debug/actuator" fmu $options --out "$folder/actuator.fmu"
-    "$venv/bin/fmpy" validate "$folder/actuator.fmu"
+    for version in 2 3; do
+        "$target/debug/actuator" fmu $options --fmi $version --out "$folder/actuator.fmu"
+        "$venv/bin/fmpy" validate "$folder/actuator.fmu"
+    done
 done
 ACTUATOR=$(realpath "$target/debug/actuator") "$venv/bin/python" bindings/fmu/tests/test_fmpy.py
 

@@ -6,7 +6,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use actuator_fmu::archive::{self, Library};
+use actuator_fmu::archive::{self, Library, Version};
 use clap::Args;
 use model_core::{actuator::Actuator, presets::PRESETS};
 
@@ -18,15 +18,18 @@ use host_sim::{
     settings::{ModelKind, PlantKind, Settings},
 };
 
-/// Writes the actuator as a Functional Mock-up Unit: FMI 2.0 for co-simulation
+/// Writes the actuator as a Functional Mock-up Unit: FMI 2.0 or 3.0 for co-simulation
 ///
 /// Every parameter of the model is a parameter of the unit; --preset and --set change its start
-/// value.
+/// value. Of the board the gains are tunable.
 #[derive(Debug, Args)]
 pub struct Fmu {
     /// File to write
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
+    /// Version of the standard
+    #[arg(long, value_name = "VERSION", default_value = "2", value_parser = version)]
+    fmi: Version,
     /// Model of the actuator
     #[arg(long, default_value = "board", value_parser = parameters::named::<ModelKind>())]
     model: ModelKind,
@@ -62,7 +65,7 @@ impl Fmu {
         Actuator::try_new(&settings)?;
         let libraries = libraries(&self.library)?;
         simulate::warn(&scenario);
-        write(&self.out, &settings, &libraries)
+        write(&self.out, &settings, self.fmi, &libraries)
     }
 }
 
@@ -94,9 +97,22 @@ fn of_library(error: archive::Error) -> Error {
     }
 }
 
-fn write(path: &Path, settings: &Settings, libraries: &[Library]) -> Result<(), Error> {
+fn version(text: &str) -> Result<Version, String> {
+    match text {
+        "2" | "2.0" => Ok(Version::Fmi2),
+        "3" | "3.0" => Ok(Version::Fmi3),
+        _ => Err("expected 2 or 3".into()),
+    }
+}
+
+fn write(
+    path: &Path,
+    settings: &Settings,
+    version: Version,
+    libraries: &[Library],
+) -> Result<(), Error> {
     let failed = |source| output::write_error(path, source);
     archive::check(libraries).map_err(of_library)?;
     let file = File::create(path).map_err(failed)?;
-    archive::write(settings, libraries, BufWriter::new(file)).map_err(failed)
+    archive::write(settings, version, libraries, BufWriter::new(file)).map_err(failed)
 }

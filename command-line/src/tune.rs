@@ -15,7 +15,7 @@ use super::{
 };
 use crate::error::Error;
 use host_sim::{
-    plot,
+    file, plot,
     scenario::Setting,
     settings::ModelKind,
     tune::{self, TuneError},
@@ -71,6 +71,7 @@ impl Tune {
         }
         if let Some(path) = &self.plot {
             plot::Format::of(path)?;
+            file::check(&[("--plot", path)])?;
         }
         let request = options.request();
         let tuning = tune::tune(&request).map_err(explained)?;

@@ -21,6 +21,33 @@ pub struct Library {
 const LINUX: (&str, &str) = ("linux64", "so");
 const WINDOWS: (&str, &str) = ("win64", "dll");
 
+/// The version of the standard that an FMU follows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Version {
+    /// FMI 2.0.
+    Fmi2,
+    /// FMI 3.0.
+    Fmi3,
+}
+
+impl Version {
+    fn description(self, settings: &Settings) -> String {
+        match self {
+            Self::Fmi2 => description::xml(settings),
+            Self::Fmi3 => description::xml_3(settings),
+        }
+    }
+
+    /// The folder of a platform, by its name in FMI 2.0.
+    fn folder(self, platform: &'static str) -> &'static str {
+        match (self, platform) {
+            (Self::Fmi3, "linux64") => "x86_64-linux",
+            (Self::Fmi3, "win64") => "x86_64-windows",
+            (_, platform) => platform,
+        }
+    }
+}
+
 /// Why an FMU cannot be written.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
@@ -141,7 +168,12 @@ pub fn check(libraries: &[Library]) -> Result<(), Error> {
 ///
 /// # Errors
 /// The error of the operating system.
-pub fn write(settings: &Settings, libraries: &[Library], out: impl Write + Seek) -> io::Result<()> {
+pub fn write(
+    settings: &Settings,
+    version: Version,
+    libraries: &[Library],
+    out: impl Write + Seek,
+) -> io::Result<()> {
     let mut zip = ZipWriter::new(out);
     let options = SimpleFileOptions::default()
         .compression_method(CompressionMethod::Deflated)
@@ -151,7 +183,7 @@ pub fn write(settings: &Settings, libraries: &[Library], out: impl Write + Seek)
         zip.write_all(bytes)
     };
     let texts = [
-        ("modelDescription.xml", description::xml(settings)),
+        ("modelDescription.xml", version.description(settings)),
         ("documentation/index.html", documentation::html(settings)),
         ("resources/settings.txt", identity::to_text(settings)),
     ];
@@ -160,7 +192,8 @@ pub fn write(settings: &Settings, libraries: &[Library], out: impl Write + Seek)
     }
     let identifier = description::model_identifier(settings);
     for Library { platform, bytes } in libraries {
-        let (folder, ending) = platform;
+        let (platform, ending) = platform;
+        let folder = version.folder(platform);
         add(
             &format!("binaries/{folder}/{identifier}.{ending}"),
             0o755,
@@ -201,7 +234,7 @@ mod tests {
         let settings = model_core::scenario::choices().last().unwrap();
         let libraries = [library(&elf()).unwrap(), library(&pe()).unwrap()];
         let mut out = Cursor::new(Vec::new());
-        write(&settings, &libraries, &mut out).unwrap();
+        write(&settings, Version::Fmi2, &libraries, &mut out).unwrap();
         let mut zip = zip::ZipArchive::new(out).unwrap();
         for (name, expected) in [
             ("binaries/linux64/actuator_board_bench.so", elf()),

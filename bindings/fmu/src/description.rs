@@ -71,9 +71,14 @@ pub fn xml(settings: &Settings) -> String {
 }
 
 fn with_guid(settings: &Settings, guid: &str) -> String {
+    // Writing to a string does not fail.
+    description(settings, guid).render().unwrap_or_default()
+}
+
+fn description<'a>(settings: &'a Settings, guid: &'a str) -> ModelDescription<'a> {
     let variables = variables::of(settings);
     let units: BTreeSet<_> = variables.iter().map(|variable| variable.unit).collect();
-    let description = ModelDescription {
+    ModelDescription {
         identifier: model_identifier(settings),
         guid,
         summary: summary(settings),
@@ -81,9 +86,23 @@ fn with_guid(settings: &Settings, guid: &str) -> String {
         units: units.into_iter().filter_map(units::named).collect(),
         variables,
         settings,
-    };
+    }
+}
+
+/// The model description of these settings for FMI 3.0.
+///
+/// ```
+/// use model_core::actuator::{ModelKind, PlantKind, Settings};
+///
+/// let settings = Settings::new(ModelKind::BlackBox1, PlantKind::FirstOrder);
+/// let xml = actuator_fmu::description::xml_3(&settings);
+/// assert!(xml.contains(r#"<Float64 unit="rad/s" name="pole_rad_s""#));
+/// ```
+pub fn xml_3(settings: &Settings) -> String {
+    let guid = guid(settings);
+    let inner = description(settings, &guid);
     // Writing to a string does not fail.
-    description.render().unwrap_or_default()
+    ModelDescription3 { inner }.render().unwrap_or_default()
 }
 
 /// One line that describes the model.
@@ -121,15 +140,22 @@ struct ModelDescription<'a> {
     settings: &'a Settings,
 }
 
+#[derive(Template)]
+#[template(path = "model_description_3.xml")]
+struct ModelDescription3<'a> {
+    inner: ModelDescription<'a>,
+}
+
 impl ModelDescription<'_> {
     /// The start value; an output has none.
     fn start(&self, variable: &Variable) -> Option<String> {
         let value = match variable.quantity {
             Quantity::Output(_) => return None,
             Quantity::Seed => return Some(self.settings.seed.to_string()),
+            Quantity::Level => return Some("0".into()),
             Quantity::SwitchedPwm => return Some((self.settings.pwm == Pwm::Switched).to_string()),
             Quantity::Input(p) => Inputs::at_start(self.settings).named(p),
-            Quantity::Parameter(p) => {
+            Quantity::Parameter(p) | Quantity::Gain(p) => {
                 let value = self.settings.values().find(|v| v.parameter.name == p.name);
                 value.map_or(p.default, |v| v.value)
             }
@@ -140,10 +166,11 @@ impl ModelDescription<'_> {
     /// The lower and the upper limit of the value, if they are finite.
     fn limits(&self, variable: &Variable) -> [Option<Number>; 2] {
         match variable.quantity {
-            Quantity::Input(p) | Quantity::Parameter(p) => {
+            Quantity::Input(p) | Quantity::Parameter(p) | Quantity::Gain(p) => {
                 [p.min, p.max].map(|limit| Some(Number(limit)).filter(|_| limit.is_finite()))
             }
             Quantity::Seed => [Some(Number(0.0)), None],
+            Quantity::Level => [Some(Number(0.0)), Some(Number(3.0))],
             Quantity::Output(_) | Quantity::SwitchedPwm => [None, None],
         }
     }
@@ -166,7 +193,7 @@ impl fmt::Display for Number {
 /// The meaning of a variable and the source of its default.
 fn about(variable: &Variable) -> String {
     match variable.quantity {
-        Quantity::Parameter(p) => {
+        Quantity::Parameter(p) | Quantity::Gain(p) => {
             let symbol = match p.symbol {
                 "" => String::new(),
                 symbol => format!("{symbol}: "),

@@ -151,6 +151,11 @@ impl Instance {
         self.state.phase = Phase::Failed;
     }
 
+    /// The value reference of the time in FMI 3.0: behind all variables.
+    pub fn time_reference(&self) -> u32 {
+        self.variables.len() as u32
+    }
+
     /// The present communication point, s.
     pub fn now_s(&self) -> f64 {
         self.state.time.now_s
@@ -194,14 +199,14 @@ impl Instance {
     }
 
     fn advance_to(&mut self, tick: u64) -> Result<()> {
-        let inputs = self.state.inputs;
+        let (inputs, level) = (self.state.inputs, self.state.level);
         let actuator = self.state.actuator.as_deref_mut();
         let actuator = actuator.ok_or("there is no actuator")?;
         let taken = actuator
             .set_load_torque_nm(inputs.load_torque_nm)
             .and_then(|()| {
                 let count = tick.saturating_sub(actuator.tick());
-                actuator.advance(inputs.command_deg, count)
+                actuator.advance_with(level, inputs.command(level), count)
             });
         taken.map_err(|error| error.to_string().into())
     }

@@ -1,4 +1,4 @@
-//! The actuator as a Functional Mock-up Unit: FMI 2.0 for co-simulation.
+//! The actuator as a Functional Mock-up Unit: FMI 2.0 and 3.0 for co-simulation.
 //!
 //! One shared library implements the FMUs of all models. It selects the model by the GUID of the
 //! model description, and by `resources/settings.txt` if defaults are changed.
@@ -10,11 +10,13 @@
 //! | [`identity`] | the settings of a GUID |
 //! | [`instance`] | one instance, in safe Rust: phases, variables, steps, saved states |
 //! | [`state`] | the state of an instance and its serialisation |
-//! | [`abi`] | the C interface around it |
+//! | [`abi`], [`abi3`] | the C interfaces of FMI 2.0 and 3.0 around it |
 //!
-//! "The standard" is FMI for Model Exchange and Co-Simulation 2.0.4, <https://fmi-standard.org>.
+//! "The standard" is FMI for Model Exchange and Co-Simulation 2.0.4, in [`abi3`] FMI 3.0.1,
+//! <https://fmi-standard.org>.
 
 pub mod abi;
+pub mod abi3;
 pub mod archive;
 pub mod description;
 pub mod documentation;

@@ -4,7 +4,7 @@
 //! little endian), then the body in postcard's format. They detect damage and the state of another
 //! model, version or start value; they are not protected against forgery.
 
-use model_core::actuator::{self, Settings};
+use model_core::actuator::{self, InputLevel, Settings};
 use model_core::parameter::Parameters;
 use model_core::plant::Pwm;
 use serde::{Deserialize, Serialize};
@@ -49,6 +49,8 @@ pub struct InstanceState {
     pub settings: Settings,
     /// The inputs.
     pub inputs: Inputs,
+    /// The quantity of the command.
+    pub level: InputLevel,
     /// The time.
     pub time: Time,
     /// The actuator, from the end of the initialization on.
@@ -63,6 +65,7 @@ struct Written<A> {
     pwm: Pwm,
     values: Vec<f64>,
     inputs: [f64; Inputs::TABLE.len()],
+    level: InputLevel,
     time: Time,
     actuator: Option<A>,
 }
@@ -78,6 +81,7 @@ impl InstanceState {
             phase: Phase::Instantiated,
             settings,
             inputs: Inputs::at_start(&settings),
+            level: InputLevel::Position,
             time: Time::default(),
             actuator: None,
         }
@@ -104,7 +108,8 @@ impl InstanceState {
             seed: self.settings.seed,
             pwm: self.settings.pwm,
             values: self.settings.values().map(|v| v.value).collect(),
-            inputs: [self.inputs.command_deg, self.inputs.load_torque_nm],
+            inputs: std::array::from_fn(|index| self.inputs.get(index).unwrap_or_default()),
+            level: self.level,
             time: self.time,
             actuator: self.actuator.as_deref(),
         };
@@ -159,16 +164,16 @@ impl Written<Box<Actuator>> {
             let set = settings.set(known.parameter.name, value);
             set.map_err(|error| error.to_string())?;
         }
-        let [command_deg, load_torque_nm] = self.inputs;
-        let inputs = Inputs {
-            command_deg,
-            load_torque_nm,
-        };
-        inputs.check().map_err(|error| error.to_string())?;
+        let mut inputs = Inputs::default();
+        for (parameter, value) in Inputs::TABLE.iter().zip(self.inputs) {
+            let set = inputs.set(parameter.name, value);
+            set.map_err(|error| error.to_string())?;
+        }
         Ok(InstanceState {
             phase: self.phase,
             settings,
             inputs,
+            level: self.level,
             time: self.time,
             actuator: self.actuator,
         })

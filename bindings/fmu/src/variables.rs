@@ -1,8 +1,9 @@
 //! The variables of a model: inputs, outputs, and every parameter of its tables.
 
 use model_core::actuator::{
-    COMMAND_RANGE, LOAD_TORQUE_RANGE_NM, ModelKind, PlantKind, Reading, Settings,
+    COMMAND_RANGE, InputLevel, LOAD_TORQUE_RANGE_NM, ModelKind, PlantKind, Reading, Settings,
 };
+use model_core::control::parameters::ControlParameters;
 use model_core::parameter::{Parameter, Parameters};
 
 /// The quantity of a variable.
@@ -12,8 +13,12 @@ pub enum Quantity {
     Input(&'static Parameter),
     /// An output of the actuator.
     Output(fn(&Reading) -> f64),
+    /// The quantity of the command: the index of an [`InputLevel`].
+    Level,
     /// A parameter, fixed from the end of the initialization on.
     Parameter(&'static Parameter),
+    /// A parameter of the control step, which may change at any communication point.
+    Gain(&'static Parameter),
     /// The seed of the noise.
     Seed,
     /// Whether the switching of the bridge is simulated.
@@ -48,7 +53,7 @@ impl Quantity {
     /// Its type.
     pub fn of_type(self) -> Type {
         match self {
-            Self::Seed => Type::Integer,
+            Self::Seed | Self::Level => Type::Integer,
             Self::SwitchedPwm => Type::Boolean,
             _ => Type::Real,
         }
@@ -74,6 +79,12 @@ model_core::parameters! {
     pub struct Inputs {
         /// Commanded angle.
         command_deg [""]: 0.0, "deg", *COMMAND_RANGE.start(), *COMMAND_RANGE.end(), "the range of the control step's fixed-point format";
+        /// Commanded rate, where input_level is 1.
+        command_rate_deg_s [""]: 0.0, "deg/s", *COMMAND_RANGE.start(), *COMMAND_RANGE.end(), "the range of the control step's fixed-point format";
+        /// Commanded duty of the bridge, where input_level is 2.
+        command_duty_pct [""]: 0.0, "%", -100.0, 100.0, "the whole bridge";
+        /// Commanded voltage at the motor's terminals, up to the supply, where input_level is 3.
+        command_v [""]: 0.0, "V", -1000.0, 1000.0, "beyond every supply";
         /// Torque on the load, from the next tick on.
         load_torque_nm [""]: 0.0, "Nm", *LOAD_TORQUE_RANGE_NM.start(), *LOAD_TORQUE_RANGE_NM.end(), "the range of the parameter of this name, which the input stands in for";
     }
@@ -99,6 +110,29 @@ impl Inputs {
             load_torque_nm: settings.drivetrain.load.load_torque_nm,
             ..Self::default()
         }
+    }
+
+    /// The command in a quantity.
+    pub fn command(&self, level: InputLevel) -> f64 {
+        match level {
+            InputLevel::Position => self.command_deg,
+            InputLevel::Rate => self.command_rate_deg_s,
+            InputLevel::Duty => self.command_duty_pct,
+            InputLevel::Voltage => self.command_v,
+        }
+    }
+
+    /// Whether a model and its plant have an input.
+    fn has(parameter: &Parameter, settings: &Settings) -> bool {
+        let level = match parameter.name {
+            "command_deg" => InputLevel::Position,
+            "command_rate_deg_s" => InputLevel::Rate,
+            "command_duty_pct" => InputLevel::Duty,
+            "command_v" => InputLevel::Voltage,
+            // The load of the bench.
+            _ => return is_bench(settings),
+        };
+        level.is_of(settings.model, settings.plant)
     }
 
     /// The value of an input.
@@ -168,29 +202,56 @@ const BOARD_SWITCHES: [Variable; 2] = [
     ),
 ];
 
+const LEVEL: Variable = variable(
+    "input_level",
+    "1",
+    "Quantity of the command: 0 angle, 1 rate, 2 duty, 3 voltage (bench only).",
+    Quantity::Level,
+);
+
+fn is_bench(settings: &Settings) -> bool {
+    (settings.model, settings.plant) == (ModelKind::Board, PlantKind::Drivetrain)
+}
+
+/// Whether the board accepts another value of the parameter while it runs. Zero and direction of
+/// the encoder would change what its angle means.
+fn is_gain(parameter: &Parameter) -> bool {
+    let is_it = |p: &Parameter| p.name == parameter.name;
+    ControlParameters::TABLE.iter().any(is_it) && !parameter.name.starts_with("encoder_")
+}
+
 /// The variables of a model and plant, in the order of their value references. They do not depend
 /// on the values of the parameters.
 ///
 /// ```
 /// use actuator_fmu::variables;
-/// use model_core::actuator::{COMMAND_RANGE, LOAD_TORQUE_RANGE_NM, ModelKind, PlantKind, Settings};
+/// use model_core::actuator::{COMMAND_RANGE, InputLevel, LOAD_TORQUE_RANGE_NM, ModelKind, PlantKind, Settings};
 ///
 /// let list = variables::of(&Settings::new(ModelKind::Board, PlantKind::FirstOrder));
 /// assert_eq!(list[0].name, "command_deg");
-/// assert_eq!(list.iter().position(|v| v.name == "angle_deg"), Some(1));
+/// assert_eq!(list.iter().position(|v| v.name == "angle_deg"), Some(4));
 /// ```
 pub fn of(settings: &Settings) -> Vec<Variable> {
     let is_board = settings.model == ModelKind::Board;
-    let is_bench = is_board && settings.plant == PlantKind::Drivetrain;
-    let inputs = Inputs::TABLE.iter().take(if is_bench { 2 } else { 1 });
+    let is_bench = is_bench(settings);
+    let inputs = Inputs::TABLE.iter().filter(|p| Inputs::has(p, settings));
     let mut list: Vec<_> = inputs
         .map(|p| variable(p.name, p.unit, p.meaning, Quantity::Input(p)))
         .collect();
+    if InputLevel::Duty.is_of(settings.model, settings.plant) {
+        list.push(LEVEL);
+    }
     list.extend(OUTPUTS);
     list.extend(BENCH_OUTPUTS.iter().filter(|_| is_bench));
     let parameters = settings.values().map(|value| value.parameter);
     let parameters = parameters.filter(|p| Inputs::TABLE.iter().all(|input| input.name != p.name));
-    list.extend(parameters.map(|p| variable(p.name, p.unit, p.meaning, Quantity::Parameter(p))));
+    list.extend(parameters.map(|p| {
+        let quantity = match is_board && is_gain(p) {
+            true => Quantity::Gain(p),
+            false => Quantity::Parameter(p),
+        };
+        variable(p.name, p.unit, p.meaning, quantity)
+    }));
     list.extend(BOARD_SWITCHES.iter().filter(|_| is_board));
     list
 }

@@ -8,7 +8,7 @@ use std::{
 
 use crate::{
     copy,
-    error::Error,
+    error::{Error, at},
     tools::{LINUX, Tools, WINDOWS, run},
 };
 
@@ -40,11 +40,15 @@ pub fn make(tools: &Tools, out: &Path) -> Result<(), Error> {
     let variables = [("ACTUATOR_FMU_LIBRARIES", Path::new(&libraries))];
     let built = tools.build(LINUX, &program, &[], &variables)?;
     copy(&built.join("actuator"), &place(out))?;
-    for (name, options) in FMUS {
-        let file = out.join("fmu").join(format!("{name}.fmu"));
-        std::fs::create_dir_all(out.join("fmu")).map_err(crate::error::at(&file))?;
-        let mut command = Command::new(place(out));
-        run(command.args(["fmu", "--out"]).arg(file).args(options))?;
+    for version in ["2", "3"] {
+        let folder = out.join(format!("fmi{version}"));
+        std::fs::create_dir_all(&folder).map_err(at(&folder))?;
+        for (name, options) in FMUS {
+            let file = folder.join(format!("{name}.fmu"));
+            let mut command = Command::new(place(out));
+            command.args(["fmu", "--fmi", version, "--out"]).arg(file);
+            run(command.args(options))?;
+        }
     }
     Ok(())
 }

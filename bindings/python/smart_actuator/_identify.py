@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from typing import Any, List, Mapping, Optional, Protocol, Sequence, Tuple, TypedDict, Union, cast
+from typing import Any, Iterable, List, Mapping, Optional, Protocol, Sequence, Tuple, TypedDict, Union, cast
 
 from numpy.typing import ArrayLike
 
@@ -160,7 +160,9 @@ def identify(
     if not recordings:
         raise ValueError("data is empty, expected at least one recording")
     reading = {
-        "columns": [(_text("columns", a), _text("columns", b)) for a, b in (columns or {}).items()],
+        "columns": [
+            (_text("columns", a), _text("columns", b)) for a, b in _items("columns", columns)
+        ],
         "delimiter": _arguments.optional_text("delimiter", delimiter),
         "window": None if window is None else _pair("window", window),
         "keep_clipped": bool(keep_clipped),
@@ -172,7 +174,7 @@ def identify(
         "models": _names("models", models),
         "fix": _arguments.pairs(fix or {}),
         "free": _names("free", free),
-        "bound": [(_text("bound", n), *_pair(f"bound {n}", b)) for n, b in (bound or {}).items()],
+        "bound": [(_text("bound", n), *_pair(f"bound {n}", b)) for n, b in _items("bound", bound)],
         "start": _arguments.pairs(start or {}),
         "own": _names("own", own),
         "share": _names("share", share),
@@ -189,6 +191,12 @@ def identify(
 
 
 _text = _arguments.text
+
+
+def _items(name: str, value: Optional[Mapping[str, Any]]) -> Iterable[Tuple[str, Any]]:
+    if value is not None and not isinstance(value, Mapping):
+        raise TypeError(f"{name} is {value!r}, expected a mapping from names")
+    return (value or {}).items()
 
 
 def _names(name: str, value: Union[str, Sequence[str]]) -> List[str]:

@@ -11,7 +11,7 @@ use indicatif::ProgressBar;
 use crate::output;
 use host_sim::{
     error::Error,
-    file::WriteError,
+    file::{self, WriteError},
     plot,
     scenario::Scenario,
     simulate::{Rows, Simulation},
@@ -108,6 +108,7 @@ impl Outputs {
         }
         if let Some(path) = &self.plot {
             plot::Format::of(path)?;
+            file::check(&[("--plot", path)])?;
         }
         let mut seen = BTreeSet::new();
         let mut paths = self.csv.iter().chain(&self.files).chain(&self.plot);

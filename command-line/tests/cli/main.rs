@@ -1,6 +1,7 @@
 //! Tests of the program `actuator` through its command line.
 
 #[cfg(feature = "board")]
+mod abuse;
 mod board;
 mod bus;
 mod errors;

@@ -152,6 +152,12 @@ impl<P: Plant> ClosedLoop<P> {
         self.tick += PWM_PERIOD_TICKS;
     }
 
+    /// Changes the coefficients of the control step without a jump of the duty.
+    pub fn retune(&mut self, coefficients: Coefficients) {
+        self.control.retune(&self.coefficients, &coefficients);
+        self.coefficients = coefficients;
+    }
+
     /// The duty of the running period, %.
     pub fn duty_pct(&self) -> f64 {
         self.duty_pct

@@ -10,6 +10,7 @@ pub mod kind;
 pub mod lanes;
 mod load;
 mod reading;
+mod retune;
 pub mod settings;
 pub mod stepped;
 mod stepped_core;

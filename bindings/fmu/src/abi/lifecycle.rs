@@ -73,7 +73,7 @@ pub unsafe extern "C" fn fmi2Instantiate(
 ///
 /// # Safety
 /// The pointer is null, or leads to a string that ends in a nul and lives for `'a`.
-unsafe fn text<'a>(pointer: *const c_char) -> Option<&'a CStr> {
+pub(crate) unsafe fn text<'a>(pointer: *const c_char) -> Option<&'a CStr> {
     // SAFETY: not null; the rest as promised.
     (!pointer.is_null()).then(|| unsafe { CStr::from_ptr(pointer) })
 }

@@ -20,10 +20,10 @@
     reason = "the standard's names, and the safety section above holds for every function"
 )]
 
-mod call;
-mod lifecycle;
-mod report;
-mod states;
+pub(crate) mod call;
+pub(crate) mod lifecycle;
+pub(crate) mod report;
+pub(crate) mod states;
 mod status;
 mod types;
 mod values;

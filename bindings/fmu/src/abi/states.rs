@@ -1,4 +1,4 @@
-//! Saved FMU states.
+//! Saved FMU states, for both versions of the standard.
 
 use std::ptr::{null_mut, without_provenance_mut};
 
@@ -7,8 +7,10 @@ use super::types::{Component, FmuState, Status};
 use crate::instance::Instance;
 
 /// Saves the state; an existing one is replaced.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetFMUstate(c: *mut Component, FMUstate: *mut FmuState) -> Status {
+///
+/// # Safety
+/// That of the [module](super).
+pub unsafe fn get_state(c: *mut Component, function: &str, FMUstate: *mut FmuState) -> Status {
     let body = |instance: &mut Instance| {
         // SAFETY: a pointer from the host.
         let state = unsafe { place(FMUstate, "FMUstate")? };
@@ -17,20 +19,24 @@ pub unsafe extern "C" fn fmi2GetFMUstate(c: *mut Component, FMUstate: *mut FmuSt
         Ok(())
     };
     // SAFETY: a component from the host.
-    unsafe { call(c, "fmi2GetFMUstate", body) }
+    unsafe { call(c, function, body) }
 }
 
 /// Restores a saved state.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetFMUstate(c: *mut Component, FMUstate: FmuState) -> Status {
+///
+/// # Safety
+/// That of the [module](super).
+pub unsafe fn set_state(c: *mut Component, function: &str, FMUstate: FmuState) -> Status {
     let body = |instance: &mut Instance| instance.put_back(FMUstate.addr());
     // SAFETY: a component from the host.
-    unsafe { call(c, "fmi2SetFMUstate", body) }
+    unsafe { call(c, function, body) }
 }
 
 /// Deletes a saved state and sets its pointer to null; null is ignored.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2FreeFMUstate(c: *mut Component, FMUstate: *mut FmuState) -> Status {
+///
+/// # Safety
+/// That of the [module](super).
+pub unsafe fn free_state(c: *mut Component, function: &str, FMUstate: *mut FmuState) -> Status {
     let body = |instance: &mut Instance| {
         // SAFETY: a pointer from the host.
         let state = unsafe { place(FMUstate, "FMUstate")? };
@@ -41,13 +47,16 @@ pub unsafe extern "C" fn fmi2FreeFMUstate(c: *mut Component, FMUstate: *mut FmuS
         Ok(())
     };
     // SAFETY: a component from the host.
-    unsafe { call(c, "fmi2FreeFMUstate", body) }
+    unsafe { call(c, function, body) }
 }
 
 /// Size of a serialised state in bytes.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SerializedFMUstateSize(
+///
+/// # Safety
+/// That of the [module](super).
+pub unsafe fn size_state(
     c: *mut Component,
+    function: &str,
     FMUstate: FmuState,
     size: *mut usize,
 ) -> Status {
@@ -58,13 +67,16 @@ pub unsafe extern "C" fn fmi2SerializedFMUstateSize(
         Ok(())
     };
     // SAFETY: a component from the host.
-    unsafe { call(c, "fmi2SerializedFMUstateSize", body) }
+    unsafe { call(c, function, body) }
 }
 
 /// Serialises a saved state.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SerializeFMUstate(
+///
+/// # Safety
+/// That of the [module](super).
+pub unsafe fn serialize_state(
     c: *mut Component,
+    function: &str,
     FMUstate: FmuState,
     serializedState: *mut u8,
     size: usize,
@@ -80,13 +92,16 @@ pub unsafe extern "C" fn fmi2SerializeFMUstate(
         Ok(())
     };
     // SAFETY: a component from the host.
-    unsafe { call(c, "fmi2SerializeFMUstate", body) }
+    unsafe { call(c, function, body) }
 }
 
 /// Saves a serialised state; an existing one is replaced.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
+///
+/// # Safety
+/// That of the [module](super).
+pub unsafe fn deserialize_state(
     c: *mut Component,
+    function: &str,
     serializedState: *const u8,
     size: usize,
     FMUstate: *mut FmuState,
@@ -104,5 +119,69 @@ pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
         Ok(())
     };
     // SAFETY: a component from the host.
-    unsafe { call(c, "fmi2DeSerializeFMUstate", body) }
+    unsafe { call(c, function, body) }
+}
+
+/// Saves the state; an existing one is replaced.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetFMUstate(c: *mut Component, FMUstate: *mut FmuState) -> Status {
+    // SAFETY: all from the host.
+    unsafe { get_state(c, "fmi2GetFMUstate", FMUstate) }
+}
+
+/// Restores a saved state.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SetFMUstate(c: *mut Component, FMUstate: FmuState) -> Status {
+    // SAFETY: all from the host.
+    unsafe { set_state(c, "fmi2SetFMUstate", FMUstate) }
+}
+
+/// Deletes a saved state and sets its pointer to null; null is ignored.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2FreeFMUstate(c: *mut Component, FMUstate: *mut FmuState) -> Status {
+    // SAFETY: all from the host.
+    unsafe { free_state(c, "fmi2FreeFMUstate", FMUstate) }
+}
+
+/// Size of a serialised state in bytes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SerializedFMUstateSize(
+    c: *mut Component,
+    FMUstate: FmuState,
+    size: *mut usize,
+) -> Status {
+    // SAFETY: all from the host.
+    unsafe { size_state(c, "fmi2SerializedFMUstateSize", FMUstate, size) }
+}
+
+/// Serialises a saved state.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SerializeFMUstate(
+    c: *mut Component,
+    FMUstate: FmuState,
+    serializedState: *mut u8,
+    size: usize,
+) -> Status {
+    // SAFETY: all from the host.
+    unsafe { serialize_state(c, "fmi2SerializeFMUstate", FMUstate, serializedState, size) }
+}
+
+/// Saves a serialised state; an existing one is replaced.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
+    c: *mut Component,
+    serializedState: *const u8,
+    size: usize,
+    FMUstate: *mut FmuState,
+) -> Status {
+    // SAFETY: all from the host.
+    unsafe {
+        deserialize_state(
+            c,
+            "fmi2DeSerializeFMUstate",
+            serializedState,
+            size,
+            FMUstate,
+        )
+    }
 }

@@ -42,6 +42,14 @@ pub type Logger = unsafe extern "C" fn(
     ...
 );
 
+/// `fmi3LogMessageCallback`.
+pub type MessageLogger = unsafe extern "C" fn(
+    environment: *mut c_void,
+    status: Status,
+    category: *const c_char,
+    message: *const c_char,
+);
+
 /// `fmi2CallbackFunctions`; only the logger is used.
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
@@ -61,6 +69,6 @@ pub struct CallbackFunctions {
 /// The target of `fmi2Component`.
 #[derive(Debug)]
 pub struct Component {
-    pub(super) instance: Instance,
-    pub(super) reporter: Reporter,
+    pub(crate) instance: Instance,
+    pub(crate) reporter: Reporter,
 }

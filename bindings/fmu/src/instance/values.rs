@@ -3,6 +3,8 @@
 use super::{BEFORE_STEPPING, Instance, Phase, Pwm, Quantity, Reading, Result, Type};
 use super::{Settings, Variable};
 use crate::variables::{Inputs, finite, unlimited};
+use model_core::actuator::InputLevel;
+use model_core::named::Named;
 use model_core::parameter::Parameters;
 
 /// The phases in which outputs are valid.
@@ -38,6 +40,7 @@ impl Value {
 struct Draft {
     settings: Settings,
     inputs: Inputs,
+    level: InputLevel,
 }
 
 impl Instance {
@@ -82,7 +85,8 @@ impl Instance {
         match variable.quantity {
             Quantity::Output(of) => Value::Real(of(reading)),
             Quantity::Input(parameter) => Value::Real(self.state.inputs.named(parameter)),
-            Quantity::Parameter(parameter) => {
+            Quantity::Level => Value::Integer(self.state.level as i32),
+            Quantity::Parameter(parameter) | Quantity::Gain(parameter) => {
                 let mut values = settings.values();
                 let value = values.find(|v| v.parameter.name == parameter.name);
                 Value::Real(finite(value.map_or(parameter.default, |v| v.value)))
@@ -103,12 +107,15 @@ impl Instance {
         let mut draft = Draft {
             settings: self.state.settings,
             inputs: self.state.inputs,
+            level: self.state.level,
         };
         for (reference, value) in values {
             let variable = self.variable(reference, value.of_type())?;
-            let is_parameter =
-                !matches!(variable.quantity, Quantity::Input(_) | Quantity::Output(_));
-            if is_parameter && !BEFORE_STEPPING.contains(&self.state.phase) {
+            let is_fixed = matches!(
+                variable.quantity,
+                Quantity::Parameter(_) | Quantity::Seed | Quantity::SwitchedPwm
+            );
+            if is_fixed && !BEFORE_STEPPING.contains(&self.state.phase) {
                 return Err(format!(
                     "{} is fixed, expected to be set before the end of the initialization",
                     variable.name
@@ -117,7 +124,14 @@ impl Instance {
             }
             draft.write(variable, value)?;
         }
+        if let Some(actuator) = &mut self.state.actuator
+            && draft.settings.control != self.state.settings.control
+        {
+            let tuned = actuator.retune(&draft.settings.control);
+            tuned.map_err(|error| error.to_string())?;
+        }
         (self.state.settings, self.state.inputs) = (draft.settings, draft.inputs);
+        self.state.level = draft.level;
         Ok(())
     }
 }
@@ -130,9 +144,17 @@ impl Draft {
                 let set = self.inputs.set(name, value);
                 set.map_err(|error| error.to_string())?;
             }
-            (Quantity::Parameter(_), Value::Real(value)) => {
+            (Quantity::Parameter(_) | Quantity::Gain(_), Value::Real(value)) => {
                 let set = self.settings.set(name, unlimited(value));
                 set.map_err(|error| error.to_string())?;
+            }
+            (Quantity::Level, Value::Integer(value)) => {
+                let (model, plant) = (self.settings.model, self.settings.plant);
+                let level = InputLevel::ALL.iter().find(|level| **level as i32 == value);
+                let level = level.filter(|level| level.is_of(model, plant));
+                self.level = *level.ok_or_else(|| {
+                    format!("{name} is {value}, which is no quantity that the model has")
+                })?;
             }
             (Quantity::Seed, Value::Integer(value)) => {
                 let seed = value.try_into();

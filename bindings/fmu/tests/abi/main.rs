@@ -5,6 +5,8 @@
 mod host;
 mod misuse;
 mod states;
+mod tuned;
+mod version_3;
 
 use actuator_fmu::abi::Status;
 use host::Host;

@@ -85,7 +85,7 @@ fn a_value_that_is_no_number_is_refused_by_the_name_of_its_variable() {
         ("command_deg", f64::INFINITY),
         ("load_torque_nm", f64::NEG_INFINITY),
         ("angle_deg", 1.0),
-        ("position_gain", 1.0),
+        ("delay_s", 1.0),
     ] {
         assert_eq!(host.set(name, value), Status::Error);
         assert!(

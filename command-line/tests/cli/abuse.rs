@@ -1,0 +1,130 @@
+//! Abuses of the command line by seed: each is refused with a reason, without output, files or a
+//! panic.
+
+use std::collections::BTreeSet;
+
+use super::Cli;
+
+/// Number of abuses.
+const ABUSES: u64 = 240;
+
+/// A command with the options that it takes and those that it refuses.
+#[derive(Default)]
+struct Abused<'a> {
+    command: Vec<&'a str>,
+    taken: Vec<Vec<&'a str>>,
+    refused: Vec<Vec<&'a str>>,
+}
+
+/// The commands of `abuses.txt`.
+fn commands(text: &str) -> Vec<Abused<'_>> {
+    let mut commands: Vec<Abused<'_>> = Vec::new();
+    for line in text
+        .lines()
+        .filter(|l| !l.is_empty() && !l.starts_with('#'))
+    {
+        let mut words = line.split(' ');
+        let (kind, rest): (_, Vec<&str>) = (words.next(), words.collect());
+        let last = commands.last_mut();
+        match (kind, last) {
+            (Some("command"), _) => commands.push(Abused {
+                command: rest,
+                ..Abused::default()
+            }),
+            (Some("ok"), Some(last)) => last.taken.push(rest),
+            (Some("flag"), Some(last)) => last.refused.push(vec![value(rest[0])]),
+            (Some("bad"), Some(last)) => {
+                let values = rest.iter().skip(1);
+                let refused = values.map(|text| vec![rest[0], value(text)]);
+                last.refused.extend(refused);
+            }
+            other => panic!("{line}: {:?}", other.0),
+        }
+    }
+    commands
+}
+
+fn value(text: &str) -> &str {
+    match text {
+        "''" => "",
+        text => text,
+    }
+}
+
+/// SplitMix64 (Steele, Lea and Flood, 2014).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let z = (self.0 ^ self.0 >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        let z = (z ^ z >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^ z >> 31
+    }
+
+    fn pick<'a, T>(&mut self, of: &'a [T]) -> &'a T {
+        &of[(self.next() % of.len() as u64) as usize]
+    }
+}
+
+fn files(cli: &Cli) -> BTreeSet<std::ffi::OsString> {
+    let folder = std::fs::read_dir(cli.path(".")).expect("the folder");
+    folder
+        .map(|entry| entry.expect("an entry").file_name())
+        .collect()
+}
+
+#[test]
+fn each_abuse_is_refused_with_a_reason_and_leaves_nothing() {
+    let cli = Cli::new();
+    let header = "time_s,command_deg,angle_deg,load_torque_nm\n";
+    cli.write("empty.csv", "");
+    cli.write("header.csv", header);
+    cli.write("letters.csv", format!("{header}0,a,b,c\n1,a,b,c\n"));
+    cli.write(
+        "backwards.csv",
+        format!("{header}1,0,0,0\n0,0,0,0\n0.5,1,1,1\n"),
+    );
+    cli.write("short.csv", format!("{header}0,0,0,0\n1,1,0.5,0\n"));
+    cli.write("command.csv", format!("{header}0,0,0,0\n0.1,5,0,0.1\n"));
+    let mut random = Random(15);
+    let garbage: Vec<u8> = (0..3000).map(|_| random.next() as u8).collect();
+    cli.write("garbage.bin", garbage);
+    cli.text("simulate black-box-1 --every 400 --csv good.csv");
+    let before = files(&cli);
+    let commands = commands(include_str!("abuses.txt"));
+    let all: Vec<_> = commands
+        .iter()
+        .flat_map(|of| of.refused.iter().map(move |refused| (of, refused)))
+        .collect();
+    for seed in 0..ABUSES {
+        let mut random = Random(seed);
+        let (of, refused) = random.pick(&all);
+        let mut arguments = of.command.clone();
+        arguments.extend(refused.iter());
+        let option = refused[0];
+        if !of.taken.is_empty() && random.next().is_multiple_of(2) {
+            let taken = random.pick(&of.taken);
+            // The last of two values would apply.
+            if taken[0] != option {
+                arguments.extend(taken);
+            }
+        }
+        let mut run = cli.actuator("");
+        let output = run.args(&arguments).output().expect("it runs");
+        let error = String::from_utf8_lossy(&output.stderr).into_owned();
+        let told = format!("{arguments:?}\n{error}");
+        assert!(matches!(output.status.code(), Some(1 | 2)), "{told}");
+        assert!(
+            error.lines().any(|line| line.starts_with("error: ")),
+            "{told}"
+        );
+        assert!(!error.contains("panicked"), "{told}");
+        assert!(output.stdout.is_empty(), "{told}");
+        let value = refused[refused.len() - 1];
+        let names = [option, option.trim_start_matches('-'), value, "expected"];
+        let is_named = |name: &&str| !name.is_empty() && error.contains(*name);
+        assert!(names.iter().any(is_named), "{told}");
+        assert_eq!(files(&cli), before, "{told}");
+    }
+}
