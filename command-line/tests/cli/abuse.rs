@@ -122,7 +122,8 @@ fn each_abuse_is_refused_with_a_reason_and_leaves_nothing() {
         assert!(!error.contains("panicked"), "{told}");
         assert!(output.stdout.is_empty(), "{told}");
         let value = refused[refused.len() - 1];
-        let names = [option, option.trim_start_matches('-'), value, "expected"];
+        let words = option.trim_start_matches('-').replace('-', " ");
+        let names = [option, &words, value, "expected"];
         let is_named = |name: &&str| !name.is_empty() && error.contains(*name);
         assert!(names.iter().any(is_named), "{told}");
         assert_eq!(files(&cli), before, "{told}");

@@ -1,7 +1,7 @@
 //! Tests of the program `actuator` through its command line.
 
-#[cfg(feature = "board")]
 mod abuse;
+#[cfg(feature = "board")]
 mod board;
 mod bus;
 mod errors;
