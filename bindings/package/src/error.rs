@@ -9,9 +9,6 @@ use std::{
 /// Why a release is not made.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// The arguments are not understood.
-    #[error("{0}")]
-    Usage(&'static str),
     /// A file or folder cannot be read or written.
     #[error("{}: {source}", path.display())]
     File {

@@ -17,29 +17,55 @@ mod tools;
 mod wheel;
 
 use std::{
-    env, fs,
+    fs,
     path::{Path, PathBuf},
     process::ExitCode,
 };
 
+use clap::{Parser, ValueEnum};
 use error::{Error, at};
 use tools::Tools;
 
-const USAGE: &str = "usage: package [--out FOLDER] [PART]...
-Parts: wheel, program (with FMUs), c, boards, pages (needs program), documents; all by default.";
+/// Makes everything that a release has
+#[derive(Debug, Parser)]
+struct Options {
+    /// The folder of the release [default: dist]
+    #[arg(long, value_name = "FOLDER")]
+    out: Option<PathBuf>,
+    /// What is made; everything unless given
+    #[arg(value_name = "PART")]
+    parts: Vec<Part>,
+}
 
-/// A part of the release.
-type Part = fn(&Tools, &Path) -> Result<(), Error>;
+/// A part of the release. The pages are made by the program.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Part {
+    /// Licences, changes, EDS and object dictionary
+    Documents,
+    /// The C library
+    C,
+    /// The Python package
+    Wheel,
+    /// The program `actuator`, and FMUs
+    Program,
+    /// The report and the page for the browser
+    Pages,
+    /// The programs of the boards
+    Boards,
+}
 
-/// All parts in the order in which they are made.
-const PARTS: [(&str, Part); 6] = [
-    ("documents", documents),
-    ("c", c_library::make),
-    ("wheel", wheel::make),
-    ("program", program::make),
-    ("pages", pages::make),
-    ("boards", boards::make),
-];
+impl Part {
+    fn make(self, tools: &Tools, out: &Path) -> Result<(), Error> {
+        match self {
+            Self::Documents => documents(out),
+            Self::C => c_library::make(tools, out),
+            Self::Wheel => wheel::make(tools, out),
+            Self::Program => program::make(tools, out),
+            Self::Pages => pages::make(tools, out),
+            Self::Boards => boards::make(tools, out),
+        }
+    }
+}
 
 /// Files of the repository that are part of the release, with their places in it.
 const DOCUMENTS: [(&str, &str); 6] = [
@@ -52,7 +78,7 @@ const DOCUMENTS: [(&str, &str); 6] = [
 ];
 
 fn main() -> ExitCode {
-    match run(env::args().skip(1)) {
+    match run(Options::parse()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {error}");
@@ -61,34 +87,28 @@ fn main() -> ExitCode {
     }
 }
 
-fn run(mut arguments: impl Iterator<Item = String>) -> Result<(), Error> {
-    let mut out = cross_build::workspace().join("dist");
-    let mut chosen = Vec::new();
-    while let Some(argument) = arguments.next() {
-        match argument.as_str() {
-            "--out" => out = PathBuf::from(arguments.next().ok_or(Error::Usage(USAGE))?),
-            name => {
-                let part = PARTS.iter().find(|(part, _)| *part == name);
-                chosen.push(*part.ok_or(Error::Usage(USAGE))?);
-            }
-        }
-    }
-    if chosen.is_empty() {
-        chosen = PARTS.to_vec();
-    }
+fn run(options: Options) -> Result<(), Error> {
+    let out = options
+        .out
+        .unwrap_or_else(|| cross_build::workspace().join("dist"));
+    let parts = if options.parts.is_empty() {
+        Part::value_variants().to_vec()
+    } else {
+        options.parts
+    };
     fs::create_dir_all(&out).map_err(at(&out))?;
     let out = fs::canonicalize(&out).map_err(at(&out))?;
     let tools = Tools::ready()?;
-    for (name, make) in chosen {
-        println!("-- {name}");
-        make(&tools, &out)?;
+    for part in parts {
+        println!("-- {part:?}");
+        part.make(&tools, &out)?;
     }
     checksums::write(&out)?;
     println!("{}", out.display());
     Ok(())
 }
 
-fn documents(_: &Tools, out: &Path) -> Result<(), Error> {
+fn documents(out: &Path) -> Result<(), Error> {
     for (from, to) in DOCUMENTS {
         copy(&cross_build::workspace().join(from), &out.join(to))?;
     }
