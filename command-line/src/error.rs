@@ -33,6 +33,9 @@ pub enum Error {
         /// The error of the operating system.
         source: io::Error,
     },
+    /// The page or its bus.
+    #[error(transparent)]
+    Studio(#[from] studio::StudioError),
     /// The emulated board.
     #[cfg(feature = "board")]
     #[error("{0}")]
@@ -63,7 +66,7 @@ impl Error {
             Self::Bus(error) if error.is_refusal() => 3,
             Self::Bus(error) if error.is_at_limit() => 4,
             Self::Bus(error) if error.is_invalid_request() => 2,
-            Self::Bus(_) | Self::Serve { .. } => 1,
+            Self::Bus(_) | Self::Serve { .. } | Self::Studio(_) => 1,
             Self::Simulator(SimulatorError::Read { .. } | SimulatorError::Write(_)) => 1,
             _ => 2,
         })

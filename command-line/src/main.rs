@@ -6,6 +6,7 @@
 mod board;
 mod can;
 mod compare;
+mod completions;
 #[cfg(feature = "board")]
 mod emulated;
 mod error;
@@ -13,11 +14,13 @@ mod experiment;
 mod fmu;
 mod identify;
 mod interrupt;
+mod manual;
 mod mujoco;
 mod output;
 mod parameters;
 mod report;
 mod simulate;
+mod studio;
 #[cfg(unix)]
 mod terminal;
 mod tune;
@@ -48,6 +51,7 @@ enum Command {
     #[command(name = "busload")]
     BusLoad(can::BusLoad),
     Compare(compare::Compare),
+    Completions(completions::Completions),
     Excite(can::Excite),
     Experiment(experiment::Experiment),
     Faults(can::Faults),
@@ -55,6 +59,7 @@ enum Command {
     Mujoco(mujoco::Mujoco),
     Get(can::Get),
     Identify(identify::Identify),
+    Manual(manual::Manual),
     Monitor(can::Monitor),
     Move(can::Move),
     Record(can::Record),
@@ -64,6 +69,7 @@ enum Command {
     Serve(can::Serve),
     Set(can::Set),
     Simulate(simulate::Simulate),
+    Studio(studio::Studio),
     Tune(tune::Tune),
     Report(report::Report),
 }
@@ -87,6 +93,7 @@ impl Arguments {
             Command::Board(board) => board.run(),
             Command::BusLoad(bus_load) => bus_load.run(),
             Command::Compare(compare) => compare.run(),
+            Command::Completions(completions) => completions.run(),
             Command::Excite(excite) => excite.run(),
             Command::Experiment(experiment) => experiment.run(),
             Command::Faults(faults) => faults.run(),
@@ -94,6 +101,7 @@ impl Arguments {
             Command::Mujoco(mujoco) => mujoco.run(),
             Command::Get(get) => get.run(),
             Command::Identify(identify) => identify.run(),
+            Command::Manual(manual) => manual.run(),
             Command::Monitor(monitor) => monitor.run(),
             Command::Move(to) => to.run(),
             Command::Record(record) => record.run(),
@@ -103,10 +111,16 @@ impl Arguments {
             Command::Serve(serve) => serve.run(),
             Command::Set(set) => set.run(),
             Command::Simulate(simulate) => simulate.run(),
+            Command::Studio(studio) => studio.run(),
             Command::Tune(tune) => tune.run(),
             Command::Report(report) => report.run(),
         }
     }
+}
+
+/// The whole command line.
+fn command() -> clap::Command {
+    <Arguments as clap::CommandFactory>::command()
 }
 
 fn main() -> ExitCode {

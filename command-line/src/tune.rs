@@ -1,6 +1,5 @@
 //! `actuator tune`.
 
-mod figure;
 mod group;
 mod options;
 mod result;
@@ -85,7 +84,7 @@ impl Tune {
             result::print(&tuning, command.as_deref())?;
         }
         if let Some(path) = &self.plot {
-            plot::save(&figure::bode(&request, &tuning)?, path)?;
+            plot::save(&tune::bode(&request, &tuning).map_err(explained)?, path)?;
             eprintln!("plot: {}", path.display());
         }
         Ok(())

@@ -1,6 +1,7 @@
 //! Faults: numbers, latching and acknowledgement, conditions and reactions.
 
 mod log;
+mod remedy;
 mod set;
 mod table;
 #[cfg(test)]

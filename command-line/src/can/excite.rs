@@ -2,39 +2,14 @@
 
 use std::time::Duration;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use serde_json::json;
 
 use super::move_to::mdeg;
 use super::{AtNode, print_json};
 use crate::error::Error;
-use host_sim::can::client::Client;
-
-/// Shapes of object 2020h:3.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Shape {
-    /// A pulse
-    Pulse,
-    /// A doublet
-    Doublet,
-    /// 3-2-1-1
-    #[value(name = "3211")]
-    ThreeTwoOneOne,
-    /// Variable step of the paper
-    VariableStep,
-    /// Up, down and back
-    Ramp,
-    /// Linear chirp
-    Chirp,
-    /// Logarithmic chirp
-    LogChirp,
-    /// Sine
-    Sine,
-    /// Pseudo-random binary sequence
-    Prbs,
-    /// Multisine: cosines at odd multiples of a frequency
-    Multisine,
-}
+use host_sim::can::{client::Client, excitation::SHAPES};
 
 /// Runs an excitation on an actuator, around its present angle
 ///
@@ -43,8 +18,8 @@ enum Shape {
 #[derive(Debug, Args)]
 pub struct Excite {
     /// Shape
-    #[arg(value_enum)]
-    shape: Shape,
+    #[arg(value_parser = shapes())]
+    shape: usize,
     /// Amplitude, deg
     #[arg(long, value_name = "DEG")]
     amplitude: Option<f64>,
@@ -81,6 +56,13 @@ pub struct Excite {
     no_wait: bool,
     #[command(flatten)]
     at: AtNode,
+}
+
+/// The numbers of the shapes, by their names.
+fn shapes() -> impl TypedValueParser<Value = usize> {
+    let names = SHAPES.map(|shape| PossibleValue::new(shape.name).help(shape.label));
+    let number = |name: String| SHAPES.iter().position(|shape| shape.name == name);
+    PossibleValuesParser::new(names).map(move |name| number(name).unwrap_or_default())
 }
 
 impl Excite {

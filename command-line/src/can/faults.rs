@@ -2,13 +2,13 @@
 
 use canopen::cia402::statusword;
 use clap::Args;
-use firmware::faults::{Fault, TABLE};
 use serde_json::json;
 
 use super::{AtNode, print_json};
 use crate::error::Error;
 use crate::output::{print, print_table};
-use host_sim::can::client::{Client, state_name};
+use host_sim::can::client::state_name;
+use host_sim::can::fault_history::{PastError, history, names};
 use host_sim::table::Table;
 
 /// Lists the faults of an actuator: present, latched, and the last eight errors.
@@ -22,14 +22,6 @@ pub struct Faults {
     clear: bool,
     #[command(flatten)]
     at: AtNode,
-}
-
-/// The faults whose bits are set.
-fn names(bits: i64) -> Vec<&'static str> {
-    let named = TABLE
-        .iter()
-        .filter(|row| bits >> row.fault.number() & 1 == 1);
-    named.map(|row| row.name).collect()
 }
 
 impl Faults {
@@ -57,7 +49,7 @@ impl Faults {
         if self.at.json() {
             let history: Vec<_> = history
                 .iter()
-                .map(|(code, what)| json!({ "code": code, "what": what }))
+                .map(|error| json!({ "code": error.code(), "what": error.what() }))
                 .collect();
             print_json(&json!({
                 "state": state_name(status), "present": present, "latched": latched, "history": history,
@@ -72,33 +64,11 @@ impl Faults {
     }
 }
 
-/// Error codes with their causes, the newest first.
-fn history(client: &mut Client) -> Result<Vec<(String, String)>, Error> {
-    let mut history = Vec::new();
-    for sub in 1..=client.integer("1003:0")? {
-        let word = client.integer(&format!("1003:{sub}"))?;
-        let (code, instance) = (word & 0xFFFF, (word >> 16) as u16 & 0xFF);
-        // Below 128 the instance is a node or a PDO.
-        let number = instance.saturating_sub(128);
-        let fault = Fault::of_number(number).and_then(|fault| {
-            let rows = TABLE.iter();
-            rows.filter(|row| i64::from(row.error_code) == code)
-                .find(|row| row.fault == fault)
-        });
-        let what = fault.map_or_else(
-            || format!("of the bus, {instance}"),
-            |row| row.name.to_owned(),
-        );
-        history.push((format!("{code:04X}h"), what));
-    }
-    Ok(history)
-}
-
 fn show(
     status: u16,
     present: &[&str],
     latched: &[&str],
-    history: &[(String, String)],
+    history: &[PastError],
 ) -> Result<(), Error> {
     let list = |names: &[&str]| {
         if names.is_empty() {
@@ -117,8 +87,8 @@ fn show(
         return Ok(());
     }
     let mut table = Table::new("", &[("error code", ""), ("what", "")]);
-    for (code, what) in history {
-        table.push([code.clone().into(), what.clone().into()]);
+    for error in history {
+        table.push([error.code().into(), error.what().into()]);
     }
     print_table(&table)
 }

@@ -76,7 +76,7 @@ fn print_json(value: &serde_json::Value) -> Result<(), Error> {
 }
 
 /// A bit rate of slcan adapters, kbit/s.
-fn bit_rate(text: &str) -> Result<u16, String> {
+pub(crate) fn bit_rate(text: &str) -> Result<u16, String> {
     let rate = text.parse().ok().filter(|rate| KBIT_S.contains(rate));
     rate.ok_or_else(|| {
         let known = KBIT_S.map(|rate| rate.to_string()).join(", ");

@@ -7,15 +7,14 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use clap::Args;
-use firmware::capture::Signal;
 use serde_json::json;
 
 use super::{AtNode, length, print_json, telemetry::watch};
 use crate::error::Error;
 use crate::interrupt;
 use crate::output::{is_standard_output, write_error};
-use host_sim::can::client::{Client, ClientError};
-use host_sim::can::names::{self, Value};
+use host_sim::can::capture::Capture;
+use host_sim::can::client::Client;
 use host_sim::can::telemetry::{Clock, Telemetry};
 
 /// Records the telemetry of an actuator as a CSV file with units in the names of the columns
@@ -178,32 +177,12 @@ pub(crate) fn save_capture(client: &mut Client, path: &std::path::Path) -> Resul
 
 /// Uploads the capture of the board.
 fn upload(client: &mut Client, sink: &mut Sink) -> Result<(), Error> {
-    if matches!(client.integer("2030:2")?, 1 | 2) {
-        return Err(ClientError::NotNow {
-            node: client.node(),
-            why: "the capture is still running; `actuator set 2030:1=0` ends it",
-        }
-        .into());
-    }
-    let mut signals = Vec::new();
-    for sub in 1..=8 {
-        let number = client.integer(&format!("2031:{sub}"))?;
-        match u8::try_from(number).ok().and_then(Signal::of_number) {
-            Some(signal) => signals.push(signal),
-            None => break,
-        }
-    }
-    let period_us = client.integer("2030:8")?;
-    let Value::Bytes(data) = client.get(names::find("2032")?)? else {
-        return Err(Error::Conflict("the capture is not a DOMAIN".into()));
-    };
-    sink.header(signals.iter().map(|signal| signal.column().to_owned()))?;
-    for (row, record) in data.chunks_exact(4 * signals.len().max(1)).enumerate() {
-        let (values, _) = record.as_chunks();
-        let values = values
-            .iter()
-            .map(|bytes| f64::from(i32::from_le_bytes(*bytes)));
-        sink.row(row as f64 * period_us as f64 * 1e-6, values)?;
+    let capture = Capture::upload(client)?;
+    let signals = capture.signals.iter();
+    sink.header(signals.map(|signal| signal.column().to_owned()))?;
+    for (number, record) in capture.records.iter().enumerate() {
+        let values = record.iter().copied().map(f64::from);
+        sink.row(capture.time_s(number), values)?;
     }
     Ok(())
 }

@@ -7,9 +7,9 @@ use super::options::FOUND;
 use crate::error::Error;
 use crate::output;
 use host_sim::{
-    analysis::loop_gain::{Margin, Margins},
+    analysis::loop_gain::Margin,
     table::{Cell, Table},
-    tune::Tuning,
+    tune::{Tuning, stable_margins},
 };
 
 /// Prints the gains, the margins, and the command line that simulates them.
@@ -75,19 +75,6 @@ fn outcome(tuning: &Tuning) -> Table {
         table.push([name.into(), number(value), unit.into(), number(at)]);
     }
     table
-}
-
-/// The margins; empty for an unstable loop, whose margins have no meaning.
-pub fn stable_margins(tuning: &Tuning) -> Margins {
-    match tuning.margins {
-        margins if margins.stable => margins,
-        margins => Margins {
-            gain_db: None,
-            phase_deg: None,
-            delay_s: None,
-            ..margins
-        },
-    }
 }
 
 /// All results as JSON.

@@ -162,3 +162,30 @@ fn unwritable_results_are_refused_before_the_computation() {
     let left = std::fs::read_dir(cli.path(".")).expect("the folder");
     assert_eq!(left.count(), 1, "nothing but the recording");
 }
+
+#[test]
+fn completions_and_manual_pages_name_every_command() {
+    let cli = Cli::new();
+    let help = cli.text("--help");
+    let listed = help
+        .lines()
+        .skip_while(|line| !line.starts_with("Commands:"));
+    let listed = listed.skip(1).take_while(|line| !line.is_empty());
+    let commands: Vec<_> = listed
+        .filter(|line| line.starts_with("  ") && !line.starts_with("   "))
+        .filter_map(|line| line.split_whitespace().next())
+        .filter(|name| *name != "help")
+        .collect();
+    assert!(commands.len() > 15, "{commands:?}");
+    for shell in ["bash", "zsh", "fish", "powershell"] {
+        let text = cli.text(&format!("completions {shell}"));
+        for command in &commands {
+            assert!(text.contains(command), "{shell}: {command}");
+        }
+    }
+    cli.actuator("manual pages").assert().success();
+    for command in &commands {
+        let page = cli.read(&format!("pages/actuator-{command}.1"));
+        assert!(page.contains(&format!("actuator\\-{command}")), "{page}");
+    }
+}

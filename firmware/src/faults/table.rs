@@ -20,6 +20,17 @@ pub enum Reaction {
     StopByBackEmf,
 }
 
+impl Reaction {
+    /// What comes before the drive is off, in words; `None` if nothing does.
+    pub const fn words(self) -> Option<&'static str> {
+        match self {
+            Self::SwitchOff => None,
+            Self::QuickStop => Some("quick stop"),
+            Self::StopByBackEmf => Some("stop by back-EMF"),
+        }
+    }
+}
+
 /// When a condition latches its fault; at other times it only prevents the enabled state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Watched {
@@ -31,6 +42,18 @@ pub enum Watched {
     Always,
     /// Once, when the board starts.
     Start,
+}
+
+impl Watched {
+    /// The states in words.
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::Driven => "driven",
+            Self::Following => "enabled",
+            Self::Always => "always",
+            Self::Start => "at the start",
+        }
+    }
 }
 
 /// Description of a fault. The texts are for documents and tools; the board's program contains none

@@ -34,21 +34,15 @@ fn table() -> String {
     );
     for row in TABLE {
         let p = &BoardParameters::DEFAULT;
-        let watched = match row.watched {
-            Watched::Driven => "driven",
-            Watched::Following => "enabled",
-            Watched::Always => "always",
-            Watched::Start => "at the start",
-        };
+        let watched = row.watched.words();
         let end = if FaultSet::of_bits(p.stop.brake_faults as u32).contains(row.fault) {
             "brake"
         } else {
             "coast"
         };
-        let reaction = match row.fault.reaction() {
-            Reaction::SwitchOff => String::from(end),
-            Reaction::QuickStop => format!("quick stop, {end}"),
-            Reaction::StopByBackEmf => format!("stop by back-EMF, {end}"),
+        let reaction = match row.fault.reaction().words() {
+            None => String::from(end),
+            Some(before) => format!("{before}, {end}"),
         };
         let time = |ms| match row.watched {
             Watched::Start => String::from("first step"),
@@ -67,12 +61,23 @@ fn table() -> String {
     text
 }
 
+/// The remedies of `docs/faults.md`.
+fn remedies() -> String {
+    let rows = TABLE.iter();
+    let rows = rows.map(|row| format!("| {} | {} |\n", row.name, row.fault.remedy()));
+    format!(
+        "| fault | what to do |\n|---|---|\n{}",
+        rows.collect::<String>()
+    )
+}
+
 #[test]
-fn the_document_contains_the_table_of_the_code() {
+fn the_document_contains_the_tables_of_the_code() {
     let document = include_str!("../../../docs/faults.md");
-    let table = table();
-    assert!(
-        document.contains(&table),
-        "docs/faults.md shall contain\n\n{table}"
-    );
+    for table in [table(), remedies()] {
+        assert!(
+            document.contains(&table),
+            "docs/faults.md shall contain\n\n{table}"
+        );
+    }
 }

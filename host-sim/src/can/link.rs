@@ -31,31 +31,112 @@ pub trait Link {
     }
 }
 
+/// The transmitting direction of a bus, for a thread of its own.
+pub trait Transmitter: Send {
+    /// Sends a frame.
+    ///
+    /// # Errors
+    /// The error of the operating system.
+    fn send(&mut self, frame: &CanFrame) -> io::Result<()>;
+}
+
+/// A bus whose directions belong to two threads.
+pub struct SplitLink {
+    /// The thread that receives.
+    pub receiver: Box<dyn Link + Send>,
+    /// Any other thread.
+    pub transmitter: Box<dyn Transmitter>,
+}
+
+/// Opens a bus as [`open`] does, with its directions apart.
+///
+/// # Errors
+/// The error of the operating system.
+pub fn open_split(name: &str, kbit_s: u16) -> io::Result<SplitLink> {
+    match Place::of(name) {
+        Place::Tcp(address) => {
+            let stream = connect(address)?;
+            // A peer that does not read must not hold up a stop for ever.
+            stream.set_write_timeout(Some(Duration::from_secs(1)))?;
+            let transmitter = Box::new(SlcanTransmitter(stream.try_clone()?));
+            let receiver = Box::new(Slcan::open(stream, kbit_s)?);
+            Ok(SplitLink {
+                receiver,
+                transmitter,
+            })
+        }
+        Place::Serial => {
+            let line = Serial::open(name)?;
+            let transmitter = Box::new(SlcanTransmitter(Serial(line.0.try_clone()?)));
+            let receiver = Box::new(Slcan::open(line, kbit_s)?);
+            Ok(SplitLink {
+                receiver,
+                transmitter,
+            })
+        }
+        #[cfg(target_os = "linux")]
+        Place::Interface => {
+            let socket = Socket::open(name)?;
+            Ok(SplitLink {
+                receiver: Box::new(Socket(std::sync::Arc::clone(&socket.0))),
+                transmitter: Box::new(socket),
+            })
+        }
+        #[cfg(not(target_os = "linux"))]
+        Place::Interface => Err(no_socket_can()),
+    }
+}
+
+/// Where a bus is.
+enum Place<'n> {
+    /// slcan over TCP at this address.
+    Tcp(&'n str),
+    /// slcan over a serial line.
+    Serial,
+    /// A SocketCAN interface.
+    Interface,
+}
+
+impl<'n> Place<'n> {
+    fn of(name: &'n str) -> Self {
+        let address = ["tcp://", "socket://"]
+            .iter()
+            .find_map(|scheme| name.strip_prefix(scheme))
+            .unwrap_or(name);
+        if let Some((_, port)) = address.rsplit_once(':')
+            && port.parse::<u16>().is_ok()
+        {
+            return Self::Tcp(address);
+        }
+        if name.contains('/') || name.to_ascii_uppercase().starts_with("COM") {
+            return Self::Serial;
+        }
+        Self::Interface
+    }
+}
+
+#[cfg(not(target_os = "linux"))]
+fn no_socket_can() -> io::Error {
+    io::Error::new(
+        ErrorKind::Unsupported,
+        "this system has no SocketCAN; expected HOST:PORT or a serial device",
+    )
+}
+
 /// Opens a bus by its name: `HOST:PORT` is slcan over TCP, the path of a device (`/dev/ttyACM0`,
 /// `COM3`) slcan over a serial line, and any other name (`can0`) a SocketCAN interface.
 ///
 /// # Errors
 /// The error of the operating system.
 pub fn open(name: &str, kbit_s: u16) -> io::Result<Box<dyn Link>> {
-    let address = ["tcp://", "socket://"]
-        .iter()
-        .find_map(|scheme| name.strip_prefix(scheme))
-        .unwrap_or(name);
-    if let Some((_, port)) = address.rsplit_once(':')
-        && port.parse::<u16>().is_ok()
-    {
-        return Ok(Box::new(Slcan::open(connect(address)?, kbit_s)?));
+    match Place::of(name) {
+        Place::Tcp(address) => Ok(Box::new(Slcan::open(connect(address)?, kbit_s)?)),
+        Place::Serial => Ok(Box::new(Slcan::open(Serial::open(name)?, kbit_s)?)),
+        #[cfg(target_os = "linux")]
+        Place::Interface => Ok(Box::new(Socket::open(name)?)),
+        #[cfg(not(target_os = "linux"))]
+        Place::Interface => Err(no_socket_can()),
     }
-    if name.contains('/') || name.to_ascii_uppercase().starts_with("COM") {
-        return Ok(Box::new(Slcan::open(Serial::open(name)?, kbit_s)?));
-    }
-    #[cfg(target_os = "linux")]
-    return Ok(Box::new(Socket::open(name)?));
-    #[cfg(not(target_os = "linux"))]
-    Err(io::Error::new(
-        ErrorKind::Unsupported,
-        "this system has no SocketCAN; expected HOST:PORT or a serial device",
-    ))
 }
 
 fn connect(address: &str) -> io::Result<TcpStream> {
@@ -204,15 +285,32 @@ impl<S: Stream> Link for Slcan<S> {
     }
 }
 
+/// The transmitting direction of an slcan adapter.
+struct SlcanTransmitter<W>(W);
+
+impl<W: Write + Send> Transmitter for SlcanTransmitter<W> {
+    fn send(&mut self, frame: &CanFrame) -> io::Result<()> {
+        self.0.write_all(SlcanLine::frame(frame).as_bytes())
+    }
+}
+
 /// A SocketCAN interface.
 #[cfg(target_os = "linux")]
-struct Socket(socketcan::CanSocket);
+struct Socket(std::sync::Arc<socketcan::CanSocket>);
 
 #[cfg(target_os = "linux")]
 impl Socket {
     fn open(name: &str) -> io::Result<Self> {
         use socketcan::Socket as _;
-        socketcan::CanSocket::open(name).map(Self)
+        let socket = socketcan::CanSocket::open(name)?;
+        Ok(Self(std::sync::Arc::new(socket)))
+    }
+}
+
+#[cfg(target_os = "linux")]
+impl Transmitter for Socket {
+    fn send(&mut self, frame: &CanFrame) -> io::Result<()> {
+        Link::send(self, frame)
     }
 }
 

@@ -8,11 +8,15 @@
 
 pub mod bus;
 pub mod bus_load;
+pub mod capture;
 pub mod client;
+pub mod excitation;
+pub mod fault_history;
 pub mod link;
 pub mod motor_objects;
 pub mod names;
 pub mod native_node;
+pub mod scan;
 pub mod sdo;
 pub mod server;
 pub mod telemetry;

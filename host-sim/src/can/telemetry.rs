@@ -163,6 +163,21 @@ impl Telemetry {
         last.is_none_or(|last| last.id == id)
     }
 
+    /// The names and values of the objects in a frame; `None` if it is no TPDO of the actuator.
+    pub fn content(&self, frame: &CanFrame) -> Option<Vec<(&str, f64)>> {
+        let (id, _) = frame.raw_id();
+        let tpdo = self.tpdos.iter().find(|tpdo| tpdo.id == id)?;
+        let mut rest = frame.data();
+        let mut content = Vec::new();
+        for (column, size) in &tpdo.entries {
+            let (bytes, after) = rest.split_at_checked(*size)?;
+            let column = self.columns.get(*column)?;
+            content.push((column.name.as_str(), column.value(bytes)?));
+            rest = after;
+        }
+        Some(content)
+    }
+
     /// The last value of each column; NaN before the first.
     pub fn values(&self) -> &[f64] {
         &self.values

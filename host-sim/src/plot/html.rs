@@ -11,9 +11,14 @@ use super::figure::{Figure, Panel, Scale, Series, Style};
 use super::palette::PALETTE;
 use super::points::{Point, points, range};
 
-pub(crate) const UPLOT_JS: &str = include_str!("../../assets/uplot/uPlot.iife.min.js");
-pub(crate) const UPLOT_LICENSE: &str = include_str!("../../assets/uplot/LICENSE");
-pub(crate) const UPLOT_CSS: &str = include_str!("../../assets/uplot/uPlot.min.css");
+/// uPlot, with its licence in `UPLOT_LICENSE`.
+pub const UPLOT_JS: &str = include_str!("../../assets/uplot/uPlot.iife.min.js");
+/// The licence of uPlot.
+pub const UPLOT_LICENSE: &str = include_str!("../../assets/uplot/LICENSE");
+/// The style of uPlot.
+pub const UPLOT_CSS: &str = include_str!("../../assets/uplot/uPlot.min.css");
+/// The script that draws a figure from [`json`].
+pub const FIGURE_JS: &str = include_str!("../../assets/page/figure.js");
 pub(crate) const PAGE_JS: &str = include_str!("../../assets/page/page.js");
 pub(crate) const PAGE_CSS: &str = include_str!("../../assets/page/page.css");
 
@@ -102,7 +107,7 @@ impl Serialize for Number {
 }
 
 /// The data for the script as JSON, in which no label can end the enclosing `<script>`.
-pub(crate) fn json(figure: &Figure) -> String {
+pub fn json(figure: &Figure) -> String {
     let panel = |p| panel_data(p, figure.x_scale);
     let data = FigureData {
         x_label: &figure.x_label,

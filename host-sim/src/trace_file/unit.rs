@@ -1,9 +1,11 @@
 //! The units of the columns of a trace.
 
 /// Suffixes of names of columns, with their units; longer suffixes first.
-const ENDINGS: [(&str, &str); 7] = [
+const ENDINGS: [(&str, &str); 9] = [
     ("_deg_s", "deg/s"),
     ("_deg", "deg"),
+    ("_degc", "degC"),
+    ("_ma", "mA"),
     ("_pct", "%"),
     ("_nm", "N m"),
     ("_a", "A"),

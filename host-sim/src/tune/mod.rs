@@ -5,9 +5,11 @@
 //! position gain `P` is a fraction of `w`. The resulting loop of the board, with sampling, rate
 //! filter and delay, is computed exactly; warnings report insufficient margins.
 
+mod figure;
 mod search;
 mod warning;
 
+pub use figure::{bode, stable_margins};
 pub use warning::{LEAST_GAIN_MARGIN_DB, LEAST_PHASE_MARGIN_DEG, Warning};
 
 use crate::analysis::frequency::bandwidth_hz;

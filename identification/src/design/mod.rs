@@ -134,7 +134,22 @@ impl ExperimentSetup {
     /// # Errors
     /// [`IdentifyError`] of an input that moves nothing, or of a bench without a free parameter.
     pub fn predict(&self, command_deg: &[f64]) -> Result<Prediction, IdentifyError> {
-        let (experiment, samples) = self.simulated(command_deg)?;
+        self.prediction(self.simulated(command_deg)?)
+    }
+
+    /// The predicted result of an experiment whose expected recording is known, as from a
+    /// simulation: for a model that takes the duty of the motor, which a loop computes.
+    ///
+    /// # Errors
+    /// [`IdentifyError`] of a recording that moves nothing, or of a bench without a free parameter.
+    pub fn predict_recording(&self, expected: Recording) -> Result<Prediction, IdentifyError> {
+        self.prediction(self.simulated_in(expected)?)
+    }
+
+    fn prediction(
+        &self,
+        (experiment, samples): (Experiment, Vec<Sample>),
+    ) -> Result<Prediction, IdentifyError> {
         let recording = &experiment.recording;
         let states: Vec<ActiveLimit> = samples.iter().map(|s| s.state).collect();
         let limited = Limited::of(&recording.time_s, &states);
@@ -188,7 +203,7 @@ impl ExperimentSetup {
         let time_s: Vec<f64> = (0..command_deg.len())
             .map(|i| i as f64 * self.step_s)
             .collect();
-        let mut recording = Recording {
+        self.simulated_in(Recording {
             name: "experiment".into(),
             // A placeholder: the check requires an angle that varies.
             angle_deg: time_s.clone(),
@@ -196,14 +211,21 @@ impl ExperimentSetup {
             command_deg: command_deg.to_vec(),
             hold: Hold::Zero,
             ..Recording::default()
-        };
+        })
+    }
+
+    /// The experiment with the angle of the model in place of the recorded one.
+    fn simulated_in(
+        &self,
+        mut recording: Recording,
+    ) -> Result<(Experiment, Vec<Sample>), IdentifyError> {
         let ready = |recording: Recording| {
             let name = recording.name.clone();
             let ready = Experiment::try_new(recording);
             ready.map_err(|error| IdentifyError::Recording { name, error })
         };
         let blank = ready(recording.clone())?;
-        let mut samples = vec![Sample::default(); command_deg.len()];
+        let mut samples = vec![Sample::default(); recording.time_s.len()];
         self.model
             .simulate(&blank, &self.values, &mut |i, sample| samples[i] = sample);
         recording.angle_deg = samples.iter().map(|s| s.angle_deg).collect();

@@ -1,20 +1,22 @@
 //! The Bode plot of a tuned loop.
 
-use super::result::stable_margins;
-use crate::error::Error;
-use host_sim::{
+use super::{TuneError, TuneRequest, Tuning};
+use crate::{
     analysis::{
         frequency::{Response, logarithmic_grid},
         linear_models::Loop,
+        loop_gain::Margins,
     },
     plot::{Colours, Figure, Panel, Series, Style},
-    tune::{TuneRequest, Tuning},
 };
 
 const POINTS_PER_DECADE: usize = 100;
 
 /// Open and closed loop on the board, with the margins as vertical lines.
-pub fn bode(request: &TuneRequest, tuning: &Tuning) -> Result<Figure, Error> {
+///
+/// # Errors
+/// [`TuneError::Parameter`] for a parameter that is out of range.
+pub fn bode(request: &TuneRequest, tuning: &Tuning) -> Result<Figure, TuneError> {
     let servo = Loop::sampled(&request.motor, &tuning.control, &request.timing)?;
     let nyquist_hz = 0.5 / request.timing.control_period_s;
     // From well below the lowest crossing to the Nyquist frequency of the loop.
@@ -51,4 +53,17 @@ pub fn bode(request: &TuneRequest, tuning: &Tuning) -> Result<Figure, Error> {
     Ok(warnings.fold(figure, |figure, warning| {
         figure.warning(warning.to_string())
     }))
+}
+
+/// The margins; empty for an unstable loop, whose margins have no meaning.
+pub fn stable_margins(tuning: &Tuning) -> Margins {
+    match tuning.margins {
+        margins if margins.stable => margins,
+        margins => Margins {
+            gain_db: None,
+            phase_deg: None,
+            delay_s: None,
+            ..margins
+        },
+    }
 }

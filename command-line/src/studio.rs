@@ -1,0 +1,108 @@
+//! `actuator studio`: a page in a browser that shows, moves, tunes and identifies actuators.
+
+use std::io::{self, Write as _};
+use std::net::SocketAddr;
+use std::process::{Command, Stdio};
+
+use clap::Args;
+
+use crate::can::bit_rate;
+use crate::error::Error;
+use crate::interrupt;
+use crate::output::print;
+use studio::{NativeBus, Notice, Options};
+
+/// Opens a page that shows, moves, tunes and identifies the actuators of a bus
+///
+/// Without --bus it simulates two actuators, so that no hardware is needed. The address that it
+/// prints contains a token: whoever knows it can command the actuators. An interrupt ends it, stops
+/// the drives, and leaves the actuators as they were.
+#[derive(Debug, Args)]
+pub struct Studio {
+    /// HOST:PORT for slcan over TCP, a serial device (/dev/ttyACM0, COM3), or a SocketCAN interface
+    /// (can0) [default: simulated actuators]
+    #[arg(long, value_name = "BUS")]
+    bus: Option<String>,
+    /// Bit rate of the adapter, kbit/s
+    #[arg(long, value_name = "RATE", default_value_t = 1000, value_parser = bit_rate)]
+    kbit_s: u16,
+    /// Number of simulated actuators
+    #[arg(long, value_name = "NUMBER", default_value_t = 2, conflicts_with = "bus",
+        value_parser = clap::value_parser!(u8).range(1..=126))]
+    nodes: u8,
+    /// Address and port of the page; a port that is taken is replaced by a free one
+    #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:29500")]
+    listen: SocketAddr,
+    /// Does not open a browser
+    #[arg(long)]
+    no_open: bool,
+}
+
+/// Writes to standard error; nothing ends if nobody reads it.
+fn tell(text: &str) {
+    let _ = writeln!(io::stderr(), "{text}");
+}
+
+impl Studio {
+    /// Serves until an interrupt.
+    ///
+    /// # Errors
+    /// For a bus that cannot be opened, and an address that is not available.
+    pub fn run(self) -> Result<(), Error> {
+        let stop = interrupt::stop()?;
+        let native = match &self.bus {
+            Some(_) => None,
+            None => Some(NativeBus::start(self.nodes, tell)?),
+        };
+        let simulated = native.as_ref().map(|native| native.address().to_string());
+        let options = Options {
+            listen: self.listen,
+            bus_name: match &self.bus {
+                Some(bus) => bus.clone(),
+                None => format!("{} simulated actuators", self.nodes),
+            },
+            bus: simulated.clone().or(self.bus).unwrap_or_default(),
+            kbit_s: self.kbit_s,
+        };
+        let studio = studio::Studio::open(options, tell)?;
+        let address = studio.address();
+        if !address.ip().is_loopback() {
+            tell(&format!(
+                "warning: {address} can be reached from other computers; whoever reads the address \
+                 on its way, which is not encrypted, can command the actuators"
+            ));
+        }
+        if let Some(simulated) = simulated {
+            tell(&format!(
+                "the simulated actuators are at --bus {simulated} for other commands"
+            ));
+        }
+        let url = studio.url();
+        print(&format!("ready: {url}\n"))?;
+        if !self.no_open {
+            open_browser(&url);
+        }
+        let run = studio.run(&stop, &mut |notice: &Notice| tell(&notice.to_string()));
+        run.map_err(|source| Error::Serve {
+            address: address.to_string(),
+            source,
+        })
+    }
+}
+
+/// Opens the address in the user's browser.
+fn open_browser(url: &str) {
+    let (program, arguments): (&str, &[&str]) = if cfg!(target_os = "macos") {
+        ("open", &[])
+    } else if cfg!(windows) {
+        ("rundll32", &["url.dll,FileProtocolHandler"])
+    } else {
+        ("xdg-open", &[])
+    };
+    let mut command = Command::new(program);
+    command.args(arguments).arg(url);
+    command.stdin(Stdio::null()).stdout(Stdio::null());
+    if command.stderr(Stdio::null()).spawn().is_err() {
+        tell("no browser could be opened; open the address yourself");
+    }
+}

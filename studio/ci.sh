@@ -1,0 +1,35 @@
+#!/usr/bin/env bash
+# Uses Studio in Chromium: every view, strangers, pulled plugs, telemetry at full rate, and the same
+# on the emulated boards. Needs node; Chromium is installed where it is missing.
+#
+# `studio/ci.sh long` runs the telemetry for ten minutes; `studio/ci.sh documents` writes the table of
+# docs/studio.md and the picture of the README.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+target=${CARGO_TARGET_DIR:-target}
+pictures=$target/studio-pictures
+actuator=$target/debug/actuator
+
+if ! command -v node >/dev/null || ! command -v "${CHROMIUM:-chromium}" >/dev/null; then
+  apt-get update && apt-get install -y --no-install-recommends chromium nodejs
+fi
+
+bash .ci/programs
+tests=studio/tests/browser
+case ${1:-} in
+long) exec node $tests/telemetry.mjs "$actuator" 600 ;;
+documents)
+  node $tests/plug.mjs "$actuator" "$target/plug.md"
+  # Between the line before the table and the next heading.
+  sed -i -e '/^<!-- table of plug.mjs -->$/,/^<!-- end -->$/{//!d}' -e "/^<!-- table of plug.mjs -->\$/r $target/plug.md" docs/studio.md
+  exec node $tests/picture.mjs "$actuator" docs/studio.png
+  ;;
+esac
+
+node $tests/views.mjs "$actuator" "$pictures"
+node $tests/accessible.mjs "$actuator" "$pictures"
+node $tests/security.mjs "$actuator"
+node $tests/plug.mjs "$actuator"
+node $tests/telemetry.mjs "$actuator" 15
+bash $tests/emulated.sh "$actuator" "$pictures"

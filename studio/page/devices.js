@@ -1,0 +1,61 @@
+// Who is on the bus.
+import { h, put, badge, button, card, table, attempt, number } from './dom.js';
+import { request } from './socket.js';
+import { state, watch, hasControl, choose } from './state.js';
+
+const stateBadge = node => node.is_lost ? badge('no heartbeat', 'bad')
+  : node.has_fault ? badge(node.state, 'bad') : node.is_enabled ? badge(node.state, 'good')
+    : node.problem ? badge('not set up', 'warn') : badge(node.state ?? '–');
+const networkBadge = node => badge(node.network ?? '–', node.network === 'operational' ? 'good' : '');
+
+const show = host => {
+  const body = h('tbody'), found = h('div', { 'aria-live': 'polite' });
+  const scan = button('Scan', () => attempt(() => request('scan')), { class: 'primary', id: 'scan' });
+  put(host, h('div', { class: 'column' },
+    h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Devices on the bus'), scan),
+      table(['Node', 'Device', 'Serial no.', { name: 'Firmware' }, 'Network', 'Drive', 'Faults', ''], body)),
+    h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'A device without a node-ID'), button('Search (LSS)', search, { id: 'lss' })),
+      h('p', { class: 'soft' }, 'A new actuator has no node-ID until it is given one. The search finds one such device at a time; the node-ID is stored in the device.'), found)));
+
+  async function search() {
+    put(found, h('p', { class: 'soft' }, 'Searching …'));
+    const device = await attempt(() => request('lss_find'));
+    if (device === undefined) return put(found);
+    if (!device) return put(found, h('p', { class: 'note' }, 'Every device on the bus has a node-ID.'));
+    const taken = new Set(state.nodes.map(node => node.node));
+    let free = 1;
+    while (taken.has(free)) free++;
+    put(found, h('div', { class: 'row note' }, h('span', {}, `Serial number ${device.serial}, product ${device.product.toString(16)}h: `),
+      h('label', {}, 'node-ID ', number('lss-node', free, value => { free = value; }, { min: 1, max: 126, step: 1 })),
+      button('Assign', async () => {
+        if (await attempt(() => request('lss_assign', { serial: device.serial, node: free }), `Node-ID ${free} is assigned and stored`) !== undefined) put(found);
+      }, { class: 'primary', disabled: !hasControl() })));
+  }
+
+  const row = node => h('tr', { class: node.is_lost || node.has_fault ? 'bad' : '' },
+    h('td', { class: 'number' }, h('b', {}, String(node.node))),
+    h('td', {}, node.name ?? 'unknown', node.problem && h('div', { class: 'soft' }, node.problem)),
+    h('td', { class: 'number' }, String(node.serial ?? '–')), h('td', {}, node.software ?? '–'),
+    h('td', {}, h('span', { class: 'row' }, networkBadge(node), select(node))), h('td', {}, stateBadge(node)),
+    h('td', {}, node.latched.length ? node.latched.map(number => state.hello.faults.find(fault => fault.number === number)?.name ?? number).join(', ') : '–'),
+    h('td', {}, node.is_actuator && button('Move', () => { choose(node.node); document.getElementById('tab-move').click(); }, { class: 'quiet' })));
+
+  const select = node => h('select', {
+    'aria-label': `Network command for node ${node.node}`, disabled: !hasControl(),
+    onchange: event => {
+      const command = event.target.value;
+      event.target.value = '';
+      attempt(() => request('network', { node: node.node, command }), `Node ${node.node}: ${command}`);
+    },
+  }, h('option', { value: '' }, 'change …'), state.hello.commands.map(command => h('option', {}, command)));
+
+  let shown = '';
+  return watch(() => {
+    const now = JSON.stringify([state.nodes, hasControl()]);
+    if (now === shown || body.contains(document.activeElement) && document.activeElement.matches('select:open')) return;
+    shown = now;
+    put(body, state.nodes.length ? state.nodes.map(row) : h('tr', {}, h('td', { colspan: 8, class: 'empty' }, 'No device has answered yet.')));
+  });
+};
+
+export default { id: 'devices', title: 'Devices', icon: 'M4 5h16v6H4zM4 15h16v4H4zM8 8h.01M8 17h.01', show };

@@ -1,0 +1,122 @@
+// The telemetry as it comes.
+import { h, put, say, button, attempt, download, short, table, card } from './dom.js';
+import { request, getToken } from './socket.js';
+import { state, watch, actuators, hasControl, colour } from './state.js';
+import { latest, ring } from './ring.js';
+import { LivePlot, panelsOf, animate } from './plot.js';
+
+// What the user has chosen stays while other views are shown.
+const chosen = { nodes: null, panels: ['angle', 'rate', 'current', 'duty'], window: 10 };
+
+const show = host => {
+  const all = panelsOf(state.hello.quantities);
+  const panels = () => all.filter(panel => chosen.panels.includes(panel.id));
+  const plots = h('div', { id: 'live-plots' }), nodes = h('div', { class: 'row', role: 'group', 'aria-label': 'Actuators' });
+  const plot = new LivePlot(plots, panels());
+  const pause = button('Pause', () => setEnd(plot.end == null ? latest() : null), { id: 'pause', 'aria-pressed': 'false' });
+  const speed = h('span', { class: 'soft' });
+  const setEnd = (end, window = chosen.window) => {
+    plot.end = end;
+    plot.window = window;
+    pause.setAttribute('aria-pressed', end != null);
+    say(pause, end == null ? 'Pause' : 'Continue');
+  };
+  plot.window = chosen.window;
+  // Dragging zooms into what was recorded; a double click goes back.
+  plot.zoomed = (from, to) => { if (to - from > 0.01) setEnd(to, to - from); };
+  plot.reset = () => setEnd(null);
+
+  const windows = h('select', { id: 'window', onchange: event => { chosen.window = +event.target.value; setEnd(plot.end); } },
+    [1, 2, 5, 10, 30, 60, 60 * state.hello.minutes].map(seconds => h('option', { value: seconds }, seconds < 60 ? `${seconds} s` : `${seconds / 60} min`)));
+  windows.value = chosen.window;
+  const quantities = h('div', { class: 'row', role: 'group', 'aria-label': 'Quantities' }, all.map(panel => {
+    const chip = button(panel.label, () => {
+      const isShown = chosen.panels.includes(panel.id);
+      chosen.panels = isShown ? chosen.panels.filter(id => id !== panel.id) : [...chosen.panels, panel.id];
+      chip.setAttribute('aria-pressed', !isShown);
+      plot.height = Math.max(90, Math.min(190, 640 / Math.max(1, chosen.panels.length)));
+      plot.setPanels(panels());
+    }, { class: 'chip', 'aria-pressed': chosen.panels.includes(panel.id) });
+    return chip;
+  }));
+  const save = format => attempt(async () => {
+    const to = plot.end ?? latest(), from = to - plot.window;
+    for (const node of plot.nodes) download((await request('save_recording', { node, from_s: from, to_s: to, format })).path, getToken());
+  });
+  const formats = ['csv', 'mat', ...(state.hello.parquet ? ['parquet'] : [])];
+  const move = step => { const end = plot.end ?? latest(); setEnd(Math.min(latest(), end + step * plot.window)); };
+  const zoom = factor => { const end = plot.end ?? latest(); setEnd(end, Math.max(0.05, Math.min(60 * state.hello.minutes, plot.window * factor))); };
+  put(host, h('div', { class: 'column' },
+    h('section', { class: 'card' },
+      h('div', { class: 'row spread' }, nodes, h('div', { class: 'row' }, h('label', {}, 'Show ', windows), pause,
+        button('◀', () => move(-0.5), { title: 'Back', 'aria-label': 'Back' }), button('▶', () => move(0.5), { title: 'Forward', 'aria-label': 'Forward' }),
+        button('+', () => zoom(0.5), { title: 'Zoom in', 'aria-label': 'Zoom in' }), button('−', () => zoom(2), { title: 'Zoom out', 'aria-label': 'Zoom out' }))),
+      quantities, plots,
+      h('div', { class: 'row spread' },
+        h('div', { class: 'row' }, 'Save what is shown:', formats.map(format => button(format.toUpperCase(), () => save(format), { id: `save-${format}` }))),
+        speed),
+      h('p', { class: 'soft' }, 'Drag across a plot to zoom, double-click to follow again. Click a name to hide its curve.')),
+    capture()));
+  plot.height = Math.max(90, Math.min(190, 640 / Math.max(1, chosen.panels.length)));
+
+  let shown = '';
+  const unwatch = watch(() => {
+    const known = actuators().map(node => node.node);
+    chosen.nodes ??= known.length ? known.slice(0, 4) : null;
+    const now = `${known} ${chosen.nodes}`;
+    if (now === shown || !chosen.nodes) return;
+    shown = now;
+    put(nodes, known.map(node => {
+      const chip = button('', () => {
+        chosen.nodes = chosen.nodes.includes(node) ? chosen.nodes.filter(other => other !== node) : [...chosen.nodes, node].sort((a, b) => a - b);
+        chip.setAttribute('aria-pressed', chosen.nodes.includes(node));
+        plot.show(chosen.nodes);
+      }, { class: 'chip', 'aria-pressed': chosen.nodes.includes(node) });
+      const mark = h('i');
+      mark.style.color = `var(--c${colour(node)})`;
+      put(chip, mark, `Node ${node}`);
+      return chip;
+    }));
+    plot.show(chosen.nodes);
+  });
+  let frames = 0, at = performance.now();
+  const cancel = animate(() => {
+    plot.draw();
+    frames++;
+    const now = performance.now();
+    if (now - at < 1000) return;
+    const rate = Math.round(frames / (now - at) * 1000);
+    [frames, at] = [0, now];
+    document.body.dataset.frames = rate;
+    say(speed, `${rate} frames/s`);
+  });
+  return () => { unwatch(); cancel(); plot.destroy(); };
+};
+
+// What the board has recorded in its own memory.
+const capture = () => {
+  const result = h('div');
+  const trigger = h('select', { id: 'trigger' }, ['at once', 'with an excitation', 'with a fault'].map((name, i) => h('option', { value: i }, name)));
+  const before = h('input', { type: 'number', value: 50, min: 0, max: 65535, step: 1, id: 'before' });
+  const decimation = h('input', { type: 'number', value: 1, min: 1, max: 65535, step: 1, id: 'decimation' });
+  const node = () => state.node;
+  const arm = () => attempt(() => request('arm_capture', { node: node(), trigger: +trigger.value, before: before.valueAsNumber, decimation: decimation.valueAsNumber }), 'The board records');
+  const end = () => attempt(() => request('write', { node: node(), object: '2030:1', value: '0' }), 'The recording has ended');
+  const load = () => attempt(async () => {
+    put(result, h('p', { class: 'soft' }, 'Uploading …'));
+    const { time_s, signals } = await request('read_capture', { node: node() }).catch(error => { put(result); throw error; });
+    figures.clear(result);
+    if (!time_s.length) return put(result, h('p', { class: 'empty' }, 'The board has recorded nothing.'));
+    figures.draw(result, {
+      x_label: 'time (s)', x_log: false,
+      panels: signals.map((signal, i) => ({ y_label: signal.name, y_step: null, series: [{ label: signal.name, colour: 1 + i % 7, style: 'line', x: time_s, y: signal.values }] })),
+    }, 'capture');
+  });
+  return h('section', { class: 'card' },
+    h('header', {}, h('h2', {}, 'Capture in the board'), h('div', { class: 'row' },
+      button('Arm', arm, { id: 'arm' }), button('End', end), button('Show', load, { id: 'load' }))),
+    h('p', { class: 'soft' }, 'The board records its signals in each control period, without loss, also while the bus is busy.'),
+    h('div', { class: 'row' }, h('label', {}, 'Trigger ', trigger), h('label', {}, 'Records before it ', before), h('label', {}, 'Every n-th period ', decimation)), result);
+};
+
+export default { id: 'live', title: 'Live', icon: 'M3 12h4l3-8 4 16 3-8h4', show };

@@ -1,0 +1,187 @@
+// Every object of the chosen actuator: read, changed, saved, and compared with files.
+import { h, put, say, button, attempt, badge, toast, download, table } from './dom.js';
+import { request, getToken } from './socket.js';
+import { state, watch, chosen, hasControl, write } from './state.js';
+
+let undo = [];
+
+const defaultOf = (object, node) => object.default?.node_id_plus !== undefined ? object.default.node_id_plus + node : object.default;
+const differs = (object, value, node) => {
+  const usual = defaultOf(object, node);
+  if (usual == null || value == null || !object.is_stored) return false;
+  // REAL32 values are compared as such.
+  return object.kind === 'real' ? Math.fround(+usual) !== Math.fround(+value) : String(usual) !== String(value);
+};
+const text = (object, value) => value == null ? '–' : object.kind === 'real' ? String(+(+value).toPrecision(7)) : String(value);
+const range = object => object.min != null ? `${object.min} … ${object.max}` : '';
+
+const show = host => {
+  let values = {}, node = null;
+  const body = h('div'), status = h('span', { class: 'soft', 'aria-live': 'polite' });
+  const search = h('input', { type: 'search', id: 'filter', placeholder: 'Name, index or meaning', 'aria-label': 'Filter' });
+  const only = ['All', 'Different from default', 'Unsaved'];
+  const which = h('select', { id: 'which', 'aria-label': 'Which objects' }, only.map((name, i) => h('option', { value: i }, name)));
+  const back = button('Undo', undoLast, { id: 'undo', disabled: true });
+  const file = h('input', { type: 'file', id: 'file', accept: '.dcf,.toml,.eds', hidden: true, onchange: compare });
+  const comparison = h('div');
+  const guarded = (label, action, attributes) => button(label, action, { 'data-control': true, ...attributes });
+  put(host, h('div', { class: 'column' },
+    h('section', { class: 'card' },
+      h('header', {}, h('h2', {}, 'Parameters'), h('div', { class: 'row' }, button('Read again', load, { id: 'reload' }), back,
+        guarded('Save in the actuator', () => attempt(() => request('save', { node, group: 'application' }), 'Saved: valid after the next start too'), { class: 'primary', id: 'save' }),
+        guarded('Restore defaults', restore, { id: 'restore' }))),
+      h('div', { class: 'row' }, search, which, status),
+      h('div', { class: 'row' }, 'Files:',
+        button('Write DCF', () => exported('dcf'), { id: 'export-dcf' }), button('Write TOML', () => exported('toml'), { id: 'export-toml' }),
+        button('Compare with a file …', () => file.click(), { id: 'compare' }), file)),
+    comparison, h('section', { class: 'card' }, body)));
+
+  const exported = format => attempt(async () => download((await request('export', { node, format })).path, getToken()));
+  search.oninput = which.onchange = filter;
+
+  async function load() {
+    say(status, 'Reading …');
+    const got = await attempt(() => request('read_all', { node }));
+    if (!got) return say(status, '');
+    values = got;
+    build();
+  }
+
+  function restore() {
+    if (!confirm(`Restore the defaults of actuator ${node}? It starts anew, and its parameters are lost unless a file has them.`)) return;
+    attempt(() => request('restore', { node }), 'The defaults are restored').then(() => setTimeout(load, 1500));
+  }
+
+  async function change(object, entered, input) {
+    const why = input.closest('tr').querySelector('.why');
+    const before = values[object.address];
+    try {
+      Object.assign(values, await request('write', { node, object: object.address, value: entered }));
+      undo.push({ node, address: object.address, before, after: values[object.address] });
+      say(why, '');
+      input.setAttribute('aria-invalid', 'false');
+    } catch (error) {
+      // What the actuator has refused stays in view, with its words.
+      say(why, error.message);
+      input.setAttribute('aria-invalid', 'true');
+      return;
+    }
+    refresh(object);
+  }
+
+  async function undoLast() {
+    const last = undo.pop();
+    if (!last) return;
+    const done = await attempt(() => request('write', { node: last.node, object: last.address, value: String(last.before) }), 'Undone');
+    if (done && last.node === node) { Object.assign(values, done); refresh(state.objects.get(last.address)); }
+    back.disabled = !undo.length;
+  }
+
+  const marks = object => [
+    differs(object, values[object.address], node) && badge('changed', 'warn'),
+    chosen()?.unsaved.includes(object.address) && badge('unsaved', 'bad'),
+  ];
+
+  function refresh(object) {
+    const row = document.getElementById(`o-${object.address}`);
+    if (!row) return;
+    const input = row.querySelector('input');
+    if (input && document.activeElement !== input) input.value = text(object, values[object.address]);
+    put(row.querySelector('.marks'), marks(object));
+    back.disabled = !undo.length || !hasControl();
+  }
+
+  const editor = object => {
+    if (object.access !== 'rw' || object.kind === 'text' || !object.is_stored && object.index >= 0x2000 && !/^(Capture|Excitation)/.test(object.object))
+      return h('span', { class: 'mono' }, text(object, values[object.address]));
+    const input = h('input', {
+      class: 'number', inputmode: 'decimal', value: text(object, values[object.address]), 'aria-label': object.name, disabled: !hasControl(), 'data-control': true,
+      onchange: event => change(object, event.target.value.trim(), event.target),
+    });
+    return input;
+  };
+
+  function build() {
+    const groups = new Map();
+    for (const object of state.objects.values()) {
+      if (values[object.address] === undefined || object.sub === 0) continue;
+      const name = object.sub == null ? object.part : object.object;
+      const key = object.sub == null ? `${object.part}: single objects` : `${object.object} (${object.index.toString(16).toUpperCase()}h)`;
+      if (!groups.has(key)) groups.set(key, { name, part: object.part, objects: [] });
+      groups.get(key).objects.push(object);
+    }
+    // What people adjust comes first.
+    const order = ['Actuator', 'Drive profile', 'Communication'];
+    const sorted = [...groups].sort(([, a], [, b]) => order.indexOf(a.part) - order.indexOf(b.part));
+    put(body, sorted.map(([key, { part, objects }]) => h('details', { 'data-part': part },
+      h('summary', {}, key, h('span', { class: 'soft' }, '')),
+      table(['Object', { name: 'Value', number: true }, 'Unit', { name: 'Range' }, 'Default', ''], h('tbody', {}, objects.map(object => h('tr', { id: `o-${object.address}` },
+        h('td', { title: `${object.meaning} ${object.source ? `Default: ${object.source}` : ''}`.trim() }, h('span', { class: 'soft mono' }, `${object.address} `), object.sub == null ? object.object : object.entry,
+          object.meaning && h('div', { class: 'soft' }, object.meaning.slice(0, 110)), h('div', { class: 'why', role: 'alert' })),
+        h('td', { class: 'number' }, editor(object)), h('td', { class: 'unit' }, object.unit), h('td', { class: 'soft' }, range(object)),
+        h('td', { class: 'mono soft' }, text(object, defaultOf(object, node))), h('td', { class: 'marks' }, marks(object))))), { class: 'objects' }))));
+    filter();
+  }
+
+  function filter() {
+    const wanted = search.value.trim().toLowerCase(), kind = +which.value, unsaved = new Set(chosen()?.unsaved);
+    let count = 0;
+    for (const group of body.children) {
+      let here = 0;
+      for (const row of group.querySelectorAll('tbody tr')) {
+        const object = state.objects.get(row.id.slice(2));
+        const fits = (!wanted || `${object.name} ${object.object} ${object.entry} ${object.address} ${object.meaning}`.toLowerCase().includes(wanted))
+          && (kind !== 1 || differs(object, values[object.address], node)) && (kind !== 2 || unsaved.has(object.address));
+        row.hidden = !fits;
+        here += fits;
+      }
+      group.hidden = !here;
+      if (wanted || kind) group.open = here > 0;
+      say(group.querySelector('summary .soft'), `${here} objects`);
+      count += here;
+    }
+    say(status, `${count} of ${Object.keys(values).length} objects`);
+  }
+
+  async function compare() {
+    const [chosenFile] = file.files;
+    if (!chosenFile) return;
+    const content = await chosenFile.text();
+    file.value = '';
+    const parsed = await attempt(() => request('parse_file', { text: content }));
+    if (!parsed) return;
+    const different = Object.entries(parsed.values).map(([address, value]) => ({ object: state.objects.get(address), value }))
+      .filter(({ object, value }) => object.kind === 'real' ? Math.fround(+value) !== Math.fround(+values[object.address]) : Number(value) !== Number(values[object.address]));
+    const rows = different.map(({ object, value }) => h('tr', {}, h('td', {}, h('input', { type: 'checkbox', checked: true, 'aria-label': `Write ${object.name}` })),
+      h('td', {}, object.name), h('td', { class: 'number' }, text(object, values[object.address])), h('td', { class: 'number' }, value), h('td', { class: 'why' })));
+    const writeAll = async () => {
+      for (const [i, { object, value }] of different.entries()) {
+        const row = rows[i], box = row.querySelector('input'), why = row.querySelector('.why');
+        if (!box.checked) continue;
+        try {
+          const before = values[object.address];
+          Object.assign(values, await request('write', { node, object: object.address, value }));
+          undo.push({ node, address: object.address, before });
+          box.checked = false;
+          put(why, badge('written', 'good'));
+        } catch (error) { say(why, error.message); }
+      }
+      build();
+      back.disabled = !undo.length;
+    };
+    put(comparison, h('section', { class: 'card' }, h('header', {}, h('h2', {}, `${chosenFile.name}: ${different.length} of ${Object.keys(parsed.values).length} values differ`), h('div', { class: 'row' },
+      different.length ? guarded('Write the chosen ones', writeAll, { class: 'primary', id: 'write-file', disabled: !hasControl() }) : null, button('Close', () => put(comparison)))),
+    different.length ? table(['', 'Object', { name: 'Actuator', number: true }, { name: 'File', number: true }, ''], h('tbody', {}, rows)) : h('p', {}, 'The actuator has the values of the file.')));
+  }
+
+  return watch(() => {
+    const now = chosen()?.node ?? null;
+    if (now !== node) { node = now; if (node != null) load(); }
+    host.querySelectorAll('[data-control]').forEach(element => { element.disabled = !hasControl() || node == null; });
+    back.disabled = !undo.length || !hasControl();
+    for (const address of chosen()?.unsaved ?? []) { const object = state.objects.get(address); if (object) refresh(object); }
+    if (chosen() && !chosen().unsaved.length) body.querySelectorAll('.marks .badge.bad').forEach(mark => mark.remove());
+  });
+};
+
+export default { id: 'parameters', title: 'Parameters', icon: 'M4 6h10M18 6h2M4 12h4M12 12h8M4 18h10M18 18h2M16 4v4M10 10v4M16 16v4', show };

@@ -1,0 +1,164 @@
+// A plot of the last seconds of some quantities of some actuators, redrawn with the screen.
+//
+// All actuators share one grid of time: each of its steps, a few pixels wide, has the smallest and
+// the largest sample of each actuator, so that no peak is lost and the number of points is bounded.
+import { latest, ring, column } from './ring.js';
+import { colour } from './state.js';
+import { short } from './dom.js';
+
+const css = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+const PERIOD_S = 0.004;
+// Samples that are further apart are a gap.
+const GAP_S = 3.5 * PERIOD_S;
+
+// The range of an axis: kept while the data fill a good part of it, so that it does not tremble.
+const range = (least, state) => (u, low, high) => {
+  if (low == null || !Number.isFinite(low)) return [-least, least];
+  const middle = (low + high) / 2, half = Math.max(high - low, least) / 2;
+  const [from, to] = state.range ?? [Infinity, -Infinity];
+  if (low < from || high > to || half * 2 < 0.35 * (to - from)) {
+    const [a, b] = uPlot.rangeNum(middle - half, middle + half, 0.12, false);
+    state.range = [a, b];
+  }
+  return state.range;
+};
+
+export class LivePlot {
+  // `panels`: label, unit, keys, least span; `options`: height, sync key, whether times are shown.
+  constructor(host, panels, options = {}) {
+    Object.assign(this, { host, panels, nodes: [], window: 10, end: null, charts: [], frames: 0, ...options });
+    this.hidden = new Set();
+    this.observer = new ResizeObserver(() => this.resize());
+    this.observer.observe(host);
+  }
+  // Shows these actuators.
+  show(nodes) {
+    if (nodes.join() === this.nodes.join() && this.charts.length) return;
+    this.nodes = [...nodes];
+    this.build();
+  }
+  setPanels(panels) { this.panels = panels; this.build(); }
+  build() {
+    this.charts.forEach(chart => chart.destroy());
+    this.host.replaceChildren();
+    const width = this.host.clientWidth || 600;
+    this.charts = this.panels.map((panel, index) => {
+      const isLast = index + 1 === this.panels.length;
+      const series = this.nodes.flatMap(node => panel.keys.map((key, i) => ({
+        label: `${this.nodes.length > 1 ? `${node}: ` : ''}${panel.names[i]}`, width: 1, pxAlign: 0, spanGaps: false,
+        stroke: () => css(`--c${this.nodes.length === 1 && i === 0 && panel.keys.length > 1 ? 1 : i ? (this.nodes.length === 1 ? 0 : colour(node)) : this.nodes.length === 1 ? 1 : colour(node)}`),
+        dash: i ? [6, 4] : undefined, points: { show: false }, value: (u, v) => short(v),
+      })));
+      const state = {};
+      const axis = more => ({
+        stroke: () => css('--ink'), font: '12px system-ui', labelFont: '12px system-ui', labelSize: 18, labelGap: 0,
+        grid: { stroke: () => css('--grid'), width: 1 }, ticks: { stroke: () => css('--rule'), width: 1 }, ...more,
+      });
+      const chart = new uPlot({
+        width, height: (this.height ?? 150) + (isLast ? 30 : 8), padding: [6, 10, 0, 0],
+        scales: { x: { time: false, auto: false }, y: { range: range(panel.least, state) } },
+        axes: [
+          axis(isLast ? { size: 30, values: (u, at) => at.map(v => `${+v.toFixed(3)} s`) } : { size: 4, values: (u, at) => at.map(() => '') }),
+          axis({ label: `${panel.label} (${panel.unit})`, size: 46, values: (u, at) => at.map(short) }),
+        ],
+        series: [{ label: 't (s)', value: (u, v) => v == null ? '–' : v.toFixed(3) }, ...series],
+        cursor: { drag: { x: true, y: false, setScale: false }, sync: { key: this.sync ?? 'live' }, points: { size: 5 } },
+        legend: {
+          show: this.legend !== false, live: true,
+          markers: { width: 2, stroke: (u, i) => i ? u.series[i].stroke(u, i) : 'transparent', dash: (u, i) => u.series[i].dash ? 'dashed' : 'solid' },
+        },
+        hooks: {
+          setSelect: [u => this.zoomed?.(u.posToVal(u.select.left, 'x'), u.posToVal(u.select.left + u.select.width, 'x'))],
+        },
+      }, [[], ...series.map(() => [])], this.host);
+      chart.root.classList.add('plot');
+      chart.over.addEventListener('dblclick', () => this.reset?.());
+      return chart;
+    });
+  }
+  resize() {
+    const width = this.host.clientWidth;
+    if (width) this.charts.forEach(chart => chart.setSize({ width, height: chart.height }));
+  }
+  // Shows the samples until `end`, or the last ones.
+  draw() {
+    if (!this.charts.length || !this.host.clientWidth) return;
+    const end = this.end ?? latest(), start = end - this.window;
+    const width = this.charts[0].bbox.width / devicePixelRatio || 600;
+    const step = Math.max(this.window / Math.max(width / 3, 50), PERIOD_S);
+    const first = Math.floor(start / step), steps = Math.ceil(this.window / step) + 1;
+    const x = new Array(2 * steps);
+    for (let i = 0; i < steps; i++) {
+      x[2 * i] = (first + i + 0.25) * step;
+      x[2 * i + 1] = (first + i + 0.75) * step;
+    }
+    const columns = new Map();
+    const of = (node, key) => {
+      const name = `${node}/${key}`;
+      if (!columns.has(name)) columns.set(name, this.reduce(node, key, start, end, first, steps, step));
+      return columns.get(name);
+    };
+    this.charts.forEach((chart, index) => {
+      const series = this.nodes.flatMap(node => this.panels[index].keys.map(key => of(node, key)));
+      chart.batch(() => {
+        chart.setData([x, ...series], false);
+        chart.setScale('x', { min: start, max: end });
+      });
+    });
+    this.frames++;
+  }
+  // `undefined` is drawn across, null is a gap.
+  reduce(node, key, start, end, first, steps, step) {
+    const y = new Array(2 * steps).fill(undefined);
+    const r = ring(node);
+    if (!r) return y;
+    const values = r.values[column(key)], time = r.time;
+    let before = null;
+    for (let i = r.find(start); i < r.count; i++) {
+      const at = i % r.size, t = time[at], value = values[at];
+      if (t > end) break;
+      const k = Math.floor(t / step) - first;
+      if (k < 0 || k >= steps || Number.isNaN(value)) continue;
+      if (before != null && t - before > Math.max(GAP_S, 1.5 * step)) {
+        const gap = Math.floor(before / step) - first + 1;
+        if (gap < k) y[2 * gap] = null;
+      }
+      before = t;
+      const a = y[2 * k];
+      if (a == null) { y[2 * k] = value; continue; }
+      const b = y[2 * k + 1];
+      if (b === undefined) y[2 * k + 1] = value;
+      else {
+        // Both ends of the range, in the order in which they came.
+        const low = Math.min(a, b), high = Math.max(a, b);
+        if (value > high) { y[2 * k] = low; y[2 * k + 1] = value; }
+        else if (value < low) { y[2 * k] = high; y[2 * k + 1] = value; }
+      }
+    }
+    return y;
+  }
+  destroy() {
+    this.observer.disconnect();
+    this.charts.forEach(chart => chart.destroy());
+    this.charts = [];
+  }
+}
+
+// The panels of a plot, from the quantities of the server.
+const LEAST = { angle: 1, rate: 10, current: 50, back_emf: 0.2, duty: 5, supply: 0.5, temperature: 2 };
+export const panelsOf = quantities => {
+  const by = key => quantities.find(quantity => quantity.key === key);
+  return quantities.filter(quantity => quantity.key !== 'demand').map(quantity => ({
+    id: quantity.key, label: quantity.label, unit: quantity.unit, least: LEAST[quantity.key] ?? 1,
+    keys: quantity.key === 'angle' ? ['angle', 'demand'] : [quantity.key],
+    names: quantity.key === 'angle' ? [quantity.label, by('demand').label] : [quantity.label],
+  }));
+};
+
+// Calls a function with each frame of the screen while its view is shown.
+export const animate = draw => {
+  let handle = 0;
+  const frame = () => { draw(); handle = requestAnimationFrame(frame); };
+  handle = requestAnimationFrame(frame);
+  return () => cancelAnimationFrame(handle);
+};

@@ -1,0 +1,118 @@
+// Gains: what a motor and a target give, beside what the actuator does.
+import { h, put, say, button, attempt, fixed, badge, short, toast } from './dom.js';
+import { request } from './socket.js';
+import { state, watch, chosen, hasControl, read } from './state.js';
+import { slice, latest } from './ring.js';
+
+// What the user has entered, and what was measured, stays while other views are shown.
+const entered = {}, measured = [];
+let kind = 'inner';
+
+// The motor of an identification.
+export const takeMotor = (gain, timeConstant) => Object.assign(entered, { motor_gain: gain, motor_time_constant_s: timeConstant });
+
+const LENGTH_S = 1.5, STEP = 'step_deg';
+
+const show = host => {
+  const { tune } = state.hello;
+  for (const parameter of [...tune.motor, ...tune.inner, ...tune.position]) entered[parameter.name] ??= parameter.default;
+  entered[STEP] ??= 20;
+  let answer = null, present = null;
+  const field = parameter => [h('label', { for: `t-${parameter.name}`, title: parameter.help }, parameter.help.split(/[,:.]/)[0]), h('input', {
+    id: `t-${parameter.name}`, type: 'number', step: 'any', value: +entered[parameter.name].toPrecision(6), min: parameter.min, max: parameter.max,
+    oninput: event => { if (Number.isFinite(event.target.valueAsNumber)) { entered[parameter.name] = event.target.valueAsNumber; later(); } },
+  }), h('span', { class: 'unit' }, parameter.unit)];
+  const target = h('div', { class: 'fields' });
+  const which = h('select', { id: 't-kind', 'aria-label': 'Target', onchange: event => { kind = event.target.value; build(); later(); } },
+    h('option', { value: 'inner' }, 'Bandwidth of the rate loop'), h('option', { value: 'position' }, 'Bandwidth of the position loop'));
+  which.value = kind;
+  const build = () => put(target, tune[kind].flatMap(field));
+  const gains = h('div', { class: 'table' }), results = h('div', { class: 'tiles' }), problems = h('div');
+  const stepPlot = h('div', { id: 'step' }), bodePlot = h('div', { id: 'bode' });
+  const apply = button('Apply to the actuator', applyGains, { class: 'primary', id: 'apply' });
+  const measure = button('Measure the step', measureStep, { id: 'measure' });
+  const clear = button('Forget', () => { measured.length = 0; draw(); });
+  put(host, h('div', { class: 'cards two' },
+    h('div', { class: 'column' },
+      h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Motor')), h('div', { class: 'fields' }, tune.motor.flatMap(field)),
+        h('p', { class: 'soft' }, 'Defaults are those of the paper; the view Identify takes them from a measurement.')),
+      h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Target')), which, target),
+      h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Gains'), apply), gains, results, problems)),
+    h('div', { class: 'column' },
+      h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Step'), h('div', { class: 'row' },
+        h('label', {}, h('input', { id: 't-step', type: 'number', step: 'any', value: entered[STEP], oninput: event => { if (Number.isFinite(event.target.valueAsNumber)) { entered[STEP] = event.target.valueAsNumber; later(); } } }), ' deg'), measure, clear)), stepPlot,
+      h('p', { class: 'soft' }, 'Measuring runs a pulse of this height on the enabled actuator. The last two measurements stay, to compare before and after.')),
+      h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Frequency response of the sampled loop')), bodePlot))));
+  build();
+
+  let timer = null;
+  const later = () => { clearTimeout(timer); timer = setTimeout(compute, 200); };
+  async function compute() {
+    if (present === null && chosen()) {
+      const objects = tune.gains.map(gain => gain.object);
+      const values = await read(...objects).catch(() => null);
+      if (values) present = Object.fromEntries(tune.gains.map(gain => [gain.name, values[gain.object]]));
+    }
+    put(problems);
+    try {
+      answer = await request('tune', { ...entered, is_position: kind === 'position', gains: present });
+    } catch (error) {
+      answer = null;
+      put(problems, h('p', { class: 'note bad', role: 'alert' }, error.message));
+    }
+    apply.disabled = !answer || !hasControl();
+    if (!answer) return;
+    put(gains, h('table', {}, h('thead', {}, h('tr', {}, ['Gain', 'Actuator', 'Computed', ''].map((name, i) => h('th', { class: i === 1 || i === 2 ? 'number' : '', scope: 'col' }, name)))),
+      h('tbody', {}, tune.gains.map(gain => h('tr', {}, h('td', { title: gain.name }, `${gain.symbol} `), h('td', { class: 'number' }, short(present?.[gain.name])), h('td', { class: 'number' }, h('b', {}, short(answer.gains[gain.name]))), h('td', { class: 'unit' }, gain.unit))))));
+    const tile = (name, value, title) => h('div', { class: 'tile', title }, h('span', {}, name), h('b', {}, value));
+    put(results, tile('Bandwidth', `${fixed(answer.bandwidth_hz, 2)} Hz`), tile('Phase margin', `${fixed(answer.phase_margin_deg?.value, 1)}°`),
+      tile('Gain margin', `${fixed(answer.gain_margin_db?.value, 1)} dB`), tile('Delay margin', answer.delay_margin_s == null ? '–' : `${fixed(answer.delay_margin_s * 1e3, 1)} ms`), tile('Duty per count', `${fixed(answer.duty_jump_pct, 1)} %`));
+    put(problems, answer.warnings.map(warning => h('p', { class: 'note warn' }, warning)));
+    figures.clear(bodePlot);
+    figures.draw(bodePlot, answer.bode, 'bode');
+    draw();
+  }
+  function draw() {
+    if (!answer) return;
+    const line = (label, colour, { t, deg }, style = 'line') => ({ label, colour, style, x: t, y: deg });
+    const series = [line('computed gains', 1, answer.step)];
+    if (answer.present_step) series.push(line('present gains', 7, answer.present_step, 'dashed'));
+    measured.forEach((run, i) => series.push(line(`measured ${i + 1 === measured.length ? 'last' : 'before'}`, i + 1 === measured.length ? 2 : 4, run)));
+    figures.clear(stepPlot);
+    figures.draw(stepPlot, { x_label: 'time (s)', x_log: false, panels: [{ y_label: 'angle (deg)', y_step: null, series }] }, 'step');
+  }
+  async function applyGains() {
+    await attempt(() => request('apply_gains', { node: state.node, gains: answer.gains }), 'The gains are in effect; they are not saved');
+    present = null;
+    compute();
+  }
+  async function measureStep() {
+    measure.disabled = true;
+    await attempt(async () => {
+      // A pulse from the present angle; its start is that of the demand.
+      await request('excite', { node: state.node, settings: { 3: 0, 4: Math.round(entered[STEP] * 1000), 8: LENGTH_S * 1000, 12: 1 } });
+      const begun = latest();
+      await new Promise(done => setTimeout(done, LENGTH_S * 1000 + 400));
+      const { t, y } = slice(state.node, 'demand', begun - 0.5, latest());
+      const jump = y.findIndex((value, i) => i && Math.abs(value - y[i - 1]) > Math.abs(entered[STEP]) / 2);
+      if (jump < 1) throw new Error('the step was not seen in the telemetry');
+      const from = begun - 0.5 + t[jump], run = slice(state.node, 'angle', from, from + LENGTH_S);
+      measured.push({ t: run.t, deg: run.y.map(value => value - run.y[0]) });
+      measured.splice(0, measured.length - 2);
+      draw();
+    });
+    update();
+  }
+  const update = () => {
+    apply.disabled = !answer || !hasControl();
+    measure.disabled = !hasControl() || !chosen()?.is_enabled;
+    measure.title = chosen()?.is_enabled ? '' : 'Enable the drive in the view Move first';
+  };
+  let node = null;
+  return watch(() => {
+    if (state.node !== node) { node = state.node; present = null; later(); }
+    update();
+  });
+};
+
+export default { id: 'tune', title: 'Tune', icon: 'M3 20h18M5 20c2 0 3-13 6-13s2 8 4 8 2-4 4-4', show };

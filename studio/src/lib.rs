@@ -1,0 +1,220 @@
+//! Studio: a page in a browser that shows, moves, tunes and identifies actuators on a CAN bus.
+//!
+//! [`Studio`] serves the page on a port of this computer and talks to the bus. The page has no
+//! state of its own that matters: several pages show the same, and one of them commands.
+//!
+//! ```text
+//! page ── WebSocket ── web ── requests ── core ──┬── one thread a node ── SDO ──┐
+//!                                                ├── clock, motion ── heartbeat ├── bus
+//!                                                └── receiver ◀── telemetry ────┘
+//! ```
+//!
+//! It is a crate of its own because the simulator is used without it: bindings and tests need no
+//! server for browsers.
+
+mod attach;
+mod bus;
+mod clock;
+mod control;
+mod core;
+mod guarded;
+mod motion;
+mod native;
+mod node;
+mod notice;
+mod parameter_file;
+mod quantity;
+mod receiver;
+mod record;
+mod requests;
+mod token;
+mod web;
+
+use std::io::{self, ErrorKind};
+use std::net::{SocketAddr, TcpListener};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::time::Instant;
+
+use host_sim::can::link::{Link, open_split};
+
+use crate::core::{Core, PageState};
+use token::Token;
+use web::{Application, Download, PageId, Server};
+
+pub use native::NativeBus;
+pub use notice::Notice;
+
+/// What to serve.
+#[derive(Debug, Clone)]
+pub struct Options {
+    /// Address of the page; if the port is taken, another one of this computer is used.
+    pub listen: SocketAddr,
+    /// The bus, as `host_sim::can::link::open` takes it.
+    pub bus: String,
+    /// Its name on the page.
+    pub bus_name: String,
+    /// Its bit rate, kbit/s.
+    pub kbit_s: u16,
+}
+
+/// Why Studio does not start.
+#[derive(Debug, thiserror::Error)]
+pub enum StudioError {
+    /// The bus cannot be opened.
+    #[error("cannot open the bus `{bus}`: {source}")]
+    Bus {
+        /// Its name.
+        bus: String,
+        /// The error of the operating system.
+        source: io::Error,
+    },
+    /// The page cannot be served.
+    #[error("cannot serve at {address}: {source}")]
+    Serve {
+        /// The address.
+        address: SocketAddr,
+        /// The error of the operating system.
+        source: io::Error,
+    },
+    /// A simulated actuator cannot be made.
+    #[error(transparent)]
+    Parameter(#[from] model_core::parameter::ParameterError),
+}
+
+/// The server of the page, and the bus.
+pub struct Studio {
+    core: Arc<Core>,
+    server: Server,
+    link: Box<dyn Link + Send>,
+    token: Token,
+    options: Options,
+}
+
+impl Studio {
+    /// Opens the bus and the port of the page; `log` gets each entry of the log.
+    ///
+    /// # Errors
+    /// [`StudioError`].
+    pub fn open(
+        options: Options,
+        log: impl Fn(&str) + Send + Sync + 'static,
+    ) -> Result<Self, StudioError> {
+        let serve = |source| StudioError::Serve {
+            address: options.listen,
+            source,
+        };
+        let token = Token::random().map_err(|error| serve(io::Error::other(error)))?;
+        let server = listen(options.listen).and_then(|l| Server::new(l, token.clone()));
+        let server = server.map_err(serve)?;
+        let bus = open_split(&options.bus, options.kbit_s);
+        let bus = bus.map_err(|source| StudioError::Bus {
+            bus: options.bus.clone(),
+            source,
+        })?;
+        let core = Core::new(server.pages(), options.kbit_s, Box::new(log));
+        core.hub.connect(Some(bus.transmitter));
+        Ok(Self {
+            core: Arc::new(core),
+            server,
+            link: bus.receiver,
+            token,
+            options,
+        })
+    }
+
+    /// Where the page is, without the token.
+    pub fn address(&self) -> SocketAddr {
+        self.server.address()
+    }
+
+    /// The address that a browser opens.
+    pub fn url(&self) -> String {
+        format!("http://{}/?token={}", self.address(), self.token.text())
+    }
+
+    /// Serves until `stop` is set, then stops the drives and leaves the actuators as they were.
+    ///
+    /// # Errors
+    /// If the system cannot wait for events.
+    pub fn run(self, stop: &AtomicBool, notify: &mut dyn FnMut(&Notice)) -> io::Result<()> {
+        let Self {
+            core,
+            mut server,
+            link,
+            options,
+            ..
+        } = self;
+        let has_ended = AtomicBool::new(false);
+        // Without room for a task there is a scan under way.
+        let _ = core.spawn(|core, task| attach::scan(core, &task));
+        std::thread::scope(|scope| {
+            let (core, ended) = (&core, &has_ended);
+            scope.spawn(move || receiver::run(core, &options.bus, link, ended));
+            scope.spawn(move || clock::run(core, ended));
+            let bridge = Bridge {
+                core,
+                bus: &options.bus_name,
+            };
+            let served = server.run(&bridge, stop, notify);
+            motion::leave(core);
+            has_ended.store(true, Relaxed);
+            served
+        })
+    }
+}
+
+/// A listener at this address, or at another port if this one is taken.
+fn listen(address: SocketAddr) -> io::Result<TcpListener> {
+    match TcpListener::bind(address) {
+        Err(error) if error.kind() == ErrorKind::AddrInUse => {
+            TcpListener::bind(SocketAddr::new(address.ip(), 0))
+        }
+        bound => bound,
+    }
+}
+
+/// What the server tells the state.
+struct Bridge<'a> {
+    core: &'a Arc<Core>,
+    bus: &'a str,
+}
+
+impl Application for Bridge<'_> {
+    fn joined(&self, page: PageId) {
+        let now_s = self.core.now_s();
+        let (hello, devices, control, samples) = self.core.with(|state| {
+            let alive = Instant::now();
+            state.pages.insert(page, PageState { alive });
+            state.control.joined(page);
+            (
+                requests::hello(page, state, self.bus, now_s),
+                clock::devices(state),
+                state.control.event(),
+                clock::past(state, now_s),
+            )
+        });
+        for event in [&hello, &devices] {
+            self.core.pages.tell(page, event);
+        }
+        self.core.pages.past(page, samples);
+        self.core.pages.tell_all(&control);
+    }
+
+    fn left(&self, page: PageId) {
+        let control = self.core.with(|state| {
+            state.pages.remove(&page);
+            state.control.left(page);
+            state.control.event()
+        });
+        self.core.pages.tell_all(&control);
+    }
+
+    fn message(&self, page: PageId, text: &str) -> Result<(), String> {
+        requests::handle(self.core, page, text)
+    }
+
+    fn download(&self, name: &str) -> Option<Download> {
+        self.core.take_file(name)
+    }
+}

@@ -1,0 +1,239 @@
+//! Motions on request of a page, and what ends them.
+//!
+//! Three things end a motion, each where the one before has failed:
+//!
+//! 1. A stop: any page may ask for it, at any time. The quick stop is sent at once, beside all other
+//!    work, and again until the drive is off.
+//! 2. The page that asked for the motion is gone, or does not answer for [`PAGE_SILENT`]: this
+//!    program stops the drive as for 1.
+//! 3. This program, or the bus, is gone: the actuator watches its heartbeat (1016h) while it is
+//!    enabled, and reacts as 2040h:2 says.
+
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+use canopen::CanFrame;
+use embedded_can::StandardId;
+use host_sim::can::client::{Client, ClientError};
+
+use crate::attach;
+use crate::core::{Busy, Core};
+use crate::web::PageId;
+
+/// Time without a sign of life of a page after which its motions are stopped.
+pub const PAGE_SILENT: Duration = Duration::from_millis(700);
+
+/// Node-ID of this program: the highest, which has the lowest priority.
+pub const OWN_NODE: u8 = 127;
+
+/// Period of the heartbeat of this program while a drive is enabled.
+pub const HEARTBEAT: Duration = Duration::from_millis(50);
+
+/// Time without it after which an actuator reacts, ms.
+pub const HEARTBEAT_TIMEOUT_MS: u32 = 300;
+
+/// Controlword: quick stop (CiA 402).
+const QUICK_STOP: u16 = canopen::cia402::controlword::ENABLE_VOLTAGE;
+
+/// The frame that writes the controlword of a node: an expedited download, which the node takes in
+/// any state and in the middle of any other transfer.
+fn controlword(node: u8, word: u16) -> CanFrame {
+    let [low, high] = word.to_le_bytes();
+    let id = StandardId::new(0x600 + u16::from(node)).unwrap_or(StandardId::MAX);
+    CanFrame::received(id.into(), false, 8, [0x2B, 0x40, 0x60, 0, low, high, 0, 0])
+}
+
+/// The heartbeat of this program: operational.
+fn heartbeat() -> Option<CanFrame> {
+    let id = StandardId::new(0x700 + u16::from(OWN_NODE))?;
+    embedded_can::Frame::new(id, &[5])
+}
+
+/// Enables the drive in profile position mode, watching this program's heartbeat.
+///
+/// # Errors
+/// Those of the transfers and of the drive.
+pub fn enable(core: &Arc<Core>, client: &mut Client, page: PageId) -> Result<(), ClientError> {
+    let number = client.node();
+    let watch = u32::from(OWN_NODE) << 16 | HEARTBEAT_TIMEOUT_MS;
+    client.write("1016:1", "0")?;
+    client.write("1016:1", &watch.to_string())?;
+    // The heartbeat starts with this.
+    core.with_node(number, |node| {
+        (node.enabled_by, node.is_watching) = (Some(page), true)
+    });
+    let enabled = client.enable(1);
+    if enabled.is_err() {
+        core.with_node(number, |node| node.enabled_by = None);
+        attach::release(core, number);
+    }
+    enabled
+}
+
+/// Commands the angle that was last asked for.
+///
+/// # Errors
+/// Those of the transfers and of the drive.
+pub fn go(core: &Core, client: &mut Client) -> Result<(), ClientError> {
+    let target = core.with_node(client.node(), |node| node.target_mdeg.take());
+    match target.flatten() {
+        Some(target) => client.move_to(target),
+        // An earlier job has commanded a later target already.
+        None => Ok(()),
+    }
+}
+
+/// Stops a drive: at once, and until it is off.
+pub fn stop(core: &Arc<Core>, number: u8) {
+    let is_there = core.with_node(number, |node| {
+        node.stops.fetch_add(1, Ordering::SeqCst);
+        node.target_mdeg = None;
+        node.is_stopping |= node.is_powered() || node.enabled_by.is_some();
+        node.is_actuator
+    });
+    if is_there == Some(true) {
+        // Without a bus the actuator stops by itself.
+        let _ = core.hub.send(&controlword(number, QUICK_STOP));
+    }
+}
+
+/// Stops all drives.
+pub fn stop_all(core: &Arc<Core>) {
+    let actuators = core.with(|state| {
+        let nodes = state.nodes.iter();
+        let actuators = nodes.filter(|(_, node)| node.is_actuator);
+        actuators.map(|(number, _)| *number).collect::<Vec<_>>()
+    });
+    for node in actuators {
+        stop(core, node);
+    }
+}
+
+/// Supervises the motions; called every few milliseconds.
+pub struct Supervisor {
+    next_heartbeat: Instant,
+    next_repetition: Instant,
+}
+
+/// Time after which a stop is sent again to a drive that is not off.
+const REPETITION: Duration = Duration::from_millis(50);
+
+impl Supervisor {
+    /// From now on.
+    pub fn new(now: Instant) -> Self {
+        Self {
+            next_heartbeat: now,
+            next_repetition: now,
+        }
+    }
+
+    /// Stops motions of pages that are gone or silent, repeats stops, and sends the heartbeat.
+    pub fn tick(&mut self, core: &Arc<Core>, now: Instant) {
+        for (number, page) in orphans(core, now) {
+            let why = match page {
+                PageFate::Gone => "its page is gone",
+                PageFate::Silent => "its page does not answer",
+            };
+            core.log("warning", Some(number), &format!("stopped: {why}"));
+            stop(core, number);
+        }
+        if now >= self.next_repetition {
+            self.next_repetition = now + REPETITION;
+            self.repeat(core);
+        }
+        let is_needed = || core.with(|state| state.nodes.values().any(|n| n.is_watching));
+        if now >= self.next_heartbeat && is_needed() {
+            self.next_heartbeat = now + HEARTBEAT;
+            if let Some(frame) = heartbeat() {
+                // Without a bus the actuator misses it, as it shall.
+                let _ = core.hub.send(&frame);
+            }
+        }
+    }
+
+    fn repeat(&self, core: &Arc<Core>) {
+        let (mut moving, mut off) = (Vec::new(), Vec::new());
+        core.with(|state| {
+            for (number, node) in state.nodes.iter_mut().filter(|(_, node)| node.is_stopping) {
+                if node.is_enabled() {
+                    moving.push(*number);
+                } else if !node.is_powered() {
+                    (node.is_stopping, node.enabled_by) = (false, None);
+                    off.push(*number);
+                }
+                // A quick stop that is under way needs no other.
+            }
+            state.has_changed |= !off.is_empty();
+        });
+        for number in moving {
+            // Without a bus the actuator stops by itself.
+            let _ = core.hub.send(&controlword(number, QUICK_STOP));
+        }
+        off.into_iter()
+            .for_each(|number| attach::release(core, number));
+    }
+}
+
+/// What became of a page.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum PageFate {
+    Gone,
+    Silent,
+}
+
+/// The drives that are enabled by a page which is gone or silent, and are not stopped yet.
+fn orphans(core: &Core, now: Instant) -> Vec<(u8, PageFate)> {
+    core.with(|state| {
+        let pages = &state.pages;
+        let fate = |page| match pages.get(&page) {
+            None => Some(PageFate::Gone),
+            Some(state) if now.duration_since(state.alive) > PAGE_SILENT => Some(PageFate::Silent),
+            Some(_) => None,
+        };
+        let nodes = state.nodes.iter();
+        let nodes = nodes.filter(|(_, node)| !node.is_stopping);
+        nodes
+            .filter_map(|(number, node)| Some((*number, fate(node.enabled_by?)?)))
+            .collect()
+    })
+}
+
+/// Leaves all actuators as they were found, when the program ends.
+pub fn leave(core: &Arc<Core>) {
+    stop_all(core);
+    let nodes = core.with(|state| {
+        let nodes = state.nodes.iter_mut();
+        nodes
+            .map(|(number, node)| (*number, std::mem::take(&mut node.original)))
+            .collect::<Vec<_>>()
+    });
+    let (done, all_done) = std::sync::mpsc::channel();
+    for (number, original) in nodes
+        .into_iter()
+        .filter(|(_, original)| !original.is_empty())
+    {
+        let done = done.clone();
+        let restored = core.at_node(number, move |client| {
+            // A node that is gone restores itself with its next start.
+            let _ = client.write("1016:1", "0");
+            let _ = attach::restore(client, &original);
+            let _ = done.send(());
+        });
+        if let Err(Busy) = restored {
+            core.log(
+                "warning",
+                Some(number),
+                "keeps its telemetry: it has too much to do",
+            );
+        }
+    }
+    drop(done);
+    /// An interrupt shall end the program while whoever sent it looks.
+    const PATIENCE: Duration = Duration::from_secs(2);
+    let end = Instant::now() + PATIENCE;
+    while all_done
+        .recv_timeout(end.saturating_duration_since(Instant::now()))
+        .is_ok()
+    {}
+}

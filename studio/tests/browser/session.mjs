@@ -1,0 +1,110 @@
+// A Studio with a page in Chromium, and what a person does at it.
+import assert from 'node:assert/strict';
+import { spawn } from 'node:child_process';
+import { mkdirSync, writeFileSync } from 'node:fs';
+import { createConnection, createServer } from 'node:net';
+import { join } from 'node:path';
+import { launch } from '../../../bindings/web/tests/chromium.mjs';
+
+export const wait = ms => new Promise(done => setTimeout(done, ms));
+
+// Starts a program; resolves with the first match of its standard output.
+export const start = async (program, args, ready) => {
+  const child = spawn(program, args, { stdio: ['ignore', 'pipe', 'pipe'] });
+  const ended = new Promise(done => child.once('exit', done));
+  const log = [];
+  child.stderr.setEncoding('utf8').on('data', text => log.push(text));
+  let out = '';
+  const match = await new Promise((resolve, reject) => {
+    child.stdout.setEncoding('utf8').on('data', text => {
+      out += text;
+      const found = ready.exec(out);
+      if (found) resolve(found);
+    });
+    ended.then(code => reject(new Error(`${program} ${args.join(' ')} has ended with ${code}: ${log.join('')}`)));
+  });
+  const stop = async (signal = 'SIGINT') => { child.kill(signal); await ended; };
+  return { child, match, stop, ended, log: () => log.join('') };
+};
+
+export const studio = async (actuator, args = []) => {
+  const begun = Date.now();
+  const run = await start(actuator, ['studio', '--no-open', '--listen', '127.0.0.1:0', ...args], /ready: (http:\S+)/);
+  return { ...run, begun, url: run.match[1] };
+};
+
+// A Studio, and a server of actuators of its own that others can watch too.
+export const serve = async (actuator, args) => {
+  const run = await start(actuator, ['serve', '--listen', '127.0.0.1:0', ...args], /slcan at ([\d.:]+)/);
+  return { ...run, address: run.match[1] };
+};
+
+// A TCP connection that can be cut: its own address, in front of another.
+export const proxy = async address => {
+  const [host, port] = address.split(':');
+  const sockets = new Set();
+  let isCut = false;
+  const server = createServer(client => {
+    if (isCut) return client.destroy();
+    const target = createConnection({ host, port: +port });
+    for (const [from, to] of [[client, target], [target, client]]) {
+      sockets.add(from);
+      from.on('error', () => {}).on('close', () => to.destroy());
+      from.setNoDelay(true);
+      from.pipe(to);
+    }
+  });
+  await new Promise(done => server.listen(0, '127.0.0.1', done));
+  return {
+    address: `127.0.0.1:${server.address().port}`,
+    cut() { isCut = true; sockets.forEach(socket => socket.destroy()); sockets.clear(); },
+    mend() { isCut = false; },
+    close() { this.cut(); server.close(); },
+  };
+};
+
+let browser = null;
+export const chromium = async () => browser ??= await launch();
+export const closeBrowser = async () => { await browser?.close(); browser = null; };
+
+// A page, and a person at it.
+export const visit = async (url, options = {}, pictures = null) => {
+  const page = await (await chromium()).open(url, { width: 1400, height: 950, ...options });
+  const { evaluate, until, send } = page;
+  const at = selector => evaluate(`(() => { const e = document.querySelector(${JSON.stringify(selector)}); e.scrollIntoView({ block: 'center' }); const b = e.getBoundingClientRect(); return [b.x + b.width / 2, b.y + b.height / 2]; })()`);
+  const mouse = (type, [x, y]) => send('Input.dispatchMouseEvent', { type, x, y, button: 'left', clickCount: 1 });
+  const key = async (type, key, code, text) => send('Input.dispatchKeyEvent', { type, key, code, text, windowsVirtualKeyCode: { Enter: 13, ' ': 32 }[key] ?? key.toUpperCase().charCodeAt(0) });
+  Object.assign(page, {
+    ready: () => until("document.body.dataset.state === 'ready'"),
+    text: selector => evaluate(`document.querySelector(${JSON.stringify(selector)})?.textContent ?? ''`),
+    exists: selector => evaluate(`!!document.querySelector(${JSON.stringify(selector)})`),
+    async click(selector) { const p = await at(selector); await mouse('mousePressed', p); await mouse('mouseReleased', p); },
+    async press(selector, ms) { const p = await at(selector); await mouse('mousePressed', p); await wait(ms); await mouse('mouseReleased', p); },
+    async key(name, code = name) { await key('keyDown', name, code, name === 'Enter' ? '\r' : name); await key('keyUp', name, code); },
+    // Types into a field, and leaves it.
+    fill: (selector, value) => evaluate(`(() => { const e = document.querySelector(${JSON.stringify(selector)}); e.focus(); e.value = ${JSON.stringify(String(value))}; e.dispatchEvent(new Event('input', { bubbles: true })); e.dispatchEvent(new Event('change', { bubbles: true })); })()`),
+    // By the script: a background page takes no clicks.
+    tap: selector => evaluate(`document.querySelector(${JSON.stringify(selector)}).click()`),
+    async show(view) { await evaluate(`document.getElementById('tab-${view}').click()`); await until(`document.body.dataset.view === '${view}'`); },
+    async enable() {
+      await page.show('move');
+      await until("!document.getElementById('enable').disabled");
+      await page.press('#enable', 750);
+      await until("!document.getElementById('go').disabled");
+    },
+    angle: async () => parseFloat(await page.text('#angle')),
+    async moveTo(deg, tolerance = 1) {
+      await page.fill('#target', deg);
+      await page.tap('#go');
+      await until(`Math.abs(parseFloat(document.getElementById('angle').textContent) - ${deg}) < ${tolerance}`);
+    },
+    async picture(name, full = false) {
+      if (!pictures) return;
+      mkdirSync(pictures, { recursive: true });
+      writeFileSync(join(pictures, `${name}.png`), await page.screenshot(full));
+    },
+    clean: () => assert.deepEqual(page.complaints, []),
+    async close() { await send('Page.close').catch(() => {}); },
+  });
+  return page;
+};
