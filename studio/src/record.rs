@@ -58,6 +58,10 @@ impl Record {
         while self.ring.len() >= most {
             self.ring.pop_front();
         }
+        if self.ring.capacity() < most {
+            // Growing by doubling would touch memory long after the ring is full.
+            self.ring.reserve_exact(most - self.ring.len());
+        }
         self.ring.push_back(row);
         if self.pending.len() < PENDING {
             self.pending.push(row);
