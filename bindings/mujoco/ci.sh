@@ -31,6 +31,14 @@ for example in examples/*.py; do
     "$python" "$example" --out "$place/$(basename "$example" .py).svg"
 done
 
+say "a recording to MuJoCo and Gymnasium"
+# bindings/python/ci.sh has built the wheel.
+"$python" -m pip install --quiet --force-reinstall --no-deps "$target"/python/wheels/*.whl
+"$python" -m pip install --quiet gymnasium
+"$ACTUATOR" simulate black-box-2 --input 3-2-1-1 --every 80 --csv "$place/recording.csv" >"$place/simulate.log"
+(cd "$place" && MPLBACKEND=Agg "$python" "$root/bindings/python/examples/identify_and_simulate.py" \
+    recording.csv "$ACTUATOR_PLUGIN" | tee script.log && grep -E "at most [0-9.]+e-1[0-9] deg off" script.log)
+
 say "the time of a step"
 mujoco=$("$python" -c 'import mujoco, os; print(os.path.dirname(mujoco.__file__))')
 cc -std=c11 -O2 -Wall -Wextra -Werror -D_POSIX_C_SOURCE=200809L -I "$mujoco/include" benches/step.c "$mujoco"/libmujoco.so.* \

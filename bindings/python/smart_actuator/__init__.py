@@ -10,7 +10,10 @@ end in their unit. One tick is 50 us. Results are bit-identical to those of the 
 """
 
 from ._native import __version__
+from ._batch import ActuatorBatch
+from ._control import to_control
 from ._identify import Estimate, FittedModel, Identification, identify
+from ._sensitivity import sensitivity
 from ._simulate import monte_carlo, simulate
 from ._stepped import Actuator, Reading
 from ._tables import inputs, parameters, presets
@@ -18,6 +21,7 @@ from ._trace import Trace
 
 __all__ = [
     "Actuator",
+    "ActuatorBatch",
     "Estimate",
     "FittedModel",
     "Identification",
@@ -29,5 +33,7 @@ __all__ = [
     "monte_carlo",
     "parameters",
     "presets",
+    "sensitivity",
     "simulate",
+    "to_control",
 ]

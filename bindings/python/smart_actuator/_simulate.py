@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Mapping, Optional
+from typing import TYPE_CHECKING, Any, Mapping, Optional, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _arguments, _native
 from ._arguments import Points
 from ._progress import Progress, reported
+from ._sensitivity import of_run
 from ._trace import Trace
 
 if TYPE_CHECKING:
@@ -47,6 +48,7 @@ def simulate(
     pwm: str = "average",
     load: Optional[Points] = None,
     progress: Progress = False,
+    gradients: Sequence[str] = (),
     **parameters: Unpack[ModelParameters],
 ) -> Trace:
     """Runs a model on an input and records it. An interrupt ends it.
@@ -68,6 +70,9 @@ def simulate(
         ``load_torque_nm``.
     :param progress: True for a bar on standard error, or a function that is called with the
         simulated time and that of the whole run, s.
+    :param gradients: parameters by which the angle is differentiated, of a black box or the grey
+        box: :attr:`Trace.gradients`. The command counts as held between the rows, so that ``every``
+        must divide its steps.
     :param parameters: of the model, by name or symbol; :func:`parameters` lists them with units.
     :raises KeyError: a parameter that does not exist.
     :raises ValueError: a value out of range or in conflict with another, or an unknown name.
@@ -89,7 +94,13 @@ def simulate(
         parameters=parameters,
     )
     with reported(progress, "s") as report:
-        return Trace(*_native.simulate(request, report))
+        trace = Trace(*_native.simulate(request, report))
+    if gradients:
+        actuator = _native.Actuator(model, plant, preset, seed, pwm, request["parameters"])
+        values = actuator.settings["parameters"]
+        slopes = of_run(model, values, trace["time_s"], trace["command_deg"], gradients)
+        trace.gradients.update(slopes)
+    return trace
 
 
 def monte_carlo(

@@ -94,6 +94,7 @@ class Actuator:
         *,
         ticks: Optional[int] = None,
         seconds: Optional[float] = None,
+        input: str = "position",
     ) -> Reading:
         """Advances the simulation with a constant command, and returns the outputs.
 
@@ -103,24 +104,29 @@ class Actuator:
         :param command_deg: the command, deg. The first one is also the past of the delay line.
         :param ticks: step size, ticks of 50 us; or
         :param seconds: step size, s, up to 1e7.
+        :param input: what the command is: ``position`` (deg), ``rate`` (deg/s, without the position
+            loop), ``duty`` (%, without any loop) or, of the bench, ``voltage`` at the motor (V).
         """
+        input = _arguments.text("input", input)
         if (ticks is None) == (seconds is None):
             raise TypeError("expected either ticks or seconds")
         command_deg = _arguments.number("command_deg", command_deg)
         if seconds is None:
             count = _arguments.whole("ticks", ticks)
-            return Reading(*self._native.advance(command_deg, count))
+            return Reading(*self._native.advance(input, command_deg, count))
         step = _time("seconds", seconds)
-        return Reading(*self._native.advance_seconds(command_deg, step))
+        return Reading(*self._native.advance_seconds(input, command_deg, step))
 
-    def advance_to(self, command_deg: float, time_s: float) -> Reading:
+    def advance_to(self, command_deg: float, time_s: float, *, input: str = "position") -> Reading:
         """Advances to the tick nearest to a time since the start, and returns the outputs.
 
         :param command_deg: the command, deg.
         :param time_s: time, s, up to 1e7; not before that of the actuator.
+        :param input: as for :meth:`advance`.
         """
+        input = _arguments.text("input", input)
         command_deg = _arguments.number("command_deg", command_deg)
-        return Reading(*self._native.advance_to(command_deg, _time("time_s", time_s)))
+        return Reading(*self._native.advance_to(input, command_deg, _time("time_s", time_s)))
 
     def reading(self) -> Reading:
         """The outputs now, before the updates of the next step at this instant."""
@@ -130,6 +136,16 @@ class Actuator:
         """Applies a torque to the load of the bench, Nm, from the next tick (50 us) on, in
         addition to the one of its parameters."""
         self._native.set_load_torque(_arguments.number("torque_nm", torque_nm))
+
+    def set_load_inertia(self, inertia_kg_m2: float) -> None:
+        """Adds an inertia to the load of the bench, kg m^2, from the next tick on, in addition to the
+        one of its parameters."""
+        self._native.set_load_inertia(_arguments.number("inertia_kg_m2", inertia_kg_m2))
+
+    def place(self, angle_deg: float) -> None:
+        """Places the shaft at an angle, deg, before the first step; later it has no effect. The board
+        then measures it within half a turn."""
+        self._native.place(_arguments.number("angle_deg", angle_deg))
 
     def snapshot(self) -> bytes:
         """The whole state, for :meth:`restore` of the same version of the package."""

@@ -51,6 +51,7 @@ class Trace(Dict[str, NDArray[np.float64]]):
     def __init__(self, title: str, columns: Mapping[str, NDArray[np.float64]]) -> None:
         super().__init__(columns)
         self._title = title
+        self._gradients: Dict[str, NDArray[np.float64]] = {}
 
     @property
     def title(self) -> str:
@@ -61,6 +62,12 @@ class Trace(Dict[str, NDArray[np.float64]]):
     def units(self) -> Dict[str, str]:
         """The unit of each column."""
         return {name: _unit(name) for name in self}
+
+    @property
+    def gradients(self) -> Dict[str, NDArray[np.float64]]:
+        """Derivatives of the angle by parameters, in deg per unit of each: those that
+        :func:`simulate` was asked for."""
+        return self._gradients
 
     def to_dict(self) -> Dict[str, NDArray[np.float64]]:
         """The columns as a plain dictionary."""

@@ -7,7 +7,7 @@ use host_sim::{
     settings::{ModelKind, PlantKind, Pwm, Settings},
 };
 use model_core::{
-    actuator,
+    actuator::{self, COMMAND_RANGE, CommandError, InputLevel},
     named::Named,
     scenario::LONGEST_S,
     time::{TICKS_PER_SECOND, ticks},
@@ -75,7 +75,7 @@ impl Actuator {
     fn run(
         &self,
         py: Python<'_>,
-        command_deg: f64,
+        (input, value): (InputLevel, f64),
         plan: impl FnOnce(&Stepped) -> PyResult<(u64, f64)> + Send,
     ) -> PyResult<Reading> {
         py.detach(|| {
@@ -87,8 +87,8 @@ impl Actuator {
             }
             loop {
                 let now = left.min(TICKS_PER_CHECK);
-                let done = state.actuator.advance(command_deg, now);
-                done.map_err(|_| refused("command_deg", command_deg, &COMMAND))?;
+                let done = state.actuator.advance_with(input, value, now);
+                done.map_err(|error| not_commanded(error, input, value))?;
                 left -= now;
                 if left == 0 {
                     state.beyond = beyond;
@@ -104,6 +104,15 @@ impl Actuator {
     fn state(&self) -> MutexGuard<'_, Stepped> {
         // A step does not panic, and no state is invalid: a poisoned lock can be used.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn has_load(&self) -> PyResult<()> {
+        match (self.settings.model, self.settings.plant) {
+            (ModelKind::Board, PlantKind::Drivetrain) => Ok(()),
+            _ => Err(PyValueError::new_err(
+                "a load torque applies to plant=\"bench\", no other has a load",
+            )),
+        }
     }
 
     fn origin(&self) -> Origin {
@@ -149,6 +158,31 @@ fn refused(name: &str, value: f64, quantity: &Quantity) -> PyErr {
     ))
 }
 
+/// The input of this name.
+fn level(name: &str) -> PyResult<InputLevel> {
+    InputLevel::named(name).ok_or_else(|| {
+        PyValueError::new_err(format!(
+            "unknown input `{name}`, expected {}",
+            InputLevel::NAMES.join(", ")
+        ))
+    })
+}
+
+/// The exception for a command that is refused.
+fn not_commanded(error: CommandError, input: InputLevel, value: f64) -> PyErr {
+    match (error, input) {
+        (CommandError::Value, InputLevel::Position) => refused("command_deg", value, &COMMAND),
+        (CommandError::Value, input) => PyValueError::new_err(format!(
+            "the {} is {value}, expected a number from {} to {} {}",
+            input.name(),
+            COMMAND_RANGE.start(),
+            COMMAND_RANGE.end(),
+            input.unit()
+        )),
+        (error, _) => PyValueError::new_err(error.to_string()),
+    }
+}
+
 fn reading(state: &State) -> Reading {
     let now = state.reading();
     (
@@ -186,16 +220,30 @@ impl Actuator {
         Ok(Self::with(settings, stepped))
     }
 
-    fn advance(&self, py: Python<'_>, command_deg: f64, ticks: u64) -> PyResult<Reading> {
-        self.run(py, command_deg, |state| Ok((ticks, state.beyond)))
+    fn advance(&self, py: Python<'_>, input: &str, value: f64, ticks: u64) -> PyResult<Reading> {
+        let command = (level(input)?, value);
+        self.run(py, command, |state| Ok((ticks, state.beyond)))
     }
 
-    fn advance_seconds(&self, py: Python<'_>, command_deg: f64, seconds: f64) -> PyResult<Reading> {
-        self.run(py, command_deg, |state| Ok(state.ticks_for(seconds)))
+    fn advance_seconds(
+        &self,
+        py: Python<'_>,
+        input: &str,
+        value: f64,
+        seconds: f64,
+    ) -> PyResult<Reading> {
+        let command = (level(input)?, value);
+        self.run(py, command, |state| Ok(state.ticks_for(seconds)))
     }
 
-    fn advance_to(&self, py: Python<'_>, command_deg: f64, time_s: f64) -> PyResult<Reading> {
-        self.run(py, command_deg, |state| {
+    fn advance_to(
+        &self,
+        py: Python<'_>,
+        input: &str,
+        value: f64,
+        time_s: f64,
+    ) -> PyResult<Reading> {
+        self.run(py, (level(input)?, value), |state| {
             let (target, now) = (ticks(time_s), state.actuator.tick());
             let step = target.checked_sub(now).ok_or_else(|| {
                 let now_s = model_core::time::seconds(now);
@@ -211,12 +259,23 @@ impl Actuator {
         py.detach(|| reading(&self.state().actuator))
     }
 
+    fn place(&self, py: Python<'_>, angle_deg: f64) -> PyResult<()> {
+        let result = py.detach(|| self.state().actuator.place(angle_deg));
+        result.map_err(|_| refused("angle_deg", angle_deg, &COMMAND))
+    }
+
+    fn set_load_inertia(&self, py: Python<'_>, inertia_kg_m2: f64) -> PyResult<()> {
+        self.has_load()?;
+        let result = py.detach(|| self.state().actuator.set_load_inertia_kg_m2(inertia_kg_m2));
+        result.map_err(|_| {
+            PyValueError::new_err(format!(
+                "inertia_kg_m2 is {inertia_kg_m2}, expected a finite inertia from 0, kg m^2"
+            ))
+        })
+    }
+
     fn set_load_torque(&self, py: Python<'_>, torque_nm: f64) -> PyResult<()> {
-        if (self.settings.model, self.settings.plant) != (ModelKind::Board, PlantKind::Drivetrain) {
-            return Err(PyValueError::new_err(
-                "a load torque applies to plant=\"bench\", no other has a load",
-            ));
-        }
+        self.has_load()?;
         let result = py.detach(|| self.state().actuator.set_load_torque_nm(torque_nm));
         result.map_err(|_| refused("torque_nm", torque_nm, &LOAD))
     }

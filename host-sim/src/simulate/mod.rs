@@ -3,6 +3,7 @@
 //! Row `i` is the state at tick `i`, after the updates of control and PWM at that instant and
 //! before the plant is stepped.
 
+pub mod batch;
 mod board;
 pub mod extremes;
 mod float;

@@ -86,8 +86,14 @@ impl<const N: usize> LoopLanes<N> {
     /// Passes a control period of which so many ticks are wanted, from 1 to 80.
     #[inline(always)]
     pub fn pass(&mut self, command: Angle, ticks: usize, see: Seen) {
+        self.pass_each(&[command; N], ticks, see);
+    }
+
+    /// The same with a command for each board.
+    #[inline(always)]
+    pub fn pass_each(&mut self, commands: &[Angle; N], ticks: usize, see: Seen) {
         let counts = ideal_counts(&self.motors.states().angle_deg);
-        let duty = self.control.step(&counts, command);
+        let duty = self.control.step(&counts, commands);
         match see {
             Seen::All => {
                 self.motors.pass::<true>(&duty, ticks, &mut self.seen);
@@ -98,6 +104,23 @@ impl<const N: usize> LoopLanes<N> {
                 self.last_tick = (ticks - 1) / PERIOD * PERIOD;
             }
         }
+    }
+
+    /// The state of a board at the end of the last control period.
+    pub fn state(&self, lane: usize) -> PlantState {
+        self.motors.states().of(lane)
+    }
+
+    /// Its measured angle, deg, and its estimated rate, deg/s.
+    pub fn measured(&self, lane: usize) -> (f64, f64) {
+        let (angle, rate) = self.control.measured(lane);
+        (angle.to_f64(), rate.to_f64())
+    }
+
+    /// Takes over a board with the same settings.
+    pub fn keep(&mut self, other: &Self, lane: usize) {
+        self.control.keep(&other.control, lane);
+        self.motors.keep(&other.motors, lane);
     }
 
     /// The state of a board at the tick that was seen last.

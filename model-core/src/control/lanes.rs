@@ -13,8 +13,12 @@
 use core::{array::from_fn, hint::cold_path};
 
 use super::{
-    arithmetic::Coefficient, cascade::Coefficients, encoder_word::COUNTS_PER_TURN,
-    rate_loop::INTEGRATOR_END, shaft_tracker::COUNT_STEPS, units::Angle,
+    arithmetic::Coefficient,
+    cascade::Coefficients,
+    encoder_word::COUNTS_PER_TURN,
+    rate_loop::INTEGRATOR_END,
+    shaft_tracker::COUNT_STEPS,
+    units::{Angle, Rate},
 };
 use crate::time::CONTROL_RATE_HZ;
 
@@ -189,12 +193,30 @@ impl<const N: usize> CascadeLanes<N> {
         Self { gains, state }
     }
 
-    /// One control period around an angle: from the counts of the encoders, of which the low twelve
-    /// bits matter, to the duties, %, in steps of 2^-32.
+    /// The measured angle of an actuator, deg, and its estimated rate, deg/s.
+    pub fn measured(&self, lane: usize) -> (Angle, Rate) {
+        let angle = product(self.state.counts[lane], COUNT_STEPS);
+        (
+            Angle::from_bits(angle),
+            Rate::from_bits(self.state.rate[lane]),
+        )
+    }
+
+    /// Takes over the state of an actuator with the same coefficients.
+    pub fn keep(&mut self, other: &Self, lane: usize) {
+        let (state, other) = (&mut self.state, &other.state);
+        state.last[lane] = other.last[lane];
+        state.counts[lane] = other.counts[lane];
+        state.rate[lane] = other.rate[lane];
+        state.integrator[lane] = other.integrator[lane];
+        state.duty[lane] = other.duty[lane];
+    }
+
+    /// One control period around an angle each: from the counts of the encoders, of which the low
+    /// twelve bits matter, to the duties, %, in steps of 2^-32.
     #[inline(always)]
-    pub fn step(&mut self, counts: &[i64; N], command: Angle) -> [i64; N] {
+    pub fn step(&mut self, counts: &[i64; N], commands: &[Angle; N]) -> [i64; N] {
         let (gains, state) = (&self.gains, &mut self.state);
-        let command = command.to_bits();
         let mut change = [0; N];
         let mut error = [0; N];
         for lane in 0..N {
@@ -208,6 +230,7 @@ impl<const N: usize> CascadeLanes<N> {
             let raw = product(travelled, COUNT_RATE >> SHIFT) << SHIFT;
             change[lane] = raw - state.rate[lane];
             let angle = product(state.counts[lane], COUNT_STEPS);
+            let command = commands[lane].to_bits();
             let target = between::<N>(command, gains.least_angle[lane], gains.greatest_angle[lane]);
             error[lane] = target - angle;
         }

@@ -179,6 +179,17 @@ impl<const N: usize> MotorLanes<N> {
         Some(lanes)
     }
 
+    /// Takes over the motion of a motor with the same parameters.
+    pub fn keep(&mut self, other: &Self, lane: usize) {
+        for (drive, other) in self.drives.iter_mut().zip(&other.drives) {
+            drive.duty[lane] = other.duty[lane];
+            drive.target_deg_s[lane] = other.target_deg_s[lane];
+            drive.forced.set(lane, other.forced.of(lane));
+        }
+        self.start.set(lane, other.start.of(lane));
+        self.end.set(lane, other.end.of(lane));
+    }
+
     /// The states at the start of the next period.
     pub fn states(&self) -> &States<N> {
         &self.end

@@ -1,0 +1,200 @@
+//! Many actuators that are stepped together, each with a command of its own.
+//!
+//! Boards around the first-order motor are computed side by side in vectors
+//! ([`LoopLanes`](model_core::actuator::lanes::LoopLanes)), all others one by one; both on all cores
+//! and bit for bit as an [`Actuator`] each.
+
+mod group;
+
+use model_core::{
+    actuator::{Actuator, Settings, lanes::is_plain},
+    parameter::ParameterError,
+    time::CONTROL_PERIOD_TICKS,
+};
+use rayon::prelude::*;
+
+use self::group::Group;
+
+/// Actuators that are computed side by side.
+const ABREAST: usize = 32;
+
+/// The state of an actuator at the end of a step.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct BatchState {
+    /// Angle of the output shaft, deg.
+    pub angle_deg: f64,
+    /// Its rate, deg/s.
+    pub rate_deg_s: f64,
+    /// Measured angle, deg.
+    pub angle_meas_deg: f64,
+    /// Measured rate, deg/s.
+    pub rate_meas_deg_s: f64,
+}
+
+/// Actuators with commands of their own.
+pub struct Batch {
+    /// Ticks of a step.
+    ticks: u64,
+    /// One after the other: those of group `i` are [`ABREAST`] `i` and the following.
+    groups: Vec<Actuators>,
+    count: usize,
+}
+
+/// Up to [`ABREAST`] actuators.
+enum Actuators {
+    Abreast(Box<Group>),
+    Single(Vec<Actuator<Vec<f64>>>),
+}
+
+/// The parameters of an actuator are refused.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Refused {
+    /// Its index.
+    pub index: usize,
+    /// The reason.
+    pub error: Box<ParameterError>,
+}
+
+impl Refused {
+    /// The refusal of the actuator with this index.
+    fn at(index: usize) -> impl Fn(ParameterError) -> Self {
+        move |error| Self {
+            index,
+            error: Box::new(error),
+        }
+    }
+
+    /// The same with an index that counts from the first of a group.
+    fn in_group(self, group: usize) -> Self {
+        Self {
+            index: group * ABREAST + self.index,
+            ..self
+        }
+    }
+}
+
+impl Batch {
+    /// Actuators at rest at zero, which are stepped by so many ticks at a time.
+    ///
+    /// # Errors
+    /// [`Refused`].
+    ///
+    /// ```
+    /// use host_sim::settings::{ModelKind, PlantKind, Settings};
+    /// use host_sim::simulate::batch::{Batch, BatchState};
+    ///
+    /// let settings = Settings::new(ModelKind::Board, PlantKind::FirstOrder);
+    /// let mut batch = Batch::try_new(&[settings; 3], 400).unwrap();
+    /// let mut states = [BatchState::default(); 3];
+    /// for _ in 0..100 {
+    ///     batch.step(&[10.0, 20.0, -30.0], &mut states);
+    /// }
+    /// assert!((states[2].angle_deg + 30.0).abs() < 0.1);
+    /// ```
+    pub fn try_new(settings: &[Settings], ticks: u64) -> Result<Self, Refused> {
+        let chunks: Vec<_> = settings.chunks(ABREAST).enumerate().collect();
+        let groups = chunks.into_par_iter().map(|(index, settings)| {
+            let group = Actuators::try_new(settings, ticks);
+            group.map_err(|refused| refused.in_group(index))
+        });
+        Ok(Self {
+            ticks,
+            groups: groups.collect::<Result<_, _>>()?,
+            count: settings.len(),
+        })
+    }
+
+    /// Number of actuators.
+    pub fn len(&self) -> usize {
+        self.count
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    /// Steps all actuators with their commands, deg, and writes their states. Both have one element
+    /// an actuator. In place of a command that is not finite the last one holds.
+    pub fn step(&mut self, commands: &[f64], states: &mut [BatchState]) {
+        let ticks = self.ticks;
+        let chunks = commands
+            .par_chunks(ABREAST)
+            .zip(states.par_chunks_mut(ABREAST));
+        self.groups
+            .par_iter_mut()
+            .zip(chunks)
+            .for_each(|(group, (commands, states))| group.step(ticks, commands, states));
+    }
+
+    /// Replaces some actuators, by index in increasing order, with others at rest at zero.
+    ///
+    /// # Errors
+    /// [`Refused`]; the actuators of the groups before are then replaced.
+    pub fn replace(&mut self, fresh: &[(usize, Settings)]) -> Result<(), Refused> {
+        for some in fresh.chunk_by(|a, b| a.0 / ABREAST == b.0 / ABREAST) {
+            let first = some.first().map_or(0, |(index, _)| index / ABREAST);
+            if let Some(group) = self.groups.get_mut(first) {
+                let lanes: Vec<_> = some.iter().map(|(i, s)| (i % ABREAST, *s)).collect();
+                let done = group.replace(&lanes);
+                done.map_err(|refused| refused.in_group(first))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Actuators {
+    fn try_new(settings: &[Settings], ticks: u64) -> Result<Self, Refused> {
+        let is_whole = ticks.is_multiple_of(CONTROL_PERIOD_TICKS);
+        let is_plain = |s: &Settings| is_plain(s) && s.setup.host_period_s == 0.0;
+        if is_whole
+            && settings.iter().all(is_plain)
+            && let Some(group) = Group::try_new(settings)?
+        {
+            return Ok(Self::Abreast(Box::new(group)));
+        }
+        let one = |(lane, settings)| Actuator::try_with_ring(settings).map_err(Refused::at(lane));
+        let all = settings.iter().enumerate().map(one);
+        Ok(Self::Single(all.collect::<Result<_, _>>()?))
+    }
+
+    fn step(&mut self, ticks: u64, commands: &[f64], states: &mut [BatchState]) {
+        match self {
+            Self::Abreast(group) => group.step(ticks / CONTROL_PERIOD_TICKS, commands, states),
+            Self::Single(actuators) => {
+                for ((actuator, command), state) in actuators.iter_mut().zip(commands).zip(states) {
+                    if actuator.advance(*command, ticks).is_err() {
+                        let last = actuator.reading().command_deg;
+                        let _ = actuator.advance(last, ticks);
+                    }
+                    let now = actuator.reading();
+                    *state = BatchState {
+                        angle_deg: now.angle_deg,
+                        rate_deg_s: now.rate_deg_s,
+                        angle_meas_deg: now.angle_meas_deg,
+                        rate_meas_deg_s: now.rate_meas_deg_s,
+                    };
+                }
+            }
+        }
+    }
+
+    fn replace(&mut self, fresh: &[(usize, Settings)]) -> Result<(), Refused> {
+        match self {
+            Self::Abreast(group) => group.replace(fresh),
+            Self::Single(actuators) => {
+                for (lane, settings) in fresh {
+                    if let Some(place) = actuators.get_mut(*lane) {
+                        let actuator = Actuator::try_with_ring(settings);
+                        *place = actuator.map_err(Refused::at(*lane))?;
+                    }
+                }
+                Ok(())
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
