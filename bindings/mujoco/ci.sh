@@ -33,7 +33,7 @@ done
 
 say "a recording to MuJoCo and Gymnasium"
 # bindings/python/ci.sh has built the wheel.
-"$python" -m pip install --quiet --force-reinstall --no-deps "$target"/python/wheels/*.whl
+"$python" -m pip install --quiet --force-reinstall --no-deps "$target"/python/dist/*.whl
 "$python" -m pip install --quiet gymnasium
 "$ACTUATOR" simulate black-box-2 --input 3-2-1-1 --every 80 --csv "$place/recording.csv" >"$place/simulate.log"
 (cd "$place" && MPLBACKEND=Agg "$python" "$root/bindings/python/examples/identify_and_simulate.py" \
