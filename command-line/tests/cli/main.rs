@@ -19,6 +19,7 @@ mod serve;
 mod served;
 mod silent;
 mod simulate;
+mod tables;
 mod trace_file;
 mod tune;
 

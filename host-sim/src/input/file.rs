@@ -1,4 +1,4 @@
-//! Sequences from text files with a column of times and a column of values.
+//! Sequences from files with a column of times and a column of values.
 //!
 //! Traces and recordings are such files: columns of times and commands are found by the names and
 //! units that the import of recordings knows.
@@ -6,7 +6,7 @@
 use std::{ops::RangeInclusive, path::Path};
 
 use identification::data::{
-    self,
+    self, Format, Table,
     lines::{Lines, TextLine},
 };
 use model_core::{
@@ -77,6 +77,9 @@ pub const LOAD: Quantity = Quantity {
 /// # Errors
 /// [`Error::Read`], and [`Error::InputFile`] with line, column and the expected value.
 pub fn read(path: &Path, quantity: &Quantity) -> Result<Sequence, Error> {
+    if Format::of(path) != Format::Text {
+        return of_table(&Table::read(path, None, &mut |_, _| {})?, quantity);
+    }
     let mut lines = Lines::delimited(path, None)?;
     let expected = format!(
         "expected a header with `{}` and `{}`",
@@ -87,7 +90,8 @@ pub fn read(path: &Path, quantity: &Quantity) -> Result<Sequence, Error> {
             .problem(format!("the file is empty, {expected}"))
             .into());
     };
-    let find = |quantity| Column::of(quantity, &header).map_err(|p| format!("{p}, {expected}"));
+    let names = &header.fields;
+    let find = |quantity| Column::of(quantity, names).map_err(|p| format!("{p}, {expected}"));
     let columns = find(&TIME).and_then(|time| Ok((time, find(quantity)?)));
     let (time, values) = columns.map_err(|problem| header.problem(problem))?;
     let width = header.fields.len();
@@ -118,6 +122,54 @@ pub fn read(path: &Path, quantity: &Quantity) -> Result<Sequence, Error> {
     Ok(sequence)
 }
 
+/// The sequence in a table.
+fn of_table(table: &Table, quantity: &Quantity) -> Result<Sequence, Error> {
+    let find = |quantity| {
+        let column = Column::of(quantity, &table.names);
+        column.map_err(|problem| table.problem(table.header_line, problem))
+    };
+    let (time, values) = (find(&TIME)?, find(quantity)?);
+    let mut sequence = Sequence::default();
+    let mut last_s = 0.0;
+    for row in 0..table.len() {
+        let value = |column: &Column<'_>| {
+            let value = table.columns[column.index][row] * column.factor;
+            let problem = || {
+                let name = &column.name;
+                let expected = column.quantity.expected();
+                table.problem(table.line(row), format!("{name} is {value}, {expected}"))
+            };
+            match column.quantity.range.contains(&value) {
+                true => Ok(value),
+                false => Err(problem()),
+            }
+        };
+        let t = value(&time)?;
+        if t < last_s {
+            let problem = format!("{t} s after {last_s} s, expected times that do not decrease");
+            return Err(table.problem(table.line(row), problem).into());
+        }
+        last_s = t;
+        sequence.push(ticks(t), value(&values)?);
+    }
+    if sequence.points().is_empty() {
+        let problem = "no row of data, expected at least one";
+        return Err(table.problem(table.header_line, problem).into());
+    }
+    Ok(sequence)
+}
+
+impl Quantity {
+    /// The values that it takes, for messages.
+    fn expected(&self) -> String {
+        let (low, high) = (self.range.start(), self.range.end());
+        format!(
+            "expected {} from {low} to {high} {}",
+            self.meaning, self.unit
+        )
+    }
+}
+
 /// The column of a quantity in a file.
 struct Column<'a> {
     quantity: &'a Quantity,
@@ -128,8 +180,7 @@ struct Column<'a> {
 }
 
 impl<'a> Column<'a> {
-    fn of(quantity: &'a Quantity, header: &TextLine<'_>) -> Result<Self, String> {
-        let names = &header.fields;
+    fn of(quantity: &'a Quantity, names: &[String]) -> Result<Self, String> {
         let found = match quantity.recorded {
             Some(recorded) => recorded.find(names),
             None => named(quantity, names),
@@ -171,13 +222,10 @@ impl<'a> Column<'a> {
         match value {
             Ok(value) if range.contains(&value) => Ok(value),
             _ => Err(Error::from(line.problem(format!(
-                "column {} (`{}`) is `{text}`, expected {} from {} to {} {}",
+                "column {} (`{}`) is `{text}`, {}",
                 self.index + 1,
                 self.name,
-                self.quantity.meaning,
-                range.start(),
-                range.end(),
-                self.quantity.unit
+                self.quantity.expected()
             )))),
         }
     }

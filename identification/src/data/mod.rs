@@ -1,4 +1,4 @@
-//! Imports recordings from text files with named columns, and from JSON.
+//! Imports recordings from text files with named columns, from JSON and from MAT files.
 //!
 //! A file is read into a [`Table`]; [`Columns`] assigns quantities and units to its columns;
 //! cleaning makes a [`Recording`] of it and [`Note`]s, each with its line. A problem that could be
@@ -10,6 +10,7 @@ mod column;
 mod delimited;
 mod json;
 pub mod lines;
+mod mat;
 mod table;
 mod unit;
 
@@ -24,7 +25,7 @@ use std::{
 
 pub use column::{ColumnSelection, Columns, Quantity};
 pub use lines::Delimiter;
-pub use table::Table;
+pub use table::{Format, Table};
 
 use super::recording::{Hold, Recording};
 
@@ -100,22 +101,13 @@ pub enum ImportError {
 pub type Progress<'a> = dyn FnMut(u64, u64) + 'a;
 
 impl Import {
-    /// Reads a recording: JSON if the name ends in `.json`, otherwise text with one sample in each
-    /// line.
+    /// Reads a recording from a [`Table`] in a file.
     ///
     /// # Errors
     /// [`ImportError::Read`], and [`ImportError::Content`] for a field that is not a number, a time
     /// that decreases, or a missing column.
     pub fn read(&self, path: &Path, progress: &mut Progress<'_>) -> Result<Imported, ImportError> {
-        let is_json = path
-            .extension()
-            .is_some_and(|extension| extension.eq_ignore_ascii_case("json"));
-        let table = if is_json {
-            json::read(path, progress)?
-        } else {
-            delimited::read(path, self.delimiter, progress)?
-        };
-        self.recording(&table)
+        self.recording(&Table::read(path, self.delimiter, progress)?)
     }
 
     /// The recording in a table, by the rules for files.

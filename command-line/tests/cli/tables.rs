@@ -1,0 +1,113 @@
+//! What one command writes, every other one reads: each writer with each reader.
+
+use super::{Cli, served::Served};
+
+/// Writes a trace or a recording of a motion to the file of this name.
+type Writer = fn(&Cli, &str);
+
+const TRACE: &str = "simulate board --plant bench --input 3-2-1-1 --every 80";
+
+/// The name of the file, how it is written, and whether it has an angle.
+const WRITERS: [(&str, Writer, bool); 5] = [
+    (
+        "trace.csv",
+        |cli, name| drop(cli.text(&format!("{TRACE} --csv {name}"))),
+        true,
+    ),
+    (
+        "trace.mat",
+        |cli, name| drop(cli.text(&format!("{TRACE} --out {name}"))),
+        true,
+    ),
+    (
+        "model.mat",
+        |cli, name| {
+            drop(cli.text(&format!("simulate black-box-1 --every 80 --out {name}")));
+        },
+        true,
+    ),
+    (
+        "designed.csv",
+        |cli, name| {
+            drop(cli.text(&format!("experiment black-box-1 --duration 2 --csv {name}")));
+        },
+        false,
+    ),
+    (
+        "capture.csv",
+        |cli, name| {
+            let served = Served::new(&["--seed", "3"]);
+            served.text("excite doublet --amplitude 4 --unit 0.1 --capture");
+            served.text(&format!(
+                "record --capture --out {}",
+                cli.path(name).display()
+            ));
+        },
+        true,
+    ),
+];
+
+#[test]
+fn every_file_is_an_input_of_a_simulation_and_every_motion_can_be_identified() {
+    let cli = Cli::new();
+    for (name, write, has_angle) in WRITERS {
+        write(&cli, name);
+        let again = cli.trace(&format!("grey-box --input-file {name} --every 80"));
+        let commands = again.column("command_deg");
+        let least = commands.iter().copied().fold(f64::INFINITY, f64::min);
+        assert!(commands.iter().any(|deg| *deg > least + 1.0), "{name}");
+        if has_angle {
+            let fit = cli.text(&format!("identify {name} --model black-box-1 --starts 1"));
+            assert!(fit.contains("pole_rad_s"), "{name}: {fit}");
+            let compared = cli.text(&format!("compare {name} --model black-box-1 --starts 1"));
+            assert!(compared.contains("black-box-1"), "{name}: {compared}");
+        }
+    }
+}
+
+#[test]
+fn a_file_of_another_format_gives_the_same_run_and_the_same_fit() {
+    let cli = Cli::new();
+    cli.text(&format!("{TRACE} --csv run.csv --out run.mat"));
+    let simulated = |name: &str| {
+        let load = format!("--load-file {name}");
+        cli.text(&format!(
+            "simulate board --plant bench --input-file {name} {load} --csv -"
+        ))
+    };
+    assert!(simulated("run.csv") == simulated("run.mat"));
+    let fitted = |name: &str| {
+        let text = cli.text(&format!("identify {name} --starts 1 --json -"));
+        text.replace(name, "FILE")
+    };
+    assert!(fitted("run.csv") == fitted("run.mat"));
+}
+
+#[test]
+fn the_trace_of_a_run_repeats_it() {
+    let cli = Cli::new();
+    for model in ["board", "grey-box", "black-box-1", "black-box-2"] {
+        let first = cli.text(&format!(
+            "simulate {model} --input pulse --every 1 --csv run.csv"
+        ));
+        let again = cli.text(&format!(
+            "simulate {model} --input-file run.csv --every 1 --csv again.csv"
+        ));
+        assert_eq!(first, again);
+        assert!(cli.read("run.csv") == cli.read("again.csv"), "{model}");
+    }
+}
+
+#[test]
+fn a_mat_file_that_is_damaged_or_lacks_a_column_is_named() {
+    let cli = Cli::new();
+    cli.write("text.mat", "time_s,command_deg\n0,1\n");
+    let expected = "text.mat:1: expected a MAT file of level 5";
+    for command in ["identify", "simulate board --csv - --input-file"] {
+        cli.assert_error(&format!("{command} text.mat"), 2, expected);
+    }
+    cli.text("simulate black-box-1 --every 80 --out run.mat");
+    let error = "run.mat:1: no column `load_torque_nm`: the columns are `time_s`";
+    let run = "simulate board --plant bench --csv - --load-file run.mat";
+    cli.assert_error(run, 2, error);
+}

@@ -1,0 +1,255 @@
+//! Reads MAT files of level 5: those of `actuator simulate --out`, of `save` in Octave and MATLAB up
+//! to version 7, and of scipy.
+//!
+//! After MathWorks, "MAT-File Format", chapter "Level 5 MAT-File Format". The columns are the
+//! numeric vectors of equal length in one struct, or beside each other in the file; of several such
+//! groups the longest. Everything else is left out.
+
+use std::{fs, io::Read, path::Path};
+
+use flate2::read::ZlibDecoder;
+
+use super::{ImportError, Table};
+
+// Table "MAT-File Data Types".
+const MI_UTF8: u32 = 16;
+const MI_MATRIX: u32 = 14;
+const MI_COMPRESSED: u32 = 15;
+
+// Table "MATLAB Array Types (Classes)".
+const MX_STRUCT: u32 = 2;
+const MX_NUMBERS: std::ops::RangeInclusive<u32> = 6..=15;
+/// Bit of the flags of an array with an imaginary part.
+const COMPLEX: u32 = 0x0800;
+
+/// The length of the head of a file.
+const HEAD: usize = 128;
+
+/// Bytes of a compressed variable, above which it is refused: more than a file without compression
+/// may have.
+const MOST_BYTES: u64 = 1 << 31;
+
+/// Reads the file.
+pub fn read(path: &Path) -> Result<Table, ImportError> {
+    let bytes = fs::read(path).map_err(|source| ImportError::Read {
+        path: path.into(),
+        source,
+    })?;
+    let mut table = Table {
+        path: path.into(),
+        header_line: 1,
+        ..Table::default()
+    };
+    let columns = columns(&bytes).map_err(|problem| table.problem(1, problem))?;
+    let rows = columns.first().map_or(0, |(_, column)| column.len());
+    (table.names, table.columns) = columns.into_iter().unzip();
+    // Rows have no lines: they are counted.
+    table.lines = (1..=rows as u64).collect();
+    Ok(table)
+}
+
+/// A column with its name.
+type Column = (String, Vec<f64>);
+
+fn columns(bytes: &[u8]) -> Result<Vec<Column>, String> {
+    let expected = "expected a MAT file of level 5, as `save -v6` or `save -v7` writes it";
+    if bytes.starts_with(b"MATLAB 7.3") {
+        return Err(format!("a MAT file of version 7.3, {expected}"));
+    }
+    let (head, mut rest) = bytes.split_at_checked(HEAD).ok_or(expected)?;
+    // Version 1.0, and `MI` as a processor of this byte order writes it.
+    if head[124..] != *b"\x00\x01IM" {
+        return Err(expected.into());
+    }
+    let (mut beside, mut groups) = (Vec::new(), Vec::new());
+    while !rest.is_empty() {
+        let element = Element::next(&mut rest).ok_or("the file is cut off")?;
+        let inflated;
+        let matrix = match element.kind {
+            MI_COMPRESSED => {
+                inflated = element.inflated()?;
+                Element::next(&mut &*inflated).ok_or("a compressed variable is cut off")?
+            }
+            _ => element,
+        };
+        match matrix.value().ok_or("a variable is damaged")? {
+            (name, Value::Numbers(column)) => beside.push((name, column)),
+            (_, Value::Struct(fields)) => groups.push(fields),
+            (_, Value::Other) => {}
+        }
+    }
+    groups.push(beside);
+    let longest = |group: &Vec<Column>| group.iter().map(|(_, c)| c.len()).max().unwrap_or(0);
+    let group = groups.into_iter().max_by_key(longest).unwrap_or_default();
+    let rows = longest(&group);
+    let columns = group.into_iter().filter(|(_, column)| column.len() == rows);
+    Ok(columns.collect())
+}
+
+/// A data element: a tag and its content.
+struct Element<'a> {
+    kind: u32,
+    data: &'a [u8],
+}
+
+/// What is read of an array.
+enum Value {
+    Numbers(Vec<f64>),
+    /// The numeric vectors of a struct.
+    Struct(Vec<Column>),
+    Other,
+}
+
+impl<'a> Element<'a> {
+    /// The first element; `rest` is then what follows it. `None` if it is cut off.
+    fn next(rest: &mut &'a [u8]) -> Option<Self> {
+        let word = |bytes: &[u8]| Some(u32::from_le_bytes(bytes.first_chunk().copied()?));
+        let first = word(rest)?;
+        // A small element has its length in the upper half of the first word.
+        if first >> 16 != 0 {
+            let data = rest.get(4..4 + (first >> 16) as usize)?;
+            *rest = rest.get(8..)?;
+            let kind = first & 0xffff;
+            return (data.len() <= 4).then_some(Self { kind, data });
+        }
+        let length = word(rest.get(4..)?)? as usize;
+        let data = rest.get(8..)?.get(..length)?;
+        // Elements begin at multiples of 8 bytes, but for compressed ones.
+        let padded = match first {
+            MI_COMPRESSED => length,
+            _ => length.next_multiple_of(8),
+        };
+        *rest = rest.get(8 + padded..).unwrap_or_default();
+        Some(Self { kind: first, data })
+    }
+
+    fn inflated(&self) -> Result<Vec<u8>, String> {
+        let mut bytes = Vec::new();
+        let mut source = ZlibDecoder::new(self.data).take(MOST_BYTES);
+        let read = source.read_to_end(&mut bytes);
+        read.map_err(|error| format!("a variable cannot be decompressed: {error}"))?;
+        Ok(bytes)
+    }
+
+    /// The name and the content of an array. `None` if it is damaged.
+    fn value(&self) -> Option<(String, Value)> {
+        if self.kind != MI_MATRIX {
+            return Some((String::new(), Value::Other));
+        }
+        let mut rest = self.data;
+        let flags = Element::next(&mut rest)?.numbers()?;
+        let flags = *flags.first()? as u32;
+        let sizes = Element::next(&mut rest)?.numbers()?;
+        let name = Element::next(&mut rest)?.text();
+        let class = flags & 0xff;
+        let count: f64 = sizes.iter().product();
+        let is_vector = sizes.iter().filter(|size| **size != 1.0).count() <= 1;
+        let value = match class {
+            MX_STRUCT if count == 1.0 => Value::Struct(fields(rest)?),
+            _ if MX_NUMBERS.contains(&class) && flags & COMPLEX == 0 && is_vector => {
+                let numbers = Element::next(&mut rest)?.numbers()?;
+                if numbers.len() as f64 != count {
+                    return None;
+                }
+                Value::Numbers(numbers)
+            }
+            _ => Value::Other,
+        };
+        Some((name, value))
+    }
+
+    /// The numbers of any type. `None` for other types.
+    fn numbers(&self) -> Option<Vec<f64>> {
+        fn each<const N: usize>(data: &[u8], of: impl Fn([u8; N]) -> f64) -> Option<Vec<f64>> {
+            let (numbers, rest) = data.as_chunks();
+            rest.is_empty()
+                .then(|| numbers.iter().map(|bytes| of(*bytes)).collect())
+        }
+        let data = self.data;
+        match self.kind {
+            1 => each(data, |b| i8::from_le_bytes(b).into()),
+            2 => each(data, |b| u8::from_le_bytes(b).into()),
+            3 => each(data, |b| i16::from_le_bytes(b).into()),
+            4 => each(data, |b| u16::from_le_bytes(b).into()),
+            5 => each(data, |b| i32::from_le_bytes(b).into()),
+            6 => each(data, |b| u32::from_le_bytes(b).into()),
+            7 => each(data, |b| f32::from_le_bytes(b).into()),
+            9 => each(data, f64::from_le_bytes),
+            12 => each(data, |b| i64::from_le_bytes(b) as f64),
+            13 => each(data, |b| u64::from_le_bytes(b) as f64),
+            _ => None,
+        }
+    }
+
+    fn text(&self) -> String {
+        let is_text = matches!(self.kind, 1 | 2 | MI_UTF8);
+        let text = if is_text { self.data } else { &[] };
+        String::from_utf8_lossy(text).trim_end_matches('\0').into()
+    }
+}
+
+/// The numeric vectors of a struct. `None` if it is damaged.
+fn fields(mut rest: &[u8]) -> Option<Vec<Column>> {
+    let length = *Element::next(&mut rest)?.numbers()?.first()? as usize;
+    let names = Element::next(&mut rest)?.data;
+    let mut columns = Vec::new();
+    for name in names.chunks(length.max(1)) {
+        let (_, value) = Element::next(&mut rest)?.value()?;
+        if let Value::Numbers(column) = value {
+            let name = String::from_utf8_lossy(name);
+            columns.push((name.trim_end_matches('\0').into(), column));
+        }
+    }
+    Some(columns)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// What `scipy.io.savemat("x.mat", {"time_s": [0.0, 0.5], "angle_deg": np.array([1, -2],
+    /// np.int16), "title": "x"}, do_compression=True)` of scipy 1.17 writes, and the same without
+    /// compression.
+    const COMPRESSED: &[u8] = include_bytes!("tests/compressed.mat");
+    const PLAIN: &[u8] = include_bytes!("tests/plain.mat");
+
+    #[test]
+    fn the_vectors_beside_each_other_are_the_columns() {
+        let expected = [
+            ("time_s".to_owned(), vec![0.0, 0.5]),
+            ("angle_deg".to_owned(), vec![1.0, -2.0]),
+        ];
+        for file in [COMPRESSED, PLAIN] {
+            assert_eq!(columns(file), Ok(expected.to_vec()));
+        }
+    }
+
+    #[test]
+    fn other_versions_and_other_files_are_named() {
+        for (bytes, expected) in [
+            (b"MATLAB 7.3 MAT-file".as_slice(), "version 7.3, expected"),
+            (b"time_s,angle_deg\n", "expected a MAT file of level 5"),
+            (&PLAIN[..PLAIN.len() - 20], "cut off"),
+        ] {
+            let problem = columns(bytes).expect_err("it is none");
+            assert!(problem.contains(expected), "{problem}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn a_damaged_file_is_refused_or_read_without_a_panic(
+            at in 0..PLAIN.len(), to in any::<u8>(), cut in 0..PLAIN.len(),
+        ) {
+            for file in [PLAIN, COMPRESSED] {
+                let mut bytes = file.to_vec();
+                if let Some(byte) = bytes.get_mut(at) {
+                    *byte = to;
+                }
+                let _ = columns(&bytes);
+                let _ = columns(&bytes[..cut.min(bytes.len())]);
+            }
+        }
+    }
+}
