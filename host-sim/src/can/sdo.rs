@@ -100,7 +100,7 @@ impl<'a> Sdo<'a> {
     }
 
     /// Sends the first request of a transfer and returns the response. Responses about other
-    /// objects are skipped: they are for other clients of the node.
+    /// objects, and to another kind of request, are skipped: they are for other clients of the node.
     fn begin(
         &mut self,
         command: u8,
@@ -111,7 +111,8 @@ impl<'a> Sdo<'a> {
         self.send([command, low, high, sub, a, b, c, d])?;
         loop {
             let response = self.response()?;
-            if response[1..4] == [low, high, sub] {
+            let is_own = is_response_to(command, response[0]);
+            if is_own && response[1..4] == [low, high, sub] {
                 return check_abort(response, (index, sub));
             }
         }
@@ -238,6 +239,19 @@ impl<'a> Sdo<'a> {
     fn expect(&self, is_valid: bool) -> Result<(), SdoError> {
         is_valid.then_some(()).ok_or(SdoError::Protocol(self.node))
     }
+}
+
+/// Whether a server responds to a first request with this command in this way, or with an abort.
+fn is_response_to(request: u8, response: u8) -> bool {
+    const ABORT: u8 = 4;
+    let expected = match request >> 5 {
+        // Download, upload, and block upload.
+        1 => 3,
+        2 => 2,
+        _ => 6,
+    };
+    let service = response >> 5;
+    service == expected || service == ABORT
 }
 
 /// The response, unless it is an abort.

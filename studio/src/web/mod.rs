@@ -8,6 +8,7 @@ mod assets;
 mod connection;
 mod guard;
 mod pages;
+mod response;
 
 use std::collections::BTreeMap;
 use std::io::{self, ErrorKind};
