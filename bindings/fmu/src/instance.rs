@@ -204,6 +204,7 @@ impl Instance {
         let actuator = actuator.ok_or("there is no actuator")?;
         let taken = actuator
             .set_load_torque_nm(inputs.load_torque_nm)
+            .and_then(|()| actuator.set_load_inertia_kg_m2(inputs.added_inertia_kg_m2))
             .and_then(|()| {
                 let count = tick.saturating_sub(actuator.tick());
                 actuator.advance_with(level, inputs.command(level), count)

@@ -148,3 +148,18 @@ fn the_torque_of_the_load_is_the_parameter_until_the_input_is_set() {
     unloaded.step(0.0, 0.2);
     assert_eq!(unloaded.outputs(), outputs(&actuator));
 }
+
+#[test]
+fn an_inertia_at_the_input_moves_with_the_load_as_that_of_the_parameter_does() {
+    let bench = scenario::choices().last().unwrap();
+    let mut settings = bench;
+    let horn = settings.drivetrain.gear_train.load_inertia_kg_m2;
+    settings.set("load_inertia_kg_m2", horn + 0.004).unwrap();
+    let mut actuator = Actuator::try_new(&settings).unwrap();
+    actuator.advance(20.0, 4000).unwrap();
+    let host = Host::initialized(&bench);
+    host.set("added_inertia_kg_m2", 0.004);
+    host.set("command_deg", 20.0);
+    host.step(0.0, 0.2);
+    assert_eq!(host.outputs(), outputs(&actuator));
+}
