@@ -34,7 +34,7 @@ WRITERS = {
     ),
     "polars csv": lambda trace, path: _file(polars.DataFrame(trace).write_csv, path / "run.csv"),
     "numpy csv": lambda trace, path: _file(
-        lambda p: np.savetxt(p, trace.to_numpy(), "%r", ",", header=",".join(trace), comments=""),
+        lambda p: np.savetxt(p, trace.to_numpy(), "%.17g", ",", header=",".join(trace), comments=""),
         path / "run.csv",
     ),
     "scipy mat": lambda trace, path: _file(lambda p: scipy.io.savemat(p, trace), path / "run.mat"),
@@ -94,7 +94,7 @@ def test_what_the_program_writes_is_read_by_others(trace, tmp_path):
     mat = scipy.io.loadmat(paths[1])["trace"]
     for table in (
         pandas.read_csv(paths[0]),
-        polars.read_csv(paths[0]),
+        polars.read_csv(paths[0], infer_schema_length=None),
         np.genfromtxt(paths[0], delimiter=",", names=True),
         {name: mat[name][0, 0].ravel() for name in trace},
     ):
