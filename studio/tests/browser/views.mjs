@@ -149,7 +149,7 @@ try {
   await page.show('move');
   await page.key(' ', 'Space');
   await page.until("document.querySelector('#drive').textContent === 'switch on disabled'");
-  await page.evaluate("import('/socket.js').then(s => s.request('write', { node: 1, object: '2100:17', value: '4' })).then(() => import('/socket.js')).then(s => s.request('write', { node: 1, object: '2100:15', value: '100' }))");
+  await page.evaluate("import('/socket.js').then(s => s.request('write', { node: 1, object: '2100:17', value: '4' })).then(() => import('/socket.js')).then(s => s.request('write', { node: 1, object: '2100:15', value: '2000' }))");
   await page.enable();
   await page.fill('#target', -40);
   await page.tap('#go');
