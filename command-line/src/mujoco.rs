@@ -13,7 +13,7 @@ use host_sim::{
     settings::{ModelKind, PlantKind, Pwm},
 };
 
-/// Writes the actuator for MuJoCo: a file of MJCF for <include>, with the engine plugin
+/// Writes the actuator for MuJoCo: a file of MJCF to include, with the engine plugin
 ///
 /// The plugin is built from bindings/mujoco. Without --out the text is printed.
 #[derive(Debug, Args)]

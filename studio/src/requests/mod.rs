@@ -14,21 +14,35 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use host_sim::can::client::Client;
-use serde::Deserialize;
-use serde_json::{Value, json};
+use serde::{Deserialize, de::Error as _};
+use serde_json::{Map, Value, json};
 
 use crate::core::{Busy, Core};
 use crate::web::{PageId, Pages};
 
 pub use dictionary::hello;
 
-/// A message of a page.
-#[derive(Debug, Deserialize)]
-struct Envelope {
-    #[serde(default)]
-    id: u64,
-    #[serde(flatten)]
-    request: Request,
+/// The identifier and the request of a message.
+///
+/// The arguments stand beside `do`. An attribute `tag` would buffer them, and buffered numbers with a
+/// fraction are refused where any other crate enables `arbitrary_precision` of `serde_json`.
+fn parse(text: &str) -> Result<(u64, Request), serde_json::Error> {
+    let mut arguments: Map<String, Value> = serde_json::from_str(text)?;
+    let id = match arguments.remove("id") {
+        Some(id) => serde_json::from_value(id)?,
+        None => 0,
+    };
+    let name: String = match arguments.remove("do") {
+        Some(name) => serde_json::from_value(name)?,
+        None => return Err(serde_json::Error::missing_field("do")),
+    };
+    if arguments.is_empty()
+        && let Ok(request) = serde_json::from_value(Value::String(name.clone()))
+    {
+        return Ok((id, request));
+    }
+    let request = Map::from_iter([(name, Value::Object(arguments))]);
+    Ok((id, serde_json::from_value(Value::Object(request))?))
 }
 
 /// Settings of 2020h by their sub-indices.
@@ -48,7 +62,7 @@ impl TryFrom<BTreeMap<String, i32>> for ExcitationValues {
 }
 
 #[derive(Debug, Deserialize)]
-#[serde(tag = "do", rename_all = "snake_case")]
+#[serde(rename_all = "snake_case")]
 enum Request {
     /// A sign of life.
     Alive,
@@ -239,15 +253,14 @@ impl Context {
 /// # Errors
 /// The message is no request.
 pub fn handle(core: &Arc<Core>, page: PageId, text: &str) -> Result<(), String> {
-    let envelope: Envelope =
-        serde_json::from_str(text).map_err(|error| format!("not a request: {error}"))?;
+    let (id, request) = parse(text).map_err(|error| format!("not a request: {error}"))?;
     let reply = Reply {
         pages: core.pages.clone(),
         page,
-        id: envelope.id,
+        id,
     };
     let has_control = core.with(|state| state.control.is_held_by(page));
-    if envelope.request.needs_control() && !has_control {
+    if request.needs_control() && !has_control {
         reply.result(Err("another page has the control; take it first".into()));
         return Ok(());
     }
@@ -256,7 +269,7 @@ pub fn handle(core: &Arc<Core>, page: PageId, text: &str) -> Result<(), String> 
         page,
         reply,
     };
-    dispatch(context, envelope.request);
+    dispatch(context, request);
     Ok(())
 }
 
@@ -305,5 +318,35 @@ fn dispatch(context: Context, request: Request) {
         Request::Predict(prediction) => identify::predict(context, prediction),
         Request::Identify(identification) => identify::identify(context, identification),
         Request::TakeOver { node, values } => identify::take_over(context, node, values),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_message_is_its_identifier_and_its_request() {
+        let (id, request) = parse(r#"{"id":7,"do":"move","node":1,"deg":-12.5}"#).expect("valid");
+        assert_eq!(id, 7);
+        assert!(matches!(request, Request::Move { node: 1, deg } if deg == -12.5));
+        let (id, request) = parse(r#"{"do":"stop"}"#).expect("valid");
+        assert_eq!(id, 0);
+        assert!(matches!(request, Request::Stop));
+    }
+
+    #[test]
+    fn what_is_no_request_is_told_with_its_cause() {
+        for (text, cause) in [
+            ("[]", "expected a map"),
+            (r#"{"id":1}"#, "missing field `do`"),
+            (r#"{"do":"jump"}"#, "unknown variant `jump`"),
+            (r#"{"do":"move","node":1}"#, "missing field `deg`"),
+            (r#"{"do":"move","node":"x","deg":0}"#, "expected u8"),
+            (r#"{"id":"x","do":"stop"}"#, "expected u64"),
+        ] {
+            let error = parse(text).expect_err(text).to_string();
+            assert!(error.contains(cause), "{text}: {error}");
+        }
     }
 }
