@@ -6,7 +6,7 @@ use model_core::time::seconds;
 use crate::scenario::{Error, MOST_ROWS, Scenario};
 
 /// The columns of a trace: the time, the command at that time, and the outputs before the updates
-/// of this instant ([`Actuator::reading`]).
+/// of this instant (`Actuator::reading`).
 pub const COLUMNS: [&str; 10] = {
     let [a, b, c, d, e, f, g, h] = Reading::COLUMNS;
     ["time_s", "command_deg", a, b, c, d, e, f, g, h]
