@@ -36,6 +36,16 @@ def is_of_node(identifier):
     return identifier in (0x000, 0x080, 0x100, 0x7E4, 0x7E5) or identifier & 0x7F == 1
 
 
+def position(word, target):
+    """RPDO 1 by default: controlword and target position, mdeg."""
+    return 0x201, struct.pack("<Hi", word, target)
+
+
+def velocity(target, mode):
+    """RPDO 2 by default: target velocity, mdeg/s, and mode of operation."""
+    return 0x301, struct.pack("<ib", target, mode)
+
+
 class Motion(Bench):
     program, elf = PROGRAM, ELF
 
@@ -71,7 +81,13 @@ class Motion(Bench):
 
     def enable(self, mode):
         self.reset_fault()
-        self.write(0x6060, 0, "<b", mode)
+
+        def is_selected():
+            # Again, if a PDO with a mode was still under way.
+            self.write(0x6060, 0, "<b", mode)
+            return self.sdo.upload(0x6061, 0)[0] == mode
+
+        self.wait(is_selected, f"mode {mode}")
         for word, state in ((SHUTDOWN, 0x21), (SWITCH_ON, 0x23), (ENABLE, 0x27)):
             self.write(0x6040, 0, "<H", word)
             self.wait(lambda: self.status() & 0x6F == state, f"state {state:02X}h")
@@ -153,9 +169,7 @@ class Motion(Bench):
                         self.write(0x60FF, 0, "<i", sign * 200_000)
                     while time.monotonic() < end:
                         if mode >= 8:
-                            # Cyclic commands: RPDO 1 is controlword and position, 2 and velocity.
-                            far = sign * (90_000 if mode == 8 else 200_000)
-                            self.wire.send(0x201 if mode == 8 else 0x301, struct.pack("<Hi", ENABLE, far))
+                            self.wire.send(*(position(ENABLE, sign * 90_000) if mode == 8 else velocity(sign * 200_000, mode)))
                         greatest = max(greatest, sign * self.angle())
                     self.assertGreater(greatest, 45_000, "it moves")
                     self.assertLess(greatest, LIMIT_MDEG + OVERSHOOT_MDEG)
@@ -171,7 +185,7 @@ class Motion(Bench):
             identifier, data = source.randrange(0x800), source.randbytes(source.randrange(9))
             if identifier in (0x201, 0x301):
                 # Shorter than its mapping: an error, and no command.
-                flooding.send(identifier, data[:5])
+                flooding.send(identifier, data[:4])
             elif not is_of_node(identifier):
                 flooding.send(identifier, data)
 
@@ -204,8 +218,8 @@ class Motion(Bench):
         for _ in range(200):
             word = self.random.choice((0, SHUTDOWN, SWITCH_ON, NEW_SETPOINT, NEW_SETPOINT | SWITCH_ON))
             self.write(0x6060, 0, "<b", self.random.choice(list(MODES.values())))
-            target = self.random.randint(-60_000, 60_000)
-            self.wire.send(self.random.choice((0x201, 0x301)), struct.pack("<Hi", word, target))
+            target, mode = self.random.randint(-60_000, 60_000), self.random.choice(list(MODES.values()))
+            self.wire.send(*self.random.choice((position(word, target), velocity(target, mode))))
             self.assertLessEqual(abs(self.angle() - start), REST_MDEG)
 
 
