@@ -1,5 +1,5 @@
-//! Puts the shared libraries that `ACTUATOR_FMU_LIBRARIES` names into the program, so that a copy of
-//! it alone can write FMUs. `bindings/package` sets the variable.
+//! Puts the shared libraries that `ACTUATOR_FMU_LIBRARIES` names into the program, so that a copy
+//! of it alone can write FMUs. `bindings/package` sets the variable.
 
 use std::{env, fs, io, path::Path};
 

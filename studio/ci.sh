@@ -2,8 +2,8 @@
 # Uses Studio in Chromium: every view, strangers, pulled plugs, telemetry at full rate, and the same
 # on the emulated boards. Needs node; Chromium is installed where it is missing.
 #
-# `studio/ci.sh long` runs the telemetry for ten minutes; `studio/ci.sh documents` writes the table of
-# docs/studio.md and the picture of the README.
+# `studio/ci.sh long` runs the telemetry for ten minutes; `studio/ci.sh documents` writes the table
+# of docs/studio.md and the picture of the README.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

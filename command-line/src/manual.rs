@@ -11,7 +11,8 @@ use host_sim::file;
 
 /// Writes the manual pages of all commands into a folder
 ///
-/// `man ./actuator-identify.1` shows one; in ~/.local/share/man/man1 `man` finds them by their names.
+/// `man ./actuator-identify.1` shows one; in ~/.local/share/man/man1 `man` finds them by their
+/// names.
 #[derive(Debug, Args)]
 pub struct Manual {
     /// The folder

@@ -114,8 +114,8 @@ fn check(core: &Arc<Core>, now: Instant) {
 /// Bytes of a sample: the time as f64, and the quantities as f32.
 const SAMPLE_BYTES: usize = 8 + 4 * COUNT;
 
-/// Appends the samples of a node to a message: the node-ID (u8), zero (u8), the number of rows (u16)
-/// and of samples lost on the bus so far (u32), then the rows; little-endian.
+/// Appends the samples of a node to a message: the node-ID (u8), zero (u8), the number of rows
+/// (u16) and of samples lost on the bus so far (u32), then the rows; little-endian.
 fn put(bytes: &mut Vec<u8>, node: u8, lost: u64, rows: impl ExactSizeIterator<Item = Row>) {
     let count = rows.len();
     bytes.reserve(8 + count * SAMPLE_BYTES);

@@ -2,8 +2,8 @@
 //!
 //! Three things end a motion, each where the one before has failed:
 //!
-//! 1. A stop: any page may ask for it, at any time. The quick stop is sent at once, beside all other
-//!    work, and again until the drive is off.
+//! 1. A stop: any page may ask for it, at any time. The quick stop is sent at once, beside all
+//!    other work, and again until the drive is off.
 //! 2. The page that asked for the motion is gone, or does not answer for [`PAGE_SILENT`]: this
 //!    program stops the drive as for 1.
 //! 3. This program, or the bus, is gone: the actuator watches its heartbeat (1016h) while it is

@@ -434,8 +434,8 @@ enum actuator_error actuator_set_load_nm(struct actuator *actuator, double torqu
 enum actuator_error actuator_set_load_inertia(struct actuator *actuator, double inertia_kg_m2);
 
 /**
- * Moves the load by an angle, deg, and an impulse, Nm s: what another simulation has found to act on it beyond the torque that was set. Only the bench has a
- * load.
+ * Moves the load by an angle, deg, and an impulse, Nm s: what another simulation has found to act
+ * on it beyond the torque that was set. Only the bench has a load.
  */
 enum actuator_error actuator_push_load(struct actuator *actuator,
                                        double angle_deg,

@@ -274,8 +274,8 @@ pub unsafe extern "C" fn actuator_set_load_inertia(
     code(actuator.and_then(|actuator| Ok(actuator.core.set_load_inertia_kg_m2(inertia_kg_m2)?)))
 }
 
-/// Moves the load by an angle, deg, and an impulse, Nm s: what another simulation has found to act on it beyond the torque that was set. Only the bench has a
-/// load.
+/// Moves the load by an angle, deg, and an impulse, Nm s: what another simulation has found to act
+/// on it beyond the torque that was set. Only the bench has a load.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn actuator_push_load(
     actuator: *mut Actuator,

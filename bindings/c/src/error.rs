@@ -22,8 +22,8 @@ pub enum Code {
     None = 0,
     /// A pointer is null or misaligned.
     Pointer = 1,
-    /// A size is not that of this library, or the memory is smaller than an actuator with this delay
-    /// needs: `actuator_size` returns what it needs.
+    /// A size is not that of this library, or the memory is smaller than an actuator with this
+    /// delay needs: `actuator_size` returns what it needs.
     Size = 2,
     /// The memory does not hold initialised settings or a started actuator.
     NotReady = 3,

@@ -176,8 +176,8 @@ impl ModelDescription<'_> {
     }
 }
 
-/// A number in the notation of XML Schema, with enough digits to restore it exactly. Infinity, which
-/// few hosts can show, is the largest number.
+/// A number in the notation of XML Schema, with enough digits to restore it exactly. Infinity,
+/// which few hosts can show, is the largest number.
 struct Number(f64);
 
 impl fmt::Display for Number {

@@ -87,7 +87,8 @@ model_core::parameters! {
         command_v [""]: 0.0, "V", -1000.0, 1000.0, "beyond every supply";
         /// Torque on the load, from the next tick on.
         load_torque_nm [""]: 0.0, "Nm", *LOAD_TORQUE_RANGE_NM.start(), *LOAD_TORQUE_RANGE_NM.end(), "the range of the parameter of this name, which the input stands in for";
-        /// Inertia that moves with the load in addition to load_inertia_kg_m2, from the next tick on.
+        /// Inertia that moves with the load in addition to load_inertia_kg_m2, from the next tick
+        /// on.
         added_inertia_kg_m2 [""]: 0.0, "kg m^2", 0.0, 1000.0, "none; a tonne at a metre";
     }
 }

@@ -194,7 +194,8 @@ static void show_load(const mjModel *m, struct servo *servo, const struct couple
     actuator_set_load_inertia(actuator, next[SERVO_INERTIA]);
 }
 
-/* Advances a copy of the state to the end of the step, and demands the acceleration of the joint. */
+/* Advances a copy of the state to the end of the step, and demands the acceleration of the
+ * joint. */
 static void predict(const mjModel *m, const mjData *d, struct servo *servo,
                     struct coupled_joint *joint)
 {
@@ -218,8 +219,8 @@ static void predict(const mjModel *m, const mjData *d, struct servo *servo,
 }
 
 /* Warns once if the shafts of an arm oscillate too fast for the step. Gershgorin: no mode is faster
- * than the row of A with the greatest sum allows. The phase per step at which an arm becomes unstable
- * was found by experiment; a single servo is exact at any. */
+ * than the row of A with the greatest sum allows. The phase per step at which an arm becomes
+ * unstable was found by experiment; a single servo is exact at any. */
 static void check_step(const mjModel *m, struct servos *all)
 {
     static const double MOST_PHASE = 0.8;

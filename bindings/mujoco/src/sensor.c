@@ -1,6 +1,6 @@
 /*
- * What a servo measures and what its motor does, as a sensor of MuJoCo. A plugin of its own, so that
- * a simulation without sensors does not pay for them.
+ * What a servo measures and what its motor does, as a sensor of MuJoCo. A plugin of its own, so
+ * that a simulation without sensors does not pay for them.
  */
 #include "sensor.h"
 

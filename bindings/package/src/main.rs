@@ -1,8 +1,8 @@
 //! `cargo run --release --bin package -- [--out FOLDER] [PART...]`: everything that a release has,
 //! in the folder `dist`, with checksums.
 //!
-//! Programs and libraries for Linux are linked by zig against glibc 2.17 (2014), so that they run on
-//! older systems than the one that builds them. zig and maturin come from the package index of
+//! Programs and libraries for Linux are linked by zig against glibc 2.17 (2014), so that they run
+//! on older systems than the one that builds them. zig and maturin come from the package index of
 //! Python into an environment of their own below `target`.
 
 #![forbid(unsafe_code)]

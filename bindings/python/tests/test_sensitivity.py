@@ -45,7 +45,8 @@ def test_derivatives_agree_with_differences_of_the_simulator_where_it_is_smooth(
 
 
 def test_derivatives_agree_with_differences_across_a_rate_limit():
-    # The limit ends at an instant that depends on the parameter: its derivative is that of the event.
+    # The limit ends at an instant that depends on the parameter: its derivative is that of the
+    # event.
     trace = sa.simulate(
         "black-box-1", command=([0.0], [60.0]), duration=1.0, gradients=["rate_limit_up_deg_s"]
     )

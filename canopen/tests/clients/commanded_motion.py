@@ -148,8 +148,8 @@ class Motion(Bench):
                     self.write(0x6060, 0, "<b", MODES[name])
                     self.wait(self.is_at_rest, "rest")
                     travel = (self.angle() - start) * (1 if rate > 0 else -1)
-                    # 40 deg/s for the 100 ms of the command timeout, and the same again for the time
-                    # of the transfer and of the deceleration.
+                    # 40 deg/s for the 100 ms of the command timeout, and the same again for the
+                    # time of the transfer and of the deceleration.
                     self.assertGreater(travel, -REST_MDEG)
                     self.assertLess(travel, 8_000)
                     self.assertLessEqual(self.stays(), REST_MDEG)

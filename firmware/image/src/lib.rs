@@ -98,8 +98,8 @@ fn place_and_crc(path: &Path, bytes: &[u8]) -> Result<Option<(usize, u32)>, Imag
     Ok(Some((offset as usize, program_crc(&program))))
 }
 
-/// The bytes that the file loads into the flash memory, from the first one to the last one; gaps are
-/// erased.
+/// The bytes that the file loads into the flash memory, from the first one to the last one; gaps
+/// are erased.
 ///
 /// # Errors
 /// The file is not a program of a board, or cannot be read.

@@ -3,8 +3,8 @@
 use super::Fault;
 
 impl Fault {
-    /// What to do about it before it is reset. The sentences are for documents and tools; the board's
-    /// program contains none of them.
+    /// What to do about it before it is reset. The sentences are for documents and tools; the
+    /// board's program contains none of them.
     ///
     /// ```
     /// assert!(firmware::faults::Fault::Stall.remedy().starts_with("Free the shaft"));

@@ -100,7 +100,8 @@ impl<'a> Sdo<'a> {
     }
 
     /// Sends the first request of a transfer and returns the response. Responses about other
-    /// objects, and to another kind of request, are skipped: they are for other clients of the node.
+    /// objects, and to another kind of request, are skipped: they are for other clients of the
+    /// node.
     fn begin(
         &mut self,
         command: u8,

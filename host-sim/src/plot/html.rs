@@ -22,7 +22,8 @@ pub const FIGURE_JS: &str = include_str!("../../assets/page/figure.js");
 pub(crate) const PAGE_JS: &str = include_str!("../../assets/page/page.js");
 pub(crate) const PAGE_CSS: &str = include_str!("../../assets/page/page.css");
 
-/// Columns of samples that are distinguished: more than those of the SVG, so that zooming shows more.
+/// Columns of samples that are distinguished: more than those of the SVG, so that zooming shows
+/// more.
 const COLUMNS: usize = 900;
 /// Significant digits of the data: a millisecond in a day, and a thousandth of a degree in a turn.
 const X_DIGITS: u8 = 8;

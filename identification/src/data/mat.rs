@@ -1,5 +1,5 @@
-//! Reads MAT files of level 5: those of `actuator simulate --out`, of `save` in Octave and MATLAB up
-//! to version 7, and of scipy.
+//! Reads MAT files of level 5: those of `actuator simulate --out`, of `save` in Octave and MATLAB
+//! up to version 7, and of scipy.
 //!
 //! After MathWorks, "MAT-File Format", chapter "Level 5 MAT-File Format". The columns are the
 //! numeric vectors of equal length in one struct, or beside each other in the file; of several such

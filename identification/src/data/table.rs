@@ -65,8 +65,8 @@ impl Table {
     /// Reads a file; the delimiter is that of a text file.
     ///
     /// # Errors
-    /// [`ImportError::Read`], and [`ImportError::Content`] for a file of another format, and a field
-    /// that is not a number.
+    /// [`ImportError::Read`], and [`ImportError::Content`] for a file of another format, and a
+    /// field that is not a number.
     pub fn read(
         path: &Path,
         delimiter: Option<Delimiter>,

@@ -53,7 +53,8 @@ impl InputLevel {
 /// A signal to an actuator that it does not accept; the actuator is unchanged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CommandError {
-    /// A command or a torque is out of its range, a motion is not finite, or an inertia is negative.
+    /// A command or a torque is out of its range, a motion is not finite, or an inertia is
+    /// negative.
     Value,
     /// The model has no such input.
     Level(InputLevel),

@@ -35,8 +35,8 @@ impl ActuatorCore {
         Ok(())
     }
 
-    /// Moves the load by an angle, deg, and an impulse, Nm s: what another simulation has found to act
-    /// on it beyond the torque that was set. Only the
+    /// Moves the load by an angle, deg, and an impulse, Nm s: what another simulation has found to
+    /// act on it beyond the torque that was set. Only the
     /// drivetrain has a load.
     ///
     /// # Errors
@@ -51,8 +51,8 @@ impl ActuatorCore {
         Ok(())
     }
 
-    /// Places the shaft at an angle, deg, before the first tick: later it has no effect. The board's
-    /// encoder then measures it within half a turn.
+    /// Places the shaft at an angle, deg, before the first tick: later it has no effect. The
+    /// board's encoder then measures it within half a turn.
     ///
     /// # Errors
     /// [`CommandError::Value`] for an angle that is not finite.

@@ -12,8 +12,8 @@ use crate::parameter::ParameterError;
 ///
 /// By default it holds the memory of the longest delay, 160 KB, and needs no heap.
 /// `Actuator<Vec<f64>>` (feature `alloc`) holds that of its own delay: 2.8 KB for the 17.5 ms of
-/// the paper. An [`ActuatorCore`] leaves that memory to its caller; its signals and outputs are also
-/// those of an actuator.
+/// the paper. An [`ActuatorCore`] leaves that memory to its caller; its signals and outputs are
+/// also those of an actuator.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(bound = "R: Ring"))]

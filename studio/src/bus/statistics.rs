@@ -95,8 +95,8 @@ impl Statistics {
         self.load = (share(least), share(most));
     }
 
-    /// Everything for the display, `now_s` after the start; of the trace the frames after the `known`
-    /// first ones. The next frame of each identifier is decoded again.
+    /// Everything for the display, `now_s` after the start; of the trace the frames after the
+    /// `known` first ones. The next frame of each identifier is decoded again.
     pub fn snapshot(&mut self, known: u64, now_s: f64) -> Value {
         let streams: Vec<_> = self
             .streams

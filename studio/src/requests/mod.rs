@@ -24,8 +24,8 @@ pub use dictionary::hello;
 
 /// The identifier and the request of a message.
 ///
-/// The arguments stand beside `do`. An attribute `tag` would buffer them, and buffered numbers with a
-/// fraction are refused where any other crate enables `arbitrary_precision` of `serde_json`.
+/// The arguments stand beside `do`. An attribute `tag` would buffer them, and buffered numbers with
+/// a fraction are refused where any other crate enables `arbitrary_precision` of `serde_json`.
 fn parse(text: &str) -> Result<(u64, Request), serde_json::Error> {
     let mut arguments: Map<String, Value> = serde_json::from_str(text)?;
     let id = match arguments.remove("id") {

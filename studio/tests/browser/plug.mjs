@@ -6,12 +6,12 @@ import { createConnection } from 'node:net';
 import { closeBrowser, proxy, serve, studio, visit, wait } from './session.mjs';
 
 const [actuator, file] = process.argv.slice(2);
-// A bound for the rest of the shaft: detection, 500 ms of the quick stop, and the braking behind it,
-// as docs/faults.md has them, with a loaded computer's time to notice.
+// A bound for the rest of the shaft: detection, 500 ms of the quick stop, and the braking behind
+// it, as docs/faults.md has them, with a loaded computer's time to notice.
 const MOST_S = 2.5;
 
-// The shaft as another client of the bus sees it: the object 6064h, read every 10 ms, which an actuator
-// answers in the state pre-operational too.
+// The shaft as another client of the bus sees it: the object 6064h, read every 10 ms, which an
+// actuator answers in the state pre-operational too.
 const READ = 't60184064600000000000\r', ANSWER = /^t581843646000(.{8})/;
 const watch = address => {
   const samples = [], [host, port] = address.split(':');

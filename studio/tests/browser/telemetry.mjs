@@ -1,4 +1,5 @@
-// Four actuators at 250 Hz in the view Live: no sample is lost untold, memory is flat, frames a second.
+// Four actuators at 250 Hz in the view Live: no sample is lost untold, memory is flat, frames a
+// second.
 // node telemetry.mjs ACTUATOR SECONDS
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';

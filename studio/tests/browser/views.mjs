@@ -1,4 +1,5 @@
-// From the start to a moving servo in seconds, and the main action of each view, as a person does it.
+// From the start to a moving servo in seconds, and the main action of each view, as a person does
+// it.
 // node views.mjs ACTUATOR PICTURES [options of `actuator studio`]
 import assert from 'node:assert/strict';
 import { existsSync, mkdirSync, readFileSync, rmSync } from 'node:fs';

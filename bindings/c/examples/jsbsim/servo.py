@@ -14,10 +14,6 @@ class _Settings(ctypes.Structure):
     _fields_ = [("opaque", ctypes.c_uint64 * 128)]
 
 
-class _Actuator(ctypes.Structure):
-    _fields_ = [("opaque", ctypes.c_uint64 * 800)]
-
-
 class _Why(ctypes.Structure):
     _fields_ = [("text", ctypes.c_char * 192)]
 
@@ -39,15 +35,18 @@ class Servo:
         self._c = ctypes.CDLL(str(library))
         if self._c.actuator_abi_version() != ABI_VERSION:
             raise RuntimeError("the library is of another version")
-        self._actuator, settings, self._why = _Actuator(), _Settings(), _Why()
+        settings, self._why = _Settings(), _Why()
         s, why = ctypes.byref(settings), ctypes.byref(self._why)
         size = ctypes.c_size_t(ctypes.sizeof(settings))
         plant = None if plant is None else plant.encode()
         self._check(self._c.actuator_settings_init(s, size, model.encode(), plant, why))
         for name, value in parameters.items():
             self._check(self._c.actuator_settings_set(s, name.encode(), ctypes.c_double(value), why))
-        size = ctypes.c_size_t(ctypes.sizeof(self._actuator))
-        self._check(self._c.actuator_start(ctypes.byref(self._actuator), size, s, why))
+        # The memory grows with the delay.
+        self._c.actuator_size.restype = ctypes.c_size_t
+        size = self._c.actuator_size(s)
+        self._actuator = (ctypes.c_uint64 * (size // 8))()
+        self._check(self._c.actuator_start(ctypes.byref(self._actuator), ctypes.c_size_t(size), s, why))
 
     def _check(self, code):
         if code:

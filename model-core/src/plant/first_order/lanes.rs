@@ -218,8 +218,8 @@ impl<const N: usize> MotorLanes<N> {
     }
 
     /// Passes a control period of which so many ticks are wanted, from 1 to 80, and sees them: all,
-    /// or those at the start of a PWM period. The duties, in steps of 2^-32 %, are in force from the
-    /// second PWM period on.
+    /// or those at the start of a PWM period. The duties, in steps of 2^-32 %, are in force from
+    /// the second PWM period on.
     ///
     /// The rate runs monotonically from target to target, so that it is least and greatest at the
     /// first or the last tick of a PWM period, and so is the angle where the motor does not

@@ -33,8 +33,8 @@ pub fn torque_constant(rows: &[Row]) -> Option<f64> {
     });
     Some(products / squares).filter(|k| count >= FEWEST && *k > 0.0)
 }
-/// What the actuator itself knows of its motor, and an experiment cannot tell: only the ratio of the
-/// torque constant to the resistance shows, and only its product with the gear ratio.
+/// What the actuator itself knows of its motor, and an experiment cannot tell: only the ratio of
+/// the torque constant to the resistance shows, and only its product with the gear ratio.
 #[derive(Debug, Clone, Copy)]
 pub struct Known {
     /// Armature resistance.
@@ -66,8 +66,8 @@ pub fn motor(assessment: &Assessment, known: Known, rows: &[Row]) -> Result<Valu
     objects[2].1 = known.gear_ratio;
     let supplies = rows.iter().map(|row| f64::from(row.values[place::SUPPLY]));
     let supply_v = supplies.sum::<f64>() / rows.len().max(1) as f64;
-    // Without Coulomb friction and inductance: J w' = k (u - k w)/R - b w, of which the duty gives u
-    // as a share of the supply voltage.
+    // Without Coulomb friction and inductance: J w' = k (u - k w)/R - b w, of which the duty gives
+    // u as a share of the supply voltage.
     let damping = viscous + k * k / ohm;
     let gain_rad_s_v = k / ohm / damping;
     let values = objects.iter().map(|(row, value)| {
