@@ -5,6 +5,7 @@
 //! code        = floor(pin voltage / LSB + 1/2), limited to 0..=4095
 //! ```
 
+use super::board_figures::{ADC_REFERENCE_V, CURRENT_GAIN_V_A, CURRENT_OFFSET_V, CURRENT_SWING_V};
 use super::noise::Noise;
 
 /// Result of a conversion: 0 to 4095.
@@ -13,7 +14,7 @@ pub struct AdcCode(u16);
 
 impl AdcCode {
     /// Volts per code: 12 bits of a 3.3 V reference (STM32F427, section ADC).
-    pub const LSB_V: f64 = 3.3 / 4096.0;
+    pub const LSB_V: f64 = ADC_REFERENCE_V / 4096.0;
 
     /// The largest code.
     pub const MAX: Self = Self(4095);
@@ -56,9 +57,9 @@ crate::parameters! {
     /// Front end of the motor current: shunt with bidirectional amplifier.
     pub struct CurrentSenseParameters {
         /// Volts at the pin per ampere.
-        current_gain_v_a [""]: 0.5, "V/A", 1e-3, 1000.0, "INA240A2 (50 V/V) with 10 mohm: +-2.9 A, and a reversal at full rate takes 1.52 A";
+        current_gain_v_a [""]: CURRENT_GAIN_V_A, "V/A", 1e-3, 1000.0, "INA240A2 (50 V/V) with 10 mohm: +-2.9 A, and a reversal at full rate takes 1.52 A";
         /// Volts at the pin without current.
-        current_offset_v [""]: 1.65, "V", 0.0, 3.3, "estimate: half the reference, for both signs";
+        current_offset_v [""]: CURRENT_OFFSET_V, "V", 0.0, 3.3, "estimate: half the reference, for both signs";
         /// Relative error of the gain.
         current_gain_error [""]: 0.0, "1", -0.5, 0.5, "ideal";
         /// Error of the offset.
@@ -97,10 +98,6 @@ pub struct FrontEnd {
     swing_v: (f64, f64),
 }
 
-/// Output swing of the current amplifier at a supply of 3.3 V: within 200 mV of the supply and
-/// 10 mV of ground (INA240 data sheet, electrical characteristics, output).
-const INA240_SWING_V: (f64, f64) = (0.01, 3.1);
-
 impl From<&CurrentSenseParameters> for FrontEnd {
     fn from(p: &CurrentSenseParameters) -> Self {
         Self {
@@ -109,7 +106,7 @@ impl From<&CurrentSenseParameters> for FrontEnd {
             gain_error: p.current_gain_error,
             offset_error_v: p.current_offset_error_v,
             noise_v: p.current_noise_v,
-            swing_v: INA240_SWING_V,
+            swing_v: CURRENT_SWING_V,
         }
     }
 }
@@ -122,7 +119,7 @@ impl From<&BackEmfSenseParameters> for FrontEnd {
             gain_error: p.back_emf_gain_error,
             offset_error_v: p.back_emf_offset_error_v,
             noise_v: p.back_emf_noise_v,
-            swing_v: (0.0, 3.3),
+            swing_v: (0.0, ADC_REFERENCE_V),
         }
     }
 }

@@ -11,24 +11,9 @@
 //! below ground. The back-EMF is the difference.
 
 use super::adc::AdcCode;
-
-/// Volts at the pin per volt of the supply: 40 kohm over 10 kohm.
-pub const SUPPLY_DIVIDER: f64 = 1.0 / 5.0;
-
-/// Volts at the pin per volt of a leg: 20 kohm over 10 kohm.
-pub const LEG_DIVIDER: f64 = 1.0 / 3.0;
-
-/// Time constant of a leg's divider, s: 20 kohm parallel to 10 kohm, with 1 nF.
-pub const LEG_SETTLING_S: f64 = 20e3 * 10e3 / 30e3 * 1e-9;
-
-/// Resistance of the NTC at 25 deg C, ohm.
-pub const NTC_OHM: f64 = 10e3;
-
-/// B value of the NTC, K.
-pub const NTC_B_K: f64 = 3950.0;
-
-/// Pull-up resistor from the reference to the NTC, whose other end is at ground, ohm.
-pub const NTC_PULL_UP_OHM: f64 = 10e3;
+pub use super::board_figures::{
+    LEG_DIVIDER, LEG_SETTLING_S, NTC_B_K, NTC_OHM, NTC_PULL_UP_OHM, SUPPLY_DIVIDER,
+};
 
 /// 0 deg C, K.
 const ZERO_CELSIUS_K: f64 = 273.15;

@@ -5,6 +5,8 @@ use rigless::emulator::{Driver, Host, Settled, Stop, Watch};
 use rigless::session::Session;
 use rigless::time::VirtualNanos;
 
+use model_core::sensors::board_figures::TRIP_A;
+
 use super::RunError;
 use super::board_faults::{self, BoardFaults};
 use super::firmware::Firmware;
@@ -21,9 +23,6 @@ use crate::trace::{Row, Trace};
 
 /// Period of the stops while the timer has not started, ns.
 const POLL_NS: u64 = 100_000;
-
-/// Threshold of the comparator at the bridge's ground return, A.
-const TRIP_A: f64 = 2.0;
 
 /// Supply voltage below which the regulator switches the chip off, and above which it switches it
 /// on, V.

@@ -21,10 +21,36 @@ use stm32f4xx_hal::{
     },
 };
 
-use super::dma::{DmaStream, Transfer};
+use super::{
+    dma::{DmaStream, Transfer},
+    pins::channel,
+};
 
 /// Results of the scan: leg A, leg B, temperature.
 static SCAN_RESULTS: [AtomicU16; 3] = [const { AtomicU16::new(0) }; 3];
+
+/// Sampling times of the channels from `first` on, ten of which share a register (RM0090, sections
+/// 13.13.4 and 13.13.5): 56 cycles for the current, 84 for all others.
+const fn sampling_times(first: u8) -> u32 {
+    const CYCLES_56: u32 = 0b011;
+    const CYCLES_84: u32 = 0b100;
+    const TIMES: [(u8, u32); 5] = [
+        (channel::CURRENT, CYCLES_56),
+        (channel::SUPPLY, CYCLES_84),
+        (channel::LEG_A, CYCLES_84),
+        (channel::LEG_B, CYCLES_84),
+        (channel::TEMPERATURE, CYCLES_84),
+    ];
+    let (mut bits, mut index) = (0, 0);
+    while index < TIMES.len() {
+        let (channel, time) = TIMES[index];
+        if channel / 10 == first / 10 {
+            bits |= time << (3 * (channel % 10));
+        }
+        index += 1;
+    }
+    bits
+}
 
 /// The analog-to-digital converter.
 pub struct Analog {
@@ -38,16 +64,22 @@ impl Analog {
         // 84 MHz / 4 = 21 MHz; at most 36 MHz are allowed (data sheet, table 74).
         common.ccr().modify(|_, w| w.adcpre().div4());
         adc.cr1().write(|w| w.scan().enabled());
-        adc.smpr1()
-            .write(|w| w.smp10().cycles84().smp12().cycles84().smp13().cycles84());
-        adc.smpr2().write(|w| w.smp3().cycles56().smp9().cycles84());
+        // SAFETY: the fields of the channels, with codes of three bits.
+        unsafe {
+            adc.smpr1().write(|w| w.bits(sampling_times(10)));
+            adc.smpr2().write(|w| w.bits(sampling_times(0)));
+        }
         adc.sqr1().write(|w| w.l().set(3 - 1));
         // SAFETY: the converter has these channels.
-        adc.sqr3()
-            .write(|w| unsafe { w.sq1().bits(10).sq2().bits(12).sq3().bits(9) });
+        adc.sqr3().write(|w| unsafe {
+            w.sq1().bits(channel::LEG_A).sq2().bits(channel::LEG_B);
+            w.sq3().bits(channel::TEMPERATURE)
+        });
         // SAFETY: as above. A group of two consists of the last two of four.
-        adc.jsqr()
-            .write(|w| unsafe { w.jl().bits(2 - 1).jsq3().bits(3).jsq4().bits(13) });
+        adc.jsqr().write(|w| unsafe {
+            w.jl().bits(2 - 1);
+            w.jsq3().bits(channel::CURRENT).jsq4().bits(channel::SUPPLY)
+        });
         adc.cr2()
             .write(|w| w.adon().enabled().dma().enabled().dds().continuous());
         let transfer = Transfer {

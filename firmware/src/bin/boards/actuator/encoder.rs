@@ -25,7 +25,10 @@ use stm32f4xx_hal::{
     },
 };
 
-use super::dma::{DmaStream, Transfer};
+use super::{
+    dma::{DmaStream, Transfer},
+    pins::ENCODER_SELECT,
+};
 
 static RECEIVED: [AtomicU8; 3] = [const { AtomicU8::new(0) }; 3];
 /// The encoder has no data input; the clock runs while bytes are sent.
@@ -36,7 +39,7 @@ const TRAILING_BITS: u32 = 24 - 1 - 18;
 
 /// The encoder and its DMA streams.
 pub struct Encoder {
-    /// CSn is PA4, active low.
+    /// The port of CSn, which is active low.
     port: GPIOA,
     receive: DmaStream<0>,
     send: DmaStream<3>,
@@ -78,6 +81,12 @@ impl Encoder {
         }
     }
 
+    fn select(&self, is_selected: bool) {
+        let bit = ENCODER_SELECT + if is_selected { 16 } else { 0 };
+        // SAFETY: one bit sets or resets one pin.
+        self.port.bsrr().write(|w| unsafe { w.bits(1 << bit) });
+    }
+
     /// Latches the angle and starts to read it; the interrupt of stream 0 signals the end.
     pub fn start(&mut self) {
         self.receive.stop();
@@ -85,14 +94,14 @@ impl Encoder {
         // An aborted transfer leaves data in the registers, which would shift the next word.
         let _ = self.spi.dr().read();
         let _ = self.spi.sr().read();
-        self.port.bsrr().write(|w| w.br4().reset());
+        self.select(true);
         self.receive.start();
         self.send.start();
     }
 
     /// The word that was read; `None` if the transfer is incomplete.
     pub fn finish(&mut self) -> Option<EncoderWord> {
-        self.port.bsrr().write(|w| w.bs4().set_());
+        self.select(false);
         if !self.receive.take_complete() {
             return None;
         }

@@ -11,6 +11,7 @@ pub mod dma;
 pub mod encoder;
 pub mod flash;
 pub mod parameter_store;
+pub mod pins;
 pub mod program_check;
 pub mod sealed;
 pub mod servo_pulse;

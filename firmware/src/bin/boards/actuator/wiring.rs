@@ -7,39 +7,17 @@ use firmware::{faults::Fault, integrity::restart_fault, supervisor::ResetCause};
 use stm32f4xx_hal::{dma::StreamsTuple, pac, prelude::*, signature::Uid};
 
 use super::{
-    analog::Analog, bridge::Bridge, encoder::Encoder, flash::Flash, servo_pulse::ServoPulse,
-    shutdown, timebase::PeriodCounter, timing::CORE_HZ,
+    analog::Analog,
+    bridge::Bridge,
+    encoder::Encoder,
+    flash::Flash,
+    pins::{ENCODER_SELECT, PINS},
+    servo_pulse::ServoPulse,
+    shutdown,
+    timebase::PeriodCounter,
+    timing::CORE_HZ,
 };
-use crate::board::{
-    diagnostics,
-    setup::{self, Mode, Pin, Pull},
-};
-
-/// Pins of the board, as in `docs/hardware.md`; a test on the emulated board compares the two.
-const PINS: [Pin; 16] = [
-    // Bridge: leg A high and low side, leg B high and low side.
-    (b'E', 9, Mode::Alternate(1), Pull::None),
-    (b'E', 8, Mode::Alternate(1), Pull::None),
-    (b'E', 11, Mode::Alternate(1), Pull::None),
-    (b'E', 10, Mode::Alternate(1), Pull::None),
-    // Break input. Without a comparator it reads low, and the bridge remains off.
-    (b'E', 15, Mode::Alternate(1), Pull::Down),
-    // Encoder: CSn, CLK, DO. A broken wire reads as zeros, which is an invalid word.
-    (b'A', 4, Mode::Output, Pull::None),
-    (b'A', 5, Mode::Alternate(5), Pull::None),
-    (b'A', 6, Mode::Alternate(5), Pull::Down),
-    // Current, temperature, legs A and B, supply.
-    (b'A', 3, Mode::Analog, Pull::None),
-    (b'B', 1, Mode::Analog, Pull::None),
-    (b'C', 0, Mode::Analog, Pull::None),
-    (b'C', 2, Mode::Analog, Pull::None),
-    (b'C', 3, Mode::Analog, Pull::None),
-    // Servo pulse. A broken wire gives no pulse.
-    (b'D', 12, Mode::Alternate(2), Pull::Down),
-    // CAN: receive, transmit.
-    (b'D', 0, Mode::Alternate(9), Pull::Up),
-    (b'D', 1, Mode::FastAlternate(9), Pull::None),
-];
+use crate::board::{diagnostics, setup};
 
 /// The peripherals, configured and stopped.
 pub struct Peripherals {
@@ -87,7 +65,10 @@ impl Peripherals {
         // The timer first: it holds its outputs low before they are connected to the pins. CSn
         // starts high.
         let bridge = Bridge::new(dp.TIM1, &dp.DBGMCU);
-        dp.GPIOA.bsrr().write(|w| w.bs4().set_());
+        // SAFETY: one bit sets one pin.
+        dp.GPIOA
+            .bsrr()
+            .write(|w| unsafe { w.bits(1 << ENCODER_SELECT) });
         setup::set_up_pins(&PINS);
         setup::lock_pins(&PINS);
         let analog = Analog::new(dp.ADC1, &dp.ADC_COMMON, streams.4);

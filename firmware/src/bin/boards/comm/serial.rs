@@ -6,8 +6,14 @@
 use heapless::spsc::{Consumer, Producer};
 use stm32f4xx_hal::pac::USART3;
 
-/// Baud rate divider: 40 MHz / 20 = 2,000,000 baud, with 8 data bits, no parity, one stop bit.
-const CYCLES_PER_BIT: u16 = 20;
+use super::pins::BAUD;
+
+/// Clock of the USART, Hz: that of APB1.
+const CLOCK_HZ: u32 = 40_000_000;
+const _: () = assert!(CLOCK_HZ.is_multiple_of(BAUD), "the speed is exact");
+
+/// Baud rate divider, with 8 data bits, no parity, one stop bit.
+const CYCLES_PER_BIT: u16 = (CLOCK_HZ / BAUD) as u16;
 
 /// Length of the queue of received bytes: 5 ms of the line.
 pub const RECEIVE_QUEUE: usize = 1024;

@@ -6,21 +6,11 @@
 use firmware::supervisor::ResetCause;
 use stm32f4xx_hal::{pac, prelude::*};
 
-use super::timers::{self, MicrosecondCounter, MillisecondTimer};
-use crate::board::{
-    diagnostics,
-    setup::{self, Mode, Pin, Pull},
+use super::{
+    pins::PINS,
+    timers::{self, MicrosecondCounter, MillisecondTimer},
 };
-
-/// Pins of the board, as in `docs/hardware.md`; a test on the emulated board compares the two.
-const PINS: [Pin; 4] = [
-    // CAN: receive, transmit.
-    (b'D', 0, Mode::Alternate(9), Pull::Up),
-    (b'D', 1, Mode::FastAlternate(9), Pull::None),
-    // Serial line: transmit, receive. An open line is idle.
-    (b'D', 8, Mode::Alternate(7), Pull::None),
-    (b'D', 9, Mode::Alternate(7), Pull::Up),
-];
+use crate::board::{diagnostics, setup};
 
 /// The peripherals. CAN controller, USART and watchdog are not configured.
 pub struct Peripherals {

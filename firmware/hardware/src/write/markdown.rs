@@ -1,0 +1,222 @@
+//! The tables of the document.
+
+use super::bom;
+use crate::quantity::number;
+use crate::{Design, Electrical, Part, ProcessorPin};
+
+/// The text with every table written anew.
+pub(super) fn with_tables(design: &Design, text: &str) -> Result<String, String> {
+    let tables = [
+        ("pins of the actuator board", pins(design, "actuator")),
+        ("pins of the communication board", pins(design, "comm")),
+        ("parts of the actuator board", parts(design, "actuator")),
+        ("parts of the communication board", parts(design, "comm")),
+        ("ranges", ranges(design)),
+        ("data sheets", data_sheets(design)),
+    ];
+    let mut text = text.to_owned();
+    for (name, table) in tables {
+        text = replaced(&text, name, &table)?;
+    }
+    Ok(text)
+}
+
+fn replaced(text: &str, name: &str, table: &str) -> Result<String, String> {
+    let begin = format!("<!-- generated: {name} -->\n");
+    let end = format!("<!-- end: {name} -->\n");
+    let missing = |marker: &str| format!("no line {}", marker.trim_end());
+    let (before, rest) = text.split_once(&begin).ok_or_else(|| missing(&begin))?;
+    let (_, after) = rest.split_once(&end).ok_or_else(|| missing(&end))?;
+    Ok(format!("{before}{begin}\n{table}\n{end}{after}"))
+}
+
+fn table(header: &[&str], rows: impl Iterator<Item = Vec<String>>) -> String {
+    let line = |cells: &[String]| {
+        // An empty cell is one space wide.
+        let cells = cells.iter().map(|cell| {
+            if cell.is_empty() {
+                " ".to_owned()
+            } else {
+                format!(" {cell} ")
+            }
+        });
+        format!("|{}|\n", cells.collect::<Vec<_>>().join("|"))
+    };
+    let header: Vec<String> = header.iter().map(|&cell| cell.to_owned()).collect();
+    let rule = format!("|{}\n", "---|".repeat(header.len()));
+    line(&header) + &rule + &rows.map(|row| line(&row)).collect::<String>()
+}
+
+fn pins(design: &Design, board: &str) -> String {
+    let row = |pin: &ProcessorPin| {
+        let at = design.connectors.iter().find(|row| row.name == pin.pin);
+        let place = at.map_or(String::new(), |at| match at.zio.as_str() {
+            "" => at.morpho.clone(),
+            zio => format!("{} ({zio})", at.morpho),
+        });
+        let peripheral = match pin.alternate {
+            Some(number) => format!("{}, AF{number}", pin.peripheral),
+            None => pin.peripheral.clone(),
+        };
+        vec![
+            pin.function.clone(),
+            pin.pin.clone(),
+            place,
+            peripheral,
+            pin.pull.clone(),
+            pin.outside.clone(),
+        ]
+    };
+    let pins = design.processor.iter().filter(|pin| pin.board == board);
+    table(
+        &[
+            "function",
+            "pin",
+            "Morpho (Zio)",
+            "peripheral",
+            "pull",
+            "outside",
+        ],
+        pins.map(row),
+    )
+}
+
+/// The connected pins with their nets. A module's pins are in the table of pins.
+fn nets(design: &Design, part: &Part) -> String {
+    let pins = design.pins_of(part);
+    let is_shown = |found: &&crate::PinOf<'_>| {
+        let is_supply = matches!(found.pin.electrical, Electrical::Power | Electrical::Supply);
+        found.net.is_some() && (part.kind != "NUCLEO-F429ZI" || is_supply)
+    };
+    let words = pins.iter().filter(is_shown).map(|found| {
+        let (pin, net) = (&found.pin, found.net.map_or("", |net| net.name.as_str()));
+        if pin.name == pin.pin {
+            format!("{} {net}", pin.pin)
+        } else {
+            format!("{} {} {net}", pin.pin, pin.name)
+        }
+    });
+    words.collect::<Vec<_>>().join(", ")
+}
+
+fn parts(design: &Design, board: &str) -> String {
+    let row = |part: &Part| {
+        let value = bom::value(part);
+        let number = if value.is_empty() {
+            part.part_number.clone()
+        } else {
+            value
+        };
+        vec![
+            part.designator.clone(),
+            number,
+            nets(design, part),
+            part.purpose.clone(),
+        ]
+    };
+    let parts: Vec<_> = design
+        .parts
+        .iter()
+        .filter(|part| part.board == board)
+        .collect();
+    let mut groups: Vec<&str> = Vec::new();
+    for part in &parts {
+        if !groups.contains(&part.group.as_str()) {
+            groups.push(&part.group);
+        }
+    }
+    let tables = groups.iter().map(|group| {
+        let rows = parts
+            .iter()
+            .filter(|part| part.group == *group)
+            .map(|part| row(part));
+        let header = [&format!("**{group}**"), "part", "pins to nets", "purpose"];
+        table(&header, rows)
+    });
+    tables.collect::<Vec<_>>().join("\n")
+}
+
+fn ranges(design: &Design) -> String {
+    let volts = |value: f64| format!("{value:.2} V");
+    let limit = |name: &str| {
+        let limit = design.limit(name);
+        limit.map_or(String::new(), |limit| {
+            format!(
+                "`{}` {}, at most {} {}",
+                limit.name, limit.default, limit.max, limit.unit
+            )
+        })
+    };
+    let supply = design.range("actuator", "VM");
+    let [low, high, surge] = supply.map_or([f64::NAN; 3], |range| {
+        [range.low_v, range.high_v, range.surge_v]
+    });
+    let reference_v = 3.3;
+    let (trip_low, trip_high) = design.trip_range_a();
+    let (vm, leg) = (design.supply_divider(), design.leg_a_divider());
+    let rows = [
+        [
+            "VM while the program drives".to_owned(),
+            format!(
+                "{} to {}, {} in D1 for a moment",
+                volts(low),
+                volts(high),
+                volts(surge)
+            ),
+            format!(
+                "{}; {}",
+                limit("under_voltage_mv"),
+                limit("over_voltage_mv")
+            ),
+        ],
+        [
+            "VM as measured".to_owned(),
+            format!(
+                "1/{} of it, to {}, +-{:.1} %",
+                number(1.0 / vm.ratio()),
+                volts(reference_v / vm.ratio()),
+                design.supply_error() * 100.0
+            ),
+            limit("over_voltage_mv"),
+        ],
+        [
+            "motor current".to_owned(),
+            format!(
+                "{} V/A around {} V, to {:.2} A",
+                number(design.current_gain_v_a()),
+                number(reference_v / 2.0),
+                design.greatest_current_a()
+            ),
+            limit("over_current_ma"),
+        ],
+        [
+            "each leg".to_owned(),
+            format!(
+                "1/{} of it, to {}",
+                number(1.0 / leg.ratio()),
+                volts(reference_v / leg.ratio())
+            ),
+            String::new(),
+        ],
+        [
+            "trip of the comparator".to_owned(),
+            format!(
+                "{:.2} A, {trip_low:.2} to {trip_high:.2} A",
+                design.trip_a()
+            ),
+            limit("over_current_ma"),
+        ],
+    ];
+    table(
+        &["quantity", "range", "limits of the program"],
+        rows.into_iter().map(Vec::from),
+    )
+}
+
+fn data_sheets(design: &Design) -> String {
+    let rows = design
+        .data_sheets
+        .iter()
+        .map(|row| vec![row.kind.clone(), row.document.clone(), row.checked.clone()]);
+    table(&["part", "document", "checked"], rows)
+}
