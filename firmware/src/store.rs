@@ -20,7 +20,8 @@
 //! its own, because a damaged hash looks the same and the remedy is the same: check the
 //! parameters and save them again.
 //!
-//! [`load`] reads both pages at start-up; [`Saver`] writes one, a word in each call.
+//! [`load`] reads both pages at start-up; [`Saver`] writes one, a row of the flash in each call: a
+//! word, or as many words as the flash writes together, the last row filled with erased words.
 
 mod flash;
 mod layout;
@@ -29,7 +30,7 @@ mod saver;
 #[cfg(test)]
 mod tests;
 
-pub use flash::{Flash, Page, Status};
+pub use flash::{Flash, MAX_ROW, Page, Status};
 pub use layout::{Field, layout_hash};
 pub use saver::{Progress, SaveError, Saver};
 

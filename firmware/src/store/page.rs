@@ -1,6 +1,6 @@
 //! The content of a page.
 
-use super::{Flash, Page, Stored};
+use super::{Flash, MAX_ROW, Page, Stored};
 use crate::integrity::SMALL_CRC;
 
 /// Words before the set: layout hash and sequence number.
@@ -68,9 +68,15 @@ impl<S: Stored> Image<S> {
         Self(words)
     }
 
-    /// The word of this index; `None` after the last word.
-    pub fn word(&self, index: u16) -> Option<u32> {
-        self.0.as_ref().get(usize::from(index)).copied()
+    /// The longest row of words from this index on, filled with erased words; `None` after the last
+    /// word.
+    pub fn row(&self, index: u16) -> Option<[u32; MAX_ROW]> {
+        let words = self.0.as_ref().get(usize::from(index)..)?;
+        let mut row = [u32::MAX; MAX_ROW];
+        row.iter_mut()
+            .zip(words)
+            .for_each(|(place, word)| *place = *word);
+        (!words.is_empty()).then_some(row)
     }
 
     /// What the page holds.

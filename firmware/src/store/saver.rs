@@ -1,7 +1,7 @@
 //! Saves a set, one operation of the flash after the other.
 
 use super::{
-    Flash, Loaded, Newest, Page, Status, Stored,
+    Flash, Loaded, MAX_ROW, Newest, Page, Status, Stored,
     page::{Image, offsets},
 };
 
@@ -35,9 +35,9 @@ enum Step {
     Idle,
     Erase,
     Erased,
-    /// Write the word of this index.
+    /// Write the row from the word of this index on.
     Program(u16),
-    /// Wait until the word of this index is written.
+    /// Wait until that row is written.
     Programmed(u16),
 }
 
@@ -103,10 +103,13 @@ impl<S: Stored> Saver<S> {
             (Step::Erased, Status::Failed) => return self.failed(SaveError::Erase),
             (Step::Programmed(_), Status::Failed) => return self.failed(SaveError::Program),
             (Step::Erased, Status::Ready) => Step::Program(0),
-            (Step::Programmed(index), Status::Ready) => Step::Program(index.saturating_add(1)),
-            (Step::Program(index), _) => match self.image.word(index) {
-                Some(word) => {
-                    flash.start_program(page, index.saturating_mul(4), word);
+            (Step::Programmed(index), Status::Ready) => {
+                Step::Program(index.saturating_add(row_words(flash)))
+            }
+            (Step::Program(index), _) => match self.image.row(index) {
+                Some(row) => {
+                    let row = row.get(..usize::from(row_words(flash))).unwrap_or_default();
+                    flash.start_program(page, index.saturating_mul(4), row);
                     Step::Programmed(index)
                 }
                 None => return self.finish(flash, page),
@@ -141,6 +144,12 @@ impl<S: Stored> Saver<S> {
         self.step = Step::Idle;
         Progress::Failed(error)
     }
+}
+
+/// Words that this flash writes together.
+const fn row_words<F: Flash>(_: &F) -> u16 {
+    const { assert!(F::ROW > 0 && F::ROW <= MAX_ROW) }
+    F::ROW as u16
 }
 
 /// Whether the words of a page that a set takes are erased.

@@ -58,7 +58,7 @@ const LAYOUT: u32 = layout_hash(&[field("node_id"), field("current_ma")]);
 
 type TestSet = Set<LAYOUT>;
 
-fn load(flash: &FakeFlash) -> Loaded<TestSet> {
+fn load<const ROW: usize>(flash: &FakeFlash<ROW>) -> Loaded<TestSet> {
     super::load(flash)
 }
 
@@ -68,9 +68,9 @@ const WORDS: usize = PAGE_WORDS + 8;
 /// Polls for which an erase is busy.
 const ERASE_POLLS: usize = 5;
 
-/// A flash whose bits only fall until they are erased.
+/// A flash whose bits only fall until they are erased, and which writes rows of `ROW` words.
 #[derive(Debug, Clone)]
-struct FakeFlash {
+struct FakeFlash<const ROW: usize = 1> {
     pages: [Vec<u32>; 2],
     busy: usize,
     fails: bool,
@@ -87,7 +87,7 @@ enum Stage {
     Done,
 }
 
-impl FakeFlash {
+impl<const ROW: usize> FakeFlash<ROW> {
     fn new() -> Self {
         Self {
             pages: [vec![u32::MAX; WORDS], vec![u32::MAX; WORDS]],
@@ -129,7 +129,10 @@ impl FakeFlash {
     }
 }
 
-impl Flash for FakeFlash {
+impl<const ROW: usize> Flash for FakeFlash<ROW> {
+    const ROW: usize = ROW;
+    const PAGE_BYTES: u32 = 4 * WORDS as u32;
+
     fn start_erase(&mut self, page: Page) {
         assert_eq!(self.busy, 0, "busy");
         let stage = self.stages();
@@ -146,19 +149,22 @@ impl Flash for FakeFlash {
         self.busy = ERASE_POLLS;
     }
 
-    fn start_program(&mut self, page: Page, offset: u16, word: u32) {
+    fn start_program(&mut self, page: Page, offset: u16, row: &[u32]) {
         assert_eq!(self.busy, 0, "busy");
-        assert_eq!(offset % 4, 0);
+        assert_eq!(usize::from(offset) % (4 * ROW), 0);
+        assert_eq!(row.len(), ROW);
         let stage = self.stages();
-        let noise = self.noise();
-        let cell = &mut self.pages[page as usize][usize::from(offset / 4)];
-        if self.power.is_none() {
-            assert_eq!(*cell, u32::MAX, "written twice without an erase");
-        }
-        match stage {
-            Stage::Before => {}
-            Stage::Half => *cell &= word | noise,
-            Stage::Done => *cell &= word,
+        for (index, word) in (usize::from(offset / 4)..).zip(row) {
+            let noise = self.noise();
+            let cell = &mut self.pages[page as usize][index];
+            if self.power.is_none() {
+                assert_eq!(*cell, u32::MAX, "written twice without an erase");
+            }
+            match stage {
+                Stage::Before => {}
+                Stage::Half => *cell &= word | noise,
+                Stage::Done => *cell &= word,
+            }
         }
         self.busy = 1;
     }
@@ -186,7 +192,7 @@ fn set(node_id: u32) -> TestSet {
 }
 
 /// Saves until the save is complete or the power is lost.
-fn save(flash: &mut FakeFlash, parameters: &TestSet) -> Progress {
+fn save<const ROW: usize>(flash: &mut FakeFlash<ROW>, parameters: &TestSet) -> Progress {
     let mut saver = Saver::new(&load(flash));
     assert!(saver.start(parameters));
     while flash.is_powered() {
@@ -199,19 +205,21 @@ fn save(flash: &mut FakeFlash, parameters: &TestSet) -> Progress {
 }
 
 /// A used flash: both pages hold sets, the newest one has node-ID 2.
-fn used() -> FakeFlash {
+fn used<const ROW: usize>() -> FakeFlash<ROW> {
     let mut flash = FakeFlash::new();
     assert_eq!(save(&mut flash, &set(1)), Progress::Done);
     assert_eq!(save(&mut flash, &set(2)), Progress::Done);
     flash
 }
 
-/// Stages of a complete save.
-const STAGES: usize = 2 * (1 + PAGE_WORDS);
+/// Stages of a complete save with rows of this length.
+const fn stages(row: usize) -> usize {
+    2 * (1 + PAGE_WORDS.div_ceil(row))
+}
 
 #[test]
 fn an_empty_flash_gives_the_defaults_and_a_saved_one_what_was_saved() {
-    let mut flash = FakeFlash::new();
+    let mut flash = FakeFlash::<1>::new();
     assert_eq!(load(&flash).origin, Origin::Defaults);
     for node_id in 1..100 {
         assert_eq!(save(&mut flash, &set(node_id)), Progress::Done);
@@ -223,10 +231,16 @@ fn an_empty_flash_gives_the_defaults_and_a_saved_one_what_was_saved() {
 
 #[test]
 fn a_loss_of_power_at_any_operation_leaves_the_old_or_the_new_set() {
+    lose_power_at_any_operation::<1>();
+    lose_power_at_any_operation::<2>();
+    lose_power_at_any_operation::<8>();
+}
+
+fn lose_power_at_any_operation<const ROW: usize>() {
     let mut ends = [0; 2];
     for seed in 0..20 {
-        for power in 0..=STAGES {
-            let mut flash = used().powered_again(Some(power));
+        for power in 0..=stages(ROW) {
+            let mut flash = used::<ROW>().powered_again(Some(power));
             flash.seed = seed;
             save(&mut flash, &set(3));
             let flash = flash.powered_again(None);
@@ -246,9 +260,9 @@ fn a_loss_of_power_at_any_operation_leaves_the_old_or_the_new_set() {
 
 #[test]
 fn a_second_loss_during_the_recovery_leaves_a_valid_set_as_well() {
-    for first in 0..=STAGES {
-        for second in 0..=STAGES {
-            let mut flash = used().powered_again(Some(first));
+    for first in 0..=stages(1) {
+        for second in 0..=stages(1) {
+            let mut flash = used::<1>().powered_again(Some(first));
             save(&mut flash, &set(3));
             let before = load(&flash.powered_again(None)).parameters;
             let mut flash = flash.powered_again(Some(second));
@@ -263,8 +277,8 @@ fn a_second_loss_during_the_recovery_leaves_a_valid_set_as_well() {
 
 #[test]
 fn the_first_save_of_all_leaves_the_defaults_or_the_new_set() {
-    for power in 0..=STAGES {
-        let mut flash = FakeFlash::new().powered_again(Some(power));
+    for power in 0..=stages(1) {
+        let mut flash = FakeFlash::<1>::new().powered_again(Some(power));
         save(&mut flash, &set(3));
         let loaded = load(&flash.powered_again(None));
         match loaded.origin {
@@ -274,7 +288,7 @@ fn the_first_save_of_all_leaves_the_defaults_or_the_new_set() {
             // such, and the defaults are used.
             Origin::DefaultsInsteadOfCorrupt => {
                 // The page is blank: there is no erase.
-                assert_eq!(power, STAGES - 3);
+                assert_eq!(power, stages(1) - 3);
                 assert_eq!(loaded.parameters, TestSet::DEFAULT);
             }
         }
@@ -283,7 +297,7 @@ fn the_first_save_of_all_leaves_the_defaults_or_the_new_set() {
 
 #[test]
 fn a_single_corrupt_set_is_reported() {
-    let mut flash = FakeFlash::new();
+    let mut flash = FakeFlash::<1>::new();
     assert_eq!(save(&mut flash, &set(1)), Progress::Done);
     flash.pages[0][9] ^= 4;
     assert_eq!(load(&flash).origin, Origin::DefaultsInsteadOfCorrupt);
@@ -297,7 +311,7 @@ fn the_newer_set_is_taken_where_the_sequence_number_wraps() {
 
 #[test]
 fn a_failing_flash_is_reported_and_the_old_set_stays() {
-    let mut flash = used();
+    let mut flash = used::<1>();
     flash.fails = true;
     assert_eq!(
         save(&mut flash, &set(3)),
@@ -324,7 +338,7 @@ fn a_failing_flash_is_reported_and_the_old_set_stays() {
 
 #[test]
 fn two_corrupt_pages_are_distinguished_from_an_empty_flash() {
-    let mut flash = used();
+    let mut flash = used::<1>();
     for page in &mut flash.pages {
         page[7] ^= 1;
     }
@@ -335,7 +349,7 @@ fn two_corrupt_pages_are_distinguished_from_an_empty_flash() {
 
 /// Loads a page that was saved with another layout.
 fn origin_after_save_as<S: Stored>(other: &S) -> Origin {
-    let mut flash = FakeFlash::new();
+    let mut flash = FakeFlash::<1>::new();
     let page = first_page(other);
     flash.pages[0][..page.as_ref().len()].copy_from_slice(page.as_ref());
     assert_eq!(super::load::<S>(&flash).origin, Origin::Stored);
@@ -371,7 +385,7 @@ fn a_page_of_another_layout_is_refused_as_corrupt() {
 proptest! {
     #[test]
     fn a_flipped_bit_is_detected_and_the_other_page_is_used(index in 0..PAGE_WORDS, bit in 0..32) {
-        let mut flash = used();
+        let mut flash = used::<1>();
         // The second save went to the second page.
         flash.pages[1][index] ^= 1_u32 << bit;
         prop_assert_eq!(load(&flash).parameters, set(1));
@@ -379,7 +393,7 @@ proptest! {
 
     #[test]
     fn any_content_can_be_read(words in proptest::collection::vec(any::<u32>(), WORDS)) {
-        let mut flash = used();
+        let mut flash = used::<1>();
         flash.pages[1] = words;
         prop_assert_eq!(load(&flash).parameters, set(1));
     }

@@ -32,12 +32,18 @@ impl Memory {
 }
 
 impl Flash for Memory {
+    const ROW: usize = 1;
+    const PAGE_BYTES: u32 = 4 * PAGE_WORDS as u32;
+
     fn start_erase(&mut self, page: Page) {
         self.0[page as usize].fill(u32::MAX);
     }
 
-    fn start_program(&mut self, page: Page, offset: u16, word: u32) {
-        if let Some(place) = self.0[page as usize].get_mut(usize::from(offset / 4)) {
+    fn start_program(&mut self, page: Page, offset: u16, row: &[u32]) {
+        let places = self.0[page as usize]
+            .iter_mut()
+            .skip(usize::from(offset / 4));
+        for (place, word) in places.zip(row) {
             *place &= word;
         }
     }

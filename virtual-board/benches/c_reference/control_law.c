@@ -1,7 +1,7 @@
 /* The control law of model-core's cascade in single precision, written in C with CMSIS-DSP: the PI is
  * the recurrence of arm_pid_f32 with Kd = 0 (CMSIS-DSP, arm_math.h), its output limited to the duty
  * limits and fed back as the recurrence's last output. The inputs are those of
- * firmware/src/bin/boards/control_law.rs. */
+ * firmware/boards/f427/src/control_law.rs. */
 
 #include <stdbool.h>
 #include <stdint.h>

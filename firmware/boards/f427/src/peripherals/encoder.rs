@@ -1,0 +1,121 @@
+//! SPI1 and its chip select: the encoder is read by DMA.
+//!
+//! The clock runs at 656 kHz: half a period of 762 ns from CSn to its first edge and for each bit
+//! to settle, 36.6 us for all bits.
+
+use core::{
+    convert::Infallible,
+    sync::atomic::{AtomicU8, Ordering::Relaxed},
+};
+
+use drivers::encoder::{BYTES, Transfer};
+use embedded_hal::digital::{ErrorType, OutputPin};
+use stm32f4xx_hal::dma::StreamX;
+
+use super::dma::{self, DmaStream};
+use crate::{
+    actuator::pins::ENCODER_SELECT,
+    chip::pac::{
+        DMA2, GPIOA, SPI1,
+        dma2::st::cr::{CIRC, DIR, PL},
+    },
+};
+
+static RECEIVED: [AtomicU8; BYTES] = [const { AtomicU8::new(0) }; BYTES];
+/// The encoder has no data input; the clock runs while bytes are sent.
+static SENT: [AtomicU8; BYTES] = [const { AtomicU8::new(0) }; BYTES];
+
+/// SPI1 with its DMA streams. The interrupt of stream 0 signals the end of a transfer.
+pub struct SpiTransfer {
+    receive: DmaStream<0>,
+    send: DmaStream<3>,
+    spi: SPI1,
+}
+
+impl SpiTransfer {
+    /// Sets SPI1 and its streams up, for [`drivers::encoder::MODE`].
+    pub fn new(spi: SPI1, streams: (StreamX<DMA2, 0>, StreamX<DMA2, 3>)) -> Self {
+        spi.cr2()
+            .write(|w| w.rxdmaen().enabled().txdmaen().enabled());
+        // 84 MHz / 128 = 656 kHz; a master that does not control CSn.
+        spi.cr1().write(|w| {
+            w.mstr()
+                .master()
+                .br()
+                .div128()
+                .cpol()
+                .idle_high()
+                .cpha()
+                .first_edge();
+            w.ssm().enabled().ssi().slave_not_selected().spe().enabled()
+        });
+        let transfer = |direction| dma::Transfer {
+            channel: 3,
+            direction,
+            register: spi.dr().as_ptr() as u32,
+            circular: CIRC::Disabled,
+            priority: PL::High,
+        };
+        let mut receive = DmaStream::new(streams.0, &transfer(DIR::PeripheralToMemory), &RECEIVED);
+        receive.listen();
+        let send = DmaStream::new(streams.1, &transfer(DIR::MemoryToPeripheral), &SENT);
+        Self { receive, send, spi }
+    }
+}
+
+impl Transfer for SpiTransfer {
+    #[inline]
+    fn abort(&mut self) {
+        self.receive.stop();
+        self.send.stop();
+        let _ = self.spi.dr().read();
+        let _ = self.spi.sr().read();
+    }
+
+    #[inline]
+    fn start(&mut self) {
+        self.receive.start();
+        self.send.start();
+    }
+
+    #[inline]
+    fn take(&mut self) -> Option<[u8; BYTES]> {
+        if !self.receive.take_complete() {
+            return None;
+        }
+        let [a, b, c] = &RECEIVED;
+        Some([a, b, c].map(|byte| byte.load(Relaxed)))
+    }
+}
+
+/// CSn of the encoder, a pin of port A.
+pub struct SelectPin(GPIOA);
+
+impl SelectPin {
+    /// The pin, high.
+    pub fn new(port: GPIOA) -> Self {
+        let mut pin = Self(port);
+        let _ = pin.set_high();
+        pin
+    }
+}
+
+impl ErrorType for SelectPin {
+    type Error = Infallible;
+}
+
+impl OutputPin for SelectPin {
+    #[inline]
+    fn set_low(&mut self) -> Result<(), Infallible> {
+        // SAFETY: one bit resets one pin.
+        (self.0.bsrr()).write(|w| unsafe { w.bits(1 << (ENCODER_SELECT + 16)) });
+        Ok(())
+    }
+
+    #[inline]
+    fn set_high(&mut self) -> Result<(), Infallible> {
+        // SAFETY: one bit sets one pin.
+        (self.0.bsrr()).write(|w| unsafe { w.bits(1 << ENCODER_SELECT) });
+        Ok(())
+    }
+}

@@ -1,0 +1,148 @@
+//! The two flash pages of parameters: sectors 12 and 13, the first of bank 2.
+//!
+//! The program runs from bank 1, which remains readable while bank 2 is erased (250 ms for a
+//! sector) or programmed (16 us for a word): RM0090, section 3.5.4, read while write. No function
+//! here waits.
+
+use core::ptr;
+
+use firmware::store::{Flash as Pages, Page, Status};
+
+use crate::chip::pac::FLASH;
+
+/// Parallelism of 32 bits, at 2.7 to 3.6 V (table 13).
+const PARALLELISM_32: u8 = 0b10;
+
+/// Flags of the status register (section 3.9.6): EOP; OPERR, WRPERR, PGAERR, PGPERR, PGSERR, RDERR.
+const END_OF_OPERATION: u32 = 1;
+const ERRORS: u32 = 1 << 1 | 0b1_1111 << 4;
+
+/// The flash interface.
+pub struct Flash {
+    registers: FLASH,
+    /// An operation was started, and its end is not handled yet.
+    is_started: bool,
+}
+
+impl Flash {
+    /// The interface, idle and locked.
+    pub fn new(registers: FLASH) -> Self {
+        Self {
+            registers,
+            is_started: false,
+        }
+    }
+
+    /// The option bytes (section 3.9.10): read protection, write protection, brown-out level,
+    /// hardware watchdog.
+    pub fn option_bytes(&self) -> u32 {
+        self.registers.optcr().read().bits()
+    }
+
+    /// Unlocks the control register and clears earlier errors.
+    ///
+    /// The data cache is off until the end of the operation: lines that are filled while the other
+    /// bank is written may be corrupt (ES0206, section 2.2.12).
+    fn unlock(&mut self) {
+        self.registers.acr().modify(|_, w| w.dcen().clear_bit());
+        if self.registers.cr().read().lock().bit() {
+            for key in [0x4567_0123, 0xcdef_89ab] {
+                // SAFETY: the keys of section 3.6.1.
+                self.registers.keyr().write(|w| unsafe { w.bits(key) });
+            }
+        }
+        // SAFETY: ones clear flags.
+        self.registers
+            .sr()
+            .write(|w| unsafe { w.bits(END_OF_OPERATION | ERRORS) });
+        self.is_started = true;
+    }
+
+    /// Whether the last operation failed.
+    fn has_failed(&self) -> bool {
+        self.registers.sr().read().bits() & ERRORS != 0
+    }
+
+    /// Erasing and programming do not update the data cache (section 3.5.2): it restarts empty.
+    fn restart_cache(&self) {
+        let access = self.registers.acr();
+        access.modify(|_, w| w.dcrst().set_bit());
+        access.modify(|_, w| w.dcrst().clear_bit());
+        access.modify(|_, w| w.dcen().set_bit());
+    }
+}
+
+/// Address of a word of a page.
+fn address(page: Page, offset: u16) -> *mut u32 {
+    let page = match page {
+        Page::First => 0x0810_0000,
+        Page::Second => 0x0810_4000,
+    };
+    // The mask keeps the address within the page and aligned.
+    ptr::with_exposed_provenance_mut(page + usize::from(offset & 0x3ffc))
+}
+
+impl Pages for Flash {
+    const ROW: usize = 1;
+    const PAGE_BYTES: u32 = 16 << 10;
+
+    fn start_erase(&mut self, page: Page) {
+        self.unlock();
+        // Sectors of bank 2 are numbered from 16 (section 3.9.8).
+        let sector = match page {
+            Page::First => 16,
+            Page::Second => 17,
+        };
+        let control = self.registers.cr();
+        // SAFETY: the codes are those of that section.
+        control.write(|w| unsafe {
+            w.lock()
+                .clear_bit()
+                .ser()
+                .set_bit()
+                .snb()
+                .bits(sector)
+                .psize()
+                .bits(PARALLELISM_32)
+        });
+        control.modify(|_, w| w.strt().set_bit());
+    }
+
+    fn start_program(&mut self, page: Page, offset: u16, row: &[u32]) {
+        let Some(word) = row.first() else { return };
+        self.unlock();
+        // SAFETY: as above.
+        self.registers.cr().write(|w| unsafe {
+            w.lock()
+                .clear_bit()
+                .pg()
+                .set_bit()
+                .psize()
+                .bits(PARALLELISM_32)
+        });
+        // SAFETY: the address is aligned, in a sector that holds parameters only.
+        unsafe { ptr::write_volatile(address(page, offset), *word) };
+    }
+
+    fn status(&mut self) -> Status {
+        if self.registers.sr().read().bsy().bit() {
+            return Status::Busy;
+        }
+        if self.is_started {
+            self.is_started = false;
+            // Locked, with neither erase nor programming selected.
+            self.registers.cr().write(|w| w.lock().set_bit());
+            self.restart_cache();
+        }
+        if self.has_failed() {
+            Status::Failed
+        } else {
+            Status::Ready
+        }
+    }
+
+    fn read(&self, page: Page, offset: u16) -> u32 {
+        // SAFETY: the address is aligned and always readable.
+        unsafe { ptr::read_volatile(address(page, offset)) }
+    }
+}

@@ -1,0 +1,352 @@
+//! The CANopen device on the board: its control step, and its calls for the bus.
+//!
+//! [`gather`], [`device_control`] and [`communicate`] are not inlined and have fixed symbols, so
+//! that the emulator counts their instructions and a debugger shows them.
+
+use canopen::{CanFrame, NodeId};
+use cortex_m::peripheral::DWT;
+use drivers::{
+    bridge::Bridge as _,
+    can::{AcceptedIds, TRANSMIT_QUEUE},
+};
+use embedded_can::{Frame as _, Id, StandardId};
+use firmware::{
+    application::{Bridge as Command, Outputs, Samples},
+    drive::{Device, StoredParameters},
+    faults::Fault,
+    timing::CALL_PERIODS,
+};
+use heapless::spsc::{Consumer, Producer};
+
+use super::{
+    background::StepReport,
+    bus_status,
+    parameter_store::SaveResult,
+    program_check,
+    sealed::Sealed,
+    servo_pulse::ServoPulse,
+    shutdown::Shutdown,
+    timebase,
+    timing::{CORE_HZ, CYCLES_PER_US, PWM_HZ, PWM_PERIOD_US, PWM_PERIODS},
+    watchdog_supervisor::WatchdogSupervisor,
+};
+use crate::peripherals::{ActuatorBridge, Encoder, analog::Analog};
+
+/// Length of the queue of received frames: more than the bus carries between two calls, 3 ms at
+/// 1 Mbit/s. A queue holds one element less than its length.
+pub const RECEIVE_QUEUE: usize = 65;
+
+/// Length of the queue of reports for the background task.
+pub const REPORT_QUEUE: usize = 3;
+
+/// Length of a queue that holds one element.
+pub const SINGLE: usize = 2;
+
+/// Core cycles after which a call processes no further received frames. An ordinary frame takes
+/// 1,000 cycles: two calls process as many frames as a bus of 1 Mbit/s carries.
+const INTAKE_CYCLES: u32 = 30_000;
+
+/// Core cycles of the longest frame without a reset, and of a call beside its frames with the
+/// interrupts that preempt it: bounds (`docs/emulated-board.md`).
+const LONGEST_FRAME_CYCLES: u32 = 45_000;
+const REST_CYCLES: u32 = 70_000;
+
+/// Core cycles of a call whose first frame is a reset: it takes no other frame.
+const RESET_CALL_CYCLES: u32 = 163_000;
+
+// The last call ends before the last PWM period, whose sampling instants it would delay.
+const _: () = {
+    let available = (PWM_PERIODS - 1 - CALL_PERIODS[1]) * (CORE_HZ / PWM_HZ);
+    assert!(INTAKE_CYCLES + LONGEST_FRAME_CYCLES + REST_CYCLES < available);
+    assert!(RESET_CALL_CYCLES < available);
+};
+
+/// The task's ends of the queues to the other tasks.
+pub struct Queues {
+    pub received: Consumer<'static, CanFrame, RECEIVE_QUEUE>,
+    /// EMCY, heartbeats, SDO responses: all that must not be lost.
+    pub to_transmit: Producer<'static, CanFrame, TRANSMIT_QUEUE>,
+    /// TPDOs, which are discarded when they have waited too long.
+    pub process_data: Producer<'static, CanFrame, TRANSMIT_QUEUE>,
+    pub reports: Producer<'static, StepReport, REPORT_QUEUE>,
+    pub accepted_ids: Producer<'static, AcceptedIds, SINGLE>,
+    pub to_save: Producer<'static, &'static mut StoredParameters, SINGLE>,
+    pub save_results: Consumer<'static, SaveResult<StoredParameters>, SINGLE>,
+}
+
+/// Node, drive, and their connections to the other tasks.
+pub struct CanopenTask {
+    /// Sealed between two uses.
+    device: Sealed<Device<'static>>,
+    /// Whether a control step has used the device since it was last sealed.
+    is_in_use: bool,
+    /// After corrupt data or a corrupt program: the device is used no more.
+    shutdown: Option<Shutdown>,
+    /// Node-ID of the last call; 0 for none.
+    node_id: u8,
+    watchdog: WatchdogSupervisor,
+    queues: Queues,
+    /// Memory for the set of the next save; none while a save runs.
+    set_to_save: Option<&'static mut StoredParameters>,
+    /// Identifiers that the controller receives, or will receive with the next status interrupt.
+    accepted_ids: AcceptedIds,
+    /// Number of the PWM period of the last call, and its time, us.
+    last_call: (u32, u64),
+    /// Calls in which process data has waited without a frame leaving the board, and the number of
+    /// frames that had left it before.
+    waited: (usize, u32),
+    /// Discarded frames that the device knows of.
+    discarded: u32,
+}
+
+/// Reads the values sampled since the last control step.
+#[unsafe(no_mangle)]
+#[inline(never)]
+pub fn gather(
+    encoder: &mut Encoder,
+    analog: &mut Analog,
+    pulse: &mut ServoPulse,
+    bridge: &mut ActuatorBridge,
+) -> Samples {
+    let (current, scan) = analog.take();
+    Samples {
+        encoder: encoder.finish(),
+        current,
+        scan,
+        servo_pulse_us: pulse.take_us(),
+        bridge_tripped: bridge.take_trip(),
+        missed_periods: 0,
+        bus: bus_status::take_worst_state(),
+    }
+}
+
+/// The control step of the drive.
+#[unsafe(no_mangle)]
+#[inline(never)]
+fn device_control(device: &mut Device<'static>, samples: &Samples) -> Outputs {
+    device.control(samples)
+}
+
+/// Processes received frames and due events, and queues the frames to be transmitted.
+#[unsafe(no_mangle)]
+#[inline(never)]
+fn communicate(task: &mut CanopenTask, now_us: u64) {
+    let CanopenTask { device, queues, .. } = task;
+    let device = device.get();
+    let start = DWT::cycle_count();
+    let mut is_first = true;
+    while DWT::cycle_count().wrapping_sub(start) < INTAKE_CYCLES
+        && queues
+            .received
+            .peek()
+            .is_some_and(|frame| is_first || !is_reset(frame))
+        && let Some(frame) = queues.received.dequeue()
+    {
+        is_first = false;
+        device.receive(&frame, now_us);
+        queue_frames(device, queues);
+    }
+    device.communicate(now_us);
+    queue_frames(device, queues);
+}
+
+/// Whether an NMT frame resets the node or its communication (CiA 301, 7.3.2.2.1), which takes as
+/// long as all frames of a turn: it begins a turn of its own.
+fn is_reset(frame: &CanFrame) -> bool {
+    frame.id() == Id::Standard(StandardId::ZERO) && matches!(frame.data(), [0x81 | 0x82, ..])
+}
+
+/// Queues as many frames as there is room for; the others remain in the node. An EMCY goes before
+/// all process data: if some waits it is discarded, also from the mailboxes, and sampled again.
+fn queue_frames(device: &mut Device<'static>, queues: &mut Queues) {
+    while queues.to_transmit.ready()
+        && queues.process_data.ready()
+        && let Some(frame) = device.transmit::<CanFrame>()
+    {
+        // There is room.
+        let _ = if device.node().is_process_data(frame.id()) {
+            queues.process_data.enqueue(frame)
+        } else {
+            if device.node().is_emergency(frame.id()) && queues.process_data.len() > 0 {
+                bus_status::request_discard();
+            }
+            queues.to_transmit.enqueue(frame)
+        };
+    }
+}
+
+impl CanopenTask {
+    /// The task of a device whose frames the controller receives already.
+    pub fn new(
+        device: &'static mut Device<'static>,
+        watchdog: WatchdogSupervisor,
+        queues: Queues,
+        set_to_save: &'static mut StoredParameters,
+        accepted_ids: AcceptedIds,
+    ) -> Self {
+        Self {
+            device: Sealed::new(device),
+            is_in_use: false,
+            shutdown: None,
+            node_id: 0,
+            watchdog,
+            queues,
+            set_to_save: Some(set_to_save),
+            accepted_ids,
+            last_call: (0, 0),
+            waited: (0, 0),
+            discarded: 0,
+        }
+    }
+
+    /// Seals the device after a control step, and checks it before the next one, while the encoder
+    /// is read.
+    pub fn maintain_seal(&mut self, is_driven: bool) {
+        if self.is_in_use {
+            self.is_in_use = false;
+            self.device.seal();
+        } else {
+            self.check(is_driven);
+        }
+    }
+
+    /// Checks that the device and the program are as they were; otherwise begins the shutdown.
+    fn check(&mut self, is_driven: bool) {
+        let fault = if !self.device.unseal() {
+            Fault::DataCorrupt
+        } else if program_check::is_corrupt() {
+            Fault::ProgramCorrupt
+        } else {
+            return;
+        };
+        let node_id = self.node_id;
+        self.shutdown
+            .get_or_insert_with(|| Shutdown::new(fault, is_driven, node_id));
+    }
+
+    /// Starts the control step of the period of this number; returns the drive's decision, unless
+    /// the device is corrupt.
+    pub fn begin_step(
+        &mut self,
+        samples: &mut Samples,
+        control_period: u32,
+        is_driven: bool,
+    ) -> Option<Outputs> {
+        samples.missed_periods = self.watchdog.begin_step(control_period);
+        self.check(is_driven);
+        match self.shutdown {
+            None => Some(device_control(self.device.get(), samples)),
+            Some(_) => None,
+        }
+    }
+
+    /// The command to the bridge without a decision of the drive.
+    pub fn shut_down(&mut self) -> Command {
+        self.shutdown
+            .as_mut()
+            .map_or(Command::Coast, Shutdown::step)
+    }
+
+    /// Ends the control step, after its decision is set at the bridge.
+    pub fn end_step(&mut self, outputs: Option<&Outputs>, is_late: bool) {
+        let starved_periods = self.watchdog.end_step(is_late);
+        let Some(outputs) = outputs else { return };
+        let drive = &mut self.device.get().drive;
+        if is_late {
+            drive.was_late();
+        }
+        drive.diagnostics.starved_periods = starved_periods;
+        // The queue is full only if the background task is late: the log then has a gap.
+        let _ = self.queues.reports.enqueue(StepReport::new(outputs));
+        self.is_in_use = true;
+    }
+
+    /// A call of the CANopen device, in the PWM period of this number. Returns whether there are
+    /// frames to transmit.
+    pub fn communicate(&mut self, period: u32, is_driven: bool) -> bool {
+        self.check(is_driven);
+        if let Some(shutdown) = &mut self.shutdown {
+            // Before everything that waits.
+            if let Some(frame) = shutdown.take_frame() {
+                bus_status::request_discard();
+                let _ = self.queues.to_transmit.enqueue(frame);
+            }
+            return true;
+        }
+        bus_status::set_period(period);
+        self.update_diagnostics();
+        self.discard_stale();
+        let now_us = self.time_us(period);
+        communicate(self, now_us);
+        self.exchange_with_store();
+        self.update_controller();
+        let node_id = self.device.get().node().node_id();
+        self.node_id = node_id.map_or(0, NodeId::get);
+        self.device.seal();
+        self.queues.to_transmit.len() > 0 || self.queues.process_data.len() > 0
+    }
+
+    /// Requests that process data be discarded that has waited for a control period in which no
+    /// frame left the board, and has what was discarded sampled anew: after a gap of the bus the
+    /// first telemetry is the newest.
+    fn discard_stale(&mut self) {
+        let (calls, before) = self.waited;
+        let transmitted = bus_status::transmitted();
+        let waits = self.queues.process_data.len() > 0 && transmitted == before;
+        self.waited = (if waits { calls + 1 } else { 0 }, transmitted);
+        if self.waited.0 >= CALL_PERIODS.len() || !self.queues.process_data.ready() {
+            bus_status::request_discard();
+        }
+        let discarded = bus_status::discarded();
+        if discarded != self.discarded {
+            self.discarded = discarded;
+            self.device.get().repeat_process_data();
+        }
+    }
+
+    /// Time of a PWM period from its number, which has 31 bits and wraps.
+    fn time_us(&mut self, period: u32) -> u64 {
+        let (last_period, last_us) = self.last_call;
+        let elapsed = period.wrapping_sub(last_period) & (u32::MAX >> 1);
+        let now_us = last_us.wrapping_add(u64::from(elapsed) * u64::from(PWM_PERIOD_US));
+        self.last_call = (period, now_us);
+        now_us
+    }
+
+    fn update_diagnostics(&mut self) {
+        let diagnostics = &mut self.device.get().drive.diagnostics;
+        diagnostics.receive_overflows = bus_status::lost_frames();
+        diagnostics.bus_offs = bus_status::bus_offs();
+        diagnostics.transmit_overflows = bus_status::discarded();
+        diagnostics.longest_step_us = timebase::longest_step_cycles() / CYCLES_PER_US;
+    }
+
+    /// Sends a set of parameters to be saved, and takes the result of the last save.
+    fn exchange_with_store(&mut self) {
+        if let Some((is_saved, memory)) = self.queues.save_results.dequeue() {
+            self.device.get().drive.saved(is_saved);
+            self.set_to_save = Some(memory);
+        }
+        if self.set_to_save.is_some()
+            && let Some(set) = self.device.get().drive.take_save()
+            && let Some(memory) = self.set_to_save.take()
+        {
+            *memory = *set;
+            // There is room: only one set is on its way.
+            let _ = self.queues.to_save.enqueue(memory);
+        }
+    }
+
+    /// Sends changes of bit rate and identifiers to the CAN controller.
+    fn update_controller(&mut self) {
+        if let Some(kbit_s) = self.device.get().drive.take_bit_rate() {
+            bus_status::request_bit_rate(kbit_s);
+        }
+        let accepted_ids = AcceptedIds::new(self.device.get().node().identifiers());
+        if accepted_ids != self.accepted_ids
+            && self.queues.accepted_ids.enqueue(accepted_ids).is_ok()
+        {
+            self.accepted_ids = accepted_ids;
+        }
+    }
+}

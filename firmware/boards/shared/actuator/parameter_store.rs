@@ -1,0 +1,70 @@
+//! Saves sets of parameters to the flash, in the background task.
+
+use firmware::store::{Loaded, Progress, Saver, Stored};
+use heapless::spsc::Consumer;
+
+use super::canopen_task::SINGLE;
+use crate::peripherals::flash::Flash;
+
+/// Maximum polls of the flash in a call. A word takes 16 us, as long as some twenty polls: a set is
+/// written in 20 control periods, plus 250 ms for an erase, and the background task is busy with it
+/// for 0.2 ms of each, in the first call longer because the set is hashed.
+const POLLS: usize = 200;
+
+/// Whether a set is saved, and its memory for the next one.
+pub type SaveResult<S> = (bool, &'static mut S);
+
+/// Flash pages of parameters, and the sets to be saved there.
+pub struct ParameterStore<S: Stored + 'static> {
+    to_save: Consumer<'static, &'static mut S, SINGLE>,
+    flash: Flash,
+    saver: Saver<S>,
+    /// The set that is being saved.
+    set: Option<&'static mut S>,
+}
+
+impl<S: Stored> ParameterStore<S> {
+    /// A store with the parameters loaded from this flash.
+    pub fn new(
+        to_save: Consumer<'static, &'static mut S, SINGLE>,
+        flash: Flash,
+        loaded: &Loaded<S>,
+    ) -> Self {
+        Self {
+            to_save,
+            flash,
+            saver: Saver::new(loaded),
+            set: None,
+        }
+    }
+
+    /// Continues a save or starts one. Returns at its end whether the set is saved, and the memory
+    /// of the set.
+    pub fn run(&mut self) -> Option<SaveResult<S>> {
+        if !self.saver.is_running()
+            && let Some(set) = self.to_save.dequeue()
+        {
+            self.saver.start(set);
+            self.set = Some(set);
+        }
+        let mut polls = 0..POLLS;
+        let progress = loop {
+            let progress = self.saver.poll(&mut self.flash);
+            if progress != Progress::Running || polls.next().is_none() {
+                break progress;
+            }
+        };
+        let is_saved = match progress {
+            Progress::Idle | Progress::Running => return None,
+            Progress::Done => {
+                defmt::info!("parameters saved");
+                true
+            }
+            Progress::Failed(error) => {
+                defmt::error!("parameters not saved, stage {}", error as u8);
+                false
+            }
+        };
+        Some((is_saved, self.set.take()?))
+    }
+}

@@ -1,0 +1,167 @@
+//! TIM1 as the timer of the H-bridge: two complementary legs, PWM, dead time, break input, and the
+//! instants at which current and back-EMF are sampled.
+//!
+//! The outputs are off, with all four switches open, while `MOE` is clear (RM0090, table 95, with
+//! `OSSI` set: driven to their idle levels, which are low; RM0433, table 321, alike). `MOE` is
+//! cleared by any reset, in hardware by a low level at `BKIN`, and while a debugger stops the timer.
+
+use drivers::bridge::{Compare, PwmTimer};
+use model_core::plant::pwm_timer::{
+    BACK_EMF_INSTANT, CurrentInstant, PWM_COUNTS, TIMER_CLOCK_HZ, TIMER_DIVIDER, WINDOW_START,
+};
+
+use super::timing::TIM1_HZ;
+use crate::chip::pac::TIM1;
+
+const _: () = assert!(TIMER_CLOCK_HZ == TIM1_HZ);
+
+/// Dead time in cycles of 168 MHz (RM0090, section 17.4.18): (64 + 20) x 2 = 168, that is 1 us.
+const DEAD_TIME: u8 = 0b10 << 6 | 20;
+const _: () = assert!((64 + (DEAD_TIME as u32 & 0x3f)) * 2 == TIM1_HZ / 1_000_000);
+
+/// The timer.
+pub struct BridgeTimer(TIM1);
+
+/// Event of TIM1's channels 3 and 4 in the last PWM period of a control period.
+pub enum Instant {
+    /// The middle of the on time.
+    Current,
+    /// The coast window has started; the outputs are off.
+    WindowStart,
+    /// Late in the coast window.
+    BackEmf,
+}
+
+impl BridgeTimer {
+    /// Sets the timer up: outputs off, counter stopped. A debugger that halts the program stops the
+    /// timer.
+    pub fn new(tim: TIM1) -> Self {
+        tim.psc().write(|w| w.psc().set(TIMER_DIVIDER as u16 - 1));
+        tim.arr().write(|w| w.arr().set((PWM_COUNTS - 1) as u16));
+        // Both legs: PWM mode 1 with preload. Channels 3 and 4 have no pin and give the sampling
+        // instants: changes of channel 3 take effect at once, those of channel 4 at the next edge.
+        tim.ccmr1_output().write(|w| {
+            w.oc1m().pwm_mode1().oc1pe().enabled();
+            w.oc2m().pwm_mode1().oc2pe().enabled()
+        });
+        tim.ccmr2_output().write(|w| w.oc4pe().enabled());
+        tim.ccr3().write(|w| w.ccr().set(WINDOW_START as u16));
+        let current = CurrentInstant::of_on_time(0).count() as u16;
+        tim.ccr4().write(|w| w.ccr().set(current));
+        tim.ccer().write(|w| {
+            w.cc1e().set_bit().cc1ne().set_bit();
+            w.cc2e().set_bit().cc2ne().set_bit()
+        });
+        // Idle levels are low after a reset: all switches open. Lock level 3 protects polarities,
+        // idle levels, break, dead time and output modes until the next reset.
+        tim.bdtr().write(|w| {
+            w.bke()
+                .set_bit()
+                .bkp()
+                .clear_bit()
+                .ossi()
+                .set_bit()
+                .ossr()
+                .set_bit();
+            w.dtg().set(DEAD_TIME).lock().level3()
+        });
+        tim.cr1().write(|w| w.arpe().enabled());
+        // The preloaded values take effect, which sets UIF.
+        tim.egr().write(|w| w.ug().set_bit());
+        tim.sr().write(|w| w.uif().clear_bit());
+        tim.dier().write(|w| w.uie().set_bit());
+        Self(tim)
+    }
+
+    /// Starts the first PWM period.
+    pub fn start(&mut self) {
+        self.0.cr1().modify(|_, w| w.cen().enabled());
+    }
+
+    /// Acknowledges the interrupt of an edge.
+    pub fn acknowledge_edge(&mut self) {
+        self.0.sr().write(|w| w.uif().clear_bit());
+    }
+
+    /// Whether the next PWM period has already started, so that the command takes effect one period
+    /// late.
+    pub fn is_late(&self) -> bool {
+        self.0.sr().read().uif().bit()
+    }
+
+    /// Enables the interrupts of the sampling instants in this PWM period, the last one of a
+    /// control period.
+    pub fn enable_sampling_instants(&mut self) {
+        self.0.ccr3().write(|w| w.ccr().set(WINDOW_START as u16));
+        self.0
+            .sr()
+            .write(|w| w.cc3if().clear_bit().cc4if().clear_bit());
+        self.0
+            .dier()
+            .modify(|_, w| w.cc3ie().set_bit().cc4ie().set_bit());
+    }
+
+    /// The instant of a channel interrupt; at the start of the window the outputs are switched off.
+    pub fn take_instant(&mut self) -> Option<Instant> {
+        let flags = self.0.sr().read();
+        let enabled = self.0.dier().read();
+        if flags.cc4if().bit() && enabled.cc4ie().bit() {
+            self.0.sr().write(|w| w.cc4if().clear_bit());
+            self.0.dier().modify(|_, w| w.cc4ie().clear_bit());
+            return Some(Instant::Current);
+        }
+        if !(flags.cc3if().bit() && enabled.cc3ie().bit()) {
+            return None;
+        }
+        self.0.sr().write(|w| w.cc3if().clear_bit());
+        if self.0.ccr3().read().ccr().bits() == WINDOW_START as u16 {
+            self.set_outputs(false);
+            self.0
+                .ccr3()
+                .write(|w| w.ccr().set(BACK_EMF_INSTANT as u16));
+            return Some(Instant::WindowStart);
+        }
+        self.0.dier().modify(|_, w| w.cc3ie().clear_bit());
+        Some(Instant::BackEmf)
+    }
+}
+
+impl PwmTimer for BridgeTimer {
+    #[inline]
+    fn set_compare(&mut self, compare: Compare) {
+        // All three values take effect at the same edge.
+        self.0.cr1().modify(|_, w| w.udis().set_bit());
+        self.0.ccr1().write(|w| w.ccr().set(compare.leg_a));
+        self.0.ccr2().write(|w| w.ccr().set(compare.leg_b));
+        self.0.ccr4().write(|w| w.ccr().set(compare.sample));
+        self.0.cr1().modify(|_, w| w.udis().clear_bit());
+    }
+
+    fn compare(&self) -> Compare {
+        Compare {
+            leg_a: self.0.ccr1().read().ccr().bits(),
+            leg_b: self.0.ccr2().read().ccr().bits(),
+            sample: self.0.ccr4().read().ccr().bits(),
+        }
+    }
+
+    #[inline]
+    fn set_outputs(&mut self, are_on: bool) {
+        self.0.bdtr().modify(|_, w| w.moe().bit(are_on));
+    }
+
+    fn are_outputs_on(&self) -> bool {
+        self.0.bdtr().read().moe().bit()
+    }
+
+    #[inline]
+    fn has_tripped(&self) -> bool {
+        self.0.sr().read().bif().bit()
+    }
+
+    /// While the input is low the flag is set again, and the hardware keeps `MOE` clear.
+    #[inline]
+    fn clear_trip(&mut self) {
+        self.0.sr().write(|w| w.bif().clear_bit());
+    }
+}

@@ -1,0 +1,70 @@
+//! The list of the identifiers that a node receives.
+
+use embedded_can::{ExtendedId, Id, StandardId};
+use firmware::drive::{RPDOS, TPDOS};
+
+/// Bits of a word that give the kind of the frame.
+const REMOTE: u32 = 1 << 1;
+const EXTENDED: u32 = 1 << 2;
+
+/// Identifiers of the frames that the node receives.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct AcceptedIds {
+    words: [u32; Self::MAXIMUM],
+    count: usize,
+}
+
+impl AcceptedIds {
+    /// Maximum number of identifiers that a node receives.
+    pub const MAXIMUM: usize = canopen::SERVICE_IDENTIFIERS + RPDOS + TPDOS;
+
+    /// The list of these identifiers, each with whether of remote frames.
+    pub fn new(identifiers: impl Iterator<Item = (Id, bool)>) -> Self {
+        let mut accepted = Self {
+            words: [0; Self::MAXIMUM],
+            count: 0,
+        };
+        for (word, identifier) in accepted.words.iter_mut().zip(identifiers) {
+            *word = filter_word(identifier);
+            accepted.count += 1;
+        }
+        accepted
+    }
+
+    /// A word for each identifier, as a filter of bxCAN in list mode has it (RM0090, figure 342):
+    /// the identifier from bit 21 on, or an extended one from bit 3 on; the kind of the frame.
+    pub fn words(&self) -> impl Iterator<Item = u32> {
+        self.words.iter().take(self.count).copied()
+    }
+
+    /// The identifiers, each with whether of remote frames.
+    ///
+    /// ```
+    /// use drivers::can::AcceptedIds;
+    /// use embedded_can::{ExtendedId, Id, StandardId};
+    /// let ids = [
+    ///     (Id::Standard(StandardId::MAX), false),
+    ///     (Id::Extended(ExtendedId::new(0x1234_5678).unwrap()), true),
+    /// ];
+    /// assert!(AcceptedIds::new(ids.into_iter()).identifiers().eq(ids));
+    /// ```
+    pub fn identifiers(&self) -> impl Iterator<Item = (Id, bool)> {
+        self.words().map(|word| {
+            let id = if word & EXTENDED != 0 {
+                Id::Extended(ExtendedId::new(word >> 3).unwrap_or(ExtendedId::ZERO))
+            } else {
+                Id::Standard(StandardId::new((word >> 21) as u16).unwrap_or(StandardId::ZERO))
+            };
+            (id, word & REMOTE != 0)
+        })
+    }
+}
+
+/// The 32-bit word of an identifier.
+fn filter_word((id, is_remote): (Id, bool)) -> u32 {
+    let kind = if is_remote { REMOTE } else { 0 };
+    kind | match id {
+        Id::Standard(id) => u32::from(id.as_raw()) << 21,
+        Id::Extended(id) => id.as_raw() << 3 | EXTENDED,
+    }
+}

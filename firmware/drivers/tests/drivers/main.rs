@@ -1,0 +1,5 @@
+//! The drivers with mocks in place of the hardware.
+
+mod checks;
+mod controller;
+mod mocks;
