@@ -2,7 +2,7 @@
 
 use std::{fmt::Write as _, fs, ops::Range, path::Path};
 
-use cross_build::{board_elf, comm_board_elf};
+use cross_build::{board_elf, bring_up_elf, comm_board_elf};
 use object::{File, Object, ObjectSection, ObjectSymbol, SectionFlags, elf};
 
 /// The capture buffer, which the limits exclude: it takes the rest of the memory.
@@ -17,12 +17,18 @@ struct Program {
     ram: u64,
 }
 
-const PROGRAMS: [Program; 2] = [
+const PROGRAMS: [Program; 3] = [
     Program {
         name: "actuator-board",
         elf: board_elf,
         flash: 96 * 1024,
         ram: 16 * 1024,
+    },
+    Program {
+        name: "bring-up",
+        elf: bring_up_elf,
+        flash: 16 * 1024,
+        ram: 4 * 1024,
     },
     Program {
         name: "comm-board",

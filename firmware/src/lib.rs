@@ -10,6 +10,7 @@
 //! | [`integrity`] | check of the program's flash |
 //! | [`interface`] | inputs, outputs, requests and states that the application shares with its users |
 //! | [`application`] | operating states, the control step, requests |
+//! | [`bring_up`] | steps of the bring-up of a board, and the ranges of their measurements |
 //! | [`command`] | bus, servo pulse and excitation as sources of the commanded angle |
 //! | [`measure`] | codes of the converter to mA, mV and degrees Celsius |
 //! | [`velocity`] | the velocity that is reported |
@@ -29,6 +30,7 @@
 #![forbid(unsafe_code)]
 
 pub mod application;
+pub mod bring_up;
 pub mod capture;
 pub mod command;
 pub mod dictionary;

@@ -3,6 +3,7 @@
 mod adapter;
 mod adapter_load;
 mod bit_exact;
+mod bring_up;
 mod bus;
 mod chain;
 mod faults;

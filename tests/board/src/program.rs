@@ -34,7 +34,19 @@ where
 /// # Panics
 /// If it had one, or the run fails.
 pub fn run_script<S: Script + 'static>(options: Options, script: S) -> Finished<S> {
-    let finished = run(firmware(), options, script).expect("the run succeeds");
+    run_program(firmware(), options, script)
+}
+
+/// Runs a program with this script, and asserts that the emulation had no gap.
+///
+/// # Panics
+/// If it had one, or the run fails.
+pub fn run_program<S: Script + 'static>(
+    program: &Firmware,
+    options: Options,
+    script: S,
+) -> Finished<S> {
+    let finished = run(program, options, script).expect("the run succeeds");
     assert!(finished.gaps.is_empty(), "{}", finished.gaps);
     finished
 }

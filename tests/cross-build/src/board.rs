@@ -25,6 +25,15 @@ pub fn comm_board_elf() -> &'static Path {
     ELF.get_or_init(|| program("comm-board", &[]))
 }
 
+/// The ELF file of the bring-up of the actuator board, built once in a process.
+///
+/// # Panics
+/// If it does not build.
+pub fn bring_up_elf() -> &'static Path {
+    static ELF: OnceLock<PathBuf> = OnceLock::new();
+    ELF.get_or_init(|| program("bring-up", &[]))
+}
+
 /// The ELF file of the program that runs the control law alone, built once in a process.
 ///
 /// # Panics

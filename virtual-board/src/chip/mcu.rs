@@ -144,6 +144,14 @@ impl Chip {
         self.peek(at, address, Width::W32).unwrap_or(0)
     }
 
+    /// Reloads the counter of the independent watchdog from outside the program.
+    pub fn feed_watchdog(&mut self, at: VirtualNanos) {
+        const KEY_REGISTER: u64 = 0x4000_3000;
+        const RELOAD: u64 = 0xaaaa;
+        let written = self.write(at, KEY_REGISTER, Width::W32, RELOAD);
+        debug_assert!(written.is_ok(), "the register exists");
+    }
+
     /// Resets the part. It rebuilds its bus and copies from the old one what a reset preserves: it
     /// gets a stock bus with these values for that time, and then this crate's bus again.
     fn restart(&mut self, at: VirtualNanos, cause: ResetCause, mut stock: Bus, mut ours: Bus) {

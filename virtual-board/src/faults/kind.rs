@@ -99,6 +99,8 @@ pub enum Fault {
     },
     /// The core stops executing while the peripherals continue.
     StallCore,
+    /// The independent watchdog does not reset the processor.
+    WatchdogDead,
     /// Fault of the CAN bus line.
     Can {
         /// The fault.

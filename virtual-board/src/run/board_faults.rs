@@ -19,6 +19,8 @@ pub(super) struct BoardFaults {
     pub trips: bool,
     pub has_lost_power: bool,
     pub stalls: bool,
+    /// The watchdog is fed at every stop, so that it never resets.
+    pub feeds_watchdog: bool,
     /// Width of the servo pulses before the fault, us.
     servo_us: Option<f64>,
 }
@@ -104,6 +106,7 @@ fn apply_to_board<S: Script>(
         Fault::BridgeTrip => run.board_faults.trips = begins,
         Fault::PowerLoss => run.board_faults.has_lost_power = begins,
         Fault::StallCore => run.board_faults.stalls = begins,
+        Fault::WatchdogDead => run.board_faults.feeds_watchdog = begins,
         Fault::FlashCut {
             operation,
             permille,

@@ -132,6 +132,9 @@ impl<S: Script> Lockstep<S> {
     ) -> Flow {
         self.detect_resets(session, stop.at, host);
         board_faults::apply_due(self, session, stop, host);
+        if self.board_faults.feeds_watchdog {
+            session.board_mut().chip.feed_watchdog(stop.at);
+        }
         self.align_with_timer(session.board_mut(), stop.at);
         let mut flow = Flow::Continue;
         while self.grid.is_locked && self.grid.next().0 <= stop.at.0 {

@@ -22,6 +22,7 @@ mod tests;
 use crate::parameter::ParameterError;
 use crate::plant::drivetrain::{Drivetrain, Reading, electrical::Terminal};
 use crate::plant::pwm_timer::CurrentInstant;
+use crate::sensors::dividers::{leg_code, temperature_code};
 use crate::sensors::noise::Noise;
 
 pub use bridge::{Bridge, PERIOD_CYCLES};
@@ -229,6 +230,19 @@ impl BoardPlant {
         if let Some(code) = self.defects.stuck_current {
             self.sensed.current = code;
         }
+        self.show_driven_legs(supply_v);
+    }
+
+    /// While the motor is driven one leg is at the supply and the other at ground: what a scan of
+    /// the legs in the on time reads, without errors. The control step does not take one; what
+    /// [`Slot::Legs`] samples is what it scans.
+    fn show_driven_legs(&mut self, supply_v: f64) {
+        let (high, low) = (leg_code(supply_v), leg_code(0.0));
+        self.sensed.legs = match self.connection {
+            Connection::Supply(sign) if sign > 0.0 => Legs { a: high, b: low },
+            Connection::Supply(_) => Legs { a: low, b: high },
+            Connection::Open | Connection::Shorted => return,
+        };
     }
 
     fn sample_legs(&mut self) {
@@ -240,7 +254,7 @@ impl BoardPlant {
             .legs
             .at_sample(self.connection, self.supply.volts(), self.back_emf_v());
         self.sensed.legs = self.front_ends.legs(legs_v);
-        self.sensed.temperature = crate::sensors::dividers::temperature_code(temperature_deg_c);
+        self.sensed.temperature = temperature_code(temperature_deg_c);
     }
 
     fn sample_encoder(&mut self) {
