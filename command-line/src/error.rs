@@ -12,6 +12,7 @@ use identification::{
     IdentifyError, data::ImportError, parameter_file::NotSimulated, request::RequestError,
 };
 use model_core::{parameter::ParameterError, scenario::ScenarioError};
+use program_image::{ImageError, signed::SignError};
 
 /// Why a command failed.
 #[derive(Debug, thiserror::Error)]
@@ -33,6 +34,9 @@ pub enum Error {
         /// The error of the operating system.
         source: io::Error,
     },
+    /// An image or a key.
+    #[error(transparent)]
+    Image(#[from] SignError),
     /// The page or its bus.
     #[error(transparent)]
     Studio(#[from] studio::StudioError),
@@ -66,6 +70,7 @@ impl Error {
             Self::Bus(error) if error.is_refusal() => 3,
             Self::Bus(error) if error.is_at_limit() => 4,
             Self::Bus(error) if error.is_invalid_request() => 2,
+            Self::Image(SignError::File { .. } | SignError::Elf(ImageError::File { .. })) => 1,
             Self::Bus(_) | Self::Serve { .. } | Self::Studio(_) => 1,
             Self::Simulator(SimulatorError::Read { .. } | SimulatorError::Write(_)) => 1,
             _ => 2,

@@ -13,6 +13,7 @@ mod error;
 mod experiment;
 mod fmu;
 mod identify;
+mod image;
 mod interrupt;
 mod manual;
 mod mujoco;
@@ -59,6 +60,7 @@ enum Command {
     Mujoco(mujoco::Mujoco),
     Get(can::Get),
     Identify(identify::Identify),
+    Image(image::Image),
     Manual(manual::Manual),
     Monitor(can::Monitor),
     Move(can::Move),
@@ -101,6 +103,7 @@ impl Arguments {
             Command::Mujoco(mujoco) => mujoco.run(),
             Command::Get(get) => get.run(),
             Command::Identify(identify) => identify.run(),
+            Command::Image(image) => image.run(),
             Command::Manual(manual) => manual.run(),
             Command::Monitor(monitor) => monitor.run(),
             Command::Move(to) => to.run(),

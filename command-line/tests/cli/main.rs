@@ -9,6 +9,7 @@ mod fmu;
 #[cfg(feature = "board")]
 mod gdb;
 mod identify;
+mod image;
 mod input_file;
 mod mujoco;
 mod options;

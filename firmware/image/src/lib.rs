@@ -1,4 +1,5 @@
-//! Writes the CRC of a board's program into its ELF file.
+//! Writes the CRC of a board's program into its ELF file, and makes signed images of it
+//! ([`signed`]).
 //!
 //! The program checks its flash against this CRC (`firmware::integrity`). A linker cannot compute
 //! it, so it is written into the section `.program_crc` after linking. The CRC covers the flash
@@ -6,6 +7,8 @@
 
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
+
+pub mod signed;
 
 use std::path::{Path, PathBuf};
 use std::{fs, io};
@@ -104,6 +107,14 @@ fn place_and_crc(path: &Path, bytes: &[u8]) -> Result<Option<(usize, u32)>, Imag
 /// # Errors
 /// The file is not a program of a board, or cannot be read.
 pub fn flash(path: &Path) -> Result<Vec<u8>, ImageError> {
+    loaded(path).map(|(_, bytes)| bytes)
+}
+
+/// As [`flash`], with the address of the first byte.
+///
+/// # Errors
+/// As [`flash`].
+pub fn loaded(path: &Path) -> Result<(u64, Vec<u8>), ImageError> {
     let bytes = fs::read(path).map_err(|source| ImageError::File {
         path: path.into(),
         source,
@@ -121,7 +132,8 @@ pub fn flash(path: &Path) -> Result<Vec<u8>, ImageError> {
     let loads: Vec<_> = loads.filter(|(_, size)| *size > 0).collect();
     let start = loads.iter().map(|(load, _)| *load).min().unwrap_or(0);
     let end = loads.iter().map(|(load, size)| load + size).max();
-    bytes_between(&file, start, end.unwrap_or(0)).map_err(elf_error)
+    let bytes = bytes_between(&file, start, end.unwrap_or(0)).map_err(elf_error)?;
+    Ok((start, bytes))
 }
 
 type Elf<'a> = ElfFile<'a, FileHeader32<LittleEndian>>;

@@ -1,0 +1,123 @@
+//! The CANopen of a board without an image, by its frames.
+
+use std::{vec, vec::Vec};
+
+use canopen::{CanFrame, Node, NodeId};
+use embedded_can::{Frame, StandardId};
+
+use super::{
+    images::{HARDWARE, image, key},
+    model::{Model, SMALL},
+};
+use crate::{
+    install::{Bootloader, Cause, Decision},
+    waiting::{DICTIONARY, Waiting},
+};
+
+/// A device with node-ID 1 and its SDO client.
+struct Bus<'a> {
+    node: Node<0, 0>,
+    board: Waiting<'a, Model, crate::signature::Key>,
+}
+
+fn bootloader(flash: &mut Model) -> Bootloader<'_, Model, crate::signature::Key> {
+    Bootloader {
+        flash,
+        layout: &SMALL,
+        hardware: HARDWARE,
+        verifier: key(),
+    }
+}
+
+impl<'a> Bus<'a> {
+    fn new(flash: &'a mut Model) -> Self {
+        let mut board = Waiting::new(bootloader(flash), 77);
+        let mut node = Node::new(&DICTIONARY, NodeId::new(1), &mut board, 0);
+        let boot_up: CanFrame = node.transmit(&mut board).expect("a boot-up");
+        assert_eq!(boot_up.raw_id(), (0x701, false));
+        Self { node, board }
+    }
+
+    fn send(&mut self, data: [u8; 8]) {
+        let id = StandardId::new(0x601).expect("11 bits");
+        let frame = CanFrame::new(id, &data).expect("eight bytes");
+        self.node.receive(&frame, 0, &mut self.board);
+    }
+
+    /// Sends a request and returns the response.
+    fn ask(&mut self, data: [u8; 8]) -> Vec<u8> {
+        self.send(data);
+        self.node.tick(1000, &mut self.board);
+        let answer: CanFrame = self.node.transmit(&mut self.board).expect("a response");
+        assert_eq!(answer.raw_id(), (0x581, false));
+        answer.data().to_vec()
+    }
+
+    fn read(&mut self, index: u16, sub: u8) -> u32 {
+        let [low, high] = index.to_le_bytes();
+        let answer = self.ask([0x40, low, high, sub, 0, 0, 0, 0]);
+        u32::from_le_bytes(answer[4..].try_into().expect("four bytes"))
+    }
+
+    /// Downloads by blocks; returns the last response.
+    fn download(&mut self, content: &[u8]) -> Vec<u8> {
+        let [a, b, c, d] = (content.len() as u32).to_le_bytes();
+        let begun = self.ask([0xc2, 0x50, 0x1f, 1, a, b, c, d]);
+        if begun[0] != 0xa4 {
+            return begun;
+        }
+        let segments = content.len().div_ceil(7);
+        for (number, segment) in content.chunks(7).enumerate() {
+            let is_last = number + 1 == segments;
+            let mut data = [0; 8];
+            data[0] = (number % 127 + 1) as u8 | if is_last { 0x80 } else { 0 };
+            data[1..=segment.len()].copy_from_slice(segment);
+            if is_last || number % 127 == 126 {
+                assert_eq!(self.ask(data)[0], 0xa2);
+            } else {
+                self.send(data);
+            }
+        }
+        let unused = (segments * 7 - content.len()) as u8;
+        self.ask([0xc1 | unused << 2, 0, 0, 0, 0, 0, 0, 0])
+    }
+}
+
+const START: [u8; 8] = [0x2f, 0x51, 0x1f, 1, 1, 0, 0, 0];
+
+#[test]
+fn an_empty_board_takes_an_image_and_starts_it() {
+    let mut flash = Model::new();
+    assert_eq!(bootloader(&mut flash).start(Cause::PowerOn), Decision::Wait);
+    let mut bus = Bus::new(&mut flash);
+    assert_eq!(bus.read(0x1018, 2), HARDWARE);
+    assert_eq!(bus.read(0x1018, 4), 77);
+    assert_eq!(bus.read(0x1f51, 1) & 0xff, 0);
+    assert_eq!(bus.ask(START)[0], 0x80, "there is nothing to start");
+    assert_eq!(bus.download(&image(1))[0], 0xa1);
+    assert_eq!(bus.read(0x1f57, 1), 0);
+    assert_ne!(bus.read(0x1f56, 1), 0);
+    assert!(!bus.board.is_requested());
+    assert_eq!(bus.ask(START)[0], 0x60);
+    assert!(bus.board.is_requested());
+    let decision = bootloader(&mut flash).start(Cause::Restart);
+    assert_eq!(decision, Decision::Run { is_trial: true });
+}
+
+#[test]
+fn an_image_that_does_not_fit_is_told_in_the_flash_status() {
+    let mut flash = Model::new();
+    let mut bus = Bus::new(&mut flash);
+    let mut damaged = image(1);
+    damaged[530] ^= 4;
+    assert_eq!(bus.download(&damaged)[0], 0x80);
+    assert_eq!(bus.read(0x1f57, 1), 1 << 1);
+    assert_eq!(bus.ask(START)[0], 0x80);
+    assert_eq!(bus.download(&vec![0; 769])[0], 0x80, "longer than the slot");
+    assert_eq!(
+        bus.download(&image(1))[0],
+        0xa1,
+        "a further download is possible"
+    );
+    assert_eq!(bus.read(0x1f57, 1), 0);
+}
