@@ -107,19 +107,27 @@ impl Design {
         LOGIC_V * self.threshold_divider().ratio() / self.value("R1")
     }
 
+    /// Lowest and highest voltage at R1 at which the comparator trips, V.
+    #[must_use]
+    pub fn threshold_range_v(&self) -> (f64, f64) {
+        let kind = self.part("U4").map_or("", |part| part.kind.as_str());
+        let (divider, offset_v) = (self.threshold_divider(), self.figure(kind, "offset"));
+        let error = divider.error() + self.reference_tolerance();
+        let reference_v = LOGIC_V * divider.ratio();
+        let at = |sign: f64| reference_v * (1.0 + sign * error) + sign * offset_v;
+        (at(-1.0), at(1.0))
+    }
+
     /// Lowest and highest current at which the comparator trips, A.
     #[must_use]
     pub fn trip_range_a(&self) -> (f64, f64) {
-        let kind = self.part("U4").map_or("", |part| part.kind.as_str());
-        let (divider, offset_v) = (self.threshold_divider(), self.figure(kind, "offset"));
         let tolerance = self.part("R1").and_then(|part| part.tolerance_pct);
-        let shunt = tolerance.map_or(f64::NAN, |percent| percent / 100.0);
-        let error = divider.error() + self.reference_tolerance();
-        let reference_v = LOGIC_V * divider.ratio();
-        let at = |sign: f64| {
-            let threshold_v = reference_v * (1.0 + sign * error) + sign * offset_v;
-            threshold_v / (self.value("R1") * (1.0 - sign * shunt))
-        };
-        (at(-1.0), at(1.0))
+        let error = tolerance.map_or(f64::NAN, |percent| percent / 100.0);
+        let (low_v, high_v) = self.threshold_range_v();
+        let shunt_ohm = self.value("R1");
+        (
+            low_v / (shunt_ohm * (1.0 + error)),
+            high_v / (shunt_ohm * (1.0 - error)),
+        )
     }
 }

@@ -23,3 +23,55 @@ fn tables_schematic_list_of_parts_figures_and_pins_are_those_of_the_design() {
         );
     }
 }
+
+#[test]
+fn the_texts_state_the_figures_of_the_design() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let design = Design::read().expect("valid files");
+    let trip_a = format!("{:.2} A", design.trip_a());
+    let nominal = format!("{:.0} mV", design.trip_a() * design.value("R1") * 1e3);
+    let (low_v, high_v) = design.threshold_range_v();
+    let bounds = format!("{:.0} to {:.0} mV", low_v * 1e3, high_v * 1e3);
+    for (path, texts) in [
+        ("docs/faults.md", vec![trip_a.clone()]),
+        ("docs/glossary.md", vec![trip_a]),
+        ("docs/hardware.md", vec![nominal, bounds]),
+    ] {
+        let document = fs::read_to_string(root.join(path)).expect("a document");
+        for text in texts {
+            assert!(document.contains(&text), "{path} does not state {text}");
+        }
+    }
+}
+
+#[test]
+fn a_change_of_a_figure_reaches_document_model_and_pins() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let mut design = Design::read().expect("valid files");
+    let before = write::files(&design, &root).expect("files");
+    design.part_mut("R10").expect("the shunt").value = Some(0.008);
+    let pin = design.processor.iter_mut().find(|pin| pin.name == "SUPPLY");
+    let pin = pin.expect("a pin");
+    pin.pin = "PA7".to_owned();
+    pin.peripheral = "ADC1_IN7".to_owned();
+    let after = write::files(&design, &root).expect("files");
+    let changed = |path: &str, text: &str| {
+        let of = |files: &[(&'static str, String)]| {
+            let file = files.iter().find(|(name, _)| *name == path);
+            file.expect("a file").1.contains(text)
+        };
+        assert!(!of(&before) && of(&after), "{path}: {text}");
+    };
+    changed("docs/hardware.md", "0.4 V/A around 1.65 V");
+    changed("docs/hardware.md", "| supply | PA7 | CN12-15 | ADC1_IN7 |");
+    changed("docs/hardware/actuator-board.svg", "8 mohm");
+    changed("docs/hardware/actuator-board-parts.csv", "8 mohm");
+    changed(
+        "model-core/src/sensors/board_figures.rs",
+        "CURRENT_GAIN_V_A: f64 = 0.4;",
+    );
+    changed(
+        "firmware/boards/shared/actuator/pins.rs",
+        "pub const SUPPLY: u8 = 7;",
+    );
+}

@@ -1,7 +1,8 @@
 //! The tables of the document.
 
 use super::bom;
-use crate::quantity::number;
+use crate::design::LOGIC_V;
+use crate::quantity::{self, number};
 use crate::{Design, Electrical, Part, ProcessorPin};
 
 /// The text with every table written anew.
@@ -47,6 +48,24 @@ fn table(header: &[&str], rows: impl Iterator<Item = Vec<String>>) -> String {
     line(&header) + &rule + &rows.map(|row| line(&row)).collect::<String>()
 }
 
+/// A text with the values of the parts and figures that it names in braces.
+fn filled(design: &Design, text: &str) -> String {
+    let mut pieces = text.split(['{', '}']);
+    let mut filled = pieces.next().unwrap_or_default().to_owned();
+    while let Some(name) = pieces.next() {
+        filled += &match name {
+            "current gain" => number(design.current_gain_v_a()),
+            "current offset" => number(LOGIC_V / 2.0),
+            "leg divider" => number(1.0 / design.leg_a_divider().ratio()),
+            "supply divider" => number(1.0 / design.supply_divider().ratio()),
+            "B value" => number(design.figure("RT1", "b_value")),
+            part => quantity::text(design.value(part), "ohm"),
+        };
+        filled += pieces.next().unwrap_or_default();
+    }
+    filled
+}
+
 fn pins(design: &Design, board: &str) -> String {
     let row = |pin: &ProcessorPin| {
         let at = design.connectors.iter().find(|row| row.name == pin.pin);
@@ -64,7 +83,7 @@ fn pins(design: &Design, board: &str) -> String {
             place,
             peripheral,
             pin.pull.clone(),
-            pin.outside.clone(),
+            filled(design, &pin.outside),
         ]
     };
     let pins = design.processor.iter().filter(|pin| pin.board == board);
@@ -151,7 +170,6 @@ fn ranges(design: &Design) -> String {
     let [low, high, surge] = supply.map_or([f64::NAN; 3], |range| {
         [range.low_v, range.high_v, range.surge_v]
     });
-    let reference_v = 3.3;
     let (trip_low, trip_high) = design.trip_range_a();
     let (vm, leg) = (design.supply_divider(), design.leg_a_divider());
     let rows = [
@@ -174,7 +192,7 @@ fn ranges(design: &Design) -> String {
             format!(
                 "1/{} of it, to {}, +-{:.1} %",
                 number(1.0 / vm.ratio()),
-                volts(reference_v / vm.ratio()),
+                volts(LOGIC_V / vm.ratio()),
                 design.supply_error() * 100.0
             ),
             limit("over_voltage_mv"),
@@ -184,7 +202,7 @@ fn ranges(design: &Design) -> String {
             format!(
                 "{} V/A around {} V, to {:.2} A",
                 number(design.current_gain_v_a()),
-                number(reference_v / 2.0),
+                number(LOGIC_V / 2.0),
                 design.greatest_current_a()
             ),
             limit("over_current_ma"),
@@ -194,7 +212,7 @@ fn ranges(design: &Design) -> String {
             format!(
                 "1/{} of it, to {}",
                 number(1.0 / leg.ratio()),
-                volts(reference_v / leg.ratio())
+                volts(LOGIC_V / leg.ratio())
             ),
             String::new(),
         ],

@@ -4,6 +4,7 @@ mod bom;
 mod markdown;
 mod rust;
 mod schematic;
+mod symbols;
 
 use std::path::Path;
 use std::{fs, io};

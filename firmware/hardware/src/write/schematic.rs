@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use super::bom;
+use super::symbols::{Side, Symbol, stacked, two_terminal};
 use crate::{Design, Electrical, Part, PinOf};
 
 const WIDTH: i32 = 1640;
@@ -13,6 +14,8 @@ const TITLE: i32 = 34;
 const CELL: (i32, i32) = (PANEL / 3, 52);
 /// Between two pins of a part with more.
 const PITCH: i32 = 18;
+/// Two lines above the drawing of a part.
+const HEADING: i32 = 36;
 
 const STYLE: &str = "text{font:12px sans-serif;fill:#222}.t{font:bold 15px sans-serif}.d{font-weight:bold}\
 .s{fill:#777;font-size:11px}.vm,.v5,.v3{font-weight:bold}.vm{fill:#b00020}.v5{fill:#b45309}.v3{fill:#9a3412}\
@@ -78,7 +81,7 @@ fn panel(design: &Design, name: &str, parts: &[&Part]) -> (String, i32) {
     let (small, large): (Vec<&Part>, Vec<&Part>) = parts
         .iter()
         .copied()
-        .partition(|part| symbol(part).is_some());
+        .partition(|part| two_terminal(part).is_some());
     let is_drawn = |part: &&&Part| !design.pins_of(part).is_empty();
     let mut y = TITLE;
     let mut row = Vec::new();
@@ -109,32 +112,10 @@ fn panel(design: &Design, name: &str, parts: &[&Part]) -> (String, i32) {
     (frame + &out, y)
 }
 
-/// The symbol of a part with two terminals, 60 wide, with wires to both sides.
-fn symbol(part: &Part) -> Option<&'static str> {
-    Some(match part.kind.as_str() {
-        "resistor" => {
-            "<path d=\"M-45 0h20M25 0h20\"/><rect x=\"-25\" y=\"-7\" width=\"50\" height=\"14\"/>"
-        }
-        "ntc" => {
-            "<path d=\"M-45 0h20M25 0h20M-20 12h8L16 -14\"/><rect x=\"-25\" y=\"-7\" width=\"50\" height=\"14\"/>"
-        }
-        "fuse" => "<path d=\"M-45 0h90\"/><rect x=\"-25\" y=\"-7\" width=\"50\" height=\"14\"/>",
-        "capacitor" => "<path d=\"M-45 0h41M4 0h41M-4 -12v24M4 -12v24\"/>",
-        "capacitor-electrolytic" => {
-            "<path d=\"M-45 0h41M6 0h39M-4 -12v24M10 -12q-8 12 0 24M-16 -9h6M-13 -12v6\"/>"
-        }
-        "jumper" => {
-            "<path d=\"M-45 0h29M16 0h29M-12 -2L14 -12\"/><circle cx=\"-14\" cy=\"0\" r=\"3\"/><circle cx=\"14\" cy=\"0\" r=\"3\"/>"
-        }
-        "SMAJ6.5A" => {
-            "<path d=\"M-45 0h33M12 0h33M-12 -10v20M-12 -10l5 -4M-12 10l-5 4M12 -10v20L-12 0z\"/>"
-        }
-        _ => return None,
-    })
-}
-
 fn terminals(design: &Design, out: &mut String, part: &Part, x: i32, y: i32) {
-    let Some(symbol) = symbol(part) else { return };
+    let Some(symbol) = two_terminal(part) else {
+        return;
+    };
     let (middle, line) = (x + CELL.0 / 2, y + 32);
     let value = bom::value(part);
     let value = if value.is_empty() {
@@ -170,9 +151,52 @@ fn boxes(design: &Design, out: &mut String, parts: &[&Part], y: i32) -> i32 {
     let mut height = 0;
     for (index, part) in parts.iter().enumerate() {
         let middle = PANEL * (2 * index as i32 + 1) / (2 * parts.len() as i32);
-        height = height.max(chip(design, out, part, middle, y));
+        let drawn = match stacked(part) {
+            Some(symbol) => stack(design, out, part, &symbol, middle, y),
+            None => chip(design, out, part, middle, y),
+        };
+        height = height.max(drawn);
     }
     height
+}
+
+/// Number and purpose of a part above its drawing.
+fn heading(out: &mut String, part: &Part, middle: i32, y: i32) {
+    let title = format!("{} {}", part.designator, part.part_number);
+    text(out, middle, y + 14, "m d", &title);
+    text(out, middle, y + 28, "m s", &part.purpose);
+}
+
+/// A part as symbol, with the nets at its terminals; returns its height.
+fn stack(
+    design: &Design,
+    out: &mut String,
+    part: &Part,
+    symbol: &Symbol,
+    middle: i32,
+    y: i32,
+) -> i32 {
+    heading(out, part, middle, y);
+    let centre = y + HEADING + symbol.half_height;
+    let _ = writeln!(
+        out,
+        "<g transform=\"translate({middle} {centre})\">{}</g>",
+        symbol.svg
+    );
+    for &(pin, x, below, side) in symbol.terminals {
+        let first = pin.split(' ').next().unwrap_or(pin);
+        let net = design
+            .net_at(&part.designator, first)
+            .map_or("?", |net| net.name.as_str());
+        let (class, label) = (class(net), format!("{net} ({pin})"));
+        let (x, y) = (middle + x, centre + below + 4);
+        match side {
+            Side::Left => text(out, x - 5, y, &format!("{class} e"), &label),
+            Side::Right => text(out, x + 5, y, class, &label),
+            Side::End => text(out, x + 6, y, class, &label),
+        }
+    }
+    HEADING + 2 * symbol.half_height + 14
 }
 
 fn chip(design: &Design, out: &mut String, part: &Part, middle: i32, y: i32) -> i32 {
@@ -182,9 +206,8 @@ fn chip(design: &Design, out: &mut String, part: &Part, middle: i32, y: i32) -> 
     let rows = left.len().max(right.len()) as i32;
     // The pins of the processor's board have long names.
     let width = if rows > 10 { 240 } else { 150 };
-    let (x, top) = (middle - width / 2, y + 22);
-    let title = format!("{} {}", part.designator, part.part_number);
-    text(out, middle, y + 14, "m d", &title);
+    let (x, top) = (middle - width / 2, y + HEADING);
+    heading(out, part, middle, y);
     let height = rows * PITCH + 8;
     let _ = writeln!(
         out,
@@ -201,7 +224,7 @@ fn chip(design: &Design, out: &mut String, part: &Part, middle: i32, y: i32) -> 
             );
         }
     }
-    height + 22 + 14
+    height + HEADING + 14
 }
 
 /// A pin at the edge of its box, with a wire to the name of its net.
