@@ -15,7 +15,7 @@ use studio::{NativeBus, Notice, Options};
 /// Opens a page that shows, moves, tunes and identifies the actuators of a bus
 ///
 /// Without --bus it simulates two actuators, so that no hardware is needed. The address that it
-/// prints contains a token: whoever knows it can command the actuators. An interrupt ends it, stops
+/// prints contains a token, which permits to command the actuators. An interrupt ends it, stops
 /// the drives, and leaves the actuators as they were.
 #[derive(Debug, Args)]
 pub struct Studio {
@@ -68,8 +68,8 @@ impl Studio {
         let address = studio.address();
         if !address.ip().is_loopback() {
             tell(&format!(
-                "warning: {address} can be reached from other computers; whoever reads the address \
-                 on its way, which is not encrypted, can command the actuators"
+                "warning: {address} can be reached from other computers; the connection is not \
+                 encrypted, and the token in it permits to command the actuators"
             ));
         }
         if let Some(simulated) = simulated {

@@ -5,7 +5,9 @@
 //! reliable: the program brakes, restarts the processor and reports the fault, whose number it
 //! keeps in a register that survives the restart.
 
-use crc::{CRC_32_ISO_HDLC, Crc, Digest, NoTable, Table};
+use core::mem::replace;
+
+use crc::{CRC_32_ISO_HDLC, Crc, Digest, NoTable};
 
 use crate::faults::Fault;
 use crate::timing::periods;
@@ -15,12 +17,9 @@ use crate::timing::periods;
 /// wrong motion is hazardous (`docs/trust.md`).
 pub const PROGRAM_CHECK_PERIODS: u16 = periods(200);
 
-/// The CRC of small data, bit by bit: hashing a word takes about 250 instructions at start-up or in
-/// a save, outside the control step.
-pub(crate) const SMALL_CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
-
-/// The CRC of the program.
-static PROGRAM_CRC: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
+/// The CRC of programs and of small data, bit by bit in software: a word takes about 250
+/// instructions, so that the board uses it only at the start and in a save.
+pub(crate) const SOFTWARE_CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
 /// CRC of a program.
 ///
@@ -28,36 +27,86 @@ static PROGRAM_CRC: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_H
 /// assert_eq!(firmware::integrity::program_crc(b"123456789"), 0xcbf4_3926);
 /// ```
 pub fn program_crc(program: &[u8]) -> u32 {
-    PROGRAM_CRC.checksum(program)
+    SOFTWARE_CRC.checksum(program)
+}
+
+/// Computes the CRC of a program word by word, in software or by a unit of the chip.
+pub trait WordCrc {
+    /// Starts a computation.
+    fn restart(&mut self);
+    /// Continues the computation with words in the byte order of the memory, little endian.
+    fn update(&mut self, words: &[u32]);
+    /// The result, as [`program_crc`] of the bytes of all words since the start.
+    fn value(&mut self) -> u32;
+}
+
+/// [`WordCrc`] in software, for chips without a unit and for tests.
+pub struct SoftwareCrc(Digest<'static, u32, NoTable>);
+
+impl SoftwareCrc {
+    fn digest() -> Digest<'static, u32, NoTable> {
+        static CRC: Crc<u32, NoTable> = SOFTWARE_CRC;
+        CRC.digest()
+    }
+}
+
+impl Default for SoftwareCrc {
+    fn default() -> Self {
+        Self(Self::digest())
+    }
+}
+
+impl WordCrc for SoftwareCrc {
+    fn restart(&mut self) {
+        self.0 = Self::digest();
+    }
+
+    fn update(&mut self, words: &[u32]) {
+        for word in words {
+            self.0.update(&word.to_le_bytes());
+        }
+    }
+
+    fn value(&mut self) -> u32 {
+        replace(&mut self.0, Self::digest()).finalize()
+    }
 }
 
 /// Checks a program in parts, again and again.
-pub struct ProgramCheck<'a> {
-    program: &'a [u8],
-    crc: u32,
-    rest: &'a [u8],
-    digest: Digest<'static, u32, Table<1>>,
+pub struct ProgramCheck<'a, C> {
+    program: &'a [u32],
+    reference: u32,
+    rest: &'a [u32],
+    crc: C,
 }
 
-impl<'a> ProgramCheck<'a> {
-    /// A check of this program, which has this CRC.
-    pub fn new(program: &'a [u8], crc: u32) -> Self {
-        Self {
+impl<'a, C: WordCrc> ProgramCheck<'a, C> {
+    /// A check of this program. `built` is the CRC that the program had when it was built, `None`
+    /// if that is not known: the reference is then its present CRC.
+    pub fn new(program: &'a [u32], built: Option<u32>, mut crc: C) -> (Self, bool) {
+        crc.restart();
+        crc.update(program);
+        let found = crc.value();
+        crc.restart();
+        let reference = built.unwrap_or(found);
+        let check = Self {
             program,
-            crc,
+            reference,
             rest: program,
-            digest: PROGRAM_CRC.digest(),
-        }
+            crc,
+        };
+        (check, found == reference)
     }
 
     /// Checks the next part; to be called once in each control period. Returns whether all is well
     /// so far.
     ///
     /// ```
-    /// use firmware::integrity::{PROGRAM_CHECK_PERIODS, ProgramCheck, program_crc};
+    /// use firmware::integrity::{PROGRAM_CHECK_PERIODS, ProgramCheck, SoftwareCrc};
     ///
     /// let program = [7; 1000];
-    /// let mut check = ProgramCheck::new(&program, program_crc(&program) ^ 1);
+    /// let (mut check, is_as_built) = ProgramCheck::new(&program, Some(1), SoftwareCrc::default());
+    /// assert!(!is_as_built);
     /// let failed = (1..).find(|_| !check.proceed());
     /// assert_eq!(failed, Some(PROGRAM_CHECK_PERIODS));
     /// ```
@@ -67,13 +116,15 @@ impl<'a> ProgramCheck<'a> {
             .len()
             .div_ceil(usize::from(PROGRAM_CHECK_PERIODS));
         let (now, rest) = self.rest.split_at(part.min(self.rest.len()));
-        self.digest.update(now);
+        self.crc.update(now);
         self.rest = rest;
         if !rest.is_empty() {
             return true;
         }
         self.rest = self.program;
-        core::mem::replace(&mut self.digest, PROGRAM_CRC.digest()).finalize() == self.crc
+        let found = self.crc.value();
+        self.crc.restart();
+        found == self.reference
     }
 }
 
@@ -106,18 +157,31 @@ mod tests {
 
     #[test]
     fn a_flipped_bit_anywhere_is_found_within_one_pass() {
-        let program: Vec<u8> = (0..999_u32).map(|at| (at * 7 % 251) as u8).collect();
-        let crc = program_crc(&program);
-        let mut good = ProgramCheck::new(&program, crc);
+        let program: Vec<u32> = (0..249_u32)
+            .map(|at| at.wrapping_mul(0x9e37_79b9))
+            .collect();
+        let check = |program| ProgramCheck::new(program, None, SoftwareCrc::default()).0;
+        let mut good = check(&program);
         assert!((0..3 * PROGRAM_CHECK_PERIODS).all(|_| good.proceed()));
         for at in 0..program.len() {
             let mut flipped = program.clone();
-            flipped[at] ^= 1 << (at % 8);
-            let mut check = ProgramCheck::new(&flipped, crc);
+            flipped[at] ^= 1 << (at % 32);
+            let mut check = ProgramCheck {
+                program: &flipped,
+                rest: &flipped,
+                ..check(&program)
+            };
             assert!(
                 (0..PROGRAM_CHECK_PERIODS).any(|_| !check.proceed()),
-                "byte {at}"
+                "word {at}"
             );
         }
+    }
+
+    #[test]
+    fn the_crc_of_words_is_that_of_their_bytes() {
+        let mut crc = SoftwareCrc::default();
+        crc.update(&[u32::from_le_bytes(*b"1234"), u32::from_le_bytes(*b"5678")]);
+        assert_eq!(crc.value(), program_crc(b"12345678"));
     }
 }

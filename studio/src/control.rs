@@ -23,12 +23,12 @@ impl Control {
         self.holder == Some(page)
     }
 
-    /// A page is there: the first one holds the control.
+    /// Registers a page; the first one holds the control.
     pub fn joined(&mut self, page: PageId) {
         self.holder.get_or_insert(page);
     }
 
-    /// A page is gone; whoever asks follows it.
+    /// A page has closed; if it held the control, the page that asks gets it.
     pub fn left(&mut self, page: PageId) {
         if self.asking.is_some_and(|(asking, _)| asking == page) {
             self.asking = None;

@@ -229,7 +229,7 @@ pub fn leave(core: &Arc<Core>) {
         }
     }
     drop(done);
-    /// An interrupt shall end the program while whoever sent it looks.
+    /// Longest wait after an interrupt: a user expects the program to end within seconds.
     const PATIENCE: Duration = Duration::from_secs(2);
     let end = Instant::now() + PATIENCE;
     while all_done

@@ -1,4 +1,4 @@
-//! What whoever runs the server should know.
+//! Events that concern the operator of the server.
 
 use std::fmt;
 

@@ -65,7 +65,7 @@ fn reopen(core: &Arc<Core>, bus: &str) -> Option<Box<dyn Link + Send>> {
         }
     });
     core.log("info", None, "the bus is back");
-    // If too much runs, whoever sits at a page can scan.
+    // Refused if too many tasks run: the user can then start the search from the page.
     let _ = core.spawn(|core, task| attach::scan(core, &task));
     Some(split.receiver)
 }

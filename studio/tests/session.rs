@@ -126,7 +126,7 @@ impl Page {
         while !is_met(self) {
             assert!(
                 Instant::now() < end,
-                "in vain waited for {what}: {}",
+                "waited without success for {what}: {}",
                 self.nodes
             );
             self.take();
@@ -214,11 +214,11 @@ fn a_page_moves_and_stops_an_actuator_and_another_one_must_ask_for_control() {
 fn the_loss_of_a_page_stops_what_it_moves() {
     let running = Running::start();
     let mut watcher = Page::open(&running);
-    // It gives the control to whoever comes next.
+    // The first run closes the page, the second one its connection.
     for is_closed in [true, false] {
         let mut page = Page::open(&running);
         page.ask("take_control", json!({})).expect("it may ask");
-        // Refused where the page before it, which is gone, had it.
+        // Refused if the closed page held the control.
         let _ = watcher.ask("answer_control", json!({ "give": true }));
         let number = page.number.clone();
         page.until("control", |page| page.control == number);

@@ -104,7 +104,7 @@ fn a_node_that_starts_on_a_silent_bus_of_another_rate_gives_way_to_its_traffic()
     let finished = beside(500_000, 400);
     let own = finished.trace.frames.iter().filter(|sent| sent.sender == 0);
     // The boot-up fails 32 times until bus-off; 10, 20, 40, 80, 160 and 320 ms later again, each
-    // behind 10 ms in which it listens.
+    // after 10 ms in silent mode.
     let tries = own.clone().count();
     assert!((32..=6 * 32).contains(&tries), "{tries}");
     let (traffic_ns, end_ns) = (400_000_000, 1_500_000_000);

@@ -4,6 +4,7 @@ use board_tests::frames::{Frame, Sent, sent, standard};
 use board_tests::master::Master;
 use board_tests::program::{firmware, run_script};
 use board_tests::workloads::{TICKS, everything};
+use static_bounds::Bounds;
 use virtual_board::faults::{Fault, Planned};
 use virtual_board::plant::BoardPlantOptions;
 use virtual_board::run::{Flow, Options, Script, Span, View};
@@ -87,6 +88,12 @@ fn the_calls_of_the_node_end_in_their_periods_and_a_quarter_of_the_stack_is_unus
     let boot_up = standard(0x701, &[0]);
     let boots = sent.iter().filter(|sent| sent.frame == boot_up);
     assert_eq!(boots.count(), 3, "power-on and two resets");
+    let bounds = Bounds::of_the_board().expect("every loop has a bound");
+    for (name, bound) in &bounds.times {
+        if let Some(spans) = finished.spans.get(*name) {
+            assert!(most(spans) <= bound.instructions, "{name}");
+        }
+    }
     let step = STEP.map(|(name, times)| times * most(&finished.spans[name]));
     let call = most(&finished.spans[NODE]);
     println!(
@@ -102,5 +109,6 @@ fn the_calls_of_the_node_end_in_their_periods_and_a_quarter_of_the_stack_is_unus
     let margin_pct = 100 * finished.script.untouched / need;
     println!("stack: {need} bytes of {size} needed, {margin_pct} % left over");
     assert!(finished.script.untouched > 0, "the stack was used up");
+    assert!(need <= bounds.stack.total(), "{:?}", bounds.stack);
     assert!(margin_pct >= MARGIN_PCT, "{margin_pct} %");
 }

@@ -20,7 +20,7 @@ if [ $# -gt 0 ]; then
     compare "$@"
     exit
 fi
-compare --seconds 40
+compare --seconds 12
 # Each planted defect is found.
 for defect in carry memory read; do
     compare --seconds 2 --defect "$defect"

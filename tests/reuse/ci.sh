@@ -5,10 +5,11 @@ cd "$(dirname "$0")/../.."
 place=$PWD/target/reuse
 mkdir -p "$place"
 
-[ -x "$place/venv/bin/maturin" ] || python3 -m venv "$place/venv"
-"$place/venv/bin/pip" install --quiet --disable-pip-version-check "maturin>=1.9.4,<2" numpy fmpy==0.3.32
-(cd bindings/python && CARGO_TARGET_DIR=$PWD/../../target "$place/venv/bin/maturin" build --quiet --locked --out "$place/wheels")
-"$place/venv/bin/pip" install --quiet --force-reinstall --no-deps "$place"/wheels/*.whl
+[ -x "$place/venv/bin/pip" ] || python3 -m venv "$place/venv"
+"$place/venv/bin/pip" install --quiet --disable-pip-version-check numpy fmpy==0.3.32
+wheels=$PWD/target/python/dist
+cargo run --quiet --release --locked --bin package -- --out "$wheels" wheel
+"$place/venv/bin/pip" install --quiet --force-reinstall --no-deps "$wheels"/*.whl
 
 bash .ci/programs
 target/debug/examples/page "$place/actuator.html"

@@ -79,8 +79,8 @@ enum actuator_error {
    */
   ACTUATOR_ERROR_POINTER = 1,
   /**
-   * A size is not that of this library, or the memory is smaller than an actuator with this delay
-   * needs: `actuator_size` returns what it needs.
+   * A size is not that of this library, or the memory is smaller than an actuator with this
+   * delay needs: `actuator_size` returns what it needs.
    */
   ACTUATOR_ERROR_SIZE = 2,
   /**

@@ -61,7 +61,7 @@ export async function launch(program = process.env.CHROMIUM ?? 'chromium') {
         if (await evaluate(expression).catch(() => false)) return;
         await new Promise(resolve => setTimeout(resolve, 50));
       }
-      throw new Error(`${url}: in vain waited for ${expression}; ${complaints.join('; ')}`);
+      throw new Error(`${url}: waited without success for ${expression}; ${complaints.join('; ')}`);
     };
     const screenshot = async full => Buffer.from((await page('Page.captureScreenshot', { captureBeyondViewport: full })).data, 'base64');
     return { send: page, evaluate, until, screenshot, complaints, requests };

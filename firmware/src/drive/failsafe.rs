@@ -1,14 +1,15 @@
-//! What happens when the master falls silent.
+//! The reaction to the loss of the master.
 //!
-//! In the cyclic modes the master commands again and again: a pause of more than 2040h:1, counted
-//! from the enabling of operation or the change to a cyclic mode, is its loss. In every mode a lost
-//! heartbeat is, and that the node is stopped. What follows says 2040h:2.
+//! In the cyclic modes the master sends commands periodically: a pause of more than 2040h:1, counted
+//! from the transition to Operation enabled or the change to a cyclic mode, is a loss of the master.
+//! In every mode a missing heartbeat is a loss, and so is the NMT state Stopped. 2040h:2 selects the
+//! reaction:
 //!
-//! | 2040h:2 | |
+//! | 2040h:2 | reaction |
 //! |---|---|
-//! | 0 | the drive halts as 605Dh says, and holds |
-//! | 1 | a fault: the shaft is brought to rest as 605Eh says |
-//! | 2 | the shaft goes to 2040h:3 at the rate of 2040h:4, and stays there |
+//! | 0 | halt as configured in 605Dh, then hold |
+//! | 1 | a fault, with the reaction configured in 605Eh |
+//! | 2 | the shaft moves to 2040h:3 at the rate of 2040h:4, and holds there |
 
 use super::{Drive, limits::PERIOD_US};
 use crate::{
@@ -17,52 +18,51 @@ use crate::{
 };
 use canopen::cia402::Cia402State;
 
-/// What is known of the master.
+/// State of the supervision of the master.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Failsafe {
     /// Control periods since the last cyclic command, or since operation was enabled in a cyclic
     /// mode.
     silent: u16,
-    /// The network says that it is gone.
+    /// The network reports a loss: heartbeat, or the NMT state Stopped.
     lost: bool,
-    /// Where a retreat has come to, mdeg.
+    /// Present target of the motion to the failsafe position, mdeg.
     retreat_mdeg: Option<i32>,
 }
 
 impl Failsafe {
-    /// A cyclic command came.
+    /// Registers a cyclic command.
     pub fn commanded(&mut self) {
         self.silent = 0;
     }
 
-    /// The network says that the master is gone, or there again.
+    /// Registers whether the network reports a loss.
     pub fn network(&mut self, lost: bool) {
         self.lost = lost;
     }
 
-    /// Whoever resets the fault is there, and has another try, whatever was known of the master
-    /// before: its heartbeat may be watched no longer, and after a reset of the communication it
-    /// need not start the node.
+    /// Clears the state at a fault reset. The sender of the reset is a present master; an earlier
+    /// loss of the heartbeat or of the NMT state Operational no longer applies.
     pub fn begin_anew(&mut self) {
         *self = Self::default();
     }
 }
 
-/// What the axis is to do of it.
+/// Reaction that the axis carries out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Reaction {
     /// Nothing.
     None,
-    /// Halt.
+    /// Halt, then hold.
     Hold,
-    /// A fault.
+    /// Enter a fault.
     Fail,
-    /// Be at this angle, mdeg.
+    /// Follow this target angle, mdeg.
     Go(i32),
 }
 
 impl Drive<'_> {
-    /// One control period.
+    /// Supervises the master for one control period.
     pub(super) fn fail_safe(&mut self) -> Reaction {
         let is_enabled = self.axis.state() == Cia402State::OperationEnabled;
         let is_cyclic = matches!(self.commands.mode, 8 | 9);
@@ -75,7 +75,7 @@ impl Drive<'_> {
             return Reaction::None;
         }
         let timeout_ms = self.application.parameters().command.command_timeout_ms;
-        // An excitation needs no commands; behind it the silence begins anew.
+        // An excitation needs no commands; after it the timeout starts again.
         let is_exciting = !self.is_commanded();
         self.failsafe.silent = if is_cyclic && !is_exciting {
             self.failsafe.silent.saturating_add(1)
@@ -88,7 +88,7 @@ impl Drive<'_> {
             return Reaction::None;
         }
         if is_exciting {
-            // It ends, whatever follows; refused where it has ended by itself.
+            // The excitation ends with each reaction; the request is refused if it has already ended.
             let _ = self.application.request(Request::StopExcitation);
         }
         match self.values.failsafe.failsafe_action {
@@ -98,11 +98,11 @@ impl Drive<'_> {
         }
     }
 
-    /// The next angle on the way to the failsafe position.
+    /// The next target angle of the motion to the failsafe position, mdeg.
     fn retreat(&mut self) -> i32 {
         let wanted = self.values.failsafe.failsafe_position_mdeg;
         let rate = self.application.parameters().command.approach_rate_deg_s;
-        // mdeg in a control period: at most 2000 times 4.
+        // mdeg per control period: at most 2000 times 4.
         let step = rate.saturating_mul(PERIOD_US as i32 / 1000);
         let from = self
             .failsafe

@@ -1,7 +1,7 @@
 //! The content of a page.
 
 use super::{Flash, MAX_ROW, Page, Stored};
-use crate::integrity::SMALL_CRC;
+use crate::integrity::SOFTWARE_CRC;
 
 /// Words before the set: layout hash and sequence number.
 const HEAD: usize = 2;
@@ -123,7 +123,7 @@ fn is_erased(words: &[u32]) -> bool {
 }
 
 fn checksum(words: &[u32]) -> u32 {
-    let mut digest = SMALL_CRC.digest();
+    let mut digest = SOFTWARE_CRC.digest();
     for word in words {
         digest.update(&word.to_le_bytes());
     }

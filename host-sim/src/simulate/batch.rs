@@ -109,7 +109,7 @@ impl Batch {
         self.count
     }
 
-    /// Whether there is none.
+    /// Whether the batch contains no actuator.
     pub fn is_empty(&self) -> bool {
         self.count == 0
     }

@@ -106,8 +106,8 @@ impl Quantity {
         }
     }
 
-    /// The index of its column among columns of these names, by its usual names; `None` if there
-    /// is none.
+    /// The index of its column among columns of these names, by its usual names; `None` without
+    /// such a column.
     ///
     /// ```
     /// use identification::data::Quantity;

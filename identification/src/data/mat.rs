@@ -232,7 +232,7 @@ mod tests {
             (b"time_s,angle_deg\n", "expected a MAT file of level 5"),
             (&PLAIN[..PLAIN.len() - 20], "cut off"),
         ] {
-            let problem = columns(bytes).expect_err("it is none");
+            let problem = columns(bytes).expect_err("not a MAT file of level 5");
             assert!(problem.contains(expected), "{problem}");
         }
     }

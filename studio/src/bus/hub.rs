@@ -1,4 +1,5 @@
-//! One connection to the bus for all: frames go to whoever waits for them.
+//! One connection to the bus for all: it distributes received frames to the requests that wait for
+//! them.
 
 use std::io::{self, ErrorKind};
 use std::ops::RangeInclusive;

@@ -30,7 +30,7 @@ impl Notes {
         while !self.has(text) {
             assert!(
                 Instant::now() < end,
-                "in vain waited for `{text}`: {:?}",
+                "waited without success for `{text}`: {:?}",
                 self.0
             );
             thread::sleep(Duration::from_millis(5));

@@ -54,8 +54,8 @@ macro_rules! clocked {
 }
 
 /// RM0090, sections 6.3.5 to 6.3.14.
-const CLOCKED: [(&str, Gate, Gate); 24] = clocked! {
-    "AHB1": "GPIOA" "GPIOB" "GPIOC" "GPIOD" "GPIOE" "GPIOF" "GPIOG" "GPIOH" "GPIOI" "DMA1" "DMA2";
+const CLOCKED: [(&str, Gate, Gate); 25] = clocked! {
+    "AHB1": "GPIOA" "GPIOB" "GPIOC" "GPIOD" "GPIOE" "GPIOF" "GPIOG" "GPIOH" "GPIOI" "DMA1" "DMA2" "CRC";
     "APB1": "TIM2" "TIM3" "TIM4" "TIM5" "SPI2" "SPI3" "CAN1" "PWR" "WWDG";
     "APB2": "TIM1" "TIM8" "SPI1" "USART1";
 };

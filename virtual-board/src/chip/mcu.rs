@@ -1,4 +1,5 @@
-//! The STM32F427: the part of rigless with this crate's bus, CAN1, flash and window watchdog.
+//! The STM32F427: the part of rigless with this crate's bus, CAN1, flash, CRC unit and window
+//! watchdog.
 
 use std::num::NonZeroU32;
 
@@ -10,6 +11,7 @@ use rigless::soc::{Bus, Error, Layout, Width, stm32f427};
 use rigless::time::VirtualNanos;
 
 use super::bus;
+use super::crc_unit::CrcUnit;
 use super::window_watchdog::WindowWatchdog;
 use crate::can::{BxCan, Transfer, Wire};
 use crate::flash::{FlashTimes, Interface};
@@ -27,8 +29,10 @@ pub struct Chip {
     /// The flash.
     pub flash: Interface,
     window_watchdog: WindowWatchdog,
+    crc_unit: CrcUnit,
     can_slot: usize,
     window_watchdog_slot: usize,
+    crc_slot: usize,
     flash_slot: usize,
     /// Level at the break input.
     break_level: Level,
@@ -80,6 +84,7 @@ impl Chip {
         let can_slot = part.bus().slot("CAN1")?;
         let flash_slot = part.bus().slot("FLASH")?;
         let window_watchdog_slot = part.bus().slot("WWDG")?;
+        let crc_slot = part.bus().slot("CRC")?;
         let mut flash = Interface::new(times, seed);
         if let Some(rail_mv) = NonZeroU32::new(RAIL_MV) {
             flash.set_supply(rail_mv);
@@ -89,8 +94,10 @@ impl Chip {
             can: BxCan::new(wire),
             flash,
             window_watchdog: WindowWatchdog::default(),
+            crc_unit: CrcUnit::default(),
             can_slot,
             window_watchdog_slot,
+            crc_slot,
             flash_slot,
             break_level: Level::High,
         };
@@ -201,6 +208,7 @@ impl Chip {
         self.flash.restart(registers);
         let (registers, mut context) = self.part.bus_mut().drive(at, self.can_slot);
         Device::reset(&mut self.window_watchdog);
+        Device::reset(&mut self.crc_unit);
         Device::reset_line(&mut self.can, registers, &mut context);
         self.drive_break(at, self.break_level);
     }
@@ -240,6 +248,8 @@ impl Mcu for Chip {
             (self.part.bus_mut(), Some(&mut self.can))
         } else if slot == self.flash_slot {
             (self.part.bus_mut(), Some(&mut self.flash))
+        } else if slot == self.crc_slot {
+            (self.part.bus_mut(), Some(&mut self.crc_unit))
         } else if slot == self.window_watchdog_slot {
             (self.part.bus_mut(), Some(&mut self.window_watchdog))
         } else {

@@ -74,7 +74,7 @@ async function until(condition, what) {
     const end = Date.now() + PATIENCE_MS;
     while (!await condition()) {
         if (Date.now() > end)
-            throw new Error(`waited in vain for ${what}`);
+            throw new Error(`waited without success for ${what}`);
         await pause(2);
     }
 }

@@ -4,7 +4,6 @@ use firmware::{
     application::{BoardState, Outputs},
     drive::StoredParameters,
     faults::Fault,
-    integrity::ProgramCheck,
     supervisor::Task,
 };
 use heapless::spsc::{Consumer, Producer};
@@ -45,7 +44,7 @@ pub struct Background {
     pub store: ParameterStore<StoredParameters>,
     pub save_results: Producer<'static, SaveResult<StoredParameters>, SINGLE>,
     pub log: StateLog,
-    pub program_check: ProgramCheck<'static>,
+    pub program_check: program_check::Check,
 }
 
 impl Background {

@@ -124,7 +124,7 @@ macro_rules! actuator_program {
                 let (save_producer, to_save) = cx.local.save_queue.split();
                 let (save_results, save_result_consumer) = cx.local.save_result_queue.split();
 
-                let (is_as_built, program_check) = program_check::start();
+                let (program_check, is_as_built) = program_check::start(peripherals.crc_unit);
                 let loaded = store::load::<StoredParameters>(&peripherals.flash);
                 defmt::info!(
                     "reset cause {}, parameters from {}, option bytes {:x}",

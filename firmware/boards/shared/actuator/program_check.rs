@@ -6,7 +6,9 @@ use core::{
     sync::atomic::{AtomicBool, Ordering::Relaxed},
 };
 
-use firmware::integrity::{ProgramCheck, program_crc};
+use firmware::integrity::ProgramCheck;
+
+use crate::peripherals::crc_unit::CrcUnit;
 
 /// Whether the background task has found the flash changed.
 static IS_CORRUPT: AtomicBool = AtomicBool::new(false);
@@ -16,16 +18,20 @@ pub fn is_corrupt() -> bool {
     IS_CORRUPT.load(Relaxed)
 }
 
+/// The check of the program by the chip's CRC unit.
+pub type Check = ProgramCheck<'static, CrcUnit>;
+
 /// The program without its last word.
-fn program() -> &'static [u8] {
+fn program() -> &'static [u32] {
     unsafe extern "C" {
         /// First word of the flash, and the word behind the program (`memory.x`).
-        static _program_start: u8;
+        static _program_start: u32;
         static _program_crc: u32;
     }
     let (start, end) = (addr_of!(_program_start), addr_of!(_program_crc));
-    // SAFETY: the flash between the two symbols is memory that never changes.
-    unsafe { slice::from_raw_parts(start, end.addr() - start.addr()) }
+    let words = (end.addr() - start.addr()) / size_of::<u32>();
+    // SAFETY: the flash between the two symbols, both aligned to words, never changes.
+    unsafe { slice::from_raw_parts(start, words) }
 }
 
 /// CRC of the program, which is written into the file after it is linked.
@@ -36,23 +42,20 @@ static PROGRAM_CRC: u32 = UNKNOWN;
 /// Content of [`PROGRAM_CRC`] without that.
 const UNKNOWN: u32 = !0;
 
-/// Checks the program at the start; returns whether it is the program that was built, and the check
-/// for the background.
-pub fn start() -> (bool, ProgramCheck<'static>) {
-    let program = program();
-    let found = program_crc(program);
+/// Checks the program at the start; returns the check for the background, and whether the program
+/// is the one that was built.
+pub fn start(unit: CrcUnit) -> (Check, bool) {
     // SAFETY: a word of flash. The compiler does not know that it is written after linking.
-    let built = unsafe { addr_of!(PROGRAM_CRC).read_volatile() };
-    if built == UNKNOWN {
+    let word = unsafe { addr_of!(PROGRAM_CRC).read_volatile() };
+    let built = Some(word).filter(|word| *word != UNKNOWN);
+    if built.is_none() {
         defmt::warn!("the program has no CRC: changes before this start remain unnoticed");
     }
-    let is_as_built = built == UNKNOWN || built == found;
-    let reference = if built == UNKNOWN { found } else { built };
-    (is_as_built, ProgramCheck::new(program, reference))
+    ProgramCheck::new(program(), built, unit)
 }
 
 /// Checks the next part of the program.
-pub fn proceed(check: &mut ProgramCheck<'_>) {
+pub fn proceed(check: &mut Check) {
     if !check.proceed() {
         IS_CORRUPT.store(true, Relaxed);
     }

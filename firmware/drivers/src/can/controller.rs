@@ -100,7 +100,20 @@ impl<P: CanPort> CanController<P> {
     fn join(&mut self, mode: Mode, period: u32) {
         self.participation = Participation::Joining(mode);
         self.port.leave();
-        self.update(period);
+        self.join_if_left(mode, period);
+    }
+
+    /// Joins the bus if the controller has left it.
+    fn join_if_left(&mut self, mode: Mode, period: u32) {
+        if !self.port.has_left() {
+            return;
+        }
+        self.port.join(self.kbit_s, mode);
+        self.since = period;
+        self.participation = match mode {
+            Mode::Listening => Participation::Listening,
+            Mode::Full | Mode::LoopBack => Participation::Full,
+        };
     }
 
     /// Joins the bus, ends listening, and returns after bus-off, each when it is time: call this
@@ -108,14 +121,7 @@ impl<P: CanPort> CanController<P> {
     pub fn update(&mut self, period: u32) -> bool {
         let is_off = self.port.is_off();
         match self.participation {
-            Participation::Joining(mode) if self.port.has_left() => {
-                self.port.join(self.kbit_s, mode);
-                self.since = period;
-                self.participation = match mode {
-                    Mode::Listening => Participation::Listening,
-                    Mode::Full | Mode::LoopBack => Participation::Full,
-                };
-            }
+            Participation::Joining(mode) => self.join_if_left(mode, period),
             Participation::Listening if !is_off => self.listen(period),
             Participation::Full if is_off => {
                 self.since = period;

@@ -1,10 +1,10 @@
-//! What a server tells about its clients and its time.
+//! Events of a server that concern its operator.
 
 use std::{fmt, io};
 
 use super::CLIENTS_MAX;
 
-/// An event that whoever runs the server should know.
+/// An event that the operator of the server should know.
 #[derive(Debug)]
 pub enum Notice {
     /// A client sends more frames than the bus carries; they wait in its connection.
@@ -17,7 +17,7 @@ pub enum Notice {
         /// Name of the client.
         client: String,
     },
-    /// A client has lost lines, and reads again or is gone.
+    /// A client has lost lines, and reads again or has disconnected.
     Lost {
         /// Name of the client.
         client: String,

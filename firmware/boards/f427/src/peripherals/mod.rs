@@ -4,6 +4,7 @@ pub mod acceptance;
 pub mod analog;
 pub mod backup;
 pub mod can_port;
+pub mod crc_unit;
 pub mod dma;
 pub mod encoder;
 pub mod flash;

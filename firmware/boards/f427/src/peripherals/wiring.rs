@@ -10,6 +10,7 @@ use stm32f4xx_hal::{dma::StreamsTuple, prelude::*, signature::Uid};
 use super::{
     ActuatorBridge, Encoder,
     analog::Analog,
+    crc_unit::CrcUnit,
     encoder::{SelectPin, SpiTransfer},
     flash::Flash,
     timing::CORE_HZ,
@@ -33,6 +34,7 @@ pub struct Peripherals {
     /// Not configured: the bit rate is a parameter.
     pub can: pac::CAN1,
     pub flash: Flash,
+    pub crc_unit: CrcUnit,
     pub watchdogs: (pac::IWDG, pac::WWDG),
     pub reset_cause: ResetCause,
     /// Fault of which the program has restarted itself.
@@ -54,7 +56,7 @@ impl Peripherals {
                 .set_bit()
                 .gpiocen()
                 .set_bit();
-            w.gpioden().set_bit().gpioeen().set_bit()
+            w.gpioden().set_bit().gpioeen().set_bit().crcen().set_bit()
         });
         rcc.apb1enr().modify(|_, w| {
             w.tim2en().set_bit().tim4en().set_bit().can1en().set_bit();
@@ -83,6 +85,7 @@ impl Peripherals {
             period_counter: PeriodCounter::new(dp.TIM2),
             can: dp.CAN1,
             flash: Flash::new(dp.FLASH),
+            crc_unit: CrcUnit::new(dp.CRC),
             watchdogs: (dp.IWDG, dp.WWDG),
             reset_cause,
             restart_fault: restart_fault(shutdown::take_mark()),

@@ -1,0 +1,113 @@
+//! The bounds of the actuator board's program.
+
+use std::fs;
+use std::path::Path;
+
+use crate::{
+    Cost, Error, Function, InterruptLevel, LoopBounds, Program, StackBound, TimeBounds,
+    interrupt_levels, stack_bound,
+};
+
+/// The handlers that make up a control period without the CANopen device, and how often each of
+/// them runs in it.
+pub const PERIOD: [(&str, u64); 4] = [
+    ("DMA2_STREAM0", 1),
+    ("TIM1_UP_TIM10", 4),
+    ("TIM1_CC", 3),
+    ("UART5", 2),
+];
+
+/// From the reset to the idle loop.
+const START: [&str; 2] = ["Reset", "main"];
+/// Handlers of faults and of unexpected interrupts.
+const FAULTS: [&str; 2] = ["HardFault", "DefaultHandler"];
+
+/// Routines that copy or clear memory: the register that holds the number of bytes, and the maximum
+/// that their bounds in `loops.txt` permit.
+const ROUTINES: [(&str, u8, u64); 3] = [
+    ("memcpy", 2, 3),
+    ("__aeabi_memcpy8", 2, 96),
+    ("__aeabi_memclr8", 1, 32),
+];
+
+/// Bounds of a program for all inputs.
+#[derive(Debug)]
+pub struct Bounds {
+    /// Stack use.
+    pub stack: StackBound,
+    /// Each handler of [`PERIOD`], without those that preempt it.
+    pub times: Vec<(&'static str, Cost)>,
+}
+
+impl Bounds {
+    /// The bounds of the actuator board's program, which is built for this.
+    ///
+    /// # Errors
+    /// If the program has something that the analysis does not cover, or loops without a bound.
+    pub fn of_the_board() -> Result<Self, Error> {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
+        let read = |path: &str| {
+            fs::read_to_string(folder.join(path)).map_err(|error| Error::File(path.into(), error))
+        };
+        let elf = cross_build::board_elf();
+        let bytes = fs::read(elf).map_err(|error| Error::File(elf.display().to_string(), error))?;
+        let [tasks, board] = crate::TASKS;
+        let levels = interrupt_levels(&read(tasks)?, &read(board)?)?;
+        Self::new(&bytes, &levels, &read("loops.txt")?)
+    }
+
+    /// The bounds of an ELF file with these levels of interrupts and this table of its loops.
+    ///
+    /// # Errors
+    /// As [`Bounds::of_the_board`].
+    pub fn new(elf: &[u8], levels: &[InterruptLevel], loops: &str) -> Result<Self, Error> {
+        let program = Program::read(elf)?;
+        let table = LoopBounds::parse(loops)?;
+        let time = TimeBounds::new(&program, &table);
+        let times = PERIOD
+            .iter()
+            .map(|(name, _)| Ok((*name, time.of(name)?)))
+            .collect::<Result<_, Error>>()?;
+        check_sizes(&program, &time)?;
+        Ok(Self {
+            stack: stack_bound(&program, &START, levels, &FAULTS)?,
+            times,
+        })
+    }
+
+    /// The whole control period.
+    pub fn period(&self) -> Cost {
+        let times = PERIOD.iter().zip(&self.times);
+        times.map(|((_, times), (_, cost))| *cost * *times).sum()
+    }
+}
+
+/// Checks the sizes in the calls of memory routines in the control period.
+fn check_sizes(program: &Program, time: &TimeBounds<'_>) -> Result<(), Error> {
+    let mut reached: Vec<&Function> = Vec::new();
+    for (name, _) in PERIOD {
+        for address in time.reached(name)? {
+            reached.push(program.at(address)?);
+        }
+    }
+    // Some of these routines end as others, with the same sizes.
+    let is_routine =
+        |function: &&Function| ROUTINES.iter().any(|(name, ..)| function.is_named(name));
+    for (name, register, most) in ROUTINES {
+        let routines = program
+            .functions()
+            .filter(|function| function.is_named(name));
+        for routine in routines {
+            let callers = reached.iter().copied().filter(|caller| !is_routine(caller));
+            let greatest = program.greatest_argument(callers, routine.address, register);
+            if greatest.is_none_or(|greatest| greatest > most) {
+                return Err(Error::Size {
+                    routine: name,
+                    found: greatest,
+                    most,
+                });
+            }
+        }
+    }
+    Ok(())
+}
