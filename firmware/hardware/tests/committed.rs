@@ -32,10 +32,28 @@ fn the_texts_state_the_figures_of_the_design() {
     let nominal = format!("{:.0} mV", design.trip_a() * design.value("R1") * 1e3);
     let (low_v, high_v) = design.threshold_range_v();
     let bounds = format!("{:.0} to {:.0} mV", low_v * 1e3, high_v * 1e3);
+    let motor = |figure| format!("{:.2} A", design.figure("motor", figure));
+    let limit = design.limit("under_voltage_mv").expect("a limit");
+    let lowest = format!("{:.1} V as measured", limit.default as f64 / 1e3);
+    let driver = design
+        .pins
+        .iter()
+        .find(|pin| pin.kind == "LM5111-4" && pin.name == "VCC");
+    let driver_v = driver.and_then(|pin| pin.min_v).expect("a range");
+    let gate_v = design.figure("IRF7307", "gate_drive");
+    let needs = format!("{driver_v} and {gate_v} V");
+    let hardware = vec![
+        nominal,
+        bounds,
+        motor("stall_current"),
+        motor("reversal_current"),
+        lowest,
+        needs,
+    ];
     for (path, texts) in [
         ("docs/faults.md", vec![trip_a.clone()]),
         ("docs/glossary.md", vec![trip_a]),
-        ("docs/hardware.md", vec![nominal, bounds]),
+        ("docs/hardware.md", hardware),
     ] {
         let document = fs::read_to_string(root.join(path)).expect("a document");
         for text in texts {

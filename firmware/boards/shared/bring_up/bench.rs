@@ -9,15 +9,18 @@ use firmware::{
 use model_core::control::encoder_word::EncoderReading;
 
 use crate::{
-    actuator::{pwm_timer::Instant, timebase::PeriodCounter},
+    actuator::{
+        pwm_timer::Instant,
+        timebase::PeriodCounter,
+        timing::{CYCLES_PER_US, PWM_HZ},
+    },
     board::watchdog::Watchdog,
     chip::pac::{CAN1, IWDG, Interrupt},
-    peripherals::{
-        ActuatorBridge, Can, Encoder, analog::Analog, timing::CORE_HZ, wiring::Peripherals,
-    },
+    peripherals::{ActuatorBridge, Can, Encoder, analog::Analog, wiring::Peripherals},
 };
 
-const CYCLES_PER_US: u32 = CORE_HZ / 1_000_000;
+/// PWM periods in a millisecond.
+pub const PERIODS_PER_MS: u32 = PWM_HZ / 1_000;
 
 /// Current and supply take 7.8 us to convert.
 const CONVERSION_US: u32 = 10;

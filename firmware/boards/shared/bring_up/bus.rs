@@ -5,7 +5,7 @@ use drivers::can::{AcceptedIds, CanPort, Mode};
 use embedded_can::{Frame as _, Id, StandardId};
 use firmware::bring_up::{NOT_MEASURED, REPETITIONS};
 
-use super::bench::Bench;
+use super::bench::{Bench, PERIODS_PER_MS};
 use crate::peripherals::Can;
 
 /// Bit rate, kbit/s: the default of the board.
@@ -59,7 +59,7 @@ pub fn acknowledged(bench: &mut Bench) -> i32 {
 /// Leaves the bus and joins it in a mode.
 fn join(bench: &mut Bench, port: &mut Can, mode: Mode) -> bool {
     port.leave();
-    for _ in 0..JOIN_MS {
+    for _ in 0..JOIN_MS * PERIODS_PER_MS {
         bench.next_period();
         if port.has_left() {
             port.join(KBIT_S, mode);
@@ -82,7 +82,7 @@ fn exchanged(
             return NOT_MEASURED;
         };
         port.put(0, &frame);
-        let arrived = (0..FRAME_MS).any(|_| {
+        let arrived = (0..FRAME_MS * PERIODS_PER_MS).any(|_| {
             bench.next_period();
             has_arrived(port, &frame)
         });

@@ -10,7 +10,7 @@ use firmware::{
     supervisor::ResetCause,
 };
 
-use self::bench::Bench;
+use self::bench::{Bench, PERIODS_PER_MS};
 use crate::{
     chip::pac::Interrupt,
     peripherals::{backup, wiring::Peripherals},
@@ -52,11 +52,10 @@ pub fn run(peripherals: Peripherals, mark: u32, wakers: [Interrupt; 2]) -> ! {
 fn starve_watchdog(bench: &mut Bench) -> i32 {
     bench.start_watchdog();
     // Its time takes effect when it is fed after some cycles of its oscillator.
-    bench.next_period();
-    bench.next_period();
+    (0..2 * PERIODS_PER_MS).for_each(|_| bench.next_period());
     for ms in 0..WATCHDOG_TEST_MS {
         backup::write(WATCHDOG_MARK | ms);
-        bench.wait_for_edge();
+        (0..PERIODS_PER_MS).for_each(|_| bench.wait_for_edge());
     }
     backup::write(0);
     WATCHDOG_TEST_MS as i32

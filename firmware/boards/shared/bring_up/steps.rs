@@ -5,7 +5,7 @@ use firmware::bring_up::{DUTY, NOT_MEASURED, PATIENCE_MS, REPETITIONS, Step, Way
 use model_core::{control::units::Percent, plant::pwm_timer::Modulator};
 
 use super::{
-    bench::{Bench, Sample, Scan},
+    bench::{Bench, PERIODS_PER_MS, Sample, Scan},
     bus,
 };
 
@@ -107,7 +107,7 @@ fn driven(bench: &mut Bench, duty: Percent) -> i32 {
 fn tripped(bench: &mut Bench) -> i32 {
     bench.drive(command(DUTY));
     bench.next_period();
-    for _ in 0..PATIENCE_MS {
+    for _ in 0..PATIENCE_MS * PERIODS_PER_MS {
         bench.wait_for_edge();
         let timer = bench.bridge.timer();
         if timer.has_tripped() {
@@ -126,7 +126,7 @@ fn tripped(bench: &mut Bench) -> i32 {
 
 /// Waits until the break input is high again.
 fn is_released(bench: &mut Bench) -> bool {
-    (0..PATIENCE_MS).any(|_| {
+    (0..PATIENCE_MS * PERIODS_PER_MS).any(|_| {
         bench.next_period();
         !bench.bridge.take_trip()
     })
@@ -136,7 +136,7 @@ fn is_released(bench: &mut Bench) -> bool {
 fn turned(bench: &mut Bench) -> i32 {
     let (least, _) = Step::ShaftByHand.range();
     let (mut way, mut greatest) = (Way::default(), 0);
-    for _ in 0..PATIENCE_MS {
+    for _ in 0..PATIENCE_MS * PERIODS_PER_MS {
         let Some(reading) = bench.angle() else {
             return NOT_MEASURED;
         };
