@@ -236,25 +236,14 @@ fn a_pin_of_the_processor_used_twice() {
     let change = |d: &mut Design| {
         let pin = d.processor.iter_mut().find(|pin| pin.name == "LEG_B");
         let pin = pin.expect("a pin");
-        ("PC0", "ADC1_IN10").clone_into_pin(pin);
+        pin.pin = "PC0".to_owned();
+        pin.peripheral = "ADC1_IN10".to_owned();
     };
     found(
         change,
         Rule::Processor,
         "PC0 (ADC1_IN10, LEG_B) is used twice: leg A, leg B",
     );
-}
-
-/// Pin and peripheral of a row.
-trait ClonePin {
-    fn clone_into_pin(self, pin: &mut board_design::ProcessorPin);
-}
-
-impl ClonePin for (&str, &str) {
-    fn clone_into_pin(self, pin: &mut board_design::ProcessorPin) {
-        pin.pin = self.0.to_owned();
-        pin.peripheral = self.1.to_owned();
-    }
 }
 
 #[test]
