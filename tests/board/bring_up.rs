@@ -13,6 +13,8 @@ use virtual_board::{
     run::{Finished, Firmware, Flow, Options, Script, View},
 };
 
+use crate::log;
+
 fn program() -> &'static Firmware {
     static PROGRAM: OnceLock<Firmware> = OnceLock::new();
     PROGRAM.get_or_init(|| Firmware::read(bring_up_elf()).expect("an ELF file"))
@@ -40,6 +42,8 @@ struct Person {
     longest: (u32, u32),
     verdicts: Vec<u32>,
     measured: Vec<i32>,
+    /// What is in the log's buffer, which nobody empties.
+    log: Vec<u8>,
     has_ended: bool,
     is_off: bool,
 }
@@ -98,6 +102,7 @@ impl Script for Person {
         self.has_ended = true;
         self.is_off = view.register(BDTR) & MOE == 0;
         self.read(view);
+        self.log = log::buffer(view, program());
         if self.periods - self.since.0 < 20 {
             return Flow::Continue;
         }
@@ -243,6 +248,20 @@ fn a_motor_is_found_before_anybody_puts_a_hand_to_the_shaft() {
 fn a_silent_transceiver_is_found_by_the_bus_and_not_by_the_controller() {
     let wire = WireFault::Open;
     assert_eq!(fails_at(Step::CanBus, true, &[Fault::Can { wire }]), 0);
+}
+
+#[test]
+fn the_log_states_measurement_range_and_verdict() {
+    let finished = bring_up(true, &[Fault::MotorOpen, Fault::Supply { volts: 4.2 }]);
+    let lines = log::lines(bring_up_elf(), &finished.script.log);
+    assert_eq!(
+        lines,
+        [
+            "1 watchdog (ms): passed, 25 in 16..=48",
+            "2 supply (mV): FAILED, 4202 not in 4560..=6300",
+            "do not connect a motor",
+        ]
+    );
 }
 
 #[test]
