@@ -32,8 +32,13 @@ pub const ACCEPTABLE_COST: f64 = 100.0;
 const POLES_RAD_S: (f64, f64) = (0.1, 2000.0);
 /// Range of a damping ratio.
 const DAMPINGS: (f64, f64) = (0.02, 20.0);
-/// Number of refinements of the grid around its best point, each by a factor of two.
-const ROUNDS: usize = 40;
+/// Intervals of the first grid, on each axis: its points are 1.8 apart in a pole.
+const FIRST_STEPS: usize = 16;
+/// Intervals of each later grid, on each axis.
+const STEPS: usize = 4;
+/// Number of grids. The first one covers the whole range, the second one two of its intervals, and
+/// each further one half of its predecessor: the last one resolves a pole to 1e-7.
+const ROUNDS: usize = 26;
 
 /// The form of an equivalent system.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
@@ -126,8 +131,7 @@ impl Equivalent {
         let mut reach = logs.map(|(low, high)| high - low);
         let mut middle = logs.map(|(low, high)| 0.5 * (low + high));
         for round in 0..ROUNDS {
-            // The first pass covers the whole range finely, the later ones the vicinity.
-            let steps = if round == 0 { 48 } else { 8 };
+            let steps = if round == 0 { FIRST_STEPS } else { STEPS };
             for at in grid(middle, reach, logs, steps) {
                 let found = fit(at.map(f64::exp));
                 if found.cost < best.1.cost {
@@ -135,7 +139,11 @@ impl Equivalent {
                     middle = at;
                 }
             }
-            let factor = if round == 0 { 0.1 } else { 0.5 };
+            let factor = if round == 0 {
+                2.0 / FIRST_STEPS as f64
+            } else {
+                0.5
+            };
             reach = reach.map(|reach| factor * reach);
         }
         Some(best.1)
@@ -203,13 +211,19 @@ fn points(response: &FrequencyResponse) -> Option<Vec<Point>> {
 /// The system of this shape with the best gain and delay.
 fn fitted(points: &[Point], shape: Shape) -> Equivalent {
     let at = |p: &Point| shape.at(Complex64::new(0.0, std::f64::consts::TAU * p.frequency_hz));
-    let mut phases: Vec<f64> = points.iter().map(|p| at(p).arg().to_degrees()).collect();
+    let values: Vec<Complex64> = points.iter().map(at).collect();
+    let mut phases: Vec<f64> = values
+        .iter()
+        .map(|value| value.arg().to_degrees())
+        .collect();
     unwrap_deg(&mut phases);
     let weights: f64 = points.iter().map(|p| p.weight).sum();
-    let gains = points
-        .iter()
-        .map(|p| p.weight * (p.gain_db - decibel(at(p).norm())));
-    let gain_db = gains.sum::<f64>() / weights;
+    let differences = points.iter().zip(&values);
+    let differences: Vec<f64> = differences
+        .map(|(p, value)| p.gain_db - decibel(value.norm()))
+        .collect();
+    let gains = points.iter().zip(&differences);
+    let gain_db = gains.map(|(p, gain)| p.weight * gain).sum::<f64>() / weights;
     // The phase of a delay is -360 f delay: a line through the origin.
     let (mut above, mut below) = (0.0, 0.0);
     for (p, phase) in points.iter().zip(&phases) {
@@ -217,8 +231,9 @@ fn fitted(points: &[Point], shape: Shape) -> Equivalent {
         below += p.weight * p.frequency_hz * p.frequency_hz;
     }
     let delay_s = (above / below / 360.0).max(0.0);
-    let squares = points.iter().zip(&phases).map(|(p, phase)| {
-        let gain = p.gain_db - decibel(at(p).norm()) - gain_db;
+    let squares = points.iter().zip(differences.iter().zip(&phases));
+    let squares = squares.map(|(p, (difference, phase))| {
+        let gain = difference - gain_db;
         let phase = p.phase_deg - phase + 360.0 * p.frequency_hz * delay_s;
         p.weight * (gain * gain + PHASE_WEIGHT * phase * phase)
     });
