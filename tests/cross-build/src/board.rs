@@ -13,7 +13,16 @@ use crate::{BOARD_TARGET, build, target_dir};
 /// If it does not build.
 pub fn board_elf() -> &'static Path {
     static ELF: OnceLock<PathBuf> = OnceLock::new();
-    ELF.get_or_init(|| program("actuator-board", &[]))
+    ELF.get_or_init(|| program("build-board", "actuator-board", &[]))
+}
+
+/// The ELF file of the actuator board with an STM32H743, built once in a process.
+///
+/// # Panics
+/// If it does not build.
+pub fn board_h743_elf() -> &'static Path {
+    static ELF: OnceLock<PathBuf> = OnceLock::new();
+    ELF.get_or_init(|| program("build-h743", "actuator-board-h743", &[]))
 }
 
 /// The ELF file of the communication board, built once in a process.
@@ -22,7 +31,7 @@ pub fn board_elf() -> &'static Path {
 /// If it does not build.
 pub fn comm_board_elf() -> &'static Path {
     static ELF: OnceLock<PathBuf> = OnceLock::new();
-    ELF.get_or_init(|| program("comm-board", &[]))
+    ELF.get_or_init(|| program("build-board", "comm-board", &[]))
 }
 
 /// The ELF file of the bring-up of the actuator board, built once in a process.
@@ -31,7 +40,7 @@ pub fn comm_board_elf() -> &'static Path {
 /// If it does not build.
 pub fn bring_up_elf() -> &'static Path {
     static ELF: OnceLock<PathBuf> = OnceLock::new();
-    ELF.get_or_init(|| program("bring-up", &[]))
+    ELF.get_or_init(|| program("build-board", "bring-up", &[]))
 }
 
 /// The ELF file of the program that runs the control law alone, built once in a process.
@@ -47,14 +56,15 @@ pub fn control_law_elf() -> &'static Path {
             "--config=profile.board.package.firmware.opt-level=3",
             "--config=profile.board.package.model-core.opt-level=3",
         ];
-        program("control-law", &settings)
+        program("build-board", "control-law", &settings)
     })
 }
 
-fn program(name: &str, settings: &[&str]) -> PathBuf {
+/// The file of a program that this alias of `.cargo/config.toml` builds.
+fn program(alias: &str, name: &str, settings: &[&str]) -> PathBuf {
     // A target folder of its own: the outer cargo holds the lock of the other.
     let folder = target_dir().join("board");
-    let arguments = [&["build-board", "--bin", name], settings].concat();
+    let arguments = [&[alias, "--bin", name], settings].concat();
     if let Err(error) = build(BOARD_TARGET, &arguments, &folder) {
         panic!("{name}: {error}");
     }

@@ -57,7 +57,8 @@ impl Board for CommBoard {
     }
 
     fn targets(&mut self) -> Vec<Target<'_>> {
-        core::target(&mut self.chip, COMM_CORE_HZ, None)
+        let spec = core::spec(&self.chip, COMM_CORE_HZ);
+        spec.map(|spec| core::target(core::TARGET, &mut self.chip, spec, None))
             .into_iter()
             .collect()
     }

@@ -8,25 +8,26 @@ use rigless::machine::{Target, armv7m};
 use rigless::mcu::{Mcu, Operate};
 
 use super::resettable::Resettable;
-use crate::chip::Chip;
+use crate::chip::{Chip, ChipH743};
 use crate::processor::SharedObserver;
 
 /// Name of the chip.
 pub(super) const TARGET: &str = "stm32f427";
 
-/// The chip as a target of the emulator, with one instruction in each cycle of this clock.
-pub(super) fn target(
-    chip: &mut Chip,
-    clock_hz: u64,
+/// A chip as a target of the emulator.
+pub(super) fn target<'a>(
+    name: &'static str,
+    mcu: &'a mut dyn Mcu,
+    mut spec: CoreSpec,
     observer: Option<SharedObserver>,
-) -> Option<Target<'_>> {
-    let mut spec = spec(chip, clock_hz)?;
+) -> Target<'a> {
     spec.processor = Resettable::constructor(spec.processor, observer);
-    Some(Target::new(TARGET, chip, spec))
+    Target::new(name, mcu, spec)
 }
 
-/// The core as the emulator has it.
-pub(super) fn spec(chip: &Chip, clock_hz: u64) -> Option<CoreSpec> {
+/// The core of an STM32F427 as the emulator has it, with one instruction in each cycle of this
+/// clock.
+pub(crate) fn spec(chip: &Chip, clock_hz: u64) -> Option<CoreSpec> {
     let windows = cpu::armv7m::windows(Mcu::bus(chip));
     let lines = Operate::cpu(chip).interrupt_lines;
     let core = armv7m::Core {
@@ -40,3 +41,34 @@ pub(super) fn spec(chip: &Chip, clock_hz: u64) -> Option<CoreSpec> {
     };
     Some(core.spec_with_parts(&windows, armv7m::Fpu::FpV4Sp, armv7m::MpuRegions::Eight))
 }
+
+/// The core of an STM32H743 as the emulator has it, with one instruction in each cycle of this
+/// clock.
+pub(crate) fn spec_h743(chip: &ChipH743, clock_hz: u64) -> Option<CoreSpec> {
+    let windows = cpu::armv7m::windows(Mcu::bus(chip));
+    let lines = Operate::cpu(chip).interrupt_lines;
+    let core = armv7m::Core {
+        variant: armv7m::Variant::M7,
+        clock_hz: NonZeroU64::new(clock_hz)?,
+        interrupt_lines: NonZeroU32::new(lines.into())?,
+        priority_bits: 4,
+        refclk_divider: NonZeroU32::new(8)?,
+        instructions_per_second: NonZeroU64::new(clock_hz)?,
+        boot: "flash",
+    };
+    let mut config = armv7m::Config::new(core, &windows);
+    config.fpu = armv7m::Fpu::FpV5Dp;
+    config.mpu_regions = armv7m::MpuRegions::Sixteen;
+    config.caches = Some(CACHES);
+    // The option bytes have it start there as delivered (RM0433, table 9); the ITCM is at zero.
+    config.vector_table = Some(0x0800_0000);
+    Some(config.spec())
+}
+
+/// The caches of the Cortex-M7, which the emulator identifies and does not model (PM0253, tables 77
+/// and 81).
+const CACHES: armv7m::Caches = armv7m::Caches {
+    clidr: 0x0900_0003,
+    ctr: 0x8303_c003,
+    ccsidr: &[0xf00f_e019, 0xf01f_e009],
+};

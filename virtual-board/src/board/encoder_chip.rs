@@ -7,7 +7,7 @@ use crate::plant::SsiWord;
 
 /// The encoder: latches the angle at the falling edge of CSn, and shifts it out.
 #[derive(Debug, Default)]
-pub(super) struct EncoderChip {
+pub struct EncoderChip {
     /// Word that is latched next.
     pub word: SsiWord,
     /// Number of selections.

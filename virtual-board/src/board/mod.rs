@@ -1,7 +1,7 @@
 //! The actuator board, with its encoder, and the communication board.
 
 mod comm;
-mod core;
+pub(crate) mod core;
 mod encoder_chip;
 mod resettable;
 
@@ -14,21 +14,21 @@ use rigless::soc::stm32f427::peripherals::gpio::Pin;
 use rigless::soc::stm32f427::peripherals::spi::Select;
 
 pub use self::comm::{COMM_CORE_HZ, CommBoard};
-use self::encoder_chip::EncoderChip;
+pub use self::encoder_chip::EncoderChip;
 use crate::can::Wire;
-use crate::chip::Chip;
+use crate::chip::{ActuatorChip, Chip, ChipH743};
 use crate::flash::FlashTimes;
 use crate::plant::SsiWord;
 use crate::processor::SharedObserver;
 
-/// Clock of the core, Hz.
+/// Clock of the core of the STM32F427, Hz.
 pub const CORE_HZ: u64 = 168_000_000;
 
 /// The actuator management board.
 #[derive(Debug)]
 pub struct ActuatorBoard {
     /// The chip.
-    pub chip: Chip,
+    pub chip: Box<dyn ActuatorChip>,
     /// Observes the core.
     pub observer: Option<SharedObserver>,
 }
@@ -37,23 +37,33 @@ pub struct ActuatorBoard {
 impl Store for ActuatorBoard {}
 
 /// The pin that selects the encoder: PA4.
-const SELECT_PIN: u8 = 4;
+pub(crate) const SELECT_PIN: u8 = 4;
+
+/// The chip of an actuator board.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ChipKind {
+    /// STM32F427.
+    #[default]
+    F427,
+    /// STM32H743.
+    H743,
+}
 
 impl ActuatorBoard {
     /// A board after power-on, on a CAN bus of its own or on a shared one.
     ///
     /// # Errors
     /// An error of rigless if the description of the chip is inconsistent.
-    pub fn try_new(wire: Option<Wire>, times: FlashTimes, seed: u64) -> Result<Self, Error> {
-        let mut chip = Chip::try_new(wire, times, seed)?;
-        if let Some(pin) = Pin::new(SELECT_PIN) {
-            let select = Select {
-                port: "GPIOA",
-                pin,
-                active: Level::Low,
-            };
-            chip.part.spi[0].attach_selected(EncoderChip::default(), select);
-        }
+    pub fn try_new(
+        kind: ChipKind,
+        wire: Option<Wire>,
+        times: FlashTimes,
+        seed: u64,
+    ) -> Result<Self, Error> {
+        let chip: Box<dyn ActuatorChip> = match kind {
+            ChipKind::F427 => Box::new(with_encoder(Chip::try_new(wire, times, seed)?)),
+            ChipKind::H743 => Box::new(ChipH743::try_new(wire)?),
+        };
         Ok(Self {
             chip,
             observer: None,
@@ -62,16 +72,28 @@ impl ActuatorBoard {
 
     /// Sets the word of the next encoder transfer.
     pub fn set_encoder(&mut self, word: SsiWord) {
-        if let Some(encoder) = self.chip.part.spi[0].chip_mut::<EncoderChip>(0) {
+        if let Some(encoder) = self.chip.encoder() {
             encoder.word = word;
         }
     }
 
     /// Number of encoder transfers.
     pub fn encoder_reads(&mut self) -> u64 {
-        let encoder = self.chip.part.spi[0].chip_mut::<EncoderChip>(0);
-        encoder.map_or(0, |encoder| encoder.reads)
+        self.chip.encoder().map_or(0, |encoder| encoder.reads)
     }
+}
+
+/// Connects the encoder to SPI1.
+fn with_encoder(mut chip: Chip) -> Chip {
+    if let Some(pin) = Pin::new(SELECT_PIN) {
+        let select = Select {
+            port: "GPIOA",
+            pin,
+            active: Level::Low,
+        };
+        chip.part.spi[0].attach_selected(EncoderChip::default(), select);
+    }
+    chip
 }
 
 const NAME: &str = "actuator-board";
@@ -82,16 +104,19 @@ impl Board for ActuatorBoard {
     }
 
     fn target_names(&self) -> Vec<&'static str> {
-        vec![core::TARGET]
+        vec![self.chip.name()]
     }
 
     fn mcu(&mut self, target: usize) -> Option<&mut dyn Mcu> {
-        (target == 0).then_some(&mut self.chip)
+        (target == 0).then_some(self.chip.as_mut())
     }
 
     fn targets(&mut self) -> Vec<Target<'_>> {
         let observer = self.observer.clone();
-        core::target(&mut self.chip, CORE_HZ, observer)
+        let spec = self.chip.core();
+        let name = self.chip.name();
+        let mcu: &mut dyn Mcu = self.chip.as_mut();
+        spec.map(|spec| core::target(name, mcu, spec, observer))
             .into_iter()
             .collect()
     }

@@ -1,7 +1,9 @@
-//! The CAN bus: a wire with several stations, and the STM32's bxCAN controller on it.
+//! The CAN bus: a wire with several stations, and the controllers bxCAN and FDCAN of the
+//! STM32 on it.
 //!
 //! ```text
 //! firmware ── registers ── BxCan ── Station ┐
+//!                          FdCan ── Station ┤
 //!                                  Station ├── arbitration ── Transfer
 //! outside port ─────────────────── Station ┘
 //! ```
@@ -11,6 +13,7 @@
 
 mod bxcan;
 mod counters;
+mod fdcan;
 mod fifo;
 mod filters;
 mod timing;
@@ -18,6 +21,7 @@ mod wire;
 
 pub use bxcan::BxCan;
 pub use counters::{ErrorCounters, ErrorState};
+pub use fdcan::{FdCan, MESSAGE_RAM_BYTES, MessageRam};
 pub use rigless::chip::can::{Frame, Id};
 pub use timing::BitTiming;
 pub use wire::{Outcome, Port, Sent, Station, Transfer, Wire, WireFault, arbitrate};

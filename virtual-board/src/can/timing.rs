@@ -35,6 +35,17 @@ impl BitTiming {
             field(20, 0x7),
             field(24, 0x3),
         );
+        Self::of_quanta(prescaler, (ts1, ts2), jump, clock_hz)
+    }
+
+    /// Bit timing of this prescaler, these segments before and after the sample point, and this
+    /// jump width, at a clock, Hz; `None` while the clock is stopped.
+    pub fn of_quanta(
+        prescaler: u64,
+        (ts1, ts2): (u64, u64),
+        jump: u64,
+        clock_hz: u64,
+    ) -> Option<Self> {
         let quanta = 1 + ts1 + ts2;
         if clock_hz == 0 {
             return None;

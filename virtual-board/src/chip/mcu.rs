@@ -4,17 +4,20 @@
 use std::num::NonZeroU32;
 
 use rigless::device::{Device, ErasedDevice, Level, ResetCause};
+use rigless::emulator::CoreSpec;
 use rigless::mcu::{Mcu, Operate};
 use rigless::soc::stm32f427::Stm32f427;
 use rigless::soc::stm32f427::generated::{dbg, pwr, rcc, rtc};
 use rigless::soc::{Bus, Error, Layout, Width, stm32f427};
 use rigless::time::VirtualNanos;
 
-use super::bus;
 use super::crc_unit::CrcUnit;
 use super::window_watchdog::WindowWatchdog;
-use crate::can::{BxCan, Transfer, Wire};
+use super::{ActuatorChip, bus, outputs};
+use crate::board::{CORE_HZ, EncoderChip, core};
+use crate::can::{BxCan, Station, Transfer, Wire};
 use crate::flash::{FlashTimes, Interface};
+use crate::plant::{Bridge, Sensed};
 
 /// Supply of the chip, mV.
 const RAIL_MV: u32 = 3300;
@@ -106,59 +109,6 @@ impl Chip {
         Ok(chip)
     }
 
-    /// Drives the break input; low is a break.
-    pub fn drive_break(&mut self, at: VirtualNanos, level: Level) {
-        self.break_level = level;
-        self.part
-            .drive_advanced_timer(at, 0, |timer, registers, context| {
-                timer.drive_break(level, registers, context);
-            });
-    }
-
-    /// Switches the supply of the chip.
-    pub fn set_power(&mut self, at: VirtualNanos, is_on: bool) {
-        let (_, mut context) = self.part.bus_mut().drive(at, self.flash_slot);
-        if is_on {
-            context.request_power(true);
-        } else {
-            self.flash.lose_power(&mut context);
-        }
-    }
-
-    /// Completes a frame on a shared bus whose time has elapsed, which updates the frame that the
-    /// controller offers.
-    pub fn end_frame(&mut self, at: VirtualNanos) {
-        let (registers, mut context) = self.part.bus_mut().drive(at, self.can_slot);
-        self.can.proceed(registers, &mut context);
-    }
-
-    /// Starts a frame that won the arbitration on a shared bus, from `began_ns` to `ends_ns`;
-    /// `index` is the index of this controller among the stations.
-    pub fn begin_frame(
-        &mut self,
-        at: VirtualNanos,
-        (began_ns, ends_ns): (u64, u64),
-        transfer: Transfer,
-        index: usize,
-    ) {
-        let (registers, mut context) = self.part.bus_mut().drive(at, self.can_slot);
-        self.can.begin(began_ns, ends_ns, transfer, index);
-        self.can.proceed(registers, &mut context);
-    }
-
-    /// Reads a register without side effects, as a debugger does.
-    pub fn peek_register(&mut self, at: VirtualNanos, address: u64) -> u64 {
-        self.peek(at, address, Width::W32).unwrap_or(0)
-    }
-
-    /// Reloads the counter of the independent watchdog from outside the program.
-    pub fn feed_watchdog(&mut self, at: VirtualNanos) {
-        const KEY_REGISTER: u64 = 0x4000_3000;
-        const RELOAD: u64 = 0xaaaa;
-        let written = self.write(at, KEY_REGISTER, Width::W32, RELOAD);
-        debug_assert!(written.is_ok(), "the register exists");
-    }
-
     /// Resets the part. It rebuilds its bus and copies from the old one what a reset preserves: it
     /// gets a stock bus with these values for that time, and then this crate's bus again.
     fn restart(&mut self, at: VirtualNanos, cause: ResetCause, mut stock: Bus, mut ours: Bus) {
@@ -211,6 +161,97 @@ impl Chip {
         Device::reset(&mut self.crc_unit);
         Device::reset_line(&mut self.can, registers, &mut context);
         self.drive_break(at, self.break_level);
+    }
+}
+
+impl ActuatorChip for Chip {
+    fn name(&self) -> &'static str {
+        "stm32f427"
+    }
+
+    fn core_hz(&self) -> u64 {
+        CORE_HZ
+    }
+
+    fn core(&self) -> Option<CoreSpec> {
+        core::spec(self, CORE_HZ)
+    }
+
+    fn ram(&self) -> &'static [(u64, u64)] {
+        &[(0x2000_0000, 192 << 10), (0x1000_0000, 64 << 10)]
+    }
+
+    fn encoder(&mut self) -> Option<&mut EncoderChip> {
+        self.part.spi[0].chip_mut(0)
+    }
+
+    fn bridge(&mut self) -> Bridge {
+        outputs::bridge([self.leg(1), self.leg(2)])
+    }
+
+    fn set_sensor_inputs(&mut self, sensed: &Sensed) {
+        self.set_inputs(sensed);
+    }
+
+    fn drive_servo(&mut self, at: VirtualNanos, level: Level) {
+        self.drive_pulse_input(at, level);
+    }
+
+    fn drive_break(&mut self, at: VirtualNanos, level: Level) {
+        self.break_level = level;
+        self.part
+            .drive_advanced_timer(at, 0, |timer, registers, context| {
+                timer.drive_break(level, registers, context);
+            });
+    }
+
+    fn set_power(&mut self, at: VirtualNanos, is_on: bool) {
+        let (_, mut context) = self.part.bus_mut().drive(at, self.flash_slot);
+        if is_on {
+            context.request_power(true);
+        } else {
+            self.flash.lose_power(&mut context);
+        }
+    }
+
+    fn feed_watchdog(&mut self, at: VirtualNanos) {
+        const KEY_REGISTER: u64 = 0x4000_3000;
+        const RELOAD: u64 = 0xaaaa;
+        let written = self.write(at, KEY_REGISTER, Width::W32, RELOAD);
+        debug_assert!(written.is_ok(), "the register exists");
+    }
+
+    fn stalls_core(&self) -> bool {
+        self.flash.stalls_core()
+    }
+
+    fn flash(&mut self) -> Option<&mut Interface> {
+        Some(&mut self.flash)
+    }
+
+    fn wire(&mut self) -> Option<&mut Wire> {
+        self.can.wire.as_mut()
+    }
+
+    fn station(&mut self, now_ns: u64) -> (Option<Station>, Option<u64>) {
+        (self.can.station(now_ns), self.can.offers_since_ns())
+    }
+
+    fn end_frame(&mut self, at: VirtualNanos) {
+        let (registers, mut context) = self.part.bus_mut().drive(at, self.can_slot);
+        self.can.proceed(registers, &mut context);
+    }
+
+    fn begin_frame(
+        &mut self,
+        at: VirtualNanos,
+        (began_ns, ends_ns): (u64, u64),
+        transfer: Transfer,
+        index: usize,
+    ) {
+        let (registers, mut context) = self.part.bus_mut().drive(at, self.can_slot);
+        self.can.begin(began_ns, ends_ns, transfer, index);
+        self.can.proceed(registers, &mut context);
     }
 }
 

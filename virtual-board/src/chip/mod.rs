@@ -1,9 +1,13 @@
-//! The microcontroller: the peripherals of rigless and those that this crate adds.
+//! The microcontrollers: the peripherals of rigless and those that this crate adds.
 
+mod actuator;
 pub(crate) mod bus;
 mod crc_unit;
+mod h743;
 mod mcu;
 mod outputs;
 mod window_watchdog;
 
+pub use actuator::ActuatorChip;
+pub use h743::ChipH743;
 pub use mcu::Chip;

@@ -1,6 +1,5 @@
 //! The pins of the chip: bridge outputs, converter inputs, servo pulse.
 
-use model_core::plant::pwm_timer::CurrentInstant;
 use model_core::time::PWM_PERIOD_NS;
 use rigless::device::Level;
 use rigless::soc::stm32f427::peripherals::adc::Channel as Input;
@@ -13,11 +12,12 @@ use crate::plant::{Bridge, PERIOD_CYCLES, Sensed};
 /// Full scale of the converter.
 pub(super) const FULL_SCALE: u16 = 4095;
 
+/// TIM1, at the same address in both chips.
 const TIM1: u64 = 0x4001_0000;
-const CR1: u64 = TIM1;
-const CNT: u64 = TIM1 + 0x24;
-const PSC: u64 = TIM1 + 0x28;
-const CCR4: u64 = TIM1 + 0x40;
+pub(super) const CR1: u64 = TIM1;
+pub(super) const CNT: u64 = TIM1 + 0x24;
+pub(super) const PSC: u64 = TIM1 + 0x28;
+pub(super) const CCR4: u64 = TIM1 + 0x40;
 
 /// Converter channels of the schematic.
 mod input {
@@ -30,7 +30,7 @@ mod input {
 
 /// State of a leg of the bridge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Leg {
+pub(super) enum Leg {
     /// Both switches open.
     Off,
     /// The high side conducts for this number of cycles from the start of a period, the low side
@@ -38,52 +38,49 @@ enum Leg {
     High(u32),
 }
 
-impl Chip {
-    /// The state of the bridge, as TIM1 drives its pins.
-    pub fn bridge(&mut self) -> Bridge {
-        match (self.leg(1), self.leg(2)) {
-            (Leg::High(a), Leg::High(b)) if a >= b => Bridge::after_dead_time(true, a - b),
-            (Leg::High(a), Leg::High(b)) => Bridge::after_dead_time(false, b - a),
-            _ => Bridge::Coast,
+impl Leg {
+    /// The leg at these outputs: the width of the high side's pulse, ns, or the levels of both
+    /// sides.
+    pub fn of(pulse_ns: Option<u64>, high: Option<Level>, low: Option<Level>) -> Self {
+        if let Some(pulse_ns) = pulse_ns {
+            // Rounded down to ns from cycles of 5.95 ns: rounding up again finds the cycles.
+            let cycles = (pulse_ns * u64::from(PERIOD_CYCLES)).div_ceil(PWM_PERIOD_NS);
+            return Self::High(cycles as u32);
+        }
+        match (high, low) {
+            (Some(Level::High), _) => Self::High(PERIOD_CYCLES),
+            (_, Some(Level::High)) => Self::High(0),
+            _ => Self::Off,
         }
     }
+}
 
-    fn leg(&mut self, number: u8) -> Leg {
+/// The bridge of two legs.
+pub(super) fn bridge(legs: [Leg; 2]) -> Bridge {
+    match legs {
+        [Leg::High(a), Leg::High(b)] if a >= b => Bridge::after_dead_time(true, a - b),
+        [Leg::High(a), Leg::High(b)] => Bridge::after_dead_time(false, b - a),
+        _ => Bridge::Coast,
+    }
+}
+
+impl Chip {
+    /// The leg at the outputs of a channel of TIM1.
+    pub(super) fn leg(&mut self, number: u8) -> Leg {
         let (timer, registers) = self.part.advanced_timer(0);
         let Some(channel) = Channel::new(number) else {
             return Leg::Off;
         };
-        if let Some(pulse) = timer.pulse(channel, registers) {
-            // Rounded down to ns from cycles of 5.95 ns: rounding up again finds the cycles.
-            let cycles = (pulse.width.0 * u64::from(PERIOD_CYCLES)).div_ceil(PWM_PERIOD_NS);
-            return Leg::High(cycles as u32);
-        }
-        let high = timer.output(channel, registers);
-        let low = timer.complementary_output(channel, registers);
-        match (high, low) {
-            (Some(Level::High), _) => Leg::High(PERIOD_CYCLES),
-            (_, Some(Level::High)) => Leg::High(0),
-            _ => Leg::Off,
-        }
-    }
-
-    /// Time since the start of the PWM period, ns; `None` while TIM1 is stopped.
-    pub fn since_edge_ns(&mut self, at: VirtualNanos) -> Option<u64> {
-        if self.peek_register(at, CR1) & 1 == 0 {
-            return None;
-        }
-        let count = self.peek_register(at, CNT);
-        let cycles = count * (self.peek_register(at, PSC) + 1);
-        Some(cycles * PWM_PERIOD_NS / u64::from(PERIOD_CYCLES))
-    }
-
-    /// The instant at which the next PWM period samples the current: channel 4 of TIM1, preloaded.
-    pub fn current_instant(&mut self, at: VirtualNanos) -> CurrentInstant {
-        CurrentInstant::of_count(self.peek_register(at, CCR4) as u32)
+        let pulse = timer.pulse(channel, registers);
+        Leg::of(
+            pulse.map(|pulse| pulse.width.0),
+            timer.output(channel, registers),
+            timer.complementary_output(channel, registers),
+        )
     }
 
     /// Sets the codes at the converter's inputs.
-    pub fn set_sensor_inputs(&mut self, sensed: &Sensed) {
+    pub(super) fn set_inputs(&mut self, sensed: &Sensed) {
         self.set_input(input::CURRENT, sensed.current.bits());
         self.set_input(input::SUPPLY, sensed.supply.bits());
         self.set_input(input::TEMPERATURE, sensed.temperature.bits());
@@ -97,8 +94,8 @@ impl Chip {
         }
     }
 
-    /// Drives the servo pulse input of TIM4.
-    pub fn drive_servo(&mut self, at: VirtualNanos, level: Level) {
+    /// Drives channel 1 of TIM4.
+    pub(super) fn drive_pulse_input(&mut self, at: VirtualNanos, level: Level) {
         const TIM4: usize = 2;
         self.part
             .drive_timer(at, TIM4, |timer, registers, context| {

@@ -25,13 +25,10 @@ pub(super) struct BoardFaults {
     servo_us: Option<f64>,
 }
 
-/// RAM of the chip: address and size.
-const RAM: [(u64, u64); 2] = [(0x2000_0000, 192 << 10), (0x1000_0000, 64 << 10)];
-
-/// Fills the RAM with random contents, as after a loss of supply.
-pub(super) fn randomise_ram(host: &mut dyn Host, at_ns: u64) {
+/// Fills the RAM, of these addresses and sizes, with random contents, as after a loss of supply.
+pub(super) fn randomise_ram(ram: &[(u64, u64)], host: &mut dyn Host, at_ns: u64) {
     let mut random = Pcg32::new(at_ns, 0);
-    for (base, size) in RAM {
+    for &(base, size) in ram {
         for address in (base..base + size).step_by(4) {
             let word = random.next_u32().into();
             let written = host.write(address, Width::W32, word);
@@ -110,14 +107,18 @@ fn apply_to_board<S: Script>(
         Fault::FlashCut {
             operation,
             permille,
-        } if begins => chip.flash.cut_during(*operation, *permille),
+        } if begins => {
+            if let Some(flash) = chip.flash() {
+                flash.cut_during(*operation, *permille);
+            }
+        }
         Fault::Can { wire } => {
-            if let Some(shared) = &mut chip.can.wire {
+            if let Some(shared) = chip.wire() {
                 shared.fault = if begins { *wire } else { WireFault::None };
             }
         }
         Fault::CanNoise { frames } if begins => {
-            if let Some(wire) = &mut chip.can.wire {
+            if let Some(wire) = chip.wire() {
                 wire.noise = *frames;
             }
         }

@@ -14,6 +14,7 @@ use super::view::Flow;
 use super::{Firmware, RunError};
 use crate::board::CommBoard;
 use crate::can::BxCan;
+use crate::chip::ActuatorChip;
 use crate::serial::SerialPeer;
 
 /// Options of a run.

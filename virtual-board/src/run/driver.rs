@@ -16,7 +16,7 @@ use super::probe::Probes;
 use super::servo::Servo;
 use super::shared::BusConnection;
 use super::view::{Flow, Script, View};
-use crate::board::{ActuatorBoard, CORE_HZ};
+use crate::board::ActuatorBoard;
 use crate::faults::Injector;
 use crate::plant::{BoardPlant, Bridge, Slot};
 use crate::trace::{Row, Trace};
@@ -159,7 +159,7 @@ impl<S: Script> Lockstep<S> {
         // The supply was cut during a flash operation.
         if session.unpowered() && self.is_powered {
             self.is_powered = false;
-            board_faults::randomise_ram(host, at.0);
+            board_faults::randomise_ram(session.board().chip.ram(), host, at.0);
         }
         let resets = session.resets().len();
         if resets != self.resets {
@@ -253,7 +253,7 @@ impl<S: Script> Lockstep<S> {
             self.is_powered = is_powered;
             board.chip.set_power(at, is_powered);
             if !is_powered {
-                board_faults::randomise_ram(host, at.0);
+                board_faults::randomise_ram(board.chip.ram(), host, at.0);
             }
         }
     }
@@ -274,7 +274,7 @@ impl<S: Script> Lockstep<S> {
     }
 
     fn run_script(&mut self, board: &mut ActuatorBoard, stop: Stop, host: &mut dyn Host) -> Flow {
-        if let Some(wire) = &mut board.chip.can.wire {
+        if let Some(wire) = board.chip.wire() {
             wire.take_log()
                 .into_iter()
                 .for_each(|sent| self.trace.frame(sent));
@@ -295,7 +295,7 @@ impl<S: Script> Lockstep<S> {
     /// Stalls the core while the flash bank that it executes from is written, or while a fault is
     /// active that stalls it.
     fn stall_core(&mut self, session: &mut Session<ActuatorBoard>, host: &mut dyn Host) {
-        let is_stalled = self.board_faults.stalls || session.board().chip.flash.stalls_core();
+        let is_stalled = self.board_faults.stalls || session.board().chip.stalls_core();
         if is_stalled != self.is_core_stalled && !session.unpowered() {
             self.is_core_stalled = is_stalled;
             host.hold(is_stalled);
@@ -307,7 +307,7 @@ impl<S: Script> Lockstep<S> {
     fn pause_at_instruction(&self, session: &mut Session<ActuatorBoard>, now_ns: u64, count: u64) {
         if let Some(target) = self.faults.next_instruction() {
             let left = target.saturating_sub(count);
-            let ns = left * 1_000_000_000 / CORE_HZ;
+            let ns = left * 1_000_000_000 / session.board().chip.core_hz();
             session.pause_at(Some(VirtualNanos(now_ns + ns.max(1))));
         }
     }
@@ -362,7 +362,7 @@ impl<S: Script> Driver<ActuatorBoard> for Lockstep<S> {
         let flow = self.process(session, stop, host);
         self.stall_core(session, host);
         if let Some(bus) = &mut self.bus {
-            bus.synchronise(&mut session.board_mut().chip, stop.at);
+            bus.synchronise(session.board_mut().chip.as_mut(), stop.at);
         }
         if flow == Flow::End || stop.at.0 >= self.until_ns {
             return None;

@@ -10,7 +10,7 @@ use rigless::session::{Reset, Session};
 use super::driver::Lockstep;
 use super::probe::Span;
 use crate::board::ActuatorBoard;
-use crate::flash::Operation;
+use crate::flash::{Interface, Operation};
 use crate::plant::BoardPlant;
 use crate::trace::Trace;
 
@@ -39,6 +39,19 @@ impl Gaps {
             )
         }));
         Self(gaps)
+    }
+
+    /// Those that begin with none of these texts.
+    #[must_use]
+    pub fn except(&self, known: &[&str]) -> Self {
+        let is_known = |gap: &&String| known.iter().any(|known| gap.starts_with(known));
+        Self(
+            self.0
+                .iter()
+                .filter(|gap| !is_known(gap))
+                .cloned()
+                .collect(),
+        )
     }
 
     /// Whether there are none.
@@ -84,7 +97,10 @@ impl<S> Finished<S> {
         let gaps = Gaps::of(&session);
         let resets = session.resets().to_vec();
         let board = session.board_mut();
-        let flash_operations = board.chip.flash.take_log();
+        let flash_operations = board
+            .chip
+            .flash()
+            .map_or_else(Vec::new, Interface::take_log);
         let encoder_reads = board.encoder_reads();
         let driver = finished.driver;
         let (end_ns, instructions) = driver.last;

@@ -94,7 +94,8 @@ pub fn run_with<S: Script + 'static>(
         .map(|bit_s| Port::at_rate(*bit_s));
     let is_shared = attachments.bus.is_some();
     let wire = (!is_shared).then(|| Wire::new(ports.collect()));
-    let mut board = ActuatorBoard::try_new(wire, options.flash_times, options.plant.seed)?;
+    let mut board =
+        ActuatorBoard::try_new(options.chip, wire, options.flash_times, options.plant.seed)?;
     board.observer = attachments.observer;
     let contents = options.contents.clone();
     let driver = Lockstep::try_new(firmware, options, script, attachments.bus)?;

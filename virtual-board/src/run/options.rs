@@ -1,5 +1,6 @@
 //! Options of a run.
 
+use crate::board::ChipKind;
 use crate::faults::Planned;
 use crate::flash::FlashTimes;
 use crate::plant::BoardPlantOptions;
@@ -7,6 +8,8 @@ use crate::plant::BoardPlantOptions;
 /// Options of a run.
 #[derive(Debug, Clone)]
 pub struct Options {
+    /// The chip of the board.
+    pub chip: ChipKind,
     /// The plant.
     pub plant: BoardPlantOptions,
     /// External stations on the CAN bus: their bit rates, bit/s.
@@ -36,6 +39,7 @@ impl Options {
     /// ```
     pub fn for_ms(ms: u64) -> Self {
         Self {
+            chip: ChipKind::F427,
             plant: BoardPlantOptions::default(),
             ports_bit_s: vec![1_000_000],
             flash_times: FlashTimes::TYPICAL,

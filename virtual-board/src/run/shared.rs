@@ -17,7 +17,7 @@ use std::time::{Duration, Instant};
 use rigless::time::VirtualNanos;
 
 use crate::can::{Port, Sent, Station, Transfer, Wire};
-use crate::chip::Chip;
+use crate::chip::ActuatorChip;
 
 /// Longest time between two synchronisations on a free bus, ns: a frame without data takes 44 bits,
 /// 44 us at 1 Mbit/s.
@@ -202,16 +202,14 @@ impl BusConnection {
     }
 
     /// Synchronises with the other boards if it is due.
-    pub(super) fn synchronise(&mut self, chip: &mut Chip, at: VirtualNanos) {
+    pub(super) fn synchronise(&mut self, chip: &mut dyn ActuatorChip, at: VirtualNanos) {
         if at.0 < self.next_ns {
             return;
         }
         // A frame that was detected late ends at the instant at which the next one may begin.
         chip.end_frame(at);
-        let station_state = StationState {
-            station: chip.can.station(at.0),
-            since_ns: chip.can.offers_since_ns(),
-        };
+        let (station, since_ns) = chip.station(at.0);
+        let station_state = StationState { station, since_ns };
         let outcome = self.wait(station_state);
         self.next_ns = outcome.next_ns;
         if let Some((times_ns, transfer)) = outcome.began {

@@ -6,7 +6,7 @@ use rigless::time::VirtualNanos;
 
 use super::servo::Servo;
 use crate::board::ActuatorBoard;
-use crate::can::{BxCan, Port};
+use crate::can::Port;
 use crate::faults::{Injector, Planned};
 use crate::flash::Interface;
 use crate::plant::BoardPlant;
@@ -56,17 +56,12 @@ impl View<'_> {
 
     /// A station on the CAN bus.
     pub fn port(&mut self, index: usize) -> Option<&mut Port> {
-        self.board.chip.can.wire.as_mut()?.ports.get_mut(index)
+        self.board.chip.wire()?.ports.get_mut(index)
     }
 
-    /// The CAN controller.
-    pub fn can(&mut self) -> &mut BxCan {
-        &mut self.board.chip.can
-    }
-
-    /// The flash.
-    pub fn flash(&mut self) -> &mut Interface {
-        &mut self.board.chip.flash
+    /// The flash of an STM32F427.
+    pub fn flash(&mut self) -> Option<&mut Interface> {
+        self.board.chip.flash()
     }
 
     /// A word of memory; `None` where no memory is mapped.

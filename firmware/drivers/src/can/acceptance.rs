@@ -33,7 +33,7 @@ impl AcceptedIds {
 
     /// A word for each identifier, as a filter of bxCAN in list mode has it (RM0090, figure 342):
     /// the identifier from bit 21 on, or an extended one from bit 3 on; the kind of the frame.
-    pub fn words(&self) -> impl Iterator<Item = u32> {
+    pub fn words(&self) -> impl Iterator<Item = u32> + Clone {
         self.words.iter().take(self.count).copied()
     }
 
@@ -48,7 +48,7 @@ impl AcceptedIds {
     /// ];
     /// assert!(AcceptedIds::new(ids.into_iter()).identifiers().eq(ids));
     /// ```
-    pub fn identifiers(&self) -> impl Iterator<Item = (Id, bool)> {
+    pub fn identifiers(&self) -> impl Iterator<Item = (Id, bool)> + Clone {
         self.words().map(|word| {
             let id = if word & EXTENDED != 0 {
                 Id::Extended(ExtendedId::new(word >> 3).unwrap_or(ExtendedId::ZERO))

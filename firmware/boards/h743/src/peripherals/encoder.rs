@@ -1,0 +1,122 @@
+//! SPI1 and its chip select: a transfer of three bytes fits the FIFOs, and needs no DMA.
+//!
+//! The clock runs at 656 kHz: half a period of 762 ns from CSn to its first edge and for each bit
+//! to settle, 36.6 us for all bits.
+
+use core::convert::Infallible;
+
+use drivers::encoder::{BYTES, Transfer};
+use embedded_hal::digital::{ErrorType, OutputPin};
+
+use crate::{
+    actuator::pins::ENCODER_SELECT,
+    chip::pac::{GPIOA, SPI1},
+};
+
+/// SPI1, which interrupts at the end of a transfer.
+pub struct SpiTransfer(SPI1);
+
+impl SpiTransfer {
+    /// Sets SPI1 up, for [`drivers::encoder::MODE`].
+    pub fn new(spi: SPI1) -> Self {
+        // 42 MHz / 64 = 656 kHz; frames of one byte.
+        spi.cfg1()
+            .write(|w| w.mbr().div64().dsize().set(8 - 1).fthlv().one_frame());
+        // A master that does not control CSn, and holds its outputs while it is disabled.
+        spi.cr1().write(|w| w.ssi().slave_not_selected());
+        spi.cfg2().write(|w| {
+            w.master().master().ssm().enabled().afcntr().controlled();
+            w.cpol().idle_high().cpha().first_edge()
+        });
+        // With a length, TXC is a copy of EOT; without one it interrupts at once (ES0392, item 2.22.4).
+        spi.cr2().write(|w| w.tsize().set(BYTES as u16));
+        spi.ier().write(|w| w.eotie().set_bit());
+        Self(spi)
+    }
+}
+
+impl Transfer for SpiTransfer {
+    /// Disabling SPI1 empties its FIFOs (RM0433, section 50.4.12).
+    #[inline]
+    fn abort(&mut self) {
+        self.0.cr1().modify(|_, w| w.spe().disabled());
+        self.0
+            .ifcr()
+            .write(|w| w.eotc().clear().txtfc().clear().ovrc().clear());
+    }
+
+    #[inline]
+    fn start(&mut self) {
+        self.0.cr1().modify(|_, w| w.spe().enabled());
+        // The encoder has no data input; the clock runs while bytes are sent.
+        for _ in 0..BYTES {
+            self.send_zero();
+        }
+        self.0.cr1().modify(|_, w| w.cstart().set_bit());
+    }
+
+    #[inline]
+    fn take(&mut self) -> Option<[u8; BYTES]> {
+        let has_ended = self.0.sr().read().eot().bit();
+        if !has_ended {
+            return None;
+        }
+        let bytes = [self.receive(), self.receive(), self.receive()];
+        self.abort();
+        Some(bytes)
+    }
+}
+
+#[allow(
+    clippy::cast_ptr_alignment,
+    reason = "the width of an access to a data register is the number of bytes that it moves"
+)]
+impl SpiTransfer {
+    /// Sends a byte of zeros.
+    #[inline]
+    fn send_zero(&self) {
+        let register = self.0.txdr().as_ptr().cast::<u8>();
+        // SAFETY: the address of the data register, which takes bytes (section 50.4.13).
+        unsafe { register.write_volatile(0) };
+    }
+
+    /// Takes a received byte.
+    #[inline]
+    fn receive(&self) -> u8 {
+        let register = self.0.rxdr().as_ptr().cast::<u8>();
+        // SAFETY: as above.
+        unsafe { register.read_volatile() }
+    }
+}
+
+/// CSn of the encoder, a pin of port A.
+pub struct SelectPin(GPIOA);
+
+impl SelectPin {
+    /// The pin, high.
+    pub fn new(port: GPIOA) -> Self {
+        let mut pin = Self(port);
+        let _ = pin.set_high();
+        pin
+    }
+}
+
+impl ErrorType for SelectPin {
+    type Error = Infallible;
+}
+
+impl OutputPin for SelectPin {
+    #[inline]
+    fn set_low(&mut self) -> Result<(), Infallible> {
+        // SAFETY: one bit resets one pin.
+        (self.0.bsrr()).write(|w| unsafe { w.bits(1 << (ENCODER_SELECT + 16)) });
+        Ok(())
+    }
+
+    #[inline]
+    fn set_high(&mut self) -> Result<(), Infallible> {
+        // SAFETY: one bit sets one pin.
+        (self.0.bsrr()).write(|w| unsafe { w.bits(1 << ENCODER_SELECT) });
+        Ok(())
+    }
+}

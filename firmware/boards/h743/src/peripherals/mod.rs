@@ -1,0 +1,27 @@
+//! The peripherals of the STM32H743 on the actuator board.
+
+pub mod analog;
+pub mod backup;
+pub mod can_port;
+pub mod encoder;
+pub mod flash;
+mod message_ram;
+pub mod timing;
+pub mod wiring;
+
+use drivers::{
+    bridge::HBridge,
+    encoder::{As5045, Timed},
+};
+
+use self::encoder::{SelectPin, SpiTransfer};
+use crate::actuator::pwm_timer::BridgeTimer;
+
+/// The bridge of the actuator board.
+pub type ActuatorBridge = HBridge<BridgeTimer>;
+
+/// The encoder of the actuator board.
+pub type Encoder = As5045<Timed<SpiTransfer, SelectPin>>;
+
+/// The CAN controller of the actuator board.
+pub type Can = can_port::Can1;

@@ -1,0 +1,13 @@
+//! Clock frequencies, as `chip::start_clocks` sets them.
+
+/// Core clock, Hz.
+pub const CORE_HZ: u32 = 336_000_000;
+
+/// Clock of TIM1, Hz.
+pub const TIM1_HZ: u32 = 168_000_000;
+
+/// Clock of TIM2 and TIM4, Hz.
+pub const APB1_TIMER_HZ: u32 = 84_000_000;
+
+/// Clock of FDCAN1, Hz.
+pub const CAN_HZ: u32 = 42_000_000;

@@ -1,0 +1,101 @@
+//! What a run needs of the chip of an actuator board.
+
+use std::fmt::Debug;
+
+use model_core::plant::pwm_timer::CurrentInstant;
+use rigless::device::Level;
+use rigless::emulator::CoreSpec;
+use rigless::mcu::{Mcu, Operate};
+use rigless::soc::Width;
+use rigless::time::VirtualNanos;
+
+use super::outputs::{CCR4, CNT, CR1, PSC};
+use crate::board::EncoderChip;
+use crate::can::{Station, Transfer, Wire};
+use crate::flash::Interface;
+use crate::plant::{Bridge, PERIOD_CYCLES, Sensed};
+use model_core::time::PWM_PERIOD_NS;
+
+/// The chip of an actuator board: its pins, its CAN controller, its memory.
+pub trait ActuatorChip: Mcu + Send + Debug {
+    /// Its name.
+    fn name(&self) -> &'static str;
+
+    /// Clock of its core, Hz: one instruction in each cycle.
+    fn core_hz(&self) -> u64;
+
+    /// Its core; `None` if its description is inconsistent.
+    fn core(&self) -> Option<CoreSpec>;
+
+    /// Address and size of its RAM, bytes.
+    fn ram(&self) -> &'static [(u64, u64)];
+
+    /// The encoder at its SPI.
+    fn encoder(&mut self) -> Option<&mut EncoderChip>;
+
+    /// The state of the bridge, as TIM1 drives its pins.
+    fn bridge(&mut self) -> Bridge;
+
+    /// Sets the codes at the converter's inputs.
+    fn set_sensor_inputs(&mut self, sensed: &Sensed);
+
+    /// Drives the servo pulse input.
+    fn drive_servo(&mut self, at: VirtualNanos, level: Level);
+
+    /// Drives the break input; low is a break.
+    fn drive_break(&mut self, at: VirtualNanos, level: Level);
+
+    /// Switches the supply.
+    fn set_power(&mut self, at: VirtualNanos, is_on: bool);
+
+    /// Reloads the counter of the independent watchdog from outside the program; it has none if it
+    /// is not modelled.
+    fn feed_watchdog(&mut self, _: VirtualNanos) {}
+
+    /// Whether its flash stalls the core.
+    fn stalls_core(&self) -> bool;
+
+    /// Its flash, if it is a model of this crate.
+    fn flash(&mut self) -> Option<&mut Interface>;
+
+    /// The bus of its CAN controller with its ports; `None` if it is shared.
+    fn wire(&mut self) -> Option<&mut Wire>;
+
+    /// Its CAN controller as a station of a shared bus, and the time since which it has had a frame
+    /// to transmit, ns.
+    fn station(&mut self, now_ns: u64) -> (Option<Station>, Option<u64>);
+
+    /// Completes a frame on a shared bus whose time has elapsed, which updates the frame that the
+    /// controller offers.
+    fn end_frame(&mut self, at: VirtualNanos);
+
+    /// Starts a frame that won the arbitration on a shared bus, from `began_ns` to `ends_ns`;
+    /// `index` is the index of this controller among the stations.
+    fn begin_frame(
+        &mut self,
+        at: VirtualNanos,
+        times_ns: (u64, u64),
+        transfer: Transfer,
+        index: usize,
+    );
+
+    /// Reads a register without side effects, as a debugger does.
+    fn peek_register(&mut self, at: VirtualNanos, address: u64) -> u64 {
+        self.peek(at, address, Width::W32).unwrap_or(0)
+    }
+
+    /// Time since the start of the PWM period, ns; `None` while TIM1 is stopped.
+    fn since_edge_ns(&mut self, at: VirtualNanos) -> Option<u64> {
+        if self.peek_register(at, CR1) & 1 == 0 {
+            return None;
+        }
+        let count = self.peek_register(at, CNT);
+        let cycles = count * (self.peek_register(at, PSC) + 1);
+        Some(cycles * PWM_PERIOD_NS / u64::from(PERIOD_CYCLES))
+    }
+
+    /// The instant at which the next PWM period samples the current: channel 4 of TIM1, preloaded.
+    fn current_instant(&mut self, at: VirtualNanos) -> CurrentInstant {
+        CurrentInstant::of_count(self.peek_register(at, CCR4) as u32)
+    }
+}
