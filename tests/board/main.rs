@@ -6,6 +6,7 @@ mod bit_exact;
 mod bring_up;
 mod bus;
 mod chain;
+mod drivers;
 mod faults;
 mod gaps;
 mod instructions;

@@ -1,15 +1,16 @@
-//! Emulated boards: an STM32F427 that executes the release ELF in lockstep with a motor model.
+//! Emulated boards: an STM32F427, or an STM32H743, that executes the release ELF in lockstep with a
+//! motor model.
 //!
 //! ```text
 //!             ┌ chip ── rigless: core, RCC, TIM1, SPI1, ADC1, DMA2, IWDG ..
-//! ELF ── run ─┤        └ own: CAN1 (can), FLASH (flash)
+//! ELF ── run ─┤        └ own: CAN1, FDCAN1 (can), FLASH of the STM32F427 (flash)
 //!             ├ board ── encoder on SPI1, comparator at the break input, servo pulses
 //!             ├ plant ── bridge, motor, gear train, supply, front ends, encoder
 //!             ├ faults ─ planned faults
 //!             └ trace ── record of a run, and its hash
 //! ```
 //!
-//! Time is virtual and one instruction takes one cycle of 168 MHz: the same ELF, options and faults
+//! Time is virtual and one instruction takes one cycle of 168 MHz (STM32H743: 336 MHz): the same ELF, options and faults
 //! give the same trace on every machine, independently of its load.
 //!
 //! Not emulated: processor cycles (flash wait states, bus contention), analog settling, the ripple

@@ -172,14 +172,21 @@ fn bridge_steps<T: PwmTimer>(
 const FRAME_POLLS: u32 = 400;
 const FRAME_POLL_US: u32 = 50;
 
-/// Checks a CAN controller that receives all that it transmits.
+/// Identifiers of the frames of the check, a standard and an extended one.
+pub fn identifiers() -> [Id; 2] {
+    [
+        Id::Standard(StandardId::new(0x5a5).unwrap_or(StandardId::ZERO)),
+        Id::Extended(ExtendedId::new(0x1234_5678).unwrap_or(ExtendedId::ZERO)),
+    ]
+}
+
+/// Checks a CAN controller that receives all that it transmits with [`identifiers`].
 ///
 /// # Errors
 /// The first step that fails.
 pub fn can<C: Can<Frame = CanFrame>>(can: &mut C, delay: &mut impl DelayNs) -> Result<(), Failure> {
     while can.receive().is_ok() {}
-    let standard = Id::Standard(StandardId::new(0x5a5).unwrap_or(StandardId::ZERO));
-    let extended = Id::Extended(ExtendedId::new(0x1234_5678).unwrap_or(ExtendedId::ZERO));
+    let [standard, extended] = identifiers();
     let bytes = [0x01, 0x80, 0xff, 0x00, 0x55, 0xaa, 0x7e, 0x10];
     let mut frames = (0..=bytes.len())
         .filter_map(|length| bytes.get(..length))
@@ -207,6 +214,9 @@ fn loop_back<C: Can<Frame = CanFrame>>(
     }
     expect(false, 3, "a frame within 20 ms")
 }
+
+/// Time between two polls of a save, us.
+const SAVE_POLL_US: u32 = 20;
 
 /// Words of the set that is stored.
 const WORDS: usize = 13;
@@ -247,21 +257,21 @@ impl Stored for Pattern {
 ///
 /// # Errors
 /// The first step that fails.
-pub fn store<F: Flash>(flash: F) -> Result<F, Failure> {
-    let mut flash = erased(flash, 1)?;
+pub fn store<F: Flash>(flash: F, delay: &mut impl DelayNs) -> Result<F, Failure> {
+    let mut flash = erased(flash, delay, 1)?;
     expect(
         load::<Pattern>(&flash).origin == Origin::Defaults,
         2,
         "an empty store",
     )?;
     // More saves than pages: each is erased again.
-    for seed in 1..=5 {
+    for seed in 1..=3 {
         let set = Pattern::of_seed(seed);
         let mut saver = Saver::new(&load::<Pattern>(&flash));
         expect(saver.start(&set), 3, "a save that starts")?;
         let end = loop {
             match saver.poll(&mut flash) {
-                Progress::Running => {}
+                Progress::Running => delay.delay_us(SAVE_POLL_US),
                 end => break end,
             }
         };
@@ -270,12 +280,12 @@ pub fn store<F: Flash>(flash: F) -> Result<F, Failure> {
         expect(loaded.origin == Origin::Stored, 5, "a valid set")?;
         expect(loaded.parameters == set, 6, "the set that was saved")?;
     }
-    erased(flash, 7)
+    erased(flash, delay, 7)
 }
 
 /// Erases the flash by `NorFlash`, and reads all of it.
-fn erased<F: Flash>(flash: F, step: u8) -> Result<F, Failure> {
-    let mut flash = Waiting::new(flash);
+fn erased<F: Flash>(flash: F, delay: &mut impl DelayNs, step: u8) -> Result<F, Failure> {
+    let mut flash = Waiting::new(flash, delay);
     let end = flash.capacity() as u32;
     expect(flash.erase(0, end).is_ok(), step, "an erase that succeeds")?;
     for address in (0..end).step_by(4) {

@@ -10,6 +10,7 @@
 
 use core::cell::RefCell;
 
+use embedded_hal::delay::DelayNs;
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read,
     check_write,
@@ -105,9 +106,13 @@ impl<F: NorFlash> Flash for NorFlashPages<F> {
 /// The flash of the store as a `NorFlash`, which waits for each operation: the first page, and
 /// behind it the second one.
 #[derive(Debug)]
-pub struct Waiting<F> {
+pub struct Waiting<F, D> {
     flash: F,
+    delay: D,
 }
+
+/// Time between two polls of an operation, us.
+const POLL_US: u32 = 20;
 
 /// An operation failed, or its addresses are wrong.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -119,10 +124,10 @@ impl NorFlashError for Failed {
     }
 }
 
-impl<F: Flash> Waiting<F> {
-    /// This flash.
-    pub const fn new(flash: F) -> Self {
-        Self { flash }
+impl<F: Flash, D: DelayNs> Waiting<F, D> {
+    /// This flash, polled with this delay.
+    pub const fn new(flash: F, delay: D) -> Self {
+        Self { flash, delay }
     }
 
     /// The flash.
@@ -144,7 +149,7 @@ impl<F: Flash> Waiting<F> {
     fn wait(&mut self) -> Result<(), Failed> {
         loop {
             match self.flash.status() {
-                Status::Busy => {}
+                Status::Busy => self.delay.delay_us(POLL_US),
                 Status::Ready => return Ok(()),
                 Status::Failed => return Err(Failed(NorFlashErrorKind::Other)),
             }
@@ -152,11 +157,11 @@ impl<F: Flash> Waiting<F> {
     }
 }
 
-impl<F: Flash> ErrorType for Waiting<F> {
+impl<F: Flash, D: DelayNs> ErrorType for Waiting<F, D> {
     type Error = Failed;
 }
 
-impl<F: Flash> ReadNorFlash for Waiting<F> {
+impl<F: Flash, D: DelayNs> ReadNorFlash for Waiting<F, D> {
     const READ_SIZE: usize = WORD;
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Failed> {
@@ -173,7 +178,7 @@ impl<F: Flash> ReadNorFlash for Waiting<F> {
     }
 }
 
-impl<F: Flash> NorFlash for Waiting<F> {
+impl<F: Flash, D: DelayNs> NorFlash for Waiting<F, D> {
     const WRITE_SIZE: usize = F::ROW * WORD;
     const ERASE_SIZE: usize = F::PAGE_BYTES as usize;
 

@@ -13,7 +13,10 @@ use std::{
     process::{Command, ExitStatus},
 };
 
-pub use board::{board_elf, board_h743_elf, bring_up_elf, comm_board_elf, control_law_elf};
+pub use board::{
+    board_elf, board_h743_elf, bring_up_elf, comm_board_elf, control_law_elf, driver_checks_elf,
+    driver_checks_h743_elf,
+};
 pub use target::add_target;
 
 /// The target of the boards.

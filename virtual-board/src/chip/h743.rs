@@ -39,7 +39,7 @@ const RAIL_MV: u32 = 3300;
 /// Index of TIM4 among the general-purpose timers.
 const TIM4: usize = 2;
 
-/// FDCAN1 with both its interrupts, and the message RAM (RM0433, section 2.3.2, table 147).
+/// FDCAN1 with both its interrupts, and the message RAM (RM0433, section 2.3 and table 147).
 const CONTROLLER: (&str, u64, u64) = ("FDCAN1", 0x4000_a000, 0x400);
 static LINES: [u16; 2] = [19, 21];
 const MEMORY: (&str, u64) = ("FDCAN message RAM", 0x4000_ac00);

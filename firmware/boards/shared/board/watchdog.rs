@@ -3,8 +3,7 @@
 use crate::chip::pac::IWDG;
 
 /// Timeout in counts of 0.25 ms: 25 ms at the nominal 32 kHz of the oscillator, 17 to 47 ms over
-/// its tolerance (data sheet of the STM32F427, table 41; of the
-/// STM32H743, table 49).
+/// its tolerance (data sheet of the STM32F427, table 41).
 const RELOAD: u16 = 100;
 
 /// The watchdog.

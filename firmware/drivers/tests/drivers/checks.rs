@@ -155,7 +155,10 @@ fn the_store_passes_with_any_length_of_a_row_and_its_defects_are_found() {
             fails,
             ..Nor::new()
         };
-        step(checks::store(NorFlashPages::new(flash)))
+        step(checks::store(
+            NorFlashPages::new(flash),
+            &mut NoopDelay::new(),
+        ))
     }
     let checks = [check::<1>, check::<4>, check::<8>, check::<32>];
     for check in checks {

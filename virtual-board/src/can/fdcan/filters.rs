@@ -1,4 +1,4 @@
-//! Filters (RM0433, section 56.3.20): elements with two identifiers, which go to FIFO 0.
+//! Filters (RM0433, chapter 56): elements with two identifiers, which go to FIFO 0.
 
 use super::super::{Frame, Id};
 use super::memory::MessageRam;

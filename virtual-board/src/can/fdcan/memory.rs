@@ -1,4 +1,4 @@
-//! The message RAM: filters, received frames, frames to be transmitted (RM0433, section 56.3.23).
+//! The message RAM: filters, received frames, frames to be transmitted (RM0433, chapter 56).
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -40,7 +40,8 @@ impl MessageRam {
         self.lock().get(offset as usize / 4).copied().unwrap_or(0)
     }
 
-    fn set_word(&self, offset: u32, value: u32) {
+    /// Writes the word at an offset, bytes; none behind the end.
+    pub(super) fn write(&self, offset: u32, value: u32) {
         if let Some(word) = self.lock().get_mut(offset as usize / 4) {
             *word = value;
         }
@@ -76,7 +77,7 @@ impl MessageRam {
             (data >> 32) as u32,
         ];
         for (word, value) in (offset..).step_by(4).zip(words) {
-            self.set_word(word, value);
+            self.write(word, value);
         }
     }
 }
@@ -101,7 +102,7 @@ impl ErasedDevice for MessageRam {
         if width != Width::W32 {
             context.tell("message RAM", "only words are written");
         }
-        self.set_word(offset as u32, value as u32);
+        Self::write(self, offset as u32, value as u32);
     }
 
     fn peek_window(&self, offset: u64, _: Width, _: VirtualNanos) -> Option<u64> {

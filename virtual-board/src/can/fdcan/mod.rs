@@ -9,6 +9,8 @@ mod device;
 mod filters;
 mod memory;
 mod registers;
+#[cfg(test)]
+mod tests;
 mod transmit;
 
 use rigless::device::Level;

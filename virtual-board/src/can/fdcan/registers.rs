@@ -1,4 +1,4 @@
-//! Offsets and bits of the registers (RM0433, section 56.4).
+//! Offsets and bits of the registers (RM0433, chapter 56).
 
 /// Offsets, bytes.
 pub mod offset {

@@ -4,10 +4,10 @@ pub use stm32h7::stm32h743v as pac;
 
 use firmware::supervisor::ResetCause;
 
-/// Address of port A's registers (RM0433, section 2.3.2).
+/// Address of port A's registers (RM0433, section 2.3).
 pub const PORTS: u32 = 0x5802_0000;
 
-/// Speed of a pin with edges below 100 ns (section 11.4.3; data sheet, table 62).
+/// Speed of a pin with edges below 100 ns (section 11.4.3).
 pub const HIGH_SPEED: u32 = 0b01;
 
 /// Starts the clocks, from the 8 MHz that the Nucleo's debugger supplies:
@@ -23,7 +23,7 @@ pub const HIGH_SPEED: u32 = 0b01;
 ///
 /// Timers, CAN and SPI then have the clocks that they have on an STM32F427 with 168 MHz.
 pub fn start_clocks(power: &pac::PWR, flash: &pac::FLASH, rcc: &pac::RCC) {
-    // The internal regulator supplies the core (section 6.4.1): scale 1, for at most 400 MHz.
+    // The internal regulator supplies the core (chapter 6): scale 1, for at most 400 MHz.
     power
         .cr3()
         .modify(|_, w| w.scuen().set_bit().ldoen().set_bit().bypass().clear_bit());

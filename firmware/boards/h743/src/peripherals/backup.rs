@@ -1,5 +1,5 @@
-//! The backup register that survives a restart, and not a loss of the supply (RM0433, section
-//! 46.6.20).
+//! The backup register that survives a restart, and not a loss of the supply (RM0433,
+//! chapter 46).
 
 use crate::chip::pac::{PWR, RTC};
 

@@ -1,7 +1,7 @@
 //! FDCAN1 of the actuator board, as a controller of classical CAN.
 //!
 //! Frames leave from one buffer: the controller transmits several in the order of their identifiers,
-//! or from a FIFO whose frames cannot be cancelled (RM0433, section 56.3.21), and the queue in front
+//! or from a FIFO whose frames cannot be cancelled (RM0433, chapter 56), and the queue in front
 //! of it needs both. The interrupt of its end fills it again.
 
 use canopen::CanFrame;
@@ -167,12 +167,12 @@ impl CanPort for Can1 {
         self.registers.cccr().modify(|_, w| w.init().set_bit());
     }
 
-    /// After bus-off the controller has left the bus by itself (section 56.3.6).
+    /// After bus-off the controller has left the bus by itself.
     fn has_left(&self) -> bool {
         self.registers.cccr().read().init().bit()
     }
 
-    /// Listening is the bus monitoring mode (section 56.3.4). A pending frame is requested again:
+    /// Listening is the bus monitoring mode. A pending frame is requested again:
     /// the change of the configuration forgets the request, not the frame.
     fn join(&mut self, kbit_s: u16, mode: Mode) {
         let pending = self.registers.txbrp().read().bits();

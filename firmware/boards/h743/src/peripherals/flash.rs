@@ -18,7 +18,7 @@ use crate::chip::pac::FLASH;
 const FIRST: usize = 0x0810_0000;
 const SECOND: usize = 0x0812_0000;
 
-/// Writes 64 bits at once, at 2.7 to 3.6 V (table 16).
+/// Writes 64 bits at once, at 2.7 to 3.6 V (section 4.3.9).
 const PARALLELISM_64: u8 = 0b11;
 
 /// Flags of errors in the status register (section 4.9.26): WRPERR, PGSERR, STRBERR, INCERR,
@@ -75,7 +75,7 @@ fn address(page: Page, offset: u16) -> *mut u32 {
 }
 
 /// Reads a word with bus errors masked, which take all interrupts with them for the time of one
-/// read (PM0253, section 4.3.8, BFHFNMIGN).
+/// read (PM0253, CCR.BFHFNMIGN).
 fn read_masked(address: *const u32) -> u32 {
     const BFHFNMIGN: u32 = 1 << 8;
     // SAFETY: no other code changes this register, and the address is aligned and readable; with

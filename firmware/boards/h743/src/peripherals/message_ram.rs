@@ -1,4 +1,4 @@
-//! The message RAM of FDCAN1: its layout, and frames and filters as words (RM0433, section 56.3.23).
+//! The message RAM of FDCAN1: its layout, and frames and filters as words (RM0433, chapter 56).
 
 use canopen::CanFrame;
 use embedded_can::{ExtendedId, Frame as _, Id, StandardId};

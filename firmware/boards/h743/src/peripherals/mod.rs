@@ -3,6 +3,7 @@
 pub mod analog;
 pub mod backup;
 pub mod can_port;
+pub mod crc_unit;
 pub mod encoder;
 pub mod flash;
 mod message_ram;

@@ -9,6 +9,7 @@ use firmware::{faults::Fault, integrity::restart_fault, supervisor::ResetCause};
 use super::{
     ActuatorBridge, Encoder,
     analog::Analog,
+    crc_unit::CrcUnit,
     encoder::{SelectPin, SpiTransfer},
     flash::Flash,
 };
@@ -31,6 +32,7 @@ pub struct Peripherals {
     /// Not configured: the bit rate is a parameter.
     pub can: pac::FDCAN1,
     pub flash: Flash,
+    pub crc_unit: CrcUnit,
     pub watchdogs: (pac::IWDG, pac::WWDG),
     pub reset_cause: ResetCause,
     /// Fault of which the program has restarted itself.
@@ -58,7 +60,7 @@ impl Peripherals {
         rcc.apb1henr().modify(|_, w| w.fdcanen().set_bit());
         rcc.apb2enr()
             .modify(|_, w| w.tim1en().set_bit().spi1en().set_bit());
-        // The window watchdog resets the whole chip (RM0433, section 8.7.38).
+        // The window watchdog resets the whole chip (RM0433, RCC_GCR).
         rcc.gcr().modify(|_, w| w.ww1rsc().set_bit());
         rcc.apb3enr().modify(|_, w| w.wwdg1en().set_bit());
         // The registers respond after two cycles: a read takes longer.
@@ -80,6 +82,7 @@ impl Peripherals {
             period_counter: PeriodCounter::new(dp.TIM2),
             can: dp.FDCAN1,
             flash: Flash::new(dp.FLASH),
+            crc_unit: CrcUnit::default(),
             watchdogs: (dp.IWDG, dp.WWDG),
             reset_cause,
             restart_fault: restart_fault(shutdown::take_mark()),
@@ -88,7 +91,7 @@ impl Peripherals {
 }
 
 /// Turns the instruction cache on, as the flash is slower than the core, and unlocks the cycle
-/// counter (PM0253, section 4.8; DDI 0489, section 14.5). The data cache stays off: the stack is in
+/// counter. The data cache stays off: the stack is in
 /// the TCM, and all other data is short.
 fn prepare_core() {
     // SAFETY: the registers of the caches are accessed here alone, before any interrupt.
