@@ -39,10 +39,16 @@ fn mixed(tick: u64) -> Vec<Frame> {
 /// was the same in every PWM period; returns the frames of both.
 fn assert_same_plant(chip: ChipKind, seconds: u64) -> [Vec<Frame>; 2] {
     let plant = BoardPlantOptions::realistic(11);
+    // The PWM starts after the program's CRC, and with the other chip after the calibration of its
+    // converters.
+    let start_ms = match chip {
+        ChipKind::F427 => 20,
+        ChipKind::H743 => 50,
+    };
     let options = Options {
         chip,
         plant,
-        ..Options::for_ms(seconds * 1000 + 20)
+        ..Options::for_ms(seconds * 1000 + start_ms)
     };
     let emulated = run_master(options, mixed);
     let mut native = NativeBoard::new(&plant);
@@ -50,6 +56,7 @@ fn assert_same_plant(chip: ChipKind, seconds: u64) -> [Vec<Frame>; 2] {
     (0..ticks).for_each(|tick| native.tick(&mixed(tick)));
 
     let rows = &emulated.trace.rows;
+    println!("{chip:?}: the first PWM edge at {} ns", rows[0].at_ns);
     assert!(rows.len() as u64 >= u64::from(PWM_PERIODS_PER_CONTROL_PERIOD) * ticks);
     native.assert_same(rows);
     let driven = rows
