@@ -18,5 +18,6 @@ mod requests;
 mod resets;
 mod safe_motion;
 mod same_trace;
+mod second_chip;
 mod wiring;
 mod worst_case;
