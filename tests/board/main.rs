@@ -19,5 +19,6 @@ mod resets;
 mod safe_motion;
 mod same_trace;
 mod second_chip;
+mod update;
 mod wiring;
 mod worst_case;

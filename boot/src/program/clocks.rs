@@ -43,7 +43,11 @@ pub fn start(rcc: &RCC) {
     while !rcc.cfgr().read().sws().is_pll() {}
 }
 
-/// Time since the start, from the cycle counter, which wraps after 25 s.
+/// The longest time between two calls of [`Clock::now_us`] that counts, cycles: 10 ms. While the
+/// flash is erased, for seconds, nothing else happens, and no time-out may pass.
+const LONGEST: u32 = 10_000 * CYCLES_PER_US;
+
+/// Time since the start without that of erases, from the cycle counter.
 pub struct Clock {
     last_cycles: u32,
     now_us: u64,
@@ -62,12 +66,11 @@ impl Clock {
         }
     }
 
-    /// The time, us; to be called more often than the counter wraps.
+    /// The time, us.
     pub fn now_us(&mut self) -> u64 {
         let cycles = DWT::cycle_count();
-        let elapsed = cycles
-            .wrapping_sub(self.last_cycles)
-            .saturating_add(self.rest);
+        let elapsed = cycles.wrapping_sub(self.last_cycles).min(LONGEST);
+        let elapsed = elapsed.saturating_add(self.rest);
         self.last_cycles = cycles;
         self.now_us += u64::from(elapsed / CYCLES_PER_US);
         self.rest = elapsed % CYCLES_PER_US;

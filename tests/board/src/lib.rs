@@ -9,4 +9,5 @@ pub mod frames;
 pub mod master;
 pub mod native;
 pub mod program;
+pub mod slots;
 pub mod workloads;

@@ -78,6 +78,17 @@ pub fn control_law_elf() -> &'static Path {
     })
 }
 
+/// The ELF file of the bootloader, which takes images of the development key; built once in a
+/// process.
+///
+/// # Panics
+/// If it does not build.
+pub fn boot_elf() -> &'static Path {
+    static ELF: OnceLock<PathBuf> = OnceLock::new();
+    let settings = ["--features", "development-key"];
+    ELF.get_or_init(|| program("build-boot", "actuator-boot", &settings))
+}
+
 /// The file of a program that this alias of `.cargo/config.toml` builds.
 fn program(alias: &str, name: &str, settings: &[&str]) -> PathBuf {
     // A target folder of its own: the outer cargo holds the lock of the other.

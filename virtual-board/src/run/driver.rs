@@ -137,6 +137,12 @@ impl<S: Script> Lockstep<S> {
         }
         self.align_with_timer(session.board_mut(), stop.at);
         let mut flow = Flow::Continue;
+        if self.next_poll_ns != u64::MAX {
+            if !self.grid.is_locked {
+                self.update_supply(session.board_mut(), stop.at, host);
+            }
+            flow = self.run_script(session.board_mut(), stop, host, S::at_poll);
+        }
         while self.grid.is_locked && self.grid.next().0 <= stop.at.0 {
             let (_, slot) = self.grid.next();
             flow = self.pass(slot, session.board_mut(), stop, host);
@@ -218,7 +224,7 @@ impl<S: Script> Lockstep<S> {
         }
         board.set_encoder(sensed.encoder);
         self.record_row(bridge, stop);
-        self.run_script(board, stop, host)
+        self.run_script(board, stop, host, S::at_edge)
     }
 
     fn move_plant(&mut self, slot: Slot, bridge: Bridge) {
@@ -273,7 +279,13 @@ impl<S: Script> Lockstep<S> {
         self.trace.row(self.row);
     }
 
-    fn run_script(&mut self, board: &mut ActuatorBoard, stop: Stop, host: &mut dyn Host) -> Flow {
+    fn run_script(
+        &mut self,
+        board: &mut ActuatorBoard,
+        stop: Stop,
+        host: &mut dyn Host,
+        call: impl FnOnce(&mut S, &mut View<'_>) -> Flow,
+    ) -> Flow {
         if let Some(wire) = board.chip.wire() {
             wire.take_log()
                 .into_iter()
@@ -289,7 +301,7 @@ impl<S: Script> Lockstep<S> {
             servo: &mut self.servo,
             resets: self.resets,
         };
-        self.script.at_edge(&mut view)
+        call(&mut self.script, &mut view)
     }
 
     /// Stalls the core while the flash bank that it executes from is written, or while a fault is

@@ -26,6 +26,11 @@ pub trait Script: Send {
     /// Called at the start of every PWM period: the plant has advanced to it, the pins are set, and
     /// the firmware has not run yet.
     fn at_edge(&mut self, view: &mut View<'_>) -> Flow;
+
+    /// Called every 0.1 ms while the timer of the bridge does not run, as in a bootloader.
+    fn at_poll(&mut self, _: &mut View<'_>) -> Flow {
+        Flow::Continue
+    }
 }
 
 impl<F: FnMut(&mut View<'_>) -> Flow + Send> Script for F {

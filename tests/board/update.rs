@@ -1,0 +1,313 @@
+//! Updates by the bootloader on the emulated board.
+
+use board_tests::frames::{Frame, from_wire, sdo, to_wire};
+use board_tests::slots::{FAST, MARK, NEW, OLD, image, program, requested, run_boot, slot_holds};
+use bootloader::layout::STM32F427;
+use virtual_board::faults::{Fault, Planned, Trigger};
+use virtual_board::run::{Flow, Options, Script, View};
+
+/// Words behind the program, so that an image is of some size.
+const PADDING: usize = 16;
+
+/// The marks of the programs that ran, each with its time, ns.
+#[derive(Debug, Default)]
+struct Marks(Vec<(u64, u32)>);
+
+impl Marks {
+    fn note(&mut self, view: &mut View<'_>) {
+        let mark = view.word(MARK).filter(|mark| [OLD, NEW].contains(mark));
+        if let Some(mark) = mark.filter(|mark| self.0.last().is_none_or(|last| last.1 != *mark)) {
+            self.0.push((view.now_ns(), mark));
+        }
+    }
+
+    fn order(&self) -> Vec<u32> {
+        self.0.iter().map(|(_, mark)| *mark).collect()
+    }
+}
+
+/// Runs until the old program runs again after the new one.
+#[derive(Debug, Default)]
+struct Rollback {
+    marks: Marks,
+    ends_with_old: bool,
+}
+
+impl Script for Rollback {
+    fn at_edge(&mut self, _: &mut View<'_>) -> Flow {
+        Flow::Continue
+    }
+
+    fn at_poll(&mut self, view: &mut View<'_>) -> Flow {
+        self.marks.note(view);
+        if self.marks.order() != [NEW, OLD] {
+            return Flow::Continue;
+        }
+        self.ends_with_old = slot_holds(view, &old_image());
+        Flow::End
+    }
+}
+
+fn old_image() -> Vec<u8> {
+    image(&program(OLD, PADDING), "1.0.0")
+}
+
+fn new_image() -> Vec<u8> {
+    image(&program(NEW, PADDING), "1.0.1")
+}
+
+#[test]
+fn an_image_that_does_not_confirm_itself_runs_three_times_and_is_rolled_back() {
+    let options = Options {
+        contents: requested(&old_image(), &new_image()),
+        flash_times: FAST,
+        ..Options::for_ms(20_000)
+    };
+    let finished = run_boot(options, Rollback::default());
+    assert_eq!(finished.script.marks.order(), [NEW, OLD]);
+    assert!(finished.script.ends_with_old);
+    assert_eq!(finished.resets.len(), 3, "{:?}", finished.resets);
+}
+
+/// How long the bootloader takes to start a program of the size of the actuator's, ns of the
+/// emulator's time, which is 168 instructions in a microsecond.
+fn start_ns(contents: Vec<(u64, Vec<u8>)>) -> u64 {
+    let options = Options {
+        contents,
+        ..Options::for_ms(1_000)
+    };
+    let first = |marks: &mut Marks, view: &mut View<'_>| {
+        marks.note(view);
+        if marks.0.is_empty() {
+            Flow::Continue
+        } else {
+            Flow::End
+        }
+    };
+    struct Start<F>(Marks, F);
+    impl<F: FnMut(&mut Marks, &mut View<'_>) -> Flow + Send> Script for Start<F> {
+        fn at_edge(&mut self, _: &mut View<'_>) -> Flow {
+            Flow::Continue
+        }
+        fn at_poll(&mut self, view: &mut View<'_>) -> Flow {
+            (self.1)(&mut self.0, view)
+        }
+    }
+    let finished = run_boot(options, Start(Marks::default(), first));
+    finished.script.0.0.first().expect("the program runs").0
+}
+
+#[test]
+fn a_start_after_power_on_checks_100_kb_in_less_than_a_million_instructions() {
+    let old = image(&program(OLD, 25_000), "1.0.0");
+    // The request is refused: nothing is staged. The log is there, and the slot is confirmed.
+    let mut contents = requested(&old, &new_image());
+    contents.remove(1);
+    contents[1].1.truncate(32);
+    let instructions = start_ns(contents) * 168 / 1000;
+    println!("{instructions} instructions");
+    assert!(instructions < 1_000_000, "{instructions}");
+}
+
+/// A client that loads an image into a board without one, frame by frame.
+#[derive(Debug, Default)]
+struct Client {
+    marks: Marks,
+    /// Frames of the node, in order.
+    received: Vec<Frame>,
+    step: usize,
+}
+
+impl Client {
+    /// What to send in response to the frames so far.
+    fn next(&self) -> Option<Vec<Frame>> {
+        let last = self.received.last()?;
+        let first = last.bytes()[0];
+        let image = new_image();
+        let [a, b, c, d] = (image.len() as u32).to_le_bytes();
+        match (self.step, last.raw_id().0, first) {
+            // The boot-up.
+            (0, 0x701, 0) => Some(vec![sdo([0xc2, 0x50, 0x1f, 1, a, b, c, d])]),
+            (1, 0x581, 0xa4) => Some(segments(&image)),
+            (2, 0x581, 0xa2) => {
+                let unused = (image.len().div_ceil(7) * 7 - image.len()) as u8;
+                Some(vec![sdo([0xc1 | unused << 2, 0, 0, 0, 0, 0, 0, 0])])
+            }
+            (3, 0x581, 0xa1) => Some(vec![sdo([0x2f, 0x51, 0x1f, 1, 1, 0, 0, 0])]),
+            _ => None,
+        }
+    }
+}
+
+fn segments(image: &[u8]) -> Vec<Frame> {
+    let count = image.len().div_ceil(7);
+    assert!(count <= 127, "one block");
+    let segment = |(number, bytes): (usize, &[u8])| {
+        let mut data = [0; 8];
+        data[0] = number as u8 + 1 | if number + 1 == count { 0x80 } else { 0 };
+        data[1..=bytes.len()].copy_from_slice(bytes);
+        sdo(data)
+    };
+    image.chunks(7).enumerate().map(segment).collect()
+}
+
+impl Script for Client {
+    fn at_edge(&mut self, _: &mut View<'_>) -> Flow {
+        Flow::Continue
+    }
+
+    fn at_poll(&mut self, view: &mut View<'_>) -> Flow {
+        self.marks.note(view);
+        let now_ns = view.now_ns();
+        let Some(port) = view.port(0) else {
+            return Flow::End;
+        };
+        let received = port.take_received();
+        let frames = received.iter().map(|(_, frame)| from_wire(frame));
+        // Heartbeats come in between.
+        self.received
+            .extend(frames.filter(|frame| frame.bytes()[0] != 0x7f));
+        if let Some(frames) = self.next() {
+            self.step += 1;
+            for frame in frames {
+                port.send(now_ns, to_wire(&frame));
+            }
+        }
+        if self.marks.0.is_empty() {
+            Flow::Continue
+        } else {
+            Flow::End
+        }
+    }
+}
+
+#[test]
+fn a_board_without_a_program_takes_an_image_over_the_bus_and_runs_it() {
+    let finished = run_boot(Options::for_ms(10_000), Client::default());
+    let script = finished.script;
+    assert_eq!(script.step, 4, "{:?}", script.received.last());
+    assert_eq!(script.marks.order(), [NEW]);
+}
+
+/// Cuts the supply in one operation of an update after the other, and lets the board recover.
+#[derive(Debug)]
+struct Cuts {
+    marks: Marks,
+    before: Vec<(u64, u32)>,
+    /// Operations of an update without a cut.
+    operations: Option<usize>,
+    cut: u64,
+    recovered: usize,
+}
+
+/// Distance of the operations that are cut. With the environment variable `EXHAUSTIVE`, all are.
+fn distance() -> u64 {
+    if std::env::var_os("EXHAUSTIVE").is_some() {
+        1
+    } else {
+        8
+    }
+}
+
+impl Cuts {
+    fn new() -> Self {
+        Self {
+            marks: Marks::default(),
+            before: Vec::new(),
+            operations: None,
+            cut: 0,
+            recovered: 0,
+        }
+    }
+
+    /// The words that an update changes.
+    fn words(view: &mut View<'_>) -> Vec<(u64, u32)> {
+        let layout = &STM32F427;
+        let regions = [
+            layout.slot.start(),
+            layout.staging.start(),
+            layout.backup.start(),
+        ];
+        let starts = regions
+            .into_iter()
+            .chain(layout.records.map(|sector| sector.start));
+        let addresses = starts.flat_map(|start| (start..start + 1024).step_by(4));
+        let addresses: Vec<u64> = addresses.map(u64::from).collect();
+        let read = |address: u64| (address, view.word(address).unwrap_or(0));
+        addresses.into_iter().map(read).collect()
+    }
+
+    /// Restores the flash, and starts the update again with a cut.
+    fn again(&mut self, view: &mut View<'_>) {
+        for (address, word) in &self.before {
+            if view.word(*address) != Some(*word) {
+                assert!(view.program_word(*address, *word), "{address:#x} is flash");
+            }
+        }
+        let now_ns = view.now_ns();
+        let planned = |fault, for_ns| Planned {
+            trigger: Trigger::At { ns: now_ns },
+            for_ns,
+            fault,
+        };
+        view.plan(planned(
+            Fault::FlashCut {
+                operation: self.cut,
+                permille: 100 + self.cut * 97 % 800,
+            },
+            None,
+        ));
+        view.plan(planned(Fault::PowerLoss, Some(2_000_000)));
+        self.marks = Marks::default();
+    }
+}
+
+impl Script for Cuts {
+    fn at_edge(&mut self, _: &mut View<'_>) -> Flow {
+        Flow::Continue
+    }
+
+    fn at_poll(&mut self, view: &mut View<'_>) -> Flow {
+        if self.before.is_empty() {
+            self.before = Self::words(view);
+        }
+        self.marks.note(view);
+        if self.marks.order() != [NEW, OLD] {
+            return Flow::Continue;
+        }
+        assert!(slot_holds(view, &old_image()), "cut in {}", self.cut);
+        let log = view.flash().take_log();
+        match self.operations {
+            None => self.operations = Some(log.len()),
+            Some(_) => {
+                self.recovered += 1;
+                self.cut += distance();
+            }
+        }
+        if self.cut as usize >= self.operations.unwrap_or(0) {
+            return Flow::End;
+        }
+        self.again(view);
+        Flow::Continue
+    }
+}
+
+#[test]
+fn after_a_loss_of_supply_in_any_operation_of_an_update_the_board_runs_a_whole_image() {
+    let options = Options {
+        contents: requested(&old_image(), &new_image()),
+        flash_times: FAST,
+        ..Options::for_ms(5_000_000)
+    };
+    let finished = run_boot(options, Cuts::new());
+    let script = finished.script;
+    println!(
+        "{} operations, {} cuts, {} ms",
+        script.operations.unwrap_or(0),
+        script.recovered,
+        finished.end_ns / 1_000_000
+    );
+    let expected = (script.operations.unwrap_or(0) as u64).div_ceil(distance());
+    assert_eq!(script.recovered as u64, expected);
+    assert!(expected > 10);
+}
