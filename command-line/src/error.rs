@@ -3,7 +3,7 @@
 use std::{io, process::ExitCode};
 
 use host_sim::{
-    can::client::ClientError,
+    can::{client::ClientError, update::UpdateError},
     error::Error as SimulatorError,
     file::{CheckError, WriteError},
     plot, trace_file,
@@ -34,6 +34,9 @@ pub enum Error {
         /// The error of the operating system.
         source: io::Error,
     },
+    /// An actuator was not updated.
+    #[error(transparent)]
+    Update(#[from] UpdateError),
     /// An image or a key.
     #[error(transparent)]
     Image(#[from] SignError),
@@ -68,6 +71,9 @@ impl Error {
         eprintln!("error: {self}");
         ExitCode::from(match self {
             Self::Bus(error) if error.is_refusal() => 3,
+            Self::Update(error) if error.is_refusal() => 3,
+            Self::Update(UpdateError::Hardware { .. }) => 2,
+            Self::Update(_) => 1,
             Self::Bus(error) if error.is_at_limit() => 4,
             Self::Bus(error) if error.is_invalid_request() => 2,
             Self::Image(SignError::File { .. } | SignError::Elf(ImageError::File { .. })) => 1,

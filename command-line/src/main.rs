@@ -73,6 +73,7 @@ enum Command {
     Simulate(simulate::Simulate),
     Studio(studio::Studio),
     Tune(tune::Tune),
+    Update(can::Update),
     Report(report::Report),
 }
 
@@ -116,6 +117,7 @@ impl Arguments {
             Command::Simulate(simulate) => simulate.run(),
             Command::Studio(studio) => studio.run(),
             Command::Tune(tune) => tune.run(),
+            Command::Update(update) => update.run(),
             Command::Report(report) => report.run(),
         }
     }

@@ -144,7 +144,7 @@ fn segments(image: &[u8]) -> Vec<Frame> {
     assert!(count <= 127, "one block");
     let segment = |(number, bytes): (usize, &[u8])| {
         let mut data = [0; 8];
-        data[0] = number as u8 + 1 | if number + 1 == count { 0x80 } else { 0 };
+        data[0] = (number as u8 + 1) | if number + 1 == count { 0x80 } else { 0 };
         data[1..=bytes.len()].copy_from_slice(bytes);
         sdo(data)
     };
@@ -276,7 +276,7 @@ impl Script for Cuts {
             return Flow::Continue;
         }
         assert!(slot_holds(view, &old_image()), "cut in {}", self.cut);
-        let log = view.flash().take_log();
+        let log = view.flash().expect("an STM32F427").take_log();
         match self.operations {
             None => self.operations = Some(log.len()),
             Some(_) => {

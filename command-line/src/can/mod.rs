@@ -10,6 +10,7 @@ pub(crate) mod record;
 mod scan;
 mod serve;
 mod telemetry;
+mod update;
 
 use std::time::Duration;
 
@@ -25,6 +26,7 @@ pub use objects::{Get, Restore, Save, Set};
 pub use record::Record;
 pub use scan::Scan;
 pub use serve::Serve;
+pub use update::Update;
 
 use crate::error::Error;
 use host_sim::can::client::Client;

@@ -39,8 +39,8 @@ pub enum SignError {
     },
     /// The program is not linked for the slot.
     #[error(
-        "{}: the program begins at {start:#010x}, expected {expected:#010x}, behind the \
-         bootloader; build it with `cargo build-slot`",
+        "{}: the program begins at {start:#010x}, expected {expected:#010x}, the place behind the \
+         header of the slot (docs/update.md)",
         path.display()
     )]
     Address {

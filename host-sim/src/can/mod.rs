@@ -20,3 +20,4 @@ pub mod scan;
 pub mod sdo;
 pub mod server;
 pub mod telemetry;
+pub mod update;

@@ -71,6 +71,9 @@ pub struct Sdo<'a> {
 /// The response timeout: a node may have to erase flash, for up to 4 s.
 const TIMEOUT: Duration = Duration::from_secs(5);
 
+/// Blocks of which no segment arrives before a download is given up.
+const REPETITIONS: u32 = 5;
+
 /// Segments of a block, the most that the protocol allows.
 const BLOCK: u8 = 127;
 
@@ -237,6 +240,56 @@ impl<'a> Sdo<'a> {
         }
     }
 
+    /// Writes a long object by block transfer; `progress` is told how many bytes the node has
+    /// confirmed. Segments that the node has lost are sent again.
+    ///
+    /// # Errors
+    /// [`SdoError`].
+    pub fn download_block(
+        &mut self,
+        (index, sub): (u16, u8),
+        value: &[u8],
+        progress: &mut dyn FnMut(usize),
+    ) -> Result<(), SdoError> {
+        let size = (value.len() as u32).to_le_bytes();
+        // With a CRC, and the size.
+        let begun = self.begin(0xC6, size, (index, sub))?;
+        self.expect(begun[0] & 0xFB == 0xA0)?;
+        let (has_crc, mut block) = (begun[0] & 4 != 0, begun[4]);
+        let mut confirmed = 0;
+        let mut repetitions = 0;
+        while confirmed < value.len() {
+            let sent = self.send_block(&value[confirmed..], block)?;
+            let answer = check_abort(self.response()?, (index, sub))?;
+            self.expect(answer[0] == 0xA2 && usize::from(answer[1]) <= sent)?;
+            repetitions = if answer[1] == 0 { repetitions + 1 } else { 0 };
+            self.expect(repetitions < REPETITIONS)?;
+            confirmed = (confirmed + 7 * usize::from(answer[1])).min(value.len());
+            block = answer[2];
+            progress(confirmed);
+        }
+        let unused = (value.len().div_ceil(7) * 7 - value.len()) as u8;
+        let crc = if has_crc { crc_16(value) } else { 0 };
+        let [low, high] = crc.to_le_bytes();
+        let end = [0xC1 | unused << 2, low, high, 0, 0, 0, 0, 0];
+        let answer = self.request(end, (index, sub))?;
+        self.expect(answer[0] == 0xA1)
+    }
+
+    /// Sends a block of at most so many segments; returns their number.
+    fn send_block(&mut self, rest: &[u8], block: u8) -> Result<usize, SdoError> {
+        let segments = rest.chunks(7).take(usize::from(block));
+        let (sent, total) = (segments.len(), rest.len().div_ceil(7));
+        for (number, bytes) in segments.enumerate() {
+            let mut segment = [0; 8];
+            let is_last = number + 1 == total;
+            segment[0] = (number as u8 + 1) | if is_last { 0x80 } else { 0 };
+            segment[1..=bytes.len()].copy_from_slice(bytes);
+            self.send(segment)?;
+        }
+        Ok(sent)
+    }
+
     fn expect(&self, is_valid: bool) -> Result<(), SdoError> {
         is_valid.then_some(()).ok_or(SdoError::Protocol(self.node))
     }
@@ -246,13 +299,24 @@ impl<'a> Sdo<'a> {
 fn is_response_to(request: u8, response: u8) -> bool {
     const ABORT: u8 = 4;
     let expected = match request >> 5 {
-        // Download, upload, and block upload.
+        // Download, upload, block download, and block upload.
         1 => 3,
         2 => 2,
+        6 => 5,
         _ => 6,
     };
     let service = response >> 5;
     service == expected || service == ABORT
+}
+
+/// CRC of a block transfer (CiA 301, 7.2.4.3.16).
+fn crc_16(data: &[u8]) -> u16 {
+    data.iter().fold(0, |crc, byte| {
+        (0..8).fold(crc ^ u16::from(*byte) << 8, |crc, _| {
+            let carry = crc & 0x8000 != 0;
+            crc << 1 ^ if carry { 0x1021 } else { 0 }
+        })
+    })
 }
 
 /// The response, unless it is an abort.

@@ -1,0 +1,136 @@
+//! Update of a node's program (CiA 302-3): an image to 1F50h:1, then its start by 1F51h:1.
+
+use std::io;
+use std::time::{Duration, Instant};
+
+use bootloader::{Header, waiting::FlashStatus};
+use embedded_can::Frame;
+
+use super::link::Link;
+use super::sdo::{Sdo, SdoError};
+
+/// Why a node was not updated.
+#[derive(Debug, thiserror::Error)]
+pub enum UpdateError {
+    /// A transfer failed.
+    #[error(transparent)]
+    Sdo(#[from] SdoError),
+    /// The bus failed.
+    #[error("the bus: {0}")]
+    Link(#[from] io::Error),
+    /// The node takes no program.
+    #[error("node {0} has no bootloader: object 1F51h is not there")]
+    NoBootloader(u8),
+    /// The image is for another device.
+    #[error("the image is for hardware {image:#06x}, node {node} is {found:#06x}")]
+    Hardware {
+        /// The node.
+        node: u8,
+        /// The product code that the image names.
+        image: u32,
+        /// The product code of the node, object 1018h:2.
+        found: u32,
+    },
+    /// The node has refused the image.
+    #[error("node {node} refuses the image: {}", status_text(*status))]
+    Refused {
+        /// The node.
+        node: u8,
+        /// Its flash status, object 1F57h:1.
+        status: u32,
+    },
+    /// The node did not start again.
+    #[error("node {0} did not start again within {limit} s", limit = RESTART.as_secs())]
+    Silent(u8),
+}
+
+impl UpdateError {
+    /// Whether the node has refused.
+    pub fn is_refusal(&self) -> bool {
+        matches!(
+            self,
+            Self::Refused { .. } | Self::Sdo(SdoError::Abort { .. })
+        )
+    }
+}
+
+fn status_text(status: u32) -> &'static str {
+    const NO_VALID_PROGRAM: u32 = FlashStatus::NoValidProgram as u32;
+    const WRITE_ERROR: u32 = FlashStatus::WriteError as u32;
+    match status >> 1 & 0x7f {
+        NO_VALID_PROGRAM => {
+            "it does not fit, is older than the program before, or is not signed by the right key"
+        }
+        WRITE_ERROR => "the flash cannot be written",
+        _ => "for a reason that it does not tell",
+    }
+}
+
+/// The time in which a node installs an image and starts again.
+const RESTART: Duration = Duration::from_secs(30);
+
+/// Identity of a node: its product code.
+const PRODUCT: (u16, u8) = (0x1018, 2);
+const PROGRAM_DATA: (u16, u8) = (0x1f50, 1);
+const PROGRAM_CONTROL: (u16, u8) = (0x1f51, 1);
+const FLASH_STATUS: (u16, u8) = (0x1f57, 1);
+
+/// Loads an image into a node, has it installed, and waits for the boot-up of the node. `progress`
+/// is told how many bytes the node has.
+///
+/// # Errors
+/// [`UpdateError`]. The node runs its program on, or waits for another image.
+pub fn update(
+    link: &mut dyn Link,
+    node: u8,
+    (header, image): (&Header, &[u8]),
+    progress: &mut dyn FnMut(usize),
+) -> Result<(), UpdateError> {
+    let mut sdo = Sdo::new(link, node);
+    match number(&mut sdo, PROGRAM_CONTROL) {
+        Err(SdoError::Abort { .. }) => return Err(UpdateError::NoBootloader(node)),
+        other => other?,
+    };
+    let found = number(&mut sdo, PRODUCT)?;
+    if found != header.hardware {
+        let image = header.hardware;
+        return Err(UpdateError::Hardware { node, image, found });
+    }
+    let loaded = sdo.download_block(PROGRAM_DATA, image, progress);
+    if let Err(error) = loaded {
+        return Err(why(&mut sdo, node).unwrap_or(error.into()));
+    }
+    let (index, sub) = PROGRAM_CONTROL;
+    if let Err(error) = sdo.download(index, sub, &[1]) {
+        return Err(why(&mut sdo, node).unwrap_or(error.into()));
+    }
+    wait_for_boot_up(link, node)
+}
+
+fn number(sdo: &mut Sdo<'_>, (index, sub): (u16, u8)) -> Result<u32, SdoError> {
+    let bytes = sdo.upload(index, sub)?;
+    let number = bytes.iter().rev();
+    Ok(number.fold(0, |number, byte| number << 8 | u32::from(*byte)))
+}
+
+/// What the flash status tells, if it tells an error.
+fn why(sdo: &mut Sdo<'_>, node: u8) -> Option<UpdateError> {
+    let status = number(sdo, FLASH_STATUS).ok()?;
+    (status >> 1 & 0x7f != 0).then_some(UpdateError::Refused { node, status })
+}
+
+fn wait_for_boot_up(link: &mut dyn Link, node: u8) -> Result<(), UpdateError> {
+    let end = Instant::now() + RESTART;
+    loop {
+        let left = end.saturating_duration_since(Instant::now());
+        let Some(frame) = link.receive(left)? else {
+            return Err(UpdateError::Silent(node));
+        };
+        let is_boot_up = frame.raw_id() == (0x700 + u32::from(node), false)
+            && frame.dlc() == 1
+            && frame.bytes()[0] == 0;
+        if is_boot_up {
+            return Ok(());
+        }
+    }
+}
