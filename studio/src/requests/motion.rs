@@ -15,6 +15,17 @@ pub fn stop(context: &Context) {
 }
 
 pub fn enable(context: Context, node: u8) {
+    // The supervisor ends a stop up to 50 ms after the drive is off: what is enabled in between must
+    // not be stopped by it.
+    let is_stopping = context.core.with_node(node, |node| {
+        if node.is_stopping && !node.is_powered() {
+            (node.is_stopping, node.enabled_by) = (false, None);
+        }
+        node.is_stopping
+    });
+    if is_stopping == Some(true) {
+        return context.reply.result(Err("the drive is stopping".into()));
+    }
     let page = context.page;
     context.move_at_node(node, move |core, client| {
         motion::enable(core, client, page).map(|()| json!(null))
