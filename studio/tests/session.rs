@@ -227,6 +227,9 @@ fn the_loss_of_a_page_stops_what_it_moves() {
         page.ask("excite", json!({ "node": 1, "settings": sine }))
             .expect("it runs");
         if is_closed {
+            watcher.until("the enabled state", |watcher| {
+                watcher.state() == "operation enabled"
+            });
             drop(page);
             watcher.until("the drive to be off", |watcher| {
                 watcher.state() == "switch on disabled"
