@@ -3,7 +3,7 @@
 //! | object | meaning |
 //! |---|---|
 //! | 1F50h:1 | program data: an image, to the staging area |
-//! | 1F51h:1 | program control: reads 0, stopped; 1 installs and starts, 3 clears the staging area |
+//! | 1F51h:1 | program control: reads 0, stopped; 1 installs and starts, 3 clears the staging |
 //! | 1F56h:1 | identity of the image in the staging area; 0 for none |
 //! | 1F57h:1 | flash status: the error of the last download in bits 1 to 7, [`FlashStatus`] |
 //!

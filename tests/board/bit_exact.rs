@@ -83,8 +83,8 @@ fn a_minute_of_all_modes_is_the_same_natively_and_on_the_emulated_board() {
     }
 }
 
-/// This chip transmits from one buffer: an answer may overtake process data that waits, but no frame
-/// one of its own identifier.
+/// This chip transmits from one buffer: an answer may overtake process data that waits, but no
+/// frame one of its own identifier.
 #[test]
 fn all_modes_are_the_same_on_the_emulated_board_with_the_other_chip() {
     let frames = assert_same_plant(ChipKind::H743, 20);

@@ -10,8 +10,8 @@
 //!             └ trace ── record of a run, and its hash
 //! ```
 //!
-//! Time is virtual and one instruction takes one cycle of 168 MHz (STM32H743: 336 MHz): the same ELF, options and faults
-//! give the same trace on every machine, independently of its load.
+//! Time is virtual and one instruction takes one cycle of 168 MHz (STM32H743: 336 MHz): the same
+//! ELF, options and faults give the same trace on every machine, independently of its load.
 //!
 //! Not emulated: processor cycles (flash wait states, bus contention), analog settling, the ripple
 //! of the current within a PWM period (the plant computes the mean of each slot of its grid), and

@@ -14,8 +14,8 @@ use crate::install::{PLANTED, Planted};
 /// States that a published test of a bootloader claims; this one shall have more.
 const PUBLISHED: u64 = 12_109;
 
-/// How an operation is cut: at its beginning, which is the end of the one before, in the middle, and
-/// just before its end.
+/// How an operation is cut: at its beginning, which is the end of the one before, in the middle,
+/// and just before its end.
 const FIRST_CUTS: [Progress; 3] = [Progress::None, Progress::Partial(1), Progress::Nearly(2)];
 
 /// Of the second cut.

@@ -4,13 +4,15 @@
 //! embedded-hal where it fits. `firmware/boards/` implements the traits for each chip; the tests
 //! implement them by mocks.
 //!
-//! | module | part of the board | over |
-//! |---|---|---|
-//! | [`encoder`] | the AS5045 | `embedded_hal::spi::SpiDevice`; or a transfer that interrupts at its end, and `embedded_hal::digital::OutputPin` as chip select |
-//! | [`bridge`] | the H-bridge with its trip | [`bridge::PwmTimer`]: `embedded_hal::pwm::SetDutyCycle` knows neither a trip nor an output that is off |
-//! | [`can`] | the CAN controller and its queues | [`can::CanPort`], which [`can::NbCan`] makes an `embedded_can::nb::Can` |
-//! | [`store`] | the flash of the parameters | `embedded_storage::nor_flash::NorFlash`; or [`firmware::store::Flash`], which does not block |
-//! | [`checks`] | tests of these drivers | the drivers, on a PC and on each chip |
+//! - [`encoder`]: the AS5045, over `embedded_hal::spi::SpiDevice`, or over a transfer that
+//!   interrupts at its end, with `embedded_hal::digital::OutputPin` as chip select
+//! - [`bridge`]: the H-bridge with its trip, over [`bridge::PwmTimer`], as
+//!   `embedded_hal::pwm::SetDutyCycle` knows neither a trip nor an output that is off
+//! - [`can`]: the CAN controller and its queues, over [`can::CanPort`], which [`can::NbCan`] makes
+//!   an `embedded_can::nb::Can`
+//! - [`store`]: the flash of the parameters, over `embedded_storage::nor_flash::NorFlash`, or over
+//!   [`firmware::store::Flash`], which does not block
+//! - [`checks`]: tests of these drivers, for a PC and for each chip
 //!
 //! Nothing in this crate allocates or panics, for any input; a blocking driver says so.
 #![no_std]

@@ -1,9 +1,9 @@
 //! The reaction to the loss of the master.
 //!
-//! In the cyclic modes the master sends commands periodically: a pause of more than 2040h:1, counted
-//! from the transition to Operation enabled or the change to a cyclic mode, is a loss of the master.
-//! In every mode a missing heartbeat is a loss, and so is the NMT state Stopped. 2040h:2 selects the
-//! reaction:
+//! In the cyclic modes the master sends commands periodically: a pause of more than 2040h:1,
+//! counted from the transition to Operation enabled or the change to a cyclic mode, is a loss of
+//! the master. In every mode a missing heartbeat is a loss, and so is the NMT state Stopped.
+//! 2040h:2 selects the reaction:
 //!
 //! | 2040h:2 | reaction |
 //! |---|---|
@@ -88,7 +88,8 @@ impl Drive<'_> {
             return Reaction::None;
         }
         if is_exciting {
-            // The excitation ends with each reaction; the request is refused if it has already ended.
+            // The excitation ends with each reaction; the request is refused if it has already
+            // ended.
             let _ = self.application.request(Request::StopExcitation);
         }
         match self.values.failsafe.failsafe_action {

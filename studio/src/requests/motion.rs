@@ -15,8 +15,8 @@ pub fn stop(context: &Context) {
 }
 
 pub fn enable(context: Context, node: u8) {
-    // The supervisor ends a stop up to 50 ms after the drive is off: what is enabled in between must
-    // not be stopped by it.
+    // The supervisor ends a stop up to 50 ms after the drive is off: what is enabled in between
+    // must not be stopped by it.
     let is_stopping = context.core.with_node(node, |node| {
         if node.is_stopping && !node.is_powered() {
             (node.is_stopping, node.enabled_by) = (false, None);

@@ -47,8 +47,8 @@ pub struct Instruction {
     /// Maximum cycles without wait states (Cortex-M4 Technical Reference Manual, tables 3-1 and
     /// 7-1).
     pub cycles: u64,
-    /// Lines of the flash that are read for it, in sixteenths, at the most: its share of a line, the
-    /// lines at both ends of the code up to the next branch, and its loads.
+    /// Lines of the flash that are read for it, in sixteenths, at the most: its share of a line,
+    /// the lines at both ends of the code up to the next branch, and its loads.
     pub lines_16: u64,
     /// The constant that it loads into a register, and the number of the register.
     pub constant: Option<(u8, u64)>,

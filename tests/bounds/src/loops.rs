@@ -10,9 +10,8 @@ pub struct LoopBounds(BTreeMap<String, Vec<u64>>);
 
 impl LoopBounds {
     /// Reads a table of rows `function | bound | reason`, with a row for each loop of a function in
-    /// the order of the report: outer loops first, by address. A function is given by the end of its
-    /// path. Lines that start with `#` are
-    /// comments.
+    /// the order of the report: outer loops first, by address. A function is given by the end of
+    /// its path. Lines that start with `#` are comments.
     ///
     /// # Errors
     /// If a row has no bound, or no reason.

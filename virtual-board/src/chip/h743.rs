@@ -1,9 +1,9 @@
 //! The STM32H743: the part of rigless with this crate's FDCAN1.
 //!
-//! rigless has the registers of FDCAN1 and FDCAN2 without behaviour, and no message RAM. FDCAN1 is a
-//! window of the bus here, which hands offsets instead of registers to its model: the vendor's file
-//! describes some of its registers as read-only. It takes the place of the instance's slot, so that
-//! its clock and its interrupts remain wired.
+//! rigless has the registers of FDCAN1 and FDCAN2 without behaviour, and no message RAM. FDCAN1 is
+//! a window of the bus here, which hands offsets instead of registers to its model: the vendor's
+//! file describes some of its registers as read-only. It takes the place of the instance's slot, so
+//! that its clock and its interrupts remain wired.
 //!
 //! Not modelled by rigless, and listed as gaps of a run: both watchdogs and the backup registers,
 //! which store what is written to them.

@@ -3,8 +3,8 @@
 //! The library `firmware` decides everything; this program supplies its samples and carries out its
 //! decisions. `docs/hardware.md` shows the wiring and the timing of a control period.
 //!
-//! `firmware/boards/shared/actuator/program.rs` lists the tasks. Their software interrupts are those
-//! of peripherals that the board does not use.
+//! `firmware/boards/shared/actuator/program.rs` lists the tasks. Their software interrupts are
+//! those of peripherals that the board does not use.
 
 #![no_std]
 #![no_main]

@@ -3,9 +3,9 @@
 //! The library `firmware` decides everything; this program supplies its samples and carries out its
 //! decisions. `docs/hardware.md` shows the wiring and the timing of a control period.
 //!
-//! `firmware/boards/shared/actuator/program.rs` lists the tasks. Their software interrupts are those
-//! of peripherals that the board does not use; so is `FDCAN2_IT0`, as the state of the controller
-//! latches until a call asks for it.
+//! `firmware/boards/shared/actuator/program.rs` lists the tasks. Their software interrupts are
+//! those of peripherals that the board does not use; so is `FDCAN2_IT0`, as the state of the
+//! controller latches until a call asks for it.
 
 #![no_std]
 #![no_main]

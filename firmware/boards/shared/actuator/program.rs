@@ -1,15 +1,18 @@
 //! Tasks of the actuator board, and the events that start them.
 //!
-//! | priority | event | function |
-//! |---|---|---|
-//! | 5 | frame received | puts it into the queue of the CANopen device |
-//! | 4 | each PWM edge | outputs; in the first PWM period starts the encoder, in the last one enables the sampling instants |
-//! | 4 | sampling instants in the last PWM period | starts the samples of current, back-EMF, supply and temperature, switches to coasting |
-//! | 4 | encoder read, 38 us after the edge | control step |
-//! | 4 | first PWM edge, while the encoder is read; after the control step | checks that the memory of the CANopen device has not changed; seals it |
-//! | 4 | edges of two PWM periods in between | call of the CANopen device: received frames, timers, frames to transmit |
-//! | 2 | mailbox free; bus error, and each call | frames to the controller; its state, bit rate and filters |
-//! | 1 | after the control step | flash and log |
+//! - Priority 5: a received frame goes into the queue of the CANopen device.
+//! - Priority 4, each PWM edge: outputs; in the first PWM period it starts the encoder, in the last
+//!   one it enables the sampling instants.
+//! - Priority 4, sampling instants in the last PWM period: start of the samples of current,
+//!   back-EMF, supply and temperature; switches to coasting.
+//! - Priority 4, encoder read, 38 us after the edge: control step.
+//! - Priority 4, first PWM edge while the encoder is read, and after the control step: checks that
+//!   the memory of the CANopen device has not changed; seals it.
+//! - Priority 4, edges of two PWM periods in between: call of the CANopen device with received
+//!   frames, timers, and frames to transmit.
+//! - Priority 2, mailbox free, bus error, and each call: frames to the controller; its state, bit
+//!   rate and filters.
+//! - Priority 1, after the control step: flash and log.
 //!
 //! Only the reception of a frame preempts the control step, for a microsecond, and no task of lower
 //! priority locks it out. The calls of the device have its priority, so that both use the device
@@ -267,8 +270,8 @@ macro_rules! actuator_program {
                 rtic::pend(Interrupt::$bus_status);
             }
 
-            // The highest priority, and short: the FIFO holds three frames, and a call of the device can
-            // take longer than three frames.
+            // The highest priority, and short: the FIFO holds three frames, and a call of the
+            // device can take longer than three frames.
             #[task(binds = $frame_received, priority = 5, local = [can_receiver, received])]
             fn frame_received(cx: frame_received::Context) {
                 loop {

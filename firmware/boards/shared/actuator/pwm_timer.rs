@@ -2,8 +2,9 @@
 //! instants at which current and back-EMF are sampled.
 //!
 //! The outputs are off, with all four switches open, while `MOE` is clear (RM0090, table 95, with
-//! `OSSI` set: driven to their idle levels, which are low; RM0433, section 38.3.15, alike). `MOE` is
-//! cleared by any reset, in hardware by a low level at `BKIN`, and while a debugger stops the timer.
+//! `OSSI` set: driven to their idle levels, which are low; RM0433, section 38.3.15, alike). `MOE`
+//! is cleared by any reset, in hardware by a low level at `BKIN`, and while a debugger stops the
+//! timer.
 
 use drivers::bridge::{Compare, PwmTimer};
 use model_core::plant::pwm_timer::{

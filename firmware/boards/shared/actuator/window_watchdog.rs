@@ -4,7 +4,8 @@
 use crate::chip::pac::WWDG;
 
 /// The counter counts its bus' 42 MHz divided by 4096 x 8, 0.78 ms each, and resets when it falls
-/// below 40h (RM0090, section 22.3; RM0433, chapter 44): 31 + 1 counts, 24.2 to 25.0 ms after it was fed.
+/// below 40h (RM0090, section 22.3; RM0433, chapter 44): 31 + 1 counts, 24.2 to 25.0 ms after it
+/// was fed.
 const FED: u8 = 0x5f;
 
 /// Feeding is permitted from this count on: 2 to 3 counts, at most 2.4 ms, after the last time. It

@@ -14,8 +14,8 @@ use crate::{
     peripherals::{Can, wiring::Peripherals},
 };
 
-/// Result of each check: 0 before its end, 1 if it passed, otherwise 256 plus the number of the step
-/// that failed. Encoder, bridge, CAN controller, store.
+/// Result of each check: 0 before its end, 1 if it passed, otherwise 256 plus the number of the
+/// step that failed. Encoder, bridge, CAN controller, store.
 #[unsafe(no_mangle)]
 static DRIVER_CHECKS: [AtomicU32; 4] = [const { AtomicU32::new(0) }; 4];
 

@@ -69,8 +69,8 @@ struct Settings {
     cancelled_enabled: u32,
 }
 
-/// A controller, on a [`Wire`] of its own with external ports or on a bus that its user shares among
-/// several controllers.
+/// A controller, on a [`Wire`] of its own with external ports or on a bus that its user shares
+/// among several controllers.
 #[derive(Debug)]
 pub struct FdCan {
     /// The bus with its ports; `None` if it is shared: its owner then calls [`FdCan::begin`].

@@ -20,7 +20,8 @@ use crate::{
 };
 
 /// The channel of ADC1 and ADC2 at the pin of a channel of the STM32F427: the boards share their
-/// pins (data sheet of the STM32H743, pin description: PA3 is INP15, PB1 INP5, PC0 to PC3 INP10 to INP13).
+/// pins (data sheet of the STM32H743, pin description: PA3 is INP15, PB1 INP5, PC0 to PC3 INP10 to
+/// INP13).
 const fn at_pin_of(channel: u8) -> u8 {
     match channel {
         3 => 15,

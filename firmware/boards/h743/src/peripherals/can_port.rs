@@ -1,8 +1,8 @@
 //! FDCAN1 of the actuator board, as a controller of classical CAN.
 //!
-//! Frames leave from one buffer: the controller transmits several in the order of their identifiers,
-//! or from a FIFO whose frames cannot be cancelled (RM0433, chapter 56), and the queue in front
-//! of it needs both. The interrupt of its end fills it again.
+//! Frames leave from one buffer: the controller transmits several in the order of their
+//! identifiers, or from a FIFO whose frames cannot be cancelled (RM0433, chapter 56), and the queue
+//! in front of it needs both. The interrupt of its end fills it again.
 
 use canopen::CanFrame;
 use drivers::can::{AcceptedIds, Activity, BusState, CanPort, Mode};

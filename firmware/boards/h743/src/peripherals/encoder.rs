@@ -28,7 +28,8 @@ impl SpiTransfer {
             w.master().master().ssm().enabled().afcntr().controlled();
             w.cpol().idle_high().cpha().first_edge()
         });
-        // With a length, TXC is a copy of EOT; without one it interrupts at once (ES0392, item 2.22.4).
+        // With a length, TXC is a copy of EOT; without one it interrupts at once (ES0392, item
+        // 2.22.4).
         spi.cr2().write(|w| w.tsize().set(BYTES as u16));
         spi.ier().write(|w| w.eotie().set_bit());
         Self(spi)
