@@ -11,11 +11,7 @@ packages=(canopen==2.4.1 python-can==4.6.1 pyserial==3.5 dcf-tools==2.4.2)
 [ -x "$venv/bin/dcfchk" ] && "$venv/bin/python" -c 'import canopen, can, serial' 2>/dev/null ||
     "$venv/bin/pip" install --quiet --disable-pip-version-check "${packages[@]}"
 
-if ! command -v npm >/dev/null; then
-    sudo=$(command -v sudo || true)
-    $sudo apt-get update -qq
-    $sudo apt-get install -y -qq --no-install-recommends nodejs npm
-fi
+bash .ci/provide npm nodejs npm
 # crc.js replaces its only package with compiled code, so nothing is built.
 modules=$PWD/target/node-canopen
 [ -d "$modules/node_modules/canopen" ] ||

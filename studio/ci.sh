@@ -11,9 +11,8 @@ target=${CARGO_TARGET_DIR:-target}
 pictures=$target/studio-pictures
 actuator=$target/debug/actuator
 
-if ! command -v node >/dev/null || ! command -v "${CHROMIUM:-chromium}" >/dev/null; then
-  apt-get update && apt-get install -y --no-install-recommends chromium nodejs
-fi
+bash .ci/provide node nodejs
+bash .ci/provide "${CHROMIUM:-chromium}" chromium
 
 bash .ci/programs
 tests=studio/tests/browser

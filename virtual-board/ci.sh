@@ -4,11 +4,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-if ! command -v arm-none-eabi-gcc >/dev/null; then
-    sudo=$(command -v sudo || true)
-    $sudo apt-get update -qq
-    $sudo apt-get install -y -qq gcc-arm-none-eabi
-fi
+bash .ci/provide arm-none-eabi-gcc gcc-arm-none-eabi libnewlib-arm-none-eabi
 # With all packages, as the emulator has already been built with their features.
 cargo bench --workspace --exclude actuator-python --features actuator/board --ignore-rust-version --locked \
     --bench control_law --profile dev

@@ -14,14 +14,9 @@ mkdir -p "$out"
 say() { printf '\n-- C library: %s\n' "$*"; }
 
 say "tools"
-missing=0
-for tool in mkoctfile octave-cli valgrind c++; do
-    command -v "$tool" >/dev/null || missing=1
-done
-if [ "$missing" = 1 ]; then
-    apt-get update -qq
-    DEBIAN_FRONTEND=noninteractive apt-get install -yqq --no-install-recommends octave octave-dev valgrind g++ >"$out/apt.log"
-fi
+bash .ci/provide mkoctfile octave-dev octave
+bash .ci/provide valgrind valgrind
+bash .ci/provide c++ g++
 [ -x "$venv/bin/pip" ] || python3 -m venv "$venv"
 "$venv/bin/pip" install --quiet --disable-pip-version-check jsbsim==1.3.3
 

@@ -8,9 +8,8 @@ target=${CARGO_TARGET_DIR:-target}
 page=$target/web-page/actuator.html
 mkdir -p "$target/web-page"
 
-if ! command -v node >/dev/null || ! command -v "${CHROMIUM:-chromium}" >/dev/null; then
-  apt-get update && apt-get install -y --no-install-recommends chromium nodejs
-fi
+bash .ci/provide node nodejs
+bash .ci/provide "${CHROMIUM:-chromium}" chromium
 
 bash .ci/programs
 "$target/debug/examples/page" "$page"

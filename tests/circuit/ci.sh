@@ -4,10 +4,5 @@
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 
-if ! command -v ngspice >/dev/null; then
-    sudo=
-    [ "$(id -u)" = 0 ] || sudo=sudo
-    ${sudo:-} apt-get update -q
-    ${sudo:-} apt-get install -y -q --no-install-recommends ngspice
-fi
+bash .ci/provide ngspice ngspice
 cargo run --quiet --locked -p model-core --example winding_current | python3 tests/circuit/compare.py

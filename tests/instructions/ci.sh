@@ -4,9 +4,5 @@
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 
-if ! command -v valgrind >/dev/null; then
-    sudo=$(command -v sudo || true)
-    $sudo apt-get update -qq
-    $sudo apt-get install -y -qq --no-install-recommends valgrind
-fi
+bash .ci/provide valgrind valgrind
 cargo run --profile bench -p instruction-counts --locked --quiet

@@ -10,11 +10,7 @@ tests=$PWD/host-sim/tests/files
 python=$PWD/target/files-venv/bin/python
 runs=$PWD/target/files-runs
 
-command -v octave-cli >/dev/null || {
-    [ "$(id -u)" -eq 0 ] || sudo=sudo
-    ${sudo:-} apt-get update -q
-    ${sudo:-} apt-get install -y -q --no-install-recommends octave
-}
+bash .ci/provide octave-cli octave
 [ -x "$python" ] || python3 -m venv target/files-venv
 "$python" -m pip install -q numpy==2.4.6 scipy==1.17.1 pyarrow==26.0.1
 

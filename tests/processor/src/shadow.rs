@@ -17,7 +17,7 @@ use crate::frames::Frames;
 use crate::registers::{FPCA, Registers, holds, it_of, with_it};
 use crate::replay::{Replay, size};
 use crate::streams::Streams;
-use crate::tap::Tap;
+use crate::tap::{Event, Tap};
 use crate::unicorn::{Register, Unicorn, UnicornError};
 
 /// Address of the vector table, and number of its entries on this chip.
@@ -30,6 +30,9 @@ const PARAMETERS: std::ops::Range<u32> = 0x0810_0000..0x0814_0000;
 
 /// Flash and RAM; the program uses neither the alias of the flash at 0 nor the backup RAM.
 const USED: std::ops::Range<u32> = 0x0800_0000..0x4000_0000;
+
+/// The RAM.
+const RAM: std::ops::Range<u32> = 0x1000_0000..0x4000_0000;
 
 /// Bytes of a page of the board's core.
 const PAGE: u32 = 1024;
@@ -89,7 +92,7 @@ pub struct Shadow {
     is_synchronised: bool,
     is_prepared: bool,
     handlers: BTreeSet<u32>,
-    log: VecDeque<crate::tap::Event>,
+    log: VecDeque<Event>,
     handler_ended: bool,
     accesses: u64,
     /// The second emulator executed more instructions than it was told.
@@ -372,7 +375,12 @@ impl Shadow {
         instructions: u64,
     ) -> Result<(), String> {
         self.make_defect();
-        self.second.host().log.append(&mut self.log);
+        // In a watched page the board's core reports every access, the second emulator those to the
+        // ranges alone.
+        let compared =
+            |event: &Event| !RAM.contains(&event.address) || self.streams.is_watched(event.address);
+        let log = self.log.drain(..).filter(compared);
+        self.second.host().log.extend(log);
         let second = &self.second;
         self.frames.store_lazy(second, |address, bytes| {
             memory.first_difference(address.into(), bytes).is_some()
@@ -423,7 +431,7 @@ impl Shadow {
 
     /// Ends the comparison, and the run.
     fn end(&mut self, core: &mut dyn Processor, difference: String) {
-        self.difference = Some(difference);
+        self.difference.get_or_insert(difference);
         for handler in &self.handlers {
             core.remove_breakpoint((*handler).into());
         }
@@ -432,13 +440,15 @@ impl Shadow {
 
     /// Starts to record the memory that a DMA controller writes.
     fn route_streams(&mut self, core: &mut dyn Processor) {
-        for page in self.streams.take_new_pages() {
-            core.ask(Queued::Route(page.into()));
-            if let Err(error) = self.second.watch_memory(page, page + PAGE) {
+        for &(start, length) in self.streams.watch_new() {
+            let end = start + length;
+            for page in (start / PAGE..=(end - 1) / PAGE).map(|number| number * PAGE) {
+                core.ask(Queued::Route(page.into()));
+            }
+            if let Err(error) = self.second.watch_memory(start, end) {
                 self.difference = Some(error.to_string());
             }
         }
-        self.second.host().dma = self.streams.ranges().to_vec();
     }
 }
 

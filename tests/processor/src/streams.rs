@@ -1,6 +1,6 @@
 //! The memory that the DMA controller of the encoder and the converter writes.
 
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::VecDeque;
 
 use crate::tap::Event;
 
@@ -17,9 +17,6 @@ const M0AR: u32 = 0x0c;
 const ENABLED: u32 = 1;
 const DIRECTION: u32 = 0b11 << 6;
 
-/// Bytes of a page of the board's core.
-const PAGE: u32 = 1024;
-
 #[derive(Debug, Clone, Copy, Default)]
 struct Stream {
     items: u32,
@@ -31,8 +28,8 @@ struct Stream {
 pub struct Streams {
     streams: [Stream; 8],
     ranges: Vec<(u32, u32)>,
-    pages: BTreeSet<u32>,
-    new_pages: Vec<u32>,
+    /// Number of ranges whose accesses are watched.
+    watched: usize,
 }
 
 impl Streams {
@@ -60,12 +57,6 @@ impl Streams {
             return;
         }
         self.ranges.push(range);
-        let (first, last) = (range.0 & !(PAGE - 1), (range.0 + range.1 - 1) & !(PAGE - 1));
-        for page in [first, last] {
-            if self.pages.insert(page) {
-                self.new_pages.push(page);
-            }
-        }
     }
 
     /// First address and length of each range.
@@ -73,8 +64,16 @@ impl Streams {
         &self.ranges
     }
 
-    /// The pages that have been added since the last call.
-    pub fn take_new_pages(&mut self) -> Vec<u32> {
-        std::mem::take(&mut self.new_pages)
+    /// Whether this access begins in a range that is watched.
+    pub fn is_watched(&self, address: u32) -> bool {
+        let mut watched = self.ranges[..self.watched].iter();
+        watched.any(|&(start, length)| (start..start + length).contains(&address))
+    }
+
+    /// Watches the ranges that have been added since the last call; returns them.
+    pub fn watch_new(&mut self) -> &[(u32, u32)] {
+        let first = self.watched;
+        self.watched = self.ranges.len();
+        &self.ranges[first..]
     }
 }

@@ -268,7 +268,9 @@ impl<H: Host> Unicorn<H> {
         self.api.check("uc_mmio_map", code)
     }
 
-    /// Calls the host before each access to this range of plain memory.
+    /// Calls the host before each access to this range of plain memory. No instruction in the block
+    /// of an IT instruction may access it: the library restores the state of the block before the
+    /// call, and does not clear it afterwards, so that the next instructions set no flags.
     ///
     /// # Errors
     /// The library refuses it.
