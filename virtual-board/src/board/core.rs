@@ -29,16 +29,7 @@ pub(super) fn target<'a>(
 /// clock.
 pub(crate) fn spec(chip: &Chip, clock_hz: u64) -> Option<CoreSpec> {
     let windows = cpu::armv7m::windows(Mcu::bus(chip));
-    let lines = Operate::cpu(chip).interrupt_lines;
-    let core = armv7m::Core {
-        variant: armv7m::Variant::M4,
-        clock_hz: NonZeroU64::new(clock_hz)?,
-        interrupt_lines: NonZeroU32::new(lines.into())?,
-        priority_bits: 4,
-        refclk_divider: NonZeroU32::new(8)?,
-        instructions_per_second: NonZeroU64::new(clock_hz)?,
-        boot: "flash",
-    };
+    let core = core(armv7m::Variant::M4, chip, clock_hz)?;
     Some(core.spec_with_parts(&windows, armv7m::Fpu::FpV4Sp, armv7m::MpuRegions::Eight))
 }
 
@@ -46,16 +37,7 @@ pub(crate) fn spec(chip: &Chip, clock_hz: u64) -> Option<CoreSpec> {
 /// clock.
 pub(crate) fn spec_h743(chip: &ChipH743, clock_hz: u64) -> Option<CoreSpec> {
     let windows = cpu::armv7m::windows(Mcu::bus(chip));
-    let lines = Operate::cpu(chip).interrupt_lines;
-    let core = armv7m::Core {
-        variant: armv7m::Variant::M7,
-        clock_hz: NonZeroU64::new(clock_hz)?,
-        interrupt_lines: NonZeroU32::new(lines.into())?,
-        priority_bits: 4,
-        refclk_divider: NonZeroU32::new(8)?,
-        instructions_per_second: NonZeroU64::new(clock_hz)?,
-        boot: "flash",
-    };
+    let core = core(armv7m::Variant::M7, chip, clock_hz)?;
     let mut config = armv7m::Config::new(core, &windows);
     config.fpu = armv7m::Fpu::FpV5Dp;
     config.mpu_regions = armv7m::MpuRegions::Sixteen;
@@ -63,6 +45,19 @@ pub(crate) fn spec_h743(chip: &ChipH743, clock_hz: u64) -> Option<CoreSpec> {
     // The option bytes have it start there as delivered (RM0433, table 9); the ITCM is at zero.
     config.vector_table = Some(0x0800_0000);
     Some(config.spec())
+}
+
+/// What the cores of both chips have in common.
+fn core(variant: armv7m::Variant, chip: &impl Operate, clock_hz: u64) -> Option<armv7m::Core> {
+    Some(armv7m::Core {
+        variant,
+        clock_hz: NonZeroU64::new(clock_hz)?,
+        interrupt_lines: NonZeroU32::new(chip.cpu().interrupt_lines.into())?,
+        priority_bits: 4,
+        refclk_divider: NonZeroU32::new(8)?,
+        instructions_per_second: NonZeroU64::new(clock_hz)?,
+        boot: "flash",
+    })
 }
 
 /// The caches of the Cortex-M7, which the emulator identifies and does not model (PM0253, tables 77

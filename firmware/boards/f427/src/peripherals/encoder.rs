@@ -1,24 +1,17 @@
-//! SPI1 and its chip select: the encoder is read by DMA.
+//! SPI1: the encoder is read by DMA.
 //!
 //! The clock runs at 656 kHz: half a period of 762 ns from CSn to its first edge and for each bit
 //! to settle, 36.6 us for all bits.
 
-use core::{
-    convert::Infallible,
-    sync::atomic::{AtomicU8, Ordering::Relaxed},
-};
+use core::sync::atomic::{AtomicU8, Ordering::Relaxed};
 
 use drivers::encoder::{BYTES, Transfer};
-use embedded_hal::digital::{ErrorType, OutputPin};
 use stm32f4xx_hal::dma::StreamX;
 
 use super::dma::{self, DmaStream};
-use crate::{
-    actuator::pins::ENCODER_SELECT,
-    chip::pac::{
-        DMA2, GPIOA, SPI1,
-        dma2::st::cr::{CIRC, DIR, PL},
-    },
+use crate::chip::pac::{
+    DMA2, SPI1,
+    dma2::st::cr::{CIRC, DIR, PL},
 };
 
 static RECEIVED: [AtomicU8; BYTES] = [const { AtomicU8::new(0) }; BYTES];
@@ -85,37 +78,5 @@ impl Transfer for SpiTransfer {
         }
         let [a, b, c] = &RECEIVED;
         Some([a, b, c].map(|byte| byte.load(Relaxed)))
-    }
-}
-
-/// CSn of the encoder, a pin of port A.
-pub struct SelectPin(GPIOA);
-
-impl SelectPin {
-    /// The pin, high.
-    pub fn new(port: GPIOA) -> Self {
-        let mut pin = Self(port);
-        let _ = pin.set_high();
-        pin
-    }
-}
-
-impl ErrorType for SelectPin {
-    type Error = Infallible;
-}
-
-impl OutputPin for SelectPin {
-    #[inline]
-    fn set_low(&mut self) -> Result<(), Infallible> {
-        // SAFETY: one bit resets one pin.
-        (self.0.bsrr()).write(|w| unsafe { w.bits(1 << (ENCODER_SELECT + 16)) });
-        Ok(())
-    }
-
-    #[inline]
-    fn set_high(&mut self) -> Result<(), Infallible> {
-        // SAFETY: one bit sets one pin.
-        (self.0.bsrr()).write(|w| unsafe { w.bits(1 << ENCODER_SELECT) });
-        Ok(())
     }
 }

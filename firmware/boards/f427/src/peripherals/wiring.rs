@@ -8,17 +8,13 @@ use firmware::{faults::Fault, integrity::restart_fault, supervisor::ResetCause};
 use stm32f4xx_hal::{dma::StreamsTuple, prelude::*, signature::Uid};
 
 use super::{
-    ActuatorBridge, Encoder,
-    analog::Analog,
-    crc_unit::CrcUnit,
-    encoder::{SelectPin, SpiTransfer},
-    flash::Flash,
+    ActuatorBridge, Encoder, analog::Analog, crc_unit::CrcUnit, encoder::SpiTransfer, flash::Flash,
     timing::CORE_HZ,
 };
 use crate::{
     actuator::{
-        pins::PINS, pwm_timer::BridgeTimer, servo_pulse::ServoPulse, shutdown,
-        timebase::PeriodCounter,
+        encoder_select::SelectPin, pins::PINS, pwm_timer::BridgeTimer, servo_pulse::ServoPulse,
+        shutdown, timebase::PeriodCounter,
     },
     board::setup,
     chip::{self, pac},

@@ -1,17 +1,11 @@
-//! SPI1 and its chip select: a transfer of three bytes fits the FIFOs, and needs no DMA.
+//! SPI1: a transfer of three bytes fits the FIFOs, and needs no DMA.
 //!
 //! The clock runs at 656 kHz: half a period of 762 ns from CSn to its first edge and for each bit
 //! to settle, 36.6 us for all bits.
 
-use core::convert::Infallible;
-
 use drivers::encoder::{BYTES, Transfer};
-use embedded_hal::digital::{ErrorType, OutputPin};
 
-use crate::{
-    actuator::pins::ENCODER_SELECT,
-    chip::pac::{GPIOA, SPI1},
-};
+use crate::chip::pac::SPI1;
 
 /// SPI1, which interrupts at the end of a transfer.
 pub struct SpiTransfer(SPI1);
@@ -87,37 +81,5 @@ impl SpiTransfer {
         let register = self.0.rxdr().as_ptr().cast::<u8>();
         // SAFETY: as above.
         unsafe { register.read_volatile() }
-    }
-}
-
-/// CSn of the encoder, a pin of port A.
-pub struct SelectPin(GPIOA);
-
-impl SelectPin {
-    /// The pin, high.
-    pub fn new(port: GPIOA) -> Self {
-        let mut pin = Self(port);
-        let _ = pin.set_high();
-        pin
-    }
-}
-
-impl ErrorType for SelectPin {
-    type Error = Infallible;
-}
-
-impl OutputPin for SelectPin {
-    #[inline]
-    fn set_low(&mut self) -> Result<(), Infallible> {
-        // SAFETY: one bit resets one pin.
-        (self.0.bsrr()).write(|w| unsafe { w.bits(1 << (ENCODER_SELECT + 16)) });
-        Ok(())
-    }
-
-    #[inline]
-    fn set_high(&mut self) -> Result<(), Infallible> {
-        // SAFETY: one bit sets one pin.
-        (self.0.bsrr()).write(|w| unsafe { w.bits(1 << ENCODER_SELECT) });
-        Ok(())
     }
 }

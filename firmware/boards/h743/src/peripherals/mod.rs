@@ -15,8 +15,8 @@ use drivers::{
     encoder::{As5045, Timed},
 };
 
-use self::encoder::{SelectPin, SpiTransfer};
-use crate::actuator::pwm_timer::BridgeTimer;
+use self::encoder::SpiTransfer;
+use crate::actuator::{encoder_select::SelectPin, pwm_timer::BridgeTimer};
 
 /// The bridge of the actuator board.
 pub type ActuatorBridge = HBridge<BridgeTimer>;

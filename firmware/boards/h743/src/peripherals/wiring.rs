@@ -7,16 +7,12 @@ use drivers::encoder::Timed;
 use firmware::{faults::Fault, integrity::restart_fault, supervisor::ResetCause};
 
 use super::{
-    ActuatorBridge, Encoder,
-    analog::Analog,
-    crc_unit::CrcUnit,
-    encoder::{SelectPin, SpiTransfer},
-    flash::Flash,
+    ActuatorBridge, Encoder, analog::Analog, crc_unit::CrcUnit, encoder::SpiTransfer, flash::Flash,
 };
 use crate::{
     actuator::{
-        pins::PINS, pwm_timer::BridgeTimer, servo_pulse::ServoPulse, shutdown,
-        timebase::PeriodCounter,
+        encoder_select::SelectPin, pins::PINS, pwm_timer::BridgeTimer, servo_pulse::ServoPulse,
+        shutdown, timebase::PeriodCounter,
     },
     board::setup,
     chip::{self, pac},
