@@ -58,7 +58,7 @@ impl Board for CommBoard {
 
     fn targets(&mut self) -> Vec<Target<'_>> {
         let spec = core::spec(&self.chip, COMM_CORE_HZ);
-        spec.map(|spec| core::target(core::TARGET, &mut self.chip, spec, None))
+        spec.map(|spec| core::target(core::TARGET, &mut self.chip, spec, None, None))
             .into_iter()
             .collect()
     }

@@ -8,7 +8,7 @@ use rigless::machine::{Target, armv7m};
 use rigless::mcu::{Mcu, Operate};
 
 use super::resettable::Resettable;
-use crate::chip::{Chip, ChipH743};
+use crate::chip::{Chip, ChipH743, Remainder};
 use crate::processor::SharedObserver;
 
 /// Name of the chip.
@@ -20,8 +20,9 @@ pub(super) fn target<'a>(
     mcu: &'a mut dyn Mcu,
     mut spec: CoreSpec,
     observer: Option<SharedObserver>,
+    crc: Option<Remainder>,
 ) -> Target<'a> {
-    spec.processor = Resettable::constructor(spec.processor, observer);
+    spec.processor = Resettable::constructor(spec.processor, observer, crc);
     Target::new(name, mcu, spec)
 }
 

@@ -2,6 +2,7 @@
 
 mod comm;
 pub(crate) mod core;
+mod crc_bus;
 mod encoder_chip;
 mod resettable;
 
@@ -115,8 +116,9 @@ impl Board for ActuatorBoard {
         let observer = self.observer.clone();
         let spec = self.chip.core();
         let name = self.chip.name();
+        let crc = self.chip.crc_remainder();
         let mcu: &mut dyn Mcu = self.chip.as_mut();
-        spec.map(|spec| core::target(name, mcu, spec, observer))
+        spec.map(|spec| core::target(name, mcu, spec, observer, crc))
             .into_iter()
             .collect()
     }

@@ -14,6 +14,8 @@ use rigless::emulator::{
 use rigless::soc::{Endian, Width};
 use rigless::time::VirtualNanos;
 
+use super::crc_bus::{CrcBus, CrcPort};
+use crate::chip::Remainder;
 use crate::processor::{Memory, SharedObserver, lock};
 
 /// A core, and another one of the same kind that computes its state after a reset.
@@ -26,6 +28,7 @@ pub(super) struct Resettable {
     is_debugged: bool,
     memory: Memory,
     observer: Option<SharedObserver>,
+    crc: Option<CrcPort>,
 }
 
 impl Resettable {
@@ -33,6 +36,7 @@ impl Resettable {
     pub fn constructor(
         inner: ProcessorConstructor,
         observer: Option<SharedObserver>,
+        crc: Option<Remainder>,
     ) -> ProcessorConstructor {
         std::sync::Arc::new(move |endian| {
             Ok(Box::new(Self {
@@ -41,6 +45,7 @@ impl Resettable {
                 is_debugged: false,
                 memory: Memory::default(),
                 observer: observer.clone(),
+                crc: crc.clone().map(CrcPort::new),
             }))
         })
     }
@@ -60,6 +65,9 @@ impl Processor for Resettable {
         }
         // A request that is still pending ends with the reset.
         self.core.take_reset_request();
+        if let Some(crc) = &mut self.crc {
+            crc.close();
+        }
         if let Some(observer) = &self.observer {
             lock(observer).after_reset();
         }
@@ -86,6 +94,15 @@ impl Processor for Resettable {
     // Everything else is the core's.
 
     fn run(&mut self, budget: u32, bus: &mut dyn CoreBus) -> (Exit, u64) {
+        let end = self.core.retired() + u64::from(budget);
+        let mut front;
+        let bus: &mut dyn CoreBus = match &mut self.crc {
+            None => bus,
+            Some(port) => {
+                front = CrcBus::new(bus, port, end);
+                &mut front
+            }
+        };
         match &self.observer {
             None => self.core.run(budget, bus),
             Some(observer) => lock(observer).run(&mut *self.core, &self.memory, budget, bus),
@@ -237,7 +254,7 @@ mod tests {
     fn the_state_after_a_reset_is_that_of_the_emulators_core() {
         let chip = Chip::try_new(None, FlashTimes::TYPICAL, 0).unwrap();
         let plain = core::spec(&chip, CORE_HZ).unwrap().processor;
-        let constructors = [plain.clone(), Resettable::constructor(plain, None)];
+        let constructors = [plain.clone(), Resettable::constructor(plain, None, None)];
         let [expected, found] = constructors.map(|constructor| {
             let mut core = constructor(Endian::Little).unwrap();
             let unused = core.save();

@@ -9,6 +9,7 @@ use rigless::mcu::{Mcu, Operate};
 use rigless::soc::Width;
 use rigless::time::VirtualNanos;
 
+use super::crc_unit::Remainder;
 use super::outputs::{CCR4, CNT, CR1, PSC};
 use crate::board::EncoderChip;
 use crate::can::{Station, Transfer, Wire};
@@ -51,6 +52,11 @@ pub trait ActuatorChip: Mcu + Send + Debug {
     /// Reloads the counter of the independent watchdog from outside the program; it has none if it
     /// is not modelled.
     fn feed_watchdog(&mut self, _: VirtualNanos) {}
+
+    /// What its CRC unit holds, if it is a model of this crate.
+    fn crc_remainder(&self) -> Option<Remainder> {
+        None
+    }
 
     /// Whether its flash stalls the core.
     fn stalls_core(&self) -> bool;

@@ -3,8 +3,12 @@
 //! It divides by 0x04C11DB7, most significant bit first, from an initial value of 0xFFFFFFFF. Not
 //! modelled: that a write while a word is processed waits for its four cycles.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
+
 use rigless::device::{Device, DeviceContext, RegisterFile};
 use rigless::soc::stm32f427::generated::crc::Register as R;
+use rigless::time::VirtualNanos;
 
 /// The polynomial without its highest term (section 4.2).
 const POLYNOMIAL: u32 = 0x04c1_1db7;
@@ -33,44 +37,67 @@ const fn shifted(mut remainder: u32, bits: u32) -> u32 {
     remainder
 }
 
-/// The unit.
-#[derive(Debug)]
-pub struct CrcUnit(u32);
+/// What the unit holds, also in hands of the core's bus: see [`CrcBus`].
+#[derive(Debug, Clone)]
+pub struct Remainder(Arc<AtomicU32>);
 
-impl Default for CrcUnit {
+impl Default for Remainder {
     fn default() -> Self {
-        Self(INITIAL)
+        Self(Arc::new(AtomicU32::new(INITIAL)))
     }
 }
 
-impl CrcUnit {
-    fn update(&mut self, word: u32) {
-        self.0 = word.to_be_bytes().iter().fold(self.0, |crc, byte| {
-            (crc << 8) ^ REMAINDERS[usize::from((crc >> 24) as u8 ^ byte)]
-        });
+impl Remainder {
+    fn get(&self) -> u32 {
+        self.0.load(Relaxed)
     }
+
+    fn restart(&self) {
+        self.0.store(INITIAL, Relaxed);
+    }
+
+    /// Divides a word more.
+    pub(crate) fn update(&self, word: u32) {
+        let update =
+            |crc: u32, byte: &u8| (crc << 8) ^ REMAINDERS[usize::from((crc >> 24) as u8 ^ byte)];
+        let updated = word.to_be_bytes().iter().fold(self.get(), update);
+        self.0.store(updated, Relaxed);
+    }
+}
+
+/// The unit.
+#[derive(Debug, Default)]
+pub struct CrcUnit {
+    /// What it holds.
+    pub remainder: Remainder,
 }
 
 impl Device for CrcUnit {
     type Register = R;
 
-    fn write(
+    fn read(
         &mut self,
         register: R,
-        value: u64,
         registers: &mut RegisterFile,
-        _: &mut DeviceContext<'_>,
-    ) {
+        context: &mut DeviceContext<'_>,
+    ) -> Option<u64> {
+        self.peek(register, registers, context.now())
+    }
+
+    fn peek(&self, register: R, _: &RegisterFile, _: VirtualNanos) -> Option<u64> {
+        (register == R::Dr).then(|| self.remainder.get().into())
+    }
+
+    fn write(&mut self, register: R, value: u64, _: &mut RegisterFile, _: &mut DeviceContext<'_>) {
         match register {
-            R::Dr => self.update(value as u32),
-            R::Cr if value & RESET != 0 => self.0 = INITIAL,
+            R::Dr => self.remainder.update(value as u32),
+            R::Cr if value & RESET != 0 => self.remainder.restart(),
             R::Cr | R::Idr => {}
         }
-        registers.set(R::Dr, u64::from(self.0));
     }
 
     fn reset(&mut self) {
-        *self = Self::default();
+        self.remainder.restart();
     }
 }
 
@@ -82,11 +109,12 @@ mod tests {
     // bytes "123456789"; the unit takes words, so the last byte continues the division here.
     #[test]
     fn the_unit_computes_crc_32_mpeg_2() {
-        let mut unit = CrcUnit::default();
+        let remainder = Remainder::default();
         for word in b"12345678".as_chunks::<4>().0 {
-            unit.update(u32::from_be_bytes(*word));
+            remainder.update(u32::from_be_bytes(*word));
         }
-        let with_nine = (unit.0 << 8) ^ REMAINDERS[usize::from((unit.0 >> 24) as u8 ^ b'9')];
+        let eight = remainder.get();
+        let with_nine = (eight << 8) ^ REMAINDERS[usize::from((eight >> 24) as u8 ^ b'9')];
         assert_eq!(with_nine, 0x0376_e6e7);
     }
 }

@@ -11,7 +11,7 @@ use rigless::soc::stm32f427::generated::{dbg, pwr, rcc, rtc};
 use rigless::soc::{Bus, Error, Layout, Width, stm32f427};
 use rigless::time::VirtualNanos;
 
-use super::crc_unit::CrcUnit;
+use super::crc_unit::{CrcUnit, Remainder};
 use super::window_watchdog::WindowWatchdog;
 use super::{ActuatorChip, bus, outputs};
 use crate::board::{CORE_HZ, EncoderChip, core};
@@ -219,6 +219,10 @@ impl ActuatorChip for Chip {
         const RELOAD: u64 = 0xaaaa;
         let written = self.write(at, KEY_REGISTER, Width::W32, RELOAD);
         debug_assert!(written.is_ok(), "the register exists");
+    }
+
+    fn crc_remainder(&self) -> Option<Remainder> {
+        Some(self.crc_unit.remainder.clone())
     }
 
     fn stalls_core(&self) -> bool {

@@ -9,5 +9,6 @@ mod outputs;
 mod window_watchdog;
 
 pub use actuator::ActuatorChip;
+pub use crc_unit::Remainder;
 pub use h743::ChipH743;
 pub use mcu::Chip;
