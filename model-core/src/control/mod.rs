@@ -38,4 +38,6 @@ pub mod shaft_tracker;
 pub mod units;
 
 #[cfg(test)]
+mod state_tests;
+#[cfg(test)]
 mod tests;
