@@ -3,6 +3,8 @@
 //! The emulator translates the program once for all of them: between two experiments the supply is
 //! cut, and memory and shaft are as at the first power-on afterwards.
 
+use std::sync::mpsc::Sender;
+
 use virtual_board::can::Port;
 use virtual_board::faults::{Fault, MemoryLocation, Planned};
 use virtual_board::plant::{BoardPlant, BoardPlantOptions};
@@ -11,7 +13,8 @@ use virtual_board::run::{Flow, Script, View};
 use board_tests::frames::to_wire;
 use board_tests::master::PERIODS;
 
-use crate::flip::{Flip, Memory};
+use crate::injection::{Injection, Place};
+use crate::injector::Injector;
 use crate::motion::Motion;
 use crate::outcome::{Judge, Outcome};
 use crate::tell::Tell;
@@ -21,11 +24,12 @@ use crate::tell::Tell;
 const CUT_MS: u64 = 3;
 const OFF_MS: u32 = 6;
 
-/// Time for which an experiment is observed after its flip, ms: longer than a change of the target
-/// and the time after which a deviation is hazardous.
+/// Time for which an experiment is observed after its injection, ms: longer than a change of the
+/// target and the time after which a deviation is hazardous. An injection into the core follows its
+/// instant within 16 ms.
 const OBSERVED_MS: u32 = 1200;
 
-/// Duration of an undisturbed run, ms: the latest flip and its observation.
+/// Duration of an undisturbed run, ms: the latest injection and its observation.
 const REFERENCE_MS: u32 = 2800;
 
 /// Time by which two runs of one motion may differ, ms: two control periods, since the phase of the
@@ -42,8 +46,8 @@ pub type References = [Vec<f64>; 3];
 
 /// The script that carries out the experiments.
 pub struct Experiments {
-    flips: std::vec::IntoIter<Flip>,
-    current: Option<Flip>,
+    injections: std::vec::IntoIter<Injection>,
+    current: Option<Injection>,
     references: References,
     /// Motions whose undisturbed run is still to be recorded.
     to_record: Vec<Motion>,
@@ -56,15 +60,19 @@ pub struct Experiments {
     /// Angles of this run, one each millisecond, deg.
     angles: Vec<f64>,
     original: Option<(u64, u32)>,
-    /// What has been judged.
-    pub results: Vec<(Flip, Outcome)>,
+    injector: Injector,
+    judged: Sender<(Injection, Outcome)>,
 }
 
 impl Experiments {
-    /// These experiments, after the undisturbed runs.
-    pub fn new(flips: Vec<Flip>) -> Self {
+    /// These experiments, after the undisturbed runs; each result is sent when it is known.
+    pub fn new(
+        injections: Vec<Injection>,
+        injector: Injector,
+        judged: Sender<(Injection, Outcome)>,
+    ) -> Self {
         Self {
-            flips: flips.into_iter(),
+            injections: injections.into_iter(),
             current: None,
             references: References::default(),
             to_record: vec![Motion::Position, Motion::Velocity, Motion::Disabled],
@@ -75,7 +83,8 @@ impl Experiments {
             judge: Judge::default(),
             angles: Vec::new(),
             original: None,
-            results: Vec::new(),
+            injector,
+            judged,
         }
     }
 
@@ -83,13 +92,13 @@ impl Experiments {
     fn select(&mut self) -> bool {
         self.recording = self.to_record.pop();
         if self.recording.is_none() {
-            self.current = self.flips.next();
+            self.current = self.injections.next();
         }
         self.recording.is_some() || self.current.is_some()
     }
 
     fn motion(&self) -> Motion {
-        let current = self.current.map(|flip| flip.motion);
+        let current = self.current.map(|injection| injection.motion);
         self.recording.or(current).unwrap_or(Motion::Disabled)
     }
 
@@ -112,20 +121,27 @@ impl Experiments {
         self.angles.clear();
     }
 
-    fn flip(&mut self, view: &mut View<'_>, flip: Flip) {
-        let word_address = flip.address & !3;
-        let (place, bit) = (MemoryLocation::Address(flip.address), flip.bit.into());
-        let fault = match flip.memory {
-            Memory::Code => {
+    fn inject(&mut self, view: &mut View<'_>, injection: Injection) {
+        self.tell.forget();
+        let word_address = injection.address & !3;
+        let (place, bit) = (
+            MemoryLocation::Address(injection.address),
+            injection.bit.into(),
+        );
+        let fault = match injection.place {
+            Place::Code => {
                 self.original = view.word(word_address).map(|word| (word_address, word));
                 Fault::FlipFlash { place, bit }
             }
-            Memory::Ram => Fault::FlipRam { place, bit },
+            Place::Ram => Fault::FlipRam { place, bit },
+            Place::Registers | Place::Instruction => {
+                self.injector.arm(injection);
+                return;
+            }
         };
         // Within the next period, at an instant that does not depend on the PWM.
-        let phase_ns = flip.number * 7_919 % 1000 * 1000;
+        let phase_ns = injection.number * 7_919 % 1000 * 1000;
         view.plan(Planned::at_ns(view.now_ns() + phase_ns, fault));
-        self.tell.forget();
     }
 
     /// A millisecond of a run; returns whether the run is over.
@@ -139,22 +155,23 @@ impl Experiments {
             self.references[motion.index()].push(angle_deg);
             return ms + 1 >= REFERENCE_MS;
         }
-        let Some(flip) = self.current else {
+        let Some(injection) = self.current else {
             return true;
         };
-        if ms == flip.at_ms {
-            self.flip(view, flip);
-        } else if ms > flip.at_ms {
+        if ms == injection.at_ms {
+            self.inject(view, injection);
+        } else if ms > injection.at_ms {
             let ms = ms as usize;
-            let reference = &self.references[flip.motion.index()];
+            let reference = &self.references[injection.motion.index()];
             let moved = beyond(angle_deg, reference, ms, ms + TOLERATED_MS);
             let reported = self.tell.angle_deg.unwrap_or(angle_deg);
             let misreported = beyond(reported, &self.angles, ms, ms);
             self.judge.update(moved.max(misreported), self.tell.is_told);
         }
-        let is_over = ms >= flip.at_ms + OBSERVED_MS;
+        let is_over = ms >= injection.at_ms + OBSERVED_MS;
         if is_over {
-            self.results.push((flip, self.judge.outcome()));
+            // The receiver lives until the end of the run.
+            let _ = self.judged.send((injection, self.judge.outcome()));
             self.current = None;
         }
         is_over

@@ -8,25 +8,31 @@ use std::{fs, io};
 
 use clap::Parser;
 use fault_campaign::campaign::{draw, run_all};
-use fault_campaign::flip::{Flip, Memory};
+use fault_campaign::injection::{Injection, Place};
 use fault_campaign::outcome::Outcome;
-use fault_campaign::{replace_table, table};
+use fault_campaign::{Row, replace_table, table};
 use indicatif::{ProgressBar, ProgressStyle};
 use virtual_board::run::FirmwareError;
 
-/// Flips bits in the memory of the emulated board and judges the motion of the shaft
+/// Injects faults into the emulated board and judges the motion of the shaft
 #[derive(Debug, Parser)]
 struct Options {
-    /// Flips in the RAM
+    /// Bits of the RAM
     #[arg(long, value_name = "N", default_value_t = 1000)]
     ram: u64,
-    /// Flips in the program's flash
+    /// Bits of the program's flash
     #[arg(long, value_name = "N", default_value_t = 1000)]
     code: u64,
-    /// Number of the first flip of each kind
+    /// Bits of the core's registers
+    #[arg(long, value_name = "N", default_value_t = 1000)]
+    registers: u64,
+    /// Skipped instructions
+    #[arg(long, value_name = "N", default_value_t = 1000)]
+    skips: u64,
+    /// Number of the first injection of each place
     #[arg(long, value_name = "N", default_value_t = 0)]
     first: u64,
-    /// Seed of all flips
+    /// Seed of all injections
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
     /// Threads
@@ -62,30 +68,39 @@ fn main() -> ExitCode {
     }
 }
 
-/// Runs both kinds; returns the number of silent and hazardous flips.
+/// Runs all places; returns the number of silent and hazardous injections.
 fn run(options: &Options) -> Result<usize, Error> {
-    let ram = judged(options, Memory::Ram, options.ram)?;
-    let code = judged(options, Memory::Code, options.code)?;
-    let text = table(&[(Memory::Ram, &ram), (Memory::Code, &code)]);
+    let counts = [
+        (Place::Ram, options.ram),
+        (Place::Code, options.code),
+        (Place::Registers, options.registers),
+        (Place::Instruction, options.skips),
+    ];
+    let mut results = Vec::new();
+    for (place, count) in counts.into_iter().filter(|(_, count)| *count > 0) {
+        results.push((place, judged(options, place, count)?));
+    }
+    let rows: Vec<Row<'_>> = (results.iter().map(|(place, all)| (*place, &all[..]))).collect();
+    let text = table(&rows);
     println!("{text}");
     if let Some(path) = &options.out {
         write(path, &text)?;
     }
-    let all = ram.iter().chain(&code);
+    let all = results.iter().flat_map(|(_, all)| all);
     Ok(all
         .filter(|(_, outcome)| *outcome == Outcome::Hazardous)
         .count())
 }
 
-fn judged(options: &Options, memory: Memory, count: u64) -> Result<Vec<(Flip, Outcome)>, Error> {
-    let flips = draw(options.seed, memory, options.first..options.first + count)?;
+fn judged(options: &Options, place: Place, count: u64) -> Result<Vec<(Injection, Outcome)>, Error> {
+    let injections = draw(options.seed, place, options.first..options.first + count)?;
     let style = ProgressStyle::with_template("{msg} {bar:40} {pos}/{len} {per_sec}, {eta} left");
-    let progress = ProgressBar::new(count).with_message(format!("{memory:?}"));
+    let progress = ProgressBar::new(count).with_message(format!("{place:?}"));
     progress.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-    let results = run_all(&flips, options.jobs, |batch| {
-        for (flip, outcome) in batch {
+    let results = run_all(&injections, options.jobs, |batch| {
+        for (injection, outcome) in batch {
             if *outcome >= Outcome::Hazardous {
-                progress.suspend(|| println!("{outcome:?}: {flip:x?}"));
+                progress.suspend(|| println!("{outcome:?}: {injection:x?}"));
             }
         }
         progress.inc(batch.len() as u64);

@@ -1,4 +1,4 @@
-//! The motions that flips disturb.
+//! The motions that injections disturb.
 
 use board_tests::frames::{Frame, control, start, target};
 

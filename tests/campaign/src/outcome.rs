@@ -9,7 +9,7 @@ pub const HAZARD_MS: u32 = 500;
 /// Deviations below this are those of two undisturbed runs: a count of the encoder is 0.35 deg.
 const NO_EFFECT_DEG: f64 = 1.0;
 
-/// What a flip led to, from the least to the greatest harm.
+/// What an injection led to, from the least to the greatest harm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Outcome {
     /// The shaft moved as that of the undisturbed board, and nothing was told.
@@ -36,7 +36,7 @@ impl Outcome {
     ];
 }
 
-/// Judges an experiment from its flip on, millisecond by millisecond.
+/// Judges an experiment from its injection on, millisecond by millisecond.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Judge {
     /// Time for which the deviation has lasted, ms.

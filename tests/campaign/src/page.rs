@@ -1,10 +1,10 @@
 //! The table of a campaign in a document.
 
-use crate::flip::{Flip, Memory};
+use crate::injection::{Injection, Place};
 use crate::outcome::Outcome;
 
-/// A row of the table: a kind of memory, and the results of its experiments.
-pub type Row<'a> = (Memory, &'a [(Flip, Outcome)]);
+/// A row of the table: a place, and the results of its experiments.
+pub type Row<'a> = (Place, &'a [(Injection, Outcome)]);
 
 const BEGIN: &str = "<!-- table of the campaign: begin -->";
 const END: &str = "<!-- table of the campaign: end -->";
@@ -12,13 +12,15 @@ const END: &str = "<!-- table of the campaign: end -->";
 /// The table in Markdown.
 pub fn table(rows: &[Row<'_>]) -> String {
     let mut text = String::from(
-        "| memory | flips | no effect | small or short | told | **silent and hazardous** | not judged |\n\
+        "| place | injections | no effect | small or short | told | **silent and hazardous** | not judged |\n\
          |---|---|---|---|---|---|---|\n",
     );
-    for (memory, results) in rows {
-        let name = match memory {
-            Memory::Ram => "RAM: variables and used stack",
-            Memory::Code => "flash: vectors, code, constants",
+    for (place, results) in rows {
+        let name = match place {
+            Place::Ram => "RAM: variables and used stack",
+            Place::Code => "flash: vectors, code, constants",
+            Place::Registers => "R0 to R15 and flags",
+            Place::Instruction => "a skipped instruction",
         };
         text += &format!("| {name} | {} |", results.len());
         for outcome in Outcome::ALL {

@@ -40,8 +40,8 @@ impl Tell {
         self.is_told |= self.silent_ms > SILENCE_MS;
     }
 
-    /// Forgets what was told before the flip: the boot-up message, and the silence before the start
-    /// of the node.
+    /// Forgets what was told before the injection: the boot-up message, and the silence before the
+    /// start of the node.
     pub fn forget(&mut self) {
         self.is_told = false;
         self.silent_ms = 0;

@@ -1,5 +1,6 @@
-//! What flips, where, and when.
+//! What is disturbed, where, and when.
 
+use std::iter;
 use std::ops::Range;
 
 use rand_pcg::{Pcg32, rand_core::Rng};
@@ -11,20 +12,33 @@ use crate::motion::Motion;
 /// deepest use of a run).
 const STACK_BYTES: u64 = 3 << 10;
 
-/// Instants of the flips, ms after power-on: the drive is enabled and moves.
+/// R0 to R15 and the program status.
+const REGISTERS: u64 = 17;
+
+/// Instants of the injections, ms after power-on: the drive is enabled and moves.
 const INSTANTS_MS: Range<u32> = 300..1500;
 
-/// A kind of memory.
+/// Instructions in four control periods of a moving drive, about: an injection into the core
+/// follows its instant after up to so many, so that it meets an instruction as often as that is
+/// executed.
+const INSTRUCTIONS: u32 = 100_000;
+
+/// Where an injection is made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Memory {
-    /// Variables and the part of the stack that is used.
+pub enum Place {
+    /// A bit of variables or of the part of the stack that is used.
     Ram,
-    /// Vectors, code and constants in the flash.
+    /// A bit of vectors, code or constants in the flash.
     Code,
+    /// A bit of R0 to R15 or of the flags.
+    Registers,
+    /// An instruction, which is skipped.
+    Instruction,
 }
 
-impl Memory {
-    /// Its address ranges in this program. The capture buffer is not a part: it is a recording.
+impl Place {
+    /// Its address ranges in this program; of the registers, four bytes each. The capture buffer is
+    /// not a part: it is a recording.
     ///
     /// # Errors
     /// The ELF file lacks a symbol.
@@ -33,6 +47,8 @@ impl Memory {
             names.iter().map(|name| firmware.section(name)).collect()
         };
         Ok(match self {
+            Self::Registers => iter::once(0..4 * REGISTERS).collect(),
+            Self::Instruction => iter::once(0..1).collect(),
             Self::Code => sections(&[".vector_table", ".text", ".rodata"]),
             Self::Ram => {
                 let capture = firmware.symbol_containing("capture_buffer")?;
@@ -55,35 +71,37 @@ impl Memory {
     }
 }
 
-/// A bit flip, and the motion that it disturbs.
+/// An injection, and the motion that it disturbs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Flip {
+pub struct Injection {
     /// Number of the experiment.
     pub number: u64,
-    /// The kind of memory.
-    pub memory: Memory,
-    /// Address of the byte.
+    /// Where.
+    pub place: Place,
+    /// Address of the byte; of a register, four times its number and the byte in it.
     pub address: u64,
     /// The bit, 0 to 7.
     pub bit: u8,
     /// Instant after power-on, ms.
     pub at_ms: u32,
+    /// Instructions of the core after that instant, for an injection into the core.
+    pub instructions: u32,
     /// The motion.
     pub motion: Motion,
 }
 
-impl Flip {
-    /// The flip of this number of the campaign with this seed, uniform over all bits of the ranges.
+impl Injection {
+    /// The injection of this number of the campaign with this seed, uniform over all bits of the ranges.
     ///
     /// # Panics
     /// If the ranges are empty.
-    pub fn draw(seed: u64, number: u64, memory: Memory, ranges: &[Range<u64>]) -> Self {
-        // The streams of the two kinds differ.
-        let mut random = Pcg32::new(seed, number << 1 | u64::from(memory == Memory::Code));
+    pub fn draw(seed: u64, number: u64, place: Place, ranges: &[Range<u64>]) -> Self {
+        // The streams of the places differ.
+        let mut random = Pcg32::new(seed, number << 2 | place as u64);
         let mut below =
             |limit: u32| ((u64::from(random.next_u32()) * u64::from(limit)) >> 32) as u32;
         let bytes: u64 = ranges.iter().map(|range| range.end - range.start).sum();
-        assert!(bytes > 0, "there is memory");
+        assert!(bytes > 0, "the place has bits");
         let mut offset = u64::from(below(bytes as u32));
         let mut address = 0;
         for range in ranges {
@@ -96,11 +114,12 @@ impl Flip {
         }
         Self {
             number,
-            memory,
+            place,
             address,
             bit: below(8) as u8,
             at_ms: INSTANTS_MS.start + below(INSTANTS_MS.end - INSTANTS_MS.start),
             motion: Motion::ALL[below(Motion::ALL.len() as u32) as usize],
+            instructions: below(INSTRUCTIONS),
         }
     }
 }
@@ -112,11 +131,13 @@ mod tests {
     #[test]
     fn flips_repeat_by_seed_and_number_and_reach_every_range() {
         let ranges = [0x100..0x110, 0x800..0x810];
-        let draw = |number| Flip::draw(7, number, Memory::Ram, &ranges);
-        let flips: Vec<Flip> = (0..100).map(draw).collect();
-        assert_eq!(flips, (0..100).map(draw).collect::<Vec<_>>());
+        let draw = |number| Injection::draw(7, number, Place::Ram, &ranges);
+        let injections: Vec<Injection> = (0..100).map(draw).collect();
+        assert_eq!(injections, (0..100).map(draw).collect::<Vec<_>>());
         for range in &ranges {
-            let within = flips.iter().filter(|flip| range.contains(&flip.address));
+            let within = injections
+                .iter()
+                .filter(|injection| range.contains(&injection.address));
             // 50 of 100 are expected; 25 are five standard deviations less.
             assert!(within.count() > 25);
         }
