@@ -8,7 +8,7 @@ use std::{env, fs};
 const KEY: &str = "ACTUATOR_PUBLIC_KEY";
 
 /// Bytes of flash for the bootloader: sectors 0 and 1.
-const SIZE: &str = "32K";
+const SIZE: u32 = 32 << 10;
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
@@ -25,21 +25,12 @@ fn main() {
         None => own_key(),
     };
     fs::write(folder.join("key.rs"), key).expect("the folder is cargo's");
-    fs::write(folder.join("memory.x"), memory()).expect("the folder is cargo's");
-    println!("cargo::rustc-link-search={}", folder.display());
+    let manifest = env::var("CARGO_MANIFEST_DIR").unwrap_or_default();
+    println!("cargo::rustc-link-search={manifest}/..");
+    println!("cargo::rustc-link-arg-bins=--defsym=_flash_size={SIZE:#x}");
     for argument in ["--nmagic", "-Tlink.x"] {
         println!("cargo::rustc-link-arg-bins={argument}");
     }
-}
-
-/// The memories of `memory.x`, with as much flash as the bootloader has.
-fn memory() -> String {
-    let map = fs::read_to_string("../memory.x").expect("memory.x is in the workspace folder");
-    let (memories, _) = map.split_once("SECTIONS").expect("memory.x has sections");
-    let (before, flash) = memories.split_once("FLASH :").expect("memory.x has FLASH");
-    let (line, after) = flash.split_once('\n').expect("the line of FLASH ends");
-    let (origin, _) = line.split_once("LENGTH").expect("FLASH has a length");
-    format!("{before}FLASH :{origin}LENGTH = {SIZE}\n{after}")
 }
 
 /// The public key that the environment names, as an expression.

@@ -1,7 +1,7 @@
 //! Which images may be installed, and which may run.
 
 use crate::{
-    flash::Flash,
+    flash::ReadFlash,
     header::{CRC, HEADER_SIZE, Header, Version},
     layout::Region,
     signature::{Verifier, image_hash},
@@ -64,7 +64,7 @@ impl Policy {
 /// # Errors
 /// Why it may not.
 pub fn acceptable(
-    flash: &impl Flash,
+    flash: &impl ReadFlash,
     region: &Region,
     capacity: u32,
     policy: &Policy,
@@ -84,7 +84,7 @@ pub fn acceptable(
 
 /// The header of the image in a region whose header and program have their CRC. The bootloader
 /// alone writes the slot, after it has checked the signature: a start needs no more than this.
-pub fn whole(flash: &impl Flash, region: &Region) -> Option<Header> {
+pub fn whole(flash: &impl ReadFlash, region: &Region) -> Option<Header> {
     let header = header_of(flash, region)?;
     let capacity = region.size().saturating_sub(HEADER_SIZE);
     if header.length > capacity {
@@ -95,10 +95,10 @@ pub fn whole(flash: &impl Flash, region: &Region) -> Option<Header> {
 }
 
 /// The header in a region, whose program is not checked.
-pub fn header_of(flash: &impl Flash, region: &Region) -> Option<Header> {
+pub fn header_of(flash: &impl ReadFlash, region: &Region) -> Option<Header> {
     Header::read(flash.bytes(region.start(), HEADER_SIZE))
 }
 
-fn program<'a>(flash: &'a impl Flash, region: &Region, length: u32) -> &'a [u8] {
+fn program<'a>(flash: &'a impl ReadFlash, region: &Region, length: u32) -> &'a [u8] {
     flash.bytes(region.start().saturating_add(HEADER_SIZE), length)
 }

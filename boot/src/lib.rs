@@ -25,6 +25,7 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod background;
 mod check;
 mod flash;
 mod header;
@@ -38,7 +39,7 @@ mod tests;
 pub mod waiting;
 
 pub use check::{Policy, Refusal, acceptable, header_of, whole};
-pub use flash::{Flash, FlashError};
+pub use flash::{Flash, FlashError, PolledFlash, ReadFlash};
 pub use header::{HEADER_SIZE, Header, SIGNED, Version};
 pub use install::{Bootloader, Cause, Decision, MAXIMUM_STARTS};
 pub use record::{Bus, Outcome, Phase, State};

@@ -9,13 +9,13 @@
 //! that was decided by a record that no loss of power has touched.
 
 use crate::{
-    flash::{Flash, FlashError},
+    flash::{Flash, FlashError, ReadFlash},
     layout::Sector,
     record::{FORMAT, FORMAT_OFFSET, SIZE, State, WORDS},
 };
 
 /// Attempts to append a record, each in the next place.
-const ATTEMPTS: usize = 4;
+pub(crate) const ATTEMPTS: usize = 4;
 
 /// The newest record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -40,7 +40,7 @@ pub struct Place {
 }
 
 /// The newest record; `None` if there is none.
-pub fn newest(flash: &impl Flash, sectors: &[Sector; 2]) -> Option<Newest> {
+pub fn newest(flash: &impl ReadFlash, sectors: &[Sector; 2]) -> Option<Newest> {
     let mut newest: Option<Newest> = None;
     for (number, sector) in sectors.iter().enumerate() {
         // Most places are erased: the first look is at one word.
@@ -63,7 +63,7 @@ pub fn newest(flash: &impl Flash, sectors: &[Sector; 2]) -> Option<Newest> {
 }
 
 /// Where the record after the newest one goes.
-pub fn next(flash: &impl Flash, sectors: &[Sector; 2]) -> Place {
+pub fn next(flash: &impl ReadFlash, sectors: &[Sector; 2]) -> Place {
     let [first, second] = sectors;
     let newest = newest(flash, sectors);
     // A record that was cut off may read right at a later start. It has the number behind that of
@@ -125,7 +125,7 @@ fn write(flash: &mut impl Flash, place: &Place, words: [u32; WORDS]) -> Result<(
 }
 
 /// Number of places behind the newest record, in its sector, that are not erased.
-fn passed_over(flash: &impl Flash, sectors: &[Sector; 2], newest: &Newest) -> u32 {
+fn passed_over(flash: &impl ReadFlash, sectors: &[Sector; 2], newest: &Newest) -> u32 {
     let Some(sector) = sectors.get(newest.sector) else {
         return 0;
     };
@@ -134,7 +134,7 @@ fn passed_over(flash: &impl Flash, sectors: &[Sector; 2], newest: &Newest) -> u3
 }
 
 /// The first place behind the last one that is not erased; `None` if the sector is full.
-fn free(flash: &impl Flash, sector: &Sector) -> Option<u32> {
+fn free(flash: &impl ReadFlash, sector: &Sector) -> Option<u32> {
     let is_used = |address: &u32| record(flash, *address) != [u32::MAX; WORDS];
     let free = match places(sector).rev().find(is_used) {
         Some(last) => last.saturating_add(SIZE),
@@ -149,7 +149,7 @@ fn places(sector: &Sector) -> impl DoubleEndedIterator<Item = u32> {
     (0..sector.size / SIZE).map(move |number| start.saturating_add(number * SIZE))
 }
 
-fn record(flash: &impl Flash, address: u32) -> [u32; WORDS] {
+pub(crate) fn record(flash: &impl ReadFlash, address: u32) -> [u32; WORDS] {
     let mut words = [0; WORDS];
     for (offset, word) in (0..).step_by(4).zip(&mut words) {
         *word = flash.word(address.saturating_add(offset));

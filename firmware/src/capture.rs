@@ -164,6 +164,21 @@ impl<'a> Capture<'a> {
         }
     }
 
+    /// Lends the buffer, unless a recording waits or runs; what was recorded is lost. Until
+    /// [`Capture::take_back`] a capture has room for no record.
+    pub fn lend(&mut self) -> Option<&'a mut [i32]> {
+        if matches!(self.phase, Phase::Armed | Phase::Running) {
+            return None;
+        }
+        (self.capacity, self.count, self.phase) = (0, 0, Phase::Idle);
+        Some(core::mem::take(&mut self.buffer))
+    }
+
+    /// Takes the buffer back.
+    pub fn take_back(&mut self, buffer: &'a mut [i32]) {
+        self.buffer = buffer;
+    }
+
     /// Its state.
     pub fn phase(&self) -> Phase {
         self.phase

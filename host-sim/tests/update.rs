@@ -7,10 +7,13 @@ use std::time::Duration;
 use bootloader::layout::STM32F427;
 use bootloader::waiting::{DICTIONARY, Waiting};
 use bootloader::{
-    ACTUATOR_BOARD, Bootloader, DEVELOPMENT_KEY, Flash, FlashError, Header, Key, Version,
+    ACTUATOR_BOARD, Bootloader, DEVELOPMENT_KEY, Flash, FlashError, Header, Key, Outcome, Policy,
+    ReadFlash, Version,
 };
 use canopen::{CanFrame, Node, NodeId};
 use embedded_can::Frame;
+use firmware::application::Start;
+use firmware::drive::{Device, Slots, StoredParameters, UpdateOrder};
 use host_sim::can::link::Link;
 use host_sim::can::update::{UpdateError, update};
 use program_image::signed::{Description, development_key, sign};
@@ -21,12 +24,14 @@ struct Memory(Vec<u8>);
 /// Its first address.
 const BASE: u32 = 0x0800_0000;
 
-impl Flash for Memory {
+impl ReadFlash for Memory {
     fn bytes(&self, address: u32, length: u32) -> &[u8] {
         let start = (address - BASE) as usize;
         &self.0[start..start + length as usize]
     }
+}
 
+impl Flash for Memory {
     fn erase(&mut self, sector: u8) -> Result<(), FlashError> {
         let regions = [STM32F427.slot, STM32F427.staging, STM32F427.backup];
         let sectors = regions.into_iter().flat_map(|region| region.sectors);
@@ -48,17 +53,51 @@ impl Flash for Memory {
     }
 }
 
-/// A board that waits for an image, on a bus that loses every so many frames.
+/// What runs on a board.
+enum Running {
+    Bootloader(Node<0, 0>, Waiting<'static, Memory, Key>),
+    Program(Box<Device<'static>>),
+}
+
+/// A board on a bus that loses every so many frames.
 struct Board {
-    node: Node<0, 0>,
-    waiting: Waiting<'static, Memory, Key>,
+    running: Running,
+    /// Identity of the program that runs after the installation.
+    next: u32,
+    /// The image that a program has staged.
+    staged: Vec<i32>,
     answers: VecDeque<CanFrame>,
     frames: usize,
     loses: usize,
+    now_us: u64,
+}
+
+/// Identity of the program before the update.
+const OLD: u32 = 7;
+
+/// A program of this identity behind a bootloader.
+fn program(identity: u32) -> Running {
+    let buffer = Box::leak(Box::new([0; 40 << 10]));
+    let (set, start) = (StoredParameters::DEFAULT, Start::default());
+    let mut device = Device::with_node_id(set, start, buffer, 0, NodeId::new(5));
+    let version = Version::parse("1.2.2").expect("a version");
+    device.drive.set_slots(Slots {
+        identity,
+        version,
+        policy: Policy {
+            hardware: ACTUATOR_BOARD,
+            floor: version,
+        },
+        capacity: STM32F427.slot.size(),
+        outcome: Outcome::None,
+        is_confirmed: true,
+    });
+    Running::Program(Box::new(device))
 }
 
 impl Board {
-    fn new(loses: usize) -> Self {
+    /// A board that waits for an image.
+    fn waiting(loses: usize, next: u32) -> Self {
         let flash = Box::leak(Box::new(Memory(vec![u8::MAX; 2 << 20])));
         let bootloader = Bootloader {
             flash,
@@ -68,12 +107,18 @@ impl Board {
         };
         let mut waiting = Waiting::new(bootloader, 1);
         let node = Node::new(&DICTIONARY, NodeId::new(5), &mut waiting, 0);
+        Self::of(Running::Bootloader(node, waiting), loses, next)
+    }
+
+    fn of(running: Running, loses: usize, next: u32) -> Self {
         let mut board = Self {
-            node,
-            waiting,
+            running,
+            next,
+            staged: Vec::new(),
             answers: VecDeque::new(),
             frames: 0,
             loses,
+            now_us: 0,
         };
         board.collect();
         board.answers.clear();
@@ -81,8 +126,37 @@ impl Board {
     }
 
     fn collect(&mut self) {
-        while let Some(frame) = self.node.transmit(&mut self.waiting) {
+        let mut next = || match &mut self.running {
+            Running::Bootloader(node, waiting) => node.transmit(waiting),
+            Running::Program(device) => device.transmit(),
+        };
+        while let Some(frame) = next() {
             self.answers.push_back(frame);
+        }
+    }
+
+    /// A control period; returns whether the board restarts.
+    fn step(&mut self) -> bool {
+        self.now_us += 4_000;
+        match &mut self.running {
+            Running::Bootloader(node, waiting) => {
+                node.tick(0, waiting);
+                waiting.is_requested()
+            }
+            Running::Program(device) => {
+                device.communicate(self.now_us);
+                let drive = &mut device.drive;
+                match drive.take_update() {
+                    Some(UpdateOrder::Stage { buffer, length }) => {
+                        self.staged = buffer[..length as usize / 4].to_vec();
+                        drive.staged(buffer, Ok(()));
+                    }
+                    Some(UpdateOrder::Install(_)) => drive.requested(true),
+                    Some(UpdateOrder::Confirm(_)) => drive.confirmed(true),
+                    None => {}
+                }
+                drive.step_update()
+            }
         }
     }
 }
@@ -97,19 +171,25 @@ impl Link for Board {
         if is_within && self.frames.is_multiple_of(self.loses) {
             return Ok(());
         }
-        self.node.receive(frame, 0, &mut self.waiting);
-        self.node.tick(0, &mut self.waiting);
-        self.collect();
-        if self.waiting.is_requested() {
-            let id = embedded_can::StandardId::new(0x705).expect("11 bits");
-            let boot_up = CanFrame::new(id, &[0]).expect("one byte");
-            self.answers.push_back(boot_up);
+        match &mut self.running {
+            Running::Bootloader(node, waiting) => node.receive(frame, 0, waiting),
+            Running::Program(device) => device.receive(frame, self.now_us),
         }
+        self.collect();
         Ok(())
     }
 
     fn receive(&mut self, _: Duration) -> io::Result<Option<CanFrame>> {
-        Ok(self.answers.pop_front())
+        for _ in 0..100 {
+            if self.step() {
+                self.running = program(self.next);
+            }
+            self.collect();
+            if let Some(answer) = self.answers.pop_front() {
+                return Ok(Some(answer));
+            }
+        }
+        Ok(None)
     }
 }
 
@@ -123,16 +203,51 @@ fn image(hardware: u32) -> Vec<u8> {
     sign(&program, &description, &development_key())
 }
 
-/// Loads an image into a board; returns the bytes that were confirmed one after the other.
+/// Loads an image into a board that waits for one; returns the bytes that were confirmed one after
+/// the other.
 fn load(image: &[u8], loses: usize) -> Result<Vec<usize>, UpdateError> {
     let header = Header::read(image).expect("an image");
     let mut confirmed = Vec::new();
-    let mut board = Board::new(loses);
+    let mut board = Board::waiting(loses, header.identity());
     update(&mut board, 5, (&header, image), &mut |bytes| {
         confirmed.push(bytes)
     })?;
-    assert!(board.waiting.is_requested());
+    assert!(matches!(board.running, Running::Program(_)));
     Ok(confirmed)
+}
+
+/// Loads an image into a program that drives, after which the program of this identity runs.
+fn replace(image: &[u8], next: u32) -> Result<Vec<i32>, UpdateError> {
+    let header = Header::read(image).expect("an image");
+    let mut board = Board::of(program(OLD), usize::MAX, next);
+    update(&mut board, 5, (&header, image), &mut |_| {})?;
+    Ok(board.staged)
+}
+
+#[test]
+fn a_program_that_runs_takes_the_image_of_the_next_one() {
+    let image = image(ACTUATOR_BOARD);
+    let identity = Header::read(&image).expect("an image").identity();
+    let staged = replace(&image, identity).expect("the image fits");
+    let bytes: Vec<u8> = staged.iter().flat_map(|word| word.to_le_bytes()).collect();
+    assert_eq!(bytes, image);
+    let rolled_back = replace(&image, OLD);
+    assert!(
+        matches!(rolled_back, Err(UpdateError::RolledBack(5))),
+        "{rolled_back:?}"
+    );
+}
+
+#[test]
+fn a_program_without_a_bootloader_takes_no_image() {
+    let image = image(ACTUATOR_BOARD);
+    let header = Header::read(&image).expect("an image");
+    let mut board = Board::of(program(0), usize::MAX, 0);
+    let refused = update(&mut board, 5, (&header, &image), &mut |_| {});
+    assert!(
+        matches!(refused, Err(UpdateError::NoBootloader(5))),
+        "{refused:?}"
+    );
 }
 
 #[test]

@@ -20,5 +20,6 @@ mod safe_motion;
 mod same_trace;
 mod second_chip;
 mod update;
+mod whole_update;
 mod wiring;
 mod worst_case;

@@ -5,7 +5,7 @@
 
 use core::{ptr, slice};
 
-use bootloader::{Flash, FlashError};
+use bootloader::{Flash, FlashError, ReadFlash};
 use stm32f4xx_hal::pac::FLASH;
 
 /// Parallelism of 32 bits, at 2.7 to 3.6 V (RM0090, table 13).
@@ -49,7 +49,7 @@ impl BlockingFlash {
     }
 }
 
-impl Flash for BlockingFlash {
+impl ReadFlash for BlockingFlash {
     fn bytes(&self, address: u32, length: u32) -> &[u8] {
         let start = ptr::with_exposed_provenance(address as usize);
         // SAFETY: the callers stay within the layout, which is flash throughout. It changes only
@@ -61,7 +61,9 @@ impl Flash for BlockingFlash {
         // SAFETY: as above, and the address is aligned.
         unsafe { ptr::read_volatile(ptr::with_exposed_provenance(address as usize)) }
     }
+}
 
+impl Flash for BlockingFlash {
     fn erase(&mut self, sector: u8) -> Result<(), FlashError> {
         self.unlock();
         // Sectors of bank 2, from 12 on, are numbered from 16 in the register (section 3.9.8).

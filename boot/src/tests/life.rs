@@ -1,5 +1,6 @@
 //! A board that is updated, with the supply cut here and there: what runs after each start?
 
+use core::task::Poll;
 use std::{format, string::String, vec::Vec};
 
 use super::{
@@ -7,11 +8,11 @@ use super::{
     model::{Model, PARAMETERS, SMALL},
 };
 use crate::{
-    flash::{Flash, FlashError},
+    background::{Appending, Staging, header_in},
+    flash::{FlashError, ReadFlash},
     header::HEADER_SIZE,
     install::{Bootloader, Cause, Decision},
-    log,
-    record::{Outcome, Phase},
+    record::{Outcome, Phase, State},
 };
 
 /// Starts after which an update has ended, with a few to spare: one for the request, four for a
@@ -107,7 +108,7 @@ impl Update {
             (true, false) => Err("the old image is on trial".into()),
             (true, true) if self.program == NewProgram::Works => {
                 let confirmed = state.confirm(header(&self.new).version);
-                let _ = log::append(flash, &SMALL.records, &confirmed);
+                let _ = append(flash, confirmed);
                 Ok(false)
             }
             (true, true) => Ok(false),
@@ -134,22 +135,16 @@ impl Update {
         }
     }
 
-    /// Writes the new image to the staging area and requests its installation.
+    /// Writes the new image to the staging area and requests its installation, as the program does.
     fn update(&self, flash: &mut Model) -> Result<(), FlashError> {
-        for sector in SMALL.staging.sectors {
-            flash.erase(sector.number)?;
-        }
-        for (offset, word) in (0..).step_by(4).zip(self.new.chunks(4)) {
-            let word = u32::from_le_bytes(word.try_into().expect("whole words"));
-            if word != u32::MAX {
-                flash.program(SMALL.staging.start() + offset, word)?;
-            }
-        }
-        match self.bootloader(flash).request() {
-            Ok(written) => written,
-            // The supply was cut.
-            Err(_) => Err(FlashError),
-        }
+        let (words, _) = self.new.as_chunks::<4>();
+        let image: Vec<i32> = words.iter().map(|word| i32::from_le_bytes(*word)).collect();
+        let mut staging = Staging::new(SMALL.staging, self.new.len() as u32);
+        let staged = repeated(|| staging.poll(flash, &image));
+        staged.map_err(|_| FlashError)?;
+        let state = self.bootloader(flash).state();
+        let header = header_in(&image).ok_or(FlashError)?;
+        append(flash, state.request(header.identity()))
     }
 
     /// Checks what must hold at the end.
@@ -170,6 +165,21 @@ impl Update {
             return Err("the parameters have changed".into());
         }
         Ok(())
+    }
+}
+
+/// The program appends a record.
+fn append(flash: &mut Model, state: State) -> Result<(), FlashError> {
+    let mut appending = Appending::new(state);
+    repeated(|| appending.poll(flash, &SMALL.records))
+}
+
+/// Calls until the result is there, as the program does.
+pub fn repeated<T>(mut poll: impl FnMut() -> Poll<T>) -> T {
+    loop {
+        if let Poll::Ready(ended) = poll() {
+            return ended;
+        }
     }
 }
 

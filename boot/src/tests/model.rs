@@ -1,11 +1,12 @@
 //! A model of the flash whose supply can be cut in any operation.
 
+use core::task::Poll;
 use std::{vec, vec::Vec};
 
 use rand_pcg::{Pcg32, rand_core::Rng};
 
 use crate::{
-    flash::{Flash, FlashError},
+    flash::{Flash, FlashError, PolledFlash, ReadFlash},
     layout::{Layout, Region, Sector},
 };
 
@@ -71,7 +72,13 @@ pub struct Model {
     is_off: bool,
     /// Operations since the model was made.
     pub operations: u64,
+    /// How the last operation that nobody waits for has ended, and for how many polls it goes on.
+    ended: Result<(), FlashError>,
+    busy: u8,
 }
+
+/// Polls for which an operation goes on.
+const BUSY: u8 = 2;
 
 impl Model {
     /// An erased flash with random parameters.
@@ -86,6 +93,8 @@ impl Model {
             cut: None,
             is_off: false,
             operations: 0,
+            ended: Ok(()),
+            busy: 0,
         }
     }
 
@@ -116,6 +125,8 @@ impl Model {
     /// Power-on: words whose operation was interrupted read anew.
     pub fn power_on(&mut self) {
         self.is_off = false;
+        self.ended = Ok(());
+        self.busy = 0;
         for index in 0..self.unstable.len() {
             let Unstable { at, before, after } = self.unstable[index];
             let chance = self.random.next_u32();
@@ -188,11 +199,13 @@ impl Model {
     }
 }
 
-impl Flash for Model {
+impl ReadFlash for Model {
     fn bytes(&self, address: u32, length: u32) -> &[u8] {
         &self.bytes[address as usize..(address + length) as usize]
     }
+}
 
+impl Flash for Model {
     fn erase(&mut self, sector: u8) -> Result<(), FlashError> {
         let regions = [SMALL.slot, SMALL.staging, SMALL.backup];
         let sectors = regions.into_iter().flat_map(|region| region.sectors);
@@ -206,6 +219,30 @@ impl Flash for Model {
         let at = address as usize;
         assert!(!PARAMETERS.contains(&at), "{at:#x}");
         self.operate(at..at + 4, |held| held & word)
+    }
+}
+
+impl PolledFlash for Model {
+    fn start_erase(&mut self, sector: u8) {
+        assert_eq!(self.busy, 0, "an operation goes on");
+        self.ended = self.erase(sector);
+        self.busy = BUSY;
+    }
+
+    fn start_program(&mut self, address: u32, word: u32) {
+        assert_eq!(self.busy, 0, "an operation goes on");
+        self.ended = self.program(address, word);
+        self.busy = BUSY;
+    }
+
+    fn ended(&mut self) -> Poll<Result<(), FlashError>> {
+        match self.busy.checked_sub(1) {
+            Some(busy) => {
+                self.busy = busy;
+                Poll::Pending
+            }
+            None => Poll::Ready(self.ended),
+        }
     }
 }
 

@@ -14,6 +14,7 @@ use super::{
 use crate::{
     check::Refusal,
     flash::Flash,
+    flash::ReadFlash,
     header::{CRC, HEADER_SIZE, Header, Version},
     install::{Bootloader, Cause, Decision},
     log,

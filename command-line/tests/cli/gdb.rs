@@ -8,10 +8,14 @@ use std::{
     time::Duration,
 };
 
+use bootloader::{HEADER_SIZE, layout::STM32F427};
 use cross_build::board_elf;
 
-/// Vector of the interrupt of the control step, DMA2 stream 0 (RM0090, table 62: position 56).
-const CONTROL_VECTOR: u32 = 0x0800_0000 + 4 * (16 + 56);
+/// Vector of the interrupt of the control step, DMA2 stream 0 (RM0090, table 62: position 56), in the
+/// program of the slot.
+fn control_vector() -> u32 {
+    STM32F427.slot.start() + HEADER_SIZE + 4 * (16 + 56)
+}
 
 /// A debugger at the program's port.
 struct Debugger {
@@ -67,7 +71,7 @@ fn board(seconds: &str) -> (Child, BufReader<std::process::ChildStderr>, Debugge
 fn a_debugger_stops_the_board_in_its_control_step_reads_it_and_continues_it() {
     let (mut child, mut said, mut debugger) = board("0.1");
     assert!(debugger.ask("?").starts_with(['S', 'T']));
-    let vector = debugger.ask(&format!("m{CONTROL_VECTOR:x},4"));
+    let vector = debugger.ask(&format!("m{:x},4", control_vector()));
     // The lowest bit marks Thumb code.
     let handler = Debugger::word(&vector) & !1;
     assert_eq!(debugger.ask(&format!("Z1,{handler:x},2")), "OK");

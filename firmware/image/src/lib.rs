@@ -8,6 +8,7 @@
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
+pub mod flashing;
 pub mod signed;
 
 use std::path::{Path, PathBuf};

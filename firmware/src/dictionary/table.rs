@@ -7,7 +7,7 @@ use super::Location;
 use crate::parameters::{ObjectValue, Parameter};
 
 /// Each entry, and where its value lives.
-pub(super) const OBJECTS: [(Entry, Location); 340] = [
+pub(super) const OBJECTS: [(Entry, Location); 348] = [
     (Entry::new(0x1000, 0, DataType::U32, Access::Const).value(0x20192), Location::Server),
     (Entry::new(0x1001, 0, DataType::U8, Access::Read).mappable(Mapping::Transmit), Location::Server),
     (Entry::new(0x1002, 0, DataType::U32, Access::Read).mappable(Mapping::Transmit), Location::Measured(Measured::LatchedFaults)),
@@ -167,6 +167,14 @@ pub(super) const OBJECTS: [(Entry, Location); 340] = [
     (Entry::new(0x1A03, 6, DataType::U32, Access::ReadWrite), Location::Communication(114)),
     (Entry::new(0x1A03, 7, DataType::U32, Access::ReadWrite), Location::Communication(115)),
     (Entry::new(0x1A03, 8, DataType::U32, Access::ReadWrite), Location::Communication(116)),
+    (Entry::new(0x1F50, 0, DataType::U8, Access::Const).value(1), Location::Server),
+    (Entry::new(0x1F50, 1, DataType::Domain, Access::Write), Location::Server),
+    (Entry::new(0x1F51, 0, DataType::U8, Access::Const).value(1), Location::Server),
+    (Entry::new(0x1F51, 1, DataType::U8, Access::ReadWrite).value(1).limits(&Limits::unsigned(1, 1)).guarded(), Location::Command(DriveCommand::ProgramControl)),
+    (Entry::new(0x1F56, 0, DataType::U8, Access::Const).value(1), Location::Server),
+    (Entry::new(0x1F56, 1, DataType::U32, Access::Read), Location::Measured(Measured::ProgramIdentity)),
+    (Entry::new(0x1F57, 0, DataType::U8, Access::Const).value(1), Location::Server),
+    (Entry::new(0x1F57, 1, DataType::U32, Access::Read), Location::Measured(Measured::FlashStatus)),
     (Entry::new(0x1F80, 0, DataType::U32, Access::ReadWrite).value(0x4), Location::Communication(117)),
     (Entry::new(0x2000, 0, DataType::U8, Access::ReadWrite).limits(&Limits::unsigned(0, 1)), Location::Command(DriveCommand::CommandSource)),
     (Entry::new(0x2001, 0, DataType::U8, Access::Const).value(8), Location::Server),
@@ -371,6 +379,8 @@ pub(super) const RELATIONS: &[Relation] = &[
 /// A value that is read and written by code of the drive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DriveCommand {
+    /// 1F51h:01 Program control: Program 1.
+    ProgramControl,
     /// 2000h Command source.
     CommandSource,
     /// 2020h:01 Excitation generator: Control.
@@ -396,6 +406,10 @@ pub enum Measured {
     LatchedFaults,
     /// 1018h:04 Identity object: Serial number.
     SerialNumber,
+    /// 1F56h:01 Program software identification: Program 1.
+    ProgramIdentity,
+    /// 1F57h:01 Flash status identification: Program 1.
+    FlashStatus,
     /// 2001h:01 RC PWM input: Pulse width.
     PulseWidthUs,
     /// 2001h:02 RC PWM input: Status.

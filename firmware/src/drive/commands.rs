@@ -53,6 +53,8 @@ impl Drive<'_> {
             DriveCommand::CommandSource => self.application.selected_source() as u64,
             DriveCommand::ExcitationControl => self.measured(Measured::ExcitationStatus),
             DriveCommand::CaptureControl => u64::from(matches!(self.capture.phase() as u8, 1 | 2)),
+            // The program is running.
+            DriveCommand::ProgramControl => 1,
             DriveCommand::Controlword => u64::from(commands.controlword),
             DriveCommand::Mode => signed(i32::from(commands.mode)),
             DriveCommand::TargetPosition => signed(commands.target_position_mdeg),
@@ -73,6 +75,7 @@ impl Drive<'_> {
             DriveCommand::ExcitationControl => return self.start_excitation(),
             DriveCommand::CaptureControl if value == 0 => self.capture.stop(),
             DriveCommand::CaptureControl => self.arm_capture(),
+            DriveCommand::ProgramControl => return self.install(),
             DriveCommand::Controlword => commands.controlword = value as u16,
             DriveCommand::Mode => {
                 let mode = value as i8;

@@ -101,6 +101,8 @@ impl Drive<'_> {
             Measured::ResetCause => board.reset_cause as u64,
             Measured::StarvedPeriods => u64::from(board.starved_periods),
             Measured::SerialNumber => u64::from(board.serial_number),
+            Measured::ProgramIdentity => u64::from(self.program_identity()),
+            Measured::FlashStatus => u64::from(self.flash_status()),
         }
     }
 

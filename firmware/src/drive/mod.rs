@@ -40,6 +40,7 @@ mod store;
 mod stored;
 #[cfg(test)]
 mod tests;
+mod update;
 
 use canopen::cia402::Axis;
 
@@ -47,6 +48,7 @@ pub use device::{Device, RPDOS, TPDOS};
 pub use emergency::emergency_frame;
 pub use measured::Diagnostics;
 pub use stored::StoredParameters;
+pub use update::{Slots, StageError, UpdateOrder};
 
 use crate::{
     application::{Application, BoardState, CommandSource, Outputs, Samples, Start},
@@ -61,6 +63,7 @@ use failsafe::Failsafe;
 use model::MotorModel;
 use motion::Motion;
 use store::ParameterStore;
+use update::Update;
 
 /// The ripple of the current in the motor that these values describe.
 fn ripple(values: &ObjectValues) -> Ripple {
@@ -80,6 +83,7 @@ pub struct Drive<'a> {
     failsafe: Failsafe,
     model: MotorModel,
     store: ParameterStore,
+    update: Update<'a>,
     /// Faults that the drive detects itself: missing commands, and a refused enable.
     own: FaultSet,
     /// Control periods since the last servo pulse.
@@ -117,6 +121,7 @@ impl<'a> Drive<'a> {
             failsafe: Failsafe::default(),
             model: MotorModel::default(),
             store: ParameterStore::new(stored),
+            update: Update::NEW,
             values,
             own: FaultSet::EMPTY,
             pulse_age: u16::MAX,

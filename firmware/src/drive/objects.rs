@@ -13,6 +13,9 @@ use crate::{
     parameters::{BoardParameters, ObjectValue, Parameter},
 };
 
+/// Index of the program data.
+const PROGRAM_DATA: u16 = 0x1f50;
+
 impl Drive<'_> {
     /// Sets a parameter of the board if all parameters are valid with it.
     pub(super) fn set_parameter(&mut self, parameter: Parameter, word: u32) -> Result<(), Abort> {
@@ -118,8 +121,25 @@ impl canopen::Application for Drive<'_> {
         }
     }
 
-    fn domain_cancel(&mut self, _: Address) {
-        self.store.abandon();
+    /// Object 1F50h, the only DOMAIN that is written.
+    fn domain_begin(&mut self, _: Address, size: Option<u32>) -> Result<(), Abort> {
+        self.update.begin(&mut self.capture, size)
+    }
+
+    fn domain_write(&mut self, _: Address, offset: u32, data: &[u8]) -> Result<(), Abort> {
+        self.update.write(offset, data)
+    }
+
+    fn domain_end(&mut self, _: Address, size: u32) -> Poll<Result<(), Abort>> {
+        self.end_download(size)
+    }
+
+    fn domain_cancel(&mut self, address: Address) {
+        if address.index == PROGRAM_DATA {
+            self.update.cancel(&mut self.capture);
+        } else {
+            self.store.abandon();
+        }
     }
 
     fn stored(&mut self, address: Address) -> Option<u32> {

@@ -19,7 +19,7 @@ pub enum UpdateError {
     #[error("the bus: {0}")]
     Link(#[from] io::Error),
     /// The node takes no program.
-    #[error("node {0} has no bootloader: object 1F51h is not there")]
+    #[error("node {0} has no bootloader")]
     NoBootloader(u8),
     /// The image is for another device.
     #[error("the image is for hardware {image:#06x}, node {node} is {found:#06x}")]
@@ -39,6 +39,12 @@ pub enum UpdateError {
         /// Its flash status, object 1F57h:1.
         status: u32,
     },
+    /// The node has not written the image.
+    #[error("node {0} did not write the image within {limit} s", limit = STAGING.as_secs())]
+    NotStaged(u8),
+    /// The node runs another program than the one that it was given.
+    #[error("node {0} went back to its program before: the new one failed its self-test")]
+    RolledBack(u8),
     /// The node did not start again.
     #[error("node {0} did not start again within {limit} s", limit = RESTART.as_secs())]
     Silent(u8),
@@ -59,7 +65,8 @@ fn status_text(status: u32) -> &'static str {
     const WRITE_ERROR: u32 = FlashStatus::WriteError as u32;
     match status >> 1 & 0x7f {
         NO_VALID_PROGRAM => {
-            "it does not fit, is older than the program before, or is not signed by the right key"
+            "it does not fit, is damaged, is older than the program before, or is not signed by the \
+             right key"
         }
         WRITE_ERROR => "the flash cannot be written",
         _ => "for a reason that it does not tell",
@@ -69,14 +76,32 @@ fn status_text(status: u32) -> &'static str {
 /// The time in which a node installs an image and starts again.
 const RESTART: Duration = Duration::from_secs(30);
 
+/// The time in which a program that drives writes an image.
+const STAGING: Duration = Duration::from_secs(60);
+
+/// The time in which a new program confirms itself, or is rolled back.
+const TRIAL: Duration = Duration::from_secs(30);
+
+/// Time between two requests of the flash status.
+const POLL: Duration = Duration::from_millis(100);
+
 /// Identity of a node: its product code.
 const PRODUCT: (u16, u8) = (0x1018, 2);
 const PROGRAM_DATA: (u16, u8) = (0x1f50, 1);
 const PROGRAM_CONTROL: (u16, u8) = (0x1f51, 1);
+const PROGRAM_IDENTITY: (u16, u8) = (0x1f56, 1);
 const FLASH_STATUS: (u16, u8) = (0x1f57, 1);
 
-/// Loads an image into a node, has it installed, and waits for the boot-up of the node. `progress`
-/// is told how many bytes the node has.
+/// Bits of the flash status: the flash is being written, and the program is on trial.
+const BUSY: u32 = 1;
+const TRIAL_RUNS: u32 = 1 << 24;
+
+/// What 1F51h:1 reads of a program that runs, and not of a waiting bootloader.
+const STARTED: u32 = 1;
+
+/// Loads an image into a node, has it installed, and waits until the new program has confirmed
+/// itself. `progress` is told how many bytes the node has. A node that drives takes the image
+/// meanwhile; it is to be without power, and at rest, when the image is there.
 ///
 /// # Errors
 /// [`UpdateError`]. The node runs its program on, or waits for another image.
@@ -87,10 +112,13 @@ pub fn update(
     progress: &mut dyn FnMut(usize),
 ) -> Result<(), UpdateError> {
     let mut sdo = Sdo::new(link, node);
-    match number(&mut sdo, PROGRAM_CONTROL) {
+    let state = match number(&mut sdo, PROGRAM_CONTROL) {
         Err(SdoError::Abort { .. }) => return Err(UpdateError::NoBootloader(node)),
         other => other?,
     };
+    if state == STARTED && number(&mut sdo, PROGRAM_IDENTITY)? == 0 {
+        return Err(UpdateError::NoBootloader(node));
+    }
     let found = number(&mut sdo, PRODUCT)?;
     if found != header.hardware {
         let image = header.hardware;
@@ -100,11 +128,54 @@ pub fn update(
     if let Err(error) = loaded {
         return Err(why(&mut sdo, node).unwrap_or(error.into()));
     }
+    wait_for_staging(&mut sdo, node)?;
     let (index, sub) = PROGRAM_CONTROL;
     if let Err(error) = sdo.download(index, sub, &[1]) {
         return Err(why(&mut sdo, node).unwrap_or(error.into()));
     }
-    wait_for_boot_up(link, node)
+    wait_for_boot_up(link, node)?;
+    wait_for_confirmation(&mut Sdo::new(link, node), node, header)
+}
+
+/// Waits until the image is written.
+fn wait_for_staging(sdo: &mut Sdo<'_>, node: u8) -> Result<(), UpdateError> {
+    let end = Instant::now() + STAGING;
+    while Instant::now() < end {
+        let status = number(sdo, FLASH_STATUS)?;
+        if status & BUSY == 0 {
+            return if status >> 1 & 0x7f == 0 {
+                Ok(())
+            } else {
+                Err(UpdateError::Refused { node, status })
+            };
+        }
+        std::thread::sleep(POLL);
+    }
+    Err(UpdateError::NotStaged(node))
+}
+
+/// Waits until the program that runs is the one of this header, and confirmed. Starts in between
+/// leave a request without an answer.
+fn wait_for_confirmation(sdo: &mut Sdo<'_>, node: u8, header: &Header) -> Result<(), UpdateError> {
+    let end = Instant::now() + TRIAL;
+    while Instant::now() < end {
+        let (Ok(state), Ok(identity), Ok(status)) = (
+            number(sdo, PROGRAM_CONTROL),
+            number(sdo, PROGRAM_IDENTITY),
+            number(sdo, FLASH_STATUS),
+        ) else {
+            continue;
+        };
+        if state == STARTED && status & TRIAL_RUNS == 0 {
+            return if identity == header.identity() {
+                Ok(())
+            } else {
+                Err(UpdateError::RolledBack(node))
+            };
+        }
+        std::thread::sleep(POLL);
+    }
+    Err(UpdateError::Silent(node))
 }
 
 fn number(sdo: &mut Sdo<'_>, (index, sub): (u16, u8)) -> Result<u32, SdoError> {

@@ -4,6 +4,7 @@
 pub mod chain;
 pub mod comm;
 pub mod cuts;
+pub mod download;
 pub mod flips;
 pub mod frames;
 pub mod master;

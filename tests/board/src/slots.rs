@@ -4,8 +4,8 @@ use std::sync::OnceLock;
 
 use bootloader::layout::STM32F427;
 use bootloader::{ACTUATOR_BOARD, HEADER_SIZE, Header, State, Version};
-use cross_build::boot_elf;
-use program_image::signed::{Description, development_key, sign};
+use cross_build::{board_elf, boot_elf};
+use program_image::signed::{Description, development_key, sign, sign_elf};
 use virtual_board::flash::{EraseTimes, FlashTimes};
 use virtual_board::run::{Finished, Firmware, Options, Script, View, run};
 
@@ -71,12 +71,15 @@ pub fn program(mark: u32, padding: usize) -> Vec<u8> {
 /// # Panics
 /// If the version is none.
 pub fn image(program: &[u8], version: &str) -> Vec<u8> {
-    let description = Description {
+    sign(program, &description(version), &development_key())
+}
+
+fn description(version: &str) -> Description {
+    Description {
         hardware: ACTUATOR_BOARD,
         version: Version::parse(version).expect("a version"),
         replaces: None,
-    };
-    sign(program, &description, &development_key())
+    }
 }
 
 /// Contents of a board with an old image that runs, and a new one whose installation is requested.
@@ -110,4 +113,23 @@ pub fn slot_holds(view: &mut View<'_>, image: &[u8]) -> bool {
         .step_by(4)
         .zip(words)
         .all(|(address, word)| view.word(address) == Some(u32::from_le_bytes(*word)))
+}
+
+/// A signed image of the actuator's program, as it is flashed.
+///
+/// # Panics
+/// If the program does not build, or is not linked for the slot.
+pub fn actuator_image(version: &str) -> Vec<u8> {
+    sign_elf(board_elf(), &description(version), &development_key()).expect("linked for the slot")
+}
+
+/// Contents of a board whose confirmed image is this one.
+///
+/// # Panics
+/// If it is no image.
+pub fn installed(image: &[u8]) -> Vec<(u64, Vec<u8>)> {
+    let mut contents = requested(image, image);
+    contents.remove(1);
+    contents[1].1.truncate(32);
+    contents
 }

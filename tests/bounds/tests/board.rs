@@ -2,6 +2,7 @@
 
 use std::fs;
 
+use object::{Object, ObjectSymbol};
 use static_bounds::{Bounds, Error};
 
 /// Cycles from a PWM edge to the control step, in which the encoder is read: 38 us
@@ -33,6 +34,20 @@ fn for_all_inputs_the_control_step_ends_before_the_next_pwm_edge_and_the_stack_s
     let step = cycles_without_caches(&bounds, "DMA2_STREAM0");
     assert!(ENCODER_READ + step + frames < PWM_PERIOD, "{step}");
     assert!(bounds.stack.total() < STACK, "{:?}", bounds.stack);
+}
+
+/// The loops of the checksum have a bound each by the size of what they cover.
+#[test]
+fn the_device_is_not_larger_than_the_bounds_of_its_checksum_assume() {
+    let elf = fs::read(cross_build::board_elf()).unwrap();
+    let elf = object::File::parse(&*elf).unwrap();
+    let device = elf.symbols().find(|symbol| {
+        let name = symbol.name().unwrap_or_default();
+        name.contains("__rtic_internal_local_init_device")
+    });
+    let bytes = device.expect("the device has a symbol").size();
+    assert!(bytes <= 5_280, "{bytes}");
+    assert!(LOOPS.contains("at most 5,280 bytes"));
 }
 
 #[test]

@@ -57,7 +57,7 @@ impl Board for CommBoard {
     }
 
     fn targets(&mut self) -> Vec<Target<'_>> {
-        let spec = core::spec(&self.chip, COMM_CORE_HZ);
+        let spec = core::spec(&self.chip, COMM_CORE_HZ, None);
         spec.map(|spec| core::target(core::TARGET, &mut self.chip, spec, None, None))
             .into_iter()
             .collect()

@@ -27,16 +27,24 @@ pub(super) fn target<'a>(
 }
 
 /// The core of an STM32F427 as the emulator has it, with one instruction in each cycle of this
-/// clock.
-pub(crate) fn spec(chip: &Chip, clock_hz: u64) -> Option<CoreSpec> {
+/// clock, and its vector table at the start of the flash or elsewhere.
+pub(crate) fn spec(chip: &Chip, clock_hz: u64, vector_table: Option<u32>) -> Option<CoreSpec> {
     let windows = cpu::armv7m::windows(Mcu::bus(chip));
     let core = core(armv7m::Variant::M4, chip, clock_hz)?;
-    Some(core.spec_with_parts(&windows, armv7m::Fpu::FpV4Sp, armv7m::MpuRegions::Eight))
+    let mut config = armv7m::Config::new(core, &windows);
+    config.fpu = armv7m::Fpu::FpV4Sp;
+    config.mpu_regions = armv7m::MpuRegions::Eight;
+    config.vector_table = vector_table;
+    Some(config.spec())
 }
 
 /// The core of an STM32H743 as the emulator has it, with one instruction in each cycle of this
 /// clock.
-pub(crate) fn spec_h743(chip: &ChipH743, clock_hz: u64) -> Option<CoreSpec> {
+pub(crate) fn spec_h743(
+    chip: &ChipH743,
+    clock_hz: u64,
+    vector_table: Option<u32>,
+) -> Option<CoreSpec> {
     let windows = cpu::armv7m::windows(Mcu::bus(chip));
     let core = core(armv7m::Variant::M7, chip, clock_hz)?;
     let mut config = armv7m::Config::new(core, &windows);
@@ -44,9 +52,12 @@ pub(crate) fn spec_h743(chip: &ChipH743, clock_hz: u64) -> Option<CoreSpec> {
     config.mpu_regions = armv7m::MpuRegions::Sixteen;
     config.caches = Some(CACHES);
     // The option bytes have it start there as delivered (RM0433, table 9); the ITCM is at zero.
-    config.vector_table = Some(0x0800_0000);
+    config.vector_table = Some(vector_table.unwrap_or(FLASH));
     Some(config.spec())
 }
+
+/// Start of the flash.
+const FLASH: u32 = 0x0800_0000;
 
 /// What the cores of both chips have in common.
 fn core(variant: armv7m::Variant, chip: &impl Operate, clock_hz: u64) -> Option<armv7m::Core> {

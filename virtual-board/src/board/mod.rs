@@ -32,6 +32,9 @@ pub struct ActuatorBoard {
     pub chip: Box<dyn ActuatorChip>,
     /// Observes the core.
     pub observer: Option<SharedObserver>,
+    /// Where the core finds its vector table after a reset, if that is not the start of the flash: a
+    /// program that is linked for the slot of the bootloader runs without it.
+    pub vector_table: Option<u32>,
 }
 
 // A run starts from power-on: snapshots are not used.
@@ -68,6 +71,7 @@ impl ActuatorBoard {
         Ok(Self {
             chip,
             observer: None,
+            vector_table: None,
         })
     }
 
@@ -114,7 +118,7 @@ impl Board for ActuatorBoard {
 
     fn targets(&mut self) -> Vec<Target<'_>> {
         let observer = self.observer.clone();
-        let spec = self.chip.core();
+        let spec = self.chip.core(self.vector_table);
         let name = self.chip.name();
         let crc = self.chip.crc_remainder();
         let mcu: &mut dyn Mcu = self.chip.as_mut();

@@ -253,7 +253,7 @@ mod tests {
     #[test]
     fn the_state_after_a_reset_is_that_of_the_emulators_core() {
         let chip = Chip::try_new(None, FlashTimes::TYPICAL, 0).unwrap();
-        let plain = core::spec(&chip, CORE_HZ).unwrap().processor;
+        let plain = core::spec(&chip, CORE_HZ, None).unwrap().processor;
         let constructors = [plain.clone(), Resettable::constructor(plain, None, None)];
         let [expected, found] = constructors.map(|constructor| {
             let mut core = constructor(Endian::Little).unwrap();

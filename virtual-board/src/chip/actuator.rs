@@ -25,8 +25,9 @@ pub trait ActuatorChip: Mcu + Send + Debug {
     /// Clock of its core, Hz: one instruction in each cycle.
     fn core_hz(&self) -> u64;
 
-    /// Its core; `None` if its description is inconsistent.
-    fn core(&self) -> Option<CoreSpec>;
+    /// Its core, with its vector table at the start of the flash or elsewhere; `None` if its
+    /// description is inconsistent.
+    fn core(&self, vector_table: Option<u32>) -> Option<CoreSpec>;
 
     /// Address and size of its RAM, bytes.
     fn ram(&self) -> &'static [(u64, u64)];

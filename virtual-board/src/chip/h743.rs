@@ -167,8 +167,8 @@ impl ActuatorChip for ChipH743 {
         CORE_HZ
     }
 
-    fn core(&self) -> Option<CoreSpec> {
-        core::spec_h743(self, CORE_HZ)
+    fn core(&self, vector_table: Option<u32>) -> Option<CoreSpec> {
+        core::spec_h743(self, CORE_HZ, vector_table)
     }
 
     fn ram(&self) -> &'static [(u64, u64)] {

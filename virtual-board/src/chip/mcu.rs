@@ -173,8 +173,8 @@ impl ActuatorChip for Chip {
         CORE_HZ
     }
 
-    fn core(&self) -> Option<CoreSpec> {
-        core::spec(self, CORE_HZ)
+    fn core(&self, vector_table: Option<u32>) -> Option<CoreSpec> {
+        core::spec(self, CORE_HZ, vector_table)
     }
 
     fn ram(&self) -> &'static [(u64, u64)] {

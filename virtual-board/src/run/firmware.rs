@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 use object::{Object, ObjectSection, ObjectSymbol, SymbolKind};
 use rigless::image::Image;
 
+use crate::flash::BASE;
+
 /// Why an ELF file cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum FirmwareError {
@@ -114,6 +116,14 @@ impl Firmware {
         section.map_or(0..0, |section| {
             section.address()..section.address() + section.size()
         })
+    }
+
+    /// Address of the vector table, if it is not at the start of the flash.
+    pub(super) fn vector_table(&self) -> Option<u32> {
+        let table = self.section(".vector_table").start;
+        (table > BASE)
+            .then_some(table)
+            .and_then(|table| u32::try_from(table).ok())
     }
 
     /// Addresses of the first variable whose name contains this text, such as one whose full name

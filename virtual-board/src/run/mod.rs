@@ -97,6 +97,7 @@ pub fn run_with<S: Script + 'static>(
     let mut board =
         ActuatorBoard::try_new(options.chip, wire, options.flash_times, options.plant.seed)?;
     board.observer = attachments.observer;
+    board.vector_table = firmware.vector_table();
     let contents = options.contents.clone();
     let driver = Lockstep::try_new(firmware, options, script, attachments.bus)?;
     let until = VirtualNanos(driver.next_ns(0));

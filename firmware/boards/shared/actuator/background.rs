@@ -15,7 +15,10 @@ use super::{
     timing::CONTROL_RATE_HZ,
     watchdog_supervisor::report_alive,
 };
-use crate::board::diagnostics;
+use crate::{
+    board::diagnostics,
+    peripherals::{flash::Flash, updater::Updater},
+};
 
 /// Control periods between two reports of time and stack: 10 s.
 const REPORT_INTERVAL: u32 = 10 * CONTROL_RATE_HZ;
@@ -41,7 +44,9 @@ impl StepReport {
 /// Resources of the background task.
 pub struct Background {
     pub reports: Consumer<'static, StepReport, REPORT_QUEUE>,
+    pub flash: Flash,
     pub store: ParameterStore<StoredParameters>,
+    pub updater: Updater,
     pub save_results: Producer<'static, SaveResult<StoredParameters>, SINGLE>,
     pub log: StateLog,
     pub program_check: program_check::Check,
@@ -53,13 +58,26 @@ impl Background {
         while let Some(report) = self.reports.dequeue() {
             self.log.update(&report);
         }
-        if let Some(result) = self.store.run() {
-            // There is room: the device takes each result within a control period, and a save takes
-            // many.
-            let _ = self.save_results.enqueue(result);
-        }
+        self.write_flash();
         program_check::proceed(&mut self.program_check);
         report_alive(Task::Background);
+    }
+
+    /// Continues a save, or else an update. The flash executes one operation at a time: a save waits
+    /// for the operation of an update, and an update for the save.
+    fn write_flash(&mut self) {
+        let is_free = !(self.updater.is_working() && self.flash.is_started());
+        if is_free && let Some((is_saved, set)) = self.store.run(&mut self.flash) {
+            if is_saved {
+                self.updater.set_bus(&set.board.bus);
+            }
+            // There is room: the device takes each result within a control period, and a save takes
+            // many.
+            let _ = self.save_results.enqueue((is_saved, set));
+        }
+        if !self.store.is_running() {
+            self.updater.run(&mut self.flash);
+        }
     }
 }
 

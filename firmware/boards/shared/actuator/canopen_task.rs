@@ -4,7 +4,7 @@
 //! that the emulator counts their instructions and a debugger shows them.
 
 use canopen::{CanFrame, NodeId};
-use cortex_m::peripheral::DWT;
+use cortex_m::peripheral::{DWT, SCB};
 use drivers::{
     bridge::Bridge as _,
     can::{AcceptedIds, TRANSMIT_QUEUE},
@@ -12,7 +12,7 @@ use drivers::{
 use embedded_can::{Frame as _, Id, StandardId};
 use firmware::{
     application::{Bridge as Command, Outputs, Samples},
-    drive::{Device, StoredParameters},
+    drive::{Device, StoredParameters, UpdateOrder},
     faults::Fault,
     timing::CALL_PERIODS,
 };
@@ -28,6 +28,7 @@ use super::{
     shutdown::Shutdown,
     timebase,
     timing::{CORE_HZ, CYCLES_PER_US, PWM_HZ, PWM_PERIOD_US, PWM_PERIODS},
+    update_result::UpdateResult,
     watchdog_supervisor::WatchdogSupervisor,
 };
 use crate::peripherals::{ActuatorBridge, Encoder, analog::Analog};
@@ -41,6 +42,10 @@ pub const REPORT_QUEUE: usize = 3;
 
 /// Length of a queue that holds one element.
 pub const SINGLE: usize = 2;
+
+/// Length of the capture buffer, words: 20 s of eight signals at 250 Hz. An image that is downloaded
+/// lies there until it is staged.
+pub const CAPTURE_WORDS: usize = 40 * 1024;
 
 /// Core cycles after which a call processes no further received frames. An ordinary frame takes
 /// 1,000 cycles: two calls process as many frames as a bus of 1 Mbit/s carries.
@@ -72,6 +77,8 @@ pub struct Queues {
     pub accepted_ids: Producer<'static, AcceptedIds, SINGLE>,
     pub to_save: Producer<'static, &'static mut StoredParameters, SINGLE>,
     pub save_results: Consumer<'static, SaveResult<StoredParameters>, SINGLE>,
+    pub to_update: Producer<'static, UpdateOrder<'static>, SINGLE>,
+    pub update_results: Consumer<'static, UpdateResult, SINGLE>,
 }
 
 /// Node, drive, and their connections to the other tasks.
@@ -279,6 +286,7 @@ impl CanopenTask {
         let now_us = self.time_us(period);
         communicate(self, now_us);
         self.exchange_with_store();
+        self.exchange_with_updater();
         self.update_controller();
         let node_id = self.device.get().node().node_id();
         self.node_id = node_id.map_or(0, NodeId::get);
@@ -334,6 +342,26 @@ impl CanopenTask {
             *memory = *set;
             // There is room: only one set is on its way.
             let _ = self.queues.to_save.enqueue(memory);
+        }
+    }
+
+    /// Sends orders of an update, takes their results, and restarts the processor for the bootloader.
+    fn exchange_with_updater(&mut self) {
+        let drive = &mut self.device.get().drive;
+        match self.queues.update_results.dequeue() {
+            Some(UpdateResult::Staged(buffer, result)) => drive.staged(buffer, result),
+            Some(UpdateResult::Confirmed(is_written)) => drive.confirmed(is_written),
+            Some(UpdateResult::Requested(is_written)) => drive.requested(is_written),
+            None => {}
+        }
+        if self.queues.to_update.ready()
+            && let Some(order) = drive.take_update()
+        {
+            // There is room.
+            let _ = self.queues.to_update.enqueue(order);
+        }
+        if drive.step_update() {
+            SCB::sys_reset();
         }
     }
 

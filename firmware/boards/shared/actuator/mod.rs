@@ -20,5 +20,6 @@ pub mod servo_pulse;
 pub mod shutdown;
 pub mod timebase;
 pub mod timing;
+pub mod update_result;
 pub mod watchdog_supervisor;
 pub mod window_watchdog;

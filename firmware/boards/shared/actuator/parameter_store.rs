@@ -14,33 +14,32 @@ const POLLS: usize = 200;
 /// Whether a set is saved, and its memory for the next one.
 pub type SaveResult<S> = (bool, &'static mut S);
 
-/// Flash pages of parameters, and the sets to be saved there.
+/// The sets to be saved in the flash pages of parameters.
 pub struct ParameterStore<S: Stored + 'static> {
     to_save: Consumer<'static, &'static mut S, SINGLE>,
-    flash: Flash,
     saver: Saver<S>,
     /// The set that is being saved.
     set: Option<&'static mut S>,
 }
 
 impl<S: Stored> ParameterStore<S> {
-    /// A store with the parameters loaded from this flash.
-    pub fn new(
-        to_save: Consumer<'static, &'static mut S, SINGLE>,
-        flash: Flash,
-        loaded: &Loaded<S>,
-    ) -> Self {
+    /// A store with the parameters loaded from the flash.
+    pub fn new(to_save: Consumer<'static, &'static mut S, SINGLE>, loaded: &Loaded<S>) -> Self {
         Self {
             to_save,
-            flash,
             saver: Saver::new(loaded),
             set: None,
         }
     }
 
+    /// Whether a save is running.
+    pub fn is_running(&self) -> bool {
+        self.saver.is_running()
+    }
+
     /// Continues a save or starts one. Returns at its end whether the set is saved, and the memory
     /// of the set.
-    pub fn run(&mut self) -> Option<SaveResult<S>> {
+    pub fn run(&mut self, flash: &mut Flash) -> Option<SaveResult<S>> {
         if !self.saver.is_running()
             && let Some(set) = self.to_save.dequeue()
         {
@@ -49,7 +48,7 @@ impl<S: Stored> ParameterStore<S> {
         }
         let mut polls = 0..POLLS;
         let progress = loop {
-            let progress = self.saver.poll(&mut self.flash);
+            let progress = self.saver.poll(flash);
             if progress != Progress::Running || polls.next().is_none() {
                 break progress;
             }

@@ -48,7 +48,7 @@ macro_rules! actuator_program {
             };
             use firmware::{
                 application::Start,
-                drive::{Device, StoredParameters},
+                drive::{Device, StoredParameters, UpdateOrder},
                 faults::Fault,
                 store::{self, Origin},
                 supervisor::{ResetCause, Task},
@@ -61,24 +61,25 @@ macro_rules! actuator_program {
                 actuator::{
                     background::{Background, StateLog, StepReport},
                     bus_status,
-                    canopen_task::{CanopenTask, Queues, RECEIVE_QUEUE, REPORT_QUEUE, SINGLE, gather},
+                    canopen_task::{
+                        CAPTURE_WORDS, CanopenTask, Queues, RECEIVE_QUEUE, REPORT_QUEUE, SINGLE, gather,
+                    },
                     parameter_store::{ParameterStore, SaveResult},
                     program_check,
                     pwm_timer::Instant,
                     servo_pulse::ServoPulse,
                     timebase::PeriodCounter,
                     timing::PWM_PERIODS,
+                    update_result::UpdateResult,
                     watchdog_supervisor::{WatchdogSupervisor, report_alive},
                 },
                 peripherals::{
                     ActuatorBridge, Can, Encoder,
                     analog::Analog,
+                    updater::Updater,
                     wiring::{Peripherals, serial_number},
                 },
             };
-
-            /// Length of the capture buffer, words: 20 s of eight signals at 250 Hz.
-            const CAPTURE_WORDS: usize = 40 * 1024;
 
             #[shared]
             struct Shared {
@@ -113,6 +114,8 @@ macro_rules! actuator_program {
                 accepted_ids_queue: Queue<AcceptedIds, SINGLE> = Queue::new(),
                 save_queue: Queue<&'static mut StoredParameters, SINGLE> = Queue::new(),
                 save_result_queue: Queue<SaveResult<StoredParameters>, SINGLE> = Queue::new(),
+                update_queue: Queue<UpdateOrder<'static>, SINGLE> = Queue::new(),
+                update_result_queue: Queue<UpdateResult, SINGLE> = Queue::new(),
                 set_to_save: MaybeUninit<StoredParameters> = MaybeUninit::uninit(),
                 device: MaybeUninit<Device<'static>> = MaybeUninit::uninit(),
                 capture_buffer: [i32; CAPTURE_WORDS] = [0; CAPTURE_WORDS],
@@ -126,6 +129,8 @@ macro_rules! actuator_program {
                 let (accepted_ids_producer, accepted_ids) = cx.local.accepted_ids_queue.split();
                 let (save_producer, to_save) = cx.local.save_queue.split();
                 let (save_results, save_result_consumer) = cx.local.save_result_queue.split();
+                let (to_update, update_orders) = cx.local.update_queue.split();
+                let (update_results, update_result_consumer) = cx.local.update_result_queue.split();
 
                 let (program_check, is_as_built) = program_check::start(peripherals.crc_unit);
                 let loaded = store::load::<StoredParameters>(&peripherals.flash);
@@ -145,6 +150,12 @@ macro_rules! actuator_program {
                 let device = cx.local.device.write(device);
                 device.drive.diagnostics.reset_cause = peripherals.reset_cause;
                 device.drive.diagnostics.serial_number = serial_number();
+                let bus = &loaded.parameters.board.bus;
+                let (updater, slots) =
+                    Updater::new(&peripherals.flash, update_orders, update_results, bus);
+                if let Some(slots) = slots {
+                    device.drive.set_slots(slots);
+                }
 
                 let initial_ids = AcceptedIds::new(device.node().identifiers());
                 let kbit_s = device.drive.application().parameters().bus.bit_rate_kbit_s as u16;
@@ -163,6 +174,8 @@ macro_rules! actuator_program {
                     accepted_ids: accepted_ids_producer,
                     to_save: save_producer,
                     save_results: save_result_consumer,
+                    to_update,
+                    update_results: update_result_consumer,
                 };
                 peripherals.period_counter.start();
                 peripherals.bridge.timer().start();
@@ -187,7 +200,9 @@ macro_rules! actuator_program {
                     accepted_ids,
                     background: Background {
                         reports,
-                        store: ParameterStore::new(to_save, peripherals.flash, &loaded),
+                        flash: peripherals.flash,
+                        store: ParameterStore::new(to_save, &loaded),
+                        updater,
                         save_results,
                         log: StateLog::default(),
                         program_check,

@@ -9,6 +9,7 @@ mod limits;
 mod motion;
 mod objects;
 mod store;
+mod update;
 mod velocity;
 
 use canopen::CanFrame;

@@ -1,11 +1,13 @@
-//! The two flash pages of parameters: sectors 12 and 13, the first of bank 2.
+//! The flash of bank 2: two pages of parameters in its first two sectors, 12 and 13, and behind them
+//! what an update writes (`bootloader::layout`).
 //!
 //! The program runs from bank 1, which remains readable while bank 2 is erased (250 ms for a
 //! sector) or programmed (16 us for a word): RM0090, section 3.5.4, read while write. No function
 //! here waits.
 
-use core::ptr;
+use core::{ptr, slice, task::Poll};
 
+use bootloader::{FlashError, PolledFlash, ReadFlash};
 use firmware::store::{Flash as Pages, Page, Status};
 
 use crate::chip::pac::FLASH;
@@ -58,6 +60,61 @@ impl Flash {
         self.is_started = true;
     }
 
+    /// Whether an operation was started whose end is not handled yet.
+    pub fn is_started(&self) -> bool {
+        self.is_started
+    }
+
+    /// Selects the erase of a sector and starts it.
+    fn erase(&mut self, sector: u8) {
+        self.unlock();
+        // Sectors of bank 2, from 12 on, are numbered from 16 (section 3.9.8).
+        let number = sector.wrapping_add(4);
+        let control = self.registers.cr();
+        // SAFETY: the codes are those of that section.
+        control.write(|w| unsafe {
+            w.lock()
+                .clear_bit()
+                .ser()
+                .set_bit()
+                .snb()
+                .bits(number)
+                .psize()
+                .bits(PARALLELISM_32)
+        });
+        control.modify(|_, w| w.strt().set_bit());
+    }
+
+    /// Selects programming, and writes a word.
+    fn program(&mut self, address: *mut u32, word: u32) {
+        self.unlock();
+        // SAFETY: as above.
+        self.registers.cr().write(|w| unsafe {
+            w.lock()
+                .clear_bit()
+                .pg()
+                .set_bit()
+                .psize()
+                .bits(PARALLELISM_32)
+        });
+        // SAFETY: the callers pass aligned addresses of sectors of bank 2, which hold no code.
+        unsafe { ptr::write_volatile(address, word) };
+    }
+
+    /// Ends the last operation if it is not busy any more; returns whether it is.
+    fn is_busy(&mut self) -> bool {
+        if self.registers.sr().read().bsy().bit() {
+            return true;
+        }
+        if self.is_started {
+            self.is_started = false;
+            // Locked, with neither erase nor programming selected.
+            self.registers.cr().write(|w| w.lock().set_bit());
+            self.restart_cache();
+        }
+        false
+    }
+
     /// Whether the last operation failed.
     fn has_failed(&self) -> bool {
         self.registers.sr().read().bits() & ERRORS != 0
@@ -87,54 +144,21 @@ impl Pages for Flash {
     const PAGE_BYTES: u32 = 16 << 10;
 
     fn start_erase(&mut self, page: Page) {
-        self.unlock();
-        // Sectors of bank 2 are numbered from 16 (section 3.9.8).
-        let sector = match page {
-            Page::First => 16,
-            Page::Second => 17,
-        };
-        let control = self.registers.cr();
-        // SAFETY: the codes are those of that section.
-        control.write(|w| unsafe {
-            w.lock()
-                .clear_bit()
-                .ser()
-                .set_bit()
-                .snb()
-                .bits(sector)
-                .psize()
-                .bits(PARALLELISM_32)
+        self.erase(match page {
+            Page::First => 12,
+            Page::Second => 13,
         });
-        control.modify(|_, w| w.strt().set_bit());
     }
 
     fn start_program(&mut self, page: Page, offset: u16, row: &[u32]) {
         let Some(word) = row.first() else { return };
-        self.unlock();
-        // SAFETY: as above.
-        self.registers.cr().write(|w| unsafe {
-            w.lock()
-                .clear_bit()
-                .pg()
-                .set_bit()
-                .psize()
-                .bits(PARALLELISM_32)
-        });
-        // SAFETY: the address is aligned, in a sector that holds parameters only.
-        unsafe { ptr::write_volatile(address(page, offset), *word) };
+        self.program(address(page, offset), *word);
     }
 
     fn status(&mut self) -> Status {
-        if self.registers.sr().read().bsy().bit() {
-            return Status::Busy;
-        }
-        if self.is_started {
-            self.is_started = false;
-            // Locked, with neither erase nor programming selected.
-            self.registers.cr().write(|w| w.lock().set_bit());
-            self.restart_cache();
-        }
-        if self.has_failed() {
+        if self.is_busy() {
+            Status::Busy
+        } else if self.has_failed() {
             Status::Failed
         } else {
             Status::Ready
@@ -144,5 +168,41 @@ impl Pages for Flash {
     fn read(&self, page: Page, offset: u16) -> u32 {
         // SAFETY: the address is aligned and always readable.
         unsafe { ptr::read_volatile(address(page, offset)) }
+    }
+}
+
+impl ReadFlash for Flash {
+    fn bytes(&self, address: u32, length: u32) -> &[u8] {
+        let start = ptr::with_exposed_provenance(address as usize);
+        // SAFETY: the callers stay within the layout of the bootloader, which is flash throughout.
+        // It changes only through functions that borrow this value exclusively.
+        unsafe { slice::from_raw_parts(start, length as usize) }
+    }
+
+    fn word(&self, address: u32) -> u32 {
+        // SAFETY: as above, and the address is aligned.
+        unsafe { ptr::read_volatile(ptr::with_exposed_provenance(address as usize)) }
+    }
+}
+
+impl PolledFlash for Flash {
+    fn start_erase(&mut self, sector: u8) {
+        self.erase(sector);
+    }
+
+    fn start_program(&mut self, address: u32, word: u32) {
+        self.program(ptr::with_exposed_provenance_mut(address as usize), word);
+    }
+
+    /// The errors of an operation whose end is already handled are those of a save.
+    fn ended(&mut self) -> Poll<Result<(), FlashError>> {
+        let was_started = self.is_started;
+        if self.is_busy() {
+            Poll::Pending
+        } else if was_started && self.has_failed() {
+            Poll::Ready(Err(FlashError))
+        } else {
+            Poll::Ready(Ok(()))
+        }
     }
 }

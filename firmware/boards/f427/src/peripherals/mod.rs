@@ -9,6 +9,7 @@ pub mod dma;
 pub mod encoder;
 pub mod flash;
 pub mod timing;
+pub mod updater;
 pub mod wiring;
 
 use drivers::{

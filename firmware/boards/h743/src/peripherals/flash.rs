@@ -50,6 +50,11 @@ impl Flash {
         self.registers.optsr_cur().read().bits()
     }
 
+    /// Whether an operation was started whose end is not handled yet.
+    pub fn is_started(&self) -> bool {
+        self.is_started
+    }
+
     /// Unlocks the control register of bank 2 and clears earlier errors.
     fn unlock(&mut self) {
         let bank = self.registers.bank2();

@@ -8,6 +8,7 @@ pub mod encoder;
 pub mod flash;
 mod message_ram;
 pub mod timing;
+pub mod updater;
 pub mod wiring;
 
 use drivers::{

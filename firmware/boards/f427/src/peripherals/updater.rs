@@ -1,0 +1,205 @@
+//! Writes what an update needs to bank 2, in the background task: images to the staging area, and
+//! records to the log of the bootloader.
+
+use core::task::Poll;
+
+use bootloader::{
+    ACTUATOR_BOARD, Bus, Header, Phase, Policy, State,
+    background::{Appending, Staging},
+    header_of,
+    layout::STM32F427,
+    log,
+};
+use cortex_m::peripheral::DWT;
+use firmware::{
+    drive::{Slots, UpdateOrder},
+    parameters::BusSettings,
+};
+use heapless::spsc::{Consumer, Producer};
+
+use super::flash::Flash;
+use crate::actuator::{
+    canopen_task::{CAPTURE_WORDS, SINGLE},
+    timing::CYCLES_PER_US,
+    update_result::UpdateResult,
+};
+
+/// Core cycles after which a call ends, 0.7 ms: a word takes 16 us, so that an image of 100 kB is
+/// written in 700 control periods.
+const CALL_CYCLES: u32 = 700 * CYCLES_PER_US;
+
+/// Core cycles of an operation after which a call ends: it is an erase. A word takes at most 100 us
+/// (data sheet of the STM32F427, flash memory programming).
+const WORD_CYCLES: u32 = 100 * CYCLES_PER_US;
+
+/// What is being written.
+enum Work {
+    None,
+    Stage(Staging, &'static mut [i32]),
+    Record(Appending, Purpose),
+}
+
+/// Why a record is written.
+#[derive(Clone, Copy)]
+enum Purpose {
+    Confirm,
+    Install,
+    Bus,
+}
+
+/// The writer.
+pub struct Updater {
+    orders: Consumer<'static, UpdateOrder<'static>, SINGLE>,
+    results: Producer<'static, UpdateResult, SINGLE>,
+    /// The newest record; without an image in the slot there is no bootloader that reads it.
+    state: Option<State>,
+    /// Node-ID and bit rate that the record shall have.
+    bus: Bus,
+    work: Work,
+}
+
+impl Updater {
+    /// A writer, and what the bootloader knows of the program that runs; `None` for a program
+    /// without a bootloader, whose image has no header.
+    pub fn new(
+        flash: &Flash,
+        orders: Consumer<'static, UpdateOrder<'static>, SINGLE>,
+        results: Producer<'static, UpdateResult, SINGLE>,
+        bus: &BusSettings,
+    ) -> (Self, Option<Slots>) {
+        let image = header_of(flash, &STM32F427.slot);
+        let newest = log::newest(flash, &STM32F427.records).map(|newest| newest.state);
+        let known = image.zip(newest);
+        let updater = Self {
+            orders,
+            results,
+            state: newest.filter(|_| image.is_some()),
+            bus: of_settings(bus),
+            work: Work::None,
+        };
+        (updater, known.map(|(image, state)| slots(&image, &state)))
+    }
+
+    /// Node-ID and bit rate were saved.
+    pub fn set_bus(&mut self, bus: &BusSettings) {
+        self.bus = of_settings(bus);
+    }
+
+    /// Whether an image or a record is being written.
+    pub fn is_working(&self) -> bool {
+        !matches!(self.work, Work::None)
+    }
+
+    /// Continues what is being written, or begins what was ordered.
+    pub fn run(&mut self, flash: &mut Flash) {
+        if !self.is_working() {
+            self.begin();
+        }
+        let start = DWT::cycle_count();
+        let mut last_end = start;
+        while self.is_working() {
+            let was_started = flash.is_started();
+            self.poll(flash);
+            let now = DWT::cycle_count();
+            if !(was_started && flash.is_started()) {
+                last_end = now;
+            }
+            if now.wrapping_sub(start) > CALL_CYCLES || now.wrapping_sub(last_end) > WORD_CYCLES {
+                return;
+            }
+        }
+    }
+
+    fn begin(&mut self) {
+        let Some(state) = self.state else { return };
+        let (next, purpose) = match self.orders.dequeue() {
+            Some(UpdateOrder::Stage { buffer, length }) => {
+                self.work = Work::Stage(Staging::new(STM32F427.staging, length), buffer);
+                return;
+            }
+            Some(UpdateOrder::Confirm(version)) => (state.confirm(version), Purpose::Confirm),
+            Some(UpdateOrder::Install(image)) => (state.request(image), Purpose::Install),
+            None if state.bus != self.bus => {
+                let bus = self.bus;
+                (State { bus, ..state }, Purpose::Bus)
+            }
+            None => return,
+        };
+        self.work = Work::Record(Appending::new(next), purpose);
+    }
+
+    fn poll(&mut self, flash: &mut Flash) {
+        let result = match &mut self.work {
+            Work::None => return,
+            Work::Stage(staging, image) => match staging.poll(flash, image) {
+                Poll::Pending => return,
+                Poll::Ready(result) => {
+                    if let Err(error) = result {
+                        defmt::error!("image not staged, {}", error as u8);
+                    }
+                    match core::mem::replace(&mut self.work, Work::None) {
+                        Work::Stage(_, image) => Some(UpdateResult::Staged(image, result)),
+                        _ => None,
+                    }
+                }
+            },
+            Work::Record(appending, purpose) => {
+                let (next, purpose) = (*appending.state(), *purpose);
+                let Poll::Ready(written) = appending.poll(flash, &STM32F427.records) else {
+                    return;
+                };
+                self.work = Work::None;
+                self.recorded(next, purpose, written.is_ok())
+            }
+        };
+        if let Some(result) = result {
+            // There is room: the device gives the next order after this result.
+            let _ = self.results.enqueue(result);
+        }
+    }
+
+    /// A record of this state is written or not.
+    fn recorded(
+        &mut self,
+        state: State,
+        purpose: Purpose,
+        is_written: bool,
+    ) -> Option<UpdateResult> {
+        if is_written {
+            self.state = Some(state);
+        } else {
+            defmt::error!("record of the update not written");
+            // Not tried again before the next save.
+            self.bus = self.state.map_or(self.bus, |state| state.bus);
+        }
+        match purpose {
+            Purpose::Confirm => Some(UpdateResult::Confirmed(is_written)),
+            Purpose::Install => Some(UpdateResult::Requested(is_written)),
+            Purpose::Bus => None,
+        }
+    }
+}
+
+/// What the drive needs to know of this image and this state.
+fn slots(image: &Header, state: &State) -> Slots {
+    let buffer = (CAPTURE_WORDS * size_of::<i32>()) as u32;
+    Slots {
+        identity: image.identity(),
+        version: image.version,
+        policy: Policy {
+            hardware: ACTUATOR_BOARD,
+            floor: state.floor,
+        },
+        capacity: STM32F427.slot.size().min(buffer),
+        outcome: state.outcome,
+        is_confirmed: state.phase == Phase::Idle,
+    }
+}
+
+/// The settings are within these types: their ranges are checked.
+fn of_settings(bus: &BusSettings) -> Bus {
+    Bus {
+        node_id: bus.node_id as u8,
+        kbit_s: bus.bit_rate_kbit_s as u16,
+    }
+}
