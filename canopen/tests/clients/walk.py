@@ -15,12 +15,15 @@ PROGRAM, SHEET, ELF = sys.argv.pop(1), sys.argv.pop(1), boards(sys.argv)
 NODE = 1
 ENTRIES = sheet.read(SHEET)
 
+WRITE_ONLY = 0x0601_0001
 READ_ONLY, NO_OBJECT, NO_SUB, NOT_MAPPABLE = 0x0601_0002, 0x0602_0000, 0x0609_0011, 0x0604_0041
 TOO_LONG, TOO_SHORT, TOO_HIGH, TOO_LOW = 0x0607_0012, 0x0607_0013, 0x0609_0031, 0x0609_0032
 MINIMUM_ABOVE_MAXIMUM, NOT_STORED, LOCAL, STATE, NO_DATA = 0x0609_0036, 0x0800_0020, 0x0601_0000, 0x0800_0022, 0x0800_0024
 
 # Entries without data until an event has occurred.
 EMPTY = {(0x1003, sub) for sub in range(1, 9)} | {(0x2032, 0)}
+# Its only value restarts the board, if an image is staged.
+PROGRAM_CONTROL = 0x1F51
 
 
 class Walk(Bench):
@@ -38,6 +41,8 @@ class Walk(Bench):
             with self.subTest(str(entry)):
                 if (entry.index, entry.sub) in EMPTY:
                     self.assertEqual(self.refusal(self.read, entry), NO_DATA)
+                elif entry.access == "wo":
+                    self.assertEqual(self.refusal(self.read, entry), WRITE_ONLY)
                 elif entry.format:
                     self.assertEqual(len(self.read(entry)), entry.size)
                 else:
@@ -50,7 +55,7 @@ class Walk(Bench):
                     self.assertEqual(self.write(entry, bytes(length)), READ_ONLY)
 
     def test_writable_entries_accept_their_own_value_and_no_other_length(self):
-        for entry in filter(lambda entry: entry.writable, ENTRIES):
+        for entry in filter(lambda entry: entry.writable and entry.access != "wo", ENTRIES):
             with self.subTest(str(entry)):
                 value = self.read(entry)
                 self.assertIn(self.write(entry, value), self.refusals_of_its_own_value(entry))
@@ -63,6 +68,8 @@ class Walk(Bench):
         """Parameters that require a signature; and mapping, inhibit time and SYNC start value of a valid PDO."""
         if entry.index in (0x1010, 0x1011):
             return [NOT_STORED]
+        if (entry.index, entry.sub) == (PROGRAM_CONTROL, 1):
+            return [STATE]
         if entry.index & 0xFE00 == 0x1600 or entry.index & 0xFE00 == 0x1A00:
             return [None, LOCAL]
         if entry.index & 0xFE00 == 0x1800 and entry.sub in (3, 6):
@@ -71,6 +78,8 @@ class Walk(Bench):
 
     def test_limits_are_accepted_and_values_beyond_them_are_refused(self):
         for entry in filter(lambda entry: entry.writable and entry.low is not None and entry.format != "<f", ENTRIES):
+            if entry.index == PROGRAM_CONTROL:
+                continue
             with self.subTest(str(entry)):
                 value = self.read(entry)
                 for limit, beyond, code in ((entry.low, entry.low - 1, TOO_LOW), (entry.high, entry.high + 1, TOO_HIGH)):
