@@ -55,7 +55,7 @@ impl Flash for Memory {
 
 /// What runs on a board.
 enum Running {
-    Bootloader(Node<0, 0>, Waiting<'static, Memory, Key>),
+    Bootloader(Box<(Node<0, 0>, Waiting<'static, Memory, Key>)>),
     Program(Box<Device<'static>>),
 }
 
@@ -107,7 +107,7 @@ impl Board {
         };
         let mut waiting = Waiting::new(bootloader, 1);
         let node = Node::new(&DICTIONARY, NodeId::new(5), &mut waiting, 0);
-        Self::of(Running::Bootloader(node, waiting), loses, next)
+        Self::of(Running::Bootloader(Box::new((node, waiting))), loses, next)
     }
 
     fn of(running: Running, loses: usize, next: u32) -> Self {
@@ -127,7 +127,7 @@ impl Board {
 
     fn collect(&mut self) {
         let mut next = || match &mut self.running {
-            Running::Bootloader(node, waiting) => node.transmit(waiting),
+            Running::Bootloader(waits) => waits.0.transmit(&mut waits.1),
             Running::Program(device) => device.transmit(),
         };
         while let Some(frame) = next() {
@@ -139,9 +139,9 @@ impl Board {
     fn step(&mut self) -> bool {
         self.now_us += 4_000;
         match &mut self.running {
-            Running::Bootloader(node, waiting) => {
-                node.tick(0, waiting);
-                waiting.is_requested()
+            Running::Bootloader(waits) => {
+                waits.0.tick(0, &mut waits.1);
+                waits.1.is_requested()
             }
             Running::Program(device) => {
                 device.communicate(self.now_us);
@@ -172,7 +172,7 @@ impl Link for Board {
             return Ok(());
         }
         match &mut self.running {
-            Running::Bootloader(node, waiting) => node.receive(frame, 0, waiting),
+            Running::Bootloader(waits) => waits.0.receive(frame, 0, &mut waits.1),
             Running::Program(device) => device.receive(frame, self.now_us),
         }
         self.collect();
