@@ -10,7 +10,7 @@ const INJECTIONS: u64 = 25;
 const SEED: u64 = 2;
 
 #[test]
-fn no_flip_of_the_sample_is_silent_and_hazardous() {
+fn no_injection_of_the_sample_is_silent_and_hazardous() {
     let places = [
         Place::Ram,
         Place::Code,

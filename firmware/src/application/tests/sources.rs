@@ -68,7 +68,7 @@ fn back_on_the_bus_the_command_stays_until_the_next_one() {
 }
 
 #[test]
-fn pulses_that_are_none_are_counted_and_do_not_keep_the_command_alive() {
+fn invalid_pulses_are_counted_and_do_not_keep_the_command_alive() {
     let mut board = TestBoard::enabled();
     board.request(Request::Source(CommandSource::ServoPulse));
     board.command = None;
@@ -205,7 +205,7 @@ fn without_a_fresh_servo_pulse_the_loop_is_not_closed() {
 }
 
 #[test]
-fn a_timeout_of_zero_is_none() {
+fn a_timeout_of_zero_switches_the_timeout_off() {
     let mut parameters = BoardParameters::DEFAULT;
     parameters.command.command_timeout_ms = 0;
     let mut board = TestBoard::new(parameters);
