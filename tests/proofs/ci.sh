@@ -9,5 +9,6 @@ mkdir -p "$place"
 
 rustup target add thumbv7em-none-eabihf 2>/dev/null
 cargo run --quiet --locked -p control-proofs --bin trace -- 1 300 >"$place/trace.txt"
+python3 tests/proofs/stability/verify.py "$place/trace.txt"
 mapfile -t files < <(bash tests/proofs/overflow/build.sh)
 "$place/venv/bin/python" tests/proofs/overflow/check.py "$PWD" "$place/trace.txt" "${files[@]}"

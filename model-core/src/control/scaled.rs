@@ -206,6 +206,45 @@ mod tests {
     }
 
     #[test]
+    fn a_product_that_rounds_up_to_32_bits_is_normalised() {
+        // The period is rounded down: 250 of them are below one by less than half a unit.
+        let rate = CONTROL_RATE_HZ as f32;
+        let one = Scaled::of_f32(rate).per_period().coefficient();
+        assert_eq!(one, Coefficient::new(1.0));
+    }
+
+    #[test]
+    fn the_last_bits_are_rounded() {
+        // 25 bits to 24.
+        let odd = Scaled::of_signal(Percent::from_int(33_554_431));
+        assert_eq!(odd.f32(), 33_554_432.0);
+        // A half of the least step: the highest of 64 bits behind the point.
+        let half = Scaled {
+            magnitude: 1 << 63,
+            exponent: -96,
+            is_negative: false,
+        };
+        assert_eq!(half.signal::<Percent>(), Percent::from_bits(1));
+        let less = Scaled {
+            magnitude: (1 << 63) - 1,
+            ..half
+        };
+        assert_eq!(less.signal::<Percent>(), Percent::ZERO);
+    }
+
+    #[test]
+    fn zero_has_no_sign_and_numbers_beyond_single_precision_are_zero_or_infinite() {
+        assert_eq!(Scaled::of_signal(Percent::ZERO).f32().to_bits(), 0);
+        let zero = Scaled::of_coefficient(Coefficient::default());
+        assert_eq!(zero.f32().to_bits(), 0);
+        assert_eq!(Scaled::of_f32(f32::from_bits(1)).f32().to_bits(), 0);
+        assert_eq!(
+            Scaled::of_f32(-f32::MAX).per_second().f32(),
+            f32::NEG_INFINITY
+        );
+    }
+
+    #[test]
     fn what_no_number_of_single_precision_is_ends_at_their_ends() {
         assert_eq!(Scaled::of_f32(f32::NAN).signal::<Percent>(), Percent::ZERO);
         assert_eq!(

@@ -4,7 +4,7 @@ use super::{
     cascade::{CascadeState, Coefficients},
     encoder_word::EncoderCount,
     parameters::ControlParameters,
-    units::{Angle, Percent, Rate, angle, percent, rate},
+    units::{Angle, Percent, Rate, angle, percent, rate, round},
 };
 
 fn coefficients(change: impl FnOnce(&mut ControlParameters)) -> Coefficients {
@@ -168,4 +168,35 @@ fn the_angle_of_the_encoders_zero_has_its_sign() {
     }
     assert_eq!(at(2048).angle(), Angle::from_int(-180));
     assert_eq!(at(2047).angle(), angle(2047.0 * 45.0 / 512.0));
+}
+
+#[test]
+fn a_rate_at_the_lower_limit_is_not_changed_by_it() {
+    let gains = coefficients(|p| p.rate_command_limit_down_deg_s = 8.0);
+    let step = at(0).regulate(&gains, angle(-1.0));
+    assert_eq!((step.rate_command, step.limits.rate), (rate(-8.0), false));
+    let step = at(0).regulate(&gains, angle(-1.5));
+    assert_eq!((step.rate_command, step.limits.rate), (rate(-8.0), true));
+}
+
+#[test]
+fn the_angle_ends_after_91_turns_either_way() {
+    for (step, end) in [(2000, 32_768), (4096 - 2000, -32_768)] {
+        let mut state = CascadeState::default();
+        let mut count = 0;
+        for _ in 0..200 {
+            state.observe(&defaults(), Some(EncoderCount::new(count)));
+            count = (count + step) % 4096;
+        }
+        assert_eq!(state.angle(), Angle::from_int(end));
+    }
+}
+
+#[test]
+fn whole_numbers_are_not_rounded() {
+    for whole in [(1_u64 << 52) as f64 + 1.0, (1_u64 << 53) as f64] {
+        assert_eq!(round(whole), whole);
+        assert_eq!(round(-whole), -whole);
+    }
+    assert_eq!((round(2.5), round(-2.5)), (3.0, -3.0));
 }

@@ -142,3 +142,33 @@ impl Modulator {
         PwmCompare(counts as i32)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::control::units::percent;
+
+    #[test]
+    fn the_mean_of_compare_values_is_the_duty() {
+        let mut modulator = Modulator::default();
+        let counts: i32 = (0..1_000)
+            .map(|_| modulator.next(percent(-0.1005)).get())
+            .sum();
+        // 0.1005 % of the period a thousand times, to a count.
+        let exact = -0.001_005 * f64::from(PWM_COUNTS) * 1_000.0;
+        assert!((f64::from(counts) - exact).abs() <= 1.0, "{counts}");
+        assert_eq!(modulator.next(percent(100.0)).get(), PWM_COUNTS);
+        assert_eq!(PwmCompare(-PWM_COUNTS).duty_pct(), -100.0);
+    }
+
+    #[test]
+    fn the_current_is_sampled_in_the_middle_within_its_limits() {
+        let count = |on_time| CurrentInstant::of_on_time(on_time).count();
+        assert_eq!(count(0), EARLIEST_CURRENT);
+        assert_eq!(count(2 * EARLIEST_CURRENT + 2), EARLIEST_CURRENT + 1);
+        assert_eq!(count(2 * LATEST_CURRENT - 2), LATEST_CURRENT - 1);
+        assert_eq!(count(u32::MAX), LATEST_CURRENT);
+        // Ten microseconds before all switches open.
+        assert_eq!(count(u32::MAX), WINDOW_START - 560);
+    }
+}

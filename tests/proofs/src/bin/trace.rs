@@ -3,14 +3,20 @@
 
 use control_proofs as step;
 use model_core::{
+    actuator::{
+        ModelKind, Settings,
+        kind::PlantKind,
+        lanes::{LoopLanes, Seen},
+    },
     control::{
         cascade::Setpoint,
         parameters::ControlParameters,
-        units::{Angle, Rate},
+        units::{Angle, Rate, angle},
     },
     parameter::Parameters,
     plant::first_order::FirstOrderParameters,
     presets::PRESETS,
+    time::CONTROL_PERIOD_TICKS,
 };
 
 /// `SplitMix64`.
@@ -65,6 +71,20 @@ fn print_presets() {
     }
 }
 
+/// A step of 5 deg from rest with the default preset, and the angle after each control period: the
+/// motion that the model of the stability proof has to follow.
+fn print_motion() {
+    let board = Settings::new(ModelKind::Board, PlantKind::FirstOrder);
+    let lanes = LoopLanes::<1>::try_new([&board]);
+    let mut lanes = lanes.ok().flatten().expect("a board of the defaults");
+    print!("motion consistent 5");
+    for _ in 0..500 {
+        lanes.pass(angle(5.0), CONTROL_PERIOD_TICKS as usize, Seen::Edges);
+        print!(" {}", lanes.state(0).angle_deg);
+    }
+    println!();
+}
+
 fn main() {
     let arguments: Vec<u64> = std::env::args()
         .skip(1)
@@ -79,6 +99,7 @@ fn main() {
         println!("range {} {:e} {:e}", row.name, row.min, row.max);
     }
     print_presets();
+    print_motion();
     let mut random = Random(seed);
     let (mut state, mut gains, mut modulator) =
         (step::start(), step::defaults(), step::modulator());
