@@ -76,7 +76,9 @@ fn main() -> ExitCode {
 }
 
 fn compare(arguments: &Arguments) -> Result<(), String> {
-    let mut shadow = Shadow::open(&arguments.library).map_err(|error| error.to_string())?;
+    let vectors = firmware().section(".vector_table").start as u32;
+    let mut shadow =
+        Shadow::open(&arguments.library, vectors).map_err(|error| error.to_string())?;
     shadow.defect = arguments.defect.map(|defect| (defect, BEFORE_DEFECT));
     let interrupt = Arc::clone(&shadow.stop);
     let is_reset = Arc::clone(&shadow.cycles().is_reset);

@@ -20,13 +20,12 @@ use crate::streams::Streams;
 use crate::tap::{Event, Tap};
 use crate::unicorn::{Register, Unicorn, UnicornError};
 
-/// Address of the vector table, and number of its entries on this chip.
-const VECTORS: u32 = 0x0800_0000;
+/// Number of entries of the vector table on this chip.
 const VECTOR_COUNT: u32 = 16 + 91;
 
-/// Pages of parameters, which the flash controller writes: their reads are recorded like those of a
-/// peripheral.
-const PARAMETERS: std::ops::Range<u32> = 0x0810_0000..0x0814_0000;
+/// Bank 2 of the flash, which the program has the flash controller write: its reads are recorded
+/// like those of a peripheral.
+const BANK_2: std::ops::Range<u32> = 0x0810_0000..0x0820_0000;
 
 /// Flash and RAM; the program uses neither the alias of the flash at 0 nor the backup RAM.
 const USED: std::ops::Range<u32> = 0x0800_0000..0x4000_0000;
@@ -77,6 +76,8 @@ pub enum Defect {
 #[derive(Debug)]
 pub struct Shadow {
     second: Unicorn<Replay>,
+    /// Address of the vector table.
+    vectors: u32,
     /// What was compared.
     pub compared: Compared,
     /// What differed first.
@@ -102,13 +103,14 @@ pub struct Shadow {
 }
 
 impl Shadow {
-    /// A second emulator.
+    /// A second emulator for a program with its vector table at this address.
     ///
     /// # Errors
     /// The library cannot be used.
-    pub fn open(library: &Path) -> Result<Self, UnicornError> {
+    pub fn open(library: &Path, vectors: u32) -> Result<Self, UnicornError> {
         Ok(Self {
             second: Unicorn::open(library, Replay::default())?,
+            vectors,
             compared: Compared::default(),
             difference: None,
             defect: None,
@@ -151,9 +153,9 @@ impl Shadow {
                 region.start as u32,
                 region.start as u32 + region.length as u32,
             );
-            if (start..end).contains(&PARAMETERS.start) {
-                regions.push((start, (PARAMETERS.start - start) as usize));
-                regions.push((PARAMETERS.end, (end - PARAMETERS.end) as usize));
+            if (start..end).contains(&BANK_2.start) {
+                regions.push((start, (BANK_2.start - start) as usize));
+                regions.push((BANK_2.end, (end - BANK_2.end) as usize));
             } else {
                 regions.push((
                     start & !0xfff,
@@ -164,18 +166,18 @@ impl Shadow {
         regions.retain(|(_, length)| *length > 0);
         let refused = |error: UnicornError| error.to_string();
         self.second.map_memory(&regions).map_err(refused)?;
-        let parameters = (PARAMETERS.start, PARAMETERS.end - PARAMETERS.start);
-        for (start, length) in REGISTERS.into_iter().chain([parameters]) {
+        let bank = (BANK_2.start, BANK_2.end - BANK_2.start);
+        for (start, length) in REGISTERS.into_iter().chain([bank]) {
             self.second.map_registers(start, length).map_err(refused)?;
         }
         let memory_of_second = self.second.memory().clone();
         self.second.host().memory = memory_of_second;
-        for page in PARAMETERS.step_by(PAGE as usize) {
+        for page in BANK_2.step_by(PAGE as usize) {
             core.ask(Queued::Route(page.into()));
         }
         for number in 1..VECTOR_COUNT {
             let mut vector = [0; 4];
-            memory.copy(u64::from(VECTORS + 4 * number), &mut vector);
+            memory.copy(u64::from(self.vectors + 4 * number), &mut vector);
             let handler = u32::from_le_bytes(vector) & !1;
             if number > 1 && handler != 0 && self.handlers.insert(handler) {
                 core.add_breakpoint(handler.into());
@@ -191,7 +193,7 @@ impl Shadow {
             let mut bytes = vec![0; region.length];
             memory.copy(region.start, &mut bytes);
             let start = region.start as u32;
-            // In parts: the parameters lie in the middle of a region.
+            // In parts: bank 2 lies in the middle of a region.
             for (part, address) in bytes
                 .chunks(PAGE as usize)
                 .zip((start..).step_by(PAGE as usize))
@@ -299,7 +301,11 @@ impl Shadow {
     /// Takes or returns from an exception where the board's core has.
     fn follow_exceptions(&mut self, board: &Registers) -> Result<(), String> {
         let number = board.exception();
-        let vector = self.second.memory().word(VECTORS + 4 * number).unwrap_or(0);
+        let vector = self
+            .second
+            .memory()
+            .word(self.vectors + 4 * number)
+            .unwrap_or(0);
         let is_at_handler = number != 0 && board.core[15] == vector & !1;
         if let Some(link) = self.returning.take() {
             let [at, status] = self.second.read([Register::core(13), Register::XPSR]);
