@@ -7,17 +7,20 @@
 //! | 1F56h:1 | identity of the image in the staging area; 0 for none |
 //! | 1F57h:1 | flash status: the error of the last download in bits 1 to 7, [`FlashStatus`] |
 //!
-//! The server is that of the crate `canopen`, with these and the mandatory objects.
+//! The server is that of the crate `canopen`, with these and the mandatory objects. LSS stores the
+//! node-ID in the log; a program that starts later writes its own there.
 
 use core::task::Poll;
 
 use canopen::dictionary::{Access, Address, DataType, Dictionary, Entry, Limits};
-use canopen::{Abort, Application};
+use canopen::{Abort, Application, BitRate, NodeId};
 
 use crate::{
     check::header_of,
     flash::{Flash, FlashError},
     install::Bootloader,
+    log,
+    record::{Bus, State},
     signature::Verifier,
 };
 
@@ -204,5 +207,22 @@ impl<F: Flash, V: Verifier> Application for Waiting<'_, F, V> {
             })
         });
         Poll::Ready(checked)
+    }
+
+    /// The bit rate is not changed here: LSS refuses to configure it.
+    fn store_lss(
+        &mut self,
+        node_id: Option<NodeId>,
+        _: Option<BitRate>,
+    ) -> Poll<Result<(), Abort>> {
+        let state = self.bootloader.state();
+        let bus = Bus {
+            node_id: node_id.map_or(state.bus.node_id, NodeId::get),
+            ..state.bus
+        };
+        let records = &self.bootloader.layout.records;
+        let next = State { bus, ..state };
+        let written = log::append(self.bootloader.flash, records, &next);
+        Poll::Ready(self.noted(written))
     }
 }

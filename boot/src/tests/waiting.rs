@@ -83,6 +83,38 @@ impl<'a> Bus<'a> {
     }
 }
 
+/// Of the LSS master: identifier and requests (CiA 305).
+const LSS: u16 = 0x7e5;
+const CONFIGURATION: [u8; 8] = [0x04, 1, 0, 0, 0, 0, 0, 0];
+const STORE: [u8; 8] = [0x17, 0, 0, 0, 0, 0, 0, 0];
+
+impl Bus<'_> {
+    /// A request of the LSS master; returns the response.
+    fn lss(&mut self, data: [u8; 8]) -> Vec<u8> {
+        let id = StandardId::new(LSS).expect("11 bits");
+        let frame = CanFrame::new(id, &data).expect("eight bytes");
+        self.node.receive(&frame, 0, &mut self.board);
+        self.node.tick(1000, &mut self.board);
+        let answer: Option<CanFrame> = self.node.transmit(&mut self.board);
+        answer.map_or_else(Vec::new, |answer| answer.data().to_vec())
+    }
+}
+
+#[test]
+fn lss_stores_the_node_id_of_the_bootloader_and_refuses_another_bit_rate() {
+    let mut flash = Model::new();
+    let before = bootloader(&mut flash).state();
+    let mut bus = Bus::new(&mut flash);
+    bus.lss(CONFIGURATION);
+    assert_eq!(bus.lss([0x11, 42, 0, 0, 0, 0, 0, 0])[..2], [0x11, 0]);
+    let refused = bus.lss([0x13, 0, 2, 0, 0, 0, 0, 0]);
+    assert!(refused[0] == 0x13 && refused[1] != 0, "{refused:?}");
+    assert_eq!(bus.lss(STORE)[..2], [0x17, 0]);
+    let after = bootloader(&mut flash).state();
+    assert_eq!(after.bus.node_id, 42);
+    assert_eq!(after.bus.kbit_s, before.bus.kbit_s);
+}
+
 const START: [u8; 8] = [0x2f, 0x51, 0x1f, 1, 1, 0, 0, 0];
 
 #[test]
