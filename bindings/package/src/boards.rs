@@ -1,8 +1,16 @@
-//! The programs of the boards: as ELF with symbols for a debugger, and as the bytes of the flash.
+//! The programs of the boards: as ELF with symbols for a debugger, and as the bytes of the flash or a
+//! signed image.
+//!
+//! Image and bootloader are those of the key that the environment variable `ACTUATOR_KEY` names,
+//! whose public key `ACTUATOR_PUBLIC_KEY` names; without them, those of the development key.
 
-use std::{fs, path::Path};
+use std::{
+    env, fs,
+    path::{Path, PathBuf},
+};
 
 use cross_build::BOARD_TARGET;
+use program_image::flashing::{KEY, boot_build, boot_elf, is_in_slot, write_image};
 
 use crate::{
     copy,
@@ -12,18 +20,27 @@ use crate::{
 
 const PROGRAMS: [&str; 2] = ["actuator-board", "comm-board"];
 
-/// Builds both programs, with their CRC.
+/// Builds both programs, with their CRC, and the bootloader.
 pub fn make(_: &Tools, out: &Path) -> Result<(), Error> {
     // The folder that the tests of the boards use.
     let folder = target().join("board");
+    let key = env::var_os(KEY).map(PathBuf::from);
     for name in PROGRAMS {
         cross_build::build(BOARD_TARGET, &["build-board", "--bin", name], &folder)?;
         let elf = folder.join(BOARD_TARGET).join("board").join(name);
         program_image::stamp(&elf)?;
         let place = out.join("boards").join(name);
         copy(&elf, &place.with_extension("elf"))?;
-        let image = place.with_extension("bin");
-        fs::write(&image, program_image::flash(&elf)?).map_err(at(&image))?;
+        if is_in_slot(&elf)? {
+            let image = write_image(&elf, key.as_deref())?;
+            copy(&image, &place.with_extension("img"))?;
+            let (arguments, _) = boot_build(key.as_deref());
+            cross_build::build(BOARD_TARGET, &arguments, &folder)?;
+            copy(&boot_elf(&elf), &out.join("boards/actuator-boot.elf"))?;
+        } else {
+            let image = place.with_extension("bin");
+            fs::write(&image, program_image::flash(&elf)?).map_err(at(&image))?;
+        }
     }
     Ok(())
 }

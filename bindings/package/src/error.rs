@@ -39,6 +39,9 @@ pub enum Error {
     /// The program of a board has no valid image.
     #[error(transparent)]
     Image(#[from] program_image::ImageError),
+    /// The program of a board cannot be signed.
+    #[error(transparent)]
+    Sign(#[from] program_image::signed::SignError),
     /// A file is larger than it may be.
     #[error("{} has {bytes} bytes, expected {most} at most", path.display())]
     TooLarge {

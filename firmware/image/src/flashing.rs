@@ -30,7 +30,7 @@ pub fn is_in_slot(elf: &Path) -> Result<bool, ImageError> {
 /// its environment; without a key the one of development, which a bootloader takes only with this
 /// feature.
 pub fn boot_build(key: Option<&Path>) -> (Vec<&'static str>, Option<PathBuf>) {
-    let build = vec!["build-boot", "--quiet", "--locked"];
+    let build = vec!["build-boot"];
     match key {
         Some(key) => (build, Some(public_path(key))),
         None => {

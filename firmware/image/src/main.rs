@@ -60,7 +60,7 @@ fn build_boot(key: Option<&Path>) -> Result<(), String> {
     let (arguments, public) = boot_build(key);
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let mut command = Command::new(cargo);
-    command.args(arguments);
+    command.args(arguments).args(["--quiet", "--locked"]);
     if let Some(public) = public {
         let public = std::path::absolute(&public).map_err(|error| error.to_string())?;
         command.env(PUBLIC_KEY, public);
