@@ -12,8 +12,8 @@ RUSTFLAGS="--emit=llvm-ir -C no-prepopulate-passes -C overflow-checks=on -C code
     --config 'profile.dev.opt-level=0' --config 'profile.dev.debug="full"' \
     --config 'profile.dev.package.model-core.opt-level=0' \
     --config 'profile.dev.package."*".opt-level=0'
-# The newest of each crate, as those of other options stay beside it. Functions that crates share are
-# compiled in any of them.
+# The newest of each crate, as those of other options stay beside it. Functions that crates share
+# are compiled in any of them.
 cd "$place/thumbv7em-none-eabihf/debug/deps"
 for crate in $(printf '%s\n' *.ll | sed 's/-[0-9a-f]*\.ll$//' | sort -u); do
     ls -t "$PWD/$crate"-*.ll | head -n 1

@@ -1,8 +1,8 @@
 """Runs all proofs of the control step, and those of planted defects, which have to fail.
 
 Usage: check.py WORKSPACE TRACE FILES... ; TRACE is the output of the program `trace`, the
-files are those that build.sh lists. With ALL=1 in the environment every parameter is read; otherwise
-one of each kind, as the others execute the same code with the same widths.
+files are those that build.sh lists. With ALL=1 in the environment every parameter is read;
+otherwise one of each kind, as the others execute the same code with the same widths.
 """
 
 import concurrent.futures
@@ -21,11 +21,35 @@ RATE_HZ = 250
 
 # Planted defects: what is planted, how, and the proof that has to fail.
 PLANTED = [
-    ("an integrator that is said to stay within 2^27", {"integrator_end": 2**27 << 32}, None, "angle"),
-    ("a rate that is said to stay within 44,000 deg/s", {"rate_end": 44_000 << 32}, None, "observe"),
+    (
+        "an integrator that is said to stay within 2^27",
+        {"integrator_end": 2**27 << 32},
+        None,
+        "angle",
+    ),
+    (
+        "a rate that is said to stay within 44,000 deg/s",
+        {"rate_end": 44_000 << 32},
+        None,
+        "observe",
+    ),
     ("a proportional gain of up to 10^6", {"range": ("proportional_gain", 1e6)}, None, "angle"),
-    ("the integrator's limit is 2^31", {}, ("rate_loop::RateLoopState::step", r"(limit_whole\S+\(ptr align 8 %self, i32) 268435456", r"\1 2147483647"), "angle"),
-    ("the modulator takes half of what it sends off its remainder", {}, ("pwm_timer::Modulator::next", r"(shl i64 %\S+), 32", r"\1, 31"), "compare"),
+    (
+        "the integrator's limit is 2^31",
+        {},
+        (
+            "rate_loop::RateLoopState::step",
+            r"(limit_whole\S+\(ptr align 8 %self, i32) 268435456",
+            r"\1 2147483647",
+        ),
+        "angle",
+    ),
+    (
+        "the modulator takes half of what it sends off its remainder",
+        {},
+        ("pwm_timer::Modulator::next", r"(shl i64 %\S+), 32", r"\1, 31"),
+        "compare",
+    ),
 ]
 
 _loaded = None
@@ -69,8 +93,15 @@ def one(name, changes=None, edit=None):
 
 
 # Parameters of whose kind others are: reading them is proved with ALL=1.
-ALIKE = {"proportional_gain", "anti_windup_gain", "feed_forward_gain", "rate_filter", "position_max_deg",
-         "rate_command_limit_down_deg_s", "duty_limit_pct"}
+ALIKE = {
+    "proportional_gain",
+    "anti_windup_gain",
+    "feed_forward_gain",
+    "rate_filter",
+    "position_max_deg",
+    "rate_command_limit_down_deg_s",
+    "duty_limit_pct",
+}
 
 
 def main(workspace, trace, *files):
@@ -79,19 +110,26 @@ def main(workspace, trace, *files):
     ranges = ranges_of(lines)
     program = Program(files)
     operations = [line for line in lines if "->" in line]
-    print(f"{replay(program, operations)} results of {len(operations)} operations are those of the native code")
+    print(f"{replay(program, operations)} results of {len(operations)} operations are native")
     names = list(functions(Proof(program, Control(program, ranges, RATE_HZ))))
     if not os.environ.get("ALL"):
         names = [name for name in names if not (name.startswith("get ") and name[4:] in ALIKE)]
     # The longest first.
     names.sort(key=lambda name: not name.startswith(("set", "get", "retune")))
     failed, sites, paths = [], set(), 0
-    with concurrent.futures.ProcessPoolExecutor(2, initializer=setup, initargs=(files, ranges)) as pool:
+    with concurrent.futures.ProcessPoolExecutor(
+        2, initializer=setup, initargs=(files, ranges)
+    ) as pool:
         proofs = [pool.submit(one, name) for name in names]
-        defects = [(what, pool.submit(one, name, changes, edit)) for what, changes, edit, name in PLANTED]
+        defects = [
+            (what, pool.submit(one, name, changes, edit)) for what, changes, edit, name in PLANTED
+        ]
         for future in proofs:
             name, count, found, seconds, violation = future.result()
-            print(f"{name:32} {count:4} paths {len(found):3} obligations {seconds:6.1f} s", flush=True)
+            print(
+                f"{name:32} {count:4} paths {len(found):3} obligations {seconds:6.1f} s",
+                flush=True,
+            )
             sites |= found
             paths += count
             if violation:

@@ -9,7 +9,7 @@ import math
 
 import z3
 
-from machine import Memory, Pointer, Violation, known, signed, term
+from machine import Memory, Pointer, known, signed, term
 
 UNIT = 1 << 32
 CORE = "model_core::control::"
@@ -20,7 +20,9 @@ class Control:
 
     def __init__(self, program, ranges, rate_hz):
         self.program = program
-        self.fields = {s: program.members(s) for s in ("CascadeState", "Coefficients", "Modulator")}
+        self.fields = {
+            s: program.members(s) for s in ("CascadeState", "Coefficients", "Modulator")
+        }
         self.ranges = ranges
         self.magnitudes = {}
         period = 1.0 / rate_hz
@@ -62,7 +64,9 @@ class Control:
             self.bounded(machine, memory, at, 8 * count, f"{label}.{field}", low, high)
         for gain, power in self.gains.items():
             at = fields[gain + ".coefficient"][0]
-            digits = [machine.unknown(f"{label}.{gain}.{n}", 32) for n in ("whole", "upper", "lower")]
+            digits = [
+                machine.unknown(f"{label}.{gain}.{n}", 32) for n in ("whole", "upper", "lower")
+            ]
             for i, digit in enumerate(digits):
                 memory.put(at + 4 * i, 4, digit)
             machine.assume(self.is_gain(digits, power))
@@ -145,7 +149,12 @@ class Control:
             at, count = self.fields["Coefficients"][field]
             self.require_range(machine, gains, at, 8 * count, field, low, high)
         low, high = (
-            term(gains.target.take(self.fields["Coefficients"][f"position.{e}.__0.bits"][0], 8, machine), 64)
+            term(
+                gains.target.take(
+                    self.fields["Coefficients"][f"position.{e}.__0.bits"][0], 8, machine
+                ),
+                64,
+            )
             for e in ("min", "max")
         )
         machine.require(low <= high, "the limits of position are in order")
@@ -221,7 +230,13 @@ class Control:
             product = machine.unknown(f"product.{gain}", 64)
             if power == 0:
                 # A share of the signal, towards zero.
-                machine.assume(z3.If(signal < 0, z3.And(product <= 0, product >= signal), z3.And(product >= 0, product <= signal)))
+                machine.assume(
+                    z3.If(
+                        signal < 0,
+                        z3.And(product <= 0, product >= signal),
+                        z3.And(product >= 0, product <= signal),
+                    )
+                )
             else:
                 most = self.magnitude(machine, signal) << power
                 machine.assume(z3.And(product <= most, product >= -most))
@@ -232,12 +247,16 @@ class Control:
         """A power of two, in steps, that the signal does not exceed on this path."""
         key = (repr(machine.decisions[: machine.made]), machine.counter)
         if key not in self.magnitudes:
-            powers = (p for p in (16, 17, 18, 29) if not machine.is_possible(z3.Or(signal > UNIT << p, signal < -(UNIT << p))))
+            powers = (
+                p
+                for p in (16, 17, 18, 29)
+                if not machine.is_possible(z3.Or(signal > UNIT << p, signal < -(UNIT << p)))
+            )
             self.magnitudes[key] = UNIT << next(powers, 30)
         return self.magnitudes[key]
 
     def close(self, machine, arguments, caller):
-        """`CascadeState::close`, shown by the proofs of `angle` and `rate`: it keeps the invariant."""
+        """`CascadeState::close`, shown by the proofs of `angle` and `rate`."""
         state = arguments[1]
         for field, low, high in self.state_ranges():
             if field.startswith("regulator"):
@@ -245,11 +264,18 @@ class Control:
                 self.bounded(machine, state.target, state.offset + at, 8 * size, field, low, high)
 
     def follow_rate(self, machine, arguments, caller):
-        """`PositionLoop::follow_rate`, shown by a proof of its own: the rate lies within its limits."""
+        """`PositionLoop::follow_rate`, shown by a proof of its own."""
         place, gains = arguments[:2]
         at = gains.offset - self.fields["Coefficients"]["position"][0]
         up, down = (
-            term(gains.target.take(at + self.fields["Coefficients"][f"position.rate_{way}.__0.bits"][0], 8, machine), 64)
+            term(
+                gains.target.take(
+                    at + self.fields["Coefficients"][f"position.rate_{way}.__0.bits"][0],
+                    8,
+                    machine,
+                ),
+                64,
+            )
             for way in ("up", "down")
         )
         rate = machine.unknown("commanded", 64)
@@ -271,9 +297,14 @@ class Control:
         return angle
 
 
-# The bounds of the signal of a product that comments state: file, words of the comment, gain, bound.
+# The bounds of a product's signal that comments state: file, words of the comment, gain, bound.
 SIGNALS = [
-    ("position_loop.rs", "so the error lies within 2^16 and P times it within 2^25", "position.gain", 2**16 * UNIT),
+    (
+        "position_loop.rs",
+        "so the error lies within 2^16 and P times it within 2^25",
+        "position.gain",
+        2**16 * UNIT,
+    ),
     ("rate_estimate.rs", "so the difference lies within 2^17", "filter", 2**17 * UNIT),
     ("rate_loop.rs", "so `|e| < 2^18`", "rate.proportional", 2**18 * UNIT - 1),
     ("rate_loop.rs", "`|r| <= 2^17`", "rate.feed_forward", 2**17 * UNIT),
@@ -282,19 +313,47 @@ SIGNALS = [
 
 # The bounds that comments state: file, the words of the comment, function, register, bound.
 COMMENTS = [
-    ("rate_estimate.rs", "the product fits 31 bits by the choice of FRACTION_BITS",
-     "rate_estimate::RateEstimate::update", "%travelled", 2**31 - 1),
-    ("rate_estimate.rs", "within 45,000 deg/s", "rate_estimate::RateEstimate::update", "%raw", 45_000 * UNIT),
-    ("rate_loop.rs", "so `|e| < 2^18`", "rate_loop::RateLoopState::step", "%error", 2**18 * UNIT - 1),
-    ("rate_loop.rs", "hence `|v|, |u - v| < 2^29`", "rate_loop::RateLoopState::step", "%unlimited",
-     (2**28 + 2**26) * UNIT),
-    ("rate_loop.rs", "below `2^28 + 2^19 + 2^29 < 2^30`", "rate_loop::RateLoopState::step", "%correction",
-     (2**19 + 2**29) * UNIT),
+    (
+        "rate_estimate.rs",
+        "the product fits 31 bits by the choice of FRACTION_BITS",
+        "rate_estimate::RateEstimate::update",
+        "%travelled",
+        2**31 - 1,
+    ),
+    (
+        "rate_estimate.rs",
+        "within 45,000 deg/s",
+        "rate_estimate::RateEstimate::update",
+        "%raw",
+        45_000 * UNIT,
+    ),
+    (
+        "rate_loop.rs",
+        "so `|e| < 2^18`",
+        "rate_loop::RateLoopState::step",
+        "%error",
+        2**18 * UNIT - 1,
+    ),
+    (
+        "rate_loop.rs",
+        "hence `|v|, |u - v| < 2^29`",
+        "rate_loop::RateLoopState::step",
+        "%unlimited",
+        (2**28 + 2**26) * UNIT,
+    ),
+    (
+        "rate_loop.rs",
+        "below `2^28 + 2^19 + 2^29 < 2^30`",
+        "rate_loop::RateLoopState::step",
+        "%correction",
+        (2**19 + 2**29) * UNIT,
+    ),
 ]
 
 
 def watched(bits_of):
     """Checks of the registers that comments bound."""
+
     def check(what, bound):
         def required(machine, value):
             bits = 64 if isinstance(value, int) else value.size()
@@ -304,5 +363,10 @@ def watched(bits_of):
             cut = machine.unknown("bounded", bits)
             machine.assume(z3.And(cut <= bound, cut >= -bound))
             return cut
+
         return required
-    return {(CORE + function, register): check(words, bound) for _, words, function, register, bound in bits_of}
+
+    return {
+        (CORE + function, register): check(words, bound)
+        for _, words, function, register, bound in bits_of
+    }

@@ -1,4 +1,4 @@
-"""Functions, constants, structures and source lines of LLVM's intermediate code, as rustc writes it."""
+"""Functions, constants, structures and source lines of LLVM's intermediate code of rustc."""
 
 import re
 
@@ -157,7 +157,7 @@ class Program:
         return demangled(function.name), 0
 
     def members(self, structure):
-        """Byte offset and type of each field of a structure of model-core, nested ones as a path."""
+        """Byte offset and size of each field of a structure, nested ones as a path."""
         for data in self.metadata:
             for entry in data.values():
                 if f'name: "{structure}"' in entry and "DW_TAG_structure_type" in entry:
@@ -185,7 +185,7 @@ def constant(text):
     """The bytes of a constant; `None` for each that is an address."""
     text = text.strip()
     kind, rest = type_of(text)
-    if rest.startswith("c\""):
+    if rest.startswith('c"'):
         raw, out, i = rest[2 : rest.rindex('"')], [], 0
         while i < len(raw):
             if raw[i : i + 2] == "\\\\":

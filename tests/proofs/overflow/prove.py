@@ -8,8 +8,7 @@ import pathlib
 
 import z3
 
-from control import COMMENTS, CORE, SIGNALS, UNIT, Control, watched
-from ir import Program
+from control import COMMENTS, CORE, SIGNALS, UNIT, watched
 from machine import Machine, Memory, Pointer, Violation, explore, term
 
 # Where a digit of a number is taken, a cast is to drop the rest.
@@ -38,6 +37,7 @@ class Proof:
             )
             machine.gains, machine.products, machine.kept = {}, {}, []
             return machine
+
         return make
 
     def function(self, name, run, contracts=None):
@@ -75,12 +75,18 @@ class Proof:
         machine.require(z3.And(angle <= end, angle >= -end), "the angle lies within 2^15 deg")
 
     def closed(self, machine, name, *setpoint):
-        state, gains, step = self.control.state(machine), self.control.coefficients(machine), Pointer(Memory())
+        state, gains, step = (
+            self.control.state(machine),
+            self.control.coefficients(machine),
+            Pointer(Memory()),
+        )
         self.call(machine, name, step, state, gains, *setpoint)
         self.control.require_state(machine, state)
         rate, duty = (term(step.target.take(at, 8, machine), 64) for at in (0, 8))
         end = self.control.commanded_end
-        machine.require(z3.And(rate <= end, rate >= -end), "the commanded rate lies within 2^17 deg/s")
+        machine.require(
+            z3.And(rate <= end, rate >= -end), "the commanded rate lies within 2^17 deg/s"
+        )
         at = self.control.fields["Coefficients"]["rate.duty_limit.__0.bits"][0]
         limit = term(gains.target.take(at, 8, machine), 64)
         machine.require(z3.And(duty <= limit, duty >= -limit), "the duty lies within its limit")
@@ -89,16 +95,25 @@ class Proof:
         self.closed(machine, "regulate", 0, machine.unknown("angle", 64))
 
     def rate(self, machine):
-        machine.contracts = {**machine.contracts, POSITION + "follow_rate": self.control.follow_rate}
+        machine.contracts = {
+            **machine.contracts,
+            POSITION + "follow_rate": self.control.follow_rate,
+        }
         self.closed(machine, "regulate", 1, machine.unknown("rate", 64))
 
     def approach(self, machine):
-        angle, end, bound = machine.unknown("angle", 64), machine.unknown("end", 64), self.control.approach_end
+        angle, end, bound = (
+            machine.unknown("angle", 64),
+            machine.unknown("end", 64),
+            self.control.approach_end,
+        )
         for value in (angle, end):
             machine.assume(z3.And(value <= UNIT << 15, value >= -(UNIT << 15)))
         position = self.position(machine)
         rate = machine.call(self.program.function(POSITION + "approach"), [position, end, angle])
-        machine.require(z3.And(term(rate, 64) <= bound, term(rate, 64) >= -bound), "the rate lies within 2^25")
+        machine.require(
+            z3.And(term(rate, 64) <= bound, term(rate, 64) >= -bound), "the rate lies within 2^25"
+        )
 
     def follow_rate(self, machine):
         machine.contracts = {**machine.contracts, POSITION + "approach": self.control.approach}
@@ -106,11 +121,18 @@ class Proof:
         machine.assume(z3.And(angle <= UNIT << 15, angle >= -(UNIT << 15)))
         position = self.position(machine)
         command = machine.unknown("command", 64)
-        machine.call(self.program.function(POSITION + "follow_rate"), [place, position, command, angle])
+        machine.call(
+            self.program.function(POSITION + "follow_rate"), [place, position, command, angle]
+        )
         at = self.control.fields["Coefficients"]
-        up, down = (term(position.target.take(at[f"position.rate_{w}.__0.bits"][0], 8, machine), 64) for w in ("up", "down"))
+        up, down = (
+            term(position.target.take(at[f"position.rate_{w}.__0.bits"][0], 8, machine), 64)
+            for w in ("up", "down")
+        )
         rate = term(place.target.take(0, 8, machine), 64)
-        machine.require(z3.And(rate <= up, rate >= -down), "the commanded rate lies within its limits")
+        machine.require(
+            z3.And(rate <= up, rate >= -down), "the commanded rate lies within its limits"
+        )
 
     def position(self, machine):
         """The position loop of unknown coefficients."""
@@ -151,7 +173,9 @@ class Proof:
         duty = machine.unknown("duty", 64)
         machine.assume(z3.And(duty <= self.control.duty_end, duty >= -self.control.duty_end))
         counts = term(self.call(machine, "compare", Pointer(memory), duty), 32)
-        machine.require(z3.And(counts <= 56_000, counts >= -56_000), "the compare value fits the period")
+        machine.require(
+            z3.And(counts <= 56_000, counts >= -56_000), "the compare value fits the period"
+        )
         self.control.require_range(machine, Pointer(memory), 0, 64, "remainder", -half, half - 1)
 
     def set(self, row):
@@ -162,11 +186,13 @@ class Proof:
             machine.contracts = {PRECISION + "get": lambda m, a, c: (1, m.unknown("read", 32))}
             self.call(machine, "set", gains, row, bits)
             self.control.require_coefficients(machine, gains)
+
         return run
 
     def get(self, row):
         def run(machine):
             self.call(machine, "get", self.control.coefficients(machine), row)
+
         return run
 
     def times(self, machine):
@@ -199,20 +225,31 @@ class Proof:
             products["wrapped"] = (*arguments, value)
             return value
 
-        multiply = next(n for n in self.program.of_path if "num" in n and n.endswith("l12wrapping_mul"))
+        multiply = next(
+            n for n in self.program.of_path if "num" in n and n.endswith("l12wrapping_mul")
+        )
         self.contracts_of_times = {CORE + "arithmetic::product": product, multiply: wrapping_mul}
         machine.contracts = self.contracts_of_times
         result = term(
-            machine.call(self.program.function(CORE + "arithmetic::Coefficient::times_digits"), [Pointer(memory), signal]), 64
+            machine.call(
+                self.program.function(CORE + "arithmetic::Coefficient::times_digits"),
+                [Pointer(memory), signal],
+            ),
+            64,
         )
-        low_lower, low_upper, high_lower, high_upper, low_whole = (products[i][2] for i in range(5))
+        low_lower, low_upper, high_lower, high_upper, low_whole = (
+            products[i][2] for i in range(5)
+        )
         for index, pair in enumerate([(0, lower), (0, upper), (1, lower), (1, upper), (0, whole)]):
-            machine.require(term(products[index][1], 32) == pair[1], "a product is of these digits")
+            machine.require(
+                term(products[index][1], 32) == pair[1], "a product is of these digits"
+            )
         low, high = products[0][0], products[2][0]
         signed = z3.SignExt(32, low) + (z3.SignExt(32, high) << 32)
         machine.require(signed == signal, "digits make the signal")
         machine.require(
-            z3.And(products["wrapped"][0] == high, products["wrapped"][1] == whole), "the last product is of these digits"
+            z3.And(products["wrapped"][0] == high, products["wrapped"][1] == whole),
+            "the last product is of these digits",
         )
         # The sum in the order of the code.
         lowest = (low_lower >> 32) + (1 << 31)
@@ -230,13 +267,18 @@ class Proof:
 
     def limiter(self, name, contract, function):
         """A limiter keeps its contract."""
+
         def run(machine):
             machine.contracts = {}
             value, low, high = (machine.unknown(n, 64) for n in ("value", "low", "high"))
             places = [Pointer(Memory()) for _ in range(2)]
             for place in places:
                 place.target.put(0, 8, value)
-            ends = [low, high] if not name.endswith("limit_whole") else [self.control.integrator_end >> 32]
+            ends = (
+                [low, high]
+                if not name.endswith("limit_whole")
+                else [self.control.integrator_end >> 32]
+            )
             machine.assume(self.control.limiter_requires(name, low, high))
             acted = contract(machine, [places[0], *ends], "")
             found = machine.call(function, [places[1], *ends])
@@ -244,13 +286,30 @@ class Proof:
                 machine.require(term(acted, 1) == term(found, 1), "the contract's result")
             kept = [term(place.target.take(0, 8, machine), 64) for place in places]
             machine.require(kept[0] == kept[1], "the contract's value")
+
         return run
 
 
 def functions(proof):
     """All proofs by name: what is printed, what is executed."""
-    names = ["times", "observe", "angle", "retune", "decelerate", "rate", "approach", "follow_rate", "measured",
-             "start", "defaults", "miss", "release", "reset_position", "read", "compare"]
+    names = [
+        "times",
+        "observe",
+        "angle",
+        "retune",
+        "decelerate",
+        "rate",
+        "approach",
+        "follow_rate",
+        "measured",
+        "start",
+        "defaults",
+        "miss",
+        "release",
+        "reset_position",
+        "read",
+        "compare",
+    ]
     found = {name: (name, getattr(proof, name)) for name in names}
     for path, contract in proof.control.limiters().items():
         for i, function in enumerate(proof.program.of_path[path]):
@@ -273,4 +332,6 @@ def comments_stand(workspace):
 
 def ranges_of(lines):
     """Least and greatest value of each parameter, of the lines `range NAME MIN MAX`."""
-    return {p[1]: (float(p[2]), float(p[3])) for p in map(str.split, lines) if p and p[0] == "range"}
+    return {
+        p[1]: (float(p[2]), float(p[3])) for p in map(str.split, lines) if p and p[0] == "range"
+    }

@@ -21,7 +21,6 @@ SECTORS = [F(n, 100) for n in (90, 75, 60, 30)]
 PRESETS = ["consistent", "as-measured-retuned"]
 
 
-
 def scaled(matrix, by):
     return np.array([[float(x) for x in row] for row in matrix]) * by
 
@@ -65,8 +64,10 @@ def certificate(gains, steady, factor, pole):
             continue
         p, t = found
         entry = {
-            **cell, "sector": str(sector),
-            "scale": str(SCALE**2), "t": str(round(t * SCALE**2)),
+            **cell,
+            "sector": str(sector),
+            "scale": str(SCALE**2),
+            "t": str(round(t * SCALE**2)),
             "p": [[str(round(x * SCALE**2)) for x in row] for row in p],
         }
         if holds(entry, gains, steady):
@@ -76,7 +77,10 @@ def certificate(gains, steady, factor, pole):
 
 def between(low, high, parts):
     """Ends of so many parts of the same ratio."""
-    inner = [F(round(float(low) * (float(high / low)) ** (i / parts) * 1000), 1000) for i in range(1, parts)]
+    inner = [
+        F(round(float(low) * (float(high / low)) ** (i / parts) * 1000), 1000)
+        for i in range(1, parts)
+    ]
     ends = [low, *inner, high]
     return list(zip(ends, ends[1:]))
 
@@ -84,10 +88,16 @@ def between(low, high, parts):
 def divide(gains, steady, factor, pole, depth, cells, lost):
     found = certificate(gains, steady, factor, pole)
     if found:
-        print(f"  {float(factor[0]):.3f}..{float(factor[1]):.3f} {float(pole[0]):.2f}..{float(pole[1]):.2f} sector {found['sector']}", flush=True)
+        print(
+            f"  {shown(factor, pole)} sector {found['sector']}",
+            flush=True,
+        )
         cells.append(found)
     elif depth == 0:
-        print(f"  LOST {float(factor[0]):.3f}..{float(factor[1]):.3f} {float(pole[0]):.2f}..{float(pole[1]):.2f}", flush=True)
+        print(
+            f"  LOST {shown(factor, pole)}",
+            flush=True,
+        )
         lost.append([list(map(float, factor)), list(map(float, pole))])
     else:
         halves = lambda ends: [(ends[0], middle(ends)), (middle(ends), ends[1])]
@@ -97,6 +107,10 @@ def divide(gains, steady, factor, pole, depth, cells, lost):
             parts = [(factor, p) for p in halves(pole)]
         for f, p in parts:
             divide(gains, steady, f, p, depth - 1, cells, lost)
+
+
+def shown(factor, pole):
+    return " ".join(f"{float(ends[0]):.3f}..{float(ends[1]):.3f}" for ends in (factor, pole))
 
 
 def middle(ends):
@@ -112,7 +126,16 @@ def main(trace, file, only="", depth=4):
     loops = []
     for preset in [only] if only else PRESETS:
         values = presets[preset]
-        gains = [values[n] for n in ("position_gain", "proportional_gain", "integral_gain", "anti_windup_gain", "rate_filter")]
+        gains = [
+            values[n]
+            for n in (
+                "position_gain",
+                "proportional_gain",
+                "integral_gain",
+                "anti_windup_gain",
+                "rate_filter",
+            )
+        ]
         pole = 1 / values["motor_time_constant_s"]
         steady = values["motor_gain_up"], values["motor_gain_down"]
         cells, lost = [], []
@@ -128,9 +151,13 @@ def main(trace, file, only="", depth=4):
 def write(file, loops):
     """One certificate a line."""
     cells = lambda loop: ",\n".join(json.dumps(cell) for cell in loop["cells"])
-    listed = ",\n".join(f'{{"preset": "{loop["preset"]}", "cells": [\n{cells(loop)}\n]}}' for loop in loops)
+    listed = ",\n".join(
+        f'{{"preset": "{loop["preset"]}", "cells": [\n{cells(loop)}\n]}}' for loop in loops
+    )
     with open(file, "w") as out:
-        out.write(f'{{"spread": {json.dumps([str(x) for x in SPREAD])}, "loops": [\n{listed}\n]}}\n')
+        out.write(
+            f'{{"spread": {json.dumps([str(x) for x in SPREAD])}, "loops": [\n{listed}\n]}}\n'
+        )
 
 
 if __name__ == "__main__":

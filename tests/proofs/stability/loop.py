@@ -1,7 +1,8 @@
 """The sampled loop between two limits, in exact rational bounds.
 
-State at a control step: angle error e (deg), rate w (deg/s), duty of the last period d (%), travel in
-the last period g (deg), filtered rate h (deg/s), integrator x (%). With r = -P e, the step computes
+State at a control step: angle error e (deg), rate w (deg/s), duty of the last period d (%), travel
+in the last period g (deg), filtered rate h (deg/s), integrator x (%). With r = -P e, the step
+computes
 
     h+ = h + alpha (g/T - h)      v = Kp (r - h+) + x      u = v limited
     x+ = x + T (Ki (r - h+) + Kaw (u - v))
@@ -98,7 +99,9 @@ def entries(gain, pole):
     old_angle = monotone(
         lambda p: DELAY - (exp_minus(p * late) - exp_minus(p * PERIOD)) * (1 / p), pole
     )
-    return [stay, travel] + [(x * gain).rounded() for x in (new_rate, old_rate, new_angle, old_angle)]
+    return [stay, travel] + [
+        (x * gain).rounded() for x in (new_rate, old_rate, new_angle, old_angle)
+    ]
 
 
 def matrices(gains, motor):

@@ -1,15 +1,15 @@
 """Checks the certificates of `certificates.json` in exact rational arithmetic.
 
-Usage: verify.py TRACE [FILE]; TRACE is the output of the program `trace`, which has the
-presets. Each certificate is a matrix P, a multiplier t and a sector for a cell of the box of motors. For
+Usage: verify.py TRACE [FILE]; TRACE is the output of the program `trace`, which has the presets.
+Each certificate is a matrix P, a multiplier t and a sector for a cell of the box of motors. For
 every corner of the cell's entries the matrix
 
     P - A'PA           A'PB - t C'
     (A'PB - t C')'     2 t/sector - B'PB
 
-has to be positive definite. It is concave in A and B jointly by Schur's complement, so that the corners
-decide for the cell. Then state' P state falls in every step in which the limit takes away between
-nothing and the share `sector` of the duty wanted.
+has to be positive definite. It is a constant less (A, -B)'P(A, -B) and so concave in A and B, and C
+is the same for all motors: the corners decide for the cell. Then state' P state falls in every step
+in which the limit takes away between nothing and the share `sector` of the duty wanted.
 """
 
 import json
@@ -46,8 +46,8 @@ def decrease(p, t, sector, a, b, c):
 
 
 def motors(certificate, steady):
-    """The box of entries of a cell. `steady` are the steady rates per duty in both directions: between
-    them the loop may change at any step, so that one cell has both."""
+    """The box of entries of a cell. `steady` are the steady rates per duty in both directions:
+    between them the loop may change at any step, so that one cell has both."""
     factor, pole = ([F(x) for x in certificate[name]] for name in ("factor", "pole"))
     return entries(Interval(factor[0] * min(steady), factor[1] * max(steady)), Interval(*pole))
 
@@ -61,7 +61,8 @@ def holds(certificate, gains, steady):
     if t <= 0 or not 0 < sector <= 1 or not is_positive_definite(p):
         return False
     return all(
-        is_positive_definite(decrease(p, t, sector, *matrices(gains, corner))) for corner in vertices(motors(certificate, steady))
+        is_positive_definite(decrease(p, t, sector, *matrices(gains, corner)))
+        for corner in vertices(motors(certificate, steady))
     )
 
 
@@ -80,8 +81,9 @@ def covers(cells, factor, pole):
 
 
 def region(certificate, gains, steady, duty_limit):
-    """The greatest step of the angle from rest, deg, for which the limit takes away no more than the
-    sector from then on: with |v| <= limit/(1 - sector) all over the ellipsoid through the step."""
+    """The greatest step of the angle from rest, deg, for which the limit takes away no more than
+    the sector from then on: with |v| <= limit/(1 - sector) all over the ellipsoid through the step.
+    """
     p = [[F(x) / F(certificate["scale"]) for x in row] for row in certificate["p"]]
     sector = F(certificate["sector"])
     if sector == 1:
@@ -101,8 +103,8 @@ def region(certificate, gains, steady, duty_limit):
 
 
 def follows(gains, steady, pole, angles):
-    """The greatest difference, in counts, between the loop of the code and this model of it, which has
-    no encoder: both are given a step from rest that no limit acts on."""
+    """The greatest difference, in counts, between the loop of the code and this model of it, which
+    has no encoder: both are given a step from rest that no limit acts on."""
     box = entries(Interval(steady[0]), Interval(pole))
     a, _, _ = matrices(gains, [interval.middle for interval in box])
     a = [[float(x) for x in row] for row in a]
@@ -116,7 +118,13 @@ def follows(gains, steady, pole, angles):
 
 def loop_of(values):
     """Gains, steady rates and pole of a preset."""
-    names = "position_gain", "proportional_gain", "integral_gain", "anti_windup_gain", "rate_filter"
+    names = (
+        "position_gain",
+        "proportional_gain",
+        "integral_gain",
+        "anti_windup_gain",
+        "rate_filter",
+    )
     steady = values["motor_gain_up"], values["motor_gain_down"]
     return [values[name] for name in names], steady, 1 / values["motor_time_constant_s"]
 
@@ -143,15 +151,25 @@ def main(trace, file):
         low, high = (F(x) for x in document["spread"])
         # Gain and supply multiply to the steady rate, pole and inertia to the pole.
         cells = loop["cells"]
-        assert covers(cells, (low**2, high**2), (pole * low / high, pole * high / low)), f"{loop['preset']}: the cells leave motors out"
+        assert covers(
+            cells, (low**2, high**2), (pole * low / high, pole * high / low)
+        ), f"{loop['preset']}: the cells leave motors out"
         for cell in cells:
-            assert holds(cell, gains, steady), f"{loop['preset']}: no certificate for {cell['factor']}, {cell['pole']}"
+            assert holds(
+                cell, gains, steady
+            ), f"{loop['preset']}: no certificate for {cell['factor']}, {cell['pole']}"
         # Planted: each has to be refused.
-        assert not holds(dict(cells[0], t="-" + cells[0]["t"]), gains, steady), "a negative multiplier is taken"
-        assert not holds(cells[0], gains, [4 * x for x in steady]), "a motor four times as strong is taken"
-        assert not covers(cells[1:], (low**2, high**2), (pole * low / high, pole * high / low)), "a gap is not seen"
+        assert not holds(
+            dict(cells[0], t="-" + cells[0]["t"]), gains, steady
+        ), "a negative multiplier is taken"
+        assert not holds(
+            cells[0], gains, [4 * x for x in steady]
+        ), "a motor four times as strong is taken"
+        assert not covers(
+            cells[1:], (low**2, high**2), (pole * low / high, pole * high / low)
+        ), "a gap is not seen"
         least = min(region(cell, gains, steady, values["duty_limit_pct"]) for cell in cells)
-        print(f"{loop['preset']}: {len(cells)} certificates hold; steps of up to {least:.1f} deg from rest")
+        print(f"{loop['preset']}: {len(cells)} certificates hold; steps up to {least:.1f} deg")
 
 
 if __name__ == "__main__":
