@@ -42,6 +42,9 @@ pub enum Error {
     /// The program of a board cannot be signed.
     #[error(transparent)]
     Sign(#[from] program_image::signed::SignError),
+    /// The list of packages is not what was expected.
+    #[error("the output of `cargo metadata`: {0}")]
+    Metadata(#[from] serde_json::Error),
     /// A file is larger than it may be.
     #[error("{} has {bytes} bytes, expected {most} at most", path.display())]
     TooLarge {

@@ -10,6 +10,7 @@
 mod boards;
 mod c_library;
 mod checksums;
+mod components;
 mod error;
 mod pages;
 mod program;
@@ -52,6 +53,8 @@ enum Part {
     Pages,
     /// The programs of the boards
     Boards,
+    /// The list of components (SBOM)
+    Components,
 }
 
 impl Part {
@@ -63,6 +66,7 @@ impl Part {
             Self::Program => program::make(tools, out),
             Self::Pages => pages::make(tools, out),
             Self::Boards => boards::make(tools, out),
+            Self::Components => components::make(tools, out),
         }
     }
 }

@@ -3,8 +3,9 @@
 use std::{
     env,
     ffi::OsString,
+    io,
     path::{Path, PathBuf},
-    process::Command,
+    process::{Command, ExitStatus, Stdio},
 };
 
 use crate::error::Error;
@@ -100,16 +101,25 @@ pub fn target() -> PathBuf {
 
 /// Runs a command to its end.
 pub fn run(command: &mut Command) -> Result<(), Error> {
-    let line = format!("{command:?}");
-    match command.status() {
+    let status = command.status();
+    succeeded(command, status)
+}
+
+/// Runs a command to its end; returns what it prints.
+pub fn output(command: &mut Command) -> Result<Vec<u8>, Error> {
+    let output = command.stderr(Stdio::inherit()).output();
+    let (status, printed) = match output {
+        Ok(output) => (Ok(output.status), output.stdout),
+        Err(source) => (Err(source), Vec::new()),
+    };
+    succeeded(command, status).map(|()| printed)
+}
+
+fn succeeded(command: &Command, status: io::Result<ExitStatus>) -> Result<(), Error> {
+    let command = format!("{command:?}");
+    match status {
         Ok(status) if status.success() => Ok(()),
-        Ok(status) => Err(Error::Failed {
-            command: line,
-            status,
-        }),
-        Err(source) => Err(Error::Start {
-            command: line,
-            source,
-        }),
+        Ok(status) => Err(Error::Failed { command, status }),
+        Err(source) => Err(Error::Start { command, source }),
     }
 }

@@ -37,7 +37,8 @@ const fn shifted(mut remainder: u32, bits: u32) -> u32 {
     remainder
 }
 
-/// What the unit holds, also in hands of the core's bus: see [`CrcBus`].
+/// The remainder in the unit, which the bus of the core updates too
+/// (`virtual-board/src/board/crc_bus.rs`).
 #[derive(Debug, Clone)]
 pub struct Remainder(Arc<AtomicU32>);
 
