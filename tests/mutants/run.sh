@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# Mutation test of the control step: changes each operator and each result in turn, and runs the unit
-# tests of model-core. Prints the share that the tests notice, and each survivor that accepted.txt does
-# not list. Takes about an hour on one processor; not part of CI. Needs `cargo install cargo-mutants
-# --locked`, of which 27.1.0 was used. Further arguments go to cargo-mutants: `--iterate` repeats the
-# survivors only.
+# Mutation test of the control step: changes each operator and each result in turn, and runs the
+# unit tests of model-core. Prints the share that the tests notice, and each survivor that
+# accepted.txt does not list. Takes about an hour on one processor; not part of CI. Needs
+# `cargo install cargo-mutants --locked`, of which 27.1.0 was used. Further arguments go to
+# cargo-mutants: `--iterate` repeats the survivors only.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 out=$PWD/target/mutants

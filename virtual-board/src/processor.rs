@@ -3,9 +3,12 @@
 //! An [`Observer`] runs the core in place of the emulator, so that it sees the core before and
 //! after each stretch of instructions, and every access to a peripheral through a bus of its own.
 
+mod layer;
+
 use std::fmt::Debug;
 use std::sync::{Arc, Mutex, MutexGuard};
 
+pub use layer::{BusLayer, Layered};
 pub use rigless::emulator::{
     Access, AccessKind, Checked, CoreBus, Exit, InterruptLine, Processor, Queued,
 };

@@ -1,5 +1,5 @@
-//! The components of the release (SBOM): every crate that its programs and libraries are made of, on
-//! any platform, as CycloneDX 1.5.
+//! The components of the release (SBOM): every crate that its programs and libraries are made of,
+//! on any platform, as CycloneDX 1.5.
 //!
 //! The file depends on `Cargo.lock` and the manifests alone: it has no date and no serial number.
 

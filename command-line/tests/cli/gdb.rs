@@ -11,8 +11,8 @@ use std::{
 use bootloader::{HEADER_SIZE, layout::STM32F427};
 use cross_build::board_elf;
 
-/// Vector of the interrupt of the control step, DMA2 stream 0 (RM0090, table 62: position 56), in the
-/// program of the slot.
+/// Vector of the interrupt of the control step, DMA2 stream 0 (RM0090, table 62: position 56), in
+/// the program of the slot.
 fn control_vector() -> u32 {
     STM32F427.slot.start() + HEADER_SIZE + 4 * (16 + 56)
 }

@@ -19,8 +19,8 @@ pub struct InterruptLevel {
 }
 
 /// The levels of a program, lowest first: from the attributes
-/// `#[task(binds = $name, priority = N)]` of its tasks, and from the invocation `actuator_program! {..}` of a board, which lists
-/// interrupts in the order of the names.
+/// `#[task(binds = $name, priority = N)]` of its tasks, and from the invocation
+/// `actuator_program! {..}` of a board, which lists interrupts in the order of the names.
 ///
 /// # Errors
 /// If an attribute has no number, or a name has no interrupt.

@@ -4,6 +4,7 @@ use std::iter;
 use std::ops::Range;
 
 use rand_pcg::{Pcg32, rand_core::Rng};
+use serde::{Deserialize, Serialize};
 use virtual_board::run::{Firmware, FirmwareError};
 
 use crate::motion::Motion;
@@ -24,7 +25,8 @@ const INSTANTS_MS: Range<u32> = 300..1500;
 const INSTRUCTIONS: u32 = 100_000;
 
 /// Where an injection is made.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Place {
     /// A bit of variables or of the part of the stack that is used.
     Ram,
@@ -91,7 +93,8 @@ pub struct Injection {
 }
 
 impl Injection {
-    /// The injection of this number of the campaign with this seed, uniform over all bits of the ranges.
+    /// The injection of this number of the campaign with this seed, uniform over all bits of the
+    /// ranges.
     ///
     /// # Panics
     /// If the ranges are empty.

@@ -3,8 +3,7 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use virtual_board::processor::{
-    Access, Checked, CoreBus, Exit, InterruptLine, Memory, Observer, Processor, Queued,
-    VirtualNanos,
+    BusLayer, CoreBus, Exit, Layered, Memory, Observer, Processor, VirtualNanos,
 };
 
 use crate::injection::{Injection, Place};
@@ -56,7 +55,7 @@ impl Observer for Injector {
         let (mut exit, mut executed) = (Exit::Budget, 0);
         if left > 0 {
             let first = u64::from(budget).min(left) as u32;
-            (exit, executed) = core.run(first, &mut Limited { inner: bus, until });
+            (exit, executed) = core.run(first, &mut Layered(Limited { inner: bus, until }));
         }
         if executed < left {
             self.set(Some((left - executed, injection)));
@@ -134,45 +133,19 @@ struct Limited<'a> {
     until: u64,
 }
 
-impl CoreBus for Limited<'_> {
+impl BusLayer for Limited<'_> {
+    fn behind(&self) -> &dyn CoreBus {
+        self.inner
+    }
+
+    fn behind_mut(&mut self) -> &mut dyn CoreBus {
+        self.inner
+    }
+
     fn carry_on(&mut self, instructions: u64, event: Option<VirtualNanos>) -> Option<u32> {
         let more = self.inner.carry_on(instructions, event)?;
         let left = self.until.checked_sub(instructions)?;
         (left > 0).then_some(u64::from(more).min(left) as u32)
-    }
-
-    // Everything else is the bus's.
-
-    fn access(&mut self, access: Access, from_code: bool) -> Option<u64> {
-        self.inner.access(access, from_code)
-    }
-
-    fn time(&self, instructions: u64) -> VirtualNanos {
-        self.inner.time(instructions)
-    }
-
-    fn queued(&mut self) -> Vec<Queued> {
-        self.inner.queued()
-    }
-
-    fn acknowledge(&mut self, line: InterruptLine, instructions: u64) -> Option<u64> {
-        self.inner.acknowledge(line, instructions)
-    }
-
-    fn read_checked(&mut self, access: Access, report: bool) -> Option<Checked> {
-        self.inner.read_checked(access, report)
-    }
-
-    fn write_checked(&mut self, access: Access) -> Option<bool> {
-        self.inner.write_checked(access)
-    }
-
-    fn stops_before(&mut self, access: &Access) -> bool {
-        self.inner.stops_before(access)
-    }
-
-    fn send_trace(&mut self, bytes: &[u8]) {
-        self.inner.send_trace(bytes);
     }
 }
 

@@ -15,6 +15,7 @@ pub mod injector;
 pub mod motion;
 pub mod outcome;
 mod page;
+pub mod results;
 mod tell;
 
 pub use page::{Row, replace_table, table};

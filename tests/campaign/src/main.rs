@@ -4,12 +4,14 @@
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::{Mutex, PoisonError};
 use std::{fs, io};
 
 use clap::Parser;
 use fault_campaign::campaign::{draw, run_all};
 use fault_campaign::injection::{Injection, Place};
 use fault_campaign::outcome::Outcome;
+use fault_campaign::results::{Results, ResultsError};
 use fault_campaign::{Row, replace_table, table};
 use indicatif::{ProgressBar, ProgressStyle};
 use virtual_board::run::FirmwareError;
@@ -38,6 +40,9 @@ struct Options {
     /// Threads
     #[arg(long, value_name = "N", default_value_t = 2)]
     jobs: usize,
+    /// CSV file of the results, which continues an earlier campaign with the same program and seed
+    #[arg(long, value_name = "FILE")]
+    results: Option<PathBuf>,
     /// Document whose table is replaced
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -48,6 +53,8 @@ struct Options {
 enum Error {
     #[error(transparent)]
     Firmware(#[from] FirmwareError),
+    #[error(transparent)]
+    Results(#[from] ResultsError),
     #[error("{}: {source}", path.display())]
     Document { path: PathBuf, source: io::Error },
     #[error("{}: the comments that enclose the table are missing", path.display())]
@@ -76,9 +83,10 @@ fn run(options: &Options) -> Result<usize, Error> {
         (Place::Registers, options.registers),
         (Place::Instruction, options.skips),
     ];
+    let mut known = Results::open(options.results.as_deref(), options.seed)?;
     let mut results = Vec::new();
     for (place, count) in counts.into_iter().filter(|(_, count)| *count > 0) {
-        results.push((place, judged(options, place, count)?));
+        results.push((place, judged(options, &mut known, place, count)?));
     }
     let rows: Vec<Row<'_>> = (results.iter().map(|(place, all)| (*place, &all[..]))).collect();
     let text = table(&rows);
@@ -92,21 +100,40 @@ fn run(options: &Options) -> Result<usize, Error> {
         .count())
 }
 
-fn judged(options: &Options, place: Place, count: u64) -> Result<Vec<(Injection, Outcome)>, Error> {
+fn judged(
+    options: &Options,
+    known: &mut Results,
+    place: Place,
+    count: u64,
+) -> Result<Vec<(Injection, Outcome)>, Error> {
     let injections = draw(options.seed, place, options.first..options.first + count)?;
+    let is_new = |injection: &&Injection| known.outcome(place, injection.number).is_none();
+    let left: Vec<_> = injections.iter().filter(is_new).copied().collect();
     let style = ProgressStyle::with_template("{msg} {bar:40} {pos}/{len} {per_sec}, {eta} left");
     let progress = ProgressBar::new(count).with_message(format!("{place:?}"));
     progress.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-    let results = run_all(&injections, options.jobs, |batch| {
+    progress.set_position(count - left.len() as u64);
+    let kept = Mutex::new((known, Ok(())));
+    run_all(&left, options.jobs, |batch| {
         for (injection, outcome) in batch {
             if *outcome >= Outcome::Hazardous {
                 progress.suspend(|| println!("{outcome:?}: {injection:x?}"));
             }
         }
+        let (known, result) = &mut *kept.lock().unwrap_or_else(PoisonError::into_inner);
+        if result.is_ok() {
+            *result = known.add(batch);
+        }
         progress.inc(batch.len() as u64);
     });
     progress.finish();
-    Ok(results)
+    let (known, result) = kept.into_inner().unwrap_or_else(PoisonError::into_inner);
+    result?;
+    let outcome = |injection: Injection| {
+        let outcome = known.outcome(place, injection.number);
+        (injection, outcome.unwrap_or(Outcome::Unjudged))
+    };
+    Ok(injections.into_iter().map(outcome).collect())
 }
 
 fn write(path: &Path, text: &str) -> Result<(), Error> {

@@ -1,5 +1,7 @@
 //! The outcome of an experiment.
 
+use serde::{Deserialize, Serialize};
+
 /// Deviation from the undisturbed board that is hazardous, deg, if it lasts.
 pub const HAZARD_DEG: f64 = 5.0;
 
@@ -10,7 +12,8 @@ pub const HAZARD_MS: u32 = 500;
 const NO_EFFECT_DEG: f64 = 1.0;
 
 /// What an injection led to, from the least to the greatest harm.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Outcome {
     /// The shaft moved as that of the undisturbed board, and nothing was told.
     NoEffect,

@@ -32,13 +32,13 @@ fn every_flip_in_the_canopen_device_is_told() {
     let device = firmware()
         .symbol_containing("init_device")
         .expect("a variable");
-    let injections: Vec<Injection> = (0..INJECTIONS)
+    let flips: Vec<Injection> = (0..INJECTIONS)
         .map(|number| Injection::draw(SEED, number, Place::Ram, std::slice::from_ref(&device)))
         .collect();
-    let silent: Vec<_> = (run_all(&injections, 2, |_| ()).into_iter())
+    let silent: Vec<_> = (run_all(&flips, 2, |_| ()).into_iter())
         .filter(|(_, outcome)| *outcome != Outcome::Told)
         .collect();
-    // A injection while the device is in use is not noticed if the use overwrites it. With one injection in
+    // A flip while the device is in use is not noticed if the use overwrites it. With one flip in
     // twenty so, more than four of 25 have a probability of 0.7 % (binomial distribution).
     assert!(silent.len() <= 4, "{silent:x?}");
     assert!(

@@ -10,7 +10,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
-use virtual_board::processor::{CoreBus, Exit, Memory, Observer, Processor, Queued, Region};
+use virtual_board::processor::{CoreBus, Exit, Layered, Memory, Observer, Processor, Queued, Region};
 
 use crate::cycles::Cycles;
 use crate::frames::Frames;
@@ -483,11 +483,11 @@ impl Observer for Shadow {
         loop {
             self.route_streams(core);
             let left = (end - core.retired()) as u32;
-            let mut tap = Tap {
+            let mut tap = Layered(Tap {
                 inner: bus,
                 log: &mut self.log,
                 end: &mut end,
-            };
+            });
             let (exit, instructions) = core.run(left, &mut tap);
             self.streams.update(&self.log);
             if let Err(difference) = self.follow(core, memory, instructions) {

@@ -2,9 +2,7 @@
 
 use std::collections::VecDeque;
 
-use virtual_board::processor::{
-    Access, AccessKind, Checked, CoreBus, InterruptLine, Queued, VirtualNanos,
-};
+use virtual_board::processor::{Access, AccessKind, BusLayer, CoreBus, VirtualNanos};
 
 /// An access of an instruction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -31,7 +29,15 @@ pub struct Tap<'a> {
     pub end: &'a mut u64,
 }
 
-impl CoreBus for Tap<'_> {
+impl BusLayer for Tap<'_> {
+    fn behind(&self) -> &dyn CoreBus {
+        self.inner
+    }
+
+    fn behind_mut(&mut self) -> &mut dyn CoreBus {
+        self.inner
+    }
+
     fn access(&mut self, access: Access, from_code: bool) -> Option<u64> {
         let answer = self.inner.access(access, from_code)?;
         if from_code {
@@ -48,37 +54,9 @@ impl CoreBus for Tap<'_> {
         Some(answer)
     }
 
-    fn time(&self, instructions: u64) -> VirtualNanos {
-        self.inner.time(instructions)
-    }
-
-    fn queued(&mut self) -> Vec<Queued> {
-        self.inner.queued()
-    }
-
     fn carry_on(&mut self, instructions: u64, event: Option<VirtualNanos>) -> Option<u32> {
         let more = self.inner.carry_on(instructions, event)?;
         *self.end = instructions + u64::from(more);
         Some(more)
-    }
-
-    fn acknowledge(&mut self, line: InterruptLine, instructions: u64) -> Option<u64> {
-        self.inner.acknowledge(line, instructions)
-    }
-
-    fn read_checked(&mut self, access: Access, report: bool) -> Option<Checked> {
-        self.inner.read_checked(access, report)
-    }
-
-    fn write_checked(&mut self, access: Access) -> Option<bool> {
-        self.inner.write_checked(access)
-    }
-
-    fn stops_before(&mut self, access: &Access) -> bool {
-        self.inner.stops_before(access)
-    }
-
-    fn send_trace(&mut self, bytes: &[u8]) {
-        self.inner.send_trace(bytes);
     }
 }

@@ -4,11 +4,8 @@
 //! this unit, which takes no time and signals nothing. The emulator's bus, which settles the whole
 //! chip at each access, is spared them.
 
-use rigless::emulator::{Access, AccessKind, Checked, CoreBus, InterruptLine, Queued};
-use rigless::soc::Width;
-use rigless::time::VirtualNanos;
-
 use crate::chip::Remainder;
+use crate::processor::{Access, AccessKind, BusLayer, CoreBus, Layered, VirtualNanos, Width};
 
 /// DR of the unit, and the registers of RCC, which can stop its clock (RM0090, table 1).
 const DR: u64 = 0x4002_3000;
@@ -50,18 +47,26 @@ pub(super) struct CrcBus<'a> {
 
 impl<'a> CrcBus<'a> {
     /// The bus of a run up to this number of retired instructions.
-    pub fn new(inner: &'a mut dyn CoreBus, port: &'a mut CrcPort, end: u64) -> Self {
-        Self {
+    pub fn new(inner: &'a mut dyn CoreBus, port: &'a mut CrcPort, end: u64) -> Layered<Self> {
+        Layered(Self {
             inner,
             port,
             end,
             event: None,
             is_own: false,
-        }
+        })
     }
 }
 
-impl CoreBus for CrcBus<'_> {
+impl BusLayer for CrcBus<'_> {
+    fn behind(&self) -> &dyn CoreBus {
+        self.inner
+    }
+
+    fn behind_mut(&mut self) -> &mut dyn CoreBus {
+        self.inner
+    }
+
     fn access(&mut self, access: Access, from_code: bool) -> Option<u64> {
         let is_write = access.kind == AccessKind::Write;
         if self.port.is_open && is_write && access.address == DR && access.width == Width::W32 {
@@ -87,35 +92,5 @@ impl CoreBus for CrcBus<'_> {
         let more = self.inner.carry_on(instructions, event)?;
         (self.end, self.event) = (instructions + u64::from(more), event);
         Some(more)
-    }
-
-    // Everything else is the bus's.
-
-    fn time(&self, instructions: u64) -> VirtualNanos {
-        self.inner.time(instructions)
-    }
-
-    fn queued(&mut self) -> Vec<Queued> {
-        self.inner.queued()
-    }
-
-    fn acknowledge(&mut self, line: InterruptLine, instructions: u64) -> Option<u64> {
-        self.inner.acknowledge(line, instructions)
-    }
-
-    fn read_checked(&mut self, access: Access, report: bool) -> Option<Checked> {
-        self.inner.read_checked(access, report)
-    }
-
-    fn write_checked(&mut self, access: Access) -> Option<bool> {
-        self.inner.write_checked(access)
-    }
-
-    fn stops_before(&mut self, access: &Access) -> bool {
-        self.inner.stops_before(access)
-    }
-
-    fn send_trace(&mut self, bytes: &[u8]) {
-        self.inner.send_trace(bytes);
     }
 }

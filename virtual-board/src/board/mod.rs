@@ -32,8 +32,8 @@ pub struct ActuatorBoard {
     pub chip: Box<dyn ActuatorChip>,
     /// Observes the core.
     pub observer: Option<SharedObserver>,
-    /// Where the core finds its vector table after a reset, if that is not the start of the flash: a
-    /// program that is linked for the slot of the bootloader runs without it.
+    /// Where the core finds its vector table after a reset, if that is not the start of the flash:
+    /// a program that is linked for the slot of the bootloader runs without it.
     pub vector_table: Option<u32>,
 }
 

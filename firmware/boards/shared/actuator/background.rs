@@ -63,8 +63,8 @@ impl Background {
         report_alive(Task::Background);
     }
 
-    /// Continues a save, or else an update. The flash executes one operation at a time: a save waits
-    /// for the operation of an update, and an update for the save.
+    /// Continues a save, or else an update. The flash executes one operation at a time: a save
+    /// waits for the operation of an update, and an update for the save.
     fn write_flash(&mut self) {
         let is_free = !(self.updater.is_working() && self.flash.is_started());
         if is_free && let Some((is_saved, set)) = self.store.run(&mut self.flash) {

@@ -43,8 +43,8 @@ pub const REPORT_QUEUE: usize = 3;
 /// Length of a queue that holds one element.
 pub const SINGLE: usize = 2;
 
-/// Length of the capture buffer, words: 20 s of eight signals at 250 Hz. An image that is downloaded
-/// lies there until it is staged.
+/// Length of the capture buffer, words: 20 s of eight signals at 250 Hz. An image that is
+/// downloaded lies there until it is staged.
 pub const CAPTURE_WORDS: usize = 40 * 1024;
 
 /// Core cycles after which a call processes no further received frames. An ordinary frame takes
@@ -345,7 +345,8 @@ impl CanopenTask {
         }
     }
 
-    /// Sends orders of an update, takes their results, and restarts the processor for the bootloader.
+    /// Sends orders of an update, takes their results, and restarts the processor for the
+    /// bootloader.
     fn exchange_with_updater(&mut self) {
         let drive = &mut self.device.get().drive;
         match self.queues.update_results.dequeue() {

@@ -1,5 +1,5 @@
-//! The flash of bank 2: two pages of parameters in its first two sectors, 12 and 13, and behind them
-//! what an update writes (`bootloader::layout`).
+//! The flash of bank 2: two pages of parameters in its first two sectors, 12 and 13, and behind
+//! them what an update writes (`bootloader::layout`).
 //!
 //! The program runs from bank 1, which remains readable while bank 2 is erased (250 ms for a
 //! sector) or programmed (16 us for a word): RM0090, section 3.5.4, read while write. No function
