@@ -8,6 +8,7 @@ mod nested;
 mod outcome;
 mod preview;
 mod robust;
+mod scouts;
 mod starts;
 
 use rayon::prelude::*;
@@ -172,10 +173,10 @@ fn solve(
         (&points, preview.as_ref()),
     );
     let Some(preview) = preview else {
-        let found = descent.each(&starts)?;
+        let (found, starts) = scouts::best(&descent, &starts)?;
         return Ok(Solution {
-            starts: share(&found),
-            found: first(found)?,
+            starts,
+            found,
             unknowns,
             assumptions: Assumptions::default(),
             is_hold_undetermined: false,
@@ -261,15 +262,24 @@ impl Searches<'_> {
         )
     }
 
-    /// Searches from each of several starting points; returns the optima, best first. After a
-    /// request to stop only the first search is still begun, so that there is a result.
+    /// Searches from each of several starting points; returns the optima, best first.
     fn each(&self, starts: &[Vec<f64>]) -> Result<Vec<Found>, IdentifyError> {
+        self.each_by(starts, |start| self.one(start))
+    }
+
+    /// The same by any search. After a request to stop only the first one is still begun, so that
+    /// there is a result.
+    fn each_by(
+        &self,
+        starts: &[Vec<f64>],
+        search: impl Fn(&[f64]) -> Option<Found> + Sync,
+    ) -> Result<Vec<Found>, IdentifyError> {
         let state = std::sync::Mutex::new((0, f64::INFINITY));
         let one = |(index, start): (usize, &Vec<f64>)| {
             if index > 0 && self.progress.is_stopped() {
                 return None;
             }
-            let found = self.one(start);
+            let found = search(start);
             let cost = found.as_ref().map_or(f64::INFINITY, |f| f.cost);
             if let Ok(mut state) = state.lock() {
                 *state = (state.0 + 1, state.1.min(cost));
@@ -293,9 +303,14 @@ fn first(found: Vec<Found>) -> Result<Found, IdentifyError> {
 /// Number of searches, and how many of them ended at the cost of the first, which is the best.
 fn share(found: &[Found]) -> (usize, usize) {
     let best = found.first().map_or(f64::NAN, |f| f.cost);
-    // A millionth of the cost is a thousandth of a standard error and less.
-    let same = |f: &&Found| f.cost <= best * (1.0 + 1e-6);
+    let same = |f: &&Found| is_same_cost(f.cost, best);
     (found.len(), found.iter().filter(same).count())
+}
+
+/// Whether a cost is the lowest one: a millionth of it is a thousandth of a standard error and
+/// less.
+fn is_same_cost(cost: f64, lowest: f64) -> bool {
+    cost <= lowest * (1.0 + 1e-6)
 }
 
 /// Cost, gradient and Gauss-Newton matrix at a point: the information of the experiments. The

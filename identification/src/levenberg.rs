@@ -46,6 +46,9 @@ pub struct Found {
     pub iterations: usize,
     /// Why it ended.
     pub termination: Termination,
+    /// The decrease of the cost that a full Gauss-Newton step predicted in the last iteration,
+    /// deg^2; `None` where the matrix is singular.
+    pub predicted: Option<f64>,
 }
 
 /// Largest change of the logarithm of an unknown in a step.
@@ -73,12 +76,27 @@ struct Search<'a> {
     /// Whether the last step succeeded at its first trial. The next one usually does, so that its
     /// derivatives are computed together with its cost.
     expects_success: bool,
+    predicted: Option<f64>,
+    /// The predicted decrease at which it has converged at any cost, deg^2.
+    floor: f64,
 }
 
 /// Searches from `start`; `None` where the model diverges there.
 pub fn search(
     problem: &Problem,
     unknowns: &Unknowns,
+    start: &[f64],
+    limits: &Limits,
+    is_stopped: &(dyn Fn() -> bool + Sync),
+) -> Option<Found> {
+    search_down_to(0.0, (problem, unknowns), start, limits, is_stopped)
+}
+
+/// The same, which has also converged when a full Gauss-Newton step predicts a decrease below
+/// `floor`, deg^2.
+pub fn search_down_to(
+    floor: f64,
+    (problem, unknowns): (&Problem, &Unknowns),
     start: &[f64],
     limits: &Limits,
     is_stopped: &(dyn Fn() -> bool + Sync),
@@ -96,6 +114,8 @@ pub fn search(
         information: here.hessian.clone(),
         lambda: FIRST_LAMBDA,
         expects_success: true,
+        predicted: None,
+        floor,
     };
     search.accept(here);
     let (mut iterations, mut termination) = (0, Termination::IterationLimit);
@@ -116,6 +136,7 @@ pub fn search(
         information: search.information,
         iterations,
         termination,
+        predicted: search.predicted,
     })
 }
 
@@ -151,8 +172,9 @@ impl Search<'_> {
     /// One iteration; returns the reason if the search ends.
     fn step(&mut self, limits: &Limits) -> Option<Termination> {
         let movable = self.movable();
-        let predicted = self.solve(&movable, LEAST_LAMBDA).map(|s| s.1);
-        if movable.is_empty() || predicted.is_some_and(|p| p <= limits.decrease * self.here.cost) {
+        self.predicted = self.solve(&movable, LEAST_LAMBDA).map(|s| s.1);
+        let least = self.floor.max(limits.decrease * self.here.cost);
+        if movable.is_empty() || self.predicted.is_some_and(|p| p <= least) {
             return Some(Termination::Converged);
         }
         let mut growth = FIRST_GROWTH;

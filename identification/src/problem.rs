@@ -57,6 +57,8 @@ pub struct Problem {
     pub experiments: Vec<Experiment>,
     /// One for each parameter of the model.
     pub specs: Vec<Spec>,
+    /// The starting values that are estimated from the data, in the order of the parameters.
+    estimates: Vec<f64>,
 }
 
 impl Problem {
@@ -83,8 +85,9 @@ impl Problem {
                     error,
                 })?;
         }
-        let start = model.starting_values(&experiments);
-        let specs = model.parameters().iter().zip(start).map(|(p, start)| Spec {
+        let estimates = model.starting_values(&experiments);
+        let specs = model.parameters().iter().zip(&estimates);
+        let specs = specs.map(|(p, start)| Spec {
             parameter: p.parameter,
             role: if p.is_fixed { Role::Fixed } else { Role::Free },
             scope: if p.is_initial_state {
@@ -100,7 +103,13 @@ impl Problem {
             specs: specs.collect(),
             model,
             experiments,
+            estimates,
         })
+    }
+
+    /// The starting values that were estimated from the data, in the order of the parameters.
+    pub fn estimates(&self) -> &[f64] {
+        &self.estimates
     }
 
     fn spec(&mut self, name: &str) -> Result<&mut Spec, IdentifyError> {

@@ -95,6 +95,10 @@ impl<'a> Lines<'a> {
                 Some(Delimiter::Blanks) => {
                     Some(text.split_whitespace().map(String::from).collect())
                 }
+                Some(Delimiter::Character(at)) if !text.contains(['"', '\r']) => {
+                    let fields = text.split(char::from(at));
+                    Some(fields.map(|field| field.trim().to_owned()).collect())
+                }
                 _ => fields(&mut self.reader, text),
             };
             let Some(fields) = fields else {

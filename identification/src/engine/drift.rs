@@ -59,16 +59,22 @@ pub fn of(
     let every = samples.div_ceil(MANY_SAMPLES);
     let runs = problem.experiments.iter().map(|run| run.thinned(every));
     let plain = problem.with_experiments(runs.collect());
+    let compared = samples.div_ceil(every) as f64;
+    let deviation_deg = |cost: f64| (2.0 * cost / compared).sqrt();
     let near = |share: f64, from: &[f64], limits: &Limits| {
         let runs = plain.experiments.iter().map(|run| run.on_clock(share));
         let scaled = plain.with_experiments(runs.collect());
         let found = search(&scaled, unknowns, from, limits, &|| false)?;
         let blocks = Blocks::of(&scaled, unknowns, &found.point, &|residual| residual);
-        let deviation_deg = (2.0 * found.cost / samples.div_ceil(every) as f64).sqrt();
-        let step = drift_step(&blocks, found.point.len(), deviation_deg)?;
+        let step = drift_step(&blocks, found.point.len(), deviation_deg(found.cost))?;
         Some((share, found, step))
     };
     let without = near(0.0, &found.point, &TRIAL)?;
+    // Even the least drift would leave larger residuals: at the best values of all other unknowns
+    // those of a drift `s` add up to `(s deviation/standard error)^2`.
+    if LEAST > 2.0 * compared.sqrt() * without.2.standard_error {
+        return None;
+    }
     let first = without.2.share.clamp(-MOST, MOST);
     let tried = TRIED.into_iter().chain([first]);
     let tried = tried.filter_map(|share| near(share, &without.1.point, &TRIAL));

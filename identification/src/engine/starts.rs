@@ -7,7 +7,7 @@ use model_core::sensors::noise::Noise;
 /// The problem's starting point, and that estimated from the data where it differs.
 pub fn given_and_estimated(problem: &Problem, unknowns: &Unknowns) -> Vec<Vec<f64>> {
     let given = unknowns.start();
-    let estimates = problem.model.starting_values(&problem.experiments);
+    let estimates = problem.estimates();
     let estimated = |(u, given): (&Unknown, &f64)| {
         let value = estimates[u.parameter];
         if u.experiment.is_some() || !value.is_finite() {

@@ -1,11 +1,13 @@
 //! Tests of the search, on recordings with known parameters.
 
 mod assumptions;
+mod drift;
 mod edge_cases;
 mod many;
 mod motors;
 mod nested;
 mod outliers;
+mod scouts;
 
 use super::*;
 use crate::models;

@@ -44,25 +44,72 @@ pub fn sums_with_duals<const N: usize, D: Dynamics>(
     }
 }
 
-/// [`Sums`] of known width.
+/// Samples that are added to the sums together, row by row of the matrix, whose row then stays in
+/// registers.
+const BATCH: usize = 32;
+
+/// [`Sums`] of known width, and the samples that are not in them yet.
 struct Totals<const N: usize> {
     squares: f64,
     samples: usize,
     products: [f64; N],
     information: [[f64; N]; N],
+    waiting: usize,
+    residuals: [f64; BATCH],
+    weighted: [[f64; N]; BATCH],
+    slopes: [[f64; N]; BATCH],
 }
 
 impl<const N: usize> Totals<N> {
+    const fn new() -> Self {
+        Self {
+            squares: 0.0,
+            samples: 0,
+            products: [0.0; N],
+            information: [[0.0; N]; N],
+            waiting: 0,
+            residuals: [0.0; BATCH],
+            weighted: [[0.0; N]; BATCH],
+            slopes: [[0.0; N]; BATCH],
+        }
+    }
+
     #[inline(always)]
     fn add(&mut self, square: f64, residual: f64, weighted: &[f64; N], slope: &[f64; N]) {
         self.squares += square;
-        let rows = self.products.iter_mut().zip(&mut self.information);
-        for ((product, row), weighted) in rows.zip(weighted) {
-            *product += weighted * residual;
-            for (place, slope) in row.iter_mut().zip(slope) {
-                *place += weighted * slope;
+        self.samples += 1;
+        let place = self.waiting % BATCH;
+        self.residuals[place] = residual;
+        self.weighted[place] = *weighted;
+        self.slopes[place] = *slope;
+        self.waiting = place + 1;
+        if self.waiting == BATCH {
+            self.add_waiting();
+        }
+    }
+
+    /// Adds the samples that wait to the sums, in their order.
+    #[inline(always)]
+    fn add_waiting(&mut self) {
+        let waiting = self.waiting.min(BATCH);
+        let (residuals, weighted) = (&self.residuals[..waiting], &self.weighted[..waiting]);
+        let slopes = &self.slopes[..waiting];
+        for (residual, weighted) in residuals.iter().zip(weighted) {
+            for (product, weighted) in self.products.iter_mut().zip(weighted) {
+                *product += weighted * residual;
             }
         }
+        for (i, place) in self.information.iter_mut().enumerate() {
+            let mut row = *place;
+            for (weighted, slopes) in weighted.iter().zip(slopes) {
+                let factor = weighted[i];
+                for (sum, slope) in row.iter_mut().zip(slopes) {
+                    *sum += factor * slope;
+                }
+            }
+            *place = row;
+        }
+        self.waiting = 0;
     }
 }
 
@@ -78,18 +125,14 @@ impl<D: Dynamics, const N: usize> pulp::NullaryFnOnce for Summing<'_, D, N> {
 
     #[inline(always)]
     fn call(self) -> Totals<N> {
-        let mut totals = Totals {
-            squares: 0.0,
-            samples: 0,
-            products: [0.0; N],
-            information: [[0.0; N]; N],
-        };
+        let mut totals = Totals::new();
         let output = &mut Comparison {
             angles: self.angles,
             curvature: self.run.loss.curvature(),
             totals: &mut totals,
         };
         self.model.run(self.run, self.p, output);
+        totals.add_waiting();
         totals
     }
 }
@@ -110,7 +153,6 @@ impl<const N: usize> Output<Dual<N>> for Comparison<'_, N> {
             return;
         }
         let totals = &mut *self.totals;
-        totals.samples += 1;
         if self.curvature == 0.0 {
             totals.add(residual * residual, residual, &angle.slope, &angle.slope);
         } else {

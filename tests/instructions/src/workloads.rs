@@ -165,7 +165,7 @@ fn bench_plant() {
     });
 }
 
-/// A fit of a model to its own noisy pulse at 250 Hz: 1,250 samples, one start.
+/// A fit of a model to its own noisy pulse at 250 Hz: 1,250 samples, eight starts.
 fn fitted(name: &str) {
     let model = models::named(name).expect("a model");
     let kind = match name {
@@ -176,13 +176,9 @@ fn fitted(name: &str) {
     let recording = noisy(simulated(kind, "pulse", 80, &[]).expect("a run"), 1);
     let run = Experiment::try_new(recording).expect("a recording");
     let problem = Problem::try_new(model, vec![run]).expect("a problem");
-    let options = Options {
-        starts: 1,
-        ..Default::default()
-    };
     on_this_thread(|| {
         counted_work(&mut || {
-            black_box(fit(&problem, &options, &Quiet).expect("a fit"));
+            black_box(fit(&problem, &Options::default(), &Quiet).expect("a fit"));
         });
     });
 }
