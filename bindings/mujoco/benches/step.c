@@ -1,6 +1,6 @@
 /*
- * The time of a step of MuJoCo with a servo, a <dcmotor> or no actuator at a joint, all with the
- * same options: step LIBRARY.
+ * The time of a step of MuJoCo with a servo, a <dcmotor>, a plugin with a constant force, or no
+ * actuator at a joint, all with the same options: step LIBRARY.
  *
  * In C, since the Python package installs a clock that takes a third of each step. The models take
  * turns, so that other load of the machine affects all alike; the least of many rounds is shown.
@@ -35,6 +35,9 @@ static const struct candidate CANDIDATES[] = {
     {"dcmotor, position and rate loop", "", MOTOR "input='pos' controller='10 1 0.1'/>"},
     {"dcmotor, loops, winding, cogging", "",
      MOTOR "input='pos' controller='10 1 0.1' inductance='0.001' cogging='0.01 6 0'/>"},
+    {"plugin with a constant force",
+     "<extension><plugin plugin='constant'><instance name='s'/></plugin></extension>",
+     "<plugin joint='j' plugin='constant' instance='s'/>"},
     {"servo, first-order motor", MODEL("first-order", ""), PLUGIN},
     {"servo, bench, rigid shaft", MODEL("bench", " shaft_stiffness_nm_deg inf"), PLUGIN},
     {"servo, bench", MODEL("bench", ""), PLUGIN},
@@ -46,6 +49,36 @@ static double seconds(void)
     struct timespec now;
     clock_gettime(CLOCK_MONOTONIC, &now);
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+/* A plugin without state: what MuJoCo itself needs for any plugin that moves a joint. */
+static int no_state(const mjModel *m, int instance)
+{
+    (void)m, (void)instance;
+    return 0;
+}
+
+static void reset(const mjModel *m, mjtNum *state, void *data, int instance)
+{
+    (void)m, (void)state, (void)data, (void)instance;
+}
+
+static void compute(const mjModel *m, mjData *d, int instance, int capability)
+{
+    (void)m, (void)instance, (void)capability;
+    d->actuator_force[0] = 0.1;
+}
+
+static void register_constant(void)
+{
+    mjpPlugin plugin;
+    mjp_defaultPlugin(&plugin);
+    plugin.name = "constant";
+    plugin.capabilityflags = mjPLUGIN_ACTUATOR;
+    plugin.nstate = no_state;
+    plugin.reset = reset;
+    plugin.compute = compute;
+    mjp_registerPlugin(&plugin);
 }
 
 static mjModel *compile(const struct candidate *candidate)
@@ -74,6 +107,7 @@ int main(int count, char **arguments)
     if (count != 2)
         return 2;
     mj_loadPluginLibrary(arguments[1]);
+    register_constant();
     for (int i = 0; i < COUNT; i++) {
         models[i] = compile(CANDIDATES + i);
         data[i] = mj_makeData(models[i]);

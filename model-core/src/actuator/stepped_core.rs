@@ -41,7 +41,7 @@ pub struct ActuatorCore {
     /// The last command that the host sampled.
     sampled: f64,
     /// The delayed command.
-    arrived: f64,
+    pub(super) arrived: f64,
     tick: u64,
 }
 
@@ -163,7 +163,8 @@ impl ActuatorCore {
                 }
             }
             Model::Drivetrain(board) => {
-                for tick in first..self.tick {
+                let mut tick = first;
+                while tick < self.tick {
                     if tick.is_multiple_of(PWM_PERIOD_TICKS) {
                         match level {
                             InputLevel::Position => board.start_period(|_| angle(arrived)),
@@ -172,7 +173,9 @@ impl ActuatorCore {
                             InputLevel::Voltage => board.start_period_at_volts(arrived),
                         }
                     }
-                    board.plant.advance_tick();
+                    let edge = (tick + 1).next_multiple_of(PWM_PERIOD_TICKS).min(self.tick);
+                    board.plant.advance_ticks((edge - tick) as u32);
+                    tick = edge;
                 }
             }
         }
@@ -206,7 +209,7 @@ impl ActuatorCore {
 }
 
 /// The command of a grey box, which has no voltage.
-fn demand(level: InputLevel, value: f64) -> Demand {
+pub(super) fn demand(level: InputLevel, value: f64) -> Demand {
     match level {
         InputLevel::Position => Demand::Angle(value),
         InputLevel::Rate => Demand::Rate(value),

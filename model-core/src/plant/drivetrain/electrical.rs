@@ -45,7 +45,8 @@ pub enum Terminal {
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Winding {
-    resistance_ohm: f64,
+    /// 1/R: multiplied, as a division is on the longest path through a step.
+    conductance_s: f64,
     time_constant_s: f64,
     /// Forward voltage of the two conducting diodes.
     drop_v: f64,
@@ -59,14 +60,16 @@ pub(super) struct Winding {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Step {
     step_s: f64,
-    /// `E`.
+    /// `E`, the share of the current at the start in that at the end.
     left: f64,
+    /// `(1 - E) L/(R dt)`, its share in the mean.
+    mean_left: f64,
 }
 
 impl Winding {
     pub fn new(p: &ElectricalParameters) -> Self {
         Self {
-            resistance_ohm: p.winding_resistance_ohm,
+            conductance_s: 1.0 / p.winding_resistance_ohm,
             time_constant_s: p.winding_inductance_h / p.winding_resistance_ohm,
             drop_v: 2.0 * p.diode_drop_v,
             diode_v: p.supply_v + 2.0 * p.diode_drop_v,
@@ -80,10 +83,12 @@ impl Winding {
 
     /// Coefficients for a step of `step_s`, which is above 0.
     pub fn step(&self, step_s: f64) -> Step {
+        // Zero inductance: exp(-inf) = 0, the current follows immediately.
+        let exponent = -step_s / self.time_constant_s;
         Step {
             step_s,
-            // Zero inductance: exp(-inf) = 0, the current follows immediately.
-            left: libm::exp(-step_s / self.time_constant_s),
+            left: libm::exp(exponent),
+            mean_left: -libm::expm1(exponent) * self.time_constant_s / step_s,
         }
     }
 
@@ -107,7 +112,7 @@ impl Winding {
         let mean_a = self.advance_driven(voltage_v, back_emf_v, step);
         if terminal == Terminal::Coast && self.current_a * start_a < 0.0 {
             // The diodes block at the zero crossing: E(t0) = -steady/(start - steady).
-            let steady_a = (voltage_v - back_emf_v) / self.resistance_ohm;
+            let steady_a = (voltage_v - back_emf_v) * self.conductance_s;
             let tau_s = self.time_constant_s;
             let zero_s = tau_s * libm::log((steady_a - start_a) / steady_a);
             self.current_a = 0.0;
@@ -120,10 +125,9 @@ impl Winding {
     #[inline(always)]
     pub fn advance_driven(&mut self, voltage_v: f64, back_emf_v: f64, step: &Step) -> f64 {
         let start_a = self.current_a;
-        let steady_a = (voltage_v - back_emf_v) / self.resistance_ohm;
-        let end_a = steady_a + (start_a - steady_a) * step.left;
-        self.current_a = end_a;
-        steady_a + self.time_constant_s * (start_a - end_a) / step.step_s
+        let steady_a = (voltage_v - back_emf_v) * self.conductance_s;
+        self.current_a = steady_a + (start_a - steady_a) * step.left;
+        steady_a + (start_a - steady_a) * step.mean_left
     }
 }
 

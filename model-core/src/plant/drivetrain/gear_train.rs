@@ -86,13 +86,13 @@ impl Joint {
         if gap == 0.0 {
             return self.stiffness_nm * lead_rad + damping_nm;
         }
-        let twist_rad = lead_rad - within(lead_rad, -gap, gap);
-        let torque_nm = self.stiffness_nm * twist_rad + damping_nm;
         // Flanks with backlash push but do not pull.
-        if torque_nm * twist_rad <= 0.0 {
-            0.0
+        if lead_rad > gap {
+            (self.stiffness_nm * (lead_rad - gap) + damping_nm).max(0.0)
+        } else if lead_rad < -gap {
+            (self.stiffness_nm * (lead_rad + gap) + damping_nm).min(0.0)
         } else {
-            torque_nm
+            0.0
         }
     }
 }
@@ -262,6 +262,8 @@ impl GearTrain {
             };
             bodies[i].inertia_kg_m2 + damping * step_s
         });
+        // Not divided by in each step: a division is on the longest path through it.
+        let inverses: [f64; COUNT] = from_fn(|i| 1.0 / inertias[i]);
         // An infinite friction holds a jammed train.
         let held_nm = if self.is_jammed { f64::INFINITY } else { 0.0 };
         let bearing_nm: [f64; COUNT] =
@@ -284,10 +286,13 @@ impl GearTrain {
                 let body = &mut bodies[i];
                 let momentum = inertias[i] * body.rate_rad_s + (before - behind[i]) * step_s;
                 taken[i] = within(momentum, -budget, budget);
-                body.rate_rad_s = (momentum - taken[i]) / inertias[i];
+                body.rate_rad_s = (momentum - taken[i]) * inverses[i];
                 body.angle_rad += body.rate_rad_s * step_s;
+                // An index that varies would keep the bodies out of registers.
+                if i == output {
+                    stop(body, self.stop_rad);
+                }
             }
-            stop(&mut bodies[output], self.stop_rad);
         }
         self.bodies[..COUNT].copy_from_slice(&bodies);
         self.friction_nm = 0.0;

@@ -2,6 +2,7 @@
 
 use core::ops::{Deref, DerefMut};
 
+use super::electrical::Terminal;
 use super::pwm::PwmBridge;
 use super::{Drivetrain, DrivetrainParameters, state};
 use crate::parameter::ParameterError;
@@ -38,7 +39,7 @@ impl SteppedDrivetrain {
     ///     SteppedDrivetrain::try_new(&DrivetrainParameters::default(), Pwm::Average).unwrap();
     /// for _ in 0..1000 {
     ///     drivetrain.start_period(50.0);
-    ///     (0..20).for_each(|_| drivetrain.advance_tick());
+    ///     drivetrain.advance_ticks(20);
     /// }
     /// // Half of 283.6 deg/s, less the share of Coulomb friction.
     /// assert!((drivetrain.reading().output.rate_deg_s - 136.94).abs() < 0.2);
@@ -59,13 +60,21 @@ impl SteppedDrivetrain {
         (self.level_v, self.on_ticks, self.passed) = (terminal_v, PERIOD as f64, 0);
     }
 
-    /// Simulates the next tick of the period.
+    /// Simulates the next ticks of the period, up to 20.
     #[inline]
-    pub fn advance_tick(&mut self) {
-        let on = self.on_ticks - f64::from(self.passed);
-        self.bridge.run_tick(&mut self.drivetrain, self.level_v, on);
+    pub fn advance_ticks(&mut self, ticks: u32) {
+        let end = self.passed.saturating_add(ticks);
+        if f64::from(end) <= self.on_ticks {
+            let level = Terminal::Driven(self.level_v);
+            self.drivetrain.advance_ticks(level, ticks);
+        } else {
+            for passed in self.passed..end {
+                let on = self.on_ticks - f64::from(passed);
+                self.bridge.run_tick(&mut self.drivetrain, self.level_v, on);
+            }
+        }
         // A period has 20 ticks; the bridge stays off in later ones.
-        self.passed = self.passed.saturating_add(1);
+        self.passed = end;
     }
 
     /// Supply of the bridge, V.
@@ -97,5 +106,38 @@ impl Plant for SteppedDrivetrain {
 
     fn at(&self, _tick_in_period: usize) -> PlantState {
         state(self.drivetrain.train.output())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plant::drivetrain::friction::FrictionParameters;
+
+    #[test]
+    fn ticks_at_once_are_those_one_after_the_other() {
+        let friction = FrictionParameters {
+            friction_model: 6.0,
+            ..Default::default()
+        };
+        let parameters = DrivetrainParameters {
+            friction,
+            ..Default::default()
+        };
+        for pwm in [Pwm::Average, Pwm::Switched] {
+            let mut at_once = SteppedDrivetrain::try_new(&parameters, pwm).unwrap();
+            let mut one_by_one = at_once.clone();
+            for duty_pct in [80.0, -35.0, 3.0, 0.0, 100.0] {
+                for _ in 0..30 {
+                    at_once.start_period(duty_pct);
+                    [7, 13]
+                        .into_iter()
+                        .for_each(|ticks| at_once.advance_ticks(ticks));
+                    one_by_one.start_period(duty_pct);
+                    (0..20).for_each(|_| one_by_one.advance_ticks(1));
+                    assert_eq!(at_once.reading(), one_by_one.reading(), "{pwm:?}");
+                }
+            }
+        }
     }
 }
