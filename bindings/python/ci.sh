@@ -35,7 +35,7 @@ readme python >example.py
 env -i HOME="$HOME" PATH="$without_rust" python example.py
 
 say "tests"
-"$python" -m pip install --quiet pytest "dask[distributed]" mypy pandas polars pyarrow scipy gymnasium control
+"$python" -m pip install --quiet pytest "dask[distributed]" mypy pandas polars pyarrow scipy gymnasium control "jax[cpu]"
 bash "$source/../../.ci/programs"
 ACTUATOR=$target/debug/actuator "$python" -m pytest -q -p no:cacheprovider \
     --rootdir "$source" -c "$source/pyproject.toml" "$source/tests"

@@ -19,15 +19,20 @@ pub struct Segment {
     pub is_constant: bool,
     /// Whether the command jumps at its start.
     pub jumps: bool,
+    /// The number of the independent variable that a constant level is, in derivatives by the
+    /// command.
+    pub variable: Option<usize>,
 }
 
 impl Segment {
-    fn constant(start_ns: i64, value: f64) -> Self {
+    /// A level from this instant on, to which the command jumps.
+    pub fn constant(start_ns: i64, value: f64) -> Self {
         Self {
             start_ns,
             q: [value, 0.0, 0.0, 0.0],
             is_constant: true,
             jumps: true,
+            variable: None,
         }
     }
 }

@@ -94,6 +94,19 @@ impl Experiment {
         Reader::new(&self.command)
     }
 
+    /// The same with a held command that has a segment from each of these samples on, in increasing
+    /// order and from the first on, also where its level remains: derivatives by the command are
+    /// those by its segments.
+    pub fn with_segments_at(&self, starts: &[usize]) -> Self {
+        let mut commands = self.commands();
+        let instants = starts.iter().filter_map(|start| self.time_ns.get(*start));
+        let held = instants.map(|time_ns| Segment::constant(*time_ns, commands.at(*time_ns)));
+        Self {
+            command: held.collect(),
+            ..self.clone()
+        }
+    }
+
     /// The same under other assumptions. A hold that the recording specifies takes precedence.
     pub fn under(&self, assumptions: Assumptions) -> Self {
         let hold = match self.recording.hold {

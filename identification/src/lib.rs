@@ -50,7 +50,7 @@ pub use engine::{Options, Progress, Quiet, fit, fit_from, normal_equations, pred
 pub use experiment::Experiment;
 pub use fit::{Bound, Estimate, ExperimentFit, Fit, Termination};
 pub use levenberg::Limits;
-pub use model::{ActiveLimit, Description, Model, ModelParameter, Sample};
+pub use model::{ActiveLimit, COMMANDS_PER_PASS, Description, Model, ModelParameter, Sample};
 pub use normal::Normal;
 pub use problem::{IdentifyError, Problem, Role, Scope, Spec};
 pub use recording::{Hold, Recording, RecordingError};

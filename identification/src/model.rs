@@ -2,6 +2,7 @@
 
 mod parameters;
 
+use std::ops::Range;
 use std::sync::Arc;
 
 pub(crate) use parameters::parameters;
@@ -119,6 +120,9 @@ pub trait Description: Send + Sync {
     }
 }
 
+/// Number of derivatives by the command in one call of [`Model::command_sensitivity`].
+pub const COMMANDS_PER_PASS: usize = 8;
+
 /// A model of an actuator, as the search uses it.
 pub trait Model: Description {
     /// Starting values from a regression over the recordings, in the order of the parameters.
@@ -135,6 +139,16 @@ pub trait Model: Description {
         run: &Experiment,
         values: &[f64],
         free: &[usize],
+        output: &mut dyn FnMut(usize, f64, &[f64]),
+    );
+
+    /// The same by the levels of segments of the command, each constant and at most
+    /// [`COMMANDS_PER_PASS`] of them.
+    fn command_sensitivity(
+        &self,
+        run: &Experiment,
+        values: &[f64],
+        segments: Range<usize>,
         output: &mut dyn FnMut(usize, f64, &[f64]),
     );
 

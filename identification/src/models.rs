@@ -14,13 +14,14 @@ mod limits;
 mod motor;
 mod sensitivity;
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use super::experiment::Experiment;
 use super::hybrid::Output;
-use super::model::{Description, Model, ParameterValues, Sample, Sums};
+use super::model::{COMMANDS_PER_PASS, Description, Model, ParameterValues, Sample, Sums};
 use super::scalar::Scalar;
-use sensitivity::{in_passes, sums_in_passes, sums_with_duals, with_duals};
+use sensitivity::{by_command, in_passes, sums_in_passes, sums_with_duals, with_duals};
 
 pub use black_box_1::BlackBox1;
 pub(crate) use black_box_2::gains as oscillator_gains;
@@ -90,6 +91,17 @@ impl<D: Dynamics> Model for D {
             7..=8 => with_duals::<8, D>(self, run, values, free, output),
             _ => in_passes(self, run, values, free, output),
         }
+    }
+
+    fn command_sensitivity(
+        &self,
+        run: &Experiment,
+        values: &[f64],
+        segments: Range<usize>,
+        output: &mut dyn FnMut(usize, f64, &[f64]),
+    ) {
+        let end = segments.end.min(segments.start + COMMANDS_PER_PASS);
+        by_command::<COMMANDS_PER_PASS, D>(self, run, values, segments.start..end, output);
     }
 
     fn sums(&self, run: &Experiment, values: &[f64], free: &[usize], angles: &[f64]) -> Sums {

@@ -20,6 +20,11 @@ pub trait Scalar:
     /// A number that depends on no parameter.
     fn constant(value: f64) -> Self;
 
+    /// Independent variable number `index`.
+    fn variable(value: f64, _index: usize) -> Self {
+        Self::constant(value)
+    }
+
     /// The number itself.
     fn value(self) -> f64;
 
@@ -107,6 +112,10 @@ impl<const N: usize> Scalar for Dual<N> {
             value,
             slope: [0.0; N],
         }
+    }
+
+    fn variable(value: f64, index: usize) -> Self {
+        Self::parameter(value, index)
     }
 
     #[inline(always)]

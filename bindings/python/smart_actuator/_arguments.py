@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import operator
 import warnings
-from typing import Any, Mapping, Optional, Tuple, Union
+from typing import Any, Iterable, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -62,6 +62,21 @@ def array(name: str, value: ArrayLike) -> NDArray[np.float64]:
         raise TypeError(f"{expected}, got {type(value).__name__} of {given.dtype}")
     # A copy is contiguous and aligned, and no other thread writes to it.
     return np.require(np.array(given, np.float64), np.float64, ["C", "A"])
+
+
+def row(name: str, value: ArrayLike) -> NDArray[np.float64]:
+    """As :func:`array`, with one dimension."""
+    found = array(name, value)
+    if found.ndim != 1:
+        raise ValueError(f"{name} has the shape {found.shape}, expected one dimension")
+    return found
+
+
+def names(name: str, values: Sequence[str]) -> list[str]:
+    """``values`` as a list of names."""
+    if isinstance(values, str) or not isinstance(values, Iterable):
+        raise TypeError(f"{name} is {values!r}, expected a sequence of names")
+    return [text(f"a name in {name}", value) for value in values]
 
 
 def points(

@@ -10,6 +10,7 @@ __all__ = [
     "__version__",
     "Actuator",
     "ActuatorBatch",
+    "command_sensitivity",
     "sensitivity",
     "simulate",
     "monte_carlo",
@@ -79,9 +80,17 @@ def sensitivity(
     time_s: NDArray[np.float64],
     command_deg: NDArray[np.float64],
     duty_pct: Optional[NDArray[np.float64]],
-    values: list[tuple[str, float]],
+    values: tuple[list[tuple[str, float]], bool],
     by: list[str],
 ) -> tuple[NDArray[np.float64], list[NDArray[np.float64]]]: ...
+def command_sensitivity(
+    model: str,
+    time_s: NDArray[np.float64],
+    command_deg: NDArray[np.float64],
+    starts: list[int],
+    values: tuple[list[tuple[str, float]], bool],
+    report: Optional[Report],
+) -> NDArray[np.float64]: ...
 def simulate(
     request: dict[str, Any], report: Optional[Report]
 ) -> tuple[str, dict[str, NDArray[np.float64]]]: ...

@@ -71,8 +71,8 @@ def simulate(
     :param progress: True for a bar on standard error, or a function that is called with the
         simulated time and that of the whole run, s.
     :param gradients: parameters by which the angle is differentiated, of a black box or the grey
-        box: :attr:`Trace.gradients`. The command counts as held between the rows, so that ``every``
-        must divide its steps.
+        box, and ``command_deg`` for the angles of ``command``: :attr:`Trace.gradients`. The command
+        counts as held between the rows, so that ``every`` must divide its steps.
     :param parameters: of the model, by name or symbol; :func:`parameters` lists them with units.
     :raises KeyError: a parameter that does not exist.
     :raises ValueError: a value out of range or in conflict with another, or an unknown name.
@@ -98,7 +98,9 @@ def simulate(
     if gradients:
         actuator = _native.Actuator(model, plant, preset, seed, pwm, request["parameters"])
         values = actuator.settings["parameters"]
-        slopes = of_run(model, values, trace["time_s"], trace["command_deg"], gradients)
+        points_s = None if request["command"] is None else request["command"][0]
+        rows = trace["time_s"], trace["command_deg"]
+        slopes = of_run(model, values, *rows, gradients, points_s, progress)
         trace.gradients.update(slopes)
     return trace
 

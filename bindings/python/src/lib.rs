@@ -22,6 +22,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<stepped::Actuator>()?;
     module.add_class::<batch::ActuatorBatch>()?;
     module.add_function(wrap_pyfunction!(sensitivity::sensitivity, module)?)?;
+    module.add_function(wrap_pyfunction!(sensitivity::command_sensitivity, module)?)?;
     module.add_function(wrap_pyfunction!(trace::simulate, module)?)?;
     module.add_function(wrap_pyfunction!(campaign::monte_carlo, module)?)?;
     module.add_function(wrap_pyfunction!(identify::identify, module)?)?;

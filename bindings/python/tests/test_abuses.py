@@ -81,6 +81,16 @@ IDENTIFY = {
     "progress": ["yes", 5, []],
     "modles": ["black-box-1"],
 }
+ROWS = [5, "a", None, [], [[0.0]], [0.0, INF, 1.0], [0.0, 1.0], object()]
+SENSITIVITY = {
+    "model": [*NO_TEXT, None, "", "board", "motor-m1"],
+    "time_s": [*ROWS, [1.0, 0.5, 0.2], [NAN, 1.0, 2.0]],
+    "command_deg": [*ROWS, [1e300] * 3],
+    "by": [5, None, ["x"], [5], "pole_rad_s", [NAN]],
+    "duty_pct": [5, "a", [1.0], [[1.0, 1.0, 1.0]]],
+    "pole_rad_s": [*NO_NUMBER, NAN, -1.0, 1e9],
+    "position_gain": [1.0],
+}
 STEP = {
     "command_deg": [*NO_NUMBER, NAN, INF, 1e308, -40000.0],
     "seconds": [*(v for v in NO_NUMBER if v is not None), NAN, INF, -0.1, 1e8],
@@ -92,6 +102,12 @@ STEP = {
 def identify(**words):
     words = {"data": GOOD, "models": "black-box-1", "starts": 1, **words}
     return sa.identify(words.pop("data"), **words)
+
+
+def sensitivity(**words):
+    words = {"model": "black-box-1", "by": ["pole_rad_s", "command_deg"], **words}
+    times, commands = words.pop("time_s", [0.0, 0.1, 0.2]), words.pop("command_deg", [0.0, 1.0, 1.0])
+    return sa.sensitivity(words.pop("model"), times, commands, words.pop("by"), **words)
 
 
 def advance(**words):
@@ -115,10 +131,11 @@ def advance_to(**words):
 
 ACTUATOR = {name: RUN[name] for name in ("model", "plant", "preset", "seed", "pwm", "P", "no_such_name")}
 CALLS = [
-    (simulate, {**RUN, "progress": ["yes", 5]}),
+    (simulate, {**RUN, "progress": ["yes", 5], "gradients": [5, "pole_rad_s", [5], ["x"]]}),
     (monte_carlo, {**RUN, "parameters": SWEEP, "threads": [0, -1, 1.5, "1", 10**5]}),
     (sa.Actuator, ACTUATOR),
     (identify, IDENTIFY),
+    (sensitivity, SENSITIVITY),
     (advance, STEP),
     (advance_to, {"command_deg": STEP["command_deg"], "time_s": [None, *STEP["seconds"]]}),
     (lambda **w: sa.parameters(**w), {"model": MODEL, "plant": [5, "", "table"]}),
@@ -138,6 +155,6 @@ def test_an_abuse_is_refused_with_a_reason(seed):
 
 
 def test_without_an_abuse_each_call_succeeds():
-    for call, _ in CALLS[:6]:
+    for call, _ in CALLS[:7]:
         call()
     assert len(ALL) > 400

@@ -22,6 +22,9 @@ CALLS = {
     "lanes": lambda **more: sa.monte_carlo(
         {"P": np.linspace(5.0, 15.0, 500)}, duration=1e6, threads=1, **more
     ),
+    "gradients": lambda **more: sa.sensitivity(
+        "servo-m6", np.arange(10_000) / 100, np.arange(10_000) % 7, ["command_deg"], **more
+    ),
     "identify": lambda **more: sa.identify(sa.simulate(every=80), **SLOW, **more),
 }
 

@@ -59,6 +59,7 @@ fn piece(segments: &mut Vec<Segment>, time_ns: &[i64], values: &[f64]) {
             ],
             is_constant: false,
             jumps: false,
+            variable: None,
         });
     }
 }

@@ -106,7 +106,8 @@ pub fn simulate_steps<S: Scalar, R: Stepper<S>>(
     delay: S,
     output: &mut impl Output<S>,
 ) {
-    let before = segments.first().map_or(0.0, |s| s.q[0]);
+    let first = segments.first();
+    let before = first.map_or(0.0, |s| s.q[0]);
     let mut segment: Option<&Segment> = None;
     let mut upcoming = segments.iter().peekable();
     let mut place = StepEnd {
@@ -130,7 +131,7 @@ pub fn simulate_steps<S: Scalar, R: Stepper<S>>(
             };
             let was_at_rest = rests(segment);
             if (is_on || R::MODELS_MOTOR_OFF) && !was_at_rest {
-                step(simulator, run, segment, before, (place, arrival), delay);
+                step(simulator, run, (segment, first), (place, arrival), delay);
             }
             (place, segment) = (arrival, Some(next));
             if next.jumps || was_at_rest {
@@ -141,11 +142,12 @@ pub fn simulate_steps<S: Scalar, R: Stepper<S>>(
             None => Some(before),
             Some(s) => s.is_constant.then_some(s.q[0]),
         };
+        let is_variable = segment.or(first).is_some_and(|s| s.variable.is_some());
         if i > 0 && (is_on || R::MODELS_MOTOR_OFF) && !rests(segment) {
-            let is_along = run.is_even && !place.is_arrival;
+            let is_along = run.is_even && !place.is_arrival && !is_variable;
             let step_s = seconds(time_ns - place.time_ns);
             if !(is_along && constant.is_some_and(|c| simulator.repeat_step(step_s, c))) {
-                step(simulator, run, segment, before, (place, sample), delay);
+                step(simulator, run, (segment, first), (place, sample), delay);
             }
         }
         if i > 0 {
@@ -180,6 +182,19 @@ fn measured(run: &Experiment, i: usize) -> f64 {
     angles.copied().find(|a| !a.is_nan()).unwrap_or(f64::NAN)
 }
 
+/// The level with which a segment starts, and its derivative by itself.
+#[inline(always)]
+fn level<S: Scalar>(segment: &Segment) -> Command<S> {
+    let level = segment.q[0];
+    match segment.variable {
+        None => Command::Constant(level),
+        Some(index) => {
+            let zero = S::constant(0.0);
+            Command::Cubic([S::variable(level, index), zero, zero, zero])
+        }
+    }
+}
+
 #[inline(always)]
 fn seconds(time_ns: i64) -> f64 {
     time_ns as f64 * 1e-9
@@ -188,12 +203,12 @@ fn seconds(time_ns: i64) -> f64 {
 /// With so few segments the steps to and from their arrivals are not worth caching.
 const FEW_SEGMENTS: usize = 16;
 
-/// One step between two instants under a segment of the command.
+/// One step between two instants under a segment of the command, or under the level of the first
+/// one before that arrives.
 fn step<S: Scalar>(
     simulator: &mut impl Stepper<S>,
     run: &Experiment,
-    segment: Option<&Segment>,
-    before: f64,
+    (segment, first): (Option<&Segment>, Option<&Segment>),
     (from, to): (StepEnd, StepEnd),
     delay: S,
 ) {
@@ -204,8 +219,8 @@ fn step<S: Scalar>(
         _ => (length, 0),
     };
     let command = match segment {
-        None => Command::Constant(before),
-        Some(s) if s.is_constant => Command::Constant(s.q[0]),
+        None => first.map_or(Command::Constant(0.0), level),
+        Some(s) if s.is_constant => level(s),
         Some(s) => {
             let start = Command::Cubic(s.q.map(S::constant));
             if from.is_arrival {

@@ -1,5 +1,7 @@
 //! Runs of a model with its sensitivities: all in one pass, or eight in each pass.
 
+use std::ops::Range;
+
 use super::Dynamics;
 use crate::experiment::Experiment;
 use crate::hybrid::Output;
@@ -203,6 +205,25 @@ pub fn with_duals<const N: usize, D: Dynamics>(
             output(i, angle.value, &angle.slope[..free.len()]);
         },
     );
+}
+
+/// One pass with the derivatives by the levels of some segments of the command.
+pub fn by_command<const N: usize, D: Dynamics>(
+    model: &D,
+    run: &Experiment,
+    values: &[f64],
+    segments: Range<usize>,
+    output: &mut dyn FnMut(usize, f64, &[f64]),
+) {
+    let width = segments.len();
+    let mut run = run.clone();
+    for (index, segment) in run.command[segments].iter_mut().enumerate() {
+        segment.variable = Some(index);
+    }
+    let p = duals::<N, D>(values, &[]);
+    model.run(&run, &p, &mut |i, angle: Dual<N>, _, _| {
+        output(i, angle.value, &angle.slope[..width]);
+    });
 }
 
 /// Eight derivatives a pass, for more than eight.

@@ -154,6 +154,58 @@ fn derivatives_are_those_of_the_exact_solution() {
 type Set = &'static [(&'static str, f64)];
 
 #[test]
+fn derivatives_by_the_command_are_those_of_the_exact_solution() {
+    let servo = named("servo-m1").expect("a model");
+    let cases: [(&dyn Model, ModelKind); 4] = [
+        (&BlackBox1, ModelKind::BlackBox1),
+        (&BlackBox2, ModelKind::BlackBox2),
+        (&GreyBox, ModelKind::GreyBox),
+        (servo.as_ref(), ModelKind::GreyBox),
+    ];
+    // A level that remains and a delay that is no multiple of a sample.
+    let levels = [20.0, 25.0, 25.0, -30.0, 5.0];
+    let starts: Vec<usize> = (0..levels.len()).map(|k| 25 * k).collect();
+    let recording = |levels: &[f64]| crate::Recording {
+        time_s: (0..125).map(|i| f64::from(i) * 4e-3).collect(),
+        command_deg: (0..125).map(|i| levels[i / 25]).collect(),
+        angle_deg: (0..125).map(f64::from).collect(),
+        hold: crate::Hold::Zero,
+        ..Default::default()
+    };
+    for (model, kind) in cases {
+        let values = truth(model, kind, &[]);
+        let run = |levels: &[f64]| {
+            let run = Experiment::try_new(recording(levels)).expect("a recording");
+            run.with_segments_at(&starts)
+        };
+        let angles = |levels: &[f64]| {
+            let mut angles = Vec::new();
+            model.simulate(&run(levels), &values, &mut |_, s| angles.push(s.angle_deg));
+            angles
+        };
+        let mut slopes = Vec::new();
+        model.command_sensitivity(&run(&levels), &values, 0..5, &mut |_, _, slope| {
+            slopes.push(slope.to_vec());
+        });
+        let step = 1e-5;
+        for k in 0..levels.len() {
+            let moved = |by: f64| {
+                let mut levels = levels;
+                levels[k] += by;
+                angles(&levels)
+            };
+            let ends = moved(step).into_iter().zip(moved(-step));
+            for (i, (high, low)) in ends.enumerate() {
+                let difference = (high - low) / (2.0 * step);
+                // Rounding of angles of 30 deg over 2e-5 deg.
+                let error = (slopes[i][k] - difference).abs();
+                assert!(error < 1e-6, "{} {k} {i}: {error}", model.name());
+            }
+        }
+    }
+}
+
+#[test]
 fn a_model_that_is_fast_against_its_samples_gives_the_same_result_as_with_close_samples() {
     let cases: [(&dyn Model, ModelKind, Set); 3] = [
         (&BlackBox1, ModelKind::BlackBox1, &[("pole_rad_s", 900.0)]),
