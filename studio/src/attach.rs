@@ -5,6 +5,7 @@ use std::sync::Arc;
 use canopen_generator::Default as DefaultValue;
 use host_sim::can::bus_load::{Traffic, share};
 use host_sim::can::client::{Client, ClientError};
+use host_sim::can::mapped::{Changes, mapping};
 use host_sim::can::telemetry::Telemetry;
 use host_sim::can::{names, scan as devices};
 use model_core::time::CONTROL_RATE_HZ;
@@ -16,9 +17,6 @@ use crate::node::HEARTBEAT_MS;
 /// each control period, and the temperature behind the content of TPDO 3.
 const DEMAND_AND_SUPPLY: [&str; 2] = ["6062", "6079"];
 const TEMPERATURE: &str = "2006";
-
-/// Bit of a COB-ID: the PDO does not exist.
-const INVALID: i64 = 1 << 31;
 
 /// Load of the bus above which TPDO 4 is not added.
 const MOST_LOAD: f64 = 0.8;
@@ -145,71 +143,6 @@ fn load(actuators: usize, kbit_s: u16) -> f64 {
         tpdo(7, 50.0),
     ];
     share(&traffic, f64::from(kbit_s) * 1e3).1 * actuators.max(1) as f64
-}
-
-/// The word of a PDO mapping for an object.
-fn mapping(object: &str) -> Result<u32, ClientError> {
-    let row = names::find(object)?;
-    let bytes = names::layout(row.kind).map_or(4, |(bytes, _)| bytes as u32);
-    Ok(u32::from(row.index) << 16 | u32::from(row.sub_index()) << 8 | (8 * bytes))
-}
-
-/// Changes of objects, with the values before them.
-struct Changes<'c> {
-    client: &'c mut Client,
-    original: Vec<((u16, u8), Vec<u8>)>,
-}
-
-impl<'c> Changes<'c> {
-    fn new(client: &'c mut Client) -> Self {
-        Self {
-            client,
-            original: Vec::new(),
-        }
-    }
-
-    fn write(&mut self, object: &str, value: &str) -> Result<(), ClientError> {
-        let row = names::find(object)?;
-        let before = self.client.get(row)?;
-        let before = names::encode(row, &before.to_string())?;
-        // Written back in the opposite order.
-        self.original.insert(0, (row.address(), before));
-        self.client.write(object, value)
-    }
-
-    /// Maps objects into a TPDO behind those that it `keeps`, and makes it valid.
-    fn map(&mut self, number: u8, keeps: u8, objects: &[&str]) -> Result<(), ClientError> {
-        let cob_id = format!("{:04X}:1", 0x1800 + u16::from(number) - 1);
-        let map = 0x1A00 + u16::from(number) - 1;
-        let id = self.client.integer(&cob_id)?;
-        self.write(&cob_id, &(id | INVALID).to_string())?;
-        self.write(&format!("{map:04X}:0"), "0")?;
-        for (sub, object) in (keeps + 1..).zip(objects) {
-            self.write(&format!("{map:04X}:{sub}"), &mapping(object)?.to_string())?;
-        }
-        let count = usize::from(keeps) + objects.len();
-        self.client
-            .write(&format!("{map:04X}:0"), &count.to_string())?;
-        self.client.write(&cob_id, &(id & !INVALID).to_string())
-    }
-}
-
-/// Writes back what [`attach`] has changed.
-///
-/// # Errors
-/// Those of the transfers.
-pub fn restore(client: &mut Client, original: &[((u16, u8), Vec<u8>)]) -> Result<(), ClientError> {
-    for ((index, sub), bytes) in original {
-        // A PDO is invalid and its mapping empty while its entries change.
-        if index & 0xFF00 == 0x1A00 && *sub > 0 {
-            let cob_id = format!("{:04X}:1", index - 0x200);
-            let id = client.integer(&cob_id)?;
-            client.write(&cob_id, &(id | INVALID).to_string())?;
-            client.write(&format!("{index:04X}:0"), "0")?;
-        }
-        client.set(names::find(&format!("{index:04X}:{sub}"))?, bytes)?;
-    }
-    Ok(())
 }
 
 /// Reads the faults of an actuator, after other work for it.

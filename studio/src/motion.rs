@@ -16,6 +16,7 @@ use std::time::{Duration, Instant};
 use canopen::CanFrame;
 use embedded_can::StandardId;
 use host_sim::can::client::{Client, ClientError};
+use host_sim::can::mapped;
 
 use crate::attach;
 use crate::core::{Busy, Core};
@@ -217,7 +218,7 @@ pub fn leave(core: &Arc<Core>) {
         let restored = core.at_node(number, move |client| {
             // A node that is gone restores itself with its next start.
             let _ = client.write("1016:1", "0");
-            let _ = attach::restore(client, &original);
+            let _ = mapped::restore(client, &original);
             let _ = done.send(());
         });
         if let Err(Busy) = restored {

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use canopen::cia402::statusword;
 use host_sim::can::client::state_name;
 use host_sim::can::fault_history::descriptions;
+use host_sim::can::mapped::Originals;
 use host_sim::can::scan::Device;
 use host_sim::can::telemetry::Telemetry;
 use serde_json::{Value, json};
@@ -64,7 +65,7 @@ pub struct Node {
     /// Addresses of the objects that were written and not saved since.
     pub unsaved: BTreeSet<String>,
     /// Objects with their values before this program changed them, in the order to write them back.
-    pub original: Vec<((u16, u8), Vec<u8>)>,
+    pub original: Originals,
 }
 
 impl Node {

@@ -46,14 +46,7 @@ pub const COUNT: usize = 8;
 /// All quantities.
 pub const ALL: [Quantity; COUNT] = [
     quantity("angle", "Angle", "deg", "angle_deg", "angle", 1.0),
-    quantity(
-        "demand",
-        "Demand",
-        "deg",
-        "command_deg",
-        "position_demand",
-        1.0,
-    ),
+    quantity("demand", "Demand", "deg", "command_deg", "command_deg", 1.0),
     quantity("rate", "Rate", "deg/s", "rate_deg_s", "angular_rate", 1.0),
     quantity(
         "current",

@@ -14,12 +14,14 @@ use crate::error::Error;
 use crate::interrupt;
 use crate::output::{is_standard_output, write_error};
 use host_sim::can::capture::Capture;
-use host_sim::can::client::Client;
+use host_sim::can::client::{Client, ClientError};
+use host_sim::can::mapped::{Changes, restore};
 use host_sim::can::telemetry::{Clock, Telemetry};
 
 /// Records the telemetry of an actuator as a CSV file with units in the names of the columns
 ///
-/// An interrupt (Ctrl-C) ends the recording; the file has all samples until then.
+/// The command of the position loop is recorded too, by a fourth TPDO that is removed at the end. An
+/// interrupt (Ctrl-C) ends the recording; the file has all samples until then.
 ///
 /// With --json standard output is JSON: one object per sample and line or, if the samples go to a
 /// file, the numbers of samples and of lost ones.
@@ -73,6 +75,37 @@ impl Record {
 
 /// Records for this time; returns the number of lost samples.
 fn listen(client: &mut Client, time: Duration, sink: &mut Sink) -> Result<u64, Error> {
+    let mut changes = Changes::new(client);
+    let has_command = add_command(&mut changes);
+    let original = changes.original;
+    let recorded = has_command
+        .map_err(Error::from)
+        .and_then(|()| receive(client, time, sink));
+    // Also after an error; that of the recording comes first.
+    let restored = restore(client, &original);
+    let lost = recorded?;
+    restored?;
+    Ok(lost)
+}
+
+/// Adds the command to the telemetry for the time of the recording, in a TPDO that is not used.
+fn add_command(changes: &mut Changes<'_>) -> Result<(), ClientError> {
+    let telemetry = Telemetry::of(changes.client)?;
+    if telemetry.position("command_deg").is_some() {
+        return Ok(());
+    }
+    if changes.is_valid(COMMAND_TPDO)? {
+        eprintln!(
+            "warning: the recording has no column command_deg: TPDO {COMMAND_TPDO} has other content"
+        );
+        return Ok(());
+    }
+    changes.map(COMMAND_TPDO, 0, &["6062"])?;
+    let period_ms = 1000 / model_core::time::CONTROL_RATE_HZ;
+    changes.write("1803:5", &period_ms.to_string())
+}
+
+fn receive(client: &mut Client, time: Duration, sink: &mut Sink) -> Result<u64, Error> {
     let mut clock = Clock::default();
     let mut is_first = true;
     let stop = interrupt::stop()?;
@@ -95,6 +128,9 @@ fn seconds(clock: &mut Clock, telemetry: &Telemetry, now: Duration) -> f64 {
     let counter = telemetry.value("sample_counter");
     counter.map_or(now.as_secs_f64(), |counter| clock.time_s(counter as u16))
 }
+
+/// The TPDO in which the command is sent, 1803h.
+const COMMAND_TPDO: u8 = 4;
 
 /// A sink for samples.
 struct Sink {

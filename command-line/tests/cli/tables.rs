@@ -8,7 +8,7 @@ type Writer = fn(&Cli, &str);
 const TRACE: &str = "simulate board --plant bench --input 3-2-1-1 --every 80";
 
 /// The name of the file, how it is written, and whether it has an angle.
-const WRITERS: [(&str, Writer, bool); 5] = [
+const WRITERS: [(&str, Writer, bool); 6] = [
     (
         "trace.csv",
         |cli, name| drop(cli.text(&format!("{TRACE} --csv {name}"))),
@@ -32,6 +32,23 @@ const WRITERS: [(&str, Writer, bool); 5] = [
             drop(cli.text(&format!("experiment black-box-1 --duration 2 --csv {name}")));
         },
         false,
+    ),
+    (
+        "telemetry.csv",
+        |cli, name| {
+            let served = Served::new(&["--seed", "3"]);
+            let out = cli.path(name);
+            let record = format!(
+                "record --for 3 --out {} --bus {}",
+                out.display(),
+                served.bus
+            );
+            std::thread::scope(|scope| {
+                scope.spawn(|| cli.text(&record));
+                served.text("excite doublet --amplitude 4 --unit 0.3");
+            });
+        },
+        true,
     ),
     (
         "capture.csv",

@@ -13,6 +13,7 @@ pub mod client;
 pub mod excitation;
 pub mod fault_history;
 pub mod link;
+pub mod mapped;
 pub mod motor_objects;
 pub mod names;
 pub mod native_node;

@@ -7,6 +7,9 @@ use embedded_can::Frame;
 use super::client::{Client, ClientError};
 use super::names::{self, Value};
 
+/// Position demand value, CiA 402: the command of the position loop.
+const DEMAND: u16 = 0x6062;
+
 /// TPDOs of an actuator.
 const TPDOS: u16 = 4;
 
@@ -23,6 +26,8 @@ pub struct Column {
 impl Column {
     fn of(row: &'static Row) -> Self {
         let name = match row.sub {
+            // The name that files of all commands have for it.
+            _ if row.index == DEMAND => "command",
             None => &row.object,
             Some(_) => &row.entry,
         };
@@ -183,12 +188,15 @@ impl Telemetry {
         &self.values
     }
 
+    /// The column by the start of its name.
+    pub fn position(&self, name: &str) -> Option<usize> {
+        let mut columns = self.columns.iter();
+        columns.position(|column| column.name.starts_with(name))
+    }
+
     /// The value of a column by the start of its name.
     pub fn value(&self, name: &str) -> Option<f64> {
-        let at = self
-            .columns
-            .iter()
-            .position(|column| column.name.starts_with(name))?;
+        let at = self.position(name)?;
         Some(self.values[at]).filter(|value| value.is_finite())
     }
 }
