@@ -17,7 +17,7 @@ pub enum Quantity {
     Level,
     /// A parameter, fixed from the end of the initialization on.
     Parameter(&'static Parameter),
-    /// A parameter of the control step, which may change at any communication point.
+    /// A parameter of the controller, which may change at any communication point.
     Gain(&'static Parameter),
     /// The seed of the noise.
     Seed,
@@ -216,11 +216,27 @@ fn is_bench(settings: &Settings) -> bool {
     (settings.model, settings.plant) == (ModelKind::Board, PlantKind::Drivetrain)
 }
 
-/// Whether the board accepts another value of the parameter while it runs. Zero and direction of
-/// the encoder would change what its angle means.
-fn is_gain(parameter: &Parameter) -> bool {
+/// Parameters of the grey box's controller; the others are those of its motor.
+const GREY_BOX_GAINS: [&str; 6] = [
+    "proportional_gain",
+    "integral_gain",
+    "position_gain",
+    "anti_windup_gain",
+    "rate_anti_windup_gain",
+    "duty_limit_pct",
+];
+
+/// Whether a model accepts another value of the parameter while it runs. Zero and direction of the
+/// board's encoder would change what its angle means.
+fn is_gain(model: ModelKind, parameter: &Parameter) -> bool {
     let is_it = |p: &Parameter| p.name == parameter.name;
-    ControlParameters::TABLE.iter().any(is_it) && !parameter.name.starts_with("encoder_")
+    match model {
+        ModelKind::Board => {
+            ControlParameters::TABLE.iter().any(is_it) && !parameter.name.starts_with("encoder_")
+        }
+        ModelKind::GreyBox => GREY_BOX_GAINS.contains(&parameter.name),
+        ModelKind::BlackBox1 | ModelKind::BlackBox2 => false,
+    }
 }
 
 /// The variables of a model and plant, in the order of their value references. They do not depend
@@ -249,7 +265,7 @@ pub fn of(settings: &Settings) -> Vec<Variable> {
     let parameters = settings.values().map(|value| value.parameter);
     let parameters = parameters.filter(|p| Inputs::TABLE.iter().all(|input| input.name != p.name));
     list.extend(parameters.map(|p| {
-        let quantity = match is_board && is_gain(p) {
+        let quantity = match is_gain(settings.model, p) {
             true => Quantity::Gain(p),
             false => Quantity::Parameter(p),
         };

@@ -118,8 +118,33 @@ impl GreyBox {
         })
     }
 
+    /// Its parameters.
+    pub fn parameters(&self) -> &GreyBoxParameters {
+        &self.parameters
+    }
+
     fn state(&self) -> [f64; 3] {
         [self.angle_deg, self.rate_deg_s, self.integral_pct]
+    }
+
+    /// Changes the parameters, under this demand without a jump of the duty unless its limit
+    /// changes: the integrator takes the difference.
+    ///
+    /// # Errors
+    /// As [`Self::try_new`]; nothing is changed then.
+    pub fn retune(
+        &mut self,
+        parameters: GreyBoxParameters,
+        demand: Demand,
+    ) -> Result<(), ParameterError> {
+        parameters.check()?;
+        let before = self.parameters.control(demand, self.state()).demand_pct;
+        let after = parameters.control(demand, self.state()).demand_pct;
+        self.parameters = parameters;
+        if !matches!(demand, Demand::Duty(_)) {
+            self.integral_pct += before - after;
+        }
+        Ok(())
     }
 }
 
@@ -264,6 +289,31 @@ mod tests {
         assert_eq!(model.output(300.0).rate_deg_s, 0.0);
         assert!(angle_after(&mut model, 0.0, 1) <= 180.0);
         assert_eq!(angle_after(&mut model, -300.0, 60_000), -180.0);
+    }
+
+    #[test]
+    fn gains_change_without_a_jump_of_the_duty_and_act_from_then_on() {
+        let mut model = model(&[]);
+        angle_after(&mut model, 2.0, 1000);
+        let before = model.output(2.0);
+        let slow = GreyBoxParameters {
+            position_gain: 3.0,
+            proportional_gain: 0.4,
+            ..Default::default()
+        };
+        model.retune(slow, Demand::Angle(2.0)).unwrap();
+        let after = model.output(2.0);
+        assert!((after.duty_pct - before.duty_pct).abs() < 1e-12);
+        assert_eq!(after.angle_deg, before.angle_deg);
+        // A degree more of command is P Kp more duty.
+        let step_pct = model.output(3.0).duty_pct - after.duty_pct;
+        assert!((step_pct - 3.0 * 0.4).abs() < 1e-12, "{step_pct}");
+        let unstable = GreyBoxParameters {
+            position_gain: -1.0,
+            ..slow
+        };
+        assert!(model.retune(unstable, Demand::Angle(2.0)).is_err());
+        assert_eq!(model.output(2.0), after);
     }
 
     #[test]

@@ -124,10 +124,11 @@ impl Instance {
             }
             draft.write(variable, value)?;
         }
+        let controller = |settings: &Settings| (settings.control, settings.grey_box);
         if let Some(actuator) = &mut self.state.actuator
-            && draft.settings.control != self.state.settings.control
+            && controller(&draft.settings) != controller(&self.state.settings)
         {
-            let tuned = actuator.retune(&draft.settings.control);
+            let tuned = actuator.retune(&draft.settings);
             tuned.map_err(|error| error.to_string())?;
         }
         (self.state.settings, self.state.inputs) = (draft.settings, draft.inputs);

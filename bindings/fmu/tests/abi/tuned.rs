@@ -27,7 +27,7 @@ fn gains_change_while_the_board_runs_as_its_object_dictionary_changes_them() {
             if step == 20 {
                 assert_eq!(host.set("position_gain", 2.0), Status::Ok);
                 settings.control.set("position_gain", 2.0).unwrap();
-                actuator.retune(&settings.control).unwrap();
+                actuator.retune(&settings).unwrap();
             }
             assert_eq!(host.step(f64::from(step) * 0.004, 0.004), Status::Ok);
             actuator.advance(60.0, 80).unwrap();
@@ -40,6 +40,33 @@ fn gains_change_while_the_board_runs_as_its_object_dictionary_changes_them() {
         fast.advance(60.0, 8000).unwrap();
         assert!(fast.reading().angle_deg > angles[99] + 1.0);
     }
+}
+
+#[test]
+fn gains_of_the_grey_box_change_without_a_jump_and_its_motor_is_fixed() {
+    let mut settings = Settings::new(ModelKind::GreyBox, PlantKind::FirstOrder);
+    let host = Host::initialized(&settings);
+    let mut actuator = Actuator::try_new(&settings).unwrap();
+    host.set("command_deg", 5.0);
+    for step in 0..100 {
+        if step == 20 {
+            let duty_pct = host.get("duty_pct");
+            for (name, value) in [("position_gain", 3.0), ("proportional_gain", 0.7)] {
+                assert_eq!(host.set(name, value), Status::Ok);
+                settings.set(name, value).unwrap();
+                actuator.retune(&settings).unwrap();
+            }
+            assert!((host.get("duty_pct") - duty_pct).abs() < 1e-12);
+        }
+        assert_eq!(host.step(f64::from(step) * 0.004, 0.004), Status::Ok);
+        actuator.advance(5.0, 80).unwrap();
+        let angle_deg = actuator.reading().angle_deg;
+        assert_eq!(host.get("angle_deg").to_bits(), angle_deg.to_bits());
+    }
+    assert_eq!(host.set("proportional_gain", -1.0), Status::Error);
+    assert_eq!(host.set("motor_gain_up", 2.0), Status::Error);
+    assert!(host.last_message().contains("motor_gain_up is fixed"));
+    assert_eq!(host.get("proportional_gain"), 0.7);
 }
 
 #[test]
