@@ -23,6 +23,8 @@ pub(super) enum Request {
     Servo(Option<f64>),
     /// Show this commanded angle, deg.
     ShowTarget(f64),
+    /// Continue without this client, which takes no more frames.
+    Leave,
     /// End the run.
     End,
 }
@@ -43,6 +45,8 @@ pub(super) struct BoardLink {
     sent: Vec<CanFrame>,
     /// The client waits until this instant, ns; `None` before its first wait.
     until_ns: Option<u64>,
+    /// The client has left, or ended.
+    is_alone: bool,
     /// The commanded angle to be shown, deg.
     pub target_deg: Option<f64>,
 }
@@ -61,6 +65,7 @@ pub(super) fn connect() -> (VirtualLink, Sender<Request>, BoardLink) {
         frames: sent,
         sent: Vec::new(),
         until_ns: None,
+        is_alone: false,
         target_deg: None,
     };
     (link, requests, board)
@@ -86,16 +91,25 @@ impl Link for VirtualLink {
         Ok(self.received.pop_front())
     }
 
-    /// Discards the received frames.
+    /// Discards the received frames. A pause without an end lasts to the end of the run: the board
+    /// does not wait at each of its frames for a thread that only discards them.
     fn pause(&mut self, time: Duration) -> io::Result<()> {
         self.received.clear();
-        self.receive(time).map(drop)
+        if time < Duration::MAX {
+            return self.receive(time).map(drop);
+        }
+        self.requests.send(Request::Leave).map_err(|_| ended())?;
+        while self.frames.recv().is_ok() {}
+        Err(ended())
     }
 }
 
 impl BoardLink {
     /// Forwards the frames of the board, and runs the client until it waits again.
     pub fn exchange(&mut self, view: &mut View<'_>, sent: &[(u64, Frame)]) -> Flow {
+        if self.is_alone {
+            return Flow::Continue;
+        }
         let now_ns = view.now_ns();
         self.sent
             .extend(sent.iter().filter_map(|(_, frame)| from_wire(frame)));
@@ -120,11 +134,12 @@ impl BoardLink {
                 }
                 Request::Servo(pulse_us) => view.set_servo_us(pulse_us),
                 Request::ShowTarget(deg) => self.target_deg = Some(deg),
+                Request::Leave => break,
                 Request::End => return Flow::End,
             }
         }
-        // The client has ended: the board continues without it.
-        self.until_ns = Some(u64::MAX);
+        // The board continues without the client.
+        self.is_alone = true;
         Flow::Continue
     }
 }
@@ -141,4 +156,23 @@ fn from_wire(frame: &Frame) -> Option<CanFrame> {
     let is_extended = matches!(frame.id, Id::Extended(_));
     let length = frame.payload().len() as u8;
     CanFrame::raw(frame.id.value(), is_extended, false, length, frame.data)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pause_without_an_end_leaves_the_board_alone_until_the_run_ends() {
+        let (mut link, _requests, board) = connect();
+        let pausing = std::thread::spawn(move || link.pause(Duration::MAX));
+        // Nothing but this request: the client asks for no frame that it would discard.
+        assert!(matches!(board.requests.recv(), Ok(Request::Leave)));
+        drop(board);
+        let ended = pausing
+            .join()
+            .expect("no panic")
+            .expect_err("the run has ended");
+        assert_eq!(ended.kind(), ErrorKind::BrokenPipe);
+    }
 }
