@@ -19,7 +19,7 @@ from bam import model as bam
 import smart_actuator as sa
 from bam_models import Bam
 from dcmotor import DcMotor
-from page import page
+from page import commit, page
 from recordings import Recording
 from searches import optima, search_by_cma
 
@@ -81,9 +81,11 @@ def main():
     paths = sorted(arguments.recordings.glob("*.json"))
     if len(paths) < 2:
         sys.exit(f"{arguments.recordings}: {len(paths)} recordings, expected two at least")
+    # As it is now: the run takes a while.
+    made_of = commit()
     runs = [Recording(path) for path in paths]
     errors, seconds = predictions(arguments, runs)
-    print(page(arguments, runs, errors, seconds, optima(arguments, runs)), end="")
+    print(page(arguments, made_of, runs, errors, seconds, optima(arguments, runs)), end="")
 
 
 if __name__ == "__main__":

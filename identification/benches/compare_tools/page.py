@@ -1,6 +1,7 @@
 """The page of the comparison."""
 
 import datetime
+import os
 import pathlib
 import platform
 import subprocess
@@ -14,6 +15,8 @@ from recordings import BAM_STEP_S
 PAGE = """# Other tools on the same recordings
 
 `identification/benches/compare_tools` has written this page: {date}, commit `{commit}`, {machine}.
+With a load of {load:.1f} in the last quarter of an hour, times are longer than on an idle machine.
+
 The {count} recordings are of a Robotis XL330 with a pendulum, from [BAM](https://github.com/Rhoban/bam);
 they are not part of this repository: {names}.
 
@@ -48,31 +51,38 @@ search from eight of them, standard errors and tests of the residuals.
 
 ## Not run
 
-- BAM's own search: 100,000 simulations of each of {count} x 6 fits take days.
+- BAM's own search with its default of 100,000 simulations of each recording in each of {count} x 6 fits:
+  {hours:.0f} hours at the rate of this page, and many times that in BAM, which simulates one set of
+  parameters after the other.
 - Recordings of BAM's other servos: this page is of the folder that the script was given.
 """
 
 
-def page(arguments, runs, errors, seconds, rows):
+def commit():
+    """The commit of the tree, with a word if it has been changed."""
+    command = ["git", "describe", "--always", "--abbrev=12", "--dirty", "--exclude", "*"]
+    folder = pathlib.Path(__file__).parent
+    return subprocess.check_output(command, text=True, cwd=folder).strip()
+
+
+def page(arguments, made_of, runs, errors, seconds, rows):
     def cells(name, found):
         longest = f"{max(seconds[name]):.1f}" if name in seconds else ""
         numbers = " | ".join(f"{error:.2f}" for error in [*found, np.mean(found)])
         return f"| {name} | {numbers} | {longest} |"
 
-    git = lambda *words: subprocess.run(
-        ["git", *words],
-        check=True,
-        capture_output=True,
-        text=True,
-        cwd=pathlib.Path(__file__).parent,
-    ).stdout.strip()
     stems = [run.path.stem for run in runs]
     ours = [name for name in errors if name.startswith("this program")]
     seconds = {**seconds, **dict.fromkeys(ours, seconds["this program, all six"])}
     return PAGE.format(
         date=datetime.date.today().isoformat(),
-        commit=git("rev-parse", "--short=12", "HEAD"),
-        machine=f"{platform.machine()}, Python {platform.python_version()}",
+        commit=made_of,
+        load=os.getloadavg()[2],
+        hours=sum(sum(s) for n, s in seconds.items() if n.endswith("CMA-ES"))
+        / 3600
+        * 1e5
+        / arguments.evaluations,
+        machine=f"{os.cpu_count()} cores, {platform.machine()}, Python {platform.python_version()}",
         count=len(runs),
         names=", ".join(f"`{stem}`" for stem in stems),
         short=" | ".join(f"`{stem.split('_')[-1]}`" for stem in stems),

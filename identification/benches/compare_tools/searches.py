@@ -78,9 +78,7 @@ def optima_of(model, run, evaluations):
             many = lambda x: np.array([residuals(point) for point in np.atleast_2d(x.T)]).T
             bounds = [low[:, None], high[:, None]]
             best = np.ravel(
-                minimize.least_squares(
-                    start[:, None], many, bounds, verbose=0, x_scale="jac"
-                )[0]
+                minimize.least_squares(start[:, None], many, bounds, verbose=0, x_scale="jac")[0]
             )
         else:
             cost = lambda sets: [rms(x) for x in sets]
