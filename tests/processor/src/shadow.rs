@@ -10,7 +10,9 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
-use virtual_board::processor::{CoreBus, Exit, Layered, Memory, Observer, Processor, Queued, Region};
+use virtual_board::processor::{
+    CoreBus, Exit, Layered, Memory, Observer, Processor, Queued, Region,
+};
 
 use crate::cycles::Cycles;
 use crate::frames::Frames;
