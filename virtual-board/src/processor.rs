@@ -15,6 +15,9 @@ pub use rigless::emulator::{
 pub use rigless::soc::Width;
 pub use rigless::time::VirtualNanos;
 
+/// A write of a register: its number for GDB, and the word.
+pub type RegisterWrite = (usize, u32);
+
 /// Runs the core of a board.
 pub trait Observer: Send + Debug {
     /// Runs at most this number of instructions on this bus, as [`Processor::run`] does.
@@ -25,6 +28,11 @@ pub trait Observer: Send + Debug {
         budget: u32,
         bus: &mut dyn CoreBus,
     ) -> (Exit, u64);
+
+    /// The registers that are to be written after a run.
+    fn take_register_writes(&mut self) -> Vec<RegisterWrite> {
+        Vec::new()
+    }
 
     /// The core was reset.
     fn after_reset(&mut self);

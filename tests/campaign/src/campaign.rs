@@ -1,96 +1,85 @@
-//! A campaign: many experiments on several threads.
+//! A campaign: many experiments.
 
-use std::sync::{Arc, Mutex, mpsc};
-use std::thread;
+use std::fs::File;
+use std::io;
+use std::ops::Range;
+use std::sync::{Arc, Mutex};
 
 use board_tests::program::firmware;
-use virtual_board::run::{Attachments, FirmwareError, Options, run_with};
+use virtual_board::run::{Attachments, FirmwareError, Options, RunError, run_with};
 
-use crate::experiment::Experiments;
-use crate::injection::{Injection, Place};
+use crate::experiment::OBSERVED_MS;
+pub use crate::experiment::TRACE_COLUMNS;
+use crate::injection::{Injection, Place, working_memory};
 use crate::injector::Injector;
-use crate::outcome::Outcome;
+use crate::outcome::Verdict;
+use crate::snapshots::Snapshots;
+use crate::timetable::Timetable;
 
-/// Experiments on one emulated board: more of them translate the program less often, fewer lose
-/// less if the emulator stops.
-const BATCH: usize = 50;
+/// Injections of the warm-up in each of its places.
+const WARM_UP: u64 = 1;
 
-/// Virtual time that a batch cannot exceed, ms.
-const LIMIT_MS: u64 = 10_000 + 3_000 * BATCH as u64;
+/// Why a campaign ends early.
+#[derive(Debug, thiserror::Error)]
+pub enum CampaignError {
+    /// The ELF file lacks a symbol.
+    #[error(transparent)]
+    Firmware(#[from] FirmwareError),
+    /// The undisturbed board does not run.
+    #[error(transparent)]
+    Run(#[from] RunError),
+    /// A copy of the emulated board cannot be made.
+    #[error("cannot copy the emulated board: {0}")]
+    Copy(#[from] io::Error),
+}
 
 /// The injections with these numbers.
 ///
 /// # Errors
 /// The ELF file lacks a symbol.
-pub fn draw(
-    seed: u64,
-    place: Place,
-    numbers: std::ops::Range<u64>,
-) -> Result<Vec<Injection>, FirmwareError> {
+pub fn draw(seed: u64, place: Place, numbers: Range<u64>) -> Result<Vec<Injection>, FirmwareError> {
     let ranges = place.ranges(firmware())?;
     Ok(numbers
         .map(|number| Injection::draw(seed, number, place, &ranges))
         .collect())
 }
 
-/// Runs a batch on one emulated board, and on another one after an injection that ends the emulator
-/// with an error or takes all of its time.
-fn run_batch(injections: &[Injection]) -> Vec<(Injection, Outcome)> {
-    let mut results = Vec::new();
-    while results.len() < injections.len() {
-        let left = &injections[results.len()..];
-        let judged = run_until_it_ends(left);
-        let has_judged = !judged.is_empty();
-        results.extend(judged);
-        if !has_judged {
-            results.push((left[0], Outcome::Unjudged));
-        }
+/// Carries out these injections by this number of processes at a time, and reports each verdict.
+/// The trace gets a line for each millisecond of an experiment, with the columns [`TRACE_COLUMNS`].
+///
+/// # Errors
+/// As [`CampaignError`] says.
+pub fn run_all(
+    injections: &[Injection],
+    processes: usize,
+    report: impl FnMut(Injection, Verdict) + Send + 'static,
+    trace: Option<File>,
+) -> Result<(), CampaignError> {
+    if injections.is_empty() {
+        return Ok(());
     }
-    results
-}
-
-/// Runs these experiments one after the other; returns those that were judged.
-fn run_until_it_ends(injections: &[Injection]) -> Vec<(Injection, Outcome)> {
+    let injector = Injector::new(working_memory(firmware())?);
+    let mut warm_up = Vec::new();
+    for place in [Place::Ram, Place::Registers, Place::Instruction] {
+        warm_up.extend(draw(u64::MAX, place, 0..WARM_UP)?);
+    }
+    let timetable = Timetable::new(warm_up);
+    let limit_ms = timetable.duration_ms() + u64::from(OBSERVED_MS);
+    let script = Snapshots::new(
+        injections.to_vec(),
+        processes,
+        injector.clone(),
+        timetable,
+        (Box::new(report), trace),
+    );
     let options = Options {
         keeps_trace: false,
-        ..Options::for_ms(LIMIT_MS)
+        ..Options::for_ms(limit_ms)
     };
-    let injector = Injector::default();
-    let (judged, results) = mpsc::channel();
-    let script = Experiments::new(injections.to_vec(), injector.clone(), judged);
     let attachments = Attachments {
         observer: Some(Arc::new(Mutex::new(injector))),
         ..Attachments::default()
     };
-    // An error ends the experiment that has not been judged.
-    let _ = run_with(firmware(), options, script, attachments);
-    results.try_iter().collect()
-}
-
-/// Runs these experiments on this number of threads, and reports each batch.
-pub fn run_all(
-    injections: &[Injection],
-    threads: usize,
-    report: impl Fn(&[(Injection, Outcome)]) + Sync,
-) -> Vec<(Injection, Outcome)> {
-    let batches = Mutex::new(injections.chunks(BATCH));
-    let results = Mutex::new(Vec::new());
-    thread::scope(|scope| {
-        for _ in 0..threads {
-            scope.spawn(|| {
-                loop {
-                    let next = batches.lock().ok().and_then(|mut batches| batches.next());
-                    let Some(batch) = next else { return };
-                    let judged = run_batch(batch);
-                    report(&judged);
-                    if let Ok(mut results) = results.lock() {
-                        results.extend(judged);
-                    }
-                }
-            });
-        }
-    });
-    let mut results = results.into_inner().unwrap_or_default();
-    results.sort_by_key(|(injection, _)| injection.number);
-    results
+    let finished = run_with(firmware(), options, script, attachments)?;
+    Ok(finished.script.result?)
 }

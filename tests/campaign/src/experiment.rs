@@ -1,181 +1,202 @@
-//! Experiments one after the other on one emulated board.
-//!
-//! The emulator translates the program once for all of them: between two experiments the supply is
-//! cut, and memory and shaft are as at the first power-on afterwards.
+//! An experiment: an injection into the running board, and the time after it.
 
-use std::sync::mpsc::Sender;
+use std::fs::File;
+use std::io::Write;
+use std::sync::Arc;
 
 use virtual_board::can::Port;
 use virtual_board::faults::{Fault, MemoryLocation, Planned};
-use virtual_board::plant::{BoardPlant, BoardPlantOptions};
-use virtual_board::run::{Flow, Script, View};
+use virtual_board::plant::{BoardPlant, Bridge};
+use virtual_board::run::View;
+use virtual_board::trace::Row;
 
-use board_tests::frames::to_wire;
-use board_tests::master::PERIODS;
-
+use crate::fork::Reporter;
 use crate::injection::{Injection, Place};
 use crate::injector::Injector;
-use crate::motion::Motion;
-use crate::outcome::{Judge, Outcome};
+use crate::outcome::{Judge, Observation};
 use crate::tell::Tell;
-
-/// Duration of the supply cut between two experiments, ms, and the time from its start to the next
-/// power-on.
-const CUT_MS: u64 = 3;
-const OFF_MS: u32 = 6;
+use crate::twin::{DIGEST_MS, Twin, with_plant};
 
 /// Time for which an experiment is observed after its injection, ms: longer than a change of the
 /// target and the time after which a deviation is hazardous. An injection into the core follows its
 /// instant within 16 ms.
-const OBSERVED_MS: u32 = 1200;
+pub const OBSERVED_MS: u32 = 1200;
 
-/// Duration of an undisturbed run, ms: the latest injection and its observation.
-const REFERENCE_MS: u32 = 2800;
+/// Time after which an experiment ends whose shaft remains safe after a fault was told, ms: longer
+/// than a restart and the master's period.
+const SAFE_MS: u32 = 250;
 
-/// Time by which two runs of one motion may differ, ms: two control periods, since the phase of the
-/// board's timer to the master differs from run to run. A reported angle is as old at most.
+/// Digests in a row after which an experiment ends that are those of the twin: 104 ms. Program and
+/// plant are then the twin's, and so are the registers of the peripherals that act on either.
+const EQUAL_DIGESTS: u32 = 13;
+
+/// Time by which an angle may differ, ms: two control periods, as old as a reported angle is at
+/// most.
 const TOLERATED_MS: usize = 8;
 
-/// First and last address of the stored parameters that an experiment might change.
-const STORE: [u64; 2] = [0x0810_0000, 0x0810_8000];
-
-const BLANK: u32 = u32::MAX;
-
-/// Angles of the undisturbed board by motion, one each millisecond after power-on, deg.
-pub type References = [Vec<f64>; 3];
-
-/// The script that carries out the experiments.
-pub struct Experiments {
-    injections: std::vec::IntoIter<Injection>,
-    current: Option<Injection>,
-    references: References,
-    /// Motions whose undisturbed run is still to be recorded.
-    to_record: Vec<Motion>,
-    recording: Option<Motion>,
-    /// ms since power-on; `None` before the first one.
-    ms: Option<u32>,
-    off_ms: u32,
-    tell: Tell,
-    judge: Judge,
-    /// Angles of this run, one each millisecond, deg.
-    angles: Vec<f64>,
-    original: Option<(u64, u32)>,
-    injector: Injector,
-    judged: Sender<(Injection, Outcome)>,
+/// The shaft in a millisecond.
+struct Shaft {
+    angle_deg: f64,
+    rate_deg_s: f64,
 }
 
-impl Experiments {
-    /// These experiments, after the undisturbed runs; each result is sent when it is known.
-    pub fn new(
-        injections: Vec<Injection>,
-        injector: Injector,
-        judged: Sender<(Injection, Outcome)>,
+/// First line of a trace.
+pub const TRACE_COLUMNS: &str = "time_ms,expected_deg,angle_deg,reported_deg,told,restarted\n";
+
+/// A running experiment.
+#[derive(Debug)]
+pub struct Experiment {
+    injection: Injection,
+    injector: Injector,
+    twin: Arc<Twin>,
+    reporter: Option<Reporter>,
+    tell: Tell,
+    judge: Judge,
+    /// The plant while the timer of the bridge does not run, and its time, ns.
+    coasting: Option<(BoardPlant, u64)>,
+    /// Angles of the twin, and of this board, one each millisecond, deg.
+    expected: Vec<f64>,
+    angles: Vec<f64>,
+    /// The plant in the last millisecond, whose digest was requested.
+    digested: Option<(u32, Row)>,
+    equal_digests: u32,
+    resets: usize,
+    trace: Option<File>,
+}
+
+impl Experiment {
+    /// Injects into the board as it is. The trace gets a line each millisecond.
+    pub fn start(
+        view: &mut View<'_>,
+        injection: Injection,
+        (twin, injector, tell): (Arc<Twin>, Injector, Tell),
+        (reporter, trace): (Reporter, Option<File>),
     ) -> Self {
+        let expected: Vec<f64> = twin.angles().collect();
+        let angles = expected[..expected.len().min(injection.at_ms as usize + 1)].to_vec();
+        let resets = view.resets();
+        inject(view, injection, &injector);
         Self {
-            injections: injections.into_iter(),
-            current: None,
-            references: References::default(),
-            to_record: vec![Motion::Position, Motion::Velocity, Motion::Disabled],
-            recording: None,
-            ms: None,
-            off_ms: 0,
-            tell: Tell::default(),
-            judge: Judge::default(),
-            angles: Vec::new(),
-            original: None,
+            injection,
             injector,
-            judged,
+            reporter: Some(reporter),
+            tell,
+            judge: Judge::default(),
+            coasting: None,
+            expected,
+            angles,
+            digested: None,
+            equal_digests: 0,
+            resets,
+            twin,
+            trace,
         }
     }
 
-    /// Selects the next run; returns whether there is one.
-    fn select(&mut self) -> bool {
-        self.recording = self.to_record.pop();
-        if self.recording.is_none() {
-            self.current = self.injections.next();
-        }
-        self.recording.is_some() || self.current.is_some()
-    }
-
-    fn motion(&self) -> Motion {
-        let current = self.current.map(|injection| injection.motion);
-        self.recording.or(current).unwrap_or(Motion::Disabled)
-    }
-
-    /// Cuts the supply, and restores flash, shaft and bus.
-    fn restart(&mut self, view: &mut View<'_>) {
-        if let Some((address, word)) = self.original.take() {
-            view.program_word(address, word);
-        }
-        for address in (STORE[0]..STORE[1]).step_by(4) {
-            if view.word(address) != Some(BLANK) {
-                view.program_word(address, BLANK);
-            }
-        }
-        let now_ns = view.now_ns();
-        view.plan(Planned::at_ms(now_ns / 1_000_000 + 1, Fault::PowerLoss).for_ms(CUT_MS));
-        self.ms = None;
-        self.off_ms = OFF_MS;
-        self.tell = Tell::default();
-        self.judge = Judge::default();
-        self.angles.clear();
-    }
-
-    fn inject(&mut self, view: &mut View<'_>, injection: Injection) {
-        self.tell.forget();
-        let word_address = injection.address & !3;
-        let (place, bit) = (
-            MemoryLocation::Address(injection.address),
-            injection.bit.into(),
-        );
-        let fault = match injection.place {
-            Place::Code => {
-                self.original = view.word(word_address).map(|word| (word_address, word));
-                Fault::FlipFlash { place, bit }
-            }
-            Place::Ram => Fault::FlipRam { place, bit },
-            Place::Registers | Place::Instruction => {
-                self.injector.arm(injection);
-                return;
-            }
-        };
-        // Within the next period, at an instant that does not depend on the PWM.
-        let phase_ns = injection.number * 7_919 % 1000 * 1000;
-        view.plan(Planned::at_ns(view.now_ns() + phase_ns, fault));
-    }
-
-    /// A millisecond of a run; returns whether the run is over.
-    fn observe(&mut self, view: &mut View<'_>, ms: u32) -> bool {
+    /// Observes the board in this millisecond after power-on. At the end of the experiment, it ends
+    /// this process with the verdict.
+    pub fn observe(&mut self, view: &mut View<'_>, ms: u32, is_edge: bool) {
+        let elapsed_ms = ms - (self.angles.len() as u32 - 1);
         let received = view.port(0).map(Port::take_received).unwrap_or_default();
-        self.tell
-            .update(received.into_iter().map(|(_, frame)| frame));
-        let angle_deg = view.row.angle_deg;
-        self.angles.push(angle_deg);
-        if let Some(motion) = self.recording {
-            self.references[motion.index()].push(angle_deg);
-            return ms + 1 >= REFERENCE_MS;
-        }
-        let Some(injection) = self.current else {
-            return true;
+        let frames = received.into_iter().map(|(_, frame)| frame);
+        self.tell.update(elapsed_ms, frames);
+        let Shaft {
+            angle_deg,
+            rate_deg_s,
+        } = self.shaft(view, is_edge);
+        let now = ms as usize;
+        self.angles.resize(now + 1, angle_deg);
+        let moved = beyond(angle_deg, &self.expected, now, now + TOLERATED_MS);
+        let reported = self.tell.angle_deg.unwrap_or(angle_deg);
+        let misreported = beyond(reported, &self.angles, now, now);
+        let after_ms = ms - self.injection.at_ms;
+        let observed = Observation {
+            deviation_deg: moved.max(misreported),
+            rate_deg_s,
+            is_told: self.tell.is_told,
+            has_restarted: view.resets() > self.resets,
         };
-        if ms == injection.at_ms {
-            self.inject(view, injection);
-        } else if ms > injection.at_ms {
-            let ms = ms as usize;
-            let reference = &self.references[injection.motion.index()];
-            let moved = beyond(angle_deg, reference, ms, ms + TOLERATED_MS);
-            let reported = self.tell.angle_deg.unwrap_or(angle_deg);
-            let misreported = beyond(reported, &self.angles, ms, ms);
-            self.judge.update(moved.max(misreported), self.tell.is_told);
+        self.judge.update(after_ms, observed);
+        self.write_trace(ms, angle_deg, observed);
+        self.compare(ms, *view.row);
+        let is_over = after_ms >= OBSERVED_MS
+            || self.judge.told_and_safe_ms() >= SAFE_MS
+            || self.equal_digests >= EQUAL_DIGESTS;
+        if let Some(reporter) = self.reporter.take_if(|_| is_over) {
+            reporter.end(&self.judge.verdict(self.injector.pc()).to_bytes());
         }
-        let is_over = ms >= injection.at_ms + OBSERVED_MS;
-        if is_over {
-            // The receiver lives until the end of the run.
-            let _ = self.judged.send((injection, self.judge.outcome()));
-            self.current = None;
-        }
-        is_over
     }
+
+    /// Writes a line of the trace, if one is asked for. An error ends the trace, not the
+    /// experiment.
+    fn write_trace(&mut self, ms: u32, angle_deg: f64, observed: Observation) {
+        let Some(mut file) = self.trace.take() else {
+            return;
+        };
+        let expected_deg = self.expected.get(ms as usize).copied().unwrap_or_default();
+        let reported_deg = self.tell.angle_deg.unwrap_or_default();
+        let line = format!(
+            "{ms},{expected_deg:.3},{angle_deg:.3},{reported_deg},{},{}\n",
+            u8::from(observed.is_told),
+            u8::from(observed.has_restarted),
+        );
+        if file.write_all(line.as_bytes()).is_ok() {
+            self.trace = Some(file);
+        }
+    }
+
+    /// The shaft. While the timer of the bridge does not run, its switches are open, and the
+    /// emulated plant waits for the next period: a copy of it coasts until then.
+    fn shaft(&mut self, view: &View<'_>, is_edge: bool) -> Shaft {
+        if is_edge {
+            self.coasting = None;
+            let row = view.row;
+            return Shaft {
+                angle_deg: row.angle_deg,
+                rate_deg_s: row.rate_deg_s,
+            };
+        }
+        let begin = || (view.plant.clone(), view.row.at_ns);
+        let (plant, plant_ns) = self.coasting.get_or_insert_with(begin);
+        let ahead_ns = view.now_ns().saturating_sub(*plant_ns);
+        plant.advance_by(Bridge::Coast, ahead_ns as f64 * 1e-9);
+        *plant_ns += ahead_ns;
+        let output = plant.reading().output;
+        Shaft {
+            angle_deg: output.angle_deg,
+            rate_deg_s: output.rate_deg_s,
+        }
+    }
+
+    /// Compares the digest of the last millisecond, and requests that of this one if the twin has
+    /// one.
+    fn compare(&mut self, ms: u32, row: Row) {
+        if let (Some(state), Some((ms, row))) = (self.injector.take_digest(), self.digested) {
+            let is_equal = self.twin.state(ms) == Some(with_plant(state, &row));
+            self.equal_digests = if is_equal { self.equal_digests + 1 } else { 0 };
+        }
+        if ms.is_multiple_of(DIGEST_MS) {
+            self.injector.request_digest();
+            self.digested = Some((ms, row));
+        }
+    }
+}
+
+/// Injects into the board.
+pub fn inject(view: &mut View<'_>, injection: Injection, injector: &Injector) {
+    let place = MemoryLocation::Address(injection.address);
+    let bit = injection.bit.into();
+    let fault = match injection.place {
+        Place::Code => Fault::FlipFlash { place, bit },
+        Place::Ram => Fault::FlipRam { place, bit },
+        Place::Registers | Place::Instruction | Place::Period => {
+            injector.arm(injection);
+            return;
+        }
+    };
+    // Within the next period, at an instant that does not depend on the PWM.
+    let phase_ns = injection.number * 7_919 % 1000 * 1000;
+    view.plan(Planned::at_ns(view.now_ns() + phase_ns, fault));
 }
 
 /// How far an angle is outside the range of these angles from [`TOLERATED_MS`] before `ms` to
@@ -187,42 +208,4 @@ fn beyond(angle_deg: f64, angles: &[f64], ms: usize, end: usize) -> f64 {
         (low.min(*deg), high.max(*deg))
     });
     (least - angle_deg).max(angle_deg - greatest).max(0.0)
-}
-
-impl Script for Experiments {
-    fn at_edge(&mut self, view: &mut View<'_>) -> Flow {
-        if self.off_ms > 0 {
-            self.off_ms -= 1;
-            if self.off_ms == 0 {
-                if let Ok(plant) = BoardPlant::try_new(&BoardPlantOptions::default()) {
-                    *view.plant = plant;
-                }
-                if let Some(port) = view.port(0) {
-                    *port = Port::at_rate(1_000_000);
-                }
-                self.ms = Some(0);
-            }
-            return Flow::Continue;
-        }
-        let Some(ms) = self.ms else {
-            if !self.select() {
-                return Flow::End;
-            }
-            self.restart(view);
-            return Flow::Continue;
-        };
-        if u64::from(ms).is_multiple_of(PERIODS) {
-            let now_ns = view.now_ns();
-            for frame in self.motion().frames(u64::from(ms) / PERIODS) {
-                if let Some(port) = view.port(0) {
-                    port.send(now_ns, to_wire(&frame));
-                }
-            }
-        }
-        self.ms = Some(ms + 1);
-        if self.observe(view, ms) {
-            self.ms = None;
-        }
-        Flow::Continue
-    }
 }

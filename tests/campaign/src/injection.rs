@@ -17,12 +17,18 @@ const STACK_BYTES: u64 = 3 << 10;
 const REGISTERS: u64 = 17;
 
 /// Instants of the injections, ms after power-on: the drive is enabled and moves.
-const INSTANTS_MS: Range<u32> = 300..1500;
+const INSTANTS_MS: Range<u32> = 300..LATEST_MS;
+
+/// End of these instants, ms.
+pub const LATEST_MS: u32 = 1500;
 
 /// Instructions in four control periods of a moving drive, about: an injection into the core
 /// follows its instant after up to so many, so that it meets an instruction as often as that is
 /// executed.
 const INSTRUCTIONS: u32 = 100_000;
+
+/// Instructions in a control period of a moving drive, at most: [`Place::Period`] skips each.
+pub const PERIOD_INSTRUCTIONS: u64 = 25_000;
 
 /// Where an injection is made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -36,9 +42,20 @@ pub enum Place {
     Registers,
     /// An instruction, which is skipped.
     Instruction,
+    /// Each instruction of one control period of each motion in turn, which is skipped.
+    Period,
 }
 
 impl Place {
+    /// All places.
+    pub const ALL: [Self; 5] = [
+        Self::Ram,
+        Self::Code,
+        Self::Registers,
+        Self::Instruction,
+        Self::Period,
+    ];
+
     /// Its address ranges in this program; of the registers, four bytes each. The capture buffer is
     /// not a part: it is a recording.
     ///
@@ -50,27 +67,40 @@ impl Place {
         };
         Ok(match self {
             Self::Registers => iter::once(0..4 * REGISTERS).collect(),
-            Self::Instruction => iter::once(0..1).collect(),
+            Self::Instruction | Self::Period => iter::once(0..1).collect(),
             Self::Code => sections(&[".vector_table", ".text", ".rodata"]),
             Self::Ram => {
-                let capture = firmware.symbol_containing("capture_buffer")?;
                 let stack_end = firmware.address("_stack_start")?;
-                let variables = sections(&[".data", ".bss", ".uninit"]);
-                let stack = stack_end - STACK_BYTES..stack_end;
-                let without = |range: &Range<u64>| {
-                    [
-                        range.start..range.end.min(capture.start),
-                        range.start.max(capture.end)..range.end,
-                    ]
-                };
-                let parts = variables.iter().flat_map(without);
-                parts
-                    .filter(|part| part.start < part.end)
-                    .chain([stack])
-                    .collect()
+                let mut ranges = variables(firmware)?;
+                ranges.push(stack_end - STACK_BYTES..stack_end);
+                ranges
             }
         })
     }
+}
+
+/// The variables without the capture buffer.
+fn variables(firmware: &Firmware) -> Result<Vec<Range<u64>>, FirmwareError> {
+    let capture = firmware.symbol_containing("capture_buffer")?;
+    let sections = [".data", ".bss", ".uninit"].map(|name| firmware.section(name));
+    let without = |range: &Range<u64>| {
+        [
+            range.start..range.end.min(capture.start),
+            range.start.max(capture.end)..range.end,
+        ]
+    };
+    let parts = sections.iter().flat_map(without);
+    Ok(parts.filter(|part| part.start < part.end).collect())
+}
+
+/// All memory that the program works on: its variables and its whole stack.
+///
+/// # Errors
+/// The ELF file lacks a symbol.
+pub fn working_memory(firmware: &Firmware) -> Result<Vec<Range<u64>>, FirmwareError> {
+    let mut ranges = variables(firmware)?;
+    ranges.push(firmware.address("_stack_end")?..firmware.address("_stack_start")?);
+    Ok(ranges)
 }
 
 /// An injection, and the motion that it disturbs.
@@ -99,22 +129,15 @@ impl Injection {
     /// # Panics
     /// If the ranges are empty.
     pub fn draw(seed: u64, number: u64, place: Place, ranges: &[Range<u64>]) -> Self {
+        if place == Place::Period {
+            return Self::of_period(number);
+        }
         // The streams of the places differ.
-        let mut random = Pcg32::new(seed, number << 2 | place as u64);
+        let mut random = Pcg32::new(seed, number << 3 | place as u64);
+        let offset = random.next_u32();
+        let address = pick(ranges, offset).expect("the place has bits");
         let mut below =
             |limit: u32| ((u64::from(random.next_u32()) * u64::from(limit)) >> 32) as u32;
-        let bytes: u64 = ranges.iter().map(|range| range.end - range.start).sum();
-        assert!(bytes > 0, "the place has bits");
-        let mut offset = u64::from(below(bytes as u32));
-        let mut address = 0;
-        for range in ranges {
-            let length = range.end - range.start;
-            if offset < length {
-                address = range.start + offset;
-                break;
-            }
-            offset -= length;
-        }
         Self {
             number,
             place,
@@ -125,6 +148,35 @@ impl Injection {
             instructions: below(INSTRUCTIONS),
         }
     }
+
+    /// The injection of this number into a control period: motion by motion, instruction by
+    /// instruction.
+    fn of_period(number: u64) -> Self {
+        let motion = Motion::ALL[(number / PERIOD_INSTRUCTIONS) as usize % Motion::ALL.len()];
+        Self {
+            number,
+            place: Place::Period,
+            address: 0,
+            bit: 0,
+            at_ms: motion.typical_ms(),
+            instructions: (number % PERIOD_INSTRUCTIONS) as u32,
+            motion,
+        }
+    }
+}
+
+/// The address in these ranges that a random number selects.
+pub fn pick(ranges: &[Range<u64>], random: u32) -> Option<u64> {
+    let bytes: u64 = ranges.iter().map(|range| range.end - range.start).sum();
+    let mut offset = u64::from(random).checked_rem(bytes)?;
+    for range in ranges {
+        let length = range.end - range.start;
+        if offset < length {
+            return Some(range.start + offset);
+        }
+        offset -= length;
+    }
+    None
 }
 
 #[cfg(test)]

@@ -1,11 +1,14 @@
-//! Injections into the core: a bit of a register, or an instruction that is skipped.
+//! Injections into the core, a bit of a register or an instruction that is skipped, and digests of
+//! what it works on.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::ops::Range;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use virtual_board::processor::{
-    BusLayer, CoreBus, Exit, Layered, Memory, Observer, Processor, VirtualNanos,
+    BusLayer, CoreBus, Exit, Layered, Memory, Observer, Processor, RegisterWrite, VirtualNanos,
 };
 
+use crate::digest::digest;
 use crate::injection::{Injection, Place};
 
 /// Numbers of the program counter and of the program status among the registers.
@@ -21,22 +24,54 @@ const IT_BITS: u32 = 0x0600_fc00;
 /// What is to be injected, and the number of instructions until then.
 type Pending = Option<(u64, Injection)>;
 
-/// An observer of the core that carries out the injection for which it was armed.
+#[derive(Debug, Default)]
+struct Work {
+    pending: Pending,
+    writes: Vec<RegisterWrite>,
+    /// The program counter at the injection.
+    pc: u32,
+    /// What a digest covers.
+    ranges: Vec<Range<u64>>,
+    is_digest_wanted: bool,
+    digest: Option<u64>,
+}
+
+/// An observer of the core that carries out the injection for which it was armed, and digests the
+/// program's state.
 #[derive(Debug, Clone, Default)]
-pub struct Injector(Arc<Mutex<Pending>>);
+pub struct Injector(Arc<Mutex<Work>>);
 
 impl Injector {
+    /// An observer whose digests cover these ranges of the memory, and the registers.
+    pub fn new(ranges: Vec<Range<u64>>) -> Self {
+        Self(Arc::new(Mutex::new(Work {
+            ranges,
+            ..Work::default()
+        })))
+    }
+
     /// Carries this injection out, so many instructions from now on as it says.
     pub fn arm(&self, injection: Injection) {
-        self.set(Some((injection.instructions.into(), injection)));
+        self.work().pending = Some((injection.instructions.into(), injection));
     }
 
-    fn set(&self, pending: Pending) {
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = pending;
+    /// The program counter at the injection; 0 before.
+    pub fn pc(&self) -> u32 {
+        self.work().pc
     }
 
-    fn pending(&self) -> Pending {
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    /// Has the state digested before the next instruction.
+    pub fn request_digest(&self) {
+        self.work().is_digest_wanted = true;
+    }
+
+    /// The digest that was requested.
+    pub fn take_digest(&self) -> Option<u64> {
+        self.work().digest.take()
+    }
+
+    fn work(&self) -> MutexGuard<'_, Work> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -48,7 +83,11 @@ impl Observer for Injector {
         budget: u32,
         bus: &mut dyn CoreBus,
     ) -> (Exit, u64) {
-        let Some((left, injection)) = self.pending() else {
+        let mut work = self.work();
+        if std::mem::take(&mut work.is_digest_wanted) {
+            work.digest = Some(digest(core, memory, &work.ranges));
+        }
+        let Some((left, injection)) = work.pending else {
             return core.run(budget, bus);
         };
         let until = core.retired() + left;
@@ -57,52 +96,53 @@ impl Observer for Injector {
             let first = u64::from(budget).min(left) as u32;
             (exit, executed) = core.run(first, &mut Layered(Limited { inner: bus, until }));
         }
-        if executed < left {
-            self.set(Some((left - executed, injection)));
-            return (exit, executed);
+        work.pending = (executed < left).then(|| (left - executed, injection));
+        if work.pending.is_none() {
+            work.pc = read(core, PC);
+            work.writes = inject(core, memory, injection);
         }
-        self.set(None);
-        inject(core, memory, injection);
         (exit, executed)
+    }
+
+    fn take_register_writes(&mut self) -> Vec<RegisterWrite> {
+        std::mem::take(&mut self.work().writes)
     }
 
     fn after_reset(&mut self) {}
 }
 
-/// Injects between two instructions.
-fn inject(core: &mut dyn Processor, memory: &Memory, injection: Injection) {
+/// The writes that inject between two instructions.
+fn inject(core: &dyn Processor, memory: &Memory, injection: Injection) -> Vec<RegisterWrite> {
     match injection.place {
-        Place::Instruction => skip(core, memory),
+        Place::Instruction | Place::Period => skip(core, memory),
         _ => {
             let bit = 8 * (injection.address % 4) as u32 + u32::from(injection.bit);
-            flip((injection.address / 4) as usize, bit, core);
+            vec![flip((injection.address / 4) as usize, bit, core)]
         }
     }
 }
 
-fn flip(register: usize, bit: u32, core: &mut dyn Processor) {
+fn flip(register: usize, bit: u32, core: &dyn Processor) -> RegisterWrite {
     let mask = match register {
         STATUS => 1 << (FIRST_FLAG + bit % (u32::BITS - FIRST_FLAG)),
         // The lowest bit of the program counter does not exist.
         PC => 1 << bit.max(1),
         _ => 1 << bit,
     };
-    let value = read(core, register) ^ mask;
-    core.set_gdb_register(register, &value.to_le_bytes());
+    (register, read(core, register) ^ mask)
 }
 
 /// Skips the next instruction, and with it its place in the block of an IT instruction.
-fn skip(core: &mut dyn Processor, memory: &Memory) {
+fn skip(core: &dyn Processor, memory: &Memory) -> Vec<RegisterWrite> {
     let pc = read(core, PC);
     let mut half = [0; 2];
     memory.copy(pc.into(), &mut half);
     // Five highest bits above 0b11100 begin an instruction of four bytes (DDI 0403E, A5.1).
     let is_wide = u16::from_le_bytes(half) >> 11 > 0b11100;
     let next = pc + if is_wide { 4 } else { 2 };
-    core.set_gdb_register(PC, &next.to_le_bytes());
     let status = read(core, STATUS);
     let after = with_it(status, advanced(it_of(status)));
-    core.set_gdb_register(STATUS, &after.to_le_bytes());
+    vec![(PC, next), (STATUS, after)]
 }
 
 fn read(core: &dyn Processor, register: usize) -> u32 {

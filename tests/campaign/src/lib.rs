@@ -1,21 +1,26 @@
 //! A campaign of faults injected into the emulated board, judged by what the shaft does.
 //!
-//! An experiment powers the board on, has a master start a motion, inverts one bit of the memory or
-//! of a register of the core, or skips an instruction, at a random instant, and continues the
-//! motion. Its angle is compared with that of an undisturbed board with the same master. Place and
-//! instant of each injection follow from the seed and the number of the experiment.
+//! The emulated board is powered on, and a master starts a motion. At the instant of an injection the
+//! process is copied (`fork.rs`), and the copy carries out the experiment: it inverts one bit of the
+//! memory or of a register of the core, or skips an instruction, and continues the motion. Its angle
+//! is compared with that of the undisturbed twin. Place and instant of each injection follow
+//! from the seed and the number of the experiment.
 
-#![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
 pub mod campaign;
-pub mod experiment;
+mod digest;
+mod experiment;
+mod fork;
 pub mod injection;
-pub mod injector;
+mod injector;
 pub mod motion;
 pub mod outcome;
 mod page;
 pub mod results;
+mod snapshots;
 mod tell;
+mod timetable;
+mod twin;
 
 pub use page::{Row, replace_table, table};

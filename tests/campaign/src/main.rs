@@ -2,17 +2,19 @@
 
 #![forbid(unsafe_code)]
 
+use std::fs::{self, File};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::{Mutex, PoisonError};
-use std::{fs, io};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use clap::Parser;
-use fault_campaign::campaign::{draw, run_all};
-use fault_campaign::injection::{Injection, Place};
-use fault_campaign::outcome::Outcome;
+use fault_campaign::campaign::{CampaignError, TRACE_COLUMNS, draw, run_all};
+use fault_campaign::injection::{Injection, PERIOD_INSTRUCTIONS, Place};
+use fault_campaign::motion::Motion;
+use fault_campaign::outcome::{Outcome, Verdict};
 use fault_campaign::results::{Results, ResultsError};
-use fault_campaign::{Row, replace_table, table};
+use fault_campaign::{replace_table, table};
 use indicatif::{ProgressBar, ProgressStyle};
 use virtual_board::run::FirmwareError;
 
@@ -37,12 +39,18 @@ struct Options {
     /// Seed of all injections
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// Threads
+    /// Each N-th instruction of a control period of every motion, to be skipped; 0 for none
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    period: u64,
+    /// Processes
     #[arg(long, value_name = "N", default_value_t = 2)]
     jobs: usize,
     /// CSV file of the results, which continues an earlier campaign with the same program and seed
     #[arg(long, value_name = "FILE")]
     results: Option<PathBuf>,
+    /// CSV file of the motion, to look at a single experiment
+    #[arg(long, value_name = "FILE")]
+    trace: Option<PathBuf>,
     /// Document whose table is replaced
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -54,9 +62,11 @@ enum Error {
     #[error(transparent)]
     Firmware(#[from] FirmwareError),
     #[error(transparent)]
+    Campaign(#[from] CampaignError),
+    #[error(transparent)]
     Results(#[from] ResultsError),
     #[error("{}: {source}", path.display())]
-    Document { path: PathBuf, source: io::Error },
+    File { path: PathBuf, source: io::Error },
     #[error("{}: the comments that enclose the table are missing", path.display())]
     NoTable { path: PathBuf },
 }
@@ -77,67 +87,97 @@ fn main() -> ExitCode {
 
 /// Runs all places; returns the number of silent and hazardous injections.
 fn run(options: &Options) -> Result<usize, Error> {
+    let known = Results::open(options.results.as_deref(), options.seed)?;
+    let known = Arc::new(Mutex::new((known, Ok(()))));
+    let mut rows = Vec::new();
+    for (place, injections) in injections(options)? {
+        rows.push((place, verdicts(options, &known, place, &injections)?));
+    }
+    let text = table(&rows);
+    match &options.out {
+        Some(path) => write(path, &text)?,
+        None => println!("{text}"),
+    }
+    let verdicts = rows.iter().flat_map(|(_, verdicts)| verdicts);
+    Ok(verdicts
+        .filter(|verdict| verdict.outcome >= Outcome::Hazardous)
+        .count())
+}
+
+/// The injections that are asked for, place by place.
+fn injections(options: &Options) -> Result<Vec<(Place, Vec<Injection>)>, FirmwareError> {
     let counts = [
         (Place::Ram, options.ram),
         (Place::Code, options.code),
         (Place::Registers, options.registers),
         (Place::Instruction, options.skips),
     ];
-    let mut known = Results::open(options.results.as_deref(), options.seed)?;
-    let mut results = Vec::new();
+    let mut all = Vec::new();
     for (place, count) in counts.into_iter().filter(|(_, count)| *count > 0) {
-        results.push((place, judged(options, &mut known, place, count)?));
+        let numbers = options.first..options.first + count;
+        all.push((place, draw(options.seed, place, numbers)?));
     }
-    let rows: Vec<Row<'_>> = (results.iter().map(|(place, all)| (*place, &all[..]))).collect();
-    let text = table(&rows);
-    println!("{text}");
-    if let Some(path) = &options.out {
-        write(path, &text)?;
+    if options.period > 0 {
+        let every = Motion::ALL.len() as u64 * PERIOD_INSTRUCTIONS;
+        let mut drawn = draw(options.seed, Place::Period, 0..every)?;
+        drawn.retain(|injection| injection.number.is_multiple_of(options.period));
+        all.push((Place::Period, drawn));
     }
-    let all = results.iter().flat_map(|(_, all)| all);
-    Ok(all
-        .filter(|(_, outcome)| *outcome == Outcome::Hazardous)
-        .count())
+    Ok(all)
 }
 
-fn judged(
+/// The known results, and the first error of writing one.
+type Known = Arc<Mutex<(Results, Result<(), ResultsError>)>>;
+
+fn lock(known: &Known) -> MutexGuard<'_, (Results, Result<(), ResultsError>)> {
+    known.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// The verdicts on these injections: the known ones, and those of new experiments.
+fn verdicts(
     options: &Options,
-    known: &mut Results,
+    known: &Known,
     place: Place,
-    count: u64,
-) -> Result<Vec<(Injection, Outcome)>, Error> {
-    let injections = draw(options.seed, place, options.first..options.first + count)?;
-    let is_new = |injection: &&Injection| known.outcome(place, injection.number).is_none();
+    injections: &[Injection],
+) -> Result<Vec<Verdict>, Error> {
+    let is_new = |injection: &&Injection| lock(known).0.verdict(injection).is_none();
     let left: Vec<_> = injections.iter().filter(is_new).copied().collect();
     let style = ProgressStyle::with_template("{msg} {bar:40} {pos}/{len} {per_sec}, {eta} left");
-    let progress = ProgressBar::new(count).with_message(format!("{place:?}"));
+    let progress = ProgressBar::new(left.len() as u64).with_message(format!("{place:?}"));
     progress.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-    progress.set_position(count - left.len() as u64);
-    let kept = Mutex::new((known, Ok(())));
-    run_all(&left, options.jobs, |batch| {
-        for (injection, outcome) in batch {
-            if *outcome >= Outcome::Hazardous {
-                progress.suspend(|| println!("{outcome:?}: {injection:x?}"));
-            }
+    let trace = options.trace.as_deref().map(create_trace).transpose()?;
+    let (shown, results) = (progress.clone(), known.clone());
+    let report = move |injection, verdict: Verdict| {
+        if verdict.outcome >= Outcome::Hazardous {
+            shown.suspend(|| println!("{:?}: {injection:x?}", verdict.outcome));
         }
-        let (known, result) = &mut *kept.lock().unwrap_or_else(PoisonError::into_inner);
+        let (results, result) = &mut *lock(&results);
         if result.is_ok() {
-            *result = known.add(batch);
+            *result = results.add(&injection, verdict);
         }
-        progress.inc(batch.len() as u64);
-    });
-    progress.finish();
-    let (known, result) = kept.into_inner().unwrap_or_else(PoisonError::into_inner);
-    result?;
-    let outcome = |injection: Injection| {
-        let outcome = known.outcome(place, injection.number);
-        (injection, outcome.unwrap_or(Outcome::Unjudged))
+        shown.inc(1);
     };
-    Ok(injections.into_iter().map(outcome).collect())
+    run_all(&left, options.jobs, report, trace)?;
+    progress.finish();
+    let known = &mut *lock(known);
+    std::mem::replace(&mut known.1, Ok(()))?;
+    let verdict = |injection| known.0.verdict(injection).unwrap_or(Verdict::UNJUDGED);
+    Ok(injections.iter().map(verdict).collect())
+}
+
+fn create_trace(path: &Path) -> Result<File, Error> {
+    let created = File::create(path).and_then(|mut file| {
+        file.write_all(TRACE_COLUMNS.as_bytes())?;
+        Ok(file)
+    });
+    created.map_err(|source| Error::File {
+        path: path.into(),
+        source,
+    })
 }
 
 fn write(path: &Path, text: &str) -> Result<(), Error> {
-    let failed = |source| Error::Document {
+    let failed = |source| Error::File {
         path: path.into(),
         source,
     };

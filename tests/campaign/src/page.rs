@@ -1,38 +1,54 @@
 //! The table of a campaign in a document.
 
-use crate::injection::{Injection, Place};
-use crate::outcome::Outcome;
+use crate::injection::Place;
+use crate::outcome::{Outcome, Verdict};
 
-/// A row of the table: a place, and the results of its experiments.
-pub type Row<'a> = (Place, &'a [(Injection, Outcome)]);
+/// A row of the table: a place, and the verdicts on its experiments.
+pub type Row = (Place, Vec<Verdict>);
 
 const BEGIN: &str = "<!-- table of the campaign: begin -->";
 const END: &str = "<!-- table of the campaign: end -->";
 
+/// Probability that a rate of hazards is below the bound of the table.
+const CONFIDENCE: f64 = 0.95;
+
 /// The table in Markdown.
-pub fn table(rows: &[Row<'_>]) -> String {
+pub fn table(rows: &[Row]) -> String {
     let mut text = String::from(
-        "| place | injections | no effect | small or short | told | **silent and hazardous** | not judged |\n\
-         |---|---|---|---|---|---|---|\n",
+        "| place | injections | no effect | small or short | told and safe | restarted and safe | **silent and hazardous** | **told, not stopped** | not judged | hazards, at most |\n\
+         |---|---|---|---|---|---|---|---|---|---|\n",
     );
-    for (place, results) in rows {
+    for (place, verdicts) in rows {
         let name = match place {
             Place::Ram => "RAM: variables and used stack",
             Place::Code => "flash: vectors, code, constants",
             Place::Registers => "R0 to R15 and flags",
             Place::Instruction => "a skipped instruction",
+            Place::Period => "each instruction of a control period",
         };
-        text += &format!("| {name} | {} |", results.len());
+        text += &format!("| {name} | {} |", verdicts.len());
         for outcome in Outcome::ALL {
-            let count = results
-                .iter()
-                .filter(|(_, other)| *other == outcome)
-                .count();
-            text += &format!(" {count} |");
+            let count = verdicts.iter().filter(|other| other.outcome == outcome);
+            text += &format!(" {} |", count.count());
         }
-        text.push('\n');
+        text += &format!(" {} |\n", hazard_bound(verdicts));
     }
     text
+}
+
+/// The rate of hazards that is not exceeded with the probability [`CONFIDENCE`], if no case was
+/// hazardous or left unjudged: `1 - (1 - CONFIDENCE)^(1/n)`, the binomial bound of Clopper and
+/// Pearson for no case among n.
+fn hazard_bound(verdicts: &[Verdict]) -> String {
+    let is_harmless = verdicts
+        .iter()
+        .all(|verdict| verdict.outcome < Outcome::Hazardous);
+    if !is_harmless || verdicts.is_empty() {
+        return "-".into();
+    }
+    let count = verdicts.len() as f64;
+    let rate = 1.0 - (1.0 - CONFIDENCE).powf(1.0 / count);
+    format!("{:.2} %", 100.0 * rate)
 }
 
 /// The document with this text between the two comments that enclose the table; `None` if it lacks
@@ -46,6 +62,18 @@ pub fn replace_table(document: &str, text: &str) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_bound_of_the_rate_is_that_of_the_rule_of_three() {
+        let harmless = Verdict {
+            outcome: Outcome::Told,
+            ..Verdict::UNJUDGED
+        };
+        // -ln(0.05) = 3.00 cases among 1000.
+        assert_eq!(hazard_bound(&[harmless; 1000]), "0.30 %");
+        assert_eq!(hazard_bound(&[Verdict::UNJUDGED]), "-");
+        assert_eq!(hazard_bound(&[]), "-");
+    }
 
     #[test]
     fn the_table_is_replaced_between_its_comments_alone() {

@@ -10,7 +10,8 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use crate::injection::{Injection, Place};
-use crate::outcome::Outcome;
+use crate::motion::Motion;
+use crate::outcome::{Outcome, Verdict};
 
 /// Why results cannot be read or written.
 #[derive(Debug, thiserror::Error)]
@@ -36,11 +37,20 @@ pub enum ResultsError {
 /// A result. Those of another program or seed stay in the file and do not count.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 struct Line {
+    /// First bytes of the hash of the ELF file.
     program: String,
     seed: u64,
     place: Place,
     number: u64,
+    motion: Motion,
+    address: u64,
+    bit: u8,
+    at_ms: u32,
+    instructions: u32,
     outcome: Outcome,
+    told_ms: Option<u32>,
+    safe_ms: u32,
+    pc: u32,
 }
 
 /// The results of a program and a seed.
@@ -50,7 +60,7 @@ pub struct Results {
     path: Option<PathBuf>,
     program: String,
     seed: u64,
-    known: BTreeMap<(Place, u64), Outcome>,
+    known: BTreeMap<(Place, u64), Verdict>,
 }
 
 impl Results {
@@ -82,29 +92,32 @@ impl Results {
             for line in reader.deserialize() {
                 let line: Line = line.map_err(line_error)?;
                 if (&line.program, line.seed) == (&results.program, seed) {
-                    results
-                        .known
-                        .insert((line.place, line.number), line.outcome);
+                    let verdict = Verdict {
+                        outcome: line.outcome,
+                        told_ms: line.told_ms,
+                        safe_ms: line.safe_ms,
+                        pc: line.pc,
+                    };
+                    results.known.insert((line.place, line.number), verdict);
                 }
             }
         }
         Ok(results)
     }
 
-    /// The outcome of an injection that has been judged.
-    pub fn outcome(&self, place: Place, number: u64) -> Option<Outcome> {
-        self.known.get(&(place, number)).copied()
+    /// The verdict on an injection that has been carried out.
+    pub fn verdict(&self, injection: &Injection) -> Option<Verdict> {
+        let key = (injection.place, injection.number);
+        self.known.get(&key).copied()
     }
 
-    /// Adds results, and writes them.
+    /// Adds a result, and writes it.
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn add(&mut self, judged: &[(Injection, Outcome)]) -> Result<(), ResultsError> {
-        for (injection, outcome) in judged {
-            let key = (injection.place, injection.number);
-            self.known.insert(key, *outcome);
-        }
+    pub fn add(&mut self, injection: &Injection, verdict: Verdict) -> Result<(), ResultsError> {
+        let key = (injection.place, injection.number);
+        self.known.insert(key, verdict);
         let Some(path) = &self.path else {
             return Ok(());
         };
@@ -114,21 +127,26 @@ impl Results {
         let mut writer = csv::WriterBuilder::new()
             .has_headers(length == 0)
             .from_writer(file);
-        for (injection, outcome) in judged {
-            let line = Line {
-                program: self.program.clone(),
-                seed: self.seed,
-                place: injection.place,
-                number: injection.number,
-                outcome: *outcome,
-            };
-            writer
-                .serialize(line)
-                .map_err(|source| ResultsError::Line {
-                    path: path.clone(),
-                    source,
-                })?;
-        }
+        let line = Line {
+            program: self.program.clone(),
+            seed: self.seed,
+            place: injection.place,
+            number: injection.number,
+            motion: injection.motion,
+            address: injection.address,
+            bit: injection.bit,
+            at_ms: injection.at_ms,
+            instructions: injection.instructions,
+            outcome: verdict.outcome,
+            told_ms: verdict.told_ms,
+            safe_ms: verdict.safe_ms,
+            pc: verdict.pc,
+        };
+        let written = writer.serialize(line);
+        written.map_err(|source| ResultsError::Line {
+            path: path.clone(),
+            source,
+        })?;
         writer.flush().map_err(|source| at(path, source))
     }
 }
@@ -144,25 +162,29 @@ fn at(path: &Path, source: io::Error) -> ResultsError {
 mod tests {
     use super::*;
 
-    fn judged(number: u64, outcome: Outcome) -> (Injection, Outcome) {
-        let range = 0..1;
-        let draw = |number| Injection::draw(1, number, Place::Ram, std::slice::from_ref(&range));
-        (draw(number), outcome)
-    }
-
     #[test]
     fn results_of_the_same_program_and_seed_are_found_again() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("results.csv");
+        let range = 0..1;
+        let draw = |number, place| Injection::draw(1, number, place, std::slice::from_ref(&range));
+        let verdict = |told_ms| Verdict {
+            outcome: Outcome::Told,
+            told_ms,
+            safe_ms: 9,
+            pc: 2,
+        };
         let open = |program: &str, seed| Results::of(Some(&path), program.into(), seed).unwrap();
-        open("a", 1).add(&[judged(3, Outcome::Told)]).unwrap();
-        open("a", 1).add(&[judged(4, Outcome::NoEffect)]).unwrap();
-        open("b", 1).add(&[judged(5, Outcome::Hazardous)]).unwrap();
+        for (program, number) in [("a", 3), ("a", 4), ("b", 5)] {
+            let told_ms = (number == 3).then_some(20);
+            let added = open(program, 1).add(&draw(number, Place::Ram), verdict(told_ms));
+            added.unwrap();
+        }
         let again = open("a", 1);
-        let found = [3, 4, 5].map(|number| again.outcome(Place::Ram, number));
-        assert_eq!(found, [Some(Outcome::Told), Some(Outcome::NoEffect), None]);
-        assert_eq!(again.outcome(Place::Code, 3), None);
-        assert_eq!(open("a", 2).outcome(Place::Ram, 3), None);
+        let found = [3, 4, 5].map(|number| again.verdict(&draw(number, Place::Ram)));
+        assert_eq!(found, [Some(verdict(Some(20))), Some(verdict(None)), None]);
+        assert_eq!(again.verdict(&draw(3, Place::Code)), None);
+        assert_eq!(open("a", 2).verdict(&draw(3, Place::Ram)), None);
     }
 
     #[test]

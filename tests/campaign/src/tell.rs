@@ -17,9 +17,9 @@ pub struct Tell {
 }
 
 impl Tell {
-    /// Takes the frames of a millisecond.
-    pub fn update(&mut self, frames: impl Iterator<Item = Frame>) {
-        self.silent_ms += 1;
+    /// Takes the frames of this time.
+    pub fn update(&mut self, elapsed_ms: u32, frames: impl Iterator<Item = Frame>) {
+        self.silent_ms += elapsed_ms;
         for frame in frames {
             let bytes = frame.payload();
             match (frame.id.value(), bytes) {

@@ -16,7 +16,7 @@ use rigless::time::VirtualNanos;
 
 use super::crc_bus::{CrcBus, CrcPort};
 use crate::chip::Remainder;
-use crate::processor::{Memory, SharedObserver, lock};
+use crate::processor::{Memory, RegisterWrite, SharedObserver, lock};
 
 /// A core, and another one of the same kind that computes its state after a reset.
 #[derive(Debug)]
@@ -55,6 +55,18 @@ impl Resettable {
         self.twin.load(&self.core.save())?;
         self.twin.reset();
         self.core.load(&self.twin.save())
+    }
+
+    /// Writes registers by way of the second core: the emulator drops all translated code with a
+    /// register that is written.
+    fn write_registers(&mut self, writes: &[RegisterWrite]) {
+        let loaded = self.twin.load(&self.core.save());
+        debug_assert!(loaded.is_ok(), "both cores are of one kind");
+        for (number, word) in writes {
+            self.twin.set_gdb_register(*number, &word.to_le_bytes());
+        }
+        let loaded = self.core.load(&self.twin.save());
+        debug_assert!(loaded.is_ok(), "both cores are of one kind");
     }
 }
 
@@ -105,7 +117,16 @@ impl Processor for Resettable {
         };
         match &self.observer {
             None => self.core.run(budget, bus),
-            Some(observer) => lock(observer).run(&mut *self.core, &self.memory, budget, bus),
+            Some(observer) => {
+                let mut observer = lock(observer);
+                let result = observer.run(&mut *self.core, &self.memory, budget, bus);
+                let writes = observer.take_register_writes();
+                drop(observer);
+                if !writes.is_empty() {
+                    self.write_registers(&writes);
+                }
+                result
+            }
         }
     }
 
