@@ -288,8 +288,12 @@ impl Application {
                 .missed_periods
                 .saturating_add(u8::from(core::mem::take(&mut self.is_late))),
         };
-        let present = self.protection.check(&self.parameters, &conditions);
-        let present = present.or(self.start.and(PERMANENT));
+        let mut present = self.protection.check(&self.parameters, &conditions);
+        present = present.or(self.start.and(PERMANENT));
+        if !self.setpoints.is_consistent() {
+            present.put(Fault::DataCorrupt, true);
+            self.setpoints.hold(self.control.angle());
+        }
         self.telemetry.present = present;
         match self.state {
             BoardState::Initialising => self.initialise(present),

@@ -24,6 +24,10 @@ use crate::{
     timing::{angle_per_period, periods},
 };
 
+/// Value of [`SetpointSource::running_mark`] while an excitation runs, and its complement while
+/// none does: no wrong bit makes one of the other.
+const RUNNING: u32 = 0x69a5_3c96;
+
 /// Selects the setpoint from all sources and tracks the active source.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SetpointSource {
@@ -39,6 +43,8 @@ pub struct SetpointSource {
     has_reached_pulse: bool,
     servo: ServoPulse,
     running: Option<Running>,
+    /// Whether an excitation was started, beside `running`: wrong memory alone starts no motion.
+    running_mark: u32,
 }
 
 impl SetpointSource {
@@ -56,7 +62,19 @@ impl SetpointSource {
             has_reached_pulse: false,
             servo: ServoPulse::default(),
             running: None,
+            running_mark: !RUNNING,
         }
+    }
+
+    /// Whether an excitation runs if and only if one was started. Otherwise its memory is wrong,
+    /// and it is not followed.
+    pub fn is_consistent(&self) -> bool {
+        let expected = if self.running.is_some() {
+            RUNNING
+        } else {
+            !RUNNING
+        };
+        self.running_mark == expected
     }
 
     /// The active source: a running excitation, otherwise the selected source.
@@ -91,6 +109,7 @@ impl SetpointSource {
     /// Restarts from this angle, for every source.
     pub fn hold(&mut self, angle: Angle) {
         self.running = None;
+        self.running_mark = !RUNNING;
         self.command = angle;
         self.target = angle.into();
         self.age = 0;
@@ -122,6 +141,13 @@ impl SetpointSource {
     /// Starts an excitation around the present command; it replaces a running one.
     pub fn start(&mut self, run: Run) {
         self.running = Some(Running::new(run, self.command));
+        self.running_mark = RUNNING;
+    }
+
+    /// Makes the memory of a running excitation out of nothing.
+    #[cfg(test)]
+    pub(crate) fn corrupt(&mut self, run: Run) {
+        self.running = Some(Running::new(run, self.command));
     }
 
     /// The running excitation.
@@ -149,7 +175,9 @@ impl SetpointSource {
             self.servo.discard_angle();
             self.has_reached_pulse = false;
         }
-        if let Some(running) = &mut self.running {
+        if self.is_consistent()
+            && let Some(running) = &mut self.running
+        {
             match running.next() {
                 Some(command) => {
                     self.command = command;

@@ -249,6 +249,39 @@ fn after_a_fault_at_the_full_rate_the_shaft_rests_within_its_braking_distance() 
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
+/// From -55 deg to 55 deg, and at [`FROM_MS`] on the way this controlword, or silence.
+fn stopped_on_the_way(tick: u64, controlword: Option<u16>) -> Vec<Frame> {
+    // 180 ms of the way: the shaft has 200 deg/s and more.
+    let turn_tick = (FROM_MS - 180) / 4;
+    match (tick * 4 < FROM_MS, controlword) {
+        (true, _) if tick < turn_tick => driven(tick, -55_000),
+        (true, _) => driven(tick, 55_000),
+        (false, Some(word)) => vec![control(word, 55_000)],
+        (false, None) => Vec::new(),
+    }
+}
+
+#[test]
+fn a_stop_on_the_way_to_a_far_target_brakes_the_shaft() {
+    // A rate loop with the time constant 1/7.1 s, as that of the default gains, needs 31 deg from
+    // 220 deg/s; the timeout of commands passes first. A shaft that coasts needs 350 deg.
+    for (word, waited_s) in [(Some(0x02), 0.0), (Some(0x07), 0.0), (None, 0.104)] {
+        let options = Options::for_ms(FROM_MS + 2000);
+        let finished = run_master(options, move |tick| stopped_on_the_way(tick, word));
+        let rows = &finished.trace.rows;
+        let begin = &rows[rows.partition_point(|row| row.at_ns < FROM_MS * 1_000_000)];
+        assert!(begin.rate_deg_s > 150.0, "{begin:?}");
+        let end = rows.last().expect("rows");
+        let way = end.angle_deg - begin.angle_deg;
+        println!("{word:?}: {way:.1} deg from {:.0} deg/s", begin.rate_deg_s);
+        assert!(
+            way < begin.rate_deg_s * (1.0 / 7.1 + waited_s),
+            "{word:?}: {way} deg"
+        );
+        assert!(end.rate_deg_s.abs() < 1.0, "{end:?}");
+    }
+}
+
 #[test]
 fn without_the_brake_a_shaft_travels_more_than_twice_as_far() {
     let (_, broken, _) = braking_cases().remove(0);

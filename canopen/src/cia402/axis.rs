@@ -111,6 +111,10 @@ pub struct Axis {
     /// it.
     command: i32,
     steps: u32,
+    /// The axis decelerates to standstill.
+    is_stopping: bool,
+    stop_timer: HoldTimer,
+    rest_timer: HoldTimer,
     error_timer: HoldTimer,
     reached_timer: HoldTimer,
     slow_timer: HoldTimer,
@@ -157,11 +161,12 @@ impl Axis {
             initialised: input.initialised,
             voltage: input.voltage,
             fault: input.fault,
-            standstill: self.ramp.is_stationary(),
+            standstill: self.is_at_rest(input, parameters),
         };
         let motion = self
             .machine
             .step(input.controlword, conditions, &parameters.options);
+        let was_stopping = core::mem::replace(&mut self.is_stopping, false);
         let mut result = match motion {
             Motion::Off => {
                 self.track_actual_position(input);
@@ -173,6 +178,10 @@ impl Axis {
             Motion::Stop(how) => {
                 // A profile resumes after a halt; the targets of a cyclic mode have moved on.
                 self.has_target &= !input.mode.is_cyclic();
+                self.is_stopping = true;
+                if !was_stopping {
+                    self.start_stop(input);
+                }
                 self.decelerate(how, parameters);
                 ModeResult {
                     target: self.ramp.position(),
@@ -185,6 +194,36 @@ impl Axis {
             result.limited |= self.approach_limits(input, parameters);
         }
         self.report(input, parameters, motion, result)
+    }
+
+    /// Whether a stop is over: the demand is stationary, and so is the motor, for the time of the
+    /// velocity threshold. One that load or fault keeps moving has [`Parameters::stop_time_ms`]
+    /// after the demand.
+    fn is_at_rest(&mut self, input: &Input, parameters: &Parameters) -> bool {
+        let period_us = parameters.period_us;
+        let is_slow = input.velocity_actual.unsigned_abs() <= parameters.velocity_threshold;
+        let slow_ms = parameters.velocity_threshold_time_ms;
+        let rests = self.rest_timer.step(is_slow, slow_ms, period_us);
+        let waits = self.is_stopping && self.ramp.is_stationary() && !rests;
+        let is_over = (self.stop_timer).step(waits, parameters.stop_time_ms, period_us);
+        self.ramp.is_stationary() && (rests || is_over)
+    }
+
+    /// Begins a stop. A motor that does not follow the demand, as after a step of the target of a
+    /// cyclic mode, decelerates from its actual velocity: the demand may be at rest already.
+    fn start_stop(&mut self, input: &Input) {
+        let (demand, actual) = (self.ramp.velocity(), input.velocity_actual);
+        // A motor that follows lags behind in position, and its velocity differs by less than half.
+        let follows = actual.abs_diff(demand) <= demand.unsigned_abs() / 2;
+        if follows {
+            return;
+        }
+        let position = if input.mode.is_position() {
+            input.position_actual
+        } else {
+            self.ramp.position()
+        };
+        self.ramp = Ramp::moving(position, actual);
     }
 
     /// With the power stage off the position demand follows the actual position.

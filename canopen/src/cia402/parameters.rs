@@ -28,6 +28,9 @@ pub struct Parameters {
     pub deceleration: u32,
     /// Quick stop deceleration 6085h.
     pub quick_stop_deceleration: u32,
+    /// Time in milliseconds that a motor has, at the end of a stop, until it is at rest. The stop ends
+    /// then in any case.
+    pub stop_time_ms: u16,
     /// Interpolation time period 60C2h in microseconds; 0 applies each target immediately.
     pub interpolation_us: u32,
     /// Following error window 6065h; `u32::MAX` disables monitoring.
@@ -63,6 +66,7 @@ impl Default for Parameters {
             acceleration: 3_000_000,
             deceleration: 3_000_000,
             quick_stop_deceleration: 6_000_000,
+            stop_time_ms: 500,
             interpolation_us: 20_000,
             following_error_window: 5_000,
             following_error_timeout_ms: 200,

@@ -90,6 +90,7 @@ fn parameters() -> Parameters {
     Parameters {
         velocity_window: 1_000,
         velocity_threshold: 500,
+        velocity_threshold_time_ms: 0,
         ..Parameters::default()
     }
 }

@@ -166,3 +166,60 @@ fn a_move_resumes_after_halt_but_not_after_quick_stop() {
     bench.run(100);
     assert_eq!(bench.input.position_actual, place);
 }
+
+/// An axis whose demand has reached a far target, while the motor is still on its way.
+fn behind_its_demand() -> Bench {
+    let mut bench = Bench::enabled(Mode::CyclicPosition);
+    bench.follows = false;
+    bench.parameters.interpolation_us = 0;
+    bench.input.target_position = 50_000;
+    bench.run(3);
+    (bench.input.position_actual, bench.input.velocity_actual) = (10_000, 200_000);
+    let arrived = Demand::Position {
+        position: 50_000,
+        velocity: 0,
+    };
+    assert_eq!(bench.step().demand, arrived);
+    bench
+}
+
+#[test]
+fn a_motor_that_is_behind_its_demand_is_decelerated_from_its_own_motion() {
+    for (word, deceleration) in [(0x02, 6_000_000), (0x06, 3_000_000), (0x07, 3_000_000)] {
+        let mut bench = behind_its_demand();
+        bench.parameters.options.shutdown = StopOption::Stop(Deceleration::SlowDown);
+        bench.follows = true;
+        let first = bench.command(word).demand;
+        let velocity = 200_000 - deceleration / 250;
+        let position = 10_000 + velocity / 250;
+        assert_eq!(first, Demand::Position { position, velocity });
+        bench.until(|output| output.demand == Demand::Off);
+        // v^2 / 2a less half a period of v: a period has the velocity at its end.
+        let way = 200_000_i64.pow(2) / (2 * i64::from(deceleration)) - 200_000 / 500;
+        let passed = i64::from(bench.input.position_actual) - 10_000;
+        // The last period has a part of a step of the velocity.
+        let step = i64::from(deceleration) / 250;
+        assert!((passed - way).abs() <= step / 500, "{passed} for {way}");
+    }
+}
+
+#[test]
+fn power_stays_on_until_the_motor_rests_or_its_time_is_over() {
+    let mut bench = behind_its_demand();
+    bench.parameters.velocity_threshold_time_ms = 20;
+    bench.input.controlword = 0x02;
+    // 200 deg/s at 24 deg/s per period.
+    bench.run(9);
+    for _ in 0..50 {
+        assert_ne!(bench.step().demand, Demand::Off, "the motor still moves");
+    }
+    bench.input.velocity_actual = 0;
+    // 20 ms.
+    let periods = bench.until(|output| output.demand == Demand::Off);
+    assert_eq!(periods, 6);
+    // A motor that never rests: 500 ms after the ramp.
+    let mut bench = behind_its_demand();
+    bench.input.controlword = 0x02;
+    let periods = bench.until(|output| output.demand == Demand::Off);
+    assert!((125 + 9..=125 + 11).contains(&periods), "{periods}");
+}

@@ -31,6 +31,7 @@ pub(super) fn axis_parameters(values: &ObjectValues, board: &BoardParameters) ->
         acceleration: profile.acceleration_mdeg_s2,
         deceleration: profile.deceleration_mdeg_s2,
         quick_stop_deceleration: profile.quick_stop_deceleration_mdeg_s2,
+        stop_time_ms: board.stop.quick_stop_ms as u16,
         interpolation_us: interpolation_us(profile),
         following_error_window: board.following.following_window_mdeg.unsigned_abs(),
         following_error_timeout_ms: board.following.following_ms as u16,

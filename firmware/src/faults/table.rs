@@ -340,7 +340,8 @@ pub const TABLE: [FaultDescription; 23] = {
         row(
             Fault::DataCorrupt,
             "data corrupt",
-            "the memory of the CANopen device, its parameters and its control state has changed between two uses",
+            "the memory of the CANopen device, its parameters and its control state has changed between two uses, or \
+             has an excitation that was not started",
             Always,
             0x5510,
         ),

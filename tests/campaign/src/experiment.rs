@@ -41,7 +41,8 @@ struct Shaft {
 }
 
 /// First line of a trace.
-pub const TRACE_COLUMNS: &str = "time_ms,expected_deg,angle_deg,reported_deg,told,restarted\n";
+pub const TRACE_COLUMNS: &str =
+    "time_ms,expected_deg,angle_deg,reported_deg,told,error_code,restarted\n";
 
 /// A running experiment.
 #[derive(Debug)]
@@ -136,8 +137,9 @@ impl Experiment {
         let expected_deg = self.expected.get(ms as usize).copied().unwrap_or_default();
         let reported_deg = self.tell.angle_deg.unwrap_or_default();
         let line = format!(
-            "{ms},{expected_deg:.3},{angle_deg:.3},{reported_deg},{},{}\n",
+            "{ms},{expected_deg:.3},{angle_deg:.3},{reported_deg},{},{:#06x},{}\n",
             u8::from(observed.is_told),
+            self.tell.error_code,
             u8::from(observed.has_restarted),
         );
         if file.write_all(line.as_bytes()).is_ok() {

@@ -12,6 +12,8 @@ pub struct Tell {
     pub angle_deg: Option<f64>,
     /// Time since it, ms.
     silent_ms: u32,
+    /// Error code of the last EMCY.
+    pub error_code: u16,
     /// The board has reported a fault, restarted, or is lost to its master.
     pub is_told: bool,
 }
@@ -24,7 +26,10 @@ impl Tell {
             let bytes = frame.payload();
             match (frame.id.value(), bytes) {
                 // EMCY with an error code, boot-up.
-                (0x081, [low, high, ..]) => self.is_told |= (*low, *high) != (0, 0),
+                (0x081, [low, high, ..]) => {
+                    self.error_code = u16::from_le_bytes([*low, *high]);
+                    self.is_told |= self.error_code != 0;
+                }
                 (0x701, [0]) => self.is_told = true,
                 // Angle, 0.01 deg.
                 (0x181, [low, high, ..]) => {

@@ -120,6 +120,31 @@ fn an_excitation_is_added_to_the_command_and_ends_where_it_began() {
 }
 
 #[test]
+fn an_excitation_that_was_not_started_is_a_fault_and_moves_nothing() {
+    let mut board = TestBoard::enabled();
+    board.command = Some(angle(10.0));
+    board.steps(300);
+    let step = Multistep::try_doublet(&DoubletParameters {
+        amplitude_deg: 20.0,
+        start_s: 0.0,
+        unit_s: 0.1,
+    });
+    let run = Run::new(Excitation::Multistep(step.unwrap()), 2);
+    board.application.setpoints.corrupt(run);
+    let outputs = board.step();
+    assert_eq!(outputs.fault, Some(Fault::DataCorrupt));
+    assert_eq!(outputs.bridge, Bridge::Brake);
+    // The angle where it is: a count is 0.35 deg.
+    assert!((outputs.telemetry.command - angle(10.0)).abs() < angle(0.36));
+    // The memory is right again.
+    board.step();
+    board.request(Request::Acknowledge);
+    board.request(Request::Enable);
+    assert_eq!(board.step().state, BoardState::Enabled);
+    assert_eq!(board.outputs.telemetry.source, CommandSource::Bus);
+}
+
+#[test]
 fn an_excitation_that_is_ended_leaves_the_command_where_it_is() {
     let mut board = TestBoard::enabled();
     let chirp = Chirp::try_linear(&Default::default()).unwrap();

@@ -165,11 +165,16 @@ fn a_reset_of_the_communication_stops_a_moving_drive() {
         bench.set(0x60FF, 0, 50_000, 4);
         bench.steps(10);
         bench.send(0, &[130, 1]);
-        let periods = bench.until(60, |bench| bench.device.drive.statusword() & 0x4F == 0x08);
+        // In the fault reaction, then in the state "fault".
+        let reacts = |bench: &mut Bench| bench.device.drive.statusword() & 0x48 == 0x08;
+        let periods = bench.until(60, reacts);
         assert!(
             periods < 20,
             "mode {mode}: {periods}, before the timeout of commands"
         );
+        bench.until(100, |bench| bench.device.drive.statusword() & 0x4F == 0x08);
+        let rate = bench.device.drive.application().velocity_mdeg_s();
+        assert!(rate.abs() <= 3_000, "mode {mode}: {rate} mdeg/s");
     }
 }
 

@@ -258,3 +258,53 @@ fn a_quick_stop_ends_an_excitation() {
     assert_eq!(bench.step().bridge, Bridge::Coast);
     assert_eq!(bench.get(0x2020, 2), 0);
 }
+
+/// The way and the rate of a shaft that was stopped on its way to a far target: how far it went
+/// until the motor was no longer driven, mdeg, and its rate then, mdeg/s.
+fn stopped(stop: impl Fn(&mut Bench)) -> (i32, i32) {
+    let mut bench = Bench::enabled(8);
+    bench.cyclic = Some((15, -55_000));
+    bench.steps(400);
+    bench.cyclic = Some((15, 55_000));
+    bench.steps(60);
+    let rate = bench.device.drive.application().velocity_mdeg_s();
+    assert!(rate > 150_000, "{rate}");
+    let from = bench.angle_mdeg();
+    stop(&mut bench);
+    bench.until(300, |bench| {
+        !bench.device.drive.application().state().is_driving()
+    });
+    let rate = bench.device.drive.application().velocity_mdeg_s();
+    (bench.angle_mdeg() - from, rate)
+}
+
+#[test]
+fn every_stop_on_the_way_to_a_far_target_brakes_the_shaft() {
+    let by_word = |word: u16| {
+        move |bench: &mut Bench| {
+            bench.cyclic = None;
+            bench.control(word);
+        }
+    };
+    let stops: [(&str, &dyn Fn(&mut Bench)); 3] = [
+        ("quick stop", &by_word(0x02)),
+        ("disable operation", &by_word(0x07)),
+        ("timeout", &|bench: &mut Bench| {
+            bench.cyclic = None;
+            bench.steps(25);
+        }),
+    ];
+    for (name, stop) in stops {
+        let (way, rate) = stopped(stop);
+        // A rate loop with the time constant 1/7.1 s (`limits::approach_gain`) needs 31 deg from
+        // 220 deg/s; the timeout passes first, 104 ms. A shaft that coasts needs 440 deg.
+        let passed = if name == "timeout" {
+            0.104 * 220.0
+        } else {
+            0.0
+        };
+        assert!(f64::from(way) < 1e3 * (31.0 + passed), "{name}: {way} mdeg");
+        // Twice the velocity threshold: a period passes until the motor is no longer driven.
+        assert!(rate.abs() <= 3_000, "{name}: {rate} mdeg/s");
+    }
+}
