@@ -9,8 +9,8 @@ use nix::sys::wait::wait;
 use nix::unistd::{ForkResult, Pid, alarm, fork};
 
 /// Time after which a copy is ended, s: an experiment takes less than a second of an idle
-/// processor.
-const LIMIT_S: u32 = 60;
+/// processor, and a program that restarts all the time some ten.
+const LIMIT_S: u32 = 300;
 
 /// The end of a copy's pipe, for what it has found.
 #[derive(Debug)]

@@ -29,23 +29,27 @@ pub enum Outcome {
     Told,
     /// The board has restarted, and the shaft is safe.
     Restarted,
+    /// A fault was told, and the shaft coasted for more than [`HAZARD_MS`] afterwards: a program
+    /// that does not run cannot brake.
+    Coasting,
+    /// A fault was told, and the motor moved the shaft away for more than [`HAZARD_MS`] afterwards.
+    Driven,
     /// A deviation of more than [`HAZARD_DEG`] for [`HAZARD_MS`] that nothing told.
     Hazardous,
-    /// A fault was told, and the shaft moved away for more than [`HAZARD_MS`] afterwards.
-    Unstopped,
     /// The emulator has stopped with an error: not judged.
     Unjudged,
 }
 
 impl Outcome {
     /// All outcomes.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::NoEffect,
         Self::Small,
         Self::Told,
         Self::Restarted,
+        Self::Coasting,
+        Self::Driven,
         Self::Hazardous,
-        Self::Unstopped,
         Self::Unjudged,
     ];
 }
@@ -103,6 +107,8 @@ pub struct Observation {
     pub deviation_deg: f64,
     /// Rate of the shaft, deg/s.
     pub rate_deg_s: f64,
+    /// Whether the bridge drives the motor.
+    pub is_driven: bool,
     /// Whether a fault was told until now.
     pub is_told: bool,
     /// Whether the board has restarted.
@@ -118,8 +124,9 @@ pub struct Judge {
     lasting_ms: u32,
     greatest_deg: f64,
     told_ms: Option<u32>,
-    /// Time until the shaft was safe last, ms.
+    /// Time until the shaft was safe last, ms, and until the motor drove one that was not.
     safe_ms: u32,
+    driven_ms: u32,
     is_hazardous: bool,
     has_restarted: bool,
 }
@@ -141,6 +148,9 @@ impl Judge {
         let is_at_rest = self.told_ms.is_some() && observed.rate_deg_s.abs() <= REST_DEG_S;
         if is_off && !is_at_rest {
             self.safe_ms = ms;
+            if observed.is_driven {
+                self.driven_ms = ms;
+            }
         }
     }
 
@@ -154,7 +164,8 @@ impl Judge {
     pub fn verdict(&self, pc: u32) -> Verdict {
         let outcome = match self.told_ms {
             _ if self.is_hazardous => Outcome::Hazardous,
-            Some(told_ms) if self.safe_ms > told_ms + HAZARD_MS => Outcome::Unstopped,
+            Some(told_ms) if self.driven_ms > told_ms + HAZARD_MS => Outcome::Driven,
+            Some(told_ms) if self.safe_ms > told_ms + HAZARD_MS => Outcome::Coasting,
             Some(_) if self.has_restarted => Outcome::Restarted,
             Some(_) => Outcome::Told,
             None if self.greatest_deg > NO_EFFECT_DEG => Outcome::Small,
@@ -175,8 +186,17 @@ mod tests {
 
     const NEVER: u32 = 2000;
 
-    /// A shaft that deviates for a time, at this rate, and a fault that is told.
+    /// A driven shaft that deviates for a time, at this rate, and a fault that is told.
     fn judged(deviation_deg: f64, lasts_ms: u32, rate_deg_s: f64, told_ms: u32) -> Outcome {
+        outcome((deviation_deg, lasts_ms), rate_deg_s, told_ms, true)
+    }
+
+    fn outcome(
+        (deviation_deg, lasts_ms): (f64, u32),
+        rate_deg_s: f64,
+        told_ms: u32,
+        is_driven: bool,
+    ) -> Outcome {
         let mut judge = Judge::default();
         for ms in 1..=1200 {
             let is_off = ms <= lasts_ms;
@@ -185,6 +205,7 @@ mod tests {
                 Observation {
                     deviation_deg: if is_off { deviation_deg } else { 0.0 },
                     rate_deg_s,
+                    is_driven,
                     is_told: ms > told_ms,
                     has_restarted: false,
                 },
@@ -204,10 +225,11 @@ mod tests {
     }
 
     #[test]
-    fn a_shaft_that_moves_on_long_after_the_fault_was_told_is_unstopped() {
+    fn a_shaft_that_moves_on_long_after_the_fault_was_told_is_driven_or_coasts() {
         assert_eq!(judged(6.0, 601, 6.0, 100), Outcome::Told);
-        assert_eq!(judged(6.0, 602, 6.0, 100), Outcome::Unstopped);
+        assert_eq!(judged(6.0, 602, 6.0, 100), Outcome::Driven);
         assert_eq!(judged(6.0, 1200, 4.0, 100), Outcome::Told);
+        assert_eq!(outcome((6.0, 602), 6.0, 100, false), Outcome::Coasting);
     }
 
     #[test]

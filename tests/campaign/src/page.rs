@@ -15,7 +15,7 @@ const CONFIDENCE: f64 = 0.95;
 /// The table in Markdown.
 pub fn table(rows: &[Row]) -> String {
     let mut text = String::from(
-        "| place | injections | no effect | small or short | told and safe | restarted and safe | **silent and hazardous** | **told, not stopped** | not judged | hazards, at most |\n\
+        "| place | injections | no effect | small or short | told and safe | restarted and safe | told, coasting | told, driven on | **silent and hazardous** | not judged | silent and hazardous, at most |\n\
          |---|---|---|---|---|---|---|---|---|---|\n",
     );
     for (place, verdicts) in rows {
@@ -36,7 +36,7 @@ pub fn table(rows: &[Row]) -> String {
     text
 }
 
-/// The rate of hazards that is not exceeded with the probability [`CONFIDENCE`], if no case was
+/// The rate of silent hazards that is not exceeded with the probability [`CONFIDENCE`], if no case was
 /// hazardous or left unjudged: `1 - (1 - CONFIDENCE)^(1/n)`, the binomial bound of Clopper and
 /// Pearson for no case among n.
 fn hazard_bound(verdicts: &[Verdict]) -> String {

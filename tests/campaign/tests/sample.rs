@@ -21,8 +21,12 @@ fn verdicts(injections: &[Injection]) -> Vec<(Injection, Verdict)> {
     results.clone()
 }
 
+/// Share of the injections after which a fault is told, and the shaft is not at rest in time: more
+/// than the rates in `docs/trust.md`.
+const RESIDUAL: f64 = 0.02;
+
 #[test]
-fn no_injection_of_the_sample_is_hazardous() {
+fn no_injection_of_the_sample_is_silent_and_hazardous() {
     let counts = [
         (Place::Ram, 500),
         (Place::Code, 500),
@@ -32,6 +36,11 @@ fn no_injection_of_the_sample_is_hazardous() {
     let draw = |(place, count)| draw(SEED, place, 0..count).expect("the symbols exist");
     let injections: Vec<Injection> = counts.into_iter().flat_map(draw).collect();
     let mut hazardous = verdicts(&injections);
+    hazardous.retain(|(_, verdict)| verdict.outcome >= Outcome::Coasting);
+    assert!(
+        hazardous.len() as f64 <= RESIDUAL * injections.len() as f64,
+        "{hazardous:x?}"
+    );
     hazardous.retain(|(_, verdict)| verdict.outcome >= Outcome::Hazardous);
     assert!(hazardous.is_empty(), "{hazardous:x?}");
 }
