@@ -197,15 +197,15 @@ impl Axis {
     }
 
     /// Whether a stop is over: the demand is stationary, and so is the motor, for the time of the
-    /// velocity threshold. One that load or fault keeps moving has [`Parameters::stop_time_ms`]
-    /// after the demand.
+    /// velocity threshold. For one that load or fault keeps moving, the stop lasts
+    /// [`Parameters::stop_time_ms`], or as long as the demand moves.
     fn is_at_rest(&mut self, input: &Input, parameters: &Parameters) -> bool {
         let period_us = parameters.period_us;
         let is_slow = input.velocity_actual.unsigned_abs() <= parameters.velocity_threshold;
         let slow_ms = parameters.velocity_threshold_time_ms;
         let rests = self.rest_timer.step(is_slow, slow_ms, period_us);
-        let waits = self.is_stopping && self.ramp.is_stationary() && !rests;
-        let is_over = (self.stop_timer).step(waits, parameters.stop_time_ms, period_us);
+        let stop_ms = parameters.stop_time_ms;
+        let is_over = self.stop_timer.step(self.is_stopping, stop_ms, period_us);
         self.ramp.is_stationary() && (rests || is_over)
     }
 

@@ -1,5 +1,7 @@
 //! The table of a campaign in a document.
 
+use statrs::distribution::{Beta, ContinuousCDF};
+
 use crate::injection::Place;
 use crate::outcome::{Outcome, Verdict};
 
@@ -36,19 +38,15 @@ pub fn table(rows: &[Row]) -> String {
     text
 }
 
-/// The rate of silent hazards that is not exceeded with the probability [`CONFIDENCE`], if no case was
-/// hazardous or left unjudged: `1 - (1 - CONFIDENCE)^(1/n)`, the binomial bound of Clopper and
-/// Pearson for no case among n.
+/// The rate of silent hazards that is not exceeded with the probability [`CONFIDENCE`]: the upper
+/// bound of Clopper and Pearson for k cases among n, a quantile of the beta distribution with the
+/// parameters k + 1 and n - k. Cases that were not judged count as hazardous.
 fn hazard_bound(verdicts: &[Verdict]) -> String {
-    let is_harmless = verdicts
-        .iter()
-        .all(|verdict| verdict.outcome < Outcome::Hazardous);
-    if !is_harmless || verdicts.is_empty() {
-        return "-".into();
-    }
-    let count = verdicts.len() as f64;
-    let rate = 1.0 - (1.0 - CONFIDENCE).powf(1.0 / count);
-    format!("{:.2} %", 100.0 * rate)
+    let is_hazard = |verdict: &&Verdict| verdict.outcome >= Outcome::Hazardous;
+    let hazards = verdicts.iter().filter(is_hazard).count() as f64;
+    let others = verdicts.len() as f64 - hazards;
+    let rate = Beta::new(hazards + 1.0, others).map(|beta| beta.inverse_cdf(CONFIDENCE));
+    rate.map_or("-".into(), |rate| format!("{:.2} %", 100.0 * rate))
 }
 
 /// The document with this text between the two comments that enclose the table; `None` if it lacks
@@ -71,6 +69,10 @@ mod tests {
         };
         // -ln(0.05) = 3.00 cases among 1000.
         assert_eq!(hazard_bound(&[harmless; 1000]), "0.30 %");
+        // Tables of the binomial distribution: 0.47 % for one case among 1000.
+        let mut verdicts = [harmless; 1000];
+        verdicts[0].outcome = Outcome::Hazardous;
+        assert_eq!(hazard_bound(&verdicts), "0.47 %");
         assert_eq!(hazard_bound(&[Verdict::UNJUDGED]), "-");
         assert_eq!(hazard_bound(&[]), "-");
     }
