@@ -18,7 +18,7 @@ const CONFIDENCE: f64 = 0.95;
 pub fn table(rows: &[Row]) -> String {
     let mut text = String::from(
         "| place | injections | no effect | small or short | told and safe | restarted and safe | told, coasting | told, driven on | **silent and hazardous** | not judged | silent and hazardous, at most |\n\
-         |---|---|---|---|---|---|---|---|---|---|\n",
+         |---|---|---|---|---|---|---|---|---|---|---|\n",
     );
     for (place, verdicts) in rows {
         let name = match place {
