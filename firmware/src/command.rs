@@ -69,12 +69,10 @@ impl SetpointSource {
     /// Whether an excitation runs if and only if one was started. Otherwise its memory is wrong,
     /// and it is not followed.
     pub fn is_consistent(&self) -> bool {
-        let expected = if self.running.is_some() {
-            RUNNING
-        } else {
-            !RUNNING
-        };
-        self.running_mark == expected
+        match self.running {
+            None => self.running_mark == !RUNNING,
+            Some(_) => self.running_mark == RUNNING,
+        }
     }
 
     /// The active source: a running excitation, otherwise the selected source.
@@ -175,7 +173,7 @@ impl SetpointSource {
             self.servo.discard_angle();
             self.has_reached_pulse = false;
         }
-        if self.is_consistent()
+        if self.running_mark == RUNNING
             && let Some(running) = &mut self.running
         {
             match running.next() {

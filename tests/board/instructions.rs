@@ -59,6 +59,9 @@ fn worst_tick<S>(finished: &Finished<S>, is_counted: impl Fn(u64) -> bool) -> u6
     sums.into_iter().max().unwrap_or(0)
 }
 
+/// Instructions of a control period's interrupts, at most: 19 us of the 4 ms at 168 MHz.
+const MOST_INSTRUCTIONS: u64 = 3_200;
+
 /// Reads the longest step as the board itself measures it.
 struct OwnCount<F> {
     master: Master<F>,
@@ -74,7 +77,7 @@ impl<F: Fn(u64) -> Vec<Frame> + Send> Script for OwnCount<F> {
 }
 
 #[test]
-fn the_whole_tick_stays_below_3000_instructions_over_a_minute() {
+fn the_whole_tick_stays_below_3200_instructions_over_a_minute() {
     let names = INTERRUPTS.iter().map(|(name, _)| *name).chain(STAGES);
     let options = Options {
         plant: BoardPlantOptions::realistic(3),
@@ -107,7 +110,7 @@ fn the_whole_tick_stays_below_3000_instructions_over_a_minute() {
     println!(
         "the worst tick: {tick} instructions; sum of each interrupt in its own worst tick: {sum}"
     );
-    assert!(tick <= sum && sum < 3_000, "{tick}, {sum}");
+    assert!(tick <= sum && sum < MOST_INSTRUCTIONS, "{tick}, {sum}");
 
     // DWT counts cycles of the core's clock, and an instruction takes one cycle on the emulator.
     // The board counts from the end of `gather` to just before its return.
@@ -176,7 +179,7 @@ fn excitations(tick: u64) -> Vec<Frame> {
 }
 
 #[test]
-fn with_any_excitation_of_the_board_a_tick_stays_below_3000_instructions() {
+fn with_any_excitation_of_the_board_a_tick_stays_below_3200_instructions() {
     let options = Options {
         probes: INTERRUPTS.map(|(name, _)| name.to_owned()).into(),
         ..Options::for_ms(4 * (100 + 10 * 125))
@@ -195,7 +198,7 @@ fn with_any_excitation_of_the_board_a_tick_stays_below_3000_instructions() {
     }
     let tick = worst_tick(&finished, |_| true);
     println!("with those in which one is set and started: {tick}");
-    assert!(tick < 3_000, "{tick}");
+    assert!(tick < MOST_INSTRUCTIONS, "{tick}");
 }
 
 /// Modes of operation.

@@ -114,7 +114,10 @@ pub struct Axis {
     /// The axis decelerates to standstill.
     is_stopping: bool,
     stop_timer: HoldTimer,
-    rest_timer: HoldTimer,
+    /// The stop has lasted its time.
+    is_stop_over: bool,
+    /// The motor has been at or below the velocity threshold for its time.
+    is_slow: bool,
     error_timer: HoldTimer,
     reached_timer: HoldTimer,
     slow_timer: HoldTimer,
@@ -157,16 +160,20 @@ impl Axis {
             // The first position mode after this one starts from the actual position.
             self.ramp.set_position(input.position_actual);
         }
+        let slow = input.velocity_actual.unsigned_abs() <= parameters.velocity_threshold;
+        let slow_ms = parameters.velocity_threshold_time_ms;
+        self.is_slow = (self.slow_timer).step(slow, slow_ms, parameters.period_us);
         let conditions = Conditions {
             initialised: input.initialised,
             voltage: input.voltage,
             fault: input.fault,
-            standstill: self.is_at_rest(input, parameters),
+            standstill: self.is_at_rest(),
         };
         let motion = self
             .machine
             .step(input.controlword, conditions, &parameters.options);
-        let was_stopping = core::mem::replace(&mut self.is_stopping, false);
+        let was_stopping = self.is_stopping;
+        self.is_stopping = matches!(motion, Motion::Stop(_));
         let mut result = match motion {
             Motion::Off => {
                 self.track_actual_position(input);
@@ -178,10 +185,13 @@ impl Axis {
             Motion::Stop(how) => {
                 // A profile resumes after a halt; the targets of a cyclic mode have moved on.
                 self.has_target &= !input.mode.is_cyclic();
-                self.is_stopping = true;
                 if !was_stopping {
                     self.start_stop(input);
                 }
+                let stop_ms = parameters.stop_time_ms;
+                self.is_stop_over =
+                    self.stop_timer
+                        .step(was_stopping, stop_ms, parameters.period_us);
                 self.decelerate(how, parameters);
                 ModeResult {
                     target: self.ramp.position(),
@@ -199,19 +209,14 @@ impl Axis {
     /// Whether a stop is over: the demand is stationary, and so is the motor, for the time of the
     /// velocity threshold. For one that load or fault keeps moving, the stop lasts
     /// [`Parameters::stop_time_ms`], or as long as the demand moves.
-    fn is_at_rest(&mut self, input: &Input, parameters: &Parameters) -> bool {
-        let period_us = parameters.period_us;
-        let is_slow = input.velocity_actual.unsigned_abs() <= parameters.velocity_threshold;
-        let slow_ms = parameters.velocity_threshold_time_ms;
-        let rests = self.rest_timer.step(is_slow, slow_ms, period_us);
-        let stop_ms = parameters.stop_time_ms;
-        let is_over = self.stop_timer.step(self.is_stopping, stop_ms, period_us);
-        self.ramp.is_stationary() && (rests || is_over)
+    fn is_at_rest(&self) -> bool {
+        self.ramp.is_stationary() && (self.is_slow || self.is_stop_over)
     }
 
     /// Begins a stop. A motor that does not follow the demand, as after a step of the target of a
     /// cyclic mode, decelerates from its actual velocity: the demand may be at rest already.
     fn start_stop(&mut self, input: &Input) {
+        self.is_stop_over = false;
         let (demand, actual) = (self.ramp.velocity(), input.velocity_actual);
         // A motor that follows lags behind in position, and its velocity differs by less than half.
         let follows = actual.abs_diff(demand) <= demand.unsigned_abs() / 2;

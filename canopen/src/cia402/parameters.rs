@@ -28,8 +28,8 @@ pub struct Parameters {
     pub deceleration: u32,
     /// Quick stop deceleration 6085h.
     pub quick_stop_deceleration: u32,
-    /// Time in milliseconds of a stop after which it does not wait for the motor to rest, only for the
-    /// end of the deceleration.
+    /// Time in milliseconds of a stop after which it does not wait for the motor to rest, only for
+    /// the end of the deceleration.
     pub stop_time_ms: u16,
     /// Interpolation time period 60C2h in microseconds; 0 applies each target immediately.
     pub interpolation_us: u32,

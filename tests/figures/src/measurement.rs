@@ -33,7 +33,7 @@ pub static MEASUREMENTS: [Measurement; 7] = [
     },
     Measurement {
         what: "Instructions of a control period on the board",
-        arguments: "test-all --test board -- --nocapture --test-threads 1 below_300 below_3000",
+        arguments: "test-all --test board -- --nocapture --test-threads 1 below_300 below_3200",
         markers: &["instructions", "set and started"],
     },
     Measurement {

@@ -59,9 +59,7 @@ impl Axis {
         let period_us = parameters.period_us;
         let runs = motion == Motion::Run;
         let stopped = matches!(motion, Motion::Stop(_)) && self.ramp.is_stationary();
-        let slow = input.velocity_actual.unsigned_abs() <= parameters.velocity_threshold;
-        let slow_ms = parameters.velocity_threshold_time_ms;
-        let zero = self.slow_timer.step(slow, slow_ms, period_us);
+        let zero = self.is_slow;
         match input.mode {
             Mode::ProfilePosition => {
                 let off = input.position_actual.abs_diff(result.target);
