@@ -94,6 +94,8 @@ def campaign(_):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="fork")
+# jax, which other tests import, warns of every fork.
+@pytest.mark.filterwarnings("ignore:os.fork:RuntimeWarning")
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")
 def test_a_forked_process_has_threads_of_its_own():
     here = campaign(None)

@@ -278,6 +278,9 @@ fn stopped(stop: impl Fn(&mut Bench)) -> (i32, i32) {
     (bench.angle_mdeg() - from, rate)
 }
 
+/// A way to stop, and its name.
+type Stop<'a> = (&'a str, &'a dyn Fn(&mut Bench));
+
 #[test]
 fn every_stop_on_the_way_to_a_far_target_brakes_the_shaft() {
     let by_word = |word: u16| {
@@ -286,7 +289,7 @@ fn every_stop_on_the_way_to_a_far_target_brakes_the_shaft() {
             bench.control(word);
         }
     };
-    let stops: [(&str, &dyn Fn(&mut Bench)); 3] = [
+    let stops: [Stop; 3] = [
         ("quick stop", &by_word(0x02)),
         ("disable operation", &by_word(0x07)),
         ("timeout", &|bench: &mut Bench| {
