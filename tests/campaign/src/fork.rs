@@ -3,14 +3,19 @@
 
 use std::collections::HashMap;
 use std::io::{self, PipeReader, PipeWriter, Read, Write};
+use std::thread;
+use std::time::Duration;
 
 use nix::libc;
-use nix::sys::wait::wait;
+use nix::sys::wait::{WaitPidFlag, WaitStatus::StillAlive, waitpid};
 use nix::unistd::{ForkResult, Pid, alarm, fork};
 
 /// Time after which a copy is ended, s: an experiment takes less than a second of an idle
 /// processor, and a program that restarts all the time some ten.
 const LIMIT_S: u32 = 300;
+
+/// Time between two looks at the copies: an experiment takes 20 ms and more.
+const POLL: Duration = Duration::from_millis(1);
 
 /// The end of a copy's pipe, for what it has found.
 #[derive(Debug)]
@@ -83,15 +88,18 @@ impl<T> Copies<T> {
     /// ended without a report; `None` if no copy is running.
     ///
     /// # Errors
-    /// The operating system knows no copy, or its pipe cannot be read.
+    /// The operating system does not know a copy, or its pipe cannot be read.
     pub fn wait(&mut self) -> io::Result<Option<(T, Vec<u8>)>> {
         while !self.running.is_empty() {
-            let ended = wait()?.pid();
-            if let Some((work, mut reader)) = ended.and_then(|pid| self.running.remove(&pid)) {
-                let mut found = Vec::new();
-                reader.read_to_end(&mut found)?;
-                return Ok(Some((work, found)));
+            for pid in self.running.keys().copied().collect::<Vec<_>>() {
+                let is_running = waitpid(pid, Some(WaitPidFlag::WNOHANG))? == StillAlive;
+                if !is_running && let Some((work, mut reader)) = self.running.remove(&pid) {
+                    let mut found = Vec::new();
+                    reader.read_to_end(&mut found)?;
+                    return Ok(Some((work, found)));
+                }
             }
+            thread::sleep(POLL);
         }
         Ok(None)
     }

@@ -134,8 +134,6 @@ impl Snapshots {
 
     /// Has a copy record the twin; returns whether this is the copy.
     fn copy_twin(&mut self, view: &View<'_>, latest_ms: u32) -> io::Result<bool> {
-        // A process waits for any of its copies.
-        self.wait_for_all()?;
         let mut copies = Copies::default();
         if let Some(reporter) = copies.start(())? {
             let mut recorder = Recorder::new(latest_ms + OBSERVED_MS, reporter);

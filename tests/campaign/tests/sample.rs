@@ -1,6 +1,6 @@
 //! A sample of the campaign.
 
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use board_tests::program::firmware;
 use fault_campaign::campaign::{draw, run_all};
@@ -10,8 +10,12 @@ use fault_campaign::outcome::{Outcome, Verdict};
 /// Seed of another campaign than that of the document.
 const SEED: u64 = 2;
 
+/// A process that copies itself must have no other thread at work.
+static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+
 /// Carries out injections by two processes.
 fn verdicts(injections: &[Injection]) -> Vec<(Injection, Verdict)> {
+    let _turn = (ONE_AT_A_TIME.lock()).unwrap_or_else(PoisonError::into_inner);
     let results = Arc::new(Mutex::new(Vec::new()));
     let kept = results.clone();
     let add = move |injection, verdict| kept.lock().unwrap().push((injection, verdict));
