@@ -29,8 +29,12 @@ fn verdicts(injections: &[Injection]) -> Vec<(Injection, Verdict)> {
 /// than the rates in `docs/trust.md`.
 const RESIDUAL: f64 = 0.02;
 
+/// Silent hazards among 2,000 injections, at most: with the rate of `docs/trust.md`, 5 of 13,000,
+/// more have a probability of 0.02 % (binomial distribution).
+const SILENT: usize = 5;
+
 #[test]
-fn no_injection_of_the_sample_is_silent_and_hazardous() {
+fn silent_hazards_of_the_sample_are_not_more_frequent_than_documented() {
     let counts = [
         (Place::Ram, 500),
         (Place::Code, 500),
@@ -46,7 +50,8 @@ fn no_injection_of_the_sample_is_silent_and_hazardous() {
         "{hazardous:x?}"
     );
     hazardous.retain(|(_, verdict)| verdict.outcome >= Outcome::Hazardous);
-    assert!(hazardous.is_empty(), "{hazardous:x?}");
+    println!("{} silent and hazardous: {hazardous:x?}", hazardous.len());
+    assert!(hazardous.len() <= SILENT, "{hazardous:x?}");
 }
 
 #[test]
