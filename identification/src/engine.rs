@@ -128,8 +128,9 @@ struct Solution {
     starts: (usize, usize),
     /// The assumptions about the recordings.
     assumptions: Assumptions,
-    /// Whether a zero-order hold of the command fits as well as a smooth command.
-    is_hold_undetermined: bool,
+    /// Where a zero-order hold of the command fits as well as a smooth command: how far from each
+    /// unknown its value for the hold is; otherwise empty.
+    hold_differences: Vec<f64>,
     /// The nested model that fits as well by a likelihood-ratio test.
     no_better_than: Option<&'static str>,
 }
@@ -160,7 +161,7 @@ fn solve(
             found,
             starts: (1, 1),
             assumptions: Assumptions::default(),
-            is_hold_undetermined: false,
+            hold_differences: Vec::new(),
             no_better_than: None,
         });
     }
@@ -179,7 +180,7 @@ fn solve(
             found,
             unknowns,
             assumptions: Assumptions::default(),
-            is_hold_undetermined: false,
+            hold_differences: Vec::new(),
             no_better_than: None,
         });
     };
@@ -208,7 +209,7 @@ fn solve(
         found,
         starts: share,
         assumptions: Assumptions::default(),
-        is_hold_undetermined: false,
+        hold_differences: Vec::new(),
         no_better_than,
     })
 }

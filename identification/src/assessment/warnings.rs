@@ -112,8 +112,8 @@ fn search(assessment: &Assessment, warnings: &mut Vec<String>) {
     if fit.is_hold_undetermined {
         warnings.push(format!(
             "the recordings do not determine whether the command is smooth, as assumed here, or held \
-             from sample to sample: with a zero-order hold the delay would be {:.4} s less, which its \
-             standard error includes; --hold zero or --hold smooth decides",
+             from sample to sample: with a zero-order hold the delay would be {:.4} s less and other \
+             parameters would differ, which the standard errors include; --hold zero or --hold smooth decides",
             0.5 * mean_interval_s(assessment)
         ));
     }

@@ -62,10 +62,14 @@ pub fn decided(
     let is_as_good = |found: &Found| {
         !is_better(usual.found.cost, found.cost) && !is_better(found.cost, usual.found.cost)
     };
-    let mut held = searched
+    let held = searched
         .iter()
-        .filter(|(assumptions, ..)| assumptions.is_held);
-    let is_hold_undetermined = held.any(|(.., found)| is_as_good(found));
+        .filter(|(assumptions, _, found)| assumptions.is_held && is_as_good(found));
+    let held = held.min_by(|a, b| a.2.cost.total_cmp(&b.2.cost));
+    let hold_differences = held.map_or(Vec::new(), |(.., found)| {
+        let pairs = found.point.iter().zip(&usual.found.point);
+        pairs.map(|(held, smooth)| held - smooth).collect()
+    });
     let best = searched
         .into_iter()
         .min_by(|a, b| a.2.cost.total_cmp(&b.2.cost));
@@ -73,7 +77,7 @@ pub fn decided(
         best.filter(|(.., found)| is_better(usual.found.cost, found.cost))
     else {
         let usual = Solution {
-            is_hold_undetermined,
+            hold_differences,
             ..usual
         };
         return Ok((None, usual));

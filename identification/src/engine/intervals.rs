@@ -1,4 +1,4 @@
-//! Intervals beyond the standard errors of a search: of a delay that depends on the course of the
+//! Intervals beyond the standard errors of a search: of parameters that depend on the course of the
 //! command between samples, of parameters that parts of the recordings disagree about, and of
 //! parameters at a bound.
 
@@ -13,7 +13,6 @@ use crate::fit::Estimate;
 use crate::levenberg::Found;
 use crate::problem::Problem;
 use crate::statistics::distributions::{COVERED, two_sided};
-use crate::statistics::slots::median_step_s;
 use crate::unknowns::Unknowns;
 
 /// Correlation near one, from which an estimate is taken to be determined only with a small error.
@@ -21,14 +20,9 @@ const INSEPARABLE: f64 = 0.995;
 /// That relative error.
 const SMALL: f64 = 0.1;
 
-/// Widens the errors of the delay where the hold of the command is not determined, and of each
+/// Widens the errors of all parameters where the hold of the command is not determined, and of each
 /// parameter about which the parts of the recordings disagree.
-pub fn widen(
-    problem: &Problem,
-    solution: &Solution,
-    consistency: &Consistency,
-    covariance: &mut Covariance,
-) {
+pub fn widen(solution: &Solution, consistency: &Consistency, covariance: &mut Covariance) {
     let rows = covariance.rows.clone();
     let row_of = |unknown: usize| rows.iter().position(|row| *row == unknown);
     for difference in &consistency.differences {
@@ -42,31 +36,17 @@ pub fn widen(
             covariance.widen(row, 1.0, least / error);
         }
     }
-    if !solution.is_hold_undetermined {
-        return;
-    }
-    let interval_s = problem.experiments.first();
-    let interval_s = interval_s.and_then(|run| median_step_s(&run.recording.time_s));
-    let Some(half_s) = interval_s.map(|interval_s| 0.5 * interval_s) else {
-        return;
-    };
-    let parameters = problem.model.parameters();
-    for (unknown, declared) in solution.unknowns.list.iter().enumerate() {
+    // The interval around the estimate for a smooth command covers that for a held one, too. The
+    // delay differs by half a sample; what a hold does beyond that, the other parameters take up.
+    let one_sided = two_sided(2.0 * COVERED - 1.0);
+    for (unknown, difference) in solution.hold_differences.iter().enumerate() {
         let Some(row) = row_of(unknown) else {
             continue;
         };
-        if parameters[declared.parameter].name != "delay_s" {
-            continue;
-        }
-        // With a zero-order hold the delay is half a sample less: the interval around the estimate
-        // for a smooth command covers that one, too.
-        let widened = |error: f64| {
-            let one_sided = two_sided(2.0 * COVERED - 1.0);
-            (half_s + one_sided * error) / two_sided(COVERED)
-        };
         let factor = |matrix: &DMatrix<f64>| {
             let error = matrix[(row, row)].sqrt();
-            (widened(error) / error).max(1.0)
+            let widened = (difference.abs() + one_sided * error) / two_sided(COVERED);
+            (widened / error).max(1.0)
         };
         let factors = (factor(&covariance.white), factor(&covariance.coloured));
         if factors.0.is_finite() && factors.1.is_finite() {

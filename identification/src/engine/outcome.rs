@@ -34,7 +34,7 @@ pub fn fit(problem: &Problem, solution: &Solution) -> Fit {
     let (mut covariance, blocks) = covariance(problem, unknowns, found, &is_held, &experiments);
     let mut consistency = Consistency::of(problem, unknowns, &found.point, &blocks, &covariance);
     consistency.drift = drift::of(problem, unknowns, found, &experiments);
-    intervals::widen(problem, solution, &consistency, &mut covariance);
+    intervals::widen(solution, &consistency, &mut covariance);
     let (mut estimates, rows) = estimates(problem, unknowns, found, &bounds, &covariance);
     let ends = intervals::profiles(unknowns, found, &is_held, &blocks, &covariance);
     for estimate in estimates.iter_mut().filter(|e| e.at_bound.is_some()) {
@@ -72,7 +72,7 @@ pub fn fit(problem: &Problem, solution: &Solution) -> Fit {
         starts: solution.starts,
         no_better_than: solution.no_better_than,
         assumptions: solution.assumptions,
-        is_hold_undetermined: solution.is_hold_undetermined,
+        is_hold_undetermined: !solution.hold_differences.is_empty(),
     }
 }
 
