@@ -9,15 +9,20 @@ use super::{
     tables,
 };
 use crate::{
-    analysis::{linear_models::Timing, loop_gain::Margins},
+    analysis::{
+        linear_models::{Motor, Timing},
+        loop_gain::Margins,
+        robustness::{SPREAD, stability_limits},
+    },
     error::Error,
     page::Section,
     plot::Figure,
     scenario::{Scenario, Setting},
     settings::Settings,
-    table::Table,
+    table::{Cell, Table},
     trace::Trace,
 };
+use model_core::control::parameters::ControlParameters;
 
 /// The gains of equation (1) as printed, with the faster interpretation of equation (2).
 const LITERAL: Model = Model::literal("board with both gains literal");
@@ -43,7 +48,8 @@ pub fn section() -> Result<Section, Error> {
              PWM edge, 1 ms later. The margins are computed exactly for this loop, with zero-order \
              hold, delay and filtered encoder difference.",
         )
-        .table(table()?);
+        .table(table()?)
+        .table(limits()?);
     let doubts = [contradictions::STEADY_GAIN, contradictions::LITERAL_GAINS];
     Ok(remarks(section, &doubts).figure(figure()?))
 }
@@ -72,6 +78,49 @@ fn table() -> Result<Table, Error> {
         time from sample to duty. The board has 1 ms; 4 ms is a controller that applies its result \
         one period later.";
     Ok(tables::margins(caption, &loops))
+}
+
+/// Factors on the gains at which the loop becomes unstable.
+fn limits() -> Result<Table, Error> {
+    let columns = [
+        ("interpretation", ""),
+        ("position gain", "times"),
+        ("gains of the rate loop", "times"),
+        ("position gain, box", "times"),
+        ("gains of the rate loop, box", "times"),
+    ];
+    let caption = format!(
+        "Factors on the gains of a preset from which on the sampled loop is unstable: for its motor, \
+         and for some motor of the box in which gain, pole, supply and inertia differ by up to \
+         {:.0} %.",
+        100.0 * SPREAD
+    );
+    let mut table = Table::new(&caption, &columns);
+    for preset in ["consistent", "as-measured", "as-measured-retuned"] {
+        let scenario = Scenario {
+            preset: Some(preset.into()),
+            ..LITERAL.scenario("pulse")
+        };
+        let settings = scenario.settings()?;
+        // The direction with the larger gain is less stable.
+        let plant = &settings.first_order;
+        let motor = Motor {
+            motor_gain: plant.motor_gain_up.max(plant.motor_gain_down),
+            ..Motor::upward(plant)
+        };
+        let limits = |scale: fn(&mut ControlParameters, f64)| {
+            stability_limits(&motor, &settings.control, &Timing::default(), scale)
+        };
+        let position = limits(|control, factor| control.position_gain *= factor);
+        let rate = limits(|control, factor| {
+            control.proportional_gain *= factor;
+            control.integral_gain *= factor;
+        });
+        let cells = [position[0], rate[0], position[1], rate[1]];
+        let cells = cells.map(|factor| Cell::optional(factor, 2));
+        table.push([Cell::from(preset)].into_iter().chain(cells));
+    }
+    Ok(table)
 }
 
 fn figure() -> Result<Figure, Error> {

@@ -15,6 +15,7 @@ pub use warning::{LEAST_GAIN_MARGIN_DB, LEAST_PHASE_MARGIN_DEG, Warning};
 use crate::analysis::frequency::bandwidth_hz;
 use crate::analysis::linear_models::{Loop, Motor, Timing};
 use crate::analysis::loop_gain::Margins;
+use crate::analysis::robustness::unstable_motor;
 use model_core::control::parameters::ControlParameters;
 use model_core::parameter::ParameterError;
 
@@ -153,6 +154,7 @@ pub fn tune(request: &TuneRequest) -> Result<Tuning, TuneError> {
     let control = request.gains(inner_bandwidth_rad_s, share);
     let servo = Loop::sampled(&request.motor, &control, &request.timing)?;
     let margins = Margins::of(&servo);
+    let unstable_motor = unstable_motor(&request.motor, &control, &request.timing)?;
     let duty_jump_pct = duty_jump_pct(&control, &request.timing);
     Ok(Tuning {
         control,
@@ -160,7 +162,13 @@ pub fn tune(request: &TuneRequest) -> Result<Tuning, TuneError> {
         margins,
         bandwidth_hz: bandwidth_hz(&servo.closed),
         duty_jump_pct,
-        warnings: warning::list(&margins, target_phase_deg, duty_jump_pct, &request.ripple),
+        warnings: warning::list(
+            &margins,
+            unstable_motor,
+            target_phase_deg,
+            duty_jump_pct,
+            &request.ripple,
+        ),
     })
 }
 

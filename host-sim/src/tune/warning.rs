@@ -2,6 +2,7 @@
 
 use super::Ripple;
 use crate::analysis::loop_gain::Margins;
+use crate::analysis::robustness::{Ratios, SPREAD};
 use std::fmt;
 
 /// Smallest phase margin without a warning, deg: the lower end of the customary 45 to 60 degrees.
@@ -15,6 +16,8 @@ pub const LEAST_GAIN_MARGIN_DB: f64 = 6.0;
 pub enum Warning {
     /// The closed loop is not stable.
     Unstable,
+    /// The closed loop is not stable with another motor of the box.
+    Spread(Ratios),
     /// The phase margin is small.
     PhaseMargin {
         /// The margin, deg.
@@ -40,6 +43,13 @@ impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Unstable => write!(f, "the sampled loop is unstable"),
+            Self::Spread(Ratios { gain, pole }) => write!(
+                f,
+                "the sampled loop is unstable for a motor with {gain:.2} times the steady-state rate \
+                 and {pole:.2} times the pole: expected stability while gain, pole, supply and \
+                 inertia are within {:.0} %",
+                100.0 * SPREAD
+            ),
             Self::PhaseMargin {
                 value_deg,
                 expected_deg,
@@ -67,6 +77,7 @@ impl fmt::Display for Warning {
 /// The warnings, most severe first. Margins of an unstable loop have no meaning and are omitted.
 pub(super) fn list(
     margins: &Margins,
+    unstable_motor: Option<Ratios>,
     target_phase_deg: f64,
     duty_jump_pct: f64,
     ripple: &Ripple,
@@ -79,6 +90,7 @@ pub(super) fn list(
     let far = duty_jump_pct > ripple.duty_jump_limit_pct;
     let warnings = [
         (!margins.stable).then_some(Warning::Unstable),
+        (unstable_motor.filter(|_| margins.stable)).map(Warning::Spread),
         small_phase.map(|value_deg| Warning::PhaseMargin {
             value_deg,
             expected_deg,
