@@ -96,7 +96,7 @@ fn a_scenario_file_follows_the_core() {
 fn a_page_follows_the_core() {
     for case in Case::all() {
         let trace = actuator_web::scenario::Scenario::parse(case.text)
-            .and_then(|scenario| actuator_web::run::run(&scenario));
+            .and_then(|scenario| actuator_web::run::run(&scenario, |_| true));
         case.check("page", trace.map(drop));
     }
 }

@@ -45,7 +45,7 @@ pub enum Terminal {
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Winding {
-    /// 1/R: multiplied, as a division is on the longest path through a step.
+    /// 1/R.
     conductance_s: f64,
     time_constant_s: f64,
     /// Forward voltage of the two conducting diodes.
@@ -62,8 +62,13 @@ pub(super) struct Step {
     step_s: f64,
     /// `E`, the share of the current at the start in that at the end.
     left: f64,
-    /// `(1 - E) L/(R dt)`, its share in the mean.
+    /// `(1 - E)/R`, the current at the end per voltage.
+    gain_s: f64,
+    /// `(1 - E) L/(R dt)`, the share of the current at the start in the mean.
     mean_left: f64,
+    /// The mean current per voltage. A sum of two products is a shorter path through a step than
+    /// the difference from the steady current.
+    mean_gain_s: f64,
 }
 
 impl Winding {
@@ -85,10 +90,14 @@ impl Winding {
     pub fn step(&self, step_s: f64) -> Step {
         // Zero inductance: exp(-inf) = 0, the current follows immediately.
         let exponent = -step_s / self.time_constant_s;
+        let gone = -libm::expm1(exponent);
+        let mean_left = gone * self.time_constant_s / step_s;
         Step {
             step_s,
             left: libm::exp(exponent),
-            mean_left: -libm::expm1(exponent) * self.time_constant_s / step_s,
+            gain_s: gone * self.conductance_s,
+            mean_left,
+            mean_gain_s: (1.0 - mean_left) * self.conductance_s,
         }
     }
 
@@ -125,9 +134,9 @@ impl Winding {
     #[inline(always)]
     pub fn advance_driven(&mut self, voltage_v: f64, back_emf_v: f64, step: &Step) -> f64 {
         let start_a = self.current_a;
-        let steady_a = (voltage_v - back_emf_v) * self.conductance_s;
-        self.current_a = steady_a + (start_a - steady_a) * step.left;
-        steady_a + (start_a - steady_a) * step.mean_left
+        let drop_v = voltage_v - back_emf_v;
+        self.current_a = start_a * step.left + drop_v * step.gain_s;
+        start_a * step.mean_left + drop_v * step.mean_gain_s
     }
 }
 
