@@ -32,11 +32,15 @@ c++ -std=c++11 $strict -x c++ "$here/tests/trace.c" -x none "$library.a" $system
 say "valgrind"
 cc -std=c99 $strict "$here/tests/misuse.c" "$library.a" $system -o "$out/misuse"
 valgrind --quiet --error-exitcode=1 "$out/misuse"
+cc -std=c99 $strict "$here/tests/interrupt.c" "$library.a" $system -o "$out/interrupt"
+"$out/interrupt"
 seq -f '0 %g 83 0.1 0.001' -30 30 | valgrind --quiet --error-exitcode=1 "$out/trace" board bench consistent switched 7 | tail -n 1
 
 say "sanitisers"
 cc -std=c99 $strict -fsanitize=address,undefined -fno-sanitize-recover "$here/tests/misuse.c" "$library.a" $system -o "$out/misuse-san"
 "$out/misuse-san"
+cc -std=c99 $strict -fsanitize=address,undefined -fno-sanitize-recover "$here/tests/interrupt.c" "$library.a" $system -o "$out/interrupt-san"
+"$out/interrupt-san"
 
 say "JSBSim: black box 1 as a system"
 "$venv/bin/python" "$here/examples/jsbsim/compare.py" "$library.so"

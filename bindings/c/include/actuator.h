@@ -50,6 +50,12 @@
 #define ACTUATOR_LONGEST_STEP_TICKS 72000000
 
 /**
+ * The ticks between two calls of an `actuator_watch`: 0.1 s of the simulation, which a PC computes
+ * in 4 ms at most.
+ */
+#define ACTUATOR_WATCH_TICKS 2000
+
+/**
  * Words of 8 bytes in `struct actuator`.
  */
 #define ACTUATOR_WORDS 800
@@ -107,6 +113,10 @@ enum actuator_error {
    * The model does not have this input.
    */
   ACTUATOR_ERROR_INPUT = 8,
+  /**
+   * The caller's `actuator_watch` has ended the step; the part of it that was done remains.
+   */
+  ACTUATOR_ERROR_INTERRUPTED = 9,
 };
 
 /**
@@ -224,6 +234,15 @@ struct actuator {
    */
   uint64_t opaque[ACTUATOR_WORDS];
 };
+
+/**
+ * Is called during a long step with the caller's `data`, the ticks that are done and the ticks of
+ * the whole step; returns 0 to end the step, any other number to continue.
+ *
+ * It may call every function of the library, for this actuator those that read it, or copy the
+ * actuator. It must return: no C++ exception and no longjmp may leave it.
+ */
+typedef int32_t (*actuator_watch)(void *data, uint64_t done, uint64_t total);
 
 /**
  * Angle and rate of the load: of the last body of the bench, which moves against the output within
@@ -420,6 +439,21 @@ enum actuator_error actuator_drive_to(struct actuator *actuator,
                                       int32_t input,
                                       double value,
                                       double time_s);
+
+/**
+ * As `actuator_drive`, and calls `watch` (unless it is null) after every `ACTUATOR_WATCH_TICKS`
+ * ticks and at the end, so that the caller can show the progress of a long step and interrupt it.
+ *
+ * If `watch` returns 0 before the end, the result is `ACTUATOR_ERROR_INTERRUPTED`: the actuator is
+ * at the tick that was reached (`actuator_read`) and can be advanced further. The numbers are
+ * those of `actuator_drive`, to the last bit.
+ */
+enum actuator_error actuator_drive_watched(struct actuator *actuator,
+                                           int32_t input,
+                                           double value,
+                                           uint64_t ticks,
+                                           actuator_watch watch,
+                                           void *data);
 
 /**
  * Applies a torque to the load, Nm, from the next tick on, in addition to the parameter.

@@ -8,6 +8,8 @@
     reason = "the header states the requirements of all pointers once, at its top"
 )]
 
+use core::ffi::c_void;
+
 use model_core::actuator::{ActuatorCore, CommandError, InputLevel};
 use model_core::models::delay::DelayCursor;
 use model_core::time::{TICKS_PER_SECOND, ticks};
@@ -27,6 +29,10 @@ const _: () = assert!(ACTUATOR_TICKS_PER_SECOND == TICKS_PER_SECOND);
 /// The longest single step, ticks: an hour, which a PC computes in two minutes at most. A longer
 /// step is refused, since it is most likely a wrong unit or an uninitialised time.
 pub const ACTUATOR_LONGEST_STEP_TICKS: u64 = 72_000_000;
+
+/// The ticks between two calls of an `actuator_watch`: 0.1 s of the simulation, which a PC computes
+/// in 4 ms at most.
+pub const ACTUATOR_WATCH_TICKS: u64 = 2_000;
 
 /// Words of 8 bytes in `struct actuator`.
 pub const ACTUATOR_WORDS: usize = 800;
@@ -228,6 +234,53 @@ pub unsafe extern "C" fn actuator_drive_to(
             ticks(time_s).checked_sub(now).ok_or(Code::Time)
         })
     })
+}
+
+/// Is called during a long step with the caller's `data`, the ticks that are done and the ticks of
+/// the whole step; returns 0 to end the step, any other number to continue.
+///
+/// It may call every function of the library, for this actuator those that read it, or copy the
+/// actuator. It must return: no C++ exception and no longjmp may leave it.
+pub type Watch = Option<unsafe extern "C" fn(data: *mut c_void, done: u64, total: u64) -> i32>;
+
+/// As `actuator_drive`, and calls `watch` (unless it is null) after every `ACTUATOR_WATCH_TICKS`
+/// ticks and at the end, so that the caller can show the progress of a long step and interrupt it.
+///
+/// If `watch` returns 0 before the end, the result is `ACTUATOR_ERROR_INTERRUPTED`: the actuator is
+/// at the tick that was reached (`actuator_read`) and can be advanced further. The numbers are
+/// those of `actuator_drive`, to the last bit.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn actuator_drive_watched(
+    actuator: *mut Actuator,
+    input: i32,
+    value: f64,
+    ticks: u64,
+    watch: Watch,
+    data: *mut c_void,
+) -> Code {
+    // The step is accepted or refused as a whole.
+    if ticks > ACTUATOR_LONGEST_STEP_TICKS {
+        return Code::Time;
+    }
+    let mut done = 0;
+    loop {
+        let part = (ticks - done).min(ACTUATOR_WATCH_TICKS);
+        // SAFETY: the caller's pointer, as the header requires it; no reference to the actuator
+        // exists while `watch` runs.
+        let result = unsafe { drive(actuator, input, value, |_| Ok(part)) };
+        if result.is_err() {
+            return code(result);
+        }
+        done += part;
+        // SAFETY: the caller's function with the caller's data.
+        let goes_on = watch.is_none_or(|watch| unsafe { watch(data, done, ticks) } != 0);
+        if done == ticks {
+            return Code::None;
+        }
+        if !goes_on {
+            return Code::Interrupted;
+        }
+    }
 }
 
 /// Advances by the number of ticks that `step` returns for the present one.

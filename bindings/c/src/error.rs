@@ -37,6 +37,8 @@ pub enum Code {
     Time = 7,
     /// The model does not have this input.
     Input = 8,
+    /// The caller's `actuator_watch` has ended the step; the part of it that was done remains.
+    Interrupted = 9,
 }
 
 impl Code {
@@ -52,11 +54,12 @@ impl Code {
             Self::Parameter => c"a parameter is out of its range or in conflict with another one",
             Self::Command => c"a command, a torque or an inertia is not finite or out of its range",
             Self::Input => c"the model does not have this input",
+            Self::Interrupted => c"the step was interrupted by the caller",
             Self::Time => c"a time is not a number, is in the past, or is more than an hour ahead",
         }
     }
 
-    const ALL: [Self; 9] = [
+    const ALL: [Self; 10] = [
         Self::None,
         Self::Pointer,
         Self::Size,
@@ -66,6 +69,7 @@ impl Code {
         Self::Command,
         Self::Time,
         Self::Input,
+        Self::Interrupted,
     ];
 }
 

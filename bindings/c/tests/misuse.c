@@ -1,19 +1,9 @@
 /* Every misuse by a caller gives the error code that the header documents. */
 #include "actuator.h"
+#include "expect.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
-
-static int failures;
-
-#define EXPECT(condition)                                                  \
-    do {                                                                   \
-        if (!(condition)) {                                                \
-            fprintf(stderr, "line %d: %s\n", __LINE__, #condition);        \
-            failures++;                                                    \
-        }                                                                  \
-    } while (0)
 
 #define EXPECT_ERROR(name, call) EXPECT((call) == ACTUATOR_ERROR_##name)
 
@@ -43,6 +33,7 @@ static void memory_that_holds_nothing(void)
     EXPECT_ERROR(NOT_READY, actuator_drive_to(&actuator, ACTUATOR_INPUT_RATE, 0.0, 1.0));
     EXPECT_ERROR(NOT_READY, actuator_set_load_inertia(&actuator, 0.0));
     EXPECT_ERROR(NOT_READY, actuator_push_load(&actuator, 0.0, 0.0));
+    EXPECT_ERROR(NOT_READY, actuator_drive_watched(&actuator, 0, 0.0, 1, NULL, NULL));
     EXPECT(actuator_size(&settings) == 0);
     EXPECT_ERROR(NOT_READY, actuator_set_load_nm(&actuator, 0.0));
     EXPECT_ERROR(NOT_READY, actuator_read(&actuator, &reading));
@@ -75,6 +66,7 @@ static void pointers(void)
     EXPECT_ERROR(SIZE, actuator_start(&actuator, 8, &settings, NULL));
     EXPECT_ERROR(SIZE, actuator_start(&actuator, actuator_size(&settings) - 1, &settings, NULL));
     EXPECT_ERROR(POINTER, actuator_drive(NULL, ACTUATOR_INPUT_DUTY, 0.0, 1));
+    EXPECT_ERROR(POINTER, actuator_drive_watched(NULL, ACTUATOR_INPUT_DUTY, 0.0, 1, NULL, NULL));
     EXPECT_ERROR(POINTER, actuator_drive_to(NULL, ACTUATOR_INPUT_DUTY, 0.0, 1.0));
     EXPECT_ERROR(POINTER, actuator_set_load_inertia(NULL, 0.0));
     EXPECT_ERROR(POINTER, actuator_push_load(NULL, 0.0, 0.0));
@@ -134,6 +126,9 @@ static void time_and_commands(void)
     EXPECT_ERROR(INPUT, actuator_drive(&actuator, 4, 1.0, 1));
     EXPECT_ERROR(INPUT, actuator_drive(&actuator, -1, 1.0, 1));
     EXPECT_ERROR(TIME, actuator_advance(&actuator, 0.0, UINT64_MAX));
+    EXPECT_ERROR(TIME, actuator_drive_watched(&actuator, 0, 0.0, UINT64_MAX, NULL, NULL));
+    EXPECT_ERROR(COMMAND, actuator_drive_watched(&actuator, 0, NAN, 1, NULL, NULL));
+    EXPECT_ERROR(INPUT, actuator_drive_watched(&actuator, 4, 0.0, 1, NULL, NULL));
     EXPECT_ERROR(TIME, actuator_advance_to(&actuator, 0.0, NAN));
     EXPECT_ERROR(TIME, actuator_advance_to(&actuator, 0.0, -1.0));
     EXPECT_ERROR(TIME, actuator_advance_to(&actuator, 0.0, 0.0));
@@ -188,7 +183,7 @@ static void lists(void)
 
 int main(void)
 {
-    for (int code = -1; code <= 9; code++)
+    for (int code = -1; code <= 10; code++)
         EXPECT(strlen(actuator_error_text(code)) > 0);
     EXPECT(strcmp(actuator_error_text(INT32_MIN), "unknown error") == 0);
     memory_that_holds_nothing();

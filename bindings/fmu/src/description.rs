@@ -10,6 +10,7 @@ use model_core::plant::Pwm;
 use model_core::time::CONTROL_PERIOD_S;
 use uuid::Uuid;
 
+use crate::exchange::equations::Equations;
 use crate::units::{self, Unit};
 use crate::variables::{self, Inputs, Quantity, Type, Variable, finite};
 
@@ -147,10 +148,44 @@ struct ModelDescription3<'a> {
 }
 
 impl ModelDescription<'_> {
+    /// Number of continuous states; 0 for the board.
+    fn states(&self) -> usize {
+        Equations::of(self.settings).map_or(0, |equations| equations.states())
+    }
+
+    /// Number of event indicators; 0 for the board.
+    fn indicators(&self) -> usize {
+        Equations::of(self.settings).map_or(0, |equations| equations.indicator_count())
+    }
+
+    /// Whether the model structure lists a variable under a tag, of either version.
+    fn is_listed(&self, tag: &str, variable: &Variable) -> bool {
+        let tag = tag.trim_end_matches('s');
+        match variable.quantity {
+            Quantity::Output(_) => matches!(tag, "Output" | "InitialUnknown"),
+            Quantity::State(_) => tag == "InitialUnknown",
+            Quantity::Derivative(_) => matches!(
+                tag,
+                "Derivative" | "ContinuousStateDerivative" | "InitialUnknown"
+            ),
+            Quantity::Indicator(_) => tag == "EventIndicator",
+            _ => false,
+        }
+    }
+
+    /// The value reference of the state with this index.
+    fn state(&self, index: &usize) -> usize {
+        let is_it = |v: &Variable| matches!(v.quantity, Quantity::State(i) if i == *index);
+        self.variables.iter().position(is_it).unwrap_or_default()
+    }
+
     /// The start value; an output has none.
     fn start(&self, variable: &Variable) -> Option<String> {
         let value = match variable.quantity {
-            Quantity::Output(_) => return None,
+            Quantity::Output(_)
+            | Quantity::State(_)
+            | Quantity::Derivative(_)
+            | Quantity::Indicator(_) => return None,
             Quantity::Seed => return Some(self.settings.seed.to_string()),
             Quantity::Level => return Some("0".into()),
             Quantity::SwitchedPwm => return Some((self.settings.pwm == Pwm::Switched).to_string()),
@@ -171,7 +206,11 @@ impl ModelDescription<'_> {
             }
             Quantity::Seed => [Some(Number(0.0)), None],
             Quantity::Level => [Some(Number(0.0)), Some(Number(3.0))],
-            Quantity::Output(_) | Quantity::SwitchedPwm => [None, None],
+            Quantity::Output(_)
+            | Quantity::State(_)
+            | Quantity::Derivative(_)
+            | Quantity::Indicator(_)
+            | Quantity::SwitchedPwm => [None, None],
         }
     }
 }

@@ -10,9 +10,11 @@ use model_core::scenario::LONGEST_S;
 use model_core::time::{TICK_S, ticks};
 
 use crate::description::guid;
-use crate::state::{Actuator, InstanceState, Phase, Time};
+use crate::exchange::{Exchange, equations::Equations};
+use crate::state::{Actuator, InstanceState, Interface, Phase, Time};
 use crate::variables::{self, Quantity, Type, Variable};
 
+pub mod exchange;
 pub mod values;
 
 /// Why a call is refused.
@@ -40,7 +42,8 @@ impl From<&str> for Refusal {
     }
 }
 
-type Result<T> = std::result::Result<T, Refusal>;
+/// The result of a call.
+pub type Result<T> = std::result::Result<T, Refusal>;
 
 /// Tolerance of the communication points of the host, s.
 const HALF_TICK_S: f64 = TICK_S / 2.0;
@@ -59,7 +62,20 @@ pub struct Instance {
 }
 
 impl Instance {
-    /// An instance with these start values.
+    /// An instance for model exchange with these start values.
+    ///
+    /// # Errors
+    /// For the board: it is not continuous.
+    pub fn for_exchange(settings: Settings) -> std::result::Result<Self, String> {
+        if Equations::of(&settings).is_none() {
+            return Err("the board is sampled and not continuous, expected co-simulation".into());
+        }
+        let mut instance = Self::new(settings);
+        instance.state.interface = Interface::ModelExchange;
+        Ok(instance)
+    }
+
+    /// An instance for co-simulation with these start values.
     pub fn new(settings: Settings) -> Self {
         Self {
             guid: guid(&settings),
@@ -125,25 +141,37 @@ impl Instance {
         // The input is the whole load torque.
         settings.drivetrain.load.load_torque_nm = 0.0;
         let actuator = Actuator::try_with_ring(&settings);
+        // It checks the parameters for model exchange, too.
         let actuator = actuator.map_err(|error| error.to_string())?;
-        self.state.actuator = Some(Box::new(actuator));
-        self.state.phase = Phase::Stepping;
+        match self.state.interface {
+            Interface::CoSimulation => {
+                self.state.actuator = Some(Box::new(actuator));
+                self.state.phase = Phase::Stepping;
+            }
+            Interface::ModelExchange => {
+                self.state.exchange = self.initial_exchange().map(Box::new);
+                self.state.phase = Phase::Event;
+            }
+        }
         Ok(())
     }
 
     /// Ends the run; outputs remain readable.
     ///
     /// # Errors
-    /// In a phase without steps.
+    /// Before the end of the initialization, and after the end of the run.
     pub fn terminate(&mut self) -> Result<()> {
-        self.expect(&[Phase::Stepping])?;
+        self.expect(&[Phase::Stepping, Phase::Event, Phase::Continuous])?;
         self.state.phase = Phase::Terminated;
         Ok(())
     }
 
     /// Restores the state after the instantiation; saved states are kept.
     pub fn reset(&mut self) {
-        self.state = InstanceState::new(self.initial);
+        self.state = InstanceState {
+            interface: self.state.interface,
+            ..InstanceState::new(self.initial)
+        };
     }
 
     /// Marks the instance as failed after a panic: its state is unreliable.
@@ -167,9 +195,18 @@ impl Instance {
     /// are not whole numbers of ticks do not accumulate.
     ///
     /// # Errors
+    /// Those of [`Self::end_of_step`].
+    pub fn step(&mut self, point_s: f64, step_s: f64) -> Result<()> {
+        let end_s = self.end_of_step(point_s, step_s)?;
+        self.step_to(end_s)
+    }
+
+    /// The end of such a step, s; nothing is advanced.
+    ///
+    /// # Errors
     /// For a point other than the present one, a step size that is not positive, and an end after
     /// the stop time or four months.
-    pub fn step(&mut self, point_s: f64, step_s: f64) -> Result<()> {
+    pub fn end_of_step(&self, point_s: f64, step_s: f64) -> Result<f64> {
         self.expect(&[Phase::Stepping])?;
         let time = &self.state.time;
         // Written so that NaN fails, here and below.
@@ -193,8 +230,17 @@ impl Instance {
         if end_s > last_s + HALF_TICK_S {
             return Err(format!("the step ends at {end_s}, expected at most {last_s} s").into());
         }
-        self.advance_to(ticks(end_s - time.start_s))?;
-        self.state.time.now_s = end_s;
+        Ok(end_s)
+    }
+
+    /// Advances to a time that [`Self::end_of_step`] returned, or one before it.
+    ///
+    /// # Errors
+    /// In a phase without steps.
+    pub fn step_to(&mut self, time_s: f64) -> Result<()> {
+        self.expect(&[Phase::Stepping])?;
+        self.advance_to(ticks(time_s - self.state.time.start_s))?;
+        self.state.time.now_s = time_s;
         Ok(())
     }
 
@@ -274,6 +320,13 @@ impl Instance {
     pub fn keep_bytes(&mut self, bytes: &[u8], key: Option<usize>) -> Result<usize> {
         let state = InstanceState::from_bytes(bytes, &self.guid, &self.initial);
         let state = state.map_err(|why| format!("the state is refused: {why}"))?;
+        if state.interface != self.state.interface {
+            return Err(format!(
+                "the state is of an instance for {:?}, expected {:?}",
+                state.interface, self.state.interface
+            )
+            .into());
+        }
         self.keep_under(key.filter(|key| self.kept.contains_key(key)), state)
     }
 }

@@ -9,6 +9,7 @@ use model_core::parameter::Parameters;
 use model_core::plant::Pwm;
 use serde::{Deserialize, Serialize};
 
+use crate::exchange::Exchange;
 use crate::variables::Inputs;
 
 /// The phase of an instance, which determines the calls that are allowed.
@@ -18,12 +19,25 @@ pub enum Phase {
     Instantiated,
     /// Parameters and inputs can be set.
     Initialization,
-    /// Steps can be taken.
+    /// Steps can be taken: co-simulation.
     Stepping,
+    /// Discrete states and inputs can be changed: model exchange.
+    Event,
+    /// The host integrates: model exchange.
+    Continuous,
     /// Outputs can be read.
     Terminated,
     /// After an internal failure: only a reset or a saved state leads out.
     Failed,
+}
+
+/// What an instance was made for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Interface {
+    /// The instance has the solver.
+    CoSimulation,
+    /// The host has the solver.
+    ModelExchange,
 }
 
 /// The time of the host.
@@ -43,6 +57,8 @@ pub type Actuator = actuator::Actuator<Vec<f64>>;
 /// The state of an instance.
 #[derive(Debug, Clone)]
 pub struct InstanceState {
+    /// What the instance was made for.
+    pub interface: Interface,
     /// The phase.
     pub phase: Phase,
     /// The parameters.
@@ -53,13 +69,16 @@ pub struct InstanceState {
     pub level: InputLevel,
     /// The time.
     pub time: Time,
-    /// The actuator, from the end of the initialization on.
+    /// The actuator, from the end of the initialization on: co-simulation.
     pub actuator: Option<Box<Actuator>>,
+    /// The model, from the end of the initialization on: model exchange.
+    pub exchange: Option<Box<Exchange>>,
 }
 
 /// The serialised state, with the settings by value since the model is known.
 #[derive(Serialize, Deserialize)]
 struct Written<A> {
+    interface: Interface,
     phase: Phase,
     seed: u64,
     pwm: Pwm,
@@ -68,6 +87,7 @@ struct Written<A> {
     level: InputLevel,
     time: Time,
     actuator: Option<A>,
+    exchange: Option<Box<Exchange>>,
 }
 
 const MAGIC: &[u8; 8] = b"ActFMU\x00\x01";
@@ -78,12 +98,14 @@ impl InstanceState {
     /// The state right after the instantiation.
     pub fn new(settings: Settings) -> Self {
         Self {
+            interface: Interface::CoSimulation,
             phase: Phase::Instantiated,
             settings,
             inputs: Inputs::at_start(&settings),
             level: InputLevel::Position,
             time: Time::default(),
             actuator: None,
+            exchange: None,
         }
     }
 
@@ -104,6 +126,7 @@ impl InstanceState {
     /// ```
     pub fn to_bytes(&self, guid: &str) -> Result<Vec<u8>, String> {
         let written = Written {
+            interface: self.interface,
             phase: self.phase,
             seed: self.settings.seed,
             pwm: self.settings.pwm,
@@ -112,6 +135,7 @@ impl InstanceState {
             level: self.level,
             time: self.time,
             actuator: self.actuator.as_deref(),
+            exchange: self.exchange.clone(),
         };
         let body = postcard::to_stdvec(&written).map_err(|error| error.to_string())?;
         Ok([head(guid, &body).as_slice(), body.as_slice()].concat())
@@ -170,12 +194,14 @@ impl Written<Box<Actuator>> {
             set.map_err(|error| error.to_string())?;
         }
         Ok(InstanceState {
+            interface: self.interface,
             phase: self.phase,
             settings,
             inputs,
             level: self.level,
             time: self.time,
             actuator: self.actuator,
+            exchange: self.exchange,
         })
     }
 }

@@ -31,6 +31,7 @@ pub const UNITS: &[Unit] = &[
     unit("%", PCT, &[]),
     unit("deg", DEG, &[("rad", 1)]),
     unit("deg/s", DEG, &[("rad", 1), ("s", -1)]),
+    unit("deg/s^2", DEG, &[("rad", 1), ("s", -2)]),
     unit("rad/s", 1.0, &[("rad", 1), ("s", -1)]),
     unit("s", 1.0, &[("s", 1)]),
     unit("1/s", 1.0, &[("s", -1)]),

@@ -6,6 +6,8 @@ use model_core::actuator::{
 use model_core::control::parameters::ControlParameters;
 use model_core::parameter::{Parameter, Parameters};
 
+use crate::exchange::equations::Equations;
+
 /// The quantity of a variable.
 #[derive(Debug, Clone, Copy)]
 pub enum Quantity {
@@ -13,6 +15,12 @@ pub enum Quantity {
     Input(&'static Parameter),
     /// An output of the actuator.
     Output(fn(&Reading) -> f64),
+    /// A continuous state, by its index.
+    State(usize),
+    /// The derivative of the state of this index.
+    Derivative(usize),
+    /// The event indicator of this index.
+    Indicator(usize),
     /// The quantity of the command: the index of an [`InputLevel`].
     Level,
     /// A parameter, fixed from the end of the initialization on.
@@ -195,6 +203,73 @@ const BENCH_OUTPUTS: [Variable; 2] = [
     ),
 ];
 
+const STATES: [Variable; 3] = [
+    variable(
+        "state_angle_deg",
+        "deg",
+        "Continuous state: the angle.",
+        Quantity::State(0),
+    ),
+    variable(
+        "state_rate_deg_s",
+        "deg/s",
+        "Continuous state: the rate before a limit that follows it.",
+        Quantity::State(1),
+    ),
+    variable(
+        "state_integral_pct",
+        "%",
+        "Continuous state: the integrator of the rate loop.",
+        Quantity::State(2),
+    ),
+];
+
+const DERIVATIVES: [Variable; 3] = [
+    variable(
+        "derivative_angle_deg_s",
+        "deg/s",
+        "Derivative of the angle.",
+        Quantity::Derivative(0),
+    ),
+    variable(
+        "derivative_rate_deg_s2",
+        "deg/s^2",
+        "Derivative of the rate.",
+        Quantity::Derivative(1),
+    ),
+    variable(
+        "derivative_integral_pct_s",
+        "%/s",
+        "Derivative of the integrator.",
+        Quantity::Derivative(2),
+    ),
+];
+
+/// The event indicators: those of the hard stops, then those of the other limits.
+const INDICATORS: [Variable; 7] = {
+    const fn indicator(name: &'static str, meaning: &'static str, index: usize) -> Variable {
+        variable(name, "1", meaning, Quantity::Indicator(index))
+    }
+    const LIMIT: &str = "Event indicator of a limit of rate or duty.";
+    [
+        indicator(
+            "event_upper_stop",
+            "Event indicator of the upper hard stop.",
+            0,
+        ),
+        indicator(
+            "event_lower_stop",
+            "Event indicator of the lower hard stop.",
+            1,
+        ),
+        indicator("event_limit_1", LIMIT, 2),
+        indicator("event_limit_2", LIMIT, 3),
+        indicator("event_limit_3", LIMIT, 4),
+        indicator("event_limit_4", LIMIT, 5),
+        indicator("event_limit_5", LIMIT, 6),
+    ]
+};
+
 const BOARD_SWITCHES: [Variable; 2] = [
     variable("seed", "1", "Seed of all that is random.", Quantity::Seed),
     variable(
@@ -272,7 +347,29 @@ pub fn of(settings: &Settings) -> Vec<Variable> {
         variable(p.name, p.unit, p.meaning, quantity)
     }));
     list.extend(BOARD_SWITCHES.iter().filter(|_| is_board));
+    if let Some(equations) = Equations::of(settings) {
+        list.extend(&STATES[..equations.states()]);
+        list.extend(&DERIVATIVES[..equations.states()]);
+        list.extend(&INDICATORS[..equations.indicator_count()]);
+    }
     list
+}
+
+/// Refuses references of variables that a host cannot read within a step: all but outputs.
+///
+/// # Errors
+/// Names the variable.
+pub fn only_outputs(variables: &[Variable], references: &[u32]) -> Result<(), String> {
+    for reference in references {
+        let variable = variables.get(*reference as usize);
+        if !matches!(variable.map(|v| v.quantity), Some(Quantity::Output(_))) {
+            let name = variable.map_or("unknown", |v| v.name);
+            return Err(format!(
+                "the required intermediate variable {reference} is {name}, expected an output"
+            ));
+        }
+    }
+    Ok(())
 }
 
 #[cfg(test)]

@@ -10,6 +10,7 @@ import os
 import shutil
 import subprocess
 import tempfile
+import time as clock
 import unittest
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -17,6 +18,7 @@ from pathlib import Path
 import numpy as np
 from fmpy import extract, read_model_description, simulate_fmu
 from fmpy.fmi2 import FMU2Slave, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
+from fmpy.fmi3 import FMU3Slave, fmi3IntermediateUpdateCallback
 from fmpy.validation import validate_fmu
 
 PROGRAM = os.environ["ACTUATOR"]
@@ -100,6 +102,14 @@ class Instance:
     def close(self):
         self.fmu.terminate()
         self.fmu.freeInstance()
+
+
+def held_before(signal):
+    """The signal with each value until just before the next: FMPy interpolates inputs linearly."""
+    ends = signal[:-1].copy()
+    ends["time"] = signal["time"][1:] - 1e-7
+    both = np.concatenate([signal, ends])
+    return both[np.argsort(both["time"], kind="stable")]
 
 
 COMMANDS = np.random.default_rng(1).uniform(-90.0, 90.0, 100)
@@ -296,6 +306,73 @@ class Fmus(unittest.TestCase):
         for name in unit.outputs():
             self.assertEqual(two[name].tobytes(), three[name].tobytes(), name)
         self.assertGreater(np.ptp(three["angle_deg"]), 5.0)
+
+    def test_model_exchange_finds_the_angle_of_co_simulation_within_the_tolerance_of_the_solver(self):
+        # A command that is held for 20 ms: a step at each change, which FMPy makes an event.
+        times = np.repeat(np.arange(0.0, DURATION_S, 0.02), 2)[1:]
+        commands = np.repeat(COMMANDS[: len(times) // 2 + 1], 2)[: len(times)]
+        steps = np.array(list(zip(times, commands)), [("time", float), ("command_deg", float)])
+        held = steps[::2].copy()
+        choices = {
+            "black-box-1": [{}, {"position_limit_deg": 20.0}, {"host_period_s": 0.03}],
+            "black-box-2": [{}, {"rate_limit_form": 1.0}, {"rate_limit_form": 2.0}, {"position_limit_deg": 20.0}],
+            "grey-box": [{}, {"rate_limit_up_deg_s": 60.0}, {"position_limit_deg": 8.0}, {"delay_s": 0.0}],
+        }
+        for unit in self.units:
+            for start in choices.get(unit.model, []):
+                for version in (2, 3):
+                    with self.subTest(unit.model, version=version, **start):
+                        path = str(unit.path.with_suffix(f".{version}.exchange.fmu"))
+                        actuator("fmu", "--fmi", version, "--out", path, "--model", unit.model)
+                        run = functools.partial(
+                            simulate_fmu, path, stop_time=DURATION_S, output_interval=0.004,
+                            start_values=start, output=["angle_deg", "rate_deg_s"],
+                        )
+                        # Co-simulation takes a command at the step that begins with it.
+                        expected = run(fmi_type="CoSimulation", input=held_before(held))
+                        found = run(fmi_type="ModelExchange", input=steps, solver="CVode",
+                                    relative_tolerance=1e-8, record_events=False)
+                        np.testing.assert_allclose(found["time"], expected["time"], atol=1e-9)
+                        difference = np.abs(found["angle_deg"] - expected["angle_deg"])
+                        # Co-simulation gives the grey box a tick of torque at its stop, and
+                        # then takes the rate.
+                        has_stop = unit.model == "grey-box" and "position_limit_deg" in start
+                        self.assertLess(difference.max(), 0.01 if has_stop else 1e-4)
+                        self.assertGreater(np.ptp(found["angle_deg"]), 10.0)
+
+    def test_model_exchange_without_a_limit_is_the_solution_of_the_equation(self):
+        # p (c - theta) with c = 5 deg from 0.1 s on: 5 deg (1 - exp(-30 t)) after the delay.
+        unit = self.units[0]
+        signal = np.array([(0.0, 0.0), (0.1, 0.0), (0.1, 5.0), (1.0, 5.0)], [("time", float), ("command_deg", float)])
+        result = simulate_fmu(str(unit.path), fmi_type="ModelExchange", stop_time=0.6, output_interval=0.01,
+                              input=signal, output=["angle_deg"], relative_tolerance=1e-9, record_events=False)
+        after = np.maximum(result["time"] - 0.1 - 0.0175, 0.0)
+        np.testing.assert_allclose(result["angle_deg"], 5.0 * (1.0 - np.exp(-30.0 * after)), atol=1e-6)
+
+    @for_each_unit
+    def test_a_long_step_of_fmi_3_is_interrupted_and_shows_its_progress(self, unit):
+        path = str(unit.path.with_suffix(".early.fmu"))
+        actuator("fmu", "--fmi", "3", "--out", path, "--model", model_name(unit.model), *MODELS[unit.model])
+        description = read_model_description(path)
+        told = []
+
+        def update(environment, time, set_requested, get_allowed, finished, can_return_early, early, early_time):
+            told.append((time, clock.monotonic()))
+            if len(told) == 10:
+                early[0], early_time[0] = True, time
+
+        fmu = FMU3Slave(guid=description.guid, unzipDirectory=extract(path), instanceName="test",
+                        modelIdentifier=description.coSimulation.modelIdentifier)
+        fmu.instantiate(earlyReturnAllowed=True, intermediateUpdate=fmi3IntermediateUpdateCallback(update))
+        fmu.enterInitializationMode()
+        fmu.exitInitializationMode()
+        _, _, is_early, reached = fmu.doStep(0.0, 1e6)
+        self.assertTrue(is_early)
+        self.assertEqual(reached, told[-1][0])
+        self.assertLess(clock.monotonic() - told[-1][1], 0.2)
+        np.testing.assert_allclose([time for time, _ in told], np.arange(1, 11) * 0.1, atol=1e-9)
+        fmu.terminate()
+        fmu.freeInstance()
 
 
 if __name__ == "__main__":

@@ -15,6 +15,7 @@ const UPLOT_JS: &str = include_str!("../../../host-sim/assets/uplot/uPlot.iife.m
 const UPLOT_LICENSE: &str = include_str!("../../../host-sim/assets/uplot/LICENSE");
 const PAGE_CSS: &str = include_str!("../page/page.css");
 const CORE_JS: &str = include_str!("../page/core.js");
+const WORKER_JS: &str = include_str!("../page/worker.js");
 const CHARTS_JS: &str = include_str!("../page/charts.js");
 const CONTROLS_JS: &str = include_str!("../page/controls.js");
 const STATE_JS: &str = include_str!("../page/state.js");

@@ -1,15 +1,29 @@
 // Wrapper of the WebAssembly core: functions from text to text and numbers.
 
-async function loadCore(base64) {
-  const bytes = Uint8Array.from(atob(base64), c => c.charCodeAt(0));
-  const { instance: { exports: wasm } } = await WebAssembly.instantiate(bytes, {});
+async function compileCore(base64) {
+  return WebAssembly.compile(Uint8Array.from(atob(base64), c => c.charCodeAt(0)));
+}
 
-  const call = (name, request = '') => {
+// `module` is a compiled core. `run` and `follow` take a function `watch`, which is told the share
+// that is done every 0.1 s of the run, and ends the run by returning false.
+async function loadCore(module) {
+  let watching = null;
+  const page = { watch: share => watching(share) === false ? 0 : 1 };
+  const { exports: wasm } = await WebAssembly.instantiate(module, { page });
+
+  const call = (name, request = '', watch = () => true) => {
+    if (watching) throw new Error('the core is running');
     const text = new TextEncoder().encode(request);
     const place = wasm.text_in(text.length);
     if (!place) throw new Error('the request is too long');
     new Uint8Array(wasm.memory.buffer, place, text.length).set(text);
-    const code = wasm[name]();
+    let code;
+    try {
+      watching = watch;
+      code = wasm[name]();
+    } finally {
+      watching = null;
+    }
     const out = new Uint8Array(wasm.memory.buffer, wasm.text_out(), wasm.text_out_len());
     const answer = new TextDecoder().decode(out);
     if (code) throw Object.assign(new Error(answer), { code });
@@ -28,12 +42,12 @@ async function loadCore(base64) {
 
   return {
     catalogue,
-    run: request => trace(call('run', request)),
-    follow: (request, commands) => {
+    run: (request, watch) => trace(call('run', request, watch)),
+    follow: (request, commands, watch) => {
       const place = wasm.commands_in(commands.length);
       if (!place) throw new Error('there are too many commands');
       new Float64Array(wasm.memory.buffer, place, commands.length).set(commands);
-      return trace(call('follow', request));
+      return trace(call('follow', request, watch));
     },
     frequency: request => call('frequency', request),
   };

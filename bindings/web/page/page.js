@@ -14,7 +14,8 @@ const duration = longest_s => ({
   name: 'duration_s', symbol: '', unit: 's', default: NaN, min: 1e-3, max: longest_s, source: '',
   meaning: 'How long to run; as long as the input unless it is said.',
 });
-const EVERY_TICKS = 20, MOST_SHOWN = 30_000, REST_MS = 120;
+// A run that takes longer than `LONG_MS` is given up for a change.
+const EVERY_TICKS = 20, MOST_SHOWN = 30_000, REST_MS = 120, LONG_MS = 1000, PATIENCE_MS = 150;
 
 const setMessage = (id, text) => {
   by(id).hidden = !text;
@@ -22,13 +23,15 @@ const setMessage = (id, text) => {
 };
 
 class Page {
-  constructor(core) {
+  // `core` is a `RemoteCore`, `catalogue` what it answers to that.
+  constructor(core, catalogue) {
     this.core = core;
+    this.catalogue = catalogue;
     this.plots = new Plots();
     this.controls = [];
     this.pinned = null;
-    this.fill('model', core.catalogue.choices.map(c => [State.nameOf(c), NAMES[State.nameOf(c)], c.summary]));
-    this.fill('input', core.catalogue.inputs.map(i => [i.name, i.name, i.summary]));
+    this.fill('model', catalogue.choices.map(c => [State.nameOf(c), NAMES[State.nameOf(c)], c.summary]));
+    this.fill('input', catalogue.inputs.map(i => [i.name, i.name, i.summary]));
     this.listen();
     this.load();
   }
@@ -38,14 +41,14 @@ class Page {
   }
 
   // The state in the address, and the pinned one.
-  load() {
+  async load() {
     // The address needs no escapes, but mail programs add them.
     const plain = location.hash.slice(1).replace(/%[0-7][0-9a-f]/gi, decodeURIComponent);
     const [text, other] = plain.split('~');
-    this.state = new State(this.core.catalogue, text);
+    this.state = new State(this.catalogue, text);
     this.pinned = null;
     try {
-      if (other) this.pin(other);
+      if (other) await this.pin(other);
     } catch {
       // An invalid pinned run does not prevent the present one.
     }
@@ -62,7 +65,7 @@ class Page {
     by('preset').value = preset.name;
     by('input').value = input.name;
     for (const p of input.parameters) this.add(by('of-input'), `input.${p.name}`, p, INPUT[p.name]);
-    this.add(by('of-input'), 'duration_s', duration(this.core.catalogue.longest_s));
+    this.add(by('of-input'), 'duration_s', duration(this.catalogue.longest_s));
     for (const [title, ranges] of SHORT) {
       const known = Object.keys(ranges).map(name => choice.parameters.find(p => p.name === name)).filter(Boolean);
       if (!known.length) continue;
@@ -89,25 +92,51 @@ class Page {
     this.showControls();
     this.due ||= requestAnimationFrame(() => {
       this.due = 0;
-      clearTimeout(this.later);
-      const start = performance.now();
-      try {
-        this.trace = this.run(this.state);
-      } catch (error) {
-        setMessage('error', `Not run: ${error.message}.`);
-        document.body.dataset.state = 'refused';
-        return;
-      }
-      this.show(start, performance.now());
-      this.later = setTimeout(() => this.rest(), REST_MS);
+      this.simulate();
     });
+  }
+
+  // One run at a time: a change during a run is simulated after it.
+  async simulate() {
+    clearTimeout(this.later);
+    this.isWanted = true;
+    if (performance.now() - this.began > LONG_MS) this.core.cancel();
+    if (this.began !== undefined) return;
+    while (this.isWanted) {
+      this.isWanted = false;
+      await this.simulateOnce();
+    }
+  }
+
+  async simulateOnce() {
+    this.began = performance.now();
+    try {
+      this.trace = await this.run(this.state);
+      this.show(this.began, performance.now());
+      this.later = setTimeout(() => this.rest(), REST_MS);
+    } catch (error) {
+      if (!this.isWanted) this.refuse(error);
+    } finally {
+      this.began = undefined;
+      by('running').hidden = true;
+    }
+  }
+
+  refuse(error) {
+    const isCancelled = error instanceof Cancelled;
+    setMessage('error', isCancelled ? 'Cancelled: the plots show the last run.' : `Not run: ${error.message}.`);
+    document.body.dataset.state = isCancelled ? 'cancelled' : 'refused';
   }
 
   // Long runs are decimated to the resolution of a plot.
   run(state) {
-    const run = every => this.core.run(`${state}${state.values.has('every') ? '' : `&every=${every}`}`);
-    const trace = run(EVERY_TICKS), times = Math.ceil(trace.rows / MOST_SHOWN);
-    return times > 1 ? run(times * EVERY_TICKS) : trace;
+    const rows = state.values.has('every') ? '' : `&every=${EVERY_TICKS}&most_rows=${MOST_SHOWN}`;
+    const begin = performance.now();
+    return this.core.call('run', `${state}${rows}`, share => {
+      if (performance.now() - begin < PATIENCE_MS) return;
+      by('running').hidden = false;
+      by('progress').value = share;
+    });
   }
 
   show(start, computed) {
@@ -125,10 +154,19 @@ class Page {
     document.body.dataset.ms = (end - start).toFixed(1);
   }
 
+  // Whether another state is being simulated.
+  isChanged() { return this.due || this.began !== undefined; }
+
   // Slow updates, and those that browsers limit in rate, wait until no slider moves.
-  rest() {
+  async rest() {
     const start = performance.now();
-    this.bode = this.core.frequency(String(this.state));
+    try {
+      this.bode = await this.core.call('frequency', String(this.state));
+    } catch (error) {
+      if (!this.isChanged()) this.refuse(error);
+      return;
+    }
+    if (this.isChanged()) return;
     document.body.dataset.bodeMs = (performance.now() - start).toFixed(1);
     this.plots.frequency(this.bode, this.pinned);
     by('bode-note').textContent = onResponse(this.bode, +this.state.value('amplitude_deg', AMPLITUDE));
@@ -158,8 +196,10 @@ class Page {
     }
   }
 
-  pin(text) {
-    this.pinned = { text, trace: this.run(new State(this.core.catalogue, text)), bode: this.core.frequency(text) };
+  async pin(text) {
+    const [trace, bode] = await Promise.all([this.run(new State(this.catalogue, text)), this.core.call('frequency', text)]);
+    this.pinned = { text, trace, bode };
+    by('running').hidden = true;
   }
 
   save() {
@@ -188,15 +228,20 @@ class Page {
   }
 
   listen() {
-    const changing = (id, event, act, then) => by(id).addEventListener(event, () => {
-      act();
-      then.call(this);
+    const changing = (id, event, act, then) => by(id).addEventListener(event, async () => {
+      try {
+        await act();
+        then.call(this);
+      } catch (error) {
+        this.refuse(error);
+      }
     });
     changing('model', 'change', () => this.state.selectModel(by('model').value), this.rebuild);
     changing('preset', 'change', () => this.state.take(by('preset').value), this.refresh);
     changing('input', 'change', () => this.state.selectInput(by('input').value), this.rebuild);
     changing('reset', 'click', () => this.state.values.clear(), this.rebuild);
     changing('pin', 'click', () => this.pinned ? this.pinned = null : this.pin(String(this.state)), this.refresh);
+    by('cancel').addEventListener('click', () => this.core.cancel());
     by('csv').addEventListener('click', () => this.save());
     by('link').addEventListener('click', () => this.copy());
     addEventListener('hashchange', () => this.load());
@@ -209,7 +254,8 @@ class Page {
 
 async function start(base64) {
   try {
-    new Page(await loadCore(base64));
+    const core = new RemoteCore(await compileCore(base64));
+    new Page(core, await core.call('catalogue'));
   } catch (error) {
     setMessage('error', `The page does not run in this browser: ${error.message}`);
     throw error;

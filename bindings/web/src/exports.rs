@@ -4,11 +4,14 @@
 //! message. Text goes in through [`text_in`] and out through [`text_out`]; commands go in through
 //! [`commands_in`] and the trace out through [`trace`]. A pointer is good until the next call.
 //!
+//! The page provides one function, `watch`: its argument is the share of a run that is done, and it
+//! returns 0 to end the run.
+//!
 //! No input whatever traps: numbers are checked where they enter, and all lengths have a bound.
 
 #![allow(
     unsafe_code,
-    reason = "an exported name is an unsafe attribute; nothing else here is unsafe, no pointer is read"
+    reason = "exported names and the declaration of an imported function; no pointer is read"
 )]
 
 use std::cell::RefCell;
@@ -28,6 +31,23 @@ struct Session {
     text_out: String,
     commands: Vec<f64>,
     trace: Trace,
+}
+
+#[cfg(target_arch = "wasm32")]
+#[link(wasm_import_module = "page")]
+unsafe extern "C" {
+    /// The page's function: the share that is done, 0 to end the run.
+    safe fn watch(share: f64) -> i32;
+}
+
+/// Without a page every run goes on.
+#[cfg(not(target_arch = "wasm32"))]
+fn watch(_share: f64) -> i32 {
+    1
+}
+
+fn goes_on(share: f64) -> bool {
+    watch(share) != 0
 }
 
 thread_local! {
@@ -90,7 +110,9 @@ pub extern "C" fn catalogue() -> i32 {
 #[cfg_attr(target_arch = "wasm32", unsafe(no_mangle))]
 pub extern "C" fn run() -> i32 {
     with(|session| {
-        let trace = session.scenario().and_then(|scenario| run::run(&scenario));
+        let trace = session
+            .scenario()
+            .and_then(|scenario| run::run(&scenario, goes_on));
         session.keep(trace)
     })
 }
@@ -113,7 +135,7 @@ pub extern "C" fn commands_in(count: usize) -> *mut f64 {
 pub extern "C" fn follow() -> i32 {
     with(|session| {
         let trace = session.scenario();
-        let trace = trace.and_then(|scenario| run::follow(&scenario, &session.commands));
+        let trace = trace.and_then(|scenario| run::follow(&scenario, &session.commands, goes_on));
         session.keep(trace)
     })
 }

@@ -37,7 +37,7 @@ impl Figures {
     /// ```
     /// use actuator_web::{figures::Figures, run::run, scenario::Scenario};
     ///
-    /// let trace = run(&Scenario::parse("model=black-box-1").unwrap()).unwrap();
+    /// let trace = run(&Scenario::parse("model=black-box-1").unwrap(), |_| true).unwrap();
     /// // 72 deg at 240 deg/s: the lag of 30 rad/s takes over 8 deg below the command of 90 deg.
     /// let figures = Figures::of(&trace);
     /// assert!((figures.rise_s.unwrap() - 0.3).abs() < 0.01);
@@ -82,7 +82,7 @@ mod tests {
     use crate::{run::run, scenario::Scenario};
 
     fn traced(text: &str) -> Trace {
-        run(&Scenario::parse(text).unwrap()).unwrap()
+        run(&Scenario::parse(text).unwrap(), |_| true).unwrap()
     }
 
     #[test]

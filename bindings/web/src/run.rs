@@ -52,24 +52,45 @@ impl Trace {
     }
 }
 
+/// Is told the share of a run that is done, and returns whether to continue.
+pub type Watch = fn(share: f64) -> bool;
+
+/// Ticks between two calls of a [`Watch`], unless the rows are further apart: 0.1 s.
+const WATCH_TICKS: u64 = 2_000;
+
+/// Tells a watch of a row that begins at a tick, if it is due.
+///
+/// # Errors
+/// [`Error::Interrupted`].
+fn tell(watch: Watch, row: u64, rows: u64, every: u64) -> Result<(), Error> {
+    // The row is the first one after a multiple of the period.
+    let is_due = row > 0 && (row * every) % WATCH_TICKS < every;
+    if is_due && !watch(row as f64 / rows as f64) {
+        return Err(Error::Interrupted);
+    }
+    Ok(())
+}
+
 /// Runs a scenario on its own input.
 ///
 /// ```
 /// use actuator_web::{run::run, scenario::Scenario};
 ///
-/// let trace = run(&Scenario::parse("model=black-box-1&input.amplitude_deg=90").unwrap()).unwrap();
+/// let scenario = Scenario::parse("model=black-box-1&input.amplitude_deg=90").unwrap();
+/// let trace = run(&scenario, |_| true).unwrap();
 /// // 240 deg/s since 1.0175 s.
 /// assert!((trace.column("angle_deg")[1_100] - 240.0 * 0.0825).abs() < 1e-9);
 /// ```
 ///
 /// # Errors
-/// [`Error::Parameter`] for parameters that exclude each other.
-pub fn run(scenario: &Scenario) -> Result<Trace, Error> {
+/// [`Error::Parameter`] for parameters that exclude each other, [`Error::Interrupted`].
+pub fn run(scenario: &Scenario, watch: Watch) -> Result<Trace, Error> {
     let input = scenario.run.input.excitation()?;
     let mut actuator = Actuator::try_new(&scenario.run.settings)?;
     let mut trace = Trace::zeros(scenario.rows() as usize);
     for row in 0..trace.rows {
         let start = row as u64 * scenario.run.every;
+        tell(watch, row as u64, trace.rows as u64, scenario.run.every)?;
         let command = input.command(start).to_f64();
         trace.put(row, seconds(start), command, &actuator.reading());
         for tick in start..start + scenario.run.every {
@@ -84,7 +105,7 @@ pub fn run(scenario: &Scenario) -> Result<Trace, Error> {
 ///
 /// # Errors
 /// [`Error::TooLong`], [`Error::Command`] for one that is not finite, and those of [`run`].
-pub fn follow(scenario: &Scenario, commands_deg: &[f64]) -> Result<Trace, Error> {
+pub fn follow(scenario: &Scenario, commands_deg: &[f64], watch: Watch) -> Result<Trace, Error> {
     if commands_deg.len() as u64 > MOST_ROWS {
         return Err(Error::TooLong(format!(
             "{} commands, expected at most {MOST_ROWS}",
@@ -95,6 +116,7 @@ pub fn follow(scenario: &Scenario, commands_deg: &[f64]) -> Result<Trace, Error>
     let mut trace = Trace::zeros(commands_deg.len());
     for (row, command) in commands_deg.iter().enumerate() {
         let start = row as u64 * scenario.run.every;
+        tell(watch, row as u64, trace.rows as u64, scenario.run.every)?;
         trace.put(row, seconds(start), *command, &actuator.reading());
         let moved = actuator.advance(*command, scenario.run.every);
         moved.map_err(|_| Error::Command)?;
@@ -115,27 +137,60 @@ mod tests {
         for choice in ["model=black-box-2", "model=grey-box", "plant=bench"] {
             let text = format!("{choice}&input=3211&input.start_s=0.01&duration_s=0.5&every=1");
             let scenario = scenario(&text);
-            let trace = run(&scenario).unwrap();
-            assert_eq!(follow(&scenario, trace.column("command_deg")), Ok(trace));
+            let trace = run(&scenario, |_| true).unwrap();
+            assert_eq!(
+                follow(&scenario, trace.column("command_deg"), |_| true),
+                Ok(trace)
+            );
+        }
+    }
+
+    #[test]
+    fn a_run_is_interrupted_and_tells_the_share_that_is_done() {
+        // Every 0.1 s of 2 s, and every row where these are further apart.
+        for (every, shares) in [(20, 19), (2_000, 19), (4_000, 9), (1_500, 19)] {
+            let scenario = scenario(&format!("duration_s=2&every={every}"));
+            thread_local! {
+                static TOLD: std::cell::RefCell<Vec<f64>> = std::cell::RefCell::default();
+            }
+            let all: Watch = |share| {
+                TOLD.with_borrow_mut(|told| told.push(share));
+                true
+            };
+            run(&scenario, all).unwrap();
+            let told = TOLD.take();
+            assert_eq!(told.len(), shares, "{every}");
+            assert!(told.is_sorted() && told.iter().all(|share| (0.0..1.0).contains(share)));
+            let until_half: Watch = |share| share < 0.5;
+            assert_eq!(run(&scenario, until_half), Err(Error::Interrupted));
+            assert_eq!(
+                follow(&scenario, &[0.0; 5000], until_half),
+                Err(Error::Interrupted)
+            );
         }
     }
 
     #[test]
     fn a_command_that_is_no_number_is_refused() {
         let scenario = scenario("");
-        let refused = follow(&scenario, &[0.0, f64::NAN]);
+        let refused = follow(&scenario, &[0.0, f64::NAN], |_| true);
         assert_eq!(refused, Err(Error::Command));
     }
 
     #[test]
     fn too_many_commands_are_refused_before_anything_is_kept() {
         let commands = vec![0.0; MOST_ROWS as usize + 1];
-        assert_eq!(follow(&scenario(""), &commands).unwrap_err().code(), 4);
+        assert_eq!(
+            follow(&scenario(""), &commands, |_| true)
+                .unwrap_err()
+                .code(),
+            4
+        );
     }
 
     #[test]
     fn the_bench_shows_a_current_and_the_columns_have_their_names() {
-        let trace = run(&scenario("plant=bench")).unwrap();
+        let trace = run(&scenario("plant=bench"), |_| true).unwrap();
         assert_eq!(trace.rows(), 5000);
         assert!(trace.column("current_a").iter().any(|a| *a > 0.1));
         assert_eq!(trace.column("time_s")[4999], 4.999);

@@ -1,9 +1,9 @@
 //! What is run, from one line of text.
 //!
 //! The line is a list of `key=value` separated by `&`, as in the address of a page. The keys are
-//! the options of [`Request`]; `amplitude_deg` (of the frequency response); `input.NAME` for a
-//! parameter of the input; every other key is a parameter of the model. If a key occurs twice, the
-//! last value applies.
+//! the options of [`Request`]; `amplitude_deg` (of the frequency response); `most_rows`, beyond
+//! which rows are further apart than `every`; `input.NAME` for a parameter of the input; every
+//! other key is a parameter of the model. If a key occurs twice, the last value applies.
 
 use core::fmt;
 
@@ -11,11 +11,11 @@ use model_core::parameter::ParameterError;
 use model_core::scenario::{self, Request, ScenarioError};
 use model_core::time::{TICKS_PER_SECOND, ticks};
 
-/// The longest run, s: the page does not respond while it is computed.
-pub const LONGEST_S: f64 = 120.0;
+/// The longest run, s: a few seconds of a browser's time. A longer one is most likely a wrong unit.
+pub const LONGEST_S: f64 = 600.0;
 
-/// The most rows of a run: ten numbers each, 24 MB.
-pub const MOST_ROWS: u64 = 300_000;
+/// The most rows of a run: a row every 1 ms of the longest one, ten numbers each, 48 MB.
+pub const MOST_ROWS: u64 = 600_000;
 
 /// The amplitudes of a frequency response, deg.
 const AMPLITUDES_DEG: core::ops::RangeInclusive<f64> = 1e-3..=180.0;
@@ -31,6 +31,8 @@ pub enum Error {
     Command,
     /// The run is longer, or has more rows, than a page computes.
     TooLong(String),
+    /// The caller has ended the run.
+    Interrupted,
 }
 
 impl Error {
@@ -41,6 +43,7 @@ impl Error {
             Self::Parameter(_) => 2,
             Self::Command => 3,
             Self::TooLong(_) => 4,
+            Self::Interrupted => 5,
         }
     }
 }
@@ -49,6 +52,7 @@ impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Request(text) | Self::Parameter(text) | Self::TooLong(text) => f.write_str(text),
+            Self::Interrupted => f.write_str("the run was interrupted"),
             Self::Command => f.write_str("a command is not a finite number of degrees"),
         }
     }
@@ -98,11 +102,12 @@ impl Scenario {
     /// ```
     ///
     /// # Errors
-    /// Any but [`Error::Command`].
+    /// Any but [`Error::Command`] and [`Error::Interrupted`].
     pub fn parse(text: &str) -> Result<Self, Error> {
         let mut request = Request::default();
         request.parse("model", "board")?;
         let mut amplitude_deg = 1.0;
+        let mut most_rows = None;
         let mut parameters = Vec::new();
         for entry in text.split('&').filter(|entry| !entry.is_empty()) {
             let (key, value) = entry
@@ -110,6 +115,8 @@ impl Scenario {
                 .ok_or_else(|| Error::Request(format!("`{entry}` is not of the form key=value")))?;
             if key == "amplitude_deg" {
                 amplitude_deg = amplitude(number(key, value)?)?;
+            } else if key == "most_rows" {
+                most_rows = Some(rows_limit(value)?);
             } else if !request.parse(key, value)? {
                 parameters.push((key, number(key, value)?));
             }
@@ -119,6 +126,10 @@ impl Scenario {
         let mut run = scenario::Scenario::try_new(&request)?;
         for (name, value) in parameters {
             run.set(name, value)?;
+        }
+        if let Some(most) = most_rows {
+            let ticks = run.ticks()?.min(ticks(LONGEST_S));
+            run.every *= ticks.div_ceil(run.every.max(1)).div_ceil(most).max(1);
         }
         Ok(Self {
             run,
@@ -136,6 +147,16 @@ impl Scenario {
 fn number(key: &str, text: &str) -> Result<f64, Error> {
     let number = text.parse();
     number.map_err(|_| Error::Parameter(format!("{key} is `{text}`, expected a number")))
+}
+
+/// The number of rows of `most_rows`.
+fn rows_limit(text: &str) -> Result<u64, Error> {
+    let rows = text.parse().ok().filter(|rows| *rows > 0);
+    rows.ok_or_else(|| {
+        Error::Parameter(format!(
+            "most_rows is `{text}`, expected a whole number from 1"
+        ))
+    })
 }
 
 fn amplitude(value: f64) -> Result<f64, Error> {
@@ -220,8 +241,28 @@ mod tests {
         assert_eq!(refusal("duration_s=inf").0, 2);
         assert_eq!(refusal("every=0").0, 2);
         assert_eq!(refusal("duration_s=60&every=1").0, 4);
-        assert_eq!(refusal("duration_s=121").0, 4);
+        assert_eq!(refusal("duration_s=601").0, 4);
         assert_eq!(refusal("every=20001").0, 4);
+    }
+
+    #[test]
+    fn the_rows_of_a_long_run_are_so_far_apart_that_there_are_no_more_than_asked_for() {
+        let rows = |text: &str| {
+            let scenario = Scenario::parse(text).unwrap();
+            (scenario.run.every, scenario.rows())
+        };
+        assert_eq!(
+            rows("every=20&duration_s=600&most_rows=30000"),
+            (400, 30_000)
+        );
+        assert_eq!(
+            rows("every=20&duration_s=30.001&most_rows=30000"),
+            (40, 15_001)
+        );
+        assert_eq!(rows("every=20&duration_s=30&most_rows=30000"), (20, 30_000));
+        for text in ["most_rows=0", "most_rows=-1", "most_rows=1.5", "most_rows="] {
+            assert_eq!(refusal(text).0, 2, "{text}");
+        }
     }
 
     #[test]

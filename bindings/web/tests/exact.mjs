@@ -9,7 +9,7 @@ import { runInThisContext } from 'node:vm';
 const [page, actuator] = process.argv.slice(2);
 const [, base64] = readFileSync(page, 'utf8').match(/start\('([^']*)'\)/);
 const source = readFileSync(new URL('../page/core.js', import.meta.url), 'utf8');
-const core = await runInThisContext(`${source}\nloadCore`)(base64);
+const core = await runInThisContext(`${source}\nasync base64 => loadCore(await compileCore(base64))`)(base64);
 
 const TICKS = 30_000, TICK_S = 50e-6, HELD = 80;
 const directory = mkdtempSync(join(tmpdir(), 'actuator-exact-'));
@@ -89,6 +89,20 @@ try {
   assert.throws(() => core.follow('', [0, NaN]), { code: 3 });
   assert.throws(() => core.follow('', { length: 1e9 }), /too many/);
   assert.throws(() => core.run('x'.repeat(1e6)), /too long/);
+
+  // Progress is told, and a run ends at once where that is asked for.
+  const shares = [], long = 'plant=bench&duration_s=60&every=20';
+  const watched = core.run(long, share => { shares.push(share); });
+  assert.equal(shares.length, 599);
+  assert.ok(shares.every((share, i) => Math.abs(share - (i + 1) / 600) < 1e-12));
+  assert.deepEqual(core.run(long), watched);
+  let asked;
+  assert.throws(() => core.run(long, share => {
+    asked ??= performance.now();
+    assert.throws(() => core.run(''), /running/);
+    return share < 0.01;
+  }), { code: 5 });
+  assert.ok(performance.now() - asked < 200);
 
   // Both ends of every range: a refused value gives an error code, a trap does not.
   const ends = ({ name, min, max }, prefix = '') => [min, max ?? 'inf'].map(value => `${prefix}${name}=${value}`);

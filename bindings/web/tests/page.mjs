@@ -111,6 +111,26 @@ try {
     page.isClean();
   }
 
+  {
+    // A long run shows its progress, leaves the page responsive, and is cancelled at once.
+    const page = await browser.open(`${url}#model=board&plant=bench&duration_s=600`);
+    await page.until("!document.getElementById('running').hidden");
+    const progress = async () => +await page.evaluate("document.getElementById('progress').value");
+    const first = await progress();
+    await page.until(`document.getElementById('progress').value > ${first}`);
+    await page.evaluate("window.clicked = performance.now(); document.getElementById('cancel').click()");
+    await page.until("document.body.dataset.state === 'cancelled' && document.getElementById('running').hidden && (window.ended ??= performance.now())");
+    const taken = await page.evaluate('String(window.ended - window.clicked)');
+    console.log(`cancelled at ${(100 * first).toFixed(0)} % within ${(+taken).toFixed(0)} ms`);
+    assert.ok(+taken < 200, 'within a fifth of a second');
+    assert.match(await page.evaluate("document.getElementById('error').textContent"), /Cancelled/);
+    // The next run is not behind the cancelled one.
+    await page.evaluate("{ const e = document.getElementById('input'); e.value = 'sine'; e.dispatchEvent(new Event('change')); }");
+    await page.until(READY);
+    assert.equal(await page.evaluate("document.getElementById('error').hidden ? 'hidden' : 'shown'"), 'hidden');
+    assert.deepEqual(page.complaints, []);
+  }
+
   for (const input of ['chirp', 'log-chirp', 'sine', 'ramp', 'doublet', 'prbs', 'multisine']) {
     const page = await visit(`#model=board&input=${input}`, {});
     assert.equal(await page.text('error'), '', input);

@@ -20,7 +20,7 @@ pub use kind::{ModelKind, PlantKind};
 pub use reading::Reading;
 pub use settings::Settings;
 pub use stepped::Actuator;
-pub use stepped_core::ActuatorCore;
+pub use stepped_core::{ActuatorCore, demand};
 
 #[cfg(test)]
 mod tests;

@@ -181,6 +181,25 @@ impl ActuatorCore {
         }
     }
 
+    /// The continuous states of a black box or a grey box: angle, deg, rate, deg/s, and integrator
+    /// of the rate loop, %; 0 for those that the model does not have. The board has none.
+    pub fn continuous_state(&self) -> [f64; 3] {
+        match &self.model {
+            Model::BlackBox1(model) => [model.angle_deg(), 0.0, 0.0],
+            Model::BlackBox2(model) => {
+                let [angle_deg, rate_deg_s] = model.state();
+                [angle_deg, rate_deg_s, 0.0]
+            }
+            Model::GreyBox(model) => model.state(),
+            Model::FirstOrder(_) | Model::Drivetrain(_) => [0.0; 3],
+        }
+    }
+
+    /// The command that has arrived, in the unit of its quantity.
+    pub fn arrived(&self) -> f64 {
+        self.arrived
+    }
+
     /// The outputs at this instant, before the next step.
     pub fn reading(&self) -> Reading {
         let arrived = self.arrived;
@@ -209,7 +228,7 @@ impl ActuatorCore {
 }
 
 /// The command of a grey box, which has no voltage.
-pub(super) fn demand(level: InputLevel, value: f64) -> Demand {
+pub fn demand(level: InputLevel, value: f64) -> Demand {
     match level {
         InputLevel::Position => Demand::Angle(value),
         InputLevel::Rate => Demand::Rate(value),

@@ -38,6 +38,11 @@ pub struct BlackBox1 {
 }
 
 impl BlackBox1 {
+    /// The angle, deg.
+    pub(crate) fn angle_deg(&self) -> f64 {
+        self.angle_deg
+    }
+
     /// Sets the angle, deg.
     pub(crate) fn place(&mut self, angle_deg: f64) {
         self.angle_deg = angle_deg;
@@ -70,15 +75,21 @@ impl BlackBox1 {
 impl BlackBox1Parameters {
     /// Steady angle for a command.
     #[inline]
-    fn target_deg(&self, command_deg: f64) -> f64 {
+    pub fn target_deg(&self, command_deg: f64) -> f64 {
         self.gain * command_deg + self.offset_deg
+    }
+
+    /// Rate at an angle before its limits, for a target.
+    #[inline]
+    pub fn unlimited_rate_deg_s(&self, target_deg: f64, angle_deg: f64) -> f64 {
+        self.pole_rad_s * (target_deg - angle_deg)
     }
 
     /// Rate at an angle, for a target.
     #[inline]
-    fn rate_deg_s(&self, target_deg: f64, angle_deg: f64) -> f64 {
+    pub fn rate_deg_s(&self, target_deg: f64, angle_deg: f64) -> f64 {
         within(
-            self.pole_rad_s * (target_deg - angle_deg),
+            self.unlimited_rate_deg_s(target_deg, angle_deg),
             -self.rate_limit_down_deg_s,
             self.rate_limit_up_deg_s,
         )

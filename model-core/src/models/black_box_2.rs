@@ -60,6 +60,11 @@ pub struct BlackBox2 {
 }
 
 impl BlackBox2 {
+    /// Angle, deg, and state of the rate integrator, deg/s.
+    pub(crate) fn state(&self) -> [f64; 2] {
+        [self.angle_deg, self.rate_deg_s]
+    }
+
     /// Sets the angle, deg.
     pub(crate) fn place(&mut self, angle_deg: f64) {
         self.angle_deg = angle_deg;
@@ -92,7 +97,7 @@ impl BlackBox2 {
 
 impl BlackBox2Parameters {
     /// The selected form; the range of the parameter is checked in `try_new`.
-    fn form(&self) -> RateLimitForm {
+    pub fn form(&self) -> RateLimitForm {
         match self.rate_limit_form {
             0.0 => RateLimitForm::LimitedIntegrator,
             1.0 => RateLimitForm::LimitedFeedback,
@@ -100,8 +105,9 @@ impl BlackBox2Parameters {
         }
     }
 
+    /// The rate after its limits.
     #[inline]
-    fn limited(&self, rate_deg_s: f64) -> f64 {
+    pub fn limited(&self, rate_deg_s: f64) -> f64 {
         within(
             rate_deg_s,
             -self.rate_limit_down_deg_s,
@@ -111,7 +117,7 @@ impl BlackBox2Parameters {
 
     /// Derivative of angle and rate.
     #[inline]
-    fn derivative(
+    pub fn derivative(
         &self,
         form: RateLimitForm,
         target_deg: f64,

@@ -78,15 +78,15 @@ pub enum Demand {
 }
 
 /// Output of the controller.
-struct Control {
+pub struct Control {
     /// Rate after the limit, `ws`.
-    limited_rate_deg_s: f64,
+    pub limited_rate_deg_s: f64,
     /// Rate error, `e`.
-    error_deg_s: f64,
+    pub error_deg_s: f64,
     /// Duty before the limit, `v`.
-    demand_pct: f64,
+    pub demand_pct: f64,
     /// Duty, `u`.
-    duty_pct: f64,
+    pub duty_pct: f64,
 }
 
 impl GreyBox {
@@ -123,7 +123,8 @@ impl GreyBox {
         &self.parameters
     }
 
-    fn state(&self) -> [f64; 3] {
+    /// Angle, deg, motor rate before the limit, deg/s, and integrator of the rate loop, %.
+    pub(crate) fn state(&self) -> [f64; 3] {
         [self.angle_deg, self.rate_deg_s, self.integral_pct]
     }
 
@@ -149,8 +150,9 @@ impl GreyBox {
 }
 
 impl GreyBoxParameters {
+    /// The controller's output at an angle, a rate and an integrator.
     #[inline]
-    fn control(&self, command: Demand, [angle, rate, integral]: [f64; 3]) -> Control {
+    pub fn control(&self, command: Demand, [angle, rate, integral]: [f64; 3]) -> Control {
         let limited_rate_deg_s =
             within(rate, -self.rate_limit_down_deg_s, self.rate_limit_up_deg_s);
         let rate_command_deg_s = match command {
@@ -178,7 +180,7 @@ impl GreyBoxParameters {
 
     /// Derivative of angle, rate and integrator.
     #[inline]
-    fn derivative(&self, command: Demand, state: [f64; 3]) -> [f64; 3] {
+    pub fn derivative(&self, command: Demand, state: [f64; 3]) -> [f64; 3] {
         let [_, rate, _] = state;
         let control = self.control(command, state);
         let motor_gain = if control.duty_pct > 0.0 {

@@ -112,6 +112,7 @@ mod tests {
         let mut component = Component {
             instance: Instance::new(scenario::choices().next().unwrap()),
             reporter: Reporter::new(&callbacks, c"test"),
+            updates: None,
         };
         let c = &raw mut component;
         // SAFETY: the component is valid, and the test uses it alone.

@@ -5,6 +5,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::ptr::null_mut;
 
 use super::call::{call, elements};
+use super::exchange::MODEL_EXCHANGE;
 use super::report::Reporter;
 use super::types::{Boolean, CallbackFunctions, Component, Status};
 use crate::description::ERROR_CATEGORY;
@@ -46,9 +47,11 @@ pub unsafe extern "C" fn fmi2Instantiate(
     let name = unsafe { text(instanceName) };
     let reporter = Reporter::new(&callbacks, name.unwrap_or(c""));
     let made = catch_unwind(AssertUnwindSafe(|| {
-        if fmuType != CO_SIMULATION {
-            return Err("fmuType is not fmi2CoSimulation, expected that".to_owned());
-        }
+        let make = match fmuType {
+            CO_SIMULATION => |settings| Ok(Instance::new(settings)),
+            MODEL_EXCHANGE => Instance::for_exchange,
+            _ => return Err(format!("fmuType is {fmuType}, expected 0 or 1")),
+        };
         if name.is_none_or(CStr::is_empty) {
             return Err("instanceName is missing or empty".to_owned());
         }
@@ -56,11 +59,15 @@ pub unsafe extern "C" fn fmi2Instantiate(
         let (guid, resources) = unsafe { (text(fmuGUID), text(fmuResourceLocation)) };
         let guid = guid.ok_or("fmuGUID is null")?.to_string_lossy();
         let resources = resources.map(CStr::to_string_lossy);
-        identity::find(&guid, resources.as_deref()).map(Instance::new)
+        identity::find(&guid, resources.as_deref()).and_then(make)
     }));
     let why = match made {
         Ok(Ok(instance)) => {
-            return Box::into_raw(Box::new(Component { instance, reporter }));
+            return Box::into_raw(Box::new(Component {
+                instance,
+                reporter,
+                updates: None,
+            }));
         }
         Ok(Err(why)) => why,
         Err(_) => "an internal error".to_owned(),

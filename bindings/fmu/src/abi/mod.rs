@@ -1,4 +1,4 @@
-//! The C interface of FMI 2.0 for co-simulation.
+//! The C interface of FMI 2.0.
 //!
 //! Function names, argument types and their meaning are those of `fmi2Functions.h` of the standard.
 //! Every function except the first two takes a component and returns a status. No panic leaves a
@@ -21,6 +21,7 @@
 )]
 
 pub(crate) mod call;
+pub(crate) mod exchange;
 pub(crate) mod lifecycle;
 pub(crate) mod report;
 pub(crate) mod states;
@@ -28,6 +29,7 @@ mod status;
 mod types;
 mod values;
 
+pub use exchange::*;
 pub use lifecycle::*;
 pub use states::*;
 pub use status::*;

@@ -3,6 +3,7 @@
 use std::ffi::{c_char, c_int, c_uint, c_void};
 
 use super::report::Reporter;
+use crate::abi3::step::IntermediateUpdates;
 use crate::instance::Instance;
 
 /// `fmi2Boolean`: 0 is false.
@@ -71,4 +72,6 @@ pub struct CallbackFunctions {
 pub struct Component {
     pub(crate) instance: Instance,
     pub(crate) reporter: Reporter,
+    /// The intermediate updates of a host of FMI 3.0 that asks for them.
+    pub(crate) updates: Option<IntermediateUpdates>,
 }

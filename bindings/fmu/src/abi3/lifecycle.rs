@@ -5,12 +5,15 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::ptr::null_mut;
 
 use super::Boolean;
-use crate::abi::call::{call, place};
+use super::step::{IntermediateUpdateCallback, IntermediateUpdates};
+use crate::abi::call::{call, elements};
 use crate::abi::lifecycle::text;
 use crate::abi::report::Reporter;
 use crate::abi::{Component, MessageLogger, Status, fmi2FreeInstance, fmi2SetDebugLogging};
 use crate::identity;
 use crate::instance::Instance;
+use crate::variables;
+use model_core::actuator::Settings;
 
 /// The version of the standard.
 #[unsafe(no_mangle)]
@@ -39,63 +42,103 @@ pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
     _visible: Boolean,
     _loggingOn: Boolean,
     eventModeUsed: Boolean,
-    _earlyReturnAllowed: Boolean,
-    _requiredIntermediateVariables: *const u32,
+    earlyReturnAllowed: Boolean,
+    requiredIntermediateVariables: *const u32,
     nRequiredIntermediateVariables: usize,
     instanceEnvironment: *mut c_void,
     logMessage: Option<MessageLogger>,
-    _intermediateUpdate: *const c_void,
+    intermediateUpdate: Option<IntermediateUpdateCallback>,
 ) -> *mut Component {
     let reporter = Reporter::of_messages(logMessage, instanceEnvironment);
-    let made = catch_unwind(AssertUnwindSafe(|| {
+    let make = || {
         // SAFETY: null or strings.
-        let (name, token, resources) = unsafe {
-            (
-                text(instanceName),
-                text(instantiationToken),
-                text(resourcePath),
+        let settings = unsafe { found(instanceName, instantiationToken, resourcePath)? };
+        if eventModeUsed != 0 {
+            return Err("there is no event mode".to_owned());
+        }
+        // SAFETY: a pointer from the host with its count.
+        let required = unsafe {
+            elements(
+                requiredIntermediateVariables,
+                nRequiredIntermediateVariables,
+                "requiredIntermediateVariables",
             )
         };
-        if name.is_none_or(CStr::is_empty) {
-            return Err("instanceName is missing or empty".to_owned());
-        }
-        if eventModeUsed != 0 || nRequiredIntermediateVariables != 0 {
-            return Err("there is no event mode and no intermediate update".to_owned());
-        }
-        let token = token.ok_or("instantiationToken is null")?.to_string_lossy();
-        let resources = resources.map(CStr::to_string_lossy);
-        identity::find(&token, resources.as_deref()).map(Instance::new)
-    }));
-    let why = match made {
+        let required = required.map_err(|refusal| refusal.message)?;
+        variables::only_outputs(&variables::of(&settings), required)?;
+        Ok(Instance::new(settings))
+    };
+    let updates = intermediateUpdate.map(|callback| IntermediateUpdates {
+        callback,
+        environment: instanceEnvironment,
+        can_return_early: earlyReturnAllowed != 0,
+    });
+    made("fmi3InstantiateCoSimulation", reporter, updates, make)
+}
+
+/// The settings of an instantiation token.
+///
+/// # Safety
+/// The pointers are null or lead to strings.
+unsafe fn found(
+    name: *const c_char,
+    token: *const c_char,
+    resources: *const c_char,
+) -> Result<Settings, String> {
+    // SAFETY: by the contract.
+    let (name, token, resources) = unsafe { (text(name), text(token), text(resources)) };
+    if name.is_none_or(CStr::is_empty) {
+        return Err("instanceName is missing or empty".to_owned());
+    }
+    let token = token.ok_or("instantiationToken is null")?.to_string_lossy();
+    let resources = resources.map(CStr::to_string_lossy);
+    identity::find(&token, resources.as_deref())
+}
+
+/// The component of an instance; null with a message if there is none.
+fn made(
+    function: &str,
+    reporter: Reporter,
+    updates: Option<IntermediateUpdates>,
+    make: impl FnOnce() -> Result<Instance, String>,
+) -> *mut Component {
+    let why = match catch_unwind(AssertUnwindSafe(make)) {
         Ok(Ok(instance)) => {
-            return Box::into_raw(Box::new(Component { instance, reporter }));
+            return Box::into_raw(Box::new(Component {
+                instance,
+                reporter,
+                updates,
+            }));
         }
         Ok(Err(why)) => why,
         Err(_) => "an internal error".to_owned(),
     };
-    let message = format!("fmi3InstantiateCoSimulation: {why}");
-    reporter.report(Status::Error, &message);
+    reporter.report(Status::Error, &format!("{function}: {why}"));
     null_mut()
 }
 
-/// Refused: the FMU is for co-simulation.
+/// Creates an instance of a continuous model, which the host integrates; null with a message for
+/// the board and for invalid arguments.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3InstantiateModelExchange(
-    _instanceName: *const c_char,
-    _instantiationToken: *const c_char,
-    _resourcePath: *const c_char,
+    instanceName: *const c_char,
+    instantiationToken: *const c_char,
+    resourcePath: *const c_char,
     _visible: Boolean,
     _loggingOn: Boolean,
     instanceEnvironment: *mut c_void,
     logMessage: Option<MessageLogger>,
 ) -> *mut Component {
     let reporter = Reporter::of_messages(logMessage, instanceEnvironment);
-    let message = "fmi3InstantiateModelExchange: the FMU is for co-simulation";
-    reporter.report(Status::Error, message);
-    null_mut()
+    let make = || {
+        // SAFETY: null or strings.
+        let settings = unsafe { found(instanceName, instantiationToken, resourcePath)? };
+        Instance::for_exchange(settings)
+    };
+    made("fmi3InstantiateModelExchange", reporter, None, make)
 }
 
-/// Refused: the FMU is for co-simulation.
+/// Refused: there is no scheduled execution.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3InstantiateScheduledExecution(
     _instanceName: *const c_char,
@@ -110,7 +153,7 @@ pub unsafe extern "C" fn fmi3InstantiateScheduledExecution(
     _unlockPreemption: *const c_void,
 ) -> *mut Component {
     let reporter = Reporter::of_messages(logMessage, instanceEnvironment);
-    let message = "fmi3InstantiateScheduledExecution: the FMU is for co-simulation";
+    let message = "fmi3InstantiateScheduledExecution: there is no scheduled execution";
     reporter.report(Status::Error, message);
     null_mut()
 }
@@ -165,33 +208,4 @@ pub unsafe extern "C" fn fmi3Reset(instance: *mut Component) -> Status {
     };
     // SAFETY: an instance from the host.
     unsafe { call(instance, "fmi3Reset", body) }
-}
-
-/// Steps from one communication point to the next. There are no events and no early returns.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3DoStep(
-    instance: *mut Component,
-    currentCommunicationPoint: f64,
-    communicationStepSize: f64,
-    _noSetFMUStatePriorToCurrentPoint: Boolean,
-    eventHandlingNeeded: *mut Boolean,
-    terminateSimulation: *mut Boolean,
-    earlyReturn: *mut Boolean,
-    lastSuccessfulTime: *mut f64,
-) -> Status {
-    let body = |instance: &mut Instance| {
-        // SAFETY: pointers from the host.
-        unsafe {
-            *place(eventHandlingNeeded, "eventHandlingNeeded")? = 0;
-            *place(terminateSimulation, "terminateSimulation")? = 0;
-            *place(earlyReturn, "earlyReturn")? = 0;
-            *place(lastSuccessfulTime, "lastSuccessfulTime")? = instance.now_s();
-        }
-        instance.step(currentCommunicationPoint, communicationStepSize)?;
-        // SAFETY: as above.
-        unsafe { *place(lastSuccessfulTime, "lastSuccessfulTime")? = instance.now_s() };
-        Ok(())
-    };
-    // SAFETY: an instance from the host.
-    unsafe { call(instance, "fmi3DoStep", body) }
 }

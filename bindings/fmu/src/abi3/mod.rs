@@ -1,4 +1,4 @@
-//! The C interface of FMI 3.0 for co-simulation.
+//! The C interface of FMI 3.0.
 //!
 //! Function names, argument types and their meaning are those of `fmi3Functions.h` of the standard.
 //! Instances, variables and their value references are those of FMI 2.0, see [`crate::abi`]; the
@@ -16,13 +16,17 @@
     reason = "the standard's names, and the safety section above holds for every function"
 )]
 
+mod exchange;
 mod lifecycle;
 mod states;
+pub(crate) mod step;
 mod unsupported;
 mod values;
 
+pub use exchange::*;
 pub use lifecycle::*;
 pub use states::*;
+pub use step::*;
 pub use unsupported::*;
 pub use values::*;
 

@@ -37,10 +37,6 @@ refused! {
     fmi3GetIntervalDecimal, fmi3GetIntervalFraction, fmi3GetShiftDecimal, fmi3GetShiftFraction,
     fmi3SetIntervalDecimal, fmi3SetIntervalFraction, fmi3SetShiftDecimal, fmi3SetShiftFraction,
     fmi3ActivateModelPartition: "there is no clock";
-    fmi3EnterEventMode, fmi3EnterStepMode, fmi3EvaluateDiscreteStates, fmi3UpdateDiscreteStates:
-        "there is no event mode";
-    fmi3EnterContinuousTimeMode, fmi3CompletedIntegratorStep, fmi3SetTime,
-    fmi3SetContinuousStates, fmi3GetContinuousStateDerivatives, fmi3GetEventIndicators,
-    fmi3GetContinuousStates, fmi3GetNominalsOfContinuousStates, fmi3GetNumberOfEventIndicators,
-    fmi3GetNumberOfContinuousStates: "the FMU is for co-simulation";
+    fmi3EnterStepMode: "there is no event mode in co-simulation";
+    fmi3EvaluateDiscreteStates: "there are no discrete states to evaluate";
 }

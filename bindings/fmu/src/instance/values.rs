@@ -11,8 +11,19 @@ use model_core::parameter::Parameters;
 const READABLE: &[Phase] = &[
     Phase::Initialization,
     Phase::Stepping,
+    Phase::Event,
+    Phase::Continuous,
     Phase::Terminated,
     Phase::Failed,
+];
+
+/// The phases in which inputs can be set.
+const WRITABLE: &[Phase] = &[
+    Phase::Instantiated,
+    Phase::Initialization,
+    Phase::Stepping,
+    Phase::Event,
+    Phase::Continuous,
 ];
 
 /// A value of any type.
@@ -34,6 +45,10 @@ impl Value {
             Self::Boolean(_) => Type::Boolean,
         }
     }
+}
+
+fn of(values: Vec<f64>, index: usize) -> Value {
+    Value::Real(values.get(index).copied().unwrap_or_default())
 }
 
 /// The writable part of the state.
@@ -71,8 +86,12 @@ impl Instance {
         for reference in references {
             self.variable(*reference, of_type)?;
         }
-        let actuator = self.state.actuator.as_deref();
-        let reading = actuator.map_or(Reading::default(), |actuator| actuator.reading());
+        let (settings, now_s) = (&self.state.settings, self.state.time.now_s);
+        let reading = match (&self.state.actuator, &self.state.exchange) {
+            (Some(actuator), _) => actuator.reading(),
+            (None, Some(exchange)) => exchange.reading(settings, now_s),
+            (None, None) => Reading::default(),
+        };
         for (place, reference) in references.iter().enumerate() {
             let variable = self.variable(*reference, of_type)?;
             take(place, self.value(variable, &reading));
@@ -85,6 +104,9 @@ impl Instance {
         match variable.quantity {
             Quantity::Output(of) => Value::Real(of(reading)),
             Quantity::Input(parameter) => Value::Real(self.state.inputs.named(parameter)),
+            Quantity::State(index) => of(self.evaluation().states, index),
+            Quantity::Derivative(index) => of(self.evaluation().derivatives, index),
+            Quantity::Indicator(index) => of(self.evaluation().indicators, index),
             Quantity::Level => Value::Integer(self.state.level as i32),
             Quantity::Parameter(parameter) | Quantity::Gain(parameter) => {
                 let mut values = settings.values();
@@ -103,7 +125,7 @@ impl Instance {
     /// For references of another type, variables that cannot be written in this phase, and values
     /// out of range; the message names the variable.
     pub fn write(&mut self, values: impl IntoIterator<Item = (u32, Value)>) -> Result<()> {
-        self.expect(&[Phase::Instantiated, Phase::Initialization, Phase::Stepping])?;
+        self.expect(WRITABLE)?;
         let mut draft = Draft {
             settings: self.state.settings,
             inputs: self.state.inputs,
@@ -122,6 +144,10 @@ impl Instance {
                 )
                 .into());
             }
+            let is_of_event = matches!(variable.quantity, Quantity::Gain(_) | Quantity::Level);
+            if is_of_event && self.state.phase == Phase::Continuous {
+                return Err(format!("{} changes at events only", variable.name).into());
+            }
             draft.write(variable, value)?;
         }
         let controller = |settings: &Settings| (settings.control, settings.grey_box);
@@ -130,6 +156,17 @@ impl Instance {
         {
             let tuned = actuator.retune(&draft.settings);
             tuned.map_err(|error| error.to_string())?;
+        }
+        let now_s = self.state.time.now_s;
+        if let Some(exchange) = &mut self.state.exchange {
+            if draft.settings.grey_box != self.state.settings.grey_box {
+                let checked = draft.settings.grey_box.check();
+                checked.map_err(|error| error.to_string())?;
+                exchange.retune(&self.state.settings, &draft.settings, now_s);
+            }
+            if self.state.phase == Phase::Continuous {
+                exchange.set_command(now_s, draft.inputs.command(draft.level));
+            }
         }
         (self.state.settings, self.state.inputs) = (draft.settings, draft.inputs);
         self.state.level = draft.level;
@@ -169,7 +206,7 @@ impl Draft {
                     Pwm::Average
                 };
             }
-            _ => return Err(format!("{name} is an output and cannot be set").into()),
+            _ => return Err(format!("{name} is calculated and cannot be set").into()),
         }
         Ok(())
     }

@@ -2,6 +2,7 @@
 #![allow(missing_docs, reason = "a test")]
 #![allow(unsafe_code, reason = "the interface is one of C")]
 
+mod exchange;
 mod host;
 mod misuse;
 mod states;

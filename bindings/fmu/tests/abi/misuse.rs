@@ -41,7 +41,7 @@ fn an_instantiation_that_does_not_fit_gives_null_and_says_why() {
     );
     assert!(refused(name, CO_SIMULATION, wrong, Some(c"file:///nowhere")).contains("nowhere"));
     assert!(refused(name, CO_SIMULATION, null(), None).contains("fmuGUID is null"));
-    assert!(refused(name, 0, guid, None).contains("fmi2CoSimulation"));
+    assert!(refused(name, 2, guid, None).contains("fmuType is 2, expected 0 or 1"));
     // SAFETY: null is allowed.
     unsafe {
         assert!(fmi2Instantiate(name, 1, guid, null(), null(), 0, 0).is_null());

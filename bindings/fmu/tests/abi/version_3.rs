@@ -4,6 +4,7 @@ use std::ffi::{CStr, CString, c_char, c_void};
 use std::ptr::{null, null_mut};
 use std::sync::Mutex;
 
+use actuator_fmu::abi3::Boolean;
 use actuator_fmu::{abi::*, abi3::*, description, variables};
 use model_core::{actuator::Settings, scenario};
 
@@ -46,7 +47,7 @@ fn instance(token: &str, has_events: bool, messages: &Messages) -> *mut Componen
             0,
             std::ptr::from_ref(messages).cast_mut().cast(),
             Some(log),
-            null(),
+            None,
         )
     }
 }
@@ -150,8 +151,8 @@ fn what_the_fmu_does_not_have_is_refused_with_a_reason() {
     let two = [0.0; 2];
     // SAFETY: valid pointers; a component that this thread uses alone.
     unsafe {
-        assert_eq!(fmi3EnterEventMode(c), Status::Error);
-        assert!(told().contains("fmi3EnterEventMode: there is no event mode"));
+        assert_eq!(fmi3EnterStepMode(c), Status::Error);
+        assert!(told().contains("fmi3EnterStepMode: there is no event mode"));
         assert_eq!(fmi3GetFloat32(c), Status::Error);
         assert!(told().contains("no variable is of this type"));
         assert_eq!(fmi3SetFloat64(c, &0, 1, two.as_ptr(), 2), Status::Error);
@@ -161,4 +162,163 @@ fn what_the_fmu_does_not_have_is_refused_with_a_reason() {
         fmi3FreeInstance(c);
         fmi3FreeInstance(null_mut());
     }
+}
+
+/// What a host is told, and when it asks for an early end.
+struct Updates {
+    c: *mut Component,
+    angle: u32,
+    times_s: Vec<f64>,
+    angles_deg: Vec<f64>,
+    ask_at_s: f64,
+    end_at_s: f64,
+}
+
+unsafe extern "C" fn update(
+    environment: *mut c_void,
+    time_s: f64,
+    set_requested: Boolean,
+    get_allowed: Boolean,
+    finished: Boolean,
+    can_return_early: Boolean,
+    early_return: *mut Boolean,
+    early_time_s: *mut f64,
+) {
+    assert_eq!((set_requested, get_allowed, finished), (0, 1, 1));
+    // SAFETY: the pointers are from the test and from `fmi3DoStep`.
+    unsafe {
+        let updates = &mut *environment.cast::<Updates>();
+        updates.times_s.push(time_s);
+        updates.angles_deg.push(get(updates.c, updates.angle));
+        if time_s >= updates.ask_at_s {
+            assert_eq!(can_return_early, 1);
+            (*early_return, *early_time_s) = (1, updates.end_at_s);
+        }
+    }
+}
+
+/// A host with updates, initialized, with a command of 60 deg.
+fn updated(settings: &Settings, is_early_allowed: bool, updates: &mut Updates) -> *mut Component {
+    let token = CString::new(description::guid(settings)).unwrap();
+    updates.angle = reference(settings, "angle_deg");
+    // SAFETY: strings and updates live long enough; the component is used by this thread alone.
+    unsafe {
+        updates.c = fmi3InstantiateCoSimulation(
+            c"host".as_ptr(),
+            token.as_ptr(),
+            null(),
+            0,
+            0,
+            0,
+            is_early_allowed.into(),
+            &updates.angle,
+            1,
+            std::ptr::from_mut(updates).cast(),
+            None,
+            Some(update),
+        );
+        assert!(!updates.c.is_null());
+        fmi3EnterInitializationMode(updates.c, 0, 0.0, 0.0, 0, 0.0);
+        fmi3ExitInitializationMode(updates.c);
+        fmi3SetFloat64(updates.c, &reference(settings, "command_deg"), 1, &60.0, 1);
+    }
+    updates.c
+}
+
+fn updates(ask_at_s: f64, end_at_s: f64) -> Updates {
+    Updates {
+        c: null_mut(),
+        angle: 0,
+        times_s: Vec::new(),
+        angles_deg: Vec::new(),
+        ask_at_s,
+        end_at_s,
+    }
+}
+
+fn step_early(c: *mut Component, point_s: f64, step_s: f64) -> (bool, f64) {
+    let (mut flags, mut reached_s) = ([7_u8; 3], f64::NAN);
+    let [events, ends, early] = &mut flags;
+    // SAFETY: valid pointers.
+    let status = unsafe { fmi3DoStep(c, point_s, step_s, 1, events, ends, early, &mut reached_s) };
+    assert_eq!((status, flags[0], flags[1]), (Status::Ok, 0, 0));
+    (flags[2] == 1, reached_s)
+}
+
+#[test]
+fn a_long_step_tells_its_progress_and_gives_the_bits_of_short_ones() {
+    for settings in scenario::choices() {
+        for is_early_allowed in [false, true] {
+            let mut told = updates(f64::INFINITY, 0.0);
+            let c = updated(&settings, is_early_allowed, &mut told);
+            assert_eq!(step_early(c, 0.0, 0.55), (false, 0.55));
+            assert_eq!(told.times_s.len(), 5);
+            let host = Host::initialized(&settings);
+            host.set("command_deg", 60.0);
+            for (number, (time_s, angle_deg)) in
+                told.times_s.iter().zip(&told.angles_deg).enumerate()
+            {
+                assert!((time_s - 0.1 * (number + 1) as f64).abs() < 1e-9);
+                host.step(0.1 * number as f64, 0.1);
+                assert_eq!(angle_deg.to_bits(), host.get("angle_deg").to_bits());
+            }
+            host.step(0.5, 0.05);
+            assert_eq!(
+                get(c, told.angle).to_bits(),
+                host.get("angle_deg").to_bits()
+            );
+            // SAFETY: not used again.
+            unsafe { fmi3FreeInstance(c) };
+        }
+    }
+}
+
+#[test]
+fn a_host_ends_a_step_early_now_or_at_a_later_time_and_goes_on_from_there() {
+    let settings = scenario::choices().last().unwrap();
+    // The time that is asked for, and the one that is reached: one that has passed is now.
+    for (end_at_s, reached_s) in [
+        (0.0, 0.3),
+        (0.3, 0.3),
+        (f64::NAN, 0.3),
+        (0.333, 0.333),
+        (0.45, 0.45),
+    ] {
+        let mut told = updates(0.25, end_at_s);
+        let c = updated(&settings, true, &mut told);
+        let (is_early, last_s) = step_early(c, 0.0, 1e5);
+        assert!(
+            is_early && (last_s - reached_s).abs() < 1e-9,
+            "{end_at_s} {last_s}"
+        );
+        told.ask_at_s = f64::INFINITY;
+        assert!(!step_early(c, last_s, 1.0 - last_s).0);
+        let host = Host::initialized(&settings);
+        host.set("command_deg", 60.0);
+        host.step(0.0, 1.0);
+        assert_eq!(
+            get(c, told.angle).to_bits(),
+            host.get("angle_deg").to_bits()
+        );
+        // SAFETY: not used again.
+        unsafe { fmi3FreeInstance(c) };
+    }
+    // An end after that of the step changes nothing.
+    let mut told = updates(0.25, 9.0);
+    let c = updated(&settings, true, &mut told);
+    assert_eq!(step_early(c, 0.0, 0.5), (false, 0.5));
+    // SAFETY: not used again.
+    unsafe { fmi3FreeInstance(c) };
+}
+
+#[test]
+fn a_host_that_wants_to_read_more_than_outputs_within_a_step_is_refused() {
+    let settings = scenario::choices().next().unwrap();
+    let variables = variables::of(&settings);
+    for name in ["command_deg", "delay_s"] {
+        let refused = variables::only_outputs(&variables, &[reference(&settings, name)]);
+        assert!(refused.unwrap_err().contains(name));
+    }
+    assert!(variables::only_outputs(&variables, &[u32::MAX]).is_err());
+    assert!(variables::only_outputs(&variables, &[reference(&settings, "rate_deg_s")]).is_ok());
 }
