@@ -11,6 +11,8 @@
 //! | 6 | node-ID, 0, bit rate in kbit/s |
 //! | 7 | CRC-32 of the words before it |
 
+use canopen::BitRate;
+
 use crate::header::{CRC, Version};
 
 /// Words of a record.
@@ -93,6 +95,27 @@ impl Bus {
         node_id: 1,
         kbit_s: 1000,
     };
+
+    /// A bit rate of the actuator board, kbit/s.
+    ///
+    /// ```
+    /// use bootloader::Bus;
+    /// use canopen::BitRate;
+    ///
+    /// assert_eq!(Bus::kbit_s_of(BitRate::Kbit250), Some(250));
+    /// ```
+    #[must_use]
+    pub const fn kbit_s_of(bit_rate: BitRate) -> Option<u16> {
+        match bit_rate {
+            BitRate::Kbit1000 => Some(1000),
+            BitRate::Kbit500 => Some(500),
+            BitRate::Kbit250 => Some(250),
+            BitRate::Kbit125 => Some(125),
+            // The CAN controller's clock of 42 MHz is no multiple of 800 kHz; telemetry at 250 Hz
+            // takes 100 kbit/s.
+            _ => None,
+        }
+    }
 
     const fn word(self) -> u32 {
         (self.kbit_s as u32) << 16 | self.node_id as u32

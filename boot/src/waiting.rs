@@ -6,9 +6,10 @@
 //! | 1F51h:1 | program control: reads 0, stopped; 1 installs and starts, 3 clears the staging |
 //! | 1F56h:1 | identity of the image in the staging area; 0 for none |
 //! | 1F57h:1 | flash status: the error of the last download in bits 1 to 7, [`FlashStatus`] |
+//! | 2104h | as in the program: identity and bytes of an image that was broken off, next offset |
 //!
-//! The server is that of the crate `canopen`, with these and the mandatory objects. LSS stores the
-//! node-ID in the log; a program that starts later writes its own there.
+//! The server is that of the crate `canopen`, with these and the mandatory objects. LSS stores
+//! node-ID and bit rate in the log; a program that starts later writes its own there.
 
 use core::task::Poll;
 
@@ -18,6 +19,7 @@ use canopen::{Abort, Application, BitRate, NodeId};
 use crate::{
     check::header_of,
     flash::{Flash, FlashError},
+    header::HEADER_SIZE,
     install::Bootloader,
     log,
     record::{Bus, State},
@@ -46,6 +48,10 @@ const ENTRIES: &[Entry] = &[
     Entry::new(0x1F56, 1, DataType::U32, Access::Read),
     Entry::new(0x1F57, 0, DataType::U8, Access::Const).value(ONE),
     Entry::new(0x1F57, 1, DataType::U32, Access::Read),
+    Entry::new(0x2104, 0, DataType::U8, Access::Const).value(3),
+    Entry::new(0x2104, 1, DataType::U32, Access::Read),
+    Entry::new(0x2104, 2, DataType::U32, Access::Read),
+    Entry::new(0x2104, 3, DataType::U32, Access::ReadWrite),
 ];
 
 /// The objects of the bootloader.
@@ -75,7 +81,14 @@ pub struct Waiting<'a, F, V> {
     /// Bytes of a word that is not complete, and their number.
     word: [u8; 4],
     count: usize,
+    /// Where in the image the download began, and where the next one begins.
+    offset: u32,
+    next_offset: u32,
+    /// Bytes of the image in the staging area, whole words.
+    written: u32,
     is_requested: bool,
+    /// A bit rate that LSS has set, kbit/s.
+    bit_rate_kbit_s: Option<u16>,
 }
 
 impl<'a, F: Flash, V: Verifier> Waiting<'a, F, V> {
@@ -87,7 +100,11 @@ impl<'a, F: Flash, V: Verifier> Waiting<'a, F, V> {
             status: FlashStatus::Good,
             word: [u8::MAX; 4],
             count: 0,
+            offset: 0,
+            next_offset: 0,
+            written: 0,
             is_requested: false,
+            bit_rate_kbit_s: None,
         }
     }
 
@@ -96,11 +113,36 @@ impl<'a, F: Flash, V: Verifier> Waiting<'a, F, V> {
         self.is_requested
     }
 
+    /// The bit rate to switch to, kbit/s, once.
+    pub fn take_bit_rate(&mut self) -> Option<u16> {
+        self.bit_rate_kbit_s.take()
+    }
+
     fn capacity(&self) -> u32 {
         self.bootloader.layout.slot.size()
     }
 
+    /// Identity of the image of which there is the beginning or all; 0 for none.
+    fn kept(&self) -> u32 {
+        if self.written < HEADER_SIZE {
+            return 0;
+        }
+        let staging = &self.bootloader.layout.staging;
+        let header = header_of(self.bootloader.flash, staging);
+        header.map_or(0, |header| header.identity())
+    }
+
+    fn set_next_offset(&mut self, offset: u32) -> Result<(), Abort> {
+        if offset != 0 && (offset != self.written || self.kept() == 0) {
+            return Err(Abort::Value);
+        }
+        self.next_offset = offset;
+        Ok(())
+    }
+
     fn clear(&mut self, length: u32) -> Result<(), Abort> {
+        self.written = 0;
+        self.next_offset = 0;
         let staging = self.bootloader.layout.staging;
         let erased = self.bootloader.erase(&staging, length);
         self.noted(erased)
@@ -152,6 +194,9 @@ impl<F: Flash, V: Verifier> Application for Waiting<'_, F, V> {
                 staged.map_or(0, |header| header.identity()).into()
             }
             (0x1F57, 1) => (self.status as u64) << 1,
+            (0x2104, 1) => self.kept().into(),
+            (0x2104, 2) => self.written.into(),
+            (0x2104, 3) => self.next_offset.into(),
             _ => return Err(Abort::NoObject),
         })
     }
@@ -162,24 +207,31 @@ impl<F: Flash, V: Verifier> Application for Waiting<'_, F, V> {
             (0x1F51, 1) => self.start(),
             (0x1F51, 3) => self.clear(self.capacity()),
             (0x1F51, _) => Err(Abort::Value),
+            (0x2104, offset) => self.set_next_offset(offset as u32),
             _ => Err(Abort::NoObject),
         }
     }
 
     fn domain_begin(&mut self, _: Address, size: Option<u32>) -> Result<(), Abort> {
-        let length = size.unwrap_or(self.capacity());
-        if length > self.capacity() {
+        let offset = core::mem::take(&mut self.next_offset);
+        let room = self.capacity().saturating_sub(offset);
+        let length = size.unwrap_or(room);
+        if length > room {
             return Err(Abort::TooLong);
         }
         self.status = FlashStatus::Good;
         self.word = [u8::MAX; 4];
         self.count = 0;
-        self.clear(length)
+        self.offset = offset;
+        if offset == 0 {
+            self.clear(length)?;
+        }
+        Ok(())
     }
 
     fn domain_write(&mut self, _: Address, offset: u32, data: &[u8]) -> Result<(), Abort> {
         let start = self.bootloader.layout.staging.start();
-        for (at, byte) in (offset..).zip(data) {
+        for (at, byte) in (self.offset.saturating_add(offset)..).zip(data) {
             if at >= self.capacity() {
                 return Err(Abort::TooLong);
             }
@@ -189,6 +241,7 @@ impl<F: Flash, V: Verifier> Application for Waiting<'_, F, V> {
             self.count += 1;
             if self.count == self.word.len() {
                 self.write_word(start.saturating_add(at & !3))?;
+                self.written = at.saturating_add(1);
             }
         }
         Ok(())
@@ -198,27 +251,37 @@ impl<F: Flash, V: Verifier> Application for Waiting<'_, F, V> {
         let start = self.bootloader.layout.staging.start();
         let ended = match self.count {
             0 => Ok(()),
-            _ => self.write_word(start.saturating_add(size & !3)),
+            _ => self.write_word(start.saturating_add(self.offset.saturating_add(size) & !3)),
         };
         let checked = ended.and_then(|()| {
             self.bootloader.check_staged().map_err(|_| {
                 self.status = FlashStatus::NoValidProgram;
+                self.written = 0;
                 Abort::Value
             })
         });
         Poll::Ready(checked)
     }
 
-    /// The bit rate is not changed here: LSS refuses to configure it.
+    fn supports_bit_rate(&self, bit_rate: BitRate) -> bool {
+        Bus::kbit_s_of(bit_rate).is_some()
+    }
+
+    fn set_bit_rate(&mut self, bit_rate: BitRate) {
+        self.bit_rate_kbit_s = Bus::kbit_s_of(bit_rate);
+    }
+
     fn store_lss(
         &mut self,
         node_id: Option<NodeId>,
-        _: Option<BitRate>,
+        bit_rate: Option<BitRate>,
     ) -> Poll<Result<(), Abort>> {
         let state = self.bootloader.state();
         let bus = Bus {
             node_id: node_id.map_or(state.bus.node_id, NodeId::get),
-            ..state.bus
+            kbit_s: bit_rate
+                .and_then(Bus::kbit_s_of)
+                .unwrap_or(state.bus.kbit_s),
         };
         let records = &self.bootloader.layout.records;
         let next = State { bus, ..state };

@@ -130,7 +130,8 @@ pub trait Application {
     fn write(&mut self, address: Address, value: u64) -> Result<(), Abort>;
 
     /// Whether objects marked [`guarded`](crate::dictionary::Entry::guarded) are write-protected
-    /// now. A drive returns whether it is enabled.
+    /// now, and LSS does not change a node-ID and a bit rate that are configured. A drive returns
+    /// whether it is enabled.
     fn guarded(&self) -> bool {
         false
     }

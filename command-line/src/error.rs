@@ -70,8 +70,7 @@ impl Error {
         }
         eprintln!("error: {self}");
         ExitCode::from(match self {
-            Self::Bus(error) if error.is_refusal() => 3,
-            Self::Update(error) if error.is_refusal() => 3,
+            refusal if refusal.is_refusal() => 3,
             Self::Update(UpdateError::Hardware { .. }) => 2,
             Self::Update(_) => 1,
             Self::Bus(error) if error.is_at_limit() => 4,
@@ -81,6 +80,15 @@ impl Error {
             Self::Simulator(SimulatorError::Read { .. } | SimulatorError::Write(_)) => 1,
             _ => 2,
         })
+    }
+
+    /// Whether the actuator has refused.
+    pub fn is_refusal(&self) -> bool {
+        match self {
+            Self::Bus(error) => error.is_refusal(),
+            Self::Update(error) => error.is_refusal(),
+            _ => false,
+        }
     }
 
     /// Whether the reader of standard output has closed it, which is not an error.

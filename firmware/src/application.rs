@@ -24,6 +24,7 @@
 //! protect, change the state, regulate, make the compare value of the duty.
 
 mod back_emf_stop;
+mod control_state;
 mod requests;
 mod stopping;
 
@@ -36,6 +37,8 @@ pub use crate::interface::{
     BoardState, Bridge, BusState, CommandSource, Outputs, Refused, Request, Samples, Scan,
     Telemetry,
 };
+
+pub(crate) use self::control_state::ControlState;
 
 use self::{
     back_emf_stop::{BackEmfStop, Voltages},

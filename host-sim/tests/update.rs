@@ -69,6 +69,8 @@ struct Board {
     answers: VecDeque<CanFrame>,
     frames: usize,
     loses: usize,
+    /// Frames to the board until the bus is cut.
+    cut_after: usize,
     now_us: u64,
 }
 
@@ -91,6 +93,7 @@ fn program(identity: u32) -> Running {
         capacity: STM32F427.slot.size(),
         outcome: Outcome::None,
         is_confirmed: true,
+        staged: None,
     });
     Running::Program(Box::new(device))
 }
@@ -118,6 +121,7 @@ impl Board {
             answers: VecDeque::new(),
             frames: 0,
             loses,
+            cut_after: usize::MAX,
             now_us: 0,
         };
         board.collect();
@@ -163,6 +167,9 @@ impl Board {
 
 impl Link for Board {
     fn send(&mut self, frame: &CanFrame) -> io::Result<()> {
+        if self.frames >= self.cut_after {
+            return Err(io::ErrorKind::BrokenPipe.into());
+        }
         self.frames += 1;
         // The first frame of a block is never lost, nor the last: the protocol has a time-out for
         // these.
@@ -236,6 +243,54 @@ fn a_program_that_runs_takes_the_image_of_the_next_one() {
         matches!(rolled_back, Err(UpdateError::RolledBack(5))),
         "{rolled_back:?}"
     );
+}
+
+/// The bus is cut at each part of the download; afterwards the client is started again, once before
+/// the node has noticed and once after.
+#[test]
+fn an_update_that_was_cut_off_continues_where_it_ended() {
+    let image = image(ACTUATOR_BOARD);
+    let header = Header::read(&image).expect("an image");
+    let mut continued = 0;
+    for cut_after in (0..800).step_by(60) {
+        for pause_periods in [0, 300] {
+            for is_waiting in [false, true] {
+                let mut board = if is_waiting {
+                    Board::waiting(usize::MAX, header.identity())
+                } else {
+                    Board::of(program(OLD), usize::MAX, header.identity())
+                };
+                board.cut_after = cut_after;
+                let cut = update(&mut board, 5, (&header, &image), &mut |_| {});
+                let cut = cut.expect_err("the bus is cut");
+                assert!(!cut.is_refusal(), "{cut}");
+                (board.cut_after, board.frames) = (usize::MAX, 0);
+                for _ in 0..pause_periods {
+                    assert!(!board.step());
+                }
+                board.answers.clear();
+                let mut told = Vec::new();
+                let mut progress = |bytes| told.push(bytes);
+                update(&mut board, 5, (&header, &image), &mut progress).expect("the rest");
+                let staged: Vec<u8> = board.staged.iter().flat_map(|w| w.to_le_bytes()).collect();
+                // The bootloader has checked the image.
+                assert!(
+                    is_waiting || staged == image,
+                    "cut after {cut_after} frames"
+                );
+                assert!(matches!(board.running, Running::Program(_)));
+                assert_eq!(told.last(), Some(&image.len()));
+                let segments = image.len().div_ceil(7);
+                if cut_after > 300 {
+                    continued += 1;
+                    // The other frames are requests before and after the download.
+                    let saved = segments.saturating_sub(board.frames);
+                    assert!(saved + 60 > cut_after.min(segments), "{saved}, {cut_after}");
+                }
+            }
+        }
+    }
+    assert!(continued > 30, "{continued}");
 }
 
 #[test]

@@ -113,13 +113,14 @@ fn the_whole_tick_stays_below_3200_instructions_over_a_minute() {
     assert!(tick <= sum && sum < MOST_INSTRUCTIONS, "{tick}, {sum}");
 
     // DWT counts cycles of the core's clock, and an instruction takes one cycle on the emulator.
-    // The board counts from the end of `gather` to just before its return.
+    // The board counts from the end of `gather` until the duty is set; it then keeps what the step
+    // was given and has computed.
     let own = u64::from(finished.script.longest);
     let (step, gather) = ("DMA2_STREAM0", "gather");
     let around = range(&finished.spans[step]).1 - own;
     println!("longest step by the board's own DWT: {own} cycles, {around} around it");
     assert!(
-        (range(&finished.spans[gather]).0..200).contains(&around),
+        (range(&finished.spans[gather]).0..300).contains(&around),
         "{around}"
     );
 }
@@ -206,7 +207,7 @@ const MODES: [u8; 4] = [1, 3, 8, 9];
 
 /// Instructions of a tick in which a mode decelerates: the velocity from which the axis still stops
 /// at a target or before a limit takes a root and divisions of 64 bits.
-const WITH_A_STOP: u64 = 3_500;
+const WITH_A_STOP: u64 = 3_600;
 
 /// Each mode of operation for a second: set-points to and fro, velocities into both position
 /// limits, and changes of mode while the shaft turns.
@@ -236,7 +237,7 @@ fn modes(tick: u64) -> Vec<Frame> {
 }
 
 #[test]
-fn no_mode_of_operation_takes_a_tick_beyond_3500_instructions() {
+fn no_mode_of_operation_takes_a_tick_beyond_3600_instructions() {
     let options = Options {
         probes: INTERRUPTS.map(|(name, _)| name.to_owned()).into(),
         ..Options::for_ms(4 * (100 + 5 * 250))

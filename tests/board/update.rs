@@ -1,6 +1,6 @@
 //! Updates by the bootloader on the emulated board.
 
-use board_tests::frames::{Frame, from_wire, sdo, to_wire};
+use board_tests::frames::{Frame, from_wire, sdo, standard, to_wire};
 use board_tests::slots::{
     FAST, MARK, NEW, OLD, image, installed, program, requested, run_boot, slot_holds,
 };
@@ -185,6 +185,103 @@ fn a_board_without_a_program_takes_an_image_over_the_bus_and_runs_it() {
     let script = finished.script;
     assert_eq!(script.step, 4, "{:?}", script.received.last());
     assert_eq!(script.marks.order(), [NEW]);
+}
+
+/// An LSS master that sets a waiting bootloader to 250 kbit/s, has it store that, and interrupts
+/// its supply.
+#[derive(Debug, Default)]
+struct Slower {
+    /// Time of the first boot-up, ns.
+    start_ns: Option<u64>,
+    step: usize,
+    /// Frames that the node sent at the first and at the second bit rate.
+    received: [Vec<Frame>; 2],
+}
+
+impl Slower {
+    /// What to send through which port, at these times after the boot-up, ms.
+    const REQUESTS: [(u64, usize, [u8; 4]); 4] = [
+        (5, 0, [0x04, 1, 0, 0]),
+        (10, 0, [0x13, 0, 3, 0]),
+        (15, 0, [0x15, 20, 0, 0]),
+        (100, 1, [0x17, 0, 0, 0]),
+    ];
+
+    /// The master leaves the first bit rate, and the supply is cut, at these times, ms.
+    const SWITCH_MS: u64 = 25;
+    const CUT_MS: u64 = 200;
+    const END_MS: u64 = 600;
+}
+
+impl Script for Slower {
+    fn at_edge(&mut self, _: &mut View<'_>) -> Flow {
+        Flow::Continue
+    }
+
+    fn at_poll(&mut self, view: &mut View<'_>) -> Flow {
+        let now_ns = view.now_ns();
+        let now_ms = self
+            .start_ns
+            .map_or(0, |start| (now_ns - start) / 1_000_000);
+        let is_slow = now_ms >= Self::SWITCH_MS;
+        for (number, received) in self.received.iter_mut().enumerate() {
+            let Some(port) = view.port(number) else {
+                return Flow::End;
+            };
+            port.is_silent = (number == 1) != is_slow;
+            let frames = port.take_received();
+            received.extend(frames.iter().map(|(_, frame)| from_wire(frame)));
+        }
+        if self.start_ns.is_none() && !self.received[0].is_empty() {
+            self.start_ns = Some(now_ns);
+        }
+        match Self::REQUESTS.get(self.step) {
+            Some((at_ms, number, bytes)) if now_ms >= *at_ms => {
+                let [a, b, c, d] = *bytes;
+                let frame = standard(0x7e5, &[a, b, c, d, 0, 0, 0, 0]);
+                if let Some(port) = view.port(*number) {
+                    port.send(now_ns, to_wire(&frame));
+                }
+                self.step += 1;
+            }
+            None if now_ms >= Self::CUT_MS && self.step == Self::REQUESTS.len() => {
+                self.step += 1;
+                view.plan(Planned {
+                    trigger: Trigger::At { ns: now_ns },
+                    for_ns: Some(2_000_000),
+                    fault: Fault::PowerLoss,
+                });
+            }
+            _ => {}
+        }
+        if now_ms < Self::END_MS {
+            Flow::Continue
+        } else {
+            Flow::End
+        }
+    }
+}
+
+#[test]
+fn a_waiting_bootloader_changes_its_bit_rate_by_lss_and_starts_with_it_again() {
+    let options = Options {
+        ports_bit_s: vec![1_000_000, 250_000],
+        flash_times: FAST,
+        ..Options::for_ms(2_000)
+    };
+    let finished = run_boot(options, Slower::default());
+    let [fast, slow] = finished.script.received;
+    let lss = |frames: &[Frame]| -> Vec<[u8; 8]> {
+        let frames = frames.iter().filter(|frame| frame.raw_id().0 == 0x7e4);
+        frames.map(|frame| frame.bytes()).collect()
+    };
+    assert_eq!(lss(&fast), [[0x13, 0, 0, 0, 0, 0, 0, 0]]);
+    assert_eq!(lss(&slow), [[0x17, 0, 0, 0, 0, 0, 0, 0]]);
+    let boot_ups = |frames: &[Frame]| {
+        let is_boot_up = |frame: &&Frame| frame.raw_id().0 == 0x701 && frame.bytes()[0] == 0;
+        frames.iter().filter(is_boot_up).count()
+    };
+    assert_eq!([boot_ups(&fast), boot_ups(&slow)], [1, 1]);
 }
 
 /// Cuts the supply in one operation of an update after the other, and lets the board recover.

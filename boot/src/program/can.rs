@@ -1,6 +1,5 @@
 //! CAN1, polled.
 
-use bootloader::Bus;
 use canopen::CanFrame;
 use stm32f4xx_hal::pac::{self, CAN1, GPIOD, RCC};
 
@@ -24,8 +23,8 @@ const FUNCTIONS: u32 = 0x99;
 pub struct Can(CAN1);
 
 impl Can {
-    /// Joins the bus with the bit rate of the board, and receives all frames.
-    pub fn join(can: CAN1, rcc: &RCC, pins: &GPIOD, bus: Bus) -> Self {
+    /// Joins the bus with this bit rate, and receives all frames.
+    pub fn join(can: CAN1, rcc: &RCC, pins: &GPIOD, kbit_s: u16) -> Self {
         rcc.ahb1enr().modify(|_, w| w.gpioden().set_bit());
         rcc.apb1enr().modify(|_, w| w.can1en().set_bit());
         // The registers respond after two cycles (ES0206, section 2.2.13): a read takes longer.
@@ -36,19 +35,6 @@ impl Can {
                 .modify(|r, w| w.bits(r.bits() & !0xff | FUNCTIONS));
             pins.moder().modify(|r, w| w.bits(r.bits() & !0xf | MODES));
         }
-        can.mcr().write(|w| {
-            w.sleep().clear_bit().inrq().set_bit();
-            w.abom().set_bit().txfp().set_bit().rflm().set_bit()
-        });
-        while can.msr().read().inak().bit_is_clear() {}
-        let bit_rate = u32::from(bus.kbit_s) * 1000;
-        let prescaler = CAN_HZ.checked_div(QUANTA * bit_rate).unwrap_or(3) as u16;
-        // SAFETY: the fields hold one less than these numbers.
-        can.btr().write(|w| unsafe {
-            w.brp().bits(prescaler.saturating_sub(1));
-            w.ts1().bits(SEGMENT_1 - 1).ts2().bits(SEGMENT_2 - 1);
-            w.sjw().bits(JUMP_WIDTH - 1)
-        });
         // One filter with a mask of zeros: all frames go to FIFO 0.
         if let Some(bank) = can.fb_iter().next() {
             // SAFETY: any bits make a filter.
@@ -64,8 +50,28 @@ impl Can {
             can.fa1r().write(|w| w.bits(1));
         }
         can.fmr().modify(|_, w| w.finit().clear_bit());
+        let can = Self(can);
+        can.set_bit_rate(kbit_s);
+        can
+    }
+
+    /// Leaves the bus and joins it with this bit rate.
+    pub fn set_bit_rate(&self, kbit_s: u16) {
+        let can = &self.0;
+        can.mcr().write(|w| {
+            w.sleep().clear_bit().inrq().set_bit();
+            w.abom().set_bit().txfp().set_bit().rflm().set_bit()
+        });
+        while can.msr().read().inak().bit_is_clear() {}
+        let bit_rate = u32::from(kbit_s) * 1000;
+        let prescaler = CAN_HZ.checked_div(QUANTA * bit_rate).unwrap_or(3) as u16;
+        // SAFETY: the fields hold one less than these numbers.
+        can.btr().write(|w| unsafe {
+            w.brp().bits(prescaler.saturating_sub(1));
+            w.ts1().bits(SEGMENT_1 - 1).ts2().bits(SEGMENT_2 - 1);
+            w.sjw().bits(JUMP_WIDTH - 1)
+        });
         can.mcr().modify(|_, w| w.inrq().clear_bit());
-        Self(can)
     }
 
     /// The next received frame.

@@ -24,7 +24,7 @@ pub fn run(bootloader: Bootloader<'_, BlockingFlash, Key>, rcc: RCC, pins: GPIOD
     };
     let mut clock = Clock::start(&mut core.DCB, &mut core.DWT);
     let bus = bootloader.state().bus;
-    let can = Can::join(can, &rcc, &pins, bus);
+    let can = Can::join(can, &rcc, &pins, bus.kbit_s);
     let mut board = Waiting::new(bootloader, serial_number());
     let node_id = NodeId::new(bus.node_id);
     let mut node = Node::<0, 0>::new(&DICTIONARY, node_id, &mut board, 0);
@@ -33,6 +33,9 @@ pub fn run(bootloader: Bootloader<'_, BlockingFlash, Key>, rcc: RCC, pins: GPIOD
             node.receive(&frame, clock.now_us(), &mut board);
         }
         node.tick(clock.now_us(), &mut board);
+        if let Some(kbit_s) = board.take_bit_rate() {
+            can.set_bit_rate(kbit_s);
+        }
         can.transmit(|| node.transmit(&mut board));
         if board.is_requested() && can.is_idle() {
             restart();

@@ -101,18 +101,38 @@ impl Bus<'_> {
 }
 
 #[test]
-fn lss_stores_the_node_id_of_the_bootloader_and_refuses_another_bit_rate() {
+fn lss_stores_node_id_and_bit_rate_of_the_bootloader() {
     let mut flash = Model::new();
     let before = bootloader(&mut flash).state();
     let mut bus = Bus::new(&mut flash);
     bus.lss(CONFIGURATION);
     assert_eq!(bus.lss([0x11, 42, 0, 0, 0, 0, 0, 0])[..2], [0x11, 0]);
-    let refused = bus.lss([0x13, 0, 2, 0, 0, 0, 0, 0]);
-    assert!(refused[0] == 0x13 && refused[1] != 0, "{refused:?}");
+    // 800 kbit/s, which the board does not have.
+    assert_eq!(bus.lss([0x13, 0, 1, 0, 0, 0, 0, 0])[..2], [0x13, 1]);
     assert_eq!(bus.lss(STORE)[..2], [0x17, 0]);
     let after = bootloader(&mut flash).state();
     assert_eq!(after.bus.node_id, 42);
     assert_eq!(after.bus.kbit_s, before.bus.kbit_s);
+    let mut bus = Bus::new(&mut flash);
+    bus.lss(CONFIGURATION);
+    assert_eq!(bus.lss([0x13, 0, 3, 0, 0, 0, 0, 0])[..2], [0x13, 0]);
+    assert_eq!(bus.lss(STORE)[..2], [0x17, 0]);
+    let after = bootloader(&mut flash).state();
+    assert_eq!(after.bus.kbit_s, 250);
+}
+
+#[test]
+fn lss_switches_the_bit_rate_of_the_bootloader_after_the_switch_delay() {
+    let mut flash = Model::new();
+    let mut bus = Bus::new(&mut flash);
+    bus.lss(CONFIGURATION);
+    assert_eq!(bus.lss([0x13, 0, 4, 0, 0, 0, 0, 0])[..2], [0x13, 0]);
+    bus.lss([0x15, 10, 0, 0, 0, 0, 0, 0]);
+    bus.node.tick(10_000, &mut bus.board);
+    assert_eq!(bus.board.take_bit_rate(), None);
+    bus.node.tick(12_000, &mut bus.board);
+    assert_eq!(bus.board.take_bit_rate(), Some(125));
+    assert_eq!(bus.board.take_bit_rate(), None, "once");
 }
 
 const START: [u8; 8] = [0x2f, 0x51, 0x1f, 1, 1, 0, 0, 0];
@@ -134,6 +154,59 @@ fn an_empty_board_takes_an_image_and_starts_it() {
     assert!(bus.board.is_requested());
     let decision = bootloader(&mut flash).start(Cause::Restart);
     assert_eq!(decision, Decision::Run { is_trial: true });
+}
+
+#[test]
+fn a_download_that_was_broken_off_continues_at_its_last_whole_word() {
+    let image = image(1);
+    for segments in [1, 73, 74, 80] {
+        let mut flash = Model::new();
+        let mut bus = Bus::new(&mut flash);
+        let [a, b, c, d] = (image.len() as u32).to_le_bytes();
+        assert_eq!(bus.ask([0xc2, 0x50, 0x1f, 1, a, b, c, d])[0], 0xa4);
+        for (number, segment) in image.chunks(7).take(segments).enumerate() {
+            let mut data = [0; 8];
+            data[0] = number as u8 + 1;
+            data[1..].copy_from_slice(segment);
+            bus.send(data);
+        }
+        bus.send([0x80, 0x50, 0x1f, 1, 0, 0, 0, 0]);
+        let written = bus.read(0x2104, 2);
+        assert_eq!(written as usize, (7 * segments) & !3);
+        assert_eq!(bus.ask(START)[0], 0x80, "it is not whole");
+        let [a, b, c, d] = written.to_le_bytes();
+        let continued = bus.ask([0x23, 0x04, 0x21, 3, a, b, c, d]);
+        let has_header = written >= 512;
+        assert_eq!(continued[0], if has_header { 0x60 } else { 0x80 });
+        assert_eq!(bus.read(0x2104, 1) != 0, has_header);
+        let from = if has_header { written as usize } else { 0 };
+        assert_eq!(bus.download(&image[from..])[0], 0xa1, "{segments}");
+        assert_eq!(bus.read(0x2104, 2) as usize, image.len());
+        assert_eq!(bus.ask(START)[0], 0x60);
+    }
+}
+
+#[test]
+fn the_beginning_of_an_image_is_not_completed_by_other_bytes() {
+    let mut flash = Model::new();
+    let mut bus = Bus::new(&mut flash);
+    let content = image(1);
+    let [a, b, c, d] = (content.len() as u32).to_le_bytes();
+    bus.ask([0xc2, 0x50, 0x1f, 1, a, b, c, d]);
+    for (number, segment) in content.chunks(7).take(80).enumerate() {
+        let mut data = [0; 8];
+        data[0] = number as u8 + 1;
+        data[1..].copy_from_slice(segment);
+        bus.send(data);
+    }
+    bus.send([0x80, 0x50, 0x1f, 1, 0, 0, 0, 0]);
+    assert_eq!(bus.ask([0x23, 0x04, 0x21, 3, 0x30, 2, 0, 0])[0], 0x60);
+    let mut rest = content[560..].to_vec();
+    rest[9] ^= 1;
+    assert_eq!(bus.download(&rest)[0], 0x80);
+    assert_eq!(bus.read(0x1f57, 1), 1 << 1);
+    assert_eq!((bus.read(0x2104, 1), bus.read(0x2104, 2)), (0, 0));
+    assert_eq!(bus.ask(START)[0], 0x80);
 }
 
 #[test]

@@ -69,7 +69,7 @@ fn default(default: &Default) -> String {
 fn remark(row: &Row) -> String {
     let mut remarks = Vec::new();
     if row.flag == Flag::Locked {
-        remarks.push("not while the drive is enabled".to_string());
+        remarks.push("not while the drive is enabled or the service password locks it".to_string());
     }
     match &row.relation {
         Some(Relation::Below((index, sub))) => {

@@ -99,7 +99,7 @@ pub struct Output {
 /// starts at the actual position and holds it: a target acts once it has been written in a later
 /// period than that in which the mode started. What was written before, in another mode or while
 /// the power was off, moves nothing.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Axis {
     machine: StateMachine,
     ramp: Ramp,
@@ -174,6 +174,10 @@ impl Axis {
             .step(input.controlword, conditions, &parameters.options);
         let was_stopping = self.is_stopping;
         self.is_stopping = matches!(motion, Motion::Stop(_));
+        // In every period: the time of a stop ends with the stop.
+        let goes_on = was_stopping && self.is_stopping;
+        let stop_ms = parameters.stop_time_ms;
+        self.is_stop_over = (self.stop_timer).step(goes_on, stop_ms, parameters.period_us);
         let mut result = match motion {
             Motion::Off => {
                 self.track_actual_position(input);
@@ -188,10 +192,6 @@ impl Axis {
                 if !was_stopping {
                     self.start_stop(input);
                 }
-                let stop_ms = parameters.stop_time_ms;
-                self.is_stop_over =
-                    self.stop_timer
-                        .step(was_stopping, stop_ms, parameters.period_us);
                 self.decelerate(how, parameters);
                 ModeResult {
                     target: self.ramp.position(),
@@ -216,7 +216,6 @@ impl Axis {
     /// Begins a stop. A motor that does not follow the demand, as after a step of the target of a
     /// cyclic mode, decelerates from its actual velocity: the demand may be at rest already.
     fn start_stop(&mut self, input: &Input) {
-        self.is_stop_over = false;
         let (demand, actual) = (self.ramp.velocity(), input.velocity_actual);
         // A motor that follows lags behind in position, and its velocity differs by less than half.
         let follows = actual.abs_diff(demand) <= demand.unsigned_abs() / 2;

@@ -8,6 +8,9 @@ use crate::nmt::NodeId;
 /// Node-ID value "not configured".
 const UNCONFIGURED: u8 = 0xFF;
 
+/// Error code of a refusal for a reason of the device.
+const IMPLEMENTATION_SPECIFIC: u32 = 0xFF;
+
 impl LssSlave {
     pub(super) fn configure(
         &mut self,
@@ -17,7 +20,10 @@ impl LssSlave {
         app: &mut impl Application,
     ) -> Outcome {
         let [command, first, second, ..] = *request;
+        // A node without a node-ID has no other service by which it could be unlocked.
+        let is_locked = active.is_some() && app.guarded();
         match command {
+            0x11 | 0x13 if is_locked => self.answer(command, IMPLEMENTATION_SPECIFIC),
             0x11 => return self.set_node_id(first),
             0x13 => self.set_bit_rate(first, second, app),
             0x15 => {

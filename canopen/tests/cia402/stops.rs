@@ -223,3 +223,22 @@ fn power_stays_on_until_the_motor_rests_or_its_time_is_over() {
     let periods = bench.until(|output| output.demand == Demand::Off);
     assert!((125..=128).contains(&periods), "{periods}");
 }
+
+#[test]
+fn a_stop_has_its_own_time_after_one_that_lasted_long() {
+    let mut bench = Bench::enabled(Mode::CyclicPosition);
+    // 600 ms.
+    bench.input.controlword = ENABLE | controlword::HALT;
+    bench.run(150);
+    bench.parameters.interpolation_us = 0;
+    bench.input.controlword = ENABLE;
+    bench.input.target_position = 50_000;
+    bench.run(3);
+    bench.follows = false;
+    (bench.input.position_actual, bench.input.velocity_actual) = (10_000, 200_000);
+    bench.step();
+    bench.input.controlword = 0x02;
+    // 200 deg/s at 24 deg/s per period, then to the end of 500 ms.
+    let periods = bench.until(|output| output.demand == Demand::Off);
+    assert!((125..=128).contains(&periods), "{periods}");
+}

@@ -247,6 +247,81 @@ class Drive(DriveTests, Served):
         self.node.sdo.download(0x607D, 2, limit)
 
 
+class ServiceAccess(Served):
+    """The service password, object 2103h. The drive is not enabled."""
+
+    password = 0x1EAF_5EED
+    limit = struct.pack("<i", 70_000)
+
+    def setUp(self):
+        super().setUp()
+        self.access = self.node.sdo["Service access"]
+
+    def give(self, password):
+        self.node.sdo.download(0x2103, 1, struct.pack("<I", password))
+
+    def lock(self):
+        self.assertEqual(self.access["State"].raw, 0)
+        self.node.sdo.download(0x2103, 4, struct.pack("<I", self.password))
+        self.assertEqual(self.access["State"].raw, 2)
+        self.node.store()
+        self.reset()
+        self.assertEqual(self.access["State"].raw, 1)
+
+    def test_a_stored_password_locks_after_a_reset_until_it_is_given(self):
+        self.lock()
+        locked = [(0x607D, 2, self.limit), (0x2100, 8, struct.pack("<i", 1_500)), (0x2102, 1, struct.pack("<i", 5)),
+                  (0x2103, 4, bytes(4)), (0x1F51, 1, b"\1"), (0x1011, 1, b"load"), (0x1011, 3, b"load")]
+        for index, sub, data in locked:
+            with self.subTest(f"{index:04X}h:{sub}"):
+                self.aborts(0x0800_0022, self.node.sdo.download, index, sub, data)
+        self.aborts(0x0800_0022, self.node.sdo.download, 0x1F50, 1, bytes(600))
+        # What moves the drive is not locked.
+        self.node.sdo["Profile velocity"].raw = 100_000
+        self.give(self.password)
+        self.assertEqual(self.access["State"].raw, 2)
+        self.node.sdo.download(0x607D, 2, self.limit)
+        self.give(0)
+        self.assertEqual(self.access["State"].raw, 1)
+        self.aborts(0x0800_0022, self.node.sdo.download, 0x607D, 2, self.limit)
+
+    def test_a_wrong_password_starts_a_back_off_that_doubles_and_survives_a_reset(self):
+        self.lock()
+        self.aborts(0x0609_0030, self.give, 1)
+        self.assertTrue(0 < self.access["Remaining back-off"].raw <= 1_000)
+        self.reset()
+        self.aborts(0x0800_0022, self.give, self.password)
+        self.wait_for(lambda: self.access["Remaining back-off"].raw == 0, "the end of the back-off")
+        self.aborts(0x0609_0030, self.give, 1)
+        self.assertTrue(1_000 < self.access["Remaining back-off"].raw <= 2_000)
+        self.wait_for(lambda: self.access["Remaining back-off"].raw == 0, "the end of the back-off")
+        self.give(self.password)
+        self.assertEqual(self.access["State"].raw, 2)
+
+    def test_the_password_is_not_readable(self):
+        self.lock()
+        self.give(self.password)
+        for sub in (1, 4):
+            self.aborts(0x0601_0001, self.node.sdo.upload, 0x2103, sub)
+
+    @natively
+    def test_the_program_actuator_opens_for_a_command_and_locks_again(self):
+        self.assertEqual(self.actuator("set", "new-password=77").returncode, 0)
+        self.assertEqual(self.actuator("save").returncode, 0)
+        self.reset()
+        refused = self.actuator("set", "607D:2=70000")
+        self.assertEqual((refused.returncode, "--password" in refused.stderr), (3, True), refused.stderr)
+        done = self.actuator("set", "607D:2=70000", "--password", "0x4D")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        # By the same client: this one would take late responses to the other for its own.
+        self.assertEqual(self.actuator("get", "2103:2").stdout.strip(), "1")
+        wrong = self.actuator("restore", "--password", "78")
+        self.assertEqual((wrong.returncode, "password is wrong" in wrong.stderr), (3, True), wrong.stderr)
+        early = self.actuator("restore", "--password", "77")
+        self.assertEqual((early.returncode, "remaining-back-off" in early.stderr), (3, True), early.stderr)
+        self.assertEqual(self.actuator("set", "607D:2=1", "--password", "0").returncode, 2)
+
+
 @natively
 class Program(Served):
     """The client of the program `actuator`."""

@@ -143,6 +143,8 @@ class Walk(Bench):
         self.wire.send(0, bytes([0x81, NODE]))
         self.expect_frame(0x700 + NODE, [0])
         for entry in filter(lambda entry: entry.default is not None and (entry.index, entry.sub) not in EMPTY, ENTRIES):
+            if entry.access == "wo":
+                continue
             with self.subTest(str(entry)):
                 self.assertEqual(self.read(entry), entry.packed_default(NODE))
 

@@ -226,6 +226,30 @@ fn store_configuration_waits_for_the_application() {
 }
 
 #[test]
+fn an_enabled_drive_keeps_its_node_id_and_bit_rate() {
+    let mut bench = configuring(Some(5));
+    bench.device.enabled = true;
+    for command in [0x11, 0x13] {
+        assert_eq!(
+            lss(&mut bench, [command, 0, 2, 0, 0, 0, 0, 0]),
+            Some([command, 255, 0, 0, 0, 0, 0, 0])
+        );
+    }
+    bench.device.enabled = false;
+    assert_eq!(
+        lss(&mut bench, [0x13, 0, 2, 0, 0, 0, 0, 0]),
+        Some([0x13, 0, 0, 0, 0, 0, 0, 0])
+    );
+    // A node without a node-ID has no SDO server by which it could be unlocked.
+    let mut bench = configuring(None);
+    bench.device.enabled = true;
+    assert_eq!(
+        lss(&mut bench, [0x11, 7, 0, 0, 0, 0, 0, 0]),
+        Some([0x11, 0, 0, 0, 0, 0, 0, 0])
+    );
+}
+
+#[test]
 fn lss_works_in_stopped() {
     let mut bench = Bench::new();
     bench.send(0, &[2, 5]);

@@ -9,6 +9,7 @@ mod objects;
 pub(crate) mod record;
 mod scan;
 mod serve;
+mod service;
 mod telemetry;
 mod update;
 

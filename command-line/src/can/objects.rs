@@ -6,10 +6,11 @@ use canopen_generator::{Access, Row};
 use clap::{Args, ValueEnum};
 use serde_json::json;
 
-use super::{AtNode, print_json};
+use super::{AtNode, print_json, service::ServiceAccess};
 use crate::error::Error;
 use crate::output::{print, print_table};
 use host_sim::can::{
+    client::Client,
     motor_objects,
     names::{self, Value},
 };
@@ -101,6 +102,8 @@ pub struct Set {
     #[arg(long, value_name = "FILE")]
     parameters: Option<PathBuf>,
     #[command(flatten)]
+    access: ServiceAccess,
+    #[command(flatten)]
     at: AtNode,
 }
 
@@ -130,10 +133,10 @@ impl Set {
         if let Some(path) = &self.parameters {
             writes.splice(0..0, fitted(path)?);
         }
-        let mut client = self.at.open()?;
-        for (row, bytes) in &writes {
-            client.set(row, bytes)?;
-        }
+        self.access.during(&mut self.at.open()?, |client| {
+            let mut writes = writes.iter();
+            writes.try_for_each(|(row, bytes)| Ok(client.set(row, bytes)?))
+        })?;
         if self.at.json() {
             let written: Vec<_> = writes.iter().map(|(row, _)| names::name(row)).collect();
             print_json(&json!({ "written": written }))?;
@@ -185,6 +188,8 @@ pub struct Restore {
     #[arg(long)]
     reset: bool,
     #[command(flatten)]
+    access: ServiceAccess,
+    #[command(flatten)]
     at: AtNode,
 }
 
@@ -194,7 +199,12 @@ impl Save {
     /// # Errors
     /// Those of the bus and the actuator.
     pub fn run(self) -> Result<(), Error> {
-        sign(&self.at, "1010", self.group, b"save").map(drop)
+        sign(
+            &self.at,
+            &mut self.at.open()?,
+            ("1010", b"save"),
+            self.group,
+        )
     }
 }
 
@@ -204,7 +214,10 @@ impl Restore {
     /// # Errors
     /// Those of the bus and the actuator.
     pub fn run(self) -> Result<(), Error> {
-        let mut client = sign(&self.at, "1011", self.group, b"load")?;
+        let mut client = self.at.open()?;
+        self.access.during(&mut client, |client| {
+            sign(&self.at, client, ("1011", b"load"), self.group)
+        })?;
         if self.reset {
             client.manage(0x81).map_err(Error::from)?;
         }
@@ -214,15 +227,14 @@ impl Restore {
 
 fn sign(
     at: &AtNode,
-    index: &str,
+    client: &mut Client,
+    (index, signature): (&str, &[u8]),
     group: Group,
-    signature: &[u8],
-) -> Result<host_sim::can::client::Client, Error> {
-    let mut client = at.open()?;
+) -> Result<(), Error> {
     let row = names::find(&format!("{index}:{}", group as u8 + 1))?;
     client.set(row, signature)?;
     if at.json() {
         print_json(&json!({ "done": names::name(row) }))?;
     }
-    Ok(client)
+    Ok(())
 }

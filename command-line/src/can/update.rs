@@ -8,7 +8,7 @@ use host_sim::can::client::Client;
 use host_sim::can::update::update;
 use program_image::signed::{SignError, inspect};
 
-use super::AtNode;
+use super::{AtNode, service::ServiceAccess};
 use crate::error::Error;
 use crate::output::{self, print};
 
@@ -20,6 +20,8 @@ use crate::output::{self, print};
 pub struct Update {
     /// The image, made by `actuator image sign`
     image: PathBuf,
+    #[command(flatten)]
+    access: ServiceAccess,
     #[command(flatten)]
     at: AtNode,
 }
@@ -43,7 +45,10 @@ impl Update {
         let node = client.node();
         let bar = output::progress(image.len() as u64, "bytes");
         let mut progress = |bytes: usize| bar.set_position(bytes as u64);
-        update(client.link(), node, (&header, &image), &mut progress)?;
+        self.access.during(&mut client, |client| {
+            let image = (&header, image.as_slice());
+            Ok(update(client.link(), node, image, &mut progress)?)
+        })?;
         bar.finish_and_clear();
         print(&format!("node {node} has version {}\n", header.version))
     }

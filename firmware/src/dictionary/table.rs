@@ -7,7 +7,7 @@ use super::Location;
 use crate::parameters::{ObjectValue, Parameter};
 
 /// Each entry, and where its value lives.
-pub(super) const OBJECTS: [(Entry, Location); 348] = [
+pub(super) const OBJECTS: [(Entry, Location); 357] = [
     (Entry::new(0x1000, 0, DataType::U32, Access::Const).value(0x20192), Location::Server),
     (Entry::new(0x1001, 0, DataType::U8, Access::Read).mappable(Mapping::Transmit), Location::Server),
     (Entry::new(0x1002, 0, DataType::U32, Access::Read).mappable(Mapping::Transmit), Location::Measured(Measured::LatchedFaults)),
@@ -299,6 +299,15 @@ pub(super) const OBJECTS: [(Entry, Location); 348] = [
     (Entry::new(0x2102, 0, DataType::U8, Access::Const).value(2), Location::Server),
     (Entry::new(0x2102, 1, DataType::I32, Access::ReadWrite).value(1).limits(&Limits::signed(1, 127)).guarded(), Location::Parameter(Parameter::NodeId)),
     (Entry::new(0x2102, 2, DataType::I32, Access::ReadWrite).value(1000).limits(&Limits::signed(125, 1000)).guarded(), Location::Parameter(Parameter::BitRateKbitS)),
+    (Entry::new(0x2103, 0, DataType::U8, Access::Const).value(4), Location::Server),
+    (Entry::new(0x2103, 1, DataType::U32, Access::Write), Location::Command(DriveCommand::ServicePassword)),
+    (Entry::new(0x2103, 2, DataType::U8, Access::Read), Location::Measured(Measured::ServiceState)),
+    (Entry::new(0x2103, 3, DataType::U32, Access::Read), Location::Measured(Measured::ServiceBackOffMs)),
+    (Entry::new(0x2103, 4, DataType::U32, Access::Write).guarded(), Location::Value(ObjectValue::Password)),
+    (Entry::new(0x2104, 0, DataType::U8, Access::Const).value(3), Location::Server),
+    (Entry::new(0x2104, 1, DataType::U32, Access::Read), Location::Measured(Measured::DownloadImage)),
+    (Entry::new(0x2104, 2, DataType::U32, Access::Read), Location::Measured(Measured::DownloadBytes)),
+    (Entry::new(0x2104, 3, DataType::U32, Access::ReadWrite), Location::Command(DriveCommand::DownloadOffset)),
     (Entry::new(0x603F, 0, DataType::U16, Access::Read).mappable(Mapping::Transmit), Location::Measured(Measured::ErrorCode)),
     (Entry::new(0x6040, 0, DataType::U16, Access::ReadWrite).mappable(Mapping::Receive), Location::Command(DriveCommand::Controlword)),
     (Entry::new(0x6041, 0, DataType::U16, Access::Read).mappable(Mapping::Transmit), Location::Measured(Measured::Statusword)),
@@ -387,6 +396,10 @@ pub enum DriveCommand {
     ExcitationControl,
     /// 2030h:01 Capture: Control.
     CaptureControl,
+    /// 2103h:01 Service access: Password.
+    ServicePassword,
+    /// 2104h:03 Program download: Next offset.
+    DownloadOffset,
     /// 6040h Controlword.
     Controlword,
     /// 6060h Modes of operation.
@@ -470,6 +483,14 @@ pub enum Measured {
     StarvedPeriods,
     /// 2050h:09 Diagnostics: Present faults.
     PresentFaults,
+    /// 2103h:02 Service access: State.
+    ServiceState,
+    /// 2103h:03 Service access: Remaining back-off.
+    ServiceBackOffMs,
+    /// 2104h:01 Program download: Image.
+    DownloadImage,
+    /// 2104h:02 Program download: Bytes.
+    DownloadBytes,
     /// 603Fh Error code.
     ErrorCode,
     /// 6041h Statusword.

@@ -55,6 +55,9 @@ impl Drive<'_> {
             DriveCommand::CaptureControl => u64::from(matches!(self.capture.phase() as u8, 1 | 2)),
             // The program is running.
             DriveCommand::ProgramControl => 1,
+            DriveCommand::DownloadOffset => u64::from(self.download_offset()),
+            // Write only.
+            DriveCommand::ServicePassword => 0,
             DriveCommand::Controlword => u64::from(commands.controlword),
             DriveCommand::Mode => signed(i32::from(commands.mode)),
             DriveCommand::TargetPosition => signed(commands.target_position_mdeg),
@@ -76,6 +79,11 @@ impl Drive<'_> {
             DriveCommand::CaptureControl if value == 0 => self.capture.stop(),
             DriveCommand::CaptureControl => self.arm_capture(),
             DriveCommand::ProgramControl => return self.install(),
+            DriveCommand::DownloadOffset => return self.update.set_next_offset(value as u32),
+            DriveCommand::ServicePassword => {
+                let password = self.values.service.password;
+                return self.service.attempt(value as u32, password);
+            }
             DriveCommand::Controlword => commands.controlword = value as u16,
             DriveCommand::Mode => {
                 let mode = value as i8;
@@ -146,6 +154,7 @@ impl Drive<'_> {
     }
 
     fn arm_capture(&mut self) {
+        self.update.forget_beginning();
         let settings = &self.values.capture;
         let signals = [
             settings.signal_1,

@@ -103,6 +103,10 @@ impl Drive<'_> {
             Measured::SerialNumber => u64::from(board.serial_number),
             Measured::ProgramIdentity => u64::from(self.program_identity()),
             Measured::FlashStatus => u64::from(self.flash_status()),
+            Measured::DownloadImage => u64::from(self.download().identity),
+            Measured::DownloadBytes => u64::from(self.download().bytes),
+            Measured::ServiceState => self.service.state(self.values.service.password) as u64,
+            Measured::ServiceBackOffMs => u64::from(self.service.back_off_ms()),
         }
     }
 

@@ -36,6 +36,8 @@ mod measured;
 mod model;
 mod motion;
 mod objects;
+mod service;
+mod step_state;
 mod store;
 mod stored;
 #[cfg(test)]
@@ -47,8 +49,9 @@ use canopen::cia402::Axis;
 pub use device::{Device, RPDOS, TPDOS};
 pub use emergency::emergency_frame;
 pub use measured::Diagnostics;
+pub use step_state::StepState;
 pub use stored::StoredParameters;
-pub use update::{Slots, StageError, UpdateOrder};
+pub use update::{Image, Slots, StageError, UpdateOrder};
 
 use crate::{
     application::{Application, BoardState, CommandSource, Outputs, Samples, Start},
@@ -62,6 +65,7 @@ use commands::Commands;
 use failsafe::Failsafe;
 use model::MotorModel;
 use motion::Motion;
+use service::{ServiceAccess, ServiceState};
 use store::ParameterStore;
 use update::Update;
 
@@ -84,6 +88,7 @@ pub struct Drive<'a> {
     model: MotorModel,
     store: ParameterStore,
     update: Update<'a>,
+    service: ServiceAccess,
     /// Faults that the drive detects itself: missing commands, and a refused enable.
     own: FaultSet,
     /// Control periods since the last servo pulse.
@@ -122,6 +127,7 @@ impl<'a> Drive<'a> {
             model: MotorModel::default(),
             store: ParameterStore::new(stored),
             update: Update::NEW,
+            service: ServiceAccess::NEW,
             values,
             own: FaultSet::EMPTY,
             pulse_age: u16::MAX,
@@ -173,6 +179,7 @@ impl<'a> Drive<'a> {
             Some(_) => 0,
             None => self.pulse_age.saturating_add(1),
         };
+        self.service.step();
         self.acknowledge();
         let output = self.step_axis();
         self.apply_demand(&output);
@@ -195,6 +202,7 @@ impl<'a> Drive<'a> {
         self.failsafe = Failsafe::default();
         self.model = MotorModel::default();
         self.own = FaultSet::EMPTY;
+        self.service.lock();
         self.capture.stop();
         self.update_limits();
     }
@@ -206,6 +214,11 @@ impl<'a> Drive<'a> {
 
     fn is_driving(&self) -> bool {
         self.application.state().is_driving() || self.motion.is_powered
+    }
+
+    /// Whether the service password locks what it protects.
+    fn is_locked(&self) -> bool {
+        self.service.state(self.values.service.password) == ServiceState::Locked
     }
 
     fn angle_mdeg(&self) -> i32 {

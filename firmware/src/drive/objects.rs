@@ -2,6 +2,7 @@
 
 use core::task::Poll;
 
+use bootloader::Bus;
 use canopen::cia402::Cia402State;
 use canopen::dictionary::Address;
 use canopen::{Abort, BitRate, Event, NmtState, NodeId, ParameterGroup, Reset};
@@ -47,6 +48,9 @@ impl Drive<'_> {
             return Err(Abort::Value);
         }
         self.values.set_word(value, word);
+        if value == ObjectValue::Password {
+            self.service.password_set();
+        }
         self.update_limits();
         if matches!(value, ObjectValue::ResistanceOhm | ObjectValue::InductanceH) {
             self.application.set_ripple(super::ripple(&self.values));
@@ -85,9 +89,10 @@ impl canopen::Application for Drive<'_> {
         }
     }
 
-    /// Protection limits and identity are locked while the drive has power or is about to have it.
+    /// Protection limits, identity and update are locked while the drive has power or is about to
+    /// have it, and by the service password.
     fn guarded(&self) -> bool {
-        self.is_driving()
+        self.is_driving() || self.is_locked()
     }
 
     fn domain_size(&mut self, _: Address) -> Result<u32, Abort> {
@@ -123,6 +128,9 @@ impl canopen::Application for Drive<'_> {
 
     /// Object 1F50h, the only DOMAIN that is written.
     fn domain_begin(&mut self, _: Address, size: Option<u32>) -> Result<(), Abort> {
+        if self.is_locked() {
+            return Err(Abort::DeviceState);
+        }
         self.update.begin(&mut self.capture, size)
     }
 
@@ -166,6 +174,10 @@ impl canopen::Application for Drive<'_> {
 
     fn restore(&mut self, group: ParameterGroup) -> Poll<Result<(), Abort>> {
         let client = StoreClient::Restore(group);
+        let is_begun = self.store.has_request_of(client);
+        if self.is_locked() && group != ParameterGroup::Communication && !is_begun {
+            return Poll::Ready(Err(Abort::DeviceState));
+        }
         self.store.save(client, |stored| stored.restore(group))
     }
 
@@ -182,11 +194,11 @@ impl canopen::Application for Drive<'_> {
     }
 
     fn supports_bit_rate(&self, bit_rate: BitRate) -> bool {
-        kbit_s(bit_rate).is_some()
+        Bus::kbit_s_of(bit_rate).is_some()
     }
 
     fn set_bit_rate(&mut self, bit_rate: BitRate) {
-        self.bit_rate_kbit_s = kbit_s(bit_rate).map(|rate| rate as u16);
+        self.bit_rate_kbit_s = Bus::kbit_s_of(bit_rate);
     }
 
     fn store_lss(
@@ -194,15 +206,18 @@ impl canopen::Application for Drive<'_> {
         node_id: Option<NodeId>,
         bit_rate: Option<BitRate>,
     ) -> Poll<Result<(), Abort>> {
+        let is_begun = self.store.has_request_of(StoreClient::Lss);
+        if self.is_locked() && !is_begun {
+            return Poll::Ready(Err(Abort::DeviceState));
+        }
         let mut parameters = *self.application.parameters();
         let bus = &mut parameters.bus;
         bus.node_id = node_id.map_or(bus.node_id, |id| i32::from(id.get()));
-        bus.bit_rate_kbit_s = bit_rate.and_then(kbit_s).unwrap_or(bus.bit_rate_kbit_s);
+        let kbit_s = bit_rate.and_then(Bus::kbit_s_of).map(i32::from);
+        bus.bit_rate_kbit_s = kbit_s.unwrap_or(bus.bit_rate_kbit_s);
         let bus = *bus;
         // The node-ID is shown in 2102h and kept by 1010h; an enabled drive keeps its identity.
-        if !self.store.has_request_of(StoreClient::Lss)
-            && let Err(refused) = self.application.retune(&parameters)
-        {
+        if !is_begun && let Err(refused) = self.application.retune(&parameters) {
             return Poll::Ready(Err(abort(refused)));
         }
         self.store
@@ -216,18 +231,5 @@ pub(super) fn abort(refused: Refused) -> Abort {
         // The range is already checked: another parameter conflicts.
         Refused::Parameter(_) => Abort::Incompatible,
         _ => Abort::DeviceState,
-    }
-}
-
-/// The bit rates of the board.
-const fn kbit_s(bit_rate: BitRate) -> Option<i32> {
-    match bit_rate {
-        BitRate::Kbit1000 => Some(1000),
-        BitRate::Kbit500 => Some(500),
-        BitRate::Kbit250 => Some(250),
-        BitRate::Kbit125 => Some(125),
-        // The CAN controller's clock of 42 MHz is no multiple of 800 kHz; telemetry at 250 Hz takes
-        // 100 kbit/s.
-        _ => None,
     }
 }

@@ -131,7 +131,7 @@ impl StoredParameters {
     }
 
     /// Restores the defaults of a group; node-ID and bit rate stay, or a client would lose the
-    /// device.
+    /// device, and so does the service password.
     pub(super) fn restore(&mut self, group: ParameterGroup) {
         if group.has_communication() {
             self.has_communication = false;
@@ -141,7 +141,10 @@ impl StoredParameters {
                 bus: self.board.bus,
                 ..BoardParameters::DEFAULT
             };
-            self.values = ObjectValues::DEFAULT;
+            self.values = ObjectValues {
+                service: self.values.service,
+                ..ObjectValues::DEFAULT
+            };
         }
     }
 }

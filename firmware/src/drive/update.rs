@@ -5,6 +5,9 @@
 //! The image is checked here for what needs no key: header, length, hardware and version; while it
 //! is staged, for its CRC. The bootloader checks the signature before it installs (`boot/`).
 //!
+//! A download that is broken off leaves its beginning in the capture buffer until a recording needs
+//! it. Object 2104h tells how much of which image that is, and where the next download continues.
+//!
 //! A new image is on trial until its self-test has passed: in the first second all measurements
 //! have come, no control period was missed, and neither data nor program were found changed. An
 //! image that fails restarts the board, and the bootloader gives it up after three starts.
@@ -39,6 +42,36 @@ pub struct Slots {
     pub outcome: Outcome,
     /// Whether the image that runs is confirmed: only then another one is staged.
     pub is_confirmed: bool,
+    /// The image in the staging area, if there is one that was not installed yet.
+    pub staged: Option<Image>,
+}
+
+/// An image, or its beginning.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Image {
+    /// The identity that its header tells.
+    pub identity: u32,
+    /// Bytes of it, header included.
+    pub bytes: u32,
+}
+
+/// What the board has of the next image.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kept {
+    Nothing,
+    /// So much of it, in the capture buffer.
+    Beginning(Image),
+    /// All of it: it is being staged, or is staged.
+    Whole(Image),
+}
+
+impl Kept {
+    fn image(self) -> Option<Image> {
+        match self {
+            Self::Nothing => None,
+            Self::Beginning(image) | Self::Whole(image) => Some(image),
+        }
+    }
 }
 
 /// What the program of the board shall do.
@@ -88,8 +121,8 @@ const FAILURES: FaultSet = FaultSet::of(&[
 #[derive(Debug)]
 enum Phase<'a> {
     Idle,
-    /// The image is coming.
-    Receiving(&'a mut [i32]),
+    /// The image is coming; so many of its bytes are there.
+    Receiving(&'a mut [i32], u32),
     /// The image is complete and fits: its bytes.
     Received(&'a mut [i32], u32),
     /// The program of the board writes it.
@@ -117,8 +150,10 @@ pub(super) struct Update<'a> {
     phase: Phase<'a>,
     request: Request,
     error: Error,
-    /// Identity of the image that is being staged, or was; 0 for none.
-    image: u32,
+    kept: Kept,
+    /// Where in the image the next download begins, and where the present one began.
+    next_offset: u32,
+    offset: u32,
 }
 
 impl<'a> Update<'a> {
@@ -127,7 +162,9 @@ impl<'a> Update<'a> {
         phase: Phase::Idle,
         request: Request::None,
         error: Error::None,
-        image: 0,
+        kept: Kept::Nothing,
+        next_offset: 0,
+        offset: 0,
     };
 
     /// A download begins.
@@ -137,36 +174,61 @@ impl<'a> Update<'a> {
         if !slots.is_confirmed || !is_idle {
             return Err(Abort::DeviceState);
         }
-        if size.is_some_and(|size| size > slots.capacity) {
+        let offset = core::mem::take(&mut self.next_offset);
+        if size.is_some_and(|size| size > slots.capacity.saturating_sub(offset)) {
             return Err(Abort::TooLong);
         }
         let buffer = capture.lend().ok_or(Abort::DeviceState)?;
-        self.phase = Phase::Receiving(buffer);
+        self.phase = Phase::Receiving(buffer, offset);
         self.error = Error::None;
-        self.image = 0;
+        self.kept = Kept::Nothing;
+        self.offset = offset;
         Ok(())
+    }
+
+    /// Where the next download continues, object 2104h:3.
+    pub fn set_next_offset(&mut self, offset: u32) -> Result<(), Abort> {
+        let is_known = match self.kept {
+            Kept::Beginning(image) => offset == image.bytes,
+            _ => false,
+        };
+        if offset != 0 && !is_known {
+            return Err(Abort::Value);
+        }
+        self.next_offset = offset;
+        Ok(())
+    }
+
+    /// A recording takes the buffer: the beginning of an image is lost.
+    pub fn forget_beginning(&mut self) {
+        if let Kept::Beginning(_) = self.kept {
+            self.kept = Kept::Nothing;
+            self.next_offset = 0;
+        }
     }
 
     /// The next bytes.
     pub fn write(&mut self, offset: u32, data: &[u8]) -> Result<(), Abort> {
-        let Phase::Receiving(buffer) = &mut self.phase else {
+        let Phase::Receiving(buffer, received) = &mut self.phase else {
             return Err(Abort::DeviceState);
         };
-        for (at, byte) in (offset as usize..).zip(data) {
+        let start = self.offset.saturating_add(offset);
+        for (at, byte) in (start as usize..).zip(data) {
             let place = buffer.get_mut(at / 4).ok_or(Abort::TooLong)?;
             let shift = 8 * (at as u32 % 4);
             *place = *place & !(0xff << shift) | i32::from(*byte) << shift;
         }
+        *received = start.saturating_add(data.len() as u32);
         Ok(())
     }
 
     /// All bytes are there. The image is staged afterwards, while the flash status tells that.
     pub fn end(&mut self, capture: &mut Capture<'a>, size: u32) -> Result<(), Abort> {
         match core::mem::replace(&mut self.phase, Phase::Idle) {
-            Phase::Receiving(buffer) => match self.fitting(buffer, size) {
-                Some(identity) => {
-                    self.phase = Phase::Received(buffer, size);
-                    self.image = identity;
+            Phase::Receiving(buffer, _) => match self.fitting(buffer, size) {
+                Some(image) => {
+                    self.phase = Phase::Received(buffer, image.bytes);
+                    self.kept = Kept::Whole(image);
                     Ok(())
                 }
                 None => {
@@ -182,21 +244,32 @@ impl<'a> Update<'a> {
         }
     }
 
-    /// The client has given up.
+    /// The client has given up, or is gone: it may continue later.
     pub fn cancel(&mut self, capture: &mut Capture<'a>) {
         match core::mem::replace(&mut self.phase, Phase::Idle) {
-            Phase::Receiving(buffer) => capture.take_back(buffer),
+            Phase::Receiving(buffer, bytes) => {
+                let header = header_in(buffer).filter(|_| bytes >= HEADER_SIZE);
+                self.kept = header.map_or(Kept::Nothing, |header| {
+                    let identity = header.identity();
+                    Kept::Beginning(Image { identity, bytes })
+                });
+                capture.take_back(buffer);
+            }
             other => self.phase = other,
         }
     }
 
-    /// Identity of the image if its header fits.
-    fn fitting(&self, buffer: &[i32], size: u32) -> Option<u32> {
+    /// The image if its header fits, at the end of a download of this size.
+    fn fitting(&self, buffer: &[i32], size: u32) -> Option<Image> {
         let slots = self.slots?;
         let header = header_in(buffer)?;
-        let is_whole = size == HEADER_SIZE.saturating_add(header.length);
+        let bytes = self.offset.saturating_add(size);
+        let is_whole = bytes == HEADER_SIZE.saturating_add(header.length);
         let fits = slots.policy.check(&header, slots.capacity).is_ok();
-        (is_whole && fits).then(|| header.identity())
+        (is_whole && fits).then(|| Image {
+            identity: header.identity(),
+            bytes,
+        })
     }
 
     /// What the program of the board shall do, once.
@@ -210,7 +283,7 @@ impl<'a> Update<'a> {
         }
         let order = match self.request {
             Request::Confirm => UpdateOrder::Confirm(self.slots?.version),
-            Request::Install => UpdateOrder::Install(self.image),
+            Request::Install => UpdateOrder::Install(self.kept.image()?.identity),
             _ => return None,
         };
         self.request = Request::Writing;
@@ -222,6 +295,8 @@ impl<'a> Drive<'a> {
     /// Tells the drive that the board has a bootloader. Without this, object 1F50h refuses.
     pub fn set_slots(&mut self, slots: Slots) {
         self.update.slots = Some(slots);
+        let staged = slots.staged.filter(|_| slots.is_confirmed);
+        self.update.kept = staged.map_or(Kept::Nothing, Kept::Whole);
     }
 
     /// What the program of the board shall do for an update, once.
@@ -238,7 +313,7 @@ impl<'a> Drive<'a> {
             Err(StageError::Program) => Error::NoValidProgram,
             Err(StageError::Flash) => Error::Write,
         };
-        self.update.image = 0;
+        self.update.kept = Kept::Nothing;
     }
 
     /// The end of [`UpdateOrder::Confirm`]. A record that cannot be written is tried again.
@@ -304,7 +379,8 @@ impl<'a> Drive<'a> {
     /// power.
     pub(super) fn install(&mut self) -> Result<(), Abort> {
         let update = &self.update;
-        let is_staged = update.image != 0 && matches!(update.phase, Phase::Idle);
+        let is_whole = matches!(update.kept, Kept::Whole(_));
+        let is_staged = is_whole && matches!(update.phase, Phase::Idle);
         if !is_staged || update.request != Request::None || !self.is_at_rest() {
             return Err(Abort::DeviceState);
         }
@@ -315,6 +391,20 @@ impl<'a> Drive<'a> {
     /// All bytes of an image are there.
     pub(super) fn end_download(&mut self, size: u32) -> Poll<Result<(), Abort>> {
         Poll::Ready(self.update.end(&mut self.capture, size))
+    }
+
+    /// Object 2104h: what the board has of the next image.
+    pub(super) fn download(&self) -> Image {
+        const NOTHING: Image = Image {
+            identity: 0,
+            bytes: 0,
+        };
+        self.update.kept.image().unwrap_or(NOTHING)
+    }
+
+    /// Object 2104h:3.
+    pub(super) fn download_offset(&self) -> u32 {
+        self.update.next_offset
     }
 
     /// Object 1F56h.

@@ -341,7 +341,7 @@ pub const TABLE: [FaultDescription; 23] = {
             Fault::DataCorrupt,
             "data corrupt",
             "the memory of the CANopen device, its parameters and its control state has changed between two uses, or \
-             has an excitation that was not started",
+             has an excitation that was not started, or two computations of a control step differ",
             Always,
             0x5510,
         ),

@@ -534,6 +534,21 @@ impl ProfileSettings {
     };
 }
 
+/// Access for service.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ServiceSettings {
+    /// Replaces the password; 0 removes it. 1010h stores it. 1011h keeps it. Default: 0 (the
+    /// factory sets none). Object 2103h:04 Service access: New password.
+    pub password: u32,
+}
+
+impl ServiceSettings {
+    /// The defaults.
+    pub const DEFAULT: Self = Self {
+        password: 0,
+    };
+}
+
 /// All parameters of the board's application.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BoardParameters {
@@ -660,6 +675,8 @@ pub struct ObjectValues {
     pub failsafe: FailsafeSettings,
     /// Settings of the drive profile CiA 402.
     pub profile: ProfileSettings,
+    /// Access for service.
+    pub service: ServiceSettings,
 }
 
 impl ObjectValues {
@@ -670,6 +687,7 @@ impl ObjectValues {
         capture: CaptureObjects::DEFAULT,
         failsafe: FailsafeSettings::DEFAULT,
         profile: ProfileSettings::DEFAULT,
+        service: ServiceSettings::DEFAULT,
     };
 }
 
@@ -708,6 +726,7 @@ entries! {
         Signal8: capture.signal_8 as u8,
         FailsafeAction: failsafe.failsafe_action as u8 in 0..=2,
         FailsafePositionMdeg: failsafe.failsafe_position_mdeg as i32 in -2000000000..=2000000000,
+        Password: service.password as u32,
         QuickStopOption: profile.quick_stop_option as i16 in 0..=8,
         ShutdownOption: profile.shutdown_option as i16 in 0..=1,
         DisableOption: profile.disable_option as i16 in 0..=1,

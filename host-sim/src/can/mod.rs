@@ -20,5 +20,6 @@ pub mod native_node;
 pub mod scan;
 pub mod sdo;
 pub mod server;
+pub mod service;
 pub mod telemetry;
 pub mod update;

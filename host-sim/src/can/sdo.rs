@@ -51,7 +51,8 @@ pub fn abort_text(code: u32) -> String {
         ),
         (
             Abort::DeviceState,
-            "not possible in the present state of the device: it is enabled, or has no power",
+            "not possible in the present state of the device: it is enabled, has no power, or is \
+             locked by its service password",
         ),
         (Abort::NoData, "there is no data"),
         (Abort::Hardware, "the hardware failed"),
@@ -87,6 +88,17 @@ impl<'a> Sdo<'a> {
         let id = StandardId::new(0x600 + u16::from(self.node)).unwrap_or(StandardId::MAX);
         let frame = CanFrame::received(id.into(), false, 8, data);
         Ok(self.link.send(&frame)?)
+    }
+
+    /// Ends a transfer of this object that an earlier client has left, which would take the next
+    /// request for a segment until its time-out of a second.
+    ///
+    /// # Errors
+    /// [`SdoError::Link`].
+    pub fn abort(&mut self, index: u16, sub: u8) -> Result<(), SdoError> {
+        let [low, high] = index.to_le_bytes();
+        let [a, b, c, d] = Abort::Timeout.code().to_le_bytes();
+        self.send([0x80, low, high, sub, a, b, c, d])
     }
 
     fn response(&mut self) -> Result<[u8; 8], SdoError> {

@@ -91,6 +91,9 @@ const PROGRAM_DATA: (u16, u8) = (0x1f50, 1);
 const PROGRAM_CONTROL: (u16, u8) = (0x1f51, 1);
 const PROGRAM_IDENTITY: (u16, u8) = (0x1f56, 1);
 const FLASH_STATUS: (u16, u8) = (0x1f57, 1);
+const KEPT_IMAGE: (u16, u8) = (0x2104, 1);
+const KEPT_BYTES: (u16, u8) = (0x2104, 2);
+const NEXT_OFFSET: (u16, u8) = (0x2104, 3);
 
 /// Bits of the flash status: the flash is being written, and the program is on trial.
 const BUSY: u32 = 1;
@@ -101,7 +104,8 @@ const STARTED: u32 = 1;
 
 /// Loads an image into a node, has it installed, and waits until the new program has confirmed
 /// itself. `progress` is told how many bytes the node has. A node that drives takes the image
-/// meanwhile; it is to be without power, and at rest, when the image is there.
+/// meanwhile; it is to be without power, and at rest, when the image is there. A download of this
+/// image that was broken off before is continued, and one that is complete is not repeated.
 ///
 /// # Errors
 /// [`UpdateError`]. The node runs its program on, or waits for another image.
@@ -112,6 +116,8 @@ pub fn update(
     progress: &mut dyn FnMut(usize),
 ) -> Result<(), UpdateError> {
     let mut sdo = Sdo::new(link, node);
+    let (index, sub) = PROGRAM_DATA;
+    sdo.abort(index, sub)?;
     let state = match number(&mut sdo, PROGRAM_CONTROL) {
         Err(SdoError::Abort { .. }) => return Err(UpdateError::NoBootloader(node)),
         other => other?,
@@ -124,7 +130,7 @@ pub fn update(
         let image = header.hardware;
         return Err(UpdateError::Hardware { node, image, found });
     }
-    let loaded = sdo.download_block(PROGRAM_DATA, image, progress);
+    let loaded = load(&mut sdo, header, image, progress);
     if let Err(error) = loaded {
         return Err(why(&mut sdo, node).unwrap_or(error.into()));
     }
@@ -135,6 +141,38 @@ pub fn update(
     }
     wait_for_boot_up(link, node)?;
     wait_for_confirmation(&mut Sdo::new(link, node), node, header)
+}
+
+/// Loads what the node does not have of the image.
+fn load(
+    sdo: &mut Sdo<'_>,
+    header: &Header,
+    image: &[u8],
+    progress: &mut dyn FnMut(usize),
+) -> Result<(), SdoError> {
+    let kept = kept(sdo, header)?.min(image.len());
+    let rest = image.get(kept..).unwrap_or_default();
+    if kept > 0 {
+        progress(kept);
+    }
+    if rest.is_empty() {
+        return Ok(());
+    }
+    if kept > 0 {
+        let (index, sub) = NEXT_OFFSET;
+        sdo.download(index, sub, &(kept as u32).to_le_bytes())?;
+    }
+    sdo.download_block(PROGRAM_DATA, rest, &mut |bytes| progress(kept + bytes))
+}
+
+/// Bytes of this image that the node has already.
+fn kept(sdo: &mut Sdo<'_>, header: &Header) -> Result<usize, SdoError> {
+    match number(sdo, KEPT_IMAGE) {
+        Ok(identity) if identity == header.identity() => Ok(number(sdo, KEPT_BYTES)? as usize),
+        // An earlier program has no such object.
+        Ok(_) | Err(SdoError::Abort { .. }) => Ok(0),
+        Err(error) => Err(error),
+    }
 }
 
 /// Waits until the image is written.

@@ -34,7 +34,7 @@ const MIN_SLEEP: Duration = Duration::from_micros(500);
 /// A run that is behind real time by more than this does not catch up.
 const MAX_LAG: Duration = Duration::from_millis(20);
 
-/// SharedBusState of a board at a synchronisation.
+/// State of a board at a synchronisation.
 #[derive(Debug, Clone, Copy)]
 struct StationState {
     station: Option<Station>,

@@ -23,7 +23,7 @@ use super::{
     bus_status,
     parameter_store::SaveResult,
     program_check,
-    sealed::Sealed,
+    sealed::{Restored, Sealed},
     servo_pulse::ServoPulse,
     shutdown::Shutdown,
     timebase,
@@ -53,11 +53,11 @@ const INTAKE_CYCLES: u32 = 30_000;
 
 /// Core cycles of the longest frame without a reset, and of a call beside its frames with the
 /// interrupts that preempt it: bounds (`docs/emulated-board.md`).
-const LONGEST_FRAME_CYCLES: u32 = 45_000;
+const LONGEST_FRAME_CYCLES: u32 = 46_000;
 const REST_CYCLES: u32 = 70_000;
 
 /// Core cycles of a call whose first frame is a reset: it takes no other frame.
-const RESET_CALL_CYCLES: u32 = 163_000;
+const RESET_CALL_CYCLES: u32 = 166_000;
 
 // The last call ends before the last PWM period, whose sampling instants it would delay.
 const _: () = {
@@ -81,12 +81,22 @@ pub struct Queues {
     pub update_results: Consumer<'static, UpdateResult, SINGLE>,
 }
 
+/// What a control step was given, and what it has computed.
+struct LastStep {
+    samples: Samples,
+    is_late: bool,
+    starved_periods: u32,
+    outputs: Outputs,
+}
+
 /// Node, drive, and their connections to the other tasks.
 pub struct CanopenTask {
     /// Sealed between two uses.
     device: Sealed<Device<'static>>,
-    /// Whether a control step has used the device since it was last sealed.
-    is_in_use: bool,
+    /// Whether the motor was driven before the last control step.
+    was_driven: bool,
+    /// The last control step, until it has been computed a second time.
+    last_step: Option<LastStep>,
     /// After corrupt data or a corrupt program: the device is used no more.
     shutdown: Option<Shutdown>,
     /// Node-ID of the last call; 0 for none.
@@ -132,6 +142,15 @@ pub fn gather(
 #[inline(never)]
 fn device_control(device: &mut Device<'static>, samples: &Samples) -> Outputs {
     device.control(samples)
+}
+
+/// Tells the drive how its control step met its time.
+fn apply_timing(device: &mut Device<'static>, is_late: bool, starved_periods: u32) {
+    let drive = &mut device.drive;
+    if is_late {
+        drive.was_late();
+    }
+    drive.diagnostics.starved_periods = starved_periods;
 }
 
 /// Processes received frames and due events, and queues the frames to be transmitted.
@@ -185,15 +204,16 @@ fn queue_frames(device: &mut Device<'static>, queues: &mut Queues) {
 impl CanopenTask {
     /// The task of a device whose frames the controller receives already.
     pub fn new(
-        device: &'static mut Device<'static>,
+        device: Sealed<Device<'static>>,
         watchdog: WatchdogSupervisor,
         queues: Queues,
         set_to_save: &'static mut StoredParameters,
         accepted_ids: AcceptedIds,
     ) -> Self {
         Self {
-            device: Sealed::new(device),
-            is_in_use: false,
+            device,
+            was_driven: false,
+            last_step: None,
             shutdown: None,
             node_id: 0,
             watchdog,
@@ -206,26 +226,51 @@ impl CanopenTask {
         }
     }
 
-    /// Seals the device after a control step, and checks it before the next one, while the encoder
-    /// is read.
+    /// After a control step computes it a second time and seals the device; before the next one,
+    /// while the encoder is read, checks and copies the device.
     pub fn maintain_seal(&mut self, is_driven: bool) {
-        if self.is_in_use {
-            self.is_in_use = false;
-            self.device.seal();
-        } else {
-            self.check(is_driven);
+        match self.last_step.take() {
+            Some(step) => {
+                if !self.repeat(&step) {
+                    // A wrong result may have switched the bridge off.
+                    self.begin_shutdown(Fault::DataCorrupt, is_driven || self.was_driven);
+                }
+                self.device.seal();
+            }
+            None => {
+                let is_intact = self.device.unseal_and_copy();
+                self.check(is_intact, is_driven);
+            }
         }
     }
 
-    /// Checks that the device and the program are as they were; otherwise begins the shutdown.
-    fn check(&mut self, is_driven: bool) {
-        let fault = if !self.device.unseal() {
-            Fault::DataCorrupt
+    /// Computes a control step again, from the state before it; returns whether the result is the
+    /// same. A register that changes during one of both computations, or an instruction that is not
+    /// executed, makes another one.
+    fn repeat(&mut self, step: &LastStep) -> bool {
+        let state = self.device.get().drive.step_state();
+        match self.device.restore() {
+            Restored::Intact => {}
+            Restored::Corrupt => return false,
+            Restored::Absent => return true,
+        }
+        let device = self.device.get();
+        let outputs = device_control(device, &step.samples);
+        let is_same = (outputs, device.drive.step_state()) == (step.outputs, state);
+        apply_timing(device, step.is_late, step.starved_periods);
+        is_same
+    }
+
+    /// Begins the shutdown unless the device and the program are as they were.
+    fn check(&mut self, is_intact: bool, is_driven: bool) {
+        if !is_intact {
+            self.begin_shutdown(Fault::DataCorrupt, is_driven);
         } else if program_check::is_corrupt() {
-            Fault::ProgramCorrupt
-        } else {
-            return;
-        };
+            self.begin_shutdown(Fault::ProgramCorrupt, is_driven);
+        }
+    }
+
+    fn begin_shutdown(&mut self, fault: Fault, is_driven: bool) {
         let node_id = self.node_id;
         self.shutdown
             .get_or_insert_with(|| Shutdown::new(fault, is_driven, node_id));
@@ -239,8 +284,10 @@ impl CanopenTask {
         control_period: u32,
         is_driven: bool,
     ) -> Option<Outputs> {
+        self.was_driven = is_driven;
         samples.missed_periods = self.watchdog.begin_step(control_period);
-        self.check(is_driven);
+        let is_intact = self.device.unseal();
+        self.check(is_intact, is_driven);
         match self.shutdown {
             None => Some(device_control(self.device.get(), samples)),
             Some(_) => None,
@@ -254,24 +301,28 @@ impl CanopenTask {
             .map_or(Command::Coast, Shutdown::step)
     }
 
-    /// Ends the control step, after its decision is set at the bridge.
-    pub fn end_step(&mut self, outputs: Option<&Outputs>, is_late: bool) {
+    /// Ends the control step with these samples, after its decision is set at the bridge.
+    pub fn end_step(&mut self, samples: Samples, outputs: Option<Outputs>, is_late: bool) {
         let starved_periods = self.watchdog.end_step(is_late);
         let Some(outputs) = outputs else { return };
-        let drive = &mut self.device.get().drive;
-        if is_late {
-            drive.was_late();
-        }
-        drive.diagnostics.starved_periods = starved_periods;
+        apply_timing(self.device.get(), is_late, starved_periods);
         // The queue is full only if the background task is late: the log then has a gap.
-        let _ = self.queues.reports.enqueue(StepReport::new(outputs));
-        self.is_in_use = true;
+        let _ = self.queues.reports.enqueue(StepReport::new(&outputs));
+        self.last_step = Some(LastStep {
+            samples,
+            is_late,
+            starved_periods,
+            outputs,
+        });
     }
 
     /// A call of the CANopen device, in the PWM period of this number. Returns whether there are
     /// frames to transmit.
     pub fn communicate(&mut self, period: u32, is_driven: bool) -> bool {
-        self.check(is_driven);
+        let is_intact = self.device.unseal();
+        self.check(is_intact, is_driven);
+        // What the call does must not be undone.
+        self.device.discard_copy();
         if let Some(shutdown) = &mut self.shutdown {
             // Before everything that waits.
             if let Some(frame) = shutdown.take_frame() {

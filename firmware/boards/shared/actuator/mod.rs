@@ -23,3 +23,4 @@ pub mod timing;
 pub mod update_result;
 pub mod watchdog_supervisor;
 pub mod window_watchdog;
+pub mod words;

@@ -67,6 +67,7 @@ macro_rules! actuator_program {
                     parameter_store::{ParameterStore, SaveResult},
                     program_check,
                     pwm_timer::Instant,
+                    sealed::Sealed,
                     servo_pulse::ServoPulse,
                     timebase::PeriodCounter,
                     timing::PWM_PERIODS,
@@ -118,6 +119,7 @@ macro_rules! actuator_program {
                 update_result_queue: Queue<UpdateResult, SINGLE> = Queue::new(),
                 set_to_save: MaybeUninit<StoredParameters> = MaybeUninit::uninit(),
                 device: MaybeUninit<Device<'static>> = MaybeUninit::uninit(),
+                copy_of_device: MaybeUninit<Device<'static>> = MaybeUninit::uninit(),
                 capture_buffer: [i32; CAPTURE_WORDS] = [0; CAPTURE_WORDS],
             ])]
             fn init(cx: init::Context) -> (Shared, Local) {
@@ -185,7 +187,7 @@ macro_rules! actuator_program {
                     encoder: peripherals.encoder,
                     period_counter: peripherals.period_counter,
                     canopen_task: CanopenTask::new(
-                        device,
+                        Sealed::new(device, cx.local.copy_of_device),
                         watchdog,
                         queues,
                         cx.local.set_to_save.write(loaded.parameters),
@@ -264,7 +266,7 @@ macro_rules! actuator_program {
                 let outputs = task.begin_step(&mut samples, period, bridge.is_on());
                 let command = outputs.as_ref().map(|outputs| outputs.bridge);
                 bridge.command(command.unwrap_or_else(|| task.shut_down()));
-                task.end_step(outputs.as_ref(), bridge.timer().is_late());
+                task.end_step(samples, outputs, bridge.timer().is_late());
                 rtic::pend(Interrupt::$seal);
                 rtic::pend(Interrupt::$background);
             }

@@ -1,20 +1,70 @@
 //! Memory that must not change between two uses.
 
-use core::arch::asm;
+use core::{mem::MaybeUninit, ptr};
+
+use super::words::{checksum_of, copy};
 
 /// A value that a checksum protects while it is not in use.
 pub struct Sealed<T: 'static> {
     content: &'static mut T,
     /// The checksum since the end of the last use; none during a use.
     checksum: Option<u32>,
+    /// The bytes of the value at the start of a use, and the checksum that it then had.
+    copy: &'static mut MaybeUninit<T>,
+    copied: Option<u32>,
+}
+
+/// Result of [`Sealed::restore`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Restored {
+    /// The value is what it was.
+    Intact,
+    /// The value is not what it was, and must not be used.
+    Corrupt,
+    /// There is no copy: the value is as it is.
+    Absent,
 }
 
 impl<T> Sealed<T> {
-    /// A value in use.
-    pub fn new(content: &'static mut T) -> Self {
+    /// A value in use, with memory for a copy.
+    pub fn new(content: &'static mut T, copy: &'static mut MaybeUninit<T>) -> Self {
+        const { assert!(!core::mem::needs_drop::<T>()) }
         Self {
             content,
             checksum: None,
+            copy,
+            copied: None,
+        }
+    }
+
+    /// As [`Sealed::unseal`], with a copy of the value for [`Sealed::restore`].
+    pub fn unseal_and_copy(&mut self) -> bool {
+        self.copied = self.checksum;
+        let from = ptr::from_ref(&*self.content);
+        // SAFETY: both are valid for one `T` and do not overlap. The copy is never used as a value
+        // of its own, only to overwrite the value of which it was made.
+        unsafe { copy(from, self.copy.as_mut_ptr()) }
+        self.unseal()
+    }
+
+    /// Discards the copy.
+    pub fn discard_copy(&mut self) {
+        self.copied = None;
+    }
+
+    /// Makes the value what it was when it was copied, once.
+    pub fn restore(&mut self) -> Restored {
+        let Some(copied) = self.copied.take() else {
+            return Restored::Absent;
+        };
+        let to = ptr::from_mut(self.content);
+        // SAFETY: as in `unseal_and_copy`; the value that is overwritten needs no drop.
+        unsafe { copy(self.copy.as_ptr(), to) }
+        // After the copying, which may itself have failed.
+        if checksum_of(self.content) == copied {
+            Restored::Intact
+        } else {
+            Restored::Corrupt
         }
     }
 
@@ -34,47 +84,4 @@ impl<T> Sealed<T> {
     pub fn seal(&mut self) {
         self.checksum = Some(checksum_of(self.content));
     }
-}
-
-/// Checksum of all bytes of a value, also of those between its fields: each word is added without
-/// carry to the sum rotated by one bit. A change within one word always changes it; a change of
-/// several words is missed with a probability of 2^-32.
-fn checksum_of<T>(value: &T) -> u32 {
-    const { assert!(size_of::<T>().is_multiple_of(4) && align_of::<T>() >= 4) }
-    let words = size_of::<T>() / 4;
-    let start = core::ptr::from_ref(value);
-    let mut checksum: u32 = !0;
-    // SAFETY: reads the memory of the value alone. In assembly, since the bytes between its fields
-    // have no value for the compiler; eight words at once, since it runs six times in a control
-    // period.
-    unsafe {
-        asm!(
-            "b 2f",
-            "1: ldmia r0!, {{r2-r5, r8, r10, r12, lr}}",
-            "eor {sum}, r2, {sum}, ror #1",
-            "eor {sum}, r3, {sum}, ror #1",
-            "eor {sum}, r4, {sum}, ror #1",
-            "eor {sum}, r5, {sum}, ror #1",
-            "eor {sum}, r8, {sum}, ror #1",
-            "eor {sum}, r10, {sum}, ror #1",
-            "eor {sum}, r12, {sum}, ror #1",
-            "eor {sum}, lr, {sum}, ror #1",
-            "2: subs r1, r1, #8",
-            "bpl 1b",
-            "adds r1, r1, #8",
-            "beq 4f",
-            "3: ldr r2, [r0], #4",
-            "eor {sum}, r2, {sum}, ror #1",
-            "subs r1, r1, #1",
-            "bne 3b",
-            "4:",
-            sum = inout(reg) checksum,
-            inout("r0") start => _,
-            inout("r1") words => _,
-            out("r2") _, out("r3") _, out("r4") _, out("r5") _,
-            out("r8") _, out("r10") _, out("r12") _, out("lr") _,
-            options(readonly, nostack),
-        );
-    }
-    checksum
 }

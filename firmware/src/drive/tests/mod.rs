@@ -8,6 +8,7 @@ mod failsafe;
 mod limits;
 mod motion;
 mod objects;
+mod service;
 mod store;
 mod update;
 mod velocity;

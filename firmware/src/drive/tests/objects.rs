@@ -68,11 +68,18 @@ fn each_stored_value_is_an_object_with_its_default_and_range() {
         };
         let size = entry.data_type().size().expect("a number");
         let mask = u32::MAX >> (32 - 8 * u32::from(size));
-        assert_eq!(
-            bench.get(address.index, address.sub),
-            default & mask,
-            "{address:?}"
-        );
+        if entry.access() == Access::Write {
+            assert_eq!(
+                bench.try_get(address.index, address.sub),
+                Err(Abort::WriteOnly.code())
+            );
+        } else {
+            assert_eq!(
+                bench.get(address.index, address.sub),
+                default & mask,
+                "{address:?}"
+            );
+        }
         let Location::Parameter(parameter) = location(address) else {
             continue;
         };

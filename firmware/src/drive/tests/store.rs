@@ -230,9 +230,19 @@ fn stored_identifiers_follow_the_node_id_unless_they_were_changed() {
 
 #[test]
 fn an_enabled_drive_keeps_its_identity_against_lss() {
+    // LSS has changed the node-ID while the drive was disabled.
+    let mut bench = Bench::new();
+    lss_node_id(&mut bench, 42);
+    bench.set(0x6060, 0, 1, 1);
+    bench.enable();
+    lss_store(&mut bench, 2);
+    assert_eq!(bench.device.drive.store.stored().board.bus.node_id, 1);
+    // While it is enabled.
     let mut bench = Bench::enabled(1);
     lss_node_id(&mut bench, 42);
-    lss_store(&mut bench, 2);
+    let refused = frame(0x7E4, &[0x11, 255, 0, 0, 0, 0, 0, 0]);
+    assert!(bench.received.contains(&refused));
+    lss_store(&mut bench, 0);
     assert_eq!(bench.device.drive.store.stored().board.bus.node_id, 1);
 }
 

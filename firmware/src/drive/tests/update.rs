@@ -1,9 +1,10 @@
 //! Images over the bus, and the decisions about them.
 
 use bootloader::{ACTUATOR_BOARD, HEADER_SIZE, Header, Outcome, Policy, Version};
+use canopen::Abort;
 
 use super::*;
-use crate::drive::{Slots, StageError, UpdateOrder};
+use crate::drive::{Image, Slots, StageError, UpdateOrder};
 
 const DEVICE_STATE: u32 = 0x0800_0022;
 
@@ -18,6 +19,7 @@ fn slots(is_confirmed: bool) -> Slots {
         capacity: 4 * 4000,
         outcome: Outcome::None,
         is_confirmed,
+        staged: None,
     }
 }
 
@@ -164,6 +166,93 @@ fn a_download_that_the_client_breaks_off_leaves_the_buffer() {
     bench.send(0x601, &[0x80, 0x50, 0x1f, 1, 0, 0, 0, 0]);
     bench.received.clear();
     assert_eq!(bench.load(&image(&header(6))), Ok(()));
+}
+
+impl Bench {
+    /// Begins a download and sends so many whole segments, then breaks it off.
+    fn break_off(&mut self, image: &[u8], segments: usize) {
+        let [a, b, c, d] = (image.len() as u32).to_le_bytes();
+        assert_eq!(self.sdo([0x21, 0x50, 0x1f, 1, a, b, c, d])[0], 0x60);
+        for (number, bytes) in image.chunks(7).take(segments).enumerate() {
+            let mut request = [(number as u8 & 1) << 4, 0, 0, 0, 0, 0, 0, 0];
+            request[1..].copy_from_slice(bytes);
+            assert_eq!(self.sdo(request)[0] >> 5, 1);
+        }
+        // The client is silent for the time-out of the server.
+        self.steps(251);
+    }
+
+    /// Object 2104h.
+    fn kept(&mut self) -> (u32, u32) {
+        (self.get(0x2104, 1), self.get(0x2104, 2))
+    }
+}
+
+#[test]
+fn a_download_that_was_broken_off_continues_where_it_ended() {
+    let mut bench = bench(true);
+    let mut image = image(&header(6));
+    for (at, byte) in image.iter_mut().enumerate().skip(HEADER_SIZE as usize) {
+        *byte = (at * 37 % 251) as u8;
+    }
+    let identity = header(6).identity();
+    bench.break_off(&image, 80);
+    assert_eq!(bench.kept(), (identity, 560));
+    assert_eq!(bench.try_set(0x2104, 3, 559, 4), Err(Abort::Value.code()));
+    bench.set(0x2104, 3, 560, 4);
+    bench.load(&image[560..]).expect("the rest");
+    assert_eq!(bench.kept(), (identity, image.len() as u32));
+    assert_eq!(bench.get(0x2104, 3), 0, "used up");
+    assert_eq!(bench.stage(Ok(())), image);
+}
+
+#[test]
+fn the_beginning_of_an_image_is_neither_installed_nor_completed_by_that_of_another() {
+    let mut bench = bench(true);
+    let long = Header {
+        length: 960,
+        ..header(6)
+    };
+    bench.break_off(&image(&long), 80);
+    assert_eq!(bench.install(), Err(DEVICE_STATE));
+    // The rest of a shorter image.
+    bench.set(0x2104, 3, 560, 4);
+    assert!(bench.load(&[0; 48]).is_err());
+    assert_eq!(bench.kept(), (0, 0));
+    assert_eq!(bench.install(), Err(DEVICE_STATE));
+    // Without an offset the next download is a new image.
+    bench.break_off(&image(&long), 80);
+    assert_eq!(bench.load(&image(&header(6))), Ok(()));
+    assert_eq!(bench.stage(Ok(())), image(&header(6)));
+}
+
+#[test]
+fn a_recording_and_a_header_that_is_not_complete_leave_nothing_to_continue() {
+    let mut bench = bench(true);
+    bench.break_off(&image(&header(6)), 80);
+    bench.set(0x2030, 1, 1, 1);
+    assert_eq!(bench.kept(), (0, 0));
+    assert_eq!(bench.try_set(0x2104, 3, 560, 4), Err(Abort::Value.code()));
+    bench.set(0x2030, 1, 0, 1);
+    bench.break_off(&image(&header(6)), 73);
+    assert_eq!(bench.kept(), (0, 0));
+}
+
+#[test]
+fn an_image_that_was_staged_before_a_loss_of_power_is_installed_without_a_download() {
+    let mut bench = Bench::new();
+    let staged = Image {
+        identity: 4711,
+        bytes: 600,
+    };
+    bench.device.drive.set_slots(Slots {
+        staged: Some(staged),
+        ..slots(true)
+    });
+    assert_eq!(bench.kept(), (4711, 600));
+    assert_eq!(bench.install(), Ok(()));
+    let order = bench.device.drive.take_update();
+    assert!(matches!(order, Some(UpdateOrder::Install(4711))));
 }
 
 #[test]

@@ -4,7 +4,7 @@
 use core::task::Poll;
 
 use bootloader::{
-    ACTUATOR_BOARD, Bus, Header, Phase, Policy, State,
+    ACTUATOR_BOARD, Bus, HEADER_SIZE, Header, Phase, Policy, State,
     background::{Appending, Staging},
     header_of,
     layout::STM32F427,
@@ -12,7 +12,7 @@ use bootloader::{
 };
 use cortex_m::peripheral::DWT;
 use firmware::{
-    drive::{Slots, UpdateOrder},
+    drive::{Image, Slots, UpdateOrder},
     parameters::BusSettings,
 };
 use heapless::spsc::{Consumer, Producer};
@@ -77,7 +77,9 @@ impl Updater {
             bus: of_settings(bus),
             work: Work::None,
         };
-        (updater, known.map(|(image, state)| slots(&image, &state)))
+        let staged = header_of(flash, &STM32F427.staging);
+        let slots = known.map(|(image, state)| slots(&image, &state, staged.as_ref()));
+        (updater, slots)
     }
 
     /// Node-ID and bit rate were saved.
@@ -180,17 +182,28 @@ impl Updater {
     }
 }
 
-/// What the drive needs to know of this image and this state.
-fn slots(image: &Header, state: &State) -> Slots {
+/// What the drive needs to know of this image, this state and the header in the staging area.
+fn slots(image: &Header, state: &State, staged: Option<&Header>) -> Slots {
     let buffer = (CAPTURE_WORDS * size_of::<i32>()) as u32;
+    let capacity = STM32F427.slot.size().min(buffer);
+    let policy = Policy {
+        hardware: ACTUATOR_BOARD,
+        floor: state.floor,
+    };
+    // An image that was installed, or refused or rolled back, stays in the staging area. The header
+    // of an image is written when all of it is there; the bootloader checks it again.
+    let staged = staged.filter(|staged| {
+        staged.identity() != state.image && policy.check(staged, capacity).is_ok()
+    });
     Slots {
         identity: image.identity(),
         version: image.version,
-        policy: Policy {
-            hardware: ACTUATOR_BOARD,
-            floor: state.floor,
-        },
-        capacity: STM32F427.slot.size().min(buffer),
+        policy,
+        capacity,
+        staged: staged.map(|staged| Image {
+            identity: staged.identity(),
+            bytes: HEADER_SIZE.saturating_add(staged.length),
+        }),
         outcome: state.outcome,
         is_confirmed: state.phase == Phase::Idle,
     }

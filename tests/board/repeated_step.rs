@@ -1,0 +1,123 @@
+//! The control step is computed twice: what changes one of both computations is noticed.
+
+use board_tests::frames::{Frame, faults};
+use board_tests::master::{Master, PERIODS, driven, to_and_fro};
+use board_tests::program::{firmware, run_master, run_script};
+use virtual_board::faults::{Fault, MemoryLocation, Planned, Trigger};
+use virtual_board::plant::Bridge;
+use virtual_board::run::{Finished, Flow, Options, Script, View};
+
+/// The control step that is disturbed, while the shaft moves.
+const STEP: u64 = 200;
+
+/// Entries of the computation before it: the first step is computed once.
+const ENTRIES: u64 = 2 * STEP - 3;
+
+/// Words of the device that are disturbed, of those that each control step changes.
+const WORDS: usize = 6;
+
+const DATA_CORRUPT: u8 = 22;
+
+fn frames(tick: u64) -> Vec<Frame> {
+    driven(tick, to_and_fro(tick))
+}
+
+/// A master that sends these frames in each control period.
+type Driving = Master<fn(u64) -> Vec<Frame>>;
+
+/// Reads the device before three control steps in a row.
+struct Reader {
+    master: Driving,
+    edges: u64,
+    images: Vec<Vec<u32>>,
+}
+
+impl Script for Reader {
+    fn at_edge(&mut self, view: &mut View<'_>) -> Flow {
+        let steps = self.edges / PERIODS;
+        if self.edges.is_multiple_of(PERIODS) && (STEP - 3..STEP).contains(&steps) {
+            let device = firmware().symbol_containing("init_device");
+            let words = device.expect("a variable").step_by(4);
+            let image = words.map(|address| view.word(address).expect("memory"));
+            self.images.push(image.collect());
+        }
+        self.edges += 1;
+        self.master.at_edge(view)
+    }
+}
+
+/// Addresses of words that each control step changes, spread over the device.
+fn changing_words() -> Vec<u64> {
+    let reader = Reader {
+        master: Master::new(frames),
+        edges: 0,
+        images: Vec::new(),
+    };
+    let images = run_script(Options::for_ms(4 * STEP), reader).script.images;
+    let device = firmware().symbol_containing("init_device");
+    let words = device.expect("a variable").step_by(4).enumerate();
+    let changing: Vec<_> = words
+        .filter(|(k, _)| images.windows(2).all(|pair| pair[0][*k] != pair[1][*k]))
+        .map(|(_, address)| address)
+        .collect();
+    assert!(changing.len() > 2 * WORDS, "{changing:x?}");
+    let spread = changing.iter().step_by(changing.len() / WORDS);
+    spread.copied().collect()
+}
+
+fn run(disturbance: Option<(u64, u64)>) -> Finished<Driving> {
+    let planned = disturbance.map(|(address, hit)| Planned {
+        trigger: Trigger::Symbol {
+            name: "device_control".into(),
+            hit,
+        },
+        for_ns: None,
+        fault: Fault::FlipRam {
+            place: MemoryLocation::Address(address),
+            bit: 5,
+        },
+    });
+    let options = Options {
+        faults: planned.into_iter().collect(),
+        ..Options::for_ms(4 * STEP + 200)
+    };
+    run_master(options, frames as fn(u64) -> Vec<Frame>)
+}
+
+/// Bridge and angle, which do not depend on the number of instructions.
+fn motion<S>(finished: &Finished<S>) -> Vec<(Bridge, f64)> {
+    let rows = finished.trace.rows.iter();
+    rows.map(|row| (row.bridge, row.angle_deg)).collect()
+}
+
+#[test]
+fn a_flip_before_one_of_both_computations_of_a_control_step_is_told_or_without_effect() {
+    let undisturbed = motion(&run(None));
+    let mut told = [0; 2];
+    for address in changing_words() {
+        for (computation, told) in told.iter_mut().enumerate() {
+            let hit = ENTRIES + 1 + computation as u64;
+            let disturbed = run(Some((address, hit)));
+            let codes: Vec<_> = faults(&disturbed).iter().map(|(_, code)| *code).collect();
+            match codes.as_slice() {
+                [] => assert!(motion(&disturbed) == undisturbed, "{address:x}"),
+                codes => {
+                    assert!(codes.contains(&DATA_CORRUPT), "{address:x}: {codes:?}");
+                    *told += 1;
+                }
+            }
+        }
+    }
+    println!("told of {WORDS}: {told:?}");
+    // Some words are written before they are read.
+    assert!(told.iter().all(|told| *told > 0), "{told:?}");
+}
+
+#[test]
+fn a_flip_in_the_copy_from_which_a_control_step_is_repeated_is_told() {
+    let copy = firmware().symbol_containing("copy_of_device");
+    let last = copy.expect("a variable").end - 1;
+    let disturbed = run(Some((last, ENTRIES + 1)));
+    let codes: Vec<_> = faults(&disturbed).iter().map(|(_, code)| *code).collect();
+    assert!(codes.contains(&DATA_CORRUPT), "{codes:?}");
+}
