@@ -25,10 +25,10 @@ pub const LATEST_MS: u32 = 1500;
 /// Instructions in four control periods of a moving drive, about: an injection into the core
 /// follows its instant after up to so many, so that it meets an instruction as often as that is
 /// executed.
-const INSTRUCTIONS: u32 = 100_000;
+const INSTRUCTIONS: u32 = 130_000;
 
 /// Instructions in a control period of a moving drive, at most: [`Place::Period`] skips each.
-pub const PERIOD_INSTRUCTIONS: u64 = 25_000;
+pub const PERIOD_INSTRUCTIONS: u64 = 36_000;
 
 /// Where an injection is made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]

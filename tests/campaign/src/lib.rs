@@ -12,6 +12,7 @@ pub mod campaign;
 mod digest;
 mod experiment;
 mod fork;
+pub mod history;
 pub mod injection;
 mod injector;
 pub mod motion;
@@ -23,4 +24,4 @@ mod tell;
 mod timetable;
 mod twin;
 
-pub use page::{Row, replace_table, table};
+pub use page::{Row, replace_table, table, total};

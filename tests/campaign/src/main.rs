@@ -10,11 +10,12 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use clap::Parser;
 use fault_campaign::campaign::{CampaignError, TRACE_COLUMNS, draw, run_all};
+use fault_campaign::history::{Entry, append};
 use fault_campaign::injection::{Injection, PERIOD_INSTRUCTIONS, Place};
 use fault_campaign::motion::Motion;
 use fault_campaign::outcome::{Outcome, Verdict};
 use fault_campaign::results::{Results, ResultsError};
-use fault_campaign::{replace_table, table};
+use fault_campaign::{replace_table, table, total};
 use indicatif::{ProgressBar, ProgressStyle};
 use virtual_board::run::FirmwareError;
 
@@ -48,6 +49,9 @@ struct Options {
     /// CSV file of the results, which continues an earlier campaign with the same program and seed
     #[arg(long, value_name = "FILE")]
     results: Option<PathBuf>,
+    /// CSV file of the counts of all campaigns, to which those of new experiments are added
+    #[arg(long, value_name = "FILE")]
+    history: Option<PathBuf>,
     /// CSV file of the motion, to look at a single experiment
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
@@ -88,12 +92,21 @@ fn main() -> ExitCode {
 /// Runs all places; returns the number of silent and hazardous injections.
 fn run(options: &Options) -> Result<usize, Error> {
     let known = Results::open(options.results.as_deref(), options.seed)?;
+    let program = known.program().to_owned();
     let known = Arc::new(Mutex::new((known, Ok(()))));
     let mut rows = Vec::new();
+    let mut entries = Vec::new();
     for (place, injections) in injections(options)? {
-        rows.push((place, verdicts(options, &known, place, &injections)?));
+        let (verdicts, new) = verdicts(options, &known, place, &injections)?;
+        if !new.is_empty() {
+            entries.push(Entry::new(&program, options.seed, place, &new));
+        }
+        rows.push((place, verdicts));
     }
-    let text = table(&rows);
+    let mut text = table(&rows, &program, options.seed);
+    if let Some(path) = &options.history {
+        text += &format!("\n{}", total(&append(path, &entries)?));
+    }
     match &options.out {
         Some(path) => write(path, &text)?,
         None => println!("{text}"),
@@ -133,13 +146,13 @@ fn lock(known: &Known) -> MutexGuard<'_, (Results, Result<(), ResultsError>)> {
     known.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The verdicts on these injections: the known ones, and those of new experiments.
+/// The verdicts on all these injections, and those of the new experiments alone.
 fn verdicts(
     options: &Options,
     known: &Known,
     place: Place,
     injections: &[Injection],
-) -> Result<Vec<Verdict>, Error> {
+) -> Result<(Vec<Verdict>, Vec<Verdict>), Error> {
     let is_new = |injection: &&Injection| lock(known).0.verdict(injection).is_none();
     let left: Vec<_> = injections.iter().filter(is_new).copied().collect();
     let style = ProgressStyle::with_template("{msg} {bar:40} {pos}/{len} {per_sec}, {eta} left");
@@ -162,7 +175,8 @@ fn verdicts(
     let known = &mut *lock(known);
     std::mem::replace(&mut known.1, Ok(()))?;
     let verdict = |injection| known.0.verdict(injection).unwrap_or(Verdict::UNJUDGED);
-    Ok(injections.iter().map(verdict).collect())
+    let all = injections.iter().map(verdict).collect();
+    Ok((all, left.iter().map(verdict).collect()))
 }
 
 fn create_trace(path: &Path) -> Result<File, Error> {

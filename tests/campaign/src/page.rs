@@ -1,7 +1,10 @@
 //! The table of a campaign in a document.
 
+use std::collections::BTreeSet;
+
 use statrs::distribution::{Beta, ContinuousCDF};
 
+use crate::history::Entry;
 use crate::injection::Place;
 use crate::outcome::{Outcome, Verdict};
 
@@ -14,21 +17,13 @@ const END: &str = "<!-- table of the campaign: end -->";
 /// Probability that a rate of hazards is below the bound of the table.
 const CONFIDENCE: f64 = 0.95;
 
-/// The table in Markdown.
-pub fn table(rows: &[Row]) -> String {
-    let mut text = String::from(
-        "| place | injections | no effect | small or short | told and safe | restarted and safe | told, coasting | told, driven on | **silent and hazardous** | not judged | silent and hazardous, at most |\n\
-         |---|---|---|---|---|---|---|---|---|---|---|\n",
-    );
+/// The table in Markdown of a campaign with this program and seed.
+pub fn table(rows: &[Row], program: &str, seed: u64) -> String {
+    let mut text = format!("Program `{program}`, seed {seed}.\n\n");
+    text += "| place | injections | no effect | small or short | told and safe | restarted and safe | told, coasting | told, driven on | **silent and hazardous** | not judged | silent and hazardous, at most |\n\
+         |---|---|---|---|---|---|---|---|---|---|---|\n";
     for (place, verdicts) in rows {
-        let name = match place {
-            Place::Ram => "RAM: variables and used stack",
-            Place::Code => "flash: vectors, code, constants",
-            Place::Registers => "R0 to R15 and flags",
-            Place::Instruction => "a skipped instruction",
-            Place::Period => "each instruction of a control period",
-        };
-        text += &format!("| {name} | {} |", verdicts.len());
+        text += &format!("| {} | {} |", name(*place), verdicts.len());
         for outcome in Outcome::ALL {
             let count = verdicts.iter().filter(|other| other.outcome == outcome);
             text += &format!(" {} |", count.count());
@@ -36,6 +31,32 @@ pub fn table(rows: &[Row]) -> String {
         text += &format!(" {} |\n", hazard_bound(verdicts));
     }
     text
+}
+
+fn name(place: Place) -> &'static str {
+    match place {
+        Place::Ram => "RAM: variables and used stack",
+        Place::Code => "flash: vectors, code, constants",
+        Place::Registers => "R0 to R15 and flags",
+        Place::Instruction => "a skipped instruction",
+        Place::Period => "each instruction of a control period",
+    }
+}
+
+/// The sums of all campaigns so far, in Markdown.
+pub fn total(entries: &[Entry]) -> String {
+    let programs: BTreeSet<_> = entries.iter().map(|entry| &entry.program).collect();
+    let sum = |count: fn(&Entry) -> u64| entries.iter().map(count).sum::<u64>();
+    format!(
+        "All campaigns so far, of {} programs: {} injections; {} told, coasting; {} told, driven on; \
+         **{} silent and hazardous**; {} not judged.\n",
+        programs.len(),
+        sum(|entry| entry.injections),
+        sum(|entry| entry.coasting),
+        sum(|entry| entry.driven),
+        sum(|entry| entry.hazardous),
+        sum(|entry| entry.unjudged),
+    )
 }
 
 /// The rate of silent hazards that is not exceeded with the probability [`CONFIDENCE`]: the upper

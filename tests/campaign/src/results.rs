@@ -6,6 +6,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use cross_build::board_elf;
+use program_image::ImageError;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
@@ -24,6 +25,9 @@ pub enum ResultsError {
         /// The error of the operating system.
         source: io::Error,
     },
+    /// The program cannot be read.
+    #[error(transparent)]
+    Program(#[from] ImageError),
     /// A line is no result.
     #[error("{}: {source}", path.display())]
     Line {
@@ -37,7 +41,7 @@ pub enum ResultsError {
 /// A result. Those of another program or seed stay in the file and do not count.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 struct Line {
-    /// First bytes of the hash of the ELF file.
+    /// First bytes of the hash of the flashed program.
     program: String,
     seed: u64,
     place: Place,
@@ -69,9 +73,8 @@ impl Results {
     /// # Errors
     /// The file or the program cannot be read, or a line is no result.
     pub fn open(path: Option<&Path>, seed: u64) -> Result<Self, ResultsError> {
-        let elf = board_elf();
-        let bytes = std::fs::read(elf).map_err(|source| at(elf, source))?;
-        let hash = Sha256::digest(bytes);
+        // Not of the ELF file, whose line numbers change with comments.
+        let hash = Sha256::digest(program_image::flash(board_elf())?);
         let program = hash[..8].iter().map(|byte| format!("{byte:02x}")).collect();
         Self::of(path, program, seed)
     }
@@ -84,13 +87,9 @@ impl Results {
             known: BTreeMap::new(),
         };
         if let Some(path) = path.filter(|path| path.exists()) {
-            let line_error = |source| ResultsError::Line {
-                path: path.into(),
-                source,
-            };
-            let mut reader = csv::Reader::from_path(path).map_err(line_error)?;
+            let mut reader = csv::Reader::from_path(path).map_err(in_line(path))?;
             for line in reader.deserialize() {
-                let line: Line = line.map_err(line_error)?;
+                let line: Line = line.map_err(in_line(path))?;
                 if (&line.program, line.seed) == (&results.program, seed) {
                     let verdict = Verdict {
                         outcome: line.outcome,
@@ -103,6 +102,11 @@ impl Results {
             }
         }
         Ok(results)
+    }
+
+    /// First bytes of the hash of the flashed program.
+    pub fn program(&self) -> &str {
+        &self.program
     }
 
     /// The verdict on an injection that has been carried out.
@@ -121,12 +125,6 @@ impl Results {
         let Some(path) = &self.path else {
             return Ok(());
         };
-        let file = OpenOptions::new().create(true).append(true).open(path);
-        let file = file.map_err(|source| at(path, source))?;
-        let length = file.metadata().map_err(|source| at(path, source))?.len();
-        let mut writer = csv::WriterBuilder::new()
-            .has_headers(length == 0)
-            .from_writer(file);
         let line = Line {
             program: self.program.clone(),
             seed: self.seed,
@@ -142,17 +140,35 @@ impl Results {
             safe_ms: verdict.safe_ms,
             pc: verdict.pc,
         };
-        let written = writer.serialize(line);
-        written.map_err(|source| ResultsError::Line {
-            path: path.clone(),
-            source,
-        })?;
-        writer.flush().map_err(|source| at(path, source))
+        append(path, &[line])
     }
 }
 
+/// Appends lines to a CSV file, after a header if it is new.
+pub(crate) fn append(path: &Path, lines: &[impl Serialize]) -> Result<(), ResultsError> {
+    let file = OpenOptions::new().create(true).append(true).open(path);
+    let file = file.map_err(|source| at(path, source))?;
+    let length = file.metadata().map_err(|source| at(path, source))?.len();
+    let mut writer = csv::WriterBuilder::new()
+        .has_headers(length == 0)
+        .from_writer(file);
+    for line in lines {
+        writer.serialize(line).map_err(in_line(path))?;
+    }
+    writer.flush().map_err(|source| at(path, source))
+}
+
+/// An error of the operating system at this file.
 fn at(path: &Path, source: io::Error) -> ResultsError {
     ResultsError::File {
+        path: path.into(),
+        source,
+    }
+}
+
+/// An error in a line of this file.
+pub(crate) fn in_line(path: &Path) -> impl Fn(csv::Error) -> ResultsError {
+    move |source| ResultsError::Line {
         path: path.into(),
         source,
     }

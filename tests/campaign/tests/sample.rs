@@ -29,9 +29,10 @@ fn verdicts(injections: &[Injection]) -> Vec<(Injection, Verdict)> {
 /// than the rates in `docs/trust.md`.
 const RESIDUAL: f64 = 0.02;
 
-/// Silent hazards among 2,000 injections, at most: with the rate of `docs/trust.md`, 5 of 13,000,
-/// more have a probability of 0.02 % (binomial distribution).
-const SILENT: usize = 5;
+/// Silent hazards among 2,000 injections, at most. With 0.023 %, which bounds the rate with a
+/// probability of 95 % after none of 13,000 (`docs/trust.md`), more have a probability of 0.1 %
+/// (binomial distribution).
+const SILENT: usize = 3;
 
 #[test]
 fn silent_hazards_of_the_sample_are_not_more_frequent_than_documented() {

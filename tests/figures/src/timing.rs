@@ -16,7 +16,10 @@ pub struct Figure {
 }
 
 /// Benchmarks that print their figures.
-const BENCHMARKS: &str = "bench -p host-sim --bench board_loop --bench server --locked";
+const BENCHMARKS: [&str; 2] = [
+    "bench -p host-sim --bench board_loop --bench server --locked",
+    "bench -p board-tests --bench emulated --profile release --ignore-rust-version --locked",
+];
 
 /// Whole processes of the program `actuator`: name and arguments. `RECORDING` stands for a
 /// recording of 1,250 samples, `PAGE` for a file that is written.
@@ -44,7 +47,9 @@ impl Timings {
     /// If a build or the simulation of the recording fails.
     pub fn prepare() -> Result<Self, Error> {
         cargo("build --release -p actuator --locked".split(' '))?;
-        cargo(BENCHMARKS.split(' ').chain(["--no-run"]))?;
+        for benchmark in BENCHMARKS {
+            cargo(benchmark.split(' ').chain(["--no-run"]))?;
+        }
         let target = cross_build::workspace().join("target");
         let timings = Self {
             program: target.join("release/actuator"),
@@ -60,8 +65,11 @@ impl Timings {
     /// # Errors
     /// If a program fails.
     pub fn run(&self) -> Result<Vec<Figure>, Error> {
-        let text = cargo(BENCHMARKS.split(' '))?;
-        let mut figures: Vec<_> = text.lines().filter_map(figure).collect();
+        let mut figures = Vec::new();
+        for benchmark in BENCHMARKS {
+            let text = cargo(benchmark.split(' '))?;
+            figures.extend(text.lines().filter_map(figure));
+        }
         for (name, arguments) in PROCESSES {
             let start = Instant::now();
             self.process(arguments)?;

@@ -1,0 +1,86 @@
+//! The counts of all campaigns so far, of any program, in a CSV file.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use crate::injection::Place;
+use crate::outcome::{Outcome, Verdict};
+use crate::results::{self, ResultsError, in_line};
+
+/// Outcomes of the new experiments of one campaign in one place.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Entry {
+    /// First bytes of the hash of the flashed program.
+    pub program: String,
+    /// Seed of the injections.
+    pub seed: u64,
+    /// Where they were made.
+    pub place: Place,
+    /// Number of experiments.
+    pub injections: u64,
+    /// Of these, told, but with a shaft that coasted for longer than the limit.
+    pub coasting: u64,
+    /// Of these, told, but driven on for longer than the limit.
+    pub driven: u64,
+    /// Of these, silent and hazardous.
+    pub hazardous: u64,
+    /// Of these, not judged.
+    pub unjudged: u64,
+}
+
+impl Entry {
+    /// The counts of these verdicts.
+    pub fn new(program: &str, seed: u64, place: Place, verdicts: &[Verdict]) -> Self {
+        let count = |outcome| {
+            let with_it = verdicts.iter().filter(|verdict| verdict.outcome == outcome);
+            with_it.count() as u64
+        };
+        Self {
+            program: program.to_owned(),
+            seed,
+            place,
+            injections: verdicts.len() as u64,
+            coasting: count(Outcome::Coasting),
+            driven: count(Outcome::Driven),
+            hazardous: count(Outcome::Hazardous),
+            unjudged: count(Outcome::Unjudged),
+        }
+    }
+}
+
+/// Adds entries to the file and returns all that it then has.
+///
+/// # Errors
+/// The file cannot be read or written, or a line is no entry.
+pub fn append(path: &Path, entries: &[Entry]) -> Result<Vec<Entry>, ResultsError> {
+    results::append(path, entries)?;
+    let mut reader = csv::Reader::from_path(path).map_err(in_line(path))?;
+    let all = reader.deserialize().collect::<Result<_, _>>();
+    all.map_err(in_line(path))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn entries_of_all_campaigns_are_kept() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("history.csv");
+        let hazardous = Verdict {
+            outcome: Outcome::Hazardous,
+            ..Verdict::UNJUDGED
+        };
+        let verdicts = [Verdict::UNJUDGED, hazardous, hazardous];
+        let first = [Entry::new("a", 1, Place::Ram, &verdicts)];
+        let counts = (first[0].injections, first[0].hazardous, first[0].unjudged);
+        assert_eq!(counts, (3, 2, 1));
+        let second = [Entry::new("b", 2, Place::Period, &verdicts[..1])];
+        assert_eq!(append(&path, &first).unwrap(), first);
+        assert_eq!(append(&path, &second).unwrap(), [first, second].concat());
+        std::fs::write(&path, "program,seed\na,x\n").unwrap();
+        let error = append(&path, &[]).unwrap_err().to_string();
+        assert!(error.contains("history.csv"), "{error}");
+    }
+}
