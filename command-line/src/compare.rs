@@ -46,7 +46,7 @@ pub struct Compare {
 
 impl Compare {
     pub(super) fn run(self) -> Result<(), Error> {
-        self.outputs.check(None)?;
+        self.outputs.check(None, &self.data)?;
         let known = if self.model.is_empty() && !self.data.are_of_a_pendulum()? {
             models::of_the_paper()
         } else {
@@ -54,7 +54,7 @@ impl Compare {
         };
         let is_asked = |name: &str| self.model.is_empty() || self.model.iter().any(|m| m == name);
         let chosen: Vec<_> = known.into_iter().filter(|m| is_asked(m.name())).collect();
-        self.data.check_known(&chosen)?;
+        self.data.check(&chosen)?;
         let loaded = self.data.load(&chosen)?;
         let candidates: Vec<Candidate> = chosen.iter().flat_map(Candidate::forms).collect();
         let options = Options {

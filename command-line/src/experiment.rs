@@ -83,7 +83,7 @@ impl Experiment {
     pub(super) fn run(self) -> Result<(), Error> {
         let bench = self.bench()?;
         if let Some(path) = &self.csv {
-            file::check(&[("--csv", path)])?;
+            file::check(&[("--csv", path)], &self.parameter_file)?;
         }
         let limits = Limits {
             bandwidth_hz: self.band.unwrap_or_else(|| bandwidth_hz(&bench)),
@@ -92,7 +92,7 @@ impl Experiment {
         let designs = self.designs(&bench, &limits)?;
         let best = best(&designs);
         if let (Some(path), Some(best)) = (&self.csv, best) {
-            file::write(path, &result::csv(&designs[best], bench.step_s))?;
+            file::write(path, result::csv(&designs[best], bench.step_s))?;
             eprintln!("input: {}", path.display());
         }
         if self.json {

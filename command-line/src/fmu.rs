@@ -1,10 +1,6 @@
 //! `actuator fmu`.
 
-use std::{
-    fs::File,
-    io::BufWriter,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
 use actuator_fmu::archive::{self, Library, Version};
 use clap::Args;
@@ -14,6 +10,7 @@ use super::{output, parameters, simulate};
 use crate::error::Error;
 use host_sim::error::Error as SimulatorError;
 use host_sim::{
+    file::{self, WholeFile},
     scenario::{Scenario, Setting},
     settings::{ModelKind, PlantKind, Settings},
 };
@@ -63,6 +60,7 @@ impl Fmu {
         }
         // Finds parameters that exclude each other.
         Actuator::try_new(&settings)?;
+        file::check(&[("--out", &self.out)], &self.library)?;
         let libraries = libraries(&self.library)?;
         simulate::warn(&scenario);
         write(&self.out, &settings, self.fmi, &libraries)
@@ -113,6 +111,7 @@ fn write(
 ) -> Result<(), Error> {
     let failed = |source| output::write_error(path, source);
     archive::check(libraries).map_err(of_library)?;
-    let file = File::create(path).map_err(failed)?;
-    archive::write(settings, version, libraries, BufWriter::new(file)).map_err(failed)
+    let mut file = WholeFile::create(path).map_err(failed)?;
+    archive::write(settings, version, libraries, &mut file).map_err(failed)?;
+    file.complete().map_err(failed)
 }

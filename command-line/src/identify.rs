@@ -78,12 +78,12 @@ impl Identify {
             let problem = "--parameters is of one model, expected one --model beside it";
             return Err(Error::Conflict(problem.into()));
         }
-        self.outputs.check(self.parameters.as_deref())?;
+        self.outputs.check(self.parameters.as_deref(), &self.data)?;
         let chosen: Vec<_> = names
             .iter()
             .filter_map(|name| models::named(name))
             .collect();
-        self.data.check_known(&chosen)?;
+        self.data.check(&chosen)?;
         self.search.check(&chosen)?;
         let loaded = self.data.load(&chosen)?;
         let assessments = self.search.fit(chosen, &loaded)?;
@@ -96,7 +96,7 @@ impl Identify {
         if let Some(path) = &self.parameters {
             for assessment in &assessments {
                 let text = parameter_file::text(&assessment.fit)?;
-                file::write(path, &text)?;
+                file::write(path, text)?;
             }
             eprintln!("parameters: {}", path.display());
         }
@@ -123,8 +123,8 @@ pub struct Found<'a> {
 }
 
 impl Outputs {
-    /// Checks in advance that the files can be written and are different.
-    pub fn check(&self, parameters: Option<&Path>) -> Result<(), Error> {
+    /// Checks in advance that the files can be written, are different, and are not those of the data.
+    pub fn check(&self, parameters: Option<&Path>, data: &DataOptions) -> Result<(), Error> {
         let json = self.json.as_deref();
         let json = json.filter(|path| !output::is_standard_output(path));
         let all = [
@@ -133,7 +133,7 @@ impl Outputs {
             ("--parameters", parameters),
         ];
         let given = all.into_iter().filter_map(|(o, path)| Some((o, path?)));
-        Ok(file::check(&given.collect::<Vec<_>>())?)
+        Ok(file::check(&given.collect::<Vec<_>>(), data.files())?)
     }
 
     /// Writes the files, and prints tables unless JSON goes to standard output.
@@ -153,7 +153,7 @@ impl Outputs {
             path => {
                 print(found)?;
                 if let Some(path) = path {
-                    file::write(path, &json(found))?;
+                    file::write(path, json(found))?;
                     eprintln!("everything as JSON: {}", path.display());
                 }
                 Ok(())

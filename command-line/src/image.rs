@@ -13,6 +13,7 @@ use program_image::signed::{
 
 use crate::error::Error;
 use crate::output::print;
+use host_sim::file;
 
 /// Signs, shows and verifies images for the update over the bus
 #[derive(Debug, Args)]
@@ -99,6 +100,8 @@ fn sign(
     replaces: Option<&str>,
     key: Option<&Path>,
 ) -> Result<(), Error> {
+    let read = [Some(elf), key].into_iter().flatten().map(PathBuf::from);
+    file::check(&[("--out", out)], &read.collect::<Vec<_>>())?;
     let key = key.map_or_else(|| Ok(development_key()), read_key)?;
     let description = Description {
         hardware: ACTUATOR_BOARD,
@@ -106,10 +109,7 @@ fn sign(
         replaces: replaces.map(parse).transpose()?,
     };
     let image = sign_elf(elf, &description, &key)?;
-    fs::write(out, &image).map_err(|source| SignError::File {
-        path: out.into(),
-        source,
-    })?;
+    file::write(out, image)?;
     show(out)
 }
 

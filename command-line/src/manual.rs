@@ -42,6 +42,6 @@ impl Manual {
         let mut page = Vec::new();
         let rendered = Man::new(command.clone()).render(&mut page);
         rendered.map_err(|source| write_error(&path, source))?;
-        Ok(file::write(&path, &String::from_utf8_lossy(&page))?)
+        Ok(file::write(&path, page)?)
     }
 }

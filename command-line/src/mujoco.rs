@@ -8,7 +8,7 @@ use model_core::{actuator::Actuator, presets::PRESETS};
 use super::{output, parameters, simulate};
 use crate::error::Error;
 use host_sim::{
-    mjcf,
+    file, mjcf,
     scenario::{Scenario, Setting},
     settings::{ModelKind, PlantKind, Pwm},
 };
@@ -71,14 +71,17 @@ impl Mujoco {
             preset: self.preset,
             seed: self.seed,
             pwm: self.pwm,
-            set: self.set,
             ..Scenario::default()
         });
         let model = *scenario.model.get_or_insert(ModelKind::Board);
         if model == ModelKind::Board {
             scenario.plant.get_or_insert(PlantKind::Drivetrain);
         }
-        let settings = scenario.settings()?;
+        let mut settings = scenario.settings()?;
+        // An actuator has no input of its own: only parameters of the model are accepted.
+        for Setting { name, value, .. } in &self.set {
+            model_core::scenario::set(&mut settings, name, *value)?;
+        }
         // Finds parameters that exclude each other.
         Actuator::try_new(&settings)?;
         simulate::warn(&scenario);
@@ -86,7 +89,8 @@ impl Mujoco {
         match &self.out {
             None => output::print(&text),
             Some(path) => {
-                std::fs::write(path, text).map_err(|source| output::write_error(path, source))
+                file::check(&[("--out", path)], &self.parameter_file)?;
+                Ok(file::write(path, text)?)
             }
         }
     }

@@ -40,7 +40,10 @@ impl Report {
             .into_iter()
             .filter_map(|(option, path)| Some((option, path?)))
             .collect();
-        file::check(&files)?;
+        file::check(&files, [])?;
+        if let Some(folder) = &self.figures {
+            fs::create_dir_all(folder).map_err(|source| output::write_error(folder, source))?;
+        }
         let progress = output::progress(Comparison::steps(MODELS.len()), "runs");
         let comparison = Comparison::of(&MODELS, &|| progress.inc(1))?;
         progress.finish_and_clear();
@@ -57,7 +60,7 @@ impl Report {
                     output::print_table(&table)?;
                 }
                 if let Some(path) = json {
-                    file::write(path, &comparison.to_json())?;
+                    file::write(path, comparison.to_json())?;
                     eprintln!("figures of merit: {}", path.display());
                 }
             }
@@ -68,10 +71,9 @@ impl Report {
 }
 
 fn write_figures(page: &Page, folder: &Path) -> Result<(), Error> {
-    fs::create_dir_all(folder).map_err(|source| output::write_error(folder, source))?;
     for figure in page.figures() {
         let name = file_name(&figure.title) + ".svg";
-        file::write(&folder.join(name), &svg::render(figure))?;
+        file::write(&folder.join(name), svg::render(figure))?;
     }
     Ok(())
 }

@@ -104,7 +104,12 @@ impl Simulate {
             files: self.out,
             plot: self.plot,
         };
-        let mut sinks = Sinks::create(&scenario, &simulation, outputs)?;
+        let files = [&scenario.input_file, &scenario.load_file];
+        let files = files
+            .into_iter()
+            .chain([&self.scenario, &self.parameter_file]);
+        let read: Vec<_> = files.flatten().collect();
+        let mut sinks = Sinks::create(&scenario, &simulation, outputs, &read)?;
         simulation.run(&mut sinks)?;
         sinks.finish()?;
         Ok(())

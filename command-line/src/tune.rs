@@ -70,7 +70,7 @@ impl Tune {
         }
         if let Some(path) = &self.plot {
             plot::Format::of(path)?;
-            file::check(&[("--plot", path)])?;
+            file::check(&[("--plot", path)], [])?;
         }
         let request = options.request();
         let tuning = tune::tune(&request).map_err(explained)?;

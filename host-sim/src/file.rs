@@ -49,6 +49,23 @@ pub enum CheckError {
         /// The file.
         path: PathBuf,
     },
+    /// A file that is read would be replaced.
+    #[error(
+        "{option} is {}, which is read, expected another file: it would be replaced",
+        path.display()
+    )]
+    Input {
+        /// The option.
+        option: String,
+        /// The file.
+        path: PathBuf,
+    },
+    /// The name of standard output, where a file is expected.
+    #[error("{option} is `-`, expected the name of a file; `./-` is one")]
+    StandardOutput {
+        /// The option.
+        option: String,
+    },
 }
 
 /// A file that is written under the name `FILE.part` and renamed on completion, so that an old file
@@ -152,25 +169,42 @@ impl Seek for WholeFile {
     }
 }
 
-/// Writes a text file as a [`WholeFile`].
+/// Writes a file as a [`WholeFile`].
 ///
 /// # Errors
 /// That of the operating system.
-pub fn write(path: &Path, text: &str) -> Result<(), WriteError> {
+pub fn write(path: &Path, content: impl AsRef<[u8]>) -> Result<(), WriteError> {
     let result = WholeFile::create(path).and_then(|mut file| {
-        file.write_all(text.as_bytes())?;
+        file.write_all(content.as_ref())?;
         file.complete()
     });
     result.map_err(|source| WriteError::new(path, source))
 }
 
-/// Checks in advance that files, each with its option, can be written and are different. No file is
-/// created or changed.
+/// Checks in advance that files, each with its option, can be written, are different, and are none
+/// of the files that are read. No file is created or changed.
 ///
 /// # Errors
-/// For a file that cannot be written, and for two options with one file.
-pub fn check(files: &[(&str, &Path)]) -> Result<(), CheckError> {
+/// For a file that cannot be written, for two options with one file, for a file that is read, and
+/// for `-`: a caller that can write to standard output leaves it out.
+pub fn check<'a>(
+    files: &[(&str, &Path)],
+    read: impl IntoIterator<Item = &'a PathBuf>,
+) -> Result<(), CheckError> {
+    let read: BTreeSet<PathBuf> = read.into_iter().map(|path| place(path)).collect();
     for (index, (option, path)) in files.iter().enumerate() {
+        let option_name = || (*option).to_owned();
+        if *path == Path::new("-") {
+            return Err(CheckError::StandardOutput {
+                option: option_name(),
+            });
+        }
+        if is_file(path) && read.contains(&place(path)) {
+            return Err(CheckError::Input {
+                option: option_name(),
+                path: (*path).into(),
+            });
+        }
         let is_it = |(_, other): &&(&str, &Path)| is_file(path) && place(other) == place(path);
         if let Some((other, _)) = files[..index].iter().find(is_it) {
             return Err(CheckError::Twice {
@@ -252,27 +286,34 @@ mod tests {
     fn files_are_checked_without_a_trace() {
         let folder = tempfile::tempdir().expect("a folder");
         let [page, data] = ["page.html", "data.json"].map(|name| folder.path().join(name));
-        check(&[("--html", &page), ("--json", &data)]).expect("both can be written");
+        let none: [PathBuf; 0] = [];
+        check(&[("--html", &page), ("--json", &data)], &none).expect("both can be written");
         write(&page, "old").expect("an old one");
-        check(&[("--html", &page)]).expect("it can be replaced");
+        check(&[("--html", &page)], &[data]).expect("it can be replaced");
         assert_eq!(fs::read_to_string(&page).expect("the file"), "old");
         assert_eq!(fs::read_dir(folder.path()).expect("the folder").count(), 1);
 
         let roundabout = folder.path().join(".").join("page.html");
-        let error = check(&[("--html", &page), ("--json", &roundabout)]).expect_err("one file");
+        let both = [("--html", &*page), ("--json", &*roundabout)];
+        let error = check(&both, &none).expect_err("one file");
         assert!(
             error.to_string().contains("--html and --json both write"),
             "{error}"
         );
+        let read = check(&both[..1], [&roundabout]).expect_err("it is read");
+        assert!(read.to_string().contains("which is read"), "{read}");
+        let dash = check(&[("--html", Path::new("-"))], &none).expect_err("no file");
+        assert!(dash.to_string().contains("--html is `-`"), "{dash}");
         for bad in [folder.path().into(), folder.path().join("none/page.html")] {
             assert!(matches!(
-                check(&[("--html", &bad)]),
+                check(&[("--html", &bad)], &none),
                 Err(CheckError::Write(_))
             ));
         }
         let device = Path::new("/dev/null");
         if cfg!(unix) {
-            check(&[("--html", device), ("--json", device)]).expect("a device takes both");
+            let both = [("--html", device), ("--json", device)];
+            check(&both, &[device.into()]).expect("a device takes both");
         }
     }
 

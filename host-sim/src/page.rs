@@ -172,7 +172,7 @@ impl Page {
     /// # Errors
     /// That of the operating system.
     pub fn write(&self, path: &Path) -> Result<(), WriteError> {
-        file::write(path, &self.render())
+        file::write(path, self.render())
     }
 
     /// The figures in their order.

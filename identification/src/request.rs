@@ -1,6 +1,10 @@
 //! The settings of a search by the names of parameters, as on the command line or in Python.
 
-use std::sync::Arc;
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::Path,
+    sync::Arc,
+};
 
 use super::{
     assessment::Assessment,
@@ -47,6 +51,70 @@ pub enum RequestError {
     Conflict(String),
 }
 
+/// Known constants of recordings by the names of the parameters, for which symbols may be given.
+///
+/// # Errors
+/// [`RequestError::UnknownParameter`] for a name that none of the models has;
+/// [`RequestError::Conflict`] for a value that is not finite.
+pub fn known_constants(
+    models: &[Arc<dyn Model>],
+    given: &[(String, f64)],
+) -> Result<BTreeMap<String, f64>, RequestError> {
+    let mut constants = BTreeMap::new();
+    for (name, value) in given {
+        if !value.is_finite() {
+            let problem = format!("the known {name} is {value}, expected a finite number");
+            return Err(RequestError::Conflict(problem));
+        }
+        let called = parameters(models).filter(|p| p.is_called(name));
+        let names: Vec<&str> = called.map(|p| p.name).collect();
+        if names.is_empty() {
+            return Err(unknown(name, models));
+        }
+        constants.extend(names.into_iter().map(|name| (name.to_owned(), *value)));
+    }
+    Ok(constants)
+}
+
+/// Refuses a file that is named twice: fitted, its samples would count twice, and as a held-out one
+/// it would prove nothing.
+///
+/// # Errors
+/// [`RequestError::Conflict`].
+pub fn check_files<'a>(
+    fitted: impl IntoIterator<Item = &'a Path>,
+    held_out: impl IntoIterator<Item = &'a Path>,
+) -> Result<(), RequestError> {
+    let place = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.into());
+    let mut seen = BTreeSet::new();
+    if let Some(path) = fitted.into_iter().find(|path| !seen.insert(place(path))) {
+        let problem = format!("{} is fitted twice, expected it once", path.display());
+        return Err(RequestError::Conflict(problem));
+    }
+    match held_out.into_iter().find(|path| !seen.insert(place(path))) {
+        None => Ok(()),
+        Some(path) => Err(RequestError::Conflict(format!(
+            "{} validates and is there already, expected a file of its own",
+            path.display()
+        ))),
+    }
+}
+
+fn parameters(models: &[Arc<dyn Model>]) -> impl Iterator<Item = &ModelParameter> {
+    models.iter().flat_map(|model| model.parameters())
+}
+
+/// The error for a name that none of the models has.
+fn unknown(name: &str, models: &[Arc<dyn Model>]) -> RequestError {
+    let mut known: Vec<&'static str> = parameters(models).map(|p| p.name).collect();
+    known.sort_unstable();
+    known.dedup();
+    RequestError::UnknownParameter {
+        name: name.to_owned(),
+        known,
+    }
+}
+
 impl Request {
     /// Fits one model, and predicts the held-out recordings. Simpler models that were fitted
     /// `before` to the same recordings provide starting values.
@@ -72,23 +140,16 @@ impl Request {
     /// # Errors
     /// [`RequestError::UnknownParameter`], [`RequestError::Conflict`].
     pub fn check(&self, models: &[Arc<dyn Model>]) -> Result<(), RequestError> {
-        let parameters = || models.iter().flat_map(|m| m.parameters());
         let fixed = self.fix.iter().chain(&self.start).map(|(name, _)| name);
         let named = fixed
             .chain(self.bound.iter().map(|(name, ..)| name))
             .chain(self.free.iter().chain(&self.own).chain(&self.share));
         for name in named {
-            if !parameters().any(|p| p.is_called(name)) {
-                let mut known: Vec<&'static str> = parameters().map(|p| p.name).collect();
-                known.sort_unstable();
-                known.dedup();
-                return Err(RequestError::UnknownParameter {
-                    name: name.clone(),
-                    known,
-                });
+            if !parameters(models).any(|p| p.is_called(name)) {
+                return Err(unknown(name, models));
             }
         }
-        let table: Vec<ModelParameter> = parameters().copied().collect();
+        let table: Vec<ModelParameter> = parameters(models).copied().collect();
         self.check_contradictions(&table)
     }
 

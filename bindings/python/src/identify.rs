@@ -2,7 +2,7 @@
 
 use std::{
     collections::BTreeMap,
-    path::PathBuf,
+    path::{Path, PathBuf},
     sync::{
         Arc,
         atomic::{AtomicBool, AtomicUsize, Ordering},
@@ -18,7 +18,7 @@ use identification::{
     document,
     loss::LossChoice,
     models,
-    request::{Request, RequestError},
+    request::{Request, RequestError, check_files, known_constants},
 };
 use numpy::PyReadonlyArray1;
 use pyo3::{
@@ -102,6 +102,15 @@ enum Given {
     Table(Box<Table>),
 }
 
+impl Given {
+    fn file(&self) -> Option<&Path> {
+        match self {
+            Self::File(path) => Some(path),
+            Self::Table(_) => None,
+        }
+    }
+}
+
 impl Job {
     fn of(
         data: Vec<Source<'_>>,
@@ -109,8 +118,8 @@ impl Job {
         reading: Reading,
         search: Search,
     ) -> PyResult<Self> {
-        let mut import = reading.import()?;
         let (models, threads) = (search.models().map_err(exception)?, search.threads);
+        let mut import = reading.import(&models)?;
         // A shaft that friction holds looks like a clipped sensor.
         import.keep_clipped |= models.iter().any(|model| model.has_friction());
         let request = search.request()?;
@@ -126,9 +135,16 @@ impl Job {
             };
             numbered.map(one).collect::<PyResult<Vec<_>>>()
         };
+        let (data, validate) = (given(data, "data")?, given(validate, "validate")?);
+        let [fitted, held_out] = [&data, &validate].map(|given| given.iter());
+        let (fitted, held_out) = (
+            fitted.filter_map(Given::file),
+            held_out.filter_map(Given::file),
+        );
+        check_files(fitted, held_out).map_err(of_request)?;
         Ok(Self {
-            data: given(data, "data")?,
-            validate: given(validate, "validate")?,
+            data,
+            validate,
             import,
             models,
             request,
@@ -230,7 +246,7 @@ impl Progress for SearchProgress {
 }
 
 impl Reading {
-    fn import(self) -> PyResult<Import> {
+    fn import(self, models: &[Arc<dyn Model>]) -> PyResult<Import> {
         let choice = |(what, column): &(String, String)| {
             let parsed = format!("{what}={column}").parse();
             parsed.map_err(|error| PyValueError::new_err(format!("columns: {error}")))
@@ -262,7 +278,7 @@ impl Reading {
                     )));
                 }
             },
-            constants: self.known.into_iter().collect(),
+            constants: known_constants(models, &self.known).map_err(of_request)?,
         })
     }
 }

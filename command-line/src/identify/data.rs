@@ -1,6 +1,6 @@
 //! Options for recordings and the format of their files.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -8,12 +8,12 @@ use clap::{Args, ValueEnum};
 
 use crate::error::Error;
 use crate::{output, parameters::setting};
-use host_sim::error::Error as SimulatorError;
 use host_sim::scenario::Setting;
 use identification::{
     Experiment, Hold, IdentifyError, Model,
     data::{ColumnSelection, Columns, Delimiter, Import, Note},
     models,
+    request::{check_files, known_constants},
 };
 
 #[derive(Debug, Args)]
@@ -90,11 +90,17 @@ pub struct Loaded {
 }
 
 impl DataOptions {
+    /// The files of all recordings.
+    pub fn files(&self) -> impl Iterator<Item = &PathBuf> {
+        self.data.iter().chain(&self.validate)
+    }
+
     /// Reads all files for these models, and prints the remarks of the import to standard error.
     /// Where one of the models describes friction, saturated angles are compared: a shaft that
     /// friction holds looks the same.
     pub fn load(&self, models: &[Arc<dyn Model>]) -> Result<Loaded, Error> {
-        let loaded = self.read(models.iter().any(|model| model.has_friction()))?;
+        let has_friction = models.iter().any(|model| model.has_friction());
+        let loaded = self.read(models, has_friction)?;
         for note in &loaded.notes {
             eprintln!("warning: {note}");
         }
@@ -103,13 +109,13 @@ impl DataOptions {
 
     /// Whether the recordings are of a pendulum.
     pub fn are_of_a_pendulum(&self) -> Result<bool, Error> {
-        let loaded = self.read(false)?;
+        let loaded = self.read(&models::all(), false)?;
         let has_pendulum = |e: &Experiment| e.recording.constants.contains_key("pendulum_mass_kg");
         Ok(loaded.fitted.iter().any(has_pendulum))
     }
 
-    fn read(&self, has_friction: bool) -> Result<Loaded, Error> {
-        let mut import = self.import();
+    fn read(&self, models: &[Arc<dyn Model>], has_friction: bool) -> Result<Loaded, Error> {
+        let mut import = self.import(models)?;
         import.keep_clipped |= has_friction;
         let mut notes = Vec::new();
         let mut read = |paths: &[PathBuf]| -> Result<Vec<Experiment>, Error> {
@@ -125,35 +131,22 @@ impl DataOptions {
         })
     }
 
-    /// Refuses known constants that none of the models has.
-    pub fn check_known(&self, models: &[Arc<dyn Model>]) -> Result<(), Error> {
-        let parameters = || models.iter().flat_map(|m| m.parameters());
-        for name in self.known.iter().map(|s| &s.name) {
-            if !parameters().any(|p| p.is_called(name)) {
-                let known: BTreeSet<&str> = parameters().map(|p| p.name).collect();
-                let expected = Vec::from_iter(known.iter().copied()).join(", ");
-                return Err(SimulatorError::unknown("parameter", name, known, expected).into());
-            }
-        }
-        Ok(())
+    /// Refuses files that are named twice, and known constants that none of the models has or that
+    /// are not finite.
+    pub fn check(&self, models: &[Arc<dyn Model>]) -> Result<(), Error> {
+        let [fitted, held_out] = [&self.data, &self.validate].map(|files| files.iter());
+        check_files(fitted.map(PathBuf::as_path), held_out.map(PathBuf::as_path))?;
+        self.constants(models).map(drop)
     }
 
-    /// The known constants by the names of the parameters, for which symbols may be given.
-    fn constants(&self) -> BTreeMap<String, f64> {
-        let models = models::all();
-        let named = |s: &Setting| {
-            let parameters = models.iter().flat_map(|m| m.parameters());
-            let called = parameters.filter(|p| p.is_called(&s.name));
-            called
-                .map(|p| (p.name.to_owned(), s.value))
-                .collect::<Vec<_>>()
-        };
-        self.known.iter().flat_map(named).collect()
+    fn constants(&self, models: &[Arc<dyn Model>]) -> Result<BTreeMap<String, f64>, Error> {
+        let known = self.known.iter().map(|s| (s.name.clone(), s.value));
+        Ok(known_constants(models, &known.collect::<Vec<_>>())?)
     }
 
-    fn import(&self) -> Import {
+    fn import(&self, models: &[Arc<dyn Model>]) -> Result<Import, Error> {
         let character = |c| Delimiter::Character(c);
-        Import {
+        Ok(Import {
             columns: Columns(self.columns.clone()),
             delimiter: self.delimiter.map(|name| match name {
                 DelimiterName::Comma => character(b','),
@@ -169,8 +162,8 @@ impl DataOptions {
                 Some(HoldName::Zero) => Hold::Zero,
                 Some(HoldName::Smooth) => Hold::Smooth,
             },
-            constants: self.constants(),
-        }
+            constants: self.constants(models)?,
+        })
     }
 }
 

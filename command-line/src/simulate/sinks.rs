@@ -1,9 +1,8 @@
 //! Sinks for the rows of a run: files, plots and standard output.
 
 use std::{
-    collections::BTreeSet,
     io::{self, BufWriter, StdoutLock, Write},
-    path::{self, Path, PathBuf},
+    path::{Path, PathBuf},
 };
 
 use indicatif::ProgressBar;
@@ -46,13 +45,14 @@ trait Sink: Rows {
 }
 
 impl Sinks {
-    /// Opens the sinks for this run.
+    /// Opens the sinks for this run, which has `read` these files.
     pub fn create(
         scenario: &Scenario,
         simulation: &Simulation,
         outputs: Outputs,
+        read: &[&PathBuf],
     ) -> Result<Self, Error> {
-        outputs.check()?;
+        outputs.check(read)?;
         let description = Description::of(scenario, simulation)?;
         let file = |path: &Path, format, announced_path| {
             let file = TraceFile::create(path, format, simulation, &description)?;
@@ -101,25 +101,24 @@ impl Rows for Sinks {
 }
 
 impl Outputs {
-    /// Checks in advance that each name has a known suffix and occurs once.
-    fn check(&self) -> Result<(), Error> {
+    /// Checks in advance that each name has a known suffix, occurs once, and is not that of a file
+    /// that is read.
+    fn check(&self, read: &[&PathBuf]) -> Result<(), Error> {
         for path in &self.files {
             Format::of(path)?;
         }
         if let Some(path) = &self.plot {
             plot::Format::of(path)?;
-            file::check(&[("--plot", path)])?;
         }
-        let mut seen = BTreeSet::new();
-        let mut paths = self.csv.iter().chain(&self.files).chain(&self.plot);
-        let twice = paths.find(|path| !seen.insert(path::absolute(path).unwrap_or_default()));
-        match twice {
-            None => Ok(()),
-            Some(twice) => Err(Error::Conflict(format!(
-                "{} is written twice, expected different files",
-                twice.display()
-            ))),
-        }
+        let csv = self
+            .csv
+            .iter()
+            .filter(|path| !output::is_standard_output(path));
+        let csv = csv.map(|path| ("--csv", path.as_path()));
+        let files = self.files.iter().map(|path| ("--out", path.as_path()));
+        let plot = self.plot.iter().map(|path| ("--plot", path.as_path()));
+        let all: Vec<_> = csv.chain(files).chain(plot).collect();
+        Ok(file::check(&all, read.iter().copied())?)
     }
 }
 

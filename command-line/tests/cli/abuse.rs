@@ -1,12 +1,21 @@
 //! Abuses of the command line by seed: each is refused with a reason, without output, files or a
 //! panic.
 
-use std::collections::BTreeSet;
+use std::{
+    collections::BTreeMap,
+    ffi::OsString,
+    io::Read,
+    process::Stdio,
+    time::{Duration, Instant},
+};
 
 use super::Cli;
 
 /// Number of abuses.
-const ABUSES: u64 = 240;
+const ABUSES: u64 = 400;
+
+/// The longest that a refusal may take.
+const LONGEST: Duration = Duration::from_secs(5);
 
 /// A command with the options that it takes and those that it refuses.
 #[derive(Default)]
@@ -67,11 +76,16 @@ impl Random {
     }
 }
 
-fn files(cli: &Cli) -> BTreeSet<std::ffi::OsString> {
+/// The files with their content.
+fn files(cli: &Cli) -> BTreeMap<OsString, Vec<u8>> {
     let folder = std::fs::read_dir(cli.path(".")).expect("the folder");
-    folder
-        .map(|entry| entry.expect("an entry").file_name())
-        .collect()
+    let file = |entry: std::io::Result<std::fs::DirEntry>| {
+        let entry = entry.expect("an entry");
+        // A folder has no content.
+        let content = std::fs::read(entry.path()).unwrap_or_default();
+        (entry.file_name(), content)
+    };
+    folder.map(file).collect()
 }
 
 #[test]
@@ -111,6 +125,8 @@ fn each_abuse_is_refused_with_a_reason_and_leaves_nothing() {
             }
         }
         let mut run = cli.actuator("");
+        // An abuse that is taken may serve or simulate for ever.
+        run.timeout(LONGEST);
         let output = run.args(&arguments).output().expect("it runs");
         let error = String::from_utf8_lossy(&output.stderr).into_owned();
         let told = format!("{arguments:?}\n{error}");
@@ -123,9 +139,79 @@ fn each_abuse_is_refused_with_a_reason_and_leaves_nothing() {
         assert!(output.stdout.is_empty(), "{told}");
         let value = refused[refused.len() - 1];
         let words = option.trim_start_matches('-').replace('-', " ");
-        let names = [option, &words, value, "expected"];
+        let names = [option, &words, value, "expected", "a value is required for"];
         let is_named = |name: &&str| !name.is_empty() && error.contains(*name);
         assert!(names.iter().any(is_named), "{told}");
         assert_eq!(files(&cli), before, "{told}");
     }
+}
+
+/// The commands whose output is closed before its end, and how many lines are read of it.
+const CLOSED: [(&str, usize); 7] = [
+    ("simulate board --duration 1e5 --csv -", 1),
+    ("simulate board --list-parameters", 0),
+    ("simulate board --list-parameters --json", 0),
+    ("tune --json", 0),
+    (
+        "identify good.csv --model black-box-1 --starts 1 --json -",
+        1,
+    ),
+    ("mujoco", 1),
+    ("completions bash", 1),
+];
+
+#[test]
+fn a_reader_that_closes_the_output_ends_the_program_without_an_error() {
+    let cli = Cli::new();
+    cli.text("simulate black-box-1 --every 400 --csv good.csv");
+    for (arguments, lines) in CLOSED {
+        let began = Instant::now();
+        let mut run = std::process::Command::new(assert_cmd::cargo::cargo_bin!("actuator"))
+            .args(arguments.split(' '))
+            .current_dir(cli.path("."))
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("it starts");
+        let mut output = std::io::BufReader::new(run.stdout.take().expect("its output"));
+        for _ in 0..lines {
+            let mut line = String::new();
+            std::io::BufRead::read_line(&mut output, &mut line).expect("a line");
+            assert!(!line.is_empty(), "{arguments}");
+        }
+        drop(output);
+        let status = run.wait().expect("it ends");
+        let mut error = String::new();
+        let mut stderr = run.stderr.take().expect("its messages");
+        stderr.read_to_string(&mut error).expect("text");
+        assert!(status.success(), "{arguments}: {status}\n{error}");
+        assert!(
+            !error.contains("error: ") && !error.contains("panicked"),
+            "{arguments}\n{error}"
+        );
+        assert!(began.elapsed() < LONGEST, "{arguments}");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_leaves_no_part_of_a_unit_and_keeps_the_old_one() {
+    // No file of the program may be longer than 8 KiB.
+    let cli = Cli::new();
+    cli.write("old.fmu", "old");
+    let program = assert_cmd::cargo::cargo_bin!("actuator");
+    let run = format!(
+        "ulimit -f 8; trap '' XFSZ; exec {} fmu --out old.fmu",
+        program.display()
+    );
+    let output = std::process::Command::new("bash")
+        .args(["-c", &run])
+        .current_dir(cli.path("."))
+        .output()
+        .expect("it runs");
+    let error = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1), "{error}");
+    assert!(error.contains("cannot write old.fmu: "), "{error}");
+    assert_eq!(cli.read("old.fmu"), "old");
+    assert_eq!(files(&cli).len(), 1);
 }

@@ -54,10 +54,13 @@ fn a_file_name_without_a_format_or_given_twice_is_refused_before_the_run() {
         ("--out run", format!("--out is run, {expected}")),
         ("--out -", format!("--out is -, {expected}")),
         ("--out a.mat --out .", format!("--out is ., {expected}")),
-        ("--out a.mat --out a.mat", "a.mat is written twice".into()),
+        (
+            "--out a.mat --out a.mat",
+            "--out and --out both write a.mat".into(),
+        ),
         (
             "--csv a.csv --out ./a.csv",
-            "./a.csv is written twice".into(),
+            "--csv and --out both write ./a.csv".into(),
         ),
     ];
     for (options, message) in bad {

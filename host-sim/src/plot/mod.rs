@@ -65,7 +65,7 @@ pub fn save(figure: &Figure, path: &Path) -> Result<(), Error> {
         Format::Svg => svg::render(figure),
         Format::Html => html::render(figure),
     };
-    Ok(file::write(path, &text)?)
+    Ok(file::write(path, text)?)
 }
 
 #[cfg(test)]

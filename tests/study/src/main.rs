@@ -34,7 +34,7 @@ impl Arguments {
             host_sim::plot::save(&figure, &self.out.join(name))?;
         }
         for (name, text) in page::files(&study, &claims) {
-            host_sim::file::write(&self.out.join(name), &text)?;
+            host_sim::file::write(&self.out.join(name), text)?;
         }
         eprintln!(
             "{} runs, {} fits: {}",
