@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import operator
+import reprlib
 import warnings
 from typing import Any, Iterable, Mapping, Optional, Sequence, Tuple, Union
 
@@ -16,6 +17,18 @@ from . import _columns, _native
 Points = Union[Tuple[ArrayLike, ArrayLike], Mapping[str, ArrayLike], Any]
 
 
+#: The most threads of a call.
+_MOST_THREADS = 1024
+
+_shown = reprlib.Repr()
+_shown.maxstring = _shown.maxother = 200
+
+
+def shown(value: object) -> str:
+    """``value`` in a message, shortened."""
+    return _shown.repr(value)
+
+
 def number(name: str, value: object) -> float:
     """``value`` as a float; text is rejected."""
     if not isinstance(value, (str, bytes, bytearray)):
@@ -24,26 +37,52 @@ def number(name: str, value: object) -> float:
         except (TypeError, ValueError):
             pass
         except OverflowError:
-            raise ValueError(f"{name} is {value!r}, expected a number within float") from None
-    raise TypeError(f"{name} is {value!r}, expected a number")
+            raise ValueError(f"{name} is {shown(value)}, expected a number within float") from None
+    raise TypeError(f"{name} is {shown(value)}, expected a number")
 
 
-def whole(name: str, value: object, least: int = 0) -> int:
-    """``value`` as an integer of at most 64 bits."""
+def within(name: str, value: object, low: float, high: float, unit: str = "") -> float:
+    """``value`` as a float from ``low`` to ``high``."""
+    given = number(name, value)
+    # Written so that NaN fails.
+    if low <= given <= high:
+        return given
+    raise ValueError(f"{name} is {given:g}, expected a number from {low:g} to {high:g} {unit}".rstrip())
+
+
+def flag(name: str, value: object) -> bool:
+    """``value``, which must be True or False."""
+    if isinstance(value, (bool, np.bool_)):
+        return bool(value)
+    raise TypeError(f"{name} is {shown(value)}, expected True or False")
+
+
+def whole(name: str, value: object, least: int = 0, most: int = 2**64 - 1) -> int:
+    """``value`` as an integer from ``least`` to ``most``."""
     try:
         integer = operator.index(value)  # type: ignore[arg-type]
     except TypeError:
-        raise TypeError(f"{name} is {value!r}, expected an integer") from None
-    if not least <= integer < 2**64:
-        raise ValueError(f"{name} is {integer}, expected an integer from {least} to 2**64 - 1")
+        raise TypeError(f"{name} is {shown(value)}, expected an integer") from None
+    if not least <= integer <= most:
+        last = "2**64 - 1" if most == 2**64 - 1 else most
+        raise ValueError(f"{name} is {shown(integer)}, expected an integer from {least} to {last}")
     return integer
+
+
+def thread_count(value: Optional[int]) -> int:
+    """The argument ``threads``; 0 for one thread per core."""
+    return 0 if value is None else whole("threads", value, 1, _MOST_THREADS)
 
 
 def text(name: str, value: object) -> str:
     """``value``, which must be a string."""
-    if isinstance(value, str):
-        return value
-    raise TypeError(f"{name} is {value!r}, expected a string")
+    if not isinstance(value, str):
+        raise TypeError(f"{name} is {shown(value)}, expected a string")
+    try:
+        value.encode()
+    except UnicodeEncodeError:
+        raise ValueError(f"{name} is {shown(value)}, expected valid Unicode") from None
+    return value
 
 
 def optional_text(name: str, value: object) -> Optional[str]:
@@ -75,7 +114,7 @@ def row(name: str, value: ArrayLike) -> NDArray[np.float64]:
 def names(name: str, values: Sequence[str]) -> list[str]:
     """``values`` as a list of names."""
     if isinstance(values, str) or not isinstance(values, Iterable):
-        raise TypeError(f"{name} is {values!r}, expected a sequence of names")
+        raise TypeError(f"{name} is {shown(values)}, expected a sequence of names")
     return [text(f"a name in {name}", value) for value in values]
 
 
@@ -103,13 +142,22 @@ def points(
     return arrays
 
 
-def pairs(parameters: Mapping[str, object], prefix: str = "") -> list[tuple[str, float]]:
-    """Parameters by name with their values as floats."""
-    if not isinstance(parameters, Mapping):
-        raise TypeError(f"expected a mapping from names to values, got {parameters!r}")
+def items(name: str, value: Optional[Mapping[str, Any]]) -> list[tuple[str, Any]]:
+    """The items of the argument ``name``, a mapping from names or None."""
+    if value is None:
+        return []
+    if not isinstance(value, Mapping):
+        raise TypeError(f"{name} is {shown(value)}, expected a mapping from names to values")
+    return [(text(f"a name in {name}", key), each) for key, each in value.items()]
+
+
+def pairs(
+    name: str, parameters: Optional[Mapping[str, object]], prefix: str = ""
+) -> list[tuple[str, float]]:
+    """The parameters of the argument ``name`` with their values as floats."""
     return [
-        (prefix + text("name of a parameter", name), number(f"parameter {name}", value))
-        for name, value in parameters.items()
+        (prefix + key, number(f"parameter {key}", value))
+        for key, value in items(name, parameters)
     ]
 
 
@@ -129,7 +177,8 @@ def request(
     parameters: Mapping[str, object],
 ) -> dict[str, Any]:
     """The arguments of a run, for the compiled module."""
-    if command is not None and (input is not None or input_parameters):
+    of_input = pairs("input_parameters", input_parameters, "input.")
+    if command is not None and (input is not None or of_input):
         raise ValueError("both an input by name and a command, expected one of them")
     warn(preset)
     return {
@@ -143,12 +192,13 @@ def request(
         "every": whole("every", every, 1),
         "seed": whole("seed", seed),
         "pwm": text("pwm", pwm),
-        "parameters": pairs(parameters) + pairs(input_parameters or {}, "input."),
+        "parameters": pairs("parameters", parameters) + of_input,
     }
 
 
 def warn(preset: Optional[str]) -> None:
     """Warns if results of the preset must not be shown without its warning."""
+    preset = optional_text("preset", preset)
     for known in _native.presets():
         if known["name"] == preset and known["warning"]:
             warnings.warn(f"preset `{preset}`: {known['warning']}", UserWarning, stacklevel=4)

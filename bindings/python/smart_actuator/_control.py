@@ -8,10 +8,14 @@ import numpy as np
 
 from . import _arguments, _native
 
+#: Of an approximation of a delay: a higher one is lost in rounding.
+_HIGHEST_ORDER = 20
+
 
 def _values(model: str, preset: Optional[str], given: dict[str, float]) -> dict[str, float]:
+    _arguments.warn(preset)
     plant = "first-order" if model == "board" else None
-    actuator = _native.Actuator(model, plant, preset, 0, "average", _arguments.pairs(given))
+    actuator = _native.Actuator(model, plant, preset, 0, "average", _arguments.pairs("parameters", given))
     return actuator.settings["parameters"]
 
 
@@ -34,14 +38,15 @@ def to_control(
     :param preset: as for :func:`simulate`, as are ``parameters``.
     :param loop: ``closed`` (command to angle), ``open`` (position error to angle; of grey box and
         board), ``rate`` (commanded rate to rate; likewise) or ``motor`` (duty to rate; likewise).
-    :param pade: order of an approximation of the transport delay ``delay_s`` at the command, which
-        is left out for 0.
+    :param pade: order of an approximation of the transport delay ``delay_s`` at the command, up to
+        20; the delay is left out for 0.
     :returns: a ``control.TransferFunction`` in deg and s.
     """
     import control
 
     given = _values(_arguments.text("model", model), preset, parameters)
-    order = _arguments.whole("pade", pade)
+    order = _arguments.whole("pade", pade, 0, _HIGHEST_ORDER)
+    loop = _arguments.text("loop", loop)
     s = control.tf("s")
     if model == "black-box-1":
         systems = {"closed": given["gain"] * given["pole_rad_s"] / (s + given["pole_rad_s"])}

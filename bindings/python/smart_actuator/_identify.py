@@ -153,35 +153,33 @@ def identify(
         value out of range; an unknown model.
     :raises TypeError: an argument of another type.
     """
-    count = _arguments.whole("starts", starts, 1)
-    if count > 1000:
-        raise ValueError(f"starts is {count}, expected an integer from 1 to 1000")
     recordings = _recordings("data", data)
     if not recordings:
         raise ValueError("data is empty, expected at least one recording")
+    chosen = _names("models", models)
+    if not chosen:
+        raise ValueError("models is empty, expected at least one model")
     reading = {
-        "columns": [
-            (_text("columns", a), _text("columns", b)) for a, b in _items("columns", columns)
-        ],
+        "columns": [(a, _text("columns", b)) for a, b in _arguments.items("columns", columns)],
         "delimiter": _arguments.optional_text("delimiter", delimiter),
         "window": None if window is None else _pair("window", window),
-        "keep_clipped": bool(keep_clipped),
-        "keep_bad": bool(keep_bad),
+        "keep_clipped": _arguments.flag("keep_clipped", keep_clipped),
+        "keep_bad": _arguments.flag("keep_bad", keep_bad),
         "hold": _arguments.optional_text("hold", hold),
-        "known": _arguments.pairs(known or {}),
+        "known": _arguments.pairs("known", known),
     }
     search = {
-        "models": _names("models", models),
-        "fix": _arguments.pairs(fix or {}),
+        "models": chosen,
+        "fix": _arguments.pairs("fix", fix),
         "free": _names("free", free),
-        "bound": [(_text("bound", n), *_pair(f"bound {n}", b)) for n, b in _items("bound", bound)],
-        "start": _arguments.pairs(start or {}),
+        "bound": [(n, *_pair(f"bound {n}", b)) for n, b in _arguments.items("bound", bound)],
+        "start": _arguments.pairs("start", start),
         "own": _names("own", own),
         "share": _names("share", share),
-        "starts": count,
+        "starts": _arguments.whole("starts", starts, 1, 1000),
         "seed": _arguments.whole("seed", seed),
         "loss": _text("loss", loss),
-        "threads": 0 if threads is None else _arguments.whole("threads", threads, 1),
+        "threads": _arguments.thread_count(threads),
     }
     held_out = _recordings("validate", validate)
     with reported(progress, "models") as report:
@@ -193,30 +191,29 @@ def identify(
 _text = _arguments.text
 
 
-def _items(name: str, value: Optional[Mapping[str, Any]]) -> Iterable[Tuple[str, Any]]:
-    if value is not None and not isinstance(value, Mapping):
-        raise TypeError(f"{name} is {value!r}, expected a mapping from names")
-    return (value or {}).items()
-
-
 def _names(name: str, value: Union[str, Sequence[str]]) -> List[str]:
-    return [_text(name, each) for each in ([value] if isinstance(value, str) else value)]
+    return _arguments.names(name, [value] if isinstance(value, str) else value)
 
 
 def _pair(name: str, value: object) -> Tuple[float, float]:
     try:
         low, high = cast(Tuple[float, float], value)
     except (TypeError, ValueError):
-        raise TypeError(f"{name} is {value!r}, expected a pair of numbers") from None
+        raise TypeError(f"{name} is {_arguments.shown(value)}, expected a pair of numbers") from None
     pair = _arguments.number(name, low), _arguments.number(name, high)
     # Written so that NaN fails.
     if not pair[0] < pair[1]:
-        raise ValueError(f"{name} is {value!r}, expected the smaller number first")
+        raise ValueError(f"{name} is {_arguments.shown(value)}, expected the smaller number first")
     return pair
 
 
 def _recordings(name: str, value: Union[Recording, Sequence[Recording]]) -> List[Any]:
-    each = [value] if _columns.is_single(value) else list(cast(Sequence[Recording], value))
+    if _columns.is_single(value):
+        each: List[Any] = [value]
+    elif isinstance(value, Iterable):
+        each = list(value)
+    else:
+        raise TypeError(f"{name} is {_arguments.shown(value)}, expected a recording or several")
     return [_recording(f"{name}[{index}]", one) for index, one in enumerate(each)]
 
 
@@ -225,7 +222,7 @@ def _recording(name: str, value: object) -> Any:
         return os.fspath(value)
     named = _columns.of(value)
     if named is None:
-        raise TypeError(f"{name} is {value!r}, expected a file, a mapping of arrays or a data frame")
+        raise TypeError(f"{name} is {_arguments.shown(value)}, expected a file, a mapping of arrays or a data frame")
     columns = {}
     for key, column in named.items():
         array = _arguments.array(f"{name}, {key}", column)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _arguments, _native
-from ._progress import Progress, reported
+from ._progress import Progress, Report, reported
 
 #: The name of the command among the names of parameters.
 COMMAND = "command_deg"
@@ -53,13 +53,14 @@ def sensitivity(
     duty = None if duty_pct is None else _arguments.row("duty_pct", duty_pct)
     names = _arguments.names("by", by)
     # Each must be one of the model's.
-    model, given = _arguments.text("model", model), (_arguments.pairs(parameters), False)
+    model, given = _arguments.text("model", model), (_arguments.pairs("parameters", parameters), False)
     others = [name for name in names if name != COMMAND]
     angle, slopes = _native.sensitivity(model, times, commands, duty, given, others)
     found = dict(zip(others, slopes))
-    if COMMAND in names:
-        rows = list(range(len(times)))
-        found[COMMAND] = _by_command(model, times, commands, rows, given, progress)
+    with reported(progress, "commands") as report:
+        if COMMAND in names:
+            rows = list(range(len(times)))
+            found[COMMAND] = _by_command(model, times, commands, rows, given, report)
     return angle, {name: found[name] for name in names}
 
 
@@ -69,7 +70,7 @@ def _by_command(
     command_deg: NDArray[np.float64],
     starts: list[int],
     values: tuple[list[tuple[str, float]], bool],
-    progress: Progress,
+    report: Optional[Report],
 ) -> NDArray[np.float64]:
     """The derivatives at each instant by the commands that begin at these rows."""
     if model.startswith("motor-"):
@@ -78,8 +79,7 @@ def _by_command(
         raise MemoryError(
             f"{len(time_s)} rows times {len(starts)} commands, expected {MOST_DERIVATIVES} at most"
         )
-    with reported(progress, "commands") as report:
-        return _native.command_sensitivity(model, time_s, command_deg, starts, values, report)
+    return _native.command_sensitivity(model, time_s, command_deg, starts, values, report)
 
 
 def of_run(
@@ -93,13 +93,12 @@ def of_run(
 ) -> dict[str, NDArray[np.float64]]:
     """The derivatives of a simulated run by parameters of the simulator, and by the commands that
     begin at ``points_s``."""
-    names = _arguments.names("gradients", by)
     # The simulator has more than the model.
     values = list(settings.items()), True
-    others = [name for name in names if name != COMMAND]
+    others = [name for name in by if name != COMMAND]
     _, slopes = _native.sensitivity(model, time_s, command_deg, None, values, others)
     found = dict(zip(others, slopes))
-    if COMMAND in names:
+    if COMMAND in by:
         if points_s is None:
             raise ValueError(f"gradients by {COMMAND}: expected a `command` of times and angles")
         if settings.get("host_period_s", 0.0) > 0.0:
@@ -118,8 +117,9 @@ def of_run(
                 "expected `every` to divide the steps of the command"
             )
         by_command = np.zeros((len(time_s), len(rows)))
-        by_command[:, : len(reached)] = _by_command(
-            model, time_s, command_deg, reached.tolist(), values, progress
-        )
+        with reported(progress, "commands") as report:
+            by_command[:, : len(reached)] = _by_command(
+                model, time_s, command_deg, reached.tolist(), values, report
+            )
         found[COMMAND] = by_command
-    return {name: found[name] for name in names}
+    return {name: found[name] for name in by}

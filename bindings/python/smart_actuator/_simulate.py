@@ -93,14 +93,15 @@ def simulate(
         load=load,
         parameters=parameters,
     )
+    differentiated = _arguments.names("gradients", gradients)
     with reported(progress, "s") as report:
         trace = Trace(*_native.simulate(request, report))
-    if gradients:
+    if differentiated:
         actuator = _native.Actuator(model, plant, preset, seed, pwm, request["parameters"])
         values = actuator.settings["parameters"]
         points_s = None if request["command"] is None else request["command"][0]
         rows = trace["time_s"], trace["command_deg"]
-        slopes = of_run(model, values, *rows, gradients, points_s, progress)
+        slopes = of_run(model, values, *rows, differentiated, points_s, progress)
         trace.gradients.update(slopes)
     return trace
 
@@ -158,17 +159,16 @@ def monte_carlo(
     )
     if not isinstance(parameters, Mapping) or not parameters:
         raise TypeError("parameters: expected a mapping from names to arrays, at least one")
-    names = [_arguments.text("name of a parameter", name) for name in parameters]
-    arrays = [_arguments.array(f"parameter {name}", parameters[name]) for name in names]
+    arrays_by_name = _arguments.items("parameters", parameters)
+    names = [name for name, _ in arrays_by_name]
+    arrays = [_arguments.array(f"parameter {name}", value) for name, value in arrays_by_name]
     try:
         arrays = list(np.broadcast_arrays(*arrays))
     except ValueError:
         shapes = ", ".join(f"{name} {a.shape}" for name, a in zip(names, arrays))
-        raise ValueError(f"shapes that do not broadcast: {shapes}") from None
+        raise ValueError(f"parameters are {shapes}, expected shapes that broadcast") from None
     values = np.stack([a.ravel() for a in arrays], axis=1)
-    count = 0 if threads is None else _arguments.whole("threads", threads, 1)
-    if count > 1024:
-        raise ValueError(f"threads is {count}, expected 1024 at most")
+    count = _arguments.thread_count(threads)
     with reported(progress, "runs") as report:
         ends = _native.monte_carlo(request, names, values, count, report)
     return ends.view(EXTREMES).reshape(arrays[0].shape)

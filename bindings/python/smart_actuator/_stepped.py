@@ -85,7 +85,7 @@ class Actuator:
             _arguments.optional_text("preset", preset),
             _arguments.whole("seed", seed),
             _arguments.text("pwm", pwm),
-            _arguments.pairs(parameters),
+            _arguments.pairs("parameters", parameters),
         )
 
     def advance(
@@ -139,12 +139,12 @@ class Actuator:
 
     def set_load_inertia(self, inertia_kg_m2: float) -> None:
         """Adds an inertia to the load of the bench, kg m^2, from the next tick on, in addition to the
-        one of its parameters."""
+        one of its parameters. A greater one than 1000 counts as 1000."""
         self._native.set_load_inertia(_arguments.number("inertia_kg_m2", inertia_kg_m2))
 
     def place(self, angle_deg: float) -> None:
-        """Places the shaft at an angle, deg, before the first step; later it has no effect. The board
-        then measures it within half a turn."""
+        """Places the shaft at an angle, deg, before the first step. The board then measures it within
+        half a turn."""
         self._native.place(_arguments.number("angle_deg", angle_deg))
 
     def snapshot(self) -> bytes:

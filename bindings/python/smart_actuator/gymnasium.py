@@ -21,6 +21,7 @@ from gymnasium import spaces
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
+from . import _arguments
 from ._batch import ActuatorBatch
 from ._tables import parameters as parameter_table
 
@@ -43,6 +44,11 @@ def posterior(
     :param widen: factor of all standard deviations.
     :param only: the parameters that are drawn; by default all that were identified.
     """
+    fitted_model = isinstance(fitted, Mapping) and {"model", "parameters", "correlation"} <= set(fitted)
+    if not fitted_model:
+        raise TypeError('fitted is no fitted model, expected identify(...)["models"][0]')
+    widen = _arguments.within("widen", widen, 0.0, 1e6)
+    chosen = None if only is None else _arguments.names("only", only)
     kind = fitted["model"] if fitted["model"] != "black-box-2-oscillator" else "black-box-2"
     ranges = {row["name"]: (row["min"], row["max"]) for row in parameter_table(kind)}
     order = fitted["correlation"]["parameters"]
@@ -54,19 +60,29 @@ def posterior(
         if name in ranges
         and name in estimates
         and estimates[name]["identifiable"]
-        and (only is None or name in only)
+        and (chosen is None or name in chosen)
         and np.isfinite(covariance[i, i])
     ]
-    if not known:
-        raise ValueError("the fit has no identified parameter that the simulator has")
+    found = [order[i] for i in known]
+    missing = sorted(set(chosen or ()).difference(found))
+    if missing or not known:
+        which = missing[0] if missing else "any parameter"
+        raise ValueError(f"only: the fit has not identified {which}, or the simulator lacks it")
     names = [order[i] for i in known]
+    # The others keep their estimates, those at infinity their defaults.
+    kept = {
+        name: min(max(one["estimate"], ranges[name][0]), ranges[name][1])
+        for name, one in estimates.items()
+        if name in ranges and name not in names and one["estimate"] is not None
+    }
     mean = np.array([estimates[name]["estimate"] for name in names])
     spread = widen**2 * covariance[np.ix_(known, known)]
     low, high = np.array([ranges[name] for name in names]).T
 
     def sample(rng: np.random.Generator, count: int) -> Mapping[str, Array]:
         drawn = np.clip(rng.multivariate_normal(mean, spread, count, method="eigh"), low, high)
-        return dict(zip(names, drawn.T))
+        same = {name: np.full(count, value) for name, value in kept.items()}
+        return {**same, **dict(zip(names, drawn.T))}
 
     return sample
 
@@ -134,13 +150,19 @@ class ActuatorVectorEnv(gymnasium.vector.VectorEnv):
         threads: Optional[int] = None,
         **actuator: Any,
     ) -> None:
-        self.num_envs = num_envs
+        self.num_envs = _arguments.whole("num_envs", num_envs, 1, 2**20)
+        if randomise is not None and not callable(randomise):
+            shown = _arguments.shown(randomise)
+            raise TypeError(f"randomise is {shown}, expected a function such as posterior(...)")
+        steps = _arguments.whole("steps", steps, 1)
+        jump = _arguments.within("jump", jump, 0.0, 1.0)
+        amplitude_deg = _arguments.within("amplitude_deg", amplitude_deg, 1e-3, 3.6e4, "deg")
         self.single_action_space = spaces.Box(-1.0, 1.0, (1,), np.float32)
         self.single_observation_space = spaces.Box(-10.0, 10.0, (4,), np.float32)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.render_mode = None
-        self._randomise, self._steps = randomise or _nominal, steps
+        self._randomise, self._steps = _nominal if randomise is None else randomise, steps
         self._make = {"step_s": step_s, "threads": threads, "count": num_envs, **actuator}
         self._task = _Task(num_envs, amplitude_deg, jump)
         self._age = np.zeros(num_envs, dtype=np.int64)
@@ -160,8 +182,10 @@ class ActuatorVectorEnv(gymnasium.vector.VectorEnv):
             seeds: Any = [None] * self.num_envs
             if isinstance(seed, (list, tuple)):
                 seeds = list(seed)
+                if len(seeds) != self.num_envs:
+                    raise ValueError(f"seed has {len(seeds)} elements, expected {self.num_envs}")
             elif seed is not None:
-                seeds = [seed + i for i in range(self.num_envs)]
+                seeds = [_arguments.whole("seed", seed) + i for i in range(self.num_envs)]
             self._rngs = [np.random.default_rng(one) for one in seeds]
             self._rng = np.random.default_rng(None if seed is None else seeds)
         drawn = self._randomise(self._rng, self.num_envs)
@@ -176,7 +200,12 @@ class ActuatorVectorEnv(gymnasium.vector.VectorEnv):
         """One step of all; an episode that was truncated in the last one begins instead."""
         if self._batch is None:
             raise gymnasium.error.ResetNeeded("call reset before step")
-        action = np.clip(np.asarray(actions, dtype=float).reshape(self.num_envs), -1, 1)
+        given = _arguments.array("actions", actions)
+        if given.size != self.num_envs:
+            raise ValueError(f"actions of shape {given.shape}, expected ({self.num_envs}, 1)")
+        if not np.isfinite(given).all():
+            raise ValueError("actions are not all finite, expected numbers from -1 to 1")
+        action = np.clip(given.reshape(self.num_envs), -1, 1)
         began = np.flatnonzero(self._over)
         states = self._batch.step(self._task.amplitude_deg * action)
         reward = self._task.judge(action, states)

@@ -31,6 +31,9 @@ def response(
     # Without its types, which the extra has and a check without it lacks.
     jax: Any = import_module("jax")
     times, names = _arguments.row("time_s", time_s), _arguments.names("by", by)
+    # An error of the arguments is raised here, and not within a call of jax.
+    checked: dict[str, Any] = {**parameters}
+    sensitivity(model, times, np.zeros(len(times)), names, **checked)
 
     def evaluated(
         commands: NDArray[Any], values: NDArray[Any], wanted: Sequence[str]

@@ -260,8 +260,20 @@ impl Actuator {
     }
 
     fn place(&self, py: Python<'_>, angle_deg: f64) -> PyResult<()> {
-        let result = py.detach(|| self.state().actuator.place(angle_deg));
-        result.map_err(|_| refused("angle_deg", angle_deg, &COMMAND))
+        if !COMMAND.range.contains(&angle_deg) {
+            return Err(refused("angle_deg", angle_deg, &COMMAND));
+        }
+        py.detach(|| {
+            let mut state = self.state();
+            let now_s = model_core::time::seconds(state.actuator.tick());
+            if now_s > 0.0 {
+                return Err(PyValueError::new_err(format!(
+                    "the actuator is at {now_s} s, expected a place before the first step"
+                )));
+            }
+            let placed = state.actuator.place(angle_deg);
+            placed.map_err(|error| PyValueError::new_err(error.to_string()))
+        })
     }
 
     fn set_load_inertia(&self, py: Python<'_>, inertia_kg_m2: f64) -> PyResult<()> {

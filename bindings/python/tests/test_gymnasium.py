@@ -79,5 +79,9 @@ def test_parameters_are_drawn_from_the_posterior_of_a_fit():
     error = pole["standard_error_coloured"]
     assert np.mean(drawn["pole_rad_s"]) == pytest.approx(pole["estimate"], abs=0.08 * error)
     assert np.std(drawn["pole_rad_s"]) == pytest.approx(error, rel=0.06)
+    # What is not drawn keeps its estimate, and not the default of the simulator.
+    only = posterior(found, only=["delay_s"])(np.random.default_rng(1), 3)
+    assert only["pole_rad_s"].tolist() == [pole["estimate"]] * 3
+    assert len(set(only["delay_s"])) == 3
     env = ActuatorVectorEnv(8, model="black-box-1", randomise=posterior(found, widen=3.0))
     episode(env, 0, steps=3)

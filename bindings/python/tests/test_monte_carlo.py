@@ -58,7 +58,7 @@ def test_no_runs_and_a_single_one_have_their_shapes():
         (KeyError, "input parameter `amp`", {"input.amp": [1.0]}, {}),
         (ValueError, "run 1: parameter position_gain is NaN", {"P": [1.0, np.nan]}, {}),
         (ValueError, "run 150: parameter position_gain", {"P": [1.0] * 150 + [-1.0]}, {}),
-        (ValueError, r"do not broadcast: P \(2,\), Ki \(3,\)", {"P": [1, 2], "Ki": [1, 2, 3]}, {}),
+        (ValueError, r"P \(2,\), Ki \(3,\), expected shapes that broadcast", {"P": [1, 2], "Ki": [1, 2, 3]}, {}),
         (TypeError, "parameter P: expected an array", {"P": ["a"]}, {}),
         (TypeError, "parameter P: expected an array", {"P": np.ma.array([1.0], mask=[1])}, {}),
         (TypeError, "expected a mapping", [1.0], {}),
