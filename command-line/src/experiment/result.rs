@@ -15,7 +15,7 @@ pub fn table(designs: &[Designed], best: Option<usize>) -> Table {
     let names = names.iter().map(|p: &Predicted| (p.name, "%"));
     let columns: Vec<(&str, &str)> = columns.into_iter().chain(names).chain([("", "")]).collect();
     let caption = "Predicted standard errors, as shares of the expected values. A dash: the input does \
-        not tell it, or the value is zero.";
+        not tell it, or the value is usually zero and within its error.";
     let mut table = Table::new(caption, &columns);
     for (index, design) in designs.iter().enumerate() {
         let prediction = &design.prediction;

@@ -157,6 +157,18 @@ fn columns_and_units_are_mapped_and_irregularities_are_reported_with_their_lines
 }
 
 #[test]
+fn an_offset_that_is_nearly_zero_does_not_decide_which_input_is_best() {
+    let cli = Cli::new();
+    let command = "experiment black-box-1 --duration 6 --input variable-step --input log-chirp";
+    let exact = cli.text(command);
+    // What a fit without noise has estimated.
+    let nearly = cli.text(&format!("{command} --set offset_deg=-5.9e-10"));
+    assert_eq!(nearly, exact);
+    let known = cli.text(&format!("{command} --set offset_deg=2"));
+    assert_ne!(known, exact, "an offset beyond its error has a share");
+}
+
+#[test]
 fn a_designed_experiment_reaches_its_predicted_accuracy_in_simulation() {
     let cli = Cli::new();
     let document = json(&cli.text("experiment black-box-1 --duration 6 --json --csv best.csv"));

@@ -72,12 +72,15 @@ pub struct Predicted {
     pub value: f64,
     /// Its Cramer-Rao standard error.
     pub standard_error: Option<f64>,
+    /// Whether zero is a usual value, as of an offset: a share of it says little.
+    pub is_usually_zero: bool,
 }
 
 impl Predicted {
-    /// The relative standard error, %; infinite for a value near zero.
+    /// The relative standard error, %; `None` for a usual zero that is smaller than its error.
     pub fn percent(&self) -> Option<f64> {
-        Some(100.0 * self.standard_error? / self.value.abs())
+        let percent = 100.0 * self.standard_error? / self.value.abs();
+        (percent <= 100.0 || !self.is_usually_zero).then_some(percent)
     }
 }
 
@@ -90,10 +93,11 @@ impl Prediction {
             .count()
     }
 
-    /// The largest relative standard error, %, except of offsets and initial states, which may be
-    /// zero.
+    /// The largest relative standard error, %, except of parameters that are usually zero, such as
+    /// an offset.
     pub fn worst_percent(&self) -> f64 {
-        let percent = self.parameters.iter().filter_map(Predicted::percent);
+        let judged = self.parameters.iter().filter(|p| !p.is_usually_zero);
+        let percent = judged.filter_map(Predicted::percent);
         percent.filter(|p| p.is_finite()).fold(0.0, f64::max)
     }
 }
@@ -176,6 +180,7 @@ impl ExperimentSetup {
                 unit: parameter.unit,
                 value: self.values[unknown.parameter],
                 standard_error,
+                is_usually_zero: parameter.default == 0.0,
             }
         };
         Ok(Prediction {
