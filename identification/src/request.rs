@@ -14,6 +14,7 @@ use super::{
     fit::Fit,
     model::{Model, ModelParameter},
     problem::{IdentifyError, Problem, Scope},
+    recording::Recording,
 };
 
 /// The settings of the parameters. Each of several models uses those of the parameters that it has.
@@ -98,6 +99,12 @@ pub fn check_files<'a>(
             path.display()
         ))),
     }
+}
+
+/// Whether none of the models needs the command of a recording: they are driven by its duty.
+pub fn may_lack_command(models: &[Arc<dyn Model>]) -> bool {
+    let needs_duty = |model: &Arc<dyn Model>| model.accepts(&Recording::default()).is_err();
+    models.iter().all(needs_duty)
 }
 
 fn parameters(models: &[Arc<dyn Model>]) -> impl Iterator<Item = &ModelParameter> {

@@ -18,7 +18,7 @@ use identification::{
     document,
     loss::LossChoice,
     models,
-    request::{Request, RequestError, check_files, known_constants},
+    request::{Request, RequestError, check_files, known_constants, may_lack_command},
 };
 use numpy::PyReadonlyArray1;
 use pyo3::{
@@ -129,7 +129,7 @@ impl Job {
             let one = |(index, source): (usize, Source<'_>)| match source {
                 Source::File(path) => Ok(Given::File(path)),
                 Source::Arrays(columns) => {
-                    let table = table(&format!("{what}[{index}]"), &columns, &import.columns)?;
+                    let table = table(&format!("{what}[{index}]"), &columns, &import)?;
                     Ok(Given::Table(Box::new(table)))
                 }
             };
@@ -279,6 +279,7 @@ impl Reading {
                 }
             },
             constants: known_constants(models, &self.known).map_err(of_request)?,
+            may_lack_command: may_lack_command(models),
         })
     }
 }
@@ -331,7 +332,7 @@ const REQUIRED: [(Quantity, &str); 3] = [
 fn table(
     name: &str,
     columns: &BTreeMap<String, PyReadonlyArray1<'_, f64>>,
-    chosen: &Columns,
+    import: &Import,
 ) -> PyResult<Table> {
     let mut table = Table {
         path: name.into(),
@@ -341,9 +342,11 @@ fn table(
         table.names.push(column.clone());
         table.columns.push(values.as_array().to_vec());
     }
-    let is_chosen = |quantity| chosen.0.iter().any(|column| column.quantity == quantity);
+    let chosen = &import.columns.0;
+    let is_chosen = |quantity| chosen.iter().any(|column| column.quantity == quantity);
+    let may_lack = |quantity| import.may_lack_command && quantity == Quantity::Command;
     for (quantity, usual) in REQUIRED {
-        if !is_chosen(quantity) && quantity.find(&table.names) == Ok(None) {
+        if !may_lack(quantity) && !is_chosen(quantity) && quantity.find(&table.names) == Ok(None) {
             let (what, names) = (quantity.name(), table.names.join(", "));
             return Err(PyKeyError::new_err(format!(
                 "{name} has no column of the {what}: the columns are {names}, expected `{usual}` or \

@@ -13,7 +13,7 @@ use identification::{
     Experiment, Hold, IdentifyError, Model,
     data::{ColumnSelection, Columns, Delimiter, Import, Note},
     models,
-    request::{check_files, known_constants},
+    request::{check_files, known_constants, may_lack_command},
 };
 
 #[derive(Debug, Args)]
@@ -163,6 +163,7 @@ impl DataOptions {
                 Some(HoldName::Smooth) => Hold::Smooth,
             },
             constants: self.constants(models)?,
+            may_lack_command: may_lack_command(models),
         })
     }
 }

@@ -157,6 +157,38 @@ fn columns_and_units_are_mapped_and_irregularities_are_reported_with_their_lines
 }
 
 #[test]
+fn a_motor_that_is_driven_by_its_duty_needs_no_command() {
+    let cli = Cli::new();
+    cli.text("simulate board --plant bench --input 3-2-1-1 --every 80 --csv run.csv");
+    let run = cli.read("run.csv");
+    let names: Vec<&str> = run.lines().next().expect("a header").split(',').collect();
+    let kept: Vec<usize> = ["time_s", "duty_pct", "angle_meas_deg"]
+        .map(|name| names.iter().position(|n| *n == name).expect("a column"))
+        .into();
+    let line = |line: &str| {
+        let fields: Vec<&str> = line.split(',').collect();
+        kept.iter()
+            .map(|i| fields[*i])
+            .collect::<Vec<_>>()
+            .join(",")
+            + "\n"
+    };
+    cli.write("duty.csv", run.lines().map(line).collect::<String>());
+    let found = |file: &str| {
+        let options = "--model motor-m1 --starts 1 --fix winding_resistance_ohm=7.7 --json -";
+        let document = json(&cli.text(&format!("identify {file} {options}")));
+        parameter(&document, "motor_inertia_kg_m2")["estimate"].clone()
+    };
+    assert_eq!(found("duty.csv"), found("run.csv"));
+    // Another model needs it.
+    cli.assert_error(
+        "identify duty.csv --model motor-m1 --model black-box-1",
+        2,
+        "no column is known to be the command",
+    );
+}
+
+#[test]
 fn an_offset_that_is_nearly_zero_does_not_decide_which_input_is_best() {
     let cli = Cli::new();
     let command = "experiment black-box-1 --duration 6 --input variable-step --input log-chirp";

@@ -51,6 +51,12 @@ pub fn recording(
         hold: import.hold,
         constants,
     };
+    if !columns.iter().any(|c| c.quantity == Quantity::Command) {
+        let first = recording.angle_deg.iter().find(|angle| angle.is_finite());
+        recording.command_deg = vec![first.copied().unwrap_or(0.0); rows.len()];
+        let text = "no column is known to be the command, which the models do not need".to_owned();
+        cleaning.note(table.header_line, text);
+    }
     cleaning.check_signals(&mut recording, &rows, import);
     cleaning.notes.sort_by_key(|note| note.line);
     Ok(Imported {

@@ -142,8 +142,12 @@ impl Quantity {
         matches!(self, Self::Command | Self::Angle)
     }
 
-    fn is_required(self) -> bool {
-        matches!(self, Self::Time | Self::Command | Self::Angle)
+    fn is_required(self, may_lack_command: bool) -> bool {
+        match self {
+            Self::Time | Self::Angle => true,
+            Self::Command => !may_lack_command,
+            _ => false,
+        }
     }
 }
 
@@ -216,12 +220,16 @@ pub struct LocatedColumn {
 }
 
 impl Columns {
-    /// Finds all quantities in a table.
+    /// Finds all quantities in a table, which may lack a command.
     ///
     /// # Errors
     /// [`ImportError::Content`] at the header, for a missing column or a required quantity without
     /// a column.
-    pub fn of(&self, table: &Table) -> Result<Vec<LocatedColumn>, ImportError> {
+    pub fn of(
+        &self,
+        table: &Table,
+        may_lack_command: bool,
+    ) -> Result<Vec<LocatedColumn>, ImportError> {
         let mut columns = Vec::new();
         for quantity in Quantity::ALL {
             let found = match self.0.iter().rev().find(|c| c.quantity == quantity) {
@@ -230,7 +238,9 @@ impl Columns {
             };
             match found {
                 Some((index, factor)) => columns.push((quantity, index, factor)),
-                None if quantity.is_required() => return Err(missing(table, quantity)),
+                None if quantity.is_required(may_lack_command) => {
+                    return Err(missing(table, quantity));
+                }
                 None => {}
             }
         }

@@ -46,6 +46,9 @@ pub struct Import {
     pub hold: Hold,
     /// Known values of the runs by the name of a parameter; they override those of a file.
     pub constants: BTreeMap<String, f64>,
+    /// Whether a recording may lack a command, because no model needs one. It then counts as
+    /// commanded to its first angle.
+    pub may_lack_command: bool,
 }
 
 /// A recording, with notes about its file.
@@ -115,7 +118,7 @@ impl Import {
     /// # Errors
     /// [`ImportError::Content`], as [`Import::read`].
     pub fn recording(&self, table: &Table) -> Result<Imported, ImportError> {
-        let columns = self.columns.of(table)?;
+        let columns = self.columns.of(table, self.may_lack_command)?;
         clean::recording(self, table, &columns)
     }
 }
