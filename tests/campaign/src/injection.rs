@@ -56,6 +56,17 @@ impl Place {
         Self::Period,
     ];
 
+    /// Its name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Ram => "RAM: variables and used stack",
+            Self::Code => "flash: vectors, code, constants",
+            Self::Registers => "R0 to R15 and flags",
+            Self::Instruction => "a skipped instruction",
+            Self::Period => "each instruction of a control period",
+        }
+    }
+
     /// Its address ranges in this program; of the registers, four bytes each. The capture buffer is
     /// not a part: it is a recording.
     ///

@@ -9,6 +9,7 @@
 #![deny(missing_docs)]
 
 pub mod campaign;
+pub mod class;
 mod digest;
 mod experiment;
 mod fork;
@@ -18,6 +19,7 @@ mod injector;
 pub mod motion;
 pub mod outcome;
 mod page;
+mod picture;
 pub mod results;
 mod snapshots;
 mod tell;
@@ -25,3 +27,4 @@ mod timetable;
 mod twin;
 
 pub use page::{Row, replace_table, table, total};
+pub use picture::picture;

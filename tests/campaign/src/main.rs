@@ -2,20 +2,23 @@
 
 #![forbid(unsafe_code)]
 
+use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use board_tests::program::firmware;
 use clap::Parser;
 use fault_campaign::campaign::{CampaignError, TRACE_COLUMNS, draw, run_all};
+use fault_campaign::class::{Class, MemoryMap};
 use fault_campaign::history::{Entry, append};
 use fault_campaign::injection::{Injection, PERIOD_INSTRUCTIONS, Place};
 use fault_campaign::motion::Motion;
 use fault_campaign::outcome::{Outcome, Verdict};
 use fault_campaign::results::{Results, ResultsError};
-use fault_campaign::{replace_table, table, total};
+use fault_campaign::{picture, replace_table, table, total};
 use indicatif::{ProgressBar, ProgressStyle};
 use virtual_board::run::FirmwareError;
 
@@ -55,7 +58,7 @@ struct Options {
     /// CSV file of the motion, to look at a single experiment
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
-    /// Document whose table is replaced
+    /// Document whose tables are replaced, and beside it the picture of the same name
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
@@ -94,21 +97,35 @@ fn run(options: &Options) -> Result<usize, Error> {
     let known = Results::open(options.results.as_deref(), options.seed)?;
     let program = known.program().to_owned();
     let known = Arc::new(Mutex::new((known, Ok(()))));
+    let map = MemoryMap::try_new(firmware())?;
     let mut rows = Vec::new();
+    let mut by_class: BTreeMap<Class, Vec<Verdict>> = BTreeMap::new();
     let mut entries = Vec::new();
     for (place, injections) in injections(options)? {
         let (verdicts, new) = verdicts(options, &known, place, &injections)?;
         if !new.is_empty() {
             entries.push(Entry::new(&program, options.seed, place, &new));
         }
-        rows.push((place, verdicts));
+        for (injection, verdict) in injections.iter().zip(&verdicts) {
+            let class = by_class.entry(map.class(injection)).or_default();
+            class.push(*verdict);
+        }
+        rows.push((place.name().to_owned(), verdicts));
     }
-    let mut text = table(&rows, &program, options.seed);
+    let classes: Vec<_> = (by_class.iter())
+        .map(|(class, verdicts)| (class.name(), verdicts.clone()))
+        .collect();
+    let mut text = format!(
+        "Program `{program}`, seed {}.\n\n{}\n{}",
+        options.seed,
+        table(&rows),
+        table(&classes),
+    );
     if let Some(path) = &options.history {
         text += &format!("\n{}", total(&append(path, &entries)?));
     }
     match &options.out {
-        Some(path) => write(path, &text)?,
+        Some(path) => write_page(path, &text, &picture(&by_class))?,
         None => println!("{text}"),
     }
     let verdicts = rows.iter().flat_map(|(_, verdicts)| verdicts);
@@ -190,13 +207,20 @@ fn create_trace(path: &Path) -> Result<File, Error> {
     })
 }
 
-fn write(path: &Path, text: &str) -> Result<(), Error> {
-    let failed = |source| Error::File {
+/// Replaces the tables of the document, and writes the picture beside it.
+fn write_page(path: &Path, text: &str, picture: &str) -> Result<(), Error> {
+    let write = |path: &Path, text: &str| {
+        fs::write(path, text).map_err(|source| Error::File {
+            path: path.into(),
+            source,
+        })
+    };
+    let document = fs::read_to_string(path).map_err(|source| Error::File {
         path: path.into(),
         source,
-    };
-    let document = fs::read_to_string(path).map_err(failed)?;
+    })?;
     let document =
         replace_table(&document, text).ok_or_else(|| Error::NoTable { path: path.into() })?;
-    fs::write(path, document).map_err(failed)
+    write(path, &document)?;
+    write(&path.with_extension("svg"), picture)
 }

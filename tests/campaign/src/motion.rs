@@ -53,6 +53,19 @@ impl Motion {
         Self::Saving,
     ];
 
+    /// Its name in tables and pictures.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Position => "steps of position",
+            Self::Saturated => "at full duty",
+            Self::Holding => "held position",
+            Self::Velocity => "steps of velocity",
+            Self::Stopping => "stops",
+            Self::Disabled => "not enabled",
+            Self::Saving => "storing",
+        }
+    }
+
     /// What the master sends in this control period after power-on.
     pub fn frames(self, tick: u64) -> Vec<Frame> {
         let sign = if (tick / HOLD_TICKS).is_multiple_of(2) {

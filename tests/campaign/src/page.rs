@@ -5,11 +5,10 @@ use std::collections::BTreeSet;
 use statrs::distribution::{Beta, ContinuousCDF};
 
 use crate::history::Entry;
-use crate::injection::Place;
 use crate::outcome::{Outcome, Verdict};
 
-/// A row of the table: a place, and the verdicts on its experiments.
-pub type Row = (Place, Vec<Verdict>);
+/// A row of a table: the name of a place or class, and the verdicts on its experiments.
+pub type Row = (String, Vec<Verdict>);
 
 const BEGIN: &str = "<!-- table of the campaign: begin -->";
 const END: &str = "<!-- table of the campaign: end -->";
@@ -17,13 +16,12 @@ const END: &str = "<!-- table of the campaign: end -->";
 /// Probability that a rate of hazards is below the bound of the table.
 const CONFIDENCE: f64 = 0.95;
 
-/// The table in Markdown of a campaign with this program and seed.
-pub fn table(rows: &[Row], program: &str, seed: u64) -> String {
-    let mut text = format!("Program `{program}`, seed {seed}.\n\n");
-    text += "| place | injections | no effect | small or short | told and safe | restarted and safe | told, coasting | told, driven on | **silent and hazardous** | not judged | silent and hazardous, at most |\n\
-         |---|---|---|---|---|---|---|---|---|---|---|\n";
-    for (place, verdicts) in rows {
-        text += &format!("| {} | {} |", name(*place), verdicts.len());
+/// The table in Markdown of the outcomes in these places or classes.
+pub fn table(rows: &[Row]) -> String {
+    let mut text = "| place | injections | no effect | small or short | told and safe | restarted and safe | told, coasting | told, driven on | **silent and hazardous** | not judged | silent and hazardous, at most |\n\
+         |---|---|---|---|---|---|---|---|---|---|---|\n".to_owned();
+    for (name, verdicts) in rows {
+        text += &format!("| {name} | {} |", verdicts.len());
         for outcome in Outcome::ALL {
             let count = verdicts.iter().filter(|other| other.outcome == outcome);
             text += &format!(" {} |", count.count());
@@ -31,16 +29,6 @@ pub fn table(rows: &[Row], program: &str, seed: u64) -> String {
         text += &format!(" {} |\n", hazard_bound(verdicts));
     }
     text
-}
-
-fn name(place: Place) -> &'static str {
-    match place {
-        Place::Ram => "RAM: variables and used stack",
-        Place::Code => "flash: vectors, code, constants",
-        Place::Registers => "R0 to R15 and flags",
-        Place::Instruction => "a skipped instruction",
-        Place::Period => "each instruction of a control period",
-    }
 }
 
 /// The sums of all campaigns so far, in Markdown.

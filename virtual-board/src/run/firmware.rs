@@ -132,10 +132,15 @@ impl Firmware {
     /// # Errors
     /// The file has no such variable.
     pub fn symbol_containing(&self, text: &str) -> Result<Range<u64>, FirmwareError> {
-        let mut symbols = self.symbols.iter();
-        let found = symbols.find(|(name, symbol)| !symbol.is_code && name.contains(text));
-        let (_, symbol) = found.ok_or_else(|| self.no_symbol(text))?;
-        Ok(symbol.address..symbol.address + symbol.size)
+        let found = self.variables_containing(text).next();
+        found.ok_or_else(|| self.no_symbol(text))
+    }
+
+    /// Addresses of all variables whose names contain this text.
+    pub fn variables_containing(&self, text: &str) -> impl Iterator<Item = Range<u64>> {
+        let symbols = self.symbols.iter();
+        let found = symbols.filter(move |(name, symbol)| !symbol.is_code && name.contains(text));
+        found.map(|(_, symbol)| symbol.address..symbol.address + symbol.size)
     }
 
     /// Names of all functions.
