@@ -157,3 +157,14 @@ def test_the_interpreter_is_free_during_a_search():
     sa.identify(recording(input="sine"), models=["black-box-2"], starts=8)
     thread.join()
     assert len(counted) == 5
+
+
+def test_a_motor_that_is_driven_by_its_duty_needs_no_command():
+    run = sa.simulate("board", plant="bench", input="3-2-1-1", every=80)
+    columns = {name: run[name] for name in ("time_s", "duty_pct", "angle_meas_deg")}
+    options = {"models": "motor-m1", "starts": 1, "fix": {"winding_resistance_ohm": 7.7}}
+    without, complete = sa.identify(columns, **options), sa.identify(run, **options)
+    assert without["models"][0]["parameters"] == complete["models"][0]["parameters"]
+    assert any("command" in note["text"] for note in without["notes"])
+    with pytest.raises(KeyError, match="no column of the command"):
+        sa.identify(columns, models=["motor-m1", "black-box-1"])
