@@ -1,4 +1,4 @@
-//! Bytes at the slcan adapter: `cargo +nightly fuzz run --fuzz-dir tests/fuzz slcan`.
+//! Bytes at the slcan adapter.
 #![no_main]
 
 use canopen::CanFrame;

@@ -1,0 +1,39 @@
+//! The inputs that a fuzzer has found, in `corpus.txt`: one in each line, in hexadecimal digits.
+
+/// The file, as it was when this crate was built.
+const CORPUS: &str = include_str!("../corpus.txt");
+
+/// All inputs.
+///
+/// # Panics
+/// If a line is not hexadecimal.
+pub fn all() -> impl Iterator<Item = Vec<u8>> {
+    CORPUS.lines().map(|line| {
+        let (pairs, rest) = line.as_bytes().as_chunks::<2>();
+        assert!(rest.is_empty(), "{line}: whole bytes");
+        let digit = |digit: u8| char::from(digit).to_digit(16).expect("a digit") as u8;
+        pairs
+            .iter()
+            .map(|[a, b]| digit(*a) << 4 | digit(*b))
+            .collect()
+    })
+}
+
+/// The line of an input.
+pub fn line(input: &[u8]) -> String {
+    input.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn what_must_hold_holds_for_every_input_that_was_found() {
+        let mut driven = 0;
+        for input in super::all() {
+            assert_eq!(super::line(&input).len(), 2 * input.len());
+            driven += u32::from(crate::run(&input).driven > 0);
+        }
+        // The fuzzer starts from inputs that drive the motor.
+        assert!(driven > 10, "{driven}");
+    }
+}
