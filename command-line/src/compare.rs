@@ -19,8 +19,9 @@ use identification::{
 /// Fits all models to recordings and selects the simplest that is adequate
 ///
 /// Each model is fitted complete, without delay, without rate limits and without both. They are
-/// ranked by their fit to the recordings of --validate or, without these, by the BIC with the
-/// number of independent samples. Models that the data do not distinguish from the best are marked;
+/// ranked by their predictions of the recordings of --validate, or with --leave-one-out of each
+/// recording by the fit to the others; without these by the BIC with the number of independent
+/// samples. Models that the data do not distinguish from the best are marked;
 /// the one of them with the fewest parameters is selected.
 #[derive(Debug, Args)]
 pub struct Compare {
@@ -30,6 +31,10 @@ pub struct Compare {
     /// recordings are of a pendulum]
     #[arg(long, value_name = "NAME", value_parser = model_names())]
     model: Vec<String>,
+    /// Ranks the models by cross-validation: each recording is predicted by the fit to all others;
+    /// estimates are those of the fit to all
+    #[arg(long, conflicts_with = "validate")]
+    leave_one_out: bool,
     /// How residuals count: squares; robust, by Student's distribution; auto, squares unless
     /// isolated residuals decide the fit
     #[arg(long, value_name = "NAME", default_value = LossChoice::NAMES[0], value_parser = loss_names())]
@@ -55,6 +60,10 @@ impl Compare {
         let is_asked = |name: &str| self.model.is_empty() || self.model.iter().any(|m| m == name);
         let chosen: Vec<_> = known.into_iter().filter(|m| is_asked(m.name())).collect();
         self.data.check(&chosen)?;
+        if self.leave_one_out && self.data.data.len() < 2 {
+            let problem = "--leave-one-out with one recording, expected at least two";
+            return Err(Error::Conflict(problem.into()));
+        }
         let loaded = self.data.load(&chosen)?;
         let candidates: Vec<Candidate> = chosen.iter().flat_map(Candidate::forms).collect();
         let options = Options {
@@ -63,15 +72,17 @@ impl Compare {
             loss: self.loss,
             ..Options::default()
         };
-        let bar = output::progress(candidates.len() as u64, "models");
+        let fitted = &loaded.fitted;
+        let fits = match self.leave_one_out {
+            true => Comparison::leave_one_out_fits(candidates.len(), fitted.len()),
+            false => candidates.len(),
+        };
+        let bar = output::progress(fits as u64, "fits");
         let told = |done| bar.set_position(done as u64);
-        let comparison = Comparison::of(
-            &candidates,
-            &loaded.fitted,
-            &loaded.held_out,
-            &options,
-            &told,
-        );
+        let comparison = match self.leave_one_out {
+            true => Comparison::leave_one_out(&candidates, fitted, &options, &told),
+            false => Comparison::of(&candidates, fitted, &loaded.held_out, &options, &told),
+        };
         bar.finish_and_clear();
         let comparison = comparison?;
         for (name, error) in &comparison.refused {

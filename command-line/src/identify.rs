@@ -178,6 +178,10 @@ fn print(found: &Found<'_>) -> Result<(), Error> {
         }
     }
     output::print_table(&tables::quality(found.assessments))?;
+    let held_out = tables::held_out(found.assessments);
+    if held_out.columns.len() > 2 {
+        output::print_table(&held_out)?;
+    }
     let systems = tables::equivalents(found.nonparametric);
     if !systems.rows.is_empty() {
         output::print_table(&systems)?;

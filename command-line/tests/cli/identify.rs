@@ -76,6 +76,57 @@ fn a_report_is_one_file_and_a_comparison_names_the_sufficient_model() {
 }
 
 #[test]
+fn a_cross_validation_predicts_each_recording_by_the_fit_to_the_others() {
+    let cli = cli_with_pulse();
+    for input in ["3-2-1-1", "variable-step"] {
+        let out = format!("simulate black-box-1 --input {input} --every 80 --csv {input}.csv");
+        cli.text(&out);
+    }
+    let all = ["pulse.csv", "3-2-1-1.csv", "variable-step.csv"];
+    let arguments = "--model black-box-1 --starts 2 --leave-one-out";
+    let text = cli.text(&format!(
+        "compare {} {arguments} --html report.html --json all.json",
+        all.join(" ")
+    ));
+    assert!(
+        text.contains("predicted by the fit to all others"),
+        "{text}"
+    );
+    assert!(text.contains("black-box-1 is enough"), "{text}");
+    let table = text.find("on each held-out recording").expect("the table");
+    assert!(
+        all.iter().all(|name| text[table..].contains(name)),
+        "{text}"
+    );
+    let html = cli.read("report.html");
+    assert!(html.contains("Validation: each recording predicted by a fit without it"));
+    let document = json(&cli.read("all.json"));
+    let model = &document["models"][0];
+    for part in ["experiments", "validation"] {
+        let runs = model[part].as_array().expect("a list");
+        let names: Vec<_> = runs.iter().map(|run| run["name"].as_str()).collect();
+        assert_eq!(names, all.map(Some), "{part}");
+    }
+    let criterion = document["ranking"]["criterion"].as_str();
+    assert!(criterion.is_some_and(|text| text.contains("all others")));
+
+    for (arguments, expected) in [
+        (
+            "compare pulse.csv --leave-one-out",
+            "--leave-one-out with one recording, expected at least two",
+        ),
+        (
+            "compare pulse.csv 3-2-1-1.csv --leave-one-out --validate variable-step.csv",
+            "cannot be used with",
+        ),
+    ] {
+        let failure = cli.actuator(arguments).assert().code(2);
+        let said = String::from_utf8_lossy(&failure.get_output().stderr).into_owned();
+        assert!(said.contains(expected), "{said}");
+    }
+}
+
+#[test]
 fn the_error_of_an_unusable_file_names_it() {
     let cli = cli_with_pulse();
     let header = "t,command_deg,angle_deg\n";
@@ -231,11 +282,13 @@ fn the_worked_example_of_the_documentation_runs() {
         .lines()
         .filter_map(|line| line.strip_prefix("$ actuator "))
         .collect();
-    assert_eq!(commands.len(), 7);
+    assert_eq!(commands.len(), 8);
     let cli = Cli::new();
     let said: Vec<String> = commands.iter().map(|command| cli.text(command)).collect();
     assert!(said[2].contains("pole_rad_s"), "{}", said[2]);
-    assert!(said[3].contains("is enough"), "{}", said[3]);
+    for comparison in &said[3..5] {
+        assert!(comparison.contains("is enough"), "{comparison}");
+    }
     for file in [
         "fit.json",
         "fit.html",

@@ -38,7 +38,10 @@ pub fn page(content: &Content<'_>) -> Page {
             "Data and models",
             experiments as fn(&Assessment) -> &[Assessed],
         ),
-        ("Validation: recordings not used for the fit", validation),
+        (
+            "Validation: each recording predicted by a fit without it",
+            validation,
+        ),
     ] {
         page = data(page, content, title, of);
     }

@@ -160,6 +160,23 @@ pub fn runs(assessments: &[Assessment], of: fn(&Assessment) -> &[Assessed]) -> T
     table
 }
 
+/// The error of each model on each held-out recording.
+pub fn held_out(assessments: &[Assessment]) -> Table {
+    let recordings = assessments.first().map_or(&[][..], |a| &a.validation);
+    let names = recordings
+        .iter()
+        .map(|run| (run.recording.name.as_str(), "deg"));
+    let columns: Vec<_> = std::iter::once(("model", "")).chain(names).collect();
+    let caption = "Root mean square error on each held-out recording.";
+    let mut table = Table::new(caption, &columns);
+    for assessment in assessments {
+        let error = |run: &Assessed| Cell::optional(run.quality.map(|q| q.rms_deg), 4);
+        let errors = assessment.validation.iter().map(error);
+        table.push(std::iter::once(assessment.name.as_str().into()).chain(errors));
+    }
+    table
+}
+
 /// The models from the best to the worst.
 pub fn ranking(ranking: &Ranking, assessments: &[Assessment]) -> Table {
     let columns = [

@@ -106,7 +106,7 @@ impl Assessment {
             name: name.into(),
             criteria: Criteria::new(fit.samples, 2.0 * fit.cost, unknowns),
             experiments,
-            validation,
+            validation: Vec::new(),
             effective_samples,
             warnings: Vec::new(),
             doubts: Vec::new(),
@@ -114,11 +114,21 @@ impl Assessment {
         };
         this.doubts = warnings::doubts(&this);
         this.warnings = warnings::all(&this);
-        if !held_out.is_empty() {
-            let beyond = extrapolation::warnings(&problem.experiments, held_out);
-            this.warnings.extend(beyond);
-        }
+        this.add_validation(validation, (&problem.experiments, held_out));
         Ok(this)
+    }
+
+    /// Adds predictions of held-out recordings by a fit to other ones.
+    pub fn add_validation(
+        &mut self,
+        predicted: Vec<Assessed>,
+        (fitted, held_out): (&[Experiment], &[Experiment]),
+    ) {
+        if !held_out.is_empty() {
+            let beyond = extrapolation::warnings(fitted, held_out);
+            self.warnings.extend(beyond);
+        }
+        self.validation.extend(predicted);
     }
 
     /// Number of estimated parameters.

@@ -113,15 +113,25 @@ fn unlimited(limit: &ModelParameter) -> f64 {
     }
 }
 
+/// The name of a candidate that could not be fitted, with the reason.
+pub type Refused = (String, IdentifyError);
+
 /// Models that were fitted to the same recordings.
 pub struct Comparison {
     /// The fits, in the order of the candidates.
     pub assessments: Vec<Assessment>,
     /// Candidates that could not be fitted, each with the reason.
-    pub refused: Vec<(String, IdentifyError)>,
+    pub refused: Vec<Refused>,
     /// Their ranking.
     pub ranking: Ranking,
 }
+
+/// The outcome of each candidate: its assessment, or the reason why it is refused.
+type Outcome = Result<Assessment, Refused>;
+
+/// The criterion of [`Comparison::leave_one_out`].
+const LEFT_OUT: &str =
+    "root mean square error on each recording, predicted by the fit to all others (deg)";
 
 impl Comparison {
     /// Fits all candidates, and reports the number of finished ones. A candidate that cannot be
@@ -137,49 +147,58 @@ impl Comparison {
         options: &Options,
         told: &dyn Fn(usize),
     ) -> Result<Self, IdentifyError> {
-        let fitted = Self::fitted(candidates, experiments, held_out, options, told)?;
-        let losses = fitted.assessments.iter().map(|a| a.fit.loss);
-        let scales = losses.filter_map(|loss| match loss {
-            Loss::Student { scale_deg } => Some(scale_deg),
-            Loss::Squares => None,
-        });
-        let Some(scale_deg) = scales.min_by(f64::total_cmp) else {
-            return Ok(fitted);
-        };
-        let options = Options {
-            loss: LossChoice::Given(Loss::Student { scale_deg }),
-            ..*options
-        };
-        Self::fitted(candidates, experiments, held_out, &options, told)
+        Self::ranked(outcomes(candidates, experiments, held_out, options, told))
     }
 
-    /// The same with the loss of the options.
-    fn fitted(
+    /// Fits all candidates to all recordings, and ranks them by cross-validation: each recording is
+    /// predicted by the fit to all others, and is a held-out one of the assessments. Reports the
+    /// number of finished fits, of [`Comparison::leave_one_out_fits`]. A candidate is refused that
+    /// cannot be fitted to all recordings, or without one of them.
+    ///
+    /// # Errors
+    /// That of the first candidate, if no candidate can be fitted.
+    pub fn leave_one_out(
         candidates: &[Candidate],
         experiments: &[Experiment],
-        held_out: &[Experiment],
         options: &Options,
         told: &dyn Fn(usize),
     ) -> Result<Self, IdentifyError> {
-        let mut outcomes: Vec<Option<Result<Assessment, IdentifyError>>> = Vec::new();
-        outcomes.resize_with(candidates.len(), || None);
-        for (done, index) in simple_first(candidates).into_iter().enumerate() {
-            let candidate = &candidates[index];
-            let others = candidates.iter().zip(&outcomes);
-            let known = others.filter_map(|(other, outcome)| match outcome {
-                Some(Ok(assessment)) if candidate.may_begin_at(other) => Some(&assessment.fit),
-                _ => None,
-            });
-            let known: Vec<&Fit> = known.collect();
-            outcomes[index] = Some(candidate.assess((experiments, held_out), options, &known));
-            told(done + 1);
+        let mut all = outcomes(candidates, experiments, &[], options, told);
+        for (index, left_out) in experiments.iter().enumerate() {
+            let others = [&experiments[..index], &experiments[index + 1..]].concat();
+            let held_out = std::slice::from_ref(left_out);
+            let before = (index + 1) * candidates.len();
+            let told = |done| told(before + done);
+            let fold = outcomes(candidates, &others, held_out, options, &told);
+            for (outcome, predicted) in all.iter_mut().zip(fold) {
+                let Ok(assessment) = outcome else { continue };
+                match predicted {
+                    Ok(predicted) => {
+                        assessment.add_validation(predicted.validation, (&others, held_out));
+                    }
+                    Err((name, error)) => {
+                        let name = format!("{name} (fitted without {})", left_out.recording.name);
+                        *outcome = Err((name, error));
+                    }
+                }
+            }
         }
+        let mut comparison = Self::ranked(all)?;
+        comparison.ranking.criterion = LEFT_OUT;
+        Ok(comparison)
+    }
+
+    /// The number of fits of [`Comparison::leave_one_out`].
+    pub fn leave_one_out_fits(candidates: usize, experiments: usize) -> usize {
+        candidates * (experiments + 1)
+    }
+
+    fn ranked(outcomes: Vec<Outcome>) -> Result<Self, IdentifyError> {
         let (mut assessments, mut refused) = (Vec::new(), Vec::new());
-        for (candidate, outcome) in candidates.iter().zip(outcomes) {
+        for outcome in outcomes {
             match outcome {
-                Some(Ok(assessment)) => assessments.push(assessment),
-                Some(Err(error)) => refused.push((candidate.name.clone(), error)),
-                None => {}
+                Ok(assessment) => assessments.push(assessment),
+                Err(refusal) => refused.push(refusal),
             }
         }
         if assessments.is_empty() {
@@ -193,6 +212,55 @@ impl Comparison {
             refused,
         })
     }
+}
+
+/// Fits all candidates with one loss, and predicts the held-out recordings.
+fn outcomes(
+    candidates: &[Candidate],
+    experiments: &[Experiment],
+    held_out: &[Experiment],
+    options: &Options,
+    told: &dyn Fn(usize),
+) -> Vec<Outcome> {
+    let outcomes = outcomes_with_loss(candidates, experiments, held_out, options, told);
+    let losses = outcomes.iter().flatten().map(|a| a.fit.loss);
+    let scales = losses.filter_map(|loss| match loss {
+        Loss::Student { scale_deg } => Some(scale_deg),
+        Loss::Squares => None,
+    });
+    let Some(scale_deg) = scales.min_by(f64::total_cmp) else {
+        return outcomes;
+    };
+    let options = Options {
+        loss: LossChoice::Given(Loss::Student { scale_deg }),
+        ..*options
+    };
+    outcomes_with_loss(candidates, experiments, held_out, &options, told)
+}
+
+/// The same with the loss of the options.
+fn outcomes_with_loss(
+    candidates: &[Candidate],
+    experiments: &[Experiment],
+    held_out: &[Experiment],
+    options: &Options,
+    told: &dyn Fn(usize),
+) -> Vec<Outcome> {
+    let mut outcomes: Vec<Option<Outcome>> = Vec::new();
+    outcomes.resize_with(candidates.len(), || None);
+    for (done, index) in simple_first(candidates).into_iter().enumerate() {
+        let candidate = &candidates[index];
+        let others = candidates.iter().zip(&outcomes);
+        let known = others.filter_map(|(other, outcome)| match outcome {
+            Some(Ok(assessment)) if candidate.may_begin_at(other) => Some(&assessment.fit),
+            _ => None,
+        });
+        let known: Vec<&Fit> = known.collect();
+        let assessed = candidate.assess((experiments, held_out), options, &known);
+        outcomes[index] = Some(assessed.map_err(|error| (candidate.name.clone(), error)));
+        told(done + 1);
+    }
+    outcomes.into_iter().flatten().collect()
 }
 
 #[cfg(test)]

@@ -13,14 +13,21 @@ fn experiment(kind: ModelKind, input: &str, set: &[(&str, f64)], seed: u64) -> E
     Experiment::try_new(recording).expect("a recording")
 }
 
-fn compared(models: &[&str], fitted: &[Experiment], held_out: &[Experiment]) -> Comparison {
+fn candidates(models: &[&str]) -> Vec<Candidate> {
     let models = models.iter().map(|name| named(name).expect("a model"));
-    let candidates: Vec<Candidate> = models.flat_map(|m| Candidate::forms(&m)).collect();
-    let options = Options {
+    models.flat_map(|m| Candidate::forms(&m)).collect()
+}
+
+fn options() -> Options {
+    Options {
         starts: 4,
         ..Options::default()
-    };
-    Comparison::of(&candidates, fitted, held_out, &options, &|_| {}).expect("they fit")
+    }
+}
+
+fn compared(models: &[&str], fitted: &[Experiment], held_out: &[Experiment]) -> Comparison {
+    let candidates = candidates(models);
+    Comparison::of(&candidates, fitted, held_out, &options(), &|_| {}).expect("they fit")
 }
 
 #[test]
@@ -146,4 +153,69 @@ fn no_variant_that_leaves_more_out_fits_better() {
         let [one, two] = [1, 2].map(|order| cost(&format!("black-box-{order}{form}")));
         assert!(two <= one * (1.0 + 1e-3), "{form}: {two} {one}");
     }
+}
+
+#[test]
+fn each_recording_is_predicted_by_the_fit_to_the_others() {
+    let inputs = [("pulse", 1), ("3-2-1-1", 2), ("variable-step", 3)];
+    let runs = inputs.map(|(input, seed)| experiment(ModelKind::BlackBox1, input, &[], seed));
+    let candidates = candidates(&["black-box-1"]);
+    let told = std::cell::Cell::new(0);
+    let tell = |done| {
+        assert_eq!(done, told.get() + 1);
+        told.set(done);
+    };
+    let crossed = Comparison::leave_one_out(&candidates, &runs, &options(), &tell);
+    let crossed = crossed.expect("they fit");
+    let fits = Comparison::leave_one_out_fits(candidates.len(), runs.len());
+    assert_eq!(told.get(), fits);
+    assert_eq!(crossed.ranking.criterion, LEFT_OUT);
+    let whole = compared(&["black-box-1"], &runs, &[]);
+    for index in 0..runs.len() {
+        let mut others = runs.to_vec();
+        let left_out = [others.remove(index)];
+        let fold = compared(&["black-box-1"], &others, &left_out);
+        let assessments = crossed.assessments.iter().zip(&fold.assessments);
+        for (crossed, fold) in assessments {
+            assert_eq!(crossed.validation.len(), runs.len());
+            assert_eq!(crossed.validation[index].fit, fold.validation[0].fit);
+        }
+    }
+    for (crossed, whole) in crossed.assessments.iter().zip(&whole.assessments) {
+        assert_eq!(crossed.fit.estimates.len(), whole.fit.estimates.len());
+        assert_eq!(crossed.fit.cost, whole.fit.cost);
+    }
+    let enough = &crossed.assessments[crossed.ranking.enough];
+    assert_eq!(enough.name, "black-box-1");
+}
+
+#[test]
+fn a_candidate_that_cannot_be_fitted_without_one_recording_is_refused_with_its_name() {
+    // Alone, the short one has too few samples for all parameters.
+    let mut short = noisy(simulated(ModelKind::BlackBox1, "pulse", 80, &[]), 2);
+    for column in [
+        &mut short.time_s,
+        &mut short.command_deg,
+        &mut short.angle_deg,
+    ] {
+        column.drain(..240);
+        column.truncate(20);
+    }
+    short.name = "short".into();
+    let runs = [
+        experiment(ModelKind::BlackBox1, "pulse", &[], 1),
+        Experiment::try_new(short).expect("a recording"),
+    ];
+    let candidates = candidates(&["black-box-1"]);
+    let crossed = Comparison::leave_one_out(&candidates, &runs, &options(), &|_| {});
+    let crossed = crossed.expect("the variants with few parameters are fitted");
+    let (name, error) = &crossed.refused[0];
+    assert_eq!(name, "black-box-1 (fitted without pulse)");
+    let is_expected = matches!(error, IdentifyError::TooFewSamples { .. });
+    assert!(is_expected, "{error}");
+    let all = crossed.assessments.len() + crossed.refused.len();
+    assert_eq!(all, candidates.len());
+    let alone = Comparison::leave_one_out(&candidates, &runs[..1], &options(), &|_| {});
+    let error = alone.map(|_| ()).expect_err("no other recording");
+    assert_eq!(error, IdentifyError::NoRecording);
 }
