@@ -14,6 +14,7 @@ use host_sim::{
     scenario::{Scenario, Setting},
     settings::{ModelKind, PlantKind, Settings},
 };
+use identification::bounded_file;
 
 /// Writes the actuator as a Functional Mock-up Unit: FMI 2.0 or 3.0 for co-simulation
 ///
@@ -70,6 +71,9 @@ impl Fmu {
 /// The libraries inside this program, with the names of their files: those of a release.
 const INSIDE: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/fmu_libraries.rs"));
 
+/// The most bytes of a library: more than any build with its debug information has.
+const MOST_LIBRARY: u64 = 1 << 28;
+
 fn libraries(paths: &[PathBuf]) -> Result<Vec<Library>, Error> {
     if paths.is_empty() && !INSIDE.is_empty() {
         let library = |(path, bytes): &(&str, &[u8])| {
@@ -81,10 +85,14 @@ fn libraries(paths: &[PathBuf]) -> Result<Vec<Library>, Error> {
         let library = Library::beside_program().map_err(of_library)?;
         return Ok(vec![library]);
     }
-    let read = paths
-        .iter()
-        .map(|path| Library::read(path).map_err(of_library));
-    read.collect()
+    let read = |path: &PathBuf| {
+        let bytes = bounded_file::read(path, MOST_LIBRARY).map_err(|source| {
+            let path = path.clone();
+            SimulatorError::Read { path, source }
+        })?;
+        Library::of(path, bytes).map_err(of_library)
+    };
+    paths.iter().map(read).collect()
 }
 
 fn of_library(error: archive::Error) -> Error {

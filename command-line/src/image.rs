@@ -1,6 +1,5 @@
 //! `actuator image`: keys and signed images for the bootloader.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use bootloader::layout::STM32F427;
@@ -14,6 +13,7 @@ use program_image::signed::{
 use crate::error::Error;
 use crate::output::print;
 use host_sim::file;
+use identification::bounded_file;
 
 /// Signs, shows and verifies images for the update over the bus
 #[derive(Debug, Args)]
@@ -102,6 +102,8 @@ fn sign(
 ) -> Result<(), Error> {
     let read = [Some(elf), key].into_iter().flatten().map(PathBuf::from);
     file::check(&[("--out", out)], &read.collect::<Vec<_>>())?;
+    // `sign_elf` itself reads without a limit.
+    read_at_most(elf, MOST_ELF)?;
     let key = key.map_or_else(|| Ok(development_key()), read_key)?;
     let description = Description {
         hardware: ACTUATOR_BOARD,
@@ -117,8 +119,19 @@ fn parse(version: &str) -> Result<Version, SignError> {
     Version::parse(version).ok_or_else(|| SignError::Version(version.into()))
 }
 
-fn read(path: &Path) -> Result<Vec<u8>, SignError> {
-    fs::read(path).map_err(|source| SignError::File {
+/// The most bytes of an ELF file: more than any build with its debug information has.
+const MOST_ELF: u64 = 1 << 28;
+
+/// Reads an image, which is not longer than its slot.
+///
+/// # Errors
+/// For a file that cannot be read or is longer.
+pub fn read(path: &Path) -> Result<Vec<u8>, SignError> {
+    read_at_most(path, STM32F427.slot.size().into())
+}
+
+fn read_at_most(path: &Path, most: u64) -> Result<Vec<u8>, SignError> {
+    bounded_file::read(path, most).map_err(|source| SignError::File {
         path: path.into(),
         source,
     })

@@ -14,6 +14,7 @@
 
 pub mod assessment;
 mod blocks;
+pub mod bounded_file;
 pub mod command;
 pub mod compare;
 pub mod consistency;

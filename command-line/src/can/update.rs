@@ -10,6 +10,7 @@ use program_image::signed::{SignError, inspect};
 
 use super::{AtNode, service::ServiceAccess};
 use crate::error::Error;
+use crate::image;
 use crate::output::{self, print};
 
 /// Loads a signed image into an actuator and has its bootloader install it
@@ -33,10 +34,7 @@ impl Update {
     /// For an image that is damaged or refused; those of the bus.
     pub fn run(self) -> Result<(), Error> {
         let path = &self.image;
-        let image = std::fs::read(path).map_err(|source| SignError::File {
-            path: path.clone(),
-            source,
-        })?;
+        let image = image::read(path)?;
         let header = inspect(&image, &STM32F427).map_err(|refusal| SignError::Refused {
             path: path.clone(),
             refusal,

@@ -197,6 +197,41 @@ fn a_full_disk_is_reported_for_files_and_for_standard_output() {
     );
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn a_file_without_end_is_refused_with_its_limit() {
+    let cli = Cli::new();
+    let image = "/dev/zero: it goes on after 229376 bytes, expected at most 229376";
+    let text = "cannot read /dev/zero: it goes on after 1048576 bytes, expected at most 1048576";
+    let recording = "more than 65536 bytes in a line";
+    for (arguments, status, message) in [
+        ("simulate --scenario /dev/zero", 1, text),
+        ("simulate --parameters /dev/zero", 1, text),
+        ("simulate board --input-file /dev/zero", 2, recording),
+        ("identify /dev/zero", 2, recording),
+        ("image show /dev/zero", 1, image),
+        ("image verify /dev/zero", 1, image),
+        ("update /dev/zero --bus 127.0.0.1:1", 1, image),
+        (
+            "image sign /dev/zero --out a.img",
+            1,
+            "/dev/zero: it goes on after 268435456 bytes",
+        ),
+        (
+            "fmu --out a.fmu --library /dev/full",
+            1,
+            "cannot read /dev/full: it goes on after 268435456 bytes",
+        ),
+    ] {
+        cli.assert_error(arguments, status, message);
+    }
+    // The length of a file is known before it is read; of this one no byte is on the disk.
+    let long = std::fs::File::create(cli.path("long.json")).expect("a file");
+    long.set_len((1 << 31) + 1).expect("its length");
+    let message = "cannot read long.json: it has 2147483649 bytes, expected at most 2147483648";
+    cli.assert_error("identify long.json", 1, message);
+}
+
 #[test]
 fn a_plot_of_more_rows_than_fit_into_memory_is_refused() {
     let cli = Cli::new();

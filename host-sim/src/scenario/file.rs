@@ -1,7 +1,8 @@
 //! A scenario from a TOML file. Each error names its line.
 
-use std::{collections::BTreeMap, fs, path::Path};
+use std::{collections::BTreeMap, path::Path};
 
+use identification::bounded_file;
 use model_core::named::Named;
 use model_core::presets;
 use model_core::scenario::{self, NameKind, ScenarioError};
@@ -12,13 +13,16 @@ use super::{Scenario, Setting};
 use crate::error::Error;
 use crate::settings::{ModelKind, PlantKind, Pwm};
 
+/// The most bytes of a file: a hundred times those of all parameters.
+const MOST_BYTES: u64 = 1 << 20;
+
 impl Scenario {
     /// Reads a TOML file.
     ///
     /// # Errors
     /// [`Error::Read`], and [`Error::ScenarioFile`] with line, key and the expected value.
     pub fn read(path: &Path) -> Result<Self, Error> {
-        let bytes = fs::read(path).map_err(|source| Error::Read {
+        let bytes = bounded_file::read(path, MOST_BYTES).map_err(|source| Error::Read {
             path: path.into(),
             source,
         })?;

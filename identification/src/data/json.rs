@@ -3,13 +3,13 @@
 //! The numbers next to `entries` apply to the whole run. In the recordings of Rhoban's BAM project
 //! they are mass and length of the pendulum and the supply; angles are in radians there.
 
-use std::{collections::BTreeMap, fs, path::Path};
+use std::{collections::BTreeMap, io::Read, path::Path};
 
 use serde::Deserialize;
 use serde_json::{Value, value::RawValue};
 
-use super::ImportError;
-use super::{Progress, Table};
+use super::{ImportError, MOST_BYTES, Progress, Table};
+use crate::bounded_file::BoundedFile;
 
 /// Names of the numbers of the whole run in these files, with those of the model parameters.
 const CONSTANTS: [(&str, &str); 4] = [
@@ -39,10 +39,13 @@ const SAMPLES_PER_REPORT: usize = 1 << 12;
 
 /// Reads the file.
 pub fn read(path: &Path, progress: &mut Progress<'_>) -> Result<Table, ImportError> {
-    let text = fs::read_to_string(path).map_err(|source| ImportError::Read {
-        path: path.into(),
-        source,
-    })?;
+    let mut text = String::new();
+    BoundedFile::open(path, MOST_BYTES)
+        .and_then(|mut file| file.read_to_string(&mut text))
+        .map_err(|source| ImportError::Read {
+            path: path.into(),
+            source,
+        })?;
     let mut table = Table {
         path: path.into(),
         header_line: 1,

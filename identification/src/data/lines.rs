@@ -3,12 +3,12 @@
 //! The `csv` crate would not limit the length of a line, and misnumbers lines after blank ones.
 
 use std::{
-    fs::File,
     io::{BufRead, BufReader, Read},
     path::Path,
 };
 
-use super::ImportError;
+use super::{ImportError, MOST_BYTES};
+use crate::bounded_file::BoundedFile;
 
 /// The longest line, bytes: a file without line ends is refused instead of filling the memory.
 const LONGEST: usize = 1 << 16;
@@ -35,7 +35,7 @@ impl Delimiter {
 /// A file that is read line by line.
 pub struct Lines<'a> {
     path: &'a Path,
-    file: BufReader<File>,
+    file: BufReader<BoundedFile>,
     number: u64,
     /// Bytes read so far.
     pub read: u64,
@@ -62,7 +62,7 @@ impl<'a> Lines<'a> {
 
     /// Opens a file with this delimiter, or the one detected from the first line.
     pub fn delimited(path: &'a Path, delimiter: Option<Delimiter>) -> Result<Self, ImportError> {
-        let file = File::open(path).map_err(|source| ImportError::Read {
+        let file = BoundedFile::open(path, MOST_BYTES).map_err(|source| ImportError::Read {
             path: path.into(),
             source,
         })?;

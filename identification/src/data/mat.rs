@@ -5,11 +5,12 @@
 //! numeric vectors of equal length in one struct, or beside each other in the file; of several such
 //! groups the longest. Everything else is left out.
 
-use std::{fs, io::Read, path::Path};
+use std::{io::Read, path::Path};
 
 use flate2::read::ZlibDecoder;
 
-use super::{ImportError, Table};
+use super::{ImportError, MOST_BYTES, Table};
+use crate::bounded_file;
 
 // Table "MAT-File Data Types".
 const MI_UTF8: u32 = 16;
@@ -25,13 +26,9 @@ const COMPLEX: u32 = 0x0800;
 /// The length of the head of a file.
 const HEAD: usize = 128;
 
-/// Bytes of a compressed variable, above which it is refused: more than a file without compression
-/// may have.
-const MOST_BYTES: u64 = 1 << 31;
-
 /// Reads the file.
 pub fn read(path: &Path) -> Result<Table, ImportError> {
-    let bytes = fs::read(path).map_err(|source| ImportError::Read {
+    let bytes = bounded_file::read(path, MOST_BYTES).map_err(|source| ImportError::Read {
         path: path.into(),
         source,
     })?;

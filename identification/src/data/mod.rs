@@ -100,6 +100,9 @@ pub enum ImportError {
     },
 }
 
+/// The most bytes of a file: more than a MAT file without compression may have.
+const MOST_BYTES: u64 = 1 << 31;
+
 /// Receives the number of bytes read, and their total.
 pub type Progress<'a> = dyn FnMut(u64, u64) + 'a;
 
