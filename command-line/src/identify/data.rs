@@ -31,9 +31,9 @@ pub struct DataOptions {
     /// Delimiter between two fields [default: detected in the first line]
     #[arg(long)]
     delimiter: Option<DelimiterName>,
-    /// First and last time of the files that are used, s
-    #[arg(long, value_name = "FROM:TO", value_parser = window)]
-    window: Option<(f64, f64)>,
+    /// First and last time of the files that are used, s; with FILE@ of this file; repeatable
+    #[arg(long, value_name = "[FILE@]FROM:TO", value_parser = of_file(window))]
+    window: Vec<OfFile<(f64, f64)>>,
     /// Also compares samples at which the angle is saturated
     #[arg(long)]
     keep_clipped: bool,
@@ -44,9 +44,10 @@ pub struct DataOptions {
     /// Course of the command between samples [default: detected]
     #[arg(long)]
     hold: Option<HoldName>,
-    /// Known constant of the runs by the name of a parameter, as pendulum_mass_kg=0.5; repeatable
-    #[arg(long, value_name = "NAME=VALUE", value_parser = setting)]
-    known: Vec<Setting>,
+    /// Known constant of the runs by the name of a parameter, as pendulum_mass_kg=0.5; with FILE@ of
+    /// the run in this file, as heavy.csv@load_torque_nm=0.2; repeatable
+    #[arg(long, value_name = "[FILE@]NAME=VALUE", value_parser = of_file(setting))]
+    known: Vec<OfFile<Setting>>,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -63,6 +64,28 @@ enum HoldName {
     Zero,
     /// Smooth from sample to sample
     Smooth,
+}
+
+/// The value of an option for one file, or for all.
+#[derive(Debug, Clone)]
+struct OfFile<T> {
+    /// `None` for all files.
+    file: Option<PathBuf>,
+    value: T,
+}
+
+/// Parses a value with the name of its file before it, if there is one.
+fn of_file<T>(
+    value: fn(&str) -> Result<T, String>,
+) -> impl Fn(&str) -> Result<OfFile<T>, String> + Clone {
+    move |text| {
+        let (file, text) = match text.rsplit_once('@') {
+            Some((file, text)) => (Some(file.into()), text),
+            None => (None, text),
+        };
+        let value = value(text)?;
+        Ok(OfFile { file, value })
+    }
 }
 
 fn window(text: &str) -> Result<(f64, f64), String> {
@@ -115,11 +138,13 @@ impl DataOptions {
     }
 
     fn read(&self, models: &[Arc<dyn Model>], has_friction: bool) -> Result<Loaded, Error> {
-        let mut import = self.import(models)?;
-        import.keep_clipped |= has_friction;
         let mut notes = Vec::new();
         let mut read = |paths: &[PathBuf]| -> Result<Vec<Experiment>, Error> {
-            let one = |path: &PathBuf| read(&import, path, &mut notes);
+            let one = |path: &PathBuf| {
+                let mut import = self.import(models, path)?;
+                import.keep_clipped |= has_friction;
+                read(&import, path, &mut notes)
+            };
             paths.iter().map(one).collect()
         };
         let fitted = read(&self.data)?;
@@ -131,20 +156,59 @@ impl DataOptions {
         })
     }
 
-    /// Refuses files that are named twice, and known constants that none of the models has or that
-    /// are not finite.
+    /// Refuses files that are named twice, values for files that are not read, two windows for one
+    /// file, and known constants that none of the models has or that are not finite.
     pub fn check(&self, models: &[Arc<dyn Model>]) -> Result<(), Error> {
         let [fitted, held_out] = [&self.data, &self.validate].map(|files| files.iter());
         check_files(fitted.map(PathBuf::as_path), held_out.map(PathBuf::as_path))?;
-        self.constants(models).map(drop)
+        let windows: Vec<_> = self.window.iter().map(|w| w.file.as_deref()).collect();
+        let known = self.known.iter().map(|k| k.file.as_deref());
+        let windowed = windows.iter().map(|file| ("--window", *file));
+        for (option, file) in windowed.chain(known.map(|file| ("--known", file))) {
+            self.check_is_read(option, file)?;
+        }
+        for (index, file) in windows.iter().enumerate() {
+            if windows[..index].contains(file) {
+                let file = file.map_or("all files".into(), Path::to_string_lossy);
+                let problem = format!("--window is given twice for {file}, expected it once");
+                return Err(Error::Conflict(problem));
+            }
+        }
+        self.constants(models, &self.known.iter().collect::<Vec<_>>())
+            .map(drop)
     }
 
-    fn constants(&self, models: &[Arc<dyn Model>]) -> Result<BTreeMap<String, f64>, Error> {
-        let known = self.known.iter().map(|s| (s.name.clone(), s.value));
+    /// Refuses the file of an option if it is none of the recordings.
+    fn check_is_read(&self, option: &str, file: Option<&Path>) -> Result<(), Error> {
+        match file {
+            Some(file) if !self.files().any(|read| read == file) => {
+                let files: Vec<_> = self.files().map(|read| read.to_string_lossy()).collect();
+                let (file, files) = (file.display(), files.join(", "));
+                let problem = format!("{option} is for {file}, expected one of {files}");
+                Err(Error::Conflict(problem))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn constants(
+        &self,
+        models: &[Arc<dyn Model>],
+        known: &[&OfFile<Setting>],
+    ) -> Result<BTreeMap<String, f64>, Error> {
+        let known = known.iter().map(|k| (k.value.name.clone(), k.value.value));
         Ok(known_constants(models, &known.collect::<Vec<_>>())?)
     }
 
-    fn import(&self, models: &[Arc<dyn Model>]) -> Result<Import, Error> {
+    /// The options for a file: its own values have precedence over those for all files.
+    fn import(&self, models: &[Arc<dyn Model>], path: &Path) -> Result<Import, Error> {
+        let for_all = |file: &Option<PathBuf>| file.is_none();
+        let for_this = |file: &Option<PathBuf>| file.as_deref() == Some(path);
+        let window = self.window.iter().find(|w| for_this(&w.file));
+        let window = window.or_else(|| self.window.iter().find(|w| for_all(&w.file)));
+        let known = self.known.iter().filter(|k| for_all(&k.file));
+        let own = self.known.iter().filter(|k| for_this(&k.file));
+        let known: Vec<_> = known.chain(own).collect();
         let character = |c| Delimiter::Character(c);
         Ok(Import {
             columns: Columns(self.columns.clone()),
@@ -154,7 +218,7 @@ impl DataOptions {
                 DelimiterName::Tab => character(b'\t'),
                 DelimiterName::Blanks => Delimiter::Blanks,
             }),
-            window_s: self.window,
+            window_s: window.map(|window| window.value),
             keep_clipped: self.keep_clipped,
             keep_bad: self.keep_bad,
             hold: match self.hold {
@@ -162,7 +226,7 @@ impl DataOptions {
                 Some(HoldName::Zero) => Hold::Zero,
                 Some(HoldName::Smooth) => Hold::Smooth,
             },
-            constants: self.constants(models)?,
+            constants: self.constants(models, &known)?,
             may_lack_command: may_lack_command(models),
         })
     }

@@ -33,6 +33,66 @@ fn known_values_must_be_parameters_of_a_fitted_model() {
 }
 
 #[test]
+fn a_file_may_have_its_own_window_and_known_values() {
+    let cli = cli_with_pulse();
+    cli.text("simulate black-box-1 --input 3-2-1-1 --every 80 --csv other.csv");
+    let identify = "identify pulse.csv --model black-box-1 --starts 1 --validate other.csv";
+    let samples = |options: &str| {
+        let text = cli.text(&format!("{identify} {options} --json -"));
+        let document: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+        let of = |part: &str| document["models"][0][part][0]["samples"].as_u64();
+        [of("experiments"), of("validation")].map(|n| n.expect("a number"))
+    };
+    let [pulse, other] = samples("");
+    assert_eq!(samples("--window 0:3"), [751, 751]);
+    assert_eq!(samples("--window pulse.csv@0:3"), [751, other]);
+    assert_eq!(samples("--window 0:3 --window other.csv@0:2"), [751, 501]);
+    assert!(pulse > 751 && other > 751, "{pulse} {other}");
+    for (options, message) in [
+        (
+            "--window puls.csv@0:3",
+            "--window is for puls.csv, expected one of pulse.csv, other.csv",
+        ),
+        (
+            "--known puls.csv@gain=1",
+            "--known is for puls.csv, expected one of pulse.csv, other.csv",
+        ),
+        (
+            "--window pulse.csv@0:3 --window pulse.csv@0:2",
+            "--window is given twice for pulse.csv, expected it once",
+        ),
+        (
+            "--window 0:3 --window 0:2",
+            "--window is given twice for all files, expected it once",
+        ),
+        ("--window pulse.csv@3", "expected FROM:TO"),
+        ("--known pulse.csv@gain", "expected NAME=VALUE"),
+    ] {
+        cli.assert_error(&format!("{identify} {options}"), 2, message);
+    }
+}
+
+#[test]
+fn the_load_of_each_run_is_known() {
+    let cli = Cli::new();
+    let run = "simulate board --plant bench --every 80";
+    for (name, load) in [("free.csv", 0.0), ("loaded.csv", 0.1)] {
+        cli.text(&format!("{run} --set load_torque_nm={load} --csv {name}"));
+    }
+    let identify = "identify free.csv loaded.csv --model motor-m1 --starts 1 --fix \
+                    winding_resistance_ohm=7.7 --json -";
+    let cost = |options: &str| {
+        let text = cli.text(&format!("{identify} {options}"));
+        let document: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+        document["models"][0]["cost_deg2"]
+            .as_f64()
+            .expect("a number")
+    };
+    let [none, right] = ["", "--known loaded.csv@load_torque_nm=0.1"].map(cost);
+    assert!(right < 0.01 * none, "{right} {none}");
+}
+
+#[test]
 fn the_error_of_exclusive_options_names_both() {
     let cli = cli_with_pulse();
     for (options, message) in [
