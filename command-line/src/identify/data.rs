@@ -44,8 +44,8 @@ pub struct DataOptions {
     /// Course of the command between samples [default: detected]
     #[arg(long)]
     hold: Option<HoldName>,
-    /// Known constant of the runs by the name of a parameter, as pendulum_mass_kg=0.5; with FILE@ of
-    /// the run in this file, as heavy.csv@load_torque_nm=0.2; repeatable
+    /// Known constant of the runs by the name of a parameter, as pendulum_mass_kg=0.5; with FILE@
+    /// of the run in this file, as heavy.csv@load_torque_nm=0.2; repeatable
     #[arg(long, value_name = "[FILE@]NAME=VALUE", value_parser = of_file(setting))]
     known: Vec<OfFile<Setting>>,
 }
