@@ -20,6 +20,6 @@ corpus unpack "$place/found"
 fuzz "$place/found" -- -max_total_time="$seconds" -max_len=1024 -seed=1 \
     -artifact_prefix="$place/artifacts/" -print_final_stats=1
 rm -f "$place"/least/*
-fuzz "$place/least" "$place/found" -- -merge=1 -max_len=1024
+fuzz "$place/least" "$place/found" -- -set_cover_merge=1 -use_counters=0 -max_len=1024
 corpus pack "$place/least" >"$place/corpus.txt"
 cp "$place/corpus.txt" tests/device-fuzzing/corpus.txt
