@@ -1,11 +1,9 @@
 // The angle before each command, from the page's core: node follow.mjs PAGE.html REQUEST < commands, each held as `every` says
 import { readFileSync } from 'node:fs';
-import { runInThisContext } from 'node:vm';
+import { coreOf } from '../../bindings/web/tests/core.mjs';
 
 const [page, request] = process.argv.slice(2);
-const [, base64] = readFileSync(page, 'utf8').match(/start\('([^']*)'\)/);
-const source = readFileSync(new URL('../../bindings/web/page/core.js', import.meta.url), 'utf8');
-const core = await runInThisContext(`${source}\nloadCore`)(base64);
+const core = await coreOf(page);
 const commands = Float64Array.from(readFileSync(0, 'utf8').trim().split('\n'), Number);
 const { angle_deg } = core.follow(request, commands).columns;
 // The shortest digits that name a number name it exactly.

@@ -4,12 +4,10 @@ import { execFileSync } from 'node:child_process';
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
-import { runInThisContext } from 'node:vm';
+import { coreOf } from './core.mjs';
 
 const [page, actuator] = process.argv.slice(2);
-const [, base64] = readFileSync(page, 'utf8').match(/start\('([^']*)'\)/);
-const source = readFileSync(new URL('../page/core.js', import.meta.url), 'utf8');
-const core = await runInThisContext(`${source}\nasync base64 => loadCore(await compileCore(base64))`)(base64);
+const core = await coreOf(page);
 
 const TICKS = 30_000, TICK_S = 50e-6, HELD = 80;
 const directory = mkdtempSync(join(tmpdir(), 'actuator-exact-'));

@@ -50,6 +50,8 @@ try {
     rmSync(path);
   };
   await page.show('live');
+  // 500 rows are 5 s, of which the device has been silent for some time above.
+  await wait(3_000);
   await page.click('#pause');
   await page.click('#save-csv');
   await saved('actuator-1.csv', bytes => {
