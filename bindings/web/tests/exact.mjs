@@ -1,7 +1,7 @@
 // Compares the page's core with `actuator simulate`, bit for bit: node exact.mjs PAGE.html ACTUATOR
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
-import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { coreOf } from './core.mjs';
