@@ -123,7 +123,8 @@ pub struct Found<'a> {
 }
 
 impl Outputs {
-    /// Checks in advance that the files can be written, are different, and are not those of the data.
+    /// Checks in advance that the files can be written, are different, and are not those of the
+    /// data.
     pub fn check(&self, parameters: Option<&Path>, data: &DataOptions) -> Result<(), Error> {
         let json = self.json.as_deref();
         let json = json.filter(|path| !output::is_standard_output(path));

@@ -190,7 +190,8 @@ pub struct Outputs {
 pub struct Telemetry {
     /// Number of the control period; wraps.
     pub tick: u32,
-    /// The measured angle; 0 while it is unknown, from a fault of the encoder to the next valid word.
+    /// The measured angle; 0 while it is unknown, from a fault of the encoder to the next valid
+    /// word.
     pub angle: Angle,
     /// The estimated rate.
     pub rate: Rate,

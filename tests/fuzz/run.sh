@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # Fuzzes the whole device by its coverage: run.sh [SECONDS]. It starts from the inputs of
-# tests/device-fuzzing/corpus.txt and from what an earlier run has found, which is below target/, and
-# ends by putting into corpus.txt the fewest inputs that reach the same code. A violated requirement
-# ends it, with the input below target/fuzz/artifacts. Not part of CI, which repeats the corpus. Needs
-# a C++ compiler and `cargo install cargo-fuzz --locked`, of which 0.13.2 was used.
+# tests/device-fuzzing/corpus.txt and from those that an earlier run has found, below target/, and
+# ends by writing the fewest inputs that reach the same code into corpus.txt. A violated requirement
+# ends it, with the input below target/fuzz/artifacts. Not part of CI, which repeats the corpus.
+# Needs a C++ compiler and `cargo install cargo-fuzz --locked`, of which 0.13.2 was used.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 seconds=${1:-3600}

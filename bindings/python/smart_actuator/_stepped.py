@@ -143,8 +143,8 @@ class Actuator:
         self._native.set_load_inertia(_arguments.number("inertia_kg_m2", inertia_kg_m2))
 
     def place(self, angle_deg: float) -> None:
-        """Places the shaft at an angle, deg, before the first step. The board then measures it within
-        half a turn."""
+        """Places the shaft at an angle, deg, before the first step. The board then measures it
+        within half a turn."""
         self._native.place(_arguments.number("angle_deg", angle_deg))
 
     def snapshot(self) -> bytes:

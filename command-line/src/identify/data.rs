@@ -178,7 +178,7 @@ impl DataOptions {
             .map(drop)
     }
 
-    /// Refuses the file of an option if it is none of the recordings.
+    /// Refuses an option whose file is not one of the recordings.
     fn check_is_read(&self, option: &str, file: Option<&Path>) -> Result<(), Error> {
         match file {
             Some(file) if !self.files().any(|read| read == file) => {

@@ -98,7 +98,7 @@ pub fn stability_limits(
     })
 }
 
-/// The factor from which on a condition does not hold, by steps of 1 % and then by bisection; `None`
+/// The factor above which a condition does not hold, by steps of 1 % and then by bisection; `None`
 /// if it holds up to a factor for which it cannot be evaluated.
 fn limit(holds: impl Fn(f64) -> Option<bool>) -> Option<f64> {
     let mut below = 1.0;

@@ -2,8 +2,8 @@
 //!
 //! [`run`] reads the bytes as actions ([`action`]): frames of a master, control periods, words of
 //! the encoder, codes of the converters, disturbances. They act on the device and on a motor that
-//! its bridge drives ([`mod@bench`]), and in every control period [`oracle`] checks what must hold for
-//! all of them. Every sequence is valid.
+//! its bridge drives ([`mod@bench`]), and in every control period [`oracle`] checks what must hold
+//! for all of them. Every sequence is valid.
 
 #![deny(missing_docs)]
 
