@@ -11,7 +11,7 @@ use model_core::sensors::adc::AdcCode;
 use model_core::sensors::dividers::leg_code;
 use model_core::sensors::encoder::Encoder;
 use model_core::sensors::noise::Noise;
-use model_core::time::PWM_PERIODS_PER_CONTROL_PERIOD;
+use model_core::time::{CONTROL_PERIOD_US, PWM_PERIODS_PER_CONTROL_PERIOD};
 
 use crate::action::{Action, Disturbance};
 use crate::oracle::{Oracle, Period, Summary};
@@ -120,7 +120,7 @@ impl<'a> Bench<'a> {
         let settings = *self.device.drive.application().parameters();
         let duty_limit_pct = self.duty_limit_pct();
         let samples = self.samples(disturbance);
-        self.now_us += 4_000 * (1 + u64::from(samples.missed_periods));
+        self.now_us += u64::from(CONTROL_PERIOD_US) * (1 + u64::from(samples.missed_periods));
         let outputs = self.device.step(&samples, self.now_us);
         if disturbance.is_late {
             self.device.drive.was_late();

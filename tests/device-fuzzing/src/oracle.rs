@@ -7,6 +7,7 @@ use embedded_can::Frame;
 use firmware::application::{BoardState, Bridge, Outputs, Samples};
 use firmware::parameters::BoardParameters;
 use model_core::control::encoder_word::COUNT_DEG;
+use model_core::time::CONTROL_PERIOD_US;
 
 /// Controlword bits of operation enabled (CiA 402-2, table 27).
 const ENABLE_OPERATION: u8 = 0x0f;
@@ -14,9 +15,6 @@ const ENABLE_OPERATION: u8 = 0x0f;
 /// Control periods of a fault reaction beyond its longest time: those of the transitions into and
 /// out of it.
 const SLACK_PERIODS: u32 = 4;
-
-/// Control period, ms.
-const PERIOD_MS: u32 = 4;
 
 /// Resolution of the angle: some units of its last place, deg.
 const RESOLUTION_DEG: f64 = 1e-3;
@@ -122,7 +120,7 @@ impl Oracle {
         }
         self.reacting += 1;
         let longest_ms = period.settings.stop.quick_stop_ms as u32;
-        let longest = longest_ms.div_ceil(PERIOD_MS) + SLACK_PERIODS;
+        let longest = (1_000 * longest_ms).div_ceil(CONTROL_PERIOD_US) + SLACK_PERIODS;
         let reacting = self.reacting;
         assert!(reacting <= longest, "{reacting} periods of {longest}");
     }
