@@ -93,6 +93,11 @@ impl Connection {
         matches!(self.state, State::Socket(_))
     }
 
+    /// Time since it was accepted.
+    pub fn age(&self) -> Duration {
+        self.since.elapsed()
+    }
+
     /// Time at which it is closed unless it is a page.
     pub fn deadline(&self) -> Option<Instant> {
         (!self.is_page()).then(|| self.since + PATIENCE)

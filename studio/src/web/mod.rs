@@ -31,8 +31,12 @@ use pages::{Losses, MESSAGES, Message};
 pub use connection::Download;
 pub use pages::{PageId, Pages};
 
-/// Most connections at a time. Another one replaces the oldest that is not a page.
+/// Most connections at a time. Another one replaces the oldest that is not a page and has had its
+/// [`GRACE`].
 pub const CONNECTIONS_MAX: usize = 64;
+
+/// Time that a connection has for its request, however many others wait in the queue of the system.
+const GRACE: Duration = Duration::from_millis(100);
 
 /// Time between two notices about refused connections.
 const NOTICE_PERIOD: Duration = Duration::from_secs(5);
@@ -66,6 +70,8 @@ pub struct Server {
     guard: Guard,
     connections: BTreeMap<PageId, Connection>,
     next: PageId,
+    /// Whether connections may wait in the queue of the system.
+    has_waiting: bool,
     messages: Receiver<Message>,
     losses: Arc<Losses>,
     pages: Pages,
@@ -95,6 +101,7 @@ impl Server {
             guard: Guard::new(address, token),
             connections: BTreeMap::new(),
             next: WAKER.0 as PageId + 1,
+            has_waiting: false,
             messages,
             pages: Pages::new(sender, waker, Arc::clone(&losses)),
             losses,
@@ -125,13 +132,15 @@ impl Server {
     ) -> io::Result<()> {
         /// `stop` may be set by a signal, which wakes nobody.
         const LONGEST_WAIT: Duration = Duration::from_millis(100);
+        /// Connections that wait cause no event when the grace of another one is over.
+        const RETRY: Duration = Duration::from_millis(10);
         let mut events = Events::with_capacity(2 * CONNECTIONS_MAX);
         while !stop.load(Relaxed) {
             let has_more = self.connections.values().any(|one| one.is_readable);
-            let wait = if has_more {
-                Duration::ZERO
-            } else {
-                LONGEST_WAIT
+            let wait = match (has_more, self.has_waiting) {
+                (true, _) => Duration::ZERO,
+                (false, true) => RETRY,
+                (false, false) => LONGEST_WAIT,
             };
             if let Err(error) = self.poll.poll(&mut events, Some(wait))
                 && error.kind() != ErrorKind::Interrupted
@@ -140,11 +149,12 @@ impl Server {
             }
             for event in &events {
                 if event.token() == LISTENER {
-                    self.accept();
+                    self.has_waiting = true;
                 } else if let Some(one) = self.connections.get_mut(&(event.token().0 as PageId)) {
                     one.is_readable = true;
                 }
             }
+            self.accept();
             self.receive(application, notify);
             self.deliver(application, notify);
             self.expire(notify);
@@ -155,13 +165,26 @@ impl Server {
         Ok(())
     }
 
+    /// Accepts connections; those that would replace one that still has its grace wait.
     fn accept(&mut self) {
-        // An error is of one client, or passes; the next event comes with the next client.
-        while let Ok((mut stream, from)) = self.listener.accept() {
-            if self.connections.len() >= CONNECTIONS_MAX {
+        while self.has_waiting {
+            let is_full = self.connections.len() >= CONNECTIONS_MAX;
+            let oldest = self.connections.iter().find(|(_, one)| !one.is_page());
+            if is_full && oldest.is_some_and(|(_, one)| one.age() < GRACE) {
+                return;
+            }
+            let oldest = oldest.map(|(id, _)| *id);
+            let (mut stream, from) = match self.listener.accept() {
+                Ok(accepted) => accepted,
+                // Another error is of one client, or passes.
+                Err(error) => {
+                    self.has_waiting = error.kind() != ErrorKind::WouldBlock;
+                    return;
+                }
+            };
+            if is_full {
                 self.refused += 1;
-                let mut others = self.connections.iter().filter(|(_, one)| !one.is_page());
-                let Some(oldest) = others.next().map(|(id, _)| *id) else {
+                let Some(oldest) = oldest else {
                     continue;
                 };
                 self.connections.remove(&oldest);

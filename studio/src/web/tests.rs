@@ -165,6 +165,30 @@ fn a_thousand_silent_connections_keep_no_page_out() {
 }
 
 #[test]
+fn requests_among_a_thousand_silent_connections_are_all_answered() {
+    with_server(|address, token, _, _, _| {
+        thread::scope(|scope| {
+            let flood = || -> Vec<_> { (0..250).map(|_| TcpStream::connect(address)).collect() };
+            let floods = [(); 4].map(|()| scope.spawn(flood));
+            for _ in 0..20 {
+                let mut stream = TcpStream::connect(address).expect("a connection");
+                // Longer than the turn in which the server accepts it.
+                thread::sleep(Duration::from_millis(5));
+                write!(
+                    stream,
+                    "GET /?token={token} HTTP/1.1\r\nHost: {address}\r\n\r\n"
+                )
+                .expect("sent");
+                let mut response = String::new();
+                stream.read_to_string(&mut response).expect("a response");
+                assert!(response.starts_with("HTTP/1.1 200 OK\r\n"));
+            }
+            drop(floods.map(|flood| flood.join().expect("it has connected")));
+        });
+    });
+}
+
+#[test]
 fn a_page_that_does_not_read_loses_samples_and_is_told() {
     with_server(|address, token, pages, notes, _| {
         let mut slow = open(address, token);
