@@ -51,6 +51,12 @@ impl<const R: usize, const T: usize> Node<R, T> {
         valid.any(|tpdo| tpdo.valid() && bus_id(tpdo.id()) == Some(id))
     }
 
+    /// Whether this is the identifier of the SYNC frames that the node consumes.
+    #[must_use]
+    pub fn is_sync(&self, id: Id) -> bool {
+        self.services.sync.identifier().and_then(bus_id) == Some(id)
+    }
+
     /// Whether the node transmits emergencies with this identifier.
     #[must_use]
     pub fn is_emergency(&self, id: Id) -> bool {

@@ -27,6 +27,7 @@
 //! [`Request::Disable`]: crate::application::Request::Disable
 //! [`Request::Command`]: crate::application::Request::Command
 
+mod command_state;
 mod commands;
 mod device;
 mod emergency;
@@ -46,6 +47,7 @@ mod update;
 
 use canopen::cia402::Axis;
 
+pub use command_state::CommandState;
 pub use device::{Device, RPDOS, TPDOS};
 pub use emergency::emergency_frame;
 pub use measured::Diagnostics;

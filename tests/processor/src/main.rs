@@ -41,6 +41,9 @@ const BEFORE_DEFECT: u64 = 1_000_000;
 /// Tick of the commands from which on they are LSS, resets and the loading of defaults.
 const RESETS_TICK: u64 = 2150;
 
+/// The program's function for the process data with which a turn of the node begins.
+const PROCESS_DATA: &str = "receive_twice";
+
 /// The master, and reports of the progress.
 struct Progress<F> {
     master: Master<F>,
@@ -82,6 +85,8 @@ fn compare(arguments: &Arguments) -> Result<(), String> {
     shadow.defect = arguments.defect.map(|defect| (defect, BEFORE_DEFECT));
     let interrupt = Arc::clone(&shadow.stop);
     let is_reset = Arc::clone(&shadow.cycles().is_reset);
+    let process_data = firmware().address(PROCESS_DATA);
+    shadow.cycles().process_data = process_data.map_err(|error| error.to_string())? as u32;
     let shadow = Arc::new(Mutex::new(shadow));
     let attachments = Attachments {
         observer: Some(shadow.clone()),

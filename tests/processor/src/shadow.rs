@@ -93,8 +93,8 @@ impl Shadow {
     }
 
     /// The bound of the cycles.
-    pub fn cycles(&mut self) -> &Cycles {
-        &self.second.host().cycles
+    pub fn cycles(&mut self) -> &mut Cycles {
+        &mut self.second.host().cycles
     }
 
     /// Number of compared reads and writes.

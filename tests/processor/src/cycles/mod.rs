@@ -88,6 +88,10 @@ struct Active {
     uses_float: bool,
     /// Cycles of this call up to the last reading of the cycle counter, if any.
     read: Option<u64>,
+    /// The parts of a turn of the node.
+    turn: Turn,
+    /// The node has begun with process data: it takes no reset in this turn.
+    has_process_data: bool,
 }
 
 /// The longest calls, and all of them together.
@@ -112,10 +116,20 @@ const CYCLE_COUNTER: u32 = 0xe000_1004;
 pub struct Turn {
     /// Before the first frame.
     pub begin: u64,
-    /// A frame.
+    /// A frame, or the process data with which it begins.
     pub frame: u64,
     /// After the last frame.
     pub end: u64,
+}
+
+impl Turn {
+    fn larger(self, other: Self) -> Self {
+        Self {
+            begin: self.begin.max(other.begin),
+            frame: self.frame.max(other.frame),
+            end: self.end.max(other.end),
+        }
+    }
 }
 
 /// The model.
@@ -135,6 +149,8 @@ pub struct Cycles {
     pub turns: [Turn; 2],
     /// Such requests are sent.
     pub is_reset: Arc<AtomicBool>,
+    /// Where the program processes the process data with which a turn may begin.
+    pub process_data: u32,
     /// The present tick.
     tick: Call,
     /// The longest tick.
@@ -152,6 +168,7 @@ impl Default for Cycles {
             calls: BTreeMap::new(),
             turns: Default::default(),
             is_reset: Arc::default(),
+            process_data: 0,
             tick: Call::default(),
             longest_tick: Call::default(),
         }
@@ -208,6 +225,7 @@ impl Cycles {
             }
         }
         active.call = active.call.plus(call);
+        active.has_process_data |= address == self.process_data;
         active.uses_float |= cost::is_float(first) && bytes == 4;
         self.next = address + bytes;
     }
@@ -239,7 +257,6 @@ impl Cycles {
 
     /// The node reads the cycle counter: before its first frame, and after each one.
     fn end_part(&mut self) {
-        let turn = &mut self.turns[usize::from(self.is_reset.load(Relaxed))];
         if let Some(active) = self
             .active
             .last_mut()
@@ -247,8 +264,8 @@ impl Cycles {
         {
             let now = active.call.cycles;
             match active.read.replace(now) {
-                None => turn.begin = turn.begin.max(now),
-                Some(before) => turn.frame = turn.frame.max(now - before),
+                None => active.turn.begin = now,
+                Some(before) => active.turn.frame = active.turn.frame.max(now - before),
             }
         }
     }
@@ -278,9 +295,10 @@ impl Cycles {
             active.call.add(FLOAT_FRAME);
         }
         if active.exception == NODE {
-            let end = active.call.cycles - active.read.unwrap_or(0);
-            let turn = &mut self.turns[usize::from(self.is_reset.load(Relaxed))];
-            turn.end = turn.end.max(end);
+            active.turn.end = active.call.cycles - active.read.unwrap_or(0);
+            let is_reset = self.is_reset.load(Relaxed) && !active.has_process_data;
+            let longest = &mut self.turns[usize::from(is_reset)];
+            *longest = longest.larger(active.turn);
         }
         let longest = self.calls.entry(active.exception).or_default();
         longest.most = longest.most.larger(active.call);

@@ -12,7 +12,7 @@ const ENCODER: u64 = 38 * 168;
 
 /// Cycles after which the node takes no further frame in a turn: `INTAKE_CYCLES` of
 /// `firmware/boards/shared/actuator/canopen_task.rs`.
-const INTAKE: u64 = 30_000;
+const INTAKE: u64 = 50_000;
 
 /// Cycles of the shortest frame at 1 Mbit/s: 47 bits with the pause before the next one.
 const SHORTEST_FRAME: u64 = 47 * 168;
@@ -85,7 +85,7 @@ impl Cycles {
                 PWM_PERIOD,
             ),
             bound(
-                "turn with 30,000 cycles of frames, then the longest one, without resets",
+                "turn with 50,000 cycles of frames, then the longest one, without resets",
                 self.turn(self.turns[0], INTAKE),
                 PWM_PERIOD,
             ),
@@ -115,7 +115,10 @@ impl Cycles {
         }
         let [ordinary, reset] = self.turns;
         for (name, cycles) in [
-            ("frame of a turn, without resets", ordinary.frame),
+            (
+                "frame of a turn, or its process data, without resets",
+                ordinary.frame,
+            ),
             ("frame with a reset of the node", reset.frame),
             (
                 "turn beside its frames",
