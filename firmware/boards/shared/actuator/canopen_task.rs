@@ -1,7 +1,8 @@
 //! The CANopen device on the board: its control step, and its calls for the bus.
 //!
-//! [`gather`], [`device_control`], [`receive_twice`] and [`communicate`] are not inlined and have
-//! fixed symbols, so that the emulator counts their instructions and a debugger shows them.
+//! [`gather`], [`device_control`], [`receive_twice`], [`receive_process_data`] and [`communicate`] are
+//! not inlined and have fixed symbols, so that the emulator counts their instructions and a debugger
+//! shows them.
 
 use canopen::{CanFrame, Node, NodeId};
 use cortex_m::peripheral::{DWT, SCB};
@@ -198,7 +199,7 @@ fn receive_twice(task: &mut CanopenTask, now_us: u64) -> bool {
     } = task;
     let device = sealed.get();
     let frames = take_process_data(device.node(), &mut queues.received);
-    receive(device, &frames, now_us);
+    receive_process_data(device, &frames, now_us);
     let commands = device.command_state();
     match sealed.restore() {
         Restored::Intact => {}
@@ -206,7 +207,7 @@ fn receive_twice(task: &mut CanopenTask, now_us: u64) -> bool {
         Restored::Absent => return true,
     }
     let device = sealed.get();
-    receive(device, &frames, now_us);
+    receive_process_data(device, &frames, now_us);
     let is_same = device.command_state() == commands;
     queue_frames(device, queues);
     is_same
@@ -235,8 +236,9 @@ fn take_process_data(
 }
 
 /// Processes these frames.
+#[unsafe(no_mangle)]
 #[inline(never)]
-fn receive(device: &mut Device<'static>, frames: &[CanFrame], now_us: u64) {
+fn receive_process_data(device: &mut Device<'static>, frames: &[CanFrame], now_us: u64) {
     for frame in frames {
         device.receive(frame, now_us);
     }
