@@ -6,10 +6,7 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 
 venv=$PWD/target/canopen-venv
-packages=(canopen==2.4.1 python-can==4.6.1 pyserial==3.5 dcf-tools==2.4.2)
-[ -x "$venv/bin/pip" ] || python3 -m venv "$venv"
-[ -x "$venv/bin/dcfchk" ] && "$venv/bin/python" -c 'import canopen, can, serial' 2>/dev/null ||
-    "$venv/bin/pip" install --quiet --disable-pip-version-check "${packages[@]}"
+bash canopen/tests/clients/provide.sh "$venv"
 
 bash .ci/provide npm nodejs npm
 # crc.js replaces its only package with compiled code, so nothing is built.
