@@ -5,18 +5,20 @@ mod link;
 mod show;
 
 use std::net::TcpListener;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
 
 use clap::{Args, ValueEnum};
 use virtual_board::can::{Frame, Id};
-use virtual_board::faults::read_plan;
+use virtual_board::faults::{Planned, parse_plan};
 use virtual_board::plant::BoardPlantOptions;
-use virtual_board::run::{Attachments, Firmware, Flow, Options, Script, View, run_with};
+use virtual_board::run::{Attachments, Flow, Options, Script, View, run_with};
 
 use self::link::BoardLink;
 use self::show::RowPrinter;
+use crate::bounded;
+use crate::emulated;
 use crate::error::Error;
 
 /// Runs the board's program on the emulated board, with the motor and its gear train.
@@ -86,17 +88,14 @@ impl Board {
             let message = format!("--for is {}, expected 0.001 to {LONGEST_S} s", self.seconds);
             return Err(refusal(&message));
         }
-        let firmware = Firmware::read(&self.elf).map_err(|error| refusal(&error))?;
-        let faults = match &self.faults {
-            Some(path) => read_plan(path).map_err(|error| refusal(&error))?,
-            None => Vec::new(),
-        };
+        let faults = self.faults.as_deref().map(plan).transpose()?;
+        let firmware = emulated::firmware(&self.elf)?;
         let options = Options {
             plant: self
                 .seed
                 .map_or_else(BoardPlantOptions::default, BoardPlantOptions::realistic),
             ports_bit_s: vec![self.bit_rate],
-            faults,
+            faults: faults.unwrap_or_default(),
             keeps_trace: false,
             ..Options::for_ms((self.seconds * 1e3) as u64)
         };
@@ -137,6 +136,15 @@ impl Board {
         }
         Ok(Some(listener))
     }
+}
+
+/// The most bytes of a fault plan: those of ten thousand faults.
+const MOST_PLAN: u64 = 1 << 20;
+
+fn plan(path: &Path) -> Result<Vec<Planned>, Error> {
+    let text = String::from_utf8(bounded::read(path, MOST_PLAN)?)
+        .map_err(|error| refusal(&format!("{}: {error}, expected a text", path.display())))?;
+    parse_plan(path, &text).map_err(|error| refusal(&error))
 }
 
 fn refusal(what: &dyn std::fmt::Display) -> Error {

@@ -12,7 +12,7 @@ use identification::{
     IdentifyError, data::ImportError, parameter_file::NotSimulated, request::RequestError,
 };
 use model_core::{parameter::ParameterError, scenario::ScenarioError};
-use program_image::{ImageError, signed::SignError};
+use program_image::signed::SignError;
 
 /// Why a command failed.
 #[derive(Debug, thiserror::Error)]
@@ -75,7 +75,7 @@ impl Error {
             Self::Update(_) => 1,
             Self::Bus(error) if error.is_at_limit() => 4,
             Self::Bus(error) if error.is_invalid_request() => 2,
-            Self::Image(SignError::File { .. } | SignError::Elf(ImageError::File { .. })) => 1,
+            Self::Image(SignError::File { .. }) => 1,
             Self::Bus(_) | Self::Serve { .. } | Self::Studio(_) => 1,
             Self::Simulator(SimulatorError::Read { .. } | SimulatorError::Write(_)) => 1,
             _ => 2,

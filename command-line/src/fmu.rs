@@ -7,14 +7,13 @@ use clap::Args;
 use model_core::{actuator::Actuator, presets::PRESETS};
 
 use super::{output, parameters, simulate};
+use crate::bounded::{self, MOST_BUILD};
 use crate::error::Error;
-use host_sim::error::Error as SimulatorError;
 use host_sim::{
     file::{self, WholeFile},
     scenario::{Scenario, Setting},
     settings::{ModelKind, PlantKind, Settings},
 };
-use identification::bounded_file;
 
 /// Writes the actuator as a Functional Mock-up Unit: FMI 2.0 or 3.0 for co-simulation
 ///
@@ -71,9 +70,6 @@ impl Fmu {
 /// The libraries inside this program, with the names of their files: those of a release.
 const INSIDE: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/fmu_libraries.rs"));
 
-/// The most bytes of a library: more than any build with its debug information has.
-const MOST_LIBRARY: u64 = 1 << 28;
-
 fn libraries(paths: &[PathBuf]) -> Result<Vec<Library>, Error> {
     if paths.is_empty() && !INSIDE.is_empty() {
         let library = |(path, bytes): &(&str, &[u8])| {
@@ -81,23 +77,19 @@ fn libraries(paths: &[PathBuf]) -> Result<Vec<Library>, Error> {
         };
         return INSIDE.iter().map(library).collect();
     }
-    if paths.is_empty() {
-        let library = Library::beside_program().map_err(of_library)?;
-        return Ok(vec![library]);
-    }
     let read = |path: &PathBuf| {
-        let bytes = bounded_file::read(path, MOST_LIBRARY).map_err(|source| {
-            let path = path.clone();
-            SimulatorError::Read { path, source }
-        })?;
+        let bytes = bounded::read(path, MOST_BUILD)?;
         Library::of(path, bytes).map_err(of_library)
     };
+    if paths.is_empty() {
+        let beside = archive::beside_program().map_err(of_library)?;
+        return Ok(vec![read(&beside)?]);
+    }
     paths.iter().map(read).collect()
 }
 
 fn of_library(error: archive::Error) -> Error {
     match error {
-        archive::Error::Read { path, source } => SimulatorError::Read { path, source }.into(),
         archive::Error::NoLibrary { .. } => Error::Conflict(format!("{error}, --library FILE")),
         error => Error::Conflict(error.to_string()),
     }

@@ -10,10 +10,10 @@ use program_image::signed::{
     read_public_key, sign_elf,
 };
 
+use crate::bounded::{self, MOST_BUILD};
 use crate::error::Error;
 use crate::output::print;
 use host_sim::file;
-use identification::bounded_file;
 
 /// Signs, shows and verifies images for the update over the bus
 #[derive(Debug, Args)]
@@ -102,15 +102,13 @@ fn sign(
 ) -> Result<(), Error> {
     let read = [Some(elf), key].into_iter().flatten().map(PathBuf::from);
     file::check(&[("--out", out)], &read.collect::<Vec<_>>())?;
-    // `sign_elf` itself reads without a limit.
-    read_at_most(elf, MOST_ELF)?;
     let key = key.map_or_else(|| Ok(development_key()), read_key)?;
     let description = Description {
         hardware: ACTUATOR_BOARD,
         version: parse(version)?,
         replaces: replaces.map(parse).transpose()?,
     };
-    let image = sign_elf(elf, &description, &key)?;
+    let image = sign_elf(elf, bounded::read(elf, MOST_BUILD)?, &description, &key)?;
     file::write(out, image)?;
     show(out)
 }
@@ -119,22 +117,12 @@ fn parse(version: &str) -> Result<Version, SignError> {
     Version::parse(version).ok_or_else(|| SignError::Version(version.into()))
 }
 
-/// The most bytes of an ELF file: more than any build with its debug information has.
-const MOST_ELF: u64 = 1 << 28;
-
 /// Reads an image, which is not longer than its slot.
 ///
 /// # Errors
 /// For a file that cannot be read or is longer.
-pub fn read(path: &Path) -> Result<Vec<u8>, SignError> {
-    read_at_most(path, STM32F427.slot.size().into())
-}
-
-fn read_at_most(path: &Path, most: u64) -> Result<Vec<u8>, SignError> {
-    bounded_file::read(path, most).map_err(|source| SignError::File {
-        path: path.into(),
-        source,
-    })
+pub fn read(path: &Path) -> Result<Vec<u8>, Error> {
+    bounded::read(path, STM32F427.slot.size().into())
 }
 
 fn show(path: &Path) -> Result<(), Error> {

@@ -4,6 +4,7 @@
 
 #[cfg(feature = "board")]
 mod board;
+mod bounded;
 mod can;
 mod compare;
 mod completions;

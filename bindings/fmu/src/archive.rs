@@ -1,8 +1,8 @@
 //! The FMU as a file.
 
+use std::env;
 use std::io::{self, Seek, Write};
 use std::path::{Path, PathBuf};
-use std::{env, fs};
 
 use model_core::actuator::Settings;
 use zip::write::{SimpleFileOptions, ZipWriter};
@@ -57,14 +57,6 @@ pub enum Error {
         /// Its file name.
         name: PathBuf,
     },
-    /// The shared library cannot be read.
-    #[error("cannot read {}: {source}", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// The error of the operating system.
-        source: io::Error,
-    },
     /// A file is not a shared library of this crate.
     #[error("{} is not {expected}", path.display())]
     Foreign {
@@ -79,19 +71,7 @@ pub enum Error {
 }
 
 impl Library {
-    /// Reads a library: for Linux or Windows, and for x86-64.
-    ///
-    /// # Errors
-    /// [`Error::Read`], and [`Error::Foreign`] for any other file.
-    pub fn read(path: &Path) -> Result<Self, Error> {
-        let bytes = fs::read(path).map_err(|source| Error::Read {
-            path: path.into(),
-            source,
-        })?;
-        Self::of(path, bytes)
-    }
-
-    /// A library that has been read from this file.
+    /// A library that has been read from this file: for Linux or Windows, and for x86-64.
     ///
     /// # Errors
     /// [`Error::Foreign`] for any other file.
@@ -110,28 +90,26 @@ impl Library {
         }
         Ok(Self { platform, bytes })
     }
+}
 
-    /// Finds the library that was built along with the running program: cargo puts it into the
-    /// folder `deps` next to the program, an installer next to the program itself.
-    ///
-    /// # Errors
-    /// [`Error::NoLibrary`], and those of [`Library::read`].
-    pub fn beside_program() -> Result<Self, Error> {
-        let name = format!(
-            "{}actuator_fmu{}",
-            env::consts::DLL_PREFIX,
-            env::consts::DLL_SUFFIX
-        );
-        let program = env::current_exe().unwrap_or_default();
-        let folder = program.parent().unwrap_or(Path::new(""));
-        let places = [folder.join("deps").join(&name), folder.join(&name)];
-        match places.iter().find(|place| place.is_file()) {
-            Some(place) => Self::read(place),
-            None => Err(Error::NoLibrary {
-                name: folder.join(name),
-            }),
-        }
-    }
+/// Finds the library that was built along with the running program: cargo puts it into the folder
+/// `deps` next to the program, an installer next to the program itself.
+///
+/// # Errors
+/// [`Error::NoLibrary`].
+pub fn beside_program() -> Result<PathBuf, Error> {
+    let name = format!(
+        "{}actuator_fmu{}",
+        env::consts::DLL_PREFIX,
+        env::consts::DLL_SUFFIX
+    );
+    let program = env::current_exe().unwrap_or_default();
+    let folder = program.parent().unwrap_or(Path::new(""));
+    let places = [folder.join("deps").join(&name), folder.join(&name)];
+    let found = places.into_iter().find(|place| place.is_file());
+    found.ok_or_else(|| Error::NoLibrary {
+        name: folder.join(name),
+    })
 }
 
 /// The platform of a library, from the head of the file.
@@ -223,10 +201,7 @@ mod tests {
     }
 
     fn library(bytes: &[u8]) -> Result<Library, Error> {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("library");
-        fs::write(&path, bytes).unwrap();
-        Library::read(&path)
+        Library::of(Path::new("library"), bytes.to_vec())
     }
 
     #[test]

@@ -104,7 +104,7 @@ impl Serve {
     #[cfg(feature = "board")]
     fn emulate(&self, actuator: &Path, comm: &Path, stop: &Arc<AtomicBool>) -> Result<(), Error> {
         use crate::emulated::{self, Programs, TcpServer};
-        let programs = Programs::read(actuator, comm).map_err(Error::Board)?;
+        let programs = Programs::read(actuator, comm)?;
         let plants: Vec<_> = (1..=self.nodes)
             .map(|number| self.plant_options(number))
             .collect();

@@ -19,6 +19,9 @@ use virtual_board::run::{
     SerialScript, SharedBus, View, run_comm, run_with,
 };
 
+use crate::bounded::{self, MOST_BUILD};
+use crate::error::Error;
+
 pub use transport::{TcpServer, Terminal, Transport};
 
 /// Address of the unique device identifier, the source of the serial number (RM0090, section 39.1).
@@ -48,13 +51,21 @@ impl Programs {
     ///
     /// # Errors
     /// For a file that is not a program of a board.
-    pub fn read(actuator: &Path, comm: &Path) -> Result<Self, String> {
-        let read = |path| Firmware::read(path).map_err(|error| error.to_string());
+    pub fn read(actuator: &Path, comm: &Path) -> Result<Self, Error> {
         Ok(Self {
-            actuator: read(actuator)?,
-            comm: read(comm)?,
+            actuator: firmware(actuator)?,
+            comm: firmware(comm)?,
         })
     }
+}
+
+/// Reads the ELF file of a board's program.
+///
+/// # Errors
+/// For a file that cannot be read or is not an ELF file.
+pub fn firmware(path: &Path) -> Result<Firmware, Error> {
+    let bytes = bounded::read(path, MOST_BUILD)?;
+    Firmware::of(path, bytes).map_err(|error| Error::Board(error.to_string()))
 }
 
 /// Runs one board for each of these plants, with node-IDs and serial numbers from 1, and the

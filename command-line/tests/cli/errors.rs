@@ -203,20 +203,34 @@ fn a_file_without_end_is_refused_with_its_limit() {
     let cli = Cli::new();
     let image = "/dev/zero: it goes on after 229376 bytes, expected at most 229376";
     let text = "cannot read /dev/zero: it goes on after 1048576 bytes, expected at most 1048576";
+    let key = "/dev/zero: no key, which has 64 hexadecimal digits in a file of at most 256 bytes";
+    #[cfg(feature = "board")]
+    let build = "/dev/zero: it goes on after 268435456 bytes, expected at most 268435456";
     let recording = "more than 65536 bytes in a line";
     for (arguments, status, message) in [
         ("simulate --scenario /dev/zero", 1, text),
         ("simulate --parameters /dev/zero", 1, text),
+        ("experiment black-box-1 --parameters /dev/zero", 1, text),
+        ("mujoco --parameters /dev/zero", 1, text),
+        ("set --parameters /dev/zero --bus 127.0.0.1:1", 1, text),
         ("simulate board --input-file /dev/zero", 2, recording),
+        (
+            "simulate board --plant bench --load-file /dev/zero",
+            2,
+            recording,
+        ),
         ("identify /dev/zero", 2, recording),
+        ("compare /dev/zero", 2, recording),
         ("image show /dev/zero", 1, image),
         ("image verify /dev/zero", 1, image),
         ("update /dev/zero --bus 127.0.0.1:1", 1, image),
         (
             "image sign /dev/zero --out a.img",
             1,
-            "/dev/zero: it goes on after 268435456 bytes",
+            "/dev/zero: it goes on after 268435456 bytes, expected at most 268435456",
         ),
+        ("image sign a.elf --out a.img --key /dev/zero", 2, key),
+        ("image verify a.img --key /dev/zero", 2, key),
         (
             "fmu --out a.fmu --library /dev/full",
             1,
@@ -224,6 +238,14 @@ fn a_file_without_end_is_refused_with_its_limit() {
         ),
     ] {
         cli.assert_error(arguments, status, message);
+    }
+    #[cfg(feature = "board")]
+    for (arguments, message) in [
+        ("board --elf /dev/zero", build),
+        ("board --elf a.elf --faults /dev/zero", text),
+        ("serve --elf /dev/zero --comm-elf a.elf", build),
+    ] {
+        cli.assert_error(arguments, 1, message);
     }
     // The length of a file is known before it is read; of this one no byte is on the disk.
     let long = std::fs::File::create(cli.path("long.json")).expect("a file");
@@ -244,14 +266,17 @@ fn a_chain_needs_both_programs_and_the_emulator() {
     let cli = Cli::new();
     cli.assert_error("serve --elf actuator-board", 2, "--comm-elf <FILE>");
     cli.assert_error("serve --comm-elf comm-board", 2, "--elf <FILE>");
-    let missing = if cfg!(feature = "board") {
-        "actuator-board: "
+    let (status, missing) = if cfg!(feature = "board") {
+        (1, "actuator-board: ")
     } else {
-        "this program was built without the emulator; one that has it is built by `cargo emulate serve`"
+        (
+            2,
+            "this program was built without the emulator; one that has it is built by `cargo emulate serve`",
+        )
     };
     cli.assert_error(
         "serve --elf no/actuator-board --comm-elf no/comm-board",
-        2,
+        status,
         missing,
     );
 }

@@ -8,7 +8,7 @@ use bootloader::layout::STM32F427;
 use bootloader::{ACTUATOR_BOARD, HEADER_SIZE, Version};
 
 use crate::signed::{Description, SignError, development_key, public_path, read_key, sign_elf};
-use crate::{ImageError, loaded};
+use crate::{ImageError, loaded, read};
 
 /// The environment variable with the file of the private key that signs; without it the key of
 /// development does.
@@ -59,7 +59,7 @@ pub fn write_image(elf: &Path, key: Option<&Path>) -> Result<PathBuf, SignError>
         version,
         replaces: None,
     };
-    let image = sign_elf(elf, &description, &key)?;
+    let image = sign_elf(elf, read(elf)?, &description, &key)?;
     let path = elf.with_extension("img");
     std::fs::write(&path, image).map_err(|source| SignError::File {
         path: path.clone(),

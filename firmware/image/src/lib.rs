@@ -60,21 +60,35 @@ pub enum ImageError {
 /// # Errors
 /// The file is not a program of a board, or cannot be read or written.
 pub fn stamp(path: &Path) -> Result<Option<u32>, ImageError> {
-    let file_error = |source| ImageError::File {
-        path: path.into(),
-        source,
-    };
-    let mut bytes = fs::read(path).map_err(file_error)?;
-    let Some((offset, crc)) = place_and_crc(path, &bytes)? else {
+    let before = read(path)?;
+    let mut bytes = before.clone();
+    let crc = stamp_bytes(path, &mut bytes)?;
+    // Unchanged files keep their time, on which builds depend.
+    if bytes != before {
+        fs::write(path, &bytes).map_err(|source| ImageError::File {
+            path: path.into(),
+            source,
+        })?;
+    }
+    Ok(crc)
+}
+
+/// Writes the CRC into the bytes of this file, if it has a section for it; returns the CRC.
+fn stamp_bytes(path: &Path, bytes: &mut [u8]) -> Result<Option<u32>, ImageError> {
+    let Some((offset, crc)) = place_and_crc(path, bytes)? else {
         return Ok(None);
     };
-    let word = bytes.get_mut(offset..offset + 4);
-    // Unchanged files keep their time, on which builds depend.
-    if let Some(word) = word.filter(|word| **word != crc.to_le_bytes()) {
+    if let Some(word) = bytes.get_mut(offset..offset + 4) {
         word.copy_from_slice(&crc.to_le_bytes());
-        fs::write(path, &bytes).map_err(file_error)?;
     }
     Ok(Some(crc))
+}
+
+fn read(path: &Path) -> Result<Vec<u8>, ImageError> {
+    fs::read(path).map_err(|source| ImageError::File {
+        path: path.into(),
+        source,
+    })
 }
 
 /// Offset of the CRC in the file, and its value.
@@ -83,7 +97,7 @@ fn place_and_crc(path: &Path, bytes: &[u8]) -> Result<Option<(usize, u32)>, Imag
         path: path.into(),
         source,
     };
-    let file = ElfFile::<FileHeader32<LittleEndian>>::parse(bytes).map_err(elf_error)?;
+    let file = Elf::parse(bytes).map_err(elf_error)?;
     let section = file
         .section_by_name(SECTION)
         .filter(|section| section.size() == 4);
@@ -116,15 +130,16 @@ pub fn flash(path: &Path) -> Result<Vec<u8>, ImageError> {
 /// # Errors
 /// As [`flash`].
 pub fn loaded(path: &Path) -> Result<(u64, Vec<u8>), ImageError> {
-    let bytes = fs::read(path).map_err(|source| ImageError::File {
-        path: path.into(),
-        source,
-    })?;
+    loaded_bytes(path, &read(path)?)
+}
+
+/// As [`loaded`], of the bytes of this file.
+fn loaded_bytes(path: &Path, bytes: &[u8]) -> Result<(u64, Vec<u8>), ImageError> {
     let elf_error = |source| ImageError::Elf {
         path: path.into(),
         source,
     };
-    let file = ElfFile::<FileHeader32<LittleEndian>>::parse(&*bytes).map_err(elf_error)?;
+    let file = Elf::parse(bytes).map_err(elf_error)?;
     let loads = file.segments().map(|segment| {
         let header = segment.elf_program_header();
         let (load, size) = (header.p_paddr(LittleEndian), header.p_filesz(LittleEndian));

@@ -3,8 +3,10 @@
 //! The signatures are made by `ed25519-dalek`, and the board checks them by `salty`: the tests
 //! compare the two implementations.
 
+use std::fmt::Write as _;
+use std::fs::{self, File};
+use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
-use std::{fmt::Write as _, fs, io};
 
 use bootloader::layout::{Layout, STM32F427};
 use bootloader::{DEVELOPMENT_SEED, HEADER_SIZE, Header, Key, Policy, Refusal, Version};
@@ -12,10 +14,13 @@ use ed25519_dalek::{Signature, Signer, SigningKey, VerifyingKey};
 use firmware::integrity::program_crc;
 use sha2::{Digest, Sha512};
 
-use crate::{ERASED, ImageError, loaded, stamp};
+use crate::{ERASED, ImageError, loaded_bytes, stamp_bytes};
 
 /// Bytes of a key, also of a private one.
 const KEY_BYTES: usize = 32;
+
+/// The most bytes of a key file: the digits, and more blanks around them than an editor adds.
+const MOST_KEY_FILE: u64 = 256;
 
 /// Why an image or a key cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -32,7 +37,10 @@ pub enum SignError {
         source: io::Error,
     },
     /// A key file is none.
-    #[error("{}: no key, which has 64 hexadecimal digits", path.display())]
+    #[error(
+        "{}: no key, which has 64 hexadecimal digits in a file of at most {MOST_KEY_FILE} bytes",
+        path.display()
+    )]
     Key {
         /// The file.
         path: PathBuf,
@@ -112,17 +120,19 @@ pub fn sign(program: &[u8], description: &Description, key: &SigningKey) -> Vec<
     image
 }
 
-/// Signs the program of an ELF file, which is linked for the slot; its own CRC is written first.
+/// Signs the program of an ELF file, which is linked for the slot. `elf` are the bytes that were
+/// read from this file; the signed program has its CRC, the file need not.
 ///
 /// # Errors
 /// The file cannot be used.
 pub fn sign_elf(
     path: &Path,
+    mut elf: Vec<u8>,
     description: &Description,
     key: &SigningKey,
 ) -> Result<Vec<u8>, SignError> {
-    stamp(path)?;
-    let (start, program) = loaded(path)?;
+    stamp_bytes(path, &mut elf)?;
+    let (start, program) = loaded_bytes(path, &elf)?;
     let expected = u64::from(STM32F427.slot.start() + HEADER_SIZE);
     if start != expected {
         return Err(SignError::Address {
@@ -234,13 +244,18 @@ pub fn read_public_key(path: &Path) -> Result<VerifyingKey, SignError> {
 }
 
 fn read_hex(path: &Path) -> Result<[u8; KEY_BYTES], SignError> {
-    let text = fs::read_to_string(path).map_err(|source| SignError::File {
+    let mut text = Vec::new();
+    // A longer file, such as a device without end, is not read beyond what shows that it is longer.
+    let read =
+        File::open(path).and_then(|file| file.take(MOST_KEY_FILE + 1).read_to_end(&mut text));
+    let length = read.map_err(|source| SignError::File {
         path: path.into(),
         source,
     })?;
-    let digits = text.trim().as_bytes();
+    let digits = text.trim_ascii();
     let mut key = [0; KEY_BYTES];
-    let is_key = digits.len() == 2 * KEY_BYTES
+    let is_key = length as u64 <= MOST_KEY_FILE
+        && digits.len() == 2 * KEY_BYTES
         && key.iter_mut().zip(digits.chunks(2)).all(|(byte, pair)| {
             let pair = std::str::from_utf8(pair).ok();
             let value = pair.and_then(|pair| u8::from_str_radix(pair, 16).ok());
@@ -321,6 +336,15 @@ mod tests {
         assert!(matches!(make_key(&path), Err(SignError::File { .. })));
         fs::write(&path, "0g").expect("written");
         assert!(matches!(read_key(&path), Err(SignError::Key { .. })));
+        let padded = |blanks: usize| {
+            let digits = "07".repeat(KEY_BYTES);
+            fs::write(&path, digits + &" ".repeat(blanks)).expect("written");
+            read_key(&path)
+        };
+        assert_eq!(padded(192).expect("256 bytes").to_bytes(), [7; KEY_BYTES]);
+        let error = padded(193).expect_err("257 bytes").to_string();
+        let expected = "no key, which has 64 hexadecimal digits in a file of at most 256 bytes";
+        assert!(error.ends_with(expected), "{error}");
     }
 
     #[test]

@@ -120,7 +120,9 @@ pub fn slot_holds(view: &mut View<'_>, image: &[u8]) -> bool {
 /// # Panics
 /// If the program does not build, or is not linked for the slot.
 pub fn actuator_image(version: &str) -> Vec<u8> {
-    sign_elf(board_elf(), &description(version), &development_key()).expect("linked for the slot")
+    let elf = std::fs::read(board_elf()).expect("it is built");
+    sign_elf(board_elf(), elf, &description(version), &development_key())
+        .expect("linked for the slot")
 }
 
 /// Contents of a board whose confirmed image is this one.

@@ -1,4 +1,4 @@
-//! Reads a fault plan from a file.
+//! Reads the text of a fault plan.
 
 use std::path::{Path, PathBuf};
 
@@ -10,14 +10,6 @@ use super::{Fault, Planned, Trigger};
 /// Error of a fault plan.
 #[derive(Debug, thiserror::Error)]
 pub enum PlanError {
-    /// The file cannot be read.
-    #[error("{path}: {source}", path = path.display())]
-    Unreadable {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
     /// It is not TOML, or has an unknown field.
     #[error("{path}: {message}", path = path.display())]
     Malformed {
@@ -104,19 +96,11 @@ impl Entry {
     }
 }
 
-/// Reads a fault plan.
+/// The fault plan of a text that has been read from this file.
 ///
 /// # Errors
 /// Gives the file, and the line of an inconsistent entry.
-pub fn read_plan(path: &Path) -> Result<Vec<Planned>, PlanError> {
-    let text = std::fs::read_to_string(path).map_err(|source| PlanError::Unreadable {
-        path: path.into(),
-        source,
-    })?;
-    parse(path, &text)
-}
-
-fn parse(path: &Path, text: &str) -> Result<Vec<Planned>, PlanError> {
+pub fn parse_plan(path: &Path, text: &str) -> Result<Vec<Planned>, PlanError> {
     let file: File = toml::from_str(text).map_err(|error| PlanError::Malformed {
         path: path.into(),
         message: error.to_string(),
@@ -143,7 +127,7 @@ mod tests {
     use crate::plant::{EncoderWire, Stuck};
 
     fn read(text: &str) -> Result<Vec<Planned>, String> {
-        parse(Path::new("plan.toml"), text).map_err(|error| error.to_string())
+        parse_plan(Path::new("plan.toml"), text).map_err(|error| error.to_string())
     }
 
     fn faults(whats: &[&str]) -> Vec<Fault> {

@@ -20,7 +20,7 @@ mod file;
 mod injector;
 mod kind;
 
-pub use file::{PlanError, read_plan};
+pub use file::{PlanError, parse_plan};
 pub(crate) use injector::{Change, Injector};
 pub use kind::{Fault, MagnetState, MemoryLocation};
 

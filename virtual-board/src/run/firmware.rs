@@ -65,12 +65,16 @@ impl Firmware {
     /// # Errors
     /// The file cannot be read, or is not an ELF file.
     pub fn read(path: &Path) -> Result<Self, FirmwareError> {
-        let unreadable = |message: String| FirmwareError::Unreadable {
-            path: path.into(),
-            message,
-        };
-        let bytes = std::fs::read(path).map_err(|error| unreadable(error.to_string()))?;
-        let file = object::File::parse(&*bytes).map_err(|error| unreadable(error.to_string()))?;
+        let bytes = std::fs::read(path).map_err(|error| unreadable(path, &error))?;
+        Self::of(path, bytes)
+    }
+
+    /// An ELF file that has been read from this path.
+    ///
+    /// # Errors
+    /// It is not an ELF file.
+    pub fn of(path: &Path, bytes: Vec<u8>) -> Result<Self, FirmwareError> {
+        let file = object::File::parse(&*bytes).map_err(|error| unreadable(path, &error))?;
         let symbols = file.symbols().filter_map(|symbol| {
             let is_code = symbol.kind() == SymbolKind::Text;
             let name = symbol.name().ok().filter(|name| !name.is_empty())?;
@@ -167,6 +171,13 @@ impl Firmware {
         let (offset, _) = section.file_range()?;
         let start = (offset + symbol.address - section.address()) as usize;
         self.bytes.get(start..start + symbol.size as usize)
+    }
+}
+
+fn unreadable(path: &Path, error: &dyn std::error::Error) -> FirmwareError {
+    FirmwareError::Unreadable {
+        path: path.into(),
+        message: error.to_string(),
     }
 }
 
