@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from typing import Any, Iterable, List, Mapping, Optional, Protocol, Sequence, Tuple, TypedDict, Union, cast
+from typing import Any, Dict, Iterable, List, Mapping, Optional, Protocol, Sequence, Tuple, TypedDict, Union, cast
 
 from numpy.typing import ArrayLike
 
@@ -13,6 +13,12 @@ from ._progress import Progress, reported
 
 #: A file, or its columns by name: a trace, a mapping, a data frame or a structured array.
 Recording = Union[str, "os.PathLike[str]", Mapping[str, ArrayLike], "DataFrame"]
+
+#: First and last time, s.
+Window = Tuple[float, float]
+
+#: A recording, its window and its known constants, for the compiled module.
+_Run = Tuple[Any, Optional[Window], List[Tuple[str, float]]]
 
 
 class DataFrame(Protocol):
@@ -105,11 +111,11 @@ def identify(
     loss: str = "auto",
     columns: Optional[Mapping[str, str]] = None,
     delimiter: Optional[str] = None,
-    window: Optional[Tuple[float, float]] = None,
+    window: Union[None, Window, Sequence[Optional[Window]]] = None,
     keep_clipped: bool = False,
     keep_bad: bool = False,
     hold: Optional[str] = None,
-    known: Optional[Mapping[str, float]] = None,
+    known: Union[None, Mapping[str, float], Sequence[Optional[Mapping[str, float]]]] = None,
     threads: Optional[int] = None,
     progress: Progress = False,
 ) -> Identification:
@@ -137,13 +143,16 @@ def identify(
         squares unless isolated residuals decide the fit.
     :param columns: the columns by quantity, as ``{"angle": "pos:rad"}``.
     :param delimiter: between two fields: ``comma``, ``semicolon``, ``tab`` or ``blanks``.
-    :param window: first and last time that are used, s.
+    :param window: first and last time that are used, s: one pair for all recordings, or a sequence
+        with a pair, or None for all of its times, for each recording of ``data`` and then for each
+        of ``validate``.
     :param keep_clipped: also compares samples at which the angle of a file is saturated.
     :param keep_bad: also compares samples of a file that look like faults of the sensor or the link.
     :param hold: ``zero`` if the command is constant between two samples, ``smooth`` if it changes;
         by default as the samples show.
-    :param known: known constants of the runs by the name of a parameter, such as
-        ``{"pendulum_mass_kg": 0.5}``.
+    :param known: known constants of the runs by the name of a parameter, which ends in its unit,
+        such as ``{"pendulum_mass_kg": 0.5}``: one mapping for all recordings, or a sequence with a
+        mapping or None for each, in the order of ``window``.
     :param threads: number of threads; by default one per core.
     :param progress: True for a bar on standard error, or a function that is called with the numbers
         of fitted models and of all models.
@@ -153,20 +162,16 @@ def identify(
         value out of range; an unknown model.
     :raises TypeError: an argument of another type.
     """
-    recordings = _recordings("data", data)
-    if not recordings:
-        raise ValueError("data is empty, expected at least one recording")
+    fitted, held_out = _runs(data, validate, window, known)
     chosen = _names("models", models)
     if not chosen:
         raise ValueError("models is empty, expected at least one model")
     reading = {
         "columns": [(a, _text("columns", b)) for a, b in _arguments.items("columns", columns)],
         "delimiter": _arguments.optional_text("delimiter", delimiter),
-        "window": None if window is None else _pair("window", window),
         "keep_clipped": _arguments.flag("keep_clipped", keep_clipped),
         "keep_bad": _arguments.flag("keep_bad", keep_bad),
         "hold": _arguments.optional_text("hold", hold),
-        "known": _arguments.pairs("known", known),
     }
     search = {
         "models": chosen,
@@ -181,9 +186,8 @@ def identify(
         "loss": _text("loss", loss),
         "threads": _arguments.thread_count(threads),
     }
-    held_out = _recordings("validate", validate)
     with reported(progress, "models") as report:
-        text = _native.identify(recordings, held_out, reading, search, report)
+        text = _native.identify(fitted, held_out, reading, search, report)
     found: Identification = json.loads(text)
     return found
 
@@ -207,14 +211,54 @@ def _pair(name: str, value: object) -> Tuple[float, float]:
     return pair
 
 
-def _recordings(name: str, value: Union[Recording, Sequence[Recording]]) -> List[Any]:
+def _runs(
+    data: object, validate: object, window: object, known: object
+) -> Tuple[List[_Run], List[_Run]]:
+    """The recordings to fit and those to predict, with the options that each may have of its own."""
+    given = _recordings("data", data)
+    count = len(given)
+    if not count:
+        raise ValueError("data is empty, expected at least one recording")
+    given.update(_recordings("validate", validate))
+    windows = _of_each("window", window, list(given))
+    constants = _of_each("known", known, list(given))
+    runs = [
+        (recording, None if pair is None else _pair(of, pair), _arguments.pairs(*named))
+        for recording, (of, pair), named in zip(given.values(), windows, constants)
+    ]
+    return runs[:count], runs[count:]
+
+
+def _of_each(name: str, value: Any, recordings: List[str]) -> List[Tuple[str, Any]]:
+    """The value of an argument for each recording, with the name that it has in messages.
+
+    A sequence of pairs, mappings or None has one for each recording; anything else is for all.
+    """
+    if not isinstance(value, Sequence) or not any(map(_may_be_one, value)):
+        return [(name, value)] * len(recordings)
+    if len(value) != len(recordings):
+        shown = _arguments.shown(recordings)
+        raise ValueError(
+            f"{name} has {len(value)} items, expected {len(recordings)}, one for each of {shown}"
+        )
+    return [(f"{name} of {recording}", item) for recording, item in zip(recordings, value)]
+
+
+def _may_be_one(item: object) -> bool:
+    """Whether an item of a sequence may be the value of a recording: None, a pair or a mapping."""
+    return item is None or (isinstance(item, Iterable) and not isinstance(item, (str, bytes)))
+
+
+def _recordings(name: str, value: object) -> Dict[str, Any]:
+    """The recordings of an argument by their names in messages."""
     if _columns.is_single(value):
         each: List[Any] = [value]
     elif isinstance(value, Iterable):
         each = list(value)
     else:
         raise TypeError(f"{name} is {_arguments.shown(value)}, expected a recording or several")
-    return [_recording(f"{name}[{index}]", one) for index, one in enumerate(each)]
+    named = [(f"{name}[{index}]", one) for index, one in enumerate(each)]
+    return {own: _recording(own, one) for own, one in named}
 
 
 def _recording(name: str, value: object) -> Any:

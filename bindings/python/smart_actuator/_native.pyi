@@ -28,6 +28,8 @@ class _Settings(TypedDict):
     seed: int
     parameters: dict[str, float]
 
+#: A file or its columns, the window, s, and the known constants.
+_Run = tuple[Any, Optional[tuple[float, float]], list[tuple[str, float]]]
 _Reading = tuple[float, float, float, float, float, float, float, float, float]
 
 @final
@@ -102,8 +104,8 @@ def monte_carlo(
     report: Optional[Report],
 ) -> NDArray[np.float64]: ...
 def identify(
-    data: list[Any],
-    validate: list[Any],
+    data: list[_Run],
+    validate: list[_Run],
     reading: dict[str, Any],
     search: dict[str, Any],
     report: Optional[Report],

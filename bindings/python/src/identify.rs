@@ -33,17 +33,19 @@ pub enum Source<'py> {
     Arrays(BTreeMap<String, PyReadonlyArray1<'py, f64>>),
 }
 
-/// A dictionary with all of these keys: the options of the import.
+/// A tuple: a recording, the window of it that is used, s, and the known constants of its run.
+#[derive(FromPyObject)]
+pub struct Run<'py>(Source<'py>, Option<(f64, f64)>, Vec<(String, f64)>);
+
+/// A dictionary with all of these keys: the options of the import that all recordings share.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub struct Reading {
     columns: Vec<(String, String)>,
     delimiter: Option<String>,
-    window: Option<(f64, f64)>,
     keep_clipped: bool,
     keep_bad: bool,
     hold: Option<String>,
-    known: Vec<(String, f64)>,
 }
 
 /// A dictionary with all of these keys: the options of the search.
@@ -67,8 +69,8 @@ pub struct Search {
 #[pyfunction]
 pub fn identify<'py>(
     py: Python<'py>,
-    data: Vec<Source<'py>>,
-    validate: Vec<Source<'py>>,
+    data: Vec<Run<'py>>,
+    validate: Vec<Run<'py>>,
     reading: Reading,
     search: Search,
     report: Report<'py>,
@@ -90,49 +92,91 @@ pub fn identify<'py>(
 struct Job {
     data: Vec<Given>,
     validate: Vec<Given>,
-    import: Import,
     models: Vec<Arc<dyn Model>>,
     request: Request,
     threads: usize,
 }
 
-/// A recording as given.
-enum Given {
+/// A recording as given, and the options of its import.
+struct Given {
+    content: Content,
+    import: Import,
+}
+
+enum Content {
     File(PathBuf),
     Table(Box<Table>),
 }
 
 impl Given {
+    /// The recording of this name, with the options that all recordings share.
+    fn of(
+        name: &str,
+        Run(source, window_s, known): Run<'_>,
+        models: &[Arc<dyn Model>],
+        shared: &Import,
+    ) -> PyResult<Self> {
+        let constants = known_constants(models, &known).map_err(|error| match error {
+            RequestError::Conflict(problem) => RequestError::Conflict(format!("{name}: {problem}")),
+            unknown => unknown,
+        });
+        let import = Import {
+            window_s,
+            constants: constants.map_err(of_request)?,
+            ..shared.clone()
+        };
+        let content = match source {
+            Source::File(path) => Content::File(path),
+            Source::Arrays(columns) => Content::Table(Box::new(table(name, &columns, &import)?)),
+        };
+        Ok(Self { content, import })
+    }
+
     fn file(&self) -> Option<&Path> {
-        match self {
-            Self::File(path) => Some(path),
-            Self::Table(_) => None,
+        match &self.content {
+            Content::File(path) => Some(path),
+            Content::Table(_) => None,
         }
+    }
+
+    /// Imports the recording.
+    fn experiment(self, notes: &mut Vec<Note>) -> PyResult<Experiment> {
+        let (path, imported) = match self.content {
+            Content::Table(table) => {
+                let imported = self.import.recording(&table);
+                (table.path, imported)
+            }
+            Content::File(path) => {
+                let imported = self.import.read(&path, &mut |_, _| {});
+                (path, imported)
+            }
+        };
+        let imported = imported.map_err(|error| exception(error.into()))?;
+        notes.extend(imported.notes);
+        let (name, recording) = (path.display().to_string(), imported.recording);
+        let unusable = |error| IdentifyError::Recording { name, error };
+        Experiment::try_new(recording)
+            .map_err(unusable)
+            .map_err(invalid)
     }
 }
 
 impl Job {
     fn of(
-        data: Vec<Source<'_>>,
-        validate: Vec<Source<'_>>,
+        data: Vec<Run<'_>>,
+        validate: Vec<Run<'_>>,
         reading: Reading,
         search: Search,
     ) -> PyResult<Self> {
         let (models, threads) = (search.models().map_err(exception)?, search.threads);
-        let mut import = reading.import(&models)?;
+        let mut shared = reading.import(&models)?;
         // A shaft that friction holds looks like a clipped sensor.
-        import.keep_clipped |= models.iter().any(|model| model.has_friction());
+        shared.keep_clipped |= models.iter().any(|model| model.has_friction());
         let request = search.request()?;
         request.check(&models).map_err(of_request)?;
-        let given = |sources: Vec<Source<'_>>, what| {
-            let numbered = sources.into_iter().enumerate();
-            let one = |(index, source): (usize, Source<'_>)| match source {
-                Source::File(path) => Ok(Given::File(path)),
-                Source::Arrays(columns) => {
-                    let table = table(&format!("{what}[{index}]"), &columns, &import)?;
-                    Ok(Given::Table(Box::new(table)))
-                }
-            };
+        let given = |runs: Vec<Run<'_>>, what| {
+            let one = |(index, run)| Given::of(&format!("{what}[{index}]"), run, &models, &shared);
+            let numbered = runs.into_iter().enumerate();
             numbered.map(one).collect::<PyResult<Vec<_>>>()
         };
         let (data, validate) = (given(data, "data")?, given(validate, "validate")?);
@@ -145,7 +189,6 @@ impl Job {
         Ok(Self {
             data,
             validate,
-            import,
             models,
             request,
             threads,
@@ -156,7 +199,7 @@ impl Job {
     fn run(self, progress: &SearchProgress) -> PyResult<String> {
         let mut notes = Vec::new();
         let mut ready = |given: Vec<Given>| -> PyResult<Vec<Experiment>> {
-            let one = |given| self.import.experiment(given, &mut notes);
+            let one = |given: Given| given.experiment(&mut notes);
             given.into_iter().map(one).collect()
         };
         let (fitted, held_out) = (ready(self.data)?, ready(self.validate)?);
@@ -177,33 +220,6 @@ impl Job {
         point_to_better(&mut found);
         let nonparametric = NonparametricAnalysis::of(&fitted);
         Ok(document::text(&found, None, &nonparametric, &notes))
-    }
-}
-
-/// Imports a given recording.
-trait Ready {
-    fn experiment(&self, given: Given, notes: &mut Vec<Note>) -> PyResult<Experiment>;
-}
-
-impl Ready for Import {
-    fn experiment(&self, given: Given, notes: &mut Vec<Note>) -> PyResult<Experiment> {
-        let (path, imported) = match given {
-            Given::Table(table) => {
-                let imported = self.recording(&table);
-                (table.path, imported)
-            }
-            Given::File(path) => {
-                let imported = self.read(&path, &mut |_, _| {});
-                (path, imported)
-            }
-        };
-        let imported = imported.map_err(|error| exception(error.into()))?;
-        notes.extend(imported.notes);
-        let (name, recording) = (path.display().to_string(), imported.recording);
-        let unusable = |error| IdentifyError::Recording { name, error };
-        Experiment::try_new(recording)
-            .map_err(unusable)
-            .map_err(invalid)
     }
 }
 
@@ -265,7 +281,6 @@ impl Reading {
                     )));
                 }
             },
-            window_s: self.window,
             keep_clipped: self.keep_clipped,
             keep_bad: self.keep_bad,
             hold: match self.hold.as_deref() {
@@ -278,8 +293,8 @@ impl Reading {
                     )));
                 }
             },
-            constants: known_constants(models, &self.known).map_err(of_request)?,
             may_lack_command: may_lack_command(models),
+            ..Import::default()
         })
     }
 }

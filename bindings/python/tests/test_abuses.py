@@ -72,6 +72,10 @@ DATA += [{**GOOD, "angle_deg": [1.0]}, {**GOOD, "angle_deg": GOOD["angle_deg"] *
 DATA += [{**GOOD, "angle_deg": GOOD["angle_deg"] + INF}, {**GOOD, "command_deg": [[1.0]]}, np.ones(3)]
 DATA += [{**GOOD, 5: GOOD["time_s"]}, {name: column[:3] for name, column in GOOD.items()}]
 NAMED = [*NO_MAPPING, 5, "gain", {"x": 1.0}, {"gain": "1"}, {"gain": NAN}, {1: 1.0}]
+WINDOW = [3, "ab", (1.0,), (2.0, 1.0), (NAN, 1.0), ("a", "b"), (1e3, 2e3), [], ["ab"], [(2.0, 1.0)]]
+WINDOW += [[(1.0,)], [(1e3, 2e3)], [None, None], [{}], [(0.0, 1.0), 3], [[(0.0, 1.0)]], np.zeros((2, 2))]
+KNOWN = [*NO_MAPPING, {"pendulum_mass_kg": "1"}, {"x": 1.0}, {"gain": NAN}, {"gain": INF}, [{"x": 1.0}]]
+KNOWN += [[{"gain": NAN}], [{}, {}], [None, 5], [(1.0, 2.0)], ["gain"], [[{}]], [{"gain": "1"}]]
 IDENTIFY = {
     "data": DATA,
     # None are needed, and a model predicts one that does not move.
@@ -90,9 +94,9 @@ IDENTIFY = {
     "delimiter": [5, "", ";", "semi"],
     "keep_clipped": NO_FLAG,
     "keep_bad": NO_FLAG,
-    "window": [3, "ab", (1.0,), (2.0, 1.0), (NAN, 1.0), ("a", "b"), (1e3, 2e3)],
+    "window": WINDOW,
     "hold": [5, "", "ramp"],
-    "known": [*NO_MAPPING, {"pendulum_mass_kg": "1"}, {"x": 1.0}, {"gain": NAN}, {"gain": INF}],
+    "known": KNOWN,
     "threads": THREADS,
     "progress": ["yes", 5, []],
     "modles": ["black-box-1"],

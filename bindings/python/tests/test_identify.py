@@ -82,11 +82,72 @@ def test_the_result_is_the_programs_json_bit_for_bit(tmp_path):
         (TypeError, "starts is 1.5", {"starts": 1.5}),
         (TypeError, "parameter gain is 'one'", {"fix": {"gain": "one"}}),
         (TypeError, "window is 3", {"window": 3}),
+        (TypeError, r"window of data\[0\] is 3", {"validate": recording(), "window": [3, None]}),
+        (ValueError, r"window of data\[0\] is \(2.0, 1.0\)", {"window": [(2.0, 1.0)]}),
+        (ValueError, r"data\[0\]: .*0 samples", {"window": [(1e3, 2e3)]}),
+        (ValueError, r"window has 2 items, expected 1, .*data\[0\]", {"window": [None, (0.0, 1.0)]}),
+        (ValueError, r"known has 1 items, expected 2, .*validate\[0\]", {"validate": recording(), "known": [{}]}),
+        (TypeError, r"known of data\[0\] is \(1, 2\)", {"known": [(1, 2)]}),
+        (ValueError, r"data\[0\]: the known gain is NaN", {"known": [{"gain": float("nan")}]}),
+        (KeyError, "unknown parameter `pole`", {"known": [{"pole": 30.0}]}),
     ],
 )
 def test_what_does_not_fit_is_named(error, message, more):
     with pytest.raises(error, match=message):
         sa.identify(recording(), **{"models": "black-box-1", **more})
+
+
+def test_window_and_known_constants_of_each_recording_are_those_of_the_program(tmp_path):
+    names = ["free.csv", "loaded.csv", "held-out.csv"]
+    paths = [str(tmp_path / name) for name in names]
+    for path, load in zip(paths, [0.0, 0.1, 0.05]):
+        run = sa.simulate("board", plant="bench", every=80, load_torque_nm=load)
+        run.to_pandas().to_csv(path, index=False)
+    free, loaded, held_out = paths
+    options = ["--model", "motor-m1", "--starts", "1", "--fix", "winding_resistance_ohm=7.7"]
+    of_each = [f"--window={loaded}@0:3", f"--window={held_out}@0.5:2.5"]
+    of_each += [f"--known={loaded}@load_torque_nm=0.1", f"--known={held_out}@load_torque_nm=0.05"]
+    command = [PROGRAM, "identify", free, loaded, "--validate", held_out, "--json", "-", *options]
+    printed = subprocess.run([*command, *of_each], check=True, capture_output=True).stdout
+    found = sa.identify(
+        [free, loaded],
+        validate=held_out,
+        models="motor-m1",
+        starts=1,
+        fix={"winding_resistance_ohm": 7.7},
+        window=[None, (0.0, 3.0), (0.5, 2.5)],
+        known=[None, {"load_torque_nm": 0.1}, {"load_torque_nm": 0.05}],
+    )
+    assert found == json.loads(printed)
+    whole, cut = found["models"][0]["experiments"]
+    assert whole["samples"] > cut["samples"] == 751
+    assert found["models"][0]["validation"][0]["samples"] == 501
+
+
+def test_a_window_of_one_recording_is_the_same_as_cutting_it():
+    runs = [recording(seed=1), recording(seed=2, input="3-2-1-1")]
+    inside = (runs[1]["time_s"] >= 0.5) & (runs[1]["time_s"] <= 2.0)
+    cut = {name: column[inside] for name, column in runs[1].items()}
+    options = {"models": "black-box-1", "starts": 1}
+    by_hand = sa.identify([runs[0], cut], **options)
+    assert sa.identify(runs, window=[None, (0.5, 2.0)], **options) == by_hand
+    assert sa.identify(runs, window=(None, [0.5, 2.0]), **options) == by_hand
+    assert sa.identify(runs, **options) != by_hand
+    for pair in [(0.0, 1.0), [0.0, 1.0], np.array([0.0, 1.0])]:
+        of_all = sa.identify(runs, window=pair, **options)
+        assert of_all == sa.identify(runs, window=[(0.0, 1.0)] * 2, **options)
+
+
+def test_known_constants_of_all_recordings_are_those_of_each():
+    runs = [recording(seed=1), recording(seed=2, input="3-2-1-1")]
+    options = {"models": "black-box-1", "starts": 1}
+    of_all = sa.identify(runs, known={"pole_rad_s": 29.0}, **options)
+    assert sa.identify(runs, known=[{"pole_rad_s": 29.0}] * 2, **options) == of_all
+    poles = [p for p in of_all["models"][0]["parameters"] if p["name"] == "pole_rad_s"]
+    assert all(p["estimate"] == 29.0 for p in poles)
+    without = sa.identify(runs, **options)
+    assert without != of_all
+    assert sa.identify(runs, known=(None, {}), **options) == without
 
 
 def test_recordings_that_are_none_are_named(tmp_path):

@@ -15,6 +15,8 @@ servo.advance(1.0, seconds=1 / 240)
 rate: float = servo.advance_to(1.0, 0.5).rate_deg_s
 sa.identify([trace, "run.csv"], models="black-box-1")
 sa.identify(trace.to_pandas())
+sa.identify(trace, window=(0.0, 1.0), known={"gain": 1.0})
+sa.identify([trace, trace], window=[None, (0.0, 1.0)], known=({"gain": 1.0}, None))
 sa.simulate(command=trace, progress=lambda done, total: print(done / total))
 """
 
@@ -25,6 +27,8 @@ BAD = [
     "sa.simulate(position_gain='9')",
     "sa.Actuator().parameters['position_gain'] = 3",
     "sa.identify('run.csv', modles='black-box-1')",
+    "sa.identify('run.csv', window=[1.0])",
+    "sa.identify('run.csv', known=['gain'])",
 ]
 
 
