@@ -76,7 +76,9 @@ impl Can {
 
     /// The next received frame.
     pub fn receive(&self) -> Option<CanFrame> {
-        can_registers::receive(&self.0)
+        let words = can_registers::received(&self.0)?;
+        can_registers::release(&self.0);
+        Some(can_registers::frame(&words))
     }
 
     /// Transmits frames of this source while a mailbox is free.

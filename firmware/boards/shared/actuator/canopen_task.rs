@@ -8,7 +8,7 @@ use canopen::{CanFrame, Node, NodeId};
 use cortex_m::peripheral::{DWT, SCB};
 use drivers::{
     bridge::Bridge as _,
-    can::{AcceptedIds, TRANSMIT_QUEUE},
+    can::{AcceptedIds, ReceivedFrame, TRANSMIT_QUEUE},
 };
 use embedded_can::{Frame as _, Id, StandardId};
 use firmware::{
@@ -35,7 +35,7 @@ use super::{
     update_result::UpdateResult,
     watchdog_supervisor::WatchdogSupervisor,
 };
-use crate::peripherals::{ActuatorBridge, Encoder, analog::Analog};
+use crate::peripherals::{ActuatorBridge, Can, Encoder, analog::Analog};
 
 /// Length of the queue of received frames: more than the bus carries between two calls, 3 ms at
 /// 1 Mbit/s. A queue holds one element less than its length.
@@ -76,7 +76,7 @@ const _: () = {
 
 /// The task's ends of the queues to the other tasks.
 pub struct Queues {
-    pub received: Consumer<'static, CanFrame, RECEIVE_QUEUE>,
+    pub received: Consumer<'static, ReceivedFrame, RECEIVE_QUEUE>,
     /// EMCY, heartbeats, SDO responses: all that must not be lost.
     pub to_transmit: Producer<'static, CanFrame, TRANSMIT_QUEUE>,
     /// TPDOs, which are discarded when they have waited too long.
@@ -175,11 +175,14 @@ fn communicate(task: &mut CanopenTask, now_us: u64, start: Option<u32>) {
         && queues
             .received
             .peek()
-            .is_some_and(|frame| is_first || !is_reset(frame))
-        && let Some(frame) = queues.received.dequeue()
+            .is_some_and(|next| is_first || !is_reset(&next.unchecked::<Can>()))
+        && let Some(received) = queues.received.dequeue()
     {
         is_first = false;
-        device.receive(&frame, now_us);
+        match received.intact::<Can>() {
+            Some(frame) => device.receive(&frame, now_us),
+            None => bus_status::count_lost_frame(),
+        }
         queue_frames(device, queues);
     }
     device.communicate(now_us);
@@ -207,7 +210,9 @@ fn receive_twice(task: &mut CanopenTask, now_us: u64) -> bool {
         Restored::Absent => return true,
     }
     let device = sealed.get();
-    receive_process_data(device, &frames, now_us);
+    if receive_process_data(device, &frames, now_us) < frames.len() {
+        bus_status::count_lost_frame();
+    }
     let is_same = device.command_state() == commands;
     queue_frames(device, queues);
     is_same
@@ -217,12 +222,13 @@ fn receive_twice(task: &mut CanopenTask, now_us: u64) -> bool {
 /// that the first one requests are not queued before all these frames have been processed.
 fn take_process_data(
     node: &Node<RPDOS, TPDOS>,
-    received: &mut Consumer<'static, CanFrame, RECEIVE_QUEUE>,
-) -> Vec<CanFrame, REPEATED_FRAMES> {
-    let mut frames: Vec<CanFrame, REPEATED_FRAMES> = Vec::new();
+    received: &mut Consumer<'static, ReceivedFrame, RECEIVE_QUEUE>,
+) -> Vec<ReceivedFrame, REPEATED_FRAMES> {
+    let mut frames: Vec<ReceivedFrame, REPEATED_FRAMES> = Vec::new();
     let mut has_sync = false;
     while !frames.is_full()
-        && let Some(next) = received.peek().filter(|next| is_process_data(next))
+        && let Some(next) = received.peek().map(ReceivedFrame::unchecked::<Can>)
+        && is_process_data(&next)
     {
         let is_sync = node.is_sync(next.id());
         if is_sync && has_sync {
@@ -235,13 +241,17 @@ fn take_process_data(
     frames
 }
 
-/// Processes these frames.
+/// Processes those of these frames that have not changed since their reception; returns their
+/// number.
 #[unsafe(no_mangle)]
 #[inline(never)]
-fn receive_process_data(device: &mut Device<'static>, frames: &[CanFrame], now_us: u64) {
-    for frame in frames {
-        device.receive(frame, now_us);
-    }
+fn receive_process_data(
+    device: &mut Device<'static>,
+    frames: &[ReceivedFrame],
+    now_us: u64,
+) -> usize {
+    let intact = frames.iter().filter_map(ReceivedFrame::intact::<Can>);
+    intact.map(|frame| device.receive(&frame, now_us)).count()
 }
 
 /// Whether a frame is process data or a SYNC, and no service: not NMT, SDO, the heartbeat of another
@@ -398,7 +408,8 @@ impl CanopenTask {
     /// A call of the CANopen device, in the PWM period of this number. Returns whether there are
     /// frames to transmit.
     pub fn communicate(&mut self, period: u32, is_driven: bool) -> bool {
-        let has_process_data = self.queues.received.peek().is_some_and(is_process_data);
+        let next = self.queues.received.peek();
+        let has_process_data = next.is_some_and(|next| is_process_data(&next.unchecked::<Can>()));
         let is_intact = if has_process_data {
             self.device.unseal_and_copy()
         } else {

@@ -44,7 +44,7 @@ macro_rules! actuator_program {
             use canopen::CanFrame;
             use drivers::{
                 bridge::Bridge as _,
-                can::{self, AcceptedIds, CanController, TRANSMIT_QUEUE, TransmitQueues},
+                can::{self, AcceptedIds, CanController, ReceivedFrame, TRANSMIT_QUEUE, TransmitQueues},
             };
             use firmware::{
                 application::Start,
@@ -102,14 +102,14 @@ macro_rules! actuator_program {
             struct Local {
                 servo_pulse: ServoPulse,
                 can_receiver: Can,
-                received: Producer<'static, CanFrame, RECEIVE_QUEUE>,
+                received: Producer<'static, ReceivedFrame, RECEIVE_QUEUE>,
                 accepted_ids: Consumer<'static, AcceptedIds, SINGLE>,
                 background: Background,
             }
 
             #[init(local = [
                 report_queue: Queue<StepReport, REPORT_QUEUE> = Queue::new(),
-                receive_queue: Queue<CanFrame, RECEIVE_QUEUE> = Queue::new(),
+                receive_queue: Queue<ReceivedFrame, RECEIVE_QUEUE> = Queue::new(),
                 transmit_queue: Queue<CanFrame, TRANSMIT_QUEUE> = Queue::new(),
                 process_data_queue: Queue<CanFrame, TRANSMIT_QUEUE> = Queue::new(),
                 accepted_ids_queue: Queue<AcceptedIds, SINGLE> = Queue::new(),
@@ -292,7 +292,7 @@ macro_rules! actuator_program {
             #[task(binds = $frame_received, priority = 5, local = [can_receiver, received])]
             fn frame_received(cx: frame_received::Context) {
                 loop {
-                    let is_lost = match can::receive(cx.local.can_receiver) {
+                    let is_lost = match can::receive_checked(cx.local.can_receiver) {
                         Ok(frame) => cx.local.received.enqueue(frame).is_err(),
                         Err(nb::Error::Other(can::Overrun)) => true,
                         Err(nb::Error::WouldBlock) => return,

@@ -4,37 +4,45 @@ use super::pac::{CAN1, can1};
 use canopen::CanFrame;
 use embedded_can::{ExtendedId, Frame as _, Id, StandardId};
 
-/// Takes the next frame out of receive FIFO 0.
-pub fn receive(can: &CAN1) -> Option<CanFrame> {
-    let fifo = can.rfr(0);
-    if fifo.read().fmp().bits() == 0 {
+/// Bits of CAN_RIR (RM0090, 32.9.3): an identifier of 29 bits, and a remote frame.
+const EXTENDED: u32 = 1 << 2;
+const REMOTE: u32 = 1 << 1;
+
+/// The registers RIR, RDTR, RDLR and RDHR of the oldest frame in receive FIFO 0.
+pub fn received(can: &CAN1) -> Option<[u32; 4]> {
+    if can.rfr(0).read().fmp().bits() == 0 {
         return None;
     }
     let mailbox = can.rx(0);
-    let (id, length) = (mailbox.rir().read(), mailbox.rdtr().read());
-    let [low, high] =
-        [mailbox.rdlr().read().bits(), mailbox.rdhr().read().bits()].map(u32::to_le_bytes);
-    let [a, b, c, d] = low;
-    let [e, f, g, h] = high;
-    let frame = CanFrame::received(
-        identifier(id.ide().bit(), id.stid().bits(), id.exid().bits()),
-        id.rtr().bit(),
-        length.dlc().bits(),
-        [a, b, c, d, e, f, g, h],
-    );
-    fifo.write(|w| w.rfom().set_bit());
-    Some(frame)
+    Some([
+        mailbox.rir().read().bits(),
+        mailbox.rdtr().read().bits(),
+        mailbox.rdlr().read().bits(),
+        mailbox.rdhr().read().bits(),
+    ])
 }
 
-/// An identifier from the fields of its register: 11 bits of base and 18 bits of extension.
-fn identifier(is_extended: bool, base: u16, extension: u32) -> Id {
-    let base = base & 0x7ff;
-    if is_extended {
-        let raw = u32::from(base) << 18 | extension & 0x3_ffff;
-        Id::Extended(ExtendedId::new(raw).unwrap_or(ExtendedId::ZERO))
+/// Removes the oldest frame from receive FIFO 0.
+pub fn release(can: &CAN1) {
+    can.rfr(0).write(|w| w.rfom().set_bit());
+}
+
+/// The frame in these registers.
+pub fn frame([head, length, low, high]: &[u32; 4]) -> CanFrame {
+    let id = if head & EXTENDED != 0 {
+        Id::Extended(ExtendedId::new(head >> 3).unwrap_or(ExtendedId::ZERO))
     } else {
-        Id::Standard(StandardId::new(base).unwrap_or(StandardId::ZERO))
-    }
+        Id::Standard(StandardId::new((head >> 21) as u16).unwrap_or(StandardId::ZERO))
+    };
+    let [a, b, c, d] = low.to_le_bytes();
+    let [e, f, g, h] = high.to_le_bytes();
+    let length_code = (length & 0xf) as u8;
+    CanFrame::received(
+        id,
+        head & REMOTE != 0,
+        length_code,
+        [a, b, c, d, e, f, g, h],
+    )
 }
 
 /// Writes a frame into a free mailbox and requests its transmission.

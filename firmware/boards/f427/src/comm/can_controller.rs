@@ -121,7 +121,9 @@ impl CanController {
             self.latched_flags |= flags::OVERRUN;
             fifo.write(|w| w.fovr().set_bit());
         }
-        can_registers::receive(&self.registers)
+        let words = can_registers::received(&self.registers)?;
+        can_registers::release(&self.registers);
+        Some(can_registers::frame(&words))
     }
 
     /// Records that a received frame is lost because the queue is full.

@@ -1,7 +1,7 @@
 //! CAN1 of the actuator board.
 
 use canopen::CanFrame;
-use drivers::can::{AcceptedIds, Activity, BusState, CanPort, Mode};
+use drivers::can::{AcceptedIds, Activity, BusState, CanPort, FrameWords, Mode};
 
 use super::{acceptance, timing::CAN_HZ};
 use crate::chip::{can_registers, pac::CAN1};
@@ -97,8 +97,18 @@ impl CanPort for Can1 {
     }
 
     #[inline]
-    fn receive(&mut self) -> Option<CanFrame> {
-        can_registers::receive(&self.0)
+    fn received(&self) -> Option<FrameWords> {
+        can_registers::received(&self.0)
+    }
+
+    #[inline]
+    fn release(&mut self) {
+        can_registers::release(&self.0);
+    }
+
+    #[inline]
+    fn frame(words: &FrameWords) -> CanFrame {
+        can_registers::frame(words)
     }
 
     #[inline]

@@ -1,6 +1,7 @@
 //! The message RAM of FDCAN1: its layout, and frames and filters as words (RM0433, chapter 56).
 
 use canopen::CanFrame;
+use drivers::can::FrameWords;
 use embedded_can::{ExtendedId, Frame as _, Id, StandardId};
 
 /// Address of its first word.
@@ -52,10 +53,14 @@ fn write(offset: u16, value: u32) {
     unsafe { word(offset).write_volatile(value) };
 }
 
-/// The received frame of this index.
-pub fn received(index: u8) -> CanFrame {
+/// The words of the received frame of this index.
+pub fn received(index: u8) -> FrameWords {
     let element = RECEIVE_FIFO + FRAME_WORDS * u16::from(index);
-    let [head, length, low, high] = [0, 1, 2, 3].map(|word| read(element + word));
+    [0, 1, 2, 3].map(|word| read(element + word))
+}
+
+/// The frame in these words.
+pub fn frame([head, length, low, high]: &FrameWords) -> CanFrame {
     let id = if head & EXTENDED != 0 {
         Id::Extended(ExtendedId::new(head & 0x1fff_ffff).unwrap_or(ExtendedId::ZERO))
     } else {
