@@ -112,7 +112,7 @@ pub fn sent<S>(finished: &Finished<S>) -> Vec<Sent> {
 }
 
 /// The frames of the board with this identifier: their ends, ns, and their bytes.
-fn with_id<S>(finished: &Finished<S>, id: u32) -> impl Iterator<Item = (u64, [u8; 8])> {
+pub fn with_id<S>(finished: &Finished<S>, id: u32) -> impl Iterator<Item = (u64, [u8; 8])> {
     let sent = sent(finished).into_iter();
     sent.filter(move |sent| sent.frame.raw_id() == (id, false))
         .map(|sent| (sent.at_ns, sent.frame.bytes()))

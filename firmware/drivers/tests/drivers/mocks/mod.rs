@@ -8,6 +8,7 @@ use drivers::{
     can::{AcceptedIds, Activity, BusState, CanPort, FrameWords, Mode},
     encoder::Transfer,
 };
+use embedded_can::Frame as _;
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
 };
