@@ -11,6 +11,7 @@
 pub mod flashing;
 pub mod signed;
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
@@ -22,6 +23,10 @@ use object::{Object, ObjectSection, ObjectSegment, ObjectSymbol};
 
 /// Content of flash that is not programmed.
 const ERASED: u8 = 0xff;
+
+/// Bytes of the flash memory of both chips (RM0090, section 3.3; RM0433, section 4.3.4): a program
+/// that spans more is not one of a board.
+const MOST_FLASH: u64 = 2 << 20;
 
 /// Section of the CRC.
 const SECTION: &str = ".program_crc";
@@ -44,6 +49,14 @@ pub enum ImageError {
         path: PathBuf,
         /// Why.
         source: object::Error,
+    },
+    /// It spans more than the flash memory.
+    #[error("{}: spans {bytes} bytes of memory, expected at most {MOST_FLASH}", path.display())]
+    TooLong {
+        /// The file.
+        path: PathBuf,
+        /// From the first byte to the last one.
+        bytes: u64,
     },
     /// It lacks a symbol of `memory.x`.
     #[error("{}: no symbol {name}; the program is not linked with memory.x", path.display())]
@@ -93,11 +106,7 @@ fn read(path: &Path) -> Result<Vec<u8>, ImageError> {
 
 /// Offset of the CRC in the file, and its value.
 fn place_and_crc(path: &Path, bytes: &[u8]) -> Result<Option<(usize, u32)>, ImageError> {
-    let elf_error = |source| ImageError::Elf {
-        path: path.into(),
-        source,
-    };
-    let file = Elf::parse(bytes).map_err(elf_error)?;
+    let file = parse(path, bytes)?;
     let section = file
         .section_by_name(SECTION)
         .filter(|section| section.size() == 4);
@@ -112,7 +121,7 @@ fn place_and_crc(path: &Path, bytes: &[u8]) -> Result<Option<(usize, u32)>, Imag
         })
     };
     let (start, end) = (address("_program_start")?, address("_program_crc")?);
-    let program = bytes_between(&file, start, end).map_err(elf_error)?;
+    let program = bytes_between(path, &file, start..end)?;
     Ok(Some((offset as usize, program_crc(&program))))
 }
 
@@ -135,11 +144,7 @@ pub fn loaded(path: &Path) -> Result<(u64, Vec<u8>), ImageError> {
 
 /// As [`loaded`], of the bytes of this file.
 fn loaded_bytes(path: &Path, bytes: &[u8]) -> Result<(u64, Vec<u8>), ImageError> {
-    let elf_error = |source| ImageError::Elf {
-        path: path.into(),
-        source,
-    };
-    let file = Elf::parse(bytes).map_err(elf_error)?;
+    let file = parse(path, bytes)?;
     let loads = file.segments().map(|segment| {
         let header = segment.elf_program_header();
         let (load, size) = (header.p_paddr(LittleEndian), header.p_filesz(LittleEndian));
@@ -148,19 +153,37 @@ fn loaded_bytes(path: &Path, bytes: &[u8]) -> Result<(u64, Vec<u8>), ImageError>
     let loads: Vec<_> = loads.filter(|(_, size)| *size > 0).collect();
     let start = loads.iter().map(|(load, _)| *load).min().unwrap_or(0);
     let end = loads.iter().map(|(load, size)| load + size).max();
-    let bytes = bytes_between(&file, start, end.unwrap_or(0)).map_err(elf_error)?;
+    let bytes = bytes_between(path, &file, start..end.unwrap_or(0))?;
     Ok((start, bytes))
 }
 
 type Elf<'a> = ElfFile<'a, FileHeader32<LittleEndian>>;
 
+fn parse<'a>(path: &Path, bytes: &'a [u8]) -> Result<Elf<'a>, ImageError> {
+    Elf::parse(bytes).map_err(|source| ImageError::Elf {
+        path: path.into(),
+        source,
+    })
+}
+
 /// What the segments of a file load between two addresses; the rest is erased.
-fn bytes_between(file: &Elf<'_>, start: u64, end: u64) -> Result<Vec<u8>, object::Error> {
-    let mut bytes = vec![ERASED; end.saturating_sub(start) as usize];
+fn bytes_between(path: &Path, file: &Elf<'_>, span: Range<u64>) -> Result<Vec<u8>, ImageError> {
+    let path = || path.into();
+    let bytes = span.end.saturating_sub(span.start);
+    if bytes > MOST_FLASH {
+        return Err(ImageError::TooLong {
+            path: path(),
+            bytes,
+        });
+    }
+    let mut bytes = vec![ERASED; bytes as usize];
     for segment in file.segments() {
         let load = u64::from(segment.elf_program_header().p_paddr(LittleEndian));
-        let data = segment.data()?;
-        let Some(begin) = load.checked_sub(start).map(|begin| begin as usize) else {
+        let data = segment.data().map_err(|source| ImageError::Elf {
+            path: path(),
+            source,
+        })?;
+        let Some(begin) = load.checked_sub(span.start).map(|begin| begin as usize) else {
             continue;
         };
         for (to, from) in bytes.iter_mut().skip(begin).zip(data) {
@@ -168,4 +191,40 @@ fn bytes_between(file: &Elf<'_>, start: u64, end: u64) -> Result<Vec<u8>, object
         }
     }
     Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An ELF file of 32 bits that loads four bytes to each of these addresses.
+    fn elf(addresses: [u32; 2]) -> Vec<u8> {
+        let headers = 52;
+        // Executable, Arm, version 1.
+        let mut bytes = b"\x7fELF\x01\x01\x01\0\0\0\0\0\0\0\0\0\x02\0\x28\0\x01\0\0\0".to_vec();
+        let words = |bytes: &mut Vec<u8>, words: &[u32]| {
+            bytes.extend(words.iter().flat_map(|word| word.to_le_bytes()));
+        };
+        // No entry, the program headers, no sections, no flags.
+        words(&mut bytes, &[0, headers, 0, 0]);
+        // Sizes and numbers of the headers: 52, 32, 2, 40, 0, 0.
+        words(&mut bytes, &[52 | 32 << 16, 2 | 40 << 16, 0]);
+        for address in addresses {
+            words(&mut bytes, &[1, 0, address, address, 4, 4, 0, 4]);
+        }
+        bytes
+    }
+
+    #[test]
+    fn an_elf_file_that_spans_more_than_the_flash_is_refused() {
+        let span = |last| loaded_bytes(Path::new("a.elf"), &elf([0x0800_0000, last]));
+        let (start, bytes) = span(0x0800_0010).expect("a program");
+        assert_eq!((start, bytes.len()), (0x0800_0000, 0x14));
+        assert_eq!(span(0x081f_fffc).expect("the whole flash").1.len(), 2 << 20);
+        let error = span(0xffff_fff0).expect_err("too long").to_string();
+        assert_eq!(
+            error,
+            "a.elf: spans 4160749556 bytes of memory, expected at most 2097152"
+        );
+    }
 }
