@@ -1,27 +1,25 @@
 //! The CANopen device on the board: its control step, and its calls for the bus.
 //!
-//! [`gather`], [`device_control`], [`receive_twice`], [`receive_process_data`] and [`communicate`] are
-//! not inlined and have fixed symbols, so that the emulator counts their instructions and a debugger
-//! shows them.
+//! [`gather`], [`device_control`] and the functions for received frames are not inlined and have
+//! fixed symbols, so that the emulator counts their instructions and a debugger shows them.
 
-use canopen::{CanFrame, Node, NodeId};
-use cortex_m::peripheral::{DWT, SCB};
+mod exchange;
+mod reception;
+
+use canopen::{CanFrame, NodeId};
+use cortex_m::peripheral::DWT;
 use drivers::{
     bridge::Bridge as _,
     can::{AcceptedIds, ReceivedFrame, TRANSMIT_QUEUE},
 };
-use embedded_can::{Frame as _, Id, StandardId};
 use firmware::{
     application::{Bridge as Command, Outputs, Samples},
-    drive::{Device, RPDOS, StoredParameters, TPDOS, UpdateOrder},
+    drive::{Device, StoredParameters, UpdateOrder},
     faults::Fault,
-    timing::CALL_PERIODS,
 };
-use heapless::{
-    Vec,
-    spsc::{Consumer, Producer},
-};
+use heapless::spsc::{Consumer, Producer};
 
+use self::reception::{communicate, is_process_data, receive_twice};
 use super::{
     background::StepReport,
     bus_status,
@@ -30,8 +28,7 @@ use super::{
     sealed::{Restored, Sealed},
     servo_pulse::ServoPulse,
     shutdown::Shutdown,
-    timebase,
-    timing::{CORE_HZ, CYCLES_PER_US, PWM_HZ, PWM_PERIOD_US, PWM_PERIODS},
+    timing::PWM_PERIOD_US,
     update_result::UpdateResult,
     watchdog_supervisor::WatchdogSupervisor,
 };
@@ -50,29 +47,6 @@ pub const SINGLE: usize = 2;
 /// Length of the capture buffer, words: 20 s of eight signals at 250 Hz. An image that is
 /// downloaded lies there until it is staged.
 pub const CAPTURE_WORDS: usize = 40 * 1024;
-
-/// Core cycles after which a call processes no further received frames. An ordinary frame takes
-/// 1,000 cycles, and the process data of a call, which it processes twice, 22,000: two calls process
-/// as many frames as a bus of 1 Mbit/s carries.
-const INTAKE_CYCLES: u32 = 50_000;
-
-/// Most frames of a call that are processed twice, before the others: one for each RPDO, and a SYNC.
-const REPEATED_FRAMES: usize = RPDOS + 1;
-
-/// Core cycles of the longest frame without a reset or of the process data of a call, and of a call
-/// beside its frames with the interrupts that preempt it: bounds (`docs/emulated-board.md`).
-const LONGEST_FRAME_CYCLES: u32 = 60_000;
-const REST_CYCLES: u32 = 50_000;
-
-/// Core cycles of a call whose first frame is a reset: it takes no other frame.
-const RESET_CALL_CYCLES: u32 = 166_000;
-
-// The last call ends before the last PWM period, whose sampling instants it would delay.
-const _: () = {
-    let available = (PWM_PERIODS - 1 - CALL_PERIODS[1]) * (CORE_HZ / PWM_HZ);
-    assert!(INTAKE_CYCLES + LONGEST_FRAME_CYCLES + REST_CYCLES < available);
-    assert!(RESET_CALL_CYCLES < available);
-};
 
 /// The task's ends of the queues to the other tasks.
 pub struct Queues {
@@ -159,135 +133,6 @@ fn apply_timing(device: &mut Device<'static>, is_late: bool, starved_periods: u3
         drive.was_late();
     }
     drive.diagnostics.starved_periods = starved_periods;
-}
-
-/// Processes received frames and due events, and queues the frames to be transmitted. `start` is the
-/// number of core cycles at which process data were taken from the queue; no frame that resets is
-/// taken after them.
-#[unsafe(no_mangle)]
-#[inline(never)]
-fn communicate(task: &mut CanopenTask, now_us: u64, start: Option<u32>) {
-    let CanopenTask { device, queues, .. } = task;
-    let device = device.get();
-    let mut is_first = start.is_none();
-    let start = start.unwrap_or_else(DWT::cycle_count);
-    while DWT::cycle_count().wrapping_sub(start) < INTAKE_CYCLES
-        && queues
-            .received
-            .peek()
-            .is_some_and(|next| is_first || !is_reset(&next.unchecked::<Can>()))
-        && let Some(received) = queues.received.dequeue()
-    {
-        is_first = false;
-        match received.intact::<Can>() {
-            Some(frame) => device.receive(&frame, now_us),
-            None => bus_status::count_lost_frame(),
-        }
-        queue_frames(device, queues);
-    }
-    device.communicate(now_us);
-    queue_frames(device, queues);
-}
-
-/// Processes the received process data before the next other frame, twice from the same state;
-/// returns whether both make the same commands. A register that changes during one of both, or an
-/// instruction that is not executed, makes others.
-#[unsafe(no_mangle)]
-#[inline(never)]
-fn receive_twice(task: &mut CanopenTask, now_us: u64) -> bool {
-    let CanopenTask {
-        device: sealed,
-        queues,
-        ..
-    } = task;
-    let device = sealed.get();
-    let frames = take_process_data(device.node(), &mut queues.received);
-    receive_process_data(device, &frames, now_us);
-    let commands = device.command_state();
-    match sealed.restore() {
-        Restored::Intact => {}
-        Restored::Corrupt => return false,
-        Restored::Absent => return true,
-    }
-    let device = sealed.get();
-    if receive_process_data(device, &frames, now_us) < frames.len() {
-        bus_status::count_lost_frame();
-    }
-    let is_same = device.command_state() == commands;
-    queue_frames(device, queues);
-    is_same
-}
-
-/// Takes the process data before the next other frame from the queue, up to a second SYNC: the TPDOs
-/// that the first one requests are not queued before all these frames have been processed.
-fn take_process_data(
-    node: &Node<RPDOS, TPDOS>,
-    received: &mut Consumer<'static, ReceivedFrame, RECEIVE_QUEUE>,
-) -> Vec<ReceivedFrame, REPEATED_FRAMES> {
-    let mut frames: Vec<ReceivedFrame, REPEATED_FRAMES> = Vec::new();
-    let mut has_sync = false;
-    while !frames.is_full()
-        && let Some(next) = received.peek().map(ReceivedFrame::unchecked::<Can>)
-        && is_process_data(&next)
-    {
-        let is_sync = node.is_sync(next.id());
-        if is_sync && has_sync {
-            break;
-        }
-        has_sync |= is_sync;
-        // There is one, and room for it.
-        let _ = received.dequeue().map(|frame| frames.push(frame));
-    }
-    frames
-}
-
-/// Processes those of these frames that have not changed since their reception; returns their
-/// number.
-#[unsafe(no_mangle)]
-#[inline(never)]
-fn receive_process_data(
-    device: &mut Device<'static>,
-    frames: &[ReceivedFrame],
-    now_us: u64,
-) -> usize {
-    let intact = frames.iter().filter_map(ReceivedFrame::intact::<Can>);
-    intact.map(|frame| device.receive(&frame, now_us)).count()
-}
-
-/// Whether a frame is process data or a SYNC, and no service: not NMT, SDO, the heartbeat of another
-/// node or LSS, whose identifiers no other object may have (CiA 301, 7.3.5, restricted CAN-IDs).
-fn is_process_data(frame: &CanFrame) -> bool {
-    match frame.id() {
-        Id::Standard(id) => !matches!(id.as_raw(), 0 | 0x600..=0x67F | 0x700..),
-        Id::Extended(_) => true,
-    }
-}
-
-/// Whether an NMT frame resets the node or its communication (CiA 301, 7.3.2.2.1), which takes as
-/// long as all frames of a turn: it begins a turn of its own.
-fn is_reset(frame: &CanFrame) -> bool {
-    frame.id() == Id::Standard(StandardId::ZERO) && matches!(frame.data(), [0x81 | 0x82, ..])
-}
-
-/// Queues as many frames as there is room for; the others remain in the node. An EMCY goes before
-/// all process data: if some waits it is discarded, also from the mailboxes, and sampled again.
-// Inlined, or a reset of the node takes 3,000 cycles longer.
-#[inline(always)]
-fn queue_frames(device: &mut Device<'static>, queues: &mut Queues) {
-    while queues.to_transmit.ready()
-        && queues.process_data.ready()
-        && let Some(frame) = device.transmit::<CanFrame>()
-    {
-        // There is room.
-        let _ = if device.node().is_process_data(frame.id()) {
-            queues.process_data.enqueue(frame)
-        } else {
-            if device.node().is_emergency(frame.id()) && queues.process_data.len() > 0 {
-                bus_status::request_discard();
-            }
-            queues.to_transmit.enqueue(frame)
-        };
-    }
 }
 
 impl CanopenTask {
@@ -444,24 +289,6 @@ impl CanopenTask {
         self.queues.to_transmit.len() > 0 || self.queues.process_data.len() > 0
     }
 
-    /// Requests that process data be discarded that has waited for a control period in which no
-    /// frame left the board, and has what was discarded sampled anew: after a gap of the bus the
-    /// first telemetry is the newest.
-    fn discard_stale(&mut self) {
-        let (calls, before) = self.waited;
-        let transmitted = bus_status::transmitted();
-        let waits = self.queues.process_data.len() > 0 && transmitted == before;
-        self.waited = (if waits { calls + 1 } else { 0 }, transmitted);
-        if self.waited.0 >= CALL_PERIODS.len() || !self.queues.process_data.ready() {
-            bus_status::request_discard();
-        }
-        let discarded = bus_status::discarded();
-        if discarded != self.discarded {
-            self.discarded = discarded;
-            self.device.get().repeat_process_data();
-        }
-    }
-
     /// Time of a PWM period from its number, which has 31 bits and wraps.
     fn time_us(&mut self, period: u32) -> u64 {
         let (last_period, last_us) = self.last_call;
@@ -469,63 +296,5 @@ impl CanopenTask {
         let now_us = last_us.wrapping_add(u64::from(elapsed) * u64::from(PWM_PERIOD_US));
         self.last_call = (period, now_us);
         now_us
-    }
-
-    fn update_diagnostics(&mut self) {
-        let diagnostics = &mut self.device.get().drive.diagnostics;
-        diagnostics.receive_overflows = bus_status::lost_frames();
-        diagnostics.bus_offs = bus_status::bus_offs();
-        diagnostics.transmit_overflows = bus_status::discarded();
-        diagnostics.longest_step_us = timebase::longest_step_cycles() / CYCLES_PER_US;
-    }
-
-    /// Sends a set of parameters to be saved, and takes the result of the last save.
-    fn exchange_with_store(&mut self) {
-        if let Some((is_saved, memory)) = self.queues.save_results.dequeue() {
-            self.device.get().drive.saved(is_saved);
-            self.set_to_save = Some(memory);
-        }
-        if self.set_to_save.is_some()
-            && let Some(set) = self.device.get().drive.take_save()
-            && let Some(memory) = self.set_to_save.take()
-        {
-            *memory = *set;
-            // There is room: only one set is on its way.
-            let _ = self.queues.to_save.enqueue(memory);
-        }
-    }
-
-    /// Sends orders of an update, takes their results, and restarts the processor for the
-    /// bootloader.
-    fn exchange_with_updater(&mut self) {
-        let drive = &mut self.device.get().drive;
-        match self.queues.update_results.dequeue() {
-            Some(UpdateResult::Staged(buffer, result)) => drive.staged(buffer, result),
-            Some(UpdateResult::Confirmed(is_written)) => drive.confirmed(is_written),
-            Some(UpdateResult::Requested(is_written)) => drive.requested(is_written),
-            None => {}
-        }
-        if self.queues.to_update.ready()
-            && let Some(order) = drive.take_update()
-        {
-            // There is room.
-            let _ = self.queues.to_update.enqueue(order);
-        }
-        if drive.step_update() {
-            SCB::sys_reset();
-        }
-    }
-
-    /// Sends changes of bit rate and identifiers to the CAN controller.
-    fn update_controller(&mut self) {
-        if let Some(kbit_s) = self.device.get().drive.take_bit_rate() {
-            bus_status::request_bit_rate(kbit_s);
-        }
-        let accepted_ids = AcceptedIds::new(self.device.get().node().identifiers());
-        if accepted_ids != self.accepted_ids
-            && self.queues.accepted_ids.enqueue(accepted_ids).is_ok()
-        {
-            self.accepted_ids = accepted_ids;
-        }
     }
 }

@@ -1,8 +1,8 @@
 //! The CAN controller: how it takes part in the bus, its queues, its acceptance list.
 //!
 //! [`CanPort`] is what differs between controllers. [`CanController`] joins the bus and transmits,
-//! [`receive`] fetches received frames, [`receive_checked`] with a check value, and [`NbCan`] is the
-//! port as `embedded_can::nb::Can`.
+//! [`receive`] fetches received frames, [`receive_checked`] with a check value, and [`NbCan`] is
+//! the port as `embedded_can::nb::Can`.
 
 mod acceptance;
 mod controller;

@@ -38,8 +38,8 @@ impl ReceivedFrame {
     }
 }
 
-/// Each word is added without carry to the sum rotated by five bits: a change within one word always
-/// changes the sum.
+/// Each word is added without carry to the sum rotated by five bits: a change within one word
+/// always changes the sum.
 #[inline]
 fn check(words: FrameWords) -> u32 {
     (words.iter()).fold(!0, |sum: u32, word| sum.rotate_left(5) ^ word)

@@ -11,7 +11,7 @@ const CONTROL_PERIOD: u64 = 4 * PWM_PERIOD;
 const ENCODER: u64 = 38 * 168;
 
 /// Cycles after which the node takes no further frame in a turn: `INTAKE_CYCLES` of
-/// `firmware/boards/shared/actuator/canopen_task.rs`.
+/// `firmware/boards/shared/actuator/canopen_task/reception.rs`.
 const INTAKE: u64 = 50_000;
 
 /// Cycles of the shortest frame at 1 Mbit/s: 47 bits with the pause before the next one.

@@ -1,0 +1,89 @@
+//! What a call of the CANopen device takes from the other tasks, and gives them: parameters to be
+//! saved, updates, the state of the bus and of the queues.
+
+use cortex_m::peripheral::SCB;
+use drivers::can::AcceptedIds;
+use firmware::timing::CALL_PERIODS;
+
+use super::{
+    super::{bus_status, timebase, timing::CYCLES_PER_US, update_result::UpdateResult},
+    CanopenTask,
+};
+
+impl CanopenTask {
+    /// Requests that process data be discarded that has waited for a control period in which no
+    /// frame left the board, and has what was discarded sampled anew: after a gap of the bus the
+    /// first telemetry is the newest.
+    pub(super) fn discard_stale(&mut self) {
+        let (calls, before) = self.waited;
+        let transmitted = bus_status::transmitted();
+        let waits = self.queues.process_data.len() > 0 && transmitted == before;
+        self.waited = (if waits { calls + 1 } else { 0 }, transmitted);
+        if self.waited.0 >= CALL_PERIODS.len() || !self.queues.process_data.ready() {
+            bus_status::request_discard();
+        }
+        let discarded = bus_status::discarded();
+        if discarded != self.discarded {
+            self.discarded = discarded;
+            self.device.get().repeat_process_data();
+        }
+    }
+
+    pub(super) fn update_diagnostics(&mut self) {
+        let diagnostics = &mut self.device.get().drive.diagnostics;
+        diagnostics.receive_overflows = bus_status::lost_frames();
+        diagnostics.bus_offs = bus_status::bus_offs();
+        diagnostics.transmit_overflows = bus_status::discarded();
+        diagnostics.longest_step_us = timebase::longest_step_cycles() / CYCLES_PER_US;
+    }
+
+    /// Sends a set of parameters to be saved, and takes the result of the last save.
+    pub(super) fn exchange_with_store(&mut self) {
+        if let Some((is_saved, memory)) = self.queues.save_results.dequeue() {
+            self.device.get().drive.saved(is_saved);
+            self.set_to_save = Some(memory);
+        }
+        if self.set_to_save.is_some()
+            && let Some(set) = self.device.get().drive.take_save()
+            && let Some(memory) = self.set_to_save.take()
+        {
+            *memory = *set;
+            // There is room: only one set is on its way.
+            let _ = self.queues.to_save.enqueue(memory);
+        }
+    }
+
+    /// Sends orders of an update, takes their results, and restarts the processor for the
+    /// bootloader.
+    pub(super) fn exchange_with_updater(&mut self) {
+        let drive = &mut self.device.get().drive;
+        match self.queues.update_results.dequeue() {
+            Some(UpdateResult::Staged(buffer, result)) => drive.staged(buffer, result),
+            Some(UpdateResult::Confirmed(is_written)) => drive.confirmed(is_written),
+            Some(UpdateResult::Requested(is_written)) => drive.requested(is_written),
+            None => {}
+        }
+        if self.queues.to_update.ready()
+            && let Some(order) = drive.take_update()
+        {
+            // There is room.
+            let _ = self.queues.to_update.enqueue(order);
+        }
+        if drive.step_update() {
+            SCB::sys_reset();
+        }
+    }
+
+    /// Sends changes of bit rate and identifiers to the CAN controller.
+    pub(super) fn update_controller(&mut self) {
+        if let Some(kbit_s) = self.device.get().drive.take_bit_rate() {
+            bus_status::request_bit_rate(kbit_s);
+        }
+        let accepted_ids = AcceptedIds::new(self.device.get().node().identifiers());
+        if accepted_ids != self.accepted_ids
+            && self.queues.accepted_ids.enqueue(accepted_ids).is_ok()
+        {
+            self.accepted_ids = accepted_ids;
+        }
+    }
+}
