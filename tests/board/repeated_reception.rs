@@ -60,7 +60,8 @@ impl Script for Finder {
     }
 }
 
-/// Addresses of the words of a variable that hold this word of the targets of these control periods.
+/// Addresses of the words of a variable that hold this word of the targets of these control
+/// periods.
 fn find(variable: &str, word: fn(i32) -> u32, ticks: Range<u64>) -> Vec<u64> {
     let variable = firmware().symbol_containing(variable).expect("a variable");
     let finder = Finder {
