@@ -59,8 +59,11 @@ const fn whole_quotient(a: u64, b: u64) -> u64 {
 /// assert_eq!(model_core::time::ticks(-1.0), 0);
 /// ```
 pub fn ticks(seconds: f64) -> u64 {
-    // `as` saturates: a time beyond u64 becomes u64::MAX, NaN becomes 0.
-    libm::round(seconds * TICKS_PER_SECOND as f64) as u64
+    let exact = seconds * TICKS_PER_SECOND as f64;
+    // `as` saturates: a time beyond u64 becomes u64::MAX, NaN and negative times become 0. Faster
+    // than `libm::round`, which has no instruction for it on most targets.
+    let whole = exact as u64;
+    whole.saturating_add(u64::from(exact - whole as f64 >= 0.5))
 }
 
 /// The instant of a tick, s.
@@ -70,4 +73,23 @@ pub fn ticks(seconds: f64) -> u64 {
 /// ```
 pub fn seconds(tick: u64) -> f64 {
     tick as f64 / TICKS_PER_SECOND as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn the_nearest_tick_is_that_of_rounding_half_away_from_zero(
+            seconds in prop_oneof![any::<f64>(), -1.0..1e4, 0.0..1e-3], half in 0_u32..1 << 30
+        ) {
+            let half = (f64::from(half) + 0.5) / TICKS_PER_SECOND as f64;
+            for seconds in [seconds, half, half.next_up(), half.next_down(), f64::NAN] {
+                let rounded = libm::round(seconds * TICKS_PER_SECOND as f64) as u64;
+                prop_assert_eq!(ticks(seconds), rounded);
+            }
+        }
+    }
 }

@@ -72,6 +72,11 @@
 #define ACTUATOR_ALIGNMENT 8
 
 /**
+ * Words of 8 bytes in `struct actuator_state`.
+ */
+#define ACTUATOR_STATE_WORDS 64
+
+/**
  * The result of a call. Only `ACTUATOR_ERROR_NONE` is 0; a call with any other changes nothing,
  * unless the function states it.
  */
@@ -117,6 +122,10 @@ enum actuator_error {
    * The caller's `actuator_watch` has ended the step; the part of it that was done remains.
    */
   ACTUATOR_ERROR_INTERRUPTED = 9,
+  /**
+   * The state is that of an actuator with another model or delay.
+   */
+  ACTUATOR_ERROR_STATE = 10,
 };
 
 /**
@@ -236,15 +245,6 @@ struct actuator {
 };
 
 /**
- * Is called during a long step with the caller's `data`, the ticks that are done and the ticks of
- * the whole step; returns 0 to end the step, any other number to continue.
- *
- * It may call every function of the library, for this actuator those that read it, or copy the
- * actuator. It must return: no C++ exception and no longjmp may leave it.
- */
-typedef int32_t (*actuator_watch)(void *data, uint64_t done, uint64_t total);
-
-/**
  * Angle and rate of the load: of the last body of the bench, which moves against the output within
  * the flexibility of the shaft, and of the output of the other models.
  */
@@ -262,6 +262,15 @@ struct actuator_load {
    */
   double shaft_torque_nm;
 };
+
+/**
+ * Is called during a long step with the caller's `data`, the ticks that are done and the ticks of
+ * the whole step; returns 0 to end the step, any other number to continue.
+ *
+ * It may call every function of the library, for this actuator those that read it, or copy the
+ * actuator. It must return: no C++ exception and no longjmp may leave it.
+ */
+typedef int32_t (*actuator_watch)(void *data, uint64_t done, uint64_t total);
 
 /**
  * The outputs of an actuator. A quantity that the model does not have is zero; one that it does
@@ -304,6 +313,20 @@ struct actuator_reading {
    * Back-EMF, V; of the bench only.
    */
   double back_emf_v;
+};
+
+/**
+ * The state of an actuator without its parameters: a third of `struct actuator` without a delay.
+ * Opaque; it contains no pointers and may be copied as bytes.
+ *
+ * The commands in transit are behind it in a larger piece of memory, of which this struct is the
+ * start: `actuator_state_size` returns the bytes of both.
+ */
+struct actuator_state {
+  /**
+   * Private to the library.
+   */
+  uint64_t opaque[ACTUATOR_STATE_WORDS];
 };
 
 #ifdef __cplusplus
@@ -441,6 +464,16 @@ enum actuator_error actuator_drive_to(struct actuator *actuator,
                                       double time_s);
 
 /**
+ * As `actuator_drive_to`, then as `actuator_read_load`: the step of a simulation that moves its
+ * joint as the load has moved.
+ */
+enum actuator_error actuator_drive_load_to(struct actuator *actuator,
+                                           int32_t input,
+                                           double value,
+                                           double time_s,
+                                           struct actuator_load *load);
+
+/**
  * As `actuator_drive`, and calls `watch` (unless it is null) after every `ACTUATOR_WATCH_TICKS`
  * ticks and at the end, so that the caller can show the progress of a long step and interrupt it.
  *
@@ -491,6 +524,27 @@ enum actuator_error actuator_read_load(const struct actuator *actuator, struct a
  */
 enum actuator_error actuator_read(const struct actuator *actuator,
                                   struct actuator_reading *reading);
+
+/**
+ * Bytes of the state of an actuator with these settings, at most `sizeof(struct actuator_state)`
+ * without a delay; 0 if the settings are not initialised.
+ */
+size_t actuator_state_size(const struct actuator_settings *settings);
+
+/**
+ * Saves the state of an actuator in memory of `size` bytes, at least those of
+ * `actuator_state_size`.
+ */
+enum actuator_error actuator_save(const struct actuator *actuator,
+                                  struct actuator_state *state,
+                                  size_t size);
+
+/**
+ * Continues from a saved state of this actuator, or of another one that was started with the same
+ * settings: all that follows is the same to the last bit. Less time is needed than for a copy of
+ * the struct.
+ */
+enum actuator_error actuator_restore(struct actuator *actuator, const struct actuator_state *state);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -61,8 +61,8 @@ pub struct Actuator {
 
 /// The value in that memory; behind it are the commands in transit.
 pub struct Started {
-    core: ActuatorCore,
-    delay: DelayCursor,
+    pub(crate) core: ActuatorCore,
+    pub(crate) delay: DelayCursor,
 }
 
 impl Holds for Actuator {
@@ -86,14 +86,17 @@ pub enum Input {
 
 /// The level of a number of `enum actuator_input`.
 fn level(input: i32) -> Result<InputLevel, Code> {
-    let levels = [
-        (Input::Position, InputLevel::Position),
-        (Input::Rate, InputLevel::Rate),
-        (Input::Duty, InputLevel::Duty),
-        (Input::Voltage, InputLevel::Voltage),
-    ];
-    let known = levels.into_iter().find(|(known, _)| *known as i32 == input);
-    known.map(|(_, level)| level).ok_or(Code::Input)
+    const LEVELS: [InputLevel; 4] = {
+        let mut levels = [InputLevel::Position; 4];
+        levels[Input::Rate as usize] = InputLevel::Rate;
+        levels[Input::Duty as usize] = InputLevel::Duty;
+        levels[Input::Voltage as usize] = InputLevel::Voltage;
+        levels
+    };
+    let known = usize::try_from(input).ok();
+    known
+        .and_then(|input| LEVELS.get(input).copied())
+        .ok_or(Code::Input)
 }
 
 impl From<CommandError> for Code {
@@ -211,7 +214,7 @@ pub unsafe extern "C" fn actuator_drive(
     ticks: u64,
 ) -> Code {
     // SAFETY: the caller's pointer, as the header requires it.
-    code(unsafe { drive(actuator, input, value, |_| Ok(ticks)) })
+    code(unsafe { drive(actuator, input, value, |_| Ok(ticks)) }.map(drop))
 }
 
 /// As `actuator_drive`, to the tick nearest to `time_s` after the start, s.
@@ -223,17 +226,39 @@ pub unsafe extern "C" fn actuator_drive_to(
     time_s: f64,
 ) -> Code {
     // SAFETY: the caller's pointer, as the header requires it.
-    code(unsafe {
-        drive(actuator, input, value, |now| {
-            // Written so that NaN and negative times fail.
-            let time_s = if time_s >= 0.0 {
-                time_s
-            } else {
-                return Err(Code::Time);
-            };
-            ticks(time_s).checked_sub(now).ok_or(Code::Time)
-        })
-    })
+    code(unsafe { drive(actuator, input, value, |now| ticks_to(time_s, now)) }.map(drop))
+}
+
+/// As `actuator_drive_to`, then as `actuator_read_load`: the step of a simulation that moves its
+/// joint as the load has moved.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn actuator_drive_load_to(
+    actuator: *mut Actuator,
+    input: i32,
+    value: f64,
+    time_s: f64,
+    load: *mut Load,
+) -> Code {
+    if load.is_null() || !load.is_aligned() {
+        return Code::Pointer;
+    }
+    // SAFETY: the caller's pointers, as the header requires them.
+    unsafe {
+        match drive(actuator, input, value, |now| ticks_to(time_s, now)) {
+            Ok(core) => code(memory::put(load, core.into())),
+            Err(code) => code,
+        }
+    }
+}
+
+/// Ticks from now to that nearest to `time_s`.
+fn ticks_to(time_s: f64, now: u64) -> Result<u64, Code> {
+    // Written so that NaN and negative times fail.
+    if time_s >= 0.0 {
+        ticks(time_s).checked_sub(now).ok_or(Code::Time)
+    } else {
+        Err(Code::Time)
+    }
 }
 
 /// Is called during a long step with the caller's `data`, the ticks that are done and the ticks of
@@ -268,8 +293,8 @@ pub unsafe extern "C" fn actuator_drive_watched(
         // SAFETY: the caller's pointer, as the header requires it; no reference to the actuator
         // exists while `watch` runs.
         let result = unsafe { drive(actuator, input, value, |_| Ok(part)) };
-        if result.is_err() {
-            return code(result);
+        if let Err(code) = result {
+            return code;
         }
         done += part;
         // SAFETY: the caller's function with the caller's data.
@@ -283,16 +308,17 @@ pub unsafe extern "C" fn actuator_drive_watched(
     }
 }
 
-/// Advances by the number of ticks that `step` returns for the present one.
+/// Advances by the number of ticks that `step` returns for the present one; returns the actuator.
 ///
 /// # Safety
 /// As the header requires of the pointer.
-unsafe fn drive(
+#[inline(always)]
+unsafe fn drive<'a>(
     actuator: *mut Actuator,
     input: i32,
     value: f64,
     step: impl FnOnce(u64) -> Result<u64, Code>,
-) -> Result<(), Code> {
+) -> Result<&'a ActuatorCore, Code> {
     // SAFETY: the contract of this function; the memory was filled with that of the delay.
     let (started, line) =
         unsafe { memory::change_with_tail(actuator, |started| started.delay.len())? };
@@ -301,9 +327,10 @@ unsafe fn drive(
         return Err(Code::Time);
     }
     let delay = (&mut started.delay, line);
-    Ok(started
+    started
         .core
-        .advance_with(delay, level(input)?, value, ticks)?)
+        .advance_with(delay, level(input)?, value, ticks)?;
+    Ok(&started.core)
 }
 
 /// Applies a torque to the load, Nm, from the next tick on, in addition to the parameter.
@@ -362,21 +389,24 @@ pub struct Load {
     pub shaft_torque_nm: f64,
 }
 
+impl From<&ActuatorCore> for Load {
+    #[inline(always)]
+    fn from(actuator: &ActuatorCore) -> Self {
+        let motion = actuator.load();
+        Self {
+            angle_deg: motion.angle_deg,
+            rate_deg_s: motion.rate_deg_s,
+            shaft_torque_nm: actuator.shaft_torque_nm(),
+        }
+    }
+}
+
 /// Reads the motion of the load.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn actuator_read_load(actuator: *const Actuator, load: *mut Load) -> Code {
     // SAFETY: the caller's pointers, as the header requires them.
     unsafe {
-        let read = || {
-            let core = &memory::look(actuator)?.core;
-            let motion = core.load();
-            let now = Load {
-                angle_deg: motion.angle_deg,
-                rate_deg_s: motion.rate_deg_s,
-                shaft_torque_nm: core.shaft_torque_nm(),
-            };
-            memory::put(load, now)
-        };
+        let read = || memory::put(load, (&memory::look(actuator)?.core).into());
         code(read())
     }
 }

@@ -39,6 +39,8 @@ pub enum Code {
     Input = 8,
     /// The caller's `actuator_watch` has ended the step; the part of it that was done remains.
     Interrupted = 9,
+    /// The state is that of an actuator with another model or delay.
+    State = 10,
 }
 
 impl Code {
@@ -55,11 +57,12 @@ impl Code {
             Self::Command => c"a command, a torque or an inertia is not finite or out of its range",
             Self::Input => c"the model does not have this input",
             Self::Interrupted => c"the step was interrupted by the caller",
+            Self::State => c"the state is that of an actuator with another model or delay",
             Self::Time => c"a time is not a number, is in the past, or is more than an hour ahead",
         }
     }
 
-    const ALL: [Self; 10] = [
+    const ALL: [Self; 11] = [
         Self::None,
         Self::Pointer,
         Self::Size,
@@ -70,6 +73,7 @@ impl Code {
         Self::Time,
         Self::Input,
         Self::Interrupted,
+        Self::State,
     ];
 }
 

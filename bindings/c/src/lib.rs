@@ -13,6 +13,7 @@ pub mod actuator;
 pub mod error;
 mod memory;
 pub mod settings;
+pub mod state;
 pub mod text;
 
 /// No input makes `model-core` or this library panic, but the compiler requires a panic handler.

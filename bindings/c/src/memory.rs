@@ -111,6 +111,49 @@ pub unsafe fn look<'a, H: Holds>(memory: *const H) -> Result<&'a H::Value, Code>
     Ok(unsafe { marked.value.assume_init_ref() })
 }
 
+/// The value in the caller's memory and the doubles behind it.
+///
+/// # Safety
+/// As [`look`]; `tail` returns the number of doubles that the memory was filled with.
+pub unsafe fn look_with_tail<'a, H: Holds>(
+    memory: *const H,
+    tail: impl FnOnce(&H::Value) -> usize,
+) -> Result<(&'a H::Value, &'a [f64]), Code> {
+    // SAFETY: the contract of this function.
+    let value = unsafe { look(memory)? };
+    let count = tail(value);
+    // SAFETY: behind the value, in the memory that was filled with both, and aligned as it is.
+    let tail = unsafe {
+        let first = memory.cast::<Marked<H::Value>>().add(1).cast::<f64>();
+        core::slice::from_raw_parts(first, count)
+    };
+    Ok((value, tail))
+}
+
+/// Fills the caller's memory with a value and the doubles behind it, or leaves it as it is.
+///
+/// # Safety
+/// As [`fill`]; `tail` lies outside the memory.
+pub unsafe fn put_with_tail<H: Holds>(
+    memory: *mut H,
+    size: usize,
+    value: H::Value,
+    tail: &[f64],
+) -> Result<(), Code> {
+    let place = place(memory)?.cast_mut();
+    if size < size_with_tail::<H>(tail.len()) {
+        return Err(Code::Size);
+    }
+    // SAFETY: not null, aligned, and large enough, which is checked; the caller owns it.
+    unsafe {
+        (&raw mut (*place).mark).write(H::MARK);
+        (&raw mut (*place).value).write(MaybeUninit::new(value));
+        let behind = place.add(1).cast::<f64>();
+        behind.copy_from_nonoverlapping(tail.as_ptr(), tail.len());
+    }
+    Ok(())
+}
+
 /// The value in the caller's memory, to be changed.
 ///
 /// # Safety

@@ -6,7 +6,8 @@ use std::{fs, path::Path};
 fn the_header_agrees_with_the_source() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let config = cbindgen::Config::from_file(root.join("cbindgen.toml")).unwrap();
-    let sources = ["error", "settings", "actuator"].map(|name| root.join(format!("src/{name}.rs")));
+    let sources =
+        ["error", "settings", "actuator", "state"].map(|name| root.join(format!("src/{name}.rs")));
     let builder = cbindgen::Builder::new().with_config(config);
     let builder = sources.iter().fold(builder, |b, source| b.with_src(source));
     let mut made = Vec::new();

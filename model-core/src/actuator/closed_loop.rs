@@ -12,7 +12,7 @@ use crate::plant::{
     drivetrain::stepped::SteppedDrivetrain,
     pwm_timer::{Modulator, PwmCompare},
 };
-use crate::sensors::encoder::Encoder;
+use crate::sensors::{encoder::Encoder, noise::Noise};
 use crate::time::{CONTROL_PERIOD_TICKS, PWM_PERIOD_TICKS};
 
 crate::parameters! {
@@ -50,6 +50,49 @@ pub struct ClosedLoop<P> {
     /// The duty that takes effect at the next edge, %.
     pending_duty_pct: f64,
     tick: u64,
+}
+
+/// What changes in a [`ClosedLoop`], without its plant.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LoopState {
+    control: CascadeState,
+    step: CascadeStep,
+    modulator: Modulator,
+    compare: PwmCompare,
+    duty_pct: f64,
+    pending_duty_pct: f64,
+    tick: u64,
+    noise: Noise,
+}
+
+impl<P> ClosedLoop<P> {
+    /// The present state of the loop.
+    #[inline(always)]
+    pub(super) fn state(&self) -> LoopState {
+        LoopState {
+            control: self.control,
+            step: self.step,
+            modulator: self.modulator,
+            compare: self.compare,
+            duty_pct: self.duty_pct,
+            pending_duty_pct: self.pending_duty_pct,
+            tick: self.tick,
+            noise: self.encoder.noise.clone(),
+        }
+    }
+
+    /// Continues from a state.
+    #[inline(always)]
+    pub(super) fn set_state(&mut self, state: &LoopState) {
+        self.control = state.control;
+        self.step = state.step;
+        self.modulator = state.modulator;
+        self.compare = state.compare;
+        self.duty_pct = state.duty_pct;
+        self.pending_duty_pct = state.pending_duty_pct;
+        self.tick = state.tick;
+        self.encoder.noise = state.noise.clone();
+    }
 }
 
 impl<P: Plant> ClosedLoop<P> {

@@ -1,8 +1,8 @@
 //! Signals of the load: torque, inertia and motion that another simulation gives.
 
 use super::input::{CommandError, LOAD_TORQUE_RANGE_NM};
-use super::stepped_core::{ActuatorCore, Model};
-use crate::plant::PlantState;
+use super::stepped_core::{ActuatorCore, Model, ticks_into_period};
+use crate::plant::{Plant, PlantState};
 
 impl ActuatorCore {
     /// Applies a torque to the load from the next tick on, Nm, in addition to that of the
@@ -74,6 +74,7 @@ impl ActuatorCore {
     }
 
     /// Torque of the drivetrain's shaft on the load at this instant, Nm; 0 without a load.
+    #[inline]
     pub fn shaft_torque_nm(&self) -> f64 {
         match &self.model {
             Model::Drivetrain(board) => board.plant.shaft_torque_nm(),
@@ -83,10 +84,12 @@ impl ActuatorCore {
 
     /// Motion of the load at this instant: of the last body of the drivetrain, which moves against
     /// the output within the flexibility of the shaft, and otherwise of the output itself.
+    #[inline]
     pub fn load(&self) -> PlantState {
         match &self.model {
             Model::Drivetrain(board) => board.plant.load(),
-            _ => {
+            Model::FirstOrder(board) => board.plant.at(ticks_into_period(self.tick)),
+            Model::BlackBox1(_) | Model::BlackBox2(_) | Model::GreyBox(_) => {
                 let now = self.reading();
                 PlantState {
                     angle_deg: now.angle_deg,

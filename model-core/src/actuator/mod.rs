@@ -12,6 +12,7 @@ mod load;
 mod reading;
 mod retune;
 pub mod settings;
+mod state;
 pub mod stepped;
 mod stepped_core;
 
@@ -19,6 +20,7 @@ pub use input::{COMMAND_RANGE, CommandError, InputLevel, LOAD_TORQUE_RANGE_NM};
 pub use kind::{ModelKind, PlantKind};
 pub use reading::Reading;
 pub use settings::Settings;
+pub use state::{CoreState, OtherModel};
 pub use stepped::Actuator;
 pub use stepped_core::{ActuatorCore, demand};
 

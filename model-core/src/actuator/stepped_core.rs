@@ -37,12 +37,12 @@ pub struct ActuatorCore {
     /// Period of the host, ticks; 0 if the host samples every tick.
     host_ticks: u64,
     /// The quantity that is commanded.
-    level: InputLevel,
+    pub(super) level: InputLevel,
     /// The last command that the host sampled.
-    sampled: f64,
+    pub(super) sampled: f64,
     /// The delayed command.
     pub(super) arrived: f64,
-    tick: u64,
+    pub(super) tick: u64,
 }
 
 impl ActuatorCore {
@@ -237,7 +237,7 @@ pub fn demand(level: InputLevel, value: f64) -> Demand {
 }
 
 /// Ticks since the start of the PWM period that ends now or later: 1 to 20, and 0 at tick 0.
-fn ticks_into_period(tick: u64) -> usize {
+pub(super) fn ticks_into_period(tick: u64) -> usize {
     match tick {
         0 => 0,
         tick => (tick - 1) as usize % PERIOD + 1,

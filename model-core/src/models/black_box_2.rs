@@ -65,6 +65,11 @@ impl BlackBox2 {
         [self.angle_deg, self.rate_deg_s]
     }
 
+    /// Sets both.
+    pub(crate) fn set_state(&mut self, [angle_deg, rate_deg_s]: [f64; 2]) {
+        (self.angle_deg, self.rate_deg_s) = (angle_deg, rate_deg_s);
+    }
+
     /// Sets the angle, deg.
     pub(crate) fn place(&mut self, angle_deg: f64) {
         self.angle_deg = angle_deg;

@@ -128,6 +128,12 @@ impl GreyBox {
         [self.angle_deg, self.rate_deg_s, self.integral_pct]
     }
 
+    /// Sets all three.
+    pub(crate) fn set_state(&mut self, [angle_deg, rate_deg_s, integral_pct]: [f64; 3]) {
+        (self.angle_deg, self.rate_deg_s) = (angle_deg, rate_deg_s);
+        self.integral_pct = integral_pct;
+    }
+
     /// Changes the parameters, under this demand without a jump of the duty unless its limit
     /// changes: the integrator takes the difference.
     ///

@@ -65,6 +65,15 @@ pub struct FirstOrder {
     is_stepped: bool,
 }
 
+/// What changes in a [`FirstOrder`]; the rest of the running period derives from it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MotorState {
+    start: PlantState,
+    end: PlantState,
+    duty_pct: f64,
+    is_stepped: bool,
+}
+
 impl FirstOrder {
     /// A motor at rest at zero.
     ///
@@ -102,6 +111,36 @@ impl FirstOrder {
     /// Sets the angle at the end of the running period, deg.
     pub(crate) fn place(&mut self, angle_deg: f64) {
         self.end.angle_deg = angle_deg;
+    }
+
+    /// The present state.
+    #[inline(always)]
+    pub(crate) fn state(&self) -> MotorState {
+        MotorState {
+            start: self.start,
+            end: self.end,
+            duty_pct: self.response.duty_pct,
+            is_stepped: self.is_stepped,
+        }
+    }
+
+    /// Continues from a state.
+    #[inline(always)]
+    pub(crate) fn set_state(&mut self, state: &MotorState) {
+        // Compared by their bits, since the response to -0 has other zeros.
+        if state.duty_pct.to_bits() != self.response.duty_pct.to_bits() {
+            self.respond_to(state.duty_pct);
+        }
+        (self.start, self.end) = (state.start, state.end);
+        self.is_stepped = state.is_stepped;
+        if state.is_stepped {
+            self.stepped = self.stepped(&self.response, self.start);
+        }
+    }
+
+    #[inline(always)]
+    fn respond_to(&mut self, duty_pct: f64) {
+        self.response = Response::new(&self.parameters, &self.lag, self.pwm, duty_pct);
     }
 
     /// Angle and rate at the ticks 0 to 19 of the running period, for a recording of every tick.
@@ -204,7 +243,7 @@ impl Plant for FirstOrder {
         let duty_pct = bridge_duty_pct(duty_pct);
         // The duty changes at most every fourth period, so its response is cached.
         if duty_pct != self.response.duty_pct {
-            self.response = Response::new(&self.parameters, &self.lag, self.pwm, duty_pct);
+            self.respond_to(duty_pct);
         }
         self.start = self.end;
         self.is_stepped = !self.runs_free();

@@ -39,7 +39,8 @@ crate::parameters! {
 pub struct Encoder {
     #[cfg_attr(feature = "serde", serde(with = "crate::parameter::as_values"))]
     parameters: EncoderParameters,
-    noise: Noise,
+    /// The noise to come.
+    pub(crate) noise: Noise,
     /// Whether the encoder is ideal, as in most campaigns, where the error terms need not be
     /// computed.
     is_ideal: bool,

@@ -8,7 +8,7 @@ use core::f64::consts::TAU;
 use rand_pcg::{Pcg32, rand_core::Rng};
 
 /// A stream of Gaussian numbers.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Noise {
     bits: Pcg32,

@@ -123,7 +123,33 @@ pub(super) struct GearTrain {
 /// Angle and rate of a body, rad and rad/s, referred to the output.
 pub(super) type Motion = (f64, f64);
 
+/// What changes in a [`GearTrain`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct TrainState {
+    motions: [Motion; 3],
+    pub added_kg_m2: f64,
+    friction_nm: f64,
+}
+
 impl GearTrain {
+    #[inline(always)]
+    pub fn state(&self) -> TrainState {
+        TrainState {
+            motions: from_fn(|i| self.motion(i)),
+            added_kg_m2: self.added_kg_m2,
+            friction_nm: self.friction_nm,
+        }
+    }
+
+    /// Continues from a state with the present added inertia.
+    #[inline(always)]
+    pub fn set_state(&mut self, state: &TrainState) {
+        for (body, motion) in self.bodies.iter_mut().zip(state.motions) {
+            (body.angle_rad, body.rate_rad_s) = motion;
+        }
+        self.friction_nm = state.friction_nm;
+    }
+
     pub fn new(p: &GearTrainParameters, friction: Friction, load: &Load) -> Self {
         let inertias = [
             p.motor_inertia_kg_m2 * p.gear_ratio * p.gear_ratio,

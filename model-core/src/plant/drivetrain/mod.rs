@@ -36,7 +36,9 @@ use core::f64::consts::PI;
 
 use self::electrical::{ElectricalParameters, Terminal, Winding};
 use self::friction::{Friction, FrictionParameters};
-use self::gear_train::{GearTrain, GearTrainParameters, Motion, SHORTEST_STEP_S, STEP_SHARE};
+use self::gear_train::{
+    GearTrain, GearTrainParameters, Motion, SHORTEST_STEP_S, STEP_SHARE, TrainState,
+};
 use self::load::{Load, LoadParameters};
 use super::PlantState;
 use crate::limits::within;
@@ -147,6 +149,15 @@ pub struct Drivetrain {
     /// The longest step that resolves the decay of the rotor's rate.
     decay_step_s: f64,
     steps_of_tick: Steps,
+}
+
+/// What changes in a [`Drivetrain`] that keeps its supply and is not jammed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct DrivetrainState {
+    current_a: f64,
+    train: TrainState,
+    recorded_nm: f64,
+    terminal: Terminal,
 }
 
 /// A time in equal steps.
@@ -297,6 +308,26 @@ impl Drivetrain {
         }
         self.winding.current_a = winding.current_a;
         sum_a / f64::from(steps.count)
+    }
+
+    #[inline(always)]
+    fn state(&self) -> DrivetrainState {
+        DrivetrainState {
+            current_a: self.winding.current_a,
+            train: self.train.state(),
+            recorded_nm: self.load.recorded_nm,
+            terminal: self.terminal,
+        }
+    }
+
+    #[inline(always)]
+    fn set_state(&mut self, state: &DrivetrainState) {
+        self.winding.current_a = state.current_a;
+        // The length of the steps derives from the inertia.
+        self.set_added_inertia_kg_m2(state.train.added_kg_m2);
+        self.train.set_state(&state.train);
+        self.load.recorded_nm = state.recorded_nm;
+        self.terminal = state.terminal;
     }
 
     /// Adds a torque to the external load until the next call, Nm, for example a recording or a

@@ -4,7 +4,7 @@ use core::ops::{Deref, DerefMut};
 
 use super::electrical::Terminal;
 use super::pwm::PwmBridge;
-use super::{Drivetrain, DrivetrainParameters, state};
+use super::{Drivetrain, DrivetrainParameters, DrivetrainState, state};
 use crate::parameter::ParameterError;
 use crate::plant::{PERIOD, Plant, PlantState, Pwm};
 
@@ -25,7 +25,36 @@ pub struct SteppedDrivetrain {
     passed: u32,
 }
 
+/// What changes in a [`SteppedDrivetrain`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SteppedState {
+    drivetrain: DrivetrainState,
+    level_v: f64,
+    on_ticks: f64,
+    passed: u32,
+}
+
 impl SteppedDrivetrain {
+    /// The present state.
+    #[inline(always)]
+    pub(crate) fn state(&self) -> SteppedState {
+        SteppedState {
+            drivetrain: self.drivetrain.state(),
+            level_v: self.level_v,
+            on_ticks: self.on_ticks,
+            passed: self.passed,
+        }
+    }
+
+    /// Continues from a state.
+    #[inline(always)]
+    pub(crate) fn set_state(&mut self, state: &SteppedState) {
+        self.drivetrain.set_state(&state.drivetrain);
+        self.level_v = state.level_v;
+        self.on_ticks = state.on_ticks;
+        self.passed = state.passed;
+    }
+
     /// A drivetrain at rest at zero.
     ///
     /// # Errors
