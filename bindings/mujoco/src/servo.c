@@ -1,4 +1,4 @@
-/* The configuration of a servo. */
+/* The configuration of an instance. */
 #include "servo.h"
 
 #include <errno.h>
@@ -56,13 +56,13 @@ static int configure_seed(const mjModel *m, int instance, struct servo_config *c
 {
     const char *text = attribute(m, instance, "seed");
     char *end = NULL;
+    config->seed = 0;
     if (!text)
         return 1;
     errno = 0;
-    unsigned long long seed = strtoull(text, &end, 10);
+    config->seed = strtoull(text, &end, 10);
     if (*end || errno || *text == '-')
         return refuse(why, "seed: expected a whole number", text);
-    actuator_settings_set_seed(&config->settings, seed);
     return 1;
 }
 
@@ -112,7 +112,6 @@ int servo_configure(const mjModel *m, int instance, struct servo_config *config,
     if (!configure_seed(m, instance, config, why) || !configure_input(m, instance, config, why) ||
         !configure_parameters(attribute(m, instance, "parameters"), config, why))
         return 0;
-    config->size = actuator_size(settings);
     double gears = 0.0, shaft = 0.0;
     actuator_settings_get(settings, "gear_stiffness_nm_deg", &gears);
     actuator_settings_get(settings, "shaft_stiffness_nm_deg", &shaft);
@@ -120,27 +119,50 @@ int servo_configure(const mjModel *m, int instance, struct servo_config *config,
     return 1;
 }
 
-int servo_attach(const mjModel *m, int instance, struct servo_config *config,
-                 struct actuator_why *why)
+int servo_is(const mjModel *m, int instance)
+{
+    const mjpPlugin *plugin = instance < 0 ? NULL : mjp_getPluginAtSlot(m->plugin[instance]);
+    return plugin && (strcmp(plugin->name, SERVO_PLUGIN) == 0 ||
+                      strcmp(plugin->name, SERVO_PLUGIN_SHORT) == 0);
+}
+
+int servo_count(const mjModel *m, int instance)
 {
     int count = 0;
-    for (int i = 0; i < m->nu; i++) {
-        if (m->actuator_plugin[i] == instance) {
-            config->actuator = i;
-            count++;
-        }
+    for (int i = 0; i < m->nactuator; i++)
+        count += m->actuator_plugin[i] == instance;
+    return count;
+}
+
+int servo_find(const mjModel *m, int instance, int index, struct servo_place *place,
+               struct actuator_why *why)
+{
+    int actuator = 0;
+    for (int left = index; actuator < m->nactuator; actuator++) {
+        if (m->actuator_plugin[actuator] == instance && left-- == 0)
+            break;
     }
-    if (count != 1)
-        return refuse(why, "a plugin instance is one servo", "expected one actuator with it");
-    int joint = m->actuator_trnid[2 * config->actuator];
-    if (m->actuator_trntype[config->actuator] != mjTRN_JOINT ||
-        m->jnt_type[joint] != mjJNT_HINGE)
+    if (actuator == m->nactuator)
+        return refuse(why, "an instance is one or several servos", "expected an actuator with it");
+    int joint = m->actuator_trnid[2 * actuator];
+    if (m->actuator_trntype[actuator] != mjTRN_JOINT || m->jnt_type[joint] != mjJNT_HINGE)
         return refuse(why, "a servo turns a hinge", "expected the transmission `joint`");
-    config->dof = m->jnt_dofadr[joint];
-    config->gear = m->actuator_gear[6 * config->actuator];
-    if (config->gear == 0.0)
+    place->control = m->actuator_ctrladr[actuator];
+    place->output = m->actuator_outadr[actuator];
+    place->dof = m->jnt_dofadr[joint];
+    place->gear = m->actuator_gear[6 * place->output];
+    if (place->gear == 0.0)
         return refuse(why, "gear", "0");
     if (m->opt.integrator == mjINT_RK4)
         return refuse(why, "integrator: expected one that evaluates each step once", "RK4");
     return 1;
+}
+
+int servo_start(const struct servo_config *config, int index, struct actuator *actuator,
+                struct actuator_why *why)
+{
+    struct actuator_settings settings = config->settings;
+    actuator_settings_set_seed(&settings, config->seed + (unsigned long long)index);
+    return actuator_start(actuator, actuator_size(&settings), &settings, why) ==
+           ACTUATOR_ERROR_NONE;
 }

@@ -1,7 +1,7 @@
 /*
- * One servo of a MuJoCo model: its configuration, and the layout of its state.
+ * The settings of an instance of the plugin, and the servos that have them.
  *
- * The servo is an actuator of the C library whose load is a joint of MuJoCo. Before each step of
+ * A servo is an actuator of the C library whose load is a joint of MuJoCo. Before each step of
  * MuJoCo the library computes where the load will be at the end of it, under the torque and the
  * inertia that act at the joint, and the force of the actuator is the one that moves the joint
  * there (coupling.c). Whatever else moves the joint meanwhile, such as a contact, is returned to
@@ -15,32 +15,16 @@
 
 #include "actuator.h"
 
-/* The name of the plugin. */
+/* The name of the plugin, and a short one: MuJoCo reads the name of a plugin to its end whenever it
+ * looks one up, seven times per instance and step, which takes 30 ns more for the long one. */
 #define SERVO_PLUGIN "smart_actuator.servo"
+#define SERVO_PLUGIN_SHORT "sas"
 
-/* The part of the state in front of that of the actuator, in mjtNum. */
-enum servo_state {
-    /* Simulated time, s. */
-    SERVO_TIME,
-    /* 0 until the first step. */
-    SERVO_STARTED,
-    /* Angle and rate that the joint has if nothing unforeseen moved it, rad and rad/s. */
-    SERVO_ANGLE,
-    SERVO_RATE,
-    /* Torque of the servo's shaft on the joint, Nm. */
-    SERVO_SHAFT,
-    /* Torque and inertia that the servo was told, at its shaft, Nm and kg m^2. */
-    SERVO_TORQUE,
-    SERVO_INERTIA,
-    /* Torque of MuJoCo's constraints on the joint in the last step, Nm. */
-    SERVO_CONSTRAINT,
-    /* Words of the state before the actuator. */
-    SERVO_HEADER
-};
-
-/* What does not change during a simulation. */
+/* What all servos of an instance have in common. */
 struct servo_config {
     struct actuator_settings settings;
+    /* The seed of the first servo; each has one of its own, in the order of the actuators. */
+    unsigned long long seed;
     /* One of enum actuator_input, and how many of its units are one of `ctrl`. */
     int input;
     double scale;
@@ -48,22 +32,36 @@ struct servo_config {
      * and the joint, Nm/rad, infinite if it is rigid. */
     int is_loaded;
     double stiffness;
-    /* Bytes of the actuator. */
-    size_t size;
-    /* The actuator of MuJoCo, and the degree of freedom of its joint. */
-    int actuator;
+};
+
+/* Where a servo stands in a model. */
+struct servo_place {
+    /* Its control and the output of its actuator. */
+    int control;
+    int output;
+    /* The degree of freedom of its joint. */
     int dof;
     /* Angle of the servo over that of the joint. */
     double gear;
 };
 
+/* Whether the plugin of an instance is that of servos. */
+int servo_is(const mjModel *m, int instance);
+
 /* Reads the configuration of an instance. On an error it writes a sentence and returns 0. */
 int servo_configure(const mjModel *m, int instance, struct servo_config *config,
                     struct actuator_why *why);
 
-/* Finds the actuator and the joint of an instance, likewise. */
-int servo_attach(const mjModel *m, int instance, struct servo_config *config,
-                 struct actuator_why *why);
+/* The number of actuators of an instance. */
+int servo_count(const mjModel *m, int instance);
+
+/* The place of one of them, counted from 0. On an error it writes a sentence and returns 0. */
+int servo_find(const mjModel *m, int instance, int index, struct servo_place *place,
+               struct actuator_why *why);
+
+/* Starts one of them, in memory of `actuator_size(settings)` bytes. */
+int servo_start(const struct servo_config *config, int index, struct actuator *actuator,
+                struct actuator_why *why);
 
 /* The attributes of the configuration. */
 extern const char *const SERVO_ATTRIBUTES[];
