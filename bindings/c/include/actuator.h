@@ -7,7 +7,7 @@
  * Every pointer must be null, or point to a whole object of its type, an actuator with a long delay
  * to all of its memory; texts end in a zero. Memory
  * that is given to another function than actuator_settings_init or actuator_start must be zeroed
- * or filled by one of these two. Null, misaligned pointers, zeroed memory, NaN and unknown names
+ * or filled by one of these two, that of a state zeroed or filled by actuator_save. Null, misaligned pointers, zeroed memory, NaN and unknown names
  * give an error code. `why` may be null; otherwise it is always written.
  *
  * Different actuators may be used by different threads at once; one actuator by one at a time.
@@ -533,7 +533,7 @@ size_t actuator_state_size(const struct actuator_settings *settings);
 
 /**
  * Saves the state of an actuator in memory of `size` bytes, at least those of
- * `actuator_state_size`.
+ * `actuator_state_size`, which is zeroed or holds a saved state.
  */
 enum actuator_error actuator_save(const struct actuator *actuator,
                                   struct actuator_state *state,

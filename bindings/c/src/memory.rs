@@ -130,30 +130,6 @@ pub unsafe fn look_with_tail<'a, H: Holds>(
     Ok((value, tail))
 }
 
-/// Fills the caller's memory with a value and the doubles behind it, or leaves it as it is.
-///
-/// # Safety
-/// As [`fill`]; `tail` lies outside the memory.
-pub unsafe fn put_with_tail<H: Holds>(
-    memory: *mut H,
-    size: usize,
-    value: H::Value,
-    tail: &[f64],
-) -> Result<(), Code> {
-    let place = place(memory)?.cast_mut();
-    if size < size_with_tail::<H>(tail.len()) {
-        return Err(Code::Size);
-    }
-    // SAFETY: not null, aligned, and large enough, which is checked; the caller owns it.
-    unsafe {
-        (&raw mut (*place).mark).write(H::MARK);
-        (&raw mut (*place).value).write(MaybeUninit::new(value));
-        let behind = place.add(1).cast::<f64>();
-        behind.copy_from_nonoverlapping(tail.as_ptr(), tail.len());
-    }
-    Ok(())
-}
-
 /// The value in the caller's memory, to be changed.
 ///
 /// # Safety

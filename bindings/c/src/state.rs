@@ -54,7 +54,7 @@ pub unsafe extern "C" fn actuator_state_size(settings: *const Settings) -> usize
 }
 
 /// Saves the state of an actuator in memory of `size` bytes, at least those of
-/// `actuator_state_size`.
+/// `actuator_state_size`, which is zeroed or holds a saved state.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn actuator_save(
     actuator: *const Actuator,
@@ -65,11 +65,24 @@ pub unsafe extern "C" fn actuator_save(
     // filled with that of its delay.
     let save = || unsafe {
         let (started, line) = memory::look_with_tail(actuator, |now| now.delay.len())?;
-        let saved = Saved {
-            core: started.core.state(),
-            delay: started.delay,
-        };
-        memory::put_with_tail(state, size, saved, line)
+        if size < memory::size_with_tail::<State>(line.len()) {
+            return Err(Code::Size);
+        }
+        if let Ok(saved) = memory::change(state) {
+            // What is there is written over, part by part.
+            started.core.save_state(&mut saved.core);
+            saved.delay = started.delay;
+        } else {
+            let core = started.core.state();
+            let (delay, tail) = (started.delay, line.len());
+            let make = || Ok::<_, Code>((Saved { core, delay }, tail));
+            memory::fill_with_tail(state, size, make)?;
+        }
+        if !line.is_empty() {
+            let (_, passed) = memory::change_with_tail(state, |saved| saved.delay.len())?;
+            passed.copy_from_slice(line);
+        }
+        Ok(())
     };
     code(save())
 }
@@ -88,7 +101,9 @@ pub unsafe extern "C" fn actuator_restore(actuator: *mut Actuator, state: *const
             return Err(Code::State);
         }
         started.delay = saved.delay;
-        line.copy_from_slice(passed);
+        if !line.is_empty() {
+            line.copy_from_slice(passed);
+        }
         Ok(())
     };
     code(restore())

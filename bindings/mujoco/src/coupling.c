@@ -104,7 +104,30 @@ double coupling_compliance(const mjModel *m, const mjtNum *memory, int n, int i,
     return memory[2 * m->nv + n * i + j];
 }
 
-double coupling_torque(const mjModel *m, const struct coupled_joint *joint, double acceleration)
+void coupling_demand(const mjModel *m, struct coupled_joint *joints, int n)
 {
-    return (joint->inertia + implicit_inertia(m, joint->dof)) * acceleration - joint->torque;
+    for (int i = 0; i < n; i++) {
+        struct coupled_joint *joint = joints + i;
+        double inertia = joint->inertia + implicit_inertia(m, joint->dof);
+        joint->servo = inertia * joint->acceleration - joint->torque;
+    }
+}
+
+void coupling_demand_all(const mjModel *m, mjData *d, struct coupled_joint *joints, int n,
+                         mjtNum *memory)
+{
+    struct parts parts = parts_of(memory, (size_t)m->nv, (size_t)n);
+    mjtNum *inertial = parts.half;
+    smooth_force(m, d, parts.force);
+    for (int i = 0; i < n; i++)
+        parts.acceleration[joints[i].dof] = joints[i].acceleration;
+    if (m->nv == 1)
+        inertial[0] = d->M[0] * parts.acceleration[0];
+    else
+        mj_mulM(m, d, inertial, parts.acceleration);
+    for (int i = 0; i < n; i++) {
+        int dof = joints[i].dof;
+        double damping = implicit_inertia(m, dof) * joints[i].acceleration;
+        joints[i].servo = inertial[dof] + damping - parts.force[dof] - joints[i].constraint;
+    }
 }

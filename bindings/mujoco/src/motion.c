@@ -1,5 +1,6 @@
 #include "motion.h"
 
+#include <math.h>
 #include <string.h>
 
 /* Rounding of a motion that nothing unforeseen has changed: angles of rad, rates of 1e2 rad/s. */
@@ -13,7 +14,7 @@ static void begin(mjData *d, struct servo *servo, struct coupled_joint *joint)
 {
     mjtNum *next = servo->next, *state = d->plugin_state + servo->address;
     struct actuator *actuator = servo->actuator;
-    memcpy(next, state, sizeof servo->next);
+    memcpy(next, state, SERVO_HEADER * sizeof *next);
     actuator_restore(actuator, servo_saved(state));
     double angle = d->actuator_length[servo->place.output];
     if (!next[SERVO_STARTED]) {
@@ -24,7 +25,7 @@ static void begin(mjData *d, struct servo *servo, struct coupled_joint *joint)
         double rate = servo->place.gear * d->qvel[servo->place.dof];
         double moved = angle - next[SERVO_ANGLE], accelerated = rate - next[SERVO_RATE];
         struct actuator_load load;
-        if (mju_abs(moved) > ANGLE_ROUNDING_RAD || mju_abs(accelerated) > RATE_ROUNDING_RAD_S)
+        if (fabs(moved) > ANGLE_ROUNDING_RAD || fabs(accelerated) > RATE_ROUNDING_RAD_S)
             actuator_push_load(actuator, moved * DEG, next[SERVO_INERTIA] * accelerated);
         if (!actuator_read_load(actuator, &load))
             next[SERVO_SHAFT] = load.shaft_torque_nm * servo->place.gear;
@@ -52,8 +53,9 @@ static void show_load(const mjModel *m, struct servo *servo, const struct couple
     actuator_set_load_inertia(actuator, next[SERVO_INERTIA]);
 }
 
-/* Advances to the end of the step; returns the acceleration of the joint that leads there. */
-static double predict(const mjModel *m, const mjData *d, struct servo *servo, double rate_of_steps)
+/* Advances to the end of the step, and demands the acceleration of the joint that leads there. */
+static void predict(const mjModel *m, const mjData *d, struct servo *servo, double rate_of_steps,
+                    struct coupled_joint *joint)
 {
     const struct servo_place *place = &servo->place;
     mjtNum *next = servo->next, ctrl = d->ctrl[place->control];
@@ -71,7 +73,8 @@ static double predict(const mjModel *m, const mjData *d, struct servo *servo, do
     /* MuJoCo adds the acceleration to the rate, and the rate to the angle. */
     next[SERVO_ANGLE] = load.angle_deg * RAD;
     next[SERVO_RATE] = (next[SERVO_ANGLE] - d->actuator_length[place->output]) * rate_of_steps;
-    return (next[SERVO_RATE] * servo->inverse_gear - d->qvel[place->dof]) * rate_of_steps;
+    joint->acceleration =
+        (next[SERVO_RATE] * servo->inverse_gear - d->qvel[place->dof]) * rate_of_steps;
 }
 
 /* Warns once if the shafts of an arm oscillate too fast for the step. Gershgorin: no mode is faster
@@ -100,17 +103,26 @@ static void check_step(const mjModel *m, struct servos *all)
 void motion_compute(const mjModel *m, mjData *d, struct servos *all)
 {
     double rate_of_steps = 1.0 / m->opt.timestep;
-    for (int i = 0; i < all->count; i++)
+    int n = all->count;
+    for (int i = 0; i < n; i++)
         begin(d, all->servo + i, all->joints + i);
-    coupling_measure(m, d, all->joints, all->count, all->memory);
-    if (!all->is_checked)
-        check_step(m, all);
-    for (int i = 0; i < all->count; i++) {
+    if (!all->moves_all) {
+        coupling_measure(m, d, all->joints, n, all->memory);
+        if (!all->is_checked)
+            check_step(m, all);
+    }
+    for (int i = 0; i < n; i++) {
+        if (all->servo[i].is_loaded)
+            show_load(m, all->servo + i, all->joints + i);
+        predict(m, d, all->servo + i, rate_of_steps, all->joints + i);
+    }
+    if (all->moves_all)
+        coupling_demand_all(m, d, all->joints, n, all->memory);
+    else
+        coupling_demand(m, all->joints, n);
+    for (int i = 0; i < n; i++) {
         struct servo *servo = all->servo + i;
-        const struct coupled_joint *joint = all->joints + i;
-        if (servo->is_loaded)
-            show_load(m, servo, joint);
-        double torque = coupling_torque(m, joint, predict(m, d, servo, rate_of_steps));
+        double torque = all->joints[i].servo;
         d->actuator_force[servo->place.output] = torque * servo->inverse_gear;
         /* What is not known of a shaft is its last torque. */
         if (!servo->is_loaded)
@@ -123,8 +135,8 @@ void motion_advance(mjData *d, const struct instance *mine)
     for (int i = mine->first; i < mine->first + mine->count; i++) {
         struct servo *servo = mine->all->servo + i;
         mjtNum *state = d->plugin_state + servo->address;
-        servo->next[SERVO_CONSTRAINT] = d->qfrc_constraint[servo->place.dof];
         memcpy(state, servo->next, sizeof servo->next);
+        state[SERVO_CONSTRAINT] = d->qfrc_constraint[servo->place.dof];
         actuator_save(servo->actuator, servo_saved(state), servo->size);
     }
 }

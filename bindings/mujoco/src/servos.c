@@ -72,6 +72,22 @@ static int fill(const mjModel *m, const struct servo_config *config, int instanc
     return 1;
 }
 
+/* Whether the servos are all degrees of freedom, each once, and none is loaded. */
+static int moves_all(const mjModel *m, const struct servos *all)
+{
+    if (all->count != m->nv)
+        return 0;
+    for (int i = 0; i < all->count; i++) {
+        if (all->servo[i].is_loaded)
+            return 0;
+        for (int j = 0; j < i; j++) {
+            if (all->servo[i].place.dof == all->servo[j].place.dof)
+                return 0;
+        }
+    }
+    return 1;
+}
+
 int servos_create(const mjModel *m, mjData *d, int instance, struct actuator_why *why)
 {
     struct servo_config config;
@@ -93,8 +109,11 @@ int servos_create(const mjModel *m, mjData *d, int instance, struct actuator_why
         return 0;
     mine->first = mine->all->count;
     mine->all->count += mine->count;
-    return servo_configure(m, instance, &config, why) && fill(m, &config, instance, mine, why) &&
-           servos_reset(m, instance, d->plugin_state + m->plugin_stateadr[instance], why);
+    if (!servo_configure(m, instance, &config, why) || !fill(m, &config, instance, mine, why))
+        return 0;
+    /* The last instance finds all of them. */
+    mine->all->moves_all = moves_all(m, mine->all);
+    return servos_reset(m, instance, d->plugin_state + m->plugin_stateadr[instance], why);
 }
 
 void servos_destroy(mjData *d, int instance)

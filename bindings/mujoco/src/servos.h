@@ -54,6 +54,8 @@ struct servos {
     struct servo *servo;
     struct coupled_joint *joints;
     mjtNum *memory;
+    /* Whether they move all degrees of freedom, whatever acts on these. */
+    int moves_all;
     /* Whether the length of the step was checked. */
     int is_checked;
 };

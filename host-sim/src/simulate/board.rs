@@ -153,8 +153,8 @@ fn board_row<P: Plant>(
         board.duty_pct(),
         board.angle_meas_deg(),
         board.rate_meas_deg_s(),
-        board.step.rate_command.to_f64(),
-        board.compare.get().into(),
+        board.step().rate_command.to_f64(),
+        board.compare().get().into(),
     ]
 }
 

@@ -35,64 +35,29 @@ impl TimerParameters {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ClosedLoop<P> {
     coefficients: Coefficients,
-    control: CascadeState,
     #[cfg_attr(feature = "serde", serde(with = "crate::parameter::as_values"))]
     timer: TimerParameters,
     encoder: Encoder,
     /// Motor, gear train and load.
     pub plant: P,
+    now: LoopState,
+}
+
+/// What changes in a [`ClosedLoop`], without plant and encoder. It is one piece of memory, so that
+/// a copy takes few instructions.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(super) struct LoopState {
+    control: CascadeState,
     modulator: Modulator,
     /// The last control step.
-    pub step: CascadeStep,
+    step: CascadeStep,
     /// Its duty as a compare value of the timer.
-    pub compare: PwmCompare,
+    compare: PwmCompare,
     duty_pct: f64,
     /// The duty that takes effect at the next edge, %.
     pending_duty_pct: f64,
     tick: u64,
-}
-
-/// What changes in a [`ClosedLoop`], without its plant.
-#[derive(Debug, Clone, PartialEq)]
-pub struct LoopState {
-    control: CascadeState,
-    step: CascadeStep,
-    modulator: Modulator,
-    compare: PwmCompare,
-    duty_pct: f64,
-    pending_duty_pct: f64,
-    tick: u64,
-    noise: Noise,
-}
-
-impl<P> ClosedLoop<P> {
-    /// The present state of the loop.
-    #[inline(always)]
-    pub(super) fn state(&self) -> LoopState {
-        LoopState {
-            control: self.control,
-            step: self.step,
-            modulator: self.modulator,
-            compare: self.compare,
-            duty_pct: self.duty_pct,
-            pending_duty_pct: self.pending_duty_pct,
-            tick: self.tick,
-            noise: self.encoder.noise.clone(),
-        }
-    }
-
-    /// Continues from a state.
-    #[inline(always)]
-    pub(super) fn set_state(&mut self, state: &LoopState) {
-        self.control = state.control;
-        self.step = state.step;
-        self.modulator = state.modulator;
-        self.compare = state.compare;
-        self.duty_pct = state.duty_pct;
-        self.pending_duty_pct = state.pending_duty_pct;
-        self.tick = state.tick;
-        self.encoder.noise = state.noise.clone();
-    }
 }
 
 impl<P: Plant> ClosedLoop<P> {
@@ -122,16 +87,10 @@ impl<P: Plant> ClosedLoop<P> {
     ) -> Self {
         Self {
             coefficients,
-            control: CascadeState::default(),
             timer,
             encoder,
             plant,
-            modulator: Modulator::default(),
-            step: CascadeStep::default(),
-            compare: PwmCompare::default(),
-            duty_pct: 0.0,
-            pending_duty_pct: 0.0,
-            tick: 0,
+            now: LoopState::default(),
         }
     }
 
@@ -139,26 +98,26 @@ impl<P: Plant> ClosedLoop<P> {
     /// command that has arrived at a tick, an angle or a rate.
     #[inline(always)]
     pub fn start_period<S: Into<Setpoint>>(&mut self, command: impl FnOnce(u64) -> S) {
-        self.duty_pct = self.pending_duty_pct;
-        self.plant.start_period(self.duty_pct);
-        if self.tick.is_multiple_of(CONTROL_PERIOD_TICKS) {
-            self.control(command(self.tick));
+        self.now.duty_pct = self.now.pending_duty_pct;
+        self.plant.start_period(self.now.duty_pct);
+        if self.now.tick.is_multiple_of(CONTROL_PERIOD_TICKS) {
+            self.control(command(self.now.tick));
         }
-        self.tick += PWM_PERIOD_TICKS;
+        self.now.tick += PWM_PERIOD_TICKS;
     }
 
     fn control(&mut self, command: impl Into<Setpoint>) {
         let count = self.encoder.valid_count(self.plant.at(0).angle_deg);
-        self.control.observe(&self.coefficients, count);
+        self.now.control.observe(&self.coefficients, count);
         // Without a valid count the last duty remains: protections are part of the board's
         // application.
         if count.is_some() {
-            self.step = self.control.regulate(&self.coefficients, command);
-            self.compare = self.modulator.next(self.step.duty);
-            self.pending_duty_pct = if self.timer.counts() {
-                self.compare.duty_pct()
+            self.now.step = self.now.control.regulate(&self.coefficients, command);
+            self.now.compare = self.now.modulator.next(self.now.step.duty);
+            self.now.pending_duty_pct = if self.timer.counts() {
+                self.now.compare.duty_pct()
             } else {
-                self.step.duty.to_f64()
+                self.now.step.duty.to_f64()
             };
         }
     }
@@ -169,9 +128,9 @@ impl<P: Plant> ClosedLoop<P> {
     pub fn start_open_period(&mut self, duty_pct: f64) {
         let limited_pct = bridge_duty_pct(duty_pct);
         let duty = percent(limited_pct);
-        self.compare = self.modulator.next(duty);
+        self.now.compare = self.now.modulator.next(duty);
         let duty_pct = if self.timer.counts() {
-            self.compare.duty_pct()
+            self.now.compare.duty_pct()
         } else {
             limited_pct
         };
@@ -182,38 +141,61 @@ impl<P: Plant> ClosedLoop<P> {
     /// Measures without regulating, in the periods in which the control step runs. The duty is
     /// also that of the next edge, if the loops close then.
     fn observe(&mut self, duty_pct: f64) {
-        (self.duty_pct, self.pending_duty_pct) = (duty_pct, duty_pct);
-        self.step = CascadeStep {
+        (self.now.duty_pct, self.now.pending_duty_pct) = (duty_pct, duty_pct);
+        self.now.step = CascadeStep {
             duty: percent(duty_pct),
             ..CascadeStep::default()
         };
-        if self.tick.is_multiple_of(CONTROL_PERIOD_TICKS) {
+        if self.now.tick.is_multiple_of(CONTROL_PERIOD_TICKS) {
             let count = self.encoder.valid_count(self.plant.at(0).angle_deg);
-            self.control.observe(&self.coefficients, count);
-            self.control.release();
+            self.now.control.observe(&self.coefficients, count);
+            self.now.control.release();
         }
-        self.tick += PWM_PERIOD_TICKS;
+        self.now.tick += PWM_PERIOD_TICKS;
     }
 
     /// Changes the coefficients of the control step without a jump of the duty.
     pub fn retune(&mut self, coefficients: Coefficients) {
-        self.control.retune(&self.coefficients, &coefficients);
+        self.now.control.retune(&self.coefficients, &coefficients);
         self.coefficients = coefficients;
+    }
+
+    /// The last control step.
+    pub fn step(&self) -> &CascadeStep {
+        &self.now.step
+    }
+
+    /// Its duty as a compare value of the timer.
+    pub fn compare(&self) -> PwmCompare {
+        self.now.compare
+    }
+
+    /// The present state of the loop and of the encoder's noise.
+    #[inline(always)]
+    pub(super) fn state(&self) -> (&LoopState, &Noise) {
+        (&self.now, &self.encoder.noise)
+    }
+
+    /// Continues from a state.
+    #[inline(always)]
+    pub(super) fn set_state(&mut self, (now, noise): (&LoopState, &Noise)) {
+        self.now = *now;
+        self.encoder.noise.clone_from(noise);
     }
 
     /// The duty of the running period, %.
     pub fn duty_pct(&self) -> f64 {
-        self.duty_pct
+        self.now.duty_pct
     }
 
     /// The measured angle, deg.
     pub fn angle_meas_deg(&self) -> f64 {
-        self.control.angle().to_f64()
+        self.now.control.angle().to_f64()
     }
 
     /// The estimated rate, deg/s.
     pub fn rate_meas_deg_s(&self) -> f64 {
-        self.control.rate().to_f64()
+        self.now.control.rate().to_f64()
     }
 }
 

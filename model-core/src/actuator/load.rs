@@ -88,7 +88,7 @@ impl ActuatorCore {
     pub fn load(&self) -> PlantState {
         match &self.model {
             Model::Drivetrain(board) => board.plant.load(),
-            Model::FirstOrder(board) => board.plant.at(ticks_into_period(self.tick)),
+            Model::FirstOrder(board) => board.plant.at(ticks_into_period(self.tick())),
             Model::BlackBox1(_) | Model::BlackBox2(_) | Model::GreyBox(_) => {
                 let now = self.reading();
                 PlantState {

@@ -15,7 +15,7 @@ impl ActuatorCore {
     /// That of the first parameter that is out of its range or inconsistent with another one;
     /// nothing is changed then.
     pub fn retune(&mut self, settings: &Settings) -> Result<(), ParameterError> {
-        let demand = demand(self.level(), self.arrived);
+        let demand = demand(self.level(), self.now.arrived);
         match &mut self.model {
             Model::FirstOrder(board) => board.retune(Coefficients::try_new(&settings.control)?),
             Model::Drivetrain(board) => board.retune(Coefficients::try_new(&settings.control)?),

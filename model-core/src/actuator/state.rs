@@ -1,21 +1,18 @@
 //! What changes while an actuator runs, without its parameters and what derives from them.
 //!
-//! A snapshot of this part is a third of the whole actuator, and so is the time of a copy. It is
-//! for a caller that keeps the parameters elsewhere and saves or restores the state in each step.
+//! This part has a third of the bytes of an actuator. It is for a caller that keeps the parameters
+//! elsewhere, and saves and restores the state in each step.
 
 use super::closed_loop::LoopState;
-use super::input::InputLevel;
-use super::stepped_core::{ActuatorCore, Model};
+use super::stepped_core::{ActuatorCore, Model, Signals};
 use crate::plant::{drivetrain::stepped::SteppedState, first_order::MotorState};
+use crate::sensors::noise::Noise;
 
 /// The state of an [`ActuatorCore`], without the values in its delay.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CoreState {
+    now: Signals,
     model: ModelState,
-    level: InputLevel,
-    sampled: f64,
-    arrived: f64,
-    tick: u64,
 }
 
 /// That of its model.
@@ -24,8 +21,15 @@ enum ModelState {
     BlackBox1(f64),
     BlackBox2([f64; 2]),
     GreyBox([f64; 3]),
-    FirstOrder(LoopState, MotorState),
-    Drivetrain(LoopState, SteppedState),
+    FirstOrder {
+        board: (LoopState, Noise),
+        motor: MotorState,
+        duty_pct: f64,
+    },
+    Drivetrain {
+        board: (LoopState, Noise),
+        plant: SteppedState,
+    },
 }
 
 /// A state is that of another model.
@@ -47,25 +51,60 @@ impl ActuatorCore {
     /// actuator.set_state(&state).unwrap();
     /// assert_eq!(actuator.reading(), now);
     /// ```
-    #[inline]
     pub fn state(&self) -> CoreState {
-        CoreState {
-            model: match &self.model {
-                Model::BlackBox1(model) => ModelState::BlackBox1(model.angle_deg()),
-                Model::BlackBox2(model) => ModelState::BlackBox2(model.state()),
-                Model::GreyBox(model) => ModelState::GreyBox(model.state()),
-                Model::FirstOrder(board) => {
-                    ModelState::FirstOrder(board.state(), board.plant.state())
+        let owned = |(now, noise): (&LoopState, &Noise)| (*now, noise.clone());
+        let model = match &self.model {
+            Model::BlackBox1(model) => ModelState::BlackBox1(model.angle_deg()),
+            Model::BlackBox2(model) => ModelState::BlackBox2(model.state()),
+            Model::GreyBox(model) => ModelState::GreyBox(model.state()),
+            Model::FirstOrder(board) => {
+                let (motor, duty_pct) = board.plant.state();
+                ModelState::FirstOrder {
+                    board: owned(board.state()),
+                    motor: *motor,
+                    duty_pct,
                 }
-                Model::Drivetrain(board) => {
-                    ModelState::Drivetrain(board.state(), board.plant.state())
-                }
+            }
+            Model::Drivetrain(board) => ModelState::Drivetrain {
+                board: owned(board.state()),
+                plant: board.plant.state(),
             },
-            level: self.level,
-            sampled: self.sampled,
-            arrived: self.arrived,
-            tick: self.tick,
+        };
+        let now = self.now;
+        CoreState { now, model }
+    }
+
+    /// The same in place of another state, which takes less time if that is of the same model.
+    #[inline]
+    pub fn save_state(&self, state: &mut CoreState) {
+        match (&self.model, &mut state.model) {
+            (
+                Model::FirstOrder(from),
+                ModelState::FirstOrder {
+                    board,
+                    motor,
+                    duty_pct,
+                },
+            ) => {
+                let (now, noise) = from.state();
+                let (running, duty) = from.plant.state();
+                board.0 = *now;
+                board.1.clone_from(noise);
+                *motor = *running;
+                *duty_pct = duty;
+            }
+            (Model::Drivetrain(from), ModelState::Drivetrain { board, plant }) => {
+                let (now, noise) = from.state();
+                board.0 = *now;
+                board.1.clone_from(noise);
+                *plant = from.plant.state();
+            }
+            _ => {
+                *state = self.state();
+                return;
+            }
         }
+        state.now = self.now;
     }
 
     /// Continues from a state of this actuator or of another one with the same settings, exactly as
@@ -76,23 +115,27 @@ impl ActuatorCore {
     #[inline]
     pub fn set_state(&mut self, state: &CoreState) -> Result<(), OtherModel> {
         match (&mut self.model, &state.model) {
+            (
+                Model::FirstOrder(to),
+                ModelState::FirstOrder {
+                    board,
+                    motor,
+                    duty_pct,
+                },
+            ) => {
+                to.set_state((&board.0, &board.1));
+                to.plant.set_state(motor, *duty_pct);
+            }
+            (Model::Drivetrain(to), ModelState::Drivetrain { board, plant }) => {
+                to.set_state((&board.0, &board.1));
+                to.plant.set_state(plant);
+            }
             (Model::BlackBox1(model), ModelState::BlackBox1(angle_deg)) => model.place(*angle_deg),
             (Model::BlackBox2(model), ModelState::BlackBox2(state)) => model.set_state(*state),
             (Model::GreyBox(model), ModelState::GreyBox(state)) => model.set_state(*state),
-            (Model::FirstOrder(board), ModelState::FirstOrder(of_loop, plant)) => {
-                board.set_state(of_loop);
-                board.plant.set_state(plant);
-            }
-            (Model::Drivetrain(board), ModelState::Drivetrain(of_loop, plant)) => {
-                board.set_state(of_loop);
-                board.plant.set_state(plant);
-            }
             _ => return Err(OtherModel),
         }
-        self.level = state.level;
-        self.sampled = state.sampled;
-        self.arrived = state.arrived;
-        self.tick = state.tick;
+        self.now = state.now;
         Ok(())
     }
 }

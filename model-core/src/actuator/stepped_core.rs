@@ -36,13 +36,20 @@ pub struct ActuatorCore {
     pub(super) model: Model,
     /// Period of the host, ticks; 0 if the host samples every tick.
     host_ticks: u64,
+    pub(super) now: Signals,
+}
+
+/// Command and time of an actuator.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(super) struct Signals {
     /// The quantity that is commanded.
-    pub(super) level: InputLevel,
+    level: InputLevel,
     /// The last command that the host sampled.
-    pub(super) sampled: f64,
+    sampled: f64,
     /// The delayed command.
-    pub(super) arrived: f64,
-    pub(super) tick: u64,
+    pub arrived: f64,
+    tick: u64,
 }
 
 impl ActuatorCore {
@@ -69,10 +76,12 @@ impl ActuatorCore {
         let core = Self {
             model,
             host_ticks: ticks(s.setup.host_period_s),
-            level: InputLevel::Position,
-            sampled: 0.0,
-            arrived: 0.0,
-            tick: 0,
+            now: Signals {
+                level: InputLevel::Position,
+                sampled: 0.0,
+                arrived: 0.0,
+                tick: 0,
+            },
         };
         Ok((core, delay))
     }
@@ -93,25 +102,25 @@ impl ActuatorCore {
         if !COMMAND_RANGE.contains(&value) {
             return Err(CommandError::Value);
         }
-        if level != self.level && ticks > 0 {
+        if level != self.now.level && ticks > 0 {
             if !self.has(level) {
                 return Err(CommandError::Level(level));
             }
-            self.level = level;
-            self.sampled = value;
+            self.now.level = level;
+            self.now.sampled = value;
             delay.restart();
         }
         if delay.is_empty() && self.host_ticks == 0 {
             // The command is that of every tick.
-            self.arrived = if ticks > 0 { value } else { self.arrived };
+            self.now.arrived = if ticks > 0 { value } else { self.now.arrived };
             self.run(ticks);
             return Ok(());
         }
         for _ in 0..ticks {
-            if self.tick.checked_rem(self.host_ticks).unwrap_or(0) == 0 {
-                self.sampled = value;
+            if self.now.tick.checked_rem(self.host_ticks).unwrap_or(0) == 0 {
+                self.now.sampled = value;
             }
-            self.arrived = delay.shift(memory, self.sampled);
+            self.now.arrived = delay.shift(memory, self.now.sampled);
             self.run(1);
         }
         Ok(())
@@ -131,19 +140,19 @@ impl ActuatorCore {
 
     /// Number of ticks so far.
     pub fn tick(&self) -> u64 {
-        self.tick
+        self.now.tick
     }
 
     /// The quantity that was commanded last.
     pub fn level(&self) -> InputLevel {
-        self.level
+        self.now.level
     }
 
     /// Passes ticks with the command that has arrived.
     #[inline]
     fn run(&mut self, ticks: u64) {
-        let (arrived, level, first) = (self.arrived, self.level, self.tick);
-        self.tick += ticks;
+        let (arrived, level, first) = (self.now.arrived, self.now.level, self.now.tick);
+        self.now.tick += ticks;
         match &mut self.model {
             Model::BlackBox1(model) => (0..ticks).for_each(|_| model.step(arrived)),
             Model::BlackBox2(model) => (0..ticks).for_each(|_| model.step(arrived)),
@@ -153,7 +162,7 @@ impl ActuatorCore {
             }
             Model::FirstOrder(board) => {
                 let mut edge = first.next_multiple_of(PWM_PERIOD_TICKS);
-                while edge < self.tick {
+                while edge < self.now.tick {
                     match level {
                         InputLevel::Position => board.start_period(|_| angle(arrived)),
                         InputLevel::Rate => board.start_period(|_| rate(arrived)),
@@ -164,7 +173,7 @@ impl ActuatorCore {
             }
             Model::Drivetrain(board) => {
                 let mut tick = first;
-                while tick < self.tick {
+                while tick < self.now.tick {
                     if tick.is_multiple_of(PWM_PERIOD_TICKS) {
                         match level {
                             InputLevel::Position => board.start_period(|_| angle(arrived)),
@@ -173,7 +182,9 @@ impl ActuatorCore {
                             InputLevel::Voltage => board.start_period_at_volts(arrived),
                         }
                     }
-                    let edge = (tick + 1).next_multiple_of(PWM_PERIOD_TICKS).min(self.tick);
+                    let edge = (tick + 1)
+                        .next_multiple_of(PWM_PERIOD_TICKS)
+                        .min(self.now.tick);
                     board.plant.advance_ticks((edge - tick) as u32);
                     tick = edge;
                 }
@@ -197,13 +208,13 @@ impl ActuatorCore {
 
     /// The command that has arrived, in the unit of its quantity.
     pub fn arrived(&self) -> f64 {
-        self.arrived
+        self.now.arrived
     }
 
     /// The outputs at this instant, before the next step.
     pub fn reading(&self) -> Reading {
-        let arrived = self.arrived;
-        let command_deg = match self.level {
+        let arrived = self.now.arrived;
+        let command_deg = match self.now.level {
             InputLevel::Position => arrived,
             // The angle is not commanded.
             _ => 0.0,
@@ -211,16 +222,17 @@ impl ActuatorCore {
         match &self.model {
             Model::BlackBox1(model) => of_output(model.output(arrived), command_deg),
             Model::BlackBox2(model) => of_output(model.output(arrived), command_deg),
-            Model::GreyBox(model) => {
-                of_output(model.output_for(demand(self.level, arrived)), command_deg)
-            }
-            Model::FirstOrder(board) => board.reading(self.tick, command_deg),
+            Model::GreyBox(model) => of_output(
+                model.output_for(demand(self.now.level, arrived)),
+                command_deg,
+            ),
+            Model::FirstOrder(board) => board.reading(self.now.tick, command_deg),
             Model::Drivetrain(board) => {
                 let now = board.plant.reading();
                 Reading {
                     current_a: now.current_a,
                     back_emf_v: now.back_emf_v,
-                    ..board.reading(self.tick, command_deg)
+                    ..board.reading(self.now.tick, command_deg)
                 }
             }
         }

@@ -57,20 +57,19 @@ pub struct FirstOrder {
     pwm: Pwm,
     lag: Lag,
     response: Response,
-    start: PlantState,
-    end: PlantState,
+    now: MotorState,
     /// The states at the ticks of the period, if a limit may act and the closed form does not
     /// apply.
     stepped: [PlantState; PERIOD + 1],
-    is_stepped: bool,
 }
 
-/// What changes in a [`FirstOrder`]; the rest of the running period derives from it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MotorState {
+/// The running period of a [`FirstOrder`]; the rest of it derives from this and the duty. It is one
+/// piece of memory, so that a copy takes few instructions.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct MotorState {
     start: PlantState,
     end: PlantState,
-    duty_pct: f64,
     is_stepped: bool,
 }
 
@@ -101,40 +100,32 @@ impl FirstOrder {
             parameters,
             pwm,
             lag,
-            start: PlantState::default(),
-            end: PlantState::default(),
+            now: MotorState::default(),
             stepped: [PlantState::default(); PERIOD + 1],
-            is_stepped: false,
         }
     }
 
     /// Sets the angle at the end of the running period, deg.
     pub(crate) fn place(&mut self, angle_deg: f64) {
-        self.end.angle_deg = angle_deg;
+        self.now.end.angle_deg = angle_deg;
     }
 
-    /// The present state.
+    /// The running period, and its duty.
     #[inline(always)]
-    pub(crate) fn state(&self) -> MotorState {
-        MotorState {
-            start: self.start,
-            end: self.end,
-            duty_pct: self.response.duty_pct,
-            is_stepped: self.is_stepped,
-        }
+    pub(crate) fn state(&self) -> (&MotorState, f64) {
+        (&self.now, self.response.duty_pct)
     }
 
     /// Continues from a state.
     #[inline(always)]
-    pub(crate) fn set_state(&mut self, state: &MotorState) {
+    pub(crate) fn set_state(&mut self, now: &MotorState, duty_pct: f64) {
         // Compared by their bits, since the response to -0 has other zeros.
-        if state.duty_pct.to_bits() != self.response.duty_pct.to_bits() {
-            self.respond_to(state.duty_pct);
+        if duty_pct.to_bits() != self.response.duty_pct.to_bits() {
+            self.respond_to(duty_pct);
         }
-        (self.start, self.end) = (state.start, state.end);
-        self.is_stepped = state.is_stepped;
-        if state.is_stepped {
-            self.stepped = self.stepped(&self.response, self.start);
+        self.now = *now;
+        if now.is_stepped {
+            self.stepped = self.stepped(&self.response, now.start);
         }
     }
 
@@ -146,15 +137,15 @@ impl FirstOrder {
     /// Angle and rate at the ticks 0 to 19 of the running period, for a recording of every tick.
     #[inline(always)]
     pub fn ticks(&self) -> Ticks {
-        if self.is_stepped {
+        if self.now.is_stepped {
             return Ticks {
                 angle_deg: core::array::from_fn(|j| self.stepped[j].angle_deg),
                 rate_deg_s: core::array::from_fn(|j| self.stepped[j].rate_deg_s),
             };
         }
-        let mut ticks = self.lag.ticks(&self.response.driven.plus(self.start));
+        let mut ticks = self.lag.ticks(&self.response.driven.plus(self.now.start));
         if self.response.off_from < PERIOD {
-            let braked = self.lag.ticks(&self.response.braked.plus(self.start));
+            let braked = self.lag.ticks(&self.response.braked.plus(self.now.start));
             for j in self.response.off_from..PERIOD {
                 ticks.angle_deg[j] = braked.angle_deg[j];
                 ticks.rate_deg_s[j] = braked.rate_deg_s[j];
@@ -167,10 +158,10 @@ impl FirstOrder {
     #[inline(always)]
     fn runs_free(&self) -> bool {
         let p = &self.parameters;
-        let (rate, target) = (self.start.rate_deg_s, self.response.driven.target_deg_s);
+        let (rate, target) = (self.now.start.rate_deg_s, self.response.driven.target_deg_s);
         let reach_deg = reach_deg(rate, target);
         let is_allowed = |rate| rate <= p.rate_limit_up_deg_s && rate >= -p.rate_limit_down_deg_s;
-        self.start.angle_deg.abs() + reach_deg < p.position_limit_deg
+        self.now.start.angle_deg.abs() + reach_deg < p.position_limit_deg
             && is_allowed(rate)
             && is_allowed(target)
     }
@@ -245,27 +236,34 @@ impl Plant for FirstOrder {
         if duty_pct != self.response.duty_pct {
             self.respond_to(duty_pct);
         }
-        self.start = self.end;
-        self.is_stepped = !self.runs_free();
-        if self.is_stepped {
-            self.stepped = self.stepped(&self.response, self.start);
-            self.end = self.stepped[PERIOD];
+        self.now.start = self.now.end;
+        self.now.is_stepped = !self.runs_free();
+        if self.now.is_stepped {
+            self.stepped = self.stepped(&self.response, self.now.start);
+            self.now.end = self.stepped[PERIOD];
         } else {
             let lag = &self.lag;
-            self.end = free_end(self.start, lag.decay[PERIOD], lag.tau_s, self.response.end);
+            self.now.end = free_end(
+                self.now.start,
+                lag.decay[PERIOD],
+                lag.tau_s,
+                self.response.end,
+            );
         }
     }
 
     #[inline(always)]
     fn at(&self, tick_in_period: usize) -> PlantState {
         match tick_in_period {
-            0 => self.start,
-            PERIOD.. => self.end,
-            tick if self.is_stepped => self.stepped[tick],
-            tick if tick < self.response.off_from => {
-                self.lag.at(&self.response.driven.plus(self.start), tick)
-            }
-            tick => self.lag.at(&self.response.braked.plus(self.start), tick),
+            0 => self.now.start,
+            PERIOD.. => self.now.end,
+            tick if self.now.is_stepped => self.stepped[tick],
+            tick if tick < self.response.off_from => self
+                .lag
+                .at(&self.response.driven.plus(self.now.start), tick),
+            tick => self
+                .lag
+                .at(&self.response.braked.plus(self.now.start), tick),
         }
     }
 }

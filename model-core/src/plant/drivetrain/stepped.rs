@@ -27,7 +27,7 @@ pub struct SteppedDrivetrain {
 
 /// What changes in a [`SteppedDrivetrain`].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SteppedState {
+pub(crate) struct SteppedState {
     drivetrain: DrivetrainState,
     level_v: f64,
     on_ticks: f64,
