@@ -546,6 +546,17 @@ enum actuator_error actuator_save(const struct actuator *actuator,
  */
 enum actuator_error actuator_restore(struct actuator *actuator, const struct actuator_state *state);
 
+/**
+ * As `actuator_restore`, then as `actuator_drive_load_to`: the whole step of a simulation whose
+ * load does not act on the actuator.
+ */
+enum actuator_error actuator_drive_from(struct actuator *actuator,
+                                        const struct actuator_state *state,
+                                        int32_t input,
+                                        double value,
+                                        double time_s,
+                                        struct actuator_load *load);
+
 #ifdef __cplusplus
 }  // extern "C"
 #endif  // __cplusplus

@@ -12,6 +12,7 @@ use core::ffi::c_void;
 
 use model_core::actuator::{ActuatorCore, CommandError, InputLevel};
 use model_core::models::delay::DelayCursor;
+use model_core::plant::PlantState;
 use model_core::time::{TICKS_PER_SECOND, ticks};
 
 use crate::error::{Code, Error, Why, code, explain};
@@ -85,7 +86,8 @@ pub enum Input {
 }
 
 /// The level of a number of `enum actuator_input`.
-fn level(input: i32) -> Result<InputLevel, Code> {
+#[inline(always)]
+pub(crate) fn level(input: i32) -> Result<InputLevel, Code> {
     const LEVELS: [InputLevel; 4] = {
         let mut levels = [InputLevel::Position; 4];
         levels[Input::Rate as usize] = InputLevel::Rate;
@@ -389,14 +391,24 @@ pub struct Load {
     pub shaft_torque_nm: f64,
 }
 
-impl From<&ActuatorCore> for Load {
+impl Load {
+    /// That of an actuator without a load.
     #[inline(always)]
-    fn from(actuator: &ActuatorCore) -> Self {
-        let motion = actuator.load();
+    pub(crate) fn unloaded(motion: PlantState) -> Self {
         Self {
             angle_deg: motion.angle_deg,
             rate_deg_s: motion.rate_deg_s,
+            shaft_torque_nm: 0.0,
+        }
+    }
+}
+
+impl From<&ActuatorCore> for Load {
+    #[inline(always)]
+    fn from(actuator: &ActuatorCore) -> Self {
+        Self {
             shaft_torque_nm: actuator.shaft_torque_nm(),
+            ..Self::unloaded(actuator.load())
         }
     }
 }

@@ -12,7 +12,9 @@ use model_core::actuator::CoreState;
 use model_core::models::delay::DelayCursor;
 use model_core::time::ticks;
 
-use crate::actuator::Actuator;
+use crate::actuator::{
+    ACTUATOR_LONGEST_STEP_TICKS, Actuator, Load, Started, actuator_drive_load_to, level,
+};
 use crate::error::{Code, code};
 use crate::memory::{self, Holds};
 use crate::settings::Settings;
@@ -61,30 +63,58 @@ pub unsafe extern "C" fn actuator_save(
     state: *mut State,
     size: usize,
 ) -> Code {
-    // SAFETY: the caller's pointers, as the header requires them; the memory of the actuator was
-    // filled with that of its delay.
-    let save = || unsafe {
+    // SAFETY: the caller's pointers, as the header requires them.
+    code(unsafe { save(actuator, state, size) })
+}
+
+/// Saves a state.
+///
+/// # Safety
+/// As the header requires of the pointers.
+#[inline(always)]
+unsafe fn save(actuator: *const Actuator, state: *mut State, size: usize) -> Result<(), Code> {
+    // SAFETY: the contract of this function; the memories were filled with that of their delay.
+    unsafe {
         let (started, line) = memory::look_with_tail(actuator, |now| now.delay.len())?;
         if size < memory::size_with_tail::<State>(line.len()) {
             return Err(Code::Size);
         }
-        if let Ok(saved) = memory::change(state) {
-            // What is there is written over, part by part.
-            started.core.save_state(&mut saved.core);
-            saved.delay = started.delay;
-        } else {
-            let core = started.core.state();
-            let (delay, tail) = (started.delay, line.len());
-            let make = || Ok::<_, Code>((Saved { core, delay }, tail));
-            memory::fill_with_tail(state, size, make)?;
-        }
+        let Ok(saved) = memory::change(state) else {
+            return save_first(started, line, state, size);
+        };
+        // What is there is written over, part by part.
+        started.core.save_state(&mut saved.core);
+        saved.delay = started.delay;
         if !line.is_empty() {
             let (_, passed) = memory::change_with_tail(state, |saved| saved.delay.len())?;
             passed.copy_from_slice(line);
         }
         Ok(())
+    }
+}
+
+/// Saves a state in memory that does not hold one.
+///
+/// # Safety
+/// As [`save`].
+#[cold]
+unsafe fn save_first(
+    started: &Started,
+    line: &[f64],
+    state: *mut State,
+    size: usize,
+) -> Result<(), Code> {
+    let make = || {
+        let (core, delay) = (started.core.state(), started.delay);
+        Ok::<_, Code>((Saved { core, delay }, line.len()))
     };
-    code(save())
+    // SAFETY: the contract of this function; the memory was filled with that of the delay.
+    unsafe {
+        memory::fill_with_tail(state, size, make)?;
+        let (_, passed) = memory::change_with_tail(state, |saved| saved.delay.len())?;
+        passed.copy_from_slice(line);
+    }
+    Ok(())
 }
 
 /// Continues from a saved state of this actuator, or of another one that was started with the same
@@ -92,9 +122,70 @@ pub unsafe extern "C" fn actuator_save(
 /// the struct.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn actuator_restore(actuator: *mut Actuator, state: *const State) -> Code {
-    // SAFETY: the caller's pointers, as the header requires them; both memories were filled with
-    // that of their delay, and are different objects.
-    let restore = || unsafe {
+    // SAFETY: the caller's pointers, as the header requires them.
+    code(unsafe { restore(actuator, state) })
+}
+
+/// As `actuator_restore`, then as `actuator_drive_load_to`: the whole step of a simulation whose
+/// load does not act on the actuator.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn actuator_drive_from(
+    actuator: *mut Actuator,
+    state: *const State,
+    input: i32,
+    value: f64,
+    time_s: f64,
+    load: *mut Load,
+) -> Code {
+    if load.is_null() || !load.is_aligned() {
+        return Code::Pointer;
+    }
+    // SAFETY: the caller's pointers, as the header requires them.
+    unsafe {
+        if let Ok(now) = advance(actuator, state, input, value, time_s) {
+            return code(memory::put(load, now));
+        }
+        match restore(actuator, state) {
+            Ok(()) => actuator_drive_load_to(actuator, input, value, time_s, load),
+            Err(code) => code,
+        }
+    }
+}
+
+/// Continues from a state and advances, in the most frequent case; an error in all others.
+///
+/// # Safety
+/// As the header requires of the pointers.
+#[inline(always)]
+unsafe fn advance(
+    actuator: *mut Actuator,
+    state: *const State,
+    input: i32,
+    value: f64,
+    time_s: f64,
+) -> Result<Load, Code> {
+    // SAFETY: the contract of this function.
+    let (started, saved) = unsafe { (memory::change(actuator)?, memory::look(state)?) };
+    if !(started.delay.is_empty() && saved.delay.is_empty() && time_s >= 0.0) {
+        return Err(Code::State);
+    }
+    let (level, end) = (level(input)?, ticks(time_s));
+    if end.saturating_sub(saved.core.tick()) > ACTUATOR_LONGEST_STEP_TICKS {
+        return Err(Code::Time);
+    }
+    let motion = started.core.advance_from(&saved.core, level, value, end);
+    motion.map(Load::unloaded).ok_or(Code::State)
+}
+
+/// Continues from a state.
+///
+/// # Safety
+/// As the header requires of the pointers.
+#[inline(always)]
+unsafe fn restore(actuator: *mut Actuator, state: *const State) -> Result<(), Code> {
+    // SAFETY: the contract of this function; both memories were filled with that of their delay,
+    // and are different objects.
+    unsafe {
         let (saved, passed) = memory::look_with_tail(state, |saved| saved.delay.len())?;
         let (started, line) = memory::change_with_tail(actuator, |now| now.delay.len())?;
         if line.len() != passed.len() || started.core.set_state(&saved.core).is_err() {
@@ -105,6 +196,5 @@ pub unsafe extern "C" fn actuator_restore(actuator: *mut Actuator, state: *const
             line.copy_from_slice(passed);
         }
         Ok(())
-    };
-    code(restore())
+    }
 }

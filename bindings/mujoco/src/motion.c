@@ -8,30 +8,43 @@ static const double ANGLE_ROUNDING_RAD = 1e-10, RATE_ROUNDING_RAD_S = 1e-7;
 
 static const double DEG = 180.0 / mjPI, RAD = mjPI / 180.0;
 
-/* Continues from the state at the beginning of the step, with what has moved the load since beyond
- * what was predicted, and reads the shaft. */
+/* Continues from the state at the beginning of the step; before the first step the shaft is placed
+ * where the joint is. */
+static void restore(const mjData *d, struct servo *servo, mjtNum *state)
+{
+    double angle = d->actuator_length[servo->place.output];
+    actuator_restore(servo->actuator, servo_saved(state));
+    if (!state[SERVO_STARTED]) {
+        actuator_place(servo->actuator, angle * DEG);
+        servo->next[SERVO_ANGLE] = angle;
+    }
+}
+
+/* Takes up what has moved the load beyond what was predicted, and reads the shaft. */
+static void show_motion(const mjData *d, struct servo *servo)
+{
+    mjtNum *next = servo->next;
+    struct actuator_load load;
+    double rate = servo->place.gear * d->qvel[servo->place.dof];
+    double moved = d->actuator_length[servo->place.output] - next[SERVO_ANGLE];
+    double accelerated = rate - next[SERVO_RATE];
+    if (fabs(moved) > ANGLE_ROUNDING_RAD || fabs(accelerated) > RATE_ROUNDING_RAD_S)
+        actuator_push_load(servo->actuator, moved * DEG, next[SERVO_INERTIA] * accelerated);
+    if (!actuator_read_load(servo->actuator, &load))
+        next[SERVO_SHAFT] = load.shaft_torque_nm * servo->place.gear;
+}
+
+/* Begins the step of a servo. */
 static void begin(mjData *d, struct servo *servo, struct coupled_joint *joint)
 {
-    mjtNum *next = servo->next, *state = d->plugin_state + servo->address;
-    struct actuator *actuator = servo->actuator;
-    memcpy(next, state, SERVO_HEADER * sizeof *next);
-    actuator_restore(actuator, servo_saved(state));
-    double angle = d->actuator_length[servo->place.output];
-    if (!next[SERVO_STARTED]) {
-        actuator_place(actuator, angle * DEG);
-        next[SERVO_ANGLE] = angle;
-    }
+    mjtNum *state = d->plugin_state + servo->address;
+    memcpy(servo->next, state, sizeof servo->next);
     if (servo->is_loaded) {
-        double rate = servo->place.gear * d->qvel[servo->place.dof];
-        double moved = angle - next[SERVO_ANGLE], accelerated = rate - next[SERVO_RATE];
-        struct actuator_load load;
-        if (fabs(moved) > ANGLE_ROUNDING_RAD || fabs(accelerated) > RATE_ROUNDING_RAD_S)
-            actuator_push_load(actuator, moved * DEG, next[SERVO_INERTIA] * accelerated);
-        if (!actuator_read_load(actuator, &load))
-            next[SERVO_SHAFT] = load.shaft_torque_nm * servo->place.gear;
+        restore(d, servo, state);
+        show_motion(d, servo);
     }
-    joint->shaft = next[SERVO_SHAFT];
-    joint->constraint = next[SERVO_CONSTRAINT];
+    joint->shaft = servo->next[SERVO_SHAFT];
+    joint->constraint = servo->next[SERVO_CONSTRAINT];
 }
 
 /* Tells the actuator what acts on its load, as torque and inertia at its shaft. */
@@ -53,28 +66,49 @@ static void show_load(const mjModel *m, struct servo *servo, const struct couple
     actuator_set_load_inertia(actuator, next[SERVO_INERTIA]);
 }
 
+/* Advances to the end of the step; returns the angle of the load there, deg. One that is not loaded
+ * continues from its state here, in one call. */
+static double advance(const mjModel *m, const mjData *d, struct servo *servo, mjtNum *state,
+                      double time)
+{
+    struct actuator *actuator = servo->actuator;
+    struct actuator_load load = {0.0, 0.0, 0.0};
+    int control = servo->place.control, is_refused;
+    mjtNum ctrl = d->ctrl[control];
+    if (m->actuator_ctrllimited[control]) {
+        const mjtNum *range = m->actuator_ctrlrange + 2 * control;
+        ctrl = mju_clip(ctrl, range[0], range[1]);
+    }
+    ctrl *= servo->scale;
+    if (!servo->is_loaded && state[SERVO_STARTED]) {
+        is_refused =
+            actuator_drive_from(actuator, servo_saved(state), servo->input, ctrl, time, &load);
+    } else {
+        if (!servo->is_loaded)
+            restore(d, servo, state);
+        is_refused = actuator_drive_load_to(actuator, servo->input, ctrl, time, &load);
+    }
+    /* A command that the library refuses, such as NaN, leaves the load where it is. */
+    if (is_refused)
+        actuator_read_load(actuator, &load);
+    return load.angle_deg;
+}
+
 /* Advances to the end of the step, and demands the acceleration of the joint that leads there. */
 static void predict(const mjModel *m, const mjData *d, struct servo *servo, double rate_of_steps,
                     struct coupled_joint *joint)
 {
     const struct servo_place *place = &servo->place;
-    mjtNum *next = servo->next, ctrl = d->ctrl[place->control];
-    struct actuator_load load = {0.0, 0.0, 0.0};
-    if (m->actuator_ctrllimited[place->control]) {
-        const mjtNum *range = m->actuator_ctrlrange + 2 * place->control;
-        ctrl = mju_clip(ctrl, range[0], range[1]);
-    }
-    next[SERVO_STARTED] = 1;
-    next[SERVO_TIME] += m->opt.timestep;
-    /* A command that the library refuses, such as NaN, leaves the load where it is. */
-    if (actuator_drive_load_to(servo->actuator, servo->input, servo->scale * ctrl,
-                               next[SERVO_TIME], &load))
-        actuator_read_load(servo->actuator, &load);
+    mjtNum *state = d->plugin_state + servo->address;
+    double time = state[SERVO_TIME] + m->opt.timestep;
+    double angle = advance(m, d, servo, state, time) * RAD;
     /* MuJoCo adds the acceleration to the rate, and the rate to the angle. */
-    next[SERVO_ANGLE] = load.angle_deg * RAD;
-    next[SERVO_RATE] = (next[SERVO_ANGLE] - d->actuator_length[place->output]) * rate_of_steps;
-    joint->acceleration =
-        (next[SERVO_RATE] * servo->inverse_gear - d->qvel[place->dof]) * rate_of_steps;
+    double rate = (angle - d->actuator_length[place->output]) * rate_of_steps;
+    servo->next[SERVO_STARTED] = 1;
+    servo->next[SERVO_TIME] = time;
+    servo->next[SERVO_ANGLE] = angle;
+    servo->next[SERVO_RATE] = rate;
+    joint->acceleration = (rate * servo->inverse_gear - d->qvel[place->dof]) * rate_of_steps;
 }
 
 /* Warns once if the shafts of an arm oscillate too fast for the step. Gershgorin: no mode is faster
@@ -104,9 +138,12 @@ void motion_compute(const mjModel *m, mjData *d, struct servos *all)
 {
     double rate_of_steps = 1.0 / m->opt.timestep;
     int n = all->count;
-    for (int i = 0; i < n; i++)
-        begin(d, all->servo + i, all->joints + i);
-    if (!all->moves_all) {
+    if (all->moves_all) {
+        for (int i = 0; i < n; i++)
+            all->joints[i].constraint = d->plugin_state[all->servo[i].address + SERVO_CONSTRAINT];
+    } else {
+        for (int i = 0; i < n; i++)
+            begin(d, all->servo + i, all->joints + i);
         coupling_measure(m, d, all->joints, n, all->memory);
         if (!all->is_checked)
             check_step(m, all);

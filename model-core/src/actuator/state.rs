@@ -4,8 +4,9 @@
 //! elsewhere, and saves and restores the state in each step.
 
 use super::closed_loop::LoopState;
-use super::stepped_core::{ActuatorCore, Model, Signals};
-use crate::plant::{drivetrain::stepped::SteppedState, first_order::MotorState};
+use super::input::{COMMAND_RANGE, InputLevel};
+use super::stepped_core::{ActuatorCore, Model, Signals, pass_edges, ticks_into_period};
+use crate::plant::{Plant, PlantState, drivetrain::stepped::SteppedState, first_order::MotorState};
 use crate::sensors::noise::Noise;
 
 /// The state of an [`ActuatorCore`], without the values in its delay.
@@ -25,11 +26,19 @@ enum ModelState {
         board: (LoopState, Noise),
         motor: MotorState,
         duty_pct: f64,
+        is_stepped: bool,
     },
     Drivetrain {
         board: (LoopState, Noise),
         plant: SteppedState,
     },
+}
+
+impl CoreState {
+    /// Number of ticks so far.
+    pub fn tick(&self) -> u64 {
+        self.now.tick
+    }
 }
 
 /// A state is that of another model.
@@ -58,11 +67,12 @@ impl ActuatorCore {
             Model::BlackBox2(model) => ModelState::BlackBox2(model.state()),
             Model::GreyBox(model) => ModelState::GreyBox(model.state()),
             Model::FirstOrder(board) => {
-                let (motor, duty_pct) = board.plant.state();
+                let (motor, duty_pct, is_stepped) = board.plant.state();
                 ModelState::FirstOrder {
                     board: owned(board.state()),
                     motor: *motor,
                     duty_pct,
+                    is_stepped,
                 }
             }
             Model::Drivetrain(board) => ModelState::Drivetrain {
@@ -84,14 +94,15 @@ impl ActuatorCore {
                     board,
                     motor,
                     duty_pct,
+                    is_stepped,
                 },
             ) => {
                 let (now, noise) = from.state();
-                let (running, duty) = from.plant.state();
+                let running;
+                (running, *duty_pct, *is_stepped) = from.plant.state();
                 board.0 = *now;
                 board.1.clone_from(noise);
                 *motor = *running;
-                *duty_pct = duty;
             }
             (Model::Drivetrain(from), ModelState::Drivetrain { board, plant }) => {
                 let (now, noise) = from.state();
@@ -105,6 +116,43 @@ impl ActuatorCore {
             }
         }
         state.now = self.now;
+    }
+
+    /// As [`Self::set_state`] and [`Self::advance_with`] without a delay to a later tick with a
+    /// command in the present quantity, then as [`Self::load`]. `None` without an effect for a
+    /// model other than the board with the first-order motor, or if something else must be done:
+    /// for the most frequent case there is nothing to decide in between.
+    #[inline(always)]
+    pub fn advance_from(
+        &mut self,
+        state: &CoreState,
+        level: InputLevel,
+        value: f64,
+        end: u64,
+    ) -> Option<PlantState> {
+        let is_plain = level == state.now.level
+            && end > state.now.tick
+            && self.host_ticks == 0
+            && COMMAND_RANGE.contains(&value);
+        match (&mut self.model, &state.model) {
+            (
+                Model::FirstOrder(to),
+                ModelState::FirstOrder {
+                    board,
+                    motor,
+                    duty_pct,
+                    is_stepped,
+                },
+            ) if is_plain => {
+                to.set_state((&board.0, &board.1));
+                to.plant.set_state(motor, *duty_pct, *is_stepped);
+                pass_edges(to, state.now.tick..end, level, value);
+                self.now = state.now;
+                (self.now.arrived, self.now.tick) = (value, end);
+                Some(to.plant.at(ticks_into_period(end)))
+            }
+            _ => None,
+        }
     }
 
     /// Continues from a state of this actuator or of another one with the same settings, exactly as
@@ -121,10 +169,11 @@ impl ActuatorCore {
                     board,
                     motor,
                     duty_pct,
+                    is_stepped,
                 },
             ) => {
                 to.set_state((&board.0, &board.1));
-                to.plant.set_state(motor, *duty_pct);
+                to.plant.set_state(motor, *duty_pct, *is_stepped);
             }
             (Model::Drivetrain(to), ModelState::Drivetrain { board, plant }) => {
                 to.set_state((&board.0, &board.1));

@@ -1,5 +1,7 @@
 //! Everything of an actuator but the memory of its delay.
 
+use core::ops::Range;
+
 use super::closed_loop::ClosedLoop;
 use super::input::{COMMAND_RANGE, CommandError, InputLevel};
 use super::kind::{ModelKind, PlantKind};
@@ -35,7 +37,7 @@ pub(super) enum Model {
 pub struct ActuatorCore {
     pub(super) model: Model,
     /// Period of the host, ticks; 0 if the host samples every tick.
-    host_ticks: u64,
+    pub(super) host_ticks: u64,
     pub(super) now: Signals,
 }
 
@@ -44,12 +46,12 @@ pub struct ActuatorCore {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Signals {
     /// The quantity that is commanded.
-    level: InputLevel,
+    pub level: InputLevel,
     /// The last command that the host sampled.
     sampled: f64,
     /// The delayed command.
     pub arrived: f64,
-    tick: u64,
+    pub tick: u64,
 }
 
 impl ActuatorCore {
@@ -92,6 +94,7 @@ impl ActuatorCore {
     /// # Errors
     /// [`CommandError`] for a value beyond [`COMMAND_RANGE`] and for NaN, or if the model has no
     /// such input.
+    #[inline]
     pub fn advance_with(
         &mut self,
         (delay, memory): (&mut DelayCursor, &mut [f64]),
@@ -160,17 +163,7 @@ impl ActuatorCore {
                 let demand = demand(level, arrived);
                 (0..ticks).for_each(|_| model.step_for(demand));
             }
-            Model::FirstOrder(board) => {
-                let mut edge = first.next_multiple_of(PWM_PERIOD_TICKS);
-                while edge < self.now.tick {
-                    match level {
-                        InputLevel::Position => board.start_period(|_| angle(arrived)),
-                        InputLevel::Rate => board.start_period(|_| rate(arrived)),
-                        InputLevel::Duty | InputLevel::Voltage => board.start_open_period(arrived),
-                    }
-                    edge += PWM_PERIOD_TICKS;
-                }
-            }
+            Model::FirstOrder(board) => pass_edges(board, first..self.now.tick, level, arrived),
             Model::Drivetrain(board) => {
                 let mut tick = first;
                 while tick < self.now.tick {
@@ -236,6 +229,25 @@ impl ActuatorCore {
                 }
             }
         }
+    }
+}
+
+/// Passes the PWM edges at these ticks.
+#[inline(always)]
+pub(super) fn pass_edges(
+    board: &mut ClosedLoop<FirstOrder>,
+    ticks: Range<u64>,
+    level: InputLevel,
+    arrived: f64,
+) {
+    let mut edge = ticks.start.next_multiple_of(PWM_PERIOD_TICKS);
+    while edge < ticks.end {
+        match level {
+            InputLevel::Position => board.start_period(|_| angle(arrived)),
+            InputLevel::Rate => board.start_period(|_| rate(arrived)),
+            InputLevel::Duty | InputLevel::Voltage => board.start_open_period(arrived),
+        }
+        edge += PWM_PERIOD_TICKS;
     }
 }
 

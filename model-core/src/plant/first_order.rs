@@ -61,6 +61,7 @@ pub struct FirstOrder {
     /// The states at the ticks of the period, if a limit may act and the closed form does not
     /// apply.
     stepped: [PlantState; PERIOD + 1],
+    is_stepped: bool,
 }
 
 /// The running period of a [`FirstOrder`]; the rest of it derives from this and the duty. It is one
@@ -70,7 +71,6 @@ pub struct FirstOrder {
 pub(crate) struct MotorState {
     start: PlantState,
     end: PlantState,
-    is_stepped: bool,
 }
 
 impl FirstOrder {
@@ -102,6 +102,7 @@ impl FirstOrder {
             lag,
             now: MotorState::default(),
             stepped: [PlantState::default(); PERIOD + 1],
+            is_stepped: false,
         }
     }
 
@@ -110,21 +111,22 @@ impl FirstOrder {
         self.now.end.angle_deg = angle_deg;
     }
 
-    /// The running period, and its duty.
+    /// The running period, its duty, and whether a limit may act in it.
     #[inline(always)]
-    pub(crate) fn state(&self) -> (&MotorState, f64) {
-        (&self.now, self.response.duty_pct)
+    pub(crate) fn state(&self) -> (&MotorState, f64, bool) {
+        (&self.now, self.response.duty_pct, self.is_stepped)
     }
 
     /// Continues from a state.
     #[inline(always)]
-    pub(crate) fn set_state(&mut self, now: &MotorState, duty_pct: f64) {
+    pub(crate) fn set_state(&mut self, now: &MotorState, duty_pct: f64, is_stepped: bool) {
         // Compared by their bits, since the response to -0 has other zeros.
         if duty_pct.to_bits() != self.response.duty_pct.to_bits() {
             self.respond_to(duty_pct);
         }
         self.now = *now;
-        if now.is_stepped {
+        self.is_stepped = is_stepped;
+        if is_stepped {
             self.stepped = self.stepped(&self.response, now.start);
         }
     }
@@ -137,7 +139,7 @@ impl FirstOrder {
     /// Angle and rate at the ticks 0 to 19 of the running period, for a recording of every tick.
     #[inline(always)]
     pub fn ticks(&self) -> Ticks {
-        if self.now.is_stepped {
+        if self.is_stepped {
             return Ticks {
                 angle_deg: core::array::from_fn(|j| self.stepped[j].angle_deg),
                 rate_deg_s: core::array::from_fn(|j| self.stepped[j].rate_deg_s),
@@ -237,8 +239,8 @@ impl Plant for FirstOrder {
             self.respond_to(duty_pct);
         }
         self.now.start = self.now.end;
-        self.now.is_stepped = !self.runs_free();
-        if self.now.is_stepped {
+        self.is_stepped = !self.runs_free();
+        if self.is_stepped {
             self.stepped = self.stepped(&self.response, self.now.start);
             self.now.end = self.stepped[PERIOD];
         } else {
@@ -257,7 +259,7 @@ impl Plant for FirstOrder {
         match tick_in_period {
             0 => self.now.start,
             PERIOD.. => self.now.end,
-            tick if self.now.is_stepped => self.stepped[tick],
+            tick if self.is_stepped => self.stepped[tick],
             tick if tick < self.response.off_from => self
                 .lag
                 .at(&self.response.driven.plus(self.now.start), tick),

@@ -114,6 +114,7 @@ pub(super) struct Response {
 
 impl Response {
     /// The response to a duty from -100 to 100 %.
+    #[inline]
     pub fn new(p: &FirstOrderParameters, lag: &Lag, pwm: Pwm, duty_pct: f64) -> Self {
         let gain = if duty_pct > 0.0 {
             p.motor_gain_up
