@@ -161,6 +161,67 @@ static void long_delays(void)
     EXPECT(reading.command_deg == 10.0);
 }
 
+/* The angle after half a second at a command, deg. */
+static double angle_at(struct actuator *servo, double command_deg)
+{
+    struct actuator_reading reading = {0};
+
+    EXPECT_ERROR(NONE, actuator_advance(servo, command_deg, 10000));
+    EXPECT_ERROR(NONE, actuator_read(servo, &reading));
+    return reading.angle_deg;
+}
+
+static void states(const char *plant, double delay_s)
+{
+    static uint64_t memory[ACTUATOR_STATE_WORDS + 400], before[ACTUATOR_STATE_WORDS + 400];
+    struct actuator_state *state = (struct actuator_state *)memory;
+    struct actuator_load load, other;
+    double time_s, angle;
+    size_t size;
+
+    memset(memory, 0, sizeof memory);
+    EXPECT_ERROR(NONE, actuator_settings_init(&settings, sizeof settings, "board", plant, &why));
+    EXPECT_ERROR(NONE, actuator_settings_set(&settings, "delay_s", delay_s, &why));
+    size = actuator_state_size(&settings);
+    EXPECT(size <= sizeof memory && size < actuator_size(&settings));
+    EXPECT(delay_s > 0.0 || size <= sizeof *state);
+    EXPECT_ERROR(NONE, actuator_start(&actuator, sizeof actuator, &settings, &why));
+    EXPECT_ERROR(NOT_READY, actuator_restore(&actuator, state));
+    EXPECT_ERROR(POINTER, actuator_save(&actuator, NULL, size));
+    EXPECT_ERROR(SIZE, actuator_save(&actuator, state, size - 1));
+    angle_at(&actuator, 30.0);
+    EXPECT_ERROR(NONE, actuator_save(&actuator, state, size));
+    memcpy(before, memory, sizeof memory);
+    angle = angle_at(&actuator, -20.0);
+    EXPECT_ERROR(NONE, actuator_restore(&actuator, state));
+    EXPECT(angle_at(&actuator, -20.0) == angle);
+    /* Over what is there, with the same state as before. */
+    EXPECT_ERROR(NONE, actuator_save(&actuator, state, size));
+    EXPECT_ERROR(NONE, actuator_restore(&actuator, (struct actuator_state *)before));
+    EXPECT(angle_at(&actuator, -20.0) == angle);
+
+    for (time_s = 1.001; time_s < 1.1; time_s += 0.001) {
+        EXPECT_ERROR(NONE, actuator_drive_from(&actuator, state, 0, 45.0, time_s, &load));
+        EXPECT_ERROR(NONE, actuator_restore(&actuator, state));
+        EXPECT_ERROR(NONE, actuator_drive_to(&actuator, 0, 45.0, time_s));
+        EXPECT_ERROR(NONE, actuator_read_load(&actuator, &other));
+        EXPECT(load.angle_deg == other.angle_deg && load.rate_deg_s == other.rate_deg_s);
+        EXPECT(load.shaft_torque_nm == other.shaft_torque_nm);
+        EXPECT_ERROR(NONE, actuator_save(&actuator, state, size));
+    }
+    EXPECT_ERROR(TIME, actuator_drive_from(&actuator, state, 0, 45.0, 0.0, &load));
+    EXPECT_ERROR(TIME, actuator_drive_from(&actuator, state, 0, 45.0, 1e9, &load));
+    EXPECT_ERROR(TIME, actuator_drive_load_to(&actuator, 0, 45.0, NAN, &load));
+    EXPECT_ERROR(COMMAND, actuator_drive_from(&actuator, state, 0, NAN, 2.0, &load));
+    EXPECT_ERROR(INPUT, actuator_drive_from(&actuator, state, 9, 1.0, 2.0, &load));
+    EXPECT_ERROR(POINTER, actuator_drive_from(&actuator, state, 0, 1.0, 2.0, NULL));
+    EXPECT_ERROR(POINTER, actuator_drive_load_to(&actuator, 0, 1.0, 2.0, NULL));
+
+    EXPECT_ERROR(NONE, actuator_settings_init(&settings, sizeof settings, "grey-box", NULL, &why));
+    EXPECT_ERROR(NONE, actuator_start(&actuator, sizeof actuator, &settings, &why));
+    EXPECT_ERROR(STATE, actuator_restore(&actuator, state));
+}
+
 static void lists(void)
 {
     struct actuator_parameter parameter;
@@ -183,7 +244,7 @@ static void lists(void)
 
 int main(void)
 {
-    for (int code = -1; code <= 10; code++)
+    for (int code = -1; code <= 11; code++)
         EXPECT(strlen(actuator_error_text(code)) > 0);
     EXPECT(strcmp(actuator_error_text(INT32_MIN), "unknown error") == 0);
     memory_that_holds_nothing();
@@ -192,5 +253,8 @@ int main(void)
     time_and_commands();
     long_delays();
     lists();
+    states("first-order", 0.0);
+    states("bench", 0.0);
+    states("first-order", 0.0175);
     return failures != 0;
 }

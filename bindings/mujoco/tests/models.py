@@ -50,8 +50,28 @@ def pendulum(timestep=0.001, mass=0.2, length=0.1, **attributes):
         </body></worldbody>{actuators()}</mujoco>""")
 
 
-def arm(count=6, timestep=0.001, mass=0.15, length=0.08, floor=False, **attributes):
+def shared(count, plugin="sas", sensor="sar", **attributes):
+    """As `extension` and `actuators`, with one instance for all servos and one sensor."""
+    attributes = {"parameters": "delay_s 0", **attributes}
+    keys = "".join(f'<config key="{k}" value="{v}"/>' for k, v in attributes.items())
+    act = "".join(
+        f'<plugin joint="j{i}" plugin="{plugin}" instance="all"/>' for i in range(count)
+    )
+    return (
+        f'<extension><plugin plugin="{plugin}"><instance name="all">{keys}</instance></plugin>'
+        f'<plugin plugin="{sensor}"><instance name="r"><config key="servo" value="all"/>'
+        "</instance></plugin></extension>",
+        f'<actuator>{act}</actuator><sensor><plugin plugin="{sensor}" instance="r"/></sensor>',
+    )
+
+
+def arm(
+    count=6, timestep=0.001, mass=0.15, length=0.08, floor=False, is_shared=False, **attributes
+):
     """An arm of links with a servo in each joint, on a floor that it may touch."""
+    instances, moved = extension(count, **attributes), actuators(count)
+    if is_shared:
+        instances, moved = shared(count, **attributes)
     axes = ["0 0 1", "0 1 0", "0 1 0", "1 0 0", "0 1 0", "1 0 0"]
     bodies = "".join(
         f'<body pos="0 0 {length if i else 0.05}"><joint name="j{i}" axis="{axes[i % 6]}" '
@@ -61,5 +81,5 @@ def arm(count=6, timestep=0.001, mass=0.15, length=0.08, floor=False, **attribut
     )
     ground = '<geom type="plane" size="1 1 .1" contype="2" conaffinity="1"/>' if floor else ""
     return mujoco.MjModel.from_xml_string(f"""
-        <mujoco><option timestep="{timestep}"/>{extension(count, **attributes)}
-        <worldbody>{ground}{bodies}{"</body>" * count}</worldbody>{actuators(count)}</mujoco>""")
+        <mujoco><option timestep="{timestep}"/>{instances}
+        <worldbody>{ground}{bodies}{"</body>" * count}</worldbody>{moved}</mujoco>""")

@@ -41,6 +41,98 @@ proptest! {
     }
 }
 
+/// Every model with parts that a state must contain: noise, an edge within a period, a stop that is
+/// reached, a delay.
+fn with_everything((model, plant): (ModelKind, PlantKind), delay_s: f64) -> Settings {
+    let mut settings = Settings::new(model, plant);
+    settings.setup.delay_s = delay_s;
+    settings.encoder.encoder_noise_deg = 0.05;
+    settings.pwm = crate::plant::Pwm::Switched;
+    settings.first_order.position_limit_deg = 15.0;
+    settings
+}
+
+proptest! {
+    #[test]
+    fn a_restored_state_continues_as_a_copy_in_any_actuator_with_the_same_settings(
+        kind in any_settings(), parts in proptest::collection::vec((-40.0..40.0, 0_u64..300), 1..8),
+        elsewhere in 0_u64..500, inertia in 0.0..0.01,
+    ) {
+        let settings = with_everything(kind, 0.0);
+        let mut original = started(&settings);
+        original.set_load_inertia_kg_m2(inertia).unwrap();
+        for (command_deg, ticks) in &parts {
+            original.advance(*command_deg, *ticks).unwrap();
+        }
+        let mut copy = original.clone();
+        let mut other = started(&settings);
+        other.advance(7.0, elsewhere).unwrap();
+        let mut saved = other.state();
+        original.save_state(&mut saved);
+        prop_assert_eq!(&saved, &original.state());
+        other.set_state(&saved).unwrap();
+        for (command_deg, ticks) in parts {
+            copy.advance(command_deg, ticks).unwrap();
+            other.advance(command_deg, ticks).unwrap();
+            prop_assert_eq!(copy.reading(), other.reading());
+            prop_assert_eq!(copy.load(), other.load());
+        }
+    }
+
+    #[test]
+    fn an_advance_from_a_state_is_the_restoring_and_the_advance(
+        parts in proptest::collection::vec((-400.0..400.0, 1_u64..300), 1..20), noise in any::<bool>()
+    ) {
+        let kind = (ModelKind::Board, PlantKind::FirstOrder);
+        let settings = if noise { with_everything(kind, 0.0) } else { undelayed(kind.0, kind.1) };
+        let (mut at_once, mut by_calls) = (started(&settings), started(&settings));
+        let mut saved = at_once.state();
+        for (value, ticks) in parts {
+            let end = saved.tick() + ticks;
+            let level = InputLevel::Position;
+            // Whatever else it has done meanwhile.
+            at_once.advance(3.0, 17).unwrap();
+            let load = at_once.advance_from(&saved, level, value, end);
+            by_calls.advance(value, ticks).unwrap();
+            prop_assert_eq!(load, Some(by_calls.load()));
+            prop_assert_eq!(at_once.reading(), by_calls.reading());
+            at_once.save_state(&mut saved);
+        }
+    }
+}
+
+#[test]
+fn a_state_of_another_model_is_refused_without_effect() {
+    let mut actuator = actuator(ModelKind::Board, PlantKind::FirstOrder);
+    actuator.advance(20.0, 777).unwrap();
+    let before = actuator.state();
+    let other = started(&undelayed(ModelKind::GreyBox, PlantKind::FirstOrder));
+    assert_eq!(actuator.set_state(&other.state()), Err(super::OtherModel));
+    assert_eq!(actuator.state(), before);
+}
+
+#[test]
+fn an_advance_from_a_state_does_nothing_where_more_than_the_motor_is_to_do() {
+    let drivetrain = undelayed(ModelKind::Board, PlantKind::Drivetrain);
+    let mut sampled = undelayed(ModelKind::Board, PlantKind::FirstOrder);
+    sampled.setup.host_period_s = 0.02;
+    let plain = undelayed(ModelKind::Board, PlantKind::FirstOrder);
+    let (angle, rate) = (InputLevel::Position, InputLevel::Rate);
+    let cases = [
+        (drivetrain, angle, 1.0, 5),
+        (sampled, angle, 1.0, 5),
+        (plain, rate, 1.0, 5),
+        (plain, angle, f64::NAN, 5),
+        (plain, angle, 1.0, 0),
+    ];
+    for (settings, level, value, end) in cases {
+        let mut actuator = started(&settings);
+        let before = actuator.state();
+        assert_eq!(actuator.advance_from(&before, level, value, end), None);
+        assert_eq!(actuator.state(), before);
+    }
+}
+
 #[test]
 fn a_command_out_of_range_is_refused_without_effect() {
     let mut actuator = actuator(ModelKind::Board, PlantKind::Drivetrain);
