@@ -398,6 +398,7 @@ impl Application {
             supply_mv: self.telemetry.supply_mv,
         };
         let duty = stop.next(&p.current, self.protection.ripple(), voltages);
+        let duty = duty.limited(p.control.duty_limit());
         if stop.is_over(&p.stop) {
             self.state = BoardState::Fault;
         }

@@ -4,7 +4,9 @@ use std::vec::Vec;
 
 use model_core::{
     control::{
+        cascade::Coefficients,
         encoder_word::Magnet,
+        parameters::ControlParameters,
         units::{Percent, angle},
     },
     sensors::{
@@ -219,6 +221,29 @@ fn three_lost_samples_hold_the_duty_and_the_fourth_starts_the_stop_by_the_back_e
         (duty_pct + 75.0 * back_emf_mv / 5998.0).abs() < 0.01,
         "{duty_pct} %"
     );
+}
+
+#[test]
+fn a_stop_by_the_back_emf_stays_within_the_duty_limit() {
+    let mut board = TestBoard::turning();
+    let narrow = BoardParameters {
+        control: Coefficients::try_new(&ControlParameters {
+            duty_limit_pct: 20.0,
+            ..ControlParameters::DEFAULT
+        })
+        .unwrap(),
+        ..BoardParameters::DEFAULT
+    };
+    assert_eq!(board.application.retune(&narrow), Ok(()));
+    board.step();
+    let mut greatest_pct = 0.0_f64;
+    while board.step_with(|samples| samples.encoder = None).state != BoardState::Fault {
+        if board.outputs.state == BoardState::FaultReaction {
+            greatest_pct = greatest_pct.max(board.outputs.telemetry.duty.abs().to_f64());
+        }
+    }
+    // Three quarters of the back-EMF are more at first.
+    assert_eq!(greatest_pct, 20.0);
 }
 
 /// The rates in each period of the stop, deg/s, of a motor at the full rate whose encoder is lost,
