@@ -7,7 +7,7 @@ use model_core::{
         cascade::Coefficients,
         encoder_word::Magnet,
         parameters::ControlParameters,
-        units::{Percent, angle},
+        units::{Percent, angle, percent},
     },
     sensors::{
         adc::AdcCode,
@@ -223,18 +223,22 @@ fn three_lost_samples_hold_the_duty_and_the_fourth_starts_the_stop_by_the_back_e
     );
 }
 
+/// The default parameters with this limit of the duty.
+fn with_duty_limit(duty_limit_pct: f64) -> BoardParameters {
+    let control = ControlParameters {
+        duty_limit_pct,
+        ..ControlParameters::DEFAULT
+    };
+    BoardParameters {
+        control: Coefficients::try_new(&control).unwrap(),
+        ..BoardParameters::DEFAULT
+    }
+}
+
 #[test]
 fn a_stop_by_the_back_emf_stays_within_the_duty_limit() {
     let mut board = TestBoard::turning();
-    let narrow = BoardParameters {
-        control: Coefficients::try_new(&ControlParameters {
-            duty_limit_pct: 20.0,
-            ..ControlParameters::DEFAULT
-        })
-        .unwrap(),
-        ..BoardParameters::DEFAULT
-    };
-    assert_eq!(board.application.retune(&narrow), Ok(()));
+    assert_eq!(board.application.retune(&with_duty_limit(20.0)), Ok(()));
     board.step();
     let mut greatest_pct = 0.0_f64;
     while board.step_with(|samples| samples.encoder = None).state != BoardState::Fault {
@@ -244,6 +248,20 @@ fn a_stop_by_the_back_emf_stays_within_the_duty_limit() {
     }
     // Three quarters of the back-EMF are more at first.
     assert_eq!(greatest_pct, 20.0);
+}
+
+#[test]
+fn a_duty_that_is_held_without_a_count_stays_within_a_narrowed_limit() {
+    let mut board = TestBoard::turning();
+    assert_eq!(board.outputs.telemetry.duty, percent(100.0));
+    assert_eq!(board.application.retune(&with_duty_limit(20.0)), Ok(()));
+    let outputs = board.step_with(|samples| samples.encoder = None);
+    assert_eq!(outputs.state, BoardState::Enabled);
+    assert_eq!(outputs.telemetry.duty, percent(20.0));
+    let Bridge::Driven(compare) = outputs.bridge else {
+        panic!("{:?}", outputs.bridge);
+    };
+    assert_eq!(compare.duty_pct(), 20.0);
 }
 
 /// The rates in each period of the stop, deg/s, of a motor at the full rate whose encoder is lost,
