@@ -189,11 +189,6 @@ impl Application {
         self.velocity.mdeg_s()
     }
 
-    /// Empties the history of faults.
-    pub fn clear_fault_history(&mut self) {
-        self.log.clear_history();
-    }
-
     /// The parameters in force.
     pub fn parameters(&self) -> &BoardParameters {
         &self.parameters
