@@ -1,7 +1,7 @@
 //! Many actuators that are stepped together, each with a command of its own.
 //!
 //! Boards around the first-order motor are computed side by side in vectors
-//! ([`LoopLanes`](model_core::actuator::lanes::LoopLanes)), all others one by one; both on all
+//! ([`MotorLoops`](model_core::actuator::lanes::MotorLoops)), all others one by one; both on all
 //! cores and bit for bit as an [`Actuator`] each.
 
 mod group;

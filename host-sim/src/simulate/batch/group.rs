@@ -5,7 +5,7 @@ use std::array;
 use model_core::{
     actuator::{
         Settings,
-        lanes::{LoopLanes, Seen},
+        lanes::{MotorLoops, Seen},
     },
     control::units::{Angle, angle},
     parameter::ParameterError,
@@ -16,7 +16,7 @@ use super::{ABREAST, BatchState, Refused};
 
 /// Up to [`ABREAST`] boards; the remaining lanes repeat the first.
 pub struct Group {
-    boards: LoopLanes<ABREAST>,
+    boards: MotorLoops<ABREAST>,
     settings: [Settings; ABREAST],
     transit: Transit,
 }
@@ -148,9 +148,9 @@ impl Group {
 }
 
 /// The lanes, or the first of them whose parameters are refused.
-fn boards(settings: &[Settings; ABREAST]) -> Result<Option<LoopLanes<ABREAST>>, Refused> {
-    LoopLanes::try_new(settings.each_ref()).map_err(|error| {
-        let is_refused = |one: &Settings| LoopLanes::<1>::try_new([one]).is_err();
+fn boards(settings: &[Settings; ABREAST]) -> Result<Option<MotorLoops<ABREAST>>, Refused> {
+    MotorLoops::try_new(settings.each_ref()).map_err(|error| {
+        let is_refused = |one: &Settings| MotorLoops::<1>::try_new([one]).is_err();
         Refused::at(settings.iter().position(is_refused).unwrap_or(0))(error)
     })
 }
