@@ -6,14 +6,12 @@ use crate::{
     parameter::ParameterError,
     plant::{
         PlantState,
-        drivetrain::lanes::DrivetrainLanes,
-        first_order::lanes::MotorLanes,
         lanes::{Extremes, PlantLanes},
     },
     sensors::encoder::{EncoderParameters, ideal_counts},
 };
 
-use super::{ModelKind, PlantKind, Settings};
+use super::{ModelKind, Settings};
 
 /// Which ticks are seen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,29 +31,12 @@ pub struct LoopLanes<P, const N: usize> {
     pub seen: Extremes<N>,
 }
 
-/// Boards around first-order motors.
-pub type MotorLoops<const N: usize> = LoopLanes<MotorLanes<N>, N>;
-
-/// Boards around drivetrains.
-pub type BenchLoops<const N: usize> = LoopLanes<DrivetrainLanes<N>, N>;
-
 /// Whether the control step of these settings can be one of [`LoopLanes`]: that of the board, with
 /// an ideal encoder and a duty that the timer does not round.
 fn is_ideal(settings: &Settings) -> bool {
     settings.model == ModelKind::Board
         && settings.encoder == EncoderParameters::DEFAULT
         && settings.timer == super::closed_loop::TimerParameters::DEFAULT
-}
-
-/// Whether these settings can be one of [`MotorLoops`]: those of an ideal control step around a
-/// first-order motor with the mean voltage and without rate limits.
-pub fn is_plain(settings: &Settings) -> bool {
-    let motor = &settings.first_order;
-    is_ideal(settings)
-        && settings.plant == PlantKind::FirstOrder
-        && settings.pwm == crate::plant::Pwm::Average
-        && motor.rate_limit_up_deg_s == f64::INFINITY
-        && motor.rate_limit_down_deg_s == f64::INFINITY
 }
 
 impl<const N: usize, P: PlantLanes<N>> LoopLanes<P, N> {

@@ -6,11 +6,18 @@ use std::vec::Vec;
 use proptest::{prelude::*, sample::Index};
 
 use super::*;
-use crate::plant::{PERIOD, Plant, Pwm, drivetrain::pwm::PwmDrivetrain, first_order::FirstOrder};
+use crate::actuator::PlantKind;
+use crate::plant::{PERIOD, Plant, Pwm};
+use crate::plant::{drivetrain::lanes::DrivetrainLanes, drivetrain::pwm::PwmDrivetrain};
+use crate::plant::{first_order::FirstOrder, first_order::lanes::MotorLanes};
 use crate::time::CONTROL_PERIOD_TICKS;
 use crate::{actuator::closed_loop::ClosedLoop, control::units::angle};
 
 const LANES: usize = 3;
+
+type MotorLoops<const N: usize> = LoopLanes<MotorLanes<N>, N>;
+type BenchLoops<const N: usize> = LoopLanes<DrivetrainLanes<N>, N>;
+
 const EDGES: usize = CONTROL_PERIOD_TICKS as usize / PERIOD;
 
 /// Name, least and greatest value.
