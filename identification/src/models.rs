@@ -21,7 +21,7 @@ use super::experiment::Experiment;
 use super::hybrid::Output;
 use super::model::{COMMANDS_PER_PASS, Description, Model, ParameterValues, Sample, Sums};
 use super::scalar::Scalar;
-use sensitivity::{by_command, in_passes, sums_in_passes, sums_with_duals, with_duals};
+use sensitivity::{by_command, in_passes, sums_in_passes, sums_with_duals};
 
 pub use black_box_1::BlackBox1;
 pub(crate) use black_box_2::gains as oscillator_gains;
@@ -83,14 +83,7 @@ impl<D: Dynamics> Model for D {
         free: &[usize],
         output: &mut dyn FnMut(usize, f64, &[f64]),
     ) {
-        // Each width is another copy of the model in the program: few, and none too wide.
-        match free.len() {
-            0..=2 => with_duals::<2, D>(self, run, values, free, output),
-            3..=4 => with_duals::<4, D>(self, run, values, free, output),
-            5..=6 => with_duals::<6, D>(self, run, values, free, output),
-            7..=8 => with_duals::<8, D>(self, run, values, free, output),
-            _ => in_passes(self, run, values, free, output),
-        }
+        in_passes(self, run, values, free, output);
     }
 
     fn command_sensitivity(
@@ -101,10 +94,11 @@ impl<D: Dynamics> Model for D {
         output: &mut dyn FnMut(usize, f64, &[f64]),
     ) {
         let end = segments.end.min(segments.start + COMMANDS_PER_PASS);
-        by_command::<COMMANDS_PER_PASS, D>(self, run, values, segments.start..end, output);
+        by_command(self, run, values, segments.start..end, output);
     }
 
     fn sums(&self, run: &Experiment, values: &[f64], free: &[usize], angles: &[f64]) -> Sums {
+        // Each width is another copy of the model in the program: few, and none too wide.
         match free.len() {
             0 => sums_with_duals::<0, D>(self, run, values, free, angles),
             1..=2 => sums_with_duals::<2, D>(self, run, values, free, angles),

@@ -59,19 +59,20 @@ fn simulations(actuators: usize, every: u64) -> Vec<Simulation> {
     (0..actuators).map(simulation).collect()
 }
 
-/// The bench for a second each, with the inertia of the load spread.
+/// The bench for a second each, on levels of a fifteenth of it, with the inertia of the load spread.
 fn bench_simulations() -> Vec<Simulation> {
     let simulation = |k: u32| {
+        let set = [
+            ("load_inertia_kg_m2", 2e-6 + 1e-8 * f64::from(k)),
+            ("input.dwell_s", 1.0 / 15.0),
+        ];
         let scenario = Scenario {
             model: Some(ModelKind::Board),
             plant: Some(PlantKind::Drivetrain),
-            input: Some("pulse".into()),
+            input: Some("variable-step".into()),
             duration_s: Some(1.0),
             every: Some(1),
-            set: vec![Setting::new(
-                "load_inertia_kg_m2",
-                2e-6 + 1e-8 * f64::from(k),
-            )],
+            set: set.map(|(name, value)| Setting::new(name, value)).into(),
             ..Default::default()
         };
         scenario.resolve().expect("a scenario that resolves")
@@ -239,8 +240,11 @@ fn main() {
         "64 benches of 1 s",
         64.0,
         BATCH_ROUNDS,
-        &[("50 us", Box::new(|| all_cores(&bench)))],
-        &[],
+        &[("side by side, all cores", Box::new(|| all_cores(&bench)))],
+        &[(
+            "one after the other, one core",
+            Box::new(|| one_core(&bench, 64)),
+        )],
     );
     let bytes = size_of::<Simulation>();
     println!("figure memory of an actuator in a batch = {bytes} bytes");

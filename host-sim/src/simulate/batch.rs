@@ -1,14 +1,15 @@
 //! Many actuators that are stepped together, each with a command of its own.
 //!
-//! Boards around the first-order motor are computed side by side in vectors
+//! Boards are computed side by side in vectors where they can be
 //! ([`LoopLanes`](model_core::actuator::lanes::LoopLanes)), all others one by one; both on all
 //! cores and bit for bit as an [`Actuator`] each.
 
 mod group;
 
 use model_core::{
-    actuator::{Actuator, Settings, lanes::is_plain},
+    actuator::{Actuator, Settings},
     parameter::ParameterError,
+    plant::{drivetrain::lanes::DrivetrainLanes, first_order::lanes::MotorLanes},
     time::CONTROL_PERIOD_TICKS,
 };
 use rayon::prelude::*;
@@ -42,8 +43,38 @@ pub struct Batch {
 
 /// Up to [`ABREAST`] actuators.
 enum Actuators {
-    Abreast(Box<Group>),
-    Single(Vec<Actuator<Vec<f64>>>),
+    Motors(Box<Group<MotorLanes<ABREAST>>>),
+    Benches(Box<Group<DrivetrainLanes<ABREAST>>>),
+    Single(Vec<Single>),
+}
+
+/// Fewer benches are no faster beside empty lanes than alone.
+const LEAST_BENCHES: usize = ABREAST / 4 + 1;
+
+/// An actuator that is computed alone.
+struct Single(Box<Actuator<Vec<f64>>>);
+
+impl Single {
+    fn try_new(settings: &Settings) -> Result<Self, ParameterError> {
+        Actuator::try_with_ring(settings).map(|actuator| Self(Box::new(actuator)))
+    }
+
+    /// Passes these ticks with a command, deg; in place of one that is not finite the last one
+    /// holds.
+    fn step(&mut self, ticks: u64, command: f64) -> BatchState {
+        let Self(actuator) = self;
+        if actuator.advance(command, ticks).is_err() {
+            let last = actuator.reading().command_deg;
+            let _ = actuator.advance(last, ticks);
+        }
+        let now = actuator.reading();
+        BatchState {
+            angle_deg: now.angle_deg,
+            rate_deg_s: now.rate_deg_s,
+            angle_meas_deg: now.angle_meas_deg,
+            rate_meas_deg_s: now.rate_meas_deg_s,
+        }
+    }
 }
 
 /// The parameters of an actuator are refused.
@@ -146,35 +177,27 @@ impl Batch {
 
 impl Actuators {
     fn try_new(settings: &[Settings], ticks: u64) -> Result<Self, Refused> {
-        let is_whole = ticks.is_multiple_of(CONTROL_PERIOD_TICKS);
-        let is_plain = |s: &Settings| is_plain(s) && s.setup.host_period_s == 0.0;
-        if is_whole
-            && settings.iter().all(is_plain)
-            && let Some(group) = Group::try_new(settings)?
-        {
-            return Ok(Self::Abreast(Box::new(group)));
+        if ticks.is_multiple_of(CONTROL_PERIOD_TICKS) {
+            if let Some(group) = Group::try_new(settings, 1)? {
+                return Ok(Self::Motors(Box::new(group)));
+            }
+            if let Some(group) = Group::try_new(settings, LEAST_BENCHES)? {
+                return Ok(Self::Benches(Box::new(group)));
+            }
         }
-        let one = |(lane, settings)| Actuator::try_with_ring(settings).map_err(Refused::at(lane));
+        let one = |(lane, settings)| Single::try_new(settings).map_err(Refused::at(lane));
         let all = settings.iter().enumerate().map(one);
         Ok(Self::Single(all.collect::<Result<_, _>>()?))
     }
 
     fn step(&mut self, ticks: u64, commands: &[f64], states: &mut [BatchState]) {
+        let periods = ticks / CONTROL_PERIOD_TICKS;
         match self {
-            Self::Abreast(group) => group.step(ticks / CONTROL_PERIOD_TICKS, commands, states),
+            Self::Motors(group) => group.step(periods, commands, states),
+            Self::Benches(group) => group.step(periods, commands, states),
             Self::Single(actuators) => {
                 for ((actuator, command), state) in actuators.iter_mut().zip(commands).zip(states) {
-                    if actuator.advance(*command, ticks).is_err() {
-                        let last = actuator.reading().command_deg;
-                        let _ = actuator.advance(last, ticks);
-                    }
-                    let now = actuator.reading();
-                    *state = BatchState {
-                        angle_deg: now.angle_deg,
-                        rate_deg_s: now.rate_deg_s,
-                        angle_meas_deg: now.angle_meas_deg,
-                        rate_meas_deg_s: now.rate_meas_deg_s,
-                    };
+                    *state = actuator.step(ticks, *command);
                 }
             }
         }
@@ -182,12 +205,12 @@ impl Actuators {
 
     fn replace(&mut self, fresh: &[(usize, Settings)]) -> Result<(), Refused> {
         match self {
-            Self::Abreast(group) => group.replace(fresh),
+            Self::Motors(group) => group.replace(fresh),
+            Self::Benches(group) => group.replace(fresh),
             Self::Single(actuators) => {
                 for (lane, settings) in fresh {
                     if let Some(place) = actuators.get_mut(*lane) {
-                        let actuator = Actuator::try_with_ring(settings);
-                        *place = actuator.map_err(Refused::at(*lane))?;
+                        *place = Single::try_new(settings).map_err(Refused::at(*lane))?;
                     }
                 }
                 Ok(())

@@ -1,16 +1,24 @@
 //! Campaigns: many runs on all cores, each evaluated by the extremes of its motion.
 
-use std::array;
+use std::{array, marker::PhantomData};
 
 use model_core::{
     actuator::lanes::{LoopLanes, Seen},
-    plant::PlantState,
+    plant::{
+        PlantState,
+        drivetrain::lanes::{DrivetrainLanes, Likeness},
+        first_order::lanes::MotorLanes,
+        lanes::PlantLanes,
+    },
     time::{CONTROL_PERIOD_TICKS, PWM_PERIOD_TICKS},
 };
 use rayon::prelude::*;
 
 use super::{Rows, Simulation, board, progress::CHECK_TICKS};
-use crate::{error::Error, settings::ModelKind};
+use crate::{
+    error::Error,
+    settings::{ModelKind, PlantKind},
+};
 
 /// The extremes of the motion of a run, over the evaluated ticks.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -72,17 +80,28 @@ const ABREAST: usize = 32;
 
 /// Runs with the widest vectors of the processor. No operation is fused: the results are the same
 /// on every processor.
-struct Abreast<'a, const N: usize>([&'a Simulation; N]);
+struct Abreast<'a, P, const N: usize> {
+    runs: [&'a Simulation; N],
+    plants: PhantomData<P>,
+}
 
-impl<const N: usize> pulp::NullaryFnOnce for Abreast<'_, N> {
+impl<'a, P, const N: usize> Abreast<'a, P, N> {
+    fn new(runs: [&'a Simulation; N]) -> Self {
+        let plants = PhantomData;
+        Self { runs, plants }
+    }
+}
+
+impl<P: PlantLanes<N>, const N: usize> pulp::NullaryFnOnce for Abreast<'_, P, N> {
     type Output = Result<Option<[Extremes; N]>, Error>;
 
     #[inline(always)]
     fn call(self) -> Self::Output {
-        let Some(mut boards) = LoopLanes::try_new(self.0.map(|run| &run.settings))? else {
+        let settings = self.runs.map(|run| &run.settings);
+        let Some(mut boards) = LoopLanes::<P, N>::try_new(settings)? else {
             return Ok(None);
         };
-        let Some(run) = self.0.first() else {
+        let Some(run) = self.runs.first() else {
             return Ok(None);
         };
         let see = match run.every {
@@ -94,7 +113,7 @@ impl<const N: usize> pulp::NullaryFnOnce for Abreast<'_, N> {
         let (mut tick, (mut command, mut until)) = (0, path.held(0));
         while tick < run.ticks {
             if tick.is_multiple_of(CHECK_TICKS) {
-                self.0.iter().try_for_each(|run| run.check(tick))?;
+                self.runs.iter().try_for_each(|run| run.check(tick))?;
             }
             if tick >= until {
                 (command, until) = path.held(tick);
@@ -140,7 +159,9 @@ impl Simulation {
     /// # Errors
     /// As [`Simulation::run`].
     pub fn extremes(&self) -> Result<Extremes, Error> {
-        if let Some([extremes]) = pulp::Arch::new().dispatch(Abreast([self]))? {
+        if let Some([extremes]) =
+            pulp::Arch::new().dispatch(Abreast::<MotorLanes<1>, 1>::new([self]))?
+        {
             return Ok(extremes);
         }
         pulp::Arch::new().dispatch(Watching(self))
@@ -150,40 +171,82 @@ impl Simulation {
     fn is_beside(&self, other: &Self) -> bool {
         (self.ticks, self.every) == (other.ticks, other.every) && self.path() == other.path()
     }
+
+    /// By this order neighbours are computed side by side best: benches with the same number of
+    /// steps in a tick. A first-order motor has no steps, and no bench with a load of its own is
+    /// computed beside others.
+    fn likeness(&self) -> Option<Likeness> {
+        let settings = &self.settings;
+        let is_bench = (settings.model, settings.plant)
+            == (ModelKind::Board, PlantKind::Drivetrain)
+            && self.load.is_none();
+        is_bench.then(|| Likeness::of(settings)).flatten()
+    }
 }
 
 /// Runs all simulations, on all cores. Boards with the same command run side by side.
 pub fn campaign(simulations: &[Simulation]) -> Vec<Result<Extremes, Error>> {
-    simulations
+    let likenesses = simulations.par_iter().map(Simulation::likeness);
+    let mut order: Vec<_> = likenesses
+        .collect::<Vec<_>>()
+        .into_iter()
+        .enumerate()
+        .collect();
+    // Stable: others remain in their order.
+    order.sort_by_key(|(_, likeness)| *likeness);
+    let mut results: Vec<_> = order
         .par_chunks(ABREAST)
-        .flat_map_iter(|runs| match abreast(runs) {
-            Some(extremes) => extremes.into_iter().map(Ok).collect::<Vec<_>>(),
-            None => runs.iter().map(Simulation::extremes).collect(),
+        .flat_map_iter(|places| {
+            let runs: Vec<_> = places
+                .iter()
+                .map(|(index, _)| &simulations[*index])
+                .collect();
+            let results = match abreast(&runs) {
+                Some(extremes) => extremes.into_iter().map(Ok).collect::<Vec<_>>(),
+                None => runs.into_iter().map(Simulation::extremes).collect(),
+            };
+            places.iter().map(|(index, _)| *index).zip(results)
         })
-        .collect()
+        .collect();
+    results.sort_unstable_by_key(|(index, _)| *index);
+    results.into_iter().map(|(_, result)| result).collect()
 }
 
 /// The extremes of runs side by side; `None` where they have to run alone.
-fn abreast(runs: &[Simulation]) -> Option<Vec<Extremes>> {
+fn abreast(runs: &[&Simulation]) -> Option<Vec<Extremes>> {
     let (first, others) = runs.split_first()?;
     // Beside empty lanes fewer runs are no faster than alone.
     if runs.len() <= ABREAST / 4 || !others.iter().all(|run| run.is_beside(first)) {
         return None;
     }
-    let lanes = array::from_fn(|lane| runs.get(lane).unwrap_or(first));
+    let lanes: [_; ABREAST] = array::from_fn(|lane| *runs.get(lane).unwrap_or(first));
     // An error comes again, and from the run that it is of, where they run alone.
-    let extremes: [_; ABREAST] = pulp::Arch::new().dispatch(Abreast(lanes)).ok()??;
-    Some(extremes[..runs.len()].to_vec())
+    let extremes = match first.settings.plant {
+        PlantKind::FirstOrder => side_by_side::<MotorLanes<ABREAST>>(lanes),
+        PlantKind::Drivetrain if runs.iter().all(|run| run.load.is_none()) => {
+            side_by_side::<DrivetrainLanes<ABREAST>>(lanes)
+        }
+        PlantKind::Drivetrain => return None,
+    };
+    Some(extremes?[..runs.len()].to_vec())
+}
+
+fn side_by_side<P: PlantLanes<ABREAST>>(
+    lanes: [&Simulation; ABREAST],
+) -> Option<[Extremes; ABREAST]> {
+    let abreast = Abreast::<P, ABREAST>::new(lanes);
+    pulp::Arch::new().dispatch(abreast).ok()?
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::{
+        input::Sequence,
         scenario::{Scenario, Setting},
         trace::Trace,
     };
-    use model_core::named::Named;
+    use model_core::{named::Named, plant::Pwm};
 
     fn simulation(model: ModelKind, every: u64, set: &[(&str, f64)]) -> Simulation {
         let scenario = Scenario {
@@ -240,6 +303,48 @@ mod tests {
                     "every {every}"
                 );
             }
+        }
+    }
+
+    #[test]
+    fn every_bench_of_a_campaign_moves_as_it_does_alone() {
+        let bench = |k: usize| {
+            // Steps of a tick from 4 to 8, and what lanes do not compute.
+            let mut set = vec![
+                ("load_inertia_kg_m2", 1e-6 * (1 + k % 7) as f64),
+                ("coulomb_friction_nm", 0.02 + 1e-4 * k as f64),
+            ];
+            match k % 20 {
+                3 => set.push(("friction_model", (2 + k / 20) as f64)),
+                7 => set.push(("shaft_stiffness_nm_deg", f64::INFINITY)),
+                11 => set.push(("pendulum_mass_kg", 0.1)),
+                13 => set.push(("hard_stop_deg", 15.0)),
+                17 => set.push(("coast_when_off", 1.0)),
+                _ => {}
+            }
+            let set = set.into_iter().chain([("input.dwell_s", 0.03)]);
+            let scenario = Scenario {
+                model: Some(ModelKind::Board),
+                plant: Some(PlantKind::Drivetrain),
+                pwm: (k % 20 > 15).then_some(Pwm::Switched),
+                input: Some("variable-step".into()),
+                duration_s: Some(0.20015),
+                every: Some(if k == 19 { 7 } else { 1 }),
+                set: set.map(|(name, value)| Setting::new(name, value)).collect(),
+                ..Default::default()
+            };
+            let mut simulation = scenario.resolve().unwrap();
+            if k == 18 {
+                let mut load = Sequence::default();
+                load.push(1000, 0.2);
+                simulation.load = Some(load);
+            }
+            simulation
+        };
+        let simulations: Vec<_> = (0..100).map(bench).collect();
+        for (k, extremes) in campaign(&simulations).into_iter().enumerate() {
+            let alone = simulations[k].extremes().unwrap();
+            assert_eq!(extremes.unwrap(), alone, "{k}");
         }
     }
 

@@ -1,4 +1,5 @@
-//! Runs of a model with its sensitivities: all in one pass, or eight in each pass.
+//! Runs of a model with its sensitivities: in the search as wide as it needs, elsewhere eight in
+//! each pass.
 
 use std::ops::Range;
 
@@ -6,7 +7,7 @@ use super::Dynamics;
 use crate::experiment::Experiment;
 use crate::hybrid::Output;
 use crate::loss::weighed;
-use crate::model::{ActiveLimit, ParameterValues, Sums};
+use crate::model::{ActiveLimit, COMMANDS_PER_PASS, ParameterValues, Sums};
 use crate::scalar::{Dual, Scalar};
 
 /// The parameters as dual numbers, with those of `free` as the independent variables.
@@ -190,25 +191,39 @@ pub fn sums_in_passes<D: Dynamics>(
     sums
 }
 
-/// One pass with all the derivatives.
-pub fn with_duals<const N: usize, D: Dynamics>(
+/// Derivatives of a pass outside the search. A width of its own for each number of parameters would
+/// save little there, and each is another copy of every model in the program.
+const PASS: usize = COMMANDS_PER_PASS;
+
+/// Passes the angle and the first derivatives of each sample on: one type for all callers, so that
+/// they share one copy of the model.
+struct Passing<'a> {
+    width: usize,
+    output: &'a mut dyn FnMut(usize, f64, &[f64]),
+}
+
+impl Output<Dual<PASS>> for Passing<'_> {
+    #[inline(always)]
+    fn sample(&mut self, i: usize, angle: Dual<PASS>, _rate_deg_s: f64, _state: ActiveLimit) {
+        (self.output)(i, angle.value, &angle.slope[..self.width]);
+    }
+}
+
+/// One pass with the derivatives by up to eight parameters.
+fn in_one_pass<D: Dynamics>(
     model: &D,
     run: &Experiment,
     values: &[f64],
     free: &[usize],
     output: &mut dyn FnMut(usize, f64, &[f64]),
 ) {
-    model.run(
-        run,
-        &duals::<N, D>(values, free),
-        &mut |i, angle: Dual<N>, _, _| {
-            output(i, angle.value, &angle.slope[..free.len()]);
-        },
-    );
+    let width = free.len();
+    let p = duals::<PASS, D>(values, free);
+    model.run(run, &p, &mut Passing { width, output });
 }
 
-/// One pass with the derivatives by the levels of some segments of the command.
-pub fn by_command<const N: usize, D: Dynamics>(
+/// One pass with the derivatives by the levels of some segments of the command, up to eight.
+pub fn by_command<D: Dynamics>(
     model: &D,
     run: &Experiment,
     values: &[f64],
@@ -220,13 +235,11 @@ pub fn by_command<const N: usize, D: Dynamics>(
     for (index, segment) in run.command[segments].iter_mut().enumerate() {
         segment.variable = Some(index);
     }
-    let p = duals::<N, D>(values, &[]);
-    model.run(&run, &p, &mut |i, angle: Dual<N>, _, _| {
-        output(i, angle.value, &angle.slope[..width]);
-    });
+    let p = duals::<PASS, D>(values, &[]);
+    model.run(&run, &p, &mut Passing { width, output });
 }
 
-/// Eight derivatives a pass, for more than eight.
+/// The derivatives by any number of parameters, eight a pass.
 pub fn in_passes<D: Dynamics>(
     model: &D,
     run: &Experiment,
@@ -235,12 +248,15 @@ pub fn in_passes<D: Dynamics>(
     output: &mut dyn FnMut(usize, f64, &[f64]),
 ) {
     let width = free.len();
+    if width <= PASS {
+        return in_one_pass(model, run, values, free, output);
+    }
     let mut angles = vec![f64::NAN; run.len()];
     let mut slopes = vec![f64::NAN; run.len() * width];
-    for (pass, some) in free.chunks(8).enumerate() {
-        with_duals::<8, D>(model, run, values, some, &mut |i, angle, slope| {
+    for (pass, some) in free.chunks(PASS).enumerate() {
+        in_one_pass(model, run, values, some, &mut |i, angle, slope| {
             angles[i] = angle;
-            let start = i * width + pass * 8;
+            let start = i * width + pass * PASS;
             slopes[start..start + some.len()].copy_from_slice(slope);
         });
     }

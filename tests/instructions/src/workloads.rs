@@ -37,12 +37,14 @@ const PERIODS_OF_60_S: u64 = 15_000;
 /// A simulated second each: 60 s would take valgrind minutes.
 const BATCH: u64 = 1_000;
 const PERIODS_OF_1_S: u64 = 250;
+/// Two groups of benches that are computed side by side.
+const BENCHES: u64 = 64;
 const READS: u64 = 100;
 /// A tenth of a million: in valgrind a million takes half a minute, and the lines are alike.
 const LINES: u64 = 100_000;
 
 /// All of them. `valgrind` knows no AVX-512, so that processors with and without it count alike.
-pub static WORKLOADS: [Workload; 11] = [
+pub static WORKLOADS: [Workload; 12] = [
     Workload {
         name: "control-step",
         parts: STEPS,
@@ -72,6 +74,11 @@ pub static WORKLOADS: [Workload; 11] = [
         name: "bench-plant-1-s",
         parts: PERIODS_OF_1_S,
         run: bench_plant,
+    },
+    Workload {
+        name: "campaign-of-64-benches-1-s",
+        parts: BENCHES * PERIODS_OF_1_S,
+        run: benches,
     },
     Workload {
         name: "fit-black-box-1",
@@ -162,6 +169,21 @@ fn bench_plant() {
     let simulation = simulation(1.0, 1, PlantKind::Drivetrain, 0.0);
     counted_work(&mut || {
         black_box(simulation.extremes().expect("a run"));
+    });
+}
+
+/// Benches that differ in friction.
+fn benches() {
+    let bench = |k: u64| {
+        let mut bench = simulation(1.0, 1, PlantKind::Drivetrain, 0.0);
+        bench.settings.drivetrain.friction.coulomb_friction_nm += k as f64 * 1e-4;
+        bench
+    };
+    let simulations: Vec<_> = (0..BENCHES).map(bench).collect();
+    on_this_thread(|| {
+        counted_work(&mut || {
+            black_box(campaign(&simulations));
+        });
     });
 }
 

@@ -1,4 +1,5 @@
-//! Boards side by side, with the delay of each one's commands.
+//! Boards side by side, with the delay of each one's commands, and those among them that have to be
+//! computed alone.
 
 use std::array;
 
@@ -9,16 +10,21 @@ use model_core::{
     },
     control::units::{Angle, angle},
     parameter::ParameterError,
+    plant::lanes::PlantLanes,
     time::{CONTROL_PERIOD_TICKS, ticks},
 };
 
-use super::{ABREAST, BatchState, Refused};
+use super::{ABREAST, BatchState, Refused, Single};
 
-/// Up to [`ABREAST`] boards; the remaining lanes repeat the first.
-pub struct Group {
-    boards: LoopLanes<ABREAST>,
+/// Up to [`ABREAST`] boards around plants `P`. The lanes of boards that are computed alone, and
+/// those without a board, repeat the first.
+pub struct Group<P> {
+    first: Settings,
     settings: [Settings; ABREAST],
+    boards: LoopLanes<P, ABREAST>,
     transit: Transit,
+    /// The boards that cannot be computed beside the first.
+    alone: [Option<Single>; ABREAST],
 }
 
 /// Commands in transit: a row for each control period, the present one at `now`.
@@ -89,21 +95,67 @@ impl Transit {
     }
 }
 
-impl Group {
-    /// The boards of these settings; `None` where they cannot run side by side.
-    pub fn try_new(settings: &[Settings]) -> Result<Option<Self>, Refused> {
-        let Some(first) = settings.first() else {
+/// The settings that can be computed beside the first ones, in whose lanes the others are repeated
+/// by the first, and the others.
+struct Sorted {
+    beside: [Settings; ABREAST],
+    alone: [Option<Settings>; ABREAST],
+}
+
+impl Sorted {
+    /// Sorts these settings, of which those that are not new are beside the first already.
+    fn new<P: PlantLanes<ABREAST>>(
+        first: &Settings,
+        settings: &[Settings; ABREAST],
+        is_new: impl Fn(usize) -> bool,
+    ) -> Self {
+        let mut sorted = Self {
+            beside: *settings,
+            alone: [None; ABREAST],
+        };
+        if boards::<P>(settings).is_some() {
+            return sorted;
+        }
+        for lane in (0..ABREAST).filter(|lane| is_new(*lane)) {
+            let mut pair = [*first; ABREAST];
+            pair[0] = settings[lane];
+            if boards::<P>(&pair).is_none() {
+                sorted.beside[lane] = *first;
+                sorted.alone[lane] = Some(settings[lane]);
+            }
+        }
+        sorted
+    }
+}
+
+impl<P: PlantLanes<ABREAST>> Group<P> {
+    /// The boards of these settings; `None` where fewer than `least` of them can be computed side
+    /// by side.
+    pub fn try_new(settings: &[Settings], least: usize) -> Result<Option<Self>, Refused> {
+        let is_usable = |s: &&Settings| boards::<P>(&[**s; ABREAST]).is_some();
+        let Some(first) = settings.iter().find(is_usable) else {
             return Ok(None);
+        };
+        let all = array::from_fn(|lane| *settings.get(lane).unwrap_or(first));
+        let Sorted { beside, alone } = Sorted::new::<P>(first, &all, |_| true);
+        let Some(boards) = boards(&beside) else {
+            return Ok(None);
+        };
+        if settings.len() < least + alone.iter().flatten().count() {
+            return Ok(None);
+        }
+        let mut group = Self {
+            first: *first,
+            settings: beside,
+            boards,
+            transit: Transit::new(&beside),
+            alone: [const { None }; ABREAST],
         };
         for (lane, settings) in settings.iter().enumerate() {
             settings.setup.check().map_err(Refused::at(lane))?;
+            group.alone[lane] = single(lane, &alone)?;
         }
-        let all = array::from_fn(|lane| *settings.get(lane).unwrap_or(first));
-        Ok(boards(&all)?.map(|boards| Self {
-            boards,
-            transit: Transit::new(&all),
-            settings: all,
-        }))
+        Ok(Some(group))
     }
 
     /// Passes control periods with a command a board, deg, and writes the states at their end.
@@ -115,6 +167,10 @@ impl Group {
             held,
         });
         for (lane, state) in states.iter_mut().enumerate() {
+            if let Some(single) = &mut self.alone[lane] {
+                *state = single.step(periods * CONTROL_PERIOD_TICKS, commands[lane]);
+                continue;
+            }
             let (now, measured) = (self.boards.state(lane), self.boards.measured(lane));
             *state = BatchState {
                 angle_deg: now.angle_deg,
@@ -125,7 +181,7 @@ impl Group {
         }
     }
 
-    /// Replaces boards by lane with others that can run side by side.
+    /// Replaces boards by lane.
     pub fn replace(&mut self, fresh: &[(usize, Settings)]) -> Result<(), Refused> {
         let mut settings = self.settings;
         let mut is_fresh = [false; ABREAST];
@@ -133,36 +189,53 @@ impl Group {
             new.setup.check().map_err(Refused::at(*lane))?;
             (settings[*lane], is_fresh[*lane]) = (*new, true);
         }
-        let Some(mut boards) = boards(&settings)? else {
+        let Sorted { beside, alone } = Sorted::new::<P>(&self.first, &settings, |i| is_fresh[i]);
+        let singles: Vec<_> = fresh
+            .iter()
+            .map(|(lane, _)| single(*lane, &alone))
+            .collect();
+        let singles = singles.into_iter().collect::<Result<Vec<_>, _>>()?;
+        let Some(mut boards) = boards::<P>(&beside) else {
             let first = fresh.first().map_or(0, |(lane, _)| *lane);
             return Err(Refused::at(first)(ParameterError::Unknown));
         };
-        let mut transit = Transit::new(&settings);
+        let mut transit = Transit::new(&beside);
         transit.keep(&self.transit, |lane| !is_fresh[lane]);
         for lane in (0..ABREAST).filter(|lane| !is_fresh[*lane]) {
             boards.keep(&self.boards, lane);
         }
-        (self.boards, self.settings, self.transit) = (boards, settings, transit);
+        (self.boards, self.settings, self.transit) = (boards, beside, transit);
+        for ((lane, _), single) in fresh.iter().zip(singles) {
+            self.alone[*lane] = single;
+        }
         Ok(())
     }
 }
 
-/// The lanes, or the first of them whose parameters are refused.
-fn boards(settings: &[Settings; ABREAST]) -> Result<Option<LoopLanes<ABREAST>>, Refused> {
-    LoopLanes::try_new(settings.each_ref()).map_err(|error| {
-        let is_refused = |one: &Settings| LoopLanes::<1>::try_new([one]).is_err();
-        Refused::at(settings.iter().position(is_refused).unwrap_or(0))(error)
-    })
+/// The board of a lane that is computed alone.
+fn single(lane: usize, alone: &[Option<Settings>; ABREAST]) -> Result<Option<Single>, Refused> {
+    let board = alone[lane].as_ref().map(Single::try_new).transpose();
+    board.map_err(Refused::at(lane))
+}
+
+/// The lanes; `None` where these boards cannot be computed side by side, be it that a parameter is
+/// refused. A command that is sampled less often than in every control period has no lane.
+fn boards<P: PlantLanes<ABREAST>>(settings: &[Settings; ABREAST]) -> Option<LoopLanes<P, ABREAST>> {
+    let is_sampled = |s: &Settings| s.setup.host_period_s == 0.0;
+    if !settings.iter().all(is_sampled) {
+        return None;
+    }
+    LoopLanes::try_new(settings.each_ref()).ok()?
 }
 
 /// A step, with the widest vectors of the processor.
-struct Pass<'a> {
-    group: &'a mut Group,
+struct Pass<'a, P> {
+    group: &'a mut Group<P>,
     periods: u64,
     held: [Angle; ABREAST],
 }
 
-impl pulp::NullaryFnOnce for Pass<'_> {
+impl<P: PlantLanes<ABREAST>> pulp::NullaryFnOnce for Pass<'_, P> {
     type Output = ();
 
     #[inline(always)]

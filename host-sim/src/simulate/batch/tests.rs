@@ -1,15 +1,25 @@
 use super::*;
 use crate::settings::{ModelKind, PlantKind};
 
-/// Boards that differ in gains, motors and delays.
+/// Boards that differ in gains, plants and delays; some benches are not like the others.
 fn settings(count: usize, plant: PlantKind) -> Vec<Settings> {
     let one = |i: usize| {
         let mut settings = Settings::new(ModelKind::Board, plant);
         let mut set = |name, value| settings.set(name, value).unwrap();
         set("position_gain", 4.0 + (i % 7) as f64);
         set("delay_s", 0.003 * (i % 11) as f64);
-        if plant == PlantKind::FirstOrder {
-            set("motor_gain_up", 2.0 + 0.1 * (i % 5) as f64);
+        match plant {
+            PlantKind::FirstOrder => set("motor_gain_up", 2.0 + 0.1 * (i % 5) as f64),
+            PlantKind::Drivetrain => {
+                set("load_inertia_kg_m2", 1e-6 * (1 + i % 5) as f64);
+                match i % 16 {
+                    0 => set("friction_model", 4.0),
+                    7 => set("shaft_stiffness_nm_deg", f64::INFINITY),
+                    12 => set("host_period_s", 0.02),
+                    13 => set("encoder_noise_deg", 0.03),
+                    _ => {}
+                }
+            }
         }
         settings
     };
@@ -38,6 +48,8 @@ fn every_actuator_moves_as_it_does_alone_also_after_others_were_replaced() {
         (PlantKind::FirstOrder, 400, 33),
         (PlantKind::FirstOrder, 90, 5),
         (PlantKind::Drivetrain, 80, 5),
+        (PlantKind::Drivetrain, 80, 70),
+        (PlantKind::Drivetrain, 400, 33),
     ] {
         let settings = settings(count, plant);
         let mut batch = Batch::try_new(&settings, ticks).unwrap();

@@ -61,14 +61,14 @@ pub(super) struct Winding {
 pub(super) struct Step {
     step_s: f64,
     /// `E`, the share of the current at the start in that at the end.
-    left: f64,
+    pub left: f64,
     /// `(1 - E)/R`, the current at the end per voltage.
-    gain_s: f64,
+    pub gain_s: f64,
     /// `(1 - E) L/(R dt)`, the share of the current at the start in the mean.
-    mean_left: f64,
+    pub mean_left: f64,
     /// The mean current per voltage. A sum of two products is a shorter path through a step than
     /// the difference from the steady current.
-    mean_gain_s: f64,
+    pub mean_gain_s: f64,
 }
 
 impl Winding {

@@ -126,6 +126,12 @@ impl Friction {
             + self.stribeck_nm(rate_rad_s, at_rest_nm)
     }
 
+    /// Coulomb friction, Nm, and viscous friction, Nm s, where these are all there is.
+    pub(super) fn viscous(&self) -> Option<(f64, f64)> {
+        self.is_viscous
+            .then_some((self.coefficients.coulomb_friction_nm, self.viscous_nm_s))
+    }
+
     /// `s` times a torque: the full torque at rest, decreasing with the rate.
     fn stribeck_nm(&self, rate_rad_s: f64, at_rest_nm: f64) -> f64 {
         // The power function is the most expensive part of a step, and often not needed.

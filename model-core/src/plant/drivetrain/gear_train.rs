@@ -14,6 +14,8 @@
 //! the angles from the new rates. Friction removes at most its budget of momentum, so a body at
 //! rest under a torque below the budget keeps a rate of exactly zero.
 
+pub(super) mod lanes;
+
 use core::{array::from_fn, f64::consts::PI};
 
 use super::friction::Friction;
@@ -279,15 +281,7 @@ impl GearTrain {
     ) {
         let mut bodies: [Body; COUNT] = from_fn(|i| self.bodies[i]);
         let (joints, output) = (self.joints, self.output.min(COUNT - 1));
-        // Load damping acts on the new rate (implicit), which is stable for any value.
-        let inertias: [f64; COUNT] = from_fn(|i| {
-            let damping = if i + 1 == COUNT {
-                load.damping_nm_s
-            } else {
-                0.0
-            };
-            bodies[i].inertia_kg_m2 + damping * step_s
-        });
+        let inertias: [f64; COUNT] = from_fn(|i| self.inertia_with_damping(i, load, step_s));
         // Not divided by in each step: a division is on the longest path through it.
         let inverses: [f64; COUNT] = from_fn(|i| 1.0 / inertias[i]);
         // An infinite friction holds a jammed train.
@@ -325,6 +319,15 @@ impl GearTrain {
         for taken in taken {
             self.friction_nm += taken / step_s;
         }
+    }
+
+    /// The inertia of a body with the damping of the load in a step, which acts on the new rate
+    /// (implicit): that is stable for any value.
+    #[inline(always)]
+    fn inertia_with_damping(&self, body: usize, load: &Load, step_s: f64) -> f64 {
+        let is_last = body + 1 == self.count;
+        let damping_nm_s = if is_last { load.damping_nm_s } else { 0.0 };
+        self.bodies[body].inertia_kg_m2 + damping_nm_s * step_s
     }
 
     pub fn motor(&self) -> Motion {

@@ -56,7 +56,12 @@ impl Load {
         } else {
             self.weight_nm * libm::sin(angle_rad)
         };
-        self.constant_nm + self.recorded_nm - self.hinge_nm_rad * angle_rad - weight_nm
+        self.external_nm() - self.hinge_nm_rad * angle_rad - weight_nm
+    }
+
+    /// What does not depend on the motion.
+    pub fn external_nm(&self) -> f64 {
+        self.constant_nm + self.recorded_nm
     }
 }
 

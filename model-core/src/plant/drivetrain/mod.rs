@@ -28,6 +28,7 @@
 pub mod electrical;
 pub mod friction;
 pub mod gear_train;
+pub mod lanes;
 pub mod load;
 pub mod pwm;
 pub mod stepped;
@@ -215,6 +216,11 @@ impl Drivetrain {
     /// ```
     pub fn try_new(parameters: &DrivetrainParameters) -> Result<Self, ParameterError> {
         parameters.check()?;
+        Ok(Self::of_checked(parameters))
+    }
+
+    /// The same of parameters that were checked.
+    fn of_checked(parameters: &DrivetrainParameters) -> Self {
         let load = Load::new(&parameters.load);
         let friction = Friction::new(parameters.friction);
         let train = GearTrain::new(&parameters.gear_train, friction, &load);
@@ -226,7 +232,7 @@ impl Drivetrain {
         let decay_step_s = STEP_SHARE * decay_s;
         let longest_step_s = train.longest_step_s(&load).min(decay_step_s);
         let winding = Winding::new(motor);
-        Ok(Self {
+        Self {
             steps_of_tick: Steps::new(TICK_S, longest_step_s, &winding),
             winding,
             train,
@@ -237,7 +243,7 @@ impl Drivetrain {
             constant_nm_a: motor.torque_constant_nm_a * gear_ratio,
             longest_step_s,
             decay_step_s,
-        })
+        }
     }
 
     /// Advances by `dt_s` with the bridge in this state, in equal steps short enough to be stable.

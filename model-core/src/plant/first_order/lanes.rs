@@ -12,6 +12,11 @@
 use core::array::from_fn;
 
 use super::{FirstOrder, Motion, Response, free_end, motion::TIMES_S, reach_deg};
+use crate::actuator::{PlantKind, Settings};
+use crate::parameter::ParameterError;
+use crate::plant::lanes::{
+    Extremes, PlantLanes, STEPS, States, float, greater, greater_of, lesser, lesser_of,
+};
 use crate::plant::{PERIOD, PlantState, Pwm};
 use crate::time::{CONTROL_PERIOD_TICKS, TICK_S};
 
@@ -26,21 +31,8 @@ const MOVING_DEG_S: f64 = 1e-5;
 /// two to an angle.
 const ROUNDING_DEG: f64 = 2e-11;
 
-/// Steps of a duty in 1 %.
-const STEPS: f64 = 4_294_967_296.0;
-
 /// Above it a gain over [`STEPS`] is exact, and so are its products with any duty.
 const LEAST_GAIN: f64 = 1e-290;
-
-/// A duty in steps as a floating-point number.
-#[inline(always)]
-fn float(duty: i64) -> f64 {
-    /// Doubles from here to twice as much are whole numbers, and their low bits count them.
-    const WHOLE: f64 = (3_u64 << 51) as f64;
-    // The duty is within +-100 * 2^32, below 2^39, so nothing is rounded. There are vector
-    // instructions for this sum, and none for the cast before AVX-512.
-    f64::from_bits(WHOLE.to_bits().wrapping_add_signed(duty)) - WHOLE
-}
 
 /// Motors that are driven by the mean voltage and have no rate limits.
 #[derive(Debug, Clone)]
@@ -59,20 +51,8 @@ pub struct MotorLanes<const N: usize> {
     /// At the start of the last control period, and at its end.
     start: States<N>,
     end: States<N>,
-}
-
-/// Angles and rates.
-#[derive(Debug, Clone, Copy)]
-#[repr(C)]
-pub struct States<const N: usize> {
-    /// Angle of the output shaft, deg.
-    pub angle_deg: [f64; N],
-    /// Keeps the angle and the rate of a motor alone from being neighbours: of these the compiler
-    /// makes a vector, and the next step waits for its shuffles (a control period in steps of 1 ms
-    /// takes a sixth longer).
-    apart: u64,
-    /// Rate of the output shaft, deg/s.
-    pub rate_deg_s: [f64; N],
+    /// The tick of the last control period that was seen last.
+    last_tick: usize,
 }
 
 /// What a duty does.
@@ -83,63 +63,6 @@ struct Drive<const N: usize> {
     target_deg_s: [f64; N],
     /// The state at tick 20 after rest at zero.
     forced: States<N>,
-}
-
-/// Least and greatest angle and rate.
-#[derive(Debug, Clone, Copy)]
-pub struct Extremes<const N: usize> {
-    /// Least angle and rate.
-    pub least: States<N>,
-    /// Greatest angle and rate.
-    pub greatest: States<N>,
-}
-
-impl<const N: usize> Default for Extremes<N> {
-    fn default() -> Self {
-        Self {
-            least: States::all(f64::INFINITY),
-            greatest: States::all(f64::NEG_INFINITY),
-        }
-    }
-}
-
-impl<const N: usize> Extremes<N> {
-    /// Includes a state of one motor.
-    #[inline(always)]
-    fn see(&mut self, lane: usize, state: PlantState) {
-        self.least.set(lane, lesser_of(state, self.least.of(lane)));
-        self.greatest
-            .set(lane, greater_of(state, self.greatest.of(lane)));
-    }
-}
-
-/// The second of equal numbers; `f64::min` handles NaN in addition.
-#[inline(always)]
-fn lesser(a: f64, b: f64) -> f64 {
-    if a < b { a } else { b }
-}
-
-#[inline(always)]
-fn greater(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
-}
-
-/// The lesser angle and the lesser rate.
-#[inline(always)]
-fn lesser_of(a: PlantState, b: PlantState) -> PlantState {
-    PlantState {
-        angle_deg: lesser(a.angle_deg, b.angle_deg),
-        rate_deg_s: lesser(a.rate_deg_s, b.rate_deg_s),
-    }
-}
-
-/// The greater angle and the greater rate.
-#[inline(always)]
-fn greater_of(a: PlantState, b: PlantState) -> PlantState {
-    PlantState {
-        angle_deg: greater(a.angle_deg, b.angle_deg),
-        rate_deg_s: greater(a.rate_deg_s, b.rate_deg_s),
-    }
 }
 
 impl<const N: usize> MotorLanes<N> {
@@ -173,26 +96,11 @@ impl<const N: usize> MotorLanes<N> {
             drives: [drive; 2],
             start: rest,
             end: rest,
+            last_tick: 0,
             motors,
         };
         lanes.set_duty(&[0; N]);
         Some(lanes)
-    }
-
-    /// Takes over the motion of a motor with the same parameters.
-    pub fn keep(&mut self, other: &Self, lane: usize) {
-        for (drive, other) in self.drives.iter_mut().zip(&other.drives) {
-            drive.duty[lane] = other.duty[lane];
-            drive.target_deg_s[lane] = other.target_deg_s[lane];
-            drive.forced.set(lane, other.forced.of(lane));
-        }
-        self.start.set(lane, other.start.of(lane));
-        self.end.set(lane, other.end.of(lane));
-    }
-
-    /// The states at the start of the next period.
-    pub fn states(&self) -> &States<N> {
-        &self.end
     }
 
     /// What these duties, within +-100 %, do. The sums of [`Motion::after`] from rest at zero
@@ -217,16 +125,14 @@ impl<const N: usize> MotorLanes<N> {
         }
     }
 
-    /// Passes a control period of which so many ticks are wanted, from 1 to 80, and sees them: all,
-    /// or those at the start of a PWM period. The duties, in steps of 2^-32 %, are in force from
-    /// the second PWM period on.
+    /// As [`PlantLanes::pass`].
     ///
     /// The rate runs monotonically from target to target, so that it is least and greatest at the
     /// first or the last tick of a PWM period, and so is the angle where the motor does not
     /// reverse. A motor that may reverse further out than it was seen, or reach a stop, is computed
     /// tick by tick.
     #[inline(always)]
-    pub fn pass<const ALL: bool>(&mut self, duty: &[i64; N], ticks: usize, seen: &mut Extremes<N>) {
+    fn run<const ALL: bool>(&mut self, duty: &[i64; N], ticks: usize, seen: &mut Extremes<N>) {
         self.drives[0] = self.drives[1];
         self.set_duty(duty);
         let [first, then] = &self.drives;
@@ -337,7 +243,7 @@ impl<const N: usize> MotorLanes<N> {
     }
 
     /// The state of a motor at a tick of the control period that was passed last, from 0 to 79.
-    pub fn at(&self, lane: usize, tick: usize) -> PlantState {
+    fn at(&self, lane: usize, tick: usize) -> PlantState {
         let mut found = self.start.of(lane);
         self.pass_alone(lane, |shown, state| {
             if shown == tick {
@@ -359,28 +265,43 @@ impl<const N: usize> Drive<N> {
     }
 }
 
-impl<const N: usize> States<N> {
-    fn all(value: f64) -> Self {
-        Self {
-            angle_deg: [value; N],
-            apart: 0,
-            rate_deg_s: [value; N],
+impl<const N: usize> PlantLanes<N> for MotorLanes<N> {
+    const KIND: PlantKind = PlantKind::FirstOrder;
+
+    fn try_new(settings: [&Settings; N]) -> Result<Option<Self>, ParameterError> {
+        for s in settings {
+            FirstOrder::try_new(s.first_order, s.pwm)?;
         }
+        let motors = settings.map(|s| FirstOrder::of_checked(s.first_order, s.pwm));
+        Ok(Self::new(motors))
     }
 
-    /// The state of one motor.
-    #[inline(always)]
-    pub fn of(&self, lane: usize) -> PlantState {
-        PlantState {
-            angle_deg: self.angle_deg[lane],
-            rate_deg_s: self.rate_deg_s[lane],
-        }
+    fn states(&self) -> &States<N> {
+        &self.end
     }
 
     #[inline(always)]
-    fn set(&mut self, lane: usize, state: PlantState) {
-        self.angle_deg[lane] = state.angle_deg;
-        self.rate_deg_s[lane] = state.rate_deg_s;
+    fn pass<const ALL: bool>(&mut self, duty: &[i64; N], ticks: usize, seen: &mut Extremes<N>) {
+        self.run::<ALL>(duty, ticks, seen);
+        self.last_tick = if ALL {
+            ticks - 1
+        } else {
+            (ticks - 1) / PERIOD * PERIOD
+        };
+    }
+
+    fn last_seen(&self, lane: usize) -> PlantState {
+        self.at(lane, self.last_tick)
+    }
+
+    fn keep(&mut self, other: &Self, lane: usize) {
+        for (drive, other) in self.drives.iter_mut().zip(&other.drives) {
+            drive.duty[lane] = other.duty[lane];
+            drive.target_deg_s[lane] = other.target_deg_s[lane];
+            drive.forced.set(lane, other.forced.of(lane));
+        }
+        self.start.set(lane, other.start.of(lane));
+        self.end.set(lane, other.end.of(lane));
     }
 }
 
