@@ -23,10 +23,8 @@ RADIUS_M, PERIOD_S, SECONDS = 0.04, 4.0, 10.0
 
 
 def model():
-    servos = "".join(
-        f'<instance name="s{i}"><config key="parameters" value="{GAINS}"/></instance>'
-        for i in range(6)
-    )
+    # One instance for all six, which have the same parameters.
+    servos = f'<instance name="s"><config key="parameters" value="{GAINS}"/></instance>'
     bodies, base = "", 0.05
     for i, (axis, length) in enumerate(zip(AXES, LENGTHS_M)):
         bodies += (
@@ -36,7 +34,7 @@ def model():
         base = length
     bodies += f'<site name="tip" pos="0 0 {base}"/>' + "</body>" * 6
     actuators = "".join(
-        f'<plugin joint="j{i}" plugin="smart_actuator.servo" instance="s{i}"/>' for i in range(6)
+        f'<plugin joint="j{i}" plugin="smart_actuator.servo" instance="s"/>' for i in range(6)
     )
     return mujoco.MjModel.from_xml_string(f"""
         <mujoco><option timestep="0.001"><flag contact="disable"/></option>
