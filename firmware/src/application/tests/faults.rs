@@ -7,7 +7,7 @@ use model_core::{
         cascade::Coefficients,
         encoder_word::Magnet,
         parameters::ControlParameters,
-        units::{Percent, angle, percent},
+        units::{Percent, angle, percent, rate},
     },
     sensors::{
         adc::AdcCode,
@@ -221,6 +221,69 @@ fn three_lost_samples_hold_the_duty_and_the_fourth_starts_the_stop_by_the_back_e
         (duty_pct + 75.0 * back_emf_mv / 5998.0).abs() < 0.01,
         "{duty_pct} %"
     );
+}
+
+/// Control periods for which this has to last until a turning board stops.
+fn periods_until(fault: Fault) -> u32 {
+    let mut board = TestBoard::turning();
+    let mut since = 0;
+    while board.outputs.state == BoardState::Enabled {
+        board.step_with(|samples| provoke(fault, samples, since));
+        since += 1;
+    }
+    since
+}
+
+#[test]
+fn a_fault_that_stops_the_shaft_by_the_ramp_leaves_a_quick_stop_on_its_ramp() {
+    let mut board = TestBoard::turning();
+    for since in 0..periods_until(Fault::OverTemperature) - 5 {
+        board.step_with(|samples| provoke(Fault::OverTemperature, samples, since));
+    }
+    board.request(Request::QuickStop);
+    let mut hot = || {
+        board
+            .step_with(|samples| provoke(Fault::OverTemperature, samples, 0))
+            .state
+    };
+    let states: Vec<_> = (0..10).map(|_| hot()).collect();
+    let (quick_stop, reaction) = states.split_at(4);
+    assert_eq!(quick_stop, [BoardState::QuickStop; 4]);
+    assert_eq!(reaction, [BoardState::FaultReaction; 6]);
+    while hot() == BoardState::FaultReaction {}
+    assert_eq!(board.outputs.state, BoardState::Fault);
+    assert!(board.outputs.telemetry.rate.abs() < rate(5.0));
+}
+
+#[test]
+fn a_second_fault_that_stops_the_shaft_by_the_ramp_leaves_the_first_on_its_ramp() {
+    let delays = [Fault::OverTemperature, Fault::MagnetWeak].map(|f| (f, periods_until(f)));
+    let longest = delays[0].1.max(delays[1].1);
+    let mut board = TestBoard::turning();
+    // The second one is latched three periods after the first one.
+    for period in 0..longest + 5 {
+        board.step_with(|samples| {
+            for (number, (fault, delay)) in delays.into_iter().enumerate() {
+                if period >= longest - delay + 3 * number as u32 {
+                    provoke(fault, samples, period);
+                }
+            }
+        });
+    }
+    let latched = board.outputs.telemetry.latched;
+    assert!(delays.iter().all(|(fault, _)| latched.contains(*fault)));
+    assert_eq!(board.outputs.state, BoardState::FaultReaction);
+}
+
+#[test]
+fn a_period_without_a_count_leaves_the_duty_and_the_loop_as_they_are() {
+    let mut board = TestBoard::enabled();
+    board.command = Some(angle(3.0));
+    let before = board.steps(5).telemetry;
+    assert!(before.duty > Percent::ZERO && before.duty < percent(100.0));
+    let outputs = board.step_with(|samples| samples.encoder = None);
+    assert_eq!(outputs.state, BoardState::Enabled);
+    assert_eq!(outputs.telemetry.duty, before.duty);
 }
 
 #[test]

@@ -11,15 +11,22 @@ use crate::parameters::Parameter;
 
 #[test]
 fn the_loop_is_not_closed_before_everything_was_measured() {
-    let mut application = Application::new(BoardParameters::DEFAULT);
-    let mut samples = Samples::at_rest(word(0));
-    samples.scan = None;
-    assert_eq!(application.step(&samples).state, BoardState::Initialising);
-    let refused = Refused::State(BoardState::Initialising);
-    assert_eq!(application.request(Request::Enable), Err(refused));
-    let outputs = application.step(&Samples::at_rest(word(0)));
-    assert_eq!(outputs.state, BoardState::Disabled);
-    assert_eq!(application.request(Request::Enable), Ok(()));
+    type Cut = fn(&mut Samples);
+    let cuts: [Cut; 2] = [
+        |samples| samples.scan = None,
+        |samples| samples.current = None,
+    ];
+    for cut in cuts {
+        let mut application = Application::new(BoardParameters::DEFAULT);
+        let mut samples = Samples::at_rest(word(0));
+        cut(&mut samples);
+        assert_eq!(application.step(&samples).state, BoardState::Initialising);
+        let refused = Refused::State(BoardState::Initialising);
+        assert_eq!(application.request(Request::Enable), Err(refused));
+        let outputs = application.step(&Samples::at_rest(word(0)));
+        assert_eq!(outputs.state, BoardState::Disabled);
+        assert_eq!(application.request(Request::Enable), Ok(()));
+    }
 }
 
 #[test]
