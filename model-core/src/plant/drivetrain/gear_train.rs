@@ -70,6 +70,16 @@ struct Body {
     rate_rad_s: f64,
 }
 
+impl Body {
+    /// The inertia with the load's damping in a step, which acts on the last body and on its new
+    /// rate (implicit): that is stable for any value.
+    #[inline(always)]
+    fn damped_inertia_kg_m2(&self, is_last: bool, load: &Load, step_s: f64) -> f64 {
+        let damping_nm_s = if is_last { load.damping_nm_s } else { 0.0 };
+        self.inertia_kg_m2 + damping_nm_s * step_s
+    }
+}
+
 #[derive(Debug, Clone, Copy, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Joint {
@@ -281,7 +291,10 @@ impl GearTrain {
     ) {
         let mut bodies: [Body; COUNT] = from_fn(|i| self.bodies[i]);
         let (joints, output) = (self.joints, self.output.min(COUNT - 1));
-        let inertias: [f64; COUNT] = from_fn(|i| self.inertia_with_damping(i, load, step_s));
+        let inertias: [f64; COUNT] = from_fn(|i| {
+            let is_last = i + 1 == COUNT;
+            bodies[i].damped_inertia_kg_m2(is_last, load, step_s)
+        });
         // Not divided by in each step: a division is on the longest path through it.
         let inverses: [f64; COUNT] = from_fn(|i| 1.0 / inertias[i]);
         // An infinite friction holds a jammed train.
@@ -319,15 +332,6 @@ impl GearTrain {
         for taken in taken {
             self.friction_nm += taken / step_s;
         }
-    }
-
-    /// The inertia of a body with the damping of the load in a step, which acts on the new rate
-    /// (implicit): that is stable for any value.
-    #[inline(always)]
-    fn inertia_with_damping(&self, body: usize, load: &Load, step_s: f64) -> f64 {
-        let is_last = body + 1 == self.count;
-        let damping_nm_s = if is_last { load.damping_nm_s } else { 0.0 };
-        self.bodies[body].inertia_kg_m2 + damping_nm_s * step_s
     }
 
     pub fn motor(&self) -> Motion {

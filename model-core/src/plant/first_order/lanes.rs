@@ -270,7 +270,7 @@ impl<const N: usize> PlantLanes<N> for MotorLanes<N> {
 
     fn try_new(settings: [&Settings; N]) -> Result<Option<Self>, ParameterError> {
         for s in settings {
-            FirstOrder::try_new(s.first_order, s.pwm)?;
+            s.first_order.check()?;
         }
         let motors = settings.map(|s| FirstOrder::of_checked(s.first_order, s.pwm));
         Ok(Self::new(motors))

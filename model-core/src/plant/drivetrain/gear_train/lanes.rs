@@ -1,7 +1,7 @@
 //! Several gear trains at once, bit for bit those of [`GearTrain`].
 //!
 //! A selection takes the place of each branch, so that a loop over the lanes becomes vectors; the
-//! operations and their order are those of a single train. Two sums with a zero that a single train
+//! operations and their order are those of a single train. Sums with a zero that a single train
 //! computes are left out where they change no bit.
 
 use core::array::from_fn;
@@ -85,7 +85,7 @@ impl<const N: usize> TrainLanes<N> {
         let viscous = |lane: usize| trains[lane].0.friction.viscous().unwrap_or_default();
         let inertia = |i: usize, lane: usize| {
             let (train, load, step_s) = &trains[lane];
-            train.inertia_with_damping(i, load, *step_s)
+            train.bodies[i].damped_inertia_kg_m2(i + 1 == train.count, load, *step_s)
         };
         let constants = Constants {
             step_s: trains.map(|(_, _, step_s)| step_s),
