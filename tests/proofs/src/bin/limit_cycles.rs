@@ -15,7 +15,7 @@ use model_core::{
         lanes::{LoopLanes, Seen},
     },
     control::{encoder_word::COUNT_DEG, units::angle},
-    plant::first_order::lanes::Extremes,
+    plant::{first_order::lanes::MotorLanes, lanes::Extremes},
     presets::preset,
 };
 use rayon::prelude::*;
@@ -67,7 +67,7 @@ fn group(base: &Settings, seed: u64, number: u64) -> Found {
         board.first_order.motor_time_constant_s /= choice.pole;
         board
     });
-    let mut lanes = LoopLanes::<BOARDS>::try_new(boards.each_ref())
+    let mut lanes = LoopLanes::<MotorLanes<BOARDS>, BOARDS>::try_new(boards.each_ref())
         .expect("parameters within their ranges")
         .expect("boards that the lanes compute");
     let commands = choices.map(|choice| angle(choice.held_deg));

@@ -14,7 +14,7 @@ use model_core::{
         units::{Angle, Rate, angle},
     },
     parameter::Parameters,
-    plant::first_order::FirstOrderParameters,
+    plant::first_order::{FirstOrderParameters, lanes::MotorLanes},
     presets::PRESETS,
     time::CONTROL_PERIOD_TICKS,
 };
@@ -75,7 +75,7 @@ fn print_presets() {
 /// motion that the model of the stability proof has to follow.
 fn print_motion() {
     let board = Settings::new(ModelKind::Board, PlantKind::FirstOrder);
-    let lanes = LoopLanes::<1>::try_new([&board]);
+    let lanes = LoopLanes::<MotorLanes<1>, 1>::try_new([&board]);
     let mut lanes = lanes.ok().flatten().expect("a board of the defaults");
     print!("motion consistent 5");
     for _ in 0..500 {
