@@ -133,8 +133,8 @@ fn command() -> clap::Command {
     <Arguments as clap::CommandFactory>::command()
 }
 
-/// The arguments. Text that was asked for, as that of `--help`, goes to a pipe or a file in one piece:
-/// line by line its reader would be woken for each.
+/// The arguments. Text that was asked for, as that of `--help`, goes to a pipe or a file in one
+/// piece: line by line its reader would be woken for each.
 fn arguments() -> Arguments {
     Arguments::try_parse().unwrap_or_else(|answer| {
         let is_plain = !io::stdout().is_terminal() && env::var_os("CLICOLOR_FORCE").is_none();

@@ -59,7 +59,8 @@ fn simulations(actuators: usize, every: u64) -> Vec<Simulation> {
     (0..actuators).map(simulation).collect()
 }
 
-/// The bench for a second each, on levels of a fifteenth of it, with the inertia of the load spread.
+/// The bench for a second each, on levels of a fifteenth of it, with the inertia of the load
+/// spread.
 fn bench_simulations() -> Vec<Simulation> {
     let simulation = |k: u32| {
         let set = [
