@@ -68,7 +68,7 @@ fn the_enabled_application_gives_the_compare_values_of_the_simulated_board_integ
                 last = compare;
                 simulated.start_period(|_| target);
                 assert_eq!(outputs.fault, None, "{input}, edge {edge}: {:?}", outputs);
-                assert_eq!(compare, simulated.compare, "{input}, edge {edge}");
+                assert_eq!(compare, simulated.compare(), "{input}, edge {edge}");
                 steps += i32::from(compare.get() != 0);
             } else {
                 simulated.start_period(|_| target);
