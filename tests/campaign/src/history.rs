@@ -5,10 +5,10 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use crate::injection::Place;
-use crate::outcome::{Outcome, Verdict};
+use crate::outcome::{Basis, Outcome, Verdict};
 use crate::results::{self, ResultsError, in_line};
 
-/// Outcomes of the new experiments of one campaign in one place.
+/// Outcomes of the new injections of one campaign in one place.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Entry {
     /// First bytes of the hash of the flashed program.
@@ -17,8 +17,10 @@ pub struct Entry {
     pub seed: u64,
     /// Where they were made.
     pub place: Place,
-    /// Number of experiments.
+    /// Number of injections.
     pub injections: u64,
+    /// Of these, decided by a recording; an experiment was made for each of the others.
+    pub recorded: u64,
     /// Of these, told, but with a shaft that coasted for longer than the limit.
     pub coasting: u64,
     /// Of these, told, but driven on for longer than the limit.
@@ -41,12 +43,19 @@ impl Entry {
             seed,
             place,
             injections: verdicts.len() as u64,
+            recorded: recorded(verdicts),
             coasting: count(Outcome::Coasting),
             driven: count(Outcome::Driven),
             hazardous: count(Outcome::Hazardous),
             unjudged: count(Outcome::Unjudged),
         }
     }
+}
+
+/// Number of verdicts by a recording.
+pub fn recorded(verdicts: &[Verdict]) -> u64 {
+    let by_recording = |verdict: &&Verdict| verdict.basis == Basis::Recording;
+    verdicts.iter().filter(by_recording).count() as u64
 }
 
 /// Adds entries to the file and returns all that it then has.

@@ -8,20 +8,27 @@
 
 #![deny(missing_docs)]
 
+mod accesses;
 pub mod campaign;
 pub mod class;
+mod defuse;
 mod digest;
+mod effects;
 mod experiment;
 mod fork;
 pub mod history;
 pub mod injection;
 mod injector;
+mod liveness;
 pub mod motion;
 pub mod outcome;
 mod page;
 mod picture;
+mod pruning;
+mod recording;
 pub mod results;
 mod snapshots;
+mod streams;
 mod tell;
 mod timetable;
 mod twin;

@@ -11,7 +11,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use board_tests::program::firmware;
 use clap::Parser;
-use fault_campaign::campaign::{CampaignError, TRACE_COLUMNS, draw, run_all};
+use fault_campaign::campaign::{CampaignError, Judged, TRACE_COLUMNS, draw, run_all};
 use fault_campaign::class::{Class, MemoryMap};
 use fault_campaign::history::{Entry, append};
 use fault_campaign::injection::{Injection, PERIOD_INSTRUCTIONS, Place};
@@ -55,6 +55,9 @@ struct Options {
     /// CSV file of the counts of all campaigns, to which those of new experiments are added
     #[arg(long, value_name = "FILE")]
     history: Option<PathBuf>,
+    /// Simulate each injection, also those that a recording decides
+    #[arg(long)]
+    simulate: bool,
     /// CSV file of the motion, to look at a single experiment
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
@@ -187,7 +190,12 @@ fn verdicts(
         }
         shown.inc(1);
     };
-    run_all(&left, options.jobs, report, trace)?;
+    let judged = if options.simulate || trace.is_some() {
+        Judged::ByExperiments(trace)
+    } else {
+        Judged::ByRecording(None)
+    };
+    run_all(&left, options.jobs, judged, report)?;
     progress.finish();
     let known = &mut *lock(known);
     std::mem::replace(&mut known.1, Ok(()))?;

@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use board_tests::program::firmware;
-use fault_campaign::campaign::{draw, run_all};
+use fault_campaign::campaign::{Judged, draw, run_all};
 use fault_campaign::injection::{Injection, Place};
 use fault_campaign::outcome::{Outcome, Verdict};
 
@@ -19,7 +19,7 @@ fn verdicts(injections: &[Injection]) -> Vec<(Injection, Verdict)> {
     let results = Arc::new(Mutex::new(Vec::new()));
     let kept = results.clone();
     let add = move |injection, verdict| kept.lock().unwrap().push((injection, verdict));
-    run_all(injections, 2, add, None).expect("the board runs");
+    run_all(injections, 2, Judged::ByRecording(None), add).expect("the board runs");
     let results = results.lock().unwrap();
     assert_eq!(results.len(), injections.len());
     results.clone()

@@ -1,0 +1,273 @@
+//! The accesses of the core to the memory in which injections are undecided.
+
+use std::ops::Range;
+
+use virtual_board::processor::{
+    Access, AccessKind, BusLayer, CoreBus, Memory, Region, VirtualNanos,
+};
+use virtual_board::run::{Firmware, FirmwareError};
+
+use crate::defuse::{Decision, Undecided, Use};
+use crate::injection::Place;
+use crate::streams::Streams;
+
+/// DR of the CRC unit (RM0090, section 4.4).
+const CRC_DR: u64 = 0x4002_3000;
+
+/// Instructions from the load of a word to its write to the CRC unit, at most: a load, the reversal
+/// of its bits and the write. An interrupt between them has more.
+const CRC_INSTRUCTIONS: u64 = 3;
+
+/// An access within so many instructions after an injection does not decide it: the emulator
+/// injects into the memory at the next instruction.
+const MARGIN: u64 = 4;
+
+/// Where the program has what the recording has to know.
+#[derive(Debug, Clone)]
+pub struct Layout {
+    /// What may be disturbed.
+    pub disturbed: Vec<Range<u64>>,
+    device: Range<u64>,
+    copy_of_device: Range<u64>,
+    /// The functions that compute the checksum of the device and copy it.
+    checksum: Range<u64>,
+    copying: Range<u64>,
+    /// The first word of which the program computes its CRC.
+    program_start: u64,
+}
+
+impl Layout {
+    /// The layout of this program.
+    ///
+    /// # Errors
+    /// The ELF file lacks a symbol.
+    pub fn try_new(firmware: &Firmware) -> Result<Self, FirmwareError> {
+        let mut disturbed = Place::Ram.ranges(firmware)?;
+        disturbed.extend(Place::Code.ranges(firmware)?);
+        Ok(Self {
+            disturbed,
+            device: firmware.symbol_containing("local_init_device")?,
+            copy_of_device: firmware.symbol_containing("copy_of_device")?,
+            checksum: firmware.function_containing("words11checksum_of")?,
+            copying: firmware.function_containing("words4copy")?,
+            program_start: firmware.address("_program_start")?,
+        })
+    }
+}
+
+/// A defect of the recording, to show that a test finds it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Defect {
+    /// Transfers of the DMA controllers are ignored.
+    NoTransfers,
+    /// Accesses of exceptions to their frames on the stack are ignored.
+    NoFrames,
+    /// Reads are taken for writes.
+    NoReads,
+}
+
+/// The injections into memory, and what decides them.
+#[derive(Debug)]
+pub struct Accesses {
+    layout: Layout,
+    undecided: Undecided,
+    /// The decision on each injection.
+    pub decisions: Vec<Decision>,
+    /// Retired instructions at each injection.
+    since: Vec<u64>,
+    /// Passes of the checksum and of the CRC that have begun.
+    passes: (u32, u32),
+    /// Loads whose words go to the CRC unit, and the last load from the flash: its instruction, its
+    /// number and its word.
+    crc_loads: Vec<u64>,
+    last_load: (u64, u64, u64),
+    /// The copy of the device was read after the first injection.
+    pub is_copy_read: bool,
+    has_injection: bool,
+    /// Accesses of an exception that begins or ends, so far.
+    pub frame_accesses: u64,
+    pub streams: Streams,
+    pub defect: Option<Defect>,
+}
+
+impl Accesses {
+    /// No accesses yet, and so many injections, of which none was made.
+    pub fn new(layout: Layout, injections: usize, do_checks_decide: bool) -> Self {
+        Self {
+            undecided: Undecided::new(&layout.disturbed, do_checks_decide),
+            layout,
+            decisions: vec![Decision::Simulate; injections],
+            since: vec![0; injections],
+            passes: (0, 0),
+            crc_loads: Vec::new(),
+            last_load: (0, 0, 0),
+            is_copy_read: false,
+            has_injection: false,
+            frame_accesses: 0,
+            streams: Streams::default(),
+            defect: None,
+        }
+    }
+
+    /// What may be disturbed.
+    pub fn ranges(&self) -> &[Range<u64>] {
+        &self.layout.disturbed
+    }
+
+    /// An injection into this byte is made after so many retired instructions.
+    pub fn inject(&mut self, index: u32, address: u64, retired: u64) {
+        self.has_injection = true;
+        self.since[index as usize] = retired;
+        if self.undecided.add(index, address) {
+            self.decisions[index as usize] = Decision::NoEffect;
+        }
+    }
+
+    /// These bytes are used by the instruction of this number.
+    pub fn decide(&mut self, address: u64, bytes: usize, usage: Use, number: u64) {
+        for (index, decision) in self.undecided.decide(address, bytes, usage) {
+            let is_certain = number > self.since[index as usize] + MARGIN;
+            let decision = if is_certain {
+                decision
+            } else {
+                Decision::Simulate
+            };
+            self.decisions[index as usize] = decision;
+        }
+    }
+
+    fn record(&mut self, access: &Access, answer: u64, from_code: bool) {
+        let address = access.address;
+        if !from_code {
+            self.frame_accesses += 1;
+            if self.defect == Some(Defect::NoFrames) {
+                return;
+            }
+        }
+        let usage = match access.kind {
+            AccessKind::Write => Use::Write,
+            AccessKind::Read if self.defect == Some(Defect::NoReads) => Use::Write,
+            AccessKind::Read => self.read(access, answer, from_code),
+        };
+        let bytes = usize::from(access.width.bits()) / 8;
+        self.decide(address, bytes, usage, access.instruction_count);
+    }
+
+    /// How a read uses its bytes.
+    fn read(&mut self, access: &Access, answer: u64, from_code: bool) -> Use {
+        let (address, layout) = (access.address, &self.layout);
+        let pc = access.program_counter.filter(|_| from_code).unwrap_or(0);
+        if layout.device.contains(&address) {
+            if layout.checksum.contains(&pc) {
+                self.passes.0 += u32::from(address == layout.device.start);
+                return Use::Check(self.passes.0);
+            }
+            // The checksum of what is copied follows the copying.
+            if layout.copying.contains(&pc) {
+                return Use::Check(self.passes.0 + 1);
+            }
+        } else if layout.copy_of_device.contains(&address) {
+            self.is_copy_read |= self.has_injection;
+        } else if from_code {
+            if self.crc_loads.contains(&pc) {
+                self.passes.1 += u32::from(address == layout.program_start);
+                return Use::Check(self.passes.1);
+            }
+            self.last_load = (pc, access.instruction_count, answer);
+        }
+        Use::Read
+    }
+
+    /// A write to a peripheral.
+    fn written(&mut self, access: &Access) {
+        self.streams.written(access.address, access.value);
+        let (pc, number, word) = self.last_load;
+        let is_close = access.instruction_count - number <= CRC_INSTRUCTIONS;
+        let reversed = u64::from((word as u32).reverse_bits());
+        if access.address == CRC_DR && is_close && access.value == reversed {
+            self.crc_loads.push(pc);
+            self.last_load = (0, 0, 0);
+        }
+    }
+}
+
+/// Whether an access is one to plain memory, after which the emulator has nothing to do.
+fn is_plain(regions: &[Region], access: &Access) -> bool {
+    let contains = |region: &&Region| {
+        (region.start..region.start + region.length as u64).contains(&access.address)
+    };
+    let region = regions.iter().find(contains);
+    region.is_some_and(|region| {
+        region.is_writable || access.kind == AccessKind::Read
+    })
+}
+
+/// A bus that records, and whose run ends at a number of retired instructions.
+pub struct Tap<'a> {
+    inner: &'a mut dyn CoreBus,
+    accesses: &'a mut Accesses,
+    memory: &'a Memory,
+    /// The end of this run, and that of the run that the emulator wants.
+    until: u64,
+    end: u64,
+    /// The emulator has to do something after this instruction.
+    must_return: bool,
+}
+
+impl<'a> Tap<'a> {
+    /// A bus for a run up to `until`, of one up to `end`.
+    pub fn new(
+        (inner, memory): (&'a mut dyn CoreBus, &'a Memory),
+        accesses: &'a mut Accesses,
+        until: u64,
+        end: u64,
+    ) -> Self {
+        Self {
+            inner,
+            accesses,
+            memory,
+            until,
+            end,
+            must_return: false,
+        }
+    }
+
+    /// Whether the emulator has to do something now, and else the end of its run.
+    pub fn finish(self) -> (bool, u64) {
+        (self.must_return, self.end)
+    }
+}
+
+impl BusLayer for Tap<'_> {
+    fn behind(&self) -> &dyn CoreBus {
+        self.inner
+    }
+
+    fn behind_mut(&mut self) -> &mut dyn CoreBus {
+        self.inner
+    }
+
+    fn access(&mut self, access: Access, from_code: bool) -> Option<u64> {
+        let answer = self.inner.access(access, from_code);
+        if is_plain(self.memory.regions(), &access) {
+            self.accesses
+                .record(&access, answer.unwrap_or(0), from_code);
+        } else {
+            // Until the emulator permits the run to continue.
+            self.must_return = true;
+            if access.kind == AccessKind::Write {
+                self.accesses.written(&access);
+            }
+        }
+        answer
+    }
+
+    fn carry_on(&mut self, instructions: u64, event: Option<VirtualNanos>) -> Option<u32> {
+        // Asked also after an access to the core's own registers.
+        let more = self.inner.carry_on(instructions, event);
+        self.must_return = more.is_none();
+        self.end = instructions + u64::from(more?);
+        let left = self.until.min(self.end).checked_sub(instructions)?;
+        (left > 0).then_some(left as u32)
+    }
+}
