@@ -3,12 +3,13 @@
 use std::ops::Range;
 
 use virtual_board::processor::{
-    Access, AccessKind, BusLayer, CoreBus, Memory, Region, VirtualNanos,
+    Access, AccessKind, BusLayer, CoreBus, Memory, Processor, Region, VirtualNanos,
 };
 use virtual_board::run::{Firmware, FirmwareError};
 
 use crate::defuse::{Decision, Undecided, Use};
 use crate::injection::Place;
+use crate::routes::Routes;
 use crate::streams::Streams;
 
 /// DR of the CRC unit (RM0090, section 4.4).
@@ -73,8 +74,10 @@ pub struct Accesses {
     undecided: Undecided,
     /// The decision on each injection.
     pub decisions: Vec<Decision>,
-    /// Retired instructions at each injection.
-    since: Vec<u64>,
+    /// Retired instructions at each injection into memory, and its address.
+    since: Vec<(u64, u64)>,
+    routes: Routes,
+    page_size: u64,
     /// Passes of the checksum and of the CRC that have begun.
     passes: (u32, u32),
     /// Loads whose words go to the CRC unit, and the last load from the flash: its instruction, its
@@ -97,7 +100,9 @@ impl Accesses {
             undecided: Undecided::new(&layout.disturbed, do_checks_decide),
             layout,
             decisions: vec![Decision::Simulate; injections],
-            since: vec![0; injections],
+            since: vec![(0, 0); injections],
+            routes: Routes::default(),
+            page_size: 0,
             passes: (0, 0),
             crc_loads: Vec::new(),
             last_load: (0, 0, 0),
@@ -109,24 +114,40 @@ impl Accesses {
         }
     }
 
-    /// What may be disturbed.
-    pub fn ranges(&self) -> &[Range<u64>] {
-        &self.layout.disturbed
-    }
-
-    /// An injection into this byte is made after so many retired instructions.
-    pub fn inject(&mut self, index: u32, address: u64, retired: u64) {
-        self.has_injection = true;
-        self.since[index as usize] = retired;
+    /// An injection into this byte is made before the next instruction.
+    pub fn inject(&mut self, core: &dyn Processor, index: u32, address: u64) {
+        if !std::mem::replace(&mut self.has_injection, true) {
+            self.page_size = core.page_size();
+            // Where passes of the checks begin.
+            let mut always = vec![self.layout.device.start, self.layout.program_start];
+            if !self.undecided.do_checks_decide {
+                // Whether the copy of the device is read.
+                let copy = &self.layout.copy_of_device;
+                always.extend(copy.clone().step_by(self.page_size as usize));
+                always.push(copy.end - 1);
+            }
+            for address in always {
+                self.routes.add(address, self.page_size);
+            }
+        }
+        self.since[index as usize] = (core.retired(), address);
         if self.undecided.add(index, address) {
             self.decisions[index as usize] = Decision::NoEffect;
+            self.routes.add(address, self.page_size);
         }
+    }
+
+    /// Has the core make the accesses that may decide an injection by way of the bus.
+    pub fn route(&mut self, core: &mut dyn Processor) {
+        self.routes.apply(core);
     }
 
     /// These bytes are used by the instruction of this number.
     pub fn decide(&mut self, address: u64, bytes: usize, usage: Use, number: u64) {
         for (index, decision) in self.undecided.decide(address, bytes, usage) {
-            let is_certain = number > self.since[index as usize] + MARGIN;
+            let (since, address) = self.since[index as usize];
+            self.routes.remove(address, self.page_size);
+            let is_certain = number > since + MARGIN;
             let decision = if is_certain {
                 decision
             } else {
@@ -197,9 +218,7 @@ fn is_plain(regions: &[Region], access: &Access) -> bool {
         (region.start..region.start + region.length as u64).contains(&access.address)
     };
     let region = regions.iter().find(contains);
-    region.is_some_and(|region| {
-        region.is_writable || access.kind == AccessKind::Read
-    })
+    region.is_some_and(|region| region.is_writable || access.kind == AccessKind::Read)
 }
 
 /// A bus that records, and whose run ends at a number of retired instructions.

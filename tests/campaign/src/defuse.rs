@@ -55,7 +55,7 @@ pub struct Undecided {
     /// The injections into each byte of these ranges, by their indices.
     ranges: Vec<(Range<u64>, Vec<Vec<u32>>)>,
     /// Whether a check decides. Otherwise it is no use.
-    do_checks_decide: bool,
+    pub do_checks_decide: bool,
 }
 
 impl Undecided {

@@ -76,7 +76,12 @@ fn decode(address: u32, bytes: [u8; 4]) -> Option<Effects> {
     let id = ArmInsn::from(insn.id().0);
     let is_conditional = !matches!(arm.cc(), ArmCC::ARM_CC_AL | ArmCC::ARM_CC_INVALID);
     let mut effects = operand_effects(id, &operands)?;
-    if arm.update_flags() {
+    // The library does not say so of comparisons.
+    let compares = matches!(
+        id,
+        ArmInsn::ARM_INS_CMP | ArmInsn::ARM_INS_CMN | ArmInsn::ARM_INS_TST | ArmInsn::ARM_INS_TEQ
+    );
+    if arm.update_flags() || compares {
         effects.replaces |= replaced_flags(id);
     }
     if is_conditional {
@@ -116,11 +121,11 @@ fn operand_effects(id: ArmInsn, operands: &[ArmOperand]) -> Option<Effects> {
             return Some(of(base, listed & !base));
         }
         // Everything that they name is used; they replace flags at most.
-        ARM_INS_STR | ARM_INS_STRB | ARM_INS_STRH | ARM_INS_STRD | ARM_INS_STM
-        | ARM_INS_STMDB | ARM_INS_CMP | ARM_INS_CMN | ARM_INS_TST | ARM_INS_TEQ | ARM_INS_B
-        | ARM_INS_BX | ARM_INS_CBZ | ARM_INS_CBNZ | ARM_INS_TBB | ARM_INS_TBH | ARM_INS_NOP
-        | ARM_INS_DMB | ARM_INS_DSB | ARM_INS_ISB | ARM_INS_MOVT | ARM_INS_BFI | ARM_INS_BFC
-        | ARM_INS_UMLAL | ARM_INS_SMLAL | ARM_INS_VLDR | ARM_INS_VSTR => (0, of(0, 0)),
+        ARM_INS_STR | ARM_INS_STRB | ARM_INS_STRH | ARM_INS_STRD | ARM_INS_STM | ARM_INS_STMDB
+        | ARM_INS_CMP | ARM_INS_CMN | ARM_INS_TST | ARM_INS_TEQ | ARM_INS_B | ARM_INS_BX
+        | ARM_INS_CBZ | ARM_INS_CBNZ | ARM_INS_TBB | ARM_INS_TBH | ARM_INS_NOP | ARM_INS_DMB
+        | ARM_INS_DSB | ARM_INS_ISB | ARM_INS_MOVT | ARM_INS_BFI | ARM_INS_BFC | ARM_INS_UMLAL
+        | ARM_INS_SMLAL | ARM_INS_VLDR | ARM_INS_VSTR => (0, of(0, 0)),
         _ => return None,
     };
     let replaced = all(operands.get(..results)?);
@@ -159,7 +164,7 @@ fn named(operand: &ArmOperand) -> Registers {
         | ArmShift::LslReg(register)
         | ArmShift::LsrReg(register)
         | ArmShift::RorReg(register) => number(register),
-        ArmShift::RrxReg(_) => ALL,
+        ArmShift::Rrx(_) | ArmShift::RrxReg(_) => ALL,
         _ => 0,
     };
     by_shift
@@ -203,12 +208,22 @@ mod tests {
     #[test]
     fn a_register_is_used_or_replaced_as_the_manual_says() {
         let cases = [
-            ("adds r0, r1, r2", [0x1888, 0], set(&[1, 2]), set(&[0]) | CONDITION),
+            (
+                "adds r0, r1, r2",
+                [0x1888, 0],
+                set(&[1, 2]),
+                set(&[0]) | CONDITION,
+            ),
             ("add r0, r9", [0x4448, 0], set(&[0, 9]), 0),
             ("adds r3, #1", [0x3301, 0], set(&[3]), CONDITION),
             ("movs r4, #0", [0x2400, 0], 0, set(&[4]) | N | Z),
             ("mov r8, r1", [0x4688, 0], set(&[1]), set(&[8])),
-            ("muls r0, r1, r0", [0x4348, 0], set(&[0, 1]), set(&[0]) | N | Z),
+            (
+                "muls r0, r1, r0",
+                [0x4348, 0],
+                set(&[0, 1]),
+                set(&[0]) | N | Z,
+            ),
             ("lsls r0, r1", [0x4088, 0], set(&[0, 1]), N | Z),
             ("adcs r0, r1", [0x4148, 0], set(&[0, 1]) | C, CONDITION),
             ("cmp r2, #0", [0x2a00, 0], set(&[2]), CONDITION),
@@ -217,18 +232,48 @@ mod tests {
             ("ldr r1, [r4, r0]", [0x5821, 0], set(&[0, 4]), set(&[1])),
             ("ldr.w r0, [r0], #4", [0xf850, 0x0b04], set(&[0]), set(&[0])),
             ("str r1, [r4]", [0x6021, 0], set(&[1, 4]), 0),
-            ("ldrd r0, r1, [r2, #8]", [0xe9d2, 0x0102], set(&[2]), set(&[0, 1])),
-            ("strd r0, r1, [r2, #8]", [0xe9c2, 0x0102], set(&[0, 1, 2]), 0),
-            ("ldmia r1!, {r1, r4}", [0xe891, 0x0012], set(&[1]), set(&[4])),
+            (
+                "ldrd r0, r1, [r2, #8]",
+                [0xe9d2, 0x0102],
+                set(&[2]),
+                set(&[0, 1]),
+            ),
+            (
+                "strd r0, r1, [r2, #8]",
+                [0xe9c2, 0x0102],
+                set(&[0, 1, 2]),
+                0,
+            ),
+            (
+                "ldmia r1!, {r1, r4}",
+                [0xe891, 0x0012],
+                set(&[1]),
+                set(&[4]),
+            ),
             ("push {r4, lr}", [0xb510, 0], set(&[4]) | LR | SP, 0),
             ("pop {r4, pc}", [0xbd10, 0], SP, set(&[4, 15])),
             ("bl", [0xf000, 0xf800], 0, LR),
             ("blx r3", [0x4798, 0], set(&[3]), LR),
-            ("umull r0, r1, r2, r3", [0xfba2, 0x0103], set(&[2, 3]), set(&[0, 1])),
-            ("umlal r0, r1, r2, r3", [0xfbe2, 0x0103], set(&[0, 1, 2, 3]), 0),
+            (
+                "umull r0, r1, r2, r3",
+                [0xfba2, 0x0103],
+                set(&[2, 3]),
+                set(&[0, 1]),
+            ),
+            (
+                "umlal r0, r1, r2, r3",
+                [0xfbe2, 0x0103],
+                set(&[0, 1, 2, 3]),
+                0,
+            ),
             ("bfi r0, r1, #0, #4", [0xf361, 0x0003], set(&[0, 1]), 0),
             ("movt r0, #1", [0xf2c0, 0x0001], set(&[0]), 0),
-            ("eor.w r3, r2, r3, ror #1", [0xea82, 0x0373], set(&[2, 3]), set(&[3])),
+            (
+                "eor.w r3, r2, r3, ror #1",
+                [0xea82, 0x0373],
+                set(&[2, 3]),
+                set(&[3]),
+            ),
             ("add.w r0, r1, r2, rrx", [0xeb01, 0x0032], ALL, set(&[0])),
             ("mrs r0, apsr", [0xf3ef, 0x8000], ALL, 0),
             ("svc #0", [0xdf00, 0], ALL, 0),

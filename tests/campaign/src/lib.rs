@@ -27,6 +27,7 @@ mod picture;
 mod pruning;
 mod recording;
 pub mod results;
+mod routes;
 mod snapshots;
 mod streams;
 mod tell;

@@ -104,10 +104,17 @@ fn run(options: &Options) -> Result<usize, Error> {
     let mut rows = Vec::new();
     let mut by_class: BTreeMap<Class, Vec<Verdict>> = BTreeMap::new();
     let mut entries = Vec::new();
-    for (place, injections) in injections(options)? {
-        let (verdicts, new) = verdicts(options, &known, place, &injections)?;
-        if !new.is_empty() {
-            entries.push(Entry::new(&program, options.seed, place, &new));
+    let places = injections(options)?;
+    let all: Vec<Injection> = places.iter().flat_map(|(_, all)| all).copied().collect();
+    let new = judge(options, &known, &all)?;
+    let known = &lock(&known).0;
+    let verdict = |injection: &Injection| known.verdict(injection).unwrap_or(Verdict::UNJUDGED);
+    for (place, injections) in places {
+        let verdicts: Vec<Verdict> = injections.iter().map(verdict).collect();
+        let of_place = new.iter().filter(|injection| injection.place == place);
+        let of_place: Vec<Verdict> = of_place.map(verdict).collect();
+        if !of_place.is_empty() {
+            entries.push(Entry::new(&program, options.seed, place, &of_place));
         }
         for (injection, verdict) in injections.iter().zip(&verdicts) {
             let class = by_class.entry(map.class(injection)).or_default();
@@ -166,17 +173,16 @@ fn lock(known: &Known) -> MutexGuard<'_, (Results, Result<(), ResultsError>)> {
     known.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The verdicts on all these injections, and those of the new experiments alone.
-fn verdicts(
+/// Judges those of the injections that are not known; returns them.
+fn judge(
     options: &Options,
     known: &Known,
-    place: Place,
     injections: &[Injection],
-) -> Result<(Vec<Verdict>, Vec<Verdict>), Error> {
+) -> Result<Vec<Injection>, Error> {
     let is_new = |injection: &&Injection| lock(known).0.verdict(injection).is_none();
     let left: Vec<_> = injections.iter().filter(is_new).copied().collect();
-    let style = ProgressStyle::with_template("{msg} {bar:40} {pos}/{len} {per_sec}, {eta} left");
-    let progress = ProgressBar::new(left.len() as u64).with_message(format!("{place:?}"));
+    let style = ProgressStyle::with_template("{bar:40} {pos}/{len} {per_sec}, {eta} left");
+    let progress = ProgressBar::new(left.len() as u64);
     progress.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
     let trace = options.trace.as_deref().map(create_trace).transpose()?;
     let (shown, results) = (progress.clone(), known.clone());
@@ -197,11 +203,8 @@ fn verdicts(
     };
     run_all(&left, options.jobs, judged, report)?;
     progress.finish();
-    let known = &mut *lock(known);
-    std::mem::replace(&mut known.1, Ok(()))?;
-    let verdict = |injection| known.0.verdict(injection).unwrap_or(Verdict::UNJUDGED);
-    let all = injections.iter().map(verdict).collect();
-    Ok((all, left.iter().map(verdict).collect()))
+    std::mem::replace(&mut lock(known).1, Ok(()))?;
+    Ok(left)
 }
 
 fn create_trace(path: &Path) -> Result<File, Error> {

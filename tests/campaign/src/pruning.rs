@@ -27,7 +27,10 @@ impl Report {
     /// The report as bytes.
     pub fn to_bytes(&self) -> Vec<u8> {
         let count = (self.decisions.len() as u32).to_le_bytes();
-        let decisions = self.decisions.iter().flat_map(|it| it.to_number().to_le_bytes());
+        let decisions = self
+            .decisions
+            .iter()
+            .flat_map(|it| it.to_number().to_le_bytes());
         let twin = self.twin.to_bytes();
         count.into_iter().chain(decisions).chain(twin).collect()
     }
@@ -126,7 +129,10 @@ pub fn judge(
         if exceptions.contains(&(index as u32)) {
             others.push(injection);
         } else {
-            judged.push((injection, later(verdict, experiment.at_ms - injection.at_ms)));
+            judged.push((
+                injection,
+                later(verdict, experiment.at_ms - injection.at_ms),
+            ));
         }
     }
     (judged, others)

@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use virtual_board::processor::{CoreBus, Exit, Layered, Memory, Processor, Queued};
+use virtual_board::processor::{CoreBus, Exit, Layered, Memory, Processor};
 
 use crate::accesses::{Accesses, Defect, Layout, Tap};
 use crate::defuse::{Decision, Use};
@@ -28,7 +28,6 @@ pub struct Recording {
     liveness: Liveness,
     /// Number of injections that are undecided at each address at which an instruction may begin.
     breakpoints: BTreeMap<u64, u32>,
-    is_routed: bool,
 }
 
 impl Recording {
@@ -58,7 +57,6 @@ impl Recording {
             armed: Vec::new(),
             liveness: Liveness::default(),
             breakpoints: BTreeMap::new(),
-            is_routed: false,
         }
     }
 
@@ -125,13 +123,13 @@ impl Recording {
         budget: u32,
         bus: &mut dyn CoreBus,
     ) -> (Exit, u64) {
-        self.route(core);
         let start = core.retired();
         let now_ns = bus.time(start).0;
         self.inject(core, now_ns);
         let mut end = start + u64::from(budget);
         loop {
             let now = core.retired();
+            self.accesses.route(core);
             self.liveness.inject(now);
             let observed = self.liveness.before(&*core, self.accesses.frame_accesses);
             let until = self.liveness.unobserved_until(now).max(now + 1).min(end);
@@ -162,19 +160,6 @@ impl Recording {
         }
     }
 
-    /// Has the core make all accesses to what may be disturbed by way of the bus.
-    fn route(&mut self, core: &mut dyn Processor) {
-        if std::mem::replace(&mut self.is_routed, true) {
-            return;
-        }
-        let page = core.page_size();
-        for range in self.accesses.ranges() {
-            for at in range.start / page..=(range.end - 1) / page {
-                core.ask(Queued::Route(at * page));
-            }
-        }
-    }
-
     /// Makes the injections that are due.
     fn inject(&mut self, core: &mut dyn Processor, now_ns: u64) {
         let retired = core.retired();
@@ -190,7 +175,7 @@ impl Recording {
         {
             self.coming.pop_front();
             let Injection { address, place, .. } = self.injections[index as usize];
-            self.accesses.inject(index, address, retired);
+            self.accesses.inject(core, index, address);
             if place == Place::Code {
                 for at in instructions_with(address) {
                     let injections = self.breakpoints.entry(at).or_insert(0);

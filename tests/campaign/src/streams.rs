@@ -59,7 +59,9 @@ impl Streams {
     pub fn may_access(&self, address: u64) -> bool {
         let bytes = ITEM_BYTES * self.items.max(LEAST_ITEMS);
         let reach = |start: &u64| -> Range<u64> { *start..*start + bytes };
-        self.starts.iter().any(|start| reach(start).contains(&address))
+        self.starts
+            .iter()
+            .any(|start| reach(start).contains(&address))
     }
 }
 
@@ -78,7 +80,13 @@ mod tests {
         let found = found.map(|address| streams.may_access(address));
         assert_eq!(found, [false, true, true, false]);
         let mut read = Streams::default();
-        read.read(|address| if address == 0x4002_6020 { 0x2000_0200 } else { 0 });
+        read.read(|address| {
+            if address == 0x4002_6020 {
+                0x2000_0200
+            } else {
+                0
+            }
+        });
         assert!(read.may_access(0x2000_023f) && !read.may_access(0x2000_0240));
     }
 }

@@ -112,8 +112,8 @@ impl Recorder {
     /// Records this millisecond. At the end, it ends this process.
     pub fn record(&mut self, view: &mut View<'_>, ms: u32, injector: &Injector) {
         let now_ns = view.now_ns();
-        let begin = injector
-            .with_recording(|it| it.begin_ms(ms, now_ns, |address| view.register(address)));
+        let begin =
+            injector.with_recording(|it| it.begin_ms(ms, now_ns, |address| view.register(address)));
         for at_ns in begin.unwrap_or_default() {
             view.plan(Planned::at_ns(at_ns, NOTHING));
         }
