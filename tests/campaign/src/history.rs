@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::injection::Place;
 use crate::outcome::{Basis, Outcome, Verdict};
-use crate::results::{self, ResultsError, in_line};
+use crate::results::{ResultsError, at, in_line};
 
 /// Outcomes of the new injections of one campaign in one place.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -58,15 +58,31 @@ pub fn recorded(verdicts: &[Verdict]) -> u64 {
     verdicts.iter().filter(by_recording).count() as u64
 }
 
-/// Adds entries to the file and returns all that it then has.
+/// Replaces the entries of the same campaigns and places in the file, adds the others, and returns
+/// all that it then has.
 ///
 /// # Errors
 /// The file cannot be read or written, or a line is no entry.
-pub fn append(path: &Path, entries: &[Entry]) -> Result<Vec<Entry>, ResultsError> {
-    results::append(path, entries)?;
-    let mut reader = csv::Reader::from_path(path).map_err(in_line(path))?;
-    let all = reader.deserialize().collect::<Result<_, _>>();
-    all.map_err(in_line(path))
+pub fn update(path: &Path, entries: &[Entry]) -> Result<Vec<Entry>, ResultsError> {
+    let mut all: Vec<Entry> = Vec::new();
+    if path.exists() {
+        let mut reader = csv::Reader::from_path(path).map_err(in_line(path))?;
+        let read = reader.deserialize().collect::<Result<_, _>>();
+        all = read.map_err(in_line(path))?;
+    }
+    for entry in entries {
+        let key = |entry: &Entry| (entry.program.clone(), entry.seed, entry.place);
+        match all.iter_mut().find(|other| key(other) == key(entry)) {
+            Some(other) => *other = entry.clone(),
+            None => all.push(entry.clone()),
+        }
+    }
+    let mut writer = csv::Writer::from_path(path).map_err(in_line(path))?;
+    for entry in &all {
+        writer.serialize(entry).map_err(in_line(path))?;
+    }
+    writer.flush().map_err(|source| at(path, source))?;
+    Ok(all)
 }
 
 #[cfg(test)]
@@ -74,7 +90,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn entries_of_all_campaigns_are_kept() {
+    fn entries_of_all_campaigns_are_kept_and_those_of_the_same_one_replaced() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("history.csv");
         let hazardous = Verdict {
@@ -86,10 +102,18 @@ mod tests {
         let counts = (first[0].injections, first[0].hazardous, first[0].unjudged);
         assert_eq!(counts, (3, 2, 1));
         let second = [Entry::new("b", 2, Place::Period, &verdicts[..1])];
-        assert_eq!(append(&path, &first).unwrap(), first);
-        assert_eq!(append(&path, &second).unwrap(), [first, second].concat());
+        assert_eq!(update(&path, &first).unwrap(), first);
+        assert_eq!(
+            update(&path, &second).unwrap(),
+            [first, second.clone()].concat()
+        );
+        let again = [Entry::new("a", 1, Place::Ram, &verdicts[..2])];
+        assert_eq!(
+            update(&path, &again).unwrap(),
+            [again.clone(), second].concat()
+        );
         std::fs::write(&path, "program,seed\na,x\n").unwrap();
-        let error = append(&path, &[]).unwrap_err().to_string();
+        let error = update(&path, &[]).unwrap_err().to_string();
         assert!(error.contains("history.csv"), "{error}");
     }
 }

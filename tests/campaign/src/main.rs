@@ -13,7 +13,7 @@ use board_tests::program::firmware;
 use clap::Parser;
 use fault_campaign::campaign::{CampaignError, Judged, TRACE_COLUMNS, draw, run_all};
 use fault_campaign::class::{Class, MemoryMap};
-use fault_campaign::history::{Entry, append};
+use fault_campaign::history::{Entry, update};
 use fault_campaign::injection::{Injection, PERIOD_INSTRUCTIONS, Place};
 use fault_campaign::motion::Motion;
 use fault_campaign::outcome::{Outcome, Verdict};
@@ -46,13 +46,16 @@ struct Options {
     /// Each N-th instruction of a control period of every motion, to be skipped; 0 for none
     #[arg(long, value_name = "N", default_value_t = 0)]
     period: u64,
+    /// Motions that are disturbed; without it, all
+    #[arg(long, value_name = "MOTION", value_enum, value_delimiter = ',')]
+    motions: Vec<Motion>,
     /// Processes
     #[arg(long, value_name = "N", default_value_t = 2)]
     jobs: usize,
     /// CSV file of the results, which continues an earlier campaign with the same program and seed
     #[arg(long, value_name = "FILE")]
     results: Option<PathBuf>,
-    /// CSV file of the counts of all campaigns, to which those of new experiments are added
+    /// CSV file of the counts of all campaigns, in which those of this one are replaced
     #[arg(long, value_name = "FILE")]
     history: Option<PathBuf>,
     /// Simulate each injection, also those that a recording decides
@@ -106,16 +109,12 @@ fn run(options: &Options) -> Result<usize, Error> {
     let mut entries = Vec::new();
     let places = injections(options)?;
     let all: Vec<Injection> = places.iter().flat_map(|(_, all)| all).copied().collect();
-    let new = judge(options, &known, &all)?;
+    judge(options, &known, &all)?;
     let known = &lock(&known).0;
     let verdict = |injection: &Injection| known.verdict(injection).unwrap_or(Verdict::UNJUDGED);
     for (place, injections) in places {
         let verdicts: Vec<Verdict> = injections.iter().map(verdict).collect();
-        let of_place = new.iter().filter(|injection| injection.place == place);
-        let of_place: Vec<Verdict> = of_place.map(verdict).collect();
-        if !of_place.is_empty() {
-            entries.push(Entry::new(&program, options.seed, place, &of_place));
-        }
+        entries.push(Entry::new(&program, options.seed, place, &verdicts));
         for (injection, verdict) in injections.iter().zip(&verdicts) {
             let class = by_class.entry(map.class(injection)).or_default();
             class.push(*verdict);
@@ -132,7 +131,7 @@ fn run(options: &Options) -> Result<usize, Error> {
         table(&classes),
     );
     if let Some(path) = &options.history {
-        text += &format!("\n{}", total(&append(path, &entries)?));
+        text += &format!("\n{}", total(&update(path, &entries)?));
     }
     match &options.out {
         Some(path) => write_page(path, &text, &picture(&by_class))?,
@@ -163,6 +162,10 @@ fn injections(options: &Options) -> Result<Vec<(Place, Vec<Injection>)>, Firmwar
         drawn.retain(|injection| injection.number.is_multiple_of(options.period));
         all.push((Place::Period, drawn));
     }
+    let motions = &options.motions;
+    for (_, injections) in &mut all {
+        injections.retain(|injection| motions.is_empty() || motions.contains(&injection.motion));
+    }
     Ok(all)
 }
 
@@ -173,12 +176,8 @@ fn lock(known: &Known) -> MutexGuard<'_, (Results, Result<(), ResultsError>)> {
     known.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Judges those of the injections that are not known; returns them.
-fn judge(
-    options: &Options,
-    known: &Known,
-    injections: &[Injection],
-) -> Result<Vec<Injection>, Error> {
+/// Judges those of the injections that are not known.
+fn judge(options: &Options, known: &Known, injections: &[Injection]) -> Result<(), Error> {
     let is_new = |injection: &&Injection| lock(known).0.verdict(injection).is_none();
     let left: Vec<_> = injections.iter().filter(is_new).copied().collect();
     let style = ProgressStyle::with_template("{bar:40} {pos}/{len} {per_sec}, {eta} left");
@@ -203,8 +202,7 @@ fn judge(
     };
     run_all(&left, options.jobs, judged, report)?;
     progress.finish();
-    std::mem::replace(&mut lock(known).1, Ok(()))?;
-    Ok(left)
+    Ok(std::mem::replace(&mut lock(known).1, Ok(()))?)
 }
 
 fn create_trace(path: &Path) -> Result<File, Error> {

@@ -150,7 +150,7 @@ impl Results {
 }
 
 /// Appends lines to a CSV file, after a header if it is new.
-pub(crate) fn append(path: &Path, lines: &[impl Serialize]) -> Result<(), ResultsError> {
+fn append(path: &Path, lines: &[impl Serialize]) -> Result<(), ResultsError> {
     let file = OpenOptions::new().create(true).append(true).open(path);
     let file = file.map_err(|source| at(path, source))?;
     let length = file.metadata().map_err(|source| at(path, source))?.len();
@@ -164,7 +164,7 @@ pub(crate) fn append(path: &Path, lines: &[impl Serialize]) -> Result<(), Result
 }
 
 /// An error of the operating system at this file.
-fn at(path: &Path, source: io::Error) -> ResultsError {
+pub(crate) fn at(path: &Path, source: io::Error) -> ResultsError {
     ResultsError::File {
         path: path.into(),
         source,
