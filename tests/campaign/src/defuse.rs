@@ -122,7 +122,7 @@ mod tests {
 
     #[test]
     fn a_check_that_does_not_decide_is_no_use() {
-        let mut undecided = Undecided::new(&[0..4], false);
+        let mut undecided = Undecided::new(std::slice::from_ref(&(0..4)), false);
         assert!(undecided.add(0, 1));
         assert_eq!(undecided.decide(0, 4, Use::Check(1)), []);
         assert_eq!(undecided.decide(0, 4, Use::Read), [(0, Decision::Simulate)]);

@@ -164,7 +164,7 @@ mod tests {
     fn injection(number: u64, at_ms: u32) -> Injection {
         Injection {
             at_ms,
-            ..Injection::draw(1, number, Place::Ram, &[0..100])
+            ..Injection::draw(1, number, Place::Ram, std::slice::from_ref(&(0..100)))
         }
     }
 
