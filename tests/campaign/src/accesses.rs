@@ -1,5 +1,6 @@
 //! The accesses of the core to the memory in which injections are undecided.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 use virtual_board::processor::{
@@ -74,12 +75,17 @@ pub struct Accesses {
     undecided: Undecided,
     /// The decision on each injection.
     pub decisions: Vec<Decision>,
+    /// Those that a check of the device read within the margin.
+    uncertain: BTreeSet<u32>,
     /// Retired instructions at each injection into memory, and its address.
     since: Vec<(u64, u64)>,
     routes: Routes,
     page_size: u64,
     /// Passes of the checksum and of the CRC that have begun.
     passes: (u32, u32),
+    /// Passes of the checksum after which the device was used before the next one: those that the
+    /// program compares. The others begin the protection.
+    comparing: BTreeSet<u32>,
     /// Loads whose words go to the CRC unit, and the last load from the flash: its instruction, its
     /// number and its word.
     crc_loads: Vec<u64>,
@@ -100,10 +106,12 @@ impl Accesses {
             undecided: Undecided::new(&layout.disturbed, do_checks_decide),
             layout,
             decisions: vec![Decision::Simulate; injections],
+            uncertain: BTreeSet::new(),
             since: vec![(0, 0); injections],
             routes: Routes::default(),
             page_size: 0,
             passes: (0, 0),
+            comparing: BTreeSet::new(),
             crc_loads: Vec::new(),
             last_load: (0, 0, 0),
             is_copy_read: false,
@@ -118,8 +126,11 @@ impl Accesses {
     pub fn inject(&mut self, core: &dyn Processor, index: u32, address: u64) {
         if !std::mem::replace(&mut self.has_injection, true) {
             self.page_size = core.page_size();
-            // Where passes of the checks begin.
-            let mut always = vec![self.layout.device.start, self.layout.program_start];
+            // Where passes of the checks begin, and all uses of the device.
+            let mut always = vec![self.layout.program_start];
+            let device = &self.layout.device;
+            always.extend(device.clone().step_by(self.page_size as usize));
+            always.push(device.end - 1);
             if !self.undecided.do_checks_decide {
                 // Whether the copy of the device is read.
                 let copy = &self.layout.copy_of_device;
@@ -144,6 +155,15 @@ impl Accesses {
 
     /// These bytes are used by the instruction of this number.
     pub fn decide(&mut self, address: u64, bytes: usize, usage: Use, number: u64) {
+        if let (Use::Check(pass), true) = (usage, self.layout.device.contains(&address)) {
+            for index in self.undecided.note(address, bytes, pass) {
+                let (since, _) = self.since[index as usize];
+                if number <= since + MARGIN {
+                    self.uncertain.insert(index);
+                }
+            }
+            return;
+        }
         for (index, decision) in self.undecided.decide(address, bytes, usage) {
             let (since, address) = self.since[index as usize];
             self.routes.remove(address, self.page_size);
@@ -157,6 +177,16 @@ impl Accesses {
         }
     }
 
+    /// The decision on an injection.
+    pub fn decision(&self, index: u32) -> Decision {
+        match self.undecided.first_pass(index) {
+            _ if self.uncertain.contains(&index) => Decision::Simulate,
+            Some(pass) if self.comparing.contains(&pass) => Decision::Checked(pass),
+            // A pass that begins the protection includes what was injected.
+            _ => self.decisions[index as usize],
+        }
+    }
+
     fn record(&mut self, access: &Access, answer: u64, from_code: bool) {
         let address = access.address;
         if !from_code {
@@ -165,7 +195,16 @@ impl Accesses {
                 return;
             }
         }
+        let pc = access.program_counter.filter(|_| from_code).unwrap_or(0);
+        let is_copying = self.layout.copying.contains(&pc);
+        if self.layout.device.contains(&access.address)
+            && !is_copying
+            && !self.layout.checksum.contains(&pc)
+        {
+            self.comparing.insert(self.passes.0);
+        }
         let usage = match access.kind {
+            AccessKind::Write if is_copying => Use::Restore,
             AccessKind::Write => Use::Write,
             AccessKind::Read if self.defect == Some(Defect::NoReads) => Use::Write,
             AccessKind::Read => self.read(access, answer, from_code),

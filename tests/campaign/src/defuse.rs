@@ -5,6 +5,7 @@
 //! software-implemented and simulation-based fault injection into a single fault injection method",
 //! FTCS 1995).
 
+use std::collections::HashMap;
 use std::ops::Range;
 
 /// How an injection is decided.
@@ -47,6 +48,8 @@ pub enum Use {
     Write,
     /// Read by this pass of a check.
     Check(u32),
+    /// Overwritten with what they were before the last pass of a check.
+    Restore,
 }
 
 /// Injections into bytes that are not decided yet.
@@ -54,6 +57,8 @@ pub enum Use {
 pub struct Undecided {
     /// The injections into each byte of these ranges, by their indices.
     ranges: Vec<(Range<u64>, Vec<Vec<u32>>)>,
+    /// The pass that has read an injection first.
+    first_passes: HashMap<u32, u32>,
     /// Whether a check decides. Otherwise it is no use.
     pub do_checks_decide: bool,
 }
@@ -67,6 +72,7 @@ impl Undecided {
         };
         Self {
             ranges: ranges.iter().map(empty).collect(),
+            first_passes: HashMap::new(),
             do_checks_decide,
         }
     }
@@ -84,10 +90,50 @@ impl Undecided {
             Use::Write => Decision::NoEffect,
             Use::Check(pass) if self.do_checks_decide => Decision::Checked(pass),
             Use::Check(_) => return Vec::new(),
+            Use::Restore => return self.restore(address, bytes),
         };
         let used = self.at(address).unwrap_or_default().iter_mut().take(bytes);
-        let decided = used.flat_map(std::mem::take);
-        decided.map(|index| (index, decision)).collect()
+        let decided: Vec<u32> = used.flat_map(std::mem::take).collect();
+        let decide = |index: u32| match self.first_pass(index) {
+            // The computation that overwrites it may be repeated.
+            Some(_) => (index, Decision::Simulate),
+            None => (index, decision),
+        };
+        decided.into_iter().map(decide).collect()
+    }
+
+    /// Injections that a pass has read are in what is restored; the others are overwritten.
+    fn restore(&mut self, address: u64, bytes: usize) -> Vec<(u32, Decision)> {
+        let noted = std::mem::take(&mut self.first_passes);
+        let used = self.at(address).unwrap_or_default().iter_mut().take(bytes);
+        let overwritten = used.flat_map(|injections| {
+            let is_overwritten = |index: &mut u32| !noted.contains_key(index);
+            injections.extract_if(.., is_overwritten)
+        });
+        let decided = overwritten.map(|index| (index, Decision::NoEffect));
+        let decided = decided.collect();
+        self.first_passes = noted;
+        decided
+    }
+
+    /// Notes that a pass of a check reads these bytes, which decides only with what follows.
+    /// Returns the injections that nothing has read before.
+    pub fn note(&mut self, address: u64, bytes: usize, pass: u32) -> Vec<u32> {
+        if !self.do_checks_decide {
+            return Vec::new();
+        }
+        let mut noted = std::mem::take(&mut self.first_passes);
+        let read = self.at(address).unwrap_or_default().iter().take(bytes);
+        let is_first = |index: &&u32| !noted.contains_key(index);
+        let first: Vec<u32> = read.flatten().filter(is_first).copied().collect();
+        noted.extend(first.iter().map(|index| (*index, pass)));
+        self.first_passes = noted;
+        first
+    }
+
+    /// The pass of a check by which an injection was read first, if nothing else did before.
+    pub fn first_pass(&self, index: u32) -> Option<u32> {
+        self.first_passes.get(&index).copied()
     }
 
     /// The bytes from this address on.
@@ -118,6 +164,25 @@ mod tests {
         let checked = undecided.decide(0x200, 4, Use::Check(7));
         let pass = Decision::Checked(7);
         assert_eq!(checked, [(3, pass), (4, pass)]);
+    }
+
+    #[test]
+    fn an_injection_that_a_pass_has_read_is_restored_and_decided_by_its_first_other_use() {
+        let mut undecided = Undecided::new(std::slice::from_ref(&(0..8)), true);
+        for index in 0..2 {
+            assert!(undecided.add(index, 0));
+        }
+        assert_eq!(undecided.note(0, 4, 5), [0, 1]);
+        assert!(undecided.add(2, 1));
+        assert_eq!(undecided.note(0, 1, 6), []);
+        let restored = undecided.decide(0, 8, Use::Restore);
+        assert_eq!(restored, [(2, Decision::NoEffect)]);
+        assert_eq!(
+            [0, 2].map(|index| undecided.first_pass(index)),
+            [Some(5), None]
+        );
+        let written = undecided.decide(0, 1, Use::Write);
+        assert_eq!(written, [(0, Decision::Simulate), (1, Decision::Simulate)]);
     }
 
     #[test]

@@ -92,15 +92,14 @@ impl Recording {
                 && accesses.defect != Some(Defect::NoTransfers)
                 && accesses.streams.may_access(injection.address)
         };
-        let decided = self.injections.iter().zip(&accesses.decisions);
-        let decision = |(injection, decision): (&Injection, &Decision)| {
+        let decision = |(index, injection): (usize, &Injection)| {
             if may_transfer(injection) {
                 Decision::Simulate
             } else {
-                *decision
+                accesses.decision(index as u32)
             }
         };
-        decided.map(decision).collect()
+        self.injections.iter().enumerate().map(decision).collect()
     }
 
     /// Indices of the injections for which the experiment does not stand.
