@@ -189,11 +189,6 @@ impl Application {
         self.velocity.mdeg_s()
     }
 
-    /// Empties the history of faults.
-    pub fn clear_fault_history(&mut self) {
-        self.log.clear_history();
-    }
-
     /// The parameters in force.
     pub fn parameters(&self) -> &BoardParameters {
         &self.parameters
@@ -398,6 +393,7 @@ impl Application {
             supply_mv: self.telemetry.supply_mv,
         };
         let duty = stop.next(&p.current, self.protection.ripple(), voltages);
+        let duty = duty.limited(p.control.duty_limit());
         if stop.is_over(&p.stop) {
             self.state = BoardState::Fault;
         }

@@ -1,25 +1,50 @@
 #!/usr/bin/env bash
-# Mutation test of the control step: changes each operator and each result in turn, and runs the
-# unit tests of model-core. Prints the share that the tests notice, and each survivor that
-# accepted.txt does not list. Takes about an hour on one processor; not part of CI. Needs
+# Mutation test: run.sh PART [ARGUMENT ...] changes each operator and each result of a part in turn,
+# and runs the tests of its package. Parts: control (the control step), application (application and
+# protections of the firmware), canopen. Prints the share that the tests notice, and each survivor
+# that accepted.txt does not list. Takes an hour and more on one processor; not part of CI. Needs
 # `cargo install cargo-mutants --locked`, of which 27.1.0 was used. Further arguments go to
-# cargo-mutants: `--iterate` repeats the survivors only.
+# cargo-mutants: `--iterate` repeats the survivors only, `--shard 1/8` tests an eighth.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
-out=$PWD/target/mutants
+part=${1:?expected control, application or canopen}
+shift
 files=()
-for file in rate_loop position_loop rate_estimate cascade shaft_tracker arithmetic encoder_word units \
-    scaled cascade/single_precision; do
-    files+=(--file "model-core/src/control/$file.rs")
-done
-CARGO_INCREMENTAL=1 CARGO_PROFILE_DEV_DEBUG=none nice cargo mutants --package model-core \
-    "${files[@]}" --file model-core/src/plant/pwm_timer.rs --output "$out" -j1 --no-shuffle \
-    --minimum-test-timeout 20 --cargo-arg=--locked --cargo-arg=--config \
-    --cargo-arg='profile.dev.package.model-core.opt-level=1' "$@" -- --lib || true
+add() { for file in "$@"; do files+=(--file "$file"); done; }
+tests=(--lib)
+case $part in
+control)
+    package=model-core
+    for file in rate_loop position_loop rate_estimate cascade shaft_tracker arithmetic encoder_word \
+        units scaled cascade/single_precision; do
+        add "model-core/src/control/$file.rs"
+    done
+    add model-core/src/plant/pwm_timer.rs
+    ;;
+application)
+    package=firmware
+    add firmware/src/application.rs 'firmware/src/application/*.rs' \
+        firmware/src/protection.rs 'firmware/src/protection/*.rs'
+    ;;
+canopen)
+    package=canopen
+    add 'canopen/src/**/*.rs'
+    tests=(--lib --tests)
+    ;;
+*)
+    echo "$part: expected control, application or canopen" >&2
+    exit 2
+    ;;
+esac
+out=$PWD/target/mutants/$part
+mkdir -p "$out"
+CARGO_INCREMENTAL=1 CARGO_PROFILE_DEV_DEBUG=none nice cargo mutants --package "$package" \
+    "${files[@]}" --output "$out" -j1 --no-shuffle --minimum-test-timeout 20 --cargo-arg=--locked \
+    --cargo-arg=--config --cargo-arg="profile.dev.package.$package.opt-level=1" "$@" -- "${tests[@]}" || true
 
 caught=$(wc -l <"$out/mutants.out/caught.txt") missed=$(wc -l <"$out/mutants.out/missed.txt")
 echo "$caught of $((caught + missed)) are noticed; not accepted:"
 # Without line numbers, which change with the file.
-sed 's/^model-core\/src\///; s/:[0-9]*:[0-9]*:/:/' "$out/mutants.out/missed.txt" | while read -r mutant; do
+sed "s/^$package\/src\///; s/:[0-9]*:[0-9]*:/:/" "$out/mutants.out/missed.txt" | while read -r mutant; do
     grep -qF "$mutant |" tests/mutants/accepted.txt || echo "$mutant"
 done

@@ -86,6 +86,20 @@ impl Memory {
         });
     }
 
+    /// Has a core map all regions.
+    ///
+    /// # Safety
+    /// As [`Self::map`], as long as this core lives or maps other memory in their place.
+    pub(crate) unsafe fn map_for(&self, core: &mut dyn Processor) {
+        for region in &self.regions {
+            let host = std::ptr::with_exposed_provenance_mut(region.host);
+            // SAFETY: the caller's promise is the one that `map` asks for.
+            unsafe {
+                core.map(region.start, region.length as u64, host, region.is_writable);
+            }
+        }
+    }
+
     /// The regions.
     pub fn regions(&self) -> &[Region] {
         &self.regions

@@ -1,5 +1,7 @@
 //! Requests to the application between two control periods.
 
+use model_core::control::cascade::CascadeStep;
+
 use super::{Application, BoardState, Refused, Request, stopping::Stopping};
 use crate::{
     command::excitation::{Run, Sample},
@@ -8,7 +10,8 @@ use crate::{
 };
 
 impl Application {
-    /// Checks and applies other parameters; the duty does not jump.
+    /// Checks and applies other parameters; the duty does not jump, unless its limit becomes
+    /// narrower.
     ///
     /// While the loop is closed only gains and limits of the control step may change, not the
     /// mounting of the encoder.
@@ -33,6 +36,14 @@ impl Application {
         self.control
             .retune(&self.parameters.control, &parameters.control);
         self.parameters = *parameters;
+        // Without a valid count the last duty stays in force.
+        let duty = self.last_step.duty.limited(parameters.control.duty_limit());
+        if duty != self.last_step.duty {
+            self.apply(CascadeStep {
+                duty,
+                ..self.last_step
+            });
+        }
         Ok(())
     }
 

@@ -48,12 +48,6 @@ impl FaultLog {
         self.first = None;
     }
 
-    /// Empties the history; latched faults remain latched.
-    pub fn clear_history(&mut self) {
-        self.history = [None; HISTORY];
-        self.count = 0;
-    }
-
     /// The latched faults.
     pub fn latched(&self) -> FaultSet {
         self.latched
@@ -108,8 +102,5 @@ mod tests {
         }
         let ticks = log.history().map(|record| record.tick);
         assert!(ticks.eq((15..23).rev()));
-        log.clear_history();
-        assert_eq!((log.history().count(), log.count()), (0, 0));
-        assert!(log.latched().contains(Fault::Stall));
     }
 }

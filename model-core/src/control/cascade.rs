@@ -96,6 +96,18 @@ impl Coefficients {
     pub fn reachable(&self, command: Angle) -> Angle {
         within(command, self.position.min, self.position.max)
     }
+
+    /// Greatest magnitude of the duty, 0 to 100 %.
+    ///
+    /// ```
+    /// use model_core::control::{cascade::Coefficients, parameters::ControlParameters, units::percent};
+    ///
+    /// let p = ControlParameters { duty_limit_pct: 20.0, ..ControlParameters::DEFAULT };
+    /// assert_eq!(Coefficients::try_new(&p).unwrap().duty_limit(), percent(20.0));
+    /// ```
+    pub const fn duty_limit(&self) -> Percent {
+        self.rate.duty_limit
+    }
 }
 
 const fn mounting(p: &ControlParameters) -> Mounting {

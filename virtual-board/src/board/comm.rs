@@ -6,6 +6,7 @@ use rigless::snapshot::Store;
 use rigless::soc::Error;
 
 use super::core;
+use super::spare_cores::CoreKind;
 use crate::chip::Chip;
 use crate::flash::FlashTimes;
 use crate::serial::SerialPeer;
@@ -57,8 +58,13 @@ impl Board for CommBoard {
     }
 
     fn targets(&mut self) -> Vec<Target<'_>> {
-        let spec = core::spec(&self.chip, COMM_CORE_HZ, None);
-        spec.map(|spec| core::target(core::TARGET, &mut self.chip, spec, None, None))
+        let kind = CoreKind {
+            chip: core::TARGET,
+            clock_hz: COMM_CORE_HZ,
+            vector_table: None,
+        };
+        let spec = core::spec(&self.chip, kind.clock_hz, kind.vector_table);
+        spec.map(|spec| core::target(kind, &mut self.chip, spec, None, None))
             .into_iter()
             .collect()
     }

@@ -8,22 +8,23 @@ use rigless::machine::{Target, armv7m};
 use rigless::mcu::{Mcu, Operate};
 
 use super::resettable::Resettable;
+use super::spare_cores::CoreKind;
 use crate::chip::{Chip, ChipH743, Remainder};
 use crate::processor::SharedObserver;
 
 /// Name of the chip.
 pub(super) const TARGET: &str = "stm32f427";
 
-/// A chip as a target of the emulator.
+/// A chip with a core of this kind as a target of the emulator.
 pub(super) fn target<'a>(
-    name: &'static str,
+    kind: CoreKind,
     mcu: &'a mut dyn Mcu,
     mut spec: CoreSpec,
     observer: Option<SharedObserver>,
     crc: Option<Remainder>,
 ) -> Target<'a> {
-    spec.processor = Resettable::constructor(spec.processor, observer, crc);
-    Target::new(name, mcu, spec)
+    spec.processor = Resettable::constructor(kind, spec.processor, observer, crc);
+    Target::new(kind.chip, mcu, spec)
 }
 
 /// The core of an STM32F427 as the emulator has it, with one instruction in each cycle of this

@@ -5,6 +5,7 @@ pub(crate) mod core;
 mod crc_bus;
 mod encoder_chip;
 mod resettable;
+mod spare_cores;
 
 use rigless::device::Level;
 use rigless::machine::{Board, Target};
@@ -16,6 +17,7 @@ use rigless::soc::stm32f427::peripherals::spi::Select;
 
 pub use self::comm::{COMM_CORE_HZ, CommBoard};
 pub use self::encoder_chip::EncoderChip;
+use self::spare_cores::CoreKind;
 use crate::can::Wire;
 use crate::chip::{ActuatorChip, Chip, ChipH743};
 use crate::flash::FlashTimes;
@@ -119,10 +121,14 @@ impl Board for ActuatorBoard {
     fn targets(&mut self) -> Vec<Target<'_>> {
         let observer = self.observer.clone();
         let spec = self.chip.core(self.vector_table);
-        let name = self.chip.name();
+        let kind = CoreKind {
+            chip: self.chip.name(),
+            clock_hz: self.chip.core_hz(),
+            vector_table: self.vector_table,
+        };
         let crc = self.chip.crc_remainder();
         let mcu: &mut dyn Mcu = self.chip.as_mut();
-        spec.map(|spec| core::target(name, mcu, spec, observer, crc))
+        spec.map(|spec| core::target(kind, mcu, spec, observer, crc))
             .into_iter()
             .collect()
     }

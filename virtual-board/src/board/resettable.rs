@@ -1,9 +1,10 @@
-//! A core that keeps its translated code over a reset.
+//! A core that keeps its translated code over a reset, and leaves it to the next run.
 //!
 //! The emulator's core drops all translated code when it resets, and translating the program again
 //! takes longer than running its first hundred milliseconds. The code stays valid: a reset does not
 //! change the flash, and whatever writes memory invalidates what was translated from it. So a
 //! second core is reset instead, and its state is loaded into the first one, which keeps its code.
+//! After its run the core is kept for another one ([`spare_cores`]).
 
 use std::ops::Range;
 
@@ -15,17 +16,27 @@ use rigless::soc::{Endian, Width};
 use rigless::time::VirtualNanos;
 
 use super::crc_bus::{CrcBus, CrcPort};
+use super::spare_cores::{self, CoreKind};
 use crate::chip::Remainder;
 use crate::processor::{Memory, RegisterWrite, SharedObserver, lock};
 
 /// A core, and another one of the same kind that computes its state after a reset.
 #[derive(Debug)]
 pub(super) struct Resettable {
+    kind: CoreKind,
     core: Box<dyn Processor>,
-    /// It has no memory and executes nothing.
-    twin: Box<dyn Processor>,
+    /// It has no memory and executes nothing. There is one until the run ends.
+    twin: Option<Box<dyn Processor>>,
+    /// The core has executed instructions in this run.
+    has_run: bool,
     /// A debugger may halt the core at its reset, which is not a part of the loaded state.
     is_debugged: bool,
+    /// The core has settings that are not a part of the loaded state and cannot be taken back.
+    is_altered: bool,
+    /// Addresses at which the run has the core stop, once for each request.
+    breakpoints: Vec<u64>,
+    /// The core is to pass a breakpoint when it runs again.
+    is_passing: bool,
     memory: Memory,
     observer: Option<SharedObserver>,
     crc: Option<CrcPort>,
@@ -34,15 +45,21 @@ pub(super) struct Resettable {
 impl Resettable {
     /// Makes the constructor of a core one of a core that keeps its translated code.
     pub fn constructor(
+        kind: CoreKind,
         inner: ProcessorConstructor,
         observer: Option<SharedObserver>,
         crc: Option<Remainder>,
     ) -> ProcessorConstructor {
         std::sync::Arc::new(move |endian| {
             Ok(Box::new(Self {
+                kind,
                 core: inner(endian)?,
-                twin: inner(endian)?,
+                twin: Some(inner(endian)?),
+                has_run: false,
                 is_debugged: false,
+                is_altered: false,
+                breakpoints: Vec::new(),
+                is_passing: false,
                 memory: Memory::default(),
                 observer: observer.clone(),
                 crc: crc.clone().map(CrcPort::new),
@@ -52,21 +69,56 @@ impl Resettable {
 
     /// Loads the state after a reset; fails if the emulator refuses a state.
     fn load_reset_state(&mut self) -> Result<(), Error> {
-        self.twin.load(&self.core.save())?;
-        self.twin.reset();
-        self.core.load(&self.twin.save())
+        let twin = self.twin.as_mut().ok_or(Error::State)?;
+        twin.load(&self.core.save())?;
+        twin.reset();
+        self.core.load(&twin.save())
+    }
+
+    /// Before the first instruction: continues on a core that has translated the program before.
+    fn take_spare(&mut self) {
+        self.has_run = true;
+        if self.is_debugged || self.is_altered {
+            return;
+        }
+        if let Some(Ok(mut core)) = spare_cores::take(self.kind, &self.memory, &self.core.save()) {
+            for address in &self.breakpoints {
+                core.add_breakpoint(*address);
+            }
+            self.core = core;
+        }
     }
 
     /// Writes registers by way of the second core: the emulator drops all translated code with a
     /// register that is written.
     fn write_registers(&mut self, writes: &[RegisterWrite]) {
-        let loaded = self.twin.load(&self.core.save());
+        let Some(twin) = &mut self.twin else {
+            return;
+        };
+        let loaded = twin.load(&self.core.save());
         debug_assert!(loaded.is_ok(), "both cores are of one kind");
         for (number, word) in writes {
-            self.twin.set_gdb_register(*number, &word.to_le_bytes());
+            twin.set_gdb_register(*number, &word.to_le_bytes());
         }
-        let loaded = self.core.load(&self.twin.save());
+        let loaded = self.core.load(&twin.save());
         debug_assert!(loaded.is_ok(), "both cores are of one kind");
+    }
+}
+
+impl Drop for Resettable {
+    /// The emulator drops the core before the memory that it maps.
+    fn drop(&mut self) {
+        let is_as_new = self.has_run && !self.is_altered && !self.is_passing;
+        if !is_as_new || std::thread::panicking() {
+            return;
+        }
+        if let Some(twin) = self.twin.take() {
+            let mut core = std::mem::replace(&mut self.core, twin);
+            for address in &self.breakpoints {
+                core.remove_breakpoint(*address);
+            }
+            spare_cores::keep(self.kind, core, &self.memory);
+        }
     }
 }
 
@@ -87,6 +139,7 @@ impl Processor for Resettable {
 
     fn attach_debugger(&mut self, attached: bool) {
         self.is_debugged = attached;
+        self.is_altered = true;
         self.core.attach_debugger(attached);
     }
 
@@ -106,6 +159,10 @@ impl Processor for Resettable {
     // Everything else is the core's.
 
     fn run(&mut self, budget: u32, bus: &mut dyn CoreBus) -> (Exit, u64) {
+        if !self.has_run {
+            self.take_spare();
+        }
+        self.is_passing = false;
         let end = self.core.retired() + u64::from(budget);
         let mut front;
         let bus: &mut dyn CoreBus = match &mut self.crc {
@@ -135,6 +192,7 @@ impl Processor for Resettable {
     }
 
     fn ask(&mut self, queued: Queued) {
+        self.is_altered |= matches!(queued, Queued::Route(_) | Queued::Unroute(_));
         self.core.ask(queued);
     }
 
@@ -171,18 +229,27 @@ impl Processor for Resettable {
     }
 
     fn add_breakpoint(&mut self, address: u64) -> bool {
-        self.core.add_breakpoint(address)
+        let is_added = self.core.add_breakpoint(address);
+        if is_added {
+            self.breakpoints.push(address);
+        }
+        is_added
     }
 
     fn remove_breakpoint(&mut self, address: u64) {
+        if let Some(index) = self.breakpoints.iter().position(|one| *one == address) {
+            self.breakpoints.swap_remove(index);
+        }
         self.core.remove_breakpoint(address);
     }
 
     fn pass_breakpoint(&mut self, address: u64) {
+        self.is_passing = true;
         self.core.pass_breakpoint(address);
     }
 
     fn hold_interrupts(&mut self, held: bool) {
+        self.is_altered = true;
         self.core.hold_interrupts(held);
     }
 
@@ -245,10 +312,12 @@ impl Processor for Resettable {
     }
 
     fn check_reads(&mut self, every: bool) {
+        self.is_altered = true;
         self.core.check_reads(every);
     }
 
     fn check_words(&mut self, words: &[u64]) {
+        self.is_altered = true;
         self.core.check_words(words);
     }
 
@@ -271,11 +340,20 @@ mod tests {
     use crate::chip::Chip;
     use crate::flash::FlashTimes;
 
+    const KIND: CoreKind = CoreKind {
+        chip: "reset",
+        clock_hz: CORE_HZ,
+        vector_table: None,
+    };
+
     #[test]
     fn the_state_after_a_reset_is_that_of_the_emulators_core() {
         let chip = Chip::try_new(None, FlashTimes::TYPICAL, 0).unwrap();
         let plain = core::spec(&chip, CORE_HZ, None).unwrap().processor;
-        let constructors = [plain.clone(), Resettable::constructor(plain, None, None)];
+        let constructors = [
+            plain.clone(),
+            Resettable::constructor(KIND, plain, None, None),
+        ];
         let [expected, found] = constructors.map(|constructor| {
             let mut core = constructor(Endian::Little).unwrap();
             let unused = core.save();

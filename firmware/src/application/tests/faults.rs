@@ -4,8 +4,10 @@ use std::vec::Vec;
 
 use model_core::{
     control::{
+        cascade::Coefficients,
         encoder_word::Magnet,
-        units::{Percent, angle},
+        parameters::ControlParameters,
+        units::{Percent, angle, percent},
     },
     sensors::{
         adc::AdcCode,
@@ -219,6 +221,96 @@ fn three_lost_samples_hold_the_duty_and_the_fourth_starts_the_stop_by_the_back_e
         (duty_pct + 75.0 * back_emf_mv / 5998.0).abs() < 0.01,
         "{duty_pct} %"
     );
+}
+
+#[test]
+fn a_board_that_lacks_samples_at_its_start_has_the_fault_of_those_alone() {
+    type Cut = fn(&mut Samples);
+    let cuts: [(Cut, Fault, Fault); 2] = [
+        (
+            |samples| samples.encoder = None,
+            Fault::EncoderInvalid,
+            Fault::MeasurementLost,
+        ),
+        (
+            |samples| samples.scan = None,
+            Fault::MeasurementLost,
+            Fault::EncoderInvalid,
+        ),
+    ];
+    for (cut, missing, there) in cuts {
+        let (mut application, mut motor) =
+            (Application::new(BoardParameters::DEFAULT), Motor::new());
+        let mut step = || {
+            let mut samples = motor.samples();
+            cut(&mut samples);
+            application.step(&samples)
+        };
+        let outputs = core::iter::repeat_with(&mut step)
+            .find(|outputs| outputs.state != BoardState::Initialising)
+            .unwrap();
+        assert_eq!(outputs.state, BoardState::Fault);
+        assert!(outputs.telemetry.latched.contains(missing), "{missing:?}");
+        assert!(!outputs.telemetry.latched.contains(there), "{there:?}");
+    }
+}
+
+#[test]
+fn a_shaft_that_was_turned_while_the_encoder_was_lost_is_where_the_first_valid_count_is() {
+    let mut board = TestBoard::new(BoardParameters::DEFAULT);
+    board.steps(5);
+    for _ in 0..10 {
+        board.step_with(|samples| samples.encoder = None);
+    }
+    // 120 deg away: a jump, or a turn, for a position that is still known.
+    let outputs = board.step_with(|samples| samples.encoder = Some(word(1365)));
+    let angle_deg = outputs.telemetry.angle.to_f64();
+    assert!(
+        (angle_deg - 1365.0 * 360.0 / 4096.0).abs() < 1e-6,
+        "{angle_deg} deg"
+    );
+    assert!(!outputs.telemetry.present.contains(Fault::EncoderJump));
+}
+
+/// The default parameters with this limit of the duty.
+fn with_duty_limit(duty_limit_pct: f64) -> BoardParameters {
+    let control = ControlParameters {
+        duty_limit_pct,
+        ..ControlParameters::DEFAULT
+    };
+    BoardParameters {
+        control: Coefficients::try_new(&control).unwrap(),
+        ..BoardParameters::DEFAULT
+    }
+}
+
+#[test]
+fn a_stop_by_the_back_emf_stays_within_the_duty_limit() {
+    let mut board = TestBoard::turning();
+    assert_eq!(board.application.retune(&with_duty_limit(20.0)), Ok(()));
+    board.step();
+    let mut greatest_pct = 0.0_f64;
+    while board.step_with(|samples| samples.encoder = None).state != BoardState::Fault {
+        if board.outputs.state == BoardState::FaultReaction {
+            greatest_pct = greatest_pct.max(board.outputs.telemetry.duty.abs().to_f64());
+        }
+    }
+    // Three quarters of the back-EMF are more at first.
+    assert_eq!(greatest_pct, 20.0);
+}
+
+#[test]
+fn a_duty_that_is_held_without_a_count_stays_within_a_narrowed_limit() {
+    let mut board = TestBoard::turning();
+    assert_eq!(board.outputs.telemetry.duty, percent(100.0));
+    assert_eq!(board.application.retune(&with_duty_limit(20.0)), Ok(()));
+    let outputs = board.step_with(|samples| samples.encoder = None);
+    assert_eq!(outputs.state, BoardState::Enabled);
+    assert_eq!(outputs.telemetry.duty, percent(20.0));
+    let Bridge::Driven(compare) = outputs.bridge else {
+        panic!("{:?}", outputs.bridge);
+    };
+    assert_eq!(compare.duty_pct(), 20.0);
 }
 
 /// The rates in each period of the stop, deg/s, of a motor at the full rate whose encoder is lost,

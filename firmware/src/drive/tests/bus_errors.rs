@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::application::BusState;
+use crate::faults::Fault;
 
 #[test]
 fn an_error_passive_bus_is_reported_once() {
@@ -81,9 +82,26 @@ fn a_watchdog_reset_is_reported_after_the_first_reset_of_the_node() {
     let mut bench = Bench::after(start);
     bench.steps(20);
     let emergencies = bench.emergencies();
-    let instance = 0x80 | crate::faults::Fault::WatchdogReset.number() as u8;
+    let instance = 0x80 | Fault::WatchdogReset.number() as u8;
     assert!(
         emergencies.contains(&(0x6010, instance)),
         "{emergencies:x?}"
     );
+}
+
+#[test]
+fn only_a_corrupt_program_remains_a_fault_after_a_reset_of_the_node() {
+    let start = Start {
+        program_corrupt: true,
+        data_corrupt: true,
+        ..Start::default()
+    };
+    let mut bench = Bench::after(start);
+    for is_first in [true, false] {
+        bench.steps(20);
+        let latched = bench.device.drive.application().telemetry().latched;
+        assert!(latched.contains(Fault::ProgramCorrupt));
+        assert_eq!(latched.contains(Fault::DataCorrupt), is_first);
+        bench.send(0, &[0x81, 0]);
+    }
 }

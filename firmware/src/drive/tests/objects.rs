@@ -307,3 +307,13 @@ fn velocities_and_accelerations_of_a_profile_are_at_least_one_unit() {
         assert_eq!(bench.try_set(index, 0, 1, 4), Ok(()), "{index:x}");
     }
 }
+
+#[test]
+fn the_selected_source_of_commands_is_read_back() {
+    let mut bench = Bench::new();
+    for source in [1, 0] {
+        bench.set(0x2000, 0, source, 1);
+        bench.step();
+        assert_eq!(bench.get(0x2000, 0), source);
+    }
+}
