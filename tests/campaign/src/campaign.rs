@@ -21,6 +21,10 @@ use crate::timetable::Timetable;
 /// Injections of the warm-up in each of its places.
 const WARM_UP: u64 = 1;
 
+/// Recordings before the injections for which no experiment stands are simulated: each finds another
+/// experiment that may.
+const RECORDINGS: usize = 3;
+
 /// Why a campaign ends early.
 #[derive(Debug, thiserror::Error)]
 pub enum CampaignError {
@@ -66,18 +70,19 @@ pub fn run_all(
     judged: Judged,
     report: impl FnMut(Injection, Verdict) + Send + 'static,
 ) -> Result<(), CampaignError> {
-    let report: Report = Box::new(report);
-    let (report, left) = match judged {
-        Judged::ByExperiments(trace) => {
-            run(injections, processes, Method::default(), (report, trace))?
-        }
+    let (mut report, mut left): (Report, _) = (Box::new(report), injections.to_vec());
+    let trace = match judged {
+        Judged::ByExperiments(trace) => trace,
         Judged::ByRecording(defect) => {
             let layout = Some(Layout::try_new(firmware())?);
             let method = Method { layout, defect };
-            run(injections, processes, method, (report, None))?
+            for _ in 0..RECORDINGS {
+                (report, left) = run(&left, processes, method.clone(), (report, None))?;
+            }
+            None
         }
     };
-    run(&left, processes, Method::default(), (report, None)).map(drop)
+    run(&left, processes, Method::default(), (report, trace)).map(drop)
 }
 
 /// Judges these injections. Returns those that were not judged, because no experiment stands for

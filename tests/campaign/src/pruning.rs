@@ -120,10 +120,12 @@ pub fn judge(
 ) -> (Vec<(Injection, Verdict)>, Vec<Injection>) {
     let (verdict, exceptions) = report.split_at(VERDICT_BYTES.min(report.len()));
     let verdict = Verdict::from_bytes(verdict);
-    if verdict.outcome != Outcome::Told {
+    let exceptions: Vec<u32> = numbers(exceptions).collect();
+    // The experiment's own injection is behind the others.
+    let is_exception = exceptions.contains(&(members.len() as u32));
+    if verdict.outcome != Outcome::Told || is_exception {
         return (Vec::new(), members);
     }
-    let exceptions: Vec<u32> = numbers(exceptions).collect();
     let (mut judged, mut others) = (Vec::new(), Vec::new());
     for (index, injection) in members.into_iter().enumerate() {
         if exceptions.contains(&(index as u32)) {
@@ -203,7 +205,8 @@ mod tests {
         };
         assert_eq!(judged, [(injections[0], earlier)]);
         assert_eq!(others, of(&[2]));
-        for report in [vec![], Verdict::UNJUDGED.to_bytes()] {
+        let own = to_bytes(told(), &[2]);
+        for report in [vec![], Verdict::UNJUDGED.to_bytes(), own] {
             let (judged, others) = judge(&injections[4], members.clone(), &report);
             assert_eq!((judged, others), (vec![], members.clone()));
         }

@@ -208,9 +208,11 @@ impl Snapshots {
             tell.forget();
             let observer = (twin.clone(), self.injector.clone(), tell);
             let trace = self.trace.take();
-            if let Some(members) = self.members.remove(&key(&injection))
+            if let Some(mut members) = self.members.remove(&key(&injection))
                 && let Some(layout) = self.method.layout.take()
             {
+                // A reaction that uses what was disturbed is none to the check alone.
+                members.push(injection);
                 let at_ns = view.now_ns() + injection.phase_ns();
                 let recording = Recording::of_experiment(layout, members, at_ns);
                 self.injector.record(recording);
