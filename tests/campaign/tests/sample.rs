@@ -15,8 +15,8 @@ const SEED: u64 = 2;
 /// than the rates in `docs/trust.md`.
 const RESIDUAL: f64 = 0.02;
 
-/// Silent hazards among 2,000 injections, at most. With 0.024 %, which bounds the rate with a
-/// probability of 95 % after one of 20,100 (`docs/trust.md`), more have a probability of 0.1 %
+/// Silent hazards among 2,000 injections, at most. With 0.023 %, which bounds the rate with a
+/// probability of 95 % after none of 13,252 (`docs/trust.md`), more have a probability of 0.1 %
 /// (binomial distribution).
 const SILENT: usize = 3;
 
