@@ -8,16 +8,22 @@ use std::sync::{Arc, Mutex};
 use board_tests::program::firmware;
 use virtual_board::run::{Attachments, FirmwareError, Options, RunError, run_with};
 
+pub use crate::accesses::Defect;
+use crate::accesses::Layout;
 use crate::experiment::OBSERVED_MS;
 pub use crate::experiment::TRACE_COLUMNS;
 use crate::injection::{Injection, Place, working_memory};
 use crate::injector::Injector;
 use crate::outcome::Verdict;
-use crate::snapshots::Snapshots;
+use crate::snapshots::{Method, Report, Snapshots};
 use crate::timetable::Timetable;
 
 /// Injections of the warm-up in each of its places.
 const WARM_UP: u64 = 1;
+
+/// Recordings before the injections for which no experiment stands are simulated: each finds another
+/// experiment that may.
+const RECORDINGS: usize = 3;
 
 /// Why a campaign ends early.
 #[derive(Debug, thiserror::Error)]
@@ -44,19 +50,51 @@ pub fn draw(seed: u64, place: Place, numbers: Range<u64>) -> Result<Vec<Injectio
         .collect())
 }
 
-/// Carries out these injections by this number of processes at a time, and reports each verdict.
-/// The trace gets a line for each millisecond of an experiment, with the columns [`TRACE_COLUMNS`].
+/// How injections are judged.
+#[derive(Debug)]
+pub enum Judged {
+    /// Each by an experiment. The trace gets a line for each millisecond of it, with the columns
+    /// [`TRACE_COLUMNS`].
+    ByExperiments(Option<File>),
+    /// By a recording of the undisturbed board, and by an experiment where that does not decide.
+    ByRecording(Option<Defect>),
+}
+
+/// Judges these injections, with this number of processes at a time, and reports each verdict.
 ///
 /// # Errors
 /// As [`CampaignError`] says.
 pub fn run_all(
     injections: &[Injection],
     processes: usize,
+    judged: Judged,
     report: impl FnMut(Injection, Verdict) + Send + 'static,
-    trace: Option<File>,
 ) -> Result<(), CampaignError> {
+    let (mut report, mut left): (Report, _) = (Box::new(report), injections.to_vec());
+    let trace = match judged {
+        Judged::ByExperiments(trace) => trace,
+        Judged::ByRecording(defect) => {
+            let layout = Some(Layout::try_new(firmware())?);
+            let method = Method { layout, defect };
+            for _ in 0..RECORDINGS {
+                (report, left) = run(&left, processes, method.clone(), (report, None))?;
+            }
+            None
+        }
+    };
+    run(&left, processes, Method::default(), (report, trace)).map(drop)
+}
+
+/// Judges these injections. Returns those that were not judged, because no experiment stands for
+/// them.
+fn run(
+    injections: &[Injection],
+    processes: usize,
+    method: Method,
+    (report, trace): (Report, Option<File>),
+) -> Result<(Report, Vec<Injection>), CampaignError> {
     if injections.is_empty() {
-        return Ok(());
+        return Ok((report, Vec::new()));
     }
     let injector = Injector::new(working_memory(firmware())?);
     let mut warm_up = Vec::new();
@@ -68,9 +106,9 @@ pub fn run_all(
     let script = Snapshots::new(
         injections.to_vec(),
         processes,
-        injector.clone(),
-        timetable,
-        (Box::new(report), trace),
+        (injector.clone(), timetable),
+        method,
+        (report, trace),
     );
     let options = Options {
         keeps_trace: false,
@@ -81,5 +119,7 @@ pub fn run_all(
         ..Attachments::default()
     };
     let finished = run_with(firmware(), options, script, attachments)?;
-    Ok(finished.script.result?)
+    let script = finished.script;
+    script.result?;
+    Ok((script.report, script.unjudged))
 }

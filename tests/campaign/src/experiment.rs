@@ -14,6 +14,7 @@ use crate::fork::Reporter;
 use crate::injection::{Injection, Place};
 use crate::injector::Injector;
 use crate::outcome::{Judge, Observation};
+use crate::pruning::to_bytes;
 use crate::tell::Tell;
 use crate::twin::{DIGEST_MS, Twin, with_plant};
 
@@ -125,7 +126,9 @@ impl Experiment {
             || self.judge.told_and_safe_ms() >= SAFE_MS
             || self.equal_digests >= EQUAL_DIGESTS;
         if let Some(reporter) = self.reporter.take_if(|_| is_over) {
-            reporter.end(&self.judge.verdict(self.injector.pc()).to_bytes());
+            let verdict = self.judge.verdict(self.injector.pc());
+            let exceptions = self.injector.with_recording(|it| it.exceptions());
+            reporter.end(&to_bytes(verdict, &exceptions.unwrap_or_default()));
         }
     }
 
@@ -203,9 +206,8 @@ pub fn inject(view: &mut View<'_>, injection: Injection, injector: &Injector) {
             return;
         }
     };
-    // Within the next period, at an instant that does not depend on the PWM.
-    let phase_ns = injection.number * 7_919 % 1000 * 1000;
-    view.plan(Planned::at_ns(view.now_ns() + phase_ns, fault));
+    let at_ns = view.now_ns() + injection.phase_ns();
+    view.plan(Planned::at_ns(at_ns, fault));
 }
 
 /// How far an angle is outside the range of these angles from [`TOLERATED_MS`] before `ms` to

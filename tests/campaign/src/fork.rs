@@ -3,19 +3,17 @@
 
 use std::collections::HashMap;
 use std::io::{self, PipeReader, PipeWriter, Read, Write};
-use std::thread;
-use std::time::Duration;
+use std::os::fd::AsFd;
 
+use nix::errno::Errno;
 use nix::libc;
-use nix::sys::wait::{WaitPidFlag, WaitStatus::StillAlive, waitpid};
+use nix::poll::{PollFd, PollFlags, PollTimeout, poll};
+use nix::sys::wait::waitpid;
 use nix::unistd::{ForkResult, Pid, alarm, fork};
 
 /// Time after which a copy is ended, s: an experiment takes less than a second of an idle
 /// processor, and a program that restarts all the time some ten.
 const LIMIT_S: u32 = 300;
-
-/// Time between two looks at the copies: an experiment takes 20 ms and more.
-const POLL: Duration = Duration::from_millis(1);
 
 /// The end of a copy's pipe, for what it has found.
 #[derive(Debug)]
@@ -90,18 +88,34 @@ impl<T> Copies<T> {
     /// # Errors
     /// The operating system does not know a copy, or its pipe cannot be read.
     pub fn wait(&mut self) -> io::Result<Option<(T, Vec<u8>)>> {
-        while !self.running.is_empty() {
-            for pid in self.running.keys().copied().collect::<Vec<_>>() {
-                let is_running = waitpid(pid, Some(WaitPidFlag::WNOHANG))? == StillAlive;
-                if !is_running && let Some((work, mut reader)) = self.running.remove(&pid) {
-                    let mut found = Vec::new();
-                    reader.read_to_end(&mut found)?;
-                    return Ok(Some((work, found)));
-                }
-            }
-            thread::sleep(POLL);
+        let Some(pid) = self.first_readable()? else {
+            return Ok(None);
+        };
+        let Some((work, mut reader)) = self.running.remove(&pid) else {
+            return Ok(None);
+        };
+        // A copy may report more than its pipe holds, and then ends only when all is read.
+        let mut found = Vec::new();
+        reader.read_to_end(&mut found)?;
+        waitpid(pid, None)?;
+        Ok(Some((work, found)))
+    }
+
+    /// Waits until a copy reports or ends; `None` if no copy is running.
+    fn first_readable(&self) -> io::Result<Option<Pid>> {
+        if self.running.is_empty() {
+            return Ok(None);
         }
-        Ok(None)
+        let (pids, mut files): (Vec<Pid>, Vec<PollFd<'_>>) = (self.running.iter())
+            .map(|(pid, (_, reader))| (*pid, PollFd::new(reader.as_fd(), PollFlags::POLLIN)))
+            .unzip();
+        while let Err(error) = poll(&mut files, PollTimeout::NONE) {
+            if error != Errno::EINTR {
+                return Err(error.into());
+            }
+        }
+        let ready = files.iter().position(|file| file.any() == Some(true));
+        Ok(ready.map(|at| pids[at]))
     }
 }
 

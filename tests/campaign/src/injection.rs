@@ -31,7 +31,7 @@ const INSTRUCTIONS: u32 = 130_000;
 pub const PERIOD_INSTRUCTIONS: u64 = 36_000;
 
 /// Where an injection is made.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Place {
     /// A bit of variables or of the part of the stack that is used.
@@ -173,6 +173,14 @@ impl Injection {
             instructions: (number % PERIOD_INSTRUCTIONS) as u32,
             motion,
         }
+    }
+}
+
+impl Injection {
+    /// Time from its millisecond to an injection into memory, ns: within the period, at an instant
+    /// that does not depend on the PWM.
+    pub fn phase_ns(&self) -> u64 {
+        self.number * 7_919 % 1000 * 1000
     }
 }
 

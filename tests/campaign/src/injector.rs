@@ -10,10 +10,11 @@ use virtual_board::processor::{
 
 use crate::digest::digest;
 use crate::injection::{Injection, Place};
+use crate::recording::Recording;
 
 /// Numbers of the program counter and of the program status among the registers.
 const PC: usize = 15;
-const STATUS: usize = 16;
+pub const STATUS: usize = 16;
 
 /// Flags of the program status, N, Z, C, V and Q: the highest five bits.
 const FIRST_FLAG: u32 = 27;
@@ -34,6 +35,7 @@ struct Work {
     ranges: Vec<Range<u64>>,
     is_digest_wanted: bool,
     digest: Option<u64>,
+    recording: Option<Recording>,
 }
 
 /// An observer of the core that carries out the injection for which it was armed, and digests the
@@ -70,6 +72,16 @@ impl Injector {
         self.work().digest.take()
     }
 
+    /// Has the next runs recorded.
+    pub fn record(&self, recording: Recording) {
+        self.work().recording = Some(recording);
+    }
+
+    /// What a function gets of the recording, if there is one.
+    pub fn with_recording<R>(&self, f: impl FnOnce(&mut Recording) -> R) -> Option<R> {
+        self.work().recording.as_mut().map(f)
+    }
+
     fn work(&self) -> MutexGuard<'_, Work> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -86,6 +98,9 @@ impl Observer for Injector {
         let mut work = self.work();
         if std::mem::take(&mut work.is_digest_wanted) {
             work.digest = Some(digest(core, memory, &work.ranges));
+        }
+        if let Some(recording) = &mut work.recording {
+            return recording.run(core, memory, budget, bus);
         }
         let Some((left, injection)) = work.pending else {
             return core.run(budget, bus);
@@ -124,12 +139,17 @@ fn inject(core: &dyn Processor, memory: &Memory, injection: Injection) -> Vec<Re
 
 fn flip(register: usize, bit: u32, core: &dyn Processor) -> RegisterWrite {
     let mask = match register {
-        STATUS => 1 << (FIRST_FLAG + bit % (u32::BITS - FIRST_FLAG)),
+        STATUS => 1 << flag(bit),
         // The lowest bit of the program counter does not exist.
         PC => 1 << bit.max(1),
         _ => 1 << bit,
     };
     (register, read(core, register) ^ mask)
+}
+
+/// The bit of the program status that an injection of this bit inverts: a flag.
+pub fn flag(bit: u32) -> u32 {
+    FIRST_FLAG + bit % (u32::BITS - FIRST_FLAG)
 }
 
 /// Skips the next instruction, and with it its place in the block of an IT instruction.
@@ -145,12 +165,14 @@ fn skip(core: &dyn Processor, memory: &Memory) -> Vec<RegisterWrite> {
     vec![(PC, next), (STATUS, after)]
 }
 
-fn read(core: &dyn Processor, register: usize) -> u32 {
+/// A register of the core.
+pub fn read(core: &dyn Processor, register: usize) -> u32 {
     let bytes = core.gdb_register(register).unwrap_or_default();
     u32::from_le_bytes(bytes.try_into().unwrap_or_default())
 }
 
-fn it_of(status: u32) -> u32 {
+/// ITSTATE of a program status.
+pub fn it_of(status: u32) -> u32 {
     status >> 25 & 0b11 | (status >> 10 & 0x3f) << 2
 }
 

@@ -11,9 +11,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use board_tests::program::firmware;
 use clap::Parser;
-use fault_campaign::campaign::{CampaignError, TRACE_COLUMNS, draw, run_all};
+use fault_campaign::campaign::{CampaignError, Judged, TRACE_COLUMNS, draw, run_all};
 use fault_campaign::class::{Class, MemoryMap};
-use fault_campaign::history::{Entry, append};
+use fault_campaign::history::{Entry, update};
 use fault_campaign::injection::{Injection, PERIOD_INSTRUCTIONS, Place};
 use fault_campaign::motion::Motion;
 use fault_campaign::outcome::{Outcome, Verdict};
@@ -46,15 +46,21 @@ struct Options {
     /// Each N-th instruction of a control period of every motion, to be skipped; 0 for none
     #[arg(long, value_name = "N", default_value_t = 0)]
     period: u64,
+    /// Motions that are disturbed; without it, all
+    #[arg(long, value_name = "MOTION", value_enum, value_delimiter = ',')]
+    motions: Vec<Motion>,
     /// Processes
     #[arg(long, value_name = "N", default_value_t = 2)]
     jobs: usize,
     /// CSV file of the results, which continues an earlier campaign with the same program and seed
     #[arg(long, value_name = "FILE")]
     results: Option<PathBuf>,
-    /// CSV file of the counts of all campaigns, to which those of new experiments are added
+    /// CSV file of the counts of all campaigns, in which those of this one are replaced
     #[arg(long, value_name = "FILE")]
     history: Option<PathBuf>,
+    /// Simulate each injection, also those that a recording decides
+    #[arg(long)]
+    simulate: bool,
     /// CSV file of the motion, to look at a single experiment
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
@@ -101,11 +107,14 @@ fn run(options: &Options) -> Result<usize, Error> {
     let mut rows = Vec::new();
     let mut by_class: BTreeMap<Class, Vec<Verdict>> = BTreeMap::new();
     let mut entries = Vec::new();
-    for (place, injections) in injections(options)? {
-        let (verdicts, new) = verdicts(options, &known, place, &injections)?;
-        if !new.is_empty() {
-            entries.push(Entry::new(&program, options.seed, place, &new));
-        }
+    let places = injections(options)?;
+    let all: Vec<Injection> = places.iter().flat_map(|(_, all)| all).copied().collect();
+    judge(options, &known, &all)?;
+    let known = &lock(&known).0;
+    let verdict = |injection: &Injection| known.verdict(injection).unwrap_or(Verdict::UNJUDGED);
+    for (place, injections) in places {
+        let verdicts: Vec<Verdict> = injections.iter().map(verdict).collect();
+        entries.push(Entry::new(&program, options.seed, place, &verdicts));
         for (injection, verdict) in injections.iter().zip(&verdicts) {
             let class = by_class.entry(map.class(injection)).or_default();
             class.push(*verdict);
@@ -122,7 +131,7 @@ fn run(options: &Options) -> Result<usize, Error> {
         table(&classes),
     );
     if let Some(path) = &options.history {
-        text += &format!("\n{}", total(&append(path, &entries)?));
+        text += &format!("\n{}", total(&update(path, &entries)?));
     }
     match &options.out {
         Some(path) => write_page(path, &text, &picture(&by_class))?,
@@ -153,6 +162,10 @@ fn injections(options: &Options) -> Result<Vec<(Place, Vec<Injection>)>, Firmwar
         drawn.retain(|injection| injection.number.is_multiple_of(options.period));
         all.push((Place::Period, drawn));
     }
+    let motions = &options.motions;
+    for (_, injections) in &mut all {
+        injections.retain(|injection| motions.is_empty() || motions.contains(&injection.motion));
+    }
     Ok(all)
 }
 
@@ -163,17 +176,12 @@ fn lock(known: &Known) -> MutexGuard<'_, (Results, Result<(), ResultsError>)> {
     known.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The verdicts on all these injections, and those of the new experiments alone.
-fn verdicts(
-    options: &Options,
-    known: &Known,
-    place: Place,
-    injections: &[Injection],
-) -> Result<(Vec<Verdict>, Vec<Verdict>), Error> {
+/// Judges those of the injections that are not known.
+fn judge(options: &Options, known: &Known, injections: &[Injection]) -> Result<(), Error> {
     let is_new = |injection: &&Injection| lock(known).0.verdict(injection).is_none();
     let left: Vec<_> = injections.iter().filter(is_new).copied().collect();
-    let style = ProgressStyle::with_template("{msg} {bar:40} {pos}/{len} {per_sec}, {eta} left");
-    let progress = ProgressBar::new(left.len() as u64).with_message(format!("{place:?}"));
+    let style = ProgressStyle::with_template("{bar:40} {pos}/{len} {per_sec}, {eta} left");
+    let progress = ProgressBar::new(left.len() as u64);
     progress.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
     let trace = options.trace.as_deref().map(create_trace).transpose()?;
     let (shown, results) = (progress.clone(), known.clone());
@@ -187,13 +195,14 @@ fn verdicts(
         }
         shown.inc(1);
     };
-    run_all(&left, options.jobs, report, trace)?;
+    let judged = if options.simulate || trace.is_some() {
+        Judged::ByExperiments(trace)
+    } else {
+        Judged::ByRecording(None)
+    };
+    run_all(&left, options.jobs, judged, report)?;
     progress.finish();
-    let known = &mut *lock(known);
-    std::mem::replace(&mut known.1, Ok(()))?;
-    let verdict = |injection| known.0.verdict(injection).unwrap_or(Verdict::UNJUDGED);
-    let all = injections.iter().map(verdict).collect();
-    Ok((all, left.iter().map(verdict).collect()))
+    Ok(std::mem::replace(&mut lock(known).1, Ok(()))?)
 }
 
 fn create_trace(path: &Path) -> Result<File, Error> {

@@ -2,6 +2,7 @@
 
 use board_tests::frames::{Frame, SAVE, control, start, target, write};
 use board_tests::master::PERIODS;
+use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
 /// Control periods between two frames of the master: 50 Hz.
@@ -22,7 +23,7 @@ const PROFILE_VELOCITY: i8 = 3;
 const CYCLIC_VELOCITY: i8 = 9;
 
 /// What the master has the drive do.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Motion {
     /// Cyclic synchronous position: steps between 30 deg and -30 deg.

@@ -54,6 +54,17 @@ impl Outcome {
     ];
 }
 
+/// What a verdict is based on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Basis {
+    /// An experiment of its own.
+    #[default]
+    Experiment,
+    /// The recording of the undisturbed board, or of the experiment that stands for it.
+    Recording,
+}
+
 /// An outcome and its times.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Verdict {
@@ -65,6 +76,8 @@ pub struct Verdict {
     pub safe_ms: u32,
     /// The program counter at an injection into the core, 0 at one into memory.
     pub pc: u32,
+    /// What it is based on.
+    pub basis: Basis,
 }
 
 impl Verdict {
@@ -74,6 +87,14 @@ impl Verdict {
         told_ms: None,
         safe_ms: 0,
         pc: 0,
+        basis: Basis::Experiment,
+    };
+
+    /// The verdict on an injection of which the recording shows that it has no effect.
+    pub const HARMLESS: Self = Self {
+        outcome: Outcome::NoEffect,
+        basis: Basis::Recording,
+        ..Self::UNJUDGED
     };
 
     /// The verdict as bytes.
@@ -96,6 +117,7 @@ impl Verdict {
             told_ms: (told_ms != u32::MAX).then_some(told_ms),
             safe_ms,
             pc,
+            basis: Basis::Experiment,
         })
     }
 }
@@ -176,6 +198,7 @@ impl Judge {
             told_ms: self.told_ms,
             safe_ms: self.safe_ms,
             pc,
+            basis: Basis::Experiment,
         }
     }
 }
@@ -241,6 +264,7 @@ mod tests {
                     told_ms,
                     safe_ms: 300,
                     pc: 0x0800_8200,
+                    basis: Basis::Experiment,
                 };
                 assert_eq!(Verdict::from_bytes(&verdict.to_bytes()), verdict);
             }

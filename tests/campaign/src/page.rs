@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use statrs::distribution::{Beta, ContinuousCDF};
 
-use crate::history::Entry;
+use crate::history::{Entry, recorded};
 use crate::outcome::{Outcome, Verdict};
 
 /// A row of a table: the name of a place or class, and the verdicts on its experiments.
@@ -18,10 +18,12 @@ const CONFIDENCE: f64 = 0.95;
 
 /// The table in Markdown of the outcomes in these places or classes.
 pub fn table(rows: &[Row]) -> String {
-    let mut text = "| place | injections | no effect | small or short | told and safe | restarted and safe | told, coasting | told, driven on | **silent and hazardous** | not judged | silent and hazardous, at most |\n\
-         |---|---|---|---|---|---|---|---|---|---|---|\n".to_owned();
+    let mut text = "| place | injections | of these, simulated | no effect | small or short | told and safe | restarted and safe | told, coasting | told, driven on | **silent and hazardous** | not judged | silent and hazardous, at most |\n\
+         |---|---|---|---|---|---|---|---|---|---|---|---|\n".to_owned();
     for (name, verdicts) in rows {
-        text += &format!("| {name} | {} |", verdicts.len());
+        let injections = verdicts.len() as u64;
+        let simulated = injections - recorded(verdicts);
+        text += &format!("| {name} | {injections} | {simulated} |");
         for outcome in Outcome::ALL {
             let count = verdicts.iter().filter(|other| other.outcome == outcome);
             text += &format!(" {} |", count.count());
@@ -36,10 +38,12 @@ pub fn total(entries: &[Entry]) -> String {
     let programs: BTreeSet<_> = entries.iter().map(|entry| &entry.program).collect();
     let sum = |count: fn(&Entry) -> u64| entries.iter().map(count).sum::<u64>();
     format!(
-        "All campaigns so far, of {} programs: {} injections; {} told, coasting; {} told, driven on; \
+        "All campaigns so far, of {} programs: {} injections, {} of them simulated and the others \
+         decided by a recording; {} told, coasting; {} told, driven on; \
          **{} silent and hazardous**; {} not judged.\n",
         programs.len(),
         sum(|entry| entry.injections),
+        sum(|entry| entry.injections - entry.recorded),
         sum(|entry| entry.coasting),
         sum(|entry| entry.driven),
         sum(|entry| entry.hazardous),
@@ -54,8 +58,10 @@ fn hazard_bound(verdicts: &[Verdict]) -> String {
     let is_hazard = |verdict: &&Verdict| verdict.outcome >= Outcome::Hazardous;
     let hazards = verdicts.iter().filter(is_hazard).count() as f64;
     let others = verdicts.len() as f64 - hazards;
+    // Two digits of the rate of so many injections without a hazard.
+    let digits = if verdicts.len() > 10_000 { 4 } else { 2 };
     let rate = Beta::new(hazards + 1.0, others).map(|beta| beta.inverse_cdf(CONFIDENCE));
-    rate.map_or("-".into(), |rate| format!("{:.2} %", 100.0 * rate))
+    rate.map_or("-".into(), |rate| format!("{:.*} %", digits, 100.0 * rate))
 }
 
 /// The document with this text between the two comments that enclose the table; `None` if it lacks

@@ -12,7 +12,7 @@ use sha2::{Digest, Sha256};
 
 use crate::injection::{Injection, Place};
 use crate::motion::Motion;
-use crate::outcome::{Outcome, Verdict};
+use crate::outcome::{Basis, Outcome, Verdict};
 
 /// Why results cannot be read or written.
 #[derive(Debug, thiserror::Error)]
@@ -55,6 +55,9 @@ struct Line {
     told_ms: Option<u32>,
     safe_ms: u32,
     pc: u32,
+    /// Absent in results of campaigns that simulated each injection.
+    #[serde(default)]
+    basis: Basis,
 }
 
 /// The results of a program and a seed.
@@ -96,6 +99,7 @@ impl Results {
                         told_ms: line.told_ms,
                         safe_ms: line.safe_ms,
                         pc: line.pc,
+                        basis: line.basis,
                     };
                     results.known.insert((line.place, line.number), verdict);
                 }
@@ -139,13 +143,14 @@ impl Results {
             told_ms: verdict.told_ms,
             safe_ms: verdict.safe_ms,
             pc: verdict.pc,
+            basis: verdict.basis,
         };
         append(path, &[line])
     }
 }
 
 /// Appends lines to a CSV file, after a header if it is new.
-pub(crate) fn append(path: &Path, lines: &[impl Serialize]) -> Result<(), ResultsError> {
+fn append(path: &Path, lines: &[impl Serialize]) -> Result<(), ResultsError> {
     let file = OpenOptions::new().create(true).append(true).open(path);
     let file = file.map_err(|source| at(path, source))?;
     let length = file.metadata().map_err(|source| at(path, source))?.len();
@@ -159,7 +164,7 @@ pub(crate) fn append(path: &Path, lines: &[impl Serialize]) -> Result<(), Result
 }
 
 /// An error of the operating system at this file.
-fn at(path: &Path, source: io::Error) -> ResultsError {
+pub(crate) fn at(path: &Path, source: io::Error) -> ResultsError {
     ResultsError::File {
         path: path.into(),
         source,
@@ -189,6 +194,7 @@ mod tests {
             told_ms,
             safe_ms: 9,
             pc: 2,
+            basis: Basis::Recording,
         };
         let open = |program: &str, seed| Results::of(Some(&path), program.into(), seed).unwrap();
         for (program, number) in [("a", 3), ("a", 4), ("b", 5)] {

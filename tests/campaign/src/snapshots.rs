@@ -10,15 +10,27 @@ use board_tests::master::PERIODS;
 use virtual_board::can::Port;
 use virtual_board::run::{Flow, Script, View};
 
+use crate::accesses::{Defect, Layout};
 use crate::experiment::{Experiment, OBSERVED_MS, inject};
 use crate::fork::{Copies, Reporter};
 use crate::injection::Injection;
 use crate::injector::Injector;
 use crate::motion::Motion;
 use crate::outcome::Verdict;
+use crate::pruning::{self, Members, Plan, key};
+use crate::recording::Recording;
 use crate::tell::Tell;
 use crate::timetable::{Instant, Timetable};
 use crate::twin::{Recorder, Twin};
+
+/// How the injections are judged.
+#[derive(Debug, Clone, Default)]
+pub struct Method {
+    /// Where the program has what a recording has to know; without it, each is simulated.
+    pub layout: Option<Layout>,
+    /// A defect of the recording.
+    pub defect: Option<Defect>,
+}
 
 /// What is called with each result.
 pub type Report = Box<dyn FnMut(Injection, Verdict) + Send>;
@@ -45,7 +57,12 @@ pub struct Snapshots {
     timetable: Timetable,
     tell: Tell,
     role: Role,
-    report: Report,
+    method: Method,
+    /// The injections for which one of those that are left or running stands.
+    members: Members,
+    /// Those for which one was to stand that does not: they have not been judged.
+    pub unjudged: Vec<Injection>,
+    pub report: Report,
     trace: Option<File>,
     /// Whether all copies could be made.
     pub result: io::Result<()>,
@@ -57,8 +74,8 @@ impl Snapshots {
     pub fn new(
         mut injections: Vec<Injection>,
         limit: usize,
-        injector: Injector,
-        timetable: Timetable,
+        (injector, timetable): (Injector, Timetable),
+        method: Method,
         (report, trace): (Report, Option<File>),
     ) -> Self {
         injections.sort_by_key(|injection| Reverse((injection.motion, injection.at_ms)));
@@ -70,6 +87,9 @@ impl Snapshots {
             timetable,
             tell: Tell::default(),
             role: Role::Original(Arc::default()),
+            method,
+            members: Members::new(),
+            unjudged: Vec::new(),
             report,
             trace,
             result: Ok(()),
@@ -97,7 +117,7 @@ impl Snapshots {
                 }
             }
             Role::Original(_) => self.copy(view, motion, ms)?,
-            Role::Twin(recorder) => recorder.record(view.row, ms, &self.injector),
+            Role::Twin(recorder) => recorder.record(view, ms, &self.injector),
             Role::Experiment(experiment) => experiment.observe(view, ms, is_edge),
         }
         Ok(Flow::Continue)
@@ -110,7 +130,7 @@ impl Snapshots {
             let of_motion = |injection: &&Injection| injection.motion == motion;
             let latest = self.left.iter().find(of_motion).map(|latest| latest.at_ms);
             if let Some(latest_ms) = latest
-                && self.copy_twin(view, latest_ms)?
+                && self.copy_twin(view, motion, latest_ms)?
             {
                 return Ok(());
             }
@@ -133,17 +153,45 @@ impl Snapshots {
     }
 
     /// Has a copy record the twin; returns whether this is the copy.
-    fn copy_twin(&mut self, view: &View<'_>, latest_ms: u32) -> io::Result<bool> {
+    fn copy_twin(
+        &mut self,
+        view: &mut View<'_>,
+        motion: Motion,
+        latest_ms: u32,
+    ) -> io::Result<bool> {
+        let of_motion = self.left.iter().rev();
+        let injections: Vec<Injection> = of_motion
+            .filter(|injection| injection.motion == motion)
+            .copied()
+            .collect();
         let mut copies = Copies::default();
         if let Some(reporter) = copies.start(())? {
+            if let Some(layout) = self.method.layout.take() {
+                let recording = Recording::of_twin(layout, injections, self.method.defect);
+                self.injector.record(recording);
+            }
             let mut recorder = Recorder::new(latest_ms + OBSERVED_MS, reporter);
-            recorder.record(view.row, 0, &self.injector);
+            recorder.record(view, 0, &self.injector);
             self.role = Role::Twin(recorder);
             return Ok(true);
         }
         let report = copies.wait()?.map(|((), report)| report);
-        self.role = Role::Original(Arc::new(Twin::from_bytes(&report.unwrap_or_default())));
+        let report = pruning::Report::from_bytes(&report.unwrap_or_default());
+        self.role = Role::Original(Arc::new(report.twin));
+        self.carry_out(Plan::new(&injections, &report.decisions), motion);
         Ok(false)
+    }
+
+    /// Reports what the recording has decided, and keeps what is to be simulated.
+    fn carry_out(&mut self, plan: Plan, motion: Motion) {
+        for injection in plan.harmless {
+            (self.report)(injection, Verdict::HARMLESS);
+        }
+        self.members.extend(plan.members);
+        self.left.retain(|injection| injection.motion != motion);
+        let mut simulated = plan.simulated;
+        simulated.sort_by_key(|injection| Reverse(injection.at_ms));
+        self.left.extend(simulated);
     }
 
     fn wait_for_all(&mut self) -> io::Result<()> {
@@ -160,6 +208,15 @@ impl Snapshots {
             tell.forget();
             let observer = (twin.clone(), self.injector.clone(), tell);
             let trace = self.trace.take();
+            if let Some(mut members) = self.members.remove(&key(&injection))
+                && let Some(layout) = self.method.layout.take()
+            {
+                // A reaction that uses what was disturbed is none to the check alone.
+                members.push(injection);
+                let at_ns = view.now_ns() + injection.phase_ns();
+                let recording = Recording::of_experiment(layout, members, at_ns);
+                self.injector.record(recording);
+            }
             let experiment = Experiment::start(view, injection, observer, (reporter, trace));
             self.role = Role::Experiment(Box::new(experiment));
         }
@@ -167,7 +224,14 @@ impl Snapshots {
 
     fn wait(&mut self) -> io::Result<()> {
         if let Some((injection, report)) = self.copies.wait()? {
-            (self.report)(injection, Verdict::from_bytes(&report));
+            (self.report)(injection, pruning::verdict(&report));
+            if let Some(members) = self.members.remove(&key(&injection)) {
+                let (judged, others) = pruning::judge(&injection, members, &report);
+                self.unjudged.extend(others);
+                for (injection, verdict) in judged {
+                    (self.report)(injection, verdict);
+                }
+            }
         }
         Ok(())
     }

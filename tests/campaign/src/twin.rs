@@ -1,9 +1,12 @@
 //! The undisturbed twin of an experiment: the same board, in a copy without an injection.
 
+use virtual_board::faults::{Fault, MemoryLocation, Planned};
+use virtual_board::run::View;
 use virtual_board::trace::Row;
 
 use crate::fork::Reporter;
 use crate::injector::Injector;
+use crate::pruning::Report;
 
 /// Time between two digests of the state, ms: two control periods.
 pub const DIGEST_MS: u32 = 8;
@@ -78,6 +81,13 @@ impl Twin {
     }
 }
 
+/// A fault without effect: it stops the board at the instant of an injection into memory, as an
+/// experiment does.
+const NOTHING: Fault = Fault::FlipRam {
+    place: MemoryLocation::Address(u64::MAX >> 1),
+    bit: 0,
+};
+
 /// Records the twin.
 #[derive(Debug)]
 pub struct Recorder {
@@ -100,7 +110,14 @@ impl Recorder {
     }
 
     /// Records this millisecond. At the end, it ends this process.
-    pub fn record(&mut self, row: &Row, ms: u32, injector: &Injector) {
+    pub fn record(&mut self, view: &mut View<'_>, ms: u32, injector: &Injector) {
+        let now_ns = view.now_ns();
+        let begin =
+            injector.with_recording(|it| it.begin_ms(ms, now_ns, |address| view.register(address)));
+        for at_ns in begin.unwrap_or_default() {
+            view.plan(Planned::at_ns(at_ns, NOTHING));
+        }
+        let row = view.row;
         if let (Some(state), Some(row)) = (injector.take_digest(), self.digested.take()) {
             self.twin.set_state(with_plant(state, &row));
         }
@@ -110,7 +127,12 @@ impl Recorder {
             self.digested = Some(*row);
         }
         if let Some(reporter) = self.reporter.take_if(|_| ms >= self.until_ms) {
-            reporter.end(&self.twin.to_bytes());
+            let decisions = injector.with_recording(|it| it.decisions());
+            let report = Report {
+                twin: std::mem::take(&mut self.twin),
+                decisions: decisions.unwrap_or_default(),
+            };
+            reporter.end(&report.to_bytes());
         }
     }
 }
