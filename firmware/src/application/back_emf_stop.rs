@@ -9,8 +9,8 @@
 //!
 //! so the torque is `1 + k` times that of the shorted motor, and the shaft decelerates with the
 //! mechanical time constant over `1 + k`: 0.132 s/1.75 = 75 ms. As `k` is below 1, the shaft
-//! decelerates even if the sign of the measured back-EMF is wrong: `i = -(1 - k) e/R`. A limit of the
-//! duty makes `k` smaller, down to the shorted motor.
+//! decelerates even if the sign of the measured back-EMF is wrong: `i = -(1 - k) e/R`. A limit of
+//! the duty makes `k` smaller, down to the shorted motor.
 //!
 //! The stop ends once the back-EMF has been below 100 mV, 5 deg/s, for 20 ms, or when
 //! `quick_stop_ms` has elapsed.

@@ -100,7 +100,8 @@ impl Coefficients {
     /// Greatest magnitude of the duty, 0 to 100 %.
     ///
     /// ```
-    /// use model_core::control::{cascade::Coefficients, parameters::ControlParameters, units::percent};
+    /// use model_core::control::{cascade::Coefficients, parameters::ControlParameters};
+    /// use model_core::control::units::percent;
     ///
     /// let p = ControlParameters { duty_limit_pct: 20.0, ..ControlParameters::DEFAULT };
     /// assert_eq!(Coefficients::try_new(&p).unwrap().duty_limit(), percent(20.0));

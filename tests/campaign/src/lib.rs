@@ -6,9 +6,10 @@
 //! is compared with that of the undisturbed twin. Place and instant of each injection follow
 //! from the seed and the number of the experiment.
 //!
-//! Before the experiments of a motion its undisturbed board is recorded (`recording.rs`): an injection
-//! into what is overwritten before it is read, or never read, has no effect (`defuse.rs`), and one
-//! experiment stands for all that the same pass of a check reads first (`pruning.rs`).
+//! Before the experiments of a motion its undisturbed board is recorded (`recording.rs`): an
+//! injection into what is overwritten before it is read, or never read, has no effect
+//! (`defuse.rs`), and one experiment stands for all that the same pass of a check reads first
+//! (`pruning.rs`).
 
 #![deny(missing_docs)]
 
