@@ -64,7 +64,7 @@ pub enum Defect {
     NoTransfers,
     /// Accesses of exceptions to their frames on the stack are ignored.
     NoFrames,
-    /// Reads are taken for writes.
+    /// Reads count as writes.
     NoReads,
 }
 

@@ -21,8 +21,8 @@ use crate::timetable::Timetable;
 /// Injections of the warm-up in each of its places.
 const WARM_UP: u64 = 1;
 
-/// Recordings before the injections for which no experiment stands are simulated: each finds another
-/// experiment that may.
+/// Recordings before the injections for which no experiment stands are simulated: each finds
+/// another experiment that may.
 const RECORDINGS: usize = 3;
 
 /// Why a campaign ends early.
