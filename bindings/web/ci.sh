@@ -15,7 +15,7 @@ bash .ci/programs
 "$target/debug/examples/page" "$page"
 wasm=$(stat -c %s "$target/wasm32-unknown-unknown/web/actuator_web.wasm")
 # Every visitor loads it. The loop of the board stands in it per tick and for whole control periods,
-# which takes a third of the instructions; the joints of the bench for each number of bodies.
+# which takes a third of the instructions.
 [ "$wasm" -lt 277000 ] || { echo "the core has $wasm bytes, more than 277000"; exit 1; }
 
 node bindings/web/tests/exact.mjs "$page" "$target/debug/actuator"
