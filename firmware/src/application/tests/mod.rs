@@ -2,6 +2,7 @@
 
 extern crate std;
 
+mod duty_limit;
 mod faults;
 mod rates;
 mod sources;
