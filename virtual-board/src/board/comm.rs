@@ -6,6 +6,7 @@ use rigless::snapshot::Store;
 use rigless::soc::Error;
 
 use super::core;
+use super::sleep::Sleep;
 use super::spare_cores::CoreKind;
 use crate::chip::Chip;
 use crate::flash::FlashTimes;
@@ -22,6 +23,8 @@ const USART3: usize = 2;
 pub struct CommBoard {
     /// The chip.
     pub chip: Chip,
+    /// How long its core sleeps.
+    pub(crate) sleep: Sleep,
 }
 
 // A run starts from power-on: snapshots are not used.
@@ -35,7 +38,10 @@ impl CommBoard {
     pub fn try_new() -> Result<Self, Error> {
         let mut chip = Chip::try_new(None, FlashTimes::TYPICAL, 0)?;
         chip.part.usart[USART3].attach(SerialPeer::default());
-        Ok(Self { chip })
+        Ok(Self {
+            chip,
+            sleep: Sleep::default(),
+        })
     }
 
     /// The other end of the serial line.
@@ -64,7 +70,7 @@ impl Board for CommBoard {
             vector_table: None,
         };
         let spec = core::spec(&self.chip, kind.clock_hz, kind.vector_table);
-        spec.map(|spec| core::target(kind, &mut self.chip, spec, None, None))
+        spec.map(|spec| core::target(kind, &mut self.chip, spec, None, None, &self.sleep))
             .into_iter()
             .collect()
     }

@@ -8,6 +8,7 @@ use rigless::machine::{Target, armv7m};
 use rigless::mcu::{Mcu, Operate};
 
 use super::resettable::Resettable;
+use super::sleep::Sleep;
 use super::spare_cores::CoreKind;
 use crate::chip::{Chip, ChipH743, Remainder};
 use crate::processor::SharedObserver;
@@ -22,8 +23,9 @@ pub(super) fn target<'a>(
     mut spec: CoreSpec,
     observer: Option<SharedObserver>,
     crc: Option<Remainder>,
+    sleep: &Sleep,
 ) -> Target<'a> {
-    spec.processor = Resettable::constructor(kind, spec.processor, observer, crc);
+    spec.processor = Resettable::constructor(kind, spec.processor, observer, crc, sleep.clone());
     Target::new(kind.chip, mcu, spec)
 }
 

@@ -5,6 +5,7 @@ pub(crate) mod core;
 mod crc_bus;
 mod encoder_chip;
 mod resettable;
+mod sleep;
 mod spare_cores;
 
 use rigless::device::Level;
@@ -17,6 +18,7 @@ use rigless::soc::stm32f427::peripherals::spi::Select;
 
 pub use self::comm::{COMM_CORE_HZ, CommBoard};
 pub use self::encoder_chip::EncoderChip;
+pub(crate) use self::sleep::Sleep;
 use self::spare_cores::CoreKind;
 use crate::can::Wire;
 use crate::chip::{ActuatorChip, Chip, ChipH743};
@@ -37,6 +39,8 @@ pub struct ActuatorBoard {
     /// Where the core finds its vector table after a reset, if that is not the start of the flash:
     /// a program that is linked for the slot of the bootloader runs without it.
     pub vector_table: Option<u32>,
+    /// How long its core sleeps.
+    pub(crate) sleep: Sleep,
 }
 
 // A run starts from power-on: snapshots are not used.
@@ -74,6 +78,7 @@ impl ActuatorBoard {
             chip,
             observer: None,
             vector_table: None,
+            sleep: Sleep::default(),
         })
     }
 
@@ -128,7 +133,7 @@ impl Board for ActuatorBoard {
         };
         let crc = self.chip.crc_remainder();
         let mcu: &mut dyn Mcu = self.chip.as_mut();
-        spec.map(|spec| core::target(kind, mcu, spec, observer, crc))
+        spec.map(|spec| core::target(kind, mcu, spec, observer, crc, &self.sleep))
             .into_iter()
             .collect()
     }

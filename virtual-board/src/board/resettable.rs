@@ -16,6 +16,7 @@ use rigless::soc::{Endian, Width};
 use rigless::time::VirtualNanos;
 
 use super::crc_bus::{CrcBus, CrcPort};
+use super::sleep::Sleep;
 use super::spare_cores::{self, CoreKind};
 use crate::chip::Remainder;
 use crate::processor::{Memory, RegisterWrite, SharedObserver, lock};
@@ -40,6 +41,7 @@ pub(super) struct Resettable {
     memory: Memory,
     observer: Option<SharedObserver>,
     crc: Option<CrcPort>,
+    sleep: Sleep,
 }
 
 impl Resettable {
@@ -49,6 +51,7 @@ impl Resettable {
         inner: ProcessorConstructor,
         observer: Option<SharedObserver>,
         crc: Option<Remainder>,
+        sleep: Sleep,
     ) -> ProcessorConstructor {
         std::sync::Arc::new(move |endian| {
             Ok(Box::new(Self {
@@ -63,6 +66,7 @@ impl Resettable {
                 memory: Memory::default(),
                 observer: observer.clone(),
                 crc: crc.clone().map(CrcPort::new),
+                sleep: sleep.clone(),
             }))
         })
     }
@@ -124,6 +128,7 @@ impl Drop for Resettable {
 
 impl Processor for Resettable {
     fn reset(&mut self) {
+        self.sleep.end();
         if self.is_debugged || self.load_reset_state().is_err() {
             self.core.reset();
         }
@@ -172,7 +177,7 @@ impl Processor for Resettable {
                 &mut front
             }
         };
-        match &self.observer {
+        let result = match &self.observer {
             None => self.core.run(budget, bus),
             Some(observer) => {
                 let mut observer = lock(observer);
@@ -184,7 +189,12 @@ impl Processor for Resettable {
                 }
                 result
             }
+        };
+        match result {
+            (Exit::Waiting, _) => self.sleep.begin(self.core.next_event()),
+            _ => self.sleep.end(),
         }
+        result
     }
 
     fn retired(&self) -> u64 {
@@ -193,6 +203,7 @@ impl Processor for Resettable {
 
     fn ask(&mut self, queued: Queued) {
         self.is_altered |= matches!(queued, Queued::Route(_) | Queued::Unroute(_));
+        self.sleep.end();
         self.core.ask(queued);
     }
 
@@ -217,6 +228,7 @@ impl Processor for Resettable {
     }
 
     fn on_event(&mut self, now: VirtualNanos) {
+        self.sleep.end();
         self.core.on_event(now);
     }
 
@@ -352,7 +364,7 @@ mod tests {
         let plain = core::spec(&chip, CORE_HZ, None).unwrap().processor;
         let constructors = [
             plain.clone(),
-            Resettable::constructor(KIND, plain, None, None),
+            Resettable::constructor(KIND, plain, None, None, Sleep::default()),
         ];
         let [expected, found] = constructors.map(|constructor| {
             let mut core = constructor(Endian::Little).unwrap();

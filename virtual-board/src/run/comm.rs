@@ -109,6 +109,7 @@ impl<S: SerialScript> Driver<CommBoard> for CommRun<S> {
         let now_ns = stop.at.0;
         self.last_ns = now_ns;
         let mut flow = Flow::Continue;
+        let has_acted = now_ns >= self.next_poll_ns;
         if now_ns >= self.next_poll_ns {
             self.next_poll_ns += self.options.poll_ns.max(1);
             flow = self.script.at_poll(&mut CommView {
@@ -117,8 +118,10 @@ impl<S: SerialScript> Driver<CommBoard> for CommRun<S> {
                 memory: host,
             });
         }
+        let sleep = session.board().sleep.clone();
+        let quiet_until_ns = sleep.quiet_until_ns(session.mcu(), has_acted, self.next_poll_ns);
         let bus = &mut self.options.bus;
-        bus.synchronise(&mut session.board_mut().chip, stop.at);
+        bus.synchronise(&mut session.board_mut().chip, stop.at, quiet_until_ns);
         if flow == Flow::End || now_ns >= self.options.until_ns {
             return None;
         }

@@ -106,14 +106,16 @@ impl<S: Script> Lockstep<S> {
 
     /// The next instant at which the run has to stop, ns.
     pub fn next_ns(&self, now_ns: u64) -> u64 {
+        let bus_ns = self.bus.as_ref().map_or(u64::MAX, BusConnection::next_ns);
+        self.own_next_ns().min(bus_ns).max(now_ns + 1)
+    }
+
+    /// The same without the bus.
+    fn own_next_ns(&self) -> u64 {
         let grid_ns = self.grid.is_locked.then(|| self.grid.next().0);
-        let bus_ns = self.bus.as_ref().map(BusConnection::next_ns);
-        let others = [self.faults.next_ns(), self.servo.next_ns(), grid_ns, bus_ns];
+        let others = [self.faults.next_ns(), self.servo.next_ns(), grid_ns];
         let next_ns = others.into_iter().flatten().min().unwrap_or(u64::MAX);
-        next_ns
-            .min(self.next_poll_ns)
-            .min(self.until_ns)
-            .max(now_ns + 1)
+        next_ns.min(self.next_poll_ns).min(self.until_ns)
     }
 
     fn watch(&mut self, session: &mut Session<ActuatorBoard>) {
@@ -371,10 +373,16 @@ impl<S: Script> Driver<ActuatorBoard> for Lockstep<S> {
             self.watch(session);
         }
         self.last = (stop.at.0, stop.instruction_count);
+        let has_acted = self.own_next_ns() <= stop.at.0;
         let flow = self.process(session, stop, host);
         self.stall_core(session, host);
-        if let Some(bus) = &mut self.bus {
-            bus.synchronise(session.board_mut().chip.as_mut(), stop.at);
+        if self.bus.is_some() {
+            let sleep = session.board().sleep.clone();
+            let has_acted = has_acted || self.faults.next_instruction().is_some();
+            let quiet_until_ns = sleep.quiet_until_ns(session.mcu(), has_acted, self.own_next_ns());
+            if let Some(bus) = &mut self.bus {
+                bus.synchronise(session.board_mut().chip.as_mut(), stop.at, quiet_until_ns);
+            }
         }
         if flow == Flow::End || stop.at.0 >= self.until_ns {
             return None;

@@ -5,13 +5,18 @@
 //! reports whether it has a frame to transmit and since when, and arbitration takes place at the
 //! earliest of these instants. Without a frame to transmit they synchronise after [`QUANTUM_NS`],
 //! which is less than the shortest frame: a frame that began within the quantum has not ended, and
-//! has not affected the other boards yet. Arbitration, acknowledgement and the instants of frames
-//! are therefore exact to the nanosecond. Only an error frame, which is shorter, may be detected up
-//! to a quantum after its end.
+//! has not affected the other boards yet. While the cores of all boards sleep, they synchronise
+//! when something may wake the first of them. Arbitration, acknowledgement and the instants of
+//! frames are therefore exact to the nanosecond. Only an error frame, which is shorter, may be
+//! detected up to a quantum after its end.
 //!
 //! The same programs and scripts give the same frames, however the threads are scheduled.
 
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::hint;
+use std::num::NonZeroUsize;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock};
+use std::thread::{self, Thread};
 use std::time::{Duration, Instant};
 
 use rigless::time::VirtualNanos;
@@ -28,6 +33,18 @@ pub const QUANTUM_NS: u64 = 40_000;
 /// change.
 const REAL_TIME_QUANTUM_NS: u64 = 200_000;
 
+/// Number of times that a thread looks for a synchronisation before it sleeps: waking a thread, and
+/// more so a processor, takes longer than the other boards need to reach the synchronisation, some
+/// ten microseconds.
+const LOOKS: u32 = 2_000;
+
+/// The same if there are boards for its processor to run meanwhile.
+const YIELDS: u32 = 200;
+
+/// A thread that gets its processor back later than this after it let others run has let another
+/// process run. For so many synchronisations the threads then sleep at once.
+const CROWDED: (Duration, u64) = (Duration::from_millis(3), 200);
+
 /// A run that is ahead of real time by more than this sleeps.
 const MIN_SLEEP: Duration = Duration::from_micros(500);
 
@@ -39,6 +56,8 @@ const MAX_LAG: Duration = Duration::from_millis(20);
 struct StationState {
     station: Option<Station>,
     since_ns: Option<u64>,
+    /// The board gets no frame to transmit before this instant, unless it receives one.
+    quiet_until_ns: u64,
 }
 
 /// Outcome of a synchronisation.
@@ -57,8 +76,11 @@ struct SharedBusState {
     arrived: usize,
     round: u64,
     at_ns: u64,
-    outcome: SyncOutcome,
+    /// The threads of the boards.
+    threads: Vec<Option<Thread>>,
     quantum_ns: u64,
+    /// The boards are quiet until then.
+    quiet_until_ns: u64,
     /// Real time of virtual time zero.
     pace: Option<Instant>,
 }
@@ -66,9 +88,11 @@ struct SharedBusState {
 impl SharedBusState {
     /// Called when every board has reached the synchronisation: ends the frame whose time has
     /// elapsed, and arbitrates if the bus is free.
-    fn synchronise_all(&mut self) {
+    fn synchronise_all(&mut self) -> SyncOutcome {
         let now_ns = self.at_ns;
         self.keep_pace();
+        let mut offers_ns = self.boards.iter().flatten().filter_map(|b| b.since_ns);
+        debug_assert!(offers_ns.all(|since_ns| since_ns >= self.quiet_until_ns));
         self.wire.finish(now_ns, self.boards.len());
         let began = (!self.wire.is_busy()).then(|| self.arbitrate(now_ns));
         let began = began.flatten();
@@ -76,16 +100,27 @@ impl SharedBusState {
             Some(_) => self.wire.free_at_ns().max(now_ns + 1),
             None => self.next_sync_ns(now_ns),
         };
-        self.outcome = SyncOutcome { began, next_ns };
+        self.quiet_until_ns = match &began {
+            None if next_ns > now_ns + self.quantum_ns => next_ns,
+            _ => 0,
+        };
         self.at_ns = next_ns;
         self.arrived = 0;
         self.round += 1;
+        SyncOutcome { began, next_ns }
     }
 
     fn next_sync_ns(&self, now_ns: u64) -> u64 {
         let due_ns = self.wire.next_ns(now_ns, false);
         let due_ns = due_ns.filter(|due_ns| *due_ns > now_ns);
-        (now_ns + self.quantum_ns).min(due_ns.unwrap_or(u64::MAX))
+        let boards = self.boards.iter().flatten();
+        let quiet_until_ns = boards.map(|board| board.quiet_until_ns).min();
+        // In real time the ports get frames that nobody knows of before.
+        let is_foreseen = self.pace.is_none();
+        let quiet_until_ns = quiet_until_ns.filter(|_| is_foreseen).unwrap_or(0);
+        quiet_until_ns
+            .max(now_ns + self.quantum_ns)
+            .min(due_ns.unwrap_or(u64::MAX))
     }
 
     fn arbitrate(&mut self, now_ns: u64) -> Option<((u64, u64), Transfer)> {
@@ -98,7 +133,9 @@ impl SharedBusState {
         let start_ns = earliest_ns.max(self.wire.free_at_ns());
         let stations: Vec<_> = (self.boards.iter())
             .map(|board| {
-                let StationState { station, since_ns } = (*board)?;
+                let StationState {
+                    station, since_ns, ..
+                } = (*board)?;
                 let offers = since_ns.is_some_and(|since_ns| since_ns <= start_ns);
                 station.map(|station| Station {
                     offer: station.offer.filter(|_| offers),
@@ -118,16 +155,80 @@ impl SharedBusState {
         let due = *begun + Duration::from_nanos(self.at_ns);
         let now = Instant::now();
         if due > now + MIN_SLEEP {
-            std::thread::sleep(due - now);
+            thread::sleep(due - now);
         } else if now > due + MAX_LAG {
             *begun += now - due;
         }
     }
 }
 
+/// What the boards share.
+#[derive(Debug)]
+struct Shared {
+    state: Mutex<SharedBusState>,
+    /// Outcome of the last synchronisation.
+    outcome: RwLock<SyncOutcome>,
+    /// Number of synchronisations.
+    round: AtomicU64,
+    /// Number of processors.
+    processors: usize,
+    /// The first synchronisation for which threads let others run before they sleep.
+    yields_from: AtomicU64,
+}
+
+impl Shared {
+    fn lock(&self) -> MutexGuard<'_, SharedBusState> {
+        // A board that panicked has left the bus; no state is modified across a possible panic.
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Synchronises if all boards have reached it, and wakes their threads.
+    fn synchronise(&self, mut state: MutexGuard<'_, SharedBusState>) {
+        if !state.is_complete() {
+            return;
+        }
+        let outcome = state.synchronise_all();
+        *self.outcome.write().unwrap_or_else(PoisonError::into_inner) = outcome;
+        self.round.store(state.round, Ordering::Release);
+        let own = thread::current().id();
+        let threads = state.threads.iter().flatten();
+        threads
+            .filter(|thread| thread.id() != own)
+            .for_each(Thread::unpark);
+    }
+
+    /// Lets the threads of other boards run, which wait for the same processor.
+    fn let_others_run(&self, round: u64) {
+        let (longest, rounds) = CROWDED;
+        let start = Instant::now();
+        thread::yield_now();
+        if start.elapsed() > longest {
+            self.yields_from.store(round + rounds, Ordering::Relaxed);
+        }
+    }
+
+    /// Waits for the synchronisation after this one while this number of boards runs, and returns
+    /// its outcome.
+    fn wait(&self, round: u64, running: usize) -> SyncOutcome {
+        let is_waiting = || self.round.load(Ordering::Acquire) == round;
+        if running < self.processors {
+            let looks = (0..LOOKS).take_while(|_| is_waiting());
+            looks.for_each(|_| hint::spin_loop());
+        } else {
+            let is_alone = || round >= self.yields_from.load(Ordering::Relaxed);
+            let yields = (0..YIELDS).take_while(|_| is_waiting() && is_alone());
+            yields.for_each(|_| self.let_others_run(round));
+        }
+        while is_waiting() {
+            thread::park();
+        }
+        *self.outcome.read().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
 /// A bus for several boards.
 #[derive(Debug, Clone)]
-pub struct SharedBus(Arc<(Mutex<SharedBusState>, Condvar)>);
+pub struct SharedBus(Arc<Shared>);
 
 impl SharedBus {
     /// A bus with these ports and this number of boards, which runs as fast as possible.
@@ -139,20 +240,27 @@ impl SharedBus {
             arrived: 0,
             round: 0,
             at_ns: QUANTUM_NS,
-            outcome: SyncOutcome {
-                began: None,
-                next_ns: QUANTUM_NS,
-            },
+            threads: vec![None; boards],
             quantum_ns: QUANTUM_NS,
+            quiet_until_ns: 0,
             pace: None,
         };
-        Self(Arc::new((Mutex::new(state), Condvar::new())))
+        Self(Arc::new(Shared {
+            state: Mutex::new(state),
+            outcome: RwLock::new(SyncOutcome {
+                began: None,
+                next_ns: QUANTUM_NS,
+            }),
+            round: AtomicU64::new(0),
+            processors: thread::available_parallelism().map_or(1, NonZeroUsize::get),
+            yields_from: AtomicU64::new(0),
+        }))
     }
 
     /// Runs in real time: the virtual time of no board is ahead of it.
     #[must_use]
     pub fn in_real_time(self) -> Self {
-        let mut state = self.lock();
+        let mut state = self.0.lock();
         state.pace = Some(Instant::now());
         state.quantum_ns = REAL_TIME_QUANTUM_NS;
         drop(state);
@@ -162,28 +270,24 @@ impl SharedBus {
     /// The boards' connections, each for one run. A board leaves the bus when its connection is
     /// dropped.
     pub fn connections(&self) -> Vec<BusConnection> {
-        let boards = self.lock().boards.len();
+        let boards = self.0.lock().boards.len();
         let connection = |index| BusConnection {
             bus: self.clone(),
             index,
             next_ns: QUANTUM_NS,
+            is_busy: false,
         };
         (0..boards).map(connection).collect()
     }
 
     /// Access to a port.
     pub fn with_port<T>(&self, index: usize, act: impl FnOnce(&mut Port) -> T) -> Option<T> {
-        self.lock().wire.ports.get_mut(index).map(act)
+        self.0.lock().wire.ports.get_mut(index).map(act)
     }
 
     /// Every frame since the last call. Senders are numbered from 0, boards before ports.
     pub fn take_log(&self) -> Vec<Sent> {
-        self.lock().wire.take_log()
-    }
-
-    fn lock(&self) -> MutexGuard<'_, SharedBusState> {
-        // A board that panicked has left the bus; no state is modified across a possible panic.
-        (self.0.0.lock()).unwrap_or_else(PoisonError::into_inner)
+        self.0.lock().wire.take_log()
     }
 }
 
@@ -193,6 +297,8 @@ pub struct BusConnection {
     bus: SharedBus,
     index: usize,
     next_ns: u64,
+    /// A frame is on the bus until the next synchronisation.
+    is_busy: bool,
 }
 
 impl BusConnection {
@@ -201,53 +307,123 @@ impl BusConnection {
         self.next_ns
     }
 
-    /// Synchronises with the other boards if it is due.
-    pub(super) fn synchronise(&mut self, chip: &mut dyn ActuatorChip, at: VirtualNanos) {
+    /// Synchronises with the other boards if it is due. The program of this board starts no
+    /// transmission before `quiet_until_ns`, unless a frame ends here.
+    pub(super) fn synchronise(
+        &mut self,
+        chip: &mut dyn ActuatorChip,
+        at: VirtualNanos,
+        quiet_until_ns: u64,
+    ) {
         if at.0 < self.next_ns {
             return;
         }
         // A frame that was detected late ends at the instant at which the next one may begin.
         chip.end_frame(at);
         let (station, since_ns) = chip.station(at.0);
-        let station_state = StationState { station, since_ns };
-        let outcome = self.wait(station_state);
+        let is_quiet = !self.is_busy && since_ns.is_none();
+        let outcome = self.reach(StationState {
+            station,
+            since_ns,
+            quiet_until_ns: if is_quiet { quiet_until_ns } else { 0 },
+        });
         self.next_ns = outcome.next_ns;
+        self.is_busy = outcome.began.is_some();
         if let Some((times_ns, transfer)) = outcome.began {
             chip.begin_frame(at, times_ns, transfer, self.index);
         }
     }
 
-    fn wait(&self, station_state: StationState) -> SyncOutcome {
-        let mut state = self.bus.lock();
+    fn reach(&self, station_state: StationState) -> SyncOutcome {
+        let shared = &*self.bus.0;
+        let mut state = shared.lock();
         state.boards[self.index] = Some(station_state);
+        state.threads[self.index].get_or_insert_with(thread::current);
         state.arrived += 1;
-        let round = state.round;
-        if state.is_complete() {
-            state.synchronise_all();
-            self.bus.0.1.notify_all();
-        }
-        while state.round == round {
-            state = (self.bus.0.1.wait(state)).unwrap_or_else(PoisonError::into_inner);
-        }
-        state.outcome
+        let (round, running) = (state.round, state.present() - state.arrived);
+        shared.synchronise(state);
+        shared.wait(round, running)
     }
 }
 
 impl SharedBusState {
+    /// Number of boards on the bus.
+    fn present(&self) -> usize {
+        self.present.iter().filter(|is_there| **is_there).count()
+    }
+
     fn is_complete(&self) -> bool {
-        let present = self.present.iter().filter(|is_there| **is_there).count();
-        present > 0 && self.arrived == present
+        self.present() > 0 && self.arrived == self.present()
     }
 }
 
 impl Drop for BusConnection {
     fn drop(&mut self) {
-        let mut state = self.bus.lock();
+        let shared = &*self.bus.0;
+        let mut state = shared.lock();
         state.present[self.index] = false;
         state.boards[self.index] = None;
-        if state.is_complete() {
-            state.synchronise_all();
-            self.bus.0.1.notify_all();
-        }
+        state.threads[self.index] = None;
+        shared.synchronise(state);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::can::{Frame, Id};
+    use crate::chip::Chip;
+    use crate::flash::FlashTimes;
+
+    /// Until when the boards are quiet, ns.
+    const QUIET_NS: [u64; 2] = [700_000, 500_000];
+
+    fn bus(frame_at_ns: u64) -> SharedBus {
+        let mut port = Port::at_rate(1_000_000);
+        port.send(frame_at_ns, Frame::data_frame(Id::Standard(0x80), &[]));
+        // The other port acknowledges.
+        SharedBus::new(vec![port, Port::at_rate(1_000_000)], QUIET_NS.len())
+    }
+
+    /// Both boards at their first synchronisation: the instant of the second one, ns.
+    fn second_ns(bus: &SharedBus, quiet_ns: [u64; 2]) -> u64 {
+        let mut state = bus.0.lock();
+        state.boards = quiet_ns
+            .map(|quiet_until_ns| StationState {
+                station: None,
+                since_ns: None,
+                quiet_until_ns,
+            })
+            .map(Some)
+            .to_vec();
+        state.synchronise_all().next_ns
+    }
+
+    #[test]
+    fn quiet_boards_synchronise_when_the_first_may_act_or_a_port_transmits() {
+        let far_ns = 900_000;
+        assert_eq!(second_ns(&bus(far_ns), QUIET_NS), 500_000);
+        assert_eq!(second_ns(&bus(300_000), QUIET_NS), 300_000);
+        assert_eq!(second_ns(&bus(far_ns), [700_000, 0]), 2 * QUANTUM_NS);
+        let in_real_time = second_ns(&bus(far_ns).in_real_time(), QUIET_NS);
+        assert_eq!(in_real_time, QUANTUM_NS + REAL_TIME_QUANTUM_NS);
+    }
+
+    #[test]
+    fn a_board_whose_program_sleeps_may_act_at_the_end_of_a_frame() {
+        let begins_ns = 200_000;
+        let bus = bus(begins_ns);
+        let mut connections = bus.connections();
+        connections.truncate(1);
+        let mut chip = Chip::try_new(None, FlashTimes::TYPICAL, 0).unwrap();
+        let mut synchronise = || {
+            let now_ns = connections[0].next_ns();
+            connections[0].synchronise(&mut chip, VirtualNanos(now_ns), u64::MAX);
+            now_ns
+        };
+        assert_eq!([synchronise(), synchronise()], [QUANTUM_NS, begins_ns]);
+        let ends_ns = synchronise();
+        assert!(ends_ns > begins_ns);
+        assert_eq!(synchronise(), ends_ns + QUANTUM_NS);
     }
 }

@@ -6,7 +6,7 @@ use rigless::soc::Endian;
 use rigless::time::VirtualNanos;
 
 use super::{CoreKind, PAGE, Page, count};
-use crate::board::{CORE_HZ, core, resettable::Resettable};
+use crate::board::{CORE_HZ, Sleep, core, resettable::Resettable};
 use crate::chip::Chip;
 use crate::flash::FlashTimes;
 
@@ -59,7 +59,7 @@ impl Run {
     fn new(kind: CoreKind, [first, second]: [u16; 2]) -> Self {
         let chip = Chip::try_new(None, FlashTimes::TYPICAL, 0).unwrap();
         let plain = core::spec(&chip, CORE_HZ, None).unwrap().processor;
-        let constructor = Resettable::constructor(kind, plain, None, None);
+        let constructor = Resettable::constructor(kind, plain, None, None, Sleep::default());
         let mut core = constructor(Endian::Little).unwrap();
         let program = [
             // Stack at the end of the RAM's page, start at FLASH + 8.
