@@ -20,7 +20,7 @@ if [ $# -gt 0 ]; then
     compare "$@"
     exit
 fi
-compare --seconds 12
+compare --seconds 6
 # Each planted defect is found.
 for defect in carry memory read; do
     compare --seconds 2 --defect "$defect"

@@ -35,9 +35,9 @@ fn decided(
 #[test]
 fn experiments_confirm_what_a_recording_decides() {
     let counts = [
-        (Place::Ram, 450),
-        (Place::Code, 200),
-        (Place::Registers, 1000),
+        (Place::Ram, 160),
+        (Place::Code, 80),
+        (Place::Registers, 320),
     ];
     let draw = |(place, count)| draw(SEED, place, 0..count).expect("the symbols exist");
     let mut injections: Vec<Injection> = counts.into_iter().flat_map(draw).collect();
@@ -47,14 +47,14 @@ fn experiments_confirm_what_a_recording_decides() {
         .expect("a variable");
     let close = at(device, 15_000).into_iter();
     injections.extend(
-        close.filter(|injection| (600..612).contains(&injection.at_ms) && injection.number >= 450),
+        close.filter(|injection| (600..612).contains(&injection.at_ms) && injection.number >= 160),
     );
     let all = verdicts(&injections, Judged::ByRecording(None));
     let expected = [
-        decided(&all, Place::Ram, Outcome::NoEffect, 300),
-        decided(&all, Place::Registers, Outcome::NoEffect, 300),
-        decided(&all, Place::Ram, Outcome::Told, 60),
-        decided(&all, Place::Code, Outcome::Told, 60),
+        decided(&all, Place::Ram, Outcome::NoEffect, 100),
+        decided(&all, Place::Registers, Outcome::NoEffect, 100),
+        decided(&all, Place::Ram, Outcome::Told, 20),
+        decided(&all, Place::Code, Outcome::Told, 20),
     ]
     .concat();
     let sample: Vec<Injection> = expected.iter().map(|(injection, _)| *injection).collect();
