@@ -12,38 +12,26 @@
 //!
 //! The same programs and scripts give the same frames, however the threads are scheduled.
 
-use std::hint;
-use std::num::NonZeroUsize;
-use std::sync::atomic::{AtomicU64, Ordering};
+mod rendezvous;
+
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock};
 use std::thread::{self, Thread};
 use std::time::{Duration, Instant};
 
 use rigless::time::VirtualNanos;
 
+use self::rendezvous::Rendezvous;
 use crate::can::{Port, Sent, Station, Transfer, Wire};
 use crate::chip::ActuatorChip;
 
-/// Longest time between two synchronisations on a free bus, ns: a frame without data takes 44 bits,
-/// 44 us at 1 Mbit/s.
+/// Time between two synchronisations on a free bus while a core runs, ns: a frame without data takes
+/// 44 bits, 44 us at 1 Mbit/s.
 pub const QUANTUM_NS: u64 = 40_000;
 
 /// The same in real time, where the short quantum would take more time than the boards: a frame
 /// that begins on a free bus is detected up to this much later. The outcome of arbitration does not
 /// change.
 const REAL_TIME_QUANTUM_NS: u64 = 200_000;
-
-/// Number of times that a thread looks for a synchronisation before it sleeps: waking a thread, and
-/// more so a processor, takes longer than the other boards need to reach the synchronisation, some
-/// ten microseconds.
-const LOOKS: u32 = 2_000;
-
-/// The same if there are boards for its processor to run meanwhile.
-const YIELDS: u32 = 200;
-
-/// A thread that gets its processor back later than this after it let others run has let another
-/// process run. For so many synchronisations the threads then sleep at once.
-const CROWDED: (Duration, u64) = (Duration::from_millis(3), 200);
 
 /// A run that is ahead of real time by more than this sleeps.
 const MIN_SLEEP: Duration = Duration::from_micros(500);
@@ -90,7 +78,6 @@ impl SharedBusState {
     /// elapsed, and arbitrates if the bus is free.
     fn synchronise_all(&mut self) -> SyncOutcome {
         let now_ns = self.at_ns;
-        self.keep_pace();
         let mut offers_ns = self.boards.iter().flatten().filter_map(|b| b.since_ns);
         debug_assert!(offers_ns.all(|since_ns| since_ns >= self.quiet_until_ns));
         self.wire.finish(now_ns, self.boards.len());
@@ -147,18 +134,15 @@ impl SharedBusState {
         Some(((start_ns, ends_ns.max(now_ns)), transfer))
     }
 
-    /// Sleeps while the run is ahead of real time.
-    fn keep_pace(&mut self) {
-        let Some(begun) = &mut self.pace else {
-            return;
-        };
+    /// By how much the run is ahead of real time.
+    fn keep_pace(&mut self) -> Option<Duration> {
+        let begun = self.pace.as_mut()?;
         let due = *begun + Duration::from_nanos(self.at_ns);
         let now = Instant::now();
-        if due > now + MIN_SLEEP {
-            thread::sleep(due - now);
-        } else if now > due + MAX_LAG {
+        if now > due + MAX_LAG {
             *begun += now - due;
         }
+        (due > now + MIN_SLEEP).then(|| due - now)
     }
 }
 
@@ -168,12 +152,7 @@ struct Shared {
     state: Mutex<SharedBusState>,
     /// Outcome of the last synchronisation.
     outcome: RwLock<SyncOutcome>,
-    /// Number of synchronisations.
-    round: AtomicU64,
-    /// Number of processors.
-    processors: usize,
-    /// The first synchronisation for which threads let others run before they sleep.
-    yields_from: AtomicU64,
+    rendezvous: Rendezvous,
 }
 
 impl Shared {
@@ -187,42 +166,13 @@ impl Shared {
         if !state.is_complete() {
             return;
         }
+        if let Some(early) = state.keep_pace() {
+            self.rendezvous.pause(early);
+        }
+        let round = state.round;
         let outcome = state.synchronise_all();
         *self.outcome.write().unwrap_or_else(PoisonError::into_inner) = outcome;
-        self.round.store(state.round, Ordering::Release);
-        let own = thread::current().id();
-        let threads = state.threads.iter().flatten();
-        threads
-            .filter(|thread| thread.id() != own)
-            .for_each(Thread::unpark);
-    }
-
-    /// Lets the threads of other boards run, which wait for the same processor.
-    fn let_others_run(&self, round: u64) {
-        let (longest, rounds) = CROWDED;
-        let start = Instant::now();
-        thread::yield_now();
-        if start.elapsed() > longest {
-            self.yields_from.store(round + rounds, Ordering::Relaxed);
-        }
-    }
-
-    /// Waits for the synchronisation after this one while this number of boards runs, and returns
-    /// its outcome.
-    fn wait(&self, round: u64, running: usize) -> SyncOutcome {
-        let is_waiting = || self.round.load(Ordering::Acquire) == round;
-        if running < self.processors {
-            let looks = (0..LOOKS).take_while(|_| is_waiting());
-            looks.for_each(|_| hint::spin_loop());
-        } else {
-            let is_alone = || round >= self.yields_from.load(Ordering::Relaxed);
-            let yields = (0..YIELDS).take_while(|_| is_waiting() && is_alone());
-            yields.for_each(|_| self.let_others_run(round));
-        }
-        while is_waiting() {
-            thread::park();
-        }
-        *self.outcome.read().unwrap_or_else(PoisonError::into_inner)
+        (self.rendezvous).end(round, state.threads.iter().flatten());
     }
 }
 
@@ -251,9 +201,7 @@ impl SharedBus {
                 began: None,
                 next_ns: QUANTUM_NS,
             }),
-            round: AtomicU64::new(0),
-            processors: thread::available_parallelism().map_or(1, NonZeroUsize::get),
-            yields_from: AtomicU64::new(0),
+            rendezvous: Rendezvous::new(),
         }))
     }
 
@@ -340,9 +288,13 @@ impl BusConnection {
         state.boards[self.index] = Some(station_state);
         state.threads[self.index].get_or_insert_with(thread::current);
         state.arrived += 1;
-        let (round, running) = (state.round, state.present() - state.arrived);
+        let (round, awaited) = (state.round, state.present() - state.arrived);
         shared.synchronise(state);
-        shared.wait(round, running)
+        shared.rendezvous.wait(round, awaited);
+        *shared
+            .outcome
+            .read()
+            .unwrap_or_else(PoisonError::into_inner)
     }
 }
 
