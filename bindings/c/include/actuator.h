@@ -5,10 +5,10 @@
  * The library has no heap, no thread and no global state: all memory is the caller's.
  *
  * Every pointer must be null, or point to a whole object of its type, an actuator with a long delay
- * to all of its memory; texts end in a zero. Memory
- * that is given to another function than actuator_settings_init or actuator_start must be zeroed
- * or filled by one of these two, that of a state zeroed or filled by actuator_save. Null, misaligned pointers, zeroed memory, NaN and unknown names
- * give an error code. `why` may be null; otherwise it is always written.
+ * to all of its memory; texts end in a zero. Memory that is given to another function than
+ * actuator_settings_init or actuator_start must be zeroed or filled by one of these two, that of a
+ * state zeroed or filled by actuator_save. Null, misaligned pointers, zeroed memory, NaN and unknown
+ * names give an error code. `why` may be null; otherwise it is always written.
  *
  * Different actuators may be used by different threads at once; one actuator by one at a time.
  * Snapshots are valid for the same build of the library.

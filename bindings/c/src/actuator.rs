@@ -241,8 +241,8 @@ pub unsafe extern "C" fn actuator_drive_load_to(
     time_s: f64,
     load: *mut Load,
 ) -> Code {
-    if load.is_null() || !load.is_aligned() {
-        return Code::Pointer;
+    if let Err(code) = memory::check(load) {
+        return code;
     }
     // SAFETY: the caller's pointers, as the header requires them.
     unsafe {

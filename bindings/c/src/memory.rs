@@ -37,11 +37,17 @@ pub struct Marked<T> {
 }
 
 /// Checks the pointer of the caller.
-fn place<H: Holds>(memory: *const H) -> Result<*const Marked<H::Value>, Code> {
-    const { H::FITS };
+pub fn check<T>(memory: *const T) -> Result<(), Code> {
     if memory.is_null() || !memory.is_aligned() {
         return Err(Code::Pointer);
     }
+    Ok(())
+}
+
+/// The same, where a value of the library is.
+fn place<H: Holds>(memory: *const H) -> Result<*const Marked<H::Value>, Code> {
+    const { H::FITS };
+    check(memory)?;
     Ok(memory.cast())
 }
 
@@ -168,9 +174,7 @@ pub unsafe fn change_with_tail<'a, H: Holds>(
 /// # Safety
 /// `out` is null, misaligned or the caller's own.
 pub unsafe fn put<T>(out: *mut T, value: T) -> Result<(), Code> {
-    if out.is_null() || !out.is_aligned() {
-        return Err(Code::Pointer);
-    }
+    check(out)?;
     // SAFETY: not null and aligned; the caller owns it.
     unsafe { out.write(value) };
     Ok(())

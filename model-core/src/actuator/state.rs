@@ -6,7 +6,9 @@
 use super::closed_loop::LoopState;
 use super::input::{COMMAND_RANGE, InputLevel};
 use super::stepped_core::{ActuatorCore, Model, Signals, pass_edges, ticks_into_period};
-use crate::plant::{Plant, PlantState, drivetrain::stepped::SteppedState, first_order::MotorState};
+use crate::plant::{
+    Plant, PlantState, drivetrain::stepped::SteppedState, first_order::FirstOrderState,
+};
 use crate::sensors::noise::Noise;
 
 /// The state of an [`ActuatorCore`], without the values in its delay.
@@ -24,9 +26,7 @@ enum ModelState {
     GreyBox([f64; 3]),
     FirstOrder {
         board: (LoopState, Noise),
-        motor: MotorState,
-        duty_pct: f64,
-        is_stepped: bool,
+        plant: FirstOrderState,
     },
     Drivetrain {
         board: (LoopState, Noise),
@@ -66,15 +66,10 @@ impl ActuatorCore {
             Model::BlackBox1(model) => ModelState::BlackBox1(model.angle_deg()),
             Model::BlackBox2(model) => ModelState::BlackBox2(model.state()),
             Model::GreyBox(model) => ModelState::GreyBox(model.state()),
-            Model::FirstOrder(board) => {
-                let (motor, duty_pct, is_stepped) = board.plant.state();
-                ModelState::FirstOrder {
-                    board: owned(board.state()),
-                    motor: *motor,
-                    duty_pct,
-                    is_stepped,
-                }
-            }
+            Model::FirstOrder(board) => ModelState::FirstOrder {
+                board: owned(board.state()),
+                plant: board.plant.state(),
+            },
             Model::Drivetrain(board) => ModelState::Drivetrain {
                 board: owned(board.state()),
                 plant: board.plant.state(),
@@ -88,21 +83,11 @@ impl ActuatorCore {
     #[inline]
     pub fn save_state(&self, state: &mut CoreState) {
         match (&self.model, &mut state.model) {
-            (
-                Model::FirstOrder(from),
-                ModelState::FirstOrder {
-                    board,
-                    motor,
-                    duty_pct,
-                    is_stepped,
-                },
-            ) => {
+            (Model::FirstOrder(from), ModelState::FirstOrder { board, plant }) => {
                 let (now, noise) = from.state();
-                let running;
-                (running, *duty_pct, *is_stepped) = from.plant.state();
                 board.0 = *now;
                 board.1.clone_from(noise);
-                *motor = *running;
+                *plant = from.plant.state();
             }
             (Model::Drivetrain(from), ModelState::Drivetrain { board, plant }) => {
                 let (now, noise) = from.state();
@@ -135,17 +120,9 @@ impl ActuatorCore {
             && self.host_ticks == 0
             && COMMAND_RANGE.contains(&value);
         match (&mut self.model, &state.model) {
-            (
-                Model::FirstOrder(to),
-                ModelState::FirstOrder {
-                    board,
-                    motor,
-                    duty_pct,
-                    is_stepped,
-                },
-            ) if is_plain => {
+            (Model::FirstOrder(to), ModelState::FirstOrder { board, plant }) if is_plain => {
                 to.set_state((&board.0, &board.1));
-                to.plant.set_state(motor, *duty_pct, *is_stepped);
+                to.plant.set_state(plant);
                 pass_edges(to, state.now.tick..end, level, value);
                 self.now = state.now;
                 (self.now.arrived, self.now.tick) = (value, end);
@@ -163,17 +140,9 @@ impl ActuatorCore {
     #[inline]
     pub fn set_state(&mut self, state: &CoreState) -> Result<(), OtherModel> {
         match (&mut self.model, &state.model) {
-            (
-                Model::FirstOrder(to),
-                ModelState::FirstOrder {
-                    board,
-                    motor,
-                    duty_pct,
-                    is_stepped,
-                },
-            ) => {
+            (Model::FirstOrder(to), ModelState::FirstOrder { board, plant }) => {
                 to.set_state((&board.0, &board.1));
-                to.plant.set_state(motor, *duty_pct, *is_stepped);
+                to.plant.set_state(plant);
             }
             (Model::Drivetrain(to), ModelState::Drivetrain { board, plant }) => {
                 to.set_state((&board.0, &board.1));

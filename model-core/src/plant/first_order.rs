@@ -64,6 +64,15 @@ pub struct FirstOrder {
     is_stepped: bool,
 }
 
+/// What changes while the motor runs: the running period, its duty, and whether a limit may act in
+/// it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct FirstOrderState {
+    now: MotorState,
+    duty_pct: f64,
+    is_stepped: bool,
+}
+
 /// The running period of a [`FirstOrder`]; the rest of it derives from this and the duty. It is one
 /// piece of memory, so that a copy takes few instructions.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -111,23 +120,27 @@ impl FirstOrder {
         self.now.end.angle_deg = angle_deg;
     }
 
-    /// The running period, its duty, and whether a limit may act in it.
+    /// The present state.
     #[inline(always)]
-    pub(crate) fn state(&self) -> (&MotorState, f64, bool) {
-        (&self.now, self.response.duty_pct, self.is_stepped)
+    pub(crate) fn state(&self) -> FirstOrderState {
+        FirstOrderState {
+            now: self.now,
+            duty_pct: self.response.duty_pct,
+            is_stepped: self.is_stepped,
+        }
     }
 
     /// Continues from a state.
     #[inline(always)]
-    pub(crate) fn set_state(&mut self, now: &MotorState, duty_pct: f64, is_stepped: bool) {
+    pub(crate) fn set_state(&mut self, state: &FirstOrderState) {
         // Compared by their bits, since the response to -0 has other zeros.
-        if duty_pct.to_bits() != self.response.duty_pct.to_bits() {
-            self.respond_to(duty_pct);
+        if state.duty_pct.to_bits() != self.response.duty_pct.to_bits() {
+            self.respond_to(state.duty_pct);
         }
-        self.now = *now;
-        self.is_stepped = is_stepped;
-        if is_stepped {
-            self.stepped = self.stepped(&self.response, now.start);
+        self.now = state.now;
+        self.is_stepped = state.is_stepped;
+        if state.is_stepped {
+            self.stepped = self.stepped(&self.response, state.now.start);
         }
     }
 

@@ -18,8 +18,8 @@ const SEED: u64 = 2;
 const RESIDUAL: f64 = 0.02;
 
 /// Silent hazards among 2,000 injections, at most. With 0.023 %, which bounds the rate with a
-/// probability of 95 % after none of the first 13,252 of the campaign of `docs/trust.md`, more have a
-/// probability of 0.1 % (binomial distribution).
+/// probability of 95 % after none of the first 13,252 of the campaign of `docs/trust.md`, more have
+/// a probability of 0.1 % (binomial distribution).
 const SILENT: usize = 3;
 
 /// Injections into each of four places.

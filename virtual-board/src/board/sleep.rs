@@ -22,9 +22,9 @@ impl Sleep {
         self.0.store(event.map_or(u64::MAX, |at| at.0), Relaxed);
     }
 
-    /// The instant until which the program cannot act, ns: its core sleeps, and neither its chip nor
-    /// the run, which stops next at `next_stop_ns`, can wake it. 0 if the run has just acted on the
-    /// chip, which it may have woken.
+    /// The instant until which the program cannot act, ns: its core sleeps, and neither its chip
+    /// nor the run, which stops next at `next_stop_ns`, can wake it. 0 if the run has just acted on
+    /// the chip, which may wake the core.
     pub fn quiet_until_ns(&self, chip: &dyn Mcu, has_acted: bool, next_stop_ns: u64) -> u64 {
         if has_acted {
             return 0;

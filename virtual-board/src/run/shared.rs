@@ -24,8 +24,8 @@ use self::rendezvous::Rendezvous;
 use crate::can::{Port, Sent, Station, Transfer, Wire};
 use crate::chip::ActuatorChip;
 
-/// Time between two synchronisations on a free bus while a core runs, ns: a frame without data takes
-/// 44 bits, 44 us at 1 Mbit/s.
+/// Time between two synchronisations on a free bus while a core runs, ns: a frame without data
+/// takes 44 bits, 44 us at 1 Mbit/s.
 pub const QUANTUM_NS: u64 = 40_000;
 
 /// The same in real time, where the short quantum would take more time than the boards: a frame

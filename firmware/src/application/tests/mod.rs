@@ -2,8 +2,10 @@
 
 extern crate std;
 
+mod conditions;
 mod duty_limit;
 mod faults;
+mod missing_samples;
 mod rates;
 mod sources;
 mod states;
@@ -39,6 +41,16 @@ fn smooth() -> Ripple {
 
 /// Back-EMF of the simulated motor, V per deg/s: 5.73 V at 283.6 deg/s.
 const BACK_EMF_V_S_DEG: f64 = 5.73 / 283.6;
+
+/// The code of a motor current.
+fn current(current_ma: i32) -> AdcCode {
+    AdcCode::from_pin_v(1.65 + 0.5 * f64::from(current_ma) / 1000.0)
+}
+
+/// The samples of the scanned channels.
+fn scan(samples: &mut Samples) -> &mut Scan {
+    samples.scan.as_mut().expect("scanned")
+}
 
 /// A motor with its encoder.
 pub(crate) struct Motor {

@@ -179,6 +179,12 @@ fn compare<P: PlantLanes<N>, const N: usize>(
     }
 }
 
+/// Commands that hold each of these levels, deg, for a number of control periods.
+fn held(levels: &[f64], periods: usize) -> Vec<Angle> {
+    let held = |level: &f64| core::iter::repeat_n(angle(*level), periods);
+    levels.iter().flat_map(held).collect()
+}
+
 proptest! {
     #[test]
     fn the_extremes_and_the_end_are_those_of_single_boards(
@@ -189,8 +195,7 @@ proptest! {
         sees_all: bool,
         only: Index,
     ) {
-        let commands = levels.iter().flat_map(|level| core::iter::repeat_n(angle(*level), hold));
-        let commands: Vec<_> = commands.collect();
+        let commands = held(&levels, hold);
         let see = if sees_all { Seen::All } else { Seen::Edges };
         let three: [&Settings; LANES] = from_fn(|lane| &boards[lane]);
         compare::<MotorLanes<_>, _>(three, &commands, last, see);
@@ -208,8 +213,7 @@ proptest! {
         sees_all: bool,
         only: Index,
     ) {
-        let commands = levels.iter().flat_map(|level| core::iter::repeat_n(angle(*level), hold));
-        let commands: Vec<_> = commands.collect();
+        let commands = held(&levels, hold);
         let see = if sees_all { Seen::All } else { Seen::Edges };
         boards.iter_mut().for_each(|board| Rigid { gears, shaft }.apply(board));
         let three: [&Settings; LANES] = from_fn(|lane| &boards[lane]);

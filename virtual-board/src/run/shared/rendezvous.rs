@@ -6,8 +6,9 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::{self, Thread};
 use std::time::{Duration, Instant};
 
-/// Number of times that a thread looks for the end of a round before it sleeps: waking a thread, and
-/// more so a processor, takes longer than the other threads need to reach it, some ten microseconds.
+/// Number of times that a thread looks for the end of a round before it sleeps: waking a thread,
+/// and more so a processor, takes longer than the other threads need to reach it, some ten
+/// microseconds.
 const LOOKS: u32 = 2_000;
 
 /// The same if other threads wait for its processor.

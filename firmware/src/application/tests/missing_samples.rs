@@ -1,0 +1,184 @@
+//! Periods without samples, and a motor without its encoder.
+
+use std::vec::Vec;
+
+use model_core::control::units::{Percent, angle, percent};
+
+use super::*;
+
+#[test]
+fn three_lost_samples_hold_the_duty_and_the_fourth_starts_the_stop_by_the_back_emf() {
+    let mut board = TestBoard::turning();
+    let driven = board.step().bridge;
+    for _ in 0..3 {
+        assert_eq!(
+            board.step_with(|samples| samples.encoder = None).bridge,
+            driven
+        );
+    }
+    // At 5.73 V the current of the on time would be too large: the motor is shorted for a period.
+    let outputs = board.step_with(|samples| samples.encoder = None);
+    assert_eq!(outputs.state, BoardState::FaultReaction);
+    assert_eq!(outputs.telemetry.duty, Percent::ZERO);
+    let outputs = board.step_with(|samples| samples.encoder = None);
+    let back_emf_mv = f64::from(outputs.telemetry.back_emf_mv);
+    assert!(back_emf_mv > 5000.0, "{back_emf_mv} mV");
+    let duty_pct = outputs.telemetry.duty.to_f64();
+    assert!(
+        (duty_pct + 75.0 * back_emf_mv / 5998.0).abs() < 0.01,
+        "{duty_pct} %"
+    );
+}
+
+#[test]
+fn a_period_without_a_count_leaves_the_duty_and_the_loop_as_they_are() {
+    let mut board = TestBoard::enabled();
+    board.command = Some(angle(3.0));
+    let before = board.steps(5).telemetry;
+    assert!(before.duty > Percent::ZERO && before.duty < percent(100.0));
+    let outputs = board.step_with(|samples| samples.encoder = None);
+    assert_eq!(outputs.state, BoardState::Enabled);
+    assert_eq!(outputs.telemetry.duty, before.duty);
+}
+
+#[test]
+fn a_missing_sample_holds_the_counter_of_a_condition() {
+    let mut board = TestBoard::enabled();
+    let over = |samples: &mut Samples| samples.current = Some(current(1640));
+    assert_eq!(board.step_with(over).fault, None);
+    for _ in 0..3 {
+        assert_eq!(
+            board.step_with(|samples| samples.current = None).fault,
+            None
+        );
+    }
+    assert_eq!(board.step_with(over).fault, Some(Fault::OverCurrent));
+    // One that contradicts clears it.
+    let mut board = TestBoard::enabled();
+    board.step_with(over);
+    board.step();
+    assert_eq!(board.step_with(over).fault, None);
+}
+
+#[test]
+fn a_board_that_lacks_samples_at_its_start_has_the_fault_of_those_alone() {
+    type Cut = fn(&mut Samples);
+    let cuts: [(Cut, Fault, Fault); 2] = [
+        (
+            |samples| samples.encoder = None,
+            Fault::EncoderInvalid,
+            Fault::MeasurementLost,
+        ),
+        (
+            |samples| samples.scan = None,
+            Fault::MeasurementLost,
+            Fault::EncoderInvalid,
+        ),
+    ];
+    for (cut, missing, there) in cuts {
+        let (mut application, mut motor) =
+            (Application::new(BoardParameters::DEFAULT), Motor::new());
+        let mut step = || {
+            let mut samples = motor.samples();
+            cut(&mut samples);
+            application.step(&samples)
+        };
+        let outputs = core::iter::repeat_with(&mut step)
+            .find(|outputs| outputs.state != BoardState::Initialising)
+            .unwrap();
+        assert_eq!(outputs.state, BoardState::Fault);
+        assert!(outputs.telemetry.latched.contains(missing), "{missing:?}");
+        assert!(!outputs.telemetry.latched.contains(there), "{there:?}");
+    }
+}
+
+#[test]
+fn a_shaft_that_was_turned_while_the_encoder_was_lost_is_where_the_first_valid_count_is() {
+    let mut board = TestBoard::new(BoardParameters::DEFAULT);
+    board.steps(5);
+    for _ in 0..10 {
+        board.step_with(|samples| samples.encoder = None);
+    }
+    // 120 deg away: a jump, or a turn, for a position that is still known.
+    let outputs = board.step_with(|samples| samples.encoder = Some(word(1365)));
+    let angle_deg = outputs.telemetry.angle.to_f64();
+    assert!(
+        (angle_deg - 1365.0 * 360.0 / 4096.0).abs() < 1e-6,
+        "{angle_deg} deg"
+    );
+    assert!(!outputs.telemetry.present.contains(Fault::EncoderJump));
+}
+
+#[test]
+fn a_shaft_that_was_turned_while_the_encoder_was_away_has_a_new_angle() {
+    let mut board = TestBoard::new(BoardParameters::DEFAULT);
+    for _ in 0..60 {
+        board.step_with(|samples| samples.encoder = None);
+    }
+    // 200 deg further: within half a turn of zero that is -160 deg.
+    let count = 2276;
+    let outputs = board.step_with(|samples| samples.encoder = Some(word(count)));
+    assert!((outputs.telemetry.angle + angle(160.0)).abs() < angle(0.1));
+}
+
+/// The rates in each period of the stop, deg/s, of a motor at the full rate whose encoder is lost,
+/// with legs that are connected rightly or the wrong way round.
+fn stop_without_encoder(legs_swapped: bool) -> Vec<f64> {
+    let mut board = TestBoard::turning();
+    let break_wire = |samples: &mut Samples| {
+        samples.encoder = None;
+        if legs_swapped {
+            let scan = scan(samples);
+            core::mem::swap(&mut scan.leg_a, &mut scan.leg_b);
+        }
+    };
+    let mut rates = Vec::new();
+    while board.step_with(break_wire).state != BoardState::Fault {
+        if board.outputs.state == BoardState::FaultReaction {
+            rates.push(board.rate_deg_s());
+        }
+        assert!(rates.len() < 1000, "it does not end");
+    }
+    assert_eq!(board.outputs.bridge, Bridge::Brake);
+    rates
+}
+
+#[test]
+fn a_shaft_without_encoder_is_brought_to_rest_by_its_back_emf() {
+    let rates = stop_without_encoder(false);
+    let last = *rates.last().expect("a stop");
+    assert!(last.abs() < 5.0, "{last} deg/s");
+    // The duty that opposes the back-EMF of 20.2 mV per deg/s divides the plant's time constant
+    // by 1 + 0.75 * 5.73/5.998. Then 20 ms at rest. Two periods are left for
+    // the delay of the duty and the resolution of a period.
+    let time_constant_s = without_stop().motor_time_constant_s / (1.0 + 0.75 * 5.73 / 5.998);
+    let decay_s = (283.6_f64 / 5.0).ln() * time_constant_s;
+    let periods = decay_s / 0.004 + 5.0;
+    let difference = rates.len() as f64 - periods;
+    assert!(difference.abs() < 2.0, "{} periods, {periods}", rates.len());
+}
+
+#[test]
+fn a_back_emf_of_the_wrong_sign_does_not_accelerate_the_shaft() {
+    // The current is soon implausible, and the motor brakes.
+    let rates = stop_without_encoder(true);
+    assert!(rates.len() > 10, "{rates:?}");
+    assert!(
+        rates.is_sorted_by(|before, after| before > after),
+        "{rates:?}"
+    );
+}
+
+#[test]
+fn without_an_encoder_the_motor_coasts_at_once_where_its_brake_is_excluded() {
+    let mut parameters = BoardParameters::DEFAULT;
+    parameters.stop.brake_faults = 0;
+    let mut board = TestBoard::enabled_with(parameters);
+    for _ in 0..4 {
+        board.step_with(|samples| samples.encoder = None);
+    }
+    assert_eq!(
+        (board.outputs.bridge, board.outputs.state),
+        (Bridge::Coast, BoardState::Fault)
+    );
+}
