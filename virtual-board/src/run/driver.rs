@@ -376,13 +376,12 @@ impl<S: Script> Driver<ActuatorBoard> for Lockstep<S> {
         let has_acted = self.own_next_ns() <= stop.at.0;
         let flow = self.process(session, stop, host);
         self.stall_core(session, host);
-        if self.bus.is_some() {
+        let own_next_ns = self.own_next_ns();
+        if let Some(bus) = &mut self.bus {
             let sleep = session.board().sleep.clone();
             let has_acted = has_acted || self.faults.next_instruction().is_some();
-            let quiet_until_ns = sleep.quiet_until_ns(session.mcu(), has_acted, self.own_next_ns());
-            if let Some(bus) = &mut self.bus {
-                bus.synchronise(session.board_mut().chip.as_mut(), stop.at, quiet_until_ns);
-            }
+            let quiet_until_ns = sleep.quiet_until_ns(session.mcu(), has_acted, own_next_ns);
+            bus.synchronise(session.board_mut().chip.as_mut(), stop.at, quiet_until_ns);
         }
         if flow == Flow::End || stop.at.0 >= self.until_ns {
             return None;

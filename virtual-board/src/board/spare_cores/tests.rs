@@ -1,7 +1,8 @@
 //! A program of a few instructions in the flash, which continues in the RAM, on cores that are used
 //! one after the other.
 
-use rigless::emulator::{Access, CoreBus, Exit, Processor, Queued};
+use rigless::device::Level;
+use rigless::emulator::{Access, CoreBus, Exit, InterruptLine, Processor, Queued};
 use rigless::soc::Endian;
 use rigless::time::VirtualNanos;
 
@@ -42,6 +43,8 @@ fn kind(test: &'static str) -> CoreKind {
 /// A run; its memory is dropped after its core.
 struct Run {
     core: Box<dyn Processor>,
+    chip: Chip,
+    sleep: Sleep,
     _memory: [Vec<Page>; 2],
 }
 
@@ -59,7 +62,8 @@ impl Run {
     fn new(kind: CoreKind, [first, second]: [u16; 2]) -> Self {
         let chip = Chip::try_new(None, FlashTimes::TYPICAL, 0).unwrap();
         let plain = core::spec(&chip, CORE_HZ, None).unwrap().processor;
-        let constructor = Resettable::constructor(kind, plain, None, None, Sleep::default());
+        let sleep = Sleep::default();
+        let constructor = Resettable::constructor(kind, plain, None, None, sleep.clone());
         let mut core = constructor(Endian::Little).unwrap();
         let program = [
             // Stack at the end of the RAM's page, start at FLASH + 8.
@@ -91,8 +95,15 @@ impl Run {
         });
         Self {
             core,
+            chip,
+            sleep,
             _memory: memory,
         }
+    }
+
+    /// Until when the program cannot act if the run stops next at 700 ns.
+    fn quiet_until_ns(&self, has_acted: bool) -> u64 {
+        self.sleep.quiet_until_ns(&self.chip, has_acted, 700)
     }
 
     /// Runs the program to its end, a branch to itself, and returns R0.
@@ -130,6 +141,20 @@ fn the_state_after_a_run_is_that_of_a_new_core() {
     assert_eq!(on_a_new_core, again);
     // Four before the branch; it does not count from run to run.
     assert!((4..100).contains(&again.1), "{}", again.1);
+}
+
+#[test]
+fn a_core_is_quiet_while_it_waits_until_an_interrupt_is_requested() {
+    let mut run = Run::new(kind("sleep"), [1, 2]);
+    assert_eq!(run.quiet_until_ns(false), 0);
+    run.finish();
+    assert_eq!(
+        [run.quiet_until_ns(false), run.quiet_until_ns(true)],
+        [700, 0]
+    );
+    let line = InterruptLine::new(3).unwrap();
+    run.core.ask(Queued::Line(line, Level::High));
+    assert_eq!(run.quiet_until_ns(false), 0);
 }
 
 #[test]
