@@ -8,7 +8,7 @@ use virtual_board::plant::Bridge;
 use virtual_board::run::{Finished, Options};
 
 /// Fault 22, corrupt data.
-const DATA_CORRUPT: u8 = 22;
+pub const DATA_CORRUPT: u8 = 22;
 
 /// A master that sends frames in each control period.
 pub type Driving = Master<fn(u64) -> Vec<Frame>>;

@@ -15,6 +15,7 @@ mod joined;
 mod log;
 mod motion;
 mod power_loss;
+mod queues;
 mod repeated_reception;
 mod repeated_step;
 mod requests;

@@ -108,7 +108,7 @@ fn a_flip_in_a_frame_that_waits_is_told_as_a_lost_frame() {
     // Controlword and lower half of the target, in the frame that is disturbed.
     let word = |target_mdeg| 0x0f | (target_mdeg as u32) << 16;
     let tick = ENABLED_TICK + PAUSE * (RECEPTIONS - BEFORE_TARGETS);
-    let found = find("init_receive_queue", word, tick..tick + PAUSE);
+    let found = find("queues..ReceivedFrames", word, tick..tick + PAUSE);
     let &[data] = &found[..] else {
         panic!("{found:x?}");
     };

@@ -95,7 +95,7 @@ impl MemoryMap {
             ),
             (stack, Class::Stack),
         ];
-        let queues = firmware.variables_containing("_queue");
+        let queues = firmware.variables_containing("task_queues");
         parts.extend(queues.map(|range| (range, Class::Queues)));
         let sections = [
             (".vector_table", Class::Vectors),

@@ -6,14 +6,10 @@ use firmware::{
     faults::Fault,
     supervisor::Task,
 };
-use heapless::spsc::{Consumer, Producer};
 
 use super::{
-    canopen_task::{REPORT_QUEUE, SINGLE},
-    parameter_store::{ParameterStore, SaveResult},
-    program_check, timebase,
-    timing::CONTROL_RATE_HZ,
-    watchdog_supervisor::report_alive,
+    parameter_store::ParameterStore, program_check, queues::BackgroundEnds, timebase,
+    timing::CONTROL_RATE_HZ, watchdog_supervisor::report_alive,
 };
 use crate::{
     board::diagnostics,
@@ -43,11 +39,10 @@ impl StepReport {
 
 /// Resources of the background task.
 pub struct Background {
-    pub reports: Consumer<'static, StepReport, REPORT_QUEUE>,
+    pub queues: BackgroundEnds,
     pub flash: Flash,
     pub store: ParameterStore<StoredParameters>,
     pub updater: Updater,
-    pub save_results: Producer<'static, SaveResult<StoredParameters>, SINGLE>,
     pub log: StateLog,
     pub program_check: program_check::Check,
 }
@@ -55,7 +50,7 @@ pub struct Background {
 impl Background {
     /// Processes the control periods since the last call, usually one.
     pub fn run(&mut self) {
-        while let Some(report) = self.reports.dequeue() {
+        while let Some(report) = self.queues.reports.dequeue() {
             self.log.update(&report);
         }
         self.write_flash();
@@ -67,16 +62,18 @@ impl Background {
     /// waits for the operation of an update, and an update for the save.
     fn write_flash(&mut self) {
         let is_free = !(self.updater.is_working() && self.flash.is_started());
-        if is_free && let Some((is_saved, set)) = self.store.run(&mut self.flash) {
+        if is_free
+            && let Some((is_saved, set)) = self.store.run(&mut self.flash, &mut self.queues.to_save)
+        {
             if is_saved {
                 self.updater.set_bus(&set.board.bus);
             }
             // There is room: the device takes each result within a control period, and a save takes
             // many.
-            let _ = self.save_results.enqueue((is_saved, set));
+            let _ = self.queues.save_results.enqueue((is_saved, set));
         }
         if !self.store.is_running() {
-            self.updater.run(&mut self.flash);
+            self.updater.run(&mut self.flash, &mut self.queues);
         }
     }
 }

@@ -6,62 +6,31 @@
 mod exchange;
 mod reception;
 
-use canopen::{CanFrame, NodeId};
+use canopen::NodeId;
 use cortex_m::peripheral::DWT;
-use drivers::{
-    bridge::Bridge as _,
-    can::{AcceptedIds, ReceivedFrame, TRANSMIT_QUEUE},
-};
+use drivers::bridge::Bridge as _;
 use firmware::{
     application::{Bridge as Command, Outputs, Samples},
-    drive::{Device, StoredParameters, UpdateOrder},
+    drive::{Device, StoredParameters},
     faults::Fault,
 };
-use heapless::spsc::{Consumer, Producer};
 
 use self::reception::{communicate, is_process_data, receive_twice};
 use super::{
     background::StepReport,
-    bus_status,
-    parameter_store::SaveResult,
-    program_check,
+    bus_status, program_check,
+    queues::DeviceEnds,
     sealed::{Restored, Sealed},
     servo_pulse::ServoPulse,
     shutdown::Shutdown,
     timing::PWM_PERIOD_US,
-    update_result::UpdateResult,
     watchdog_supervisor::WatchdogSupervisor,
 };
-use crate::peripherals::{ActuatorBridge, Can, Encoder, analog::Analog};
-
-/// Length of the queue of received frames: more than the bus carries between two calls, 3 ms at
-/// 1 Mbit/s. A queue holds one element less than its length.
-pub const RECEIVE_QUEUE: usize = 65;
-
-/// Length of the queue of reports for the background task.
-pub const REPORT_QUEUE: usize = 3;
-
-/// Length of a queue that holds one element.
-pub const SINGLE: usize = 2;
+use crate::peripherals::{Acceptance, ActuatorBridge, Can, Encoder, analog::Analog};
 
 /// Length of the capture buffer, words: 20 s of eight signals at 250 Hz. An image that is
 /// downloaded lies there until it is staged.
 pub const CAPTURE_WORDS: usize = 40 * 1024;
-
-/// The task's ends of the queues to the other tasks.
-pub struct Queues {
-    pub received: Consumer<'static, ReceivedFrame, RECEIVE_QUEUE>,
-    /// EMCY, heartbeats, SDO responses: all that must not be lost.
-    pub to_transmit: Producer<'static, CanFrame, TRANSMIT_QUEUE>,
-    /// TPDOs, which are discarded when they have waited too long.
-    pub process_data: Producer<'static, CanFrame, TRANSMIT_QUEUE>,
-    pub reports: Producer<'static, StepReport, REPORT_QUEUE>,
-    pub accepted_ids: Producer<'static, AcceptedIds, SINGLE>,
-    pub to_save: Producer<'static, &'static mut StoredParameters, SINGLE>,
-    pub save_results: Consumer<'static, SaveResult<StoredParameters>, SINGLE>,
-    pub to_update: Producer<'static, UpdateOrder<'static>, SINGLE>,
-    pub update_results: Consumer<'static, UpdateResult, SINGLE>,
-}
 
 /// What a control step was given, and what it has computed.
 struct LastStep {
@@ -84,11 +53,11 @@ pub struct CanopenTask {
     /// Node-ID of the last call; 0 for none.
     node_id: u8,
     watchdog: WatchdogSupervisor,
-    queues: Queues,
+    queues: DeviceEnds,
     /// Memory for the set of the next save; none while a save runs.
     set_to_save: Option<&'static mut StoredParameters>,
-    /// Identifiers that the controller receives, or will receive with the next status interrupt.
-    accepted_ids: AcceptedIds,
+    /// The filter of the frames that the controller receives.
+    acceptance: Acceptance,
     /// Number of the PWM period of the last call, and its time, us.
     last_call: (u32, u64),
     /// Calls in which process data has waited without a frame leaving the board, and the number of
@@ -136,13 +105,13 @@ fn apply_timing(device: &mut Device<'static>, is_late: bool, starved_periods: u3
 }
 
 impl CanopenTask {
-    /// The task of a device whose frames the controller receives already.
+    /// The task of a device, with the filter of its frames.
     pub fn new(
         device: Sealed<Device<'static>>,
         watchdog: WatchdogSupervisor,
-        queues: Queues,
+        queues: DeviceEnds,
         set_to_save: &'static mut StoredParameters,
-        accepted_ids: AcceptedIds,
+        acceptance: Acceptance,
     ) -> Self {
         Self {
             device,
@@ -153,7 +122,7 @@ impl CanopenTask {
             watchdog,
             queues,
             set_to_save: Some(set_to_save),
-            accepted_ids,
+            acceptance,
             last_call: (0, 0),
             waited: (0, 0),
             discarded: 0,
@@ -161,7 +130,7 @@ impl CanopenTask {
     }
 
     /// After a control step computes it a second time and seals the device; before the next one,
-    /// while the encoder is read, checks and copies the device.
+    /// while the encoder is read, checks the queues, and checks and copies the device.
     pub fn maintain_seal(&mut self, is_driven: bool) {
         match self.last_step.take() {
             Some(step) => {
@@ -173,7 +142,7 @@ impl CanopenTask {
             }
             None => {
                 let is_intact = self.device.unseal_and_copy();
-                self.check(is_intact, is_driven);
+                self.check(is_intact && self.queues.are_intact(), is_driven);
             }
         }
     }
@@ -195,7 +164,7 @@ impl CanopenTask {
         is_same
     }
 
-    /// Begins the shutdown unless the device and the program are as they were.
+    /// Begins the shutdown unless the data and the program are as they were.
     fn check(&mut self, is_intact: bool, is_driven: bool) {
         if !is_intact {
             self.begin_shutdown(Fault::DataCorrupt, is_driven);
@@ -286,7 +255,7 @@ impl CanopenTask {
         let node_id = self.device.get().node().node_id();
         self.node_id = node_id.map_or(0, NodeId::get);
         self.device.seal();
-        self.queues.to_transmit.len() > 0 || self.queues.process_data.len() > 0
+        self.queues.to_transmit.has_waiting() || self.queues.process_data.has_waiting()
     }
 
     /// Time of a PWM period from its number, which has 31 bits and wraps.

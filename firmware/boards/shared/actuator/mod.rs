@@ -15,6 +15,7 @@ pub mod parameter_store;
 pub mod pins;
 pub mod program_check;
 pub mod pwm_timer;
+pub mod queues;
 pub mod sealed;
 pub mod servo_pulse;
 pub mod shutdown;

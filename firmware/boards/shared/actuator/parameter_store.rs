@@ -1,9 +1,8 @@
 //! Saves sets of parameters to the flash, in the background task.
 
 use firmware::store::{Loaded, Progress, Saver, Stored};
-use heapless::spsc::Consumer;
+use task_queues::{Channel, Consumer};
 
-use super::canopen_task::SINGLE;
 use crate::peripherals::flash::Flash;
 
 /// Maximum polls of the flash in a call. A word takes 16 us, as long as some twenty polls: a set is
@@ -16,7 +15,6 @@ pub type SaveResult<S> = (bool, &'static mut S);
 
 /// The sets to be saved in the flash pages of parameters.
 pub struct ParameterStore<S: Stored + 'static> {
-    to_save: Consumer<'static, &'static mut S, SINGLE>,
     saver: Saver<S>,
     /// The set that is being saved.
     set: Option<&'static mut S>,
@@ -24,9 +22,8 @@ pub struct ParameterStore<S: Stored + 'static> {
 
 impl<S: Stored> ParameterStore<S> {
     /// A store with the parameters loaded from the flash.
-    pub fn new(to_save: Consumer<'static, &'static mut S, SINGLE>, loaded: &Loaded<S>) -> Self {
+    pub fn new(loaded: &Loaded<S>) -> Self {
         Self {
-            to_save,
             saver: Saver::new(loaded),
             set: None,
         }
@@ -37,11 +34,15 @@ impl<S: Stored> ParameterStore<S> {
         self.saver.is_running()
     }
 
-    /// Continues a save or starts one. Returns at its end whether the set is saved, and the memory
+    /// Continues a save or starts one, of a set of this queue. Returns at its end whether the set is saved, and the memory
     /// of the set.
-    pub fn run(&mut self, flash: &mut Flash) -> Option<SaveResult<S>> {
+    pub fn run<C: Channel<Item = &'static mut S>>(
+        &mut self,
+        flash: &mut Flash,
+        to_save: &mut Consumer<C>,
+    ) -> Option<SaveResult<S>> {
         if !self.saver.is_running()
-            && let Some(set) = self.to_save.dequeue()
+            && let Some(set) = to_save.dequeue()
         {
             self.saver.start(set);
             self.set = Some(set);

@@ -41,39 +41,36 @@ macro_rules! actuator_program {
         mod app {
             use core::mem::MaybeUninit;
 
-            use canopen::CanFrame;
             use drivers::{
                 bridge::Bridge as _,
-                can::{self, AcceptedIds, CanController, ReceivedFrame, TRANSMIT_QUEUE, TransmitQueues},
+                can::{self, AcceptedIds, CanController},
             };
             use firmware::{
                 application::Start,
-                drive::{Device, StoredParameters, UpdateOrder},
+                drive::{Device, StoredParameters},
                 faults::Fault,
                 store::{self, Origin},
                 supervisor::{ResetCause, Task},
                 timing::CALL_PERIODS,
             };
-            use heapless::spsc::{Consumer, Producer, Queue};
+            use task_queues::Producer;
 
             use crate::{
-                chip::pac::Interrupt,
                 actuator::{
-                    background::{Background, StateLog, StepReport},
+                    background::{Background, StateLog},
                     bus_status,
-                    canopen_task::{
-                        CAPTURE_WORDS, CanopenTask, Queues, RECEIVE_QUEUE, REPORT_QUEUE, SINGLE, gather,
-                    },
-                    parameter_store::{ParameterStore, SaveResult},
+                    canopen_task::{CAPTURE_WORDS, CanopenTask, gather},
+                    parameter_store::ParameterStore,
                     program_check,
                     pwm_timer::Instant,
+                    queues::{ControllerEnds, ReceivedFrames, ends},
                     sealed::Sealed,
                     servo_pulse::ServoPulse,
                     timebase::PeriodCounter,
                     timing::PWM_PERIODS,
-                    update_result::UpdateResult,
                     watchdog_supervisor::{WatchdogSupervisor, report_alive},
                 },
+                chip::pac::Interrupt,
                 peripherals::{
                     ActuatorBridge, Can, Encoder,
                     analog::Analog,
@@ -95,44 +92,27 @@ macro_rules! actuator_program {
                 #[lock_free]
                 canopen_task: CanopenTask,
                 #[lock_free]
-                can: CanController<Can>,
+                can: CanController<Can, ControllerEnds>,
             }
 
             #[local]
             struct Local {
                 servo_pulse: ServoPulse,
                 can_receiver: Can,
-                received: Producer<'static, ReceivedFrame, RECEIVE_QUEUE>,
-                accepted_ids: Consumer<'static, AcceptedIds, SINGLE>,
+                received: Producer<ReceivedFrames>,
                 background: Background,
             }
 
             #[init(local = [
-                report_queue: Queue<StepReport, REPORT_QUEUE> = Queue::new(),
-                receive_queue: Queue<ReceivedFrame, RECEIVE_QUEUE> = Queue::new(),
-                transmit_queue: Queue<CanFrame, TRANSMIT_QUEUE> = Queue::new(),
-                process_data_queue: Queue<CanFrame, TRANSMIT_QUEUE> = Queue::new(),
-                accepted_ids_queue: Queue<AcceptedIds, SINGLE> = Queue::new(),
-                save_queue: Queue<&'static mut StoredParameters, SINGLE> = Queue::new(),
-                save_result_queue: Queue<SaveResult<StoredParameters>, SINGLE> = Queue::new(),
-                update_queue: Queue<UpdateOrder<'static>, SINGLE> = Queue::new(),
-                update_result_queue: Queue<UpdateResult, SINGLE> = Queue::new(),
-                set_to_save: MaybeUninit<StoredParameters> = MaybeUninit::uninit(),
-                device: MaybeUninit<Device<'static>> = MaybeUninit::uninit(),
-                copy_of_device: MaybeUninit<Device<'static>> = MaybeUninit::uninit(),
-                capture_buffer: [i32; CAPTURE_WORDS] = [0; CAPTURE_WORDS],
-            ])]
+                        set_to_save: MaybeUninit<StoredParameters> = MaybeUninit::uninit(),
+                        device: MaybeUninit<Device<'static>> = MaybeUninit::uninit(),
+                        copy_of_device: MaybeUninit<Device<'static>> = MaybeUninit::uninit(),
+                        capture_buffer: [i32; CAPTURE_WORDS] = [0; CAPTURE_WORDS],
+                    ])]
             fn init(cx: init::Context) -> (Shared, Local) {
                 let mut peripherals = Peripherals::new(cx.device);
-                let (report_producer, reports) = cx.local.report_queue.split();
-                let (received, receive_consumer) = cx.local.receive_queue.split();
-                let (transmit_producer, others) = cx.local.transmit_queue.split();
-                let (process_data_producer, process_data) = cx.local.process_data_queue.split();
-                let (accepted_ids_producer, accepted_ids) = cx.local.accepted_ids_queue.split();
-                let (save_producer, to_save) = cx.local.save_queue.split();
-                let (save_results, save_result_consumer) = cx.local.save_result_queue.split();
-                let (to_update, update_orders) = cx.local.update_queue.split();
-                let (update_results, update_result_consumer) = cx.local.update_result_queue.split();
+                // SAFETY: the only call, as this task runs once.
+                let ends = unsafe { ends() };
 
                 let (program_check, is_as_built) = program_check::start(peripherals.crc_unit);
                 let loaded = store::load::<StoredParameters>(&peripherals.flash);
@@ -153,32 +133,17 @@ macro_rules! actuator_program {
                 device.drive.diagnostics.reset_cause = peripherals.reset_cause;
                 device.drive.diagnostics.serial_number = serial_number();
                 let bus = &loaded.parameters.board.bus;
-                let (updater, slots) =
-                    Updater::new(&peripherals.flash, update_orders, update_results, bus);
+                let (updater, slots) = Updater::new(&peripherals.flash, bus);
                 if let Some(slots) = slots {
                     device.drive.set_slots(slots);
                 }
 
                 let initial_ids = AcceptedIds::new(device.node().identifiers());
                 let kbit_s = device.drive.application().parameters().bus.bit_rate_kbit_s as u16;
-                let queues = TransmitQueues {
-                    process_data,
-                    others,
-                };
-                let (can, can_receiver) = Can::new(peripherals.can, &initial_ids);
-                let can = CanController::new(can, kbit_s, queues);
-                let watchdog = WatchdogSupervisor::start(peripherals.watchdogs, cx.core.DCB, cx.core.DWT);
-                let queues = Queues {
-                    received: receive_consumer,
-                    to_transmit: transmit_producer,
-                    process_data: process_data_producer,
-                    reports: report_producer,
-                    accepted_ids: accepted_ids_producer,
-                    to_save: save_producer,
-                    save_results: save_result_consumer,
-                    to_update,
-                    update_results: update_result_consumer,
-                };
+                let (can, can_receiver, acceptance) = Can::new(peripherals.can, &initial_ids);
+                let can = CanController::new(can, kbit_s, ends.controller);
+                let watchdog =
+                    WatchdogSupervisor::start(peripherals.watchdogs, cx.core.DCB, cx.core.DWT);
                 peripherals.period_counter.start();
                 peripherals.bridge.timer().start();
                 let shared = Shared {
@@ -189,23 +154,21 @@ macro_rules! actuator_program {
                     canopen_task: CanopenTask::new(
                         Sealed::new(device, cx.local.copy_of_device),
                         watchdog,
-                        queues,
+                        ends.device,
                         cx.local.set_to_save.write(loaded.parameters),
-                        initial_ids,
+                        acceptance,
                     ),
                     can,
                 };
                 let local = Local {
                     servo_pulse: peripherals.servo_pulse,
                     can_receiver,
-                    received,
-                    accepted_ids,
+                    received: ends.receiver,
                     background: Background {
-                        reports,
+                        queues: ends.background,
                         flash: peripherals.flash,
-                        store: ParameterStore::new(to_save, &loaded),
+                        store: ParameterStore::new(&loaded),
                         updater,
-                        save_results,
                         log: StateLog::default(),
                         program_check,
                     },
@@ -249,11 +212,11 @@ macro_rules! actuator_program {
             }
 
             #[task(
-                binds = $encoder_read,
-                priority = 4,
-                local = [servo_pulse],
-                shared = [bridge, analog, encoder, period_counter, canopen_task],
-            )]
+                        binds = $encoder_read,
+                        priority = 4,
+                        local = [servo_pulse],
+                        shared = [bridge, analog, encoder, period_counter, canopen_task],
+                    )]
             fn control_step(cx: control_step::Context) {
                 let (task, bridge) = (cx.shared.canopen_task, cx.shared.bridge);
                 let mut samples = gather(
@@ -314,7 +277,7 @@ macro_rules! actuator_program {
             }
 
             // Requested by the controller when its state changes, and by each call of the device.
-            #[task(binds = $bus_status, priority = 2, local = [accepted_ids], shared = [can])]
+            #[task(binds = $bus_status, priority = 2, shared = [can])]
             fn bus_status_changed(cx: bus_status_changed::Context) {
                 let can = cx.shared.can;
                 bus_status::record_state(can.take_state());
@@ -326,9 +289,6 @@ macro_rules! actuator_program {
                     // Queued frames must not be transmitted with the new bit rate while the network
                     // switches.
                     can.set_bit_rate(kbit_s, bus_status::period());
-                }
-                if let Some(accepted_ids) = cx.local.accepted_ids.dequeue() {
-                    can.accept(&accepted_ids);
                 }
                 report_alive(Task::Bus);
             }

@@ -26,7 +26,7 @@ pub fn looped_back(bench: &mut Bench) -> i32 {
         return NOT_MEASURED;
     };
     let accepted = [(Id::Standard(IDENTIFIER), false)];
-    let (mut port, mut receiver) = Can::new(can, &AcceptedIds::new(accepted.into_iter()));
+    let (mut port, mut receiver, _) = Can::new(can, &AcceptedIds::new(accepted.into_iter()));
     let count = if join(bench, &mut port, Mode::LoopBack) {
         exchanged(bench, &mut port, |_, frame| {
             receiver

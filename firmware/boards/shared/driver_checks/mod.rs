@@ -52,7 +52,7 @@ pub fn run(mut peripherals: Peripherals) -> ! {
     let identifiers = checks::identifiers();
     let accepted = identifiers.map(|id| [(id, false), (id, true)]);
     let accepted = AcceptedIds::new(accepted.into_iter().flatten());
-    let (mut can, _) = Can::new(peripherals.can, &accepted);
+    let (mut can, ..) = Can::new(peripherals.can, &accepted);
     can.leave();
     while !can.has_left() {}
     can.join(KBIT_S, Mode::LoopBack);

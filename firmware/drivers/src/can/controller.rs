@@ -1,7 +1,6 @@
 //! The controller with its queues. No operation waits for the bus.
 //!
-//! Frames to be transmitted wait in two queues for a mailbox: process data, which may be discarded,
-//! and all others, which go first.
+//! Frames to be transmitted wait in two queues for a mailbox ([`TransmitQueues`]).
 //!
 //! The controller joins a bus listening, without acknowledging or signalling errors: a board that
 //! is set to another bit rate would destroy every frame. It takes part once it has received a valid
@@ -16,15 +15,9 @@
 
 use canopen::CanFrame;
 use firmware::application::BusState;
-use heapless::spsc::Consumer;
 use model_core::time::PWM_RATE_HZ;
 
-use super::{AcceptedIds, Activity, CanPort, Mode};
-
-/// Length of the queue of frames to be transmitted: a bus of 1 Mbit/s carries as many in 2 ms, so
-/// that urgent frames of the next call wait no longer. A block of the SDO server, 127 frames,
-/// continues as there is room.
-pub const TRANSMIT_QUEUE: usize = 17;
+use super::{Activity, CanPort, Mode};
 
 /// Time without traffic and errors after which a listening controller takes part.
 const QUIET_MS: u32 = 10;
@@ -33,12 +26,13 @@ const QUIET_MS: u32 = 10;
 const BACK_OFF_MS: u32 = 10;
 const LONGEST_BACK_OFF_MS: u32 = 1_280;
 
-/// The queues of the frames to be transmitted.
-pub struct TransmitQueues {
-    /// Process data.
-    pub process_data: Consumer<'static, CanFrame, TRANSMIT_QUEUE>,
-    /// All other frames.
-    pub others: Consumer<'static, CanFrame, TRANSMIT_QUEUE>,
+/// The frames to be transmitted, in two queues.
+pub trait TransmitQueues {
+    /// Removes the oldest frame of the process data, which may be discarded.
+    fn next_process_data(&mut self) -> Option<CanFrame>;
+
+    /// Removes the oldest of all other frames, which go first.
+    fn next_other(&mut self) -> Option<CanFrame>;
 }
 
 /// How the controller takes part in the bus.
@@ -56,9 +50,9 @@ enum Participation {
 
 /// The controller without its receive FIFO, for which another interrupt calls
 /// [`super::receive`]. Times are numbers of PWM periods, of 31 bits, which wrap.
-pub struct CanController<P> {
+pub struct CanController<P, Q> {
     port: P,
-    queues: TransmitQueues,
+    queues: Q,
     kbit_s: u16,
     participation: Participation,
     /// Number of the PWM period in which the quiet time, or the time off the bus, began.
@@ -69,9 +63,9 @@ pub struct CanController<P> {
     holds_process_data: u32,
 }
 
-impl<P: CanPort> CanController<P> {
+impl<P: CanPort, Q: TransmitQueues> CanController<P, Q> {
     /// Joins the bus with this bit rate, kbit/s, by a port that has left the bus, or does so.
-    pub fn new(port: P, kbit_s: u16, queues: TransmitQueues) -> Self {
+    pub fn new(port: P, kbit_s: u16, queues: Q) -> Self {
         let mut controller = Self {
             port,
             queues,
@@ -88,8 +82,8 @@ impl<P: CanPort> CanController<P> {
     /// Changes to another bit rate, kbit/s, in this PWM period; frames that are not transmitted yet
     /// are discarded.
     pub fn set_bit_rate(&mut self, kbit_s: u16, period: u32) {
-        while self.queues.others.dequeue().is_some() {}
-        while self.queues.process_data.dequeue().is_some() {}
+        while self.queues.next_other().is_some() {}
+        while self.queues.next_process_data().is_some() {}
         self.port.abort(u32::MAX);
         self.kbit_s = kbit_s;
         self.back_off_ms = BACK_OFF_MS;
@@ -156,11 +150,6 @@ impl<P: CanPort> CanController<P> {
         elapsed >= ms * (PWM_RATE_HZ / 1000)
     }
 
-    /// Changes the identifiers of the frames that are received.
-    pub fn accept(&mut self, accepted: &AcceptedIds) {
-        self.port.accept(accepted);
-    }
-
     /// Acknowledges the mailboxes that have become free; returns how many of their frames were
     /// transmitted.
     pub fn take_transmitted(&mut self) -> u32 {
@@ -178,12 +167,12 @@ impl<P: CanPort> CanController<P> {
                 continue;
             }
             let bit = 1 << mailbox;
-            let other = self.queues.others.dequeue();
+            let other = self.queues.next_other();
             self.holds_process_data &= !bit;
             if other.is_none() {
                 self.holds_process_data |= bit;
             }
-            let Some(frame) = other.or_else(|| self.queues.process_data.dequeue()) else {
+            let Some(frame) = other.or_else(|| self.queues.next_process_data()) else {
                 return;
             };
             self.port.put(mailbox, &frame);
@@ -194,7 +183,7 @@ impl<P: CanPort> CanController<P> {
     /// transmitted to its end. Returns the number of frames.
     pub fn discard_process_data(&mut self) -> u32 {
         let mut count = 0;
-        while self.queues.process_data.dequeue().is_some() {
+        while self.queues.next_process_data().is_some() {
             count += 1;
         }
         let holds = self.holds_process_data;

@@ -15,7 +15,7 @@ pub use firmware::application::BusState;
 
 pub use self::{
     acceptance::AcceptedIds,
-    controller::{CanController, TRANSMIT_QUEUE, TransmitQueues},
+    controller::{CanController, TransmitQueues},
     polled::NbCan,
     received::ReceivedFrame,
 };
@@ -113,9 +113,6 @@ pub trait CanPort {
 
     /// Its present state; acknowledges the interrupt of its changes.
     fn take_state(&mut self) -> BusState;
-
-    /// Changes the list of the identifiers that are received.
-    fn accept(&mut self, accepted: &AcceptedIds);
 }
 
 /// The next received frame, for the interrupt of the reception: first whether some were lost.

@@ -1,12 +1,13 @@
 //! How the CAN controller joins a bus, returns after bus-off, and orders its frames.
 
+use std::{cell::RefCell, collections::VecDeque, rc::Rc};
+
 use crate::mocks::Port;
 use canopen::CanFrame;
 use drivers::can::{
     Activity, CanController, Mode, Overrun, TransmitQueues, receive, receive_checked,
 };
 use embedded_can::{Frame as _, Id, StandardId};
-use heapless::spsc::{Producer, Queue};
 use model_core::time::PWM_RATE_HZ;
 
 const MS: u32 = PWM_RATE_HZ / 1000;
@@ -16,26 +17,35 @@ fn frame(id: u16) -> CanFrame {
     CanFrame::new(id, &[]).expect("no data")
 }
 
+/// The queues of the frames to be transmitted, which the test fills.
+#[derive(Clone, Default)]
+struct Queues {
+    process_data: Rc<RefCell<VecDeque<CanFrame>>>,
+    others: Rc<RefCell<VecDeque<CanFrame>>>,
+}
+
+impl TransmitQueues for Queues {
+    fn next_process_data(&mut self) -> Option<CanFrame> {
+        self.process_data.borrow_mut().pop_front()
+    }
+
+    fn next_other(&mut self) -> Option<CanFrame> {
+        self.others.borrow_mut().pop_front()
+    }
+}
+
 struct Bench {
-    controller: CanController<Port>,
+    controller: CanController<Port, Queues>,
     port: Port,
-    process_data: Producer<'static, CanFrame, 17>,
-    others: Producer<'static, CanFrame, 17>,
+    queues: Queues,
 }
 
 fn bench() -> Bench {
-    let port = Port::default();
-    let (process_data, queued_data) = Box::leak(Box::new(Queue::new())).split();
-    let (others, queued) = Box::leak(Box::new(Queue::new())).split();
-    let queues = TransmitQueues {
-        process_data: queued_data,
-        others: queued,
-    };
+    let (port, queues) = (Port::default(), Queues::default());
     Bench {
-        controller: CanController::new(port.clone(), 500, queues),
+        controller: CanController::new(port.clone(), 500, queues.clone()),
         port,
-        process_data,
-        others,
+        queues,
     }
 }
 
@@ -102,7 +112,7 @@ fn the_time_off_the_bus_doubles_until_a_frame_is_transmitted() {
     };
     let times: Vec<u32> = (0..9).map(|_| back_off(&mut bench)).collect();
     assert_eq!(times, [10, 20, 40, 80, 160, 320, 640, 1280, 1280]);
-    bench.others.enqueue(frame(1)).expect("room");
+    bench.queues.others.borrow_mut().push_back(frame(1));
     bench.controller.fill_mailboxes();
     bench.port.0.borrow_mut().carry();
     assert_eq!(bench.controller.take_transmitted(), 1);
@@ -113,9 +123,9 @@ fn the_time_off_the_bus_doubles_until_a_frame_is_transmitted() {
 fn other_frames_precede_process_data_which_alone_is_discarded() {
     let mut bench = bench();
     for id in 0x180..0x184 {
-        bench.process_data.enqueue(frame(id)).expect("room");
+        bench.queues.process_data.borrow_mut().push_back(frame(id));
     }
-    bench.others.enqueue(frame(0x700)).expect("room");
+    bench.queues.others.borrow_mut().push_back(frame(0x700));
     bench.controller.fill_mailboxes();
     let boxes = |bench: &Bench| bench.port.0.borrow().mailboxes;
     assert_eq!(
@@ -130,7 +140,7 @@ fn other_frames_precede_process_data_which_alone_is_discarded() {
     assert_eq!(boxes(&bench), [Some(frame(0x700)), None, None]);
     assert_eq!(bench.controller.discard_process_data(), 0);
     // Mailboxes that held process data hold another frame now.
-    bench.others.enqueue(frame(0x581)).expect("room");
+    bench.queues.others.borrow_mut().push_back(frame(0x581));
     bench.controller.fill_mailboxes();
     assert_eq!(bench.controller.discard_process_data(), 0);
     assert_eq!(

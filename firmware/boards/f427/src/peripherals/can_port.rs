@@ -3,7 +3,7 @@
 use canopen::CanFrame;
 use drivers::can::{AcceptedIds, Activity, BusState, CanPort, FrameWords, Mode};
 
-use super::{acceptance, timing::CAN_HZ};
+use super::{acceptance::Acceptance, timing::CAN_HZ};
 use crate::chip::{can_registers, pac::CAN1};
 
 /// `ESR.LEC`: no error; and the value that only a program sets.
@@ -23,16 +23,17 @@ const _: () = assert!(CAN_HZ.is_multiple_of(QUANTA * 1_000_000));
 pub struct Can1(CAN1);
 
 impl Can1 {
-    /// Leaves the bus, to receive the frames with these identifiers; returns the port, and one for
-    /// the interrupt of the reception.
-    pub fn new(can: CAN1, accepted: &AcceptedIds) -> (Self, Self) {
+    /// Leaves the bus, to receive the frames with these identifiers; returns the port, one for the
+    /// interrupt of the reception, and the filter.
+    pub fn new(can: CAN1, accepted: &AcceptedIds) -> (Self, Self, Acceptance) {
         // After a reset the controller is in sleep mode. It transmits in order, and discards new
         // frames when the FIFO is full.
         can.mcr().write(|w| {
             w.sleep().clear_bit().inrq().set_bit();
             w.txfp().set_bit().rflm().set_bit()
         });
-        acceptance::set_up(&can, accepted);
+        // SAFETY: the registers of the filter, which nothing else accesses.
+        let acceptance = Acceptance::new(unsafe { CAN1::steal() }, accepted);
         can.ier().write(|w| {
             w.fmpie0().enabled().tmeie().enabled();
             w.bofie().enabled().epvie().enabled().errie().enabled()
@@ -40,7 +41,7 @@ impl Can1 {
         // SAFETY: the interrupt of the reception calls `receive` and `take_overrun`, which access
         // the registers of FIFO 0 only, and no other task calls these two.
         let receiver = unsafe { CAN1::steal() };
-        (Self(can), Self(receiver))
+        (Self(can), Self(receiver), acceptance)
     }
 
     /// The next frame or error shows in `ESR.LEC`.
@@ -161,9 +162,5 @@ impl CanPort for Can1 {
         } else {
             BusState::Active
         }
-    }
-
-    fn accept(&mut self, accepted: &AcceptedIds) {
-        acceptance::change(&self.0, accepted);
     }
 }

@@ -17,6 +17,7 @@ use drivers::{
     encoder::{As5045, Timed},
 };
 
+pub use self::acceptance::Acceptance;
 use self::encoder::SpiTransfer;
 use crate::actuator::{encoder_select::SelectPin, pwm_timer::BridgeTimer};
 

@@ -15,12 +15,10 @@ use firmware::{
     drive::{Image, Slots, UpdateOrder},
     parameters::BusSettings,
 };
-use heapless::spsc::{Consumer, Producer};
 
 use super::flash::Flash;
 use crate::actuator::{
-    canopen_task::{CAPTURE_WORDS, SINGLE},
-    timing::CYCLES_PER_US,
+    canopen_task::CAPTURE_WORDS, queues::BackgroundEnds, timing::CYCLES_PER_US,
     update_result::UpdateResult,
 };
 
@@ -49,8 +47,6 @@ enum Purpose {
 
 /// The writer.
 pub struct Updater {
-    orders: Consumer<'static, UpdateOrder<'static>, SINGLE>,
-    results: Producer<'static, UpdateResult, SINGLE>,
     /// The newest record; without an image in the slot there is no bootloader that reads it.
     state: Option<State>,
     /// Node-ID and bit rate that the record shall have.
@@ -61,18 +57,11 @@ pub struct Updater {
 impl Updater {
     /// A writer, and what the bootloader knows of the program that runs; `None` for a program
     /// without a bootloader, whose image has no header.
-    pub fn new(
-        flash: &Flash,
-        orders: Consumer<'static, UpdateOrder<'static>, SINGLE>,
-        results: Producer<'static, UpdateResult, SINGLE>,
-        bus: &BusSettings,
-    ) -> (Self, Option<Slots>) {
+    pub fn new(flash: &Flash, bus: &BusSettings) -> (Self, Option<Slots>) {
         let image = header_of(flash, &STM32F427.slot);
         let newest = log::newest(flash, &STM32F427.records).map(|newest| newest.state);
         let known = image.zip(newest);
         let updater = Self {
-            orders,
-            results,
             state: newest.filter(|_| image.is_some()),
             bus: of_settings(bus),
             work: Work::None,
@@ -93,15 +82,15 @@ impl Updater {
     }
 
     /// Continues what is being written, or begins what was ordered.
-    pub fn run(&mut self, flash: &mut Flash) {
+    pub fn run(&mut self, flash: &mut Flash, queues: &mut BackgroundEnds) {
         if !self.is_working() {
-            self.begin();
+            self.begin(queues);
         }
         let start = DWT::cycle_count();
         let mut last_end = start;
         while self.is_working() {
             let was_started = flash.is_started();
-            self.poll(flash);
+            self.poll(flash, queues);
             let now = DWT::cycle_count();
             if !(was_started && flash.is_started()) {
                 last_end = now;
@@ -112,9 +101,9 @@ impl Updater {
         }
     }
 
-    fn begin(&mut self) {
+    fn begin(&mut self, queues: &mut BackgroundEnds) {
         let Some(state) = self.state else { return };
-        let (next, purpose) = match self.orders.dequeue() {
+        let (next, purpose) = match queues.update_orders.dequeue() {
             Some(UpdateOrder::Stage { buffer, length }) => {
                 self.work = Work::Stage(Staging::new(STM32F427.staging, length), buffer);
                 return;
@@ -130,7 +119,7 @@ impl Updater {
         self.work = Work::Record(Appending::new(next), purpose);
     }
 
-    fn poll(&mut self, flash: &mut Flash) {
+    fn poll(&mut self, flash: &mut Flash, queues: &mut BackgroundEnds) {
         let result = match &mut self.work {
             Work::None => return,
             Work::Stage(staging, image) => match staging.poll(flash, image) {
@@ -156,7 +145,7 @@ impl Updater {
         };
         if let Some(result) = result {
             // There is room: the device gives the next order after this result.
-            let _ = self.results.enqueue(result);
+            let _ = queues.update_results.enqueue(result);
         }
     }
 

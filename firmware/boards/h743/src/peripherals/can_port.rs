@@ -37,10 +37,20 @@ pub struct Can1 {
     activity: Activity,
 }
 
+/// The filter elements in the message RAM.
+pub struct Acceptance(());
+
+impl Acceptance {
+    /// Makes these the identifiers of the frames that are received, while frames are received.
+    pub fn set(&mut self, accepted: &AcceptedIds) {
+        message_ram::set_filters(accepted.identifiers().map(|(id, _)| id));
+    }
+}
+
 impl Can1 {
-    /// Leaves the bus, to receive the frames with these identifiers; returns the port, and one for
-    /// the interrupt of the reception.
-    pub fn new(can: FDCAN1, accepted: &AcceptedIds) -> (Self, Self) {
+    /// Leaves the bus, to receive the frames with these identifiers; returns the port, one for the
+    /// interrupt of the reception, and the filter.
+    pub fn new(can: FDCAN1, accepted: &AcceptedIds) -> (Self, Self, Acceptance) {
         can.cccr().modify(|_, w| w.init().set_bit());
         while can.cccr().read().init().bit_is_clear() {}
         can.cccr().modify(|_, w| w.cce().set_bit());
@@ -65,7 +75,8 @@ impl Can1 {
             can.txbc()
                 .write(|w| w.tbsa().bits(message_ram::TRANSMIT).ndtb().bits(1));
         }
-        message_ram::set_filters(accepted.identifiers().map(|(id, _)| id));
+        let mut acceptance = Acceptance(());
+        acceptance.set(accepted);
         // SAFETY: bits of existing buffers.
         unsafe {
             can.txbtie().write(|w| w.bits(BUFFER));
@@ -78,7 +89,7 @@ impl Can1 {
         // SAFETY: the interrupt of the reception calls `receive` and `take_overrun`, which access
         // the registers of FIFO 0 and its flags only, and no other task calls these two.
         let receiver = unsafe { FDCAN1::steal() };
-        (Self::of(can), Self::of(receiver))
+        (Self::of(can), Self::of(receiver), acceptance)
     }
 
     const fn of(registers: FDCAN1) -> Self {
@@ -227,9 +238,5 @@ impl CanPort for Can1 {
         } else {
             BusState::Active
         }
-    }
-
-    fn accept(&mut self, accepted: &AcceptedIds) {
-        message_ram::set_filters(accepted.identifiers().map(|(id, _)| id));
     }
 }

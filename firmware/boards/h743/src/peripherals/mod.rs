@@ -16,6 +16,7 @@ use drivers::{
     encoder::{As5045, Timed},
 };
 
+pub use self::can_port::Acceptance;
 use self::encoder::SpiTransfer;
 use crate::actuator::{encoder_select::SelectPin, pwm_timer::BridgeTimer};
 

@@ -1,25 +1,16 @@
 //! The board with an STM32H743 has no bootloader: its drive refuses images.
 
-use firmware::{
-    drive::{Slots, UpdateOrder},
-    parameters::BusSettings,
-};
-use heapless::spsc::{Consumer, Producer};
+use firmware::{drive::Slots, parameters::BusSettings};
 
 use super::flash::Flash;
-use crate::actuator::{canopen_task::SINGLE, update_result::UpdateResult};
+use crate::actuator::queues::BackgroundEnds;
 
 /// It writes nothing.
 pub struct Updater;
 
 impl Updater {
     /// No slots.
-    pub fn new(
-        _: &Flash,
-        _: Consumer<'static, UpdateOrder<'static>, SINGLE>,
-        _: Producer<'static, UpdateResult, SINGLE>,
-        _: &BusSettings,
-    ) -> (Self, Option<Slots>) {
+    pub fn new(_: &Flash, _: &BusSettings) -> (Self, Option<Slots>) {
         (Self, None)
     }
 
@@ -32,5 +23,5 @@ impl Updater {
     }
 
     /// Nothing to do.
-    pub fn run(&mut self, _: &mut Flash) {}
+    pub fn run(&mut self, _: &mut Flash, _: &mut BackgroundEnds) {}
 }

@@ -17,9 +17,9 @@ impl CanopenTask {
     pub(super) fn discard_stale(&mut self) {
         let (calls, before) = self.waited;
         let transmitted = bus_status::transmitted();
-        let waits = self.queues.process_data.len() > 0 && transmitted == before;
+        let waits = self.queues.process_data.has_waiting() && transmitted == before;
         self.waited = (if waits { calls + 1 } else { 0 }, transmitted);
-        if self.waited.0 >= CALL_PERIODS.len() || !self.queues.process_data.ready() {
+        if self.waited.0 >= CALL_PERIODS.len() || !self.queues.process_data.has_room() {
             bus_status::request_discard();
         }
         let discarded = bus_status::discarded();
@@ -63,7 +63,7 @@ impl CanopenTask {
             Some(UpdateResult::Requested(is_written)) => drive.requested(is_written),
             None => {}
         }
-        if self.queues.to_update.ready()
+        if self.queues.to_update.has_room()
             && let Some(order) = drive.take_update()
         {
             // There is room.
@@ -74,16 +74,12 @@ impl CanopenTask {
         }
     }
 
-    /// Sends changes of bit rate and identifiers to the CAN controller.
+    /// Sends a change of the bit rate to the CAN controller, and sets its filter.
     pub(super) fn update_controller(&mut self) {
         if let Some(kbit_s) = self.device.get().drive.take_bit_rate() {
             bus_status::request_bit_rate(kbit_s);
         }
         let accepted_ids = AcceptedIds::new(self.device.get().node().identifiers());
-        if accepted_ids != self.accepted_ids
-            && self.queues.accepted_ids.enqueue(accepted_ids).is_ok()
-        {
-            self.accepted_ids = accepted_ids;
-        }
+        self.acceptance.set(&accepted_ids);
     }
 }

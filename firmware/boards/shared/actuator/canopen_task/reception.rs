@@ -9,15 +9,17 @@ use firmware::{
     drive::{Device, RPDOS, TPDOS},
     timing::CALL_PERIODS,
 };
-use heapless::{Vec, spsc::Consumer};
+use heapless::Vec;
+use task_queues::Consumer;
 
 use super::{
     super::{
         bus_status,
+        queues::{DeviceEnds, ReceivedFrames},
         sealed::Restored,
         timing::{CORE_HZ, PWM_HZ, PWM_PERIODS},
     },
-    CanopenTask, Queues, RECEIVE_QUEUE,
+    CanopenTask,
 };
 use crate::peripherals::Can;
 
@@ -105,7 +107,7 @@ pub(super) fn receive_twice(task: &mut CanopenTask, now_us: u64) -> bool {
 /// that the first one requests are not queued before all these frames have been processed.
 fn take_process_data(
     node: &Node<RPDOS, TPDOS>,
-    received: &mut Consumer<'static, ReceivedFrame, RECEIVE_QUEUE>,
+    received: &mut Consumer<ReceivedFrames>,
 ) -> Vec<ReceivedFrame, REPEATED_FRAMES> {
     let mut frames: Vec<ReceivedFrame, REPEATED_FRAMES> = Vec::new();
     let mut has_sync = false;
@@ -156,16 +158,16 @@ fn is_reset(frame: &CanFrame) -> bool {
 /// all process data: if some waits it is discarded, also from the mailboxes, and sampled again.
 // Inlined, or a reset of the node takes 3,000 cycles longer.
 #[inline(always)]
-fn queue_frames(device: &mut Device<'static>, queues: &mut Queues) {
-    while queues.to_transmit.ready()
-        && queues.process_data.ready()
+fn queue_frames(device: &mut Device<'static>, queues: &mut DeviceEnds) {
+    while queues.to_transmit.has_room()
+        && queues.process_data.has_room()
         && let Some(frame) = device.transmit::<CanFrame>()
     {
         // There is room.
         let _ = if device.node().is_process_data(frame.id()) {
             queues.process_data.enqueue(frame)
         } else {
-            if device.node().is_emergency(frame.id()) && queues.process_data.len() > 0 {
+            if device.node().is_emergency(frame.id()) && queues.process_data.has_waiting() {
                 bus_status::request_discard();
             }
             queues.to_transmit.enqueue(frame)

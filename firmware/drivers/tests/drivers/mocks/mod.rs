@@ -5,7 +5,7 @@ use std::{cell::RefCell, collections::VecDeque, mem::take, rc::Rc};
 use canopen::CanFrame;
 use drivers::{
     bridge::{Compare, PwmTimer},
-    can::{AcceptedIds, Activity, BusState, CanPort, FrameWords, Mode},
+    can::{Activity, BusState, CanPort, FrameWords, Mode},
     encoder::Transfer,
 };
 use embedded_can::Frame as _;
@@ -250,8 +250,6 @@ impl CanPort for Port {
             false => BusState::Active,
         }
     }
-
-    fn accept(&mut self, _: &AcceptedIds) {}
 }
 
 /// A NOR flash with two sectors, which writes `WRITE` bytes at once, and defects to seed.
