@@ -6,6 +6,7 @@ mod bit_exact;
 mod bring_up;
 mod bus;
 mod chain;
+mod control_memory;
 mod disturbed;
 mod drivers;
 mod faults;

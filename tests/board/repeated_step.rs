@@ -8,18 +8,18 @@ use virtual_board::run::{Flow, Options, Script, View};
 use crate::disturbed::{Driving, Flip, is_told, motion, run};
 
 /// The control step that is disturbed, while the shaft moves.
-const STEP: u64 = 200;
+pub const STEP: u64 = 200;
 
 /// Entries of the computation before it: the first step is computed once.
 const ENTRIES: u64 = 2 * STEP - 3;
 
 /// Words of the device that are disturbed, of those that each control step changes.
-const WORDS: usize = 6;
+pub const WORDS: usize = 6;
 
 /// Duration of a run, ms.
-const DURATION_MS: u64 = 4 * STEP + 200;
+pub const DURATION_MS: u64 = 4 * STEP + 200;
 
-fn frames(tick: u64) -> Vec<Frame> {
+pub fn frames(tick: u64) -> Vec<Frame> {
     driven(tick, to_and_fro(tick))
 }
 
@@ -45,7 +45,7 @@ impl Script for Reader {
 }
 
 /// Addresses of words that each control step changes, spread over the device.
-fn changing_words() -> Vec<u64> {
+pub fn changing_words() -> Vec<u64> {
     let reader = Reader {
         master: Master::new(frames),
         edges: 0,

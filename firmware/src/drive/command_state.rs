@@ -20,7 +20,7 @@ impl Device<'_> {
         CommandState {
             commands: self.drive.commands,
             failsafe: self.drive.failsafe,
-            parameters: self.drive.axis_parameters,
+            parameters: self.drive.control.axis_parameters,
             buffered: self.node().buffered_process_data(),
         }
     }

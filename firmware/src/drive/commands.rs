@@ -50,7 +50,7 @@ impl Drive<'_> {
         use super::measured::signed;
         let commands = &self.commands;
         match command {
-            DriveCommand::CommandSource => self.application.selected_source() as u64,
+            DriveCommand::CommandSource => self.control.application.selected_source() as u64,
             DriveCommand::ExcitationControl => self.measured(Measured::ExcitationStatus),
             DriveCommand::CaptureControl => u64::from(matches!(self.capture.phase() as u8, 1 | 2)),
             // The program is running.
@@ -72,7 +72,7 @@ impl Drive<'_> {
         match command {
             DriveCommand::CommandSource => return self.switch_source(value),
             DriveCommand::ExcitationControl if value == 0 => {
-                let stopped = self.application.request(Request::StopExcitation);
+                let stopped = self.control.application.request(Request::StopExcitation);
                 return stopped.map_err(abort);
             }
             DriveCommand::ExcitationControl => return self.start_excitation(),
@@ -120,7 +120,7 @@ impl Drive<'_> {
             CommandSource::Bus
         };
         let request = Request::Source(source);
-        self.application.request(request).map_err(abort)?;
+        self.control.application.request(request).map_err(abort)?;
         // Refused while the loop is closed: only gains change then.
         let _ = self.set_parameter(Parameter::CommandSource, value as u32);
         Ok(())
@@ -132,7 +132,10 @@ impl Drive<'_> {
         if !self.has_room(&settings) {
             return Err(Abort::Incompatible);
         }
-        self.application.start_excitation(run).map_err(abort)
+        self.control
+            .application
+            .start_excitation(run)
+            .map_err(abort)
     }
 
     /// Whether the command stays within the position limits 607Dh during this excitation.
@@ -147,7 +150,7 @@ impl Drive<'_> {
             .amplitude_mdeg
             .saturating_abs()
             .saturating_mul(lines);
-        let from = thousandths(self.application.telemetry().command);
+        let from = thousandths(self.control.application.telemetry().command);
         let profile = &self.values.profile;
         from.saturating_sub(reach) >= profile.min_position_mdeg
             && from.saturating_add(reach) <= profile.max_position_mdeg

@@ -125,7 +125,10 @@ impl<'a> Device<'a> {
         }
         self.update_node_id();
         self.node.tick(now_us, &mut self.drive);
-        self.drive.application.prepare();
+        // Without an excitation nothing here changes what the control step works with.
+        if self.drive.control.application.is_exciting() {
+            self.drive.control.application.prepare();
+        }
     }
 
     /// The drive needs the node-ID because COB-IDs are stored without it.

@@ -29,6 +29,7 @@
 
 mod command_state;
 mod commands;
+mod control;
 mod device;
 mod emergency;
 mod failsafe;
@@ -48,6 +49,7 @@ mod update;
 use canopen::cia402::Axis;
 
 pub use command_state::CommandState;
+pub use control::{Control, Counted};
 pub use device::{Device, RPDOS, TPDOS};
 pub use emergency::emergency_frame;
 pub use measured::Diagnostics;
@@ -79,10 +81,8 @@ fn ripple(values: &ObjectValues) -> Ripple {
 /// The application behind the object dictionary.
 #[derive(Debug)]
 pub struct Drive<'a> {
-    application: Application,
+    control: Counted<Control>,
     capture: Capture<'a>,
-    axis: Axis,
-    axis_parameters: canopen::cia402::Parameters,
     commands: Commands,
     values: ObjectValues,
     motion: Motion,
@@ -119,9 +119,11 @@ impl<'a> Drive<'a> {
         let values = stored.values;
         let application = Application::with_ripple(stored.board, start, ripple(&values));
         Self {
-            axis: Axis::new(),
-            axis_parameters: limits::axis_parameters(&values, application.parameters()),
-            application,
+            control: Counted::new(Control {
+                axis: Axis::new(),
+                axis_parameters: limits::axis_parameters(&values, application.parameters()),
+                application,
+            }),
             capture: Capture::new(buffer),
             commands: Commands::DEFAULT,
             motion: Motion::default(),
@@ -142,12 +144,17 @@ impl<'a> Drive<'a> {
 
     /// The application.
     pub fn application(&self) -> &Application {
-        &self.application
+        &self.control.application
+    }
+
+    /// What the control step works with.
+    pub fn control(&self) -> &Counted<Control> {
+        &self.control
     }
 
     /// All latched faults, of the application and of the drive.
     pub fn latched(&self) -> FaultSet {
-        self.application.faults().latched().or(self.own)
+        self.control.application.faults().latched().or(self.own)
     }
 
     /// Statusword 6041h.
@@ -167,7 +174,7 @@ impl<'a> Drive<'a> {
 
     /// The duty was written too late for its PWM edge: the last period counts as missed.
     pub fn was_late(&mut self) {
-        self.application.was_late();
+        self.control.application.was_late();
     }
 
     /// The bit rate to switch to, kbit/s, once.
@@ -185,7 +192,7 @@ impl<'a> Drive<'a> {
         self.acknowledge();
         let output = self.step_axis();
         self.apply_demand(&output);
-        let outputs = self.application.step(samples);
+        let outputs = self.control.application.step(samples);
         self.capture.sample(&outputs);
         self.model.step(&self.values.model, &outputs);
         outputs
@@ -197,8 +204,9 @@ impl<'a> Drive<'a> {
         self.values = stored.values;
         let start = self.start;
         self.start = start.permanent();
-        self.application = Application::with_ripple(stored.board, start, ripple(&self.values));
-        self.axis = Axis::new();
+        self.control.application =
+            Application::with_ripple(stored.board, start, ripple(&self.values));
+        self.control.axis = Axis::new();
         self.commands = Commands::DEFAULT;
         self.motion = Motion::default();
         self.failsafe = Failsafe::default();
@@ -211,11 +219,12 @@ impl<'a> Drive<'a> {
 
     /// Updates the parameters of the axis after a change of stored values.
     fn update_limits(&mut self) {
-        self.axis_parameters = limits::axis_parameters(&self.values, self.application.parameters());
+        self.control.axis_parameters =
+            limits::axis_parameters(&self.values, self.control.application.parameters());
     }
 
     fn is_driving(&self) -> bool {
-        self.application.state().is_driving() || self.motion.is_powered
+        self.control.application.state().is_driving() || self.motion.is_powered
     }
 
     /// Whether the service password locks what it protects.
@@ -224,22 +233,22 @@ impl<'a> Drive<'a> {
     }
 
     fn angle_mdeg(&self) -> i32 {
-        thousandths(self.application.telemetry().angle)
+        thousandths(self.control.application.telemetry().angle)
     }
 
     fn rate_mdeg_s(&self) -> i32 {
-        thousandths(self.application.telemetry().rate)
+        thousandths(self.control.application.telemetry().rate)
     }
 
     /// Whether the commands come from the bus at present.
     fn is_commanded(&self) -> bool {
         // The axis takes over one period after the other source has ended: it starts from the
         // command of that source.
-        self.application.source() == CommandSource::Bus
-            && self.application.telemetry().source == CommandSource::Bus
+        self.control.application.source() == CommandSource::Bus
+            && self.control.application.telemetry().source == CommandSource::Bus
     }
 
     fn has_failed(&self) -> bool {
-        self.application.state() == BoardState::Fault
+        self.control.application.state() == BoardState::Fault
     }
 }

@@ -54,15 +54,15 @@ impl Drive<'_> {
         let resets = self.commands.controlword & controlword::FAULT_RESET != 0;
         let rises = resets && !self.motion.resets;
         self.motion.resets = resets;
-        let present = self.application.telemetry().present;
+        let present = self.control.application.telemetry().present;
         if !rises || !present.and(self.latched()).is_empty() {
             return;
         }
         if self.has_failed() {
             // The state allows it.
-            let _ = self.application.request(Request::Acknowledge);
+            let _ = self.control.application.request(Request::Acknowledge);
         }
-        if self.application.state() != BoardState::FaultReaction && !self.own.is_empty() {
+        if self.control.application.state() != BoardState::FaultReaction && !self.own.is_empty() {
             self.own = FaultSet::EMPTY;
             self.failsafe.begin_anew();
         }
@@ -72,18 +72,21 @@ impl Drive<'_> {
     pub(super) fn step_axis(&mut self) -> Output {
         if !self.is_commanded() {
             // Start from the command while the loop is closed, so that taking over is no step.
-            let command = match self.application.state() {
-                BoardState::Enabled => self.application.telemetry().command,
-                _ => self.application.telemetry().angle,
+            let command = match self.control.application.state() {
+                BoardState::Enabled => self.control.application.telemetry().command,
+                _ => self.control.application.telemetry().angle,
             };
             // Only a stop starts from the rate.
             let runs =
                 Command::from_controlword(self.commands.controlword) == Command::EnableOperation;
             let rate_mdeg_s = if runs { 0 } else { self.rate_mdeg_s() };
-            self.axis.reset_demand(thousandths(command), rate_mdeg_s);
+            self.control
+                .axis
+                .reset_demand(thousandths(command), rate_mdeg_s);
         }
         let input = self.input();
-        let output = self.axis.step(&input, &self.axis_parameters);
+        let control = &mut *self.control;
+        let output = control.axis.step(&input, &control.axis_parameters);
         self.motion.statusword = output.statusword;
         self.motion.mode = output.mode_display as i8;
         self.motion.following_error_mdeg = output.following_error;
@@ -107,10 +110,16 @@ impl Drive<'_> {
             is_new_position: core::mem::take(&mut self.commands.is_new_position),
             is_new_velocity: core::mem::take(&mut self.commands.is_new_velocity),
             position_actual: self.angle_mdeg(),
-            velocity_actual: self.application.velocity_mdeg_s(),
+            velocity_actual: self.control.application.velocity_mdeg_s(),
             fault: self.fault(),
-            voltage: self.application.telemetry().present.and(VOLTAGE).is_empty(),
-            initialised: self.application.state() != BoardState::Initialising,
+            voltage: self
+                .control
+                .application
+                .telemetry()
+                .present
+                .and(VOLTAGE)
+                .is_empty(),
+            initialised: self.control.application.state() != BoardState::Initialising,
         };
         match self.fail_safe() {
             Reaction::None => {}
@@ -130,7 +139,7 @@ impl Drive<'_> {
 
     fn fault(&self) -> cia402::Fault {
         let only_commands = self.own.without(FaultSet::of(&[Fault::CommandTimeout]));
-        match self.application.state() {
+        match self.control.application.state() {
             BoardState::Fault => cia402::Fault::Immediate,
             BoardState::FaultReaction => cia402::Fault::Controlled,
             _ if self.own.is_empty() => cia402::Fault::None,
@@ -154,12 +163,12 @@ impl Drive<'_> {
 
     fn power_off(&mut self, state: cia402::Cia402State) {
         // The application decelerates the shaft by itself, unless power must be removed at once.
-        let coasts = self.axis_parameters.options.fault_reaction == StopOption::Disable;
-        let reacts = self.application.state() == BoardState::FaultReaction
+        let coasts = self.control.axis_parameters.options.fault_reaction == StopOption::Disable;
+        let reacts = self.control.application.state() == BoardState::FaultReaction
             && state == cia402::Cia402State::Fault
             && !coasts;
-        if self.application.state().is_driving() && !reacts {
-            let _ = self.application.request(Request::Disable);
+        if self.control.application.state().is_driving() && !reacts {
+            let _ = self.control.application.request(Request::Disable);
         }
     }
 
@@ -167,11 +176,11 @@ impl Drive<'_> {
         let runs = state == cia402::Cia402State::OperationEnabled;
         if runs
             && matches!(
-                self.application.state(),
+                self.control.application.state(),
                 BoardState::Disabled | BoardState::QuickStop
             )
         {
-            match self.application.request(Request::Enable) {
+            match self.control.application.request(Request::Enable) {
                 Ok(()) => {}
                 Err(Refused::Blocked(fault)) => self.own.put(fault, true),
                 // The state has changed meanwhile: the next period handles it.
@@ -179,12 +188,14 @@ impl Drive<'_> {
             }
         }
         if self.is_commanded() {
-            let _ = self.application.request(Request::Command(setpoint));
-        } else if !runs && self.application.state() == BoardState::Enabled {
+            let _ = self.control.application.request(Request::Command(setpoint));
+        } else if !runs && self.control.application.state() == BoardState::Enabled {
             // A stop ends the commands of every other source.
-            let _ = match self.application.source() {
-                CommandSource::Excitation => self.application.request(Request::StopExcitation),
-                _ => self.application.request(Request::QuickStop),
+            let _ = match self.control.application.source() {
+                CommandSource::Excitation => {
+                    self.control.application.request(Request::StopExcitation)
+                }
+                _ => self.control.application.request(Request::QuickStop),
             };
         }
     }

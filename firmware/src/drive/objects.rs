@@ -29,11 +29,14 @@ impl Drive<'_> {
     /// Changes parameters of the board without a step of the duty. `change` returns whether the
     /// value is possible; range and relations are checked here.
     fn retune(&mut self, change: impl FnOnce(&mut BoardParameters) -> bool) -> Result<(), Abort> {
-        let mut parameters = *self.application.parameters();
+        let mut parameters = *self.control.application.parameters();
         if !change(&mut parameters) {
             return Err(Abort::Value);
         }
-        self.application.retune(&parameters).map_err(abort)?;
+        self.control
+            .application
+            .retune(&parameters)
+            .map_err(abort)?;
         self.update_limits();
         Ok(())
     }
@@ -53,7 +56,9 @@ impl Drive<'_> {
         }
         self.update_limits();
         if matches!(value, ObjectValue::ResistanceOhm | ObjectValue::InductanceH) {
-            self.application.set_ripple(super::ripple(&self.values));
+            self.control
+                .application
+                .set_ripple(super::ripple(&self.values));
         }
         Ok(())
     }
@@ -61,7 +66,7 @@ impl Drive<'_> {
 
 impl canopen::Application for Drive<'_> {
     fn read(&mut self, address: Address) -> Result<u64, Abort> {
-        let parameters = self.application.parameters();
+        let parameters = self.control.application.parameters();
         Ok(match location(address) {
             Location::Control(row) => real(parameters.control.get(row).ok_or(Abort::NoObject)?),
             // Signed integers are extended to 64 bits; the server cuts off what is beyond the type.
@@ -120,7 +125,7 @@ impl canopen::Application for Drive<'_> {
             Reset::Node => self.power_on(),
             // A master that resets the communication of an enabled drive has lost it.
             Reset::Communication => {
-                let moves = self.axis.state() == Cia402State::OperationEnabled;
+                let moves = self.control.axis.state() == Cia402State::OperationEnabled;
                 self.failsafe.network(moves);
             }
         }
@@ -160,14 +165,14 @@ impl canopen::Application for Drive<'_> {
         communication: &mut dyn Iterator<Item = (Address, u32)>,
     ) -> Poll<Result<(), Abort>> {
         let Self {
-            application,
+            control,
             values,
             store,
             node_id,
             ..
         } = self;
         store.save(StoreClient::Save(group), |stored| {
-            let present = (application.parameters(), &*values, *node_id);
+            let present = (control.application.parameters(), &*values, *node_id);
             stored.take(group, present, communication);
         })
     }
@@ -210,14 +215,14 @@ impl canopen::Application for Drive<'_> {
         if self.is_locked() && !is_begun {
             return Poll::Ready(Err(Abort::DeviceState));
         }
-        let mut parameters = *self.application.parameters();
+        let mut parameters = *self.control.application.parameters();
         let bus = &mut parameters.bus;
         bus.node_id = node_id.map_or(bus.node_id, |id| i32::from(id.get()));
         let kbit_s = bit_rate.and_then(Bus::kbit_s_of).map(i32::from);
         bus.bit_rate_kbit_s = kbit_s.unwrap_or(bus.bit_rate_kbit_s);
         let bus = *bus;
         // The node-ID is shown in 2102h and kept by 1010h; an enabled drive keeps its identity.
-        if !is_begun && let Err(refused) = self.application.retune(&parameters) {
+        if !is_begun && let Err(refused) = self.control.application.retune(&parameters) {
             return Poll::Ready(Err(abort(refused)));
         }
         self.store

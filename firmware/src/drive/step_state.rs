@@ -18,9 +18,9 @@ impl Drive<'_> {
     /// The state after the last control step.
     pub fn step_state(&self) -> StepState {
         StepState {
-            axis: self.axis,
+            axis: self.control.axis,
             motion: self.motion,
-            control: self.application.control_state(),
+            control: self.control.application.control_state(),
         }
     }
 }

@@ -18,7 +18,9 @@ use firmware::{
 use self::reception::{communicate, is_process_data, receive_twice};
 use super::{
     background::StepReport,
-    bus_status, program_check,
+    bus_status,
+    control_seal::ControlSeal,
+    program_check,
     queues::DeviceEnds,
     sealed::{Restored, Sealed},
     servo_pulse::ServoPulse,
@@ -44,6 +46,8 @@ struct LastStep {
 pub struct CanopenTask {
     /// Sealed between two uses.
     device: Sealed<Device<'static>>,
+    /// Of what the control step works with, from the end of the last one on.
+    control: Option<ControlSeal>,
     /// Whether the motor was driven before the last control step.
     was_driven: bool,
     /// The last control step, until it has been computed a second time.
@@ -115,6 +119,7 @@ impl CanopenTask {
     ) -> Self {
         Self {
             device,
+            control: None,
             was_driven: false,
             last_step: None,
             shutdown: None,
@@ -138,6 +143,7 @@ impl CanopenTask {
                     // A wrong result may have switched the bridge off.
                     self.begin_shutdown(Fault::DataCorrupt, is_driven || self.was_driven);
                 }
+                self.control = Some(ControlSeal::new(self.device.get().drive.control()));
                 self.device.seal();
             }
             None => {
@@ -170,6 +176,16 @@ impl CanopenTask {
             self.begin_shutdown(Fault::DataCorrupt, is_driven);
         } else if program_check::is_corrupt() {
             self.begin_shutdown(Fault::ProgramCorrupt, is_driven);
+        }
+    }
+
+    /// Begins the shutdown if what the control step works with has changed although the call has not
+    /// changed it.
+    fn check_control(&mut self, is_driven: bool) {
+        let Some(before) = self.control else { return };
+        self.control = before.renew(self.device.get().drive.control());
+        if self.control.is_none() {
+            self.begin_shutdown(Fault::DataCorrupt, is_driven);
         }
     }
 
@@ -254,6 +270,7 @@ impl CanopenTask {
         self.update_controller();
         let node_id = self.device.get().node().node_id();
         self.node_id = node_id.map_or(0, NodeId::get);
+        self.check_control(is_driven);
         self.device.seal();
         self.queues.to_transmit.has_waiting() || self.queues.process_data.has_waiting()
     }

@@ -3,6 +3,7 @@
 extern crate std;
 
 mod bus_errors;
+mod control;
 mod enabling;
 mod failsafe;
 mod limits;

@@ -292,7 +292,7 @@ proptest! {
         }
         let drive = &bench.device.drive;
         prop_assert_eq!(drive.application().parameters().check(), Ok(()));
-        let (low, high) = drive.axis_parameters.position_limits.expect("limits");
+        let (low, high) = drive.control.axis_parameters.position_limits.expect("limits");
         prop_assert!(low <= high);
     }
 }
