@@ -148,11 +148,6 @@ impl SetpointSource {
         self.running = Some(Running::new(run, self.command));
     }
 
-    /// Whether an excitation runs.
-    pub(crate) fn is_exciting(&self) -> bool {
-        self.running.is_some()
-    }
-
     /// The running excitation.
     pub(crate) fn running(&mut self) -> Option<&mut Running> {
         self.running.as_mut()

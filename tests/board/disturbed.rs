@@ -1,7 +1,7 @@
 //! Runs in which a bit of the RAM is inverted at the entry of a function.
 
 use board_tests::frames::{Frame, faults};
-use board_tests::master::Master;
+use board_tests::master::{Master, driven, to_and_fro};
 use board_tests::program::run_master;
 use virtual_board::faults::{Fault, MemoryLocation, Planned, Trigger};
 use virtual_board::plant::Bridge;
@@ -9,6 +9,20 @@ use virtual_board::run::{Finished, Options};
 
 /// Fault 22, corrupt data.
 pub const DATA_CORRUPT: u8 = 22;
+
+/// The control step that is disturbed, while the shaft moves.
+pub const STEP: u64 = 200;
+
+/// Entries of the computation before it: the first step is computed once.
+pub const ENTRIES: u64 = 2 * STEP - 3;
+
+/// Duration of a run, ms.
+pub const DURATION_MS: u64 = 4 * STEP + 200;
+
+/// Commands to and fro.
+pub fn frames(tick: u64) -> Vec<Frame> {
+    driven(tick, to_and_fro(tick))
+}
 
 /// A master that sends frames in each control period.
 pub type Driving = Master<fn(u64) -> Vec<Frame>>;

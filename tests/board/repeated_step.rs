@@ -1,27 +1,13 @@
 //! The control step is computed twice: what changes one of both computations is noticed.
 
-use board_tests::frames::Frame;
-use board_tests::master::{Master, PERIODS, driven, to_and_fro};
+use board_tests::master::{Master, PERIODS};
 use board_tests::program::{firmware, run_script};
 use virtual_board::run::{Flow, Options, Script, View};
 
-use crate::disturbed::{Driving, Flip, is_told, motion, run};
-
-/// The control step that is disturbed, while the shaft moves.
-pub const STEP: u64 = 200;
-
-/// Entries of the computation before it: the first step is computed once.
-const ENTRIES: u64 = 2 * STEP - 3;
+use crate::disturbed::{DURATION_MS, Driving, ENTRIES, Flip, STEP, frames, is_told, motion, run};
 
 /// Words of the device that are disturbed, of those that each control step changes.
-pub const WORDS: usize = 6;
-
-/// Duration of a run, ms.
-pub const DURATION_MS: u64 = 4 * STEP + 200;
-
-pub fn frames(tick: u64) -> Vec<Frame> {
-    driven(tick, to_and_fro(tick))
-}
+const WORDS: usize = 6;
 
 /// Reads the device before three control steps in a row.
 struct Reader {
@@ -44,7 +30,7 @@ impl Script for Reader {
     }
 }
 
-/// Addresses of words that each control step changes, spread over the device.
+/// Addresses of the words of the device that each control step changes.
 pub fn changing_words() -> Vec<u64> {
     let reader = Reader {
         master: Master::new(frames),
@@ -54,13 +40,10 @@ pub fn changing_words() -> Vec<u64> {
     let images = run_script(Options::for_ms(4 * STEP), reader).script.images;
     let device = firmware().symbol_containing("init_device");
     let words = device.expect("a variable").step_by(4).enumerate();
-    let changing: Vec<_> = words
+    let changing = words
         .filter(|(k, _)| images.windows(2).all(|pair| pair[0][*k] != pair[1][*k]))
-        .map(|(_, address)| address)
-        .collect();
-    assert!(changing.len() > 2 * WORDS, "{changing:x?}");
-    let spread = changing.iter().step_by(changing.len() / WORDS);
-    spread.copied().collect()
+        .map(|(_, address)| address);
+    changing.collect()
 }
 
 /// A flip before this entry of the computation.
@@ -77,7 +60,9 @@ fn flip(address: u64, entry: u64) -> Flip {
 fn a_flip_before_one_of_both_computations_of_a_control_step_is_told_or_without_effect() {
     let undisturbed = motion(&run(frames, DURATION_MS, None));
     let mut told = [0; 2];
-    for address in changing_words() {
+    let changing = changing_words();
+    assert!(changing.len() > 2 * WORDS, "{changing:x?}");
+    for address in changing.iter().copied().step_by(changing.len() / WORDS) {
         for (computation, told) in told.iter_mut().enumerate() {
             let flip = flip(address, ENTRIES + 1 + computation as u64);
             let disturbed = run(frames, DURATION_MS, Some(flip));

@@ -1,6 +1,6 @@
 //! The two ends of a queue.
 
-use core::marker::PhantomData;
+use core::{cell::Cell, marker::PhantomData};
 
 use crate::{Queue, Slot};
 
@@ -9,13 +9,14 @@ pub trait Channel: Sized + 'static {
     /// An element.
     type Item: Send + 'static;
 
-    /// The queue.
+    /// The queue: always the same one, which no other type names.
     fn queue() -> &'static Queue<[Slot<Self::Item>]>;
 
     /// Both ends.
     ///
     /// # Safety
-    /// At most one call for each queue: each end has one owner.
+    /// At most one call for each queue: each end has one owner. [`Channel::queue`] is as stated
+    /// there.
     #[must_use]
     #[allow(unsafe_code, reason = "argued above")]
     unsafe fn split() -> (Producer<Self>, Consumer<Self>) {
@@ -23,7 +24,7 @@ pub trait Channel: Sized + 'static {
     }
 }
 
-/// Declares a type that names a queue, with the type of an element and the capacity, a power of two.
+/// Declares a type that names a queue: the type of an element, and the capacity, a power of two.
 #[macro_export]
 macro_rules! channel {
     ($(#[$attribute:meta])* $visibility:vis $name:ident: [$item:ty; $capacity:expr]) => {
@@ -43,8 +44,8 @@ macro_rules! channel {
     };
 }
 
-/// The end that writes.
-pub struct Producer<C>(PhantomData<fn() -> C>);
+/// The end that writes, in one task.
+pub struct Producer<C>(PhantomData<Cell<C>>);
 
 impl<C: Channel> Producer<C> {
     /// Adds an element.
@@ -80,8 +81,8 @@ impl<C: Channel> Producer<C> {
     }
 }
 
-/// The end that reads.
-pub struct Consumer<C>(PhantomData<fn() -> C>);
+/// The end that reads, in one task.
+pub struct Consumer<C>(PhantomData<Cell<C>>);
 
 impl<C: Channel> Consumer<C> {
     /// Removes the oldest element; `None` if there is none or the queue is not intact.

@@ -2,9 +2,9 @@
 //! change.
 //!
 //! A queue is in a static, and its ends have no data: no task has a reference to it that could
-//! change. Its positions show whether a bit of them has changed; then the queue accepts nothing,
-//! yields nothing and says so ([`Producer::is_intact`]). No position leads to memory outside the
-//! queue.
+//! change. Its positions show whether a bit of them has changed: the queue is then not intact
+//! ([`Producer::is_intact`]), accepts nothing and yields nothing. No position leads to memory outside
+//! the queue.
 //!
 //! ```
 //! task_queues::channel!(

@@ -17,10 +17,7 @@ pub struct Queue<S: ?Sized> {
 // SAFETY: a slot is used by one end at a time, as the positions say which one owns it, and each
 // position is set by one end only (`Channel::split`). Elements go from one task to another one.
 #[allow(unsafe_code, reason = "both ends use the memory of the slots")]
-unsafe impl<T: Send> Sync for Queue<[Slot<T>]> {}
-// SAFETY: as above.
-#[allow(unsafe_code, reason = "both ends use the memory of the slots")]
-unsafe impl<T: Send, const CAPACITY: usize> Sync for Queue<[Slot<T>; CAPACITY]> {}
+unsafe impl<T: Send> Sync for Slot<T> {}
 
 impl<T, const CAPACITY: usize> Queue<[Slot<T>; CAPACITY]> {
     /// An empty queue, whose capacity is a power of two, at most 2^15.
@@ -43,8 +40,8 @@ impl<T, const CAPACITY: usize> Default for Queue<[Slot<T>; CAPACITY]> {
 
 impl<T> Queue<[Slot<T>]> {
     /// The position of the oldest element and the number of elements, unless a bit of the positions
-    /// has changed. The position of the other end may advance meanwhile: the writer's before it is
-    /// read, the reader's afterwards, so that neither is behind or too far ahead of the other.
+    /// has changed. For an end: its own position does not change meanwhile, and that of the other
+    /// end advances only within the capacity.
     #[inline]
     pub(crate) fn waiting(&self) -> Option<(u16, u16)> {
         let written = self.written.get()?;
@@ -117,7 +114,7 @@ impl<T> Queue<[Slot<T>]> {
         if length == 0 {
             return None;
         }
-        // SAFETY: as in `peek`; the element is not used in the slot again, as the position passes it.
+        // SAFETY: as in `peek`; the element is not read again, as the position passes its slot.
         let element = self
             .slot(read)
             .map(|slot| unsafe { (*slot).assume_init_read() });

@@ -113,11 +113,6 @@ impl Application {
         }
     }
 
-    /// Whether an excitation runs.
-    pub fn is_exciting(&self) -> bool {
-        self.setpoints.is_exciting()
-    }
-
     /// Computes the sample that is due, between two control periods.
     pub fn prepare(&mut self) {
         if let Some(running) = self.setpoints.running() {

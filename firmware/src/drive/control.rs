@@ -1,4 +1,4 @@
-//! What the control step works with, and whether anything else has changed it.
+//! Application and axis, which the control step changes, and whether anything else may have.
 
 use core::ops::{Deref, DerefMut};
 
@@ -7,30 +7,30 @@ use canopen::cia402::{Axis, Parameters};
 use crate::application::Application;
 
 /// The application, and the axis with its parameters.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Control {
     pub(super) application: Application,
     pub(super) axis: Axis,
     pub(super) axis_parameters: Parameters,
 }
 
-/// A value, and how often it may have been changed: each mutable access counts.
-#[derive(Debug, Clone)]
+/// A value, and the number of mutable accesses to it.
+#[derive(Debug)]
 pub struct Counted<T> {
     value: T,
-    changes: u32,
+    accesses: u32,
 }
 
 impl<T> Counted<T> {
-    /// A value that has not been changed.
+    /// A value without accesses.
     pub(super) const fn new(value: T) -> Self {
-        Self { value, changes: 0 }
+        Self { value, accesses: 0 }
     }
 
     /// Number of mutable accesses, modulo 2^32. As long as it is the same, each byte of the value is
     /// the same.
-    pub fn changes(&self) -> u32 {
-        self.changes
+    pub fn accesses(&self) -> u32 {
+        self.accesses
     }
 }
 
@@ -46,7 +46,7 @@ impl<T> Deref for Counted<T> {
 impl<T> DerefMut for Counted<T> {
     #[inline]
     fn deref_mut(&mut self) -> &mut T {
-        self.changes = self.changes.wrapping_add(1);
+        self.accesses = self.accesses.wrapping_add(1);
         &mut self.value
     }
 }

@@ -6,7 +6,7 @@ use embedded_can::Frame;
 
 use super::{Drive, StoredParameters, emergency};
 use crate::{
-    application::{BusState, Outputs, Samples, Start},
+    application::{BusState, CommandSource, Outputs, Samples, Start},
     dictionary::DICTIONARY,
     faults::FaultSet,
 };
@@ -125,8 +125,8 @@ impl<'a> Device<'a> {
         }
         self.update_node_id();
         self.node.tick(now_us, &mut self.drive);
-        // Without an excitation nothing here changes what the control step works with.
-        if self.drive.control.application.is_exciting() {
+        // Not always: it is a mutable access to the application.
+        if self.drive.control.application.source() == CommandSource::Excitation {
             self.drive.control.application.prepare();
         }
     }

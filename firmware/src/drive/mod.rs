@@ -147,7 +147,7 @@ impl<'a> Drive<'a> {
         &self.control.application
     }
 
-    /// What the control step works with.
+    /// Application and axis.
     pub fn control(&self) -> &Counted<Control> {
         &self.control
     }

@@ -2,7 +2,6 @@
 
 use firmware::{
     application::{BoardState, Outputs},
-    drive::StoredParameters,
     faults::Fault,
     supervisor::Task,
 };
@@ -41,7 +40,7 @@ impl StepReport {
 pub struct Background {
     pub queues: BackgroundEnds,
     pub flash: Flash,
-    pub store: ParameterStore<StoredParameters>,
+    pub store: ParameterStore,
     pub updater: Updater,
     pub log: StateLog,
     pub program_check: program_check::Check,
@@ -70,7 +69,7 @@ impl Background {
             }
             // There is room: the device takes each result within a control period, and a save takes
             // many.
-            let _ = self.queues.save_results.enqueue((is_saved, set));
+            let _ = self.queues.saved.enqueue((is_saved, set));
         }
         if !self.store.is_running() {
             self.updater.run(&mut self.flash, &mut self.queues);

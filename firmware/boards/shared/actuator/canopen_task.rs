@@ -46,7 +46,7 @@ struct LastStep {
 pub struct CanopenTask {
     /// Sealed between two uses.
     device: Sealed<Device<'static>>,
-    /// Of what the control step works with, from the end of the last one on.
+    /// Seal of application and axis since the last control step; none before the first one.
     control: Option<ControlSeal>,
     /// Whether the motor was driven before the last control step.
     was_driven: bool,
@@ -135,7 +135,7 @@ impl CanopenTask {
     }
 
     /// After a control step computes it a second time and seals the device; before the next one,
-    /// while the encoder is read, checks the queues, and checks and copies the device.
+    /// while the encoder is read, checks the queues and the device, and copies the device.
     pub fn maintain_seal(&mut self, is_driven: bool) {
         match self.last_step.take() {
             Some(step) => {
@@ -179,14 +179,14 @@ impl CanopenTask {
         }
     }
 
-    /// Begins the shutdown if what the control step works with has changed although the call has not
-    /// changed it.
-    fn check_control(&mut self, is_driven: bool) {
-        let Some(before) = self.control else { return };
+    /// Whether application and axis are as the last control step has left them, or as a call has
+    /// changed them. Called before anything of them is stored.
+    fn is_control_intact(&mut self) -> bool {
+        let Some(before) = self.control else {
+            return true;
+        };
         self.control = before.renew(self.device.get().drive.control());
-        if self.control.is_none() {
-            self.begin_shutdown(Fault::DataCorrupt, is_driven);
-        }
+        self.control.is_some()
     }
 
     fn begin_shutdown(&mut self, fault: Fault, is_driven: bool) {
@@ -254,10 +254,13 @@ impl CanopenTask {
         // What the call does must not be undone.
         self.device.discard_copy();
         if let Some(shutdown) = &mut self.shutdown {
-            // Before everything that waits.
             if let Some(frame) = shutdown.take_frame() {
-                bus_status::request_discard();
-                let _ = self.queues.to_transmit.enqueue(frame);
+                match self.queues.to_transmit.enqueue(frame) {
+                    // Before everything that waits.
+                    Ok(()) => bus_status::request_discard(),
+                    // The queue is full, or not intact.
+                    Err(frame) => _ = self.queues.process_data.enqueue(frame),
+                }
             }
             return true;
         }
@@ -265,12 +268,15 @@ impl CanopenTask {
         self.update_diagnostics();
         self.discard_stale();
         communicate(self, now_us, start);
-        self.exchange_with_store();
-        self.exchange_with_updater();
-        self.update_controller();
-        let node_id = self.device.get().node().node_id();
-        self.node_id = node_id.map_or(0, NodeId::get);
-        self.check_control(is_driven);
+        if self.is_control_intact() {
+            self.exchange_with_store();
+            self.exchange_with_updater();
+            self.update_controller();
+            let node_id = self.device.get().node().node_id();
+            self.node_id = node_id.map_or(0, NodeId::get);
+        } else {
+            self.begin_shutdown(Fault::DataCorrupt, is_driven);
+        }
         self.device.seal();
         self.queues.to_transmit.has_waiting() || self.queues.process_data.has_waiting()
     }

@@ -1,8 +1,12 @@
 //! Saves sets of parameters to the flash, in the background task.
 
-use firmware::store::{Loaded, Progress, Saver, Stored};
-use task_queues::{Channel, Consumer};
+use firmware::{
+    drive::StoredParameters,
+    store::{Loaded, Progress, Saver},
+};
+use task_queues::Consumer;
 
+use super::queues::ToSave;
 use crate::peripherals::flash::Flash;
 
 /// Maximum polls of the flash in a call. A word takes 16 us, as long as some twenty polls: a set is
@@ -11,18 +15,18 @@ use crate::peripherals::flash::Flash;
 const POLLS: usize = 200;
 
 /// Whether a set is saved, and its memory for the next one.
-pub type SaveResult<S> = (bool, &'static mut S);
+pub type SaveResult = (bool, &'static mut StoredParameters);
 
 /// The sets to be saved in the flash pages of parameters.
-pub struct ParameterStore<S: Stored + 'static> {
-    saver: Saver<S>,
+pub struct ParameterStore {
+    saver: Saver<StoredParameters>,
     /// The set that is being saved.
-    set: Option<&'static mut S>,
+    set: Option<&'static mut StoredParameters>,
 }
 
-impl<S: Stored> ParameterStore<S> {
+impl ParameterStore {
     /// A store with the parameters loaded from the flash.
-    pub fn new(loaded: &Loaded<S>) -> Self {
+    pub fn new(loaded: &Loaded<StoredParameters>) -> Self {
         Self {
             saver: Saver::new(loaded),
             set: None,
@@ -34,13 +38,9 @@ impl<S: Stored> ParameterStore<S> {
         self.saver.is_running()
     }
 
-    /// Continues a save or starts one, of a set of this queue. Returns at its end whether the set is saved, and the memory
-    /// of the set.
-    pub fn run<C: Channel<Item = &'static mut S>>(
-        &mut self,
-        flash: &mut Flash,
-        to_save: &mut Consumer<C>,
-    ) -> Option<SaveResult<S>> {
+    /// Continues a save or starts one, of the next set in the queue. Returns at its end whether the
+    /// set is saved, and the memory of the set.
+    pub fn run(&mut self, flash: &mut Flash, to_save: &mut Consumer<ToSave>) -> Option<SaveResult> {
         if !self.saver.is_running()
             && let Some(set) = to_save.dequeue()
         {

@@ -7,11 +7,11 @@
 //!   back-EMF, supply and temperature; switches to coasting.
 //! - Priority 4, encoder read, 38 us after the edge: control step.
 //! - Priority 4, first PWM edge while the encoder is read, and after the control step: checks that
-//!   the memory of the CANopen device has not changed; seals it.
+//!   the memory of the CANopen device and the queues have not changed; seals the device.
 //! - Priority 4, edges of two PWM periods in between: call of the CANopen device with received
-//!   frames, timers, and frames to transmit.
-//! - Priority 2, mailbox free, bus error, and each call: frames to the controller; its state, bit
-//!   rate and filters.
+//!   frames, timers, and frames to transmit; acceptance filter of the controller.
+//! - Priority 2, mailbox free, bus error, and each call: frames to the controller; its state and bit
+//!   rate.
 //! - Priority 1, after the control step: flash and log.
 //!
 //! Only the reception of a frame preempts the control step, for a microsecond, and no task of lower

@@ -10,7 +10,8 @@ use task_queues::{Channel as _, Consumer, Producer, channel};
 use super::{background::StepReport, parameter_store::SaveResult, update_result::UpdateResult};
 
 channel!(
-    /// Received frames: more than the bus carries between two calls of the device, 3 ms at 1 Mbit/s.
+    /// Received frames: more than the bus carries between two calls of the device, in 3 ms at
+    /// 1 Mbit/s.
     pub ReceivedFrames: [ReceivedFrame; 64]
 );
 channel!(
@@ -33,7 +34,7 @@ channel!(
 );
 channel!(
     /// The result of a save.
-    pub SaveResults: [SaveResult<StoredParameters>; 1]
+    pub SaveResults: [SaveResult; 1]
 );
 channel!(
     /// An order of an update.
@@ -92,9 +93,9 @@ impl TransmitQueues for ControllerEnds {
 pub struct BackgroundEnds {
     pub reports: Consumer<StepReports>,
     pub to_save: Consumer<ToSave>,
-    pub save_results: Producer<SaveResults>,
+    pub saved: Producer<SaveResults>,
     pub update_orders: Consumer<UpdateOrders>,
-    pub update_results: Producer<UpdateResults>,
+    pub updated: Producer<UpdateResults>,
 }
 
 /// All ends.
@@ -115,12 +116,12 @@ pub unsafe fn ends() -> Ends {
     let (
         (receiver, received),
         (to_transmit, others),
-        (process_data_producer, process_data),
-        (reports_producer, reports),
-        (to_save_producer, to_save),
-        (save_results_producer, save_results),
+        (process_data, waiting_process_data),
+        (reports, waiting_reports),
+        (to_save, waiting_to_save),
+        (saved, save_results),
         (to_update, update_orders),
-        (update_results_producer, update_results),
+        (updated, update_results),
     ) = unsafe {
         (
             ReceivedFrames::split(),
@@ -133,31 +134,28 @@ pub unsafe fn ends() -> Ends {
             UpdateResults::split(),
         )
     };
-    let device = DeviceEnds {
-        received,
-        to_transmit,
-        process_data: process_data_producer,
-        reports: reports_producer,
-        to_save: to_save_producer,
-        save_results,
-        to_update,
-        update_results,
-    };
-    let controller = ControllerEnds {
-        process_data,
-        others,
-    };
-    let background = BackgroundEnds {
-        reports,
-        to_save,
-        save_results: save_results_producer,
-        update_orders,
-        update_results: update_results_producer,
-    };
     Ends {
-        device,
-        controller,
-        background,
+        device: DeviceEnds {
+            received,
+            to_transmit,
+            process_data,
+            reports,
+            to_save,
+            save_results,
+            to_update,
+            update_results,
+        },
+        controller: ControllerEnds {
+            process_data: waiting_process_data,
+            others,
+        },
+        background: BackgroundEnds {
+            reports: waiting_reports,
+            to_save: waiting_to_save,
+            saved,
+            update_orders,
+            updated,
+        },
         receiver,
     }
 }

@@ -15,7 +15,7 @@ const fn words_of<T>() -> usize {
 /// Checksum of all bytes of a value, also of those between its fields: each word is added without
 /// carry to the sum rotated by one bit. A change within one word always changes it; a change of
 /// several words is missed with a probability of 2^-32.
-#[inline(never)]
+#[inline(always)]
 pub fn checksum_of<T>(value: &T) -> u32 {
     let words = const { words_of::<T>() };
     let start = core::ptr::from_ref(value);

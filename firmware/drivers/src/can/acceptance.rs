@@ -8,7 +8,7 @@ const REMOTE: u32 = 1 << 1;
 const EXTENDED: u32 = 1 << 2;
 
 /// Identifiers of the frames that the node receives.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug)]
 pub struct AcceptedIds {
     words: [u32; Self::MAXIMUM],
     count: usize,

@@ -30,7 +30,8 @@ impl Acceptance {
 
     /// Makes these the identifiers of the frames that are received, while frames are received. Only
     /// the banks that differ are off meanwhile, so that the others continue to receive; the change
-    /// may be interrupted. It also corrects a register that has changed by itself.
+    /// may be interrupted. It also corrects identifiers and activation bits that have changed by
+    /// themselves.
     pub fn set(&mut self, accepted: &AcceptedIds) {
         let can = &self.0;
         let mut words = accepted.words();

@@ -145,7 +145,7 @@ impl Updater {
         };
         if let Some(result) = result {
             // There is room: the device gives the next order after this result.
-            let _ = queues.update_results.enqueue(result);
+            let _ = queues.updated.enqueue(result);
         }
     }
 
