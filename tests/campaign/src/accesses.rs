@@ -50,7 +50,7 @@ impl Layout {
             disturbed,
             device: firmware.symbol_containing("local_init_device")?,
             copy_of_device: firmware.symbol_containing("copy_of_device")?,
-            checksum: firmware.function_containing("sealed..Sealed$LT$T$GT$8checksum")?,
+            checksum: firmware.function_containing("Sealed$LT$T$GT$8checksum")?,
             copying: firmware.function_containing("words4copy")?,
             program_start: firmware.address("_program_start")?,
         })
