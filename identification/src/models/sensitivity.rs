@@ -20,7 +20,7 @@ fn duals<const N: usize, D: Dynamics>(values: &[f64], free: &[usize]) -> D::Para
 }
 
 /// The sums with a width that is known at compile time: the inner loop of every search, in the
-/// widest vector registers of the processor.
+/// vector registers of the processor.
 pub fn sums_with_duals<const N: usize, D: Dynamics>(
     model: &D,
     run: &Experiment,
@@ -29,7 +29,7 @@ pub fn sums_with_duals<const N: usize, D: Dynamics>(
     angles: &[f64],
 ) -> Sums {
     let (p, width) = (duals::<N, D>(values, free), free.len());
-    let totals = pulp::Arch::new().dispatch(Summing {
+    let totals = vectorised(Summing {
         model,
         run,
         p: &p,
@@ -45,6 +45,16 @@ pub fn sums_with_duals<const N: usize, D: Dynamics>(
             .copied()
             .collect(),
     }
+}
+
+/// Calls it with AVX2 where the processor has that. At most eight derivatives gain nothing from
+/// wider registers, for which there would be another copy of each model in the program.
+fn vectorised<F: pulp::NullaryFnOnce>(function: F) -> F::Output {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(avx2) = pulp::x86::V3::try_new() {
+        return avx2.vectorize(function);
+    }
+    function.call()
 }
 
 /// Samples that are added to the sums together, row by row of the matrix, whose row then stays in
