@@ -2,6 +2,8 @@
 
 mod common;
 
+use std::{ops::Range, sync::LazyLock};
+
 use board_tests::program::firmware;
 use common::verdicts;
 use fault_campaign::campaign::{Defect, Judged, draw};
@@ -45,7 +47,7 @@ fn experiments_confirm_what_a_recording_decides() {
     let device = firmware()
         .symbol_containing("local_init_device")
         .expect("a variable");
-    let close = at(device, 15_000).into_iter();
+    let close = at(device, 0, 15_000).into_iter();
     injections.extend(
         close.filter(|injection| (600..612).contains(&injection.at_ms) && injection.number >= 160),
     );
@@ -66,60 +68,76 @@ fn experiments_confirm_what_a_recording_decides() {
     }
 }
 
-/// Injections into the RAM during the first motion, at these addresses.
-fn at(addresses: std::ops::Range<u64>, count: usize) -> Vec<Injection> {
+/// Injections into the RAM during the first motion, at these addresses, with numbers from this one
+/// on.
+fn at(addresses: Range<u64>, first: u64, count: usize) -> Vec<Injection> {
     let draw = |number| Injection::draw(SEED, number, Place::Ram, std::slice::from_ref(&addresses));
-    let drawn = (0..).map(draw);
+    let drawn = (first..).map(draw);
     let of_motion = drawn.filter(|injection| injection.motion == Motion::Position);
     of_motion.take(count).collect()
 }
 
-/// Verdicts with and without a defect of the recording.
-fn compared(injections: &[Injection], defect: Defect) -> Vec<(Verdict, Verdict)> {
-    let right = verdicts(injections, Judged::ByRecording(None));
-    let wrong = verdicts(injections, Judged::ByRecording(Some(defect)));
-    let both = right.into_iter().zip(wrong);
-    both.map(|((_, right), (_, wrong))| (right, wrong))
+/// A defect of the recording, and injections that it judges otherwise.
+type Case = (Defect, Vec<Injection>);
+
+fn cases() -> [Case; 3] {
+    let variable = |name| firmware().symbol_containing(name).expect("a variable");
+    let stack_end = firmware().address("_stack_start").expect("a symbol");
+    [
+        (Defect::NoReads, at(variable("local_init_device"), 0, 40)),
+        // The frames of interrupts of the background task.
+        (
+            Defect::NoFrames,
+            at(stack_end - 112..stack_end - 64, 1_000_000, 1500),
+        ),
+        // What the controller sends to the encoder; the program does not read it.
+        (
+            Defect::NoTransfers,
+            at(variable("encoder4SENT"), 2_000_000, 20),
+        ),
+    ]
+}
+
+/// Verdicts of a recording without and with the defect of a case. One campaign judges the
+/// injections of all cases without a defect.
+fn compared((defect, injections): &Case) -> Vec<(Verdict, Verdict)> {
+    static RIGHT: LazyLock<Vec<(Injection, Verdict)>> = LazyLock::new(|| {
+        let all: Vec<_> = cases().into_iter().flat_map(|(_, some)| some).collect();
+        verdicts(&all, Judged::ByRecording(None))
+    });
+    let wrong = verdicts(injections, Judged::ByRecording(Some(*defect)));
+    let right = |injection| {
+        let mut all = RIGHT.iter();
+        all.find(|(it, _)| it == injection).expect("it is judged").1
+    };
+    let both = wrong.iter();
+    both.map(|(injection, wrong)| (right(injection), *wrong))
         .collect()
 }
 
 #[test]
 fn a_recording_without_reads_or_without_the_frames_of_exceptions_gives_other_verdicts() {
-    let stack_end = firmware().address("_stack_start").expect("a symbol");
     let map = MemoryMap::try_new(firmware()).expect("the symbols exist");
-    let device = firmware()
-        .symbol_containing("local_init_device")
-        .expect("a variable");
-    let cases = [
-        (Defect::NoReads, at(device, 40)),
-        // The frames of interrupts of the background task.
-        (Defect::NoFrames, at(stack_end - 112..stack_end - 64, 1500)),
-    ];
-    for (defect, injections) in cases {
-        assert!(
-            injections
-                .iter()
-                .all(|injection| { [Class::Device, Class::Stack].contains(&map.class(injection)) })
-        );
-        let compared = compared(&injections, defect);
+    let [reads, frames, _] = cases();
+    for case in [reads, frames] {
+        let is_expected = |injection| [Class::Device, Class::Stack].contains(&map.class(injection));
+        assert!(case.1.iter().all(is_expected));
+        let compared = compared(&case);
         let differ = |(right, wrong): &&(Verdict, Verdict)| right.outcome != wrong.outcome;
         let differing = compared.iter().filter(differ).count();
         println!(
-            "{defect:?}: {differing} of {} verdicts differ",
+            "{:?}: {differing} of {} verdicts differ",
+            case.0,
             compared.len()
         );
-        assert!(differing > 0, "{defect:?}");
+        assert!(differing > 0, "{:?}", case.0);
     }
 }
 
 #[test]
 fn a_flip_in_memory_that_a_dma_controller_reads_is_simulated() {
-    // What the controller sends to the encoder; the program does not read it.
-    let sent = firmware()
-        .symbol_containing("encoder4SENT")
-        .expect("a variable");
-    let injections = at(sent, 20);
-    for (right, wrong) in compared(&injections, Defect::NoTransfers) {
+    let [_, _, transfers] = cases();
+    for (right, wrong) in compared(&transfers) {
         assert!(!by_recording(&right) && by_recording(&wrong));
     }
 }
