@@ -9,6 +9,7 @@ mod chain;
 mod control_memory;
 mod disturbed;
 mod drivers;
+mod fault_places;
 mod faults;
 mod gaps;
 mod instructions;

@@ -155,6 +155,7 @@ fn flip<S: Script, E>(
     host: &mut dyn Host,
     write: impl Fn(&mut dyn Host, u64, u64) -> Result<(), E>,
 ) {
+    // Those of the plan have been checked.
     let address = match place {
         MemoryLocation::Address(address) => Some(*address),
         MemoryLocation::Symbol(name) => run.firmware().address(name).ok(),

@@ -7,6 +7,7 @@ mod finished;
 mod firmware;
 mod grid;
 mod options;
+mod places;
 mod probe;
 mod servo;
 mod shared;
@@ -41,9 +42,19 @@ pub enum RunError {
     /// A parameter of the plant is outside its range.
     #[error(transparent)]
     Plant(#[from] model_core::parameter::ParameterError),
-    /// The ELF file lacks a function that a probe or a fault refers to.
+    /// The ELF file lacks a name that a probe or a fault refers to.
     #[error(transparent)]
     Firmware(#[from] FirmwareError),
+    /// A fault changes a bit where there is no such memory.
+    #[error("there is no {memory} at {address:#x}, expected {expected}")]
+    Place {
+        /// RAM or flash.
+        memory: &'static str,
+        /// The address of the byte.
+        address: u64,
+        /// Where there is such memory.
+        expected: String,
+    },
     /// An error of the emulator.
     #[error("the emulator: {0}")]
     Emulator(#[from] emulator::Error),
@@ -68,8 +79,8 @@ pub struct Attachments {
 /// Runs a firmware until its time has passed or the script ends it.
 ///
 /// # Errors
-/// A parameter outside its range, a name that the ELF file does not have, or an error of the
-/// emulator.
+/// A parameter outside its range, a name that the ELF file does not have, a fault where there is no
+/// memory, or an error of the emulator.
 pub fn run<S: Script + 'static>(
     firmware: &Firmware,
     options: Options,
@@ -96,6 +107,7 @@ pub fn run_with<S: Script + 'static>(
     let wire = (!is_shared).then(|| Wire::new(ports.collect()));
     let mut board =
         ActuatorBoard::try_new(options.chip, wire, options.flash_times, options.plant.seed)?;
+    places::check(&options.faults, firmware, board.chip.ram())?;
     board.observer = attachments.observer;
     board.vector_table = firmware.vector_table();
     let contents = options.contents.clone();
