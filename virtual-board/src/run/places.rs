@@ -16,11 +16,12 @@ pub(super) fn check(
     ram: &[(u64, u64)],
 ) -> Result<(), RunError> {
     let ram: Vec<_> = ram.iter().map(|(base, size)| *base..base + size).collect();
-    let flash = [flash::BASE..flash::BASE + flash::SIZE];
+    let flash = flash::BASE..flash::BASE + flash::SIZE;
+    let flash = std::slice::from_ref(&flash);
     for planned in plan {
         match &planned.fault {
             Fault::FlipRam { place, bit } => check_one("RAM", place, *bit, firmware, &ram)?,
-            Fault::FlipFlash { place, bit } => check_one("flash", place, *bit, firmware, &flash)?,
+            Fault::FlipFlash { place, bit } => check_one("flash", place, *bit, firmware, flash)?,
             _ => {}
         }
     }
