@@ -3,8 +3,8 @@
 //!
 //! A queue is in a static, and its ends have no data: no task has a reference to it that could
 //! change. Its positions show whether a bit of them has changed: the queue is then not intact
-//! ([`Producer::is_intact`]), accepts nothing and yields nothing. No position leads to memory outside
-//! the queue.
+//! ([`Producer::is_intact`]), accepts nothing and yields nothing. No position leads to memory
+//! outside the queue.
 //!
 //! ```
 //! task_queues::channel!(

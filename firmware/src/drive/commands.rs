@@ -50,7 +50,7 @@ impl Drive<'_> {
         use super::measured::signed;
         let commands = &self.commands;
         match command {
-            DriveCommand::CommandSource => self.control.application.selected_source() as u64,
+            DriveCommand::CommandSource => self.application().selected_source() as u64,
             DriveCommand::ExcitationControl => self.measured(Measured::ExcitationStatus),
             DriveCommand::CaptureControl => u64::from(matches!(self.capture.phase() as u8, 1 | 2)),
             // The program is running.
@@ -150,7 +150,7 @@ impl Drive<'_> {
             .amplitude_mdeg
             .saturating_abs()
             .saturating_mul(lines);
-        let from = thousandths(self.control.application.telemetry().command);
+        let from = thousandths(self.application().telemetry().command);
         let profile = &self.values.profile;
         from.saturating_sub(reach) >= profile.min_position_mdeg
             && from.saturating_add(reach) <= profile.max_position_mdeg

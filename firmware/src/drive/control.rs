@@ -27,8 +27,8 @@ impl<T> Counted<T> {
         Self { value, accesses: 0 }
     }
 
-    /// Number of mutable accesses, modulo 2^32. As long as it is the same, each byte of the value is
-    /// the same.
+    /// Number of mutable accesses, modulo 2^32. As long as it is the same, each byte of the value
+    /// is the same.
     pub fn accesses(&self) -> u32 {
         self.accesses
     }

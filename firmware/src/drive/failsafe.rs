@@ -66,7 +66,7 @@ impl Drive<'_> {
     pub(super) fn fail_safe(&mut self) -> Reaction {
         let is_enabled = self.control.axis.state() == Cia402State::OperationEnabled;
         let is_cyclic = matches!(self.commands.mode, 8 | 9);
-        let is_bus = self.control.application.selected_source() == CommandSource::Bus;
+        let is_bus = self.application().selected_source() == CommandSource::Bus;
         if !is_cyclic || !is_enabled || !is_bus {
             self.failsafe.silent = 0;
         }
@@ -74,12 +74,7 @@ impl Drive<'_> {
             self.failsafe.retreat_mdeg = None;
             return Reaction::None;
         }
-        let timeout_ms = self
-            .control
-            .application
-            .parameters()
-            .command
-            .command_timeout_ms;
+        let timeout_ms = self.application().parameters().command.command_timeout_ms;
         // An excitation needs no commands; after it the timeout starts again.
         let is_exciting = !self.is_commanded();
         self.failsafe.silent = if is_cyclic && !is_exciting {
@@ -107,12 +102,7 @@ impl Drive<'_> {
     /// The next target angle of the motion to the failsafe position, mdeg.
     fn retreat(&mut self) -> i32 {
         let wanted = self.values.failsafe.failsafe_position_mdeg;
-        let rate = self
-            .control
-            .application
-            .parameters()
-            .command
-            .approach_rate_deg_s;
+        let rate = self.application().parameters().command.approach_rate_deg_s;
         // mdeg per control period: at most 2000 times 4.
         let step = rate.saturating_mul(PERIOD_US as i32 / 1000);
         let from = self

@@ -45,11 +45,11 @@ pub(super) fn real(value: f32) -> u64 {
 impl Drive<'_> {
     /// The present value, as the server of the crate `canopen` expects it.
     pub(super) fn measured(&self, value: Measured) -> u64 {
-        let t = self.control.application.telemetry();
+        let t = self.application().telemetry();
         let board = &self.diagnostics;
         match value {
             Measured::PositionMdeg => signed(thousandths(t.angle)),
-            Measured::VelocityMdegS => signed(self.control.application.velocity_mdeg_s()),
+            Measured::VelocityMdegS => signed(self.application().velocity_mdeg_s()),
             Measured::CompactAngle => short(thousandths(t.angle) / 10),
             Measured::CompactRate => short(thousandths(t.rate) / 100),
             Measured::RateCommandMdegS => signed(thousandths(t.rate_command)),
@@ -83,7 +83,7 @@ impl Drive<'_> {
             Measured::PredictedRateDegS => real(self.model.rate_deg_s()),
             Measured::ResidualDeg => real(self.model.residual_deg()),
             Measured::ExcitationStatus => {
-                u64::from(self.control.application.source() == CommandSource::Excitation)
+                u64::from(self.application().source() == CommandSource::Excitation)
             }
             Measured::CaptureStatus => self.capture.phase() as u64,
             Measured::CapturedRecords => self.capture.count() as u64,
@@ -112,20 +112,14 @@ impl Drive<'_> {
 
     /// Control periods without a servo pulse after which the pulse counts as absent.
     fn pulse_timeout(&self) -> u16 {
-        let timeout_ms = self
-            .control
-            .application
-            .parameters()
-            .command
-            .command_timeout_ms;
+        let timeout_ms = self.application().parameters().command.command_timeout_ms;
         crate::timing::periods(timeout_ms.max(100))
     }
 
     /// The error code of the fault that was latched first.
     fn error_code(&self) -> u16 {
         let first = self
-            .control
-            .application
+            .application()
             .faults()
             .first()
             .map(|record| record.fault);
@@ -136,7 +130,7 @@ impl Drive<'_> {
 
     /// In thousandths.
     fn permille_of_rated_current(&self, current_ma: i32) -> i32 {
-        let rated_ma = self.control.application.parameters().current.continuous_ma;
+        let rated_ma = self.application().parameters().current.continuous_ma;
         // Within 1650 times 1000.
         let share = current_ma.saturating_mul(1000).checked_div(rated_ma);
         share.unwrap_or(0)

@@ -154,7 +154,7 @@ impl<'a> Drive<'a> {
 
     /// All latched faults, of the application and of the drive.
     pub fn latched(&self) -> FaultSet {
-        self.control.application.faults().latched().or(self.own)
+        self.application().faults().latched().or(self.own)
     }
 
     /// Statusword 6041h.
@@ -220,11 +220,11 @@ impl<'a> Drive<'a> {
     /// Updates the parameters of the axis after a change of stored values.
     fn update_limits(&mut self) {
         self.control.axis_parameters =
-            limits::axis_parameters(&self.values, self.control.application.parameters());
+            limits::axis_parameters(&self.values, self.application().parameters());
     }
 
     fn is_driving(&self) -> bool {
-        self.control.application.state().is_driving() || self.motion.is_powered
+        self.application().state().is_driving() || self.motion.is_powered
     }
 
     /// Whether the service password locks what it protects.
@@ -233,22 +233,22 @@ impl<'a> Drive<'a> {
     }
 
     fn angle_mdeg(&self) -> i32 {
-        thousandths(self.control.application.telemetry().angle)
+        thousandths(self.application().telemetry().angle)
     }
 
     fn rate_mdeg_s(&self) -> i32 {
-        thousandths(self.control.application.telemetry().rate)
+        thousandths(self.application().telemetry().rate)
     }
 
     /// Whether the commands come from the bus at present.
     fn is_commanded(&self) -> bool {
         // The axis takes over one period after the other source has ended: it starts from the
         // command of that source.
-        self.control.application.source() == CommandSource::Bus
-            && self.control.application.telemetry().source == CommandSource::Bus
+        self.application().source() == CommandSource::Bus
+            && self.application().telemetry().source == CommandSource::Bus
     }
 
     fn has_failed(&self) -> bool {
-        self.control.application.state() == BoardState::Fault
+        self.application().state() == BoardState::Fault
     }
 }

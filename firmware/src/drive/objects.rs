@@ -29,7 +29,7 @@ impl Drive<'_> {
     /// Changes parameters of the board without a step of the duty. `change` returns whether the
     /// value is possible; range and relations are checked here.
     fn retune(&mut self, change: impl FnOnce(&mut BoardParameters) -> bool) -> Result<(), Abort> {
-        let mut parameters = *self.control.application.parameters();
+        let mut parameters = *self.application().parameters();
         if !change(&mut parameters) {
             return Err(Abort::Value);
         }
@@ -66,7 +66,7 @@ impl Drive<'_> {
 
 impl canopen::Application for Drive<'_> {
     fn read(&mut self, address: Address) -> Result<u64, Abort> {
-        let parameters = self.control.application.parameters();
+        let parameters = self.application().parameters();
         Ok(match location(address) {
             Location::Control(row) => real(parameters.control.get(row).ok_or(Abort::NoObject)?),
             // Signed integers are extended to 64 bits; the server cuts off what is beyond the type.
@@ -215,7 +215,7 @@ impl canopen::Application for Drive<'_> {
         if self.is_locked() && !is_begun {
             return Poll::Ready(Err(Abort::DeviceState));
         }
-        let mut parameters = *self.control.application.parameters();
+        let mut parameters = *self.application().parameters();
         let bus = &mut parameters.bus;
         bus.node_id = node_id.map_or(bus.node_id, |id| i32::from(id.get()));
         let kbit_s = bit_rate.and_then(Bus::kbit_s_of).map(i32::from);

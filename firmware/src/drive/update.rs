@@ -356,15 +356,13 @@ impl<'a> Drive<'a> {
     /// Judges an image on trial after its first second.
     fn test_itself(&mut self) {
         let is_on_trial = self.update.slots.is_some_and(|slots| !slots.is_confirmed);
-        let tick = self.control.application.telemetry().tick;
+        let tick = self.application().telemetry().tick;
         if !is_on_trial || self.update.request != Request::None || tick < SELF_TEST_PERIODS {
             return;
         }
-        let has_started = self.control.application.state() != BoardState::Initialising;
+        let has_started = self.application().state() != BoardState::Initialising;
         // Without power most faults are present only, and not latched.
-        let faults = self
-            .latched()
-            .or(self.control.application.telemetry().present);
+        let faults = self.latched().or(self.application().telemetry().present);
         let has_failed = !faults.and(FAILURES).is_empty();
         self.update.request = if has_started && !has_failed {
             Request::Confirm

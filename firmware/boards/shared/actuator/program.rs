@@ -10,8 +10,8 @@
 //!   the memory of the CANopen device and the queues have not changed; seals the device.
 //! - Priority 4, edges of two PWM periods in between: call of the CANopen device with received
 //!   frames, timers, and frames to transmit; acceptance filter of the controller.
-//! - Priority 2, mailbox free, bus error, and each call: frames to the controller; its state and bit
-//!   rate.
+//! - Priority 2, mailbox free, bus error, and each call: frames to the controller; its state and
+//!   bit rate.
 //! - Priority 1, after the control step: flash and log.
 //!
 //! Only the reception of a frame preempts the control step, for a microsecond, and no task of lower
