@@ -1,7 +1,8 @@
 //! The communication objects held by the server, 1000h to 1FFFh.
 
+use crate::counted::Counted;
 use crate::dictionary::{Access, Address, Dictionary, Entry};
-use crate::pdo::{Direction, PdoParameters, Rpdo, Tpdo};
+use crate::pdo::{PdoObject, PdoParameters, PdoTable, Rpdo, Tpdo, rpdo_of, tpdo_of};
 use crate::timer::Timer;
 use crate::{Abort, emergency, heartbeat, sync, time};
 
@@ -19,15 +20,12 @@ pub(crate) struct Services<const R: usize, const T: usize> {
     pub configuration_date: [u32; 2],
     pub emergency: emergency::EmergencyProducer,
     pub consumers: heartbeat::Consumers,
+    /// The parameters of the PDOs, apart from what changes with each frame: their owner can tell
+    /// that the memory has changed.
+    pub pdo_table: Counted<PdoTable<R, T>>,
     pub rpdos: [Rpdo; R],
     pub tpdos: [Tpdo; T],
 }
-
-/// Index of the first RPDO and TPDO communication parameters, and the offset from there to the
-/// mapping parameters.
-const RPDO: u16 = 0x1400;
-const TPDO: u16 = 0x1800;
-const MAPPING: u16 = 0x0200;
 
 /// Index of the synchronous counter overflow value.
 const SYNC_OVERFLOW: u16 = 0x1019;
@@ -35,11 +33,6 @@ const SYNC_OVERFLOW: u16 = 0x1019;
 /// Objects held by the server that are not stored by 1010h.
 const fn is_volatile(index: u16) -> bool {
     matches!(index, 0x1001 | 0x1003)
-}
-
-/// Offset of an index from `base`; out of any range if the index is below it.
-fn offset_from(index: u16, base: u16) -> usize {
-    usize::from(index.wrapping_sub(base))
 }
 
 impl<const R: usize, const T: usize> Services<R, T> {
@@ -51,6 +44,7 @@ impl<const R: usize, const T: usize> Services<R, T> {
         emergency: emergency::EmergencyProducer::NEW,
         sync: sync::SyncService::NEW,
         time: time::TimeConsumer::NEW,
+        pdo_table: Counted::new(PdoTable::NEW),
         rpdos: [Rpdo::NEW; R],
         tpdos: [Tpdo::NEW; T],
         communication_error: 0,
@@ -87,9 +81,7 @@ impl<const R: usize, const T: usize> Services<R, T> {
         self.time = time::TimeConsumer::NEW;
         self.rpdos = [Rpdo::NEW; R];
         self.tpdos = [Tpdo::NEW; T];
-        for (direction, parameters) in self.all_pdo_parameters() {
-            parameters.reset(direction);
-        }
+        self.pdo_table.reset();
         self.communication_error = 0;
         // Without 1F80h the node remains in PRE-OPERATIONAL after boot-up.
         self.startup = NO_SELF_START;
@@ -104,29 +96,16 @@ impl<const R: usize, const T: usize> Services<R, T> {
             let value = stored.unwrap_or_else(|| entry.default_value(node_id));
             self.load_one(address, value);
         }
-        for (_, parameters) in self.all_pdo_parameters() {
+        for parameters in self.pdo_table.all_mut() {
             parameters.validate(dictionary);
         }
     }
 
-    /// The parameters of all PDOs.
-    fn all_pdo_parameters(&mut self) -> impl Iterator<Item = (Direction, &mut PdoParameters)> {
-        let receive = self
-            .rpdos
-            .iter_mut()
-            .map(|rpdo| (Direction::Receive, &mut rpdo.parameters));
-        let transmit = self
-            .tpdos
-            .iter_mut()
-            .map(|tpdo| (Direction::Transmit, &mut tpdo.parameters));
-        receive.chain(transmit)
-    }
-
     fn load_one(&mut self, address: Address, value: u32) {
         let Address { index, sub } = address;
-        if let Some(parameters) = self.pdo_parameters_mut(index, 0) {
+        if let Some(parameters) = self.pdo_mut(index, PdoObject::Communication) {
             parameters.load_parameter(sub, value);
-        } else if let Some(parameters) = self.pdo_parameters_mut(index, MAPPING) {
+        } else if let Some(parameters) = self.pdo_mut(index, PdoObject::Mapping) {
             parameters.map.load(sub, value);
         } else if !(is_volatile(index) || matches!((index, sub), (0x1016, 0))) {
             // An invalid stored value is refused; the service then remains disabled.
@@ -137,10 +116,10 @@ impl<const R: usize, const T: usize> Services<R, T> {
     /// Reads an object held by the server; `None` if it is not.
     pub fn read(&self, address: Address, dictionary: &Dictionary) -> Option<Result<u32, Abort>> {
         let Address { index, sub } = address;
-        if let Some(parameters) = self.pdo_parameters(index, 0) {
+        if let Some(parameters) = self.pdo_table.find(index, PdoObject::Communication) {
             return parameters.read_parameter(sub).map(Ok);
         }
-        if let Some(parameters) = self.pdo_parameters(index, MAPPING) {
+        if let Some(parameters) = self.pdo_table.find(index, PdoObject::Mapping) {
             return parameters.map.read(sub).map(Ok);
         }
         Some(Ok(match (index, sub) {
@@ -174,10 +153,10 @@ impl<const R: usize, const T: usize> Services<R, T> {
         dictionary: &Dictionary,
     ) -> Option<Result<(), Abort>> {
         let Address { index, sub } = address;
-        if let Some(parameters) = self.pdo_parameters_mut(index, MAPPING) {
+        if let Some(parameters) = self.pdo_mut(index, PdoObject::Mapping) {
             return Some(parameters.write_mapping(sub, value, dictionary));
         }
-        if let Some(parameters) = self.pdo_parameters_mut(index, 0) {
+        if let Some(parameters) = self.pdo_mut(index, PdoObject::Communication) {
             let existed = parameters.valid();
             let done = parameters.write_parameter(sub, value);
             self.restart_pdo(index, sub, existed);
@@ -189,32 +168,42 @@ impl<const R: usize, const T: usize> Services<R, T> {
     /// Restarts a PDO after a change of its communication parameters.
     fn restart_pdo(&mut self, index: u16, sub: u8, existed: bool) {
         let is_redefined = !existed || sub == 2;
-        if let Some(rpdo) = self.rpdos.get_mut(offset_from(index, RPDO))
+        if let Some((rpdo, _)) = self.rpdo(rpdo_of(index))
             && (is_redefined || sub == 5)
         {
             rpdo.start();
         }
-        if let Some(tpdo) = self.tpdos.get_mut(offset_from(index, TPDO)) {
+        if let Some((tpdo, parameters)) = self.tpdo(tpdo_of(index)) {
             if is_redefined {
-                tpdo.start();
+                tpdo.start(parameters);
             } else if sub == 5 {
-                tpdo.restart_timer();
+                tpdo.restart_timer(parameters);
             }
         }
     }
 
-    /// The PDO whose communication parameters (`offset` 0) or mapping parameters (`offset`
-    /// [`MAPPING`]) are at `index`.
-    fn pdo_parameters(&self, index: u16, offset: u16) -> Option<&PdoParameters> {
-        let rpdo = self.rpdos.get(offset_from(index, RPDO + offset));
-        let tpdo = self.tpdos.get(offset_from(index, TPDO + offset));
-        (rpdo.map(|rpdo| &rpdo.parameters)).or(tpdo.map(|tpdo| &tpdo.parameters))
+    /// An RPDO and its parameters.
+    pub fn rpdo(&mut self, number: usize) -> Option<(&mut Rpdo, &PdoParameters)> {
+        let parameters = self.pdo_table.receive().get(number)?;
+        Some((self.rpdos.get_mut(number)?, parameters))
     }
 
-    fn pdo_parameters_mut(&mut self, index: u16, offset: u16) -> Option<&mut PdoParameters> {
-        let rpdo = self.rpdos.get_mut(offset_from(index, RPDO + offset));
-        let tpdo = self.tpdos.get_mut(offset_from(index, TPDO + offset));
-        (rpdo.map(|rpdo| &mut rpdo.parameters)).or(tpdo.map(|tpdo| &mut tpdo.parameters))
+    /// A TPDO and its parameters.
+    pub fn tpdo(&mut self, number: usize) -> Option<(&mut Tpdo, &PdoParameters)> {
+        let parameters = self.pdo_table.transmit().get(number)?;
+        Some((self.tpdos.get_mut(number)?, parameters))
+    }
+
+    /// All TPDOs and their parameters.
+    pub fn all_tpdos(&mut self) -> impl Iterator<Item = (&mut Tpdo, &PdoParameters)> {
+        self.tpdos.iter_mut().zip(self.pdo_table.transmit())
+    }
+
+    /// The PDO with these parameters at `index`, to be changed.
+    fn pdo_mut(&mut self, index: u16, object: PdoObject) -> Option<&mut PdoParameters> {
+        // A search without a result is no access to the table.
+        self.pdo_table.find(index, object)?;
+        self.pdo_table.find_mut(index, object)
     }
 
     fn write_service(&mut self, address: Address, value: u32) -> Option<Result<(), Abort>> {

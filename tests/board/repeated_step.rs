@@ -30,8 +30,8 @@ impl Script for Reader {
     }
 }
 
-/// Addresses of the words of the device that each control step changes.
-pub fn changing_words() -> Vec<u64> {
+/// The words of the device before three control steps in a row, each with its address.
+pub fn device_words() -> Vec<(u64, [u32; 3])> {
     let reader = Reader {
         master: Master::new(frames),
         edges: 0,
@@ -39,11 +39,21 @@ pub fn changing_words() -> Vec<u64> {
     };
     let images = run_script(Options::for_ms(4 * STEP), reader).script.images;
     let device = firmware().symbol_containing("init_device");
-    let words = device.expect("a variable").step_by(4).enumerate();
-    let changing = words
-        .filter(|(k, _)| images.windows(2).all(|pair| pair[0][*k] != pair[1][*k]))
-        .map(|(_, address)| address);
-    changing.collect()
+    let addresses = device.expect("a variable").step_by(4).enumerate();
+    let [first, second, third] = images.as_slice() else {
+        panic!("{} control steps", images.len());
+    };
+    addresses
+        .map(|(k, address)| (address, [first[k], second[k], third[k]]))
+        .collect()
+}
+
+/// Addresses of the words of the device that each control step changes.
+pub fn changing_words() -> Vec<u64> {
+    let changing = |values: &[u32; 3]| values.windows(2).all(|pair| pair[0] != pair[1]);
+    let words = device_words().into_iter();
+    let changing = words.filter(|(_, values)| changing(values));
+    changing.map(|(address, _)| address).collect()
 }
 
 /// A flip before this entry of the computation.

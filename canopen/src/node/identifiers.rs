@@ -47,8 +47,8 @@ impl<const R: usize, const T: usize> Node<R, T> {
     /// them.
     #[must_use]
     pub fn is_process_data(&self, id: Id) -> bool {
-        let mut valid = self.services.tpdos.iter().map(|tpdo| &tpdo.parameters);
-        valid.any(|tpdo| tpdo.valid() && bus_id(tpdo.id()) == Some(id))
+        let mut tpdos = self.services.pdo_table.transmit().iter();
+        tpdos.any(|tpdo| tpdo.valid() && bus_id(tpdo.id()) == Some(id))
     }
 
     /// Whether this is the identifier of the SYNC frames that the node consumes.
@@ -79,7 +79,7 @@ impl<const R: usize, const T: usize> Node<R, T> {
             _ => {
                 let node = services.consumers.node(consumer);
                 let heartbeat = node.map(|node| 0x700 + u32::from(node));
-                let rpdo = services.rpdos.get(rpdo).map(|rpdo| &rpdo.parameters);
+                let rpdo = services.pdo_table.receive().get(rpdo);
                 let received = rpdo.filter(|parameters| parameters.valid());
                 heartbeat.or(received.map(PdoParameters::id))
             }
@@ -87,8 +87,7 @@ impl<const R: usize, const T: usize> Node<R, T> {
         if let Some(id) = id {
             return Some((id, false));
         }
-        let tpdo = services.tpdos.get(rpdo.wrapping_sub(R))?;
-        let remote_allowed = tpdo.parameters.remote_allowed();
-        remote_allowed.then(|| (tpdo.parameters.id(), true))
+        let tpdo = services.pdo_table.transmit().get(rpdo.wrapping_sub(R))?;
+        tpdo.remote_allowed().then(|| (tpdo.id(), true))
     }
 }

@@ -10,11 +10,13 @@ pub use identifiers::SERVICE_IDENTIFIERS;
 use embedded_can::Frame;
 
 use crate::application::{Application, Event};
+use crate::counted::Counted;
 use crate::dictionary::Dictionary;
 use crate::emergency::{Emergency, ErrorCode};
 use crate::message::Message;
 use crate::nmt::{NmtState, NodeId};
 use crate::objects::Objects;
+use crate::pdo::PdoTable;
 use crate::services::Services;
 use crate::timer::Timer;
 use crate::{lss, sdo};
@@ -93,6 +95,13 @@ impl<const R: usize, const T: usize> Node<R, T> {
     #[must_use]
     pub fn error_register(&self) -> u8 {
         self.services.emergency.register()
+    }
+
+    /// The parameters of the PDOs: a program that protects its memory by checksums can tell whether
+    /// they have changed without an access.
+    #[must_use]
+    pub const fn pdo_table(&self) -> &Counted<PdoTable<R, T>> {
+        &self.services.pdo_table
     }
 
     fn node_id_number(&self) -> u8 {

@@ -14,8 +14,8 @@ impl<const R: usize, const T: usize> Node<R, T> {
     /// transmitted with the next [`Node::tick`] or after their inhibit time, TPDOs of type 0 with
     /// the next SYNC.
     pub fn object_changed(&mut self, address: Address) {
-        for tpdo in &mut self.services.tpdos {
-            if tpdo.parameters.map.maps(address) {
+        for (tpdo, parameters) in self.services.all_tpdos() {
+            if parameters.map.maps(address) {
                 tpdo.request();
             }
         }
@@ -31,8 +31,8 @@ impl<const R: usize, const T: usize> Node<R, T> {
 
     /// Transmits the event-driven TPDOs again, with new samples: their frames were discarded.
     pub fn repeat_process_data(&mut self) {
-        for tpdo in &mut self.services.tpdos {
-            if tpdo.parameters.event_driven() {
+        for (tpdo, parameters) in self.services.all_tpdos() {
+            if parameters.event_driven() {
                 tpdo.request();
             }
         }
@@ -42,8 +42,8 @@ impl<const R: usize, const T: usize> Node<R, T> {
         for rpdo in &mut self.services.rpdos {
             rpdo.start();
         }
-        for tpdo in &mut self.services.tpdos {
-            tpdo.start();
+        for (tpdo, parameters) in self.services.all_tpdos() {
+            tpdo.start(parameters);
         }
     }
 
@@ -52,9 +52,8 @@ impl<const R: usize, const T: usize> Node<R, T> {
             if self.state == NmtState::Operational
                 && self
                     .services
-                    .tpdos
-                    .get_mut(number)
-                    .is_some_and(|tpdo| tpdo.tick())
+                    .tpdo(number)
+                    .is_some_and(|(tpdo, parameters)| tpdo.tick(parameters))
             {
                 self.sample(number, app);
             }
@@ -82,8 +81,8 @@ impl<const R: usize, const T: usize> Node<R, T> {
         let mut sample = [0; 8];
         let mut rest: &mut [u8] = &mut sample;
         for at in 0.. {
-            let tpdo = objects.services.tpdos.get(number);
-            let Some(mapped) = tpdo.and_then(|tpdo| tpdo.parameters.map.object(at)) else {
+            let tpdo = objects.services.pdo_table.transmit().get(number);
+            let Some(mapped) = tpdo.and_then(|tpdo| tpdo.map.object(at)) else {
                 break;
             };
             let Some((to, after)) = rest.split_at_mut_checked(usize::from(mapped.size)) else {
@@ -95,8 +94,8 @@ impl<const R: usize, const T: usize> Node<R, T> {
             }
             rest = after;
         }
-        if let Some(tpdo) = self.services.tpdos.get_mut(number) {
-            tpdo.set_sample(sample);
+        if let Some((tpdo, parameters)) = self.services.tpdo(number) {
+            tpdo.set_sample(parameters, sample);
         }
     }
 
@@ -106,9 +105,8 @@ impl<const R: usize, const T: usize> Node<R, T> {
         }
         let closed = self.services.sync.window_closed();
         self.services
-            .tpdos
-            .iter_mut()
-            .find_map(|tpdo| tpdo.transmit(closed))
+            .all_tpdos()
+            .find_map(|(tpdo, parameters)| tpdo.transmit(parameters, closed))
     }
 
     /// Data of the RPDOs that wait for the next SYNC.
@@ -122,14 +120,14 @@ impl<const R: usize, const T: usize> Node<R, T> {
             return self.remote_request(message.id, app);
         }
         for number in 0..R {
-            let Some(rpdo) = self.services.rpdos.get_mut(number) else {
+            let Some((rpdo, parameters)) = self.services.rpdo(number) else {
                 continue;
             };
-            if !rpdo.parameters.valid() || rpdo.parameters.id() != message.id {
+            if !parameters.valid() || parameters.id() != message.id {
                 continue;
             }
             let instance = pdo_number(number);
-            match rpdo.receive(message) {
+            match rpdo.receive(parameters, message) {
                 Received::TooShort => {
                     self.raise(
                         Emergency::communication(ErrorCode::PDO_LENGTH, instance),
@@ -151,8 +149,8 @@ impl<const R: usize, const T: usize> Node<R, T> {
         let objects = &mut self.split(app).0;
         let mut rest: &[u8] = &data;
         for at in 0.. {
-            let rpdo = objects.services.rpdos.get(number);
-            let Some(mapped) = rpdo.and_then(|rpdo| rpdo.parameters.map.object(at)) else {
+            let rpdo = objects.services.pdo_table.receive().get(number);
+            let Some(mapped) = rpdo.and_then(|rpdo| rpdo.map.object(at)) else {
                 break;
             };
             let Some((bytes, after)) = rest.split_at_checked(usize::from(mapped.size)) else {
@@ -169,15 +167,15 @@ impl<const R: usize, const T: usize> Node<R, T> {
     fn remote_request(&mut self, id: u32, app: &mut impl Application) {
         let at = self
             .services
-            .tpdos
+            .pdo_table
+            .transmit()
             .iter()
-            .position(|tpdo| tpdo.parameters.remote_allowed() && tpdo.parameters.id() == id);
+            .position(|tpdo| tpdo.remote_allowed() && tpdo.id() == id);
         let Some(number) = at else { return };
         if self
             .services
-            .tpdos
-            .get_mut(number)
-            .is_some_and(|tpdo| tpdo.remote())
+            .tpdo(number)
+            .is_some_and(|(tpdo, parameters)| tpdo.remote(parameters))
         {
             self.sample(number, app);
         }
@@ -200,8 +198,8 @@ impl<const R: usize, const T: usize> Node<R, T> {
                 }
             }
             for number in 0..T {
-                let tpdo = self.services.tpdos.get_mut(number);
-                if tpdo.is_some_and(|tpdo| tpdo.sync(sync.counter)) {
+                let tpdo = self.services.tpdo(number);
+                if tpdo.is_some_and(|(tpdo, parameters)| tpdo.sync(parameters, sync.counter)) {
                     self.sample(number, app);
                 }
             }

@@ -3,10 +3,13 @@
 
 mod map;
 mod receive;
+mod table;
 mod transmit;
 
 use map::PdoMapping;
 pub(crate) use receive::{Received, Rpdo};
+pub use table::PdoTable;
+pub(crate) use table::{PdoObject, rpdo_of, tpdo_of};
 pub(crate) use transmit::Tpdo;
 
 use crate::Abort;
@@ -60,9 +63,12 @@ impl PdoParameters {
 
     /// Sets the defaults for a PDO without dictionary entries: not valid.
     pub const fn reset(&mut self, direction: Direction) {
-        self.direction = direction;
-        self.cob_id = INVALID;
-        self.transmission = 255;
+        *self = Self {
+            direction,
+            cob_id: INVALID,
+            transmission: 255,
+            ..Self::NEW
+        };
     }
 
     pub const fn valid(&self) -> bool {

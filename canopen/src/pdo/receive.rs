@@ -7,7 +7,6 @@ use crate::timer::Timer;
 /// One RPDO.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rpdo {
-    pub parameters: PdoParameters,
     /// Data that wait for the next SYNC.
     buffered: Option<[u8; 8]>,
     deadline: Option<Timer>,
@@ -26,7 +25,6 @@ pub(crate) enum Received {
 
 impl Rpdo {
     pub const NEW: Self = Self {
-        parameters: PdoParameters::NEW,
         buffered: None,
         deadline: None,
     };
@@ -42,13 +40,13 @@ impl Rpdo {
         self.deadline = None;
     }
 
-    pub fn receive(&mut self, message: &Message) -> Received {
-        if message.length < self.parameters.map.length() {
+    pub fn receive(&mut self, parameters: &PdoParameters, message: &Message) -> Received {
+        if message.length < parameters.map.length() {
             return Received::TooShort;
         }
-        let time_ms = self.parameters.event_ms;
+        let time_ms = parameters.event_ms;
         self.deadline = (time_ms != 0).then(|| Timer::from_ms(time_ms));
-        if self.parameters.synchronous() {
+        if parameters.synchronous() {
             self.buffered = Some(message.data);
             return Received::Buffered;
         }

@@ -7,7 +7,6 @@ use crate::timer::Timer;
 /// One TPDO. It is sampled when triggered, then waits for the bus.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Tpdo {
-    pub parameters: PdoParameters,
     sample: [u8; 8],
     /// `sample` waits for transmission.
     pending: bool,
@@ -25,7 +24,6 @@ pub(crate) struct Tpdo {
 
 impl Tpdo {
     pub const NEW: Self = Self {
-        parameters: PdoParameters::NEW,
         sample: [0; 8],
         pending: false,
         requested: false,
@@ -37,17 +35,17 @@ impl Tpdo {
 
     /// Restarts the PDO: the node entered OPERATIONAL or the PDO became valid. An event-driven PDO
     /// is transmitted once, so that its consumers receive the initial values.
-    pub fn start(&mut self) {
+    pub fn start(&mut self, parameters: &PdoParameters) {
         self.pending = false;
-        self.requested = self.parameters.event_driven();
+        self.requested = parameters.event_driven();
         self.inhibit = Timer::EXPIRED;
-        self.restart_timer();
+        self.restart_timer(parameters);
         self.syncs = 0;
         self.started = false;
     }
 
-    pub fn restart_timer(&mut self) {
-        self.event = Timer::from_ms(self.parameters.event_ms);
+    pub fn restart_timer(&mut self, parameters: &PdoParameters) {
+        self.event = Timer::from_ms(parameters.event_ms);
     }
 
     pub fn request(&mut self) {
@@ -60,42 +58,42 @@ impl Tpdo {
     }
 
     /// Whether an event or the event timer requires a sample now.
-    pub fn tick(&mut self) -> bool {
-        if !self.parameters.valid() || !self.parameters.event_driven() {
+    pub fn tick(&mut self, parameters: &PdoParameters) -> bool {
+        if !parameters.valid() || !parameters.event_driven() {
             return false;
         }
-        let period_ms = self.parameters.event_ms;
+        let period_ms = parameters.event_ms;
         if period_ms != 0 && self.event.restart_if_expired(Timer::from_ms(period_ms)) {
             self.requested = true;
         } else if self.requested && self.inhibit.is_expired() {
             // The event timer is the maximum interval between two transmissions (CiA 301, 7.2.2).
-            self.restart_timer();
+            self.restart_timer(parameters);
         }
         if !self.requested || !self.inhibit.is_expired() {
             return false;
         }
         self.requested = false;
-        self.inhibit = Timer::from_100us(self.parameters.inhibit_100us);
+        self.inhibit = Timer::from_100us(parameters.inhibit_100us);
         true
     }
 
     /// Whether this SYNC requires a sample.
-    pub fn sync(&mut self, counter: Option<u8>) -> bool {
-        if !self.parameters.valid() || !self.parameters.synchronous() {
+    pub fn sync(&mut self, parameters: &PdoParameters, counter: Option<u8>) -> bool {
+        if !parameters.valid() || !parameters.synchronous() {
             return false;
         }
         if !self.started {
             self.started = true;
-            let start = self.parameters.sync_start;
+            let start = parameters.sync_start;
             if let Some(counter) = counter
                 && start != 0
             {
                 // Counting starts with the SYNC of the start value, which is the first.
                 self.started = counter == start;
-                self.syncs = self.parameters.transmission.saturating_sub(1);
+                self.syncs = parameters.transmission.saturating_sub(1);
             }
         }
-        match self.parameters.transmission {
+        match parameters.transmission {
             _ if !self.started => false,
             0 => core::mem::take(&mut self.requested),
             252 => true,
@@ -112,28 +110,25 @@ impl Tpdo {
 
     /// A remote frame requests the PDO. Returns whether it must be sampled first: SYNC samples
     /// synchronous PDOs, except before the first SYNC.
-    pub fn remote(&mut self) -> bool {
+    pub fn remote(&mut self, parameters: &PdoParameters) -> bool {
         self.pending = true;
-        !self.parameters.synchronous() || !self.started
+        !parameters.synchronous() || !self.started
     }
 
     /// Sets the sample; a PDO of type 252 is transmitted only on a remote request.
-    pub fn set_sample(&mut self, sample: [u8; 8]) {
+    pub fn set_sample(&mut self, parameters: &PdoParameters, sample: [u8; 8]) {
         self.sample = sample;
-        self.pending |= self.parameters.transmission != 252;
+        self.pending |= parameters.transmission != 252;
     }
 
-    pub fn transmit(&mut self, window_closed: bool) -> Option<Message> {
-        if !core::mem::take(&mut self.pending) || !self.parameters.valid() {
+    pub fn transmit(&mut self, parameters: &PdoParameters, window_closed: bool) -> Option<Message> {
+        if !core::mem::take(&mut self.pending) || !parameters.valid() {
             return None;
         }
-        if window_closed && matches!(self.parameters.transmission, 0..=240) {
+        if window_closed && matches!(parameters.transmission, 0..=240) {
             return None;
         }
-        let length = usize::from(self.parameters.map.length());
-        Some(Message::new(
-            self.parameters.id(),
-            self.sample.get(..length)?,
-        ))
+        let length = usize::from(parameters.map.length());
+        Some(Message::new(parameters.id(), self.sample.get(..length)?))
     }
 }

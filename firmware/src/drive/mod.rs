@@ -46,10 +46,10 @@ mod stored;
 mod tests;
 mod update;
 
-use canopen::cia402::Axis;
+use canopen::{Counted, cia402::Axis};
 
 pub use command_state::CommandState;
-pub use control::{Control, Counted};
+pub use control::Control;
 pub use device::{Device, RPDOS, TPDOS};
 pub use emergency::emergency_frame;
 pub use measured::Diagnostics;

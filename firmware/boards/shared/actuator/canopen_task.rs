@@ -19,7 +19,7 @@ use self::reception::{communicate, is_process_data, receive_twice};
 use super::{
     background::StepReport,
     bus_status,
-    control_seal::ControlSeal,
+    call_seal::CallSeal,
     program_check,
     queues::DeviceEnds,
     sealed::{Restored, Sealed},
@@ -46,8 +46,8 @@ struct LastStep {
 pub struct CanopenTask {
     /// Sealed between two uses.
     device: Sealed<Device<'static>>,
-    /// Seal of application and axis since the last control step; none before the first one.
-    control: Option<ControlSeal>,
+    /// Seal for the calls since the last control step; none before the first one.
+    call_seal: Option<CallSeal>,
     /// Whether the motor was driven before the last control step.
     was_driven: bool,
     /// The last control step, until it has been computed a second time.
@@ -119,7 +119,7 @@ impl CanopenTask {
     ) -> Self {
         Self {
             device,
-            control: None,
+            call_seal: None,
             was_driven: false,
             last_step: None,
             shutdown: None,
@@ -143,7 +143,7 @@ impl CanopenTask {
                     // A wrong result may have switched the bridge off.
                     self.begin_shutdown(Fault::DataCorrupt, is_driven || self.was_driven);
                 }
-                self.control = Some(ControlSeal::new(self.device.get().drive.control()));
+                self.call_seal = Some(CallSeal::new(self.device.get()));
                 self.device.seal();
             }
             None => {
@@ -179,14 +179,14 @@ impl CanopenTask {
         }
     }
 
-    /// Whether application and axis are as the last control step has left them, or as a call has
-    /// changed them. Called before anything of them is stored.
-    fn is_control_intact(&mut self) -> bool {
-        let Some(before) = self.control else {
+    /// Whether application, axis and the parameters of the PDOs are as the last control step has
+    /// left them, or as a call has changed them. Called before anything of them is stored.
+    fn is_call_intact(&mut self) -> bool {
+        let Some(before) = self.call_seal else {
             return true;
         };
-        self.control = before.renew(self.device.get().drive.control());
-        self.control.is_some()
+        self.call_seal = before.renew(self.device.get());
+        self.call_seal.is_some()
     }
 
     fn begin_shutdown(&mut self, fault: Fault, is_driven: bool) {
@@ -268,7 +268,7 @@ impl CanopenTask {
         self.update_diagnostics();
         self.discard_stale();
         communicate(self, now_us, start);
-        if self.is_control_intact() {
+        if self.is_call_intact() {
             self.exchange_with_store();
             self.exchange_with_updater();
             self.update_controller();

@@ -9,8 +9,8 @@ mod program;
 
 pub mod background;
 pub mod bus_status;
+pub mod call_seal;
 pub mod canopen_task;
-pub mod control_seal;
 pub mod encoder_select;
 pub mod parameter_store;
 pub mod pins;

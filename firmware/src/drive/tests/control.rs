@@ -1,11 +1,24 @@
-//! What changes application and axis outside the control step.
+//! What changes application, axis and the parameters of the PDOs outside the control step.
+
+use canopen::Counted;
 
 use super::*;
 
-/// The number of accesses, and application and axis.
-fn control(bench: &Bench) -> (u32, std::string::String) {
-    let control = bench.device.drive.control();
-    (control.accesses(), std::format!("{:?}", **control))
+/// A value and the number of accesses to it.
+type Accessed = (u32, std::string::String);
+
+fn accessed<T: core::fmt::Debug>(value: &Counted<T>) -> Accessed {
+    (value.accesses(), std::format!("{:?}", **value))
+}
+
+/// Application and axis.
+fn control(bench: &Bench) -> Accessed {
+    accessed(bench.device.drive.control())
+}
+
+/// The parameters of the PDOs.
+fn pdos(bench: &Bench) -> Accessed {
+    accessed(bench.device.node().pdo_table())
 }
 
 /// A device in cyclic synchronous position mode that moves, in the middle of a control period.
@@ -17,9 +30,10 @@ fn moving() -> Bench {
 }
 
 #[test]
-fn process_data_and_due_events_access_neither_application_nor_axis() {
+fn process_data_and_due_events_access_neither_application_nor_axis_nor_pdo_parameters() {
     let mut bench = moving();
     let (before, target) = (control(&bench), bench.device.command_state());
+    let pdos_before = pdos(&bench);
     bench.received.clear();
     bench.send(0x201, &[15, 0, 0x10, 0x27, 0, 0]);
     bench.send(0x80, &[]);
@@ -33,6 +47,7 @@ fn process_data_and_due_events_access_neither_application_nor_axis() {
     assert_eq!(control(&bench), before);
     bench.steps(1);
     assert_ne!(control(&bench).0, before.0, "the control step does");
+    assert_eq!(pdos(&bench), pdos_before);
 }
 
 #[test]
@@ -53,4 +68,18 @@ fn a_write_of_a_profile_velocity_and_a_running_excitation_are_accesses() {
     let before = control(&bench);
     bench.device.communicate(bench.now_us);
     assert_ne!(control(&bench).0, before.0, "a sample of the excitation");
+}
+
+#[test]
+fn a_change_of_pdo_parameters_and_a_reset_of_the_communication_are_accesses() {
+    let mut bench = moving();
+    let before = pdos(&bench);
+    bench.set(0x1801, 5, 30, 2);
+    let changed = pdos(&bench);
+    assert_ne!(changed.0, before.0, "an event time");
+    assert_ne!(changed.1, before.1, "an event time");
+    bench.send(0, &[0x82, 0]);
+    let reset = pdos(&bench);
+    assert_ne!(reset.0, changed.0, "a reset");
+    assert_eq!(reset.1, before.1, "to the defaults");
 }
