@@ -46,7 +46,10 @@ mod stored;
 mod tests;
 mod update;
 
-use canopen::{Counted, cia402::Axis};
+use canopen::{
+    Counted,
+    cia402::{Axis, Parameters},
+};
 
 pub use command_state::CommandState;
 pub use control::Control;
@@ -145,6 +148,11 @@ impl<'a> Drive<'a> {
     /// The application.
     pub fn application(&self) -> &Application {
         &self.control.application
+    }
+
+    /// The parameters of the axis.
+    pub fn axis_parameters(&self) -> &Parameters {
+        &self.control.axis_parameters
     }
 
     /// Application and axis.

@@ -27,7 +27,7 @@ const FAULTS: [&str; 2] = ["HardFault", "DefaultHandler"];
 const ROUTINES: [(&str, u8, u64); 4] = [
     ("memcpy", 2, 3),
     ("__aeabi_memcpy4", 2, 140),
-    ("__aeabi_memcpy8", 2, 280),
+    ("__aeabi_memcpy8", 2, 96),
     ("__aeabi_memclr8", 1, 32),
 ];
 

@@ -5,6 +5,10 @@ use firmware::drive::{Control, Device, RPDOS, TPDOS};
 
 use super::words::checksum_of;
 
+/// The bounds of the loops of both checksums rely on these sizes: 44 and 28 times eight words.
+const _: () = assert!(size_of::<Control>() <= 44 * 32);
+const _: () = assert!(size_of::<PdoTable<RPDOS, TPDOS>>() <= 28 * 32);
+
 /// Seals of application and axis, and of the parameters of the PDOs.
 #[derive(Clone, Copy)]
 pub struct CallSeal {

@@ -154,8 +154,8 @@ impl CanopenTask {
     }
 
     /// Computes a control step again, from the state before it; returns whether the result is the
-    /// same. A register that changes during one of both computations, or an instruction that is not
-    /// executed, makes another one.
+    /// same, and the parameters that it has used are as before. A register that changes during one
+    /// of both computations, or an instruction that is not executed, makes another one.
     fn repeat(&mut self, step: &LastStep) -> bool {
         let state = self.device.get().drive.step_state();
         match self.device.restore() {
@@ -168,6 +168,8 @@ impl CanopenTask {
         let is_same = (outputs, device.drive.step_state()) == (step.outputs, state);
         apply_timing(device, step.is_late, step.starved_periods);
         is_same
+            && (self.device).is_as_copied(|device| device.drive.application().parameters())
+            && (self.device).is_as_copied(|device| device.drive.axis_parameters())
     }
 
     /// Begins the shutdown unless the data and the program are as they were.

@@ -2,7 +2,7 @@
 
 use core::{mem::MaybeUninit, ptr};
 
-use super::words::{checksum_of, copy};
+use super::words::{checksum_at, checksum_of, copy};
 
 /// A value that a checksum protects while it is not in use.
 pub struct Sealed<T: 'static> {
@@ -66,6 +66,39 @@ impl<T> Sealed<T> {
         } else {
             Restored::Corrupt
         }
+    }
+
+    /// Whether a part of the value has the bytes that it had when the value was copied, for a part
+    /// that has not changed since.
+    pub fn is_as_copied<U>(&self, part: impl FnOnce(&T) -> &U) -> bool {
+        let part = ptr::from_ref(part(self.content));
+        let offset = part
+            .addr()
+            .wrapping_sub(ptr::from_ref(&*self.content).addr());
+        if offset > const { size_of::<T>().saturating_sub(size_of::<U>()) } {
+            return false;
+        }
+        let copied = self
+            .copy
+            .as_ptr()
+            .cast::<u8>()
+            .wrapping_add(offset)
+            .cast::<U>();
+        // SAFETY: the part is valid, and a copy of it is at the same offset in the memory of the
+        // copy, which has the same alignment and was written with the first copy of the value.
+        // Only its bytes are read.
+        unsafe { Self::checksum_of_part(part) == Self::checksum_of_part(copied) }
+    }
+
+    /// Not inlined: the bounds of its loops are stated by its name, and rely on the size.
+    ///
+    /// # Safety
+    /// As for [`checksum_at`].
+    #[inline(never)]
+    unsafe fn checksum_of_part<U>(part: *const U) -> u32 {
+        const { assert!(size_of::<U>() <= 9 * 32) };
+        // SAFETY: the caller's.
+        unsafe { checksum_at(part) }
     }
 
     /// Not inlined: the campaign of bit flips recognises its passes.

@@ -17,10 +17,19 @@ const fn words_of<T>() -> usize {
 /// several words is missed with a probability of 2^-32.
 #[inline(always)]
 pub fn checksum_of<T>(value: &T) -> u32 {
+    // SAFETY: the reference makes the memory valid.
+    unsafe { checksum_at(value) }
+}
+
+/// As [`checksum_of`], of memory that has the bytes of a value, but need not be one.
+///
+/// # Safety
+/// The memory is valid for reads of one `T`.
+#[inline(always)]
+pub unsafe fn checksum_at<T>(start: *const T) -> u32 {
     let words = const { words_of::<T>() };
-    let start = core::ptr::from_ref(value);
     let mut checksum: u32 = !0;
-    // SAFETY: reads the memory of the value alone.
+    // SAFETY: reads the memory of one `T` alone.
     unsafe {
         asm!(
             "b 2f",
