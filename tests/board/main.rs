@@ -1,5 +1,6 @@
 //! The release ELF on the emulated board.
 
+mod acceptance_filter;
 mod adapter;
 mod adapter_load;
 mod bit_exact;

@@ -1,6 +1,7 @@
 //! The acceptance filters of bxCAN: 28 banks with four configurations (RM0090, section 32.7.4).
 
 use super::{Frame, Id};
+use crate::faults::FilterBit;
 
 /// Banks that the two controllers share.
 pub(super) const BANKS: usize = 28;
@@ -64,6 +65,19 @@ fn narrow(frame: &Frame) -> u32 {
 impl Filters {
     pub fn is_initialising(&self) -> bool {
         self.control & 1 != 0
+    }
+
+    /// Flips a bit of a register.
+    pub fn flip(&mut self, bit: FilterBit) {
+        match bit {
+            FilterBit::Identifiers(bit) => {
+                let words = self.banks.as_flattened_mut();
+                if let Some(word) = words.get_mut((bit / 32) as usize) {
+                    *word ^= 1 << (bit % 32);
+                }
+            }
+            FilterBit::Activation(bank) => self.is_active ^= 1 << (bank % 32),
+        }
     }
 
     fn bit(word: u32, bank: usize) -> bool {

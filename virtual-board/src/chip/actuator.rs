@@ -13,6 +13,7 @@ use super::crc_unit::Remainder;
 use super::outputs::{CCR4, CNT, CR1, PSC};
 use crate::board::EncoderChip;
 use crate::can::{Station, Transfer, Wire};
+use crate::faults::FilterBit;
 use crate::flash::Interface;
 use crate::plant::{Bridge, PERIOD_CYCLES, Sensed};
 use model_core::time::PWM_PERIOD_NS;
@@ -67,6 +68,9 @@ pub trait ActuatorChip: Mcu + Send + Debug {
 
     /// The bus of its CAN controller with its ports; `None` if it is shared.
     fn wire(&mut self) -> Option<&mut Wire>;
+
+    /// Flips a bit of the acceptance filter of its CAN controller.
+    fn flip_filter(&mut self, bit: FilterBit);
 
     /// Its CAN controller as a station of a shared bus, and the time since which it has had a frame
     /// to transmit, ns.

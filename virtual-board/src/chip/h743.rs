@@ -27,6 +27,7 @@ use super::ActuatorChip;
 use super::outputs::{self, FULL_SCALE, Leg};
 use crate::board::{EncoderChip, SELECT_PIN, core};
 use crate::can::{FdCan, MESSAGE_RAM_BYTES, MessageRam, Station, Transfer, Wire};
+use crate::faults::FilterBit;
 use crate::flash::Interface;
 use crate::plant::{Bridge, Sensed};
 
@@ -239,6 +240,10 @@ impl ActuatorChip for ChipH743 {
 
     fn wire(&mut self) -> Option<&mut Wire> {
         self.can.wire.as_mut()
+    }
+
+    fn flip_filter(&mut self, bit: FilterBit) {
+        self.can.flip_filter(bit);
     }
 
     fn station(&mut self, _: u64) -> (Option<Station>, Option<u64>) {

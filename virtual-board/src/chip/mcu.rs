@@ -16,6 +16,7 @@ use super::window_watchdog::WindowWatchdog;
 use super::{ActuatorChip, bus, outputs};
 use crate::board::{CORE_HZ, EncoderChip, core};
 use crate::can::{BxCan, Station, Transfer, Wire};
+use crate::faults::FilterBit;
 use crate::flash::{FlashTimes, Interface};
 use crate::plant::{Bridge, Sensed};
 
@@ -235,6 +236,10 @@ impl ActuatorChip for Chip {
 
     fn wire(&mut self) -> Option<&mut Wire> {
         self.can.wire.as_mut()
+    }
+
+    fn flip_filter(&mut self, bit: FilterBit) {
+        self.can.flip_filter(bit);
     }
 
     fn station(&mut self, now_ns: u64) -> (Option<Station>, Option<u64>) {

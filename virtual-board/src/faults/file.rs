@@ -121,7 +121,7 @@ pub fn parse_plan(path: &Path, text: &str) -> Result<Vec<Planned>, PlanError> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{MagnetState, MemoryLocation};
+    use super::super::{FilterBit, MagnetState, MemoryLocation};
     use super::*;
     use crate::can::WireFault;
     use crate::plant::{EncoderWire, Stuck};
@@ -146,6 +146,7 @@ mod tests {
             "{ flip_ram = { address = 0x20000010, bit = 5 } }",
             "{ can = { wire = \"short\" } }",
             "{ servo_pulse = {} }",
+            "{ acceptance_filter = { activation = 3 } }",
         ]);
         let expected = [
             Fault::EncoderWire {
@@ -168,6 +169,7 @@ mod tests {
                 wire: WireFault::Short,
             },
             Fault::ServoPulse { us: None },
+            Fault::AcceptanceFilter(FilterBit::Activation(3)),
         ];
         assert_eq!(read, expected);
     }

@@ -97,6 +97,8 @@ pub enum Fault {
         /// Bit number, counted from bit 0 of the byte at this location.
         bit: u32,
     },
+    /// A bit of the acceptance filter of the CAN controller flips, once.
+    AcceptanceFilter(FilterBit),
     /// The core stops executing while the peripherals continue.
     StallCore,
     /// The independent watchdog does not reset the processor.
@@ -116,6 +118,19 @@ pub enum Fault {
         /// Pulse width; without it no pulses.
         us: Option<f64>,
     },
+}
+
+/// A bit of the acceptance filter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FilterBit {
+    /// A bit of the words with the identifiers, counted from bit 0 of the first word: the first 28
+    /// filter registers of bxCAN, `CAN_F0R1` to `CAN_F13R2`, or of the filters in the message RAM of
+    /// FDCAN.
+    Identifiers(u32),
+    /// The activation bit of a bank of bxCAN (`CAN_FA1R`), or the lowest bit of the configuration of
+    /// an element of the standard filters of FDCAN, which turns it off.
+    Activation(u32),
 }
 
 /// A location in memory.
@@ -167,6 +182,12 @@ impl Fault {
             Self::FlashCut { permille, .. } => Some(("permille", *permille as f64, 0.0, 999.0)),
             Self::FlipRam { bit, .. } | Self::FlipFlash { bit, .. } => {
                 Some(("bit", f64::from(*bit), 0.0, 31.0))
+            }
+            Self::AcceptanceFilter(FilterBit::Identifiers(bit)) => {
+                Some(("identifiers", f64::from(*bit), 0.0, 895.0))
+            }
+            Self::AcceptanceFilter(FilterBit::Activation(number)) => {
+                Some(("activation", f64::from(*number), 0.0, 13.0))
             }
             Self::ServoPulse { us: Some(us) } => Some(("us", *us, 1.0, 19_000.0)),
             Self::EncoderBits { mask } => Some(("mask", f64::from(*mask), 1.0, 262_143.0)),

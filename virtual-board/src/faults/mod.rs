@@ -22,7 +22,7 @@ mod kind;
 
 pub use file::{PlanError, parse_plan};
 pub(crate) use injector::{Change, Injector};
-pub use kind::{Fault, MagnetState, MemoryLocation};
+pub use kind::{Fault, FilterBit, MagnetState, MemoryLocation};
 
 /// Start of a fault.
 #[derive(Debug, Clone, PartialEq)]

@@ -132,6 +132,7 @@ fn apply_to_board<S: Script>(
             run.board_faults.servo_us = before;
             run.servo.set(at.0, pulse_us);
         }
+        Fault::AcceptanceFilter(bit) if begins => chip.flip_filter(*bit),
         Fault::ResetPin if begins => session.reset_by_pin(at, instructions, host),
         Fault::FlipRam { place, bit } if begins => {
             flip(run, place, *bit, host, |host, address, byte| {

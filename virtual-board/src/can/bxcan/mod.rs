@@ -23,6 +23,7 @@ use self::status::Status;
 use super::fifo::Fifo;
 use super::filters::Filters;
 use super::{BitTiming, ErrorCounters, ErrorState, Station, Transfer, Wire};
+use crate::faults::FilterBit;
 
 /// Bits of `CAN_MCR`.
 mod mcr {
@@ -130,6 +131,11 @@ impl BxCan {
             clock_hz,
             ..Self::new(wire)
         };
+    }
+
+    /// Flips a bit of the acceptance filter.
+    pub fn flip_filter(&mut self, bit: FilterBit) {
+        self.filters.flip(bit);
     }
 
     fn is(&self, control: u32) -> bool {

@@ -9,6 +9,9 @@ const PAIR: u32 = 0b01;
 /// Configuration that stores to FIFO 0.
 const TO_FIFO_0: u32 = 0b001;
 
+/// Position of the configuration in the word of a standard filter.
+pub(super) const CONFIGURATION: u32 = 27;
+
 /// The lists, as `SIDFC` and `XIDFC` have them.
 pub(super) struct Filters {
     pub standard: u32,
@@ -25,7 +28,7 @@ impl Filters {
                     let word = ram.word(start + 4 * element);
                     let ids = [word >> 16 & 0x7ff, word & 0x7ff];
                     word >> 30 == PAIR
-                        && word >> 27 & 0b111 == TO_FIFO_0
+                        && word >> CONFIGURATION & 0b111 == TO_FIFO_0
                         && ids.contains(&u32::from(id))
                 })
             }

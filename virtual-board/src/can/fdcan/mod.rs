@@ -20,6 +20,7 @@ use rigless::time::EventId;
 pub use self::memory::{MESSAGE_RAM_BYTES, MessageRam};
 use self::registers::{LBCK, LastError, cccr};
 use super::{BitTiming, ErrorCounters, ErrorState, Station, Transfer, Wire};
+use crate::faults::FilterBit;
 
 /// How the controller takes part in the bus.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -137,6 +138,17 @@ impl FdCan {
             clock_hz: self.clock_hz,
             ..Self::new(wire, self.ram.clone(), self.layout)
         };
+    }
+
+    /// Flips a bit of the filters in the message RAM.
+    pub fn flip_filter(&mut self, bit: FilterBit) {
+        let start = filters::list(self.settings.standard_filters, 0).0;
+        let (word, bit) = match bit {
+            FilterBit::Identifiers(bit) => (bit / 32, bit % 32),
+            FilterBit::Activation(element) => (element, filters::CONFIGURATION),
+        };
+        let offset = start + 4 * word;
+        self.ram.write(offset, self.ram.word(offset) ^ 1 << bit);
     }
 
     fn is(&self, control: u32) -> bool {
