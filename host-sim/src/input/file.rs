@@ -90,7 +90,7 @@ pub fn read(path: &Path, quantity: &Quantity) -> Result<Sequence, Error> {
             .problem(format!("the file is empty, {expected}"))
             .into());
     };
-    let names = &header.fields;
+    let names = header.fields;
     let find = |quantity| Column::of(quantity, names).map_err(|p| format!("{p}, {expected}"));
     let columns = find(&TIME).and_then(|time| Ok((time, find(quantity)?)));
     let (time, values) = columns.map_err(|problem| header.problem(problem))?;

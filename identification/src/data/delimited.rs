@@ -35,11 +35,11 @@ pub fn read(
         table.names = (1..=header.fields.len()).map(|n| n.to_string()).collect();
         push(&mut table, &header)?;
     } else {
-        table.names = header.fields;
+        table.names = header.fields.to_vec();
     }
     while let Some(line) = lines.next_line()? {
-        if table.is_empty() && table.units.is_empty() && are_units(&line.fields) {
-            table.units = line.fields;
+        if table.is_empty() && table.units.is_empty() && are_units(line.fields) {
+            table.units = line.fields.to_vec();
             continue;
         }
         push(&mut table, &line)?;

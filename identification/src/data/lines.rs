@@ -40,6 +40,8 @@ pub struct Lines<'a> {
     /// Bytes read so far.
     pub read: u64,
     text: Vec<u8>,
+    /// Those of the last line. Reused, because the allocation of each field is slow.
+    fields: Vec<String>,
     /// Detected from the first line where it is not given.
     delimiter: Option<Delimiter>,
     /// Reused, because its construction is slow.
@@ -51,7 +53,7 @@ pub struct TextLine<'a> {
     path: &'a Path,
     number: u64,
     /// Its fields without quotes and surrounding blanks.
-    pub fields: Vec<String>,
+    pub fields: &'a [String],
 }
 
 impl<'a> Lines<'a> {
@@ -72,46 +74,55 @@ impl<'a> Lines<'a> {
             number: 0,
             read: 0,
             text: Vec::new(),
+            fields: Vec::new(),
             reader: reader(delimiter),
             delimiter,
         })
     }
 
     /// The next line that is neither blank nor a comment.
-    pub fn next_line(&mut self) -> Result<Option<TextLine<'a>>, ImportError> {
+    pub fn next_line(&mut self) -> Result<Option<TextLine<'_>>, ImportError> {
         while self.advance()? {
-            let text = str::from_utf8(&self.text)
-                .map_err(|error| self.problem(format!("{error}, expected UTF-8 text")))?;
-            let text = text.trim_start_matches('\u{feff}');
-            let text = text.trim_matches(['\r', '\n', ' ']);
-            if text.trim().is_empty() || text.trim_start().starts_with('#') {
-                continue;
+            if self.split()? {
+                return Ok(Some(TextLine {
+                    path: self.path,
+                    number: self.number,
+                    fields: &self.fields,
+                }));
             }
-            if self.delimiter.is_none() {
-                self.delimiter = Some(Delimiter::of(text));
-                self.reader = reader(self.delimiter);
-            }
-            let fields = match self.delimiter {
-                Some(Delimiter::Blanks) => {
-                    Some(text.split_whitespace().map(String::from).collect())
-                }
-                Some(Delimiter::Character(at)) if !text.contains(['"', '\r']) => {
-                    let fields = text.split(char::from(at));
-                    Some(fields.map(|field| field.trim().to_owned()).collect())
-                }
-                _ => fields(&mut self.reader, text),
-            };
-            let Some(fields) = fields else {
-                let problem = "a quote is not closed, expected its end in the same line";
-                return Err(self.problem(problem.into()));
-            };
-            return Ok(Some(TextLine {
-                path: self.path,
-                number: self.number,
-                fields,
-            }));
         }
         Ok(None)
+    }
+
+    /// Splits the line into its fields; false if it is blank or a comment.
+    fn split(&mut self) -> Result<bool, ImportError> {
+        let text = str::from_utf8(&self.text)
+            .map_err(|error| self.problem(format!("{error}, expected UTF-8 text")))?;
+        let text = text
+            .trim_start_matches('\u{feff}')
+            .trim_matches(['\r', '\n', ' ']);
+        let content = text.trim_start();
+        if content.is_empty() || content.starts_with('#') {
+            return Ok(false);
+        }
+        if self.delimiter.is_none() {
+            self.delimiter = Some(Delimiter::of(text));
+            self.reader = reader(self.delimiter);
+        }
+        match self.delimiter {
+            Some(Delimiter::Blanks) => set(&mut self.fields, text.split_whitespace()),
+            Some(Delimiter::Character(at)) if !text.contains(['"', '\r']) => {
+                set(&mut self.fields, text.split(char::from(at)).map(str::trim));
+            }
+            _ => match fields(&mut self.reader, text) {
+                Some(fields) => self.fields = fields,
+                None => {
+                    let problem = "a quote is not closed, expected its end in the same line";
+                    return Err(self.problem(problem.into()));
+                }
+            },
+        }
+        Ok(true)
     }
 
     /// Reads the next line into `text`; false at the end of the file.
@@ -167,6 +178,22 @@ impl TextLine<'_> {
             problem,
         }
     }
+}
+
+/// Makes these the fields, in the memory of those before.
+fn set<'a>(fields: &mut Vec<String>, texts: impl Iterator<Item = &'a str>) {
+    let mut count = 0;
+    for text in texts {
+        match fields.get_mut(count) {
+            Some(field) => {
+                field.clear();
+                field.push_str(text);
+            }
+            None => fields.push(text.to_owned()),
+        }
+        count += 1;
+    }
+    fields.truncate(count);
 }
 
 /// The fields of a line; `None` if a quote is not closed.

@@ -4,6 +4,8 @@
 //! are unchanged. For uneven ones this is the slotting technique of W. T. Mayo (1974) of laser
 //! anemometry: the correlation at a lag is the mean over all pairs of slots that are present.
 
+use std::iter::zip;
+
 use realfft::{RealFftPlanner, num_complex::Complex64};
 
 /// The values of several signals in the same slots of equal length.
@@ -89,8 +91,35 @@ pub struct LaggedProducts {
     pub pairs: Vec<f64>,
 }
 
+/// Number of lags up to which the plain sum is faster than the transforms.
+const FEW_LAGS: usize = 8;
+
 /// The products of two signals in slots at the lags `0..=longest`, their means taken off before.
 pub fn lagged_products(a: &[f64], b: &[f64], longest: usize) -> LaggedProducts {
+    let pairs = if a.iter().chain(b).all(|v| v.is_finite()) {
+        let pairs = |lag| a.len().saturating_sub(lag).min(b.len()) as f64;
+        (0..=longest).map(pairs).collect()
+    } else {
+        let pairs = sums(presence(a), presence(b), longest);
+        pairs.iter().map(|pairs| pairs.round()).collect()
+    };
+    LaggedProducts {
+        sums: sums(centred(a), centred(b), longest),
+        pairs,
+    }
+}
+
+/// The sums of `a[i + lag] b[i]` for the lags `0..=longest`.
+fn sums(a: Vec<f64>, b: Vec<f64>, longest: usize) -> Vec<f64> {
+    if longest < FEW_LAGS {
+        let sum = |lag| zip(a.iter().skip(lag), &b).map(|(a, b)| a * b).sum();
+        (0..=longest).map(sum).collect()
+    } else {
+        sums_by_transform(a, b, longest)
+    }
+}
+
+fn sums_by_transform(a: Vec<f64>, b: Vec<f64>, longest: usize) -> Vec<f64> {
     let length = (a.len().max(b.len()) + longest + 1).next_power_of_two();
     let mut planner = RealFftPlanner::<f64>::new();
     let forward = planner.plan_fft_forward(length);
@@ -102,25 +131,16 @@ pub fn lagged_products(a: &[f64], b: &[f64], longest: usize) -> LaggedProducts {
         let _ = forward.process(&mut padded, &mut spectrum);
         spectrum
     };
-    let product = |a: Vec<f64>, b: Vec<f64>| {
-        let (a, b) = (spectrum(a), spectrum(b));
-        let mut product: Vec<Complex64> = a.iter().zip(&b).map(|(a, b)| a * b.conj()).collect();
-        // They are real for a real signal, except for rounding.
-        for end in [0, product.len() - 1] {
-            product[end].im = 0.0;
-        }
-        let mut lags = inverse.make_output_vec();
-        let _ = inverse.process(&mut product, &mut lags);
-        lags.truncate(longest + 1);
-        lags.iter().map(|v| v / length as f64).collect::<Vec<f64>>()
-    };
-    LaggedProducts {
-        sums: product(centred(a), centred(b)),
-        pairs: product(presence(a), presence(b))
-            .iter()
-            .map(|pairs| pairs.round())
-            .collect(),
+    let (a, b) = (spectrum(a), spectrum(b));
+    let mut product: Vec<Complex64> = a.iter().zip(&b).map(|(a, b)| a * b.conj()).collect();
+    // They are real for a real signal, except for rounding.
+    for end in [0, product.len() - 1] {
+        product[end].im = 0.0;
     }
+    let mut lags = inverse.make_output_vec();
+    let _ = inverse.process(&mut product, &mut lags);
+    lags.truncate(longest + 1);
+    lags.iter().map(|v| v / length as f64).collect()
 }
 
 /// With its mean subtracted, and zero where it is missing.
@@ -162,14 +182,19 @@ mod tests {
     #[test]
     fn products_are_those_of_the_plain_sum_with_missing_pairs_left_out() {
         let a: Vec<f64> = (0..40).map(|i| f64::from((i * 7) % 11)).collect();
-        let mut b: Vec<f64> = (0..40).map(|i| f64::from((i * 5) % 13)).collect();
-        b[7] = f64::NAN;
-        let (ca, cb) = (centred(&a), centred(&b));
-        let products = lagged_products(&a, &b, 5);
-        for lag in 0..=5 {
-            let plain: f64 = (0..40 - lag).map(|i| ca[i + lag] * cb[i]).sum();
-            assert!((products.sums[lag] - plain).abs() < 1e-9);
-            assert_eq!(products.pairs[lag], (40 - lag - 1) as f64);
+        let whole: Vec<f64> = (0..43).map(|i| f64::from((i * 5) % 13)).collect();
+        let mut missing = whole.clone();
+        missing[7] = f64::NAN;
+        for (b, longest) in [(&whole, 5), (&whole, 20), (&missing, 5), (&missing, 20)] {
+            let (ca, cb) = (centred(&a), centred(b));
+            let products = lagged_products(&a, b, longest);
+            assert_eq!(products.sums.len(), longest + 1);
+            for lag in 0..=longest {
+                let pairs = (0..40 - lag).filter(|i| b[*i].is_finite());
+                let plain: f64 = pairs.clone().map(|i| ca[i + lag] * cb[i]).sum();
+                assert!((products.sums[lag] - plain).abs() < 1e-9);
+                assert_eq!(products.pairs[lag], pairs.count() as f64);
+            }
         }
     }
 }
