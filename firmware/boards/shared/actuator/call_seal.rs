@@ -31,6 +31,13 @@ impl CallSeal {
         let is_intact = self.control.leads_to(present.control) && self.pdos.leads_to(present.pdos);
         is_intact.then_some(present)
     }
+
+    /// The seal after a control step, which may change application and axis but no parameter of a
+    /// PDO; none if one has changed without an access.
+    pub fn renew_after_step(self, device: &Device<'_>) -> Option<Self> {
+        let present = Self::new(device);
+        self.pdos.leads_to(present.pdos).then_some(present)
+    }
 }
 
 /// The checksum of a value, and the number of accesses to it when it was computed.

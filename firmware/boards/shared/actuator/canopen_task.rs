@@ -139,11 +139,11 @@ impl CanopenTask {
     pub fn maintain_seal(&mut self, is_driven: bool) {
         match self.last_step.take() {
             Some(step) => {
-                if !self.repeat(&step) {
+                let is_same = self.repeat(&step);
+                if !(is_same && self.renew_seal_after_step()) {
                     // A wrong result may have switched the bridge off.
                     self.begin_shutdown(Fault::DataCorrupt, is_driven || self.was_driven);
                 }
-                self.call_seal = Some(CallSeal::new(self.device.get()));
                 self.device.seal();
             }
             None => {
@@ -179,6 +179,17 @@ impl CanopenTask {
         } else if program_check::is_corrupt() {
             self.begin_shutdown(Fault::ProgramCorrupt, is_driven);
         }
+    }
+
+    /// Seals application, axis and the parameters of the PDOs for the calls until the next control
+    /// step; returns whether the parameters of the PDOs are as the last call has left them.
+    fn renew_seal_after_step(&mut self) -> bool {
+        let device = self.device.get();
+        self.call_seal = match self.call_seal {
+            Some(before) => before.renew_after_step(device),
+            None => Some(CallSeal::new(device)),
+        };
+        self.call_seal.is_some()
     }
 
     /// Whether application, axis and the parameters of the PDOs are as the last control step has
