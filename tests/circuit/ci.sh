@@ -5,4 +5,5 @@ set -euo pipefail
 cd "$(dirname "$0")/../.."
 
 bash .ci/provide ngspice ngspice
-cargo run --quiet --locked -p model-core --example winding_current | python3 tests/circuit/compare.py
+bash .ci/programs
+target/debug/examples/winding_current | python3 tests/circuit/compare.py

@@ -8,7 +8,8 @@ mkdir -p "$place"
 "$place/venv/bin/pip" install --quiet --disable-pip-version-check z3-solver==5.4.1.0
 
 rustup target add thumbv7em-none-eabihf 2>/dev/null
-cargo run --quiet --locked -p control-proofs --bin trace -- 1 300 >"$place/trace.txt"
+bash .ci/programs
+target/debug/trace 1 300 >"$place/trace.txt"
 python3 tests/proofs/stability/verify.py "$place/trace.txt"
 mapfile -t files < <(bash tests/proofs/overflow/build.sh)
 "$place/venv/bin/python" tests/proofs/overflow/check.py "$PWD" "$place/trace.txt" "${files[@]}"
