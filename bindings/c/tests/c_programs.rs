@@ -8,33 +8,17 @@ use std::{
     io::Write as _,
     path::{Path, PathBuf},
     process::{Command, Stdio},
-    sync::LazyLock,
 };
 
 use model_core::actuator::{Actuator, InputLevel, ModelKind, PlantKind, Settings};
 use model_core::named::Named;
 use model_core::plant::Pwm;
 
-/// The static library, built as any user of it would.
-static LIBRARY: LazyLock<PathBuf> = LazyLock::new(|| {
-    // Cargo's folder for tests is in the target folder.
-    let target = Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap();
-    let mut build = Command::new(env!("CARGO"));
-    build.args([
-        "build",
-        "--quiet",
-        "--locked",
-        "-p",
-        "actuator-c",
-        "--target-dir",
-    ]);
-    let built = build
-        .arg(target)
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .status();
-    assert!(built.unwrap().success());
-    target.join("debug/libactuator_c.a")
-});
+/// The static library: cargo builds all kinds of the library for this test.
+fn library() -> PathBuf {
+    let test = env::current_exe().unwrap();
+    test.with_file_name("libactuator_c.a")
+}
 
 /// Compiles a C99 program without a warning.
 fn compile(folder: &Path, source: &Path) -> PathBuf {
@@ -56,7 +40,7 @@ fn compile(folder: &Path, source: &Path) -> PathBuf {
         .arg(source)
         .arg("-o")
         .arg(&program);
-    command.arg(&*LIBRARY).args(["-lm", "-lpthread", "-ldl"]);
+    command.arg(library()).args(["-lm", "-lpthread", "-ldl"]);
     assert!(command.status().unwrap().success(), "{source:?}");
     program
 }
