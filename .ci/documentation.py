@@ -1,0 +1,35 @@
+#!/usr/bin/env python3
+"""Documents all packages; fails on a warning.
+
+Examples too: only with them does cargo give the dependencies the features of the tests, with which
+clippy has checked them already. A program that is named as the library of its package has no
+documentation beside that of the library, as in a plain `cargo doc`.
+"""
+import json
+import os
+import subprocess
+import sys
+
+LIBRARIES = {"lib", "rlib", "cdylib", "staticlib"}
+
+
+def crate(target):
+    return target["name"].replace("-", "_")
+
+
+def programs(package):
+    targets = package["targets"]
+    libraries = {crate(t) for t in targets if LIBRARIES & set(t["kind"])}
+    return [t["name"] for t in targets if t["kind"] == ["bin"] and t["doc"] and crate(t) not in libraries]
+
+
+def main():
+    command = ["cargo", "metadata", "--format-version", "1", "--locked", "--no-deps"]
+    packages = json.loads(subprocess.run(command, check=True, capture_output=True).stdout)["packages"]
+    command = ["cargo", "doc", "--workspace", "--no-deps", "--ignore-rust-version", "--locked", "--lib", "--examples"]
+    command += [f"--bin={name}" for package in packages for name in programs(package)]
+    return subprocess.run(command, env={**os.environ, "RUSTDOCFLAGS": "-D warnings"}).returncode
+
+
+if __name__ == "__main__":
+    sys.exit(main())
