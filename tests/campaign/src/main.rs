@@ -88,7 +88,7 @@ fn main() -> ExitCode {
     match run(&Options::parse()) {
         Ok(0) => ExitCode::SUCCESS,
         Ok(hazardous) => {
-            eprintln!("{hazardous} silent and hazardous");
+            eprintln!("{hazardous} silent and hazardous, or not judged");
             ExitCode::FAILURE
         }
         Err(error) => {
@@ -98,7 +98,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Runs all places; returns the number of silent and hazardous injections.
+/// Runs all places; returns the number of injections that are silent and hazardous, or not judged.
 fn run(options: &Options) -> Result<usize, Error> {
     let known = Results::open(options.results.as_deref(), options.seed)?;
     let program = known.program().to_owned();
