@@ -11,9 +11,7 @@ venv=target/processor-venv
 library=$(find "$venv" -name 'libunicorn.so.2' -print -quit)
 [ -n "$library" ] || library=$(find "$venv" -name 'libunicorn*.dylib' -print -quit)
 
-# With all packages, as the emulator has already been built with their features.
-cargo build --workspace --exclude actuator-python --features actuator/board --ignore-rust-version --locked \
-    --quiet --bin processor-comparison
+bash .ci/programs
 compare() { target/debug/processor-comparison --library "$library" "$@"; }
 
 if [ $# -gt 0 ]; then
