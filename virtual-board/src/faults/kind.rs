@@ -125,11 +125,11 @@ pub enum Fault {
 #[serde(rename_all = "snake_case")]
 pub enum FilterBit {
     /// A bit of the words with the identifiers, counted from bit 0 of the first word: the first 28
-    /// filter registers of bxCAN, `CAN_F0R1` to `CAN_F13R2`, or of the filters in the message RAM of
-    /// FDCAN.
+    /// filter registers of bxCAN, `CAN_F0R1` to `CAN_F13R2`, or of the filters in the message RAM
+    /// of FDCAN.
     Identifiers(u32),
-    /// The activation bit of a bank of bxCAN (`CAN_FA1R`), or the lowest bit of the configuration of
-    /// an element of the standard filters of FDCAN, which turns it off.
+    /// The activation bit of a bank of bxCAN (`CAN_FA1R`), or the lowest bit of the configuration
+    /// of an element of the standard filters of FDCAN, which turns it off.
     Activation(u32),
 }
 
