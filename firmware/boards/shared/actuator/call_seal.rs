@@ -25,7 +25,7 @@ impl CallSeal {
         }
     }
 
-    /// The seal of the present values; none if any of them has changed without an access.
+    /// The seal of the present values; `None` if any of them has changed without an access.
     pub fn renew(self, device: &Device<'_>) -> Option<Self> {
         let present = Self::new(device);
         let is_intact = self.control.leads_to(present.control) && self.pdos.leads_to(present.pdos);
@@ -33,7 +33,7 @@ impl CallSeal {
     }
 
     /// The seal after a control step, which may change application and axis but no parameter of a
-    /// PDO; none if one has changed without an access.
+    /// PDO; `None` if one has changed without an access.
     pub fn renew_after_step(self, device: &Device<'_>) -> Option<Self> {
         let present = Self::new(device);
         self.pdos.leads_to(present.pdos).then_some(present)

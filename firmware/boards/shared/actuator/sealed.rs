@@ -68,8 +68,8 @@ impl<T> Sealed<T> {
         }
     }
 
-    /// Whether a part of the value has the bytes that it had when the value was copied, for a part
-    /// that has not changed since.
+    /// Whether a part of the value, which nothing was to change since, has the bytes that it had
+    /// when the value was copied.
     pub fn is_as_copied<U>(&self, part: impl FnOnce(&T) -> &U) -> bool {
         let part = ptr::from_ref(part(self.content));
         let offset = part
