@@ -1,12 +1,13 @@
 #!/usr/bin/env bash
-# Fuzzes the whole device by its coverage: run.sh [SECONDS]. It starts from the inputs of
+# Fuzzes the whole device by its coverage: run.sh [SECONDS [PROCESSES]]. It starts from the inputs of
 # tests/device-fuzzing/corpus.txt and from those that an earlier run has found, below target/, and
-# ends by writing the fewest inputs that reach the same code into corpus.txt. A violated requirement
-# ends it, with the input below target/fuzz/artifacts. Not part of CI, which repeats the corpus.
-# Needs a C++ compiler and `cargo install cargo-fuzz --locked`, of which 0.13.2 was used.
+# ends, also after an interrupt, by writing the fewest inputs that reach the same code into
+# corpus.txt, a line of results into history.csv, and their sums into docs/trust.md. A violated
+# requirement leaves its input below target/fuzz/artifacts. Not part of CI, which repeats the corpus.
+# Needs python3, a C++ compiler and `cargo install cargo-fuzz --locked`, of which 0.13.2 was used.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
-seconds=${1:-3600}
+seconds=${1:-3600} processes=${2:-$(nproc)}
 place=${CARGO_TARGET_DIR:-$PWD/target}/fuzz
 export CARGO_TARGET_DIR=$place/build
 # The instrumentation needs options of the compiler that are not stable.
@@ -17,8 +18,24 @@ corpus() { cargo run --quiet --locked -p device-fuzzing --bin corpus -- "$@"; }
 fuzz() { cargo fuzz run --fuzz-dir tests/fuzz --sanitizer none device "$@"; }
 
 corpus unpack "$place/found"
-fuzz "$place/found" -- -max_total_time="$seconds" -max_len=1024 -seed=1 \
-    -artifact_prefix="$place/artifacts/" -print_final_stats=1
+cargo fuzz build --fuzz-dir tests/fuzz --sanitizer none device
+device=$(find "$CARGO_TARGET_DIR" -path '*/release/device' -type f)
+commit=$(git rev-parse --short HEAD)
+# Other seeds in each run.
+first=$((100 * $(wc -l <tests/fuzz/history.csv)))
+# The processes exchange the inputs that they find. An interrupt ends them, and this script goes on.
+trap : INT
+runs=()
+for ((seed = first; seed < first + processes; seed++)); do
+    python3 tests/fuzz/measured.py "$place/$seed.json" "$device" "$place/found" \
+        -max_total_time="$seconds" -max_len=1024 -seed="$seed" -print_final_stats=1 \
+        -artifact_prefix="$place/artifacts/" >"$place/$seed.log" 2>&1 &
+    runs+=("$place/$seed.json")
+done
+while [ -n "$(jobs -pr)" ]; do wait || true; done
+trap - INT
+python3 tests/fuzz/history.py "$commit" docs/trust.md "${runs[@]}"
+
 rm -f "$place"/least/*
 fuzz "$place/least" "$place/found" -- -set_cover_merge=1 -use_counters=0 -max_len=1024
 corpus pack "$place/least" >"$place/corpus.txt"

@@ -1,0 +1,43 @@
+"""Adds a run to the history of fuzzing and its sums to a document.
+
+history.py COMMIT DOCUMENT RESULT [RESULT ...], where each result is one of measured.py.
+"""
+
+import csv
+import datetime
+import json
+import sys
+import textwrap
+from pathlib import Path
+
+HISTORY = Path(__file__).with_name("history.csv")
+COLUMNS = ["date", "commit", "sequences", "seconds", "violations"]
+BEGIN, END = "<!-- fuzzing: begin -->", "<!-- fuzzing: end -->"
+
+
+def main():
+    commit, document, *results = sys.argv[1:]
+    results = [json.loads(Path(result).read_text()) for result in results]
+    sums = {key: sum(result[key] for result in results) for key in COLUMNS[2:]}
+    today = datetime.datetime.now(datetime.UTC).date().isoformat()
+    with HISTORY.open("a", newline="") as file:
+        csv.writer(file, lineterminator="\n").writerow([today, commit, *sums.values()])
+    with HISTORY.open(newline="") as file:
+        runs = list(csv.DictReader(file))
+    since = max((n + 1 for n, run in enumerate(runs) if int(run["violations"])), default=0)
+    sequences = sum(int(run["sequences"]) for run in runs[since:])
+    hours = sum(int(run["seconds"]) for run in runs[since:]) / 3600
+    last = f"of {runs[-1]['date']}, commit {runs[-1]['commit']}"
+    text = textwrap.fill(
+        f"`tests/fuzz/history.csv` has a line for each run, the last one {last}. Since the last "
+        f"violation the fuzzer has tried {sequences:,} sequences in {hours:.1f} hours of processor "
+        "time.",
+        width=112,
+    )
+    path = Path(document)
+    before, rest = path.read_text().split(BEGIN)
+    after = rest.split(END)[1]
+    path.write_text(f"{before}{BEGIN}\n\n{text}\n\n{END}{after}")
+
+
+main()
