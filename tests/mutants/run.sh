@@ -39,7 +39,7 @@ esac
 out=$PWD/target/mutants/$part
 mkdir -p "$out"
 CARGO_INCREMENTAL=1 CARGO_PROFILE_DEV_DEBUG=none nice cargo mutants --package "$package" \
-    "${files[@]}" --output "$out" -j1 --no-shuffle --minimum-test-timeout 20 --cargo-arg=--locked \
+    "${files[@]}" --output "$out" --no-shuffle --minimum-test-timeout "${MUTANTS_TIMEOUT_S:-20}" --cargo-arg=--locked \
     --cargo-arg=--config --cargo-arg="profile.dev.package.$package.opt-level=1" "$@" -- "${tests[@]}" || true
 
 caught=$(wc -l <"$out/mutants.out/caught.txt") missed=$(wc -l <"$out/mutants.out/missed.txt")

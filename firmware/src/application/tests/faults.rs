@@ -255,3 +255,31 @@ fn a_fault_that_coasts_ends_a_quick_stop_at_once() {
     assert_eq!(outputs.fault, Some(Fault::CommandTimeout));
     assert!(outputs.telemetry.latched.contains(Fault::BridgeTripped));
 }
+
+#[test]
+fn what_lasted_before_the_loop_was_closed_does_not_count_towards_a_fault_of_the_motion() {
+    for fault in [
+        Fault::Stall,
+        Fault::FollowingError,
+        Fault::EncoderStuck,
+        Fault::CurrentImplausible,
+        Fault::MotorPolarity,
+    ] {
+        let provoked = |board: &mut TestBoard, periods: u32| {
+            (1..=periods).find(|&since| {
+                let outputs = board.step_with(|samples| provoke(fault, samples, since));
+                outputs.fault.is_some()
+            })
+        };
+        let whole = provoked(&mut prepared(fault), 1000).expect("a fault");
+        let mut board = prepared(fault);
+        assert_eq!(provoked(&mut board, whole - 1), None, "{fault:?}");
+        // No control period runs while the loop is open.
+        board.request(Request::Disable);
+        board.request(Request::Enable);
+        // One period less where the first one had no rate command yet.
+        let again = provoked(&mut board, whole).expect("a fault");
+        assert!(again + 1 >= whole, "{fault:?}: {again} of {whole}");
+        assert_eq!(board.outputs.fault, Some(fault));
+    }
+}

@@ -207,6 +207,19 @@ fn samples_that_were_computed_elsewhere_make_the_same_commands() {
 }
 
 #[test]
+fn the_sample_of_the_next_control_period_is_due_until_it_is_prepared() {
+    let chirp = Chirp::try_linear(&Default::default()).unwrap();
+    let mut board = TestBoard::enabled();
+    let run = Run::new(Excitation::Chirp(chirp), 1);
+    board.application.start_excitation(run).unwrap();
+    board.step();
+    // 4 ms in steps of 1/20,000 s.
+    assert_eq!(board.application.sample_due(), Some(80));
+    board.application.prepare();
+    assert_eq!(board.application.sample_due(), None);
+}
+
+#[test]
 fn an_excitation_starts_in_the_enabled_state_only() {
     let mut board = TestBoard::new(BoardParameters::DEFAULT);
     let chirp = Chirp::try_linear(&Default::default()).unwrap();
