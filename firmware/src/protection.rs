@@ -198,3 +198,6 @@ impl Protection {
         self.encoder.reset_position();
     }
 }
+
+#[cfg(test)]
+mod tests;

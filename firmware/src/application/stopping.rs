@@ -67,6 +67,8 @@ impl Stopping {
 
 #[cfg(test)]
 mod tests {
+    use model_core::control::units::rate;
+
     use super::*;
 
     #[test]
@@ -89,15 +91,28 @@ mod tests {
         }
     }
 
-    #[test]
-    fn a_shaft_that_does_not_stop_is_given_up_in_time() {
-        let mut stopping = Stopping::from(Rate::from_int(100));
+    /// Control periods of a stop of a shaft that keeps this rate, of 1000 at most.
+    fn periods_at(rate: Rate) -> u32 {
+        let mut stopping = Stopping::from(rate);
         let settings = StopSettings::DEFAULT;
         let mut periods = 0;
-        while !stopping.is_over(&settings) {
-            stopping.next(&settings, Rate::from_int(100));
+        while !stopping.is_over(&settings) && periods < 1000 {
+            stopping.next(&settings, rate);
             periods += 1;
         }
-        assert_eq!(periods, 125);
+        periods
+    }
+
+    #[test]
+    fn a_shaft_that_does_not_stop_is_given_up_in_time() {
+        assert_eq!(periods_at(Rate::from_int(100)), 125);
+    }
+
+    #[test]
+    fn a_shaft_stands_below_5_deg_s_and_at_5_deg_s_it_turns() {
+        for sign in [1, -1] {
+            assert_eq!(periods_at(Rate::from_int(5 * sign)), 125);
+            assert_eq!(periods_at(rate(4.99 * f64::from(sign))), 5);
+        }
     }
 }

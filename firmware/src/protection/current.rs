@@ -61,59 +61,84 @@ impl CurrentGuard {
 
 #[cfg(test)]
 mod tests {
-    use model_core::control::units::{Angle, Percent, Rate};
-
     use super::*;
-    use crate::{measure::PeriodCurrent, protection::Measured};
+    use crate::{
+        measure::PeriodCurrent,
+        protection::{
+            Measured,
+            tests::{UNMEASURED, driven, smooth},
+        },
+    };
 
-    /// Whether an overload of these currents is present after so many control periods.
-    fn is_overloaded(mean_ma: i32, square_ma2: i32, count: u32) -> bool {
+    /// A heat of 3 500^2 mA^2 for five periods is the limit.
+    const LIMITS: CurrentLimits = CurrentLimits {
+        continuous_ma: 500,
+        overload_ms: 5 * CONTROL_PERIOD_MS,
+        ..CurrentLimits::DEFAULT
+    };
+
+    /// Whether an overload is present in the last of so many control periods with this current.
+    fn is_overloaded(guard: &mut CurrentGuard, current: PeriodCurrent, count: u32) -> bool {
         let measured = Measured {
-            count: None,
-            travelled: None,
-            magnet: None,
-            sampled_ma: Some(mean_ma),
-            current: Some(PeriodCurrent {
-                mean_ma,
-                stall_ma: mean_ma,
-                square_ma2,
-            }),
-            back_emf_mv: None,
-            supply_mv: None,
-            temperature_mdeg_c: None,
+            current: Some(current),
+            ..UNMEASURED
         };
-        let conditions = Conditions {
-            measured: &measured,
-            is_driving: true,
-            is_following: true,
-            angle: Angle::ZERO,
-            rate: Rate::ZERO,
-            setpoint: Angle::ZERO.into(),
-            rate_command: Rate::ZERO,
-            duty: Percent::ZERO,
-            is_stale: false,
-            is_bus_lost: false,
-            is_tripped: false,
-            missed_periods: 0,
-        };
-        let limits = CurrentLimits {
-            continuous_ma: 500,
-            overload_ms: 5 * CONTROL_PERIOD_MS,
-            ..CurrentLimits::DEFAULT
-        };
-        let mut guard = CurrentGuard::default();
         let mut present = FaultSet::EMPTY;
         for _ in 0..count {
-            present = guard.check(&limits, &conditions);
+            present = guard.check(&LIMITS, &driven(&measured));
         }
         present.contains(Fault::Overload)
+    }
+
+    fn current(mean_ma: i32, square_ma2: i32) -> PeriodCurrent {
+        PeriodCurrent {
+            mean_ma,
+            stall_ma: mean_ma,
+            square_ma2,
+        }
     }
 
     #[test]
     fn the_mean_square_heats_and_the_mean_does_not() {
         // Four times 500^2: three times that is above what is carried away, for five periods.
-        assert!(!is_overloaded(400, 1_000_000, 4));
-        assert!(is_overloaded(400, 1_000_000, 5));
-        assert!(!is_overloaded(900, 250_000, 10_000));
+        let after = |current, count| is_overloaded(&mut CurrentGuard::default(), current, count);
+        assert!(!after(current(400, 1_000_000), 4));
+        assert!(after(current(400, 1_000_000), 5));
+        assert!(!after(current(900, 250_000), 10_000));
+    }
+
+    #[test]
+    fn an_overload_of_any_length_cools_in_the_time_from_twice_the_limit() {
+        for count in [10, 1000] {
+            let mut guard = CurrentGuard::default();
+            assert!(is_overloaded(&mut guard, current(1000, 1_000_000), count));
+            // Without a current, 500^2 a period: the limit of 15 of them is reached after 15.
+            assert!(is_overloaded(&mut guard, current(0, 0), 15));
+            assert!(!is_overloaded(&mut guard, current(0, 0), 1));
+        }
+    }
+
+    #[test]
+    fn an_over_current_is_above_its_limit_in_either_direction_for_its_samples() {
+        let limits = CurrentLimits {
+            over_current_ma: 1600,
+            over_current_samples: 2,
+            ..CurrentLimits::DEFAULT
+        };
+        for (sampled_ma, is_over) in [(1600, false), (1601, true), (-1600, false), (-1601, true)] {
+            let measured = Measured {
+                sampled_ma: Some(sampled_ma),
+                current: smooth(0),
+                ..UNMEASURED
+            };
+            let mut guard = CurrentGuard::default();
+            let mut check = || guard.check(&limits, &driven(&measured));
+            assert!(!check().contains(Fault::OverCurrent));
+            assert_eq!(
+                check().contains(Fault::OverCurrent),
+                is_over,
+                "{sampled_ma}"
+            );
+        }
     }
 }

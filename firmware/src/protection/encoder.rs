@@ -163,3 +163,112 @@ fn decode(word: Option<EncoderWord>) -> Result<EncoderReading, Fault> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use model_core::control::{shaft_tracker::Mounting, units::percent};
+
+    use super::*;
+    use crate::protection::{
+        Measured,
+        tests::{UNMEASURED, driven, smooth},
+    };
+
+    /// A shaft whose last valid count was zero, some periods before the last one.
+    fn shaft(missed: u16) -> ShaftTracker {
+        let mut shaft = ShaftTracker::default();
+        let mounting = Mounting {
+            zero: EncoderCount::new(0),
+            reversed: false,
+        };
+        shaft.update(mounting, EncoderCount::new(0));
+        shaft.miss(missed);
+        shaft
+    }
+
+    #[test]
+    fn a_count_is_a_jump_beyond_the_greatest_rate_and_one_count_of_resolution() {
+        // 5625 deg/s are 256 counts in 4 ms.
+        let limits = EncoderLimits {
+            greatest_rate_deg_s: 5625,
+            ..EncoderLimits::DEFAULT
+        };
+        for (missed, reach) in [(0, 257), (1, 2 * 257), (2, 3 * 257)] {
+            for sign in [1, -1] {
+                let is_valid = |counts: i32| {
+                    let count = EncoderCount::new((sign * counts).rem_euclid(4096) as u16);
+                    let word = EncoderWord::of(count, Magnet::Steady);
+                    let mut guard = EncoderGuard::default();
+                    let validated = guard.validate(&limits, Some(word), &shaft(missed));
+                    validated.count == Some(count)
+                };
+                assert!(is_valid(reach), "{reach}");
+                assert!(!is_valid(reach + 1), "{reach}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_magnet_is_lost_in_a_word_that_says_so_and_unknown_in_any_other_invalid_one() {
+        let count = EncoderCount::new(0);
+        let lost = EncoderWord::of(count, Magnet::Lost);
+        let odd = EncoderWord::new(EncoderWord::of(count, Magnet::Steady).bits() ^ 1);
+        let jump = EncoderWord::of(EncoderCount::new(2000), Magnet::Steady);
+        for (word, magnet) in [
+            (Some(lost), Some(Magnet::Lost)),
+            (Some(odd), None),
+            (Some(jump), None),
+            (None, None),
+        ] {
+            let mut guard = EncoderGuard::default();
+            let validated = guard.validate(&EncoderLimits::DEFAULT, word, &shaft(0));
+            assert_eq!((validated.count, validated.magnet), (None, magnet));
+        }
+    }
+
+    /// Whether an encoder that shows no motion is stuck, of a motor with this duty, current and
+    /// back-EMF.
+    fn is_stuck(is_driving: bool, duty_pct: f64, mean_ma: i32, back_emf_mv: i32) -> bool {
+        let measured = Measured {
+            current: smooth(mean_ma),
+            back_emf_mv: Some(back_emf_mv),
+            ..UNMEASURED
+        };
+        let conditions = Conditions {
+            is_driving,
+            duty: percent(duty_pct),
+            ..driven(&measured)
+        };
+        let guard = EncoderGuard {
+            travelled: Some(0),
+            ..EncoderGuard::default()
+        };
+        let limits = EncoderLimits {
+            stuck_duty_pct: 50,
+            stuck_current_ma: 100,
+            stuck_back_emf_mv: 800,
+            ..EncoderLimits::DEFAULT
+        };
+        guard.is_still_while_the_motor_turns(&limits, &conditions) == Some(true)
+    }
+
+    #[test]
+    fn a_motor_that_is_driven_hard_without_its_current_turns() {
+        for sign in [1, -1] {
+            let duty_pct = 50.0 * f64::from(sign);
+            assert!(is_stuck(true, duty_pct, 99 * sign, 0));
+            assert!(!is_stuck(true, duty_pct, 100 * sign, 0), "it pulls");
+            assert!(!is_stuck(true, 0.99 * duty_pct, 0, 0), "not driven hard");
+            assert!(!is_stuck(false, duty_pct, 0, 0), "not driven");
+        }
+    }
+
+    #[test]
+    fn a_motor_with_a_back_emf_turns_whether_it_is_driven_or_not() {
+        for sign in [1, -1] {
+            assert!(is_stuck(false, 0.0, 0, 800 * sign));
+            assert!(is_stuck(true, 50.0, 100, 800 * sign));
+            assert!(!is_stuck(false, 0.0, 0, 799 * sign));
+        }
+    }
+}

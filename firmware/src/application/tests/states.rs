@@ -220,6 +220,22 @@ fn a_quick_stop_that_holds_stays_until_it_is_enabled_or_disabled() {
 }
 
 #[test]
+fn a_shaft_that_is_turned_away_from_where_a_quick_stop_holds_it_is_driven_back() {
+    let mut parameters = BoardParameters::DEFAULT;
+    parameters.stop.quick_stop_hold = 1;
+    let mut board = TestBoard::enabled_with(parameters);
+    board.request(Request::QuickStop);
+    board.steps(10);
+    // 20 counts are 1.76 deg, and the position gain is 8/s.
+    for _ in 0..3 {
+        board.step_with(|samples| samples.encoder = Some(word(20)));
+        let command = board.outputs.telemetry.rate_command;
+        assert!((command + rate(14.06)).abs() < rate(0.01), "{command}");
+    }
+    assert_eq!(board.outputs.state, BoardState::QuickStop);
+}
+
+#[test]
 fn other_gains_while_the_loop_is_closed_do_not_move_the_duty() {
     let stiffer = BoardParameters {
         control: Coefficients::try_new(&ControlParameters {
