@@ -68,3 +68,48 @@ fn deviates(limits: &FollowingLimits, c: &Conditions<'_>) -> bool {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use model_core::control::units::angle;
+
+    use super::*;
+    use crate::protection::tests::{UNMEASURED, driven};
+
+    /// Whether a shaft at zero, at this rate, deviates from an angle that is commanded.
+    fn deviates_from(command: Angle, rate_deg_s: i32) -> bool {
+        let limits = FollowingLimits {
+            following_window_mdeg: 10_000,
+            following_rate_deg_s: 20,
+            ..FollowingLimits::DEFAULT
+        };
+        let conditions = Conditions {
+            setpoint: command.into(),
+            rate_command: Rate::from_int(80),
+            rate: Rate::from_int(rate_deg_s),
+            ..driven(&UNMEASURED)
+        };
+        deviates(&limits, &conditions)
+    }
+
+    #[test]
+    fn a_resting_shaft_deviates_from_an_angle_outside_the_window() {
+        for sign in [1, -1] {
+            let edge = Angle::from_int(10 * sign);
+            assert!(!deviates_from(edge, 0));
+            let beyond = Angle::from_bits(edge.to_bits() + i64::from(sign));
+            assert!(deviates_from(beyond, 0));
+            assert!(deviates_from(angle(90.0 * f64::from(sign)), 0));
+        }
+    }
+
+    #[test]
+    fn a_shaft_follows_a_distant_angle_if_it_approaches_it_at_the_least_rate() {
+        for sign in [1, -1] {
+            let command = Angle::from_int(90 * sign);
+            assert!(!deviates_from(command, 20 * sign));
+            assert!(deviates_from(command, 19 * sign));
+            assert!(deviates_from(command, -20 * sign));
+        }
+    }
+}
