@@ -1,6 +1,9 @@
-//! Measurements and conditions for the tests of the protections.
+//! The protections alone, and measurements and conditions for the tests in their modules.
 
 use super::*;
+use crate::parameters::{
+    EncoderLimits, StallLimits, SupplyLimits, TemperatureLimits, TimingLimits,
+};
 
 /// No measurement at all.
 pub(super) const UNMEASURED: Measured = Measured {
@@ -39,4 +42,164 @@ pub(super) fn driven(measured: &Measured) -> Conditions<'_> {
         is_tripped: false,
         missed_periods: 0,
     }
+}
+
+/// Control periods until a check reports a fault, of at most 200.
+fn periods_until(mut is_present: impl FnMut() -> bool) -> Option<u32> {
+    (1..=200).find(|_| is_present())
+}
+
+/// Periods until a current is implausibly small where 300 mA are expected without a back-EMF.
+fn until_implausible(mean_ma: i32, back_emf_mv: i32) -> Option<u32> {
+    let current = PeriodCurrent {
+        mean_ma,
+        stall_ma: 300,
+        square_ma2: 0,
+    };
+    let measured = Measured {
+        current: Some(current),
+        back_emf_mv: Some(back_emf_mv),
+        ..UNMEASURED
+    };
+    let ripple = Ripple::of(10.0, 1e-3);
+    let mut guard = PlausibilityGuard::default();
+    periods_until(|| {
+        let present = guard.check(&EncoderLimits::DEFAULT, &ripple, &driven(&measured));
+        present.contains(Fault::CurrentImplausible)
+    })
+}
+
+#[test]
+fn less_than_a_third_of_the_expected_current_is_implausible_after_60_ms() {
+    for sign in [1, -1] {
+        assert_eq!(until_implausible(99 * sign, 0), Some(15));
+        assert_eq!(until_implausible(100 * sign, 0), None);
+    }
+    // 1 V at 10 ohm are 100 mA less; below 200 mA nothing is compared.
+    assert_eq!(until_implausible(66, 1000), Some(15));
+    assert_eq!(until_implausible(67, 1000), None);
+    assert_eq!(until_implausible(0, 1010), None);
+}
+
+/// Periods until the motor's polarity is wrong, of a shaft with this rate and back-EMF.
+fn until_wrong_polarity(rate_deg_s: i32, back_emf_mv: i32) -> Option<u32> {
+    let measured = Measured {
+        travelled: Some(rate_deg_s.signum()),
+        back_emf_mv: Some(back_emf_mv),
+        ..UNMEASURED
+    };
+    let conditions = Conditions {
+        rate: Rate::from_int(rate_deg_s),
+        ..driven(&measured)
+    };
+    let limits = EncoderLimits {
+        stuck_back_emf_mv: 800,
+        ..EncoderLimits::DEFAULT
+    };
+    let ripple = Ripple::of(10.0, 1e-3);
+    let mut guard = PlausibilityGuard::default();
+    periods_until(|| {
+        let present = guard.check(&limits, &ripple, &conditions);
+        present.contains(Fault::MotorPolarity)
+    })
+}
+
+#[test]
+fn an_encoder_that_turns_against_the_back_emf_is_noticed_after_20_ms() {
+    for sign in [1, -1] {
+        assert_eq!(until_wrong_polarity(-100 * sign, 800 * sign), Some(5));
+        assert_eq!(until_wrong_polarity(-100 * sign, 799 * sign), None);
+        assert_eq!(until_wrong_polarity(100 * sign, 800 * sign), None);
+    }
+}
+
+#[test]
+fn a_stall_is_no_more_way_than_its_limit_from_where_the_motor_began_to_pull() {
+    let limits = StallLimits {
+        stall_current_ma: 500,
+        stall_way_mdeg: 1000,
+        stall_ms: 400,
+    };
+    // Periods of a pull until a stall, at a place and a way from it.
+    let pull = |place_deg: i32, way: Angle| {
+        let mut guard = StallGuard::default();
+        let mut check = |mean_ma, angle| {
+            let measured = Measured {
+                travelled: Some(0),
+                current: smooth(mean_ma),
+                ..UNMEASURED
+            };
+            guard.check(
+                &limits,
+                &Conditions {
+                    angle,
+                    ..driven(&measured)
+                },
+            )
+        };
+        let place = Angle::from_int(place_deg);
+        assert!(!check(499, place));
+        periods_until(|| check(500, place + way))
+    };
+    let smallest = Angle::from_bits(1);
+    for place_deg in [0, 90, -90] {
+        for way in [Angle::ONE, -Angle::ONE] {
+            assert_eq!(pull(place_deg, way), Some(100), "{place_deg} {way}");
+        }
+        // A longer way ends the pull at the place where it ends: its period counts for none.
+        for way in [Angle::ONE + smallest, -Angle::ONE - smallest] {
+            assert_eq!(pull(place_deg, way), Some(101), "{place_deg} {way}");
+        }
+    }
+}
+
+#[test]
+fn supply_and_temperature_are_wrong_beyond_their_limits_and_right_at_them() {
+    let present = |supply_mv, temperature_mdeg_c| {
+        let measured = Measured {
+            supply_mv: Some(supply_mv),
+            temperature_mdeg_c: Some(temperature_mdeg_c),
+            ..UNMEASURED
+        };
+        let p = BoardParameters {
+            supply: SupplyLimits {
+                under_voltage_mv: 4000,
+                over_voltage_mv: 6300,
+                supply_ms: 4,
+            },
+            temperature: TemperatureLimits {
+                over_temperature_mdeg_c: 85_000,
+                over_temperature_ms: 4,
+            },
+            ..BoardParameters::DEFAULT
+        };
+        let supply = SupplyGuard::default().check(&p.supply, &driven(&measured));
+        supply.or(TemperatureGuard::default().check(&p.temperature, &driven(&measured)))
+    };
+    assert_eq!(present(4000, 85_000), FaultSet::EMPTY);
+    assert_eq!(present(6300, 85_000), FaultSet::EMPTY);
+    let of = |fault| FaultSet::of(&[fault]);
+    assert_eq!(present(3999, 85_000), of(Fault::UnderVoltage));
+    assert_eq!(present(6301, 85_000), of(Fault::OverVoltage));
+    assert_eq!(present(6300, 85_001), of(Fault::OverTemperature));
+}
+
+#[test]
+fn as_many_missed_periods_as_are_tolerated_are_no_fault() {
+    let limits = TimingLimits {
+        overruns: 3,
+        ..TimingLimits::DEFAULT
+    };
+    let mut guard = TimingGuard::default();
+    let mut is_overrun = |missed_periods| {
+        let conditions = Conditions {
+            missed_periods,
+            ..driven(&UNMEASURED)
+        };
+        guard
+            .check(&limits, &conditions)
+            .contains(Fault::LoopOverrun)
+    };
+    assert!(!is_overrun(3));
+    assert!(is_overrun(1));
 }
