@@ -214,6 +214,14 @@ mod tests {
     }
 
     #[test]
+    fn a_coefficient_whose_31_bits_are_all_ones_comes_back_unchanged() {
+        for shift in 0..=62 {
+            let there = Coefficient::from_parts(i32::MAX, shift);
+            assert_eq!(Scaled::of_coefficient(there).coefficient(), there);
+        }
+    }
+
+    #[test]
     fn the_last_bits_are_rounded() {
         // 25 bits to 24.
         let odd = Scaled::of_signal(Percent::from_int(33_554_431));
