@@ -12,7 +12,8 @@ part=${1:?expected control, application, canopen, cia402 or slcan}
 shift
 files=()
 add() { for file in "$@"; do files+=(--file "$file"); done; }
-tests=(--lib)
+# Neither built nor run: doc tests, examples, tests of other parts.
+tests=(--cargo-arg=--lib)
 case $part in
 control)
     package=model-core
@@ -31,12 +32,12 @@ canopen)
     package=canopen
     add 'canopen/src/**/*.rs'
     files+=(--exclude 'canopen/src/cia402/**' --exclude 'canopen/src/slcan/**')
-    tests+=(--test device)
+    tests+=(--cargo-arg=--test=device)
     ;;
 cia402 | slcan)
     package=canopen
     add "canopen/src/$part/**/*.rs"
-    tests+=(--test "$part")
+    tests+=("--cargo-arg=--test=$part")
     ;;
 *)
     echo "$part: expected control, application, canopen, cia402 or slcan" >&2
@@ -48,7 +49,7 @@ mkdir -p "$out"
 CARGO_INCREMENTAL=1 CARGO_PROFILE_DEV_DEBUG=none nice cargo mutants --package "$package" \
     "${files[@]}" --output "$out" --no-shuffle --minimum-test-timeout "${MUTANTS_TIMEOUT_S:-20}" \
     --cargo-arg=--locked --cargo-arg=--config \
-    --cargo-arg="profile.dev.package.$package.opt-level=1" "$@" -- "${tests[@]}" || true
+    --cargo-arg="profile.dev.package.$package.opt-level=1" "${tests[@]}" "$@" || true
 
 caught=$(wc -l <"$out/mutants.out/caught.txt") missed=$(wc -l <"$out/mutants.out/missed.txt")
 echo "$caught of $((caught + missed)) are noticed; not accepted:"
