@@ -107,6 +107,35 @@ mod tests {
     }
 
     #[test]
+    fn each_signed_type_is_extended_from_its_own_sign() {
+        assert_eq!(DataType::I8.decode(&[0xFE]) as i64, -2);
+        assert_eq!(DataType::I32.decode(&[0xFE, 0xFF, 0xFF, 0xFF]) as i64, -2);
+        assert_eq!(DataType::U8.decode(&[0xFE]), 0xFE);
+    }
+
+    #[test]
+    fn unsigned_numbers_are_ordered_beyond_half_their_range() {
+        let values = [0, 1, 0x7FFF_FFFF, 0x8000_0000, 0x8000_0001, u32::MAX];
+        let order = |value: u32| DataType::U32.ordered(value);
+        assert!(
+            values
+                .windows(2)
+                .all(|pair| order(pair[0]) < order(pair[1]))
+        );
+    }
+
+    #[test]
+    fn a_dummy_entry_has_the_index_of_its_type() {
+        use DataType::{F32, F64, I8, I16, I32, I64, U8, U16, U32, U64};
+        let types = [I8, I16, I32, U8, U16, U32, F32, F64, I64, U64];
+        for data_type in types {
+            assert_eq!(DataType::dummy(data_type as u16), Some(data_type));
+        }
+        let count = (0..=u16::MAX).filter(|index| DataType::dummy(*index).is_some());
+        assert_eq!(count.count(), types.len());
+    }
+
+    #[test]
     fn floats_are_ordered_numerically() {
         let order = |value: f32| DataType::F32.ordered(value.to_bits());
         let values = [

@@ -96,3 +96,27 @@ const fn from_index(index: u8) -> Option<BitRate> {
         _ => return None,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bit_timing_table_0_is_that_of_cia_305() {
+        use BitRate::{Automatic, Kbit10, Kbit20, Kbit50, Kbit125};
+        use BitRate::{Kbit250, Kbit500, Kbit800, Kbit1000};
+        let rates = [Kbit1000, Kbit800, Kbit500, Kbit250, Kbit125].map(Some);
+        assert_eq!([0, 1, 2, 3, 4].map(from_index), rates);
+        assert_eq!(from_index(5), None, "reserved");
+        let rates = [Kbit50, Kbit20, Kbit10, Automatic].map(Some);
+        assert_eq!([6, 7, 8, 9].map(from_index), rates);
+        assert_eq!(from_index(10), None);
+    }
+
+    #[test]
+    fn a_missing_memory_is_not_a_failing_one() {
+        assert_eq!(error_code(Ok(())), 0);
+        assert_eq!(error_code(Err(Abort::UnsupportedAccess)), 1);
+        assert_eq!(error_code(Err(Abort::Hardware)), 2);
+    }
+}

@@ -285,3 +285,39 @@ fn numbers_and_strings_can_be_transferred_in_blocks() {
         Some([0x80, 1, 0x20, 0, 0x12, 0, 7, 6])
     );
 }
+
+#[test]
+fn a_client_may_do_without_size_and_crc() {
+    let mut bench = Bench::new();
+    let data = pattern(10);
+    // The bytes of the size are reserved.
+    for (begin, checksum) in [(0xC4, crc(&data)), (0xC2, [0; 2]), (0xC0, [0; 2])] {
+        let size = if begin & 2 == 0 { 0 } else { 10 };
+        let answer = bench.sdo([begin, 0x10, 0x20, 0, size, 0, 0, 0]);
+        assert_eq!(answer, Some([0xA4, 0x10, 0x20, 0, 127, 0, 0, 0]));
+        assert_eq!(block(&mut bench, &data, &[]), Some(2));
+        assert_eq!(end_download(&mut bench, &data, checksum)[0], 0xA1);
+        assert_eq!(bench.device.domain, data);
+        bench.device.domain.clear();
+    }
+    bench.device.domain = data;
+    bench.sdo([0xA0, 0x10, 0x20, 0, 127, 0, 0, 0]);
+    assert_eq!(
+        segments(bench.send(0x605, &[0xA3, 0, 0, 0, 0, 0, 0, 0])).len(),
+        2
+    );
+    let end = bench.sdo([0xA2, 2, 127, 0, 0, 0, 0, 0]);
+    assert_eq!(end, Some([0xC1 | 4 << 2, 0, 0, 0, 0, 0, 0, 0]));
+}
+
+#[test]
+fn an_empty_object_is_one_segment_which_is_repeated_until_it_is_confirmed() {
+    let mut bench = Bench::new();
+    let answer = bench.sdo([0xA4, 5, 0x20, 0, 127, 0, 0, 0]);
+    assert_eq!(answer, Some([0xC6, 5, 0x20, 0, 0, 0, 0, 0]));
+    let segment = Some([0x81, 0, 0, 0, 0, 0, 0, 0]);
+    assert_eq!(bench.sdo([0xA3, 0, 0, 0, 0, 0, 0, 0]), segment);
+    assert_eq!(bench.sdo([0xA2, 0, 127, 0, 0, 0, 0, 0]), segment);
+    let end = bench.sdo([0xA2, 1, 127, 0, 0, 0, 0, 0]);
+    assert_eq!(end, Some([0xC1 | 7 << 2, 0, 0, 0, 0, 0, 0, 0]));
+}

@@ -144,3 +144,36 @@ fn more_errors_than_fit_are_limited_and_can_all_be_cleared() {
     }
     assert_eq!(bench.node.error_register(), 0);
 }
+
+#[test]
+fn errors_with_the_same_bit_of_the_register_share_it() {
+    let mut bench = Bench::new();
+    for code in [0x1000, 0x1001] {
+        bench.node.raise(error(code), &mut bench.device);
+        assert_eq!(bench.node.error_register(), 0x21);
+    }
+    let mut bench = Bench::new();
+    let generic = Emergency::new(ErrorCode(0x1000), register::GENERIC);
+    bench.node.raise(generic, &mut bench.device);
+    assert_eq!(bench.node.error_register(), 1);
+}
+
+#[test]
+fn the_bits_of_the_register_are_those_of_cia_301() {
+    use register::{COMMUNICATION, CURRENT, GENERIC, MANUFACTURER, PROFILE, TEMPERATURE, VOLTAGE};
+    assert_eq!([GENERIC, CURRENT, VOLTAGE, TEMPERATURE], [1, 2, 4, 8]);
+    assert_eq!([COMMUNICATION, PROFILE, MANUFACTURER], [0x10, 0x20, 0x80]);
+}
+
+#[test]
+fn an_error_beyond_those_that_can_be_active_has_its_bit_in_its_emcy() {
+    let mut bench = Bench::new();
+    for code in 0x1000..0x1010 {
+        bench.node.raise(error(code), &mut bench.device);
+        bench.drain();
+    }
+    let more = Emergency::new(ErrorCode(0x2310), register::CURRENT);
+    bench.node.raise(more, &mut bench.device);
+    assert_eq!(bench.drain()[0].1[..3], [0x10, 0x23, 0x23]);
+    assert_eq!(bench.node.error_register(), 0x21);
+}

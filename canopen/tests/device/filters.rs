@@ -97,3 +97,18 @@ fn a_frame_outside_the_identifiers_changes_nothing() {
     }
     assert!(ignored > 24_000, "{ignored}");
 }
+
+#[test]
+fn the_list_reaches_the_last_tpdo_of_any_number_of_pdos() {
+    use canopen::{Node, NodeId, SERVICE_IDENTIFIERS, dictionary::Address};
+    // LSS, NMT, SDO, SYNC and TIME, and eight producers of heartbeats.
+    assert_eq!(SERVICE_IDENTIFIERS, 5 + 8);
+    let mut device = crate::device::Device::new();
+    device.stored.insert(Address::new(0x1801, 1), 0x285);
+    let dictionary = &crate::dictionary::DICTIONARY;
+    let last = (standard(0x285), true);
+    let node = Node::<1, 2>::new(dictionary, NodeId::new(5), &mut device, 0);
+    assert!(node.identifiers().any(|accepted| accepted == last));
+    let node = Node::<0, 2>::new(dictionary, NodeId::new(5), &mut device, 0);
+    assert!(node.identifiers().any(|accepted| accepted == last));
+}

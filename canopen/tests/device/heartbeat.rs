@@ -1,4 +1,4 @@
-use canopen::{Emergency, ErrorCode, Event, NmtState};
+use canopen::{BusEvent, Emergency, ErrorCode, Event, NmtState};
 
 use crate::bench::{Bench, SentFrame};
 
@@ -116,4 +116,53 @@ fn a_duplicate_consumer_is_refused_and_disabling_a_consumer_clears_its_error() {
     bench.write_u32(0x1016, 1, 0).expect("off");
     assert_eq!(bench.read(0x1001, 0), Ok(0));
     assert_eq!(bench.write(0x1029, 1, &[3]), Err(0x0609_0030));
+}
+
+#[test]
+fn a_heartbeat_of_another_node_or_of_a_consumer_without_a_time_is_not_heard() {
+    let mut bench = monitoring(1);
+    bench.write_u32(0x1016, 2, 11 << 16).expect("no time");
+    let heard = bench.device.events.len();
+    assert!(bench.run_ms(40).is_empty());
+    bench.send(0x70A, &[5]);
+    bench.send(0x70B, &[5]);
+    assert_eq!(bench.device.events.len(), heard);
+    assert_eq!(bench.run_ms(10).len(), 1, "node 9 is lost at its time");
+}
+
+#[test]
+fn a_boot_up_suspends_the_monitoring_and_keeps_the_error_until_the_next_heartbeat() {
+    let mut bench = monitoring(1);
+    bench.send(0x709, &[0]);
+    assert!(bench.run_ms(100).is_empty(), "suspended");
+    bench.send(0x709, &[5]);
+    assert_eq!(bench.run_ms(50).len(), 1, "lost");
+    assert!(bench.send(0x709, &[0]).is_empty(), "no heartbeat yet");
+    let reset = (0x85, vec![0, 0, 0, 9, 0, 0, 0, 0]);
+    assert_eq!(bench.send(0x709, &[127]), [reset]);
+}
+
+#[test]
+fn all_emcys_before_a_stop_are_sent_and_none_in_it() {
+    let mut bench = monitoring(2);
+    let error = |code| Emergency::new(ErrorCode(code), 0);
+    bench.node.raise(error(0x5000), &mut bench.device);
+    bench.node.raise(error(0x5001), &mut bench.device);
+    bench.now_us += 50_000;
+    let sent = bench.wait_us(0);
+    let codes: Vec<_> = sent.iter().map(|(_, data)| data[..2].to_vec()).collect();
+    assert_eq!(codes, [[0, 0x50], [1, 0x50], [0x30, 0x81]]);
+    // Another communication error, and the node is in STOPPED already.
+    bench.node.raise(error(0x5002), &mut bench.device);
+    bench.node.bus_event(BusEvent::BusOff, &mut bench.device);
+    assert!(bench.run_ms(10).is_empty());
+}
+
+#[test]
+fn a_communication_error_leaves_a_stopped_node_stopped() {
+    let mut bench = monitoring(0);
+    bench.send(0, &[2, 5]);
+    bench.run_ms(50);
+    assert!(bench.device.events.contains(&Event::HeartbeatLost(9)));
+    assert_eq!(bench.node.state(), NmtState::Stopped);
 }

@@ -256,3 +256,22 @@ fn lss_works_in_stopped() {
     lss(&mut bench, [4, 1, 0, 0, 0, 0, 0, 0]);
     assert!(lss(&mut bench, [0x5E, 0, 0, 0, 0, 0, 0, 0]).is_some());
 }
+
+#[test]
+fn a_node_that_is_being_configured_or_has_a_new_node_id_is_not_found() {
+    let mut bench = configuring(None);
+    assert!(!fast_scan(&mut bench, 0, 0x80, 0, 0), "being configured");
+    lss(&mut bench, [0x11, 42, 0, 0, 0, 0, 0, 0]);
+    assert_eq!(lss(&mut bench, [0x4C, 0, 0, 0, 0, 0, 0, 0]), None);
+}
+
+#[test]
+fn only_the_way_back_to_the_waiting_state_boots_up_and_ends_the_configuration() {
+    let mut bench = configuring(None);
+    lss(&mut bench, [0x11, 42, 0, 0, 0, 0, 0, 0]);
+    assert!(bench.send(0x7E5, &[4, 1, 0, 0, 0, 0, 0, 0]).is_empty());
+    assert_eq!(bench.node.state(), NmtState::Initialising);
+    let mut bench = configuring(Some(5));
+    lss(&mut bench, [4, 0, 0, 0, 0, 0, 0, 0]);
+    assert_eq!(lss(&mut bench, [0x5E, 0, 0, 0, 0, 0, 0, 0]), None);
+}

@@ -115,3 +115,13 @@ fn the_application_receives_each_nmt_state() {
     use NmtState::{Initialising, Operational, PreOperational, Stopped};
     assert_eq!(states, [Initialising, PreOperational, Operational, Stopped]);
 }
+
+#[test]
+fn a_node_that_has_not_booted_up_obeys_resets_only() {
+    let mut bench = Bench::powered_on(Some(5));
+    assert_eq!(bench.send(0, &[1, 5]), [(0x705, vec![0])]);
+    assert_eq!(bench.node.state(), NmtState::PreOperational);
+    let mut bench = Bench::powered_on(Some(5));
+    bench.send(0, &[129, 5]);
+    assert_eq!(bench.device.resets, [Reset::Node, Reset::Node]);
+}

@@ -52,6 +52,24 @@ fn a_pdo_cob_id_changes_only_while_the_pdo_is_not_valid() {
 }
 
 #[test]
+fn a_valid_pdo_may_be_written_with_the_same_identifier_and_another_bit_30() {
+    let mut bench = Bench::new();
+    assert_eq!(bench.write_u32(0x1800, 1, 0x185), Ok(()));
+    assert_eq!(bench.write_u32(0x1800, 1, 0x4000_0185), Ok(()));
+}
+
+#[test]
+fn the_identifier_of_a_pdo_that_is_not_valid_has_11_bits_or_bit_29() {
+    let mut bench = Bench::new();
+    for good in [0x8000_07FF, 0xA000_1185] {
+        assert_eq!(bench.write_u32(0x1801, 1, good), Ok(()), "{good:#X}");
+    }
+    for bad in [0x8000_0800, 0x8000_1185] {
+        assert_eq!(bench.write_u32(0x1801, 1, bad), VALUE, "{bad:#X}");
+    }
+}
+
+#[test]
 fn inhibit_time_and_sync_start_value_change_only_while_the_pdo_is_not_valid() {
     let mut bench = Bench::new();
     assert_eq!(bench.write_u16(0x1800, 3, 10), Err(0x0800_0022));
@@ -125,6 +143,7 @@ fn objects_that_are_not_mappable_are_refused() {
         Err(0x0602_0000),
         "dummy entries are allowed in RPDOs only"
     );
+    assert_eq!(map(&mut bench, &[0x2004_0040]), Ok(()), "eight bytes");
     assert_eq!(map(&mut bench, &[0x2004_0040, 0x2020_0008]), LENGTH);
     assert_eq!(bench.write(0x1A01, 0, &[9]), LENGTH);
     assert_eq!(bench.write(0x1A01, 0, &[255]), LENGTH);
@@ -138,6 +157,8 @@ fn objects_that_are_not_mappable_are_refused() {
         bench.write(0x1601, sub, &u32::to_le_bytes(word)[..width])
     });
     assert_eq!(rpdo, [Ok(()), NOT_MAPPABLE], "read only");
+    let dummy = bench.write_u32(0x1601, 1, 0x0005_0108);
+    assert_eq!(dummy, Err(0x0602_0000), "a dummy entry has sub-index 0");
 }
 
 #[test]
@@ -211,4 +232,12 @@ fn a_short_rpdo_raises_an_error_until_a_valid_one_and_a_long_rpdo_is_truncated()
         ),
         (15, 1)
     );
+}
+
+#[test]
+fn the_error_of_an_rpdo_names_its_number() {
+    let mut bench = Bench::operational();
+    bench.write_u32(0x1401, 1, 0x305).expect("valid");
+    let emcy = (0x85, vec![0x10, 0x82, 0x11, 2, 0, 0, 0, 0]);
+    assert_eq!(bench.send(0x305, &[1]), [emcy]);
 }

@@ -190,6 +190,18 @@ fn a_string_may_have_any_length_up_to_its_maximum() {
 }
 
 #[test]
+fn a_string_of_more_than_64_bytes_ends_with_the_segment_that_does_not_fit() {
+    let mut bench = Bench::new();
+    bench.sdo([0x20, 6, 0x20, 0, 0, 0, 0, 0]);
+    for toggle in [0, 0x10].into_iter().cycle().take(9) {
+        let answer = bench.sdo([toggle, 1, 1, 1, 1, 1, 1, 1]);
+        assert_eq!(answer, Some([0x20 | toggle, 0, 0, 0, 0, 0, 0, 0]));
+    }
+    let answer = bench.sdo([0x10, 1, 1, 1, 1, 1, 1, 1]);
+    assert_eq!(answer, abort(0x2006, 0, TOO_LONG));
+}
+
+#[test]
 fn data_that_differ_from_the_indicated_size_are_refused() {
     let mut bench = Bench::new();
     bench.sdo([0x21, 5, 0x20, 0, 6, 0, 0, 0]);

@@ -141,6 +141,7 @@ fn sync_parameters_are_write_protected_while_sync_is_produced() {
     bench.write_u32(0x1006, 0, 10_000).expect("any");
     assert_eq!(bench.write(0x1019, 0, &[10]), Err(0x0800_0022));
     bench.write_u32(0x1006, 0, 0).expect("off");
+    assert_eq!(bench.write(0x1019, 0, &[240]), Ok(()));
     for bad in [1, 241, 255] {
         assert_eq!(bench.write(0x1019, 0, &[bad]), Err(0x0609_0030));
     }
@@ -174,6 +175,12 @@ fn a_synchronous_tpdo_outside_the_window_is_discarded() {
     );
     assert!(bench.wait_us(501).is_empty());
     assert_eq!(bench.send(0x80, &[]).len(), 1);
+    bench.node.receive(
+        &crate::bench::data_frame(0x80, &[]),
+        bench.now_us,
+        &mut bench.device,
+    );
+    assert_eq!(bench.wait_us(500).len(), 1, "at its end it is inside");
 }
 
 #[test]
@@ -195,4 +202,68 @@ fn the_application_receives_the_time_of_day() {
         Err(0x0609_0030),
         "no producer"
     );
+}
+
+/// A bench whose RPDO 1 waits for a SYNC with a frame.
+fn waiting() -> Bench {
+    let mut bench = Bench::new();
+    bench.write(0x1400, 2, &[1]).expect("a type");
+    bench.start();
+    bench.send(0x205, &[6, 0, 0, 0, 0, 0]);
+    let data = [6, 0, 0, 0, 0, 0, 0, 0];
+    assert_eq!(bench.node.buffered_process_data(), [Some(data), None]);
+    bench
+}
+
+#[test]
+fn data_that_wait_for_a_sync_are_discarded_when_the_pdo_restarts() {
+    type Restart = fn(&mut Bench);
+    let restarts: [Restart; 2] = [
+        |bench| bench.write(0x1400, 2, &[1]).expect("a type"),
+        |bench| {
+            bench.send(0, &[128, 5]);
+            bench.start();
+        },
+    ];
+    for restart in restarts {
+        let mut bench = waiting();
+        restart(&mut bench);
+        assert_eq!(bench.node.buffered_process_data(), [None; 2]);
+        bench.send(0x80, &[]);
+        assert_eq!(bench.device.number(0x6040, 0), 0);
+    }
+    let mut bench = waiting();
+    bench.write_u32(0x1400, 1, 0x205).expect("as before");
+    bench.send(0x80, &[]);
+    assert_eq!(bench.device.number(0x6040, 0), 6, "no restart");
+    assert_eq!(bench.node.buffered_process_data(), [None; 2]);
+}
+
+#[test]
+fn an_event_driven_tpdo_is_not_transmitted_by_sync() {
+    let mut bench = bench(254, 0, 0);
+    bench.run_ms(1);
+    assert!(answered(&mut bench, 255, 0).is_empty());
+}
+
+#[test]
+fn the_counter_of_sync_restarts_when_the_node_leaves_stopped_and_then_only() {
+    let mut bench = Bench::operational();
+    bench.write(0x1019, 0, &[10]).expect("no period");
+    bench.write_u32(0x1006, 0, 10_000).expect("any");
+    bench.write_u32(0x1005, 0, 0x4000_0080).expect("produces");
+    let mut next = |commands: &[u8]| {
+        for command in commands {
+            bench.send(0, &[*command, 5]);
+        }
+        let sent = bench.run_ms(10);
+        let syncs: Vec<_> = sent.iter().filter(|(_, (id, _))| *id == 0x80).collect();
+        assert_eq!(syncs.len(), 1, "{sent:x?}");
+        syncs[0].1.1[0]
+    };
+    assert_eq!(
+        [next(&[]), next(&[]), next(&[128]), next(&[1])],
+        [1, 2, 3, 4]
+    );
+    assert_eq!([next(&[2, 1]), next(&[]), next(&[2, 128])], [1, 2, 1]);
 }

@@ -152,7 +152,21 @@ fn frames_are_told_apart_and_discarded_process_data_is_sampled_again() {
         assert!(!bench.node.is_process_data(id(other)), "{other:x}");
     }
     assert!(bench.node.is_emergency(id(0x85)) && !bench.node.is_emergency(id(0x185)));
+    assert!(bench.node.is_sync(id(0x80)) && !bench.node.is_sync(id(0x85)));
     bench.node.repeat_process_data();
     let sent = bench.run_ms(1);
     assert!(sent.iter().any(|(_, (id, _))| *id == 0x185), "{sent:x?}");
+}
+
+#[test]
+fn another_event_timer_restarts_the_monitoring_of_an_rpdo_with_the_next_frame() {
+    let mut bench = Bench::operational();
+    bench.run_ms(1);
+    bench.write_u16(0x1400, 5, 20).expect("any");
+    bench.send(0x205, &[0; 6]);
+    bench.write_u16(0x1400, 5, 30).expect("any");
+    assert!(bench.run_ms(100).is_empty());
+    bench.send(0x205, &[0; 6]);
+    assert!(bench.run_ms(29).is_empty());
+    assert_eq!(bench.run_ms(1).len(), 1);
 }

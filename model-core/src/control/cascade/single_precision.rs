@@ -244,6 +244,19 @@ mod tests {
     }
 
     #[test]
+    fn the_neighbours_of_a_range_are_refused() {
+        for (row, &(min, max)) in RANGES.iter().enumerate() {
+            // Without a limit an infinite one is allowed.
+            let neighbours = [(min, min.next_down()), (max, max.next_up())];
+            for (_, value) in neighbours.iter().filter(|(end, _)| end.is_finite()) {
+                let mut coefficients = default();
+                assert!(!coefficients.set(row, *value), "row {row}: {value}");
+                assert_eq!(coefficients, default());
+            }
+        }
+    }
+
+    #[test]
     fn crossed_limits_and_an_invalid_direction_are_refused() {
         let mut coefficients = default();
         assert!(coefficients.set(7, 10.0));
