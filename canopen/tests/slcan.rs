@@ -97,7 +97,14 @@ fn commands_invalid_in_the_present_state_are_answered_with_bel() {
     }
     assert_eq!(send_text(&mut adapter, &mut wire, "S8\rL\r"), "\r\r");
     assert_eq!(wire.opened, Some((Some(1000), true)));
-    for text in ["O\r", "L\r", "S6\r", "M00000000\r", "t1230\r"] {
+    for text in [
+        "O\r",
+        "L\r",
+        "S6\r",
+        "M00000000\r",
+        "m00000000\r",
+        "t1230\r",
+    ] {
         assert_eq!(
             send_text(&mut adapter, &mut wire, text),
             "\x07",
@@ -167,12 +174,14 @@ fn received_frames_have_the_selected_timestamp() {
     send_text(&mut adapter, &mut wire, "O\r");
     assert_eq!(line(&adapter, 0).as_deref(), Some("t1811AB\r"));
     send_text(&mut adapter, &mut wire, "Z1\r");
-    assert_eq!(line(&adapter, 60_001_000).as_deref(), Some("t1811AB0001\r"));
+    assert_eq!(line(&adapter, 60_002_000).as_deref(), Some("t1811AB0002\r"));
     send_text(&mut adapter, &mut wire, "Z2\r");
     assert_eq!(
         line(&adapter, 3_600_000_015).as_deref(),
         Some("t1811AB0000000F\r")
     );
+    let hour_us = "t1811ABD693A3FF\r";
+    assert_eq!(line(&adapter, 3_599_999_999).as_deref(), Some(hour_us));
     send_text(&mut adapter, &mut wire, "Z0\r");
     assert_eq!(line(&adapter, 7).as_deref(), Some("t1811AB\r"));
 }
@@ -192,6 +201,38 @@ fn acceptance_filters_select_as_an_sja1000_does() {
     assert!(!hears(
         CanFrame::raw(0x301, false, true, 0, [0; 8]).expect("a frame")
     ));
+}
+
+#[test]
+fn each_filter_compares_the_upper_16_of_29_bits() {
+    let (mut adapter, mut wire) = (Adapter::new(*b"0001"), Wire::new());
+    // 0x1234 and 0xABCD are bits 28 to 13.
+    let setting = "M1234ABCD\rm00000000\rO\r";
+    assert_eq!(send_text(&mut adapter, &mut wire, setting), "\r\r\r");
+    let hears = |upper: u32, lower: u32| {
+        let id = upper << 13 | lower;
+        let frame = CanFrame::raw(id, true, false, 0, [0; 8]).expect("a frame");
+        adapter.frame(&frame, 0).is_some()
+    };
+    assert!(hears(0x1234, 0) && hears(0x1234, 0x1FFF));
+    assert!(hears(0xABCD, 0) && hears(0xABCD, 0x1FFF));
+    assert!(!hears(0x1235, 0) && !hears(0xABCC, 0) && !hears(0xABFD, 0));
+}
+
+#[test]
+fn the_bits_of_the_answer_to_f_are_those_of_a_canusb() {
+    use flags::{ARBITRATION_LOST, BUS_ERROR, ERROR_PASSIVE, ERROR_WARNING, OVERRUN};
+    use flags::{RECEIVE_FULL, TRANSMIT_FULL};
+    let bits = [
+        RECEIVE_FULL,
+        TRANSMIT_FULL,
+        ERROR_WARNING,
+        OVERRUN,
+        ERROR_PASSIVE,
+        ARBITRATION_LOST,
+        BUS_ERROR,
+    ];
+    assert_eq!(bits.map(u8::trailing_zeros), [0, 1, 2, 3, 5, 6, 7]);
 }
 
 #[test]

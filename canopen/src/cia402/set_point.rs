@@ -83,3 +83,46 @@ impl SetPoints {
         !self.moving
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NEW: u16 = 1 << 4;
+    const IMMEDIATELY: u16 = 1 << 5;
+
+    /// The active target after a set-point, and whether it was acknowledged.
+    fn give(points: &mut SetPoints, bits: u16, position: i32) -> (i32, bool) {
+        let target = points.step(NEW | bits, position);
+        let is_acknowledged = points.acknowledged();
+        points.step(0, 0);
+        (target, is_acknowledged)
+    }
+
+    #[test]
+    fn one_set_point_is_active_and_one_waits() {
+        let mut points = SetPoints::default();
+        points.restart(5, 0);
+        assert!(points.idle() && points.is_empty());
+        assert_eq!(give(&mut points, 0, 10), (10, true));
+        assert!(!points.idle() && !points.acknowledged());
+        assert_eq!(give(&mut points, 0, 20), (10, true));
+        assert!(points.acknowledged(), "the buffer is full");
+        assert_eq!(give(&mut points, 0, 30).0, 10);
+        points.reached();
+        assert_eq!(points.step(0, 0), 20);
+        assert!(!points.idle() && !points.acknowledged());
+        assert_eq!(give(&mut points, IMMEDIATELY, 40), (40, true));
+        points.reached();
+        assert!(points.idle());
+    }
+
+    #[test]
+    fn a_set_point_is_a_rising_edge_after_the_start_of_the_mode() {
+        let mut points = SetPoints::default();
+        points.restart(5, NEW);
+        assert_eq!(points.step(NEW, 10), 5);
+        points.restart(5, 0);
+        assert_eq!(points.step(NEW, 10), 10);
+    }
+}

@@ -1,9 +1,11 @@
 //! Tests of the drive profile against CiA 402: states, stop options, modes and windows.
 
+mod limits;
 mod modes;
 mod random;
 mod states;
 mod stops;
+mod tables;
 
 use canopen::cia402::{Axis, Demand, Input, Mode, Output, Parameters, StateMachine, controlword};
 

@@ -210,3 +210,22 @@ fn the_statusword_has_the_state_bits_of_the_standard() {
     bench.input.voltage = false;
     assert_eq!(bench.command(0).statusword, 0x0208);
 }
+
+#[test]
+fn a_fault_without_power_starts_no_stop() {
+    let fault = Conditions {
+        fault: Fault::Controlled,
+        standstill: false,
+        ..READY
+    };
+    let options = Options {
+        fault_reaction: StopOption::Stop(Deceleration::QuickStop),
+        ..options()
+    };
+    for state in [Cia402State::ReadyToSwitchOn, Cia402State::SwitchedOn] {
+        let motion = in_state(state).step(SWITCH_ON, fault, &options);
+        assert_eq!(motion, Motion::Off, "{state:?}");
+    }
+    let motion = in_state(Cia402State::OperationEnabled).step(ENABLE, fault, &options);
+    assert_eq!(motion, Motion::Stop(Deceleration::QuickStop));
+}

@@ -1,5 +1,7 @@
 //! A device with few objects, whose application does no more than it has to.
 
+use std::task::Poll;
+
 use canopen::dictionary::{Access, Address, DataType, Dictionary, Entry, Mapping};
 use canopen::{Abort, Application, CanFrame, Node, NodeId};
 use embedded_can::Frame;
@@ -88,6 +90,17 @@ fn an_application_that_supports_no_more_refuses_each_service_by_its_abort_code()
     assert_eq!(answer, [0x4B, 0x17, 0x10, 0, 0, 0, 0, 0]);
     let answer = sdo(node, app, [0x2B, 1, 0x20, 0, 7, 0, 0, 0]);
     assert_eq!((answer[0], app.0), (0x60, 7));
+}
+
+#[test]
+fn an_application_without_domains_refuses_each_access_to_one() {
+    let (app, domain) = (&mut Number(0), Address::new(0x2010, 0));
+    assert_eq!(app.domain_size(domain), Err(Abort::NoData));
+    assert_eq!(app.domain_read(domain, 0, &mut [0]), Err(Abort::NoData));
+    let refused = Err(Abort::UnsupportedAccess);
+    assert_eq!(app.domain_begin(domain, None), refused);
+    assert_eq!(app.domain_write(domain, 0, &[0]), refused);
+    assert_eq!(app.domain_end(domain, 1), Poll::Ready(refused));
 }
 
 #[test]

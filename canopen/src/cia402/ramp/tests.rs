@@ -1,0 +1,183 @@
+use super::*;
+use proptest::prelude::*;
+
+const PERIOD_US: u32 = 4000;
+
+proptest! {
+    #[test]
+    fn a_division_by_digits_is_the_division_of_64_bits(
+        numerator in -i64::MAX..i64::MAX, drop in 0..63u32, divisor in 1..=u32::MAX, short in 1..1u32 << 17
+    ) {
+        let numerator = numerator >> drop;
+        for divisor in [divisor, short, 1_000, 4_000, 1_000_000] {
+            prop_assert_eq!(divide(numerator, divisor), numerator / i64::from(divisor));
+        }
+    }
+}
+
+#[test]
+fn positions_are_rounded_to_the_nearest_unit_and_saturate() {
+    let position = |position| {
+        Ramp {
+            position,
+            velocity: 0,
+        }
+        .position()
+    };
+    let millionths = [-600_000, -400_000, 0, 400_000, 600_000];
+    assert_eq!(millionths.map(position), [-1, 0, 0, 0, 1]);
+    let (low, high) = (i64::from(i32::MIN), i64::from(i32::MAX));
+    assert_eq!([low - 2, high + 2].map(saturate), [i32::MIN, i32::MAX]);
+}
+
+#[test]
+fn any_velocity_of_32_bits_is_reached() {
+    let mut ramp = Ramp::at(0);
+    for velocity in [i32::MAX, -5_000_000, -i32::MAX] {
+        ramp.set_velocity(velocity, 1);
+        assert_eq!(ramp.velocity(), velocity);
+    }
+}
+
+#[test]
+fn a_target_a_unit_away_is_not_reached_at_once() {
+    let limits = Limits {
+        velocity: 100,
+        acceleration: 1000,
+        deceleration: 1000,
+    };
+    for target in [1, -1] {
+        assert!(!Ramp::at(0).to_position(target, &limits, PERIOD_US));
+    }
+    assert!(Ramp::at(1).to_position(1, &limits, PERIOD_US));
+}
+
+#[test]
+fn square_roots_are_exact_beside_every_square() {
+    for root in 0..1_u32 << 16 {
+        let square = root * root;
+        let neighbours = [square.saturating_sub(1), square, square + 1, square + root];
+        for value in neighbours.into_iter().chain([square + 2 * root]) {
+            assert_eq!(square_root(value), value.isqrt(), "{value}");
+        }
+    }
+    assert_eq!(square_root(u32::MAX), u16::MAX.into());
+}
+
+#[test]
+fn a_trapezoidal_profile_takes_the_time_of_the_closed_form() {
+    // 60 deg at 300 deg/s and 3000 deg/s^2: v/a + s/v = 0.1 s + 0.2 s.
+    let limits = Limits {
+        velocity: 300_000,
+        acceleration: 3_000_000,
+        deceleration: 3_000_000,
+    };
+    let mut ramp = Ramp::at(0);
+    let mut periods = 0;
+    while !ramp.to_position(60_000, &limits, PERIOD_US) {
+        periods += 1;
+    }
+    assert_eq!(ramp, Ramp::at(60_000));
+    // The velocity changes at the start of a period, which saves half a period at each end.
+    assert_eq!(periods, 75 - 1, "0.3 s in periods of 4 ms");
+}
+
+#[test]
+fn velocity_ramps_use_acceleration_to_speed_up_and_deceleration_to_slow_down() {
+    let limits = Limits {
+        velocity: 1000,
+        acceleration: 1000,
+        deceleration: 2000,
+    };
+    let mut ramp = Ramp::at(0);
+    let mut until = |target: i32| {
+        (1..).find(|_| {
+            ramp.to_velocity(target, &limits, 1000);
+            ramp.velocity() == target
+        })
+    };
+    assert_eq!(until(500), Some(500));
+    assert_eq!(until(0), Some(250));
+    assert_eq!(until(-100), Some(100));
+    assert_eq!(until(100), Some(50 + 100), "down to zero, then up");
+}
+
+#[test]
+fn nothing_overflows_at_the_ends_of_the_range() {
+    let limits = Limits {
+        velocity: u32::MAX,
+        acceleration: u32::MAX,
+        deceleration: u32::MAX,
+    };
+    for period_us in [0, 1, 4000, u32::MAX] {
+        let mut ramp = Ramp::at(i32::MIN);
+        for _ in 0..100 {
+            ramp.to_position(i32::MAX, &limits, period_us);
+            ramp.to_velocity(i32::MIN, &limits, period_us);
+            ramp.interpolate(i32::MAX, 0, period_us);
+            ramp.set_velocity(i32::MIN, period_us);
+            assert!(Ramp::stopping_velocity(u32::MAX, 0, period_us) >= 0);
+        }
+    }
+}
+
+proptest! {
+    #[test]
+    fn the_braking_velocity_is_that_of_the_exact_number_of_periods(
+        distance: u64, drop in 31..60_u32, step in 1..1_i64 << 40, short in 0..40_u32, period_us in 1..20_000_u32,
+    ) {
+        let (distance, step) = (distance >> drop, (step >> short).max(1));
+        let travel = distance * 1000 / u64::from(period_us);
+        // The greatest k with d k (k + 1)/2 <= travel.
+        let exact = ((u128::from(travel) * 8 / step as u128 + 1).isqrt() - 1) / 2;
+        let saved = step as u128 * exact * (exact + 1) / 2;
+        let velocity = (u128::from(travel) + saved) / (exact + 1);
+        let expected = velocity.min(VELOCITY_MAX as u128) as i64;
+        prop_assert_eq!(braking_velocity(distance, step, period_us), expected);
+    }
+
+    #[test]
+    fn the_rough_square_root_is_low_by_a_32768th_at_most(value: u64, shift in 0..64_u32) {
+        let exact = (value >> shift).isqrt();
+        let rough = rough_square_root(value >> shift);
+        prop_assert!(rough <= exact && exact - rough <= exact / 32_768, "{rough} for {exact}");
+    }
+
+    #[test]
+    fn a_stop_from_the_stopping_velocity_ends_within_the_distance(
+        distance in 1..10_000_000_u32, deceleration in 1..100_000_000_u32, period_us in 100..20_000_u32,
+    ) {
+        let velocity = Ramp::stopping_velocity(distance, deceleration, period_us);
+        let (v, a, t) = (f64::from(velocity), f64::from(deceleration), f64::from(period_us) * 1e-6);
+        // The step of the velocity is a whole number of units.
+        let way = v * t + v * v / (2.0 * a);
+        prop_assert!(way <= f64::from(distance) + v * 1e-6 * t + 1.0 / a + v / a);
+    }
+
+    #[test]
+    fn a_move_ends_at_its_target_within_its_limits(
+        start in -100_000..100_000_i32,
+        target in -100_000..100_000_i32,
+        velocity in 1_000..2_000_000_u32,
+        acceleration in 10_000..10_000_000_u32,
+        deceleration in 10_000..10_000_000_u32,
+        period_us in 100..20_000_u32,
+    ) {
+        let limits = Limits { velocity, acceleration, deceleration };
+        let mut ramp = Ramp::at(start);
+        let (low, high) = (start.min(target), start.max(target));
+        for period in 0.. {
+            let before = ramp.velocity;
+            if ramp.to_position(target, &limits, period_us) {
+                break;
+            }
+            prop_assert!(period < 30_000_000 / period_us * 10);
+            let faster = ramp.velocity.abs() > before.abs();
+            let rate = if faster { acceleration } else { deceleration };
+            prop_assert!((ramp.velocity - before).abs() <= velocity_change(rate, period_us));
+            prop_assert!(ramp.velocity.unsigned_abs() <= u64::from(velocity) * 1000);
+            prop_assert!((low..=high).contains(&ramp.position()), "no overshoot");
+        }
+        prop_assert_eq!(ramp, Ramp::at(target));
+    }
+}
