@@ -162,6 +162,14 @@ mod tests {
     }
 
     #[test]
+    fn a_compare_value_is_the_nearest_to_its_duty() {
+        // 560 counts a percent: 56.28 and 56.73.
+        for (duty_pct, counts) in [(0.1005, 56), (0.1013, 57), (-0.1005, -56), (-0.1013, -57)] {
+            assert_eq!(Modulator::default().next(percent(duty_pct)).get(), counts);
+        }
+    }
+
+    #[test]
     fn the_current_is_sampled_in_the_middle_within_its_limits() {
         let count = |on_time| CurrentInstant::of_on_time(on_time).count();
         assert_eq!(count(0), EARLIEST_CURRENT);
