@@ -159,7 +159,8 @@ fn queue_overflows_are_reported_once() {
         "z\rz\r\x07"
     );
     adapter.line_lost();
-    wire.flags = flags::ERROR_PASSIVE;
+    // The bus reports the full queue as well.
+    wire.flags = flags::ERROR_PASSIVE | flags::TRANSMIT_FULL;
     assert_eq!(send_text(&mut adapter, &mut wire, "F\rF\r"), "F23\rF00\r");
 }
 
