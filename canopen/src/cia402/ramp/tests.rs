@@ -49,6 +49,18 @@ fn a_target_a_unit_away_is_not_reached_at_once() {
     for target in [1, -1] {
         assert!(!Ramp::at(0).to_position(target, &limits, PERIOD_US));
     }
+    let reaches = |position| {
+        let mut ramp = Ramp {
+            position,
+            velocity: 0,
+        };
+        ramp.to_position(1, &limits, PERIOD_US)
+    };
+    // Less than half a unit is none.
+    assert_eq!(
+        [500_000, 500_001, 1_499_999, 1_500_000].map(reaches),
+        [false, true, true, false]
+    );
     assert!(Ramp::at(1).to_position(1, &limits, PERIOD_US));
 }
 
