@@ -149,6 +149,18 @@ proptest! {
     }
 
     #[test]
+    fn a_stop_of_many_periods_starts_at_their_velocity_reductions(
+        k in 1_u64 << 14..1 << 18, short in 0..10_u32, share in prop_oneof![Just(0.0), Just(1.0), 0.0..1.0_f64],
+    ) {
+        // The longest distance is 2^52, at 1 ms that in velocity increments times one period.
+        let step = ((1_u64 << 52) / (k * k)) >> short;
+        let rest = (share * (step * (k + 1) - 1) as f64) as u64;
+        let travel = step * (k * (k + 1) / 2) + rest;
+        let expected = step * k + rest / (k + 1);
+        prop_assert_eq!(braking_velocity(travel, step as i64, 1000), expected as i64);
+    }
+
+    #[test]
     fn the_rough_square_root_is_low_by_a_32768th_at_most(value: u64, shift in 0..64_u32) {
         let exact = (value >> shift).isqrt();
         let rough = rough_square_root(value >> shift);
