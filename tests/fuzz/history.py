@@ -1,6 +1,7 @@
 """Adds a run to the history of fuzzing and its sums to a document.
 
-history.py COMMIT DOCUMENT RESULT [RESULT ...], where each result is one of measured.py.
+history.py COMMIT DOCUMENT RESULT [RESULT ...], where each result is one of measured.py. Fails if a
+violation ended a process of this run.
 """
 
 import csv
@@ -15,6 +16,13 @@ COLUMNS = ["date", "commit", "sequences", "seconds", "violations"]
 BEGIN, END = "<!-- fuzzing: begin -->", "<!-- fuzzing: end -->"
 
 
+def extent(runs):
+    """Sequences and processor time of these runs."""
+    sequences = sum(int(run["sequences"]) for run in runs)
+    hours = sum(int(run["seconds"]) for run in runs) / 3600
+    return f"{sequences:,} sequences in {hours:.1f} hours of processor time"
+
+
 def main():
     commit, document, *results = sys.argv[1:]
     results = [json.loads(Path(result).read_text()) for result in results]
@@ -25,19 +33,19 @@ def main():
     with HISTORY.open(newline="") as file:
         runs = list(csv.DictReader(file))
     since = max((n + 1 for n, run in enumerate(runs) if int(run["violations"])), default=0)
-    sequences = sum(int(run["sequences"]) for run in runs[since:])
-    hours = sum(int(run["seconds"]) for run in runs[since:]) / 3600
+    ended = sum(int(run["violations"]) for run in runs)
     last = f"of {runs[-1]['date']}, commit {runs[-1]['commit']}"
     text = textwrap.fill(
-        f"`tests/fuzz/history.csv` has a line for each run, the last one {last}. Since the last "
-        f"violation the fuzzer has tried {sequences:,} sequences in {hours:.1f} hours of processor "
-        "time.",
+        f"`tests/fuzz/history.csv` has a line for each run, the last one {last}. In all runs: "
+        f"{extent(runs)}; a violation ended {ended} of their processes. In the runs after those: "
+        f"{extent(runs[since:])}.",
         width=112,
     )
     path = Path(document)
     before, rest = path.read_text().split(BEGIN)
     after = rest.split(END)[1]
     path.write_text(f"{before}{BEGIN}\n\n{text}\n\n{END}{after}")
+    return 1 if sums["violations"] else 0
 
 
-main()
+sys.exit(main())

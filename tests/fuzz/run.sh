@@ -3,7 +3,7 @@
 # tests/device-fuzzing/corpus.txt and from those that an earlier run has found, below target/, and
 # ends, also after an interrupt, by writing the fewest inputs that reach the same code into
 # corpus.txt, a line of results into history.csv, and their sums into docs/trust.md. A violated
-# requirement leaves its input below target/fuzz/artifacts. Not part of CI, which repeats the corpus.
+# requirement leaves its input below target/fuzz/artifacts, and the script fails. Not part of CI, which repeats the corpus.
 # Needs python3, a C++ compiler and `cargo install cargo-fuzz --locked`, of which 0.13.2 was used.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
@@ -25,6 +25,7 @@ commit=$(git rev-parse --short HEAD)
 first=$((100 * $(wc -l <tests/fuzz/history.csv)))
 # The processes exchange the inputs that they find. An interrupt ends them, and this script goes on.
 trap : INT
+echo "progress: $place/$first.log and the next"
 runs=()
 for ((seed = first; seed < first + processes; seed++)); do
     python3 tests/fuzz/measured.py "$place/$seed.json" "$device" "$place/found" \
@@ -34,9 +35,11 @@ for ((seed = first; seed < first + processes; seed++)); do
 done
 while [ -n "$(jobs -pr)" ]; do wait || true; done
 trap - INT
-python3 tests/fuzz/history.py "$commit" docs/trust.md "${runs[@]}"
+violated=0
+python3 tests/fuzz/history.py "$commit" docs/trust.md "${runs[@]}" || violated=$?
 
 rm -f "$place"/least/*
 fuzz "$place/least" "$place/found" -- -set_cover_merge=1 -use_counters=0 -max_len=1024
 corpus pack "$place/least" >"$place/corpus.txt"
 cp "$place/corpus.txt" tests/device-fuzzing/corpus.txt
+exit "$violated"

@@ -65,7 +65,7 @@ fn a_position_limit_is_approached_at_the_gain_of_the_loop() {
 }
 
 #[test]
-fn a_following_error_as_wide_as_its_window_is_none_and_velocity_modes_have_none() {
+fn a_following_error_as_wide_as_its_window_is_not_reported_and_velocity_modes_have_no_error() {
     let mut bench = Bench::enabled(Mode::CyclicPosition);
     bench.follows = false;
     bench.input.target_position = 5_000;

@@ -114,7 +114,7 @@ fn an_encoder_that_turns_against_the_back_emf_is_noticed_after_20_ms() {
 }
 
 #[test]
-fn a_stall_is_no_more_way_than_its_limit_from_where_the_motor_began_to_pull() {
+fn a_stalled_motor_travels_at_most_the_limit_from_where_it_began_to_pull() {
     let limits = StallLimits {
         stall_current_ma: 500,
         stall_way_mdeg: 1000,
