@@ -203,14 +203,10 @@ impl EmergencyProducer {
     }
 
     fn send(&mut self, code: ErrorCode, register: u8, error: Emergency) {
-        let generic = if register == 0 {
-            0
-        } else {
-            register | register::GENERIC
-        };
         let [low, high] = code.0.to_le_bytes();
         let [a, b, c, d] = error.information;
-        let bits = self.register() | generic;
+        // An error beyond those that can be active is not in the register; the generic bit is.
+        let bits = self.register() | register;
         // If the queue is full, the error is only in the history.
         self.queue
             .push([low, high, bits, error.instance, a, b, c, d]);

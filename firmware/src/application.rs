@@ -26,6 +26,7 @@
 mod back_emf_stop;
 mod control_state;
 mod requests;
+mod stop_progress;
 mod stopping;
 
 use model_core::{
@@ -42,6 +43,7 @@ pub(crate) use self::control_state::ControlState;
 
 use self::{
     back_emf_stop::{BackEmfStop, Voltages},
+    stop_progress::StopProgress,
     stopping::Stopping,
 };
 use crate::{
@@ -194,12 +196,6 @@ impl Application {
         &self.parameters
     }
 
-    /// Discards the position: the shaft may have turned by any angle.
-    fn reset_position(&mut self) {
-        self.control.reset_position();
-        self.protection.reset_position();
-    }
-
     /// The source of commands that is in force.
     pub fn source(&self) -> CommandSource {
         self.setpoints.source()
@@ -318,7 +314,7 @@ impl Application {
     fn react(&mut self, present: FaultSet) {
         let is_free = !self.state.is_driving() || self.back_emf_stop.is_some();
         if is_free && !present.and(POSITION_LOST).is_empty() {
-            self.reset_position();
+            self.control.reset_position();
         }
         self.latch(match self.state {
             BoardState::Enabled => present,
@@ -338,13 +334,23 @@ impl Application {
                 }
                 (Reaction::QuickStop, BoardState::FaultReaction) => {}
                 (Reaction::StopByBackEmf, state) if state.is_driving() => {
-                    self.back_emf_stop = self.back_emf_stop.or(Some(BackEmfStop::default()));
-                    self.setpoints.stop();
+                    self.stop_by_back_emf();
                     self.state = BoardState::FaultReaction;
                 }
                 _ => self.state = BoardState::Fault,
             }
         }
+    }
+
+    /// Starts the stop without encoder; if a ramp is running, within the time of the whole stop.
+    fn stop_by_back_emf(&mut self) {
+        let progress = match self.state {
+            BoardState::Enabled => StopProgress::default(),
+            _ => self.stopping.progress(),
+        };
+        let stop = self.back_emf_stop.unwrap_or(BackEmfStop::after(progress));
+        self.back_emf_stop = Some(stop);
+        self.setpoints.stop();
     }
 
     /// The reaction to a fault. Only where the motor may brake is it stopped by its back-EMF.

@@ -192,11 +192,6 @@ impl Protection {
         self.plausibility = PlausibilityGuard::default();
         self.encoder.restart();
     }
-
-    /// The tracked position was discarded.
-    pub fn reset_position(&mut self) {
-        self.encoder.reset_position();
-    }
 }
 
 #[cfg(test)]

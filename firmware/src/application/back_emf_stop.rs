@@ -12,15 +12,15 @@
 //! decelerates even if the sign of the measured back-EMF is wrong: `i = -(1 - k) e/R`. A limit of
 //! the duty makes `k` smaller, down to the shorted motor.
 //!
-//! The stop ends once the back-EMF has been below 100 mV, 5 deg/s, for 20 ms, or when
-//! `quick_stop_ms` has elapsed.
+//! The shaft stands while the back-EMF is below 100 mV, 5 deg/s. A stop that continues a ramp ends
+//! within the time of the whole stop.
 
 use model_core::control::units::Percent;
 
+use super::stop_progress::StopProgress;
 use crate::{
     measure::Ripple,
     parameters::{CurrentLimits, StopSettings},
-    timing::periods,
 };
 
 /// `k` in percent.
@@ -29,14 +29,10 @@ const OPPOSING_PCT: i32 = 75;
 /// The shaft stands below this back-EMF: 5 deg/s at 20 mV per deg/s.
 const STANDING_MV: i32 = 100;
 
-/// Control periods for which it has to: 20 ms.
-const STANDING_PERIODS: u8 = periods(20) as u8;
-
 /// The state of such a stop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct BackEmfStop {
-    periods: u16,
-    standing: u8,
+    progress: StopProgress,
 }
 
 /// What the stop is computed from.
@@ -48,16 +44,19 @@ pub(super) struct Voltages {
 }
 
 impl BackEmfStop {
+    /// A stop that continues another one.
+    pub fn after(progress: StopProgress) -> Self {
+        Self {
+            progress: progress.continued(),
+        }
+    }
+
     /// The duty of this period; zero, which shorts the motor, without a back-EMF.
     pub fn next(&mut self, limits: &CurrentLimits, ripple: &Ripple, voltages: Voltages) -> Percent {
-        self.periods = self.periods.saturating_add(1);
+        let stands = voltages.back_emf_mv.map(|mv| mv.abs() < STANDING_MV);
+        self.progress.next(stands);
         let Some(back_emf_mv) = voltages.back_emf_mv else {
             return Percent::ZERO;
-        };
-        self.standing = if back_emf_mv.abs() < STANDING_MV {
-            self.standing.saturating_add(1)
-        } else {
-            0
         };
         // In the on time the current reaches (V + |e|)/R. Above the limit the bridge would trip,
         // and the shaft would coast: 5 % are left for the error of supply and resistance.
@@ -70,7 +69,7 @@ impl BackEmfStop {
 
     /// Whether it has ended.
     pub fn is_over(&self, settings: &StopSettings) -> bool {
-        self.standing >= STANDING_PERIODS || self.periods >= periods(settings.quick_stop_ms)
+        self.progress.is_over(settings)
     }
 }
 

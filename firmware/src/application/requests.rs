@@ -159,7 +159,7 @@ impl Application {
 
     fn acknowledge(&mut self) {
         if self.log.latched().contains(Fault::EncoderStuck) {
-            self.reset_position();
+            self.control.reset_position();
         }
         self.log.acknowledge();
         self.start = self.start.and(PERMANENT);

@@ -1,28 +1,21 @@
 //! The ramp that brings the shaft to rest.
 //!
 //! The commanded rate starts at the measured one and falls by `quick_stop_deceleration_deg_s2` per
-//! second. The stop ends once the command is zero and the shaft has stood for 20 ms, or when
-//! `quick_stop_ms` has elapsed.
+//! second. The shaft does not stand before the command is zero.
 
 use model_core::control::units::{Angle, Rate};
 
-use crate::{
-    parameters::StopSettings,
-    timing::{periods, rate_per_period},
-};
+use super::stop_progress::StopProgress;
+use crate::{parameters::StopSettings, timing::rate_per_period};
 
 /// The shaft stands below this rate: a quarter of one encoder count in 4 ms.
 const STANDING: Rate = Rate::from_int(5);
-
-/// Control periods for which it has to: 20 ms.
-const STANDING_PERIODS: u8 = periods(20) as u8;
 
 /// The state of a quick stop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Stopping {
     command: Rate,
-    periods: u16,
-    standing: u8,
+    progress: StopProgress,
     held: Option<Angle>,
 }
 
@@ -39,19 +32,22 @@ impl Stopping {
     pub fn next(&mut self, settings: &StopSettings, rate: Rate) -> Rate {
         let step = rate_per_period(settings.quick_stop_deceleration_deg_s2);
         self.command -= self.command.limited(step);
-        self.periods = self.periods.saturating_add(1);
         let stands = self.command == Rate::ZERO && rate < STANDING && rate > -STANDING;
-        self.standing = if stands {
-            self.standing.saturating_add(1)
-        } else {
-            0
-        };
+        self.progress.next(Some(stands));
         self.command
     }
 
     /// Whether it has ended.
     pub fn is_over(&self, settings: &StopSettings) -> bool {
-        self.standing >= STANDING_PERIODS || self.periods >= periods(settings.quick_stop_ms)
+        self.progress.is_over(settings)
+    }
+
+    /// How far the stop has come; one that holds the shaft has ended, and another stop starts anew.
+    pub fn progress(&self) -> StopProgress {
+        match self.held {
+            Some(_) => StopProgress::default(),
+            None => self.progress,
+        }
     }
 
     /// Holds the shaft at this angle from now on.

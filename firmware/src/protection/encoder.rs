@@ -146,11 +146,6 @@ impl EncoderGuard {
     pub fn restart(&mut self) {
         self.stuck = Lasting::default();
     }
-
-    /// The tracked position was discarded; the count of lost samples continues.
-    pub fn reset_position(&mut self) {
-        self.jumps = 0;
-    }
 }
 
 /// The reading of a word, or the fault that an invalid one indicates.

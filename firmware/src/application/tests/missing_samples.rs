@@ -170,6 +170,53 @@ fn a_back_emf_of_the_wrong_sign_does_not_accelerate_the_shaft() {
 }
 
 #[test]
+fn an_encoder_that_is_lost_during_the_ramp_does_not_extend_the_stop() {
+    let mut board = TestBoard::turning();
+    // Neither the ramp nor the stop by the back-EMF, of 75 ms a time constant, ends before 100 ms.
+    let mut parameters = BoardParameters::DEFAULT;
+    parameters.stop.quick_stop_ms = 100;
+    parameters.stop.quick_stop_deceleration_deg_s2 = 500;
+    board.application.parameters = parameters;
+    board.command = None;
+    while board.step().state == BoardState::Enabled {}
+    let mut states = std::vec![board.outputs.state];
+    for period in 0..40 {
+        let outputs = board.step_with(|samples| {
+            samples.encoder = samples.encoder.filter(|_| period < 12);
+        });
+        states.push(outputs.state);
+    }
+    assert!(
+        board
+            .outputs
+            .telemetry
+            .latched
+            .contains(Fault::EncoderInvalid)
+    );
+    // In the last of the 25 periods the stop ends.
+    let (stop, after) = states.split_at(24);
+    assert_eq!(stop, [BoardState::FaultReaction; 24]);
+    assert_eq!(after, [BoardState::Fault; 17]);
+    assert_eq!(board.outputs.bridge, Bridge::Brake);
+}
+
+#[test]
+fn an_encoder_that_is_lost_while_the_shaft_is_held_starts_a_stop_of_its_own() {
+    let mut parameters = BoardParameters::DEFAULT;
+    parameters.stop.quick_stop_hold = 1;
+    let mut board = TestBoard::enabled_with(parameters);
+    board.request(Request::QuickStop);
+    // The stop has ended long ago: the shaft is held.
+    assert_eq!(board.steps(200).state, BoardState::QuickStop);
+    let mut reaction = 0;
+    while board.step_with(|samples| samples.encoder = None).state != BoardState::Fault {
+        reaction += u32::from(board.outputs.state == BoardState::FaultReaction);
+    }
+    // 20 ms at rest.
+    assert_eq!(reaction, 4);
+}
+
+#[test]
 fn without_an_encoder_the_motor_coasts_at_once_where_its_brake_is_excluded() {
     let mut parameters = BoardParameters::DEFAULT;
     parameters.stop.brake_faults = 0;
