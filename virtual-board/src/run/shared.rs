@@ -5,8 +5,8 @@
 //! reports whether it has a frame to transmit and since when, and arbitration takes place at the
 //! earliest of these instants. Without a frame to transmit they synchronise after [`QUANTUM_NS`],
 //! which is less than the shortest frame: a frame that began within the quantum has not ended, and
-//! has not affected the other boards yet. While the cores of all boards sleep, they synchronise
-//! when something may wake the first of them. Arbitration, acknowledgement and the instants of
+//! has not affected the other boards yet. While the cores of all boards sleep, they synchronise as
+//! long after something may wake the first of them. Arbitration, acknowledgement and the instants of
 //! frames are therefore exact to the nanosecond. Only an error frame, which is shorter, may be
 //! detected up to a quantum after its end.
 //!
@@ -15,12 +15,11 @@
 mod rendezvous;
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock};
-use std::thread::{self, Thread};
 use std::time::{Duration, Instant};
 
 use rigless::time::VirtualNanos;
 
-use self::rendezvous::Rendezvous;
+use self::rendezvous::{Rendezvous, Turns};
 use crate::can::{Port, Sent, Station, Transfer, Wire};
 use crate::chip::ActuatorChip;
 
@@ -61,11 +60,8 @@ struct SharedBusState {
     /// `None` for a board that has not reached the synchronisation, or has left the bus.
     boards: Vec<Option<StationState>>,
     present: Vec<bool>,
-    arrived: usize,
-    round: u64,
+    turns: Turns,
     at_ns: u64,
-    /// The threads of the boards.
-    threads: Vec<Option<Thread>>,
     quantum_ns: u64,
     /// The boards are quiet until then.
     quiet_until_ns: u64,
@@ -83,30 +79,36 @@ impl SharedBusState {
         self.wire.finish(now_ns, self.boards.len());
         let began = (!self.wire.is_busy()).then(|| self.arbitrate(now_ns));
         let began = began.flatten();
-        let next_ns = match &began {
-            Some(_) => self.wire.free_at_ns().max(now_ns + 1),
-            None => self.next_sync_ns(now_ns),
-        };
-        self.quiet_until_ns = match &began {
-            None if next_ns > now_ns + self.quantum_ns => next_ns,
-            _ => 0,
+        let next_ns;
+        (next_ns, self.quiet_until_ns) = match &began {
+            Some(_) => (self.wire.free_at_ns().max(now_ns + 1), 0),
+            None => {
+                let quiet_until_ns = self.all_quiet_until_ns();
+                (self.next_sync_ns(now_ns, quiet_until_ns), quiet_until_ns)
+            }
         };
         self.at_ns = next_ns;
-        self.arrived = 0;
-        self.round += 1;
         SyncOutcome { began, next_ns }
     }
 
-    fn next_sync_ns(&self, now_ns: u64) -> u64 {
+    /// The first instant at which a board may get a frame to transmit.
+    fn all_quiet_until_ns(&self) -> u64 {
+        // In real time the ports get frames that nobody knows of before.
+        if self.pace.is_some() {
+            return 0;
+        }
+        let boards = self.boards.iter().flatten();
+        let instants_ns = boards.map(|board| board.quiet_until_ns);
+        instants_ns.min().unwrap_or(0)
+    }
+
+    /// A quantum after a frame may begin, or when a port's frame is due.
+    fn next_sync_ns(&self, now_ns: u64, quiet_until_ns: u64) -> u64 {
         let due_ns = self.wire.next_ns(now_ns, false);
         let due_ns = due_ns.filter(|due_ns| *due_ns > now_ns);
-        let boards = self.boards.iter().flatten();
-        let quiet_until_ns = boards.map(|board| board.quiet_until_ns).min();
-        // In real time the ports get frames that nobody knows of before.
-        let is_foreseen = self.pace.is_none();
-        let quiet_until_ns = quiet_until_ns.filter(|_| is_foreseen).unwrap_or(0);
         quiet_until_ns
-            .max(now_ns + self.quantum_ns)
+            .max(now_ns)
+            .saturating_add(self.quantum_ns)
             .min(due_ns.unwrap_or(u64::MAX))
     }
 
@@ -161,18 +163,22 @@ impl Shared {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Synchronises if all boards have reached it, and wakes their threads.
-    fn synchronise(&self, mut state: MutexGuard<'_, SharedBusState>) {
-        if !state.is_complete() {
-            return;
+    /// Synchronises if all boards have reached it. Then, or else in place of a board that has just
+    /// stopped, others run.
+    fn synchronise(&self, mut state: MutexGuard<'_, SharedBusState>, next: Option<usize>) {
+        let mut resumed: Vec<_> = next.into_iter().collect();
+        if state.is_complete() {
+            if let Some(early) = state.keep_pace() {
+                self.rendezvous.pause(early);
+            }
+            let outcome = state.synchronise_all();
+            *self.outcome.write().unwrap_or_else(PoisonError::into_inner) = outcome;
+            resumed = state.turns.begin_round();
         }
-        if let Some(early) = state.keep_pace() {
-            self.rendezvous.pause(early);
+        drop(state);
+        for index in resumed {
+            self.rendezvous.resume(index);
         }
-        let round = state.round;
-        let outcome = state.synchronise_all();
-        *self.outcome.write().unwrap_or_else(PoisonError::into_inner) = outcome;
-        (self.rendezvous).end(round, state.threads.iter().flatten());
     }
 }
 
@@ -187,10 +193,8 @@ impl SharedBus {
             wire: Wire::new(ports),
             boards: vec![None; boards],
             present: vec![true; boards],
-            arrived: 0,
-            round: 0,
+            turns: Turns::on_this_machine(boards),
             at_ns: QUANTUM_NS,
-            threads: vec![None; boards],
             quantum_ns: QUANTUM_NS,
             quiet_until_ns: 0,
             pace: None,
@@ -201,7 +205,7 @@ impl SharedBus {
                 began: None,
                 next_ns: QUANTUM_NS,
             }),
-            rendezvous: Rendezvous::new(),
+            rendezvous: Rendezvous::new(boards),
         }))
     }
 
@@ -284,13 +288,12 @@ impl BusConnection {
 
     fn reach(&self, station_state: StationState) -> SyncOutcome {
         let shared = &*self.bus.0;
+        shared.rendezvous.join(self.index);
         let mut state = shared.lock();
         state.boards[self.index] = Some(station_state);
-        state.threads[self.index].get_or_insert_with(thread::current);
-        state.arrived += 1;
-        let (round, awaited) = (state.round, state.present() - state.arrived);
-        shared.synchronise(state);
-        shared.rendezvous.wait(round, awaited);
+        let next = state.turns.wait(self.index);
+        shared.synchronise(state, next);
+        shared.rendezvous.wait(self.index, next.is_none());
         *shared
             .outcome
             .read()
@@ -305,7 +308,7 @@ impl SharedBusState {
     }
 
     fn is_complete(&self) -> bool {
-        self.present() > 0 && self.arrived == self.present()
+        self.present() > 0 && self.turns.waiting() == self.present()
     }
 }
 
@@ -315,8 +318,8 @@ impl Drop for BusConnection {
         let mut state = shared.lock();
         state.present[self.index] = false;
         state.boards[self.index] = None;
-        state.threads[self.index] = None;
-        shared.synchronise(state);
+        let next = state.turns.leave();
+        shared.synchronise(state, next);
     }
 }
 
@@ -352,9 +355,9 @@ mod tests {
     }
 
     #[test]
-    fn quiet_boards_synchronise_when_the_first_may_act_or_a_port_transmits() {
+    fn quiet_boards_synchronise_after_the_first_may_act_or_when_a_port_transmits() {
         let far_ns = 900_000;
-        assert_eq!(second_ns(&bus(far_ns), QUIET_NS), 500_000);
+        assert_eq!(second_ns(&bus(far_ns), QUIET_NS), 500_000 + QUANTUM_NS);
         assert_eq!(second_ns(&bus(300_000), QUIET_NS), 300_000);
         assert_eq!(second_ns(&bus(far_ns), [700_000, 0]), 2 * QUANTUM_NS);
         let in_real_time = second_ns(&bus(far_ns).in_real_time(), QUIET_NS);

@@ -1,43 +1,108 @@
 //! Threads that wait for each other some ten thousand times a second.
+//!
+//! As many threads run as there are processors. One that waits for the others hands its processor
+//! to one that has not run yet, so that no thread competes for a processor while it runs.
 
 use std::hint;
 use std::num::NonZeroUsize;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, Thread};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-/// Number of times that a thread looks for the end of a round before it sleeps: waking a thread,
-/// and more so a processor, takes longer than the other threads need to reach it, some ten
-/// microseconds.
+/// Number of times that a thread whose processor no other thread needs looks for its turn before it
+/// sleeps: waking a thread, and more so a processor, takes longer than the other threads need to
+/// reach the end of the round, some ten microseconds.
 const LOOKS: u32 = 2_000;
 
-/// The same if other threads wait for its processor.
-const YIELDS: u32 = 200;
+/// Which threads run in a round, by their indices.
+#[derive(Debug)]
+pub(super) struct Turns {
+    processors: usize,
+    running: usize,
+    /// Those that have not run in this round; the last one is next.
+    ready: Vec<usize>,
+    /// Those that wait for the end of this round, in the order in which they have come.
+    waiting: Vec<usize>,
+}
 
-/// A thread that gets its processor back later than this after it let others run has let another
-/// process run. For so many rounds the threads then sleep at once.
-const CROWDED: (Duration, u64) = (Duration::from_millis(3), 200);
+impl Turns {
+    /// Before the first round all threads run.
+    pub fn new(threads: usize, processors: usize) -> Self {
+        Self {
+            processors,
+            running: threads,
+            ready: Vec::new(),
+            waiting: Vec::new(),
+        }
+    }
 
-/// Where the threads of boards wait until all have come.
+    /// One for each processor of this machine.
+    pub fn on_this_machine(threads: usize) -> Self {
+        let processors = thread::available_parallelism().map_or(1, NonZeroUsize::get);
+        Self::new(threads, processors)
+    }
+
+    /// A running thread waits for the end of the round. Returns the one that runs in its place.
+    pub fn wait(&mut self, thread: usize) -> Option<usize> {
+        self.waiting.push(thread);
+        self.leave()
+    }
+
+    /// A running thread ends. Returns the one that runs in its place.
+    pub fn leave(&mut self) -> Option<usize> {
+        self.running -= 1;
+        self.next()
+    }
+
+    /// Number of threads that wait for the end of the round.
+    pub fn waiting(&self) -> usize {
+        self.waiting.len()
+    }
+
+    /// Begins the next round, when all threads wait: those that run first, which are the last ones
+    /// to have come, as they are the least likely to sleep.
+    pub fn begin_round(&mut self) -> Vec<usize> {
+        self.ready.append(&mut self.waiting);
+        core::iter::from_fn(|| self.next()).collect()
+    }
+
+    fn next(&mut self) -> Option<usize> {
+        if self.running >= self.processors {
+            return None;
+        }
+        let next = self.ready.pop()?;
+        self.running += 1;
+        Some(next)
+    }
+}
+
+/// A thread and whether it may run.
+#[derive(Debug, Default)]
+struct Slot {
+    may_run: AtomicBool,
+    thread: OnceLock<Thread>,
+}
+
+/// Where the threads wait for their turns.
 #[derive(Debug)]
 pub(super) struct Rendezvous {
-    /// Number of rounds that have ended.
-    round: AtomicU64,
-    processors: usize,
-    /// The first round in which threads let others run before they sleep.
-    yields_from: AtomicU64,
+    slots: Vec<Slot>,
     /// The round ends after a pause.
     is_paused: AtomicBool,
 }
 
 impl Rendezvous {
-    pub fn new() -> Self {
+    pub fn new(threads: usize) -> Self {
         Self {
-            round: AtomicU64::new(0),
-            processors: thread::available_parallelism().map_or(1, NonZeroUsize::get),
-            yields_from: AtomicU64::new(0),
+            slots: (0..threads).map(|_| Slot::default()).collect(),
             is_paused: AtomicBool::new(false),
         }
+    }
+
+    /// This thread has this index. To be called before any other one can let it run.
+    pub fn join(&self, index: usize) {
+        self.slots[index].thread.get_or_init(thread::current);
     }
 
     /// Sleeps while the other threads wait. They sleep as well.
@@ -47,77 +112,95 @@ impl Rendezvous {
         self.is_paused.store(false, Ordering::Relaxed);
     }
 
-    /// Ends this round, and wakes the threads that wait for its end.
-    pub fn end<'a>(&self, round: u64, threads: impl Iterator<Item = &'a Thread>) {
-        self.round.store(round + 1, Ordering::Release);
-        let own = thread::current().id();
-        threads
-            .filter(|thread| thread.id() != own)
-            .for_each(Thread::unpark);
+    /// Lets a thread run.
+    pub fn resume(&self, index: usize) {
+        let Slot { may_run, thread } = &self.slots[index];
+        may_run.store(true, Ordering::Release);
+        if let Some(thread) = thread.get() {
+            thread.unpark();
+        }
     }
 
-    /// Waits for the end of this round, for which this number of threads is awaited.
-    pub fn wait(&self, round: u64, awaited: usize) {
-        let has_ended = || self.round.load(Ordering::Acquire) != round;
-        let sleeps = || has_ended() || self.is_paused.load(Ordering::Relaxed);
-        if awaited < self.processors {
-            let looks = (0..LOOKS).take_while(|_| !sleeps());
-            looks.for_each(|_| hint::spin_loop());
-        } else {
-            let is_crowded = || round < self.yields_from.load(Ordering::Relaxed);
-            let yields = (0..YIELDS).take_while(|_| !sleeps() && !is_crowded());
-            yields.for_each(|_| self.let_others_run(round));
+    /// Waits until this thread may run; at first without sleeping, if no other one needs its
+    /// processor.
+    pub fn wait(&self, index: usize, is_idle: bool) {
+        let may_run = || self.slots[index].may_run.swap(false, Ordering::Acquire);
+        if is_idle {
+            for _ in 0..LOOKS {
+                if may_run() {
+                    return;
+                }
+                if self.is_paused.load(Ordering::Relaxed) {
+                    break;
+                }
+                hint::spin_loop();
+            }
         }
-        while !has_ended() {
+        while !may_run() {
             thread::park();
-        }
-    }
-
-    /// Lets threads run that wait for this processor.
-    fn let_others_run(&self, round: u64) {
-        let (longest, rounds) = CROWDED;
-        let start = Instant::now();
-        thread::yield_now();
-        if start.elapsed() > longest {
-            self.yields_from.store(round + rounds, Ordering::Relaxed);
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::{AtomicU64, AtomicUsize};
     use std::sync::{Arc, Mutex};
 
     use super::*;
 
-    /// More threads than processors, so that some sleep.
+    #[test]
+    fn as_many_threads_run_as_there_are_processors_and_the_last_ones_first() {
+        let mut turns = Turns::new(4, 2);
+        for thread in 0..4 {
+            assert_eq!(turns.wait(thread), None);
+        }
+        assert_eq!(turns.begin_round(), [3, 2]);
+        assert_eq!(turns.wait(2), Some(1));
+        assert_eq!(turns.leave(), Some(0));
+        assert_eq!(turns.wait(0), None);
+        assert_eq!(turns.wait(1), None);
+        assert_eq!(turns.waiting(), 3);
+        assert_eq!(turns.begin_round(), [1, 0]);
+    }
+
+    /// More threads than processors.
     const THREADS: usize = 6;
     const ROUNDS: u64 = 2_000;
 
     #[test]
-    fn no_thread_passes_the_end_of_a_round_before_all_have_come() {
-        let rendezvous = Arc::new(Rendezvous::new());
-        // The threads that have come at all, and those that have come in this round.
-        let come: Arc<Mutex<(Vec<Thread>, usize)>> = Arc::default();
+    fn no_thread_passes_the_end_of_a_round_before_all_have_come_and_no_more_than_may_run_at_once() {
+        let rendezvous = Arc::new(Rendezvous::new(THREADS));
+        let turns = Arc::new(Mutex::new(Turns::new(THREADS, 2)));
         let total = Arc::new(AtomicU64::new(0));
-        let run = |_| {
-            let (rendezvous, come, total) = (rendezvous.clone(), come.clone(), total.clone());
+        let running = Arc::new(AtomicUsize::new(0));
+        let run = |index| {
+            let (rendezvous, turns) = (rendezvous.clone(), turns.clone());
+            let (total, running) = (total.clone(), running.clone());
             thread::spawn(move || {
+                rendezvous.join(index);
                 for round in 0..ROUNDS {
-                    let mut come = come.lock().unwrap();
-                    if round == 0 {
-                        come.0.push(thread::current());
+                    if round > 0 {
+                        assert!(running.fetch_add(1, Ordering::AcqRel) < 2);
                     }
-                    come.1 = come.1 % THREADS + 1;
                     total.fetch_add(1, Ordering::Relaxed);
-                    let awaited = THREADS - come.1;
-                    if awaited == 0 {
-                        rendezvous.end(round, come.0.iter());
+                    if round > 0 {
+                        running.fetch_sub(1, Ordering::AcqRel);
                     }
-                    drop(come);
-                    rendezvous.wait(round, awaited);
+                    let mut turns = turns.lock().unwrap();
+                    let mut resumed: Vec<_> = turns.wait(index).into_iter().collect();
+                    let is_idle = resumed.is_empty();
+                    if turns.waiting() == THREADS {
+                        resumed = turns.begin_round();
+                    }
+                    drop(turns);
+                    resumed.into_iter().for_each(|next| rendezvous.resume(next));
+                    rendezvous.wait(index, is_idle);
                     assert!(total.load(Ordering::Relaxed) >= (round + 1) * THREADS as u64);
                 }
+                // In the last round each lets the next one end.
+                let next = turns.lock().unwrap().leave();
+                next.into_iter().for_each(|next| rendezvous.resume(next));
             })
         };
         let threads: Vec<_> = (0..THREADS).map(run).collect();
