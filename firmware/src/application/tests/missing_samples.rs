@@ -201,6 +201,23 @@ fn an_encoder_that_is_lost_during_the_ramp_does_not_extend_the_stop() {
 }
 
 #[test]
+fn a_stop_by_the_back_emf_has_its_whole_time_after_an_earlier_quick_stop() {
+    let mut parameters = BoardParameters::DEFAULT;
+    // The ramp of the quick stop takes almost all of its time.
+    parameters.stop.quick_stop_deceleration_deg_s2 = 600;
+    let mut board = TestBoard::turning();
+    board.application.parameters = parameters;
+    board.request(Request::QuickStop);
+    while board.step().state == BoardState::QuickStop {}
+    assert_eq!(board.outputs.state, BoardState::Disabled);
+    board.request(Request::Enable);
+    board.steps(300);
+    assert!(board.rate_deg_s() > 270.0);
+    while board.step_with(|samples| samples.encoder = None).state != BoardState::Fault {}
+    assert!(board.rate_deg_s() < 5.0, "{} deg/s", board.rate_deg_s());
+}
+
+#[test]
 fn an_encoder_that_is_lost_while_the_shaft_is_held_starts_a_stop_of_its_own() {
     let mut parameters = BoardParameters::DEFAULT;
     parameters.stop.quick_stop_hold = 1;
